@@ -1,0 +1,3 @@
+//! The `rtfmesh` program.
+
+fn main() {}
