@@ -1,1 +1,52 @@
-fn main() {}
+//! Compiles `glsl/**/*.comp` to SPIR-V and writes typed Rust declarations for them.
+
+use std::path::{Path, PathBuf};
+use std::process::ExitCode;
+
+#[path = "build/compile.rs"]
+mod compile;
+#[path = "build/emit.rs"]
+mod emit;
+#[path = "build/reflect.rs"]
+mod reflect;
+
+fn main() -> ExitCode {
+    println!("cargo::rerun-if-changed=glsl");
+    println!("cargo::rerun-if-changed=build");
+    match run() {
+        Ok(()) => ExitCode::SUCCESS,
+        Err(problems) => {
+            for line in problems.iter().flat_map(|p| p.lines()) {
+                println!("cargo::error={line}");
+            }
+            ExitCode::FAILURE
+        }
+    }
+}
+
+/// All problems are gathered before failing, so that one build shows every broken shader.
+fn run() -> Result<(), Vec<String>> {
+    let out = PathBuf::from(std::env::var_os("OUT_DIR").ok_or_else(|| vec!["OUT_DIR is not set".to_owned()])?);
+    let files = compile::shader_files(Path::new("glsl")).map_err(|e| vec![e])?;
+    let (mut kernels, mut problems) = (Vec::new(), Vec::new());
+    for file in &files {
+        match compile::compile(file).and_then(|spirv| reflect::reflect(file, spirv)) {
+            Ok(kernel) => kernels.push(kernel),
+            Err(problem) => problems.push(problem),
+        }
+    }
+    if !problems.is_empty() {
+        return Err(problems);
+    }
+    let write = |name: &str, bytes: &[u8]| {
+        std::fs::write(out.join(name), bytes).map_err(|e| vec![format!("{}: {e}", out.join(name).display())])
+    };
+    for kernel in &kernels {
+        write(&format!("{}.spv", kernel.name()), bytes_of(&kernel.spirv).as_slice())?;
+    }
+    write("kernels.rs", emit::emit(&kernels).as_bytes())
+}
+
+fn bytes_of(words: &[u32]) -> Vec<u8> {
+    words.iter().flat_map(|w| w.to_le_bytes()).collect()
+}

@@ -35,7 +35,7 @@ pub enum Error {
         /// What to do about it.
         remedy: String,
     },
-    /// No usable Vulkan device, out of memory, or device lost.
+    /// No usable Vulkan device, or a call to it that failed.
     #[error("{problem}; {remedy}")]
     Device {
         /// What is missing or failed, with the buffer's or kernel's name.
@@ -43,6 +43,21 @@ pub enum Error {
         /// What to do about it.
         remedy: String,
     },
+    /// The device or the host has too little memory.
+    #[error("{what} needs {bytes} bytes, {problem}; {remedy}")]
+    OutOfMemory {
+        /// Name of the buffer that did not fit.
+        what: String,
+        /// Its size in bytes.
+        bytes: u64,
+        /// The limit that it passes.
+        problem: String,
+        /// What to do about it.
+        remedy: String,
+    },
+    /// The device stopped answering in the middle of the work.
+    #[error("the device was lost while running {0}; nothing was written: update its driver, or use --device cpu")]
+    DeviceLost(String),
     /// A result that breaks the library's own promise; always a bug in rtfmesh.
     #[error("internal error: {0}; please report it with the command and the input")]
     Internal(String),

@@ -1,0 +1,14 @@
+// What can be wrong with a site's face, one bit each; src/stages/face.rs has the same list.
+#ifndef COMMON_FLAGS_GLSL
+#define COMMON_FLAGS_GLSL
+
+const uint FLAG_TRIANGLES = 1u;   // more than MAX_TRIANGLES dual triangles; no face
+const uint FLAG_PLANES = 2u;      // more than MAX_PLANES planes; no face
+const uint FLAG_CORNERS = 4u;     // more than MAX_CORNERS corners; no face
+const uint FLAG_OPEN = 8u;        // a cut did not close to one loop; no face
+const uint FLAG_SECURITY = 16u;   // k neighbours did not reach the radius of security; completed with all sites
+const uint FLAG_COINCIDENT = 32u; // another site on the same spot; parted by index
+const uint FLAG_UNBOUNDED = 64u;  // the face reaches the bounding box or a virtual plane
+const uint FLAG_NORMAL = 128u;    // the neighbours span no plane; the surface's normal was taken
+
+#endif

@@ -1,0 +1,253 @@
+// Purpose: the restricted tangent face of a site by clipping its 3-D Voronoi cell (Algorithm 2 of the paper).
+// Invocation: one site; its convex cell lives in shared memory with at most MAX_PLANES planes (the paper's #P) and
+// MAX_TRIANGLES dual triangles (#T), workgroup 16.
+// Reads: sites, normals, neighbours.
+// Writes: corner_count, corners[slot * site_count + site] in the tangent frame, fan[slot * site_count + site], flags.
+// Filled by neighbours/knn and normals/plane_fit; consumed by centroid/* and the connection. Corner m lies between
+// edges m and m + 1; fan[m] is the site behind edge m, NONE for the box; the order is counter-clockwise seen from
+// the tip of the normal. A site without a face (see flags) has corner_count 0.
+#version 450
+#extension GL_GOOGLE_include_directive : require
+#define DEFAULT_WORKGROUP 16
+#include "common/threads.glsl"
+#include "common/flags.glsl"
+#include "common/tangent.glsl"
+
+layout(constant_id = 1) const uint MAX_TRIANGLES = 96;
+layout(constant_id = 2) const uint MAX_PLANES = 64;
+layout(constant_id = 3) const uint MAX_CORNERS = 24;
+layout(constant_id = 4) const uint K = 32;
+
+layout(push_constant) uniform Push {
+    uint site_count;
+    float spacing;        // the unit of the cell, so that its numbers are near 1
+    float virtual_offset; // distance of the two virtual points in spacings (the paper's d)
+    float box_half;       // half the edge of the bounding cube around the origin
+};
+layout(set = 0, binding = 0) readonly buffer Sites { vec4 sites[]; };
+layout(set = 0, binding = 1) readonly buffer Normals { vec4 normals[]; };
+layout(set = 0, binding = 2) readonly buffer Neighbours { uint neighbours[]; };
+layout(set = 0, binding = 3) writeonly buffer CornerCount { uint corner_count[]; };
+layout(set = 0, binding = 4) writeonly buffer Corners { vec2 corners[]; };
+layout(set = 0, binding = 5) writeonly buffer Fan { uint fan[]; };
+layout(set = 0, binding = 6) buffer Flags { uint flags[]; };
+
+// A plane is kept as the mirror image v of the site behind it (x dot v = |v|^2 / 2) and the index of that site.
+shared uvec4 planes[MAX_PLANES * WORKGROUP];
+// A dual triangle is a vertex of the cell: its three planes, a byte each, counter-clockwise seen from outside.
+shared uint triangles[MAX_TRIANGLES * WORKGROUP];
+// The boundary of what a cut removes: the plane after each plane, a byte each.
+shared uint links[((MAX_PLANES + 3u) / 4u) * WORKGROUP];
+
+const uint UNLINKED = 0xffu;
+
+uint lane;
+uint triangle_count;
+uint plane_count;
+uint trouble;
+
+vec3 plane_vector(uint p) { return uintBitsToFloat(planes[p * WORKGROUP + lane].xyz); }
+
+uvec3 triangle_planes(uint t) {
+    uint packed = triangles[t * WORKGROUP + lane];
+    return uvec3(packed & 0xffu, (packed >> 8) & 0xffu, packed >> 16);
+}
+
+void set_triangle(uint t, uint a, uint b, uint c) { triangles[t * WORKGROUP + lane] = a | (b << 8) | (c << 16); }
+
+uint link(uint p) { return (links[(p >> 2) * WORKGROUP + lane] >> (8u * (p & 3u))) & 0xffu; }
+
+void set_link(uint p, uint to) {
+    uint word = (p >> 2) * WORKGROUP + lane;
+    uint shift = 8u * (p & 3u);
+    links[word] = (links[word] & ~(0xffu << shift)) | (to << shift);
+}
+
+// The vertex of dual triangle t in homogeneous coordinates with w >= 0.
+vec4 vertex(uint t) {
+    uvec3 p = triangle_planes(t);
+    vec3 a = plane_vector(p.x), b = plane_vector(p.y), c = plane_vector(p.z);
+    vec3 bc = cross(b, c);
+    float w = dot(a, bc);
+    vec3 x = 0.5 * (dot(a, a) * bc + dot(b, b) * cross(c, a) + dot(c, c) * cross(a, b));
+    return w < 0.0 ? vec4(-x, -w) : vec4(x, w);
+}
+
+// Whether the removed triangles [from, triangle_count) contain the directed edge a -> b.
+bool removed_has_edge(uint from, uint a, uint b) {
+    for (uint t = from; t < triangle_count; ++t) {
+        uvec3 p = triangle_planes(t);
+        if ((p.x == a && p.y == b) || (p.y == a && p.z == b) || (p.z == a && p.x == b)) return true;
+    }
+    return false;
+}
+
+// Moves the vertices beyond the plane (dot(v, x) > limit) to the end and links their boundary. Returns the number of
+// boundary edges, 0 if nothing is beyond; `from` is the first removed triangle, `entry` a plane on the boundary.
+uint cut(vec3 v, float limit, out uint from, out uint entry) {
+    from = triangle_count;
+    entry = 0u;
+    for (uint t = 0u; t < from;) {
+        vec4 x = vertex(t);
+        if (dot(v, x.xyz) > limit * x.w) {
+            --from;
+            uint swap = triangles[t * WORKGROUP + lane];
+            triangles[t * WORKGROUP + lane] = triangles[from * WORKGROUP + lane];
+            triangles[from * WORKGROUP + lane] = swap;
+        } else {
+            ++t;
+        }
+    }
+    if (from == triangle_count) return 0u;
+    for (uint w = 0u; w < (MAX_PLANES + 3u) / 4u; ++w) links[w * WORKGROUP + lane] = 0xffffffffu;
+    uint edges = 0u;
+    for (uint t = from; t < triangle_count; ++t) {
+        uvec3 p = triangle_planes(t);
+        for (uint e = 0u; e < 3u; ++e) {
+            if (!removed_has_edge(from, p.y, p.x)) {
+                if (link(p.x) != UNLINKED) trouble |= FLAG_OPEN;
+                set_link(p.x, p.y);
+                entry = p.x;
+                ++edges;
+            }
+            p = p.yzx;
+        }
+    }
+    // One closed loop through all boundary edges, or the cut region is no disc.
+    uint at = entry, length = 0u;
+    while (length < edges && at != UNLINKED) {
+        at = link(at);
+        ++length;
+        if (at == entry) break;
+    }
+    if (length != edges || at != entry) trouble |= FLAG_OPEN;
+    return edges;
+}
+
+// Clips the cell by the bisector with the mirror image v.
+void clip(vec3 v, uint site) {
+    uint from, entry;
+    uint edges = cut(v, 0.5 * dot(v, v), from, entry);
+    if (edges == 0u) return;
+    if (plane_count >= MAX_PLANES) trouble |= FLAG_PLANES;
+    if (from + edges > MAX_TRIANGLES) trouble |= FLAG_TRIANGLES;
+    if (from == 0u) trouble |= FLAG_OPEN;
+    if (trouble != 0u) return;
+    planes[plane_count * WORKGROUP + lane] = uvec4(floatBitsToUint(v), site);
+    uint at = entry;
+    for (uint e = 0u; e < edges; ++e) {
+        uint to = link(at);
+        set_triangle(from + e, at, to, plane_count);
+        at = to;
+    }
+    triangle_count = from + edges;
+    ++plane_count;
+}
+
+// The bounding cube; its planes and triangles are those of an axis-aligned box seen from a site inside it.
+void start_cell(vec3 at) {
+    float inverse = 1.0 / spacing;
+    for (uint axis = 0u; axis < 3u; ++axis) {
+        vec3 low = vec3(0.0), high = vec3(0.0);
+        low[axis] = -2.0 * (box_half + at[axis]) * inverse;
+        high[axis] = 2.0 * (box_half - at[axis]) * inverse;
+        planes[(2u * axis) * WORKGROUP + lane] = uvec4(floatBitsToUint(low), NONE);
+        planes[(2u * axis + 1u) * WORKGROUP + lane] = uvec4(floatBitsToUint(high), NONE);
+    }
+    plane_count = 6u;
+    for (uint corner = 0u; corner < 8u; ++corner) {
+        uint x = corner & 1u, y = 2u + ((corner >> 1) & 1u), z = 4u + (corner >> 2);
+        // An odd number of low sides mirrors the corner.
+        bool mirrored = (bitCount(corner) & 1) == 0;
+        set_triangle(corner, x, mirrored ? z : y, mirrored ? y : z);
+    }
+    triangle_count = 8u;
+}
+
+void clip_by_site(vec3 at, vec3 u, uint site, uint j) {
+    vec3 v = (sites[j].xyz - at) / spacing;
+    if (dot(v, v) < 1e-12) {
+        // Both sites see the same direction and part along it.
+        v = (j > site ? 1e-3 : -1e-3) * u;
+        flags[site] |= FLAG_COINCIDENT;
+    }
+    clip(v, j);
+}
+
+bool listed(uint site, uint j) {
+    for (uint s = 0u; s < K; ++s) {
+        if (neighbours[s * site_count + site] == j) return true;
+    }
+    return false;
+}
+
+// Cuts by the tangent plane and writes the loop of that cut, which is the face. Returns its radius squared in
+// spacings, or -1 without a face.
+float write_face(uint site, vec3 u, vec3 v, vec3 n) {
+    uint from, entry;
+    uint edges = cut(n, 0.0, from, entry);
+    if (edges < 3u || from == 0u) trouble |= FLAG_OPEN;
+    if (edges > MAX_CORNERS) trouble |= FLAG_CORNERS;
+    if (trouble != 0u) return -1.0;
+    float radius_sq = 0.0;
+    uint at = entry;
+    uint bits = 0u;
+    for (uint e = 0u; e < edges; ++e) {
+        uint to = link(at);
+        vec3 a3 = plane_vector(at), b3 = plane_vector(to);
+        vec2 a = vec2(dot(a3, u), dot(a3, v)), b = vec2(dot(b3, u), dot(b3, v));
+        float det = a.x * b.y - a.y * b.x;
+        vec2 x = 0.5 * (dot(a3, a3) * vec2(b.y, -b.x) + dot(b3, b3) * vec2(-a.y, a.x)) / det;
+        radius_sq = max(radius_sq, dot(x, x));
+        uint behind = planes[at * WORKGROUP + lane].w;
+        if (behind == NONE) bits = FLAG_UNBOUNDED;
+        corners[e * site_count + site] = x * spacing;
+        fan[e * site_count + site] = behind;
+        at = to;
+    }
+    // Parallel planes, which a cell should never bring together, give no corner.
+    if (isnan(radius_sq) || isinf(radius_sq)) {
+        trouble |= FLAG_OPEN;
+        return -1.0;
+    }
+    corner_count[site] = edges;
+    flags[site] |= bits;
+    return radius_sq;
+}
+
+void main() {
+    uint site = thread_index();
+    lane = gl_LocalInvocationID.x;
+    if (site >= site_count) return;
+    vec3 at = sites[site].xyz;
+    vec3 n = normals[site].xyz, u, v;
+    tangent_frame(n, u, v);
+    float reach_sq = -1.0;
+    for (uint attempt = 0u; attempt < 2u; ++attempt) {
+        trouble = 0u;
+        start_cell(at);
+        clip(virtual_offset * n, NONE);
+        clip(-virtual_offset * n, NONE);
+        uint farthest = NONE;
+        for (uint s = 0u; s < K && trouble == 0u; ++s) {
+            farthest = neighbours[s * site_count + site];
+            if (farthest == NONE) break;
+            clip_by_site(at, u, site, farthest);
+        }
+        for (uint j = 0u; j < site_count && reach_sq > 0.0 && trouble == 0u; ++j) {
+            vec3 d = (sites[j].xyz - at) / spacing;
+            if (dot(d, d) <= reach_sq && j != site && !listed(site, j)) clip_by_site(at, u, site, j);
+        }
+        float radius_sq = trouble == 0u ? write_face(site, u, v, n) : -1.0;
+        // Radius of security: a site farther than twice the face's radius cannot cut it.
+        if (radius_sq < 0.0 || farthest == NONE || reach_sq > 0.0) break;
+        vec3 d = (sites[farthest].xyz - at) / spacing;
+        if (dot(d, d) >= 4.0 * radius_sq) break;
+        reach_sq = 4.0001 * radius_sq;
+        flags[site] |= FLAG_SECURITY;
+    }
+    if (trouble != 0u) {
+        corner_count[site] = 0u;
+        flags[site] |= trouble;
+    }
+}

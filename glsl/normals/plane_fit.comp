@@ -1,0 +1,89 @@
+// Purpose: normal of the plane that best fits a site and its nearest sites (PCA, Sect. 4.2 of the paper).
+// Invocation: one site.
+// Reads: sites, neighbours, site_triangle, triangle_normals.
+// Writes: normals (unit, w = 0), flags (overwritten).
+// Filled by neighbours/knn and the projection; consumed by face/cell. As in PCL the site counts as the first of its
+// k nearest. The sign is the surface's, so that faces are counter-clockwise seen from outside.
+#version 450
+#extension GL_GOOGLE_include_directive : require
+#define DEFAULT_WORKGROUP 64
+#include "common/threads.glsl"
+#include "common/flags.glsl"
+
+layout(push_constant) uniform Push {
+    uint site_count;
+    uint k; // sites in the fit, the site itself included
+};
+layout(set = 0, binding = 0) readonly buffer Sites { vec4 sites[]; };
+layout(set = 0, binding = 1) readonly buffer Neighbours { uint neighbours[]; };
+layout(set = 0, binding = 2) readonly buffer SiteTriangle { uint site_triangle[]; };
+layout(set = 0, binding = 3) readonly buffer TriangleNormals { vec4 triangle_normals[]; };
+layout(set = 0, binding = 4) writeonly buffer Normals { vec4 normals[]; };
+layout(set = 0, binding = 5) writeonly buffer Flags { uint flags[]; };
+
+// One Jacobi rotation that clears a_pq; vp and vq are the matching columns of the eigenvector matrix.
+void rotate(inout float app, inout float aqq, inout float apq, inout float arp, inout float arq, inout vec3 vp,
+            inout vec3 vq) {
+    if (apq == 0.0) return;
+    float theta = (aqq - app) / (2.0 * apq);
+    float t = (theta >= 0.0 ? 1.0 : -1.0) / (abs(theta) + sqrt(theta * theta + 1.0));
+    float c = inversesqrt(t * t + 1.0);
+    float s = t * c;
+    app -= t * apq;
+    aqq += t * apq;
+    apq = 0.0;
+    float rp = arp;
+    arp = c * rp - s * arq;
+    arq = s * rp + c * arq;
+    vec3 p = vp;
+    vp = c * p - s * vq;
+    vq = s * p + c * vq;
+}
+
+void main() {
+    uint site = thread_index();
+    if (site >= site_count) return;
+    vec3 at = sites[site].xyz;
+    vec3 mean = vec3(0.0);
+    float reach_sq = 0.0;
+    uint count = 1u;
+    for (uint s = 0u; s + 1u < k; ++s) {
+        uint j = neighbours[s * site_count + site];
+        if (j == NONE) break;
+        vec3 d = sites[j].xyz - at;
+        mean += d;
+        reach_sq = max(reach_sq, dot(d, d));
+        ++count;
+    }
+    mean /= float(count);
+    // The covariance in units of the farthest neighbour stays near 1 whatever the density.
+    float scale = reach_sq > 0.0 ? inversesqrt(reach_sq) : 0.0;
+    vec3 m = mean * scale;
+    float xx = m.x * m.x, yy = m.y * m.y, zz = m.z * m.z, xy = m.x * m.y, xz = m.x * m.z, yz = m.y * m.z;
+    for (uint s = 0u; s + 1u < count; ++s) {
+        vec3 d = (sites[neighbours[s * site_count + site]].xyz - at - mean) * scale;
+        xx += d.x * d.x;
+        yy += d.y * d.y;
+        zz += d.z * d.z;
+        xy += d.x * d.y;
+        xz += d.x * d.z;
+        yz += d.y * d.z;
+    }
+    vec3 ex = vec3(1.0, 0.0, 0.0), ey = vec3(0.0, 1.0, 0.0), ez = vec3(0.0, 0.0, 1.0);
+    for (uint sweep = 0u; sweep < 5u; ++sweep) {
+        rotate(xx, yy, xy, xz, yz, ex, ey);
+        rotate(xx, zz, xz, xy, yz, ex, ez);
+        rotate(yy, zz, yz, xy, xz, ey, ez);
+    }
+    float lowest = min(xx, min(yy, zz));
+    float highest = max(xx, max(yy, zz));
+    float middle = xx + yy + zz - lowest - highest;
+    vec3 n = lowest == xx ? ex : lowest == yy ? ey : ez;
+    vec3 surface = triangle_normals[site_triangle[site]].xyz;
+    // On a line, or all on one spot, any plane fits.
+    bool flat_fit = middle > 1e-5 * highest;
+    if (!flat_fit) n = surface;
+    n = normalize(n);
+    normals[site] = vec4(dot(n, surface) < 0.0 ? -n : n, 0.0);
+    flags[site] = flat_fit ? 0u : FLAG_NORMAL;
+}

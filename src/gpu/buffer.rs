@@ -1,0 +1,169 @@
+//! Typed device buffers.
+
+use super::device::{Device, Shared};
+use super::vk_error;
+use crate::{Error, Result};
+use ash::vk;
+use gpu_allocator::MemoryLocation;
+use gpu_allocator::vulkan::{Allocation, AllocationCreateDesc, AllocationScheme};
+use std::marker::PhantomData;
+use std::sync::Arc;
+
+/// `len` values of type `T` in device memory.
+pub struct Buffer<T> {
+    raw: RawBuffer,
+    len: usize,
+    element: PhantomData<T>,
+}
+
+/// A buffer of bytes; what [`Buffer`] and the staging copies are made of.
+pub struct RawBuffer {
+    pub(super) handle: vk::Buffer,
+    pub(super) id: u64,
+    name: String,
+    bytes: u64,
+    allocation: Option<Allocation>,
+    shared: Arc<Shared>,
+}
+
+impl<T: bytemuck::Pod> Buffer<T> {
+    /// An uninitialised buffer with a dotted name such as `rtf.face.polygons`.
+    ///
+    /// # Errors
+    /// [`Error::OutOfMemory`] with the name, if it is larger than a kernel can be given or than what is free.
+    pub fn new(device: &Device, name: &str, len: usize) -> Result<Self> {
+        // Vulkan has no empty buffers.
+        let bytes = (len.max(1) as u64).saturating_mul(size_of::<T>() as u64).next_multiple_of(16);
+        let most = device.info().limits.storage_buffer_bytes;
+        if bytes > most {
+            return Err(Error::OutOfMemory {
+                what: name.to_owned(),
+                bytes,
+                problem: format!("but device '{}' takes at most {most} in one buffer", device.info().name),
+                remedy: "ask for fewer vertices, or use a device with larger buffers".to_owned(),
+            });
+        }
+        let usage = vk::BufferUsageFlags::STORAGE_BUFFER
+            | vk::BufferUsageFlags::TRANSFER_SRC
+            | vk::BufferUsageFlags::TRANSFER_DST;
+        let raw = RawBuffer::new(&device.shared, name, bytes, usage, MemoryLocation::GpuOnly)?;
+        Ok(Self { raw, len, element: PhantomData })
+    }
+
+    /// A buffer with the given content.
+    ///
+    /// # Errors
+    /// As [`Buffer::new`].
+    pub fn from_slice(device: &Device, name: &str, values: &[T]) -> Result<Self> {
+        let buffer = Self::new(device, name, values.len())?;
+        let mut recorder = device.recorder()?;
+        recorder.upload(&buffer, values)?;
+        recorder.submit()?;
+        Ok(buffer)
+    }
+
+    /// Copies the content back; waits for the device.
+    ///
+    /// # Errors
+    /// [`Error::OutOfMemory`] or [`Error::DeviceLost`].
+    pub fn to_vec(&self, device: &Device) -> Result<Vec<T>> {
+        let mut recorder = device.recorder()?;
+        let copy = recorder.download(self)?;
+        recorder.submit()?.read(&copy)
+    }
+}
+
+impl<T> Buffer<T> {
+    /// Number of values.
+    pub fn len(&self) -> usize {
+        self.len
+    }
+
+    /// Whether there are no values.
+    pub fn is_empty(&self) -> bool {
+        self.len == 0
+    }
+
+    /// The untyped buffer.
+    pub fn raw(&self) -> &RawBuffer {
+        &self.raw
+    }
+}
+
+impl RawBuffer {
+    pub(super) fn new(
+        shared: &Arc<Shared>,
+        name: &str,
+        bytes: u64,
+        usage: vk::BufferUsageFlags,
+        location: MemoryLocation,
+    ) -> Result<Self> {
+        let too_large = |problem: String| Error::OutOfMemory {
+            what: name.to_owned(),
+            bytes,
+            problem,
+            remedy: "ask for fewer vertices, or close other programs".to_owned(),
+        };
+        let info =
+            vk::BufferCreateInfo::default().size(bytes).usage(usage).sharing_mode(vk::SharingMode::EXCLUSIVE);
+        // SAFETY: the device is alive (Arc); `info` outlives the call.
+        let handle = unsafe { shared.raw.create_buffer(&info, None) }
+            .map_err(|e| too_large(format!("which the device refused ({e})")))?;
+        // From here on Drop frees what exists.
+        let mut this = Self {
+            handle,
+            id: shared.new_id(),
+            name: name.to_owned(),
+            bytes: 0,
+            allocation: None,
+            shared: shared.clone(),
+        };
+        // SAFETY: the handle was just made.
+        let requirements = unsafe { shared.raw.get_buffer_memory_requirements(handle) };
+        let allocation = shared
+            .allocator()
+            .allocate(&AllocationCreateDesc {
+                name,
+                requirements,
+                location,
+                linear: true,
+                allocation_scheme: AllocationScheme::GpuAllocatorManaged,
+            })
+            .map_err(|e| too_large(format!("which the device does not have ({e})")))?;
+        this.bytes = bytes;
+        shared.count_allocated(bytes);
+        // SAFETY: the allocation fits the requirements and lives as long as the buffer.
+        let bound = unsafe { shared.raw.bind_buffer_memory(handle, allocation.memory(), allocation.offset()) };
+        this.allocation = Some(allocation);
+        bound.map_err(|e| vk_error(&format!("binding memory to buffer {name}"), e))?;
+        shared.name_object(handle, name);
+        Ok(this)
+    }
+
+    /// Dotted name.
+    pub fn name(&self) -> &str {
+        &self.name
+    }
+
+    /// Bytes that the host sees; empty for device-only memory.
+    pub(super) fn mapped(&self) -> &[u8] {
+        self.allocation.as_ref().and_then(Allocation::mapped_slice).unwrap_or_default()
+    }
+
+    /// See [`RawBuffer::mapped`].
+    pub(super) fn mapped_mut(&mut self) -> &mut [u8] {
+        self.allocation.as_mut().and_then(Allocation::mapped_slice_mut).unwrap_or_default()
+    }
+}
+
+impl Drop for RawBuffer {
+    fn drop(&mut self) {
+        if let Some(allocation) = self.allocation.take() {
+            // The allocator only fails here if its own books are broken; the memory then goes with the device.
+            let _ = self.shared.allocator().free(allocation);
+            self.shared.count_freed(self.bytes);
+        }
+        // SAFETY: submissions are waited for before their recorder lets go, so the device does not use it.
+        unsafe { self.shared.raw.destroy_buffer(self.handle, None) };
+    }
+}

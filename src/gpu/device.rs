@@ -1,0 +1,207 @@
+//! The logical device: queue, memory allocator, pipeline cache.
+
+use super::instance::Instance;
+use super::select::{Candidate, DeviceInfo, candidates, choose};
+use super::timer::{StageTime, Timings};
+use super::{cache, vk_error};
+use crate::{Error, Result};
+use ash::{ext, vk};
+use gpu_allocator::vulkan::{Allocator, AllocatorCreateDesc};
+use std::mem::ManuallyDrop;
+use std::sync::atomic::{AtomicU64, Ordering};
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+
+/// How to open a device.
+#[derive(Debug, Clone, Default, PartialEq, Eq)]
+pub struct DeviceOptions {
+    /// `N`, `cpu`, `gpu` or a part of the name; `None` takes the best usable one, discrete before integrated
+    /// before CPU.
+    pub device: Option<String>,
+    /// Turns on core and synchronization validation; see [`Device::take_validation_messages`].
+    pub validation: bool,
+    /// Puts a full barrier before every command. A result that differs from the normal one means a missing barrier.
+    pub full_barriers: bool,
+}
+
+impl DeviceOptions {
+    /// Options from the environment: `RTFMESH_DEVICE`, and set to 1 `RTFMESH_VALIDATION`, `RTFMESH_FULL_BARRIERS`.
+    pub fn from_env() -> Self {
+        let on = |name| std::env::var_os(name).is_some_and(|v| v == "1");
+        Self {
+            device: std::env::var("RTFMESH_DEVICE").ok().filter(|d| !d.is_empty()),
+            validation: on("RTFMESH_VALIDATION"),
+            full_barriers: on("RTFMESH_FULL_BARRIERS"),
+        }
+    }
+}
+
+/// A Vulkan device ready for work. Clones share it.
+#[derive(Clone)]
+pub struct Device {
+    pub(super) shared: Arc<Shared>,
+}
+
+/// What buffers, pipelines and recorders keep alive.
+pub(super) struct Shared {
+    pub raw: ash::Device,
+    pub queue: Mutex<vk::Queue>,
+    pub queue_family: u32,
+    pub pipeline_cache: vk::PipelineCache,
+    pub info: DeviceInfo,
+    pub timestamp_mask: u64,
+    pub full_barriers: bool,
+    pub timings: Mutex<Timings>,
+    allocated_bytes: AtomicU64,
+    peak_bytes: AtomicU64,
+    names: Option<ext::debug_utils::Device>,
+    allocator: ManuallyDrop<Mutex<Allocator>>,
+    next_id: AtomicU64,
+    instance: Instance,
+}
+
+/// Blocks that the allocator takes from the driver; small, because a mesh's buffers are.
+const BLOCK_BYTES: u64 = 32 << 20;
+
+impl Device {
+    /// Opens the device that `options` name.
+    ///
+    /// # Errors
+    /// [`Error::Device`] if there is no Vulkan, no such device, or it lacks a needed limit.
+    pub fn open(options: &DeviceOptions) -> Result<Self> {
+        let instance = Instance::new(options.validation)?;
+        let candidate = choose(candidates(&instance)?, options.device.as_deref())?;
+        Ok(Self { shared: Arc::new(Shared::new(instance, candidate, options.full_barriers)?) })
+    }
+
+    /// Name, driver and limits.
+    pub fn info(&self) -> &DeviceInfo {
+        &self.shared.info
+    }
+
+    /// Messages of the validation layers since the last call; always empty without [`DeviceOptions::validation`].
+    pub fn take_validation_messages(&self) -> Vec<String> {
+        std::mem::take(&mut *locked(&self.shared.instance.messages))
+    }
+
+    /// Time of all dispatches and copies since the last call, by name.
+    pub fn take_timings(&self) -> Vec<StageTime> {
+        std::mem::take(&mut *locked(&self.shared.timings)).into_list()
+    }
+
+    /// Largest sum of buffer sizes that was ever allocated at once, in bytes.
+    pub fn peak_bytes(&self) -> u64 {
+        self.shared.peak_bytes.load(Ordering::Relaxed)
+    }
+}
+
+/// A lock that a panic elsewhere cannot poison: the guarded values are valid after every single operation.
+pub(super) fn locked<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
+    mutex.lock().unwrap_or_else(PoisonError::into_inner)
+}
+
+impl Shared {
+    fn new(instance: Instance, candidate: Candidate, full_barriers: bool) -> Result<Self> {
+        let priorities = [1.0];
+        let queues = [vk::DeviceQueueCreateInfo::default()
+            .queue_family_index(candidate.queue_family)
+            .queue_priorities(&priorities)];
+        // SAFETY: the handle comes from this instance; the call only reads.
+        let extensions = unsafe { instance.raw.enumerate_device_extension_properties(candidate.handle) }
+            .map_err(|e| vk_error("listing the device extensions", e))?;
+        let subset = ash::khr::portability_subset::NAME;
+        let mut enabled = Vec::new();
+        if extensions.iter().any(|e| e.extension_name_as_c_str() == Ok(subset)) {
+            // Vulkan demands that this one be enabled where it exists (MoltenVK).
+            enabled.push(subset.as_ptr());
+        }
+        let info = vk::DeviceCreateInfo::default().queue_create_infos(&queues).enabled_extension_names(&enabled);
+        // SAFETY: all pointers in `info` outlive the call.
+        let raw = unsafe { instance.raw.create_device(candidate.handle, &info, None) }
+            .map_err(|e| vk_error(&format!("opening device '{}'", candidate.info.name), e))?;
+        let allocator = Allocator::new(&AllocatorCreateDesc {
+            instance: instance.raw.clone(),
+            device: raw.clone(),
+            physical_device: candidate.handle,
+            debug_settings: gpu_allocator::AllocatorDebugSettings::default(),
+            buffer_device_address: false,
+            allocation_sizes: gpu_allocator::AllocationSizes::new(BLOCK_BYTES, BLOCK_BYTES),
+        })
+        .map_err(|e| {
+            // SAFETY: nothing was made from the device yet.
+            unsafe { raw.destroy_device(None) };
+            Error::device(format!("preparing the device's memory failed: {e}"), "try another --device")
+        })?;
+        let earlier = cache::load(&candidate.info);
+        // SAFETY: the device is alive; the driver checks the data's header and ignores foreign data.
+        let pipeline_cache = unsafe {
+            let with = vk::PipelineCacheCreateInfo::default().initial_data(&earlier);
+            let without = vk::PipelineCacheCreateInfo::default();
+            // A cache is a help only: a damaged file is dropped, and the null handle means none.
+            raw.create_pipeline_cache(&with, None)
+                .or_else(|_| raw.create_pipeline_cache(&without, None))
+                .unwrap_or_default()
+        };
+        // SAFETY: the queue was asked for above.
+        let queue = unsafe { raw.get_device_queue(candidate.queue_family, 0) };
+        let names = instance.names_objects().then(|| ext::debug_utils::Device::new(&instance.raw, &raw));
+        Ok(Self {
+            queue: Mutex::new(queue),
+            queue_family: candidate.queue_family,
+            pipeline_cache,
+            timestamp_mask: u64::MAX.checked_shr(64 - candidate.timestamp_bits).unwrap_or(0),
+            info: candidate.info,
+            full_barriers,
+            timings: Mutex::default(),
+            allocated_bytes: AtomicU64::new(0),
+            peak_bytes: AtomicU64::new(0),
+            names,
+            allocator: ManuallyDrop::new(Mutex::new(allocator)),
+            next_id: AtomicU64::new(0),
+            raw,
+            instance,
+        })
+    }
+
+    /// An id that no other buffer of this device ever had.
+    pub fn new_id(&self) -> u64 {
+        self.next_id.fetch_add(1, Ordering::Relaxed)
+    }
+
+    pub fn allocator(&self) -> MutexGuard<'_, Allocator> {
+        locked(&self.allocator)
+    }
+
+    pub fn count_allocated(&self, bytes: u64) {
+        let now = self.allocated_bytes.fetch_add(bytes, Ordering::Relaxed) + bytes;
+        self.peak_bytes.fetch_max(now, Ordering::Relaxed);
+    }
+
+    pub fn count_freed(&self, bytes: u64) {
+        self.allocated_bytes.fetch_sub(bytes, Ordering::Relaxed);
+    }
+
+    /// Names an object for validation messages and debuggers; does nothing without validation.
+    pub fn name_object<H: vk::Handle>(&self, handle: H, name: &str) {
+        let (Some(names), Ok(name)) = (&self.names, std::ffi::CString::new(name)) else { return };
+        let info = vk::DebugUtilsObjectNameInfoEXT::default().object_handle(handle).object_name(&name);
+        // SAFETY: the handle is alive and belongs to this device. A failure only leaves the object unnamed.
+        let _ = unsafe { names.set_debug_utils_object_name(&info) };
+    }
+}
+
+impl Drop for Shared {
+    fn drop(&mut self) {
+        // SAFETY: the last user is gone (Arc), submissions are waited for by their recorders; the allocator must
+        // go before its device, and is not touched again.
+        unsafe {
+            if self.pipeline_cache != vk::PipelineCache::null() {
+                if let Ok(data) = self.raw.get_pipeline_cache_data(self.pipeline_cache) {
+                    cache::store(&self.info, &data);
+                }
+                self.raw.destroy_pipeline_cache(self.pipeline_cache, None);
+            }
+            ManuallyDrop::drop(&mut self.allocator);
+            self.raw.destroy_device(None);
+        }
+    }
+}

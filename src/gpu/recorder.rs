@@ -1,0 +1,382 @@
+//! Records dispatches and copies in a straight line, with the barriers that they need, and runs them.
+
+use super::barriers::{Barrier, Hazards, Stage};
+use super::buffer::{Buffer, RawBuffer};
+use super::device::{Device, Shared, locked};
+use super::kernel::{Access, BindingSet, Kernel, Pipeline};
+use super::vk_error;
+use crate::{Error, Result};
+use ash::vk;
+use gpu_allocator::MemoryLocation;
+use std::marker::PhantomData;
+use std::sync::Arc;
+
+/// Number of invocations that a dispatch needs; the recorder rounds up to whole workgroups. Kernels get their index
+/// from `thread_index()` in `glsl/common/threads.glsl` and must leave when it is past the end.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Threads(pub usize);
+
+/// A list of commands that is being written; [`Recorder::submit`] runs it.
+pub struct Recorder {
+    shared: Arc<Shared>,
+    command_pool: vk::CommandPool,
+    commands: vk::CommandBuffer,
+    descriptor_pools: Vec<vk::DescriptorPool>,
+    sets_left: u32,
+    query_pools: Vec<vk::QueryPool>,
+    names: Vec<&'static str>,
+    hazards: Hazards,
+    staging: Vec<RawBuffer>,
+    /// Set while the device may still use what this recorder owns.
+    running: bool,
+}
+
+/// A copy to the host that [`Submitted::read`] gives out.
+pub struct Download<T> {
+    slot: usize,
+    len: usize,
+    element: PhantomData<T>,
+}
+
+/// A finished submission with its downloads.
+pub struct Submitted {
+    recorder: Recorder,
+}
+
+const SETS_PER_POOL: u32 = 128;
+const TIMED_PER_POOL: u32 = 512;
+/// More than any kernel binds; checked when sets are allocated.
+const BUFFERS_PER_SET: u32 = 12;
+
+impl Device {
+    /// Starts a list of commands.
+    ///
+    /// # Errors
+    /// [`Error::Device`] if the driver has no memory for it.
+    pub fn recorder(&self) -> Result<Recorder> {
+        Recorder::new(&self.shared)
+    }
+}
+
+impl Recorder {
+    fn new(shared: &Arc<Shared>) -> Result<Self> {
+        let failed = |e| vk_error("starting a command buffer", e);
+        let pool_info = vk::CommandPoolCreateInfo::default().queue_family_index(shared.queue_family);
+        // SAFETY: the device is alive (Arc).
+        let command_pool = unsafe { shared.raw.create_command_pool(&pool_info, None) }.map_err(failed)?;
+        let mut this = Self {
+            shared: shared.clone(),
+            command_pool,
+            commands: vk::CommandBuffer::null(),
+            descriptor_pools: Vec::new(),
+            sets_left: 0,
+            query_pools: Vec::new(),
+            names: Vec::new(),
+            hazards: Hazards::default(),
+            staging: Vec::new(),
+            running: false,
+        };
+        let info = vk::CommandBufferAllocateInfo::default().command_pool(command_pool).command_buffer_count(1);
+        // SAFETY: the pool was just made and is used by this recorder alone.
+        unsafe {
+            let list = shared.raw.allocate_command_buffers(&info).map_err(failed)?;
+            this.commands = list.first().copied().unwrap_or_default();
+            let once =
+                vk::CommandBufferBeginInfo::default().flags(vk::CommandBufferUsageFlags::ONE_TIME_SUBMIT);
+            shared.raw.begin_command_buffer(this.commands, &once).map_err(failed)?;
+        }
+        this.barrier(Barrier::ALL);
+        Ok(this)
+    }
+
+    /// Runs `pipeline` on `threads` invocations. Zero threads are no dispatch.
+    ///
+    /// # Errors
+    /// [`Error::Device`] if the driver has no memory; [`Error::Internal`] if a buffer is bound twice and written.
+    pub fn dispatch<K: Kernel>(
+        &mut self,
+        pipeline: &Pipeline<K>,
+        threads: Threads,
+        push: &K::Push,
+        bindings: &K::Bindings<'_>,
+    ) -> Result<()> {
+        if threads.0 == 0 {
+            return Ok(());
+        }
+        let buffers = bindings.buffers();
+        let uses: Vec<_> = buffers.iter().zip(K::INFO.bindings).map(|(b, info)| (b.id, info.access)).collect();
+        for (i, (id, access)) in uses.iter().enumerate() {
+            if uses.iter().enumerate().any(|(j, (other, _))| i != j && id == other && *access != Access::Read) {
+                let name = buffers[i].name();
+                return Err(Error::Internal(format!("{name} is bound twice to {} and written", K::INFO.name)));
+            }
+        }
+        if let Some(b) = self.hazards.before(Stage::Compute, &uses, self.shared.full_barriers) {
+            self.barrier(b);
+        }
+        let set = self.descriptor_set(pipeline.raw.set_layout, &buffers)?;
+        let groups = threads.0.div_ceil(pipeline.raw.workgroup as usize);
+        let x = groups.min(self.shared.info.limits.workgroups as usize);
+        let y = groups.div_ceil(x);
+        let (raw, layout) = (&self.shared.raw.clone(), pipeline.raw.layout);
+        self.timed(K::INFO.name, |commands| {
+            // SAFETY: recording is on; pipeline, set and buffers live until the submission was waited for, because
+            // `submit` waits before this recorder can be dropped or its callers can free anything.
+            unsafe {
+                raw.cmd_bind_pipeline(commands, vk::PipelineBindPoint::COMPUTE, pipeline.raw.pipeline);
+                raw.cmd_bind_descriptor_sets(
+                    commands,
+                    vk::PipelineBindPoint::COMPUTE,
+                    layout,
+                    0,
+                    &[set],
+                    &[],
+                );
+                if size_of::<K::Push>() > 0 {
+                    raw.cmd_push_constants(
+                        commands,
+                        layout,
+                        vk::ShaderStageFlags::COMPUTE,
+                        0,
+                        bytemuck::bytes_of(push),
+                    );
+                }
+                raw.cmd_dispatch(commands, x as u32, y as u32, 1);
+            }
+        })
+    }
+
+    /// Overwrites the start of `target` with `values`.
+    ///
+    /// # Errors
+    /// [`Error::OutOfMemory`] for the staging copy; [`Error::Internal`] if `target` is too short.
+    pub fn upload<T: bytemuck::Pod>(&mut self, target: &Buffer<T>, values: &[T]) -> Result<()> {
+        if values.len() > target.len() {
+            return Err(Error::Internal(format!("{} values do not fit in {}", values.len(), target.raw().name())));
+        }
+        let bytes: &[u8] = bytemuck::cast_slice(values);
+        if bytes.is_empty() {
+            return Ok(());
+        }
+        let mut staging = self.staging_buffer(bytes.len(), vk::BufferUsageFlags::TRANSFER_SRC)?;
+        let mapped = staging.mapped_mut().get_mut(..bytes.len());
+        mapped.ok_or_else(|| Error::Internal("staging memory is not mapped".to_owned()))?.copy_from_slice(bytes);
+        self.copy(&staging, target.raw(), bytes.len(), "copy.upload")?;
+        self.staging.push(staging);
+        Ok(())
+    }
+
+    /// Copies `source` to the host; read it after the submission.
+    ///
+    /// # Errors
+    /// [`Error::OutOfMemory`] for the staging copy.
+    pub fn download<T: bytemuck::Pod>(&mut self, source: &Buffer<T>) -> Result<Download<T>> {
+        let bytes = source.len() * size_of::<T>();
+        let staging = self.staging_buffer(bytes, vk::BufferUsageFlags::TRANSFER_DST)?;
+        if bytes > 0 {
+            self.copy(source.raw(), &staging, bytes, "copy.download")?;
+        }
+        self.staging.push(staging);
+        Ok(Download { slot: self.staging.len() - 1, len: source.len(), element: PhantomData })
+    }
+
+    /// Runs the list and waits until the device is done.
+    ///
+    /// # Errors
+    /// [`Error::DeviceLost`] or [`Error::Device`].
+    pub fn submit(mut self) -> Result<Submitted> {
+        let last = self.names.last().copied().unwrap_or("an empty submission");
+        let failed = |e| vk_error(last, e);
+        let raw = self.shared.raw.clone();
+        let to_host = vk::MemoryBarrier::default()
+            .src_access_mask(vk::AccessFlags::TRANSFER_WRITE)
+            .dst_access_mask(vk::AccessFlags::HOST_READ);
+        let commands = [self.commands];
+        let submit = [vk::SubmitInfo::default().command_buffers(&commands)];
+        // SAFETY: recording is on; the queue is locked during the submission as Vulkan demands; the fence outlives
+        // the wait. If the wait fails the device is lost, and then Vulkan allows destroying everything.
+        unsafe {
+            raw.cmd_pipeline_barrier(
+                self.commands,
+                vk::PipelineStageFlags::TRANSFER,
+                vk::PipelineStageFlags::HOST,
+                vk::DependencyFlags::empty(),
+                &[to_host],
+                &[],
+                &[],
+            );
+            raw.end_command_buffer(self.commands).map_err(failed)?;
+            let fence = raw.create_fence(&vk::FenceCreateInfo::default(), None).map_err(failed)?;
+            let sent = raw.queue_submit(*locked(&self.shared.queue), &submit, fence);
+            self.running = sent.is_ok();
+            let done = sent.and_then(|()| raw.wait_for_fences(&[fence], true, u64::MAX));
+            self.running = false;
+            raw.destroy_fence(fence, None);
+            done.map_err(failed)?;
+        }
+        self.collect_times()?;
+        Ok(Submitted { recorder: self })
+    }
+
+    fn staging_buffer(&self, bytes: usize, usage: vk::BufferUsageFlags) -> Result<RawBuffer> {
+        let location = if usage == vk::BufferUsageFlags::TRANSFER_SRC {
+            MemoryLocation::CpuToGpu
+        } else {
+            MemoryLocation::GpuToCpu
+        };
+        RawBuffer::new(&self.shared, "gpu.staging", bytes.max(1).next_multiple_of(16) as u64, usage, location)
+    }
+
+    fn copy(&mut self, from: &RawBuffer, to: &RawBuffer, bytes: usize, name: &'static str) -> Result<()> {
+        let uses = [(from.id, Access::Read), (to.id, Access::Write)];
+        if let Some(b) = self.hazards.before(Stage::Transfer, &uses, self.shared.full_barriers) {
+            self.barrier(b);
+        }
+        let raw = self.shared.raw.clone();
+        let region = [vk::BufferCopy::default().size(bytes as u64)];
+        // SAFETY: both buffers are at least `bytes` long and live until the submission was waited for.
+        self.timed(name, |commands| unsafe { raw.cmd_copy_buffer(commands, from.handle, to.handle, &region) })
+    }
+
+    fn barrier(&self, b: Barrier) {
+        let memory =
+            [vk::MemoryBarrier::default().src_access_mask(b.available).dst_access_mask(Barrier::VISIBLE)];
+        // SAFETY: recording is on.
+        unsafe {
+            self.shared.raw.cmd_pipeline_barrier(
+                self.commands,
+                b.from,
+                Barrier::TO,
+                vk::DependencyFlags::empty(),
+                &memory,
+                &[],
+                &[],
+            );
+        }
+    }
+
+    /// Records `command` between two timestamps, where the device has them.
+    fn timed(&mut self, name: &'static str, command: impl FnOnce(vk::CommandBuffer)) -> Result<()> {
+        let raw = self.shared.raw.clone();
+        let slot = self.names.len() as u32 % TIMED_PER_POOL;
+        self.names.push(name);
+        if self.shared.timestamp_mask == 0 {
+            command(self.commands);
+            return Ok(());
+        }
+        if slot == 0 {
+            let info = vk::QueryPoolCreateInfo::default()
+                .query_type(vk::QueryType::TIMESTAMP)
+                .query_count(2 * TIMED_PER_POOL);
+            // SAFETY: recording is on; the pool is kept until the submission was waited for.
+            unsafe {
+                let pool =
+                    raw.create_query_pool(&info, None).map_err(|e| vk_error("making timestamp queries", e))?;
+                self.query_pools.push(pool);
+                raw.cmd_reset_query_pool(self.commands, pool, 0, 2 * TIMED_PER_POOL);
+            }
+        }
+        let pool = self.query_pools.last().copied().unwrap_or_default();
+        // SAFETY: recording is on and both queries were reset above.
+        unsafe {
+            raw.cmd_write_timestamp(self.commands, vk::PipelineStageFlags::TOP_OF_PIPE, pool, 2 * slot);
+            command(self.commands);
+            raw.cmd_write_timestamp(self.commands, vk::PipelineStageFlags::BOTTOM_OF_PIPE, pool, 2 * slot + 1);
+        }
+        Ok(())
+    }
+
+    fn collect_times(&mut self) -> Result<()> {
+        let (mask, tick) = (self.shared.timestamp_mask, f64::from(self.shared.info.limits.timestamp_ns));
+        let mut timings = locked(&self.shared.timings);
+        for (chunk, names) in self.names.chunks(TIMED_PER_POOL as usize).enumerate() {
+            let mut ticks = vec![0_u64; 2 * names.len()];
+            if let Some(&pool) = self.query_pools.get(chunk) {
+                // SAFETY: the submission is done, so all queries of the list are available.
+                unsafe {
+                    self.shared.raw.get_query_pool_results(pool, 0, &mut ticks, vk::QueryResultFlags::TYPE_64)
+                }
+                .map_err(|e| vk_error("reading timestamps", e))?;
+            }
+            for (name, pair) in names.iter().zip(ticks.chunks_exact(2)) {
+                let elapsed = (pair[1] & mask).wrapping_sub(pair[0] & mask) & mask;
+                timings.add(name, (mask != 0).then_some(elapsed as f64 * tick));
+            }
+        }
+        Ok(())
+    }
+
+    fn descriptor_set(
+        &mut self,
+        layout: vk::DescriptorSetLayout,
+        buffers: &[&RawBuffer],
+    ) -> Result<vk::DescriptorSet> {
+        let failed = |e| vk_error("making a descriptor set", e);
+        let raw = self.shared.raw.clone();
+        if self.sets_left == 0 {
+            let sizes = [vk::DescriptorPoolSize::default()
+                .ty(vk::DescriptorType::STORAGE_BUFFER)
+                .descriptor_count(SETS_PER_POOL * BUFFERS_PER_SET)];
+            let info = vk::DescriptorPoolCreateInfo::default().max_sets(SETS_PER_POOL).pool_sizes(&sizes);
+            // SAFETY: the device is alive.
+            self.descriptor_pools.push(unsafe { raw.create_descriptor_pool(&info, None) }.map_err(failed)?);
+            self.sets_left = SETS_PER_POOL;
+        }
+        let layouts = [layout];
+        let info = vk::DescriptorSetAllocateInfo::default()
+            .descriptor_pool(self.descriptor_pools.last().copied().unwrap_or_default())
+            .set_layouts(&layouts);
+        // SAFETY: the pool has room: it was sized for SETS_PER_POOL sets of the largest kernel.
+        let set = unsafe { raw.allocate_descriptor_sets(&info) }.map_err(failed)?;
+        self.sets_left -= 1;
+        let set = set.first().copied().unwrap_or_default();
+        let infos: Vec<_> = buffers
+            .iter()
+            .map(|b| [vk::DescriptorBufferInfo::default().buffer(b.handle).range(vk::WHOLE_SIZE)])
+            .collect();
+        let writes: Vec<_> = infos
+            .iter()
+            .enumerate()
+            .map(|(i, info)| {
+                vk::WriteDescriptorSet::default()
+                    .dst_set(set)
+                    .dst_binding(i as u32)
+                    .descriptor_type(vk::DescriptorType::STORAGE_BUFFER)
+                    .buffer_info(info)
+            })
+            .collect();
+        // SAFETY: set and buffers are alive; no submission uses the new set yet.
+        unsafe { raw.update_descriptor_sets(&writes, &[]) };
+        Ok(set)
+    }
+}
+
+impl Drop for Recorder {
+    fn drop(&mut self) {
+        debug_assert!(!self.running, "a submission is always waited for");
+        // SAFETY: no submission is running, see `submit`.
+        unsafe {
+            for pool in &self.descriptor_pools {
+                self.shared.raw.destroy_descriptor_pool(*pool, None);
+            }
+            for pool in &self.query_pools {
+                self.shared.raw.destroy_query_pool(*pool, None);
+            }
+            self.shared.raw.destroy_command_pool(self.command_pool, None);
+        }
+    }
+}
+
+impl Submitted {
+    /// The values of a download of this submission.
+    ///
+    /// # Errors
+    /// [`Error::Internal`] if `download` belongs to another one.
+    pub fn read<T: bytemuck::Pod>(&self, download: &Download<T>) -> Result<Vec<T>> {
+        let staging = self.recorder.staging.get(download.slot);
+        staging
+            .and_then(|s| s.mapped().get(..download.len * size_of::<T>()))
+            .map(bytemuck::allocation::pod_collect_to_vec)
+            .ok_or_else(|| Error::Internal("a download was read from another submission".to_owned()))
+    }
+}

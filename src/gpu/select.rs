@@ -1,0 +1,261 @@
+//! Which devices there are, whether each can be used, and which one to take.
+
+use super::instance::Instance;
+use super::vk_error;
+use crate::{Error, Result};
+use ash::vk;
+use serde::Serialize;
+
+/// The limits that the kernels depend on, in bytes or counts.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Limits {
+    /// Largest storage buffer that a kernel can be given.
+    pub storage_buffer_bytes: u64,
+    /// Shared memory of a workgroup.
+    pub shared_memory_bytes: u32,
+    /// Push constants.
+    pub push_constant_bytes: u32,
+    /// Storage buffers of one kernel.
+    pub storage_buffers: u32,
+    /// Invocations of one workgroup.
+    pub workgroup_invocations: u32,
+    /// Workgroups of one dispatch along x.
+    pub workgroups: u32,
+    /// Nanoseconds per timestamp tick; 0 where the device has no timestamps.
+    pub timestamp_ns: f32,
+    /// Largest heap of the device's own memory.
+    pub memory_bytes: u64,
+    /// Invocations that run in lockstep.
+    pub subgroup_size: u32,
+}
+
+/// One Vulkan device of this machine.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct DeviceInfo {
+    /// Position in the list; what `--device N` takes.
+    pub index: usize,
+    /// The driver's name for the device.
+    pub name: String,
+    /// `discrete`, `integrated`, `virtual`, `cpu` or `other`.
+    pub kind: &'static str,
+    /// Driver name and version.
+    pub driver: String,
+    /// Vulkan version, as `1.3.230`.
+    pub api: String,
+    /// The limits that matter.
+    pub limits: Limits,
+    /// Why the device cannot be used; empty if it can.
+    pub missing: Vec<String>,
+}
+
+/// A device together with its handle.
+pub(super) struct Candidate {
+    pub handle: vk::PhysicalDevice,
+    pub queue_family: u32,
+    pub timestamp_bits: u32,
+    pub info: DeviceInfo,
+}
+
+const MIN_SHARED: u32 = 16 << 10;
+const MIN_PUSH: u32 = 128;
+const MIN_BUFFERS: u32 = 8;
+const MIN_INVOCATIONS: u32 = 128;
+
+/// Lists the Vulkan devices of this machine in the driver's order.
+///
+/// # Errors
+/// [`Error::Device`] without a Vulkan loader. A loader without devices gives an empty list.
+pub fn list_devices() -> Result<Vec<DeviceInfo>> {
+    let instance = Instance::new(false)?;
+    Ok(candidates(&instance)?.into_iter().map(|c| c.info).collect())
+}
+
+pub(super) fn candidates(instance: &Instance) -> Result<Vec<Candidate>> {
+    // SAFETY: the instance is alive; the call only reads.
+    let handles = match unsafe { instance.raw.enumerate_physical_devices() } {
+        // The loader says so when no driver can be loaded at all.
+        Err(vk::Result::ERROR_INITIALIZATION_FAILED) => Vec::new(),
+        other => other.map_err(|e| vk_error("listing the devices", e))?,
+    };
+    Ok(handles.into_iter().enumerate().map(|(index, handle)| candidate(instance, index, handle)).collect())
+}
+
+/// Takes the device that `wish` names: an index, `cpu`, `gpu`, or a part of the name; without a wish the first
+/// usable one, discrete before integrated before virtual before CPU.
+pub(super) fn choose(mut all: Vec<Candidate>, wish: Option<&str>) -> Result<Candidate> {
+    let remedy = "see `rtfmesh devices`, or install Mesa's lavapipe (Debian: apt install mesa-vulkan-drivers)";
+    if all.is_empty() {
+        return Err(Error::device("no Vulkan device on this machine", remedy));
+    }
+    let names = all.iter().map(|c| format!("{} {}", c.info.index, c.info.name)).collect::<Vec<_>>().join(", ");
+    all.retain(|c| wish.is_none_or(|w| matches(&c.info, w)));
+    all.sort_by_key(|c| rank(c.info.kind));
+    let Some(best) = all.iter().position(|c| c.info.missing.is_empty()) else {
+        return Err(match (all.first(), wish) {
+            (Some(c), _) => Error::device(
+                format!("device '{}' cannot be used: {}", c.info.name, c.info.missing.join(", ")),
+                remedy,
+            ),
+            (None, Some(wish)) => Error::device(format!("no device matches '{wish}'"), format!("there are: {names}")),
+            (None, None) => Error::device("no Vulkan device on this machine", remedy),
+        });
+    };
+    Ok(all.swap_remove(best))
+}
+
+fn matches(info: &DeviceInfo, wish: &str) -> bool {
+    match (wish.parse::<usize>(), wish) {
+        (Ok(index), _) => info.index == index,
+        (_, "cpu") => info.kind == "cpu",
+        (_, "gpu") => info.kind != "cpu",
+        (_, part) => info.name.to_lowercase().contains(&part.to_lowercase()),
+    }
+}
+
+fn rank(kind: &str) -> usize {
+    ["discrete", "integrated", "virtual", "cpu"].iter().position(|k| *k == kind).unwrap_or(4)
+}
+
+fn candidate(instance: &Instance, index: usize, handle: vk::PhysicalDevice) -> Candidate {
+    let mut driver = vk::PhysicalDeviceDriverProperties::default();
+    let mut subgroup = vk::PhysicalDeviceSubgroupProperties::default();
+    let mut all = vk::PhysicalDeviceProperties2::default().push_next(&mut driver).push_next(&mut subgroup);
+    // SAFETY: the handle comes from this instance; the calls only read.
+    let (memory, families) = unsafe {
+        instance.raw.get_physical_device_properties2(handle, &mut all);
+        (
+            instance.raw.get_physical_device_memory_properties(handle),
+            instance.raw.get_physical_device_queue_family_properties(handle),
+        )
+    };
+    let p = all.properties;
+    let family = families.iter().position(|f| f.queue_flags.contains(vk::QueueFlags::COMPUTE));
+    let timestamp_bits = family.map_or(0, |f| families[f].timestamp_valid_bits);
+    let limits = Limits {
+        storage_buffer_bytes: p.limits.max_storage_buffer_range.into(),
+        shared_memory_bytes: p.limits.max_compute_shared_memory_size,
+        push_constant_bytes: p.limits.max_push_constants_size,
+        storage_buffers: p.limits.max_per_stage_descriptor_storage_buffers,
+        workgroup_invocations: p.limits.max_compute_work_group_invocations.min(p.limits.max_compute_work_group_size[0]),
+        workgroups: p.limits.max_compute_work_group_count[0],
+        timestamp_ns: if timestamp_bits == 0 { 0.0 } else { p.limits.timestamp_period },
+        memory_bytes: memory
+            .memory_heaps_as_slice()
+            .iter()
+            .filter(|h| h.flags.contains(vk::MemoryHeapFlags::DEVICE_LOCAL))
+            .map(|h| h.size)
+            .max()
+            .unwrap_or(0),
+        subgroup_size: subgroup.subgroup_size,
+    };
+    let text = |s: std::result::Result<&std::ffi::CStr, _>| {
+        s.map_or_else(|_: std::ffi::FromBytesUntilNulError| String::new(), |s| s.to_string_lossy().into_owned())
+    };
+    let info = DeviceInfo {
+        index,
+        name: text(p.device_name_as_c_str()),
+        kind: match p.device_type {
+            vk::PhysicalDeviceType::DISCRETE_GPU => "discrete",
+            vk::PhysicalDeviceType::INTEGRATED_GPU => "integrated",
+            vk::PhysicalDeviceType::VIRTUAL_GPU => "virtual",
+            vk::PhysicalDeviceType::CPU => "cpu",
+            _ => "other",
+        },
+        driver: format!("{} {}", text(driver.driver_name_as_c_str()), text(driver.driver_info_as_c_str())),
+        api: version(p.api_version),
+        missing: missing(p.api_version, &limits, family.is_some()),
+        limits,
+    };
+    Candidate { handle, queue_family: family.unwrap_or(0) as u32, timestamp_bits, info }
+}
+
+fn version(v: u32) -> String {
+    format!("{}.{}.{}", vk::api_version_major(v), vk::api_version_minor(v), vk::api_version_patch(v))
+}
+
+fn missing(api: u32, limits: &Limits, compute: bool) -> Vec<String> {
+    let mut list = Vec::new();
+    if api < vk::API_VERSION_1_2 {
+        list.push(format!("Vulkan 1.2 (it has {})", version(api)));
+    }
+    if !compute {
+        list.push("a compute queue".to_owned());
+    }
+    let checks = [
+        ("bytes of shared memory", limits.shared_memory_bytes, MIN_SHARED),
+        ("bytes of push constants", limits.push_constant_bytes, MIN_PUSH),
+        ("storage buffers per kernel", limits.storage_buffers, MIN_BUFFERS),
+        ("invocations per workgroup", limits.workgroup_invocations, MIN_INVOCATIONS),
+    ];
+    list.extend(
+        checks.iter().filter(|(_, has, min)| has < min).map(|(what, has, min)| format!("{min} {what} (it has {has})")),
+    );
+    list
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn fake(index: usize, name: &str, kind: &'static str, missing: &[&str]) -> Candidate {
+        let limits = Limits {
+            storage_buffer_bytes: 1 << 27,
+            shared_memory_bytes: 1 << 15,
+            push_constant_bytes: 128,
+            storage_buffers: 8,
+            workgroup_invocations: 128,
+            workgroups: 65535,
+            timestamp_ns: 1.0,
+            memory_bytes: 1 << 30,
+            subgroup_size: 8,
+        };
+        let info = DeviceInfo {
+            index,
+            name: name.to_owned(),
+            kind,
+            driver: String::new(),
+            api: String::new(),
+            limits,
+            missing: missing.iter().map(|m| (*m).to_owned()).collect(),
+        };
+        Candidate { handle: vk::PhysicalDevice::null(), queue_family: 0, timestamp_bits: 64, info }
+    }
+
+    fn three() -> Vec<Candidate> {
+        vec![
+            fake(0, "llvmpipe", "cpu", &[]),
+            fake(1, "Integrated One", "integrated", &[]),
+            fake(2, "Old Discrete", "discrete", &["Vulkan 1.2"]),
+        ]
+    }
+
+    fn chosen(wish: Option<&str>) -> Result<usize> {
+        choose(three(), wish).map(|c| c.info.index)
+    }
+
+    #[test]
+    fn the_best_usable_device_is_taken() {
+        assert_eq!(chosen(None), Ok(1));
+        assert_eq!(chosen(Some("cpu")), Ok(0));
+        assert_eq!(chosen(Some("gpu")), Ok(1));
+        assert_eq!(chosen(Some("0")), Ok(0));
+        assert_eq!(chosen(Some("INTEGRATED")), Ok(1));
+    }
+
+    #[test]
+    fn a_wish_that_cannot_be_met_says_why() {
+        let text = |wish| chosen(Some(wish)).unwrap_err().to_string();
+        assert!(text("2").contains("Old Discrete") && text("2").contains("Vulkan 1.2"));
+        assert!(text("radeon").contains("radeon") && text("radeon").contains("llvmpipe"));
+        assert!(choose(Vec::new(), None).is_err());
+    }
+
+    #[test]
+    fn too_small_limits_are_named() {
+        let mut limits = three().remove(0).info.limits;
+        assert!(missing(vk::API_VERSION_1_2, &limits, true).is_empty());
+        limits.shared_memory_bytes = 8 << 10;
+        assert!(missing(vk::API_VERSION_1_2, &limits, true)[0].contains("shared memory"));
+        assert!(missing(vk::API_VERSION_1_1, &limits, false).len() == 3);
+    }
+}

@@ -1,0 +1,91 @@
+//! What a run is asked to do.
+
+use crate::{Error, Result};
+use serde::Serialize;
+
+/// Which point of its face a site moves to.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Centroid {
+    /// The mean of the face's corners (Eq. 7 of the paper).
+    #[default]
+    Vertex,
+    /// The centroid of the face's area (Eq. 3).
+    Area,
+}
+
+/// Settings of a run. `Options::rtf(n)` has the paper's.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Options {
+    /// Vertices of the result, at least 4.
+    pub vertices: usize,
+    /// Sites in a normal's plane fit, the site itself included; 3 to [`MAX_NEIGHBOURS`] + 1 (the paper's k_nor).
+    pub k_normal: u32,
+    /// Sites that clip a cell before the radius of security is checked; 3 to [`MAX_NEIGHBOURS`] (the paper's k_clip).
+    pub k_clip: u32,
+    /// Input vertices whose triangles a site is projected onto; 1 to [`MAX_NEIGHBOURS`] (the paper's k_proj).
+    pub k_project: u32,
+    /// Most iterations.
+    pub iterations: u32,
+    /// The run ends early when the root mean square step is below this many spacings.
+    pub tolerance: f64,
+    /// Seed of the random start.
+    pub seed: u64,
+    /// Where a site moves.
+    pub centroid: Centroid,
+}
+
+/// Longest neighbour list: what the cell kernel's planes and 16 KB of shared memory allow.
+pub const MAX_NEIGHBOURS: u32 = 48;
+
+impl Options {
+    /// The paper's settings (Sect. 5): k = 16, 32, 16 and 160 iterations of Lloyd from a uniformly random start.
+    pub fn rtf(vertices: usize) -> Self {
+        Self {
+            vertices,
+            k_normal: 16,
+            k_clip: 32,
+            k_project: 16,
+            iterations: 160,
+            tolerance: 1e-4,
+            seed: 1,
+            centroid: Centroid::Vertex,
+        }
+    }
+
+    /// Checks every range.
+    ///
+    /// # Errors
+    /// [`Error::Usage`] that names the option.
+    pub fn validate(&self) -> Result<()> {
+        if self.vertices < 4 {
+            return Err(Error::usage(
+                format!("{} vertices cannot make a closed surface", self.vertices),
+                "ask for at least 4",
+            ));
+        }
+        if self.vertices as u64 >= u64::from(u32::MAX) {
+            return Err(Error::usage(
+                format!("{} vertices are more than an index can count", self.vertices),
+                format!("ask for fewer than {}", u32::MAX),
+            ));
+        }
+        let ranges = [
+            ("k-normal", self.k_normal, 3, MAX_NEIGHBOURS + 1),
+            ("k-clip", self.k_clip, 3, MAX_NEIGHBOURS),
+            ("k-project", self.k_project, 1, MAX_NEIGHBOURS),
+        ];
+        for (name, value, low, high) in ranges {
+            if !(low..=high).contains(&value) {
+                return Err(Error::usage(format!("--{name} {value} is out of range"), format!("use {low} to {high}")));
+            }
+        }
+        if !(self.tolerance >= 0.0 && self.tolerance.is_finite()) {
+            return Err(Error::usage(
+                format!("--tolerance {} is out of range", self.tolerance),
+                "use 0 or a small number such as 1e-4",
+            ));
+        }
+        Ok(())
+    }
+}

@@ -1,0 +1,176 @@
+//! From faces to triangles: the rotation system of the fans.
+//!
+//! A fan is the cyclic list of sites behind a face's edges. Keep the edge i–j only if each lists the other; order the
+//! kept neighbours of every site by its fan; trace faces by "arrive at j from i, leave to the neighbour just before i
+//! in j's counter-clockwise order". Every directed edge lies in exactly one traced face, so the result is a closed
+//! surface. It contains the paper's clustering (Sect. 4.4): three faces that meet give a triangle, four or more
+//! co-circular sites give a larger face, which is split by quality.
+
+use crate::mesh::quality::TriangleQuality;
+use glam::DVec3;
+use serde::Serialize;
+use std::collections::HashSet;
+
+/// Counter-clockwise neighbours of every site.
+#[derive(Debug, Clone, Default, PartialEq, Eq)]
+pub struct Fans {
+    start: Vec<u32>,
+    neighbours: Vec<u32>,
+}
+
+impl Fans {
+    /// From one list a site.
+    pub fn from_lists<L: AsRef<[u32]>>(lists: impl IntoIterator<Item = L>) -> Self {
+        let mut fans = Self { start: vec![0], neighbours: Vec::new() };
+        for list in lists {
+            fans.neighbours.extend_from_slice(list.as_ref());
+            fans.start.push(fans.neighbours.len() as u32);
+        }
+        fans
+    }
+
+    /// Number of sites.
+    pub fn len(&self) -> usize {
+        self.start.len().saturating_sub(1)
+    }
+
+    /// Whether there are no sites.
+    pub fn is_empty(&self) -> bool {
+        self.len() == 0
+    }
+
+    /// The fan of one site. Panics if it is out of range.
+    pub fn of(&self, site: usize) -> &[u32] {
+        &self.neighbours[self.start[site] as usize..self.start[site + 1] as usize]
+    }
+
+    /// Only the edges that both ends list. Entries that name no site or the site itself, as the box of an
+    /// unbounded face does, are dropped too.
+    fn symmetric(&self) -> Self {
+        let lists = |i: u32, j: u32| (j as usize) < self.len() && i != j && self.of(j as usize).contains(&i);
+        Self::from_lists((0..self.len()).map(|i| {
+            let mut kept: Vec<u32> = self.of(i).iter().copied().filter(|&j| lists(i as u32, j)).collect();
+            // A neighbour that bounds two stretches of a degenerate face counts once.
+            let mut seen = HashSet::new();
+            kept.retain(|j| seen.insert(*j));
+            kept
+        }))
+    }
+}
+
+/// What connecting met.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize)]
+pub struct ConnectCounts {
+    /// Fan entries without their counterpart, dropped.
+    pub one_sided_edges: usize,
+    /// Traced faces of four or more corners, split by quality.
+    pub split_faces: usize,
+    /// Traced faces that could not be filled without repeating an edge; they are holes in the result.
+    pub unfilled_faces: usize,
+    /// Sites that no triangle uses.
+    pub unconnected_sites: usize,
+}
+
+/// Triangles over the sites and what was met on the way.
+pub fn connect(sites: &[DVec3], fans: &Fans) -> (Vec<[u32; 3]>, ConnectCounts) {
+    let kept = fans.symmetric();
+    let mut counts =
+        ConnectCounts { one_sided_edges: fans.neighbours.len() - kept.neighbours.len(), ..Default::default() };
+    let mut edges: HashSet<(u32, u32)> = (0..kept.len())
+        .flat_map(|i| kept.of(i).iter().map(move |&j| (i as u32, j)))
+        .filter(|(i, j)| i < j)
+        .collect();
+    let mut triangles = Vec::with_capacity(2 * sites.len());
+    for face in trace(&kept) {
+        match face.as_slice() {
+            &[a, b, c] => triangles.push([a, b, c]),
+            // Two corners: both sides of an edge that hangs between two sites.
+            [_, _] => {}
+            _ => {
+                counts.split_faces += 1;
+                match split(&face, sites, &mut edges) {
+                    Some(parts) => triangles.extend(parts),
+                    None => counts.unfilled_faces += 1,
+                }
+            }
+        }
+    }
+    let mut used = vec![false; sites.len()];
+    triangles.iter().flatten().for_each(|v| used[*v as usize] = true);
+    counts.unconnected_sites = used.iter().filter(|u| !**u).count();
+    (triangles, counts)
+}
+
+/// All faces of the rotation system, each as its cycle of sites, in the order of their first directed edge.
+fn trace(fans: &Fans) -> Vec<Vec<u32>> {
+    let mut done = vec![false; fans.neighbours.len()];
+    let mut faces = Vec::new();
+    for i in 0..fans.len() {
+        for slot in fans.start[i]..fans.start[i + 1] {
+            let (mut from, mut slot) = (i as u32, slot as usize);
+            let mut face = Vec::new();
+            while !std::mem::replace(&mut done[slot], true) {
+                face.push(from);
+                let to = fans.neighbours[slot];
+                slot = leave(fans, from, to);
+                from = to;
+            }
+            if !face.is_empty() {
+                faces.push(face);
+            }
+        }
+    }
+    faces
+}
+
+/// The slot by which a face leaves `at` after arriving from `from`.
+fn leave(fans: &Fans, from: u32, at: u32) -> usize {
+    let fan = fans.of(at as usize);
+    // Fans are symmetric here, so `from` is always found.
+    let place = fan.iter().position(|&j| j == from).unwrap_or(0);
+    fans.start[at as usize] as usize + (place + fan.len() - 1) % fan.len()
+}
+
+/// Cuts ears off a face, the best triangle first, never along an edge that exists. `None` if none is left to cut;
+/// then no edge was added.
+fn split(face: &[u32], sites: &[DVec3], edges: &mut HashSet<(u32, u32)>) -> Option<Vec<[u32; 3]>> {
+    let mut rest = face.to_vec();
+    let mut triangles = Vec::with_capacity(rest.len() - 2);
+    let mut added = Vec::new();
+    while rest.len() > 3 {
+        let ear = (0..rest.len())
+            .filter_map(|m| {
+                let [a, b, c] = corner(&rest, m);
+                let open = a != b && b != c && a != c && !edges.contains(&key(a, c));
+                // A face of four has two diagonals, and the better is the one whose worse half is better.
+                let other = if rest.len() == 4 { quality(sites, corner(&rest, m + 2)) } else { f64::INFINITY };
+                open.then(|| (m, quality(sites, [a, b, c]).min(other)))
+            })
+            .max_by(|a, b| a.1.total_cmp(&b.1).then(b.0.cmp(&a.0)));
+        let Some((m, _)) = ear else {
+            for edge in added {
+                edges.remove(&edge);
+            }
+            return None;
+        };
+        let [a, b, c] = corner(&rest, m);
+        triangles.push([a, b, c]);
+        edges.insert(key(a, c));
+        added.push(key(a, c));
+        rest.remove((m + 1) % rest.len());
+    }
+    triangles.push([rest[0], rest[1], rest[2]]);
+    Some(triangles)
+}
+
+fn corner(cycle: &[u32], m: usize) -> [u32; 3] {
+    [0, 1, 2].map(|k| cycle[(m + k) % cycle.len()])
+}
+
+fn key(a: u32, b: u32) -> (u32, u32) {
+    (a.min(b), a.max(b))
+}
+
+fn quality(sites: &[DVec3], triangle: [u32; 3]) -> f64 {
+    TriangleQuality::new(triangle.map(|v| sites[v as usize])).q
+}

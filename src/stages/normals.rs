@@ -1,0 +1,57 @@
+//! Normals of the sites by plane fit.
+
+use crate::Result;
+use crate::gpu::kernels::normals::plane_fit;
+use crate::gpu::{Buffer, Device, Pipeline, Recorder, Threads};
+use glam::Vec4;
+
+/// Fits a plane to each site and its nearest sites, as PCL does for the paper.
+pub struct PlaneFit {
+    pipeline: Pipeline<plane_fit::Shader>,
+    /// Unit normals on the surface's side, w = 0.
+    pub normals: Buffer<Vec4>,
+    /// The flags of `stages::face`, begun anew.
+    pub flags: Buffer<u32>,
+    k: u32,
+}
+
+impl PlaneFit {
+    /// For `sites` sites and `k` points in a fit, the site included.
+    ///
+    /// # Errors
+    /// [`crate::Error::OutOfMemory`] or [`crate::Error::Device`].
+    pub fn new(device: &Device, sites: usize, k: u32, workgroup: Option<u32>) -> Result<Self> {
+        let mut constants = plane_fit::Constants::default();
+        constants.workgroup = workgroup.unwrap_or(constants.workgroup);
+        Ok(Self {
+            pipeline: Pipeline::new(device, constants)?,
+            normals: Buffer::new(device, "rtf.normals.normals", sites)?,
+            flags: Buffer::new(device, "rtf.normals.flags", sites)?,
+            k,
+        })
+    }
+
+    /// Records the fit. `neighbours` must have at least `k - 1` slots.
+    ///
+    /// # Errors
+    /// As [`Recorder::dispatch`].
+    pub fn record(
+        &self,
+        recorder: &mut Recorder,
+        sites: &Buffer<Vec4>,
+        neighbours: &Buffer<u32>,
+        site_triangle: &Buffer<u32>,
+        triangle_normals: &Buffer<Vec4>,
+    ) -> Result<()> {
+        let push = plane_fit::Push { site_count: sites.len() as u32, k: self.k };
+        let bindings = plane_fit::Bindings {
+            sites,
+            neighbours,
+            site_triangle,
+            triangle_normals,
+            normals: &self.normals,
+            flags: &self.flags,
+        };
+        recorder.dispatch(&self.pipeline, Threads(sites.len()), &push, &bindings)
+    }
+}

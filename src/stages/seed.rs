@@ -1,0 +1,45 @@
+//! The start: random points on the surface.
+
+use super::spatial::morton_order;
+use super::surface::Surface;
+use glam::DVec3;
+use rand::{RngExt, SeedableRng};
+use rand_pcg::Pcg64Mcg;
+
+/// Sites before the first iteration, in Morton order.
+pub struct Seeds {
+    /// Positions in the unit-diagonal frame.
+    pub sites: Vec<DVec3>,
+    /// The surface triangle under each.
+    pub triangles: Vec<u32>,
+}
+
+/// `count` points, uniform over the surface's area, the same for the same seed on every machine.
+pub fn random(surface: &Surface, count: usize, seed: u64) -> Seeds {
+    let mut rng = Pcg64Mcg::seed_from_u64(seed);
+    let mut sum = 0.0;
+    let cumulative: Vec<f64> = surface
+        .areas
+        .iter()
+        .map(|a| {
+            sum += a;
+            sum
+        })
+        .collect();
+    let mut sites = Vec::with_capacity(count);
+    let mut triangles = Vec::with_capacity(count);
+    for _ in 0..count {
+        let [pick, r, s] = std::array::from_fn(|_| rng.random::<f64>());
+        // The clamp only matters where rounding puts the pick past the last sum.
+        let t = cumulative.partition_point(|c| *c <= pick * sum).min(cumulative.len() - 1);
+        let [a, b, c] = surface.triangles[t].map(|v| surface.vertices[v as usize]);
+        let q = r.sqrt();
+        sites.push(a * (1.0 - q) + b * (q * (1.0 - s)) + c * (q * s));
+        triangles.push(t as u32);
+    }
+    let order = morton_order(&sites);
+    Seeds {
+        sites: order.iter().map(|i| sites[*i as usize]).collect(),
+        triangles: order.iter().map(|i| triangles[*i as usize]).collect(),
+    }
+}
