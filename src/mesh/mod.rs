@@ -1,5 +1,13 @@
 //! Triangle meshes on the host: reading, cleaning, measuring, writing.
 
+pub mod bvh;
+pub mod distance;
+pub(crate) mod edges;
+pub mod intersections;
+pub mod quality;
+pub mod topology;
+pub mod triangle;
+
 use glam::DVec3;
 
 /// An indexed triangle mesh in the units of its file.

@@ -1,0 +1,127 @@
+//! What a mesh is worth: the shape of its triangles, its topology, and its distance to a reference.
+
+use glam::DVec3;
+use rayon::slice::ParallelSliceMut;
+use serde::Serialize;
+
+use crate::mesh::distance::{Distances, distances};
+use crate::mesh::edges::EdgeTable;
+use crate::mesh::intersections::intersecting_faces;
+use crate::mesh::quality::{Quality, Valence, corner_points, folded_share, power_of_two_scale};
+use crate::mesh::quality::{quality, valence_of};
+use crate::mesh::topology::{Topology, topology_of};
+use crate::{Error, Result, TriMesh};
+
+/// All measures of one mesh, taken after vertices at exactly the same position are made one.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Measures {
+    /// Vertices that some face uses.
+    pub vertices: usize,
+    /// Triangles.
+    pub faces: usize,
+    /// The shape of the triangles.
+    pub quality: Quality,
+    /// The regularity of the vertices.
+    pub valence: Valence,
+    /// Components, holes, handles and defects.
+    pub topology: Topology,
+    /// Faces that intersect another face.
+    pub self_intersecting_faces: usize,
+    /// Share of the pairs of faces on an edge that turn against each other by more than 120 degrees, 0..=1.
+    pub folded_edges: f64,
+    /// Enclosed volume over that of the mesh's bounding box, positive if the faces point outwards; `None` with a
+    /// boundary, and 0 where the bounding box is flat.
+    pub relative_volume: Option<f64>,
+    /// Distances to the reference, if there is one.
+    pub distances: Option<Distances>,
+}
+
+/// Measures `mesh`, and its distance to `reference` if there is one.
+///
+/// Fails with [`Error::Input`] if either mesh has no faces, a coordinate that is not a finite number, or an index
+/// without a vertex, and if the reference has no extent.
+pub fn measure(mesh: &TriMesh, reference: Option<&TriMesh>) -> Result<Measures> {
+    check(mesh, "mesh")?;
+    let mesh = weld(mesh);
+    let distances = match reference {
+        Some(reference) => {
+            check(reference, "reference mesh")?;
+            Some(distances(&mesh, &weld(reference))?)
+        }
+        None => None,
+    };
+    let quality = quality(&mesh).ok_or_else(|| no_faces("mesh"))?;
+    let table = EdgeTable::new(&mesh.triangles);
+    let topology = topology_of(&mesh, &table);
+    Ok(Measures {
+        vertices: topology.vertices,
+        faces: topology.faces,
+        quality,
+        valence: valence_of(&mesh, &table),
+        self_intersecting_faces: intersecting_faces(&mesh).len(),
+        folded_edges: folded_share(&mesh, &table),
+        relative_volume: (topology.boundary_edges == 0).then(|| relative_volume(&mesh)),
+        topology,
+        distances,
+    })
+}
+
+fn no_faces(name: &str) -> Error {
+    Error::input(None, format!("the {name} has no faces"), "give a mesh with at least one triangle")
+}
+
+fn check(mesh: &TriMesh, name: &str) -> Result<()> {
+    if mesh.triangles.is_empty() {
+        return Err(no_faces(name));
+    }
+    // A side of a triangle is numbered by 32 bits.
+    if mesh.triangles.len() > (u32::MAX / 3) as usize {
+        let problem = format!("the {name} has {} faces", mesh.triangles.len());
+        return Err(Error::input(None, problem, format!("measure at most {} at a time", u32::MAX / 3)));
+    }
+    if let Some(v) = mesh.vertices.iter().position(|v| !v.is_finite()) {
+        let problem = format!("the {name} has a coordinate that is not a finite number");
+        return Err(Error::input(Some(format!("vertex {v}")), problem, "remove or repair that vertex"));
+    }
+    let count = mesh.vertices.len();
+    if let Some(t) = mesh.triangles.iter().position(|t| t.iter().any(|&v| v as usize >= count)) {
+        let problem = format!("the {name} uses a vertex beyond its {count} vertices");
+        return Err(Error::input(Some(format!("face {t}")), problem, "write the file anew"));
+    }
+    Ok(())
+}
+
+/// Makes one vertex of all those at exactly the same position, as formats without indices split them; a zero
+/// equals a negative zero. Faces keep their number and order, vertices are sorted by x, then y, then z, and those
+/// that no face uses remain. Panics if an index is out of range.
+pub fn weld(mesh: &TriMesh) -> TriMesh {
+    let mut order: Vec<(DVec3, u32)> = mesh.vertices.iter().map(|&v| v + DVec3::ZERO).zip(0u32..).collect();
+    order.par_sort_unstable_by(|(a, i), (b, j)| {
+        a.x.total_cmp(&b.x).then(a.y.total_cmp(&b.y)).then(a.z.total_cmp(&b.z)).then(i.cmp(j))
+    });
+    let mut vertices: Vec<DVec3> = Vec::with_capacity(order.len());
+    let mut renamed = vec![0u32; order.len()];
+    for (position, old) in order {
+        if vertices.last() != Some(&position) {
+            vertices.push(position);
+        }
+        renamed[old as usize] = vertices.len() as u32 - 1;
+    }
+    let triangles = mesh.triangles.iter().map(|t| t.map(|v| renamed[v as usize])).collect();
+    TriMesh { vertices, triangles }
+}
+
+fn relative_volume(mesh: &TriMesh) -> f64 {
+    let scale = power_of_two_scale(corner_points(mesh));
+    let (lo, hi) = corner_points(mesh)
+        .map(|p| p * scale)
+        .fold((DVec3::INFINITY, DVec3::NEG_INFINITY), |(lo, hi), p| (lo.min(p), hi.max(p)));
+    let origin = 0.5 * (lo + hi);
+    let six_fold: f64 = (0..mesh.triangles.len())
+        .map(|t| mesh.corners(t).map(|p| p * scale - origin))
+        .map(|[a, b, c]| a.dot(b.cross(c)))
+        .sum();
+    let size = hi - lo;
+    let whole = size.x * size.y * size.z;
+    if whole > 0.0 { six_fold / 6.0 / whole } else { 0.0 }
+}

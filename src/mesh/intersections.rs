@@ -1,0 +1,197 @@
+//! Faces of a mesh that run through other faces of it, decided by exact predicates.
+
+use std::sync::atomic::{AtomicBool, Ordering};
+
+use glam::DVec3;
+use rayon::prelude::*;
+use robust::{Coord, Coord3D};
+
+use super::TriMesh;
+use super::bvh::{Aabb, Bvh};
+use super::quality::{corner_points, power_of_two_scale};
+
+type Triangle = [DVec3; 3];
+
+/// The faces that intersect another face, in ascending order. Panics if an index is out of range.
+///
+/// Two faces without a common vertex intersect if they have a point in common. With one common vertex they must
+/// meet beyond it, other than by edges at that vertex that lie on each other; with two they must be folded onto each
+/// other in one plane; with three they always intersect. The answers are exact for coordinates as given. Faces that
+/// repeat a vertex are left out, and so are pairs of which both have no area, or one has none and they share a vertex.
+pub fn intersecting_faces(mesh: &TriMesh) -> Vec<u32> {
+    // A power of two changes no answer and keeps the products in the predicates within range.
+    let scale = power_of_two_scale(corner_points(mesh));
+    let mesh = TriMesh {
+        vertices: mesh.vertices.iter().map(|&v| v * scale).collect(),
+        triangles: mesh.triangles.clone(),
+    };
+    let bvh = Bvh::new(&mesh);
+    let hit: Vec<AtomicBool> = mesh.triangles.iter().map(|_| AtomicBool::new(false)).collect();
+    bvh.leaf_order().par_iter().for_each(|&s| {
+        bvh.overlapping(&Aabb::of(mesh.corners(s as usize)), |t| {
+            let (s, t) = (s as usize, t as usize);
+            let known = || hit[s].load(Ordering::Relaxed) && hit[t].load(Ordering::Relaxed);
+            if s < t && !known() && faces_intersect(&mesh, s, t) {
+                hit[s].store(true, Ordering::Relaxed);
+                hit[t].store(true, Ordering::Relaxed);
+            }
+        });
+    });
+    (0u32..).zip(&hit).filter(|(_, hit)| hit.load(Ordering::Relaxed)).map(|(t, _)| t).collect()
+}
+
+fn faces_intersect(mesh: &TriMesh, s: usize, t: usize) -> bool {
+    let (first, second) = (mesh.triangles[s], mesh.triangles[t]);
+    if repeats_vertex(first) || repeats_vertex(second) {
+        return false;
+    }
+    let (shared_first, own_first): (Vec<u32>, Vec<u32>) = first.iter().partition(|v| second.contains(v));
+    let own_second: Vec<u32> = second.into_iter().filter(|v| !first.contains(v)).collect();
+    let at = |v: u32| mesh.vertices[v as usize];
+    match (shared_first.as_slice(), own_first.as_slice(), own_second.as_slice()) {
+        ([], _, _) => apart_intersect(mesh.corners(s), mesh.corners(t)),
+        (&[v], &[p, q], &[r, s]) => vertex_sharing_intersect(at(v), [at(p), at(q)], [at(r), at(s)]),
+        (&[a, b], &[c], &[d]) => folded([at(a), at(b)], at(c), at(d)),
+        _ => true,
+    }
+}
+
+fn repeats_vertex([a, b, c]: [u32; 3]) -> bool {
+    a == b || b == c || c == a
+}
+
+/// Closed triangles without a common vertex.
+fn apart_intersect(first: Triangle, second: Triangle) -> bool {
+    let second_sides = second.map(|p| side(first, p));
+    if one_sided(second_sides) {
+        return false;
+    }
+    let first_sides = first.map(|p| side(second, p));
+    !one_sided(first_sides)
+        && (edges_meet(second, second_sides, first) || edges_meet(first, first_sides, second))
+}
+
+fn one_sided(sides: [i8; 3]) -> bool {
+    sides == [1; 3] || sides == [-1; 3]
+}
+
+/// Whether an edge of `edges`, whose corners lie on the given `sides` of `triangle`, meets the closed `triangle`;
+/// never if that one has no area.
+fn edges_meet(edges: Triangle, sides: [i8; 3], triangle: Triangle) -> bool {
+    let Some(view) = View::onto(triangle) else { return false };
+    (0..3).any(|k| {
+        let next = (k + 1) % 3;
+        segment_meets([edges[k], edges[next]], [sides[k], sides[next]], triangle, view)
+    })
+}
+
+/// Whether a closed segment with its ends on the given `sides` of a triangle meets the closed triangle.
+fn segment_meets([p, q]: [DVec3; 2], sides: [i8; 2], triangle: Triangle, view: View) -> bool {
+    let [a, b, c] = triangle;
+    match sides {
+        [0, 0] => {
+            view.inside(triangle, p)
+                || view.inside(triangle, q)
+                || [[a, b], [b, c], [c, a]].iter().any(|&edge| view.segments_meet([p, q], edge))
+        }
+        [1, 1] | [-1, -1] => false,
+        _ => {
+            let around = [orient(p, q, a, b), orient(p, q, b, c), orient(p, q, c, a)];
+            around.iter().all(|&o| o >= 0) || around.iter().all(|&o| o <= 0)
+        }
+    }
+}
+
+/// Triangles `v, p, q` and `v, r, s` that have just `v` in common.
+fn vertex_sharing_intersect(v: DVec3, [p, q]: [DVec3; 2], [r, s]: [DVec3; 2]) -> bool {
+    let (first, second) = ([v, p, q], [v, r, s]);
+    let (Some(first_view), Some(second_view)) = (View::onto(first), View::onto(second)) else { return false };
+    let first_sides = [side(second, p), side(second, q)];
+    if first_sides == [0, 0] {
+        return first_view.wedges_overlap(v, [p, q], [r, s]);
+    }
+    let second_sides = [side(first, r), side(first, s)];
+    // Both edges then lie on the line where the planes meet: neighbours around a vertex that touch, not intersect.
+    let only_edges_touch = first_sides.contains(&0) && second_sides.contains(&0);
+    !only_edges_touch
+        && (segment_meets([p, q], first_sides, second, second_view)
+            || segment_meets([r, s], second_sides, first, first_view))
+}
+
+/// Whether triangles on a common edge, with apexes `c` and `d`, lie on each other.
+fn folded([a, b]: [DVec3; 2], c: DVec3, d: DVec3) -> bool {
+    let Some(view) = View::onto([a, b, c]) else { return false };
+    side([a, b, c], d) == 0 && view.turn(a, b, c) == view.turn(a, b, d)
+}
+
+/// 0 for `p` in the plane of a triangle, else 1 on one side and -1 on the other; 0 if the triangle has no area.
+fn side([a, b, c]: Triangle, p: DVec3) -> i8 {
+    orient(a, b, c, p)
+}
+
+fn orient(a: DVec3, b: DVec3, c: DVec3, d: DVec3) -> i8 {
+    let coord = |p: DVec3| Coord3D { x: p.x, y: p.y, z: p.z };
+    sign(robust::orient3d(coord(a), coord(b), coord(c), coord(d)))
+}
+
+fn sign(x: f64) -> i8 {
+    i8::from(x > 0.0) - i8::from(x < 0.0)
+}
+
+/// A view of a plane along a coordinate axis in which no two of its points coincide.
+#[derive(Clone, Copy)]
+struct View {
+    dropped_axis: usize,
+}
+
+impl View {
+    /// The view of a triangle's plane; `None` if the triangle has no area.
+    fn onto([a, b, c]: Triangle) -> Option<Self> {
+        let steepness = (b - a).cross(c - a).abs();
+        let mut axes = [0, 1, 2];
+        axes.sort_by(|&i, &j| steepness[j].total_cmp(&steepness[i]));
+        axes.into_iter().map(|dropped_axis| Self { dropped_axis }).find(|view| view.turn(a, b, c) != 0)
+    }
+
+    /// 1, 0 or -1 for a left turn, a straight line or a right turn from `a` over `b` to `c`.
+    fn turn(self, a: DVec3, b: DVec3, c: DVec3) -> i8 {
+        let coord = |p: DVec3| match self.dropped_axis {
+            0 => Coord { x: p.y, y: p.z },
+            1 => Coord { x: p.z, y: p.x },
+            _ => Coord { x: p.x, y: p.y },
+        };
+        sign(robust::orient2d(coord(a), coord(b), coord(c)))
+    }
+
+    /// Whether `p` is in the closed triangle.
+    fn inside(self, [a, b, c]: Triangle, p: DVec3) -> bool {
+        let turns = [self.turn(a, b, p), self.turn(b, c, p), self.turn(c, a, p)];
+        turns.iter().all(|&t| t >= 0) || turns.iter().all(|&t| t <= 0)
+    }
+
+    /// Whether two closed segments have a point in common.
+    fn segments_meet(self, [p, q]: [DVec3; 2], [a, b]: [DVec3; 2]) -> bool {
+        let (pq_a, pq_b) = (self.turn(p, q, a), self.turn(p, q, b));
+        let (ab_p, ab_q) = (self.turn(a, b, p), self.turn(a, b, q));
+        if [pq_a, pq_b, ab_p, ab_q] == [0; 4] {
+            // On one line, the boxes overlap just if the segments do.
+            return p.min(q).cmple(a.max(b)).all() && a.min(b).cmple(p.max(q)).all();
+        }
+        pq_a * pq_b <= 0 && ab_p * ab_q <= 0
+    }
+
+    /// Whether the angles `p, v, q` and `r, v, s` have more than a ray in common.
+    fn wedges_overlap(self, v: DVec3, first: [DVec3; 2], second: [DVec3; 2]) -> bool {
+        let leftward = |[a, b]: [DVec3; 2]| if self.turn(v, a, b) > 0 { [a, b] } else { [b, a] };
+        let ([p, q], [r, s]) = (leftward(first), leftward(second));
+        let between = |x: DVec3, [a, b]: [DVec3; 2]| self.turn(v, a, x) > 0 && self.turn(v, x, b) > 0;
+        // The sign of the dot product is sure on a line, where its terms do not cancel.
+        let same_ray = |x: DVec3, y: DVec3| self.turn(v, x, y) == 0 && (x - v).dot(y - v) > 0.0;
+        between(r, [p, q])
+            || between(s, [p, q])
+            || between(p, [r, s])
+            || between(q, [r, s])
+            || same_ray(p, r)
+            || same_ray(q, s)
+    }
+}

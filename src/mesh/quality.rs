@@ -1,0 +1,189 @@
+//! The shape of triangles and the regularity of vertices.
+
+use std::collections::BTreeMap;
+
+use glam::DVec3;
+use serde::Serialize;
+
+use super::TriMesh;
+use super::edges::EdgeTable;
+
+/// Keeps quotients of degenerate triangles defined; far below any product of lengths of a scaled mesh.
+const TINY: f64 = 1e-300;
+
+/// The shape of one triangle.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct TriangleQuality {
+    /// `6 / sqrt(3) * area / (half perimeter * longest edge)`: 1 if equilateral, 0 if without area. Frey and
+    /// Borouchaki, "Surface mesh quality evaluation", 1999.
+    pub q: f64,
+    /// Angles at the three corners in degrees, by the law of cosines. A triangle of three equal points has
+    /// three angles of 90 degrees, one with two equal points has 0, 90 and 90.
+    pub angles: [f64; 3],
+    /// Lengths of the edges opposite the three corners, in the mesh's unit.
+    pub lengths: [f64; 3],
+}
+
+impl TriangleQuality {
+    /// Measures a triangle whose coordinates are neither large nor small enough for their fourth powers to leave
+    /// the range of `f64`.
+    pub fn new([a, b, c]: [DVec3; 3]) -> Self {
+        let [la, lb, lc] = [b.distance(c), c.distance(a), a.distance(b)];
+        let area = 0.5 * (b - a).cross(c - a).length();
+        let product = 0.5 * (la + lb + lc) * la.max(lb).max(lc);
+        let q = 6.0 / 3f64.sqrt() * area / product.max(TINY);
+        Self { q, angles: [angle(la, lb, lc), angle(lb, la, lc), angle(lc, la, lb)], lengths: [la, lb, lc] }
+    }
+
+    /// The smallest angle in degrees, 0..=60 except for a triangle of three equal points.
+    pub fn min_angle(&self) -> f64 {
+        self.angles[0].min(self.angles[1]).min(self.angles[2])
+    }
+
+    /// The largest angle in degrees, 60..=180.
+    pub fn max_angle(&self) -> f64 {
+        self.angles[0].max(self.angles[1]).max(self.angles[2])
+    }
+}
+
+fn angle(opposite: f64, left: f64, right: f64) -> f64 {
+    let cosine = (left * left + right * right - opposite * opposite) / (2.0 * left * right).max(TINY);
+    cosine.clamp(-1.0, 1.0).acos().to_degrees()
+}
+
+/// The triangles of a mesh in summary; independent of the mesh's size and unit.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+pub struct Quality {
+    /// Smallest [`TriangleQuality::q`], 0..=1.
+    pub q_min: f64,
+    /// Mean [`TriangleQuality::q`] over the triangles, 0..=1.
+    pub q_avg: f64,
+    /// Smallest angle in degrees.
+    pub theta_min: f64,
+    /// Mean over the triangles of each one's smallest angle, in degrees.
+    pub theta_min_avg: f64,
+    /// Share of triangles with an angle below 30 degrees, 0..=1.
+    pub share_below_30: f64,
+    /// Share of triangles with an angle above 90 degrees, 0..=1.
+    pub share_above_90: f64,
+    /// Standard deviation of the edge lengths over their mean, inner edges counted once for each face.
+    pub edge_cv: f64,
+}
+
+/// Summarises the triangles' shapes; `None` without triangles. Panics if an index is out of range.
+pub fn quality(mesh: &TriMesh) -> Option<Quality> {
+    let scale = power_of_two_scale(corner_points(mesh));
+    let shapes = || {
+        (0..mesh.triangles.len()).map(|t| TriangleQuality::new(mesh.corners(t).map(|corner| corner * scale)))
+    };
+    if mesh.triangles.is_empty() {
+        return None;
+    }
+    let n = mesh.triangles.len() as f64;
+    let mut sum = Quality {
+        q_min: f64::INFINITY,
+        q_avg: 0.0,
+        theta_min: f64::INFINITY,
+        theta_min_avg: 0.0,
+        share_below_30: 0.0,
+        share_above_90: 0.0,
+        edge_cv: 0.0,
+    };
+    let mut length = 0.0;
+    for shape in shapes() {
+        let theta = shape.min_angle();
+        sum.q_min = sum.q_min.min(shape.q);
+        sum.q_avg += shape.q / n;
+        sum.theta_min = sum.theta_min.min(theta);
+        sum.theta_min_avg += theta / n;
+        sum.share_below_30 += f64::from(u8::from(theta < 30.0));
+        sum.share_above_90 += f64::from(u8::from(shape.max_angle() > 90.0));
+        length += shape.lengths.iter().sum::<f64>();
+    }
+    sum.share_below_30 /= n;
+    sum.share_above_90 /= n;
+    let mean = length / (3.0 * n);
+    let spread: f64 = shapes().flat_map(|shape| shape.lengths).map(|l| (l - mean) * (l - mean)).sum();
+    sum.edge_cv = (spread / (3.0 * n)).sqrt() / mean.max(TINY);
+    Some(sum)
+}
+
+/// How many edges meet at the vertices away from the boundary.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Valence {
+    /// Vertices that some triangle uses and no boundary edge touches.
+    pub interior_vertices: usize,
+    /// Number of those vertices for each number of edges that occurs.
+    pub histogram: BTreeMap<u32, usize>,
+    /// Share of those vertices with six edges, 0..=1; `None` if there are none at all.
+    pub share_6: Option<f64>,
+    /// Share of those vertices with fewer than five or more than seven edges, 0..=1; `None` as above.
+    pub share_outside_5_to_7: Option<f64>,
+}
+
+/// Counts the edges at each vertex. Panics if a triangle's index is out of range.
+pub fn valence(mesh: &TriMesh) -> Valence {
+    valence_of(mesh, &EdgeTable::new(&mesh.triangles))
+}
+
+/// [`valence`] with the edge table already at hand.
+pub(crate) fn valence_of(mesh: &TriMesh, table: &EdgeTable) -> Valence {
+    let mut degree = vec![0u32; mesh.vertices.len()];
+    let mut on_boundary = vec![false; mesh.vertices.len()];
+    for edge in table.edges() {
+        let (a, b) = edge[0].ends();
+        for v in [a as usize, b as usize] {
+            degree[v] += 1;
+            on_boundary[v] |= edge.len() == 1;
+        }
+    }
+    let mut histogram = BTreeMap::new();
+    // Every vertex in use has an edge, so that a degree of zero marks the unused ones.
+    for (&degree, _) in degree.iter().zip(&on_boundary).filter(|(degree, outer)| **degree > 0 && !**outer) {
+        *histogram.entry(degree).or_insert(0) += 1;
+    }
+    let interior_vertices: usize = histogram.values().sum();
+    let share = |wanted: &dyn Fn(u32) -> bool| {
+        let count: usize = histogram.iter().filter(|(k, _)| wanted(**k)).map(|(_, n)| n).sum();
+        (interior_vertices > 0).then(|| count as f64 / interior_vertices as f64)
+    };
+    let share_6 = share(&|k| k == 6);
+    let share_outside_5_to_7 = share(&|k| !(5..=7).contains(&k));
+    Valence { interior_vertices, histogram, share_6, share_outside_5_to_7 }
+}
+
+/// Share of the inner edges (0..=1) whose faces turn against each other by more than 120 degrees; 0 without inner
+/// edges. Of an edge with more than two faces, each pair that follows one another in the face list counts.
+pub(crate) fn folded_share(mesh: &TriMesh, table: &EdgeTable) -> f64 {
+    let scale = power_of_two_scale(corner_points(mesh));
+    let normal = |t: usize| {
+        let [a, b, c] = mesh.corners(t).map(|corner| corner * scale);
+        let n = (b - a).cross(c - a);
+        n / n.length().max(TINY)
+    };
+    let (mut pairs, mut folded) = (0usize, 0usize);
+    for edge in table.edges() {
+        for pair in edge.windows(2) {
+            pairs += 1;
+            folded += usize::from(normal(pair[0].triangle()).dot(normal(pair[1].triangle())) < -0.5);
+        }
+    }
+    folded as f64 / pairs.max(1) as f64
+}
+
+/// The corners of all triangles: vertices that no triangle uses say nothing about the scale of the surface.
+pub(crate) fn corner_points(mesh: &TriMesh) -> impl Iterator<Item = DVec3> {
+    mesh.triangles.as_flattened().iter().map(|&v| mesh.vertices[v as usize])
+}
+
+/// A power of two that brings the largest coordinate to between 1/2 and 2. Powers of two leave every bit of a
+/// coordinate's fraction alone, so the measures do not change with the scale.
+pub(crate) fn power_of_two_scale(points: impl Iterator<Item = DVec3>) -> f64 {
+    let largest = points.fold(0.0, |m: f64, p| m.max(p.abs().max_element()));
+    if largest > 0.0 && largest.is_finite() {
+        // The exponent stays where both the factor and its inverse are normal numbers.
+        f64::exp2(-largest.log2().round().clamp(-1000.0, 1000.0))
+    } else {
+        1.0
+    }
+}

@@ -1,0 +1,204 @@
+//! Counts that say whether a mesh is a manifold, and which: components, holes, handles, defects.
+
+use rayon::slice::ParallelSliceMut;
+use serde::Serialize;
+
+use super::TriMesh;
+use super::edges::{EdgeTable, Side};
+
+/// The topology of a mesh as its index list has it; positions play no part.
+///
+/// All numbers are counts. A triangle that repeats a vertex has an edge from that vertex to itself, which counts
+/// as an edge like any other.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize)]
+pub struct Topology {
+    /// Vertices that some triangle uses.
+    pub vertices: usize,
+    /// Undirected edges.
+    pub edges: usize,
+    /// Triangles.
+    pub faces: usize,
+    /// Parts connected by shared vertices.
+    pub components: usize,
+    /// `vertices - edges + faces`.
+    pub euler: i64,
+    /// Handles, summed over all components, once each boundary loop is capped. `None` where the mesh is not an
+    /// orientable, consistently oriented manifold, since the formula then says nothing.
+    pub genus: Option<i64>,
+    /// Edges with one face.
+    pub boundary_edges: usize,
+    /// Connected parts of the graph that the boundary edges form.
+    pub boundary_loops: usize,
+    /// Edges with more than two faces.
+    pub nonmanifold_edges: usize,
+    /// Vertices whose faces form more than one fan connected by shared edges.
+    pub nonmanifold_vertices: usize,
+    /// Directed edges that more than one face passes in the same direction.
+    pub inconsistent_edges: usize,
+    /// Faces beyond the first on the same three vertices, in whatever order.
+    pub duplicate_faces: usize,
+}
+
+impl Topology {
+    /// Whether the mesh bounds a solid: faces, no boundary, no defect of any kind counted here.
+    pub fn is_closed_manifold(&self) -> bool {
+        self.faces > 0
+            && self.boundary_edges == 0
+            && self.nonmanifold_edges == 0
+            && self.nonmanifold_vertices == 0
+            && self.inconsistent_edges == 0
+            && self.duplicate_faces == 0
+    }
+}
+
+/// Counts what [`Topology`] lists. Panics if a triangle's index is out of range.
+pub fn topology(mesh: &TriMesh) -> Topology {
+    topology_of(mesh, &EdgeTable::new(&mesh.triangles))
+}
+
+/// [`topology`] with the edge table already at hand.
+pub(crate) fn topology_of(mesh: &TriMesh, table: &EdgeTable) -> Topology {
+    let mut used = vec![false; mesh.vertices.len()];
+    for &v in mesh.triangles.as_flattened() {
+        used[v as usize] = true;
+    }
+    let mut counts = EdgeCounts::default();
+    let mut parts = Partition::new(mesh.vertices.len());
+    let mut loops = Partition::new(mesh.vertices.len());
+    let mut on_boundary = vec![false; mesh.vertices.len()];
+    let mut fans = Partition::new(3 * mesh.triangles.len());
+    for edge in table.edges() {
+        let (a, b) = edge[0].ends();
+        counts.add(mesh, edge);
+        parts.join(a, b);
+        if edge.len() == 1 {
+            loops.join(a, b);
+            on_boundary[a as usize] = true;
+            on_boundary[b as usize] = true;
+        }
+        if a != b {
+            join_fans(mesh, edge, &mut fans);
+        }
+    }
+    let vertices = used.iter().filter(|&&u| u).count();
+    let faces = mesh.triangles.len();
+    let mut topology = Topology {
+        vertices,
+        edges: counts.edges,
+        faces,
+        components: parts.count(&used),
+        euler: vertices as i64 - counts.edges as i64 + faces as i64,
+        genus: None,
+        boundary_edges: counts.boundary,
+        boundary_loops: loops.count(&on_boundary),
+        nonmanifold_edges: counts.nonmanifold,
+        nonmanifold_vertices: split_vertices(mesh, &mut fans),
+        inconsistent_edges: counts.inconsistent,
+        duplicate_faces: duplicates(mesh),
+    };
+    topology.genus = genus(&topology);
+    topology
+}
+
+#[derive(Default)]
+struct EdgeCounts {
+    edges: usize,
+    boundary: usize,
+    nonmanifold: usize,
+    inconsistent: usize,
+}
+
+impl EdgeCounts {
+    fn add(&mut self, mesh: &TriMesh, edge: &[Side]) {
+        let corners = mesh.triangles.as_flattened();
+        let low = edge[0].ends().0;
+        let upward = edge.iter().filter(|side| corners[side.corners().0] == low).count();
+        self.edges += 1;
+        self.boundary += usize::from(edge.len() == 1);
+        self.nonmanifold += usize::from(edge.len() > 2);
+        self.inconsistent += usize::from(upward > 1) + usize::from(edge.len() - upward > 1);
+    }
+}
+
+/// Joins, at either end of an edge, the corners of the faces that meet there.
+fn join_fans(mesh: &TriMesh, edge: &[Side], fans: &mut Partition) {
+    let corners = mesh.triangles.as_flattened();
+    let low = edge[0].ends().0;
+    let at_ends = |side: &Side| {
+        let (from, to) = side.corners();
+        if corners[from] == low { (from, to) } else { (to, from) }
+    };
+    let (first_low, first_high) = at_ends(&edge[0]);
+    for side in &edge[1..] {
+        let (at_low, at_high) = at_ends(side);
+        fans.join(first_low as u32, at_low as u32);
+        fans.join(first_high as u32, at_high as u32);
+    }
+}
+
+/// Vertices whose corners fall into more than one part.
+fn split_vertices(mesh: &TriMesh, fans: &mut Partition) -> usize {
+    let mut fans_at = vec![0u8; mesh.vertices.len()];
+    for (corner, &v) in (0u32..).zip(mesh.triangles.as_flattened()) {
+        if fans.root(corner) == corner {
+            let count = &mut fans_at[v as usize];
+            *count = count.saturating_add(1);
+        }
+    }
+    fans_at.iter().filter(|&&count| count > 1).count()
+}
+
+fn duplicates(mesh: &TriMesh) -> usize {
+    let mut sorted: Vec<[u32; 3]> = mesh
+        .triangles
+        .iter()
+        .map(|&triangle| {
+            let mut key = triangle;
+            key.sort_unstable();
+            key
+        })
+        .collect();
+    sorted.par_sort_unstable();
+    sorted.windows(2).filter(|pair| pair[0] == pair[1]).count()
+}
+
+/// Solves `euler = 2 * components - 2 * genus - loops`, which holds for orientable manifolds only.
+fn genus(topology: &Topology) -> Option<i64> {
+    let defects = topology.nonmanifold_edges + topology.nonmanifold_vertices + topology.inconsistent_edges;
+    let twice = 2 * topology.components as i64 - topology.boundary_loops as i64 - topology.euler;
+    (defects == 0 && twice >= 0 && twice % 2 == 0).then_some(twice / 2)
+}
+
+/// Disjoint sets over `0..n`; the root of a set is its smallest member, whatever the order of the joins.
+struct Partition {
+    parent: Vec<u32>,
+}
+
+impl Partition {
+    fn new(n: usize) -> Self {
+        Self { parent: (0u32..).take(n).collect() }
+    }
+
+    fn root(&mut self, mut x: u32) -> u32 {
+        while self.parent[x as usize] != x {
+            let above = self.parent[self.parent[x as usize] as usize];
+            self.parent[x as usize] = above;
+            x = above;
+        }
+        x
+    }
+
+    fn join(&mut self, a: u32, b: u32) {
+        let (a, b) = (self.root(a), self.root(b));
+        self.parent[a.max(b) as usize] = a.min(b);
+    }
+
+    /// Sets with at least one member; `members` is closed under the joins made.
+    fn count(&self, members: &[bool]) -> usize {
+        (0u32..)
+            .zip(&self.parent)
+            .zip(members)
+            .filter(|((x, parent), member)| **member && x == *parent)
+            .count()
+    }
+}

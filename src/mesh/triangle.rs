@@ -1,0 +1,100 @@
+//! The point of a triangle closest to a given point.
+
+use glam::DVec3;
+
+/// Squared ratio of area to edge length below which the usual region test loses too many digits: a height of
+/// 1e-5 of the longest edge leaves about six good digits of the barycentric coordinates.
+const SLIVER_SQ: f64 = 1e-10;
+
+/// A point of a triangle.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct TrianglePoint {
+    /// Its position.
+    pub point: DVec3,
+    /// Its weights for the three corners, each 0..=1, summing to 1.
+    pub barycentric: [f64; 3],
+}
+
+/// The point of triangle `corners` closest to `p`; right for triangles without area as well.
+///
+/// Region test: Ericson, "Real-Time Collision Detection", 2005, section 5.1.5.
+pub fn closest_on_triangle(p: DVec3, corners: [DVec3; 3]) -> TrianglePoint {
+    let [a, b, c] = corners;
+    let (ab, ac, ap) = (b - a, c - a, p - a);
+    let longest_sq = ab.length_squared().max(ac.length_squared()).max((c - b).length_squared());
+    if ab.cross(ac).length_squared() <= SLIVER_SQ * longest_sq * longest_sq {
+        return closest_on_sliver(p, corners);
+    }
+    let (d1, d2) = (ab.dot(ap), ac.dot(ap));
+    if d1 <= 0.0 && d2 <= 0.0 {
+        return at(corners, [1.0, 0.0, 0.0]);
+    }
+    let bp = p - b;
+    let (d3, d4) = (ab.dot(bp), ac.dot(bp));
+    if d3 >= 0.0 && d4 <= d3 {
+        return at(corners, [0.0, 1.0, 0.0]);
+    }
+    let vc = d1 * d4 - d3 * d2;
+    if vc <= 0.0 && d1 >= 0.0 && d3 <= 0.0 {
+        let v = d1 / (d1 - d3);
+        return at(corners, [1.0 - v, v, 0.0]);
+    }
+    let cp = p - c;
+    let (d5, d6) = (ab.dot(cp), ac.dot(cp));
+    if d6 >= 0.0 && d5 <= d6 {
+        return at(corners, [0.0, 0.0, 1.0]);
+    }
+    let vb = d5 * d2 - d1 * d6;
+    if vb <= 0.0 && d2 >= 0.0 && d6 <= 0.0 {
+        let w = d2 / (d2 - d6);
+        return at(corners, [1.0 - w, 0.0, w]);
+    }
+    let va = d3 * d6 - d5 * d4;
+    if va <= 0.0 && d4 - d3 >= 0.0 && d5 - d6 >= 0.0 {
+        let w = (d4 - d3) / ((d4 - d3) + (d5 - d6));
+        return at(corners, [0.0, 1.0 - w, w]);
+    }
+    let sum = va + vb + vc;
+    at(corners, [va / sum, vb / sum, vc / sum])
+}
+
+/// Tries the three edges and the foot of the perpendicular. Whichever is nearest lies on the triangle, so that a
+/// rounded foot can only cost what the triangle's height is worth.
+fn closest_on_sliver(p: DVec3, corners: [DVec3; 3]) -> TrianglePoint {
+    let [a, b, c] = corners;
+    let normal = (b - a).cross(c - a);
+    let weight = |from: DVec3, to: DVec3| (to - from).cross(p - from).dot(normal) / normal.length_squared();
+    let foot = [weight(b, c), weight(c, a), weight(a, b)];
+    let mut best = on_edge(p, corners, 0);
+    let inside = foot.iter().all(|w| (0.0..=1.0).contains(w));
+    let others = [
+        Some(on_edge(p, corners, 1)),
+        Some(on_edge(p, corners, 2)),
+        inside.then(|| at(corners, foot.map(|w| w / (foot[0] + foot[1] + foot[2])))),
+    ];
+    for candidate in others.into_iter().flatten() {
+        if candidate.point.distance_squared(p) < best.point.distance_squared(p) {
+            best = candidate;
+        }
+    }
+    best
+}
+
+/// The closest point of the edge from corner `k` to the next.
+fn on_edge(p: DVec3, corners: [DVec3; 3], k: usize) -> TrianglePoint {
+    let next = (k + 1) % 3;
+    let edge = corners[next] - corners[k];
+    let length_sq = edge.length_squared();
+    let t = if length_sq > 0.0 { (edge.dot(p - corners[k]) / length_sq).clamp(0.0, 1.0) } else { 0.0 };
+    let mut weights = [0.0; 3];
+    weights[k] = 1.0 - t;
+    weights[next] = t;
+    at(corners, weights)
+}
+
+fn at(corners: [DVec3; 3], barycentric: [f64; 3]) -> TrianglePoint {
+    let [a, b, c] = corners;
+    let [_, v, w] = barycentric;
+    // From one corner rather than as a weighted sum, so that far from the origin the point stays on the triangle.
+    TrianglePoint { point: a + (b - a) * v + (c - a) * w, barycentric }
+}
