@@ -1,4 +1,14 @@
 //! Surface remeshing on any Vulkan device: well-shaped triangles with exactly the vertex count asked for.
+//!
+//! ```no_run
+//! use rtfmesh::{Device, DeviceOptions, Options, mesh, remesh};
+//!
+//! let input = mesh::io::read("kitten.ply".as_ref())?.mesh;
+//! let device = Device::open(&DeviceOptions::from_env())?;
+//! let result = remesh(&device, &input, &Options::rtf(10_000), &mut |_| {})?;
+//! mesh::io::write("kitten-10k.ply".as_ref(), &result.mesh)?;
+//! # Ok::<(), rtfmesh::Error>(())
+//! ```
 
 mod error;
 pub mod gpu;
@@ -6,9 +16,11 @@ pub mod measure;
 pub mod mesh;
 mod options;
 mod pipeline;
+pub mod report;
 pub mod stages;
 
 pub use error::{Error, Result};
+pub use gpu::{Device, DeviceInfo, DeviceOptions, list_devices};
 pub use mesh::TriMesh;
 pub use options::{Centroid, MAX_NEIGHBOURS, Options};
-pub use pipeline::{PhaseTime, Progress, Remeshed, Summary, remesh};
+pub use pipeline::{PhaseTime, Progress, Remeshed, RunTimings, Summary, remesh};

@@ -1,3 +1,7 @@
-//! The `rtfmesh` program.
+//! The `rtfmesh` program: parse, validate, run, report.
 
-fn main() {}
+mod cli;
+
+fn main() -> std::process::ExitCode {
+    cli::main()
+}

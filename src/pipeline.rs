@@ -9,7 +9,7 @@ use crate::options::{MAX_NEIGHBOURS, Options};
 use crate::stages::centroid::Centroids;
 use crate::stages::connect::{ConnectCounts, Fans, connect};
 use crate::stages::face::{CellFaces, CellOptions, FlagCounts};
-use crate::stages::neighbours::Nearest;
+use crate::stages::neighbours::{Nearest, TileBounds};
 use crate::stages::normals::PlaneFit;
 use crate::stages::project::NearestVertices;
 use crate::stages::seed::{self, Seeds};
@@ -63,10 +63,19 @@ pub struct Summary {
     pub connected: ConnectCounts,
     /// What could not be done; empty for a valid result.
     pub warnings: Vec<String>,
-    /// Device time by kernel.
+    /// Where the time went.
+    pub timings: RunTimings,
+}
+
+/// Time and memory of a run.
+#[derive(Debug, Clone, Serialize)]
+pub struct RunTimings {
+    /// Device time by kernel and kind of copy.
     pub stages: Vec<StageTime>,
     /// Host time by phase.
     pub phases: Vec<PhaseTime>,
+    /// Wall time of all phases in milliseconds.
+    pub wall_milliseconds: f64,
     /// Most device memory in use at once, in bytes.
     pub peak_device_bytes: u64,
 }
@@ -106,7 +115,7 @@ pub fn remesh(
     let seeds = seed::random(&surface, options.vertices, options.seed);
     let spacing = (2.0 * surface.area() / (3.0_f64.sqrt() * options.vertices as f64)).sqrt();
     clock.phase("seed");
-    let run = Run::new(device, options, &seeds, spacing)?;
+    let run = Run::new(device, options, &surface, &seeds, spacing)?;
     clock.phase("compile");
     let steps = run.iterate(device, &surface, options, progress)?;
     clock.phase("iterate");
@@ -126,12 +135,15 @@ pub fn remesh(
         iterations: steps.len() as u32,
         converged: steps.last().is_some_and(|s| *s < options.tolerance),
         steps,
-        spacing: spacing / frame.scale,
+        spacing: spacing * frame.scale,
         flags,
         connected,
-        stages: device.take_timings(),
-        phases: clock.phases,
-        peak_device_bytes: device.peak_bytes(),
+        timings: RunTimings {
+            stages: device.take_timings(),
+            wall_milliseconds: clock.phases.iter().map(|p| p.milliseconds).sum(),
+            phases: clock.phases,
+            peak_device_bytes: device.peak_bytes(),
+        },
     };
     Ok(Remeshed { mesh: result, summary })
 }
@@ -165,6 +177,8 @@ fn check_memory(device: &Device, options: &Options) -> Result<()> {
 struct Run {
     sites: Buffer<Vec4>,
     site_triangle: Buffer<u32>,
+    site_tiles: TileBounds,
+    vertex_tiles: TileBounds,
     near_sites: Nearest,
     normals: PlaneFit,
     faces: CellFaces,
@@ -176,7 +190,7 @@ struct Run {
 }
 
 impl Run {
-    fn new(device: &Device, options: &Options, seeds: &Seeds, spacing: f64) -> Result<Self> {
+    fn new(device: &Device, options: &Options, surface: &Surface, seeds: &Seeds, spacing: f64) -> Result<Self> {
         let n = options.vertices;
         let sites: Vec<Vec4> = seeds.sites.iter().map(|p| p.as_vec3().extend(0.0)).collect();
         // One search serves normals and cells; the fit counts the site itself.
@@ -184,6 +198,8 @@ impl Run {
         Ok(Self {
             sites: Buffer::from_slice(device, "rtf.sites", &sites)?,
             site_triangle: Buffer::from_slice(device, "rtf.site_triangle", &seeds.triangles)?,
+            site_tiles: TileBounds::new(device, "rtf.neighbours.site_tiles", n)?,
+            vertex_tiles: TileBounds::new(device, "rtf.neighbours.vertex_tiles", surface.vertices.len())?,
             near_sites: Nearest::new(device, "rtf.neighbours.sites", n, k_sites, true, None)?,
             normals: PlaneFit::new(device, n, options.k_normal, None)?,
             faces: CellFaces::new(device, n, &CellOptions::paper(k_sites, spacing))?,
@@ -204,6 +220,9 @@ impl Run {
         progress: &mut dyn FnMut(Progress),
     ) -> Result<Vec<f64>> {
         let mut steps = Vec::new();
+        let mut recorder = device.recorder()?;
+        self.vertex_tiles.record(&mut recorder, &surface.device.vertices)?;
+        recorder.submit()?;
         while (steps.len() as u32) < options.iterations {
             let begin = steps.len() as u32;
             let end = (begin + ITERATIONS_PER_SUBMISSION).min(options.iterations);
@@ -229,7 +248,7 @@ impl Run {
         let on = &surface.device;
         self.record_faces(recorder, surface)?;
         self.centroids.record(recorder, &self.sites, &self.normals.normals, &self.faces)?;
-        self.near_vertices.record(recorder, &self.centroids.targets, &on.vertices)?;
+        self.near_vertices.record(recorder, &self.centroids.targets, &on.vertices, &self.vertex_tiles)?;
         let found = &self.near_vertices.neighbours;
         self.project.record(recorder, &self.centroids.targets, found, on, &self.site_triangle)?;
         self.step.record(recorder, &self.project.projected, &self.sites, iteration)
@@ -238,9 +257,10 @@ impl Run {
     /// Neighbours → normals → face.
     fn record_faces(&self, recorder: &mut Recorder, surface: &Surface) -> Result<()> {
         let found = &self.near_sites.neighbours;
-        self.near_sites.record(recorder, &self.sites, &self.sites)?;
+        self.site_tiles.record(recorder, &self.sites)?;
+        self.near_sites.record(recorder, &self.sites, &self.sites, &self.site_tiles)?;
         self.normals.record(recorder, &self.sites, found, &self.site_triangle, &surface.device.normals)?;
-        self.faces.record(recorder, &self.sites, &self.normals.normals, found, &self.normals.flags)
+        self.faces.record(recorder, &self.sites, &self.normals.normals, found, &self.site_tiles, &self.normals.flags)
     }
 
     /// The faces of the sites as they are now: positions, fans and flags.

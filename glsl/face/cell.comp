@@ -1,9 +1,9 @@
 // Purpose: the restricted tangent face of a site by clipping its 3-D Voronoi cell (Algorithm 2 of the paper).
 // Invocation: one site; its convex cell lives in shared memory with at most MAX_PLANES planes (the paper's #P) and
 // MAX_TRIANGLES dual triangles (#T), workgroup 16.
-// Reads: sites, normals, neighbours.
+// Reads: sites, normals, neighbours, bounds (of the sites' tiles).
 // Writes: corner_count, corners[slot * site_count + site] in the tangent frame, fan[slot * site_count + site], flags.
-// Filled by neighbours/knn and normals/plane_fit; consumed by centroid/* and the connection. Corner m lies between
+// Filled by neighbours/* and normals/plane_fit; consumed by centroid/* and the connection. Corner m lies between
 // edges m and m + 1; fan[m] is the site behind edge m, NONE for the box; the order is counter-clockwise seen from
 // the tip of the normal. A site without a face (see flags) has corner_count 0.
 #version 450
@@ -12,6 +12,7 @@
 #include "common/threads.glsl"
 #include "common/flags.glsl"
 #include "common/tangent.glsl"
+#include "common/tiles.glsl"
 
 layout(constant_id = 1) const uint MAX_TRIANGLES = 96;
 layout(constant_id = 2) const uint MAX_PLANES = 64;
@@ -27,10 +28,11 @@ layout(push_constant) uniform Push {
 layout(set = 0, binding = 0) readonly buffer Sites { vec4 sites[]; };
 layout(set = 0, binding = 1) readonly buffer Normals { vec4 normals[]; };
 layout(set = 0, binding = 2) readonly buffer Neighbours { uint neighbours[]; };
-layout(set = 0, binding = 3) writeonly buffer CornerCount { uint corner_count[]; };
-layout(set = 0, binding = 4) writeonly buffer Corners { vec2 corners[]; };
-layout(set = 0, binding = 5) writeonly buffer Fan { uint fan[]; };
-layout(set = 0, binding = 6) buffer Flags { uint flags[]; };
+layout(set = 0, binding = 3) readonly buffer Bounds { vec4 bounds[]; };
+layout(set = 0, binding = 4) writeonly buffer CornerCount { uint corner_count[]; };
+layout(set = 0, binding = 5) writeonly buffer Corners { vec2 corners[]; };
+layout(set = 0, binding = 6) writeonly buffer Fan { uint fan[]; };
+layout(set = 0, binding = 7) buffer Flags { uint flags[]; };
 
 // A plane is kept as the mirror image v of the site behind it (x dot v = |v|^2 / 2) and the index of that site.
 shared uvec4 planes[MAX_PLANES * WORKGROUP];
@@ -181,6 +183,19 @@ bool listed(uint site, uint j) {
     return false;
 }
 
+// Clips by every site within reach (squared, in spacings) that is not in the site's list.
+void clip_by_all(vec3 at, vec3 u, uint site, float reach_sq) {
+    for (uint t = 0u; t < tile_count(site_count) && trouble == 0u; ++t) {
+        float gap_sq = box_distance_sq(at, at, bounds[2u * t].xyz, bounds[2u * t + 1u].xyz);
+        if (gap_sq > reach_sq * spacing * spacing) continue;
+        uint end = min((t + 1u) * TILE, site_count);
+        for (uint j = t * TILE; j < end; ++j) {
+            vec3 d = (sites[j].xyz - at) / spacing;
+            if (dot(d, d) <= reach_sq && j != site && !listed(site, j)) clip_by_site(at, u, site, j);
+        }
+    }
+}
+
 // Cuts by the tangent plane and writes the loop of that cut, which is the face. Returns its radius squared in
 // spacings, or -1 without a face.
 float write_face(uint site, vec3 u, vec3 v, vec3 n) {
@@ -234,10 +249,7 @@ void main() {
             if (farthest == NONE) break;
             clip_by_site(at, u, site, farthest);
         }
-        for (uint j = 0u; j < site_count && reach_sq > 0.0 && trouble == 0u; ++j) {
-            vec3 d = (sites[j].xyz - at) / spacing;
-            if (dot(d, d) <= reach_sq && j != site && !listed(site, j)) clip_by_site(at, u, site, j);
-        }
+        if (reach_sq > 0.0) clip_by_all(at, u, site, reach_sq);
         float radius_sq = trouble == 0u ? write_face(site, u, v, n) : -1.0;
         // Radius of security: a site farther than twice the face's radius cannot cut it.
         if (radius_sq < 0.0 || farthest == NONE || reach_sq > 0.0) break;

@@ -1,16 +1,17 @@
-// Purpose: brute-force k-nearest neighbours (Garcia et al. 2008), nearest first, ties by index.
+// Purpose: k-nearest neighbours by brute force (Garcia et al. 2008), nearest first, ties by index.
 // Invocation: one query.
-// Reads: queries, points.
+// Reads: queries, points, bounds.
 // Writes: neighbours[slot * query_count + query], NONE where there are fewer than K points.
-// Fills the lists of normals/plane_fit, face/cell and project/nearest_vertices. The workgroup stages the points in
-// shared memory, one tile after another, and starts where its own queries lie if both are in the same spatial
-// order: the lists are then nearly final after the first tile and later points seldom enter.
+// Filled by neighbours/tile_bounds; fills the lists of normals/plane_fit, face/cell and project/nearest_vertices.
+// The workgroup stages the points in shared memory, one tile after another. It begins with the tile where its own
+// queries lie if both are in the same spatial order, and from then on leaves out every tile whose box is farther
+// from the box of its queries than its worst list reaches.
 #version 450
 #extension GL_GOOGLE_include_directive : require
 #extension GL_EXT_control_flow_attributes : require
-#extension GL_KHR_shader_subgroup_ballot : require
 #define DEFAULT_WORKGROUP 64
 #include "common/threads.glsl"
+#include "common/tiles.glsl"
 
 layout(constant_id = 1) const uint K = 32;
 
@@ -21,64 +22,114 @@ layout(push_constant) uniform Push {
 };
 layout(set = 0, binding = 0) readonly buffer Queries { vec4 queries[]; };
 layout(set = 0, binding = 1) readonly buffer Points { vec4 points[]; };
-layout(set = 0, binding = 2) writeonly buffer Neighbours { uint neighbours[]; };
+layout(set = 0, binding = 2) readonly buffer Bounds { vec4 bounds[]; };
+layout(set = 0, binding = 3) writeonly buffer Neighbours { uint neighbours[]; };
 
-const float FARTHEST = 3.402823466e38;
+shared vec4 tile[TILE];
+shared uint needed[WORKGROUP];
+// Bounds of the workgroup's queries and reach of its longest list: floats in the order-keeping form of `sortable`.
+shared uint group_low[3];
+shared uint group_high[3];
+shared uint group_reach;
 
-shared vec4 tile[WORKGROUP];
+// Sorted, nearest first. Every index into these is known once the loops are unrolled, so they are registers.
+float best_sq[K];
+uint best[K];
+uint query;
+uint lane;
+bool alive;
+vec3 at;
+
+// Unsigned integers that compare like the floats they stand for; atomics on them do not depend on the order.
+uint sortable(float x) {
+    uint bits = floatBitsToUint(x);
+    return (bits & 0x80000000u) != 0u ? ~bits : bits | 0x80000000u;
+}
+
+float unsortable(uint x) { return uintBitsToFloat((x & 0x80000000u) != 0u ? x & 0x7fffffffu : ~x); }
 
 bool before(float a_sq, uint a, float b_sq, uint b) { return a_sq < b_sq || (a_sq == b_sq && a < b); }
 
-void main() {
-    uint query = thread_index();
-    uint lane = gl_LocalInvocationID.x;
-    bool alive = query < query_count;
-    vec3 at = alive ? queries[query].xyz : vec3(0.0);
-    uint self = exclude_self != 0u ? query : NONE;
-    // Sorted, nearest first. Every index into these is known when the loops are unrolled, so they are registers.
-    float best_sq[K];
-    uint best[K];
+// One pass of an insertion network: what is displaced moves on, at last out of the list.
+void insert(float d_sq, uint point) {
     [[unroll]] for (uint s = 0u; s < K; ++s) {
-        best_sq[s] = alive ? FARTHEST : -1.0;
+        bool enters = before(d_sq, point, best_sq[s], best[s]);
+        float out_sq = enters ? best_sq[s] : d_sq;
+        uint out_point = enters ? best[s] : point;
+        best_sq[s] = enters ? d_sq : best_sq[s];
+        best[s] = enters ? point : best[s];
+        d_sq = out_sq;
+        point = out_point;
+    }
+}
+
+// Looks at all points of one tile and updates the workgroup's reach. In uniform control flow.
+void scan(uint t) {
+    uint start = t * TILE;
+    barrier();
+    for (uint i = lane; i < TILE; i += WORKGROUP) {
+        // What is past the end is infinitely far and never enters a list.
+        tile[i] = start + i < point_count ? points[start + i] : vec4(uintBitsToFloat(0x7f800000u));
+    }
+    if (lane == 0u) group_reach = 0u;
+    barrier();
+    for (uint j = 0u; j < TILE; j += 32u) {
+        // First find what may enter, then insert: lanes then insert their own finds at the same time.
+        uint hits = 0u;
+        for (uint l = 0u; l < 32u; ++l) {
+            vec3 d = tile[j + l].xyz - at;
+            hits |= dot(d, d) <= best_sq[K - 1u] ? 1u << l : 0u;
+        }
+        if (exclude_self != 0u && (query & ~31u) == start + j) hits &= ~(1u << (query & 31u));
+        while (hits != 0u) {
+            uint l = findLSB(hits);
+            hits &= hits - 1u;
+            vec3 d = tile[j + l].xyz - at;
+            insert(dot(d, d), start + j + l);
+        }
+    }
+    if (alive) atomicMax(group_reach, sortable(best_sq[K - 1u]));
+    barrier();
+}
+
+void main() {
+    query = thread_index();
+    lane = gl_LocalInvocationID.x;
+    alive = query < query_count;
+    at = alive ? queries[query].xyz : vec3(0.0);
+    [[unroll]] for (uint s = 0u; s < K; ++s) {
+        // Nothing is nearer than -1: lanes past the end find nothing.
+        best_sq[s] = alive ? 3.402823466e38 : -1.0;
         best[s] = NONE;
     }
-    // The workgroup is a power of two: either whole subgroups, or the first lanes of one. At most 32 bits of hits.
-    uint chunk = min(min(gl_SubgroupSize, WORKGROUP), 32u);
-    uint tiles = (point_count + WORKGROUP - 1u) / WORKGROUP;
-    uint first = uint(float(tiles) * (float(group_index() * WORKGROUP) / float(query_count)));
-    for (uint t = 0u; t < tiles; ++t) {
-        uint start = ((first + t) % tiles) * WORKGROUP;
-        barrier();
-        // What is past the end is infinitely far and never enters a list.
-        tile[lane] = start + lane < point_count ? points[start + lane] : vec4(uintBitsToFloat(0x7f800000u));
-        barrier();
-        for (uint j = 0u; j < WORKGROUP; j += chunk) {
-            // Every lane fetches one point of the chunk and hands it round: one load for `chunk` distances.
-            vec3 mine = tile[j + gl_SubgroupInvocationID % chunk].xyz;
-            uint hits = 0u;
-            [[unroll]] for (uint l = 0u; l < chunk; ++l) {
-                vec3 d = subgroupBroadcast(mine, l) - at;
-                if (dot(d, d) <= best_sq[K - 1u]) hits |= 1u << l;
-            }
-            while (hits != 0u) {
-                uint l = findLSB(hits);
-                hits &= hits - 1u;
-                vec3 d = tile[j + l].xyz - at;
-                float d_sq = dot(d, d);
-                uint point = start + j + l;
-                if (point == self) continue;
-                // One pass of an insertion network: what is displaced moves on, at last out of the list.
-                [[unroll]] for (uint s = 0u; s < K; ++s) {
-                    bool enters = before(d_sq, point, best_sq[s], best[s]);
-                    float out_sq = enters ? best_sq[s] : d_sq;
-                    uint out_point = enters ? best[s] : point;
-                    best_sq[s] = enters ? d_sq : best_sq[s];
-                    best[s] = enters ? point : best[s];
-                    d_sq = out_sq;
-                    point = out_point;
-                }
-            }
+    if (lane == 0u) {
+        for (uint a = 0u; a < 3u; ++a) {
+            group_low[a] = 0xffffffffu;
+            group_high[a] = 0u;
         }
+    }
+    barrier();
+    for (uint a = 0u; a < 3u && alive; ++a) {
+        atomicMin(group_low[a], sortable(at[a]));
+        atomicMax(group_high[a], sortable(at[a]));
+    }
+    uint tiles = tile_count(point_count);
+    uint first = min(uint(float(tiles) * (float(group_index() * WORKGROUP) / float(query_count))), tiles - 1u);
+    scan(first);
+    vec3 low = vec3(unsortable(group_low[0]), unsortable(group_low[1]), unsortable(group_low[2]));
+    vec3 high = vec3(unsortable(group_high[0]), unsortable(group_high[1]), unsortable(group_high[2]));
+    for (uint block = 0u; block < tiles; block += WORKGROUP) {
+        uint mine = block + lane;
+        needed[lane] = 0u;
+        if (mine < tiles && mine != first) {
+            vec3 tile_low = bounds[2u * mine].xyz, tile_high = bounds[2u * mine + 1u].xyz;
+            needed[lane] = box_distance_sq(low, high, tile_low, tile_high) <= unsortable(group_reach) ? 1u : 0u;
+        }
+        barrier();
+        for (uint s = 0u; s < WORKGROUP; ++s) {
+            if (needed[s] != 0u) scan(block + s);
+        }
+        barrier();
     }
     if (!alive) return;
     [[unroll]] for (uint s = 0u; s < K; ++s) neighbours[s * query_count + query] = best[s];

@@ -20,7 +20,7 @@ pub use device::{Device, DeviceOptions};
 pub use kernel::{Access, BindingInfo, BindingSet, Kernel, KernelInfo, Pipeline, SpecializationConstants};
 pub use recorder::{Recorder, Threads};
 pub use select::{DeviceInfo, Limits, list_devices};
-pub use timer::{StageTime, Timings};
+pub use timer::StageTime;
 
 use crate::Error;
 use ash::vk;

@@ -16,20 +16,20 @@ pub struct StageTime {
 
 /// Sums by name.
 #[derive(Debug, Default)]
-pub struct Timings {
+pub(super) struct Timings {
     by_name: BTreeMap<&'static str, (u64, f64, bool)>,
 }
 
 impl Timings {
     /// Adds one dispatch; `nanoseconds` is `None` where the device has no timestamps.
-    pub(super) fn add(&mut self, name: &'static str, nanoseconds: Option<f64>) {
+    pub fn add(&mut self, name: &'static str, nanoseconds: Option<f64>) {
         let (calls, sum, timed) = self.by_name.entry(name).or_insert((0, 0.0, true));
         *calls += 1;
         *sum += nanoseconds.unwrap_or(0.0);
         *timed &= nanoseconds.is_some();
     }
 
-    pub(super) fn into_list(self) -> Vec<StageTime> {
+    pub fn into_list(self) -> Vec<StageTime> {
         self.by_name
             .into_iter()
             .map(|(name, (calls, ns, timed))| StageTime {

@@ -3,6 +3,7 @@
 use crate::Result;
 use crate::gpu::kernels::face::cell;
 use crate::gpu::{Buffer, Device, Pipeline, Recorder, Threads};
+use crate::stages::neighbours::TileBounds;
 use glam::{Vec2, Vec4};
 use serde::Serialize;
 
@@ -92,7 +93,7 @@ impl CellFaces {
         })
     }
 
-    /// Records the clipping.
+    /// Records the clipping; `bounds` are the boxes of `sites`.
     ///
     /// # Errors
     /// As [`Recorder::dispatch`].
@@ -102,12 +103,14 @@ impl CellFaces {
         sites: &Buffer<Vec4>,
         normals: &Buffer<Vec4>,
         neighbours: &Buffer<u32>,
+        bounds: &TileBounds,
         flags: &Buffer<u32>,
     ) -> Result<()> {
         let bindings = cell::Bindings {
             sites,
             normals,
             neighbours,
+            bounds: &bounds.bounds,
             corner_count: &self.corner_count,
             corners: &self.corners,
             fan: &self.fan,

@@ -1,0 +1,27 @@
+//! `rtfmesh devices`.
+
+use super::{print, table};
+use anyhow::Result;
+use rtfmesh::report::to_json;
+use rtfmesh::{Error, list_devices};
+
+/// List the Vulkan devices, their drivers and limits, and whether each can be used.
+#[derive(clap::Args)]
+pub struct Args {
+    /// Print JSON
+    #[arg(long)]
+    json: bool,
+}
+
+/// Lists.
+pub fn run(args: &Args) -> Result<()> {
+    let list = list_devices()?;
+    if list.is_empty() {
+        return Err(Error::device(
+            "no Vulkan device on this machine",
+            "install a driver, or Mesa's lavapipe for the CPU (Debian: apt install mesa-vulkan-drivers)",
+        )
+        .into());
+    }
+    print(&if args.json { to_json(&list)? } else { table::devices(&list) })
+}

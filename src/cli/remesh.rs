@@ -1,0 +1,158 @@
+//! `rtfmesh remesh`.
+
+use super::table;
+use anyhow::Result;
+use indicatif::{ProgressBar, ProgressStyle};
+use rtfmesh::mesh::io;
+use rtfmesh::report::Report;
+use rtfmesh::{Centroid, Device, DeviceOptions, Error, Options, Progress, remesh};
+use std::path::PathBuf;
+
+/// Turn a triangle mesh into one of well-shaped triangles with exactly N vertices.
+///
+/// Example: rtfmesh remesh kitten.ply kitten-10k.ply -n 10000 --report kitten.json
+#[derive(clap::Args)]
+pub struct Args {
+    /// Mesh to read: .obj or .ply
+    input: PathBuf,
+    /// Mesh to write: .obj or .ply
+    output: PathBuf,
+    /// Vertices of the result
+    #[arg(short = 'n', long, value_name = "N")]
+    vertices: usize,
+    /// Settings to start from: rtf is the paper's method with the paper's settings
+    #[arg(long, value_enum, default_value_t = Preset::Rtf)]
+    preset: Preset,
+    /// Where a site moves in its face: the mean of the corners, or the centroid of the area [preset rtf: vertex]
+    #[arg(long, value_enum)]
+    centroid: Option<CentroidName>,
+    /// Sites in a normal's plane fit, the site included [preset rtf: 16]
+    #[arg(long, value_name = "K")]
+    k_normal: Option<u32>,
+    /// Nearest sites that clip a cell [preset rtf: 32]
+    #[arg(long, value_name = "K")]
+    k_clip: Option<u32>,
+    /// Nearest input vertices whose triangles a site is projected onto [preset rtf: 16]
+    #[arg(long, value_name = "K")]
+    k_project: Option<u32>,
+    /// Most iterations [preset rtf: 160]
+    #[arg(long, value_name = "COUNT")]
+    iterations: Option<u32>,
+    /// Stop when the root mean square step is below this many edge lengths [preset rtf: 1e-4]
+    #[arg(long, value_name = "STEP")]
+    tolerance: Option<f64>,
+    /// Seed of the random start [preset rtf: 1]
+    #[arg(long)]
+    seed: Option<u64>,
+    /// Write a JSON report: options, device, topology, measures, timings
+    #[arg(long, value_name = "FILE.json")]
+    report: Option<PathBuf>,
+    /// Device: index, cpu, gpu or part of a name (see `rtfmesh devices`)
+    #[arg(long, value_name = "DEVICE")]
+    device: Option<String>,
+    /// No progress bar and no table
+    #[arg(long, short)]
+    quiet: bool,
+}
+
+#[derive(Clone, Copy, clap::ValueEnum)]
+enum Preset {
+    /// Restricted tangent faces as in the paper
+    Rtf,
+}
+
+#[derive(Clone, Copy, clap::ValueEnum)]
+enum CentroidName {
+    /// Mean of the face's corners (Eq. 7)
+    Vertex,
+    /// Centroid of the face's area (Eq. 3)
+    Area,
+}
+
+impl Args {
+    fn options(&self) -> Options {
+        let Preset::Rtf = self.preset;
+        let base = Options::rtf(self.vertices);
+        Options {
+            vertices: self.vertices,
+            k_normal: self.k_normal.unwrap_or(base.k_normal),
+            k_clip: self.k_clip.unwrap_or(base.k_clip),
+            k_project: self.k_project.unwrap_or(base.k_project),
+            iterations: self.iterations.unwrap_or(base.iterations),
+            tolerance: self.tolerance.unwrap_or(base.tolerance),
+            seed: self.seed.unwrap_or(base.seed),
+            centroid: match self.centroid {
+                Some(CentroidName::Vertex) => Centroid::Vertex,
+                Some(CentroidName::Area) => Centroid::Area,
+                None => base.centroid,
+            },
+        }
+    }
+}
+
+/// Reads, remeshes, writes. Nothing is written unless everything before it went well.
+pub fn run(args: &Args) -> Result<()> {
+    let options = args.options();
+    options.validate()?;
+    io::check_target(&args.output)?;
+    if let Some(report) = &args.report {
+        io::check_text_target(report)?;
+    }
+    let loaded = io::read(&args.input)?;
+    for note in &loaded.notes {
+        eprintln!("note: {}: {note}", args.input.display());
+    }
+    let device = open(args)?;
+    let bar = progress_bar(args.quiet, options.iterations);
+    let result = remesh(&device, &loaded.mesh, &options, &mut |p| show(&bar, p));
+    bar.finish_and_clear();
+    let result = result.map_err(|e| e.in_file(&args.input))?;
+    let messages = device.take_validation_messages();
+    if let Some(first) = messages.first() {
+        return Err(Error::Internal(format!("{} validation messages, the first: {first}", messages.len())).into());
+    }
+    for warning in &result.summary.warnings {
+        eprintln!("warning: {warning}");
+    }
+    io::write(&args.output, &result.mesh)?;
+    if let Some(path) = &args.report {
+        let report = Report {
+            program: env!("CARGO_PKG_NAME"),
+            version: env!("CARGO_PKG_VERSION"),
+            input_file: args.input.display().to_string(),
+            output_file: args.output.display().to_string(),
+            notes: &loaded.notes,
+            options: &options,
+            device: device.info(),
+            summary: &result.summary,
+        };
+        io::write_text(path, &report.to_json()?)?;
+    }
+    if !args.quiet {
+        eprint!("{}", table::run(&result.summary, device.info()));
+    }
+    Ok(())
+}
+
+fn open(args: &Args) -> Result<Device> {
+    let mut wish = DeviceOptions::from_env();
+    if args.device.is_some() {
+        wish.device.clone_from(&args.device);
+    }
+    Ok(Device::open(&wish)?)
+}
+
+fn progress_bar(quiet: bool, iterations: u32) -> ProgressBar {
+    if quiet {
+        return ProgressBar::hidden();
+    }
+    // Drawn on standard error, and only if that is a terminal.
+    let style = ProgressStyle::with_template("{bar:40} iteration {pos}/{len}  step {msg}  {eta} left");
+    let bar = ProgressBar::new(iterations.into());
+    if let Ok(style) = style { bar.with_style(style) } else { bar }
+}
+
+fn show(bar: &ProgressBar, progress: Progress) {
+    bar.set_message(format!("{:.5}", progress.step));
+    bar.set_position(progress.iteration.into());
+}

@@ -1,0 +1,27 @@
+//! `rtfmesh sample`.
+
+use super::print;
+use anyhow::Result;
+use rtfmesh::mesh::{io, samples};
+use std::path::PathBuf;
+
+/// Write one of the program's own models; without arguments, list them.
+///
+/// Example: rtfmesh sample genus3 genus3.ply
+#[derive(clap::Args)]
+pub struct Args {
+    /// Name of the model
+    #[arg(requires = "output")]
+    name: Option<String>,
+    /// Mesh to write: .obj or .ply
+    output: Option<PathBuf>,
+}
+
+/// Makes and writes, or lists.
+pub fn run(args: &Args) -> Result<()> {
+    let (Some(name), Some(output)) = (&args.name, &args.output) else {
+        return print(&samples::names().iter().map(|(name, what)| format!("{name:16} {what}\n")).collect::<String>());
+    };
+    let mesh = samples::sample(name)?;
+    Ok(io::write(output, &mesh)?)
+}
