@@ -1,5 +1,10 @@
 //! Triangle meshes on the host: reading, cleaning, measuring, writing.
 
+pub mod frame;
+pub mod io;
+pub mod repair;
+pub mod samples;
+
 use glam::DVec3;
 
 /// An indexed triangle mesh in the units of its file.
