@@ -3,8 +3,12 @@
 pub mod bvh;
 pub mod distance;
 pub(crate) mod edges;
+pub mod frame;
 pub mod intersections;
+pub mod io;
 pub mod quality;
+pub mod repair;
+pub mod samples;
 pub mod topology;
 pub mod triangle;
 
