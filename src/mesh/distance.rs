@@ -16,8 +16,9 @@ const MIN_SAMPLES: usize = 200_000;
 const SAMPLES_PER_VERTEX: usize = 4;
 /// Samples that one thread takes in a row, each starting its search where the last one ended.
 const CHUNK: usize = 2048;
-/// The fraction of the golden ratio; its multiples fill the unit interval evenly.
-const GOLDEN: f64 = 0.618_033_988_749_894_9;
+/// Multiples of these, without their integer part, fill the unit square evenly: the inverse powers of the solution
+/// of `x^3 = x + 1`. Roberts, "The unreasonable effectiveness of quasirandom sequences", 2018.
+const PLANE_SEQUENCE: [f64; 2] = [0.754_877_666_246_692_8, 0.569_840_290_998_053_3];
 
 /// Distances in percent of the diagonal of the reference's bounding box, which spans all its vertices, used or not.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
@@ -146,16 +147,17 @@ impl Samples {
             self.vertices[range].iter().for_each(|&p| visit(p, target));
         });
         let on_edges = gather(self.count, |range, visit| {
-            walk(&self.edge_sums, self.count, range, |_, edge, t| {
+            walk(&self.edge_sums, self.count, range, |_, edge, (k, n)| {
                 let [a, b] = self.edges[edge].map(|v| self.vertices[v as usize]);
-                visit(a + (b - a) * t, target);
+                // The ends are sampled already, so the edge's samples keep clear of them.
+                visit(a + (b - a) * ((k + 1) as f64 / (n + 1) as f64), target);
             });
         });
         let on_faces = gather(self.count, |range, visit| {
-            walk(&self.area_sums, self.count, range, |sample, face, t| {
+            walk(&self.area_sums, self.count, range, |sample, face, _| {
                 let [a, b, c] = self.triangles[face].map(|v| self.vertices[v as usize]);
-                let (across, along) = (t.sqrt(), (sample as f64 * GOLDEN).fract());
-                visit(a + ((b - a) * (1.0 - along) + (c - a) * along) * across, target);
+                let [across, along] = PLANE_SEQUENCE.map(|step| (sample as f64 * step).fract());
+                visit(a + ((b - a) * (1.0 - along) + (c - a) * along) * across.sqrt(), target);
             });
         });
         let total = on_vertices.join(on_edges).join(on_faces);
@@ -172,23 +174,28 @@ fn running_sums(sizes: impl Iterator<Item = f64>) -> Vec<f64> {
         .collect()
 }
 
-/// Calls `visit(sample, element, t)` for the samples in `range` of `count` that are evenly spread over elements
-/// with the running sums `sums` of their sizes; `t` in 0..=1 is the place within the element. Nothing is visited
-/// where all sizes are zero.
-fn walk(sums: &[f64], count: usize, range: std::ops::Range<usize>, mut visit: impl FnMut(usize, usize, f64)) {
+/// Calls `visit(sample, element, (k, n))` for the samples in `range` of `count` that are shared out among elements
+/// by size, `sums` being the running sums of the sizes; `k` is the sample's number among the `n` of its element.
+/// Nothing is visited where all sizes are zero.
+fn walk(
+    sums: &[f64],
+    count: usize,
+    range: std::ops::Range<usize>,
+    mut visit: impl FnMut(usize, usize, (usize, usize)),
+) {
     let total = sums.last().copied().unwrap_or(0.0);
     if total <= 0.0 {
         return;
     }
-    let target = |sample: usize| (sample as f64 + 0.5) / count as f64 * total;
-    let mut element = sums.partition_point(|&sum| sum < target(range.start));
+    // The samples stand at (sample + 1/2) / count of the total; this many of them lie below a running sum.
+    let below = |sum: f64| (sum / total * count as f64 - 0.5).ceil().max(0.0) as usize;
+    let mut element = sums.partition_point(|&sum| below(sum) <= range.start);
     for sample in range {
-        let wanted = target(sample);
-        while element + 1 < sums.len() && sums[element] < wanted {
+        while below(sums[element]) <= sample {
             element += 1;
         }
-        let before = if element == 0 { 0.0 } else { sums[element - 1] };
-        visit(sample, element, ((wanted - before) / (sums[element] - before)).clamp(0.0, 1.0));
+        let first = if element == 0 { 0 } else { below(sums[element - 1]) };
+        visit(sample, element, (sample - first, below(sums[element]) - first));
     }
 }
 

@@ -153,7 +153,8 @@ pub(crate) fn valence_of(mesh: &TriMesh, table: &EdgeTable) -> Valence {
 }
 
 /// Share of the inner edges (0..=1) whose faces turn against each other by more than 120 degrees; 0 without inner
-/// edges. Of an edge with more than two faces, each pair that follows one another in the face list counts.
+/// edges. An edge with more than two faces counts each pair that follow one another, ordered by the edge's place in the
+/// face (first, second, third side), then by face.
 pub(crate) fn folded_share(mesh: &TriMesh, table: &EdgeTable) -> f64 {
     let scale = power_of_two_scale(corner_points(mesh));
     let normal = |t: usize| {
@@ -163,6 +164,8 @@ pub(crate) fn folded_share(mesh: &TriMesh, table: &EdgeTable) -> f64 {
     };
     let (mut pairs, mut folded) = (0usize, 0usize);
     for edge in table.edges() {
+        let mut edge = edge.to_vec();
+        edge.sort_unstable_by_key(|side| (side.corners().0 % 3, side.triangle()));
         for pair in edge.windows(2) {
             pairs += 1;
             folded += usize::from(normal(pair[0].triangle()).dot(normal(pair[1].triangle())) < -0.5);
