@@ -1,1 +1,13 @@
 //! One test binary; each module says what belongs in it.
+
+#![allow(clippy::unwrap_used, clippy::expect_used, reason = "a test fails by panicking")]
+
+mod connect;
+mod gpu_layer;
+mod kernels_face;
+mod kernels_move;
+mod kernels_neighbours;
+mod kernels_normals;
+mod reference;
+mod runs;
+mod support;

@@ -1,0 +1,141 @@
+//! Whole runs on the built-in models.
+
+use crate::support::{assert_valid, device};
+use rtfmesh::gpu::{Device, DeviceOptions};
+use rtfmesh::mesh::samples::sample;
+use rtfmesh::mesh::topology::topology;
+use rtfmesh::{Centroid, Error, Options, Remeshed, TriMesh, remesh};
+
+fn short(vertices: usize) -> Options {
+    Options { iterations: 30, ..Options::rtf(vertices) }
+}
+
+fn run(mesh: &TriMesh, options: &Options) -> Remeshed {
+    let result = remesh(device(), mesh, options, &mut |_| {}).unwrap();
+    assert_valid(device());
+    result
+}
+
+#[test]
+fn closed_models_keep_their_topology_and_get_the_exact_count() {
+    // Genus 3 needs enough sites for its thin parts; see the bars of the paper's own models for the rest.
+    for (name, n) in [("torus", 1000), ("bumpy-sphere", 800), ("genus3", 2000), ("two-components", 800)] {
+        let input = sample(name).unwrap();
+        let result = run(&input, &Options { iterations: 60, centroid: Centroid::Area, ..Options::rtf(n) });
+        assert_eq!(result.summary.warnings, Vec::<String>::new(), "{name}");
+        assert_eq!(result.mesh.vertices.len(), n, "{name}");
+        let (got, want) = (topology(&result.mesh), topology(&input));
+        assert!(got.is_closed_manifold(), "{name}: {got:?}");
+        assert_eq!((got.vertices, got.components, got.euler), (n, want.components, want.euler), "{name}");
+        let quality = result.summary.output.quality;
+        assert!(quality.q_avg > 0.88, "{name}: {quality:?}");
+        assert!(result.summary.output.relative_volume.unwrap() > 0.0, "{name} was turned inside out");
+    }
+}
+
+#[test]
+fn an_inside_out_model_stays_inside_out() {
+    let mut input = sample("torus").unwrap();
+    input.triangles.iter_mut().for_each(|t| t.swap(1, 2));
+    let result = run(&input, &Options { centroid: Centroid::Area, ..short(800) });
+    assert!(result.summary.output.relative_volume.unwrap() < 0.0);
+}
+
+#[test]
+fn reruns_give_the_same_bytes_and_seeds_do_not() {
+    let input = sample("torus").unwrap();
+    let first = run(&input, &short(500));
+    assert_eq!(first.mesh, run(&input, &short(500)).mesh);
+    assert_ne!(first.mesh, run(&input, &Options { seed: 2, ..short(500) }).mesh);
+}
+
+#[test]
+fn full_barriers_change_nothing() {
+    let input = sample("torus").unwrap();
+    let careful = Device::open(&DeviceOptions { full_barriers: true, ..DeviceOptions::from_env() }).unwrap();
+    let want = remesh(&careful, &input, &short(400), &mut |_| {}).unwrap().mesh;
+    assert_eq!(run(&input, &short(400)).mesh, want);
+}
+
+#[test]
+fn place_and_scale_do_not_matter() {
+    let input = sample("torus").unwrap();
+    let plain = run(&input, &short(400)).summary.output;
+    for (scale, shift) in [(1e30, 0.0), (1e-30, 0.0), (1.0, 1e6)] {
+        let mut moved = input.clone();
+        moved.vertices.iter_mut().for_each(|v| *v = *v * scale + glam::DVec3::splat(shift));
+        let result = run(&moved, &short(400));
+        let got = &result.summary.output;
+        assert_eq!(got.topology, plain.topology, "{scale} {shift}");
+        assert!((got.quality.q_avg - plain.quality.q_avg).abs() < 0.02, "{scale} {shift}");
+        assert!(got.distances.unwrap().hausdorff < 3.0, "{scale} {shift}");
+    }
+}
+
+#[test]
+fn open_and_dirty_surfaces_end_with_a_word_about_it() {
+    let mut torn = sample("torus").unwrap();
+    torn.triangles.truncate(2500);
+    torn.triangles.push([0, 1, 900]);
+    for mesh in [sample("open-hemisphere").unwrap(), torn] {
+        let result = run(&mesh, &short(300));
+        assert!(result.summary.warnings.iter().any(|w| w.contains("closed")), "{:?}", result.summary.warnings);
+    }
+}
+
+#[test]
+fn few_sites_do_not_crash() {
+    for name in ["tetrahedron", "box", "thin-plate"] {
+        for n in [4, 5, 17] {
+            let result = run(&sample(name).unwrap(), &short(n));
+            assert_eq!(result.mesh.vertices.len(), n);
+        }
+    }
+}
+
+#[test]
+fn zero_iterations_connect_the_seeds() {
+    let result = run(&sample("torus").unwrap(), &Options { iterations: 0, ..Options::rtf(300) });
+    assert_eq!((result.summary.iterations, result.summary.converged), (0, false));
+    assert_eq!(result.mesh.vertices.len(), 300);
+}
+
+#[test]
+fn a_loose_tolerance_ends_the_run_early() {
+    let result = run(&sample("torus").unwrap(), &Options { tolerance: 0.1, ..Options::rtf(300) });
+    assert!(result.summary.converged && result.summary.iterations < 160, "{}", result.summary.iterations);
+    assert!(result.summary.steps.last().is_some_and(|s| *s < 0.1));
+}
+
+#[test]
+fn options_out_of_range_are_named() {
+    let wrong = [
+        (Options::rtf(3), "3 vertices"),
+        (Options { k_normal: 2, ..Options::rtf(100) }, "--k-normal 2"),
+        (Options { k_clip: 49, ..Options::rtf(100) }, "--k-clip 49"),
+        (Options { k_project: 0, ..Options::rtf(100) }, "--k-project 0"),
+        (Options { tolerance: f64::NAN, ..Options::rtf(100) }, "--tolerance"),
+    ];
+    for (options, what) in wrong {
+        let error = remesh(device(), &sample("box").unwrap(), &options, &mut |_| {}).err().unwrap();
+        assert!(matches!(&error, Error::Usage { problem, .. } if problem.contains(what)), "{error}");
+    }
+}
+
+#[test]
+fn more_sites_than_memory_are_refused_before_anything_is_made() {
+    let error = remesh(device(), &sample("box").unwrap(), &Options::rtf(500_000_000), &mut |_| {}).err().unwrap();
+    assert!(matches!(&error, Error::OutOfMemory { remedy, .. } if remedy.contains("at most")), "{error}");
+}
+
+#[test]
+fn the_summary_tells_where_the_time_went() {
+    let result = run(&sample("torus").unwrap(), &Options { iterations: 7, ..Options::rtf(200) });
+    let calls = |name: &str| result.summary.timings.stages.iter().find(|s| s.name == name).map(|s| s.calls);
+    assert_eq!(calls("step.step"), Some(7));
+    assert_eq!(calls("face.cell"), Some(8), "once more for the connection");
+    assert_eq!(calls("neighbours.knn"), Some(15));
+    assert!(result.summary.timings.stages.iter().all(|s| s.milliseconds.is_none_or(|ms| ms >= 0.0)));
+    assert!(result.summary.timings.peak_device_bytes > 0);
+    assert_eq!(result.summary.steps.len(), 7);
+}

@@ -1,0 +1,70 @@
+//! What GPU tests share: one validated device, point sets, and conversions.
+
+use glam::{DVec3, Vec4};
+use rand::{RngExt, SeedableRng};
+use rand_pcg::Pcg64Mcg;
+use rtfmesh::gpu::{Buffer, Device, DeviceOptions, NONE};
+use std::sync::OnceLock;
+
+/// The device of the whole test binary, under core and synchronization validation. A machine without Vulkan fails.
+pub fn device() -> &'static Device {
+    static DEVICE: OnceLock<Device> = OnceLock::new();
+    DEVICE.get_or_init(|| {
+        let options = DeviceOptions { validation: true, ..DeviceOptions::from_env() };
+        Device::open(&options).expect("tests need a Vulkan device with validation layers: run ci/setup.sh")
+    })
+}
+
+/// Fails if the validation layers said anything so far.
+pub fn assert_valid(device: &Device) {
+    let messages = device.take_validation_messages();
+    assert!(messages.is_empty(), "validation: {}", messages.join("\n"));
+}
+
+pub fn vec4(points: &[DVec3]) -> Vec<Vec4> {
+    points.iter().map(|p| p.as_vec3().extend(0.0)).collect()
+}
+
+pub fn upload(name: &str, points: &[DVec3]) -> Buffer<Vec4> {
+    Buffer::from_slice(device(), name, &vec4(points)).unwrap()
+}
+
+/// The points as the device sees them: rounded to f32.
+pub fn rounded(points: &[DVec3]) -> Vec<DVec3> {
+    points.iter().map(|p| p.as_vec3().as_dvec3()).collect()
+}
+
+/// One list a query from `values[slot * queries + query]`, up to the first NONE.
+pub fn lists(values: &[u32], queries: usize) -> Vec<Vec<u32>> {
+    let k = if queries == 0 { 0 } else { values.len() / queries };
+    (0..queries).map(|q| (0..k).map(|s| values[s * queries + q]).take_while(|v| *v != NONE).collect()).collect()
+}
+
+pub fn rng(seed: u64) -> Pcg64Mcg {
+    Pcg64Mcg::seed_from_u64(seed)
+}
+
+/// Uniform in the cube of edge `size` around the origin.
+pub fn cloud(count: usize, size: f64, seed: u64) -> Vec<DVec3> {
+    let mut rng = rng(seed);
+    (0..count).map(|_| DVec3::from_array(std::array::from_fn(|_| size * (rng.random::<f64>() - 0.5)))).collect()
+}
+
+/// Evenly scattered on a sphere of radius 0.4, with the outward normals.
+pub fn on_sphere(count: usize, seed: u64) -> (Vec<DVec3>, Vec<DVec3>) {
+    let mut rng = rng(seed);
+    let normals: Vec<DVec3> = std::iter::repeat_with(|| {
+        DVec3::from_array(std::array::from_fn(|_| 2.0 * rng.random::<f64>() - 1.0))
+    })
+    .filter(|p| (0.01..=1.0).contains(&p.length_squared()))
+    .map(DVec3::normalize)
+    .take(count)
+    .collect();
+    (normals.iter().map(|n| *n * 0.4).collect(), normals)
+}
+
+/// Integer coordinates: distances are exact in f32 and full of ties.
+pub fn lattice(side: usize) -> Vec<DVec3> {
+    let at = |i: usize| DVec3::new((i % side) as f64, (i / side % side) as f64, (i / side / side) as f64);
+    (0..side * side * side).map(at).collect()
+}
