@@ -4,10 +4,14 @@
 
 mod connect;
 mod gpu_layer;
+mod io;
+mod io_bad;
 mod kernels_face;
 mod kernels_move;
 mod kernels_neighbours;
 mod kernels_normals;
 mod reference;
+mod repair;
 mod runs;
+mod samples;
 mod support;

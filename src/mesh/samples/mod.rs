@@ -96,5 +96,5 @@ fn three_rings() -> TriMesh {
         };
         -BLEND * RINGS.iter().map(|ring| (-distance(*ring) / BLEND).exp()).sum::<f64>().ln()
     };
-    tetrahedra::level_set(field, DVec3::new(-2.25, -1.0, -0.85), DVec3::new(2.25, 1.0, 0.85), 0.085)
+    tetrahedra::level_set(field, DVec3::new(-2.25, -1.0, -0.85), DVec3::new(2.25, 1.0, 0.85), 0.105)
 }
