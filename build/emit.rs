@@ -76,7 +76,7 @@ fn emit_bindings(out: &mut String, k: &Kernel) {
     for b in &k.bindings {
         line(out, format_args!("/// `{}` of the shader.\npub {}: &'a Buffer<{}>,", b.name, b.name, b.element));
     }
-    line(out, format_args!("}}\nimpl BindingSet for Bindings<'_> {{ fn buffers(&self) -> Vec<&RawBuffer> {{ vec!["));
+    line(out, format_args!("}}\nimpl BindingSet for Bindings<'_> {{ fn buffers(&self) -> Vec<&Arc<RawBuffer>> {{ vec!["));
     for b in &k.bindings {
         line(out, format_args!("self.{}.raw(),", b.name));
     }

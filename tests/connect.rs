@@ -50,13 +50,13 @@ fn one_sided_and_foreign_entries_are_dropped() {
 
 #[test]
 fn four_cocircular_sites_are_split_by_the_better_diagonal() {
-    // A pyramid whose base is a kite: four faces around the tip and one of four corners below.
-    let sites = points(&[[2.0, 0.0, 0.0], [0.0, 1.0, 0.0], [-0.5, 0.0, 0.0], [0.0, -1.0, 0.0], [0.0, 0.0, 1.0]]);
+    // A pyramid whose base is a rhombus: four faces around the tip and one of four corners below.
+    let sites = points(&[[1.0, 0.0, 0.0], [0.0, 0.6, 0.0], [-1.0, 0.0, 0.0], [0.0, -0.6, 0.0], [0.0, 0.0, 1.0]]);
     let fans = Fans::from_lists([vec![1, 4, 3], vec![0, 2, 4], vec![1, 3, 4], vec![0, 4, 2], vec![0, 1, 2, 3]]);
     let (triangles, counts) = connect(&sites, &fans);
     assert_eq!((counts.split_faces, counts.unfilled_faces, triangles.len()), (1, 0, 6));
     let has = |a: u32, b: u32| triangles.iter().filter(|t| t.contains(&a) && t.contains(&b)).count();
-    assert_eq!((has(1, 3), has(0, 2)), (2, 0), "the short diagonal of the kite");
+    assert_eq!((has(1, 3), has(0, 2)), (2, 0), "the short diagonal of the rhombus");
     assert!(topology(&TriMesh { vertices: sites, triangles }).is_closed_manifold());
 }
 

@@ -23,11 +23,25 @@ fn every_module_is_valid_spirv() {
 fn copies_come_back_as_they_were() {
     let device = device();
     for len in [0, 1, 3, 4, 1023, 70_000] {
-        let values: Vec<u32> = (0..len).map(|i| i * 2_654_435_761 % 1_000_003).collect();
+        let values: Vec<u32> = (0..len).map(|i: u32| i.wrapping_mul(2_654_435_761)).collect();
         let buffer = Buffer::from_slice(device, "test.copy", &values).unwrap();
         assert_eq!(buffer.len(), len as usize);
         assert_eq!(buffer.to_vec(device).unwrap(), values);
     }
+    assert_valid(device);
+}
+
+#[test]
+fn a_recorder_keeps_what_it_uses() {
+    let device = device();
+    let mut recorder = device.recorder().unwrap();
+    let copy = {
+        let short_lived = Buffer::from_slice(device, "test.short_lived", &[7_u32; 100_000]).unwrap();
+        recorder.download(&short_lived).unwrap()
+    };
+    // Would take over the memory if it had been freed.
+    let _other = Buffer::from_slice(device, "test.other", &[9_u32; 100_000]).unwrap();
+    assert_eq!(recorder.submit().unwrap().read(&copy).unwrap(), [7; 100_000]);
     assert_valid(device);
 }
 

@@ -42,7 +42,7 @@ fn assert_fits(sites: &[DVec3], k: u32, workgroup: Option<u32>) {
         let want = plane_fit(&points);
         let [low, middle, high] = want.eigenvalues;
         assert!((normals[i].length() - 1.0).abs() < 1e-5, "site {i}: not a unit vector: {}", normals[i]);
-        if middle < 1e-4 * high {
+        if middle <= 1e-4 * high {
             continue;
         }
         assert_eq!(flags[i], 0, "site {i}");

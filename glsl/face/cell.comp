@@ -41,12 +41,18 @@ shared uint triangles[MAX_TRIANGLES * WORKGROUP];
 // The boundary of what a cut removes: the plane after each plane, a byte each.
 shared uint links[((MAX_PLANES + 3u) / 4u) * WORKGROUP];
 
+// A vertex beyond a bisector by less than this share of its distance is on it: rounding must not decide. Twice the
+// same plane (coincident sites) or many through one vertex (co-circular ones) then cut at most once.
+const float ON_PLANE = 2e-6;
 const uint UNLINKED = 0xffu;
+// One for the list, one for all sites within reach, the rest for thinner slabs.
+const uint MAX_ATTEMPTS = 5u;
 
 uint lane;
 uint triangle_count;
 uint plane_count;
 uint trouble;
+uint notes;
 
 vec3 plane_vector(uint p) { return uintBitsToFloat(planes[p * WORKGROUP + lane].xyz); }
 
@@ -91,7 +97,7 @@ uint cut(vec3 v, float limit, out uint from, out uint entry) {
     entry = 0u;
     for (uint t = 0u; t < from;) {
         vec4 x = vertex(t);
-        if (dot(v, x.xyz) > limit * x.w) {
+        if (dot(v, x.xyz) > limit * (1.0 + ON_PLANE) * x.w) {
             --from;
             uint swap = triangles[t * WORKGROUP + lane];
             triangles[t * WORKGROUP + lane] = triangles[from * WORKGROUP + lane];
@@ -171,7 +177,7 @@ void clip_by_site(vec3 at, vec3 u, uint site, uint j) {
     if (dot(v, v) < 1e-12) {
         // Both sites see the same direction and part along it.
         v = (j > site ? 1e-3 : -1e-3) * u;
-        flags[site] |= FLAG_COINCIDENT;
+        notes |= FLAG_COINCIDENT;
     }
     clip(v, j);
 }
@@ -206,7 +212,6 @@ float write_face(uint site, vec3 u, vec3 v, vec3 n) {
     if (trouble != 0u) return -1.0;
     float radius_sq = 0.0;
     uint at = entry;
-    uint bits = 0u;
     for (uint e = 0u; e < edges; ++e) {
         uint to = link(at);
         vec3 a3 = plane_vector(at), b3 = plane_vector(to);
@@ -215,7 +220,7 @@ float write_face(uint site, vec3 u, vec3 v, vec3 n) {
         vec2 x = 0.5 * (dot(a3, a3) * vec2(b.y, -b.x) + dot(b3, b3) * vec2(-a.y, a.x)) / det;
         radius_sq = max(radius_sq, dot(x, x));
         uint behind = planes[at * WORKGROUP + lane].w;
-        if (behind == NONE) bits = FLAG_UNBOUNDED;
+        if (behind == NONE) notes |= FLAG_UNBOUNDED;
         corners[e * site_count + site] = x * spacing;
         fan[e * site_count + site] = behind;
         at = to;
@@ -226,7 +231,6 @@ float write_face(uint site, vec3 u, vec3 v, vec3 n) {
         return -1.0;
     }
     corner_count[site] = edges;
-    flags[site] |= bits;
     return radius_sq;
 }
 
@@ -238,11 +242,13 @@ void main() {
     vec3 n = normals[site].xyz, u, v;
     tangent_frame(n, u, v);
     float reach_sq = -1.0;
-    for (uint attempt = 0u; attempt < 2u; ++attempt) {
+    float offset = virtual_offset;
+    for (uint attempt = 0u; attempt < MAX_ATTEMPTS; ++attempt) {
         trouble = 0u;
+        notes = reach_sq > 0.0 ? FLAG_SECURITY : 0u;
         start_cell(at);
-        clip(virtual_offset * n, NONE);
-        clip(-virtual_offset * n, NONE);
+        clip(offset * n, NONE);
+        clip(-offset * n, NONE);
         uint farthest = NONE;
         for (uint s = 0u; s < K && trouble == 0u; ++s) {
             farthest = neighbours[s * site_count + site];
@@ -251,15 +257,17 @@ void main() {
         }
         if (reach_sq > 0.0) clip_by_all(at, u, site, reach_sq);
         float radius_sq = trouble == 0u ? write_face(site, u, v, n) : -1.0;
+        if (trouble == FLAG_OPEN) {
+            // Many planes through one point, as at the centre of a ball: a thinner slab leaves the point out.
+            offset *= 0.125;
+            continue;
+        }
         // Radius of security: a site farther than twice the face's radius cannot cut it.
         if (radius_sq < 0.0 || farthest == NONE || reach_sq > 0.0) break;
         vec3 d = (sites[farthest].xyz - at) / spacing;
         if (dot(d, d) >= 4.0 * radius_sq) break;
         reach_sq = 4.0001 * radius_sq;
-        flags[site] |= FLAG_SECURITY;
     }
-    if (trouble != 0u) {
-        corner_count[site] = 0u;
-        flags[site] |= trouble;
-    }
+    if (trouble != 0u) corner_count[site] = 0u;
+    flags[site] |= trouble | notes;
 }

@@ -11,7 +11,7 @@ use std::sync::Arc;
 
 /// `len` values of type `T` in device memory.
 pub struct Buffer<T> {
-    raw: RawBuffer,
+    raw: Arc<RawBuffer>,
     len: usize,
     element: PhantomData<T>,
 }
@@ -47,7 +47,7 @@ impl<T: bytemuck::Pod> Buffer<T> {
             | vk::BufferUsageFlags::TRANSFER_SRC
             | vk::BufferUsageFlags::TRANSFER_DST;
         let raw = RawBuffer::new(&device.shared, name, bytes, usage, MemoryLocation::GpuOnly)?;
-        Ok(Self { raw, len, element: PhantomData })
+        Ok(Self { raw: Arc::new(raw), len, element: PhantomData })
     }
 
     /// A buffer with the given content.
@@ -84,8 +84,8 @@ impl<T> Buffer<T> {
         self.len == 0
     }
 
-    /// The untyped buffer.
-    pub fn raw(&self) -> &RawBuffer {
+    /// The untyped buffer; whoever records its use shares it until the device is done.
+    pub fn raw(&self) -> &Arc<RawBuffer> {
         &self.raw
     }
 }
@@ -163,7 +163,7 @@ impl Drop for RawBuffer {
             let _ = self.shared.allocator().free(allocation);
             self.shared.count_freed(self.bytes);
         }
-        // SAFETY: submissions are waited for before their recorder lets go, so the device does not use it.
+        // SAFETY: recorders share what they use until the device is done, so nothing uses it any more.
         unsafe { self.shared.raw.destroy_buffer(self.handle, None) };
     }
 }

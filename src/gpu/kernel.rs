@@ -62,12 +62,12 @@ pub trait SpecializationConstants: Default + Copy {
 /// The buffers of one dispatch, by binding number.
 pub trait BindingSet {
     /// The buffers in order.
-    fn buffers(&self) -> Vec<&RawBuffer>;
+    fn buffers(&self) -> Vec<&Arc<RawBuffer>>;
 }
 
 /// A kernel compiled for a device with given specialization constants.
 pub struct Pipeline<K: Kernel> {
-    pub(super) raw: RawPipeline,
+    pub(super) raw: Arc<RawPipeline>,
     kernel: PhantomData<fn() -> K>,
 }
 
@@ -86,7 +86,7 @@ impl<K: Kernel> Pipeline<K> {
     /// [`Error::Device`] if the workgroup is larger than the device's limit or the driver refuses the kernel.
     pub fn new(device: &Device, constants: K::Constants) -> Result<Self> {
         let raw = RawPipeline::new(&device.shared, K::INFO, &constants, size_of::<K::Push>() as u32)?;
-        Ok(Self { raw, kernel: PhantomData })
+        Ok(Self { raw: Arc::new(raw), kernel: PhantomData })
     }
 }
 
@@ -184,7 +184,7 @@ fn compile(
 
 impl Drop for RawPipeline {
     fn drop(&mut self) {
-        // SAFETY: every submission is waited for before its recorder lets go of the pipelines, so none is in use.
+        // SAFETY: recorders share the pipelines that they use until the device is done, so nothing uses this any more.
         unsafe {
             self.shared.raw.destroy_pipeline(self.pipeline, None);
             self.shared.raw.destroy_pipeline_layout(self.layout, None);

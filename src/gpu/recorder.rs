@@ -3,11 +3,12 @@
 use super::barriers::{Barrier, Hazards, Stage};
 use super::buffer::{Buffer, RawBuffer};
 use super::device::{Device, Shared, locked};
-use super::kernel::{Access, BindingSet, Kernel, Pipeline};
+use super::kernel::{Access, BindingSet, Kernel, Pipeline, RawPipeline};
 use super::vk_error;
 use crate::{Error, Result};
 use ash::vk;
 use gpu_allocator::MemoryLocation;
+use std::collections::HashMap;
 use std::marker::PhantomData;
 use std::sync::Arc;
 
@@ -27,6 +28,9 @@ pub struct Recorder {
     names: Vec<&'static str>,
     hazards: Hazards,
     staging: Vec<RawBuffer>,
+    /// What the commands use; shared so that nobody else can free it before the device is done.
+    buffers: HashMap<u64, Arc<RawBuffer>>,
+    pipelines: Vec<Arc<RawPipeline>>,
     /// Set while the device may still use what this recorder owns.
     running: bool,
 }
@@ -74,6 +78,8 @@ impl Recorder {
             names: Vec::new(),
             hazards: Hazards::default(),
             staging: Vec::new(),
+            buffers: HashMap::new(),
+            pipelines: Vec::new(),
             running: false,
         };
         let info = vk::CommandBufferAllocateInfo::default().command_pool(command_pool).command_buffer_count(1);
@@ -114,14 +120,16 @@ impl Recorder {
         if let Some(b) = self.hazards.before(Stage::Compute, &uses, self.shared.full_barriers) {
             self.barrier(b);
         }
+        self.pipelines.push(pipeline.raw.clone());
+        self.buffers.extend(buffers.iter().map(|b| (b.id, Arc::clone(b))));
         let set = self.descriptor_set(pipeline.raw.set_layout, &buffers)?;
         let groups = threads.0.div_ceil(pipeline.raw.workgroup as usize);
         let x = groups.min(self.shared.info.limits.workgroups as usize);
         let y = groups.div_ceil(x);
         let (raw, layout) = (&self.shared.raw.clone(), pipeline.raw.layout);
         self.timed(K::INFO.name, |commands| {
-            // SAFETY: recording is on; pipeline, set and buffers live until the submission was waited for, because
-            // `submit` waits before this recorder can be dropped or its callers can free anything.
+            // SAFETY: recording is on; this recorder shares pipeline and buffers and owns the set until the submission
+            // was waited for.
             unsafe {
                 raw.cmd_bind_pipeline(commands, vk::PipelineBindPoint::COMPUTE, pipeline.raw.pipeline);
                 raw.cmd_bind_descriptor_sets(
@@ -161,6 +169,7 @@ impl Recorder {
         let mut staging = self.staging_buffer(bytes.len(), vk::BufferUsageFlags::TRANSFER_SRC)?;
         let mapped = staging.mapped_mut().get_mut(..bytes.len());
         mapped.ok_or_else(|| Error::Internal("staging memory is not mapped".to_owned()))?.copy_from_slice(bytes);
+        self.buffers.insert(target.raw().id, target.raw().clone());
         self.copy(&staging, target.raw(), bytes.len(), "copy.upload")?;
         self.staging.push(staging);
         Ok(())
@@ -174,6 +183,7 @@ impl Recorder {
         let bytes = source.len() * size_of::<T>();
         let staging = self.staging_buffer(bytes, vk::BufferUsageFlags::TRANSFER_DST)?;
         if bytes > 0 {
+            self.buffers.insert(source.raw().id, source.raw().clone());
             self.copy(source.raw(), &staging, bytes, "copy.download")?;
         }
         self.staging.push(staging);
@@ -234,7 +244,8 @@ impl Recorder {
         }
         let raw = self.shared.raw.clone();
         let region = [vk::BufferCopy::default().size(bytes as u64)];
-        // SAFETY: both buffers are at least `bytes` long and live until the submission was waited for.
+        // SAFETY: both buffers are at least `bytes` long; this recorder shares or owns them until the submission was
+        // waited for.
         self.timed(name, |commands| unsafe { raw.cmd_copy_buffer(commands, from.handle, to.handle, &region) })
     }
 
@@ -309,7 +320,7 @@ impl Recorder {
     fn descriptor_set(
         &mut self,
         layout: vk::DescriptorSetLayout,
-        buffers: &[&RawBuffer],
+        buffers: &[&Arc<RawBuffer>],
     ) -> Result<vk::DescriptorSet> {
         let failed = |e| vk_error("making a descriptor set", e);
         let raw = self.shared.raw.clone();

@@ -26,8 +26,9 @@ pub struct CellOptions {
     pub k: u32,
     /// Mean distance of sites in the unit-diagonal frame.
     pub spacing: f64,
-    /// Distance of the two virtual points in spacings: the paper's d, whose unit the paper leaves open. In spacings
-    /// it makes the slab of the paper's illustration at every density.
+    /// Distance of the two virtual points in spacings: the paper's d. The paper takes 20 of an unnamed unit and says
+    /// that the value does not matter; 2 spacings make the slab of its illustration at every density, thin enough
+    /// to leave out the points where bisectors meet in bundles.
     pub virtual_offset: f32,
     /// Dual triangles of a cell (the paper's #T).
     pub max_triangles: u32,
@@ -44,7 +45,7 @@ impl CellOptions {
         Self {
             k,
             spacing,
-            virtual_offset: 20.0,
+            virtual_offset: 2.0,
             max_triangles: c.max_triangles,
             max_planes: c.max_planes,
             workgroup: c.workgroup,
@@ -59,7 +60,7 @@ impl CellOptions {
 
 /// Half the edge of the cube that cells start from. The unit-diagonal frame lies within 0.5 of the origin; the rest
 /// keeps every site well inside.
-const BOX_HALF: f32 = 0.75;
+pub const BOX_HALF: f64 = 0.75;
 
 impl CellFaces {
     /// For `sites` sites.
@@ -85,7 +86,7 @@ impl CellFaces {
                 site_count: sites as u32,
                 spacing: options.spacing as f32,
                 virtual_offset: options.virtual_offset,
-                box_half: BOX_HALF,
+                box_half: BOX_HALF as f32,
             },
             corner_count: Buffer::new(device, "rtf.face.corner_count", sites)?,
             corners: Buffer::new(device, "rtf.face.corners", slots)?,

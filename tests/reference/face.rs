@@ -1,4 +1,4 @@
-//! The restricted tangent face as what is left of a large square in the tangent plane after every bisector.
+//! The restricted tangent face as what every bisector leaves of the tangent plane inside a cube.
 
 use glam::{DVec2, DVec3};
 
@@ -30,42 +30,52 @@ impl Face {
     }
 }
 
-/// The face of `sites[site]` with unit normal `n` and the frame `u`, `v` of its tangent plane.
-pub fn face(sites: &[DVec3], site: usize, u: DVec3, v: DVec3) -> Face {
+/// The face of `sites[site]` inside the cube of half edge `box_half` around the origin; `u` and `v` are the frame of
+/// its tangent plane.
+pub fn face(sites: &[DVec3], site: usize, u: DVec3, v: DVec3, box_half: f64) -> Face {
     let at = sites[site];
-    let far = 4.0;
-    let mut corners: Vec<DVec2> = [(-1, -1), (1, -1), (1, 1), (-1, 1)]
-        .map(|(x, y)| DVec2::new(far * f64::from(x), far * f64::from(y)))
-        .to_vec();
-    let mut behind = vec![None; 4];
+    let far = 10.0;
+    let corners = [(-1, -1), (1, -1), (1, 1), (-1, 1)].map(|(x, y)| DVec2::new(f64::from(x), f64::from(y)) * far);
+    let mut face = Face { corners: corners.to_vec(), behind: vec![None; 4] };
+    for axis in DVec3::AXES {
+        for way in [axis, -axis] {
+            face.clip(DVec2::new(way.dot(u), way.dot(v)), box_half - way.dot(at), None);
+        }
+    }
     for (j, other) in sites.iter().enumerate().filter(|(j, _)| *j != site) {
         // Points x of the plane nearer to `at` than to `other`: d · x <= |other - at|² / 2.
-        let d3 = *other - at;
-        let (d, limit) = (DVec2::new(d3.dot(u), d3.dot(v)), 0.5 * d3.length_squared());
+        let d = *other - at;
+        face.clip(DVec2::new(d.dot(u), d.dot(v)), 0.5 * d.length_squared(), Some(j as u32));
+    }
+    face
+}
+
+impl Face {
+    /// Keeps the part where `d · x <= limit`; the new edge has `label` behind it.
+    fn clip(&mut self, d: DVec2, limit: f64, label: Option<u32>) {
         let side = |p: DVec2| d.dot(p) - limit;
-        let n = corners.len();
+        let n = self.corners.len();
         let (mut kept, mut labels) = (Vec::new(), Vec::new());
         for m in 0..n {
-            let (a, b) = (corners[(m + n - 1) % n], corners[m]);
+            let (a, b) = (self.corners[(m + n - 1) % n], self.corners[m]);
             let (sa, sb) = (side(a), side(b));
             let crossing = a + (b - a) * (sa / (sa - sb));
             match (sa <= 0.0, sb <= 0.0) {
                 (true, true) => {
                     kept.push(b);
-                    labels.push(behind[m]);
+                    labels.push(self.behind[m]);
                 }
                 (true, false) => {
                     kept.push(crossing);
-                    labels.push(behind[m]);
+                    labels.push(self.behind[m]);
                 }
                 (false, true) => {
                     kept.extend([crossing, b]);
-                    labels.extend([Some(j as u32), behind[m]]);
+                    labels.extend([label, self.behind[m]]);
                 }
                 (false, false) => {}
             }
         }
-        (corners, behind) = (kept, labels);
+        (self.corners, self.behind) = (kept, labels);
     }
-    Face { corners, behind }
 }
