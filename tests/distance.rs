@@ -89,6 +89,15 @@ fn slivers_of_all_thicknesses() {
     });
     let queries: Vec<DVec3> = (0..500).map(|_| 1.5 * random.point()).collect();
     compare(&mesh, &queries, 1e-10);
+    let mut thin = mesh.clone();
+    for t in 0..200 {
+        thin.triangles = vec![mesh.triangles[t]];
+        let [a, b, c] = mesh.corners(t);
+        let near: Vec<DVec3> = (0..20)
+            .map(|_| a + (b - a) * random.unit() + (c - a) * random.unit() + 1e-3 * random.point())
+            .collect();
+        compare(&thin, &near, 1e-10);
+    }
 }
 
 #[test]
@@ -217,6 +226,25 @@ fn a_peak_inside_a_face_is_found() {
 
 fn tent_distance(tent: &TriMesh, p: DVec3) -> f64 {
     (0..3).map(|t| oracle(p, tent.corners(t))).fold(f64::INFINITY, f64::min)
+}
+
+#[test]
+fn samples_are_even_on_edges_and_faces() {
+    let corners = [[0.0; 3], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]];
+    let ground = mesh(&[[-5.0, -5.0, 0.0], [9.0, -5.0, 0.0], [-5.0, 9.0, 0.0]], &[[0, 1, 2]]);
+    let (lo, hi) = ground.bounds().unwrap();
+    for raised in 0..3 {
+        let mut tilted = corners;
+        tilted[raised][2] = 1.0;
+        let tilted = mesh(&tilted, &[[0, 1, 2]]);
+        let length =
+            |k: usize| tilted.vertices[(raised + k) % 3].distance(tilted.vertices[(raised + k + 1) % 3]);
+        // The mean square height is 1/6 over the face, 1/3 along the two edges at the raised corner.
+        let sloping = length(0) + length(2);
+        let mean_square = (1.0 / 6.0 + sloping / (sloping + length(1)) / 3.0) / 2.0;
+        let found = distances_sampled(&tilted, &ground, 20_000).unwrap();
+        close(found.rms_to_reference, 100.0 * mean_square.sqrt() / lo.distance(hi), 1e-3);
+    }
 }
 
 fn sample_pair() -> (TriMesh, TriMesh) {

@@ -45,7 +45,8 @@ pub struct Distances {
 /// count alike, as in Cignoni, Rocchini and Scopigno, "Metro", 1998. From a sample, the distance to the other surface
 /// is exact up to rounding. The result is the same on every run and for every number of threads.
 ///
-/// Fails if either mesh has no faces or a coordinate that is not finite, the reference no extent, or the mesh reaches 1e100 times as far. Panics if an index is out of range.
+/// Fails if either mesh has no faces or a coordinate that is not finite, if the reference has no extent, or if the
+/// mesh reaches 1e100 times as far as the reference. Panics if an index is out of range.
 pub fn distances(mesh: &TriMesh, reference: &TriMesh) -> Result<Distances> {
     let vertices = mesh.vertices.len().max(reference.vertices.len());
     distances_sampled(mesh, reference, MIN_SAMPLES.max(SAMPLES_PER_VERTEX * vertices))

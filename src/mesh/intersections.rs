@@ -187,11 +187,7 @@ impl View {
         let between = |x: DVec3, [a, b]: [DVec3; 2]| self.turn(v, a, x) > 0 && self.turn(v, x, b) > 0;
         // The sign of the dot product is sure on a line, where its terms do not cancel.
         let same_ray = |x: DVec3, y: DVec3| self.turn(v, x, y) == 0 && (x - v).dot(y - v) > 0.0;
-        between(r, [p, q])
-            || between(s, [p, q])
-            || between(p, [r, s])
-            || between(q, [r, s])
-            || same_ray(p, r)
-            || same_ray(q, s)
+        // Of two angles below 180 degrees that overlap, one begins within the other, or both begin alike.
+        between(r, [p, q]) || between(p, [r, s]) || same_ray(p, r)
     }
 }
