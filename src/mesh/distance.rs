@@ -18,11 +18,12 @@ const SAMPLES_PER_VERTEX: usize = 4;
 const MAX_RATIO: f64 = 1e100;
 /// Samples that one thread takes in a row, each starting its search where the last one ended.
 const CHUNK: usize = 2048;
-/// Multiples of these, without their integer part, fill the unit square evenly: the inverse powers of the solution
-/// of `x^3 = x + 1`. Roberts, "The unreasonable effectiveness of quasirandom sequences", 2018.
+/// Multiples of these, without their integer part, fill the unit square evenly: the inverse powers of the
+/// solution of `x^3 = x + 1`. Roberts, "The unreasonable effectiveness of quasirandom sequences", 2018.
 const PLANE_SEQUENCE: [f64; 2] = [0.754_877_666_246_692_8, 0.569_840_290_998_053_3];
 
-/// Distances in percent of the diagonal of the reference's bounding box, which spans all its vertices, used or not.
+/// Distances in percent of the diagonal of the reference's bounding box, which spans all its vertices, used
+/// or not.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct Distances {
     /// Largest distance of a sample on the mesh to the reference.
@@ -41,12 +42,13 @@ pub struct Distances {
 
 /// Distances between `mesh` and `reference`, both ways, from at least 400,000 samples on each.
 ///
-/// A mesh is sampled at all vertices that a face uses, evenly along its edges and evenly over its faces; all samples
-/// count alike, as in Cignoni, Rocchini and Scopigno, "Metro", 1998. From a sample, the distance to the other surface
-/// is exact up to rounding. The result is the same on every run and for every number of threads.
+/// A mesh is sampled at all vertices that a face uses, evenly along its edges and evenly over its faces; all
+/// samples count alike, as in Cignoni, Rocchini and Scopigno, "Metro", 1998. From a sample, the distance to
+/// the other surface is exact up to rounding. The result is the same on every run and for every number of
+/// threads.
 ///
-/// Fails if either mesh has no faces or a coordinate that is not finite, if the reference has no extent, or if the
-/// mesh reaches 1e100 times as far as the reference. Panics if an index is out of range.
+/// Fails if either mesh has no faces or a coordinate that is not finite, if the reference has no extent, or
+/// if the mesh reaches 1e100 times as far as the reference. Panics if an index is out of range.
 pub fn distances(mesh: &TriMesh, reference: &TriMesh) -> Result<Distances> {
     let vertices = mesh.vertices.len().max(reference.vertices.len());
     distances_sampled(mesh, reference, MIN_SAMPLES.max(SAMPLES_PER_VERTEX * vertices))
@@ -181,9 +183,9 @@ fn running_sums(sizes: impl Iterator<Item = f64>) -> Vec<f64> {
         .collect()
 }
 
-/// Calls `visit(sample, element, (k, n))` for the samples in `range` of `count` that are shared out among elements
-/// by size, `sums` being the running sums of the sizes; `k` is the sample's number among the `n` of its element.
-/// Nothing is visited where all sizes are zero.
+/// Calls `visit(sample, element, (k, n))` for the samples in `range` of `count` that are shared out among
+/// elements by size, `sums` being the running sums of the sizes; `k` is the sample's number among the `n` of
+/// its element. Nothing is visited where all sizes are zero.
 fn walk(
     sums: &[f64],
     count: usize,
@@ -223,8 +225,8 @@ impl Tally {
     }
 }
 
-/// Runs `samples` over chunks of `0..count` in parallel; chunks and the order of their sums do not depend on the
-/// number of threads. `samples` hands each of its points to the function that it is given.
+/// Runs `samples` over chunks of `0..count` in parallel; chunks and the order of their sums do not depend on
+/// the number of threads. `samples` hands each of its points to the function that it is given.
 fn gather(
     count: usize,
     samples: impl Fn(std::ops::Range<usize>, &mut dyn FnMut(DVec3, &Bvh)) + Sync,
