@@ -29,8 +29,8 @@ pub struct Measures {
     pub self_intersecting_faces: usize,
     /// Share of the pairs of faces on an edge that turn against each other by more than 120 degrees, 0..=1.
     pub folded_edges: f64,
-    /// Enclosed volume over that of the mesh's bounding box, positive if the faces point outwards; `None` with a
-    /// boundary, and 0 where the bounding box is flat.
+    /// Enclosed volume over that of the mesh's bounding box, positive if the faces point outwards; `None`
+    /// with a boundary, and 0 where the bounding box is flat.
     pub relative_volume: Option<f64>,
     /// Distances to the reference, if there is one.
     pub distances: Option<Distances>,
@@ -38,8 +38,8 @@ pub struct Measures {
 
 /// Measures `mesh`, and its distance to `reference` if there is one.
 ///
-/// Fails with [`Error::Input`] if either mesh has no faces, a coordinate that is not a finite number, or an index
-/// without a vertex, and if the reference has no extent.
+/// Fails with [`Error::Input`] if either mesh has no faces, a coordinate that is not a finite number, or an
+/// index without a vertex, and if the reference has no extent.
 pub fn measure(mesh: &TriMesh, reference: Option<&TriMesh>) -> Result<Measures> {
     check(mesh, "mesh")?;
     let mesh = weld(mesh);
@@ -92,8 +92,8 @@ fn check(mesh: &TriMesh, name: &str) -> Result<()> {
 }
 
 /// Makes one vertex of all those at exactly the same position, as formats without indices split them; a zero
-/// equals a negative zero. Faces keep their number and order, vertices are sorted by x, then y, then z, and those
-/// that no face uses remain. Panics if an index is out of range.
+/// equals a negative zero. Faces keep their number and order, vertices are sorted by x, then y, then z, and
+/// those that no face uses remain. Panics if an index is out of range.
 pub fn weld(mesh: &TriMesh) -> TriMesh {
     let mut order: Vec<(DVec3, u32)> = mesh.vertices.iter().map(|&v| v + DVec3::ZERO).zip(0u32..).collect();
     order.par_sort_unstable_by(|(a, i), (b, j)| {

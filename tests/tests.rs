@@ -3,15 +3,21 @@
 #![allow(clippy::unwrap_used, clippy::expect_used, reason = "a test fails by panicking")]
 
 mod connect;
+mod distance;
 mod gpu_layer;
+mod intersections;
 mod io;
 mod io_bad;
 mod kernels_face;
 mod kernels_move;
 mod kernels_neighbours;
 mod kernels_normals;
+mod measure;
+mod quality;
 mod reference;
 mod repair;
 mod runs;
 mod samples;
+mod shapes;
 mod support;
+mod topology;

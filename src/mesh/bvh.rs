@@ -114,15 +114,16 @@ impl Bvh {
         &self.order
     }
 
-    /// The point of the mesh closest to `p`, of equally close triangles that with the lowest index; `None` without
-    /// triangles.
+    /// The point of the mesh closest to `p`, of equally close triangles that with the lowest index; `None`
+    /// without triangles.
     pub fn closest(&self, p: DVec3) -> Option<Closest> {
         let mut rank = 0;
         self.closest_from(p, &mut rank)
     }
 
-    /// As [`Bvh::closest`], but looks at the triangle at `rank` of [`Bvh::leaf_order`] first, which saves most of
-    /// the work if that one is near, and stores the rank of the one found. A `rank` out of range counts as 0.
+    /// As [`Bvh::closest`], but looks at the triangle at `rank` of [`Bvh::leaf_order`] first, which saves
+    /// most of the work if that one is near, and stores the rank of the one found. A `rank` out of range
+    /// counts as 0.
     pub fn closest_from(&self, p: DVec3, rank: &mut usize) -> Option<Closest> {
         if self.nodes.is_empty() {
             return None;

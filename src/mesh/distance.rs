@@ -14,13 +14,16 @@ use crate::{Error, Result};
 const MIN_SAMPLES: usize = 200_000;
 /// Samples of each kind per vertex of the larger mesh, at the least.
 const SAMPLES_PER_VERTEX: usize = 4;
+/// How far beyond the reference's size a mesh may reach.
+const MAX_RATIO: f64 = 1e100;
 /// Samples that one thread takes in a row, each starting its search where the last one ended.
 const CHUNK: usize = 2048;
-/// Multiples of these, without their integer part, fill the unit square evenly: the inverse powers of the solution
-/// of `x^3 = x + 1`. Roberts, "The unreasonable effectiveness of quasirandom sequences", 2018.
+/// Multiples of these, without their integer part, fill the unit square evenly: the inverse powers of the
+/// solution of `x^3 = x + 1`. Roberts, "The unreasonable effectiveness of quasirandom sequences", 2018.
 const PLANE_SEQUENCE: [f64; 2] = [0.754_877_666_246_692_8, 0.569_840_290_998_053_3];
 
-/// Distances in percent of the diagonal of the reference's bounding box, which spans all its vertices, used or not.
+/// Distances in percent of the diagonal of the reference's bounding box, which spans all its vertices, used
+/// or not.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct Distances {
     /// Largest distance of a sample on the mesh to the reference.
@@ -39,11 +42,13 @@ pub struct Distances {
 
 /// Distances between `mesh` and `reference`, both ways, from at least 400,000 samples on each.
 ///
-/// A mesh is sampled at all vertices that a face uses, evenly along its edges and evenly over its faces; all samples
-/// count alike, as in Cignoni, Rocchini and Scopigno, "Metro", 1998. From a sample, the distance to the other surface
-/// is exact up to rounding. The result is the same on every run and for every number of threads.
+/// A mesh is sampled at all vertices that a face uses, evenly along its edges and evenly over its faces; all
+/// samples count alike, as in Cignoni, Rocchini and Scopigno, "Metro", 1998. From a sample, the distance to
+/// the other surface is exact up to rounding. The result is the same on every run and for every number of
+/// threads.
 ///
-/// Fails if either mesh has no faces or the reference no extent. Panics if an index is out of range.
+/// Fails if either mesh has no faces or a coordinate that is not finite, if the reference has no extent, or
+/// if the mesh reaches 1e100 times as far as the reference. Panics if an index is out of range.
 pub fn distances(mesh: &TriMesh, reference: &TriMesh) -> Result<Distances> {
     let vertices = mesh.vertices.len().max(reference.vertices.len());
     distances_sampled(mesh, reference, MIN_SAMPLES.max(SAMPLES_PER_VERTEX * vertices))
@@ -56,6 +61,10 @@ pub fn distances_sampled(mesh: &TriMesh, reference: &TriMesh, samples: usize) ->
             let problem = format!("the {name} has no faces to measure distances to");
             return Err(Error::input(None, problem, "give a mesh with at least one triangle"));
         }
+        if let Some(v) = mesh.vertices.iter().position(|v| !v.is_finite()) {
+            let problem = format!("the {name} has a coordinate that is not a finite number");
+            return Err(Error::input(Some(format!("vertex {v}")), problem, "remove or repair that vertex"));
+        }
     }
     let scale = power_of_two_scale(reference.vertices.iter().copied());
     let place = Placement { origin: reference.vertices[0] * scale, scale };
@@ -65,24 +74,24 @@ pub fn distances_sampled(mesh: &TriMesh, reference: &TriMesh, samples: usize) ->
         let problem = "all vertices of the reference mesh are at one point";
         return Err(Error::input(None, problem, "give a reference with some extent"));
     }
+    // The reference is of about size one now; far beyond this, sums of squares would leave the range of f64.
+    let largest = mesh.vertices.iter().fold(0.0, |m: f64, v| m.max(v.abs().max_element()));
+    if largest > MAX_RATIO {
+        let problem = "the mesh and its reference differ too much in size or place to measure distances";
+        return Err(Error::input(None, problem, "check that both are in the same unit"));
+    }
     let (mesh_bvh, reference_bvh) = (Bvh::new(&mesh), Bvh::new(&reference));
     let to = Samples::new(&mesh, &mesh_bvh, samples).measure(&reference_bvh);
     let from = Samples::new(&reference, &reference_bvh, samples).measure(&mesh_bvh);
     let percent = 100.0 / diagonal;
-    let result = Distances {
+    Ok(Distances {
         hausdorff_to_reference: to.hausdorff * percent,
         hausdorff_from_reference: from.hausdorff * percent,
         hausdorff: to.hausdorff.max(from.hausdorff) * percent,
         rms_to_reference: to.rms * percent,
         rms_from_reference: from.rms * percent,
         rms: to.rms.max(from.rms) * percent,
-    };
-    if result.hausdorff.is_finite() && result.rms.is_finite() {
-        Ok(result)
-    } else {
-        let problem = "the mesh and its reference differ too much in size to measure distances";
-        Err(Error::input(None, problem, "check that both are in the same unit"))
-    }
+    })
 }
 
 /// Brings the reference to the origin and to a size of about one, so that squares stay in range.
@@ -174,9 +183,9 @@ fn running_sums(sizes: impl Iterator<Item = f64>) -> Vec<f64> {
         .collect()
 }
 
-/// Calls `visit(sample, element, (k, n))` for the samples in `range` of `count` that are shared out among elements
-/// by size, `sums` being the running sums of the sizes; `k` is the sample's number among the `n` of its element.
-/// Nothing is visited where all sizes are zero.
+/// Calls `visit(sample, element, (k, n))` for the samples in `range` of `count` that are shared out among
+/// elements by size, `sums` being the running sums of the sizes; `k` is the sample's number among the `n` of
+/// its element. Nothing is visited where all sizes are zero.
 fn walk(
     sums: &[f64],
     count: usize,
@@ -216,8 +225,8 @@ impl Tally {
     }
 }
 
-/// Runs `samples` over chunks of `0..count` in parallel; chunks and the order of their sums do not depend on the
-/// number of threads. `samples` hands each of its points to the function that it is given.
+/// Runs `samples` over chunks of `0..count` in parallel; chunks and the order of their sums do not depend on
+/// the number of threads. `samples` hands each of its points to the function that it is given.
 fn gather(
     count: usize,
     samples: impl Fn(std::ops::Range<usize>, &mut dyn FnMut(DVec3, &Bvh)) + Sync,

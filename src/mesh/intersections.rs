@@ -14,10 +14,11 @@ type Triangle = [DVec3; 3];
 
 /// The faces that intersect another face, in ascending order. Panics if an index is out of range.
 ///
-/// Two faces without a common vertex intersect if they have a point in common. With one common vertex they must
-/// meet beyond it, other than by edges at that vertex that lie on each other; with two they must be folded onto each
-/// other in one plane; with three they always intersect. The answers are exact for coordinates as given. Faces that
-/// repeat a vertex are left out, and so are pairs of which both have no area, or one has none and they share a vertex.
+/// Two faces without a common vertex intersect if they have a point in common. With one common vertex they
+/// must meet beyond it, other than by edges at that vertex that lie on each other; with two they must be
+/// folded onto each other in one plane; with three they always intersect. The answers are exact for
+/// coordinates as given. Faces that repeat a vertex are left out, and so are pairs of which both have no
+/// area, or one has none and they share a vertex.
 pub fn intersecting_faces(mesh: &TriMesh) -> Vec<u32> {
     // A power of two changes no answer and keeps the products in the predicates within range.
     let scale = power_of_two_scale(corner_points(mesh));
@@ -75,8 +76,8 @@ fn one_sided(sides: [i8; 3]) -> bool {
     sides == [1; 3] || sides == [-1; 3]
 }
 
-/// Whether an edge of `edges`, whose corners lie on the given `sides` of `triangle`, meets the closed `triangle`;
-/// never if that one has no area.
+/// Whether an edge of `edges`, whose corners lie on the given `sides` of `triangle`, meets the closed
+/// `triangle`; never if that one has no area.
 fn edges_meet(edges: Triangle, sides: [i8; 3], triangle: Triangle) -> bool {
     let Some(view) = View::onto(triangle) else { return false };
     (0..3).any(|k| {
@@ -111,7 +112,8 @@ fn vertex_sharing_intersect(v: DVec3, [p, q]: [DVec3; 2], [r, s]: [DVec3; 2]) ->
         return first_view.wedges_overlap(v, [p, q], [r, s]);
     }
     let second_sides = [side(first, r), side(first, s)];
-    // Both edges then lie on the line where the planes meet: neighbours around a vertex that touch, not intersect.
+    // Both edges then lie on the line where the planes meet: neighbours around a vertex that touch, not
+    // intersect.
     let only_edges_touch = first_sides.contains(&0) && second_sides.contains(&0);
     !only_edges_touch
         && (segment_meets([p, q], first_sides, second, second_view)
@@ -124,7 +126,8 @@ fn folded([a, b]: [DVec3; 2], c: DVec3, d: DVec3) -> bool {
     side([a, b, c], d) == 0 && view.turn(a, b, c) == view.turn(a, b, d)
 }
 
-/// 0 for `p` in the plane of a triangle, else 1 on one side and -1 on the other; 0 if the triangle has no area.
+/// 0 for `p` in the plane of a triangle, else 1 on one side and -1 on the other; 0 if the triangle has no
+/// area.
 fn side([a, b, c]: Triangle, p: DVec3) -> i8 {
     orient(a, b, c, p)
 }
@@ -187,11 +190,7 @@ impl View {
         let between = |x: DVec3, [a, b]: [DVec3; 2]| self.turn(v, a, x) > 0 && self.turn(v, x, b) > 0;
         // The sign of the dot product is sure on a line, where its terms do not cancel.
         let same_ray = |x: DVec3, y: DVec3| self.turn(v, x, y) == 0 && (x - v).dot(y - v) > 0.0;
-        between(r, [p, q])
-            || between(s, [p, q])
-            || between(p, [r, s])
-            || between(q, [r, s])
-            || same_ray(p, r)
-            || same_ray(q, s)
+        // Of two angles below 180 degrees that overlap, one begins within the other, or both begin alike.
+        between(r, [p, q]) || between(p, [r, s]) || same_ray(p, r)
     }
 }

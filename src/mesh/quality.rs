@@ -25,8 +25,8 @@ pub struct TriangleQuality {
 }
 
 impl TriangleQuality {
-    /// Measures a triangle whose coordinates are neither large nor small enough for their fourth powers to leave
-    /// the range of `f64`.
+    /// Measures a triangle whose coordinates are neither large nor small enough for their fourth powers to
+    /// leave the range of `f64`.
     pub fn new([a, b, c]: [DVec3; 3]) -> Self {
         let [la, lb, lc] = [b.distance(c), c.distance(a), a.distance(b)];
         let area = 0.5 * (b - a).cross(c - a).length();
@@ -152,9 +152,9 @@ pub(crate) fn valence_of(mesh: &TriMesh, table: &EdgeTable) -> Valence {
     Valence { interior_vertices, histogram, share_6, share_outside_5_to_7 }
 }
 
-/// Share of the inner edges (0..=1) whose faces turn against each other by more than 120 degrees; 0 without inner
-/// edges. An edge with more than two faces counts each pair that follow one another, ordered by the edge's place in the
-/// face (first, second, third side), then by face.
+/// Share of the inner edges (0..=1) whose faces turn against each other by more than 120 degrees; 0 without
+/// inner edges. An edge with more than two faces counts each pair that follow one another, ordered by the
+/// edge's place in the face (first, second, third side), then by face.
 pub(crate) fn folded_share(mesh: &TriMesh, table: &EdgeTable) -> f64 {
     let scale = power_of_two_scale(corner_points(mesh));
     let normal = |t: usize| {

@@ -8,8 +8,8 @@ use super::edges::{EdgeTable, Side};
 
 /// The topology of a mesh as its index list has it; positions play no part.
 ///
-/// All numbers are counts. A triangle that repeats a vertex has an edge from that vertex to itself, which counts
-/// as an edge like any other.
+/// All numbers are counts. A triangle that repeats a vertex has an edge from that vertex to itself, which
+/// counts as an edge like any other.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize)]
 pub struct Topology {
     /// Vertices that some triangle uses.
@@ -22,8 +22,8 @@ pub struct Topology {
     pub components: usize,
     /// `vertices - edges + faces`.
     pub euler: i64,
-    /// Handles, summed over all components, once each boundary loop is capped. `None` where the mesh is not an
-    /// orientable, consistently oriented manifold, since the formula then says nothing.
+    /// Handles, summed over all components, once each boundary loop is capped. `None` where the mesh is not
+    /// an orientable, consistently oriented manifold, since the formula then says nothing.
     pub genus: Option<i64>,
     /// Edges with one face.
     pub boundary_edges: usize,

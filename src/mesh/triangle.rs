@@ -58,8 +58,8 @@ pub fn closest_on_triangle(p: DVec3, corners: [DVec3; 3]) -> TrianglePoint {
     at(corners, [va / sum, vb / sum, vc / sum])
 }
 
-/// Tries the three edges and the foot of the perpendicular. Whichever is nearest lies on the triangle, so that a
-/// rounded foot can only cost what the triangle's height is worth.
+/// Tries the three edges and the foot of the perpendicular. Whichever is nearest lies on the triangle, so
+/// that a rounded foot can only cost what the triangle's height is worth.
 fn closest_on_sliver(p: DVec3, corners: [DVec3; 3]) -> TrianglePoint {
     let [a, b, c] = corners;
     let normal = (b - a).cross(c - a);
@@ -95,6 +95,7 @@ fn on_edge(p: DVec3, corners: [DVec3; 3], k: usize) -> TrianglePoint {
 fn at(corners: [DVec3; 3], barycentric: [f64; 3]) -> TrianglePoint {
     let [a, b, c] = corners;
     let [_, v, w] = barycentric;
-    // From one corner rather than as a weighted sum, so that far from the origin the point stays on the triangle.
+    // From one corner rather than as a weighted sum, so that far from the origin the point stays on the
+    // triangle.
     TrianglePoint { point: a + (b - a) * v + (c - a) * w, barycentric }
 }

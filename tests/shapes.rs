@@ -1,0 +1,123 @@
+//! Hand-made meshes with known properties, and a source of repeatable numbers.
+
+use glam::DVec3;
+use rtfmesh::TriMesh;
+
+pub fn mesh(vertices: &[[f64; 3]], triangles: &[[u32; 3]]) -> TriMesh {
+    TriMesh {
+        vertices: vertices.iter().map(|&v| DVec3::from_array(v)).collect(),
+        triangles: triangles.to_vec(),
+    }
+}
+
+pub fn tetrahedron() -> TriMesh {
+    mesh(
+        &[[1.0, 1.0, 1.0], [1.0, -1.0, -1.0], [-1.0, 1.0, -1.0], [-1.0, -1.0, 1.0]],
+        &[[0, 1, 2], [0, 2, 3], [0, 3, 1], [1, 3, 2]],
+    )
+}
+
+/// The unit cube with outward faces.
+pub fn cube() -> TriMesh {
+    let vertices: Vec<[f64; 3]> =
+        (0..8).map(|k| [f64::from(k & 1), f64::from(k >> 1 & 1), f64::from(k >> 2 & 1)]).collect();
+    let quads = [[0, 2, 3, 1], [4, 5, 7, 6], [0, 1, 5, 4], [2, 6, 7, 3], [0, 4, 6, 2], [1, 3, 7, 5]];
+    let triangles: Vec<[u32; 3]> = quads.iter().flat_map(|&[a, b, c, d]| [[a, b, c], [a, c, d]]).collect();
+    mesh(&vertices, &triangles)
+}
+
+/// A flat grid over the unit square at height `z`, `n` by `n` quads, facing upwards.
+pub fn plane(n: u32, z: f64) -> TriMesh {
+    let at = |i: u32, j: u32| i * (n + 1) + j;
+    let side = f64::from(n);
+    let vertices = (0..=n)
+        .flat_map(|i| (0..=n).map(move |j| DVec3::new(f64::from(i) / side, f64::from(j) / side, z)))
+        .collect();
+    let triangles = (0..n)
+        .flat_map(|i| (0..n).map(move |j| (i, j)))
+        .flat_map(|(i, j)| {
+            let [a, b, c, d] = [at(i, j), at(i + 1, j), at(i + 1, j + 1), at(i, j + 1)];
+            [[a, b, c], [a, c, d]]
+        })
+        .collect();
+    TriMesh { vertices, triangles }
+}
+
+/// A torus of radii 1 and 0.4 with six edges at each vertex.
+pub fn torus(n: u32, m: u32) -> TriMesh {
+    let at = |i: u32, j: u32| (i % n) * m + j % m;
+    let tau = std::f64::consts::TAU;
+    let mut torus = TriMesh::default();
+    for i in 0..n {
+        for j in 0..m {
+            let (a, b) = (tau * f64::from(i) / f64::from(n), tau * f64::from(j) / f64::from(m));
+            let r = 1.0 + 0.4 * b.cos();
+            torus.vertices.push(DVec3::new(r * a.cos(), r * a.sin(), 0.4 * b.sin()));
+            let [p, q, r, s] = [at(i, j), at(i + 1, j), at(i + 1, j + 1), at(i, j + 1)];
+            torus.triangles.extend([[p, q, r], [p, r, s]]);
+        }
+    }
+    torus
+}
+
+/// A tetrahedron split `levels` times, with its vertices moved onto the sphere about the origin.
+pub fn sphere(radius: f64, levels: u32) -> TriMesh {
+    let mut sphere = tetrahedron();
+    for _ in 0..levels {
+        let mut middles = std::collections::HashMap::new();
+        let mut triangles = Vec::new();
+        for [a, b, c] in std::mem::take(&mut sphere.triangles) {
+            let [ab, bc, ca] = [(a, b), (b, c), (c, a)].map(|(p, q)| {
+                *middles.entry((p.min(q), p.max(q))).or_insert_with(|| {
+                    let middle = sphere.vertices[p as usize] + sphere.vertices[q as usize];
+                    sphere.vertices.push(middle.normalize());
+                    sphere.vertices.len() as u32 - 1
+                })
+            });
+            triangles.extend([[a, ab, ca], [ab, b, bc], [ca, bc, c], [ab, bc, ca]]);
+        }
+        sphere.triangles = triangles;
+    }
+    sphere.vertices.iter_mut().for_each(|v| *v = v.normalize() * radius);
+    sphere
+}
+
+/// Both meshes in one, without a common vertex.
+pub fn union(first: &TriMesh, second: &TriMesh) -> TriMesh {
+    let mut both = first.clone();
+    let offset = first.vertices.len() as u32;
+    both.vertices.extend(&second.vertices);
+    both.triangles.extend(second.triangles.iter().map(|t| t.map(|v| v + offset)));
+    both
+}
+
+pub fn moved(mesh: &TriMesh, map: impl Fn(DVec3) -> DVec3) -> TriMesh {
+    TriMesh { vertices: mesh.vertices.iter().map(|&v| map(v)).collect(), triangles: mesh.triangles.clone() }
+}
+
+/// Repeatable random numbers: SplitMix64, Steele, Lea and Flood 2014.
+pub struct Random(pub u64);
+
+impl Random {
+    fn next(&mut self) -> u64 {
+        self.0 = self.0.wrapping_add(0x9e37_79b9_7f4a_7c15);
+        let mut z = self.0;
+        z = (z ^ z >> 30).wrapping_mul(0xbf58_476d_1ce4_e5b9);
+        z = (z ^ z >> 27).wrapping_mul(0x94d0_49bb_1331_11eb);
+        z ^ z >> 31
+    }
+
+    pub fn below(&mut self, n: u64) -> u64 {
+        self.next() % n
+    }
+
+    /// Even in 0..1.
+    pub fn unit(&mut self) -> f64 {
+        (self.next() >> 11) as f64 / (1u64 << 53) as f64
+    }
+
+    /// Even in the cube from -1 to 1.
+    pub fn point(&mut self) -> DVec3 {
+        DVec3::new(self.unit(), self.unit(), self.unit()) * 2.0 - 1.0
+    }
+}
