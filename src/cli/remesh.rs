@@ -109,7 +109,9 @@ pub fn run(args: &Args) -> Result<()> {
     let result = result.map_err(|e| e.in_file(&args.input))?;
     let messages = device.take_validation_messages();
     if let Some(first) = messages.first() {
-        return Err(Error::Internal(format!("{} validation messages, the first: {first}", messages.len())).into());
+        return Err(
+            Error::Internal(format!("{} validation messages, the first: {first}", messages.len())).into()
+        );
     }
     for warning in &result.summary.warnings {
         eprintln!("warning: {warning}");
