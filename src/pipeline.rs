@@ -122,6 +122,13 @@ pub fn remesh(
     let (sites, fans, flags) = run.faces(device, &surface)?;
     let unit: Vec<_> = sites.iter().map(|s| s.truncate().as_dvec3()).collect();
     let (triangles, connected) = connect(&unit, &fans);
+    if triangles.is_empty() {
+        return Err(Error::input(
+            None,
+            format!("{} sites are too few to connect this surface", options.vertices),
+            "ask for more vertices",
+        ));
+    }
     let vertices = unit.into_iter().map(|p| frame.from_unit(p)).collect();
     let result = TriMesh { vertices, triangles };
     clock.phase("connect");

@@ -91,8 +91,11 @@ fn open_and_dirty_surfaces_end_with_a_word_about_it() {
 fn few_sites_do_not_crash() {
     for name in ["tetrahedron", "box", "thin-plate"] {
         for n in [4, 5, 17] {
-            let result = run(&sample(name).unwrap(), &short(n));
-            assert_eq!(result.mesh.vertices.len(), n);
+            match remesh(device(), &sample(name).unwrap(), &short(n), &mut |_| {}) {
+                Ok(result) => assert_eq!(result.mesh.vertices.len(), n),
+                Err(error) => assert!(error.to_string().contains("ask for more vertices"), "{error}"),
+            }
+            assert_valid(device());
         }
     }
 }
@@ -135,7 +138,10 @@ fn more_sites_than_memory_are_refused_before_anything_is_made() {
 
 #[test]
 fn the_summary_tells_where_the_time_went() {
-    let result = run(&sample("torus").unwrap(), &Options { iterations: 7, ..Options::rtf(200) });
+    // A device of its own: others count their dispatches on the shared one.
+    let device = Device::open(&DeviceOptions::from_env()).unwrap();
+    let options = Options { iterations: 7, ..Options::rtf(200) };
+    let result = remesh(&device, &sample("torus").unwrap(), &options, &mut |_| {}).unwrap();
     let calls = |name: &str| result.summary.timings.stages.iter().find(|s| s.name == name).map(|s| s.calls);
     assert_eq!(calls("step.step"), Some(7));
     assert_eq!(calls("face.cell"), Some(8), "once more for the connection");

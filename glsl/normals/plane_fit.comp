@@ -21,6 +21,9 @@ layout(set = 0, binding = 3) readonly buffer TriangleNormals { vec4 triangle_nor
 layout(set = 0, binding = 4) writeonly buffer Normals { vec4 normals[]; };
 layout(set = 0, binding = 5) writeonly buffer Flags { uint flags[]; };
 
+// Cosine of the largest angle between the fitted and the surface's normal: 60 degrees.
+const float MIN_AGREEMENT = 0.5;
+
 // One Jacobi rotation that clears a_pq; vp and vq are the matching columns of the eigenvector matrix.
 void rotate(inout float app, inout float aqq, inout float apq, inout float arp, inout float arq, inout vec3 vp,
             inout vec3 vq) {
@@ -80,10 +83,11 @@ void main() {
     float middle = xx + yy + zz - lowest - highest;
     vec3 n = lowest == xx ? ex : lowest == yy ? ey : ez;
     vec3 surface = triangle_normals[site_triangle[site]].xyz;
-    // On a line, or all on one spot, any plane fits.
-    bool flat_fit = middle > 1e-5 * highest;
-    if (!flat_fit) n = surface;
+    // Sites on a line, or all on one spot, fit any plane. Sites of two sheets, as at the tip of an ear, fit one that
+    // has nothing to do with the surface, and a face in it would reach far away.
+    bool usable = middle > 1e-5 * highest && abs(dot(n, surface)) >= MIN_AGREEMENT * length(n);
+    if (!usable) n = surface;
     n = normalize(n);
     normals[site] = vec4(dot(n, surface) < 0.0 ? -n : n, 0.0);
-    flags[site] = flat_fit ? 0u : FLAG_NORMAL;
+    flags[site] = usable ? 0u : FLAG_NORMAL;
 }

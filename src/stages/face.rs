@@ -138,8 +138,8 @@ pub struct FlagCounts {
     pub coincident: usize,
     /// The face reaches the bounding box.
     pub unbounded: usize,
-    /// No plane fits the neighbours: the surface's normal was taken.
-    pub normal_undefined: usize,
+    /// No plane fits the neighbours, or it stands more than 60 degrees off the surface: the surface's normal was taken.
+    pub surface_normal_taken: usize,
 }
 
 impl FlagCounts {
@@ -154,7 +154,7 @@ impl FlagCounts {
             security_missed: count(16),
             coincident: count(32),
             unbounded: count(64),
-            normal_undefined: count(128),
+            surface_normal_taken: count(128),
         }
     }
 }
