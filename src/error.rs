@@ -56,7 +56,9 @@ pub enum Error {
         remedy: String,
     },
     /// The device stopped answering in the middle of the work.
-    #[error("the device was lost while running {0}; nothing was written: update its driver, or use --device cpu")]
+    #[error(
+        "the device was lost while running {0}; nothing was written: update its driver, or use --device cpu"
+    )]
     DeviceLost(String),
     /// A result that breaks the library's own promise; always a bug in rtfmesh.
     #[error("internal error: {0}; please report it with the command and the input")]

@@ -20,7 +20,9 @@ pub struct Args {
 /// Makes and writes, or lists.
 pub fn run(args: &Args) -> Result<()> {
     let (Some(name), Some(output)) = (&args.name, &args.output) else {
-        return print(&samples::names().iter().map(|(name, what)| format!("{name:16} {what}\n")).collect::<String>());
+        return print(
+            &samples::names().iter().map(|(name, what)| format!("{name:16} {what}\n")).collect::<String>(),
+        );
     };
     let mesh = samples::sample(name)?;
     Ok(io::write(output, &mesh)?)

@@ -1,17 +1,17 @@
 //! Tables for people.
 
 use comfy_table::Table;
-use comfy_table::presets::UTF8_HORIZONTAL_ONLY;
+use comfy_table::presets::NOTHING;
 use rtfmesh::measure::Measures;
 use rtfmesh::{DeviceInfo, Summary};
 
 fn two_columns(rows: Vec<(&str, String)>) -> String {
     let mut table = Table::new();
-    table.load_style(UTF8_HORIZONTAL_ONLY);
+    table.load_style(NOTHING);
     for (name, value) in rows {
         table.add_row([name.to_owned(), value]);
     }
-    format!("{table}\n")
+    table.trim_fmt() + "\n"
 }
 
 /// The measures of one mesh.
@@ -27,7 +27,10 @@ fn measure_rows(m: &Measures) -> Vec<(&'static str, String)> {
         ("vertices, faces", format!("{}, {}", m.vertices, m.faces)),
         ("Q min, average", format!("{:.4}, {:.4}", q.q_min, q.q_avg)),
         ("smallest angle: min, average", format!("{:.2}°, {:.2}°", q.theta_min, q.theta_min_avg)),
-        ("faces with an angle < 30°, > 90°", format!("{}, {}", percent(q.share_below_30), percent(q.share_above_90))),
+        (
+            "faces with an angle < 30°, > 90°",
+            format!("{}, {}", percent(q.share_below_30), percent(q.share_above_90)),
+        ),
         ("valence 6, outside 5 to 7", format!("{}, {}", maybe(v.share_6), maybe(v.share_outside_5_to_7))),
         ("valences", v.histogram.iter().map(|(d, n)| format!("{d}: {n}")).collect::<Vec<_>>().join("  ")),
         ("components, boundary loops", format!("{}, {}", t.components, t.boundary_loops)),
@@ -40,7 +43,10 @@ fn measure_rows(m: &Measures) -> Vec<(&'static str, String)> {
     ];
     if let Some(d) = &m.distances {
         let pair = |to: f64, from: f64| format!("{to:.4} %, {from:.4} %");
-        rows.push(("Hausdorff to, from reference", pair(d.hausdorff_to_reference, d.hausdorff_from_reference)));
+        rows.push((
+            "Hausdorff to, from reference",
+            pair(d.hausdorff_to_reference, d.hausdorff_from_reference),
+        ));
         rows.push(("RMS to, from reference", pair(d.rms_to_reference, d.rms_from_reference)));
     }
     rows
@@ -50,22 +56,28 @@ fn measure_rows(m: &Measures) -> Vec<(&'static str, String)> {
 pub fn run(s: &Summary, device: &DeviceInfo) -> String {
     let mut rows = measure_rows(&s.output);
     let end = if s.converged { "converged" } else { "limit reached" };
-    rows.push(("iterations", format!("{} ({end}), last step {:.5}", s.iterations, s.steps.last().unwrap_or(&0.0))));
+    rows.push((
+        "iterations",
+        format!("{} ({end}), last step {:.5}", s.iterations, s.steps.last().unwrap_or(&0.0)),
+    ));
     rows.push(("device", format!("{} ({})", device.name, device.driver.trim())));
     let seconds = |ms: f64| format!("{:.2} s", ms * 1e-3);
     for stage in s.timings.stages.iter().filter(|t| t.milliseconds.is_some_and(|ms| ms >= 5.0)) {
         let text = format!("{} in {} calls", seconds(stage.milliseconds.unwrap_or(0.0)), stage.calls);
-        rows.push(("", format!("{:26} {text}", stage.name)));
+        rows.push(("device time", format!("{:26} {text}", stage.name)));
     }
     rows.push(("wall time", seconds(s.timings.wall_milliseconds)));
-    rows.push(("peak device memory", format!("{:.1} MiB", s.timings.peak_device_bytes as f64 / f64::from(1 << 20))));
+    rows.push((
+        "peak device memory",
+        format!("{:.1} MiB", s.timings.peak_device_bytes as f64 / f64::from(1 << 20)),
+    ));
     two_columns(rows)
 }
 
 /// The devices of this machine.
 pub fn devices(list: &[DeviceInfo]) -> String {
     let mut table = Table::new();
-    table.load_style(UTF8_HORIZONTAL_ONLY);
+    table.load_style(NOTHING);
     table.set_header(["", "device", "kind", "driver", "Vulkan", "limits that matter", "usable"]);
     for d in list {
         let l = &d.limits;
@@ -78,9 +90,19 @@ pub fn devices(list: &[DeviceInfo]) -> String {
             l.memory_bytes as f64 / f64::from(1 << 30),
             if l.timestamp_ns > 0.0 { "timestamps" } else { "no timestamps" },
         );
-        let usable = if d.missing.is_empty() { "yes".to_owned() } else { format!("no: needs {}", d.missing.join(", ")) };
-        let row = [d.index.to_string(), d.name.clone(), d.kind.to_owned(), d.driver.trim().to_owned(), d.api.clone()];
+        let usable = if d.missing.is_empty() {
+            "yes".to_owned()
+        } else {
+            format!("no: needs {}", d.missing.join(", "))
+        };
+        let row = [
+            d.index.to_string(),
+            d.name.clone(),
+            d.kind.to_owned(),
+            d.driver.trim().to_owned(),
+            d.api.clone(),
+        ];
         table.add_row(row.into_iter().chain([limits, usable]));
     }
-    format!("{table}\n")
+    table.trim_fmt() + "\n"
 }
