@@ -1,6 +1,7 @@
 #!/usr/bin/env bash
 # House rules that neither the compiler nor clippy sees. Prints each breach with its place; silent if there is none.
 set -euo pipefail
+shopt -s lastpipe # so that the end of a pipe can count breaches
 cd "$(dirname "$0")/.."
 
 breaches=0
