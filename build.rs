@@ -26,7 +26,8 @@ fn main() -> ExitCode {
 
 /// All problems are gathered before failing, so that one build shows every broken shader.
 fn run() -> Result<(), Vec<String>> {
-    let out = PathBuf::from(std::env::var_os("OUT_DIR").ok_or_else(|| vec!["OUT_DIR is not set".to_owned()])?);
+    let out =
+        PathBuf::from(std::env::var_os("OUT_DIR").ok_or_else(|| vec!["OUT_DIR is not set".to_owned()])?);
     let files = compile::shader_files(Path::new("glsl")).map_err(|e| vec![e])?;
     let (mut kernels, mut problems) = (Vec::new(), Vec::new());
     for file in &files {

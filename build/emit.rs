@@ -10,7 +10,10 @@ pub fn emit(kernels: &[Kernel]) -> String {
     stages.dedup();
     for stage in stages {
         line(&mut out, format_args!("/// Kernels of `glsl/{stage}`."));
-        line(&mut out, format_args!("#[allow(clippy::module_inception, reason = \"named as the kernel's file\")]"));
+        line(
+            &mut out,
+            format_args!("#[allow(clippy::module_inception, reason = \"named as the kernel's file\")]"),
+        );
         line(&mut out, format_args!("pub mod {stage} {{"));
         for kernel in kernels.iter().filter(|k| k.stage == stage) {
             emit_kernel(&mut out, kernel);
@@ -32,9 +35,18 @@ fn emit_kernel(out: &mut String, k: &Kernel) {
     emit_constants(out, k);
     emit_bindings(out, k);
     line(out, format_args!("impl Kernel for Shader {{"));
-    line(out, format_args!("type Push = Push; type Constants = Constants; type Bindings<'a> = Bindings<'a>;"));
+    line(
+        out,
+        format_args!("type Push = Push; type Constants = Constants; type Bindings<'a> = Bindings<'a>;"),
+    );
     line(out, format_args!("const INFO: &'static KernelInfo = &KernelInfo {{ name: {:?},", k.name()));
-    line(out, format_args!("spirv: include_bytes!(concat!(env!(\"OUT_DIR\"), \"/{}.spv\")), bindings: &[", k.name()));
+    line(
+        out,
+        format_args!(
+            "spirv: include_bytes!(concat!(env!(\"OUT_DIR\"), \"/{}.spv\")), bindings: &[",
+            k.name()
+        ),
+    );
     for b in &k.bindings {
         line(out, format_args!("BindingInfo {{ name: {:?}, access: Access::{} }},", b.name, b.access));
     }
@@ -50,7 +62,10 @@ fn emit_push(out: &mut String, k: &Kernel) {
     }
     line(out, format_args!("}}"));
     for m in &k.push {
-        line(out, format_args!("const _: () = assert!(std::mem::offset_of!(Push, {}) == {});", m.name, m.offset));
+        line(
+            out,
+            format_args!("const _: () = assert!(std::mem::offset_of!(Push, {}) == {});", m.name, m.offset),
+        );
     }
 }
 
@@ -58,7 +73,10 @@ fn emit_constants(out: &mut String, k: &Kernel) {
     line(out, format_args!("/// Specialization constants; `default()` has the shader's own values."));
     line(out, format_args!("#[derive(Debug, Clone, Copy, PartialEq, Eq)]\npub struct Constants {{"));
     for c in &k.constants {
-        line(out, format_args!("/// `{}` of the shader, id {}.\npub {}: u32,", c.name.to_uppercase(), c.id, c.name));
+        line(
+            out,
+            format_args!("/// `{}` of the shader, id {}.\npub {}: u32,", c.name.to_uppercase(), c.id, c.name),
+        );
     }
     line(out, format_args!("}}\nimpl Default for Constants {{ fn default() -> Self {{ Self {{"));
     for c in &k.constants {
@@ -76,9 +94,17 @@ fn emit_constants(out: &mut String, k: &Kernel) {
 fn emit_bindings(out: &mut String, k: &Kernel) {
     line(out, format_args!("/// The buffers of one dispatch.\npub struct Bindings<'a> {{"));
     for b in &k.bindings {
-        line(out, format_args!("/// `{}` of the shader.\npub {}: &'a Buffer<{}>,", b.name, b.name, b.element));
+        line(
+            out,
+            format_args!("/// `{}` of the shader.\npub {}: &'a Buffer<{}>,", b.name, b.name, b.element),
+        );
     }
-    line(out, format_args!("}}\nimpl BindingSet for Bindings<'_> {{ fn buffers(&self) -> Vec<&Arc<RawBuffer>> {{ vec!["));
+    line(
+        out,
+        format_args!(
+            "}}\nimpl BindingSet for Bindings<'_> {{ fn buffers(&self) -> Vec<&Arc<RawBuffer>> {{ vec!["
+        ),
+    );
     for b in &k.bindings {
         line(out, format_args!("self.{}.raw(),", b.name));
     }

@@ -66,7 +66,9 @@ pub fn reflect(file: &Path, spirv: Vec<u32>) -> Result<Kernel, String> {
             Variable::SpecConstant { name: Some(name), spec_id, .. } => constants.push(Constant {
                 name: name.to_lowercase(),
                 id: *spec_id,
-                default: *defaults.get(spec_id).ok_or_else(|| at("a specialization constant that is not a uint"))?,
+                default: *defaults
+                    .get(spec_id)
+                    .ok_or_else(|| at("a specialization constant that is not a uint"))?,
             }),
             _ => {}
         }
@@ -99,7 +101,8 @@ fn binding(place: &DescriptorBinding, kind: &DescriptorType, ty: &Type) -> Resul
     let (Some(name), Type::Array(array)) = (&member.name, &member.ty) else {
         return Err(format!("the block at {place} must hold one named array"));
     };
-    let element = rust_type(&array.element_ty).ok_or_else(|| format!("'{name}': no Rust twin of its element type"))?;
+    let element =
+        rust_type(&array.element_ty).ok_or_else(|| format!("'{name}': no Rust twin of its element type"))?;
     let access = match *access & member.access_ty {
         Some(AccessType::ReadOnly) => "Read",
         Some(AccessType::WriteOnly) => "Write",

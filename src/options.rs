@@ -77,7 +77,10 @@ impl Options {
         ];
         for (name, value, low, high) in ranges {
             if !(low..=high).contains(&value) {
-                return Err(Error::usage(format!("--{name} {value} is out of range"), format!("use {low} to {high}")));
+                return Err(Error::usage(
+                    format!("--{name} {value} is out of range"),
+                    format!("use {low} to {high}"),
+                ));
             }
         }
         if !(self.tolerance >= 0.0 && self.tolerance.is_finite()) {

@@ -190,7 +190,13 @@ struct Run {
 }
 
 impl Run {
-    fn new(device: &Device, options: &Options, surface: &Surface, seeds: &Seeds, spacing: f64) -> Result<Self> {
+    fn new(
+        device: &Device,
+        options: &Options,
+        surface: &Surface,
+        seeds: &Seeds,
+        spacing: f64,
+    ) -> Result<Self> {
         let n = options.vertices;
         let sites: Vec<Vec4> = seeds.sites.iter().map(|p| p.as_vec3().extend(0.0)).collect();
         // One search serves normals and cells; the fit counts the site itself.
@@ -204,7 +210,14 @@ impl Run {
             normals: PlaneFit::new(device, n, options.k_normal, None)?,
             faces: CellFaces::new(device, n, &CellOptions::paper(k_sites, spacing))?,
             centroids: Centroids::new(device, n, options.centroid, None)?,
-            near_vertices: Nearest::new(device, "rtf.neighbours.vertices", n, options.k_project, false, None)?,
+            near_vertices: Nearest::new(
+                device,
+                "rtf.neighbours.vertices",
+                n,
+                options.k_project,
+                false,
+                None,
+            )?,
             project: NearestVertices::new(device, n, options.k_project, None)?,
             step: Step::new(device, n, options.iterations, None)?,
             spacing,
@@ -260,7 +273,14 @@ impl Run {
         self.site_tiles.record(recorder, &self.sites)?;
         self.near_sites.record(recorder, &self.sites, &self.sites, &self.site_tiles)?;
         self.normals.record(recorder, &self.sites, found, &self.site_triangle, &surface.device.normals)?;
-        self.faces.record(recorder, &self.sites, &self.normals.normals, found, &self.site_tiles, &self.normals.flags)
+        self.faces.record(
+            recorder,
+            &self.sites,
+            &self.normals.normals,
+            found,
+            &self.site_tiles,
+            &self.normals.flags,
+        )
     }
 
     /// The faces of the sites as they are now: positions, fans and flags.
@@ -275,7 +295,10 @@ impl Run {
         let (counts, fan) = (done.read(&counts)?, done.read(&fan)?);
         let n = counts.len();
         let fans = Fans::from_lists(
-            counts.iter().enumerate().map(|(i, c)| (0..*c as usize).map(|slot| fan[slot * n + i]).collect::<Vec<_>>()),
+            counts
+                .iter()
+                .enumerate()
+                .map(|(i, c)| (0..*c as usize).map(|slot| fan[slot * n + i]).collect::<Vec<_>>()),
         );
         Ok((done.read(&sites)?, fans, FlagCounts::of(&done.read(&flags)?)))
     }
@@ -297,18 +320,33 @@ fn warnings(
     };
     let lost = flags.triangle_overflow + flags.plane_overflow + flags.corner_overflow + flags.badly_closed;
     say(lost > 0, format!("{lost} sites have no face (see flags in the report)"));
-    say(!input.is_closed_manifold(), "the input is not a closed manifold; this preset connects closed surfaces only".into());
-    say(connected.unfilled_faces > 0, format!("{} faces could not be filled and are holes", connected.unfilled_faces));
+    say(
+        !input.is_closed_manifold(),
+        "the input is not a closed manifold; this preset connects closed surfaces only".into(),
+    );
+    say(
+        connected.unfilled_faces > 0,
+        format!("{} faces could not be filled and are holes", connected.unfilled_faces),
+    );
     say(
         got.vertices != options.vertices,
         format!("the result uses {} of {} vertices", got.vertices, options.vertices),
     );
-    say(input.is_closed_manifold() && !got.is_closed_manifold(), "the result is not a closed manifold".into());
     say(
-        (got.components, got.euler, got.boundary_loops) != (input.components, input.euler, input.boundary_loops),
+        input.is_closed_manifold() && !got.is_closed_manifold(),
+        "the result is not a closed manifold".into(),
+    );
+    say(
+        (got.components, got.euler, got.boundary_loops)
+            != (input.components, input.euler, input.boundary_loops),
         format!(
             "topology differs: {} components, Euler characteristic {}, {} boundary loops instead of {}, {}, {}",
-            got.components, got.euler, got.boundary_loops, input.components, input.euler, input.boundary_loops
+            got.components,
+            got.euler,
+            got.boundary_loops,
+            input.components,
+            input.euler,
+            input.boundary_loops
         ),
     );
     list

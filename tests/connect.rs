@@ -18,8 +18,14 @@ fn octahedron() -> (Vec<DVec3>, Vec<Vec<u32>>) {
         [0.0, 0.0, 1.0],
         [0.0, 0.0, -1.0],
     ]);
-    let fans =
-        vec![vec![2, 4, 3, 5], vec![2, 5, 3, 4], vec![0, 5, 1, 4], vec![0, 4, 1, 5], vec![0, 2, 1, 3], vec![0, 3, 1, 2]];
+    let fans = vec![
+        vec![2, 4, 3, 5],
+        vec![2, 5, 3, 4],
+        vec![0, 5, 1, 4],
+        vec![0, 4, 1, 5],
+        vec![0, 2, 1, 3],
+        vec![0, 3, 1, 2],
+    ];
     (sites, fans)
 }
 
@@ -51,8 +57,10 @@ fn one_sided_and_foreign_entries_are_dropped() {
 #[test]
 fn four_cocircular_sites_are_split_by_the_better_diagonal() {
     // A pyramid whose base is a rhombus: four faces around the tip and one of four corners below.
-    let sites = points(&[[1.0, 0.0, 0.0], [0.0, 0.6, 0.0], [-1.0, 0.0, 0.0], [0.0, -0.6, 0.0], [0.0, 0.0, 1.0]]);
-    let fans = Fans::from_lists([vec![1, 4, 3], vec![0, 2, 4], vec![1, 3, 4], vec![0, 4, 2], vec![0, 1, 2, 3]]);
+    let sites =
+        points(&[[1.0, 0.0, 0.0], [0.0, 0.6, 0.0], [-1.0, 0.0, 0.0], [0.0, -0.6, 0.0], [0.0, 0.0, 1.0]]);
+    let fans =
+        Fans::from_lists([vec![1, 4, 3], vec![0, 2, 4], vec![1, 3, 4], vec![0, 4, 2], vec![0, 1, 2, 3]]);
     let (triangles, counts) = connect(&sites, &fans);
     assert_eq!((counts.split_faces, counts.unfilled_faces, triangles.len()), (1, 0, 6));
     let has = |a: u32, b: u32| triangles.iter().filter(|t| t.contains(&a) && t.contains(&b)).count();

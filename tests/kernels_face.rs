@@ -142,8 +142,9 @@ fn sizes_around_the_workgroup() {
 
 #[test]
 fn lattices_with_four_sites_on_every_circle() {
-    let sites: Vec<_> =
-        (0..400).map(|i| DVec3::new(f64::from(i % 20) / 32.0 - 0.3, f64::from(i / 20) / 32.0 - 0.3, 0.1)).collect();
+    let sites: Vec<_> = (0..400)
+        .map(|i| DVec3::new(f64::from(i % 20) / 32.0 - 0.3, f64::from(i / 20) / 32.0 - 0.3, 0.1))
+        .collect();
     assert_faces(&sites, &vec![DVec3::Z; 400], &CellOptions::paper(32, 1.0 / 32.0));
 }
 

@@ -1,16 +1,16 @@
 //! `project/nearest_vertices`, `step/step` and `step/reduce` against their definitions.
 
-use crate::reference::project::distance;
 use crate::reference::nearest::nearest;
+use crate::reference::project::distance;
 use crate::support::{assert_valid, cloud, device, rounded, upload};
 use glam::{DVec3, Vec4};
+use rtfmesh::TriMesh;
 use rtfmesh::gpu::{Buffer, NONE};
 use rtfmesh::mesh::frame::Frame;
 use rtfmesh::mesh::samples::sample;
 use rtfmesh::stages::project::NearestVertices;
 use rtfmesh::stages::step::Step;
 use rtfmesh::stages::surface::Surface;
-use rtfmesh::TriMesh;
 
 fn assert_projected(mesh: &TriMesh, targets: &[DVec3], k: u32, workgroup: u32) {
     let device = device();

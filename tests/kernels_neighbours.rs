@@ -26,7 +26,13 @@ fn on_device(
 }
 
 /// Equal up to the order of points whose distances f32 cannot tell apart.
-fn assert_same_distances(queries: &[DVec3], points: &[DVec3], k: u32, exclude_self: bool, workgroup: Option<u32>) {
+fn assert_same_distances(
+    queries: &[DVec3],
+    points: &[DVec3],
+    k: u32,
+    exclude_self: bool,
+    workgroup: Option<u32>,
+) {
     let (queries, points) = (rounded(queries), rounded(points));
     let got = on_device(&queries, &points, k, exclude_self, workgroup);
     let want = nearest(&queries, &points, k as usize, exclude_self);

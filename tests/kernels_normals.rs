@@ -38,7 +38,8 @@ fn assert_fits(sites: &[DVec3], k: u32, workgroup: Option<u32>) {
     let (normals, flags) = on_device(&sites, k, up, workgroup);
     let lists = nearest(&sites, &sites, k as usize - 1, true);
     for (i, list) in lists.iter().enumerate() {
-        let points: Vec<_> = std::iter::once(sites[i]).chain(list.iter().map(|j| sites[*j as usize])).collect();
+        let points: Vec<_> =
+            std::iter::once(sites[i]).chain(list.iter().map(|j| sites[*j as usize])).collect();
         let want = plane_fit(&points);
         let [low, middle, high] = want.eigenvalues;
         assert!((normals[i].length() - 1.0).abs() < 1e-5, "site {i}: not a unit vector: {}", normals[i]);

@@ -79,7 +79,11 @@ fn open_and_dirty_surfaces_end_with_a_word_about_it() {
     torn.triangles.push([0, 1, 900]);
     for mesh in [sample("open-hemisphere").unwrap(), torn] {
         let result = run(&mesh, &short(300));
-        assert!(result.summary.warnings.iter().any(|w| w.contains("closed")), "{:?}", result.summary.warnings);
+        assert!(
+            result.summary.warnings.iter().any(|w| w.contains("closed")),
+            "{:?}",
+            result.summary.warnings
+        );
     }
 }
 
@@ -124,7 +128,8 @@ fn options_out_of_range_are_named() {
 
 #[test]
 fn more_sites_than_memory_are_refused_before_anything_is_made() {
-    let error = remesh(device(), &sample("box").unwrap(), &Options::rtf(500_000_000), &mut |_| {}).err().unwrap();
+    let error =
+        remesh(device(), &sample("box").unwrap(), &Options::rtf(500_000_000), &mut |_| {}).err().unwrap();
     assert!(matches!(&error, Error::OutOfMemory { remedy, .. } if remedy.contains("at most")), "{error}");
 }
 

@@ -37,7 +37,9 @@ pub fn rounded(points: &[DVec3]) -> Vec<DVec3> {
 /// One list a query from `values[slot * queries + query]`, up to the first NONE.
 pub fn lists(values: &[u32], queries: usize) -> Vec<Vec<u32>> {
     let k = values.len().checked_div(queries).unwrap_or(0);
-    (0..queries).map(|q| (0..k).map(|s| values[s * queries + q]).take_while(|v| *v != NONE).collect()).collect()
+    (0..queries)
+        .map(|q| (0..k).map(|s| values[s * queries + q]).take_while(|v| *v != NONE).collect())
+        .collect()
 }
 
 pub fn rng(seed: u64) -> Pcg64Mcg {
@@ -47,7 +49,9 @@ pub fn rng(seed: u64) -> Pcg64Mcg {
 /// Uniform in the cube of edge `size` around the origin.
 pub fn cloud(count: usize, size: f64, seed: u64) -> Vec<DVec3> {
     let mut rng = rng(seed);
-    (0..count).map(|_| DVec3::from_array(std::array::from_fn(|_| size * (rng.random::<f64>() - 0.5)))).collect()
+    (0..count)
+        .map(|_| DVec3::from_array(std::array::from_fn(|_| size * (rng.random::<f64>() - 0.5))))
+        .collect()
 }
 
 /// Evenly scattered on a sphere of radius 0.4, with the outward normals.

@@ -3,9 +3,8 @@
 // Reads: queries, points, bounds.
 // Writes: neighbours[slot * query_count + query], NONE where there are fewer than K points.
 // Filled by neighbours/tile_bounds; fills the lists of normals/plane_fit, face/cell and project/nearest_vertices.
-// The workgroup stages the points in shared memory, one tile after another. It begins with the tile where its own
-// queries lie if both are in the same spatial order, and from then on leaves out every tile whose box is farther
-// from the box of its queries than its worst list reaches.
+// The workgroup stages the points in shared memory, one tile after another. It begins with the tile nearest to its
+// queries, and from then on leaves out every tile whose box is farther from theirs than its longest list reaches.
 #version 450
 #extension GL_GOOGLE_include_directive : require
 #extension GL_EXT_control_flow_attributes : require
@@ -26,11 +25,13 @@ layout(set = 0, binding = 2) readonly buffer Bounds { vec4 bounds[]; };
 layout(set = 0, binding = 3) writeonly buffer Neighbours { uint neighbours[]; };
 
 shared vec4 tile[TILE];
-shared uint needed[WORKGROUP];
+shared float gap_sq[WORKGROUP];
 // Bounds of the workgroup's queries and reach of its longest list: floats in the order-keeping form of `sortable`.
 shared uint group_low[3];
 shared uint group_high[3];
 shared uint group_reach;
+shared uint nearest_key;
+shared uint nearest_at;
 
 // Sorted, nearest first. Every index into these is known once the loops are unrolled, so they are registers.
 float best_sq[K];
@@ -73,7 +74,9 @@ void scan(uint t) {
     }
     if (lane == 0u) group_reach = 0u;
     barrier();
-    for (uint j = 0u; j < TILE; j += 32u) {
+    // The reach of this query alone is shorter than that of its workgroup; often no lane of a subgroup goes in.
+    bool near = box_distance_sq(at, at, bounds[2u * t].xyz, bounds[2u * t + 1u].xyz) <= best_sq[K - 1u];
+    for (uint j = 0u; j < TILE && near; j += 32u) {
         // First find what may enter, then insert: lanes then insert their own finds at the same time.
         uint hits = 0u;
         for (uint l = 0u; l < 32u; ++l) {
@@ -92,6 +95,24 @@ void scan(uint t) {
     barrier();
 }
 
+// The tile whose middle is nearest to `middle`, the lower one of two. In uniform control flow.
+uint nearest_tile(vec3 middle, uint tiles) {
+    uint mine = 0xffffffffu, mine_at = NONE;
+    for (uint t = lane; t < tiles; t += WORKGROUP) {
+        vec3 d = 0.5 * (bounds[2u * t].xyz + bounds[2u * t + 1u].xyz) - middle;
+        uint key = sortable(dot(d, d));
+        if (key < mine) {
+            mine = key;
+            mine_at = t;
+        }
+    }
+    atomicMin(nearest_key, mine);
+    barrier();
+    if (mine == nearest_key) atomicMin(nearest_at, mine_at);
+    barrier();
+    return min(nearest_at, tiles - 1u);
+}
+
 void main() {
     query = thread_index();
     lane = gl_LocalInvocationID.x;
@@ -103,6 +124,8 @@ void main() {
         best[s] = NONE;
     }
     if (lane == 0u) {
+        nearest_key = 0xffffffffu;
+        nearest_at = NONE;
         for (uint a = 0u; a < 3u; ++a) {
             group_low[a] = 0xffffffffu;
             group_high[a] = 0u;
@@ -113,21 +136,21 @@ void main() {
         atomicMin(group_low[a], sortable(at[a]));
         atomicMax(group_high[a], sortable(at[a]));
     }
-    uint tiles = tile_count(point_count);
-    uint first = min(uint(float(tiles) * (float(group_index() * WORKGROUP) / float(query_count))), tiles - 1u);
-    scan(first);
+    barrier();
     vec3 low = vec3(unsortable(group_low[0]), unsortable(group_low[1]), unsortable(group_low[2]));
     vec3 high = vec3(unsortable(group_high[0]), unsortable(group_high[1]), unsortable(group_high[2]));
+    uint tiles = tile_count(point_count);
+    uint first = nearest_tile(0.5 * (low + high), tiles);
+    scan(first);
     for (uint block = 0u; block < tiles; block += WORKGROUP) {
         uint mine = block + lane;
-        needed[lane] = 0u;
+        gap_sq[lane] = uintBitsToFloat(0x7f800000u);
         if (mine < tiles && mine != first) {
-            vec3 tile_low = bounds[2u * mine].xyz, tile_high = bounds[2u * mine + 1u].xyz;
-            needed[lane] = box_distance_sq(low, high, tile_low, tile_high) <= unsortable(group_reach) ? 1u : 0u;
+            gap_sq[lane] = box_distance_sq(low, high, bounds[2u * mine].xyz, bounds[2u * mine + 1u].xyz);
         }
         barrier();
         for (uint s = 0u; s < WORKGROUP; ++s) {
-            if (needed[s] != 0u) scan(block + s);
+            if (gap_sq[s] <= unsortable(group_reach)) scan(block + s);
         }
         barrier();
     }

@@ -48,9 +48,9 @@ impl Hazards {
     /// Two uses conflict when one of them writes. One global barrier clears everything before it, which costs less
     /// than one barrier a buffer. With `always` there is a barrier before every command.
     pub fn before(&mut self, stage: Stage, uses: &[(u64, Access)], always: bool) -> Option<Barrier> {
-        let conflict = uses
-            .iter()
-            .any(|(id, access)| self.pending.get(id).is_some_and(|&written| written || *access != Access::Read));
+        let conflict = uses.iter().any(|(id, access)| {
+            self.pending.get(id).is_some_and(|&written| written || *access != Access::Read)
+        });
         let (flag, write) = match stage {
             Stage::Compute => (vk::PipelineStageFlags::COMPUTE_SHADER, vk::AccessFlags::SHADER_WRITE),
             Stage::Transfer => (vk::PipelineStageFlags::TRANSFER, vk::AccessFlags::TRANSFER_WRITE),

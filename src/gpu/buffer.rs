@@ -133,7 +133,8 @@ impl RawBuffer {
         this.bytes = bytes;
         shared.count_allocated(bytes);
         // SAFETY: the allocation fits the requirements and lives as long as the buffer.
-        let bound = unsafe { shared.raw.bind_buffer_memory(handle, allocation.memory(), allocation.offset()) };
+        let bound =
+            unsafe { shared.raw.bind_buffer_memory(handle, allocation.memory(), allocation.offset()) };
         this.allocation = Some(allocation);
         bound.map_err(|e| vk_error(&format!("binding memory to buffer {name}"), e))?;
         shared.name_object(handle, name);

@@ -9,7 +9,8 @@ fn path(info: &DeviceInfo) -> Option<PathBuf> {
     let folder = std::env::var_os("RTFMESH_CACHE_DIR")
         .map(PathBuf::from)
         .or_else(|| dirs::cache_dir().map(|d| d.join("rtfmesh")))?;
-    let clean = |s: &str| s.chars().map(|c| if c.is_ascii_alphanumeric() { c } else { '-' }).collect::<String>();
+    let clean =
+        |s: &str| s.chars().map(|c| if c.is_ascii_alphanumeric() { c } else { '-' }).collect::<String>();
     Some(folder.join(format!("{}-{}.pipelines", clean(&info.name), clean(&info.driver))))
 }
 

@@ -49,7 +49,8 @@ impl Instance {
             extensions.push(ext::validation_features::NAME.as_ptr());
             layers.push(VALIDATION_LAYER.as_ptr());
         }
-        let app = vk::ApplicationInfo::default().application_name(c"rtfmesh").api_version(vk::API_VERSION_1_2);
+        let app =
+            vk::ApplicationInfo::default().application_name(c"rtfmesh").api_version(vk::API_VERSION_1_2);
         let checks = [vk::ValidationFeatureEnableEXT::SYNCHRONIZATION_VALIDATION];
         let mut features = vk::ValidationFeaturesEXT::default().enabled_validation_features(&checks);
         let mut info = vk::InstanceCreateInfo::default()
@@ -63,9 +64,9 @@ impl Instance {
             info = info.push_next(&mut features);
         }
         // SAFETY: all pointers in `info` outlive the call.
-        let raw = unsafe { entry.create_instance(&info, None) }.map_err(|e| vk_error("creating the instance", e))?;
-        let mut this =
-            Self { raw, messages: Box::default(), messenger: None, debug_utils, _entry: entry };
+        let raw = unsafe { entry.create_instance(&info, None) }
+            .map_err(|e| vk_error("creating the instance", e))?;
+        let mut this = Self { raw, messages: Box::default(), messenger: None, debug_utils, _entry: entry };
         if validation {
             this.listen()?;
         }
@@ -84,7 +85,8 @@ impl Instance {
                 vk::DebugUtilsMessageSeverityFlagsEXT::ERROR | vk::DebugUtilsMessageSeverityFlagsEXT::WARNING,
             )
             .message_type(
-                vk::DebugUtilsMessageTypeFlagsEXT::VALIDATION | vk::DebugUtilsMessageTypeFlagsEXT::PERFORMANCE,
+                vk::DebugUtilsMessageTypeFlagsEXT::VALIDATION
+                    | vk::DebugUtilsMessageTypeFlagsEXT::PERFORMANCE,
             )
             .pfn_user_callback(Some(collect))
             .user_data((&raw const *self.messages).cast_mut().cast());

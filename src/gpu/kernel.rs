@@ -128,8 +128,9 @@ impl RawPipeline {
             shared: shared.clone(),
         };
         let set_layouts = [set_layout];
-        let ranges =
-            [vk::PushConstantRange::default().stage_flags(vk::ShaderStageFlags::COMPUTE).size(push_bytes.max(4))];
+        let ranges = [vk::PushConstantRange::default()
+            .stage_flags(vk::ShaderStageFlags::COMPUTE)
+            .size(push_bytes.max(4))];
         let mut layout_info = vk::PipelineLayoutCreateInfo::default().set_layouts(&set_layouts);
         if push_bytes > 0 {
             layout_info = layout_info.push_constant_ranges(&ranges);
@@ -153,7 +154,8 @@ fn compile(
     let words: Vec<u32> = bytemuck::allocation::pod_collect_to_vec(info.spirv);
     let module_info = vk::ShaderModuleCreateInfo::default().code(&words);
     // SAFETY: the SPIR-V was made by shaderc at build time and is checked by spirv-val in the tests.
-    let module = unsafe { shared.raw.create_shader_module(&module_info, None) }.map_err(|e| failed("loading", e))?;
+    let module =
+        unsafe { shared.raw.create_shader_module(&module_info, None) }.map_err(|e| failed("loading", e))?;
     let pairs = constants.values();
     let entries: Vec<_> = pairs
         .iter()

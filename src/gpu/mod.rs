@@ -36,6 +36,9 @@ fn vk_error(what: &str, result: vk::Result) -> Error {
             problem: format!("out of memory during {what}"),
             remedy: "close other programs, or ask for fewer vertices".to_owned(),
         },
-        other => Error::device(format!("{what} failed: {other}"), "update the Vulkan driver, or try another --device"),
+        other => Error::device(
+            format!("{what} failed: {other}"),
+            "update the Vulkan driver, or try another --device",
+        ),
     }
 }

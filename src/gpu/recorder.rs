@@ -25,6 +25,7 @@ pub struct Recorder {
     descriptor_pools: Vec<vk::DescriptorPool>,
     sets_left: u32,
     query_pools: Vec<vk::QueryPool>,
+    /// Name of every timed command, in order.
     names: Vec<&'static str>,
     hazards: Hazards,
     staging: Vec<RawBuffer>,
@@ -82,7 +83,8 @@ impl Recorder {
             pipelines: Vec::new(),
             running: false,
         };
-        let info = vk::CommandBufferAllocateInfo::default().command_pool(command_pool).command_buffer_count(1);
+        let info =
+            vk::CommandBufferAllocateInfo::default().command_pool(command_pool).command_buffer_count(1);
         // SAFETY: the pool was just made and is used by this recorder alone.
         unsafe {
             let list = shared.raw.allocate_command_buffers(&info).map_err(failed)?;
@@ -110,11 +112,16 @@ impl Recorder {
             return Ok(());
         }
         let buffers = bindings.buffers();
-        let uses: Vec<_> = buffers.iter().zip(K::INFO.bindings).map(|(b, info)| (b.id, info.access)).collect();
+        let uses: Vec<_> =
+            buffers.iter().zip(K::INFO.bindings).map(|(b, info)| (b.id, info.access)).collect();
         for (i, (id, access)) in uses.iter().enumerate() {
-            if uses.iter().enumerate().any(|(j, (other, _))| i != j && id == other && *access != Access::Read) {
+            if uses.iter().enumerate().any(|(j, (other, _))| i != j && id == other && *access != Access::Read)
+            {
                 let name = buffers[i].name();
-                return Err(Error::Internal(format!("{name} is bound twice to {} and written", K::INFO.name)));
+                return Err(Error::Internal(format!(
+                    "{name} is bound twice to {} and written",
+                    K::INFO.name
+                )));
             }
         }
         if let Some(b) = self.hazards.before(Stage::Compute, &uses, self.shared.full_barriers) {
@@ -160,7 +167,11 @@ impl Recorder {
     /// [`Error::OutOfMemory`] for the staging copy; [`Error::Internal`] if `target` is too short.
     pub fn upload<T: bytemuck::Pod>(&mut self, target: &Buffer<T>, values: &[T]) -> Result<()> {
         if values.len() > target.len() {
-            return Err(Error::Internal(format!("{} values do not fit in {}", values.len(), target.raw().name())));
+            return Err(Error::Internal(format!(
+                "{} values do not fit in {}",
+                values.len(),
+                target.raw().name()
+            )));
         }
         let bytes: &[u8] = bytemuck::cast_slice(values);
         if bytes.is_empty() {
@@ -168,7 +179,9 @@ impl Recorder {
         }
         let mut staging = self.staging_buffer(bytes.len(), vk::BufferUsageFlags::TRANSFER_SRC)?;
         let mapped = staging.mapped_mut().get_mut(..bytes.len());
-        mapped.ok_or_else(|| Error::Internal("staging memory is not mapped".to_owned()))?.copy_from_slice(bytes);
+        mapped
+            .ok_or_else(|| Error::Internal("staging memory is not mapped".to_owned()))?
+            .copy_from_slice(bytes);
         self.buffers.insert(target.raw().id, target.raw().clone());
         self.copy(&staging, target.raw(), bytes.len(), "copy.upload")?;
         self.staging.push(staging);
@@ -228,6 +241,12 @@ impl Recorder {
         Ok(Submitted { recorder: self })
     }
 
+    /// Leaves out the next barrier, for the test that a missing one is found.
+    #[cfg(test)]
+    pub(super) fn forget_hazards(&mut self) {
+        self.hazards = Hazards::default();
+    }
+
     fn staging_buffer(&self, bytes: usize, usage: vk::BufferUsageFlags) -> Result<RawBuffer> {
         let location = if usage == vk::BufferUsageFlags::TRANSFER_SRC {
             MemoryLocation::CpuToGpu
@@ -281,8 +300,9 @@ impl Recorder {
                 .query_count(2 * TIMED_PER_POOL);
             // SAFETY: recording is on; the pool is kept until the submission was waited for.
             unsafe {
-                let pool =
-                    raw.create_query_pool(&info, None).map_err(|e| vk_error("making timestamp queries", e))?;
+                let pool = raw
+                    .create_query_pool(&info, None)
+                    .map_err(|e| vk_error("making timestamp queries", e))?;
                 self.query_pools.push(pool);
                 raw.cmd_reset_query_pool(self.commands, pool, 0, 2 * TIMED_PER_POOL);
             }
@@ -292,7 +312,12 @@ impl Recorder {
         unsafe {
             raw.cmd_write_timestamp(self.commands, vk::PipelineStageFlags::TOP_OF_PIPE, pool, 2 * slot);
             command(self.commands);
-            raw.cmd_write_timestamp(self.commands, vk::PipelineStageFlags::BOTTOM_OF_PIPE, pool, 2 * slot + 1);
+            raw.cmd_write_timestamp(
+                self.commands,
+                vk::PipelineStageFlags::BOTTOM_OF_PIPE,
+                pool,
+                2 * slot + 1,
+            );
         }
         Ok(())
     }

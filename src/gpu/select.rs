@@ -83,11 +83,13 @@ pub(super) fn candidates(instance: &Instance) -> Result<Vec<Candidate>> {
 /// Takes the device that `wish` names: an index, `cpu`, `gpu`, or a part of the name; without a wish the first
 /// usable one, discrete before integrated before virtual before CPU.
 pub(super) fn choose(mut all: Vec<Candidate>, wish: Option<&str>) -> Result<Candidate> {
-    let remedy = "see `rtfmesh devices`, or install Mesa's lavapipe (Debian: apt install mesa-vulkan-drivers)";
+    let remedy =
+        "see `rtfmesh devices`, or install Mesa's lavapipe (Debian: apt install mesa-vulkan-drivers)";
     if all.is_empty() {
         return Err(Error::device("no Vulkan device on this machine", remedy));
     }
-    let names = all.iter().map(|c| format!("{} {}", c.info.index, c.info.name)).collect::<Vec<_>>().join(", ");
+    let names =
+        all.iter().map(|c| format!("{} {}", c.info.index, c.info.name)).collect::<Vec<_>>().join(", ");
     all.retain(|c| wish.is_none_or(|w| matches(&c.info, w)));
     all.sort_by_key(|c| rank(c.info.kind));
     let Some(best) = all.iter().position(|c| c.info.missing.is_empty()) else {
@@ -96,7 +98,9 @@ pub(super) fn choose(mut all: Vec<Candidate>, wish: Option<&str>) -> Result<Cand
                 format!("device '{}' cannot be used: {}", c.info.name, c.info.missing.join(", ")),
                 remedy,
             ),
-            (None, Some(wish)) => Error::device(format!("no device matches '{wish}'"), format!("there are: {names}")),
+            (None, Some(wish)) => {
+                Error::device(format!("no device matches '{wish}'"), format!("there are: {names}"))
+            }
             (None, None) => Error::device("no Vulkan device on this machine", remedy),
         });
     };
@@ -136,7 +140,10 @@ fn candidate(instance: &Instance, index: usize, handle: vk::PhysicalDevice) -> C
         shared_memory_bytes: p.limits.max_compute_shared_memory_size,
         push_constant_bytes: p.limits.max_push_constants_size,
         storage_buffers: p.limits.max_per_stage_descriptor_storage_buffers,
-        workgroup_invocations: p.limits.max_compute_work_group_invocations.min(p.limits.max_compute_work_group_size[0]),
+        workgroup_invocations: p
+            .limits
+            .max_compute_work_group_invocations
+            .min(p.limits.max_compute_work_group_size[0]),
         workgroups: p.limits.max_compute_work_group_count[0],
         timestamp_ns: if timestamp_bits == 0 { 0.0 } else { p.limits.timestamp_period },
         memory_bytes: memory
@@ -149,7 +156,10 @@ fn candidate(instance: &Instance, index: usize, handle: vk::PhysicalDevice) -> C
         subgroup_size: subgroup.subgroup_size,
     };
     let text = |s: std::result::Result<&std::ffi::CStr, _>| {
-        s.map_or_else(|_: std::ffi::FromBytesUntilNulError| String::new(), |s| s.to_string_lossy().into_owned())
+        s.map_or_else(
+            |_: std::ffi::FromBytesUntilNulError| String::new(),
+            |s| s.to_string_lossy().into_owned(),
+        )
     };
     let info = DeviceInfo {
         index,
@@ -188,7 +198,10 @@ fn missing(api: u32, limits: &Limits, compute: bool) -> Vec<String> {
         ("invocations per workgroup", limits.workgroup_invocations, MIN_INVOCATIONS),
     ];
     list.extend(
-        checks.iter().filter(|(_, has, min)| has < min).map(|(what, has, min)| format!("{min} {what} (it has {has})")),
+        checks
+            .iter()
+            .filter(|(_, has, min)| has < min)
+            .map(|(what, has, min)| format!("{min} {what} (it has {has})")),
     );
     list
 }

@@ -74,8 +74,10 @@ pub struct ConnectCounts {
 /// Triangles over the sites and what was met on the way.
 pub fn connect(sites: &[DVec3], fans: &Fans) -> (Vec<[u32; 3]>, ConnectCounts) {
     let kept = fans.symmetric();
-    let mut counts =
-        ConnectCounts { one_sided_edges: fans.neighbours.len() - kept.neighbours.len(), ..Default::default() };
+    let mut counts = ConnectCounts {
+        one_sided_edges: fans.neighbours.len() - kept.neighbours.len(),
+        ..Default::default()
+    };
     let mut edges: HashSet<(u32, u32)> = (0..kept.len())
         .flat_map(|i| kept.of(i).iter().map(move |&j| (i as u32, j)))
         .filter(|(i, j)| i < j)
@@ -143,7 +145,8 @@ fn split(face: &[u32], sites: &[DVec3], edges: &mut HashSet<(u32, u32)>) -> Opti
                 let [a, b, c] = corner(&rest, m);
                 let open = a != b && b != c && a != c && !edges.contains(&key(a, c));
                 // A face of four has two diagonals, and the better is the one whose worse half is better.
-                let other = if rest.len() == 4 { quality(sites, corner(&rest, m + 2)) } else { f64::INFINITY };
+                let other =
+                    if rest.len() == 4 { quality(sites, corner(&rest, m + 2)) } else { f64::INFINITY };
                 open.then(|| (m, quality(sites, [a, b, c]).min(other)))
             })
             .max_by(|a, b| a.1.total_cmp(&b.1).then(b.0.cmp(&a.0)));

@@ -86,7 +86,8 @@ impl Nearest {
             point_count: points.len() as u32,
             exclude_self: self.exclude_self.into(),
         };
-        let bindings = knn::Bindings { queries, points, bounds: &bounds.bounds, neighbours: &self.neighbours };
+        let bindings =
+            knn::Bindings { queries, points, bounds: &bounds.bounds, neighbours: &self.neighbours };
         recorder.dispatch(&self.pipeline, Threads(queries.len()), &push, &bindings)
     }
 }

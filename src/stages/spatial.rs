@@ -39,7 +39,9 @@ mod tests {
 
     #[test]
     fn near_points_come_together() {
-        let points: Vec<_> = (0..64).map(|i| DVec3::new(if i % 2 == 0 { -0.4 } else { 0.4 }, 1e-3 * f64::from(i), 0.0)).collect();
+        let points: Vec<_> = (0..64)
+            .map(|i| DVec3::new(if i % 2 == 0 { -0.4 } else { 0.4 }, 1e-3 * f64::from(i), 0.0))
+            .collect();
         let order = morton_order(&points);
         assert!(order[..32].iter().all(|i| i % 2 == 0), "one side first: {order:?}");
     }

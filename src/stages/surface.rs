@@ -68,7 +68,12 @@ impl Surface {
 }
 
 impl SurfaceBuffers {
-    fn upload(device: &Device, vertices: &[DVec3], triangles: &[[u32; 3]], normals: &[DVec3]) -> Result<Self> {
+    fn upload(
+        device: &Device,
+        vertices: &[DVec3],
+        triangles: &[[u32; 3]],
+        normals: &[DVec3],
+    ) -> Result<Self> {
         let vec4 = |list: &[DVec3]| list.iter().map(|p| p.as_vec3().extend(0.0)).collect::<Vec<_>>();
         let (star_start, star) = stars(vertices.len(), triangles);
         let indices: Vec<_> = triangles.iter().map(|t| UVec4::new(t[0], t[1], t[2], 0)).collect();

@@ -23,7 +23,11 @@ impl Face {
             let (a, b) = (self.corners[(m + n - 1) % n], self.corners[m]);
             let e = b - a;
             inside &= e.perp_dot(p - a) >= 0.0;
-            let t = if e.length_squared() > 0.0 { ((p - a).dot(e) / e.length_squared()).clamp(0.0, 1.0) } else { 0.0 };
+            let t = if e.length_squared() > 0.0 {
+                ((p - a).dot(e) / e.length_squared()).clamp(0.0, 1.0)
+            } else {
+                0.0
+            };
             nearest = nearest.min(p.distance(a + e * t));
         }
         if inside { 0.0 } else { nearest }
@@ -35,7 +39,8 @@ impl Face {
 pub fn face(sites: &[DVec3], site: usize, u: DVec3, v: DVec3, box_half: f64) -> Face {
     let at = sites[site];
     let far = 10.0;
-    let corners = [(-1, -1), (1, -1), (1, 1), (-1, 1)].map(|(x, y)| DVec2::new(f64::from(x), f64::from(y)) * far);
+    let corners =
+        [(-1, -1), (1, -1), (1, 1), (-1, 1)].map(|(x, y)| DVec2::new(f64::from(x), f64::from(y)) * far);
     let mut face = Face { corners: corners.to_vec(), behind: vec![None; 4] };
     for axis in DVec3::AXES {
         for way in [axis, -axis] {

@@ -28,7 +28,8 @@ pub fn plane_fit(points: &[DVec3]) -> Fit {
 fn eigenvalues(m: DMat3) -> [f64; 3] {
     let q = (m.x_axis.x + m.y_axis.y + m.z_axis.z) / 3.0;
     let off = m - DMat3::from_diagonal(DVec3::splat(q));
-    let p = ((off.x_axis.length_squared() + off.y_axis.length_squared() + off.z_axis.length_squared()) / 6.0).sqrt();
+    let p = ((off.x_axis.length_squared() + off.y_axis.length_squared() + off.z_axis.length_squared()) / 6.0)
+        .sqrt();
     if p == 0.0 {
         return [q; 3];
     }

@@ -26,7 +26,9 @@ pub fn onto_triangle(at: DVec3, triangle: [DVec3; 3], vertex: DVec3) -> DVec3 {
 pub fn distance(at: DVec3, near: &[u32], vertices: &[DVec3], triangles: &[[u32; 3]]) -> f64 {
     let around = |p: u32| triangles.iter().filter(move |t| t.contains(&p));
     near.iter()
-        .flat_map(|p| around(*p).map(|t| onto_triangle(at, t.map(|v| vertices[v as usize]), vertices[*p as usize])))
+        .flat_map(|p| {
+            around(*p).map(|t| onto_triangle(at, t.map(|v| vertices[v as usize]), vertices[*p as usize]))
+        })
         .map(|x| x.distance(at))
         .fold(f64::INFINITY, f64::min)
 }
