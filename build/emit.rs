@@ -9,7 +9,12 @@ pub fn emit(kernels: &[Kernel]) -> String {
     let mut stages: Vec<&str> = kernels.iter().map(|k| k.stage.as_str()).collect();
     stages.dedup();
     for stage in stages {
-        line(&mut out, format_args!("/// Kernels of `glsl/{stage}`.\npub mod {stage} {{"));
+        line(&mut out, format_args!("/// Kernels of `glsl/{stage}`."));
+        line(
+            &mut out,
+            format_args!("#[allow(clippy::module_inception, reason = \"named as the kernel's file\")]"),
+        );
+        line(&mut out, format_args!("pub mod {stage} {{"));
         for kernel in kernels.iter().filter(|k| k.stage == stage) {
             emit_kernel(&mut out, kernel);
         }

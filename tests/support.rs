@@ -36,7 +36,7 @@ pub fn rounded(points: &[DVec3]) -> Vec<DVec3> {
 
 /// One list a query from `values[slot * queries + query]`, up to the first NONE.
 pub fn lists(values: &[u32], queries: usize) -> Vec<Vec<u32>> {
-    let k = if queries == 0 { 0 } else { values.len() / queries };
+    let k = values.len().checked_div(queries).unwrap_or(0);
     (0..queries)
         .map(|q| (0..k).map(|s| values[s * queries + q]).take_while(|v| *v != NONE).collect())
         .collect()

@@ -2,6 +2,8 @@
 
 #![allow(clippy::unwrap_used, clippy::expect_used, reason = "a test fails by panicking")]
 
+mod cli;
+mod cli_bad;
 mod connect;
 mod distance;
 mod gpu_layer;

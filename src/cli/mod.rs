@@ -33,7 +33,11 @@ enum Command {
 
 /// Runs the program; errors are one line on standard error.
 pub fn main() -> ExitCode {
-    let outcome = match Cli::parse().command {
+    let cli = match Cli::try_parse() {
+        Ok(cli) => cli,
+        Err(error) => return no_command(&error),
+    };
+    let outcome = match cli.command {
         Command::Remesh(args) => remesh::run(&args),
         Command::Measure(args) => measure::run(&args),
         Command::Sample(args) => sample::run(&args),
@@ -43,10 +47,26 @@ pub fn main() -> ExitCode {
         Ok(()) => ExitCode::SUCCESS,
         Err(error) if is_closed_pipe(&error) => ExitCode::SUCCESS,
         Err(error) => {
-            eprintln!("error: {error:#}");
+            tell(&format!("error: {error:#}\n"));
             ExitCode::from(exit_code(&error))
         }
     }
+}
+
+/// Help and the version as clap writes them; a mistake in the arguments on one line, as every other error.
+fn no_command(error: &clap::Error) -> ExitCode {
+    let text = error.render().to_string();
+    if !text.starts_with("error:") {
+        // Help goes to standard output if it was asked for, else to standard error as the error that it is.
+        let printed = error.print();
+        return if error.use_stderr() || printed.is_err() { ExitCode::from(2) } else { ExitCode::SUCCESS };
+    }
+    // Clap puts tips in paragraphs of their own, and the usage last.
+    let sentences = text.split("\n\n").take_while(|part| !part.starts_with("Usage:"));
+    let words = |part: &str| part.split_whitespace().collect::<Vec<_>>().join(" ");
+    let sentences: Vec<_> = sentences.map(words).filter(|s| !s.starts_with("For more information")).collect();
+    tell(&format!("{}; see `rtfmesh --help` or `rtfmesh COMMAND --help`\n", sentences.join("; ")));
+    ExitCode::from(2)
 }
 
 fn exit_code(error: &anyhow::Error) -> u8 {
@@ -61,6 +81,12 @@ fn exit_code(error: &anyhow::Error) -> u8 {
 /// Whoever reads standard output may stop reading (`| head`); that is no failure.
 fn is_closed_pipe(error: &anyhow::Error) -> bool {
     error.downcast_ref::<std::io::Error>().is_some_and(|e| e.kind() == std::io::ErrorKind::BrokenPipe)
+}
+
+/// Prints to standard error. Where nobody can be told, there is nothing left to do about it.
+fn tell(text: &str) {
+    use std::io::Write;
+    let _ = std::io::stderr().lock().write_all(text.as_bytes());
 }
 
 /// Prints to standard output, with errors instead of panics.

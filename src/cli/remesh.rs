@@ -1,12 +1,12 @@
 //! `rtfmesh remesh`.
 
-use super::table;
+use super::{table, tell};
 use anyhow::Result;
 use indicatif::{ProgressBar, ProgressStyle};
 use rtfmesh::mesh::io;
 use rtfmesh::report::Report;
 use rtfmesh::{Centroid, Device, DeviceOptions, Error, Options, Progress, remesh};
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 /// Turn a triangle mesh into one of well-shaped triangles with exactly N vertices.
 ///
@@ -50,7 +50,7 @@ pub struct Args {
     /// Device: index, cpu, gpu or part of a name (see `rtfmesh devices`)
     #[arg(long, value_name = "DEVICE")]
     device: Option<String>,
-    /// No progress bar and no table
+    /// No progress bar, notes or table; warnings about the result remain
     #[arg(long, short)]
     quiet: bool,
 }
@@ -96,11 +96,15 @@ pub fn run(args: &Args) -> Result<()> {
     options.validate()?;
     io::check_target(&args.output)?;
     if let Some(report) = &args.report {
+        if same_file(report, &args.output) || same_file(report, &args.input) {
+            let problem = format!("the report would overwrite the mesh in {}", report.display());
+            return Err(Error::usage(problem, "name another file after --report").into());
+        }
         io::check_text_target(report)?;
     }
     let loaded = io::read(&args.input)?;
-    for note in &loaded.notes {
-        eprintln!("note: {}: {note}", args.input.display());
+    for note in loaded.notes.iter().filter(|_| !args.quiet) {
+        tell(&format!("note: {}: {note}\n", args.input.display()));
     }
     let device = open(args)?;
     let bar = progress_bar(args.quiet, options.iterations);
@@ -114,7 +118,7 @@ pub fn run(args: &Args) -> Result<()> {
         );
     }
     for warning in &result.summary.warnings {
-        eprintln!("warning: {warning}");
+        tell(&format!("warning: {warning}\n"));
     }
     io::write(&args.output, &result.mesh)?;
     if let Some(path) = &args.report {
@@ -131,9 +135,15 @@ pub fn run(args: &Args) -> Result<()> {
         io::write_text(path, &report.to_json()?)?;
     }
     if !args.quiet {
-        eprint!("{}", table::run(&result.summary, device.info()));
+        tell(&table::run(&result.summary, device.info()));
     }
     Ok(())
+}
+
+/// Whether both names lead to one file, which need not exist yet.
+fn same_file(a: &Path, b: &Path) -> bool {
+    let full = |path: &Path| std::fs::canonicalize(path).or_else(|_| std::path::absolute(path)).ok();
+    a == b || full(a).is_some_and(|a| full(b) == Some(a))
 }
 
 fn open(args: &Args) -> Result<Device> {

@@ -1,17 +1,17 @@
 //! Tables for people.
 
 use comfy_table::Table;
-use comfy_table::presets::UTF8_HORIZONTAL_ONLY;
+use comfy_table::presets::NOTHING;
 use rtfmesh::measure::Measures;
 use rtfmesh::{DeviceInfo, Summary};
 
 fn two_columns(rows: Vec<(&str, String)>) -> String {
     let mut table = Table::new();
-    table.load_style(UTF8_HORIZONTAL_ONLY);
+    table.load_style(NOTHING);
     for (name, value) in rows {
         table.add_row([name.to_owned(), value]);
     }
-    format!("{table}\n")
+    table.trim_fmt() + "\n"
 }
 
 /// The measures of one mesh.
@@ -64,7 +64,7 @@ pub fn run(s: &Summary, device: &DeviceInfo) -> String {
     let seconds = |ms: f64| format!("{:.2} s", ms * 1e-3);
     for stage in s.timings.stages.iter().filter(|t| t.milliseconds.is_some_and(|ms| ms >= 5.0)) {
         let text = format!("{} in {} calls", seconds(stage.milliseconds.unwrap_or(0.0)), stage.calls);
-        rows.push(("", format!("{:26} {text}", stage.name)));
+        rows.push(("device time", format!("{:26} {text}", stage.name)));
     }
     rows.push(("wall time", seconds(s.timings.wall_milliseconds)));
     rows.push((
@@ -77,7 +77,7 @@ pub fn run(s: &Summary, device: &DeviceInfo) -> String {
 /// The devices of this machine.
 pub fn devices(list: &[DeviceInfo]) -> String {
     let mut table = Table::new();
-    table.load_style(UTF8_HORIZONTAL_ONLY);
+    table.load_style(NOTHING);
     table.set_header(["", "device", "kind", "driver", "Vulkan", "limits that matter", "usable"]);
     for d in list {
         let l = &d.limits;
@@ -104,5 +104,5 @@ pub fn devices(list: &[DeviceInfo]) -> String {
         ];
         table.add_row(row.into_iter().chain([limits, usable]));
     }
-    format!("{table}\n")
+    table.trim_fmt() + "\n"
 }

@@ -1,0 +1,45 @@
+#!/usr/bin/env bash
+# House rules that neither the compiler nor clippy sees. Prints each breach with its place; silent if there is none.
+set -euo pipefail
+shopt -s lastpipe # so that the end of a pipe can count breaches
+cd "$(dirname "$0")/.."
+
+breaches=0
+# The lines on standard input break the rule named by the arguments.
+breach() {
+  local found
+  found=$(cat)
+  if [ -n "$found" ]; then
+    printf 'rules: %s\n%s\n' "$*" "$found" >&2
+    breaches=1
+  fi
+}
+# Files git tracks, or would track, below the given paths.
+files() { git ls-files --cached --others --exclude-standard -- "$@" | while read -r f; do if [ -f "$f" ]; then echo "$f"; fi; done; }
+# Their lines that match; none is no error.
+lines() { local pattern=$1; shift; files "$@" | xargs -r -d '\n' grep -nHE "$pattern" || true; }
+
+lines '\bunsafe[[:space:]]*(\{|fn|impl|extern)' '*.rs' ':!src/gpu' | breach "unsafe code outside src/gpu"
+lines 'dst_binding|PushConstantRange|local_size' 'src/*.rs' 'tests/*.rs' ':!src/gpu' |
+  breach "a binding, push range or group size typed by hand; the generated declarations have them"
+lines '#\[ignore|todo!\(|unimplemented!\(|dbg!\(|\b(TODO|FIXME|XXX)\b' '*.rs' '*.comp' '*.glsl' |
+  breach "a stub or leftover"
+files '*.rs' '*.comp' '*.glsl' '*.py' '*.sh' | xargs -r -d '\n' awk '
+  FNR == 1 { if (n >= 600) print file ": " n " lines"; file = FILENAME }
+  { n = FNR }
+  END { if (n >= 600) print file ": " n " lines" }' | breach "a file of 600 lines or more"
+# From the signature to the closing brace of the same indentation, as rustfmt writes it.
+files '*.rs' | xargs -r -d '\n' awk '
+  FNR == 1 { start = 0 }
+  !start && /^ *(pub(\([a-z ]*\))? +)?(const +)?(unsafe +)?fn [a-z_0-9]+/ {
+    match($0, /^ */); indent = RLENGTH; start = FNR; name = $0; sub(/\(.*/, "", name); sub(/^.*fn /, "", name)
+  }
+  start && (/^ *\}$/ || (FNR == start && /\}$/)) {
+    match($0, /^ */)
+    if (RLENGTH == indent) { if (FNR - start + 1 >= 80) print FILENAME ":" start ": " name; start = 0 }
+  }' | breach "a function of 80 lines or more"
+files | while read -r f; do
+  bytes=$(wc -c <"$f")
+  if [ "$bytes" -gt 307200 ]; then echo "$f: $bytes bytes"; fi
+done | breach "a file of more than 300 KB"
+exit $breaches

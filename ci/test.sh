@@ -1,0 +1,21 @@
+#!/usr/bin/env bash
+# Everything that must hold before a change is taken: format, lints, house rules, documentation, tests.
+# Stops at the first failure. RTFMESH_DEVICE chooses the device of the tests; the CPU if unset.
+set -euo pipefail
+cd "$(dirname "$0")/.."
+export RTFMESH_DEVICE="${RTFMESH_DEVICE:-cpu}"
+
+step() {
+  local name=$1
+  shift
+  printf '\n==> %s\n' "$name"
+  "$@" || { printf '\n==> failed: %s\n' "$name" >&2; exit 1; }
+}
+
+step "setup" ./ci/setup.sh
+step "house rules" ./ci/rules.sh
+step "format" cargo fmt --check
+step "lints" cargo clippy --all-targets -- -D warnings
+step "documentation" env RUSTDOCFLAGS="-D warnings" cargo doc --no-deps
+step "documentation examples" cargo test --doc
+step "tests on device '$RTFMESH_DEVICE'" cargo test --lib --bins --tests
