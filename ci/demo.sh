@@ -2,13 +2,16 @@
 # Builds rtfmesh and remeshes one of its own models, or a mesh of yours: ci/demo.sh [MESH N [OPTION...]]
 # The CPU does the work unless RTFMESH_DEVICE says otherwise (see `rtfmesh devices`).
 set -euo pipefail
-cd "$(dirname "$0")/.."
 export RTFMESH_DEVICE="${RTFMESH_DEVICE:-cpu}"
 
 if [ $# = 1 ]; then
   echo "usage: ci/demo.sh [MESH N [OPTION...]]" >&2
   exit 2
 fi
+if [ $# -ge 2 ]; then
+  own=$(realpath "$1")
+fi
+cd "$(dirname "$0")/.."
 
 ./ci/setup.sh
 echo "==> build (a few minutes the first time)"
@@ -17,7 +20,7 @@ rtfmesh=target/release/rtfmesh
 mkdir -p out
 
 if [ $# -ge 2 ]; then
-  input=$1 count=$2
+  input=$own count=$2
   shift 2
 else
   input=out/genus3.obj count=2000
