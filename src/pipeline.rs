@@ -1,11 +1,12 @@
 //! The run: seed, iterate, connect, measure.
 
+use crate::gpu::kernels::face::cell;
 use crate::gpu::{Buffer, Device, Recorder, StageTime};
 use crate::measure::{Measures, measure};
 use crate::mesh::frame::Frame;
 use crate::mesh::repair::{RepairCounts, repair};
 use crate::mesh::topology::{Topology, topology};
-use crate::options::{MAX_NEIGHBOURS, Options};
+use crate::options::Options;
 use crate::stages::centroid::Centroids;
 use crate::stages::connect::{ConnectCounts, Fans, connect};
 use crate::stages::face::{CellFaces, CellOptions, FlagCounts};
@@ -159,10 +160,11 @@ pub fn remesh(
 fn check_memory(device: &Device, options: &Options) -> Result<()> {
     let limits = &device.info().limits;
     let sites = options.vertices as u64;
-    let corners = u64::from(crate::gpu::kernels::face::cell::Constants::default().max_corners);
-    let lists = u64::from(options.k_clip.max(options.k_normal - 1) + options.k_project);
-    let largest = sites * (8 * corners).max(4 * u64::from(MAX_NEIGHBOURS).min(lists));
-    let total = sites * (12 * corners + 4 * lists + 5 * 16 + 12);
+    let corners = u64::from(cell::Constants::default().max_corners);
+    let k_sites = u64::from(options.k_clip.max(options.k_normal - 1));
+    // Bytes a site: corners of two floats; their fan; both lists; five vectors; triangle, count and flags.
+    let largest = sites * (8 * corners).max(4 * k_sites);
+    let total = sites * (12 * corners + 4 * (k_sites + u64::from(options.k_project)) + 5 * 16 + 3 * 4);
     let refuse = |what: &str, bytes: u64, limit: u64, of: &str| {
         Err(Error::OutOfMemory {
             what: what.to_owned(),

@@ -88,7 +88,7 @@ fn assert_faces(sites: &[DVec3], normals: &[DVec3], options: &CellOptions) -> Fl
     for i in 0..sites.len() {
         assert_eq!(got.flags[i] & 0b1111, 0, "site {i} has no face");
         let (u, v) = frame(normals[i]);
-        let want = face(&sites, i, u, v, BOX_HALF);
+        let want = face(&sites, i, u, v, BOX_HALF * options.spacing);
         let unbounded = want.behind.iter().any(Option::is_none);
         assert_eq!(got.flags[i] & 64 != 0, unbounded, "site {i}: unbounded flag");
         if !want.corners.is_empty() {
@@ -120,6 +120,7 @@ fn short_lists_are_completed() {
     let (sites, normals) = on_sphere(300, 2);
     let flags = assert_faces(&sites, &normals, &CellOptions::paper(4, spacing(300)));
     assert!(flags.security_missed > 100, "four neighbours cannot be enough: {flags:?}");
+    assert_eq!(flags.incomplete, 0);
 }
 
 #[test]
@@ -175,6 +176,22 @@ fn coincident_sites_part_and_are_counted() {
     assert_eq!((flags.coincident, flags.badly_closed), (2, 0));
     assert!(got.vertex[20].distance(got.vertex[150]) > 0.2 * spacing(200), "they stay together");
     assert!(got.fans[20].contains(&150) && got.fans[150].contains(&20));
+}
+
+#[test]
+fn the_face_on_a_spike_stays_in_its_cube() {
+    // A needle of sites below the tip: every bisector meets the tangent plane far away.
+    let sites: Vec<_> = (0..300)
+        .map(|i| {
+            let (turn, down) = (2.4 * f64::from(i), 1e-3 * f64::from(i));
+            DVec3::new(2e-5 * turn.cos(), 2e-5 * turn.sin(), -down)
+        })
+        .collect();
+    let sites = rounded(&sites);
+    let got = run(&sites, &vec![DVec3::Z; 300], &CellOptions::paper(8, 1e-3));
+    assert!(got.flags[0] & 64 != 0, "{}", got.flags[0]);
+    assert!(got.corners[0].len() >= 3);
+    assert!(got.corners[0].iter().all(|c| c.length() < 2.0 * BOX_HALF * 1e-3));
 }
 
 #[test]

@@ -23,7 +23,7 @@ layout(push_constant) uniform Push {
     uint site_count;
     float spacing;        // the unit of the cell, so that its numbers are near 1
     float virtual_offset; // distance of the two virtual points in spacings (the paper's d)
-    float box_half;       // half the edge of the bounding cube around the origin
+    float box_half;       // half the edge of the cube that a cell starts from, in spacings
 };
 layout(set = 0, binding = 0) readonly buffer Sites { vec4 sites[]; };
 layout(set = 0, binding = 1) readonly buffer Normals { vec4 normals[]; };
@@ -152,14 +152,12 @@ void clip(vec3 v, uint site) {
     ++plane_count;
 }
 
-// The bounding cube; its planes and triangles are those of an axis-aligned box seen from a site inside it.
-void start_cell(vec3 at) {
-    float inverse = 1.0 / spacing;
+// A cube around the site; a sound face lies well inside it.
+void start_cell() {
     for (uint axis = 0u; axis < 3u; ++axis) {
-        vec3 low = vec3(0.0), high = vec3(0.0);
-        low[axis] = -2.0 * (box_half + at[axis]) * inverse;
-        high[axis] = 2.0 * (box_half - at[axis]) * inverse;
-        planes[(2u * axis) * WORKGROUP + lane] = uvec4(floatBitsToUint(low), NONE);
+        vec3 high = vec3(0.0);
+        high[axis] = 2.0 * box_half;
+        planes[(2u * axis) * WORKGROUP + lane] = uvec4(floatBitsToUint(-high), NONE);
         planes[(2u * axis + 1u) * WORKGROUP + lane] = uvec4(floatBitsToUint(high), NONE);
     }
     plane_count = 6u;
@@ -243,10 +241,12 @@ void main() {
     tangent_frame(n, u, v);
     float reach_sq = -1.0;
     float offset = virtual_offset;
+    uint found = 0u; // flags of the face that stands so far
+    corner_count[site] = 0u;
     for (uint attempt = 0u; attempt < MAX_ATTEMPTS; ++attempt) {
         trouble = 0u;
         notes = reach_sq > 0.0 ? FLAG_SECURITY : 0u;
-        start_cell(at);
+        start_cell();
         clip(offset * n, NONE);
         clip(-offset * n, NONE);
         uint farthest = NONE;
@@ -262,12 +262,16 @@ void main() {
             offset *= 0.125;
             continue;
         }
+        if (trouble != 0u) break;
+        found = notes;
         // Radius of security: a site farther than twice the face's radius cannot cut it.
-        if (radius_sq < 0.0 || farthest == NONE || reach_sq > 0.0) break;
+        if (farthest == NONE || reach_sq > 0.0) break;
         vec3 d = (sites[farthest].xyz - at) / spacing;
         if (dot(d, d) >= 4.0 * radius_sq) break;
         reach_sq = 4.0001 * radius_sq;
     }
-    if (trouble != 0u) corner_count[site] = 0u;
-    flags[site] |= trouble | notes;
+    // A list's face stands where completing it failed.
+    if (trouble != 0u && reach_sq > 0.0) found |= FLAG_SECURITY | FLAG_INCOMPLETE;
+    else if (trouble != 0u) found |= trouble;
+    flags[site] |= found;
 }

@@ -24,8 +24,13 @@ layout(set = 0, binding = 1) readonly buffer Points { vec4 points[]; };
 layout(set = 0, binding = 2) readonly buffer Bounds { vec4 bounds[]; };
 layout(set = 0, binding = 3) writeonly buffer Neighbours { uint neighbours[]; };
 
+// Tiles that are tested at a time.
+const uint BLOCK = 256u;
+
 shared vec4 tile[TILE];
-shared float gap_sq[WORKGROUP];
+// Distance of each tile of the block from the box of the queries, and a bit for each that may hold a neighbour.
+shared float gap_sq[BLOCK];
+shared uint needed[BLOCK / 32u];
 // Bounds of the workgroup's queries and reach of its longest list: floats in the order-keeping form of `sortable`.
 shared uint group_low[3];
 shared uint group_high[3];
@@ -74,24 +79,44 @@ void scan(uint t) {
     }
     if (lane == 0u) group_reach = 0u;
     barrier();
-    // The reach of this query alone is shorter than that of its workgroup; often no lane of a subgroup goes in.
+    // First find what may enter, then insert: lanes then insert their own finds at the same time.
+    // A subgroup whose queries are all too far from the tile leaves the loop at once.
     bool near = box_distance_sq(at, at, bounds[2u * t].xyz, bounds[2u * t + 1u].xyz) <= best_sq[K - 1u];
-    for (uint j = 0u; j < TILE && near; j += 32u) {
-        // First find what may enter, then insert: lanes then insert their own finds at the same time.
-        uint hits = 0u;
-        for (uint l = 0u; l < 32u; ++l) {
-            vec3 d = tile[j + l].xyz - at;
-            hits |= dot(d, d) <= best_sq[K - 1u] ? 1u << l : 0u;
-        }
-        if (exclude_self != 0u && (query & ~31u) == start + j) hits &= ~(1u << (query & 31u));
-        while (hits != 0u) {
-            uint l = findLSB(hits);
-            hits &= hits - 1u;
-            vec3 d = tile[j + l].xyz - at;
-            insert(dot(d, d), start + j + l);
-        }
+    uint end = near ? 32u : 0u;
+    uvec2 hits = uvec2(0u);
+    for (uint l = 0u; l < end; ++l) {
+        vec3 d = tile[l].xyz - at, e = tile[l + 32u].xyz - at;
+        hits.x |= dot(d, d) <= best_sq[K - 1u] ? 1u << l : 0u;
+        hits.y |= dot(e, e) <= best_sq[K - 1u] ? 1u << l : 0u;
+    }
+    uint self = query - start;
+    if (exclude_self != 0u && self < 32u) hits.x &= ~(1u << self);
+    if (exclude_self != 0u && self >= 32u && self < 64u) hits.y &= ~(1u << (self - 32u));
+    while ((hits.x | hits.y) != 0u) {
+        bool low = hits.x != 0u;
+        uint l = low ? findLSB(hits.x) : 32u + findLSB(hits.y);
+        if (low) hits.x &= hits.x - 1u;
+        else hits.y &= hits.y - 1u;
+        vec3 d = tile[l].xyz - at;
+        insert(dot(d, d), start + l);
     }
     if (alive) atomicMax(group_reach, sortable(best_sq[K - 1u]));
+    barrier();
+}
+
+// Tests the tiles from `start` on against the workgroup's reach; `only`, if not NONE, is the one to take, and `but`
+// the one to leave out. In uniform control flow.
+void test_block(uint start, uint tiles, vec3 low, vec3 high, uint only, uint but) {
+    barrier();
+    for (uint i = lane; i < BLOCK / 32u; i += WORKGROUP) needed[i] = 0u;
+    barrier();
+    float reach_sq = unsortable(group_reach);
+    for (uint i = lane; i < BLOCK && start + i < tiles; i += WORKGROUP) {
+        uint t = start + i;
+        gap_sq[i] = box_distance_sq(low, high, bounds[2u * t].xyz, bounds[2u * t + 1u].xyz);
+        bool take = only != NONE ? t == only : t != but && gap_sq[i] <= reach_sq;
+        if (take) atomicOr(needed[i >> 5], 1u << (i & 31u));
+    }
     barrier();
 }
 
@@ -124,6 +149,7 @@ void main() {
         best[s] = NONE;
     }
     if (lane == 0u) {
+        group_reach = 0u;
         nearest_key = 0xffffffffu;
         nearest_at = NONE;
         for (uint a = 0u; a < 3u; ++a) {
@@ -141,18 +167,24 @@ void main() {
     vec3 high = vec3(unsortable(group_high[0]), unsortable(group_high[1]), unsortable(group_high[2]));
     uint tiles = tile_count(point_count);
     uint first = nearest_tile(0.5 * (low + high), tiles);
-    scan(first);
-    for (uint block = 0u; block < tiles; block += WORKGROUP) {
-        uint mine = block + lane;
-        gap_sq[lane] = uintBitsToFloat(0x7f800000u);
-        if (mine < tiles && mine != first) {
-            gap_sq[lane] = box_distance_sq(low, high, bounds[2u * mine].xyz, bounds[2u * mine + 1u].xyz);
+    // Loops, not branches, lead past what is not needed: some devices walk through a branch that no lane takes.
+    uint start = first / BLOCK * BLOCK;
+    for (bool nearest = true; start < tiles; nearest = false) {
+        test_block(start, tiles, low, high, nearest ? first : NONE, first);
+        uint word = 0u, bits = needed[0];
+        while (true) {
+            // A list may have become shorter since the test; the nearest tile is taken in any case.
+            uint t = NONE;
+            while (t == NONE && (bits != 0u || word + 1u < BLOCK / 32u)) {
+                if (bits == 0u) bits = needed[++word];
+                uint i = 32u * word + uint(max(findLSB(bits), 0));
+                if (bits != 0u && (nearest || gap_sq[i] <= unsortable(group_reach))) t = start + i;
+                bits &= bits - 1u;
+            }
+            if (t == NONE) break;
+            scan(t);
         }
-        barrier();
-        for (uint s = 0u; s < WORKGROUP; ++s) {
-            if (gap_sq[s] <= unsortable(group_reach)) scan(block + s);
-        }
-        barrier();
+        start = nearest ? 0u : start + BLOCK;
     }
     if (!alive) return;
     [[unroll]] for (uint s = 0u; s < K; ++s) neighbours[s * query_count + query] = best[s];

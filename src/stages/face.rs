@@ -58,9 +58,10 @@ impl CellOptions {
     }
 }
 
-/// Half the edge of the cube that cells start from. The unit-diagonal frame lies within 0.5 of the origin; the rest
-/// keeps every site well inside.
-pub const BOX_HALF: f64 = 0.75;
+/// Half the edge of the cube that a cell starts from, in spacings. The paper starts from the surface's bounding box.
+/// A sound face is the same in either, but at the tip of a spike all neighbours lie below the tangent plane, and the
+/// face would be as large as the model and carry its site away.
+pub const BOX_HALF: f64 = 4.0;
 
 impl CellFaces {
     /// For `sites` sites.
@@ -136,10 +137,12 @@ pub struct FlagCounts {
     pub security_missed: usize,
     /// Another site on the same spot: parted by index.
     pub coincident: usize,
-    /// The face reaches the bounding box.
+    /// The face reaches the cube that its cell started from, as at the tip of a spike.
     pub unbounded: usize,
     /// No plane fits the neighbours, or it stands more than 60 degrees off the surface: the surface's normal was taken.
     pub surface_normal_taken: usize,
+    /// Completing a face overflowed: the one by its k neighbours stands, and others might cut it.
+    pub incomplete: usize,
 }
 
 impl FlagCounts {
@@ -155,6 +158,7 @@ impl FlagCounts {
             coincident: count(32),
             unbounded: count(64),
             surface_normal_taken: count(128),
+            incomplete: count(256),
         }
     }
 }

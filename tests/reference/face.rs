@@ -34,8 +34,8 @@ impl Face {
     }
 }
 
-/// The face of `sites[site]` inside the cube of half edge `box_half` around the origin; `u` and `v` are the frame of
-/// its tangent plane.
+/// The face of `sites[site]` inside the cube of half edge `box_half` around it; `u` and `v` are the frame of its
+/// tangent plane.
 pub fn face(sites: &[DVec3], site: usize, u: DVec3, v: DVec3, box_half: f64) -> Face {
     let at = sites[site];
     let far = 10.0;
@@ -44,7 +44,7 @@ pub fn face(sites: &[DVec3], site: usize, u: DVec3, v: DVec3, box_half: f64) -> 
     let mut face = Face { corners: corners.to_vec(), behind: vec![None; 4] };
     for axis in DVec3::AXES {
         for way in [axis, -axis] {
-            face.clip(DVec2::new(way.dot(u), way.dot(v)), box_half - way.dot(at), None);
+            face.clip(DVec2::new(way.dot(u), way.dot(v)), box_half, None);
         }
     }
     for (j, other) in sites.iter().enumerate().filter(|(j, _)| *j != site) {
