@@ -8,7 +8,7 @@ use crate::mesh::repair::{RepairCounts, repair};
 use crate::mesh::topology::{Topology, topology};
 use crate::options::Options;
 use crate::stages::centroid::Centroids;
-use crate::stages::connect::{ConnectCounts, Fans, connect};
+use crate::stages::connect::{ConnectCounts, Fans, clustered_fan, connect};
 use crate::stages::face::{CellFaces, CellOptions, FlagCounts};
 use crate::stages::neighbours::{Nearest, TileBounds};
 use crate::stages::normals::PlaneFit;
@@ -298,17 +298,18 @@ impl Run {
         self.record_faces(&mut recorder, surface)?;
         let sites = recorder.download(&self.sites)?;
         let counts = recorder.download(&self.faces.corner_count)?;
+        let corners = recorder.download(&self.faces.corners)?;
         let fan = recorder.download(&self.faces.fan)?;
         let flags = recorder.download(&self.normals.flags)?;
         let done = recorder.submit()?;
-        let (counts, fan) = (done.read(&counts)?, done.read(&fan)?);
+        let (counts, corners, fan) = (done.read(&counts)?, done.read(&corners)?, done.read(&fan)?);
         let n = counts.len();
-        let fans = Fans::from_lists(
-            counts
-                .iter()
-                .enumerate()
-                .map(|(i, c)| (0..*c as usize).map(|slot| fan[slot * n + i]).collect::<Vec<_>>()),
-        );
+        let slots = |i: usize| (0..counts[i] as usize).map(move |slot| slot * n + i);
+        let fans = Fans::from_lists((0..n).map(|i| {
+            let corners: Vec<Vec2> = slots(i).map(|s| corners[s]).collect();
+            let fan: Vec<u32> = slots(i).map(|s| fan[s]).collect();
+            clustered_fan(&corners, &fan)
+        }));
         Ok((done.read(&sites)?, fans, FlagCounts::of(&done.read(&flags)?)))
     }
 }

@@ -1,9 +1,9 @@
 //! The rotation system, by hand-made fans.
 
-use glam::DVec3;
+use glam::{DVec3, Vec2};
 use rtfmesh::TriMesh;
 use rtfmesh::mesh::topology::topology;
-use rtfmesh::stages::connect::{Fans, connect};
+use rtfmesh::stages::connect::{Fans, clustered_fan, connect};
 
 fn points(list: &[[f64; 3]]) -> Vec<DVec3> {
     list.iter().map(|p| DVec3::from_array(*p)).collect()
@@ -66,6 +66,14 @@ fn four_cocircular_sites_are_split_by_the_better_diagonal() {
     let has = |a: u32, b: u32| triangles.iter().filter(|t| t.contains(&a) && t.contains(&b)).count();
     assert_eq!((has(1, 3), has(0, 2)), (2, 0), "the short diagonal of the rhombus");
     assert!(topology(&TriMesh { vertices: sites, triangles }).is_closed_manifold());
+}
+
+#[test]
+fn short_edges_belong_to_a_cluster() {
+    let corners =
+        [(1.0, 0.0), (0.0, 1.0), (-0.05, 0.97), (-1.0, 0.0), (0.0, -1.0)].map(|(x, y)| Vec2::new(x, y));
+    assert_eq!(clustered_fan(&corners, &[10, 11, 12, 13, 14]), [10, 11, 13, 14]);
+    assert!(clustered_fan(&[], &[]).is_empty());
 }
 
 #[test]

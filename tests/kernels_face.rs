@@ -96,7 +96,12 @@ fn assert_faces(sites: &[DVec3], normals: &[DVec3], options: &CellOptions) -> Fl
             let at = |c: DVec2| sites[i] + u * c.x + v * c.y;
             let size = want.radius();
             let mean = at(vertex_mean(&got.corners[i]));
-            assert!(got.vertex[i].distance(mean) < 1e-5 * size + 1e-7, "site {i}: vertex mean");
+            // Whether two corners count as one is a threshold, which rounding may pass.
+            let close_call = (0..got.corners[i].len()).any(|m| {
+                let before = got.corners[i][(m + got.corners[i].len() - 1) % got.corners[i].len()];
+                (got.corners[i][m].distance(before) / (0.2 * size) - 1.0).abs() < 1e-4
+            });
+            assert!(close_call || got.vertex[i].distance(mean) < 1e-5 * size + 1e-7, "site {i}: vertex mean");
             let middle = at(area_centroid(&want.corners));
             assert!(got.area[i].distance(middle) < 3e-5 * size + 1e-7, "site {i}: area centroid");
         }

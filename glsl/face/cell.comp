@@ -187,16 +187,28 @@ bool listed(uint site, uint j) {
     return false;
 }
 
-// Clips by every site within reach (squared, in spacings) that is not in the site's list.
+// Clips by every site within reach (squared, in spacings) that is not in the site's list. Loops, not branches, lead
+// past what is too far: some devices walk through a branch that no lane takes, and a clip is long.
 void clip_by_all(vec3 at, vec3 u, uint site, float reach_sq) {
-    for (uint t = 0u; t < tile_count(site_count) && trouble == 0u; ++t) {
-        float gap_sq = box_distance_sq(at, at, bounds[2u * t].xyz, bounds[2u * t + 1u].xyz);
-        if (gap_sq > reach_sq * spacing * spacing) continue;
-        uint end = min((t + 1u) * TILE, site_count);
-        for (uint j = t * TILE; j < end; ++j) {
-            vec3 d = (sites[j].xyz - at) / spacing;
-            if (dot(d, d) <= reach_sq && j != site && !listed(site, j)) clip_by_site(at, u, site, j);
+    uint tiles = tile_count(site_count);
+    uint t = 0u;
+    while (trouble == 0u) {
+        while (t < tiles && box_distance_sq(at, at, bounds[2u * t].xyz, bounds[2u * t + 1u].xyz) >
+                                reach_sq * spacing * spacing) ++t;
+        if (t >= tiles) break;
+        uvec2 hits = uvec2(0u);
+        for (uint l = 0u; l < TILE; ++l) {
+            uint j = t * TILE + l;
+            vec3 d = (sites[min(j, site_count - 1u)].xyz - at) / spacing;
+            if (j < site_count && j != site && dot(d, d) <= reach_sq) hits[l >> 5] |= 1u << (l & 31u);
         }
+        while ((hits.x | hits.y) != 0u && trouble == 0u) {
+            uint word = hits.x != 0u ? 0u : 1u;
+            uint j = t * TILE + 32u * word + findLSB(hits[word]);
+            hits[word] &= hits[word] - 1u;
+            if (!listed(site, j)) clip_by_site(at, u, site, j);
+        }
+        ++t;
     }
 }
 

@@ -21,8 +21,8 @@ layout(set = 0, binding = 3) readonly buffer TriangleNormals { vec4 triangle_nor
 layout(set = 0, binding = 4) writeonly buffer Normals { vec4 normals[]; };
 layout(set = 0, binding = 5) writeonly buffer Flags { uint flags[]; };
 
-// Cosine of the largest angle between the fitted and the surface's normal: 60 degrees.
-const float MIN_AGREEMENT = 0.5;
+// Cosine of the largest angle between the fitted and the surface's normal: 37 degrees.
+const float MIN_AGREEMENT = 0.8;
 
 // One Jacobi rotation that clears a_pq; vp and vq are the matching columns of the eigenvector matrix.
 void rotate(inout float app, inout float aqq, inout float apq, inout float arp, inout float arq, inout vec3 vp,

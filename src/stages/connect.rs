@@ -7,7 +7,7 @@
 //! co-circular sites give a larger face, which is split by quality.
 
 use crate::mesh::quality::TriangleQuality;
-use glam::DVec3;
+use glam::{DVec3, Vec2};
 use serde::Serialize;
 use std::collections::HashSet;
 
@@ -56,6 +56,18 @@ impl Fans {
             kept
         }))
     }
+}
+
+/// The sites behind the edges of a face, without those behind an edge shorter than a tenth of the face's radius: its
+/// two corners are one cluster (Sect. 4.4). Four nearly co-circular sites then leave a face of four corners, where
+/// rounding and the different tangent planes could let both diagonals stand.
+///
+/// `corners[m]` ends the edge with `fan[m]` behind it.
+pub fn clustered_fan(corners: &[Vec2], fan: &[u32]) -> Vec<u32> {
+    let shortest = 0.1 * corners.iter().map(|c| c.length()).fold(0.0, f32::max);
+    let before = |m: usize| corners[(m + corners.len() - 1) % corners.len()];
+    let long = |m: &usize| corners[*m].distance(before(*m)) > shortest;
+    (0..corners.len()).filter(long).map(|m| fan[m]).collect()
 }
 
 /// What connecting met.

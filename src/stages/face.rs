@@ -139,7 +139,7 @@ pub struct FlagCounts {
     pub coincident: usize,
     /// The face reaches the cube that its cell started from, as at the tip of a spike.
     pub unbounded: usize,
-    /// No plane fits the neighbours, or it stands more than 60 degrees off the surface: the surface's normal was taken.
+    /// No plane fits the neighbours, or it stands more than 37 degrees off the surface: the surface's normal was taken.
     pub surface_normal_taken: usize,
     /// Completing a face overflowed: the one by its k neighbours stands, and others might cut it.
     pub incomplete: usize,
