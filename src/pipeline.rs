@@ -11,13 +11,13 @@ use crate::stages::centroid::Centroids;
 use crate::stages::connect::{ConnectCounts, Fans, clustered_fan, connect};
 use crate::stages::face::{CellFaces, CellOptions, FlagCounts};
 use crate::stages::neighbours::{Nearest, TileBounds};
-use crate::stages::normals::PlaneFit;
+use crate::stages::normals::{MIN_AGREEMENT, PlaneFit};
 use crate::stages::project::NearestVertices;
 use crate::stages::seed::{self, Seeds};
 use crate::stages::step::Step;
 use crate::stages::surface::Surface;
 use crate::{Error, Result, TriMesh};
-use glam::{Vec2, Vec4};
+use glam::{DVec3, Vec2, Vec4};
 use serde::Serialize;
 use std::time::Instant;
 
@@ -120,9 +120,7 @@ pub fn remesh(
     clock.phase("compile");
     let steps = run.iterate(device, &surface, options, progress)?;
     clock.phase("iterate");
-    let (sites, fans, flags) = run.faces(device, &surface)?;
-    let unit: Vec<_> = sites.iter().map(|s| s.truncate().as_dvec3()).collect();
-    let (triangles, connected) = connect(&unit, &fans);
+    let Connection { sites, triangles, counts: connected, flags } = run.connect(device, &surface, &input)?;
     if triangles.is_empty() {
         return Err(Error::input(
             None,
@@ -130,7 +128,7 @@ pub fn remesh(
             "ask for more vertices",
         ));
     }
-    let vertices = unit.into_iter().map(|p| frame.from_unit(p)).collect();
+    let vertices = sites.into_iter().map(|p| frame.from_unit(p)).collect();
     let result = TriMesh { vertices, triangles };
     clock.phase("connect");
     let output = measure(&result, Some(&repaired.mesh))?;
@@ -180,6 +178,17 @@ fn check_memory(device: &Device, options: &Options) -> Result<()> {
         return refuse("the run", total, limits.memory_bytes, "in all");
     }
     Ok(())
+}
+
+/// No plane agrees so well: every site takes the surface's normal.
+const ALWAYS_SURFACE: f32 = 2.0;
+
+/// Sites, in the unit-diagonal frame, and the triangles over them.
+struct Connection {
+    sites: Vec<DVec3>,
+    triangles: Vec<[u32; 3]>,
+    counts: ConnectCounts,
+    flags: FlagCounts,
 }
 
 /// The stages of one run with their buffers.
@@ -268,7 +277,7 @@ impl Run {
     /// Neighbours → normals → face → centroid → project → step.
     fn record_iteration(&self, recorder: &mut Recorder, surface: &Surface, iteration: u32) -> Result<()> {
         let on = &surface.device;
-        self.record_faces(recorder, surface)?;
+        self.record_faces(recorder, surface, MIN_AGREEMENT)?;
         self.centroids.record(recorder, &self.sites, &self.normals.normals, &self.faces)?;
         self.near_vertices.record(recorder, &self.centroids.targets, &on.vertices, &self.vertex_tiles)?;
         let found = &self.near_vertices.neighbours;
@@ -277,11 +286,18 @@ impl Run {
     }
 
     /// Neighbours → normals → face.
-    fn record_faces(&self, recorder: &mut Recorder, surface: &Surface) -> Result<()> {
+    fn record_faces(&self, recorder: &mut Recorder, surface: &Surface, min_agreement: f32) -> Result<()> {
         let found = &self.near_sites.neighbours;
         self.site_tiles.record(recorder, &self.sites)?;
         self.near_sites.record(recorder, &self.sites, &self.sites, &self.site_tiles)?;
-        self.normals.record(recorder, &self.sites, found, &self.site_triangle, &surface.device.normals)?;
+        self.normals.record(
+            recorder,
+            &self.sites,
+            found,
+            &self.site_triangle,
+            &surface.device.normals,
+            min_agreement,
+        )?;
         self.faces.record(
             recorder,
             &self.sites,
@@ -292,10 +308,40 @@ impl Run {
         )
     }
 
+    /// Connects the sites by their faces. Where the planes of the fit leave a wrong topology, the faces are cut again
+    /// with normals closer and closer to the surface's own; the connection nearest to the input's topology is taken.
+    fn connect(&self, device: &Device, surface: &Surface, input: &Topology) -> Result<Connection> {
+        let mut best: Option<(i64, Connection)> = None;
+        for min_agreement in [MIN_AGREEMENT, 0.95, ALWAYS_SURFACE] {
+            let (sites, fans, flags) = self.faces(device, surface, min_agreement)?;
+            let sites: Vec<DVec3> = sites.iter().map(|s| s.truncate().as_dvec3()).collect();
+            let (triangles, counts) = connect(&sites, &fans);
+            let got = topology(&TriMesh { vertices: sites.clone(), triangles: triangles.clone() });
+            let wrong = (got.euler - input.euler).abs()
+                + (got.components.abs_diff(input.components)
+                    + got.boundary_loops.abs_diff(input.boundary_loops)
+                    + got.nonmanifold_edges
+                    + got.nonmanifold_vertices
+                    + counts.unconnected_sites) as i64;
+            if best.as_ref().is_none_or(|(least, _)| wrong < *least) {
+                best = Some((wrong, Connection { sites, triangles, counts, flags }));
+            }
+            if wrong == 0 || !input.is_closed_manifold() {
+                break;
+            }
+        }
+        best.map(|(_, c)| c).ok_or_else(|| Error::Internal("no connection was tried".to_owned()))
+    }
+
     /// The faces of the sites as they are now: positions, fans and flags.
-    fn faces(&self, device: &Device, surface: &Surface) -> Result<(Vec<Vec4>, Fans, FlagCounts)> {
+    fn faces(
+        &self,
+        device: &Device,
+        surface: &Surface,
+        min_agreement: f32,
+    ) -> Result<(Vec<Vec4>, Fans, FlagCounts)> {
         let mut recorder = device.recorder()?;
-        self.record_faces(&mut recorder, surface)?;
+        self.record_faces(&mut recorder, surface, min_agreement)?;
         let sites = recorder.download(&self.sites)?;
         let counts = recorder.download(&self.faces.corner_count)?;
         let corners = recorder.download(&self.faces.corners)?;

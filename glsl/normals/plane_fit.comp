@@ -13,6 +13,7 @@
 layout(push_constant) uniform Push {
     uint site_count;
     uint k; // sites in the fit, the site itself included
+    float min_agreement; // cosine of the largest angle between the fitted and the surface's normal
 };
 layout(set = 0, binding = 0) readonly buffer Sites { vec4 sites[]; };
 layout(set = 0, binding = 1) readonly buffer Neighbours { uint neighbours[]; };
@@ -20,9 +21,6 @@ layout(set = 0, binding = 2) readonly buffer SiteTriangle { uint site_triangle[]
 layout(set = 0, binding = 3) readonly buffer TriangleNormals { vec4 triangle_normals[]; };
 layout(set = 0, binding = 4) writeonly buffer Normals { vec4 normals[]; };
 layout(set = 0, binding = 5) writeonly buffer Flags { uint flags[]; };
-
-// Cosine of the largest angle between the fitted and the surface's normal: 37 degrees.
-const float MIN_AGREEMENT = 0.8;
 
 // One Jacobi rotation that clears a_pq; vp and vq are the matching columns of the eigenvector matrix.
 void rotate(inout float app, inout float aqq, inout float apq, inout float arp, inout float arq, inout vec3 vp,
@@ -85,7 +83,7 @@ void main() {
     vec3 surface = triangle_normals[site_triangle[site]].xyz;
     // Sites on a line, or all on one spot, fit any plane. Sites of two sheets, as at the tip of an ear, fit one that
     // has nothing to do with the surface, and a face in it would reach far away.
-    bool usable = middle > 1e-5 * highest && abs(dot(n, surface)) >= MIN_AGREEMENT * length(n);
+    bool usable = middle > 1e-5 * highest && abs(dot(n, surface)) >= min_agreement * length(n);
     if (!usable) n = surface;
     n = normalize(n);
     normals[site] = vec4(dot(n, surface) < 0.0 ? -n : n, 0.0);

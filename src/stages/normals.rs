@@ -5,6 +5,9 @@ use crate::gpu::kernels::normals::plane_fit;
 use crate::gpu::{Buffer, Device, Pipeline, Recorder, Threads};
 use glam::Vec4;
 
+/// Cosine of 37 degrees: what a fit may stand off the surface while the sites move.
+pub const MIN_AGREEMENT: f32 = 0.8;
+
 /// Fits a plane to each site and its nearest sites, as PCL does for the paper.
 pub struct PlaneFit {
     pipeline: Pipeline<plane_fit::Shader>,
@@ -31,7 +34,8 @@ impl PlaneFit {
         })
     }
 
-    /// Records the fit. `neighbours` must have at least `k - 1` slots.
+    /// Records the fit. `neighbours` must have at least `k - 1` slots; a fit whose cosine with the surface's normal is
+    /// below `min_agreement` gives way to that.
     ///
     /// # Errors
     /// As [`Recorder::dispatch`].
@@ -42,8 +46,9 @@ impl PlaneFit {
         neighbours: &Buffer<u32>,
         site_triangle: &Buffer<u32>,
         triangle_normals: &Buffer<Vec4>,
+        min_agreement: f32,
     ) -> Result<()> {
-        let push = plane_fit::Push { site_count: sites.len() as u32, k: self.k };
+        let push = plane_fit::Push { site_count: sites.len() as u32, k: self.k, min_agreement };
         let bindings = plane_fit::Bindings {
             sites,
             neighbours,
