@@ -25,8 +25,8 @@ void main() {
     uint count = corner_count[site];
     float radius = 0.0;
     for (uint m = 0u; m < count; ++m) radius = max(radius, length(corners[m * site_count + site]));
-    // Nearly co-circular sites split one corner in two, and which way is chance: counted twice, it would pull the
-    // mean to its side, and the sites would never come to rest.
+    // Nearly co-circular sites split one corner in two, and counted twice it pulls the mean to its side. Counted once
+    // comes closest to the paper's figures, see docs/method.md.
     vec2 sum = vec2(0.0);
     uint counted = 0u;
     vec2 last = count > 0u ? corners[(count - 1u) * site_count + site] : vec2(0.0);
