@@ -7,7 +7,7 @@ use serde::Serialize;
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Centroid {
-    /// The mean of the face's corners (Eq. 7 of the paper).
+    /// The mean of the face's corners, close ones counted once (Eq. 7 of the paper, see docs/method.md).
     #[default]
     Vertex,
     /// The centroid of the face's area (Eq. 3).

@@ -23,7 +23,8 @@ pub struct Args {
     /// Settings to start from: rtf is the paper's method with the paper's settings
     #[arg(long, value_enum, default_value_t = Preset::Rtf)]
     preset: Preset,
-    /// Where a site moves in its face: the mean of the corners, or the centroid of the area [preset rtf: vertex]
+    /// Where a site moves in its face: the mean of the corners, close ones counted once, or the centroid of the
+    /// area [preset rtf: vertex]
     #[arg(long, value_enum)]
     centroid: Option<CentroidName>,
     /// Sites in a normal's plane fit, the site included [preset rtf: 16]
@@ -63,7 +64,7 @@ enum Preset {
 
 #[derive(Clone, Copy, clap::ValueEnum)]
 enum CentroidName {
-    /// Mean of the face's corners (Eq. 7)
+    /// Mean of the face's corners, close ones counted once (Eq. 7)
     Vertex,
     /// Centroid of the face's area (Eq. 3)
     Area,
