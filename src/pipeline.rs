@@ -7,11 +7,12 @@ use crate::mesh::frame::Frame;
 use crate::mesh::repair::{RepairCounts, repair};
 use crate::mesh::topology::{Topology, topology};
 use crate::options::Options;
+use crate::stages::cells::{CellSites, CellSurface, connected_cells};
 use crate::stages::centroid::Centroids;
 use crate::stages::connect::{ConnectCounts, Fans, clustered_fan, connect};
 use crate::stages::face::{CellFaces, CellOptions, FlagCounts};
 use crate::stages::neighbours::{Nearest, TileBounds};
-use crate::stages::normals::{MIN_AGREEMENT, PlaneFit};
+use crate::stages::normals::PlaneFit;
 use crate::stages::project::NearestVertices;
 use crate::stages::seed::{self, Seeds};
 use crate::stages::step::Step;
@@ -180,9 +181,6 @@ fn check_memory(device: &Device, options: &Options) -> Result<()> {
     Ok(())
 }
 
-/// No plane agrees so well: every site takes the surface's normal.
-const ALWAYS_SURFACE: f32 = 2.0;
-
 /// Sites, in the unit-diagonal frame, and the triangles over them.
 struct Connection {
     sites: Vec<DVec3>,
@@ -277,7 +275,7 @@ impl Run {
     /// Neighbours → normals → face → centroid → project → step.
     fn record_iteration(&self, recorder: &mut Recorder, surface: &Surface, iteration: u32) -> Result<()> {
         let on = &surface.device;
-        self.record_faces(recorder, surface, MIN_AGREEMENT)?;
+        self.record_faces(recorder, surface)?;
         self.centroids.record(recorder, &self.sites, &self.normals.normals, &self.faces)?;
         self.near_vertices.record(recorder, &self.centroids.targets, &on.vertices, &self.vertex_tiles)?;
         let found = &self.near_vertices.neighbours;
@@ -286,18 +284,11 @@ impl Run {
     }
 
     /// Neighbours → normals → face.
-    fn record_faces(&self, recorder: &mut Recorder, surface: &Surface, min_agreement: f32) -> Result<()> {
+    fn record_faces(&self, recorder: &mut Recorder, surface: &Surface) -> Result<()> {
         let found = &self.near_sites.neighbours;
         self.site_tiles.record(recorder, &self.sites)?;
         self.near_sites.record(recorder, &self.sites, &self.sites, &self.site_tiles)?;
-        self.normals.record(
-            recorder,
-            &self.sites,
-            found,
-            &self.site_triangle,
-            &surface.device.normals,
-            min_agreement,
-        )?;
+        self.normals.record(recorder, &self.sites, found, &self.site_triangle, &surface.device.normals)?;
         self.faces.record(
             recorder,
             &self.sites,
@@ -308,41 +299,46 @@ impl Run {
         )
     }
 
-    /// Connects the sites by their faces. Where the planes of the fit leave a wrong topology, the faces are cut again
-    /// with normals closer and closer to the surface's own; the connection nearest to the input's topology is taken.
+    /// Connects the sites by the fans of their faces. Where that leaves a wrong topology, as it may at creases, which no
+    /// tangent plane describes, exact connected cells decide, and the connection nearer to the input's topology is taken.
     fn connect(&self, device: &Device, surface: &Surface, input: &Topology) -> Result<Connection> {
-        let mut best: Option<(i64, Connection)> = None;
-        for min_agreement in [MIN_AGREEMENT, 0.95, ALWAYS_SURFACE] {
-            let (sites, fans, flags) = self.faces(device, surface, min_agreement)?;
-            let sites: Vec<DVec3> = sites.iter().map(|s| s.truncate().as_dvec3()).collect();
-            let (triangles, counts) = connect(&sites, &fans);
-            let got = topology(&TriMesh { vertices: sites.clone(), triangles: triangles.clone() });
-            let wrong = (got.euler - input.euler).abs()
-                + (got.components.abs_diff(input.components)
-                    + got.boundary_loops.abs_diff(input.boundary_loops)
-                    + got.nonmanifold_edges
-                    + got.nonmanifold_vertices
-                    + counts.unconnected_sites) as i64;
-            if best.as_ref().is_none_or(|(least, _)| wrong < *least) {
-                best = Some((wrong, Connection { sites, triangles, counts, flags }));
-            }
-            if wrong == 0 || !input.is_closed_manifold() {
-                break;
+        let found = self.faces(device, surface)?;
+        let wrong = |triangles: &[[u32; 3]], counts: &ConnectCounts| {
+            let got = topology(&TriMesh { vertices: found.sites.clone(), triangles: triangles.to_vec() });
+            (got.euler - input.euler).unsigned_abs() as usize
+                + got.components.abs_diff(input.components)
+                + got.boundary_loops.abs_diff(input.boundary_loops)
+                + got.nonmanifold_edges
+                + got.nonmanifold_vertices
+                + counts.unconnected_sites
+        };
+        let (mut triangles, mut counts) = connect(&found.sites, &found.fans);
+        let wrong_by_fans = wrong(&triangles, &counts);
+        if wrong_by_fans > 0 {
+            let on = CellSurface::new(&surface.vertices, &surface.triangles, &surface.normals);
+            let sites = CellSites {
+                positions: &found.sites,
+                triangles: &found.triangles,
+                near: &found.near,
+                spacing: self.spacing,
+            };
+            let cells = connected_cells(&on, &sites);
+            let (by_cells, cell_counts) = connect(&found.sites, &cells.fans);
+            if wrong(&by_cells, &cell_counts) < wrong_by_fans {
+                triangles = by_cells;
+                counts = ConnectCounts { cells: Some(cells.certificate), ..cell_counts };
             }
         }
-        best.map(|(_, c)| c).ok_or_else(|| Error::Internal("no connection was tried".to_owned()))
+        Ok(Connection { sites: found.sites, triangles, counts, flags: found.flags })
     }
 
-    /// The faces of the sites as they are now: positions, fans and flags.
-    fn faces(
-        &self,
-        device: &Device,
-        surface: &Surface,
-        min_agreement: f32,
-    ) -> Result<(Vec<Vec4>, Fans, FlagCounts)> {
+    /// The faces of the sites as they are now.
+    fn faces(&self, device: &Device, surface: &Surface) -> Result<FoundFaces> {
         let mut recorder = device.recorder()?;
-        self.record_faces(&mut recorder, surface, min_agreement)?;
+        self.record_faces(&mut recorder, surface)?;
         let sites = recorder.download(&self.sites)?;
+        let triangles = recorder.download(&self.site_triangle)?;
+        let near = recorder.download(&self.near_sites.neighbours)?;
         let counts = recorder.download(&self.faces.corner_count)?;
         let corners = recorder.download(&self.faces.corners)?;
         let fan = recorder.download(&self.faces.fan)?;
@@ -356,8 +352,23 @@ impl Run {
             let fan: Vec<u32> = slots(i).map(|s| fan[s]).collect();
             clustered_fan(&corners, &fan)
         }));
-        Ok((done.read(&sites)?, fans, FlagCounts::of(&done.read(&flags)?)))
+        Ok(FoundFaces {
+            sites: done.read(&sites)?.iter().map(|s: &Vec4| s.truncate().as_dvec3()).collect(),
+            triangles: done.read(&triangles)?,
+            near: done.read(&near)?,
+            fans,
+            flags: FlagCounts::of(&done.read(&flags)?),
+        })
     }
+}
+
+/// What connecting starts from.
+struct FoundFaces {
+    sites: Vec<DVec3>,
+    triangles: Vec<u32>,
+    near: Vec<u32>,
+    fans: Fans,
+    flags: FlagCounts,
 }
 
 fn warnings(

@@ -6,7 +6,7 @@ use crate::support::{assert_valid, cloud, device, on_sphere, rounded, upload};
 use glam::{DVec3, Vec4};
 use rtfmesh::gpu::{Buffer, NONE};
 use rtfmesh::stages::face::FlagCounts;
-use rtfmesh::stages::normals::{MIN_AGREEMENT, PlaneFit};
+use rtfmesh::stages::normals::PlaneFit;
 
 /// Runs the kernel over exact neighbour lists; site i lies on a triangle with normal `surface[i]`.
 fn on_device(sites: &[DVec3], k: u32, surface: &[DVec3], workgroup: Option<u32>) -> (Vec<DVec3>, Vec<u32>) {
@@ -24,7 +24,6 @@ fn on_device(sites: &[DVec3], k: u32, surface: &[DVec3], workgroup: Option<u32>)
         &Buffer::from_slice(device, "test.neighbours", &neighbours).unwrap(),
         &Buffer::from_slice(device, "test.site_triangle", &own).unwrap(),
         &upload("test.triangle_normals", surface),
-        MIN_AGREEMENT,
     )
     .unwrap();
     recorder.submit().unwrap();

@@ -53,3 +53,19 @@ impl EdgeTable {
         self.sides.chunk_by(|a, b| a.key == b.key)
     }
 }
+
+/// No triangle lies across an edge.
+pub(crate) const NO_NEIGHBOUR: u32 = u32::MAX;
+
+/// For each triangle the one across its sides (0, 1), (1, 2) and (2, 0): [`NO_NEIGHBOUR`] at a boundary, and where more
+/// than two triangles meet.
+pub(crate) fn triangle_neighbours(triangles: &[[u32; 3]]) -> Vec<[u32; 3]> {
+    let mut neighbours = vec![[NO_NEIGHBOUR; 3]; triangles.len()];
+    for sides in EdgeTable::new(triangles).edges() {
+        if let [a, b] = sides {
+            neighbours[a.triangle()][a.corners().0 % 3] = b.triangle() as u32;
+            neighbours[b.triangle()][b.corners().0 % 3] = a.triangle() as u32;
+        }
+    }
+    neighbours
+}

@@ -6,6 +6,7 @@
 //! surface. It contains the paper's clustering (Sect. 4.4): three faces that meet give a triangle, four or more
 //! co-circular sites give a larger face, which is split by quality.
 
+use super::cells::Certificate;
 use crate::mesh::quality::TriangleQuality;
 use glam::{DVec3, Vec2};
 use serde::Serialize;
@@ -71,7 +72,7 @@ pub fn clustered_fan(corners: &[Vec2], fan: &[u32]) -> Vec<u32> {
 }
 
 /// What connecting met.
-#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize)]
+#[derive(Debug, Clone, Copy, Default, PartialEq, Serialize)]
 pub struct ConnectCounts {
     /// Fan entries without their counterpart, dropped.
     pub one_sided_edges: usize,
@@ -81,6 +82,8 @@ pub struct ConnectCounts {
     pub unfilled_faces: usize,
     /// Sites that no triangle uses.
     pub unconnected_sites: usize,
+    /// What certifies the exact cells; `None` if the faces' fans were enough.
+    pub cells: Option<Certificate>,
 }
 
 /// Triangles over the sites and what was met on the way.

@@ -35,7 +35,7 @@ impl PlaneFit {
     }
 
     /// Records the fit. `neighbours` must have at least `k - 1` slots; a fit whose cosine with the surface's normal is
-    /// below `min_agreement` gives way to that.
+    /// below [`MIN_AGREEMENT`] gives way to that.
     ///
     /// # Errors
     /// As [`Recorder::dispatch`].
@@ -46,9 +46,9 @@ impl PlaneFit {
         neighbours: &Buffer<u32>,
         site_triangle: &Buffer<u32>,
         triangle_normals: &Buffer<Vec4>,
-        min_agreement: f32,
     ) -> Result<()> {
-        let push = plane_fit::Push { site_count: sites.len() as u32, k: self.k, min_agreement };
+        let push =
+            plane_fit::Push { site_count: sites.len() as u32, k: self.k, min_agreement: MIN_AGREEMENT };
         let bindings = plane_fit::Bindings {
             sites,
             neighbours,
