@@ -6,6 +6,7 @@ pub mod connect;
 pub mod face;
 pub mod neighbours;
 pub mod normals;
+pub mod planar;
 pub mod project;
 pub mod seed;
 mod spatial;
