@@ -3,10 +3,12 @@
 pub mod centroid;
 pub mod connect;
 pub mod face;
+pub mod lists;
 pub mod neighbours;
 pub mod normals;
 pub mod project;
 pub mod seed;
+pub mod sort;
 mod spatial;
 pub mod step;
 pub mod surface;
