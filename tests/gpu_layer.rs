@@ -47,6 +47,18 @@ fn a_recorder_keeps_what_it_uses() {
     assert_valid(device);
 }
 
+/// A workgroup of one, the default of the local size itself, would cost a multiple everywhere.
+#[test]
+fn defaults_are_those_of_the_shaders() {
+    use rtfmesh::gpu::kernels::{face::cell, neighbours::knn, normals::plane_fit, step::step};
+    assert_eq!(gather_indices::Constants::default().workgroup, 64);
+    assert_eq!(tile_bounds::Constants::default().workgroup, 16);
+    assert_eq!(knn::Constants::default(), knn::Constants { workgroup: 64, k: 32 });
+    assert_eq!(cell::Constants::default().workgroup, 16);
+    assert_eq!(step::Constants::default().workgroup, 64);
+    assert!(plane_fit::Constants::default().workgroup > 1);
+}
+
 /// The first dispatches write, in the same submission, how many workgroups the next ones run.
 #[test]
 fn the_device_decides_how_many_workgroups_run() {
@@ -61,7 +73,7 @@ fn the_device_decides_how_many_workgroups_run() {
     let push = gather_indices::Push { element_count: 1000 };
     let bindings = gather_indices::Bindings { order: &order, source: &source, target: &target };
     let all = recorder.groups(&gather, Threads(1000));
-    assert!(all.x * all.y * 64 >= 1000 && all.z == 1, "{all}");
+    assert_eq!(all, UVec4::new(16, 1, 1, 0), "workgroups of 64");
     let mut copies = Vec::new();
     // All elements; none; two workgroups of 64, from the second element.
     for (first, second, at) in
