@@ -1,8 +1,10 @@
 //! The GPU layer: copies, order, limits, errors, and the modules themselves.
 
 use crate::support::{assert_valid, device};
+use glam::UVec4;
+use rtfmesh::gpu::kernels::spatial::gather_indices;
 use rtfmesh::gpu::kernels::{ALL, neighbours::tile_bounds};
-use rtfmesh::gpu::{Buffer, Device, DeviceOptions, Pipeline};
+use rtfmesh::gpu::{Buffer, Device, DeviceOptions, Pipeline, Threads};
 use rtfmesh::{Error, list_devices};
 use std::io::Write;
 use std::process::Command;
@@ -42,6 +44,54 @@ fn a_recorder_keeps_what_it_uses() {
     // Would take over the memory if it had been freed.
     let _other = Buffer::from_slice(device, "test.other", &[9_u32; 100_000]).unwrap();
     assert_eq!(recorder.submit().unwrap().read(&copy).unwrap(), [7; 100_000]);
+    assert_valid(device);
+}
+
+/// A workgroup of one, the default of the local size itself, would cost a multiple everywhere.
+#[test]
+fn defaults_are_those_of_the_shaders() {
+    use rtfmesh::gpu::kernels::{face::cell, neighbours::knn, normals::plane_fit, step::step};
+    assert_eq!(gather_indices::Constants::default().workgroup, 64);
+    assert_eq!(tile_bounds::Constants::default().workgroup, 16);
+    assert_eq!(knn::Constants::default(), knn::Constants { workgroup: 64, k: 32 });
+    assert_eq!(cell::Constants::default().workgroup, 16);
+    assert_eq!(step::Constants::default().workgroup, 64);
+    assert!(plane_fit::Constants::default().workgroup > 1);
+}
+
+/// The first dispatches write, in the same submission, how many workgroups the next ones run.
+#[test]
+fn the_device_decides_how_many_workgroups_run() {
+    let device = device();
+    let gather =
+        Pipeline::<gather_indices::Shader>::new(device, gather_indices::Constants::default()).unwrap();
+    let order = Buffer::from_slice(device, "test.order", &(0..1000).collect::<Vec<u32>>()).unwrap();
+    let source = Buffer::from_slice(device, "test.source", &[5_u32; 1000]).unwrap();
+    let target = Buffer::from_slice(device, "test.target", &[0_u32; 1000]).unwrap();
+    let groups = Buffer::<UVec4>::new(device, "test.groups", 2).unwrap();
+    let mut recorder = device.recorder().unwrap();
+    let push = gather_indices::Push { element_count: 1000 };
+    let bindings = gather_indices::Bindings { order: &order, source: &source, target: &target };
+    let all = recorder.groups(&gather, Threads(1000));
+    assert_eq!(all, UVec4::new(16, 1, 1, 0), "workgroups of 64");
+    let mut copies = Vec::new();
+    // All elements; none; two workgroups of 64, from the second element.
+    for (first, second, at) in
+        [(all, UVec4::ZERO, 0), (UVec4::ZERO, all, 0), (all, UVec4::new(2, 1, 1, 0), 1)]
+    {
+        recorder.upload(&target, &[0; 1000]).unwrap();
+        recorder.upload(&groups, &[first, second]).unwrap();
+        recorder.dispatch_indirect(&gather, &groups, at, &push, &bindings).unwrap();
+        copies.push(recorder.download(&target).unwrap());
+    }
+    assert!(matches!(
+        recorder.dispatch_indirect(&gather, &groups, 2, &push, &bindings),
+        Err(Error::Internal(_))
+    ));
+    let done = recorder.submit().unwrap();
+    let written: Vec<usize> =
+        copies.iter().map(|c| done.read(c).unwrap().iter().filter(|v| **v == 5).count()).collect();
+    assert_eq!(written, [1000, 0, 128]);
     assert_valid(device);
 }
 

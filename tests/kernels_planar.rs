@@ -18,7 +18,7 @@ struct Scene {
     normals: Buffer<Vec4>,
     neighbours: Buffer<u32>,
     reach_on_device: Buffer<Vec2>,
-    state: Buffer<u32>,
+    status: Buffer<u32>,
     k: usize,
 }
 
@@ -51,7 +51,7 @@ impl Scene {
             normals: upload("test.normals", &unit),
             neighbours: Buffer::from_slice(device(), "test.neighbours", &slots).unwrap(),
             reach_on_device: Buffer::from_slice(device(), "test.reach", &reach).unwrap(),
-            state: Buffer::from_slice(device(), "test.state", &[0]).unwrap(),
+            status: Buffer::from_slice(device(), "test.status", &[0; 4]).unwrap(),
             positions,
             unit,
             reach,
@@ -65,7 +65,7 @@ impl Scene {
             normals: &self.normals,
             neighbours: &self.neighbours,
             reach: &self.reach_on_device,
-            state: &self.state,
+            status: &self.status,
         }
     }
 

@@ -1,6 +1,6 @@
 // Purpose: the face of each site by intervals, its area centroid, and the target that momentum makes of it.
 // Invocation: one site; with ROUND 1 every so many entries of the list that round 0 left.
-// Reads: sites (w = packed normal), normals, neighbours, reach, state (bits of rho, see neighbours/moved).
+// Reads: sites (w = packed normal), normals, neighbours, reach, status (of neighbours/decide).
 // Writes: targets (xyz, w = squared distance to the centroid), centroids (w = 1); insecure: a counter an iteration for
 //   each round, then the sites whose lines do not reach the radius of security.
 // Filled by neighbours/lists and step/settle; consumed by project/walk and the next iteration.
@@ -28,7 +28,7 @@ layout(set = 0, binding = 0) readonly buffer Sites { vec4 sites[]; };
 layout(set = 0, binding = 1) readonly buffer Normals { vec4 normals[]; };
 layout(set = 0, binding = 2) readonly buffer Neighbours { uint neighbours[]; };
 layout(set = 0, binding = 3) readonly buffer Reach { vec2 reach[]; };
-layout(set = 0, binding = 4) readonly buffer State { uint state[]; };
+layout(set = 0, binding = 4) readonly buffer Status { uint status[]; };
 layout(set = 0, binding = 5) writeonly buffer Targets { vec4 targets[]; };
 layout(set = 0, binding = 6) buffer Centroids { vec4 centroids[]; };
 layout(set = 0, binding = 7) buffer Insecure { uint insecure[]; };
@@ -48,9 +48,11 @@ void main() {
         vec3 u, v;
         tangent_frame(n, u, v);
         load_lines(site, site_count, at, n, u, v);
-        // Sites that no line stands for are at least this far away: the distance to the k-th neighbour changes by no
-        // more than the way between two points, and nobody moved farther than rho times his own.
-        float secure = (ROUND == 0u ? reach[site].x : reach[site].y) * (1.0 - 3.0 * uintBitsToFloat(state[0]));
+        // Sites that no line stands for are at least this far away: the reach changes by no more than the way between
+        // two sites, and nobody has moved farther than rho times his own.
+        vec2 away = min(reach[site], vec2(10.0));
+        float secure = ROUND == 0u ? away.x : away.y;
+        secure -= uintBitsToFloat(status[1]) * (secure + 2.0 * away.y);
         float bound = min(max(secure, 0.0), widest);
         cut_lines(bound);
         float twice_area, radius_sq;

@@ -8,10 +8,12 @@ use std::collections::HashMap;
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Stage {
     Compute,
+    /// A dispatch whose size is read from a buffer, before its kernel begins.
+    Indirect,
     Transfer,
 }
 
-/// Scopes of a memory barrier. It always opens to both stages: a barrier towards transfers alone would leave a
+/// Scopes of a memory barrier. It always opens to all stages in use: a barrier towards transfers alone would leave a
 /// later dispatch without an order after the earlier one.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) struct Barrier {
@@ -21,13 +23,16 @@ pub(super) struct Barrier {
 
 impl Barrier {
     pub const TO: vk::PipelineStageFlags = vk::PipelineStageFlags::from_raw(
-        vk::PipelineStageFlags::COMPUTE_SHADER.as_raw() | vk::PipelineStageFlags::TRANSFER.as_raw(),
+        vk::PipelineStageFlags::COMPUTE_SHADER.as_raw()
+            | vk::PipelineStageFlags::TRANSFER.as_raw()
+            | vk::PipelineStageFlags::DRAW_INDIRECT.as_raw(),
     );
     pub const VISIBLE: vk::AccessFlags = vk::AccessFlags::from_raw(
         vk::AccessFlags::SHADER_READ.as_raw()
             | vk::AccessFlags::SHADER_WRITE.as_raw()
             | vk::AccessFlags::TRANSFER_READ.as_raw()
-            | vk::AccessFlags::TRANSFER_WRITE.as_raw(),
+            | vk::AccessFlags::TRANSFER_WRITE.as_raw()
+            | vk::AccessFlags::INDIRECT_COMMAND_READ.as_raw(),
     );
     /// Orders everything after everything of earlier submissions.
     pub const ALL: Self = Self { from: Self::TO, available: Self::VISIBLE };
@@ -53,6 +58,10 @@ impl Hazards {
         });
         let (flag, write) = match stage {
             Stage::Compute => (vk::PipelineStageFlags::COMPUTE_SHADER, vk::AccessFlags::SHADER_WRITE),
+            Stage::Indirect => (
+                vk::PipelineStageFlags::COMPUTE_SHADER | vk::PipelineStageFlags::DRAW_INDIRECT,
+                vk::AccessFlags::SHADER_WRITE,
+            ),
             Stage::Transfer => (vk::PipelineStageFlags::TRANSFER, vk::AccessFlags::TRANSFER_WRITE),
         };
         let barrier = (!self.stages.is_empty() && (conflict || always))
@@ -95,8 +104,17 @@ mod tests {
         h.before(Transfer, &[(1, Write)], false);
         h.before(Compute, &[(2, Write)], false);
         let b = h.before(Transfer, &[(2, Read)], false).unwrap();
-        assert_eq!(b.from, Barrier::TO);
+        assert_eq!(b.from, vk::PipelineStageFlags::COMPUTE_SHADER | vk::PipelineStageFlags::TRANSFER);
         assert_eq!(b.available, vk::AccessFlags::SHADER_WRITE | vk::AccessFlags::TRANSFER_WRITE);
+    }
+
+    #[test]
+    fn the_size_of_a_dispatch_is_read_before_it() {
+        let mut h = Hazards::default();
+        h.before(Compute, &[(1, Write)], false);
+        assert!(h.before(Stage::Indirect, &[(2, Write), (1, Read)], false).is_some(), "read after write");
+        let b = h.before(Compute, &[(1, Write)], false).unwrap();
+        assert!(b.from.contains(vk::PipelineStageFlags::DRAW_INDIRECT), "write after read");
     }
 
     #[test]

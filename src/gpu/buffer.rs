@@ -44,6 +44,7 @@ impl<T: bytemuck::Pod> Buffer<T> {
             });
         }
         let usage = vk::BufferUsageFlags::STORAGE_BUFFER
+            | vk::BufferUsageFlags::INDIRECT_BUFFER
             | vk::BufferUsageFlags::TRANSFER_SRC
             | vk::BufferUsageFlags::TRANSFER_DST;
         let raw = RawBuffer::new(&device.shared, name, bytes, usage, MemoryLocation::GpuOnly)?;

@@ -7,6 +7,7 @@ use super::kernel::{Access, BindingSet, Kernel, Pipeline, RawPipeline};
 use super::vk_error;
 use crate::{Error, Result};
 use ash::vk;
+use glam::UVec4;
 use gpu_allocator::MemoryLocation;
 use std::collections::HashMap;
 use std::marker::PhantomData;
@@ -16,6 +17,14 @@ use std::sync::Arc;
 /// from `thread_index()` in `glsl/common/threads.glsl` and must leave when it is past the end.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Threads(pub usize);
+
+/// How many workgroups a dispatch runs.
+#[derive(Clone, Copy)]
+enum Groups<'a> {
+    Known(UVec4),
+    /// Element of a buffer that the device reads when it gets there.
+    Indirect(&'a Buffer<UVec4>, usize),
+}
 
 /// A list of commands that is being written; [`Recorder::submit`] runs it.
 pub struct Recorder {
@@ -111,9 +120,52 @@ impl Recorder {
         if threads.0 == 0 {
             return Ok(());
         }
-        let buffers = bindings.buffers();
-        let uses: Vec<_> =
+        self.dispatch_groups(pipeline, Groups::Known(self.groups(pipeline, threads)), push, bindings)
+    }
+
+    /// Runs as many workgroups of `pipeline` as element `at` of `groups` says when the device gets there (x, y, z; w is
+    /// not used). [`Recorder::groups`] gives the element for a number of invocations.
+    ///
+    /// # Errors
+    /// As [`Recorder::dispatch`]; [`Error::Internal`] if there is no such element, or the kernel writes `groups`.
+    pub fn dispatch_indirect<K: Kernel>(
+        &mut self,
+        pipeline: &Pipeline<K>,
+        groups: &Buffer<UVec4>,
+        at: usize,
+        push: &K::Push,
+        bindings: &K::Bindings<'_>,
+    ) -> Result<()> {
+        if at >= groups.len() {
+            return Err(Error::Internal(format!("{} has no element {at}", groups.raw().name())));
+        }
+        self.dispatch_groups(pipeline, Groups::Indirect(groups, at), push, bindings)
+    }
+
+    /// Workgroups of `pipeline` for `threads` invocations, folded into y where the device limits x.
+    pub fn groups<K: Kernel>(&self, pipeline: &Pipeline<K>, threads: Threads) -> UVec4 {
+        let groups = threads.0.div_ceil(pipeline.raw.workgroup as usize);
+        let x = groups.clamp(1, self.shared.info.limits.workgroups as usize);
+        UVec4::new(x as u32, groups.div_ceil(x) as u32, 1, 0)
+    }
+
+    fn dispatch_groups<K: Kernel>(
+        &mut self,
+        pipeline: &Pipeline<K>,
+        groups: Groups<'_>,
+        push: &K::Push,
+        bindings: &K::Bindings<'_>,
+    ) -> Result<()> {
+        let mut buffers = bindings.buffers();
+        let set_buffers = buffers.clone();
+        let mut uses: Vec<_> =
             buffers.iter().zip(K::INFO.bindings).map(|(b, info)| (b.id, info.access)).collect();
+        let mut stage = Stage::Compute;
+        if let Groups::Indirect(groups, _) = groups {
+            buffers.push(groups.raw());
+            uses.push((groups.raw().id, Access::Read));
+            stage = Stage::Indirect;
+        }
         for (i, (id, access)) in uses.iter().enumerate() {
             if uses.iter().enumerate().any(|(j, (other, _))| i != j && id == other && *access != Access::Read)
             {
@@ -124,15 +176,12 @@ impl Recorder {
                 )));
             }
         }
-        if let Some(b) = self.hazards.before(Stage::Compute, &uses, self.shared.full_barriers) {
+        if let Some(b) = self.hazards.before(stage, &uses, self.shared.full_barriers) {
             self.barrier(b);
         }
         self.pipelines.push(pipeline.raw.clone());
         self.buffers.extend(buffers.iter().map(|b| (b.id, Arc::clone(b))));
-        let set = self.descriptor_set(pipeline.raw.set_layout, &buffers)?;
-        let groups = threads.0.div_ceil(pipeline.raw.workgroup as usize);
-        let x = groups.min(self.shared.info.limits.workgroups as usize);
-        let y = groups.div_ceil(x);
+        let set = self.descriptor_set(pipeline.raw.set_layout, &set_buffers)?;
         let (raw, layout) = (&self.shared.raw.clone(), pipeline.raw.layout);
         self.timed(K::INFO.name, |commands| {
             // SAFETY: recording is on; this recorder shares pipeline and buffers and owns the set until the submission
@@ -156,7 +205,13 @@ impl Recorder {
                         bytemuck::bytes_of(push),
                     );
                 }
-                raw.cmd_dispatch(commands, x as u32, y as u32, 1);
+                match groups {
+                    Groups::Known(g) => raw.cmd_dispatch(commands, g.x, g.y, g.z),
+                    Groups::Indirect(buffer, at) => {
+                        let offset = (at * size_of::<UVec4>()) as u64;
+                        raw.cmd_dispatch_indirect(commands, buffer.raw().handle, offset);
+                    }
+                }
             }
         })
     }

@@ -155,6 +155,14 @@ fn candidate(instance: &Instance, index: usize, handle: vk::PhysicalDevice) -> C
             .unwrap_or(0),
         subgroup_size: subgroup.subgroup_size,
     };
+    let mut missing = missing(p.api_version, &limits, family.is_some());
+    // The neighbour lists vote within a subgroup.
+    let votes = vk::SubgroupFeatureFlags::BASIC | vk::SubgroupFeatureFlags::BALLOT;
+    if !subgroup.supported_operations.contains(votes)
+        || !subgroup.supported_stages.contains(vk::ShaderStageFlags::COMPUTE)
+    {
+        missing.push("subgroup ballots in compute".to_owned());
+    }
     let text = |s: std::result::Result<&std::ffi::CStr, _>| {
         s.map_or_else(
             |_: std::ffi::FromBytesUntilNulError| String::new(),
@@ -173,7 +181,7 @@ fn candidate(instance: &Instance, index: usize, handle: vk::PhysicalDevice) -> C
         },
         driver: format!("{} {}", text(driver.driver_name_as_c_str()), text(driver.driver_info_as_c_str())),
         api: version(p.api_version),
-        missing: missing(p.api_version, &limits, family.is_some()),
+        missing,
         limits,
     };
     Candidate { handle, queue_family: family.unwrap_or(0) as u32, timestamp_bits, info }

@@ -19,8 +19,8 @@ pub struct PlanarInputs<'a> {
     pub neighbours: &'a Buffer<u32>,
     /// How near the sites after the first [`NEAR`] (x) and outside the list (y) may have been when it was made.
     pub reach: &'a Buffer<Vec2>,
-    /// First the bits of rho, the largest way gone since then relative to a site's own reach.
-    pub state: &'a Buffer<u32>,
+    /// Word 1 has the bits of rho, the largest way gone since then relative to a site's own reach.
+    pub status: &'a Buffer<u32>,
 }
 
 /// The size of a step.
@@ -93,7 +93,7 @@ impl PlanarFaces {
             normals: inputs.normals,
             neighbours: inputs.neighbours,
             reach: inputs.reach,
-            state: inputs.state,
+            status: inputs.status,
             targets: &self.targets,
             centroids: &self.centroids,
             insecure: &self.insecure,

@@ -1,0 +1,28 @@
+// Purpose: decides whether the lists are made anew, without asking the host.
+// Invocation: one in all.
+// Reads: status[0]; full, the workgroups of each of these dispatches.
+// Writes: groups, the same or zero; status[1], the largest moved / reach that is left (0 if the lists are made anew);
+// status[2], how often they were made; status[0] = 0 for the next time.
+// Filled by neighbours/moved; consumed by the indirect dispatches of neighbours/box_levels and lists, and by the faces.
+#version 450
+#extension GL_GOOGLE_include_directive : require
+#define DEFAULT_WORKGROUP 1
+#include "common/threads.glsl"
+
+layout(push_constant) uniform Push {
+    uint dispatch_count;
+    float max_rho; // lists are made anew beyond this; always if negative
+};
+layout(set = 0, binding = 0) readonly buffer Full { uvec4 full[]; };
+layout(set = 0, binding = 1) writeonly buffer Groups { uvec4 groups[]; };
+layout(set = 0, binding = 2) buffer Status { uint status[]; };
+
+void main() {
+    if (thread_index() != 0u) return;
+    uint rho = status[0];
+    bool anew = uintBitsToFloat(rho) > max_rho;
+    for (uint i = 0u; i < dispatch_count; ++i) groups[i] = anew ? full[i] : uvec4(0u);
+    status[0] = 0u;
+    status[1] = anew ? 0u : rho;
+    status[2] += anew ? 1u : 0u;
+}

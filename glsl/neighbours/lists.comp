@@ -1,0 +1,221 @@
+// Purpose: the K nearest other sites of every site, nearest first, ties by index, and how far the first one left out is.
+// Invocation: one site. The sites of a subgroup follow each other in Morton order and walk the boxes together.
+// Reads: sites, boxes.
+// Writes: neighbours[slot * site_count + site], NONE where there are fewer than K other sites; reach[site], the distances
+// of the (NEAR + 1)-th and the (K + 1)-th nearest, infinity where there is none; list_sites, where the sites are now; moved = 0.
+// Filled by neighbours/box_levels; consumed by the faces and neighbours/moved.
+//
+// A box is entered if it meets the ball of any site of the subgroup that its list fills so far: first come the leaves
+// (eight sites each) around the subgroup's own in the order of the sites, which make the balls small, then the others
+// from the root. Lanes are boxes or candidates while these are tested, against one site after another, and a ballot
+// gives each site its hits: no memory is read but once for each candidate. Then lanes are sites again and insert their
+// hits. The result does not depend on the size of the subgroup, for it is that of looking at every site.
+#version 450
+#extension GL_GOOGLE_include_directive : require
+#extension GL_EXT_control_flow_attributes : require
+#extension GL_KHR_shader_subgroup_ballot : require
+#define DEFAULT_WORKGROUP 8
+#include "common/threads.glsl"
+#include "common/tiles.glsl"
+
+layout(constant_id = 1) const uint K = 24;
+// 8 where a subgroup has eight lanes: each then knows all sites of its subgroup, in registers. 0 otherwise.
+layout(constant_id = 2) const uint LANES = 0;
+// A face mostly needs no more than this many.
+layout(constant_id = 4) const uint NEAR = 16;
+// Blocks of four leaves that are looked at before the walk.
+layout(constant_id = 3) const uint WINDOW = 2;
+
+layout(push_constant) uniform Push {
+    uvec4 starts_low;  // first box of levels 0 to 3
+    uvec4 starts_high; // of levels 4 to 7
+    uint site_count;
+    uint levels;
+};
+layout(set = 0, binding = 0) readonly buffer Sites { vec4 sites[]; };
+layout(set = 0, binding = 1) readonly buffer Boxes { vec4 boxes[]; };
+layout(set = 0, binding = 2) writeonly buffer Neighbours { uint neighbours[]; };
+layout(set = 0, binding = 3) writeonly buffer Reach { vec2 reach[]; };
+layout(set = 0, binding = 4) writeonly buffer ListSites { vec4 list_sites[]; };
+layout(set = 0, binding = 5) writeonly buffer Moved { float moved[]; };
+
+const float FAR = 3.402823466e38;
+
+uint site;
+uint lane;
+uint lanes;
+bool alive;
+vec3 at;
+// Squared radius within which a site may still enter the list; negative past the last site.
+float bound_sq;
+// The list and the first one left out. Every index is known once the loops are unrolled, so they are registers.
+float best_sq[K + 1u];
+uint best[K + 1u];
+// Sites of the subgroup with their bounds, if LANES is 8.
+vec4 mates[8];
+// Leaves that were looked at before the walk: from .x to .y.
+ivec2 window;
+uvec4 block;
+
+void share() {
+    if (LANES != 8u) return;
+    [[unroll]] for (uint s = 0u; s < 8u; ++s) {
+        mates[s] = vec4(
+            subgroupBroadcast(at.x, s), subgroupBroadcast(at.y, s), subgroupBroadcast(at.z, s),
+            subgroupBroadcast(bound_sq, s));
+    }
+}
+
+vec4 mate(uint s) {
+    if (LANES == 8u) return mates[s];
+    return vec4(
+        subgroupBroadcast(at.x, s), subgroupBroadcast(at.y, s), subgroupBroadcast(at.z, s),
+        subgroupBroadcast(bound_sq, s));
+}
+
+uint pick(uvec4 v, uint i) { return i < 2u ? (i == 0u ? v.x : v.y) : (i == 2u ? v.z : v.w); }
+
+// One pass of an insertion network: what is displaced moves on, at last out of the list.
+void insert(float d_sq, uint point) {
+    [[unroll]] for (uint s = 0u; s < K + 1u; ++s) {
+        float held_sq = best_sq[s];
+        uint held = best[s];
+        bool enters = d_sq < held_sq || (d_sq == held_sq && point < held);
+        best_sq[s] = min(d_sq, held_sq);
+        best[s] = enters ? point : held;
+        d_sq = max(d_sq, held_sq);
+        point = enters ? held : point;
+    }
+}
+
+// Looks at the sites of the four leaves in `block`, NONE for none. In uniform control flow.
+void look() {
+    uint hits = 0u;
+    for (uint round = 0u; round < 32u; round += lanes) {
+        uint c = round + lane;
+        uint leaf = pick(block, c >> 3);
+        uint point = 8u * leaf + (c & 7u);
+        bool valid = c < 32u && leaf != NONE && point < site_count;
+        vec3 x = sites[valid ? point : 0u].xyz;
+        uint mine = 0u;
+        [[unroll]] for (uint s = 0u; s < lanes; ++s) {
+            vec4 m = mate(s);
+            vec3 d = x - m.xyz;
+            uint near = subgroupBallot(valid && dot(d, d) <= m.w).x;
+            mine = s == lane ? near : mine;
+        }
+        hits |= mine << round;
+    }
+    [[unroll]] for (uint l = 0u; l < 4u; ++l) {
+        uint own = site - 8u * block[l];
+        hits &= own < 8u ? ~(1u << (8u * l + own)) : 0xffffffffu;
+    }
+    while (hits != 0u) {
+        uint c = uint(findLSB(hits));
+        hits &= hits - 1u;
+        uint point = 8u * pick(block, c >> 3) + (c & 7u);
+        vec3 d = sites[point].xyz - at;
+        insert(dot(d, d), point);
+    }
+    // A little more than the bound, so that rounding never hides a site.
+    bound_sq = alive ? min(1.000001 * best_sq[K], FAR) : -1.0;
+    share();
+}
+
+// Which of the eight boxes from `base` on of a level a site of the subgroup must look into. In uniform control flow.
+uint touched(uint level, uint base) {
+    uint start = pick(level < 4u ? starts_low : starts_high, level & 3u) + base;
+    uint mask = 0u;
+    for (uint round = 0u; round < 8u; round += lanes) {
+        uint child = min(round + lane, 7u);
+        vec3 low = boxes[2u * (start + child)].xyz, high = boxes[2u * (start + child) + 1u].xyz;
+        bool near = false;
+        [[unroll]] for (uint s = 0u; s < lanes; ++s) {
+            vec4 m = mate(s);
+            near = near || box_distance_sq(m.xyz, m.xyz, low, high) <= m.w;
+        }
+        int leaf = int(base + child);
+        bool seen = level == 0u && leaf >= window.x && leaf <= window.y;
+        mask |= subgroupBallot(near && !seen).x << round;
+    }
+    return mask & 0xffu;
+}
+
+// Looks at the leaves around the subgroup's own, the middle ones first.
+void look_around() {
+    int own = int(max(lanes >> 3, 1u));
+    int middle = int(subgroupBroadcast(site, 0u) >> 3) + own / 2;
+    int leaves = int(site_count + 7u) / 8, count = 4 * int(WINDOW);
+    window = ivec2(middle - count / 2, middle + count / 2 - 1);
+    for (int t = 0; t < count; t += 4) {
+        int step = t / 2;
+        ivec4 around = middle + ivec4(step, -step - 1, step + 1, -step - 2);
+        // Below the first one is beyond the last, as unsigned numbers go.
+        block = mix(uvec4(around), uvec4(NONE), greaterThanEqual(uvec4(around), uvec4(leaves)));
+        look();
+    }
+}
+
+// Walks the boxes from the root and looks at the leaves four at a time. Loops, not branches, lead past what is not
+// needed: some devices walk through a branch that no lane takes.
+void walk() {
+    // Boxes still to enter: those of the level at hand (`mask`, the first of them is `base`), and eight bits for each
+    // level above.
+    uint level = levels, base = 0u, mask = 1u;
+    uvec2 above = uvec2(0u);
+    bool more = true;
+    while (more) {
+        uint count = 0u;
+        block = uvec4(NONE);
+        while (more && count < 4u) {
+            while (mask == 0u && level < levels) {
+                ++level;
+                mask = above.x & 0xffu;
+                above = uvec2(above.x >> 8 | above.y << 24, above.y >> 8);
+                base = base >> 3 & ~7u;
+            }
+            more = mask != 0u;
+            while (level > 0u && mask != 0u) {
+                uint child = uint(findLSB(mask));
+                mask &= mask - 1u;
+                above = uvec2(above.x << 8 | mask, above.y << 8 | above.x >> 24);
+                base = 8u * (base + child);
+                --level;
+                mask = touched(level, base);
+            }
+            while (level == 0u && mask != 0u && count < 4u) {
+                uint leaf = base + uint(findLSB(mask));
+                mask &= mask - 1u;
+                block = uvec4(
+                    count == 0u ? leaf : block.x, count == 1u ? leaf : block.y, count == 2u ? leaf : block.z,
+                    count == 3u ? leaf : block.w);
+                ++count;
+            }
+        }
+        look();
+    }
+}
+
+void main() {
+    site = thread_index();
+    lane = gl_SubgroupInvocationID;
+    lanes = LANES == 8u ? 8u : subgroupBallotBitCount(subgroupBallot(true));
+    alive = site < site_count;
+    at = sites[min(site, site_count - 1u)].xyz;
+    bound_sq = alive ? FAR : -1.0;
+    [[unroll]] for (uint s = 0u; s < K + 1u; ++s) {
+        best_sq[s] = FAR;
+        best[s] = NONE;
+    }
+    share();
+    look_around();
+    walk();
+    if (!alive) return;
+    [[unroll]] for (uint s = 0u; s < K; ++s) neighbours[s * site_count + site] = best[s];
+    float endless = uintBitsToFloat(0x7f800000u);
+    reach[site] = vec2(
+        best[min(NEAR, K)] == NONE ? endless : sqrt(best_sq[min(NEAR, K)]),
+        best[K] == NONE ? endless : sqrt(best_sq[K]));
+    list_sites[site] = vec4(at, 0.0);
+    moved[site] = 0.0;
+}
