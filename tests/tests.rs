@@ -14,6 +14,7 @@ mod kernels_face;
 mod kernels_move;
 mod kernels_neighbours;
 mod kernels_normals;
+mod kernels_surface;
 mod measure;
 mod quality;
 mod reference;

@@ -1,22 +1,23 @@
-// A tree of boxes over the triangles in spatial order: each leaf holds LEAF of them, each inner node the boxes of
-// WIDTH nodes below it. Its shape follows from the number of triangles alone. Nodes lie in depth-first order, so that
-// a search needs no stack: it goes on to the next node, or past all nodes below this one.
+// A tree of boxes over the triangles by rank: four boxes a node, each around one triangle or around another node. Its
+// shape follows from the number of triangles alone. Nodes lie in depth-first order: behind a node come its children,
+// each with all that is below it.
 #ifndef COMMON_HIERARCHY_GLSL
 #define COMMON_HIERARCHY_GLSL
 
-layout(constant_id = 1) const uint WIDTH = 4;
-layout(constant_id = 2) const uint LEAF = 2;
+const uint WIDTH = 4u;
 
-// A node is its box, each axis as lower and upper bound of 16 bits, and in w for an inner node the place past all
-// nodes below it, for a leaf its number and this bit.
-const uint LEAF_BIT = 0x80000000u;
+// Boxes are in steps of a grid of 16 bits an axis over the unit-diagonal frame, which lies within half a unit.
+const float GRID_STEP = 17.0 / 1048576.0;
+const float GRID_ORIGIN = -17.0 / 32.0;
 
-// Steps of the bounds: the unit-diagonal frame lies within half a unit. All products and differences are exact.
-const float BOX_STEP = 17.0 / 1048576.0;
-const float BOX_ORIGIN = -17.0 / 32.0;
+vec3 to_grid(vec3 x) { return (x - GRID_ORIGIN) / GRID_STEP; }
 
-// Nodes of a full subtree whose root is `level` levels above the leaves.
-uint subtree_nodes(uint level) {
+// Bounds with room for the rounding of both ends of a distance.
+uvec3 grid_below(vec3 x) { return uvec3(clamp(floor(to_grid(x) - 0.05), 0.0, 65535.0)); }
+uvec3 grid_above(vec3 x) { return uvec3(clamp(ceil(to_grid(x) + 0.05), 0.0, 65535.0)); }
+
+// Nodes in a full tree below and with a node `level` levels above the lowest ones.
+uint tree_nodes(uint level) {
     uint nodes = 1u;
     for (uint l = 0u; l < level; ++l) nodes = 1u + WIDTH * nodes;
     return nodes;
@@ -24,7 +25,7 @@ uint subtree_nodes(uint level) {
 
 // The place of node i of a level in a tree of `levels` levels.
 uint node_place(uint level, uint i, uint levels) {
-    uint place = 0u, nodes = subtree_nodes(level);
+    uint place = 0u, nodes = tree_nodes(level);
     for (uint l = level; l + 1u < levels; ++l) {
         place += 1u + i % WIDTH * nodes;
         i /= WIDTH;
@@ -33,19 +34,42 @@ uint node_place(uint level, uint i, uint levels) {
     return place;
 }
 
-// The smallest box of the steps around low and high, with room for the rounding of this computation.
-uvec3 pack_box(vec3 low, vec3 high) {
-    vec3 l = floor((low - BOX_ORIGIN) / BOX_STEP - 0.02), h = ceil((high - BOX_ORIGIN) / BOX_STEP + 0.02);
-    return uvec3(clamp(l, 0.0, 65535.0)) | (uvec3(clamp(h, 0.0, 65535.0)) << 16);
+// nodes[2 * place] = the lower corner of all four boxes: x and y in one word; z, then for each axis a shift of 4 bits,
+// then a bit for each box that exists; the lower and the upper x of the four boxes above the corner, a byte each, to be
+// shifted left. nodes[2 * place + 1] = the same of y, then of z.
+struct Node {
+    uvec4 head;
+    uvec4 tail;
+};
+
+uvec3 node_corner(Node node) { return uvec3(node.head.x & 0xffffu, node.head.x >> 16, node.head.y & 0xffffu); }
+uvec3 node_shift(Node node) { return (uvec3(node.head.y) >> uvec3(16u, 20u, 24u)) & 15u; }
+uint node_boxes(Node node) { return node.head.y >> 28; }
+
+uvec3 node_low(Node node, uint box) { return (uvec3(node.head.z, node.tail.x, node.tail.z) >> 8u * box) & 255u; }
+uvec3 node_high(Node node, uint box) { return (uvec3(node.head.w, node.tail.y, node.tail.w) >> 8u * box) & 255u; }
+
+// Shifts that make `extent` fit a byte, rounded up.
+uvec3 byte_shift(uvec3 extent) {
+    uvec3 shift = uvec3(max(findMSB(extent) - 7, ivec3(0)));
+    uvec3 top = (extent + (uvec3(1u) << shift) - 1u) >> shift;
+    return shift + uvec3(greaterThan(top, uvec3(255u)));
 }
 
-vec3 box_low(uvec3 box) { return vec3(box & 0xffffu) * BOX_STEP + BOX_ORIGIN; }
-vec3 box_high(uvec3 box) { return vec3(box >> 16) * BOX_STEP + BOX_ORIGIN; }
-
-// Squared distance of a point and a box, a little less than the true one, so that rounding never hides a triangle.
-float box_gap_sq(uvec3 box, vec3 at) {
-    vec3 gap = max(max(box_low(box) - at, at - box_high(box)), vec3(0.0));
-    return 0.9999 * dot(gap, gap);
+Node pack_node(uvec3 low[WIDTH], uvec3 high[WIDTH], uint count) {
+    uvec3 corner = low[0], top = high[0];
+    for (uint box = 1u; box < count; ++box) {
+        corner = min(corner, low[box]);
+        top = max(top, high[box]);
+    }
+    uvec3 shift = byte_shift(top - corner);
+    uvec3 lows = uvec3(0u), highs = uvec3(0u);
+    for (uint box = 0u; box < count; ++box) {
+        lows |= ((low[box] - corner) >> shift) << 8u * box;
+        highs |= ((high[box] - corner + (uvec3(1u) << shift) - 1u) >> shift) << 8u * box;
+    }
+    uint last = corner.z | shift.x << 16 | shift.y << 20 | shift.z << 24 | ((1u << count) - 1u) << 28;
+    return Node(uvec4(corner.x | corner.y << 16, last, lows.x, highs.x), uvec4(lows.y, highs.y, lows.z, highs.z));
 }
 
 #endif

@@ -10,10 +10,9 @@
 #include "common/hierarchy.glsl"
 
 layout(push_constant) uniform Push {
-    uint level;
-    uint levels;
-    uint below;      // nodes of the level below
-    uint node_count; // nodes of the tree
+    uint level;  // the lowest is 0
+    uint levels; // of the tree
+    uint below;  // nodes of the level below
 };
 layout(set = 0, binding = 0) buffer Nodes { uvec4 nodes[]; };
 
@@ -21,12 +20,18 @@ void main() {
     uint i = thread_index();
     if (i >= (below + WIDTH - 1u) / WIDTH) return;
     uint place = node_place(level, i, levels);
-    uint step = subtree_nodes(level - 1u);
-    uvec3 low = uvec3(0xffffu), high = uvec3(0u);
-    for (uint child = 0u; child < WIDTH && WIDTH * i + child < below; ++child) {
-        uvec3 box = nodes[place + 1u + child * step].xyz;
-        low = min(low, box & 0xffffu);
-        high = max(high, box >> 16);
+    uint stride = tree_nodes(level - 1u);
+    uvec3 low[WIDTH], high[WIDTH];
+    uint count = min(WIDTH, below - WIDTH * i);
+    for (uint box = 0u; box < count; ++box) {
+        uint child = place + 1u + box * stride;
+        Node node = Node(nodes[2u * child], nodes[2u * child + 1u]);
+        uvec3 top = uvec3(0u);
+        for (uint b = 0u; b < WIDTH; ++b) top = max(top, node_high(node, b));
+        low[box] = node_corner(node);
+        high[box] = low[box] + (top << node_shift(node));
     }
-    nodes[place] = uvec4(low | (high << 16), min(place + 1u + WIDTH * step, node_count));
+    Node node = pack_node(low, high, count);
+    nodes[2u * place] = node.head;
+    nodes[2u * place + 1u] = node.tail;
 }

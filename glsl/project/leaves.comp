@@ -1,7 +1,7 @@
-// Purpose: the lowest level of the tree of boxes (common/hierarchy.glsl).
-// Invocation: one leaf.
+// Purpose: the lowest nodes of the tree of boxes (common/hierarchy.glsl), whose boxes are those of triangles.
+// Invocation: one node.
 // Reads: records.
-// Writes: nodes, the leaves.
+// Writes: nodes, the lowest.
 // Filled by the upload of the surface; consumed by project/join and project/closest.
 #version 450
 #extension GL_GOOGLE_include_directive : require
@@ -17,14 +17,20 @@ layout(set = 0, binding = 0) readonly buffer Records { uvec4 records[]; };
 layout(set = 0, binding = 1) writeonly buffer Nodes { uvec4 nodes[]; };
 
 void main() {
-    uint leaf = thread_index();
-    if (leaf >= (triangle_count + LEAF - 1u) / LEAF) return;
-    uint end = 3u * min((leaf + 1u) * LEAF, triangle_count);
-    vec3 low = vec3(1.0), high = vec3(-1.0);
-    for (uint r = 3u * leaf * LEAF; r < end; ++r) {
-        vec3 corner = uintBitsToFloat(records[r].xyz);
-        low = min(low, corner);
-        high = max(high, corner);
+    uint i = thread_index();
+    if (i >= (triangle_count + WIDTH - 1u) / WIDTH) return;
+    uvec3 low[WIDTH], high[WIDTH];
+    uint count = min(WIDTH, triangle_count - WIDTH * i);
+    for (uint box = 0u; box < count; ++box) {
+        uint t = WIDTH * i + box;
+        vec3 a = uintBitsToFloat(records[3u * t].xyz);
+        vec3 b = uintBitsToFloat(records[3u * t + 1u].xyz);
+        vec3 c = uintBitsToFloat(records[3u * t + 2u].xyz);
+        low[box] = grid_below(min(a, min(b, c)));
+        high[box] = grid_above(max(a, max(b, c)));
     }
-    nodes[node_place(0u, leaf, levels)] = uvec4(pack_box(low, high), LEAF_BIT | leaf);
+    Node node = pack_node(low, high, count);
+    uint place = node_place(0u, i, levels);
+    nodes[2u * place] = node.head;
+    nodes[2u * place + 1u] = node.tail;
 }

@@ -14,15 +14,13 @@ pub struct ClosestPoints {
 }
 
 impl ClosestPoints {
-    /// For searches in trees of the shape of `bvh`.
+    /// `workgroup` overrides the kernel's own.
     ///
     /// # Errors
     /// [`crate::Error::Device`].
-    pub fn new(device: &Device, bvh: &Bvh, workgroup: Option<u32>) -> Result<Self> {
+    pub fn new(device: &Device, workgroup: Option<u32>) -> Result<Self> {
         let mut constants = closest::Constants::default();
         constants.workgroup = workgroup.unwrap_or(constants.workgroup);
-        constants.width = bvh.shape.width;
-        constants.leaf = bvh.shape.leaf;
         Ok(Self { pipeline: Pipeline::new(device, constants)? })
     }
 
@@ -40,11 +38,7 @@ impl ClosestPoints {
         walk: &Walk,
         site_triangle: &Buffer<u32>,
     ) -> Result<()> {
-        let push = closest::Push {
-            site_count: targets.len() as u32,
-            triangle_count: triangles.len() as u32,
-            node_count: bvh.nodes.len() as u32,
-        };
+        let push = closest::Push { site_count: targets.len() as u32, levels: bvh.level_count() };
         let bindings = closest::Bindings {
             targets,
             order: &triangles.order,

@@ -35,8 +35,9 @@ impl TriangleRecords {
             rank[*t as usize] = r;
         }
         let mates = mates(&surface.triangles);
-        let to_rank =
-            |half_edge: u32| if half_edge == NONE { NONE } else { 3 * rank[half_edge as usize / 3] + half_edge % 3 };
+        let to_rank = |half_edge: u32| {
+            if half_edge == NONE { NONE } else { 3 * rank[half_edge as usize / 3] + half_edge % 3 }
+        };
         let records: Vec<UVec4> = order
             .par_iter()
             .flat_map_iter(|t| (0..3).map(move |k| 3 * *t as usize + k))
@@ -80,7 +81,8 @@ fn spatial_keys(surface: &Surface) -> Vec<u64> {
     };
     let mut extents: Vec<f64> = surface.triangles.par_iter().map(extent).collect();
     let middle = extents.len() / 2;
-    let usual = if extents.is_empty() { 1.0 } else { *extents.select_nth_unstable_by(middle, f64::total_cmp).1 };
+    let usual =
+        if extents.is_empty() { 1.0 } else { *extents.select_nth_unstable_by(middle, f64::total_cmp).1 };
     surface
         .triangles
         .par_iter()
