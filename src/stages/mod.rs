@@ -1,7 +1,9 @@
 //! The stages of an iteration and what comes before and after them: one file a stage.
 
+pub mod bvh;
 pub mod cells;
 pub mod centroid;
+pub mod closest;
 pub mod connect;
 pub mod face;
 pub mod lists;
@@ -9,8 +11,10 @@ pub mod neighbours;
 pub mod normals;
 pub mod planar;
 pub mod project;
+pub mod records;
 pub mod seed;
 pub mod sort;
 mod spatial;
 pub mod step;
 pub mod surface;
+pub mod walk;

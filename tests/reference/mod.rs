@@ -5,3 +5,4 @@ pub mod face;
 pub mod nearest;
 pub mod plane_fit;
 pub mod project;
+pub mod surface;

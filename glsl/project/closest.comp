@@ -1,0 +1,117 @@
+// Purpose: the closest point of all triangles that face the same way as a projection found before, if it is nearer.
+// Invocation: one site.
+// Reads: targets, projected and normals (an earlier projection), records, corner_normals, order, nodes.
+// Writes: projected, normals, site_triangle as project/walk does, where a nearer triangle was found.
+// Filled by project/walk, project/join and the upload of the surface; consumed by step/step and face/*.
+// The earlier projection bounds the search from above, so most searches look at few triangles.
+#version 450
+#extension GL_GOOGLE_include_directive : require
+#extension GL_EXT_control_flow_attributes : require
+#define DEFAULT_WORKGROUP 64
+#include "common/threads.glsl"
+#include "common/closest.glsl"
+#include "common/hierarchy.glsl"
+
+// Lowest nodes that a search gathers before it looks at their triangles: lanes then do the same at the same time.
+layout(constant_id = 1) const uint GATHERED = 8;
+
+layout(push_constant) uniform Push {
+    uint site_count;
+    uint levels; // of the tree
+};
+layout(set = 0, binding = 0) readonly buffer Targets { vec4 targets[]; };
+layout(set = 0, binding = 1) readonly buffer Order { uint order[]; };
+layout(set = 0, binding = 2) readonly buffer Records { uvec4 records[]; };
+layout(set = 0, binding = 3) readonly buffer CornerNormals { uvec4 corner_normals[]; };
+layout(set = 0, binding = 4) readonly buffer Nodes { uvec4 nodes[]; };
+layout(set = 0, binding = 5) buffer Projected { vec4 projected[]; };
+layout(set = 0, binding = 6) buffer Normals { vec4 normals[]; };
+layout(set = 0, binding = 7) writeonly buffer SiteTriangle { uint site_triangle[]; };
+#include "common/records.glsl"
+
+// Lowest nodes by number, and below that a bit for each of their triangles within reach.
+shared uint gathered[GATHERED * WORKGROUP];
+
+// A bit for each box of the node that is nearer than the root of reach_sq; both lengths in steps of the grid.
+uint boxes_within(uint place, vec3 at, float reach_sq) {
+    Node node = Node(nodes[2u * place], nodes[2u * place + 1u]);
+    uvec3 corner = node_corner(node), shift = node_shift(node);
+    uint found = 0u;
+    [[unroll]] for (uint box = 0u; box < WIDTH; ++box) {
+        vec3 low = vec3(corner + (node_low(node, box) << shift));
+        vec3 high = vec3(corner + (node_high(node, box) << shift));
+        vec3 gap = max(max(low - at, at - high), vec3(0.0));
+        // A little less than the true distance: rounding must not hide a triangle.
+        found |= 0.9999 * dot(gap, gap) < reach_sq ? 1u << box : 0u;
+    }
+    return found & node_boxes(node);
+}
+
+void main() {
+    uint site = thread_index();
+    if (site >= site_count) return;
+    uint lane = gl_LocalInvocationID.x;
+    vec3 at = targets[site].xyz;
+    vec3 side = normals[site].xyz;
+    vec3 before = projected[site].xyz - at;
+    Closest best = Closest(before, dot(before, before), vec3(0.0), INSIDE);
+    uint best_rank = NONE;
+    // The node: its place, its number in its level, the nodes below and with it in a full tree, its level.
+    uint place = 0u, number = 0u, level = levels - 1u, stride = tree_nodes(level);
+    // What is left to visit of the nodes above, four bits each, the nearest above lowest.
+    uint pending = 0u, pending_above = 0u;
+    bool more = true;
+    vec3 at_grid = to_grid(at);
+    while (more) {
+        uint count = 0u;
+        float reach_sq = best.sq / (GRID_STEP * GRID_STEP);
+        while (more && count < GATHERED) {
+            uint found = boxes_within(place, at_grid, reach_sq);
+            gathered[count * WORKGROUP + lane] = number << WIDTH | found;
+            count += level == 0u && found != 0u ? 1u : 0u;
+            // The children of a lowest node are triangles.
+            found = level == 0u ? 0u : found;
+            // Up to the first node that has something left.
+            while (found == 0u && level + 1u < levels) {
+                stride = 1u + WIDTH * stride;
+                place -= 1u + number % WIDTH * (stride / WIDTH);
+                number /= WIDTH;
+                ++level;
+                found = pending & 15u;
+                pending = pending >> 4 | pending_above << 28;
+                pending_above >>= 4;
+            }
+            more = found != 0u;
+            // And down to the first child left.
+            pending_above = pending_above << 4 | pending >> 28;
+            pending = pending << 4 | (found & (found - 1u));
+            uint child = uint(max(findLSB(found), 0));
+            stride /= WIDTH;
+            place += 1u + child * stride;
+            number = number * WIDTH + child;
+            --level;
+        }
+        uint slot = 0u, entry = count > 0u ? gathered[lane] : 0u;
+        while (slot < count) {
+            uint t = (entry >> WIDTH) * WIDTH + uint(findLSB(entry));
+            vec3 a = uintBitsToFloat(records[3u * t].xyz);
+            vec3 b = uintBitsToFloat(records[3u * t + 1u].xyz);
+            vec3 c = uintBitsToFloat(records[3u * t + 2u].xyz);
+            bool agrees = dot(unpack_normal(corner_normals[t].w), side) > 0.0;
+            Closest here = closest_on_triangle(at, a, b, c);
+            if (agrees && here.sq < best.sq * NEARER) {
+                best = here;
+                best_rank = t;
+            }
+            entry &= entry - 1u;
+            if ((entry & 15u) == 0u) {
+                ++slot;
+                entry = slot < count ? gathered[slot * WORKGROUP + lane] : 1u;
+            }
+        }
+    }
+    if (best_rank == NONE) return;
+    projected[site] = vec4(at + best.offset, sqrt(best.sq));
+    normals[site] = vec4(surface_normal(best_rank, best.weights), 0.0);
+    site_triangle[site] = order[best_rank];
+}

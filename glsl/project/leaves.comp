@@ -1,0 +1,36 @@
+// Purpose: the lowest nodes of the tree of boxes (common/hierarchy.glsl), whose boxes are those of triangles.
+// Invocation: one node.
+// Reads: records.
+// Writes: nodes, the lowest.
+// Filled by the upload of the surface; consumed by project/join and project/closest.
+#version 450
+#extension GL_GOOGLE_include_directive : require
+#define DEFAULT_WORKGROUP 64
+#include "common/threads.glsl"
+#include "common/hierarchy.glsl"
+
+layout(push_constant) uniform Push {
+    uint triangle_count;
+    uint levels;
+};
+layout(set = 0, binding = 0) readonly buffer Records { uvec4 records[]; };
+layout(set = 0, binding = 1) writeonly buffer Nodes { uvec4 nodes[]; };
+
+void main() {
+    uint i = thread_index();
+    if (i >= (triangle_count + WIDTH - 1u) / WIDTH) return;
+    uvec3 low[WIDTH], high[WIDTH];
+    uint count = min(WIDTH, triangle_count - WIDTH * i);
+    for (uint box = 0u; box < count; ++box) {
+        uint t = WIDTH * i + box;
+        vec3 a = uintBitsToFloat(records[3u * t].xyz);
+        vec3 b = uintBitsToFloat(records[3u * t + 1u].xyz);
+        vec3 c = uintBitsToFloat(records[3u * t + 2u].xyz);
+        low[box] = grid_below(min(a, min(b, c)));
+        high[box] = grid_above(max(a, max(b, c)));
+    }
+    Node node = pack_node(low, high, count);
+    uint place = node_place(0u, i, levels);
+    nodes[2u * place] = node.head;
+    nodes[2u * place + 1u] = node.tail;
+}

@@ -1,0 +1,161 @@
+//! The triangles of the surface as the searches for closest points read them: in spatial order, each with its corners,
+//! neighbours and normals in one place.
+
+use super::spatial::morton_code;
+use super::surface::Surface;
+use crate::Result;
+use crate::gpu::{Buffer, Device, NONE};
+use crate::mesh::edges::EdgeTable;
+use glam::{DVec2, DVec3, UVec4};
+use rayon::prelude::*;
+
+/// Buffers over the triangles by *rank*, their place in spatial order.
+pub struct TriangleRecords {
+    /// `records[3 * rank + k]`: corner k in the bits of three floats, and the half-edge (`3 * rank + side`) across the
+    /// side from corner k to the next, [`NONE`] at boundaries, where more than two triangles meet, and where two
+    /// meet that run the same way along the side.
+    pub records: Buffer<UVec4>,
+    /// Unit normals in octahedral form: of the surface at the three corners, and of the triangle.
+    pub corner_normals: Buffer<UVec4>,
+    /// The rank of each triangle.
+    pub rank: Buffer<u32>,
+    /// The triangle of each rank.
+    pub order: Buffer<u32>,
+}
+
+impl TriangleRecords {
+    /// Prepares and uploads the records of `surface`.
+    ///
+    /// # Errors
+    /// [`crate::Error::OutOfMemory`] if they do not fit.
+    pub fn new(device: &Device, surface: &Surface) -> Result<Self> {
+        let order = sorted(&spatial_keys(surface));
+        let mut rank = vec![0; order.len()];
+        for (r, t) in (0..).zip(&order) {
+            rank[*t as usize] = r;
+        }
+        let mates = mates(&surface.triangles);
+        let to_rank = |half_edge: u32| {
+            if half_edge == NONE { NONE } else { 3 * rank[half_edge as usize / 3] + half_edge % 3 }
+        };
+        let records: Vec<UVec4> = order
+            .par_iter()
+            .flat_map_iter(|t| (0..3).map(move |k| 3 * *t as usize + k))
+            .map(|corner| {
+                let p = surface.vertices[surface.triangles[corner / 3][corner % 3] as usize].as_vec3();
+                UVec4::new(p.x.to_bits(), p.y.to_bits(), p.z.to_bits(), to_rank(mates[corner]))
+            })
+            .collect();
+        let at_vertices = vertex_normals(surface);
+        let normals: Vec<UVec4> =
+            order.par_iter().map(|t| packed_normals(surface, &at_vertices, *t as usize)).collect();
+        Ok(Self {
+            records: Buffer::from_slice(device, "surface.records", &records)?,
+            corner_normals: Buffer::from_slice(device, "surface.corner_normals", &normals)?,
+            rank: Buffer::from_slice(device, "surface.rank", &rank)?,
+            order: Buffer::from_slice(device, "surface.order", &order)?,
+        })
+    }
+
+    /// Number of triangles.
+    pub fn len(&self) -> usize {
+        self.order.len()
+    }
+
+    /// Whether there are no triangles.
+    pub fn is_empty(&self) -> bool {
+        self.order.is_empty()
+    }
+}
+
+/// Bits of a Morton code.
+const CODE_BITS: u32 = 60;
+
+/// One key a triangle; ascending keys are spatial order. Triangles much larger than most come behind the others, by
+/// class of size: among small ones they would blow up every box that they get into.
+fn spatial_keys(surface: &Surface) -> Vec<u64> {
+    let corners = |t: &[u32; 3]| t.map(|v| surface.vertices[v as usize]);
+    let extent = |t: &[u32; 3]| {
+        let [a, b, c] = corners(t);
+        (a.max(b).max(c) - a.min(b).min(c)).length()
+    };
+    let mut extents: Vec<f64> = surface.triangles.par_iter().map(extent).collect();
+    let middle = extents.len() / 2;
+    let usual =
+        if extents.is_empty() { 1.0 } else { *extents.select_nth_unstable_by(middle, f64::total_cmp).1 };
+    surface
+        .triangles
+        .par_iter()
+        .map(|t| {
+            let [a, b, c] = corners(t);
+            // Up to 8 times the usual extent is class 0, and each further factor of 4 one more.
+            let class = ((extent(t) / (2.0 * usual)).log2() / 2.0).clamp(0.0, 15.0) as u64;
+            class << CODE_BITS | morton_code((a + b + c) / 3.0)
+        })
+        .collect()
+}
+
+/// Indices in ascending order of their keys, ties by index.
+fn sorted(keys: &[u64]) -> Vec<u32> {
+    let mut keyed: Vec<(u64, u32)> = keys.iter().copied().zip(0..).collect();
+    keyed.par_sort_unstable();
+    keyed.into_iter().map(|(_, i)| i).collect()
+}
+
+/// For each half-edge `3 * triangle + side` the one that runs against it, [`NONE`] where the surface does not go on.
+fn mates(triangles: &[[u32; 3]]) -> Vec<u32> {
+    let table = EdgeTable::new(triangles);
+    let corners = triangles.as_flattened();
+    let mut mates = vec![NONE; corners.len()];
+    for edge in table.edges() {
+        if let [one, two] = edge {
+            let ((a, _), (b, _)) = (one.corners(), two.corners());
+            if corners[a] != corners[b] {
+                mates[a] = b as u32;
+                mates[b] = a as u32;
+            }
+        }
+    }
+    mates
+}
+
+/// Normals of the vertices, each the mean of the triangles around it by their angles there; zero where they cancel.
+fn vertex_normals(surface: &Surface) -> Vec<DVec3> {
+    let mut sums = vec![DVec3::ZERO; surface.vertices.len()];
+    for (t, normal) in surface.triangles.iter().zip(&surface.normals) {
+        for k in 0..3 {
+            let [p, q, r] = [k, (k + 1) % 3, (k + 2) % 3].map(|c| surface.vertices[t[c] as usize]);
+            let angle = (q - p).cross(r - p).length().atan2((q - p).dot(r - p));
+            sums[t[k] as usize] += *normal * angle;
+        }
+    }
+    sums.into_iter().map(DVec3::normalize_or_zero).collect()
+}
+
+/// Cosine of the largest angle, 84 degrees, between the normals of a triangle and of its corners. Where the mesh folds
+/// back at a vertex, the triangle's own normal stands in: then all means of the three are on the triangle's side.
+const MIN_CORNER_COSINE: f64 = 0.1;
+
+fn packed_normals(surface: &Surface, at_vertices: &[DVec3], t: usize) -> UVec4 {
+    let own = surface.normals[t];
+    let [a, b, c] = surface.triangles[t].map(|v| {
+        let n = at_vertices[v as usize];
+        octahedral(if n.dot(own) > MIN_CORNER_COSINE { n } else { own })
+    });
+    UVec4::new(a, b, c, octahedral(own))
+}
+
+/// A unit vector in two signed shorts, as `unpack_normal` in `glsl/common/records.glsl` reads it; off by at most 5e-5.
+fn octahedral(n: DVec3) -> u32 {
+    let size = n.abs().element_sum();
+    // Only a triangle without area has no normal; any direction will do.
+    let n = if size > 0.0 { n / size } else { DVec3::Z };
+    let sign = |x: f64| if x >= 0.0 { 1.0 } else { -1.0 };
+    let flat = if n.z >= 0.0 {
+        DVec2::new(n.x, n.y)
+    } else {
+        DVec2::new((1.0 - n.y.abs()) * sign(n.x), (1.0 - n.x.abs()) * sign(n.y))
+    };
+    let short = |x: f64| u32::from((x * 32767.0).round() as i16 as u16);
+    short(flat.x) | short(flat.y) << 16
+}
