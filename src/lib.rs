@@ -22,5 +22,5 @@ pub mod stages;
 pub use error::{Error, Result};
 pub use gpu::{Device, DeviceInfo, DeviceOptions, list_devices};
 pub use mesh::TriMesh;
-pub use options::{Centroid, MAX_NEIGHBOURS, Options};
+pub use options::{Centroid, MAX_NEIGHBOURS, Method, Options};
 pub use pipeline::{PhaseTime, Progress, Remeshed, RunTimings, Summary, remesh};

@@ -14,18 +14,37 @@ pub enum Centroid {
     Area,
 }
 
-/// Settings of a run. `Options::rtf(n)` has the paper's.
+/// How a run goes.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Method {
+    /// Few sites first, then more and more: planar faces, neighbour lists, momentum, polish.
+    #[default]
+    CoarseToFine,
+    /// The paper's: brute force, cells in space, all sites from the start.
+    Rtf,
+}
+
+/// Settings of a run. `Options::new(n)` has the default ones, `Options::rtf(n)` the paper's.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Options {
+    /// Which pipeline.
+    pub method: Method,
     /// Vertices of the result, at least 4.
     pub vertices: usize,
+    /// Coarse to fine only: the coarsest level has at least this many sites.
+    pub coarsest: usize,
+    /// Coarse to fine only: most iterations of the first level, from scattered sites.
+    pub first_iterations: u32,
+    /// Coarse to fine only: most iterations of the levels between the first and the last.
+    pub coarse_iterations: u32,
     /// Sites in a normal's plane fit, the site itself included; 3 to [`MAX_NEIGHBOURS`] + 1 (the paper's k_nor).
     pub k_normal: u32,
     /// Sites that clip a cell before the radius of security is checked; 3 to [`MAX_NEIGHBOURS`] (the paper's k_clip).
     pub k_clip: u32,
     /// Input vertices whose triangles a site is projected onto; 1 to [`MAX_NEIGHBOURS`] (the paper's k_proj).
     pub k_project: u32,
-    /// Most iterations.
+    /// Most iterations; coarse to fine, of the last level.
     pub iterations: u32,
     /// The run ends early when the root mean square step is below this many spacings.
     pub tolerance: f64,
@@ -39,10 +58,27 @@ pub struct Options {
 pub const MAX_NEIGHBOURS: u32 = 48;
 
 impl Options {
+    /// Coarse to fine, for good triangles in short time.
+    pub fn new(vertices: usize) -> Self {
+        Self {
+            method: Method::CoarseToFine,
+            coarsest: 300,
+            first_iterations: 60,
+            coarse_iterations: 30,
+            iterations: 20,
+            centroid: Centroid::Area,
+            ..Self::rtf(vertices)
+        }
+    }
+
     /// The paper's settings (Sect. 5): k = 16, 32, 16 and 160 iterations of Lloyd from a uniformly random start.
     pub fn rtf(vertices: usize) -> Self {
         Self {
+            method: Method::Rtf,
             vertices,
+            coarsest: 0,
+            first_iterations: 0,
+            coarse_iterations: 0,
             k_normal: 16,
             k_clip: 32,
             k_project: 16,

@@ -21,7 +21,7 @@ pub struct Args {
     #[arg(short = 'n', long, value_name = "N")]
     vertices: usize,
     /// Settings to start from: rtf is the paper's method with the paper's settings
-    #[arg(long, value_enum, default_value_t = Preset::Rtf)]
+    #[arg(long, value_enum, default_value_t = Preset::Default)]
     preset: Preset,
     /// Where a site moves in its face: the mean of the corners, close ones counted once, or the centroid of the
     /// area [preset rtf: vertex]
@@ -58,6 +58,8 @@ pub struct Args {
 
 #[derive(Clone, Copy, clap::ValueEnum)]
 enum Preset {
+    /// Coarse to fine: fast, even triangles
+    Default,
     /// Restricted tangent faces as in the paper
     Rtf,
 }
@@ -72,9 +74,15 @@ enum CentroidName {
 
 impl Args {
     fn options(&self) -> Options {
-        let Preset::Rtf = self.preset;
-        let base = Options::rtf(self.vertices);
+        let base = match self.preset {
+            Preset::Default => Options::new(self.vertices),
+            Preset::Rtf => Options::rtf(self.vertices),
+        };
         Options {
+            method: base.method,
+            coarsest: base.coarsest,
+            first_iterations: base.first_iterations,
+            coarse_iterations: base.coarse_iterations,
             vertices: self.vertices,
             k_normal: self.k_normal.unwrap_or(base.k_normal),
             k_clip: self.k_clip.unwrap_or(base.k_clip),

@@ -1,6 +1,7 @@
 //! The logical device: queue, memory allocator, pipeline cache.
 
 use super::instance::Instance;
+use super::kernel::Pipelines;
 use super::select::{Candidate, DeviceInfo, candidates, choose};
 use super::timer::{StageTime, Timings};
 use super::{cache, vk_error};
@@ -39,6 +40,8 @@ impl DeviceOptions {
 #[derive(Clone)]
 pub struct Device {
     pub(super) shared: Arc<Shared>,
+    /// What was compiled so far.
+    pub(super) pipelines: Arc<Pipelines>,
 }
 
 /// What buffers, pipelines and recorders keep alive.
@@ -70,7 +73,8 @@ impl Device {
     pub fn open(options: &DeviceOptions) -> Result<Self> {
         let instance = Instance::new(options.validation)?;
         let candidate = choose(candidates(&instance)?, options.device.as_deref())?;
-        Ok(Self { shared: Arc::new(Shared::new(instance, candidate, options.full_barriers)?) })
+        let shared = Arc::new(Shared::new(instance, candidate, options.full_barriers)?);
+        Ok(Self { shared, pipelines: Arc::default() })
     }
 
     /// Name, driver and limits.

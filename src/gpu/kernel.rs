@@ -1,12 +1,13 @@
 //! What a kernel is to Rust, and its compiled pipeline.
 
 use super::buffer::RawBuffer;
-use super::device::{Device, Shared};
+use super::device::{Device, Shared, locked};
 use super::vk_error;
 use crate::{Error, Result};
 use ash::vk;
+use std::collections::HashMap;
 use std::marker::PhantomData;
-use std::sync::Arc;
+use std::sync::{Arc, Mutex};
 
 /// How a kernel uses a buffer, read from `readonly` and `writeonly` in its GLSL.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -80,15 +81,28 @@ pub(super) struct RawPipeline {
 }
 
 impl<K: Kernel> Pipeline<K> {
-    /// Compiles the kernel.
+    /// Compiles the kernel, once for a device and constants: later calls share the first one's work.
     ///
     /// # Errors
     /// [`Error::Device`] if the workgroup is larger than the device's limit or the driver refuses the kernel.
     pub fn new(device: &Device, constants: K::Constants) -> Result<Self> {
-        let raw = RawPipeline::new(&device.shared, K::INFO, &constants, size_of::<K::Push>() as u32)?;
-        Ok(Self { raw: Arc::new(raw), kernel: PhantomData })
+        let key = (K::INFO.name, constants.values());
+        let known = locked(&device.pipelines).get(&key).cloned();
+        let raw = match known {
+            Some(raw) => raw,
+            None => {
+                // Not under the lock, so that threads can compile different kernels at the same time.
+                let push_bytes = size_of::<K::Push>() as u32;
+                let raw = Arc::new(RawPipeline::new(&device.shared, K::INFO, &constants, push_bytes)?);
+                locked(&device.pipelines).entry(key).or_insert(raw).clone()
+            }
+        };
+        Ok(Self { raw, kernel: PhantomData })
     }
 }
+
+/// The pipelines of a device by kernel and specialization constants.
+pub(super) type Pipelines = Mutex<HashMap<(&'static str, Vec<(u32, u32)>), Arc<RawPipeline>>>;
 
 impl RawPipeline {
     fn new(

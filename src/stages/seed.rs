@@ -37,9 +37,42 @@ pub fn random(surface: &Surface, count: usize, seed: u64) -> Seeds {
         sites.push(a * (1.0 - q) + b * (q * (1.0 - s)) + c * (q * s));
         triangles.push(t as u32);
     }
-    let order = morton_order(&sites);
-    Seeds {
-        sites: order.iter().map(|i| sites[*i as usize]).collect(),
-        triangles: order.iter().map(|i| triangles[*i as usize]).collect(),
+    Seeds { sites, triangles }.in_space_order()
+}
+
+/// `count` points, one for each equal share of the surface's area when its triangles are passed in Morton order: more
+/// evenly spread than [`random`] ones.
+pub fn stratified(surface: &Surface, count: usize, seed: u64) -> Seeds {
+    let mut rng = Pcg64Mcg::seed_from_u64(seed);
+    let centres: Vec<DVec3> = surface
+        .triangles
+        .iter()
+        .map(|t| t.iter().map(|v| surface.vertices[*v as usize]).sum::<DVec3>() / 3.0)
+        .collect();
+    let share = surface.area() / count as f64;
+    let mut seeds = Seeds { sites: Vec::with_capacity(count), triangles: Vec::with_capacity(count) };
+    let mut passed = 0.0;
+    for t in morton_order(&centres) {
+        passed += surface.areas[t as usize];
+        let [a, b, c] = surface.triangles[t as usize].map(|v| surface.vertices[v as usize]);
+        // Half a share off, so that rounding cannot lose the last site.
+        while seeds.sites.len() < count && (seeds.sites.len() as f64 + 0.5) * share <= passed {
+            let [r, s] = std::array::from_fn(|_| rng.random::<f64>());
+            let q = r.sqrt();
+            seeds.sites.push(a * (1.0 - q) + b * (q * (1.0 - s)) + c * (q * s));
+            seeds.triangles.push(t);
+        }
+    }
+    seeds.in_space_order()
+}
+
+impl Seeds {
+    /// The same sites in Morton order.
+    pub fn in_space_order(self) -> Self {
+        let order = morton_order(&self.sites);
+        Self {
+            sites: order.iter().map(|i| self.sites[*i as usize]).collect(),
+            triangles: order.iter().map(|i| self.triangles[*i as usize]).collect(),
+        }
     }
 }

@@ -1,7 +1,8 @@
 //! The move itself and its size.
 
+use super::walk::Walk;
 use crate::Result;
-use crate::gpu::kernels::step::{reduce, step};
+use crate::gpu::kernels::step::{reduce, settle, step};
 use crate::gpu::{Buffer, Device, Pipeline, Recorder, Threads};
 use glam::{Vec2, Vec4};
 
@@ -44,6 +45,63 @@ impl Step {
         let site_count = sites.len() as u32;
         let bindings = step::Bindings { projected, sites, partials: &self.partials };
         recorder.dispatch(&self.step, Threads(sites.len()), &step::Push { site_count }, &bindings)?;
+        let push = reduce::Push { partial_count: self.partials.len() as u32, site_count, iteration };
+        let bindings = reduce::Bindings { partials: &self.partials, history: &self.history };
+        // One workgroup, see the kernel.
+        recorder.dispatch(&self.reduce, Threads(1), &push, &bindings)
+    }
+}
+
+/// Puts the sites where the projection says and keeps the size of every iteration's step.
+pub struct Settle {
+    settle: Pipeline<settle::Shader>,
+    reduce: Pipeline<reduce::Shader>,
+    partials: Buffer<Vec2>,
+    /// Per iteration: root mean square and largest distance of a site to its centroid, in the unit-diagonal frame.
+    pub history: Buffer<Vec2>,
+}
+
+impl Settle {
+    /// For `sites` sites and at most `iterations` iterations.
+    ///
+    /// # Errors
+    /// [`crate::Error::OutOfMemory`] or [`crate::Error::Device`].
+    pub fn new(device: &Device, sites: usize, iterations: u32, workgroup: Option<u32>) -> Result<Self> {
+        let mut constants = settle::Constants::default();
+        constants.workgroup = workgroup.unwrap_or(constants.workgroup);
+        Ok(Self {
+            settle: Pipeline::new(device, constants)?,
+            reduce: Pipeline::new(device, reduce::Constants::default())?,
+            partials: Buffer::new(
+                device,
+                "default.step.partials",
+                sites.div_ceil(constants.workgroup as usize),
+            )?,
+            history: Buffer::new(device, "default.step.history", iterations as usize)?,
+        })
+    }
+
+    /// Records the move to what `walk` found for `targets`, whose w is the squared distance to the centroid.
+    ///
+    /// # Errors
+    /// As [`Recorder::dispatch`].
+    pub fn record(
+        &self,
+        recorder: &mut Recorder,
+        walk: &Walk,
+        targets: &Buffer<Vec4>,
+        sites: &Buffer<Vec4>,
+        iteration: u32,
+    ) -> Result<()> {
+        let site_count = sites.len() as u32;
+        let bindings = settle::Bindings {
+            projected: &walk.projected,
+            normals: &walk.normals,
+            targets,
+            sites,
+            partials: &self.partials,
+        };
+        recorder.dispatch(&self.settle, Threads(sites.len()), &settle::Push { site_count }, &bindings)?;
         let push = reduce::Push { partial_count: self.partials.len() as u32, site_count, iteration };
         let bindings = reduce::Bindings { partials: &self.partials, history: &self.history };
         // One workgroup, see the kernel.

@@ -1,0 +1,105 @@
+//! The default pipeline: few sites first, then a new one at the middle of every edge, until there are as many as asked
+//! for. Regularity that few sites find cheaply stays, because middles of edges have six neighbours each.
+
+use super::Connection;
+use super::level::{Level, Relaxed};
+use super::refine::{level_counts, refine};
+use crate::gpu::Device;
+use crate::mesh::topology::{Topology, topology};
+use crate::options::Options;
+use crate::stages::cells::{CellSites, CellSurface, connected_cells};
+use crate::stages::connect::{ConnectCounts, connect};
+use crate::stages::face::FlagCounts;
+use crate::stages::records::TriangleRecords;
+use crate::stages::seed::{self, Seeds};
+use crate::stages::surface::Surface;
+use crate::{Progress, Result, TriMesh};
+
+/// What all levels share.
+pub(super) struct CoarseToFine<'a> {
+    pub device: &'a Device,
+    pub surface: &'a Surface,
+    pub records: &'a TriangleRecords,
+    pub input: &'a Topology,
+    pub options: &'a Options,
+}
+
+/// A level's mesh in the unit-diagonal frame.
+struct Found {
+    mesh: TriMesh,
+    under: Vec<u32>,
+    counts: ConnectCounts,
+    sound: bool,
+    insecure: usize,
+    steps: Vec<f64>,
+}
+
+impl CoarseToFine<'_> {
+    /// The connected sites, and the root mean square step of every iteration of the last level, in its spacings.
+    pub fn run(&self, progress: &mut dyn FnMut(Progress)) -> Result<(Connection, Vec<f64>)> {
+        let options = self.options;
+        let counts = level_counts(options.vertices, self.input.euler, options.coarsest);
+        let on = CellSurface::new(&self.surface.vertices, &self.surface.triangles, &self.surface.normals);
+        let mut total = 0;
+        let mut planned: u32 = (0..counts.len()).map(|l| self.iterations(counts.len(), l, l == 0)).sum();
+        let mut coarser: Option<Found> = None;
+        for (l, count) in counts.iter().enumerate() {
+            let fresh = coarser.is_none();
+            let iterations = self.iterations(counts.len(), l, fresh);
+            let seeds = match coarser.take() {
+                Some(found) => refine(&found.mesh, &found.under, *count),
+                None => seed::stratified(self.surface, *count, options.seed),
+            };
+            planned = planned.max(total + iterations);
+            let mut show = |done: u32, step: f64| {
+                progress(Progress { iteration: total + done, iterations: planned, step });
+            };
+            let found = self.level(&on, &seeds, iterations, &mut show)?;
+            total += found.steps.len() as u32;
+            if l + 1 == counts.len() {
+                let flags = FlagCounts { security_missed: found.insecure, ..Default::default() };
+                let TriMesh { vertices: sites, triangles } = found.mesh;
+                return Ok((Connection { sites, triangles, counts: found.counts, flags }, found.steps));
+            }
+            // Too few sites for the thin parts: what they got wrong would stay wrong.
+            coarser = found.sound.then_some(found);
+            if coarser.is_none() {
+                planned +=
+                    self.iterations(counts.len(), l + 1, true) - self.iterations(counts.len(), l + 1, false);
+            }
+        }
+        Err(crate::Error::Internal("no level was run".to_owned()))
+    }
+
+    /// Iterations of level `l` of `levels`; one that starts from scattered sites takes as many as the coarsest.
+    fn iterations(&self, levels: usize, l: usize, fresh: bool) -> u32 {
+        let from_end = levels - 1 - l;
+        let refined = if from_end == 0 { self.options.iterations } else { self.options.coarse_iterations };
+        if fresh { self.options.first_iterations.max(refined) } else { refined }
+    }
+
+    fn level(
+        &self,
+        on: &CellSurface,
+        seeds: &Seeds,
+        iterations: u32,
+        progress: &mut dyn FnMut(u32, f64),
+    ) -> Result<Found> {
+        let spacing = super::spacing(self.surface.area(), seeds.sites.len());
+        let level = Level::new(self.device, seeds, spacing, iterations, MOMENTUM)?;
+        let Relaxed { sites, triangles: under, near, steps, insecure } =
+            level.relax(self.device, seeds, self.records, self.options.tolerance, progress)?;
+        let cells =
+            connected_cells(on, &CellSites { positions: &sites, triangles: &under, near: &near, spacing });
+        let (triangles, counts) = connect(&sites, &cells.fans);
+        let mesh = TriMesh { vertices: sites, triangles };
+        let got = topology(&mesh);
+        let sound = (got.euler, got.components) == (self.input.euler, self.input.components)
+            && got.vertices == mesh.vertices.len();
+        let counts = ConnectCounts { cells: Some(cells.certificate), ..counts };
+        Ok(Found { mesh, under, counts, sound, insecure, steps })
+    }
+}
+
+/// Largest share of the last motion that is added to a step.
+const MOMENTUM: f32 = 0.9;

@@ -1,0 +1,154 @@
+//! One level of the default pipeline: sites relaxed on the device at one count.
+
+use crate::Result;
+use crate::gpu::{Buffer, Device, Recorder};
+use crate::stages::lists::{ListOptions, Lists};
+use crate::stages::planar::{PlanarFaces, PlanarInputs, PlanarMove};
+use crate::stages::records::TriangleRecords;
+use crate::stages::seed::Seeds;
+use crate::stages::step::Settle;
+use crate::stages::walk::Walk;
+use glam::{DVec3, Vec2, Vec4};
+
+/// Neighbours in a list.
+const LIST: u32 = 24;
+/// Lists are made anew when a site has moved by more than this share of its reach.
+const MAX_RHO: f32 = 0.08;
+/// Longest move in spacings.
+const LARGEST_MOVE: f64 = 0.5;
+/// No face reaches farther than this many spacings from its site.
+const WIDEST: f64 = 2.5;
+/// Iterations between two looks at the step size.
+const PER_SUBMISSION: u32 = 10;
+
+/// The stages at one count, with their buffers.
+pub(super) struct Level {
+    sites: Buffer<Vec4>,
+    site_triangle: Buffer<u32>,
+    lists: Lists,
+    faces: PlanarFaces,
+    walk: Walk,
+    settle: Settle,
+    spacing: f64,
+    iterations: u32,
+    momentum: f32,
+}
+
+/// Sites at rest.
+pub(super) struct Relaxed {
+    pub sites: Vec<DVec3>,
+    pub triangles: Vec<u32>,
+    pub near: Vec<u32>,
+    /// Root mean square distance to the centroid of every iteration, in spacings.
+    pub steps: Vec<f64>,
+    /// Faces of the last iteration that their list did not decide.
+    pub insecure: usize,
+}
+
+impl Level {
+    /// `spacing` is that of `seeds`, which are in Morton order; `momentum` the largest share of the last motion.
+    pub fn new(device: &Device, seeds: &Seeds, spacing: f64, iterations: u32, momentum: f32) -> Result<Self> {
+        let n = seeds.sites.len();
+        Ok(Self {
+            sites: Buffer::new(device, "default.sites", n)?,
+            site_triangle: Buffer::from_slice(device, "default.site_triangle", &seeds.triangles)?,
+            lists: Lists::new(device, n, &ListOptions::new(LIST))?,
+            faces: PlanarFaces::new(device, n, LIST, iterations, None)?,
+            walk: Walk::new(device, n, None)?,
+            settle: Settle::new(device, n, iterations, None)?,
+            spacing,
+            iterations,
+            momentum,
+        })
+    }
+
+    /// Iterates until the root mean square step is below `tolerance` spacings; `progress` gets every look at it.
+    pub fn relax(
+        &self,
+        device: &Device,
+        seeds: &Seeds,
+        surface: &TriangleRecords,
+        tolerance: f64,
+        progress: &mut dyn FnMut(u32, f64),
+    ) -> Result<Relaxed> {
+        let mut steps = Vec::new();
+        let mut recorder = device.recorder()?;
+        // The seeds are the first targets; landing on the surface gives them their normals.
+        let targets: Vec<Vec4> = seeds.sites.iter().map(|p| p.as_vec3().extend(0.0)).collect();
+        recorder.upload(&self.faces.targets, &targets)?;
+        self.record_move(&mut recorder, surface, 0)?;
+        self.lists.record_build(&mut recorder, &self.sites)?;
+        recorder.submit()?;
+        while (steps.len() as u32) < self.iterations {
+            let begin = steps.len() as u32;
+            let end = (begin + PER_SUBMISSION).min(self.iterations);
+            let mut recorder = device.recorder()?;
+            for iteration in begin..end {
+                self.record_iteration(&mut recorder, surface, iteration)?;
+            }
+            let history = recorder.download(&self.settle.history)?;
+            let history: Vec<Vec2> = recorder.submit()?.read(&history)?;
+            let new = &history[begin as usize..end as usize];
+            steps.extend(new.iter().map(|s| f64::from(s.x) / self.spacing));
+            let step = steps.last().copied().unwrap_or(0.0);
+            progress(end, step);
+            if step < tolerance {
+                break;
+            }
+        }
+        self.read(device, steps)
+    }
+
+    /// Neighbours → face and centroid → project → step.
+    fn record_iteration(
+        &self,
+        recorder: &mut Recorder,
+        surface: &TriangleRecords,
+        iteration: u32,
+    ) -> Result<()> {
+        self.lists.record_refresh(recorder, &self.sites, MAX_RHO)?;
+        let inputs = PlanarInputs {
+            sites: &self.sites,
+            normals: &self.walk.normals,
+            neighbours: &self.lists.neighbours,
+            reach: &self.lists.reach,
+            status: &self.lists.status,
+        };
+        // Nesterov's sequence; the last iteration is a plain one, so that sites end in their centroids.
+        let share = iteration as f32 / (iteration as f32 + 3.0);
+        let last = iteration + 1 == self.iterations;
+        let step = PlanarMove {
+            iteration,
+            momentum: if last { 0.0 } else { share.min(self.momentum) },
+            largest_move: (LARGEST_MOVE * self.spacing) as f32,
+            widest: (WIDEST * self.spacing) as f32,
+        };
+        self.faces.record(recorder, &inputs, &step)?;
+        self.record_move(recorder, surface, iteration)
+    }
+
+    fn record_move(&self, recorder: &mut Recorder, surface: &TriangleRecords, iteration: u32) -> Result<()> {
+        let targets = &self.faces.targets;
+        self.walk.record(recorder, targets, surface, &self.site_triangle)?;
+        self.settle.record(recorder, &self.walk, targets, &self.sites, iteration)
+    }
+
+    fn read(&self, device: &Device, steps: Vec<f64>) -> Result<Relaxed> {
+        let mut recorder = device.recorder()?;
+        // The lists may be from before the last moves; they are candidates, no more.
+        let sites = recorder.download(&self.sites)?;
+        let triangles = recorder.download(&self.site_triangle)?;
+        let near = recorder.download(&self.lists.neighbours)?;
+        let insecure = recorder.download(&self.faces.insecure)?;
+        let done = recorder.submit()?;
+        let insecure: Vec<u32> = done.read(&insecure)?;
+        let last = (self.iterations as usize + steps.len()).checked_sub(1);
+        Ok(Relaxed {
+            sites: done.read(&sites)?.iter().map(|s: &Vec4| s.truncate().as_dvec3()).collect(),
+            triangles: done.read(&triangles)?,
+            near: done.read(&near)?,
+            insecure: last.and_then(|l| insecure.get(l)).map_or(0, |c| *c as usize),
+            steps,
+        })
+    }
+}

@@ -1,0 +1,269 @@
+//! The run: seed, iterate, connect, measure.
+
+mod coarse_to_fine;
+mod level;
+mod refine;
+mod rtf;
+
+use crate::gpu::kernels::face::cell;
+use crate::gpu::{Device, StageTime};
+use crate::measure::{Measures, measure};
+use crate::mesh::frame::Frame;
+use crate::mesh::repair::{RepairCounts, repair};
+use crate::mesh::topology::{Topology, topology};
+use crate::options::{Method, Options};
+use crate::stages::connect::ConnectCounts;
+use crate::stages::face::FlagCounts;
+use crate::stages::records::TriangleRecords;
+use crate::stages::seed;
+use crate::stages::surface::Surface;
+use crate::{Error, Result, TriMesh};
+use coarse_to_fine::CoarseToFine;
+use glam::DVec3;
+use serde::Serialize;
+use std::time::Instant;
+
+/// Where a run is, for a progress display.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Progress {
+    /// Iterations done.
+    pub iteration: u32,
+    /// Most iterations.
+    pub iterations: u32,
+    /// Root mean square step of the last iteration in spacings.
+    pub step: f64,
+}
+
+/// A result with its story.
+#[derive(Debug, Clone)]
+pub struct Remeshed {
+    /// The new mesh, in the input's frame.
+    pub mesh: TriMesh,
+    /// What happened.
+    pub summary: Summary,
+}
+
+/// What a run did.
+#[derive(Debug, Clone, Serialize)]
+pub struct Summary {
+    /// What cleaning the input found.
+    pub repaired: RepairCounts,
+    /// Topology of the cleaned input.
+    pub input: Topology,
+    /// Figures of the result, distances against the cleaned input.
+    pub output: Measures,
+    /// Iterations done.
+    pub iterations: u32,
+    /// Whether the step fell below the tolerance.
+    pub converged: bool,
+    /// Root mean square step of every iteration, in spacings.
+    pub steps: Vec<f64>,
+    /// Edge length of a perfect layout in the input's units.
+    pub spacing: f64,
+    /// Sites with special faces after the last iteration.
+    pub flags: FlagCounts,
+    /// What connecting met.
+    pub connected: ConnectCounts,
+    /// What could not be done; empty for a valid result.
+    pub warnings: Vec<String>,
+    /// Where the time went.
+    pub timings: RunTimings,
+}
+
+/// Time and memory of a run.
+#[derive(Debug, Clone, Serialize)]
+pub struct RunTimings {
+    /// Device time by kernel and kind of copy.
+    pub stages: Vec<StageTime>,
+    /// Host time by phase.
+    pub phases: Vec<PhaseTime>,
+    /// Wall time of all phases in milliseconds.
+    pub wall_milliseconds: f64,
+    /// Most device memory in use at once, in bytes.
+    pub peak_device_bytes: u64,
+}
+
+/// Wall time of a phase of the run.
+#[derive(Debug, Clone, Serialize)]
+pub struct PhaseTime {
+    /// Name of the phase.
+    pub name: &'static str,
+    /// Its wall time in milliseconds, waiting for the device included.
+    pub milliseconds: f64,
+}
+
+/// Remeshes `mesh` on `device`; `progress` is called every few iterations.
+///
+/// # Errors
+/// [`Error::Usage`] for options out of range, [`Error::Input`] for a mesh without area, and the device's errors.
+pub fn remesh(
+    device: &Device,
+    mesh: &TriMesh,
+    options: &Options,
+    progress: &mut dyn FnMut(Progress),
+) -> Result<Remeshed> {
+    options.validate()?;
+    // Earlier runs on the same device do not count.
+    device.take_timings();
+    let mut clock = Clock::new();
+    let repaired = repair(mesh)?;
+    let frame = Frame::of(&repaired.mesh)?;
+    let input = topology(&repaired.mesh);
+    check_memory(device, options)?;
+    clock.phase("prepare");
+    let surface = Surface::new(device, &repaired.mesh, &frame)?;
+    let spacing = spacing(surface.area(), options.vertices);
+    let (connection, steps) = match options.method {
+        Method::Rtf => {
+            let seeds = seed::random(&surface, options.vertices, options.seed);
+            clock.phase("seed");
+            let run = rtf::Run::new(device, options, &surface, &seeds, spacing)?;
+            clock.phase("compile");
+            let steps = run.iterate(device, &surface, options, progress)?;
+            clock.phase("iterate");
+            (run.connect(device, &surface, &input)?, steps)
+        }
+        Method::CoarseToFine => {
+            let records = TriangleRecords::new(device, &surface)?;
+            clock.phase("records");
+            let run = CoarseToFine { device, surface: &surface, records: &records, input: &input, options };
+            run.run(progress)?
+        }
+    };
+    let Connection { sites, triangles, counts: connected, flags } = connection;
+    if triangles.is_empty() {
+        return Err(Error::input(
+            None,
+            format!("{} sites are too few to connect this surface", options.vertices),
+            "ask for more vertices",
+        ));
+    }
+    let vertices = sites.into_iter().map(|p| frame.from_unit(p)).collect();
+    let result = TriMesh { vertices, triangles };
+    clock.phase("connect");
+    let output = measure(&result, Some(&repaired.mesh))?;
+    clock.phase("measure");
+    let summary = Summary {
+        repaired: repaired.counts,
+        warnings: warnings(options, &input, &output, &connected, &flags),
+        input,
+        output,
+        iterations: steps.len() as u32,
+        converged: steps.last().is_some_and(|s| *s < options.tolerance),
+        steps,
+        spacing: spacing * frame.scale,
+        flags,
+        connected,
+        timings: RunTimings {
+            stages: device.take_timings(),
+            wall_milliseconds: clock.phases.iter().map(|p| p.milliseconds).sum(),
+            phases: clock.phases,
+            peak_device_bytes: device.peak_bytes(),
+        },
+    };
+    Ok(Remeshed { mesh: result, summary })
+}
+
+/// Edge length of `count` sites in a perfect layout over `area`.
+fn spacing(area: f64, count: usize) -> f64 {
+    (2.0 * area / (3.0_f64.sqrt() * count as f64)).sqrt()
+}
+
+/// Refuses a count whose largest buffers cannot exist, before anything of that size is made.
+fn check_memory(device: &Device, options: &Options) -> Result<()> {
+    let limits = &device.info().limits;
+    let sites = options.vertices as u64;
+    let corners = u64::from(cell::Constants::default().max_corners);
+    let k_sites = u64::from(options.k_clip.max(options.k_normal - 1));
+    // Bytes a site: corners of two floats; their fan; both lists; five vectors; triangle, count and flags.
+    let largest = sites * (8 * corners).max(4 * k_sites);
+    let total = sites * (12 * corners + 4 * (k_sites + u64::from(options.k_project)) + 5 * 16 + 3 * 4);
+    let refuse = |what: &str, bytes: u64, limit: u64, of: &str| {
+        Err(Error::OutOfMemory {
+            what: what.to_owned(),
+            bytes,
+            problem: format!("but device '{}' has {limit} {of}", device.info().name),
+            remedy: format!("ask for at most {} vertices, or use a larger device", sites * limit / bytes),
+        })
+    };
+    if largest > limits.storage_buffer_bytes {
+        return refuse("one list of all sites", largest, limits.storage_buffer_bytes, "in one buffer");
+    }
+    if total > limits.memory_bytes {
+        return refuse("the run", total, limits.memory_bytes, "in all");
+    }
+    Ok(())
+}
+
+/// Sites, in the unit-diagonal frame, and the triangles over them.
+pub(crate) struct Connection {
+    sites: Vec<DVec3>,
+    triangles: Vec<[u32; 3]>,
+    counts: ConnectCounts,
+    flags: FlagCounts,
+}
+
+fn warnings(
+    options: &Options,
+    input: &Topology,
+    output: &Measures,
+    connected: &ConnectCounts,
+    flags: &FlagCounts,
+) -> Vec<String> {
+    let got = &output.topology;
+    let mut list = Vec::new();
+    let mut say = |bad: bool, text: String| {
+        if bad {
+            list.push(text);
+        }
+    };
+    let lost = flags.triangle_overflow + flags.plane_overflow + flags.corner_overflow + flags.badly_closed;
+    say(lost > 0, format!("{lost} sites have no face (see flags in the report)"));
+    say(
+        !input.is_closed_manifold(),
+        "the input is not a closed manifold; this preset connects closed surfaces only".into(),
+    );
+    say(
+        connected.unfilled_faces > 0,
+        format!("{} faces could not be filled and are holes", connected.unfilled_faces),
+    );
+    say(
+        got.vertices != options.vertices,
+        format!("the result uses {} of {} vertices", got.vertices, options.vertices),
+    );
+    say(
+        input.is_closed_manifold() && !got.is_closed_manifold(),
+        "the result is not a closed manifold".into(),
+    );
+    say(
+        (got.components, got.euler, got.boundary_loops)
+            != (input.components, input.euler, input.boundary_loops),
+        format!(
+            "topology differs: {} components, Euler characteristic {}, {} boundary loops instead of {}, {}, {}",
+            got.components,
+            got.euler,
+            got.boundary_loops,
+            input.components,
+            input.euler,
+            input.boundary_loops
+        ),
+    );
+    list
+}
+
+struct Clock {
+    last: Instant,
+    phases: Vec<PhaseTime>,
+}
+
+impl Clock {
+    fn new() -> Self {
+        Self { last: Instant::now(), phases: Vec::new() }
+    }
+
+    fn phase(&mut self, name: &'static str) {
+        let now = Instant::now();
+        self.phases.push(PhaseTime { name, milliseconds: (now - self.last).as_secs_f64() * 1e3 });
+        self.last = now;
+    }
+}
