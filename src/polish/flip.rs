@@ -41,11 +41,11 @@ pub(super) fn flip_edges(
         let mut flipped = 0;
         for h in wanted {
             // An earlier flip may have changed what this one was worth.
-            if pays(links, points, locked, rule, h) {
-                if let Some(twin) = links.twin(h) {
-                    links.flip(h, twin);
-                    flipped += 1;
-                }
+            if pays(links, points, locked, rule, h)
+                && let Some(twin) = links.twin(h)
+            {
+                links.flip(h, twin);
+                flipped += 1;
             }
         }
         total += flipped;
