@@ -16,6 +16,7 @@ pub mod measure;
 pub mod mesh;
 mod options;
 mod pipeline;
+pub mod polish;
 pub mod report;
 pub mod stages;
 

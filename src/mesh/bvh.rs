@@ -125,13 +125,31 @@ impl Bvh {
     /// most of the work if that one is near, and stores the rank of the one found. A `rank` out of range
     /// counts as 0.
     pub fn closest_from(&self, p: DVec3, rank: &mut usize) -> Option<Closest> {
+        self.closest_accepted(p, rank, |_| true)
+    }
+
+    /// As [`Bvh::closest_from`] among the triangles that `accept` holds for; `None` if there is none.
+    pub fn closest_accepted(
+        &self,
+        p: DVec3,
+        rank: &mut usize,
+        accept: impl Fn(u32) -> bool,
+    ) -> Option<Closest> {
         if self.nodes.is_empty() {
             return None;
         }
         if *rank >= self.order.len() {
             *rank = 0;
         }
-        let mut best = self.closest_at(*rank, p);
+        let mut best = Closest {
+            triangle: u32::MAX,
+            point: DVec3::ZERO,
+            distance_sq: f64::INFINITY,
+            barycentric: [0.0; 3],
+        };
+        if accept(self.order[*rank]) {
+            best = self.on_triangle(*rank, p);
+        }
         let mut stack = [(0u32, 0f64); STACK];
         stack[0] = (0, self.nodes[0].bounds.distance_sq(p));
         let mut top = 1;
@@ -145,7 +163,10 @@ impl Bvh {
             if node.count > 0 {
                 let start = node.start_or_skip as usize;
                 for candidate_rank in start..start + node.count as usize {
-                    let found = self.closest_at(candidate_rank, p);
+                    if !accept(self.order[candidate_rank]) {
+                        continue;
+                    }
+                    let found = self.on_triangle(candidate_rank, p);
                     if (found.distance_sq, found.triangle) < (best.distance_sq, best.triangle) {
                         best = found;
                         *rank = candidate_rank;
@@ -161,10 +182,15 @@ impl Bvh {
             stack[top + 1] = near;
             top += 2;
         }
-        Some(best)
+        best.distance_sq.is_finite().then_some(best)
     }
 
-    fn closest_at(&self, rank: usize, p: DVec3) -> Closest {
+    /// The closest point of the one triangle at `rank` of [`Bvh::leaf_order`]; `None` if that is out of range.
+    pub fn closest_at(&self, rank: usize, p: DVec3) -> Option<Closest> {
+        (rank < self.order.len()).then(|| self.on_triangle(rank, p))
+    }
+
+    fn on_triangle(&self, rank: usize, p: DVec3) -> Closest {
         let found = closest_on_triangle(p, self.corners[rank]);
         Closest {
             triangle: self.order[rank],

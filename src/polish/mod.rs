@@ -1,0 +1,137 @@
+//! The last touch on a connected mesh: better triangles ([`polish`]), then a closer fit ([`fit`]).
+//!
+//! Both keep the number of vertices and the topology, both work on one surface, the [`Target`], and both give the same
+//! bytes for any number of threads.
+
+mod fit;
+mod flip;
+mod links;
+mod relax;
+mod worst;
+
+pub use fit::{FitCounts, FitOptions, fit};
+
+use glam::DVec3;
+
+use crate::TriMesh;
+use crate::mesh::bvh::Bvh;
+use flip::{Rule, flip_edges};
+use links::{Kind, Links, cross};
+
+/// Sweeps over all edges before each relaxation.
+const SWEEPS: u32 = 2;
+/// Last rounds whose flips look at angles only.
+const ANGLE_ROUNDS: u32 = 3;
+/// Passes over the worst triangles.
+const WORST_PASSES: u32 = 6;
+/// Height over a triangle below which the closest point is taken to be on it, over the distance to its edges.
+const LOW: f64 = 0.1;
+
+/// The surface that a mesh is kept on.
+#[derive(Debug, Clone)]
+pub struct Target {
+    bvh: Bvh,
+    /// Normals of the triangles, with the doubled area as length.
+    normals: Vec<DVec3>,
+    /// Squared shortest height of each triangle.
+    heights_sq: Vec<f64>,
+}
+
+impl Target {
+    /// Prepares the surface, which must be in the frame of the meshes to come. Panics if an index is out of range.
+    pub fn new(surface: &TriMesh) -> Self {
+        let corners = |t| surface.corners(t);
+        let normals: Vec<DVec3> = (0..surface.triangles.len()).map(|t| cross(corners(t))).collect();
+        let heights_sq = normals
+            .iter()
+            .enumerate()
+            .map(|(t, n)| {
+                let [a, b, c] = corners(t);
+                let longest = a.distance_squared(b).max(b.distance_squared(c)).max(c.distance_squared(a));
+                n.length_squared() / longest.max(f64::MIN_POSITIVE)
+            })
+            .collect();
+        Self { bvh: Bvh::new(surface), normals, heights_sq }
+    }
+
+    /// The closest point of the triangles that face as `normal` does.
+    fn closest(&self, p: DVec3, normal: DVec3, rank: &mut usize) -> Option<DVec3> {
+        self.closest_with_normal(p, normal, rank).map(|(point, _)| point)
+    }
+
+    /// As [`Target::closest`], with the unit normal of the triangle it lies on.
+    ///
+    /// A point close above the inside of the triangle at `rank` is taken to have its closest point there, which saves
+    /// the search; only sheets closer to each other than that could tell otherwise.
+    fn closest_with_normal(&self, p: DVec3, normal: DVec3, rank: &mut usize) -> Option<(DVec3, DVec3)> {
+        if normal == DVec3::ZERO {
+            return None;
+        }
+        let accept = |t: u32| self.normals[t as usize].dot(normal) > 0.0;
+        let near = self.bvh.closest_at(*rank, p).filter(|near| {
+            let inside = near.barycentric.iter().fold(1.0, |a: f64, b| a.min(*b));
+            accept(near.triangle)
+                && near.distance_sq <= LOW * LOW * inside * inside * self.heights_sq[near.triangle as usize]
+        });
+        let found = near.or_else(|| self.bvh.closest_accepted(p, rank, accept))?;
+        Some((found.point, self.normals[found.triangle as usize].normalize_or_zero()))
+    }
+}
+
+/// Settings of [`polish`].
+#[derive(Debug, Clone, PartialEq)]
+pub struct PolishOptions {
+    /// Rounds of flips and relaxation.
+    pub rounds: u32,
+    /// What one unit of valence energy is worth against the cotangents of the angles opposite an edge; 0 flips for
+    /// Delaunay triangles only.
+    pub valence_weight: f64,
+    /// Vertices that stay where they are, besides those on a boundary; vertices beyond the end of the list are free.
+    /// An edge between two that stay is not flipped.
+    pub fixed: Vec<bool>,
+}
+
+impl Default for PolishOptions {
+    fn default() -> Self {
+        Self { rounds: 10, valence_weight: 1.0, fixed: Vec::new() }
+    }
+}
+
+/// What [`polish`] did.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+pub struct PolishCounts {
+    /// Edges flipped.
+    pub flips: usize,
+    /// Moves of the relaxation, over all rounds, that were taken back because a triangle would have suffered.
+    pub taken_back: usize,
+    /// Moves for the sake of the worst triangles.
+    pub lifted: usize,
+}
+
+/// Improves the triangles of `mesh` by flips and by moving vertices over `target`.
+///
+/// Vertices on a boundary and irregular ones (several fans, no triangles) stay, and boundary edges are not flipped. No
+/// flip repeats an edge; no triangle is turned over or flattened. Panics if an index is out of range.
+pub fn polish(mesh: &mut TriMesh, target: &Target, options: &PolishOptions) -> PolishCounts {
+    let mut counts = PolishCounts::default();
+    let points = &mut mesh.vertices;
+    let mut links = Links::new(std::mem::take(&mut mesh.triangles), points.len());
+    let locked: Vec<bool> = (0..points.len()).map(|v| is_locked(&links, &options.fixed, v)).collect();
+    let mut ranks = vec![0; points.len()];
+    for round in 0..options.rounds {
+        let late = round + ANGLE_ROUNDS >= options.rounds;
+        let rule = Rule { valence_weight: if late { 0.0 } else { options.valence_weight } };
+        counts.flips += flip_edges(&mut links, points, &locked, &rule, SWEEPS);
+        counts.taken_back += relax::relax(&links, points, &mut ranks, &locked, target);
+    }
+    if options.rounds > 0 {
+        counts.lifted = worst::improve(&links, points, &mut ranks, &locked, target, WORST_PASSES);
+    }
+    mesh.triangles = links.triangles;
+    counts
+}
+
+/// Whether vertex `v` may not move: asked for, on a boundary, or without one closed fan.
+fn is_locked(links: &Links, fixed: &[bool], v: usize) -> bool {
+    links.kind(v as u32) != Kind::Inner || fixed.get(v).copied().unwrap_or(false)
+}

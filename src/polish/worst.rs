@@ -1,0 +1,109 @@
+//! The worst triangles: a direct search for better places of the vertices around them.
+
+use glam::DVec3;
+use rayon::prelude::*;
+
+use super::Target;
+use super::links::{Links, next, previous};
+use super::relax::{CHUNK, spoils, vertex_normal};
+use crate::mesh::quality::TriangleQuality;
+
+/// Triangles that score below this many degrees are looked after.
+const GOAL: f64 = 42.0;
+/// Directions that are tried from a place.
+const DIRECTIONS: u32 = 8;
+/// Length of the first trial step over that of the shortest edge, halved as often as `HALVINGS` says.
+const FIRST_STEP: f64 = 0.16;
+const HALVINGS: u32 = 4;
+/// What a move must gain, in degrees.
+const MIN_GAIN: f64 = 0.01;
+
+/// Moves vertices of bad triangles one by one, in index order, where that lifts the worst triangle around them, and
+/// `passes` times over all; gives the number of moves.
+pub(super) fn improve(
+    links: &Links,
+    points: &mut [DVec3],
+    ranks: &mut [usize],
+    locked: &[bool],
+    target: &Target,
+    passes: u32,
+) -> usize {
+    let mut total = 0;
+    for _ in 0..passes {
+        let mut touched: Vec<u32> = (0..links.triangles.len())
+            .into_par_iter()
+            .with_min_len(CHUNK)
+            .filter(|&t| score(links.triangles[t].map(|v| points[v as usize])) < GOAL)
+            .flat_map_iter(|t| links.triangles[t])
+            .filter(|&v| !locked[v as usize])
+            .collect();
+        touched.par_sort_unstable();
+        touched.dedup();
+        let before = total;
+        for v in touched {
+            total += usize::from(lift(links, points, &mut ranks[v as usize], target, v));
+        }
+        if total == before {
+            break;
+        }
+    }
+    total
+}
+
+/// The smallest angle in degrees, or less where the largest is above 90.
+fn score(corners: [DVec3; 3]) -> f64 {
+    let shape = TriangleQuality::new(corners);
+    shape.min_angle().min(GOAL + 90.0 - shape.max_angle())
+}
+
+/// The lowest score around `v` if it stood at `p`.
+fn ring_score(links: &Links, points: &[DVec3], v: u32, p: DVec3) -> f64 {
+    links
+        .ring(v)
+        .map(|h| {
+            score([p, points[links.origin(next(h)) as usize], points[links.origin(previous(h)) as usize]])
+        })
+        .fold(f64::INFINITY, f64::min)
+}
+
+/// Searches a better place for one vertex by trial steps in its tangent plane; whether it moved.
+fn lift(links: &Links, points: &mut [DVec3], rank: &mut usize, target: &Target, v: u32) -> bool {
+    let here = points[v as usize];
+    let normal = vertex_normal(links, points, v);
+    let across = normal.any_orthonormal_vector();
+    let along = normal.cross(across);
+    let shortest = links
+        .ring(v)
+        .map(|h| points[links.origin(next(h)) as usize].distance(here))
+        .fold(f64::INFINITY, f64::min);
+    let start = ring_score(links, points, v, here);
+    if start >= GOAL || !start.is_finite() || normal == DVec3::ZERO {
+        return false;
+    }
+    let (mut place, mut best) = (here, start);
+    let mut step = FIRST_STEP * shortest;
+    for _ in 0..HALVINGS {
+        for k in 0..DIRECTIONS {
+            let angle = f64::from(k) * std::f64::consts::TAU / f64::from(DIRECTIONS);
+            let trial = place + (across * angle.cos() + along * angle.sin()) * step;
+            let reached = ring_score(links, points, v, trial);
+            if reached > best {
+                (place, best) = (trial, reached);
+            }
+        }
+        step *= 0.5;
+    }
+    if best < start + MIN_GAIN {
+        return false;
+    }
+    let Some(place) = target.closest(place, normal, rank) else { return false };
+    let folds = links.ring(v).any(|h| {
+        let [q, r] = [next(h), previous(h)].map(|h| points[links.origin(h) as usize]);
+        spoils([here, q, r], [place, q, r], normal)
+    });
+    let better = !folds && ring_score(links, points, v, place) >= start + MIN_GAIN;
+    if better {
+        points[v as usize] = place;
+    }
+    better
+}
