@@ -73,6 +73,9 @@ vec4 mate(uint s) {
         subgroupBroadcast(bound_sq, s));
 }
 
+// A constant where it can be, so that loops over the lanes are unrolled and `mates` are registers.
+uint mate_count() { return LANES == 8u ? 8u : lanes; }
+
 uint pick(uvec4 v, uint i) { return i < 2u ? (i == 0u ? v.x : v.y) : (i == 2u ? v.z : v.w); }
 
 // One pass of an insertion network: what is displaced moves on, at last out of the list.
@@ -91,14 +94,14 @@ void insert(float d_sq, uint point) {
 // Looks at the sites of the four leaves in `block`, NONE for none. In uniform control flow.
 void look() {
     uint hits = 0u;
-    for (uint round = 0u; round < 32u; round += lanes) {
+    for (uint round = 0u; round < 32u; round += mate_count()) {
         uint c = round + lane;
         uint leaf = pick(block, c >> 3);
         uint point = 8u * leaf + (c & 7u);
         bool valid = c < 32u && leaf != NONE && point < site_count;
         vec3 x = sites[valid ? point : 0u].xyz;
         uint mine = 0u;
-        [[unroll]] for (uint s = 0u; s < lanes; ++s) {
+        [[unroll]] for (uint s = 0u; s < mate_count(); ++s) {
             vec4 m = mate(s);
             vec3 d = x - m.xyz;
             uint near = subgroupBallot(valid && dot(d, d) <= m.w).x;
@@ -110,12 +113,18 @@ void look() {
         uint own = site - 8u * block[l];
         hits &= own < 8u ? ~(1u << (8u * l + own)) : 0xffffffffu;
     }
+    // Two at a time: the list is then stored under the mask of the loop half as often.
     while (hits != 0u) {
         uint c = uint(findLSB(hits));
+        hits &= hits - 1u;
+        uint other = hits != 0u ? uint(findLSB(hits)) : NONE;
         hits &= hits - 1u;
         uint point = 8u * pick(block, c >> 3) + (c & 7u);
         vec3 d = sites[point].xyz - at;
         insert(dot(d, d), point);
+        point = other != NONE ? 8u * pick(block, other >> 3) + (other & 7u) : NONE;
+        d = sites[other != NONE ? point : site].xyz - at;
+        insert(other != NONE ? dot(d, d) : FAR, point);
     }
     // A little more than the bound, so that rounding never hides a site.
     bound_sq = alive ? min(1.000001 * best_sq[K], FAR) : -1.0;
@@ -126,11 +135,11 @@ void look() {
 uint touched(uint level, uint base) {
     uint start = pick(level < 4u ? starts_low : starts_high, level & 3u) + base;
     uint mask = 0u;
-    for (uint round = 0u; round < 8u; round += lanes) {
+    for (uint round = 0u; round < 8u; round += mate_count()) {
         uint child = min(round + lane, 7u);
         vec3 low = boxes[2u * (start + child)].xyz, high = boxes[2u * (start + child) + 1u].xyz;
         bool near = false;
-        [[unroll]] for (uint s = 0u; s < lanes; ++s) {
+        [[unroll]] for (uint s = 0u; s < mate_count(); ++s) {
             vec4 m = mate(s);
             near = near || box_distance_sq(m.xyz, m.xyz, low, high) <= m.w;
         }
