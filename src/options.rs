@@ -44,6 +44,10 @@ pub struct Options {
     pub k_clip: u32,
     /// Input vertices whose triangles a site is projected onto; 1 to [`MAX_NEIGHBOURS`] (the paper's k_proj).
     pub k_project: u32,
+    /// Coarse to fine only: rounds of flips and relaxation of the connected mesh.
+    pub polish_rounds: u32,
+    /// Coarse to fine only: whether vertices leave the surface by a little so that the faces fit it better.
+    pub fit: bool,
     /// Most iterations; coarse to fine, of the last level.
     pub iterations: u32,
     /// The run ends early when the root mean square step is below this many spacings.
@@ -66,6 +70,8 @@ impl Options {
             first_iterations: 60,
             coarse_iterations: 30,
             iterations: 20,
+            polish_rounds: 10,
+            fit: true,
             centroid: Centroid::Area,
             ..Self::rtf(vertices)
         }
@@ -79,6 +85,8 @@ impl Options {
             coarsest: 0,
             first_iterations: 0,
             coarse_iterations: 0,
+            polish_rounds: 0,
+            fit: false,
             k_normal: 16,
             k_clip: 32,
             k_project: 16,

@@ -1,10 +1,12 @@
 // The restricted tangent face by intervals. In the tangent plane the bisector with a neighbour is a line n·x = c, and
 // the face lies on its near side. Every other line leaves an interval of it; an edge of the face is a line whose
-// interval is not empty. No polygon is kept in order, so nothing is indexed at run time: all arrays are registers.
-// The including file has set K, the number of lines, and declared the buffers sites (w = packed normal) and neighbours.
+// interval is not empty. No polygon is kept in order, so where loops are unrolled nothing is indexed at run time, and
+// all arrays are registers.
+// The including file has set K, the number of lines, LOOP, the attribute of the loops over them, and declared the buffers sites, normals
+// (packed) and neighbours.
 #ifndef COMMON_PLANAR_GLSL
 #define COMMON_PLANAR_GLSL
-#include "common/site_normal.glsl"
+#include "common/octahedral.glsl"
 #include "common/tangent.glsl"
 
 const float NO_LINE = 1e30;
@@ -44,15 +46,15 @@ void cut_pair(uint j, uint k) {
 
 // Cuts all lines by a disc of radius `bound` around the site and by each other.
 void cut_lines(float bound) {
-    [[unroll]] for (uint s = 0u; s < K; ++s) {
+    LOOP for (uint s = 0u; s < K; ++s) {
         float half_chord = sqrt(max(bound * bound - line_offset[s] * line_offset[s], 0.0));
         bool meets = line_offset[s] < bound;
         line_low[s] = meets ? -half_chord : 1.0;
         line_high[s] = meets ? half_chord : -1.0;
     }
     // Both loops have fixed bounds, or compilers would unroll neither.
-    [[unroll]] for (uint j = 0u; j < K; ++j) {
-        [[unroll]] for (uint k = 0u; k < K; ++k) {
+    LOOP for (uint j = 0u; j < K; ++j) {
+        LOOP for (uint k = 0u; k < K; ++k) {
             if (k > j) cut_pair(j, k);
         }
     }
@@ -61,11 +63,11 @@ void cut_lines(float bound) {
 // The lines of the K nearest listed neighbours that count: not those whose normal turns away by more than some 100
 // degrees, which are on another sheet.
 void load_lines(uint site, uint site_count, vec3 at, vec3 n, vec3 u, vec3 v) {
-    [[unroll]] for (uint s = 0u; s < K; ++s) {
+    LOOP for (uint s = 0u; s < K; ++s) {
         uint j = neighbours[s * site_count + site];
-        vec4 other = sites[j == NONE ? site : j];
-        bool counts = j != NONE && dot(n, unpack_normal(other.w)) > -0.2;
-        set_line(s, other.xyz - at, u, v, counts, j < site);
+        uint known = j == NONE ? site : j;
+        bool counts = j != NONE && dot(n, unpack_normal(normals[known])) > -0.2;
+        set_line(s, sites[known].xyz - at, u, v, counts, j < site);
     }
 }
 
@@ -82,7 +84,7 @@ void measure_face(out float twice_area, out vec2 balance, out float radius_sq) {
     twice_area = 0.0;
     radius_sq = 0.0;
     vec2 moment = vec2(0.0);
-    [[unroll]] for (uint s = 0u; s < K; ++s) {
+    LOOP for (uint s = 0u; s < K; ++s) {
         float twice = is_edge(s) ? line_offset[s] * (line_high[s] - line_low[s]) : 0.0;
         vec2 ends = 2.0 * line_offset[s] * line_normal[s] + (line_low[s] + line_high[s]) * turned(line_normal[s]);
         float farthest = max(abs(line_low[s]), abs(line_high[s]));

@@ -1,6 +1,6 @@
 // Purpose: the face of each site by intervals as a polygon: the face of face/cell, found another way.
 // Invocation: one site.
-// Reads: sites (w = packed normal), normals, neighbours, reach.
+// Reads: sites, normals (packed), neighbours, reach.
 // Writes: corner_count, corners (in the frame of the tangent plane), fan (the site behind the edge that ends in each
 //   corner), secure (1 where no site outside the list can cut the face).
 // Filled by neighbours/lists; consumed by bench/stages and the tests.
@@ -12,12 +12,14 @@
 
 layout(constant_id = 1) const uint K = 24;
 
+#define LOOP [[unroll]]
+
 layout(push_constant) uniform Push {
     uint site_count;
     float widest; // no face reaches farther from its site
 };
 layout(set = 0, binding = 0) readonly buffer Sites { vec4 sites[]; };
-layout(set = 0, binding = 1) readonly buffer Normals { vec4 normals[]; };
+layout(set = 0, binding = 1) readonly buffer Normals { uint normals[]; };
 layout(set = 0, binding = 2) readonly buffer Neighbours { uint neighbours[]; };
 layout(set = 0, binding = 3) readonly buffer Reach { vec2 reach[]; };
 layout(set = 0, binding = 4) writeonly buffer CornerCount { uint corner_count[]; };
@@ -33,7 +35,7 @@ float around(vec2 n) { return n.y >= 0.0 ? 1.0 - n.x : 3.0 + n.x; }
 void main() {
     uint site = thread_index();
     if (site >= site_count) return;
-    vec3 n = normals[site].xyz;
+    vec3 n = unpack_normal(normals[site]);
     vec3 u, v;
     tangent_frame(n, u, v);
     load_lines(site, site_count, sites[site].xyz, n, u, v);

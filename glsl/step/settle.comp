@@ -1,20 +1,21 @@
 // Purpose: puts the sites where the projection says, with their normals, and sums the squared steps.
 // Invocation: one site; each workgroup makes one partial sum, in a fixed order.
 // Reads: projected, normals, targets (w = squared distance to the centroid).
-// Writes: sites (w = packed normal), partials[workgroup] = (sum of the squared steps, largest step).
+// Writes: sites (w = 0), surface_normals (packed), partials[workgroup] = (sum of the squared steps, largest step).
 // Filled by face/planar and project/walk; consumed by the next iteration and step/reduce.
 #version 450
 #extension GL_GOOGLE_include_directive : require
 #define DEFAULT_WORKGROUP 64
 #include "common/threads.glsl"
-#include "common/site_normal.glsl"
+#include "common/octahedral.glsl"
 
 layout(push_constant) uniform Push { uint site_count; };
 layout(set = 0, binding = 0) readonly buffer Projected { vec4 projected[]; };
 layout(set = 0, binding = 1) readonly buffer Normals { vec4 normals[]; };
 layout(set = 0, binding = 2) readonly buffer Targets { vec4 targets[]; };
 layout(set = 0, binding = 3) writeonly buffer Sites { vec4 sites[]; };
-layout(set = 0, binding = 4) writeonly buffer Partials { vec2 partials[]; };
+layout(set = 0, binding = 4) writeonly buffer SurfaceNormals { uint surface_normals[]; };
+layout(set = 0, binding = 5) writeonly buffer Partials { vec2 partials[]; };
 
 shared vec2 sums[WORKGROUP];
 
@@ -23,7 +24,8 @@ void main() {
     uint lane = gl_LocalInvocationID.x;
     vec2 mine = vec2(0.0);
     if (site < site_count) {
-        sites[site] = vec4(projected[site].xyz, pack_normal(normals[site].xyz));
+        sites[site] = vec4(projected[site].xyz, 0.0);
+        surface_normals[site] = pack_normal(normals[site].xyz);
         float step_sq = targets[site].w;
         mine = vec2(step_sq, sqrt(step_sq));
     }

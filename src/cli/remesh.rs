@@ -42,6 +42,9 @@ pub struct Args {
     /// Stop when the root mean square step is below this many edge lengths [preset rtf: 1e-4]
     #[arg(long, value_name = "STEP")]
     tolerance: Option<f64>,
+    /// Keep every vertex on the input surface; else they leave it by a little, so that the faces fit it better
+    #[arg(long)]
+    no_fit: bool,
     /// Seed of the random start [preset rtf: 1]
     #[arg(long)]
     seed: Option<u64>,
@@ -83,6 +86,8 @@ impl Args {
             coarsest: base.coarsest,
             first_iterations: base.first_iterations,
             coarse_iterations: base.coarse_iterations,
+            polish_rounds: base.polish_rounds,
+            fit: base.fit && !self.no_fit,
             vertices: self.vertices,
             k_normal: self.k_normal.unwrap_or(base.k_normal),
             k_clip: self.k_clip.unwrap_or(base.k_clip),

@@ -1,12 +1,13 @@
 //! The default pipeline: few sites first, then a new one at the middle of every edge, until there are as many as asked
 //! for. Regularity that few sites find cheaply stays, because middles of edges have six neighbours each.
 
-use super::Connection;
 use super::level::{Level, Relaxed};
 use super::refine::{level_counts, refine};
+use super::{Clock, Connection};
 use crate::gpu::Device;
 use crate::mesh::topology::{Topology, topology};
 use crate::options::Options;
+use crate::polish::{FitOptions, PolishOptions, Target, fit, polish};
 use crate::stages::cells::{CellSites, CellSurface, connected_cells};
 use crate::stages::connect::{ConnectCounts, connect};
 use crate::stages::face::FlagCounts;
@@ -36,7 +37,11 @@ struct Found {
 
 impl CoarseToFine<'_> {
     /// The connected sites, and the root mean square step of every iteration of the last level, in its spacings.
-    pub fn run(&self, progress: &mut dyn FnMut(Progress)) -> Result<(Connection, Vec<f64>)> {
+    pub fn run(
+        &self,
+        progress: &mut dyn FnMut(Progress),
+        clock: &mut Clock,
+    ) -> Result<(Connection, Vec<f64>)> {
         let options = self.options;
         let counts = level_counts(options.vertices, self.input.euler, options.coarsest);
         let on = CellSurface::new(&self.surface.vertices, &self.surface.triangles, &self.surface.normals);
@@ -54,9 +59,11 @@ impl CoarseToFine<'_> {
             let mut show = |done: u32, step: f64| {
                 progress(Progress { iteration: total + done, iterations: planned, step });
             };
-            let found = self.level(&on, &seeds, iterations, &mut show)?;
+            let mut found = self.level(&on, &seeds, iterations, &mut show)?;
+            clock.phase(if l + 1 == counts.len() { "last level" } else { "coarse levels" });
             total += found.steps.len() as u32;
             if l + 1 == counts.len() {
+                self.finish(&mut found.mesh, clock);
                 let flags = FlagCounts { security_missed: found.insecure, ..Default::default() };
                 let TriMesh { vertices: sites, triangles } = found.mesh;
                 return Ok((Connection { sites, triangles, counts: found.counts, flags }, found.steps));
@@ -76,6 +83,20 @@ impl CoarseToFine<'_> {
         let from_end = levels - 1 - l;
         let refined = if from_end == 0 { self.options.iterations } else { self.options.coarse_iterations };
         if fresh { self.options.first_iterations.max(refined) } else { refined }
+    }
+
+    /// Better triangles and a closer fit.
+    fn finish(&self, mesh: &mut TriMesh, clock: &mut Clock) {
+        let surface =
+            TriMesh { vertices: self.surface.vertices.clone(), triangles: self.surface.triangles.clone() };
+        let target = Target::new(&surface);
+        clock.phase("target");
+        polish(mesh, &target, &PolishOptions { rounds: self.options.polish_rounds, ..Default::default() });
+        clock.phase("polish");
+        if self.options.fit {
+            fit(mesh, &target, &FitOptions::default());
+            clock.phase("fit");
+        }
     }
 
     fn level(

@@ -3,12 +3,14 @@
 use crate::Result;
 use crate::gpu::{Buffer, Device, Recorder};
 use crate::stages::lists::{ListOptions, Lists};
+use crate::stages::normals::SmoothNormals;
 use crate::stages::planar::{PlanarFaces, PlanarInputs, PlanarMove};
 use crate::stages::records::TriangleRecords;
 use crate::stages::seed::Seeds;
 use crate::stages::step::Settle;
 use crate::stages::walk::Walk;
 use glam::{DVec3, Vec2, Vec4};
+use rayon::prelude::*;
 
 /// Neighbours in a list.
 const LIST: u32 = 24;
@@ -26,6 +28,7 @@ pub(super) struct Level {
     sites: Buffer<Vec4>,
     site_triangle: Buffer<u32>,
     lists: Lists,
+    normals: SmoothNormals,
     faces: PlanarFaces,
     walk: Walk,
     settle: Settle,
@@ -46,6 +49,21 @@ pub(super) struct Relaxed {
 }
 
 impl Level {
+    /// Compiles all kernels, in parallel; later levels find them ready.
+    ///
+    /// # Errors
+    /// As [`Level::new`].
+    pub fn compile(device: &Device) -> Result<()> {
+        let parts: [&(dyn Fn() -> Result<()> + Sync); 5] = [
+            &|| PlanarFaces::new(device, 1, LIST, 1, None).map(drop),
+            &|| Lists::new(device, 1, &ListOptions::new(LIST)).map(drop),
+            &|| Walk::new(device, 1, None).map(drop),
+            &|| SmoothNormals::new(device, 1, None).map(drop),
+            &|| Settle::new(device, 1, 1, None).map(drop),
+        ];
+        parts.par_iter().try_for_each(|part| part())
+    }
+
     /// `spacing` is that of `seeds`, which are in Morton order; `momentum` the largest share of the last motion.
     pub fn new(device: &Device, seeds: &Seeds, spacing: f64, iterations: u32, momentum: f32) -> Result<Self> {
         let n = seeds.sites.len();
@@ -53,6 +71,7 @@ impl Level {
             sites: Buffer::new(device, "default.sites", n)?,
             site_triangle: Buffer::from_slice(device, "default.site_triangle", &seeds.triangles)?,
             lists: Lists::new(device, n, &ListOptions::new(LIST))?,
+            normals: SmoothNormals::new(device, n, None)?,
             faces: PlanarFaces::new(device, n, LIST, iterations, None)?,
             walk: Walk::new(device, n, None)?,
             settle: Settle::new(device, n, iterations, None)?,
@@ -99,7 +118,7 @@ impl Level {
         self.read(device, steps)
     }
 
-    /// Neighbours → face and centroid → project → step.
+    /// Neighbours → normals → face and centroid → project → step.
     fn record_iteration(
         &self,
         recorder: &mut Recorder,
@@ -107,9 +126,10 @@ impl Level {
         iteration: u32,
     ) -> Result<()> {
         self.lists.record_refresh(recorder, &self.sites, MAX_RHO)?;
+        self.normals.record(recorder, &self.settle.surface_normals, &self.lists.neighbours)?;
         let inputs = PlanarInputs {
             sites: &self.sites,
-            normals: &self.walk.normals,
+            normals: &self.normals.normals,
             neighbours: &self.lists.neighbours,
             reach: &self.lists.reach,
             status: &self.lists.status,

@@ -124,10 +124,12 @@ pub fn remesh(
             (run.connect(device, &surface, &input)?, steps)
         }
         Method::CoarseToFine => {
-            let records = TriangleRecords::new(device, &surface)?;
-            clock.phase("records");
-            let run = CoarseToFine { device, surface: &surface, records: &records, input: &input, options };
-            run.run(progress)?
+            let (compiled, records) =
+                rayon::join(|| level::Level::compile(device), || TriangleRecords::new(device, &surface));
+            compiled?;
+            clock.phase("compile");
+            let run = CoarseToFine { device, surface: &surface, records: &records?, input: &input, options };
+            run.run(progress, &mut clock)?
         }
     };
     let Connection { sites, triangles, counts: connected, flags } = connection;

@@ -1,7 +1,7 @@
 //! Normals of the sites by plane fit.
 
 use crate::Result;
-use crate::gpu::kernels::normals::plane_fit;
+use crate::gpu::kernels::normals::{plane_fit, smooth};
 use crate::gpu::{Buffer, Device, Pipeline, Recorder, Threads};
 use glam::Vec4;
 
@@ -58,5 +58,42 @@ impl PlaneFit {
             flags: &self.flags,
         };
         recorder.dispatch(&self.pipeline, Threads(sites.len()), &push, &bindings)
+    }
+}
+
+/// Normals of tangent planes as means of the surface's own over the nearest sites.
+pub struct SmoothNormals {
+    pipeline: Pipeline<smooth::Shader>,
+    /// Packed as in `glsl/common/octahedral.glsl`.
+    pub normals: Buffer<u32>,
+}
+
+impl SmoothNormals {
+    /// For `sites` sites.
+    ///
+    /// # Errors
+    /// [`crate::Error::OutOfMemory`] or [`crate::Error::Device`].
+    pub fn new(device: &Device, sites: usize, workgroup: Option<u32>) -> Result<Self> {
+        let mut constants = smooth::Constants::default();
+        constants.workgroup = workgroup.unwrap_or(constants.workgroup);
+        Ok(Self {
+            pipeline: Pipeline::new(device, constants)?,
+            normals: Buffer::new(device, "default.normals", sites)?,
+        })
+    }
+
+    /// Records the means of `surface_normals` over the first neighbours, of which there must be at least six slots.
+    ///
+    /// # Errors
+    /// As [`Recorder::dispatch`].
+    pub fn record(
+        &self,
+        recorder: &mut Recorder,
+        surface_normals: &Buffer<u32>,
+        neighbours: &Buffer<u32>,
+    ) -> Result<()> {
+        let push = smooth::Push { site_count: self.normals.len() as u32 };
+        let bindings = smooth::Bindings { surface_normals, neighbours, normals: &self.normals };
+        recorder.dispatch(&self.pipeline, Threads(self.normals.len()), &push, &bindings)
     }
 }

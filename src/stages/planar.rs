@@ -1,7 +1,7 @@
 //! Restricted tangent faces in the plane, by intervals: the default pipeline's faces, centroids and targets.
 
 use crate::Result;
-use crate::gpu::kernels::face::{planar, polygons};
+use crate::gpu::kernels::face::{planar, planar_rest, polygons};
 use crate::gpu::{Buffer, Device, Pipeline, Recorder, Threads};
 use glam::{Vec2, Vec4};
 
@@ -11,10 +11,10 @@ pub const NEAR: u32 = 16;
 /// What the kernels read of the sites.
 #[derive(Clone, Copy)]
 pub struct PlanarInputs<'a> {
-    /// Positions; w is the packed normal of `glsl/common/site_normal.glsl`.
+    /// Positions, w = 0.
     pub sites: &'a Buffer<Vec4>,
-    /// Unit normals of the surface at the sites, w = 0.
-    pub normals: &'a Buffer<Vec4>,
+    /// Unit normals of the tangent planes, packed as in `glsl/common/octahedral.glsl`.
+    pub normals: &'a Buffer<u32>,
     /// Lists, nearest first: `neighbours[slot * sites + site]`.
     pub neighbours: &'a Buffer<u32>,
     /// How near the sites after the first [`NEAR`] (x) and outside the list (y) may have been when it was made.
@@ -39,7 +39,7 @@ pub struct PlanarMove {
 /// Faces, their centroids, and where momentum leads.
 pub struct PlanarFaces {
     near: Pipeline<planar::Shader>,
-    rest: Pipeline<planar::Shader>,
+    rest: Pipeline<planar_rest::Shader>,
     /// Where each site wants to go, w = squared distance to its centroid.
     pub targets: Buffer<Vec4>,
     /// The area centroids of the last iteration; w = 0 before the first.
@@ -61,11 +61,13 @@ impl PlanarFaces {
         iterations: u32,
         workgroup: Option<u32>,
     ) -> Result<Self> {
-        let mut constants = planar::Constants { k: NEAR.min(k), round: 0, ..Default::default() };
+        let mut constants = planar::Constants { k: NEAR.min(k), ..Default::default() };
+        let mut rest = planar_rest::Constants { k, ..Default::default() };
         constants.workgroup = workgroup.unwrap_or(constants.workgroup);
+        rest.workgroup = workgroup.unwrap_or(rest.workgroup);
         Ok(Self {
             near: Pipeline::new(device, constants)?,
-            rest: Pipeline::new(device, planar::Constants { k, round: 1, ..constants })?,
+            rest: Pipeline::new(device, rest)?,
             targets: Buffer::new(device, "default.face.targets", sites)?,
             centroids: Buffer::from_slice(device, "default.face.centroids", &vec![Vec4::ZERO; sites])?,
             insecure: Buffer::from_slice(
@@ -88,6 +90,14 @@ impl PlanarFaces {
         step: &PlanarMove,
     ) -> Result<()> {
         let sites = inputs.sites.len();
+        let push = planar::Push {
+            site_count: sites as u32,
+            iteration: step.iteration,
+            iterations: self.iterations,
+            momentum: step.momentum,
+            largest_move: step.largest_move,
+            widest: step.widest,
+        };
         let bindings = planar::Bindings {
             sites: inputs.sites,
             normals: inputs.normals,
@@ -98,19 +108,21 @@ impl PlanarFaces {
             centroids: &self.centroids,
             insecure: &self.insecure,
         };
-        // Few sites need the second round, and its loop takes them all however many there are.
-        for (pipeline, threads) in [(&self.near, sites), (&self.rest, sites.div_ceil(16))] {
-            let push = planar::Push {
-                site_count: sites as u32,
-                iteration: step.iteration,
-                iterations: self.iterations,
-                momentum: step.momentum,
-                largest_move: step.largest_move,
-                widest: step.widest,
-            };
-            recorder.dispatch(pipeline, Threads(threads), &push, &bindings)?;
-        }
-        Ok(())
+        recorder.dispatch(&self.near, Threads(sites), &push, &bindings)?;
+        let planar::Push { site_count, iteration, iterations, momentum, largest_move, widest } = push;
+        let push = planar_rest::Push { site_count, iteration, iterations, momentum, largest_move, widest };
+        let bindings = planar_rest::Bindings {
+            sites: inputs.sites,
+            normals: inputs.normals,
+            neighbours: inputs.neighbours,
+            reach: inputs.reach,
+            status: inputs.status,
+            targets: &self.targets,
+            centroids: &self.centroids,
+            insecure: &self.insecure,
+        };
+        // Few sites are left, and the kernel's loop takes them all however many there are.
+        recorder.dispatch(&self.rest, Threads(sites.div_ceil(64)), &push, &bindings)
     }
 }
 

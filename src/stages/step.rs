@@ -57,6 +57,8 @@ pub struct Settle {
     settle: Pipeline<settle::Shader>,
     reduce: Pipeline<reduce::Shader>,
     partials: Buffer<Vec2>,
+    /// The surface's normals at the sites, packed as in `glsl/common/octahedral.glsl`.
+    pub surface_normals: Buffer<u32>,
     /// Per iteration: root mean square and largest distance of a site to its centroid, in the unit-diagonal frame.
     pub history: Buffer<Vec2>,
 }
@@ -77,6 +79,7 @@ impl Settle {
                 "default.step.partials",
                 sites.div_ceil(constants.workgroup as usize),
             )?,
+            surface_normals: Buffer::new(device, "default.step.surface_normals", sites)?,
             history: Buffer::new(device, "default.step.history", iterations as usize)?,
         })
     }
@@ -99,6 +102,7 @@ impl Settle {
             normals: &walk.normals,
             targets,
             sites,
+            surface_normals: &self.surface_normals,
             partials: &self.partials,
         };
         recorder.dispatch(&self.settle, Threads(sites.len()), &settle::Push { site_count }, &bindings)?;

