@@ -18,6 +18,7 @@ mod kernels_move;
 mod kernels_neighbours;
 mod kernels_normals;
 mod kernels_planar;
+mod kernels_settle;
 mod kernels_sort;
 mod kernels_surface;
 mod measure;
