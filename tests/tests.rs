@@ -27,6 +27,7 @@ mod quality;
 mod reference;
 mod repair;
 mod runs;
+mod runs_default;
 mod samples;
 mod shapes;
 mod shapes_of_faces;
