@@ -32,4 +32,5 @@ mod samples;
 mod shapes;
 mod shapes_of_faces;
 mod support;
+mod tips;
 mod topology;

@@ -7,7 +7,7 @@ use super::{Clock, Connection};
 use crate::gpu::Device;
 use crate::mesh::topology::{Topology, topology};
 use crate::options::Options;
-use crate::polish::{FitOptions, PolishOptions, Target, fit, polish};
+use crate::polish::{FitOptions, PolishOptions, Target, fit, polish, reach_tips};
 use crate::stages::cells::{CellSites, CellSurface, connected_cells};
 use crate::stages::connect::{ConnectCounts, connect};
 use crate::stages::face::FlagCounts;
@@ -91,10 +91,23 @@ impl CoarseToFine<'_> {
             TriMesh { vertices: self.surface.vertices.clone(), triangles: self.surface.triangles.clone() };
         let target = Target::new(&surface);
         clock.phase("target");
-        polish(mesh, &target, &PolishOptions { rounds: self.options.polish_rounds, ..Default::default() });
+        let rounds = self.options.polish_rounds;
+        polish(mesh, &target, &PolishOptions { rounds, ..Default::default() });
         clock.phase("polish");
+        let edge = super::spacing(self.surface.area(), mesh.vertices.len());
+        let mut fixed = vec![false; mesh.vertices.len()];
+        for _ in 0..if rounds > 0 { TIP_PASSES } else { 0 } {
+            let moved = reach_tips(mesh, &surface, edge);
+            fixed.iter_mut().zip(moved).for_each(|(fixed, moved)| *fixed |= moved);
+            polish(
+                mesh,
+                &target,
+                &PolishOptions { rounds: TIP_ROUNDS, fixed: fixed.clone(), ..Default::default() },
+            );
+        }
+        clock.phase("tips");
         if self.options.fit {
-            fit(mesh, &target, &FitOptions::default());
+            fit(mesh, &target, &FitOptions { fixed, ..Default::default() });
             clock.phase("fit");
         }
     }
@@ -122,5 +135,8 @@ impl CoarseToFine<'_> {
     }
 }
 
+/// Times that vertices go to tips and the others make room, and the rounds that this takes.
+const TIP_PASSES: u32 = 3;
+const TIP_ROUNDS: u32 = 4;
 /// Largest share of the last motion that is added to a step.
 const MOMENTUM: f32 = 0.9;

@@ -1,15 +1,18 @@
-//! The last touch on a connected mesh: better triangles ([`polish`]), then a closer fit ([`fit`]).
+//! The last touch on a connected mesh: better triangles ([`polish`]), vertices on the tips that it misses
+//! ([`reach_tips`]), then a closer fit ([`fit`]).
 //!
-//! Both keep the number of vertices and the topology, both work on one surface, the [`Target`], and both give the same
-//! bytes for any number of threads.
+//! All keep the number of vertices and the topology, work on one surface, the [`Target`], and give the same bytes for any
+//! number of threads.
 
 mod fit;
 mod flip;
 mod links;
 mod relax;
+mod tips;
 mod worst;
 
 pub use fit::{FitCounts, FitOptions, fit};
+pub use tips::reach_tips;
 
 use glam::DVec3;
 
