@@ -1,0 +1,186 @@
+//! What all measurements share: the surface, relaxed sites on it, samples to check, and the clock.
+
+use crate::iteration::Iteration;
+use crate::reference::nearest::nearest;
+use crate::results::Row;
+use anyhow::{Result, ensure};
+use glam::{DVec3, Vec4};
+use rtfmesh::gpu::{Device, Recorder};
+use rtfmesh::mesh::frame::Frame;
+use rtfmesh::mesh::{io, repair::repair, samples};
+use rtfmesh::stages::records::TriangleRecords;
+use rtfmesh::stages::seed;
+use rtfmesh::stages::surface::Surface;
+use std::collections::BTreeMap;
+use std::path::Path;
+
+/// Kernels that are measured together.
+pub struct Group {
+    /// Names, dotted.
+    pub kernels: &'static [&'static str],
+    /// Larger sizes are left out.
+    pub most_sites: usize,
+    /// Checks the results, then times.
+    pub run: fn(&Context) -> Result<Vec<Row>>,
+}
+
+/// The size up to which quadratic and slow kernels are run.
+pub const SMALL: usize = 10_000;
+
+/// A surface on host and device.
+pub struct Model {
+    /// Sample or file.
+    pub name: String,
+    /// The repaired mesh in the unit-diagonal frame.
+    pub surface: Surface,
+    /// Its triangles for the walk and the search.
+    pub records: TriangleRecords,
+    /// The corners of its triangles as the device sees them.
+    pub corners: Vec<[DVec3; 3]>,
+}
+
+impl Model {
+    /// A sample, or else a file.
+    pub fn load(device: &Device, name: &str) -> Result<Self> {
+        let known = samples::names().iter().any(|(sample, _)| *sample == name);
+        let mesh = if known { samples::sample(name)? } else { io::read(Path::new(name))?.mesh };
+        let mesh = repair(&mesh)?.mesh;
+        let surface = Surface::new(device, &mesh, &Frame::of(&mesh)?)?;
+        let records = TriangleRecords::new(device, &surface)?;
+        let point = |v: &u32| surface.vertices[*v as usize].as_vec3().as_dvec3();
+        let corners = surface.triangles.iter().map(|t| t.each_ref().map(point)).collect();
+        Ok(Self { name: name.to_owned(), surface, records, corners })
+    }
+}
+
+/// One surface with sites at rest.
+pub struct Context<'a> {
+    /// Where everything runs.
+    pub device: &'a Device,
+    /// The surface.
+    pub model: &'a Model,
+    /// The stages of the default pipeline with the sites.
+    pub iteration: Iteration,
+    /// Edge length of a perfect layout.
+    pub spacing: f64,
+    /// Timed runs.
+    pub runs: u32,
+    /// The relaxed sites as the device has them.
+    pub sites: Vec<Vec4>,
+    /// The same.
+    pub points: Vec<DVec3>,
+    /// The triangle under each.
+    pub under: Vec<u32>,
+    /// Sites that are compared with the references.
+    pub samples: Vec<usize>,
+    /// For each sample the nearest other sites by the reference, [`Context::KNOWN`] of them.
+    pub near: Vec<Vec<u32>>,
+}
+
+/// One kernel of a measurement.
+pub struct Work {
+    /// Dotted name.
+    pub kernel: &'static str,
+    /// Bytes that all its dispatches in a run must read and write at least.
+    pub bytes: usize,
+    /// What else there is to know.
+    pub note: String,
+}
+
+impl Work {
+    /// Without a note.
+    pub fn new(kernel: &'static str, bytes: usize) -> Self {
+        Self { kernel, bytes, note: String::new() }
+    }
+}
+
+impl<'a> Context<'a> {
+    /// Neighbours of a sample that are known.
+    pub const KNOWN: usize = 64;
+
+    /// Seeds and relaxes `count` sites.
+    pub fn new(device: &'a Device, model: &'a Model, count: usize, runs: u32) -> Result<Self> {
+        let seeds = seed::stratified(&model.surface, count, 1);
+        let spacing = (2.0 * model.surface.area() / (3.0_f64.sqrt() * count as f64)).sqrt();
+        let iteration = Iteration::new(device, &seeds, spacing, runs)?;
+        iteration.relax(device, model, &seeds)?;
+        let sites = iteration.sites.to_vec(device)?;
+        let points: Vec<DVec3> = sites.iter().map(|s| s.truncate().as_dvec3()).collect();
+        let under = iteration.site_triangle.to_vec(device)?;
+        // The references look at every site, so the more sites there are the fewer are compared.
+        let wanted = (20_000_000 / count).clamp(24, 96);
+        let samples: Vec<usize> = (0..wanted).map(|s| s * count / wanted).collect();
+        let queries: Vec<DVec3> = samples.iter().map(|s| points[*s]).collect();
+        let mut near = nearest(&queries, &points, Self::KNOWN + 1, false);
+        for (list, own) in near.iter_mut().zip(&samples) {
+            list.retain(|j| *j as usize != *own);
+        }
+        Ok(Self { device, model, iteration, spacing, runs, sites, points, under, samples, near })
+    }
+
+    /// Number of sites.
+    pub fn len(&self) -> usize {
+        self.sites.len()
+    }
+
+    /// Runs what `record` records, which gets the number of the submission.
+    pub fn submit(
+        &self,
+        record: &mut dyn FnMut(&mut Recorder, u32) -> rtfmesh::Result<()>,
+        number: u32,
+    ) -> Result<()> {
+        let mut recorder = self.device.recorder()?;
+        record(&mut recorder, number)?;
+        recorder.submit()?;
+        Ok(())
+    }
+
+    /// Runs what `record` records as often as is asked for; a row for each of `kernels`. They must have run before, as
+    /// they have if they were checked: lavapipe compiles a kernel at its first dispatch.
+    pub fn time(
+        &self,
+        kernels: &[Work],
+        record: &mut dyn FnMut(&mut Recorder, u32) -> rtfmesh::Result<()>,
+    ) -> Result<Vec<Row>> {
+        let runs = self.times(record)?;
+        let mut rows = Vec::new();
+        for work in kernels {
+            let found: Vec<(u64, f64)> =
+                runs.iter().filter_map(|run| run.get(work.kernel).copied()).collect();
+            ensure!(found.len() == runs.len(), "{} was not dispatched", work.kernel);
+            rows.push(self.row(work, found[0].0, found.iter().map(|f| f.1).collect()));
+        }
+        Ok(rows)
+    }
+
+    /// Dispatches and milliseconds of every kernel, for each timed run.
+    pub fn times(
+        &self,
+        record: &mut dyn FnMut(&mut Recorder, u32) -> rtfmesh::Result<()>,
+    ) -> Result<Vec<BTreeMap<String, (u64, f64)>>> {
+        let mut runs = Vec::new();
+        for number in 1..=self.runs {
+            self.device.take_timings();
+            self.submit(record, number)?;
+            let times = self.device.take_timings().into_iter();
+            let known = times.filter_map(|t| Some((t.name, (t.calls, t.milliseconds?))));
+            runs.push(known.filter(|(name, _)| !name.starts_with("copy.")).collect());
+        }
+        Ok(runs)
+    }
+
+    /// The row of one kernel with its time in each run.
+    pub fn row(&self, work: &Work, calls: u64, mut milliseconds: Vec<f64>) -> Row {
+        milliseconds.sort_by(f64::total_cmp);
+        let median = milliseconds[milliseconds.len() / 2];
+        Row {
+            calls,
+            median_milliseconds: median,
+            min_milliseconds: milliseconds[0],
+            microseconds_per_site: 1e3 * median / self.len() as f64,
+            bytes: work.bytes as u64,
+            gigabytes_per_second: if median > 0.0 { 1e-6 * work.bytes as f64 / median } else { 0.0 },
+            ..Row::refused(work.kernel, self.model, self.len(), work.note.clone())
+        }
+    }
+}

@@ -1,0 +1,195 @@
+//! The iteration of the default pipeline, put together from its stages as `src/pipeline/level.rs` does.
+
+use crate::check;
+use crate::context::{Context, Group, Model, Work};
+use crate::results::Row;
+use anyhow::{Result, ensure};
+use glam::Vec4;
+use rtfmesh::gpu::{Buffer, Device, Recorder};
+use rtfmesh::stages::lists::{ListOptions, Lists};
+use rtfmesh::stages::normals::SmoothNormals;
+use rtfmesh::stages::planar::{PlanarFaces, PlanarInputs, PlanarMove};
+use rtfmesh::stages::seed::Seeds;
+use rtfmesh::stages::step::Settle;
+use rtfmesh::stages::walk::Walk;
+
+/// Neighbours in a list.
+pub const LIST: u32 = 24;
+/// Lists are made anew when a site has moved by more than this share of its reach.
+const MAX_RHO: f32 = 0.08;
+/// No site moves by that share in a few iterations near rest.
+const NEVER: f32 = 0.5;
+/// Longest move in spacings.
+const LARGEST_MOVE: f64 = 0.5;
+/// No face reaches farther than this many spacings from its site.
+const WIDEST: f64 = 2.5;
+/// Largest share of the last motion that is added.
+const MOMENTUM: f32 = 0.9;
+/// Iterations until the faces are typical.
+const RELAX: u32 = 10;
+
+/// The whole iteration, where the lists stay and where they are made anew.
+pub const GROUP: Group = Group { kernels: &[KEPT, ANEW], most_sites: usize::MAX, run: whole };
+
+const KEPT: &str = "iteration.lists_kept";
+const ANEW: &str = "iteration.lists_anew";
+
+/// What becomes of the lists.
+#[derive(Clone, Copy, PartialEq, Eq)]
+enum Refresh {
+    /// The device decides, as in a run.
+    Decided,
+    /// They stay, whatever the sites did.
+    Kept,
+    /// They are made anew.
+    Anew,
+}
+
+/// The stages with their buffers.
+pub struct Iteration {
+    /// Positions, w = 0.
+    pub sites: Buffer<Vec4>,
+    /// The triangle under each.
+    pub site_triangle: Buffer<u32>,
+    /// Their neighbours.
+    pub lists: Lists,
+    /// Normals of their tangent planes.
+    pub normals: SmoothNormals,
+    /// Their faces and targets.
+    pub faces: PlanarFaces,
+    /// The targets on the surface.
+    pub walk: Walk,
+    /// The move and the surface's normals.
+    pub settle: Settle,
+    spacing: f64,
+}
+
+impl Iteration {
+    /// For `seeds` with this spacing, and as many iterations as relaxing and `runs` timed runs take.
+    pub fn new(device: &Device, seeds: &Seeds, spacing: f64, runs: u32) -> rtfmesh::Result<Self> {
+        let n = seeds.sites.len();
+        let iterations = RELAX + 2 * runs;
+        Ok(Self {
+            sites: Buffer::new(device, "bench.sites", n)?,
+            site_triangle: Buffer::from_slice(device, "bench.site_triangle", &seeds.triangles)?,
+            lists: Lists::new(device, n, &ListOptions::new(LIST))?,
+            normals: SmoothNormals::new(device, n, None)?,
+            faces: PlanarFaces::new(device, n, LIST, iterations, None)?,
+            walk: Walk::new(device, n, None)?,
+            settle: Settle::new(device, n, iterations, None)?,
+            spacing,
+        })
+    }
+
+    /// Iterates until the faces are typical, and makes the lists of the result.
+    pub fn relax(&self, device: &Device, model: &Model, seeds: &Seeds) -> rtfmesh::Result<()> {
+        let mut recorder = device.recorder()?;
+        let targets: Vec<Vec4> = seeds.sites.iter().map(|p| p.as_vec3().extend(0.0)).collect();
+        recorder.upload(&self.faces.targets, &targets)?;
+        self.record_move(&mut recorder, model, 0)?;
+        self.lists.record_build(&mut recorder, &self.sites)?;
+        for iteration in 0..RELAX {
+            self.record(&mut recorder, model, Refresh::Decided, iteration)?;
+        }
+        self.lists.record_build(&mut recorder, &self.sites)?;
+        self.normals.record(&mut recorder, &self.settle.surface_normals, &self.lists.neighbours)?;
+        recorder.submit()?;
+        Ok(())
+    }
+
+    /// Neighbours → normals → face and centroid → project → step.
+    fn record(
+        &self,
+        recorder: &mut Recorder,
+        model: &Model,
+        refresh: Refresh,
+        iteration: u32,
+    ) -> rtfmesh::Result<()> {
+        let max_rho = if refresh == Refresh::Decided { MAX_RHO } else { NEVER };
+        self.lists.record_refresh(recorder, &self.sites, max_rho)?;
+        if refresh == Refresh::Anew {
+            self.lists.record_build(recorder, &self.sites)?;
+        }
+        self.normals.record(recorder, &self.settle.surface_normals, &self.lists.neighbours)?;
+        let share = iteration as f32 / (iteration as f32 + 3.0);
+        let step = PlanarMove { momentum: share.min(MOMENTUM), ..self.planar_move(iteration) };
+        self.faces.record(recorder, &self.inputs(), &step)?;
+        self.record_move(recorder, model, iteration)
+    }
+
+    fn record_move(&self, recorder: &mut Recorder, model: &Model, iteration: u32) -> rtfmesh::Result<()> {
+        let targets = &self.faces.targets;
+        self.walk.record(recorder, targets, &model.records, &self.site_triangle)?;
+        self.settle.record(recorder, &self.walk, targets, &self.sites, iteration)
+    }
+
+    /// What the face kernels read.
+    pub fn inputs(&self) -> PlanarInputs<'_> {
+        PlanarInputs {
+            sites: &self.sites,
+            normals: &self.normals.normals,
+            neighbours: &self.lists.neighbours,
+            reach: &self.lists.reach,
+            status: &self.lists.status,
+        }
+    }
+
+    /// A plain step.
+    pub fn planar_move(&self, iteration: u32) -> PlanarMove {
+        PlanarMove {
+            iteration,
+            momentum: 0.0,
+            largest_move: (LARGEST_MOVE * self.spacing) as f32,
+            widest: self.widest(),
+        }
+    }
+
+    /// No face reaches farther.
+    pub fn widest(&self) -> f32 {
+        (WIDEST * self.spacing) as f32
+    }
+}
+
+/// Times iterations from the relaxed sites on, and puts these back.
+fn whole(context: &Context) -> Result<Vec<Row>> {
+    let it = &context.iteration;
+    let builds = || anyhow::Ok(it.lists.status.to_vec(context.device)?[2]);
+    let mut rows = Vec::new();
+    let mut iteration = RELAX;
+    for (kernel, refresh) in [(KEPT, Refresh::Kept), (ANEW, Refresh::Anew)] {
+        let before = builds()?;
+        let runs = context.times(&mut |recorder, _| {
+            iteration += 1;
+            it.record(recorder, context.model, refresh, iteration - 1)
+        })?;
+        let made = builds()? - before;
+        let wanted = if refresh == Refresh::Anew { context.runs } else { 0 };
+        ensure!(made == wanted, "{kernel}: the lists were made {made} times instead of {wanted}");
+        let calls = runs[0].values().map(|(calls, _)| calls).sum();
+        let sums = runs.iter().map(|run| run.values().map(|(_, ms)| ms).sum()).collect();
+        rows.push(context.row(&Work::new(kernel, 0), calls, sums));
+    }
+    check::landed(context, &it.sites.to_vec(context.device)?, &it.site_triangle.to_vec(context.device)?)?;
+    let steps = it.settle.history.to_vec(context.device)?;
+    let step = |i: u32| f64::from(steps[i as usize].x) / context.spacing;
+    let (first, last) = (step(0), step(iteration - 1));
+    ensure!(last > 0.0 && last < 0.5 * first, "the step went from {first} to {last} spacings");
+    rows[0].note = format!("step {first:.3} spacings at first, {last:.4} at last");
+    put_back(context)?;
+    Ok(rows)
+}
+
+fn put_back(context: &Context) -> Result<()> {
+    let it = &context.iteration;
+    let mut recorder = context.device.recorder()?;
+    recorder.upload(&it.sites, &context.sites)?;
+    recorder.upload(&it.site_triangle, &context.under)?;
+    it.lists.record_build(&mut recorder, &it.sites)?;
+    // The nearest point of a site is the site itself; this gives back its normal.
+    recorder.upload(&it.faces.targets, &context.sites)?;
+    it.record_move(&mut recorder, context.model, 0)?;
+    recorder.upload(&it.sites, &context.sites)?;
+    it.normals.record(&mut recorder, &it.settle.surface_normals, &it.lists.neighbours)?;
+    recorder.submit()?;
+    Ok(())
+}

@@ -1,0 +1,129 @@
+//! Every kernel alone, and the iteration of the default pipeline, on real geometry: checked, then timed. See
+//! bench/README.md.
+
+mod check;
+mod context;
+mod faces;
+mod iteration;
+mod moves;
+mod neighbours;
+mod order;
+mod paper;
+#[path = "../../tests/reference/mod.rs"]
+#[allow(clippy::unwrap_used, dead_code, reason = "shared with the tests, which fail by panicking")]
+mod reference;
+mod results;
+#[path = "../../tests/shapes_of_faces.rs"]
+mod shapes_of_faces;
+
+use anyhow::{Context as _, Result, ensure};
+use clap::Parser;
+use context::{Context, Group, Model};
+use results::{Report, Row};
+use rtfmesh::{Device, DeviceOptions, Error};
+use std::path::PathBuf;
+use std::time::Instant;
+
+/// Times every kernel alone on relaxed sites of real surfaces.
+#[derive(Parser)]
+struct Args {
+    /// Numbers of sites, separated by commas
+    #[arg(long, value_delimiter = ',', default_value = "10000,100000,1000000")]
+    sizes: Vec<usize>,
+    /// Timed runs of each kernel, after the one that is checked
+    #[arg(long, default_value_t = 3)]
+    runs: u32,
+    /// Samples or mesh files; repeat it for several
+    #[arg(long, default_values = ["torus", "genus3"])]
+    mesh: Vec<String>,
+    /// Device: an index, `cpu`, `gpu` or a part of the name
+    #[arg(long)]
+    device: Option<String>,
+    /// Only kernels whose name contains this
+    #[arg(long)]
+    only: Option<String>,
+    /// Writes the results to this file
+    #[arg(long)]
+    json: Option<PathBuf>,
+    /// Prints ratios to the results in this file, written by --json
+    #[arg(long)]
+    compare: Option<PathBuf>,
+    /// What `cargo bench` passes; has no effect
+    #[arg(long, hide = true)]
+    bench: bool,
+}
+
+/// In the order of the iteration; what the paper's preset adds comes last.
+const GROUPS: [&[Group]; 6] = [
+    &[iteration::GROUP],
+    &neighbours::GROUPS,
+    &faces::GROUPS,
+    &moves::GROUPS,
+    &order::GROUPS,
+    &paper::GROUPS,
+];
+
+fn main() -> Result<()> {
+    let args = Args::parse();
+    ensure!(args.runs > 0, "--runs must be at least 1");
+    ensure!(args.sizes.iter().all(|n| *n >= 100), "--sizes must be at least 100");
+    let earlier = args.compare.as_deref().map(Report::read).transpose()?;
+    let mut options = DeviceOptions::from_env();
+    options.device = args.device.clone().or(options.device);
+    let device = Device::open(&options)?;
+    ensure!(device.info().limits.timestamp_ns > 0.0, "device '{}' has no timestamps", device.info().name);
+    let mut report = Report::new(device.info(), args.runs);
+    println!("{}", report.heading());
+    for mesh in &args.mesh {
+        let model = Model::load(&device, mesh).with_context(|| format!("mesh {mesh}"))?;
+        for sites in &args.sizes {
+            let begin = Instant::now();
+            let rows = measure(&device, &model, *sites, &args)?;
+            println!("{}", results::table(&rows, earlier.as_ref()));
+            println!(
+                "{mesh}, {sites} sites: all in {:.1} s, at most {:.2} GiB on the device\n",
+                begin.elapsed().as_secs_f64(),
+                device.peak_bytes() as f64 / f64::from(1 << 30)
+            );
+            report.rows.extend(rows);
+        }
+    }
+    if let Some(path) = &args.json {
+        report.write(path)?;
+    }
+    Ok(())
+}
+
+/// All kernels at one size. What does not fit the device is a row that says so.
+fn measure(device: &Device, model: &Model, sites: usize, args: &Args) -> Result<Vec<Row>> {
+    let wanted = |name: &str| args.only.as_deref().is_none_or(|part| name.contains(part));
+    let context = match Context::new(device, model, sites, args.runs) {
+        Ok(context) => context,
+        Err(error) => return Ok(vec![Row::refused("all kernels", model, sites, too_large(error)?)]),
+    };
+    let mut rows = Vec::new();
+    for group in GROUPS.into_iter().flatten() {
+        if sites > group.most_sites || !group.kernels.iter().any(|k| wanted(k)) {
+            continue;
+        }
+        match (group.run)(&context) {
+            Ok(found) => rows.extend(found),
+            Err(error) => {
+                let why = too_large(error)?;
+                rows.extend(group.kernels.iter().map(|k| Row::refused(k, model, sites, why.clone())));
+            }
+        }
+    }
+    rows.retain(|row| wanted(&row.kernel));
+    Ok(rows)
+}
+
+/// The reason, if `error` is a lack of memory.
+fn too_large(error: anyhow::Error) -> Result<String> {
+    match error.downcast_ref::<Error>() {
+        Some(Error::OutOfMemory { what, bytes, problem, .. }) => {
+            Ok(format!("{what}: {bytes} bytes, {problem}"))
+        }
+        _ => Err(error),
+    }
+}
