@@ -29,7 +29,7 @@ pub const SMALL: usize = 10_000;
 
 /// A surface on host and device.
 pub struct Model {
-    /// Sample or file.
+    /// Sample or file, without folder and ending.
     pub name: String,
     /// The repaired mesh in the unit-diagonal frame.
     pub surface: Surface,
@@ -49,7 +49,8 @@ impl Model {
         let records = TriangleRecords::new(device, &surface)?;
         let point = |v: &u32| surface.vertices[*v as usize].as_vec3().as_dvec3();
         let corners = surface.triangles.iter().map(|t| t.each_ref().map(point)).collect();
-        Ok(Self { name: name.to_owned(), surface, records, corners })
+        let name = Path::new(name).file_stem().map_or(name.into(), |stem| stem.to_string_lossy());
+        Ok(Self { name: name.into_owned(), surface, records, corners })
     }
 }
 
