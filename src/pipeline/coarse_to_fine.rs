@@ -1,7 +1,7 @@
 //! The default pipeline: few sites first, then a new one at the middle of every edge, until there are as many as asked
 //! for. Regularity that few sites find cheaply stays, because middles of edges have six neighbours each.
 
-use super::level::{Level, Relaxed};
+use super::level::{Level, Moves, Relaxed};
 use super::refine::{level_counts, refine};
 use super::{Clock, Connection};
 use crate::gpu::Device;
@@ -59,7 +59,8 @@ impl CoarseToFine<'_> {
             let mut show = |done: u32, step: f64| {
                 progress(Progress { iteration: total + done, iterations: planned, step });
             };
-            let mut found = self.level(&on, &seeds, iterations, &mut show)?;
+            let moves = if fresh { Moves::SCATTERED } else { Moves::REFINED };
+            let mut found = self.level(&on, &seeds, (iterations, moves), &mut show)?;
             clock.phase(if l + 1 == counts.len() { "last level" } else { "coarse levels" });
             total += found.steps.len() as u32;
             if l + 1 == counts.len() {
@@ -103,11 +104,11 @@ impl CoarseToFine<'_> {
         &self,
         on: &CellSurface,
         seeds: &Seeds,
-        iterations: u32,
+        (iterations, moves): (u32, Moves),
         progress: &mut dyn FnMut(u32, f64),
     ) -> Result<Found> {
         let spacing = super::spacing(self.surface.area(), seeds.sites.len());
-        let level = Level::new(self.device, seeds, spacing, iterations, MOMENTUM)?;
+        let level = Level::new(self.device, seeds, spacing, iterations, moves)?;
         let Relaxed { sites, triangles: under, near, steps, insecure } =
             level.relax(self.device, seeds, self.records, self.options.tolerance, progress)?;
         let cells =
@@ -121,6 +122,3 @@ impl CoarseToFine<'_> {
         Ok(Found { mesh, under, counts, sound, insecure, steps })
     }
 }
-
-/// Largest share of the last motion that is added to a step.
-const MOMENTUM: f32 = 0.9;
