@@ -14,6 +14,19 @@ pub enum Centroid {
     Area,
 }
 
+/// What is measured of a run's result: a small mesh is remeshed in less time than it takes to measure it.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Default, Serialize)]
+#[serde(rename_all = "lowercase")]
+pub enum MeasureDepth {
+    /// What the warnings need: topology, shape, valences.
+    Basic,
+    /// Faces that intersect others, too.
+    Intersections,
+    /// Distances to the input, too.
+    #[default]
+    Full,
+}
+
 /// How a run goes.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize)]
 #[serde(rename_all = "kebab-case")]
@@ -54,6 +67,8 @@ pub struct Options {
     pub tolerance: f64,
     /// Seed of the random start.
     pub seed: u64,
+    /// What is measured of the result.
+    pub measures: MeasureDepth,
     /// Where a site moves.
     pub centroid: Centroid,
 }
@@ -68,9 +83,9 @@ impl Options {
             method: Method::CoarseToFine,
             coarsest: 300,
             first_iterations: 60,
-            coarse_iterations: 30,
-            iterations: 20,
-            polish_rounds: 10,
+            coarse_iterations: 20,
+            iterations: 10,
+            polish_rounds: 15,
             fit: true,
             centroid: Centroid::Area,
             ..Self::rtf(vertices)
@@ -93,6 +108,7 @@ impl Options {
             iterations: 160,
             tolerance: 1e-4,
             seed: 1,
+            measures: MeasureDepth::Full,
             centroid: Centroid::Vertex,
         }
     }

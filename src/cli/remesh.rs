@@ -5,7 +5,7 @@ use anyhow::Result;
 use indicatif::{ProgressBar, ProgressStyle};
 use rtfmesh::mesh::io;
 use rtfmesh::report::Report;
-use rtfmesh::{Centroid, Device, DeviceOptions, Error, Options, Progress, remesh};
+use rtfmesh::{Centroid, Device, DeviceOptions, Error, MeasureDepth, Options, Progress, remesh};
 use std::path::{Path, PathBuf};
 
 /// Turn a triangle mesh into one of well-shaped triangles with exactly N vertices.
@@ -95,6 +95,11 @@ impl Args {
             iterations: self.iterations.unwrap_or(base.iterations),
             tolerance: self.tolerance.unwrap_or(base.tolerance),
             seed: self.seed.unwrap_or(base.seed),
+            measures: match (&self.report, self.quiet) {
+                (Some(_), _) => MeasureDepth::Full,
+                (None, false) => MeasureDepth::Intersections,
+                (None, true) => MeasureDepth::Basic,
+            },
             centroid: match self.centroid {
                 Some(CentroidName::Vertex) => Centroid::Vertex,
                 Some(CentroidName::Area) => Centroid::Area,

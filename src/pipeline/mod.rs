@@ -7,11 +7,11 @@ mod rtf;
 
 use crate::gpu::kernels::face::cell;
 use crate::gpu::{Device, StageTime};
-use crate::measure::{Measures, measure};
+use crate::measure::{Measures, measure_some};
 use crate::mesh::frame::Frame;
 use crate::mesh::repair::{RepairCounts, repair};
 use crate::mesh::topology::{Topology, topology};
-use crate::options::{Method, Options};
+use crate::options::{MeasureDepth, Method, Options};
 use crate::stages::connect::ConnectCounts;
 use crate::stages::face::FlagCounts;
 use crate::stages::records::TriangleRecords;
@@ -50,7 +50,7 @@ pub struct Summary {
     pub repaired: RepairCounts,
     /// Topology of the cleaned input.
     pub input: Topology,
-    /// Figures of the result, distances against the cleaned input.
+    /// Figures of the result as far as [`Options::measures`] asks for them, distances against the cleaned input.
     pub output: Measures,
     /// Iterations done.
     pub iterations: u32,
@@ -143,7 +143,9 @@ pub fn remesh(
     let vertices = sites.into_iter().map(|p| frame.from_unit(p)).collect();
     let result = TriMesh { vertices, triangles };
     clock.phase("connect");
-    let output = measure(&result, Some(&repaired.mesh))?;
+    let depth = options.measures;
+    let reference = (depth >= MeasureDepth::Full).then_some(&repaired.mesh);
+    let output = measure_some(&result, reference, depth >= MeasureDepth::Intersections)?;
     clock.phase("measure");
     let summary = Summary {
         repaired: repaired.counts,
