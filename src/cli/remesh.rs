@@ -121,11 +121,12 @@ pub fn run(args: &Args) -> Result<()> {
         }
         io::check_text_target(report)?;
     }
-    let loaded = io::read(&args.input)?;
+    let (loaded, device) = rayon::join(|| io::read(&args.input), || open(args));
+    let loaded = loaded?;
     for note in loaded.notes.iter().filter(|_| !args.quiet) {
         tell(&format!("note: {}: {note}\n", args.input.display()));
     }
-    let device = open(args)?;
+    let device = device?;
     let bar = progress_bar(args.quiet, options.iterations);
     let result = remesh(&device, &loaded.mesh, &options, &mut |p| show(&bar, p));
     bar.finish_and_clear();

@@ -20,9 +20,31 @@ use crate::{Progress, Result, TriMesh};
 pub(super) struct CoarseToFine<'a> {
     pub device: &'a Device,
     pub surface: &'a Surface,
-    pub records: &'a TriangleRecords,
+    pub ground: &'a Ground,
     pub input: &'a Topology,
     pub options: &'a Options,
+}
+
+/// The surface in the forms that the walk and the polish need.
+pub(super) struct Ground {
+    records: TriangleRecords,
+    target: Target,
+}
+
+impl Ground {
+    /// # Errors
+    /// [`crate::Error::OutOfMemory`] if the surface does not fit on the device.
+    pub fn new(device: &Device, surface: &Surface) -> Result<Self> {
+        let (records, target) = rayon::join(
+            || TriangleRecords::new(device, surface),
+            || {
+                let mesh =
+                    TriMesh { vertices: surface.vertices.clone(), triangles: surface.triangles.clone() };
+                Target::new(&mesh)
+            },
+        );
+        Ok(Self { records: records?, target })
+    }
 }
 
 /// A level's mesh in the unit-diagonal frame.
@@ -88,14 +110,11 @@ impl CoarseToFine<'_> {
 
     /// Better triangles and a closer fit.
     fn finish(&self, mesh: &mut TriMesh, clock: &mut Clock) {
-        let surface =
-            TriMesh { vertices: self.surface.vertices.clone(), triangles: self.surface.triangles.clone() };
-        let target = Target::new(&surface);
-        clock.phase("target");
-        polish(mesh, &target, &PolishOptions { rounds: self.options.polish_rounds, ..Default::default() });
+        let target = &self.ground.target;
+        polish(mesh, target, &PolishOptions { rounds: self.options.polish_rounds, ..Default::default() });
         clock.phase("polish");
         if self.options.fit {
-            fit(mesh, &target, &FitOptions::default());
+            fit(mesh, target, &FitOptions::default());
             clock.phase("fit");
         }
     }
@@ -110,7 +129,7 @@ impl CoarseToFine<'_> {
         let spacing = super::spacing(self.surface.area(), seeds.sites.len());
         let level = Level::new(self.device, seeds, spacing, iterations, moves)?;
         let Relaxed { sites, triangles: under, near, steps, insecure } =
-            level.relax(self.device, seeds, self.records, self.options.tolerance, progress)?;
+            level.relax(self.device, seeds, &self.ground.records, self.options.tolerance, progress)?;
         let cells =
             connected_cells(on, &CellSites { positions: &sites, triangles: &under, near: &near, spacing });
         let (triangles, counts) = connect(&sites, &cells.fans);

@@ -6,7 +6,7 @@ use crate::gpu::{Buffer, Device, Pipeline, Recorder, Threads};
 use glam::{Vec2, Vec4};
 
 /// Neighbours that the first round looks at: more than the faces of relaxed sites need.
-pub const NEAR: u32 = 16;
+pub const NEAR: u32 = 14;
 
 /// What the kernels read of the sites.
 #[derive(Clone, Copy)]
