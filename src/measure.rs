@@ -25,8 +25,8 @@ pub struct Measures {
     pub valence: Valence,
     /// Components, holes, handles and defects.
     pub topology: Topology,
-    /// Faces that intersect another face.
-    pub self_intersecting_faces: usize,
+    /// Faces that intersect another face, if that was asked for.
+    pub self_intersecting_faces: Option<usize>,
     /// Share of the pairs of faces on an edge that turn against each other by more than 120 degrees, 0..=1.
     pub folded_edges: f64,
     /// Enclosed volume over that of the mesh's bounding box, positive if the faces point outwards; `None`
@@ -41,6 +41,15 @@ pub struct Measures {
 /// Fails with [`Error::Input`] if either mesh has no faces, a coordinate that is not a finite number, or an
 /// index without a vertex, and if the reference has no extent.
 pub fn measure(mesh: &TriMesh, reference: Option<&TriMesh>) -> Result<Measures> {
+    measure_some(mesh, reference, true)
+}
+
+/// As [`measure`], looking for intersections only if `intersections`.
+pub(crate) fn measure_some(
+    mesh: &TriMesh,
+    reference: Option<&TriMesh>,
+    intersections: bool,
+) -> Result<Measures> {
     check(mesh, "mesh")?;
     let mesh = weld(mesh);
     let distances = match reference {
@@ -58,7 +67,7 @@ pub fn measure(mesh: &TriMesh, reference: Option<&TriMesh>) -> Result<Measures> 
         faces: topology.faces,
         quality,
         valence: valence_of(&mesh, &table),
-        self_intersecting_faces: intersecting_faces(&mesh).len(),
+        self_intersecting_faces: intersections.then(|| intersecting_faces(&mesh).len()),
         folded_edges: folded_share(&mesh, &table),
         relative_volume: (topology.boundary_edges == 0).then(|| relative_volume(&mesh)),
         topology,

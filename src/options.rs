@@ -14,6 +14,19 @@ pub enum Centroid {
     Area,
 }
 
+/// What is measured of a run's result: a small mesh is remeshed in less time than it takes to measure it.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Default, Serialize)]
+#[serde(rename_all = "lowercase")]
+pub enum MeasureDepth {
+    /// What the warnings need: topology, shape, valences.
+    Basic,
+    /// Faces that intersect others, too.
+    Intersections,
+    /// Distances to the input, too.
+    #[default]
+    Full,
+}
+
 /// How a run goes.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize)]
 #[serde(rename_all = "kebab-case")]
@@ -66,6 +79,8 @@ pub struct Options {
     pub tolerance: f64,
     /// Seed of the random start.
     pub seed: u64,
+    /// What is measured of the result.
+    pub measures: MeasureDepth,
     /// Where a site moves.
     pub centroid: Centroid,
 }
@@ -85,8 +100,8 @@ impl Options {
     /// Coarse to fine, with more or less time for better or worse triangles.
     pub fn with_quality(vertices: usize, quality: Quality) -> Self {
         let (first_iterations, coarse_iterations, iterations, polish_rounds) = match quality {
-            Quality::Draft => (30, 15, 8, 5),
-            Quality::Normal => (60, 30, 20, 10),
+            Quality::Draft => (30, 10, 5, 4),
+            Quality::Normal => (60, 20, 10, 10),
             Quality::Best => (150, 100, 80, 30),
         };
         Self {
@@ -118,6 +133,7 @@ impl Options {
             iterations: 160,
             tolerance: 1e-4,
             seed: 1,
+            measures: MeasureDepth::Full,
             centroid: Centroid::Vertex,
         }
     }

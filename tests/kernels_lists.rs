@@ -19,7 +19,7 @@ fn on_device(sites: &[DVec3], options: &ListOptions) -> (Vec<Vec<u32>>, Vec<f32>
     recorder.submit().unwrap();
     let found = lists(&made.neighbours.to_vec(device).unwrap(), sites.len());
     assert_eq!(made.list_sites.to_vec(device).unwrap(), vec4(sites));
-    assert_eq!(made.moved.to_vec(device).unwrap(), vec![0.0; sites.len()]);
+    assert_eq!(made.away.to_vec(device).unwrap(), made.reach.to_vec(device).unwrap());
     assert_valid(device);
     (found, made.reach.to_vec(device).unwrap().iter().map(|r| r.y).collect())
 }
@@ -148,7 +148,7 @@ fn ties_go_to_the_lower_index() {
 fn assert_promise(made: &Lists, sites: &[Vec4], max_rho: f32) {
     let device = device();
     let found = lists(&made.neighbours.to_vec(device).unwrap(), sites.len());
-    let (reach, moved) = (made.reach.to_vec(device).unwrap(), made.moved.to_vec(device).unwrap());
+    let (reach, away) = (made.reach.to_vec(device).unwrap(), made.away.to_vec(device).unwrap());
     let rho = f32::from_bits(made.status.to_vec(device).unwrap()[1]);
     assert!(rho <= max_rho, "{rho}");
     for (s, at) in sites.iter().enumerate() {
@@ -157,9 +157,9 @@ fn assert_promise(made: &Lists, sites: &[Vec4], max_rho: f32) {
             assert_eq!(found[s].len(), sites.len() - 1, "site {s}");
             continue;
         }
-        assert!(moved[s] <= rho * reach * 1.000_001, "site {s}");
-        let bound = f64::from(reach) * (1.0 - 2.0 * f64::from(rho)) - f64::from(moved[s]);
-        let near = f64::from(near - rho * (near + 2.0 * reach));
+        assert!(reach - away[s].y <= rho * reach * 1.000_001, "site {s}");
+        let bound = f64::from(away[s].y) - 2.0 * f64::from(rho) * f64::from(reach);
+        let near = f64::from(away[s].x - rho * (near + reach));
         for (j, other) in sites.iter().enumerate() {
             let far = other.as_dvec4().distance(at.as_dvec4());
             let first = found[s].iter().take(NEAR as usize).any(|k| *k as usize == j);

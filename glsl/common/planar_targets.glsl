@@ -13,7 +13,7 @@ layout(push_constant) uniform Push {
 layout(set = 0, binding = 0) readonly buffer Sites { vec4 sites[]; };
 layout(set = 0, binding = 1) readonly buffer Normals { uint normals[]; };
 layout(set = 0, binding = 2) readonly buffer Neighbours { uint neighbours[]; };
-layout(set = 0, binding = 3) readonly buffer Reach { vec2 reach[]; };
+layout(set = 0, binding = 3) readonly buffer Away { vec2 away[]; };
 layout(set = 0, binding = 4) readonly buffer Status { uint status[]; };
 layout(set = 0, binding = 5) writeonly buffer Targets { vec4 targets[]; };
 layout(set = 0, binding = 6) buffer Centroids { vec4 centroids[]; };
@@ -36,11 +36,14 @@ void main() {
         vec3 u, v;
         tangent_frame(n, u, v);
         load_lines(site, site_count, at, n, u, v);
-        // Sites that no line stands for are at least this far away: the reach changes by no more than the way between
-        // two sites, and nobody has moved farther than rho times his own.
-        vec2 away = min(reach[site], vec2(10.0));
-        float secure = FIRST ? away.x : away.y;
-        secure -= uintBitsToFloat(status[1]) * (secure + 2.0 * away.y);
+        // Sites that no line stands for are at least this far away: nobody has moved farther than rho times the reach
+        // of his list, which changes by no more than the way between two sites. This site's own way is taken off
+        // already, so its reach was at most farthest.
+        vec2 left = min(away[site], vec2(10.0));
+        float rho = uintBitsToFloat(status[1]);
+        float farthest = max(left.y, 0.0) / (1.0 - rho);
+        float then = FIRST ? left.x + rho * farthest : farthest;
+        float secure = (FIRST ? left.x : left.y) - rho * (then + farthest);
         float bound = min(max(secure, 0.0), widest);
         cut_lines(bound);
         float twice_area, radius_sq;

@@ -1,10 +1,10 @@
 // Purpose: the face of each site by intervals, its area centroid, and the target that momentum makes of it.
 // Invocation: one site.
-// Reads: sites, normals (packed), neighbours, reach, status (of neighbours/decide).
+// Reads: sites, normals (packed), neighbours, away, status (of neighbours/decide).
 // Writes: targets (xyz, w = squared distance to the centroid), centroids (w = 1); insecure: a counter an iteration for
 //   each round, then the sites whose lines do not reach the radius of security.
 // Filled by neighbours/lists, step/settle and normals/smooth; consumed by project/walk and the next iteration.
-// reach has, for each site, how near the sites after the first K (x) and outside the list (y) may be. The nearest K are
+// away has, for each site, how near the sites after the first K (x) and outside the list (y) would be had they not moved. The nearest K are
 // enough nearly everywhere; face/planar_rest does the rest.
 #version 450
 #extension GL_GOOGLE_include_directive : require

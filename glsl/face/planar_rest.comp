@@ -1,6 +1,6 @@
 // Purpose: face/planar for the sites that it leaves undecided, by their whole lists: faces, centroids, targets.
 // Invocation: every so many entries of the list of undecided sites.
-// Reads: sites, normals (packed), neighbours, reach, status (of neighbours/decide).
+// Reads: sites, normals (packed), neighbours, away, status (of neighbours/decide).
 // Writes: targets (xyz, w = squared distance to the centroid), centroids (w = 1); insecure: a counter an iteration for
 //   each round, then the sites whose lines do not reach the radius of security.
 // Filled by neighbours/lists, step/settle and normals/smooth; consumed by project/walk and the next iteration.

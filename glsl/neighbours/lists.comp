@@ -2,7 +2,8 @@
 // Invocation: one site. The sites of a subgroup follow each other in Morton order and walk the boxes together.
 // Reads: sites, boxes.
 // Writes: neighbours[slot * site_count + site], NONE where there are fewer than K other sites; reach[site], the distances
-// of the (NEAR + 1)-th and the (K + 1)-th nearest, infinity where there is none; list_sites, where the sites are now; moved = 0.
+// of the (NEAR + 1)-th and the (K + 1)-th nearest, infinity where there is none; list_sites, where the sites are now;
+// away = reach.
 // Filled by neighbours/box_levels; consumed by the faces and neighbours/moved.
 //
 // A box is entered if it meets the ball of any site of the subgroup that its list fills so far: first come the leaves
@@ -37,7 +38,7 @@ layout(set = 0, binding = 1) readonly buffer Boxes { vec4 boxes[]; };
 layout(set = 0, binding = 2) writeonly buffer Neighbours { uint neighbours[]; };
 layout(set = 0, binding = 3) writeonly buffer Reach { vec2 reach[]; };
 layout(set = 0, binding = 4) writeonly buffer ListSites { vec4 list_sites[]; };
-layout(set = 0, binding = 5) writeonly buffer Moved { float moved[]; };
+layout(set = 0, binding = 5) writeonly buffer Away { vec2 away[]; };
 
 const float FAR = 3.402823466e38;
 
@@ -222,9 +223,10 @@ void main() {
     if (!alive) return;
     [[unroll]] for (uint s = 0u; s < K; ++s) neighbours[s * site_count + site] = best[s];
     float endless = uintBitsToFloat(0x7f800000u);
-    reach[site] = vec2(
+    vec2 far = vec2(
         best[min(NEAR, K)] == NONE ? endless : sqrt(best_sq[min(NEAR, K)]),
         best[K] == NONE ? endless : sqrt(best_sq[K]));
+    reach[site] = far;
+    away[site] = far;
     list_sites[site] = vec4(at, 0.0);
-    moved[site] = 0.0;
 }

@@ -1,7 +1,7 @@
 // Purpose: how far the sites have moved since their lists were made.
 // Invocation: one site.
 // Reads: sites, list_sites, reach.
-// Writes: moved[site], the distance; status[0], the largest moved / reach so far, as the bits of a float: those of floats
+// Writes: away[site], the reach less that distance; status[0], the largest moved / reach so far, as the bits of a float: those of floats
 // that are not negative compare like the floats, so the maximum does not depend on the order.
 // Filled by neighbours/lists and the step; consumed by neighbours/decide and the faces.
 #version 450
@@ -13,7 +13,7 @@ layout(push_constant) uniform Push { uint site_count; };
 layout(set = 0, binding = 0) readonly buffer Sites { vec4 sites[]; };
 layout(set = 0, binding = 1) readonly buffer ListSites { vec4 list_sites[]; };
 layout(set = 0, binding = 2) readonly buffer Reach { vec2 reach[]; };
-layout(set = 0, binding = 3) writeonly buffer Moved { float moved[]; };
+layout(set = 0, binding = 3) writeonly buffer Away { vec2 away[]; };
 layout(set = 0, binding = 4) buffer Status { uint status[]; };
 
 shared uint group_rho;
@@ -24,10 +24,11 @@ void main() {
     barrier();
     if (site < site_count) {
         float far = distance(sites[site].xyz, list_sites[site].xyz);
-        moved[site] = far;
+        vec2 own = reach[site];
+        away[site] = own - far;
         float rho = 0.0;
         // A site with its whole list on one spot has no reach: the least move is too far.
-        if (far > 0.0) rho = reach[site].y > 0.0 ? far / reach[site].y : uintBitsToFloat(0x7f800000u);
+        if (far > 0.0) rho = own.y > 0.0 ? far / own.y : uintBitsToFloat(0x7f800000u);
         atomicMax(group_rho, floatBitsToUint(rho));
     }
     barrier();

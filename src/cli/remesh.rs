@@ -5,7 +5,9 @@ use anyhow::Result;
 use indicatif::{ProgressBar, ProgressStyle};
 use rtfmesh::mesh::io;
 use rtfmesh::report::Report;
-use rtfmesh::{Centroid, Device, DeviceOptions, Error, Method, Options, Progress, Quality, remesh};
+use rtfmesh::{
+    Centroid, Device, DeviceOptions, Error, MeasureDepth, Method, Options, Progress, Quality, remesh,
+};
 use std::path::{Path, PathBuf};
 
 /// Turn a triangle mesh into one of well-shaped triangles with exactly N vertices.
@@ -134,6 +136,11 @@ impl Args {
             iterations: self.iterations.unwrap_or(base.iterations),
             tolerance: self.tolerance.unwrap_or(base.tolerance),
             seed: self.seed.unwrap_or(base.seed),
+            measures: match (&self.report, self.quiet) {
+                (Some(_), _) => MeasureDepth::Full,
+                (None, false) => MeasureDepth::Intersections,
+                (None, true) => MeasureDepth::Basic,
+            },
             centroid: match self.centroid {
                 Some(CentroidName::Vertex) => Centroid::Vertex,
                 Some(CentroidName::Area) => Centroid::Area,
@@ -155,11 +162,12 @@ pub fn run(args: &Args) -> Result<()> {
         }
         io::check_text_target(report)?;
     }
-    let loaded = io::read(&args.input)?;
+    let (loaded, device) = rayon::join(|| io::read(&args.input), || open(args));
+    let loaded = loaded?;
     for note in loaded.notes.iter().filter(|_| !args.quiet) {
         tell(&format!("note: {}: {note}\n", args.input.display()));
     }
-    let device = open(args)?;
+    let device = device?;
     let bar = progress_bar(args.quiet, options.iterations);
     let result = remesh(&device, &loaded.mesh, &options, &mut |p| show(&bar, p));
     bar.finish_and_clear();

@@ -39,8 +39,10 @@ fn measure_rows(m: &Measures) -> Vec<(&'static str, String)> {
         }),
         ("non-manifold edges, vertices", format!("{}, {}", t.nonmanifold_edges, t.nonmanifold_vertices)),
         ("inconsistent edges, duplicate faces", format!("{}, {}", t.inconsistent_edges, t.duplicate_faces)),
-        ("self-intersecting faces", m.self_intersecting_faces.to_string()),
     ];
+    if let Some(count) = m.self_intersecting_faces {
+        rows.push(("self-intersecting faces", count.to_string()));
+    }
     if let Some(d) = &m.distances {
         let pair = |to: f64, from: f64| format!("{to:.4} %, {from:.4} %");
         rows.push((

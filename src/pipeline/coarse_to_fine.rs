@@ -1,10 +1,11 @@
 //! The default pipeline: few sites first, then a new one at the middle of every edge, until there are as many as asked
 //! for. Regularity that few sites find cheaply stays, because middles of edges have six neighbours each.
 
-use super::level::{Level, Relaxed};
+use super::level::{Level, Moves, Relaxed};
 use super::refine::{level_counts, refine};
 use super::{Clock, Connection};
 use crate::gpu::Device;
+use crate::mesh::quality::TriangleQuality;
 use crate::mesh::topology::{Topology, topology};
 use crate::options::Options;
 use crate::polish::{FitOptions, PolishOptions, Target, fit, polish, reach_tips};
@@ -20,9 +21,31 @@ use crate::{Progress, Result, TriMesh};
 pub(super) struct CoarseToFine<'a> {
     pub device: &'a Device,
     pub surface: &'a Surface,
-    pub records: &'a TriangleRecords,
+    pub ground: &'a Ground,
     pub input: &'a Topology,
     pub options: &'a Options,
+}
+
+/// The surface in the forms that the walk and the polish need.
+pub(super) struct Ground {
+    records: TriangleRecords,
+    target: Target,
+}
+
+impl Ground {
+    /// # Errors
+    /// [`crate::Error::OutOfMemory`] if the surface does not fit on the device.
+    pub fn new(device: &Device, surface: &Surface) -> Result<Self> {
+        let (records, target) = rayon::join(
+            || TriangleRecords::new(device, surface),
+            || {
+                let mesh =
+                    TriMesh { vertices: surface.vertices.clone(), triangles: surface.triangles.clone() };
+                Target::new(&mesh)
+            },
+        );
+        Ok(Self { records: records?, target })
+    }
 }
 
 /// A level's mesh in the unit-diagonal frame.
@@ -59,7 +82,8 @@ impl CoarseToFine<'_> {
             let mut show = |done: u32, step: f64| {
                 progress(Progress { iteration: total + done, iterations: planned, step });
             };
-            let mut found = self.level(&on, &seeds, iterations, &mut show)?;
+            let moves = if fresh { Moves::SCATTERED } else { Moves::REFINED };
+            let mut found = self.level(&on, &seeds, (iterations, moves), &mut show)?;
             clock.phase(if l + 1 == counts.len() { "last level" } else { "coarse levels" });
             total += found.steps.len() as u32;
             if l + 1 == counts.len() {
@@ -87,42 +111,52 @@ impl CoarseToFine<'_> {
 
     /// Better triangles and a closer fit.
     fn finish(&self, mesh: &mut TriMesh, clock: &mut Clock) {
-        let surface =
-            TriMesh { vertices: self.surface.vertices.clone(), triangles: self.surface.triangles.clone() };
-        let target = Target::new(&surface);
-        clock.phase("target");
+        let target = &self.ground.target;
         let rounds = self.options.polish_rounds;
-        polish(mesh, &target, &PolishOptions { rounds, ..Default::default() });
+        polish(mesh, target, &PolishOptions { rounds, ..Default::default() });
         clock.phase("polish");
-        let edge = super::spacing(self.surface.area(), mesh.vertices.len());
-        let mut fixed = vec![false; mesh.vertices.len()];
-        for _ in 0..if rounds > 0 { TIP_PASSES } else { 0 } {
-            let moved = reach_tips(mesh, &surface, edge);
-            fixed.iter_mut().zip(moved).for_each(|(fixed, moved)| *fixed |= moved);
-            polish(
-                mesh,
-                &target,
-                &PolishOptions { rounds: TIP_ROUNDS, fixed: fixed.clone(), ..Default::default() },
-            );
-        }
+        let fixed = if rounds > 0 { self.hold_tips(mesh, target) } else { vec![false; mesh.vertices.len()] };
         clock.phase("tips");
         if self.options.fit {
-            fit(mesh, &target, &FitOptions { fixed, ..Default::default() });
+            fit(mesh, target, &FitOptions { fixed, ..Default::default() });
             clock.phase("fit");
         }
+    }
+
+    /// Puts vertices on tips; says which ones, so that they stay there.
+    fn hold_tips(&self, mesh: &mut TriMesh, target: &Target) -> Vec<bool> {
+        let surface =
+            TriMesh { vertices: self.surface.vertices.clone(), triangles: self.surface.triangles.clone() };
+        let edge = super::spacing(self.surface.area(), mesh.vertices.len());
+        let mut options = PolishOptions { rounds: TIP_ROUNDS, ..Default::default() };
+        options.fixed = vec![false; mesh.vertices.len()];
+        for _ in 0..TIP_PASSES {
+            let moved = reach_tips(mesh, &surface, edge);
+            options.fixed.iter_mut().zip(moved).for_each(|(fixed, moved)| *fixed |= moved);
+            polish(mesh, target, &options);
+        }
+        // Where no room could be made, good triangles are worth more.
+        for t in 0..mesh.triangles.len() {
+            let shape = TriangleQuality::new(mesh.corners(t));
+            if shape.min_angle() < TIP_ANGLE || shape.max_angle() > 90.0 {
+                mesh.triangles[t].iter().for_each(|v| options.fixed[*v as usize] = false);
+            }
+        }
+        polish(mesh, target, &options);
+        options.fixed
     }
 
     fn level(
         &self,
         on: &CellSurface,
         seeds: &Seeds,
-        iterations: u32,
+        (iterations, moves): (u32, Moves),
         progress: &mut dyn FnMut(u32, f64),
     ) -> Result<Found> {
         let spacing = super::spacing(self.surface.area(), seeds.sites.len());
-        let level = Level::new(self.device, seeds, spacing, iterations, MOMENTUM)?;
+        let level = Level::new(self.device, seeds, spacing, iterations, moves)?;
         let Relaxed { sites, triangles: under, near, steps, insecure } =
-            level.relax(self.device, seeds, self.records, self.options.tolerance, progress)?;
+            level.relax(self.device, seeds, &self.ground.records, self.options.tolerance, progress)?;
         let cells =
             connected_cells(on, &CellSites { positions: &sites, triangles: &under, near: &near, spacing });
         let (triangles, counts) = connect(&sites, &cells.fans);
@@ -136,7 +170,7 @@ impl CoarseToFine<'_> {
 }
 
 /// Times that vertices go to tips and the others make room, and the rounds that this takes.
-const TIP_PASSES: u32 = 3;
-const TIP_ROUNDS: u32 = 4;
-/// Largest share of the last motion that is added to a step.
-const MOMENTUM: f32 = 0.9;
+const TIP_PASSES: u32 = 2;
+const TIP_ROUNDS: u32 = 3;
+/// Angle in degrees that triangles at a tip must have after that.
+const TIP_ANGLE: f64 = 38.0;

@@ -15,13 +15,39 @@ use rayon::prelude::*;
 /// Neighbours in a list.
 pub(super) const LIST: u32 = 24;
 /// Lists are made anew when a site has moved by more than this share of its reach.
-const MAX_RHO: f32 = 0.08;
-/// Longest move in spacings.
-const LARGEST_MOVE: f64 = 0.5;
+const MAX_RHO: f32 = 0.14;
 /// No face reaches farther than this many spacings from its site.
 const WIDEST: f64 = 2.5;
 /// Iterations between two looks at the step size.
 const PER_SUBMISSION: u32 = 10;
+
+/// How long the moves of a level may be.
+///
+/// A few sites at tips and folds never come to rest; what they move, all lists have to be made anew for. The longer a
+/// level takes, the less they are given.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct Moves {
+    /// Longest move of the first iteration, in spacings.
+    pub largest: f64,
+    /// After this many iterations it is half of that, after twice as many a third, and so on.
+    pub halved: f64,
+    /// Largest share of the last motion that is added to a step.
+    pub momentum: f32,
+}
+
+impl Moves {
+    /// For scattered sites.
+    pub const SCATTERED: Self = Self { largest: 0.5, halved: 5.0, momentum: MOMENTUM };
+    /// For sites that come from a coarser level and have their order already.
+    pub const REFINED: Self = Self { largest: 0.25, halved: 4.0, momentum: MOMENTUM };
+
+    /// In spacings.
+    fn longest(&self, iteration: u32) -> f64 {
+        self.largest / (1.0 + f64::from(iteration) / self.halved)
+    }
+}
+
+const MOMENTUM: f32 = 0.9;
 
 /// The stages at one count, with their buffers.
 pub(super) struct Level {
@@ -34,7 +60,7 @@ pub(super) struct Level {
     settle: Settle,
     spacing: f64,
     iterations: u32,
-    momentum: f32,
+    moves: Moves,
 }
 
 /// Sites at rest.
@@ -64,8 +90,8 @@ impl Level {
         parts.par_iter().try_for_each(|part| part())
     }
 
-    /// `spacing` is that of `seeds`, which are in Morton order; `momentum` the largest share of the last motion.
-    pub fn new(device: &Device, seeds: &Seeds, spacing: f64, iterations: u32, momentum: f32) -> Result<Self> {
+    /// `spacing` is that of `seeds`, which are in Morton order.
+    pub fn new(device: &Device, seeds: &Seeds, spacing: f64, iterations: u32, moves: Moves) -> Result<Self> {
         let n = seeds.sites.len();
         Ok(Self {
             sites: Buffer::new(device, "default.sites", n)?,
@@ -77,7 +103,7 @@ impl Level {
             settle: Settle::new(device, n, iterations, None)?,
             spacing,
             iterations,
-            momentum,
+            moves,
         })
     }
 
@@ -131,7 +157,7 @@ impl Level {
             sites: &self.sites,
             normals: &self.normals.normals,
             neighbours: &self.lists.neighbours,
-            reach: &self.lists.reach,
+            away: &self.lists.away,
             status: &self.lists.status,
         };
         // Nesterov's sequence; the last iteration is a plain one, so that sites end in their centroids.
@@ -139,8 +165,8 @@ impl Level {
         let last = iteration + 1 == self.iterations;
         let step = PlanarMove {
             iteration,
-            momentum: if last { 0.0 } else { share.min(self.momentum) },
-            largest_move: (LARGEST_MOVE * self.spacing) as f32,
+            momentum: if last { 0.0 } else { share.min(self.moves.momentum) },
+            largest_move: (self.moves.longest(iteration) * self.spacing) as f32,
             widest: (WIDEST * self.spacing) as f32,
         };
         self.faces.record(recorder, &inputs, &step)?;

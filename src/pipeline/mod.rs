@@ -7,18 +7,17 @@ mod rtf;
 
 use crate::gpu::kernels::face::cell;
 use crate::gpu::{Device, StageTime};
-use crate::measure::{Measures, measure};
+use crate::measure::{Measures, measure_some};
 use crate::mesh::frame::Frame;
-use crate::mesh::repair::{RepairCounts, repair};
+use crate::mesh::repair::{RepairCounts, Repaired, repair};
 use crate::mesh::topology::{Topology, topology};
-use crate::options::{Method, Options};
+use crate::options::{MeasureDepth, Method, Options};
 use crate::stages::connect::ConnectCounts;
 use crate::stages::face::FlagCounts;
-use crate::stages::records::TriangleRecords;
 use crate::stages::seed;
 use crate::stages::surface::Surface;
 use crate::{Error, Result, TriMesh};
-use coarse_to_fine::CoarseToFine;
+use coarse_to_fine::{CoarseToFine, Ground};
 use glam::DVec3;
 use serde::Serialize;
 use std::time::Instant;
@@ -50,7 +49,7 @@ pub struct Summary {
     pub repaired: RepairCounts,
     /// Topology of the cleaned input.
     pub input: Topology,
-    /// Figures of the result, distances against the cleaned input.
+    /// Figures of the result as far as [`Options::measures`] asks for them, distances against the cleaned input.
     pub output: Measures,
     /// Iterations done.
     pub iterations: u32,
@@ -106,15 +105,15 @@ pub fn remesh(
     // Earlier runs on the same device do not count.
     device.take_timings();
     let mut clock = Clock::new();
-    let repaired = repair(mesh)?;
-    let frame = Frame::of(&repaired.mesh)?;
-    let input = topology(&repaired.mesh);
-    check_memory(device, options)?;
+    // What the driver makes of the kernels does not depend on the mesh.
+    let (compiled, prepared) =
+        rayon::join(|| compile(device, options.method), || prepare(device, mesh, options));
+    let Prepared { repaired, frame, input, surface, ground } = prepared?;
+    compiled?;
     clock.phase("prepare");
-    let surface = Surface::new(device, &repaired.mesh, &frame)?;
     let spacing = spacing(surface.area(), options.vertices);
-    let (connection, steps) = match options.method {
-        Method::Rtf => {
+    let (connection, steps) = match ground {
+        None => {
             let seeds = seed::random(&surface, options.vertices, options.seed);
             clock.phase("seed");
             let run = rtf::Run::new(device, options, &surface, &seeds, spacing)?;
@@ -123,12 +122,8 @@ pub fn remesh(
             clock.phase("iterate");
             (run.connect(device, &surface, &input)?, steps)
         }
-        Method::CoarseToFine => {
-            let (compiled, records) =
-                rayon::join(|| level::Level::compile(device), || TriangleRecords::new(device, &surface));
-            compiled?;
-            clock.phase("compile");
-            let run = CoarseToFine { device, surface: &surface, records: &records?, input: &input, options };
+        Some(ground) => {
+            let run = CoarseToFine { device, surface: &surface, ground: &ground, input: &input, options };
             run.run(progress, &mut clock)?
         }
     };
@@ -143,7 +138,9 @@ pub fn remesh(
     let vertices = sites.into_iter().map(|p| frame.from_unit(p)).collect();
     let result = TriMesh { vertices, triangles };
     clock.phase("connect");
-    let output = measure(&result, Some(&repaired.mesh))?;
+    let depth = options.measures;
+    let reference = (depth >= MeasureDepth::Full).then_some(&repaired.mesh);
+    let output = measure_some(&result, reference, depth >= MeasureDepth::Intersections)?;
     clock.phase("measure");
     let summary = Summary {
         repaired: repaired.counts,
@@ -164,6 +161,38 @@ pub fn remesh(
         },
     };
     Ok(Remeshed { mesh: result, summary })
+}
+
+/// The input, ready for a run.
+struct Prepared {
+    repaired: Repaired,
+    frame: Frame,
+    input: Topology,
+    surface: Surface,
+    /// For [`Method::CoarseToFine`] only.
+    ground: Option<Ground>,
+}
+
+fn prepare(device: &Device, mesh: &TriMesh, options: &Options) -> Result<Prepared> {
+    let repaired = repair(mesh)?;
+    let frame = Frame::of(&repaired.mesh)?;
+    check_memory(device, options)?;
+    let (input, surface) =
+        rayon::join(|| topology(&repaired.mesh), || Surface::new(device, &repaired.mesh, &frame));
+    let surface = surface?;
+    let ground = match options.method {
+        Method::CoarseToFine => Some(Ground::new(device, &surface)?),
+        Method::Rtf => None,
+    };
+    Ok(Prepared { repaired, frame, input, surface, ground })
+}
+
+/// Compiles the kernels of the default pipeline; the other one does so itself.
+fn compile(device: &Device, method: Method) -> Result<()> {
+    match method {
+        Method::CoarseToFine => level::Level::compile(device),
+        Method::Rtf => Ok(()),
+    }
 }
 
 /// Edge length of `count` sites in a perfect layout over `area`.

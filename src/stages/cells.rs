@@ -136,12 +136,42 @@ impl SitesByTriangle {
     }
 }
 
+/// A site that may cut a cell.
+struct Candidate {
+    distance_sq: f64,
+    site: u32,
+    /// Whether it counts; found out where it would cut, for it takes a walk over the surface.
+    counts: Option<bool>,
+}
+
+/// A set of triangles that is emptied in no time.
+#[derive(Default)]
+struct Marks {
+    round: u32,
+    of: Vec<u32>,
+}
+
+impl Marks {
+    fn clear(&mut self, triangles: usize) {
+        self.of.resize(triangles, 0);
+        self.round += 1;
+    }
+
+    /// Whether `t` was not in the set yet.
+    fn insert(&mut self, t: u32) -> bool {
+        std::mem::replace(&mut self.of[t as usize], self.round) != self.round
+    }
+}
+
 /// The memory of one thread that walks cells.
 #[derive(Default)]
 struct Walk {
-    /// Sites that may cut the cell, nearest first, with their squared distance.
-    candidates: Vec<(f64, u32)>,
-    visited: Vec<u32>,
+    /// Sites that may cut the cell, nearest first.
+    candidates: Vec<Candidate>,
+    /// The sites that the surface leads to nearby, sorted, once somebody asked.
+    reached: Option<Vec<u32>>,
+    visited: Marks,
+    flooded: Marks,
     stack: Vec<u32>,
     polygon: Vec<(DVec3, Label)>,
     clipped: Vec<(DVec3, Label)>,
@@ -151,17 +181,16 @@ impl Walk {
     fn cell(&mut self, surface: &CellSurface, sites: &CellSites, under: &SitesByTriangle, i: u32) -> Cell {
         let at = sites.positions[i as usize];
         let mut cell = Cell { corners: Vec::new(), area: 0.0 };
-        let mut all = self.near_candidates(surface, sites, under, i);
-        let start = sites.triangles[i as usize];
-        self.visited.clear();
-        self.visited.push(start);
+        self.reached = None;
+        let mut all = self.near_candidates(surface, sites, i);
+        self.visited.clear(surface.triangles.len());
         self.stack.clear();
-        self.stack.push(start);
+        self.visit(sites.triangles[i as usize]);
         while let Some(t) = self.stack.pop() {
-            if !self.clip(surface, sites, i, t) && !all {
-                self.all_candidates(surface, sites, under, i);
+            if !self.clip(surface, sites, under, i, t) && !all {
+                self.all_candidates(surface, sites, i);
                 all = true;
-                self.clip(surface, sites, i, t);
+                self.clip(surface, sites, under, i, t);
             }
             let count = self.polygon.len();
             for m in 0..count {
@@ -179,15 +208,21 @@ impl Walk {
     }
 
     fn visit(&mut self, t: u32) {
-        if t != NO_NEIGHBOUR && !self.visited.contains(&t) {
-            self.visited.push(t);
+        if t != NO_NEIGHBOUR && self.visited.insert(t) {
             self.stack.push(t);
         }
     }
 
     /// Leaves in `polygon` what the bisectors leave of a triangle; false if the candidates ended before the radius of
     /// security, so that others may cut it too.
-    fn clip(&mut self, surface: &CellSurface, sites: &CellSites, i: u32, t: u32) -> bool {
+    fn clip(
+        &mut self,
+        surface: &CellSurface,
+        sites: &CellSites,
+        under: &SitesByTriangle,
+        i: u32,
+        t: u32,
+    ) -> bool {
         let at = sites.positions[i as usize];
         let farthest = |polygon: &[(DVec3, Label)]| {
             polygon.iter().map(|(p, _)| p.distance_squared(at)).fold(0.0, f64::max)
@@ -197,7 +232,8 @@ impl Walk {
         self.polygon.extend((0..3).map(|m| (corners[m], Label::Edge(m))));
         let mut radius_sq = farthest(&self.polygon);
         let weight = |site: u32| WEIGHT * sites.spacing * sites.spacing * unit_hash(site);
-        for &(distance_sq, j) in &self.candidates {
+        for c in 0..self.candidates.len() {
+            let Candidate { distance_sq, site: j, counts } = self.candidates[c];
             // The weights shift a bisector by a hair.
             if distance_sq > 4.01 * radius_sq + 4.0 * WEIGHT * sites.spacing * sites.spacing {
                 return true;
@@ -206,7 +242,10 @@ impl Walk {
             let (middle, direction) = (0.5 * (at + other), other - at);
             let offset = 0.5 * (weight(i) - weight(j));
             let beyond = |p: DVec3| (p - middle).dot(direction) - offset;
-            if cut(&self.polygon, beyond, Label::Site(j), &mut self.clipped) {
+            if counts != Some(false)
+                && cut(&self.polygon, beyond, Label::Site(j), &mut self.clipped)
+                && self.counts(surface, sites, under, i, c)
+            {
                 std::mem::swap(&mut self.polygon, &mut self.clipped);
                 if self.polygon.is_empty() {
                     return true;
@@ -218,48 +257,49 @@ impl Walk {
     }
 
     /// The sites listed as near; true if that is all there are.
-    fn near_candidates(
-        &mut self,
-        surface: &CellSurface,
-        sites: &CellSites,
-        under: &SitesByTriangle,
-        i: u32,
-    ) -> bool {
+    fn near_candidates(&mut self, surface: &CellSurface, sites: &CellSites, i: u32) -> bool {
         let n = sites.positions.len();
         let listed = sites.near.iter().skip(i as usize).step_by(n).copied().take_while(|j| *j != u32::MAX);
-        self.gather(surface, sites, under, i, listed);
+        self.gather(surface, sites, i, listed);
         self.candidates.len() + 1 == n
     }
 
-    fn all_candidates(&mut self, surface: &CellSurface, sites: &CellSites, under: &SitesByTriangle, i: u32) {
-        self.gather(surface, sites, under, i, (0..sites.positions.len() as u32).filter(|j| *j != i));
+    fn all_candidates(&mut self, surface: &CellSurface, sites: &CellSites, i: u32) {
+        self.gather(surface, sites, i, (0..sites.positions.len() as u32).filter(|j| *j != i));
     }
 
-    /// Those of `from` that are on the same side of the surface as site i, or that the surface leads to nearby.
-    fn gather(
+    /// Those of `from` count that are on the same side of the surface as site i, or that the surface leads to nearby.
+    fn gather(&mut self, surface: &CellSurface, sites: &CellSites, i: u32, from: impl Iterator<Item = u32>) {
+        let at = sites.positions[i as usize];
+        let normal = |site: u32| surface.normals[sites.triangles[site as usize] as usize];
+        let mine = normal(i);
+        self.candidates.clear();
+        self.candidates.extend(from.map(|j| Candidate {
+            distance_sq: at.distance_squared(sites.positions[j as usize]),
+            site: j,
+            counts: (mine.dot(normal(j)) > 0.0).then_some(true),
+        }));
+        self.candidates
+            .sort_unstable_by(|a, b| a.distance_sq.total_cmp(&b.distance_sq).then(a.site.cmp(&b.site)));
+    }
+
+    /// Whether candidate `c` of site i counts.
+    fn counts(
         &mut self,
         surface: &CellSurface,
         sites: &CellSites,
         under: &SitesByTriangle,
         i: u32,
-        from: impl Iterator<Item = u32>,
-    ) {
-        let at = sites.positions[i as usize];
-        let normal = |site: u32| surface.normals[sites.triangles[site as usize] as usize];
-        let mine = normal(i);
-        let mut reached: Option<Vec<u32>> = None;
-        self.candidates.clear();
-        for j in from {
-            let counts = mine.dot(normal(j)) > 0.0
-                || reached
-                    .get_or_insert_with(|| self.flood(surface, sites, under, i))
-                    .binary_search(&j)
-                    .is_ok();
-            if counts {
-                self.candidates.push((at.distance_squared(sites.positions[j as usize]), j));
-            }
+        c: usize,
+    ) -> bool {
+        if let Some(known) = self.candidates[c].counts {
+            return known;
         }
-        self.candidates.sort_unstable_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
+        let reached = self.reached.take().unwrap_or_else(|| self.flood(surface, sites, under, i));
+        let counts = reached.binary_search(&self.candidates[c].site).is_ok();
+        self.reached = Some(reached);
+        self.candidates[c].counts = Some(counts);
+        counts
     }
 
     /// The sites, sorted, in triangles that hang together with that of site i within [`REACH`] spacings of it.
@@ -272,7 +312,8 @@ impl Walk {
     ) -> Vec<u32> {
         let at = sites.positions[i as usize];
         let reach = REACH * sites.spacing;
-        let mut seen = std::collections::HashSet::from([sites.triangles[i as usize]]);
+        self.flooded.clear(surface.triangles.len());
+        self.flooded.insert(sites.triangles[i as usize]);
         let mut stack = vec![sites.triangles[i as usize]];
         let mut found = Vec::new();
         while let Some(t) = stack.pop() {
@@ -281,7 +322,7 @@ impl Walk {
             }
             found.extend_from_slice(under.of(t));
             for next in surface.neighbours[t as usize] {
-                if next != NO_NEIGHBOUR && seen.insert(next) {
+                if next != NO_NEIGHBOUR && self.flooded.insert(next) {
                     stack.push(next);
                 }
             }

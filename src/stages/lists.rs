@@ -46,7 +46,7 @@ impl ListOptions {
 ///
 /// A site that is not in the list of site i was at least `reach[i].y` away when the lists were made. `reach` changes from
 /// site to site no faster than the distance between them, so with `rho` the largest moved / reach of all sites, such a
-/// site now is at least `reach[i].y * (1 - 2 * rho) - moved[i]` away.
+/// site now is at least `away[i].y - 2 * rho * reach[i].y` away.
 pub struct Lists {
     boxes_kernel: Pipeline<box_levels::Shader>,
     lists_kernel: Pipeline<lists::Shader>,
@@ -64,8 +64,8 @@ pub struct Lists {
     pub reach: Buffer<Vec2>,
     /// Where the sites were when the lists were made, w = 0.
     pub list_sites: Buffer<Vec4>,
-    /// How far each site has moved since.
-    pub moved: Buffer<f32>,
+    /// The reach less the way that each site itself has gone since.
+    pub away: Buffer<Vec2>,
     /// Word 1 has the bits of rho, an `f32`, word 2 the number of times that the lists were made; the rest is for the
     /// kernels.
     pub status: Buffer<u32>,
@@ -111,7 +111,7 @@ impl Lists {
             neighbours: Buffer::new(device, "neighbours.lists.neighbours", sites * options.k as usize)?,
             reach: Buffer::new(device, "neighbours.lists.reach", sites)?,
             list_sites: Buffer::new(device, "neighbours.lists.sites", sites)?,
-            moved: Buffer::new(device, "neighbours.lists.moved", sites)?,
+            away: Buffer::new(device, "neighbours.lists.away", sites)?,
             status: Buffer::from_slice(device, "neighbours.lists.status", &[0; STATUS])?,
         })
     }
@@ -127,7 +127,7 @@ impl Lists {
     }
 
     /// Records making the lists anew if a site has moved more than `max_rho` (0 to 0.5) of its reach since they were
-    /// made; the device decides. In any case `moved` and the status are up to date afterwards. There must have been a
+    /// made; the device decides. In any case `away` and the status are up to date afterwards. There must have been a
     /// [`Lists::record_build`] of the sites in the same order.
     ///
     /// # Errors
@@ -137,7 +137,7 @@ impl Lists {
             sites,
             list_sites: &self.list_sites,
             reach: &self.reach,
-            moved: &self.moved,
+            away: &self.away,
             status: &self.status,
         };
         let push = moved::Push { site_count: sites.len() as u32 };
@@ -181,7 +181,7 @@ impl Lists {
             neighbours: &self.neighbours,
             reach: &self.reach,
             list_sites: &self.list_sites,
-            moved: &self.moved,
+            away: &self.away,
         };
         recorder.dispatch_indirect(&self.lists_kernel, &self.groups, self.levels.len(), &push, &bindings)
     }

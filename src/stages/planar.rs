@@ -6,7 +6,7 @@ use crate::gpu::{Buffer, Device, Pipeline, Recorder, Threads};
 use glam::{Vec2, Vec4};
 
 /// Neighbours that the first round looks at: more than the faces of relaxed sites need.
-pub const NEAR: u32 = 16;
+pub const NEAR: u32 = 14;
 
 /// What the kernels read of the sites.
 #[derive(Clone, Copy)]
@@ -17,8 +17,9 @@ pub struct PlanarInputs<'a> {
     pub normals: &'a Buffer<u32>,
     /// Lists, nearest first: `neighbours[slot * sites + site]`.
     pub neighbours: &'a Buffer<u32>,
-    /// How near the sites after the first [`NEAR`] (x) and outside the list (y) may have been when it was made.
-    pub reach: &'a Buffer<Vec2>,
+    /// How near the sites after the first [`NEAR`] (x) and outside the list (y) may be, had only the site itself moved
+    /// since the list was made.
+    pub away: &'a Buffer<Vec2>,
     /// Word 1 has the bits of rho, the largest way gone since then relative to a site's own reach.
     pub status: &'a Buffer<u32>,
 }
@@ -102,7 +103,7 @@ impl PlanarFaces {
             sites: inputs.sites,
             normals: inputs.normals,
             neighbours: inputs.neighbours,
-            reach: inputs.reach,
+            away: inputs.away,
             status: inputs.status,
             targets: &self.targets,
             centroids: &self.centroids,
@@ -115,7 +116,7 @@ impl PlanarFaces {
             sites: inputs.sites,
             normals: inputs.normals,
             neighbours: inputs.neighbours,
-            reach: inputs.reach,
+            away: inputs.away,
             status: inputs.status,
             targets: &self.targets,
             centroids: &self.centroids,
@@ -166,7 +167,7 @@ impl PlanarPolygons {
             sites: inputs.sites,
             normals: inputs.normals,
             neighbours: inputs.neighbours,
-            reach: inputs.reach,
+            reach: inputs.away,
             corner_count: &self.corner_count,
             corners: &self.corners,
             fan: &self.fan,
