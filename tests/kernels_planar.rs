@@ -57,7 +57,7 @@ impl Scene {
             sites: &self.sites,
             normals: &self.normals,
             neighbours: &self.neighbours,
-            reach: &self.reach_on_device,
+            away: &self.reach_on_device,
             status: &self.status,
         }
     }

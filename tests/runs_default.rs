@@ -30,7 +30,7 @@ fn closed_models_come_back_with_the_exact_count_and_good_triangles() {
             output.quality
         );
         assert!(output.valence.share_6.unwrap() > 0.85, "{name}: {:?}", output.valence);
-        assert_eq!(output.self_intersecting_faces, 0, "{name}");
+        assert_eq!(output.self_intersecting_faces, Some(0), "{name}");
         assert!(output.relative_volume.unwrap() > 0.0, "{name} was turned inside out");
     }
 }

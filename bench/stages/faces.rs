@@ -25,13 +25,13 @@ fn planar(context: &Context) -> Result<Vec<Row>> {
     let iterations = context.runs + 1;
     let site_bytes = |lines: usize| 16 + 4 + 4 * lines + 8 + 16 + 32;
     let mut rows = Vec::new();
-    let reach: Vec<Vec2> = it.lists.reach.to_vec(context.device)?;
+    let away: Vec<Vec2> = it.lists.away.to_vec(context.device)?;
     // The first neighbours of a site decide nothing if the next one may be right beside it.
-    let short = reach.iter().enumerate().map(|(i, r)| if i % FORCED == 0 { Vec2::new(0.0, r.y) } else { *r });
-    let short = Buffer::from_slice(context.device, "bench.short_reach", &short.collect::<Vec<_>>())?;
-    for reach in [&it.lists.reach, &short] {
+    let short = away.iter().enumerate().map(|(i, r)| if i % FORCED == 0 { Vec2::new(0.0, r.y) } else { *r });
+    let short = Buffer::from_slice(context.device, "bench.short_away", &short.collect::<Vec<_>>())?;
+    for away in [&it.lists.away, &short] {
         let faces = PlanarFaces::new(context.device, n, LIST, iterations, None)?;
-        let inputs = PlanarInputs { reach, ..it.inputs() };
+        let inputs = PlanarInputs { away, ..it.inputs() };
         // A counter an iteration: a run counts for itself.
         let mut record = |recorder: &mut _, number| faces.record(recorder, &inputs, &it.planar_move(number));
         context.submit(&mut record, 0)?;

@@ -16,7 +16,7 @@ use rtfmesh::stages::walk::Walk;
 /// Neighbours in a list.
 pub const LIST: u32 = 24;
 /// Lists are made anew when a site has moved by more than this share of its reach.
-const MAX_RHO: f32 = 0.08;
+const MAX_RHO: f32 = 0.14;
 /// No site moves by that share in a few iterations near rest.
 const NEVER: f32 = 0.5;
 /// Longest move in spacings.
@@ -129,7 +129,7 @@ impl Iteration {
             sites: &self.sites,
             normals: &self.normals.normals,
             neighbours: &self.lists.neighbours,
-            reach: &self.lists.reach,
+            away: &self.lists.away,
             status: &self.lists.status,
         }
     }

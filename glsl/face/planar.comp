@@ -4,8 +4,8 @@
 // Writes: targets (xyz, w = squared distance to the centroid), centroids (w = 1); insecure: a counter an iteration for
 //   each round, then the sites whose lines do not reach the radius of security.
 // Filled by neighbours/lists, step/settle and normals/smooth; consumed by project/walk and the next iteration.
-// away has, for each site, how near the sites after the first K (x) and outside the list (y) would be had they not moved. The nearest K are
-// enough nearly everywhere; face/planar_rest does the rest.
+// away has, for each site, how near the sites after the first K (x) and outside the list (y) would be had they not
+// moved. The nearest K are enough nearly everywhere; face/planar_rest does the rest.
 #version 450
 #extension GL_GOOGLE_include_directive : require
 #extension GL_EXT_control_flow_attributes : require
