@@ -38,6 +38,18 @@ pub enum Method {
     Rtf,
 }
 
+/// Time against triangles, coarse to fine.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum Quality {
+    /// Quick.
+    Draft,
+    /// For most uses.
+    #[default]
+    Normal,
+    /// As even as it gets.
+    Best,
+}
+
 /// Settings of a run. `Options::new(n)` has the default ones, `Options::rtf(n)` the paper's.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Options {
@@ -76,16 +88,29 @@ pub struct Options {
 /// Longest neighbour list: what the cell kernel's planes and 16 KB of shared memory allow.
 pub const MAX_NEIGHBOURS: u32 = 48;
 
+/// Most iterations of a level; each keeps a few words on the device.
+pub const MAX_ITERATIONS: u32 = 1_000_000;
+
 impl Options {
     /// Coarse to fine, for good triangles in short time.
     pub fn new(vertices: usize) -> Self {
+        Self::with_quality(vertices, Quality::Normal)
+    }
+
+    /// Coarse to fine, with more or less time for better or worse triangles.
+    pub fn with_quality(vertices: usize, quality: Quality) -> Self {
+        let (first_iterations, coarse_iterations, iterations, polish_rounds) = match quality {
+            Quality::Draft => (30, 15, 8, 5),
+            Quality::Normal => (60, 20, 10, 15),
+            Quality::Best => (150, 100, 80, 30),
+        };
         Self {
             method: Method::CoarseToFine,
             coarsest: 300,
-            first_iterations: 60,
-            coarse_iterations: 20,
-            iterations: 10,
-            polish_rounds: 15,
+            first_iterations,
+            coarse_iterations,
+            iterations,
+            polish_rounds,
             fit: true,
             centroid: Centroid::Area,
             ..Self::rtf(vertices)
@@ -128,6 +153,13 @@ impl Options {
             return Err(Error::usage(
                 format!("{} vertices are more than an index can count", self.vertices),
                 format!("ask for fewer than {}", u32::MAX),
+            ));
+        }
+        let most = self.first_iterations.max(self.coarse_iterations).max(self.iterations);
+        if most > MAX_ITERATIONS {
+            return Err(Error::usage(
+                format!("--iterations {most} is out of range"),
+                format!("use at most {MAX_ITERATIONS}"),
             ));
         }
         let ranges = [

@@ -88,7 +88,7 @@ fn remesh_writes_the_mesh_and_tells_about_it_on_standard_error() {
     let (output, table) = place.run("remesh in.ply out.obj -n 120 --iterations 3");
     assert_eq!(output, "", "standard output is for data");
     for row in
-        ["vertices, faces", "120, 236", "Q min, average", "face.cell", "wall time", "peak device memory"]
+        ["vertices, faces", "120, 236", "Q min, average", "face.planar", "wall time", "peak device memory"]
     {
         assert!(table.contains(row), "'{row}' is missing: {table}");
     }
@@ -120,8 +120,9 @@ fn the_report_says_what_was_asked_and_what_came_out() {
     assert_eq!((&r["program"], &r["version"]), (&"rtfmesh".into(), &env!("CARGO_PKG_VERSION").into()));
     assert_eq!((&r["input_file"], &r["output_file"]), (&"in.ply".into(), &"out.ply".into()));
     let asked = serde_json::json!({
-        "vertices": 200, "k_normal": 12, "k_clip": 24, "k_project": 8,
-        "iterations": 10, "tolerance": 0.002, "seed": 7, "centroid": "area",
+        "method": "rtf", "coarsest": 0, "first_iterations": 0, "coarse_iterations": 0, "polish_rounds": 0,
+        "fit": false, "vertices": 200, "k_normal": 12, "k_clip": 24, "k_project": 8,
+        "iterations": 10, "tolerance": 0.002, "seed": 7, "centroid": "area", "measures": "full",
     });
     assert_eq!(r["options"], asked);
     assert!(r["device"]["name"].is_string() && r["device"]["driver"].is_string(), "{:#}", r["device"]);
@@ -143,7 +144,7 @@ fn the_report_says_what_was_asked_and_what_came_out() {
 #[test]
 fn the_report_tells_where_time_and_memory_went() {
     let place = Place::with("torus");
-    place.run("remesh in.ply out.ply -n 100 --iterations 3 --report r.json -q");
+    place.run("remesh in.ply out.ply -n 100 --preset rtf --iterations 3 --report r.json -q");
     let r = place.json("r.json");
     let kernels = r["timings"]["stages"].as_array().unwrap();
     for (name, calls) in [("step.step", 3), ("face.cell", 4), ("centroid.vertex", 3), ("neighbours.knn", 7)] {
@@ -164,12 +165,14 @@ fn the_report_tells_where_time_and_memory_went() {
 #[test]
 fn reruns_write_the_same_bytes_and_seeds_differ() {
     let place = Place::with("torus");
-    for (name, more) in [("a.ply", ""), ("b.ply", ""), ("c.ply", "--seed 2"), ("d.ply", "--centroid area")] {
-        place.run(&format!("remesh in.ply {name} -n 100 --iterations 4 -q {more}"));
+    for (preset, other) in [("default", "--quality draft --no-fit"), ("rtf", "--centroid area")] {
+        for (name, more) in [("a.ply", ""), ("b.ply", ""), ("c.ply", "--seed 2"), ("d.ply", other)] {
+            place.run(&format!("remesh in.ply {name} -n 100 --preset {preset} --iterations 4 -q {more}"));
+        }
+        assert_eq!(place.bytes("a.ply"), place.bytes("b.ply"), "{preset}");
+        assert_ne!(place.bytes("a.ply"), place.bytes("c.ply"), "{preset}");
+        assert_ne!(place.bytes("a.ply"), place.bytes("d.ply"), "{preset}");
     }
-    assert_eq!(place.bytes("a.ply"), place.bytes("b.ply"));
-    assert_ne!(place.bytes("a.ply"), place.bytes("c.ply"));
-    assert_ne!(place.bytes("a.ply"), place.bytes("d.ply"));
 }
 
 #[test]
@@ -180,7 +183,7 @@ fn size_and_place_do_not_matter() {
         mesh.vertices.iter_mut().for_each(|v| *v = *v * scale + glam::DVec3::splat(shift));
         write(&place.path("in.obj"), &mesh).unwrap();
         assert_eq!(
-            place.run("remesh in.obj out.obj -n 150 --iterations 4 --centroid area -q"),
+            place.run("remesh in.obj out.obj -n 150 --iterations 4 --preset rtf --centroid area -q"),
             Default::default()
         );
         let got = read(&place.path("out.obj")).unwrap().mesh;

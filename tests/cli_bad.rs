@@ -114,19 +114,27 @@ fn counts_that_cannot_be() {
     refused(&place, "remesh in.ply out.ply -n 5000000000", 2, &["5000000000"]);
     let line = "remesh in.ply out.ply -n 500000000 --report r.json";
     refused(&place, line, 4, &["bytes", "ask for at most"]);
-    refused(&place, "remesh in.ply out.ply -n 100 --iterations 4294967295", 4, &["bytes"]);
+    refused(&place, "remesh in.ply out.ply -n 100 --iterations 4294967295", 2, &["at most 1000000"]);
+    for (options, name) in [("--centroid area", "--centroid"), ("--k-clip 30", "--k-clip")] {
+        let line = format!("remesh in.ply out.ply -n 100 {options}");
+        refused(&place, &line, 2, &[name, "--preset rtf"]);
+    }
+    for (options, name) in [("--quality best", "--quality"), ("--no-fit", "--no-fit")] {
+        let line = format!("remesh in.ply out.ply -n 100 --preset rtf {options}");
+        refused(&place, &line, 2, &[name, "--preset default"]);
+    }
 }
 
 #[test]
 fn options_out_of_range_and_unknown_words() {
     let place = Place::with("torus");
     for (option, words) in [
-        ("--k-normal 2", ["--k-normal 2", "3 to 49"]),
-        ("--k-normal 50", ["--k-normal 50", "3 to 49"]),
-        ("--k-clip 2", ["--k-clip 2", "3 to 48"]),
-        ("--k-clip 49", ["--k-clip 49", "3 to 48"]),
-        ("--k-project 0", ["--k-project 0", "1 to 48"]),
-        ("--k-project 49", ["--k-project 49", "1 to 48"]),
+        ("--preset rtf --k-normal 2", ["--k-normal 2", "3 to 49"]),
+        ("--preset rtf --k-normal 50", ["--k-normal 50", "3 to 49"]),
+        ("--preset rtf --k-clip 2", ["--k-clip 2", "3 to 48"]),
+        ("--preset rtf --k-clip 49", ["--k-clip 49", "3 to 48"]),
+        ("--preset rtf --k-project 0", ["--k-project 0", "1 to 48"]),
+        ("--preset rtf --k-project 49", ["--k-project 49", "1 to 48"]),
         ("--tolerance=-1", ["--tolerance -1", "1e-4"]),
         ("--tolerance nan", ["--tolerance NaN", "1e-4"]),
         ("--iterations -1", ["-1", "--help"]),

@@ -3,6 +3,7 @@
 use crate::reference::centroid::area_centroid;
 use crate::reference::face::{Face, face};
 use crate::reference::nearest::nearest;
+use crate::reference::octahedral;
 use crate::shapes_of_faces::{assert_same_polygon, frame};
 use crate::support::{assert_valid, device, on_sphere, rounded, upload};
 use glam::{DVec2, DVec3, Vec2, Vec4};
@@ -15,25 +16,19 @@ struct Scene {
     unit: Vec<DVec3>,
     reach: Vec<Vec2>,
     sites: Buffer<Vec4>,
-    normals: Buffer<Vec4>,
+    normals: Buffer<u32>,
     neighbours: Buffer<u32>,
     reach_on_device: Buffer<Vec2>,
     status: Buffer<u32>,
     k: usize,
 }
 
-/// As `pack_normal` of `glsl/common/site_normal.glsl`.
-fn packed(n: DVec3) -> f32 {
-    let p = DVec2::new(n.x, n.y) / (n.x.abs() + n.y.abs() + n.z.abs());
-    let sign = |x: f64| if x < 0.0 { -1.0 } else { 1.0 };
-    let folded = DVec2::new((1.0 - p.y.abs()) * sign(p.x), (1.0 - p.x.abs()) * sign(p.y));
-    let q = ((if n.z < 0.0 { folded } else { p }) * 1023.0).round() + 1023.0;
-    (q.x + 2048.0 * q.y) as f32
-}
-
 impl Scene {
     fn new(positions: &[DVec3], normals: &[DVec3], k: usize) -> Self {
-        let (positions, unit) = (rounded(positions), rounded(normals));
+        let positions = rounded(positions);
+        let packed: Vec<u32> = normals.iter().map(|n| octahedral::pack(*n)).collect();
+        // The normals as the kernels have them.
+        let unit: Vec<DVec3> = packed.iter().map(|n| octahedral::unpack(*n)).collect();
         let n = positions.len();
         let found = nearest(&positions, &positions, n, true);
         let slots: Vec<u32> =
@@ -44,11 +39,9 @@ impl Scene {
         };
         let reach: Vec<Vec2> =
             (0..n).map(|i| Vec2::new(beyond(i, k.min(NEAR as usize)), beyond(i, k))).collect();
-        let sites: Vec<Vec4> =
-            positions.iter().zip(&unit).map(|(p, n)| p.as_vec3().extend(packed(*n))).collect();
         Self {
-            sites: Buffer::from_slice(device(), "test.sites", &sites).unwrap(),
-            normals: upload("test.normals", &unit),
+            sites: upload("test.sites", &positions),
+            normals: Buffer::from_slice(device(), "test.normals", &packed).unwrap(),
             neighbours: Buffer::from_slice(device(), "test.neighbours", &slots).unwrap(),
             reach_on_device: Buffer::from_slice(device(), "test.reach", &reach).unwrap(),
             status: Buffer::from_slice(device(), "test.status", &[0; 4]).unwrap(),
@@ -64,7 +57,7 @@ impl Scene {
             sites: &self.sites,
             normals: &self.normals,
             neighbours: &self.neighbours,
-            reach: &self.reach_on_device,
+            away: &self.reach_on_device,
             status: &self.status,
         }
     }
@@ -72,7 +65,7 @@ impl Scene {
     /// The polygon of `site` from the maths, in a cube of half edge `far`: sites whose normals turn away left out.
     fn want(&self, site: usize, far: f64) -> Face {
         let counted: Vec<usize> = (0..self.positions.len())
-            .filter(|j| *j == site || self.unit[*j].dot(self.unit[site]) > -0.15)
+            .filter(|j| *j == site || self.unit[*j].dot(self.unit[site]) > -0.2)
             .collect();
         let positions: Vec<DVec3> = counted.iter().map(|j| self.positions[*j]).collect();
         let (u, v) = frame(self.unit[site]);

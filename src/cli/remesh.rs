@@ -5,7 +5,9 @@ use anyhow::Result;
 use indicatif::{ProgressBar, ProgressStyle};
 use rtfmesh::mesh::io;
 use rtfmesh::report::Report;
-use rtfmesh::{Centroid, Device, DeviceOptions, Error, MeasureDepth, Options, Progress, remesh};
+use rtfmesh::{
+    Centroid, Device, DeviceOptions, Error, MeasureDepth, Method, Options, Progress, Quality, remesh,
+};
 use std::path::{Path, PathBuf};
 
 /// Turn a triangle mesh into one of well-shaped triangles with exactly N vertices.
@@ -23,29 +25,32 @@ pub struct Args {
     /// Settings to start from: rtf is the paper's method with the paper's settings
     #[arg(long, value_enum, default_value_t = Preset::Default)]
     preset: Preset,
-    /// Where a site moves in its face: the mean of the corners, close ones counted once, or the centroid of the
-    /// area [preset rtf: vertex]
+    /// Time against triangles [preset default: normal]
+    #[arg(long, value_enum)]
+    quality: Option<QualityName>,
+    /// Preset rtf: where a site moves in its face: the mean of the corners, close ones counted once, or the centroid
+    /// of the area [preset rtf: vertex]
     #[arg(long, value_enum)]
     centroid: Option<CentroidName>,
-    /// Sites in a normal's plane fit, the site included [preset rtf: 16]
+    /// Preset rtf: sites in a normal's plane fit, the site included [preset rtf: 16]
     #[arg(long, value_name = "K")]
     k_normal: Option<u32>,
-    /// Nearest sites that clip a cell [preset rtf: 32]
+    /// Preset rtf: nearest sites that clip a cell [preset rtf: 32]
     #[arg(long, value_name = "K")]
     k_clip: Option<u32>,
-    /// Nearest input vertices whose triangles a site is projected onto [preset rtf: 16]
+    /// Preset rtf: nearest input vertices whose triangles a site is projected onto [preset rtf: 16]
     #[arg(long, value_name = "K")]
     k_project: Option<u32>,
-    /// Most iterations [preset rtf: 160]
+    /// Most iterations, with all vertices [default: 20, or what --quality says; preset rtf: 160]
     #[arg(long, value_name = "COUNT")]
     iterations: Option<u32>,
-    /// Stop when the root mean square step is below this many edge lengths [preset rtf: 1e-4]
+    /// Stop when the root mean square step is below this many edge lengths [default: 1e-4]
     #[arg(long, value_name = "STEP")]
     tolerance: Option<f64>,
     /// Keep every vertex on the input surface; else they leave it by a little, so that the faces fit it better
     #[arg(long)]
     no_fit: bool,
-    /// Seed of the random start [preset rtf: 1]
+    /// Seed of the random start [default: 1]
     #[arg(long)]
     seed: Option<u64>,
     /// Write a JSON report: options, device, topology, measures, timings
@@ -68,6 +73,16 @@ enum Preset {
 }
 
 #[derive(Clone, Copy, clap::ValueEnum)]
+enum QualityName {
+    /// Quick
+    Draft,
+    /// For most uses
+    Normal,
+    /// As even as it gets
+    Best,
+}
+
+#[derive(Clone, Copy, clap::ValueEnum)]
 enum CentroidName {
     /// Mean of the face's corners, close ones counted once (Eq. 7)
     Vertex,
@@ -76,12 +91,38 @@ enum CentroidName {
 }
 
 impl Args {
-    fn options(&self) -> Options {
+    /// An option of the other preset would do nothing, and nobody would notice.
+    fn refuse_foreign(&self, method: Method) -> rtfmesh::Result<()> {
+        let given = [
+            ("--quality", Method::CoarseToFine, self.quality.is_some()),
+            ("--no-fit", Method::CoarseToFine, self.no_fit),
+            ("--centroid", Method::Rtf, self.centroid.is_some()),
+            ("--k-normal", Method::Rtf, self.k_normal.is_some()),
+            ("--k-clip", Method::Rtf, self.k_clip.is_some()),
+            ("--k-project", Method::Rtf, self.k_project.is_some()),
+        ];
+        let Some((name, of, _)) = given.iter().find(|(_, of, given)| *given && *of != method) else {
+            return Ok(());
+        };
+        let preset = if *of == Method::Rtf { "rtf" } else { "default" };
+        Err(Error::usage(
+            format!("{name} is an option of preset {preset} alone"),
+            format!("leave it out, or add --preset {preset}"),
+        ))
+    }
+
+    fn options(&self) -> rtfmesh::Result<Options> {
+        let quality = match self.quality {
+            Some(QualityName::Draft) => Quality::Draft,
+            Some(QualityName::Normal) | None => Quality::Normal,
+            Some(QualityName::Best) => Quality::Best,
+        };
         let base = match self.preset {
-            Preset::Default => Options::new(self.vertices),
+            Preset::Default => Options::with_quality(self.vertices, quality),
             Preset::Rtf => Options::rtf(self.vertices),
         };
-        Options {
+        self.refuse_foreign(base.method)?;
+        Ok(Options {
             method: base.method,
             coarsest: base.coarsest,
             first_iterations: base.first_iterations,
@@ -105,13 +146,13 @@ impl Args {
                 Some(CentroidName::Area) => Centroid::Area,
                 None => base.centroid,
             },
-        }
+        })
     }
 }
 
 /// Reads, remeshes, writes. Nothing is written unless everything before it went well.
 pub fn run(args: &Args) -> Result<()> {
-    let options = args.options();
+    let options = args.options()?;
     options.validate()?;
     io::check_target(&args.output)?;
     if let Some(report) = &args.report {

@@ -204,11 +204,21 @@ fn spacing(area: f64, count: usize) -> f64 {
 fn check_memory(device: &Device, options: &Options) -> Result<()> {
     let limits = &device.info().limits;
     let sites = options.vertices as u64;
-    let corners = u64::from(cell::Constants::default().max_corners);
-    let k_sites = u64::from(options.k_clip.max(options.k_normal - 1));
-    // Bytes a site: corners of two floats; their fan; both lists; five vectors; triangle, count and flags.
-    let largest = sites * (8 * corners).max(4 * k_sites);
-    let total = sites * (12 * corners + 4 * (k_sites + u64::from(options.k_project)) + 5 * 16 + 3 * 4);
+    // Bytes a site.
+    let (in_one, in_all) = match options.method {
+        // The list; six vectors, reach, five words, and the boxes.
+        Method::CoarseToFine => {
+            (4 * u64::from(level::LIST), 4 * u64::from(level::LIST) + 6 * 16 + 8 + 5 * 4 + 5)
+        }
+        // Corners of two floats; their fan; both lists; five vectors; triangle, count and flags.
+        Method::Rtf => {
+            let corners = u64::from(cell::Constants::default().max_corners);
+            let k_sites = u64::from(options.k_clip.max(options.k_normal - 1));
+            let lists = 4 * (k_sites + u64::from(options.k_project));
+            ((8 * corners).max(4 * k_sites), 12 * corners + lists + 5 * 16 + 3 * 4)
+        }
+    };
+    let (largest, total) = (sites * in_one, sites * in_all);
     let refuse = |what: &str, bytes: u64, limit: u64, of: &str| {
         Err(Error::OutOfMemory {
             what: what.to_owned(),

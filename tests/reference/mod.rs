@@ -3,6 +3,7 @@
 pub mod centroid;
 pub mod face;
 pub mod nearest;
+pub mod octahedral;
 pub mod plane_fit;
 pub mod project;
 pub mod surface;

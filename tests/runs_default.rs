@@ -1,0 +1,122 @@
+//! Whole runs of the default pipeline on the built-in models.
+
+use crate::support::{assert_valid, device};
+use rtfmesh::gpu::{Device, DeviceOptions};
+use rtfmesh::mesh::samples::sample;
+use rtfmesh::mesh::topology::topology;
+use rtfmesh::{Error, Options, Remeshed, TriMesh, remesh};
+
+fn run(mesh: &TriMesh, options: &Options) -> Remeshed {
+    let result = remesh(device(), mesh, options, &mut |_| {}).unwrap();
+    assert_valid(device());
+    result
+}
+
+#[test]
+fn closed_models_come_back_with_the_exact_count_and_good_triangles() {
+    // Counts that four to the number of levels does not divide.
+    for (name, n) in [("torus", 2001), ("bumpy-sphere", 1502), ("genus3", 3003), ("two-components", 1600)] {
+        let input = sample(name).unwrap();
+        let result = run(&input, &Options::new(n));
+        assert_eq!(result.summary.warnings, Vec::<String>::new(), "{name}");
+        let (got, want) = (topology(&result.mesh), topology(&input));
+        assert!(got.is_closed_manifold(), "{name}: {got:?}");
+        assert_eq!((got.vertices, got.components, got.euler), (n, want.components, want.euler), "{name}");
+        assert_eq!(result.mesh.vertices.len(), n, "{name}");
+        let output = &result.summary.output;
+        assert!(
+            output.quality.q_avg > 0.94 && output.quality.theta_min > 33.0,
+            "{name}: {:?}",
+            output.quality
+        );
+        assert!(output.valence.share_6.unwrap() > 0.85, "{name}: {:?}", output.valence);
+        assert_eq!(output.self_intersecting_faces, Some(0), "{name}");
+        assert!(output.relative_volume.unwrap() > 0.0, "{name} was turned inside out");
+    }
+}
+
+#[test]
+fn reruns_give_the_same_bytes_and_barriers_do_not_matter() {
+    let input = sample("genus3").unwrap();
+    let options = Options { iterations: 8, coarse_iterations: 8, first_iterations: 10, ..Options::new(1300) };
+    let first = run(&input, &options).mesh;
+    assert_eq!(first, run(&input, &options).mesh);
+    let careful = Device::open(&DeviceOptions { full_barriers: true, ..DeviceOptions::from_env() }).unwrap();
+    assert_eq!(first, remesh(&careful, &input, &options, &mut |_| {}).unwrap().mesh);
+    assert_ne!(first, run(&input, &Options { seed: 2, ..options }).mesh);
+}
+
+#[test]
+fn an_inside_out_model_stays_inside_out() {
+    let mut input = sample("torus").unwrap();
+    input.triangles.iter_mut().for_each(|t| t.swap(1, 2));
+    assert!(run(&input, &Options::new(700)).summary.output.relative_volume.unwrap() < 0.0);
+}
+
+#[test]
+fn place_and_scale_do_not_matter() {
+    let input = sample("torus").unwrap();
+    for (scale, shift) in [(1e30, 0.0), (1e-30, 0.0), (1.0, 1e6)] {
+        let mut moved = input.clone();
+        moved.vertices.iter_mut().for_each(|v| *v = *v * scale + glam::DVec3::splat(shift));
+        let result = run(&moved, &Options::new(800));
+        assert_eq!(result.summary.warnings, Vec::<String>::new(), "{scale} {shift}");
+        assert!(result.summary.output.distances.unwrap().hausdorff < 2.0, "{scale} {shift}");
+    }
+}
+
+#[test]
+fn fitting_brings_the_faces_closer_and_without_it_vertices_stay_on_the_surface() {
+    let input = sample("bumpy-sphere").unwrap();
+    let fitted = run(&input, &Options::new(900)).summary.output.distances.unwrap();
+    let plain = run(&input, &Options { fit: false, ..Options::new(900) });
+    assert!(fitted.rms < 0.8 * plain.summary.output.distances.unwrap().rms);
+    let surface = rtfmesh::mesh::bvh::Bvh::new(&input);
+    for v in &plain.mesh.vertices {
+        assert!(surface.closest(*v).unwrap().distance_sq.sqrt() < 1e-6, "{v} is off the surface");
+    }
+}
+
+#[test]
+fn few_sites_open_and_dirty_surfaces_do_not_crash() {
+    let mut torn = sample("torus").unwrap();
+    torn.triangles.truncate(2500);
+    torn.triangles.push([0, 1, 900]);
+    for mesh in [sample("open-hemisphere").unwrap(), torn] {
+        let result = run(&mesh, &Options::new(400));
+        assert!(!result.summary.warnings.is_empty());
+        assert_eq!(result.mesh.vertices.len(), 400);
+    }
+    for name in ["tetrahedron", "box", "thin-plate", "sphere"] {
+        for n in [4, 5, 17, 64] {
+            match remesh(device(), &sample(name).unwrap(), &Options::new(n), &mut |_| {}) {
+                Ok(result) => assert_eq!(result.mesh.vertices.len(), n),
+                Err(error) => assert!(error.to_string().contains("ask for more vertices"), "{error}"),
+            }
+            assert_valid(device());
+        }
+    }
+}
+
+#[test]
+fn no_iterations_and_loose_tolerances() {
+    let input = sample("torus").unwrap();
+    let still = Options {
+        iterations: 0,
+        coarse_iterations: 0,
+        first_iterations: 0,
+        polish_rounds: 0,
+        ..Options::new(700)
+    };
+    let result = run(&input, &still);
+    assert_eq!((result.summary.iterations, result.summary.converged), (0, false));
+    let loose = run(&input, &Options { tolerance: 0.2, ..Options::new(700) });
+    assert!(loose.summary.converged);
+}
+
+#[test]
+fn more_sites_than_memory_are_refused_before_anything_is_made() {
+    let options = Options::new(500_000_000);
+    let error = remesh(device(), &sample("box").unwrap(), &options, &mut |_| {}).err().unwrap();
+    assert!(matches!(&error, Error::OutOfMemory { remedy, .. } if remedy.contains("at most")), "{error}");
+}
