@@ -41,7 +41,7 @@ pub struct Args {
     /// Preset rtf: nearest input vertices whose triangles a site is projected onto [preset rtf: 16]
     #[arg(long, value_name = "K")]
     k_project: Option<u32>,
-    /// Most iterations, with all vertices [default: 20, or what --quality says; preset rtf: 160]
+    /// Most iterations, with all vertices [default: 10, or what --quality says; preset rtf: 160]
     #[arg(long, value_name = "COUNT")]
     iterations: Option<u32>,
     /// Stop when the root mean square step is below this many edge lengths [default: 1e-4]
