@@ -215,7 +215,13 @@ fn a_machine_without_vulkan() {
         ("VK_DRIVER_FILES", "/nonexistent"),
         ("VK_ADD_DRIVER_FILES", ""),
     ];
-    refused_in(&place, "remesh in.ply out.ply -n 100 --report r.json", &none, 4, &["Vulkan", "driver", "install"]);
+    refused_in(
+        &place,
+        "remesh in.ply out.ply -n 100 --report r.json",
+        &none,
+        4,
+        &["Vulkan", "driver", "install"],
+    );
     refused_in(&place, "devices", &none, 4, &["Vulkan", "driver", "install"]);
     // What needs no device works.
     place.program("measure in.ply --json").envs(none).assert().success();

@@ -26,9 +26,8 @@ impl Instance {
     /// Loads Vulkan; with `validation` core and synchronization validation are on and collect their messages.
     pub fn new(validation: bool) -> Result<Self> {
         // SAFETY: loading runs the initialisers of the system's Vulkan loader, which every Vulkan program trusts.
-        let entry = unsafe { ash::Entry::load() }.map_err(|e| {
-            Error::device(format!("no Vulkan loader: {e}"), INSTALL_DRIVER)
-        })?;
+        let entry = unsafe { ash::Entry::load() }
+            .map_err(|e| Error::device(format!("no Vulkan loader: {e}"), INSTALL_DRIVER))?;
         // SAFETY: the entry is loaded; the call only reads.
         let known = unsafe { entry.enumerate_instance_extension_properties(None) }
             .map_err(|e| vk_error("listing the instance extensions", e))?;
@@ -63,14 +62,13 @@ impl Instance {
             info = info.push_next(&mut features);
         }
         // SAFETY: all pointers in `info` outlive the call.
-        let raw = unsafe { entry.create_instance(&info, None) }
-            .map_err(|e| match e {
-                // The loader is there, and found nothing to load.
-                vk::Result::ERROR_INCOMPATIBLE_DRIVER => {
-                    Error::device("there is no Vulkan driver", INSTALL_DRIVER)
-                }
-                other => vk_error("creating the instance", other),
-            })?;
+        let raw = unsafe { entry.create_instance(&info, None) }.map_err(|e| match e {
+            // The loader is there, and found nothing to load.
+            vk::Result::ERROR_INCOMPATIBLE_DRIVER => {
+                Error::device("there is no Vulkan driver", INSTALL_DRIVER)
+            }
+            other => vk_error("creating the instance", other),
+        })?;
         let mut this = Self { raw, messages: Box::default(), messenger: None, debug_utils, _entry: entry };
         if validation {
             this.listen()?;
