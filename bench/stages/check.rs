@@ -5,20 +5,12 @@ use crate::reference::face::{Face, face};
 use crate::reference::surface::onto_triangle;
 use crate::shapes_of_faces::frame;
 use anyhow::{Result, ensure};
-use glam::{DVec2, DVec3, Vec4};
+use glam::{DVec3, Vec4};
 
 /// What f32 does to positions in a frame of diagonal 1.
 pub const ROUNDING: f64 = 1e-6;
 
-/// As `unpack_normal` of `glsl/common/octahedral.glsl`.
-pub fn unpack_normal(packed: u32) -> DVec3 {
-    let part = |bits: u32| (f64::from(bits as u16 as i16) / 32767.0).max(-1.0);
-    let f = DVec2::new(part(packed), part(packed >> 16));
-    let z = 1.0 - f.x.abs() - f.y.abs();
-    let fold = (-z).max(0.0);
-    let towards = |x: f64| if x >= 0.0 { x - fold } else { x + fold };
-    DVec3::new(towards(f.x), towards(f.y), z).normalize()
-}
+pub use crate::reference::octahedral::unpack as unpack_normal;
 
 /// Samples of `points` lie on the triangles that are said to be under them.
 pub fn landed(context: &Context, points: &[Vec4], under: &[u32]) -> Result<()> {

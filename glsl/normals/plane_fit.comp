@@ -10,10 +10,12 @@
 #include "common/threads.glsl"
 #include "common/flags.glsl"
 
+// Cosine of 37 degrees: what a fit may stand off the surface.
+const float MIN_AGREEMENT = 0.8;
+
 layout(push_constant) uniform Push {
     uint site_count;
     uint k; // sites in the fit, the site itself included
-    float min_agreement; // cosine of the largest angle between the fitted and the surface's normal
 };
 layout(set = 0, binding = 0) readonly buffer Sites { vec4 sites[]; };
 layout(set = 0, binding = 1) readonly buffer Neighbours { uint neighbours[]; };
@@ -83,7 +85,7 @@ void main() {
     vec3 surface = triangle_normals[site_triangle[site]].xyz;
     // Sites on a line, or all on one spot, fit any plane. Sites of two sheets, as at the tip of an ear, fit one that
     // has nothing to do with the surface, and a face in it would reach far away.
-    bool usable = middle > 1e-5 * highest && abs(dot(n, surface)) >= min_agreement * length(n);
+    bool usable = middle > 1e-5 * highest && abs(dot(n, surface)) >= MIN_AGREEMENT * length(n);
     if (!usable) n = surface;
     n = normalize(n);
     normals[site] = vec4(dot(n, surface) < 0.0 ? -n : n, 0.0);

@@ -226,6 +226,7 @@ fn progress_bar(quiet: bool, iterations: u32) -> ProgressBar {
 }
 
 fn show(bar: &ProgressBar, progress: Progress) {
+    bar.set_length(progress.iterations.into());
     bar.set_message(format!("{:.5}", progress.step));
     bar.set_position(progress.iteration.into());
 }

@@ -54,18 +54,22 @@ impl EdgeTable {
     }
 }
 
-/// No triangle lies across an edge.
-pub(crate) const NO_NEIGHBOUR: u32 = u32::MAX;
+/// No triangle lies across a side.
+pub(crate) const NO_MATE: u32 = u32::MAX;
 
-/// For each triangle the one across its sides (0, 1), (1, 2) and (2, 0): [`NO_NEIGHBOUR`] at a boundary, and where more
-/// than two triangles meet.
-pub(crate) fn triangle_neighbours(triangles: &[[u32; 3]]) -> Vec<[u32; 3]> {
-    let mut neighbours = vec![[NO_NEIGHBOUR; 3]; triangles.len()];
+/// For each half-edge `3 * triangle + side` the one that runs against it: [`NO_MATE`] at boundaries, where more than two
+/// triangles meet, and where two meet that run the same way along the side.
+pub(crate) fn half_edge_mates(triangles: &[[u32; 3]]) -> Vec<u32> {
+    let corners = triangles.as_flattened();
+    let mut mates = vec![NO_MATE; corners.len()];
     for sides in EdgeTable::new(triangles).edges() {
-        if let [a, b] = sides {
-            neighbours[a.triangle()][a.corners().0 % 3] = b.triangle() as u32;
-            neighbours[b.triangle()][b.corners().0 % 3] = a.triangle() as u32;
+        if let [one, two] = sides {
+            let ((a, _), (b, _)) = (one.corners(), two.corners());
+            if corners[a] != corners[b] {
+                mates[a] = b as u32;
+                mates[b] = a as u32;
+            }
         }
     }
-    neighbours
+    mates
 }

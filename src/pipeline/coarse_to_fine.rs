@@ -29,6 +29,7 @@ pub(super) struct CoarseToFine<'a> {
 /// The surface in the forms that the walk and the polish need.
 pub(super) struct Ground {
     records: TriangleRecords,
+    mesh: TriMesh,
     target: Target,
 }
 
@@ -36,15 +37,9 @@ impl Ground {
     /// # Errors
     /// [`crate::Error::OutOfMemory`] if the surface does not fit on the device.
     pub fn new(device: &Device, surface: &Surface) -> Result<Self> {
-        let (records, target) = rayon::join(
-            || TriangleRecords::new(device, surface),
-            || {
-                let mesh =
-                    TriMesh { vertices: surface.vertices.clone(), triangles: surface.triangles.clone() };
-                Target::new(&mesh)
-            },
-        );
-        Ok(Self { records: records?, target })
+        let mesh = TriMesh { vertices: surface.vertices.clone(), triangles: surface.triangles.clone() };
+        let (records, target) = rayon::join(|| TriangleRecords::new(device, surface), || Target::new(&mesh));
+        Ok(Self { records: records?, mesh, target })
     }
 }
 
@@ -115,7 +110,7 @@ impl CoarseToFine<'_> {
         let rounds = self.options.polish_rounds;
         polish(mesh, target, &PolishOptions { rounds, ..Default::default() });
         clock.phase("polish");
-        let fixed = if rounds > 0 { self.hold_tips(mesh, target) } else { vec![false; mesh.vertices.len()] };
+        let fixed = if rounds > 0 { self.hold_tips(mesh, target) } else { Vec::new() };
         clock.phase("tips");
         if self.options.fit {
             fit(mesh, target, &FitOptions { fixed, ..Default::default() });
@@ -125,13 +120,11 @@ impl CoarseToFine<'_> {
 
     /// Puts vertices on tips; says which ones, so that they stay there.
     fn hold_tips(&self, mesh: &mut TriMesh, target: &Target) -> Vec<bool> {
-        let surface =
-            TriMesh { vertices: self.surface.vertices.clone(), triangles: self.surface.triangles.clone() };
         let edge = super::spacing(self.surface.area(), mesh.vertices.len());
         let mut options = PolishOptions { rounds: TIP_ROUNDS, ..Default::default() };
         options.fixed = vec![false; mesh.vertices.len()];
         for _ in 0..TIP_PASSES {
-            let moved = reach_tips(mesh, &surface, edge);
+            let moved = reach_tips(mesh, &self.ground.mesh, edge);
             options.fixed.iter_mut().zip(moved).for_each(|(fixed, moved)| *fixed |= moved);
             polish(mesh, target, &options);
         }

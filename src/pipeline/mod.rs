@@ -304,7 +304,12 @@ impl Clock {
 
     fn phase(&mut self, name: &'static str) {
         let now = Instant::now();
-        self.phases.push(PhaseTime { name, milliseconds: (now - self.last).as_secs_f64() * 1e3 });
+        let milliseconds = (now - self.last).as_secs_f64() * 1e3;
+        match self.phases.last_mut().filter(|p| p.name == name) {
+            // Another level of the same kind.
+            Some(phase) => phase.milliseconds += milliseconds,
+            None => self.phases.push(PhaseTime { name, milliseconds }),
+        }
         self.last = now;
     }
 }

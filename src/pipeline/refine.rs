@@ -50,8 +50,11 @@ pub(super) fn refine(mesh: &TriMesh, under: &[u32], count: usize) -> Seeds {
 pub(super) fn level_counts(count: usize, euler: i64, coarsest: usize) -> Vec<usize> {
     let mut counts = vec![count];
     // V' = 4 V - 3 χ, so V - χ grows by four.
-    while let Some(coarser) = coarser(counts[counts.len() - 1], euler).filter(|c| *c >= coarsest) {
-        counts.push(coarser);
+    let mut finest = count;
+    // More parts than vertices make it grow towards the coarser side.
+    while let Some(next) = coarser(finest, euler).filter(|c| (coarsest..finest).contains(c)) {
+        counts.push(next);
+        finest = next;
     }
     counts.reverse();
     counts
@@ -75,11 +78,13 @@ mod tests {
 
     #[test]
     fn edges_first_then_large_triangles() {
-        for (count, least) in [(4, 4), (6, 4), (10, 10), (13, 10), (20, 10)] {
+        for (count, edges) in [(4, 0), (6, 2), (10, 6), (13, 6), (20, 6)] {
             let seeds = refine(&tetrahedron(), &[5, 6, 7, 8], count);
             assert_eq!((seeds.sites.len(), seeds.triangles.len()), (count, count));
-            let middles = seeds.sites.iter().filter(|s| s.to_array().contains(&0.5)).count();
-            assert!(count < 10 || middles >= least - 7, "{count}");
+            let corners = tetrahedron().vertices;
+            let middles = (0..4).flat_map(|a| (0..a).map(move |b| (a, b)));
+            let found = middles.filter(|(a, b)| seeds.sites.contains(&(0.5 * (corners[*a] + corners[*b]))));
+            assert_eq!(found.count(), edges, "{count} sites");
             assert!(seeds.triangles.iter().all(|t| (5..9).contains(t)));
             let mut sorted: Vec<_> = seeds.sites.iter().map(|s| s.to_array().map(f64::to_bits)).collect();
             sorted.sort_unstable();
@@ -95,5 +100,7 @@ mod tests {
         assert_eq!(level_counts(100, 2, 300), [100]);
         assert_eq!(level_counts(1000, -16, 100), [238, 1000]);
         assert_eq!(level_counts(4, 2, 4), [4]);
+        assert_eq!(level_counts(1000, 1000, 300), [1000], "as many parts as vertices");
+        assert_eq!(level_counts(1000, 2000, 300), [1000]);
     }
 }

@@ -8,7 +8,7 @@
 //! Two figures certify the result: the areas of the cells sum to the surface's, and every corner is seen three times.
 
 use super::connect::Fans;
-use crate::mesh::edges::{NO_NEIGHBOUR, triangle_neighbours};
+use crate::mesh::edges::{NO_MATE, half_edge_mates};
 use crate::mesh::triangle::closest_on_triangle;
 use glam::DVec3;
 use rayon::prelude::*;
@@ -26,7 +26,7 @@ pub struct CellSurface<'a> {
     vertices: &'a [DVec3],
     triangles: &'a [[u32; 3]],
     normals: &'a [DVec3],
-    neighbours: Vec<[u32; 3]>,
+    mates: Vec<u32>,
 }
 
 /// Sites on the surface.
@@ -65,7 +65,12 @@ pub struct Certificate {
 impl<'a> CellSurface<'a> {
     /// Of a clean mesh with the unit normals of its triangles.
     pub fn new(vertices: &'a [DVec3], triangles: &'a [[u32; 3]], normals: &'a [DVec3]) -> Self {
-        Self { vertices, triangles, normals, neighbours: triangle_neighbours(triangles) }
+        Self { vertices, triangles, normals, mates: half_edge_mates(triangles) }
+    }
+
+    /// The triangle across a side.
+    fn across(&self, t: u32, side: usize) -> Option<u32> {
+        Some(self.mates[3 * t as usize + side]).filter(|mate| *mate != NO_MATE).map(|mate| mate / 3)
     }
 
     fn corners(&self, t: u32) -> [DVec3; 3] {
@@ -199,7 +204,11 @@ impl Walk {
                 cell.area += 0.5 * surface.normals[t as usize].dot((point - at).cross(next - at));
                 match (self.polygon[(m + count - 1) % count].1, label) {
                     (Label::Site(j), Label::Site(k)) => cell.corners.push([j, k]),
-                    (_, Label::Edge(side)) => self.visit(surface.neighbours[t as usize][side]),
+                    (_, Label::Edge(side)) => {
+                        if let Some(next) = surface.across(t, side) {
+                            self.visit(next);
+                        }
+                    }
                     _ => {}
                 }
             }
@@ -208,7 +217,7 @@ impl Walk {
     }
 
     fn visit(&mut self, t: u32) {
-        if t != NO_NEIGHBOUR && self.visited.insert(t) {
+        if self.visited.insert(t) {
             self.stack.push(t);
         }
     }
@@ -321,8 +330,8 @@ impl Walk {
                 continue;
             }
             found.extend_from_slice(under.of(t));
-            for next in surface.neighbours[t as usize] {
-                if next != NO_NEIGHBOUR && self.flooded.insert(next) {
+            for next in (0..3).filter_map(|side| surface.across(t, side)) {
+                if self.flooded.insert(next) {
                     stack.push(next);
                 }
             }

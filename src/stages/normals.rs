@@ -5,9 +5,6 @@ use crate::gpu::kernels::normals::{plane_fit, smooth};
 use crate::gpu::{Buffer, Device, Pipeline, Recorder, Threads};
 use glam::Vec4;
 
-/// Cosine of 37 degrees: what a fit may stand off the surface while the sites move.
-pub const MIN_AGREEMENT: f32 = 0.8;
-
 /// Fits a plane to each site and its nearest sites, as PCL does for the paper.
 pub struct PlaneFit {
     pipeline: Pipeline<plane_fit::Shader>,
@@ -34,8 +31,8 @@ impl PlaneFit {
         })
     }
 
-    /// Records the fit. `neighbours` must have at least `k - 1` slots; a fit whose cosine with the surface's normal is
-    /// below [`MIN_AGREEMENT`] gives way to that.
+    /// Records the fit. `neighbours` must have at least `k - 1` slots; a fit that stands more
+    /// than 37 degrees off the surface gives way to its normal.
     ///
     /// # Errors
     /// As [`Recorder::dispatch`].
@@ -47,8 +44,7 @@ impl PlaneFit {
         site_triangle: &Buffer<u32>,
         triangle_normals: &Buffer<Vec4>,
     ) -> Result<()> {
-        let push =
-            plane_fit::Push { site_count: sites.len() as u32, k: self.k, min_agreement: MIN_AGREEMENT };
+        let push = plane_fit::Push { site_count: sites.len() as u32, k: self.k };
         let bindings = plane_fit::Bindings {
             sites,
             neighbours,

@@ -5,7 +5,7 @@ use super::spatial::morton_code;
 use super::surface::Surface;
 use crate::Result;
 use crate::gpu::{Buffer, Device, NONE};
-use crate::mesh::edges::EdgeTable;
+use crate::mesh::edges::half_edge_mates;
 use glam::{DVec2, DVec3, UVec4};
 use rayon::prelude::*;
 
@@ -34,7 +34,7 @@ impl TriangleRecords {
         for (r, t) in (0..).zip(&order) {
             rank[*t as usize] = r;
         }
-        let mates = mates(&surface.triangles);
+        let mates = half_edge_mates(&surface.triangles);
         let to_rank = |half_edge: u32| {
             if half_edge == NONE { NONE } else { 3 * rank[half_edge as usize / 3] + half_edge % 3 }
         };
@@ -100,23 +100,6 @@ fn sorted(keys: &[u64]) -> Vec<u32> {
     let mut keyed: Vec<(u64, u32)> = keys.iter().copied().zip(0..).collect();
     keyed.par_sort_unstable();
     keyed.into_iter().map(|(_, i)| i).collect()
-}
-
-/// For each half-edge `3 * triangle + side` the one that runs against it, [`NONE`] where the surface does not go on.
-fn mates(triangles: &[[u32; 3]]) -> Vec<u32> {
-    let table = EdgeTable::new(triangles);
-    let corners = triangles.as_flattened();
-    let mut mates = vec![NONE; corners.len()];
-    for edge in table.edges() {
-        if let [one, two] = edge {
-            let ((a, _), (b, _)) = (one.corners(), two.corners());
-            if corners[a] != corners[b] {
-                mates[a] = b as u32;
-                mates[b] = a as u32;
-            }
-        }
-    }
-    mates
 }
 
 /// Normals of the vertices, each the mean of the triangles around it by their angles there; zero where they cancel.

@@ -32,8 +32,8 @@ impl Walk {
         constants.workgroup = workgroup.unwrap_or(constants.workgroup);
         Ok(Self {
             pipeline: Pipeline::new(device, constants)?,
-            projected: Buffer::new(device, "rtf.walk.projected", sites)?,
-            normals: Buffer::new(device, "rtf.walk.normals", sites)?,
+            projected: Buffer::new(device, "default.walk.projected", sites)?,
+            normals: Buffer::new(device, "default.walk.normals", sites)?,
         })
     }
 
