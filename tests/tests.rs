@@ -31,6 +31,6 @@ mod runs_default;
 mod samples;
 mod shapes;
 mod shapes_of_faces;
+mod spots;
 mod support;
-mod tips;
 mod topology;

@@ -128,6 +128,13 @@ impl Bvh {
         self.closest_accepted(p, rank, |_| true)
     }
 
+    /// As [`Bvh::closest_from`], but content with the triangle at `rank` if that is within `enough` of `p`, squared.
+    pub fn closest_or_near(&self, p: DVec3, rank: &mut usize, enough: f64) -> Option<Closest> {
+        self.closest_at(*rank, p)
+            .filter(|near| near.distance_sq <= enough)
+            .or_else(|| self.closest_from(p, rank))
+    }
+
     /// As [`Bvh::closest_from`] among the triangles that `accept` holds for; `None` if there is none.
     pub fn closest_accepted(
         &self,

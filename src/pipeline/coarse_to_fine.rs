@@ -5,10 +5,9 @@ use super::level::{Level, Moves, Relaxed};
 use super::refine::{level_counts, refine};
 use super::{Clock, Connection};
 use crate::gpu::Device;
-use crate::mesh::quality::TriangleQuality;
 use crate::mesh::topology::{Topology, topology};
 use crate::options::Options;
-use crate::polish::{FitOptions, PolishOptions, Target, fit, polish, reach_tips};
+use crate::polish::{FitOptions, PolishOptions, SpotOptions, Target, fit, polish, reach_spots};
 use crate::stages::cells::{CellSites, CellSurface, connected_cells};
 use crate::stages::connect::{ConnectCounts, connect};
 use crate::stages::face::FlagCounts;
@@ -29,7 +28,6 @@ pub(super) struct CoarseToFine<'a> {
 /// The surface in the forms that the walk and the polish need.
 pub(super) struct Ground {
     records: TriangleRecords,
-    mesh: TriMesh,
     target: Target,
 }
 
@@ -39,7 +37,7 @@ impl Ground {
     pub fn new(device: &Device, surface: &Surface) -> Result<Self> {
         let mesh = TriMesh { vertices: surface.vertices.clone(), triangles: surface.triangles.clone() };
         let (records, target) = rayon::join(|| TriangleRecords::new(device, surface), || Target::new(&mesh));
-        Ok(Self { records: records?, mesh, target })
+        Ok(Self { records: records?, target })
     }
 }
 
@@ -110,33 +108,13 @@ impl CoarseToFine<'_> {
         let rounds = self.options.polish_rounds;
         polish(mesh, target, &PolishOptions { rounds, ..Default::default() });
         clock.phase("polish");
-        let fixed = if rounds > 0 { self.hold_tips(mesh, target) } else { Vec::new() };
-        clock.phase("tips");
         if self.options.fit {
-            fit(mesh, target, &FitOptions { fixed, ..Default::default() });
+            fit(mesh, target, &FitOptions::default());
             clock.phase("fit");
+            let edge = super::spacing(self.surface.area(), mesh.vertices.len());
+            reach_spots(mesh, target, edge, &SpotOptions::default());
+            clock.phase("spots");
         }
-    }
-
-    /// Puts vertices on tips; says which ones, so that they stay there.
-    fn hold_tips(&self, mesh: &mut TriMesh, target: &Target) -> Vec<bool> {
-        let edge = super::spacing(self.surface.area(), mesh.vertices.len());
-        let mut options = PolishOptions { rounds: TIP_ROUNDS, ..Default::default() };
-        options.fixed = vec![false; mesh.vertices.len()];
-        for _ in 0..TIP_PASSES {
-            let moved = reach_tips(mesh, &self.ground.mesh, edge);
-            options.fixed.iter_mut().zip(moved).for_each(|(fixed, moved)| *fixed |= moved);
-            polish(mesh, target, &options);
-        }
-        // Where no room could be made, good triangles are worth more.
-        for t in 0..mesh.triangles.len() {
-            let shape = TriangleQuality::new(mesh.corners(t));
-            if shape.min_angle() < TIP_ANGLE || shape.max_angle() > 90.0 {
-                mesh.triangles[t].iter().for_each(|v| options.fixed[*v as usize] = false);
-            }
-        }
-        polish(mesh, target, &options);
-        options.fixed
     }
 
     fn level(
@@ -161,9 +139,3 @@ impl CoarseToFine<'_> {
         Ok(Found { mesh, under, counts, sound, insecure, steps })
     }
 }
-
-/// Times that vertices go to tips and the others make room, and the rounds that this takes.
-const TIP_PASSES: u32 = 2;
-const TIP_ROUNDS: u32 = 3;
-/// Angle in degrees that triangles at a tip must have after that.
-const TIP_ANGLE: f64 = 38.0;

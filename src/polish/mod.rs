@@ -1,5 +1,5 @@
-//! The last touch on a connected mesh: better triangles ([`polish`]), vertices on the tips that it misses
-//! ([`reach_tips`]), then a closer fit ([`fit`]).
+//! The last touch on a connected mesh: better triangles ([`polish`]), a closer fit ([`fit`]), then the places that are
+//! still far off, one by one ([`reach_spots`]).
 //!
 //! All keep the number of vertices and the topology, work on one surface, the [`Target`], and give the same bytes for any
 //! number of threads.
@@ -8,11 +8,11 @@ mod fit;
 mod flip;
 mod links;
 mod relax;
-mod tips;
+mod spots;
 mod worst;
 
 pub use fit::{FitCounts, FitOptions, fit};
-pub use tips::reach_tips;
+pub use spots::{SpotOptions, reach_spots};
 
 use glam::DVec3;
 
@@ -38,6 +38,18 @@ pub struct Target {
     normals: Vec<DVec3>,
     /// Squared shortest height of each triangle.
     heights_sq: Vec<f64>,
+    /// Its vertices.
+    points: Vec<Point>,
+}
+
+/// A vertex of the surface.
+#[derive(Debug, Clone, Copy)]
+struct Point {
+    at: DVec3,
+    /// Sum of the doubled areas of its triangles along their normals.
+    normal: DVec3,
+    /// A third of the area of its triangles.
+    area: f64,
 }
 
 impl Target {
@@ -54,7 +66,15 @@ impl Target {
                 n.length_squared() / longest.max(f64::MIN_POSITIVE)
             })
             .collect();
-        Self { bvh: Bvh::new(surface), normals, heights_sq }
+        let point = |at: &DVec3| Point { at: *at, normal: DVec3::ZERO, area: 0.0 };
+        let mut points: Vec<Point> = surface.vertices.iter().map(point).collect();
+        for (triangle, normal) in surface.triangles.iter().zip(&normals) {
+            for v in triangle {
+                points[*v as usize].normal += *normal;
+                points[*v as usize].area += normal.length() / 6.0;
+            }
+        }
+        Self { bvh: Bvh::new(surface), normals, heights_sq, points }
     }
 
     /// The closest point of the triangles that face as `normal` does.

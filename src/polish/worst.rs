@@ -66,8 +66,31 @@ fn ring_score(links: &Links, points: &[DVec3], v: u32, p: DVec3) -> f64 {
         .fold(f64::INFINITY, f64::min)
 }
 
-/// Searches a better place for one vertex by trial steps in its tangent plane; whether it moved.
+/// Searches a better place for one vertex in its tangent plane, surface or not.
+pub(super) fn lift_freely(links: &Links, points: &mut [DVec3], v: u32) {
+    if let Some((place, ..)) = search(links, points, v) {
+        points[v as usize] = place;
+    }
+}
+
+/// Searches a better place for one vertex on the surface; whether it moved.
 fn lift(links: &Links, points: &mut [DVec3], rank: &mut usize, target: &Target, v: u32) -> bool {
+    let here = points[v as usize];
+    let Some((place, normal, start)) = search(links, points, v) else { return false };
+    let Some(place) = target.closest(place, normal, rank) else { return false };
+    let folds = links.ring(v).any(|h| {
+        let [q, r] = [next(h), previous(h)].map(|h| points[links.origin(h) as usize]);
+        spoils([here, q, r], [place, q, r], normal)
+    });
+    let better = !folds && ring_score(links, points, v, place) >= start + MIN_GAIN;
+    if better {
+        points[v as usize] = place;
+    }
+    better
+}
+
+/// A better place for one vertex by trial steps in its tangent plane, its normal, and the score that it had.
+fn search(links: &Links, points: &[DVec3], v: u32) -> Option<(DVec3, DVec3, f64)> {
     let here = points[v as usize];
     let normal = vertex_normal(links, points, v);
     let across = normal.any_orthonormal_vector();
@@ -78,7 +101,7 @@ fn lift(links: &Links, points: &mut [DVec3], rank: &mut usize, target: &Target, 
         .fold(f64::INFINITY, f64::min);
     let start = ring_score(links, points, v, here);
     if start >= GOAL || !start.is_finite() || normal == DVec3::ZERO {
-        return false;
+        return None;
     }
     let (mut place, mut best) = (here, start);
     let mut step = FIRST_STEP * shortest;
@@ -93,17 +116,5 @@ fn lift(links: &Links, points: &mut [DVec3], rank: &mut usize, target: &Target, 
         }
         step *= 0.5;
     }
-    if best < start + MIN_GAIN {
-        return false;
-    }
-    let Some(place) = target.closest(place, normal, rank) else { return false };
-    let folds = links.ring(v).any(|h| {
-        let [q, r] = [next(h), previous(h)].map(|h| points[links.origin(h) as usize]);
-        spoils([here, q, r], [place, q, r], normal)
-    });
-    let better = !folds && ring_score(links, points, v, place) >= start + MIN_GAIN;
-    if better {
-        points[v as usize] = place;
-    }
-    better
+    (best >= start + MIN_GAIN).then_some((place, normal, start))
 }

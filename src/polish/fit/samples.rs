@@ -1,0 +1,176 @@
+//! What the fit measures: distances of points on the faces to the surface, and of the surface's vertices to the faces.
+
+use glam::DVec3;
+use rayon::prelude::*;
+
+use super::super::Target;
+use super::super::links::{Links, cross};
+use super::super::relax::CHUNK;
+use crate::TriMesh;
+use crate::mesh::bvh::Bvh;
+
+/// What the sample at a face's middle, at the middle of one of its edges and at one of its corners count, over the
+/// face's area: exact for polynomials of degree three. Samples on edges and vertices stand for all faces there.
+const FACE_SHARE: f64 = 9.0 / 20.0;
+const EDGE_SHARE: f64 = 2.0 / 15.0;
+const CORNER_SHARE: f64 = 1.0 / 20.0;
+/// What the surface's vertices count, over their areas; as many samples again as the faces have.
+const INWARD_SHARE: f64 = 0.4;
+/// Distances below this share of a face's size have no direction of their own; the surface's normal serves.
+const NO_DIRECTION: f64 = 1e-3;
+
+/// A point of the mesh and the point of the surface that it should meet: their distance, along the direction in which
+/// it changes, both times the square root of what the sample counts.
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
+pub(super) struct Sample {
+    pub direction: DVec3,
+    pub distance: f64,
+}
+
+impl Sample {
+    fn new(offset: DVec3, facing: DVec3, size_sq: f64, weight: f64) -> Self {
+        let distance = offset.length();
+        let near = distance * distance <= NO_DIRECTION * NO_DIRECTION * size_sq;
+        let direction = if near { facing } else { offset / distance };
+        Self { direction: direction * weight.sqrt(), distance: offset.dot(direction) * weight.sqrt() }
+    }
+}
+
+/// The closest point of a surface's vertex: in this triangle of the mesh, at these weights of its corners.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Inward {
+    pub triangle: u32,
+    pub weights: [f64; 3],
+    pub sample: Sample,
+}
+
+/// All samples of a round.
+pub(super) struct Samples {
+    /// On every vertex.
+    pub corners: Vec<Sample>,
+    /// On the three edges of every face, where no face before it has them, and in its middle.
+    pub faces: Vec<[Sample; 4]>,
+    /// Of the surface's vertices.
+    pub inward: Vec<Inward>,
+}
+
+/// Where the searches of the samples ended: middle and edges of every face, vertices, and the surface's vertices.
+pub(super) struct Ranks {
+    faces: Vec<[usize; 4]>,
+    corners: Vec<usize>,
+    inward: Vec<usize>,
+}
+
+impl Ranks {
+    pub fn new(faces: usize, vertices: usize, target: &Target) -> Self {
+        Self { faces: vec![[0; 4]; faces], corners: vec![0; vertices], inward: vec![0; target.points.len()] }
+    }
+}
+
+/// A mesh with its vertices' normals, 0 for those that may not move.
+pub(super) struct Sheet<'a> {
+    pub links: &'a Links,
+    pub points: &'a [DVec3],
+    pub normals: &'a [DVec3],
+}
+
+impl Sheet<'_> {
+    pub fn corners(&self, triangle: [u32; 3]) -> [DVec3; 3] {
+        triangle.map(|v| self.points[v as usize])
+    }
+
+    fn normal(&self, h: u32) -> DVec3 {
+        cross(self.corners(self.links.triangles[h as usize / 3]))
+    }
+
+    /// The triangles' areas.
+    pub fn areas(&self) -> Vec<f64> {
+        self.links.triangles.iter().map(|t| 0.5 * cross(self.corners(*t)).length()).collect()
+    }
+
+    /// A third of the area of the triangles around each vertex.
+    pub fn thirds(&self, areas: &[f64]) -> Vec<f64> {
+        let mut thirds = vec![0.0; self.points.len()];
+        for (triangle, area) in self.links.triangles.iter().zip(areas) {
+            triangle.iter().for_each(|&v| thirds[v as usize] += area / 3.0);
+        }
+        thirds
+    }
+
+    pub fn measure(&self, thirds: &[f64], target: &Target, ranks: &mut Ranks) -> Samples {
+        Samples {
+            corners: self.measure_corners(thirds, &mut ranks.corners, target),
+            faces: self.measure_faces(&mut ranks.faces, target),
+            inward: self.measure_inward(&mut ranks.inward, target),
+        }
+    }
+
+    fn measure_corners(&self, thirds: &[f64], ranks: &mut [usize], target: &Target) -> Vec<Sample> {
+        ranks
+            .par_iter_mut()
+            .enumerate()
+            .with_min_len(CHUNK)
+            .map(|(v, rank)| {
+                let area = thirds[v];
+                sample(target, self.points[v], self.normals[v], rank, area, 3.0 * CORNER_SHARE * area)
+            })
+            .collect()
+    }
+
+    fn measure_faces(&self, ranks: &mut [[usize; 4]], target: &Target) -> Vec<[Sample; 4]> {
+        ranks
+            .par_iter_mut()
+            .enumerate()
+            .with_min_len(CHUNK)
+            .map(|(t, ranks)| {
+                let [a, b, c] = self.corners(self.links.triangles[t]);
+                let normal = cross([a, b, c]);
+                let area = 0.5 * normal.length();
+                let mut samples = [Sample::default(); 4];
+                samples[3] =
+                    sample(target, (a + b + c) / 3.0, normal, &mut ranks[3], area, FACE_SHARE * area);
+                for (k, middle) in [(a + b) * 0.5, (b + c) * 0.5, (c + a) * 0.5].into_iter().enumerate() {
+                    let h = 3 * t as u32 + k as u32;
+                    let other = match self.links.twin(h) {
+                        Some(twin) if twin < h => continue,
+                        Some(twin) => self.normal(twin),
+                        None => DVec3::ZERO,
+                    };
+                    let both = area + 0.5 * other.length();
+                    samples[k] =
+                        sample(target, middle, normal + other, &mut ranks[k], area, EDGE_SHARE * both);
+                }
+                samples
+            })
+            .collect()
+    }
+
+    fn measure_inward(&self, ranks: &mut [usize], target: &Target) -> Vec<Inward> {
+        let mesh = TriMesh { vertices: self.points.to_vec(), triangles: self.links.triangles.clone() };
+        let bvh = Bvh::new(&mesh);
+        ranks
+            .par_iter_mut()
+            .zip(&target.points)
+            .with_min_len(CHUNK)
+            .filter_map(|(rank, point)| {
+                let found = bvh.closest_from(point.at, rank)?;
+                let normal = self.normal(3 * found.triangle);
+                if normal.dot(point.normal) <= 0.0 {
+                    return None;
+                }
+                let facing = normal.normalize_or_zero();
+                let size_sq = 0.5 * normal.length();
+                let sample = Sample::new(point.at - found.point, facing, size_sq, INWARD_SHARE * point.area);
+                Some(Inward { triangle: found.triangle, weights: found.barycentric, sample })
+            })
+            .collect()
+    }
+}
+
+/// The sample at `p` on faces with this normal; nothing where no part of the surface faces that way.
+fn sample(target: &Target, p: DVec3, normal: DVec3, rank: &mut usize, size_sq: f64, weight: f64) -> Sample {
+    match target.closest_with_normal(p, normal, rank) {
+        Some((closest, facing)) => Sample::new(closest - p, facing, size_sq, weight),
+        None => Sample::default(),
+    }
+}
