@@ -8,7 +8,7 @@ use glam::Vec4;
 use rtfmesh::gpu::{Buffer, Device, Recorder};
 use rtfmesh::stages::lists::{ListOptions, Lists};
 use rtfmesh::stages::normals::SmoothNormals;
-use rtfmesh::stages::planar::{PlanarFaces, PlanarInputs, PlanarMove};
+use rtfmesh::stages::planar::{PlanarFaces, PlanarInputs, PlanarMove, PlanarOptions};
 use rtfmesh::stages::seed::Seeds;
 use rtfmesh::stages::step::Settle;
 use rtfmesh::stages::walk::Walk;
@@ -74,7 +74,7 @@ impl Iteration {
             site_triangle: Buffer::from_slice(device, "bench.site_triangle", &seeds.triangles)?,
             lists: Lists::new(device, n, &ListOptions::new(LIST))?,
             normals: SmoothNormals::new(device, n, None)?,
-            faces: PlanarFaces::new(device, n, LIST, iterations, None)?,
+            faces: PlanarFaces::new(device, n, &PlanarOptions::new(LIST, iterations))?,
             walk: Walk::new(device, n, None)?,
             settle: Settle::new(device, n, iterations, None)?,
             spacing,
@@ -125,13 +125,7 @@ impl Iteration {
 
     /// What the face kernels read.
     pub fn inputs(&self) -> PlanarInputs<'_> {
-        PlanarInputs {
-            sites: &self.sites,
-            normals: &self.normals.normals,
-            neighbours: &self.lists.neighbours,
-            away: &self.lists.away,
-            status: &self.lists.status,
-        }
+        PlanarInputs::new(&self.sites, &self.normals.normals, &self.lists)
     }
 
     /// A plain step.
