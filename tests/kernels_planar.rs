@@ -16,6 +16,9 @@ use rtfmesh::stages::planar::{
     PlanarCounts, PlanarFaces, PlanarInputs, PlanarMove, PlanarOptions, PlanarPolygons,
 };
 
+/// Faces that reach farther than this share of the largest radius give a fifth of the way.
+const WIDE: f64 = 0.45;
+
 /// Sites with all that the kernels read.
 struct Scene {
     positions: Vec<DVec3>,
@@ -181,17 +184,21 @@ fn assert_targets(scene: &Scene, options: &PlanarOptions) -> PlanarCounts {
             Some(false) => {
                 let middle = area_centroid(&want.corners);
                 let (u, v) = frame(scene.unit[i]);
-                let off =
-                    got.truncate().as_dvec3().distance(scene.positions[i] + u * middle.x + v * middle.y);
-                // A sliver's centroid is where its area is a quotient of small numbers.
+                let reach = want.radius() / scene.widest;
+                let share = if reach > WIDE { 0.2 } else { 1.0 };
+                let goal = scene.positions[i] + share * (u * middle.x + v * middle.y);
+                let off = got.truncate().as_dvec3().distance(goal);
+                // A sliver's centroid is a quotient of small numbers; at the limit of wide faces rounding decides.
                 let sliver = area(&want.corners) < 1e-3 * want.radius().powi(2);
+                let close_call = sliver || (reach / WIDE - 1.0).abs() < 1e-4;
                 let tolerance = 1e-4 * want.radius() + 1e-6;
-                assert!(sliver || off < tolerance, "site {i}: {off} off its centroid, of {}", want.radius());
-                let length_sq = f64::from(got.w);
                 assert!(
-                    sliver || (length_sq.sqrt() - middle.length()).abs() < tolerance,
-                    "site {i}: squared step"
+                    close_call || off < tolerance,
+                    "site {i}: {off} off its centroid, of {}",
+                    want.radius()
                 );
+                let length = f64::from(got.w).sqrt();
+                assert!(sliver || (length - middle.length()).abs() < tolerance, "site {i}: squared step");
             }
         }
     }
@@ -399,7 +406,7 @@ fn momentum_adds_the_last_motion() {
     let (plain, _) = targets(&scene, &scene.options());
     let got = run(&scene, 0.5, 2);
     let mut added = 0;
-    for i in (0..plain.len()).filter(|i| scene.is_open(&scene.want(*i)) == Some(false)) {
+    for i in (0..plain.len()).filter(|i| scene.want(*i).radius() < 0.99 * WIDE * scene.widest) {
         let motion = plain[i].truncate() - first[i].truncate();
         let way = plain[i].truncate() - scene.positions[i].as_vec3();
         let goes_on = way.dot(motion) > 0.0;

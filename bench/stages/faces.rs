@@ -84,8 +84,8 @@ fn check_targets(context: &Context, faces: &PlanarFaces, listed: impl Iterator<I
         let far = 2.0 * f64::from(context.iteration.widest());
         let Some((face, [u, v])) = known_face(context, i, near, normal, far, &counts) else { continue };
         let middle = area_centroid(&face.corners);
-        let cautious = face.radius() > 0.99 * f64::from(context.iteration.widest());
-        if cautious || middle.length() > 0.49 * context.spacing {
+        let wide = face.radius() > 0.44 * f64::from(context.iteration.widest());
+        if wide || middle.length() > 0.98 * f64::from(context.iteration.largest_move()) {
             continue;
         }
         let want = context.points[i] + u * middle.x + v * middle.y;

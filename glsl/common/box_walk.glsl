@@ -24,11 +24,12 @@ uint level_start(uint level) {
 // Which of the eight boxes from `base` on of the walk's level its ball touches.
 uint touched_boxes(BoxWalk walk) {
     uint mask = 0u, start = level_start(walk.level) + walk.base;
-    [[unroll]] for (uint child = 0u; child < 8u; ++child) {
+    uint child = 0u;
+    do {
         vec3 low = boxes[2u * (start + child)].xyz, high = boxes[2u * (start + child) + 1u].xyz;
         vec3 off = max(max(low - walk.at, walk.at - high), vec3(0.0));
         mask |= dot(off, off) <= walk.radius_sq ? 1u << child : 0u;
-    }
+    } while (++child < 8u);
     return mask;
 }
 

@@ -11,20 +11,24 @@ uint count_open(uint iteration) { return 2u * iterations + iteration; } // faces
 uint entry_near(uint i) { return 3u * iterations + i; }
 uint entry_listed(uint i) { return 3u * iterations + site_count + 2u * i; }
 
+// A face that reaches farther than this share of `widest` is not one of a site among its like: of a tip, a crease, or a
+// gap. Its centroid is far out and not to be trusted.
+const float WIDE = 0.45;
 const float CAREFUL = 0.2;
 
 // Where the site at `at` goes whose face has its centroid at `middle`.
-void aim(uint site, vec3 at, vec3 middle, bool closed) {
+void aim(uint site, vec3 at, vec3 middle, float radius_sq) {
     vec4 last = centroids[site];
     vec3 step = middle - at, motion = (middle - last.xyz) * last.w;
+    bool wide = radius_sq > WIDE * WIDE * widest * widest;
     // Against its motion a site starts anew.
-    float share = closed && dot(step, motion) > 0.0 ? momentum : 0.0;
-    // An open face, as at the tip of an ear, has a centroid far out: its site goes with care, and without momentum.
-    vec3 move = closed ? step + share * motion : CAREFUL * step;
-    float longest = closed ? largest_move : CAREFUL * largest_move;
+    float share = !wide && dot(step, motion) > 0.0 ? momentum : 0.0;
+    // With care, and without momentum.
+    vec3 move = wide ? CAREFUL * step : step + share * motion;
+    float longest = wide ? CAREFUL * largest_move : largest_move;
     move *= min(1.0, longest * inversesqrt(max(dot(move, move), 1e-30)));
     targets[site] = vec4(at + move, dot(step, step));
-    centroids[site] = vec4(middle, closed ? 1.0 : 0.0);
+    centroids[site] = vec4(middle, wide ? 0.0 : 1.0);
 }
 
 #endif

@@ -8,8 +8,9 @@
 // Cuts the face by all sites whose boxes are within `radius`; an edge that does not find a slot makes the face full.
 void offer_near(float radius) {
     BoxWalk walk = start_walk(site_at, radius);
-    bool more = next_leaves(walk);
+    bool more;
     do {
+        more = next_leaves(walk);
         do {
             uint first = take_leaf(walk), c = 0u, hits = 0u;
             do {
@@ -22,26 +23,25 @@ void offer_near(float radius) {
                 hits &= hits - 1u;
             } while (hits != 0u);
         } while (walk.mask != 0u);
-        more = next_leaves(walk);
     } while (more);
 }
 
 // What all sites near enough leave of the line of site j.
 vec2 left_by_all(uint j, Line line, vec2 left, float radius) {
     BoxWalk walk = start_walk(site_at, radius);
-    bool more = next_leaves(walk);
+    bool more;
     do {
+        more = next_leaves(walk);
         do {
             uint first = take_leaf(walk);
             [[unroll]] for (uint c = 0u; c < 8u; ++c) {
-                bool counts = first + c < site_count && first + c != site_index && first + c != j;
+                bool counts = more && first + c < site_count && first + c != site_index && first + c != j;
                 uint k = counts ? first + c : site_index;
                 vec2 cut = cut_by(left, line, line_of(k), j < k);
                 left = counts && same_sheet(k) ? cut : left;
             }
         } while (walk.mask != 0u);
-        more = left.y > left.x && next_leaves(walk);
-    } while (more);
+    } while (more && left.y > left.x);
     return left;
 }
 
@@ -51,8 +51,9 @@ vec3 sum_near(float radius) {
     vec3 sum = vec3(0.0);
     float radius_sq = 0.0;
     BoxWalk walk = start_walk(site_at, radius);
-    bool more = next_leaves(walk);
+    bool more;
     do {
+        more = next_leaves(walk);
         do {
             uint first = take_leaf(walk), c = 0u, hits = 0u;
             do {
@@ -72,7 +73,6 @@ vec3 sum_near(float radius) {
                 hits &= hits - 1u;
             } while (hits != 0u);
         } while (walk.mask != 0u);
-        more = next_leaves(walk);
     } while (more);
     grown_radius_sq = radius_sq > 0.0 ? radius_sq : grown_bound * grown_bound;
     return sum;

@@ -50,7 +50,7 @@ void main() {
     vec2 balance;
     measure_face(twice_area, balance, radius_sq);
     if (radius_sq > 0.0 && 4.0 * radius_sq <= secure * secure && radius_sq < OPEN * bound * bound) {
-        aim(site, at, at + balance.x * u + balance.y * v, true);
+        aim(site, at, at + balance.x * u + balance.y * v, radius_sq);
     } else {
         uint place = atomicAdd(insecure[count_near(iteration)], 1u);
         insecure[entry_near(place)] = site;

@@ -44,7 +44,7 @@ void main() {
         vec3 sum = sum_slots();
         if (grown_full) sum = sum_near(radius);
         vec2 balance = centroid_of(sum);
-        aim(site, site_at, site_at + balance.x * site_u + balance.y * site_v, !is_open());
+        aim(site, site_at, site_at + balance.x * site_u + balance.y * site_v, grown_radius_sq);
         if (is_open()) atomicAdd(insecure[count_open(iteration)], 1u);
     }
 }

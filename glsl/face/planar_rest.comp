@@ -51,7 +51,7 @@ void main() {
         float secure = max(bounds.after_all, 0.0);
         if (!grown_full && 4.0 * grown_radius_sq <= secure * secure) {
             vec2 balance = centroid_of(sum_slots());
-            aim(site, site_at, site_at + balance.x * site_u + balance.y * site_v, !is_open());
+            aim(site, site_at, site_at + balance.x * site_u + balance.y * site_v, grown_radius_sq);
             if (is_open()) atomicAdd(insecure[count_open(iteration)], 1u);
         } else {
             uint place = atomicAdd(insecure[count_listed(iteration)], 1u);

@@ -13,7 +13,7 @@ use glam::{DVec3, Vec2, Vec4};
 use rayon::prelude::*;
 
 /// Neighbours in a list.
-pub(super) const LIST: u32 = 24;
+pub(super) const LIST: u32 = 20;
 /// Lists are made anew when a site has moved by more than this share of its reach.
 const MAX_RHO: f32 = 0.14;
 /// No face reaches farther than this many spacings from its site.
