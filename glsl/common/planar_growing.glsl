@@ -58,18 +58,18 @@ bool has_slot(uint j) {
     return found;
 }
 
-// Whether the line of site j, if `valid`, cuts the face so far.
-bool would_cut(uint j, bool valid) {
-    uint known = valid ? j : site_index;
-    vec2 left = left_by_slots(known, line_of(known));
-    return valid && left.y > left.x && !has_slot(j) && same_sheet(known);
+// Whether site j is near enough to cut a face that reaches no farther than the one so far.
+bool is_near(uint j) {
+    vec3 d = sites[j].xyz - site_at;
+    return dot(d, d) <= 4.0001 * grown_radius_sq;
 }
 
-// Cuts the face by the line of site j, if that `cuts` and there is a slot for it.
-void cut_face(uint j, bool cuts) {
-    Line line = line_of(cuts ? j : site_index);
-    vec2 left = left_by_slots(j, line);
-    cuts = cuts && left.y > left.x;
+// Cuts the face by the line of site j, if `valid`, it is on the same sheet, and there is a slot for it.
+void cut_face(uint j, bool valid) {
+    uint known = valid ? j : site_index;
+    Line line = line_of(known);
+    vec2 left = left_by_slots(known, line);
+    bool cuts = valid && left.y > left.x && !has_slot(j) && same_sheet(known);
     vec2 cut[SLOTS];
     bool room = false;
     [[unroll]] for (uint s = 0u; s < SLOTS; ++s) {

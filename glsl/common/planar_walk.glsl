@@ -15,9 +15,10 @@ void offer_near(float radius) {
             uint first = take_leaf(walk), c = 0u, hits = 0u;
             do {
                 uint j = first + c;
-                hits |= would_cut(j, more && j < site_count && j != site_index) ? 1u << c : 0u;
+                bool counts = more && j < site_count && j != site_index;
+                hits |= counts && is_near(j) ? 1u << c : 0u;
             } while (++c < 8u);
-            // Few cut, and cutting takes longest.
+            // Few are near, and cutting takes longest.
             do {
                 cut_face(first + uint(findLSB(hits)), hits != 0u);
                 hits &= hits - 1u;
@@ -59,15 +60,13 @@ vec3 sum_near(float radius) {
             do {
                 uint j = first + c;
                 bool counts = more && j < site_count && j != site_index;
-                uint known = counts ? j : site_index;
-                vec2 left = left_by_slots(known, line_of(known));
-                hits |= counts && left.y > left.x && same_sheet(known) ? 1u << c : 0u;
+                hits |= counts && is_near(j) && same_sheet(j) ? 1u << c : 0u;
             } while (++c < 8u);
             do {
                 uint j = hits == 0u ? site_index : first + uint(findLSB(hits));
                 Line line = line_of(j);
                 vec2 left = hits == 0u ? vec2(1.0, -1.0) : left_by_slots(j, line);
-                left = left_by_all(j, line, left, radius);
+                if (left.y > left.x) left = left_by_all(j, line, left, radius);
                 sum += below(line, left);
                 radius_sq = max(radius_sq, end_sq(line, left));
                 hits &= hits - 1u;

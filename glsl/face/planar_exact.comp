@@ -38,8 +38,10 @@ void main() {
     uint threads = gl_NumWorkGroups.x * gl_NumWorkGroups.y * WORKGROUP;
     for (uint entry = thread_index(); entry < count; entry += threads) {
         uint site = insecure[entry_listed(entry)];
-        float radius = uintBitsToFloat(insecure[entry_listed(entry) + 1u]);
+        float reaches = uintBitsToFloat(insecure[entry_listed(entry) + 1u]);
+        float radius = uintBitsToFloat(insecure[entry_listed(entry) + 2u]);
         start_face(site, widest);
+        grown_radius_sq = reaches * reaches;
         offer_near(radius);
         vec3 sum = sum_slots();
         if (grown_full) sum = sum_near(radius);

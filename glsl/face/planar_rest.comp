@@ -44,8 +44,7 @@ void main() {
         uint s = 0u;
         do {
             uint j = neighbours[s * site_count + site];
-            bool counts = j != NONE && same_sheet(j == NONE ? site : j);
-            cut_face(j, counts);
+            cut_face(j, j != NONE);
         } while (++s < K);
         ListBounds bounds = list_bounds(away[site], uintBitsToFloat(status[1]));
         float secure = max(bounds.after_all, 0.0);
@@ -56,7 +55,9 @@ void main() {
         } else {
             uint place = atomicAdd(insecure[count_listed(iteration)], 1u);
             insecure[entry_listed(place)] = site;
-            insecure[entry_listed(place) + 1u] = floatBitsToUint(search_radius(bounds, 2.0 * sqrt(grown_radius_sq)));
+            float radius = sqrt(grown_radius_sq);
+            insecure[entry_listed(place) + 1u] = floatBitsToUint(radius);
+            insecure[entry_listed(place) + 2u] = floatBitsToUint(search_radius(bounds, 2.0 * radius));
         }
     }
 }

@@ -42,7 +42,7 @@ void main() {
     float last_sq = 0.0;
     for (uint s = 0u; s < K; ++s) {
         uint j = neighbours[s * site_count + site];
-        cut_face(j, j != NONE && same_sheet(j == NONE ? site : j));
+        cut_face(j, j != NONE);
         vec3 d = sites[j == NONE ? site : j].xyz - site_at;
         last_sq = j == NONE ? 3e38 : dot(d, d);
     }

@@ -135,7 +135,7 @@ impl PlanarFaces {
         near.workgroup = workgroup.unwrap_or(near.workgroup);
         rest.workgroup = workgroup.unwrap_or(rest.workgroup);
         exact.workgroup = workgroup.unwrap_or(exact.workgroup);
-        let words = 3 * (iterations as usize + sites);
+        let words = 3 * iterations as usize + 4 * sites;
         Ok(Self {
             near: Pipeline::new(device, near)?,
             rest: Pipeline::new(device, rest)?,
