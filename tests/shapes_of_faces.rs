@@ -28,3 +28,8 @@ pub fn assert_same_polygon(site: usize, corners: &[DVec2], fan: &[u32], want: &F
         assert!(!long || fan.contains(&id), "site {site}: no edge towards {id} in {fan:?}");
     }
 }
+
+/// Area of a polygon whose corners are counter-clockwise.
+pub fn area(corners: &[DVec2]) -> f64 {
+    0.5 * (0..corners.len()).map(|m| corners[m].perp_dot(corners[(m + 1) % corners.len()])).sum::<f64>()
+}

@@ -9,7 +9,7 @@ use rtfmesh::gpu::{Device, Recorder};
 use rtfmesh::mesh::frame::Frame;
 use rtfmesh::mesh::{io, repair::repair, samples};
 use rtfmesh::stages::records::TriangleRecords;
-use rtfmesh::stages::seed;
+use rtfmesh::stages::seed::{self, Seeds};
 use rtfmesh::stages::surface::Surface;
 use std::collections::BTreeMap;
 use std::path::Path;
@@ -62,8 +62,10 @@ pub struct Context<'a> {
     pub model: &'a Model,
     /// The stages of the default pipeline with the sites.
     pub iteration: Iteration,
-    /// Edge length of a perfect layout.
+    /// Edge length of a perfect layout; with varying density of the mean one.
     pub spacing: f64,
+    /// How many times farther apart the sites are at one end than at the other.
+    pub density: f64,
     /// Timed runs.
     pub runs: u32,
     /// The relaxed sites as the device has them.
@@ -95,15 +97,39 @@ impl Work {
     }
 }
 
+/// `count` of many more seeds: how many of them stay is graded along x, so that distances vary by `ratio`.
+fn uneven(model: &Model, count: usize, ratio: f64) -> Seeds {
+    // Enough that the dense end has them as far apart as seeds should be.
+    let all = seed::stratified(&model.surface, 16 * count, 1);
+    let (low, high) = all.sites.iter().fold((f64::MAX, f64::MIN), |(l, h), p| (l.min(p.x), h.max(p.x)));
+    let weight = |p: &DVec3| ratio.powf(-2.0 * (p.x - low) / (high - low));
+    let sum: f64 = all.sites.iter().map(weight).sum();
+    let mut seeds = Seeds { sites: Vec::with_capacity(count), triangles: Vec::with_capacity(count) };
+    let mut passed = 0.0;
+    for (site, triangle) in all.sites.iter().zip(&all.triangles) {
+        passed += weight(site) * count as f64 / sum;
+        // Half a share off, so that rounding cannot lose the last one.
+        if seeds.sites.len() < count && seeds.sites.len() as f64 + 0.5 <= passed {
+            seeds.sites.push(*site);
+            seeds.triangles.push(*triangle);
+        }
+    }
+    seeds
+}
+
 impl<'a> Context<'a> {
     /// Neighbours of a sample that are known.
     pub const KNOWN: usize = 64;
 
-    /// Seeds and relaxes `count` sites.
-    pub fn new(device: &'a Device, model: &'a Model, count: usize, runs: u32) -> Result<Self> {
-        let seeds = seed::stratified(&model.surface, count, 1);
+    /// Seeds and relaxes `count` sites, which are `density` times farther apart at one end than at the other.
+    pub fn new(device: &'a Device, model: &'a Model, count: usize, runs: u32, density: f64) -> Result<Self> {
+        let seeds = if density > 1.0 {
+            uneven(model, count, density)
+        } else {
+            seed::stratified(&model.surface, count, 1)
+        };
         let spacing = (2.0 * model.surface.area() / (3.0_f64.sqrt() * count as f64)).sqrt();
-        let iteration = Iteration::new(device, &seeds, spacing, runs)?;
+        let iteration = Iteration::new(device, &seeds, spacing, runs, density)?;
         iteration.relax(device, model, &seeds)?;
         let sites = iteration.sites.to_vec(device)?;
         let points: Vec<DVec3> = sites.iter().map(|s| s.truncate().as_dvec3()).collect();
@@ -116,7 +142,7 @@ impl<'a> Context<'a> {
         for (list, own) in near.iter_mut().zip(&samples) {
             list.retain(|j| *j as usize != *own);
         }
-        Ok(Self { device, model, iteration, spacing, runs, sites, points, under, samples, near })
+        Ok(Self { device, model, iteration, spacing, density, runs, sites, points, under, samples, near })
     }
 
     /// Number of sites.

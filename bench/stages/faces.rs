@@ -9,42 +9,60 @@ use crate::shapes_of_faces::assert_same_polygon;
 use anyhow::{Result, ensure};
 use glam::{DVec2, Vec2};
 use rtfmesh::gpu::Buffer;
-use rtfmesh::stages::planar::{NEAR, PlanarFaces, PlanarInputs, PlanarPolygons};
+use rtfmesh::stages::planar::{NEAR, PlanarFaces, PlanarInputs, PlanarOptions, PlanarPolygons};
 
 /// What the default pipeline does, and its polygons for those who want them.
 pub const GROUPS: [Group; 2] = [
-    Group { kernels: &["face.planar", "face.planar_rest"], most_sites: usize::MAX, run: planar },
+    Group {
+        kernels: &["face.planar", "face.planar_rest", "face.planar_exact"],
+        most_sites: usize::MAX,
+        run: planar,
+    },
     Group { kernels: &["face.polygons"], most_sites: usize::MAX, run: polygons },
 ];
 
-/// Relaxed sites leave next to nothing to the second round, so it is given every so many sites to be seen at work.
+/// Relaxed sites leave next to nothing to the later rounds, so these are given every so many sites to be seen at work.
 const FORCED: usize = 16;
 
 fn planar(context: &Context) -> Result<Vec<Row>> {
     let (n, it) = (context.len(), &context.iteration);
-    let iterations = context.runs + 1;
+    let options = PlanarOptions::new(LIST, context.runs + 1);
     let site_bytes = |lines: usize| 16 + 4 + 4 * lines + 8 + 16 + 32;
     let mut rows = Vec::new();
     let away: Vec<Vec2> = it.lists.away.to_vec(context.device)?;
-    // The first neighbours of a site decide nothing if the next one may be right beside it.
-    let short = away.iter().enumerate().map(|(i, r)| if i % FORCED == 0 { Vec2::new(0.0, r.y) } else { *r });
-    let short = Buffer::from_slice(context.device, "bench.short_away", &short.collect::<Vec<_>>())?;
-    for away in [&it.lists.away, &short] {
-        let faces = PlanarFaces::new(context.device, n, LIST, iterations, None)?;
+    // Neighbours decide nothing if the next one may be right beside the site.
+    let forced = |change: fn(Vec2) -> Vec2| {
+        let short = away.iter().enumerate().map(|(i, r)| if i % FORCED == 0 { change(*r) } else { *r });
+        Buffer::from_slice(context.device, "bench.short_away", &short.collect::<Vec<_>>())
+    };
+    let (near, all) = (forced(|r| r.with_x(0.0))?, forced(|_| Vec2::ZERO)?);
+    for (away, kernel) in
+        [(&it.lists.away, "face.planar"), (&near, "face.planar_rest"), (&all, "face.planar_exact")]
+    {
+        let faces = PlanarFaces::new(context.device, n, &options)?;
         let inputs = PlanarInputs { away, ..it.inputs() };
         // A counter an iteration: a run counts for itself.
         let mut record = |recorder: &mut _, number| faces.record(recorder, &inputs, &it.planar_move(number));
         context.submit(&mut record, 0)?;
-        let insecure = faces.insecure.to_vec(context.device)?;
-        let (rest, open) = (insecure[0] as usize, insecure[iterations as usize] as usize);
-        let listed = insecure[2 * iterations as usize..].iter().take(rest.min(24)).map(|i| *i as usize);
-        check_targets(context, &faces, listed)?;
-        let work = if rows.is_empty() {
-            let note = format!("leaves {rest} sites undecided, of which the lists leave {open}");
-            Work { note, ..Work::new("face.planar", n * site_bytes(NEAR as usize)) }
-        } else {
-            let note = format!("given {rest} sites");
-            Work { note, ..Work::new("face.planar_rest", rest * (4 + site_bytes(LIST as usize))) }
+        let counts = faces.counts(&faces.insecure.to_vec(context.device)?, 0);
+        let given = if rows.is_empty() { 0 } else { FORCED };
+        check_targets(context, &faces, (0..n).step_by(FORCED).take(given))?;
+        let (near, listed, open) = (counts.undecided_by_near, counts.undecided_by_list, counts.open);
+        let work = match kernel {
+            "face.planar" => Work {
+                note: format!(
+                    "leaves {near} sites undecided, of which the lists leave {listed}; {open} open"
+                ),
+                ..Work::new(kernel, n * site_bytes(NEAR as usize))
+            },
+            "face.planar_rest" => Work {
+                note: format!("given {near} sites"),
+                ..Work::new(kernel, near * (4 + site_bytes(LIST as usize)))
+            },
+            _ => Work {
+                note: format!("given {listed} sites"),
+                ..Work::new(kernel, listed * (8 + site_bytes(LIST as usize)))
+            },
         };
         rows.extend(context.time(&[work], &mut record)?);
     }
@@ -66,8 +84,8 @@ fn check_targets(context: &Context, faces: &PlanarFaces, listed: impl Iterator<I
         let far = 2.0 * f64::from(context.iteration.widest());
         let Some((face, [u, v])) = known_face(context, i, near, normal, far, &counts) else { continue };
         let middle = area_centroid(&face.corners);
-        let cautious = face.radius() > 0.99 * f64::from(context.iteration.widest());
-        if cautious || middle.length() > 0.49 * context.spacing {
+        let wide = face.radius() > 0.44 * f64::from(context.iteration.widest());
+        if wide || middle.length() > 0.98 * f64::from(context.iteration.largest_move()) {
             continue;
         }
         let want = context.points[i] + u * middle.x + v * middle.y;
@@ -81,16 +99,16 @@ fn check_targets(context: &Context, faces: &PlanarFaces, listed: impl Iterator<I
 
 fn polygons(context: &Context) -> Result<Vec<Row>> {
     let (n, it) = (context.len(), &context.iteration);
-    let polygons = PlanarPolygons::new(context.device, n, LIST, None)?;
+    let polygons = PlanarPolygons::new(context.device, n, &PlanarOptions::new(LIST, 1))?;
     let mut record = |recorder: &mut _, _| polygons.record(recorder, &it.inputs(), it.widest());
     context.submit(&mut record, 0)?;
     let normals = it.normals.normals.to_vec(context.device)?;
     let count = polygons.corner_count.to_vec(context.device)?;
     let corners = polygons.corners.to_vec(context.device)?;
     let fan = polygons.fan.to_vec(context.device)?;
-    let secure = polygons.secure.to_vec(context.device)?;
+    let state = polygons.state.to_vec(context.device)?;
     let mut compared = 0;
-    for (&i, near) in context.samples.iter().zip(&context.near).filter(|(i, _)| secure[**i] == 1) {
+    for (&i, near) in context.samples.iter().zip(&context.near).filter(|(i, _)| state[**i] == 0) {
         let slots = (0..count[i] as usize).map(|s| s * n + i);
         let got: Vec<DVec2> = slots.clone().map(|s| corners[s].as_dvec2()).collect();
         let normal = unpack_normal(normals[i]);
@@ -103,6 +121,6 @@ fn polygons(context: &Context) -> Result<Vec<Row>> {
     }
     ensure!(2 * compared > context.samples.len(), "only {compared} polygons could be compared");
     let all: usize = count.iter().map(|c| *c as usize).sum();
-    let bytes = n * (16 + 4 + 4 * LIST as usize + 8 + 4 + 4) + 12 * all;
+    let bytes = n * (16 + 4 + 4 * LIST as usize + 4 + 4) + 12 * all;
     context.time(&[Work::new("face.polygons", bytes)], &mut record)
 }

@@ -14,6 +14,7 @@ mod paper;
 mod reference;
 mod results;
 #[path = "../../tests/shapes_of_faces.rs"]
+#[allow(dead_code, reason = "shared with the tests")]
 mod shapes_of_faces;
 
 use anyhow::{Context as _, Result, ensure};
@@ -36,6 +37,9 @@ struct Args {
     /// Samples or mesh files; repeat it for several
     #[arg(long, default_values = ["torus", "genus3"])]
     mesh: Vec<String>,
+    /// How many times farther apart the sites are at one end of the surface than at the other
+    #[arg(long, default_value_t = 1.0)]
+    density: f64,
     /// Device: an index, `cpu`, `gpu` or a part of the name
     #[arg(long)]
     device: Option<String>,
@@ -67,6 +71,7 @@ fn main() -> Result<()> {
     let args = Args::parse();
     ensure!(args.runs > 0, "--runs must be at least 1");
     ensure!(args.sizes.iter().all(|n| *n >= 100), "--sizes must be at least 100");
+    ensure!((1.0..=100.0).contains(&args.density), "--density must be 1 to 100");
     let earlier = args.compare.as_deref().map(Report::read).transpose()?;
     let mut options = DeviceOptions::from_env();
     options.device = args.device.clone().or(options.device);
@@ -97,7 +102,7 @@ fn main() -> Result<()> {
 /// All kernels at one size. What does not fit the device is a row that says so.
 fn measure(device: &Device, model: &Model, sites: usize, args: &Args) -> Result<Vec<Row>> {
     let wanted = |name: &str| args.only.as_deref().is_none_or(|part| name.contains(part));
-    let context = match Context::new(device, model, sites, args.runs) {
+    let context = match Context::new(device, model, sites, args.runs, args.density) {
         Ok(context) => context,
         Err(error) => return Ok(vec![Row::refused("all kernels", model, sites, too_large(error)?)]),
     };

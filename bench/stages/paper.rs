@@ -18,7 +18,7 @@ use rtfmesh::stages::centroid::Centroids;
 use rtfmesh::stages::face::{BOX_HALF, CellFaces, CellOptions};
 use rtfmesh::stages::neighbours::{Nearest, TileBounds};
 use rtfmesh::stages::normals::PlaneFit;
-use rtfmesh::stages::planar::PlanarPolygons;
+use rtfmesh::stages::planar::{PlanarOptions, PlanarPolygons};
 use rtfmesh::stages::project::NearestVertices;
 
 /// In the order of its iteration.
@@ -133,7 +133,7 @@ fn cell(context: &Context) -> Result<Vec<Row>> {
 fn centroids(context: &Context) -> Result<Vec<Row>> {
     let (n, device, it) = (context.len(), context.device, &context.iteration);
     let faces = CellFaces::new(device, n, &CellOptions::paper(LIST, context.spacing))?;
-    let polygons = PlanarPolygons::new(device, n, LIST, None)?;
+    let polygons = PlanarPolygons::new(device, n, &PlanarOptions::new(LIST, 1))?;
     context.submit(&mut |recorder, _| polygons.record(recorder, &it.inputs(), it.widest()), 0)?;
     let (count, corners) = (polygons.corner_count.to_vec(device)?, polygons.corners.to_vec(device)?);
     drop(polygons);

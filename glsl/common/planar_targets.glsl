@@ -1,71 +1,34 @@
-// The main part of face/planar and face/planar_rest, which differ in what their threads are and in their loops.
+// What the kernels of the planar faces share: how far lists reach, where a face sends its site, and the counters.
+// The including file has declared the buffers targets and centroids and the push constants of the move.
 #ifndef COMMON_PLANAR_TARGETS_GLSL
 #define COMMON_PLANAR_TARGETS_GLSL
 
-layout(push_constant) uniform Push {
-    uint site_count;
-    uint iteration;
-    uint iterations; // counters a round
-    float momentum; // share of the last motion that is added, 0 to 1
-    float largest_move; // longest step
-    float widest; // no face reaches farther from its site
-};
-layout(set = 0, binding = 0) readonly buffer Sites { vec4 sites[]; };
-layout(set = 0, binding = 1) readonly buffer Normals { uint normals[]; };
-layout(set = 0, binding = 2) readonly buffer Neighbours { uint neighbours[]; };
-layout(set = 0, binding = 3) readonly buffer Away { vec2 away[]; };
-layout(set = 0, binding = 4) readonly buffer Status { uint status[]; };
-layout(set = 0, binding = 5) writeonly buffer Targets { vec4 targets[]; };
-layout(set = 0, binding = 6) buffer Centroids { vec4 centroids[]; };
-layout(set = 0, binding = 7) buffer Insecure { uint insecure[]; };
+// `insecure` holds three counters for each iteration (all of a kind together), then the sites that face/planar leaves
+// to face/planar_rest, then what this leaves to face/planar_exact: site, radius of its face so far, radius to search.
+uint count_near(uint iteration) { return iteration; } // sites that the first lines do not decide
+uint count_listed(uint iteration) { return iterations + iteration; } // sites that the list does not decide
+uint count_open(uint iteration) { return 2u * iterations + iteration; } // faces that reach `widest`
+uint entry_near(uint i) { return 3u * iterations + i; }
+uint entry_listed(uint i) { return 3u * iterations + site_count + 3u * i; }
 
-#include "common/planar.glsl"
-
+// A face that reaches farther than this share of `widest` is not one of a site among its like: of a tip, a crease, or a
+// gap. Its centroid is far out and not to be trusted.
+const float WIDE = 0.45;
 const float CAREFUL = 0.2;
 
-void main() {
-    uint thread = thread_index();
-    uint list = 2u * iterations;
-    uint count = FIRST ? site_count : insecure[iteration];
-    uint threads = gl_NumWorkGroups.x * gl_NumWorkGroups.y * WORKGROUP;
-    // A loop, not a branch: some devices walk through a branch that no lane takes.
-    for (uint entry = thread; entry < count; entry += threads) {
-        uint site = FIRST ? entry : insecure[list + entry];
-        vec3 at = sites[site].xyz;
-        vec3 n = unpack_normal(normals[site]);
-        vec3 u, v;
-        tangent_frame(n, u, v);
-        load_lines(site, site_count, at, n, u, v);
-        // Sites that no line stands for are at least this far away: nobody has moved farther than rho times the reach
-        // of his list, which changes by no more than the way between two sites. This site's own way is taken off
-        // already, so its reach was at most farthest.
-        vec2 left = min(away[site], vec2(10.0));
-        float rho = uintBitsToFloat(status[1]);
-        float farthest = max(left.y, 0.0) / (1.0 - rho);
-        float then = FIRST ? left.x + rho * farthest : farthest;
-        float secure = (FIRST ? left.x : left.y) - rho * (then + farthest);
-        float bound = min(max(secure, 0.0), widest);
-        cut_lines(bound);
-        float twice_area, radius_sq;
-        vec2 balance;
-        measure_face(twice_area, balance, radius_sq);
-        bool security = twice_area > 0.0 && 4.0 * radius_sq <= secure * secure && radius_sq < bound * bound;
-        if (!security) {
-            uint place = atomicAdd(insecure[(FIRST ? 0u : iterations) + iteration], 1u);
-            if (FIRST) insecure[list + place] = site;
-        }
-        vec3 middle = at + balance.x * u + balance.y * v;
-        vec4 last = centroids[site];
-        vec3 step = middle - at, motion = (middle - last.xyz) * last.w;
-        // Against its motion a site starts anew.
-        float share = security && dot(step, motion) > 0.0 ? momentum : 0.0;
-        // An open face, as at the tip of an ear, has a centroid far out: its site goes with care, and without momentum.
-        vec3 move = security ? step + share * motion : CAREFUL * step;
-        float longest = security ? largest_move : CAREFUL * largest_move;
-        move *= min(1.0, longest * inversesqrt(max(dot(move, move), 1e-30)));
-        targets[site] = vec4(at + move, dot(step, step));
-        if (!FIRST || security) centroids[site] = vec4(middle, security ? 1.0 : 0.0);
-    }
+// Where the site at `at` goes whose face has its centroid at `middle`.
+void aim(uint site, vec3 at, vec3 middle, float radius_sq) {
+    vec4 last = centroids[site];
+    vec3 step = middle - at, motion = (middle - last.xyz) * last.w;
+    bool wide = radius_sq > WIDE * WIDE * widest * widest;
+    // Against its motion a site starts anew.
+    float share = !wide && dot(step, motion) > 0.0 ? momentum : 0.0;
+    // With care, and without momentum.
+    vec3 move = wide ? CAREFUL * step : step + share * motion;
+    float longest = wide ? CAREFUL * largest_move : largest_move;
+    move *= min(1.0, longest * inversesqrt(max(dot(move, move), 1e-30)));
+    targets[site] = vec4(at + move, dot(step, step));
+    centroids[site] = vec4(middle, wide ? 0.0 : 1.0);
 }
 
 #endif

@@ -1,8 +1,8 @@
 // Purpose: the face of each site by intervals, its area centroid, and the target that momentum makes of it.
 // Invocation: one site.
 // Reads: sites, normals (packed), neighbours, away, status (of neighbours/decide).
-// Writes: targets (xyz, w = squared distance to the centroid), centroids (w = 1); insecure: a counter an iteration for
-//   each round, then the sites whose lines do not reach the radius of security.
+// Writes: targets (xyz, w = squared distance to the centroid), centroids (w = 1); insecure: counts and lists the sites
+//   whose lines do not reach the radius of security, as common/planar_targets.glsl says.
 // Filled by neighbours/lists, step/settle and normals/smooth; consumed by project/walk and the next iteration.
 // away has, for each site, how near the sites after the first K (x) and outside the list (y) would be had they not
 // moved. The nearest K are enough nearly everywhere; face/planar_rest does the rest.
@@ -14,6 +14,45 @@
 
 layout(constant_id = 1) const uint K = 16;
 
-#define LOOP [[unroll]]
-const bool FIRST = true;
+layout(push_constant) uniform Push {
+    uint site_count;
+    uint iteration;
+    uint iterations; // counters of a kind
+    float momentum; // share of the last motion that is added, 0 to 1
+    float largest_move; // longest step
+    float widest; // no face reaches farther from its site
+};
+layout(set = 0, binding = 0) readonly buffer Sites { vec4 sites[]; };
+layout(set = 0, binding = 1) readonly buffer Normals { uint normals[]; };
+layout(set = 0, binding = 2) readonly buffer Neighbours { uint neighbours[]; };
+layout(set = 0, binding = 3) readonly buffer Away { vec2 away[]; };
+layout(set = 0, binding = 4) readonly buffer Status { uint status[]; };
+layout(set = 0, binding = 5) writeonly buffer Targets { vec4 targets[]; };
+layout(set = 0, binding = 6) buffer Centroids { vec4 centroids[]; };
+layout(set = 0, binding = 7) buffer Insecure { uint insecure[]; };
+
+#include "common/list_bounds.glsl"
+#include "common/planar.glsl"
 #include "common/planar_targets.glsl"
+
+void main() {
+    uint site = thread_index();
+    if (site >= site_count) return;
+    vec3 at = sites[site].xyz;
+    vec3 n = unpack_normal(normals[site]);
+    vec3 u, v;
+    tangent_frame(n, u, v);
+    load_lines(site, site_count, at, n, u, v);
+    float secure = list_bounds(away[site], uintBitsToFloat(status[1])).after_near;
+    float bound = min(max(secure, 0.0), widest);
+    cut_lines(bound);
+    float twice_area, radius_sq;
+    vec2 balance;
+    measure_face(twice_area, balance, radius_sq);
+    if (radius_sq > 0.0 && 4.0 * radius_sq <= secure * secure && radius_sq < OPEN * bound * bound) {
+        aim(site, at, at + balance.x * u + balance.y * v, radius_sq);
+    } else {
+        uint place = atomicAdd(insecure[count_near(iteration)], 1u);
+        insecure[entry_near(place)] = site;
+    }
+}

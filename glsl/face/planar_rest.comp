@@ -1,10 +1,11 @@
 // Purpose: face/planar for the sites that it leaves undecided, by their whole lists: faces, centroids, targets.
 // Invocation: every so many entries of the list of undecided sites.
-// Reads: sites, normals (packed), neighbours, away, status (of neighbours/decide).
-// Writes: targets (xyz, w = squared distance to the centroid), centroids (w = 1); insecure: a counter an iteration for
-//   each round, then the sites whose lines do not reach the radius of security.
-// Filled by neighbours/lists, step/settle and normals/smooth; consumed by project/walk and the next iteration.
-// What even the lists leave open is bounded by a disc. Few sites come here: short code is worth more than registers.
+// Reads: sites, normals (packed), neighbours, away, status (of neighbours/decide), insecure.
+// Writes: targets (xyz, w = squared distance to the centroid), centroids (w = 1, 0 if the face is open); insecure:
+//   counts open faces, and counts and lists the sites whose lists do not reach the radius of security either, each with
+//   the radius in which the boxes have all sites that may cut its face.
+// Filled by face/planar, neighbours/lists, step/settle and normals/smooth; consumed by face/planar_exact, project/walk
+// and the next iteration.
 #version 450
 #extension GL_GOOGLE_include_directive : require
 #extension GL_EXT_control_flow_attributes : require
@@ -13,6 +14,50 @@
 
 layout(constant_id = 1) const uint K = 24;
 
-#define LOOP [[dont_unroll]]
-const bool FIRST = false;
+layout(push_constant) uniform Push {
+    uint site_count;
+    uint iteration;
+    uint iterations; // counters of a kind
+    float momentum; // share of the last motion that is added, 0 to 1
+    float largest_move; // longest step
+    float widest; // no face reaches farther from its site
+};
+layout(set = 0, binding = 0) readonly buffer Sites { vec4 sites[]; };
+layout(set = 0, binding = 1) readonly buffer Normals { uint normals[]; };
+layout(set = 0, binding = 2) readonly buffer Neighbours { uint neighbours[]; };
+layout(set = 0, binding = 3) readonly buffer Away { vec2 away[]; };
+layout(set = 0, binding = 4) readonly buffer Status { uint status[]; };
+layout(set = 0, binding = 5) writeonly buffer Targets { vec4 targets[]; };
+layout(set = 0, binding = 6) buffer Centroids { vec4 centroids[]; };
+layout(set = 0, binding = 7) buffer Insecure { uint insecure[]; };
+
+#include "common/list_bounds.glsl"
+#include "common/planar_growing.glsl"
 #include "common/planar_targets.glsl"
+
+void main() {
+    uint count = insecure[count_near(iteration)];
+    uint threads = gl_NumWorkGroups.x * gl_NumWorkGroups.y * WORKGROUP;
+    for (uint entry = thread_index(); entry < count; entry += threads) {
+        uint site = insecure[entry_near(entry)];
+        start_face(site, widest);
+        uint s = 0u;
+        do {
+            uint j = neighbours[s * site_count + site];
+            cut_face(j, j != NONE);
+        } while (++s < K);
+        ListBounds bounds = list_bounds(away[site], uintBitsToFloat(status[1]));
+        float secure = max(bounds.after_all, 0.0);
+        if (!grown_full && 4.0 * grown_radius_sq <= secure * secure) {
+            vec2 balance = centroid_of(sum_slots());
+            aim(site, site_at, site_at + balance.x * site_u + balance.y * site_v, grown_radius_sq);
+            if (is_open()) atomicAdd(insecure[count_open(iteration)], 1u);
+        } else {
+            uint place = atomicAdd(insecure[count_listed(iteration)], 1u);
+            insecure[entry_listed(place)] = site;
+            float radius = sqrt(grown_radius_sq);
+            insecure[entry_listed(place) + 1u] = floatBitsToUint(radius);
+            insecure[entry_listed(place) + 2u] = floatBitsToUint(search_radius(bounds, 2.0 * radius));
+        }
+    }
+}

@@ -1,9 +1,11 @@
 // Purpose: the face of each site by intervals as a polygon: the face of face/cell, found another way.
 // Invocation: one site.
-// Reads: sites, normals (packed), neighbours, reach.
+// Reads: sites, normals (packed), neighbours, boxes.
 // Writes: corner_count, corners (in the frame of the tangent plane), fan (the site behind the edge that ends in each
-//   corner), secure (1 where no site outside the list can cut the face).
-// Filled by neighbours/lists; consumed by bench/stages and the tests.
+//   corner), state: 0 for a closed face, then bits: 1 where it is open and bounded by the disc, 2 where it has more
+//   edges than corners are stored.
+// Filled by neighbours/lists and box_levels, which must be of the sites where they are; consumed by bench/stages and
+// the tests.
 #version 450
 #extension GL_GOOGLE_include_directive : require
 #extension GL_EXT_control_flow_attributes : require
@@ -12,22 +14,23 @@
 
 layout(constant_id = 1) const uint K = 24;
 
-#define LOOP [[unroll]]
-
 layout(push_constant) uniform Push {
+    uvec4 starts_low;  // first box of levels 0 to 3
+    uvec4 starts_high; // of levels 4 to 7
+    uint levels;
     uint site_count;
     float widest; // no face reaches farther from its site
 };
 layout(set = 0, binding = 0) readonly buffer Sites { vec4 sites[]; };
 layout(set = 0, binding = 1) readonly buffer Normals { uint normals[]; };
 layout(set = 0, binding = 2) readonly buffer Neighbours { uint neighbours[]; };
-layout(set = 0, binding = 3) readonly buffer Reach { vec2 reach[]; };
+layout(set = 0, binding = 3) readonly buffer Boxes { vec4 boxes[]; };
 layout(set = 0, binding = 4) writeonly buffer CornerCount { uint corner_count[]; };
 layout(set = 0, binding = 5) writeonly buffer Corners { vec2 corners[]; };
 layout(set = 0, binding = 6) writeonly buffer Fan { uint fan[]; };
-layout(set = 0, binding = 7) writeonly buffer Secure { uint secure[]; };
+layout(set = 0, binding = 7) writeonly buffer State { uint state[]; };
 
-#include "common/planar.glsl"
+#include "common/planar_walk.glsl"
 
 // Grows with the angle of a unit vector, from 0 to 4.
 float around(vec2 n) { return n.y >= 0.0 ? 1.0 - n.x : 3.0 + n.x; }
@@ -35,30 +38,32 @@ float around(vec2 n) { return n.y >= 0.0 ? 1.0 - n.x : 3.0 + n.x; }
 void main() {
     uint site = thread_index();
     if (site >= site_count) return;
-    vec3 n = unpack_normal(normals[site]);
-    vec3 u, v;
-    tangent_frame(n, u, v);
-    load_lines(site, site_count, sites[site].xyz, n, u, v);
-    float bound = min(reach[site].y, widest);
-    cut_lines(bound);
-    float twice_area, radius_sq;
-    vec2 balance;
-    measure_face(twice_area, balance, radius_sq);
+    start_face(site, widest);
+    float last_sq = 0.0;
+    for (uint s = 0u; s < K; ++s) {
+        uint j = neighbours[s * site_count + site];
+        cut_face(j, j != NONE);
+        vec3 d = sites[j == NONE ? site : j].xyz - site_at;
+        last_sq = j == NONE ? 3e38 : dot(d, d);
+    }
+    // Sites that are not listed are no nearer than the last that is.
+    if (4.0 * grown_radius_sq > last_sq) offer_near(2.00001 * sqrt(grown_radius_sq));
     uint count = 0u;
-    [[unroll]] for (uint s = 0u; s < K; ++s) {
+    [[unroll]] for (uint s = 0u; s < SLOTS; ++s) {
         // The place of an edge is the number of edges before it.
-        float angle = around(line_normal[s]);
+        float angle = around(slots[s].normal);
         uint place = 0u;
-        [[unroll]] for (uint t = 0u; t < K; ++t) {
-            float other = around(line_normal[t]);
-            if (is_edge(t) && (other < angle || (other == angle && t < s))) ++place;
+        [[unroll]] for (uint t = 0u; t < SLOTS; ++t) {
+            float other = around(slots[t].normal);
+            if (is_slot_edge(t) && (other < angle || (other == angle && slot_site[t] < slot_site[s]))) ++place;
         }
-        if (is_edge(s)) {
-            corners[place * site_count + site] = edge_end(s);
-            fan[place * site_count + site] = neighbours[s * site_count + site];
+        if (is_slot_edge(s)) {
+            vec2 n = slots[s].normal;
+            corners[place * site_count + site] = slots[s].offset * n + slot_left[s].y * turned(n);
+            fan[place * site_count + site] = slot_site[s];
             ++count;
         }
     }
     corner_count[site] = count;
-    secure[site] = count > 2u && 4.0 * radius_sq <= reach[site].y * reach[site].y && radius_sq < bound * bound ? 1u : 0u;
+    state[site] = (is_open() ? 1u : 0u) | (grown_full ? 2u : 0u);
 }

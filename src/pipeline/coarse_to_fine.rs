@@ -47,7 +47,7 @@ struct Found {
     under: Vec<u32>,
     counts: ConnectCounts,
     sound: bool,
-    insecure: usize,
+    open: usize,
     steps: Vec<f64>,
 }
 
@@ -81,7 +81,7 @@ impl CoarseToFine<'_> {
             total += found.steps.len() as u32;
             if l + 1 == counts.len() {
                 self.finish(&mut found.mesh, clock);
-                let flags = FlagCounts { security_missed: found.insecure, ..Default::default() };
+                let flags = FlagCounts { unbounded: found.open, ..Default::default() };
                 let TriMesh { vertices: sites, triangles } = found.mesh;
                 return Ok((Connection { sites, triangles, counts: found.counts, flags }, found.steps));
             }
@@ -126,7 +126,7 @@ impl CoarseToFine<'_> {
     ) -> Result<Found> {
         let spacing = super::spacing(self.surface.area(), seeds.sites.len());
         let level = Level::new(self.device, seeds, spacing, iterations, moves)?;
-        let Relaxed { sites, triangles: under, near, steps, insecure } =
+        let Relaxed { sites, triangles: under, near, steps, open } =
             level.relax(self.device, seeds, &self.ground.records, self.options.tolerance, progress)?;
         let cells =
             connected_cells(on, &CellSites { positions: &sites, triangles: &under, near: &near, spacing });
@@ -136,6 +136,6 @@ impl CoarseToFine<'_> {
         let sound = (got.euler, got.components) == (self.input.euler, self.input.components)
             && got.vertices == mesh.vertices.len();
         let counts = ConnectCounts { cells: Some(cells.certificate), ..counts };
-        Ok(Found { mesh, under, counts, sound, insecure, steps })
+        Ok(Found { mesh, under, counts, sound, open, steps })
     }
 }

@@ -4,7 +4,7 @@ use crate::Result;
 use crate::gpu::{Buffer, Device, Recorder};
 use crate::stages::lists::{ListOptions, Lists};
 use crate::stages::normals::SmoothNormals;
-use crate::stages::planar::{PlanarFaces, PlanarInputs, PlanarMove};
+use crate::stages::planar::{PlanarFaces, PlanarInputs, PlanarMove, PlanarOptions};
 use crate::stages::records::TriangleRecords;
 use crate::stages::seed::Seeds;
 use crate::stages::step::Settle;
@@ -13,7 +13,7 @@ use glam::{DVec3, Vec2, Vec4};
 use rayon::prelude::*;
 
 /// Neighbours in a list.
-pub(super) const LIST: u32 = 24;
+pub(super) const LIST: u32 = 20;
 /// Lists are made anew when a site has moved by more than this share of its reach.
 const MAX_RHO: f32 = 0.14;
 /// No face reaches farther than this many spacings from its site.
@@ -70,8 +70,8 @@ pub(super) struct Relaxed {
     pub near: Vec<u32>,
     /// Root mean square distance to the centroid of every iteration, in spacings.
     pub steps: Vec<f64>,
-    /// Faces of the last iteration that their list did not decide.
-    pub insecure: usize,
+    /// Faces of the last iteration that no site bounds within `WIDEST` spacings.
+    pub open: usize,
 }
 
 impl Level {
@@ -81,7 +81,7 @@ impl Level {
     /// As [`Level::new`].
     pub fn compile(device: &Device) -> Result<()> {
         let parts: [&(dyn Fn() -> Result<()> + Sync); 5] = [
-            &|| PlanarFaces::new(device, 1, LIST, 1, None).map(drop),
+            &|| PlanarFaces::new(device, 1, &PlanarOptions::new(LIST, 1)).map(drop),
             &|| Lists::new(device, 1, &ListOptions::new(LIST)).map(drop),
             &|| Walk::new(device, 1, None).map(drop),
             &|| SmoothNormals::new(device, 1, None).map(drop),
@@ -98,7 +98,7 @@ impl Level {
             site_triangle: Buffer::from_slice(device, "default.site_triangle", &seeds.triangles)?,
             lists: Lists::new(device, n, &ListOptions::new(LIST))?,
             normals: SmoothNormals::new(device, n, None)?,
-            faces: PlanarFaces::new(device, n, LIST, iterations, None)?,
+            faces: PlanarFaces::new(device, n, &PlanarOptions::new(LIST, iterations))?,
             walk: Walk::new(device, n, None)?,
             settle: Settle::new(device, n, iterations, None)?,
             spacing,
@@ -153,13 +153,7 @@ impl Level {
     ) -> Result<()> {
         self.lists.record_refresh(recorder, &self.sites, MAX_RHO)?;
         self.normals.record(recorder, &self.settle.surface_normals, &self.lists.neighbours)?;
-        let inputs = PlanarInputs {
-            sites: &self.sites,
-            normals: &self.normals.normals,
-            neighbours: &self.lists.neighbours,
-            away: &self.lists.away,
-            status: &self.lists.status,
-        };
+        let inputs = PlanarInputs::new(&self.sites, &self.normals.normals, &self.lists);
         // Nesterov's sequence; the last iteration is a plain one, so that sites end in their centroids.
         let share = iteration as f32 / (iteration as f32 + 3.0);
         let last = iteration + 1 == self.iterations;
@@ -188,12 +182,12 @@ impl Level {
         let insecure = recorder.download(&self.faces.insecure)?;
         let done = recorder.submit()?;
         let insecure: Vec<u32> = done.read(&insecure)?;
-        let last = (self.iterations as usize + steps.len()).checked_sub(1);
+        let last = (steps.len() as u32).checked_sub(1);
         Ok(Relaxed {
             sites: done.read(&sites)?.iter().map(|s: &Vec4| s.truncate().as_dvec3()).collect(),
             triangles: done.read(&triangles)?,
             near: done.read(&near)?,
-            insecure: last.and_then(|l| insecure.get(l)).map_or(0, |c| *c as usize),
+            open: last.map_or(0, |l| self.faces.counts(&insecure, l).open),
             steps,
         })
     }

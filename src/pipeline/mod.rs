@@ -206,9 +206,9 @@ fn check_memory(device: &Device, options: &Options) -> Result<()> {
     let sites = options.vertices as u64;
     // Bytes a site.
     let (in_one, in_all) = match options.method {
-        // The list; six vectors, reach, five words, and the boxes.
+        // The list; six vectors, two reaches, eight words, and the boxes.
         Method::CoarseToFine => {
-            (4 * u64::from(level::LIST), 4 * u64::from(level::LIST) + 6 * 16 + 8 + 5 * 4 + 5)
+            (4 * u64::from(level::LIST), 4 * u64::from(level::LIST) + 6 * 16 + 2 * 8 + 8 * 4 + 5)
         }
         // Corners of two floats; their fan; both lists; five vectors; triangle, count and flags.
         Method::Rtf => {

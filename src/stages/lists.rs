@@ -42,6 +42,17 @@ impl ListOptions {
     }
 }
 
+/// The boxes as a kernel that walks them takes them; see `glsl/common/box_walk.glsl`.
+#[derive(Clone, Copy)]
+pub struct BoxTree<'a> {
+    /// Lower and upper corner of each box, of the sites as they were when the lists were made.
+    pub boxes: &'a Buffer<Vec4>,
+    /// First box of levels 0 to 3 and 4 to 7.
+    pub starts: [UVec4; 2],
+    /// Number of levels.
+    pub levels: u32,
+}
+
 /// The lists of all sites and what it takes to keep them valid.
 ///
 /// A site that is not in the list of site i was at least `reach[i].y` away when the lists were made. `reach` changes from
@@ -146,6 +157,13 @@ impl Lists {
         self.record_dispatches(recorder, sites)
     }
 
+    /// The boxes over the sites.
+    pub fn tree(&self) -> BoxTree<'_> {
+        let start = |i: usize| self.levels.get(i).map_or(0, |l| l.start);
+        let starts = [0, 4].map(|first| UVec4::from_array(std::array::from_fn(|i| start(first + i))));
+        BoxTree { boxes: &self.boxes, starts, levels: self.levels.len() as u32 }
+    }
+
     fn record_decision(&self, recorder: &mut Recorder, max_rho: f32) -> Result<()> {
         let push = decide::Push { dispatch_count: self.full.len() as u32, max_rho };
         let bindings = decide::Bindings { full: &self.full, groups: &self.groups, status: &self.status };
@@ -168,13 +186,8 @@ impl Lists {
             };
             recorder.dispatch_indirect(&self.boxes_kernel, &self.groups, i, &push, &bindings)?;
         }
-        let start = |i: usize| self.levels.get(i).map_or(0, |l| l.start);
-        let push = lists::Push {
-            starts_low: UVec4::from_array(std::array::from_fn(start)),
-            starts_high: UVec4::from_array(std::array::from_fn(|i| start(4 + i))),
-            site_count: sites.len() as u32,
-            levels: self.levels.len() as u32,
-        };
+        let BoxTree { starts: [starts_low, starts_high], levels, .. } = self.tree();
+        let push = lists::Push { starts_low, starts_high, site_count: sites.len() as u32, levels };
         let bindings = lists::Bindings {
             sites,
             boxes: &self.boxes,

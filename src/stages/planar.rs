@@ -1,7 +1,11 @@
 //! Restricted tangent faces in the plane, by intervals: the default pipeline's faces, centroids and targets.
+//!
+//! Three kernels, each for what the one before it leaves undecided: by the nearest neighbours, by the whole list, and by
+//! a walk to all sites near enough. So the faces do not depend on the length of the lists.
 
+use super::lists::{BoxTree, Lists};
 use crate::Result;
-use crate::gpu::kernels::face::{planar, planar_rest, polygons};
+use crate::gpu::kernels::face::{planar, planar_exact, planar_rest, polygons};
 use crate::gpu::{Buffer, Device, Pipeline, Recorder, Threads};
 use glam::{Vec2, Vec4};
 
@@ -22,6 +26,36 @@ pub struct PlanarInputs<'a> {
     pub away: &'a Buffer<Vec2>,
     /// Word 1 has the bits of rho, the largest way gone since then relative to a site's own reach.
     pub status: &'a Buffer<u32>,
+    /// The boxes that were made with the lists.
+    pub tree: BoxTree<'a>,
+}
+
+impl<'a> PlanarInputs<'a> {
+    /// Sites with packed normals and their lists.
+    pub fn new(sites: &'a Buffer<Vec4>, normals: &'a Buffer<u32>, lists: &'a Lists) -> Self {
+        let Lists { neighbours, away, status, .. } = lists;
+        Self { sites, normals, neighbours, away, status, tree: lists.tree() }
+    }
+}
+
+/// How the kernels are set up.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct PlanarOptions {
+    /// Length of the lists, 1 or more. Faces do not depend on it.
+    pub k: u32,
+    /// Most iterations.
+    pub iterations: u32,
+    /// Edges that a face may have while its lines come one after another, 3 or more; those with more take longer.
+    pub slots: u32,
+    /// Invocations of a workgroup; `None`: the kernels' own.
+    pub workgroup: Option<u32>,
+}
+
+impl PlanarOptions {
+    /// For lists of `k` and at most `iterations` iterations.
+    pub fn new(k: u32, iterations: u32) -> Self {
+        Self { k, iterations, slots: planar_exact::Constants::default().slots, workgroup: None }
+    }
 }
 
 /// The size of a step.
@@ -37,50 +71,83 @@ pub struct PlanarMove {
     pub widest: f32,
 }
 
+/// Faces of one iteration that were special.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub struct PlanarCounts {
+    /// The first [`NEAR`] neighbours do not decide them: left to the whole list.
+    pub undecided_by_near: usize,
+    /// The list does not either: left to the walk, which always decides.
+    pub undecided_by_list: usize,
+    /// They reach the disc of the radius [`PlanarMove::widest`]; no site cuts them there, as at the tip of an ear.
+    pub open: usize,
+}
+
 /// Faces, their centroids, and where momentum leads.
 pub struct PlanarFaces {
     near: Pipeline<planar::Shader>,
     rest: Pipeline<planar_rest::Shader>,
+    exact: Pipeline<planar_exact::Shader>,
     /// Where each site wants to go, w = squared distance to its centroid.
     pub targets: Buffer<Vec4>,
     /// The area centroids of the last iteration; w = 0 before the first.
     centroids: Buffer<Vec4>,
-    /// For each iteration the sites that the first [`NEAR`] do not decide, then for each those that the list does not.
+    /// [`PlanarCounts`] of every iteration, then lists for the kernels; see `glsl/common/planar_targets.glsl`.
     pub insecure: Buffer<u32>,
     iterations: u32,
 }
 
+/// Push constants and bindings of one of the two kernels that read lists.
+macro_rules! listed {
+    ($kernel:ident, $faces:expr, $inputs:expr, $step:expr) => {
+        (
+            $kernel::Push {
+                site_count: $inputs.sites.len() as u32,
+                iteration: $step.iteration,
+                iterations: $faces.iterations,
+                momentum: $step.momentum,
+                largest_move: $step.largest_move,
+                widest: $step.widest,
+            },
+            $kernel::Bindings {
+                sites: $inputs.sites,
+                normals: $inputs.normals,
+                neighbours: $inputs.neighbours,
+                away: $inputs.away,
+                status: $inputs.status,
+                targets: &$faces.targets,
+                centroids: &$faces.centroids,
+                insecure: &$faces.insecure,
+            },
+        )
+    };
+}
+
 impl PlanarFaces {
-    /// For `sites` sites with lists of `k`, and at most `iterations` iterations.
+    /// For `sites` sites.
     ///
     /// # Errors
     /// [`crate::Error::OutOfMemory`] or [`crate::Error::Device`].
-    pub fn new(
-        device: &Device,
-        sites: usize,
-        k: u32,
-        iterations: u32,
-        workgroup: Option<u32>,
-    ) -> Result<Self> {
-        let mut constants = planar::Constants { k: NEAR.min(k), ..Default::default() };
-        let mut rest = planar_rest::Constants { k, ..Default::default() };
-        constants.workgroup = workgroup.unwrap_or(constants.workgroup);
+    pub fn new(device: &Device, sites: usize, options: &PlanarOptions) -> Result<Self> {
+        let PlanarOptions { k, iterations, slots, workgroup } = *options;
+        let mut near = planar::Constants { k: NEAR.min(k), ..Default::default() };
+        let mut rest = planar_rest::Constants { k, slots, ..Default::default() };
+        let mut exact = planar_exact::Constants { slots, ..Default::default() };
+        near.workgroup = workgroup.unwrap_or(near.workgroup);
         rest.workgroup = workgroup.unwrap_or(rest.workgroup);
+        exact.workgroup = workgroup.unwrap_or(exact.workgroup);
+        let words = 3 * iterations as usize + 4 * sites;
         Ok(Self {
-            near: Pipeline::new(device, constants)?,
+            near: Pipeline::new(device, near)?,
             rest: Pipeline::new(device, rest)?,
+            exact: Pipeline::new(device, exact)?,
             targets: Buffer::new(device, "default.face.targets", sites)?,
             centroids: Buffer::from_slice(device, "default.face.centroids", &vec![Vec4::ZERO; sites])?,
-            insecure: Buffer::from_slice(
-                device,
-                "default.face.insecure",
-                &vec![0; 2 * iterations as usize + sites],
-            )?,
+            insecure: Buffer::from_slice(device, "default.face.insecure", &vec![0; words])?,
             iterations,
         })
     }
 
-    /// Records both rounds of one iteration.
+    /// Records all rounds of one iteration.
     ///
     /// # Errors
     /// As [`Recorder::dispatch`].
@@ -91,74 +158,77 @@ impl PlanarFaces {
         step: &PlanarMove,
     ) -> Result<()> {
         let sites = inputs.sites.len();
-        let push = planar::Push {
-            site_count: sites as u32,
-            iteration: step.iteration,
-            iterations: self.iterations,
-            momentum: step.momentum,
-            largest_move: step.largest_move,
-            widest: step.widest,
-        };
-        let bindings = planar::Bindings {
-            sites: inputs.sites,
-            normals: inputs.normals,
-            neighbours: inputs.neighbours,
-            away: inputs.away,
-            status: inputs.status,
-            targets: &self.targets,
-            centroids: &self.centroids,
-            insecure: &self.insecure,
-        };
+        let (push, bindings) = listed!(planar, self, inputs, step);
         recorder.dispatch(&self.near, Threads(sites), &push, &bindings)?;
-        let planar::Push { site_count, iteration, iterations, momentum, largest_move, widest } = push;
-        let push = planar_rest::Push { site_count, iteration, iterations, momentum, largest_move, widest };
-        let bindings = planar_rest::Bindings {
+        // Few sites are left, and the loops of both kernels take them all however many there are.
+        let (push, bindings) = listed!(planar_rest, self, inputs, step);
+        recorder.dispatch(&self.rest, Threads(sites.div_ceil(16)), &push, &bindings)?;
+        let push = planar_exact::Push {
+            starts_low: inputs.tree.starts[0],
+            starts_high: inputs.tree.starts[1],
+            levels: inputs.tree.levels,
+            site_count: push.site_count,
+            iteration: push.iteration,
+            iterations: push.iterations,
+            momentum: push.momentum,
+            largest_move: push.largest_move,
+            widest: push.widest,
+        };
+        let bindings = planar_exact::Bindings {
             sites: inputs.sites,
             normals: inputs.normals,
-            neighbours: inputs.neighbours,
-            away: inputs.away,
-            status: inputs.status,
+            boxes: inputs.tree.boxes,
             targets: &self.targets,
             centroids: &self.centroids,
             insecure: &self.insecure,
         };
-        // Few sites are left, and the kernel's loop takes them all however many there are.
-        recorder.dispatch(&self.rest, Threads(sites.div_ceil(64)), &push, &bindings)
+        // Not too many for each thread: lavapipe ends a thread after 65,535 rounds of all its loops together.
+        recorder.dispatch(&self.exact, Threads(sites.div_ceil(4)), &push, &bindings)
+    }
+
+    /// What happened in `iteration`, from the contents of [`PlanarFaces::insecure`].
+    pub fn counts(&self, insecure: &[u32], iteration: u32) -> PlanarCounts {
+        let count =
+            |kind| insecure.get((kind * self.iterations + iteration) as usize).map_or(0, |c| *c as usize);
+        PlanarCounts { undecided_by_near: count(0), undecided_by_list: count(1), open: count(2) }
     }
 }
 
 /// Faces as ordered polygons, as [`super::face::CellFaces`] has them.
 pub struct PlanarPolygons {
     pipeline: Pipeline<polygons::Shader>,
-    /// Corners of each face; 0 or fewer than 3 where lines leave it open.
+    /// Corners of each face; fewer than 3 where too few lines bound it.
     pub corner_count: Buffer<u32>,
     /// `corners[slot * sites + site]`, counter-clockwise in the frame of the tangent plane.
     pub corners: Buffer<Vec2>,
     /// The site behind the edge that ends in the corner.
     pub fan: Buffer<u32>,
-    /// 1 where no site outside the list can cut the face.
-    pub secure: Buffer<u32>,
+    /// 0 for a closed face; bit 0 where it is open and bounded by the disc, bit 1 where it has more edges than there
+    /// are slots and is not to be used.
+    pub state: Buffer<u32>,
 }
 
 impl PlanarPolygons {
-    /// For `sites` sites with lists of `k`.
+    /// For `sites` sites, [`PlanarOptions::slots`] corners each.
     ///
     /// # Errors
     /// [`crate::Error::OutOfMemory`] or [`crate::Error::Device`].
-    pub fn new(device: &Device, sites: usize, k: u32, workgroup: Option<u32>) -> Result<Self> {
-        let mut constants = polygons::Constants { k, ..Default::default() };
+    pub fn new(device: &Device, sites: usize, options: &PlanarOptions) -> Result<Self> {
+        let PlanarOptions { k, slots, workgroup, .. } = *options;
+        let mut constants = polygons::Constants { k, slots, ..Default::default() };
         constants.workgroup = workgroup.unwrap_or(constants.workgroup);
-        let slots = sites * k as usize;
+        let corners = sites * slots as usize;
         Ok(Self {
             pipeline: Pipeline::new(device, constants)?,
             corner_count: Buffer::new(device, "default.polygons.corner_count", sites)?,
-            corners: Buffer::new(device, "default.polygons.corners", slots)?,
-            fan: Buffer::new(device, "default.polygons.fan", slots)?,
-            secure: Buffer::new(device, "default.polygons.secure", sites)?,
+            corners: Buffer::new(device, "default.polygons.corners", corners)?,
+            fan: Buffer::new(device, "default.polygons.fan", corners)?,
+            state: Buffer::new(device, "default.polygons.state", sites)?,
         })
     }
 
-    /// Records the faces; none reaches farther than `widest` from its site.
+    /// Records the faces, none of which reaches farther than `widest` from its site; lists and boxes must be of the
+    /// sites where they are.
     ///
     /// # Errors
     /// As [`Recorder::dispatch`].
@@ -167,13 +237,19 @@ impl PlanarPolygons {
             sites: inputs.sites,
             normals: inputs.normals,
             neighbours: inputs.neighbours,
-            reach: inputs.away,
+            boxes: inputs.tree.boxes,
             corner_count: &self.corner_count,
             corners: &self.corners,
             fan: &self.fan,
-            secure: &self.secure,
+            state: &self.state,
         };
-        let push = polygons::Push { site_count: inputs.sites.len() as u32, widest };
+        let push = polygons::Push {
+            starts_low: inputs.tree.starts[0],
+            starts_high: inputs.tree.starts[1],
+            levels: inputs.tree.levels,
+            site_count: inputs.sites.len() as u32,
+            widest,
+        };
         recorder.dispatch(&self.pipeline, Threads(inputs.sites.len()), &push, &bindings)
     }
 }

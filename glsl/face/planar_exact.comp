@@ -1,0 +1,52 @@
+// Purpose: face/planar for the sites whose lists do not decide their faces, by all sites that may cut them: faces,
+// centroids, targets.
+// Invocation: every so many entries of the list of such sites.
+// Reads: sites, normals (packed), boxes, insecure.
+// Writes: targets (xyz, w = squared distance to the centroid), centroids (w = 1, 0 if the face is open); insecure:
+//   counts open faces.
+// Filled by face/planar_rest, neighbours/box_levels, step/settle and normals/smooth; consumed by project/walk and the
+// next iteration.
+#version 450
+#extension GL_GOOGLE_include_directive : require
+#extension GL_EXT_control_flow_attributes : require
+#define DEFAULT_WORKGROUP 8
+#include "common/threads.glsl"
+
+layout(push_constant) uniform Push {
+    uvec4 starts_low;  // first box of levels 0 to 3
+    uvec4 starts_high; // of levels 4 to 7
+    uint levels;
+    uint site_count;
+    uint iteration;
+    uint iterations; // counters of a kind
+    float momentum; // share of the last motion that is added, 0 to 1
+    float largest_move; // longest step
+    float widest; // no face reaches farther from its site
+};
+layout(set = 0, binding = 0) readonly buffer Sites { vec4 sites[]; };
+layout(set = 0, binding = 1) readonly buffer Normals { uint normals[]; };
+layout(set = 0, binding = 2) readonly buffer Boxes { vec4 boxes[]; };
+layout(set = 0, binding = 3) writeonly buffer Targets { vec4 targets[]; };
+layout(set = 0, binding = 4) buffer Centroids { vec4 centroids[]; };
+layout(set = 0, binding = 5) buffer Insecure { uint insecure[]; };
+
+#include "common/planar_walk.glsl"
+#include "common/planar_targets.glsl"
+
+void main() {
+    uint count = insecure[count_listed(iteration)];
+    uint threads = gl_NumWorkGroups.x * gl_NumWorkGroups.y * WORKGROUP;
+    for (uint entry = thread_index(); entry < count; entry += threads) {
+        uint site = insecure[entry_listed(entry)];
+        float reaches = uintBitsToFloat(insecure[entry_listed(entry) + 1u]);
+        float radius = uintBitsToFloat(insecure[entry_listed(entry) + 2u]);
+        start_face(site, widest);
+        grown_radius_sq = reaches * reaches;
+        offer_near(radius);
+        vec3 sum = sum_slots();
+        if (grown_full) sum = sum_near(radius);
+        vec2 balance = centroid_of(sum);
+        aim(site, site_at, site_at + balance.x * site_u + balance.y * site_v, grown_radius_sq);
+        if (is_open()) atomicAdd(insecure[count_open(iteration)], 1u);
+    }
+}
