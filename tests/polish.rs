@@ -7,7 +7,7 @@ use rtfmesh::mesh::intersections::intersecting_faces;
 use rtfmesh::mesh::quality::{quality, valence};
 use rtfmesh::mesh::samples::sample;
 use rtfmesh::mesh::topology::topology;
-use rtfmesh::polish::{PolishOptions, Target, polish};
+use rtfmesh::polish::{FitOptions, PolishOptions, Target, fit, polish};
 
 use crate::shapes::{Random, cube, mesh, moved, plane, sphere, tetrahedron, torus, union};
 
@@ -195,4 +195,37 @@ fn no_rounds_change_nothing() {
     let options = PolishOptions { rounds: 0, ..PolishOptions::default() };
     assert_eq!(polish(&mut mesh, &Target::new(&surface), &options), Default::default());
     assert_eq!(mesh, surface);
+}
+
+#[test]
+fn vertices_and_edges_stay_in_their_patch() {
+    // A roof: two patches with a ridge between them; what leaves its patch leaves its plane.
+    let roof = moved(&plane(24, 0.0), |p| DVec3::new(p.x, p.y, -0.8 * (p.x - 0.5).abs()));
+    let patch_of =
+        |mesh: &TriMesh, t: usize| u32::from(mesh.corners(t).iter().map(|p| p.x).sum::<f64>() > 1.5);
+    let patches: Vec<u32> = (0..roof.triangles.len()).map(|t| patch_of(&roof, t)).collect();
+    let target = Target::with_patches(&roof, patches.clone());
+    let fixed: Vec<bool> = roof.vertices.iter().map(|p| (p.x - 0.5).abs() < 1e-9).collect();
+    assert_eq!(fixed.iter().filter(|f| **f).count(), 25);
+    let mut random = Random(3);
+    let mut mesh = roof.clone();
+    for (p, fixed) in mesh.vertices.iter_mut().zip(&fixed) {
+        let rim = |x: f64| !(1e-9..1.0 - 1e-9).contains(&x);
+        if !fixed && !rim(p.x) && !rim(p.y) {
+            let x = (p.x - 0.5) + (random.point().x * 0.015);
+            *p = DVec3::new(0.5 + x, p.y + random.point().y * 0.015, -0.8 * x.abs());
+        }
+    }
+    polish(
+        &mut mesh,
+        &target,
+        &PolishOptions { fixed: fixed.clone(), patches: patches.clone(), ..PolishOptions::default() },
+    );
+    fit(&mut mesh, &target, &FitOptions { fixed, patches: patches.clone(), ..FitOptions::default() });
+    for t in 0..mesh.triangles.len() {
+        assert_eq!(patch_of(&mesh, t), patches[t]);
+        for p in mesh.corners(t) {
+            assert!((p.z + 0.8 * (p.x - 0.5).abs()).abs() < 1e-6, "{p}");
+        }
+    }
 }

@@ -73,6 +73,7 @@ fn pays(links: &Links, points: &[DVec3], locked: &[bool], rule: &Rule, h: u32) -
         && links.valence(b) >= MIN_VALENCE
         && !(locked[a as usize] && locked[b as usize])
         && !links.joined(c, d)
+        && links.patch(h / 3) == links.patch(twin / 3)
         && keeps_shape(corners)
 }
 

@@ -28,6 +28,8 @@ pub(super) struct Links {
     kind: Vec<Kind>,
     /// Edges at the vertex; right unless it is irregular.
     valence: Vec<u32>,
+    /// The patch of each triangle; empty if there is but one.
+    patches: Vec<u32>,
 }
 
 /// The half-edge after `h` in its triangle.
@@ -41,8 +43,9 @@ pub(super) fn previous(h: u32) -> u32 {
 }
 
 impl Links {
-    /// Links `triangles` over `vertices` vertices. Panics if an index is out of range.
-    pub(super) fn new(triangles: Vec<[u32; 3]>, vertices: usize) -> Self {
+    /// Links `triangles` over `vertices` vertices; `patches` has the patch of each triangle, or nothing. Panics if an
+    /// index is out of range.
+    pub(super) fn new(triangles: Vec<[u32; 3]>, vertices: usize, patches: &[u32]) -> Self {
         let twin = twins(&triangles);
         let mut links = Self {
             triangles,
@@ -50,6 +53,7 @@ impl Links {
             first: vec![NONE; vertices],
             kind: vec![Kind::Irregular; vertices],
             valence: vec![0; vertices],
+            patches: patches.to_vec(),
         };
         links.classify();
         links
@@ -83,6 +87,17 @@ impl Links {
             self.kind[v] = if h == NONE { Kind::Boundary } else { Kind::Inner };
             self.valence[v] = leaving + u32::from(h == NONE);
         }
+    }
+
+    /// The patch of a triangle, the same before and after flips.
+    pub(super) fn patch(&self, t: u32) -> u32 {
+        self.patches.get(t as usize).copied().unwrap_or(0)
+    }
+
+    /// The patch of a vertex, if it has triangles; of one on a curve, any of its patches.
+    pub(super) fn patch_at(&self, v: u32) -> u32 {
+        let first = self.first[v as usize];
+        if first == NONE { 0 } else { self.patch(first / 3) }
     }
 
     pub(super) fn kind(&self, v: u32) -> Kind {

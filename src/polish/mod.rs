@@ -40,6 +40,8 @@ pub struct Target {
     heights_sq: Vec<f64>,
     /// Its vertices.
     points: Vec<Point>,
+    /// The patch of each triangle; empty if there is but one.
+    patches: Vec<u32>,
 }
 
 /// A vertex of the surface.
@@ -55,6 +57,11 @@ struct Point {
 impl Target {
     /// Prepares the surface, which must be in the frame of the meshes to come. Panics if an index is out of range.
     pub fn new(surface: &TriMesh) -> Self {
+        Self::with_patches(surface, Vec::new())
+    }
+
+    /// As [`Target::new`], with the patch of each triangle: what is put in a patch stays there.
+    pub fn with_patches(surface: &TriMesh, patches: Vec<u32>) -> Self {
         let corners = |t| surface.corners(t);
         let normals: Vec<DVec3> = (0..surface.triangles.len()).map(|t| cross(corners(t))).collect();
         let heights_sq = normals
@@ -74,23 +81,32 @@ impl Target {
                 points[*v as usize].area += normal.length() / 6.0;
             }
         }
-        Self { bvh: Bvh::new(surface), normals, heights_sq, points }
+        Self { bvh: Bvh::new(surface), normals, heights_sq, points, patches }
     }
 
-    /// The closest point of the triangles that face as `normal` does.
-    fn closest(&self, p: DVec3, normal: DVec3, rank: &mut usize) -> Option<DVec3> {
-        self.closest_with_normal(p, normal, rank).map(|(point, _)| point)
+    /// The closest point of those of a patch's triangles that face as `normal` does.
+    fn closest(&self, p: DVec3, normal: DVec3, patch: u32, rank: &mut usize) -> Option<DVec3> {
+        self.closest_with_normal(p, normal, patch, rank).map(|(point, _)| point)
     }
 
     /// As [`Target::closest`], with the unit normal of the triangle it lies on.
     ///
     /// A point close above the inside of the triangle at `rank` is taken to have its closest point there, which saves
     /// the search; only sheets closer to each other than that could tell otherwise.
-    fn closest_with_normal(&self, p: DVec3, normal: DVec3, rank: &mut usize) -> Option<(DVec3, DVec3)> {
+    fn closest_with_normal(
+        &self,
+        p: DVec3,
+        normal: DVec3,
+        patch: u32,
+        rank: &mut usize,
+    ) -> Option<(DVec3, DVec3)> {
         if normal == DVec3::ZERO {
             return None;
         }
-        let accept = |t: u32| self.normals[t as usize].dot(normal) > 0.0;
+        let accept = |t: u32| {
+            self.normals[t as usize].dot(normal) > 0.0
+                && self.patches.get(t as usize).is_none_or(|of_triangle| *of_triangle == patch)
+        };
         let near = self.bvh.closest_at(*rank, p).filter(|near| {
             let inside = near.barycentric.iter().fold(1.0, |a: f64, b| a.min(*b));
             accept(near.triangle)
@@ -112,11 +128,13 @@ pub struct PolishOptions {
     /// Vertices that stay where they are, besides those on a boundary; vertices beyond the end of the list are free.
     /// An edge between two that stay is not flipped.
     pub fixed: Vec<bool>,
+    /// The patch of each triangle, in which it stays; nothing if there is but one.
+    pub patches: Vec<u32>,
 }
 
 impl Default for PolishOptions {
     fn default() -> Self {
-        Self { rounds: 10, valence_weight: 1.0, fixed: Vec::new() }
+        Self { rounds: 10, valence_weight: 1.0, fixed: Vec::new(), patches: Vec::new() }
     }
 }
 
@@ -138,7 +156,7 @@ pub struct PolishCounts {
 pub fn polish(mesh: &mut TriMesh, target: &Target, options: &PolishOptions) -> PolishCounts {
     let mut counts = PolishCounts::default();
     let points = &mut mesh.vertices;
-    let mut links = Links::new(std::mem::take(&mut mesh.triangles), points.len());
+    let mut links = Links::new(std::mem::take(&mut mesh.triangles), points.len(), &options.patches);
     let locked: Vec<bool> = (0..points.len()).map(|v| is_locked(&links, &options.fixed, v)).collect();
     let mut ranks = vec![0; points.len()];
     for round in 0..options.rounds {

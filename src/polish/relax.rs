@@ -39,7 +39,7 @@ pub(super) fn relax(
             }
             let step = mean - here;
             let goal = here + (step - normal * step.dot(normal)) * STRIDE;
-            (target.closest(goal, normal, rank).unwrap_or(here), normal)
+            (target.closest(goal, normal, links.patch_at(v as u32), rank).unwrap_or(here), normal)
         })
         .unzip();
     let undone = take_back(links, points, &normals, &mut moved);

@@ -45,11 +45,13 @@ pub struct SpotOptions {
     pub min_angle: f64,
     /// Vertices that stay where they are, besides those on a boundary; vertices beyond the end of the list are free.
     pub fixed: Vec<bool>,
+    /// The patch of each triangle, in which it stays; nothing if there is but one.
+    pub patches: Vec<u32>,
 }
 
 impl Default for SpotOptions {
     fn default() -> Self {
-        Self { passes: 2, min_angle: 38.0, fixed: Vec::new() }
+        Self { passes: 2, min_angle: 38.0, fixed: Vec::new(), patches: Vec::new() }
     }
 }
 
@@ -57,7 +59,7 @@ impl Default for SpotOptions {
 ///
 /// `edge` is the typical length of the mesh's edges. Keeps the topology. Panics if an index is out of range.
 pub fn reach_spots(mesh: &mut TriMesh, target: &Target, edge: f64, options: &SpotOptions) -> usize {
-    let links = Links::new(std::mem::take(&mut mesh.triangles), mesh.vertices.len());
+    let links = Links::new(std::mem::take(&mut mesh.triangles), mesh.vertices.len(), &options.patches);
     let locked = (0..mesh.vertices.len()).map(|v| is_locked(&links, &options.fixed, v)).collect();
     let points = std::mem::take(&mut mesh.vertices);
     let mut work = Work { links, points, locked, target, options, points_of: Vec::new(), edge };
@@ -313,6 +315,7 @@ impl Work<'_> {
             && self.links.valence(c).max(self.links.valence(d)) < 7
             && !(self.locked[a as usize] && self.locked[b as usize])
             && !self.links.joined(c, d)
+            && self.links.patch(h / 3) == self.links.patch(twin / 3)
     }
 
     fn apply(&mut self, edit: Edit) {
@@ -393,9 +396,12 @@ impl Work<'_> {
             let middle = (corners[0] + corners[1] + corners[2]) / 3.0;
             shape.min_angle() >= floor
                 && shape.max_angle() <= 90.0
-                && self.target.closest_with_normal(middle, normal, &mut rank).is_some_and(|(at, facing)| {
-                    facing.dot(normal) > FACING && at.distance(middle) < self.edge
-                })
+                && self
+                    .target
+                    .closest_with_normal(middle, normal, self.links.patch(*t), &mut rank)
+                    .is_some_and(|(at, facing)| {
+                        facing.dot(normal) > FACING && at.distance(middle) < self.edge
+                    })
                 && (3 * t..3 * t + 3).all(|h| {
                     self.links
                         .twin(h)

@@ -77,7 +77,7 @@ pub(super) fn lift_freely(links: &Links, points: &mut [DVec3], v: u32) {
 fn lift(links: &Links, points: &mut [DVec3], rank: &mut usize, target: &Target, v: u32) -> bool {
     let here = points[v as usize];
     let Some((place, normal, start)) = search(links, points, v) else { return false };
-    let Some(place) = target.closest(place, normal, rank) else { return false };
+    let Some(place) = target.closest(place, normal, links.patch_at(v), rank) else { return false };
     let folds = links.ring(v).any(|h| {
         let [q, r] = [next(h), previous(h)].map(|h| points[links.origin(h) as usize]);
         spoils([here, q, r], [place, q, r], normal)

@@ -44,11 +44,13 @@ pub struct FitOptions {
     pub min_angle: f64,
     /// Vertices that stay where they are, besides those on a boundary; vertices beyond the end of the list are free.
     pub fixed: Vec<bool>,
+    /// The patch of each triangle, in which it stays; nothing if there is but one.
+    pub patches: Vec<u32>,
 }
 
 impl Default for FitOptions {
     fn default() -> Self {
-        Self { rounds: 3, min_angle: 38.0, fixed: Vec::new() }
+        Self { rounds: 3, min_angle: 38.0, fixed: Vec::new(), patches: Vec::new() }
     }
 }
 
@@ -65,7 +67,7 @@ pub struct FitCounts {
 /// threads. Panics if an index is out of range.
 pub fn fit(mesh: &mut TriMesh, target: &Target, options: &FitOptions) -> FitCounts {
     let mut counts = FitCounts::default();
-    let links = Links::new(std::mem::take(&mut mesh.triangles), mesh.vertices.len());
+    let links = Links::new(std::mem::take(&mut mesh.triangles), mesh.vertices.len(), &options.patches);
     let locked: Vec<bool> = (0..mesh.vertices.len()).map(|v| is_locked(&links, &options.fixed, v)).collect();
     let mut ranks = Ranks::new(links.triangles.len(), locked.len(), target);
     for _ in 0..options.rounds {

@@ -111,8 +111,9 @@ impl Sheet<'_> {
             .enumerate()
             .with_min_len(CHUNK)
             .map(|(v, rank)| {
-                let area = thirds[v];
-                sample(target, self.points[v], self.normals[v], rank, area, 3.0 * CORNER_SHARE * area)
+                let (area, patch) = (thirds[v], self.links.patch_at(v as u32));
+                let on = Search { target, normal: self.normals[v], patch, size_sq: area };
+                on.sample(self.points[v], rank, 3.0 * CORNER_SHARE * area)
             })
             .collect()
     }
@@ -126,9 +127,9 @@ impl Sheet<'_> {
                 let [a, b, c] = self.corners(self.links.triangles[t]);
                 let normal = cross([a, b, c]);
                 let area = 0.5 * normal.length();
+                let on = Search { target, normal, patch: self.links.patch(t as u32), size_sq: area };
                 let mut samples = [Sample::default(); 4];
-                samples[3] =
-                    sample(target, (a + b + c) / 3.0, normal, &mut ranks[3], area, FACE_SHARE * area);
+                samples[3] = on.sample((a + b + c) / 3.0, &mut ranks[3], FACE_SHARE * area);
                 for (k, middle) in [(a + b) * 0.5, (b + c) * 0.5, (c + a) * 0.5].into_iter().enumerate() {
                     let h = 3 * t as u32 + k as u32;
                     let other = match self.links.twin(h) {
@@ -137,8 +138,8 @@ impl Sheet<'_> {
                         None => DVec3::ZERO,
                     };
                     let both = area + 0.5 * other.length();
-                    samples[k] =
-                        sample(target, middle, normal + other, &mut ranks[k], area, EDGE_SHARE * both);
+                    let on = Search { normal: normal + other, ..on };
+                    samples[k] = on.sample(middle, &mut ranks[k], EDGE_SHARE * both);
                 }
                 samples
             })
@@ -167,10 +168,21 @@ impl Sheet<'_> {
     }
 }
 
-/// The sample at `p` on faces with this normal; nothing where no part of the surface faces that way.
-fn sample(target: &Target, p: DVec3, normal: DVec3, rank: &mut usize, size_sq: f64, weight: f64) -> Sample {
-    match target.closest_with_normal(p, normal, rank) {
-        Some((closest, facing)) => Sample::new(closest - p, facing, size_sq, weight),
-        None => Sample::default(),
+/// Where the point that a sample should meet is looked for.
+#[derive(Clone, Copy)]
+struct Search<'a> {
+    target: &'a Target,
+    normal: DVec3,
+    patch: u32,
+    size_sq: f64,
+}
+
+impl Search<'_> {
+    /// The sample at `p`; nothing where no part of the patch faces as the normal does.
+    fn sample(&self, p: DVec3, rank: &mut usize, weight: f64) -> Sample {
+        match self.target.closest_with_normal(p, self.normal, self.patch, rank) {
+            Some((closest, facing)) => Sample::new(closest - p, facing, self.size_sq, weight),
+            None => Sample::default(),
+        }
     }
 }
