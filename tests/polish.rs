@@ -222,8 +222,8 @@ fn vertices_and_edges_stay_in_their_patch() {
         &PolishOptions { fixed: fixed.clone(), patches: patches.clone(), ..PolishOptions::default() },
     );
     fit(&mut mesh, &target, &FitOptions { fixed, patches: patches.clone(), ..FitOptions::default() });
-    for t in 0..mesh.triangles.len() {
-        assert_eq!(patch_of(&mesh, t), patches[t]);
+    for (t, patch) in patches.iter().enumerate() {
+        assert_eq!(patch_of(&mesh, t), *patch);
         for p in mesh.corners(t) {
             assert!((p.z + 0.8 * (p.x - 0.5).abs()).abs() < 1e-6, "{p}");
         }
