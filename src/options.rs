@@ -101,7 +101,7 @@ impl Options {
     pub fn with_quality(vertices: usize, quality: Quality) -> Self {
         let (first_iterations, coarse_iterations, iterations, polish_rounds) = match quality {
             Quality::Draft => (30, 10, 5, 4),
-            Quality::Normal => (60, 20, 10, 15),
+            Quality::Normal => (60, 40, 10, 15),
             Quality::Best => (150, 100, 80, 30),
         };
         Self {

@@ -1,6 +1,7 @@
 //! The default pipeline: few sites first, then a new one at the middle of every edge, until there are as many as asked
 //! for. Regularity that few sites find cheaply stays, because middles of edges have six neighbours each.
 
+use super::holes::holes;
 use super::level::{Level, Moves, Relaxed};
 use super::refine::{level_counts, refine};
 use super::{Clock, Connection};
@@ -68,7 +69,7 @@ impl CoarseToFine<'_> {
             let fresh = coarser.is_none();
             let iterations = self.iterations(counts.len(), l, fresh);
             let seeds = match coarser.take() {
-                Some(found) => refine(&found.mesh, &found.under, *count),
+                Some(found) => self.refined(&found, *count),
                 None => seed::stratified(self.surface, *count, options.seed),
             };
             planned = planned.max(total + iterations);
@@ -93,6 +94,20 @@ impl CoarseToFine<'_> {
             }
         }
         Err(crate::Error::Internal("no level was run".to_owned()))
+    }
+
+    /// Sites for the next level, with some where the coarser one's mesh ran past the surface.
+    fn refined(&self, found: &Found, count: usize) -> Seeds {
+        let seeds = refine(&found.mesh, &found.under, count);
+        let spacing = super::spacing(self.surface.area(), count);
+        let missed = holes(&seeds, self.surface, spacing);
+        if missed.sites.is_empty() {
+            return seeds;
+        }
+        let mut seeds = refine(&found.mesh, &found.under, count - missed.sites.len());
+        seeds.sites.extend(missed.sites);
+        seeds.triangles.extend(missed.triangles);
+        seeds.in_space_order()
     }
 
     /// Iterations of level `l` of `levels`; one that starts from scattered sites takes as many as the coarsest.

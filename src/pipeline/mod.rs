@@ -1,6 +1,7 @@
 //! The run: seed, iterate, connect, measure.
 
 mod coarse_to_fine;
+mod holes;
 mod level;
 mod refine;
 mod rtf;

@@ -21,12 +21,18 @@ use crate::mesh::triangle::closest_on_triangle;
 const FAR: f64 = 0.15;
 /// Edits that are carried through at a spot, the most promising ones.
 const TRIALS: usize = 12;
+/// No further edit is tried once one leaves this share of what was far.
+const ENOUGH: f64 = 0.3;
+/// Edits in a row at one spot: what is too far for one, some can do.
+const STEPS: u32 = 4;
 /// The largest distance nearby must fall by this factor.
 const GAIN: f64 = 0.95;
 /// What a degree below the least angle is worth, in edges, before the vertices around make room.
 const ANGLE_COST: f64 = 0.02;
+/// Rings of vertices that make room.
+const RINGS: u32 = 2;
 /// Sweeps over the vertices around an edit.
-const SWEEPS: u32 = 2;
+const SWEEPS: u32 = 3;
 /// Least cosine between a triangle and the surface under it, and between two neighbouring triangles.
 const FACING: f64 = 0.1;
 const DIHEDRAL: f64 = -0.4;
@@ -77,7 +83,11 @@ pub fn reach_spots(mesh: &mut TriMesh, target: &Target, edge: f64, options: &Spo
                 continue;
             }
             *tried = edits + 1;
-            if work.mend(spot, &region) {
+            for _ in 0..STEPS {
+                let region = work.region(&work.around(spot.triangle));
+                if !work.mend(spot, &region) {
+                    break;
+                }
                 edits += 1;
                 region.triangles.iter().for_each(|t| changed[*t as usize] = edits + 1);
             }
@@ -181,6 +191,7 @@ impl Work<'_> {
         let floor = self.floor(&before.triangles);
         let crossings = self.crossings(before);
         let mut best: Option<(f64, Edit, Vec<DVec3>)> = None;
+        let mut enough = false;
         for (_, edit) in edits.into_iter().take(TRIALS) {
             self.apply(edit);
             self.make_room(&around, edit);
@@ -189,10 +200,14 @@ impl Work<'_> {
                 let (reached, farthest) = self.error(before);
                 if reached < least && farthest <= largest && self.crossings(before) <= crossings {
                     best = Some((reached, edit, around.iter().map(|v| self.points[*v as usize]).collect()));
+                    enough = reached < ENOUGH * sum;
                 }
             }
             self.take_back(edit);
             saved.iter().for_each(|(v, p)| self.points[*v as usize] = *p);
+            if enough {
+                break;
+            }
         }
         let Some((_, edit, places)) = best else { return false };
         self.apply(edit);
@@ -203,14 +218,16 @@ impl Work<'_> {
         true
     }
 
-    /// The corners of a triangle and all their neighbours.
+    /// The corners of a triangle and the rings of vertices around it.
     fn around(&self, t: u32) -> Vec<u32> {
         let mut around: Vec<u32> = self.links.triangles[t as usize].to_vec();
-        for v in self.links.triangles[t as usize] {
-            around.extend(self.links.ring(v).map(|h| self.links.origin(next(h))));
+        for _ in 0..RINGS {
+            for k in 0..around.len() {
+                around.extend(self.links.ring(around[k]).map(|h| self.links.origin(next(h))));
+            }
+            around.sort_unstable();
+            around.dedup();
         }
-        around.sort_unstable();
-        around.dedup();
         around
     }
 
@@ -281,7 +298,7 @@ impl Work<'_> {
             let here = self.points[v as usize];
             edits.push(Edit::Move(v, spot.at));
             edits.extend([0.5, 1.0, 1.5].map(|s| Edit::Move(v, here + spot.offset * s)));
-            edits.push(Edit::Move(v, here.lerp(spot.at, 0.6)));
+            edits.extend([0.3, 0.6].map(|s| Edit::Move(v, here.lerp(spot.at, s))));
         }
         edits
     }

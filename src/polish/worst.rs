@@ -6,17 +6,16 @@ use rayon::prelude::*;
 use super::Target;
 use super::links::{Links, next, previous};
 use super::relax::{CHUNK, spoils, vertex_normal};
-use crate::mesh::quality::TriangleQuality;
 
-/// Triangles that score below this many degrees are looked after.
-const GOAL: f64 = 42.0;
+/// Triangles that score below this are looked after: the cosine of 42 degrees, negated.
+const GOAL: f64 = -0.743_144_825_477_394;
 /// Directions that are tried from a place.
 const DIRECTIONS: u32 = 8;
 /// Length of the first trial step over that of the shortest edge, halved as often as `HALVINGS` says.
 const FIRST_STEP: f64 = 0.16;
 const HALVINGS: u32 = 4;
-/// What a move must gain, in degrees.
-const MIN_GAIN: f64 = 0.01;
+/// What a move must gain: a hundredth of a degree.
+const MIN_GAIN: f64 = 1e-4;
 
 /// Moves vertices of bad triangles one by one, in index order, where that lifts the worst triangle around them, and
 /// `passes` times over all; gives the number of moves.
@@ -50,10 +49,16 @@ pub(super) fn improve(
     total
 }
 
-/// The smallest angle in degrees, or less where the largest is above 90.
-fn score(corners: [DVec3; 3]) -> f64 {
-    let shape = TriangleQuality::new(corners);
-    shape.min_angle().min(GOAL + 90.0 - shape.max_angle())
+/// The negated cosine of the smallest angle, or less where the largest is above 90 degrees: no angle is needed, only
+/// which is better.
+fn score([a, b, c]: [DVec3; 3]) -> f64 {
+    let (u, v, w) = (b - a, c - b, a - c);
+    let [x, y, z] = [u, v, w].map(DVec3::length);
+    let cosine = |p: DVec3, q: DVec3, lengths: f64| -p.dot(q) / lengths.max(f64::MIN_POSITIVE);
+    let cosines = [cosine(w, u, z * x), cosine(u, v, x * y), cosine(v, w, y * z)];
+    let largest = cosines[0].max(cosines[1]).max(cosines[2]);
+    let smallest = cosines[0].min(cosines[1]).min(cosines[2]);
+    (-largest).min(smallest + GOAL)
 }
 
 /// The lowest score around `v` if it stood at `p`.
