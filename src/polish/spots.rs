@@ -180,7 +180,7 @@ impl Work<'_> {
     /// Tries edits at a spot; whether one was kept.
     fn mend(&mut self, spot: &Spot, before: &Region) -> bool {
         let around = self.around(spot.triangle);
-        let (sum, largest) = self.error(before);
+        let (sum, largest) = self.error(before, f64::INFINITY);
         if sum <= 0.0 {
             return false;
         }
@@ -197,7 +197,7 @@ impl Work<'_> {
             self.make_room(&around, edit);
             let least = best.as_ref().map_or(sum * GAIN, |b| b.0);
             if self.sound(&before.triangles, floor) {
-                let (reached, farthest) = self.error(before);
+                let (reached, farthest) = self.error(before, least);
                 if reached < least && farthest <= largest && self.crossings(before) <= crossings {
                     best = Some((reached, edit, around.iter().map(|v| self.points[*v as usize]).collect()));
                     enough = reached < ENOUGH * sum;
@@ -237,48 +237,58 @@ impl Work<'_> {
             around.iter().flat_map(|v| self.links.ring(*v).map(|h| h / 3)).collect();
         triangles.sort_unstable();
         triangles.dedup();
-        let mut points: Vec<u32> =
-            triangles.iter().flat_map(|t| self.points_of[*t as usize].iter().copied()).collect();
+        let mut points: Vec<(u32, usize)> = (0..)
+            .zip(&triangles)
+            .flat_map(|(k, t)| self.points_of[*t as usize].iter().map(move |p| (*p, k)))
+            .collect();
         let every = points.len().div_ceil(MOST_POINTS).max(1);
         points = points.into_iter().step_by(every).collect();
         Region { triangles, points }
     }
 
     /// What is far in a region, both ways: the sum of how much the squared distances exceed what is allowed, and the
-    /// largest distance.
-    fn error(&self, region: &Region) -> (f64, f64) {
-        let mut rank = 0;
+    /// largest distance; infinite both as soon as the sum exceeds `most`.
+    fn error(&self, region: &Region, most: f64) -> (f64, f64) {
         let least = (FAR * self.edge).powi(2);
         let (mut sum, mut largest) = (0.0, 0.0f64);
         let mut add = |distance_sq: f64| {
             sum += ((distance_sq - least).max(0.0) / least).powi(2);
             largest = largest.max(distance_sq);
+            sum > most
         };
-        for t in &region.triangles {
-            for p in samples(self.corners(*t)) {
-                add(self
-                    .target
-                    .bvh
-                    .closest_or_near(p, &mut rank, least)
-                    .map_or(0.0, |found| found.distance_sq));
-            }
-        }
         let corners: Vec<[DVec3; 3]> = region.triangles.iter().map(|t| self.corners(*t)).collect();
-        let mut last = 0;
-        for p in &region.points {
+        for (p, k) in &region.points {
             let at = self.target.points[*p as usize].at;
-            let to = |k: usize| closest_on_triangle(at, corners[k]).point.distance_squared(at);
-            let mut near = to(last);
-            for k in 0..corners.len() {
+            let to = |corners: &[DVec3; 3]| closest_on_triangle(at, *corners).point.distance_squared(at);
+            let mut near = to(&corners[*k]);
+            for corners in &corners {
                 if near <= least {
                     break;
                 }
-                let d = to(k);
-                if d < near {
-                    (near, last) = (d, k);
+                near = near.min(to(corners));
+            }
+            if add(near) {
+                return (f64::INFINITY, f64::INFINITY);
+            }
+        }
+        let mut rank = 0;
+        for (t, corners) in region.triangles.iter().zip(&corners) {
+            let [a, b, c, ab, bc, ca, middle] = samples(*corners);
+            // Each vertex and each edge but once, where all triangles around are of the region.
+            let vertices = [(0, a), (1, b), (2, c)].into_iter().filter(|(k, _)| {
+                let v = self.links.triangles[*t as usize][*k as usize];
+                self.links.ring(v).map(|h| h / 3).min() == Some(*t)
+            });
+            let edges = [(0, ab), (1, bc), (2, ca)].into_iter().filter(|(k, _)| {
+                let h = 3 * t + k;
+                self.links.twin(h).is_none_or(|twin| h < twin || region.triangles.binary_search(&(twin / 3)).is_err())
+            });
+            for (_, p) in vertices.chain(edges).chain([(0, middle)]) {
+                let found = self.target.bvh.closest_or_near(p, &mut rank, least);
+                if add(found.map_or(0.0, |found| found.distance_sq)) {
+                    return (f64::INFINITY, f64::INFINITY);
                 }
             }
-            add(near);
         }
         (sum, largest.sqrt())
     }
@@ -428,10 +438,11 @@ impl Work<'_> {
     }
 }
 
-/// Triangles, and the surface's vertices that were nearest to them.
+/// Triangles in ascending order, and the surface's vertices that were nearest to them, with the place of that triangle
+/// in the list.
 struct Region {
     triangles: Vec<u32>,
-    points: Vec<u32>,
+    points: Vec<(u32, usize)>,
 }
 
 /// Points of a triangle that stand for it.
