@@ -152,7 +152,7 @@ fn assert_faces(scene: &Scene) -> usize {
 }
 
 fn step(momentum: f32, widest: f64) -> PlanarMove {
-    PlanarMove { iteration: 0, momentum, largest_move: 10.0, widest: widest as f32 }
+    PlanarMove { iteration: 0, momentum, largest_move: 10.0, widest: widest as f32, exact: true }
 }
 
 fn targets(scene: &Scene, options: &PlanarOptions) -> (Vec<Vec4>, PlanarCounts) {
@@ -242,6 +242,27 @@ fn scenes() -> Vec<(&'static str, Vec<DVec3>, Vec<DVec3>, f64)> {
         ("line", line.clone(), up(&line), 0.1),
         ("rows", rows.clone(), up(&rows), 0.3),
     ]
+}
+
+#[test]
+fn without_the_walk_undecided_faces_are_what_the_list_makes_of_them() {
+    for (name, sites, normals, widest) in scenes() {
+        let scene = Scene::new(&sites, &normals, 8, widest);
+        let options = scene.options();
+        let (exact, counts) = targets(&scene, &options);
+        let faces = PlanarFaces::new(device(), sites.len(), &options).unwrap();
+        let mut recorder = device().recorder().unwrap();
+        let step = PlanarMove { exact: false, ..step(0.0, widest) };
+        faces.record(&mut recorder, &scene.inputs(), &step).unwrap();
+        recorder.submit().unwrap();
+        assert_valid(device());
+        let got = faces.targets.to_vec(device()).unwrap();
+        assert_eq!(faces.counts(&faces.insecure.to_vec(device()).unwrap(), 0).undecided_by_list, 0, "{name}");
+        let differ = (0..got.len()).filter(|i| got[*i] != exact[*i]).count();
+        assert!(differ <= counts.undecided_by_list, "{name}: {differ} differ, {counts:?}");
+        let far = |i: usize| f64::from(got[i].truncate().distance(exact[i].truncate()));
+        assert!((0..got.len()).all(|i| far(i) <= 2.0 * widest), "{name}");
+    }
 }
 
 #[test]

@@ -139,7 +139,13 @@ impl Iteration {
 
     /// A plain step.
     pub fn planar_move(&self, iteration: u32) -> PlanarMove {
-        PlanarMove { iteration, momentum: 0.0, largest_move: self.largest_move(), widest: self.widest() }
+        PlanarMove {
+            iteration,
+            momentum: 0.0,
+            largest_move: self.largest_move(),
+            widest: self.widest(),
+            exact: true,
+        }
     }
 
     /// No site moves farther: little where sites are close together.

@@ -21,6 +21,7 @@ layout(push_constant) uniform Push {
     float momentum; // share of the last motion that is added, 0 to 1
     float largest_move; // longest step
     float widest; // no face reaches farther from its site
+    uint take_all; // 1: faces that the list does not decide are taken as they are, and none is left to others
 };
 layout(set = 0, binding = 0) readonly buffer Sites { vec4 sites[]; };
 layout(set = 0, binding = 1) readonly buffer Normals { uint normals[]; };
@@ -48,7 +49,8 @@ void main() {
         } while (++s < K);
         ListBounds bounds = list_bounds(away[site], uintBitsToFloat(status[1]));
         float secure = max(bounds.after_all, 0.0);
-        if (!grown_full && 4.0 * grown_radius_sq <= secure * secure) {
+        bool decided = !grown_full && 4.0 * grown_radius_sq <= secure * secure;
+        if (decided || take_all != 0u) {
             vec2 balance = centroid_of(sum_slots());
             aim(site, site_at, site_at + balance.x * site_u + balance.y * site_v, grown_radius_sq);
             if (is_open()) atomicAdd(insecure[count_open(iteration)], 1u);

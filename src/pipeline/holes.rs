@@ -23,7 +23,8 @@ pub(super) fn holes(seeds: &Seeds, surface: &Surface, spacing: f64) -> Seeds {
     bare.sort_by(|a, b| b.0.total_cmp(&a.0).then(a.1.cmp(&b.1)));
     let mut under: HashMap<u32, Option<u32>> = bare.iter().map(|(_, v)| (*v, None)).collect();
     if !bare.is_empty() {
-        for (t, v) in surface.triangles.iter().enumerate().flat_map(|(t, triangle)| triangle.map(|v| (t, v))) {
+        for (t, v) in surface.triangles.iter().enumerate().flat_map(|(t, triangle)| triangle.map(|v| (t, v)))
+        {
             under.entry(v).and_modify(|first| *first = first.or(Some(t as u32)));
         }
     }

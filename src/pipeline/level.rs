@@ -18,6 +18,8 @@ pub(super) const LIST: u32 = 20;
 const MAX_RHO: f32 = 0.14;
 /// No face reaches farther than this many spacings from its site.
 const WIDEST: f64 = 2.5;
+/// Iterations, the last ones of a level, whose faces are exact even where the lists do not decide them.
+const EXACT: u32 = 10;
 /// Iterations between two looks at the step size.
 const PER_SUBMISSION: u32 = 10;
 
@@ -162,6 +164,7 @@ impl Level {
             momentum: if last { 0.0 } else { share.min(self.moves.momentum) },
             largest_move: (self.moves.longest(iteration) * self.spacing) as f32,
             widest: (WIDEST * self.spacing) as f32,
+            exact: iteration + EXACT >= self.iterations,
         };
         self.faces.record(recorder, &inputs, &step)?;
         self.record_move(recorder, surface, iteration)

@@ -281,7 +281,9 @@ impl Work<'_> {
             });
             let edges = [(0, ab), (1, bc), (2, ca)].into_iter().filter(|(k, _)| {
                 let h = 3 * t + k;
-                self.links.twin(h).is_none_or(|twin| h < twin || region.triangles.binary_search(&(twin / 3)).is_err())
+                self.links
+                    .twin(h)
+                    .is_none_or(|twin| h < twin || region.triangles.binary_search(&(twin / 3)).is_err())
             });
             for (_, p) in vertices.chain(edges).chain([(0, middle)]) {
                 let found = self.target.bvh.closest_or_near(p, &mut rank, least);

@@ -69,6 +69,9 @@ pub struct PlanarMove {
     pub largest_move: f32,
     /// No face reaches farther from its site.
     pub widest: f32,
+    /// Whether faces that the lists do not decide are found by a walk to all sites near enough. Else they are what the
+    /// lists make of them, which may be too large: good enough while sites still have far to go.
+    pub exact: bool,
 }
 
 /// Faces of one iteration that were special.
@@ -98,7 +101,7 @@ pub struct PlanarFaces {
 
 /// Push constants and bindings of one of the two kernels that read lists.
 macro_rules! listed {
-    ($kernel:ident, $faces:expr, $inputs:expr, $step:expr) => {
+    ($kernel:ident, $faces:expr, $inputs:expr, $step:expr $(, $more:ident: $value:expr)?) => {
         (
             $kernel::Push {
                 site_count: $inputs.sites.len() as u32,
@@ -107,6 +110,7 @@ macro_rules! listed {
                 momentum: $step.momentum,
                 largest_move: $step.largest_move,
                 widest: $step.widest,
+                $($more: $value,)?
             },
             $kernel::Bindings {
                 sites: $inputs.sites,
@@ -136,10 +140,15 @@ impl PlanarFaces {
         rest.workgroup = workgroup.unwrap_or(rest.workgroup);
         exact.workgroup = workgroup.unwrap_or(exact.workgroup);
         let words = 3 * iterations as usize + 4 * sites;
+        // The first time they are compiled, which takes a while.
+        let (near, (rest, exact)) = rayon::join(
+            || Pipeline::new(device, near),
+            || rayon::join(|| Pipeline::new(device, rest), || Pipeline::new(device, exact)),
+        );
         Ok(Self {
-            near: Pipeline::new(device, near)?,
-            rest: Pipeline::new(device, rest)?,
-            exact: Pipeline::new(device, exact)?,
+            near: near?,
+            rest: rest?,
+            exact: exact?,
             targets: Buffer::new(device, "default.face.targets", sites)?,
             centroids: Buffer::from_slice(device, "default.face.centroids", &vec![Vec4::ZERO; sites])?,
             insecure: Buffer::from_slice(device, "default.face.insecure", &vec![0; words])?,
@@ -161,8 +170,11 @@ impl PlanarFaces {
         let (push, bindings) = listed!(planar, self, inputs, step);
         recorder.dispatch(&self.near, Threads(sites), &push, &bindings)?;
         // Few sites are left, and the loops of both kernels take them all however many there are.
-        let (push, bindings) = listed!(planar_rest, self, inputs, step);
+        let (push, bindings) = listed!(planar_rest, self, inputs, step, take_all: u32::from(!step.exact));
         recorder.dispatch(&self.rest, Threads(sites.div_ceil(16)), &push, &bindings)?;
+        if !step.exact {
+            return Ok(());
+        }
         let push = planar_exact::Push {
             starts_low: inputs.tree.starts[0],
             starts_high: inputs.tree.starts[1],
