@@ -5,6 +5,7 @@
 mod cells;
 mod cli;
 mod cli_bad;
+mod cli_inspect;
 mod connect;
 mod distance;
 mod fit;
@@ -31,6 +32,7 @@ mod runs_default;
 mod samples;
 mod shapes;
 mod shapes_of_faces;
+mod skeleton;
 mod support;
 mod tips;
 mod topology;

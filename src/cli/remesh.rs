@@ -202,7 +202,7 @@ pub fn run(args: &Args) -> Result<()> {
 }
 
 /// Whether both names lead to one file, which need not exist yet.
-fn same_file(a: &Path, b: &Path) -> bool {
+pub(super) fn same_file(a: &Path, b: &Path) -> bool {
     let full = |path: &Path| std::fs::canonicalize(path).or_else(|_| std::path::absolute(path)).ok();
     a == b || full(a).is_some_and(|a| full(b) == Some(a))
 }

@@ -5,7 +5,7 @@ use comfy_table::presets::NOTHING;
 use rtfmesh::measure::Measures;
 use rtfmesh::{DeviceInfo, Summary};
 
-fn two_columns(rows: Vec<(&str, String)>) -> String {
+pub(super) fn two_columns(rows: Vec<(&str, String)>) -> String {
     let mut table = Table::new();
     table.load_style(NOTHING);
     for (name, value) in rows {
