@@ -74,7 +74,7 @@ fn what_was_cleaned_is_said() {
 #[test]
 fn features_that_fit_no_edge_are_refused() {
     let place = Place::with("box");
-    let mut bad = |content: &str, words: &[&str]| {
+    let bad = |content: &str, words: &[&str]| {
         std::fs::write(place.path("f.obj"), content).unwrap();
         let words: Vec<&str> = words.iter().copied().chain(["f.obj"]).collect();
         refused(&place, "inspect in.ply --features f.obj --skeleton s.obj", 3, &words);

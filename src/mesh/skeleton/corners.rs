@@ -4,6 +4,7 @@ use super::graph::Graph;
 use super::grow::behind;
 use super::sides::{Sides, degrees_between};
 use crate::mesh::edges::NO_MATE;
+use crate::mesh::topology::Partition;
 
 /// Turns of more degrees are corners.
 const TURN: f64 = 60.0;
@@ -69,23 +70,22 @@ fn corner_near(graph: &Graph, vertex: u32, corners: &[bool], reach: f64) -> bool
     })
 }
 
-/// Vertices whose triangles form more than one fan: parts of the surface meet in that point alone.
+/// Vertices whose triangles form more than one fan, so that parts of the surface meet in that point alone.
 fn touching(sides: &Sides, vertices: usize) -> Vec<bool> {
+    const NONE: u32 = u32::MAX;
     let corners = sides.triangles().as_flattened();
-    // Walks around each vertex from its first corner; a corner that no walk reaches begins another fan.
-    let mut walked = vec![false; corners.len()];
-    let mut has_fan = vec![false; vertices];
-    let mut touching = vec![false; vertices];
     let next_in = |half: usize| half - half % 3 + (half + 1) % 3;
     let before = |half: usize| half - half % 3 + (half + 2) % 3;
+    // Walks around each vertex from its first corner; a corner that no walk reaches begins another fan.
+    let mut fan_of = vec![NONE; corners.len()];
+    let mut vertex_of: Vec<u32> = Vec::with_capacity(vertices);
     for first in 0..corners.len() {
-        if walked[first] {
+        if fan_of[first] != NONE {
             continue;
         }
-        let vertex = corners[first] as usize;
-        touching[vertex] |= has_fan[vertex];
-        has_fan[vertex] = true;
-        walked[first] = true;
+        let fan = vertex_of.len() as u32;
+        vertex_of.push(corners[first]);
+        fan_of[first] = fan;
         for forward in [true, false] {
             let mut half = first;
             loop {
@@ -94,11 +94,28 @@ fn touching(sides: &Sides, vertices: usize) -> Vec<bool> {
                     break;
                 }
                 half = if forward { across as usize } else { next_in(across as usize) };
-                if walked[half] {
+                if fan_of[half] != NONE {
                     break;
                 }
-                walked[half] = true;
+                fan_of[half] = fan;
             }
+        }
+    }
+    // Fans that hang together by edges without mates are one.
+    let mut fans = Partition::new(vertex_of.len());
+    for &[one, other] in &sides.joined {
+        let [one, other] = [one as usize, other as usize];
+        let ends =
+            if corners[one] == corners[other] { [other, next_in(other)] } else { [next_in(other), other] };
+        fans.join(fan_of[one], fan_of[ends[0]]);
+        fans.join(fan_of[next_in(one)], fan_of[ends[1]]);
+    }
+    let mut met = vec![false; vertices];
+    let mut touching = vec![false; vertices];
+    for (fan, &vertex) in (0..).zip(&vertex_of) {
+        if fans.root(fan) == fan {
+            touching[vertex as usize] |= met[vertex as usize];
+            met[vertex as usize] = true;
         }
     }
     touching

@@ -9,8 +9,10 @@ const SHORTEST: f64 = 2.0;
 /// and as many more for each free end and each sharp bend: creases of parts end and bend where they meet other creases,
 /// those of scans anywhere.
 const PER_FLAW: f64 = 4.0;
-/// A spacing counts as at least so many edges.
-const LINKS: f64 = 2.0;
+/// Where the angle changes from edge to edge, a spacing counts as at least so many edges, times the mean change's share of
+/// the mean angle: 0 to 0.1 on parts, 0.2 to 0.4 on scans. Noise is of the input's size, however fine the output; it also
+/// makes chains branch.
+const ROUGH_EDGES: f64 = 10.0;
 /// At least this share of their length must be sharp by itself, if they have such flaws.
 const STRONG: f64 = 0.5;
 /// Chains of less than so many spacings with a free end are a twig.
@@ -132,14 +134,35 @@ impl Part {
         part
     }
 
+    /// The mean change of the angle from edge to edge along the chains over the mean angle.
+    fn roughness(&self, graph: &Graph) -> f64 {
+        let turn = |link: u32| graph.links[link as usize].turn;
+        let (mut changes, mut count) = (0.0, 0);
+        for &vertex in &self.vertices {
+            let mut links = graph.curves_at(vertex);
+            if let (Some(one), Some(two), None) = (links.next(), links.next(), links.next()) {
+                changes += (turn(one) - turn(two)).abs();
+                count += 1;
+            }
+        }
+        let mean = self.links.iter().map(|&link| turn(link)).sum::<f64>() / self.links.len() as f64;
+        if count == 0 { 0.0 } else { changes / f64::from(count) / mean }
+    }
+
     fn is_crumb(&self, graph: &Graph, spacing: f64) -> bool {
         let is_flaw = |vertex: u32| graph.degree(vertex) == 1 || bend(graph, vertex, spacing).is_some();
         let flaws = self.vertices.iter().filter(|&&vertex| is_flaw(vertex)).count();
+        let is_branch =
+            |vertex: u32| graph.curves_at(vertex).filter(|&link| is_sharp(graph, link)).count() > 2;
+        let branches = self.vertices.iter().filter(|&&vertex| is_branch(vertex)).count();
+        let edge = self.length / self.links.len() as f64;
+        let least = |flaws: usize| SHORTEST + PER_FLAW * flaws as f64;
+        let by_noise = least(flaws + branches) * ROUGH_EDGES * self.roughness(graph) * edge;
         if flaws == 0 {
-            return self.anchors.len() < 2 && self.length < SHORTEST * spacing;
+            // A rim, or a net of creases without a loose end, such as a box.
+            let shortest = least(branches.min(2)) * spacing;
+            return (self.anchors.len() < 2 && self.length < shortest) || self.strong < by_noise;
         }
-        // Where the output is finer than the input, noise is of the input's size.
-        let unit = spacing.max(LINKS * self.length / self.links.len() as f64);
-        self.strong < (SHORTEST + PER_FLAW * flaws as f64) * unit || self.strong < STRONG * self.length
+        self.strong < (least(flaws) * spacing).max(by_noise) || self.strong < STRONG * self.length
     }
 }

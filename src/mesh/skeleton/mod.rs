@@ -27,7 +27,7 @@ use sides::Sides;
 #[derive(Debug, Clone, PartialEq)]
 pub struct SkeletonOptions {
     /// Least angle in degrees between the normals on both sides of a sharp edge, above 0 to 180; 180 turns sharp edges
-    /// off. Chains are followed down to [`FADE`] of it.
+    /// off. Chains are followed down to 0.4 of it.
     pub feature_angle: f64,
     /// Typical edge length of the output in the mesh's units, above 0: what is shorter than a few of it is a crumb, and
     /// normals are averaged over half of it.
@@ -142,7 +142,7 @@ impl Skeleton {
 }
 
 /// A sharp chain is followed to where its angle is this share of the feature angle.
-pub const FADE: f64 = 0.4;
+const FADE: f64 = 0.4;
 
 /// Finds the skeleton of `mesh`, which is as [`super::repair::repair`] leaves it.
 ///

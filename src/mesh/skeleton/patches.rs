@@ -23,7 +23,7 @@ pub(super) fn patches(graph: &Graph, sides: &Sides) -> (Vec<u32>, usize) {
         patches[first] = count;
         waiting.push(first);
         while let Some(t) = waiting.pop() {
-            for half in 3 * t..3 * t + 3 {
+            for half in [3 * t, 3 * t + 1, 3 * t + 2] {
                 let mate = sides.mates[half];
                 if mate != NO_MATE && !is_curve[half] && patches[mate as usize / 3] == u32::MAX {
                     patches[mate as usize / 3] = count;

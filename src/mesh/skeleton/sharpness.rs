@@ -69,7 +69,7 @@ fn seen_turn(points: &[DVec3], sides: &Sides, stops: &[bool], half: u32, spacing
             let t = reached[next] as usize;
             next += 1;
             sum += sides.areas[t] * sides.normals[t];
-            for half in 3 * t..3 * t + 3 {
+            for half in [3 * t, 3 * t + 1, 3 * t + 2] {
                 let mate = sides.mates[half];
                 if mate == NO_MATE || stops[half] {
                     continue;

@@ -24,6 +24,8 @@ pub(super) struct Sides<'a> {
     pub(super) mates: Vec<u32>,
     /// Edges that are curves whatever their angle, by their first half-edge.
     pub(super) fixed: Vec<(u32, CurveKind)>,
+    /// Pairs of half-edges on one edge that are no mates of each other; all on one such edge are linked by them.
+    pub(super) joined: Vec<[u32; 2]>,
     /// Whether a half-edge is on one of them.
     pub(super) is_fixed: Vec<bool>,
 }
@@ -34,6 +36,7 @@ impl<'a> Sides<'a> {
         let mut mates = vec![NO_MATE; corners.len()];
         let mut is_fixed = vec![false; corners.len()];
         let mut fixed = Vec::new();
+        let mut joined = Vec::new();
         for edge in EdgeTable::new(triangles).edges() {
             let from = |k: usize| edge[k].corners().0;
             let kind = match edge.len() {
@@ -48,6 +51,7 @@ impl<'a> Sides<'a> {
             };
             fixed.push((from(0) as u32, kind));
             edge.iter().for_each(|side| is_fixed[side.corners().0] = true);
+            joined.extend((1..edge.len()).map(|k| [from(0) as u32, from(k) as u32]));
         }
         let (mut normals, areas): (Vec<_>, Vec<_>) = triangles
             .par_iter()
@@ -59,7 +63,7 @@ impl<'a> Sides<'a> {
             .unzip();
         let lowest = (NEEDLE * spacing).max(NEEDLE_OF_DIAGONAL);
         borrow_normals(points, triangles, &mates, &areas, lowest, &mut normals);
-        Self { triangles, normals, areas, mates, fixed, is_fixed }
+        Self { triangles, normals, areas, mates, fixed, joined, is_fixed }
     }
 
     /// Makes curves of the edges between these pairs of vertices.
@@ -123,24 +127,29 @@ fn borrow_normals(
 ) {
     // Needles come in fans and rows, but not in long ones.
     const FARTHEST: usize = 8;
-    let longest = |t: usize| {
-        let [a, b, c] = triangles[t].map(|v| points[v as usize]);
-        let squares = [a.distance_squared(b), b.distance_squared(c), c.distance_squared(a)];
-        let k = (0..3).fold(0, |best, k| if squares[k] > squares[best] { k } else { best });
-        (k, squares[k].sqrt())
+    // The longest side of a triangle, the given one left out, and its length.
+    let longest = |t: usize, but: usize| {
+        let length = |half: usize| {
+            let [a, b] = [half % 3, (half + 1) % 3].map(|k| points[triangles[t][k] as usize]);
+            a.distance(b)
+        };
+        (3 * t..3 * t + 3)
+            .filter(|&half| half != but)
+            .map(|half| (half, length(half)))
+            .fold((but, 0.0), |best, side| if side.1 > best.1 { side } else { best })
     };
-    let is_needle = |t: usize| 2.0 * areas[t] < lowest * longest(t).1;
+    let is_needle = |t: usize| 2.0 * areas[t] < lowest * longest(t, usize::MAX).1;
     let borrowed: Vec<(usize, DVec3)> = (0..triangles.len())
         .into_par_iter()
         .filter(|&t| is_needle(t))
         .filter_map(|needle| {
-            let mut t = needle;
+            let (mut t, mut came_by) = (needle, usize::MAX);
             for _ in 0..FARTHEST {
-                let mate = mates[3 * t + longest(t).0];
+                let mate = *mates.get(longest(t, came_by).0)?;
                 if mate == NO_MATE {
                     return None;
                 }
-                t = mate as usize / 3;
+                (t, came_by) = (mate as usize / 3, mate as usize);
                 if !is_needle(t) {
                     return Some((needle, normals[t]));
                 }
