@@ -9,6 +9,7 @@ pub mod face;
 pub mod lists;
 pub mod neighbours;
 pub mod normals;
+pub mod place;
 pub mod planar;
 pub mod project;
 pub mod records;
