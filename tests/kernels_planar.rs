@@ -175,7 +175,7 @@ fn targets_are_centroids_and_momentum_adds_the_last_motion() {
     let (positions, normals) = on_sphere(700, 4);
     let scene = Scene::new(&positions, &normals, 24);
     let n = positions.len();
-    let faces = PlanarFaces::new(device(), n, 24, 4, None).unwrap();
+    let faces = PlanarFaces::new(device(), n, 24, 4, false, None).unwrap();
     let run = |momentum: f32, iteration: u32| {
         let mut recorder = device().recorder().unwrap();
         faces.record(&mut recorder, &scene.inputs(), &PlanarMove { iteration, ..step(momentum) }).unwrap();
@@ -209,7 +209,7 @@ fn targets_are_centroids_and_momentum_adds_the_last_motion() {
 fn the_longest_move_is_kept() {
     let (positions, normals) = on_sphere(300, 5);
     let scene = Scene::new(&positions, &normals, 24);
-    let faces = PlanarFaces::new(device(), 300, 24, 1, Some(16)).unwrap();
+    let faces = PlanarFaces::new(device(), 300, 24, 1, false, Some(16)).unwrap();
     let mut recorder = device().recorder().unwrap();
     faces.record(&mut recorder, &scene.inputs(), &PlanarMove { largest_move: 1e-3, ..step(0.0) }).unwrap();
     recorder.submit().unwrap();

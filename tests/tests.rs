@@ -7,6 +7,7 @@ mod cli;
 mod cli_bad;
 mod cli_inspect;
 mod connect;
+mod curve_sites;
 mod distance;
 mod fit;
 mod gpu_layer;

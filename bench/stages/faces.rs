@@ -30,7 +30,7 @@ fn planar(context: &Context) -> Result<Vec<Row>> {
     let short = away.iter().enumerate().map(|(i, r)| if i % FORCED == 0 { Vec2::new(0.0, r.y) } else { *r });
     let short = Buffer::from_slice(context.device, "bench.short_away", &short.collect::<Vec<_>>())?;
     for away in [&it.lists.away, &short] {
-        let faces = PlanarFaces::new(context.device, n, LIST, iterations, None)?;
+        let faces = PlanarFaces::new(context.device, n, LIST, iterations, false, None)?;
         let inputs = PlanarInputs { away, ..it.inputs() };
         // A counter an iteration: a run counts for itself.
         let mut record = |recorder: &mut _, number| faces.record(recorder, &inputs, &it.planar_move(number));

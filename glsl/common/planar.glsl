@@ -2,11 +2,12 @@
 // the face lies on its near side. Every other line leaves an interval of it; an edge of the face is a line whose
 // interval is not empty. No polygon is kept in order, so where loops are unrolled nothing is indexed at run time, and
 // all arrays are registers.
-// The including file has set K, the number of lines, LOOP, the attribute of the loops over them, and declared the buffers sites, normals
-// (packed) and neighbours.
+// The including file has set K, the number of lines, LOOP, the attribute of the loops over them, and CURVES (see
+// common/pins.glsl), and declared the buffers sites, normals (packed) and neighbours.
 #ifndef COMMON_PLANAR_GLSL
 #define COMMON_PLANAR_GLSL
 #include "common/octahedral.glsl"
+#include "common/pins.glsl"
 #include "common/tangent.glsl"
 
 const float NO_LINE = 1e30;
@@ -61,13 +62,15 @@ void cut_lines(float bound) {
 }
 
 // The lines of the K nearest listed neighbours that count: not those whose normal turns away by more than some 100
-// degrees, which are on another sheet.
-void load_lines(uint site, uint site_count, vec3 at, vec3 n, vec3 u, vec3 v) {
+// degrees, which are on another sheet, nor those of another patch.
+void load_lines(uint site, uint site_count, vec4 own, vec3 n, vec3 u, vec3 v) {
     LOOP for (uint s = 0u; s < K; ++s) {
         uint j = neighbours[s * site_count + site];
         uint known = j == NONE ? site : j;
-        bool counts = j != NONE && dot(n, unpack_normal(normals[known])) > -0.2;
-        set_line(s, sites[known].xyz - at, u, v, counts, j < site);
+        vec4 other = sites[known];
+        bool same_sheet = dot(n, unpack_normal(normals[known])) > -0.2 || counts_anywhere(other.w);
+        bool counts = j != NONE && same_sheet && same_patch(own.w, other.w);
+        set_line(s, other.xyz - own.xyz, u, v, counts, j < site);
     }
 }
 

@@ -31,11 +31,13 @@ void main() {
     // A loop, not a branch: some devices walk through a branch that no lane takes.
     for (uint entry = thread; entry < count; entry += threads) {
         uint site = FIRST ? entry : insecure[list + entry];
-        vec3 at = sites[site].xyz;
+        vec4 own = sites[site];
+        vec3 at = own.xyz;
+        bool pinned = is_pinned(own.w);
         vec3 n = unpack_normal(normals[site]);
         vec3 u, v;
         tangent_frame(n, u, v);
-        load_lines(site, site_count, at, n, u, v);
+        load_lines(site, site_count, own, n, u, v);
         // Sites that no line stands for are at least this far away: nobody has moved farther than rho times the reach
         // of his list, which changes by no more than the way between two sites. This site's own way is taken off
         // already, so its reach was at most farthest.
@@ -49,7 +51,9 @@ void main() {
         float twice_area, radius_sq;
         vec2 balance;
         measure_face(twice_area, balance, radius_sq);
-        bool security = twice_area > 0.0 && 4.0 * radius_sq <= secure * secure && radius_sq < bound * bound;
+        // A site that stays needs no face.
+        balance = pinned ? vec2(0.0) : balance;
+        bool security = pinned || twice_area > 0.0 && 4.0 * radius_sq <= secure * secure && radius_sq < bound * bound;
         if (!security) {
             uint place = atomicAdd(insecure[(FIRST ? 0u : iterations) + iteration], 1u);
             if (FIRST) insecure[list + place] = site;

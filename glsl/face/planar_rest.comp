@@ -12,6 +12,8 @@
 #include "common/threads.glsl"
 
 layout(constant_id = 1) const uint K = 24;
+// 1 where sites bear the marks of common/pins.glsl.
+layout(constant_id = 2) const uint CURVES = 0;
 
 #define LOOP [[dont_unroll]]
 const bool FIRST = false;

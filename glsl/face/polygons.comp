@@ -11,6 +11,7 @@
 #include "common/threads.glsl"
 
 layout(constant_id = 1) const uint K = 24;
+const uint CURVES = 0u;
 
 #define LOOP [[unroll]]
 
@@ -38,7 +39,7 @@ void main() {
     vec3 n = unpack_normal(normals[site]);
     vec3 u, v;
     tangent_frame(n, u, v);
-    load_lines(site, site_count, sites[site].xyz, n, u, v);
+    load_lines(site, site_count, sites[site], n, u, v);
     float bound = min(reach[site].y, widest);
     cut_lines(bound);
     float twice_area, radius_sq;

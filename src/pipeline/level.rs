@@ -4,6 +4,7 @@ use crate::Result;
 use crate::gpu::{Buffer, Device, Recorder};
 use crate::stages::lists::{ListOptions, Lists};
 use crate::stages::normals::SmoothNormals;
+use crate::stages::pins::PinnedSites;
 use crate::stages::planar::{PlanarFaces, PlanarInputs, PlanarMove};
 use crate::stages::records::TriangleRecords;
 use crate::stages::seed::Seeds;
@@ -63,6 +64,14 @@ pub(super) struct Level {
     moves: Moves,
 }
 
+/// Sites that a level begins with.
+pub(super) struct Start {
+    /// All of them, in Morton order.
+    pub seeds: Seeds,
+    /// The same as the device needs them on surfaces with curves.
+    pub pinned: Option<PinnedSites>,
+}
+
 /// Sites at rest.
 pub(super) struct Relaxed {
     pub sites: Vec<DVec3>,
@@ -75,32 +84,34 @@ pub(super) struct Relaxed {
 }
 
 impl Level {
-    /// Compiles all kernels, in parallel; later levels find them ready.
+    /// Compiles all kernels for surfaces without curves, in parallel; later levels find them ready.
     ///
     /// # Errors
     /// As [`Level::new`].
     pub fn compile(device: &Device) -> Result<()> {
         let parts: [&(dyn Fn() -> Result<()> + Sync); 5] = [
-            &|| PlanarFaces::new(device, 1, LIST, 1, None).map(drop),
+            &|| PlanarFaces::new(device, 1, LIST, 1, false, None).map(drop),
             &|| Lists::new(device, 1, &ListOptions::new(LIST)).map(drop),
             &|| Walk::new(device, 1, None).map(drop),
-            &|| SmoothNormals::new(device, 1, None).map(drop),
-            &|| Settle::new(device, 1, 1, None).map(drop),
+            &|| SmoothNormals::new(device, 1, false, None).map(drop),
+            &|| Settle::new(device, 1, 1, None, None).map(drop),
         ];
         parts.par_iter().try_for_each(|part| part())
     }
 
-    /// `spacing` is that of `seeds`, which are in Morton order.
-    pub fn new(device: &Device, seeds: &Seeds, spacing: f64, iterations: u32, moves: Moves) -> Result<Self> {
+    /// `spacing` is that of the sites.
+    pub fn new(device: &Device, start: &Start, spacing: f64, iterations: u32, moves: Moves) -> Result<Self> {
+        let Start { seeds, pinned } = start;
         let n = seeds.sites.len();
+        let curves = pinned.is_some();
         Ok(Self {
             sites: Buffer::new(device, "default.sites", n)?,
             site_triangle: Buffer::from_slice(device, "default.site_triangle", &seeds.triangles)?,
             lists: Lists::new(device, n, &ListOptions::new(LIST))?,
-            normals: SmoothNormals::new(device, n, None)?,
-            faces: PlanarFaces::new(device, n, LIST, iterations, None)?,
+            normals: SmoothNormals::new(device, n, curves, None)?,
+            faces: PlanarFaces::new(device, n, LIST, iterations, curves, None)?,
             walk: Walk::new(device, n, None)?,
-            settle: Settle::new(device, n, iterations, None)?,
+            settle: Settle::new(device, n, iterations, pinned.as_ref().map(|p| p.moving), None)?,
             spacing,
             iterations,
             moves,
@@ -111,7 +122,7 @@ impl Level {
     pub fn relax(
         &self,
         device: &Device,
-        seeds: &Seeds,
+        start: &Start,
         surface: &TriangleRecords,
         tolerance: f64,
         progress: &mut dyn FnMut(u32, f64),
@@ -119,8 +130,12 @@ impl Level {
         let mut steps = Vec::new();
         let mut recorder = device.recorder()?;
         // The seeds are the first targets; landing on the surface gives them their normals.
-        let targets: Vec<Vec4> = seeds.sites.iter().map(|p| p.as_vec3().extend(0.0)).collect();
+        let targets: Vec<Vec4> = start.seeds.sites.iter().map(|p| p.as_vec3().extend(0.0)).collect();
         recorder.upload(&self.faces.targets, &targets)?;
+        if let Some(pinned) = &start.pinned {
+            recorder.upload(&self.sites, &pinned.sites)?;
+            recorder.upload(&self.settle.surface_normals, &pinned.normals)?;
+        }
         self.record_move(&mut recorder, surface, 0)?;
         self.lists.record_build(&mut recorder, &self.sites)?;
         recorder.submit()?;
@@ -152,7 +167,7 @@ impl Level {
         iteration: u32,
     ) -> Result<()> {
         self.lists.record_refresh(recorder, &self.sites, MAX_RHO)?;
-        self.normals.record(recorder, &self.settle.surface_normals, &self.lists.neighbours)?;
+        self.normals.record(recorder, &self.settle.surface_normals, &self.lists.neighbours, &self.sites)?;
         let inputs = PlanarInputs {
             sites: &self.sites,
             normals: &self.normals.normals,

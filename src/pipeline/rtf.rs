@@ -160,7 +160,7 @@ impl Run {
                 counts = ConnectCounts { cells: Some(cells.certificate), ..cell_counts };
             }
         }
-        Ok(Connection { sites: found.sites, triangles, counts, flags: found.flags })
+        Ok(Connection { sites: found.sites, triangles, curve_sites: 0, counts, flags: found.flags })
     }
 
     /// The faces of the sites as they are now.

@@ -11,7 +11,7 @@ pub const NEAR: u32 = 14;
 /// What the kernels read of the sites.
 #[derive(Clone, Copy)]
 pub struct PlanarInputs<'a> {
-    /// Positions, w = 0.
+    /// Positions; w = 0, or the marks of [`super::pins`].
     pub sites: &'a Buffer<Vec4>,
     /// Unit normals of the tangent planes, packed as in `glsl/common/octahedral.glsl`.
     pub normals: &'a Buffer<u32>,
@@ -51,7 +51,8 @@ pub struct PlanarFaces {
 }
 
 impl PlanarFaces {
-    /// For `sites` sites with lists of `k`, and at most `iterations` iterations.
+    /// For `sites` sites with lists of `k`, and at most `iterations` iterations. The sites bear the marks of
+    /// [`super::pins`] if there are `curves`.
     ///
     /// # Errors
     /// [`crate::Error::OutOfMemory`] or [`crate::Error::Device`].
@@ -60,10 +61,12 @@ impl PlanarFaces {
         sites: usize,
         k: u32,
         iterations: u32,
+        curves: bool,
         workgroup: Option<u32>,
     ) -> Result<Self> {
-        let mut constants = planar::Constants { k: NEAR.min(k), ..Default::default() };
-        let mut rest = planar_rest::Constants { k, ..Default::default() };
+        let curves = u32::from(curves);
+        let mut constants = planar::Constants { k: NEAR.min(k), curves, ..Default::default() };
+        let mut rest = planar_rest::Constants { k, curves, ..Default::default() };
         constants.workgroup = workgroup.unwrap_or(constants.workgroup);
         rest.workgroup = workgroup.unwrap_or(rest.workgroup);
         Ok(Self {
