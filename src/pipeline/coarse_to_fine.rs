@@ -12,6 +12,7 @@ use crate::polish::{FitOptions, PolishOptions, Target, fit, polish, reach_tips};
 use crate::stages::cells::{CellSites, CellSurface, connected_cells};
 use crate::stages::connect::{ConnectCounts, connect};
 use crate::stages::face::FlagCounts;
+use crate::stages::place::Place;
 use crate::stages::records::TriangleRecords;
 use crate::stages::seed::{self, Seeds};
 use crate::stages::surface::Surface;
@@ -150,8 +151,9 @@ impl CoarseToFine<'_> {
         let level = Level::new(self.device, seeds, spacing, iterations, moves)?;
         let Relaxed { sites, triangles: under, near, steps, insecure } =
             level.relax(self.device, seeds, &self.ground.records, self.options.tolerance, progress)?;
+        let places = Place::inside(&under);
         let cells =
-            connected_cells(on, &CellSites { positions: &sites, triangles: &under, near: &near, spacing });
+            connected_cells(on, &CellSites { positions: &sites, places: &places, near: &near, spacing });
         let (triangles, counts) = connect(&sites, &cells.fans);
         let mesh = TriMesh { vertices: sites, triangles };
         let got = topology(&mesh);
