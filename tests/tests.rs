@@ -3,6 +3,7 @@
 #![allow(clippy::unwrap_used, clippy::expect_used, reason = "a test fails by panicking")]
 
 mod cells;
+mod cells_curves;
 mod cli;
 mod cli_bad;
 mod cli_inspect;

@@ -16,6 +16,7 @@ use crate::stages::connect::{ConnectCounts, connect};
 use crate::stages::curve_sites::CurveSites;
 use crate::stages::face::FlagCounts;
 use crate::stages::pins::PinnedSites;
+use crate::stages::place::Place;
 use crate::stages::records::TriangleRecords;
 use crate::stages::seed;
 use crate::stages::surface::Surface;
@@ -94,7 +95,10 @@ impl CoarseToFine<'_> {
         let curves = self.ground.curves.as_ref();
         let extent = Extent { area: self.surface.area(), euler: self.input.euler, curves };
         let plans = levels(&extent, options.vertices, options.coarsest)?;
-        let on = CellSurface::new(&self.surface.vertices, &self.surface.triangles, &self.surface.normals);
+        let mut on = CellSurface::new(&self.surface.vertices, &self.surface.triangles, &self.surface.normals);
+        if let Some(curves) = curves {
+            on = on.cut_along(&curves.on_curve, &curves.patches);
+        }
         let mut total = 0;
         let mut planned: u32 = (0..plans.len()).map(|l| self.iterations(plans.len(), l, l == 0)).sum();
         let mut coarser: Option<Found> = None;
@@ -208,19 +212,21 @@ impl CoarseToFine<'_> {
         let level = Level::new(self.device, start, spacing, iterations, moves)?;
         let Relaxed { mut sites, triangles: under, near, steps, insecure } =
             level.relax(self.device, start, &self.ground.records, self.options.tolerance, progress)?;
+        let mut places = Place::inside(&under);
         if let Some(Held { sites: on_curves, pins }) = &held {
-            // Exactly where they were put, and not where the nearest number of 32 bits is.
-            for (site, pin) in sites.iter_mut().zip(pins).filter(|(_, pin)| **pin != NONE) {
-                *site = on_curves.positions[*pin as usize];
+            for (i, pin) in pins.iter().enumerate().filter(|(_, pin)| **pin != NONE) {
+                places[i] = on_curves.places[*pin as usize];
+                // Exactly where it was put, and not where the nearest number of 32 bits is.
+                sites[i] = on_curves.positions[*pin as usize];
             }
         }
         let cells =
-            connected_cells(on, &CellSites { positions: &sites, triangles: &under, near: &near, spacing });
+            connected_cells(on, &CellSites { positions: &sites, places: &places, near: &near, spacing });
         let (triangles, counts) = connect(&sites, &cells.fans);
         let mesh = TriMesh { vertices: sites, triangles };
         let got = topology(&mesh);
-        let sound = (got.euler, got.components) == (self.input.euler, self.input.components)
-            && got.vertices == mesh.vertices.len();
+        let is = |t: &Topology| (t.euler, t.components, t.boundary_loops);
+        let sound = is(&got) == is(self.input) && got.vertices == mesh.vertices.len();
         let counts = ConnectCounts { cells: Some(cells.certificate), ..counts };
         Ok(Found { mesh, under, held, counts, sound, insecure, steps })
     }
