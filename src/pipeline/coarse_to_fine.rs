@@ -13,6 +13,7 @@ use crate::options::Options;
 use crate::polish::{FitOptions, PolishOptions, Target, fit, polish, reach_tips};
 use crate::stages::cells::{CellSites, CellSurface, connected_cells};
 use crate::stages::connect::{ConnectCounts, connect};
+use crate::stages::curve_room::CurveRoom;
 use crate::stages::curve_sites::CurveSites;
 use crate::stages::face::FlagCounts;
 use crate::stages::pins::PinnedSites;
@@ -181,23 +182,28 @@ impl CoarseToFine<'_> {
 
     /// The sites of a level, from the coarser one if that was sound.
     fn start(&self, coarser: Option<Found>, plan: &LevelPlan) -> (Start, Option<Held>) {
-        let curves = self.ground.curves.as_ref();
-        let seeds = match &coarser {
-            Some(Found { mesh, under, held, .. }) => {
-                let held = curves.zip(held.as_ref()).map(|(curves, Held { sites, pins })| HeldSites {
-                    curves,
-                    sites,
-                    pins,
-                });
-                refine(&Coarser { mesh, under, held }, plan.interior)
-            }
-            None => seed::stratified(self.surface, plan.interior, self.options.seed),
+        let Some(curves) = &self.ground.curves else {
+            let seeds = match &coarser {
+                Some(Found { mesh, under, .. }) => {
+                    refine(&Coarser { mesh, under, held: None }, plan.interior)
+                }
+                None => seed::stratified(self.surface, plan.interior, self.options.seed),
+            };
+            return (Start { seeds, pinned: None }, None);
         };
-        let Some(curves) = curves else { return (Start { seeds, pinned: None }, None) };
         // They stand anew at every level: where the coarser ones were is no place for the finer.
         let sites = curves.sites(plan.spacing);
+        let room = CurveRoom::new(curves, &sites, plan.spacing);
+        let seeds = match &coarser {
+            Some(Found { mesh, under, held: Some(held), .. }) => {
+                let held = HeldSites { curves, sites: &held.sites, pins: &held.pins, room: &room };
+                refine(&Coarser { mesh, under, held: Some(held) }, plan.interior)
+            }
+            _ => room.scattered(self.surface, plan.interior, self.options.seed),
+        };
         let (seeds, pins) = sites.merge(curves, seeds);
-        let pinned = PinnedSites::new(curves, &self.surface.normals, &seeds, &sites, &pins);
+        let spacing = plan.spacing;
+        let pinned = PinnedSites::new(curves, &self.surface.normals, &seeds, (&sites, &pins), spacing);
         (Start { seeds, pinned: Some(pinned) }, Some(Held { sites, pins }))
     }
 

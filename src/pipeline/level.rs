@@ -8,7 +8,7 @@ use crate::stages::pins::PinnedSites;
 use crate::stages::planar::{PlanarFaces, PlanarInputs, PlanarMove};
 use crate::stages::records::TriangleRecords;
 use crate::stages::seed::Seeds;
-use crate::stages::step::Settle;
+use crate::stages::step::{KeepOff, Settle};
 use crate::stages::walk::Walk;
 use glam::{DVec3, Vec2, Vec4};
 use rayon::prelude::*;
@@ -59,6 +59,8 @@ pub(super) struct Level {
     faces: PlanarFaces,
     walk: Walk,
     settle: Settle,
+    /// On surfaces with curves.
+    keep_off: Option<KeepOff>,
     spacing: f64,
     iterations: u32,
     moves: Moves,
@@ -112,6 +114,7 @@ impl Level {
             faces: PlanarFaces::new(device, n, LIST, iterations, curves, None)?,
             walk: Walk::new(device, n, None)?,
             settle: Settle::new(device, n, iterations, pinned.as_ref().map(|p| p.moving), None)?,
+            keep_off: curves.then(|| KeepOff::new(device, None)).transpose()?,
             spacing,
             iterations,
             moves,
@@ -185,6 +188,9 @@ impl Level {
             widest: (WIDEST * self.spacing) as f32,
         };
         self.faces.record(recorder, &inputs, &step)?;
+        if let Some(keep_off) = &self.keep_off {
+            keep_off.record(recorder, &inputs, &self.faces.targets, self.spacing)?;
+        }
         self.record_move(recorder, surface, iteration)
     }
 

@@ -4,11 +4,15 @@ use crate::TriMesh;
 use crate::gpu::NONE;
 use crate::mesh::edges::EdgeTable;
 use crate::mesh::triangle::closest_on_triangle;
+use crate::stages::curve_room::CurveRoom;
 use crate::stages::curve_sites::CurveSites;
 use crate::stages::place::Place;
 use crate::stages::seed::Seeds;
 use crate::stages::surface_curves::SurfaceCurves;
 use glam::DVec3;
+
+/// Times that all triangles are asked for a point with room in them; after that any point will do.
+const PICKY_ROUNDS: usize = 6;
 
 /// A level's mesh.
 pub(super) struct Coarser<'a> {
@@ -25,6 +29,8 @@ pub(super) struct HeldSites<'a> {
     pub sites: &'a CurveSites,
     /// Which of them each vertex is, [`NONE`] for an interior one.
     pub pins: &'a [u32],
+    /// What the curve sites of the finer level leave.
+    pub room: &'a CurveRoom<'a>,
 }
 
 impl HeldSites<'_> {
@@ -69,6 +75,10 @@ impl Coarser<'_> {
         self.held.as_ref().is_none_or(|held| held.pins[v as usize] == NONE)
     }
 
+    fn has_room(&self, point: DVec3, triangle: u32) -> bool {
+        self.held.as_ref().is_none_or(|held| held.room.has_room(point, triangle))
+    }
+
     /// A triangle from where the surface leads to `point`, which is between these vertices.
     fn triangle(&self, vertices: &[u32], point: DVec3) -> u32 {
         let free = vertices.iter().find(|v| self.is_free(**v));
@@ -87,26 +97,32 @@ impl Coarser<'_> {
 /// The middle of an edge is off the surface; its triangle is that of one end, from where the surface leads to it.
 pub(super) fn refine(coarser: &Coarser, count: usize) -> Seeds {
     let mesh = coarser.mesh;
-    let free = (0..mesh.vertices.len() as u32).filter(|v| coarser.is_free(*v));
-    let (mut sites, mut triangles): (Vec<DVec3>, Vec<u32>) =
-        free.map(|v| (mesh.vertices[v as usize], coarser.under[v as usize])).unzip();
+    let free = (0..mesh.vertices.len()).filter(|v| coarser.is_free(*v as u32));
+    let (mut sites, mut triangles): (Vec<DVec3>, Vec<u32>) = free
+        .map(|v| (mesh.vertices[v], coarser.under[v]))
+        .filter(|(point, t)| coarser.has_room(*point, *t))
+        .unzip();
     let along = coarser.held.as_ref().map(HeldSites::edges).unwrap_or_default();
-    let mut edges: Vec<(u32, u32)> = EdgeTable::new(&mesh.triangles)
+    let mut edges: Vec<((u32, u32), DVec3, u32)> = EdgeTable::new(&mesh.triangles)
         .edges()
         .filter_map(|e| e.first().map(|side| side.ends()))
         .filter(|edge| along.binary_search(edge).is_err())
+        .map(|(a, b)| {
+            let middle = 0.5 * (mesh.vertices[a as usize] + mesh.vertices[b as usize]);
+            ((a, b), middle, coarser.triangle(&[a, b], middle))
+        })
+        .filter(|(_, middle, triangle)| coarser.has_room(*middle, *triangle))
         .collect();
     let wanted = count.saturating_sub(sites.len());
     if edges.len() > wanted {
         let length_sq =
             |(a, b): (u32, u32)| mesh.vertices[a as usize].distance_squared(mesh.vertices[b as usize]);
-        edges.sort_by(|a, b| length_sq(*b).total_cmp(&length_sq(*a)).then(a.cmp(b)));
+        edges.sort_by(|(a, ..), (b, ..)| length_sq(*b).total_cmp(&length_sq(*a)).then(a.cmp(b)));
         edges.truncate(wanted);
     }
-    for (a, b) in edges {
-        let middle = 0.5 * (mesh.vertices[a as usize] + mesh.vertices[b as usize]);
+    for (_, middle, triangle) in edges {
         sites.push(middle);
-        triangles.push(coarser.triangle(&[a, b], middle));
+        triangles.push(triangle);
     }
     let mut largest: Vec<(f64, usize)> = (0..mesh.triangles.len())
         .map(|t| {
@@ -125,8 +141,11 @@ pub(super) fn refine(coarser: &Coarser, count: usize) -> Seeds {
         let point = (corners[0] + corners[1] + corners[2]) / 3.0 * (1.0 - 1.0 / (3 + round) as f64) + towards;
         let mut vertices = mesh.triangles[*t];
         vertices.rotate_left(round % 3);
-        sites.push(point);
-        triangles.push(coarser.triangle(&vertices, point));
+        let triangle = coarser.triangle(&vertices, point);
+        if round >= PICKY_ROUNDS || coarser.has_room(point, triangle) {
+            sites.push(point);
+            triangles.push(triangle);
+        }
     }
     sites.truncate(count);
     triangles.truncate(count);

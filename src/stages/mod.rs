@@ -5,6 +5,7 @@ pub mod cells;
 pub mod centroid;
 pub mod closest;
 pub mod connect;
+pub mod curve_room;
 pub mod curve_sites;
 pub mod face;
 pub mod lists;

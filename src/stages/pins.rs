@@ -12,10 +12,12 @@ use super::surface_curves::SurfaceCurves;
 use crate::gpu::NONE;
 use glam::{DVec3, Vec4};
 
-/// A curve site whose normal turns away from none of its patches.
-const PINNED: f32 = -1.0;
-/// A curve site where the normals of the patches say nothing, as at the corner of a box or the edge of a blade.
-const PINNED_ANYWHERE: f32 = -2.0;
+/// In the code of a curve site: one whose normal says nothing of its patches, as at the corner of a box or the edge of a
+/// blade.
+const ANYWHERE: u32 = 1 << 20;
+/// The place of the number of quarters of a spacing that the curve goes on, and the largest such number.
+const REACH_SHIFT: u32 = 21;
+const MOST_QUARTERS: f64 = 7.0;
 /// Cosine of the largest angle between the normal of a curve site and those of its patches.
 const LEAST_COSINE: f64 = -0.05;
 /// Numbers that an `f32` has exactly.
@@ -34,14 +36,15 @@ pub struct PinnedSites {
 
 impl PinnedSites {
     /// Of merged sites: those with an entry in `pins` are these `curve_sites` (see [`CurveSites::merge`]). `normals` are
-    /// those of the surface's triangles. Panics if the three do not belong together.
+    /// those of the surface's triangles. Panics if these do not belong together.
     pub fn new(
         curves: &SurfaceCurves,
         normals: &[DVec3],
         seeds: &Seeds,
-        curve_sites: &CurveSites,
-        pins: &[u32],
+        (curve_sites, pins): (&CurveSites, &[u32]),
+        spacing: f64,
     ) -> Self {
+        let lines = lines(curve_sites, curves.corner_count(), spacing);
         let mut result = Self::default();
         for (i, pin) in pins.iter().enumerate() {
             let at = seeds.sites[i].as_vec3();
@@ -52,12 +55,45 @@ impl PinnedSites {
                 result.moving += 1;
             } else {
                 let (normal, certain) = normal_at(curves, normals, curve_sites.places[*pin as usize]);
-                result.sites.push(at.extend(if certain { PINNED } else { PINNED_ANYWHERE }));
+                let code = lines[*pin as usize] | if certain { 0 } else { ANYWHERE };
+                // Whole numbers up to 2^24, which an f32 has exactly.
+                result.sites.push(at.extend(-((1 + code) as f32)));
                 result.normals.push(octahedral(normal));
             }
         }
         result
     }
+}
+
+/// For each site the code of its curve: the direction, and how far it goes on; 0 at `corners`, which come first, and where
+/// it has no direction.
+fn lines(sites: &CurveSites, corners: usize, spacing: f64) -> Vec<u32> {
+    let mut beside = vec![Vec::new(); sites.positions.len()];
+    for [a, b] in &sites.segments {
+        beside[*a as usize].push(*b);
+        beside[*b as usize].push(*a);
+    }
+    let code = |(i, beside): (usize, &Vec<u32>)| {
+        let &[a, b] = beside.as_slice() else { return 0 };
+        let [at, a, b] = [i as u32, a, b].map(|site| sites.positions[site as usize]);
+        let direction = (b - a).normalize_or_zero();
+        if i < corners || direction == DVec3::ZERO {
+            return 0;
+        }
+        let quarters = (2.0 * (a.distance(at) + at.distance(b)) / spacing).round().clamp(1.0, MOST_QUARTERS);
+        coarse_direction(direction) | (quarters as u32) << REACH_SHIFT
+    };
+    beside.iter().enumerate().map(code).collect()
+}
+
+/// A direction by 10 bits an axis: the octahedral map as in [`octahedral`], off by at most 4e-3.
+fn coarse_direction(direction: DVec3) -> u32 {
+    let fine = octahedral(direction);
+    let bits = |short: u32| {
+        let value = f64::from(short as u16 as i16) / 32767.0;
+        ((value + 1.0) * 511.0).round() as u32
+    };
+    bits(fine & 0xffff) | bits(fine >> 16) << 10
 }
 
 /// The mean of the normals of the patches at a place, each once, and whether it is on the side of all of them.

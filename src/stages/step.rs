@@ -1,8 +1,9 @@
 //! The move itself and its size.
 
+use super::planar::PlanarInputs;
 use super::walk::Walk;
 use crate::Result;
-use crate::gpu::kernels::step::{reduce, settle, step};
+use crate::gpu::kernels::step::{keep_off, reduce, settle, step};
 use crate::gpu::{Buffer, Device, Pipeline, Recorder, Threads};
 use glam::{Vec2, Vec4};
 
@@ -120,5 +121,38 @@ impl Settle {
         let bindings = reduce::Bindings { partials: &self.partials, history: &self.history };
         // One workgroup, see the kernel.
         recorder.dispatch(&self.reduce, Threads(1), &push, &bindings)
+    }
+}
+
+/// Keeps targets off curves.
+pub struct KeepOff {
+    pipeline: Pipeline<keep_off::Shader>,
+}
+
+impl KeepOff {
+    /// # Errors
+    /// [`crate::Error::OutOfMemory`] or [`crate::Error::Device`].
+    pub fn new(device: &Device, workgroup: Option<u32>) -> Result<Self> {
+        let mut constants = keep_off::Constants::default();
+        constants.workgroup = workgroup.unwrap_or(constants.workgroup);
+        Ok(Self { pipeline: Pipeline::new(device, constants)? })
+    }
+
+    /// Records moving the `targets` of sites that bear the marks of [`super::pins`]. The lists in `inputs` must have at
+    /// least 12 slots.
+    ///
+    /// # Errors
+    /// As [`Recorder::dispatch`].
+    pub fn record(
+        &self,
+        recorder: &mut Recorder,
+        inputs: &PlanarInputs<'_>,
+        targets: &Buffer<Vec4>,
+        spacing: f64,
+    ) -> Result<()> {
+        let push = keep_off::Push { site_count: inputs.sites.len() as u32, spacing: spacing as f32 };
+        let PlanarInputs { sites, normals, neighbours, .. } = *inputs;
+        let bindings = keep_off::Bindings { sites, normals, neighbours, targets };
+        recorder.dispatch(&self.pipeline, Threads(sites.len()), &push, &bindings)
     }
 }
