@@ -121,14 +121,13 @@ fn short_curves_and_two_between_the_same_corners_double_no_edge() {
     let n = 12;
     let bow = |k: i32, up: f64| {
         let x = f64::from(k) / f64::from(n);
-        DVec3::new(x, up * 2.0 * x * (1.0 - x), 0.0)
+        DVec3::new(x, up * x * (1.0 - x), 0.0)
     };
     let points: Vec<DVec3> = (0..=n)
         .map(|k| bow(k, -1.0))
         .chain((1..n).rev().map(|k| bow(k, 1.0)))
         .chain([DVec3::new(0.5, 0.0, 0.0)])
         .collect();
-    let rim = points.len() as u32 - 1;
     let lens = star(points);
     let found = curves(&lens, 40.0, 0.1);
     assert_eq!((found.corner_count(), found.curve_count()), (2, 2));

@@ -15,6 +15,7 @@ mod gpu_layer;
 mod intersections;
 mod io;
 mod io_bad;
+mod kernels_curves;
 mod kernels_face;
 mod kernels_lists;
 mod kernels_move;

@@ -52,7 +52,7 @@ void main() {
         float size = length(away);
         away /= max(size, 1e-20);
         float missing = LEAST * reach - dot(off, away);
-        bool near = is_pinned(other.w) && faces && abs(along) <= reach && missing > 0.0 && size > 1e-5 * spacing;
+        bool near = is_pinned(other.w) && faces && reach > 0.0 && abs(along) <= reach && missing > 0.0 && size > 1e-5 * spacing;
         // Several sites of one curve ask for the same.
         push += near ? max(missing - dot(push, away), 0.0) * away : vec3(0.0);
     }

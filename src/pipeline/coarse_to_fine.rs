@@ -35,10 +35,10 @@ pub(super) struct CoarseToFine<'a> {
 
 /// The surface in the forms that the walk and the polish need.
 pub(super) struct Ground {
-    records: TriangleRecords,
+    pub(super) records: TriangleRecords,
     mesh: TriMesh,
     target: Target,
-    curves: Option<SurfaceCurves>,
+    pub(super) curves: Option<SurfaceCurves>,
     pub skeleton: SkeletonSummary,
 }
 
@@ -61,7 +61,7 @@ impl Ground {
 }
 
 /// A level's mesh in the unit-diagonal frame.
-struct Found {
+pub(super) struct Found {
     mesh: TriMesh,
     under: Vec<u32>,
     held: Option<Held>,
@@ -72,10 +72,10 @@ struct Found {
 }
 
 /// The curve sites of a level.
-struct Held {
+pub(super) struct Held {
     sites: CurveSites,
     /// Which of them each site is, [`NONE`] for an interior one.
-    pins: Vec<u32>,
+    pub pins: Vec<u32>,
 }
 
 impl Held {
@@ -181,7 +181,7 @@ impl CoarseToFine<'_> {
     }
 
     /// The sites of a level, from the coarser one if that was sound.
-    fn start(&self, coarser: Option<Found>, plan: &LevelPlan) -> (Start, Option<Held>) {
+    pub(super) fn start(&self, coarser: Option<Found>, plan: &LevelPlan) -> (Start, Option<Held>) {
         let Some(curves) = &self.ground.curves else {
             let seeds = match &coarser {
                 Some(Found { mesh, under, .. }) => {

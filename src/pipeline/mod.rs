@@ -4,6 +4,8 @@ mod coarse_to_fine;
 mod level;
 mod plan;
 mod refine;
+#[cfg(test)]
+mod relaxing;
 mod rtf;
 
 use crate::gpu::kernels::face::cell;
@@ -312,7 +314,7 @@ fn warnings(
     let lost = flags.triangle_overflow + flags.plane_overflow + flags.corner_overflow + flags.badly_closed;
     say(lost > 0, format!("{lost} sites have no face (see flags in the report)"));
     say(
-        !input.is_closed_manifold(),
+        options.method == Method::Rtf && !input.is_closed_manifold(),
         "the input is not a closed manifold; this preset connects closed surfaces only".into(),
     );
     say(
