@@ -131,24 +131,6 @@ impl Scene {
         (self.mesh.vertices[last as usize], Place::Vertex(last))
     }
 
-    /// The nearest `k` of each site, as the device lists them.
-    fn near(&self, k: usize) -> Vec<u32> {
-        let n = self.sites.len();
-        let mut near = vec![u32::MAX; k * n];
-        for i in 0..n {
-            let d = |j: &usize| self.sites[*j].distance_squared(self.sites[i]);
-            let mut order: Vec<usize> = (0..n).filter(|j| *j != i).collect();
-            let by = |a: &usize, b: &usize| d(a).total_cmp(&d(b));
-            if order.len() > k {
-                order.select_nth_unstable_by(k, by);
-                order.truncate(k);
-            }
-            order.sort_by(by);
-            order.iter().enumerate().for_each(|(slot, j)| near[slot * n + i] = *j as u32);
-        }
-        near
-    }
-
     pub fn cells(&self, k: usize) -> ConnectedCells {
         let mut on_curve = HashSet::new();
         for curve in &self.skeleton.curves {
@@ -166,7 +148,7 @@ impl Scene {
             .collect();
         let surface = CellSurface::new(&self.mesh.vertices, &self.mesh.triangles, &self.normals)
             .cut_along(&curves, &self.skeleton.patches);
-        let near = self.near(k);
+        let near = near(&self.sites, k);
         let sites =
             CellSites { positions: &self.sites, places: &self.places, near: &near, spacing: self.spacing };
         connected_cells(&surface, &sites)
@@ -180,6 +162,24 @@ impl Scene {
     fn segments_of(&self, kind: CurveKind) -> usize {
         self.segments.iter().filter(|s| s.1 == kind).count()
     }
+}
+
+/// The nearest `k` of each site, as the device lists them.
+pub fn near(sites: &[DVec3], k: usize) -> Vec<u32> {
+    let n = sites.len();
+    let mut near = vec![u32::MAX; k * n];
+    for i in 0..n {
+        let d = |j: &usize| sites[*j].distance_squared(sites[i]);
+        let mut order: Vec<usize> = (0..n).filter(|j| *j != i).collect();
+        let by = |a: &usize, b: &usize| d(a).total_cmp(&d(b));
+        if order.len() > k {
+            order.select_nth_unstable_by(k, by);
+            order.truncate(k);
+        }
+        order.sort_by(by);
+        order.iter().enumerate().for_each(|(slot, j)| near[slot * n + i] = *j as u32);
+    }
+    near
 }
 
 #[track_caller]
@@ -280,6 +280,45 @@ fn open_surfaces_keep_their_rims() {
     assert_same_topology("close shells", &union(&shell(1.0), &shell(0.99)), 1000);
 }
 
+/// A square with a narrow slit from one side to the middle.
+fn slit(width: f64) -> TriMesh {
+    let square = plane(16, 0.0);
+    let open = moved(&square, |v| {
+        let apart = if v.y < 0.5 { width * (0.5 - v.y) } else { 0.0 };
+        DVec3::new(v.x + if v.x < 0.5 { -apart } else { apart }, v.y, 0.0)
+    });
+    let in_slit = |t: &[u32; 3]| {
+        let xs = t.map(|v| square.vertices[v as usize]);
+        xs.iter().any(|v| v.x == 0.5 && v.y < 0.5) && xs.iter().any(|v| v.x < 0.5)
+    };
+    TriMesh { triangles: open.triangles.iter().filter(|t| !in_slit(t)).copied().collect(), ..open }
+}
+
+/// A flat grid whose fold along x = 0.5 fades from `angle` degrees at y = 0 to none at y = 0.7.
+fn fading(n: u32, angle: f64) -> TriMesh {
+    moved(&plane(n, 0.0), |v| {
+        let fold = (0.5 * angle.to_radians()).tan() * (1.0 - v.y / 0.7).max(0.0);
+        DVec3::new(v.x, v.y, -fold * (v.x - 0.5).abs())
+    })
+}
+
+#[test]
+fn what_lies_beyond_a_gap_or_a_fold_does_not_count() {
+    for width in [0.5, 0.05] {
+        assert_same_topology(
+            "slit",
+            &moved(&slit(0.0), |v| {
+                // The slit is 1/16 wide; the part left of it moves up to its right side.
+                let close = (1.0 - width) / 16.0;
+                if v.x < 0.5 && v.y <= 0.5 { v + close * DVec3::X * (1.0 - 2.0 * v.y).max(0.0) } else { v }
+            }),
+            800,
+        );
+    }
+    assert_same_topology("fold", &fading(40, 80.0), 600);
+    assert_same_topology("sharp fold", &fading(40, 150.0), 600);
+}
+
 #[test]
 fn sheets_on_one_edge_share_it() {
     let sheets = (0..3).fold(TriMesh::default(), |all, k| {
@@ -301,7 +340,7 @@ fn closed_surfaces_have_sites_for_sectors() {
     let scene = Scene::new(&mesh, 600, 0);
     let with_curves = scene.cells(24);
     let surface = CellSurface::new(&scene.mesh.vertices, &scene.mesh.triangles, &scene.normals);
-    let near = scene.near(24);
+    let near = near(&scene.sites, 24);
     let sites =
         CellSites { positions: &scene.sites, places: &scene.places, near: &near, spacing: scene.spacing };
     assert_eq!(connected_cells(&surface, &sites).fans, with_curves.fans);

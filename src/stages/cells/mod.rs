@@ -25,10 +25,11 @@ use glam::DVec3;
 use rayon::prelude::*;
 use sectors::{Sectors, SitesByTriangle};
 use serde::Serialize;
-use walk::{Cell, Scene, Walk};
+use std::collections::BTreeMap;
+use walk::{Cell, Scene, Uncut, Walk};
 
 /// Times that cells which do not fit together are made anew.
-const REPAIRS: u32 = 3;
+const REPAIRS: u32 = 6;
 
 /// The surface as cells walk over it.
 pub struct CellSurface<'a> {
@@ -141,7 +142,7 @@ pub fn connected_cells(surface: &CellSurface, sites: &CellSites) -> ConnectedCel
     let scene = Scene { surface, sites, sectors, under };
     let mut cells: Vec<Cell> = (0..scene.sectors.len())
         .into_par_iter()
-        .map_init(Walk::default, |walk, s| walk.cell(&scene, s))
+        .map_init(Walk::default, |walk, s| walk.cell(&scene, s, &[]))
         .collect();
     if surface.has_border {
         repair(&scene, &mut cells);
@@ -151,25 +152,31 @@ pub fn connected_cells(surface: &CellSurface, sites: &CellSites) -> ConnectedCel
     let (fans, broken_cells, encroached) = fan::fans(&scene, &border, &cells);
     let certificate = Certificate {
         area: cells.iter().map(|c| c.area).sum::<f64>() / whole,
-        unshared_corners: fan::unshared(&scene, &cells).len(),
+        unshared_corners: fan::unshared(&scene, &cells),
         broken_cells,
     };
     ConnectedCells { fans, certificate, encroached }
 }
 
-/// Near the border a site may have cut a cell although a curve or a gap lies between. The other cell does not see that,
-/// so cells that disagree with a neighbour are made anew by asking for a way over the surface.
+/// Near the border a site may have cut a cell although a gap or a curve lies between, so that its own cell does not reach
+/// there. Such cells are made anew without the cut, in the triangles where it was met or, if nowhere the other cell
+/// meets them, altogether.
 fn repair(scene: &Scene, cells: &mut [Cell]) {
-    let mut strict = vec![false; cells.len()];
+    let mut without: BTreeMap<usize, Vec<Uncut>> = BTreeMap::new();
     for _ in 0..REPAIRS {
-        let wrong: Vec<usize> = fan::disagreeing(scene, cells).into_iter().filter(|s| !strict[*s]).collect();
+        let wrong = fan::one_sided(scene, cells);
         if wrong.is_empty() {
             break;
         }
+        let mut sectors = Vec::new();
+        for (s, uncut) in wrong {
+            without.entry(s).or_default().push(uncut);
+            sectors.push(s);
+        }
+        sectors.dedup();
         let again: Vec<Cell> =
-            wrong.par_iter().map_init(Walk::strict, |walk, s| walk.cell(scene, *s)).collect();
-        for (s, cell) in wrong.into_iter().zip(again) {
-            strict[s] = true;
+            sectors.par_iter().map_init(Walk::default, |walk, s| walk.cell(scene, *s, &without[s])).collect();
+        for (s, cell) in sectors.into_iter().zip(again) {
             cells[s] = cell;
         }
     }
