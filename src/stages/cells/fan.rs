@@ -1,7 +1,7 @@
 //! From the cells' corners to fans: the neighbours of every sector in their order.
 
 use super::border::{Border, Encroached};
-use super::walk::{Cell, Scene, Uncut};
+use super::walk::{Cell, Scene};
 use crate::stages::connect::Fans;
 use rayon::prelude::*;
 
@@ -153,8 +153,8 @@ pub(super) fn unshared(scene: &Scene, cells: &[Cell]) -> usize {
     corners.chunk_by(|a, b| a == b).filter(|same| same.len() != 3).count()
 }
 
-/// Sectors, rising, with the cuts by sites whose cells do not run along theirs there.
-pub(super) fn one_sided(scene: &Scene, cells: &[Cell]) -> Vec<(usize, Uncut)> {
+/// Sectors, rising, with a site whose cell does not run along theirs where theirs runs along it.
+pub(super) fn one_sided(scene: &Scene, cells: &[Cell]) -> Vec<(usize, u32)> {
     let mut edges: Vec<[u32; 3]> = cells
         .iter()
         .enumerate()
@@ -165,12 +165,10 @@ pub(super) fn one_sided(scene: &Scene, cells: &[Cell]) -> Vec<(usize, Uncut)> {
     let mut wrong = Vec::new();
     for (s, cell) in cells.iter().enumerate() {
         let i = scene.sectors.site[s];
-        for edge in cell.edges.iter().filter(|edge| !both(i, edge)) {
-            let [by, triangle] = *edge;
-            let elsewhere = cell.edges.iter().any(|other| other[0] == by && both(i, other));
-            wrong.push((s, Uncut { by, triangle: elsewhere.then_some(triangle) }));
-        }
+        wrong.extend(cell.edges.iter().filter(|edge| !both(i, edge)).map(|[j, _]| (s, *j)));
     }
+    wrong.sort_unstable();
+    wrong.dedup();
     wrong
 }
 

@@ -159,8 +159,7 @@ pub fn connected_cells(surface: &CellSurface, sites: &CellSites) -> ConnectedCel
 }
 
 /// Near the border a site may have cut a cell although a gap or a curve lies between, so that its own cell does not reach
-/// there. Such cells are made anew without the cut, in the triangles where it was met or, if nowhere the other cell
-/// meets them, altogether.
+/// there. Such cells are made anew: that site cuts them in the triangles of its own cell only.
 fn repair(scene: &Scene, cells: &mut [Cell]) {
     let mut without: BTreeMap<usize, Vec<Uncut>> = BTreeMap::new();
     for _ in 0..REPAIRS {
@@ -169,8 +168,13 @@ fn repair(scene: &Scene, cells: &mut [Cell]) {
             break;
         }
         let mut sectors = Vec::new();
-        for (s, uncut) in wrong {
-            without.entry(s).or_default().push(uncut);
+        for (s, by) in wrong {
+            let theirs = scene.sectors.in_patch(by, scene.sectors.patch[s]);
+            let mut but_in: Vec<u32> = theirs.flat_map(|r| cells[r].triangles.iter().copied()).collect();
+            but_in.sort_unstable();
+            let uncut = without.entry(s).or_default();
+            uncut.retain(|u| u.by != by);
+            uncut.push(Uncut { by, but_in });
             sectors.push(s);
         }
         sectors.dedup();

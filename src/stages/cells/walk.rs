@@ -32,6 +32,8 @@ pub(super) struct Cell {
     pub area: f64,
     /// The neighbours along its boundary with the triangles in which it runs; only if the surface has a border.
     pub edges: Vec<[u32; 2]>,
+    /// The triangles that it lies in, rising; only if the surface has a border.
+    pub triangles: Vec<u32>,
     /// Where its boundary, counter-clockwise, reaches the border and leaves it.
     pub exits: Vec<OnBorder>,
     pub entries: Vec<OnBorder>,
@@ -40,12 +42,12 @@ pub(super) struct Cell {
 }
 
 /// A cut that does not count.
-#[derive(Debug, Clone, Copy)]
+#[derive(Debug, Clone)]
 pub(super) struct Uncut {
     /// The site that would cut.
     pub by: u32,
-    /// The only triangle where it does not count; `None` if it is all.
-    pub triangle: Option<u32>,
+    /// The triangles, rising, where it does count.
+    pub but_in: Vec<u32>,
 }
 
 /// A point on the border where the cell of a neighbour begins or ends.
@@ -115,6 +117,9 @@ impl Walk {
                 all = true;
                 self.clip(scene, s, t, without);
             }
+            if surface.has_border && !self.polygon.is_empty() {
+                cell.triangles.push(t);
+            }
             let count = self.polygon.len();
             for m in 0..count {
                 let (point, label) = self.polygon[m];
@@ -145,6 +150,7 @@ impl Walk {
                 }
             }
         }
+        cell.triangles.sort_unstable();
         cell
     }
 
@@ -178,7 +184,7 @@ impl Walk {
             let (middle, direction) = (0.5 * (at + other), other - at);
             let offset = 0.5 * (weight(i) - weight(j));
             let beyond = |p: DVec3| (p - middle).dot(direction) - offset;
-            let uncut = |u: &Uncut| u.by == j && u.triangle.is_none_or(|only| only == t);
+            let uncut = |u: &Uncut| u.by == j && u.but_in.binary_search(&t).is_err();
             if counts != Some(false)
                 && !without.iter().any(uncut)
                 && cut(&self.polygon, beyond, Label::Site(j), &mut self.clipped)
