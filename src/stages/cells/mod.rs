@@ -161,26 +161,37 @@ pub fn connected_cells(surface: &CellSurface, sites: &CellSites) -> ConnectedCel
 /// Near the border a site may have cut a cell although a gap or a curve lies between, so that its own cell does not reach
 /// there. Such cells are made anew: that site cuts them in the triangles of its own cell only.
 fn repair(scene: &Scene, cells: &mut [Cell]) {
+    let sectors = &scene.sectors;
     let mut without: BTreeMap<usize, Vec<Uncut>> = BTreeMap::new();
     for _ in 0..REPAIRS {
         let wrong = fan::one_sided(scene, cells);
-        if wrong.is_empty() {
-            break;
-        }
-        let mut sectors = Vec::new();
-        for (s, by) in wrong {
-            let theirs = scene.sectors.in_patch(by, scene.sectors.patch[s]);
+        // The other cell may have gone too far, when this one was smaller.
+        let uncut_by = |r: usize, i: u32| without.get(&r).is_some_and(|list| list.iter().any(|u| u.by == i));
+        let too_far = wrong.iter().flat_map(|&(s, by)| {
+            let i = sectors.site[s];
+            let was_without = move |r: &usize| uncut_by(*r, i);
+            sectors.in_patch(by, sectors.patch[s]).filter(was_without).map(move |r| (r, i))
+        });
+        let mut again: Vec<(usize, u32)> = too_far.chain(wrong.iter().copied()).collect();
+        again.sort_unstable();
+        again.dedup();
+        for (s, by) in &again {
+            let theirs = sectors.in_patch(*by, sectors.patch[*s]);
             let mut but_in: Vec<u32> = theirs.flat_map(|r| cells[r].triangles.iter().copied()).collect();
             but_in.sort_unstable();
-            let uncut = without.entry(s).or_default();
-            uncut.retain(|u| u.by != by);
-            uncut.push(Uncut { by, but_in });
-            sectors.push(s);
+            let uncut = without.entry(*s).or_default();
+            uncut.retain(|u| u.by != *by);
+            uncut.push(Uncut { by: *by, but_in });
         }
-        sectors.dedup();
-        let again: Vec<Cell> =
-            sectors.par_iter().map_init(Walk::default, |walk, s| walk.cell(scene, *s, &without[s])).collect();
-        for (s, cell) in sectors.into_iter().zip(again) {
+        again.dedup_by_key(|(s, _)| *s);
+        if again.is_empty() {
+            break;
+        }
+        let new: Vec<Cell> = again
+            .par_iter()
+            .map_init(Walk::default, |walk, (s, _)| walk.cell(scene, *s, &without[s]))
+            .collect();
+        for ((s, _), cell) in again.into_iter().zip(new) {
             cells[s] = cell;
         }
     }
