@@ -8,7 +8,7 @@ use rtfmesh::TriMesh;
 use rtfmesh::mesh::repair::repair;
 use rtfmesh::mesh::skeleton::{Curve, CurveKind, Skeleton, SkeletonOptions, skeleton, spacing_of};
 use rtfmesh::mesh::topology::topology;
-use rtfmesh::stages::cells::{CellSites, CellSurface, ConnectedCells, connected_cells};
+use rtfmesh::stages::cells::{CellSites, CellSurface, ConnectedCells, Encroached, connected_cells};
 use rtfmesh::stages::connect::{ConnectCounts, connect};
 use rtfmesh::stages::place::Place;
 use std::collections::{HashMap, HashSet};
@@ -131,24 +131,6 @@ impl Scene {
         (self.mesh.vertices[last as usize], Place::Vertex(last))
     }
 
-    /// The nearest `k` of each site, as the device lists them.
-    fn near(&self, k: usize) -> Vec<u32> {
-        let n = self.sites.len();
-        let mut near = vec![u32::MAX; k * n];
-        for i in 0..n {
-            let d = |j: &usize| self.sites[*j].distance_squared(self.sites[i]);
-            let mut order: Vec<usize> = (0..n).filter(|j| *j != i).collect();
-            let by = |a: &usize, b: &usize| d(a).total_cmp(&d(b));
-            if order.len() > k {
-                order.select_nth_unstable_by(k, by);
-                order.truncate(k);
-            }
-            order.sort_by(by);
-            order.iter().enumerate().for_each(|(slot, j)| near[slot * n + i] = *j as u32);
-        }
-        near
-    }
-
     pub fn cells(&self, k: usize) -> ConnectedCells {
         let mut on_curve = HashSet::new();
         for curve in &self.skeleton.curves {
@@ -166,7 +148,7 @@ impl Scene {
             .collect();
         let surface = CellSurface::new(&self.mesh.vertices, &self.mesh.triangles, &self.normals)
             .cut_along(&curves, &self.skeleton.patches);
-        let near = self.near(k);
+        let near = near(&self.sites, k);
         let sites =
             CellSites { positions: &self.sites, places: &self.places, near: &near, spacing: self.spacing };
         connected_cells(&surface, &sites)
@@ -182,6 +164,24 @@ impl Scene {
     }
 }
 
+/// The nearest `k` of each site, as the device lists them.
+pub fn near(sites: &[DVec3], k: usize) -> Vec<u32> {
+    let n = sites.len();
+    let mut near = vec![u32::MAX; k * n];
+    for i in 0..n {
+        let d = |j: &usize| sites[*j].distance_squared(sites[i]);
+        let mut order: Vec<usize> = (0..n).filter(|j| *j != i).collect();
+        let by = |a: &usize, b: &usize| d(a).total_cmp(&d(b));
+        if order.len() > k {
+            order.select_nth_unstable_by(k, by);
+            order.truncate(k);
+        }
+        order.sort_by(by);
+        order.iter().enumerate().for_each(|(slot, j)| near[slot * n + i] = *j as u32);
+    }
+    near
+}
+
 #[track_caller]
 fn assert_same_topology(name: &str, mesh: &TriMesh, interior: usize) {
     for seed in 0..5 {
@@ -190,6 +190,10 @@ fn assert_same_topology(name: &str, mesh: &TriMesh, interior: usize) {
         let cells = scene.cells(24);
         let c = cells.certificate;
         assert!((c.area - 1.0).abs() < 1e-9 && c.unshared_corners == 0, "{name}: {c:?}");
+        for Encroached { segment: [a, b], by } in &cells.encroached {
+            let is_segment = scene.segments.iter().any(|(s, _)| *s == [*a, *b] || *s == [*b, *a]);
+            assert!(is_segment && by != a && by != b, "{name}: {by} between {a} and {b}");
+        }
         let (mesh, counts) = scene.connected(&cells);
         assert_eq!((counts.unfilled_faces, counts.unconnected_sites), (0, 0), "{name}: {counts:?}");
         let (got, want) = (topology(&mesh), topology(&scene.mesh));
@@ -213,9 +217,7 @@ fn assert_same_topology(name: &str, mesh: &TriMesh, interior: usize) {
 }
 
 fn cylinder(around: u32, along: u32) -> TriMesh {
-    let wide = plane(1, 0.0);
     let mut mesh = TriMesh::default();
-    drop(wide);
     for j in 0..=along {
         for i in 0..around {
             let (sin, cos) = (f64::from(i) / f64::from(around) * std::f64::consts::TAU).sin_cos();
@@ -280,6 +282,38 @@ fn open_surfaces_keep_their_rims() {
     assert_same_topology("close shells", &union(&shell(1.0), &shell(0.99)), 1000);
 }
 
+/// A square with a wedge-shaped slit from one side to the middle, `width` of 1/16 wide there.
+fn slit(width: f64) -> TriMesh {
+    let square = plane(16, 0.0);
+    let in_slit = |t: &[u32; 3]| {
+        let corners = t.map(|v| square.vertices[v as usize]);
+        corners.iter().any(|v| v.x == 0.5 && v.y < 0.5) && corners.iter().any(|v| v.x < 0.5)
+    };
+    let triangles = square.triangles.iter().filter(|t| !in_slit(t)).copied().collect();
+    let open = TriMesh { triangles, ..square.clone() };
+    moved(&open, |v| {
+        let close = (1.0 - width) / 16.0 * (1.0 - 2.0 * v.y).max(0.0);
+        if v.x < 0.5 { v + close * DVec3::X } else { v }
+    })
+}
+
+/// A flat grid whose fold along x = 0.5 fades from `angle` degrees at y = 0 to none at y = 0.7.
+fn fading(n: u32, angle: f64) -> TriMesh {
+    moved(&plane(n, 0.0), |v| {
+        let fold = (0.5 * angle.to_radians()).tan() * (1.0 - v.y / 0.7).max(0.0);
+        DVec3::new(v.x, v.y, -fold * (v.x - 0.5).abs())
+    })
+}
+
+#[test]
+fn what_lies_beyond_a_gap_or_a_fold_does_not_count() {
+    for width in [0.5, 0.05] {
+        assert_same_topology("slit", &slit(width), 800);
+    }
+    assert_same_topology("fold", &fading(40, 80.0), 600);
+    assert_same_topology("sharp fold", &fading(40, 150.0), 600);
+}
+
 #[test]
 fn sheets_on_one_edge_share_it() {
     let sheets = (0..3).fold(TriMesh::default(), |all, k| {
@@ -301,9 +335,42 @@ fn closed_surfaces_have_sites_for_sectors() {
     let scene = Scene::new(&mesh, 600, 0);
     let with_curves = scene.cells(24);
     let surface = CellSurface::new(&scene.mesh.vertices, &scene.mesh.triangles, &scene.normals);
-    let near = scene.near(24);
+    let near = near(&scene.sites, 24);
     let sites =
         CellSites { positions: &scene.sites, places: &scene.places, near: &near, spacing: scene.spacing };
     assert_eq!(connected_cells(&surface, &sites).fans, with_curves.fans);
     assert!(with_curves.encroached.is_empty());
+}
+
+#[test]
+fn sites_on_edges_and_vertices_without_curves_are_like_others() {
+    let mut scene = Scene::new(&torus(40, 24), 500, 1);
+    for t in (0..scene.mesh.triangles.len()).step_by(16) {
+        let [a, b, _] = scene.mesh.corners(t);
+        scene.put(0.5 * (a + b), Place::Edge(t as u32, 0));
+    }
+    for v in (0..scene.mesh.vertices.len()).step_by(8) {
+        scene.put(scene.mesh.vertices[v], Place::Vertex(v as u32));
+    }
+    let cells = scene.cells(24);
+    let c = cells.certificate;
+    assert!((c.area - 1.0).abs() < 1e-9 && (c.unshared_corners, c.broken_cells) == (0, 0), "{c:?}");
+    let got = topology(&scene.connected(&cells).0);
+    assert!(got.is_closed_manifold() && (got.euler, got.vertices) == (0, scene.sites.len()), "{got:?}");
+}
+
+#[test]
+fn curves_with_too_few_sites_are_reported() {
+    let mut scene = Scene::new(&plane(1, 0.0), 40, 0);
+    let before: HashSet<Encroached> = scene.cells(24).encroached.into_iter().collect();
+    // Right above the middle of a segment.
+    let ([a, b], _) = scene.segments[0];
+    let middle = 0.5 * (scene.sites[a as usize] + scene.sites[b as usize]);
+    let near = middle + 1e-3 * (DVec3::new(0.5, 0.5, 0.0) - middle);
+    let by = scene.put(near, Place::Inside(u32::from(near.y > near.x)));
+    let cells = scene.cells(24);
+    let new: Vec<&Encroached> = cells.encroached.iter().filter(|e| !before.contains(e)).collect();
+    assert!(new.iter().any(|e| e.by == by && e.segment.contains(&a) && e.segment.contains(&b)), "{new:?}");
+    let (mesh, _) = scene.connected(&cells);
+    assert!(mesh.triangles.iter().any(|t| [a, b, by].iter().all(|v| t.contains(v))), "the gap is closed");
 }

@@ -7,7 +7,7 @@ use serde::Serialize;
 use std::collections::HashMap;
 
 /// A stretch of a curve between two of its sites that reaches into the cell of a third one: too few sites there.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Serialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord, Serialize)]
 pub struct Encroached {
     /// The sites at the ends of the stretch, in the order in which the patch has them counter-clockwise.
     pub segment: [u32; 2],
@@ -64,8 +64,8 @@ impl<'a> Border<'a> {
             let Some([into, from]) = sectors.ends[s] else { continue };
             let place = border.on.get(&into).and_then(|list| list.iter().position(|(_, t)| *t as usize == s));
             let next = match place.filter(|_| into == from) {
-                Some(place) => border.from_place(from, place + 1),
-                None => border.from_place(from, 0),
+                Some(place) => border.first_at(from, place + 1),
+                None => border.first_at(from, 0),
             };
             if let Some(next) = next.filter(|next| *next as usize != s) {
                 border.next.insert(s as u32, next);
@@ -88,7 +88,7 @@ impl<'a> Border<'a> {
     }
 
     /// The first sector along the border from the given place among those on a half-edge.
-    fn from_place(&self, half: u32, place: usize) -> Option<u32> {
+    fn first_at(&self, half: u32, place: usize) -> Option<u32> {
         if let Some((_, s)) = self.on.get(&half).and_then(|list| list.get(place)) {
             return Some(*s);
         }
@@ -139,7 +139,7 @@ impl<'a> Border<'a> {
         }
         let way = self.way(run.from.half, run.from.point);
         let place = self.on.get(&run.from.half).map_or(0, |list| list.partition_point(|(w, _)| *w < way));
-        let after = self.from_place(run.from.half, place)?;
+        let after = self.first_at(run.from.half, place)?;
         let before = self.previous.get(&after)?;
         Some([before, &after].map(|s| self.scene.sectors.site[*s as usize]))
     }

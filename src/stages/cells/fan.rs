@@ -136,8 +136,8 @@ fn sector_of_neighbour(scene: &Scene, rings: &[Vec<u32>], s: usize, j: u32) -> O
     Some(best.0 as u32)
 }
 
-/// Corners that not exactly three cells of their patch see, each as its patch and sites.
-pub(super) fn unshared(scene: &Scene, cells: &[Cell]) -> Vec<[u32; 4]> {
+/// How many corners not exactly three cells of their patch see.
+pub(super) fn unshared(scene: &Scene, cells: &[Cell]) -> usize {
     let mut corners: Vec<[u32; 4]> = cells
         .iter()
         .enumerate()
@@ -150,27 +150,22 @@ pub(super) fn unshared(scene: &Scene, cells: &[Cell]) -> Vec<[u32; 4]> {
         })
         .collect();
     corners.par_sort_unstable();
-    corners.chunk_by(|a, b| a == b).filter(|same| same.len() != 3).map(|same| same[0]).collect()
+    corners.chunk_by(|a, b| a == b).filter(|same| same.len() != 3).count()
 }
 
-/// Sectors, rising, with a corner that others do not see, or a neighbour that does not see them.
-pub(super) fn disagreeing(scene: &Scene, cells: &[Cell]) -> Vec<usize> {
-    let sectors = &scene.sectors;
-    let mut wrong: Vec<usize> = unshared(scene, cells)
-        .into_iter()
-        .flat_map(|[patch, a, b, c]| [a, b, c].map(move |i| (patch, i)))
-        .flat_map(|(patch, i)| sectors.in_patch(i, patch))
+/// Sectors, rising, with a site whose cell does not run along theirs where theirs runs along it.
+pub(super) fn one_sided(scene: &Scene, cells: &[Cell]) -> Vec<(usize, u32)> {
+    let mut edges: Vec<[u32; 3]> = cells
+        .iter()
+        .enumerate()
+        .flat_map(|(s, cell)| cell.edges.iter().map(move |&[j, t]| [t, scene.sectors.site[s], j]))
         .collect();
-    // Pairs of neighbours that only the border separates make no corner that three could see.
-    let ends =
-        |cell: &Cell| -> Vec<u32> { cell.exits.iter().chain(&cell.entries).map(|e| e.neighbour).collect() };
-    let sees = |cell: &Cell, i: u32| cell.corners.iter().any(|c| c.contains(&i)) || ends(cell).contains(&i);
+    edges.par_sort_unstable();
+    let both = |i: u32, &[j, t]: &[u32; 2]| edges.binary_search(&[t, j, i]).is_ok();
+    let mut wrong = Vec::new();
     for (s, cell) in cells.iter().enumerate() {
-        let i = sectors.site[s];
-        let missed = |j: &u32| !sectors.in_patch(*j, sectors.patch[s]).any(|r| sees(&cells[r], i));
-        if ends(cell).iter().any(missed) {
-            wrong.push(s);
-        }
+        let i = scene.sectors.site[s];
+        wrong.extend(cell.edges.iter().filter(|edge| !both(i, edge)).map(|[j, _]| (s, *j)));
     }
     wrong.sort_unstable();
     wrong.dedup();

@@ -25,10 +25,11 @@ use glam::DVec3;
 use rayon::prelude::*;
 use sectors::{Sectors, SitesByTriangle};
 use serde::Serialize;
-use walk::{Cell, Scene, Walk};
+use std::collections::BTreeMap;
+use walk::{Cell, Scene, Uncut, Walk};
 
 /// Times that cells which do not fit together are made anew.
-const REPAIRS: u32 = 3;
+const REPAIRS: u32 = 6;
 
 /// The surface as cells walk over it.
 pub struct CellSurface<'a> {
@@ -141,7 +142,7 @@ pub fn connected_cells(surface: &CellSurface, sites: &CellSites) -> ConnectedCel
     let scene = Scene { surface, sites, sectors, under };
     let mut cells: Vec<Cell> = (0..scene.sectors.len())
         .into_par_iter()
-        .map_init(Walk::default, |walk, s| walk.cell(&scene, s))
+        .map_init(Walk::default, |walk, s| walk.cell(&scene, s, &[]))
         .collect();
     if surface.has_border {
         repair(&scene, &mut cells);
@@ -151,25 +152,46 @@ pub fn connected_cells(surface: &CellSurface, sites: &CellSites) -> ConnectedCel
     let (fans, broken_cells, encroached) = fan::fans(&scene, &border, &cells);
     let certificate = Certificate {
         area: cells.iter().map(|c| c.area).sum::<f64>() / whole,
-        unshared_corners: fan::unshared(&scene, &cells).len(),
+        unshared_corners: fan::unshared(&scene, &cells),
         broken_cells,
     };
     ConnectedCells { fans, certificate, encroached }
 }
 
-/// Near the border a site may have cut a cell although a curve or a gap lies between. The other cell does not see that,
-/// so cells that disagree with a neighbour are made anew by asking for a way over the surface.
+/// Near the border a site may have cut a cell although a gap or a curve lies between, so that its own cell does not reach
+/// there. Such cells are made anew: that site cuts them in the triangles of its own cell only.
 fn repair(scene: &Scene, cells: &mut [Cell]) {
-    let mut strict = vec![false; cells.len()];
+    let sectors = &scene.sectors;
+    let mut without: BTreeMap<usize, Vec<Uncut>> = BTreeMap::new();
     for _ in 0..REPAIRS {
-        let wrong: Vec<usize> = fan::disagreeing(scene, cells).into_iter().filter(|s| !strict[*s]).collect();
-        if wrong.is_empty() {
+        let wrong = fan::one_sided(scene, cells);
+        // The other cell may have gone too far, when this one was smaller.
+        let uncut_by = |r: usize, i: u32| without.get(&r).is_some_and(|list| list.iter().any(|u| u.by == i));
+        let too_far = wrong.iter().flat_map(|&(s, by)| {
+            let i = sectors.site[s];
+            let was_without = move |r: &usize| uncut_by(*r, i);
+            sectors.in_patch(by, sectors.patch[s]).filter(was_without).map(move |r| (r, i))
+        });
+        let mut again: Vec<(usize, u32)> = too_far.chain(wrong.iter().copied()).collect();
+        again.sort_unstable();
+        again.dedup();
+        for (s, by) in &again {
+            let theirs = sectors.in_patch(*by, sectors.patch[*s]);
+            let mut but_in: Vec<u32> = theirs.flat_map(|r| cells[r].triangles.iter().copied()).collect();
+            but_in.sort_unstable();
+            let uncut = without.entry(*s).or_default();
+            uncut.retain(|u| u.by != *by);
+            uncut.push(Uncut { by: *by, but_in });
+        }
+        again.dedup_by_key(|(s, _)| *s);
+        if again.is_empty() {
             break;
         }
-        let again: Vec<Cell> =
-            wrong.par_iter().map_init(Walk::strict, |walk, s| walk.cell(scene, *s)).collect();
-        for (s, cell) in wrong.into_iter().zip(again) {
-            strict[s] = true;
+        let new: Vec<Cell> = again
+            .par_iter()
+            .map_init(Walk::default, |walk, (s, _)| walk.cell(scene, *s, &without[s]))
+            .collect();
+        for ((s, _), cell) in again.into_iter().zip(new) {
             cells[s] = cell;
         }
     }

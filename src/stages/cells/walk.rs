@@ -13,6 +13,9 @@ const WEIGHT: f64 = 1e-6;
 /// A site whose normal disagrees counts if the surface leads to it within this many spacings.
 const REACH: f64 = 2.5;
 
+/// Edges shorter than this share of the spacing may be there for one cell and not for the other.
+const HAIR: f64 = 1e-6;
+
 /// What all cells share.
 pub(super) struct Scene<'a> {
     pub surface: &'a CellSurface<'a>,
@@ -27,11 +30,24 @@ pub(super) struct Cell {
     /// The pairs of sites that meet at its corners, counter-clockwise each.
     pub corners: Vec<[u32; 2]>,
     pub area: f64,
+    /// The neighbours along its boundary with the triangles in which it runs; only if the surface has a border.
+    pub edges: Vec<[u32; 2]>,
+    /// The triangles that it lies in, rising; only if the surface has a border.
+    pub triangles: Vec<u32>,
     /// Where its boundary, counter-clockwise, reaches the border and leaves it.
     pub exits: Vec<OnBorder>,
     pub entries: Vec<OnBorder>,
     /// How many half-edges of the border it touches.
     pub border_halves: usize,
+}
+
+/// A cut that does not count.
+#[derive(Debug, Clone)]
+pub(super) struct Uncut {
+    /// The site that would cut.
+    pub by: u32,
+    /// The triangles, rising, where it does count.
+    pub but_in: Vec<u32>,
 }
 
 /// A point on the border where the cell of a neighbour begins or ends.
@@ -72,8 +88,6 @@ impl Marks {
 /// The memory of one thread that walks cells.
 #[derive(Default)]
 pub(super) struct Walk {
-    /// Whether a near site counts only if the surface leads to it, whatever the normals say.
-    strict: bool,
     /// Sites that may cut the cell, nearest first.
     candidates: Vec<Candidate>,
     /// The sites that the surface leads to nearby, sorted, once somebody asked.
@@ -86,16 +100,11 @@ pub(super) struct Walk {
 }
 
 impl Walk {
-    /// Of a thread whose cells are cut, nearby, only by sites that the surface leads to: right beside curves that end
-    /// in a patch, and slower.
-    pub fn strict() -> Self {
-        Self { strict: true, ..Self::default() }
-    }
-
-    /// The cell of sector `s`.
-    pub fn cell(&mut self, scene: &Scene, s: usize) -> Cell {
+    /// The cell of sector `s` but for cuts that do not count.
+    pub fn cell(&mut self, scene: &Scene, s: usize, without: &[Uncut]) -> Cell {
         let surface = scene.surface;
         let at = scene.sites.positions[scene.sectors.site[s] as usize];
+        let shortest_sq = (HAIR * scene.sites.spacing).powi(2);
         let mut cell = Cell::default();
         self.reached = None;
         let mut all = self.near_candidates(scene, s);
@@ -103,15 +112,24 @@ impl Walk {
         self.stack.clear();
         scene.sectors.around(s).iter().for_each(|t| self.visit(*t));
         while let Some(t) = self.stack.pop() {
-            if !self.clip(scene, s, t) && !all {
+            if !self.clip(scene, s, t, without) && !all {
                 self.all_candidates(scene, s);
                 all = true;
-                self.clip(scene, s, t);
+                self.clip(scene, s, t, without);
+            }
+            if surface.has_border && !self.polygon.is_empty() {
+                cell.triangles.push(t);
             }
             let count = self.polygon.len();
             for m in 0..count {
                 let (point, label) = self.polygon[m];
                 let (next, _) = self.polygon[(m + 1) % count];
+                if let Label::Site(j) = label
+                    && surface.has_border
+                    && point.distance_squared(next) > shortest_sq
+                {
+                    cell.edges.push([j, t]);
+                }
                 cell.area += 0.5 * surface.normals[t as usize].dot((point - at).cross(next - at));
                 match (self.polygon[(m + count - 1) % count].1, label) {
                     (Label::Site(j), Label::Site(k)) => cell.corners.push([j, k]),
@@ -132,6 +150,7 @@ impl Walk {
                 }
             }
         }
+        cell.triangles.sort_unstable();
         cell
     }
 
@@ -143,7 +162,7 @@ impl Walk {
 
     /// Leaves in `polygon` what the bisectors leave of a triangle; false if the candidates ended before the radius of
     /// security, so that others may cut it too.
-    fn clip(&mut self, scene: &Scene, s: usize, t: u32) -> bool {
+    fn clip(&mut self, scene: &Scene, s: usize, t: u32, without: &[Uncut]) -> bool {
         let sites = scene.sites;
         let i = scene.sectors.site[s];
         let at = sites.positions[i as usize];
@@ -165,7 +184,9 @@ impl Walk {
             let (middle, direction) = (0.5 * (at + other), other - at);
             let offset = 0.5 * (weight(i) - weight(j));
             let beyond = |p: DVec3| (p - middle).dot(direction) - offset;
+            let uncut = |u: &Uncut| u.by == j && u.but_in.binary_search(&t).is_err();
             if counts != Some(false)
+                && !without.iter().any(uncut)
                 && cut(&self.polygon, beyond, Label::Site(j), &mut self.clipped)
                 && self.counts(scene, s, c)
             {
@@ -200,14 +221,12 @@ impl Walk {
         let Scene { sites, sectors, .. } = scene;
         let at = sites.positions[sectors.site[s] as usize];
         let (mine, patch) = (sectors.normal[s], sectors.patch[s]);
-        let reach_sq = (REACH * sites.spacing).powi(2);
         self.candidates.clear();
         self.candidates.extend(from.filter_map(|j| {
             let distance_sq = at.distance_squared(sites.positions[j as usize]);
             let mut theirs = sectors.in_patch(j, patch).peekable();
             theirs.peek()?;
-            let asked = self.strict && distance_sq < reach_sq;
-            let agrees = !asked && theirs.any(|other| mine.dot(sectors.normal[other]) > 0.0);
+            let agrees = theirs.any(|other| mine.dot(sectors.normal[other]) > 0.0);
             Some(Candidate { distance_sq, site: j, counts: agrees.then_some(true) })
         }));
         self.candidates
