@@ -31,6 +31,7 @@ mod quality;
 mod reference;
 mod repair;
 mod runs;
+mod runs_curves;
 mod runs_default;
 mod samples;
 mod shapes;

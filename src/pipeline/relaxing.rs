@@ -34,9 +34,9 @@ fn relaxed(mesh: &TriMesh, count: usize) -> Vec<f64> {
     let level = Level::new(&device, &start, plan.spacing, 40, Moves::SCATTERED).unwrap();
     let result = level.relax(&device, &start, &ground.records, 0.0, &mut |_, _| {}).unwrap();
     let begin = start.pinned.unwrap().sites;
-    for i in 0..count {
+    for (i, begin) in begin.iter().enumerate() {
         if held.pins[i] != NONE {
-            assert_eq!(result.sites[i].as_vec3(), begin[i].truncate(), "curve site {i} has moved");
+            assert_eq!(result.sites[i].as_vec3(), begin.truncate(), "curve site {i} has moved");
             continue;
         }
         let patch = |t: u32| curves.patches[t as usize];

@@ -1,7 +1,7 @@
 //! What the fourth component of a site says on surfaces with curves, as `glsl/common/pins.glsl` reads it.
 
 use super::octahedral;
-use glam::DVec3;
+use glam::{DVec2, DVec3};
 
 /// A site on a surface with curves.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -43,8 +43,8 @@ impl Mark {
     pub fn line(self) -> Option<(DVec3, f64)> {
         let Self::Pinned { direction, quarters, .. } = self else { return None };
         let code = ten_bits(direction);
-        let short = |bits: u32| ((f64::from(bits & 1023) / 511.0 - 1.0) * 32767.0).round() as i16 as u16;
-        let rounded = octahedral::unpack(u32::from(short(code)) | u32::from(short(code >> 10)) << 16);
+        let axis = |bits: u32| f64::from(bits & 1023) / 511.0 - 1.0;
+        let rounded = octahedral::from_square(DVec2::new(axis(code), axis(code >> 10)));
         (quarters > 0).then_some((rounded, f64::from(quarters) / 4.0))
     }
 }
