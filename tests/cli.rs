@@ -205,8 +205,8 @@ fn warnings_remain_when_quiet_and_notes_do_not() {
     // A tetrahedron with a line element, which is left out.
     let faces = "f 1 3 2\nf 1 2 4\nf 2 3 4\nf 3 1 4\nl 1 2\n";
     std::fs::write(place.path("note.obj"), format!("v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\n{faces}")).unwrap();
-    let (_, loud) = place.run("remesh note.obj out.ply -n 40 --iterations 2");
-    let (_, quiet) = place.run("remesh note.obj out.ply -n 40 --iterations 2 -q");
+    let (_, loud) = place.run("remesh note.obj out.ply -n 60 --iterations 2");
+    let (_, quiet) = place.run("remesh note.obj out.ply -n 60 --iterations 2 -q");
     assert!(loud.starts_with("note: note.obj: ") && !quiet.contains("note"), "{loud}\n{quiet}");
 }
 
