@@ -23,5 +23,7 @@ pub mod stages;
 pub use error::{Error, Result};
 pub use gpu::{Device, DeviceInfo, DeviceOptions, list_devices};
 pub use mesh::TriMesh;
-pub use options::{Centroid, MAX_ITERATIONS, MAX_NEIGHBOURS, MeasureDepth, Method, Options, Quality};
-pub use pipeline::{PhaseTime, Progress, Remeshed, RunTimings, Summary, remesh};
+pub use options::{
+    Centroid, Features, MAX_ITERATIONS, MAX_NEIGHBOURS, MeasureDepth, Method, Options, Quality,
+};
+pub use pipeline::{PhaseTime, Progress, Remeshed, RunTimings, SkeletonSummary, Summary, remesh};

@@ -1,7 +1,10 @@
 //! What a run is asked to do.
 
+use crate::mesh::io::FeatureLine;
+use crate::mesh::skeleton::SkeletonOptions;
 use crate::{Error, Result};
-use serde::Serialize;
+use serde::{Serialize, Serializer};
+use std::path::PathBuf;
 
 /// Which point of its face a site moves to.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize)]
@@ -50,6 +53,16 @@ pub enum Quality {
     Best,
 }
 
+/// A user's lines along edges of the input.
+#[derive(Debug, Clone, PartialEq, Default, Serialize)]
+pub struct Features {
+    /// Where they come from, for errors.
+    pub file: Option<PathBuf>,
+    /// The lines; reports have their number.
+    #[serde(serialize_with = "count")]
+    pub lines: Vec<FeatureLine>,
+}
+
 /// Settings of a run. `Options::new(n)` has the default ones, `Options::rtf(n)` the paper's.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Options {
@@ -73,6 +86,11 @@ pub struct Options {
     pub polish_rounds: u32,
     /// Coarse to fine only: whether vertices leave the surface by a little so that the faces fit it better.
     pub fit: bool,
+    /// Coarse to fine only: edges where the surface turns by at least this angle in degrees are sharp and held; above 0 to
+    /// 180, which is none.
+    pub feature_angle: f64,
+    /// Coarse to fine only: lines along edges of the input that are held as well.
+    pub features: Option<Features>,
     /// Most iterations; coarse to fine, of the last level.
     pub iterations: u32,
     /// The run ends early when the root mean square step is below this many spacings.
@@ -127,6 +145,8 @@ impl Options {
             coarse_iterations: 0,
             polish_rounds: 0,
             fit: false,
+            feature_angle: SkeletonOptions::FEATURE_ANGLE,
+            features: None,
             k_normal: 16,
             k_clip: 32,
             k_project: 16,
@@ -175,6 +195,12 @@ impl Options {
                 ));
             }
         }
+        if !(self.feature_angle > 0.0 && self.feature_angle <= 180.0) {
+            return Err(Error::usage(
+                format!("--feature-angle {} is out of range", self.feature_angle),
+                "use more than 0 to 180 degrees, 180 for no sharp edges",
+            ));
+        }
         if !(self.tolerance >= 0.0 && self.tolerance.is_finite()) {
             return Err(Error::usage(
                 format!("--tolerance {} is out of range", self.tolerance),
@@ -183,4 +209,8 @@ impl Options {
         }
         Ok(())
     }
+}
+
+fn count<S: Serializer>(lines: &[FeatureLine], serializer: S) -> std::result::Result<S::Ok, S::Error> {
+    serializer.serialize_u64(lines.len() as u64)
 }

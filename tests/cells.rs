@@ -8,6 +8,7 @@ use rtfmesh::mesh::samples::sample;
 use rtfmesh::mesh::topology::topology;
 use rtfmesh::stages::cells::{CellSites, CellSurface, ConnectedCells, connected_cells};
 use rtfmesh::stages::connect::connect;
+use rtfmesh::stages::place::Place;
 
 struct Scene {
     mesh: TriMesh,
@@ -71,7 +72,8 @@ impl Scene {
 
     fn cells(&self, near: &[u32]) -> ConnectedCells {
         let surface = CellSurface::new(&self.mesh.vertices, &self.mesh.triangles, &self.normals);
-        let sites = CellSites { positions: &self.sites, triangles: &self.under, near, spacing: self.spacing };
+        let places = Place::inside(&self.under);
+        let sites = CellSites { positions: &self.sites, places: &places, near, spacing: self.spacing };
         connected_cells(&surface, &sites)
     }
 

@@ -121,7 +121,7 @@ fn the_report_says_what_was_asked_and_what_came_out() {
     assert_eq!((&r["input_file"], &r["output_file"]), (&"in.ply".into(), &"out.ply".into()));
     let asked = serde_json::json!({
         "method": "rtf", "coarsest": 0, "first_iterations": 0, "coarse_iterations": 0, "polish_rounds": 0,
-        "fit": false, "measures": "full", "vertices": 200, "k_normal": 12, "k_clip": 24, "k_project": 8,
+        "fit": false, "feature_angle": 40.0, "features": null, "measures": "full", "vertices": 200, "k_normal": 12, "k_clip": 24, "k_project": 8,
         "iterations": 10, "tolerance": 0.002, "seed": 7, "centroid": "area",
     });
     assert_eq!(r["options"], asked);
@@ -196,7 +196,7 @@ fn size_and_place_do_not_matter() {
 fn warnings_remain_when_quiet_and_notes_do_not() {
     let place = Place::new();
     write(&place.path("open.ply"), &sample("open-hemisphere").unwrap()).unwrap();
-    let (output, errors) = place.run("remesh open.ply out.ply -n 60 --iterations 2 -q");
+    let (output, errors) = place.run("remesh open.ply out.ply -n 60 --iterations 2 --preset rtf -q");
     assert_eq!(output, "");
     assert!(
         errors.lines().all(|l| l.starts_with("warning: ")) && errors.contains("not a closed"),
@@ -205,8 +205,8 @@ fn warnings_remain_when_quiet_and_notes_do_not() {
     // A tetrahedron with a line element, which is left out.
     let faces = "f 1 3 2\nf 1 2 4\nf 2 3 4\nf 3 1 4\nl 1 2\n";
     std::fs::write(place.path("note.obj"), format!("v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\n{faces}")).unwrap();
-    let (_, loud) = place.run("remesh note.obj out.ply -n 40 --iterations 2");
-    let (_, quiet) = place.run("remesh note.obj out.ply -n 40 --iterations 2 -q");
+    let (_, loud) = place.run("remesh note.obj out.ply -n 60 --iterations 2");
+    let (_, quiet) = place.run("remesh note.obj out.ply -n 60 --iterations 2 -q");
     assert!(loud.starts_with("note: note.obj: ") && !quiet.contains("note"), "{loud}\n{quiet}");
 }
 

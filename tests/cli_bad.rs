@@ -227,3 +227,17 @@ fn a_machine_without_vulkan() {
     place.program("measure in.ply --json").envs(none).assert().success();
     place.program("sample box box.ply").envs(none).assert().success();
 }
+
+#[test]
+fn sharp_edges_that_cannot_be_held() {
+    let place = Place::with("box");
+    refused(&place, "remesh in.ply out.ply -n 100 --feature-angle 0", 2, &["--feature-angle 0", "180"]);
+    refused(&place, "remesh in.ply out.ply -n 100 --feature-angle 181", 2, &["--feature-angle 181"]);
+    refused(&place, "remesh in.ply out.ply -n 100 --features none.obj", 3, &["none.obj", "no such file"]);
+    let rtf = "remesh in.ply out.ply -n 100 --preset rtf --feature-angle 30";
+    refused(&place, rtf, 2, &["--feature-angle", "preset default"]);
+    refused(&place, "remesh in.ply out.ply -n 20", 2, &["20 of 20 vertices", "54 would do"]);
+    std::fs::write(place.path("f.obj"), "v 0 0 0\nv 1 1 1\nv 0 0 0.5\nl 1 3\n").unwrap();
+    refused(&place, "remesh in.ply out.ply -n 100 --features f.obj", 3, &["f.obj", "line 4"]);
+    refused(&place, "remesh in.ply f.obj -n 100 --features f.obj", 2, &["f.obj", "overwritten"]);
+}

@@ -17,11 +17,12 @@ fn smooth(normals: &[DVec3], near: &[Vec<u32>], workgroup: Option<u32>) -> Vec<D
     let slots: Vec<u32> =
         (0..RING).flat_map(|s| near.iter().map(move |l| l.get(s).copied().unwrap_or(NONE))).collect();
     let packed: Vec<u32> = normals.iter().map(|n| pack(*n)).collect();
-    let stage = SmoothNormals::new(device, n, workgroup).unwrap();
+    let stage = SmoothNormals::new(device, n, false, workgroup).unwrap();
     let mut recorder = device.recorder().unwrap();
     let own = Buffer::from_slice(device, "test.surface_normals", &packed).unwrap();
     let lists = Buffer::from_slice(device, "test.neighbours", &slots).unwrap();
-    stage.record(&mut recorder, &own, &lists).unwrap();
+    let marks = Buffer::from_slice(device, "test.sites", &vec![Vec4::ZERO; n]).unwrap();
+    stage.record(&mut recorder, &own, &lists, &marks).unwrap();
     recorder.submit().unwrap();
     assert_valid(device);
     stage.normals.to_vec(device).unwrap().iter().map(|p| unpack(*p)).collect()
@@ -74,7 +75,7 @@ fn settling_moves_the_sites_and_sums_the_steps_to_the_centroids() {
         let targets: Vec<Vec4> =
             places.iter().zip(&steps).map(|(p, s)| p.as_vec3().extend((s * s) as f32)).collect();
         let walk = Walk::new(device, n, None).unwrap();
-        let settle = Settle::new(device, n, 2, workgroup).unwrap();
+        let settle = Settle::new(device, n, 2, None, workgroup).unwrap();
         let sites = Buffer::<Vec4>::new(device, "test.sites", n).unwrap();
         let mut recorder = device.recorder().unwrap();
         recorder.upload(&walk.projected, &vec4(&places)).unwrap();

@@ -35,7 +35,7 @@ struct Landed {
 impl Model {
     fn new(mesh: &TriMesh) -> Self {
         let surface = Surface::new(device(), mesh, &Frame::of(mesh).unwrap()).unwrap();
-        let records = TriangleRecords::new(device(), &surface).unwrap();
+        let records = TriangleRecords::new(device(), &surface, None).unwrap();
         let vertices = rounded(&surface.vertices);
         let corners = surface.triangles.iter().map(|t| t.map(|v| vertices[v as usize])).collect();
         Self { surface, records, corners }

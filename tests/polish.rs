@@ -204,7 +204,7 @@ fn vertices_and_edges_stay_in_their_patch() {
     let patch_of =
         |mesh: &TriMesh, t: usize| u32::from(mesh.corners(t).iter().map(|p| p.x).sum::<f64>() > 1.5);
     let patches: Vec<u32> = (0..roof.triangles.len()).map(|t| patch_of(&roof, t)).collect();
-    let target = Target::with_patches(&roof, patches.clone());
+    let target = Target::new(&roof).in_patches(patches.clone());
     let fixed: Vec<bool> = roof.vertices.iter().map(|p| (p.x - 0.5).abs() < 1e-9).collect();
     assert_eq!(fixed.iter().filter(|f| **f).count(), 25);
     let mut random = Random(3);

@@ -3,15 +3,19 @@
 #![allow(clippy::unwrap_used, clippy::expect_used, reason = "a test fails by panicking")]
 
 mod cells;
+mod cells_curves;
 mod cli;
 mod cli_bad;
+mod cli_inspect;
 mod connect;
+mod curve_sites;
 mod distance;
 mod fit;
 mod gpu_layer;
 mod intersections;
 mod io;
 mod io_bad;
+mod kernels_curves;
 mod kernels_face;
 mod kernels_lists;
 mod kernels_move;
@@ -27,10 +31,12 @@ mod quality;
 mod reference;
 mod repair;
 mod runs;
+mod runs_curves;
 mod runs_default;
 mod samples;
 mod shapes;
 mod shapes_of_faces;
+mod skeleton;
 mod spots;
 mod support;
 mod topology;

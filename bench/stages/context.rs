@@ -46,7 +46,7 @@ impl Model {
         let mesh = if known { samples::sample(name)? } else { io::read(Path::new(name))?.mesh };
         let mesh = repair(&mesh)?.mesh;
         let surface = Surface::new(device, &mesh, &Frame::of(&mesh)?)?;
-        let records = TriangleRecords::new(device, &surface)?;
+        let records = TriangleRecords::new(device, &surface, None)?;
         let point = |v: &u32| surface.vertices[*v as usize].as_vec3().as_dvec3();
         let corners = surface.triangles.iter().map(|t| t.each_ref().map(point)).collect();
         let name = Path::new(name).file_stem().map_or(name.into(), |stem| stem.to_string_lossy());

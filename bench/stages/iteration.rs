@@ -81,10 +81,10 @@ impl Iteration {
             sites: Buffer::new(device, "bench.sites", n)?,
             site_triangle: Buffer::from_slice(device, "bench.site_triangle", &seeds.triangles)?,
             lists: Lists::new(device, n, &ListOptions::new(LIST))?,
-            normals: SmoothNormals::new(device, n, None)?,
+            normals: SmoothNormals::new(device, n, false, None)?,
             faces: PlanarFaces::new(device, n, &PlanarOptions::new(LIST, iterations))?,
             walk: Walk::new(device, n, None)?,
-            settle: Settle::new(device, n, iterations, None)?,
+            settle: Settle::new(device, n, iterations, None, None)?,
             spacing,
             density,
         })
@@ -101,7 +101,12 @@ impl Iteration {
             self.record(&mut recorder, model, Refresh::Decided, iteration)?;
         }
         self.lists.record_build(&mut recorder, &self.sites)?;
-        self.normals.record(&mut recorder, &self.settle.surface_normals, &self.lists.neighbours)?;
+        self.normals.record(
+            &mut recorder,
+            &self.settle.surface_normals,
+            &self.lists.neighbours,
+            &self.sites,
+        )?;
         recorder.submit()?;
         Ok(())
     }
@@ -119,7 +124,7 @@ impl Iteration {
         if refresh == Refresh::Anew {
             self.lists.record_build(recorder, &self.sites)?;
         }
-        self.normals.record(recorder, &self.settle.surface_normals, &self.lists.neighbours)?;
+        self.normals.record(recorder, &self.settle.surface_normals, &self.lists.neighbours, &self.sites)?;
         let share = iteration as f32 / (iteration as f32 + 3.0);
         let step = PlanarMove { momentum: share.min(MOMENTUM), ..self.planar_move(iteration) };
         self.faces.record(recorder, &self.inputs(), &step)?;
@@ -200,7 +205,7 @@ fn put_back(context: &Context) -> Result<()> {
     recorder.upload(&it.faces.targets, &context.sites)?;
     it.record_move(&mut recorder, context.model, 0)?;
     recorder.upload(&it.sites, &context.sites)?;
-    it.normals.record(&mut recorder, &it.settle.surface_normals, &it.lists.neighbours)?;
+    it.normals.record(&mut recorder, &it.settle.surface_normals, &it.lists.neighbours, &it.sites)?;
     recorder.submit()?;
     Ok(())
 }

@@ -76,9 +76,10 @@ fn build(context: &Context) -> Result<Vec<Row>> {
 fn smooth(context: &Context) -> Result<Vec<Row>> {
     let n = context.len();
     let (lists, settle) = (&context.iteration.lists, &context.iteration.settle);
-    let smooth = SmoothNormals::new(context.device, n, None)?;
-    let mut record =
-        |recorder: &mut _, _| smooth.record(recorder, &settle.surface_normals, &lists.neighbours);
+    let smooth = SmoothNormals::new(context.device, n, false, None)?;
+    let mut record = |recorder: &mut _, _| {
+        smooth.record(recorder, &settle.surface_normals, &lists.neighbours, &context.iteration.sites)
+    };
     context.submit(&mut record, 0)?;
     let own = settle.surface_normals.to_vec(context.device)?;
     let got = smooth.normals.to_vec(context.device)?;

@@ -1,9 +1,11 @@
 // The restricted tangent face by intervals, from K lines at once: each line is cut by all others, and an edge of the
 // face is a line whose interval is not empty. No polygon is kept in order, so once the loops are unrolled nothing is
 // indexed at run time, and all arrays are registers.
-// The including file has set K and declared the buffers sites, normals (packed) and neighbours.
+// The including file has set K, the number of lines, and CURVES (see common/pins.glsl), and declared the buffers sites,
+// normals (packed) and neighbours.
 #ifndef COMMON_PLANAR_GLSL
 #define COMMON_PLANAR_GLSL
+#include "common/pins.glsl"
 #include "common/planar_lines.glsl"
 
 Line lines[K];
@@ -41,13 +43,15 @@ void cut_lines(float bound) {
     }
 }
 
-// The lines of the K nearest listed neighbours that count.
-void load_lines(uint site, uint site_count, vec3 at, vec3 n, vec3 u, vec3 v) {
+// The lines of the K nearest listed neighbours that count: not those of another sheet or patch.
+void load_lines(uint site, uint site_count, vec4 own, vec3 n, vec3 u, vec3 v) {
     [[unroll]] for (uint s = 0u; s < K; ++s) {
         uint j = neighbours[s * site_count + site];
         uint known = j == NONE ? site : j;
-        bool counts = j != NONE && dot(n, unpack_normal(normals[known])) > TURNED_AWAY;
-        lines[s] = bisector(sites[known].xyz - at, u, v, counts, j < site);
+        vec4 other = sites[known];
+        bool same_sheet = dot(n, unpack_normal(normals[known])) > TURNED_AWAY || counts_anywhere(other.w);
+        bool counts = j != NONE && same_sheet && same_patch(own.w, other.w);
+        lines[s] = bisector(other.xyz - own.xyz, u, v, counts, j < site);
     }
 }
 

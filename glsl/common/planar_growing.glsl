@@ -1,9 +1,11 @@
 // The restricted tangent face by intervals, from one line after another: only the lines that are edges so far are kept,
 // in slots. Looking for the slot at hand instead of indexing it keeps the slots in registers. A line that is no edge of
 // the face so far will never be one, so the order of the lines does not matter.
-// The including file has declared the buffers sites and normals (packed). Constant 2 is taken here.
+// The including file has set CURVES (see common/pins.glsl) and declared the buffers sites and normals (packed). Constant 2
+// is taken here.
 #ifndef COMMON_PLANAR_GROWING_GLSL
 #define COMMON_PLANAR_GROWING_GLSL
+#include "common/pins.glsl"
 #include "common/planar_lines.glsl"
 
 // Edges of a face in the making. More are rare: face/planar_exact finds those without slots.
@@ -17,12 +19,14 @@ float grown_radius_sq; // of the farthest corner, at most the squared bound
 bool grown_full; // a line found no slot: what the slots make is larger than the face
 
 vec3 site_at, site_normal, site_u, site_v;
+float site_mark;
 uint site_index;
 
 // Begins the face of a site: a disc.
 void start_face(uint site, float bound) {
     site_index = site;
     site_at = sites[site].xyz;
+    site_mark = sites[site].w;
     site_normal = unpack_normal(normals[site]);
     tangent_frame(site_normal, site_u, site_v);
     grown_bound = bound;
@@ -47,8 +51,12 @@ vec2 left_by_slots(uint j, Line line) {
     return left;
 }
 
-// Whether site j is on the same sheet as the site at hand.
-bool same_sheet(uint j) { return dot(site_normal, unpack_normal(normals[j])) > TURNED_AWAY; }
+// Whether site j is on the same sheet as the site at hand, and in its patch.
+bool same_sheet(uint j) {
+    float mark = sites[j].w;
+    bool agrees = dot(site_normal, unpack_normal(normals[j])) > TURNED_AWAY || counts_anywhere(mark);
+    return agrees && same_patch(site_mark, mark);
+}
 
 Line line_of(uint j) { return bisector(sites[j].xyz - site_at, site_u, site_v, true, j < site_index); }
 

@@ -13,6 +13,8 @@
 #include "common/threads.glsl"
 
 layout(constant_id = 1) const uint K = 16;
+// 1 where sites bear the marks of common/pins.glsl.
+layout(constant_id = 2) const uint CURVES = 0;
 
 layout(push_constant) uniform Push {
     uint site_count;
@@ -38,18 +40,22 @@ layout(set = 0, binding = 7) buffer Insecure { uint insecure[]; };
 void main() {
     uint site = thread_index();
     if (site >= site_count) return;
-    vec3 at = sites[site].xyz;
+    vec4 own = sites[site];
+    vec3 at = own.xyz;
     vec3 n = unpack_normal(normals[site]);
     vec3 u, v;
     tangent_frame(n, u, v);
-    load_lines(site, site_count, at, n, u, v);
+    load_lines(site, site_count, own, n, u, v);
     float secure = list_bounds(away[site], uintBitsToFloat(status[1])).after_near;
     float bound = min(max(secure, 0.0), widest);
     cut_lines(bound);
     float twice_area, radius_sq;
     vec2 balance;
     measure_face(twice_area, balance, radius_sq);
-    if (radius_sq > 0.0 && 4.0 * radius_sq <= secure * secure && radius_sq < OPEN * bound * bound) {
+    // A site that stays needs no face.
+    if (is_pinned(own.w)) {
+        aim(site, at, at, 0.0);
+    } else if (radius_sq > 0.0 && 4.0 * radius_sq <= secure * secure && radius_sq < OPEN * bound * bound) {
         aim(site, at, at + balance.x * u + balance.y * v, radius_sq);
     } else {
         uint place = atomicAdd(insecure[count_near(iteration)], 1u);

@@ -1,11 +1,12 @@
 // Purpose: the normal of each site's tangent plane: the mean of the surface's normals at the site and around it.
 // Invocation: one site.
-// Reads: surface_normals, neighbours.
+// Reads: surface_normals, neighbours, sites (their marks alone, and only on surfaces with curves).
 // Writes: normals.
 // Filled by step/settle and neighbours/lists; consumed by face/planar.
 // A surface that is finer than the sites has normals of its own finer detail, folds included, where a tangent plane
 // would tilt at random. The mean over a ring of sites is that of the surface as the sites see it; at a crease it
-// halves the angle, at a tip it is the axis.
+// halves the angle, at a tip it is the axis. On a surface with curves, where creases are held, only interior sites of
+// the same patch are asked, and a curve site keeps its own.
 #version 450
 #extension GL_GOOGLE_include_directive : require
 #extension GL_EXT_control_flow_attributes : require
@@ -14,23 +15,38 @@
 #include "common/octahedral.glsl"
 
 layout(constant_id = 1) const uint RING = 6;
+// 1 where sites bear the marks of common/pins.glsl.
+layout(constant_id = 2) const uint CURVES = 0;
 
 layout(push_constant) uniform Push { uint site_count; };
 layout(set = 0, binding = 0) readonly buffer SurfaceNormals { uint surface_normals[]; };
 layout(set = 0, binding = 1) readonly buffer Neighbours { uint neighbours[]; };
 layout(set = 0, binding = 2) writeonly buffer Normals { uint normals[]; };
+layout(set = 0, binding = 3) readonly buffer Sites { vec4 sites[]; };
+
+#include "common/pins.glsl"
+
+// Whether site j is asked for the site with this mark.
+bool asked(uint j, float own) {
+    if (j == NONE) return false;
+    if (CURVES == 0u) return true;
+    float mark = sites[j].w;
+    return mark == own && !is_pinned(mark);
+}
 
 void main() {
     uint site = thread_index();
     if (site >= site_count) return;
     vec3 own = unpack_normal(surface_normals[site]);
+    float mark = CURVES != 0u ? sites[site].w : 0.0;
     vec3 around[RING];
     float agreeing = 0.0, found = 0.0;
     [[unroll]] for (uint s = 0u; s < RING; ++s) {
         uint j = neighbours[s * site_count + site];
-        around[s] = j == NONE ? vec3(0.0) : unpack_normal(surface_normals[j == NONE ? site : j]);
+        bool counts = asked(j, mark);
+        around[s] = counts ? unpack_normal(surface_normals[counts ? j : site]) : vec3(0.0);
         agreeing += dot(own, around[s]) > 0.0 ? 1.0 : 0.0;
-        found += j == NONE ? 0.0 : 1.0;
+        found += counts ? 1.0 : 0.0;
     }
     // One against all others stands on a triangle that is folded back.
     vec3 side = found >= 4.0 && agreeing < 2.0 ? -own : own;

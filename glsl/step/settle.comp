@@ -1,7 +1,7 @@
 // Purpose: puts the sites where the projection says, with their normals, and sums the squared steps.
 // Invocation: one site; each workgroup makes one partial sum, in a fixed order.
 // Reads: projected, normals, targets (w = squared distance to the centroid).
-// Writes: sites (w = 0), surface_normals (packed), partials[workgroup] = (sum of the squared steps, largest step).
+// Writes: sites (w stays), surface_normals (packed), partials[workgroup] = (sum of the squared steps, largest step).
 // Filled by face/planar and project/walk; consumed by the next iteration and step/reduce.
 #version 450
 #extension GL_GOOGLE_include_directive : require
@@ -9,13 +9,18 @@
 #include "common/threads.glsl"
 #include "common/octahedral.glsl"
 
+// 1 where sites bear the marks of common/pins.glsl: those on curves keep their places and normals.
+layout(constant_id = 1) const uint CURVES = 0;
+
 layout(push_constant) uniform Push { uint site_count; };
 layout(set = 0, binding = 0) readonly buffer Projected { vec4 projected[]; };
 layout(set = 0, binding = 1) readonly buffer Normals { vec4 normals[]; };
 layout(set = 0, binding = 2) readonly buffer Targets { vec4 targets[]; };
-layout(set = 0, binding = 3) writeonly buffer Sites { vec4 sites[]; };
+layout(set = 0, binding = 3) buffer Sites { vec4 sites[]; };
 layout(set = 0, binding = 4) writeonly buffer SurfaceNormals { uint surface_normals[]; };
 layout(set = 0, binding = 5) writeonly buffer Partials { vec2 partials[]; };
+
+#include "common/pins.glsl"
 
 shared vec2 sums[WORKGROUP];
 
@@ -24,8 +29,11 @@ void main() {
     uint lane = gl_LocalInvocationID.x;
     vec2 mine = vec2(0.0);
     if (site < site_count) {
-        sites[site] = vec4(projected[site].xyz, 0.0);
-        surface_normals[site] = pack_normal(normals[site].xyz);
+        float mark = CURVES != 0u ? sites[site].w : 0.0;
+        if (!is_pinned(mark)) {
+            sites[site] = vec4(projected[site].xyz, mark);
+            surface_normals[site] = pack_normal(normals[site].xyz);
+        }
         float step_sq = targets[site].w;
         mine = vec2(step_sq, sqrt(step_sq));
     }

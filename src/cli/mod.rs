@@ -1,6 +1,7 @@
 //! The command line.
 
 mod devices;
+mod inspect;
 mod measure;
 mod remesh;
 mod sample;
@@ -27,6 +28,7 @@ const EXIT_CODES: &str = "Exit codes: 0 done, 2 usage, 3 input, 4 device or memo
 enum Command {
     Remesh(remesh::Args),
     Measure(measure::Args),
+    Inspect(inspect::Args),
     Sample(sample::Args),
     Devices(devices::Args),
 }
@@ -40,6 +42,7 @@ pub fn main() -> ExitCode {
     let outcome = match cli.command {
         Command::Remesh(args) => remesh::run(&args),
         Command::Measure(args) => measure::run(&args),
+        Command::Inspect(args) => inspect::run(&args),
         Command::Sample(args) => sample::run(&args),
         Command::Devices(args) => devices::run(&args),
     };

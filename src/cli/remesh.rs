@@ -6,7 +6,8 @@ use indicatif::{ProgressBar, ProgressStyle};
 use rtfmesh::mesh::io;
 use rtfmesh::report::Report;
 use rtfmesh::{
-    Centroid, Device, DeviceOptions, Error, MeasureDepth, Method, Options, Progress, Quality, remesh,
+    Centroid, Device, DeviceOptions, Error, Features, MeasureDepth, Method, Options, Progress, Quality,
+    remesh,
 };
 use std::path::{Path, PathBuf};
 
@@ -50,6 +51,12 @@ pub struct Args {
     /// Keep every vertex on the input surface; else they leave it by a little, so that the faces fit it better
     #[arg(long)]
     no_fit: bool,
+    /// Edges where the surface turns by at least this angle are sharp and stay; 180: none [default: 40]
+    #[arg(long, value_name = "DEGREES")]
+    feature_angle: Option<f64>,
+    /// OBJ file with lines along edges of the input that stay as well
+    #[arg(long, value_name = "FILE.obj")]
+    features: Option<PathBuf>,
     /// Seed of the random start [default: 1]
     #[arg(long)]
     seed: Option<u64>,
@@ -96,6 +103,8 @@ impl Args {
         let given = [
             ("--quality", Method::CoarseToFine, self.quality.is_some()),
             ("--no-fit", Method::CoarseToFine, self.no_fit),
+            ("--feature-angle", Method::CoarseToFine, self.feature_angle.is_some()),
+            ("--features", Method::CoarseToFine, self.features.is_some()),
             ("--centroid", Method::Rtf, self.centroid.is_some()),
             ("--k-normal", Method::Rtf, self.k_normal.is_some()),
             ("--k-clip", Method::Rtf, self.k_clip.is_some()),
@@ -130,6 +139,9 @@ impl Args {
             polish_rounds: base.polish_rounds,
             fit: base.fit && !self.no_fit,
             vertices: self.vertices,
+            feature_angle: self.feature_angle.unwrap_or(base.feature_angle),
+            // Read with the mesh, once the other options are known to be right.
+            features: base.features,
             k_normal: self.k_normal.unwrap_or(base.k_normal),
             k_clip: self.k_clip.unwrap_or(base.k_clip),
             k_project: self.k_project.unwrap_or(base.k_project),
@@ -152,15 +164,15 @@ impl Args {
 
 /// Reads, remeshes, writes. Nothing is written unless everything before it went well.
 pub fn run(args: &Args) -> Result<()> {
-    let options = args.options()?;
+    let mut options = args.options()?;
     options.validate()?;
     io::check_target(&args.output)?;
+    refuse_overwriting(args)?;
     if let Some(report) = &args.report {
-        if same_file(report, &args.output) || same_file(report, &args.input) {
-            let problem = format!("the report would overwrite the mesh in {}", report.display());
-            return Err(Error::usage(problem, "name another file after --report").into());
-        }
         io::check_text_target(report)?;
+    }
+    if let Some(path) = &args.features {
+        options.features = Some(Features { file: Some(path.clone()), lines: io::read_lines(path)? });
     }
     let (loaded, device) = rayon::join(|| io::read(&args.input), || open(args));
     let loaded = loaded?;
@@ -201,8 +213,25 @@ pub fn run(args: &Args) -> Result<()> {
     Ok(())
 }
 
+/// Files that are read must not be written.
+fn refuse_overwriting(args: &Args) -> rtfmesh::Result<()> {
+    if let Some(report) = &args.report
+        && (same_file(report, &args.output) || same_file(report, &args.input))
+    {
+        let problem = format!("the report would overwrite the mesh in {}", report.display());
+        return Err(Error::usage(problem, "name another file after --report"));
+    }
+    let Some(features) = &args.features else { return Ok(()) };
+    if [Some(&args.output), args.report.as_ref()].into_iter().flatten().any(|path| same_file(path, features))
+    {
+        let problem = format!("the lines in {} would be overwritten", features.display());
+        return Err(Error::usage(problem, "name another file after --features"));
+    }
+    Ok(())
+}
+
 /// Whether both names lead to one file, which need not exist yet.
-fn same_file(a: &Path, b: &Path) -> bool {
+pub(super) fn same_file(a: &Path, b: &Path) -> bool {
     let full = |path: &Path| std::fs::canonicalize(path).or_else(|_| std::path::absolute(path)).ok();
     a == b || full(a).is_some_and(|a| full(b) == Some(a))
 }

@@ -5,7 +5,7 @@ use comfy_table::presets::NOTHING;
 use rtfmesh::measure::Measures;
 use rtfmesh::{DeviceInfo, Summary};
 
-fn two_columns(rows: Vec<(&str, String)>) -> String {
+pub(super) fn two_columns(rows: Vec<(&str, String)>) -> String {
     let mut table = Table::new();
     table.load_style(NOTHING);
     for (name, value) in rows {
@@ -62,6 +62,13 @@ pub fn run(s: &Summary, device: &DeviceInfo) -> String {
         "iterations",
         format!("{} ({end}), last step {:.5}", s.iterations, s.steps.last().unwrap_or(&0.0)),
     ));
+    if let Some(found) = s.skeleton.filter(|found| found.curves + found.corners > 0) {
+        rows.push((
+            "curves, corners, patches",
+            format!("{}, {}, {}", found.curves, found.corners, found.patches),
+        ));
+        rows.push(("vertices on curves", found.curve_sites.to_string()));
+    }
     rows.push(("device", format!("{} ({})", device.name, device.driver.trim())));
     let seconds = |ms: f64| format!("{:.2} s", ms * 1e-3);
     for stage in s.timings.stages.iter().filter(|t| t.milliseconds.is_some_and(|ms| ms >= 5.0)) {

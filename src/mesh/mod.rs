@@ -9,6 +9,7 @@ pub mod io;
 pub mod quality;
 pub mod repair;
 pub mod samples;
+pub mod skeleton;
 pub mod topology;
 pub mod triangle;
 

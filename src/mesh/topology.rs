@@ -170,16 +170,16 @@ fn genus(topology: &Topology) -> Option<i64> {
 }
 
 /// Disjoint sets over `0..n`; the root of a set is its smallest member, whatever the order of the joins.
-struct Partition {
+pub(crate) struct Partition {
     parent: Vec<u32>,
 }
 
 impl Partition {
-    fn new(n: usize) -> Self {
+    pub(crate) fn new(n: usize) -> Self {
         Self { parent: (0u32..).take(n).collect() }
     }
 
-    fn root(&mut self, mut x: u32) -> u32 {
+    pub(crate) fn root(&mut self, mut x: u32) -> u32 {
         while self.parent[x as usize] != x {
             let above = self.parent[self.parent[x as usize] as usize];
             self.parent[x as usize] = above;
@@ -188,7 +188,7 @@ impl Partition {
         x
     }
 
-    fn join(&mut self, a: u32, b: u32) {
+    pub(crate) fn join(&mut self, a: u32, b: u32) {
         let (a, b) = (self.root(a), self.root(b));
         self.parent[a.max(b) as usize] = a.min(b);
     }

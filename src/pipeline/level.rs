@@ -4,10 +4,11 @@ use crate::Result;
 use crate::gpu::{Buffer, Device, Recorder};
 use crate::stages::lists::{ListOptions, Lists};
 use crate::stages::normals::SmoothNormals;
+use crate::stages::pins::PinnedSites;
 use crate::stages::planar::{PlanarFaces, PlanarInputs, PlanarMove, PlanarOptions};
 use crate::stages::records::TriangleRecords;
 use crate::stages::seed::Seeds;
-use crate::stages::step::Settle;
+use crate::stages::step::{KeepOff, Settle};
 use crate::stages::walk::Walk;
 use glam::{DVec3, Vec2, Vec4};
 use rayon::prelude::*;
@@ -60,9 +61,19 @@ pub(super) struct Level {
     faces: PlanarFaces,
     walk: Walk,
     settle: Settle,
+    /// On surfaces with curves.
+    keep_off: Option<KeepOff>,
     spacing: f64,
     iterations: u32,
     moves: Moves,
+}
+
+/// Sites that a level begins with.
+pub(super) struct Start {
+    /// All of them, in Morton order.
+    pub seeds: Seeds,
+    /// The same as the device needs them on surfaces with curves.
+    pub pinned: Option<PinnedSites>,
 }
 
 /// Sites at rest.
@@ -77,7 +88,7 @@ pub(super) struct Relaxed {
 }
 
 impl Level {
-    /// Compiles all kernels, in parallel; later levels find them ready.
+    /// Compiles all kernels for surfaces without curves, in parallel; later levels find them ready.
     ///
     /// # Errors
     /// As [`Level::new`].
@@ -86,23 +97,30 @@ impl Level {
             &|| PlanarFaces::new(device, 1, &PlanarOptions::new(LIST, 1)).map(drop),
             &|| Lists::new(device, 1, &ListOptions::new(LIST)).map(drop),
             &|| Walk::new(device, 1, None).map(drop),
-            &|| SmoothNormals::new(device, 1, None).map(drop),
-            &|| Settle::new(device, 1, 1, None).map(drop),
+            &|| SmoothNormals::new(device, 1, false, None).map(drop),
+            &|| Settle::new(device, 1, 1, None, None).map(drop),
         ];
         parts.par_iter().try_for_each(|part| part())
     }
 
-    /// `spacing` is that of `seeds`, which are in Morton order.
-    pub fn new(device: &Device, seeds: &Seeds, spacing: f64, iterations: u32, moves: Moves) -> Result<Self> {
+    /// `spacing` is that of the sites.
+    pub fn new(device: &Device, start: &Start, spacing: f64, iterations: u32, moves: Moves) -> Result<Self> {
+        let Start { seeds, pinned } = start;
         let n = seeds.sites.len();
+        let curves = pinned.is_some();
         Ok(Self {
             sites: Buffer::new(device, "default.sites", n)?,
             site_triangle: Buffer::from_slice(device, "default.site_triangle", &seeds.triangles)?,
             lists: Lists::new(device, n, &ListOptions::new(LIST))?,
-            normals: SmoothNormals::new(device, n, None)?,
-            faces: PlanarFaces::new(device, n, &PlanarOptions::new(LIST, iterations))?,
+            normals: SmoothNormals::new(device, n, curves, None)?,
+            faces: PlanarFaces::new(
+                device,
+                n,
+                &PlanarOptions { curves, ..PlanarOptions::new(LIST, iterations) },
+            )?,
             walk: Walk::new(device, n, None)?,
-            settle: Settle::new(device, n, iterations, None)?,
+            settle: Settle::new(device, n, iterations, pinned.as_ref().map(|p| p.moving), None)?,
+            keep_off: curves.then(|| KeepOff::new(device, None)).transpose()?,
             spacing,
             iterations,
             moves,
@@ -113,7 +131,7 @@ impl Level {
     pub fn relax(
         &self,
         device: &Device,
-        seeds: &Seeds,
+        start: &Start,
         surface: &TriangleRecords,
         tolerance: f64,
         progress: &mut dyn FnMut(u32, f64),
@@ -121,8 +139,12 @@ impl Level {
         let mut steps = Vec::new();
         let mut recorder = device.recorder()?;
         // The seeds are the first targets; landing on the surface gives them their normals.
-        let targets: Vec<Vec4> = seeds.sites.iter().map(|p| p.as_vec3().extend(0.0)).collect();
+        let targets: Vec<Vec4> = start.seeds.sites.iter().map(|p| p.as_vec3().extend(0.0)).collect();
         recorder.upload(&self.faces.targets, &targets)?;
+        if let Some(pinned) = &start.pinned {
+            recorder.upload(&self.sites, &pinned.sites)?;
+            recorder.upload(&self.settle.surface_normals, &pinned.normals)?;
+        }
         self.record_move(&mut recorder, surface, 0)?;
         self.lists.record_build(&mut recorder, &self.sites)?;
         recorder.submit()?;
@@ -154,7 +176,7 @@ impl Level {
         iteration: u32,
     ) -> Result<()> {
         self.lists.record_refresh(recorder, &self.sites, MAX_RHO)?;
-        self.normals.record(recorder, &self.settle.surface_normals, &self.lists.neighbours)?;
+        self.normals.record(recorder, &self.settle.surface_normals, &self.lists.neighbours, &self.sites)?;
         let inputs = PlanarInputs::new(&self.sites, &self.normals.normals, &self.lists);
         // Nesterov's sequence; the last iteration is a plain one, so that sites end in their centroids.
         let share = iteration as f32 / (iteration as f32 + 3.0);
@@ -167,6 +189,9 @@ impl Level {
             exact: iteration + EXACT >= self.iterations,
         };
         self.faces.record(recorder, &inputs, &step)?;
+        if let Some(keep_off) = &self.keep_off {
+            keep_off.record(recorder, &inputs, &self.faces.targets, self.spacing)?;
+        }
         self.record_move(recorder, surface, iteration)
     }
 

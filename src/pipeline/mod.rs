@@ -3,7 +3,10 @@
 mod coarse_to_fine;
 mod holes;
 mod level;
+mod plan;
 mod refine;
+#[cfg(test)]
+mod relaxing;
 mod rtf;
 
 use crate::gpu::kernels::face::cell;
@@ -11,6 +14,7 @@ use crate::gpu::{Device, StageTime};
 use crate::measure::{Measures, measure_some};
 use crate::mesh::frame::Frame;
 use crate::mesh::repair::{RepairCounts, Repaired, repair};
+use crate::mesh::skeleton::{Skeleton, SkeletonOptions, user_edges};
 use crate::mesh::topology::{Topology, topology};
 use crate::options::{MeasureDepth, Method, Options};
 use crate::stages::connect::ConnectCounts;
@@ -64,10 +68,36 @@ pub struct Summary {
     pub flags: FlagCounts,
     /// What connecting met.
     pub connected: ConnectCounts,
+    /// What was held of sharp and open edges; `None` with [`Method::Rtf`], which looks for none.
+    pub skeleton: Option<SkeletonSummary>,
     /// What could not be done; empty for a valid result.
     pub warnings: Vec<String>,
     /// Where the time went.
     pub timings: RunTimings,
+}
+
+/// Sharp and open edges of the input, and the sites that hold them.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize)]
+pub struct SkeletonSummary {
+    /// Chains of sharp, open and other edges that are held.
+    pub curves: usize,
+    /// Vertices where curves end, branch or turn.
+    pub corners: usize,
+    /// Parts of the surface between the curves.
+    pub patches: usize,
+    /// Vertices of the result on curves.
+    pub curve_sites: usize,
+}
+
+impl SkeletonSummary {
+    fn of(skeleton: &Skeleton) -> Self {
+        Self {
+            curves: skeleton.curves.len(),
+            corners: skeleton.corners.len(),
+            patches: skeleton.patch_count,
+            curve_sites: 0,
+        }
+    }
 }
 
 /// Time and memory of a run.
@@ -113,6 +143,7 @@ pub fn remesh(
     compiled?;
     clock.phase("prepare");
     let spacing = spacing(surface.area(), options.vertices);
+    let skeleton = ground.as_ref().map(|ground| ground.skeleton);
     let (connection, steps) = match ground {
         None => {
             let seeds = seed::random(&surface, options.vertices, options.seed);
@@ -128,7 +159,7 @@ pub fn remesh(
             run.run(progress, &mut clock)?
         }
     };
-    let Connection { sites, triangles, counts: connected, flags } = connection;
+    let Connection { sites, triangles, curve_sites, counts: connected, flags } = connection;
     if triangles.is_empty() {
         return Err(Error::input(
             None,
@@ -154,6 +185,7 @@ pub fn remesh(
         spacing: spacing * frame.scale,
         flags,
         connected,
+        skeleton: skeleton.map(|found| SkeletonSummary { curve_sites, ..found }),
         timings: RunTimings {
             stages: device.take_timings(),
             wall_milliseconds: clock.phases.iter().map(|p| p.milliseconds).sum(),
@@ -182,10 +214,29 @@ fn prepare(device: &Device, mesh: &TriMesh, options: &Options) -> Result<Prepare
         rayon::join(|| topology(&repaired.mesh), || Surface::new(device, &repaired.mesh, &frame));
     let surface = surface?;
     let ground = match options.method {
-        Method::CoarseToFine => Some(Ground::new(device, &surface)?),
+        Method::CoarseToFine => {
+            let user_edges = user_edges_on(&surface, &repaired.mesh, options)?;
+            let spacing = spacing(surface.area(), options.vertices);
+            let wanted = SkeletonOptions { feature_angle: options.feature_angle, spacing, user_edges };
+            Some(Ground::new(device, &surface, &wanted)?)
+        }
         Method::Rtf => None,
     };
     Ok(Prepared { repaired, frame, input, surface, ground })
+}
+
+/// The user's curves as edges of the surface, which has the mesh's triangles in their order, but not its vertices.
+fn user_edges_on(surface: &Surface, mesh: &TriMesh, options: &Options) -> Result<Vec<[u32; 2]>> {
+    let Some(features) = &options.features else { return Ok(Vec::new()) };
+    let mut place = vec![0; mesh.vertices.len()];
+    for (from, to) in mesh.triangles.as_flattened().iter().zip(surface.triangles.as_flattened()) {
+        place[*from as usize] = *to;
+    }
+    let edges = user_edges(mesh, &features.lines).map_err(|e| match &features.file {
+        Some(file) => e.in_file(file),
+        None => e,
+    })?;
+    Ok(edges.into_iter().map(|edge| edge.map(|v| place[v as usize])).collect())
 }
 
 /// Compiles the kernels of the default pipeline; the other one does so itself.
@@ -241,6 +292,8 @@ fn check_memory(device: &Device, options: &Options) -> Result<()> {
 pub(crate) struct Connection {
     sites: Vec<DVec3>,
     triangles: Vec<[u32; 3]>,
+    /// How many sites are on curves.
+    curve_sites: usize,
     counts: ConnectCounts,
     flags: FlagCounts,
 }
@@ -262,7 +315,7 @@ fn warnings(
     let lost = flags.triangle_overflow + flags.plane_overflow + flags.corner_overflow + flags.badly_closed;
     say(lost > 0, format!("{lost} sites have no face (see flags in the report)"));
     say(
-        !input.is_closed_manifold(),
+        options.method == Method::Rtf && !input.is_closed_manifold(),
         "the input is not a closed manifold; this preset connects closed surfaces only".into(),
     );
     say(

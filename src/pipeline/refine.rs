@@ -1,29 +1,128 @@
 //! From one level to the next: a new site at the middle of every edge.
 
 use crate::TriMesh;
+use crate::gpu::NONE;
 use crate::mesh::edges::EdgeTable;
+use crate::mesh::triangle::closest_on_triangle;
+use crate::stages::curve_room::CurveRoom;
+use crate::stages::curve_sites::CurveSites;
+use crate::stages::place::Place;
 use crate::stages::seed::Seeds;
+use crate::stages::surface_curves::SurfaceCurves;
+use glam::DVec3;
 
-/// The vertices of `mesh`, which lie on the surface's triangles `under`, and new sites at the middles of its edges:
-/// `count` in all, which must be at least the number of vertices. Where there are not enough edges for that, the largest
-/// triangles get a site in their middle; where there are too many, the shortest edges get none.
+/// Times that all triangles are asked for a point with room in them; after that any point will do.
+const PICKY_ROUNDS: usize = 6;
+
+/// A level's mesh.
+pub(super) struct Coarser<'a> {
+    pub mesh: &'a TriMesh,
+    /// The surface's triangle under each vertex.
+    pub under: &'a [u32],
+    /// On surfaces with curves.
+    pub held: Option<HeldSites<'a>>,
+}
+
+/// Sites on curves.
+pub(super) struct HeldSites<'a> {
+    pub curves: &'a SurfaceCurves,
+    pub sites: &'a CurveSites,
+    /// Which of them each vertex is, [`NONE`] for an interior one.
+    pub pins: &'a [u32],
+    /// What the curve sites of the finer level leave.
+    pub room: &'a CurveRoom<'a>,
+}
+
+impl HeldSites<'_> {
+    fn place(&self, v: u32) -> Option<Place> {
+        let pin = self.pins[v as usize];
+        (pin != NONE).then(|| self.sites.places[pin as usize])
+    }
+
+    /// The edges along curves, each with the smaller vertex first, sorted.
+    fn edges(&self) -> Vec<(u32, u32)> {
+        let mut vertex_of = vec![NONE; self.sites.places.len()];
+        for (v, pin) in (0..).zip(self.pins).filter(|(_, pin)| **pin != NONE) {
+            vertex_of[*pin as usize] = v;
+        }
+        let ends = |segment: &[u32; 2]| segment.map(|site| vertex_of[site as usize]);
+        let mut edges: Vec<(u32, u32)> =
+            self.sites.segments.iter().map(ends).map(|[a, b]| (a.min(b), a.max(b))).collect();
+        edges.sort_unstable();
+        edges
+    }
+
+    /// The triangle nearest to `point` of those at the vertices, which are all on curves; of triangles in a patch that
+    /// they have in common, if there is one.
+    fn triangle_near(&self, vertices: &[u32], point: DVec3) -> u32 {
+        let around: Vec<Vec<u32>> =
+            vertices.iter().filter_map(|v| self.place(*v)).map(|place| self.curves.around(place)).collect();
+        let patch = |t: u32| self.curves.patches[t as usize];
+        let common = |t: u32| around.iter().all(|list| list.iter().any(|other| patch(*other) == patch(t)));
+        let distance =
+            |t: u32| closest_on_triangle(point, self.curves.corners_of(t)).point.distance_squared(point);
+        around
+            .concat()
+            .into_iter()
+            .map(|t| (!common(t), distance(t), t))
+            .min_by(|a, b| a.0.cmp(&b.0).then(a.1.total_cmp(&b.1)).then(a.2.cmp(&b.2)))
+            .map_or(0, |(_, _, t)| t)
+    }
+}
+
+impl Coarser<'_> {
+    fn is_free(&self, v: u32) -> bool {
+        self.held.as_ref().is_none_or(|held| held.pins[v as usize] == NONE)
+    }
+
+    fn has_room(&self, point: DVec3, triangle: u32) -> bool {
+        self.held.as_ref().is_none_or(|held| held.room.has_room(point, triangle))
+    }
+
+    /// A triangle from where the surface leads to `point`, which is between these vertices.
+    fn triangle(&self, vertices: &[u32], point: DVec3) -> u32 {
+        let free = vertices.iter().find(|v| self.is_free(**v));
+        match (free, &self.held) {
+            (None, Some(held)) => held.triangle_near(vertices, point),
+            (free, _) => self.under[free.copied().unwrap_or(0) as usize],
+        }
+    }
+}
+
+/// The vertices of the coarser mesh, and new sites at the middles of its edges: `count` in all, which must be at least the
+/// number of vertices. Where there are not enough edges for that, the largest triangles get a site in their middle; where
+/// there are too many, the shortest edges get none. Vertices on curves do not count and are left out, and so are edges
+/// along curves.
 ///
 /// The middle of an edge is off the surface; its triangle is that of one end, from where the surface leads to it.
-pub(super) fn refine(mesh: &TriMesh, under: &[u32], count: usize) -> Seeds {
-    let mut sites = mesh.vertices.clone();
-    let mut triangles = under.to_vec();
-    let mut edges: Vec<(u32, u32)> =
-        EdgeTable::new(&mesh.triangles).edges().filter_map(|e| e.first().map(|side| side.ends())).collect();
-    let wanted = count - sites.len();
+pub(super) fn refine(coarser: &Coarser, count: usize) -> Seeds {
+    let mesh = coarser.mesh;
+    let free = (0..mesh.vertices.len()).filter(|v| coarser.is_free(*v as u32));
+    let (mut sites, mut triangles): (Vec<DVec3>, Vec<u32>) = free
+        .map(|v| (mesh.vertices[v], coarser.under[v]))
+        .filter(|(point, t)| coarser.has_room(*point, *t))
+        .unzip();
+    let along = coarser.held.as_ref().map(HeldSites::edges).unwrap_or_default();
+    let mut edges: Vec<((u32, u32), DVec3, u32)> = EdgeTable::new(&mesh.triangles)
+        .edges()
+        .filter_map(|e| e.first().map(|side| side.ends()))
+        .filter(|edge| along.binary_search(edge).is_err())
+        .map(|(a, b)| {
+            let middle = 0.5 * (mesh.vertices[a as usize] + mesh.vertices[b as usize]);
+            ((a, b), middle, coarser.triangle(&[a, b], middle))
+        })
+        .filter(|(_, middle, triangle)| coarser.has_room(*middle, *triangle))
+        .collect();
+    let wanted = count.saturating_sub(sites.len());
     if edges.len() > wanted {
         let length_sq =
             |(a, b): (u32, u32)| mesh.vertices[a as usize].distance_squared(mesh.vertices[b as usize]);
-        edges.sort_by(|a, b| length_sq(*b).total_cmp(&length_sq(*a)).then(a.cmp(b)));
+        edges.sort_by(|(a, ..), (b, ..)| length_sq(*b).total_cmp(&length_sq(*a)).then(a.cmp(b)));
         edges.truncate(wanted);
     }
-    for (a, b) in edges {
-        sites.push(0.5 * (mesh.vertices[a as usize] + mesh.vertices[b as usize]));
-        triangles.push(under[a as usize]);
+    for (_, middle, triangle) in edges {
+        sites.push(middle);
+        triangles.push(triangle);
     }
     let mut largest: Vec<(f64, usize)> = (0..mesh.triangles.len())
         .map(|t| {
@@ -39,9 +138,17 @@ pub(super) fn refine(mesh: &TriMesh, under: &[u32], count: usize) -> Seeds {
         // More than one in a triangle go towards different corners.
         let corners = mesh.corners(*t);
         let towards = corners[round % 3] / (3 + round) as f64;
-        sites.push((corners[0] + corners[1] + corners[2]) / 3.0 * (1.0 - 1.0 / (3 + round) as f64) + towards);
-        triangles.push(under[mesh.triangles[*t][round % 3] as usize]);
+        let point = (corners[0] + corners[1] + corners[2]) / 3.0 * (1.0 - 1.0 / (3 + round) as f64) + towards;
+        let mut vertices = mesh.triangles[*t];
+        vertices.rotate_left(round % 3);
+        let triangle = coarser.triangle(&vertices, point);
+        if round >= PICKY_ROUNDS || coarser.has_room(point, triangle) {
+            sites.push(point);
+            triangles.push(triangle);
+        }
     }
+    sites.truncate(count);
+    triangles.truncate(count);
     Seeds { sites, triangles }.in_space_order()
 }
 
@@ -67,7 +174,6 @@ fn coarser(count: usize, euler: i64) -> Option<usize> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use glam::DVec3;
 
     fn tetrahedron() -> TriMesh {
         TriMesh {
@@ -79,7 +185,8 @@ mod tests {
     #[test]
     fn edges_first_then_large_triangles() {
         for (count, edges) in [(4, 0), (6, 2), (10, 6), (13, 6), (20, 6)] {
-            let seeds = refine(&tetrahedron(), &[5, 6, 7, 8], count);
+            let mesh = tetrahedron();
+            let seeds = refine(&Coarser { mesh: &mesh, under: &[5, 6, 7, 8], held: None }, count);
             assert_eq!((seeds.sites.len(), seeds.triangles.len()), (count, count));
             let corners = tetrahedron().vertices;
             let middles = (0..4).flat_map(|a| (0..a).map(move |b| (a, b)));

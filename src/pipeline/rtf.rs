@@ -10,6 +10,7 @@ use crate::stages::connect::{ConnectCounts, Fans, clustered_fan, connect};
 use crate::stages::face::{CellFaces, CellOptions, FlagCounts};
 use crate::stages::neighbours::{Nearest, TileBounds};
 use crate::stages::normals::PlaneFit;
+use crate::stages::place::Place;
 use crate::stages::project::NearestVertices;
 use crate::stages::seed::Seeds;
 use crate::stages::step::Step;
@@ -149,7 +150,7 @@ impl Run {
             let on = CellSurface::new(&surface.vertices, &surface.triangles, &surface.normals);
             let sites = CellSites {
                 positions: &found.sites,
-                triangles: &found.triangles,
+                places: &Place::inside(&found.triangles),
                 near: &found.near,
                 spacing: self.spacing,
             };
@@ -160,7 +161,7 @@ impl Run {
                 counts = ConnectCounts { cells: Some(cells.certificate), ..cell_counts };
             }
         }
-        Ok(Connection { sites: found.sites, triangles, counts, flags: found.flags })
+        Ok(Connection { sites: found.sites, triangles, curve_sites: 0, counts, flags: found.flags })
     }
 
     /// The faces of the sites as they are now.

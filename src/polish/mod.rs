@@ -57,11 +57,6 @@ struct Point {
 impl Target {
     /// Prepares the surface, which must be in the frame of the meshes to come. Panics if an index is out of range.
     pub fn new(surface: &TriMesh) -> Self {
-        Self::with_patches(surface, Vec::new())
-    }
-
-    /// As [`Target::new`], with the patch of each triangle: what is put in a patch stays there.
-    pub fn with_patches(surface: &TriMesh, patches: Vec<u32>) -> Self {
         let corners = |t| surface.corners(t);
         let normals: Vec<DVec3> = (0..surface.triangles.len()).map(|t| cross(corners(t))).collect();
         let heights_sq = normals
@@ -81,7 +76,13 @@ impl Target {
                 points[*v as usize].area += normal.length() / 6.0;
             }
         }
-        Self { bvh: Bvh::new(surface), normals, heights_sq, points, patches }
+        Self { bvh: Bvh::new(surface), normals, heights_sq, points, patches: Vec::new() }
+    }
+
+    /// With the patch of each triangle: what is in a patch stays there.
+    #[must_use]
+    pub fn in_patches(self, patches: Vec<u32>) -> Self {
+        Self { patches, ..self }
     }
 
     /// The closest point of those of a patch's triangles that face as `normal` does.

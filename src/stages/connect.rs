@@ -12,17 +12,21 @@ use glam::{DVec3, Vec2};
 use serde::Serialize;
 use std::collections::HashSet;
 
-/// Counter-clockwise neighbours of every site.
+/// Counter-clockwise neighbours of every site, or of every sector of sites on curves.
 #[derive(Debug, Clone, Default, PartialEq, Eq)]
 pub struct Fans {
     start: Vec<u32>,
     neighbours: Vec<u32>,
+    /// The site of each sector; empty if sites and sectors are the same.
+    sites: Vec<u32>,
+    /// Whether the fan begins and ends at a curve; empty if none does.
+    open: Vec<bool>,
 }
 
 impl Fans {
     /// From one list a site.
     pub fn from_lists<L: AsRef<[u32]>>(lists: impl IntoIterator<Item = L>) -> Self {
-        let mut fans = Self { start: vec![0], neighbours: Vec::new() };
+        let mut fans = Self { start: vec![0], ..Self::default() };
         for list in lists {
             fans.neighbours.extend_from_slice(list.as_ref());
             fans.start.push(fans.neighbours.len() as u32);
@@ -30,32 +34,58 @@ impl Fans {
         fans
     }
 
-    /// Number of sites.
+    /// From one list of sectors a sector. `sites` has the site of each; where it is `open`, a curve runs from the last of
+    /// the list through the site to the first, with the surface on its left.
+    pub fn of_sectors<L: AsRef<[u32]>>(
+        lists: impl IntoIterator<Item = L>,
+        sites: Vec<u32>,
+        open: Vec<bool>,
+    ) -> Self {
+        Self { sites, open, ..Self::from_lists(lists) }
+    }
+
+    /// Number of sites or sectors.
     pub fn len(&self) -> usize {
         self.start.len().saturating_sub(1)
     }
 
-    /// Whether there are no sites.
+    /// Whether there are none.
     pub fn is_empty(&self) -> bool {
         self.len() == 0
     }
 
-    /// The fan of one site. Panics if it is out of range.
-    pub fn of(&self, site: usize) -> &[u32] {
-        &self.neighbours[self.start[site] as usize..self.start[site + 1] as usize]
+    /// The fan of one site or sector. Panics if it is out of range.
+    pub fn of(&self, sector: usize) -> &[u32] {
+        &self.neighbours[self.start[sector] as usize..self.start[sector + 1] as usize]
+    }
+
+    /// The site of a sector.
+    pub fn site(&self, sector: u32) -> u32 {
+        self.sites.get(sector as usize).copied().unwrap_or(sector)
+    }
+
+    /// Whether the fan begins and ends at a curve.
+    pub fn is_open(&self, sector: u32) -> bool {
+        self.open.get(sector as usize).copied().unwrap_or(false)
+    }
+
+    /// Whether the face to the left of `slot`, which is one of `from`'s, is none, but what lies beyond a curve.
+    fn is_outside(&self, from: u32, slot: usize) -> bool {
+        self.is_open(from) && slot + 1 == self.start[from as usize + 1] as usize
     }
 
     /// Only the edges that both ends list. Entries that name no site or the site itself, as the box of an
     /// unbounded face does, are dropped too.
     fn symmetric(&self) -> Self {
         let lists = |i: u32, j: u32| (j as usize) < self.len() && i != j && self.of(j as usize).contains(&i);
-        Self::from_lists((0..self.len()).map(|i| {
+        let kept = (0..self.len()).map(|i| {
             let mut kept: Vec<u32> = self.of(i).iter().copied().filter(|&j| lists(i as u32, j)).collect();
             // A neighbour that bounds two stretches of a degenerate face counts once.
             let mut seen = HashSet::new();
             kept.retain(|j| seen.insert(*j));
             kept
-        }))
+        });
+        Self::of_sectors(kept, self.sites.clone(), self.open.clone())
     }
 }
 
@@ -93,18 +123,19 @@ pub fn connect(sites: &[DVec3], fans: &Fans) -> (Vec<[u32; 3]>, ConnectCounts) {
         one_sided_edges: fans.neighbours.len() - kept.neighbours.len(),
         ..Default::default()
     };
-    let mut edges: HashSet<(u32, u32)> = (0..kept.len())
-        .flat_map(|i| kept.of(i).iter().map(move |&j| (i as u32, j)))
+    let mut edges: HashSet<(u32, u32)> = (0..kept.len() as u32)
+        .flat_map(|i| kept.of(i as usize).iter().map(move |&j| (i, j)))
         .filter(|(i, j)| i < j)
+        .map(|(i, j)| key(kept.site(i), kept.site(j)))
         .collect();
     let mut triangles = Vec::with_capacity(2 * sites.len());
     for face in trace(&kept) {
         match face.as_slice() {
-            &[a, b, c] => triangles.push([a, b, c]),
+            &[a, b, c] if a != b && b != c && c != a => triangles.push([a, b, c]),
             // Two corners: both sides of an edge that hangs between two sites.
             [_, _] => {}
             _ => {
-                counts.split_faces += 1;
+                counts.split_faces += usize::from(face.len() > 3);
                 match split(&face, sites, &mut edges) {
                     Some(parts) => triangles.extend(parts),
                     None => counts.unfilled_faces += 1,
@@ -118,7 +149,8 @@ pub fn connect(sites: &[DVec3], fans: &Fans) -> (Vec<[u32; 3]>, ConnectCounts) {
     (triangles, counts)
 }
 
-/// All faces of the rotation system, each as its cycle of sites, in the order of their first directed edge.
+/// All faces of the rotation system, each as its cycle of sites, in the order of their first directed edge. Beyond curves
+/// there are none.
 fn trace(fans: &Fans) -> Vec<Vec<u32>> {
     let mut done = vec![false; fans.neighbours.len()];
     let mut faces = Vec::new();
@@ -126,13 +158,15 @@ fn trace(fans: &Fans) -> Vec<Vec<u32>> {
         for slot in fans.start[i]..fans.start[i + 1] {
             let (mut from, mut slot) = (i as u32, slot as usize);
             let mut face = Vec::new();
+            let mut outside = false;
             while !std::mem::replace(&mut done[slot], true) {
-                face.push(from);
+                face.push(fans.site(from));
+                outside |= fans.is_outside(from, slot);
                 let to = fans.neighbours[slot];
                 slot = leave(fans, from, to);
                 from = to;
             }
-            if !face.is_empty() {
+            if !face.is_empty() && !outside {
                 faces.push(face);
             }
         }
@@ -148,11 +182,11 @@ fn leave(fans: &Fans, from: u32, at: u32) -> usize {
     fans.start[at as usize] as usize + (place + fan.len() - 1) % fan.len()
 }
 
-/// Cuts ears off a face, the best triangle first, never along an edge that exists. `None` if none is left to cut;
-/// then no edge was added.
+/// Cuts ears off a face, the best triangle first, never along an edge that exists. `None` if none is left to cut, or if
+/// what is left has a site twice; then no edge was added.
 fn split(face: &[u32], sites: &[DVec3], edges: &mut HashSet<(u32, u32)>) -> Option<Vec<[u32; 3]>> {
     let mut rest = face.to_vec();
-    let mut triangles = Vec::with_capacity(rest.len() - 2);
+    let mut triangles = Vec::with_capacity(rest.len().saturating_sub(2));
     let mut added = Vec::new();
     while rest.len() > 3 {
         let ear = (0..rest.len())
@@ -165,20 +199,25 @@ fn split(face: &[u32], sites: &[DVec3], edges: &mut HashSet<(u32, u32)>) -> Opti
                 open.then(|| (m, quality(sites, [a, b, c]).min(other)))
             })
             .max_by(|a, b| a.1.total_cmp(&b.1).then(b.0.cmp(&a.0)));
-        let Some((m, _)) = ear else {
-            for edge in added {
-                edges.remove(&edge);
-            }
-            return None;
-        };
+        let Some((m, _)) = ear else { break };
         let [a, b, c] = corner(&rest, m);
         triangles.push([a, b, c]);
         edges.insert(key(a, c));
         added.push(key(a, c));
         rest.remove((m + 1) % rest.len());
     }
-    triangles.push([rest[0], rest[1], rest[2]]);
-    Some(triangles)
+    if let &[a, b, c] = rest.as_slice()
+        && a != b
+        && b != c
+        && c != a
+    {
+        triangles.push([a, b, c]);
+        return Some(triangles);
+    }
+    for edge in added {
+        edges.remove(&edge);
+    }
+    None
 }
 
 fn corner(cycle: &[u32], m: usize) -> [u32; 3] {

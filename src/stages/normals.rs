@@ -65,12 +65,12 @@ pub struct SmoothNormals {
 }
 
 impl SmoothNormals {
-    /// For `sites` sites.
+    /// For `sites` sites, which bear the marks of [`super::pins`] if there are `curves`.
     ///
     /// # Errors
     /// [`crate::Error::OutOfMemory`] or [`crate::Error::Device`].
-    pub fn new(device: &Device, sites: usize, workgroup: Option<u32>) -> Result<Self> {
-        let mut constants = smooth::Constants::default();
+    pub fn new(device: &Device, sites: usize, curves: bool, workgroup: Option<u32>) -> Result<Self> {
+        let mut constants = smooth::Constants { curves: curves.into(), ..Default::default() };
         constants.workgroup = workgroup.unwrap_or(constants.workgroup);
         Ok(Self {
             pipeline: Pipeline::new(device, constants)?,
@@ -78,7 +78,8 @@ impl SmoothNormals {
         })
     }
 
-    /// Records the means of `surface_normals` over the first neighbours, of which there must be at least six slots.
+    /// Records the means of `surface_normals` over the first neighbours, of which there must be at least six slots. Of
+    /// `sites` only the marks are read.
     ///
     /// # Errors
     /// As [`Recorder::dispatch`].
@@ -87,9 +88,10 @@ impl SmoothNormals {
         recorder: &mut Recorder,
         surface_normals: &Buffer<u32>,
         neighbours: &Buffer<u32>,
+        sites: &Buffer<Vec4>,
     ) -> Result<()> {
         let push = smooth::Push { site_count: self.normals.len() as u32 };
-        let bindings = smooth::Bindings { surface_normals, neighbours, normals: &self.normals };
+        let bindings = smooth::Bindings { surface_normals, neighbours, normals: &self.normals, sites };
         recorder.dispatch(&self.pipeline, Threads(self.normals.len()), &push, &bindings)
     }
 }

@@ -15,7 +15,7 @@ pub const NEAR: u32 = 14;
 /// What the kernels read of the sites.
 #[derive(Clone, Copy)]
 pub struct PlanarInputs<'a> {
-    /// Positions, w = 0.
+    /// Positions; w = 0, or the marks of [`super::pins`].
     pub sites: &'a Buffer<Vec4>,
     /// Unit normals of the tangent planes, packed as in `glsl/common/octahedral.glsl`.
     pub normals: &'a Buffer<u32>,
@@ -47,6 +47,8 @@ pub struct PlanarOptions {
     pub iterations: u32,
     /// Edges that a face may have while its lines come one after another, 3 or more; those with more take longer.
     pub slots: u32,
+    /// Whether the sites bear the marks of [`super::pins`].
+    pub curves: bool,
     /// Invocations of a workgroup; `None`: the kernels' own.
     pub workgroup: Option<u32>,
 }
@@ -54,7 +56,8 @@ pub struct PlanarOptions {
 impl PlanarOptions {
     /// For lists of `k` and at most `iterations` iterations.
     pub fn new(k: u32, iterations: u32) -> Self {
-        Self { k, iterations, slots: planar_exact::Constants::default().slots, workgroup: None }
+        let slots = planar_exact::Constants::default().slots;
+        Self { k, iterations, slots, curves: false, workgroup: None }
     }
 }
 
@@ -132,10 +135,11 @@ impl PlanarFaces {
     /// # Errors
     /// [`crate::Error::OutOfMemory`] or [`crate::Error::Device`].
     pub fn new(device: &Device, sites: usize, options: &PlanarOptions) -> Result<Self> {
-        let PlanarOptions { k, iterations, slots, workgroup } = *options;
-        let mut near = planar::Constants { k: NEAR.min(k), ..Default::default() };
-        let mut rest = planar_rest::Constants { k, slots, ..Default::default() };
-        let mut exact = planar_exact::Constants { slots, ..Default::default() };
+        let PlanarOptions { k, iterations, slots, curves, workgroup } = *options;
+        let curves = u32::from(curves);
+        let mut near = planar::Constants { k: NEAR.min(k), curves, ..Default::default() };
+        let mut rest = planar_rest::Constants { k, slots, curves, ..Default::default() };
+        let mut exact = planar_exact::Constants { slots, curves, ..Default::default() };
         near.workgroup = workgroup.unwrap_or(near.workgroup);
         rest.workgroup = workgroup.unwrap_or(rest.workgroup);
         exact.workgroup = workgroup.unwrap_or(exact.workgroup);

@@ -3,17 +3,19 @@
 
 use super::spatial::morton_code;
 use super::surface::Surface;
+use super::surface_curves::SurfaceCurves;
 use crate::Result;
 use crate::gpu::{Buffer, Device, NONE};
 use crate::mesh::edges::half_edge_mates;
+use crate::mesh::topology::Partition;
 use glam::{DVec2, DVec3, UVec4};
 use rayon::prelude::*;
 
 /// Buffers over the triangles by *rank*, their place in spatial order.
 pub struct TriangleRecords {
     /// `records[3 * rank + k]`: corner k in the bits of three floats, and the half-edge (`3 * rank + side`) across the
-    /// side from corner k to the next, [`NONE`] at boundaries, where more than two triangles meet, and where two
-    /// meet that run the same way along the side.
+    /// side from corner k to the next, [`NONE`] at boundaries, where more than two triangles meet, where two meet that
+    /// run the same way along the side, and on curves.
     pub records: Buffer<UVec4>,
     /// Unit normals in octahedral form: of the surface at the three corners, and of the triangle.
     pub corner_normals: Buffer<UVec4>,
@@ -24,17 +26,21 @@ pub struct TriangleRecords {
 }
 
 impl TriangleRecords {
-    /// Prepares and uploads the records of `surface`.
+    /// Prepares and uploads the records of `surface`. No walk goes over its `curves`, and normals are those of the patch.
     ///
     /// # Errors
     /// [`crate::Error::OutOfMemory`] if they do not fit.
-    pub fn new(device: &Device, surface: &Surface) -> Result<Self> {
+    pub fn new(device: &Device, surface: &Surface, curves: Option<&SurfaceCurves>) -> Result<Self> {
         let order = sorted(&spatial_keys(surface));
         let mut rank = vec![0; order.len()];
         for (r, t) in (0..).zip(&order) {
             rank[*t as usize] = r;
         }
-        let mates = half_edge_mates(&surface.triangles);
+        let mut mates = half_edge_mates(&surface.triangles);
+        if let Some(curves) = curves {
+            let on_curve = mates.iter_mut().zip(&curves.on_curve).filter(|(_, on_curve)| **on_curve);
+            on_curve.for_each(|(mate, _)| *mate = NONE);
+        }
         let to_rank = |half_edge: u32| {
             if half_edge == NONE { NONE } else { 3 * rank[half_edge as usize / 3] + half_edge % 3 }
         };
@@ -46,9 +52,18 @@ impl TriangleRecords {
                 UVec4::new(p.x.to_bits(), p.y.to_bits(), p.z.to_bits(), to_rank(mates[corner]))
             })
             .collect();
-        let at_vertices = vertex_normals(surface);
-        let normals: Vec<UVec4> =
-            order.par_iter().map(|t| packed_normals(surface, &at_vertices, *t as usize)).collect();
+        let meeting = match curves {
+            None => surface.triangles.as_flattened().to_vec(),
+            Some(_) => fans(&mates),
+        };
+        let means = mean_normals(surface, &meeting);
+        let normals: Vec<UVec4> = order
+            .par_iter()
+            .map(|t| {
+                let t = *t as usize;
+                packed_normals(surface.normals[t], [0, 1, 2].map(|k| means[meeting[3 * t + k] as usize]))
+            })
+            .collect();
         Ok(Self {
             records: Buffer::from_slice(device, "surface.records", &records)?,
             corner_normals: Buffer::from_slice(device, "surface.corner_normals", &normals)?,
@@ -102,14 +117,28 @@ fn sorted(keys: &[u64]) -> Vec<u32> {
     keyed.into_iter().map(|(_, i)| i).collect()
 }
 
-/// Normals of the vertices, each the mean of the triangles around it by their angles there; zero where they cancel.
-fn vertex_normals(surface: &Surface) -> Vec<DVec3> {
-    let mut sums = vec![DVec3::ZERO; surface.vertices.len()];
-    for (t, normal) in surface.triangles.iter().zip(&surface.normals) {
+/// For each corner (`3 * triangle + k`) the first of those around the same vertex that `mates` lead to.
+fn fans(mates: &[u32]) -> Vec<u32> {
+    let mut partition = Partition::new(mates.len());
+    for (corner, mate) in (0..).zip(mates).filter(|(_, mate)| **mate != NONE) {
+        // The mate runs against this side, so it ends where this one begins.
+        let end = if mate % 3 == 2 { mate - 2 } else { mate + 1 };
+        partition.join(corner, end);
+    }
+    (0..mates.len() as u32).map(|corner| partition.root(corner)).collect()
+}
+
+/// Normals where corners meet, `meeting[corner]` of all of them: each the mean of the triangles by their angles there;
+/// zero where they cancel.
+fn mean_normals(surface: &Surface, meeting: &[u32]) -> Vec<DVec3> {
+    let count = meeting.iter().max().map_or(0, |last| *last as usize + 1);
+    let mut sums = vec![DVec3::ZERO; count];
+    for (t, normal) in surface.normals.iter().enumerate() {
         for k in 0..3 {
-            let [p, q, r] = [k, (k + 1) % 3, (k + 2) % 3].map(|c| surface.vertices[t[c] as usize]);
+            let [p, q, r] =
+                [k, (k + 1) % 3, (k + 2) % 3].map(|c| surface.vertices[surface.triangles[t][c] as usize]);
             let angle = (q - p).cross(r - p).length().atan2((q - p).dot(r - p));
-            sums[t[k] as usize] += *normal * angle;
+            sums[meeting[3 * t + k] as usize] += *normal * angle;
         }
     }
     sums.into_iter().map(DVec3::normalize_or_zero).collect()
@@ -119,17 +148,13 @@ fn vertex_normals(surface: &Surface) -> Vec<DVec3> {
 /// back at a vertex, the triangle's own normal stands in: then all means of the three are on the triangle's side.
 const MIN_CORNER_COSINE: f64 = 0.1;
 
-fn packed_normals(surface: &Surface, at_vertices: &[DVec3], t: usize) -> UVec4 {
-    let own = surface.normals[t];
-    let [a, b, c] = surface.triangles[t].map(|v| {
-        let n = at_vertices[v as usize];
-        octahedral(if n.dot(own) > MIN_CORNER_COSINE { n } else { own })
-    });
+fn packed_normals(own: DVec3, at_corners: [DVec3; 3]) -> UVec4 {
+    let [a, b, c] = at_corners.map(|n| octahedral(if n.dot(own) > MIN_CORNER_COSINE { n } else { own }));
     UVec4::new(a, b, c, octahedral(own))
 }
 
 /// A unit vector in two signed shorts, as `unpack_normal` in `glsl/common/records.glsl` reads it; off by at most 5e-5.
-fn octahedral(n: DVec3) -> u32 {
+pub(super) fn octahedral(n: DVec3) -> u32 {
     let size = n.abs().element_sum();
     // Only a triangle without area has no normal; any direction will do.
     let n = if size > 0.0 { n / size } else { DVec3::Z };

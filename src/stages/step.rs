@@ -1,8 +1,9 @@
 //! The move itself and its size.
 
+use super::planar::PlanarInputs;
 use super::walk::Walk;
 use crate::Result;
-use crate::gpu::kernels::step::{reduce, settle, step};
+use crate::gpu::kernels::step::{keep_off, reduce, settle, step};
 use crate::gpu::{Buffer, Device, Pipeline, Recorder, Threads};
 use glam::{Vec2, Vec4};
 
@@ -57,6 +58,7 @@ pub struct Settle {
     settle: Pipeline<settle::Shader>,
     reduce: Pipeline<reduce::Shader>,
     partials: Buffer<Vec2>,
+    moving: usize,
     /// The surface's normals at the sites, packed as in `glsl/common/octahedral.glsl`.
     pub surface_normals: Buffer<u32>,
     /// Per iteration: root mean square and largest distance of a site to its centroid, in the unit-diagonal frame.
@@ -64,12 +66,19 @@ pub struct Settle {
 }
 
 impl Settle {
-    /// For `sites` sites and at most `iterations` iterations.
+    /// For `sites` sites and at most `iterations` iterations. If only some are `moving`, that many, the sites bear the
+    /// marks of [`super::pins`], and the others count in no mean.
     ///
     /// # Errors
     /// [`crate::Error::OutOfMemory`] or [`crate::Error::Device`].
-    pub fn new(device: &Device, sites: usize, iterations: u32, workgroup: Option<u32>) -> Result<Self> {
-        let mut constants = settle::Constants::default();
+    pub fn new(
+        device: &Device,
+        sites: usize,
+        iterations: u32,
+        moving: Option<usize>,
+        workgroup: Option<u32>,
+    ) -> Result<Self> {
+        let mut constants = settle::Constants { curves: moving.is_some().into(), ..Default::default() };
         constants.workgroup = workgroup.unwrap_or(constants.workgroup);
         Ok(Self {
             settle: Pipeline::new(device, constants)?,
@@ -79,6 +88,7 @@ impl Settle {
                 "default.step.partials",
                 sites.div_ceil(constants.workgroup as usize),
             )?,
+            moving: moving.unwrap_or(sites),
             surface_normals: Buffer::new(device, "default.step.surface_normals", sites)?,
             history: Buffer::new(device, "default.step.history", iterations as usize)?,
         })
@@ -106,9 +116,43 @@ impl Settle {
             partials: &self.partials,
         };
         recorder.dispatch(&self.settle, Threads(sites.len()), &settle::Push { site_count }, &bindings)?;
-        let push = reduce::Push { partial_count: self.partials.len() as u32, site_count, iteration };
+        let moving = self.moving.max(1) as u32;
+        let push = reduce::Push { partial_count: self.partials.len() as u32, site_count: moving, iteration };
         let bindings = reduce::Bindings { partials: &self.partials, history: &self.history };
         // One workgroup, see the kernel.
         recorder.dispatch(&self.reduce, Threads(1), &push, &bindings)
+    }
+}
+
+/// Keeps targets off curves.
+pub struct KeepOff {
+    pipeline: Pipeline<keep_off::Shader>,
+}
+
+impl KeepOff {
+    /// # Errors
+    /// [`crate::Error::OutOfMemory`] or [`crate::Error::Device`].
+    pub fn new(device: &Device, workgroup: Option<u32>) -> Result<Self> {
+        let mut constants = keep_off::Constants::default();
+        constants.workgroup = workgroup.unwrap_or(constants.workgroup);
+        Ok(Self { pipeline: Pipeline::new(device, constants)? })
+    }
+
+    /// Records moving the `targets` of sites that bear the marks of [`super::pins`]. The lists in `inputs` must have at
+    /// least 12 slots.
+    ///
+    /// # Errors
+    /// As [`Recorder::dispatch`].
+    pub fn record(
+        &self,
+        recorder: &mut Recorder,
+        inputs: &PlanarInputs<'_>,
+        targets: &Buffer<Vec4>,
+        spacing: f64,
+    ) -> Result<()> {
+        let push = keep_off::Push { site_count: inputs.sites.len() as u32, spacing: spacing as f32 };
+        let PlanarInputs { sites, normals, neighbours, .. } = *inputs;
+        let bindings = keep_off::Bindings { sites, normals, neighbours, targets };
+        recorder.dispatch(&self.pipeline, Threads(sites.len()), &push, &bindings)
     }
 }

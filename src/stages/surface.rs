@@ -88,7 +88,7 @@ impl SurfaceBuffers {
 }
 
 /// The triangles around each vertex, as offsets and a list sorted by triangle.
-fn stars(vertices: usize, triangles: &[[u32; 3]]) -> (Vec<u32>, Vec<u32>) {
+pub(super) fn stars(vertices: usize, triangles: &[[u32; 3]]) -> (Vec<u32>, Vec<u32>) {
     let mut start = vec![0_u32; vertices + 1];
     for v in triangles.iter().flatten() {
         start[*v as usize + 1] += 1;

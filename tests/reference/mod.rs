@@ -2,6 +2,7 @@
 
 pub mod centroid;
 pub mod face;
+pub mod marks;
 pub mod nearest;
 pub mod octahedral;
 pub mod plane_fit;

@@ -19,7 +19,11 @@ pub fn pack(n: DVec3) -> u32 {
 
 pub fn unpack(packed: u32) -> DVec3 {
     let float = |half: u32| (f64::from(half as u16 as i16) / 32767.0).max(-1.0);
-    let p = DVec2::new(float(packed), float(packed >> 16));
+    from_square(DVec2::new(float(packed), float(packed >> 16)))
+}
+
+/// The unit vector of a point in the square from -1 to 1.
+pub fn from_square(p: DVec2) -> DVec3 {
     let z = 1.0 - p.x.abs() - p.y.abs();
     let p = if z < 0.0 { fold(p) } else { p };
     p.extend(z).normalize()

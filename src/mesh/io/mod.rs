@@ -1,5 +1,6 @@
 //! Mesh files: OBJ and PLY in and out, each chosen by the file name's extension.
 
+mod lines;
 mod obj;
 mod ply;
 mod ply_data;
@@ -12,6 +13,7 @@ use std::path::Path;
 use super::TriMesh;
 use crate::{Error, Result};
 
+pub use lines::{FeatureLine, read_lines, write_skeleton};
 pub use write::{check_target, check_text_target, write, write_text};
 
 /// A mesh as its file has it, triangulated but not cleaned.

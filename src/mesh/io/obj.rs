@@ -37,7 +37,7 @@ pub(super) fn parse(bytes: &[u8]) -> Result<Loaded> {
 }
 
 /// Lines without comments, those ending in a backslash joined, each with the number of its first line from 1.
-fn logical_lines(text: &str) -> impl Iterator<Item = (u64, Cow<'_, str>)> {
+pub(super) fn logical_lines(text: &str) -> impl Iterator<Item = (u64, Cow<'_, str>)> {
     let mut lines = (1..).zip(text.lines());
     std::iter::from_fn(move || {
         let (number, first) = lines.next()?;
@@ -56,7 +56,7 @@ fn without_comment(line: &str) -> &str {
     line.split('#').next().unwrap_or(line).trim_end()
 }
 
-fn at_line(line: u64) -> Option<String> {
+pub(super) fn at_line(line: u64) -> Option<String> {
     Some(format!("line {line}"))
 }
 

@@ -5,6 +5,7 @@ use std::fs::File;
 use std::io::{self, BufWriter, Write};
 use std::path::{Path, PathBuf};
 
+use glam::DVec3;
 use tempfile::NamedTempFile;
 
 use super::{Format, TriMesh, extension_problem};
@@ -108,7 +109,10 @@ fn temporary(place: &Path, path: &Path) -> Result<NamedTempFile> {
     builder.tempfile_in(folder_of(place)).map_err(|error| unwritable(path, &error))
 }
 
-fn atomically(path: &Path, fill: impl FnOnce(&mut BufWriter<&File>) -> io::Result<()>) -> Result<()> {
+pub(super) fn atomically(
+    path: &Path,
+    fill: impl FnOnce(&mut BufWriter<&File>) -> io::Result<()>,
+) -> Result<()> {
     let place = place_of(path)?;
     let file = temporary(&place, path)?;
     let mut buffer = BufWriter::new(file.as_file());
@@ -121,22 +125,26 @@ fn atomically(path: &Path, fill: impl FnOnce(&mut BufWriter<&File>) -> io::Resul
 
 fn write_obj(file: &mut impl Write, mesh: &TriMesh) -> io::Result<()> {
     for vertex in &mesh.vertices {
-        write!(file, "v")?;
-        for value in vertex.to_array() {
-            // Both forms are the shortest that read back the same; the plain one has 300 digits at the extremes.
-            if value == 0.0 || (1e-5..1e16).contains(&value.abs()) {
-                write!(file, " {value}")?;
-            } else {
-                write!(file, " {value:e}")?;
-            }
-        }
-        writeln!(file)?;
+        write_obj_vertex(file, *vertex)?;
     }
     for triangle in &mesh.triangles {
         let [a, b, c] = triangle.map(|vertex| u64::from(vertex) + 1);
         writeln!(file, "f {a} {b} {c}")?;
     }
     Ok(())
+}
+
+pub(super) fn write_obj_vertex(file: &mut impl Write, vertex: DVec3) -> io::Result<()> {
+    write!(file, "v")?;
+    for value in vertex.to_array() {
+        // Both forms are the shortest that read back the same; the plain one has 300 digits at the extremes.
+        if value == 0.0 || (1e-5..1e16).contains(&value.abs()) {
+            write!(file, " {value}")?;
+        } else {
+            write!(file, " {value:e}")?;
+        }
+    }
+    writeln!(file)
 }
 
 fn write_ply(file: &mut impl Write, mesh: &TriMesh) -> io::Result<()> {

@@ -1,0 +1,33 @@
+// The marks in the fourth component of a site on a surface with curves: src/stages/pins.rs has the same. The including
+// file has declared the constant CURVES, 0 for surfaces without curves, where there are no marks.
+#ifndef COMMON_PINS_GLSL
+#define COMMON_PINS_GLSL
+
+// A site on a curve stays where it is.
+bool is_pinned(float mark) { return CURVES != 0u && mark < 0.0; }
+
+// Whether the site with the mark `other` may count for the interior site with the mark `own`: it is in the same patch or
+// on a curve.
+bool same_patch(float own, float other) { return CURVES == 0u || other == own || other < 0.0; }
+
+// The number in the mark of a curve site; all floats of its size are exact.
+uint pin_code(float mark) { return uint(max(-mark, 1.0)) - 1u; }
+
+// A curve site that counts whatever its normal.
+bool counts_anywhere(float mark) { return CURVES != 0u && mark < 0.0 && (pin_code(mark) >> 20 & 1u) != 0u; }
+
+// How far the curve goes on from there, both ways, in spacings; 0 at corners.
+float pin_reach(float mark) { return 0.25 * float(pin_code(mark) >> 21 & 7u); }
+
+// The direction of the curve, or the opposite one.
+vec3 pin_direction(float mark) {
+    uint code = pin_code(mark);
+    vec2 f = vec2(float(code & 1023u), float(code >> 10 & 1023u)) / 511.0 - 1.0;
+    vec3 n = vec3(f, 1.0 - abs(f.x) - abs(f.y));
+    float fold = max(-n.z, 0.0);
+    n.x += n.x >= 0.0 ? -fold : fold;
+    n.y += n.y >= 0.0 ? -fold : fold;
+    return normalize(n);
+}
+
+#endif

@@ -1,0 +1,62 @@
+// Purpose: keeps the targets of interior sites off curves.
+// Invocation: one site.
+// Reads: sites (with the marks of common/pins.glsl), normals (packed), neighbours.
+// Writes: targets (xyz, w = squared distance to the site) where they are too near to a curve.
+// Filled by face/planar; consumed by project/walk. Only for surfaces with curves.
+// A site between two curve sites whose circle it enters has a face that reaches over the curve, where no site bounds it.
+// Its centroid is beyond the curve, and it would go there and stay. Near each curve site the curve is taken for a line as
+// far as the next ones, and sites go no closer to it than nearly half of that way.
+#version 450
+#extension GL_GOOGLE_include_directive : require
+#extension GL_EXT_control_flow_attributes : require
+#define DEFAULT_WORKGROUP 64
+#include "common/threads.glsl"
+#include "common/octahedral.glsl"
+
+// Nearest neighbours that are looked at.
+layout(constant_id = 1) const uint NEAR = 12;
+const uint CURVES = 1u;
+#include "common/pins.glsl"
+
+layout(push_constant) uniform Push {
+    uint site_count;
+    float spacing;
+};
+layout(set = 0, binding = 0) readonly buffer Sites { vec4 sites[]; };
+layout(set = 0, binding = 1) readonly buffer Normals { uint normals[]; };
+layout(set = 0, binding = 2) readonly buffer Neighbours { uint neighbours[]; };
+layout(set = 0, binding = 3) buffer Targets { vec4 targets[]; };
+
+// Nearest to a line, as a share of how far the curve goes on.
+const float LEAST = 0.45;
+
+void main() {
+    uint site = thread_index();
+    if (site >= site_count) return;
+    vec4 own = sites[site];
+    vec3 n = unpack_normal(normals[site]);
+    vec3 to = targets[site].xyz;
+    // Opposite curves push against each other, and the site ends in the middle.
+    vec3 push = vec3(0.0);
+    [[unroll]] for (uint s = 0u; s < NEAR; ++s) {
+        uint j = neighbours[s * site_count + site];
+        uint known = j == NONE ? site : j;
+        vec4 other = sites[known];
+        bool faces = counts_anywhere(other.w) || dot(n, unpack_normal(normals[known])) > -0.2;
+        vec3 direction = pin_direction(other.w), off = to - other.xyz;
+        float along = dot(off, direction), reach = pin_reach(other.w) * spacing;
+        // In the tangent plane, and on the side where the site is now.
+        vec3 now = own.xyz - other.xyz;
+        vec3 away = now - dot(now, direction) * direction;
+        away -= dot(away, n) * n;
+        float size = length(away);
+        away /= max(size, 1e-20);
+        float missing = LEAST * reach - dot(off, away);
+        bool near = is_pinned(other.w) && faces && reach > 0.0 && abs(along) <= reach && missing > 0.0 && size > 1e-5 * spacing;
+        // Several sites of one curve ask for the same.
+        push += near ? max(missing - dot(push, away), 0.0) * away : vec3(0.0);
+    }
+    bool moves = !is_pinned(own.w) && dot(push, push) > 0.0;
+    vec3 kept = to + push, step = kept - own.xyz;
+    if (moves) targets[site] = vec4(kept, dot(step, step));
+}

@@ -1,0 +1,161 @@
+//! `rtfmesh inspect`.
+
+use super::{print, table};
+use anyhow::Result;
+use rtfmesh::mesh::io;
+use rtfmesh::mesh::repair::{RepairCounts, repair};
+use rtfmesh::mesh::skeleton::{
+    Curve, CurveKind, Dropped, Skeleton, SkeletonOptions, skeleton, spacing_of, user_edges,
+};
+use rtfmesh::mesh::topology::{Topology, topology};
+use rtfmesh::report::to_json;
+use rtfmesh::{Error, TriMesh};
+use serde::Serialize;
+use std::path::PathBuf;
+
+/// Show what a mesh is made of: its topology, what had to be cleaned, and the curves, corners and patches that its
+/// sharp edges and boundaries make.
+///
+/// Example: rtfmesh inspect fandisk.ply -n 10000 --skeleton curves.obj
+#[derive(clap::Args)]
+pub struct Args {
+    /// Mesh to inspect: .obj or .ply
+    mesh: PathBuf,
+    /// Edges where the surface turns by at least this angle are sharp; 180: none
+    #[arg(long, value_name = "DEGREES", default_value_t = SkeletonOptions::FEATURE_ANGLE)]
+    feature_angle: f64,
+    /// OBJ file with lines along edges that are curves as well
+    #[arg(long, value_name = "FILE.obj")]
+    features: Option<PathBuf>,
+    /// Vertices of the mesh to be made of this one: sharp bits too short for it are dropped [default: as many as the
+    /// mesh has]
+    #[arg(short = 'n', long, value_name = "N")]
+    vertices: Option<usize>,
+    /// Write the curves as lines and the corners as points
+    #[arg(long, value_name = "OUT.obj")]
+    skeleton: Option<PathBuf>,
+    /// Print JSON
+    #[arg(long)]
+    json: bool,
+}
+
+/// What is printed.
+#[derive(Serialize)]
+struct Inspection<'a> {
+    notes: &'a [String],
+    repairs: RepairCounts,
+    topology: Topology,
+    /// In the mesh's units squared.
+    area: f64,
+    feature_angle: f64,
+    /// Edge length of an even mesh of the asked number of vertices, in the mesh's units, as all lengths.
+    spacing: f64,
+    patches: usize,
+    corners: usize,
+    curves: Vec<Kind>,
+    dropped: Dropped,
+}
+
+#[derive(Serialize)]
+struct Kind {
+    kind: &'static str,
+    curves: usize,
+    loops: usize,
+    edges: usize,
+    length: f64,
+}
+
+/// Reads, inspects, writes and prints.
+pub fn run(args: &Args) -> Result<()> {
+    let vertices = match args.vertices {
+        Some(0) => return Err(Error::usage("-n 0 is no mesh", "give at least 1 vertex").into()),
+        given => given,
+    };
+    if let Some(path) = &args.skeleton {
+        let read = [Some(&args.mesh), args.features.as_ref()];
+        if read.into_iter().flatten().any(|input| super::remesh::same_file(path, input)) {
+            let problem = format!("the skeleton would overwrite its own input {}", path.display());
+            return Err(Error::usage(problem, "name another file after --skeleton").into());
+        }
+        io::check_text_target(path)?;
+    }
+    let loaded = io::read(&args.mesh)?;
+    let repaired = repair(&loaded.mesh).map_err(|e| e.in_file(&args.mesh))?;
+    let mesh = repaired.mesh;
+    let spacing =
+        spacing_of(&mesh, vertices.unwrap_or(mesh.vertices.len())).map_err(|e| e.in_file(&args.mesh))?;
+    let lines = args.features.as_ref().map(|path| io::read_lines(path)).transpose()?.unwrap_or_default();
+    let user_edges =
+        user_edges(&mesh, &lines).map_err(|e| e.in_file(args.features.as_ref().unwrap_or(&args.mesh)))?;
+    let options = SkeletonOptions { feature_angle: args.feature_angle, spacing, user_edges };
+    let found = skeleton(&mesh, &options).map_err(|e| e.in_file(&args.mesh))?;
+    let inspection = Inspection {
+        notes: &loaded.notes,
+        repairs: repaired.counts,
+        topology: topology(&mesh),
+        area: area(&mesh),
+        feature_angle: args.feature_angle,
+        spacing,
+        patches: found.patch_count,
+        corners: found.corners.len(),
+        curves: kinds(&found),
+        dropped: found.dropped,
+    };
+    if let Some(path) = &args.skeleton {
+        io::write_skeleton(path, &mesh, &found)?;
+    }
+    print(&if args.json { to_json(&inspection)? } else { table::two_columns(rows(&inspection)) })
+}
+
+fn area(mesh: &TriMesh) -> f64 {
+    let of = |t: usize| {
+        let [a, b, c] = mesh.corners(t);
+        0.5 * (b - a).cross(c - a).length()
+    };
+    (0..mesh.triangles.len()).map(of).sum()
+}
+
+fn kinds(found: &Skeleton) -> Vec<Kind> {
+    let kind = |(kind, curves): (CurveKind, Vec<&Curve>)| Kind {
+        kind: kind.name(),
+        curves: curves.len(),
+        loops: curves.iter().filter(|curve| curve.closed).count(),
+        edges: curves.iter().map(|curve| curve.edges()).sum(),
+        length: curves.iter().map(|curve| curve.length).sum(),
+    };
+    found.curves_by_kind().map(kind).collect()
+}
+
+fn rows(i: &Inspection) -> Vec<(&'static str, String)> {
+    let (t, r, d) = (&i.topology, &i.repairs, &i.dropped);
+    let mut rows = vec![
+        ("vertices, faces", format!("{}, {}", t.vertices, t.faces)),
+        ("area, spacing", format!("{:.6}, {:.6}", i.area, i.spacing)),
+        ("components, boundary loops", format!("{}, {}", t.components, t.boundary_loops)),
+        ("Euler characteristic, genus", {
+            format!("{}, {}", t.euler, t.genus.map_or_else(|| "-".to_owned(), |g| g.to_string()))
+        }),
+        ("non-manifold edges, vertices", format!("{}, {}", t.nonmanifold_edges, t.nonmanifold_vertices)),
+        ("inconsistent edges", t.inconsistent_edges.to_string()),
+        (
+            "welded, unused vertices",
+            format!("{}, {}", r.duplicate_vertices_welded, r.unreferenced_vertices_dropped),
+        ),
+        (
+            "faces without area, duplicate faces",
+            format!("{}, {}", r.degenerate_faces_dropped, r.duplicate_faces_dropped),
+        ),
+        ("patches, corners", format!("{}, {}", i.patches, i.corners)),
+    ];
+    for k in &i.curves {
+        let text = format!("{} ({} loops), {} edges, length {:.6}", k.curves, k.loops, k.edges, k.length);
+        rows.push(("curves", format!("{:12} {text}", k.kind)));
+    }
+    if d.short_chains + d.twigs > 0 {
+        let text = |count: usize, length: f64| format!("{count}, length {length:.6}");
+        rows.push(("dropped short or rough", text(d.short_chains, d.short_length)));
+        rows.push(("dropped twigs", text(d.twigs, d.twig_length)));
+    }
+    rows.extend(i.notes.iter().map(|note| ("note", note.clone())));
+    rows
+}

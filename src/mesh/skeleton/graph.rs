@@ -1,0 +1,92 @@
+//! The edges that are or may become curves, as a graph over the surface's vertices.
+
+use glam::DVec3;
+
+use super::CurveKind;
+
+/// An edge of the surface that is a curve or may become one.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Link {
+    /// Its vertices.
+    pub(super) ends: [u32; 2],
+    /// Its first half-edge.
+    pub(super) half: u32,
+    pub(super) kind: CurveKind,
+    /// Degrees by which the surface turns at the edge itself.
+    pub(super) turn: f64,
+    /// The same, seen from half a spacing away.
+    pub(super) seen: f64,
+    /// Whether it is a curve.
+    pub(super) on: bool,
+    /// Whether it is sharp by itself, not as the continuation of a chain.
+    pub(super) strong: bool,
+}
+
+impl Link {
+    pub(super) fn fixed(ends: [u32; 2], half: u32, kind: CurveKind) -> Self {
+        Self { ends, half, kind, turn: 180.0, seen: 180.0, on: true, strong: true }
+    }
+
+    /// The end that is not `vertex`.
+    pub(super) fn other(&self, vertex: u32) -> u32 {
+        if self.ends[0] == vertex { self.ends[1] } else { self.ends[0] }
+    }
+}
+
+/// Links and the vertices they join.
+pub(super) struct Graph<'a> {
+    pub(super) points: &'a [DVec3],
+    pub(super) links: Vec<Link>,
+    /// `at[start[v]..start[v + 1]]` are the links at vertex `v`, rising.
+    start: Vec<u32>,
+    at: Vec<u32>,
+}
+
+impl<'a> Graph<'a> {
+    pub(super) fn new(points: &'a [DVec3], links: Vec<Link>) -> Self {
+        let mut start = vec![0u32; points.len() + 1];
+        for end in links.iter().flat_map(|link| link.ends) {
+            start[end as usize + 1] += 1;
+        }
+        for v in 0..points.len() {
+            start[v + 1] += start[v];
+        }
+        let mut free = start.clone();
+        let mut at = vec![0u32; 2 * links.len()];
+        for (number, link) in (0u32..).zip(&links) {
+            for end in link.ends {
+                let place = &mut free[end as usize];
+                at[*place as usize] = number;
+                *place += 1;
+            }
+        }
+        Self { points, links, start, at }
+    }
+
+    /// The links at a vertex, curves or not.
+    pub(super) fn all_at(&self, vertex: u32) -> &[u32] {
+        let v = vertex as usize;
+        &self.at[self.start[v] as usize..self.start[v + 1] as usize]
+    }
+
+    /// The curve links at a vertex.
+    pub(super) fn curves_at(&self, vertex: u32) -> impl Iterator<Item = u32> {
+        self.all_at(vertex).iter().copied().filter(|&link| self.links[link as usize].on)
+    }
+
+    /// How many curve links end at a vertex.
+    pub(super) fn degree(&self, vertex: u32) -> usize {
+        self.curves_at(vertex).count()
+    }
+
+    pub(super) fn length(&self, link: u32) -> f64 {
+        let [a, b] = self.links[link as usize].ends.map(|v| self.points[v as usize]);
+        a.distance(b)
+    }
+
+    /// The curve link by which one leaves `vertex` after coming by `link`, if exactly one more is there.
+    pub(super) fn onward(&self, vertex: u32, link: u32) -> Option<u32> {
+        let mut others = self.curves_at(vertex).filter(|&other| other != link);
+        others.next().filter(|_| others.next().is_none())
+    }
+}

@@ -1,0 +1,60 @@
+//! Tests of the relaxation between curves, before anything is connected.
+
+use super::coarse_to_fine::{CoarseToFine, Ground};
+use super::level::{Level, Moves};
+use super::plan::{Extent, levels};
+use crate::gpu::{Device, DeviceOptions, NONE};
+use crate::mesh::frame::Frame;
+use crate::mesh::samples::sample;
+use crate::mesh::skeleton::SkeletonOptions;
+use crate::mesh::topology::topology;
+use crate::stages::surface::Surface;
+use crate::{Options, TriMesh};
+
+/// Relaxes `count` sites on the mesh, with the checks that hold for all; gives the steps in spacings.
+fn relaxed(mesh: &TriMesh, count: usize) -> Vec<f64> {
+    let device = Device::open(&DeviceOptions { validation: true, ..DeviceOptions::from_env() }).unwrap();
+    let surface = Surface::new(&device, mesh, &Frame::of(mesh).unwrap()).unwrap();
+    let spacing = super::spacing(surface.area(), count);
+    let ground = Ground::new(&device, &surface, &SkeletonOptions::new(spacing)).unwrap();
+    let (input, options) = (topology(mesh), Options::new(count));
+    let curves = ground.curves.as_ref().unwrap();
+    let extent = Extent { area: surface.area(), euler: input.euler, curves: Some(curves) };
+    let plan = *levels(&extent, count, count).unwrap().last().unwrap();
+    let run = CoarseToFine {
+        device: &device,
+        surface: &surface,
+        ground: &ground,
+        input: &input,
+        options: &options,
+    };
+    let (start, held) = run.start(None, &plan);
+    let held = held.unwrap();
+    assert_eq!(start.seeds.sites.len(), count);
+    let level = Level::new(&device, &start, plan.spacing, 40, Moves::SCATTERED).unwrap();
+    let result = level.relax(&device, &start, &ground.records, 0.0, &mut |_, _| {}).unwrap();
+    let begin = start.pinned.unwrap().sites;
+    for (i, begin) in begin.iter().enumerate() {
+        if held.pins[i] != NONE {
+            assert_eq!(result.sites[i].as_vec3(), begin.truncate(), "curve site {i} has moved");
+            continue;
+        }
+        let patch = |t: u32| curves.patches[t as usize];
+        assert_eq!(patch(start.seeds.triangles[i]), patch(result.triangles[i]), "site {i} left its patch");
+        let mate =
+            |j: usize| held.pins[j] == NONE && patch(result.triangles[j]) == patch(result.triangles[i]);
+        let others = (0..count).filter(|j| *j != i && mate(*j));
+        let nearest = others.map(|j| result.sites[j].distance(result.sites[i])).fold(f64::INFINITY, f64::min);
+        assert!(nearest > 0.4 * plan.spacing, "site {i} is {} spacings from another", nearest / plan.spacing);
+    }
+    assert!(device.take_validation_messages().is_empty());
+    result.steps
+}
+
+#[test]
+fn sites_come_to_rest_between_curves() {
+    for (name, count) in [("box", 600), ("thin-plate", 700), ("open-hemisphere", 500)] {
+        let steps = relaxed(&sample(name).unwrap(), count);
+        assert!(steps[39] < 0.01 && steps[39] < 0.1 * steps[0], "{name}: {steps:?}");
+    }
+}

@@ -1,0 +1,76 @@
+//! Where there is room for interior sites beside those on curves.
+
+use super::curve_sites::CurveSites;
+use super::seed::{Seeds, stratified};
+use super::surface::Surface;
+use super::surface_curves::SurfaceCurves;
+use glam::DVec3;
+use std::collections::HashMap;
+
+/// Closer to a curve site than this, in spacings, an interior one is in the way: between two curve sites in a row it would
+/// enter the circle over them, and a strip without such room is full with the sites on its rims.
+const ROOM: f64 = 0.6;
+/// Times that more seeds are tried where many fall near curves.
+const TRIES: u32 = 4;
+
+/// The curve sites by where they are.
+pub struct CurveRoom<'a> {
+    curves: &'a SurfaceCurves,
+    sites: &'a CurveSites,
+    radius: f64,
+    cells: HashMap<[i64; 3], Vec<u32>>,
+}
+
+impl<'a> CurveRoom<'a> {
+    /// Around `sites` of this spacing.
+    pub fn new(curves: &'a SurfaceCurves, sites: &'a CurveSites, spacing: f64) -> Self {
+        let radius = ROOM * spacing;
+        let mut room = Self { curves, sites, radius, cells: HashMap::new() };
+        for (i, position) in (0..).zip(&sites.positions) {
+            room.cells.entry(room.cell(*position)).or_default().push(i);
+        }
+        room
+    }
+
+    fn cell(&self, point: DVec3) -> [i64; 3] {
+        point.to_array().map(|x| (x / self.radius).floor() as i64)
+    }
+
+    /// Whether a site at `point`, on or near triangle `t`, has room: no curve site of its patch is too close.
+    pub fn has_room(&self, point: DVec3, t: u32) -> bool {
+        let patch = self.curves.patches[t as usize];
+        let own = self.cell(point);
+        let close = |i: &u32| {
+            let site = *i as usize;
+            self.sites.positions[site].distance_squared(point) < self.radius * self.radius
+                && self
+                    .curves
+                    .around(self.sites.places[site])
+                    .iter()
+                    .any(|t| self.curves.patches[*t as usize] == patch)
+        };
+        !(0..27).any(|offset: i64| {
+            let cell = std::array::from_fn(|axis| own[axis] + offset / [1, 3, 9][axis] % 3 - 1);
+            self.cells.get(&cell).is_some_and(|list| list.iter().any(close))
+        })
+    }
+
+    /// `count` scattered sites where there is room; if there is none for so many, some without.
+    pub fn scattered(&self, surface: &Surface, count: usize, seed: u64) -> Seeds {
+        let mut tried = count;
+        for _ in 0..TRIES {
+            let all = stratified(surface, tried, seed);
+            let free: Vec<usize> =
+                (0..tried).filter(|i| self.has_room(all.sites[*i], all.triangles[*i])).collect();
+            if free.len() >= count && count > 0 {
+                // Left out evenly in space, which is their order.
+                let kept = (0..count).map(|k| free[k * free.len() / count]);
+                let (sites, triangles) = kept.map(|i| (all.sites[i], all.triangles[i])).unzip();
+                return Seeds { sites, triangles };
+            }
+            // As many more as have no room, and some for chance.
+            tried = (tried * count).div_ceil(free.len().max(1 + count / 4)) + count / 50 + 1;
+        }
+        stratified(surface, count, seed)
+    }
+}
