@@ -20,7 +20,7 @@ use crate::mesh::triangle::closest_on_triangle;
 /// Distances below this share of the typical edge are left.
 const FAR: f64 = 0.15;
 /// Edits that are carried through at a spot, the most promising ones.
-const TRIALS: usize = 12;
+const TRIALS: usize = 10;
 /// No further edit is tried once one leaves this share of what was far.
 const ENOUGH: f64 = 0.3;
 /// Edits in a row at one spot: what is too far for one, some can do.
@@ -84,8 +84,8 @@ pub fn reach_spots(mesh: &mut TriMesh, target: &Target, edge: f64, options: &Spo
             }
             *tried = edits + 1;
             for _ in 0..STEPS {
-                let region = work.region(&work.around(spot.triangle));
-                if !work.mend(spot, &region) {
+                let mut region = work.region(&work.around(spot.triangle));
+                if !work.mend(spot, &mut region) {
                     break;
                 }
                 edits += 1;
@@ -178,7 +178,7 @@ impl Work<'_> {
     }
 
     /// Tries edits at a spot; whether one was kept.
-    fn mend(&mut self, spot: &Spot, before: &Region) -> bool {
+    fn mend(&mut self, spot: &Spot, before: &mut Region) -> bool {
         let around = self.around(spot.triangle);
         let (sum, largest) = self.error(before, f64::INFINITY);
         if sum <= 0.0 {
@@ -196,7 +196,7 @@ impl Work<'_> {
             self.apply(edit);
             self.make_room(&around, edit);
             let least = best.as_ref().map_or(sum * GAIN, |b| b.0);
-            if self.sound(&before.triangles, floor) {
+            if self.sound(before, floor) {
                 let (reached, farthest) = self.error(before, least);
                 if reached < least && farthest <= largest && self.crossings(before) <= crossings {
                     best = Some((reached, edit, around.iter().map(|v| self.points[*v as usize]).collect()));
@@ -243,12 +243,13 @@ impl Work<'_> {
             .collect();
         let every = points.len().div_ceil(MOST_POINTS).max(1);
         points = points.into_iter().step_by(every).collect();
-        Region { triangles, points }
+        let ranks = vec![[0; 16]; triangles.len()];
+        Region { triangles, points, ranks }
     }
 
     /// What is far in a region, both ways: the sum of how much the squared distances exceed what is allowed, and the
     /// largest distance; infinite both as soon as the sum exceeds `most`.
-    fn error(&self, region: &Region, most: f64) -> (f64, f64) {
+    fn error(&self, region: &mut Region, most: f64) -> (f64, f64) {
         let least = (FAR * self.edge).powi(2);
         let (mut sum, mut largest) = (0.0, 0.0f64);
         let mut add = |distance_sq: f64| {
@@ -271,22 +272,27 @@ impl Work<'_> {
                 return (f64::INFINITY, f64::INFINITY);
             }
         }
-        let mut rank = 0;
-        for (t, corners) in region.triangles.iter().zip(&corners) {
-            let [a, b, c, ab, bc, ca, middle] = samples(*corners);
+        let Region { triangles, ranks, .. } = region;
+        for ((t, corners), ranks) in triangles.iter().zip(&corners).zip(ranks) {
+            let [a, b, c] = *corners;
+            let middle = (a + b + c) / 3.0;
+            let inside = [middle, (a + middle) * 0.5, (b + middle) * 0.5, (c + middle) * 0.5];
             // Each vertex and each edge but once, where all triangles around are of the region.
-            let vertices = [(0, a), (1, b), (2, c)].into_iter().filter(|(k, _)| {
-                let v = self.links.triangles[*t as usize][*k as usize];
+            let vertices = [(0, a), (1, b), (2, c)].into_iter().filter(|(k, _): &(usize, DVec3)| {
+                let v = self.links.triangles[*t as usize][*k];
                 self.links.ring(v).map(|h| h / 3).min() == Some(*t)
             });
-            let edges = [(0, ab), (1, bc), (2, ca)].into_iter().filter(|(k, _)| {
-                let h = 3 * t + k;
-                self.links
-                    .twin(h)
-                    .is_none_or(|twin| h < twin || region.triangles.binary_search(&(twin / 3)).is_err())
-            });
-            for (_, p) in vertices.chain(edges).chain([(0, middle)]) {
-                let found = self.target.bvh.closest_or_near(p, &mut rank, least);
+            let edges =
+                [(0, a, b), (1, b, c), (2, c, a)].into_iter().filter(|(k, ..): &(usize, DVec3, DVec3)| {
+                    let h = 3 * t + *k as u32;
+                    let within = |twin: u32| triangles.binary_search(&(twin / 3)).is_ok();
+                    self.links.twin(h).is_none_or(|twin| h < twin || !within(twin))
+                });
+            let on_edges =
+                edges.flat_map(|(k, p, q)| [1, 2, 3].map(|m| (3 + 3 * k + m - 1, p.lerp(q, m as f64 / 4.0))));
+            let inside = inside.into_iter().enumerate().map(|(k, p)| (12 + k, p));
+            for (k, p) in vertices.chain(on_edges).chain(inside) {
+                let found = self.target.bvh.closest_or_near(p, &mut ranks[k], least);
                 if add(found.map_or(0.0, |found| found.distance_sq)) {
                     return (f64::INFINITY, f64::INFINITY);
                 }
@@ -416,9 +422,9 @@ impl Work<'_> {
     }
 
     /// Whether no triangle is too flat, faces away from the surface, or folds onto its neighbour.
-    fn sound(&self, triangles: &[u32], floor: f64) -> bool {
-        let mut rank = 0;
-        triangles.iter().all(|t| {
+    fn sound(&self, region: &mut Region, floor: f64) -> bool {
+        let Region { triangles, ranks, .. } = region;
+        triangles.iter().zip(ranks).all(|(t, ranks)| {
             let corners = self.corners(*t);
             let shape = TriangleQuality::new(corners);
             let normal = cross(corners).normalize_or_zero();
@@ -427,7 +433,7 @@ impl Work<'_> {
                 && shape.max_angle() <= 90.0
                 && self
                     .target
-                    .closest_with_normal(middle, normal, self.links.patch(*t), &mut rank)
+                    .closest_with_normal(middle, normal, self.links.patch(*t), &mut ranks[12])
                     .is_some_and(|(at, facing)| {
                         facing.dot(normal) > FACING && at.distance(middle) < self.edge
                     })
@@ -440,11 +446,14 @@ impl Work<'_> {
     }
 }
 
-/// Triangles in ascending order, and the surface's vertices that were nearest to them, with the place of that triangle
-/// in the list.
+/// What is looked at around a spot.
 struct Region {
+    /// In ascending order.
     triangles: Vec<u32>,
+    /// The surface's vertices that were nearest to them, with the place of that triangle in the list.
     points: Vec<(u32, usize)>,
+    /// Of each triangle, where the searches of its samples ended: at the corners, on the edges, and inside.
+    ranks: Vec<[usize; 16]>,
 }
 
 /// Points of a triangle that stand for it.

@@ -50,7 +50,7 @@ pub struct FitOptions {
 
 impl Default for FitOptions {
     fn default() -> Self {
-        Self { rounds: 3, min_angle: 38.0, fixed: Vec::new(), patches: Vec::new() }
+        Self { rounds: 2, min_angle: 38.0, fixed: Vec::new(), patches: Vec::new() }
     }
 }
 
