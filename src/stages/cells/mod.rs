@@ -139,12 +139,13 @@ impl<'a> CellSurface<'a> {
 pub fn connected_cells(surface: &CellSurface, sites: &CellSites) -> ConnectedCells {
     let sectors = Sectors::new(surface, sites.places);
     let under = SitesByTriangle::new(surface.triangles.len(), &sectors);
-    let scene = Scene { surface, sites, sectors, under };
-    let mut cells: Vec<Cell> = (0..scene.sectors.len())
-        .into_par_iter()
-        .map_init(Walk::default, |walk, s| walk.cell(&scene, s, &[]))
-        .collect();
-    if surface.has_border {
+    let mut scene = Scene { surface, sites, sectors, under, traced: surface.has_border };
+    let mut cells = all_cells(&scene);
+    if !scene.traced && fan::unshared(&scene, &cells) > 0 {
+        scene.traced = true;
+        cells = all_cells(&scene);
+    }
+    if scene.traced {
         repair(&scene, &mut cells);
     }
     let whole: f64 = (0..surface.triangles.len()).map(|t| area(&surface.corners(t as u32))).sum();
@@ -158,8 +159,15 @@ pub fn connected_cells(surface: &CellSurface, sites: &CellSites) -> ConnectedCel
     ConnectedCells { fans, certificate, encroached }
 }
 
-/// Near the border a site may have cut a cell although a gap or a curve lies between, so that its own cell does not reach
-/// there. Such cells are made anew: that site cuts them in the triangles of its own cell only.
+fn all_cells(scene: &Scene) -> Vec<Cell> {
+    (0..scene.sectors.len())
+        .into_par_iter()
+        .map_init(Walk::default, |walk, s| walk.cell(scene, s, &[]))
+        .collect()
+}
+
+/// Near the border, and in folds, a site may have cut a cell although a gap or a curve lies between, so that its own cell
+/// does not reach there. Such cells are made anew: that site cuts them in the triangles of its own cell only.
 fn repair(scene: &Scene, cells: &mut [Cell]) {
     let sectors = &scene.sectors;
     let mut without: BTreeMap<usize, Vec<Uncut>> = BTreeMap::new();

@@ -22,6 +22,8 @@ pub(super) struct Scene<'a> {
     pub sites: &'a CellSites<'a>,
     pub sectors: Sectors,
     pub under: SitesByTriangle,
+    /// Whether cells tell where their edges run and where they lie.
+    pub traced: bool,
 }
 
 /// One cell.
@@ -30,9 +32,9 @@ pub(super) struct Cell {
     /// The pairs of sites that meet at its corners, counter-clockwise each.
     pub corners: Vec<[u32; 2]>,
     pub area: f64,
-    /// The neighbours along its boundary with the triangles in which it runs; only if the surface has a border.
+    /// The neighbours along its boundary with the triangles in which it runs; only if cells are traced.
     pub edges: Vec<[u32; 2]>,
-    /// The triangles that it lies in, rising; only if the surface has a border.
+    /// The triangles that it lies in, rising; only if cells are traced.
     pub triangles: Vec<u32>,
     /// Where its boundary, counter-clockwise, reaches the border and leaves it.
     pub exits: Vec<OnBorder>,
@@ -117,7 +119,7 @@ impl Walk {
                 all = true;
                 self.clip(scene, s, t, without);
             }
-            if surface.has_border && !self.polygon.is_empty() {
+            if scene.traced && !self.polygon.is_empty() {
                 cell.triangles.push(t);
             }
             let count = self.polygon.len();
@@ -125,7 +127,7 @@ impl Walk {
                 let (point, label) = self.polygon[m];
                 let (next, _) = self.polygon[(m + 1) % count];
                 if let Label::Site(j) = label
-                    && surface.has_border
+                    && scene.traced
                     && point.distance_squared(next) > shortest_sq
                 {
                     cell.edges.push([j, t]);
