@@ -8,13 +8,15 @@ uint pack_normal(vec3 n) {
     return packSnorm2x16(n.z < 0.0 ? folded : p);
 }
 
-vec3 unpack_normal(uint packed) {
-    vec2 f = unpackSnorm2x16(packed);
+// The unit vector at a place in the square.
+vec3 unfold(vec2 f) {
     vec3 n = vec3(f, 1.0 - abs(f.x) - abs(f.y));
     float fold = max(-n.z, 0.0);
     n.x += n.x >= 0.0 ? -fold : fold;
     n.y += n.y >= 0.0 ? -fold : fold;
     return normalize(n);
 }
+
+vec3 unpack_normal(uint packed) { return unfold(unpackSnorm2x16(packed)); }
 
 #endif

@@ -2,6 +2,7 @@
 // file has declared the constant CURVES, 0 for surfaces without curves, where there are no marks.
 #ifndef COMMON_PINS_GLSL
 #define COMMON_PINS_GLSL
+#include "common/octahedral.glsl"
 
 // A site on a curve stays where it is.
 bool is_pinned(float mark) { return CURVES != 0u && mark < 0.0; }
@@ -22,12 +23,7 @@ float pin_reach(float mark) { return 0.25 * float(pin_code(mark) >> 21 & 7u); }
 // The direction of the curve, or the opposite one.
 vec3 pin_direction(float mark) {
     uint code = pin_code(mark);
-    vec2 f = vec2(float(code & 1023u), float(code >> 10 & 1023u)) / 511.0 - 1.0;
-    vec3 n = vec3(f, 1.0 - abs(f.x) - abs(f.y));
-    float fold = max(-n.z, 0.0);
-    n.x += n.x >= 0.0 ? -fold : fold;
-    n.y += n.y >= 0.0 ? -fold : fold;
-    return normalize(n);
+    return unfold(vec2(float(code & 1023u), float(code >> 10 & 1023u)) / 511.0 - 1.0);
 }
 
 #endif

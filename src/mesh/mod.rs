@@ -36,3 +36,8 @@ impl TriMesh {
         Some(self.vertices.iter().fold((first, first), |(lo, hi), v| (lo.min(*v), hi.max(*v))))
     }
 }
+
+/// Edge length of `count` points in a hexagonal layout over `area`.
+pub(crate) fn spacing(area: f64, count: usize) -> f64 {
+    (2.0 * area / (3f64.sqrt() * count as f64)).sqrt()
+}

@@ -143,7 +143,7 @@ impl CoarseToFine<'_> {
     /// Sites for the next level, with some where the coarser one's mesh ran past the surface.
     fn refined(&self, coarser: &Coarser, plan: &LevelPlan) -> Seeds {
         let seeds = refine(coarser, plan.interior);
-        let missed = holes(&seeds, self.surface, plan.spacing);
+        let missed = holes(&seeds, &self.surface.vertices, &self.surface.triangles, plan.spacing);
         if missed.sites.is_empty() {
             return seeds;
         }

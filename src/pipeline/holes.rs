@@ -2,7 +2,6 @@
 //! ran over.
 
 use crate::stages::seed::Seeds;
-use crate::stages::surface::Surface;
 use glam::{DVec3, IVec3};
 use std::collections::HashMap;
 
@@ -11,33 +10,33 @@ const NEAR: f64 = 1.0;
 /// One new site for so many at most.
 const RARE: usize = 200;
 
-/// New sites for the holes that `seeds` leave: vertices of the surface, all farther than a spacing from the seeds and from
-/// each other, the farthest first, and no more than one for 200 seeds.
-pub(super) fn holes(seeds: &Seeds, surface: &Surface, spacing: f64) -> Seeds {
+/// New sites for the holes that `seeds` leave: vertices of a surface, each in some triangle, all farther than a spacing
+/// from the seeds and from each other, the farthest first, and no more than one for 200 seeds.
+pub(super) fn holes(seeds: &Seeds, vertices: &[DVec3], triangles: &[[u32; 3]], spacing: f64) -> Seeds {
+    let mut found = Seeds { sites: Vec::new(), triangles: Vec::new() };
     let mut grid = Grid::new(NEAR * spacing, &seeds.sites);
     let mut bare: Vec<(f64, u32)> = (0u32..)
-        .zip(&surface.vertices)
+        .zip(vertices)
         .filter(|(_, p)| !grid.is_near(**p))
         .map(|(v, p)| (grid.distance_sq(*p, 2), v))
         .collect();
-    bare.sort_by(|a, b| b.0.total_cmp(&a.0).then(a.1.cmp(&b.1)));
-    let mut under: HashMap<u32, Option<u32>> = bare.iter().map(|(_, v)| (*v, None)).collect();
-    if !bare.is_empty() {
-        for (t, v) in surface.triangles.iter().enumerate().flat_map(|(t, triangle)| triangle.map(|v| (t, v)))
-        {
-            under.entry(v).and_modify(|first| *first = first.or(Some(t as u32)));
-        }
+    if bare.is_empty() {
+        return found;
     }
-    let mut found = Seeds { sites: Vec::new(), triangles: Vec::new() };
+    bare.sort_by(|a, b| b.0.total_cmp(&a.0).then(a.1.cmp(&b.1)));
+    let mut under = vec![0; vertices.len()];
+    for (t, triangle) in (0u32..).zip(triangles) {
+        triangle.iter().for_each(|v| under[*v as usize] = t);
+    }
     for (_, v) in bare {
-        let p = surface.vertices[v as usize];
+        let p = vertices[v as usize];
         if found.sites.len() >= seeds.sites.len() / RARE {
             break;
         }
-        if let Some(t) = under.get(&v).copied().flatten().filter(|_| !grid.is_near(p)) {
+        if !grid.is_near(p) {
             grid.insert(p);
             found.sites.push(p);
-            found.triangles.push(t);
+            found.triangles.push(under[v as usize]);
         }
     }
     found
@@ -87,5 +86,45 @@ impl Grid {
     /// The squared distance to the nearest point in the cubes around `p`; infinite if there is none.
     fn distance_sq(&self, p: DVec3, reach: i32) -> f64 {
         self.around(p, reach).map(|q| q.distance_squared(p)).fold(f64::INFINITY, f64::min)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// 400 seeds a spacing of 1 apart in a plane, and a surface whose vertices are these and some below them.
+    fn scene(below: &[DVec3]) -> (Seeds, Vec<DVec3>, Vec<[u32; 3]>) {
+        let sites: Vec<DVec3> =
+            (0..400).map(|i| DVec3::new(f64::from(i % 20), f64::from(i / 20), 0.0)).collect();
+        let mut vertices = sites.clone();
+        vertices.extend(below);
+        let triangles = (400..vertices.len() as u32).map(|v| [0, 1, v]).collect();
+        (Seeds { triangles: vec![0; sites.len()], sites }, vertices, triangles)
+    }
+
+    fn found(below: &[DVec3]) -> Seeds {
+        let (seeds, vertices, triangles) = scene(below);
+        holes(&seeds, &vertices, &triangles, 1.0)
+    }
+
+    #[test]
+    fn what_is_covered_gets_nothing() {
+        assert!(found(&[]).sites.is_empty());
+        assert!(found(&[DVec3::new(3.0, 4.0, -0.99)]).sites.is_empty());
+    }
+
+    #[test]
+    fn the_deepest_points_come_first_and_cover_those_around_them() {
+        let at = |x: f64, z: f64| DVec3::new(x, 4.0, z);
+        let got = found(&[at(3.0, -1.1), at(3.0, -1.6), at(9.0, -1.2)]);
+        assert_eq!(got.sites, [at(3.0, -1.6), at(9.0, -1.2)]);
+        assert_eq!(got.triangles, [1, 2]);
+    }
+
+    #[test]
+    fn there_is_one_for_two_hundred_seeds_at_most() {
+        let below: Vec<DVec3> = (0..5).map(|i| DVec3::new(4.0 * f64::from(i), 0.0, -1.5)).collect();
+        assert_eq!(found(&below).sites, below[..2]);
     }
 }

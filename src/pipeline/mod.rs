@@ -15,6 +15,7 @@ use crate::measure::{Measures, measure_some};
 use crate::mesh::frame::Frame;
 use crate::mesh::repair::{RepairCounts, Repaired, repair};
 use crate::mesh::skeleton::{Skeleton, SkeletonOptions, user_edges};
+use crate::mesh::spacing;
 use crate::mesh::topology::{Topology, topology};
 use crate::options::{MeasureDepth, Method, Options};
 use crate::stages::connect::ConnectCounts;
@@ -245,11 +246,6 @@ fn compile(device: &Device, method: Method) -> Result<()> {
         Method::CoarseToFine => level::Level::compile(device),
         Method::Rtf => Ok(()),
     }
-}
-
-/// Edge length of `count` sites in a perfect layout over `area`.
-fn spacing(area: f64, count: usize) -> f64 {
-    (2.0 * area / (3.0_f64.sqrt() * count as f64)).sqrt()
 }
 
 /// Refuses a count whose largest buffers cannot exist, before anything of that size is made.

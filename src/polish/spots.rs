@@ -1,8 +1,8 @@
 //! Spots: what the fit leaves, the few places where mesh and surface are farthest apart, one by one.
 //!
 //! Evenly spread vertices meet a corner or the bottom of a fold by chance only. At each such place a few edits are tried:
-//! a vertex goes there, or an edge turns; the vertices around make room; and the best edit stays if the largest distance
-//! nearby falls and no triangle suffers.
+//! a vertex goes there, or an edge turns; the vertices around make room; and the best edit stays if what is far nearby
+//! becomes less, the largest distance does not grow, and no triangle suffers.
 
 use glam::DVec3;
 use rayon::prelude::*;
@@ -25,7 +25,7 @@ const TRIALS: usize = 10;
 const ENOUGH: f64 = 0.3;
 /// Edits in a row at one spot: what is too far for one, some can do.
 const STEPS: u32 = 4;
-/// The largest distance nearby must fall by this factor.
+/// What is far nearby must fall below this share.
 const GAIN: f64 = 0.95;
 /// What a degree below the least angle is worth, in edges, before the vertices around make room.
 const ANGLE_COST: f64 = 0.02;
@@ -45,7 +45,7 @@ const MOST_POINTS: usize = 400;
 /// Settings of [`reach_spots`].
 #[derive(Debug, Clone, PartialEq)]
 pub struct SpotOptions {
-    /// Times that all spots are looked for.
+    /// Times that all spots are tried; those around which nothing has changed since are left out.
     pub passes: u32,
     /// No angle may fall below this many degrees, unless it was smaller before.
     pub min_angle: f64,
@@ -78,14 +78,11 @@ pub fn reach_spots(mesh: &mut TriMesh, target: &Target, edge: f64, options: &Spo
     for _ in 0..options.passes {
         let before = edits;
         for (spot, tried) in spots.iter().zip(&mut tried) {
-            let region = work.region(&work.around(spot.triangle));
-            if region.triangles.iter().all(|t| changed[*t as usize] <= *tried) {
-                continue;
-            }
-            *tried = edits + 1;
-            for _ in 0..STEPS {
-                let mut region = work.region(&work.around(spot.triangle));
-                if !work.mend(spot, &mut region) {
+            let last = std::mem::replace(tried, edits + 1);
+            for step in 0..STEPS {
+                let mut region = work.region(spot.triangle);
+                let untouched = region.triangles.iter().all(|t| changed[*t as usize] <= last);
+                if (step == 0 && untouched) || !work.mend(spot, &mut region) {
                     break;
                 }
                 edits += 1;
@@ -179,7 +176,6 @@ impl Work<'_> {
 
     /// Tries edits at a spot; whether one was kept.
     fn mend(&mut self, spot: &Spot, before: &mut Region) -> bool {
-        let around = self.around(spot.triangle);
         let (sum, largest) = self.error(before, f64::INFINITY);
         if sum <= 0.0 {
             return false;
@@ -187,19 +183,21 @@ impl Work<'_> {
         let mut edits: Vec<(f64, Edit)> =
             self.edits(spot).into_iter().map(|edit| (self.promise(edit, spot, before), edit)).collect();
         edits.sort_by(|a, b| a.0.total_cmp(&b.0));
-        let saved: Vec<(u32, DVec3)> = around.iter().map(|v| (*v, self.points[*v as usize])).collect();
+        let saved: Vec<(u32, DVec3)> =
+            before.vertices.iter().map(|v| (*v, self.points[*v as usize])).collect();
         let floor = self.floor(&before.triangles);
         let crossings = self.crossings(before);
         let mut best: Option<(f64, Edit, Vec<DVec3>)> = None;
         let mut enough = false;
         for (_, edit) in edits.into_iter().take(TRIALS) {
             self.apply(edit);
-            self.make_room(&around, edit);
+            self.make_room(&before.vertices, edit);
             let least = best.as_ref().map_or(sum * GAIN, |b| b.0);
             if self.sound(before, floor) {
                 let (reached, farthest) = self.error(before, least);
                 if reached < least && farthest <= largest && self.crossings(before) <= crossings {
-                    best = Some((reached, edit, around.iter().map(|v| self.points[*v as usize]).collect()));
+                    let places = before.vertices.iter().map(|v| self.points[*v as usize]).collect();
+                    best = Some((reached, edit, places));
                     enough = reached < ENOUGH * sum;
                 }
             }
@@ -211,7 +209,7 @@ impl Work<'_> {
         }
         let Some((_, edit, places)) = best else { return false };
         self.apply(edit);
-        around.iter().zip(places).for_each(|(v, p)| self.points[*v as usize] = p);
+        before.vertices.iter().zip(places).for_each(|(v, p)| self.points[*v as usize] = p);
         if let Edit::Flip(h) = edit {
             self.share_points(h);
         }
@@ -231,10 +229,11 @@ impl Work<'_> {
         around
     }
 
-    /// All triangles at these vertices, with the surface's points there.
-    fn region(&self, around: &[u32]) -> Region {
+    /// All triangles at the vertices around one, with the surface's points there.
+    fn region(&self, t: u32) -> Region {
+        let vertices = self.around(t);
         let mut triangles: Vec<u32> =
-            around.iter().flat_map(|v| self.links.ring(*v).map(|h| h / 3)).collect();
+            vertices.iter().flat_map(|v| self.links.ring(*v).map(|h| h / 3)).collect();
         triangles.sort_unstable();
         triangles.dedup();
         let mut points: Vec<(u32, usize)> = (0..)
@@ -244,7 +243,7 @@ impl Work<'_> {
         let every = points.len().div_ceil(MOST_POINTS).max(1);
         points = points.into_iter().step_by(every).collect();
         let ranks = vec![[0; 16]; triangles.len()];
-        Region { triangles, points, ranks }
+        Region { vertices, triangles, points, ranks }
     }
 
     /// What is far in a region, both ways: the sum of how much the squared distances exceed what is allowed, and the
@@ -448,6 +447,8 @@ impl Work<'_> {
 
 /// What is looked at around a spot.
 struct Region {
+    /// Those that make room.
+    vertices: Vec<u32>,
     /// In ascending order.
     triangles: Vec<u32>,
     /// The surface's vertices that were nearest to them, with the place of that triangle in the list.

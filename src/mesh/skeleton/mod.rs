@@ -189,7 +189,7 @@ pub fn spacing_of(mesh: &TriMesh, vertices: usize) -> Result<f64> {
         0.5 * (b - a).cross(c - a).length()
     };
     let area: f64 = (0..mesh.triangles.len()).map(area).sum();
-    Ok(frame.scale * (2.0 * area / (3f64.sqrt() * vertices as f64)).sqrt())
+    Ok(frame.scale * super::spacing(area, vertices))
 }
 
 /// The options in the frame and units of the search.

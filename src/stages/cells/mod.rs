@@ -139,31 +139,25 @@ impl<'a> CellSurface<'a> {
 pub fn connected_cells(surface: &CellSurface, sites: &CellSites) -> ConnectedCells {
     let sectors = Sectors::new(surface, sites.places);
     let under = SitesByTriangle::new(surface.triangles.len(), &sectors);
-    let mut scene = Scene { surface, sites, sectors, under, traced: surface.has_border };
-    let mut cells = all_cells(&scene);
-    if !scene.traced && fan::unshared(&scene, &cells) > 0 {
-        scene.traced = true;
-        cells = all_cells(&scene);
-    }
-    if scene.traced {
+    let scene = Scene { surface, sites, sectors, under };
+    let mut cells: Vec<Cell> = (0..scene.sectors.len())
+        .into_par_iter()
+        .map_init(Walk::default, |walk, s| walk.cell(&scene, s, &[]))
+        .collect();
+    let mut unshared_corners = fan::unshared(&scene, &cells);
+    if surface.has_border || unshared_corners > 0 {
         repair(&scene, &mut cells);
+        unshared_corners = fan::unshared(&scene, &cells);
     }
     let whole: f64 = (0..surface.triangles.len()).map(|t| area(&surface.corners(t as u32))).sum();
     let border = Border::new(&scene);
     let (fans, broken_cells, encroached) = fan::fans(&scene, &border, &cells);
     let certificate = Certificate {
         area: cells.iter().map(|c| c.area).sum::<f64>() / whole,
-        unshared_corners: fan::unshared(&scene, &cells),
+        unshared_corners,
         broken_cells,
     };
     ConnectedCells { fans, certificate, encroached }
-}
-
-fn all_cells(scene: &Scene) -> Vec<Cell> {
-    (0..scene.sectors.len())
-        .into_par_iter()
-        .map_init(Walk::default, |walk, s| walk.cell(scene, s, &[]))
-        .collect()
 }
 
 /// Near the border, and in folds, a site may have cut a cell although a gap or a curve lies between, so that its own cell

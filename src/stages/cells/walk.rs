@@ -22,8 +22,6 @@ pub(super) struct Scene<'a> {
     pub sites: &'a CellSites<'a>,
     pub sectors: Sectors,
     pub under: SitesByTriangle,
-    /// Whether cells tell where their edges run and where they lie.
-    pub traced: bool,
 }
 
 /// One cell.
@@ -32,9 +30,9 @@ pub(super) struct Cell {
     /// The pairs of sites that meet at its corners, counter-clockwise each.
     pub corners: Vec<[u32; 2]>,
     pub area: f64,
-    /// The neighbours along its boundary with the triangles in which it runs; only if cells are traced.
+    /// The neighbours along its boundary with the triangles in which it runs.
     pub edges: Vec<[u32; 2]>,
-    /// The triangles that it lies in, rising; only if cells are traced.
+    /// The triangles that it lies in, rising.
     pub triangles: Vec<u32>,
     /// Where its boundary, counter-clockwise, reaches the border and leaves it.
     pub exits: Vec<OnBorder>,
@@ -119,7 +117,7 @@ impl Walk {
                 all = true;
                 self.clip(scene, s, t, without);
             }
-            if scene.traced && !self.polygon.is_empty() {
+            if !self.polygon.is_empty() {
                 cell.triangles.push(t);
             }
             let count = self.polygon.len();
@@ -127,7 +125,6 @@ impl Walk {
                 let (point, label) = self.polygon[m];
                 let (next, _) = self.polygon[(m + 1) % count];
                 if let Label::Site(j) = label
-                    && scene.traced
                     && point.distance_squared(next) > shortest_sq
                 {
                     cell.edges.push([j, t]);
