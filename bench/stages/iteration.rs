@@ -19,8 +19,11 @@ pub const LIST: u32 = 20;
 const MAX_RHO: f32 = 0.14;
 /// No site moves by that share in a few iterations near rest.
 const NEVER: f32 = 0.5;
-/// Longest move in spacings.
+/// Longest move in spacings until the faces are typical.
 const LARGEST_MOVE: f64 = 0.5;
+/// That much of it from then on, as in the last iterations of a level. What lists do not decide, a walk over boxes does,
+/// which takes the longer the farther sites have gone since the lists were made.
+const LATE: f32 = 0.14;
 /// No face reaches farther than this many spacings from its site.
 const WIDEST: f64 = 2.5;
 /// Largest share of the last motion that is added.
@@ -126,7 +129,12 @@ impl Iteration {
         }
         self.normals.record(recorder, &self.settle.surface_normals, &self.lists.neighbours, &self.sites)?;
         let share = iteration as f32 / (iteration as f32 + 3.0);
-        let step = PlanarMove { momentum: share.min(MOMENTUM), ..self.planar_move(iteration) };
+        let late = if iteration < RELAX { 1.0 } else { LATE };
+        let step = PlanarMove {
+            momentum: share.min(MOMENTUM),
+            largest_move: late * self.largest_move(),
+            ..self.planar_move(iteration)
+        };
         self.faces.record(recorder, &self.inputs(), &step)?;
         self.record_move(recorder, model, iteration)
     }
