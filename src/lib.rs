@@ -24,6 +24,6 @@ pub use error::{Error, Result};
 pub use gpu::{Device, DeviceInfo, DeviceOptions, list_devices};
 pub use mesh::TriMesh;
 pub use options::{
-    Centroid, Features, MAX_ITERATIONS, MAX_NEIGHBOURS, MeasureDepth, Method, Options, Quality,
+    Centroid, Features, MAX_ITERATIONS, MAX_NEIGHBOURS, MeasureDepth, Method, Options, Quality, Shortage,
 };
 pub use pipeline::{PhaseTime, Progress, Remeshed, RunTimings, SkeletonSummary, Summary, remesh};

@@ -53,6 +53,20 @@ pub enum Quality {
     Best,
 }
 
+/// What happens if as many vertices as asked for do not make a valid mesh: handles, components or rims are lost, or faces
+/// run through others.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Shortage {
+    /// An error says so, and how many would do.
+    #[default]
+    Refuse,
+    /// What there is comes out, with a warning.
+    BestEffort,
+    /// As many more as it takes are added.
+    AddVertices,
+}
+
 /// A user's lines along edges of the input.
 #[derive(Debug, Clone, PartialEq, Default, Serialize)]
 pub struct Features {
@@ -97,6 +111,8 @@ pub struct Options {
     pub tolerance: f64,
     /// Seed of the random start.
     pub seed: u64,
+    /// Coarse to fine only: what happens if the vertices do not suffice.
+    pub shortage: Shortage,
     /// What is measured of the result.
     pub measures: MeasureDepth,
     /// Where a site moves.
@@ -153,6 +169,7 @@ impl Options {
             iterations: 160,
             tolerance: 1e-4,
             seed: 1,
+            shortage: Shortage::Refuse,
             measures: MeasureDepth::Full,
             centroid: Centroid::Vertex,
         }

@@ -36,6 +36,7 @@ mod runs_default;
 mod samples;
 mod shapes;
 mod shapes_of_faces;
+mod shortage;
 mod skeleton;
 mod spots;
 mod support;

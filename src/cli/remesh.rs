@@ -7,7 +7,7 @@ use rtfmesh::mesh::io;
 use rtfmesh::report::Report;
 use rtfmesh::{
     Centroid, Device, DeviceOptions, Error, Features, MeasureDepth, Method, Options, Progress, Quality,
-    remesh,
+    Shortage, remesh,
 };
 use std::path::{Path, PathBuf};
 
@@ -57,6 +57,12 @@ pub struct Args {
     /// OBJ file with lines along edges of the input that stay as well
     #[arg(long, value_name = "FILE.obj")]
     features: Option<PathBuf>,
+    /// If the vertices do not suffice for a valid mesh, add as many as it takes
+    #[arg(long, conflicts_with = "best_effort")]
+    vertices_at_least: bool,
+    /// If the vertices do not suffice for a valid mesh, write what there is, with a warning; else it is an error
+    #[arg(long)]
+    best_effort: bool,
     /// Seed of the random start [default: 1]
     #[arg(long)]
     seed: Option<u64>,
@@ -105,6 +111,8 @@ impl Args {
             ("--no-fit", Method::CoarseToFine, self.no_fit),
             ("--feature-angle", Method::CoarseToFine, self.feature_angle.is_some()),
             ("--features", Method::CoarseToFine, self.features.is_some()),
+            ("--vertices-at-least", Method::CoarseToFine, self.vertices_at_least),
+            ("--best-effort", Method::CoarseToFine, self.best_effort),
             ("--centroid", Method::Rtf, self.centroid.is_some()),
             ("--k-normal", Method::Rtf, self.k_normal.is_some()),
             ("--k-clip", Method::Rtf, self.k_clip.is_some()),
@@ -148,6 +156,11 @@ impl Args {
             iterations: self.iterations.unwrap_or(base.iterations),
             tolerance: self.tolerance.unwrap_or(base.tolerance),
             seed: self.seed.unwrap_or(base.seed),
+            shortage: match (self.vertices_at_least, self.best_effort) {
+                (true, _) => Shortage::AddVertices,
+                (false, true) => Shortage::BestEffort,
+                (false, false) => Shortage::Refuse,
+            },
             measures: match (&self.report, self.quiet) {
                 (Some(_), _) => MeasureDepth::Full,
                 (None, false) => MeasureDepth::Intersections,

@@ -40,14 +40,18 @@ pub struct Topology {
 }
 
 impl Topology {
-    /// Whether the mesh bounds a solid: faces, no boundary, no defect of any kind counted here.
-    pub fn is_closed_manifold(&self) -> bool {
+    /// Whether the mesh is a surface, with or without boundary: no defect of any kind counted here.
+    pub fn is_manifold(&self) -> bool {
         self.faces > 0
-            && self.boundary_edges == 0
             && self.nonmanifold_edges == 0
             && self.nonmanifold_vertices == 0
             && self.inconsistent_edges == 0
             && self.duplicate_faces == 0
+    }
+
+    /// Whether the mesh bounds a solid: faces, no boundary, no defect of any kind counted here.
+    pub fn is_closed_manifold(&self) -> bool {
+        self.is_manifold() && self.boundary_edges == 0
     }
 }
 

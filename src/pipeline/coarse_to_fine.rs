@@ -1,28 +1,27 @@
 //! The default pipeline: few sites first, then a new one at the middle of every edge, until there are as many as asked
 //! for. Regularity that few sites find cheaply stays, because middles of edges have six neighbours each.
 
+use super::connected::{Found, Held, Sites};
 use super::holes::holes;
 use super::level::{Level, Moves, Relaxed, Start};
 use super::plan::{Extent, LevelPlan, levels};
 use super::refine::{Coarser, HeldSites, refine};
 use super::{Clock, Connection, SkeletonSummary};
-use crate::gpu::{Device, NONE};
+use crate::gpu::Device;
 use crate::mesh::skeleton::{SkeletonOptions, skeleton};
-use crate::mesh::topology::{Topology, topology};
+use crate::mesh::topology::Topology;
 use crate::options::Options;
-use crate::polish::{FitOptions, PolishOptions, SpotOptions, Target, fit, polish, reach_spots};
-use crate::stages::cells::{CellSites, CellSurface, connected_cells};
-use crate::stages::connect::{ConnectCounts, connect};
+use crate::polish::Target;
+use crate::stages::cells::CellSurface;
 use crate::stages::curve_room::CurveRoom;
-use crate::stages::curve_sites::CurveSites;
 use crate::stages::face::FlagCounts;
 use crate::stages::pins::PinnedSites;
-use crate::stages::place::Place;
 use crate::stages::records::TriangleRecords;
 use crate::stages::seed::{self, Seeds};
 use crate::stages::surface::Surface;
 use crate::stages::surface_curves::SurfaceCurves;
 use crate::{Progress, Result, TriMesh};
+use std::sync::OnceLock;
 
 /// What all levels share.
 pub(super) struct CoarseToFine<'a> {
@@ -30,13 +29,15 @@ pub(super) struct CoarseToFine<'a> {
     pub surface: &'a Surface,
     pub ground: &'a Ground,
     pub input: &'a Topology,
+    /// Faces of the input that run through others, once somebody asked.
+    pub crossing: &'a OnceLock<usize>,
     pub options: &'a Options,
 }
 
 /// The surface in the forms that the walk and the polish need.
 pub(super) struct Ground {
     pub(super) records: TriangleRecords,
-    target: Target,
+    pub(super) target: Target,
     pub(super) curves: Option<SurfaceCurves>,
     pub skeleton: SkeletonSummary,
 }
@@ -47,7 +48,7 @@ impl Ground {
     /// # Errors
     /// [`crate::Error::OutOfMemory`] if the surface does not fit on the device; what [`skeleton`] finds wrong.
     pub fn new(device: &Device, surface: &Surface, options: &SkeletonOptions) -> Result<Self> {
-        let mesh = TriMesh { vertices: surface.vertices.clone(), triangles: surface.triangles.clone() };
+        let mesh = surface.mesh();
         let held = || -> Result<_> {
             let found = skeleton(&mesh, options)?;
             let curves = SurfaceCurves::new(&mesh.vertices, &mesh.triangles, &found);
@@ -58,31 +59,6 @@ impl Ground {
         let patches = curves.as_ref().map_or_else(Vec::new, |curves| curves.patches.clone());
         let target = target.in_patches(patches);
         Ok(Self { records, target, curves, skeleton })
-    }
-}
-
-/// A level's mesh in the unit-diagonal frame.
-pub(super) struct Found {
-    mesh: TriMesh,
-    under: Vec<u32>,
-    held: Option<Held>,
-    counts: ConnectCounts,
-    sound: bool,
-    open: usize,
-    steps: Vec<f64>,
-}
-
-/// The curve sites of a level.
-pub(super) struct Held {
-    sites: CurveSites,
-    /// Which of them each site is, [`NONE`] for an interior one.
-    pub pins: Vec<u32>,
-}
-
-impl Held {
-    /// Of each site, whether it is on a curve.
-    fn on_curve(&self) -> Vec<bool> {
-        self.pins.iter().map(|pin| *pin != NONE).collect()
     }
 }
 
@@ -105,7 +81,7 @@ impl CoarseToFine<'_> {
         let mut planned: u32 = (0..plans.len()).map(|l| self.iterations(plans.len(), l, l == 0)).sum();
         let mut coarser: Option<Found> = None;
         for (l, plan) in plans.iter().enumerate() {
-            let mut found = loop {
+            let found = loop {
                 let fresh = coarser.is_none();
                 let iterations = self.iterations(plans.len(), l, fresh);
                 let (start, held) = self.start(coarser.take(), plan);
@@ -123,12 +99,13 @@ impl CoarseToFine<'_> {
                 }
             };
             if l + 1 == plans.len() {
-                self.finish(&mut found, clock);
+                let steps = found.steps.clone();
                 let flags = FlagCounts { unbounded: found.open, ..Default::default() };
+                let (found, fault) = self.finished(&on, found, plan.spacing, clock)?;
                 let TriMesh { vertices: sites, triangles } = found.mesh;
                 let curve_sites = found.held.map_or(0, |held| held.sites.positions.len());
                 let counts = found.counts;
-                return Ok((Connection { sites, triangles, curve_sites, counts, flags }, found.steps));
+                return Ok((Connection { sites, triangles, curve_sites, counts, flags, fault }, steps));
             }
             // Too few sites for the thin parts: what they got wrong would stay wrong.
             coarser = found.sound.then_some(found);
@@ -158,38 +135,6 @@ impl CoarseToFine<'_> {
         let from_end = levels - 1 - l;
         let refined = if from_end == 0 { self.options.iterations } else { self.options.coarse_iterations };
         if fresh { self.options.first_iterations.max(refined) } else { refined }
-    }
-
-    /// Better triangles and a closer fit. Vertices on curves stay.
-    fn finish(&self, found: &mut Found, clock: &mut Clock) {
-        let target = &self.ground.target;
-        let fixed = found.held.as_ref().map_or_else(Vec::new, Held::on_curve);
-        let patches = self.patches(found, &fixed);
-        let mesh = &mut found.mesh;
-        let rounds = self.options.polish_rounds;
-        let options = PolishOptions { rounds, fixed, patches, ..Default::default() };
-        polish(mesh, target, &options);
-        clock.phase("polish");
-        let PolishOptions { fixed, patches, .. } = options;
-        if self.options.fit {
-            let options = FitOptions { fixed, patches, ..Default::default() };
-            fit(mesh, target, &options);
-            clock.phase("fit");
-            let FitOptions { fixed, patches, .. } = options;
-            let edge = super::spacing(self.surface.area(), mesh.vertices.len());
-            reach_spots(mesh, target, edge, &SpotOptions { fixed, patches, ..Default::default() });
-            clock.phase("spots");
-        }
-    }
-
-    /// The patch of every triangle of a mesh, [`NONE`] where all corners are on curves; nothing if there are none.
-    fn patches(&self, found: &Found, on_curve: &[bool]) -> Vec<u32> {
-        let Some(curves) = &self.ground.curves else { return Vec::new() };
-        let of = |triangle: &[u32; 3]| {
-            let inner = triangle.iter().find(|v| !on_curve[**v as usize]);
-            inner.map_or(NONE, |v| curves.patches[found.under[*v as usize] as usize])
-        };
-        found.mesh.triangles.iter().map(of).collect()
     }
 
     /// The sites of a level, from the coarser one if that was sound.
@@ -226,24 +171,13 @@ impl CoarseToFine<'_> {
         progress: &mut dyn FnMut(u32, f64),
     ) -> Result<Found> {
         let level = Level::new(self.device, start, spacing, iterations, moves)?;
-        let Relaxed { mut sites, triangles: under, near, steps, open } =
+        let Relaxed { sites: mut positions, triangles: under, near, steps, open } =
             level.relax(self.device, start, &self.ground.records, self.options.tolerance, progress)?;
-        let mut places = Place::inside(&under);
-        if let Some(Held { sites: on_curves, pins }) = &held {
-            for (i, pin) in pins.iter().enumerate().filter(|(_, pin)| **pin != NONE) {
-                places[i] = on_curves.places[*pin as usize];
-                // Exactly where it was put, and not where the nearest number of 32 bits is.
-                sites[i] = on_curves.positions[*pin as usize];
-            }
+        if let Some(held) = &held {
+            // Exactly where they were put, and not where the nearest numbers of 32 bits are.
+            held.put(&mut positions);
         }
-        let cells =
-            connected_cells(on, &CellSites { positions: &sites, places: &places, near: &near, spacing });
-        let (triangles, counts) = connect(&sites, &cells.fans);
-        let mesh = TriMesh { vertices: sites, triangles };
-        let got = topology(&mesh);
-        let is = |t: &Topology| (t.euler, t.components, t.boundary_loops);
-        let sound = is(&got) == is(self.input) && got.vertices == mesh.vertices.len();
-        let counts = ConnectCounts { cells: Some(cells.certificate), ..counts };
-        Ok(Found { mesh, under, held, counts, sound, open, steps })
+        let sites = Sites { positions, under, held, near };
+        Ok(Found { steps, open, ..self.connected(on, sites, spacing)? })
     }
 }

@@ -220,3 +220,17 @@ impl Level {
         })
     }
 }
+
+/// The near sites of each, as [`Relaxed::near`] has them.
+///
+/// # Errors
+/// As [`Lists::new`].
+pub(super) fn near(device: &Device, sites: &[DVec3]) -> Result<Vec<u32>> {
+    let sites: Vec<Vec4> = sites.iter().map(|p| p.as_vec3().extend(0.0)).collect();
+    let on_device = Buffer::from_slice(device, "default.sites", &sites)?;
+    let lists = Lists::new(device, sites.len(), &ListOptions::new(LIST))?;
+    let mut recorder = device.recorder()?;
+    lists.record_build(&mut recorder, &on_device)?;
+    let near = recorder.download(&lists.neighbours)?;
+    recorder.submit()?.read(&near)
+}

@@ -1,6 +1,9 @@
 //! The run: seed, iterate, connect, measure.
 
+mod attempts;
 mod coarse_to_fine;
+mod connected;
+mod densify;
 mod holes;
 mod level;
 mod plan;
@@ -23,7 +26,9 @@ use crate::stages::face::FlagCounts;
 use crate::stages::seed;
 use crate::stages::surface::Surface;
 use crate::{Error, Result, TriMesh};
-use coarse_to_fine::{CoarseToFine, Ground};
+use attempts::{Attempts, Settled};
+use coarse_to_fine::Ground;
+use connected::Fault;
 use glam::DVec3;
 use serde::Serialize;
 use std::time::Instant;
@@ -57,6 +62,8 @@ pub struct Summary {
     pub input: Topology,
     /// Figures of the result as far as [`Options::measures`] asks for them, distances against the cleaned input.
     pub output: Measures,
+    /// Random starts, and counts of vertices, that were tried; more than 1 if the vertices asked for hardly suffice.
+    pub attempts: u32,
     /// Iterations done.
     pub iterations: u32,
     /// Whether the step fell below the tolerance.
@@ -144,8 +151,7 @@ pub fn remesh(
     compiled?;
     clock.phase("prepare");
     let spacing = spacing(surface.area(), options.vertices);
-    let skeleton = ground.as_ref().map(|ground| ground.skeleton);
-    let (connection, steps) = match ground {
+    let Settled { connection, steps, skeleton, vertices: wanted, attempts } = match ground {
         None => {
             let seeds = seed::random(&surface, options.vertices, options.seed);
             clock.phase("seed");
@@ -153,14 +159,16 @@ pub fn remesh(
             clock.phase("compile");
             let steps = run.iterate(device, &surface, options, progress)?;
             clock.phase("iterate");
-            (run.connect(device, &surface, &input)?, steps)
+            let connection = run.connect(device, &surface, &input)?;
+            Settled { connection, steps, skeleton: None, vertices: options.vertices, attempts: 1 }
         }
         Some(ground) => {
-            let run = CoarseToFine { device, surface: &surface, ground: &ground, input: &input, options };
-            run.run(progress, &mut clock)?
+            let (mesh, surface) = (&repaired.mesh, &surface);
+            Attempts { device, mesh, frame: &frame, surface, input: &input, options }
+                .run(ground, progress, &mut clock)?
         }
     };
-    let Connection { sites, triangles, curve_sites, counts: connected, flags } = connection;
+    let Connection { sites, triangles, curve_sites, counts: connected, flags, fault } = connection;
     if triangles.is_empty() {
         return Err(Error::input(
             None,
@@ -177,9 +185,18 @@ pub fn remesh(
     clock.phase("measure");
     let summary = Summary {
         repaired: repaired.counts,
-        warnings: warnings(options, &input, &output, &connected, &flags),
+        warnings: warnings(
+            options,
+            wanted,
+            &input,
+            &output,
+            &connected,
+            &flags,
+            fault.map(|f| f.in_words(&frame)),
+        ),
         input,
         output,
+        attempts,
         iterations: steps.len() as u32,
         converged: steps.last().is_some_and(|s| *s < options.tolerance),
         steps,
@@ -215,15 +232,18 @@ fn prepare(device: &Device, mesh: &TriMesh, options: &Options) -> Result<Prepare
         rayon::join(|| topology(&repaired.mesh), || Surface::new(device, &repaired.mesh, &frame));
     let surface = surface?;
     let ground = match options.method {
-        Method::CoarseToFine => {
-            let user_edges = user_edges_on(&surface, &repaired.mesh, options)?;
-            let spacing = spacing(surface.area(), options.vertices);
-            let wanted = SkeletonOptions { feature_angle: options.feature_angle, spacing, user_edges };
-            Some(Ground::new(device, &surface, &wanted)?)
-        }
+        Method::CoarseToFine => Some(ground(device, &repaired.mesh, &surface, options)?),
         Method::Rtf => None,
     };
     Ok(Prepared { repaired, frame, input, surface, ground })
+}
+
+/// What the default pipeline needs of a surface, which is that of `mesh`, for as many vertices.
+fn ground(device: &Device, mesh: &TriMesh, surface: &Surface, options: &Options) -> Result<Ground> {
+    let user_edges = user_edges_on(surface, mesh, options)?;
+    let spacing = spacing(surface.area(), options.vertices);
+    let wanted = SkeletonOptions { feature_angle: options.feature_angle, spacing, user_edges };
+    Ground::new(device, surface, &wanted)
 }
 
 /// The user's curves as edges of the surface, which has the mesh's triangles in their order, but not its vertices.
@@ -292,14 +312,17 @@ pub(crate) struct Connection {
     curve_sites: usize,
     counts: ConnectCounts,
     flags: FlagCounts,
+    fault: Option<Fault>,
 }
 
 fn warnings(
     options: &Options,
+    wanted: usize,
     input: &Topology,
     output: &Measures,
     connected: &ConnectCounts,
     flags: &FlagCounts,
+    fault: Option<String>,
 ) -> Vec<String> {
     let got = &output.topology;
     let mut list = Vec::new();
@@ -318,10 +341,7 @@ fn warnings(
         connected.unfilled_faces > 0,
         format!("{} faces could not be filled and are holes", connected.unfilled_faces),
     );
-    say(
-        got.vertices != options.vertices,
-        format!("the result uses {} of {} vertices", got.vertices, options.vertices),
-    );
+    say(got.vertices != wanted, format!("the result uses {} of {wanted} vertices", got.vertices));
     say(
         input.is_closed_manifold() && !got.is_closed_manifold(),
         "the result is not a closed manifold".into(),
@@ -339,6 +359,7 @@ fn warnings(
             input.boundary_loops
         ),
     );
+    list.extend(fault);
     list
 }
 

@@ -66,12 +66,26 @@ fn finest(curves: &SurfaceCurves, area: f64, count: usize) -> Result<LevelPlan> 
     if fits(&plan) {
         return Ok(plan);
     }
+    Err(Error::usage(
+        format!(
+            "{} of {count} vertices would stand on the sharp and open edges of this surface, which leaves too few beside them",
+            plan.sites - plan.interior
+        ),
+        format!(
+            "ask for {} or more, let --vertices-at-least add them, or hold fewer sharp edges by --feature-angle",
+            enough(curves, area, count)
+        ),
+    ))
+}
+
+/// `count`, or if curves leave too few of that many beside them, a count with which they do not.
+pub(super) fn enough(curves: &SurfaceCurves, area: f64, count: usize) -> usize {
     let needed = |n: usize| fits(&even(curves, area, n));
     let mut high = count.max(1);
     while !needed(high) && high < usize::MAX / 4 {
         high *= 2;
     }
-    let mut low = high / 2;
+    let mut low = count.max(high / 2);
     while high - low > 1 {
         let middle = low + (high - low) / 2;
         if needed(middle) {
@@ -80,13 +94,7 @@ fn finest(curves: &SurfaceCurves, area: f64, count: usize) -> Result<LevelPlan> 
             low = middle;
         }
     }
-    Err(Error::usage(
-        format!(
-            "the sharp and open edges of this surface alone need {} of {count} vertices",
-            plan.sites - plan.interior
-        ),
-        format!("ask for more vertices, {high} would do, or hold fewer sharp edges by --feature-angle"),
-    ))
+    high
 }
 
 fn fits(plan: &LevelPlan) -> bool {
@@ -182,7 +190,7 @@ mod tests {
         for count in [4, 8, 20] {
             let text = plan(&mesh, count).unwrap_err().to_string();
             let enough: usize =
-                text.split("more vertices, ").nth(1).unwrap().split(' ').next().unwrap().parse().unwrap();
+                text.split("ask for ").nth(1).unwrap().split(' ').next().unwrap().parse().unwrap();
             assert!(plan(&mesh, enough).is_ok() && plan(&mesh, enough - 1).is_err(), "{text}");
         }
     }

@@ -10,6 +10,7 @@ use crate::mesh::skeleton::SkeletonOptions;
 use crate::mesh::topology::topology;
 use crate::stages::surface::Surface;
 use crate::{Options, TriMesh};
+use std::sync::OnceLock;
 
 /// Relaxes `count` sites on the mesh, with the checks that hold for all; gives the steps in spacings.
 fn relaxed(mesh: &TriMesh, count: usize) -> Vec<f64> {
@@ -26,6 +27,7 @@ fn relaxed(mesh: &TriMesh, count: usize) -> Vec<f64> {
         surface: &surface,
         ground: &ground,
         input: &input,
+        crossing: &OnceLock::new(),
         options: &options,
     };
     let (start, held) = run.start(None, &plan);

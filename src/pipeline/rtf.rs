@@ -161,7 +161,14 @@ impl Run {
                 counts = ConnectCounts { cells: Some(cells.certificate), ..cell_counts };
             }
         }
-        Ok(Connection { sites: found.sites, triangles, curve_sites: 0, counts, flags: found.flags })
+        Ok(Connection {
+            sites: found.sites,
+            triangles,
+            curve_sites: 0,
+            counts,
+            flags: found.flags,
+            fault: None,
+        })
     }
 
     /// The faces of the sites as they are now.

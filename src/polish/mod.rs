@@ -85,6 +85,11 @@ impl Target {
         Self { patches, ..self }
     }
 
+    /// The closest point of all, with its triangle; `None` for a point that is not finite.
+    pub fn nearest(&self, p: DVec3) -> Option<(DVec3, u32)> {
+        self.bvh.closest(p).map(|closest| (closest.point, closest.triangle))
+    }
+
     /// The closest point of those of a patch's triangles that face as `normal` does.
     fn closest(&self, p: DVec3, normal: DVec3, patch: u32, rank: &mut usize) -> Option<DVec3> {
         self.closest_with_normal(p, normal, patch, rank).map(|(point, _)| point)

@@ -35,6 +35,11 @@ pub struct SurfaceBuffers {
 }
 
 impl Surface {
+    /// The same as a mesh.
+    pub fn mesh(&self) -> TriMesh {
+        TriMesh { vertices: self.vertices.clone(), triangles: self.triangles.clone() }
+    }
+
     /// Moves a repaired mesh into `frame` and uploads it.
     ///
     /// # Errors

@@ -5,16 +5,18 @@ use super::walk::{Cell, Scene};
 use crate::stages::connect::Fans;
 use rayon::prelude::*;
 
-/// The fans of all sectors, how many cells are not one closed curve, and the curves' stretches in cells of others.
-pub(super) fn fans(scene: &Scene, border: &Border, cells: &[Cell]) -> (Fans, usize, Vec<Encroached>) {
-    let mut broken = 0;
+/// The fans of all sectors, the sectors whose cells are not one closed curve, and the curves' stretches in cells of others.
+pub(super) fn fans(scene: &Scene, border: &Border, cells: &[Cell]) -> (Fans, Vec<usize>, Vec<Encroached>) {
+    let mut broken = Vec::new();
     let mut encroached = Vec::new();
     let rings: Vec<Vec<u32>> = cells
         .iter()
         .enumerate()
         .map(|(s, cell)| {
             let (ring, sound) = ring(scene, border, s, cell, &mut encroached);
-            broken += usize::from(!sound);
+            if !sound {
+                broken.push(s);
+            }
             ring
         })
         .collect();

@@ -63,8 +63,19 @@ pub struct ConnectedCells {
     pub fans: Fans,
     /// What certifies them.
     pub certificate: Certificate,
+    /// Cells whose boundary is not one closed curve, or meets a neighbour twice.
+    pub broken: Vec<BrokenCell>,
     /// Where a curve needs more sites, rising. The triangles of the fans have an edge there all the same.
     pub encroached: Vec<Encroached>,
+}
+
+/// A cell that is not a disc, or not cut out by three others at least: there are too few sites around.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct BrokenCell {
+    /// Whose it is.
+    pub site: u32,
+    /// Where another site would help most: far from that site, but inside the cell and inside a triangle.
+    pub farthest: (DVec3, u32),
 }
 
 /// What makes cells right: all zero, and `area` 1 but for rounding.
@@ -151,13 +162,14 @@ pub fn connected_cells(surface: &CellSurface, sites: &CellSites) -> ConnectedCel
     }
     let whole: f64 = (0..surface.triangles.len()).map(|t| area(&surface.corners(t as u32))).sum();
     let border = Border::new(&scene);
-    let (fans, broken_cells, encroached) = fan::fans(&scene, &border, &cells);
+    let (fans, broken, encroached) = fan::fans(&scene, &border, &cells);
     let certificate = Certificate {
         area: cells.iter().map(|c| c.area).sum::<f64>() / whole,
         unshared_corners,
-        broken_cells,
+        broken_cells: broken.len(),
     };
-    ConnectedCells { fans, certificate, encroached }
+    let spot = |s: usize| BrokenCell { site: scene.sectors.site[s], farthest: cells[s].farthest };
+    ConnectedCells { fans, certificate, broken: broken.into_iter().map(spot).collect(), encroached }
 }
 
 /// Near the border, and in folds, a site may have cut a cell although a gap or a curve lies between, so that its own cell

@@ -37,6 +37,8 @@ pub(super) struct Cell {
     /// Where its boundary, counter-clockwise, reaches the border and leaves it.
     pub exits: Vec<OnBorder>,
     pub entries: Vec<OnBorder>,
+    /// Of the middles of its parts in single triangles the one farthest from the site, with its triangle.
+    pub farthest: (DVec3, u32),
     /// How many half-edges of the border it touches.
     pub border_halves: usize,
 }
@@ -106,6 +108,7 @@ impl Walk {
         let at = scene.sites.positions[scene.sectors.site[s] as usize];
         let shortest_sq = (HAIR * scene.sites.spacing).powi(2);
         let mut cell = Cell::default();
+        let mut farthest_sq = -1.0;
         self.reached = None;
         let mut all = self.near_candidates(scene, s);
         self.visited.clear(surface.triangles.len());
@@ -121,6 +124,12 @@ impl Walk {
                 cell.triangles.push(t);
             }
             let count = self.polygon.len();
+            let middle = self.polygon.iter().map(|(p, _)| *p).sum::<DVec3>() / count as f64;
+            // Of an empty polygon it is not a number, and farther than nothing.
+            if middle.distance_squared(at) > farthest_sq {
+                farthest_sq = middle.distance_squared(at);
+                cell.farthest = (middle, t);
+            }
             for m in 0..count {
                 let (point, label) = self.polygon[m];
                 let (next, _) = self.polygon[(m + 1) % count];

@@ -1,0 +1,133 @@
+//! What becomes of a surface that the vertices asked for do not suffice for: other random starts, then more vertices.
+
+use super::coarse_to_fine::{CoarseToFine, Ground};
+use super::connected::Fault;
+use super::plan::enough;
+use super::{Clock, Connection, Progress, SkeletonSummary, ground};
+use crate::gpu::Device;
+use crate::mesh::frame::Frame;
+use crate::mesh::topology::Topology;
+use crate::options::{Options, Shortage};
+use crate::stages::surface::Surface;
+use crate::{Error, Result, TriMesh};
+use std::sync::OnceLock;
+
+/// Random starts with as many vertices as asked for.
+const STARTS: u64 = 3;
+/// Each further attempt has this many times the vertices of the last,
+const GROWTH: f64 = 1.5;
+/// up to so many times those asked for,
+const MOST_GROWTH: usize = 4;
+/// or this many.
+const FEW: usize = 5000;
+
+/// What all attempts share.
+pub(super) struct Attempts<'a> {
+    pub device: &'a Device,
+    /// The repaired input.
+    pub mesh: &'a TriMesh,
+    pub frame: &'a Frame,
+    pub surface: &'a Surface,
+    pub input: &'a Topology,
+    pub options: &'a Options,
+}
+
+/// The result of the attempt that counts.
+pub(super) struct Settled {
+    pub connection: Connection,
+    /// Root mean square step of every iteration of the last level, in its spacings.
+    pub steps: Vec<f64>,
+    /// Of the default pipeline.
+    pub skeleton: Option<SkeletonSummary>,
+    /// Vertices that the attempt was to have.
+    pub vertices: usize,
+    pub attempts: u32,
+}
+
+impl Attempts<'_> {
+    /// The first attempt that comes out right.
+    ///
+    /// # Errors
+    /// [`Error::Input`] if none does with as many vertices as asked for and the options want no other.
+    pub fn run(
+        &self,
+        first: Ground,
+        progress: &mut dyn FnMut(Progress),
+        clock: &mut Clock,
+    ) -> Result<Settled> {
+        let Options { vertices: asked, seed, shortage, .. } = *self.options;
+        let (first, vertices) = match shortage {
+            Shortage::AddVertices => self.room(first, asked)?,
+            Shortage::Refuse | Shortage::BestEffort => (first, asked),
+        };
+        let crossing = OnceLock::new();
+        let mut attempts = 0;
+        let mut run = |ground: &Ground, vertices: usize, seed: u64| -> Result<Settled> {
+            attempts += 1;
+            let options = Options { vertices, seed, ..self.options.clone() };
+            let Self { device, surface, input, .. } = *self;
+            let run = CoarseToFine { device, surface, ground, input, crossing: &crossing, options: &options };
+            let (connection, steps) = run.run(progress, clock)?;
+            Ok(Settled { connection, steps, skeleton: Some(ground.skeleton), vertices, attempts })
+        };
+        let begun = run(&first, vertices, seed)?;
+        // What is torn to begin with may stay so.
+        let Some(fault) = begun.connection.fault.clone().filter(|_| self.input.is_manifold()) else {
+            return Ok(begun);
+        };
+        for start in 1..STARTS {
+            let other = run(&first, vertices, seed.wrapping_add(start))?;
+            if other.connection.fault.is_none() {
+                return Ok(other);
+            }
+        }
+        if shortage == Shortage::BestEffort {
+            return Ok(begun);
+        }
+        drop(first);
+        let mut more = vertices;
+        let enough = loop {
+            more = (GROWTH * more as f64).ceil() as usize;
+            if more > (MOST_GROWTH * vertices).max(FEW) {
+                break None;
+            }
+            let larger = run(&self.ground(more)?, more, seed)?;
+            if larger.connection.fault.is_none() {
+                break Some(larger);
+            }
+        };
+        match enough {
+            Some(larger) if shortage == Shortage::AddVertices => Ok(larger),
+            enough => Err(self.refusal(&fault, more, enough.is_some())),
+        }
+    }
+
+    fn ground(&self, vertices: usize) -> Result<Ground> {
+        let options = Options { vertices, ..self.options.clone() };
+        ground(self.device, self.mesh, self.surface, &options)
+    }
+
+    /// As many vertices, or more if curves leave too few of them. What counts as a curve depends on their number.
+    fn room(&self, mut ground: Ground, mut vertices: usize) -> Result<(Ground, usize)> {
+        while let Some(curves) = &ground.curves {
+            let enough = enough(curves, self.surface.area(), vertices);
+            if enough <= vertices {
+                break;
+            }
+            vertices = enough;
+            ground = self.ground(vertices)?;
+        }
+        Ok((ground, vertices))
+    }
+
+    fn refusal(&self, fault: &Fault, more: usize, enough: bool) -> Error {
+        let problem =
+            format!("{} vertices are too few: {}", self.options.vertices, fault.in_words(self.frame));
+        let remedy = if enough {
+            format!("ask for {more}, let --vertices-at-least add them, or take what comes with --best-effort")
+        } else {
+            format!("ask for more than {more}, or take what comes with --best-effort")
+        };
+        Error::input(None, problem, remedy)
+    }
+}

@@ -1,0 +1,224 @@
+//! From sites at rest to a mesh: connected, compared with the input, mended where it is wrong, polished and fitted.
+
+use super::Clock;
+use super::coarse_to_fine::CoarseToFine;
+use super::densify::{Movable, densify};
+use super::level::near;
+use crate::gpu::NONE;
+use crate::mesh::frame::Frame;
+use crate::mesh::intersections::intersecting_faces;
+use crate::mesh::topology::{Topology, topology};
+use crate::polish::{FitOptions, PolishOptions, SpotOptions, fit, polish, reach_spots};
+use crate::stages::cells::{BrokenCell, CellSites, CellSurface, connected_cells};
+use crate::stages::connect::{ConnectCounts, connect};
+use crate::stages::curve_sites::CurveSites;
+use crate::stages::place::Place;
+use crate::{Result, TriMesh};
+use glam::DVec3;
+
+/// Times that sites are moved into broken cells.
+const DENSIFICATIONS: u32 = 12;
+/// Times that sites are moved to faces that run through others.
+const UNCROSSINGS: u32 = 4;
+
+/// Sites at rest, in the unit-diagonal frame.
+pub(super) struct Sites {
+    pub positions: Vec<DVec3>,
+    /// The surface's triangle under each.
+    pub under: Vec<u32>,
+    /// On surfaces with curves.
+    pub held: Option<Held>,
+    /// Near sites of each, as [`CellSites::near`] has them.
+    pub near: Vec<u32>,
+}
+
+/// A level's mesh in the unit-diagonal frame.
+pub(super) struct Found {
+    pub mesh: TriMesh,
+    pub under: Vec<u32>,
+    pub held: Option<Held>,
+    pub counts: ConnectCounts,
+    /// Whether it has the input's topology.
+    pub sound: bool,
+    /// A place where it has not.
+    pub trouble: Option<DVec3>,
+    pub open: usize,
+    pub steps: Vec<f64>,
+}
+
+/// The curve sites of a level.
+pub(super) struct Held {
+    pub sites: CurveSites,
+    /// Which of them each site is, [`NONE`] for an interior one.
+    pub pins: Vec<u32>,
+}
+
+/// What is wrong with a result for lack of vertices.
+#[derive(Debug, Clone, PartialEq)]
+pub(crate) struct Fault {
+    pub what: String,
+    /// A place where it is, in the unit-diagonal frame.
+    pub at: Option<DVec3>,
+}
+
+impl Fault {
+    /// With the place in the file's units.
+    pub fn in_words(&self, frame: &Frame) -> String {
+        let Some(at) = self.at else { return self.what.clone() };
+        // Enough to find it: a ten-thousandth of the diagonal.
+        let decimals = (4.0 - frame.scale.log10().floor()).clamp(0.0, 300.0) as usize;
+        let [x, y, z] = frame.from_unit(at).to_array();
+        format!("{} near ({x:.decimals$}, {y:.decimals$}, {z:.decimals$})", self.what)
+    }
+}
+
+impl Held {
+    /// Puts curve sites where they stand.
+    pub fn put(&self, positions: &mut [DVec3]) {
+        for (v, pin) in self.pinned() {
+            positions[v] = self.sites.positions[pin];
+        }
+    }
+
+    /// Of each site, whether it is on a curve.
+    fn on_curve(&self) -> Vec<bool> {
+        self.pins.iter().map(|pin| *pin != NONE).collect()
+    }
+
+    /// Sites on curves, and which they are there.
+    fn pinned(&self) -> impl Iterator<Item = (usize, usize)> {
+        let pins = self.pins.iter().enumerate();
+        pins.filter(|(_, pin)| **pin != NONE).map(|(v, pin)| (v, *pin as usize))
+    }
+}
+
+impl CoarseToFine<'_> {
+    /// A mesh over the sites; where cells tell that there are too few, some are moved there from elsewhere.
+    pub(super) fn connected(&self, on: &CellSurface, mut sites: Sites, spacing: f64) -> Result<Found> {
+        let fixed = sites.held.as_ref().map_or_else(Vec::new, Held::on_curve);
+        let mut left = DENSIFICATIONS;
+        loop {
+            let Sites { positions, under, held, near: listed } = &mut sites;
+            let mut places = Place::inside(under);
+            for (held, (v, pin)) in held.iter().flat_map(|held| held.pinned().map(move |pin| (held, pin))) {
+                places[v] = held.sites.places[pin];
+            }
+            let cells = connected_cells(on, &CellSites { positions, places: &places, near: listed, spacing });
+            let (triangles, counts) = connect(positions, &cells.fans);
+            let mesh = TriMesh { vertices: std::mem::take(positions), triangles };
+            let got = topology(&mesh);
+            let sound = same_kind(&got, self.input) && got.vertices == mesh.vertices.len();
+            *positions = mesh.vertices;
+            let mut movable = Movable { positions, under, fixed: &fixed };
+            if sound || left == 0 || !densify(&mut movable, &mesh.triangles, &cells.broken, spacing) {
+                return Ok(Found {
+                    counts: ConnectCounts { cells: Some(cells.certificate), ..counts },
+                    sound,
+                    trouble: cells.broken.first().map(|b| b.farthest.0),
+                    mesh: TriMesh { vertices: sites.positions, triangles: mesh.triangles },
+                    under: sites.under,
+                    held: sites.held,
+                    open: 0,
+                    steps: Vec::new(),
+                });
+            }
+            left -= 1;
+            *listed = near(self.device, positions)?;
+        }
+    }
+
+    /// A mesh polished and fitted, and what is wrong with it. If faces run through others, sites are moved there from
+    /// elsewhere.
+    pub(super) fn finished(
+        &self,
+        on: &CellSurface,
+        mut found: Found,
+        spacing: f64,
+        clock: &mut Clock,
+    ) -> Result<(Found, Option<Fault>)> {
+        let mut left = UNCROSSINGS;
+        loop {
+            let rested = found.mesh.clone();
+            self.finish(&mut found, clock);
+            if !found.sound {
+                let fault = Fault {
+                    what: "components, handles or rims of the surface are lost".to_owned(),
+                    at: found.trouble,
+                };
+                return Ok((found, Some(fault)));
+            }
+            let crossing = intersecting_faces(&found.mesh);
+            clock.phase("check");
+            let of_input = || intersecting_faces(&self.surface.mesh()).len();
+            if crossing.is_empty() || crossing.len() <= *self.crossing.get_or_init(of_input) {
+                return Ok((found, None));
+            }
+            let wanted: Vec<BrokenCell> =
+                crossing.iter().filter_map(|t| self.beside(&found.mesh, *t)).collect();
+            let mut sites =
+                Sites { positions: rested.vertices, under: found.under, held: found.held, near: Vec::new() };
+            let fixed = sites.held.as_ref().map_or_else(Vec::new, Held::on_curve);
+            let mut movable =
+                Movable { positions: &mut sites.positions, under: &mut sites.under, fixed: &fixed };
+            if left == 0 || !densify(&mut movable, &rested.triangles, &wanted, spacing) {
+                let what = format!("{} faces run through others", crossing.len());
+                let at = wanted.first().map(|b| b.farthest.0);
+                return Ok((
+                    Found { under: sites.under, held: sites.held, ..found },
+                    Some(Fault { what, at }),
+                ));
+            }
+            left -= 1;
+            sites.near = near(self.device, &sites.positions)?;
+            found = self.connected(on, sites, spacing)?;
+        }
+    }
+
+    /// Where another site would help a face that runs through others: on the surface beside its middle.
+    fn beside(&self, mesh: &TriMesh, t: u32) -> Option<BrokenCell> {
+        let [a, b, c] = mesh.corners(t as usize);
+        let (point, triangle) = self.ground.target.nearest((a + b + c) / 3.0)?;
+        let [p, q, r] = self.surface.triangles[triangle as usize].map(|v| self.surface.vertices[v as usize]);
+        // Inside the triangle, for a curve may run along its edges.
+        let farthest = (point.lerp((p + q + r) / 3.0, 0.05), triangle);
+        Some(BrokenCell { site: mesh.triangles[t as usize][0], farthest })
+    }
+
+    /// Better triangles and a closer fit. Vertices on curves stay.
+    fn finish(&self, found: &mut Found, clock: &mut Clock) {
+        let target = &self.ground.target;
+        let fixed = found.held.as_ref().map_or_else(Vec::new, Held::on_curve);
+        let patches = self.patches(found, &fixed);
+        let mesh = &mut found.mesh;
+        let rounds = self.options.polish_rounds;
+        let options = PolishOptions { rounds, fixed, patches, ..Default::default() };
+        polish(mesh, target, &options);
+        clock.phase("polish");
+        let PolishOptions { fixed, patches, .. } = options;
+        if self.options.fit {
+            let options = FitOptions { fixed, patches, ..Default::default() };
+            fit(mesh, target, &options);
+            clock.phase("fit");
+            let FitOptions { fixed, patches, .. } = options;
+            let edge = super::spacing(self.surface.area(), mesh.vertices.len());
+            reach_spots(mesh, target, edge, &SpotOptions { fixed, patches, ..Default::default() });
+            clock.phase("spots");
+        }
+    }
+
+    /// The patch of every triangle of a mesh, [`NONE`] where all corners are on curves; nothing if there are none.
+    fn patches(&self, found: &Found, on_curve: &[bool]) -> Vec<u32> {
+        let Some(curves) = &self.ground.curves else { return Vec::new() };
+        let of = |triangle: &[u32; 3]| {
+            let inner = triangle.iter().find(|v| !on_curve[**v as usize]);
+            inner.map_or(NONE, |v| curves.patches[found.under[*v as usize] as usize])
+        };
+        found.mesh.triangles.iter().map(of).collect()
+    }
+}
+
+/// Whether two meshes have as many components, handles and loops.
+fn same_kind(a: &Topology, b: &Topology) -> bool {
+    let is = |t: &Topology| (t.euler, t.components, t.boundary_loops);
+    is(a) == is(b)
+}
