@@ -7,7 +7,7 @@ use rtfmesh::mesh::intersections::intersecting_faces;
 use rtfmesh::mesh::quality::{quality, valence};
 use rtfmesh::mesh::samples::sample;
 use rtfmesh::mesh::topology::topology;
-use rtfmesh::polish::{FitOptions, PolishOptions, Target, fit, polish};
+use rtfmesh::polish::{FitOptions, PolishOptions, Rail, Target, fit, polish};
 
 use crate::shapes::{Random, cube, mesh, moved, plane, sphere, tetrahedron, torus, union};
 
@@ -227,5 +227,65 @@ fn vertices_and_edges_stay_in_their_patch() {
         for p in mesh.corners(t) {
             assert!((p.z + 0.8 * (p.x - 0.5).abs()).abs() < 1e-6, "{p}");
         }
+    }
+}
+
+/// A strip of `n` squares in the plane, cut by diagonals, whose upper rim is shifted by `shift`; and its rims as rails, of
+/// which the upper one may slide.
+fn strip(n: u32, shift: f64) -> (TriMesh, Rail) {
+    let mut mesh = TriMesh::default();
+    let end = f64::from(n);
+    for i in 0..=n {
+        let moved = if i == 0 || i == n { 0.0 } else { shift };
+        mesh.vertices
+            .extend([DVec3::new(f64::from(i), 0.0, 0.0), DVec3::new(f64::from(i) + moved, 1.0, 0.0)]);
+    }
+    for i in 0..n {
+        mesh.triangles.extend([[2 * i, 2 * i + 2, 2 * i + 1], [2 * i + 1, 2 * i + 2, 2 * i + 3]]);
+    }
+    let riders = (1..n).map(|i| (2 * i + 1, f64::from(i) + shift)).collect();
+    let points = (0..=n).map(|i| DVec3::new(end * f64::from(i) / f64::from(n), 1.0, 0.0)).collect();
+    (mesh, Rail { points, closed: false, riders })
+}
+
+#[test]
+fn vertices_on_rails_slide_to_better_triangles() {
+    let (start, rail) = strip(12, -0.45);
+    let mut mesh = start.clone();
+    let options = PolishOptions { rails: vec![rail], fixed: vec![true; 26], ..PolishOptions::default() };
+    polish(&mut mesh, &Target::new(&start), &options);
+    let q = |mesh| quality(mesh).unwrap();
+    assert!(q(&mesh).q_avg > q(&start).q_avg + 0.02, "{:?} after {:?}", q(&mesh), q(&start));
+    assert!(q(&mesh).theta_min > q(&start).theta_min, "{:?} after {:?}", q(&mesh), q(&start));
+    for (v, (new, old)) in mesh.vertices.iter().zip(&start.vertices).enumerate() {
+        let rides = v % 2 == 1 && v > 1 && v < 25;
+        assert!(rides || new == old, "{v} has moved to {new}");
+        assert!((new.y, new.z) == (old.y, 0.0), "{v} has left its rail: {new}");
+    }
+}
+
+#[test]
+fn vertices_on_closed_rails_go_round_and_keep_the_bends() {
+    // The rim of a box's top, a square with the sites of its corners somewhat past them: they must not go farther.
+    let corners = [[0.0, 0.0], [4.0, 0.0], [4.0, 4.0], [0.0, 4.0], [0.0, 0.0]];
+    let points: Vec<DVec3> = corners.iter().map(|[x, y]| DVec3::new(*x, *y, 0.0)).collect();
+    let on = |way: f64| {
+        let side = (way / 4.0).floor();
+        points[side as usize].lerp(points[side as usize + 1], way / 4.0 - side)
+    };
+    let ways: Vec<f64> = (0..16).map(|k| f64::from(k) + if k % 4 == 0 { 0.0 } else { 0.2 }).collect();
+    let mut start = TriMesh { vertices: ways.iter().map(|way| on(*way)).collect(), triangles: Vec::new() };
+    start.vertices.push(DVec3::new(2.0, 2.0, 0.0));
+    start.triangles = (0..16).map(|k| [k, (k + 1) % 16, 16]).collect();
+    let riders = (0..16).zip(ways).collect();
+    let mut mesh = start.clone();
+    let rails = vec![Rail { points: points.clone(), closed: true, riders }];
+    let options = PolishOptions { rails, fixed: vec![true; 17], ..PolishOptions::default() };
+    polish(&mut mesh, &Target::new(&start), &options);
+    for (v, p) in mesh.vertices[..16].iter().enumerate() {
+        let on_rim = [p.x, p.y].iter().any(|c| *c == 0.0 || *c == 4.0);
+        assert!(on_rim && p.z == 0.0, "{v}: {p}");
+        assert!(v % 4 != 0 || p.distance(start.vertices[v]) < 0.05, "corner {v} went to {p}");
+        assert!(v % 4 == 0 || *p != start.vertices[v], "{v} stayed");
     }
 }

@@ -8,7 +8,7 @@ use crate::gpu::NONE;
 use crate::mesh::frame::Frame;
 use crate::mesh::intersections::intersecting_faces;
 use crate::mesh::topology::{Topology, topology};
-use crate::polish::{FitOptions, PolishOptions, SpotOptions, fit, polish, reach_spots};
+use crate::polish::{FitOptions, PolishOptions, Rail, SpotOptions, fit, polish, reach_spots};
 use crate::stages::cells::{BrokenCell, CellSites, CellSurface, connected_cells};
 use crate::stages::connect::{ConnectCounts, connect};
 use crate::stages::curve_sites::CurveSites;
@@ -191,7 +191,8 @@ impl CoarseToFine<'_> {
         let patches = self.patches(found, &fixed);
         let mesh = &mut found.mesh;
         let rounds = self.options.polish_rounds;
-        let options = PolishOptions { rounds, fixed, patches, ..Default::default() };
+        let rails = found.held.as_ref().map_or_else(Vec::new, |held| self.rails(held));
+        let options = PolishOptions { rounds, fixed, patches, rails, ..Default::default() };
         polish(mesh, target, &options);
         clock.phase("polish");
         let PolishOptions { fixed, patches, .. } = options;
@@ -204,6 +205,23 @@ impl CoarseToFine<'_> {
             reach_spots(mesh, target, edge, &SpotOptions { fixed, patches, ..Default::default() });
             clock.phase("spots");
         }
+    }
+
+    /// The curves with the sites that may slide along them.
+    fn rails(&self, held: &Held) -> Vec<Rail> {
+        let Some(curves) = &self.ground.curves else { return Vec::new() };
+        let rail = |(points, closed)| Rail { points, closed, riders: Vec::new() };
+        let mut rails: Vec<Rail> = curves.polylines().map(rail).collect();
+        let mut riders: Vec<(usize, usize)> = held.pinned().map(|(v, pin)| (pin, v)).collect();
+        // Pins are in order along each curve.
+        riders.sort_unstable();
+        for (pin, v) in riders {
+            let (curve, way) = held.sites.ways[pin];
+            if let Some(rail) = rails.get_mut(curve as usize) {
+                rail.riders.push((v as u32, way));
+            }
+        }
+        rails
     }
 
     /// The patch of every triangle of a mesh, [`NONE`] where all corners are on curves; nothing if there are none.

@@ -8,10 +8,12 @@ mod fit;
 mod flip;
 mod links;
 mod relax;
+mod slide;
 mod spots;
 mod worst;
 
 pub use fit::{FitCounts, FitOptions, fit};
+pub use slide::Rail;
 pub use spots::{SpotOptions, reach_spots};
 
 use glam::DVec3;
@@ -20,6 +22,7 @@ use crate::TriMesh;
 use crate::mesh::bvh::Bvh;
 use flip::{Rule, flip_edges};
 use links::{Kind, Links, cross};
+use slide::Rails;
 
 /// Sweeps over all edges before each relaxation.
 const SWEEPS: u32 = 2;
@@ -136,11 +139,13 @@ pub struct PolishOptions {
     pub fixed: Vec<bool>,
     /// The patch of each triangle, in which it stays; nothing if there is but one.
     pub patches: Vec<u32>,
+    /// Curves along which fixed vertices may slide.
+    pub rails: Vec<Rail>,
 }
 
 impl Default for PolishOptions {
     fn default() -> Self {
-        Self { rounds: 10, valence_weight: 1.0, fixed: Vec::new(), patches: Vec::new() }
+        Self { rounds: 10, valence_weight: 1.0, fixed: Vec::new(), patches: Vec::new(), rails: Vec::new() }
     }
 }
 
@@ -165,13 +170,16 @@ pub fn polish(mesh: &mut TriMesh, target: &Target, options: &PolishOptions) -> P
     let mut links = Links::new(std::mem::take(&mut mesh.triangles), points.len(), &options.patches);
     let locked: Vec<bool> = (0..points.len()).map(|v| is_locked(&links, &options.fixed, v)).collect();
     let mut ranks = vec![0; points.len()];
+    let mut rails = Rails::new(&options.rails, points.len());
     for round in 0..options.rounds {
         let late = round + ANGLE_ROUNDS >= options.rounds;
         let rule = Rule { valence_weight: if late { 0.0 } else { options.valence_weight } };
         counts.flips += flip_edges(&mut links, points, &locked, &rule, SWEEPS);
         counts.taken_back += relax::relax(&links, points, &mut ranks, &locked, target);
+        rails.slide(&links.triangles, points, false);
     }
     if options.rounds > 0 {
+        rails.slide(&links.triangles, points, true);
         counts.lifted = worst::improve(&links, points, &mut ranks, &locked, target, WORST_PASSES);
     }
     mesh.triangles = links.triangles;

@@ -51,7 +51,7 @@ pub(super) fn improve(
 
 /// The negated cosine of the smallest angle, or less where the largest is above 90 degrees: no angle is needed, only
 /// which is better.
-fn score([a, b, c]: [DVec3; 3]) -> f64 {
+pub(super) fn score([a, b, c]: [DVec3; 3]) -> f64 {
     let (u, v, w) = (b - a, c - b, a - c);
     let [x, y, z] = [u, v, w].map(DVec3::length);
     let cosine = |p: DVec3, q: DVec3, lengths: f64| -p.dot(q) / lengths.max(f64::MIN_POSITIVE);

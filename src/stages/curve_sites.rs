@@ -17,6 +17,8 @@ pub struct CurveSites {
     pub positions: Vec<DVec3>,
     /// The edge or vertex of the surface that each is on.
     pub places: Vec<Place>,
+    /// The curve that each is on and the way along it; [`NONE`] for corners.
+    pub ways: Vec<(u32, f64)>,
     /// Neighbours along the curves, as pairs of these sites.
     pub segments: Vec<[u32; 2]>,
 }
@@ -51,14 +53,15 @@ impl SurfaceCurves {
         for corner in &self.corners {
             sites.positions.push(self.vertices[*corner as usize]);
             sites.places.push(Place::Vertex(*corner));
+            sites.ways.push((NONE, 0.0));
         }
-        for curve in &self.curves {
-            self.place_along(curve, segments(curve, spacing), &mut sites);
+        for (number, curve) in (0..).zip(&self.curves) {
+            self.place_along(number, curve, segments(curve, spacing), &mut sites);
         }
         sites
     }
 
-    fn place_along(&self, curve: &CurvePath, segments: usize, sites: &mut CurveSites) {
+    fn place_along(&self, number: u32, curve: &CurvePath, segments: usize, sites: &mut CurveSites) {
         let corner = |v: Option<&u32>| {
             v.and_then(|v| self.corners.binary_search(v).ok()).map_or(NONE, |place| place as u32)
         };
@@ -69,6 +72,7 @@ impl SurfaceCurves {
             let (position, place) = self.at(curve, s as f64 / segments as f64, SNAP / segments as f64);
             sites.positions.push(position);
             sites.places.push(place);
+            sites.ways.push((number, s as f64 / segments as f64 * curve.length()));
         }
         let [first, last] = if curve.closed {
             [begin, begin]

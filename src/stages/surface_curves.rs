@@ -102,6 +102,12 @@ impl SurfaceCurves {
         self.curves.iter().map(CurvePath::length)
     }
 
+    /// The points of each curve, a closed one ending with its first, and whether it is closed.
+    pub fn polylines(&self) -> impl Iterator<Item = (Vec<DVec3>, bool)> {
+        let points = |path: &CurvePath| path.vertices.iter().map(|v| self.vertices[*v as usize]).collect();
+        self.curves.iter().map(move |path| (points(path), path.closed))
+    }
+
     fn path(&self, vertices: Vec<u32>, closed: bool) -> CurvePath {
         let mut along = vec![0.0];
         let mut way = 0.0;
