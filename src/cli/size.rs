@@ -56,7 +56,7 @@ pub fn count(size: Size, path: &Path, mesh: &TriMesh, quiet: bool) -> Result<usi
     let repaired = repair(mesh).map_err(in_file)?;
     let count = size.vertices(&repaired.mesh).map_err(in_file)?;
     if size == Size::AsInput && !quiet {
-        let what = "as many vertices as it has, for want of -n, --edge-length or --ratio";
+        let what = "as many as it has, for want of -n, --edge-length or --ratio";
         tell_notes(path, &[format!("{count} vertices, {what}")]);
     }
     Ok(count)

@@ -18,12 +18,13 @@ pub(super) fn unpack(packed: &[u8]) -> Result<Vec<u8>> {
     let mut plain = Vec::new();
     loop {
         let before = plain.len();
+        let read = decoder.by_ref().take(1 << 20).read_to_end(&mut plain);
         let damaged = |error: std::io::Error| {
-            let place = format!("byte {before} of the unpacked file");
+            let place = format!("byte {} of the unpacked file", plain.len());
             let remedy = "get the whole file or pack it again";
             Error::input(Some(place), format!("the gzip data is cut off or damaged ({error})"), remedy)
         };
-        decoder.by_ref().take(1 << 20).read_to_end(&mut plain).map_err(damaged)?;
+        read.map_err(damaged)?;
         if plain.len() == before {
             return Ok(plain);
         }

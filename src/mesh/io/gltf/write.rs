@@ -7,10 +7,10 @@ use serde_json::{Value, json};
 
 use crate::TriMesh;
 
-/// Positions further out than this many diagonals of the bounding box lose digits in 32 bits, which a node's
-/// translation keeps.
+/// Positions further out than this many times the longest side of the bounding box lose digits in 32 bits, which a
+/// node's translation keeps.
 const FAR: f64 = 2.0;
-/// Diagonals out of this range need a node's scale, so that products of lengths stay within 32 bits.
+/// Half sides out of this range need a node's scale, so that products of lengths stay within 32 bits.
 const SMALL: f64 = 1e-9;
 const LARGE: f64 = 1e9;
 
@@ -30,7 +30,9 @@ impl Placement {
         // Halved first, because the difference can overflow.
         let half = 0.5 * high - 0.5 * low;
         let largest = half.max_element();
-        let far = low.abs().max(high.abs()).max_element() > 2.0 * FAR * largest;
+        let out = low.abs().max(high.abs()).max_element() > 2.0 * FAR * largest;
+        // Where every digit fits anyway, positions stay what they are.
+        let far = out && mesh.vertices.iter().any(|vertex| vertex.as_vec3().as_dvec3() != *vertex);
         let odd = largest > 0.0 && !(SMALL..LARGE).contains(&largest);
         let translation = if far || odd { 0.5 * low + 0.5 * high } else { DVec3::ZERO };
         // A power of two, so that no digit is lost.
