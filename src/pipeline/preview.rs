@@ -12,10 +12,14 @@ use crate::{Result, TriMesh};
 use serde::Serialize;
 
 /// Device bytes of the input for each of its vertices and triangles: `stages/surface.rs` and, for the walk over it,
-/// `stages/records.rs`.
+/// `stages/records.rs` and `stages/bvh.rs`.
 const VERTEX_BYTES: u64 = 20;
 const TRIANGLE_BYTES: u64 = 44;
-const RECORD_BYTES: u64 = 72;
+const RECORD_BYTES: u64 = 84;
+/// Device bytes a site beside its lists and vectors, such as what sorting takes, and those of surfaces with curves; as
+/// measured.
+const SITE_BYTES: u64 = 75;
+const PINNED_BYTES: u64 = 40;
 
 /// A run that was not made.
 #[derive(Debug, Clone, Serialize)]
@@ -104,7 +108,7 @@ pub fn preview(mesh: &TriMesh, options: &Options) -> Result<Preview> {
         curves: found.curves.len(),
         corners: found.corners.len(),
         patches: by_patch(&found, &areas, interior),
-        device_bytes: device_bytes(&unit, options),
+        device_bytes: device_bytes(&unit, options, curves.is_some()),
     })
 }
 
@@ -128,10 +132,13 @@ fn by_patch(found: &Skeleton, areas: &[f64], interior: usize) -> Vec<usize> {
     counts
 }
 
-fn device_bytes(input: &TriMesh, options: &Options) -> u64 {
-    let records = if options.method == Method::CoarseToFine { RECORD_BYTES } else { 0 };
+fn device_bytes(input: &TriMesh, options: &Options, curves: bool) -> u64 {
+    let (records, more) = match options.method {
+        Method::CoarseToFine => (RECORD_BYTES, SITE_BYTES + if curves { PINNED_BYTES } else { 0 }),
+        Method::Rtf => (0, 0),
+    };
     let (_, each) = device_bytes_per_site(options);
     VERTEX_BYTES * input.vertices.len() as u64
         + (TRIANGLE_BYTES + records) * input.triangles.len() as u64
-        + each * options.vertices as u64
+        + (each + more) * options.vertices as u64
 }
