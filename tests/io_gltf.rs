@@ -30,18 +30,15 @@ fn assert_refused(json: &Value, place: &str, problem: &str) {
     }
 }
 
-/// `json` with the value at this pointer replaced, or added.
+/// `json` with the value at this pointer replaced, or added to an object.
 fn with(json: &Value, pointer: &str, value: Value) -> Value {
     let mut changed = json.clone();
-    let (parent, key) = pointer.rsplit_once('/').unwrap();
-    match changed.pointer_mut(parent).unwrap() {
-        Value::Array(list) => {
-            let at: usize = key.parse().unwrap();
-            list.truncate(list.len().max(at));
-            if at < list.len() { list[at] = value } else { list.push(value) }
-        }
-        parent => parent[key] = value,
+    if let Some(old) = changed.pointer_mut(pointer) {
+        *old = value;
+        return changed;
     }
+    let (parent, key) = pointer.rsplit_once('/').unwrap();
+    changed.pointer_mut(parent).unwrap()[key] = value;
     changed
 }
 
@@ -187,7 +184,6 @@ fn written_files_keep_what_32_bits_hold_wherever_and_however_large_the_mesh_is()
 #[test]
 fn json_that_lies_is_refused() {
     let good = boxed();
-    let view = "/bufferViews/0";
     for (pointer, value, place, problem) in [
         ("/asset/version", json!("1.0"), "asset", "this is glTF 1.0, not 2"),
         ("/extensionsRequired", json!(["KHR_draco_mesh_compression"]), "extensionsRequired", "'KHR_draco"),
@@ -195,7 +191,6 @@ fn json_that_lies_is_refused() {
         ("/scenes/0/nodes/0", json!(9), "node 9", "no such node"),
         ("/nodes/0/children", json!([0]), "node 0", "more than one place"),
         ("/nodes/0/mesh", json!(1), "node 0", "no mesh 1"),
-        ("/nodes/0/translation", json!([1e308, 0.0, 0.0]), "", ""),
         ("/scenes/0/nodes", json!([]), "", "no vertices"),
         ("/meshes/0/primitives/0/attributes", json!({}), "mesh 0, primitive 0", "no positions"),
         ("/meshes/0/primitives/0/indices", json!(0), "accessor 0", "type is 'VEC3' instead of 'SCALAR'"),
@@ -221,14 +216,8 @@ fn json_that_lies_is_refused() {
         ("/buffers/0/uri", json!("https://example.com/a.bin"), "buffer 0", "not beside the file"),
         ("/buffers/0/byteLength", json!(1_000_000), "buffer 0", "of its 1000000 bytes"),
     ] {
-        if pointer.ends_with("translation") {
-            // As large as numbers go, but a number.
-            assert_eq!(parse(&with(&good, pointer, value)).mesh.triangles.len(), 12);
-            continue;
-        }
         assert_refused(&with(&good, pointer, value), place, problem);
     }
-    assert!(good.pointer(view).is_some());
     let overflow = with(&good, "/nodes/0/scale", json!([1e308, 1e308, 1e308]));
     let overflow = with(&overflow, "/nodes/0/translation", json!([1.7e308, 1.7e308, 1.7e308]));
     assert_refused(&overflow, "mesh 0, primitive 0, vertex 1", "not finite");
