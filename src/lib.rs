@@ -18,6 +18,7 @@ mod options;
 mod pipeline;
 pub mod polish;
 pub mod report;
+mod size;
 pub mod stages;
 
 pub use error::{Error, Result};
@@ -26,4 +27,8 @@ pub use mesh::TriMesh;
 pub use options::{
     Centroid, Features, MAX_ITERATIONS, MAX_NEIGHBOURS, MeasureDepth, Method, Options, Quality, Shortage,
 };
-pub use pipeline::{PhaseTime, Progress, Remeshed, RunTimings, SkeletonSummary, Summary, remesh};
+pub use pipeline::{
+    PhaseTime, Preview, PreviewLevel, Progress, Remeshed, RunTimings, SkeletonSummary, Summary, preview,
+    remesh,
+};
+pub use size::Size;

@@ -47,8 +47,9 @@ fn files_that_are_no_mesh() {
     refused(&place, "remesh folder.obj out.ply -n 100", 3, &["folder.obj", "directory"]);
     refused_file("empty.ply", b"", &["empty"]);
     refused_file("empty.obj", b"", &["empty"]);
-    refused_file("mesh.stl", b"solid x\n", &[".stl", ".obj or .ply"]);
-    refused_file("mesh.obj", b"ply\nformat ascii 1.0\n", &["PLY", "rename"]);
+    refused_file("mesh.xyz", b"solid x\n", &[".xyz", ".obj, .ply"]);
+    refused_file("mesh.stl", b"solid x\n", &["endsolid"]);
+    refused_file("mesh.obj", b"ply\nformat ascii 1.0\n", &["PLY header", "end_header"]);
     let garbage: Vec<u8> = (0..4096_u32).map(|i| (i.wrapping_mul(2_654_435_761) >> 24) as u8).collect();
     refused_file("garbage.ply", &garbage, &[]);
     refused_file("garbage.obj", &garbage, &[]);
@@ -146,7 +147,22 @@ fn options_out_of_range_and_unknown_words() {
         refused(&place, &format!("remesh in.ply out.ply -n 100 --report r.json {option}"), 2, &words);
     }
     refused(&place, "remsh in.ply out.ply -n 100", 2, &["remsh", "remesh"]);
-    refused(&place, "remesh in.ply out.ply", 2, &["--vertices <N>", "--help"]);
+    for (sizes, words) in [
+        ("-n 100 --ratio 0.5", ["--vertices", "--ratio"]),
+        ("--edge-length 0.1 --ratio 0.5", ["--edge-length", "--ratio"]),
+        ("--edge-length 0", ["edge length 0", "above 0"]),
+        ("--edge-length=-1%", ["edge length -0.01", "above 0"]),
+        ("--edge-length 1m", ["1m", "1% of the diagonal"]),
+        ("--edge-length 1e-9", ["vertices", "longer edges"]),
+        ("--ratio nan", ["ratio NaN", "above 0"]),
+        ("--ratio 1e9", ["vertices", "smaller ratio"]),
+        ("-n 100 --format xyz", ["xyz", "obj, ply"]),
+        ("-n 100 --input-format xyz", ["xyz", "obj, ply"]),
+    ] {
+        refused(&place, &format!("remesh in.ply out.ply {sizes}"), 2, &words);
+    }
+    refused(&place, "remesh in.ply - -n 100", 2, &["standard output", "--format"]);
+    refused(&place, "measure - --against -", 2, &["both"]);
     refused(&place, "remesh", 2, &["<INPUT>", "<OUTPUT>"]);
     refused(&place, "sample torus", 2, &["<OUTPUT>"]);
     refused(&place, "sample teapot out.ply", 2, &["teapot", "torus, genus3"]);
@@ -161,8 +177,9 @@ fn targets_that_cannot_be_written() {
     for (target, words) in [
         ("missing/out.ply", ["missing", "make the folder"]),
         ("folder.ply", ["directory", "give the name"]),
-        ("out.stl", [".stl", ".obj or .ply"]),
-        ("out", ["no extension", ".obj or .ply"]),
+        ("out.xyz", [".xyz", ".obj, .ply, .stl"]),
+        ("out.gltf", ["glTF", ".glb"]),
+        ("out", ["no extension", ".obj, .ply, .stl"]),
     ] {
         refused(&place, &format!("remesh in.ply {target} -n 100 --report r.json"), 1, &words);
         refused(&place, &format!("sample box {target}"), 1, &words);

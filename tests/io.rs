@@ -27,12 +27,12 @@ fn positions(mesh: &TriMesh) -> Vec<[f64; 3]> {
 const SQUARE: [[f64; 3]; 4] = [[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [1.0, 1.0, 0.5], [0.0, 1.0, 0.0]];
 
 #[test]
-fn both_formats_round_trip_every_bit() {
+fn formats_of_64_bits_round_trip_every_bit() {
     let mut mesh = sample("two-components").unwrap();
     mesh.vertices[0] = DVec3::new(0.1, 1.0 / 3.0, -1e300);
     mesh.vertices[1] = DVec3::new(5e-324, 1e-300, 123_456_789.123_456_78);
     let folder = tempfile::tempdir().unwrap();
-    for name in ["a.obj", "a.ply", "B.OBJ", "B.Ply"] {
+    for name in ["a.obj", "a.ply", "B.OBJ", "B.Ply", "a.off", "a.mesh", "a.ply.gz", "a.OFF.GZ"] {
         let path = folder.path().join(name);
         write(&path, &mesh).unwrap();
         let loaded = read(&path).unwrap();
@@ -42,7 +42,9 @@ fn both_formats_round_trip_every_bit() {
         assert_eq!(loaded.mesh.vertices.len(), mesh.vertices.len(), "{name}");
         assert_eq!(loaded.notes, Vec::<String>::new(), "{name}");
     }
-    assert_eq!(read(&folder.path().join("a.ply")).unwrap().mesh, mesh);
+    for name in ["a.ply", "a.off", "a.mesh", "a.ply.gz"] {
+        assert_eq!(read(&folder.path().join(name)).unwrap().mesh, mesh, "{name}");
+    }
     let text = std::fs::read_to_string(folder.path().join("a.obj")).unwrap();
     assert_eq!(text.lines().next(), Some("v 0.1 0.3333333333333333 -1e300"));
 }
@@ -229,7 +231,9 @@ fn targets_that_cannot_be_written_are_refused_early() {
     std::fs::create_dir(&directory).unwrap();
     let mesh = sample("tetrahedron").unwrap();
     for (path, expected) in [
-        (folder.path().join("a.stl"), "unknown file type '.stl'"),
+        (folder.path().join("a.xyz"), "unknown file type '.xyz'"),
+        (folder.path().join("a.xyz.gz"), "unknown file type '.gz'"),
+        (folder.path().join("a.gltf"), "glTF is written as .glb alone"),
         (folder.path().join("a"), "the file name has no extension"),
         (folder.path().join("missing/a.obj"), "there is no folder"),
         (read_only.clone(), "the file is read-only"),

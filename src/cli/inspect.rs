@@ -1,5 +1,6 @@
 //! `rtfmesh inspect`.
 
+use super::files::{InputFormat, input_name};
 use super::{print, table};
 use anyhow::Result;
 use rtfmesh::mesh::io;
@@ -19,8 +20,10 @@ use std::path::PathBuf;
 /// Example: rtfmesh inspect fandisk.ply -n 10000 --skeleton curves.obj
 #[derive(clap::Args)]
 pub struct Args {
-    /// Mesh to inspect: .obj or .ply
+    /// Mesh to inspect; - is standard input
     mesh: PathBuf,
+    #[command(flatten)]
+    input_format: InputFormat,
     /// Edges where the surface turns by at least this angle are sharp; 180: none
     #[arg(long, value_name = "DEGREES", default_value_t = SkeletonOptions::FEATURE_ANGLE)]
     feature_angle: f64,
@@ -79,16 +82,16 @@ pub fn run(args: &Args) -> Result<()> {
         }
         io::check_text_target(path)?;
     }
-    let loaded = io::read(&args.mesh)?;
-    let repaired = repair(&loaded.mesh).map_err(|e| e.in_file(&args.mesh))?;
+    let name = input_name(&args.mesh);
+    let loaded = args.input_format.load(&args.mesh)?;
+    let repaired = repair(&loaded.mesh).map_err(|e| e.in_file(name))?;
     let mesh = repaired.mesh;
-    let spacing =
-        spacing_of(&mesh, vertices.unwrap_or(mesh.vertices.len())).map_err(|e| e.in_file(&args.mesh))?;
+    let spacing = spacing_of(&mesh, vertices.unwrap_or(mesh.vertices.len())).map_err(|e| e.in_file(name))?;
     let lines = args.features.as_ref().map(|path| io::read_lines(path)).transpose()?.unwrap_or_default();
     let user_edges =
-        user_edges(&mesh, &lines).map_err(|e| e.in_file(args.features.as_ref().unwrap_or(&args.mesh)))?;
+        user_edges(&mesh, &lines).map_err(|e| e.in_file(args.features.as_deref().unwrap_or(name)))?;
     let options = SkeletonOptions { feature_angle: args.feature_angle, spacing, user_edges };
-    let found = skeleton(&mesh, &options).map_err(|e| e.in_file(&args.mesh))?;
+    let found = skeleton(&mesh, &options).map_err(|e| e.in_file(name))?;
     let inspection = Inspection {
         notes: &loaded.notes,
         repairs: repaired.counts,

@@ -1,22 +1,26 @@
 //! `rtfmesh measure`.
 
+use super::files::{InputFormat, input_name, is_standard, tell_notes};
 use super::{print, table};
 use anyhow::Result;
 use rtfmesh::measure::measure;
-use rtfmesh::mesh::io;
+use rtfmesh::mesh::io::Loaded;
 use rtfmesh::report::to_json;
-use std::path::PathBuf;
+use rtfmesh::{Error, TriMesh};
+use std::path::{Path, PathBuf};
 
 /// Measure a mesh: triangle quality, valences, topology, and distances to a reference.
 ///
 /// Example: rtfmesh measure kitten-10k.ply --against kitten.ply
 #[derive(clap::Args)]
 pub struct Args {
-    /// Mesh to measure: .obj or .ply
+    /// Mesh to measure; - is standard input
     mesh: PathBuf,
     /// Mesh to measure distances to, in percent of its bounding box's diagonal
     #[arg(long, value_name = "REFERENCE")]
     against: Option<PathBuf>,
+    #[command(flatten)]
+    input_format: InputFormat,
     /// Print JSON
     #[arg(long)]
     json: bool,
@@ -24,8 +28,20 @@ pub struct Args {
 
 /// Measures and prints.
 pub fn run(args: &Args) -> Result<()> {
-    let mesh = io::read(&args.mesh)?.mesh;
-    let reference = args.against.as_ref().map(|path| io::read(path)).transpose()?.map(|loaded| loaded.mesh);
-    let measures = measure(&mesh, reference.as_ref()).map_err(|e| e.in_file(&args.mesh))?;
+    if is_standard(&args.mesh) && args.against.as_ref().is_some_and(|path| is_standard(path)) {
+        let problem = "standard input cannot be both meshes";
+        return Err(Error::usage(problem, "give one of them as a file").into());
+    }
+    let mesh = with_notes(&args.mesh, args.input_format.load(&args.mesh)?);
+    let reference = match &args.against {
+        Some(path) => Some(with_notes(path, args.input_format.load_other(path)?)),
+        None => None,
+    };
+    let measures = measure(&mesh, reference.as_ref()).map_err(|e| e.in_file(input_name(&args.mesh)))?;
     print(&if args.json { to_json(&measures)? } else { table::measures(&measures) })
+}
+
+fn with_notes(path: &Path, loaded: Loaded) -> TriMesh {
+    tell_notes(path, &loaded.notes);
+    loaded.mesh
 }

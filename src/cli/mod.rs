@@ -1,10 +1,12 @@
 //! The command line.
 
 mod devices;
+mod files;
 mod inspect;
 mod measure;
 mod remesh;
 mod sample;
+mod size;
 mod table;
 
 use anyhow::Result;
@@ -20,7 +22,9 @@ struct Cli {
     command: Command,
 }
 
-const EXIT_CODES: &str = "Exit codes: 0 done, 2 usage, 3 input, 4 device or memory, 1 anything else.\n\
+const EXIT_CODES: &str = "Mesh files: .obj, .ply, .stl, .off, .gltf (read only), .glb, MEDIT's .mesh; any of them with .gz; - is standard \
+    input or output.\n\
+    Exit codes: 0 done, 2 usage, 3 input, 4 device or memory, 1 anything else.\n\
     Environment: RTFMESH_DEVICE as --device; RTFMESH_VALIDATION=1 runs under the Vulkan validation layers and fails \
     on any message; RTFMESH_FULL_BARRIERS=1 orders every device command; RTFMESH_CACHE_DIR keeps compiled kernels.";
 

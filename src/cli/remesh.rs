@@ -1,13 +1,15 @@
 //! `rtfmesh remesh`.
 
-use super::{table, tell};
+use super::files::{InputFormat, Target, input_name, is_standard, tell_notes};
+use super::size::{SizeArgs, count};
+use super::{print, table, tell};
 use anyhow::Result;
 use indicatif::{ProgressBar, ProgressStyle};
-use rtfmesh::mesh::io;
+use rtfmesh::mesh::io::{self, Encoding, Loaded};
 use rtfmesh::report::Report;
 use rtfmesh::{
     Centroid, Device, DeviceOptions, Error, Features, MeasureDepth, Method, Options, Progress, Quality,
-    Shortage, remesh,
+    Shortage, Size, Summary, preview, remesh,
 };
 use std::path::{Path, PathBuf};
 
@@ -16,13 +18,21 @@ use std::path::{Path, PathBuf};
 /// Example: rtfmesh remesh kitten.ply kitten-10k.ply -n 10000 --report kitten.json
 #[derive(clap::Args)]
 pub struct Args {
-    /// Mesh to read: .obj or .ply
+    /// Mesh to read; - is standard input
     input: PathBuf,
-    /// Mesh to write: .obj or .ply
-    output: PathBuf,
-    /// Vertices of the result
-    #[arg(short = 'n', long, value_name = "N")]
-    vertices: usize,
+    /// Mesh to write; - is standard output
+    #[arg(required_unless_present = "dry_run")]
+    output: Option<PathBuf>,
+    #[command(flatten)]
+    size: SizeArgs,
+    #[command(flatten)]
+    input_format: InputFormat,
+    /// Format to write, whatever the extension: obj, ply, stl, off, glb or mesh, each also with .gz
+    #[arg(long, value_name = "FORMAT")]
+    format: Option<Encoding>,
+    /// Print what would be done, and write nothing
+    #[arg(long)]
+    dry_run: bool,
     /// Settings to start from: rtf is the paper's method with the paper's settings
     #[arg(long, value_enum, default_value_t = Preset::Default)]
     preset: Preset,
@@ -128,15 +138,15 @@ impl Args {
         ))
     }
 
-    fn options(&self) -> rtfmesh::Result<Options> {
+    fn options(&self, vertices: usize) -> rtfmesh::Result<Options> {
         let quality = match self.quality {
             Some(QualityName::Draft) => Quality::Draft,
             Some(QualityName::Normal) | None => Quality::Normal,
             Some(QualityName::Best) => Quality::Best,
         };
         let base = match self.preset {
-            Preset::Default => Options::with_quality(self.vertices, quality),
-            Preset::Rtf => Options::rtf(self.vertices),
+            Preset::Default => Options::with_quality(vertices, quality),
+            Preset::Rtf => Options::rtf(vertices),
         };
         self.refuse_foreign(base.method)?;
         Ok(Options {
@@ -146,7 +156,7 @@ impl Args {
             coarse_iterations: base.coarse_iterations,
             polish_rounds: base.polish_rounds,
             fit: base.fit && !self.no_fit,
-            vertices: self.vertices,
+            vertices,
             feature_angle: self.feature_angle.unwrap_or(base.feature_angle),
             // Read with the mesh, once the other options are known to be right.
             features: base.features,
@@ -177,9 +187,11 @@ impl Args {
 
 /// Reads, remeshes, writes. Nothing is written unless everything before it went well.
 pub fn run(args: &Args) -> Result<()> {
-    let mut options = args.options()?;
+    let size = args.size.size()?;
+    // All other options are checked before anything is read, with a count that is always possible.
+    let mut options = args.options(if let Size::Vertices(count) = size { count } else { 4 })?;
     options.validate()?;
-    io::check_target(&args.output)?;
+    let target = args.output.as_deref().map(|path| Target::new(path, args.format)).transpose()?;
     refuse_overwriting(args)?;
     if let Some(report) = &args.report {
         io::check_text_target(report)?;
@@ -187,16 +199,15 @@ pub fn run(args: &Args) -> Result<()> {
     if let Some(path) = &args.features {
         options.features = Some(Features { file: Some(path.clone()), lines: io::read_lines(path)? });
     }
-    let (loaded, device) = rayon::join(|| io::read(&args.input), || open(args));
+    let Some(target) = target.filter(|_| !args.dry_run) else { return dry_run(args, size, options) };
+    let (loaded, device) = rayon::join(|| load(args), || open(args));
     let loaded = loaded?;
-    for note in loaded.notes.iter().filter(|_| !args.quiet) {
-        tell(&format!("note: {}: {note}\n", args.input.display()));
-    }
+    options.vertices = count(size, &args.input, &loaded.mesh, args.quiet)?;
     let device = device?;
     let bar = progress_bar(args.quiet, options.iterations);
     let result = remesh(&device, &loaded.mesh, &options, &mut |p| show(&bar, p));
     bar.finish_and_clear();
-    let result = result.map_err(|e| e.in_file(&args.input))?;
+    let result = result.map_err(|e| e.in_file(input_name(&args.input)))?;
     let messages = device.take_validation_messages();
     if let Some(first) = messages.first() {
         return Err(
@@ -206,36 +217,70 @@ pub fn run(args: &Args) -> Result<()> {
     for warning in &result.summary.warnings {
         tell(&format!("warning: {warning}\n"));
     }
-    io::write(&args.output, &result.mesh)?;
-    if let Some(path) = &args.report {
-        let report = Report {
-            program: env!("CARGO_PKG_NAME"),
-            version: env!("CARGO_PKG_VERSION"),
-            input_file: args.input.display().to_string(),
-            output_file: args.output.display().to_string(),
-            notes: &loaded.notes,
-            options: &options,
-            device: device.info(),
-            summary: &result.summary,
-        };
-        io::write_text(path, &report.to_json()?)?;
-    }
+    target.write(&result.mesh, args.quiet)?;
+    write_report(args, &options, &loaded, &device, &result.summary)?;
     if !args.quiet {
         tell(&table::run(&result.summary, device.info()));
     }
     Ok(())
 }
 
+fn load(args: &Args) -> rtfmesh::Result<Loaded> {
+    let loaded = args.input_format.load(&args.input)?;
+    if !args.quiet {
+        tell_notes(&args.input, &loaded.notes);
+    }
+    Ok(loaded)
+}
+
+/// Prints what would be done.
+fn dry_run(args: &Args, size: Size, mut options: Options) -> Result<()> {
+    let loaded = load(args)?;
+    options.vertices = count(size, &args.input, &loaded.mesh, args.quiet)?;
+    let plan = preview(&loaded.mesh, &options).map_err(|e| e.in_file(input_name(&args.input)))?;
+    let text = table::preview(&plan);
+    // Whoever reads standard output for a mesh must not get a table.
+    if args.output.as_deref().is_some_and(is_standard) {
+        tell(&text);
+        return Ok(());
+    }
+    print(&text)
+}
+
+fn write_report(
+    args: &Args,
+    options: &Options,
+    loaded: &Loaded,
+    device: &Device,
+    summary: &Summary,
+) -> Result<()> {
+    let (Some(path), Some(output)) = (&args.report, &args.output) else { return Ok(()) };
+    let report = Report {
+        program: env!("CARGO_PKG_NAME"),
+        version: env!("CARGO_PKG_VERSION"),
+        input_file: args.input.display().to_string(),
+        output_file: output.display().to_string(),
+        notes: &loaded.notes,
+        options,
+        device: device.info(),
+        summary,
+    };
+    Ok(io::write_text(path, &report.to_json()?)?)
+}
+
 /// Files that are read must not be written.
 fn refuse_overwriting(args: &Args) -> rtfmesh::Result<()> {
     if let Some(report) = &args.report
-        && (same_file(report, &args.output) || same_file(report, &args.input))
+        && [args.output.as_ref(), Some(&args.input)].into_iter().flatten().any(|path| same_file(report, path))
     {
         let problem = format!("the report would overwrite the mesh in {}", report.display());
         return Err(Error::usage(problem, "name another file after --report"));
     }
     let Some(features) = &args.features else { return Ok(()) };
-    if [Some(&args.output), args.report.as_ref()].into_iter().flatten().any(|path| same_file(path, features))
+    if [args.output.as_ref(), args.report.as_ref()]
+        .into_iter()
+        .flatten()
+        .any(|path| same_file(path, features))
     {
         let problem = format!("the lines in {} would be overwritten", features.display());
         return Err(Error::usage(problem, "name another file after --features"));

@@ -1,8 +1,10 @@
 //! `rtfmesh sample`.
 
+use super::files::Target;
 use super::print;
 use anyhow::Result;
-use rtfmesh::mesh::{io, samples};
+use rtfmesh::mesh::io::Encoding;
+use rtfmesh::mesh::samples;
 use std::path::PathBuf;
 
 /// Write one of the program's own models; without arguments, list them.
@@ -13,8 +15,11 @@ pub struct Args {
     /// Name of the model
     #[arg(requires = "output")]
     name: Option<String>,
-    /// Mesh to write: .obj or .ply
+    /// Mesh to write; - is standard output
     output: Option<PathBuf>,
+    /// Format to write, whatever the extension: obj, ply, stl, off, glb or mesh, each also with .gz
+    #[arg(long, value_name = "FORMAT")]
+    format: Option<Encoding>,
 }
 
 /// Makes and writes, or lists.
@@ -25,5 +30,5 @@ pub fn run(args: &Args) -> Result<()> {
         );
     };
     let mesh = samples::sample(name)?;
-    Ok(io::write(output, &mesh)?)
+    Target::new(output, args.format)?.write(&mesh, true)
 }

@@ -3,7 +3,7 @@
 use comfy_table::Table;
 use comfy_table::presets::NOTHING;
 use rtfmesh::measure::Measures;
-use rtfmesh::{DeviceInfo, Summary};
+use rtfmesh::{DeviceInfo, Preview, Summary};
 
 pub(super) fn two_columns(rows: Vec<(&str, String)>) -> String {
     let mut table = Table::new();
@@ -80,6 +80,42 @@ pub fn run(s: &Summary, device: &DeviceInfo) -> String {
         "peak device memory",
         format!("{:.1} MiB", s.timings.peak_device_bytes as f64 / f64::from(1 << 20)),
     ));
+    two_columns(rows)
+}
+
+/// A run that was not made.
+pub fn preview(p: &Preview) -> String {
+    /// More patches than these say nothing to people.
+    const MOST_PATCHES: usize = 12;
+    let r = &p.repaired;
+    let mut rows = vec![
+        ("input vertices, faces", format!("{}, {}", p.input[0], p.input[1])),
+        (
+            "welded, unused vertices",
+            format!("{}, {}", r.duplicate_vertices_welded, r.unreferenced_vertices_dropped),
+        ),
+        (
+            "faces without area, duplicate faces",
+            format!("{}, {}", r.degenerate_faces_dropped, r.duplicate_faces_dropped),
+        ),
+        ("vertices, spacing", format!("{}, {:.6}", p.vertices, p.spacing)),
+        ("curves, corners, patches", format!("{}, {}, {}", p.curves, p.corners, p.patches.len())),
+    ];
+    for level in &p.levels {
+        let inside = level.vertices - level.on_curves;
+        let text = format!("{:8} vertices, spacing {:.6}", level.vertices, level.spacing);
+        let on = format!("{} on curves, {inside} inside", level.on_curves);
+        rows.push(("level", if p.curves > 0 { format!("{text}, {on}") } else { text }));
+    }
+    if p.patches.len() > 1 {
+        let mut counts: Vec<String> = p.patches.iter().take(MOST_PATCHES).map(usize::to_string).collect();
+        if p.patches.len() > MOST_PATCHES {
+            counts.push("...".to_owned());
+        }
+        rows.push(("inside each patch, about", counts.join("  ")));
+    }
+    let mebibytes = p.device_bytes as f64 / f64::from(1 << 20);
+    rows.push(("device memory, about", format!("{mebibytes:.1} MiB")));
     two_columns(rows)
 }
 

@@ -7,6 +7,7 @@ mod densify;
 mod holes;
 mod level;
 mod plan;
+mod preview;
 mod refine;
 #[cfg(test)]
 mod relaxing;
@@ -32,6 +33,8 @@ use connected::Fault;
 use glam::DVec3;
 use serde::Serialize;
 use std::time::Instant;
+
+pub use preview::{Preview, PreviewLevel, preview};
 
 /// Where a run is, for a progress display.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -268,12 +271,9 @@ fn compile(device: &Device, method: Method) -> Result<()> {
     }
 }
 
-/// Refuses a count whose largest buffers cannot exist, before anything of that size is made.
-fn check_memory(device: &Device, options: &Options) -> Result<()> {
-    let limits = &device.info().limits;
-    let sites = options.vertices as u64;
-    // Bytes a site.
-    let (in_one, in_all) = match options.method {
+/// Device bytes that a site takes in the largest buffer, and in all.
+fn device_bytes_per_site(options: &Options) -> (u64, u64) {
+    match options.method {
         // The list; six vectors, two reaches, eight words, and the boxes.
         Method::CoarseToFine => {
             (4 * u64::from(level::LIST), 4 * u64::from(level::LIST) + 6 * 16 + 2 * 8 + 8 * 4 + 5)
@@ -285,7 +285,14 @@ fn check_memory(device: &Device, options: &Options) -> Result<()> {
             let lists = 4 * (k_sites + u64::from(options.k_project));
             ((8 * corners).max(4 * k_sites), 12 * corners + lists + 5 * 16 + 3 * 4)
         }
-    };
+    }
+}
+
+/// Refuses a count whose largest buffers cannot exist, before anything of that size is made.
+fn check_memory(device: &Device, options: &Options) -> Result<()> {
+    let limits = &device.info().limits;
+    let sites = options.vertices as u64;
+    let (in_one, in_all) = device_bytes_per_site(options);
     let (largest, total) = (sites * in_one, sites * in_all);
     let refuse = |what: &str, bytes: u64, limit: u64, of: &str| {
         Err(Error::OutOfMemory {

@@ -1,90 +1,122 @@
-//! Mesh files: OBJ and PLY in and out, each chosen by the file name's extension.
+//! Mesh files in and out: OBJ, PLY, STL, OFF, glTF and MEDIT, plain or packed by gzip.
 
+mod format;
+mod gltf;
+mod gzip;
 mod lines;
+mod medit;
 mod obj;
+mod off;
 mod ply;
 mod ply_data;
 mod ply_header;
+mod stl;
+mod text;
 mod write;
 
+use std::borrow::Cow;
 use std::io::ErrorKind;
 use std::path::Path;
 
 use super::TriMesh;
 use crate::{Error, Result};
 
+pub use format::{Encoding, Format};
 pub use lines::{FeatureLine, read_lines, write_skeleton};
-pub use write::{check_target, check_text_target, write, write_text};
+pub use write::precision_note;
+pub use write::{check_target, check_text_target, encode, target_encoding, write, write_as, write_text};
 
 /// A mesh as its file has it, triangulated but not cleaned.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Loaded {
-    /// Vertices in the file's order (an OBJ's: in the order in which faces first use them), polygons split into
-    /// triangles, every index in range and every coordinate finite.
+    /// Vertices in the file's order (an OBJ's and an STL's: in the order in which faces first use them), polygons split
+    /// into triangles, every index in range and every coordinate finite.
     pub mesh: TriMesh,
     /// What of the file was left out or changed, one sentence each.
     pub notes: Vec<String>,
 }
 
-#[derive(Debug, Clone, Copy, PartialEq)]
-enum Format {
-    Obj,
-    Ply,
-}
-
-impl Format {
-    fn of(path: &Path) -> Option<Self> {
-        let extension = path.extension()?.to_str()?.to_ascii_lowercase();
-        match extension.as_str() {
-            "obj" => Some(Self::Obj),
-            "ply" => Some(Self::Ply),
-            _ => None,
-        }
-    }
-
-    fn name(self) -> &'static str {
-        match self {
-            Self::Obj => "OBJ",
-            Self::Ply => "PLY",
-        }
-    }
-}
-
-/// Reads an `.obj` or `.ply` file (any case of the extension).
+/// Reads a mesh file. What its content shows decides; where that could be anything, the extension does (in any case,
+/// with or without `.gz`).
 ///
 /// # Errors
 ///
 /// [`Error::Input`] with the path and, where there is one, the line, vertex, face or byte: the file is missing,
-/// unreadable, a directory, empty, truncated or of another format; a face has fewer than three vertices, one
+/// unreadable, a directory, empty, truncated or of no known format; a face has fewer than three vertices, one
 /// vertex twice or one that does not exist; a coordinate is not a finite number; there is no vertex, no face, or
-/// more than `u32::MAX - 1` vertices.
+/// more than `u32::MAX - 1` vertices; a buffer beside a glTF file cannot be read.
 pub fn read(path: &Path) -> Result<Loaded> {
-    read_unnamed(path).map_err(|error| error.in_file(path))
+    read_as(path, None)
 }
 
-fn read_unnamed(path: &Path) -> Result<Loaded> {
-    // A missing file is reported before a wrong extension: a mistyped name is the likelier cause.
-    let bytes = bytes_of(path)?;
-    let Some(format) = Format::of(path) else {
-        return Err(Error::input(None, extension_problem(path), "give an .obj or .ply file"));
-    };
+/// As [`read()`], where `declared` stands for what the extension says.
+///
+/// # Errors
+///
+/// See [`read()`].
+pub fn read_as(path: &Path, declared: Option<Encoding>) -> Result<Loaded> {
+    let decoded = bytes_of(path).and_then(|bytes| {
+        let named = declared.or_else(|| Encoding::of_name(path));
+        // A name alone is no folder, and that of this file is where the program runs.
+        let folder = path.parent().unwrap_or(Path::new(""));
+        decode(&bytes, named, Some((path, folder)))
+    });
+    decoded.map_err(|error| error.in_file(path))
+}
+
+/// Reads a mesh from the bytes of a file, such as standard input; `declared` stands for what an extension would say.
+///
+/// # Errors
+///
+/// See [`read()`]; without a path, and buffers beside a glTF file are refused.
+pub fn read_bytes(bytes: &[u8], declared: Option<Encoding>) -> Result<Loaded> {
+    decode(bytes, declared, None)
+}
+
+/// `file` is the path and its folder, where there is one.
+fn decode(bytes: &[u8], declared: Option<Encoding>, file: Option<(&Path, &Path)>) -> Result<Loaded> {
+    let mut notes = Vec::new();
+    let bytes = if gzip::is_packed(bytes) { Cow::Owned(gzip::unpack(bytes)?) } else { Cow::Borrowed(bytes) };
     if bytes.is_empty() {
         return Err(Error::input(None, "the file is empty", "write the mesh again"));
     }
-    if let Some(content) = plain_format(&bytes).filter(|content| *content != format) {
-        let name = content.name();
-        let remedy = format!("rename it to .{}", name.to_lowercase());
-        return Err(Error::input(None, format!("this is a{} {name} file", article(content)), remedy));
-    }
-    let loaded = match format {
-        Format::Obj => obj::parse(&bytes)?,
-        Format::Ply => ply::parse(&bytes)?,
+    let plain = declared.map(|declared| declared.format);
+    let format = match (format::plain_format(&bytes), plain, file) {
+        (Some(content), Some(other), _) if content != other => {
+            notes.push(format!("this is {} and not {}; read as such", content.name(), other.name()));
+            content
+        }
+        (Some(content), None, Some((path, _))) => {
+            notes.push(format!("{}; read as {}", format::extension_problem(path), content.name()));
+            content
+        }
+        (Some(content), ..) => content,
+        (None, Some(declared), _) => declared,
+        (None, None, Some((path, _))) => {
+            let remedy = format!("give {} or .gltf file, or say what it is", format::written_extensions());
+            return Err(Error::input(None, format::extension_problem(path), remedy));
+        }
+        (None, None, None) => {
+            let remedy = "say what it is, by --input-format on the command line";
+            return Err(Error::input(None, "the content does not tell what kind of file this is", remedy));
+        }
     };
-    Ok(loaded)
+    let loaded = match format {
+        Format::Obj => obj::parse(&bytes),
+        Format::Ply => ply::parse(&bytes),
+        Format::Stl => stl::parse(&bytes),
+        Format::Off => off::parse(&bytes),
+        Format::Gltf | Format::Glb => gltf::parse(&bytes, file.map(|(_, folder)| folder)),
+        Format::Medit => medit::parse(&bytes),
+    }?;
+    notes.extend(loaded.notes);
+    Ok(Loaded { mesh: loaded.mesh, notes })
 }
 
-fn article(format: Format) -> &'static str {
-    if format == Format::Obj { "n" } else { "" }
+/// Whether so many bytes are more than an honest file of `from` bytes stands for; a few bytes that are packed or
+/// refer to each other can claim any number.
+fn unfolds_too_far(made: u64, from: u64) -> bool {
+    made > from.saturating_mul(256).saturating_add(64 << 20)
 }
 
 fn bytes_of(path: &Path) -> Result<Vec<u8>> {
@@ -99,27 +131,6 @@ fn bytes_of(path: &Path) -> Result<Vec<u8>> {
         return Err(Error::input(None, "this is a directory", "give a mesh file"));
     }
     std::fs::read(path).map_err(unreadable)
-}
-
-fn extension_problem(path: &Path) -> String {
-    match path.extension() {
-        Some(extension) => format!("unknown file type '.{}'", extension.to_string_lossy()),
-        None => "the file name has no extension".to_owned(),
-    }
-}
-
-/// The format that the content shows beyond doubt; `None` where it could be anything.
-fn plain_format(bytes: &[u8]) -> Option<Format> {
-    if bytes.starts_with(b"ply\n") || bytes.starts_with(b"ply\r") {
-        return Some(Format::Ply);
-    }
-    // Comments and names may come first; a line with three numbers after "v" is an OBJ's own.
-    let start = String::from_utf8_lossy(bytes.get(..4096).unwrap_or(bytes));
-    let vertex_line = |line: &str| {
-        let mut words = line.split_whitespace();
-        words.next() == Some("v") && words.take(3).filter(|word| word.parse::<f64>().is_ok()).count() == 3
-    };
-    start.lines().any(vertex_line).then_some(Format::Obj)
 }
 
 /// Refuses what no mesh can be made of. `faces` counts the file's faces, before triangulation.

@@ -10,16 +10,12 @@ use std::fmt::Write as _;
 
 use glam::DVec3;
 
-use super::{Loaded, check_counts, excerpt, repeated};
+use super::{Loaded, check_counts, excerpt, repeated, text};
 use crate::{Error, Result, TriMesh};
 
 pub(super) fn parse(bytes: &[u8]) -> Result<Loaded> {
     let bytes = bytes.strip_prefix(b"\xef\xbb\xbf").unwrap_or(bytes);
-    if let Some(at) = bytes.iter().position(|byte| *byte == 0) {
-        let line = 1 + bytes.iter().take(at).filter(|byte| **byte == b'\n').count();
-        let remedy = "give an OBJ text file, or a binary PLY file named .ply";
-        return Err(Error::input(Some(format!("line {line}")), "binary data in a text format", remedy));
-    }
+    text::refuse_binary(bytes, "give an OBJ text file, or a binary format by its own name")?;
     // Names and comments may be in any encoding; numbers and keywords are ASCII either way.
     let text = String::from_utf8_lossy(bytes);
     let mut scan = Scan { plain: String::with_capacity(text.len()), ..Scan::default() };

@@ -5,23 +5,109 @@ use std::fs::File;
 use std::io::{self, BufWriter, Write};
 use std::path::{Path, PathBuf};
 
+use flate2::Compression;
+use flate2::write::GzEncoder;
 use glam::DVec3;
 use tempfile::NamedTempFile;
 
-use super::{Format, TriMesh, extension_problem};
+use super::format::{extension_problem, written_extensions};
+use super::{Encoding, Format, TriMesh, gltf, medit, off, stl};
 use crate::{Error, Result};
 
-/// Writes `mesh` as `.obj` (text, each f64 in its shortest form that reads back the same) or `.ply` (binary little
-/// endian, double coordinates), by the extension of `path`. An existing file is replaced, at once and only when the
-/// new one is complete.
+/// Writes `mesh` in the format of the extension of `path`, packed if that ends in `.gz`: OBJ, OFF and MEDIT as text, each
+/// f64 in its shortest form that reads back the same; PLY as binary little endian with double coordinates; STL and GLB
+/// as binary with 32-bit numbers, those of GLB relative to the mesh's own place and size. An existing file is replaced,
+/// at once and only when the new one is complete.
 ///
 /// # Errors
 ///
-/// [`Error::Output`]: see [`check_target`]; also a full disk.
+/// [`Error::Output`]: see [`check_target`]; also a full disk, or a mesh that the format cannot hold.
 pub fn write(path: &Path, mesh: &TriMesh) -> Result<()> {
-    match format_of(path)? {
-        Format::Obj => atomically(path, |file| write_obj(file, mesh)),
-        Format::Ply => atomically(path, |file| write_ply(file, mesh)),
+    write_as(path, mesh, target_encoding(path)?)
+}
+
+/// As [`write()`], in this encoding whatever the extension.
+///
+/// # Errors
+///
+/// See [`write()`].
+pub fn write_as(path: &Path, mesh: &TriMesh, encoding: Encoding) -> Result<()> {
+    check_fits(path, mesh, encoding.format)?;
+    atomically(path, |file| fill(file, mesh, encoding))
+}
+
+/// The bytes of the file that [`write_as`] would write; `name` stands for its path in errors.
+///
+/// # Errors
+///
+/// [`Error::Output`] for a mesh that the format cannot hold.
+pub fn encode(name: &Path, mesh: &TriMesh, encoding: Encoding) -> Result<Vec<u8>> {
+    check_fits(name, mesh, encoding.format)?;
+    let mut bytes = Vec::new();
+    fill(&mut bytes, mesh, encoding).map_err(|error| unwritable(name, &error))?;
+    Ok(bytes)
+}
+
+/// What the format rounds away, if it is more than a millionth of the bounding box's diagonal.
+pub fn precision_note(mesh: &TriMesh, format: Format) -> Option<String> {
+    if format != Format::Stl {
+        return None;
+    }
+    let (low, high) = mesh.bounds()?;
+    let off = |vertex: &DVec3| (vertex.as_vec3().as_dvec3() - *vertex).abs().max_element();
+    let share = mesh.vertices.iter().map(off).fold(0.0, f64::max) / (high - low).length();
+    let text = format!(
+        "STL holds 32-bit numbers alone, which moves vertices by up to {:.2e} of the bounding box's diagonal; another \
+         format keeps them",
+        share
+    );
+    (share > 1e-6).then_some(text)
+}
+
+fn fill(file: &mut dyn Write, mesh: &TriMesh, encoding: Encoding) -> io::Result<()> {
+    if !encoding.gzip {
+        return fill_plain(file, mesh, encoding.format);
+    }
+    // The header has neither name nor time, so that the same mesh gives the same bytes.
+    let mut packed = BufWriter::new(GzEncoder::new(file, Compression::default()));
+    fill_plain(&mut packed, mesh, encoding.format)?;
+    packed.into_inner().map_err(io::IntoInnerError::into_error)?.finish()?;
+    Ok(())
+}
+
+fn fill_plain(mut file: &mut dyn Write, mesh: &TriMesh, format: Format) -> io::Result<()> {
+    match format {
+        Format::Obj => write_obj(&mut file, mesh),
+        Format::Ply => write_ply(&mut file, mesh),
+        Format::Stl => stl::write(file, mesh),
+        Format::Off => off::write(file, mesh),
+        Format::Glb => gltf::write(file, mesh),
+        Format::Medit => medit::write(file, mesh),
+        // `check_fits` has refused it.
+        Format::Gltf => Err(io::Error::other(ONLY_GLB)),
+    }
+}
+
+const ONLY_GLB: &str = "glTF is written as .glb alone";
+
+/// Refuses what the format cannot hold.
+fn check_fits(path: &Path, mesh: &TriMesh, format: Format) -> Result<()> {
+    match format {
+        Format::Gltf => Err(failed(path, ONLY_GLB, "name the result .glb")),
+        Format::Glb if mesh.triangles.is_empty() => {
+            Err(failed(path, "a GLB file cannot hold a mesh without faces", "choose another format"))
+        }
+        // Some room for the JSON.
+        Format::Glb if gltf::byte_length(mesh) > u64::from(u32::MAX) - (1 << 16) => {
+            Err(failed(path, "a GLB file cannot hold more than 4 GiB", "choose another format"))
+        }
+        Format::Stl if mesh.triangles.len() as u64 > u64::from(u32::MAX) => {
+            Err(failed(path, "an STL file cannot hold so many triangles", "choose another format"))
+        }
+        Format::Stl if mesh.vertices.iter().any(|vertex| !vertex.as_vec3().is_finite()) => {
+            Err(failed(path, "an STL file cannot hold numbers beyond 3.4e38", "choose another format"))
+        }
+        _ => Ok(()),
     }
 }
 
@@ -38,9 +124,9 @@ pub fn write_text(path: &Path, text: &str) -> Result<()> {
 ///
 /// # Errors
 ///
-/// [`Error::Output`]: the extension is neither `.obj` nor `.ply`, or what [`check_text_target`] finds.
+/// [`Error::Output`]: what [`target_encoding`] or [`check_text_target`] finds.
 pub fn check_target(path: &Path) -> Result<()> {
-    format_of(path)?;
+    target_encoding(path)?;
     check_text_target(path)
 }
 
@@ -54,8 +140,18 @@ pub fn check_text_target(path: &Path) -> Result<()> {
     temporary(&place_of(path)?, path).map(drop)
 }
 
-fn format_of(path: &Path) -> Result<Format> {
-    Format::of(path).ok_or_else(|| failed(path, extension_problem(path), "name the result .obj or .ply"))
+/// How [`write()`] writes a file of this name.
+///
+/// # Errors
+///
+/// [`Error::Output`]: the extension is that of no format that is written.
+pub fn target_encoding(path: &Path) -> Result<Encoding> {
+    let remedy = format!("name the result {}", written_extensions());
+    match Encoding::of_name(path) {
+        Some(Encoding { format: Format::Gltf, .. }) => Err(failed(path, ONLY_GLB, "name the result .glb")),
+        Some(encoding) => Ok(encoding),
+        None => Err(failed(path, extension_problem(path), &remedy)),
+    }
 }
 
 fn failed(path: &Path, problem: impl Into<String>, remedy: &str) -> Error {
@@ -137,14 +233,20 @@ fn write_obj(file: &mut impl Write, mesh: &TriMesh) -> io::Result<()> {
 pub(super) fn write_obj_vertex(file: &mut impl Write, vertex: DVec3) -> io::Result<()> {
     write!(file, "v")?;
     for value in vertex.to_array() {
-        // Both forms are the shortest that read back the same; the plain one has 300 digits at the extremes.
-        if value == 0.0 || (1e-5..1e16).contains(&value.abs()) {
-            write!(file, " {value}")?;
-        } else {
-            write!(file, " {value:e}")?;
-        }
+        write!(file, " ")?;
+        write_number(file, value)?;
     }
     writeln!(file)
+}
+
+/// In the shortest form that reads back the same.
+pub(super) fn write_number(file: &mut (impl Write + ?Sized), value: f64) -> io::Result<()> {
+    // Both forms are the shortest; the plain one has 300 digits at the extremes.
+    if value == 0.0 || (1e-5..1e16).contains(&value.abs()) {
+        write!(file, "{value}")
+    } else {
+        write!(file, "{value:e}")
+    }
 }
 
 fn write_ply(file: &mut impl Write, mesh: &TriMesh) -> io::Result<()> {

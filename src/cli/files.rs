@@ -1,0 +1,110 @@
+//! Mesh files as commands name them: by a path, or `-` for standard input and output.
+
+use super::tell;
+use anyhow::Result;
+use rtfmesh::mesh::io::{self, Encoding, Loaded};
+use rtfmesh::{Error, TriMesh};
+use std::io::{IsTerminal, Read, Write};
+use std::path::Path;
+
+/// What INPUT is, where neither name nor content tell.
+#[derive(clap::Args)]
+pub struct InputFormat {
+    /// Format of the input where neither its content nor its extension tell: obj, ply, stl, off, gltf, glb or mesh
+    #[arg(long, value_name = "FORMAT")]
+    input_format: Option<Encoding>,
+}
+
+impl InputFormat {
+    /// Reads a mesh from a file or standard input.
+    ///
+    /// # Errors
+    /// [`Error::Input`] with the file's name.
+    pub fn load(&self, path: &Path) -> rtfmesh::Result<Loaded> {
+        load(path, self.input_format)
+    }
+
+    /// As [`InputFormat::load`] for a second mesh: the format is not meant for it if it is a file.
+    pub fn load_other(&self, path: &Path) -> rtfmesh::Result<Loaded> {
+        load(path, self.input_format.filter(|_| is_standard(path)))
+    }
+}
+
+/// Whether this is standard input or output.
+pub fn is_standard(path: &Path) -> bool {
+    path == Path::new("-")
+}
+
+/// The name of an input for messages.
+pub fn input_name(path: &Path) -> &Path {
+    if is_standard(path) { Path::new("standard input") } else { path }
+}
+
+fn load(path: &Path, declared: Option<Encoding>) -> rtfmesh::Result<Loaded> {
+    if !is_standard(path) {
+        return io::read_as(path, declared);
+    }
+    let mut bytes = Vec::new();
+    let unreadable = |error: std::io::Error| {
+        Error::input(None, format!("it cannot be read ({error})"), "give a mesh file, or pipe one in")
+    };
+    let read = std::io::stdin().lock().read_to_end(&mut bytes).map_err(unreadable);
+    read.and_then(|_| io::read_bytes(&bytes, declared)).map_err(|error| error.in_file(input_name(path)))
+}
+
+/// Says on standard error what reading left out.
+pub fn tell_notes(path: &Path, notes: &[String]) {
+    for note in notes {
+        tell(&format!("note: {}: {note}\n", input_name(path).display()));
+    }
+}
+
+/// Where a mesh will be written.
+pub struct Target<'a> {
+    path: &'a Path,
+    encoding: Encoding,
+}
+
+impl<'a> Target<'a> {
+    /// `format` stands for what the extension says.
+    ///
+    /// # Errors
+    /// [`Error::Output`] if nothing can be written there, [`Error::Usage`] for standard output without a format.
+    pub fn new(path: &'a Path, format: Option<Encoding>) -> rtfmesh::Result<Self> {
+        if !is_standard(path) {
+            let encoding = format.map_or_else(|| io::target_encoding(path), Ok)?;
+            io::check_text_target(path)?;
+            return Ok(Self { path, encoding });
+        }
+        let Some(encoding) = format else {
+            let problem = "standard output has no extension that tells the format";
+            return Err(Error::usage(problem, "add --format, for example --format ply"));
+        };
+        let for_people = encoding.format.is_written_as_text() && !encoding.gzip;
+        if !for_people && std::io::stdout().is_terminal() {
+            let problem = format!("{encoding} is no text for a terminal");
+            return Err(Error::usage(problem, "send standard output to a file or a pipe"));
+        }
+        Ok(Self { path, encoding })
+    }
+
+    /// Writes, whole or not at all; to standard output once everything is ready.
+    ///
+    /// # Errors
+    /// [`Error::Output`], or what standard output says.
+    pub fn write(&self, mesh: &TriMesh, quiet: bool) -> Result<()> {
+        let note = io::precision_note(mesh, self.encoding.format).filter(|_| !quiet);
+        if is_standard(self.path) {
+            let bytes = io::encode(Path::new("standard output"), mesh, self.encoding)?;
+            let mut out = std::io::stdout().lock();
+            out.write_all(&bytes)?;
+            out.flush()?;
+        } else {
+            io::write_as(self.path, mesh, self.encoding)?;
+        }
+        if let Some(note) = note {
+            tell(&format!("note: {}: {note}\n", self.path.display()));
+        }
+        Ok(())
+    }
+}

@@ -1,0 +1,63 @@
+//! How many vertices are wanted, on the command line.
+
+use super::files::{input_name, tell_notes};
+use rtfmesh::mesh::repair::repair;
+use rtfmesh::{Result, Size, TriMesh};
+use std::path::Path;
+
+/// At most one of these; none means as many vertices as the input has.
+#[derive(clap::Args)]
+#[group(multiple = false)]
+pub struct SizeArgs {
+    /// Vertices of the result, at least 4 [default: as many as the input has]
+    #[arg(short = 'n', long, value_name = "N")]
+    vertices: Option<usize>,
+    /// Instead: the length of the result's edges in the input's units, or with % in percent of the diagonal of its
+    /// bounding box
+    #[arg(long, value_name = "LENGTH", value_parser = length)]
+    edge_length: Option<Size>,
+    /// Instead: the result's vertices over the input's
+    #[arg(long, value_name = "SHARE")]
+    ratio: Option<f64>,
+}
+
+fn length(text: &str) -> std::result::Result<Size, String> {
+    let number = |text: &str| {
+        text.trim().parse::<f64>().map_err(|_| "give a length such as 0.5, or 1% of the diagonal".to_owned())
+    };
+    match text.strip_suffix('%') {
+        Some(percent) => number(percent).map(|percent| Size::RelativeEdgeLength(0.01 * percent)),
+        None => number(text).map(Size::EdgeLength),
+    }
+}
+
+impl SizeArgs {
+    /// What was asked for.
+    ///
+    /// # Errors
+    /// [`rtfmesh::Error::Usage`] for what is out of range.
+    pub fn size(&self) -> Result<Size> {
+        let ratio = self.ratio.map(Size::Ratio);
+        let size = self.vertices.map(Size::Vertices).or(self.edge_length).or(ratio).unwrap_or(Size::AsInput);
+        size.validate()?;
+        Ok(size)
+    }
+}
+
+/// The count for this input, with a note where nobody asked for one.
+///
+/// # Errors
+/// [`rtfmesh::Error::Usage`] for counts that cannot be, [`rtfmesh::Error::Input`] for a mesh without area.
+pub fn count(size: Size, path: &Path, mesh: &TriMesh, quiet: bool) -> Result<usize> {
+    if let Size::Vertices(count) = size {
+        return Ok(count);
+    }
+    let in_file = |error: rtfmesh::Error| error.in_file(input_name(path));
+    let repaired = repair(mesh).map_err(in_file)?;
+    let count = size.vertices(&repaired.mesh).map_err(in_file)?;
+    if size == Size::AsInput && !quiet {
+        let what = "as many as it has, for want of -n, --edge-length or --ratio";
+        tell_notes(path, &[format!("{count} vertices, {what}")]);
+    }
+    Ok(count)
+}

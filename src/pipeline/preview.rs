@@ -1,0 +1,144 @@
+//! What a run would do, without a device.
+
+use super::plan::{Extent, LevelPlan, levels};
+use super::{device_bytes_per_site, spacing};
+use crate::mesh::frame::Frame;
+use crate::mesh::repair::{RepairCounts, repair};
+use crate::mesh::skeleton::{Skeleton, SkeletonOptions, skeleton, user_edges};
+use crate::mesh::topology::topology;
+use crate::options::{Method, Options};
+use crate::stages::surface_curves::SurfaceCurves;
+use crate::{Result, TriMesh};
+use serde::Serialize;
+
+/// Device bytes of the input for each of its vertices and triangles: `stages/surface.rs` and, for the walk over it,
+/// `stages/records.rs` and `stages/bvh.rs`.
+const VERTEX_BYTES: u64 = 20;
+const TRIANGLE_BYTES: u64 = 44;
+const RECORD_BYTES: u64 = 84;
+/// Device bytes a site beside its lists and vectors, such as what sorting takes, and those of surfaces with curves; as
+/// measured.
+const SITE_BYTES: u64 = 75;
+const PINNED_BYTES: u64 = 40;
+
+/// A run that was not made.
+#[derive(Debug, Clone, Serialize)]
+pub struct Preview {
+    /// What cleaning the input finds.
+    pub repaired: RepairCounts,
+    /// Vertices and triangles of the cleaned input.
+    pub input: [usize; 2],
+    /// Vertices of the result.
+    pub vertices: usize,
+    /// Edge length of a perfect layout in the input's units.
+    pub spacing: f64,
+    /// From the coarsest to the finest; with [`Method::Rtf`] one.
+    pub levels: Vec<PreviewLevel>,
+    /// Chains of sharp, open and other edges that are held.
+    pub curves: usize,
+    /// Vertices where curves end, branch or turn; each has a vertex of the result.
+    pub corners: usize,
+    /// About how many vertices of the result will be inside each patch between the curves, largest first.
+    pub patches: Vec<usize>,
+    /// About how much device memory is needed, in bytes.
+    pub device_bytes: u64,
+}
+
+/// Vertices of one level of a [`Preview`].
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+pub struct PreviewLevel {
+    /// All of them.
+    pub vertices: usize,
+    /// Those on curves, corners included.
+    pub on_curves: usize,
+    /// Edge length in the input's units.
+    pub spacing: f64,
+}
+
+/// Plans a run of [`crate::remesh`] and does not make it.
+///
+/// # Errors
+/// [`crate::Error::Usage`] for options out of range and too few vertices for the curves, [`crate::Error::Input`] for a
+/// mesh without area or features that fit no edge.
+pub fn preview(mesh: &TriMesh, options: &Options) -> Result<Preview> {
+    options.validate()?;
+    let repaired = repair(mesh)?;
+    let frame = Frame::of(&repaired.mesh)?;
+    let unit = TriMesh {
+        vertices: repaired.mesh.vertices.iter().map(|vertex| frame.to_unit(*vertex)).collect(),
+        triangles: repaired.mesh.triangles.clone(),
+    };
+    let areas: Vec<f64> = (0..unit.triangles.len()).map(|t| area(&unit, t)).collect();
+    let whole: f64 = areas.iter().sum();
+    let spacing = spacing(whole, options.vertices);
+    let (found, curves) = match options.method {
+        Method::Rtf => (Skeleton::default(), None),
+        Method::CoarseToFine => {
+            let lines = options.features.as_ref().map_or(&[][..], |features| &features.lines);
+            let file = options.features.as_ref().and_then(|features| features.file.as_ref());
+            let user_edges = user_edges(&repaired.mesh, lines).map_err(|error| match file {
+                Some(file) => error.in_file(file),
+                None => error,
+            })?;
+            let wanted = SkeletonOptions { feature_angle: options.feature_angle, spacing, user_edges };
+            let found = skeleton(&unit, &wanted)?;
+            let curves = SurfaceCurves::new(&unit.vertices, &unit.triangles, &found);
+            (found, curves)
+        }
+    };
+    let plans = match options.method {
+        Method::Rtf => vec![LevelPlan { sites: options.vertices, interior: options.vertices, spacing }],
+        Method::CoarseToFine => {
+            let extent = Extent { area: whole, euler: topology(&unit).euler, curves: curves.as_ref() };
+            levels(&extent, options.vertices, options.coarsest)?
+        }
+    };
+    let interior = plans.last().map_or(0, |last| last.interior);
+    let level = |plan: &LevelPlan| PreviewLevel {
+        vertices: plan.sites,
+        on_curves: plan.sites - plan.interior,
+        spacing: plan.spacing * frame.scale,
+    };
+    Ok(Preview {
+        repaired: repaired.counts,
+        input: [unit.vertices.len(), unit.triangles.len()],
+        vertices: options.vertices,
+        spacing: spacing * frame.scale,
+        levels: plans.iter().map(level).collect(),
+        curves: found.curves.len(),
+        corners: found.corners.len(),
+        patches: by_patch(&found, &areas, interior),
+        device_bytes: device_bytes(&unit, options, curves.is_some()),
+    })
+}
+
+fn area(mesh: &TriMesh, t: usize) -> f64 {
+    let [a, b, c] = mesh.corners(t);
+    0.5 * (b - a).cross(c - a).length()
+}
+
+/// Shares of `interior` vertices by area.
+fn by_patch(found: &Skeleton, areas: &[f64], interior: usize) -> Vec<usize> {
+    let mut patches = vec![0.0; found.patch_count];
+    for (patch, area) in found.patches.iter().zip(areas) {
+        if let Some(sum) = patches.get_mut(*patch as usize) {
+            *sum += area;
+        }
+    }
+    let whole: f64 = areas.iter().sum();
+    let mut counts: Vec<usize> =
+        patches.iter().map(|area| (interior as f64 * area / whole).round() as usize).collect();
+    counts.sort_unstable_by(|a, b| b.cmp(a));
+    counts
+}
+
+fn device_bytes(input: &TriMesh, options: &Options, curves: bool) -> u64 {
+    let (records, more) = match options.method {
+        Method::CoarseToFine => (RECORD_BYTES, SITE_BYTES + if curves { PINNED_BYTES } else { 0 }),
+        Method::Rtf => (0, 0),
+    };
+    let (_, each) = device_bytes_per_site(options);
+    VERTEX_BYTES * input.vertices.len() as u64
+        + (TRIANGLE_BYTES + records) * input.triangles.len() as u64
+        + (each + more) * options.vertices as u64
+}
