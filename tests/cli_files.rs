@@ -135,5 +135,5 @@ fn a_dry_run_tells_the_plan_and_writes_nothing() {
     let (text, errors) = place.run("remesh in.ply - --format ply --dry-run -n 500");
     assert!(text.is_empty() && errors.contains("vertices, spacing"), "{text}{errors}");
     let refused = place.program("remesh in.ply --dry-run -n 20").assert().code(2);
-    refused.stderr(predicate::str::contains("54 would do"));
+    refused.stderr(predicate::str::contains("ask for 54"));
 }

@@ -170,3 +170,23 @@ fn merged_sites_are_told_apart() {
     seen.sort_unstable();
     assert_eq!(seen, (0..curve_sites.positions.len() as u32).collect::<Vec<_>>());
 }
+
+#[test]
+fn bends_that_even_sites_cut_off_get_one() {
+    // A plane whose upper rim has a notch: three vertices within half a spacing.
+    let mut sheet = plane(40, 0.0);
+    let spacing = 0.22;
+    let up = |p: &DVec3| (p.y - 1.0).abs() < 1e-9;
+    let notch: Vec<usize> = (0..sheet.vertices.len())
+        .filter(|v| up(&sheet.vertices[*v]) && (sheet.vertices[*v].x - 0.375).abs() < 0.03)
+        .collect();
+    assert!(!notch.is_empty());
+    notch.iter().for_each(|v| sheet.vertices[*v].y -= 0.012);
+    let found = curves(&sheet, 40.0, spacing);
+    let sites = sites(&sheet, &found, spacing);
+    let lowest = sites.positions.iter().filter(|p| p.y > 0.5).map(|p| p.y).fold(1.0, f64::min);
+    assert!((lowest - 0.988).abs() < 1e-9, "the notch is cut off: {lowest}");
+    // Where nothing bends they stand as before.
+    let low = sites.positions.iter().filter(|p| p.y.abs() < 1e-9).count();
+    assert_eq!(low, 1 + (1.0_f64 / spacing).round() as usize);
+}

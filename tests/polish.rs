@@ -4,6 +4,7 @@ use glam::DVec3;
 use rtfmesh::TriMesh;
 use rtfmesh::mesh::distance::distances_sampled;
 use rtfmesh::mesh::intersections::intersecting_faces;
+use rtfmesh::mesh::polyline::Polyline;
 use rtfmesh::mesh::quality::{quality, valence};
 use rtfmesh::mesh::samples::sample;
 use rtfmesh::mesh::topology::topology;
@@ -245,7 +246,7 @@ fn strip(n: u32, shift: f64) -> (TriMesh, Rail) {
     }
     let riders = (1..n).map(|i| (2 * i + 1, f64::from(i) + shift)).collect();
     let points = (0..=n).map(|i| DVec3::new(end * f64::from(i) / f64::from(n), 1.0, 0.0)).collect();
-    (mesh, Rail { points, closed: false, riders })
+    (mesh, Rail { line: Polyline::new(points, false), riders })
 }
 
 #[test]
@@ -279,7 +280,7 @@ fn vertices_on_closed_rails_go_round_and_keep_the_bends() {
     start.triangles = (0..16).map(|k| [k, (k + 1) % 16, 16]).collect();
     let riders = (0..16).zip(ways).collect();
     let mut mesh = start.clone();
-    let rails = vec![Rail { points: points.clone(), closed: true, riders }];
+    let rails = vec![Rail { line: Polyline::new(points.clone(), true), riders }];
     let options = PolishOptions { rails, fixed: vec![true; 17], ..PolishOptions::default() };
     polish(&mut mesh, &Target::new(&start), &options);
     for (v, p) in mesh.vertices[..16].iter().enumerate() {

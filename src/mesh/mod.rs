@@ -6,6 +6,7 @@ pub(crate) mod edges;
 pub mod frame;
 pub mod intersections;
 pub mod io;
+pub mod polyline;
 pub mod quality;
 pub mod repair;
 pub mod samples;

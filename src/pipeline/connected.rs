@@ -7,6 +7,7 @@ use super::level::near;
 use crate::gpu::NONE;
 use crate::mesh::frame::Frame;
 use crate::mesh::intersections::intersecting_faces;
+use crate::mesh::polyline::Polyline;
 use crate::mesh::topology::{Topology, topology};
 use crate::polish::{FitOptions, PolishOptions, Rail, SpotOptions, fit, polish, reach_spots};
 use crate::stages::cells::{BrokenCell, CellSites, CellSurface, connected_cells};
@@ -20,6 +21,9 @@ use glam::DVec3;
 const DENSIFICATIONS: u32 = 12;
 /// Times that sites are moved to faces that run through others.
 const UNCROSSINGS: u32 = 4;
+
+/// More rounds of polish where vertices slide along curves.
+const ROUNDS_ON_CURVES: u32 = 10;
 
 /// Sites at rest, in the unit-diagonal frame.
 pub(super) struct Sites {
@@ -190,8 +194,8 @@ impl CoarseToFine<'_> {
         let fixed = found.held.as_ref().map_or_else(Vec::new, Held::on_curve);
         let patches = self.patches(found, &fixed);
         let mesh = &mut found.mesh;
-        let rounds = self.options.polish_rounds;
         let rails = found.held.as_ref().map_or_else(Vec::new, |held| self.rails(held));
+        let rounds = self.options.polish_rounds + if rails.is_empty() { 0 } else { ROUNDS_ON_CURVES };
         let options = PolishOptions { rounds, fixed, patches, rails, ..Default::default() };
         polish(mesh, target, &options);
         clock.phase("polish");
@@ -210,7 +214,7 @@ impl CoarseToFine<'_> {
     /// The curves with the sites that may slide along them.
     fn rails(&self, held: &Held) -> Vec<Rail> {
         let Some(curves) = &self.ground.curves else { return Vec::new() };
-        let rail = |(points, closed)| Rail { points, closed, riders: Vec::new() };
+        let rail = |line: &Polyline| Rail { line: line.clone(), riders: Vec::new() };
         let mut rails: Vec<Rail> = curves.polylines().map(rail).collect();
         let mut riders: Vec<(usize, usize)> = held.pinned().map(|(v, pin)| (pin, v)).collect();
         // Pins are in order along each curve.

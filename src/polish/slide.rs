@@ -5,6 +5,7 @@ use glam::DVec3;
 use super::links::cross;
 use super::relax::spoils;
 use super::worst::score;
+use crate::mesh::polyline::Polyline;
 
 /// Share of the way to the mean of the neighbours that a vertex goes.
 const STRIDE: f64 = 1.0;
@@ -20,62 +21,15 @@ const MIN_GAIN: f64 = 1e-4;
 /// A curve and the vertices that may slide along it.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Rail {
-    /// Its points, at least two; a closed one ends with its first.
-    pub points: Vec<DVec3>,
-    /// Whether its end is its beginning, and no corner.
-    pub closed: bool,
+    /// The curve.
+    pub line: Polyline,
     /// Vertices on it, in order from its beginning to its end, with the way along it to each.
     pub riders: Vec<(u32, f64)>,
-}
-
-impl Rail {
-    /// The point at a way along the curve, and the direction of the curve there.
-    fn at(&self, along: &[f64], way: f64) -> (DVec3, DVec3) {
-        let edge = along.partition_point(|a| *a <= way).clamp(1, along.len() - 1) - 1;
-        let (p, q) = (self.points[edge], self.points[edge + 1]);
-        let length = (along[edge + 1] - along[edge]).max(f64::MIN_POSITIVE);
-        (p.lerp(q, ((way - along[edge]) / length).clamp(0.0, 1.0)), (q - p) / length)
-    }
-
-    /// How far the curve's points between ways are from the chords.
-    fn stray(&self, along: &[f64], ways: [f64; 3]) -> f64 {
-        let length = along.last().copied().unwrap_or(0.0);
-        let mut farthest_sq: f64 = 0.0;
-        for pair in ways.windows(2) {
-            let [p, q] = [pair[0], pair[1]].map(|way| self.at(along, self.within(way, length)).0);
-            // Of a closed curve a chord may pass the beginning.
-            for round in [-length, 0.0, length] {
-                let first = along.partition_point(|a| a + round <= pair[0]);
-                let between = along[first..].iter().take_while(|a| **a + round < pair[1]).count();
-                for point in &self.points[first..first + between] {
-                    let share = (*point - p).dot(q - p) / (q - p).length_squared().max(f64::MIN_POSITIVE);
-                    farthest_sq = farthest_sq.max(point.distance_squared(p.lerp(q, share.clamp(0.0, 1.0))));
-                }
-            }
-        }
-        farthest_sq.sqrt()
-    }
-
-    /// A way on the curve, which may go round a closed one.
-    fn within(&self, way: f64, length: f64) -> f64 {
-        if self.closed { way.rem_euclid(length) } else { way }
-    }
-
-    fn along(&self) -> Vec<f64> {
-        let mut way = 0.0;
-        let rest = self.points.windows(2).map(|pair| {
-            way += pair[0].distance(pair[1]);
-            way
-        });
-        std::iter::once(0.0).chain(rest).collect()
-    }
 }
 
 /// The rails of a mesh with what is known of them.
 pub(super) struct Rails {
     rails: Vec<Rail>,
-    /// The way along each rail to its points.
-    along: Vec<Vec<f64>>,
     /// Which of all riders each vertex is, or `u32::MAX`.
     rider: Vec<u32>,
     riders: usize,
@@ -86,7 +40,7 @@ impl Rails {
         let mut rider = vec![u32::MAX; vertices];
         let all = rails.iter().flat_map(|rail| &rail.riders);
         let riders = (0..).zip(all).map(|(k, (v, _))| rider[*v as usize] = k).count();
-        Self { rails: rails.to_vec(), along: rails.iter().map(Rail::along).collect(), rider, riders }
+        Self { rails: rails.to_vec(), rider, riders }
     }
 
     /// The triangles of each rider.
@@ -106,31 +60,20 @@ impl Rails {
     pub(super) fn slide(&mut self, triangles: &[[u32; 3]], points: &mut [DVec3], lift: bool) {
         let stars = self.stars(triangles);
         let mut star = stars.iter();
-        for (rail, along) in self.rails.iter_mut().zip(&self.along) {
-            let (count, length) = (rail.riders.len(), along.last().copied().unwrap_or(0.0));
-            for k in 0..count {
+        for Rail { line, riders } in &mut self.rails {
+            for k in 0..riders.len() {
                 let Some(star) = star.next() else { return };
-                let (v, way) = rail.riders[k];
-                let before = match k.checked_sub(1) {
-                    Some(before) => rail.riders[before].1,
-                    None if rail.closed => rail.riders[count - 1].1 - length,
-                    None => 0.0,
-                };
-                let after = match rail.riders.get(k + 1) {
-                    Some((_, after)) => *after,
-                    None if rail.closed => rail.riders[0].1 + length,
-                    None => length,
-                };
+                let (v, way) = riders[k];
+                let [before, after] = beside(line, riders, k);
                 let gap = after - before;
                 let bounded = |way: f64| way.clamp(before + LEAST_GAP * gap, after - LEAST_GAP * gap);
-                let place = |way: f64| rail.at(along, rail.within(way, length));
                 let new = if lift {
                     let worst =
                         |p: DVec3| star.iter().map(|t| score(moved(*t, points, v, p))).fold(1.0, f64::min);
                     let mut best = (worst(points[v as usize]) + MIN_GAIN, way);
                     for step in TRIALS {
                         let trial = bounded(way + step * gap);
-                        let reached = worst(place(trial).0);
+                        let reached = worst(line.at(trial).0);
                         if reached > best.0 {
                             best = (reached, trial);
                         }
@@ -140,26 +83,39 @@ impl Rails {
                     let sum: DVec3 =
                         star.iter().flatten().filter(|w| **w != v).map(|w| points[*w as usize]).sum();
                     let mean = sum / (2.0 * star.len().max(1) as f64);
-                    let (here, direction) = place(way);
+                    let (here, direction) = line.at(way);
                     bounded(way + STRIDE * (mean - here).dot(direction))
                 };
-                let to = place(new).0;
+                let to = line.at(new).0;
                 let folds = star.iter().any(|t| {
                     let old = t.map(|w| points[w as usize]);
                     spoils(old, moved(*t, points, v, to), cross(old))
                 });
                 let strays = || {
-                    let stray = |way: f64| rail.stray(along, [before, way, after]);
-                    let now = stray(new);
-                    now > MAX_STRAY * gap && now > stray(way)
+                    let stray = |way: f64| line.stray(before, way).max(line.stray(way, after));
+                    stray(new) > (MAX_STRAY * gap).max(stray(way))
                 };
                 if new != way && !folds && !strays() {
                     points[v as usize] = to;
-                    rail.riders[k].1 = new;
+                    riders[k].1 = new;
                 }
             }
         }
     }
+}
+
+/// The ways to the vertices before and after a rider, or to the ends of the curve.
+fn beside(line: &Polyline, riders: &[(u32, f64)], k: usize) -> [f64; 2] {
+    let [first, last] = if line.is_closed() {
+        // Round the whole way.
+        [riders[riders.len() - 1].1 - line.length(), riders[0].1 + line.length()]
+    } else {
+        [0.0, line.length()]
+    };
+    [
+        k.checked_sub(1).map_or(first, |before| riders[before].1),
+        riders.get(k + 1).map_or(last, |(_, after)| *after),
+    ]
 }
 
 /// The corners of a triangle if `v` stood at `p`.

@@ -1,14 +1,21 @@
-//! Sites on the surface's curves: corners stay, and between them sites stand at equal distances along each curve.
+//! Sites on the surface's curves: corners stay, and between them sites stand at equal distances along each curve, but for
+//! bends that they would cut off.
 
 use super::place::Place;
 use super::seed::Seeds;
 use super::spatial::morton_order;
 use super::surface_curves::{CurvePath, SurfaceCurves};
 use crate::gpu::NONE;
+use crate::mesh::polyline::Polyline;
 use glam::DVec3;
 
 /// A site closer to a vertex than this share of its segment stands at the vertex.
 const SNAP: f64 = 1e-6;
+
+/// A bend farther from the chord than this many spacings gets a site, if
+const MAX_STRAY: f64 = 0.03;
+/// no other such bend or end of the curve is nearer than this many.
+const LEAST_GAP: f64 = 0.3;
 
 /// Sites that do not move, for one spacing.
 #[derive(Debug, Clone, Default, PartialEq)]
@@ -39,15 +46,15 @@ impl SurfaceCurves {
     pub fn count(&self, spacing: f64) -> CurveCounts {
         let mut counts = CurveCounts { sites: self.corners.len(), ..Default::default() };
         for curve in &self.curves {
-            let segments = segments(curve, spacing);
-            counts.sites += if curve.closed { segments } else { segments - 1 };
+            let segments = ways(curve, spacing).len() - 1;
+            counts.sites += if curve.line.is_closed() { segments } else { segments - 1 };
             counts.segments += segments;
             counts.sides += curve.sides * segments;
         }
         counts
     }
 
-    /// Corners, and sites on each curve at equal distances along it, as near to `spacing` as can be.
+    /// Corners, and sites on each curve at equal distances along it, as near to `spacing` as can be, or at its bends.
     pub fn sites(&self, spacing: f64) -> CurveSites {
         let mut sites = CurveSites::default();
         for corner in &self.corners {
@@ -56,47 +63,43 @@ impl SurfaceCurves {
             sites.ways.push((NONE, 0.0));
         }
         for (number, curve) in (0..).zip(&self.curves) {
-            self.place_along(number, curve, segments(curve, spacing), &mut sites);
+            self.place_along(number, curve, &ways(curve, spacing), &mut sites);
         }
         sites
     }
 
-    fn place_along(&self, number: u32, curve: &CurvePath, segments: usize, sites: &mut CurveSites) {
+    fn place_along(&self, number: u32, curve: &CurvePath, ways: &[f64], sites: &mut CurveSites) {
         let corner = |v: Option<&u32>| {
             v.and_then(|v| self.corners.binary_search(v).ok()).map_or(NONE, |place| place as u32)
         };
         let begin = sites.positions.len() as u32;
-        let inner = if curve.closed { segments } else { segments - 1 } as u32;
-        let first_step = usize::from(!curve.closed);
-        for s in first_step..segments {
-            let (position, place) = self.at(curve, s as f64 / segments as f64, SNAP / segments as f64);
+        let (segments, closed) = (ways.len() - 1, curve.line.is_closed());
+        let inner = &ways[usize::from(!closed)..segments];
+        for way in inner {
+            let (position, place) = self.at(curve, *way, SNAP * curve.line.length() / segments as f64);
             sites.positions.push(position);
             sites.places.push(place);
-            sites.ways.push((number, s as f64 / segments as f64 * curve.length()));
+            sites.ways.push((number, *way));
         }
-        let [first, last] = if curve.closed {
+        let [first, last] = if closed {
             [begin, begin]
         } else {
             [corner(curve.vertices.first()), corner(curve.vertices.last())]
         };
-        let middle = (begin + u32::from(curve.closed))..(begin + inner);
+        let middle = (begin + u32::from(closed))..(begin + inner.len() as u32);
         let chain: Vec<u32> = std::iter::once(first).chain(middle).chain([last]).collect();
         sites.segments.extend(chain.windows(2).map(|pair| [pair[0], pair[1]]));
     }
 
-    /// The point at a share of the curve's length, at a vertex if that is within `snap` of the length.
-    fn at(&self, curve: &CurvePath, share: f64, snap: f64) -> (DVec3, Place) {
-        let way = share * curve.length();
-        let edges = curve.along.len() - 1;
-        let edge = curve.along.partition_point(|a| *a <= way).clamp(1, edges) - 1;
-        let [from, to] = [edge, edge + 1].map(|k| curve.along[k]);
+    /// The point at a way along the curve, at a vertex if that is within `snap`.
+    fn at(&self, curve: &CurvePath, way: f64, snap: f64) -> (DVec3, Place) {
+        let (edge, [from, to]) = curve.line.edge(way);
         let [a, b] = [edge, edge + 1].map(|k| curve.vertices[k]);
         let [p, q] = [a, b].map(|v| self.vertices[v as usize]);
-        let near = snap * curve.length();
-        if way - from <= near {
+        if way - from <= snap {
             return (p, Place::Vertex(a));
         }
-        if to - way <= near {
+        if to - way <= snap {
             return (q, Place::Vertex(b));
         }
         // Every curve edge has a half-edge.
@@ -105,8 +108,41 @@ impl SurfaceCurves {
     }
 }
 
-fn segments(curve: &CurvePath, spacing: f64) -> usize {
-    ((curve.length() / spacing).round() as usize).max(curve.fewest)
+/// The ways to the sites on a curve, from its beginning to its end, both included.
+fn ways(curve: &CurvePath, spacing: f64) -> Vec<f64> {
+    let mut ways = vec![0.0];
+    bent(&curve.line, [0.0, curve.line.length()], spacing, &mut ways);
+    if ways.len() > curve.fewest {
+        return ways;
+    }
+    let mut ways = vec![0.0];
+    evenly([0.0, curve.line.length()], curve.fewest, &mut ways);
+    ways
+}
+
+/// Ways after the first of a stretch, up to its last: at equal distances, or if those cut off a bend, those of the stretches
+/// on both sides of it.
+fn bent(line: &Polyline, [from, to]: [f64; 2], spacing: f64, ways: &mut Vec<f64>) {
+    let begin = ways.len();
+    evenly([from, to], ((to - from) / spacing).round().max(1.0) as usize, ways);
+    let gap = LEAST_GAP * spacing;
+    let inside = |way: f64| way - from >= gap && to - way >= gap;
+    let chords = (begin..ways.len()).map(|k| [ways[k - 1], ways[k]]);
+    let worst = chords
+        .flat_map(|[a, b]| line.strays(a, b))
+        .filter(|(way, stray)| *stray > MAX_STRAY * spacing && inside(*way))
+        .reduce(|best, new| if new.1 > best.1 { new } else { best });
+    if let Some((bend, _)) = worst {
+        ways.truncate(begin);
+        bent(line, [from, bend], spacing, ways);
+        bent(line, [bend, to], spacing, ways);
+    }
+}
+
+/// The ends of `count` equal parts of a stretch.
+fn evenly([from, to]: [f64; 2], count: usize, ways: &mut Vec<f64>) {
+    ways.extend((1..count).map(|k| from + (to - from) * k as f64 / count as f64));
+    ways.push(to);
 }
 
 impl CurveSites {

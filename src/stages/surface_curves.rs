@@ -3,6 +3,7 @@
 use super::place::Place;
 use super::surface::stars;
 use crate::mesh::edges::EdgeTable;
+use crate::mesh::polyline::Polyline;
 use crate::mesh::skeleton::Skeleton;
 use glam::DVec3;
 use std::collections::HashMap;
@@ -27,19 +28,12 @@ pub struct SurfaceCurves {
 pub(super) struct CurvePath {
     /// A closed curve ends with its first vertex.
     pub vertices: Vec<u32>,
-    pub closed: bool,
-    /// Way from the beginning to each vertex.
-    pub along: Vec<f64>,
+    /// The same as points.
+    pub line: Polyline,
     /// Triangles at each of its edges: 1 at a boundary, 2 at a crease.
     pub sides: usize,
     /// Fewest segments that do not double an edge.
     pub fewest: usize,
-}
-
-impl CurvePath {
-    pub fn length(&self) -> f64 {
-        self.along.last().copied().unwrap_or(0.0)
-    }
 }
 
 impl SurfaceCurves {
@@ -99,25 +93,19 @@ impl SurfaceCurves {
 
     /// Lengths of the curves.
     pub fn lengths(&self) -> impl Iterator<Item = f64> {
-        self.curves.iter().map(CurvePath::length)
+        self.curves.iter().map(|path| path.line.length())
     }
 
-    /// The points of each curve, a closed one ending with its first, and whether it is closed.
-    pub fn polylines(&self) -> impl Iterator<Item = (Vec<DVec3>, bool)> {
-        let points = |path: &CurvePath| path.vertices.iter().map(|v| self.vertices[*v as usize]).collect();
-        self.curves.iter().map(move |path| (points(path), path.closed))
+    /// The curves in order.
+    pub fn polylines(&self) -> impl Iterator<Item = &Polyline> {
+        self.curves.iter().map(|path| &path.line)
     }
 
     fn path(&self, vertices: Vec<u32>, closed: bool) -> CurvePath {
-        let mut along = vec![0.0];
-        let mut way = 0.0;
-        for pair in vertices.windows(2) {
-            way += self.vertices[pair[0] as usize].distance(self.vertices[pair[1] as usize]);
-            along.push(way);
-        }
+        let line = Polyline::new(vertices.iter().map(|v| self.vertices[*v as usize]).collect(), closed);
         let sides = vertices.get(..2).map_or(0, |pair| self.half_edges(pair[0], pair[1]).len());
         let loops = vertices.first() == vertices.last();
-        CurvePath { vertices, closed, along, sides, fewest: if loops { 3 } else { 1 } }
+        CurvePath { vertices, line, sides, fewest: if loops { 3 } else { 1 } }
     }
 
     /// Curves between the same two corners have a site in between.
