@@ -131,7 +131,7 @@ impl MethodArgs {
             fit: base.fit && !self.no_fit,
             vertices,
             feature_angle: self.feature_angle.unwrap_or(base.feature_angle),
-            // Read with the mesh, once the other options are known to be right.
+            // See `read_features`.
             features: base.features,
             k_normal: self.k_normal.unwrap_or(base.k_normal),
             k_clip: self.k_clip.unwrap_or(base.k_clip),
