@@ -261,9 +261,9 @@ fn every_command_has_help_with_an_example_or_a_list() {
     let place = Place::new();
     for (command, wanted) in [
         ("--help", "Exit codes: 0 done"),
-        ("remesh --help", "Example: rtfmesh remesh"),
-        ("measure --help", "Example: rtfmesh measure"),
-        ("sample --help", "Example: rtfmesh sample"),
+        ("remesh --help", "Examples:\n  rtfmesh remesh"),
+        ("measure --help", "Examples:\n  rtfmesh measure"),
+        ("sample --help", "Examples:\n  rtfmesh sample"),
         ("devices --help", "--json"),
         ("help remesh", "--centroid"),
     ] {

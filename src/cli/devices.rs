@@ -5,8 +5,13 @@ use anyhow::Result;
 use rtfmesh::report::to_json;
 use rtfmesh::{Error, list_devices};
 
+const EXAMPLES: &str = "Examples:
+  rtfmesh devices
+  rtfmesh devices --json";
+
 /// List the Vulkan devices, their drivers and limits, and whether each can be used.
 #[derive(clap::Args)]
+#[command(after_help = EXAMPLES)]
 pub struct Args {
     /// Print JSON
     #[arg(long)]

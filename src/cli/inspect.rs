@@ -14,11 +14,14 @@ use rtfmesh::{Error, TriMesh};
 use serde::Serialize;
 use std::path::PathBuf;
 
+const EXAMPLES: &str = "Examples:
+  rtfmesh inspect fandisk.ply -n 10000 --skeleton curves.obj
+  rtfmesh inspect fandisk.ply --feature-angle 20 --json";
+
 /// Show what a mesh is made of: its topology, what had to be cleaned, and the curves, corners and patches that its
 /// sharp edges and boundaries make.
-///
-/// Example: rtfmesh inspect fandisk.ply -n 10000 --skeleton curves.obj
 #[derive(clap::Args)]
+#[command(after_help = EXAMPLES)]
 pub struct Args {
     /// Mesh to inspect; - is standard input
     mesh: PathBuf,

@@ -9,10 +9,13 @@ use rtfmesh::report::to_json;
 use rtfmesh::{Error, TriMesh};
 use std::path::{Path, PathBuf};
 
+const EXAMPLES: &str = "Examples:
+  rtfmesh measure kitten-10k.ply --against kitten.ply
+  rtfmesh measure kitten-10k.ply --against kitten.ply --json";
+
 /// Measure a mesh: triangle quality, valences, topology, and distances to a reference.
-///
-/// Example: rtfmesh measure kitten-10k.ply --against kitten.ply
 #[derive(clap::Args)]
+#[command(after_help = EXAMPLES)]
 pub struct Args {
     /// Mesh to measure; - is standard input
     mesh: PathBuf,

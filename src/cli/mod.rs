@@ -1,11 +1,14 @@
 //! The command line.
 
+mod batch;
 mod devices;
 mod files;
 mod inspect;
 mod measure;
+mod method;
 mod remesh;
 mod sample;
+mod shell;
 mod size;
 mod table;
 
@@ -31,10 +34,13 @@ const EXIT_CODES: &str = "Mesh files: .obj, .ply, .stl, .off, .gltf (read only),
 #[derive(Subcommand)]
 enum Command {
     Remesh(remesh::Args),
+    Batch(batch::Args),
     Measure(measure::Args),
     Inspect(inspect::Args),
     Sample(sample::Args),
     Devices(devices::Args),
+    Completions(shell::CompletionsArgs),
+    Man(shell::ManArgs),
 }
 
 /// Runs the program; errors are one line on standard error.
@@ -45,10 +51,13 @@ pub fn main() -> ExitCode {
     };
     let outcome = match cli.command {
         Command::Remesh(args) => remesh::run(&args),
+        Command::Batch(args) => batch::run(&args),
         Command::Measure(args) => measure::run(&args),
         Command::Inspect(args) => inspect::run(&args),
         Command::Sample(args) => sample::run(&args),
         Command::Devices(args) => devices::run(&args),
+        Command::Completions(args) => shell::completions(&args),
+        Command::Man(args) => shell::man(&args),
     };
     match outcome {
         Ok(()) => ExitCode::SUCCESS,

@@ -1,22 +1,24 @@
 //! `rtfmesh remesh`.
 
 use super::files::{InputFormat, Target, input_name, is_standard, tell_notes};
+use super::method::{DeviceArgs, MethodArgs, refuse_messages};
 use super::size::{SizeArgs, count};
 use super::{print, table, tell};
 use anyhow::Result;
 use indicatif::{ProgressBar, ProgressStyle};
 use rtfmesh::mesh::io::{self, Encoding, Loaded};
 use rtfmesh::report::Report;
-use rtfmesh::{
-    Centroid, Device, DeviceOptions, Error, Features, MeasureDepth, Method, Options, Progress, Quality,
-    Shortage, Size, Summary, preview, remesh,
-};
+use rtfmesh::{Device, Error, MeasureDepth, Options, Progress, Size, Summary, preview, remesh};
 use std::path::{Path, PathBuf};
 
+const EXAMPLES: &str = "Examples:
+  rtfmesh remesh kitten.ply kitten-10k.ply -n 10000 --report kitten.json
+  rtfmesh remesh part.stl part.ply --edge-length 1% --feature-angle 30
+  zcat scan.ply.gz | rtfmesh remesh - - --format glb --ratio 0.1 > out.glb";
+
 /// Turn a triangle mesh into one of well-shaped triangles with exactly N vertices.
-///
-/// Example: rtfmesh remesh kitten.ply kitten-10k.ply -n 10000 --report kitten.json
 #[derive(clap::Args)]
+#[command(after_help = EXAMPLES)]
 pub struct Args {
     /// Mesh to read; - is standard input
     input: PathBuf,
@@ -33,174 +35,36 @@ pub struct Args {
     /// Print what would be done, and write nothing
     #[arg(long)]
     dry_run: bool,
-    /// Settings to start from: rtf is the paper's method with the paper's settings
-    #[arg(long, value_enum, default_value_t = Preset::Default)]
-    preset: Preset,
-    /// Time against triangles [preset default: normal]
-    #[arg(long, value_enum)]
-    quality: Option<QualityName>,
-    /// Preset rtf: where a site moves in its face: the mean of the corners, close ones counted once, or the centroid
-    /// of the area [preset rtf: vertex]
-    #[arg(long, value_enum)]
-    centroid: Option<CentroidName>,
-    /// Preset rtf: sites in a normal's plane fit, the site included [preset rtf: 16]
-    #[arg(long, value_name = "K")]
-    k_normal: Option<u32>,
-    /// Preset rtf: nearest sites that clip a cell [preset rtf: 32]
-    #[arg(long, value_name = "K")]
-    k_clip: Option<u32>,
-    /// Preset rtf: nearest input vertices whose triangles a site is projected onto [preset rtf: 16]
-    #[arg(long, value_name = "K")]
-    k_project: Option<u32>,
-    /// Most iterations, with all vertices [default: 10, or what --quality says; preset rtf: 160]
-    #[arg(long, value_name = "COUNT")]
-    iterations: Option<u32>,
-    /// Stop when the root mean square step is below this many edge lengths [default: 1e-4]
-    #[arg(long, value_name = "STEP")]
-    tolerance: Option<f64>,
-    /// Keep every vertex on the input surface; else they leave it by a little, so that the faces fit it better
-    #[arg(long)]
-    no_fit: bool,
-    /// Edges where the surface turns by at least this angle are sharp and stay; 180: none [default: 40]
-    #[arg(long, value_name = "DEGREES")]
-    feature_angle: Option<f64>,
-    /// OBJ file with lines along edges of the input that stay as well
-    #[arg(long, value_name = "FILE.obj")]
-    features: Option<PathBuf>,
-    /// If the vertices do not suffice for a valid mesh, add as many as it takes
-    #[arg(long, conflicts_with = "best_effort")]
-    vertices_at_least: bool,
-    /// If the vertices do not suffice for a valid mesh, write what there is, with a warning; else it is an error
-    #[arg(long)]
-    best_effort: bool,
-    /// Seed of the random start [default: 1]
-    #[arg(long)]
-    seed: Option<u64>,
+    #[command(flatten)]
+    method: MethodArgs,
     /// Write a JSON report: options, device, topology, measures, timings
     #[arg(long, value_name = "FILE.json")]
     report: Option<PathBuf>,
-    /// Device: index, cpu, gpu or part of a name (see `rtfmesh devices`)
-    #[arg(long, value_name = "DEVICE")]
-    device: Option<String>,
+    #[command(flatten)]
+    device: DeviceArgs,
     /// No progress bar, notes or table; warnings about the result remain
     #[arg(long, short)]
     quiet: bool,
 }
 
-#[derive(Clone, Copy, clap::ValueEnum)]
-enum Preset {
-    /// Coarse to fine: fast, even triangles
-    Default,
-    /// Restricted tangent faces as in the paper
-    Rtf,
-}
-
-#[derive(Clone, Copy, clap::ValueEnum)]
-enum QualityName {
-    /// Quick
-    Draft,
-    /// For most uses
-    Normal,
-    /// As even as it gets
-    Best,
-}
-
-#[derive(Clone, Copy, clap::ValueEnum)]
-enum CentroidName {
-    /// Mean of the face's corners, close ones counted once (Eq. 7)
-    Vertex,
-    /// Centroid of the face's area (Eq. 3)
-    Area,
-}
-
-impl Args {
-    /// An option of the other preset would do nothing, and nobody would notice.
-    fn refuse_foreign(&self, method: Method) -> rtfmesh::Result<()> {
-        let given = [
-            ("--quality", Method::CoarseToFine, self.quality.is_some()),
-            ("--no-fit", Method::CoarseToFine, self.no_fit),
-            ("--feature-angle", Method::CoarseToFine, self.feature_angle.is_some()),
-            ("--features", Method::CoarseToFine, self.features.is_some()),
-            ("--vertices-at-least", Method::CoarseToFine, self.vertices_at_least),
-            ("--best-effort", Method::CoarseToFine, self.best_effort),
-            ("--centroid", Method::Rtf, self.centroid.is_some()),
-            ("--k-normal", Method::Rtf, self.k_normal.is_some()),
-            ("--k-clip", Method::Rtf, self.k_clip.is_some()),
-            ("--k-project", Method::Rtf, self.k_project.is_some()),
-        ];
-        let Some((name, of, _)) = given.iter().find(|(_, of, given)| *given && *of != method) else {
-            return Ok(());
-        };
-        let preset = if *of == Method::Rtf { "rtf" } else { "default" };
-        Err(Error::usage(
-            format!("{name} is an option of preset {preset} alone"),
-            format!("leave it out, or add --preset {preset}"),
-        ))
-    }
-
-    fn options(&self, vertices: usize) -> rtfmesh::Result<Options> {
-        let quality = match self.quality {
-            Some(QualityName::Draft) => Quality::Draft,
-            Some(QualityName::Normal) | None => Quality::Normal,
-            Some(QualityName::Best) => Quality::Best,
-        };
-        let base = match self.preset {
-            Preset::Default => Options::with_quality(vertices, quality),
-            Preset::Rtf => Options::rtf(vertices),
-        };
-        self.refuse_foreign(base.method)?;
-        Ok(Options {
-            method: base.method,
-            coarsest: base.coarsest,
-            first_iterations: base.first_iterations,
-            coarse_iterations: base.coarse_iterations,
-            polish_rounds: base.polish_rounds,
-            fit: base.fit && !self.no_fit,
-            vertices,
-            feature_angle: self.feature_angle.unwrap_or(base.feature_angle),
-            // Read with the mesh, once the other options are known to be right.
-            features: base.features,
-            k_normal: self.k_normal.unwrap_or(base.k_normal),
-            k_clip: self.k_clip.unwrap_or(base.k_clip),
-            k_project: self.k_project.unwrap_or(base.k_project),
-            iterations: self.iterations.unwrap_or(base.iterations),
-            tolerance: self.tolerance.unwrap_or(base.tolerance),
-            seed: self.seed.unwrap_or(base.seed),
-            shortage: match (self.vertices_at_least, self.best_effort) {
-                (true, _) => Shortage::AddVertices,
-                (false, true) => Shortage::BestEffort,
-                (false, false) => Shortage::Refuse,
-            },
-            measures: match (&self.report, self.quiet) {
-                (Some(_), _) => MeasureDepth::Full,
-                (None, false) => MeasureDepth::Intersections,
-                (None, true) => MeasureDepth::Basic,
-            },
-            centroid: match self.centroid {
-                Some(CentroidName::Vertex) => Centroid::Vertex,
-                Some(CentroidName::Area) => Centroid::Area,
-                None => base.centroid,
-            },
-        })
-    }
-}
-
 /// Reads, remeshes, writes. Nothing is written unless everything before it went well.
 pub fn run(args: &Args) -> Result<()> {
     let size = args.size.size()?;
-    // All other options are checked before anything is read, with a count that is always possible.
-    let mut options = args.options(if let Size::Vertices(count) = size { count } else { 4 })?;
-    options.validate()?;
+    // All other options are checked before anything is read.
+    let measures = match (&args.report, args.quiet) {
+        (Some(_), _) => MeasureDepth::Full,
+        (None, false) => MeasureDepth::Intersections,
+        (None, true) => MeasureDepth::Basic,
+    };
+    let mut options = args.method.options(size, measures)?;
     let target = args.output.as_deref().map(|path| Target::new(path, args.format)).transpose()?;
     refuse_overwriting(args)?;
     if let Some(report) = &args.report {
         io::check_text_target(report)?;
     }
-    if let Some(path) = &args.features {
-        options.features = Some(Features { file: Some(path.clone()), lines: io::read_lines(path)? });
-    }
+    options.features = args.method.read_features()?;
     let Some(target) = target.filter(|_| !args.dry_run) else { return dry_run(args, size, options) };
-    let (loaded, device) = rayon::join(|| load(args), || open(args));
+    let (loaded, device) = rayon::join(|| load(args), || args.device.open());
     let loaded = loaded?;
     options.vertices = count(size, &args.input, &loaded.mesh, args.quiet)?;
     let device = device?;
@@ -208,12 +72,7 @@ pub fn run(args: &Args) -> Result<()> {
     let result = remesh(&device, &loaded.mesh, &options, &mut |p| show(&bar, p));
     bar.finish_and_clear();
     let result = result.map_err(|e| e.in_file(input_name(&args.input)))?;
-    let messages = device.take_validation_messages();
-    if let Some(first) = messages.first() {
-        return Err(
-            Error::Internal(format!("{} validation messages, the first: {first}", messages.len())).into()
-        );
-    }
+    refuse_messages(&device)?;
     for warning in &result.summary.warnings {
         tell(&format!("warning: {warning}\n"));
     }
@@ -276,7 +135,7 @@ fn refuse_overwriting(args: &Args) -> rtfmesh::Result<()> {
         let problem = format!("the report would overwrite the mesh in {}", report.display());
         return Err(Error::usage(problem, "name another file after --report"));
     }
-    let Some(features) = &args.features else { return Ok(()) };
+    let Some(features) = args.method.features() else { return Ok(()) };
     if [args.output.as_ref(), args.report.as_ref()]
         .into_iter()
         .flatten()
@@ -290,16 +149,12 @@ fn refuse_overwriting(args: &Args) -> rtfmesh::Result<()> {
 
 /// Whether both names lead to one file, which need not exist yet.
 pub(super) fn same_file(a: &Path, b: &Path) -> bool {
-    let full = |path: &Path| std::fs::canonicalize(path).or_else(|_| std::path::absolute(path)).ok();
-    a == b || full(a).is_some_and(|a| full(b) == Some(a))
+    a == b || full_path(a).is_some_and(|a| full_path(b) == Some(a))
 }
 
-fn open(args: &Args) -> Result<Device> {
-    let mut wish = DeviceOptions::from_env();
-    if args.device.is_some() {
-        wish.device.clone_from(&args.device);
-    }
-    Ok(Device::open(&wish)?)
+/// The one name of a file that all its names lead to; a file that does not exist yet keeps its own.
+pub(super) fn full_path(path: &Path) -> Option<PathBuf> {
+    std::fs::canonicalize(path).or_else(|_| std::path::absolute(path)).ok()
 }
 
 fn progress_bar(quiet: bool, iterations: u32) -> ProgressBar {

@@ -7,10 +7,13 @@ use rtfmesh::mesh::io::Encoding;
 use rtfmesh::mesh::samples;
 use std::path::PathBuf;
 
+const EXAMPLES: &str = "Examples:
+  rtfmesh sample
+  rtfmesh sample genus3 genus3.ply";
+
 /// Write one of the program's own models; without arguments, list them.
-///
-/// Example: rtfmesh sample genus3 genus3.ply
 #[derive(clap::Args)]
+#[command(after_help = EXAMPLES)]
 pub struct Args {
     /// Name of the model
     #[arg(requires = "output")]

@@ -1,0 +1,147 @@
+//! The log of a batch: a JSON line for each mesh, added as it ends.
+
+use super::inputs::Job;
+use rtfmesh::{Error, Remeshed};
+use serde::{Deserialize, Serialize};
+use std::collections::HashMap;
+use std::fs::{File, OpenOptions};
+use std::io::{Read, Write};
+use std::path::{Path, PathBuf};
+
+/// How a mesh ended.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Status {
+    /// The result is written.
+    Done,
+    /// Nothing is written; the entry says why.
+    Failed,
+    /// It was done before.
+    Skipped,
+}
+
+/// A line; `null` stands for what was not measured, or does not exist.
+#[derive(Debug, Clone, Serialize)]
+pub struct Entry {
+    /// The mesh that was read, as it was named.
+    pub input: String,
+    /// The mesh that was written.
+    pub output: String,
+    /// How it ended.
+    pub status: Status,
+    /// Vertices of the result.
+    pub vertices: Option<usize>,
+    /// Mean quality of its triangles, 0..=1.
+    pub q_avg: Option<f64>,
+    /// Its smallest angle in degrees.
+    pub theta_min: Option<f64>,
+    /// Distance to the input, both ways, in percent of the input's diagonal.
+    pub rms: Option<f64>,
+    /// The same, the largest.
+    pub hausdorff: Option<f64>,
+    /// What could not be done.
+    pub warnings: Vec<String>,
+    /// What reading left out, and what writing rounded.
+    pub notes: Vec<String>,
+    /// Reading, remeshing and writing.
+    pub seconds: f64,
+    /// Why it failed.
+    pub error: Option<String>,
+}
+
+impl Entry {
+    /// An entry without a result.
+    pub fn new(job: &Job, status: Status) -> Self {
+        Self {
+            input: job.input.display().to_string(),
+            output: job.output.display().to_string(),
+            status,
+            vertices: None,
+            q_avg: None,
+            theta_min: None,
+            rms: None,
+            hausdorff: None,
+            warnings: Vec::new(),
+            notes: Vec::new(),
+            seconds: 0.0,
+            error: None,
+        }
+    }
+
+    /// Takes over the figures of a result.
+    pub fn tell_of(&mut self, result: Remeshed) {
+        let measures = result.summary.output;
+        self.vertices = Some(measures.vertices);
+        self.q_avg = Some(measures.quality.q_avg);
+        self.theta_min = Some(measures.quality.theta_min);
+        self.rms = measures.distances.as_ref().map(|distances| distances.rms);
+        self.hausdorff = measures.distances.as_ref().map(|distances| distances.hausdorff);
+        self.warnings = result.summary.warnings;
+    }
+}
+
+/// What is read of earlier lines.
+#[derive(Deserialize)]
+struct Earlier {
+    input: String,
+    output: String,
+    status: Status,
+}
+
+/// A log to add to.
+pub struct Log {
+    path: PathBuf,
+    file: File,
+    /// How each input and output ended last time.
+    earlier: HashMap<(String, String), Status>,
+}
+
+impl Log {
+    /// Opens the log, or begins one, and reads what it has; lines that are no entries, such as the last one of a
+    /// batch that was killed, count for nothing.
+    ///
+    /// # Errors
+    /// [`Error::Output`] if it cannot be read or written.
+    pub fn open(path: &Path) -> rtfmesh::Result<Self> {
+        let opened = OpenOptions::new().read(true).append(true).create(true).open(path);
+        let mut file = opened.map_err(|error| unusable(path, &error))?;
+        let mut bytes = Vec::new();
+        file.read_to_end(&mut bytes).map_err(|error| unusable(path, &error))?;
+        if bytes.last().is_some_and(|last| *last != b'\n') {
+            file.write_all(b"\n").map_err(|error| unusable(path, &error))?;
+        }
+        let mut earlier = HashMap::new();
+        for line in String::from_utf8_lossy(&bytes).lines() {
+            if let Ok(Earlier { input, output, status }) = serde_json::from_str(line)
+                && status != Status::Skipped
+            {
+                earlier.insert((input, output), status);
+            }
+        }
+        Ok(Self { path: path.to_owned(), file, earlier })
+    }
+
+    /// Whether this was done, and its result is still there.
+    pub fn has(&self, job: &Job) -> bool {
+        let key = (job.input.display().to_string(), job.output.display().to_string());
+        self.earlier.get(&key) == Some(&Status::Done) && job.output.is_file()
+    }
+
+    /// Adds a line, in one piece, so that several programs may share a log.
+    ///
+    /// # Errors
+    /// [`Error::Output`] if it cannot be written.
+    pub fn add(&mut self, entry: &Entry) -> rtfmesh::Result<()> {
+        let mut line = serde_json::to_string(entry).map_err(|error| Error::Internal(error.to_string()))?;
+        line.push('\n');
+        self.file.write_all(line.as_bytes()).map_err(|error| unusable(&self.path, &error))
+    }
+}
+
+fn unusable(path: &Path, error: &std::io::Error) -> Error {
+    Error::Output {
+        path: path.to_owned(),
+        problem: format!("the log cannot be read or written ({error})"),
+        remedy: "name another file after --log".to_owned(),
+    }
+}
