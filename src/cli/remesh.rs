@@ -2,14 +2,14 @@
 
 use super::files::{InputFormat, Target, input_name, is_standard, tell_notes};
 use super::size::{SizeArgs, count};
+use super::watch::{Watch, WatchArgs};
 use super::{print, table, tell};
 use anyhow::Result;
-use indicatif::{ProgressBar, ProgressStyle};
 use rtfmesh::mesh::io::{self, Encoding, Loaded};
 use rtfmesh::report::Report;
 use rtfmesh::{
-    Centroid, Device, DeviceOptions, Error, Features, MeasureDepth, Method, Options, Progress, Quality,
-    Shortage, Size, Summary, preview, remesh,
+    Centroid, Device, DeviceOptions, Error, Features, MeasureDepth, Method, Options, Quality, Shortage, Size,
+    Summary, preview, remesh,
 };
 use std::path::{Path, PathBuf};
 
@@ -76,6 +76,8 @@ pub struct Args {
     /// Seed of the random start [default: 1]
     #[arg(long)]
     seed: Option<u64>,
+    #[command(flatten)]
+    watch: WatchArgs,
     /// Write a JSON report: options, device, topology, measures, timings
     #[arg(long, value_name = "FILE.json")]
     report: Option<PathBuf>,
@@ -200,23 +202,30 @@ pub fn run(args: &Args) -> Result<()> {
         options.features = Some(Features { file: Some(path.clone()), lines: io::read_lines(path)? });
     }
     let Some(target) = target.filter(|_| !args.dry_run) else { return dry_run(args, size, options) };
+    let mut watch = Watch::new(&args.watch)?;
     let (loaded, device) = rayon::join(|| load(args), || open(args));
     let loaded = loaded?;
     options.vertices = count(size, &args.input, &loaded.mesh, args.quiet)?;
     let device = device?;
-    let bar = progress_bar(args.quiet, options.iterations);
-    let result = remesh(&device, &loaded.mesh, &options, &mut |p| show(&bar, p));
-    bar.finish_and_clear();
-    let result = result.map_err(|e| e.in_file(input_name(&args.input)))?;
+    if !args.quiet {
+        watch.show_bar();
+    }
+    let result = remesh(&device, &loaded.mesh, &options, &mut |now| watch.progress(now));
+    watch.end();
+    let mut result = result.map_err(|e| e.in_file(input_name(&args.input)))?;
     let messages = device.take_validation_messages();
     if let Some(first) = messages.first() {
         return Err(
             Error::Internal(format!("{} validation messages, the first: {first}", messages.len())).into()
         );
     }
+    watch.warn(&mut result.summary);
     for warning in &result.summary.warnings {
         tell(&format!("warning: {warning}\n"));
     }
+    // Standard output may wait for its reader for ever.
+    let _whole =
+        (!args.output.as_deref().is_some_and(is_standard)).then(|| watch.begin_writing()).transpose()?;
     target.write(&result.mesh, args.quiet)?;
     write_report(args, &options, &loaded, &device, &result.summary)?;
     if !args.quiet {
@@ -300,20 +309,4 @@ fn open(args: &Args) -> Result<Device> {
         wish.device.clone_from(&args.device);
     }
     Ok(Device::open(&wish)?)
-}
-
-fn progress_bar(quiet: bool, iterations: u32) -> ProgressBar {
-    if quiet {
-        return ProgressBar::hidden();
-    }
-    // Drawn on standard error, and only if that is a terminal.
-    let style = ProgressStyle::with_template("{bar:40} iteration {pos}/{len}  step {msg}  {eta} left");
-    let bar = ProgressBar::new(iterations.into());
-    if let Ok(style) = style { bar.with_style(style) } else { bar }
-}
-
-fn show(bar: &ProgressBar, progress: Progress) {
-    bar.set_length(progress.iterations.into());
-    bar.set_message(format!("{:.5}", progress.step));
-    bar.set_position(progress.iteration.into());
 }
