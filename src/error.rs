@@ -60,6 +60,9 @@ pub enum Error {
         "the device was lost while running {0}; nothing was written: update its driver, or use --device cpu"
     )]
     DeviceLost(String),
+    /// The run was stopped by its callback; the device can be used further.
+    #[error("cancelled; nothing was written")]
+    Cancelled,
     /// A result that breaks the library's own promise; always a bug in rtfmesh.
     #[error("internal error: {0}; please report it with the command and the input")]
     Internal(String),

@@ -20,6 +20,7 @@ pub mod polish;
 pub mod report;
 mod size;
 pub mod stages;
+mod watch;
 
 pub use error::{Error, Result};
 pub use gpu::{Device, DeviceInfo, DeviceOptions, list_devices};
@@ -28,7 +29,7 @@ pub use options::{
     Centroid, Features, MAX_ITERATIONS, MAX_NEIGHBOURS, MeasureDepth, Method, Options, Quality, Shortage,
 };
 pub use pipeline::{
-    PhaseTime, Preview, PreviewLevel, Progress, Remeshed, RunTimings, SkeletonSummary, Summary, preview,
-    remesh,
+    PhaseTime, Preview, PreviewLevel, Remeshed, RunTimings, SkeletonSummary, Summary, preview, remesh,
 };
 pub use size::Size;
+pub use watch::{Flow, Phase, Progress};

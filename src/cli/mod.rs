@@ -11,6 +11,7 @@ mod sample;
 mod shell;
 mod size;
 mod table;
+mod watch;
 
 use anyhow::Result;
 use clap::{Parser, Subcommand};
@@ -27,7 +28,7 @@ struct Cli {
 
 const EXIT_CODES: &str = "Mesh files: .obj, .ply, .stl, .off, .gltf (read only), .glb, MEDIT's .mesh; any of them with .gz; - is standard \
     input or output.\n\
-    Exit codes: 0 done, 2 usage, 3 input, 4 device or memory, 1 anything else.\n\
+    Exit codes: 0 done, 2 usage, 3 input, 4 device or memory, 130 stopped by Ctrl-C, 1 anything else.\n\
     Environment: RTFMESH_DEVICE as --device; RTFMESH_VALIDATION=1 runs under the Vulkan validation layers and fails \
     on any message; RTFMESH_FULL_BARRIERS=1 orders every device command; RTFMESH_CACHE_DIR keeps compiled kernels.";
 
@@ -90,6 +91,7 @@ fn exit_code(error: &anyhow::Error) -> u8 {
         Some(Error::Usage { .. }) => 2,
         Some(Error::Input { .. }) => 3,
         Some(Error::Device { .. } | Error::OutOfMemory { .. } | Error::DeviceLost(_)) => 4,
+        Some(Error::Cancelled) => watch::CANCELLED,
         Some(Error::Output { .. } | Error::Internal(_)) | None => 1,
     }
 }

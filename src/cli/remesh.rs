@@ -3,12 +3,12 @@
 use super::files::{InputFormat, Target, input_name, is_standard, tell_notes};
 use super::method::{DeviceArgs, MethodArgs, refuse_messages};
 use super::size::{SizeArgs, count};
+use super::watch::{Watch, WatchArgs};
 use super::{print, table, tell};
 use anyhow::Result;
-use indicatif::{ProgressBar, ProgressStyle};
 use rtfmesh::mesh::io::{self, Encoding, Loaded};
 use rtfmesh::report::Report;
-use rtfmesh::{Device, Error, MeasureDepth, Options, Progress, Size, Summary, preview, remesh};
+use rtfmesh::{Device, Error, MeasureDepth, Options, Size, Summary, preview, remesh};
 use std::path::{Path, PathBuf};
 
 const EXAMPLES: &str = "Examples:
@@ -37,6 +37,8 @@ pub struct Args {
     dry_run: bool,
     #[command(flatten)]
     method: MethodArgs,
+    #[command(flatten)]
+    watch: WatchArgs,
     /// Write a JSON report: options, device, topology, measures, timings
     #[arg(long, value_name = "FILE.json")]
     report: Option<PathBuf>,
@@ -64,18 +66,25 @@ pub fn run(args: &Args) -> Result<()> {
     }
     options.features = args.method.read_features()?;
     let Some(target) = target.filter(|_| !args.dry_run) else { return dry_run(args, size, options) };
+    let mut watch = Watch::new(&args.watch)?;
     let (loaded, device) = rayon::join(|| load(args), || args.device.open());
     let loaded = loaded?;
     options.vertices = count(size, &args.input, &loaded.mesh, args.quiet)?;
     let device = device?;
-    let bar = progress_bar(args.quiet, options.iterations);
-    let result = remesh(&device, &loaded.mesh, &options, &mut |p| show(&bar, p));
-    bar.finish_and_clear();
-    let result = result.map_err(|e| e.in_file(input_name(&args.input)))?;
+    if !args.quiet {
+        watch.show_bar();
+    }
+    let result = remesh(&device, &loaded.mesh, &options, &mut |now| watch.progress(now));
+    watch.end();
+    let mut result = result.map_err(|e| e.in_file(input_name(&args.input)))?;
     refuse_messages(&device)?;
+    watch.warn(&mut result.summary);
     for warning in &result.summary.warnings {
         tell(&format!("warning: {warning}\n"));
     }
+    // Standard output may wait for its reader for ever.
+    let _whole =
+        (!args.output.as_deref().is_some_and(is_standard)).then(|| watch.begin_writing()).transpose()?;
     target.write(&result.mesh, args.quiet)?;
     write_report(args, &options, &loaded, &device, &result.summary)?;
     if !args.quiet {
@@ -155,20 +164,4 @@ pub(super) fn same_file(a: &Path, b: &Path) -> bool {
 /// The one name of a file that all its names lead to; a file that does not exist yet keeps its own.
 pub(super) fn full_path(path: &Path) -> Option<PathBuf> {
     std::fs::canonicalize(path).or_else(|_| std::path::absolute(path)).ok()
-}
-
-fn progress_bar(quiet: bool, iterations: u32) -> ProgressBar {
-    if quiet {
-        return ProgressBar::hidden();
-    }
-    // Drawn on standard error, and only if that is a terminal.
-    let style = ProgressStyle::with_template("{bar:40} iteration {pos}/{len}  step {msg}  {eta} left");
-    let bar = ProgressBar::new(iterations.into());
-    if let Ok(style) = style { bar.with_style(style) } else { bar }
-}
-
-fn show(bar: &ProgressBar, progress: Progress) {
-    bar.set_length(progress.iterations.into());
-    bar.set_message(format!("{:.5}", progress.step));
-    bar.set_position(progress.iteration.into());
 }

@@ -3,12 +3,13 @@
 use super::coarse_to_fine::{CoarseToFine, Ground};
 use super::connected::Fault;
 use super::plan::enough;
-use super::{Clock, Connection, Progress, SkeletonSummary, ground};
+use super::{Clock, Connection, SkeletonSummary, ground};
 use crate::gpu::Device;
 use crate::mesh::frame::Frame;
 use crate::mesh::topology::Topology;
 use crate::options::{Options, Shortage};
 use crate::stages::surface::Surface;
+use crate::watch::Watch;
 use crate::{Error, Result, TriMesh};
 use std::sync::OnceLock;
 
@@ -49,12 +50,7 @@ impl Attempts<'_> {
     ///
     /// # Errors
     /// [`Error::Input`] if none does with as many vertices as asked for and the options want no other.
-    pub fn run(
-        &self,
-        first: Ground,
-        progress: &mut dyn FnMut(Progress),
-        clock: &mut Clock,
-    ) -> Result<Settled> {
+    pub fn run(&self, first: Ground, watch: &mut Watch, clock: &mut Clock) -> Result<Settled> {
         let Options { vertices: asked, seed, shortage, .. } = *self.options;
         let (first, vertices) = match shortage {
             Shortage::AddVertices => self.room(first, asked)?,
@@ -64,10 +60,11 @@ impl Attempts<'_> {
         let mut attempts = 0;
         let mut run = |ground: &Ground, vertices: usize, seed: u64| -> Result<Settled> {
             attempts += 1;
+            watch.attempt(attempts);
             let options = Options { vertices, seed, ..self.options.clone() };
             let Self { device, surface, input, .. } = *self;
             let run = CoarseToFine { device, surface, ground, input, crossing: &crossing, options: &options };
-            let (connection, steps) = run.run(progress, clock)?;
+            let (connection, steps) = run.run(watch, clock)?;
             Ok(Settled { connection, steps, skeleton: Some(ground.skeleton), vertices, attempts })
         };
         let begun = run(&first, vertices, seed)?;

@@ -6,6 +6,7 @@ use super::holes::holes;
 use super::level::{Level, Moves, Relaxed, Start};
 use super::plan::{Extent, LevelPlan, levels};
 use super::refine::{Coarser, HeldSites, refine};
+use super::shares::{FEW_ITERATIONS, Shares};
 use super::{Clock, Connection, SkeletonSummary};
 use crate::gpu::Device;
 use crate::mesh::skeleton::{SkeletonOptions, skeleton};
@@ -20,7 +21,8 @@ use crate::stages::records::TriangleRecords;
 use crate::stages::seed::{self, Seeds};
 use crate::stages::surface::Surface;
 use crate::stages::surface_curves::SurfaceCurves;
-use crate::{Progress, Result, TriMesh};
+use crate::watch::Watch;
+use crate::{Phase, Result, TriMesh};
 use std::sync::OnceLock;
 
 /// What all levels share.
@@ -64,11 +66,7 @@ impl Ground {
 
 impl CoarseToFine<'_> {
     /// The connected sites, and the root mean square step of every iteration of the last level, in its spacings.
-    pub fn run(
-        &self,
-        progress: &mut dyn FnMut(Progress),
-        clock: &mut Clock,
-    ) -> Result<(Connection, Vec<f64>)> {
+    pub fn run(&self, watch: &mut Watch, clock: &mut Clock) -> Result<(Connection, Vec<f64>)> {
         let options = self.options;
         let curves = self.ground.curves.as_ref();
         let extent = Extent { area: self.surface.area(), euler: self.input.euler, curves };
@@ -78,20 +76,24 @@ impl CoarseToFine<'_> {
             on = on.cut_along(&curves.on_curve, &curves.patches);
         }
         let mut total = 0;
-        let mut planned: u32 = (0..plans.len()).map(|l| self.iterations(plans.len(), l, l == 0)).sum();
+        let iterations: Vec<u32> =
+            (0..plans.len()).map(|l| self.iterations(plans.len(), l, l == 0)).collect();
+        let shares = Shares::new(&plans, &iterations, self.surface.triangles.len(), options);
+        watch.phase(Phase::Prepare, shares.prepared, 0.0)?;
+        let mut planned: u32 = iterations.iter().sum();
         let mut coarser: Option<Found> = None;
         for (l, plan) in plans.iter().enumerate() {
+            let phase = if l + 1 == plans.len() { Phase::LastLevel } else { Phase::CoarseLevels };
             let found = loop {
                 let fresh = coarser.is_none();
-                let iterations = self.iterations(plans.len(), l, fresh);
+                watch.phase(phase, shares.levels[l].until, shares.levels[l].after)?;
+                let iterations = watch.shortened(self.iterations(plans.len(), l, fresh), FEW_ITERATIONS);
                 let (start, held) = self.start(coarser.take(), plan);
                 planned = planned.max(total + iterations);
-                let mut show = |done: u32, step: f64| {
-                    progress(Progress { iteration: total + done, iterations: planned, step });
-                };
+                watch.level(total, planned);
                 let moves = if fresh { Moves::SCATTERED } else { Moves::REFINED };
-                let found = self.level(&on, &start, held, (plan.spacing, iterations, moves), &mut show)?;
-                clock.phase(if l + 1 == plans.len() { "last level" } else { "coarse levels" });
+                let found = self.level(&on, &start, held, (plan.spacing, iterations, moves), watch)?;
+                clock.phase(phase.name());
                 total += found.steps.len() as u32;
                 // Once more from scattered sites, if it was for those of the coarser level.
                 if found.sound || fresh {
@@ -101,7 +103,7 @@ impl CoarseToFine<'_> {
             if l + 1 == plans.len() {
                 let steps = found.steps.clone();
                 let flags = FlagCounts { unbounded: found.open, ..Default::default() };
-                let (found, fault) = self.finished(&on, found, plan.spacing, clock)?;
+                let (found, fault) = self.finished(&on, found, plan.spacing, (&shares, watch, clock))?;
                 let TriMesh { vertices: sites, triangles } = found.mesh;
                 let curve_sites = found.held.map_or(0, |held| held.sites.positions.len());
                 let counts = found.counts;
@@ -168,16 +170,16 @@ impl CoarseToFine<'_> {
         start: &Start,
         held: Option<Held>,
         (spacing, iterations, moves): (f64, u32, Moves),
-        progress: &mut dyn FnMut(u32, f64),
+        watch: &mut Watch,
     ) -> Result<Found> {
         let level = Level::new(self.device, start, spacing, iterations, moves)?;
         let Relaxed { sites: mut positions, triangles: under, near, steps, open } =
-            level.relax(self.device, start, &self.ground.records, self.options.tolerance, progress)?;
+            level.relax(self.device, start, &self.ground.records, self.options.tolerance, watch)?;
         if let Some(held) = &held {
             // Exactly where they were put, and not where the nearest numbers of 32 bits are.
             held.put(&mut positions);
         }
         let sites = Sites { positions, under, held, near };
-        Ok(Found { steps, open, ..self.connected(on, sites, spacing)? })
+        Ok(Found { steps, open, ..self.connected(on, sites, spacing, watch)? })
     }
 }

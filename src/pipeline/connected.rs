@@ -4,17 +4,21 @@ use super::Clock;
 use super::coarse_to_fine::CoarseToFine;
 use super::densify::{Movable, densify};
 use super::level::near;
+use super::shares::{FEW_ROUNDS, Shares};
 use crate::gpu::NONE;
 use crate::mesh::frame::Frame;
 use crate::mesh::intersections::intersecting_faces;
 use crate::mesh::polyline::Polyline;
 use crate::mesh::topology::{Topology, topology};
-use crate::polish::{FitOptions, PolishOptions, Rail, SpotOptions, fit, polish, reach_spots};
+use crate::polish::{
+    FitOptions, PolishOptions, Rail, SpotOptions, fit_while, polish_while, reach_spots_while,
+};
 use crate::stages::cells::{BrokenCell, CellSites, CellSurface, connected_cells};
 use crate::stages::connect::{ConnectCounts, connect};
 use crate::stages::curve_sites::CurveSites;
 use crate::stages::place::Place;
-use crate::{Result, TriMesh};
+use crate::watch::Watch;
+use crate::{Phase, Result, TriMesh};
 use glam::DVec3;
 
 /// Times that sites are moved into broken cells.
@@ -98,10 +102,17 @@ impl Held {
 
 impl CoarseToFine<'_> {
     /// A mesh over the sites; where cells tell that there are too few, some are moved there from elsewhere.
-    pub(super) fn connected(&self, on: &CellSurface, mut sites: Sites, spacing: f64) -> Result<Found> {
+    pub(super) fn connected(
+        &self,
+        on: &CellSurface,
+        mut sites: Sites,
+        spacing: f64,
+        watch: &mut Watch,
+    ) -> Result<Found> {
         let fixed = sites.held.as_ref().map_or_else(Vec::new, Held::on_curve);
         let mut left = DENSIFICATIONS;
         loop {
+            watch.look()?;
             let Sites { positions, under, held, near: listed } = &mut sites;
             let mut places = Place::inside(under);
             for (held, (v, pin)) in held.iter().flat_map(|held| held.pinned().map(move |pin| (held, pin))) {
@@ -138,12 +149,12 @@ impl CoarseToFine<'_> {
         on: &CellSurface,
         mut found: Found,
         spacing: f64,
-        clock: &mut Clock,
+        (shares, watch, clock): (&Shares, &mut Watch, &mut Clock),
     ) -> Result<(Found, Option<Fault>)> {
         let mut left = UNCROSSINGS;
         loop {
             let rested = found.mesh.clone();
-            self.finish(&mut found, clock);
+            self.finish(&mut found, shares, watch, clock)?;
             if !found.sound {
                 let fault = Fault {
                     what: "components, handles or rims of the surface are lost".to_owned(),
@@ -151,6 +162,7 @@ impl CoarseToFine<'_> {
                 };
                 return Ok((found, Some(fault)));
             }
+            watch.phase(Phase::Check, shares.check.until, shares.check.after)?;
             let crossing = intersecting_faces(&found.mesh);
             clock.phase("check");
             let of_input = || intersecting_faces(&self.surface.mesh()).len();
@@ -174,7 +186,7 @@ impl CoarseToFine<'_> {
             }
             left -= 1;
             sites.near = near(self.device, &sites.positions)?;
-            found = self.connected(on, sites, spacing)?;
+            found = self.connected(on, sites, spacing, watch)?;
         }
     }
 
@@ -189,26 +201,40 @@ impl CoarseToFine<'_> {
     }
 
     /// Better triangles and a closer fit. Vertices on curves stay.
-    fn finish(&self, found: &mut Found, clock: &mut Clock) {
+    fn finish(&self, found: &mut Found, shares: &Shares, watch: &mut Watch, clock: &mut Clock) -> Result<()> {
         let target = &self.ground.target;
         let fixed = found.held.as_ref().map_or_else(Vec::new, Held::on_curve);
         let patches = self.patches(found, &fixed);
         let mesh = &mut found.mesh;
+        watch.phase(Phase::Polish, shares.polish.until, shares.polish.after)?;
         let rails = found.held.as_ref().map_or_else(Vec::new, |held| self.rails(held));
-        let rounds = self.options.polish_rounds + if rails.is_empty() { 0 } else { ROUNDS_ON_CURVES };
+        let wanted = self.options.polish_rounds + if rails.is_empty() { 0 } else { ROUNDS_ON_CURVES };
+        let rounds = watch.shortened(wanted, FEW_ROUNDS);
         let options = PolishOptions { rounds, fixed, patches, rails, ..Default::default() };
-        polish(mesh, target, &options);
+        let few = f64::from(FEW_ROUNDS) / f64::from(rounds.max(1));
+        // The few rounds of a run that comes to an end are done whole.
+        polish_while(mesh, target, &options, &mut |done| {
+            watch.done(done).is_ok() && !((few..1.0).contains(&done) && watch.leave_out())
+        });
+        watch.look()?;
         clock.phase("polish");
         let PolishOptions { fixed, patches, .. } = options;
         if self.options.fit {
             let options = FitOptions { fixed, patches, ..Default::default() };
-            fit(mesh, target, &options);
+            watch.phase(Phase::Fit, shares.fit.until, shares.fit.after)?;
+            fit_while(mesh, target, &options, &mut |done| watch.done(done).is_ok());
             clock.phase("fit");
             let FitOptions { fixed, patches, .. } = options;
             let edge = super::spacing(self.surface.area(), mesh.vertices.len());
-            reach_spots(mesh, target, edge, &SpotOptions { fixed, patches, ..Default::default() });
+            watch.phase(Phase::Spots, shares.spots.until, shares.spots.after)?;
+            let options = SpotOptions { fixed, patches, ..Default::default() };
+            reach_spots_while(mesh, target, edge, &options, &mut |done| {
+                watch.done(done).is_ok() && !watch.leave_out()
+            });
+            watch.look()?;
             clock.phase("spots");
         }
+        Ok(())
     }
 
     /// The curves with the sites that may slide along them.

@@ -1,5 +1,6 @@
 //! One level of the default pipeline: sites relaxed on the device at one count.
 
+use super::pace::Pace;
 use crate::Result;
 use crate::gpu::{Buffer, Device, Recorder};
 use crate::stages::lists::{ListOptions, Lists};
@@ -10,6 +11,7 @@ use crate::stages::records::TriangleRecords;
 use crate::stages::seed::Seeds;
 use crate::stages::step::{KeepOff, Settle};
 use crate::stages::walk::Walk;
+use crate::watch::Watch;
 use glam::{DVec3, Vec2, Vec4};
 use rayon::prelude::*;
 
@@ -22,7 +24,7 @@ const WIDEST: f64 = 2.5;
 /// Iterations, the last ones of a level, whose faces are exact even where the lists do not decide them.
 const EXACT: u32 = 10;
 /// Iterations between two looks at the step size.
-const PER_SUBMISSION: u32 = 10;
+const PER_LOOK: u32 = 10;
 
 /// How long the moves of a level may be.
 ///
@@ -127,14 +129,15 @@ impl Level {
         })
     }
 
-    /// Iterates until the root mean square step is below `tolerance` spacings; `progress` gets every look at it.
+    /// Iterates until the root mean square step is below `tolerance` spacings, which is looked at every few ones, or `watch` says
+    /// otherwise.
     pub fn relax(
         &self,
         device: &Device,
         start: &Start,
         surface: &TriangleRecords,
         tolerance: f64,
-        progress: &mut dyn FnMut(u32, f64),
+        watch: &mut Watch,
     ) -> Result<Relaxed> {
         let mut steps = Vec::new();
         let mut recorder = device.recorder()?;
@@ -148,20 +151,25 @@ impl Level {
         self.record_move(&mut recorder, surface, 0)?;
         self.lists.record_build(&mut recorder, &self.sites)?;
         recorder.submit()?;
+        let mut pace = Pace::new(start.seeds.sites.len(), PER_LOOK);
         while (steps.len() as u32) < self.iterations {
             let begin = steps.len() as u32;
-            let end = (begin + PER_SUBMISSION).min(self.iterations);
+            let look = ((begin / PER_LOOK + 1) * PER_LOOK).min(self.iterations);
+            let end = (begin + pace.iterations).min(look);
+            pace.begin();
             let mut recorder = device.recorder()?;
             for iteration in begin..end {
                 self.record_iteration(&mut recorder, surface, iteration)?;
             }
             let history = recorder.download(&self.settle.history)?;
             let history: Vec<Vec2> = recorder.submit()?.read(&history)?;
+            pace.end(end - begin);
             let new = &history[begin as usize..end as usize];
             steps.extend(new.iter().map(|s| f64::from(s.x) / self.spacing));
             let step = steps.last().copied().unwrap_or(0.0);
-            progress(end, step);
-            if step < tolerance {
+            watch.iterated(end, self.iterations, step)?;
+            let converged = end == look && step < tolerance;
+            if converged || (end < self.iterations && watch.leave_out()) {
                 break;
             }
         }

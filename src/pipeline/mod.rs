@@ -6,12 +6,14 @@ mod connected;
 mod densify;
 mod holes;
 mod level;
+mod pace;
 mod plan;
 mod preview;
 mod refine;
 #[cfg(test)]
 mod relaxing;
 mod rtf;
+mod shares;
 
 use crate::gpu::kernels::face::cell;
 use crate::gpu::{Device, StageTime};
@@ -26,7 +28,8 @@ use crate::stages::connect::ConnectCounts;
 use crate::stages::face::FlagCounts;
 use crate::stages::seed;
 use crate::stages::surface::Surface;
-use crate::{Error, Result, TriMesh};
+use crate::watch::Watch;
+use crate::{Error, Flow, Phase, Progress, Result, TriMesh};
 use attempts::{Attempts, Settled};
 use coarse_to_fine::Ground;
 use connected::Fault;
@@ -35,17 +38,6 @@ use serde::Serialize;
 use std::time::Instant;
 
 pub use preview::{Preview, PreviewLevel, preview};
-
-/// Where a run is, for a progress display.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Progress {
-    /// Iterations done.
-    pub iteration: u32,
-    /// Most iterations.
-    pub iterations: u32,
-    /// Root mean square step of the last iteration in spacings.
-    pub step: f64,
-}
 
 /// A result with its story.
 #[derive(Debug, Clone)]
@@ -71,6 +63,8 @@ pub struct Summary {
     pub iterations: u32,
     /// Whether the step fell below the tolerance.
     pub converged: bool,
+    /// Whether iterations or rounds were left out because the callback asked the run to finish.
+    pub finished_early: bool,
     /// Root mean square step of every iteration, in spacings.
     pub steps: Vec<f64>,
     /// Edge length of a perfect layout in the input's units.
@@ -133,17 +127,24 @@ pub struct PhaseTime {
     pub milliseconds: f64,
 }
 
-/// Remeshes `mesh` on `device`; `progress` is called every few iterations.
+/// Remeshes `mesh` on `device`; `progress` is called several times a second, but not while the input is prepared. It may
+/// give nothing, or what to do next as a [`Flow`].
 ///
 /// # Errors
-/// [`Error::Usage`] for options out of range, [`Error::Input`] for a mesh without area, and the device's errors.
-pub fn remesh(
+/// [`Error::Usage`] for options out of range, [`Error::Input`] for a mesh without area, [`Error::Cancelled`] if
+/// `progress` asks for it, and the device's errors.
+pub fn remesh<F: Into<Flow>>(
     device: &Device,
     mesh: &TriMesh,
     options: &Options,
-    progress: &mut dyn FnMut(Progress),
+    progress: &mut dyn FnMut(Progress) -> F,
 ) -> Result<Remeshed> {
     options.validate()?;
+    watched(device, mesh, options, &mut Watch::new(&mut |now| progress(now).into()))
+}
+
+fn watched(device: &Device, mesh: &TriMesh, options: &Options, watch: &mut Watch) -> Result<Remeshed> {
+    watch.look()?;
     // Earlier runs on the same device do not count.
     device.take_timings();
     let mut clock = Clock::new();
@@ -160,7 +161,7 @@ pub fn remesh(
             clock.phase("seed");
             let run = rtf::Run::new(device, options, &surface, &seeds, spacing)?;
             clock.phase("compile");
-            let steps = run.iterate(device, &surface, options, progress)?;
+            let steps = run.iterate(device, &surface, options, watch)?;
             clock.phase("iterate");
             let connection = run.connect(device, &surface, &input)?;
             Settled { connection, steps, skeleton: None, vertices: options.vertices, attempts: 1 }
@@ -168,7 +169,7 @@ pub fn remesh(
         Some(ground) => {
             let (mesh, surface) = (&repaired.mesh, &surface);
             Attempts { device, mesh, frame: &frame, surface, input: &input, options }
-                .run(ground, progress, &mut clock)?
+                .run(ground, watch, &mut clock)?
         }
     };
     let Connection { sites, triangles, curve_sites, counts: connected, flags, fault } = connection;
@@ -182,10 +183,12 @@ pub fn remesh(
     let vertices = sites.into_iter().map(|p| frame.from_unit(p)).collect();
     let result = TriMesh { vertices, triangles };
     clock.phase("connect");
+    watch.phase(Phase::Measure, 1.0, 0.0)?;
     let depth = options.measures;
     let reference = (depth >= MeasureDepth::Full).then_some(&repaired.mesh);
     let output = measure_some(&result, reference, depth >= MeasureDepth::Intersections)?;
     clock.phase("measure");
+    watch.done(1.0)?;
     let summary = Summary {
         repaired: repaired.counts,
         warnings: warnings(
@@ -202,6 +205,7 @@ pub fn remesh(
         attempts,
         iterations: steps.len() as u32,
         converged: steps.last().is_some_and(|s| *s < options.tolerance),
+        finished_early: watch.is_cut(),
         steps,
         spacing: spacing * frame.scale,
         flags,

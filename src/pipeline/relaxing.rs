@@ -9,7 +9,8 @@ use crate::mesh::samples::sample;
 use crate::mesh::skeleton::SkeletonOptions;
 use crate::mesh::topology::topology;
 use crate::stages::surface::Surface;
-use crate::{Options, TriMesh};
+use crate::watch::Watch;
+use crate::{Flow, Options, TriMesh};
 use std::sync::OnceLock;
 
 /// Relaxes `count` sites on the mesh, with the checks that hold for all; gives the steps in spacings.
@@ -34,7 +35,8 @@ fn relaxed(mesh: &TriMesh, count: usize) -> Vec<f64> {
     let held = held.unwrap();
     assert_eq!(start.seeds.sites.len(), count);
     let level = Level::new(&device, &start, plan.spacing, 40, Moves::SCATTERED).unwrap();
-    let result = level.relax(&device, &start, &ground.records, 0.0, &mut |_, _| {}).unwrap();
+    let mut go_on = |_| Flow::Continue;
+    let result = level.relax(&device, &start, &ground.records, 0.0, &mut Watch::new(&mut go_on)).unwrap();
     let begin = start.pinned.unwrap().sites;
     for (i, begin) in begin.iter().enumerate() {
         if held.pins[i] != NONE {

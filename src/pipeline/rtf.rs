@@ -1,6 +1,9 @@
 //! The paper's pipeline: brute-force neighbours, plane-fit normals, cells in space, Lloyd's iteration.
 
-use super::{Connection, Progress};
+use super::Connection;
+use super::pace::Pace;
+use super::plan::LevelPlan;
+use super::shares::Shares;
 use crate::gpu::{Buffer, Device, Recorder};
 use crate::mesh::topology::{Topology, topology};
 use crate::options::Options;
@@ -15,7 +18,8 @@ use crate::stages::project::NearestVertices;
 use crate::stages::seed::Seeds;
 use crate::stages::step::Step;
 use crate::stages::surface::Surface;
-use crate::{Result, TriMesh};
+use crate::watch::Watch;
+use crate::{Phase, Result, TriMesh};
 use glam::{DVec3, Vec2, Vec4};
 
 /// Iterations between two looks at the step size.
@@ -78,26 +82,37 @@ impl Run {
         device: &Device,
         surface: &Surface,
         options: &Options,
-        progress: &mut dyn FnMut(Progress),
+        watch: &mut Watch,
     ) -> Result<Vec<f64>> {
+        let sites = options.vertices;
+        let plan = LevelPlan { sites, interior: sites, spacing: self.spacing };
+        let shares = Shares::new(&[plan], &[options.iterations], surface.triangles.len(), options);
+        watch.phase(Phase::Prepare, shares.prepared, 0.0)?;
+        watch.phase(Phase::LastLevel, shares.levels[0].until, shares.levels[0].after)?;
+        watch.level(0, options.iterations);
+        let mut pace = Pace::new(sites, ITERATIONS_PER_SUBMISSION);
         let mut steps = Vec::new();
         let mut recorder = device.recorder()?;
         self.vertex_tiles.record(&mut recorder, &surface.device.vertices)?;
         recorder.submit()?;
         while (steps.len() as u32) < options.iterations {
             let begin = steps.len() as u32;
-            let end = (begin + ITERATIONS_PER_SUBMISSION).min(options.iterations);
+            let look = (begin / ITERATIONS_PER_SUBMISSION + 1) * ITERATIONS_PER_SUBMISSION;
+            let end = (begin + pace.iterations).min(look).min(options.iterations);
+            pace.begin();
             let mut recorder = device.recorder()?;
             for iteration in begin..end {
                 self.record_iteration(&mut recorder, surface, iteration)?;
             }
             let history = recorder.download(&self.step.history)?;
             let history: Vec<Vec2> = recorder.submit()?.read(&history)?;
+            pace.end(end - begin);
             let new = &history[begin as usize..end as usize];
             steps.extend(new.iter().map(|s| f64::from(s.x) / self.spacing));
             let step = steps.last().copied().unwrap_or(0.0);
-            progress(Progress { iteration: end, iterations: options.iterations, step });
-            if step < options.tolerance {
+            watch.iterated(end, options.iterations, step)?;
+            let converged = end == look && step < options.tolerance;
+            if converged || (end < options.iterations && watch.leave_out()) {
                 break;
             }
         }

@@ -12,9 +12,9 @@ mod slide;
 mod spots;
 mod worst;
 
-pub use fit::{FitCounts, FitOptions, fit};
+pub use fit::{FitCounts, FitOptions, fit, fit_while};
 pub use slide::Rail;
-pub use spots::{SpotOptions, reach_spots};
+pub use spots::{SpotOptions, reach_spots, reach_spots_while};
 
 use glam::DVec3;
 
@@ -165,6 +165,17 @@ pub struct PolishCounts {
 /// Vertices on a boundary and irregular ones (several fans, no triangles) stay, and boundary edges are not flipped. No
 /// flip repeats an edge; no triangle is turned over or flattened. Panics if an index is out of range.
 pub fn polish(mesh: &mut TriMesh, target: &Target, options: &PolishOptions) -> PolishCounts {
+    polish_while(mesh, target, options, &mut |_| true)
+}
+
+/// As [`polish`], as long as `go_on` agrees: it is asked before every round, with the share of them that is done, and
+/// before the worst triangles are looked after, with 1. What was done so far stays.
+pub fn polish_while(
+    mesh: &mut TriMesh,
+    target: &Target,
+    options: &PolishOptions,
+    go_on: &mut dyn FnMut(f64) -> bool,
+) -> PolishCounts {
     let mut counts = PolishCounts::default();
     let points = &mut mesh.vertices;
     let mut links = Links::new(std::mem::take(&mut mesh.triangles), points.len(), &options.patches);
@@ -172,6 +183,9 @@ pub fn polish(mesh: &mut TriMesh, target: &Target, options: &PolishOptions) -> P
     let mut ranks = vec![0; points.len()];
     let mut rails = Rails::new(&options.rails, points.len());
     for round in 0..options.rounds {
+        if !go_on(f64::from(round) / f64::from(options.rounds)) {
+            break;
+        }
         let late = round + ANGLE_ROUNDS >= options.rounds;
         let rule = Rule { valence_weight: if late { 0.0 } else { options.valence_weight } };
         counts.flips += flip_edges(&mut links, points, &locked, &rule, SWEEPS);
@@ -180,7 +194,9 @@ pub fn polish(mesh: &mut TriMesh, target: &Target, options: &PolishOptions) -> P
     }
     if options.rounds > 0 {
         rails.slide(&links.triangles, points, true);
-        counts.lifted = worst::improve(&links, points, &mut ranks, &locked, target, WORST_PASSES);
+        if go_on(1.0) {
+            counts.lifted = worst::improve(&links, points, &mut ranks, &locked, target, WORST_PASSES);
+        }
     }
     mesh.triangles = links.triangles;
     counts

@@ -65,6 +65,18 @@ impl Default for SpotOptions {
 ///
 /// `edge` is the typical length of the mesh's edges. Keeps the topology. Panics if an index is out of range.
 pub fn reach_spots(mesh: &mut TriMesh, target: &Target, edge: f64, options: &SpotOptions) -> usize {
+    reach_spots_while(mesh, target, edge, options, &mut |_| true)
+}
+
+/// As [`reach_spots`], as long as `go_on` agrees: it is asked before every spot, with the share of the work that is done.
+/// What was done so far stays.
+pub fn reach_spots_while(
+    mesh: &mut TriMesh,
+    target: &Target,
+    edge: f64,
+    options: &SpotOptions,
+    go_on: &mut dyn FnMut(f64) -> bool,
+) -> usize {
     let links = Links::new(std::mem::take(&mut mesh.triangles), mesh.vertices.len(), &options.patches);
     let locked = (0..mesh.vertices.len()).map(|v| is_locked(&links, &options.fixed, v)).collect();
     let points = std::mem::take(&mut mesh.vertices);
@@ -75,9 +87,13 @@ pub fn reach_spots(mesh: &mut TriMesh, target: &Target, edge: f64, options: &Spo
     let mut changed = vec![1; work.links.triangles.len()];
     let mut tried = vec![0; spots.len()];
     let mut edits = 0;
-    for _ in 0..options.passes {
+    let all = (options.passes as usize * spots.len()).max(1) as f64;
+    'passes: for pass in 0..options.passes as usize {
         let before = edits;
-        for (spot, tried) in spots.iter().zip(&mut tried) {
+        for (number, (spot, tried)) in (pass * spots.len()..).zip(spots.iter().zip(&mut tried)) {
+            if !go_on(number as f64 / all) {
+                break 'passes;
+            }
             let last = std::mem::replace(tried, edits + 1);
             for step in 0..STEPS {
                 let mut region = work.region(spot.triangle);

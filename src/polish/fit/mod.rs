@@ -66,11 +66,25 @@ pub struct FitCounts {
 /// No triangle folds over or gets a smaller angle than the options allow. The result does not depend on the number of
 /// threads. Panics if an index is out of range.
 pub fn fit(mesh: &mut TriMesh, target: &Target, options: &FitOptions) -> FitCounts {
+    fit_while(mesh, target, options, &mut |_| true)
+}
+
+/// As [`fit`], as long as `go_on` agrees: it is asked before every round, with the share of them that is done. What was
+/// done so far stays.
+pub fn fit_while(
+    mesh: &mut TriMesh,
+    target: &Target,
+    options: &FitOptions,
+    go_on: &mut dyn FnMut(f64) -> bool,
+) -> FitCounts {
     let mut counts = FitCounts::default();
     let links = Links::new(std::mem::take(&mut mesh.triangles), mesh.vertices.len(), &options.patches);
     let locked: Vec<bool> = (0..mesh.vertices.len()).map(|v| is_locked(&links, &options.fixed, v)).collect();
     let mut ranks = Ranks::new(links.triangles.len(), locked.len(), target);
-    for _ in 0..options.rounds {
+    for round in 0..options.rounds {
+        if !go_on(f64::from(round) / f64::from(options.rounds)) {
+            break;
+        }
         let normals: Vec<DVec3> = (0..mesh.vertices.len() as u32)
             .into_par_iter()
             .with_min_len(CHUNK)
