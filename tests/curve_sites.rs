@@ -95,9 +95,11 @@ fn a_loop_without_corners_has_at_least_three_sites() {
     let found = curves(&disc, 40.0, 0.3);
     assert_eq!((found.corner_count(), found.curve_count()), (0, 1));
     let around = 80.0 * (std::f64::consts::PI / 40.0).sin();
-    for (spacing, count) in [(around / 40.0, 40), (around / 17.0, 17), (100.0, 3)] {
+    // Chords between 17 sites would be too far from the circle.
+    for (spacing, counts) in [(around / 40.0, 40..=40), (around / 17.0, 24..=40), (100.0, 3..=3)] {
         let sites = sites(&disc, &found, spacing);
-        assert_eq!((sites.positions.len(), sites.segments.len()), (count, count));
+        let count = sites.positions.len();
+        assert!(counts.contains(&count) && sites.segments.len() == count, "{count} for {spacing}");
         assert_eq!(found.count(spacing).sides, count, "a boundary has one side");
     }
     // With as many sites as edges they are the vertices.
@@ -184,7 +186,12 @@ fn bends_that_even_sites_cut_off_get_one() {
     notch.iter().for_each(|v| sheet.vertices[*v].y -= 0.012);
     let found = curves(&sheet, 40.0, spacing);
     let sites = sites(&sheet, &found, spacing);
-    let lowest = sites.positions.iter().filter(|p| p.y > 0.5).map(|p| p.y).fold(1.0, f64::min);
+    let lowest = sites
+        .positions
+        .iter()
+        .filter(|p| p.y > 0.5 && p.x > 0.1 && p.x < 0.9)
+        .map(|p| p.y)
+        .fold(1.0, f64::min);
     assert!((lowest - 0.988).abs() < 1e-9, "the notch is cut off: {lowest}");
     // Where nothing bends they stand as before.
     let low = sites.positions.iter().filter(|p| p.y.abs() < 1e-9).count();
