@@ -41,14 +41,24 @@ pub struct Measures {
 /// Fails with [`Error::Input`] if either mesh has no faces, a coordinate that is not a finite number, or an
 /// index without a vertex, and if the reference has no extent.
 pub fn measure(mesh: &TriMesh, reference: Option<&TriMesh>) -> Result<Measures> {
-    measure_some(mesh, reference, true)
+    measure_some(mesh, reference, Crossing::Find)
 }
 
-/// As [`measure`], looking for intersections only if `intersections`.
+/// What is to be known of faces that intersect others.
+pub(crate) enum Crossing {
+    /// Nothing.
+    Skip,
+    /// How many there are.
+    Find,
+    /// That is known.
+    Known(usize),
+}
+
+/// As [`measure`], looking for intersections only if asked to.
 pub(crate) fn measure_some(
     mesh: &TriMesh,
     reference: Option<&TriMesh>,
-    intersections: bool,
+    crossing: Crossing,
 ) -> Result<Measures> {
     check(mesh, "mesh")?;
     let mesh = weld(mesh);
@@ -67,7 +77,11 @@ pub(crate) fn measure_some(
         faces: topology.faces,
         quality,
         valence: valence_of(&mesh, &table),
-        self_intersecting_faces: intersections.then(|| intersecting_faces(&mesh).len()),
+        self_intersecting_faces: match crossing {
+            Crossing::Skip => None,
+            Crossing::Find => Some(intersecting_faces(&mesh).len()),
+            Crossing::Known(count) => Some(count),
+        },
         folded_edges: folded_share(&mesh, &table),
         relative_volume: (topology.boundary_edges == 0).then(|| relative_volume(&mesh)),
         topology,

@@ -62,8 +62,9 @@ impl Attempts<'_> {
             attempts += 1;
             watch.attempt(attempts);
             let options = Options { vertices, seed, ..self.options.clone() };
-            let Self { device, surface, input, .. } = *self;
-            let run = CoarseToFine { device, surface, ground, input, crossing: &crossing, options: &options };
+            let Self { device, mesh, frame, surface, input, .. } = *self;
+            let (crossing, options) = (&crossing, &options);
+            let run = CoarseToFine { device, surface, ground, mesh, frame, input, crossing, options };
             let (connection, steps) = run.run(watch, clock)?;
             Ok(Settled { connection, steps, skeleton: Some(ground.skeleton), vertices, attempts })
         };

@@ -9,6 +9,7 @@ use super::refine::{Coarser, HeldSites, refine};
 use super::shares::{FEW_ITERATIONS, Shares};
 use super::{Clock, Connection, SkeletonSummary};
 use crate::gpu::Device;
+use crate::mesh::frame::Frame;
 use crate::mesh::skeleton::{SkeletonOptions, skeleton};
 use crate::mesh::topology::Topology;
 use crate::options::Options;
@@ -30,6 +31,9 @@ pub(super) struct CoarseToFine<'a> {
     pub device: &'a Device,
     pub surface: &'a Surface,
     pub ground: &'a Ground,
+    /// The repaired input and what moves it into the unit-diagonal frame of the surface.
+    pub mesh: &'a TriMesh,
+    pub frame: &'a Frame,
     pub input: &'a Topology,
     /// Faces of the input that run through others, once somebody asked.
     pub crossing: &'a OnceLock<usize>,
@@ -106,8 +110,9 @@ impl CoarseToFine<'_> {
                 let (found, fault) = self.finished(&on, found, plan.spacing, (&shares, watch, clock))?;
                 let TriMesh { vertices: sites, triangles } = found.mesh;
                 let curve_sites = found.held.map_or(0, |held| held.sites.positions.len());
-                let counts = found.counts;
-                return Ok((Connection { sites, triangles, curve_sites, counts, flags, fault }, steps));
+                let (counts, crossing) = (found.counts, found.crossing);
+                let connection = Connection { sites, triangles, curve_sites, counts, flags, fault, crossing };
+                return Ok((connection, steps));
             }
             // Too few sites for the thin parts: what they got wrong would stay wrong.
             coarser = found.sound.then_some(found);

@@ -50,6 +50,8 @@ pub(super) struct Found {
     pub sound: bool,
     /// A place where it has not.
     pub trouble: Option<DVec3>,
+    /// Faces that run through others, once that is known.
+    pub crossing: Option<usize>,
     pub open: usize,
     pub steps: Vec<f64>,
 }
@@ -130,6 +132,7 @@ impl CoarseToFine<'_> {
                     counts: ConnectCounts { cells: Some(cells.certificate), ..counts },
                     sound,
                     trouble: cells.broken.first().map(|b| b.farthest.0),
+                    crossing: None,
                     mesh: TriMesh { vertices: sites.positions, triangles: mesh.triangles },
                     under: sites.under,
                     held: sites.held,
@@ -163,9 +166,12 @@ impl CoarseToFine<'_> {
                 return Ok((found, Some(fault)));
             }
             watch.phase(Phase::Check, shares.check.until, shares.check.after)?;
-            let crossing = intersecting_faces(&found.mesh);
+            // In the file's numbers, for rounding to those may fold what is thin.
+            let vertices = found.mesh.vertices.iter().map(|p| self.frame.from_unit(*p)).collect();
+            let crossing = intersecting_faces(&TriMesh { vertices, triangles: found.mesh.triangles.clone() });
+            found.crossing = Some(crossing.len());
             clock.phase("check");
-            let of_input = || intersecting_faces(&self.surface.mesh()).len();
+            let of_input = || intersecting_faces(self.mesh).len();
             if crossing.is_empty() || crossing.len() <= *self.crossing.get_or_init(of_input) {
                 return Ok((found, None));
             }
@@ -200,7 +206,7 @@ impl CoarseToFine<'_> {
         Some(BrokenCell { site: mesh.triangles[t as usize][0], farthest })
     }
 
-    /// Better triangles and a closer fit. Vertices on curves stay.
+    /// Better triangles and a closer fit. Vertices on curves keep to their curve.
     fn finish(&self, found: &mut Found, shares: &Shares, watch: &mut Watch, clock: &mut Clock) -> Result<()> {
         let target = &self.ground.target;
         let fixed = found.held.as_ref().map_or_else(Vec::new, Held::on_curve);

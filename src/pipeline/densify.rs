@@ -4,6 +4,7 @@
 //! the farthest part of each such cell, again and again, ends with discs, as in Delaunay refinement (Boissonnat and Oudot
 //! 2005). The sites come from where they are closest together, so their number stays.
 
+use super::grid::Grid;
 use crate::stages::cells::BrokenCell;
 use glam::DVec3;
 
@@ -29,9 +30,11 @@ pub(super) fn densify(
     spacing: f64,
 ) -> bool {
     let mut wanted: Vec<(DVec3, u32)> = Vec::new();
-    for BrokenCell { site, farthest } in broken {
-        let near = |p: DVec3| p.distance(farthest.0) < APART * spacing;
-        if !near(sites.positions[*site as usize]) && !wanted.iter().any(|(p, _)| near(*p)) {
+    let own: Vec<DVec3> = broken.iter().map(|b| sites.positions[b.site as usize]).collect();
+    let mut taken = Grid::new(APART * spacing, &own);
+    for BrokenCell { farthest, .. } in broken {
+        if !taken.is_near(farthest.0) {
+            taken.insert(farthest.0);
             wanted.push(*farthest);
         }
     }

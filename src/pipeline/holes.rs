@@ -1,9 +1,9 @@
 //! Holes in the cover: points of the surface that no site is near, as the bottoms of folds that the coarser level's edges
 //! ran over.
 
+use super::grid::Grid;
 use crate::stages::seed::Seeds;
-use glam::{DVec3, IVec3};
-use std::collections::HashMap;
+use glam::DVec3;
 
 /// Spacings that a point of the surface may be from the nearest site; the middle of an even triangle is at 0.58.
 const NEAR: f64 = 1.0;
@@ -40,53 +40,6 @@ pub(super) fn holes(seeds: &Seeds, vertices: &[DVec3], triangles: &[[u32; 3]], s
         }
     }
     found
-}
-
-/// Points in cubes.
-struct Grid {
-    side: f64,
-    cubes: HashMap<IVec3, Vec<DVec3>>,
-}
-
-impl Grid {
-    fn new(side: f64, points: &[DVec3]) -> Self {
-        let mut grid = Self { side, cubes: HashMap::new() };
-        points.iter().for_each(|p| grid.insert(*p));
-        grid
-    }
-
-    fn cube(&self, p: DVec3) -> IVec3 {
-        (p / self.side).floor().as_ivec3()
-    }
-
-    fn insert(&mut self, p: DVec3) {
-        self.cubes.entry(self.cube(p)).or_default().push(p);
-    }
-
-    /// The points in the cubes up to so many from that of `p`, the own cube first.
-    fn around(&self, p: DVec3, reach: i32) -> impl Iterator<Item = DVec3> {
-        let middle = self.cube(p);
-        let steps = -reach..=reach;
-        let all = steps.clone().flat_map(move |x| {
-            let steps = steps.clone();
-            steps.clone().flat_map(move |y| steps.clone().map(move |z| IVec3::new(x, y, z)))
-        });
-        std::iter::once(IVec3::ZERO)
-            .chain(all.filter(|step| *step != IVec3::ZERO))
-            .filter_map(move |step| self.cubes.get(&(middle + step)))
-            .flatten()
-            .copied()
-    }
-
-    /// Whether a point is within a side length of `p`.
-    fn is_near(&self, p: DVec3) -> bool {
-        self.around(p, 1).any(|q| q.distance_squared(p) <= self.side * self.side)
-    }
-
-    /// The squared distance to the nearest point in the cubes around `p`; infinite if there is none.
-    fn distance_sq(&self, p: DVec3, reach: i32) -> f64 {
-        self.around(p, reach).map(|q| q.distance_squared(p)).fold(f64::INFINITY, f64::min)
-    }
 }
 
 #[cfg(test)]

@@ -4,6 +4,7 @@ mod attempts;
 mod coarse_to_fine;
 mod connected;
 mod densify;
+mod grid;
 mod holes;
 mod level;
 mod pace;
@@ -17,7 +18,7 @@ mod shares;
 
 use crate::gpu::kernels::face::cell;
 use crate::gpu::{Device, StageTime};
-use crate::measure::{Measures, measure_some};
+use crate::measure::{Crossing, Measures, measure_some};
 use crate::mesh::frame::Frame;
 use crate::mesh::repair::{RepairCounts, Repaired, repair};
 use crate::mesh::skeleton::{Skeleton, SkeletonOptions, user_edges};
@@ -172,7 +173,7 @@ fn watched(device: &Device, mesh: &TriMesh, options: &Options, watch: &mut Watch
                 .run(ground, watch, &mut clock)?
         }
     };
-    let Connection { sites, triangles, curve_sites, counts: connected, flags, fault } = connection;
+    let Connection { sites, triangles, curve_sites, counts: connected, flags, fault, crossing } = connection;
     if triangles.is_empty() {
         return Err(Error::input(
             None,
@@ -186,7 +187,12 @@ fn watched(device: &Device, mesh: &TriMesh, options: &Options, watch: &mut Watch
     watch.phase(Phase::Measure, 1.0, 0.0)?;
     let depth = options.measures;
     let reference = (depth >= MeasureDepth::Full).then_some(&repaired.mesh);
-    let output = measure_some(&result, reference, depth >= MeasureDepth::Intersections)?;
+    let crossing = match crossing {
+        Some(known) => Crossing::Known(known),
+        None if depth >= MeasureDepth::Intersections => Crossing::Find,
+        None => Crossing::Skip,
+    };
+    let output = measure_some(&result, reference, crossing)?;
     clock.phase("measure");
     watch.done(1.0)?;
     let summary = Summary {
@@ -255,16 +261,20 @@ fn ground(device: &Device, mesh: &TriMesh, surface: &Surface, options: &Options)
 
 /// The user's curves as edges of the surface, which has the mesh's triangles in their order, but not its vertices.
 fn user_edges_on(surface: &Surface, mesh: &TriMesh, options: &Options) -> Result<Vec<[u32; 2]>> {
-    let Some(features) = &options.features else { return Ok(Vec::new()) };
     let mut place = vec![0; mesh.vertices.len()];
     for (from, to) in mesh.triangles.as_flattened().iter().zip(surface.triangles.as_flattened()) {
         place[*from as usize] = *to;
     }
-    let edges = user_edges(mesh, &features.lines).map_err(|e| match &features.file {
-        Some(file) => e.in_file(file),
-        None => e,
-    })?;
-    Ok(edges.into_iter().map(|edge| edge.map(|v| place[v as usize])).collect())
+    Ok(wanted_edges(mesh, options)?.into_iter().map(|edge| edge.map(|v| place[v as usize])).collect())
+}
+
+/// The edges of `mesh` that the user's curves run along.
+fn wanted_edges(mesh: &TriMesh, options: &Options) -> Result<Vec<[u32; 2]>> {
+    let Some(features) = &options.features else { return Ok(Vec::new()) };
+    user_edges(mesh, &features.lines).map_err(|error| match &features.file {
+        Some(file) => error.in_file(file),
+        None => error,
+    })
 }
 
 /// Compiles the kernels of the default pipeline; the other one does so itself.
@@ -324,6 +334,8 @@ pub(crate) struct Connection {
     counts: ConnectCounts,
     flags: FlagCounts,
     fault: Option<Fault>,
+    /// Faces that run through others, where that is known.
+    crossing: Option<usize>,
 }
 
 fn warnings(

@@ -1,10 +1,10 @@
 //! What a run would do, without a device.
 
 use super::plan::{Extent, LevelPlan, levels};
-use super::{device_bytes_per_site, spacing};
+use super::{device_bytes_per_site, spacing, wanted_edges};
 use crate::mesh::frame::Frame;
 use crate::mesh::repair::{RepairCounts, repair};
-use crate::mesh::skeleton::{Skeleton, SkeletonOptions, skeleton, user_edges};
+use crate::mesh::skeleton::{Skeleton, SkeletonOptions, skeleton};
 use crate::mesh::topology::topology;
 use crate::options::{Method, Options};
 use crate::stages::surface_curves::SurfaceCurves;
@@ -74,12 +74,7 @@ pub fn preview(mesh: &TriMesh, options: &Options) -> Result<Preview> {
     let (found, curves) = match options.method {
         Method::Rtf => (Skeleton::default(), None),
         Method::CoarseToFine => {
-            let lines = options.features.as_ref().map_or(&[][..], |features| &features.lines);
-            let file = options.features.as_ref().and_then(|features| features.file.as_ref());
-            let user_edges = user_edges(&repaired.mesh, lines).map_err(|error| match file {
-                Some(file) => error.in_file(file),
-                None => error,
-            })?;
+            let user_edges = wanted_edges(&repaired.mesh, options)?;
             let wanted = SkeletonOptions { feature_angle: options.feature_angle, spacing, user_edges };
             let found = skeleton(&unit, &wanted)?;
             let curves = SurfaceCurves::new(&unit.vertices, &unit.triangles, &found);

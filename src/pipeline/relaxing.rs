@@ -16,7 +16,8 @@ use std::sync::OnceLock;
 /// Relaxes `count` sites on the mesh, with the checks that hold for all; gives the steps in spacings.
 fn relaxed(mesh: &TriMesh, count: usize) -> Vec<f64> {
     let device = Device::open(&DeviceOptions { validation: true, ..DeviceOptions::from_env() }).unwrap();
-    let surface = Surface::new(&device, mesh, &Frame::of(mesh).unwrap()).unwrap();
+    let frame = Frame::of(mesh).unwrap();
+    let surface = Surface::new(&device, mesh, &frame).unwrap();
     let spacing = super::spacing(surface.area(), count);
     let ground = Ground::new(&device, &surface, &SkeletonOptions::new(spacing)).unwrap();
     let (input, options) = (topology(mesh), Options::new(count));
@@ -27,6 +28,8 @@ fn relaxed(mesh: &TriMesh, count: usize) -> Vec<f64> {
         device: &device,
         surface: &surface,
         ground: &ground,
+        mesh,
+        frame: &frame,
         input: &input,
         crossing: &OnceLock::new(),
         options: &options,

@@ -183,6 +183,7 @@ impl Run {
             counts,
             flags: found.flags,
             fault: None,
+            crossing: None,
         })
     }
 

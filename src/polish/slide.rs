@@ -58,6 +58,9 @@ impl Rails {
 
     /// Moves every rider once towards the mean of its neighbours, or, if `lift`, to where its worst triangle is best.
     pub(super) fn slide(&mut self, triangles: &[[u32; 3]], points: &mut [DVec3], lift: bool) {
+        if self.rails.is_empty() {
+            return;
+        }
         let stars = self.stars(triangles);
         let mut star = stars.iter();
         for Rail { line, riders } in &mut self.rails {
