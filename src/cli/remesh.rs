@@ -57,6 +57,12 @@ pub struct Args {
     /// OBJ file with lines along edges of the input that stay as well
     #[arg(long, value_name = "FILE.obj")]
     features: Option<PathBuf>,
+    /// Weld vertices of the input closer than this share of its bounding box's diagonal [default: 0]
+    #[arg(long, value_name = "SHARE")]
+    weld: Option<f64>,
+    /// Drop components of the input with less than this share of its area [default: 0]
+    #[arg(long, value_name = "SHARE")]
+    min_component: Option<f64>,
     /// Seed of the random start [default: 1]
     #[arg(long)]
     seed: Option<u64>,
@@ -142,6 +148,8 @@ impl Args {
             feature_angle: self.feature_angle.unwrap_or(base.feature_angle),
             // Read with the mesh, once the other options are known to be right.
             features: base.features,
+            weld: self.weld.unwrap_or(base.weld),
+            min_component: self.min_component.unwrap_or(base.min_component),
             k_normal: self.k_normal.unwrap_or(base.k_normal),
             k_clip: self.k_clip.unwrap_or(base.k_clip),
             k_project: self.k_project.unwrap_or(base.k_project),
@@ -189,6 +197,9 @@ pub fn run(args: &Args) -> Result<()> {
         return Err(
             Error::Internal(format!("{} validation messages, the first: {first}", messages.len())).into()
         );
+    }
+    for remark in result.summary.remarks.iter().filter(|_| !args.quiet) {
+        tell(&format!("note: {}: {remark}\n", args.input.display()));
     }
     for warning in &result.summary.warnings {
         tell(&format!("warning: {warning}\n"));

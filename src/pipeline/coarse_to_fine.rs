@@ -125,10 +125,10 @@ impl CoarseToFine<'_> {
             if l + 1 == plans.len() {
                 self.finish(&mut found, clock);
                 let flags = FlagCounts { unbounded: found.open, ..Default::default() };
-                let TriMesh { vertices: sites, triangles } = found.mesh;
                 let curve_sites = found.held.map_or(0, |held| held.sites.positions.len());
-                let counts = found.counts;
-                return Ok((Connection { sites, triangles, curve_sites, counts, flags }, found.steps));
+                let Found { mesh, under, counts, .. } = found;
+                let connection = Connection { mesh, under, curve_sites, counts, flags, collapsed: 0 };
+                return Ok((connection, found.steps));
             }
             // Too few sites for the thin parts: what they got wrong would stay wrong.
             coarser = found.sound.then_some(found);

@@ -3,17 +3,20 @@
 mod coarse_to_fine;
 mod holes;
 mod level;
+mod parts;
 mod plan;
 mod refine;
 #[cfg(test)]
 mod relaxing;
 mod rtf;
+mod spare;
 
 use crate::gpu::kernels::face::cell;
 use crate::gpu::{Device, StageTime};
 use crate::measure::{Measures, measure_some};
 use crate::mesh::frame::Frame;
-use crate::mesh::repair::{RepairCounts, Repaired, repair};
+use crate::mesh::intersections::intersecting_faces;
+use crate::mesh::repair::{RepairCounts, RepairOptions, Repaired, repair_with};
 use crate::mesh::skeleton::{Skeleton, SkeletonOptions, user_edges};
 use crate::mesh::spacing;
 use crate::mesh::topology::{Topology, topology};
@@ -24,8 +27,9 @@ use crate::stages::seed;
 use crate::stages::surface::Surface;
 use crate::{Error, Result, TriMesh};
 use coarse_to_fine::{CoarseToFine, Ground};
-use glam::DVec3;
+use parts::{Divided, Parts, append, extract};
 use serde::Serialize;
+use spare::Wish;
 use std::time::Instant;
 
 /// Where a run is, for a progress display.
@@ -55,6 +59,12 @@ pub struct Summary {
     pub repaired: RepairCounts,
     /// Topology of the cleaned input.
     pub input: Topology,
+    /// Faces of the cleaned input that intersect others; `None` if the result's are not measured either.
+    pub input_self_intersecting_faces: Option<usize>,
+    /// How many components were made by collapsing edges: too few vertices for cells, or cells without their topology.
+    pub collapsed_components: usize,
+    /// What was odd about the input and what was done about it, in words.
+    pub remarks: Vec<String>,
     /// Figures of the result as far as [`Options::measures`] asks for them, distances against the cleaned input.
     pub output: Measures,
     /// Iterations done.
@@ -140,42 +150,33 @@ pub fn remesh(
     // What the driver makes of the kernels does not depend on the mesh.
     let (compiled, prepared) =
         rayon::join(|| compile(device, options.method), || prepare(device, mesh, options));
-    let Prepared { repaired, frame, input, surface, ground } = prepared?;
+    let prepared = prepared?;
     compiled?;
     clock.phase("prepare");
-    let spacing = spacing(surface.area(), options.vertices);
+    let (mut connection, steps) = connection(device, &prepared, options, progress, &mut clock)?;
+    let Prepared { repaired, frame, input, surface, ground, divided, .. } = prepared;
+    let spacing = spacing(surface.area(), divided.left);
     let skeleton = ground.as_ref().map(|ground| ground.skeleton);
-    let (connection, steps) = match ground {
-        None => {
-            let seeds = seed::random(&surface, options.vertices, options.seed);
-            clock.phase("seed");
-            let run = rtf::Run::new(device, options, &surface, &seeds, spacing)?;
-            clock.phase("compile");
-            let steps = run.iterate(device, &surface, options, progress)?;
-            clock.phase("iterate");
-            (run.connect(device, &surface, &input)?, steps)
-        }
-        Some(ground) => {
-            let run = CoarseToFine { device, surface: &surface, ground: &ground, input: &input, options };
-            run.run(progress, &mut clock)?
-        }
-    };
-    let Connection { sites, triangles, curve_sites, counts: connected, flags } = connection;
-    if triangles.is_empty() {
+    if connection.mesh.triangles.is_empty() {
         return Err(Error::input(
             None,
             format!("{} sites are too few to connect this surface", options.vertices),
             "ask for more vertices",
         ));
     }
-    let vertices = sites.into_iter().map(|p| frame.from_unit(p)).collect();
-    let result = TriMesh { vertices, triangles };
+    divided.small.iter().for_each(|part| append(&mut connection.mesh, part));
+    let Connection { mesh: mut result, curve_sites, counts: connected, flags, collapsed, .. } = connection;
+    result.vertices.iter_mut().for_each(|p| *p = frame.from_unit(*p));
     clock.phase("connect");
     let depth = options.measures;
     let reference = (depth >= MeasureDepth::Full).then_some(&repaired.mesh);
     let output = measure_some(&result, reference, depth >= MeasureDepth::Intersections)?;
+    let crossing = (depth >= MeasureDepth::Full).then(|| intersecting_faces(&repaired.mesh).len());
     clock.phase("measure");
     let summary = Summary {
+        remarks: remarks(&repaired.counts, &input, crossing),
+        input_self_intersecting_faces: crossing,
+        collapsed_components: collapsed + divided.small.len(),
         repaired: repaired.counts,
         warnings: warnings(options, &input, &output, &connected, &flags),
         input,
@@ -197,33 +198,101 @@ pub fn remesh(
     Ok(Remeshed { mesh: result, summary })
 }
 
+/// The result on the large components, in the unit-diagonal frame.
+fn connection(
+    device: &Device,
+    prepared: &Prepared,
+    options: &Options,
+    progress: &mut dyn FnMut(Progress),
+    clock: &mut Clock,
+) -> Result<(Connection, Vec<f64>)> {
+    let Prepared { surface, ground, large, large_input, parts, divided, .. } = prepared;
+    let Some(ground) = ground else {
+        let seeds = seed::random(surface, options.vertices, options.seed);
+        clock.phase("seed");
+        let run = rtf::Run::new(device, options, surface, &seeds, spacing(surface.area(), options.vertices))?;
+        clock.phase("compile");
+        let steps = run.iterate(device, surface, options, progress)?;
+        clock.phase("iterate");
+        return Ok((run.connect(device, surface, large_input)?, steps));
+    };
+    let wish = Wish { vertices: divided.left, ..Wish::of(options, spacing(surface.area(), divided.left)) };
+    let options = Options {
+        vertices: divided.left,
+        coarsest: options.coarsest.max(divided.coarsest),
+        ..options.clone()
+    };
+    let run = CoarseToFine { device, surface, ground, input: large_input, options: &options };
+    match run.run(progress, clock) {
+        Ok((mut connection, steps)) => {
+            connection.collapsed = parts.mend(large, &mut connection.mesh, &connection.under, &wish);
+            Ok((connection, steps))
+        }
+        // Sharp edges need more than there are.
+        Err(error @ Error::Usage { .. }) => {
+            let mesh = parts.whole(large, &wish).map_err(|_| error)?;
+            Ok((Connection { mesh, collapsed: parts.count(), ..Connection::default() }, Vec::new()))
+        }
+        Err(error) => Err(error),
+    }
+}
+
 /// The input, ready for a run.
 struct Prepared {
     repaired: Repaired,
     frame: Frame,
     input: Topology,
+    /// What is not too small for cells, in the unit-diagonal frame, with its topology and components.
+    large: TriMesh,
+    large_input: Topology,
+    parts: Parts,
+    divided: Divided,
+    /// The same for the device.
     surface: Surface,
     /// For [`Method::CoarseToFine`] only.
     ground: Option<Ground>,
 }
 
 fn prepare(device: &Device, mesh: &TriMesh, options: &Options) -> Result<Prepared> {
-    let repaired = repair(mesh)?;
+    let wanted = RepairOptions { weld: options.weld, min_component: options.min_component };
+    let repaired = repair_with(mesh, &wanted)?;
     let frame = Frame::of(&repaired.mesh)?;
     check_memory(device, options)?;
-    let (input, surface) =
-        rayon::join(|| topology(&repaired.mesh), || Surface::new(device, &repaired.mesh, &frame));
+    let mut unit = repaired.mesh.clone();
+    unit.vertices.iter_mut().for_each(|p| *p = frame.to_unit(*p));
+    let parts = Parts::new(&unit);
+    // The user's lines may be on a small component, and the paper knows none.
+    let all = options.method == Method::Rtf || options.features.is_some() || parts.count() == 1;
+    let divided = if all {
+        Divided {
+            large: (0..unit.triangles.len() as u32).collect(),
+            small: Vec::new(),
+            left: options.vertices,
+            coarsest: 0,
+        }
+    } else {
+        parts.divide(&unit, &Wish::of(options, spacing(parts.area(), options.vertices)))?
+    };
+    let (large, parts, kept) = if divided.small.is_empty() {
+        (unit, parts, repaired.mesh.clone())
+    } else {
+        let large = extract(&unit, &divided.large);
+        let parts = Parts::new(&large);
+        (large, parts, extract(&repaired.mesh, &divided.large))
+    };
+    let ((input, large_input), surface) =
+        rayon::join(|| (topology(&repaired.mesh), topology(&large)), || Surface::new(device, &kept, &frame));
     let surface = surface?;
     let ground = match options.method {
         Method::CoarseToFine => {
-            let user_edges = user_edges_on(&surface, &repaired.mesh, options)?;
-            let spacing = spacing(surface.area(), options.vertices);
+            let user_edges = user_edges_on(&surface, &kept, options)?;
+            let spacing = spacing(surface.area(), divided.left);
             let wanted = SkeletonOptions { feature_angle: options.feature_angle, spacing, user_edges };
             Some(Ground::new(device, &surface, &wanted)?)
         }
         Method::Rtf => None,
     };
-    Ok(Prepared { repaired, frame, input, surface, ground })
+    Ok(Prepared { repaired, frame, input, large, large_input, parts, divided, surface, ground })
 }
 
 /// The user's curves as edges of the surface, which has the mesh's triangles in their order, but not its vertices.
@@ -284,14 +353,34 @@ fn check_memory(device: &Device, options: &Options) -> Result<()> {
     Ok(())
 }
 
-/// Sites, in the unit-diagonal frame, and the triangles over them.
+/// A mesh in the unit-diagonal frame, and how it came about.
+#[derive(Default)]
 pub(crate) struct Connection {
-    sites: Vec<DVec3>,
-    triangles: Vec<[u32; 3]>,
+    mesh: TriMesh,
+    /// The surface's triangle under each vertex; nothing from the paper's pipeline.
+    under: Vec<u32>,
     /// How many sites are on curves.
     curve_sites: usize,
     counts: ConnectCounts,
     flags: FlagCounts,
+    /// Components that were made by collapsing edges.
+    collapsed: usize,
+}
+
+/// What a user should know of the input.
+fn remarks(repaired: &RepairCounts, input: &Topology, crossing: Option<usize>) -> Vec<String> {
+    let mut list = repaired.notes();
+    let lines = [
+        (input.nonmanifold_edges, "edges of the input have more than two faces; they stay junctions"),
+        (input.nonmanifold_vertices, "vertices of the input join faces that share no edge there"),
+        (
+            input.inconsistent_edges - input.nonmanifold_edges.min(input.inconsistent_edges),
+            "edges of the input have faces turned against each other",
+        ),
+        (crossing.unwrap_or(0), "faces of the input intersect others"),
+    ];
+    list.extend(lines.iter().filter(|(count, _)| *count > 0).map(|(count, text)| format!("{count} {text}")));
+    list
 }
 
 fn warnings(

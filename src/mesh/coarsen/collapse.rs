@@ -1,0 +1,218 @@
+//! Fewer vertices: edges collapse onto one of their ends, short ones where the surface is flat first.
+
+use super::{Graph, ordered};
+use glam::{DMat3, DVec3};
+use std::cmp::Reverse;
+use std::collections::BinaryHeap;
+
+/// What a squared distance from the old surface costs, over the squared length of the edge.
+const DISTANCE: f64 = 40.0;
+/// How careful collapses are, one after the other: the least cosine between a triangle's normals before and after, and
+/// the least height over the longest side, unless the triangle was worse.
+const CARE: [(f64, f64); 3] = [(0.5, 0.15), (0.0, 0.02), (-1.0, 1e-6)];
+
+/// The sum of squared distances to planes.
+#[derive(Clone, Copy, Default)]
+struct Quadric {
+    normals: DMat3,
+    linear: DVec3,
+    constant: f64,
+    weight: f64,
+}
+
+impl Quadric {
+    /// To the plane of a triangle, by its area.
+    fn of([a, b, c]: [DVec3; 3]) -> Self {
+        let cross = (b - a).cross(c - a);
+        let (normal, weight) = (cross.normalize_or_zero(), 0.5 * cross.length());
+        let offset = -normal.dot(a);
+        Self {
+            normals: DMat3::from_cols(normal * normal.x, normal * normal.y, normal * normal.z) * weight,
+            linear: normal * offset * weight,
+            constant: offset * offset * weight,
+            weight,
+        }
+    }
+
+    fn add(&mut self, other: &Self) {
+        self.normals += other.normals;
+        self.linear += other.linear;
+        self.constant += other.constant;
+        self.weight += other.weight;
+    }
+
+    /// The mean squared distance of a point from the planes.
+    fn mean(&self, p: DVec3) -> f64 {
+        let sum = p.dot(self.normals * p) + 2.0 * self.linear.dot(p) + self.constant;
+        if self.weight > 0.0 { (sum / self.weight).max(0.0) } else { 0.0 }
+    }
+}
+
+pub(super) struct Collapser<'a> {
+    graph: &'a mut Graph,
+    quadrics: Vec<Quadric>,
+    /// How often the triangles at each vertex changed.
+    version: Vec<u32>,
+}
+
+/// A vertex that would go to another, by its cost.
+type Move = Reverse<(u64, u32, u32, [u32; 2])>;
+
+impl<'a> Collapser<'a> {
+    pub fn new(graph: &'a mut Graph) -> Self {
+        let mut quadrics = vec![Quadric::default(); graph.points.len()];
+        for triangle in &graph.triangles {
+            let quadric = Quadric::of(graph.corners(*triangle));
+            triangle.iter().for_each(|v| quadrics[*v as usize].add(&quadric));
+        }
+        let version = vec![0; graph.points.len()];
+        Self { graph, quadrics, version }
+    }
+
+    /// Until there are `count` vertices or no edge can go.
+    pub fn collapse(&mut self, count: usize) {
+        for care in CARE {
+            loop {
+                let before = self.graph.used;
+                self.pass(count, care);
+                if self.graph.used <= count {
+                    return;
+                }
+                if self.graph.used == before {
+                    break;
+                }
+            }
+        }
+    }
+
+    fn pass(&mut self, count: usize, care: (f64, f64)) {
+        let mut moves: BinaryHeap<Move> = BinaryHeap::new();
+        for v in 0..self.graph.points.len() as u32 {
+            for u in self.graph.neighbours(v) {
+                moves.extend(self.candidate(v, u));
+            }
+        }
+        while self.graph.used > count {
+            let Some(Reverse((_, v, u, versions))) = moves.pop() else { return };
+            let current = [v, u].map(|w| self.version[w as usize]);
+            if versions != current || !self.keeps_topology(v, u) || !self.keeps_shape(v, u, care) {
+                continue;
+            }
+            self.apply(v, u);
+            for w in self.graph.neighbours(u) {
+                moves.extend(self.candidate(u, w));
+                moves.extend(self.candidate(w, u));
+            }
+        }
+    }
+
+    fn candidate(&self, v: u32, u: u32) -> Option<Move> {
+        let on_curve = self.curve_neighbours(v);
+        if self.graph.fixed[v as usize] || !(on_curve.is_empty() || on_curve.contains(&u)) {
+            return None;
+        }
+        let [at, to] = [v, u].map(|w| self.graph.points[w as usize]);
+        let mut off = self.quadrics[v as usize].mean(to);
+        for w in on_curve.iter().filter(|w| **w != u) {
+            let way = self.graph.points[*w as usize] - to;
+            let share = ((at - to).dot(way) / way.length_squared()).clamp(0.0, 1.0);
+            off += (to + share * way).distance_squared(at);
+        }
+        let cost = at.distance_squared(to) + DISTANCE * off;
+        Some(Reverse((cost.to_bits(), v, u, [v, u].map(|w| self.version[w as usize]))))
+    }
+
+    fn curve_neighbours(&self, v: u32) -> Vec<u32> {
+        if self.graph.curves.is_empty() {
+            return Vec::new();
+        }
+        let mut list = self.graph.neighbours(v);
+        list.retain(|w| self.graph.is_curve(v, *w));
+        list
+    }
+
+    /// The link condition: what `v` and `u` have in common is what lies at their edge.
+    fn keeps_topology(&self, v: u32, u: u32) -> bool {
+        let graph = &self.graph;
+        let theirs = graph.neighbours(u);
+        if theirs.binary_search(&v).is_err() {
+            return false;
+        }
+        let mut apexes: Vec<u32> = graph
+            .at_edge(v, u)
+            .flat_map(|t| graph.triangles[t as usize])
+            .filter(|w| *w != v && *w != u)
+            .collect();
+        apexes.sort_unstable();
+        let distinct = apexes.windows(2).all(|pair| pair[0] != pair[1]);
+        let common: Vec<u32> =
+            graph.neighbours(v).into_iter().filter(|w| theirs.binary_search(w).is_ok()).collect();
+        if !distinct || common != apexes {
+            return false;
+        }
+        // A curve of three edges stays one, and so does a surface of four triangles.
+        let doubles_curve = self.curve_neighbours(v).iter().any(|w| *w != u && graph.is_curve(u, *w));
+        let doubles_face = self.moved(v, u).any(|(_, [a, b, c])| {
+            let others = [a, b, c].map(|w| if w == u { u32::MAX } else { w });
+            let has =
+                |t: u32| others.iter().all(|w| *w == u32::MAX || graph.triangles[t as usize].contains(w));
+            graph.star[u as usize].iter().any(|t| has(*t))
+        });
+        !doubles_curve && !doubles_face
+    }
+
+    /// The triangles of `v` that stay, each with its corners once `v` is at `u`.
+    fn moved(&self, v: u32, u: u32) -> impl Iterator<Item = (u32, [u32; 3])> {
+        let of = move |t: &u32| (*t, self.graph.triangles[*t as usize]);
+        self.graph.star[v as usize]
+            .iter()
+            .map(of)
+            .filter(move |(_, triangle)| !triangle.contains(&u))
+            .map(move |(t, triangle)| (t, triangle.map(|w| if w == v { u } else { w })))
+    }
+
+    fn keeps_shape(&self, v: u32, u: u32, (cosine, height): (f64, f64)) -> bool {
+        self.moved(v, u).all(|(t, new)| {
+            let [before, after] = [self.graph.triangles[t as usize], new].map(|t| self.graph.corners(t));
+            let [n, m] = [before, after].map(|[a, b, c]| (b - a).cross(c - a));
+            let turned = n.dot(m) < cosine * n.length() * m.length();
+            let [old, new] = [height_of(before), height_of(after)];
+            !turned && new >= height.min(old)
+        })
+    }
+
+    fn apply(&mut self, v: u32, u: u32) {
+        let curve: Vec<u32> = self.curve_neighbours(v);
+        let moved: Vec<(u32, [u32; 3])> = self.moved(v, u).collect();
+        let graph = &mut self.graph;
+        let gone: Vec<u32> = graph.at_edge(v, u).collect();
+        for t in gone {
+            graph.alive[t as usize] = false;
+            for w in graph.triangles[t as usize] {
+                graph.star[w as usize].retain(|s| *s != t);
+            }
+        }
+        for (t, triangle) in moved {
+            graph.triangles[t as usize] = triangle;
+            graph.star[u as usize].push(t);
+        }
+        graph.star[v as usize].clear();
+        for w in curve {
+            graph.curves.remove(&ordered(v, w));
+            if w != u {
+                graph.curves.insert(ordered(u, w));
+            }
+        }
+        graph.used -= 1;
+        let quadric = self.quadrics[v as usize];
+        self.quadrics[u as usize].add(&quadric);
+        self.version[v as usize] += 1;
+        self.version[u as usize] += 1;
+    }
+}
+
+/// The height of a triangle over its longest side, as a share of that.
+fn height_of([a, b, c]: [DVec3; 3]) -> f64 {
+    let longest = a.distance_squared(b).max(b.distance_squared(c)).max(c.distance_squared(a));
+    (b - a).cross(c - a).length() / longest.max(f64::MIN_POSITIVE)
+}
