@@ -7,6 +7,7 @@ use super::plan::{Extent, LevelPlan, levels};
 use super::refine::{Coarser, HeldSites, refine};
 use super::{Clock, Connection, SkeletonSummary};
 use crate::gpu::{Device, NONE};
+use crate::mesh::coarsen::Site;
 use crate::mesh::skeleton::{SkeletonOptions, skeleton};
 use crate::mesh::topology::{Topology, topology};
 use crate::options::Options;
@@ -123,11 +124,13 @@ impl CoarseToFine<'_> {
                 }
             };
             if l + 1 == plans.len() {
+                let sites = found.mesh.vertices.iter().zip(&found.under);
+                let on_surface = sites.map(|(at, triangle)| Site { at: *at, triangle: *triangle }).collect();
                 self.finish(&mut found, clock);
                 let flags = FlagCounts { unbounded: found.open, ..Default::default() };
                 let curve_sites = found.held.map_or(0, |held| held.sites.positions.len());
-                let Found { mesh, under, counts, .. } = found;
-                let connection = Connection { mesh, under, curve_sites, counts, flags, collapsed: 0 };
+                let Found { mesh, counts, .. } = found;
+                let connection = Connection { mesh, on_surface, curve_sites, counts, flags, collapsed: 0 };
                 return Ok((connection, found.steps));
             }
             // Too few sites for the thin parts: what they got wrong would stay wrong.

@@ -14,6 +14,7 @@ mod spare;
 use crate::gpu::kernels::face::cell;
 use crate::gpu::{Device, StageTime};
 use crate::measure::{Measures, measure_some};
+use crate::mesh::coarsen::Site;
 use crate::mesh::frame::Frame;
 use crate::mesh::intersections::intersecting_faces;
 use crate::mesh::repair::{RepairCounts, RepairOptions, Repaired, repair_with};
@@ -225,7 +226,7 @@ fn connection(
     let run = CoarseToFine { device, surface, ground, input: large_input, options: &options };
     match run.run(progress, clock) {
         Ok((mut connection, steps)) => {
-            connection.collapsed = parts.mend(large, &mut connection.mesh, &connection.under, &wish);
+            connection.collapsed = parts.mend(large, &mut connection.mesh, &connection.on_surface, &wish);
             Ok((connection, steps))
         }
         // Sharp edges need more than there are.
@@ -357,8 +358,8 @@ fn check_memory(device: &Device, options: &Options) -> Result<()> {
 #[derive(Default)]
 pub(crate) struct Connection {
     mesh: TriMesh,
-    /// The surface's triangle under each vertex; nothing from the paper's pipeline.
-    under: Vec<u32>,
+    /// Where the vertices were on the surface; nothing from the paper's pipeline.
+    on_surface: Vec<Site>,
     /// How many sites are on curves.
     curve_sites: usize,
     counts: ConnectCounts,

@@ -1,6 +1,7 @@
 //! The components of the input: how many vertices each gets, and which of them are too small for cells.
 
 use super::spare::{Wish, coarsened, spare};
+use crate::mesh::coarsen::Site;
 use crate::mesh::repair::parts;
 use crate::mesh::topology::{Topology, topology};
 use crate::{Error, Result, TriMesh};
@@ -62,7 +63,7 @@ impl Parts {
         let mut small = Vec::new();
         for part in (0..self.count()).filter(|part| is_small(*part)) {
             let own = extract(mesh, &self.triangles(part));
-            let made = spare(&own, &Wish { vertices: (share(part).round() as usize).max(3), ..*wish });
+            let made = spare(&own, &[], &Wish { vertices: (share(part).round() as usize).max(3), ..*wish });
             left = left.saturating_sub(made.vertices.len());
             small.push(made);
         }
@@ -81,7 +82,7 @@ impl Parts {
     /// The error that names a number of vertices that would do.
     fn too_few(&self, mesh: &TriMesh, wish: &Wish) -> Error {
         let none = Wish { vertices: 0, ..*wish };
-        let least = |part| coarsened(&extract(mesh, &self.triangles(part)), &none).mesh.vertices.len();
+        let least = |part| coarsened(&extract(mesh, &self.triangles(part)), &[], &none).mesh.vertices.len();
         let needed: usize = (0..self.count()).map(least).sum();
         Error::usage(
             format!(
@@ -96,10 +97,10 @@ impl Parts {
 
 impl Parts {
     /// Replaces the components of a result that are not what they are in the surface `mesh`, with as many vertices in
-    /// all. `under` has the triangle of the surface for each vertex. How many were replaced; without enough vertices for
+    /// all. `sites` are where its vertices were on the surface. How many were replaced; without enough vertices for
     /// that, none.
-    pub fn mend(&self, mesh: &TriMesh, result: &mut TriMesh, under: &[u32], wish: &Wish) -> usize {
-        let part_of = |v: u32| self.of_triangle[under[v as usize] as usize] as usize;
+    pub fn mend(&self, mesh: &TriMesh, result: &mut TriMesh, sites: &[Site], wish: &Wish) -> usize {
+        let part_of = |v: u32| self.of_triangle[sites[v as usize].triangle as usize] as usize;
         let mut triangles = vec![Vec::new(); self.count()];
         let mut right = vec![true; self.count()];
         for (t, triangle) in (0..).zip(&result.triangles) {
@@ -110,7 +111,7 @@ impl Parts {
             }
         }
         let mut vertices = vec![0; self.count()];
-        (0..under.len() as u32).for_each(|v| vertices[part_of(v)] += 1);
+        (0..sites.len() as u32).for_each(|v| vertices[part_of(v)] += 1);
         let own: Vec<TriMesh> = (0..self.count()).map(|part| extract(mesh, &self.triangles(part))).collect();
         for (part, right) in right.iter_mut().enumerate().filter(|(_, right)| **right) {
             let got = topology(&extract(result, &triangles[part]));
@@ -123,9 +124,18 @@ impl Parts {
         let kept: usize = (0..self.count()).filter(|part| right[*part]).map(|part| vertices[part]).sum();
         let list: Vec<&TriMesh> = wrong.iter().map(|part| &own[*part]).collect();
         let areas: Vec<f64> = wrong.iter().map(|part| self.areas[*part]).collect();
-        let Some(made) = all(&list, &areas, &Wish { vertices: result.vertices.len() - kept, ..*wish }) else {
-            return 0;
+        // Triangles by their number in their component.
+        let mut number = vec![0; self.of_triangle.len()];
+        for part in &wrong {
+            (0..).zip(self.triangles(*part)).for_each(|(new, t)| number[t as usize] = new);
+        }
+        let own_sites = |part: &usize| {
+            let there = (0..).zip(sites).filter(|(v, _)| part_of(*v) == *part);
+            there.map(|(_, s)| Site { triangle: number[s.triangle as usize], ..*s }).collect()
         };
+        let sites: Vec<Vec<Site>> = wrong.iter().map(own_sites).collect();
+        let wish = Wish { vertices: result.vertices.len() - kept, ..*wish };
+        let Some(made) = all(&list, &areas, &sites, &wish) else { return 0 };
         let keep: Vec<u32> =
             (0..self.count()).filter(|part| right[*part]).flat_map(|part| triangles[part].clone()).collect();
         *result = extract(result, &keep);
@@ -139,7 +149,7 @@ impl Parts {
     /// [`Error::Usage`] with the least number of vertices if there are too few.
     pub fn whole(&self, mesh: &TriMesh, wish: &Wish) -> Result<TriMesh> {
         let own: Vec<TriMesh> = (0..self.count()).map(|part| extract(mesh, &self.triangles(part))).collect();
-        let made = all(&own.iter().collect::<Vec<_>>(), &self.areas, wish);
+        let made = all(&own.iter().collect::<Vec<_>>(), &self.areas, &[], wish);
         let Some(made) = made else { return Err(self.too_few(mesh, wish)) };
         let mut result = TriMesh::default();
         made.iter().for_each(|part| append(&mut result, part));
@@ -149,7 +159,7 @@ impl Parts {
 
 /// Components with their shares of the vertices, the smallest first, so that the largest gives what they lack; `None` if
 /// there are too few.
-fn all(parts: &[&TriMesh], areas: &[f64], wish: &Wish) -> Option<Vec<TriMesh>> {
+fn all(parts: &[&TriMesh], areas: &[f64], sites: &[Vec<Site>], wish: &Wish) -> Option<Vec<TriMesh>> {
     let mut order: Vec<usize> = (0..parts.len()).collect();
     order.sort_by(|a, b| areas[*a].total_cmp(&areas[*b]));
     let (mut left, mut area) = (wish.vertices, areas.iter().sum::<f64>());
@@ -158,7 +168,8 @@ fn all(parts: &[&TriMesh], areas: &[f64], wish: &Wish) -> Option<Vec<TriMesh>> {
         let last = rank + 1 == parts.len();
         let share = (left as f64 * areas[*part] / area).round() as usize;
         let vertices = if last { left } else { share.clamp(3, left.max(3)) };
-        let new = spare(parts[*part], &Wish { vertices, ..*wish });
+        let new =
+            spare(parts[*part], sites.get(*part).map_or(&[], Vec::as_slice), &Wish { vertices, ..*wish });
         left = left.checked_sub(new.vertices.len())?;
         area -= areas[*part];
         made[*part] = new;

@@ -1,15 +1,18 @@
 //! Fewer vertices: edges collapse onto one of their ends, short ones where the surface is flat first.
 
+use super::flip::flip;
 use super::{Graph, ordered};
 use glam::{DMat3, DVec3};
 use std::cmp::Reverse;
 use std::collections::BinaryHeap;
 
 /// What a squared distance from the old surface costs, over the squared length of the edge.
-const DISTANCE: f64 = 40.0;
+const DISTANCE: f64 = 4.0;
 /// How careful collapses are, one after the other: the least cosine between a triangle's normals before and after, and
 /// the least height over the longest side, unless the triangle was worse.
-const CARE: [(f64, f64); 3] = [(0.5, 0.15), (0.0, 0.02), (-1.0, 1e-6)];
+const CARE: [(f64, f64); 6] = [(0.8, 0.3), (0.6, 0.15), (0.4, 0.08), (0.2, 0.03), (0.0, 0.005), (-1.0, 1e-6)];
+/// Collapses over all edges at each care.
+const PASSES: usize = 4;
 
 /// The sum of squared distances to planes.
 #[derive(Clone, Copy, Default)]
@@ -72,9 +75,12 @@ impl<'a> Collapser<'a> {
     /// Until there are `count` vertices or no edge can go.
     pub fn collapse(&mut self, count: usize) {
         for care in CARE {
-            loop {
+            for _ in 0..PASSES {
                 let before = self.graph.used;
-                self.pass(count, care);
+                if before > count {
+                    self.pass(count, care);
+                }
+                flip(self.graph);
                 if self.graph.used <= count {
                     return;
                 }

@@ -7,9 +7,12 @@ use super::TriMesh;
 use super::edges::EdgeTable;
 use super::topology::Partition;
 use collapse::Collapser;
+use glam::DVec3;
 use std::collections::HashSet;
 
 mod collapse;
+mod flip;
+mod insert;
 mod split;
 
 /// What must stay besides the topology.
@@ -38,17 +41,38 @@ pub struct Coarsened {
 /// move along curves only, and corners not at all. Panics if an index is out of range.
 pub fn with_vertices(mesh: &TriMesh, kept: Kept, count: usize) -> Coarsened {
     let mut graph = Graph::new(mesh, kept);
-    if graph.used > count {
-        Collapser::new(&mut graph).collapse(count);
-    } else {
-        split::split(&mut graph, count);
+    graph.reach(count);
+    graph.into_mesh()
+}
+
+/// A point on a triangle of the surface.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Site {
+    /// Where it is; what is off the triangle is moved onto it.
+    pub at: DVec3,
+    /// The triangle.
+    pub triangle: u32,
+}
+
+/// As [`with_vertices`], but vertices are at `sites` as far as the topology allows: where it needs others, as at handles
+/// smaller than an edge, some sites are left out for them.
+pub fn at_sites(mesh: &TriMesh, kept: Kept, sites: &[Site], count: usize) -> Coarsened {
+    let mut graph = Graph::new(mesh, kept);
+    let fixed = graph.fixed.clone();
+    for v in insert::insert(&mut graph, sites) {
+        graph.fixed[v as usize] = true;
     }
+    let inserted = graph.fixed.len();
+    Collapser::new(&mut graph).collapse(count);
+    graph.fixed = fixed;
+    graph.fixed.resize(inserted, false);
+    graph.reach(count);
     graph.into_mesh()
 }
 
 /// Triangles with what hangs together.
 struct Graph {
-    points: Vec<glam::DVec3>,
+    points: Vec<DVec3>,
     triangles: Vec<[u32; 3]>,
     alive: Vec<bool>,
     origin: Vec<u32>,
@@ -115,6 +139,15 @@ impl Graph {
         }
     }
 
+    /// Takes away or adds vertices.
+    fn reach(&mut self, count: usize) {
+        if self.used > count {
+            Collapser::new(self).collapse(count);
+        } else {
+            split::split(self, count);
+        }
+    }
+
     fn is_curve(&self, a: u32, b: u32) -> bool {
         self.curves.contains(&ordered(a, b))
     }
@@ -128,7 +161,7 @@ impl Graph {
         list
     }
 
-    fn corners(&self, triangle: [u32; 3]) -> [glam::DVec3; 3] {
+    fn corners(&self, triangle: [u32; 3]) -> [DVec3; 3] {
         triangle.map(|v| self.points[v as usize])
     }
 

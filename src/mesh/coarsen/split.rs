@@ -1,6 +1,7 @@
 //! More vertices: the longest edges are halved.
 
 use super::{Graph, ordered};
+use glam::DVec3;
 use std::collections::BinaryHeap;
 
 pub(super) fn split(graph: &mut Graph, count: usize) {
@@ -14,33 +15,47 @@ pub(super) fn split(graph: &mut Graph, count: usize) {
         graph.triangles.iter().flat_map(|t| sides(*t)).map(|(a, b)| length(graph, a, b)).collect();
     while graph.used < count {
         let Some((_, std::cmp::Reverse((a, b)))) = edges.pop() else { return };
-        let at: Vec<u32> = graph.at_edge(a, b).collect();
-        if at.is_empty() {
+        if graph.at_edge(a, b).next().is_none() {
             continue;
         }
-        let middle = graph.points.len() as u32;
-        graph.points.push(0.5 * (graph.points[a as usize] + graph.points[b as usize]));
-        graph.star.push(Vec::new());
-        graph.fixed.push(false);
-        graph.used += 1;
-        for t in at {
-            let old = graph.triangles[t as usize];
-            let new = graph.triangles.len() as u32;
-            graph.triangles[t as usize] = old.map(|v| if v == b { middle } else { v });
-            graph.triangles.push(old.map(|v| if v == a { middle } else { v }));
-            graph.alive.push(true);
-            graph.origin.push(graph.origin[t as usize]);
-            graph.star[b as usize].retain(|s| *s != t);
-            for v in old.into_iter().filter(|v| *v != a) {
-                graph.star[v as usize].push(new);
-            }
-            graph.star[middle as usize].extend([t, new]);
-        }
-        if graph.curves.remove(&ordered(a, b)) {
-            graph.curves.extend([ordered(a, middle), ordered(b, middle)]);
-        }
+        let middle = split_edge(graph, a, b, 0.5 * (graph.points[a as usize] + graph.points[b as usize]));
         for w in graph.neighbours(middle) {
             edges.push(length(graph, middle, w));
         }
+    }
+}
+
+/// A new vertex on an edge.
+pub(super) fn split_edge(graph: &mut Graph, a: u32, b: u32, at: DVec3) -> u32 {
+    let middle = graph.add_vertex(at);
+    let triangles: Vec<u32> = graph.at_edge(a, b).collect();
+    for t in triangles {
+        let old = graph.triangles[t as usize];
+        graph.triangles[t as usize] = old.map(|v| if v == b { middle } else { v });
+        graph.star[b as usize].retain(|s| *s != t);
+        graph.star[middle as usize].push(t);
+        graph.add_triangle(old.map(|v| if v == a { middle } else { v }), graph.origin[t as usize]);
+    }
+    if graph.curves.remove(&ordered(a, b)) {
+        graph.curves.extend([ordered(a, middle), ordered(b, middle)]);
+    }
+    middle
+}
+
+impl Graph {
+    pub(super) fn add_vertex(&mut self, at: DVec3) -> u32 {
+        self.points.push(at);
+        self.star.push(Vec::new());
+        self.fixed.push(false);
+        self.used += 1;
+        self.points.len() as u32 - 1
+    }
+
+    pub(super) fn add_triangle(&mut self, triangle: [u32; 3], origin: u32) {
+        let new = self.triangles.len() as u32;
+        self.triangles.push(triangle);
+        self.alive.push(true);
+        self.origin.push(origin);
+        triangle.iter().for_each(|v| self.star[*v as usize].push(new));
     }
 }
