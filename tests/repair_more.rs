@@ -28,8 +28,9 @@ fn nearly_equal_vertices_become_one_within_the_tolerance_only() {
     let Repaired { mesh, counts } = welded(&soup, 1e-4);
     assert!(topology(&mesh).is_closed_manifold());
     assert_eq!(topology(&mesh).euler, 2);
-    assert_eq!(counts.near_vertices_welded, soup.vertices.len() - ball.vertices.len());
-    assert_eq!(welded(&soup, 1e-9).mesh.vertices.len(), soup.vertices.len());
+    let welds = counts.near_vertices_welded + counts.duplicate_vertices_welded;
+    assert_eq!(welds, soup.vertices.len() - ball.vertices.len());
+    assert_eq!(welded(&soup, 1e-9).counts.near_vertices_welded, 0);
     // Coarse tolerances drop triangles, and never make a surface touch itself.
     for weld in [0.003, 0.03, 0.1, 0.3, 0.9] {
         for mesh in [&ball, &soup, &sample("thin-plate").unwrap(), &sample("genus3").unwrap()] {
@@ -105,9 +106,8 @@ fn what_has_no_two_sides_stays() {
     for i in 0..along {
         let (p, q) = (2 * i, 2 * i + 1);
         let [r, s] = if i + 1 < along { [p + 2, q + 2] } else { [1, 0] };
-        band.triangles.extend([[p, r, q], [q, r, s]].map(|t| t.map(|v: u32| v)));
+        band.triangles.extend([[p, r, q], [q, r, s]]);
     }
-    let band = TriMesh { triangles: band.triangles.into_iter().collect(), ..band };
     let Repaired { mesh, counts } = repair(&band).unwrap();
     assert_eq!(mesh, band);
     assert_eq!((counts.unorientable_components, counts.faces_turned), (1, 0));

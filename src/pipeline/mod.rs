@@ -175,7 +175,7 @@ pub fn remesh(
     let crossing = (depth >= MeasureDepth::Full).then(|| intersecting_faces(&repaired.mesh).len());
     clock.phase("measure");
     let summary = Summary {
-        remarks: remarks(&repaired.counts, &input, crossing),
+        remarks: remarks(&repaired.counts, &input, crossing, collapsed + divided.small.len()),
         input_self_intersecting_faces: crossing,
         collapsed_components: collapsed + divided.small.len(),
         repaired: repaired.counts,
@@ -227,6 +227,10 @@ fn connection(
     match run.run(progress, clock) {
         Ok((mut connection, steps)) => {
             connection.collapsed = parts.mend(large, &mut connection.mesh, &connection.on_surface, &wish);
+            if connection.collapsed > 0 {
+                // They were in those components, since a hole changes the topology.
+                connection.counts.unfilled_faces = 0;
+            }
             Ok((connection, steps))
         }
         // Sharp edges need more than there are.
@@ -368,17 +372,24 @@ pub(crate) struct Connection {
     collapsed: usize,
 }
 
-/// What a user should know of the input.
-fn remarks(repaired: &RepairCounts, input: &Topology, crossing: Option<usize>) -> Vec<String> {
+/// What a user should know of the input, and of what it led to.
+fn remarks(
+    repaired: &RepairCounts,
+    input: &Topology,
+    crossing: Option<usize>,
+    collapsed: usize,
+) -> Vec<String> {
     let mut list = repaired.notes();
+    let turned = input.inconsistent_edges.saturating_sub(input.nonmanifold_edges);
     let lines = [
-        (input.nonmanifold_edges, "edges of the input have more than two faces; they stay junctions"),
-        (input.nonmanifold_vertices, "vertices of the input join faces that share no edge there"),
-        (
-            input.inconsistent_edges - input.nonmanifold_edges.min(input.inconsistent_edges),
-            "edges of the input have faces turned against each other",
-        ),
+        (input.nonmanifold_edges, "edges of the input with more than two faces stay junctions"),
+        (input.nonmanifold_vertices, "vertices of the input where parts of the surface only touch"),
+        (turned, "edges of the input with faces turned against each other"),
         (crossing.unwrap_or(0), "faces of the input intersect others"),
+        (
+            collapsed,
+            "components made by collapsing edges: smaller, or with smaller details, than cells can keep",
+        ),
     ];
     list.extend(lines.iter().filter(|(count, _)| *count > 0).map(|(count, text)| format!("{count} {text}")));
     list

@@ -8,6 +8,8 @@ use crate::{Error, Result, TriMesh};
 
 /// A component with a smaller share of the vertices than this is made by collapsing edges, unless it is the largest.
 const SMALL: f64 = 32.0;
+/// Vertices that the largest component gets, however many others there are.
+const ENOUGH: f64 = 32.0;
 /// Vertices of the smallest other component on the coarsest level.
 const ON_COARSEST: f64 = 12.0;
 
@@ -16,6 +18,8 @@ pub(super) struct Parts {
     /// The component of each triangle.
     of_triangle: Vec<u32>,
     areas: Vec<f64>,
+    /// The triangles of each component.
+    triangles: Vec<Vec<u32>>,
 }
 
 /// What is too small for cells, and the rest.
@@ -33,7 +37,9 @@ pub(super) struct Divided {
 impl Parts {
     pub fn new(mesh: &TriMesh) -> Self {
         let (of_triangle, areas) = parts(mesh);
-        Self { of_triangle, areas }
+        let mut triangles = vec![Vec::new(); areas.len()];
+        (0..).zip(&of_triangle).for_each(|(t, part)| triangles[*part as usize].push(t));
+        Self { of_triangle, areas, triangles }
     }
 
     pub fn count(&self) -> usize {
@@ -45,9 +51,9 @@ impl Parts {
         self.areas.iter().sum()
     }
 
-    /// The triangles of a component.
-    pub fn triangles(&self, part: usize) -> Vec<u32> {
-        (0..).zip(&self.of_triangle).filter(|(_, p)| **p as usize == part).map(|(t, _)| t).collect()
+    /// A component of the mesh by itself.
+    fn own(&self, mesh: &TriMesh, part: usize) -> TriMesh {
+        extract(mesh, &self.triangles[part])
     }
 
     /// Makes the small components and counts what is left.
@@ -59,39 +65,30 @@ impl Parts {
         let share = |part: usize| wish.vertices as f64 * self.areas[part] / whole;
         let largest = (0..self.count()).max_by(|a, b| self.areas[*a].total_cmp(&self.areas[*b])).unwrap_or(0);
         let is_small = |part: usize| part != largest && share(part) < SMALL;
-        let mut left = wish.vertices;
-        let mut small = Vec::new();
-        for part in (0..self.count()).filter(|part| is_small(*part)) {
-            let own = extract(mesh, &self.triangles(part));
-            let made = spare(&own, &[], &Wish { vertices: (share(part).round() as usize).max(3), ..*wish });
-            left = left.saturating_sub(made.vertices.len());
-            small.push(made);
+        let make = |vertices: &dyn Fn(usize) -> usize| -> Vec<TriMesh> {
+            let small = (0..self.count()).filter(|part| is_small(*part));
+            small
+                .map(|part| spare(&self.own(mesh, part), &[], &Wish { vertices: vertices(part), ..*wish }))
+                .collect()
+        };
+        let left = |small: &[TriMesh]| {
+            wish.vertices.saturating_sub(small.iter().map(|part| part.vertices.len()).sum())
+        };
+        let mut small = make(&|part| (share(part).round() as usize).max(3));
+        let shares: f64 = (0..self.count()).filter(|part| !is_small(*part)).map(share).sum();
+        // Small ones get more than their share, but not at any price.
+        if !small.is_empty() && (left(&small) as f64) < (0.5 * shares).max(ENOUGH) {
+            let own: Vec<TriMesh> = (0..self.count()).map(|part| self.own(mesh, part)).collect();
+            let counts = shares_above_least(&own.iter().collect::<Vec<_>>(), &self.areas, wish)?;
+            small = make(&|part| counts[part]);
         }
-        let least = if small.is_empty() { 1 } else { 4 };
-        if left < least {
-            return Err(self.too_few(mesh, wish));
-        }
+        let left = left(&small);
         let large: Vec<usize> = (0..self.count()).filter(|part| !is_small(*part)).collect();
         let area: f64 = large.iter().map(|part| self.areas[*part]).sum();
         let smallest = large.iter().map(|part| self.areas[*part]).fold(area, f64::min);
         let coarsest = if large.len() > 1 { (ON_COARSEST * area / smallest) as usize } else { 0 };
         let triangles = (0..).zip(&self.of_triangle).filter(|(_, part)| !is_small(**part as usize));
         Ok(Divided { large: triangles.map(|(t, _)| t).collect(), small, left, coarsest })
-    }
-
-    /// The error that names a number of vertices that would do.
-    fn too_few(&self, mesh: &TriMesh, wish: &Wish) -> Error {
-        let none = Wish { vertices: 0, ..*wish };
-        let least = |part| coarsened(&extract(mesh, &self.triangles(part)), &[], &none).mesh.vertices.len();
-        let needed: usize = (0..self.count()).map(least).sum();
-        Error::usage(
-            format!(
-                "{} vertices are too few for the {} components of this surface",
-                wish.vertices,
-                self.count()
-            ),
-            format!("ask for more vertices, {} would do", needed.max(wish.vertices + 1)),
-        )
     }
 }
 
@@ -100,6 +97,12 @@ impl Parts {
     /// all. `sites` are where its vertices were on the surface. How many were replaced; without enough vertices for
     /// that, none.
     pub fn mend(&self, mesh: &TriMesh, result: &mut TriMesh, sites: &[Site], wish: &Wish) -> usize {
+        if self.count() == 1 {
+            let got = topology(result);
+            if got.vertices == result.vertices.len() && is_as_good(&got, &topology(mesh)) {
+                return 0;
+            }
+        }
         let part_of = |v: u32| self.of_triangle[sites[v as usize].triangle as usize] as usize;
         let mut triangles = vec![Vec::new(); self.count()];
         let mut right = vec![true; self.count()];
@@ -112,7 +115,7 @@ impl Parts {
         }
         let mut vertices = vec![0; self.count()];
         (0..sites.len() as u32).for_each(|v| vertices[part_of(v)] += 1);
-        let own: Vec<TriMesh> = (0..self.count()).map(|part| extract(mesh, &self.triangles(part))).collect();
+        let own: Vec<TriMesh> = (0..self.count()).map(|part| self.own(mesh, part)).collect();
         for (part, right) in right.iter_mut().enumerate().filter(|(_, right)| **right) {
             let got = topology(&extract(result, &triangles[part]));
             *right = got.vertices == vertices[part] && is_as_good(&got, &topology(&own[part]));
@@ -127,7 +130,7 @@ impl Parts {
         // Triangles by their number in their component.
         let mut number = vec![0; self.of_triangle.len()];
         for part in &wrong {
-            (0..).zip(self.triangles(*part)).for_each(|(new, t)| number[t as usize] = new);
+            (0..).zip(&self.triangles[*part]).for_each(|(new, t)| number[*t as usize] = new);
         }
         let own_sites = |part: &usize| {
             let there = (0..).zip(sites).filter(|(v, _)| part_of(*v) == *part);
@@ -135,7 +138,7 @@ impl Parts {
         };
         let sites: Vec<Vec<Site>> = wrong.iter().map(own_sites).collect();
         let wish = Wish { vertices: result.vertices.len() - kept, ..*wish };
-        let Some(made) = all(&list, &areas, &sites, &wish) else { return 0 };
+        let Ok(made) = all(&list, &areas, &sites, &wish) else { return 0 };
         let keep: Vec<u32> =
             (0..self.count()).filter(|part| right[*part]).flat_map(|part| triangles[part].clone()).collect();
         *result = extract(result, &keep);
@@ -148,33 +151,80 @@ impl Parts {
     /// # Errors
     /// [`Error::Usage`] with the least number of vertices if there are too few.
     pub fn whole(&self, mesh: &TriMesh, wish: &Wish) -> Result<TriMesh> {
-        let own: Vec<TriMesh> = (0..self.count()).map(|part| extract(mesh, &self.triangles(part))).collect();
-        let made = all(&own.iter().collect::<Vec<_>>(), &self.areas, &[], wish);
-        let Some(made) = made else { return Err(self.too_few(mesh, wish)) };
+        let own: Vec<TriMesh> = (0..self.count()).map(|part| self.own(mesh, part)).collect();
+        let made = all(&own.iter().collect::<Vec<_>>(), &self.areas, &[], wish)?;
         let mut result = TriMesh::default();
         made.iter().for_each(|part| append(&mut result, part));
         Ok(result)
     }
 }
 
-/// Components with their shares of the vertices, the smallest first, so that the largest gives what they lack; `None` if
-/// there are too few.
-fn all(parts: &[&TriMesh], areas: &[f64], sites: &[Vec<Site>], wish: &Wish) -> Option<Vec<TriMesh>> {
-    let mut order: Vec<usize> = (0..parts.len()).collect();
-    order.sort_by(|a, b| areas[*a].total_cmp(&areas[*b]));
-    let (mut left, mut area) = (wish.vertices, areas.iter().sum::<f64>());
-    let mut made = vec![TriMesh::default(); parts.len()];
-    for (rank, part) in order.iter().enumerate() {
-        let last = rank + 1 == parts.len();
-        let share = (left as f64 * areas[*part] / area).round() as usize;
-        let vertices = if last { left } else { share.clamp(3, left.max(3)) };
-        let new =
-            spare(parts[*part], sites.get(*part).map_or(&[], Vec::as_slice), &Wish { vertices, ..*wish });
-        left = left.checked_sub(new.vertices.len())?;
-        area -= areas[*part];
-        made[*part] = new;
+/// Components with their shares of the vertices, or with more than that for the small ones.
+///
+/// # Errors
+/// [`Error::Usage`] with the least number of vertices if there are too few.
+fn all(parts: &[&TriMesh], areas: &[f64], sites: &[Vec<Site>], wish: &Wish) -> Result<Vec<TriMesh>> {
+    let make = |counts: &[usize]| -> Vec<TriMesh> {
+        let sites = |part: usize| sites.get(part).map_or(&[][..], Vec::as_slice);
+        let wish = |part: usize| Wish { vertices: counts[part], ..*wish };
+        (0..parts.len()).map(|part| spare(parts[part], sites(part), &wish(part))).collect()
+    };
+    let fits = |made: &[TriMesh], counts: &[usize]| {
+        made.iter().zip(counts).all(|(mesh, count)| mesh.vertices.len() == *count)
+    };
+    let counts = shares(areas, &vec![0; parts.len()], wish.vertices);
+    let made = make(&counts);
+    if fits(&made, &counts) {
+        return Ok(made);
     }
-    (left == 0).then_some(made)
+    let counts = shares_above_least(parts, areas, wish)?;
+    let made = make(&counts);
+    if fits(&made, &counts) {
+        return Ok(made);
+    }
+    Err(too_few(wish.vertices, parts.len(), wish.vertices + 1))
+}
+
+/// Vertices for each component: the least that it needs, and its share by area of the others.
+///
+/// # Errors
+/// [`Error::Usage`] with the least number of vertices if there are too few.
+fn shares_above_least(parts: &[&TriMesh], areas: &[f64], wish: &Wish) -> Result<Vec<usize>> {
+    let none = Wish { vertices: 0, ..*wish };
+    let least: Vec<usize> =
+        parts.iter().map(|part| coarsened(part, &[], &none).mesh.vertices.len()).collect();
+    let needed: usize = least.iter().sum();
+    if needed > wish.vertices {
+        return Err(too_few(wish.vertices, parts.len(), needed));
+    }
+    Ok(shares(areas, &least, wish.vertices))
+}
+
+/// `count` in all: what is `least` for each, and the rest by area, as evenly as whole numbers can be.
+fn shares(areas: &[f64], least: &[usize], count: usize) -> Vec<usize> {
+    let rest = count - least.iter().sum::<usize>();
+    let whole: f64 = areas.iter().sum();
+    let mut passed = 0.0;
+    let mut given = 0;
+    let next = |(area, least): (&f64, &usize)| {
+        passed += area / whole;
+        let upto = ((passed * rest as f64).round() as usize).clamp(given, rest);
+        let own = least + upto - given;
+        given = upto;
+        own
+    };
+    let mut counts: Vec<usize> = areas.iter().zip(least).map(next).collect();
+    if let Some(last) = counts.last_mut() {
+        *last += rest - given;
+    }
+    counts
+}
+
+fn too_few(count: usize, parts: usize, needed: usize) -> Error {
+    Error::usage(
+        format!("{count} vertices are too few for the {parts} components of this surface"),
+        format!("ask for more vertices, {needed} would do"),
+    )
 }
 
 /// Whether a mesh has the topology of another, and no defects that this has not.
@@ -190,20 +240,16 @@ pub(super) fn is_as_good(got: &Topology, want: &Topology) -> bool {
 
 /// The mesh of some triangles.
 pub(super) fn extract(mesh: &TriMesh, triangles: &[u32]) -> TriMesh {
-    let mut renamed = vec![u32::MAX; mesh.vertices.len()];
-    let mut part = TriMesh::default();
-    for t in triangles {
-        let triangle = mesh.triangles[*t as usize].map(|v| {
-            let new = &mut renamed[v as usize];
-            if *new == u32::MAX {
-                *new = part.vertices.len() as u32;
-                part.vertices.push(mesh.vertices[v as usize]);
-            }
-            *new
-        });
-        part.triangles.push(triangle);
+    let of = |t: &u32| mesh.triangles[*t as usize];
+    let mut used: Vec<u32> = triangles.iter().flat_map(of).collect();
+    used.sort_unstable();
+    used.dedup();
+    // All vertices of triangles are in it.
+    let renamed = |v: u32| used.binary_search(&v).unwrap_or(0) as u32;
+    TriMesh {
+        vertices: used.iter().map(|v| mesh.vertices[*v as usize]).collect(),
+        triangles: triangles.iter().map(|t| of(t).map(renamed)).collect(),
     }
-    part
 }
 
 /// Adds another mesh.
