@@ -226,7 +226,7 @@ fn connection(
     let run = CoarseToFine { device, surface, ground, input: large_input, options: &options };
     match run.run(progress, clock) {
         Ok((mut connection, steps)) => {
-            connection.collapsed = parts.mend(large, &mut connection.mesh, &connection.on_surface, &wish);
+            connection.collapsed = parts.mend(large, &mut connection.mesh, &connection.on_surface, &wish)?;
             if connection.collapsed > 0 {
                 // They were in those components, since a hole changes the topology.
                 connection.counts.unfilled_faces = 0;
@@ -234,7 +234,7 @@ fn connection(
             Ok((connection, steps))
         }
         // Sharp edges need more than there are.
-        Err(error @ Error::Usage { .. }) => {
+        Err(error @ Error::Usage { .. }) if options.features.is_none() => {
             let mesh = parts.whole(large, &wish).map_err(|_| error)?;
             Ok((Connection { mesh, collapsed: parts.count(), ..Connection::default() }, Vec::new()))
         }

@@ -92,37 +92,33 @@ impl Parts {
     }
 }
 
+/// What a result has in each component.
+struct Compared {
+    /// Whether it is what it should be.
+    right: Vec<bool>,
+    triangles: Vec<Vec<u32>>,
+    vertices: Vec<usize>,
+}
+
 impl Parts {
     /// Replaces the components of a result that are not what they are in the surface `mesh`, with as many vertices in
-    /// all. `sites` are where its vertices were on the surface. How many were replaced; without enough vertices for
-    /// that, none.
-    pub fn mend(&self, mesh: &TriMesh, result: &mut TriMesh, sites: &[Site], wish: &Wish) -> usize {
+    /// all. `sites` are where its vertices were on the surface. How many were replaced.
+    ///
+    /// # Errors
+    /// [`Error::Usage`] with the least number of vertices if there are too few.
+    pub fn mend(&self, mesh: &TriMesh, result: &mut TriMesh, sites: &[Site], wish: &Wish) -> Result<usize> {
         if self.count() == 1 {
             let got = topology(result);
             if got.vertices == result.vertices.len() && is_as_good(&got, &topology(mesh)) {
-                return 0;
+                return Ok(0);
             }
         }
         let part_of = |v: u32| self.of_triangle[sites[v as usize].triangle as usize] as usize;
-        let mut triangles = vec![Vec::new(); self.count()];
-        let mut right = vec![true; self.count()];
-        for (t, triangle) in (0..).zip(&result.triangles) {
-            let [a, b, c] = triangle.map(part_of);
-            triangles[a].push(t);
-            if a != b || b != c {
-                [a, b, c].iter().for_each(|part| right[*part] = false);
-            }
-        }
-        let mut vertices = vec![0; self.count()];
-        (0..sites.len() as u32).for_each(|v| vertices[part_of(v)] += 1);
         let own: Vec<TriMesh> = (0..self.count()).map(|part| self.own(mesh, part)).collect();
-        for (part, right) in right.iter_mut().enumerate().filter(|(_, right)| **right) {
-            let got = topology(&extract(result, &triangles[part]));
-            *right = got.vertices == vertices[part] && is_as_good(&got, &topology(&own[part]));
-        }
+        let Compared { right, triangles, vertices } = self.compare(&own, result, &part_of);
         let wrong: Vec<usize> = (0..self.count()).filter(|part| !right[*part]).collect();
         if wrong.is_empty() {
-            return 0;
+            return Ok(0);
         }
         let kept: usize = (0..self.count()).filter(|part| right[*part]).map(|part| vertices[part]).sum();
         let list: Vec<&TriMesh> = wrong.iter().map(|part| &own[*part]).collect();
@@ -138,12 +134,32 @@ impl Parts {
         };
         let sites: Vec<Vec<Site>> = wrong.iter().map(own_sites).collect();
         let wish = Wish { vertices: result.vertices.len() - kept, ..*wish };
-        let Ok(made) = all(&list, &areas, &sites, &wish) else { return 0 };
+        let made = all(&list, &areas, &sites, &wish)?;
         let keep: Vec<u32> =
             (0..self.count()).filter(|part| right[*part]).flat_map(|part| triangles[part].clone()).collect();
         *result = extract(result, &keep);
         made.iter().for_each(|part| append(result, part));
-        wrong.len()
+        Ok(wrong.len())
+    }
+
+    /// The components of a result beside those of the surface.
+    fn compare(&self, own: &[TriMesh], result: &TriMesh, part_of: &dyn Fn(u32) -> usize) -> Compared {
+        let mut triangles = vec![Vec::new(); self.count()];
+        let mut right = vec![true; self.count()];
+        for (t, triangle) in (0..).zip(&result.triangles) {
+            let [a, b, c] = triangle.map(part_of);
+            triangles[a].push(t);
+            if a != b || b != c {
+                [a, b, c].iter().for_each(|part| right[*part] = false);
+            }
+        }
+        let mut vertices = vec![0; self.count()];
+        (0..result.vertices.len() as u32).for_each(|v| vertices[part_of(v)] += 1);
+        for (part, right) in right.iter_mut().enumerate().filter(|(_, right)| **right) {
+            let got = topology(&extract(result, &triangles[part]));
+            *right = got.vertices == vertices[part] && is_as_good(&got, &topology(&own[part]));
+        }
+        Compared { right, triangles, vertices }
     }
 
     /// The whole surface by collapsing edges.
@@ -182,7 +198,8 @@ fn all(parts: &[&TriMesh], areas: &[f64], sites: &[Vec<Site>], wish: &Wish) -> R
     if fits(&made, &counts) {
         return Ok(made);
     }
-    Err(too_few(wish.vertices, parts.len(), wish.vertices + 1))
+    // The least is reached on another way than with sites or sharp edges.
+    Err(too_few(wish.vertices, parts.len(), 2 * wish.vertices))
 }
 
 /// Vertices for each component: the least that it needs, and its share by area of the others.

@@ -2,17 +2,35 @@
 
 use super::flip::flip;
 use super::{Graph, ordered};
+use crate::TriMesh;
+use crate::mesh::intersections::intersecting_faces;
 use glam::{DMat3, DVec3};
 use std::cmp::Reverse;
 use std::collections::BinaryHeap;
 
 /// What a squared distance from the old surface costs, over the squared length of the edge.
 const DISTANCE: f64 = 4.0;
-/// How careful collapses are, one after the other: the least cosine between a triangle's normals before and after, and
-/// the least height over the longest side, unless the triangle was worse.
-const CARE: [(f64, f64); 6] = [(0.8, 0.3), (0.6, 0.15), (0.4, 0.08), (0.2, 0.03), (0.0, 0.005), (-1.0, 1e-6)];
+/// How careful collapses are, one after the other.
+const CARE: [Care; 6] = [
+    Care { cosine: 0.8, height: 0.3, apart: false },
+    Care { cosine: 0.6, height: 0.15, apart: false },
+    Care { cosine: 0.4, height: 0.08, apart: true },
+    Care { cosine: 0.2, height: 0.03, apart: true },
+    Care { cosine: 0.0, height: 0.005, apart: true },
+    Care { cosine: -1.0, height: 1e-6, apart: true },
+];
 /// Collapses over all edges at each care.
 const PASSES: usize = 4;
+
+#[derive(Clone, Copy)]
+struct Care {
+    /// The least cosine between a triangle's normals before and after.
+    cosine: f64,
+    /// The least height over the longest side, unless the triangle was worse.
+    height: f64,
+    /// Whether triangles around that did not intersect are looked at, so that they do not.
+    apart: bool,
+}
 
 /// The sum of squared distances to planes.
 #[derive(Clone, Copy, Default)]
@@ -91,7 +109,7 @@ impl<'a> Collapser<'a> {
         }
     }
 
-    fn pass(&mut self, count: usize, care: (f64, f64)) {
+    fn pass(&mut self, count: usize, care: Care) {
         let mut moves: BinaryHeap<Move> = BinaryHeap::new();
         for v in 0..self.graph.points.len() as u32 {
             for u in self.graph.neighbours(v) {
@@ -177,14 +195,38 @@ impl<'a> Collapser<'a> {
             .map(move |(t, triangle)| (t, triangle.map(|w| if w == v { u } else { w })))
     }
 
-    fn keeps_shape(&self, v: u32, u: u32, (cosine, height): (f64, f64)) -> bool {
-        self.moved(v, u).all(|(t, new)| {
+    fn keeps_shape(&self, v: u32, u: u32, care: Care) -> bool {
+        let good = self.moved(v, u).all(|(t, new)| {
             let [before, after] = [self.graph.triangles[t as usize], new].map(|t| self.graph.corners(t));
             let [n, m] = [before, after].map(|[a, b, c]| (b - a).cross(c - a));
-            let turned = n.dot(m) < cosine * n.length() * m.length();
+            let turned = n.dot(m) < care.cosine * n.length() * m.length();
             let [old, new] = [height_of(before), height_of(after)];
-            !turned && new >= height.min(old)
-        })
+            !turned && new >= care.height.min(old)
+        });
+        good && (!care.apart || self.stays_apart(v, u))
+    }
+
+    /// Whether no more triangles around intersect once `v` is at `u`.
+    fn stays_apart(&self, v: u32, u: u32) -> bool {
+        let graph = &self.graph;
+        let near = [v, u].into_iter().flat_map(|w| graph.neighbours(w));
+        let mut around: Vec<u32> = near.flat_map(|w| graph.star[w as usize].iter().copied()).collect();
+        around.sort_unstable();
+        around.dedup();
+        let before: Vec<[u32; 3]> = around.iter().map(|t| graph.triangles[*t as usize]).collect();
+        let there = before.iter().filter(|t| !(t.contains(&v) && t.contains(&u)));
+        let after = there.map(|t| t.map(|w| if w == v { u } else { w })).collect();
+        self.intersecting(after) <= self.intersecting(before)
+    }
+
+    fn intersecting(&self, triangles: Vec<[u32; 3]>) -> usize {
+        let mut order: Vec<u32> = triangles.as_flattened().to_vec();
+        order.sort_unstable();
+        order.dedup();
+        let vertices = order.iter().map(|v| self.graph.points[*v as usize]).collect();
+        let number = |v: u32| order.binary_search(&v).unwrap_or(0) as u32;
+        let triangles = triangles.iter().map(|t| t.map(number)).collect();
+        intersecting_faces(&TriMesh { vertices, triangles }).len()
     }
 
     fn apply(&mut self, v: u32, u: u32) {

@@ -37,7 +37,8 @@ pub struct Coarsened {
 }
 
 /// The surface with `count` vertices, all of them vertices of `mesh` if that has as many; else the longest edges are
-/// halved. If no mesh of so few vertices can be reached without changing the topology, one with more comes back. Vertices
+/// halved. If no mesh of so few vertices can be reached without changing the topology or running through
+/// itself, one with more comes back. Vertices
 /// move along curves only, and corners not at all. Panics if an index is out of range.
 pub fn with_vertices(mesh: &TriMesh, kept: Kept, count: usize) -> Coarsened {
     let mut graph = Graph::new(mesh, kept);

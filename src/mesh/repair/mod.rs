@@ -120,6 +120,10 @@ pub fn repair_with(mesh: &TriMesh, options: &RepairOptions) -> Result<Repaired> 
         let reach = kept.bounds().map_or(0.0, |(low, high)| options.weld * (high - low).length());
         weld::weld(&mut kept, reach, &mut counts);
         joints::join(&mut kept, reach, &mut counts);
+        if kept.triangles.is_empty() {
+            let problem = format!("no face is larger than --weld {} makes of it", options.weld);
+            return Err(Error::input(None, problem, "use a smaller tolerance"));
+        }
     }
     if options.min_component > 0.0 {
         parts::drop_small(&mut kept, options.min_component, &mut counts);
