@@ -236,9 +236,9 @@ fn sharp_edges_that_cannot_be_held() {
     refused(&place, "remesh in.ply out.ply -n 100 --features none.obj", 3, &["none.obj", "no such file"]);
     let rtf = "remesh in.ply out.ply -n 100 --preset rtf --feature-angle 30";
     refused(&place, rtf, 2, &["--feature-angle", "preset default"]);
-    for option in ["--weld 1", "--weld -1", "--min-component nan", "--min-component 1"] {
+    for option in ["--weld 1", "--weld=-1", "--min-component nan", "--min-component 1"] {
         let line = format!("remesh in.ply out.ply -n 100 {option}");
-        refused(&place, &line, 2, &[option.split(' ').next().unwrap()]);
+        refused(&place, &line, 2, &[option.split([' ', '=']).next().unwrap()]);
     }
     std::fs::write(place.path("f.obj"), "v 0 0 0\nv 1 1 1\nv 0 0 0.5\nl 1 3\n").unwrap();
     refused(&place, "remesh in.ply out.ply -n 100 --features f.obj", 3, &["f.obj", "line 4"]);

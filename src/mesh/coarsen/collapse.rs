@@ -3,6 +3,7 @@
 use super::flip::flip;
 use super::{Graph, ordered};
 use crate::TriMesh;
+use crate::mesh::edges::{EdgeTable, Side};
 use crate::mesh::intersections::intersecting_faces;
 use glam::{DMat3, DVec3};
 use std::cmp::Reverse;
@@ -19,6 +20,10 @@ const CARE: [Care; 6] = [
     Care { cosine: 0.0, height: 0.005, apart: true },
     Care { cosine: -1.0, height: 1e-6, apart: true },
 ];
+/// Of so few vertices, even small turns may fold the surface: then all triangles are looked at.
+const FEW: usize = 2000;
+/// Cosine of the normals of two triangles that are all but back to back: 2.5 degrees.
+const FOLDED: f64 = -0.999;
 /// Collapses over all edges at each care.
 const PASSES: usize = 4;
 
@@ -203,7 +208,7 @@ impl<'a> Collapser<'a> {
             let [old, new] = [height_of(before), height_of(after)];
             !turned && new >= care.height.min(old)
         });
-        good && (!care.apart || self.stays_apart(v, u))
+        good && (!(care.apart || self.graph.used < FEW) || self.stays_apart(v, u))
     }
 
     /// Whether no more triangles around intersect once `v` is at `u`.
@@ -226,7 +231,8 @@ impl<'a> Collapser<'a> {
         let vertices = order.iter().map(|v| self.graph.points[*v as usize]).collect();
         let number = |v: u32| order.binary_search(&v).unwrap_or(0) as u32;
         let triangles = triangles.iter().map(|t| t.map(number)).collect();
-        intersecting_faces(&TriMesh { vertices, triangles }).len()
+        let mesh = TriMesh { vertices, triangles };
+        intersecting_faces(&mesh).len() + folded(&mesh)
     }
 
     fn apply(&mut self, v: u32, u: u32) {
@@ -263,4 +269,17 @@ impl<'a> Collapser<'a> {
 fn height_of([a, b, c]: [DVec3; 3]) -> f64 {
     let longest = a.distance_squared(b).max(b.distance_squared(c)).max(c.distance_squared(a));
     (b - a).cross(c - a).length() / longest.max(f64::MIN_POSITIVE)
+}
+
+/// Pairs of triangles so nearly back to back that rounding decides whether they intersect.
+fn folded(mesh: &TriMesh) -> usize {
+    let normal = |t: usize| {
+        let [a, b, c] = mesh.corners(t);
+        (b - a).cross(c - a).normalize_or_zero()
+    };
+    let is_folded = |sides: &&[Side]| match sides {
+        [one, two] => normal(one.triangle()).dot(normal(two.triangle())) < FOLDED,
+        _ => false,
+    };
+    EdgeTable::new(&mesh.triangles).edges().filter(is_folded).count()
 }
