@@ -15,6 +15,8 @@ pub mod gpu;
 pub mod measure;
 pub mod mesh;
 mod options;
+#[cfg(feature = "picture")]
+pub mod picture;
 mod pipeline;
 pub mod polish;
 pub mod report;

@@ -2,8 +2,8 @@
 
 use crate::cli::Place;
 
-const COMMANDS: [&str; 8] =
-    ["remesh", "batch", "measure", "inspect", "sample", "devices", "completions", "man"];
+const COMMANDS: [&str; 9] =
+    ["remesh", "batch", "measure", "inspect", "render", "sample", "devices", "completions", "man"];
 
 #[test]
 fn shells_complete_every_command_and_its_options() {

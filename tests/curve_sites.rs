@@ -145,7 +145,7 @@ fn short_curves_and_two_between_the_same_corners_double_no_edge() {
     let drop = star(drop);
     let found = curves(&drop, 40.0, 0.2);
     assert_eq!((found.corner_count(), found.curve_count()), (1, 1));
-    assert_eq!(sites(&drop, &found, 10.0).positions.len(), 3);
+    assert_eq!(sites(&drop, &found, 100.0).positions.len(), 3);
 }
 
 #[test]
@@ -196,4 +196,33 @@ fn bends_that_even_sites_cut_off_get_one() {
     // Where nothing bends they stand as before.
     let low = sites.positions.iter().filter(|p| p.y.abs() < 1e-9).count();
     assert_eq!(low, 1 + (1.0_f64 / spacing).round() as usize);
+}
+
+#[test]
+fn ragged_rims_are_followed_closer_than_smooth_ones() {
+    // Teeth a third of a spacing wide on the rim of a disc.
+    let spacing = 0.3;
+    let rim = (0..7).flat_map(|tooth| {
+        let begin = std::f64::consts::TAU * f64::from(tooth) / 7.0;
+        let teeth = [(0.0, 0.0), (0.06, 0.024), (0.12, 0.0)];
+        let rest = (2..9).map(|k| (0.1 * f64::from(k), 0.0));
+        teeth.into_iter().chain(rest).map(move |(way, height)| {
+            (1.0 + height) * DVec3::new((begin + way).cos(), (begin + way).sin(), 0.0)
+        })
+    });
+    let rim: Vec<DVec3> = rim.collect();
+    let disc = star(rim.iter().copied().chain([DVec3::ZERO]).collect());
+    let found = curves(&disc, 40.0, spacing);
+    assert_eq!(found.corner_count(), 0, "teeth are no corners");
+    let sites = sites(&disc, &found, spacing);
+    assert!(sites.positions.len() < 50, "{}", sites.positions.len());
+    for point in &rim {
+        let off = |[a, b]: &[u32; 2]| {
+            let [a, b] = [a, b].map(|v| sites.positions[*v as usize]);
+            let share = ((*point - a).dot(b - a) / (b - a).length_squared()).clamp(0.0, 1.0);
+            point.distance(a.lerp(b, share))
+        };
+        let nearest = sites.segments.iter().map(off).fold(f64::INFINITY, f64::min);
+        assert!(nearest <= 0.045 * spacing, "{point} is {nearest} off");
+    }
 }

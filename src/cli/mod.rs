@@ -7,6 +7,7 @@ mod inspect;
 mod measure;
 mod method;
 mod remesh;
+mod render;
 mod sample;
 mod shell;
 mod size;
@@ -38,6 +39,7 @@ enum Command {
     Batch(batch::Args),
     Measure(measure::Args),
     Inspect(inspect::Args),
+    Render(render::Args),
     Sample(sample::Args),
     Devices(devices::Args),
     Completions(shell::CompletionsArgs),
@@ -55,6 +57,7 @@ pub fn main() -> ExitCode {
         Command::Batch(args) => batch::run(&args),
         Command::Measure(args) => measure::run(&args),
         Command::Inspect(args) => inspect::run(&args),
+        Command::Render(args) => render::run(&args),
         Command::Sample(args) => sample::run(&args),
         Command::Devices(args) => devices::run(&args),
         Command::Completions(args) => shell::completions(&args),

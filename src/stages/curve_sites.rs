@@ -14,8 +14,12 @@ const SNAP: f64 = 1e-6;
 
 /// A bend farther from the chord than this many spacings gets a site.
 const MAX_STRAY: f64 = 0.03;
-/// A bend nearer than this many spacings to another one with a site, or to an end of the curve, gets none.
+/// A bend nearer than this many spacings to another one with a site, or to an end of the curve, gets none,
 const LEAST_GAP: f64 = 0.3;
+/// unless it is farther from the chord than this many, as on ragged rims,
+const FAR_STRAY: f64 = 0.045;
+/// and no nearer than this many: what is left out there is no farther off.
+const RAGGED_GAP: f64 = 0.05;
 
 /// The sites on all curves for one spacing. They stay there until the polish.
 #[derive(Debug, Clone, Default, PartialEq)]
@@ -125,12 +129,14 @@ fn ways(curve: &CurvePath, spacing: f64) -> Vec<f64> {
 fn bent(line: &Polyline, [from, to]: [f64; 2], spacing: f64, ways: &mut Vec<f64>) {
     let begin = ways.len();
     evenly([from, to], ((to - from) / spacing).round().max(1.0) as usize, ways);
-    let gap = LEAST_GAP * spacing;
-    let inside = |way: f64| way - from >= gap && to - way >= gap;
+    let cut_off = |way: f64, stray: f64| {
+        let gap = spacing * if stray > FAR_STRAY * spacing { RAGGED_GAP } else { LEAST_GAP };
+        stray > MAX_STRAY * spacing && way - from >= gap && to - way >= gap
+    };
     let chords = (begin..ways.len()).map(|k| [ways[k - 1], ways[k]]);
     let worst = chords
         .flat_map(|[a, b]| line.strays(a, b))
-        .filter(|(way, stray)| *stray > MAX_STRAY * spacing && inside(*way))
+        .filter(|(way, stray)| cut_off(*way, *stray))
         .reduce(|best, new| if new.1 > best.1 { new } else { best });
     if let Some((bend, _)) = worst {
         ways.truncate(begin);

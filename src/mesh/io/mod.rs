@@ -24,7 +24,9 @@ use crate::{Error, Result};
 pub use format::{Encoding, Format};
 pub use lines::{FeatureLine, read_lines, write_skeleton};
 pub use write::precision_note;
-pub use write::{check_target, check_text_target, encode, target_encoding, write, write_as, write_text};
+pub use write::{
+    check_target, check_text_target, encode, target_encoding, write, write_as, write_bytes, write_text,
+};
 
 /// A mesh as its file has it, triangulated but not cleaned.
 #[derive(Debug, Clone, PartialEq)]

@@ -117,7 +117,15 @@ fn check_fits(path: &Path, mesh: &TriMesh, format: Format) -> Result<()> {
 ///
 /// [`Error::Output`]: see [`check_text_target`]; also a full disk.
 pub fn write_text(path: &Path, text: &str) -> Result<()> {
-    atomically(path, |file| file.write_all(text.as_bytes()))
+    write_bytes(path, text.as_bytes())
+}
+
+/// As [`write_text`], for anything.
+///
+/// # Errors
+/// See there.
+pub fn write_bytes(path: &Path, bytes: &[u8]) -> Result<()> {
+    atomically(path, |file| file.write_all(bytes))
 }
 
 /// Tells before the work whether [`write()`] could write to `path`; leaves nothing behind.

@@ -1,0 +1,165 @@
+//! `rtfmesh render`.
+
+use super::files::{InputFormat, input_name, is_standard, tell_notes};
+use super::remesh::same_file;
+use super::tell;
+use anyhow::Result;
+use glam::DVec3;
+use rtfmesh::mesh::io;
+use rtfmesh::mesh::skeleton::{SkeletonOptions, skeleton, spacing_of};
+use rtfmesh::picture::{Panel, PictureOptions, View, distance_colours, png, quality_colours};
+use rtfmesh::{Error, TriMesh};
+use std::path::{Path, PathBuf};
+
+const EXAMPLES: &str = "Examples:
+  rtfmesh render kitten-10k.ply kitten-10k.png
+  rtfmesh render kitten.ply kitten-10k.ply both.png --color quality
+  rtfmesh render part-5k.ply off.png --color distance --against part.ply --z-up --curves";
+
+/// Draw meshes into a PNG, side by side if there are several: flat shaded, with their edges.
+#[derive(clap::Args)]
+#[command(after_help = EXAMPLES)]
+pub struct Args {
+    /// Meshes to draw, all as seen by a camera that takes in the first; - is standard input
+    #[arg(required = true)]
+    meshes: Vec<PathBuf>,
+    /// Picture to write
+    #[arg(required = true, value_name = "OUT.png")]
+    output: PathBuf,
+    #[command(flatten)]
+    input_format: InputFormat,
+    /// What colours tell
+    #[arg(long, value_enum, default_value_t = Colouring::Plain)]
+    color: Colouring,
+    /// Mesh that distances are measured to, with --color distance
+    #[arg(long, value_name = "REFERENCE", required_if_eq("color", "distance"))]
+    against: Option<PathBuf>,
+    /// Width and height of each mesh's panel in pixels
+    #[arg(long, value_name = "WxH", default_value = "720x540", value_parser = size)]
+    size: [u32; 2],
+    /// Turn around the up axis in degrees
+    #[arg(long, value_name = "DEGREES", default_value_t = View::default().azimuth, allow_negative_numbers = true)]
+    azimuth: f64,
+    /// Height of the camera above the horizon in degrees
+    #[arg(long, value_name = "DEGREES", default_value_t = View::default().elevation, allow_negative_numbers = true)]
+    elevation: f64,
+    /// Nearer, or below 1 farther
+    #[arg(long, value_name = "TIMES", default_value_t = 1.0)]
+    zoom: f64,
+    /// The z axis is up, not y
+    #[arg(long)]
+    z_up: bool,
+    /// Leave the edges out
+    #[arg(long)]
+    no_edges: bool,
+    /// Draw sharp and open edges as lines
+    #[arg(long)]
+    curves: bool,
+}
+
+#[derive(Clone, Copy, PartialEq, clap::ValueEnum)]
+enum Colouring {
+    /// Nothing: outsides are blue, insides brown
+    Plain,
+    /// Triangle quality: light for equilateral, dark for slivers
+    Quality,
+    /// Distance from --against: pale at it, dark red where it is farthest off
+    Distance,
+}
+
+/// Reads, draws, writes.
+pub fn run(args: &Args) -> Result<()> {
+    let options = options(args)?;
+    refuse_overwriting(args)?;
+    io::check_text_target(&args.output)?;
+    let load = |path: &PathBuf| -> rtfmesh::Result<TriMesh> {
+        let loaded = args.input_format.load(path)?;
+        tell_notes(path, &loaded.notes);
+        Ok(loaded.mesh)
+    };
+    let meshes = args.meshes.iter().map(load).collect::<rtfmesh::Result<Vec<TriMesh>>>()?;
+    let reference =
+        args.against.as_ref().map(|path| Ok::<_, Error>((path, args.input_format.load_other(path)?.mesh)));
+    let reference = reference.transpose()?;
+    let mut colours = Vec::new();
+    let mut lines = Vec::new();
+    for (path, mesh) in args.meshes.iter().zip(&meshes) {
+        colours.push(match (args.color, &reference) {
+            (Colouring::Quality, _) => quality_colours(mesh),
+            (Colouring::Distance, Some((against, reference))) => {
+                let found = distance_colours(mesh, reference).map_err(|e| e.in_file(input_name(against)))?;
+                tell(&format!(
+                    "{}: at most {:.6} off, the darkest red\n",
+                    input_name(path).display(),
+                    found.largest
+                ));
+                found.colours
+            }
+            (Colouring::Plain | Colouring::Distance, _) => Vec::new(),
+        });
+        lines.push(if args.curves {
+            curves(mesh).map_err(|e| e.in_file(input_name(path)))?
+        } else {
+            Vec::new()
+        });
+    }
+    let panels = meshes.iter().zip(&colours).zip(&lines);
+    let panels: Vec<Panel> = panels.map(|((mesh, colours), lines)| Panel { mesh, colours, lines }).collect();
+    let name = args.meshes.first().map_or(Path::new(""), |path| input_name(path));
+    let picture = png(&panels, &options).map_err(|e| e.in_file(name))?;
+    Ok(io::write_bytes(&args.output, &picture)?)
+}
+
+fn options(args: &Args) -> rtfmesh::Result<PictureOptions> {
+    let Args { azimuth, elevation, zoom, z_up, .. } = *args;
+    let in_range =
+        azimuth.is_finite() && (-90.0..=90.0).contains(&elevation) && zoom > 0.0 && zoom.is_finite();
+    if !in_range {
+        return Err(Error::usage(
+            format!("--azimuth {azimuth} --elevation {elevation} --zoom {zoom} is out of range"),
+            "use any azimuth, -90 to 90 degrees of elevation, and a zoom above 0",
+        ));
+    }
+    if args.against.is_some() && args.color != Colouring::Distance {
+        return Err(Error::usage("--against is for --color distance alone", "leave it out, or add that"));
+    }
+    Ok(PictureOptions {
+        size: args.size,
+        view: View { azimuth, elevation, zoom, z_up },
+        edges: !args.no_edges,
+    })
+}
+
+fn refuse_overwriting(args: &Args) -> rtfmesh::Result<()> {
+    // Whoever forgets the picture names a mesh last.
+    if !args.output.extension().is_some_and(|extension| extension.eq_ignore_ascii_case("png")) {
+        let problem = format!("{} is no name of a picture", args.output.display());
+        return Err(Error::usage(problem, "name a file that ends in .png last"));
+    }
+    let read = args.meshes.iter().chain(&args.against);
+    if read.clone().any(|path| same_file(path, &args.output)) {
+        let problem = format!("the picture would overwrite the mesh in {}", args.output.display());
+        return Err(Error::usage(problem, "name the picture last, in a file of its own"));
+    }
+    if read.filter(|path| is_standard(path)).count() > 1 {
+        return Err(Error::usage("standard input cannot be two meshes", "give one of them as a file"));
+    }
+    Ok(())
+}
+
+/// The sharp and open edges, as lines.
+fn curves(mesh: &TriMesh) -> rtfmesh::Result<Vec<[DVec3; 2]>> {
+    let found = skeleton(mesh, &SkeletonOptions::new(spacing_of(mesh, mesh.vertices.len())?))?;
+    let ends = found.curves.iter().flat_map(|curve| {
+        let again = curve.vertices.first().filter(|_| curve.closed);
+        let line: Vec<u32> = curve.vertices.iter().chain(again).copied().collect();
+        line.windows(2).map(|pair| [pair[0], pair[1]]).collect::<Vec<_>>()
+    });
+    Ok(ends.map(|pair| pair.map(|v| mesh.vertices[v as usize])).collect())
+}
+
+fn size(text: &str) -> Result<[u32; 2], String> {
+    let sides =
+        text.split_once('x').and_then(|(width, height)| Some([width.parse().ok()?, height.parse().ok()?]));
+    sides.ok_or_else(|| "give width and height in pixels, as in 720x540".to_owned())
+}

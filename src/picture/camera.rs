@@ -1,0 +1,87 @@
+//! From where a mesh is seen.
+
+use crate::mesh::frame::Frame;
+use crate::{Result, TriMesh};
+use glam::{DMat3, DVec3};
+
+/// Distance of the camera in radii of the mesh: perspective, but little of it.
+const DISTANCE: f64 = 5.0;
+/// Room around the mesh, as a share of the panel.
+const MARGIN: f64 = 0.04;
+
+/// Where the camera stands.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct View {
+    /// Turn around the up axis in degrees; 0 looks along -z with y up, 90 from +x.
+    pub azimuth: f64,
+    /// Height above the horizon in degrees, -90 to 90.
+    pub elevation: f64,
+    /// Larger than 1: nearer.
+    pub zoom: f64,
+    /// Whether z is up, as in CAD, and not y.
+    pub z_up: bool,
+}
+
+impl Default for View {
+    fn default() -> Self {
+        Self { azimuth: 25.0, elevation: 15.0, zoom: 1.0, z_up: false }
+    }
+}
+
+/// Turns points into places on a panel.
+pub(super) struct Camera {
+    frame: Frame,
+    turn: DMat3,
+    /// Of a ball around the mesh in the unit-diagonal frame.
+    radius: f64,
+    /// Pixels of a radius at the centre.
+    pixels: f64,
+    size: [f64; 2],
+}
+
+/// A point on a panel.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Seen {
+    /// Pixels to the right and down.
+    pub at: [f64; 2],
+    /// In radii, towards the camera.
+    pub depth: f64,
+}
+
+impl Camera {
+    /// One that takes in the whole mesh.
+    ///
+    /// # Errors
+    /// [`crate::Error::Input`] for a mesh without a size.
+    pub fn around(mesh: &TriMesh, view: &View, size: [u32; 2]) -> Result<Self> {
+        let frame = Frame::of(mesh)?;
+        let radius =
+            mesh.vertices.iter().map(|v| frame.to_unit(*v).length()).fold(f64::MIN_POSITIVE, f64::max);
+        let upright =
+            if view.z_up { DMat3::from_cols(DVec3::X, DVec3::NEG_Z, DVec3::Y) } else { DMat3::IDENTITY };
+        let turn = DMat3::from_rotation_x(view.elevation.to_radians())
+            * DMat3::from_rotation_y(-view.azimuth.to_radians())
+            * upright;
+        let size = size.map(f64::from);
+        let mut camera = Self { frame, turn, radius, pixels: 1.0, size };
+        // What is seen may be narrower than a ball around it.
+        let ends = mesh.vertices.iter().map(|v| camera.see(*v).at);
+        let most = ends.fold([f64::MIN_POSITIVE; 2], |most, at| {
+            [0, 1].map(|k: usize| most[k].max((at[k] - 0.5 * size[k]).abs()))
+        });
+        let fits = [0, 1].map(|k: usize| (0.5 - MARGIN) * size[k] / most[k]);
+        camera.pixels = fits[0].min(fits[1]) * view.zoom;
+        Ok(camera)
+    }
+
+    pub fn see(&self, point: DVec3) -> Seen {
+        let p = self.turn * self.frame.to_unit(point) / self.radius;
+        let scale = self.pixels * DISTANCE / (DISTANCE - p.z).max(0.1);
+        Seen { at: [0.5 * self.size[0] + scale * p.x, 0.5 * self.size[1] - scale * p.y], depth: p.z }
+    }
+
+    /// A direction as the camera sees it: x to the right, y up, z towards it.
+    pub fn direction(&self, direction: DVec3) -> DVec3 {
+        self.turn * direction
+    }
+}

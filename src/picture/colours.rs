@@ -1,0 +1,61 @@
+//! What colours of faces tell.
+
+use super::Colour;
+use crate::mesh::bvh::Bvh;
+use crate::mesh::quality::TriangleQuality;
+use crate::{Result, TriMesh};
+use glam::DVec3;
+use rayon::prelude::*;
+
+/// The quality that the darkest colour stands for; 1 is the lightest.
+const WORST: f64 = 0.4;
+
+/// A colour for each face by its quality, [`TriangleQuality::q`]: light for equilateral ones, dark for slivers.
+pub fn quality_colours(mesh: &TriMesh) -> Vec<Colour> {
+    let of = |t: usize| {
+        let [a, b, c] = mesh.corners(t);
+        // Of a size whose powers are numbers.
+        let size = [b - a, c - a]
+            .map(|side| side.abs().max_element())
+            .iter()
+            .fold(f64::MIN_POSITIVE, |m, x| m.max(*x));
+        let quality = TriangleQuality::new([DVec3::ZERO, (b - a) / size, (c - a) / size]);
+        coloured(colorous::VIRIDIS, (quality.q - WORST) / (1.0 - WORST))
+    };
+    (0..mesh.triangles.len()).into_par_iter().map(of).collect()
+}
+
+/// Colours by distance.
+#[derive(Debug, Clone, PartialEq)]
+pub struct DistanceColours {
+    /// For each face.
+    pub colours: Vec<Colour>,
+    /// The distance that the darkest red stands for, in the meshes' units: the largest of a face's middle.
+    pub largest: f64,
+}
+
+/// A colour for each face by the distance of its middle from `reference`: pale at it, dark red where it is farthest
+/// off.
+///
+/// # Errors
+/// [`crate::Error::Input`] if the reference has no faces.
+pub fn distance_colours(mesh: &TriMesh, reference: &TriMesh) -> Result<DistanceColours> {
+    super::check(reference)?;
+    let tree = Bvh::new(reference);
+    let of = |t: usize| {
+        let [a, b, c] = mesh.corners(t);
+        tree.closest((a + b + c) / 3.0).map_or(0.0, |found| found.distance_sq.sqrt())
+    };
+    let distances: Vec<f64> = (0..mesh.triangles.len()).into_par_iter().map(of).collect();
+    let largest = distances.iter().copied().fold(0.0, f64::max);
+    let colours = distances
+        .iter()
+        .map(|d| coloured(colorous::YELLOW_ORANGE_RED, d / largest.max(f64::MIN_POSITIVE)))
+        .collect();
+    Ok(DistanceColours { colours, largest })
+}
+
+fn coloured(scale: colorous::Gradient, share: f64) -> Colour {
+    let colour = scale.eval_continuous(share.clamp(0.0, 1.0));
+    [colour.r, colour.g, colour.b]
+}

@@ -1,0 +1,94 @@
+//! Pictures of meshes, drawn by the CPU: flat shaded, with edges, coloured by quality or by distance.
+
+mod camera;
+mod colours;
+mod paint;
+
+pub use camera::View;
+pub use colours::{DistanceColours, distance_colours, quality_colours};
+
+use crate::{Error, Result, TriMesh};
+use camera::Camera;
+use glam::DVec3;
+use paint::Canvas;
+
+/// Most pixels of a picture along a side.
+pub const MAX_SIDE: u32 = 8192;
+
+/// A colour: red, green and blue.
+pub type Colour = [u8; 3];
+
+/// What is seen in one part of a picture.
+#[derive(Debug, Clone, Copy)]
+pub struct Panel<'a> {
+    /// The mesh.
+    pub mesh: &'a TriMesh,
+    /// The colour of each face; nothing for one colour.
+    pub colours: &'a [Colour],
+    /// Lines that are drawn over the mesh, by their ends, in its units.
+    pub lines: &'a [[DVec3; 2]],
+}
+
+/// How a picture is drawn.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct PictureOptions {
+    /// Width and height of each panel in pixels, 16 to [`MAX_SIDE`].
+    pub size: [u32; 2],
+    /// From where.
+    pub view: View,
+    /// Whether edges are drawn.
+    pub edges: bool,
+}
+
+impl Default for PictureOptions {
+    fn default() -> Self {
+        Self { size: [720, 540], view: View::default(), edges: true }
+    }
+}
+
+/// Draws panels side by side, all as seen by a camera that takes in the first mesh, into the bytes of a PNG.
+///
+/// # Errors
+/// [`Error::Usage`] if there is no panel or the size is out of range, [`Error::Input`] for a mesh without faces or with
+/// vertices that are not finite.
+pub fn png(panels: &[Panel], options: &PictureOptions) -> Result<Vec<u8>> {
+    let [width, height] = options.size;
+    let count = u32::try_from(panels.len()).unwrap_or(u32::MAX);
+    let whole = width.saturating_mul(count);
+    if width < 16 || height < 16 || whole > MAX_SIDE || height > MAX_SIDE {
+        return Err(Error::usage(
+            format!("a picture of {whole} x {height} pixels cannot be drawn"),
+            format!("use panels of 16 pixels or more, and a picture of {MAX_SIDE} at most, along each side"),
+        ));
+    }
+    let Some(first) = panels.first() else {
+        return Err(Error::usage("there is no mesh to draw", "give at least one"));
+    };
+    for panel in panels {
+        check(panel.mesh)?;
+    }
+    let mut canvas = Canvas::new([whole, height])?;
+    let camera = Camera::around(first.mesh, &options.view, options.size)?;
+    for (k, panel) in (0..).zip(panels) {
+        canvas.draw(panel, &camera, [k * width, width], options.edges);
+    }
+    canvas.png()
+}
+
+fn check(mesh: &TriMesh) -> Result<()> {
+    if mesh.triangles.is_empty() {
+        return Err(Error::input(None, "the mesh has no faces to draw", "give one with triangles"));
+    }
+    if let Some(v) = mesh.vertices.iter().position(|v| !v.is_finite()) {
+        return Err(Error::input(None, format!("vertex {v} is not finite"), "repair the file"));
+    }
+    let corners = mesh.triangles.as_flattened();
+    if let Some(v) = corners.iter().find(|v| **v as usize >= mesh.vertices.len()) {
+        return Err(Error::input(
+            None,
+            format!("a face uses vertex {v}, which is not there"),
+            "repair the file",
+        ));
+    }
+    Ok(())
+}
