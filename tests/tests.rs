@@ -46,6 +46,7 @@ mod shapes;
 mod shapes_of_faces;
 mod shortage;
 mod skeleton;
+mod source;
 mod spots;
 mod support;
 mod topology;

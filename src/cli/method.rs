@@ -145,6 +145,9 @@ impl MethodArgs {
                 (false, false) => Shortage::Refuse,
             },
             measures,
+            // Neither has an option yet.
+            held_sides: base.held_sides,
+            source: base.source,
             centroid: match self.centroid {
                 Some(CentroidName::Vertex) => Centroid::Vertex,
                 Some(CentroidName::Area) => Centroid::Area,

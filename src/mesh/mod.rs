@@ -11,6 +11,7 @@ pub mod quality;
 pub mod repair;
 pub mod samples;
 pub mod skeleton;
+pub mod source;
 pub mod topology;
 pub mod triangle;
 

@@ -18,6 +18,8 @@ const FLAT: f64 = 1e-14;
 pub struct Repaired {
     /// The mesh that is left; vertices and triangles in their old order.
     pub mesh: TriMesh,
+    /// Of each triangle that is left, which of the input it was.
+    pub origin: Vec<u32>,
     /// How much was changed.
     pub counts: RepairCounts,
 }
@@ -51,7 +53,8 @@ pub fn repair(mesh: &TriMesh) -> Result<Repaired> {
 
     let mut seen = HashSet::with_capacity(mesh.triangles.len());
     let mut triangles = Vec::with_capacity(mesh.triangles.len());
-    for triangle in &mesh.triangles {
+    let mut origin = Vec::with_capacity(mesh.triangles.len());
+    for (number, triangle) in (0..).zip(&mesh.triangles) {
         let welded = triangle.map(|vertex| first_there[vertex as usize]);
         let mut key = welded;
         key.sort_unstable();
@@ -59,6 +62,7 @@ pub fn repair(mesh: &TriMesh) -> Result<Repaired> {
             counts.degenerate_faces_dropped += 1;
         } else if seen.insert(key) {
             triangles.push(welded);
+            origin.push(number);
         } else {
             counts.duplicate_faces_dropped += 1;
         }
@@ -69,7 +73,7 @@ pub fn repair(mesh: &TriMesh) -> Result<Repaired> {
     let kept = compact(&mesh.vertices, triangles);
     counts.unreferenced_vertices_dropped =
         mesh.vertices.len() - counts.duplicate_vertices_welded - kept.vertices.len();
-    Ok(Repaired { mesh: kept, counts })
+    Ok(Repaired { mesh: kept, origin, counts })
 }
 
 fn check(mesh: &TriMesh) -> Result<()> {

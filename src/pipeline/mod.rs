@@ -21,6 +21,7 @@ use crate::gpu::{Device, StageTime};
 use crate::measure::{Crossing, Measures, measure_some};
 use crate::mesh::frame::Frame;
 use crate::mesh::repair::{RepairCounts, Repaired, repair};
+use crate::mesh::source::{Source, half_edges_after, trace};
 use crate::mesh::skeleton::{Skeleton, SkeletonOptions, user_edges};
 use crate::mesh::spacing;
 use crate::mesh::topology::{Topology, topology};
@@ -45,6 +46,8 @@ pub use preview::{Preview, PreviewLevel, preview};
 pub struct Remeshed {
     /// The new mesh, in the input's frame.
     pub mesh: TriMesh,
+    /// Where its vertices and faces lie on the input as it was given, if [`Options::source`] asks for it.
+    pub source: Option<Source>,
     /// What happened.
     pub summary: Summary,
 }
@@ -152,7 +155,8 @@ fn watched(device: &Device, mesh: &TriMesh, options: &Options, watch: &mut Watch
     // What the driver makes of the kernels does not depend on the mesh.
     let (compiled, prepared) =
         rayon::join(|| compile(device, options.method), || prepare(device, mesh, options));
-    let Prepared { repaired, frame, input, surface, ground } = prepared?;
+    let Prepared { repaired, options, frame, input, surface, ground } = prepared?;
+    let options = &options;
     compiled?;
     clock.phase("prepare");
     let spacing = spacing(surface.area(), options.vertices);
@@ -184,6 +188,10 @@ fn watched(device: &Device, mesh: &TriMesh, options: &Options, watch: &mut Watch
     let vertices = sites.into_iter().map(|p| frame.from_unit(p)).collect();
     let result = TriMesh { vertices, triangles };
     clock.phase("connect");
+    let source = options.source.then(|| trace(mesh, &repaired, &result)).transpose()?;
+    if source.is_some() {
+        clock.phase("source");
+    }
     watch.phase(Phase::Measure, 1.0, 0.0)?;
     let depth = options.measures;
     let reference = (depth >= MeasureDepth::Full).then_some(&repaired.mesh);
@@ -224,12 +232,14 @@ fn watched(device: &Device, mesh: &TriMesh, options: &Options, watch: &mut Watch
             peak_device_bytes: device.peak_bytes(),
         },
     };
-    Ok(Remeshed { mesh: result, summary })
+    Ok(Remeshed { mesh: result, source, summary })
 }
 
 /// The input, ready for a run.
 struct Prepared {
     repaired: Repaired,
+    /// The options for the repaired mesh.
+    options: Options,
     frame: Frame,
     input: Topology,
     surface: Surface,
@@ -239,16 +249,22 @@ struct Prepared {
 
 fn prepare(device: &Device, mesh: &TriMesh, options: &Options) -> Result<Prepared> {
     let repaired = repair(mesh)?;
+    let options = for_repaired(mesh, &repaired, options);
     let frame = Frame::of(&repaired.mesh)?;
-    check_memory(device, options)?;
+    check_memory(device, &options)?;
     let (input, surface) =
         rayon::join(|| topology(&repaired.mesh), || Surface::new(device, &repaired.mesh, &frame));
     let surface = surface?;
     let ground = match options.method {
-        Method::CoarseToFine => Some(ground(device, &repaired.mesh, &surface, options)?),
+        Method::CoarseToFine => Some(ground(device, &repaired.mesh, &surface, &options)?),
         Method::Rtf => None,
     };
-    Ok(Prepared { repaired, frame, input, surface, ground })
+    Ok(Prepared { repaired, options, frame, input, surface, ground })
+}
+
+/// The options for a mesh as repair leaves it: sides are those of its triangles.
+fn for_repaired(mesh: &TriMesh, repaired: &Repaired, options: &Options) -> Options {
+    Options { held_sides: half_edges_after(mesh, repaired, &options.held_sides), ..options.clone() }
 }
 
 /// What the default pipeline needs of a surface, which is that of `mesh`, for as many vertices.
@@ -268,13 +284,18 @@ fn user_edges_on(surface: &Surface, mesh: &TriMesh, options: &Options) -> Result
     Ok(wanted_edges(mesh, options)?.into_iter().map(|edge| edge.map(|v| place[v as usize])).collect())
 }
 
-/// The edges of `mesh` that the user's curves run along.
+/// The edges of `mesh`, which is repaired, that the user's curves run along.
 fn wanted_edges(mesh: &TriMesh, options: &Options) -> Result<Vec<[u32; 2]>> {
-    let Some(features) = &options.features else { return Ok(Vec::new()) };
-    user_edges(mesh, &features.lines).map_err(|error| match &features.file {
+    let corners = mesh.triangles.as_flattened();
+    let next = |half: u32| if half % 3 == 2 { half - 2 } else { half + 1 };
+    let ends = |half: u32| [half, next(half)].map(|corner| corners[corner as usize]);
+    let held = options.held_sides.iter().map(|half| ends(*half));
+    let Some(features) = &options.features else { return Ok(held.collect()) };
+    let drawn = user_edges(mesh, &features.lines).map_err(|error| match &features.file {
         Some(file) => error.in_file(file),
         None => error,
-    })
+    })?;
+    Ok(held.chain(drawn).collect())
 }
 
 /// Compiles the kernels of the default pipeline; the other one does so itself.

@@ -1,7 +1,7 @@
 //! What a run would do, without a device.
 
 use super::plan::{Extent, LevelPlan, levels};
-use super::{device_bytes_per_site, spacing, wanted_edges};
+use super::{device_bytes_per_site, for_repaired, spacing, wanted_edges};
 use crate::mesh::frame::Frame;
 use crate::mesh::repair::{RepairCounts, repair};
 use crate::mesh::skeleton::{Skeleton, SkeletonOptions, skeleton};
@@ -63,6 +63,7 @@ pub struct PreviewLevel {
 pub fn preview(mesh: &TriMesh, options: &Options) -> Result<Preview> {
     options.validate()?;
     let repaired = repair(mesh)?;
+    let options = &for_repaired(mesh, &repaired, options);
     let frame = Frame::of(&repaired.mesh)?;
     let unit = TriMesh {
         vertices: repaired.mesh.vertices.iter().map(|vertex| frame.to_unit(*vertex)).collect(),
