@@ -2,6 +2,8 @@
 
 #![allow(clippy::unwrap_used, clippy::expect_used, reason = "a test fails by panicking")]
 
+mod attributes_io;
+mod attributes_transfer;
 mod cells;
 mod cells_curves;
 mod cli;

@@ -1,5 +1,6 @@
 //! Triangle meshes on the host: reading, cleaning, measuring, writing.
 
+pub mod attributes;
 pub mod bvh;
 pub mod distance;
 pub(crate) mod edges;

@@ -176,9 +176,8 @@ pub(crate) fn half_edges_after(input: &TriMesh, repaired: &Repaired, half_edges:
 /// The side of triangle `t` that runs where side `side` of a triangle with these corners does, either way round.
 fn side_between(repaired: &Repaired, t: u32, corners: [DVec3; 3], side: usize) -> Option<u32> {
     let own = repaired.mesh.corners(t as usize);
-    let nearest = |p: DVec3| {
-        (0..3).min_by(|a, b| own[*a].distance_squared(p).total_cmp(&own[*b].distance_squared(p)))
-    };
+    let nearest =
+        |p: DVec3| (0..3).min_by(|a, b| own[*a].distance_squared(p).total_cmp(&own[*b].distance_squared(p)));
     let (from, to) = (nearest(corners[side])?, nearest(corners[(side + 1) % 3])?);
     let first = if (from + 1) % 3 == to { from } else { to };
     (from != to).then_some(3 * t + first as u32)

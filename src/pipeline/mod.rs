@@ -21,8 +21,8 @@ use crate::gpu::{Device, StageTime};
 use crate::measure::{Crossing, Measures, measure_some};
 use crate::mesh::frame::Frame;
 use crate::mesh::repair::{RepairCounts, Repaired, repair};
-use crate::mesh::source::{Source, half_edges_after, trace};
 use crate::mesh::skeleton::{Skeleton, SkeletonOptions, user_edges};
+use crate::mesh::source::{Source, half_edges_after, trace};
 use crate::mesh::spacing;
 use crate::mesh::topology::{Topology, topology};
 use crate::options::{MeasureDepth, Method, Options};
@@ -155,8 +155,7 @@ fn watched(device: &Device, mesh: &TriMesh, options: &Options, watch: &mut Watch
     // What the driver makes of the kernels does not depend on the mesh.
     let (compiled, prepared) =
         rayon::join(|| compile(device, options.method), || prepare(device, mesh, options));
-    let Prepared { repaired, options, frame, input, surface, ground } = prepared?;
-    let options = &options;
+    let Prepared { repaired, ref options, frame, input, surface, ground } = prepared?;
     compiled?;
     clock.phase("prepare");
     let spacing = spacing(surface.area(), options.vertices);
@@ -188,19 +187,11 @@ fn watched(device: &Device, mesh: &TriMesh, options: &Options, watch: &mut Watch
     let vertices = sites.into_iter().map(|p| frame.from_unit(p)).collect();
     let result = TriMesh { vertices, triangles };
     clock.phase("connect");
-    let source = options.source.then(|| trace(mesh, &repaired, &result)).transpose()?;
-    if source.is_some() {
-        clock.phase("source");
-    }
+    let source = source_of(&result, (mesh, &repaired), options, &mut clock)?;
     watch.phase(Phase::Measure, 1.0, 0.0)?;
     let depth = options.measures;
     let reference = (depth >= MeasureDepth::Full).then_some(&repaired.mesh);
-    let crossing = match crossing {
-        Some(known) => Crossing::Known(known),
-        None if depth >= MeasureDepth::Intersections => Crossing::Find,
-        None => Crossing::Skip,
-    };
-    let output = measure_some(&result, reference, crossing)?;
+    let output = measure_some(&result, reference, crossing_for(depth, crossing))?;
     clock.phase("measure");
     watch.done(1.0)?;
     let summary = Summary {
@@ -233,6 +224,30 @@ fn watched(device: &Device, mesh: &TriMesh, options: &Options, watch: &mut Watch
         },
     };
     Ok(Remeshed { mesh: result, source, summary })
+}
+
+/// What is to be done about faces that run through others, if their number is `known` or not.
+fn crossing_for(depth: MeasureDepth, known: Option<usize>) -> Crossing {
+    match known {
+        Some(known) => Crossing::Known(known),
+        None if depth >= MeasureDepth::Intersections => Crossing::Find,
+        None => Crossing::Skip,
+    }
+}
+
+/// Where the result lies on the input, which `repaired` was made from, if the options ask for it.
+fn source_of(
+    result: &TriMesh,
+    (input, repaired): (&TriMesh, &Repaired),
+    options: &Options,
+    clock: &mut Clock,
+) -> Result<Option<Source>> {
+    if !options.source {
+        return Ok(None);
+    }
+    let source = trace(input, repaired, result)?;
+    clock.phase("source");
+    Ok(Some(source))
 }
 
 /// The input, ready for a run.
