@@ -7,6 +7,7 @@ mod attributes_transfer;
 mod cells;
 mod cells_curves;
 mod cli;
+mod cli_attributes;
 mod cli_bad;
 mod cli_batch;
 mod cli_files;

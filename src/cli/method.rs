@@ -145,7 +145,7 @@ impl MethodArgs {
                 (false, false) => Shortage::Refuse,
             },
             measures,
-            // Neither has an option yet.
+            // See `AttributeArgs::ask`.
             held_sides: base.held_sides,
             source: base.source,
             centroid: match self.centroid {
