@@ -192,6 +192,15 @@ fn numbers_that_are_none_cost_the_attribute_and_not_the_mesh() {
             "texture coordinates were ignored: 1 faces lack some",
         ]
     );
+    // Names that are taken get another one.
+    let twice = ["s", "x", "x"].map(|name| Attribute::new(name, Role::Other, Kind::F32, 1, vec![1.0; 4]));
+    let uv = Some(whole_uv(Kind::F32));
+    let loaded = through("ply", &square(), &Attributes { vertex: twice.to_vec(), uv, ..Default::default() });
+    let names: Vec<&str> = loaded.attributes.vertex.iter().map(|a| a.name.as_str()).collect();
+    assert_eq!(
+        (names, loaded.attributes.uv.is_some(), loaded.mesh),
+        (vec!["s_", "x_", "x__"], true, square())
+    );
     let grid = plane(1, 0.0);
     let loaded = through("glb", &grid, &Attributes { uv: Some(whole_uv(Kind::F32)), ..Default::default() });
     assert_eq!(loaded.attributes.uv.unwrap().values.len(), 3 * grid.triangles.len());

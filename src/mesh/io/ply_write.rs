@@ -46,7 +46,7 @@ fn put_attribute(bytes: &mut Vec<u8>, attribute: &Attribute, index: usize) {
     }
 }
 
-/// The header lines of an attribute; words of a header have no blanks, and none comes twice.
+/// The header lines of an attribute. Words of a header have no blanks, and no element has one twice.
 fn declare(header: &mut String, attribute: &Attribute) {
     let name: String = attribute.name.split_whitespace().collect::<Vec<_>>().join("_");
     let components = match (attribute.role, attribute.components) {
@@ -57,6 +57,11 @@ fn declare(header: &mut String, attribute: &Attribute) {
     };
     let kind = type_name(kind_in_file(attribute));
     for component in components.iter().take(attribute.components) {
+        let element = header.rfind("element ").unwrap_or(0);
+        let mut component = component.clone();
+        while header.get(element..).is_some_and(|above| above.contains(&format!(" {component}\n"))) {
+            component.push('_');
+        }
         *header += &format!("property {kind} {component}\n");
     }
 }
@@ -72,38 +77,38 @@ pub(super) fn write(file: &mut dyn Write, mesh: &TriMesh, attributes: &Attribute
         "ply\nformat binary_little_endian 1.0\nelement vertex {vertices}\n\
          property double x\nproperty double y\nproperty double z\n"
     );
-    attributes.vertex.iter().for_each(|attribute| declare(&mut header, attribute));
     if let (Some(CornerUv { kind, .. }), Some(_)) = (uv, &by_vertex) {
         let kind = type_name(*kind);
         header += &format!("property {kind} s\nproperty {kind} t\n");
     }
+    attributes.vertex.iter().for_each(|attribute| declare(&mut header, attribute));
     header += &format!("element face {faces}\nproperty list uchar {index} vertex_indices\n");
-    attributes.face.iter().for_each(|attribute| declare(&mut header, attribute));
     if let Some(CornerUv { kind, .. }) = by_corner {
         header += &format!("property list uchar {} texcoord\n", type_name(*kind));
     }
+    attributes.face.iter().for_each(|attribute| declare(&mut header, attribute));
     file.write_all(header.as_bytes())?;
     file.write_all(b"end_header\n")?;
     let mut row = Vec::new();
     for (v, vertex) in mesh.vertices.iter().enumerate() {
         row.clear();
         vertex.to_array().iter().for_each(|value| put(&mut row, Kind::F64, *value));
-        attributes.vertex.iter().for_each(|attribute| put_attribute(&mut row, attribute, v));
         if let (Some(CornerUv { kind, .. }), Some(values)) = (uv, &by_vertex) {
             values.get(v).into_iter().flatten().for_each(|value| put(&mut row, *kind, *value));
         }
+        attributes.vertex.iter().for_each(|attribute| put_attribute(&mut row, attribute, v));
         file.write_all(&row)?;
     }
     for (t, triangle) in mesh.triangles.iter().enumerate() {
         row.clear();
         row.push(3);
         triangle.iter().for_each(|vertex| row.extend(vertex.to_le_bytes()));
-        attributes.face.iter().for_each(|attribute| put_attribute(&mut row, attribute, t));
         if let Some(CornerUv { kind, values }) = by_corner {
             row.push(6);
             let own = values.iter().skip(3 * t).take(3);
             own.flatten().for_each(|value| put(&mut row, *kind, *value));
         }
+        attributes.face.iter().for_each(|attribute| put_attribute(&mut row, attribute, t));
         file.write_all(&row)?;
     }
     Ok(())
