@@ -5,7 +5,7 @@
 //!
 //! let input = mesh::io::read("kitten.ply".as_ref())?.mesh;
 //! let device = Device::open(&DeviceOptions::from_env())?;
-//! let result = remesh(&device, &input, &Options::rtf(10_000), &mut |_| {})?;
+//! let result = remesh(&device, &input, &Options::new(10_000), &mut |_| {})?;
 //! mesh::io::write("kitten-10k.ply".as_ref(), &result.mesh)?;
 //! # Ok::<(), rtfmesh::Error>(())
 //! ```
@@ -19,6 +19,7 @@ mod options;
 pub mod picture;
 mod pipeline;
 pub mod polish;
+mod remesher;
 pub mod report;
 mod size;
 pub mod stages;
@@ -27,11 +28,13 @@ mod watch;
 pub use error::{Error, Result};
 pub use gpu::{Device, DeviceInfo, DeviceOptions, list_devices};
 pub use mesh::TriMesh;
+pub use mesh::source::{Source, SurfacePoint};
 pub use options::{
     Centroid, Features, MAX_ITERATIONS, MAX_NEIGHBOURS, MeasureDepth, Method, Options, Quality, Shortage,
 };
 pub use pipeline::{
     PhaseTime, Preview, PreviewLevel, Remeshed, RunTimings, SkeletonSummary, Summary, preview, remesh,
 };
+pub use remesher::Remesher;
 pub use size::Size;
 pub use watch::{Flow, Phase, Progress};

@@ -120,6 +120,12 @@ pub struct Options {
     pub shortage: Shortage,
     /// What is measured of the result.
     pub measures: MeasureDepth,
+    /// Coarse to fine only: sides `3 * triangle + k` of the input's triangles, from corner k to the next, that are held as
+    /// well; reports have their number. Those of triangles that repair drops do not count.
+    #[serde(serialize_with = "count")]
+    pub held_sides: Vec<u32>,
+    /// Whether to find where on the input each vertex and face lies: [`crate::Remeshed::source`].
+    pub source: bool,
     /// Where a site moves.
     pub centroid: Centroid,
 }
@@ -178,6 +184,8 @@ impl Options {
             seed: 1,
             shortage: Shortage::Refuse,
             measures: MeasureDepth::Full,
+            held_sides: Vec::new(),
+            source: false,
             centroid: Centroid::Vertex,
         }
     }
@@ -235,6 +243,6 @@ impl Options {
     }
 }
 
-fn count<S: Serializer>(lines: &[FeatureLine], serializer: S) -> std::result::Result<S::Ok, S::Error> {
-    serializer.serialize_u64(lines.len() as u64)
+fn count<T, S: Serializer>(list: &[T], serializer: S) -> std::result::Result<S::Ok, S::Error> {
+    serializer.serialize_u64(list.len() as u64)
 }

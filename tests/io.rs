@@ -3,6 +3,7 @@
 use std::path::{Path, PathBuf};
 
 use glam::DVec3;
+use rtfmesh::mesh::attributes::Kind;
 use rtfmesh::mesh::io::{Loaded, check_target, check_text_target, read, write, write_text};
 use rtfmesh::mesh::samples::sample;
 use rtfmesh::{Error, TriMesh};
@@ -54,7 +55,7 @@ fn obj_polygons_groups_and_negative_indices() {
     let text = "\u{feff}# caf\u{e9}\nmtllib missing.mtl\no first\nv 0 0 0\nv 1 0 0 0.5 0.5 0.5 1\nv 1 1 .5\nv 0 1 0 1.0\n\
                 vt 0 0\nvn 0 0 1\nusemtl none\ng a b\nf 1/1/-99 2//1 3/7 4 # quad\ng c\nv 0 0 1\n\
                 f -1 \\\n -5 -4\nf 5 6 1\nl 1 2\np 3\nv 2 2 2\nvp 1 2\ns off\n";
-    let Loaded { mesh, notes } = load("a.obj", text);
+    let Loaded { mesh, notes, attributes } = load("a.obj", text);
     let mut expected = SQUARE.to_vec();
     expected.extend([[0.0, 0.0, 1.0], [2.0, 2.0, 2.0]]);
     assert_eq!(positions(&mesh), expected);
@@ -65,18 +66,27 @@ fn obj_polygons_groups_and_negative_indices() {
         [
             "1 faces with more than 3 vertices were split into triangles",
             "2 point and line elements were ignored",
-            "normals and texture coordinates were ignored",
-            "materials were ignored",
             "lines of these kinds were ignored: vp",
+            "colours were ignored, for not all vertices have one",
+            "normals were ignored, for not all corners have one",
+            "texture coordinates were ignored, for not all corners have them",
         ]
     );
+    let material = attributes.face_named("material").unwrap();
+    assert_eq!((&material.names, &material.values), (&vec!["none".to_owned()], &vec![0.0; 4]));
+    let group = attributes.face_named("group").unwrap();
+    assert_eq!(
+        (&group.names, &group.values),
+        (&vec!["a b".to_owned(), "c".to_owned()], &vec![0., 0., 1., 1.])
+    );
+    assert_eq!(attributes.libraries, ["missing.mtl"]);
 }
 
 #[test]
 fn obj_with_windows_line_ends_latin_names_and_unused_vertices() {
     let mut text = b"o caf\xe9\r\nv 9 9 9\r\nv 0 0 0\r\nv 1 0 0\r\nv 0 1 0\r\n".to_vec();
     text.extend(b"f 4 2 3\r\n");
-    let Loaded { mesh, notes } = load("a.obj", text);
+    let Loaded { mesh, notes, .. } = load("a.obj", text);
     assert_eq!(positions(&mesh), [[0.0, 1.0, 0.0], [0.0, 0.0, 0.0], [1.0, 0.0, 0.0]]);
     assert_eq!(mesh.triangles, [[0, 1, 2]]);
     assert_eq!(notes, ["1 vertices are used by no face and were left out"]);
@@ -89,7 +99,7 @@ fn ply_text_with_any_order_types_extras_and_polygons() {
                 element vertex 4\nproperty float nx\nproperty double z\nproperty list uchar int ring\nproperty int x\n\
                 property float y\nelement edge 1\nproperty int a\nend_header\n7\n8\n\n1 4 0 1 2 3 2 .5 1.\n\n0 3 2 1 0 0\n\
                 nan 0 2 5 6 0 0\n-nan(ind) 0 0 1 0\n0 .5 0 1 1. 99 99\n0 0e0 0 +0 1\n";
-    let Loaded { mesh, notes } = load("a.ply", text);
+    let Loaded { mesh, notes, attributes } = load("a.ply", text);
     assert_eq!(positions(&mesh), SQUARE);
     assert_eq!(mesh.triangles, [[0, 1, 2], [0, 2, 3], [2, 1, 0]]);
     assert_eq!(
@@ -97,11 +107,15 @@ fn ply_text_with_any_order_types_extras_and_polygons() {
         [
             "2 elements 'material' were ignored",
             "1 faces with more than 3 vertices were split into triangles",
-            "these properties of each face were ignored: flag, uv",
-            "these properties of each vertex were ignored: nx, ring",
+            "these properties of each face were ignored: uv",
+            "these properties of each vertex were ignored: ring",
             "values beyond those that the header declares were ignored (first on line 28)",
         ]
     );
+    assert_eq!(attributes.face_named("flag").unwrap().values, [1.0, 1.0, 0.0]);
+    let nx = &attributes.vertex[0];
+    assert_eq!((nx.name.as_str(), nx.kind), ("nx", Kind::F32));
+    assert_eq!((nx.values[0].is_nan(), nx.values[1].is_nan(), &nx.values[2..]), (true, true, &[0.0; 2][..]));
 }
 
 #[test]

@@ -205,7 +205,7 @@ fn stl_text_in_capitals_with_polygons_and_several_solids() {
     let text = "SOLID\r\nFACET NORMAL 0 0 1\r\nOUTER LOOP\r\nVERTEX 0 0 0\r\nVERTEX 1 0 0\r\nVERTEX 1 1 -0\r\n\
                 VERTEX 0 1 0\r\nENDLOOP\r\nENDFACET\r\nENDSOLID\r\nsolid b\rfacet\router loop\rvertex 1 1 0\r\
                 vertex 1 0 0\rvertex 0.1 -0 1e-300\rendloop\rendfacet\rendsolid";
-    let Loaded { mesh, notes } = load("a.stl", text);
+    let Loaded { mesh, notes, .. } = load("a.stl", text);
     assert_eq!(mesh.triangles, [[0, 1, 2], [0, 2, 3], [2, 1, 4]]);
     assert_eq!(mesh.vertices[4].to_array(), [0.1, 0.0, 1e-300]);
     assert_eq!(notes, ["1 facets with more than 3 vertices were split into triangles"]);
@@ -249,7 +249,9 @@ fn off_with_colours_normals_comments_and_counts_anywhere() {
         "STCNOFF 4 3 7\n",
         "4 3 0\n",
     ] {
-        let Loaded { mesh, notes } = load("a.off", format!("{head}{square}{faces}"));
+        let Loaded { mesh, mut notes, .. } = load("a.off", format!("{head}{square}{faces}"));
+        let lacking = "colours were ignored, for not all vertices have one";
+        assert_eq!(notes.pop_if(|note| note == lacking).is_some(), head.contains("COFF 4 3 0"), "{head}");
         assert_eq!(mesh.vertices[2].to_array(), [1.0, 1.0, 0.5], "{head}");
         assert_eq!(mesh.triangles, [[0, 1, 2], [0, 2, 3], [2, 1, 0]], "{head}");
         assert_eq!(
@@ -297,7 +299,9 @@ fn off_with_colours_normals_comments_and_counts_anywhere() {
 fn medit_sections_in_any_order_and_layout() {
     let text = "MeshVersionFormatted 2\nDimension\n3\n# comment\nTriangles 1\n3 2 1 7\nCorners\n2\n1 2\n\
                 Vertices\n4\n0 0 0 0 1 0 0 0\n1 1 .5\n0\n0 1 0 1\nQuadrilaterals\n1\n1 2 3 4 0\nTetrahedra\n0\nEnd\n9 z";
-    let Loaded { mesh, notes } = load("a.mesh", text);
+    let Loaded { mesh, notes, attributes } = load("a.mesh", text);
+    assert_eq!(attributes.face_named("reference").unwrap().values, [7.0, 0.0, 0.0]);
+    assert_eq!(attributes.vertex[0].values, [0.0, 0.0, 0.0, 1.0]);
     assert_eq!(mesh.vertices[2].to_array(), [1.0, 1.0, 0.5]);
     assert_eq!(mesh.triangles, [[2, 1, 0], [0, 1, 2], [0, 2, 3]]);
     assert_eq!(

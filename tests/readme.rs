@@ -1,6 +1,7 @@
 //! The recipes of README.md, run as they stand there, save that they make smaller meshes.
 
 use crate::cli::Place;
+use rtfmesh::TriMesh;
 use rtfmesh::mesh::io::{read, write};
 use rtfmesh::mesh::samples::sample;
 use std::path::Path;
@@ -42,9 +43,29 @@ fn kitchen() -> Place {
         write(&place.path(name), &scan).unwrap();
     }
     write(&place.path("part.ply"), &part).unwrap();
+    std::fs::write(place.path("painted.ply"), painted(&scan)).unwrap();
     let [a, b, _] = part.corners(0).map(|p| format!("v {} {} {}\n", p.x, p.y, p.z));
     std::fs::write(place.path("lines.obj"), format!("{a}{b}l 1 2\n")).unwrap();
     place
+}
+
+/// A PLY file with colours, and a label for each half of the mesh.
+fn painted(mesh: &TriMesh) -> String {
+    let mut text = format!(
+        "ply\nformat ascii 1.0\nelement vertex {}\nproperty double x\nproperty double y\nproperty double z\n\
+         property uchar red\nproperty uchar green\nproperty uchar blue\nelement face {}\n\
+         property list uchar int vertex_indices\nproperty int material\nend_header\n",
+        mesh.vertices.len(),
+        mesh.triangles.len()
+    );
+    for p in &mesh.vertices {
+        text += &format!("{} {} {} {} 100 50\n", p.x, p.y, p.z, if p.z > 0.0 { 200 } else { 20 });
+    }
+    for (t, [a, b, c]) in mesh.triangles.iter().enumerate() {
+        let upper = mesh.corners(t).iter().map(|p| p.z).sum::<f64>() > 0.0;
+        text += &format!("3 {a} {b} {c} {}\n", i32::from(upper));
+    }
+    text
 }
 
 #[test]
@@ -61,7 +82,9 @@ fn every_recipe_works() {
         let done = shell.args(["-c", &format!("set -o pipefail; {}", smaller(&command))]).ok();
         assert!(done.is_ok(), "{command}: {done:?}");
     }
-    for (name, fewest) in [("scan-10k.ply", 200), ("even.ply", 200), ("out.glb", 50)] {
+    for (name, fewest) in
+        [("scan-10k.ply", 200), ("even.ply", 200), ("out.glb", 50), ("painted-10k.glb", 200)]
+    {
         assert!(read(&place.path(name)).unwrap().mesh.vertices.len() >= fewest, "{name}");
     }
 }

@@ -6,6 +6,7 @@ use rtfmesh::TriMesh;
 use rtfmesh::mesh::repair::{RepairCounts, RepairOptions, Repaired, repair, repair_with};
 use rtfmesh::mesh::samples::sample;
 use rtfmesh::mesh::topology::topology;
+use rtfmesh::mesh::triangle::closest_on_triangle;
 
 fn welded(mesh: &TriMesh, weld: f64) -> Repaired {
     repair_with(mesh, &RepairOptions { weld, ..RepairOptions::default() }).unwrap()
@@ -20,12 +21,26 @@ fn shattered(mesh: &TriMesh, off: f64) -> TriMesh {
     TriMesh { vertices, triangles }
 }
 
+/// Every triangle is that of the input, or a part of it.
+#[track_caller]
+fn assert_lies_on(mesh: &TriMesh, origin: &[u32], input: &TriMesh, off: f64) {
+    assert_eq!(origin.len(), mesh.triangles.len());
+    let size = input.bounds().map(|(low, high)| (high - low).length()).unwrap();
+    for (t, from) in origin.iter().enumerate() {
+        for corner in mesh.corners(t) {
+            let nearest = closest_on_triangle(corner, input.corners(*from as usize)).point;
+            assert!(corner.distance(nearest) <= 1.01 * off * size + 1e-12, "{t} from {from}");
+        }
+    }
+}
+
 #[test]
 fn nearly_equal_vertices_become_one_within_the_tolerance_only() {
     let ball = sphere(1.0, 3);
     let soup = shattered(&ball, 1e-5);
     assert!(topology(&repair(&soup).unwrap().mesh).components > 200);
-    let Repaired { mesh, counts } = welded(&soup, 1e-4);
+    let Repaired { mesh, origin, counts } = welded(&soup, 1e-4);
+    assert_lies_on(&mesh, &origin, &soup, 1e-4);
     assert!(topology(&mesh).is_closed_manifold());
     assert_eq!(topology(&mesh).euler, 2);
     let welds = counts.near_vertices_welded + counts.duplicate_vertices_welded;
@@ -63,7 +78,8 @@ fn long_edges_are_joined_to_the_vertices_on_them() {
         DVec3::new(1.0 + v.x + off, v.y, 0.0)
     });
     let both = union(&coarse, &fine);
-    let Repaired { mesh, counts } = welded(&both, 1e-3);
+    let Repaired { mesh, origin, counts } = welded(&both, 1e-3);
+    assert_lies_on(&mesh, &origin, &both, 1e-3);
     let got = topology(&mesh);
     assert_eq!((got.components, got.boundary_loops, got.euler), (1, 1, 1), "{got:?}");
     assert_eq!((counts.edges_joined, got.nonmanifold_edges, got.inconsistent_edges), (4, 0, 0));
@@ -78,9 +94,10 @@ fn faces_agree_with_the_larger_part() {
     for t in (0..mesh.triangles.len()).step_by(3) {
         mesh.triangles[t].swap(1, 2);
     }
-    let Repaired { mesh: got, counts } = repair(&mesh).unwrap();
+    let Repaired { mesh: got, origin, counts } = repair(&mesh).unwrap();
     assert!(topology(&got).is_closed_manifold());
     assert_eq!(got, whole);
+    assert_lies_on(&got, &origin, &mesh, 0.0);
     assert_eq!(counts.faces_turned, mesh.triangles.len().div_ceil(3));
     assert_eq!(
         counts.notes(),
@@ -108,7 +125,7 @@ fn what_has_no_two_sides_stays() {
         let [r, s] = if i + 1 < along { [p + 2, q + 2] } else { [1, 0] };
         band.triangles.extend([[p, r, q], [q, r, s]]);
     }
-    let Repaired { mesh, counts } = repair(&band).unwrap();
+    let Repaired { mesh, counts, .. } = repair(&band).unwrap();
     assert_eq!(mesh, band);
     assert_eq!((counts.unorientable_components, counts.faces_turned), (1, 0));
 }
@@ -119,7 +136,8 @@ fn small_components_are_dropped_but_never_all() {
     let three = union(&union(&sphere(1.0, 2), &far(&sphere(0.1, 2), 3.0)), &far(&sphere(0.01, 2), 5.0));
     let left = |share: f64| {
         let options = RepairOptions { min_component: share, ..RepairOptions::default() };
-        let Repaired { mesh, counts } = repair_with(&three, &options).unwrap();
+        let Repaired { mesh, origin, counts } = repair_with(&three, &options).unwrap();
+        assert_lies_on(&mesh, &origin, &three, 0.0);
         assert_eq!(topology(&mesh).components + counts.components_dropped, 3);
         topology(&mesh).components
     };

@@ -2,9 +2,12 @@
 
 #![allow(clippy::unwrap_used, clippy::expect_used, reason = "a test fails by panicking")]
 
+mod attributes_io;
+mod attributes_transfer;
 mod cells;
 mod cells_curves;
 mod cli;
+mod cli_attributes;
 mod cli_bad;
 mod cli_batch;
 mod cli_files;
@@ -42,6 +45,7 @@ mod properties;
 mod quality;
 mod readme;
 mod reference;
+mod remesher;
 mod repair;
 mod repair_more;
 mod runs;
@@ -52,6 +56,7 @@ mod shapes;
 mod shapes_of_faces;
 mod shortage;
 mod skeleton;
+mod source;
 mod spots;
 mod support;
 mod topology;

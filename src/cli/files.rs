@@ -2,7 +2,8 @@
 
 use super::tell;
 use anyhow::Result;
-use rtfmesh::mesh::io::{self, Encoding, Loaded};
+use rtfmesh::mesh::attributes::Attributes;
+use rtfmesh::mesh::io::{self, Encoding, Format, Loaded};
 use rtfmesh::{Error, TriMesh};
 use std::io::{IsTerminal, Read, Write};
 use std::path::Path;
@@ -88,21 +89,32 @@ impl<'a> Target<'a> {
         Ok(Self { path, encoding })
     }
 
+    /// The format of the file.
+    pub fn format(&self) -> Format {
+        self.encoding.format
+    }
+
+    /// What the format rounds away or drops.
+    pub fn notes(&self, mesh: &TriMesh, attributes: &Attributes) -> Vec<String> {
+        let rounded = io::precision_note(mesh, self.encoding.format);
+        rounded.into_iter().chain(io::left_out(attributes, self.encoding.format)).collect()
+    }
+
     /// Writes, whole or not at all; to standard output once everything is ready.
     ///
     /// # Errors
     /// [`Error::Output`], or what standard output says.
-    pub fn write(&self, mesh: &TriMesh, quiet: bool) -> Result<()> {
-        let note = io::precision_note(mesh, self.encoding.format).filter(|_| !quiet);
+    pub fn write(&self, mesh: &TriMesh, attributes: &Attributes, quiet: bool) -> Result<()> {
+        let notes = self.notes(mesh, attributes);
         if is_standard(self.path) {
-            let bytes = io::encode(Path::new("standard output"), mesh, self.encoding)?;
+            let bytes = io::encode_with(Path::new("standard output"), mesh, attributes, self.encoding)?;
             let mut out = std::io::stdout().lock();
             out.write_all(&bytes)?;
             out.flush()?;
         } else {
-            io::write_as(self.path, mesh, self.encoding)?;
+            io::write_with(self.path, mesh, attributes, self.encoding)?;
         }
-        if let Some(note) = note {
+        for note in notes.iter().filter(|_| !quiet) {
             tell(&format!("note: {}: {note}\n", self.path.display()));
         }
         Ok(())

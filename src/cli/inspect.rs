@@ -49,6 +49,7 @@ pub struct Args {
 #[derive(Serialize)]
 struct Inspection<'a> {
     notes: &'a [String],
+    attributes: Vec<String>,
     repairs: RepairCounts,
     topology: Topology,
     /// In the mesh's units squared.
@@ -97,6 +98,7 @@ pub fn run(args: &Args) -> Result<()> {
     let found = skeleton(&mesh, &options).map_err(|e| e.in_file(name))?;
     let inspection = Inspection {
         notes: &loaded.notes,
+        attributes: loaded.attributes.listed(),
         repairs: repaired.counts,
         topology: topology(&mesh),
         area: area(&mesh),
@@ -166,6 +168,7 @@ fn rows(i: &Inspection) -> Vec<(&'static str, String)> {
         rows.push(("dropped short or rough", text(d.short_chains, d.short_length)));
         rows.push(("dropped twigs", text(d.twigs, d.twig_length)));
     }
+    rows.extend(i.attributes.iter().map(|attribute| ("attribute", attribute.clone())));
     rows.extend(i.notes.iter().map(|note| ("note", note.clone())));
     rows
 }

@@ -153,6 +153,9 @@ impl MethodArgs {
                 (false, false) => Shortage::Refuse,
             },
             measures,
+            // See `AttributeArgs::ask`.
+            held_sides: base.held_sides,
+            source: base.source,
             centroid: match self.centroid {
                 Some(CentroidName::Vertex) => Centroid::Vertex,
                 Some(CentroidName::Area) => Centroid::Area,

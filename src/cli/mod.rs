@@ -1,5 +1,6 @@
 //! The command line.
 
+mod attributes;
 mod batch;
 mod devices;
 mod files;

@@ -1,12 +1,13 @@
 //! `rtfmesh remesh`.
 
+use super::attributes::{AttributeArgs, carried};
 use super::files::{InputFormat, Target, input_name, is_standard, tell_notes};
 use super::method::{DeviceArgs, MethodArgs, refuse_messages};
 use super::size::{SizeArgs, count};
 use super::watch::{Watch, WatchArgs};
 use super::{print, table, tell};
 use anyhow::Result;
-use rtfmesh::mesh::io::{self, Encoding, Loaded};
+use rtfmesh::mesh::io::{self, Encoding, Format, Loaded};
 use rtfmesh::report::Report;
 use rtfmesh::{Device, Error, MeasureDepth, Options, Size, Summary, preview, remesh};
 use std::path::{Path, PathBuf};
@@ -38,6 +39,8 @@ pub struct Args {
     #[command(flatten)]
     method: MethodArgs,
     #[command(flatten)]
+    attributes: AttributeArgs,
+    #[command(flatten)]
     watch: WatchArgs,
     /// Write a JSON report: options, device, topology, measures, timings
     #[arg(long, value_name = "FILE.json")]
@@ -59,6 +62,7 @@ pub fn run(args: &Args) -> Result<()> {
         (None, true) => MeasureDepth::Basic,
     };
     let mut options = args.method.options(size, measures)?;
+    args.attributes.check(options.method)?;
     let target = args.output.as_deref().map(|path| Target::new(path, args.format)).transpose()?;
     refuse_overwriting(args)?;
     if let Some(report) = &args.report {
@@ -70,6 +74,7 @@ pub fn run(args: &Args) -> Result<()> {
     let (loaded, device) = rayon::join(|| load(args), || args.device.open());
     let loaded = loaded?;
     options.vertices = count(size, &args.input, &loaded.mesh, args.quiet)?;
+    ask(args, &loaded, Some(target.format()), &mut options);
     let device = device?;
     if !args.quiet {
         watch.show_bar();
@@ -88,7 +93,8 @@ pub fn run(args: &Args) -> Result<()> {
     // Standard output may wait for its reader for ever.
     let _whole =
         (!args.output.as_deref().is_some_and(is_standard)).then(|| watch.begin_writing()).transpose()?;
-    target.write(&result.mesh, args.quiet)?;
+    let attributes = carried(&loaded.mesh, &loaded.attributes, &result);
+    target.write(&result.mesh, &attributes, args.quiet)?;
     write_report(args, &options, &loaded, &device, &result.summary)?;
     if !args.quiet {
         tell(&table::run(&result.summary, device.info()));
@@ -104,10 +110,19 @@ fn load(args: &Args) -> rtfmesh::Result<Loaded> {
     Ok(loaded)
 }
 
+/// Asks for what carrying attributes over takes.
+fn ask(args: &Args, loaded: &Loaded, format: Option<Format>, options: &mut Options) {
+    let notes = args.attributes.ask(loaded, format, options);
+    if !args.quiet {
+        tell_notes(&args.input, &notes);
+    }
+}
+
 /// Prints what would be done.
 fn dry_run(args: &Args, size: Size, mut options: Options) -> Result<()> {
     let loaded = load(args)?;
     options.vertices = count(size, &args.input, &loaded.mesh, args.quiet)?;
+    ask(args, &loaded, None, &mut options);
     let plan = preview(&loaded.mesh, &options).map_err(|e| e.in_file(input_name(&args.input)))?;
     let text = table::preview(&plan);
     // Whoever reads standard output for a mesh must not get a table.

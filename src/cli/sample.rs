@@ -3,6 +3,7 @@
 use super::files::Target;
 use super::print;
 use anyhow::Result;
+use rtfmesh::mesh::attributes::Attributes;
 use rtfmesh::mesh::io::Encoding;
 use rtfmesh::mesh::samples;
 use std::path::PathBuf;
@@ -33,5 +34,5 @@ pub fn run(args: &Args) -> Result<()> {
         );
     };
     let mesh = samples::sample(name)?;
-    Target::new(output, args.format)?.write(&mesh, true)
+    Target::new(output, args.format)?.write(&mesh, &Attributes::default(), true)
 }

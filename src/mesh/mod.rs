@@ -1,5 +1,6 @@
 //! Triangle meshes on the host: reading, cleaning, measuring, writing.
 
+pub mod attributes;
 pub mod bvh;
 pub mod coarsen;
 pub mod distance;
@@ -12,6 +13,7 @@ pub mod quality;
 pub mod repair;
 pub mod samples;
 pub mod skeleton;
+pub mod source;
 pub mod topology;
 pub mod triangle;
 

@@ -24,9 +24,14 @@ const MOST_GROWTH: usize = 4;
 /// or this many.
 const FEW: usize = 5000;
 
+/// Whether the user named edges.
+pub(super) fn has_own_curves(options: &Options) -> bool {
+    options.features.is_some() || !options.held_sides.is_empty()
+}
+
 /// Whether sharp edges may give way to the number of vertices: those that the user named may not.
 pub(super) fn may_collapse(options: &Options) -> bool {
-    options.features.is_none() && options.shortage != Shortage::AddVertices
+    !has_own_curves(options) && options.shortage != Shortage::AddVertices
 }
 
 /// What all attempts share.

@@ -1,6 +1,6 @@
 //! Results that cells got wrong, mended by collapsing edges.
 
-use super::attempts::{Attempts, Settled};
+use super::attempts::{Attempts, Settled, has_own_curves};
 use super::parts::Parts;
 use super::spare::Wish;
 use super::{Connection, SkeletonSummary};
@@ -15,6 +15,10 @@ impl Attempts<'_> {
     /// A result with its faulty components made anew, with as many vertices; nothing if that does not help. `crossing` is
     /// the number of faces of the input that run through others, once somebody asked.
     pub(super) fn mended(&self, settled: &Settled, crossing: &OnceLock<usize>) -> Option<Settled> {
+        // Those curves are not known here.
+        if has_own_curves(self.options) {
+            return None;
+        }
         let begun = &settled.connection;
         let surface = self.surface.mesh();
         let sites = begun.rested.iter().zip(&begun.under);

@@ -24,8 +24,9 @@ mod words;
 use crate::gpu::{Device, StageTime};
 use crate::measure::{Crossing, Measures, measure_some};
 use crate::mesh::intersections::intersecting_faces;
-use crate::mesh::repair::RepairCounts;
+use crate::mesh::repair::{RepairCounts, Repaired};
 use crate::mesh::skeleton::Skeleton;
+use crate::mesh::source::{Source, trace};
 use crate::mesh::spacing;
 use crate::mesh::topology::Topology;
 use crate::options::{MeasureDepth, Options};
@@ -38,11 +39,12 @@ use attempts::{Attempts, Settled};
 use connected::Fault;
 use glam::DVec3;
 use parts::append;
-use prepare::{Prepared, compile};
+use prepare::Prepared;
 use serde::Serialize;
 use std::time::Instant;
 use words::{remarks, warnings};
 
+pub(crate) use prepare::compile;
 pub use preview::{Preview, PreviewLevel, preview};
 
 /// A result with its story.
@@ -50,6 +52,8 @@ pub use preview::{Preview, PreviewLevel, preview};
 pub struct Remeshed {
     /// The new mesh, in the input's frame.
     pub mesh: TriMesh,
+    /// Where its vertices and faces lie on the input as it was given, if [`Options::source`] asks for it.
+    pub source: Option<Source>,
     /// What happened.
     pub summary: Summary,
 }
@@ -186,15 +190,11 @@ fn watched(device: &Device, mesh: &TriMesh, options: &Options, watch: &mut Watch
     let crossing = crossing.filter(|_| small.is_empty());
     let collapsed = collapsed + small.len();
     clock.phase("connect");
+    let source = source_of(&result, (mesh, &repaired), options, &mut clock)?;
     watch.phase(Phase::Measure, 1.0, 0.0)?;
     let depth = options.measures;
     let reference = (depth >= MeasureDepth::Full).then_some(&repaired.mesh);
-    let crossing = match crossing {
-        Some(known) => Crossing::Known(known),
-        None if depth >= MeasureDepth::Intersections => Crossing::Find,
-        None => Crossing::Skip,
-    };
-    let output = measure_some(&result, reference, crossing)?;
+    let output = measure_some(&result, reference, crossing_for(depth, crossing))?;
     let crossing = reference.map(|input| intersecting_faces(input).len());
     clock.phase("measure");
     watch.done(1.0)?;
@@ -230,7 +230,31 @@ fn watched(device: &Device, mesh: &TriMesh, options: &Options, watch: &mut Watch
             peak_device_bytes: device.peak_bytes(),
         },
     };
-    Ok(Remeshed { mesh: result, summary })
+    Ok(Remeshed { mesh: result, source, summary })
+}
+
+/// What is to be done about faces that run through others, if their number is `known` or not.
+fn crossing_for(depth: MeasureDepth, known: Option<usize>) -> Crossing {
+    match known {
+        Some(known) => Crossing::Known(known),
+        None if depth >= MeasureDepth::Intersections => Crossing::Find,
+        None => Crossing::Skip,
+    }
+}
+
+/// Where the result lies on the input, which `repaired` was made from, if the options ask for it.
+fn source_of(
+    result: &TriMesh,
+    (input, repaired): (&TriMesh, &Repaired),
+    options: &Options,
+    clock: &mut Clock,
+) -> Result<Option<Source>> {
+    if !options.source {
+        return Ok(None);
+    }
+    let source = trace(input, repaired, result)?;
+    clock.phase("source");
+    Ok(Some(source))
 }
 
 /// The result on all but the small components.

@@ -1,5 +1,6 @@
 //! The input made ready for a run: cleaned, divided into what cells can do and what is too small for them, uploaded.
 
+use super::attempts::has_own_curves;
 use super::coarse_to_fine::Ground;
 use super::level::{LIST, Level};
 use super::parts::{Divided, Parts, extract};
@@ -9,6 +10,7 @@ use crate::gpu::kernels::face::cell;
 use crate::mesh::frame::Frame;
 use crate::mesh::repair::{RepairOptions, Repaired, repair_with};
 use crate::mesh::skeleton::{SkeletonOptions, user_edges};
+use crate::mesh::source::half_edges_after;
 use crate::mesh::spacing;
 use crate::mesh::topology::{Topology, topology};
 use crate::options::{Method, Options, Shortage};
@@ -47,7 +49,7 @@ impl Prepared {
         let frame = Frame::of(&repaired.mesh)?;
         check_memory(device, options)?;
         let divided = divide(&repaired.mesh, &frame, options)?;
-        let mut options = options.clone();
+        let mut options = for_repaired(mesh, &repaired, options);
         let (small, kept) = divided.map_or((Vec::new(), None), |divided| {
             options.vertices = divided.left;
             options.coarsest = options.coarsest.max(divided.coarsest);
@@ -79,6 +81,11 @@ impl Prepared {
     }
 }
 
+/// The options for a mesh as repair leaves it: sides are those of its triangles.
+pub(super) fn for_repaired(mesh: &TriMesh, repaired: &Repaired, options: &Options) -> Options {
+    Options { held_sides: half_edges_after(mesh, repaired, &options.held_sides), ..options.clone() }
+}
+
 /// What the options want cleaned.
 pub(super) fn repairs(options: &Options) -> RepairOptions {
     RepairOptions { weld: options.weld, min_component: options.min_component }
@@ -87,7 +94,7 @@ pub(super) fn repairs(options: &Options) -> RepairOptions {
 /// The components that are too small for cells; nothing if there is one, or if none may be.
 fn divide(mesh: &TriMesh, frame: &Frame, options: &Options) -> Result<Option<Divided>> {
     // The user's lines may be on a small component, and the paper knows none.
-    if options.method == Method::Rtf || options.features.is_some() {
+    if options.method == Method::Rtf || has_own_curves(options) {
         return Ok(None);
     }
     if Parts::new(mesh).count() == 1 {
@@ -132,17 +139,22 @@ fn user_edges_on(surface: &Surface, mesh: &TriMesh, options: &Options) -> Result
     Ok(wanted_edges(mesh, options)?.into_iter().map(|edge| edge.map(|v| place[v as usize])).collect())
 }
 
-/// The edges of `mesh` that the user's curves run along.
+/// The edges of `mesh`, which is repaired, that the user's curves run along.
 pub(super) fn wanted_edges(mesh: &TriMesh, options: &Options) -> Result<Vec<[u32; 2]>> {
-    let Some(features) = &options.features else { return Ok(Vec::new()) };
-    user_edges(mesh, &features.lines).map_err(|error| match &features.file {
+    let corners = mesh.triangles.as_flattened();
+    let next = |half: u32| if half % 3 == 2 { half - 2 } else { half + 1 };
+    let ends = |half: u32| [half, next(half)].map(|corner| corners[corner as usize]);
+    let held = options.held_sides.iter().map(|half| ends(*half));
+    let Some(features) = &options.features else { return Ok(held.collect()) };
+    let drawn = user_edges(mesh, &features.lines).map_err(|error| match &features.file {
         Some(file) => error.in_file(file),
         None => error,
-    })
+    })?;
+    Ok(held.chain(drawn).collect())
 }
 
 /// Compiles the kernels of the default pipeline; the other one does so itself.
-pub(super) fn compile(device: &Device, method: Method) -> Result<()> {
+pub(crate) fn compile(device: &Device, method: Method) -> Result<()> {
     match method {
         Method::CoarseToFine => Level::compile(device),
         Method::Rtf => Ok(()),

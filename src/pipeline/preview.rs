@@ -2,7 +2,7 @@
 
 use super::attempts::may_collapse;
 use super::plan::{Extent, LevelPlan, levels};
-use super::prepare::{device_bytes_per_site, repairs, wanted_edges};
+use super::prepare::{device_bytes_per_site, for_repaired, repairs, wanted_edges};
 use super::spacing;
 use crate::mesh::frame::Frame;
 use crate::mesh::repair::{RepairCounts, repair_with};
@@ -67,6 +67,7 @@ pub struct PreviewLevel {
 pub fn preview(mesh: &TriMesh, options: &Options) -> Result<Preview> {
     options.validate()?;
     let repaired = repair_with(mesh, &repairs(options))?;
+    let options = &for_repaired(mesh, &repaired, options);
     let frame = Frame::of(&repaired.mesh)?;
     let unit = TriMesh {
         vertices: repaired.mesh.vertices.iter().map(|vertex| frame.to_unit(*vertex)).collect(),

@@ -3,6 +3,7 @@
 mod inputs;
 mod log;
 
+use super::attributes::{AttributeArgs, carried};
 use super::files::{InputFormat, Target};
 use super::method::{DeviceArgs, MethodArgs, refuse_messages};
 use super::remesh::{full_path, same_file};
@@ -59,6 +60,8 @@ pub struct Args {
     #[command(flatten)]
     method: MethodArgs,
     #[command(flatten)]
+    attributes: AttributeArgs,
+    #[command(flatten)]
     device: DeviceArgs,
     /// No line for each mesh; the log has them
     #[arg(long, short)]
@@ -78,6 +81,7 @@ pub fn run(args: &Args) -> Result<()> {
     let size = args.size.size()?;
     let measures = if args.distances { MeasureDepth::Full } else { MeasureDepth::Basic };
     let mut options = args.method.options(size, measures)?;
+    args.attributes.check(options.method)?;
     io::target_encoding(Path::new(&format!("result.{}", args.format)))?;
     let jobs = inputs::jobs(&args.inputs, &args.out, args.format)?;
     let log_path = args.log.clone().unwrap_or_else(|| args.out.join("batch.jsonl"));
@@ -187,15 +191,17 @@ impl Batch<'_> {
         let begin = Instant::now();
         let (loaded, reading) = read;
         let outcome = loaded.map_err(Into::into).and_then(|loaded| {
-            entry.notes = loaded.notes;
+            entry.notes.clone_from(&loaded.notes);
             let target = Target::new(&job.output, Some(self.args.format))?;
             let vertices = count(self.size, &job.input, &loaded.mesh, true)?;
-            let options = Options { vertices, ..self.options.clone() };
+            let mut options = Options { vertices, ..self.options.clone() };
+            entry.notes.extend(self.args.attributes.ask(&loaded, Some(target.format()), &mut options));
             let result = remesh(device, &loaded.mesh, &options, &mut |_| {});
             let result = result.map_err(|error| error.in_file(&job.input))?;
             refuse_messages(device)?;
-            target.write(&result.mesh, true)?;
-            entry.notes.extend(io::precision_note(&result.mesh, self.args.format.format));
+            let attributes = carried(&loaded.mesh, &loaded.attributes, &result);
+            target.write(&result.mesh, &attributes, true)?;
+            entry.notes.extend(target.notes(&result.mesh, &attributes));
             entry.tell_of(result);
             Ok(())
         });

@@ -8,7 +8,11 @@ use glam::DVec3;
 use super::text::{Faces, Lines, check_promise, cut_off, number, refuse_binary, shown, vertex, whole};
 use super::write::write_number;
 use super::{Loaded, check_counts};
+use crate::mesh::attributes::{Attribute, Attributes, Kind, Role};
 use crate::{Error, Result, TriMesh};
+
+/// The name of the attribute that entries end with.
+pub(super) const REFERENCE: &str = "reference";
 
 /// Words over all lines.
 #[derive(Clone)]
@@ -66,13 +70,14 @@ pub(super) fn parse(bytes: &[u8]) -> Result<Loaded> {
     let in_file = count(&sections.vertices);
     let faces_in_file = count(&sections.triangles).saturating_add(count(&sections.quadrilaterals));
     check_counts(in_file, faces_in_file)?;
-    let vertices = sections.vertices.map(read_vertices).transpose()?.unwrap_or_default();
+    let (vertices, of_vertices) = sections.vertices.map(read_vertices).transpose()?.unwrap_or_default();
     let mut faces = Faces::new(1, in_file);
+    let mut of_faces = Vec::new();
     for (section, corners, name) in
         [(sections.triangles, 3, "triangle"), (sections.quadrilaterals, 4, "quadrilateral")]
     {
         if let Some(section) = section {
-            read_faces(section, corners, name, &mut faces)?;
+            read_faces(section, corners, name, (&mut faces, &mut of_faces))?;
         }
     }
     let mut notes: Vec<String> = faces.notes().into_iter().collect();
@@ -83,7 +88,20 @@ pub(super) fn parse(bytes: &[u8]) -> Result<Loaded> {
         let names: Vec<&str> = sections.ignored.iter().map(String::as_str).collect();
         notes.push(format!("these sections were ignored: {}", names.join(", ")));
     }
-    Ok(Loaded { mesh: TriMesh { vertices, triangles: faces.triangles }, notes })
+    let mut left_out = false;
+    let mut attribute = |values: Vec<f64>| {
+        let fits = values.iter().all(|value| Kind::I32.holds(*value));
+        left_out |= !fits;
+        // Nothing but zeros says nothing.
+        let says = fits && values.iter().any(|value| *value != 0.0);
+        says.then(|| Attribute::new(REFERENCE, Role::Label, Kind::I32, 1, values)).into_iter().collect()
+    };
+    let attributes =
+        Attributes { vertex: attribute(of_vertices), face: attribute(of_faces), ..Attributes::default() };
+    if left_out {
+        notes.push("references were ignored, for some are no whole numbers of 32 bits".to_owned());
+    }
+    Ok(Loaded { mesh: TriMesh { vertices, triangles: faces.triangles }, attributes, notes })
 }
 
 fn find_sections(mut words: Words) -> Result<Sections> {
@@ -133,11 +151,13 @@ fn find_sections(mut words: Words) -> Result<Sections> {
     Ok(found)
 }
 
-fn read_vertices(section: Section) -> Result<Vec<DVec3>> {
+/// The positions and references.
+fn read_vertices(section: Section) -> Result<(Vec<DVec3>, Vec<f64>)> {
     let Section { count, place, mut words } = section;
     check_promise((count, "vertices"), 8, words.left(), place)?;
     // The file is long enough for this many.
     let mut vertices = Vec::with_capacity(usize::try_from(count).unwrap_or(0));
+    let mut references = Vec::with_capacity(vertices.capacity());
     for index in 1..=count {
         // The words of a vertex are on the line of the first.
         let mut next = words.clone();
@@ -145,12 +165,17 @@ fn read_vertices(section: Section) -> Result<Vec<DVec3>> {
             return Err(cut_off(words.place(), &format!("vertex {index} of {count} is missing")));
         }
         vertices.push(vertex(&mut words, &|| format!("{}, vertex {index}", next.place()))?);
-        reference(&mut words, "vertex", index)?;
+        references.push(reference(&mut words, "vertex", index)?);
     }
-    Ok(vertices)
+    Ok((vertices, references))
 }
 
-fn read_faces(section: Section, corners: usize, name: &str, faces: &mut Faces) -> Result<()> {
+fn read_faces(
+    section: Section,
+    corners: usize,
+    name: &str,
+    (faces, references): (&mut Faces, &mut Vec<f64>),
+) -> Result<()> {
     let Section { count, place, mut words } = section;
     check_promise((count, &format!("{name}s")), 2 * (corners as u64 + 1), words.left(), place)?;
     let mut face = Vec::with_capacity(corners);
@@ -168,34 +193,47 @@ fn read_faces(section: Section, corners: usize, name: &str, faces: &mut Faces) -
             face.push(corner);
         }
         faces.push(&face, &|| format!("{}, {name} {index}", words.place()))?;
-        reference(&mut words, name, index)?;
+        let of_face = reference(&mut words, name, index)?;
+        references.resize(faces.triangles.len(), of_face);
     }
     Ok(())
 }
 
-/// Passes over the reference that ends each entry.
-fn reference(words: &mut Words, name: &str, index: u64) -> Result<()> {
-    if words.next().and_then(number).is_some() {
-        return Ok(());
+/// The reference that ends each entry.
+fn reference(words: &mut Words, name: &str, index: u64) -> Result<f64> {
+    if let Some(reference) = words.next().and_then(number) {
+        return Ok(reference);
     }
     let place = Some(format!("{}, {name} {index}", words.place()));
     let problem = format!("the {name} has no reference number at its end");
     Err(Error::input(place, problem, "write a 0 there, or the mesh again"))
 }
 
-pub(super) fn write(file: &mut dyn Write, mesh: &TriMesh) -> io::Result<()> {
+/// The attribute of the triangles that MEDIT's references can hold: its own, or else the first label.
+pub(super) fn face_label(attributes: &Attributes) -> Option<&Attribute> {
+    let first = || attributes.face.iter().find(|a| a.role == Role::Label && a.components == 1);
+    attributes.face_named(REFERENCE).or_else(first)
+}
+
+/// Writes a mesh, with references where there are some.
+pub(super) fn write(file: &mut dyn Write, mesh: &TriMesh, attributes: &Attributes) -> io::Result<()> {
+    let of_vertices = attributes.vertex.iter().find(|attribute| attribute.name == REFERENCE);
+    let of_faces = face_label(attributes);
+    let reference = |attribute: Option<&Attribute>, index: usize| {
+        attribute.and_then(|a| a.at(index).first()).map_or(0, |value| *value as i64)
+    };
     writeln!(file, "MeshVersionFormatted 2\n\nDimension 3\n\nVertices\n{}", mesh.vertices.len())?;
-    for vertex in &mesh.vertices {
+    for (v, vertex) in mesh.vertices.iter().enumerate() {
         for value in vertex.to_array() {
             write_number(file, value)?;
             file.write_all(b" ")?;
         }
-        writeln!(file, "0")?;
+        writeln!(file, "{}", reference(of_vertices, v))?;
     }
     writeln!(file, "\nTriangles\n{}", mesh.triangles.len())?;
-    for triangle in &mesh.triangles {
+    for (t, triangle) in mesh.triangles.iter().enumerate() {
         let [a, b, c] = triangle.map(|vertex| u64::from(vertex) + 1);
-        writeln!(file, "{a} {b} {c} 0")?;
+        writeln!(file, "{a} {b} {c} {}", reference(of_faces, t))?;
     }
     writeln!(file, "\nEnd")
 }

@@ -6,10 +6,13 @@ mod gzip;
 mod lines;
 mod medit;
 mod obj;
+mod obj_extras;
 mod off;
 mod ply;
+mod ply_columns;
 mod ply_data;
 mod ply_header;
+mod ply_write;
 mod stl;
 mod text;
 mod write;
@@ -19,14 +22,15 @@ use std::io::ErrorKind;
 use std::path::Path;
 
 use super::TriMesh;
+use super::attributes::Attributes;
 use crate::{Error, Result};
 
 pub use format::{Encoding, Format};
 pub use lines::{FeatureLine, read_lines, write_skeleton};
-pub use write::precision_note;
 pub use write::{
     check_target, check_text_target, encode, target_encoding, write, write_as, write_bytes, write_text,
 };
+pub use write::{encode_with, left_out, precision_note, write_with};
 
 /// A mesh as its file has it, triangulated but not cleaned.
 #[derive(Debug, Clone, PartialEq)]
@@ -34,6 +38,8 @@ pub struct Loaded {
     /// Vertices in the file's order (an OBJ's and an STL's: in the order in which faces first use them), polygons split
     /// into triangles, every index in range and every coordinate finite.
     pub mesh: TriMesh,
+    /// Colours, texture coordinates, labels and the like.
+    pub attributes: Attributes,
     /// What of the file was left out or changed, one sentence each.
     pub notes: Vec<String>,
 }
@@ -103,7 +109,7 @@ fn decode(bytes: &[u8], declared: Option<Encoding>, file: Option<(&Path, &Path)>
             return Err(Error::input(None, "the content does not tell what kind of file this is", remedy));
         }
     };
-    let loaded = match format {
+    let mut loaded = match format {
         Format::Obj => obj::parse(&bytes),
         Format::Ply => ply::parse(&bytes),
         Format::Stl => stl::parse(&bytes),
@@ -111,8 +117,8 @@ fn decode(bytes: &[u8], declared: Option<Encoding>, file: Option<(&Path, &Path)>
         Format::Gltf | Format::Glb => gltf::parse(&bytes, file.map(|(_, folder)| folder)),
         Format::Medit => medit::parse(&bytes),
     }?;
-    notes.extend(loaded.notes);
-    Ok(Loaded { mesh: loaded.mesh, notes })
+    notes.extend(std::mem::take(&mut loaded.notes));
+    Ok(Loaded { notes, ..loaded })
 }
 
 /// Whether so many bytes are more than an honest file of `from` bytes stands for; a few bytes that are packed or

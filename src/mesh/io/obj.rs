@@ -10,6 +10,7 @@ use std::fmt::Write as _;
 
 use glam::DVec3;
 
+use super::obj_extras::Extras;
 use super::{Loaded, check_counts, excerpt, repeated, text};
 use crate::{Error, Result, TriMesh};
 
@@ -29,7 +30,8 @@ pub(super) fn parse(bytes: &[u8]) -> Result<Loaded> {
     if unused > 0 {
         notes.push(format!("{unused} vertices are used by no face and were left out"));
     }
-    Ok(Loaded { mesh, notes })
+    let attributes = scan.extras.attributes(&mesh, &mut notes);
+    Ok(Loaded { mesh, attributes, notes })
 }
 
 /// Lines without comments, those ending in a backslash joined, each with the number of its first line from 1.
@@ -64,8 +66,7 @@ struct Scan {
     faces: u64,
     polygons: u64,
     points_and_lines: u64,
-    materials: bool,
-    normals_or_textures: bool,
+    extras: Extras,
     unknown: BTreeSet<String>,
     /// Vertex numbers (from 1) that were not yet defined where a face used them, rising, with the line: a later `v`
     /// may still define them.
@@ -82,9 +83,8 @@ impl Scan {
             "v" => self.vertex(line, words)?,
             "f" | "fo" => self.face(line, words)?,
             "p" | "l" => self.points_and_lines += 1,
-            "vn" | "vt" => self.normals_or_textures = true,
-            "mtllib" | "usemtl" | "maplib" | "usemap" => self.materials = true,
-            "o" | "g" | "s" | "mg" => {}
+            "s" | "mg" | "maplib" | "usemap" => {}
+            _ if self.extras.line(keyword, words.by_ref()) => {}
             // Enough of them to tell what kind of file this is.
             other if self.unknown.len() < 5 => {
                 self.unknown.insert(excerpt(other));
@@ -113,6 +113,7 @@ impl Scan {
             self.plain.push_str(word);
         }
         self.plain.push('\n');
+        self.extras.vertex(words);
         self.vertices += 1;
         Ok(())
     }
@@ -122,6 +123,7 @@ impl Scan {
         for word in words {
             let corner = self.corner(line, word)?;
             self.corners.push(corner);
+            self.extras.corner(corner, word);
         }
         let count = self.corners.len();
         if count < 3 {
@@ -132,6 +134,7 @@ impl Scan {
             let problem = format!("the face lists vertex {vertex} twice");
             return Err(Error::input(at_line(line), problem, "remove the face or the repeated vertex"));
         }
+        self.extras.end_face();
         self.plain.push('f');
         for corner in &self.corners {
             // Writing to a String cannot fail.
@@ -182,12 +185,6 @@ impl Scan {
         }
         if self.points_and_lines > 0 {
             notes.push(format!("{} point and line elements were ignored", self.points_and_lines));
-        }
-        if self.normals_or_textures {
-            notes.push("normals and texture coordinates were ignored".to_owned());
-        }
-        if self.materials {
-            notes.push("materials were ignored".to_owned());
         }
         if !self.unknown.is_empty() {
             let kinds: Vec<&str> = self.unknown.iter().map(String::as_str).collect();

@@ -9,9 +9,11 @@
 
 use glam::DVec3;
 
+use super::ply_columns::{Columns, UvLists, attributes};
 use super::ply_data::{Binary, Fault, Reading, Source, Text};
 use super::ply_header::{Element, Encoding, Header, Kind, Type};
 use super::{Loaded, check_counts, repeated};
+use crate::mesh::attributes::Attributes;
 use crate::{Error, Result, TriMesh};
 
 pub(super) fn parse(bytes: &[u8]) -> Result<Loaded> {
@@ -38,6 +40,8 @@ fn at_byte(byte: usize) -> Option<String> {
 struct Layout {
     axes: [usize; 3],
     corners: usize,
+    /// Lists of texture coordinates.
+    uv: Option<(usize, Type)>,
     vertices: u64,
 }
 
@@ -73,20 +77,31 @@ impl Layout {
             let problem = "the header declares no integer list 'vertex_indices' for faces";
             return Err(Error::input(None, problem, "write the mesh again with vertex_indices"));
         };
-        Ok(Self { axes, corners, vertices })
+        let uv = face.properties.iter().enumerate().find_map(|(at, property)| match property.kind {
+            Kind::List { item, .. } if property.name == "texcoord" => Some((at, item)),
+            _ => None,
+        });
+        Ok(Self { axes, corners, uv, vertices })
     }
 }
 
 fn read_elements<S: Source>(header: &Header, layout: &Layout, mut source: S) -> Result<Loaded> {
     let mut mesh = TriMesh::default();
     let mut notes = Vec::new();
+    let (mut of_vertices, mut of_faces) = (None, None);
     for element in &header.elements {
         check_size(element, header.encoding, &source)?;
         match element.name.as_str() {
-            "vertex" => mesh.vertices = read_vertices(element, layout, &mut source)?,
+            "vertex" => {
+                let mut columns = Columns::new(element, &layout.axes);
+                mesh.vertices = read_vertices(element, layout, &mut source, &mut columns)?;
+                of_vertices = Some(columns);
+            }
             "face" => {
                 let polygons;
-                (mesh.triangles, polygons) = read_faces(element, layout, &mut source)?;
+                let mut beside = (Columns::new(element, &[]), UvLists::default());
+                (mesh.triangles, polygons) = read_faces(element, layout, &mut source, &mut beside)?;
+                of_faces = Some(beside);
                 if polygons > 0 {
                     notes.push(format!(
                         "{polygons} faces with more than 3 vertices were split into triangles"
@@ -104,8 +119,9 @@ fn read_elements<S: Source>(header: &Header, layout: &Layout, mut source: S) -> 
                 }
             }
         }
-        let used = |name: &str| matches!(name, "x" | "y" | "z" | "vertex_indices" | "vertex_index");
-        let names = element.properties.iter().map(|property| property.name.as_str());
+        let used = |name: &str| matches!(name, "vertex_indices" | "vertex_index" | "texcoord");
+        let lists = element.properties.iter().filter(|property| matches!(property.kind, Kind::List { .. }));
+        let names = lists.map(|property| property.name.as_str());
         let extra: Vec<&str> = names.filter(|name| !used(name)).take(8).collect();
         if matches!(element.name.as_str(), "vertex" | "face") && !extra.is_empty() {
             let names = super::excerpt(&extra.join(", "));
@@ -116,8 +132,13 @@ fn read_elements<S: Source>(header: &Header, layout: &Layout, mut source: S) -> 
             break;
         }
     }
+    let mut attributes_read = Attributes::default();
+    if let (Some(vertex), Some((face, uv))) = (of_vertices, of_faces) {
+        let uv = layout.uv.map(|(_, kind)| (kind, uv));
+        attributes_read = attributes(&mesh, (vertex, face), uv, &mut notes);
+    }
     notes.extend(source.notes());
-    Ok(Loaded { mesh, notes })
+    Ok(Loaded { mesh, attributes: attributes_read, notes })
 }
 
 /// Refuses a count that the rest of the file cannot hold, before any memory is set aside for it.
@@ -151,11 +172,16 @@ fn failed<S: Source>(fault: Fault, element: &Element, index: u64, source: &S) ->
     }
 }
 
-fn read_vertices<S: Source>(element: &Element, layout: &Layout, source: &mut S) -> Result<Vec<DVec3>> {
+fn read_vertices<S: Source>(
+    element: &Element,
+    layout: &Layout,
+    source: &mut S,
+    columns: &mut Columns,
+) -> Result<Vec<DVec3>> {
     // `check_size` has shown that the file is long enough for this many.
     let mut vertices = Vec::with_capacity(usize::try_from(element.count).unwrap_or(0));
     for index in 0..element.count {
-        let vertex = read_vertex(element, layout, source);
+        let vertex = read_vertex(element, layout, source, columns);
         let vertex = vertex.map_err(|fault| failed(fault, element, index, source))?;
         for (axis, value) in ["x", "y", "z"].iter().zip(vertex.to_array()) {
             if !value.is_finite() {
@@ -169,13 +195,19 @@ fn read_vertices<S: Source>(element: &Element, layout: &Layout, source: &mut S) 
     Ok(vertices)
 }
 
-fn read_vertex<S: Source>(element: &Element, layout: &Layout, source: &mut S) -> Reading<DVec3> {
+fn read_vertex<S: Source>(
+    element: &Element,
+    layout: &Layout,
+    source: &mut S,
+    columns: &mut Columns,
+) -> Reading<DVec3> {
     source.begin()?;
     let mut position = [0.0; 3];
     for (at, property) in element.properties.iter().enumerate() {
         let axis = layout.axes.iter().position(|axis| *axis == at);
         match (axis.and_then(|axis| position.get_mut(axis)), property.kind) {
             (Some(coordinate), Kind::Scalar(kind)) => *coordinate = source.value(kind)?,
+            (_, Kind::Scalar(_)) if columns.read(at, source)? => {}
             (_, kind) => skip_property(kind, source)?,
         }
     }
@@ -183,13 +215,18 @@ fn read_vertex<S: Source>(element: &Element, layout: &Layout, source: &mut S) ->
     Ok(DVec3::from_array(position))
 }
 
-fn read_faces<S: Source>(element: &Element, layout: &Layout, source: &mut S) -> Result<(Vec<[u32; 3]>, u64)> {
+fn read_faces<S: Source>(
+    element: &Element,
+    layout: &Layout,
+    source: &mut S,
+    beside: &mut (Columns, UvLists),
+) -> Result<(Vec<[u32; 3]>, u64)> {
     let mut triangles = Vec::with_capacity(usize::try_from(element.count).unwrap_or(0));
     let mut polygons = 0;
     let (mut corners, mut sorted) = (Vec::new(), Vec::new());
     for index in 0..element.count {
         corners.clear();
-        let face = read_face(element, layout, source, &mut corners);
+        let face = read_face(element, layout, source, &mut corners, beside);
         face.map_err(|fault| failed(fault, element, index, source))?;
         let problem = |problem: String, remedy: &str| {
             Err(Error::input(Some(format!("{}, face {index}", source.place())), problem, remedy))
@@ -219,6 +256,10 @@ fn read_faces<S: Source>(element: &Element, layout: &Layout, source: &mut S) -> 
                 _ => None,
             }));
         }
+        beside.0.repeat(fan.len() - 2);
+        if layout.uv.is_some() {
+            beside.1.split(fan.len());
+        }
         polygons += u64::from(fan.len() > 3);
     }
     Ok((triangles, polygons))
@@ -229,8 +270,10 @@ fn read_face<S: Source>(
     layout: &Layout,
     source: &mut S,
     corners: &mut Vec<f64>,
+    (columns, uv): &mut (Columns, UvLists),
 ) -> Reading<()> {
     source.begin()?;
+    uv.of_face.clear();
     for (at, property) in element.properties.iter().enumerate() {
         match property.kind {
             Kind::List { count, item } if at == layout.corners => {
@@ -243,6 +286,12 @@ fn read_face<S: Source>(
                     corners.push(corner);
                 }
             }
+            Kind::List { count, item } if layout.uv.is_some_and(|(of_uv, _)| of_uv == at) => {
+                for _ in 0..list_count(count, source)? {
+                    uv.of_face.push(source.value(item)?);
+                }
+            }
+            Kind::Scalar(_) if columns.read(at, source)? => {}
             kind => skip_property(kind, source)?,
         }
     }

@@ -12,6 +12,7 @@ use glam::DVec3;
 
 use super::text::{Lines, cut_off, refuse_binary, shown, vertex, words};
 use super::{Loaded, check_counts};
+use crate::mesh::attributes::Attributes;
 use crate::{Error, Result, TriMesh};
 
 /// Bytes before the count of a binary file, and of each of its triangles.
@@ -108,7 +109,7 @@ fn parse_binary(bytes: &[u8]) -> Result<Loaded> {
     if surplus > 0 {
         notes.push(format!("{surplus} bytes after the last triangle were ignored"));
     }
-    Ok(Loaded { mesh: corners.mesh, notes })
+    Ok(Loaded { mesh: corners.mesh, attributes: Attributes::default(), notes })
 }
 
 fn parse_text(bytes: &[u8]) -> Result<Loaded> {
@@ -152,7 +153,8 @@ fn parse_text(bytes: &[u8]) -> Result<Loaded> {
     }
     check_counts(mesh.vertices.len() as u64, mesh.triangles.len() as u64)?;
     let note = format!("{polygons} facets with more than 3 vertices were split into triangles");
-    Ok(Loaded { mesh, notes: (polygons > 0).then_some(note).into_iter().collect() })
+    let notes = (polygons > 0).then_some(note).into_iter().collect();
+    Ok(Loaded { mesh, attributes: Attributes::default(), notes })
 }
 
 /// Writes a binary file, with a header that no reader takes for text.

@@ -11,7 +11,8 @@ use glam::DVec3;
 use tempfile::NamedTempFile;
 
 use super::format::{extension_problem, written_extensions};
-use super::{Encoding, Format, TriMesh, gltf, medit, off, stl};
+use super::{Encoding, Format, TriMesh, gltf, medit, obj_extras, off, ply_write, stl};
+use crate::mesh::attributes::{Attribute, Attributes, Role};
 use crate::{Error, Result};
 
 /// Writes `mesh` in the format of the extension of `path`, packed if that ends in `.gz`: OBJ, OFF and MEDIT as text, each
@@ -32,8 +33,17 @@ pub fn write(path: &Path, mesh: &TriMesh) -> Result<()> {
 ///
 /// See [`write()`].
 pub fn write_as(path: &Path, mesh: &TriMesh, encoding: Encoding) -> Result<()> {
-    check_fits(path, mesh, encoding.format)?;
-    atomically(path, |file| fill(file, mesh, encoding))
+    write_with(path, mesh, &Attributes::default(), encoding)
+}
+
+/// As [`write_as`], with what of the attributes the format can hold: [`left_out`] says what it cannot.
+///
+/// # Errors
+///
+/// See [`write()`]. Panics if the attributes are of another mesh.
+pub fn write_with(path: &Path, mesh: &TriMesh, attributes: &Attributes, encoding: Encoding) -> Result<()> {
+    check_fits(path, (mesh, attributes), encoding.format)?;
+    atomically(path, |file| fill(file, (mesh, attributes), encoding))
 }
 
 /// The bytes of the file that [`write_as`] would write; `name` stands for its path in errors.
@@ -42,9 +52,23 @@ pub fn write_as(path: &Path, mesh: &TriMesh, encoding: Encoding) -> Result<()> {
 ///
 /// [`Error::Output`] for a mesh that the format cannot hold.
 pub fn encode(name: &Path, mesh: &TriMesh, encoding: Encoding) -> Result<Vec<u8>> {
-    check_fits(name, mesh, encoding.format)?;
+    encode_with(name, mesh, &Attributes::default(), encoding)
+}
+
+/// The bytes of the file that [`write_with`] would write.
+///
+/// # Errors
+///
+/// See [`encode`].
+pub fn encode_with(
+    name: &Path,
+    mesh: &TriMesh,
+    attributes: &Attributes,
+    encoding: Encoding,
+) -> Result<Vec<u8>> {
+    check_fits(name, (mesh, attributes), encoding.format)?;
     let mut bytes = Vec::new();
-    fill(&mut bytes, mesh, encoding).map_err(|error| unwritable(name, &error))?;
+    fill(&mut bytes, (mesh, attributes), encoding).map_err(|error| unwritable(name, &error))?;
     Ok(bytes)
 }
 
@@ -64,7 +88,43 @@ pub fn precision_note(mesh: &TriMesh, format: Format) -> Option<String> {
     (share > 1e-6).then_some(text)
 }
 
-fn fill(file: &mut dyn Write, mesh: &TriMesh, encoding: Encoding) -> io::Result<()> {
+/// What the format drops of the attributes, as a sentence for people; `None` if nothing.
+pub fn left_out(attributes: &Attributes, format: Format) -> Option<String> {
+    let role = |a: &Attribute, role: Role, components: std::ops::RangeInclusive<usize>| {
+        a.role == role && components.contains(&a.components)
+    };
+    let has_vertex = |a: &Attribute| match format {
+        Format::Ply => true,
+        Format::Obj | Format::Glb => role(a, Role::Colour, 3..=4) || role(a, Role::Normal, 3..=3),
+        Format::Off => role(a, Role::Colour, 3..=4),
+        Format::Medit => a.name == medit::REFERENCE,
+        Format::Stl | Format::Gltf => false,
+    };
+    let has_face = |a: &Attribute| match format {
+        Format::Ply => true,
+        Format::Obj => matches!(a.name.as_str(), "material" | "group" | "object"),
+        Format::Glb => a.name == "material",
+        Format::Medit => medit::face_label(attributes).is_some_and(|label| label.name == a.name),
+        Format::Stl | Format::Off | Format::Gltf => false,
+    };
+    let has_uv = matches!(format, Format::Ply | Format::Obj | Format::Glb);
+    let dropped = Attributes {
+        vertex: attributes.vertex.iter().filter(|a| !has_vertex(a)).cloned().collect(),
+        face: attributes.face.iter().filter(|a| !has_face(a)).cloned().collect(),
+        uv: attributes.uv.clone().filter(|_| !has_uv),
+        libraries: Vec::new(),
+    };
+    let what = dropped.listed().join(", ");
+    let named = |a: &&Attribute| !a.names.is_empty() && has_face(a);
+    let names = attributes.face.iter().filter(named).any(|_| matches!(format, Format::Ply | Format::Medit));
+    match (what.is_empty(), names) {
+        (true, false) => None,
+        (true, true) => Some(format!("{} holds labels as numbers, without their names", format.name())),
+        (false, _) => Some(format!("{} cannot hold these: {what}", format.name())),
+    }
+}
+
+fn fill(file: &mut dyn Write, mesh: (&TriMesh, &Attributes), encoding: Encoding) -> io::Result<()> {
     if !encoding.gzip {
         return fill_plain(file, mesh, encoding.format);
     }
@@ -75,14 +135,18 @@ fn fill(file: &mut dyn Write, mesh: &TriMesh, encoding: Encoding) -> io::Result<
     Ok(())
 }
 
-fn fill_plain(mut file: &mut dyn Write, mesh: &TriMesh, format: Format) -> io::Result<()> {
+fn fill_plain(
+    file: &mut dyn Write,
+    (mesh, attributes): (&TriMesh, &Attributes),
+    format: Format,
+) -> io::Result<()> {
     match format {
-        Format::Obj => write_obj(&mut file, mesh),
-        Format::Ply => write_ply(&mut file, mesh),
+        Format::Obj => obj_extras::write(file, mesh, attributes),
+        Format::Ply => ply_write::write(file, mesh, attributes),
         Format::Stl => stl::write(file, mesh),
-        Format::Off => off::write(file, mesh),
-        Format::Glb => gltf::write(file, mesh),
-        Format::Medit => medit::write(file, mesh),
+        Format::Off => off::write(file, mesh, attributes),
+        Format::Glb => gltf::write(file, mesh, attributes),
+        Format::Medit => medit::write(file, mesh, attributes),
         // `check_fits` has refused it.
         Format::Gltf => Err(io::Error::other(ONLY_GLB)),
     }
@@ -91,14 +155,14 @@ fn fill_plain(mut file: &mut dyn Write, mesh: &TriMesh, format: Format) -> io::R
 const ONLY_GLB: &str = "glTF is written as .glb alone";
 
 /// Refuses what the format cannot hold.
-fn check_fits(path: &Path, mesh: &TriMesh, format: Format) -> Result<()> {
+fn check_fits(path: &Path, (mesh, attributes): (&TriMesh, &Attributes), format: Format) -> Result<()> {
     match format {
         Format::Gltf => Err(failed(path, ONLY_GLB, "name the result .glb")),
         Format::Glb if mesh.triangles.is_empty() => {
             Err(failed(path, "a GLB file cannot hold a mesh without faces", "choose another format"))
         }
         // Some room for the JSON.
-        Format::Glb if gltf::byte_length(mesh) > u64::from(u32::MAX) - (1 << 16) => {
+        Format::Glb if gltf::byte_length(mesh, attributes) > u64::from(u32::MAX) - (1 << 16) => {
             Err(failed(path, "a GLB file cannot hold more than 4 GiB", "choose another format"))
         }
         Format::Stl if mesh.triangles.len() as u64 > u64::from(u32::MAX) => {
@@ -227,17 +291,6 @@ pub(super) fn atomically(
     file.persist(&place).map(drop).map_err(|error| unwritable(path, &error.error))
 }
 
-fn write_obj(file: &mut impl Write, mesh: &TriMesh) -> io::Result<()> {
-    for vertex in &mesh.vertices {
-        write_obj_vertex(file, *vertex)?;
-    }
-    for triangle in &mesh.triangles {
-        let [a, b, c] = triangle.map(|vertex| u64::from(vertex) + 1);
-        writeln!(file, "f {a} {b} {c}")?;
-    }
-    Ok(())
-}
-
 pub(super) fn write_obj_vertex(file: &mut impl Write, vertex: DVec3) -> io::Result<()> {
     write!(file, "v")?;
     for value in vertex.to_array() {
@@ -255,26 +308,4 @@ pub(super) fn write_number(file: &mut (impl Write + ?Sized), value: f64) -> io::
     } else {
         write!(file, "{value:e}")
     }
-}
-
-fn write_ply(file: &mut impl Write, mesh: &TriMesh) -> io::Result<()> {
-    // Readers know `int` best; `uint` is for meshes that it cannot count.
-    let index = if i32::try_from(mesh.vertices.len()).is_ok() { "int" } else { "uint" };
-    let (vertices, faces) = (mesh.vertices.len(), mesh.triangles.len());
-    write!(
-        file,
-        "ply\nformat binary_little_endian 1.0\nelement vertex {vertices}\n\
-         property double x\nproperty double y\nproperty double z\n\
-         element face {faces}\nproperty list uchar {index} vertex_indices\nend_header\n"
-    )?;
-    for value in mesh.vertices.iter().flat_map(|vertex| vertex.to_array()) {
-        file.write_all(&value.to_le_bytes())?;
-    }
-    for triangle in &mesh.triangles {
-        file.write_all(&[3])?;
-        for vertex in triangle {
-            file.write_all(&vertex.to_le_bytes())?;
-        }
-    }
-    Ok(())
 }

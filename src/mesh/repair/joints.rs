@@ -19,7 +19,7 @@ struct Open {
 
 /// Splits triangles at open vertices within `reach` of their open edges, where that closes a stretch of an edge and puts
 /// no third face at one.
-pub(super) fn join(mesh: &mut TriMesh, reach: f64, counts: &mut RepairCounts) {
+pub(super) fn join(mesh: &mut TriMesh, origin: &mut Vec<u32>, reach: f64, counts: &mut RepairCounts) {
     for _ in 0..ROUNDS {
         let mut faces: HashMap<(u32, u32), u32> = HashMap::new();
         let mut open = Vec::new();
@@ -48,6 +48,8 @@ pub(super) fn join(mesh: &mut TriMesh, reach: f64, counts: &mut RepairCounts) {
                 split.insert(edge.triangle);
                 counts.edges_joined += on_it.len();
                 replace(mesh, edge, new, &mut faces);
+                // Parts of a triangle are where it was.
+                origin.resize(mesh.triangles.len(), origin[edge.triangle]);
             }
         }
         if counts.edges_joined == before {

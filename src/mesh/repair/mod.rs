@@ -25,6 +25,8 @@ const FLAT: f64 = 1e-14;
 pub struct Repaired {
     /// The mesh that is left; vertices and triangles in their old order.
     pub mesh: TriMesh,
+    /// Of each triangle that is left, which of the input it was.
+    pub origin: Vec<u32>,
     /// How much was changed.
     pub counts: RepairCounts,
 }
@@ -109,7 +111,7 @@ pub fn repair_with(mesh: &TriMesh, options: &RepairOptions) -> Result<Repaired> 
     let mut counts = RepairCounts::default();
     let first_there = same_places(&mesh.vertices);
     counts.duplicate_vertices_welded = (0..).zip(&first_there).filter(|(own, first)| *own != **first).count();
-    let triangles = clean(mesh, |v| first_there[v as usize], &mut counts);
+    let (triangles, mut origin) = clean(mesh, |v| first_there[v as usize], &mut counts);
     if triangles.is_empty() {
         return Err(Error::input(None, "the mesh has no faces with an area", "give a surface mesh"));
     }
@@ -118,25 +120,31 @@ pub fn repair_with(mesh: &TriMesh, options: &RepairOptions) -> Result<Repaired> 
         mesh.vertices.len() - counts.duplicate_vertices_welded - kept.vertices.len();
     if options.weld > 0.0 {
         let reach = kept.bounds().map_or(0.0, |(low, high)| options.weld * (high - low).length());
-        weld::weld(&mut kept, reach, &mut counts);
-        joints::join(&mut kept, reach, &mut counts);
+        weld::weld(&mut kept, &mut origin, reach, &mut counts);
+        joints::join(&mut kept, &mut origin, reach, &mut counts);
         if kept.triangles.is_empty() {
             let problem = format!("no face is larger than --weld {} makes of it", options.weld);
             return Err(Error::input(None, problem, "use a smaller tolerance"));
         }
     }
     if options.min_component > 0.0 {
-        parts::drop_small(&mut kept, options.min_component, &mut counts);
+        parts::drop_small(&mut kept, &mut origin, options.min_component, &mut counts);
     }
     orient::orient(&mut kept, &mut counts);
-    Ok(Repaired { mesh: kept, counts })
+    Ok(Repaired { mesh: kept, origin, counts })
 }
 
-/// The triangles with other vertices for theirs, without those that are flat or repeat an earlier one.
-fn clean(mesh: &TriMesh, vertex: impl Fn(u32) -> u32, counts: &mut RepairCounts) -> Vec<[u32; 3]> {
+/// The triangles with other vertices for theirs, without those that are flat or repeat an earlier one, and the number that
+/// each had.
+fn clean(
+    mesh: &TriMesh,
+    vertex: impl Fn(u32) -> u32,
+    counts: &mut RepairCounts,
+) -> (Vec<[u32; 3]>, Vec<u32>) {
     let mut seen = HashSet::with_capacity(mesh.triangles.len());
     let mut triangles = Vec::with_capacity(mesh.triangles.len());
-    for triangle in &mesh.triangles {
+    let mut origin = Vec::with_capacity(mesh.triangles.len());
+    for (number, triangle) in (0..).zip(&mesh.triangles) {
         let welded = triangle.map(&vertex);
         let mut key = welded;
         key.sort_unstable();
@@ -144,11 +152,12 @@ fn clean(mesh: &TriMesh, vertex: impl Fn(u32) -> u32, counts: &mut RepairCounts)
             counts.degenerate_faces_dropped += 1;
         } else if seen.insert(key) {
             triangles.push(welded);
+            origin.push(number);
         } else {
             counts.duplicate_faces_dropped += 1;
         }
     }
-    triangles
+    (triangles, origin)
 }
 
 fn check(mesh: &TriMesh) -> Result<()> {

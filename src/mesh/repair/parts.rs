@@ -28,14 +28,15 @@ pub(crate) fn parts(mesh: &TriMesh) -> (Vec<u32>, Vec<f64>) {
 }
 
 /// Drops components with less than this share of the area, but never the largest.
-pub(super) fn drop_small(mesh: &mut TriMesh, share: f64, counts: &mut RepairCounts) {
+pub(super) fn drop_small(mesh: &mut TriMesh, origin: &mut Vec<u32>, share: f64, counts: &mut RepairCounts) {
     let (of_triangle, areas) = parts(mesh);
     let largest = areas.iter().copied().fold(0.0, f64::max);
     let least = (share * areas.iter().sum::<f64>()).min(largest);
     counts.components_dropped = areas.iter().filter(|area| **area < least).count();
     if counts.components_dropped > 0 {
-        let kept =
-            mesh.triangles.iter().zip(&of_triangle).filter(|(_, part)| areas[**part as usize] >= least);
-        *mesh = compact(&mesh.vertices, kept.map(|(triangle, _)| *triangle).collect());
+        let stays = |t: usize| areas[of_triangle[t] as usize] >= least;
+        let kept: Vec<usize> = (0..mesh.triangles.len()).filter(|t| stays(*t)).collect();
+        *mesh = compact(&mesh.vertices, kept.iter().map(|t| mesh.triangles[*t]).collect());
+        *origin = kept.iter().map(|t| origin[*t]).collect();
     }
 }

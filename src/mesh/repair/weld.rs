@@ -8,13 +8,13 @@ use std::collections::{HashMap, HashSet};
 
 /// Welds vertices within `reach` of an earlier one to it. Welds that would put three faces at an edge, or two faces
 /// back to back, are left out.
-pub(super) fn weld(mesh: &mut TriMesh, reach: f64, counts: &mut RepairCounts) {
+pub(super) fn weld(mesh: &mut TriMesh, origin: &mut Vec<u32>, reach: f64, counts: &mut RepairCounts) {
     let mut kept = nearest_earlier(&mesh.vertices, reach);
     let crowded: HashSet<(u32, u32)> = crowded_edges(&mesh.triangles).collect();
     // Each round takes back at least one weld, or is the last.
     loop {
         let mut counts_of_it = *counts;
-        let triangles = clean(mesh, |v| kept[v as usize], &mut counts_of_it);
+        let (triangles, number) = clean(mesh, |v| kept[v as usize], &mut counts_of_it);
         let was_crowded: HashSet<(u32, u32)> =
             crowded.iter().map(|(a, b)| ordered(kept[*a as usize], kept[*b as usize])).collect();
         let edges = crowded_edges(&triangles).filter(|edge| !was_crowded.contains(edge));
@@ -32,6 +32,7 @@ pub(super) fn weld(mesh: &mut TriMesh, reach: f64, counts: &mut RepairCounts) {
             counts.near_vertices_welded = (0..).zip(&kept).filter(|(v, to)| *v != **to).count();
             let before = mesh.vertices.len() - counts.near_vertices_welded;
             *mesh = compact(&mesh.vertices, triangles);
+            *origin = number.iter().map(|t| origin[*t as usize]).collect();
             counts.unreferenced_vertices_dropped += before - mesh.vertices.len();
             return;
         }

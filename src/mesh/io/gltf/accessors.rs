@@ -54,7 +54,7 @@ impl<'a> Buffers<'a> {
             );
         };
         let (bytes, stride) = self.view(view)?;
-        let size = component.size() * if kind == "VEC3" { 3 } else { 1 };
+        let size = component.size() * kind.strip_prefix("VEC").and_then(|n| n.parse().ok()).unwrap_or(1);
         let stride = stride.unwrap_or(size);
         if stride < size {
             return refuse(
@@ -216,14 +216,14 @@ impl Number {
 pub(super) struct Elements<'a> {
     bytes: &'a [u8],
     stride: usize,
-    component: Number,
+    pub component: Number,
     normalized: bool,
     pub count: usize,
 }
 
 impl Elements<'_> {
     /// Number `at` of element `index`; 0 out of range.
-    fn number(&self, index: usize, at: usize) -> f64 {
+    pub fn number(&self, index: usize, at: usize) -> f64 {
         let size = self.component.size();
         let start = index * self.stride + at * size;
         let raw = self.bytes.get(start..start + size).unwrap_or_default();

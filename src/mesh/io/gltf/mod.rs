@@ -5,6 +5,7 @@
 //! that require an extension, be it for materials; and it does not know quantized positions.
 
 mod accessors;
+mod beside;
 mod container;
 mod model;
 mod scene;

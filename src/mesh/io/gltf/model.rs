@@ -24,6 +24,8 @@ pub(super) struct Model {
     #[serde(default)]
     pub buffers: Vec<Buffer>,
     #[serde(default)]
+    pub materials: Vec<Material>,
+    #[serde(default)]
     extensions_required: Vec<String>,
 }
 
@@ -63,12 +65,24 @@ pub(super) struct Primitive {
     pub attributes: Attributes,
     pub indices: Option<usize>,
     pub mode: Option<u32>,
+    pub material: Option<usize>,
+}
+
+#[derive(Deserialize)]
+pub(super) struct Material {
+    pub name: Option<String>,
 }
 
 #[derive(Deserialize)]
 pub(super) struct Attributes {
     #[serde(rename = "POSITION")]
     pub position: Option<usize>,
+    #[serde(rename = "COLOR_0")]
+    pub colour: Option<usize>,
+    #[serde(rename = "NORMAL")]
+    pub normal: Option<usize>,
+    #[serde(rename = "TEXCOORD_0")]
+    pub texture: Option<usize>,
 }
 
 #[derive(Deserialize)]

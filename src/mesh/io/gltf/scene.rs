@@ -5,6 +5,7 @@ use std::collections::HashMap;
 use glam::{DMat4, DQuat, DVec3, DVec4};
 
 use super::accessors::Buffers;
+use super::beside::Beside;
 use super::model::{Model, Node, Primitive};
 use crate::mesh::io::{Loaded, check_counts, unfolds_too_far};
 use crate::{Error, Result, TriMesh};
@@ -19,8 +20,15 @@ fn refused(place: String, problem: impl Into<String>) -> Error {
 
 /// Merges all triangles. `file_bytes` limits how often meshes may be repeated.
 pub(super) fn triangles<'a>(model: &'a Model, buffers: &'a Buffers<'a>, file_bytes: u64) -> Result<Loaded> {
-    let mut merged =
-        Merged { model, buffers, file_bytes, mesh: TriMesh::default(), passed_over: 0, skins: 0 };
+    let mut merged = Merged {
+        model,
+        buffers,
+        file_bytes,
+        mesh: TriMesh::default(),
+        beside: Beside::default(),
+        passed_over: 0,
+        skins: 0,
+    };
     let mut seen = vec![false; model.nodes.len()];
     let mut waiting: Vec<(usize, DMat4)> =
         roots(model)?.into_iter().rev().map(|root| (root, DMat4::IDENTITY)).collect();
@@ -46,7 +54,8 @@ pub(super) fn triangles<'a>(model: &'a Model, buffers: &'a Buffers<'a>, file_byt
     if merged.skins > 0 {
         notes.push(format!("{} skins were ignored; their meshes are as without pose", merged.skins));
     }
-    Ok(Loaded { mesh, notes })
+    let attributes = merged.beside.attributes(model, &mut notes);
+    Ok(Loaded { mesh, attributes, notes })
 }
 
 /// The roots of the default scene; without any scene, the nodes that are nobody's children.
@@ -85,6 +94,7 @@ struct Merged<'a> {
     buffers: &'a Buffers<'a>,
     file_bytes: u64,
     mesh: TriMesh,
+    beside: Beside,
     passed_over: u64,
     skins: u64,
 }
@@ -96,7 +106,7 @@ impl Merged<'_> {
             return Err(refused(format!("node {index}"), format!("there is no mesh {number}")));
         };
         self.skins += u64::from(node.skin.is_some());
-        // Where the vertices of an accessor begin, and how many there are: primitives may share them.
+        // Where the vertices of an accessor begin, and how many there are: primitives may share them with all they have.
         let mut known = HashMap::new();
         for (p, primitive) in mesh.primitives.iter().enumerate() {
             let place = format!("mesh {number}, primitive {p}");
@@ -107,11 +117,17 @@ impl Merged<'_> {
             let Some(position) = primitive.attributes.position else {
                 return Err(refused(place, "the triangles have no positions"));
             };
-            let (first, count) = match known.get(&position) {
+            let shared = (position, primitive.attributes.colour, primitive.attributes.normal);
+            let (first, count) = match known.get(&shared) {
                 Some(range) => *range,
-                None => self.vertices(position, transform, &place)?,
+                None => {
+                    let (first, count) = self.vertices(position, transform, &place)?;
+                    let from = (self.model, self.buffers);
+                    self.beside.vertices(from, primitive, (count, transform), &place)?;
+                    (first, count)
+                }
             };
-            known.insert(position, (first, count));
+            known.insert(shared, (first, count));
             // A mirrored mesh shows its inside.
             let mirrored = transform.determinant() < 0.0;
             self.primitive(primitive, (first, count), mirrored, &place)?;
@@ -170,11 +186,10 @@ impl Merged<'_> {
             return Err(refused(place.to_owned(), problem));
         }
         self.check_size(12 * corners.len(), place)?;
-        let oriented = |[a, b, c]: [u32; 3]| {
-            let [a, b, c] = [first + a, first + b, first + c];
-            if mirrored { [a, c, b] } else { [a, b, c] }
-        };
-        self.mesh.triangles.extend(split(&corners, mode).map(oriented));
+        let oriented = |[a, b, c]: [u32; 3]| if mirrored { [a, c, b] } else { [a, b, c] };
+        let own: Vec<[u32; 3]> = split(&corners, mode).map(oriented).collect();
+        self.beside.triangles((self.model, self.buffers), primitive, (count, &own), place)?;
+        self.mesh.triangles.extend(own.into_iter().map(|triangle| triangle.map(|v| first + v)));
         Ok(())
     }
 

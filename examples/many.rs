@@ -1,0 +1,16 @@
+//! Many meshes on one device, such as the samples of a training set: `cargo run --release --example many`
+
+use rtfmesh::mesh::samples::{names, sample};
+use rtfmesh::{Device, DeviceOptions, MeasureDepth, Options, Remesher};
+
+fn main() -> Result<(), Box<dyn std::error::Error>> {
+    let device = Device::open(&DeviceOptions::from_env())?;
+    let remesher = Remesher::new(&device, Options { measures: MeasureDepth::Basic, ..Options::new(1000) })?;
+    for (name, _) in names() {
+        match remesher.remesh(&sample(name)?) {
+            Ok(result) => println!("{name}: {} faces", result.mesh.triangles.len()),
+            Err(error) => println!("{name}: {error}"),
+        }
+    }
+    Ok(())
+}

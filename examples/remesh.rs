@@ -1,0 +1,20 @@
+//! A scan into an even mesh: `cargo run --release --example remesh -- scan.ply even.ply 10000`
+
+use rtfmesh::{Device, DeviceOptions, Options, mesh::io, remesh};
+
+fn main() -> Result<(), Box<dyn std::error::Error>> {
+    let arguments: Vec<String> = std::env::args().skip(1).collect();
+    let [input, output, vertices] = arguments.as_slice() else {
+        return Err("give an input, an output and a number of vertices".into());
+    };
+    let scan = io::read(input.as_ref())?.mesh;
+    let device = Device::open(&DeviceOptions::from_env())?;
+    let result = remesh(&device, &scan, &Options::new(vertices.parse()?), &mut |_| {})?;
+    for line in result.summary.remarks.iter().chain(&result.summary.warnings) {
+        eprintln!("{line}");
+    }
+    let quality = &result.summary.output.quality;
+    println!("mean quality {:.3}, smallest angle {:.1}°", quality.q_avg, quality.theta_min);
+    io::write(output.as_ref(), &result.mesh)?;
+    Ok(())
+}

@@ -1,0 +1,66 @@
+//! What becomes of colours, texture coordinates and labels on the command line.
+
+use rtfmesh::mesh::attributes::{Attributes, label_borders, transfer, uv_seams};
+use rtfmesh::mesh::io::{Format, Loaded};
+use rtfmesh::{Error, Method, Options, Remeshed, TriMesh};
+
+/// Which attributes a result gets from its input.
+#[derive(clap::Args)]
+pub struct AttributeArgs {
+    /// Carry no colours, normals, texture coordinates, labels or other attributes over to the result
+    #[arg(long, conflicts_with_all = ["keep_uv", "keep_labels"])]
+    no_attributes: bool,
+    /// Keep the seams of the texture as curves, so that each face lies in one piece of it
+    #[arg(long)]
+    keep_uv: bool,
+    /// Keep the borders between materials, groups and other labels of faces as curves
+    #[arg(long)]
+    keep_labels: bool,
+}
+
+impl AttributeArgs {
+    /// Curves are kept by the default method alone.
+    ///
+    /// # Errors
+    /// [`Error::Usage`] that names the option.
+    pub fn check(&self, method: Method) -> rtfmesh::Result<()> {
+        let given = [("--keep-uv", self.keep_uv), ("--keep-labels", self.keep_labels)];
+        match given.iter().find(|(_, given)| *given && method == Method::Rtf) {
+            None => Ok(()),
+            Some((name, _)) => Err(Error::usage(
+                format!("{name} is an option of preset default alone"),
+                "leave it out, or add --preset default",
+            )),
+        }
+    }
+
+    /// Asks a run for what carrying over to a file of this format takes; tells what cannot be kept.
+    pub fn ask(&self, loaded: &Loaded, format: Option<Format>, options: &mut Options) -> Vec<String> {
+        let Loaded { mesh, attributes, .. } = loaded;
+        options.source = !self.no_attributes && !attributes.is_empty() && format != Some(Format::Stl);
+        options.held_sides.clear();
+        let mut notes = Vec::new();
+        if self.keep_uv {
+            options.held_sides.extend(uv_seams(mesh, attributes));
+            if attributes.uv.is_none() {
+                notes.push("there are no texture coordinates whose seams could be kept".to_owned());
+            }
+        }
+        if self.keep_labels {
+            let borders = label_borders(mesh, attributes);
+            if borders.is_empty() {
+                notes.push("there are no labels whose borders could be kept".to_owned());
+            }
+            options.held_sides.extend(borders);
+        }
+        notes
+    }
+}
+
+/// The input's attributes for the result, if the run was asked for them.
+pub fn carried(mesh: &TriMesh, attributes: &Attributes, result: &Remeshed) -> Attributes {
+    match &result.source {
+        Some(source) => transfer(attributes, mesh, source, &result.mesh),
+        None => Attributes::default(),
+    }
+}

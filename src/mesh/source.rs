@@ -1,0 +1,184 @@
+//! Where the vertices and faces of a remeshed surface lie on the mesh that it was made from.
+
+use glam::DVec3;
+use rayon::prelude::*;
+
+use super::TriMesh;
+use super::bvh::Bvh;
+use super::frame::Frame;
+use super::repair::Repaired;
+use super::triangle::closest_on_triangle;
+use crate::Result;
+
+/// A triangle that faces the other way counts only if it is nearer than the nearest one that faces the same way by more
+/// than this share of the length of the edges there.
+const OTHER_SIDE: f64 = 0.5;
+/// Weights below this share are rounding: the point is on the side, or at the corner.
+const ON_SIDE: f64 = 1e-11;
+/// Points that follow each other are near each other; each thread takes so many.
+const CHUNK: usize = 512;
+
+/// A point of a triangle mesh.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct SurfacePoint {
+    /// Index into [`TriMesh::triangles`].
+    pub triangle: u32,
+    /// The weights of the triangle's corners, each 0..=1, summing to 1.
+    pub barycentric: [f64; 3],
+}
+
+/// Where a mesh lies on another one.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct Source {
+    /// For each vertex the nearest point among triangles that face as the faces around the vertex do, unless one that
+    /// faces otherwise is much nearer. A vertex on a curve lies on an edge of that curve.
+    pub vertices: Vec<SurfacePoint>,
+    /// For the centre of each face the same.
+    pub faces: Vec<SurfacePoint>,
+}
+
+impl SurfacePoint {
+    /// Its place on `mesh`. Panics if the mesh is another one.
+    pub fn position(&self, mesh: &TriMesh) -> DVec3 {
+        let [a, b, c] = mesh.corners(self.triangle as usize);
+        let [_, v, w] = self.barycentric;
+        a + (b - a) * v + (c - a) * w
+    }
+}
+
+/// Finds where `output` lies on `input`, which `repaired` was made from.
+///
+/// # Errors
+/// [`crate::Error::Input`]: see [`Frame::of`].
+pub fn trace(input: &TriMesh, repaired: &Repaired, output: &TriMesh) -> Result<Source> {
+    let frame = Frame::of(&repaired.mesh)?;
+    let unit = |mesh: &TriMesh| TriMesh {
+        vertices: mesh.vertices.iter().map(|p| frame.to_unit(*p)).collect(),
+        triangles: mesh.triangles.clone(),
+    };
+    let search = Search::new(unit(&repaired.mesh));
+    let wanted = wanted(&unit(output));
+    let found: Vec<SurfacePoint> = wanted
+        .par_chunks(CHUNK)
+        .flat_map_iter(|chunk| {
+            let mut rank = 0;
+            let of_input = |wanted: &Wanted| {
+                let triangle = repaired.origin[search.find(wanted, &mut rank) as usize];
+                // Of the input's own triangle, whose corners repair may have in another order.
+                let corners = input.corners(triangle as usize).map(|p| frame.to_unit(p));
+                let barycentric = snapped(closest_on_triangle(wanted.at, corners).barycentric);
+                SurfacePoint { triangle, barycentric }
+            };
+            chunk.iter().map(of_input).collect::<Vec<_>>()
+        })
+        .collect();
+    let (vertices, faces) = found.split_at(output.vertices.len());
+    Ok(Source { vertices: vertices.to_vec(), faces: faces.to_vec() })
+}
+
+/// A point to be found.
+struct Wanted {
+    at: DVec3,
+    /// Along the normal there, of any length.
+    normal: DVec3,
+    /// How much nearer a triangle that faces otherwise must be.
+    margin: f64,
+}
+
+/// The vertices of a mesh, then the centres of its faces.
+fn wanted(mesh: &TriMesh) -> Vec<Wanted> {
+    let mut normals = vec![DVec3::ZERO; mesh.vertices.len()];
+    let mut lengths = vec![(0.0, 0.0); mesh.vertices.len()];
+    let mut centres = Vec::with_capacity(mesh.triangles.len());
+    for (t, triangle) in mesh.triangles.iter().enumerate() {
+        let [a, b, c] = mesh.corners(t);
+        let normal = (b - a).cross(c - a);
+        let around = a.distance(b) + b.distance(c) + c.distance(a);
+        for v in triangle {
+            normals[*v as usize] += normal;
+            let (sum, count) = &mut lengths[*v as usize];
+            *sum += around;
+            *count += 3.0;
+        }
+        centres.push(Wanted { at: (a + b + c) / 3.0, normal, margin: OTHER_SIDE * around / 3.0 });
+    }
+    let at_vertices = mesh.vertices.iter().zip(normals).zip(lengths);
+    let mut wanted: Vec<Wanted> = at_vertices
+        .map(|((at, normal), (sum, count))| {
+            let margin = if count > 0.0 { OTHER_SIDE * sum / count } else { 0.0 };
+            Wanted { at: *at, normal, margin }
+        })
+        .collect();
+    wanted.append(&mut centres);
+    wanted
+}
+
+/// The surface to look on.
+struct Search {
+    bvh: Bvh,
+    normals: Vec<DVec3>,
+}
+
+impl Search {
+    fn new(surface: TriMesh) -> Self {
+        let normal = |t: usize| {
+            let [a, b, c] = surface.corners(t);
+            (b - a).cross(c - a)
+        };
+        Self { normals: (0..surface.triangles.len()).map(normal).collect(), bvh: Bvh::new(&surface) }
+    }
+
+    /// The triangle that a point lies on. `rank` is where to look first, and then where it was.
+    fn find(&self, wanted: &Wanted, rank: &mut usize) -> u32 {
+        let faces_so = |t: u32| self.normals[t as usize].dot(wanted.normal) > 0.0;
+        let same = self.bvh.closest_accepted(wanted.at, rank, faces_so);
+        if let Some(near) = same.filter(|near| near.distance_sq <= wanted.margin * wanted.margin) {
+            return near.triangle;
+        }
+        let any = self.bvh.closest_from(wanted.at, rank);
+        let much_nearer = |any: f64, same: f64| same.sqrt() > any.sqrt() + wanted.margin;
+        match (same, any) {
+            (Some(same), Some(any)) if !much_nearer(any.distance_sq, same.distance_sq) => same.triangle,
+            (_, Some(any)) => any.triangle,
+            // A point that is not finite is nowhere; a repaired mesh has a triangle 0.
+            (same, None) => same.map_or(0, |same| same.triangle),
+        }
+    }
+}
+
+/// Weights without the traces of rounding beside a side or a corner.
+fn snapped(weights: [f64; 3]) -> [f64; 3] {
+    let kept = weights.map(|w| if w < ON_SIDE { 0.0 } else { w });
+    let sum: f64 = kept.iter().sum();
+    kept.map(|w| w / sum)
+}
+
+/// Half-edges `3 * triangle + k` of `input` as those of the repaired mesh; those that it does not have are left out.
+pub(crate) fn half_edges_after(input: &TriMesh, repaired: &Repaired, half_edges: &[u32]) -> Vec<u32> {
+    if half_edges.is_empty() {
+        return Vec::new();
+    }
+    let mut kept: Vec<(u32, u32)> = repaired.origin.iter().copied().zip(0..).collect();
+    kept.sort_unstable();
+    let of_one = |half: &u32| {
+        let (triangle, side) = (half / 3, half % 3);
+        let first = kept.partition_point(|(origin, _)| *origin < triangle);
+        let now = kept[first..].iter().take_while(move |(origin, _)| *origin == triangle);
+        let corners = input.triangles.get(triangle as usize).map(|_| input.corners(triangle as usize));
+        now.filter_map(move |(_, t)| side_between(repaired, *t, corners?, side as usize))
+    };
+    let mut found: Vec<u32> = half_edges.iter().flat_map(of_one).collect();
+    found.sort_unstable();
+    found.dedup();
+    found
+}
+
+/// The side of triangle `t` that runs where side `side` of a triangle with these corners does, either way round.
+fn side_between(repaired: &Repaired, t: u32, corners: [DVec3; 3], side: usize) -> Option<u32> {
+    let own = repaired.mesh.corners(t as usize);
+    let nearest =
+        |p: DVec3| (0..3).min_by(|a, b| own[*a].distance_squared(p).total_cmp(&own[*b].distance_squared(p)));
+    let (from, to) = (nearest(corners[side])?, nearest(corners[(side + 1) % 3])?);
+    let first = if (from + 1) % 3 == to { from } else { to };
+    (from != to).then_some(3 * t + first as u32)
+}

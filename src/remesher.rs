@@ -1,0 +1,68 @@
+//! One mesh after another on one device.
+
+use crate::pipeline::{compile, remesh};
+use crate::{Device, Flow, Options, Progress, Remeshed, Result, TriMesh};
+
+/// Remeshes any number of meshes with the same options on the same device. What was compiled for the first one, and the
+/// memory that it took, serve the next.
+///
+/// Threads may share one, or have a clone each; runs on one device then take turns in their work on it.
+///
+/// ```
+/// use rtfmesh::{Device, DeviceOptions, Options, Remesher, mesh::samples::sample};
+///
+/// let device = Device::open(&DeviceOptions::from_env())?;
+/// let remesher = Remesher::new(&device, Options::new(300))?;
+/// for name in ["torus", "bumpy-sphere"] {
+///     let result = remesher.remesh(&sample(name)?)?;
+///     assert_eq!(result.mesh.vertices.len(), 300);
+/// }
+/// # Ok::<(), rtfmesh::Error>(())
+/// ```
+#[derive(Clone)]
+pub struct Remesher {
+    device: Device,
+    options: Options,
+}
+
+impl Remesher {
+    /// Checks the options and compiles the kernels that they need.
+    ///
+    /// # Errors
+    /// [`crate::Error::Usage`] for options out of range, and the device's errors.
+    pub fn new(device: &Device, options: Options) -> Result<Self> {
+        options.validate()?;
+        compile(device, options.method)?;
+        Ok(Self { device: device.clone(), options })
+    }
+
+    /// The device.
+    pub fn device(&self) -> &Device {
+        &self.device
+    }
+
+    /// The options.
+    pub fn options(&self) -> &Options {
+        &self.options
+    }
+
+    /// [`remesh`] without a callback.
+    ///
+    /// # Errors
+    /// See there.
+    pub fn remesh(&self, mesh: &TriMesh) -> Result<Remeshed> {
+        self.remesh_with(mesh, |_| {})
+    }
+
+    /// [`remesh`].
+    ///
+    /// # Errors
+    /// See there.
+    pub fn remesh_with<F: Into<Flow>>(
+        &self,
+        mesh: &TriMesh,
+        mut progress: impl FnMut(Progress) -> F,
+    ) -> Result<Remeshed> {
+        remesh(&self.device, mesh, &self.options, &mut progress)
+    }
+}
