@@ -12,10 +12,18 @@ step() {
   "$@" || { printf '\n==> failed: %s\n' "$name" >&2; exit 1; }
 }
 
+run_examples() {
+  local example
+  for example in sharp_edges onto many; do
+    cargo run --quiet --example "$example" || return
+  done
+}
+
 step "setup" ./ci/setup.sh
 step "house rules" ./ci/rules.sh
 step "format" cargo fmt --check
 step "lints" cargo clippy --all-targets -- -D warnings
 step "documentation" env RUSTDOCFLAGS="-D warnings" cargo doc --no-deps
 step "documentation examples" cargo test --doc
+step "examples" run_examples
 step "tests on device '$RTFMESH_DEVICE'" cargo test --lib --bins --tests
