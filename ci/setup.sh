@@ -9,6 +9,8 @@ packages=(
   libvulkan1 mesa-vulkan-drivers vulkan-validationlayers # loader, lavapipe, validation layers
   libshaderc-dev glslang-dev spirv-tools                 # parts of the shader compiler, spirv-val
 )
+# A browser for ci/page.sh; on Ubuntu, whose package is an empty shell, bring your own.
+command -v "${RTFMESH_BROWSER:-chromium}" >/dev/null || packages+=(chromium)
 
 as_root() {
   if [ "$(id -u)" = 0 ]; then "$@"; elif command -v sudo >/dev/null; then sudo "$@"; else

@@ -19,3 +19,4 @@ step "lints" cargo clippy --all-targets -- -D warnings
 step "documentation" env RUSTDOCFLAGS="-D warnings" cargo doc --no-deps
 step "documentation examples" cargo test --doc
 step "tests on device '$RTFMESH_DEVICE'" cargo test --lib --bins --tests
+step "the page in a browser" ./ci/page.sh

@@ -8,7 +8,7 @@ use std::collections::BTreeMap;
 
 /// Size of a chart, and of the part that has the bars: left, top, right, bottom.
 const SIZE: [f64; 2] = [400.0, 200.0];
-const AREA: [f64; 4] = [40.0, 10.0, 392.0, 174.0];
+const AREA: [f64; 4] = [40.0, 10.0, 384.0, 174.0];
 /// Degrees a bar.
 const BIN: usize = 5;
 /// Valences up to the first share a bar, as do those from the last.

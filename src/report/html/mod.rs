@@ -16,6 +16,7 @@ use askama::Template;
 use charts::Chart;
 use glam::DVec3;
 use scene::{MOST_LINES, Packed, Space, base64, pack, pack_lines};
+use std::path::Path;
 
 pub use scene::MOST_FACES;
 
@@ -40,7 +41,8 @@ struct Page<'a> {
     scripts: [&'static str; 3],
     three: String,
     program: String,
-    files: [&'a str; 2],
+    /// Names of both files.
+    names: [String; 2],
     /// What is odd, and what was done about it.
     warnings: &'a [String],
     notes: Vec<&'a String>,
@@ -117,7 +119,7 @@ pub fn page(page: &PageInput) -> Result<String> {
         ],
         three: base64(THREE),
         program: format!("{} {}", page.report.program, page.report.version),
-        files,
+        names: files.map(file_name),
         warnings: &summary.warnings,
         notes: page.report.notes.iter().chain(&summary.remarks).collect(),
         panels: [panel("Input", files[0], input, &there)?, panel("Output", files[1], output, &back)?],
@@ -137,7 +139,8 @@ pub fn page(page: &PageInput) -> Result<String> {
         stages: stages(page.report),
         options: super::to_json(options)?,
     };
-    content.render().map_err(|e| Error::Internal(e.to_string()))
+    // The template loses the newline at its end.
+    content.render().map(|text| text + "\n").map_err(|e| Error::Internal(e.to_string()))
 }
 
 impl<'a> Panel<'a> {
@@ -228,6 +231,11 @@ fn stages(report: &Report) -> Vec<Timed> {
         share: 100.0 * milliseconds / longest,
     });
     timed.collect()
+}
+
+/// The name without its folder.
+fn file_name(path: &str) -> String {
+    Path::new(path).file_name().map_or_else(|| path.to_owned(), |name| name.to_string_lossy().into_owned())
 }
 
 /// A count with a blank before each three digits.

@@ -28,6 +28,16 @@ function cornersOf(buffer, vertices, faces) {
   return corners;
 }
 
+// How far the farthest corner is from a point, in longest sides.
+function radiusOf(corners, centre) {
+  let farthest = 0;
+  for (let k = 0; k < corners.length; k += 4) {
+    const [x, y, z] = centre.map((middle, axis) => corners[k + axis] / 65535 - middle);
+    farthest = Math.max(farthest, x * x + y * y + z * z);
+  }
+  return Math.sqrt(farthest);
+}
+
 // A table of colours, as four bytes each.
 function coloursOf(base64) {
   const bytes = bytesOf(base64);

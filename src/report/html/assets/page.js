@@ -11,16 +11,22 @@ async function start() {
   const tables = { quality: coloursOf(place.dataset.quality), distance: coloursOf(place.dataset.distance) };
   const lines = new Uint16Array(await unpack(document.getElementById("lines"), "deflate"));
   const packed = document.querySelectorAll("script.mesh");
-  const views = [];
+  const meshes = [];
   for (const [k, figure] of [...place.querySelectorAll("figure")].entries()) {
+    const buffer = await unpack(packed[k], "deflate");
+    const corners = cornersOf(buffer, Number(figure.dataset.vertices), Number(figure.dataset.faces));
+    meshes.push({ canvas: figure.querySelector("canvas"), corners });
+  }
+  const centre = sides.map((side) => side / 2);
+  const radius = Math.max(...meshes.map(({ corners }) => radiusOf(corners, centre)));
+  const views = meshes.map(({ canvas, corners }) => {
     const texture = new THREE.DataTexture(new Uint8Array([...tables.quality, ...tables.distance]), 256, 2);
     texture.needsUpdate = true;
-    const view = new View(figure.querySelector("canvas"), sides, texture);
-    const buffer = await unpack(packed[k], "deflate");
-    view.showMesh(cornersOf(buffer, Number(figure.dataset.vertices), Number(figure.dataset.faces)));
+    const view = new View(canvas, centre, radius, texture);
+    view.showMesh(corners);
     if (lines.length > 0) view.showLines(lines);
-    views.push(view);
-  }
+    return view;
+  });
   connect(views, tables, place.dataset);
 }
 
@@ -62,23 +68,26 @@ function connect(views, tables, told) {
 // What the colours mean.
 function showScale(colours, tables, told) {
   const scale = document.getElementById("scale");
-  scale.hidden = colours === "plain";
-  if (scale.hidden) return;
+  const texts = {
+    plain: ["", "", "Outsides are blue, insides brown."],
+    quality: [`${told.worst} or less`, "1", "Q of each triangle: 1 if equilateral, 0 without area"],
+    distance: ["0", told.largest, "from each triangle's middle to the other mesh"],
+  };
+  ["from", "to", "meaning"].forEach((part, k) => {
+    scale.querySelector(`.${part}`).textContent = texts[colours][k];
+  });
+  const ramp = scale.querySelector(".ramp");
+  ramp.hidden = colours === "plain";
+  if (ramp.hidden) return;
   const stops = [0, 32, 64, 96, 128, 160, 192, 224, 255].map((k) => {
     return `rgb(${tables[colours].slice(4 * k, 4 * k + 3).join(" ")})`;
   });
-  scale.querySelector(".ramp").style.background = `linear-gradient(to right, ${stops.join(", ")})`;
-  const [from, to, meaning] = colours === "quality"
-    ? [`${told.worst} or less`, "1", "Q of each triangle: 1 if equilateral, 0 without area"]
-    : ["0", told.largest, "from each triangle's middle to the other mesh"];
-  scale.querySelector(".from").textContent = from;
-  scale.querySelector(".to").textContent = to;
-  scale.querySelector(".meaning").textContent = meaning;
+  ramp.style.background = `linear-gradient(to right, ${stops.join(", ")})`;
 }
 
 start().catch((problem) => {
   const trouble = document.getElementById("trouble");
-  trouble.textContent = `The views cannot be shown: ${problem.message}. They need a browser with WebGL 2.`;
+  trouble.textContent = `The views cannot be shown: ${problem.message}. They need a current browser with WebGL 2.`;
   trouble.hidden = false;
   document.documentElement.dataset.state = "failed";
 });

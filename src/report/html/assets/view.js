@@ -47,7 +47,7 @@ void main() {
     // Fainter on small faces, whose colours would be hidden.
     float height = 1.0 / max(max(steps.x, max(steps.y, steps.z)), 1e-6) / pixelRatio;
     float strength = clamp(height / 14.0, 0.12, 0.8);
-    colour = mix(vec3(0.07, 0.11, 0.20), colour, 1.0 - strength * (1.0 - smoothstep(0.2, 1.2, nearest)));
+    colour = mix(vec3(0.05, 0.08, 0.16), colour, 1.0 - strength * (1.0 - smoothstep(0.2, 1.2, nearest)));
   }
   painted = vec4(colour, 1.0);
 }`;
@@ -59,10 +59,11 @@ const AZIMUTH = 25;
 const ELEVATION = 15;
 
 class View {
-  constructor(canvas, sides, tables) {
+  // Of a mesh in a ball with this centre and radius.
+  constructor(canvas, centre, radius, tables) {
     this.canvas = canvas;
-    this.centre = new THREE.Vector3(...sides.map((side) => side / 2));
-    this.radius = this.centre.length();
+    this.centre = new THREE.Vector3(...centre);
+    this.radius = radius;
     // Kept, so that the picture can still be copied when it was drawn long ago.
     this.renderer = new THREE.WebGLRenderer({ canvas, antialias: true, alpha: true, preserveDrawingBuffer: true });
     this.scene = new THREE.Scene();
