@@ -24,7 +24,7 @@ lines 'dst_binding|PushConstantRange|local_size' 'src/*.rs' 'tests/*.rs' ':!src/
   breach "a binding, push range or group size typed by hand; the generated declarations have them"
 lines '#\[ignore|todo!\(|unimplemented!\(|dbg!\(|\b(TODO|FIXME|XXX)\b' '*.rs' '*.comp' '*.glsl' |
   breach "a stub or leftover"
-files '*.rs' '*.comp' '*.glsl' '*.py' '*.sh' | xargs -r -d '\n' awk '
+files '*.rs' '*.comp' '*.glsl' '*.py' '*.sh' '*.js' '*.css' '*.html' | xargs -r -d '\n' awk '
   FNR == 1 { if (n >= 600) print file ": " n " lines"; file = FILENAME }
   { n = FNR }
   END { if (n >= 600) print file ": " n " lines" }' | breach "a file of 600 lines or more"

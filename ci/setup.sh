@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
 # Installs what building and testing rtfmesh needs on Debian or Ubuntu, and prepares the shaderc library.
-# Idempotent; works as root or through sudo. Prints only what it does.
+# With --tests, also what testing alone needs. Idempotent; works as root or through sudo. Prints only what it does.
 set -euo pipefail
 cd "$(dirname "$0")/.."
 
@@ -9,6 +9,8 @@ packages=(
   libvulkan1 mesa-vulkan-drivers vulkan-validationlayers # loader, lavapipe, validation layers
   libshaderc-dev glslang-dev spirv-tools                 # parts of the shader compiler, spirv-val
 )
+# A browser for ci/page.sh, which tests need; on Ubuntu, whose package is an empty shell, bring your own.
+if [ "${1:-}" = --tests ] && ! command -v "${RTFMESH_BROWSER:-chromium}" >/dev/null; then packages+=(chromium); fi
 
 as_root() {
   if [ "$(id -u)" = 0 ]; then "$@"; elif command -v sudo >/dev/null; then sudo "$@"; else

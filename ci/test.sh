@@ -19,7 +19,7 @@ run_examples() {
   done
 }
 
-step "setup" ./ci/setup.sh
+step "setup" ./ci/setup.sh --tests
 step "house rules" ./ci/rules.sh
 step "format" cargo fmt --check
 step "lints" cargo clippy --all-targets -- -D warnings
@@ -27,3 +27,4 @@ step "documentation" env RUSTDOCFLAGS="-D warnings" cargo doc --no-deps
 step "documentation examples" cargo test --doc
 step "examples" run_examples
 step "tests on device '$RTFMESH_DEVICE'" cargo test --lib --bins --tests
+step "the page in a browser" ./ci/page.sh

@@ -9,7 +9,8 @@ use super::{print, table, tell};
 use anyhow::Result;
 use rtfmesh::mesh::io::{self, Encoding, Format, Loaded};
 use rtfmesh::report::Report;
-use rtfmesh::{Device, Error, MeasureDepth, Options, Size, Summary, preview, remesh};
+use rtfmesh::report::html::{PageInput, page};
+use rtfmesh::{Device, Error, MeasureDepth, Options, Remeshed, Size, preview, remesh};
 use std::path::{Path, PathBuf};
 
 const EXAMPLES: &str = "Examples:
@@ -45,6 +46,9 @@ pub struct Args {
     /// Write a JSON report: options, device, topology, measures, timings
     #[arg(long, value_name = "FILE.json")]
     report: Option<PathBuf>,
+    /// Write a page for a browser: both meshes side by side to turn, charts, figures, timings
+    #[arg(long, value_name = "FILE.html")]
+    html: Option<PathBuf>,
     #[command(flatten)]
     device: DeviceArgs,
     /// No progress bar, notes or table; warnings about the result remain
@@ -56,17 +60,17 @@ pub struct Args {
 pub fn run(args: &Args) -> Result<()> {
     let size = args.size.size()?;
     // All other options are checked before anything is read.
-    let measures = match (&args.report, args.quiet) {
-        (Some(_), _) => MeasureDepth::Full,
-        (None, false) => MeasureDepth::Intersections,
-        (None, true) => MeasureDepth::Basic,
+    let measures = match (args.report.is_some() || args.html.is_some(), args.quiet) {
+        (true, _) => MeasureDepth::Full,
+        (false, false) => MeasureDepth::Intersections,
+        (false, true) => MeasureDepth::Basic,
     };
     let mut options = args.method.options(size, measures)?;
     args.attributes.check(options.method)?;
     let target = args.output.as_deref().map(|path| Target::new(path, args.format)).transpose()?;
     refuse_overwriting(args)?;
-    if let Some(report) = &args.report {
-        io::check_text_target(report)?;
+    for path in [&args.report, &args.html].into_iter().flatten() {
+        io::check_text_target(path)?;
     }
     options.features = args.method.read_features()?;
     let Some(target) = target.filter(|_| !args.dry_run) else { return dry_run(args, size, options) };
@@ -90,12 +94,15 @@ pub fn run(args: &Args) -> Result<()> {
     for warning in &result.summary.warnings {
         tell(&format!("warning: {warning}\n"));
     }
+    let texts = texts(args, &options, &loaded, &device, &result)?;
     // Standard output may wait for its reader for ever.
     let _whole =
         (!args.output.as_deref().is_some_and(is_standard)).then(|| watch.begin_writing()).transpose()?;
     let attributes = carried(&loaded.mesh, &loaded.attributes, &result);
     target.write(&result.mesh, &attributes, args.quiet)?;
-    write_report(args, &options, &loaded, &device, &result.summary)?;
+    for (path, text) in texts {
+        io::write_text(path, &text)?;
+    }
     if !args.quiet {
         tell(&table::run(&result.summary, device.info()));
     }
@@ -133,14 +140,15 @@ fn dry_run(args: &Args, size: Size, mut options: Options) -> Result<()> {
     print(&text)
 }
 
-fn write_report(
-    args: &Args,
+/// What is to be written besides the mesh, and where.
+fn texts<'a>(
+    args: &'a Args,
     options: &Options,
     loaded: &Loaded,
     device: &Device,
-    summary: &Summary,
-) -> Result<()> {
-    let (Some(path), Some(output)) = (&args.report, &args.output) else { return Ok(()) };
+    result: &Remeshed,
+) -> Result<Vec<(&'a Path, String)>> {
+    let Some(output) = &args.output else { return Ok(Vec::new()) };
     let report = Report {
         program: env!("CARGO_PKG_NAME"),
         version: env!("CARGO_PKG_VERSION"),
@@ -149,25 +157,38 @@ fn write_report(
         notes: &loaded.notes,
         options,
         device: device.info(),
-        summary,
+        summary: &result.summary,
     };
-    Ok(io::write_text(path, &report.to_json()?)?)
+    let mut texts = Vec::new();
+    if let Some(path) = &args.report {
+        texts.push((path.as_path(), report.to_json()?));
+    }
+    if let Some(path) = &args.html {
+        let input = PageInput { report: &report, input: &loaded.mesh, output: &result.mesh };
+        texts.push((path.as_path(), page(&input)?));
+    }
+    Ok(texts)
 }
 
-/// Files that are read must not be written.
+/// Files that are read must not be written, nor one written twice.
 fn refuse_overwriting(args: &Args) -> rtfmesh::Result<()> {
-    if let Some(report) = &args.report
-        && [args.output.as_ref(), Some(&args.input)].into_iter().flatten().any(|path| same_file(report, path))
+    let written = [("--report", "report", &args.report), ("--html", "page", &args.html)];
+    let written = written.map(|(option, what, path)| path.as_ref().map(|path| (option, what, path)));
+    for (option, what, path) in written.into_iter().flatten() {
+        if [args.output.as_ref(), Some(&args.input)].into_iter().flatten().any(|mesh| same_file(path, mesh)) {
+            let problem = format!("the {what} would overwrite the mesh in {}", path.display());
+            return Err(Error::usage(problem, format!("name another file after {option}")));
+        }
+    }
+    if let [Some((_, _, report)), Some((_, _, page))] = written
+        && same_file(report, page)
     {
-        let problem = format!("the report would overwrite the mesh in {}", report.display());
-        return Err(Error::usage(problem, "name another file after --report"));
+        let problem = format!("the page would overwrite the report in {}", report.display());
+        return Err(Error::usage(problem, "name another file after --html"));
     }
     let Some(features) = args.method.features() else { return Ok(()) };
-    if [args.output.as_ref(), args.report.as_ref()]
-        .into_iter()
-        .flatten()
-        .any(|path| same_file(path, features))
-    {
+    let texts = written.into_iter().flatten().map(|(_, _, path)| path);
+    if args.output.iter().chain(texts).any(|path| same_file(path, features)) {
         let problem = format!("the lines in {} would be overwritten", features.display());
         return Err(Error::usage(problem, "name another file after --features"));
     }

@@ -3,6 +3,7 @@
 use comfy_table::Table;
 use comfy_table::presets::NOTHING;
 use rtfmesh::measure::Measures;
+use rtfmesh::report::figures;
 use rtfmesh::{DeviceInfo, Preview, Summary};
 
 pub(super) fn two_columns(rows: Vec<(&str, String)>) -> String {
@@ -16,70 +17,18 @@ pub(super) fn two_columns(rows: Vec<(&str, String)>) -> String {
 
 /// The measures of one mesh.
 pub fn measures(m: &Measures) -> String {
-    two_columns(measure_rows(m))
-}
-
-fn measure_rows(m: &Measures) -> Vec<(&'static str, String)> {
-    let (q, t, v) = (&m.quality, &m.topology, &m.valence);
-    let percent = |share: f64| format!("{:.3} %", 100.0 * share);
-    let maybe = |share: Option<f64>| share.map_or_else(|| "-".to_owned(), percent);
-    let mut rows = vec![
-        ("vertices, faces", format!("{}, {}", m.vertices, m.faces)),
-        ("Q min, average", format!("{:.4}, {:.4}", q.q_min, q.q_avg)),
-        ("smallest angle: min, average", format!("{:.2}°, {:.2}°", q.theta_min, q.theta_min_avg)),
-        (
-            "faces with an angle < 30°, > 90°",
-            format!("{}, {}", percent(q.share_below_30), percent(q.share_above_90)),
-        ),
-        ("valence 6, outside 5 to 7", format!("{}, {}", maybe(v.share_6), maybe(v.share_outside_5_to_7))),
-        ("valences", v.histogram.iter().map(|(d, n)| format!("{d}: {n}")).collect::<Vec<_>>().join("  ")),
-        ("components, boundary loops", format!("{}, {}", t.components, t.boundary_loops)),
-        ("Euler characteristic, genus", {
-            format!("{}, {}", t.euler, t.genus.map_or_else(|| "-".to_owned(), |g| g.to_string()))
-        }),
-        ("non-manifold edges, vertices", format!("{}, {}", t.nonmanifold_edges, t.nonmanifold_vertices)),
-        ("inconsistent edges, duplicate faces", format!("{}, {}", t.inconsistent_edges, t.duplicate_faces)),
-    ];
-    if let Some(count) = m.self_intersecting_faces {
-        rows.push(("self-intersecting faces", count.to_string()));
-    }
-    if let Some(d) = &m.distances {
-        let pair = |to: f64, from: f64| format!("{to:.4} %, {from:.4} %");
-        rows.push((
-            "Hausdorff to, from reference",
-            pair(d.hausdorff_to_reference, d.hausdorff_from_reference),
-        ));
-        rows.push(("RMS to, from reference", pair(d.rms_to_reference, d.rms_from_reference)));
-    }
-    rows
+    two_columns(figures::measures(m))
 }
 
 /// A finished run: the measures, then where the time went.
 pub fn run(s: &Summary, device: &DeviceInfo) -> String {
-    let mut rows = measure_rows(&s.output);
-    let end = if s.converged { "converged" } else { "limit reached" };
-    rows.push((
-        "iterations",
-        format!("{} ({end}), last step {:.5}", s.iterations, s.steps.last().unwrap_or(&0.0)),
-    ));
-    if let Some(found) = s.skeleton.filter(|found| found.curves + found.corners > 0) {
-        rows.push((
-            "curves, corners, patches",
-            format!("{}, {}, {}", found.curves, found.corners, found.patches),
-        ));
-        rows.push(("vertices on curves", found.curve_sites.to_string()));
-    }
-    rows.push(("device", format!("{} ({})", device.name, device.driver.trim())));
-    let seconds = |ms: f64| format!("{:.2} s", ms * 1e-3);
+    let mut rows = figures::measures(&s.output);
+    rows.extend(figures::course(s, device));
     for stage in s.timings.stages.iter().filter(|t| t.milliseconds.is_some_and(|ms| ms >= 5.0)) {
-        let text = format!("{} in {} calls", seconds(stage.milliseconds.unwrap_or(0.0)), stage.calls);
-        rows.push(("device time", format!("{:26} {text}", stage.name)));
+        let time = figures::seconds(stage.milliseconds.unwrap_or(0.0));
+        rows.push(("device time", format!("{:26} {time} in {} calls", stage.name, stage.calls)));
     }
-    rows.push(("wall time", seconds(s.timings.wall_milliseconds)));
-    rows.push((
-        "peak device memory",
-        format!("{:.1} MiB", s.timings.peak_device_bytes as f64 / f64::from(1 << 20)),
-    ));
+    rows.extend(figures::cost(s));
     two_columns(rows)
 }
 

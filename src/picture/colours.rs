@@ -8,10 +8,25 @@ use glam::DVec3;
 use rayon::prelude::*;
 
 /// The quality that the darkest colour stands for; 1 is the lightest.
-const WORST: f64 = 0.4;
+pub(crate) const WORST: f64 = 0.4;
 
 /// A colour for each face by its quality, [`TriangleQuality::q`]: light for equilateral ones, dark for slivers.
 pub fn quality_colours(mesh: &TriMesh) -> Vec<Colour> {
+    quality_shares(mesh).into_iter().map(quality_colour).collect()
+}
+
+/// The colour of a place on the scale of qualities, 0..=1.
+pub(crate) fn quality_colour(share: f64) -> Colour {
+    coloured(colorous::VIRIDIS, share)
+}
+
+/// The colour of a share of the largest distance, 0..=1.
+pub(crate) fn distance_colour(share: f64) -> Colour {
+    coloured(colorous::YELLOW_ORANGE_RED, share)
+}
+
+/// The place of each face on the scale of qualities: 0 at [`WORST`] or below, 1 if equilateral.
+pub(crate) fn quality_shares(mesh: &TriMesh) -> Vec<f64> {
     let of = |t: usize| {
         let [a, b, c] = mesh.corners(t);
         // Of a size whose powers are numbers.
@@ -20,7 +35,7 @@ pub fn quality_colours(mesh: &TriMesh) -> Vec<Colour> {
             .iter()
             .fold(f64::MIN_POSITIVE, |m, x| m.max(*x));
         let quality = TriangleQuality::new([DVec3::ZERO, (b - a) / size, (c - a) / size]);
-        coloured(colorous::VIRIDIS, (quality.q - WORST) / (1.0 - WORST))
+        ((quality.q - WORST) / (1.0 - WORST)).clamp(0.0, 1.0)
     };
     (0..mesh.triangles.len()).into_par_iter().map(of).collect()
 }
@@ -41,18 +56,20 @@ pub struct DistanceColours {
 /// [`crate::Error::Input`] if the reference has no faces.
 pub fn distance_colours(mesh: &TriMesh, reference: &TriMesh) -> Result<DistanceColours> {
     super::check(reference)?;
+    let distances = middle_distances(mesh, reference);
+    let largest = distances.iter().copied().fold(0.0, f64::max);
+    let colours = distances.iter().map(|d| distance_colour(d / largest.max(f64::MIN_POSITIVE))).collect();
+    Ok(DistanceColours { colours, largest })
+}
+
+/// The distance of each face's middle from `reference`, in the meshes' units. Panics if an index is out of range.
+pub(crate) fn middle_distances(mesh: &TriMesh, reference: &TriMesh) -> Vec<f64> {
     let tree = Bvh::new(reference);
     let of = |t: usize| {
         let [a, b, c] = mesh.corners(t);
         tree.closest((a + b + c) / 3.0).map_or(0.0, |found| found.distance_sq.sqrt())
     };
-    let distances: Vec<f64> = (0..mesh.triangles.len()).into_par_iter().map(of).collect();
-    let largest = distances.iter().copied().fold(0.0, f64::max);
-    let colours = distances
-        .iter()
-        .map(|d| coloured(colorous::YELLOW_ORANGE_RED, d / largest.max(f64::MIN_POSITIVE)))
-        .collect();
-    Ok(DistanceColours { colours, largest })
+    (0..mesh.triangles.len()).into_par_iter().map(of).collect()
 }
 
 fn coloured(scale: colorous::Gradient, share: f64) -> Colour {

@@ -6,6 +6,8 @@ mod paint;
 
 pub use camera::View;
 pub use colours::{DistanceColours, distance_colours, quality_colours};
+#[cfg(feature = "html")]
+pub(crate) use colours::{WORST, distance_colour, middle_distances, quality_colour, quality_shares};
 
 use crate::{Error, Result, TriMesh};
 use camera::Camera;
@@ -75,7 +77,8 @@ pub fn png(panels: &[Panel], options: &PictureOptions) -> Result<Vec<u8>> {
     canvas.png()
 }
 
-fn check(mesh: &TriMesh) -> Result<()> {
+/// Refuses a mesh without faces, with vertices that are not finite, or with indices out of range.
+pub(crate) fn check(mesh: &TriMesh) -> Result<()> {
     if mesh.triangles.is_empty() {
         return Err(Error::input(None, "the mesh has no faces to draw", "give one with triangles"));
     }

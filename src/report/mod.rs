@@ -1,4 +1,8 @@
-//! The report of a run: everything that is needed to judge it and to repeat it.
+//! The report of a run: everything that is needed to judge it and to repeat it, as JSON, as rows and as a page.
+
+pub mod figures;
+#[cfg(feature = "html")]
+pub mod html;
 
 use crate::gpu::DeviceInfo;
 use crate::pipeline::Summary;

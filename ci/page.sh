@@ -1,0 +1,49 @@
+#!/usr/bin/env bash
+# Opens a page of `rtfmesh remesh --html` in a browser without a window, tries its controls, and fails with what is
+# wrong. ci/page.sh [PAGE.html]; without one, makes one of a model with an open edge.
+set -euo pipefail
+own=${1:+$(realpath "$1")}
+cd "$(dirname "$0")/.."
+export RTFMESH_DEVICE="${RTFMESH_DEVICE:-cpu}"
+
+browser=
+for name in ${RTFMESH_BROWSER:-chromium chromium-browser google-chrome chrome}; do
+  if command -v "$name" >/dev/null; then browser=$name; break; fi
+done
+[ -n "$browser" ] || { echo "page: install chromium, or name a browser in RTFMESH_BROWSER" >&2; exit 1; }
+
+work=$(mktemp -d)
+visitor=
+trap '[ -z "$visitor" ] || kill "$visitor" 2>/dev/null; rm -rf "$work"' EXIT
+page=$own
+if [ -z "$page" ]; then
+  page=$work/report.html
+  cargo run --quiet -- sample open-hemisphere "$work/in.ply"
+  cargo run --quiet -- remesh "$work/in.ply" "$work/out.ply" -n 400 --iterations 3 --quiet --html "$page"
+fi
+
+# The check goes first, so that it hears of every error.
+awk -v check=ci/page_check.js '{ print } /^<head>$/ { print "<script>"; while ((getline line < check) > 0) print line
+  print "</script>" }' "$page" >"$work/check.html"
+for width in 1280 800; do
+  log=$work/log.txt
+  : >"$log"
+  # The page is our own file, so it needs no sandbox, which needs rights that containers lack. With the port it stays
+  # open until the page has told its result.
+  "$browser" --headless --no-sandbox --user-data-dir="$work/profile-$width" --window-size="$width,900" \
+    --use-gl=angle --use-angle=swiftshader --enable-unsafe-swiftshader --disable-dev-shm-usage \
+    --enable-logging=stderr --remote-debugging-port=0 "file://$work/check.html" >"$log" 2>&1 &
+  visitor=$!
+  for _ in $(seq 90); do
+    if grep -q 'page check:' "$log" || ! kill -0 "$visitor" 2>/dev/null; then break; fi
+    sleep 1
+  done
+  kill "$visitor" 2>/dev/null || true
+  wait "$visitor" 2>/dev/null || true
+  if ! grep -q 'page check: passed' "$log"; then
+    { grep -o 'page problem: .*' "$log" || tail -20 "$log"; } >&2
+    echo "page: the page fails in a window $width wide" >&2
+    exit 1
+  fi
+  echo "page: works in a window $width wide"
+done

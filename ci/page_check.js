@@ -1,0 +1,102 @@
+// Drives the page of `rtfmesh remesh --html` in a browser and tells the console what it found, ending with "page
+// check: passed" or "failed". ci/page.sh puts this before everything else of a page.
+"use strict";
+const problems = [];
+for (const name of ["error", "warn"]) {
+  const tell = console[name].bind(console);
+  console[name] = (...words) => {
+    problems.push(`console.${name}: ${words.join(" ")}`);
+    tell(...words);
+  };
+}
+addEventListener("error", (event) => problems.push(`error: ${event.message}`));
+addEventListener("unhandledrejection", (event) => problems.push(`rejected: ${event.reason}`));
+addEventListener("securitypolicyviolation", (event) => problems.push(`refused: ${event.blockedURI}`));
+
+const frames = async (count) => {
+  for (let k = 0; k < count; k += 1) await new Promise(requestAnimationFrame);
+};
+const expect = (holds, what) => {
+  if (!holds) problems.push(what);
+};
+
+// What is seen in a canvas, as four bytes a pixel.
+function pixels(canvas) {
+  const copy = new OffscreenCanvas(canvas.width, canvas.height).getContext("2d", { willReadFrequently: true });
+  copy.drawImage(canvas, 0, 0);
+  return copy.getImageData(0, 0, canvas.width, canvas.height).data;
+}
+const drawn = (image) => image.filter((value, k) => k % 4 === 3 && value > 0).length;
+function differing(a, b) {
+  let count = 0;
+  for (let k = 0; k < a.length; k += 4) {
+    if ([0, 1, 2, 3].some((part) => Math.abs(a[k + part] - b[k + part]) > 16)) count += 1;
+  }
+  return count;
+}
+
+async function check() {
+  for (let k = 0; k < 600 && !document.documentElement.dataset.state; k += 1) await frames(1);
+  expect(document.documentElement.dataset.state === "ready", "the page is not ready");
+  await frames(3);
+  const canvases = [...document.querySelectorAll("canvas")];
+  expect(canvases.length === 2, "there are not two canvases");
+  const look = () => canvases.map(pixels);
+  const first = look();
+  first.forEach((image, k) => expect(drawn(image) > 0.1 * (image.length / 4), `canvas ${k} is nearly empty`));
+
+  // Clicks what the selector finds; whether both views change by at least so many pixels, or not at all.
+  const click = async (selector, least) => {
+    const before = look();
+    document.querySelector(selector).click();
+    await frames(3);
+    look().forEach((image, k) => {
+      const count = differing(before[k], image);
+      expect(least === 0 ? count === 0 : count >= least, `${selector} changes ${count} pixels of view ${k}`);
+    });
+  };
+  await click("[value=quality]", 1000);
+  expect(!document.querySelector(".ramp").hidden, "no scale for quality");
+  await click("[value=distance]", 1000);
+  await click("[value=plain]", 1000);
+  expect(document.querySelector(".ramp").hidden, "a scale for plain colours");
+  await click("[name=edges]", 200);
+  if (!document.querySelector("[name=curves]").disabled) await click("[name=curves]", 100);
+  await click("[value=z]", 1000);
+  await click("[type=reset]", 1000);
+  look().forEach((image, k) => expect(differing(image, first[k]) === 0, `reset does not restore view ${k}`));
+
+  // Both views turn when one is dragged; one alone when they are not linked.
+  const drag = async () => {
+    const before = look();
+    const [canvas] = canvases;
+    const box = canvas.getBoundingClientRect();
+    const send = (type, x) => canvas.dispatchEvent(new PointerEvent(type, {
+      pointerId: 1, pointerType: "mouse", button: 0, buttons: 1, bubbles: true,
+      clientX: box.left + x, clientY: box.top + 90, screenX: x,
+    }));
+    // No pointer that could be captured is there.
+    canvas.setPointerCapture = () => {};
+    canvas.releasePointerCapture = () => {};
+    send("pointerdown", 60);
+    for (let x = 60; x <= 140; x += 20) {
+      send("pointermove", x);
+      await frames(1);
+    }
+    send("pointerup", 140);
+    await frames(3);
+    return look().map((image, k) => differing(before[k], image));
+  };
+  const both = await drag();
+  expect(both.every((count) => count > 1000), `a drag changes ${both} pixels`);
+  document.querySelector("[name=linked]").click();
+  const one = await drag();
+  expect(one[0] > 1000 && one[1] === 0, `a drag of one view changes ${one} pixels`);
+  expect(document.documentElement.scrollWidth <= innerWidth, "the page is wider than the window");
+}
+
+addEventListener("load", async () => {
+  await check().catch((problem) => problems.push(`check: ${problem.stack}`));
+  for (const problem of problems) console.log(`page problem: ${problem.replaceAll("\n", " ")}`);
+  console.log(`page check: ${problems.length ? "failed" : "passed"}`);
+});

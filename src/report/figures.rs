@@ -1,0 +1,76 @@
+//! Figures of a mesh and of a run, as rows of a name and a text for people.
+
+use crate::gpu::DeviceInfo;
+use crate::measure::Measures;
+use crate::pipeline::Summary;
+
+/// A name, which is the same in every run, and what there is to tell.
+pub type Row = (&'static str, String);
+
+/// The measures of one mesh.
+pub fn measures(m: &Measures) -> Vec<Row> {
+    let (q, t, v) = (&m.quality, &m.topology, &m.valence);
+    let percent = |share: f64| format!("{:.3} %", 100.0 * share);
+    let maybe = |share: Option<f64>| share.map_or_else(|| "-".to_owned(), percent);
+    let mut rows = vec![
+        ("vertices, faces", format!("{}, {}", m.vertices, m.faces)),
+        ("Q min, average", format!("{:.4}, {:.4}", q.q_min, q.q_avg)),
+        ("smallest angle: min, average", format!("{:.2}°, {:.2}°", q.theta_min, q.theta_min_avg)),
+        (
+            "faces with an angle < 30°, > 90°",
+            format!("{}, {}", percent(q.share_below_30), percent(q.share_above_90)),
+        ),
+        ("valence 6, outside 5 to 7", format!("{}, {}", maybe(v.share_6), maybe(v.share_outside_5_to_7))),
+        ("valences", v.histogram.iter().map(|(d, n)| format!("{d}: {n}")).collect::<Vec<_>>().join("  ")),
+        ("components, boundary loops", format!("{}, {}", t.components, t.boundary_loops)),
+        ("Euler characteristic, genus", {
+            format!("{}, {}", t.euler, t.genus.map_or_else(|| "-".to_owned(), |g| g.to_string()))
+        }),
+        ("non-manifold edges, vertices", format!("{}, {}", t.nonmanifold_edges, t.nonmanifold_vertices)),
+        ("inconsistent edges, duplicate faces", format!("{}, {}", t.inconsistent_edges, t.duplicate_faces)),
+    ];
+    if let Some(count) = m.self_intersecting_faces {
+        rows.push(("self-intersecting faces", count.to_string()));
+    }
+    if let Some(d) = &m.distances {
+        let pair = |to: f64, from: f64| format!("{to:.4} %, {from:.4} %");
+        rows.push((
+            "Hausdorff to, from reference",
+            pair(d.hausdorff_to_reference, d.hausdorff_from_reference),
+        ));
+        rows.push(("RMS to, from reference", pair(d.rms_to_reference, d.rms_from_reference)));
+    }
+    rows
+}
+
+/// How a run ended, what it held, and on which device it was.
+pub fn course(s: &Summary, device: &DeviceInfo) -> Vec<Row> {
+    let end = if s.converged { "converged" } else { "limit reached" };
+    let mut rows = vec![(
+        "iterations",
+        format!("{} ({end}), last step {:.5}", s.iterations, s.steps.last().unwrap_or(&0.0)),
+    )];
+    if let Some(found) = s.skeleton.filter(|found| found.curves + found.corners > 0) {
+        rows.push((
+            "curves, corners, patches",
+            format!("{}, {}, {}", found.curves, found.corners, found.patches),
+        ));
+        rows.push(("vertices on curves", found.curve_sites.to_string()));
+    }
+    rows.push(("device", format!("{} ({})", device.name, device.driver.trim())));
+    rows
+}
+
+/// What a run took.
+pub fn cost(s: &Summary) -> Vec<Row> {
+    let mebibytes = s.timings.peak_device_bytes as f64 / f64::from(1 << 20);
+    vec![
+        ("wall time", seconds(s.timings.wall_milliseconds)),
+        ("peak device memory", format!("{mebibytes:.1} MiB")),
+    ]
+}
+
+/// Milliseconds as seconds.
+pub fn seconds(milliseconds: f64) -> String {
+    format!("{:.2} s", milliseconds * 1e-3)
+}

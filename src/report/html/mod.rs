@@ -1,0 +1,252 @@
+//! The report as one page that needs nothing else: both meshes to turn and to compare, charts, figures and timings.
+
+mod charts;
+mod scene;
+mod thin;
+
+use super::Report;
+use super::figures::{self, Row};
+use crate::measure::{Crossing, Measures, measure_some};
+use crate::mesh::frame::Frame;
+use crate::mesh::repair::{RepairOptions, repair_with};
+use crate::mesh::skeleton::{Curve, SkeletonOptions, skeleton, user_edges};
+use crate::picture::{WORST, check, distance_colour, middle_distances, quality_colour, quality_shares};
+use crate::{Error, Method, Result, TriMesh};
+use askama::Template;
+use charts::Chart;
+use glam::DVec3;
+use scene::{MOST_LINES, Packed, Space, base64, pack, pack_lines};
+use std::path::Path;
+
+pub use scene::MOST_FACES;
+
+/// three.js as far as view.js needs it; see ci/vendor.sh.
+const THREE: &[u8] = include_bytes!("assets/three/three.min.js.gz");
+
+/// What a page tells.
+#[derive(Debug, Clone, Copy)]
+pub struct PageInput<'a> {
+    /// The run.
+    pub report: &'a Report<'a>,
+    /// The mesh that was remeshed, as its file has it.
+    pub input: &'a TriMesh,
+    /// What became of it.
+    pub output: &'a TriMesh,
+}
+
+#[derive(Template)]
+#[template(path = "page.html")]
+struct Page<'a> {
+    style: &'static str,
+    scripts: [&'static str; 3],
+    three: String,
+    program: String,
+    /// Names of both files.
+    names: [String; 2],
+    /// What is odd, and what was done about it.
+    warnings: &'a [String],
+    notes: Vec<&'a String>,
+    panels: [Panel<'a>; 2],
+    sides: DVec3,
+    lines: String,
+    line_count: usize,
+    curves_note: String,
+    tables: [String; 2],
+    worst: f64,
+    largest: String,
+    figures: Vec<[String; 3]>,
+    course: Vec<Row>,
+    angles: Chart,
+    valences: Chart,
+    convergence: Option<Chart>,
+    phases: Vec<Timed>,
+    stages: Vec<Timed>,
+    options: String,
+}
+
+/// A mesh on the page.
+struct Panel<'a> {
+    name: &'static str,
+    file: &'a str,
+    packed: Packed,
+    vertices: String,
+    faces: String,
+    /// Empty if every face is drawn.
+    note: String,
+}
+
+/// A phase or a kernel.
+struct Timed {
+    name: String,
+    seconds: String,
+    calls: u64,
+    /// Of the longest, in per cent.
+    share: f64,
+}
+
+/// The page, as HTML.
+///
+/// The input is shown as the run saw it, cleaned. Above [`MOST_FACES`] faces a mesh is shown coarser, and the page says
+/// so; its figures are always those of the whole mesh.
+///
+/// # Errors
+/// [`Error::Input`] for a mesh without faces, with coordinates that are not finite or indices out of range.
+pub fn page(page: &PageInput) -> Result<String> {
+    let Report { options, summary, device, .. } = page.report;
+    let repairs = RepairOptions { weld: options.weld, min_component: options.min_component };
+    let input = &repair_with(page.input, &repairs)?.mesh;
+    let output = page.output;
+    check(output)?;
+    let known = summary.input_self_intersecting_faces.map_or(Crossing::Skip, Crossing::Known);
+    let measures = measure_some(input, None, known)?;
+
+    let (there, back) = rayon::join(|| middle_distances(input, output), || middle_distances(output, input));
+    let largest = there.iter().chain(&back).copied().fold(0.0, f64::max);
+    let space = Space::around([input, output]);
+    let panel = |name, file, mesh: &TriMesh, distances: &[f64]| {
+        let shares: Vec<f64> = distances.iter().map(|d| d / largest.max(f64::MIN_POSITIVE)).collect();
+        let packed = pack(mesh, &space, &quality_shares(mesh), &shares)?;
+        Ok::<_, Error>(Panel::new(name, file, mesh, packed))
+    };
+    let (curves, curves_note) = curves(page.report, input)?;
+    let files = [page.report.input_file.as_str(), page.report.output_file.as_str()];
+    let content = Page {
+        style: include_str!("assets/page.css"),
+        scripts: [
+            include_str!("assets/decode.js"),
+            include_str!("assets/view.js"),
+            include_str!("assets/page.js"),
+        ],
+        three: base64(THREE),
+        program: format!("{} {}", page.report.program, page.report.version),
+        names: files.map(file_name),
+        warnings: &summary.warnings,
+        notes: page.report.notes.iter().chain(&summary.remarks).collect(),
+        panels: [panel("Input", files[0], input, &there)?, panel("Output", files[1], output, &back)?],
+        sides: space.sides,
+        lines: pack_lines(&curves, &space)?,
+        line_count: curves.len(),
+        curves_note,
+        tables: [table(quality_colour), table(distance_colour)],
+        worst: WORST,
+        largest: told_distance(largest, Frame::of(input)?.scale),
+        figures: side_by_side(&measures, &summary.output),
+        course: figures::course(summary, device).into_iter().chain(figures::cost(summary)).collect(),
+        angles: charts::angles([input, output]),
+        valences: charts::valences([&measures.valence.histogram, &summary.output.valence.histogram]),
+        convergence: charts::convergence(&summary.steps),
+        phases: phases(page.report),
+        stages: stages(page.report),
+        options: super::to_json(options)?,
+    };
+    // The template loses the newline at its end.
+    content.render().map(|text| text + "\n").map_err(|e| Error::Internal(e.to_string()))
+}
+
+impl<'a> Panel<'a> {
+    fn new(name: &'static str, file: &'a str, mesh: &TriMesh, packed: Packed) -> Self {
+        let note = if packed.faces < mesh.triangles.len() {
+            format!(
+                "Drawn coarser here, with {} faces; the figures are of the whole mesh.",
+                spaced(packed.faces)
+            )
+        } else {
+            String::new()
+        };
+        let [vertices, faces] = [mesh.vertices.len(), mesh.triangles.len()].map(spaced);
+        Self { name, file, packed, vertices, faces, note }
+    }
+}
+
+/// The edges of the curves that the run held, and what there is to say of them.
+fn curves(report: &Report, mesh: &TriMesh) -> Result<(Vec<[DVec3; 2]>, String)> {
+    let options = report.options;
+    if options.method == Method::Rtf {
+        return Ok((Vec::new(), "This preset looks for no curves.".to_owned()));
+    }
+    let lines = options.features.as_ref().map_or(&[][..], |features| &features.lines);
+    let wanted = SkeletonOptions {
+        feature_angle: options.feature_angle,
+        spacing: report.summary.spacing,
+        user_edges: user_edges(mesh, lines)?,
+    };
+    let mut found = skeleton(mesh, &wanted)?.curves;
+    if found.is_empty() {
+        return Ok((Vec::new(), "The input has no sharp or open edges.".to_owned()));
+    }
+    let all: usize = found.iter().map(Curve::edges).sum();
+    found.sort_by(|a, b| b.length.total_cmp(&a.length));
+    let ends = found.iter().flat_map(|curve| {
+        let next = curve.vertices.iter().cycle().skip(1);
+        curve.vertices.iter().zip(next).take(curve.edges())
+    });
+    let ends: Vec<[DVec3; 2]> =
+        ends.map(|(a, b)| [a, b].map(|v| mesh.vertices[*v as usize])).take(MOST_LINES).collect();
+    let note = if ends.len() < all {
+        format!("The longest {} of {all} edges are drawn.", ends.len())
+    } else {
+        String::new()
+    };
+    Ok((ends, note))
+}
+
+/// 256 colours of a scale: red, green and blue each, in base64.
+fn table(colour: impl Fn(f64) -> [u8; 3]) -> String {
+    let bytes: Vec<u8> = (0..256).flat_map(|k| colour(f64::from(k) / 255.0)).collect();
+    base64(&bytes)
+}
+
+fn told_distance(distance: f64, diagonal: f64) -> String {
+    format!("{distance:.3e} ({:.3} % of the diagonal)", 100.0 * distance / diagonal)
+}
+
+fn side_by_side(input: &Measures, output: &Measures) -> Vec<[String; 3]> {
+    let before = figures::measures(input);
+    let of = |name: &str| before.iter().find(|row| row.0 == name).map_or(String::new(), |row| row.1.clone());
+    figures::measures(output).into_iter().map(|(name, text)| [name.to_owned(), of(name), text]).collect()
+}
+
+fn phases(report: &Report) -> Vec<Timed> {
+    let phases = &report.summary.timings.phases;
+    let longest = phases.iter().map(|phase| phase.milliseconds).fold(f64::MIN_POSITIVE, f64::max);
+    let timed = phases.iter().map(|phase| Timed {
+        name: phase.name.to_owned(),
+        seconds: figures::seconds(phase.milliseconds),
+        calls: 1,
+        share: 100.0 * phase.milliseconds / longest,
+    });
+    timed.collect()
+}
+
+/// The kernels and copies with a time, the longest first.
+fn stages(report: &Report) -> Vec<Timed> {
+    let stages = report.summary.timings.stages.iter();
+    let mut timed: Vec<_> = stages.filter_map(|stage| Some((stage, stage.milliseconds?))).collect();
+    timed.sort_by(|a, b| b.1.total_cmp(&a.1));
+    let longest = timed.first().map_or(f64::MIN_POSITIVE, |first| first.1.max(f64::MIN_POSITIVE));
+    let timed = timed.into_iter().map(|(stage, milliseconds)| Timed {
+        name: stage.name.clone(),
+        seconds: format!("{milliseconds:.1} ms"),
+        calls: stage.calls,
+        share: 100.0 * milliseconds / longest,
+    });
+    timed.collect()
+}
+
+/// The name without its folder.
+fn file_name(path: &str) -> String {
+    Path::new(path).file_name().map_or_else(|| path.to_owned(), |name| name.to_string_lossy().into_owned())
+}
+
+/// A count with a blank before each three digits.
+fn spaced(count: usize) -> String {
+    let digits = count.to_string();
+    let mut text = String::new();
+    for (k, digit) in digits.chars().enumerate() {
+        if k > 0 && (digits.len() - k).is_multiple_of(3) {
+            text.push('\u{202f}');
+        }
+        text.push(digit);
+    }
+    text
+}
