@@ -29,7 +29,8 @@ pub use options::{
     Centroid, Features, MAX_ITERATIONS, MAX_NEIGHBOURS, MeasureDepth, Method, Options, Quality, Shortage,
 };
 pub use pipeline::{
-    PhaseTime, Preview, PreviewLevel, Remeshed, RunTimings, SkeletonSummary, Summary, preview, remesh,
+    ExactSummary, PhaseTime, Preview, PreviewLevel, Remeshed, RunTimings, SkeletonSummary, Summary, preview,
+    remesh,
 };
 pub use size::Size;
 pub use watch::{Flow, Phase, Progress};

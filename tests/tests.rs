@@ -22,6 +22,7 @@ mod io_bad;
 mod io_formats;
 mod io_gltf;
 mod kernels_curves;
+mod kernels_exact;
 mod kernels_face;
 mod kernels_lists;
 mod kernels_move;

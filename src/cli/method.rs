@@ -9,7 +9,8 @@ use std::path::{Path, PathBuf};
 /// How to remesh.
 #[derive(clap::Args)]
 pub struct MethodArgs {
-    /// Settings to start from: rtf is the paper's method with the paper's settings
+    /// Settings to start from: rtf is the paper's method with the paper's settings, rvd and cvd are those of others that
+    /// it compares with
     #[arg(long, value_enum, default_value_t = Preset::Default)]
     preset: Preset,
     /// Time against triangles [preset default: normal]
@@ -28,7 +29,10 @@ pub struct MethodArgs {
     /// Preset rtf: nearest input vertices whose triangles a site is projected onto [preset rtf: 16]
     #[arg(long, value_name = "K")]
     k_project: Option<u32>,
-    /// Most iterations, with all vertices [default: 10, or what --quality says; preset rtf: 160]
+    /// Presets rvd and cvd: largest share of the last motion that is added to a step [preset rvd: 0, cvd: 0.9]
+    #[arg(long, value_name = "SHARE")]
+    momentum: Option<f64>,
+    /// Most iterations, with all vertices [default: 10, or what --quality says; other presets: 160]
     #[arg(long, value_name = "COUNT")]
     iterations: Option<u32>,
     /// Stop when the root mean square step is below this many edge lengths [default: 1e-4]
@@ -60,6 +64,10 @@ enum Preset {
     Default,
     /// Restricted tangent faces as in the paper
     Rtf,
+    /// Exact restricted Voronoi cells and Lloyd's iteration
+    Rvd,
+    /// The same with momentum
+    Cvd,
 }
 
 #[derive(Clone, Copy, clap::ValueEnum)]
@@ -94,11 +102,16 @@ impl MethodArgs {
             ("--k-normal", Method::Rtf, self.k_normal.is_some()),
             ("--k-clip", Method::Rtf, self.k_clip.is_some()),
             ("--k-project", Method::Rtf, self.k_project.is_some()),
+            ("--momentum", Method::Exact, self.momentum.is_some()),
         ];
         let Some((name, of, _)) = given.iter().find(|(_, of, given)| *given && *of != method) else {
             return Ok(());
         };
-        let preset = if *of == Method::Rtf { "rtf" } else { "default" };
+        let preset = match of {
+            Method::CoarseToFine => "default",
+            Method::Rtf => "rtf",
+            Method::Exact => "cvd",
+        };
         Err(Error::usage(
             format!("{name} is an option of preset {preset} alone"),
             format!("leave it out, or add --preset {preset}"),
@@ -120,6 +133,8 @@ impl MethodArgs {
         let base = match self.preset {
             Preset::Default => Options::with_quality(vertices, quality),
             Preset::Rtf => Options::rtf(vertices),
+            Preset::Rvd => Options::rvd(vertices),
+            Preset::Cvd => Options::cvd(vertices),
         };
         self.refuse_foreign(base.method)?;
         let options = Options {
@@ -144,6 +159,7 @@ impl MethodArgs {
                 (false, true) => Shortage::BestEffort,
                 (false, false) => Shortage::Refuse,
             },
+            momentum: self.momentum.unwrap_or(base.momentum),
             measures,
             centroid: match self.centroid {
                 Some(CentroidName::Vertex) => Centroid::Vertex,

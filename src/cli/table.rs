@@ -3,6 +3,7 @@
 use comfy_table::Table;
 use comfy_table::presets::NOTHING;
 use rtfmesh::measure::Measures;
+use rtfmesh::mesh::voronoi::Energy;
 use rtfmesh::{DeviceInfo, Preview, Summary};
 
 pub(super) fn two_columns(rows: Vec<(&str, String)>) -> String {
@@ -15,8 +16,15 @@ pub(super) fn two_columns(rows: Vec<(&str, String)>) -> String {
 }
 
 /// The measures of one mesh.
-pub fn measures(m: &Measures) -> String {
-    two_columns(measure_rows(m))
+pub fn measures(m: &Measures, energy: Option<&Energy>) -> String {
+    let mut rows = measure_rows(m);
+    rows.extend(energy.map(energy_row));
+    two_columns(rows)
+}
+
+fn energy_row(energy: &Energy) -> (&'static str, String) {
+    let Energy { energy, excess } = energy;
+    ("energy, above hexagons", format!("{energy:.4e}, {:.2} %", 100.0 * excess))
 }
 
 fn measure_rows(m: &Measures) -> Vec<(&'static str, String)> {
@@ -57,6 +65,7 @@ fn measure_rows(m: &Measures) -> Vec<(&'static str, String)> {
 /// A finished run: the measures, then where the time went.
 pub fn run(s: &Summary, device: &DeviceInfo) -> String {
     let mut rows = measure_rows(&s.output);
+    rows.extend(s.energy.as_ref().map(energy_row));
     let end = if s.converged { "converged" } else { "limit reached" };
     rows.push((
         "iterations",

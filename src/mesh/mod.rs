@@ -6,6 +6,7 @@ pub(crate) mod edges;
 pub mod frame;
 pub mod intersections;
 pub mod io;
+pub mod point_tree;
 pub mod polyline;
 pub mod quality;
 pub mod repair;
@@ -13,6 +14,7 @@ pub mod samples;
 pub mod skeleton;
 pub mod topology;
 pub mod triangle;
+pub mod voronoi;
 
 use glam::DVec3;
 

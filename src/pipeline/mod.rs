@@ -4,6 +4,7 @@ mod attempts;
 mod coarse_to_fine;
 mod connected;
 mod densify;
+mod exact;
 mod grid;
 mod holes;
 mod level;
@@ -24,6 +25,7 @@ use crate::mesh::repair::{RepairCounts, Repaired, repair};
 use crate::mesh::skeleton::{Skeleton, SkeletonOptions, user_edges};
 use crate::mesh::spacing;
 use crate::mesh::topology::{Topology, topology};
+use crate::mesh::voronoi::{Energy, energy};
 use crate::options::{MeasureDepth, Method, Options};
 use crate::stages::connect::ConnectCounts;
 use crate::stages::face::FlagCounts;
@@ -38,6 +40,7 @@ use glam::DVec3;
 use serde::Serialize;
 use std::time::Instant;
 
+pub use exact::ExactSummary;
 pub use preview::{Preview, PreviewLevel, preview};
 
 /// A result with its story.
@@ -74,7 +77,12 @@ pub struct Summary {
     pub flags: FlagCounts,
     /// What connecting met.
     pub connected: ConnectCounts,
-    /// What was held of sharp and open edges; `None` with [`Method::Rtf`], which looks for none.
+    /// What the last exact cells were; `None` but with [`Method::Exact`].
+    pub exact: Option<ExactSummary>,
+    /// How evenly the vertices are spread over the cleaned input, with [`Method::Exact`] if everything is measured.
+    pub energy: Option<Energy>,
+    /// What was held of sharp and open edges; `None` but with [`Method::CoarseToFine`], which alone looks
+    /// for them.
     pub skeleton: Option<SkeletonSummary>,
     /// What could not be done; empty for a valid result.
     pub warnings: Vec<String>,
@@ -156,15 +164,12 @@ fn watched(device: &Device, mesh: &TriMesh, options: &Options, watch: &mut Watch
     compiled?;
     clock.phase("prepare");
     let spacing = spacing(surface.area(), options.vertices);
+    let mut exact = None;
     let Settled { connection, steps, skeleton, vertices: wanted, attempts } = match ground {
         None => {
-            let seeds = seed::random(&surface, options.vertices, options.seed);
-            clock.phase("seed");
-            let run = rtf::Run::new(device, options, &surface, &seeds, spacing)?;
-            clock.phase("compile");
-            let steps = run.iterate(device, &surface, options, watch)?;
-            clock.phase("iterate");
-            let connection = run.connect(device, &surface, &input)?;
+            let on = (&surface, &input, spacing);
+            let (connection, steps, last) = all_at_once(device, options, on, watch, &mut clock)?;
+            exact = last;
             Settled { connection, steps, skeleton: None, vertices: options.vertices, attempts: 1 }
         }
         Some(ground) => {
@@ -193,6 +198,10 @@ fn watched(device: &Device, mesh: &TriMesh, options: &Options, watch: &mut Watch
         None => Crossing::Skip,
     };
     let output = measure_some(&result, reference, crossing)?;
+    let energy = match (reference, exact) {
+        (Some(reference), Some(_)) => Some(energy(reference, &result.vertices)?),
+        _ => None,
+    };
     clock.phase("measure");
     watch.done(1.0)?;
     let summary = Summary {
@@ -216,6 +225,8 @@ fn watched(device: &Device, mesh: &TriMesh, options: &Options, watch: &mut Watch
         spacing: spacing * frame.scale,
         flags,
         connected,
+        exact,
+        energy,
         skeleton: skeleton.map(|found| SkeletonSummary { curve_sites, ..found }),
         timings: RunTimings {
             stages: device.take_timings(),
@@ -225,6 +236,28 @@ fn watched(device: &Device, mesh: &TriMesh, options: &Options, watch: &mut Watch
         },
     };
     Ok(Remeshed { mesh: result, summary })
+}
+
+/// The pipelines that have all sites from the start, at random: the connected sites, the steps, and the last exact cells.
+fn all_at_once(
+    device: &Device,
+    options: &Options,
+    (surface, input, spacing): (&Surface, &Topology, f64),
+    watch: &mut Watch,
+    clock: &mut Clock,
+) -> Result<(Connection, Vec<f64>, Option<ExactSummary>)> {
+    let seeds = seed::random(surface, options.vertices, options.seed);
+    clock.phase("seed");
+    if options.method == Method::Exact {
+        let on = (surface, &seeds, spacing);
+        let (connection, steps, last) = exact::run(device, options, on, watch, clock)?;
+        return Ok((connection, steps, Some(last)));
+    }
+    let run = rtf::Run::new(device, options, surface, &seeds, spacing)?;
+    clock.phase("compile");
+    let steps = run.iterate(device, surface, options, watch)?;
+    clock.phase("iterate");
+    Ok((run.connect(device, surface, input)?, steps, None))
 }
 
 /// The input, ready for a run.
@@ -246,7 +279,7 @@ fn prepare(device: &Device, mesh: &TriMesh, options: &Options) -> Result<Prepare
     let surface = surface?;
     let ground = match options.method {
         Method::CoarseToFine => Some(ground(device, &repaired.mesh, &surface, options)?),
-        Method::Rtf => None,
+        Method::Rtf | Method::Exact => None,
     };
     Ok(Prepared { repaired, frame, input, surface, ground })
 }
@@ -277,11 +310,11 @@ fn wanted_edges(mesh: &TriMesh, options: &Options) -> Result<Vec<[u32; 2]>> {
     })
 }
 
-/// Compiles the kernels of the default pipeline; the other one does so itself.
+/// Compiles the kernels of the default pipeline; the others do so themselves.
 fn compile(device: &Device, method: Method) -> Result<()> {
     match method {
         Method::CoarseToFine => level::Level::compile(device),
-        Method::Rtf => Ok(()),
+        Method::Rtf | Method::Exact => Ok(()),
     }
 }
 
@@ -291,6 +324,11 @@ fn device_bytes_per_site(options: &Options) -> (u64, u64) {
         // The list; six vectors, two reaches, eight words, and the boxes.
         Method::CoarseToFine => {
             (4 * u64::from(level::LIST), 4 * u64::from(level::LIST) + 6 * 16 + 2 * 8 + 8 * 4 + 5)
+        }
+        // Parts of triangles, some ten a site; the list; vectors, reaches, words and boxes.
+        Method::Exact => {
+            let list = 4 * u64::from(level::LIST);
+            (10 * 16, 10 * 44 + list + 6 * 16 + 2 * 8 + 8 * 4 + 5)
         }
         // Corners of two floats; their fan; both lists; five vectors; triangle, count and flags.
         Method::Rtf => {
@@ -357,7 +395,7 @@ fn warnings(
     let lost = flags.triangle_overflow + flags.plane_overflow + flags.corner_overflow + flags.badly_closed;
     say(lost > 0, format!("{lost} sites have no face (see flags in the report)"));
     say(
-        options.method == Method::Rtf && !input.is_closed_manifold(),
+        options.method != Method::CoarseToFine && !input.is_closed_manifold(),
         "the input is not a closed manifold; this preset connects closed surfaces only".into(),
     );
     say(

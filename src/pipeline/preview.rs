@@ -32,7 +32,7 @@ pub struct Preview {
     pub vertices: usize,
     /// Edge length of a perfect layout in the input's units.
     pub spacing: f64,
-    /// From the coarsest to the finest; with [`Method::Rtf`] one.
+    /// From the coarsest to the finest; with [`Method::CoarseToFine`] alone more than one.
     pub levels: Vec<PreviewLevel>,
     /// Chains of sharp, open and other edges that are held.
     pub curves: usize,
@@ -72,7 +72,7 @@ pub fn preview(mesh: &TriMesh, options: &Options) -> Result<Preview> {
     let whole: f64 = areas.iter().sum();
     let spacing = spacing(whole, options.vertices);
     let (found, curves) = match options.method {
-        Method::Rtf => (Skeleton::default(), None),
+        Method::Rtf | Method::Exact => (Skeleton::default(), None),
         Method::CoarseToFine => {
             let user_edges = wanted_edges(&repaired.mesh, options)?;
             let wanted = SkeletonOptions { feature_angle: options.feature_angle, spacing, user_edges };
@@ -82,7 +82,9 @@ pub fn preview(mesh: &TriMesh, options: &Options) -> Result<Preview> {
         }
     };
     let plans = match options.method {
-        Method::Rtf => vec![LevelPlan { sites: options.vertices, interior: options.vertices, spacing }],
+        Method::Rtf | Method::Exact => {
+            vec![LevelPlan { sites: options.vertices, interior: options.vertices, spacing }]
+        }
         Method::CoarseToFine => {
             let extent = Extent { area: whole, euler: topology(&unit).euler, curves: curves.as_ref() };
             levels(&extent, options.vertices, options.coarsest)?
@@ -131,6 +133,8 @@ fn device_bytes(input: &TriMesh, options: &Options, curves: bool) -> u64 {
     let (records, more) = match options.method {
         Method::CoarseToFine => (RECORD_BYTES, SITE_BYTES + if curves { PINNED_BYTES } else { 0 }),
         Method::Rtf => (0, 0),
+        // Three corners, candidates and a count.
+        Method::Exact => (3 * 16 + 15 * 4 + 4, 0),
     };
     let (_, each) = device_bytes_per_site(options);
     VERTEX_BYTES * input.vertices.len() as u64

@@ -7,6 +7,7 @@ pub mod closest;
 pub mod connect;
 pub mod curve_room;
 pub mod curve_sites;
+pub mod exact;
 pub mod face;
 pub mod lists;
 pub mod neighbours;

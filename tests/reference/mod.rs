@@ -1,6 +1,7 @@
 //! Plain f64 versions of the kernels, written from the maths: slow, sequential, and none of the shader's tricks.
 
 pub mod centroid;
+pub mod exact;
 pub mod face;
 pub mod marks;
 pub mod nearest;
