@@ -42,6 +42,7 @@ mod repair;
 mod runs;
 mod runs_curves;
 mod runs_default;
+mod runs_exact;
 mod samples;
 mod shapes;
 mod shapes_of_faces;

@@ -1,5 +1,6 @@
-// One triangle of the surface and the sites that may have a part of it: those no farther from its middle than the nearest
-// one and twice the triangle's radius. Of these, one that another is nearer than at all three corners has none of it.
+// One triangle of the surface and the sites that may have a part of it. The distance to a site is largest at a corner, so
+// no point of the triangle is farther from its nearest site than some one site is from all corners; a site that is
+// farther than that has no part. Neither has one that another is nearer than at all three corners.
 // The including file has declared the buffers corners, sites, candidates, counts and counters and the push constants
 // triangle_count and site_count. Constants 1 and 2 are taken here.
 #ifndef COMMON_EXACT_TRIANGLE_GLSL
@@ -21,6 +22,7 @@ float slot_far[SLOTS]; // distance from the middle
 vec3 slot_sq[SLOTS]; // squared distances from the corners
 uint nearest;
 float nearest_far; // its distance from the middle
+float covering_sq; // squared distance within which some one site has all corners
 
 void start_triangle(uint t) {
     corner_a = corners[3u * t].xyz;
@@ -30,6 +32,7 @@ void start_triangle(uint t) {
     around = max(max(distance(corner_a, middle), distance(corner_b, middle)), distance(corner_c, middle));
     nearest = NONE;
     nearest_far = 3.402823466e38;
+    covering_sq = 1e18;
     [[unroll]] for (uint s = 0u; s < SLOTS; ++s) slot_site[s] = NONE;
 }
 
@@ -39,7 +42,10 @@ vec3 corner_distances_sq(vec3 at) {
 }
 
 // How far from the middle a site may be that has a part.
-float reach_of_parts() { return LENIENT * (nearest_far + 2.0 * around); }
+float reach_of_parts() { return LENIENT * (sqrt(covering_sq) + around); }
+
+// Takes note that one site has the corners within these squared distances.
+void cover(vec3 sq) { covering_sq = min(covering_sq, max(max(sq.x, sq.y), sq.z)); }
 
 // Puts a site into a slot.
 void put(uint s, uint j, vec3 at) {
@@ -50,6 +56,7 @@ void put(uint s, uint j, vec3 at) {
     slot_site[s] = j;
     slot_far[s] = far;
     slot_sq[s] = corner_distances_sq(at);
+    cover(slot_sq[s]);
 }
 
 // Empties the slots of sites that have no part.

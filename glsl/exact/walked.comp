@@ -31,7 +31,7 @@ layout(set = 0, binding = 7) buffer Counters { uint counters[]; };
 
 uint put_count;
 
-// Puts a site that may have a part into the next slot. One that the nearest so far beats everywhere does not count.
+// Puts a site that may have a part into the next slot.
 void offer(uint j) {
     vec3 at = sites[j].xyz;
     float far = distance(at, middle);
@@ -40,6 +40,7 @@ void offer(uint j) {
     nearest = takes && nearer ? j : nearest;
     nearest_far = takes ? min(far, nearest_far) : nearest_far;
     vec3 sq = corner_distances_sq(at);
+    cover(sq);
     [[unroll]] for (uint s = 0u; s < SLOTS; ++s) {
         bool here = takes && s == put_count;
         slot_site[s] = here ? j : slot_site[s];

@@ -23,8 +23,9 @@ use glam::{DVec3, Vec2, Vec4};
 use rayon::prelude::*;
 use serde::Serialize;
 
-/// Lists are made anew when a site has moved by more than this share of its reach.
-const MAX_RHO: f32 = 0.1;
+/// Lists are made anew when a site has moved by more than this share of its reach. That is cheap beside a walk for every
+/// triangle that they do not decide.
+const MAX_RHO: f32 = 0.03;
 /// Longest move with momentum, in spacings. Without it sites go where their centroids are.
 const LARGEST_MOVE: f64 = 0.5;
 

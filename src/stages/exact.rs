@@ -15,7 +15,7 @@ use crate::mesh::voronoi::{RestrictedVoronoi, halves};
 use glam::{DVec3, Vec4};
 
 /// No side of a triangle is longer than this many spacings: longer ones are cut, for cells do not mind.
-const LONGEST_SIDE: f64 = 1.0;
+const LONGEST_SIDE: f64 = 0.8;
 /// A triangle that is less high than this has no area in f32 in the unit-diagonal frame.
 const FLAT: f64 = 1e-8;
 /// Room for more parts than there are, so that it seldom has to be made anew.
