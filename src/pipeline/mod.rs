@@ -190,18 +190,7 @@ fn watched(device: &Device, mesh: &TriMesh, options: &Options, watch: &mut Watch
     let result = TriMesh { vertices, triangles };
     clock.phase("connect");
     watch.phase(Phase::Measure, 1.0, 0.0)?;
-    let depth = options.measures;
-    let reference = (depth >= MeasureDepth::Full).then_some(&repaired.mesh);
-    let crossing = match crossing {
-        Some(known) => Crossing::Known(known),
-        None if depth >= MeasureDepth::Intersections => Crossing::Find,
-        None => Crossing::Skip,
-    };
-    let output = measure_some(&result, reference, crossing)?;
-    let energy = match (reference, exact) {
-        (Some(reference), Some(_)) => Some(energy(reference, &result.vertices)?),
-        _ => None,
-    };
+    let (output, energy) = measured(&result, &repaired.mesh, options, crossing, exact.is_some())?;
     clock.phase("measure");
     watch.done(1.0)?;
     let summary = Summary {
@@ -258,6 +247,25 @@ fn all_at_once(
     let steps = run.iterate(device, surface, options, watch)?;
     clock.phase("iterate");
     Ok((run.connect(device, surface, input)?, steps, None))
+}
+
+/// The figures of a result; how evenly its vertices are spread over the input, if that is `wanted` and all is measured.
+fn measured(
+    result: &TriMesh,
+    input: &TriMesh,
+    options: &Options,
+    crossing: Option<usize>,
+    wanted: bool,
+) -> Result<(Measures, Option<Energy>)> {
+    let depth = options.measures;
+    let reference = (depth >= MeasureDepth::Full).then_some(input);
+    let crossing = match crossing {
+        Some(known) => Crossing::Known(known),
+        None if depth >= MeasureDepth::Intersections => Crossing::Find,
+        None => Crossing::Skip,
+    };
+    let spread = reference.filter(|_| wanted).map(|reference| energy(reference, &result.vertices));
+    Ok((measure_some(result, reference, crossing)?, spread.transpose()?))
 }
 
 /// The input, ready for a run.
