@@ -107,6 +107,11 @@ pub struct Options {
     pub feature_angle: f64,
     /// Coarse to fine only: lines along edges of the input that are held as well.
     pub features: Option<Features>,
+    /// Vertices of the input closer than this share of its bounding box's diagonal become one; 0 to below 1, 0 for exact
+    /// duplicates only.
+    pub weld: f64,
+    /// Components of the input with less than this share of its area are dropped; 0 to below 1.
+    pub min_component: f64,
     /// Most iterations; coarse to fine, of the last level.
     pub iterations: u32,
     /// The run ends early when the root mean square step is below this many spacings.
@@ -167,6 +172,8 @@ impl Options {
             fit: false,
             feature_angle: SkeletonOptions::FEATURE_ANGLE,
             features: None,
+            weld: 0.0,
+            min_component: 0.0,
             k_normal: 16,
             k_clip: 32,
             k_project: 16,

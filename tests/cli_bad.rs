@@ -253,13 +253,16 @@ fn sharp_edges_that_cannot_be_held() {
     refused(&place, "remesh in.ply out.ply -n 100 --features none.obj", 3, &["none.obj", "no such file"]);
     let rtf = "remesh in.ply out.ply -n 100 --preset rtf --feature-angle 30";
     refused(&place, rtf, 2, &["--feature-angle", "preset default"]);
-    refused(&place, "remesh in.ply out.ply -n 20", 2, &["20 of 20 vertices", "ask for 54"]);
     refused(
         &place,
         "remesh in.ply out.ply -n 99 --best-effort --vertices-at-least",
         2,
         &["cannot be used with"],
     );
+    for option in ["--weld 1", "--weld=-1", "--min-component nan", "--min-component 1"] {
+        let line = format!("remesh in.ply out.ply -n 100 {option}");
+        refused(&place, &line, 2, &[option.split([' ', '=']).next().unwrap()]);
+    }
     std::fs::write(place.path("f.obj"), "v 0 0 0\nv 1 1 1\nv 0 0 0.5\nl 1 3\n").unwrap();
     refused(&place, "remesh in.ply out.ply -n 100 --features f.obj", 3, &["f.obj", "line 4"]);
     refused(&place, "remesh in.ply f.obj -n 100 --features f.obj", 2, &["f.obj", "overwritten"]);

@@ -134,6 +134,9 @@ fn a_dry_run_tells_the_plan_and_writes_nothing() {
     rtf.env("VK_ICD_FILENAMES", "/nonexistent").env("VK_DRIVER_FILES", "/nonexistent").assert().success();
     let (text, errors) = place.run("remesh in.ply - --format ply --dry-run -n 500");
     assert!(text.is_empty() && errors.contains("vertices, spacing"), "{text}{errors}");
-    let refused = place.program("remesh in.ply --dry-run -n 20").assert().code(2);
+    let (text, _) = place.run("remesh in.ply --dry-run -n 20");
+    assert!(text.contains("collapsed edges"), "{text}");
+    std::fs::write(place.path("l.obj"), "v 0 0 0\nv 1 0 0\nl 1 2\n").unwrap();
+    let refused = place.program("remesh in.ply --dry-run -n 20 --features l.obj").assert().code(2);
     refused.stderr(predicate::str::contains("ask for 54"));
 }

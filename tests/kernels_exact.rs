@@ -5,7 +5,6 @@ use crate::support::{assert_valid, cloud, device, lattice, on_sphere, rng, round
 use glam::{DVec3, Vec4};
 use rand::RngExt;
 use rtfmesh::TriMesh;
-use rtfmesh::gpu::Buffer;
 use rtfmesh::mesh::frame::Frame;
 use rtfmesh::mesh::samples::sample;
 use rtfmesh::mesh::voronoi::RestrictedVoronoi;

@@ -1,9 +1,11 @@
 //! Runs with hardly enough vertices, or too few.
 
 use crate::support::{assert_valid, device};
+use glam::DVec3;
+use rtfmesh::mesh::io::FeatureLine;
 use rtfmesh::mesh::samples::sample;
 use rtfmesh::mesh::topology::topology;
-use rtfmesh::{Error, Options, Remeshed, Result, Shortage, TriMesh, remesh};
+use rtfmesh::{Error, Features, Options, Remeshed, Result, Shortage, TriMesh, remesh};
 
 fn run(mesh: &TriMesh, vertices: usize, shortage: Shortage) -> Result<Remeshed> {
     let result = remesh(device(), mesh, &Options { shortage, ..Options::new(vertices) }, &mut |_| {});
@@ -61,11 +63,31 @@ fn with_best_effort_it_comes_out_with_warnings() {
 }
 
 #[test]
-fn curves_that_leave_nothing_beside_them_are_refused_too() {
+fn curves_that_leave_nothing_beside_them_are_made_by_collapsing_edges() {
     let input = sample("box").unwrap();
-    let error = run(&input, 20, Shortage::Refuse).unwrap_err();
+    let result = run(&input, 20, Shortage::Refuse).unwrap();
+    assert_like(&input, &result, 20);
+    assert_eq!(result.summary.collapsed_components, 1);
+    let added = run(&input, 20, Shortage::AddVertices).unwrap();
+    assert!(added.mesh.vertices.len() > 20 && added.summary.collapsed_components == 0);
+    assert_like(&input, &added, added.mesh.vertices.len());
+}
+
+#[test]
+fn the_lines_of_a_user_do_not_give_way() {
+    let input = sample("box").unwrap();
+    let line = FeatureLine { points: vec![DVec3::ZERO, DVec3::X], line: 1 };
+    let features = Some(Features { file: None, lines: vec![line] });
+    let refused = |vertices| {
+        remesh(
+            device(),
+            &input,
+            &Options { features: features.clone(), ..Options::new(vertices) },
+            &mut |_| {},
+        )
+    };
+    let error = refused(20).unwrap_err();
     assert!(matches!(error, Error::Usage { .. }), "{error:?}");
     let enough = advised(&error);
-    assert_like(&input, &run(&input, enough, Shortage::Refuse).unwrap(), enough);
-    assert_like(&input, &run(&input, 20, Shortage::AddVertices).unwrap(), enough);
+    assert_like(&input, &refused(enough).unwrap(), enough);
 }

@@ -151,6 +151,10 @@ fn rows(i: &Inspection) -> Vec<(&'static str, String)> {
             "faces without area, duplicate faces",
             format!("{}, {}", r.degenerate_faces_dropped, r.duplicate_faces_dropped),
         ),
+        (
+            "faces turned over, unorientable parts",
+            format!("{}, {}", r.faces_turned, r.unorientable_components),
+        ),
         ("patches, corners", format!("{}, {}", i.patches, i.corners)),
     ];
     for k in &i.curves {

@@ -47,6 +47,12 @@ pub struct MethodArgs {
     /// OBJ file with lines along edges of the input that stay as well
     #[arg(long, value_name = "FILE.obj")]
     features: Option<PathBuf>,
+    /// Weld vertices of the input closer than this share of its bounding box's diagonal, and close cracks [default: 0]
+    #[arg(long, value_name = "SHARE")]
+    weld: Option<f64>,
+    /// Drop components of the input with less than this share of its area [default: 0]
+    #[arg(long, value_name = "SHARE")]
+    min_component: Option<f64>,
     /// If the vertices do not suffice for a valid mesh, add as many as it takes
     #[arg(long, conflicts_with = "best_effort")]
     vertices_at_least: bool,
@@ -148,6 +154,8 @@ impl MethodArgs {
             feature_angle: self.feature_angle.unwrap_or(base.feature_angle),
             // See `read_features`.
             features: base.features,
+            weld: self.weld.unwrap_or(base.weld),
+            min_component: self.min_component.unwrap_or(base.min_component),
             k_normal: self.k_normal.unwrap_or(base.k_normal),
             k_clip: self.k_clip.unwrap_or(base.k_clip),
             k_project: self.k_project.unwrap_or(base.k_project),

@@ -79,6 +79,9 @@ pub fn run(args: &Args) -> Result<()> {
     let mut result = result.map_err(|e| e.in_file(input_name(&args.input)))?;
     refuse_messages(&device)?;
     watch.warn(&mut result.summary);
+    if !args.quiet {
+        tell_notes(&args.input, &result.summary.remarks);
+    }
     for warning in &result.summary.warnings {
         tell(&format!("warning: {warning}\n"));
     }

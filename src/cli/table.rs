@@ -116,7 +116,13 @@ pub fn preview(p: &Preview) -> String {
         let on = format!("{} on curves, {inside} inside", level.on_curves);
         rows.push(("level", if p.curves > 0 { format!("{text}, {on}") } else { text }));
     }
-    if p.patches.len() > 1 {
+    if p.collapses {
+        rows.push((
+            "method",
+            "collapsed edges: too few vertices for cells beside the sharp and open edges".to_owned(),
+        ));
+    }
+    if p.patches.len() > 1 && !p.collapses {
         let mut counts: Vec<String> = p.patches.iter().take(MOST_PATCHES).map(usize::to_string).collect();
         if p.patches.len() > MOST_PATCHES {
             counts.push("...".to_owned());

@@ -1,6 +1,7 @@
 //! Triangle meshes on the host: reading, cleaning, measuring, writing.
 
 pub mod bvh;
+pub mod coarsen;
 pub mod distance;
 pub(crate) mod edges;
 pub mod frame;

@@ -1,9 +1,11 @@
-//! What becomes of a surface that the vertices asked for do not suffice for: other random starts, then more vertices.
+//! What becomes of a surface that the vertices asked for do not suffice for: other random starts, then collapsed edges or
+//! more vertices.
 
 use super::coarse_to_fine::{CoarseToFine, Ground};
 use super::connected::Fault;
 use super::plan::enough;
-use super::{Clock, Connection, SkeletonSummary, ground};
+use super::prepare::ground;
+use super::{Clock, Connection, SkeletonSummary};
 use crate::gpu::Device;
 use crate::mesh::frame::Frame;
 use crate::mesh::topology::Topology;
@@ -22,6 +24,11 @@ const MOST_GROWTH: usize = 4;
 /// or this many.
 const FEW: usize = 5000;
 
+/// Whether sharp edges may give way to the number of vertices: those that the user named may not.
+pub(super) fn may_collapse(options: &Options) -> bool {
+    options.features.is_none() && options.shortage != Shortage::AddVertices
+}
+
 /// What all attempts share.
 pub(super) struct Attempts<'a> {
     pub device: &'a Device,
@@ -30,6 +37,8 @@ pub(super) struct Attempts<'a> {
     pub frame: &'a Frame,
     pub surface: &'a Surface,
     pub input: &'a Topology,
+    /// Vertices of the components that are too small to be among these.
+    pub done: usize,
     pub options: &'a Options,
 }
 
@@ -68,16 +77,30 @@ impl Attempts<'_> {
             let (connection, steps) = run.run(watch, clock)?;
             Ok(Settled { connection, steps, skeleton: Some(ground.skeleton), vertices, attempts })
         };
-        let begun = run(&first, vertices, seed)?;
-        // What is torn to begin with may stay so.
-        let Some(fault) = begun.connection.fault.clone().filter(|_| self.input.is_manifold()) else {
-            return Ok(begun);
+        let begun = match run(&first, vertices, seed) {
+            // Sharp edges need more than there are.
+            Err(error @ Error::Usage { .. }) if may_collapse(self.options) => {
+                return self.collapsed(first.skeleton, vertices, &crossing).ok_or(error);
+            }
+            begun => begun?,
         };
+        let Some(fault) = begun.connection.fault.clone() else { return Ok(begun) };
+        // What is torn to begin with may stay so.
+        if !self.input.is_manifold() {
+            return Ok(self.mended(&begun, &crossing).unwrap_or(begun));
+        }
         for start in 1..STARTS {
             let other = run(&first, vertices, seed.wrapping_add(start))?;
             if other.connection.fault.is_none() {
                 return Ok(other);
             }
+        }
+        // Uneven triangles, but as many as asked for. Who gladly takes more gets even ones.
+        let spare = || self.mended(&begun, &crossing);
+        if shortage != Shortage::AddVertices
+            && let Some(mended) = spare()
+        {
+            return Ok(mended);
         }
         if shortage == Shortage::BestEffort {
             return Ok(begun);
@@ -94,9 +117,10 @@ impl Attempts<'_> {
                 break Some(larger);
             }
         };
-        match enough {
-            Some(larger) if shortage == Shortage::AddVertices => Ok(larger),
-            enough => Err(self.refusal(&fault, more, enough.is_some())),
+        match (enough, shortage) {
+            (Some(larger), Shortage::AddVertices) => Ok(larger),
+            (None, Shortage::AddVertices) => spare().ok_or_else(|| self.refusal(&fault, more, false)),
+            (enough, _) => Err(self.refusal(&fault, more, enough.is_some())),
         }
     }
 
@@ -119,8 +143,12 @@ impl Attempts<'_> {
     }
 
     fn refusal(&self, fault: &Fault, more: usize, enough: bool) -> Error {
-        let problem =
-            format!("{} vertices are too few: {}", self.options.vertices, fault.in_words(self.frame));
+        let problem = format!(
+            "{} vertices are too few: {}",
+            self.options.vertices + self.done,
+            fault.in_words(self.frame)
+        );
+        let more = more + self.done;
         let remedy = if enough {
             format!("ask for {more}, let --vertices-at-least add them, or take what comes with --best-effort")
         } else {

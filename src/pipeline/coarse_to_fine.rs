@@ -108,10 +108,21 @@ impl CoarseToFine<'_> {
                 let steps = found.steps.clone();
                 let flags = FlagCounts { unbounded: found.open, ..Default::default() };
                 let (found, fault) = self.finished(&on, found, plan.spacing, (&shares, watch, clock))?;
-                let TriMesh { vertices: sites, triangles } = found.mesh;
                 let curve_sites = found.held.map_or(0, |held| held.sites.positions.len());
-                let (counts, crossing) = (found.counts, found.crossing);
-                let connection = Connection { sites, triangles, curve_sites, counts, flags, fault, crossing };
+                let Found { mesh, rested, under, counts, crossing, .. } = found;
+                let rested = rested.vertices;
+                let connection = Connection {
+                    mesh,
+                    rested,
+                    under,
+                    curve_sites,
+                    counts,
+                    flags,
+                    fault,
+                    exact: None,
+                    crossing,
+                    collapsed: 0,
+                };
                 return Ok((connection, steps));
             }
             // Too few sites for the thin parts: what they got wrong would stay wrong.

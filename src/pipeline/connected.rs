@@ -4,12 +4,13 @@ use super::Clock;
 use super::coarse_to_fine::CoarseToFine;
 use super::densify::{Movable, densify};
 use super::level::near;
+use super::parts::is_as_good;
 use super::shares::{FEW_ROUNDS, Shares};
 use crate::gpu::NONE;
 use crate::mesh::frame::Frame;
 use crate::mesh::intersections::intersecting_faces;
 use crate::mesh::polyline::Polyline;
-use crate::mesh::topology::{Topology, topology};
+use crate::mesh::topology::topology;
 use crate::polish::{
     FitOptions, PolishOptions, Rail, SpotOptions, fit_while, polish_while, reach_spots_while,
 };
@@ -43,6 +44,8 @@ pub(super) struct Sites {
 /// A level's mesh in the unit-diagonal frame.
 pub(super) struct Found {
     pub mesh: TriMesh,
+    /// The same before the polish, once it is polished.
+    pub rested: TriMesh,
     pub under: Vec<u32>,
     pub held: Option<Held>,
     pub counts: ConnectCounts,
@@ -124,7 +127,7 @@ impl CoarseToFine<'_> {
             let (triangles, counts) = connect(positions, &cells.fans);
             let mesh = TriMesh { vertices: std::mem::take(positions), triangles };
             let got = topology(&mesh);
-            let sound = same_kind(&got, self.input) && got.vertices == mesh.vertices.len();
+            let sound = is_as_good(&got, self.input) && got.vertices == mesh.vertices.len();
             *positions = mesh.vertices;
             let mut movable = Movable { positions, under, fixed: &fixed };
             if sound || left == 0 || !densify(&mut movable, &mesh.triangles, &cells.broken, spacing) {
@@ -134,6 +137,7 @@ impl CoarseToFine<'_> {
                     trouble: cells.broken.first().map(|b| b.farthest.0),
                     crossing: None,
                     mesh: TriMesh { vertices: sites.positions, triangles: mesh.triangles },
+                    rested: TriMesh::default(),
                     under: sites.under,
                     held: sites.held,
                     open: 0,
@@ -156,7 +160,7 @@ impl CoarseToFine<'_> {
     ) -> Result<(Found, Option<Fault>)> {
         let mut left = UNCROSSINGS;
         loop {
-            let rested = found.mesh.clone();
+            found.rested = found.mesh.clone();
             self.finish(&mut found, shares, watch, clock)?;
             if !found.sound {
                 let fault = Fault {
@@ -177,6 +181,7 @@ impl CoarseToFine<'_> {
             }
             let wanted: Vec<BrokenCell> =
                 crossing.iter().filter_map(|t| self.beside(&found.mesh, *t)).collect();
+            let rested = found.rested.clone();
             let mut sites =
                 Sites { positions: rested.vertices, under: found.under, held: found.held, near: Vec::new() };
             let fixed = sites.held.as_ref().map_or_else(Vec::new, Held::on_curve);
@@ -269,10 +274,4 @@ impl CoarseToFine<'_> {
         };
         found.mesh.triangles.iter().map(of).collect()
     }
-}
-
-/// Whether two meshes have as many components, handles and loops.
-fn same_kind(a: &Topology, b: &Topology) -> bool {
-    let is = |t: &Topology| (t.euler, t.components, t.boundary_loops);
-    is(a) == is(b)
 }

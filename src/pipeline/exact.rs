@@ -11,14 +11,13 @@ use crate::options::Options;
 use crate::stages::cells::{CellSites, CellSurface, connected_cells};
 use crate::stages::connect::{ConnectCounts, connect};
 use crate::stages::exact::{Aim, CutTriangles, ExactCells, ExactCounts};
-use crate::stages::face::FlagCounts;
 use crate::stages::lists::{ListOptions, Lists};
 use crate::stages::place::Place;
 use crate::stages::seed::Seeds;
 use crate::stages::step::Step;
 use crate::stages::surface::Surface;
 use crate::watch::Watch;
-use crate::{Phase, Result};
+use crate::{Phase, Result, TriMesh};
 use glam::{DVec3, Vec2, Vec4};
 use rayon::prelude::*;
 use serde::Serialize;
@@ -55,7 +54,7 @@ struct Run<'a> {
     step: Step,
 }
 
-/// Sites at rest, connected; the root mean square step of every iteration, in spacings; the last cells.
+/// Sites at rest, connected, with what the last cells were; the root mean square step of every iteration, in spacings.
 ///
 /// # Errors
 /// Those of the device, and [`crate::Error::Cancelled`].
@@ -65,7 +64,7 @@ pub(super) fn run(
     (surface, seeds, spacing): (&Surface, &Seeds, f64),
     watch: &mut Watch,
     clock: &mut Clock,
-) -> Result<(Connection, Vec<f64>, ExactSummary)> {
+) -> Result<(Connection, Vec<f64>)> {
     let mut run = Run::new(device, options, surface, seeds, spacing)?;
     clock.phase("compile");
     let sites = options.vertices;
@@ -76,7 +75,7 @@ pub(super) fn run(
     watch.level(0, options.iterations);
     let (steps, summary) = run.iterate(surface, watch)?;
     clock.phase("iterate");
-    Ok((run.connect(surface)?, steps, summary))
+    Ok((Connection { exact: Some(summary), ..run.connect(surface)? }, steps))
 }
 
 impl<'a> Run<'a> {
@@ -169,20 +168,26 @@ impl<'a> Run<'a> {
             .par_iter()
             .map_init(|| 0, |rank, p| bvh.closest_from(*p, rank).map_or(0, |closest| closest.triangle))
             .collect();
-        let near = near(self.device, &sites)?;
-        let on = CellSurface::new(&surface.vertices, &surface.triangles, &surface.normals);
-        let places = Place::inside(&under);
-        let of = CellSites { positions: &sites, places: &places, near: &near, spacing: self.spacing };
-        let cells = connected_cells(&on, &of);
-        let (triangles, counts) = connect(&sites, &cells.fans);
-        Ok(Connection {
-            sites,
-            triangles,
-            curve_sites: 0,
-            counts: ConnectCounts { cells: Some(cells.certificate), ..counts },
-            flags: FlagCounts::default(),
-            fault: None,
-            crossing: None,
-        })
+        connected(self.device, surface, sites, &under, self.spacing)
     }
+}
+
+/// The dual of the exact connected cells of `sites`, which begin in the triangles `under` them.
+pub(super) fn connected(
+    device: &Device,
+    surface: &Surface,
+    sites: Vec<DVec3>,
+    under: &[u32],
+    spacing: f64,
+) -> Result<Connection> {
+    let near = near(device, &sites)?;
+    let on = CellSurface::new(&surface.vertices, &surface.triangles, &surface.normals);
+    let places = Place::inside(under);
+    let cells = connected_cells(&on, &CellSites { positions: &sites, places: &places, near: &near, spacing });
+    let (triangles, counts) = connect(&sites, &cells.fans);
+    Ok(Connection {
+        mesh: TriMesh { vertices: sites, triangles },
+        counts: ConnectCounts { cells: Some(cells.certificate), ..counts },
+        ..Connection::default()
+    })
 }

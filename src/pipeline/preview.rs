@@ -1,14 +1,16 @@
 //! What a run would do, without a device.
 
+use super::attempts::may_collapse;
 use super::plan::{Extent, LevelPlan, levels};
-use super::{device_bytes_per_site, spacing, wanted_edges};
+use super::prepare::{device_bytes_per_site, repairs, wanted_edges};
+use super::spacing;
 use crate::mesh::frame::Frame;
-use crate::mesh::repair::{RepairCounts, repair};
+use crate::mesh::repair::{RepairCounts, repair_with};
 use crate::mesh::skeleton::{Skeleton, SkeletonOptions, skeleton};
 use crate::mesh::topology::topology;
 use crate::options::{Method, Options};
 use crate::stages::surface_curves::SurfaceCurves;
-use crate::{Result, TriMesh};
+use crate::{Error, Result, TriMesh};
 use serde::Serialize;
 
 /// Device bytes of the input for each of its vertices and triangles: `stages/surface.rs` and, for the walk over it,
@@ -40,6 +42,8 @@ pub struct Preview {
     pub corners: usize,
     /// About how many vertices of the result will be inside each patch between the curves, largest first.
     pub patches: Vec<usize>,
+    /// Whether the curves need so many vertices that edges will be collapsed instead.
+    pub collapses: bool,
     /// About how much device memory is needed, in bytes.
     pub device_bytes: u64,
 }
@@ -62,7 +66,7 @@ pub struct PreviewLevel {
 /// mesh without area or features that fit no edge.
 pub fn preview(mesh: &TriMesh, options: &Options) -> Result<Preview> {
     options.validate()?;
-    let repaired = repair(mesh)?;
+    let repaired = repair_with(mesh, &repairs(options))?;
     let frame = Frame::of(&repaired.mesh)?;
     let unit = TriMesh {
         vertices: repaired.mesh.vertices.iter().map(|vertex| frame.to_unit(*vertex)).collect(),
@@ -87,7 +91,11 @@ pub fn preview(mesh: &TriMesh, options: &Options) -> Result<Preview> {
         }
         Method::CoarseToFine => {
             let extent = Extent { area: whole, euler: topology(&unit).euler, curves: curves.as_ref() };
-            levels(&extent, options.vertices, options.coarsest)?
+            match levels(&extent, options.vertices, options.coarsest) {
+                // As a run does; it has no levels.
+                Err(Error::Usage { .. }) if may_collapse(options) => Vec::new(),
+                plans => plans?,
+            }
         }
     };
     let interior = plans.last().map_or(0, |last| last.interior);
@@ -101,6 +109,7 @@ pub fn preview(mesh: &TriMesh, options: &Options) -> Result<Preview> {
         input: [unit.vertices.len(), unit.triangles.len()],
         vertices: options.vertices,
         spacing: spacing * frame.scale,
+        collapses: plans.is_empty(),
         levels: plans.iter().map(level).collect(),
         curves: found.curves.len(),
         corners: found.corners.len(),

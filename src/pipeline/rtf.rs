@@ -176,15 +176,8 @@ impl Run {
                 counts = ConnectCounts { cells: Some(cells.certificate), ..cell_counts };
             }
         }
-        Ok(Connection {
-            sites: found.sites,
-            triangles,
-            curve_sites: 0,
-            counts,
-            flags: found.flags,
-            fault: None,
-            crossing: None,
-        })
+        let mesh = TriMesh { vertices: found.sites, triangles };
+        Ok(Connection { mesh, counts, flags: found.flags, ..Connection::default() })
     }
 
     /// The faces of the sites as they are now.

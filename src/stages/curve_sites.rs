@@ -12,12 +12,12 @@ use glam::DVec3;
 /// A site closer to a vertex than this share of its segment stands at the vertex.
 const SNAP: f64 = 1e-6;
 
-/// A bend farther from the chord than this many spacings gets a site, if
+/// A bend farther from the chord than this many spacings gets a site.
 const MAX_STRAY: f64 = 0.03;
-/// no other such bend or end of the curve is nearer than this many.
+/// A bend nearer than this many spacings to another one with a site, or to an end of the curve, gets none.
 const LEAST_GAP: f64 = 0.3;
 
-/// Sites that do not move, for one spacing.
+/// The sites on all curves for one spacing. They stay there until the polish.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct CurveSites {
     /// Where they are, on the surface's edges and vertices: the corners in order, then curve after curve.

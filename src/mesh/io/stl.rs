@@ -1,8 +1,7 @@
 //! STL: text and binary.
 //!
-//! The reader is our own: `stl_io` 0.11 reads the decimal numbers of text files as 32-bit ones, takes every file that
-//! begins with "solid" for text, although many programs write that into binary headers, and sets memory aside for as
-//! many triangles as a binary header claims.
+//! The reader is our own: `stl_io` 0.11 reads the decimal numbers of text files as 32-bit ones, and takes every file that
+//! begins with "solid " for text, although many programs write that into binary headers.
 //!
 //! STL has no vertices, only corners: equal ones become one vertex, numbered in the order in which they come.
 

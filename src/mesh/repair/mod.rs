@@ -1,4 +1,10 @@
-//! What is wrong with a mesh in ways that have one obvious answer: duplicates, zero areas, leftovers.
+//! What is wrong with a mesh in ways that have one obvious answer: duplicates, zero areas, leftovers, faces turned over;
+//! and, where the caller gives a tolerance, cracks and crumbs.
+
+mod joints;
+mod orient;
+mod parts;
+mod weld;
 
 use std::collections::hash_map::Entry;
 use std::collections::{HashMap, HashSet};
@@ -8,6 +14,7 @@ use serde::Serialize;
 
 use super::TriMesh;
 use crate::{Error, Result};
+pub(crate) use parts::parts;
 
 /// A triangle counts as flat when twice its area is at most this share of its longest edge squared. Edges computed
 /// in f64 are exact to about 1e-16, so below some 1e-15 the area is rounding alone; the rest is a margin.
@@ -22,37 +29,115 @@ pub struct Repaired {
     pub counts: RepairCounts,
 }
 
-/// How many vertices and faces [`repair`] took out, by reason.
+/// What [`repair`] may do beyond what is always right.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct RepairOptions {
+    /// Vertices closer than this share of the bounding box's diagonal become one, and open edges are joined to the open
+    /// vertices on them; 0 to below 1, 0 for exact duplicates only.
+    pub weld: f64,
+    /// Components with less than this share of the area are dropped, but never the largest; 0 to below 1.
+    pub min_component: f64,
+}
+
+/// How many vertices and faces [`repair`] changed, by reason.
 #[derive(Serialize, Default, Clone, Copy, PartialEq, Debug)]
 pub struct RepairCounts {
     /// Vertices at exactly the position of an earlier one, replaced by it.
     pub duplicate_vertices_welded: usize,
+    /// Vertices within the tolerance of an earlier one, replaced by it.
+    pub near_vertices_welded: usize,
+    /// Open vertices on open edges, which were split there.
+    pub edges_joined: usize,
     /// Vertices that no face uses, after the faces below were dropped.
     pub unreferenced_vertices_dropped: usize,
     /// Faces with a vertex twice or without an area.
     pub degenerate_faces_dropped: usize,
     /// Faces over the same three vertices as an earlier one, in any order or orientation.
     pub duplicate_faces_dropped: usize,
+    /// Components below the least area.
+    pub components_dropped: usize,
+    /// Faces turned over to agree with the larger part of their component.
+    pub faces_turned: usize,
+    /// Components that no turning makes agree.
+    pub unorientable_components: usize,
+}
+
+impl RepairCounts {
+    /// What a user should know of, in words; nothing for a mesh that needed no more than exact welding.
+    pub fn notes(&self) -> Vec<String> {
+        let lines = [
+            (self.near_vertices_welded, "vertices within the tolerance of others were welded to them"),
+            (self.edges_joined, "open edges were joined to vertices on them"),
+            (self.degenerate_faces_dropped, "faces without an area were dropped"),
+            (self.duplicate_faces_dropped, "duplicate faces were dropped"),
+            (self.components_dropped, "components were dropped as too small"),
+            (self.faces_turned, "faces were turned over to agree with those around"),
+            (self.unorientable_components, "components have no two sides; they stay as they are"),
+        ];
+        lines.iter().filter(|(count, _)| *count > 0).map(|(count, text)| format!("{count} {text}")).collect()
+    }
+}
+
+/// [`repair_with`] without tolerances.
+///
+/// # Errors
+///
+/// See there.
+pub fn repair(mesh: &TriMesh) -> Result<Repaired> {
+    repair_with(mesh, &RepairOptions::default())
 }
 
 /// Welds vertices at exactly equal positions (-0.0 equals 0.0), then drops faces without an area, repeated faces
 /// (the first is kept) and unused vertices. Areas are judged relative to the triangle's own longest edge, so
-/// neither size nor position of the mesh matters.
+/// neither size nor position of the mesh matters. Then closes cracks and drops small components as far as `options`
+/// say, and turns faces over that disagree with the larger part of their component by area; what is inside out stays so.
 ///
 /// # Errors
 ///
 /// [`Error::Input`] naming the face or vertex for an index out of range or a coordinate that is not finite;
-/// without a place if no face with an area is left.
-pub fn repair(mesh: &TriMesh) -> Result<Repaired> {
+/// without a place if no face with an area is left. [`Error::Usage`] for options out of range.
+pub fn repair_with(mesh: &TriMesh, options: &RepairOptions) -> Result<Repaired> {
+    for (name, value) in [("weld", options.weld), ("min-component", options.min_component)] {
+        if !(0.0..1.0).contains(&value) {
+            return Err(Error::usage(
+                format!("--{name} {value} is out of range"),
+                "use 0 or a small share, below 1",
+            ));
+        }
+    }
     check(mesh)?;
     let mut counts = RepairCounts::default();
-    let first_there = weld(&mesh.vertices);
+    let first_there = same_places(&mesh.vertices);
     counts.duplicate_vertices_welded = (0..).zip(&first_there).filter(|(own, first)| *own != **first).count();
+    let triangles = clean(mesh, |v| first_there[v as usize], &mut counts);
+    if triangles.is_empty() {
+        return Err(Error::input(None, "the mesh has no faces with an area", "give a surface mesh"));
+    }
+    let mut kept = compact(&mesh.vertices, triangles);
+    counts.unreferenced_vertices_dropped =
+        mesh.vertices.len() - counts.duplicate_vertices_welded - kept.vertices.len();
+    if options.weld > 0.0 {
+        let reach = kept.bounds().map_or(0.0, |(low, high)| options.weld * (high - low).length());
+        weld::weld(&mut kept, reach, &mut counts);
+        joints::join(&mut kept, reach, &mut counts);
+        if kept.triangles.is_empty() {
+            let problem = format!("no face is larger than --weld {} makes of it", options.weld);
+            return Err(Error::input(None, problem, "use a smaller tolerance"));
+        }
+    }
+    if options.min_component > 0.0 {
+        parts::drop_small(&mut kept, options.min_component, &mut counts);
+    }
+    orient::orient(&mut kept, &mut counts);
+    Ok(Repaired { mesh: kept, counts })
+}
 
+/// The triangles with other vertices for theirs, without those that are flat or repeat an earlier one.
+fn clean(mesh: &TriMesh, vertex: impl Fn(u32) -> u32, counts: &mut RepairCounts) -> Vec<[u32; 3]> {
     let mut seen = HashSet::with_capacity(mesh.triangles.len());
     let mut triangles = Vec::with_capacity(mesh.triangles.len());
     for triangle in &mesh.triangles {
-        let welded = triangle.map(|vertex| first_there[vertex as usize]);
+        let welded = triangle.map(&vertex);
         let mut key = welded;
         key.sort_unstable();
         if is_flat(welded.map(|vertex| mesh.vertices[vertex as usize])) {
@@ -63,13 +148,7 @@ pub fn repair(mesh: &TriMesh) -> Result<Repaired> {
             counts.duplicate_faces_dropped += 1;
         }
     }
-    if triangles.is_empty() {
-        return Err(Error::input(None, "the mesh has no faces with an area", "give a surface mesh"));
-    }
-    let kept = compact(&mesh.vertices, triangles);
-    counts.unreferenced_vertices_dropped =
-        mesh.vertices.len() - counts.duplicate_vertices_welded - kept.vertices.len();
-    Ok(Repaired { mesh: kept, counts })
+    triangles
 }
 
 fn check(mesh: &TriMesh) -> Result<()> {
@@ -92,7 +171,7 @@ fn check(mesh: &TriMesh) -> Result<()> {
 }
 
 /// For each vertex the first one at the same position.
-fn weld(vertices: &[DVec3]) -> Vec<u32> {
+fn same_places(vertices: &[DVec3]) -> Vec<u32> {
     let mut firsts: HashMap<[u64; 3], u32> = HashMap::with_capacity(vertices.len());
     let first_of = |(own, position): (u32, &DVec3)| {
         // Adding zero turns -0.0 into 0.0 and changes nothing else.

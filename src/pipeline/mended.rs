@@ -1,0 +1,81 @@
+//! Results that cells got wrong, mended by collapsing edges.
+
+use super::attempts::{Attempts, Settled};
+use super::parts::Parts;
+use super::spare::Wish;
+use super::{Connection, SkeletonSummary};
+use crate::TriMesh;
+use crate::mesh::coarsen::Site;
+use crate::mesh::intersections::intersecting_faces;
+use crate::mesh::spacing;
+use crate::stages::connect::ConnectCounts;
+use std::sync::OnceLock;
+
+impl Attempts<'_> {
+    /// A result with its faulty components made anew, with as many vertices; nothing if that does not help. `crossing` is
+    /// the number of faces of the input that run through others, once somebody asked.
+    pub(super) fn mended(&self, settled: &Settled, crossing: &OnceLock<usize>) -> Option<Settled> {
+        let begun = &settled.connection;
+        let surface = self.surface.mesh();
+        let sites = begun.rested.iter().zip(&begun.under);
+        let sites: Vec<Site> = sites.map(|(at, triangle)| Site { at: *at, triangle: *triangle }).collect();
+        let through = self.crossing(&begun.mesh);
+        let torn = if through.len() > self.of_input(crossing) { through.as_slice() } else { &[] };
+        let mut mesh = begun.mesh.clone();
+        let wish = self.wish(settled.vertices);
+        let collapsed = Parts::new(&surface).mend(&surface, &mut mesh, (&sites, torn), &wish).ok()?;
+        let left = self.crossing(&mesh).len();
+        if collapsed == 0 || left > self.of_input(crossing) {
+            return None;
+        }
+        // Faces that could not be filled were in those components, since a hole changes the topology.
+        let counts = ConnectCounts { unfilled_faces: 0, ..begun.counts };
+        let connection = Connection {
+            mesh,
+            counts,
+            collapsed,
+            crossing: Some(left),
+            curve_sites: begun.curve_sites,
+            flags: begun.flags,
+            ..Connection::default()
+        };
+        Some(Settled { connection, steps: settled.steps.clone(), ..*settled })
+    }
+
+    /// The whole surface by collapsing edges; nothing if that does not reach so few vertices.
+    pub(super) fn collapsed(
+        &self,
+        skeleton: SkeletonSummary,
+        vertices: usize,
+        crossing: &OnceLock<usize>,
+    ) -> Option<Settled> {
+        let surface = self.surface.mesh();
+        let parts = Parts::new(&surface);
+        let mesh = parts.whole(&surface, &self.wish(vertices)).ok()?;
+        let left = self.crossing(&mesh).len();
+        let connection =
+            Connection { mesh, collapsed: parts.count(), crossing: Some(left), ..Connection::default() };
+        let fits = left <= self.of_input(crossing);
+        fits.then_some(Settled {
+            connection,
+            steps: Vec::new(),
+            skeleton: Some(skeleton),
+            vertices,
+            attempts: 1,
+        })
+    }
+
+    fn wish(&self, vertices: usize) -> Wish {
+        Wish { vertices, ..Wish::of(self.options, spacing(self.surface.area(), vertices)) }
+    }
+
+    /// The faces that run through others, in the file's numbers.
+    fn crossing(&self, mesh: &TriMesh) -> Vec<u32> {
+        let vertices = mesh.vertices.iter().map(|p| self.frame.from_unit(*p)).collect();
+        intersecting_faces(&TriMesh { vertices, triangles: mesh.triangles.clone() })
+    }
+
+    fn of_input(&self, crossing: &OnceLock<usize>) -> usize {
+        *crossing.get_or_init(|| intersecting_faces(self.mesh).len())
+    }
+}

@@ -1,0 +1,193 @@
+//! The input made ready for a run: cleaned, divided into what cells can do and what is too small for them, uploaded.
+
+use super::coarse_to_fine::Ground;
+use super::level::{LIST, Level};
+use super::parts::{Divided, Parts, extract};
+use super::spare::Wish;
+use crate::gpu::Device;
+use crate::gpu::kernels::face::cell;
+use crate::mesh::frame::Frame;
+use crate::mesh::repair::{RepairOptions, Repaired, repair_with};
+use crate::mesh::skeleton::{SkeletonOptions, user_edges};
+use crate::mesh::spacing;
+use crate::mesh::topology::{Topology, topology};
+use crate::options::{Method, Options, Shortage};
+use crate::stages::surface::Surface;
+use crate::{Error, Result, TriMesh};
+
+/// With [`Shortage::AddVertices`], each further try to divide the components has this many times the vertices of the last,
+const GROWTH: f64 = 1.5;
+/// in no more than so many tries.
+const GROWTHS: usize = 60;
+
+/// The input, ready for a run.
+pub(super) struct Prepared {
+    pub repaired: Repaired,
+    pub frame: Frame,
+    /// Topology of the repaired input.
+    pub input: Topology,
+    /// Components too small for cells, done, in the unit-diagonal frame.
+    pub small: Vec<TriMesh>,
+    /// The others, in the file's units, with their topology; nothing if there are no small ones.
+    rest: Option<(TriMesh, Topology)>,
+    /// The others on the device, in the unit-diagonal frame.
+    pub surface: Surface,
+    /// For [`Method::CoarseToFine`] only.
+    pub ground: Option<Ground>,
+    /// As asked for, but for the vertices: those left for the others.
+    pub options: Options,
+}
+
+impl Prepared {
+    /// # Errors
+    /// [`Error::Input`] for a mesh that [`repair_with`] cannot clean, [`Error::Usage`] for too few vertices,
+    /// [`Error::OutOfMemory`].
+    pub fn new(device: &Device, mesh: &TriMesh, options: &Options) -> Result<Self> {
+        let repaired = repair_with(mesh, &repairs(options))?;
+        let frame = Frame::of(&repaired.mesh)?;
+        check_memory(device, options)?;
+        let divided = divide(&repaired.mesh, &frame, options)?;
+        let mut options = options.clone();
+        let (small, kept) = divided.map_or((Vec::new(), None), |divided| {
+            options.vertices = divided.left;
+            options.coarsest = options.coarsest.max(divided.coarsest);
+            let rest = (!divided.small.is_empty()).then(|| extract(&repaired.mesh, &divided.large));
+            (divided.small, rest)
+        });
+        let rest = kept.map(|mesh| {
+            let topology = topology(&mesh);
+            (mesh, topology)
+        });
+        let on = rest.as_ref().map_or(&repaired.mesh, |(mesh, _)| mesh);
+        let (input, surface) = rayon::join(|| topology(&repaired.mesh), || Surface::new(device, on, &frame));
+        let surface = surface?;
+        let ground = match options.method {
+            Method::CoarseToFine => Some(ground(device, on, &surface, &options)?),
+            Method::Rtf | Method::Exact => None,
+        };
+        Ok(Self { repaired, frame, input, small, rest, surface, ground, options })
+    }
+
+    /// What is not too small for cells, in the file's units, and its topology.
+    pub fn large(&self) -> (&TriMesh, &Topology) {
+        self.rest.as_ref().map_or((&self.repaired.mesh, &self.input), |(mesh, topology)| (mesh, topology))
+    }
+
+    /// Vertices of the components that are done.
+    pub fn done(&self) -> usize {
+        self.small.iter().map(|part| part.vertices.len()).sum()
+    }
+}
+
+/// What the options want cleaned.
+pub(super) fn repairs(options: &Options) -> RepairOptions {
+    RepairOptions { weld: options.weld, min_component: options.min_component }
+}
+
+/// The components that are too small for cells; nothing if there is one, or if none may be.
+fn divide(mesh: &TriMesh, frame: &Frame, options: &Options) -> Result<Option<Divided>> {
+    // The user's lines may be on a small component, and the other methods are to stay what they are.
+    if options.method != Method::CoarseToFine || options.features.is_some() {
+        return Ok(None);
+    }
+    if Parts::new(mesh).count() == 1 {
+        return Ok(None);
+    }
+    let mut unit = mesh.clone();
+    unit.vertices.iter_mut().for_each(|p| *p = frame.to_unit(*p));
+    let parts = Parts::new(&unit);
+    let mut vertices = options.vertices;
+    let mut tries = 0;
+    loop {
+        let wish = Wish { vertices, ..Wish::of(options, spacing(parts.area(), vertices)) };
+        match parts.divide(&unit, &wish) {
+            Err(Error::Usage { .. }) if options.shortage == Shortage::AddVertices && tries < GROWTHS => {
+                vertices = (GROWTH * vertices as f64).ceil() as usize;
+                tries += 1;
+            }
+            divided => return divided.map(Some),
+        }
+    }
+}
+
+/// What the default pipeline needs of a surface, which is that of `mesh`, for as many vertices.
+pub(super) fn ground(
+    device: &Device,
+    mesh: &TriMesh,
+    surface: &Surface,
+    options: &Options,
+) -> Result<Ground> {
+    let user_edges = user_edges_on(surface, mesh, options)?;
+    let spacing = spacing(surface.area(), options.vertices);
+    let wanted = SkeletonOptions { feature_angle: options.feature_angle, spacing, user_edges };
+    Ground::new(device, surface, &wanted)
+}
+
+/// The user's curves as edges of the surface, which has the mesh's triangles in their order, but not its vertices.
+fn user_edges_on(surface: &Surface, mesh: &TriMesh, options: &Options) -> Result<Vec<[u32; 2]>> {
+    let mut place = vec![0; mesh.vertices.len()];
+    for (from, to) in mesh.triangles.as_flattened().iter().zip(surface.triangles.as_flattened()) {
+        place[*from as usize] = *to;
+    }
+    Ok(wanted_edges(mesh, options)?.into_iter().map(|edge| edge.map(|v| place[v as usize])).collect())
+}
+
+/// The edges of `mesh` that the user's curves run along.
+pub(super) fn wanted_edges(mesh: &TriMesh, options: &Options) -> Result<Vec<[u32; 2]>> {
+    let Some(features) = &options.features else { return Ok(Vec::new()) };
+    user_edges(mesh, &features.lines).map_err(|error| match &features.file {
+        Some(file) => error.in_file(file),
+        None => error,
+    })
+}
+
+/// Compiles the kernels of the default pipeline; the others do so themselves.
+pub(super) fn compile(device: &Device, method: Method) -> Result<()> {
+    match method {
+        Method::CoarseToFine => Level::compile(device),
+        Method::Rtf | Method::Exact => Ok(()),
+    }
+}
+
+/// Device bytes that a site takes in the largest buffer, and in all.
+pub(super) fn device_bytes_per_site(options: &Options) -> (u64, u64) {
+    match options.method {
+        // The list; six vectors, two reaches, eight words, and the boxes.
+        Method::CoarseToFine => (4 * u64::from(LIST), 4 * u64::from(LIST) + 6 * 16 + 2 * 8 + 8 * 4 + 5),
+        // Parts of triangles, some ten a site; the list; vectors, reaches, words and boxes.
+        Method::Exact => {
+            let list = 4 * u64::from(LIST);
+            (10 * 16, 10 * 44 + list + 6 * 16 + 2 * 8 + 8 * 4 + 5)
+        }
+        // Corners of two floats; their fan; both lists; five vectors; triangle, count and flags.
+        Method::Rtf => {
+            let corners = u64::from(cell::Constants::default().max_corners);
+            let k_sites = u64::from(options.k_clip.max(options.k_normal - 1));
+            let lists = 4 * (k_sites + u64::from(options.k_project));
+            ((8 * corners).max(4 * k_sites), 12 * corners + lists + 5 * 16 + 3 * 4)
+        }
+    }
+}
+
+/// Refuses a count whose largest buffers cannot exist, before anything of that size is made.
+fn check_memory(device: &Device, options: &Options) -> Result<()> {
+    let limits = &device.info().limits;
+    let sites = options.vertices as u64;
+    let (in_one, in_all) = device_bytes_per_site(options);
+    let (largest, total) = (sites * in_one, sites * in_all);
+    let refuse = |what: &str, bytes: u64, limit: u64, of: &str| {
+        Err(Error::OutOfMemory {
+            what: what.to_owned(),
+            bytes,
+            problem: format!("but device '{}' has {limit} {of}", device.info().name),
+            remedy: format!("ask for at most {} vertices, or use a larger device", sites * limit / bytes),
+        })
+    };
+    if largest > limits.storage_buffer_bytes {
+        return refuse("one list of all sites", largest, limits.storage_buffer_bytes, "in one buffer");
+    }
+    if total > limits.memory_bytes {
+        return refuse("the run", total, limits.memory_bytes, "in all");
+    }
+    Ok(())
+}

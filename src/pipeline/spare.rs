@@ -1,0 +1,79 @@
+//! The spare way from a surface to a mesh of so many vertices: collapsed edges, then the same polish as after cells. It
+//! keeps the topology however few vertices there are, at the price of less even triangles.
+
+use super::parts::is_as_good;
+use crate::mesh::coarsen::{Coarsened, Kept, Site, at_sites, with_vertices};
+use crate::mesh::intersections::intersecting_faces;
+use crate::mesh::skeleton::{Skeleton, SkeletonOptions, skeleton};
+use crate::mesh::topology::topology;
+use crate::polish::{FitOptions, PolishOptions, Target, fit, polish};
+use crate::{Options, TriMesh};
+
+/// What is wanted of the mesh.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Wish {
+    /// Vertices.
+    pub vertices: usize,
+    /// Edges that turn by more degrees are held as far as there are vertices for it.
+    pub feature_angle: f64,
+    /// Rounds of the polish.
+    pub polish_rounds: u32,
+    /// Whether vertices may leave the surface to fit it better.
+    pub fit: bool,
+    /// Edge length of the whole mesh.
+    pub spacing: f64,
+}
+
+impl Wish {
+    /// What the options say, at this spacing.
+    pub fn of(options: &Options, spacing: f64) -> Self {
+        let Options { vertices, feature_angle, polish_rounds, fit, .. } = *options;
+        Self { vertices, feature_angle, polish_rounds, fit, spacing }
+    }
+}
+
+/// A mesh of the asked number of vertices, or of the least that keeps the topology if that is more; with them at `sites`
+/// as far as possible, if there are any.
+pub(super) fn spare(surface: &TriMesh, sites: &[Site], wish: &Wish) -> TriMesh {
+    let raw = coarsened(surface, sites, wish);
+    let mut better = raw.mesh.clone();
+    let target = Target::new(surface);
+    let options = PolishOptions { rounds: wish.polish_rounds, fixed: raw.held.clone(), ..Default::default() };
+    polish(&mut better, &target, &options);
+    if wish.fit {
+        fit(&mut better, &target, &FitOptions { fixed: raw.held, ..Default::default() });
+    }
+    let sound = is_as_good(&topology(&better), &topology(&raw.mesh));
+    if sound && intersecting_faces(&better).len() <= intersecting_faces(&raw.mesh).len() {
+        better
+    } else {
+        raw.mesh
+    }
+}
+
+/// The same before it is polished.
+pub(super) fn coarsened(surface: &TriMesh, sites: &[Site], wish: &Wish) -> Coarsened {
+    let made = |kept: Kept| match sites {
+        [] => with_vertices(surface, kept, wish.vertices),
+        sites => at_sites(surface, kept, sites, wish.vertices),
+    };
+    let options = SkeletonOptions { feature_angle: wish.feature_angle, ..SkeletonOptions::new(wish.spacing) };
+    let sharp = skeleton(surface, &options)
+        .ok()
+        .map(|found| made(Kept { curves: &curve_halves(surface, &found), corners: &found.corners }));
+    // Sharp edges give way to the number of vertices, the topology does not.
+    sharp.filter(|made| made.mesh.vertices.len() <= wish.vertices).unwrap_or_else(|| made(Kept::default()))
+}
+
+/// Of each half-edge whether it is on a curve.
+fn curve_halves(surface: &TriMesh, found: &Skeleton) -> Vec<bool> {
+    let mut edges: Vec<[u32; 2]> = Vec::new();
+    for curve in &found.curves {
+        let again = curve.vertices.first().filter(|_| curve.closed);
+        let line: Vec<u32> = curve.vertices.iter().chain(again).copied().collect();
+        edges.extend(line.windows(2).map(|pair| [pair[0].min(pair[1]), pair[0].max(pair[1])]));
+    }
+    edges.sort_unstable();
+    let halves = surface.triangles.iter().flat_map(|&[a, b, c]| [[a, b], [b, c], [c, a]]);
+    halves.map(|[a, b]| edges.binary_search(&[a.min(b), a.max(b)]).is_ok()).collect()
+}
