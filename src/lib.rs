@@ -33,4 +33,5 @@ pub use pipeline::{
     remesh,
 };
 pub use size::Size;
+pub use stages::poisson::DiskSummary;
 pub use watch::{Flow, Phase, Progress};

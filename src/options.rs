@@ -41,6 +41,8 @@ pub enum Method {
     Rtf,
     /// Restricted Voronoi cells on the surface itself, all sites from the start.
     Exact,
+    /// Random points that keep a distance and leave no room for another one, connected as they are.
+    PoissonDisk,
 }
 
 /// Time against triangles, coarse to fine.
@@ -195,6 +197,11 @@ impl Options {
     /// The same with momentum.
     pub fn cvd(vertices: usize) -> Self {
         Self { momentum: 0.9, ..Self::rvd(vertices) }
+    }
+
+    /// Maximal Poisson-disk sampling (Guo et al. 2015): no iterations.
+    pub fn mps(vertices: usize) -> Self {
+        Self { method: Method::PoissonDisk, iterations: 0, ..Self::rtf(vertices) }
     }
 
     /// Checks every range.

@@ -9,8 +9,8 @@ use std::path::{Path, PathBuf};
 /// How to remesh.
 #[derive(clap::Args)]
 pub struct MethodArgs {
-    /// Settings to start from: rtf is the paper's method with the paper's settings, rvd and cvd are those of others that
-    /// it compares with
+    /// Settings to start from: rtf is the paper's method with the paper's settings, rvd, cvd and mps are those of
+    /// others that it compares with
     #[arg(long, value_enum, default_value_t = Preset::Default)]
     preset: Preset,
     /// Time against triangles [preset default: normal]
@@ -74,6 +74,8 @@ enum Preset {
     Rvd,
     /// The same with momentum
     Cvd,
+    /// Random points that keep a distance and leave no gaps, connected as they are
+    Mps,
 }
 
 #[derive(Clone, Copy, clap::ValueEnum)]
@@ -94,33 +96,46 @@ enum CentroidName {
     Area,
 }
 
+/// The preset that an option of `method` is for.
+fn preset_of(method: Method) -> &'static str {
+    match method {
+        Method::CoarseToFine => "default",
+        Method::Rtf => "rtf",
+        Method::Exact => "cvd",
+        Method::PoissonDisk => "mps",
+    }
+}
+
 impl MethodArgs {
     /// An option of the other preset would do nothing, and nobody would notice.
     fn refuse_foreign(&self, method: Method) -> rtfmesh::Result<()> {
+        const DEFAULT: &[Method] = &[Method::CoarseToFine];
+        const PLANES: &[Method] = &[Method::Rtf];
+        const EXACT: &[Method] = &[Method::Exact];
+        const MOVING: &[Method] = &[Method::CoarseToFine, Method::Rtf, Method::Exact];
         let given = [
-            ("--quality", Method::CoarseToFine, self.quality.is_some()),
-            ("--no-fit", Method::CoarseToFine, self.no_fit),
-            ("--feature-angle", Method::CoarseToFine, self.feature_angle.is_some()),
-            ("--features", Method::CoarseToFine, self.features.is_some()),
-            ("--vertices-at-least", Method::CoarseToFine, self.vertices_at_least),
-            ("--best-effort", Method::CoarseToFine, self.best_effort),
-            ("--centroid", Method::Rtf, self.centroid.is_some()),
-            ("--k-normal", Method::Rtf, self.k_normal.is_some()),
-            ("--k-clip", Method::Rtf, self.k_clip.is_some()),
-            ("--k-project", Method::Rtf, self.k_project.is_some()),
-            ("--momentum", Method::Exact, self.momentum.is_some()),
+            ("--quality", DEFAULT, self.quality.is_some()),
+            ("--no-fit", DEFAULT, self.no_fit),
+            ("--feature-angle", DEFAULT, self.feature_angle.is_some()),
+            ("--features", DEFAULT, self.features.is_some()),
+            ("--vertices-at-least", DEFAULT, self.vertices_at_least),
+            ("--best-effort", DEFAULT, self.best_effort),
+            ("--centroid", PLANES, self.centroid.is_some()),
+            ("--k-normal", PLANES, self.k_normal.is_some()),
+            ("--k-clip", PLANES, self.k_clip.is_some()),
+            ("--k-project", PLANES, self.k_project.is_some()),
+            ("--momentum", EXACT, self.momentum.is_some()),
+            ("--iterations", MOVING, self.iterations.is_some()),
+            ("--tolerance", MOVING, self.tolerance.is_some()),
         ];
-        let Some((name, of, _)) = given.iter().find(|(_, of, given)| *given && *of != method) else {
+        let Some((name, of, _)) = given.iter().find(|(_, of, given)| *given && !of.contains(&method)) else {
             return Ok(());
         };
-        let preset = match of {
-            Method::CoarseToFine => "default",
-            Method::Rtf => "rtf",
-            Method::Exact => "cvd",
-        };
+        let presets: Vec<&str> = of.iter().map(|method| preset_of(*method)).collect();
+        let (presets, first) = (presets.join(", "), presets[0]);
         Err(Error::usage(
-            format!("{name} is an option of preset {preset} alone"),
-            format!("leave it out, or add --preset {preset}"),
+            format!("{name} is an option of preset {presets} alone"),
+            format!("leave it out, or add --preset {first}"),
         ))
     }
 
@@ -141,6 +156,7 @@ impl MethodArgs {
             Preset::Rtf => Options::rtf(vertices),
             Preset::Rvd => Options::rvd(vertices),
             Preset::Cvd => Options::cvd(vertices),
+            Preset::Mps => Options::mps(vertices),
         };
         self.refuse_foreign(base.method)?;
         let options = Options {

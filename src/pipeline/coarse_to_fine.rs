@@ -119,9 +119,8 @@ impl CoarseToFine<'_> {
                     counts,
                     flags,
                     fault,
-                    exact: None,
                     crossing,
-                    collapsed: 0,
+                    ..Connection::default()
                 };
                 return Ok((connection, steps));
             }

@@ -34,6 +34,7 @@ use crate::mesh::voronoi::{Energy, energy};
 use crate::options::{MeasureDepth, Method, Options};
 use crate::stages::connect::ConnectCounts;
 use crate::stages::face::FlagCounts;
+use crate::stages::poisson::DiskSummary;
 use crate::watch::Watch;
 use crate::{Error, Flow, Phase, Progress, Result, TriMesh};
 use all_at_once::AllAtOnce;
@@ -91,6 +92,8 @@ pub struct Summary {
     pub connected: ConnectCounts,
     /// What the last exact cells were; `None` but with [`Method::Exact`].
     pub exact: Option<ExactSummary>,
+    /// How the vertices keep their distance, in the input's units; `None` but with [`Method::PoissonDisk`].
+    pub disks: Option<DiskSummary>,
     /// How evenly the vertices are spread over the cleaned input, with [`Method::Exact`] if everything is measured.
     pub energy: Option<Energy>,
     /// What was held of sharp and open edges; `None` but with [`Method::CoarseToFine`], which alone looks
@@ -188,7 +191,16 @@ fn watched(device: &Device, mesh: &TriMesh, options: &Options, watch: &mut Watch
         ));
     }
     let Connection {
-        mesh: mut result, curve_sites, counts, flags, fault, crossing, collapsed, exact, ..
+        mesh: mut result,
+        curve_sites,
+        counts,
+        flags,
+        fault,
+        crossing,
+        collapsed,
+        exact,
+        disks,
+        ..
     } = connection;
     small.iter().for_each(|part| append(&mut result, part));
     result.vertices.iter_mut().for_each(|p| *p = frame.from_unit(*p));
@@ -235,6 +247,7 @@ fn watched(device: &Device, mesh: &TriMesh, options: &Options, watch: &mut Watch
         flags,
         connected: counts,
         exact,
+        disks: disks.map(|found| found.scaled(frame.scale)),
         energy,
         skeleton: skeleton.map(|found| SkeletonSummary { curve_sites, ..found }),
         timings: RunTimings {
@@ -283,6 +296,8 @@ pub(crate) struct Connection {
     collapsed: usize,
     /// The last exact cells.
     exact: Option<ExactSummary>,
+    /// How sites keep their distance that were made so.
+    disks: Option<DiskSummary>,
 }
 
 struct Clock {

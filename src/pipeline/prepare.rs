@@ -63,7 +63,7 @@ impl Prepared {
         let surface = surface?;
         let ground = match options.method {
             Method::CoarseToFine => Some(ground(device, on, &surface, &options)?),
-            Method::Rtf | Method::Exact => None,
+            Method::Rtf | Method::Exact | Method::PoissonDisk => None,
         };
         Ok(Self { repaired, frame, input, small, rest, surface, ground, options })
     }
@@ -145,7 +145,7 @@ pub(super) fn wanted_edges(mesh: &TriMesh, options: &Options) -> Result<Vec<[u32
 pub(super) fn compile(device: &Device, method: Method) -> Result<()> {
     match method {
         Method::CoarseToFine => Level::compile(device),
-        Method::Rtf | Method::Exact => Ok(()),
+        Method::Rtf | Method::Exact | Method::PoissonDisk => Ok(()),
     }
 }
 
@@ -159,6 +159,8 @@ pub(super) fn device_bytes_per_site(options: &Options) -> (u64, u64) {
             let list = 4 * u64::from(LIST);
             (10 * 16, 10 * 44 + list + 6 * 16 + 2 * 8 + 8 * 4 + 5)
         }
+        // The list, for connecting; vectors, reaches, words and boxes.
+        Method::PoissonDisk => (4 * u64::from(LIST), 4 * u64::from(LIST) + 3 * 16 + 2 * 8 + 8 * 4 + 5),
         // Corners of two floats; their fan; both lists; five vectors; triangle, count and flags.
         Method::Rtf => {
             let corners = u64::from(cell::Constants::default().max_corners);

@@ -76,7 +76,7 @@ pub fn preview(mesh: &TriMesh, options: &Options) -> Result<Preview> {
     let whole: f64 = areas.iter().sum();
     let spacing = spacing(whole, options.vertices);
     let (found, curves) = match options.method {
-        Method::Rtf | Method::Exact => (Skeleton::default(), None),
+        Method::Rtf | Method::Exact | Method::PoissonDisk => (Skeleton::default(), None),
         Method::CoarseToFine => {
             let user_edges = wanted_edges(&repaired.mesh, options)?;
             let wanted = SkeletonOptions { feature_angle: options.feature_angle, spacing, user_edges };
@@ -86,7 +86,7 @@ pub fn preview(mesh: &TriMesh, options: &Options) -> Result<Preview> {
         }
     };
     let plans = match options.method {
-        Method::Rtf | Method::Exact => {
+        Method::Rtf | Method::Exact | Method::PoissonDisk => {
             vec![LevelPlan { sites: options.vertices, interior: options.vertices, spacing }]
         }
         Method::CoarseToFine => {
@@ -141,7 +141,7 @@ fn by_patch(found: &Skeleton, areas: &[f64], interior: usize) -> Vec<usize> {
 fn device_bytes(input: &TriMesh, options: &Options, curves: bool) -> u64 {
     let (records, more) = match options.method {
         Method::CoarseToFine => (RECORD_BYTES, SITE_BYTES + if curves { PINNED_BYTES } else { 0 }),
-        Method::Rtf => (0, 0),
+        Method::Rtf | Method::PoissonDisk => (0, 0),
         // Three corners, candidates and a count.
         Method::Exact => (3 * 16 + 15 * 4 + 4, 0),
     };

@@ -15,6 +15,7 @@ pub mod normals;
 pub mod pins;
 pub mod place;
 pub mod planar;
+pub mod poisson;
 pub mod project;
 pub mod records;
 pub mod seed;
