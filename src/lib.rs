@@ -26,7 +26,8 @@ pub use error::{Error, Result};
 pub use gpu::{Device, DeviceInfo, DeviceOptions, list_devices};
 pub use mesh::TriMesh;
 pub use options::{
-    Centroid, Features, MAX_ITERATIONS, MAX_NEIGHBOURS, MeasureDepth, Method, Options, Quality, Shortage,
+    Centroid, Features, MAX_ITERATIONS, MAX_NEIGHBOURS, MAX_OFFSET, MeasureDepth, Method, Options, Quality,
+    Shortage,
 };
 pub use pipeline::{
     ExactSummary, PhaseTime, Preview, PreviewLevel, Remeshed, RunTimings, SkeletonSummary, Summary, preview,

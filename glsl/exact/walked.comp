@@ -1,8 +1,8 @@
 // Purpose: exact/listed for the triangles that it leaves undecided, by a walk over the boxes of all sites.
-// Invocation: every so many entries of the list of undecided triangles.
+// Invocation: one entry of the list of undecided triangles; dispatched for as many as there are.
 // Reads: corners, sites, boxes, away, status (of neighbours/decide), counters.
 // Writes: candidates, counts and counters as exact/listed does.
-// Filled by exact/listed and neighbours/lists; consumed by exact/pairs and exact/pieces.
+// Filled by exact/listed, exact/enough and neighbours/lists; consumed by exact/pairs and exact/pieces.
 #version 450
 #extension GL_GOOGLE_include_directive : require
 #extension GL_EXT_control_flow_attributes : require
@@ -28,6 +28,8 @@ layout(set = 0, binding = 7) buffer Counters { uint counters[]; };
 #include "common/box_walk.glsl"
 #include "common/exact_triangle.glsl"
 #include "common/list_bounds.glsl"
+
+const uint ROUNDS = 2u;
 
 uint put_count;
 
@@ -95,16 +97,23 @@ void gather(uint from, float radius) {
 }
 
 void main() {
-    uint count = counters[0];
-    uint threads = gl_NumWorkGroups.x * gl_NumWorkGroups.y * WORKGROUP;
-    for (uint entry = thread_index(); entry < count; entry += threads) {
-        uint t = candidates[undecided_place(entry)];
+    uint entry = thread_index();
+    if (entry >= counters[0]) return;
+    uint t = candidates[undecided_place(entry)];
+    start_triangle(t);
+    nearest = lead();
+    // What has all corners within a short way is often met late, when sites that have no part fill the slots already. A
+    // second round knows it from the start.
+    uint round = 0u;
+    do {
+        uint from = nearest;
+        float known_sq = covering_sq;
         start_triangle(t);
-        uint from = lead();
+        cover(vec3(known_sq));
         put(0u, from, sites[from].xyz);
         put_count = 1u;
         ListBounds bounds = list_bounds(away[from], uintBitsToFloat(status[1]));
         gather(from, search_radius(bounds, LENIENT * (nearest_far + reach_of_parts())));
-        write_parts(t, put_count > SLOTS);
-    }
+    } while (++round < ROUNDS && put_count > SLOTS);
+    write_parts(t, put_count > SLOTS);
 }

@@ -9,26 +9,30 @@ use std::path::{Path, PathBuf};
 /// How to remesh.
 #[derive(clap::Args)]
 pub struct MethodArgs {
-    /// Settings to start from: rtf is the paper's method with the paper's settings, rvd, cvd and mps are those of
-    /// others that it compares with
+    /// Settings to start from: rtf is the paper's method with the paper's settings, rpf, rvc, rvd, cvd and mps are
+    /// those of others that it compares with
     #[arg(long, value_enum, default_value_t = Preset::Default)]
     preset: Preset,
     /// Time against triangles [preset default: normal]
     #[arg(long, value_enum)]
     quality: Option<QualityName>,
-    /// Preset rtf: where a site moves in its face: the mean of the corners, close ones counted once, or the centroid
+    /// Presets rtf, rpf, rvc: where a site moves in its face: the mean of the corners, close ones counted once, or the centroid
     /// of the area [preset rtf: vertex]
     #[arg(long, value_enum)]
     centroid: Option<CentroidName>,
-    /// Preset rtf: sites in a normal's plane fit, the site included [preset rtf: 16]
+    /// Presets rtf and rpf: sites in a normal's plane fit, the site included [preset rtf: 16]
     #[arg(long, value_name = "K")]
     k_normal: Option<u32>,
-    /// Preset rtf: nearest sites that clip a cell [preset rtf: 32]
+    /// Presets rtf, rpf, rvc: nearest sites that clip a cell [preset rtf: 32]
     #[arg(long, value_name = "K")]
     k_clip: Option<u32>,
-    /// Preset rtf: nearest input vertices whose triangles a site is projected onto [preset rtf: 16]
+    /// Presets rtf and rpf: nearest input vertices whose triangles a site is projected onto; preset rvc: those that its
+    /// plane fits [presets: 16]
     #[arg(long, value_name = "K")]
     k_project: Option<u32>,
+    /// Preset rpf: distance of the shadow sites from their sites, in edge lengths [preset rpf: 0.5]
+    #[arg(long, value_name = "LENGTHS")]
+    offset: Option<f64>,
     /// Presets rvd and cvd: largest share of the last motion that is added to a step [preset rvd: 0, cvd: 0.9]
     #[arg(long, value_name = "SHARE")]
     momentum: Option<f64>,
@@ -70,6 +74,10 @@ enum Preset {
     Default,
     /// Restricted tangent faces as in the paper
     Rtf,
+    /// Restricted power faces, otherwise as rtf
+    Rpf,
+    /// Cells on planes that best fit the input's vertices, as if it were a point cloud, otherwise as rtf
+    Rvc,
     /// Exact restricted Voronoi cells and Lloyd's iteration
     Rvd,
     /// The same with momentum
@@ -101,6 +109,8 @@ fn preset_of(method: Method) -> &'static str {
     match method {
         Method::CoarseToFine => "default",
         Method::Rtf => "rtf",
+        Method::PowerFaces => "rpf",
+        Method::PointCloud => "rvc",
         Method::Exact => "cvd",
         Method::PoissonDisk => "mps",
     }
@@ -110,9 +120,12 @@ impl MethodArgs {
     /// An option of the other preset would do nothing, and nobody would notice.
     fn refuse_foreign(&self, method: Method) -> rtfmesh::Result<()> {
         const DEFAULT: &[Method] = &[Method::CoarseToFine];
-        const PLANES: &[Method] = &[Method::Rtf];
+        const FACES: &[Method] = &[Method::Rtf, Method::PowerFaces, Method::PointCloud];
+        const TANGENT: &[Method] = &[Method::Rtf, Method::PowerFaces];
+        const POWER: &[Method] = &[Method::PowerFaces];
         const EXACT: &[Method] = &[Method::Exact];
-        const MOVING: &[Method] = &[Method::CoarseToFine, Method::Rtf, Method::Exact];
+        const MOVING: &[Method] =
+            &[Method::CoarseToFine, Method::Rtf, Method::PowerFaces, Method::PointCloud, Method::Exact];
         let given = [
             ("--quality", DEFAULT, self.quality.is_some()),
             ("--no-fit", DEFAULT, self.no_fit),
@@ -120,10 +133,11 @@ impl MethodArgs {
             ("--features", DEFAULT, self.features.is_some()),
             ("--vertices-at-least", DEFAULT, self.vertices_at_least),
             ("--best-effort", DEFAULT, self.best_effort),
-            ("--centroid", PLANES, self.centroid.is_some()),
-            ("--k-normal", PLANES, self.k_normal.is_some()),
-            ("--k-clip", PLANES, self.k_clip.is_some()),
-            ("--k-project", PLANES, self.k_project.is_some()),
+            ("--centroid", FACES, self.centroid.is_some()),
+            ("--k-normal", TANGENT, self.k_normal.is_some()),
+            ("--k-clip", FACES, self.k_clip.is_some()),
+            ("--k-project", FACES, self.k_project.is_some()),
+            ("--offset", POWER, self.offset.is_some()),
             ("--momentum", EXACT, self.momentum.is_some()),
             ("--iterations", MOVING, self.iterations.is_some()),
             ("--tolerance", MOVING, self.tolerance.is_some()),
@@ -154,6 +168,8 @@ impl MethodArgs {
         let base = match self.preset {
             Preset::Default => Options::with_quality(vertices, quality),
             Preset::Rtf => Options::rtf(vertices),
+            Preset::Rpf => Options::rpf(vertices),
+            Preset::Rvc => Options::rvc(vertices),
             Preset::Rvd => Options::rvd(vertices),
             Preset::Cvd => Options::cvd(vertices),
             Preset::Mps => Options::mps(vertices),
@@ -183,6 +199,7 @@ impl MethodArgs {
                 (false, true) => Shortage::BestEffort,
                 (false, false) => Shortage::Refuse,
             },
+            offset: self.offset.unwrap_or(base.offset),
             momentum: self.momentum.unwrap_or(base.momentum),
             measures,
             centroid: match self.centroid {

@@ -66,11 +66,18 @@ fn measure_rows(m: &Measures) -> Vec<(&'static str, String)> {
 pub fn run(s: &Summary, device: &DeviceInfo) -> String {
     let mut rows = measure_rows(&s.output);
     rows.extend(s.energy.as_ref().map(energy_row));
-    let end = if s.converged { "converged" } else { "limit reached" };
-    rows.push((
-        "iterations",
-        format!("{} ({end}), last step {:.5}", s.iterations, s.steps.last().unwrap_or(&0.0)),
-    ));
+    if let Some(disks) = &s.disks {
+        rows.push((
+            "apart by, covered within",
+            format!("{:.6}, {:.6} (input's units)", disks.radius, disks.covered),
+        ));
+    } else {
+        let end = if s.converged { "converged" } else { "limit reached" };
+        rows.push((
+            "iterations",
+            format!("{} ({end}), last step {:.5}", s.iterations, s.steps.last().unwrap_or(&0.0)),
+        ));
+    }
     if let Some(found) = s.skeleton.filter(|found| found.curves + found.corners > 0) {
         rows.push((
             "curves, corners, patches",

@@ -163,13 +163,16 @@ impl<'a> Run<'a> {
     fn connect(&self, surface: &Surface) -> Result<Connection> {
         let sites: Vec<DVec3> =
             self.sites.to_vec(self.device)?.iter().map(|s: &Vec4| s.truncate().as_dvec3()).collect();
-        let bvh = Bvh::new(&surface.mesh());
-        let under: Vec<u32> = sites
-            .par_iter()
-            .map_init(|| 0, |rank, p| bvh.closest_from(*p, rank).map_or(0, |closest| closest.triangle))
-            .collect();
+        let under = under(surface, &sites);
         connected(self.device, surface, sites, &under, self.spacing)
     }
+}
+
+/// The triangles closest to `sites`.
+pub(super) fn under(surface: &Surface, sites: &[DVec3]) -> Vec<u32> {
+    let bvh = Bvh::new(&surface.mesh());
+    let closest = |rank: &mut _, p: &DVec3| bvh.closest_from(*p, rank).map_or(0, |closest| closest.triangle);
+    sites.par_iter().map_init(|| 0, closest).collect()
 }
 
 /// The dual of the exact connected cells of `sites`, which begin in the triangles `under` them.

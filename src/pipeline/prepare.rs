@@ -63,7 +63,7 @@ impl Prepared {
         let surface = surface?;
         let ground = match options.method {
             Method::CoarseToFine => Some(ground(device, on, &surface, &options)?),
-            Method::Rtf | Method::Exact | Method::PoissonDisk => None,
+            _ => None,
         };
         Ok(Self { repaired, frame, input, small, rest, surface, ground, options })
     }
@@ -145,7 +145,7 @@ pub(super) fn wanted_edges(mesh: &TriMesh, options: &Options) -> Result<Vec<[u32
 pub(super) fn compile(device: &Device, method: Method) -> Result<()> {
     match method {
         Method::CoarseToFine => Level::compile(device),
-        Method::Rtf | Method::Exact | Method::PoissonDisk => Ok(()),
+        _ => Ok(()),
     }
 }
 
@@ -162,7 +162,7 @@ pub(super) fn device_bytes_per_site(options: &Options) -> (u64, u64) {
         // The list, for connecting; vectors, reaches, words and boxes.
         Method::PoissonDisk => (4 * u64::from(LIST), 4 * u64::from(LIST) + 3 * 16 + 2 * 8 + 8 * 4 + 5),
         // Corners of two floats; their fan; both lists; five vectors; triangle, count and flags.
-        Method::Rtf => {
+        Method::Rtf | Method::PowerFaces | Method::PointCloud => {
             let corners = u64::from(cell::Constants::default().max_corners);
             let k_sites = u64::from(options.k_clip.max(options.k_normal - 1));
             let lists = 4 * (k_sites + u64::from(options.k_project));

@@ -76,7 +76,6 @@ pub fn preview(mesh: &TriMesh, options: &Options) -> Result<Preview> {
     let whole: f64 = areas.iter().sum();
     let spacing = spacing(whole, options.vertices);
     let (found, curves) = match options.method {
-        Method::Rtf | Method::Exact | Method::PoissonDisk => (Skeleton::default(), None),
         Method::CoarseToFine => {
             let user_edges = wanted_edges(&repaired.mesh, options)?;
             let wanted = SkeletonOptions { feature_angle: options.feature_angle, spacing, user_edges };
@@ -84,11 +83,9 @@ pub fn preview(mesh: &TriMesh, options: &Options) -> Result<Preview> {
             let curves = SurfaceCurves::new(&unit.vertices, &unit.triangles, &found);
             (found, curves)
         }
+        _ => (Skeleton::default(), None),
     };
     let plans = match options.method {
-        Method::Rtf | Method::Exact | Method::PoissonDisk => {
-            vec![LevelPlan { sites: options.vertices, interior: options.vertices, spacing }]
-        }
         Method::CoarseToFine => {
             let extent = Extent { area: whole, euler: topology(&unit).euler, curves: curves.as_ref() };
             match levels(&extent, options.vertices, options.coarsest) {
@@ -97,6 +94,7 @@ pub fn preview(mesh: &TriMesh, options: &Options) -> Result<Preview> {
                 plans => plans?,
             }
         }
+        _ => vec![LevelPlan { sites: options.vertices, interior: options.vertices, spacing }],
     };
     let interior = plans.last().map_or(0, |last| last.interior);
     let level = |plan: &LevelPlan| PreviewLevel {
@@ -141,7 +139,7 @@ fn by_patch(found: &Skeleton, areas: &[f64], interior: usize) -> Vec<usize> {
 fn device_bytes(input: &TriMesh, options: &Options, curves: bool) -> u64 {
     let (records, more) = match options.method {
         Method::CoarseToFine => (RECORD_BYTES, SITE_BYTES + if curves { PINNED_BYTES } else { 0 }),
-        Method::Rtf | Method::PoissonDisk => (0, 0),
+        Method::Rtf | Method::PowerFaces | Method::PointCloud | Method::PoissonDisk => (0, 0),
         // Three corners, candidates and a count.
         Method::Exact => (3 * 16 + 15 * 4 + 4, 0),
     };

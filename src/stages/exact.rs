@@ -9,10 +9,10 @@ use super::sort::{Scan, Sort};
 use super::spatial::morton_order;
 use super::surface::Surface;
 use crate::Result;
-use crate::gpu::kernels::exact::{aim, listed, pairs, pieces, sums, walked};
+use crate::gpu::kernels::exact::{aim, enough, listed, pairs, pieces, sums, walked};
 use crate::gpu::{Buffer, Device, Download, NONE, Pipeline, Recorder, Submitted, Threads};
 use crate::mesh::voronoi::{RestrictedVoronoi, halves};
-use glam::{DVec3, Vec4};
+use glam::{DVec3, UVec4, Vec4};
 
 /// No side of a triangle is longer than this many spacings: longer ones are cut, for cells do not mind.
 const LONGEST_SIDE: f64 = 0.8;
@@ -132,7 +132,10 @@ pub struct Parts {
 /// Kernels and buffers.
 pub struct ExactCells {
     listed: Pipeline<listed::Shader>,
+    enough: Pipeline<enough::Shader>,
     walked: Pipeline<walked::Shader>,
+    walked_group: u32,
+    walked_groups: Buffer<UVec4>,
     pairs_kernel: Pipeline<pairs::Shader>,
     pieces: Pipeline<pieces::Shader>,
     sums: Pipeline<sums::Shader>,
@@ -176,10 +179,13 @@ impl ExactCells {
                 device,
                 listed::Constants { workgroup: group(by_list.workgroup), pieces, ..by_list },
             )?,
+            enough: Pipeline::new(device, enough::Constants::default())?,
             walked: Pipeline::new(
                 device,
                 walked::Constants { workgroup: group(by_walk.workgroup), pieces, ..by_walk },
             )?,
+            walked_group: group(by_walk.workgroup),
+            walked_groups: Buffer::new(device, "exact.walked_groups", 1)?,
             pairs_kernel: Pipeline::new(
                 device,
                 pairs::Constants { workgroup: group(pairs::Constants::default().workgroup), pieces },
@@ -256,8 +262,12 @@ impl ExactCells {
             counts: &self.starts,
             counters: &self.counters,
         };
-        // Not too many for each thread: lavapipe ends a thread after 65,535 rounds of all its loops together.
-        recorder.dispatch(&self.walked, Threads(found.div_ceil(4)), &push, &bindings)?;
+        // A thread that finds nothing to do costs a CPU as much as one that does.
+        let most_x = recorder.groups(&self.walked, Threads(found)).x;
+        let enough = enough::Push { group_size: self.walked_group, most_x };
+        let counted = enough::Bindings { counters: &self.counters, groups: &self.walked_groups };
+        recorder.dispatch(&self.enough, Threads(1), &enough, &counted)?;
+        recorder.dispatch_indirect(&self.walked, &self.walked_groups, 0, &push, &bindings)?;
         self.scan.record(recorder, &self.starts)?;
         Ok(Parts {
             pairs: recorder.download(self.scan.total())?,

@@ -1,5 +1,6 @@
 //! The stages of an iteration and what comes before and after them: one file a stage.
 
+pub mod best_fit;
 pub mod bvh;
 pub mod cells;
 pub mod centroid;

@@ -7,5 +7,6 @@ pub mod marks;
 pub mod nearest;
 pub mod octahedral;
 pub mod plane_fit;
+pub mod power;
 pub mod project;
 pub mod surface;
