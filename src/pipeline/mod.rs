@@ -190,35 +190,16 @@ fn watched(device: &Device, mesh: &TriMesh, options: &Options, watch: &mut Watch
             "ask for more vertices",
         ));
     }
-    let Connection {
-        mesh: mut result,
-        curve_sites,
-        counts,
-        flags,
-        fault,
-        crossing,
-        collapsed,
-        exact,
-        disks,
-        ..
-    } = connection;
+    let Connection { mesh: mut result, curve_sites, counts, flags, fault, crossing, .. } = connection;
     small.iter().for_each(|part| append(&mut result, part));
     result.vertices.iter_mut().for_each(|p| *p = frame.from_unit(*p));
     // Those of the small ones were not looked at.
     let crossing = crossing.filter(|_| small.is_empty());
-    let collapsed = collapsed + small.len();
+    let collapsed = connection.collapsed + small.len();
     clock.phase("connect");
     watch.phase(Phase::Measure, 1.0, 0.0)?;
-    let depth = options.measures;
-    let reference = (depth >= MeasureDepth::Full).then_some(&repaired.mesh);
-    let crossing = match crossing {
-        Some(known) => Crossing::Known(known),
-        None if depth >= MeasureDepth::Intersections => Crossing::Find,
-        None => Crossing::Skip,
-    };
-    let output = measure_some(&result, reference, crossing)?;
-    let spread = reference.filter(|_| options.method == Method::Exact);
-    let energy = spread.map(|input| energy(input, &result.vertices)).transpose()?;
+    let reference = (options.measures >= MeasureDepth::Full).then_some(&repaired.mesh);
+    let (output, energy) = measured(&result, reference, options, crossing)?;
     let crossing = reference.map(|input| intersecting_faces(input).len());
     clock.phase("measure");
     watch.done(1.0)?;
@@ -246,8 +227,8 @@ fn watched(device: &Device, mesh: &TriMesh, options: &Options, watch: &mut Watch
         spacing: spacing * frame.scale,
         flags,
         connected: counts,
-        exact,
-        disks: disks.map(|found| found.scaled(frame.scale)),
+        exact: connection.exact,
+        disks: connection.disks.map(|found| found.scaled(frame.scale)),
         energy,
         skeleton: skeleton.map(|found| SkeletonSummary { curve_sites, ..found }),
         timings: RunTimings {
@@ -258,6 +239,23 @@ fn watched(device: &Device, mesh: &TriMesh, options: &Options, watch: &mut Watch
         },
     };
     Ok(Remeshed { mesh: result, summary })
+}
+
+/// The figures of a result; how evenly its vertices are spread over the reference, if there is one and that is of interest.
+fn measured(
+    result: &TriMesh,
+    reference: Option<&TriMesh>,
+    options: &Options,
+    crossing: Option<usize>,
+) -> Result<(Measures, Option<Energy>)> {
+    let crossing = match crossing {
+        Some(known) => Crossing::Known(known),
+        None if options.measures >= MeasureDepth::Intersections => Crossing::Find,
+        None => Crossing::Skip,
+    };
+    let spread = reference.filter(|_| options.method == Method::Exact);
+    let energy = spread.map(|input| energy(input, &result.vertices)).transpose()?;
+    Ok((measure_some(result, reference, crossing)?, energy))
 }
 
 /// The result on all but the small components.
