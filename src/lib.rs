@@ -30,11 +30,14 @@ pub use gpu::{Device, DeviceInfo, DeviceOptions, list_devices};
 pub use mesh::TriMesh;
 pub use mesh::source::{Source, SurfacePoint};
 pub use options::{
-    Centroid, Features, MAX_ITERATIONS, MAX_NEIGHBOURS, MeasureDepth, Method, Options, Quality, Shortage,
+    Centroid, Features, MAX_ITERATIONS, MAX_NEIGHBOURS, MAX_OFFSET, MeasureDepth, Method, Options, Quality,
+    Shortage,
 };
 pub use pipeline::{
-    PhaseTime, Preview, PreviewLevel, Remeshed, RunTimings, SkeletonSummary, Summary, preview, remesh,
+    ExactSummary, PhaseTime, Preview, PreviewLevel, Remeshed, RunTimings, SkeletonSummary, Summary, preview,
+    remesh,
 };
 pub use remesher::Remesher;
 pub use size::Size;
+pub use stages::poisson::DiskSummary;
 pub use watch::{Flow, Phase, Progress};

@@ -39,6 +39,14 @@ pub enum Method {
     CoarseToFine,
     /// The paper's: brute force, cells in space, all sites from the start.
     Rtf,
+    /// As [`Method::Rtf`], with restricted power faces.
+    PowerFaces,
+    /// As [`Method::Rtf`], with the input as a point cloud: cells on the planes that best fit its vertices.
+    PointCloud,
+    /// Restricted Voronoi cells on the surface itself, all sites from the start.
+    Exact,
+    /// Random points that keep a distance and leave no room for another one, connected as they are.
+    PoissonDisk,
 }
 
 /// Time against triangles, coarse to fine.
@@ -118,6 +126,10 @@ pub struct Options {
     pub seed: u64,
     /// Coarse to fine only: what happens if the vertices do not suffice.
     pub shortage: Shortage,
+    /// Exact cells only: largest share of the last motion that is added to a step, 0 to below 1. 0 is Lloyd's iteration.
+    pub momentum: f64,
+    /// Power faces only: distance of a shadow site from its site in spacings, 0 to [`MAX_OFFSET`] (the paper's d).
+    pub offset: f64,
     /// What is measured of the result.
     pub measures: MeasureDepth,
     /// Coarse to fine only: sides `3 * triangle + k` of the input's triangles, from corner k to the next, that are held as
@@ -133,8 +145,18 @@ pub struct Options {
 /// Longest neighbour list: what the cell kernel's planes and 16 KB of shared memory allow.
 pub const MAX_NEIGHBOURS: u32 = 48;
 
+/// Largest offset of shadow sites, in spacings: beyond, they hide sites wherever the surface is hollow.
+pub const MAX_OFFSET: f64 = 20.0;
+
 /// Most iterations of a level; each keeps a few words on the device.
 pub const MAX_ITERATIONS: u32 = 1_000_000;
+
+impl Method {
+    /// Whether it is one of those that iterate with faces in planes, all sites from the start.
+    pub(crate) fn has_plane_faces(self) -> bool {
+        matches!(self, Self::Rtf | Self::PowerFaces | Self::PointCloud)
+    }
+}
 
 impl Options {
     /// Coarse to fine, for good triangles in short time.
@@ -183,11 +205,39 @@ impl Options {
             tolerance: 1e-4,
             seed: 1,
             shortage: Shortage::Refuse,
+            momentum: 0.0,
+            offset: 0.5,
             measures: MeasureDepth::Full,
             held_sides: Vec::new(),
             source: false,
             centroid: Centroid::Vertex,
         }
+    }
+
+    /// Lloyd's iteration with exact restricted Voronoi cells (Yan et al. 2009), 160 times from a uniformly random start.
+    pub fn rvd(vertices: usize) -> Self {
+        Self { method: Method::Exact, centroid: Centroid::Area, ..Self::rtf(vertices) }
+    }
+
+    /// The same with momentum.
+    pub fn cvd(vertices: usize) -> Self {
+        Self { momentum: 0.9, ..Self::rvd(vertices) }
+    }
+
+    /// Restricted power faces (Xu et al. 2019), otherwise as [`Options::rtf`]. The paper names no offset for them; see
+    /// docs/method.md for the one taken.
+    pub fn rpf(vertices: usize) -> Self {
+        Self { method: Method::PowerFaces, ..Self::rtf(vertices) }
+    }
+
+    /// Cells on the planes that best fit the input's vertices (Chen et al. 2018), otherwise as [`Options::rtf`].
+    pub fn rvc(vertices: usize) -> Self {
+        Self { method: Method::PointCloud, ..Self::rtf(vertices) }
+    }
+
+    /// Maximal Poisson-disk sampling (Guo et al. 2015): no iterations.
+    pub fn mps(vertices: usize) -> Self {
+        Self { method: Method::PoissonDisk, iterations: 0, ..Self::rtf(vertices) }
     }
 
     /// Checks every range.
@@ -231,6 +281,18 @@ impl Options {
             return Err(Error::usage(
                 format!("--feature-angle {} is out of range", self.feature_angle),
                 "use more than 0 to 180 degrees, 180 for no sharp edges",
+            ));
+        }
+        if !(0.0..1.0).contains(&self.momentum) {
+            return Err(Error::usage(
+                format!("--momentum {} is out of range", self.momentum),
+                "use 0 to below 1, such as 0.9",
+            ));
+        }
+        if !(0.0..=MAX_OFFSET).contains(&self.offset) {
+            return Err(Error::usage(
+                format!("--offset {} is out of range", self.offset),
+                format!("use 0 to {MAX_OFFSET} edge lengths"),
             ));
         }
         if !(self.tolerance >= 0.0 && self.tolerance.is_finite()) {

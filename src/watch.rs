@@ -10,7 +10,7 @@ pub enum Phase {
     Prepare,
     /// Relaxing and connecting fewer vertices than asked for.
     CoarseLevels,
-    /// Relaxing and connecting all vertices; with [`crate::Method::Rtf`] the only level.
+    /// Relaxing and connecting all vertices; but for [`crate::Method::CoarseToFine`] the only level.
     LastLevel,
     /// Flips and relaxation of the mesh.
     Polish,

@@ -11,5 +11,6 @@ const uint FLAG_COINCIDENT = 32u; // another site on the same spot; parted by in
 const uint FLAG_UNBOUNDED = 64u;  // the face reaches the cube that its cell started from
 const uint FLAG_NORMAL = 128u;    // no plane fits the neighbours and the surface; the surface's normal was taken
 const uint FLAG_INCOMPLETE = 256u; // completing it failed; the face by the k neighbours stands
+const uint FLAG_HIDDEN = 512u;    // the shadow sites of others leave nothing; no face
 
 #endif

@@ -9,6 +9,7 @@
 #define DEFAULT_WORKGROUP 64
 #include "common/threads.glsl"
 #include "common/flags.glsl"
+#include "common/plane_fit.glsl"
 
 // Cosine of 37 degrees: what a fit may stand off the surface.
 const float MIN_AGREEMENT = 0.8;
@@ -23,25 +24,6 @@ layout(set = 0, binding = 2) readonly buffer SiteTriangle { uint site_triangle[]
 layout(set = 0, binding = 3) readonly buffer TriangleNormals { vec4 triangle_normals[]; };
 layout(set = 0, binding = 4) writeonly buffer Normals { vec4 normals[]; };
 layout(set = 0, binding = 5) writeonly buffer Flags { uint flags[]; };
-
-// One Jacobi rotation that clears a_pq; vp and vq are the matching columns of the eigenvector matrix.
-void rotate(inout float app, inout float aqq, inout float apq, inout float arp, inout float arq, inout vec3 vp,
-            inout vec3 vq) {
-    if (apq == 0.0) return;
-    float theta = (aqq - app) / (2.0 * apq);
-    float t = (theta >= 0.0 ? 1.0 : -1.0) / (abs(theta) + sqrt(theta * theta + 1.0));
-    float c = inversesqrt(t * t + 1.0);
-    float s = t * c;
-    app -= t * apq;
-    aqq += t * apq;
-    apq = 0.0;
-    float rp = arp;
-    arp = c * rp - s * arq;
-    arq = s * rp + c * arq;
-    vec3 p = vp;
-    vp = c * p - s * vq;
-    vq = s * p + c * vq;
-}
 
 void main() {
     uint site = thread_index();
@@ -61,31 +43,17 @@ void main() {
     mean /= float(count);
     // The covariance in units of the farthest neighbour stays near 1 whatever the density.
     float scale = reach_sq > 0.0 ? inversesqrt(reach_sq) : 0.0;
-    vec3 m = mean * scale;
-    float xx = m.x * m.x, yy = m.y * m.y, zz = m.z * m.z, xy = m.x * m.y, xz = m.x * m.z, yz = m.y * m.z;
+    Covariance c = Covariance(0.0, 0.0, 0.0, 0.0, 0.0, 0.0);
+    add_point(c, mean * scale);
     for (uint s = 0u; s + 1u < count; ++s) {
-        vec3 d = (sites[neighbours[s * site_count + site]].xyz - at - mean) * scale;
-        xx += d.x * d.x;
-        yy += d.y * d.y;
-        zz += d.z * d.z;
-        xy += d.x * d.y;
-        xz += d.x * d.z;
-        yz += d.y * d.z;
+        add_point(c, (sites[neighbours[s * site_count + site]].xyz - at - mean) * scale);
     }
-    vec3 ex = vec3(1.0, 0.0, 0.0), ey = vec3(0.0, 1.0, 0.0), ez = vec3(0.0, 0.0, 1.0);
-    for (uint sweep = 0u; sweep < 5u; ++sweep) {
-        rotate(xx, yy, xy, xz, yz, ex, ey);
-        rotate(xx, zz, xz, xy, yz, ex, ez);
-        rotate(yy, zz, yz, xy, xz, ey, ez);
-    }
-    float lowest = min(xx, min(yy, zz));
-    float highest = max(xx, max(yy, zz));
-    float middle = xx + yy + zz - lowest - highest;
-    vec3 n = lowest == xx ? ex : lowest == yy ? ey : ez;
+    bool planar;
+    vec3 n = least_axis(c, planar);
     vec3 surface = triangle_normals[site_triangle[site]].xyz;
     // Sites on a line, or all on one spot, fit any plane. Sites of two sheets, as at the tip of an ear, fit one that
     // has nothing to do with the surface, and a face in it would reach far away.
-    bool usable = middle > 1e-5 * highest && abs(dot(n, surface)) >= MIN_AGREEMENT * length(n);
+    bool usable = planar && abs(dot(n, surface)) >= MIN_AGREEMENT * length(n);
     if (!usable) n = surface;
     n = normalize(n);
     normals[site] = vec4(dot(n, surface) < 0.0 ? -n : n, 0.0);

@@ -3,10 +3,12 @@
 use super::files::{InputFormat, input_name, is_standard, tell_notes};
 use super::{print, table};
 use anyhow::Result;
-use rtfmesh::measure::measure;
+use rtfmesh::measure::{Measures, measure};
 use rtfmesh::mesh::io::Loaded;
+use rtfmesh::mesh::voronoi::{Energy, energy};
 use rtfmesh::report::to_json;
 use rtfmesh::{Error, TriMesh};
+use serde::Serialize;
 use std::path::{Path, PathBuf};
 
 const EXAMPLES: &str = "Examples:
@@ -22,11 +24,23 @@ pub struct Args {
     /// Mesh to measure distances to, in percent of its bounding box's diagonal
     #[arg(long, value_name = "REFERENCE")]
     against: Option<PathBuf>,
+    /// Also how evenly the vertices are spread over the reference: the integral of the squared distance to the nearest one
+    #[arg(long, requires = "against")]
+    energy: bool,
     #[command(flatten)]
     input_format: InputFormat,
     /// Print JSON
     #[arg(long)]
     json: bool,
+}
+
+/// What is printed.
+#[derive(Serialize)]
+struct Found {
+    #[serde(flatten)]
+    measures: Measures,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    energy: Option<Energy>,
 }
 
 /// Measures and prints.
@@ -41,7 +55,12 @@ pub fn run(args: &Args) -> Result<()> {
         None => None,
     };
     let measures = measure(&mesh, reference.as_ref()).map_err(|e| e.in_file(input_name(&args.mesh)))?;
-    print(&if args.json { to_json(&measures)? } else { table::measures(&measures) })
+    let energy = match reference.filter(|_| args.energy) {
+        Some(reference) => Some(energy(&reference, &mesh.vertices)?),
+        None => None,
+    };
+    let found = Found { measures, energy };
+    print(&if args.json { to_json(&found)? } else { table::measures(&found.measures, found.energy.as_ref()) })
 }
 
 fn with_notes(path: &Path, loaded: Loaded) -> TriMesh {

@@ -9,26 +9,34 @@ use std::path::{Path, PathBuf};
 /// How to remesh.
 #[derive(clap::Args)]
 pub struct MethodArgs {
-    /// Settings to start from: rtf is the paper's method with the paper's settings
+    /// Settings to start from: rtf is the paper's method with the paper's settings, rpf, rvc, rvd, cvd and mps are
+    /// those of others that it compares with
     #[arg(long, value_enum, default_value_t = Preset::Default)]
     preset: Preset,
     /// Time against triangles [preset default: normal]
     #[arg(long, value_enum)]
     quality: Option<QualityName>,
-    /// Preset rtf: where a site moves in its face: the mean of the corners, close ones counted once, or the centroid
+    /// Presets rtf, rpf, rvc: where a site moves in its face: the mean of the corners, close ones counted once, or the centroid
     /// of the area [preset rtf: vertex]
     #[arg(long, value_enum)]
     centroid: Option<CentroidName>,
-    /// Preset rtf: sites in a normal's plane fit, the site included [preset rtf: 16]
+    /// Presets rtf and rpf: sites in a normal's plane fit, the site included [preset rtf: 16]
     #[arg(long, value_name = "K")]
     k_normal: Option<u32>,
-    /// Preset rtf: nearest sites that clip a cell [preset rtf: 32]
+    /// Presets rtf, rpf, rvc: nearest sites that clip a cell [preset rtf: 32]
     #[arg(long, value_name = "K")]
     k_clip: Option<u32>,
-    /// Preset rtf: nearest input vertices whose triangles a site is projected onto [preset rtf: 16]
+    /// Presets rtf and rpf: nearest input vertices whose triangles a site is projected onto; preset rvc: those that its
+    /// plane fits [presets: 16]
     #[arg(long, value_name = "K")]
     k_project: Option<u32>,
-    /// Most iterations, with all vertices [default: 10, or what --quality says; preset rtf: 160]
+    /// Preset rpf: distance of the shadow sites from their sites, in edge lengths [preset rpf: 0.5]
+    #[arg(long, value_name = "LENGTHS")]
+    offset: Option<f64>,
+    /// Presets rvd and cvd: largest share of the last motion that is added to a step [preset rvd: 0, cvd: 0.9]
+    #[arg(long, value_name = "SHARE")]
+    momentum: Option<f64>,
+    /// Most iterations, with all vertices [default: 10, or what --quality says; other presets: 160]
     #[arg(long, value_name = "COUNT")]
     iterations: Option<u32>,
     /// Stop when the root mean square step is below this many edge lengths [default: 1e-4]
@@ -66,6 +74,16 @@ enum Preset {
     Default,
     /// Restricted tangent faces as in the paper
     Rtf,
+    /// Restricted power faces, otherwise as rtf
+    Rpf,
+    /// Cells on planes that best fit the input's vertices, as if it were a point cloud, otherwise as rtf
+    Rvc,
+    /// Exact restricted Voronoi cells and Lloyd's iteration
+    Rvd,
+    /// The same with momentum
+    Cvd,
+    /// Random points that keep a distance and leave no gaps, connected as they are
+    Mps,
 }
 
 #[derive(Clone, Copy, clap::ValueEnum)]
@@ -86,28 +104,52 @@ enum CentroidName {
     Area,
 }
 
+/// The preset that an option of `method` is for.
+fn preset_of(method: Method) -> &'static str {
+    match method {
+        Method::CoarseToFine => "default",
+        Method::Rtf => "rtf",
+        Method::PowerFaces => "rpf",
+        Method::PointCloud => "rvc",
+        Method::Exact => "cvd",
+        Method::PoissonDisk => "mps",
+    }
+}
+
 impl MethodArgs {
     /// An option of the other preset would do nothing, and nobody would notice.
     fn refuse_foreign(&self, method: Method) -> rtfmesh::Result<()> {
+        const DEFAULT: &[Method] = &[Method::CoarseToFine];
+        const FACES: &[Method] = &[Method::Rtf, Method::PowerFaces, Method::PointCloud];
+        const TANGENT: &[Method] = &[Method::Rtf, Method::PowerFaces];
+        const POWER: &[Method] = &[Method::PowerFaces];
+        const EXACT: &[Method] = &[Method::Exact];
+        const MOVING: &[Method] =
+            &[Method::CoarseToFine, Method::Rtf, Method::PowerFaces, Method::PointCloud, Method::Exact];
         let given = [
-            ("--quality", Method::CoarseToFine, self.quality.is_some()),
-            ("--no-fit", Method::CoarseToFine, self.no_fit),
-            ("--feature-angle", Method::CoarseToFine, self.feature_angle.is_some()),
-            ("--features", Method::CoarseToFine, self.features.is_some()),
-            ("--vertices-at-least", Method::CoarseToFine, self.vertices_at_least),
-            ("--best-effort", Method::CoarseToFine, self.best_effort),
-            ("--centroid", Method::Rtf, self.centroid.is_some()),
-            ("--k-normal", Method::Rtf, self.k_normal.is_some()),
-            ("--k-clip", Method::Rtf, self.k_clip.is_some()),
-            ("--k-project", Method::Rtf, self.k_project.is_some()),
+            ("--quality", DEFAULT, self.quality.is_some()),
+            ("--no-fit", DEFAULT, self.no_fit),
+            ("--feature-angle", DEFAULT, self.feature_angle.is_some()),
+            ("--features", DEFAULT, self.features.is_some()),
+            ("--vertices-at-least", DEFAULT, self.vertices_at_least),
+            ("--best-effort", DEFAULT, self.best_effort),
+            ("--centroid", FACES, self.centroid.is_some()),
+            ("--k-normal", TANGENT, self.k_normal.is_some()),
+            ("--k-clip", FACES, self.k_clip.is_some()),
+            ("--k-project", FACES, self.k_project.is_some()),
+            ("--offset", POWER, self.offset.is_some()),
+            ("--momentum", EXACT, self.momentum.is_some()),
+            ("--iterations", MOVING, self.iterations.is_some()),
+            ("--tolerance", MOVING, self.tolerance.is_some()),
         ];
-        let Some((name, of, _)) = given.iter().find(|(_, of, given)| *given && *of != method) else {
+        let Some((name, of, _)) = given.iter().find(|(_, of, given)| *given && !of.contains(&method)) else {
             return Ok(());
         };
-        let preset = if *of == Method::Rtf { "rtf" } else { "default" };
+        let presets: Vec<&str> = of.iter().map(|method| preset_of(*method)).collect();
+        let (presets, first) = (presets.join(", "), presets[0]);
         Err(Error::usage(
-            format!("{name} is an option of preset {preset} alone"),
-            format!("leave it out, or add --preset {preset}"),
+            format!("{name} is an option of preset {presets} alone"),
+            format!("leave it out, or add --preset {first}"),
         ))
     }
 
@@ -126,6 +168,11 @@ impl MethodArgs {
         let base = match self.preset {
             Preset::Default => Options::with_quality(vertices, quality),
             Preset::Rtf => Options::rtf(vertices),
+            Preset::Rpf => Options::rpf(vertices),
+            Preset::Rvc => Options::rvc(vertices),
+            Preset::Rvd => Options::rvd(vertices),
+            Preset::Cvd => Options::cvd(vertices),
+            Preset::Mps => Options::mps(vertices),
         };
         self.refuse_foreign(base.method)?;
         let options = Options {
@@ -152,6 +199,8 @@ impl MethodArgs {
                 (false, true) => Shortage::BestEffort,
                 (false, false) => Shortage::Refuse,
             },
+            offset: self.offset.unwrap_or(base.offset),
+            momentum: self.momentum.unwrap_or(base.momentum),
             measures,
             // See `AttributeArgs::ask`.
             held_sides: base.held_sides,

@@ -3,6 +3,7 @@
 use comfy_table::Table;
 use comfy_table::presets::NOTHING;
 use rtfmesh::measure::Measures;
+use rtfmesh::mesh::voronoi::Energy;
 use rtfmesh::report::figures;
 use rtfmesh::{DeviceInfo, Preview, Summary};
 
@@ -16,8 +17,10 @@ pub(super) fn two_columns(rows: Vec<(&str, String)>) -> String {
 }
 
 /// The measures of one mesh.
-pub fn measures(m: &Measures) -> String {
-    two_columns(figures::measures(m))
+pub fn measures(m: &Measures, energy: Option<&Energy>) -> String {
+    let mut rows = figures::measures(m);
+    rows.extend(energy.map(figures::energy));
+    two_columns(rows)
 }
 
 /// A finished run: the measures, then where the time went.

@@ -18,7 +18,7 @@ mod timer;
 pub use buffer::{Buffer, RawBuffer};
 pub use device::{Device, DeviceOptions};
 pub use kernel::{Access, BindingInfo, BindingSet, Kernel, KernelInfo, Pipeline, SpecializationConstants};
-pub use recorder::{Recorder, Threads};
+pub use recorder::{Download, Recorder, Submitted, Threads};
 pub use select::{DeviceInfo, Limits, list_devices};
 pub use timer::StageTime;
 

@@ -8,6 +8,7 @@ pub(crate) mod edges;
 pub mod frame;
 pub mod intersections;
 pub mod io;
+pub mod point_tree;
 pub mod polyline;
 pub mod quality;
 pub mod repair;
@@ -16,6 +17,7 @@ pub mod skeleton;
 pub mod source;
 pub mod topology;
 pub mod triangle;
+pub mod voronoi;
 
 use glam::DVec3;
 

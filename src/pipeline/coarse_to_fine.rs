@@ -120,7 +120,7 @@ impl CoarseToFine<'_> {
                     flags,
                     fault,
                     crossing,
-                    collapsed: 0,
+                    ..Connection::default()
                 };
                 return Ok((connection, steps));
             }

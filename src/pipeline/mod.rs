@@ -1,9 +1,11 @@
 //! The run: seed, iterate, connect, measure.
 
+mod all_at_once;
 mod attempts;
 mod coarse_to_fine;
 mod connected;
 mod densify;
+mod exact;
 mod grid;
 mod holes;
 mod level;
@@ -29,12 +31,14 @@ use crate::mesh::skeleton::Skeleton;
 use crate::mesh::source::{Source, trace};
 use crate::mesh::spacing;
 use crate::mesh::topology::Topology;
-use crate::options::{MeasureDepth, Options};
+use crate::mesh::voronoi::{Energy, energy};
+use crate::options::{MeasureDepth, Method, Options};
 use crate::stages::connect::ConnectCounts;
 use crate::stages::face::FlagCounts;
-use crate::stages::seed;
+use crate::stages::poisson::DiskSummary;
 use crate::watch::Watch;
 use crate::{Error, Flow, Phase, Progress, Result, TriMesh};
+use all_at_once::AllAtOnce;
 use attempts::{Attempts, Settled};
 use connected::Fault;
 use glam::DVec3;
@@ -44,6 +48,7 @@ use serde::Serialize;
 use std::time::Instant;
 use words::{remarks, warnings};
 
+pub use exact::ExactSummary;
 pub(crate) use prepare::compile;
 pub use preview::{Preview, PreviewLevel, preview};
 
@@ -89,7 +94,14 @@ pub struct Summary {
     pub flags: FlagCounts,
     /// What connecting met.
     pub connected: ConnectCounts,
-    /// What was held of sharp and open edges; `None` with [`Method::Rtf`], which looks for none.
+    /// What the last exact cells were; `None` but with [`Method::Exact`].
+    pub exact: Option<ExactSummary>,
+    /// How the vertices keep their distance, in the input's units; `None` but with [`Method::PoissonDisk`].
+    pub disks: Option<DiskSummary>,
+    /// How evenly the vertices are spread over the cleaned input, with [`Method::Exact`] if everything is measured.
+    pub energy: Option<Energy>,
+    /// What was held of sharp and open edges; `None` but with [`Method::CoarseToFine`], which alone looks
+    /// for them.
     pub skeleton: Option<SkeletonSummary>,
     /// What could not be done; empty for a valid result.
     pub warnings: Vec<String>,
@@ -182,19 +194,17 @@ fn watched(device: &Device, mesh: &TriMesh, options: &Options, watch: &mut Watch
             "ask for more vertices",
         ));
     }
-    let Connection { mesh: mut result, curve_sites, counts, flags, fault, crossing, collapsed, .. } =
-        connection;
+    let Connection { mesh: mut result, curve_sites, counts, flags, fault, crossing, .. } = connection;
     small.iter().for_each(|part| append(&mut result, part));
     result.vertices.iter_mut().for_each(|p| *p = frame.from_unit(*p));
     // Those of the small ones were not looked at.
     let crossing = crossing.filter(|_| small.is_empty());
-    let collapsed = collapsed + small.len();
+    let collapsed = connection.collapsed + small.len();
     clock.phase("connect");
     let source = source_of(&result, (mesh, &repaired), options, &mut clock)?;
     watch.phase(Phase::Measure, 1.0, 0.0)?;
-    let depth = options.measures;
-    let reference = (depth >= MeasureDepth::Full).then_some(&repaired.mesh);
-    let output = measure_some(&result, reference, crossing_for(depth, crossing))?;
+    let reference = (options.measures >= MeasureDepth::Full).then_some(&repaired.mesh);
+    let (output, energy) = measured(&result, reference, options, crossing)?;
     let crossing = reference.map(|input| intersecting_faces(input).len());
     clock.phase("measure");
     watch.done(1.0)?;
@@ -222,6 +232,9 @@ fn watched(device: &Device, mesh: &TriMesh, options: &Options, watch: &mut Watch
         spacing: spacing * frame.scale,
         flags,
         connected: counts,
+        exact: connection.exact,
+        disks: connection.disks.map(|found| found.scaled(frame.scale)),
+        energy,
         skeleton: skeleton.map(|found| SkeletonSummary { curve_sites, ..found }),
         timings: RunTimings {
             stages: device.take_timings(),
@@ -257,6 +270,19 @@ fn source_of(
     Ok(Some(source))
 }
 
+/// The figures of a result; how evenly its vertices are spread over the reference, if there is one and that is of interest.
+fn measured(
+    result: &TriMesh,
+    reference: Option<&TriMesh>,
+    options: &Options,
+    crossing: Option<usize>,
+) -> Result<(Measures, Option<Energy>)> {
+    let crossing = crossing_for(options.measures, crossing);
+    let spread = reference.filter(|_| options.method == Method::Exact);
+    let energy = spread.map(|input| energy(input, &result.vertices)).transpose()?;
+    Ok((measure_some(result, reference, crossing)?, energy))
+}
+
 /// The result on all but the small components.
 fn settled(
     device: &Device,
@@ -268,14 +294,7 @@ fn settled(
     let (mesh, input) = prepared.large();
     let Prepared { frame, surface, options, .. } = &*prepared;
     let Some(ground) = ground else {
-        let seeds = seed::random(surface, options.vertices, options.seed);
-        clock.phase("seed");
-        let run = rtf::Run::new(device, options, surface, &seeds, spacing(surface.area(), options.vertices))?;
-        clock.phase("compile");
-        let steps = run.iterate(device, surface, options, watch)?;
-        clock.phase("iterate");
-        let connection = run.connect(device, surface, input)?;
-        return Ok(Settled { connection, steps, skeleton: None, vertices: options.vertices, attempts: 1 });
+        return AllAtOnce { device, surface, input, options }.run(watch, clock);
     };
     let done = prepared.done();
     Attempts { device, mesh, frame, surface, input, done, options }.run(ground, watch, clock)
@@ -285,7 +304,7 @@ fn settled(
 #[derive(Default)]
 pub(crate) struct Connection {
     mesh: TriMesh,
-    /// Where the vertices were on the surface before the polish; nothing from the paper's pipeline.
+    /// Where the vertices were on the surface before the polish; nothing from pipelines that have all sites from the start.
     rested: Vec<DVec3>,
     /// The triangle under each of these.
     under: Vec<u32>,
@@ -298,6 +317,10 @@ pub(crate) struct Connection {
     crossing: Option<usize>,
     /// Components that were made by collapsing edges.
     collapsed: usize,
+    /// The last exact cells.
+    exact: Option<ExactSummary>,
+    /// How sites keep their distance that were made so.
+    disks: Option<DiskSummary>,
 }
 
 struct Clock {

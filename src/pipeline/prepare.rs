@@ -65,7 +65,7 @@ impl Prepared {
         let surface = surface?;
         let ground = match options.method {
             Method::CoarseToFine => Some(ground(device, on, &surface, &options)?),
-            Method::Rtf => None,
+            _ => None,
         };
         Ok(Self { repaired, frame, input, small, rest, surface, ground, options })
     }
@@ -93,8 +93,8 @@ pub(super) fn repairs(options: &Options) -> RepairOptions {
 
 /// The components that are too small for cells; nothing if there is one, or if none may be.
 fn divide(mesh: &TriMesh, frame: &Frame, options: &Options) -> Result<Option<Divided>> {
-    // The user's lines may be on a small component, and the paper knows none.
-    if options.method == Method::Rtf || has_own_curves(options) {
+    // The user's lines may be on a small component, and the other methods are to stay what they are.
+    if options.method != Method::CoarseToFine || has_own_curves(options) {
         return Ok(None);
     }
     if Parts::new(mesh).count() == 1 {
@@ -153,11 +153,11 @@ pub(super) fn wanted_edges(mesh: &TriMesh, options: &Options) -> Result<Vec<[u32
     Ok(held.chain(drawn).collect())
 }
 
-/// Compiles the kernels of the default pipeline; the other one does so itself.
+/// Compiles the kernels of the default pipeline; the others do so themselves.
 pub(crate) fn compile(device: &Device, method: Method) -> Result<()> {
     match method {
         Method::CoarseToFine => Level::compile(device),
-        Method::Rtf => Ok(()),
+        _ => Ok(()),
     }
 }
 
@@ -166,8 +166,15 @@ pub(super) fn device_bytes_per_site(options: &Options) -> (u64, u64) {
     match options.method {
         // The list; six vectors, two reaches, eight words, and the boxes.
         Method::CoarseToFine => (4 * u64::from(LIST), 4 * u64::from(LIST) + 6 * 16 + 2 * 8 + 8 * 4 + 5),
+        // Parts of triangles, some ten a site; the list; vectors, reaches, words and boxes.
+        Method::Exact => {
+            let list = 4 * u64::from(LIST);
+            (10 * 16, 10 * 44 + list + 6 * 16 + 2 * 8 + 8 * 4 + 5)
+        }
+        // The list, for connecting; vectors, reaches, words and boxes.
+        Method::PoissonDisk => (4 * u64::from(LIST), 4 * u64::from(LIST) + 3 * 16 + 2 * 8 + 8 * 4 + 5),
         // Corners of two floats; their fan; both lists; five vectors; triangle, count and flags.
-        Method::Rtf => {
+        Method::Rtf | Method::PowerFaces | Method::PointCloud => {
             let corners = u64::from(cell::Constants::default().max_corners);
             let k_sites = u64::from(options.k_clip.max(options.k_normal - 1));
             let lists = 4 * (k_sites + u64::from(options.k_project));

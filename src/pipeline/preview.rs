@@ -34,7 +34,7 @@ pub struct Preview {
     pub vertices: usize,
     /// Edge length of a perfect layout in the input's units.
     pub spacing: f64,
-    /// From the coarsest to the finest; with [`Method::Rtf`] one.
+    /// From the coarsest to the finest; with [`Method::CoarseToFine`] alone more than one.
     pub levels: Vec<PreviewLevel>,
     /// Chains of sharp, open and other edges that are held.
     pub curves: usize,
@@ -77,7 +77,6 @@ pub fn preview(mesh: &TriMesh, options: &Options) -> Result<Preview> {
     let whole: f64 = areas.iter().sum();
     let spacing = spacing(whole, options.vertices);
     let (found, curves) = match options.method {
-        Method::Rtf => (Skeleton::default(), None),
         Method::CoarseToFine => {
             let user_edges = wanted_edges(&repaired.mesh, options)?;
             let wanted = SkeletonOptions { feature_angle: options.feature_angle, spacing, user_edges };
@@ -85,9 +84,9 @@ pub fn preview(mesh: &TriMesh, options: &Options) -> Result<Preview> {
             let curves = SurfaceCurves::new(&unit.vertices, &unit.triangles, &found);
             (found, curves)
         }
+        _ => (Skeleton::default(), None),
     };
     let plans = match options.method {
-        Method::Rtf => vec![LevelPlan { sites: options.vertices, interior: options.vertices, spacing }],
         Method::CoarseToFine => {
             let extent = Extent { area: whole, euler: topology(&unit).euler, curves: curves.as_ref() };
             match levels(&extent, options.vertices, options.coarsest) {
@@ -96,6 +95,7 @@ pub fn preview(mesh: &TriMesh, options: &Options) -> Result<Preview> {
                 plans => plans?,
             }
         }
+        _ => vec![LevelPlan { sites: options.vertices, interior: options.vertices, spacing }],
     };
     let interior = plans.last().map_or(0, |last| last.interior);
     let level = |plan: &LevelPlan| PreviewLevel {
@@ -140,7 +140,9 @@ fn by_patch(found: &Skeleton, areas: &[f64], interior: usize) -> Vec<usize> {
 fn device_bytes(input: &TriMesh, options: &Options, curves: bool) -> u64 {
     let (records, more) = match options.method {
         Method::CoarseToFine => (RECORD_BYTES, SITE_BYTES + if curves { PINNED_BYTES } else { 0 }),
-        Method::Rtf => (0, 0),
+        Method::Rtf | Method::PowerFaces | Method::PointCloud | Method::PoissonDisk => (0, 0),
+        // Three corners, candidates and a count.
+        Method::Exact => (3 * 16 + 15 * 4 + 4, 0),
     };
     let (_, each) = device_bytes_per_site(options);
     VERTEX_BYTES * input.vertices.len() as u64

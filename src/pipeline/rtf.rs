@@ -1,23 +1,26 @@
-//! The paper's pipeline: brute-force neighbours, plane-fit normals, cells in space, Lloyd's iteration.
+//! The paper's pipeline: brute-force neighbours, plane-fit normals, cells in space, Lloyd's iteration; and those that it
+//! compares with, of which one has other faces and one another surface.
 
 use super::Connection;
+use super::exact::under;
 use super::pace::Pace;
 use super::plan::LevelPlan;
 use super::shares::Shares;
 use crate::gpu::{Buffer, Device, Recorder};
 use crate::mesh::topology::{Topology, topology};
-use crate::options::Options;
+use crate::options::{Method, Options};
+use crate::stages::best_fit::BestFit;
 use crate::stages::cells::{CellSites, CellSurface, connected_cells};
 use crate::stages::centroid::Centroids;
 use crate::stages::connect::{ConnectCounts, Fans, clustered_fan, connect};
-use crate::stages::face::{CellFaces, CellOptions, FlagCounts};
+use crate::stages::face::{CellFaces, CellOptions, FlagCounts, PowerOptions};
 use crate::stages::neighbours::{Nearest, TileBounds};
 use crate::stages::normals::PlaneFit;
 use crate::stages::place::Place;
 use crate::stages::project::NearestVertices;
 use crate::stages::seed::Seeds;
 use crate::stages::step::Step;
-use crate::stages::surface::Surface;
+use crate::stages::surface::{Surface, SurfaceBuffers};
 use crate::watch::Watch;
 use crate::{Phase, Result, TriMesh};
 use glam::{DVec3, Vec2, Vec4};
@@ -32,13 +35,36 @@ pub(super) struct Run {
     site_tiles: TileBounds,
     vertex_tiles: TileBounds,
     near_sites: Nearest,
-    normals: PlaneFit,
+    ground: Ground,
     faces: CellFaces,
     centroids: Centroids,
     near_vertices: Nearest,
-    project: NearestVertices,
     step: Step,
     spacing: f64,
+}
+
+/// Where sites live, and where their faces get their planes from.
+enum Ground {
+    /// The input's triangles; planes fit the sites.
+    Triangles(PlaneFit, NearestVertices),
+    /// Planes that fit the input's vertices.
+    Cloud(BestFit),
+}
+
+impl Ground {
+    fn normals(&self) -> &Buffer<Vec4> {
+        match self {
+            Self::Triangles(normals, _) => &normals.normals,
+            Self::Cloud(planes) => &planes.normals,
+        }
+    }
+
+    fn flags(&self) -> &Buffer<u32> {
+        match self {
+            Self::Triangles(normals, _) => &normals.flags,
+            Self::Cloud(planes) => &planes.flags,
+        }
+    }
 }
 
 impl Run {
@@ -53,14 +79,26 @@ impl Run {
         let sites: Vec<Vec4> = seeds.sites.iter().map(|p| p.as_vec3().extend(0.0)).collect();
         // One search serves normals and cells; the fit counts the site itself.
         let k_sites = options.k_clip.max(options.k_normal - 1);
+        let k = options.k_project;
+        let ground = if options.method == Method::PointCloud {
+            Ground::Cloud(BestFit::new(device, surface, n, k, None)?)
+        } else {
+            let normals = PlaneFit::new(device, n, options.k_normal, None)?;
+            Ground::Triangles(normals, NearestVertices::new(device, n, k, None)?)
+        };
+        let faces = if options.method == Method::PowerFaces {
+            CellFaces::power(device, n, &PowerOptions::new(k_sites, spacing, options.offset))?
+        } else {
+            CellFaces::new(device, n, &CellOptions::paper(k_sites, spacing))?
+        };
         Ok(Self {
             sites: Buffer::from_slice(device, "rtf.sites", &sites)?,
             site_triangle: Buffer::from_slice(device, "rtf.site_triangle", &seeds.triangles)?,
             site_tiles: TileBounds::new(device, "rtf.neighbours.site_tiles", n)?,
             vertex_tiles: TileBounds::new(device, "rtf.neighbours.vertex_tiles", surface.vertices.len())?,
             near_sites: Nearest::new(device, "rtf.neighbours.sites", n, k_sites, true, None)?,
-            normals: PlaneFit::new(device, n, options.k_normal, None)?,
-            faces: CellFaces::new(device, n, &CellOptions::paper(k_sites, spacing))?,
+            ground,
+            faces,
             centroids: Centroids::new(device, n, options.centroid, None)?,
             near_vertices: Nearest::new(
                 device,
@@ -70,7 +108,6 @@ impl Run {
                 false,
                 None,
             )?,
-            project: NearestVertices::new(device, n, options.k_project, None)?,
             step: Step::new(device, n, options.iterations, None)?,
             spacing,
         })
@@ -95,6 +132,17 @@ impl Run {
         let mut recorder = device.recorder()?;
         self.vertex_tiles.record(&mut recorder, &surface.device.vertices)?;
         recorder.submit()?;
+        if let Ground::Cloud(planes) = &self.ground {
+            // The start is on the triangles, and the first faces need planes.
+            let mut recorder = device.recorder()?;
+            self.record_projection(&mut recorder, &surface.device, &self.sites)?;
+            recorder.submit()?;
+            let pulled: Vec<Vec4> =
+                planes.projected.to_vec(device)?.iter().map(|p| p.truncate().extend(0.0)).collect();
+            let mut recorder = device.recorder()?;
+            recorder.upload(&self.sites, &pulled)?;
+            recorder.submit()?;
+        }
         while (steps.len() as u32) < options.iterations {
             let begin = steps.len() as u32;
             let look = (begin / ITERATIONS_PER_SUBMISSION + 1) * ITERATIONS_PER_SUBMISSION;
@@ -123,11 +171,30 @@ impl Run {
     fn record_iteration(&self, recorder: &mut Recorder, surface: &Surface, iteration: u32) -> Result<()> {
         let on = &surface.device;
         self.record_faces(recorder, surface)?;
-        self.centroids.record(recorder, &self.sites, &self.normals.normals, &self.faces)?;
-        self.near_vertices.record(recorder, &self.centroids.targets, &on.vertices, &self.vertex_tiles)?;
+        self.centroids.record(recorder, &self.sites, self.ground.normals(), &self.faces)?;
+        let projected = self.record_projection(recorder, on, &self.centroids.targets)?;
+        self.step.record(recorder, projected, &self.sites, iteration)
+    }
+
+    /// Nearest vertices → project.
+    fn record_projection(
+        &self,
+        recorder: &mut Recorder,
+        on: &SurfaceBuffers,
+        targets: &Buffer<Vec4>,
+    ) -> Result<&Buffer<Vec4>> {
+        self.near_vertices.record(recorder, targets, &on.vertices, &self.vertex_tiles)?;
         let found = &self.near_vertices.neighbours;
-        self.project.record(recorder, &self.centroids.targets, found, on, &self.site_triangle)?;
-        self.step.record(recorder, &self.project.projected, &self.sites, iteration)
+        match &self.ground {
+            Ground::Triangles(_, project) => {
+                project.record(recorder, targets, found, on, &self.site_triangle)?;
+                Ok(&project.projected)
+            }
+            Ground::Cloud(planes) => {
+                planes.record(recorder, targets, found, &on.vertices)?;
+                Ok(&planes.projected)
+            }
+        }
     }
 
     /// Neighbours → normals → face.
@@ -135,15 +202,12 @@ impl Run {
         let found = &self.near_sites.neighbours;
         self.site_tiles.record(recorder, &self.sites)?;
         self.near_sites.record(recorder, &self.sites, &self.sites, &self.site_tiles)?;
-        self.normals.record(recorder, &self.sites, found, &self.site_triangle, &surface.device.normals)?;
-        self.faces.record(
-            recorder,
-            &self.sites,
-            &self.normals.normals,
-            found,
-            &self.site_tiles,
-            &self.normals.flags,
-        )
+        // Those of a cloud come with the projection.
+        if let Ground::Triangles(normals, _) = &self.ground {
+            normals.record(recorder, &self.sites, found, &self.site_triangle, &surface.device.normals)?;
+        }
+        let (normals, flags) = (self.ground.normals(), self.ground.flags());
+        self.faces.record(recorder, &self.sites, normals, found, &self.site_tiles, flags)
     }
 
     /// Connects the sites by the fans of their faces. Where that leaves a wrong topology, as it may at creases, which no
@@ -190,7 +254,7 @@ impl Run {
         let counts = recorder.download(&self.faces.corner_count)?;
         let corners = recorder.download(&self.faces.corners)?;
         let fan = recorder.download(&self.faces.fan)?;
-        let flags = recorder.download(&self.normals.flags)?;
+        let flags = recorder.download(self.ground.flags())?;
         let done = recorder.submit()?;
         let (counts, corners, fan) = (done.read(&counts)?, done.read(&corners)?, done.read(&fan)?);
         let n = counts.len();
@@ -200,9 +264,13 @@ impl Run {
             let fan: Vec<u32> = slots(i).map(|s| fan[s]).collect();
             clustered_fan(&corners, &fan)
         }));
+        let sites: Vec<DVec3> = done.read(&sites)?.iter().map(|s: &Vec4| s.truncate().as_dvec3()).collect();
         Ok(FoundFaces {
-            sites: done.read(&sites)?.iter().map(|s: &Vec4| s.truncate().as_dvec3()).collect(),
-            triangles: done.read(&triangles)?,
+            triangles: match self.ground {
+                Ground::Triangles(..) => done.read(&triangles)?,
+                Ground::Cloud(_) => under(surface, &sites),
+            },
+            sites,
             near: done.read(&near)?,
             fans,
             flags: FlagCounts::of(&done.read(&flags)?),

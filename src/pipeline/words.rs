@@ -3,7 +3,7 @@
 use crate::measure::Measures;
 use crate::mesh::repair::RepairCounts;
 use crate::mesh::topology::Topology;
-use crate::options::{Method, Options};
+use crate::options::Options;
 use crate::stages::connect::ConnectCounts;
 use crate::stages::face::FlagCounts;
 
@@ -50,7 +50,7 @@ pub(super) fn warnings(
     let lost = flags.triangle_overflow + flags.plane_overflow + flags.corner_overflow + flags.badly_closed;
     say(lost > 0, format!("{lost} sites have no face (see flags in the report)"));
     say(
-        options.method == Method::Rtf && !input.is_closed_manifold(),
+        options.method.has_plane_faces() && !input.is_closed_manifold(),
         "the input is not a closed manifold; this preset connects closed surfaces only".into(),
     );
     say(

@@ -2,6 +2,7 @@
 
 use crate::gpu::DeviceInfo;
 use crate::measure::Measures;
+use crate::mesh::voronoi::Energy;
 use crate::pipeline::Summary;
 
 /// A name, which is the same in every run, and what there is to tell.
@@ -45,11 +46,15 @@ pub fn measures(m: &Measures) -> Vec<Row> {
 
 /// How a run ended, what it held, and on which device it was.
 pub fn course(s: &Summary, device: &DeviceInfo) -> Vec<Row> {
-    let end = if s.converged { "converged" } else { "limit reached" };
-    let mut rows = vec![(
-        "iterations",
-        format!("{} ({end}), last step {:.5}", s.iterations, s.steps.last().unwrap_or(&0.0)),
-    )];
+    let mut rows: Vec<Row> = s.energy.as_ref().map(energy).into_iter().collect();
+    if let Some(disks) = &s.disks {
+        let text = format!("{:.6}, {:.6} (input's units)", disks.radius, disks.covered);
+        rows.push(("apart by, covered within", text));
+    } else {
+        let end = if s.converged { "converged" } else { "limit reached" };
+        let last = s.steps.last().unwrap_or(&0.0);
+        rows.push(("iterations", format!("{} ({end}), last step {last:.5}", s.iterations)));
+    }
     if let Some(found) = s.skeleton.filter(|found| found.curves + found.corners > 0) {
         rows.push((
             "curves, corners, patches",
@@ -59,6 +64,12 @@ pub fn course(s: &Summary, device: &DeviceInfo) -> Vec<Row> {
     }
     rows.push(("device", format!("{} ({})", device.name, device.driver.trim())));
     rows
+}
+
+/// How evenly points are spread over a mesh.
+pub fn energy(energy: &Energy) -> Row {
+    let Energy { energy, excess } = energy;
+    ("energy, above hexagons", format!("{energy:.4e}, {:.2} %", 100.0 * excess))
 }
 
 /// What a run took.

@@ -1,22 +1,53 @@
-//! Restricted tangent faces by clipping 3-D cells.
+//! Restricted tangent faces by clipping 3-D cells, and restricted power faces.
 
 use crate::Result;
-use crate::gpu::kernels::face::cell;
+use crate::gpu::kernels::face::{cell, power};
 use crate::gpu::{Buffer, Device, Pipeline, Recorder, Threads};
 use crate::stages::neighbours::TileBounds;
 use glam::{Vec2, Vec4};
 use serde::Serialize;
 
-/// The cell kernel and the faces that it writes.
+/// The kernel of the cells, or that of the power faces, and the faces that it writes.
 pub struct CellFaces {
-    pipeline: Pipeline<cell::Shader>,
-    push: cell::Push,
+    kernel: Kernel,
     /// Corners of each face; 0 where a flag says why there is none.
     pub corner_count: Buffer<u32>,
     /// `corners[slot * sites + site]` in the tangent frame, counter-clockwise.
     pub corners: Buffer<Vec2>,
     /// `fan[slot * sites + site]`: the site behind the edge that ends in the corner of the same slot.
     pub fan: Buffer<u32>,
+}
+
+enum Kernel {
+    Cell(Pipeline<cell::Shader>, cell::Push),
+    Power(Pipeline<power::Shader>, power::Push),
+}
+
+/// How the power kernel is set up.
+///
+/// The restricted power face of a site s with the normal n, as the paper tells it in Sect. 3.3 after Xu et al. (2019): a
+/// shadow site s + d n of weight d², sites have none, and the face is what the power cells of the site and of its shadow have
+/// in common. The two have equal power distance on the tangent plane of s; so the face is that part of the plane where no
+/// other site is nearer than s, and no other shadow nearer by power distance. There is one shadow a site, outside, as in the
+/// paper's text; it cuts where the surface is hollow. A site may lie in the shadow of another where the surface is hollow with
+/// a radius below the offset, and has no face then.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct PowerOptions {
+    /// Neighbours in the lists that it will be given.
+    pub k: u32,
+    /// Mean distance of sites in the unit-diagonal frame.
+    pub spacing: f64,
+    /// Distance of a shadow site from its site in spacings: d. 0 gives the restricted tangent face.
+    pub offset: f64,
+    /// Invocations of a workgroup; halved until its polygons fit the device's shared memory.
+    pub workgroup: u32,
+}
+
+impl PowerOptions {
+    /// With the kernel's own workgroup.
+    pub fn new(k: u32, spacing: f64, offset: f64) -> Self {
+        Self { k, spacing, offset, workgroup: power::Constants::default().workgroup }
+    }
 }
 
 /// How the cell kernel is set up.
@@ -80,15 +111,44 @@ impl CellFaces {
             k: options.k,
             ..Default::default()
         };
-        let slots = sites * constants.max_corners as usize;
+        let push = cell::Push {
+            site_count: sites as u32,
+            spacing: options.spacing as f32,
+            virtual_offset: options.virtual_offset,
+            box_half: BOX_HALF as f32,
+        };
+        let kernel = Kernel::Cell(Pipeline::new(device, constants)?, push);
+        Self::with(device, sites, constants.max_corners, kernel)
+    }
+
+    /// Restricted power faces for `sites` sites.
+    ///
+    /// # Errors
+    /// [`crate::Error::OutOfMemory`] or [`crate::Error::Device`].
+    pub fn power(device: &Device, sites: usize, options: &PowerOptions) -> Result<Self> {
+        let mut constants =
+            power::Constants { workgroup: options.workgroup, k: options.k, ..Default::default() };
+        // Two polygons of corners and labels.
+        let bytes = 2 * 12 * constants.max_corners;
+        while constants.workgroup > 1
+            && constants.workgroup * bytes > device.info().limits.shared_memory_bytes
+        {
+            constants.workgroup /= 2;
+        }
+        let push = power::Push {
+            site_count: sites as u32,
+            spacing: options.spacing as f32,
+            offset: options.offset as f32,
+            box_half: BOX_HALF as f32,
+        };
+        let kernel = Kernel::Power(Pipeline::new(device, constants)?, push);
+        Self::with(device, sites, constants.max_corners, kernel)
+    }
+
+    fn with(device: &Device, sites: usize, max_corners: u32, kernel: Kernel) -> Result<Self> {
+        let slots = sites * max_corners as usize;
         Ok(Self {
-            pipeline: Pipeline::new(device, constants)?,
-            push: cell::Push {
-                site_count: sites as u32,
-                spacing: options.spacing as f32,
-                virtual_offset: options.virtual_offset,
-                box_half: BOX_HALF as f32,
-            },
+            kernel,
             corner_count: Buffer::new(device, "rtf.face.corner_count", sites)?,
             corners: Buffer::new(device, "rtf.face.corners", slots)?,
             fan: Buffer::new(device, "rtf.face.fan", slots)?,
@@ -108,17 +168,20 @@ impl CellFaces {
         bounds: &TileBounds,
         flags: &Buffer<u32>,
     ) -> Result<()> {
-        let bindings = cell::Bindings {
-            sites,
-            normals,
-            neighbours,
-            bounds: &bounds.bounds,
-            corner_count: &self.corner_count,
-            corners: &self.corners,
-            fan: &self.fan,
-            flags,
-        };
-        recorder.dispatch(&self.pipeline, Threads(sites.len()), &self.push, &bindings)
+        let Self { kernel, corner_count, corners, fan } = self;
+        let (threads, bounds) = (Threads(sites.len()), &bounds.bounds);
+        match kernel {
+            Kernel::Cell(pipeline, push) => {
+                let bindings =
+                    cell::Bindings { sites, normals, neighbours, bounds, corner_count, corners, fan, flags };
+                recorder.dispatch(pipeline, threads, push, &bindings)
+            }
+            Kernel::Power(pipeline, push) => {
+                let bindings =
+                    power::Bindings { sites, normals, neighbours, bounds, corner_count, corners, fan, flags };
+                recorder.dispatch(pipeline, threads, push, &bindings)
+            }
+        }
     }
 }
 
@@ -143,6 +206,8 @@ pub struct FlagCounts {
     pub surface_normal_taken: usize,
     /// Completing a face overflowed: the one by its k neighbours stands, and others might cut it.
     pub incomplete: usize,
+    /// The shadow sites of others leave nothing of the face: the site stays where it is.
+    pub hidden: usize,
 }
 
 impl FlagCounts {
@@ -159,6 +224,7 @@ impl FlagCounts {
             unbounded: count(64),
             surface_normal_taken: count(128),
             incomplete: count(256),
+            hidden: count(512),
         }
     }
 }

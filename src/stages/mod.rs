@@ -1,5 +1,6 @@
 //! The stages of an iteration and what comes before and after them: one file a stage.
 
+pub mod best_fit;
 pub mod bvh;
 pub mod cells;
 pub mod centroid;
@@ -7,6 +8,7 @@ pub mod closest;
 pub mod connect;
 pub mod curve_room;
 pub mod curve_sites;
+pub mod exact;
 pub mod face;
 pub mod lists;
 pub mod neighbours;
@@ -14,6 +16,7 @@ pub mod normals;
 pub mod pins;
 pub mod place;
 pub mod planar;
+pub mod poisson;
 pub mod project;
 pub mod records;
 pub mod seed;

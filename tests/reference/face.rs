@@ -57,7 +57,7 @@ pub fn face(sites: &[DVec3], site: usize, u: DVec3, v: DVec3, box_half: f64) -> 
 
 impl Face {
     /// Keeps the part where `d · x <= limit`; the new edge has `label` behind it.
-    fn clip(&mut self, d: DVec2, limit: f64, label: Option<u32>) {
+    pub fn clip(&mut self, d: DVec2, limit: f64, label: Option<u32>) {
         let side = |p: DVec2| d.dot(p) - limit;
         let n = self.corners.len();
         let (mut kept, mut labels) = (Vec::new(), Vec::new());

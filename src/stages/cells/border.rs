@@ -75,6 +75,11 @@ impl<'a> Border<'a> {
         border
     }
 
+    /// Whether no site stands on it.
+    pub fn is_free(&self) -> bool {
+        self.on.is_empty() && self.at_end.is_empty()
+    }
+
     /// The sectors that come before and after one along the border.
     pub fn beside(&self, sector: usize) -> [Option<u32>; 2] {
         let s = sector as u32;
@@ -134,7 +139,7 @@ impl<'a> Border<'a> {
 
     /// The stretch of the curve that a cell's run lies in, if it is not the cell's own; `None` if no site is on it.
     pub fn segment(&self, run: &Run) -> Option<[u32; 2]> {
-        if self.on.is_empty() && self.at_end.is_empty() {
+        if self.is_free() {
             return None;
         }
         let way = self.way(run.from.half, run.from.point);

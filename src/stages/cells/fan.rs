@@ -9,11 +9,13 @@ use rayon::prelude::*;
 pub(super) fn fans(scene: &Scene, border: &Border, cells: &[Cell]) -> (Fans, Vec<usize>, Vec<Encroached>) {
     let mut broken = Vec::new();
     let mut encroached = Vec::new();
+    let mut open = Vec::new();
     let rings: Vec<Vec<u32>> = cells
         .iter()
         .enumerate()
         .map(|(s, cell)| {
-            let (ring, sound) = ring(scene, border, s, cell, &mut encroached);
+            let Ring { ring, sound, is_open } = ring(scene, border, s, cell, &mut encroached);
+            open.push(is_open);
             if !sound {
                 broken.push(s);
             }
@@ -21,32 +23,42 @@ pub(super) fn fans(scene: &Scene, border: &Border, cells: &[Cell]) -> (Fans, Vec
         })
         .collect();
     encroached.sort_unstable();
-    let fans = if scene.sectors.len() == scene.sites.positions.len() && !scene.surface.has_border {
+    let one_each = scene.sectors.len() == scene.sites.positions.len();
+    let fans = if one_each && !scene.surface.has_border {
         Fans::from_lists(rings)
+    } else if one_each && border.is_free() {
+        Fans::of_sectors(rings, scene.sectors.site.clone(), open)
     } else {
         let lists = (0..rings.len()).map(|s| sector_fan(scene, border, &rings, s));
-        let open = scene.sectors.ends.iter().map(Option::is_some).collect();
         Fans::of_sectors(lists, scene.sectors.site.clone(), open)
     };
     (fans, broken, encroached)
 }
 
-/// The neighbours around a sector, as sites, counter-clockwise, for a site on the border from the first beside it to the
-/// last; false if the cell's boundary is not one closed curve.
-fn ring(
-    scene: &Scene,
-    border: &Border,
-    s: usize,
-    cell: &Cell,
-    encroached: &mut Vec<Encroached>,
-) -> (Vec<u32>, bool) {
+/// The neighbours around a sector, as sites, counter-clockwise.
+struct Ring {
+    /// For a site on the border from the first beside it to the last. Where no site is on the border, those whose cells reach
+    /// it take its place.
+    ring: Vec<u32>,
+    /// Whether the cell's boundary is one closed curve.
+    sound: bool,
+    /// Whether the ring begins and ends at the border.
+    is_open: bool,
+}
+
+fn ring(scene: &Scene, border: &Border, s: usize, cell: &Cell, encroached: &mut Vec<Encroached>) -> Ring {
     let mut links = cell.corners.clone();
     let (runs, mut sound) = border.runs(s, cell);
     let mut own = None;
+    let stands_for_rim = border.is_free() && runs.len() == 1;
     for run in &runs {
         let [before, after] = run.neighbours;
         if before != after {
             links.push(run.neighbours);
+        }
+        if stands_for_rim && before != after {
+            own = Some(after);
+            continue;
         }
         if run.own && scene.sectors.ends[s].is_some() {
             own = Some(after);
@@ -59,17 +71,17 @@ fn ring(
             None => sound = false,
         }
     }
-    let is_open = scene.sectors.ends[s].is_some();
+    let is_open = scene.sectors.ends[s].is_some() || (stands_for_rim && own.is_some());
     sound &= is_open == own.is_some();
     if let Some(only) = own.filter(|_| links.is_empty()) {
-        return (vec![only], sound);
+        return Ring { ring: vec![only], sound, is_open };
     }
     let (mut ring, closed) = order(links);
     if let Some(place) = own.and_then(|first| ring.iter().position(|j| *j == first)) {
         ring.rotate_left(place);
     }
     let enough = is_open || ring.len() > 2;
-    (ring, sound && closed && enough)
+    Ring { ring, sound: sound && closed && enough, is_open }
 }
 
 /// The cyclic order of the neighbours, each followed by the one it shares a corner with; false if the corners do not

@@ -1,0 +1,119 @@
+// Purpose: exact/listed for the triangles that it leaves undecided, by a walk over the boxes of all sites.
+// Invocation: one entry of the list of undecided triangles; dispatched for as many as there are.
+// Reads: corners, sites, boxes, away, status (of neighbours/decide), counters.
+// Writes: candidates, counts and counters as exact/listed does.
+// Filled by exact/listed, exact/enough and neighbours/lists; consumed by exact/pairs and exact/pieces.
+#version 450
+#extension GL_GOOGLE_include_directive : require
+#extension GL_EXT_control_flow_attributes : require
+#define DEFAULT_WORKGROUP 8
+#include "common/threads.glsl"
+
+layout(push_constant) uniform Push {
+    uvec4 starts_low;  // first box of levels 0 to 3
+    uvec4 starts_high; // of levels 4 to 7
+    uint levels;
+    uint triangle_count;
+    uint site_count;
+};
+layout(set = 0, binding = 0) readonly buffer Corners { vec4 corners[]; };
+layout(set = 0, binding = 1) readonly buffer Sites { vec4 sites[]; };
+layout(set = 0, binding = 2) readonly buffer Boxes { vec4 boxes[]; };
+layout(set = 0, binding = 3) readonly buffer Away { vec2 away[]; };
+layout(set = 0, binding = 4) readonly buffer Status { uint status[]; };
+layout(set = 0, binding = 5) buffer Candidates { uint candidates[]; };
+layout(set = 0, binding = 6) writeonly buffer Counts { uint counts[]; };
+layout(set = 0, binding = 7) buffer Counters { uint counters[]; };
+
+#include "common/box_walk.glsl"
+#include "common/exact_triangle.glsl"
+#include "common/list_bounds.glsl"
+
+const uint ROUNDS = 2u;
+
+uint put_count;
+
+// Puts a site that may have a part into the next slot.
+void offer(uint j) {
+    vec3 at = sites[j].xyz;
+    float far = distance(at, middle);
+    bool takes = far <= reach_of_parts();
+    bool nearer = far < nearest_far || (far == nearest_far && j < nearest);
+    nearest = takes && nearer ? j : nearest;
+    nearest_far = takes ? min(far, nearest_far) : nearest_far;
+    vec3 sq = corner_distances_sq(at);
+    cover(sq);
+    [[unroll]] for (uint s = 0u; s < SLOTS; ++s) {
+        bool here = takes && s == put_count;
+        slot_site[s] = here ? j : slot_site[s];
+        slot_far[s] = here ? far : slot_far[s];
+        slot_sq[s] = here ? sq : slot_sq[s];
+    }
+    put_count += takes ? 1u : 0u;
+}
+
+// A site near the middle: the nearest in the leaf to which the nearest boxes lead.
+uint lead() {
+    uint level = levels, base = 0u;
+    do {
+        --level;
+        uint start = level_start(level) + base, best = 0u, child = 0u;
+        float best_sq = 3.402823466e38;
+        do {
+            vec3 low = boxes[2u * (start + child)].xyz, high = boxes[2u * (start + child) + 1u].xyz;
+            vec3 off = max(max(low - middle, middle - high), vec3(0.0));
+            float off_sq = dot(off, off);
+            best = off_sq < best_sq ? child : best;
+            best_sq = min(off_sq, best_sq);
+        } while (++child < 8u);
+        base = 8u * (base + best);
+    } while (level > 0u);
+    // Boxes may be from before the sites' last moves, but their order is the same.
+    uint found = min(base, site_count - 1u), c = 0u;
+    float found_far = 3.402823466e38;
+    do {
+        uint j = min(base + c, site_count - 1u);
+        float far = distance(sites[j].xyz, middle);
+        found = far < found_far ? j : found;
+        found_far = min(far, found_far);
+    } while (++c < 8u);
+    return found;
+}
+
+void gather(uint from, float radius) {
+    BoxWalk walk = start_walk(sites[from].xyz, radius);
+    bool more;
+    do {
+        more = next_leaves(walk);
+        do {
+            uint first = take_leaf(walk), c = 0u;
+            do {
+                // The first one is in its slot already.
+                uint j = first + c;
+                if (more && j < site_count && j != from) offer(j);
+            } while (++c < 8u);
+        } while (walk.mask != 0u);
+    } while (more);
+}
+
+void main() {
+    uint entry = thread_index();
+    if (entry >= counters[0]) return;
+    uint t = candidates[undecided_place(entry)];
+    start_triangle(t);
+    nearest = lead();
+    // What has all corners within a short way is often met late, when sites that have no part fill the slots already. A
+    // second round knows it from the start.
+    uint round = 0u;
+    do {
+        uint from = nearest;
+        float known_sq = covering_sq;
+        start_triangle(t);
+        cover(vec3(known_sq));
+        put(0u, from, sites[from].xyz);
+        put_count = 1u;
+        ListBounds bounds = list_bounds(away[from], uintBitsToFloat(status[1]));
+        gather(from, search_radius(bounds, LENIENT * (nearest_far + reach_of_parts())));
+    } while (++round < ROUNDS && put_count > SLOTS);
+    write_parts(t, put_count > SLOTS);
+}

@@ -1,0 +1,67 @@
+// Purpose: pulls a site back to the plane that best fits the nearest input vertices, the surface of a point cloud (Chen et
+// al. 2018).
+// Invocation: one site.
+// Reads: targets, neighbours (input vertices, nearest first), vertices, vertex_normals (w = 0).
+// Writes: projected (xyz on the plane, w = distance of the projection), normals (unit, w = 0), flags (overwritten).
+// Filled by centroid/*, neighbours/knn and the upload of the surface; consumed by step/step and, in the next iteration, by
+// face/cell. The vertices' normals decide on the side, as those of an oriented point cloud do, and the nearest one's
+// stands in where no plane fits.
+#version 450
+#extension GL_GOOGLE_include_directive : require
+#define DEFAULT_WORKGROUP 64
+#include "common/threads.glsl"
+#include "common/flags.glsl"
+#include "common/plane_fit.glsl"
+
+// Cosine of 37 degrees: what a fit may stand off the nearest vertex's normal.
+const float MIN_AGREEMENT = 0.8;
+
+layout(push_constant) uniform Push {
+    uint site_count;
+    uint k; // vertices in the fit
+};
+layout(set = 0, binding = 0) readonly buffer Targets { vec4 targets[]; };
+layout(set = 0, binding = 1) readonly buffer Neighbours { uint neighbours[]; };
+layout(set = 0, binding = 2) readonly buffer Vertices { vec4 vertices[]; };
+layout(set = 0, binding = 3) readonly buffer VertexNormals { vec4 vertex_normals[]; };
+layout(set = 0, binding = 4) writeonly buffer Projected { vec4 projected[]; };
+layout(set = 0, binding = 5) writeonly buffer Normals { vec4 normals[]; };
+layout(set = 0, binding = 6) writeonly buffer Flags { uint flags[]; };
+
+void main() {
+    uint site = thread_index();
+    if (site >= site_count) return;
+    vec3 at = targets[site].xyz;
+    uint nearest = neighbours[site];
+    vec3 origin = vertices[nearest].xyz;
+    vec3 mean = vec3(0.0);
+    float reach_sq = 0.0;
+    uint count = 0u;
+    for (uint s = 0u; s < k; ++s) {
+        uint j = neighbours[s * site_count + site];
+        if (j == NONE) break;
+        vec3 d = vertices[j].xyz - origin;
+        mean += d;
+        reach_sq = max(reach_sq, dot(d, d));
+        ++count;
+    }
+    mean /= float(count);
+    // The covariance in units of the farthest vertex stays near 1 whatever the density.
+    float scale = reach_sq > 0.0 ? inversesqrt(reach_sq) : 0.0;
+    Covariance c = Covariance(0.0, 0.0, 0.0, 0.0, 0.0, 0.0);
+    for (uint s = 0u; s < count; ++s) {
+        add_point(c, (vertices[neighbours[s * site_count + site]].xyz - origin - mean) * scale);
+    }
+    bool planar;
+    vec3 n = least_axis(c, planar);
+    vec3 surface = vertex_normals[nearest].xyz;
+    // Vertices of two sheets fit a plane that has nothing to do with either.
+    bool usable = planar && abs(dot(n, surface)) >= MIN_AGREEMENT * length(n);
+    if (!usable) n = surface;
+    n = normalize(n);
+    n = dot(n, surface) < 0.0 ? -n : n;
+    float height = dot(at - origin - (usable ? mean : vec3(0.0)), n);
+    projected[site] = vec4(at - height * n, abs(height));
+    normals[site] = vec4(n, 0.0);
+    flags[site] = usable ? 0u : FLAG_NORMAL;
+}

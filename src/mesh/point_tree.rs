@@ -1,0 +1,129 @@
+//! Points by their place: the nearest one, and all within a distance.
+
+use glam::DVec3;
+
+/// Points in a leaf.
+const LEAF: usize = 8;
+
+/// A balanced tree of planes over points; any points will do, also many on one spot.
+pub struct PointTree<'a> {
+    points: &'a [DVec3],
+    /// Indices; every range of a node is halved by the median of its widest axis.
+    order: Vec<u32>,
+    /// The axis of each halving, and where it is; below node i are nodes 2 i and 2 i + 1.
+    planes: Vec<(usize, f64)>,
+}
+
+impl<'a> PointTree<'a> {
+    /// Of finite points.
+    pub fn new(points: &'a [DVec3]) -> Self {
+        let mut tree = Self {
+            points,
+            order: (0..points.len() as u32).collect(),
+            planes: vec![(0, 0.0); (2 * points.len() / LEAF + 2).next_power_of_two()],
+        };
+        let mut order = std::mem::take(&mut tree.order);
+        tree.split(&mut order, 1);
+        tree.order = order;
+        tree
+    }
+
+    fn split(&mut self, order: &mut [u32], node: usize) {
+        if order.len() <= LEAF {
+            return;
+        }
+        let at = |i: u32| self.points[i as usize];
+        let first = at(order[0]);
+        let (low, high) = order.iter().fold((first, first), |(l, h), i| (l.min(at(*i)), h.max(at(*i))));
+        let axis = (high - low).max_position();
+        let middle = order.len() / 2;
+        order.select_nth_unstable_by(middle, |a, b| at(*a)[axis].total_cmp(&at(*b)[axis]).then(a.cmp(b)));
+        self.planes[node] = (axis, at(order[middle])[axis]);
+        let (left, right) = order.split_at_mut(middle);
+        self.split(left, 2 * node);
+        self.split(right, 2 * node + 1);
+    }
+
+    /// The nearest point to `p`, of equally near ones the first; `None` without points.
+    pub fn nearest(&self, p: DVec3) -> Option<u32> {
+        let mut best = (f64::INFINITY, u32::MAX);
+        self.search(&self.order, 1, p, &mut |i, distance_sq| {
+            if (distance_sq, i) < best {
+                best = (distance_sq, i);
+            }
+            best.0
+        });
+        (best.1 != u32::MAX).then_some(best.1)
+    }
+
+    /// Puts the points within `radius` of `p` into `found`, in a fixed order, but no more than `most`; false if there
+    /// are more.
+    pub fn within(&self, p: DVec3, radius: f64, most: usize, found: &mut Vec<u32>) -> bool {
+        found.clear();
+        let radius_sq = radius * radius;
+        let mut fits = true;
+        self.search(&self.order, 1, p, &mut |i, distance_sq| {
+            if distance_sq <= radius_sq {
+                fits &= found.len() < most;
+                if fits {
+                    found.push(i);
+                }
+            }
+            if fits { radius_sq } else { -1.0 }
+        });
+        fits
+    }
+
+    /// Offers the points below a node with their squared distances, the near side first; `visit` says how far, squared,
+    /// others may be.
+    fn search(&self, order: &[u32], node: usize, p: DVec3, visit: &mut impl FnMut(u32, f64) -> f64) -> f64 {
+        let mut limit = f64::INFINITY;
+        if order.len() <= LEAF {
+            for i in order {
+                limit = visit(*i, self.points[*i as usize].distance_squared(p));
+            }
+            return limit;
+        }
+        let middle = order.len() / 2;
+        let (left, right) = order.split_at(middle);
+        let (axis, plane) = self.planes[node];
+        let off = p[axis] - plane;
+        let sides = [(left, 2 * node), (right, 2 * node + 1)];
+        let near = usize::from(off >= 0.0);
+        limit = self.search(sides[near].0, sides[near].1, p, visit);
+        if off * off <= limit {
+            limit = self.search(sides[1 - near].0, sides[1 - near].1, p, visit);
+        }
+        limit
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use rand::{RngExt, SeedableRng};
+    use rand_pcg::Pcg64Mcg;
+
+    #[test]
+    fn finds_what_a_look_at_all_finds() {
+        let mut rng = Pcg64Mcg::seed_from_u64(5);
+        for count in [0, 1, 8, 9, 17, 100, 1000] {
+            // On a grid: many ties, many on one spot.
+            let mut point = || DVec3::from_array(std::array::from_fn(|_| f64::from(rng.random_range(0..6))));
+            let points: Vec<DVec3> = (0..count).map(|_| point()).collect();
+            let tree = PointTree::new(&points);
+            for _ in 0..50 {
+                let p = point() + 0.25;
+                let far = |i: &usize| points[*i].distance_squared(p);
+                let want = (0..count).min_by(|a, b| far(a).total_cmp(&far(b)));
+                assert_eq!(tree.nearest(p), want.map(|i| i as u32));
+                let mut found = Vec::new();
+                assert!(tree.within(p, 2.0, count, &mut found));
+                found.sort_unstable();
+                let want: Vec<u32> = (0..count).filter(|i| far(i) <= 4.0).map(|i| i as u32).collect();
+                assert_eq!(found, want);
+                assert!(want.is_empty() || !tree.within(p, 2.0, want.len() - 1, &mut found));
+            }
+        }
+    }
+}

@@ -1,0 +1,83 @@
+//! Whole runs of the presets that the paper compares with: mps, rpf, rvc.
+
+use crate::support::{assert_valid, device};
+use rtfmesh::mesh::samples::sample;
+use rtfmesh::mesh::topology::topology;
+use rtfmesh::{Error, Options, Remeshed, TriMesh, preview, remesh};
+
+fn run(mesh: &TriMesh, options: &Options) -> Remeshed {
+    let result = remesh(device(), mesh, options, &mut |_| {}).unwrap();
+    assert_valid(device());
+    result
+}
+
+/// The run has no warnings, and the result has the input's topology and the exact count; a rerun gives the same bytes.
+fn assert_sound(name: &str, options: &Options) -> Remeshed {
+    let input = sample(name).unwrap();
+    let result = run(&input, options);
+    assert_eq!(result.summary.warnings, Vec::<String>::new(), "{name} {:?}", options.method);
+    let (got, want) = (topology(&result.mesh), topology(&input));
+    assert_eq!(got.vertices, options.vertices, "{name}");
+    assert_eq!(
+        (got.components, got.euler, got.boundary_loops, got.nonmanifold_edges, got.nonmanifold_vertices),
+        (want.components, want.euler, want.boundary_loops, 0, 0),
+        "{name}"
+    );
+    assert_eq!(run(&input, options).mesh, result.mesh, "{name}");
+    assert_eq!(preview(&input, options).unwrap().levels.len(), 1);
+    result
+}
+
+#[test]
+fn disks_are_connected_where_they_are() {
+    for (name, n) in
+        [("torus", 600), ("two-components", 500), ("sphere", 300), ("box", 400), ("open-hemisphere", 300)]
+    {
+        let result = assert_sound(name, &Options::mps(n));
+        let disks = result.summary.disks.unwrap();
+        // In the file's units; vertices do not move.
+        let vertices = &result.mesh.vertices;
+        let apart = |i: usize| {
+            vertices[i + 1..].iter().map(|q| q.distance(vertices[i])).fold(f64::INFINITY, f64::min)
+        };
+        let least = (0..n).map(apart).fold(f64::INFINITY, f64::min);
+        assert!(least >= disks.radius * (1.0 - 1e-9), "{name}: {least}, {disks:?}");
+        assert_eq!((result.summary.iterations, result.summary.converged), (0, false), "{name}");
+    }
+    // All angles of a maximal sampling are above 30 degrees but for the surface's bends.
+    let angle = run(&sample("torus").unwrap(), &Options::mps(2000)).summary.output.quality.theta_min;
+    assert!(angle > 25.0, "{angle}");
+}
+
+#[test]
+fn power_faces_relax_as_tangent_faces_do() {
+    for (name, n) in [("torus", 600), ("bumpy-sphere", 500), ("two-components", 500)] {
+        let short = |base: Options| Options { iterations: 40, ..base };
+        let power = assert_sound(name, &short(Options::rpf(n)));
+        let tangent = run(&sample(name).unwrap(), &short(Options::rtf(n)));
+        assert_ne!(power.mesh, tangent.mesh, "{name}: shadows do nothing");
+        let q = |result: &Remeshed| result.summary.output.quality.q_avg;
+        assert!((q(&power) - q(&tangent)).abs() < 0.03, "{name}: {}, {}", q(&power), q(&tangent));
+        assert!(power.summary.flags.hidden < n / 100, "{name}: {:?}", power.summary.flags);
+    }
+}
+
+#[test]
+fn planes_of_a_cloud_hold_the_sites() {
+    for (name, n) in [("torus", 500), ("bumpy-sphere", 400), ("two-components", 400)] {
+        let result = assert_sound(name, &Options { iterations: 40, ..Options::rvc(n) });
+        let output = &result.summary.output;
+        assert!(output.quality.q_avg > 0.83, "{name}: {}", output.quality.q_avg);
+        let distances = output.distances.as_ref().unwrap();
+        assert!(distances.hausdorff_to_reference < 3.0, "{name}: {distances:?}");
+    }
+}
+
+#[test]
+fn the_offset_has_a_range() {
+    let input = sample("torus").unwrap();
+    for offset in [-0.1, 21.0, f64::NAN] {
+        let wrong = remesh(device(), &input, &Options { offset, ..Options::rpf(100) }, &mut |_| {});
+        assert!(matches!(wrong, Err(Error::Usage { .. })), "{offset}");
+    }
+}
