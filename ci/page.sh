@@ -14,7 +14,13 @@ done
 
 work=$(mktemp -d)
 visitor=
-trap '[ -z "$visitor" ] || kill "$visitor" 2>/dev/null; rm -rf "$work"' EXIT
+leave() {
+  if [ -n "$visitor" ]; then kill "$visitor" 2>/dev/null; fi
+  # The browser's last processes may still write into its profile.
+  for _ in 1 2 3 4 5; do rm -rf "$work" 2>/dev/null && return; sleep 1; done
+  echo "page: $work could not be removed" >&2
+}
+trap leave EXIT
 page=$own
 if [ -z "$page" ]; then
   page=$work/report.html
@@ -43,6 +49,7 @@ for width in 1280 800; do
   done
   kill "$visitor" 2>/dev/null || true
   wait "$visitor" 2>/dev/null || true
+  visitor=
   if ! grep -q 'page check: passed' "$log"; then
     { grep -o 'page problem: .*' "$log" || tail -20 "$log"; } >&2
     echo "page: the page fails in a window $width wide" >&2

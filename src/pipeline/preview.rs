@@ -1,14 +1,14 @@
 //! What a run would do, without a device.
 
 use super::attempts::may_collapse;
-use super::plan::{Extent, LevelPlan, levels};
+use super::plan::{Extent, LevelPlan, enough, levels};
 use super::prepare::{device_bytes_per_site, for_repaired, repairs, wanted_edges};
 use super::spacing;
 use crate::mesh::frame::Frame;
 use crate::mesh::repair::{RepairCounts, repair_with};
 use crate::mesh::skeleton::{Skeleton, SkeletonOptions, skeleton};
 use crate::mesh::topology::topology;
-use crate::options::{Method, Options};
+use crate::options::{Method, Options, Shortage};
 use crate::stages::surface_curves::SurfaceCurves;
 use crate::{Error, Result, TriMesh};
 use serde::Serialize;
@@ -89,10 +89,15 @@ pub fn preview(mesh: &TriMesh, options: &Options) -> Result<Preview> {
     let plans = match options.method {
         Method::CoarseToFine => {
             let extent = Extent { area: whole, euler: topology(&unit).euler, curves: curves.as_ref() };
-            match levels(&extent, options.vertices, options.coarsest) {
-                // As a run does; it has no levels.
-                Err(Error::Usage { .. }) if may_collapse(options) => Vec::new(),
-                plans => plans?,
+            match (levels(&extent, options.vertices, options.coarsest), &curves) {
+                // As a run does.
+                (Err(Error::Usage { .. }), Some(curves)) if options.shortage == Shortage::AddVertices => {
+                    let vertices = enough(curves, whole, options.vertices);
+                    return preview(&repaired.mesh, &Options { vertices, ..options.clone() });
+                }
+                // Then it has no levels.
+                (Err(Error::Usage { .. }), _) if may_collapse(options) => Vec::new(),
+                (plans, _) => plans?,
             }
         }
         _ => vec![LevelPlan { sites: options.vertices, interior: options.vertices, spacing }],
