@@ -12,4 +12,4 @@ trap 'rm -r "$work"' EXIT
 "$rtfmesh" sample genus3 "$work/before.obj"
 "$rtfmesh" remesh "$work/before.obj" "$work/after.ply" -n 2000 --quiet
 "$rtfmesh" render "$work/before.obj" "$work/after.ply" docs/pictures/demo.png \
-  --size 720x380 --azimuth 0 --elevation 22 --zoom 1.0
+  --size 600x260 --azimuth 0 --elevation 22

@@ -24,6 +24,7 @@ step "house rules" ./ci/rules.sh
 step "format" cargo fmt --check
 step "lints" cargo clippy --all-targets -- -D warnings
 step "the library alone" cargo check --quiet --lib --no-default-features
+step "the library with pages" cargo check --quiet --lib --no-default-features --features html
 step "documentation" env RUSTDOCFLAGS="-D warnings" cargo doc --no-deps
 step "documentation examples" cargo test --doc
 step "examples" run_examples

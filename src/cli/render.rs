@@ -6,7 +6,7 @@ use super::tell;
 use anyhow::Result;
 use glam::DVec3;
 use rtfmesh::mesh::io;
-use rtfmesh::mesh::skeleton::{SkeletonOptions, skeleton, spacing_of};
+use rtfmesh::mesh::skeleton::{Curve, SkeletonOptions, skeleton, spacing_of};
 use rtfmesh::picture::{Panel, PictureOptions, View, distance_colours, png, quality_colours};
 use rtfmesh::{Error, TriMesh};
 use std::path::{Path, PathBuf};
@@ -150,11 +150,7 @@ fn refuse_overwriting(args: &Args) -> rtfmesh::Result<()> {
 /// The sharp and open edges, as lines.
 fn curves(mesh: &TriMesh) -> rtfmesh::Result<Vec<[DVec3; 2]>> {
     let found = skeleton(mesh, &SkeletonOptions::new(spacing_of(mesh, mesh.vertices.len())?))?;
-    let ends = found.curves.iter().flat_map(|curve| {
-        let again = curve.vertices.first().filter(|_| curve.closed);
-        let line: Vec<u32> = curve.vertices.iter().chain(again).copied().collect();
-        line.windows(2).map(|pair| [pair[0], pair[1]]).collect::<Vec<_>>()
-    });
+    let ends = found.curves.iter().flat_map(Curve::edge_ends);
     Ok(ends.map(|pair| pair.map(|v| mesh.vertices[v as usize])).collect())
 }
 

@@ -170,9 +170,7 @@ impl CoarseToFine<'_> {
                 return Ok((found, Some(fault)));
             }
             watch.phase(Phase::Check, shares.check.until, shares.check.after)?;
-            // In the file's numbers, for rounding to those may fold what is thin.
-            let vertices = found.mesh.vertices.iter().map(|p| self.frame.from_unit(*p)).collect();
-            let crossing = intersecting_faces(&TriMesh { vertices, triangles: found.mesh.triangles.clone() });
+            let crossing = crossing_faces(&found.mesh, self.frame);
             found.crossing = Some(crossing.len());
             clock.phase("check");
             let of_input = || intersecting_faces(self.mesh).len();
@@ -274,4 +272,11 @@ impl CoarseToFine<'_> {
         };
         found.mesh.triangles.iter().map(of).collect()
     }
+}
+
+/// The faces of a mesh in the unit-diagonal frame that run through others in the file's numbers: rounding to those may fold
+/// what is thin.
+pub(super) fn crossing_faces(mesh: &TriMesh, frame: &Frame) -> Vec<u32> {
+    let vertices = mesh.vertices.iter().map(|p| frame.from_unit(*p)).collect();
+    intersecting_faces(&TriMesh { vertices, triangles: mesh.triangles.clone() })
 }

@@ -1,10 +1,10 @@
 //! Results that cells got wrong, mended by collapsing edges.
 
 use super::attempts::{Attempts, Settled, has_own_curves};
+use super::connected::crossing_faces;
 use super::parts::Parts;
 use super::spare::Wish;
 use super::{Connection, SkeletonSummary};
-use crate::TriMesh;
 use crate::mesh::coarsen::Site;
 use crate::mesh::intersections::intersecting_faces;
 use crate::mesh::spacing;
@@ -23,12 +23,12 @@ impl Attempts<'_> {
         let surface = self.surface.mesh();
         let sites = begun.rested.iter().zip(&begun.under);
         let sites: Vec<Site> = sites.map(|(at, triangle)| Site { at: *at, triangle: *triangle }).collect();
-        let through = self.crossing(&begun.mesh);
+        let through = crossing_faces(&begun.mesh, self.frame);
         let torn = if through.len() > self.of_input(crossing) { through.as_slice() } else { &[] };
         let mut mesh = begun.mesh.clone();
         let wish = self.wish(settled.vertices);
         let collapsed = Parts::new(&surface).mend(&surface, &mut mesh, (&sites, torn), &wish).ok()?;
-        let left = self.crossing(&mesh).len();
+        let left = crossing_faces(&mesh, self.frame).len();
         if collapsed == 0 || left > self.of_input(crossing) {
             return None;
         }
@@ -56,7 +56,7 @@ impl Attempts<'_> {
         let surface = self.surface.mesh();
         let parts = Parts::new(&surface);
         let mesh = parts.whole(&surface, &self.wish(vertices)).ok()?;
-        let left = self.crossing(&mesh).len();
+        let left = crossing_faces(&mesh, self.frame).len();
         let connection =
             Connection { mesh, collapsed: parts.count(), crossing: Some(left), ..Connection::default() };
         let fits = left <= self.of_input(crossing);
@@ -71,12 +71,6 @@ impl Attempts<'_> {
 
     fn wish(&self, vertices: usize) -> Wish {
         Wish { vertices, ..Wish::of(self.options, spacing(self.surface.area(), vertices)) }
-    }
-
-    /// The faces that run through others, in the file's numbers.
-    fn crossing(&self, mesh: &TriMesh) -> Vec<u32> {
-        let vertices = mesh.vertices.iter().map(|p| self.frame.from_unit(*p)).collect();
-        intersecting_faces(&TriMesh { vertices, triangles: mesh.triangles.clone() })
     }
 
     fn of_input(&self, crossing: &OnceLock<usize>) -> usize {

@@ -50,6 +50,8 @@ use words::{remarks, warnings};
 
 pub use exact::ExactSummary;
 pub(crate) use prepare::compile;
+#[cfg(feature = "html")]
+pub(crate) use prepare::{for_repaired, repairs, wanted_edges};
 pub use preview::{Preview, PreviewLevel, preview};
 
 /// A result with its story.

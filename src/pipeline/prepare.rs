@@ -82,12 +82,12 @@ impl Prepared {
 }
 
 /// The options for a mesh as repair leaves it: sides are those of its triangles.
-pub(super) fn for_repaired(mesh: &TriMesh, repaired: &Repaired, options: &Options) -> Options {
+pub(crate) fn for_repaired(mesh: &TriMesh, repaired: &Repaired, options: &Options) -> Options {
     Options { held_sides: half_edges_after(mesh, repaired, &options.held_sides), ..options.clone() }
 }
 
 /// What the options want cleaned.
-pub(super) fn repairs(options: &Options) -> RepairOptions {
+pub(crate) fn repairs(options: &Options) -> RepairOptions {
     RepairOptions { weld: options.weld, min_component: options.min_component }
 }
 
@@ -140,7 +140,7 @@ fn user_edges_on(surface: &Surface, mesh: &TriMesh, options: &Options) -> Result
 }
 
 /// The edges of `mesh`, which is repaired, that the user's curves run along.
-pub(super) fn wanted_edges(mesh: &TriMesh, options: &Options) -> Result<Vec<[u32; 2]>> {
+pub(crate) fn wanted_edges(mesh: &TriMesh, options: &Options) -> Result<Vec<[u32; 2]>> {
     let corners = mesh.triangles.as_flattened();
     let next = |half: u32| if half % 3 == 2 { half - 2 } else { half + 1 };
     let ends = |half: u32| [half, next(half)].map(|corner| corners[corner as usize]);

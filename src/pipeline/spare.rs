@@ -4,7 +4,7 @@
 use super::parts::is_as_good;
 use crate::mesh::coarsen::{Coarsened, Kept, Site, at_sites, with_vertices};
 use crate::mesh::intersections::intersecting_faces;
-use crate::mesh::skeleton::{Skeleton, SkeletonOptions, skeleton};
+use crate::mesh::skeleton::{Curve, Skeleton, SkeletonOptions, skeleton};
 use crate::mesh::topology::topology;
 use crate::polish::{FitOptions, PolishOptions, Target, fit, polish};
 use crate::{Options, TriMesh};
@@ -67,12 +67,8 @@ pub(super) fn coarsened(surface: &TriMesh, sites: &[Site], wish: &Wish) -> Coars
 
 /// Of each half-edge whether it is on a curve.
 fn curve_halves(surface: &TriMesh, found: &Skeleton) -> Vec<bool> {
-    let mut edges: Vec<[u32; 2]> = Vec::new();
-    for curve in &found.curves {
-        let again = curve.vertices.first().filter(|_| curve.closed);
-        let line: Vec<u32> = curve.vertices.iter().chain(again).copied().collect();
-        edges.extend(line.windows(2).map(|pair| [pair[0].min(pair[1]), pair[0].max(pair[1])]));
-    }
+    let ends = found.curves.iter().flat_map(Curve::edge_ends);
+    let mut edges: Vec<[u32; 2]> = ends.map(|[a, b]| [a.min(b), a.max(b)]).collect();
     edges.sort_unstable();
     let halves = surface.triangles.iter().flat_map(|&[a, b, c]| [[a, b], [b, c], [c, a]]);
     halves.map(|[a, b]| edges.binary_search(&[a.min(b), a.max(b)]).is_ok()).collect()

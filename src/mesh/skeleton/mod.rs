@@ -103,6 +103,12 @@ impl Curve {
     pub fn edges(&self) -> usize {
         self.vertices.len() - usize::from(!self.closed)
     }
+
+    /// The two vertices of each edge, in order along the curve.
+    pub fn edge_ends(&self) -> impl Iterator<Item = [u32; 2]> {
+        let next = self.vertices.iter().cycle().skip(1);
+        self.vertices.iter().zip(next).take(self.edges()).map(|(a, b)| [*a, *b])
+    }
 }
 
 /// Sharp edges that were taken back, by reason.

@@ -8,9 +8,10 @@ use super::Report;
 use super::figures::{self, Row};
 use crate::measure::{Crossing, Measures, measure_some};
 use crate::mesh::frame::Frame;
-use crate::mesh::repair::{RepairOptions, repair_with};
-use crate::mesh::skeleton::{Curve, SkeletonOptions, skeleton, user_edges};
+use crate::mesh::repair::repair_with;
+use crate::mesh::skeleton::{Curve, SkeletonOptions, skeleton};
 use crate::picture::{WORST, check, distance_colour, middle_distances, quality_colour, quality_shares};
+use crate::pipeline::{for_repaired, repairs, wanted_edges};
 use crate::{Error, Method, Result, TriMesh};
 use askama::Template;
 use charts::Chart;
@@ -93,8 +94,9 @@ struct Timed {
 /// [`Error::Input`] for a mesh without faces, with coordinates that are not finite or indices out of range.
 pub fn page(page: &PageInput) -> Result<String> {
     let Report { options, summary, device, .. } = page.report;
-    let repairs = RepairOptions { weld: options.weld, min_component: options.min_component };
-    let input = &repair_with(page.input, &repairs)?.mesh;
+    let repaired = repair_with(page.input, &repairs(options))?;
+    let held = wanted_edges(&repaired.mesh, &for_repaired(page.input, &repaired, options))?;
+    let input = &repaired.mesh;
     let output = page.output;
     check(output)?;
     let known = summary.input_self_intersecting_faces.map_or(Crossing::Skip, Crossing::Known);
@@ -108,7 +110,7 @@ pub fn page(page: &PageInput) -> Result<String> {
         let packed = pack(mesh, &space, &quality_shares(mesh), &shares)?;
         Ok::<_, Error>(Panel::new(name, file, mesh, packed))
     };
-    let (curves, curves_note) = curves(page.report, input)?;
+    let (curves, curves_note) = curves(page.report, input, held)?;
     let files = [page.report.input_file.as_str(), page.report.output_file.as_str()];
     let content = Page {
         style: include_str!("assets/page.css"),
@@ -159,29 +161,22 @@ impl<'a> Panel<'a> {
 }
 
 /// The edges of the curves that the run held, and what there is to say of them.
-fn curves(report: &Report, mesh: &TriMesh) -> Result<(Vec<[DVec3; 2]>, String)> {
+fn curves(report: &Report, mesh: &TriMesh, user_edges: Vec<[u32; 2]>) -> Result<(Vec<[DVec3; 2]>, String)> {
     let options = report.options;
-    if options.method == Method::Rtf {
+    if options.method != Method::CoarseToFine {
         return Ok((Vec::new(), "This preset looks for no curves.".to_owned()));
     }
-    let lines = options.features.as_ref().map_or(&[][..], |features| &features.lines);
-    let wanted = SkeletonOptions {
-        feature_angle: options.feature_angle,
-        spacing: report.summary.spacing,
-        user_edges: user_edges(mesh, lines)?,
-    };
+    let wanted =
+        SkeletonOptions { feature_angle: options.feature_angle, spacing: report.summary.spacing, user_edges };
     let mut found = skeleton(mesh, &wanted)?.curves;
     if found.is_empty() {
         return Ok((Vec::new(), "The input has no sharp or open edges.".to_owned()));
     }
     let all: usize = found.iter().map(Curve::edges).sum();
     found.sort_by(|a, b| b.length.total_cmp(&a.length));
-    let ends = found.iter().flat_map(|curve| {
-        let next = curve.vertices.iter().cycle().skip(1);
-        curve.vertices.iter().zip(next).take(curve.edges())
-    });
+    let ends = found.iter().flat_map(Curve::edge_ends);
     let ends: Vec<[DVec3; 2]> =
-        ends.map(|(a, b)| [a, b].map(|v| mesh.vertices[*v as usize])).take(MOST_LINES).collect();
+        ends.map(|pair| pair.map(|v| mesh.vertices[v as usize])).take(MOST_LINES).collect();
     let note = if ends.len() < all {
         format!("The longest {} of {all} edges are drawn.", ends.len())
     } else {
