@@ -31,13 +31,13 @@ pub use mesh::TriMesh;
 pub use mesh::source::{Source, SurfacePoint};
 pub use options::{
     Centroid, Features, MAX_ITERATIONS, MAX_NEIGHBOURS, MAX_OFFSET, MeasureDepth, Method, Options, Quality,
-    Shortage,
+    Shortage, Sizing,
 };
 pub use pipeline::{
     ExactSummary, PhaseTime, Preview, PreviewLevel, Remeshed, RunTimings, SkeletonSummary, Summary, preview,
     remesh,
 };
 pub use remesher::Remesher;
-pub use size::Size;
+pub use size::{Length, Size};
 pub use stages::poisson::DiskSummary;
 pub use watch::{Flow, Phase, Progress};

@@ -2,6 +2,7 @@
 
 use crate::mesh::io::FeatureLine;
 use crate::mesh::skeleton::SkeletonOptions;
+use crate::size::Length;
 use crate::{Error, Result};
 use serde::{Serialize, Serializer};
 use std::path::PathBuf;
@@ -75,6 +76,24 @@ pub enum Shortage {
     AddVertices,
 }
 
+/// How long edges are where.
+#[derive(Debug, Clone, PartialEq, Default, Serialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Sizing {
+    /// Equally long everywhere.
+    #[default]
+    Uniform,
+    /// Shorter where the surface bends: in proportion to curvature^(-`gradation` / 2). With 1 the faces stray equally far
+    /// from the surface everywhere, with 2 they meet at equal angles, with 0 edges are equally long.
+    Curvature {
+        /// 0 to [`MAX_GRADATION`].
+        gradation: f64,
+    },
+    /// In proportion to these numbers, one for each vertex of the input, all above 0; reports have their number.
+    #[serde(serialize_with = "count")]
+    Given(Vec<f64>),
+}
+
 /// A user's lines along edges of the input.
 #[derive(Debug, Clone, PartialEq, Default, Serialize)]
 pub struct Features {
@@ -140,6 +159,16 @@ pub struct Options {
     pub source: bool,
     /// Where a site moves.
     pub centroid: Centroid,
+    /// Coarse to fine only: how long edges are where.
+    pub sizing: Sizing,
+    /// Unless edges are equally long: the least length that is wanted anywhere; at most that of a uniform mesh, of which
+    /// an eighth if `None`.
+    pub min_edge: Option<Length>,
+    /// The largest one; at least that of a uniform mesh, of which eight times if `None`.
+    pub max_edge: Option<Length>,
+    /// How much longer edges may become on a way along the surface, over that way; above 0 to [`MAX_GROWTH`]. With 0.25
+    /// they double over four lengths of the longer ones.
+    pub growth: f64,
 }
 
 /// Longest neighbour list: what the cell kernel's planes and 16 KB of shared memory allow.
@@ -147,6 +176,12 @@ pub const MAX_NEIGHBOURS: u32 = 48;
 
 /// Largest offset of shadow sites, in spacings: beyond, they hide sites wherever the surface is hollow.
 pub const MAX_OFFSET: f64 = 20.0;
+
+/// Largest [`Sizing::Curvature`].
+pub const MAX_GRADATION: f64 = 3.0;
+
+/// Largest [`Options::growth`]: beyond, triangles cannot be even.
+pub const MAX_GROWTH: f64 = 1.0;
 
 /// Most iterations of a level; each keeps a few words on the device.
 pub const MAX_ITERATIONS: u32 = 1_000_000;
@@ -211,6 +246,10 @@ impl Options {
             held_sides: Vec::new(),
             source: false,
             centroid: Centroid::Vertex,
+            sizing: Sizing::Uniform,
+            min_edge: None,
+            max_edge: None,
+            growth: 0.25,
         }
     }
 
@@ -295,11 +334,41 @@ impl Options {
                 format!("use 0 to {MAX_OFFSET} edge lengths"),
             ));
         }
+        self.validate_sizing()?;
         if !(self.tolerance >= 0.0 && self.tolerance.is_finite()) {
             return Err(Error::usage(
                 format!("--tolerance {} is out of range", self.tolerance),
                 "use 0 or a small number such as 1e-4",
             ));
+        }
+        Ok(())
+    }
+}
+
+impl Options {
+    /// What can be checked of sizes without a mesh.
+    fn validate_sizing(&self) -> Result<()> {
+        if let Sizing::Curvature { gradation } = self.sizing
+            && !(0.0..=MAX_GRADATION).contains(&gradation)
+        {
+            let problem = format!("--gradation {gradation} is out of range");
+            return Err(Error::usage(problem, format!("use 0 to {MAX_GRADATION}, such as 1")));
+        }
+        if self.sizing != Sizing::Uniform && self.method != Method::CoarseToFine {
+            let problem = "edge lengths that differ are made by the default method alone";
+            return Err(Error::usage(problem, "leave --sizing out, or add --preset default"));
+        }
+        if !(self.growth > 0.0 && self.growth <= MAX_GROWTH) {
+            let problem = format!("--growth {} is out of range", self.growth);
+            return Err(Error::usage(problem, format!("use more than 0 to {MAX_GROWTH}, such as 0.25")));
+        }
+        for (name, length) in [("min-edge", self.min_edge), ("max-edge", self.max_edge)] {
+            if let Some(Length::Units(value) | Length::OfDiagonal(value)) = length
+                && !(value > 0.0 && value.is_finite())
+            {
+                let problem = format!("--{name} {value} is out of range");
+                return Err(Error::usage(problem, "give a length above 0"));
+            }
         }
         Ok(())
     }

@@ -3,9 +3,30 @@
 use crate::mesh::frame::Frame;
 use crate::mesh::skeleton::spacing_of;
 use crate::{Error, Result, TriMesh};
+use serde::Serialize;
 
 /// The fewest vertices of a closed surface.
 const FEWEST: usize = 4;
+
+/// A length on a mesh; above 0.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Length {
+    /// In the units of the input.
+    Units(f64),
+    /// In shares of the diagonal of the input's bounding box.
+    OfDiagonal(f64),
+}
+
+impl Length {
+    /// In shares of a diagonal of this length.
+    pub(crate) fn share_of(self, diagonal: f64) -> f64 {
+        match self {
+            Self::Units(length) => length / diagonal,
+            Self::OfDiagonal(share) => share,
+        }
+    }
+}
 
 /// How large a result shall be. [`Size::vertices`] turns it into the count that [`crate::Options`] takes.
 #[derive(Debug, Clone, Copy, PartialEq)]

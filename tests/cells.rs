@@ -73,7 +73,8 @@ impl Scene {
     fn cells(&self, near: &[u32]) -> ConnectedCells {
         let surface = CellSurface::new(&self.mesh.vertices, &self.mesh.triangles, &self.normals);
         let places = Place::inside(&self.under);
-        let sites = CellSites { positions: &self.sites, places: &places, near, spacing: self.spacing };
+        let sites =
+            CellSites { positions: &self.sites, places: &places, near, spacing: self.spacing, lengths: &[] };
         connected_cells(&surface, &sites)
     }
 

@@ -149,8 +149,13 @@ impl Scene {
         let surface = CellSurface::new(&self.mesh.vertices, &self.mesh.triangles, &self.normals)
             .cut_along(&curves, &self.skeleton.patches);
         let near = near(&self.sites, k);
-        let sites =
-            CellSites { positions: &self.sites, places: &self.places, near: &near, spacing: self.spacing };
+        let sites = CellSites {
+            positions: &self.sites,
+            places: &self.places,
+            near: &near,
+            spacing: self.spacing,
+            lengths: &[],
+        };
         connected_cells(&surface, &sites)
     }
 
@@ -336,8 +341,13 @@ fn closed_surfaces_have_sites_for_sectors() {
     let with_curves = scene.cells(24);
     let surface = CellSurface::new(&scene.mesh.vertices, &scene.mesh.triangles, &scene.normals);
     let near = near(&scene.sites, 24);
-    let sites =
-        CellSites { positions: &scene.sites, places: &scene.places, near: &near, spacing: scene.spacing };
+    let sites = CellSites {
+        positions: &scene.sites,
+        places: &scene.places,
+        near: &near,
+        spacing: scene.spacing,
+        lengths: &[],
+    };
     assert_eq!(connected_cells(&surface, &sites).fans, with_curves.fans);
     assert!(with_curves.encroached.is_empty());
 }

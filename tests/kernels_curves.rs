@@ -230,9 +230,9 @@ fn targets_keep_off_curves() {
             scene.positions.iter().zip(cloud(n, SPACING, 6)).map(|(p, off)| *p + off).collect();
         let wanted = rounded(&wanted);
         let targets = upload("test.targets", &wanted);
-        let keep_off = KeepOff::new(device(), workgroup).unwrap();
+        let keep_off = KeepOff::new(device(), false, workgroup).unwrap();
         let mut recorder = device().recorder().unwrap();
-        keep_off.record(&mut recorder, &scene.inputs(), &targets, SPACING).unwrap();
+        keep_off.record(&mut recorder, &scene.inputs(), &targets, SPACING, None).unwrap();
         recorder.submit().unwrap();
         assert_valid(device());
         let mut moved = 0;

@@ -7,6 +7,7 @@ use anyhow::{Result, ensure};
 use glam::{DVec3, Vec4};
 use rtfmesh::gpu::{Device, Recorder};
 use rtfmesh::mesh::frame::Frame;
+use rtfmesh::mesh::sizing::SizeField;
 use rtfmesh::mesh::{io, repair::repair, samples};
 use rtfmesh::stages::records::TriangleRecords;
 use rtfmesh::stages::seed::{self, Seeds};
@@ -100,7 +101,7 @@ impl Work {
 /// `count` of many more seeds: how many of them stay is graded along x, so that distances vary by `ratio`.
 fn uneven(model: &Model, count: usize, ratio: f64) -> Seeds {
     // Enough that the dense end has them as far apart as seeds should be.
-    let all = seed::stratified(&model.surface, 16 * count, 1);
+    let all = seed::stratified(&model.surface, &SizeField::default(), 16 * count, 1);
     let (low, high) = all.sites.iter().fold((f64::MAX, f64::MIN), |(l, h), p| (l.min(p.x), h.max(p.x)));
     let weight = |p: &DVec3| ratio.powf(-2.0 * (p.x - low) / (high - low));
     let sum: f64 = all.sites.iter().map(weight).sum();
@@ -126,7 +127,7 @@ impl<'a> Context<'a> {
         let seeds = if density > 1.0 {
             uneven(model, count, density)
         } else {
-            seed::stratified(&model.surface, count, 1)
+            seed::stratified(&model.surface, &SizeField::default(), count, 1)
         };
         let spacing = (2.0 * model.surface.area() / (3.0_f64.sqrt() * count as f64)).sqrt();
         let iteration = Iteration::new(device, &seeds, spacing, runs, density)?;

@@ -1,7 +1,7 @@
 // Purpose: keeps the targets of interior sites off curves.
 // Invocation: one site.
-// Reads: sites (with the marks of common/pins.glsl), normals (packed), neighbours.
-// Writes: targets (xyz, w = squared distance to the site) where they are too near to a curve.
+// Reads: sites (with the marks of common/pins.glsl), normals (packed), neighbours, lengths (only where sizes differ).
+// Writes: targets (xyz, w = squared distance to the site, in lengths wanted there) where they are too near to a curve.
 // Filled by face/planar; consumed by project/walk. Only for surfaces with curves.
 // A site between two curve sites whose circle it enters has a face that reaches over the curve, where no site bounds it.
 // Its centroid is beyond the curve, and it would go there and stay. Near each curve site the curve is taken for a line as
@@ -15,6 +15,8 @@
 
 // Nearest neighbours that are looked at.
 layout(constant_id = 1) const uint NEAR = 12;
+// 1 where sizes differ: lengths has the edge length wanted at each site, relative to the spacing.
+layout(constant_id = 2) const uint SIZED = 0;
 const uint CURVES = 1u;
 #include "common/pins.glsl"
 
@@ -26,6 +28,7 @@ layout(set = 0, binding = 0) readonly buffer Sites { vec4 sites[]; };
 layout(set = 0, binding = 1) readonly buffer Normals { uint normals[]; };
 layout(set = 0, binding = 2) readonly buffer Neighbours { uint neighbours[]; };
 layout(set = 0, binding = 3) buffer Targets { vec4 targets[]; };
+layout(set = 0, binding = 4) readonly buffer Lengths { float lengths[]; };
 
 // Nearest to a line, as a share of how far the curve goes on.
 const float LEAST = 0.45;
@@ -44,7 +47,7 @@ void main() {
         vec4 other = sites[known];
         bool faces = counts_anywhere(other.w) || dot(n, unpack_normal(normals[known])) > -0.2;
         vec3 direction = pin_direction(other.w), off = to - other.xyz;
-        float along = dot(off, direction), reach = pin_reach(other.w) * spacing;
+        float along = dot(off, direction), reach = pin_reach(other.w) * spacing * (SIZED != 0u ? lengths[known] : 1.0);
         // In the tangent plane, and on the side where the site is now.
         vec3 now = own.xyz - other.xyz;
         vec3 away = now - dot(now, direction) * direction;
@@ -58,5 +61,6 @@ void main() {
     }
     bool moves = !is_pinned(own.w) && dot(push, push) > 0.0;
     vec3 kept = to + push, step = kept - own.xyz;
-    if (moves) targets[site] = vec4(kept, dot(step, step));
+    float wanted = SIZED != 0u ? lengths[site] : 1.0;
+    if (moves) targets[site] = vec4(kept, dot(step, step) / (wanted * wanted));
 }

@@ -25,7 +25,7 @@ impl AttributeArgs {
     /// [`Error::Usage`] that names the option.
     pub fn check(&self, method: Method) -> rtfmesh::Result<()> {
         let given = [("--keep-uv", self.keep_uv), ("--keep-labels", self.keep_labels)];
-        match given.iter().find(|(_, given)| *given && method == Method::Rtf) {
+        match given.iter().find(|(_, given)| *given && method != Method::CoarseToFine) {
             None => Ok(()),
             Some((name, _)) => Err(Error::usage(
                 format!("{name} is an option of preset default alone"),

@@ -1,5 +1,7 @@
 //! What commands that remesh have in common on the command line: the method's settings, and the device.
 
+use super::sizing::SizingArgs;
+use rtfmesh::mesh::attributes::Attributes;
 use rtfmesh::mesh::io;
 use rtfmesh::{
     Centroid, Device, DeviceOptions, Error, Features, MeasureDepth, Method, Options, Quality, Shortage, Size,
@@ -66,6 +68,8 @@ pub struct MethodArgs {
     /// Seed of the random start [default: 1]
     #[arg(long)]
     seed: Option<u64>,
+    #[command(flatten)]
+    sizing: SizingArgs,
 }
 
 #[derive(Clone, Copy, clap::ValueEnum)]
@@ -175,7 +179,7 @@ impl MethodArgs {
             Preset::Mps => Options::mps(vertices),
         };
         self.refuse_foreign(base.method)?;
-        let options = Options {
+        let mut options = Options {
             method: base.method,
             coarsest: base.coarsest,
             first_iterations: base.first_iterations,
@@ -210,9 +214,23 @@ impl MethodArgs {
                 Some(CentroidName::Area) => Centroid::Area,
                 None => base.centroid,
             },
+            // See below.
+            sizing: base.sizing,
+            min_edge: base.min_edge,
+            max_edge: base.max_edge,
+            growth: base.growth,
         };
+        self.sizing.put(&mut options)?;
         options.validate()?;
         Ok(options)
+    }
+
+    /// Takes what the options say of the input's attributes.
+    ///
+    /// # Errors
+    /// [`Error::Input`] for an attribute that is not there.
+    pub fn read_attributes(&self, attributes: &Attributes, options: &mut Options) -> rtfmesh::Result<()> {
+        self.sizing.read(attributes, options)
     }
 
     /// The file of `--features`.

@@ -12,6 +12,7 @@ mod render;
 mod sample;
 mod shell;
 mod size;
+mod sizing;
 mod table;
 mod watch;
 

@@ -78,7 +78,7 @@ pub fn run(args: &Args) -> Result<()> {
     let (loaded, device) = rayon::join(|| load(args), || args.device.open());
     let loaded = loaded?;
     options.vertices = count(size, &args.input, &loaded.mesh, args.quiet)?;
-    ask(args, &loaded, Some(target.format()), &mut options);
+    ask(args, &loaded, Some(target.format()), &mut options)?;
     let device = device?;
     if !args.quiet {
         watch.show_bar();
@@ -117,19 +117,21 @@ fn load(args: &Args) -> rtfmesh::Result<Loaded> {
     Ok(loaded)
 }
 
-/// Asks for what carrying attributes over takes.
-fn ask(args: &Args, loaded: &Loaded, format: Option<Format>, options: &mut Options) {
+/// Asks for what carrying attributes over takes, and takes what options want of them.
+fn ask(args: &Args, loaded: &Loaded, format: Option<Format>, options: &mut Options) -> rtfmesh::Result<()> {
     let notes = args.attributes.ask(loaded, format, options);
     if !args.quiet {
         tell_notes(&args.input, &notes);
     }
+    let read = args.method.read_attributes(&loaded.attributes, options);
+    read.map_err(|e| e.in_file(input_name(&args.input)))
 }
 
 /// Prints what would be done.
 fn dry_run(args: &Args, size: Size, mut options: Options) -> Result<()> {
     let loaded = load(args)?;
     options.vertices = count(size, &args.input, &loaded.mesh, args.quiet)?;
-    ask(args, &loaded, None, &mut options);
+    ask(args, &loaded, None, &mut options)?;
     let plan = preview(&loaded.mesh, &options).map_err(|e| e.in_file(input_name(&args.input)))?;
     let text = table::preview(&plan);
     // Whoever reads standard output for a mesh must not get a table.

@@ -21,7 +21,7 @@ pub struct SizeArgs {
     ratio: Option<f64>,
 }
 
-fn length(text: &str) -> std::result::Result<Size, String> {
+pub(super) fn length(text: &str) -> std::result::Result<Size, String> {
     let number = |text: &str| {
         text.trim().parse::<f64>().map_err(|_| "give a length such as 0.5, or 1% of the diagonal".to_owned())
     };

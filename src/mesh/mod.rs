@@ -13,6 +13,7 @@ pub mod polyline;
 pub mod quality;
 pub mod repair;
 pub mod samples;
+pub mod sizing;
 pub mod skeleton;
 pub mod source;
 pub mod topology;

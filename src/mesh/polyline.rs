@@ -32,6 +32,11 @@ impl Polyline {
         self.closed
     }
 
+    /// The way to point `k`. Panics if there is none.
+    pub fn way_to(&self, k: usize) -> f64 {
+        self.along[k]
+    }
+
     /// The edge at a way, and the ways at which it begins and ends.
     pub fn edge(&self, way: f64) -> (usize, [f64; 2]) {
         let edge = self.along.partition_point(|a| *a <= way).clamp(1, self.along.len() - 1) - 1;

@@ -153,6 +153,24 @@ fn snapped(weights: [f64; 3]) -> [f64; 3] {
     kept.map(|w| w / sum)
 }
 
+/// Numbers of the vertices of `input` as those of the repaired mesh's.
+pub(crate) fn vertex_values_after(input: &TriMesh, repaired: &Repaired, values: &[f64]) -> Vec<f64> {
+    let mut after = vec![f64::NAN; repaired.mesh.vertices.len()];
+    for (triangle, origin) in repaired.mesh.triangles.iter().zip(&repaired.origin) {
+        for v in triangle {
+            let at = repaired.mesh.vertices[*v as usize];
+            let near = |w: &&u32| input.vertices[**w as usize].distance_squared(at);
+            let corners = input.triangles[*origin as usize];
+            // Welding may have moved it, but it was one of these.
+            let nearest = corners.iter().min_by(|a, b| near(a).total_cmp(&near(b)));
+            if let Some(w) = nearest.filter(|_| after[*v as usize].is_nan()) {
+                after[*v as usize] = values[*w as usize];
+            }
+        }
+    }
+    after
+}
+
 /// Half-edges `3 * triangle + k` of `input` as those of the repaired mesh; those that it does not have are left out.
 pub(crate) fn half_edges_after(input: &TriMesh, repaired: &Repaired, half_edges: &[u32]) -> Vec<u32> {
     if half_edges.is_empty() {

@@ -131,7 +131,7 @@ impl Attempts<'_> {
 
     fn ground(&self, vertices: usize) -> Result<Ground> {
         let options = Options { vertices, ..self.options.clone() };
-        ground(self.device, self.mesh, self.surface, &options)
+        ground(self.device, (self.mesh, self.frame), self.surface, &options)
     }
 
     /// As many vertices, or more if curves leave too few of them. What counts as a curve depends on their number.

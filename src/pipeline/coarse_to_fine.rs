@@ -3,13 +3,14 @@
 
 use super::connected::{Found, Held, Sites};
 use super::holes::holes;
-use super::level::{Level, Moves, Relaxed, Start};
+use super::level::{DeviceSurface, Level, Moves, Relaxed, Start};
 use super::plan::{Extent, LevelPlan, levels};
 use super::refine::{Coarser, HeldSites, refine};
 use super::shares::{FEW_ITERATIONS, Shares};
 use super::{Clock, Connection, SkeletonSummary};
 use crate::gpu::Device;
 use crate::mesh::frame::Frame;
+use crate::mesh::sizing::SizeField;
 use crate::mesh::skeleton::{SkeletonOptions, skeleton};
 use crate::mesh::topology::Topology;
 use crate::options::Options;
@@ -20,6 +21,7 @@ use crate::stages::face::FlagCounts;
 use crate::stages::pins::PinnedSites;
 use crate::stages::records::TriangleRecords;
 use crate::stages::seed::{self, Seeds};
+use crate::stages::sizing::DeviceSizes;
 use crate::stages::surface::Surface;
 use crate::stages::surface_curves::SurfaceCurves;
 use crate::watch::Watch;
@@ -45,26 +47,43 @@ pub(super) struct Ground {
     pub(super) records: TriangleRecords,
     pub(super) target: Target,
     pub(super) curves: Option<SurfaceCurves>,
+    /// How long edges should be.
+    pub(super) sizes: SizeField,
+    device_sizes: Option<DeviceSizes>,
     pub skeleton: SkeletonSummary,
 }
 
 impl Ground {
-    /// `options` are for the surface in the unit-diagonal frame.
+    /// `options` are for the surface in the unit-diagonal frame; `sized` makes the edge lengths, once the curves are known.
     ///
     /// # Errors
-    /// [`crate::Error::OutOfMemory`] if the surface does not fit on the device; what [`skeleton`] finds wrong.
-    pub fn new(device: &Device, surface: &Surface, options: &SkeletonOptions) -> Result<Self> {
+    /// [`crate::Error::OutOfMemory`] if the surface does not fit on the device; what [`skeleton`] and `sized` find wrong.
+    pub fn new(
+        device: &Device,
+        surface: &Surface,
+        options: &SkeletonOptions,
+        sized: impl Fn(Option<&SurfaceCurves>) -> Result<SizeField> + Sync,
+    ) -> Result<Self> {
         let mesh = surface.mesh();
         let held = || -> Result<_> {
             let found = skeleton(&mesh, options)?;
             let curves = SurfaceCurves::new(&mesh.vertices, &mesh.triangles, &found);
-            Ok((TriangleRecords::new(device, surface, curves.as_ref())?, curves, SkeletonSummary::of(&found)))
+            let sizes = sized(curves.as_ref())?;
+            let curves = curves.map(|curves| curves.sized(&sizes));
+            let records = TriangleRecords::new(device, surface, curves.as_ref())?;
+            let device_sizes = DeviceSizes::new(device, &sizes)?;
+            Ok((records, curves, SkeletonSummary::of(&found), sizes, device_sizes))
         };
         let (held, target) = rayon::join(held, || Target::new(&mesh));
-        let (records, curves, skeleton) = held?;
+        let (records, curves, skeleton, sizes, device_sizes) = held?;
         let patches = curves.as_ref().map_or_else(Vec::new, |curves| curves.patches.clone());
         let target = target.in_patches(patches);
-        Ok(Self { records, target, curves, skeleton })
+        Ok(Self { records, target, curves, sizes, device_sizes, skeleton })
+    }
+
+    /// What sites move over.
+    pub(super) fn on_device(&self) -> DeviceSurface<'_> {
+        DeviceSurface { records: &self.records, sizes: self.device_sizes.as_ref() }
     }
 }
 
@@ -137,7 +156,7 @@ impl CoarseToFine<'_> {
     /// Sites for the next level, with some where the coarser one's mesh ran past the surface.
     fn refined(&self, coarser: &Coarser, plan: &LevelPlan) -> Seeds {
         let seeds = refine(coarser, plan.interior);
-        let missed = holes(&seeds, &self.surface.vertices, &self.surface.triangles, plan.spacing);
+        let missed = holes(&seeds, self.surface, &self.ground.sizes, plan.spacing);
         if missed.sites.is_empty() {
             return seeds;
         }
@@ -156,10 +175,14 @@ impl CoarseToFine<'_> {
 
     /// The sites of a level, from the coarser one if that was sound.
     pub(super) fn start(&self, coarser: Option<Found>, plan: &LevelPlan) -> (Start, Option<Held>) {
+        let sizes = &self.ground.sizes;
         let Some(curves) = &self.ground.curves else {
             let seeds = match &coarser {
-                Some(Found { mesh, under, .. }) => self.refined(&Coarser { mesh, under, held: None }, plan),
-                None => seed::stratified(self.surface, plan.interior, self.options.seed),
+                Some(Found { mesh, under, .. }) => {
+                    let lengths = sizes.at_all(&mesh.vertices, under);
+                    self.refined(&Coarser { mesh, under, lengths, held: None }, plan)
+                }
+                None => seed::stratified(self.surface, sizes, plan.interior, self.options.seed),
             };
             return (Start { seeds, pinned: None }, None);
         };
@@ -169,9 +192,10 @@ impl CoarseToFine<'_> {
         let seeds = match &coarser {
             Some(Found { mesh, under, held: Some(held), .. }) => {
                 let held = HeldSites { curves, sites: &held.sites, pins: &held.pins, room: &room };
-                refine(&Coarser { mesh, under, held: Some(held) }, plan.interior)
+                let lengths = sizes.at_all(&mesh.vertices, under);
+                refine(&Coarser { mesh, under, lengths, held: Some(held) }, plan.interior)
             }
-            _ => room.scattered(self.surface, plan.interior, self.options.seed),
+            _ => room.scattered(self.surface, sizes, plan.interior, self.options.seed),
         };
         let (seeds, pins) = sites.merge(curves, seeds);
         let spacing = plan.spacing;
@@ -187,9 +211,10 @@ impl CoarseToFine<'_> {
         (spacing, iterations, moves): (f64, u32, Moves),
         watch: &mut Watch,
     ) -> Result<Found> {
-        let level = Level::new(self.device, start, spacing, iterations, moves)?;
+        let level =
+            Level::new(self.device, start, (spacing, !self.ground.sizes.is_uniform()), iterations, moves)?;
         let Relaxed { sites: mut positions, triangles: under, near, steps, open } =
-            level.relax(self.device, start, &self.ground.records, self.options.tolerance, watch)?;
+            level.relax(self.device, start, &self.ground.on_device(), self.options.tolerance, watch)?;
         if let Some(held) = &held {
             // Exactly where they were put, and not where the nearest numbers of 32 bits are.
             held.put(&mut positions);

@@ -115,6 +115,7 @@ impl CoarseToFine<'_> {
         watch: &mut Watch,
     ) -> Result<Found> {
         let fixed = sites.held.as_ref().map_or_else(Vec::new, Held::on_curve);
+        let sizes = &self.ground.sizes;
         let mut left = DENSIFICATIONS;
         loop {
             watch.look()?;
@@ -123,14 +124,17 @@ impl CoarseToFine<'_> {
             for (held, (v, pin)) in held.iter().flat_map(|held| held.pinned().map(move |pin| (held, pin))) {
                 places[v] = held.sites.places[pin];
             }
-            let cells = connected_cells(on, &CellSites { positions, places: &places, near: listed, spacing });
+            let lengths = &sizes.at_all(positions, under);
+            let sites_now = CellSites { positions, places: &places, near: listed, spacing, lengths };
+            let cells = connected_cells(on, &sites_now);
             let (triangles, counts) = connect(positions, &cells.fans);
             let mesh = TriMesh { vertices: std::mem::take(positions), triangles };
             let got = topology(&mesh);
             let sound = is_as_good(&got, self.input) && got.vertices == mesh.vertices.len();
             *positions = mesh.vertices;
             let mut movable = Movable { positions, under, fixed: &fixed };
-            if sound || left == 0 || !densify(&mut movable, &mesh.triangles, &cells.broken, spacing) {
+            if sound || left == 0 || !densify(&mut movable, &mesh.triangles, &cells.broken, (spacing, sizes))
+            {
                 return Ok(Found {
                     counts: ConnectCounts { cells: Some(cells.certificate), ..counts },
                     sound,
@@ -185,7 +189,8 @@ impl CoarseToFine<'_> {
             let fixed = sites.held.as_ref().map_or_else(Vec::new, Held::on_curve);
             let mut movable =
                 Movable { positions: &mut sites.positions, under: &mut sites.under, fixed: &fixed };
-            if left == 0 || !densify(&mut movable, &rested.triangles, &wanted, spacing) {
+            if left == 0 || !densify(&mut movable, &rested.triangles, &wanted, (spacing, &self.ground.sizes))
+            {
                 let what = format!("{} faces run through others", crossing.len());
                 let at = wanted.first().map(|b| b.farthest.0);
                 return Ok((
@@ -219,7 +224,8 @@ impl CoarseToFine<'_> {
         let rails = found.held.as_ref().map_or_else(Vec::new, |held| self.rails(held));
         let wanted = self.options.polish_rounds + if rails.is_empty() { 0 } else { ROUNDS_ON_CURVES };
         let rounds = watch.shortened(wanted, FEW_ROUNDS);
-        let options = PolishOptions { rounds, fixed, patches, rails, ..Default::default() };
+        let lengths = self.ground.sizes.at_all(&mesh.vertices, &found.under);
+        let options = PolishOptions { rounds, fixed, patches, rails, lengths, ..Default::default() };
         let few = f64::from(FEW_ROUNDS) / f64::from(rounds.max(1));
         // The few rounds of a run that comes to an end are done whole.
         polish_while(mesh, target, &options, &mut |done| {
@@ -227,7 +233,7 @@ impl CoarseToFine<'_> {
         });
         watch.look()?;
         clock.phase("polish");
-        let PolishOptions { fixed, patches, .. } = options;
+        let PolishOptions { fixed, patches, lengths, .. } = options;
         if self.options.fit {
             let options = FitOptions { fixed, patches, ..Default::default() };
             watch.phase(Phase::Fit, shares.fit.until, shares.fit.after)?;
@@ -236,7 +242,7 @@ impl CoarseToFine<'_> {
             let FitOptions { fixed, patches, .. } = options;
             let edge = super::spacing(self.surface.area(), mesh.vertices.len());
             watch.phase(Phase::Spots, shares.spots.until, shares.spots.after)?;
-            let options = SpotOptions { fixed, patches, ..Default::default() };
+            let options = SpotOptions { fixed, patches, lengths, ..Default::default() };
             reach_spots_while(mesh, target, edge, &options, &mut |done| {
                 watch.done(done).is_ok() && !watch.leave_out()
             });

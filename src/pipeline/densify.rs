@@ -5,6 +5,7 @@
 //! 2005). The sites come from where they are closest together, so their number stays.
 
 use super::grid::Grid;
+use crate::mesh::sizing::SizeField;
 use crate::stages::cells::BrokenCell;
 use glam::DVec3;
 
@@ -27,18 +28,19 @@ pub(super) fn densify(
     sites: &mut Movable,
     triangles: &[[u32; 3]],
     broken: &[BrokenCell],
-    spacing: f64,
+    (spacing, sizes): (f64, &SizeField),
 ) -> bool {
     let mut wanted: Vec<(DVec3, u32)> = Vec::new();
     let own: Vec<DVec3> = broken.iter().map(|b| sites.positions[b.site as usize]).collect();
-    let mut taken = Grid::new(APART * spacing, &own);
+    let mut taken = Grid::new(APART * spacing * sizes.range()[0], &own);
     for BrokenCell { farthest, .. } in broken {
         if !taken.is_near(farthest.0) {
             taken.insert(farthest.0);
             wanted.push(*farthest);
         }
     }
-    let spare = spare(sites, triangles, broken, wanted.len());
+    let lengths = sizes.at_all(sites.positions, sites.under);
+    let spare = spare((sites, &lengths), triangles, broken, wanted.len());
     if wanted.is_empty() || spare.len() < wanted.len() {
         return false;
     }
@@ -49,16 +51,23 @@ pub(super) fn densify(
     true
 }
 
-/// `count` sites, or fewer, that are the closest to others; none at a broken cell, and no two that share an edge.
-fn spare(sites: &Movable, triangles: &[[u32; 3]], broken: &[BrokenCell], count: usize) -> Vec<usize> {
+/// `count` sites, or fewer, that are the closest to others beside the `lengths` wanted there, if those are not equal; none at a broken cell, and no two that share an edge.
+fn spare(
+    (sites, lengths): (&Movable, &[f64]),
+    triangles: &[[u32; 3]],
+    broken: &[BrokenCell],
+    count: usize,
+) -> Vec<usize> {
     let n = sites.positions.len();
     let mut shortest = vec![f64::INFINITY; n];
     let mut rings: Vec<Vec<u32>> = vec![Vec::new(); n];
     for &[a, b, c] in triangles {
         for [i, j] in [[a, b], [b, c], [c, a]].map(|edge| edge.map(|v| v as usize)) {
             let length = sites.positions[i].distance_squared(sites.positions[j]);
-            shortest[i] = shortest[i].min(length);
-            shortest[j] = shortest[j].min(length);
+            for v in [i, j] {
+                let wanted = lengths.get(v).map_or(1.0, |wanted| wanted * wanted);
+                shortest[v] = shortest[v].min(length / wanted);
+            }
             rings[i].push(j as u32);
             rings[j].push(i as u32);
         }
@@ -105,7 +114,7 @@ mod tests {
         let (mut positions, triangles) = strip(30);
         let (before, mut under) = (positions.clone(), vec![0; positions.len()]);
         let mut sites = Movable { positions: &mut positions, under: &mut under, fixed };
-        let done = densify(&mut sites, &triangles, broken, 1.0);
+        let done = densify(&mut sites, &triangles, broken, (1.0, &SizeField::default()));
         let moved: Vec<usize> = (0..before.len()).filter(|v| before[*v] != positions[*v]).collect();
         assert!(moved.iter().all(|v| under[*v] == 7) && done != moved.is_empty());
         done.then_some(moved)

@@ -186,7 +186,10 @@ pub(super) fn connected(
     let near = near(device, &sites)?;
     let on = CellSurface::new(&surface.vertices, &surface.triangles, &surface.normals);
     let places = Place::inside(under);
-    let cells = connected_cells(&on, &CellSites { positions: &sites, places: &places, near: &near, spacing });
+    let cells = connected_cells(
+        &on,
+        &CellSites { positions: &sites, places: &places, near: &near, spacing, lengths: &[] },
+    );
     let (triangles, counts) = connect(&sites, &cells.fans);
     Ok(Connection {
         mesh: TriMesh { vertices: sites, triangles },

@@ -43,9 +43,4 @@ impl Grid {
     pub fn is_near(&self, p: DVec3) -> bool {
         self.around(p, 1).any(|q| q.distance_squared(p) <= self.side * self.side)
     }
-
-    /// The squared distance to the nearest point in the cubes around `p`; infinite if there is none.
-    pub fn distance_sq(&self, p: DVec3, reach: i32) -> f64 {
-        self.around(p, reach).map(|q| q.distance_squared(p)).fold(f64::INFINITY, f64::min)
-    }
 }

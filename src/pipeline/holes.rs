@@ -1,24 +1,43 @@
 //! Holes in the cover: points of the surface that no site is near, as the bottoms of folds that the coarser level's edges
 //! ran over.
 
-use super::grid::Grid;
+use crate::mesh::point_tree::PointTree;
+use crate::mesh::sizing::SizeField;
 use crate::stages::seed::Seeds;
+use crate::stages::surface::Surface;
 use glam::DVec3;
+use rayon::prelude::*;
 
 /// Spacings that a point of the surface may be from the nearest site; the middle of an even triangle is at 0.58.
 const NEAR: f64 = 1.0;
 /// One new site for so many at most.
 const RARE: usize = 200;
+/// Vertices that a thread takes at the least.
+const CHUNK: usize = 512;
 
-/// New sites for the holes that `seeds` leave: vertices of a surface, each in some triangle, all farther than a spacing
-/// from the seeds and from each other, the farthest first, and no more than one for 200 seeds.
-pub(super) fn holes(seeds: &Seeds, vertices: &[DVec3], triangles: &[[u32; 3]], spacing: f64) -> Seeds {
+/// New sites for the holes that `seeds` leave: vertices of a surface, each in some triangle, all farther than a spacing,
+/// times the length wanted there, from the seeds and from each other, the farthest first, and no more than one for 200
+/// seeds.
+pub(super) fn holes(seeds: &Seeds, surface: &Surface, sizes: &SizeField, spacing: f64) -> Seeds {
+    missed(seeds, (&surface.vertices, &surface.triangles), &|v| NEAR * spacing * sizes.at_vertex(v))
+}
+
+fn missed(
+    seeds: &Seeds,
+    (vertices, triangles): (&[DVec3], &[[u32; 3]]),
+    near: &(dyn Fn(u32) -> f64 + Sync),
+) -> Seeds {
     let mut found = Seeds { sites: Vec::new(), triangles: Vec::new() };
-    let mut grid = Grid::new(NEAR * spacing, &seeds.sites);
-    let mut bare: Vec<(f64, u32)> = (0u32..)
-        .zip(vertices)
-        .filter(|(_, p)| !grid.is_near(**p))
-        .map(|(v, p)| (grid.distance_sq(*p, 2), v))
+    let tree = PointTree::new(&seeds.sites);
+    let distance = |(v, p): (u32, &DVec3)| {
+        let nearest = tree.nearest(*p).map_or(f64::INFINITY, |s| seeds.sites[s as usize].distance(*p));
+        (nearest / near(v), v)
+    };
+    let mut bare: Vec<(f64, u32)> = (0u32..vertices.len() as u32)
+        .into_par_iter()
+        .with_min_len(CHUNK)
+        .map(|v| distance((v, &vertices[v as usize])))
+        .filter(|(share, _)| *share > 1.0)
         .collect();
     if bare.is_empty() {
         return found;
@@ -33,8 +52,7 @@ pub(super) fn holes(seeds: &Seeds, vertices: &[DVec3], triangles: &[[u32; 3]], s
         if found.sites.len() >= seeds.sites.len() / RARE {
             break;
         }
-        if !grid.is_near(p) {
-            grid.insert(p);
+        if found.sites.iter().all(|q| q.distance(p) > near(v)) {
             found.sites.push(p);
             found.triangles.push(under[v as usize]);
         }
@@ -58,7 +76,7 @@ mod tests {
 
     fn found(below: &[DVec3]) -> Seeds {
         let (seeds, vertices, triangles) = scene(below);
-        holes(&seeds, &vertices, &triangles, 1.0)
+        missed(&seeds, (&vertices, &triangles), &|_| 1.0)
     }
 
     #[test]

@@ -9,6 +9,7 @@ use crate::stages::pins::PinnedSites;
 use crate::stages::planar::{PlanarFaces, PlanarInputs, PlanarMove, PlanarOptions};
 use crate::stages::records::TriangleRecords;
 use crate::stages::seed::Seeds;
+use crate::stages::sizing::{DeviceSizes, Sizing};
 use crate::stages::step::{KeepOff, Settle};
 use crate::stages::walk::Walk;
 use crate::watch::Watch;
@@ -65,9 +66,19 @@ pub(super) struct Level {
     settle: Settle,
     /// On surfaces with curves.
     keep_off: Option<KeepOff>,
+    /// Where edge lengths differ.
+    sizing: Option<Sizing>,
     spacing: f64,
     iterations: u32,
     moves: Moves,
+}
+
+/// The surface that sites move over.
+#[derive(Clone, Copy)]
+pub(super) struct DeviceSurface<'a> {
+    pub records: &'a TriangleRecords,
+    /// Where edge lengths differ.
+    pub sizes: Option<&'a DeviceSizes>,
 }
 
 /// Sites that a level begins with.
@@ -105,8 +116,14 @@ impl Level {
         parts.par_iter().try_for_each(|part| part())
     }
 
-    /// `spacing` is that of the sites.
-    pub fn new(device: &Device, start: &Start, spacing: f64, iterations: u32, moves: Moves) -> Result<Self> {
+    /// `spacing` is that of the sites; they are `sized` if edge lengths differ.
+    pub fn new(
+        device: &Device,
+        start: &Start,
+        (spacing, sized): (f64, bool),
+        iterations: u32,
+        moves: Moves,
+    ) -> Result<Self> {
         let Start { seeds, pinned } = start;
         let n = seeds.sites.len();
         let curves = pinned.is_some();
@@ -122,7 +139,8 @@ impl Level {
             )?,
             walk: Walk::new(device, n, None)?,
             settle: Settle::new(device, n, iterations, pinned.as_ref().map(|p| p.moving), None)?,
-            keep_off: curves.then(|| KeepOff::new(device, None)).transpose()?,
+            keep_off: curves.then(|| KeepOff::new(device, sized, None)).transpose()?,
+            sizing: sized.then(|| Sizing::new(device, n, curves, None)).transpose()?,
             spacing,
             iterations,
             moves,
@@ -135,7 +153,7 @@ impl Level {
         &self,
         device: &Device,
         start: &Start,
-        surface: &TriangleRecords,
+        surface: &DeviceSurface,
         tolerance: f64,
         watch: &mut Watch,
     ) -> Result<Relaxed> {
@@ -180,7 +198,7 @@ impl Level {
     fn record_iteration(
         &self,
         recorder: &mut Recorder,
-        surface: &TriangleRecords,
+        surface: &DeviceSurface,
         iteration: u32,
     ) -> Result<()> {
         self.lists.record_refresh(recorder, &self.sites, MAX_RHO)?;
@@ -189,23 +207,30 @@ impl Level {
         // Nesterov's sequence; the last iteration is a plain one, so that sites end in their centroids.
         let share = iteration as f32 / (iteration as f32 + 3.0);
         let last = iteration + 1 == self.iterations;
+        let longest = self.moves.longest(iteration) * self.spacing;
+        let largest = surface.sizes.map_or(1.0, |sizes| sizes.range[1]);
         let step = PlanarMove {
             iteration,
             momentum: if last { 0.0 } else { share.min(self.moves.momentum) },
-            largest_move: (self.moves.longest(iteration) * self.spacing) as f32,
-            widest: (WIDEST * self.spacing) as f32,
+            largest_move: (longest * largest) as f32,
+            widest: (WIDEST * self.spacing * largest) as f32,
             exact: iteration + EXACT >= self.iterations,
         };
         self.faces.record(recorder, &inputs, &step)?;
+        if let (Some(sizing), Some(sizes)) = (&self.sizing, surface.sizes) {
+            sizing.record_lengths(recorder, sizes, &self.sites, &self.site_triangle)?;
+            sizing.record_drift(recorder, &inputs, &self.faces, longest as f32)?;
+        }
         if let Some(keep_off) = &self.keep_off {
-            keep_off.record(recorder, &inputs, &self.faces.targets, self.spacing)?;
+            let lengths = self.sizing.as_ref().map(|sizing| &sizing.lengths);
+            keep_off.record(recorder, &inputs, &self.faces.targets, self.spacing, lengths)?;
         }
         self.record_move(recorder, surface, iteration)
     }
 
-    fn record_move(&self, recorder: &mut Recorder, surface: &TriangleRecords, iteration: u32) -> Result<()> {
+    fn record_move(&self, recorder: &mut Recorder, surface: &DeviceSurface, iteration: u32) -> Result<()> {
         let targets = &self.faces.targets;
-        self.walk.record(recorder, targets, surface, &self.site_triangle)?;
+        self.walk.record(recorder, targets, surface.records, &self.site_triangle)?;
         self.settle.record(recorder, &self.walk, targets, &self.sites, iteration)
     }
 

@@ -20,6 +20,7 @@ mod refine;
 mod relaxing;
 mod rtf;
 mod shares;
+mod sizes;
 mod spare;
 mod words;
 

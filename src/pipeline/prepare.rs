@@ -4,17 +4,19 @@ use super::attempts::has_own_curves;
 use super::coarse_to_fine::Ground;
 use super::level::{LIST, Level};
 use super::parts::{Divided, Parts, extract};
+use super::sizes::{SizeWish, size_field};
 use super::spare::Wish;
 use crate::gpu::Device;
 use crate::gpu::kernels::face::cell;
 use crate::mesh::frame::Frame;
 use crate::mesh::repair::{RepairOptions, Repaired, repair_with};
 use crate::mesh::skeleton::{SkeletonOptions, user_edges};
-use crate::mesh::source::half_edges_after;
+use crate::mesh::source::{half_edges_after, vertex_values_after};
 use crate::mesh::spacing;
 use crate::mesh::topology::{Topology, topology};
-use crate::options::{Method, Options, Shortage};
+use crate::options::{Method, Options, Shortage, Sizing};
 use crate::stages::surface::Surface;
+use crate::stages::surface_curves::SurfaceCurves;
 use crate::{Error, Result, TriMesh};
 
 /// With [`Shortage::AddVertices`], each further try to divide the components has this many times the vertices of the last,
@@ -45,6 +47,7 @@ impl Prepared {
     /// [`Error::Input`] for a mesh that [`repair_with`] cannot clean, [`Error::Usage`] for too few vertices,
     /// [`Error::OutOfMemory`].
     pub fn new(device: &Device, mesh: &TriMesh, options: &Options) -> Result<Self> {
+        check_given(mesh, options)?;
         let repaired = repair_with(mesh, &repairs(options))?;
         let frame = Frame::of(&repaired.mesh)?;
         check_memory(device, options)?;
@@ -54,6 +57,9 @@ impl Prepared {
             options.vertices = divided.left;
             options.coarsest = options.coarsest.max(divided.coarsest);
             let rest = (!divided.small.is_empty()).then(|| extract(&repaired.mesh, &divided.large));
+            if let (Some(rest), Sizing::Given(values)) = (&rest, &mut options.sizing) {
+                *values = values_of_part(values, (&repaired.mesh, &divided.large), rest);
+            }
             (divided.small, rest)
         });
         let rest = kept.map(|mesh| {
@@ -64,7 +70,7 @@ impl Prepared {
         let (input, surface) = rayon::join(|| topology(&repaired.mesh), || Surface::new(device, on, &frame));
         let surface = surface?;
         let ground = match options.method {
-            Method::CoarseToFine => Some(ground(device, on, &surface, &options)?),
+            Method::CoarseToFine => Some(ground(device, (on, &frame), &surface, &options)?),
             _ => None,
         };
         Ok(Self { repaired, frame, input, small, rest, surface, ground, options })
@@ -81,9 +87,36 @@ impl Prepared {
     }
 }
 
-/// The options for a mesh as repair leaves it: sides are those of its triangles.
+/// The options for a mesh as repair leaves it: sides are those of its triangles, and lengths those at its vertices.
 pub(crate) fn for_repaired(mesh: &TriMesh, repaired: &Repaired, options: &Options) -> Options {
-    Options { held_sides: half_edges_after(mesh, repaired, &options.held_sides), ..options.clone() }
+    let mut options = options.clone();
+    options.held_sides = half_edges_after(mesh, repaired, &options.held_sides);
+    if let Sizing::Given(values) = &mut options.sizing {
+        *values = vertex_values_after(mesh, repaired, values);
+    }
+    options
+}
+
+/// Refuses numbers of the input's vertices that are no lengths.
+pub(super) fn check_given(mesh: &TriMesh, options: &Options) -> Result<()> {
+    let Sizing::Given(values) = &options.sizing else { return Ok(()) };
+    if values.len() != mesh.vertices.len() {
+        let problem = format!("{} edge lengths for {} vertices", values.len(), mesh.vertices.len());
+        return Err(Error::usage(problem, "give one for each vertex of the input"));
+    }
+    let Some(v) = values.iter().position(|value| !(*value > 0.0 && value.is_finite())) else { return Ok(()) };
+    let problem = format!("vertex {v} wants edges of length {}", values[v]);
+    Err(Error::input(None, problem, "give lengths above 0"))
+}
+
+/// Numbers of the vertices of `mesh` as those of the part of it with these triangles.
+fn values_of_part(values: &[f64], (mesh, triangles): (&TriMesh, &[u32]), part: &TriMesh) -> Vec<f64> {
+    let mut of_part = vec![1.0; part.vertices.len()];
+    let whole = triangles.iter().flat_map(|t| mesh.triangles[*t as usize]);
+    for (from, to) in whole.zip(part.triangles.as_flattened()) {
+        of_part[*to as usize] = values[from as usize];
+    }
+    of_part
 }
 
 /// What the options want cleaned.
@@ -120,23 +153,34 @@ fn divide(mesh: &TriMesh, frame: &Frame, options: &Options) -> Result<Option<Div
 /// What the default pipeline needs of a surface, which is that of `mesh`, for as many vertices.
 pub(super) fn ground(
     device: &Device,
-    mesh: &TriMesh,
+    (mesh, frame): (&TriMesh, &Frame),
     surface: &Surface,
     options: &Options,
 ) -> Result<Ground> {
-    let user_edges = user_edges_on(surface, mesh, options)?;
+    let place = places_on(surface, mesh);
+    let wanted = wanted_edges(mesh, options)?;
+    let user_edges = wanted.into_iter().map(|edge| edge.map(|v| place[v as usize])).collect();
     let spacing = spacing(surface.area(), options.vertices);
     let wanted = SkeletonOptions { feature_angle: options.feature_angle, spacing, user_edges };
-    Ground::new(device, surface, &wanted)
+    let mut given = Vec::new();
+    if let Sizing::Given(values) = &options.sizing {
+        given = vec![1.0; values.len()];
+        place.iter().zip(values).for_each(|(v, value)| given[*v as usize] = *value);
+    }
+    let sized = |curves: Option<&SurfaceCurves>| {
+        let wish = SizeWish { options, given: &given, diagonal: frame.scale };
+        size_field(&surface.mesh(), curves, &wish)
+    };
+    Ground::new(device, surface, &wanted, sized)
 }
 
-/// The user's curves as edges of the surface, which has the mesh's triangles in their order, but not its vertices.
-fn user_edges_on(surface: &Surface, mesh: &TriMesh, options: &Options) -> Result<Vec<[u32; 2]>> {
+/// Where the mesh's vertices are on the surface, which has its triangles in their order, but not its vertices.
+fn places_on(surface: &Surface, mesh: &TriMesh) -> Vec<u32> {
     let mut place = vec![0; mesh.vertices.len()];
     for (from, to) in mesh.triangles.as_flattened().iter().zip(surface.triangles.as_flattened()) {
         place[*from as usize] = *to;
     }
-    Ok(wanted_edges(mesh, options)?.into_iter().map(|edge| edge.map(|v| place[v as usize])).collect())
+    place
 }
 
 /// The edges of `mesh`, which is repaired, that the user's curves run along.

@@ -2,13 +2,15 @@
 
 use super::attempts::may_collapse;
 use super::plan::{Extent, LevelPlan, enough, levels};
-use super::prepare::{device_bytes_per_site, for_repaired, repairs, wanted_edges};
+use super::prepare::{check_given, device_bytes_per_site, for_repaired, repairs, wanted_edges};
+use super::sizes::{SizeWish, size_field};
 use super::spacing;
 use crate::mesh::frame::Frame;
 use crate::mesh::repair::{RepairCounts, repair_with};
+use crate::mesh::sizing::SizeField;
 use crate::mesh::skeleton::{Skeleton, SkeletonOptions, skeleton};
 use crate::mesh::topology::topology;
-use crate::options::{Method, Options, Shortage};
+use crate::options::{Method, Options, Shortage, Sizing};
 use crate::stages::surface_curves::SurfaceCurves;
 use crate::{Error, Result, TriMesh};
 use serde::Serialize;
@@ -66,6 +68,7 @@ pub struct PreviewLevel {
 /// mesh without area or features that fit no edge.
 pub fn preview(mesh: &TriMesh, options: &Options) -> Result<Preview> {
     options.validate()?;
+    check_given(mesh, options)?;
     let repaired = repair_with(mesh, &repairs(options))?;
     let options = &for_repaired(mesh, &repaired, options);
     let frame = Frame::of(&repaired.mesh)?;
@@ -76,15 +79,18 @@ pub fn preview(mesh: &TriMesh, options: &Options) -> Result<Preview> {
     let areas: Vec<f64> = (0..unit.triangles.len()).map(|t| area(&unit, t)).collect();
     let whole: f64 = areas.iter().sum();
     let spacing = spacing(whole, options.vertices);
-    let (found, curves) = match options.method {
+    let (found, curves, field) = match options.method {
         Method::CoarseToFine => {
             let user_edges = wanted_edges(&repaired.mesh, options)?;
             let wanted = SkeletonOptions { feature_angle: options.feature_angle, spacing, user_edges };
             let found = skeleton(&unit, &wanted)?;
             let curves = SurfaceCurves::new(&unit.vertices, &unit.triangles, &found);
-            (found, curves)
+            let given = if let Sizing::Given(values) = &options.sizing { values } else { &Vec::new() };
+            let wish = SizeWish { options, given, diagonal: frame.scale };
+            let field = size_field(&unit, curves.as_ref(), &wish)?;
+            (found, curves.map(|curves| curves.sized(&field)), field)
         }
-        _ => (Skeleton::default(), None),
+        _ => (Skeleton::default(), None, SizeField::default()),
     };
     let plans = match options.method {
         Method::CoarseToFine => {
@@ -102,6 +108,7 @@ pub fn preview(mesh: &TriMesh, options: &Options) -> Result<Preview> {
         }
         _ => vec![LevelPlan { sites: options.vertices, interior: options.vertices, spacing }],
     };
+    let worth: Vec<f64> = areas.iter().enumerate().map(|(t, area)| area * field.crowd(t)).collect();
     let interior = plans.last().map_or(0, |last| last.interior);
     let level = |plan: &LevelPlan| PreviewLevel {
         vertices: plan.sites,
@@ -117,7 +124,7 @@ pub fn preview(mesh: &TriMesh, options: &Options) -> Result<Preview> {
         levels: plans.iter().map(level).collect(),
         curves: found.curves.len(),
         corners: found.corners.len(),
-        patches: by_patch(&found, &areas, interior),
+        patches: by_patch(&found, &worth, interior),
         device_bytes: device_bytes(&unit, options, curves.is_some()),
     })
 }
@@ -127,7 +134,7 @@ fn area(mesh: &TriMesh, t: usize) -> f64 {
     0.5 * (b - a).cross(c - a).length()
 }
 
-/// Shares of `interior` vertices by area.
+/// Shares of `interior` vertices by area, where edges are shorter by more.
 fn by_patch(found: &Skeleton, areas: &[f64], interior: usize) -> Vec<usize> {
     let mut patches = vec![0.0; found.patch_count];
     for (patch, area) in found.patches.iter().zip(areas) {

@@ -19,6 +19,8 @@ pub(super) struct Coarser<'a> {
     pub mesh: &'a TriMesh,
     /// The surface's triangle under each vertex.
     pub under: &'a [u32],
+    /// The edge length wanted at each, relative to the spacing; nothing if they are equal.
+    pub lengths: Vec<f64>,
     /// On surfaces with curves.
     pub held: Option<HeldSites<'a>>,
 }
@@ -75,6 +77,14 @@ impl Coarser<'_> {
         self.held.as_ref().is_none_or(|held| held.pins[v as usize] == NONE)
     }
 
+    /// The edge length wanted between some vertices.
+    fn length(&self, vertices: &[u32]) -> f64 {
+        if self.lengths.is_empty() {
+            return 1.0;
+        }
+        vertices.iter().map(|v| self.lengths[*v as usize]).sum::<f64>() / vertices.len() as f64
+    }
+
     fn has_room(&self, point: DVec3, triangle: u32) -> bool {
         self.held.as_ref().is_none_or(|held| held.room.has_room(point, triangle))
     }
@@ -91,7 +101,7 @@ impl Coarser<'_> {
 
 /// The vertices of the coarser mesh, and new sites at the middles of its edges: `count` in all, which must be at least the
 /// number of vertices. Where there are not enough edges for that, the largest triangles get a site in their middle; where
-/// there are too many, the shortest edges get none. Vertices on curves do not count and are left out, and so are edges
+/// there are too many, the shortest edges get none, both as seen beside the lengths wanted there. Vertices on curves do not count and are left out, and so are edges
 /// along curves.
 ///
 /// The middle of an edge is off the surface; its triangle is that of one end, from where the surface leads to it.
@@ -115,8 +125,10 @@ pub(super) fn refine(coarser: &Coarser, count: usize) -> Seeds {
         .collect();
     let wanted = count.saturating_sub(sites.len());
     if edges.len() > wanted {
-        let length_sq =
-            |(a, b): (u32, u32)| mesh.vertices[a as usize].distance_squared(mesh.vertices[b as usize]);
+        let length_sq = |(a, b): (u32, u32)| {
+            let length_sq = mesh.vertices[a as usize].distance_squared(mesh.vertices[b as usize]);
+            length_sq / coarser.length(&[a, b]).powi(2)
+        };
         edges.sort_by(|(a, ..), (b, ..)| length_sq(*b).total_cmp(&length_sq(*a)).then(a.cmp(b)));
         edges.truncate(wanted);
     }
@@ -127,7 +139,7 @@ pub(super) fn refine(coarser: &Coarser, count: usize) -> Seeds {
     let mut largest: Vec<(f64, usize)> = (0..mesh.triangles.len())
         .map(|t| {
             let [a, b, c] = mesh.corners(t);
-            ((b - a).cross(c - a).length_squared(), t)
+            ((b - a).cross(c - a).length_squared() / coarser.length(&mesh.triangles[t]).powi(4), t)
         })
         .collect();
     largest.sort_by(|a, b| b.0.total_cmp(&a.0).then(a.1.cmp(&b.1)));
@@ -186,7 +198,10 @@ mod tests {
     fn edges_first_then_large_triangles() {
         for (count, edges) in [(4, 0), (6, 2), (10, 6), (13, 6), (20, 6)] {
             let mesh = tetrahedron();
-            let seeds = refine(&Coarser { mesh: &mesh, under: &[5, 6, 7, 8], held: None }, count);
+            let seeds = refine(
+                &Coarser { mesh: &mesh, under: &[5, 6, 7, 8], lengths: Vec::new(), held: None },
+                count,
+            );
             assert_eq!((seeds.sites.len(), seeds.triangles.len()), (count, count));
             let corners = tetrahedron().vertices;
             let middles = (0..4).flat_map(|a| (0..a).map(move |b| (a, b)));

@@ -6,6 +6,7 @@ use super::plan::{Extent, levels};
 use crate::gpu::{Device, DeviceOptions, NONE};
 use crate::mesh::frame::Frame;
 use crate::mesh::samples::sample;
+use crate::mesh::sizing::SizeField;
 use crate::mesh::skeleton::SkeletonOptions;
 use crate::mesh::topology::topology;
 use crate::stages::surface::Surface;
@@ -19,7 +20,8 @@ fn relaxed(mesh: &TriMesh, count: usize) -> Vec<f64> {
     let frame = Frame::of(mesh).unwrap();
     let surface = Surface::new(&device, mesh, &frame).unwrap();
     let spacing = super::spacing(surface.area(), count);
-    let ground = Ground::new(&device, &surface, &SkeletonOptions::new(spacing)).unwrap();
+    let ground =
+        Ground::new(&device, &surface, &SkeletonOptions::new(spacing), |_| Ok(SizeField::default())).unwrap();
     let (input, options) = (topology(mesh), Options::new(count));
     let curves = ground.curves.as_ref().unwrap();
     let extent = Extent { area: surface.area(), euler: input.euler, curves: Some(curves) };
@@ -37,9 +39,9 @@ fn relaxed(mesh: &TriMesh, count: usize) -> Vec<f64> {
     let (start, held) = run.start(None, &plan);
     let held = held.unwrap();
     assert_eq!(start.seeds.sites.len(), count);
-    let level = Level::new(&device, &start, plan.spacing, 40, Moves::SCATTERED).unwrap();
+    let level = Level::new(&device, &start, (plan.spacing, false), 40, Moves::SCATTERED).unwrap();
     let mut go_on = |_| Flow::Continue;
-    let result = level.relax(&device, &start, &ground.records, 0.0, &mut Watch::new(&mut go_on)).unwrap();
+    let result = level.relax(&device, &start, &ground.on_device(), 0.0, &mut Watch::new(&mut go_on)).unwrap();
     let begin = start.pinned.unwrap().sites;
     for (i, begin) in begin.iter().enumerate() {
         if held.pins[i] != NONE {

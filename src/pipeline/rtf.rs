@@ -232,6 +232,7 @@ impl Run {
                 places: &Place::inside(&found.triangles),
                 near: &found.near,
                 spacing: self.spacing,
+                lengths: &[],
             };
             let cells = connected_cells(&on, &sites);
             let (by_cells, cell_counts) = connect(&found.sites, &cells.fans);

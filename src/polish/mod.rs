@@ -141,11 +141,20 @@ pub struct PolishOptions {
     pub patches: Vec<u32>,
     /// Curves along which fixed vertices may slide.
     pub rails: Vec<Rail>,
+    /// The edge length wanted at each vertex, relative to others; nothing if they are equal.
+    pub lengths: Vec<f64>,
 }
 
 impl Default for PolishOptions {
     fn default() -> Self {
-        Self { rounds: 10, valence_weight: 1.0, fixed: Vec::new(), patches: Vec::new(), rails: Vec::new() }
+        Self {
+            rounds: 10,
+            valence_weight: 1.0,
+            fixed: Vec::new(),
+            patches: Vec::new(),
+            rails: Vec::new(),
+            lengths: Vec::new(),
+        }
     }
 }
 
@@ -189,11 +198,11 @@ pub fn polish_while(
         let late = round + ANGLE_ROUNDS >= options.rounds;
         let rule = Rule { valence_weight: if late { 0.0 } else { options.valence_weight } };
         counts.flips += flip_edges(&mut links, points, &locked, &rule, SWEEPS);
-        counts.taken_back += relax::relax(&links, points, &mut ranks, &locked, target);
-        rails.slide(&links.triangles, points, false);
+        counts.taken_back += relax::relax(&links, points, &mut ranks, (&locked, &options.lengths), target);
+        rails.slide(&links.triangles, points, &options.lengths, false);
     }
     if options.rounds > 0 {
-        rails.slide(&links.triangles, points, true);
+        rails.slide(&links.triangles, points, &options.lengths, true);
         if go_on(1.0) {
             counts.lifted = worst::improve(&links, points, &mut ranks, &locked, target, WORST_PASSES);
         }

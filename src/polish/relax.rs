@@ -18,12 +18,12 @@ const REPAIRS: u32 = 8;
 /// Vertices and triangles that a thread takes at the least.
 pub(super) const CHUNK: usize = 512;
 
-/// One step of all vertices that are not locked; gives how many did not move because a triangle would have suffered.
+/// One step of all vertices that are not locked, with the edge `lengths` wanted at all, or nothing if they are equal; gives how many did not move because a triangle would have suffered.
 pub(super) fn relax(
     links: &Links,
     points: &mut Vec<DVec3>,
     ranks: &mut [usize],
-    locked: &[bool],
+    (locked, lengths): (&[bool], &[f64]),
     target: &Target,
 ) -> usize {
     let old: &[DVec3] = points;
@@ -33,7 +33,7 @@ pub(super) fn relax(
         .with_min_len(CHUNK)
         .map(|(v, rank)| {
             let here = old[v];
-            let (mean, normal) = ring(links, old, v as u32);
+            let (mean, normal) = ring(links, old, lengths, v as u32);
             if locked[v] {
                 return (here, normal);
             }
@@ -48,15 +48,21 @@ pub(super) fn relax(
 }
 
 /// The mean of the neighbours of a vertex, and its unit normal; the vertex and 0 if it is irregular.
-fn ring(links: &Links, points: &[DVec3], v: u32) -> (DVec3, DVec3) {
+///
+/// Where lengths differ, neighbours count the less the longer the edge to them is to be: a vertex whose edges are as long
+/// as wanted is then at rest.
+fn ring(links: &Links, points: &[DVec3], lengths: &[f64], v: u32) -> (DVec3, DVec3) {
     let here = points[v as usize];
     let (mut sum, mut count, mut normal) = (DVec3::ZERO, 0.0, DVec3::ZERO);
     for h in links.ring(v) {
         let p = points[links.origin(next(h)) as usize] - here;
         let q = points[links.origin(previous(h)) as usize] - here;
         normal += p.cross(q);
-        sum += p;
-        count += 1.0;
+        let weight = lengths
+            .get(v as usize)
+            .map_or(1.0, |here| 2.0 * here / (here + lengths[links.origin(next(h)) as usize]));
+        sum += weight * p;
+        count += weight;
     }
     let mean = if count > 0.0 { here + sum / count } else { here };
     (mean, normal.normalize_or_zero())
@@ -64,7 +70,7 @@ fn ring(links: &Links, points: &[DVec3], v: u32) -> (DVec3, DVec3) {
 
 /// The unit normal of a vertex, 0 if it is irregular.
 pub(super) fn vertex_normal(links: &Links, points: &[DVec3], v: u32) -> DVec3 {
-    ring(links, points, v).1
+    ring(links, points, &[], v).1
 }
 
 /// Puts the vertices of triangles that `moved` folds or flattens back to `points`, until there is none; gives how

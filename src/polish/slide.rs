@@ -57,7 +57,13 @@ impl Rails {
     }
 
     /// Moves every rider once towards the mean of its neighbours, or, if `lift`, to where its worst triangle is best.
-    pub(super) fn slide(&mut self, triangles: &[[u32; 3]], points: &mut [DVec3], lift: bool) {
+    pub(super) fn slide(
+        &mut self,
+        triangles: &[[u32; 3]],
+        points: &mut [DVec3],
+        lengths: &[f64],
+        lift: bool,
+    ) {
         if self.rails.is_empty() {
             return;
         }
@@ -83,9 +89,17 @@ impl Rails {
                     }
                     best.1
                 } else {
-                    let sum: DVec3 =
-                        star.iter().flatten().filter(|w| **w != v).map(|w| points[*w as usize]).sum();
-                    let mean = sum / (2.0 * star.len().max(1) as f64);
+                    let others = star.iter().flatten().filter(|w| **w != v);
+                    // As in the relaxation of other vertices.
+                    let weighted = others.map(|w| {
+                        let weight = lengths
+                            .get(v as usize)
+                            .map_or(1.0, |here| 2.0 * here / (here + lengths[*w as usize]));
+                        (weight, weight * points[*w as usize])
+                    });
+                    let (weights, sum) =
+                        weighted.fold((0.0, DVec3::ZERO), |(w, s), (weight, p)| (w + weight, s + p));
+                    let mean = sum / f64::max(weights, f64::MIN_POSITIVE);
                     let (here, direction) = line.at(way);
                     bounded(way + STRIDE * (mean - here).dot(direction))
                 };

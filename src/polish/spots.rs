@@ -53,11 +53,13 @@ pub struct SpotOptions {
     pub fixed: Vec<bool>,
     /// The patch of each triangle, in which it stays; nothing if there is but one.
     pub patches: Vec<u32>,
+    /// The edge length wanted at each vertex, relative to the typical one; nothing if they are equal.
+    pub lengths: Vec<f64>,
 }
 
 impl Default for SpotOptions {
     fn default() -> Self {
-        Self { passes: 2, min_angle: 38.0, fixed: Vec::new(), patches: Vec::new() }
+        Self { passes: 2, min_angle: 38.0, fixed: Vec::new(), patches: Vec::new(), lengths: Vec::new() }
     }
 }
 
@@ -143,6 +145,20 @@ struct Work<'a> {
 }
 
 impl Work<'_> {
+    /// The typical length of the edges of a triangle.
+    fn edge_at(&self, t: u32) -> f64 {
+        let lengths = &self.options.lengths;
+        if lengths.is_empty() {
+            return self.edge;
+        }
+        self.edge * self.links.triangles[t as usize].iter().map(|v| lengths[*v as usize]).sum::<f64>() / 3.0
+    }
+
+    /// The square of the distance at a triangle below which nothing is far.
+    fn least_sq(&self, t: u32) -> f64 {
+        (FAR * self.edge_at(t)).powi(2)
+    }
+
     fn corners(&self, t: u32) -> [DVec3; 3] {
         self.links.triangles[t as usize].map(|v| self.points[v as usize])
     }
@@ -151,7 +167,8 @@ impl Work<'_> {
     fn spots(&mut self) -> Vec<Spot> {
         let mesh = TriMesh { vertices: self.points.clone(), triangles: self.links.triangles.clone() };
         let bvh = Bvh::new(&mesh);
-        let least = (FAR * self.edge).powi(2);
+        let shortest = self.options.lengths.iter().copied().reduce(f64::min).unwrap_or(1.0);
+        let least = (FAR * self.edge * shortest).powi(2);
         let inward: Vec<_> = (self.target.points.par_iter())
             .with_min_len(CHUNK)
             .map_init(|| 0, |rank, point| bvh.closest_or_near(point.at, rank, least))
@@ -161,7 +178,7 @@ impl Work<'_> {
         for (p, found) in inward.iter().enumerate() {
             let Some(found) = found else { continue };
             self.points_of[found.triangle as usize].push(p as u32);
-            if found.distance_sq > least {
+            if found.distance_sq > self.least_sq(found.triangle) {
                 let at = self.target.points[p].at;
                 let offset = at - found.point;
                 spots.push(Spot { distance: offset.length(), triangle: found.triangle, offset, at });
@@ -181,7 +198,7 @@ impl Work<'_> {
 
     /// The farthest of a triangle's samples, if it is far.
     fn outward(&self, t: u32, rank: &mut usize) -> Option<Spot> {
-        let least = (FAR * self.edge).powi(2);
+        let least = self.least_sq(t);
         let spots = samples(self.corners(t)).into_iter().filter_map(|p| {
             let found = self.target.bvh.closest_or_near(p, rank, least)?;
             let (distance, offset) = (found.distance_sq.sqrt(), found.point - p);
@@ -259,13 +276,13 @@ impl Work<'_> {
         let every = points.len().div_ceil(MOST_POINTS).max(1);
         points = points.into_iter().step_by(every).collect();
         let ranks = vec![[0; 16]; triangles.len()];
-        Region { vertices, triangles, points, ranks }
+        Region { vertices, triangles, points, ranks, least_sq: self.least_sq(t) }
     }
 
     /// What is far in a region, both ways: the sum of how much the squared distances exceed what is allowed, and the
     /// largest distance; infinite both as soon as the sum exceeds `most`.
     fn error(&self, region: &mut Region, most: f64) -> (f64, f64) {
-        let least = (FAR * self.edge).powi(2);
+        let least = region.least_sq;
         let (mut sum, mut largest) = (0.0, 0.0f64);
         let mut add = |distance_sq: f64| {
             sum += ((distance_sq - least).max(0.0) / least).powi(2);
@@ -353,7 +370,7 @@ impl Work<'_> {
         if let Some((v, here)) = saved {
             self.points[v] = here;
         }
-        near / self.edge + (self.options.min_angle - angle).max(0.0) * ANGLE_COST
+        near / self.edge_at(spot.triangle) + (self.options.min_angle - angle).max(0.0) * ANGLE_COST
     }
 
     /// Whether an edge may turn: between free vertices that keep five to seven neighbours.
@@ -450,7 +467,7 @@ impl Work<'_> {
                     .target
                     .closest_with_normal(middle, normal, self.links.patch(*t), &mut ranks[12])
                     .is_some_and(|(at, facing)| {
-                        facing.dot(normal) > FACING && at.distance(middle) < self.edge
+                        facing.dot(normal) > FACING && at.distance(middle) < self.edge_at(*t)
                     })
                 && (3 * t..3 * t + 3).all(|h| {
                     self.links
@@ -471,6 +488,8 @@ struct Region {
     points: Vec<(u32, usize)>,
     /// Of each triangle, where the searches of its samples ended: at the corners, on the edges, and inside.
     ranks: Vec<[usize; 16]>,
+    /// The square of the distance below which nothing is far.
+    least_sq: f64,
 }
 
 /// Points of a triangle that stand for it.

@@ -6,7 +6,6 @@ use super::seed::Seeds;
 use super::spatial::morton_order;
 use super::surface_curves::{CurvePath, SurfaceCurves};
 use crate::gpu::NONE;
-use crate::mesh::polyline::Polyline;
 use glam::DVec3;
 
 /// A site closer to a vertex than this share of its segment stands at the vertex.
@@ -30,6 +29,8 @@ pub struct CurveSites {
     pub places: Vec<Place>,
     /// The curve that each is on and the way along it; [`NONE`] for corners.
     pub ways: Vec<(u32, f64)>,
+    /// The edge length at each, relative to the spacing.
+    pub sizes: Vec<f64>,
     /// Neighbours along the curves, as pairs of these sites.
     pub segments: Vec<[u32; 2]>,
 }
@@ -61,10 +62,11 @@ impl SurfaceCurves {
     /// Corners, and sites on each curve at equal distances along it, as near to `spacing` as can be, or at its bends.
     pub fn sites(&self, spacing: f64) -> CurveSites {
         let mut sites = CurveSites::default();
-        for corner in &self.corners {
+        for (k, corner) in self.corners.iter().enumerate() {
             sites.positions.push(self.vertices[*corner as usize]);
             sites.places.push(Place::Vertex(*corner));
             sites.ways.push((NONE, 0.0));
+            sites.sizes.push(self.corner_size(k));
         }
         for (number, curve) in (0..).zip(&self.curves) {
             self.place_along(number, curve, &ways(curve, spacing), &mut sites);
@@ -84,6 +86,7 @@ impl SurfaceCurves {
             sites.positions.push(position);
             sites.places.push(place);
             sites.ways.push((number, *way));
+            sites.sizes.push(curve.size(*way));
         }
         let [first, last] = if closed {
             [begin, begin]
@@ -115,21 +118,23 @@ impl SurfaceCurves {
 /// The ways to the sites on a curve, from its beginning to its end, both included.
 fn ways(curve: &CurvePath, spacing: f64) -> Vec<f64> {
     let mut ways = vec![0.0];
-    bent(&curve.line, [0.0, curve.line.length()], spacing, &mut ways);
+    bent(curve, [0.0, curve.line.length()], spacing, &mut ways);
     if ways.len() > curve.fewest {
         return ways;
     }
     let mut ways = vec![0.0];
-    evenly([0.0, curve.line.length()], curve.fewest, &mut ways);
+    evenly(curve, [0.0, curve.line.length()], curve.fewest, &mut ways);
     ways
 }
 
 /// Ways after the first of a stretch, up to its last: at equal distances, or if those cut off a bend, those of the stretches
 /// on both sides of it.
-fn bent(line: &Polyline, [from, to]: [f64; 2], spacing: f64, ways: &mut Vec<f64>) {
-    let begin = ways.len();
-    evenly([from, to], ((to - from) / spacing).round().max(1.0) as usize, ways);
+fn bent(curve: &CurvePath, [from, to]: [f64; 2], spacing: f64, ways: &mut Vec<f64>) {
+    let (line, begin) = (&curve.line, ways.len());
+    let measured = curve.measure(to) - curve.measure(from);
+    evenly(curve, [from, to], (measured / spacing).round().max(1.0) as usize, ways);
     let cut_off = |way: f64, stray: f64| {
+        let spacing = spacing * curve.size(way);
         let gap = spacing * if stray > FAR_STRAY * spacing { RAGGED_GAP } else { LEAST_GAP };
         stray > MAX_STRAY * spacing && way - from >= gap && to - way >= gap
     };
@@ -140,15 +145,16 @@ fn bent(line: &Polyline, [from, to]: [f64; 2], spacing: f64, ways: &mut Vec<f64>
         .reduce(|best, new| if new.1 > best.1 { new } else { best });
     if let Some((bend, _)) = worst {
         ways.truncate(begin);
-        bent(line, [from, bend], spacing, ways);
-        bent(line, [bend, to], spacing, ways);
+        bent(curve, [from, bend], spacing, ways);
+        bent(curve, [bend, to], spacing, ways);
     }
 }
 
-/// The ends of `count` equal parts of a stretch.
-fn evenly([from, to]: [f64; 2], count: usize, ways: &mut Vec<f64>) {
-    ways.extend((1..count).map(|k| from + (to - from) * k as f64 / count as f64));
-    ways.push(to);
+/// The ends of `count` parts of a stretch, equal as measured.
+fn evenly(curve: &CurvePath, stretch: [f64; 2], count: usize, ways: &mut Vec<f64>) {
+    let [from, to] = stretch.map(|way| curve.measure(way));
+    ways.extend((1..count).map(|k| curve.way(from + (to - from) * k as f64 / count as f64)));
+    ways.push(stretch[1]);
 }
 
 impl CurveSites {

@@ -20,6 +20,7 @@ pub mod poisson;
 pub mod project;
 pub mod records;
 pub mod seed;
+pub mod sizing;
 pub mod sort;
 mod spatial;
 pub mod step;

@@ -80,7 +80,9 @@ fn lines(sites: &CurveSites, corners: usize, spacing: f64) -> Vec<u32> {
         if i < corners || direction == DVec3::ZERO {
             return 0;
         }
-        let quarters = (2.0 * (a.distance(at) + at.distance(b)) / spacing).round().clamp(1.0, MOST_QUARTERS);
+        let quarters = (2.0 * (a.distance(at) + at.distance(b)) / (spacing * sites.sizes[i]))
+            .round()
+            .clamp(1.0, MOST_QUARTERS);
         coarse_direction(direction) | (quarters as u32) << REACH_SHIFT
     };
     beside.iter().enumerate().map(code).collect()

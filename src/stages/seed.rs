@@ -2,6 +2,7 @@
 
 use super::spatial::morton_order;
 use super::surface::Surface;
+use crate::mesh::sizing::SizeField;
 use glam::DVec3;
 use rand::{RngExt, SeedableRng};
 use rand_pcg::Pcg64Mcg;
@@ -41,25 +42,35 @@ pub fn random(surface: &Surface, count: usize, seed: u64) -> Seeds {
 }
 
 /// `count` points, one for each equal share of the surface's area when its triangles are passed in Morton order: more
-/// evenly spread than [`random`] ones.
-pub fn stratified(surface: &Surface, count: usize, seed: u64) -> Seeds {
+/// evenly spread than [`random`] ones. Where `sizes` has short edges, area counts for more.
+pub fn stratified(surface: &Surface, sizes: &SizeField, count: usize, seed: u64) -> Seeds {
     let mut rng = Pcg64Mcg::seed_from_u64(seed);
     let centres: Vec<DVec3> = surface
         .triangles
         .iter()
         .map(|t| t.iter().map(|v| surface.vertices[*v as usize]).sum::<DVec3>() / 3.0)
         .collect();
-    let share = surface.area() / count as f64;
+    let worth = |t: usize| surface.areas[t] * sizes.crowd(t);
+    let share = (0..surface.areas.len()).map(worth).sum::<f64>() / count as f64;
     let mut seeds = Seeds { sites: Vec::with_capacity(count), triangles: Vec::with_capacity(count) };
     let mut passed = 0.0;
     for t in morton_order(&centres) {
-        passed += surface.areas[t as usize];
+        passed += worth(t as usize);
         let [a, b, c] = surface.triangles[t as usize].map(|v| surface.vertices[v as usize]);
         // Half a share off, so that rounding cannot lose the last site.
         while seeds.sites.len() < count && (seeds.sites.len() as f64 + 0.5) * share <= passed {
-            let [r, s] = std::array::from_fn(|_| rng.random::<f64>());
-            let q = r.sqrt();
-            seeds.sites.push(a * (1.0 - q) + b * (q * (1.0 - s)) + c * (q * s));
+            let site = loop {
+                let [r, s] = std::array::from_fn(|_| rng.random::<f64>());
+                let q = r.sqrt();
+                let site = a * (1.0 - q) + b * (q * (1.0 - s)) + c * (q * s);
+                // Where edges are longest in the triangle, the least of the points stay.
+                if sizes.is_uniform()
+                    || rng.random::<f64>() * sizes.at(site, t).powi(2) <= sizes.least_in(t).powi(2)
+                {
+                    break site;
+                }
+            };
+            seeds.sites.push(site);
             seeds.triangles.push(t);
         }
     }

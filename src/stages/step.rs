@@ -127,19 +127,24 @@ impl Settle {
 /// Keeps targets off curves.
 pub struct KeepOff {
     pipeline: Pipeline<keep_off::Shader>,
+    /// In place of the lengths where all are equal.
+    no_lengths: Buffer<f32>,
 }
 
 impl KeepOff {
+    /// `sized` where edge lengths differ.
+    ///
     /// # Errors
     /// [`crate::Error::OutOfMemory`] or [`crate::Error::Device`].
-    pub fn new(device: &Device, workgroup: Option<u32>) -> Result<Self> {
-        let mut constants = keep_off::Constants::default();
+    pub fn new(device: &Device, sized: bool, workgroup: Option<u32>) -> Result<Self> {
+        let mut constants = keep_off::Constants { sized: sized.into(), ..Default::default() };
         constants.workgroup = workgroup.unwrap_or(constants.workgroup);
-        Ok(Self { pipeline: Pipeline::new(device, constants)? })
+        let no_lengths = Buffer::new(device, "default.step.no_lengths", 1)?;
+        Ok(Self { pipeline: Pipeline::new(device, constants)?, no_lengths })
     }
 
     /// Records moving the `targets` of sites that bear the marks of [`super::pins`]. The lists in `inputs` must have at
-    /// least 12 slots.
+    /// least 12 slots. Where edge lengths differ, `lengths` has those wanted at the sites, relative to `spacing`.
     ///
     /// # Errors
     /// As [`Recorder::dispatch`].
@@ -149,10 +154,12 @@ impl KeepOff {
         inputs: &PlanarInputs<'_>,
         targets: &Buffer<Vec4>,
         spacing: f64,
+        lengths: Option<&Buffer<f32>>,
     ) -> Result<()> {
+        let lengths = lengths.unwrap_or(&self.no_lengths);
         let push = keep_off::Push { site_count: inputs.sites.len() as u32, spacing: spacing as f32 };
         let PlanarInputs { sites, normals, neighbours, .. } = *inputs;
-        let bindings = keep_off::Bindings { sites, normals, neighbours, targets };
+        let bindings = keep_off::Bindings { sites, normals, neighbours, targets, lengths };
         recorder.dispatch(&self.pipeline, Threads(sites.len()), &push, &bindings)
     }
 }

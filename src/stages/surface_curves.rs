@@ -4,6 +4,7 @@ use super::place::Place;
 use super::surface::stars;
 use crate::mesh::edges::EdgeTable;
 use crate::mesh::polyline::Polyline;
+use crate::mesh::sizing::SizeField;
 use crate::mesh::skeleton::Skeleton;
 use glam::DVec3;
 use std::collections::HashMap;
@@ -12,6 +13,8 @@ use std::collections::HashMap;
 pub struct SurfaceCurves {
     pub(super) curves: Vec<CurvePath>,
     pub(super) corners: Vec<u32>,
+    /// Where edge lengths differ: that at each corner.
+    corner_sizes: Vec<f64>,
     /// The patch of each triangle.
     pub patches: Vec<u32>,
     /// Whether each half-edge, `3 * triangle + side`, is on a curve.
@@ -34,6 +37,56 @@ pub(super) struct CurvePath {
     pub sides: usize,
     /// Fewest segments that do not double an edge.
     pub fewest: usize,
+    /// Where edge lengths differ: that at each point.
+    pub sizes: Vec<f64>,
+    /// And how many spacings' worth of edges it takes to get there, in ways.
+    pub measured: Vec<f64>,
+}
+
+impl CurvePath {
+    /// The edge length at a way, relative to the spacing.
+    pub fn size(&self, way: f64) -> f64 {
+        if self.sizes.is_empty() {
+            return 1.0;
+        }
+        let (edge, [from, to]) = self.line.edge(way);
+        let share = ((way - from) / (to - from).max(f64::MIN_POSITIVE)).clamp(0.0, 1.0);
+        self.sizes[edge] + share * (self.sizes[edge + 1] - self.sizes[edge])
+    }
+
+    /// A way, measured by the edge lengths along it: the way itself where all are equal to the spacing.
+    pub fn measure(&self, way: f64) -> f64 {
+        if self.sizes.is_empty() {
+            return way;
+        }
+        let (edge, [from, _]) = self.line.edge(way);
+        self.measured[edge] + edges_over(way - from, self.sizes[edge], self.size(way))
+    }
+
+    /// The way at a measure.
+    pub fn way(&self, measure: f64) -> f64 {
+        if self.sizes.is_empty() {
+            return measure;
+        }
+        let last = self.measured.len() - 1;
+        let edge = self.measured.partition_point(|m| *m <= measure).clamp(1, last) - 1;
+        let [from, to] = [edge, edge + 1].map(|k| self.line.way_to(k));
+        let (a, b) = (self.sizes[edge], self.sizes[edge + 1]);
+        let (rest, length) = ((measure - self.measured[edge]).max(0.0), to - from);
+        // The inverse of `edges_over`: the length grows by a constant share.
+        let slope = (b - a) / length.max(f64::MIN_POSITIVE);
+        let on =
+            if (b - a).abs() < EVEN * a { rest * 0.5 * (a + b) } else { a * (slope * rest).exp_m1() / slope };
+        from + on.clamp(0.0, length)
+    }
+}
+
+/// Lengths that differ by less than this share are as good as equal.
+const EVEN: f64 = 1e-6;
+
+/// How many edges fit on a way over which their length changes from `a` to `b`.
+fn edges_over(way: f64, a: f64, b: f64) -> f64 {
+    if (b - a).abs() < EVEN * a { way * 2.0 / (a + b) } else { way * (b / a).ln() / (b - a) }
 }
 
 impl SurfaceCurves {
@@ -67,6 +120,7 @@ impl SurfaceCurves {
         let mut curves = Self {
             curves: Vec::new(),
             corners: skeleton.corners.clone(),
+            corner_sizes: Vec::new(),
             patches: skeleton.patches.clone(),
             on_curve,
             sides: wanted,
@@ -91,9 +145,34 @@ impl SurfaceCurves {
         self.corners.len()
     }
 
-    /// Lengths of the curves.
+    /// Lengths of the curves, measured by the edge lengths along them.
     pub fn lengths(&self) -> impl Iterator<Item = f64> {
-        self.curves.iter().map(|path| path.line.length())
+        self.curves.iter().map(|path| path.measure(path.line.length()))
+    }
+
+    /// With edge lengths that differ as this field over the same surface says.
+    #[must_use]
+    pub fn sized(mut self, field: &SizeField) -> Self {
+        if field.is_uniform() {
+            return self;
+        }
+        for path in &mut self.curves {
+            path.sizes = path.vertices.iter().map(|v| field.at_vertex(*v)).collect();
+            let mut measure = 0.0;
+            let steps = (1..path.vertices.len()).map(|k| {
+                let way = path.line.way_to(k) - path.line.way_to(k - 1);
+                measure += edges_over(way, path.sizes[k - 1], path.sizes[k]);
+                measure
+            });
+            path.measured = std::iter::once(0.0).chain(steps).collect();
+        }
+        self.corner_sizes = self.corners.iter().map(|v| field.at_vertex(*v)).collect();
+        self
+    }
+
+    /// The edge length at a corner, relative to the spacing.
+    pub(super) fn corner_size(&self, corner: usize) -> f64 {
+        self.corner_sizes.get(corner).copied().unwrap_or(1.0)
     }
 
     /// The curves in order.
@@ -101,11 +180,23 @@ impl SurfaceCurves {
         self.curves.iter().map(|path| &path.line)
     }
 
+    /// The vertices of each curve from its first to its last, which is the first if it is closed.
+    pub fn vertices(&self) -> impl Iterator<Item = &[u32]> {
+        self.curves.iter().map(|path| path.vertices.as_slice())
+    }
+
     fn path(&self, vertices: Vec<u32>, closed: bool) -> CurvePath {
         let line = Polyline::new(vertices.iter().map(|v| self.vertices[*v as usize]).collect(), closed);
         let sides = vertices.get(..2).map_or(0, |pair| self.half_edges(pair[0], pair[1]).len());
         let loops = vertices.first() == vertices.last();
-        CurvePath { vertices, line, sides, fewest: if loops { 3 } else { 1 } }
+        CurvePath {
+            vertices,
+            line,
+            sides,
+            fewest: if loops { 3 } else { 1 },
+            sizes: Vec::new(),
+            measured: Vec::new(),
+        }
     }
 
     /// Curves between the same two corners have a site in between.

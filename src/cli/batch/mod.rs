@@ -196,6 +196,8 @@ impl Batch<'_> {
             let vertices = count(self.size, &job.input, &loaded.mesh, true)?;
             let mut options = Options { vertices, ..self.options.clone() };
             entry.notes.extend(self.args.attributes.ask(&loaded, Some(target.format()), &mut options));
+            let read = self.args.method.read_attributes(&loaded.attributes, &mut options);
+            read.map_err(|error| error.in_file(&job.input))?;
             let result = remesh(device, &loaded.mesh, &options, &mut |_| {});
             let result = result.map_err(|error| error.in_file(&job.input))?;
             refuse_messages(device)?;

@@ -54,6 +54,15 @@ pub struct CellSites<'a> {
     pub near: &'a [u32],
     /// Edge length of a perfect layout.
     pub spacing: f64,
+    /// Edge length wanted at each site, relative to the spacing; nothing if they are equal.
+    pub lengths: &'a [f64],
+}
+
+impl CellSites<'_> {
+    /// The edge length at a site.
+    fn spacing_at(&self, site: u32) -> f64 {
+        self.spacing * self.lengths.get(site as usize).copied().unwrap_or(1.0)
+    }
 }
 
 /// Cells as fans, with what certifies them.

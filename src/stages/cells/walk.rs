@@ -106,7 +106,7 @@ impl Walk {
     pub fn cell(&mut self, scene: &Scene, s: usize, without: &[Uncut]) -> Cell {
         let surface = scene.surface;
         let at = scene.sites.positions[scene.sectors.site[s] as usize];
-        let shortest_sq = (HAIR * scene.sites.spacing).powi(2);
+        let shortest_sq = (HAIR * scene.sites.spacing_at(scene.sectors.site[s])).powi(2);
         let mut cell = Cell::default();
         let mut farthest_sq = -1.0;
         self.reached = None;
@@ -181,11 +181,12 @@ impl Walk {
         self.polygon.clear();
         self.polygon.extend((0..3).map(|m| (corners[m], Label::Edge(m))));
         let mut radius_sq = farthest(&self.polygon);
-        let weight = |site: u32| WEIGHT * sites.spacing * sites.spacing * unit_hash(site);
+        let most = |site: u32| WEIGHT * sites.spacing_at(site).powi(2);
+        let weight = |site: u32| most(site) * unit_hash(site);
         for c in 0..self.candidates.len() {
             let Candidate { distance_sq, site: j, counts } = self.candidates[c];
             // The weights shift a bisector by a hair.
-            if distance_sq > 4.01 * radius_sq + 4.0 * WEIGHT * sites.spacing * sites.spacing {
+            if distance_sq > 4.01 * radius_sq + 4.0 * most(i).max(most(j)) {
                 return true;
             }
             let other = sites.positions[j as usize];
@@ -257,7 +258,7 @@ impl Walk {
     fn flood(&mut self, scene: &Scene, s: usize) -> Vec<u32> {
         let surface = scene.surface;
         let at = scene.sites.positions[scene.sectors.site[s] as usize];
-        let reach = REACH * scene.sites.spacing;
+        let reach = REACH * scene.sites.spacing_at(scene.sectors.site[s]);
         self.flooded.clear(surface.triangles.len());
         let mut stack = scene.sectors.around(s).to_vec();
         stack.iter().for_each(|t| {

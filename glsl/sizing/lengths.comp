@@ -1,0 +1,29 @@
+// Purpose: the edge length that is wanted at each site, relative to the spacing.
+// Invocation: one site.
+// Reads: sites, site_triangle, slopes (length = xyz · p + w in each triangle).
+// Writes: lengths.
+// Filled by step/settle, project/walk and the upload of the sizes; consumed by sizing/drift and step/keep_off. Only where
+// sizes differ.
+#version 450
+#extension GL_GOOGLE_include_directive : require
+#define DEFAULT_WORKGROUP 64
+#include "common/threads.glsl"
+
+layout(push_constant) uniform Push {
+    uint site_count;
+    uint triangle_count;
+    float least; // all lengths are between these
+    float largest;
+};
+layout(set = 0, binding = 0) readonly buffer Sites { vec4 sites[]; };
+layout(set = 0, binding = 1) readonly buffer SiteTriangle { uint site_triangle[]; };
+layout(set = 0, binding = 2) readonly buffer Slopes { vec4 slopes[]; };
+layout(set = 0, binding = 3) writeonly buffer Lengths { float lengths[]; };
+
+void main() {
+    uint site = thread_index();
+    if (site >= site_count) return;
+    vec4 slope = slopes[min(site_triangle[site], triangle_count - 1u)];
+    // In a flat triangle the slope is steep, and rounding counts.
+    lengths[site] = clamp(dot(slope.xyz, sites[site].xyz) + slope.w, least, largest);
+}

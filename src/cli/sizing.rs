@@ -1,0 +1,104 @@
+//! How long edges are to be where, on the command line.
+
+use rtfmesh::mesh::attributes::Attributes;
+use rtfmesh::{Error, Length, Options, Size, Sizing};
+
+/// Edge lengths that differ.
+#[derive(clap::Args)]
+#[command(next_help_heading = "Edge lengths that differ")]
+pub struct SizingArgs {
+    /// Where edges are shorter: uniform: nowhere; curvature: where the surface bends; property:NAME: in proportion to a
+    /// number that each vertex of the input has [default: uniform]
+    #[arg(long, value_name = "HOW", value_parser = how)]
+    sizing: Option<How>,
+    /// With --sizing curvature, how much: 0: not at all; 1: as far from the surface everywhere; 2: by the same angle between
+    /// faces everywhere; up to 3 [default: 1]
+    #[arg(long, value_name = "G")]
+    gradation: Option<f64>,
+    /// Least edge length in the input's units, or with % in percent of the diagonal of its bounding box [default: an eighth
+    /// of that of a uniform mesh]
+    #[arg(long, value_name = "LENGTH", value_parser = length)]
+    min_edge: Option<Length>,
+    /// Largest edge length, likewise [default: eight times that of a uniform mesh]
+    #[arg(long, value_name = "LENGTH", value_parser = length)]
+    max_edge: Option<Length>,
+    /// How much longer edges may become on a way along the surface, over that way [default: 0.25]
+    #[arg(long, value_name = "SHARE")]
+    growth: Option<f64>,
+}
+
+#[derive(Debug, Clone, PartialEq)]
+enum How {
+    Uniform,
+    Curvature,
+    Property(String),
+}
+
+fn how(text: &str) -> Result<How, String> {
+    match text {
+        "uniform" => Ok(How::Uniform),
+        "curvature" => Ok(How::Curvature),
+        _ => match text.strip_prefix("property:").filter(|name| !name.is_empty()) {
+            Some(name) => Ok(How::Property(name.to_owned())),
+            None => Err("give uniform, curvature or property:NAME".to_owned()),
+        },
+    }
+}
+
+fn length(text: &str) -> Result<Length, String> {
+    match super::size::length(text)? {
+        Size::RelativeEdgeLength(share) => Ok(Length::OfDiagonal(share)),
+        Size::EdgeLength(length) => Ok(Length::Units(length)),
+        _ => Err("give a length".to_owned()),
+    }
+}
+
+impl SizingArgs {
+    /// Puts what was asked for into the options; numbers of the vertices come with [`SizingArgs::read`].
+    ///
+    /// # Errors
+    /// [`Error::Usage`] for options that do nothing.
+    pub fn put(&self, options: &mut Options) -> rtfmesh::Result<()> {
+        let how = self.sizing.as_ref().unwrap_or(&How::Uniform);
+        let given = [
+            ("--gradation", self.gradation.is_some(), *how == How::Curvature, "curvature"),
+            ("--min-edge", self.min_edge.is_some(), *how != How::Uniform, "curvature or property:NAME"),
+            ("--max-edge", self.max_edge.is_some(), *how != How::Uniform, "curvature or property:NAME"),
+            ("--growth", self.growth.is_some(), *how != How::Uniform, "curvature or property:NAME"),
+        ];
+        if let Some((name, .., of)) = given.iter().find(|(_, given, does, _)| *given && !does) {
+            let problem = format!("{name} says nothing without --sizing {of}");
+            return Err(Error::usage(problem, "leave it out, or add that"));
+        }
+        options.sizing = match how {
+            How::Uniform => Sizing::Uniform,
+            How::Curvature => Sizing::Curvature { gradation: self.gradation.unwrap_or(1.0) },
+            How::Property(_) => Sizing::Given(Vec::new()),
+        };
+        (options.min_edge, options.max_edge) = (self.min_edge, self.max_edge);
+        options.growth = self.growth.unwrap_or(options.growth);
+        Ok(())
+    }
+
+    /// The numbers of the vertices, if these were asked for.
+    ///
+    /// # Errors
+    /// [`Error::Input`] if the mesh has none of that name.
+    pub fn read(&self, attributes: &Attributes, options: &mut Options) -> rtfmesh::Result<()> {
+        let Some(How::Property(name)) = &self.sizing else { return Ok(()) };
+        let found = attributes.vertex.iter().find(|a| a.name == *name && a.components == 1);
+        let Some(found) = found else {
+            let others = attributes.vertex.iter().filter(|a| a.components == 1).map(|a| a.name.as_str());
+            let others: Vec<&str> = others.collect();
+            let problem = format!("the vertices have no number named '{name}'");
+            let remedy = if others.is_empty() {
+                "give a PLY file whose vertices have such a property".to_owned()
+            } else {
+                format!("there is {}", others.join(", "))
+            };
+            return Err(Error::input(None, problem, remedy));
+        };
+        options.sizing = Sizing::Given(found.values.clone());
+        Ok(())
+    }
+}

@@ -1,0 +1,185 @@
+//! How much a surface bends, as a mesh of a given edge length sees it.
+//!
+//! The curvature tensor is that of the normal cycle (Cohen-Steiner and Morvan 2003): every edge bends by the angle
+//! between its triangles, along itself. Summed over a neighbourhood, what noise adds one way it takes away the other way,
+//! since bends have a sign.
+
+use crate::TriMesh;
+use crate::mesh::edges::EdgeTable;
+use crate::mesh::polyline::Polyline;
+use glam::DVec3;
+
+/// Tensors are spread so far, in edge lengths of the mesh to come.
+const REACH: f64 = 0.5;
+/// Rounds of spreading at the most.
+const MOST_ROUNDS: f64 = 60.0;
+/// Half the stretch over which the bend of a curve is taken, in edge lengths of the mesh to come.
+const HALF_STRETCH: f64 = 0.75;
+
+/// The tensor's xx, yy, zz, xy, yz and zx, times the area.
+type Tensor = [f64; 6];
+
+/// The curvature at each vertex: the root of the sum of the squared principal curvatures, over about half an edge of a
+/// mesh of this `spacing`. Half-edges, `3 * triangle + side`, that are `on_curve` do not bend; an empty list means none.
+pub fn curvature(surface: &TriMesh, on_curve: &[bool], spacing: f64) -> Vec<f64> {
+    let normals: Vec<DVec3> = (0..surface.triangles.len())
+        .map(|t| {
+            let [a, b, c] = surface.corners(t);
+            (b - a).cross(c - a)
+        })
+        .collect();
+    let count = surface.vertices.len();
+    let mut areas = vec![0.0; count];
+    for (triangle, normal) in surface.triangles.iter().zip(&normals) {
+        triangle.iter().for_each(|v| areas[*v as usize] += normal.length() / 6.0);
+    }
+    let mut tensors: Vec<Tensor> = vec![[0.0; 6]; count];
+    let mut stops = vec![false; count];
+    let mut edges: Vec<[u32; 2]> = Vec::new();
+    let mut length_sum = 0.0;
+    for sides in EdgeTable::new(&surface.triangles).edges() {
+        let Some((a, b)) = sides.first().map(|side| side.ends()) else { continue };
+        let along = surface.vertices[b as usize] - surface.vertices[a as usize];
+        edges.push([a, b]);
+        length_sum += along.length();
+        let held = sides.iter().any(|side| on_curve.get(side.corners().0).is_some_and(|on| *on));
+        let &[one, two] = sides else {
+            [a, b].iter().for_each(|v| stops[*v as usize] = true);
+            continue;
+        };
+        if held {
+            [a, b].iter().for_each(|v| stops[*v as usize] = true);
+            continue;
+        }
+        let [m, n] = [one, two].map(|side| normals[side.triangle()]);
+        let direction = along.normalize_or_zero();
+        // The sign says which way the edge bends: the first side runs from a to b or the other way.
+        let forward = if surface.triangles.as_flattened()[one.corners().0] == a { 1.0 } else { -1.0 };
+        let angle = forward * m.cross(n).dot(direction).atan2(m.dot(n));
+        // Half of it for either end.
+        let share = 0.5 * angle * along.length();
+        let [x, y, z] = direction.to_array();
+        for v in [a, b] {
+            let terms = [x * x, y * y, z * z, x * y, y * z, z * x];
+            tensors[v as usize].iter_mut().zip(terms).for_each(|(sum, term)| *sum += share * term);
+        }
+    }
+    let typical = length_sum / edges.len().max(1) as f64;
+    // Each round spreads by the root of half an edge's square.
+    let rounds = (2.0 * (REACH * spacing / typical.max(f64::MIN_POSITIVE)).powi(2)).round().min(MOST_ROUNDS);
+    for _ in 0..rounds as u32 {
+        spread(&edges, &stops, &mut tensors, &mut areas);
+    }
+    let size = |(tensor, area): (&Tensor, &f64)| {
+        let [xx, yy, zz, xy, yz, zx] = tensor.map(|term| term / area.max(f64::MIN_POSITIVE));
+        (xx * xx + yy * yy + zz * zz + 2.0 * (xy * xy + yz * yz + zx * zx)).sqrt()
+    };
+    tensors.iter().zip(&areas).map(size).collect()
+}
+
+/// Every vertex gives half of what it has to its neighbours in equal parts; those that stop keep all.
+fn spread(edges: &[[u32; 2]], stops: &[bool], tensors: &mut [Tensor], areas: &mut [f64]) {
+    let mut degrees = vec![0u32; areas.len()];
+    edges.as_flattened().iter().for_each(|v| degrees[*v as usize] += 1);
+    let (old_tensors, old_areas) = (tensors.to_vec(), areas.to_vec());
+    for v in (0..areas.len()).filter(|v| !stops[*v] && degrees[*v] > 0) {
+        tensors[v].iter_mut().for_each(|term| *term *= 0.5);
+        areas[v] *= 0.5;
+    }
+    for [from, to] in
+        edges.iter().flat_map(|[a, b]| [[*a, *b], [*b, *a]]).map(|pair| pair.map(|v| v as usize))
+    {
+        if stops[from] {
+            continue;
+        }
+        let share = 0.5 / f64::from(degrees[from]);
+        tensors[to].iter_mut().zip(&old_tensors[from]).for_each(|(sum, term)| *sum += share * term);
+        areas[to] += share * old_areas[from];
+    }
+}
+
+/// The curvature of a curve at a way along it, over about an edge of a mesh of this `spacing`.
+pub fn along_curve(line: &Polyline, way: f64, spacing: f64) -> f64 {
+    let room = if line.is_closed() { 0.25 * line.length() } else { way.min(line.length() - way) };
+    let half = (HALF_STRETCH * spacing).min(room);
+    // Too near to an end to tell.
+    if half < 0.1 * spacing {
+        return 0.0;
+    }
+    let [before, here, after] = [way - half, way, way + half].map(|way| line.at(way).0);
+    (before + after - 2.0 * here).length() / (half * half)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::mesh::samples::sample;
+
+    #[test]
+    fn a_sphere_bends_alike_everywhere() {
+        let mesh = sample("sphere").unwrap();
+        let radius = mesh.vertices[0].length();
+        // Vertices with five neighbours are off by more at themselves than over some way.
+        for (spacing, tolerance) in [(0.01, 0.2), (0.4, 0.12)] {
+            for (v, k) in curvature(&mesh, &[], spacing).iter().enumerate() {
+                let expected = 2f64.sqrt() / radius;
+                assert!((k / expected - 1.0).abs() < tolerance, "vertex {v}: {k} and not {expected}");
+            }
+        }
+    }
+
+    /// A cylinder of radius 0.5 about the z axis.
+    fn cylinder() -> TriMesh {
+        let (around, up) = (40, 30);
+        let at = |i: u32, j: u32| {
+            let angle = std::f64::consts::TAU * f64::from(i) / f64::from(around);
+            DVec3::new(0.5 * angle.cos(), 0.5 * angle.sin(), 0.08 * f64::from(j))
+        };
+        let vertices = (0..up).flat_map(|j| (0..around).map(move |i| at(i, j))).collect();
+        let quad = |i: u32, j: u32| {
+            let [a, b] = [i, (i + 1) % around].map(|i| j * around + i);
+            [[a, b, b + around], [a, b + around, a + around]]
+        };
+        TriMesh {
+            vertices,
+            triangles: (0..up - 1).flat_map(|j| (0..around).flat_map(move |i| quad(i, j))).collect(),
+        }
+    }
+
+    #[test]
+    fn a_cylinder_bends_one_way_and_noise_is_left_out() {
+        let mut mesh = cylinder();
+        let inner: Vec<usize> =
+            (0..mesh.vertices.len()).filter(|v| (0.7..1.6).contains(&mesh.vertices[*v].z)).collect();
+        let smooth = curvature(&mesh, &[], 0.2);
+        assert!(inner.iter().all(|v| (smooth[*v] / 2.0 - 1.0).abs() < 0.05), "{:?}", smooth[inner[0]]);
+        for (v, p) in mesh.vertices.iter_mut().enumerate() {
+            *p += 0.008 * DVec3::new(p.x, p.y, 0.0).normalize() * (v as f64 * 12.9898).sin();
+        }
+        let (near, far) = (curvature(&mesh, &[], 0.01), curvature(&mesh, &[], 0.3));
+        let mean = |list: &[f64]| inner.iter().map(|v| list[*v]).sum::<f64>() / inner.len() as f64;
+        assert!(mean(&near) > 3.0, "rough: {}", mean(&near));
+        assert!((mean(&far) / 2.0 - 1.0).abs() < 0.1, "seen from afar: {}", mean(&far));
+    }
+
+    #[test]
+    fn edges_on_curves_do_not_bend() {
+        let mesh = sample("box").unwrap();
+        let held = curvature(&mesh, &vec![true; 3 * mesh.triangles.len()], 0.1);
+        assert!(held.iter().all(|k| *k == 0.0));
+        let bent = curvature(&mesh, &[], 1e-3);
+        assert!(bent.iter().all(|k| *k > 1.0), "{bent:?}");
+    }
+
+    #[test]
+    fn a_circle_bends_by_one_over_its_radius() {
+        let angle = |k: u32| std::f64::consts::TAU * f64::from(k % 90) / 90.0;
+        let points = (0..=90).map(|k| 3.0 * DVec3::new(angle(k).cos(), angle(k).sin(), 0.0)).collect();
+        let circle = Polyline::new(points, true);
+        for way in [0.0, 3.3, 18.0] {
+            assert!((along_curve(&circle, way, 1.0) * 3.0 - 1.0).abs() < 0.05);
+        }
+        let straight = Polyline::new(vec![DVec3::ZERO, DVec3::X, 2.0 * DVec3::X], false);
+        assert_eq!([0.0, 0.5, 1.0].map(|way| along_curve(&straight, way, 0.5)), [0.0; 3]);
+    }
+}

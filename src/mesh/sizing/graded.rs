@@ -1,0 +1,182 @@
+//! Wished edge lengths made fit for a mesh: within bounds, no longer than the next ones allow, and for a number of vertices.
+
+use crate::TriMesh;
+use crate::mesh::sizing::mean_crowd;
+use std::cmp::Ordering;
+use std::collections::BinaryHeap;
+
+/// Within this share of the number of vertices the scale is good enough: what is left is taken from all lengths alike.
+const CLOSE: f64 = 1e-3;
+/// Tries to find the scale.
+const TRIES: u32 = 40;
+
+/// What edge lengths have to keep to.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Bounds {
+    /// Edge length of the uniform mesh with as many vertices.
+    pub spacing: f64,
+    /// Least length; at most the spacing.
+    pub least: f64,
+    /// Largest length; at least the spacing.
+    pub largest: f64,
+    /// How much longer edges may be for each unit of way along the surface.
+    pub growth: f64,
+}
+
+/// Lengths at the vertices of `surface` in proportion to `wished` ones, all above 0, but within `bounds`, for as many
+/// vertices as the uniform mesh has.
+pub fn graded(surface: &TriMesh, wished: &[f64], bounds: &Bounds) -> Vec<f64> {
+    let links = Links::new(surface);
+    let areas: Vec<f64> = (0..surface.triangles.len())
+        .map(|t| {
+            let [a, b, c] = surface.corners(t);
+            0.5 * (b - a).cross(c - a).length()
+        })
+        .collect();
+    let whole: f64 = areas.iter().sum();
+    let at_scale = |scale: f64| {
+        let lengths = wished.iter().map(|wish| (scale * wish).clamp(bounds.least, bounds.largest)).collect();
+        links.limited(lengths, bounds.growth)
+    };
+    // Vertices over those of the uniform mesh.
+    let share = |lengths: &[f64]| {
+        let crowd =
+            |(triangle, area): (&[u32; 3], &f64)| area * mean_crowd(triangle.map(|v| lengths[v as usize]));
+        surface.triangles.iter().zip(&areas).map(crowd).sum::<f64>() * bounds.spacing.powi(2) / whole
+    };
+    let (shortest, longest) = wished.iter().fold((f64::INFINITY, 0.0f64), |(l, h), w| (l.min(*w), h.max(*w)));
+    // All at the least length, and all at the largest.
+    let (mut low, mut high) = (bounds.least / longest, bounds.largest / shortest);
+    let mut best = at_scale((low * high).sqrt());
+    for _ in 0..TRIES {
+        let middle = (low * high).sqrt();
+        best = at_scale(middle);
+        let got = share(&best);
+        if (got - 1.0).abs() < CLOSE {
+            break;
+        }
+        if got > 1.0 { low = middle } else { high = middle }
+    }
+    best
+}
+
+/// The edges of a surface from its vertices.
+struct Links {
+    start: Vec<u32>,
+    /// The other end of each, and how far it is.
+    ends: Vec<(u32, f64)>,
+}
+
+/// A vertex that may shorten those around it; the one with the shortest length comes first.
+#[derive(PartialEq)]
+struct Next(f64, u32);
+
+impl Eq for Next {}
+
+impl PartialOrd for Next {
+    fn partial_cmp(&self, other: &Self) -> Option<Ordering> {
+        Some(self.cmp(other))
+    }
+}
+
+impl Ord for Next {
+    fn cmp(&self, other: &Self) -> Ordering {
+        other.0.total_cmp(&self.0).then(other.1.cmp(&self.1))
+    }
+}
+
+impl Links {
+    fn new(surface: &TriMesh) -> Self {
+        let mut start = vec![0u32; surface.vertices.len() + 1];
+        for v in surface.triangles.as_flattened() {
+            start[*v as usize + 1] += 2;
+        }
+        for v in 1..start.len() {
+            start[v] += start[v - 1];
+        }
+        let mut next = start.clone();
+        let mut ends = vec![(0, 0.0); 6 * surface.triangles.len()];
+        for triangle in &surface.triangles {
+            for k in 0..3 {
+                let [a, b, c] = [k, (k + 1) % 3, (k + 2) % 3].map(|k| triangle[k]);
+                for other in [b, c] {
+                    let way = surface.vertices[a as usize].distance(surface.vertices[other as usize]);
+                    ends[next[a as usize] as usize] = (other, way);
+                    next[a as usize] += 1;
+                }
+            }
+        }
+        Self { start, ends }
+    }
+
+    /// The largest lengths, none above the given ones, that grow by no more than `growth` for each unit of way along edges.
+    fn limited(&self, mut lengths: Vec<f64>, growth: f64) -> Vec<f64> {
+        let around =
+            |v: u32| &self.ends[self.start[v as usize] as usize..self.start[v as usize + 1] as usize];
+        let mut heap: BinaryHeap<Next> = (0..lengths.len() as u32)
+            .filter(|v| {
+                around(*v).iter().any(|(w, way)| lengths[*v as usize] + growth * way < lengths[*w as usize])
+            })
+            .map(|v| Next(lengths[v as usize], v))
+            .collect();
+        while let Some(Next(length, v)) = heap.pop() {
+            if length > lengths[v as usize] {
+                continue;
+            }
+            for (w, way) in around(v) {
+                let most = length + growth * way;
+                if most < lengths[*w as usize] {
+                    lengths[*w as usize] = most;
+                    heap.push(Next(most, *w));
+                }
+            }
+        }
+        lengths
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::mesh::samples::sample;
+    use crate::mesh::spacing;
+
+    fn area(mesh: &TriMesh) -> f64 {
+        let of = |t| {
+            let [a, b, c] = mesh.corners(t);
+            0.5 * (b - a).cross(c - a).length()
+        };
+        (0..mesh.triangles.len()).map(of).sum()
+    }
+
+    #[test]
+    fn lengths_keep_to_bounds_growth_and_count() {
+        let mesh = sample("sphere").unwrap();
+        let wished: Vec<f64> = mesh.vertices.iter().map(|p| if p.z > 0.9 { 1e-4 } else { 1.0 }).collect();
+        let h = spacing(area(&mesh), 2000);
+        let bounds = Bounds { spacing: h, least: 0.2 * h, largest: 6.0 * h, growth: 0.2 };
+        let got = graded(&mesh, &wished, &bounds);
+        let mut share = 0.0;
+        for (t, triangle) in mesh.triangles.iter().enumerate() {
+            let [a, b, c] = mesh.corners(t);
+            let of_triangle = 0.5 * (b - a).cross(c - a).length();
+            share += of_triangle * mean_crowd(triangle.map(|v| got[v as usize])) * h * h;
+            for [v, w] in [[0, 1], [1, 2], [2, 0]].map(|pair| pair.map(|k| triangle[k] as usize)) {
+                let way = mesh.vertices[v].distance(mesh.vertices[w]);
+                assert!((got[v] - got[w]).abs() <= 0.2 * way + 1e-12);
+            }
+        }
+        assert!((share / area(&mesh) - 1.0).abs() < 2.0 * CLOSE, "{share}");
+        let (low, high) = got.iter().fold((9.0f64, 0.0f64), |(l, h), x| (l.min(*x), h.max(*x)));
+        assert!(low >= 0.2 * h && high > 4.0 * low && high <= 6.0 * h, "{low} {high} {h}");
+    }
+
+    #[test]
+    fn the_same_wish_everywhere_is_a_uniform_mesh() {
+        let mesh = sample("torus").unwrap();
+        let h = spacing(area(&mesh), 500);
+        let bounds = Bounds { spacing: h, least: h / 8.0, largest: 8.0 * h, growth: 0.3 };
+        let got = graded(&mesh, &vec![5.0; mesh.vertices.len()], &bounds);
+        assert!(got.iter().all(|length| (length / h - 1.0).abs() < CLOSE), "{:?}", &got[..3]);
+    }
+}

@@ -1,0 +1,186 @@
+//! How long edges should be where: a field over a surface, from its curvature or from numbers at its vertices.
+//!
+//! Lengths are relative to the edges of a uniform mesh with as many vertices, the *spacing*. A field is scaled so that
+//! as many vertices cover the surface as in that mesh: the mean of 1 / length² over the area is 1.
+
+mod curvature;
+mod graded;
+
+pub use curvature::{along_curve, curvature};
+pub use graded::{Bounds, graded};
+
+use crate::TriMesh;
+use crate::mesh::triangle::closest_on_triangle;
+use glam::DVec3;
+
+/// Pieces along each side into which a triangle is cut to take a mean over it.
+const CUTS: u32 = 6;
+/// A triangle whose lengths differ by less than this share has the mean of those at its corners.
+const ALIKE: f64 = 0.05;
+
+/// Relative edge lengths over a surface.
+#[derive(Debug, Clone, Default)]
+pub struct SizeField {
+    surface: TriMesh,
+    /// One a vertex; nothing if edges are equally long everywhere.
+    lengths: Vec<f64>,
+}
+
+impl SizeField {
+    /// Linear in the triangles of `surface` between `lengths` at its vertices, all above 0, then scaled so that the mean
+    /// of 1 / length² over the area is 1. Panics if there are fewer lengths than vertices.
+    pub fn new(surface: TriMesh, lengths: Vec<f64>) -> Self {
+        let mut field = Self { surface, lengths };
+        let (mut crowd, mut area) = (0.0, 0.0);
+        for t in 0..field.surface.triangles.len() {
+            let [a, b, c] = field.surface.corners(t);
+            let of_triangle = 0.5 * (b - a).cross(c - a).length();
+            area += of_triangle;
+            crowd += of_triangle * field.crowd(t);
+        }
+        if area > 0.0 {
+            let scale = (crowd / area).sqrt();
+            field.lengths.iter_mut().for_each(|length| *length *= scale);
+        }
+        field
+    }
+
+    /// Whether edges are equally long everywhere.
+    pub fn is_uniform(&self) -> bool {
+        self.lengths.is_empty()
+    }
+
+    /// The length at a point on or near a triangle.
+    pub fn at(&self, point: DVec3, triangle: u32) -> f64 {
+        if self.is_uniform() {
+            return 1.0;
+        }
+        let closest = closest_on_triangle(point, self.surface.corners(triangle as usize));
+        let corners = self.surface.triangles[triangle as usize];
+        corners.iter().zip(closest.barycentric).map(|(v, weight)| weight * self.lengths[*v as usize]).sum()
+    }
+
+    /// The length at a vertex of the surface.
+    pub fn at_vertex(&self, v: u32) -> f64 {
+        self.lengths.get(v as usize).copied().unwrap_or(1.0)
+    }
+
+    /// The smallest length in a triangle.
+    pub fn least_in(&self, triangle: u32) -> f64 {
+        self.surface.triangles[triangle as usize]
+            .map(|v| self.at_vertex(v))
+            .into_iter()
+            .fold(f64::INFINITY, f64::min)
+    }
+
+    /// The lengths at points on triangles; nothing if they are equal everywhere.
+    pub fn at_all(&self, points: &[DVec3], triangles: &[u32]) -> Vec<f64> {
+        if self.is_uniform() {
+            return Vec::new();
+        }
+        points.iter().zip(triangles).map(|(point, t)| self.at(*point, *t)).collect()
+    }
+
+    /// The smallest and the largest length.
+    pub fn range(&self) -> [f64; 2] {
+        let Some(first) = self.lengths.first() else { return [1.0; 2] };
+        self.lengths.iter().fold([*first; 2], |[low, high], length| [low.min(*length), high.max(*length)])
+    }
+
+    /// The mean of 1 / length² over a triangle: how many more vertices it gets than in a uniform mesh.
+    pub fn crowd(&self, triangle: usize) -> f64 {
+        if self.is_uniform() {
+            return 1.0;
+        }
+        let corners = self.surface.triangles[triangle].map(|v| self.lengths[v as usize]);
+        mean_crowd(corners)
+    }
+
+    /// Length = `xyz · p + w` in each triangle's plane; nothing if they are equal everywhere.
+    pub fn slopes(&self) -> Vec<[f64; 4]> {
+        if self.is_uniform() {
+            return Vec::new();
+        }
+        let of = |t: usize| {
+            let [a, b, c] = self.surface.corners(t);
+            let [at_a, at_b, at_c] = self.surface.triangles[t].map(|v| self.lengths[v as usize]);
+            let normal = (b - a).cross(c - a);
+            let twice_area_sq = normal.length_squared();
+            let turned = normal.cross(c - b) * at_a + normal.cross(a - c) * at_b + normal.cross(b - a) * at_c;
+            let slope = turned / twice_area_sq;
+            // A triangle without area has no slope; the mean will do.
+            if !slope.is_finite() {
+                return [0.0, 0.0, 0.0, (at_a + at_b + at_c) / 3.0];
+            }
+            [slope.x, slope.y, slope.z, at_a - slope.dot(a)]
+        };
+        (0..self.surface.triangles.len()).map(of).collect()
+    }
+}
+
+/// The mean of 1 / length² over a triangle in which the length is linear between its corners.
+fn mean_crowd(corners: [f64; 3]) -> f64 {
+    let [a, b, c] = corners;
+    let (low, high) = (a.min(b).min(c), a.max(b).max(c));
+    if high - low < ALIKE * low {
+        return ((a + b + c) / 3.0).powi(-2);
+    }
+    let mut sum = 0.0;
+    // The middles of equal small triangles, those that point the same way and those that point the other way.
+    for i in 0..CUTS {
+        for j in 0..CUTS - i {
+            for (upside_down, third) in [(false, 1.0 / 3.0), (true, 2.0 / 3.0)] {
+                if upside_down && i + j + 1 >= CUTS {
+                    continue;
+                }
+                let [u, v] = [i, j].map(|k| (f64::from(k) + third) / f64::from(CUTS));
+                sum += ((1.0 - u - v) * a + u * b + v * c).powi(-2);
+            }
+        }
+    }
+    sum / f64::from(CUTS * CUTS)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn square(lengths: [f64; 4]) -> SizeField {
+        let vertices = [[0.0, 0.0], [2.0, 0.0], [2.0, 2.0], [0.0, 2.0]].map(|[x, y]| DVec3::new(x, y, 1.0));
+        let surface = TriMesh { vertices: vertices.to_vec(), triangles: vec![[0, 1, 2], [0, 2, 3]] };
+        SizeField::new(surface, lengths.to_vec())
+    }
+
+    #[test]
+    fn the_mean_of_the_crowds_is_one() {
+        assert_eq!(square([3.0; 4]).range(), [1.0, 1.0]);
+        let field = square([1.0, 4.0, 4.0, 1.0]);
+        let [low, high] = field.range();
+        assert!((high / low - 4.0).abs() < 1e-12);
+        // Over x from 0 to 1, lengths from a to 4 a: the mean of 1 / length² is 1 / (4 a²).
+        assert!((low - 0.5).abs() < 0.006, "{low}");
+        let crowds = 0.5 * (field.crowd(0) + field.crowd(1));
+        assert!((crowds - 1.0).abs() < 1e-12, "{crowds}");
+    }
+
+    #[test]
+    fn lengths_are_linear_and_the_slopes_say_the_same() {
+        let field = square([1.0, 4.0, 4.0, 1.0]);
+        let low = field.range()[0];
+        for (x, y, t) in [(1.0, 0.25, 0), (0.5, 1.5, 1), (0.25, 0.25, 0), (2.0, 2.0, 1)] {
+            let p = DVec3::new(x, y, 1.0);
+            let expected = low * (1.0 + 1.5 * x);
+            assert!((field.at(p, t) - expected).abs() < 1e-12);
+            let [gx, gy, gz, w] = field.slopes()[t as usize];
+            assert!((DVec3::new(gx, gy, gz).dot(p) + w - expected).abs() < 1e-12);
+        }
+    }
+
+    #[test]
+    fn a_uniform_one_is_one_everywhere() {
+        let field = SizeField::default();
+        assert!(field.is_uniform() && field.slopes().is_empty());
+        assert_eq!((field.at(DVec3::ONE, 7), field.at_vertex(3), field.crowd(9)), (1.0, 1.0, 1.0));
+        assert!(field.at_all(&[DVec3::ONE], &[7]).is_empty());
+    }
+}

@@ -1,0 +1,106 @@
+//! Edge lengths that differ over the surface, as the iteration sees them: what is wanted at each site, and where its
+//! target goes for that.
+
+use super::planar::{PlanarFaces, PlanarInputs};
+use crate::Result;
+use crate::gpu::kernels::sizing::{drift, lengths};
+use crate::gpu::{Buffer, Device, Pipeline, Recorder, Threads};
+use crate::mesh::sizing::SizeField;
+use glam::Vec4;
+
+/// A [`SizeField`] on the device.
+pub struct DeviceSizes {
+    /// Length = `xyz · p + w` in each triangle of the surface, relative to the spacing.
+    slopes: Buffer<Vec4>,
+    /// The smallest and the largest.
+    pub range: [f64; 2],
+}
+
+impl DeviceSizes {
+    /// Uploads a field; `None` if it is uniform.
+    ///
+    /// # Errors
+    /// [`crate::Error::OutOfMemory`] if it does not fit.
+    pub fn new(device: &Device, field: &SizeField) -> Result<Option<Self>> {
+        if field.is_uniform() {
+            return Ok(None);
+        }
+        let slopes: Vec<Vec4> =
+            field.slopes().iter().map(|slope| Vec4::from_array(slope.map(|x| x as f32))).collect();
+        let slopes = Buffer::from_slice(device, "surface.sizes", &slopes)?;
+        Ok(Some(Self { slopes, range: field.range() }))
+    }
+}
+
+/// Finds the lengths at the sites, and shifts targets by them.
+pub struct Sizing {
+    find: Pipeline<lengths::Shader>,
+    drift: Pipeline<drift::Shader>,
+    /// The edge length wanted at each site, relative to the spacing.
+    pub lengths: Buffer<f32>,
+}
+
+impl Sizing {
+    /// For `sites` sites, which bear the marks of [`super::pins`] if there are `curves`.
+    ///
+    /// # Errors
+    /// [`crate::Error::OutOfMemory`] or [`crate::Error::Device`].
+    pub fn new(device: &Device, sites: usize, curves: bool, workgroup: Option<u32>) -> Result<Self> {
+        let mut find = lengths::Constants::default();
+        find.workgroup = workgroup.unwrap_or(find.workgroup);
+        let mut drift = drift::Constants { curves: curves.into(), ..Default::default() };
+        drift.workgroup = workgroup.unwrap_or(drift.workgroup);
+        Ok(Self {
+            find: Pipeline::new(device, find)?,
+            drift: Pipeline::new(device, drift)?,
+            lengths: Buffer::new(device, "default.sizing.lengths", sites)?,
+        })
+    }
+
+    /// Records finding the lengths at `sites`, each on its triangle of the surface.
+    ///
+    /// # Errors
+    /// As [`Recorder::dispatch`].
+    pub fn record_lengths(
+        &self,
+        recorder: &mut Recorder,
+        sizes: &DeviceSizes,
+        sites: &Buffer<Vec4>,
+        site_triangle: &Buffer<u32>,
+    ) -> Result<()> {
+        let push = lengths::Push {
+            site_count: sites.len() as u32,
+            triangle_count: sizes.slopes.len() as u32,
+            least: sizes.range[0] as f32,
+            largest: sizes.range[1] as f32,
+        };
+        let bindings =
+            lengths::Bindings { sites, site_triangle, slopes: &sizes.slopes, lengths: &self.lengths };
+        recorder.dispatch(&self.find, Threads(sites.len()), &push, &bindings)
+    }
+
+    /// Records the shift of the targets of `faces`; no step is longer than `largest_move` times the length wanted there.
+    /// The lists in `inputs` must have at least 6 slots.
+    ///
+    /// # Errors
+    /// As [`Recorder::dispatch`].
+    pub fn record_drift(
+        &self,
+        recorder: &mut Recorder,
+        inputs: &PlanarInputs<'_>,
+        faces: &PlanarFaces,
+        largest_move: f32,
+    ) -> Result<()> {
+        let PlanarInputs { sites, normals, neighbours, .. } = *inputs;
+        let push = drift::Push { site_count: sites.len() as u32, largest_move };
+        let bindings = drift::Bindings {
+            sites,
+            normals,
+            neighbours,
+            lengths: &self.lengths,
+            centroids: &faces.centroids,
+            targets: &faces.targets,
+        };
+        recorder.dispatch(&self.drift, Threads(sites.len()), &push, &bindings)
+    }
+}
