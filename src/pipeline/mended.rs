@@ -2,9 +2,10 @@
 
 use super::attempts::{Attempts, Settled, has_own_curves};
 use super::connected::crossing_faces;
-use super::parts::Parts;
+use super::parts::{Parts, Spread};
 use super::spare::Wish;
 use super::{Connection, SkeletonSummary};
+use crate::Sizing;
 use crate::mesh::coarsen::Site;
 use crate::mesh::intersections::intersecting_faces;
 use crate::mesh::spacing;
@@ -25,13 +26,17 @@ impl Attempts<'_> {
         let sites: Vec<Site> = sites.map(|(at, triangle)| Site { at: *at, triangle: *triangle }).collect();
         let through = crossing_faces(&begun.mesh, self.frame);
         let torn = if through.len() > self.of_input(crossing) { through.as_slice() } else { &[] };
-        let mut mesh = begun.mesh.clone();
-        let wish = self.wish(settled.vertices);
-        let collapsed = Parts::new(&surface).mend(&surface, &mut mesh, (&sites, torn), &wish).ok()?;
-        let left = crossing_faces(&mesh, self.frame).len();
-        if collapsed == 0 || left > self.of_input(crossing) {
-            return None;
-        }
+        let (wish, parts) = (self.wish(settled.vertices), Parts::new(&surface));
+        let made = |spread: Spread| {
+            let mut mesh = begun.mesh.clone();
+            let collapsed = parts.mend(&surface, &mut mesh, (&sites, torn), &wish, spread).ok()?;
+            let left = crossing_faces(&mesh, self.frame).len();
+            (collapsed > 0 && left <= self.of_input(crossing)).then_some((mesh, collapsed, left))
+        };
+        let sized = self.options.sizing != Sizing::Uniform;
+        let again = || if sized { made(Spread::Evenly) } else { None };
+        // Short edges where faces of the input run through others make more such faces.
+        let (mesh, collapsed, left) = made(Spread::AsBefore).or_else(again)?;
         // Faces that could not be filled were in those components, since a hole changes the topology.
         let counts = ConnectCounts { unfilled_faces: 0, ..begun.counts };
         let connection = Connection {

@@ -92,6 +92,15 @@ impl Parts {
     }
 }
 
+/// Where the vertices of a component made anew are.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Spread {
+    /// Where they were.
+    AsBefore,
+    /// Anywhere.
+    Evenly,
+}
+
 /// What a result has in each component.
 struct Compared {
     /// Whether it is what it should be.
@@ -102,8 +111,8 @@ struct Compared {
 
 impl Parts {
     /// Replaces the components of a result that are not what they are in the surface `mesh`, with as many vertices in
-    /// all. `sites` are where its vertices were on the surface, the components of the faces `torn` are replaced as well.
-    /// How many were replaced.
+    /// all. `sites` are where its vertices were on the surface, where they stay as far as possible if `spread` says so; the
+    /// components of the faces `torn` are replaced as well. How many were replaced.
     ///
     /// # Errors
     /// [`Error::Usage`] with the least number of vertices if there are too few.
@@ -113,6 +122,7 @@ impl Parts {
         result: &mut TriMesh,
         (sites, torn): (&[Site], &[u32]),
         wish: &Wish,
+        spread: Spread,
     ) -> Result<usize> {
         if self.count() == 1 && torn.is_empty() {
             let got = topology(result);
@@ -140,7 +150,10 @@ impl Parts {
             let there = (0..).zip(sites).filter(|(v, _)| part_of(*v) == *part);
             there.map(|(_, s)| Site { triangle: number[s.triangle as usize], ..*s }).collect()
         };
-        let sites: Vec<Vec<Site>> = wrong.iter().map(own_sites).collect();
+        let sites: Vec<Vec<Site>> = match spread {
+            Spread::AsBefore => wrong.iter().map(own_sites).collect(),
+            Spread::Evenly => Vec::new(),
+        };
         let wish = Wish { vertices: result.vertices.len() - kept, ..*wish };
         let made = all(&list, &areas, &sites, &wish)?;
         let keep: Vec<u32> =

@@ -1,5 +1,6 @@
 //! How long edges are to be over the surface, from the options.
 
+use crate::mesh::repair::parts;
 use crate::mesh::sizing::{Bounds, SizeField, along_curve, curvature, graded};
 use crate::mesh::spacing;
 use crate::options::{Options, Sizing};
@@ -10,6 +11,11 @@ use crate::{Error, Result, TriMesh};
 const RANGE: f64 = 8.0;
 /// What is flatter than this, in the unit-diagonal frame, is flat.
 const FLAT: f64 = 0.01;
+
+/// An edge longer than those of a uniform mesh spans no larger angle of a bend, in radians.
+const TURN: f64 = 0.7;
+/// Vertices of a component, unless a uniform mesh has fewer there.
+const ENOUGH: usize = 60;
 
 /// What a field is made from.
 pub(super) struct SizeWish<'a> {
@@ -32,10 +38,13 @@ pub(super) fn size_field(
     let SizeWish { options, given, diagonal } = *wish;
     let area: f64 = (0..surface.triangles.len()).map(|t| area(surface, t)).sum();
     let spacing = spacing(area, options.vertices);
+    if options.sizing == Sizing::Uniform {
+        return Ok(SizeField::default());
+    }
+    let bends = bends(surface, curves, spacing);
     let wished = match &options.sizing {
-        Sizing::Uniform => return Ok(SizeField::default()),
+        Sizing::Uniform => vec![1.0; bends.len()],
         Sizing::Curvature { gradation } => {
-            let bends = bends(surface, curves, spacing);
             bends.iter().map(|bend| bend.max(FLAT).powf(-0.5 * gradation)).collect()
         }
         Sizing::Given(_) => given.to_vec(),
@@ -52,8 +61,22 @@ pub(super) fn size_field(
         );
         return Err(Error::usage(problem, "ask for another number of vertices, or another length"));
     }
-    let bounds = Bounds { spacing, least, largest, growth: options.growth };
+    let mut most = fit_for_cells(surface, &bends, spacing);
+    most.iter_mut().for_each(|most| *most = most.min(largest));
+    let bounds = Bounds { spacing, least, largest: &most, growth: options.growth };
     Ok(SizeField::new(surface.clone(), graded(surface, &wished, &bounds)))
+}
+
+/// The largest length at each vertex with which parts have enough vertices, and tubes are round; nowhere less than the
+/// spacing, with which a uniform mesh has to do as well.
+fn fit_for_cells(surface: &TriMesh, bends: &[f64], spacing: f64) -> Vec<f64> {
+    let (of_triangle, areas) = parts(surface);
+    let mut most: Vec<f64> = bends.iter().map(|bend| (TURN / bend.max(FLAT)).max(spacing)).collect();
+    for (triangle, part) in surface.triangles.iter().zip(of_triangle) {
+        let enough = crate::mesh::spacing(areas[part as usize], ENOUGH).max(spacing);
+        triangle.iter().for_each(|v| most[*v as usize] = most[*v as usize].min(enough));
+    }
+    most
 }
 
 /// How much the surface, or a curve on it, bends at each vertex.

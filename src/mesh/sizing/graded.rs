@@ -12,13 +12,13 @@ const TRIES: u32 = 40;
 
 /// What edge lengths have to keep to.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Bounds {
+pub struct Bounds<'a> {
     /// Edge length of the uniform mesh with as many vertices.
     pub spacing: f64,
     /// Least length; at most the spacing.
     pub least: f64,
-    /// Largest length; at least the spacing.
-    pub largest: f64,
+    /// Largest length at each vertex; nowhere less than the spacing.
+    pub largest: &'a [f64],
     /// How much longer edges may be for each unit of way along the surface.
     pub growth: f64,
 }
@@ -35,7 +35,8 @@ pub fn graded(surface: &TriMesh, wished: &[f64], bounds: &Bounds) -> Vec<f64> {
         .collect();
     let whole: f64 = areas.iter().sum();
     let at_scale = |scale: f64| {
-        let lengths = wished.iter().map(|wish| (scale * wish).clamp(bounds.least, bounds.largest)).collect();
+        let both = wished.iter().zip(bounds.largest);
+        let lengths = both.map(|(wish, most)| (scale * wish).clamp(bounds.least, *most)).collect();
         links.limited(lengths, bounds.growth)
     };
     // Vertices over those of the uniform mesh.
@@ -45,8 +46,9 @@ pub fn graded(surface: &TriMesh, wished: &[f64], bounds: &Bounds) -> Vec<f64> {
         surface.triangles.iter().zip(&areas).map(crowd).sum::<f64>() * bounds.spacing.powi(2) / whole
     };
     let (shortest, longest) = wished.iter().fold((f64::INFINITY, 0.0f64), |(l, h), w| (l.min(*w), h.max(*w)));
+    let most = bounds.largest.iter().copied().fold(bounds.spacing, f64::max);
     // All at the least length, and all at the largest.
-    let (mut low, mut high) = (bounds.least / longest, bounds.largest / shortest);
+    let (mut low, mut high) = (bounds.least / longest, most / shortest);
     let mut best = at_scale((low * high).sqrt());
     for _ in 0..TRIES {
         let middle = (low * high).sqrt();
@@ -154,7 +156,8 @@ mod tests {
         let mesh = sample("sphere").unwrap();
         let wished: Vec<f64> = mesh.vertices.iter().map(|p| if p.z > 0.9 { 1e-4 } else { 1.0 }).collect();
         let h = spacing(area(&mesh), 2000);
-        let bounds = Bounds { spacing: h, least: 0.2 * h, largest: 6.0 * h, growth: 0.2 };
+        let largest = vec![6.0 * h; wished.len()];
+        let bounds = Bounds { spacing: h, least: 0.2 * h, largest: &largest, growth: 0.2 };
         let got = graded(&mesh, &wished, &bounds);
         let mut share = 0.0;
         for (t, triangle) in mesh.triangles.iter().enumerate() {
@@ -175,7 +178,8 @@ mod tests {
     fn the_same_wish_everywhere_is_a_uniform_mesh() {
         let mesh = sample("torus").unwrap();
         let h = spacing(area(&mesh), 500);
-        let bounds = Bounds { spacing: h, least: h / 8.0, largest: 8.0 * h, growth: 0.3 };
+        let largest = vec![8.0 * h; mesh.vertices.len()];
+        let bounds = Bounds { spacing: h, least: h / 8.0, largest: &largest, growth: 0.3 };
         let got = graded(&mesh, &vec![5.0; mesh.vertices.len()], &bounds);
         assert!(got.iter().all(|length| (length / h - 1.0).abs() < CLOSE), "{:?}", &got[..3]);
     }
