@@ -53,6 +53,7 @@ mod reference;
 mod remesher;
 mod repair;
 mod repair_more;
+mod round_trips;
 mod runs;
 mod runs_compared;
 mod runs_curves;
