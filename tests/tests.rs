@@ -23,6 +23,7 @@ mod distance;
 mod fit;
 mod generators;
 mod gpu_layer;
+mod hostile_files;
 mod html;
 mod intersections;
 mod io;
