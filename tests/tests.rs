@@ -21,6 +21,8 @@ mod connect;
 mod curve_sites;
 mod distance;
 mod fit;
+mod fuzz_replay;
+mod fuzzing;
 mod generators;
 mod gpu_layer;
 mod hostile_files;
