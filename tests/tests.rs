@@ -19,6 +19,7 @@ mod cli_stop;
 mod coarsen;
 mod connect;
 mod curve_sites;
+mod device_memory;
 mod distance;
 mod fit;
 mod fuzz_replay;
