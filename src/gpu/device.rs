@@ -94,6 +94,17 @@ impl Device {
         std::mem::take(&mut *locked(&self.shared.instance.messages))
     }
 
+    /// Where the messages go, also those about what is left when the device goes.
+    #[cfg(test)]
+    pub(super) fn messages(&self) -> Arc<Mutex<Vec<String>>> {
+        Arc::clone(&self.shared.instance.messages)
+    }
+
+    /// Time of all dispatches and copies since the last call, by name.
+    pub fn take_timings(&self) -> Vec<StageTime> {
+        std::mem::take(&mut *locked(&self.shared.timings)).into_list()
+    }
+
     /// Bytes of its own memory that the device has for this program: the least of its size, of what other programs leave of
     /// it as far as the driver tells, and of [`DeviceOptions::memory_bytes`]. What is in use already counts as available.
     pub fn available_bytes(&self) -> u64 {
