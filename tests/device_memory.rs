@@ -3,7 +3,9 @@
 use crate::cli::Place;
 use rtfmesh::gpu::Buffer;
 use rtfmesh::mesh::samples::sample;
-use rtfmesh::{Device, DeviceOptions, Error, MeasureDepth, Method, Options, preview, remesh};
+use rtfmesh::{
+    Device, DeviceOptions, Error, Flow, MeasureDepth, Method, Options, Phase, Progress, preview, remesh,
+};
 
 fn limited(memory_bytes: u64) -> Device {
     Device::open(&DeviceOptions { memory_bytes: Some(memory_bytes), ..DeviceOptions::from_env() }).unwrap()
@@ -53,8 +55,10 @@ fn what_does_not_fit_is_refused_before_it_begins() {
     // What it advises to ask for is what it lets pass.
     let advised = remedy.split_whitespace().find_map(|word| word.parse::<usize>().ok()).unwrap();
     assert!((9_000..10_000).contains(&advised), "{remedy}");
-    let begins = |vertices| match remesh(&device, &input, &options(vertices), &mut |_| rtfmesh::Flow::Cancel)
-    {
+    let stop = |progress: Progress| {
+        if progress.phase > Phase::Prepare { Flow::Cancel } else { Flow::Continue }
+    };
+    let begins = |vertices| match remesh(&device, &input, &options(vertices), &mut |p| stop(p)) {
         Err(Error::Cancelled) => true,
         Err(Error::OutOfMemory { what, .. }) if what == "the run" => false,
         other => panic!("{other:?}"),

@@ -210,13 +210,7 @@ impl Shared {
         // SAFETY: the handle comes from this instance, the device has the extension; the call only reads.
         unsafe { self.instance.raw.get_physical_device_memory_properties2(self.physical, &mut memory) };
         let heaps = memory.memory_properties;
-        let own = heaps.memory_heaps_as_slice().iter().zip(budget.heap_budget);
-        let own = own.filter(|(heap, _)| heap.flags.contains(vk::MemoryHeapFlags::DEVICE_LOCAL));
-        // Some drivers say 0 for what they do not know.
-        own.max_by_key(|(heap, _)| heap.size)
-            .map(|(_, budget)| budget)
-            .filter(|budget| *budget > 0)
-            .unwrap_or(u64::MAX)
+        budget_of_own(heaps.memory_heaps_as_slice(), &budget.heap_budget)
     }
 
     /// Whether so many bytes more are within [`DeviceOptions::memory_bytes`].
@@ -243,6 +237,15 @@ impl Shared {
     }
 }
 
+/// The budget of the largest heap of the device's own memory.
+fn budget_of_own(heaps: &[vk::MemoryHeap], budgets: &[u64]) -> u64 {
+    let own =
+        heaps.iter().zip(budgets).filter(|(heap, _)| heap.flags.contains(vk::MemoryHeapFlags::DEVICE_LOCAL));
+    let largest = own.max_by_key(|(heap, _)| heap.size).map_or(0, |(_, budget)| *budget);
+    // Some drivers say 0 for what they do not know.
+    if largest == 0 { u64::MAX } else { largest }
+}
+
 impl Drop for Shared {
     fn drop(&mut self) {
         // SAFETY: the last user is gone (Arc), submissions are waited for by their recorders; the allocator must
@@ -263,6 +266,18 @@ impl Drop for Shared {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn the_budget_is_that_of_the_largest_heap_of_its_own() {
+        let heap = |size, own: bool| {
+            let flags = if own { vk::MemoryHeapFlags::DEVICE_LOCAL } else { vk::MemoryHeapFlags::empty() };
+            vk::MemoryHeap::default().size(size).flags(flags)
+        };
+        let heaps = [heap(100, true), heap(900, false), heap(300, true)];
+        assert_eq!(budget_of_own(&heaps, &[90, 800, 250, 7]), 250);
+        assert_eq!(budget_of_own(&heaps, &[90, 800, 0, 7]), u64::MAX);
+        assert_eq!(budget_of_own(&heaps[1..2], &[800]), u64::MAX);
+    }
 
     /// The canary: if validation were off or its messages lost, every GPU test would pass in silence.
     #[test]
