@@ -146,3 +146,24 @@ fn small_components_are_dropped_but_never_all() {
     assert!(repair_with(&three, &options).unwrap_err().to_string().contains("--min-component 1"));
     assert_eq!(repair(&three).unwrap().counts, RepairCounts::default());
 }
+
+/// Squares of such lengths vanish or overflow. Found by `fuzz/`.
+#[test]
+fn tolerances_and_areas_work_at_every_size() {
+    let small = moved(&cube(), |v| 0.1 * v + DVec3::splat(4.0));
+    let mut input = union(&shattered(&sphere(1.0, 2), 1e-5), &small);
+    for t in [3, 50, 51] {
+        input.triangles[t].swap(1, 2);
+    }
+    let options = RepairOptions { weld: 1e-3, min_component: 0.1 };
+    let want = repair_with(&input, &options).unwrap();
+    assert!(want.counts.near_vertices_welded > 100 && want.counts.components_dropped == 1);
+    assert_eq!(want.counts.faces_turned, 3);
+    for power in [-1000, -700, -300, 300, 700, 1000] {
+        // A power of two changes no digit.
+        let scale = 2_f64.powi(power);
+        let got = repair_with(&moved(&input, |v| v * scale), &options).unwrap();
+        assert_eq!(got.mesh, moved(&want.mesh, |v| v * scale), "2^{power}");
+        assert_eq!((got.counts, &got.origin), (want.counts, &want.origin), "2^{power}");
+    }
+}

@@ -254,6 +254,10 @@ pub struct DeviceArgs {
     /// Device: index, cpu, gpu or part of a name (see `rtfmesh devices`)
     #[arg(long, value_name = "DEVICE")]
     device: Option<String>,
+
+    /// Take at most this much of the device's memory, in MiB; a run that needs more is refused before it starts
+    #[arg(long, value_name = "MIB", value_parser = clap::value_parser!(u64).range(1..=1 << 30))]
+    device_memory: Option<u64>,
 }
 
 impl DeviceArgs {
@@ -266,6 +270,7 @@ impl DeviceArgs {
         if self.device.is_some() {
             wish.device.clone_from(&self.device);
         }
+        wish.memory_bytes = self.device_memory.map(|mebibytes| mebibytes << 20);
         Device::open(&wish)
     }
 }

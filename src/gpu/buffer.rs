@@ -105,6 +105,9 @@ impl RawBuffer {
             problem,
             remedy: "ask for fewer vertices, or close other programs".to_owned(),
         };
+        if let (Some(most), false) = (shared.memory_bytes, shared.may_take(bytes)) {
+            return Err(too_large(format!("beside others, but may take {most} with them")));
+        }
         let info =
             vk::BufferCreateInfo::default().size(bytes).usage(usage).sharing_mode(vk::SharingMode::EXCLUSIVE);
         // SAFETY: the device is alive (Arc); `info` outlives the call.

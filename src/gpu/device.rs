@@ -20,6 +20,8 @@ pub struct DeviceOptions {
     pub device: Option<String>,
     /// Turns on core and synchronization validation; see [`Device::take_validation_messages`].
     pub validation: bool,
+    /// Bytes of the device's memory that buffers may take together, where others need the rest; at least 1.
+    pub memory_bytes: Option<u64>,
     /// Puts a full barrier before every command. A result that differs from the normal one means a missing barrier.
     pub full_barriers: bool,
 }
@@ -31,6 +33,7 @@ impl DeviceOptions {
         Self {
             device: std::env::var("RTFMESH_DEVICE").ok().filter(|d| !d.is_empty()),
             validation: on("RTFMESH_VALIDATION"),
+            memory_bytes: None,
             full_barriers: on("RTFMESH_FULL_BARRIERS"),
         }
     }
@@ -53,6 +56,10 @@ pub(super) struct Shared {
     pub info: DeviceInfo,
     pub timestamp_mask: u64,
     pub full_barriers: bool,
+    /// See [`DeviceOptions::memory_bytes`].
+    pub memory_bytes: Option<u64>,
+    physical: vk::PhysicalDevice,
+    tells_budget: bool,
     pub timings: Mutex<Timings>,
     allocated_bytes: AtomicU64,
     peak_bytes: AtomicU64,
@@ -73,7 +80,7 @@ impl Device {
     pub fn open(options: &DeviceOptions) -> Result<Self> {
         let instance = Instance::new(options.validation)?;
         let candidate = choose(candidates(&instance)?, options.device.as_deref())?;
-        let shared = Arc::new(Shared::new(instance, candidate, options.full_barriers)?);
+        let shared = Arc::new(Shared::new(instance, candidate, options)?);
         Ok(Self { shared, pipelines: Arc::default() })
     }
 
@@ -87,9 +94,22 @@ impl Device {
         std::mem::take(&mut *locked(&self.shared.instance.messages))
     }
 
+    /// Where the messages go, also those about what is left when the device goes.
+    #[cfg(test)]
+    pub(super) fn messages(&self) -> Arc<Mutex<Vec<String>>> {
+        Arc::clone(&self.shared.instance.messages)
+    }
+
     /// Time of all dispatches and copies since the last call, by name.
     pub fn take_timings(&self) -> Vec<StageTime> {
         std::mem::take(&mut *locked(&self.shared.timings)).into_list()
+    }
+
+    /// Bytes of its own memory that the device has for this program: the least of its size, of what other programs leave of
+    /// it as far as the driver tells, and of [`DeviceOptions::memory_bytes`]. What is in use already counts as available.
+    pub fn available_bytes(&self) -> u64 {
+        let most = self.shared.memory_bytes.unwrap_or(u64::MAX);
+        self.shared.budget().min(self.info().limits.memory_bytes).min(most)
     }
 
     /// Largest sum of buffer sizes that was ever allocated at once, in bytes.
@@ -104,7 +124,7 @@ pub(super) fn locked<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
 }
 
 impl Shared {
-    fn new(instance: Instance, candidate: Candidate, full_barriers: bool) -> Result<Self> {
+    fn new(instance: Instance, candidate: Candidate, options: &DeviceOptions) -> Result<Self> {
         let priorities = [1.0];
         let queues = [vk::DeviceQueueCreateInfo::default()
             .queue_family_index(candidate.queue_family)
@@ -114,7 +134,8 @@ impl Shared {
             .map_err(|e| vk_error("listing the device extensions", e))?;
         let subset = ash::khr::portability_subset::NAME;
         let mut enabled = Vec::new();
-        if extensions.iter().any(|e| e.extension_name_as_c_str() == Ok(subset)) {
+        let has = |name| extensions.iter().any(|e| e.extension_name_as_c_str() == Ok(name));
+        if has(subset) {
             // Vulkan demands that this one be enabled where it exists (MoltenVK).
             enabled.push(subset.as_ptr());
         }
@@ -155,7 +176,10 @@ impl Shared {
             pipeline_cache,
             timestamp_mask: u64::MAX.checked_shr(64 - candidate.timestamp_bits).unwrap_or(0),
             info: candidate.info,
-            full_barriers,
+            full_barriers: options.full_barriers,
+            memory_bytes: options.memory_bytes,
+            physical: candidate.handle,
+            tells_budget: has(ext::memory_budget::NAME),
             timings: Mutex::default(),
             allocated_bytes: AtomicU64::new(0),
             peak_bytes: AtomicU64::new(0),
@@ -176,6 +200,25 @@ impl Shared {
         locked(&self.allocator)
     }
 
+    /// What the driver lets this program take of the device's largest own heap; without word from it, no limit.
+    fn budget(&self) -> u64 {
+        if !self.tells_budget {
+            return u64::MAX;
+        }
+        let mut budget = vk::PhysicalDeviceMemoryBudgetPropertiesEXT::default();
+        let mut memory = vk::PhysicalDeviceMemoryProperties2::default().push_next(&mut budget);
+        // SAFETY: the handle comes from this instance, the device has the extension; the call only reads.
+        unsafe { self.instance.raw.get_physical_device_memory_properties2(self.physical, &mut memory) };
+        let heaps = memory.memory_properties;
+        budget_of_own(heaps.memory_heaps_as_slice(), &budget.heap_budget)
+    }
+
+    /// Whether so many bytes more are within [`DeviceOptions::memory_bytes`].
+    pub fn may_take(&self, bytes: u64) -> bool {
+        let now = self.allocated_bytes.load(Ordering::Relaxed);
+        self.memory_bytes.is_none_or(|most| now.saturating_add(bytes) <= most)
+    }
+
     pub fn count_allocated(&self, bytes: u64) {
         let now = self.allocated_bytes.fetch_add(bytes, Ordering::Relaxed) + bytes;
         self.peak_bytes.fetch_max(now, Ordering::Relaxed);
@@ -192,6 +235,15 @@ impl Shared {
         // SAFETY: the handle is alive and belongs to this device. A failure only leaves the object unnamed.
         let _ = unsafe { names.set_debug_utils_object_name(&info) };
     }
+}
+
+/// The budget of the largest heap of the device's own memory.
+fn budget_of_own(heaps: &[vk::MemoryHeap], budgets: &[u64]) -> u64 {
+    let own =
+        heaps.iter().zip(budgets).filter(|(heap, _)| heap.flags.contains(vk::MemoryHeapFlags::DEVICE_LOCAL));
+    let largest = own.max_by_key(|(heap, _)| heap.size).map_or(0, |(_, budget)| *budget);
+    // Some drivers say 0 for what they do not know.
+    if largest == 0 { u64::MAX } else { largest }
 }
 
 impl Drop for Shared {
@@ -214,6 +266,18 @@ impl Drop for Shared {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn the_budget_is_that_of_the_largest_heap_of_its_own() {
+        let heap = |size, own: bool| {
+            let flags = if own { vk::MemoryHeapFlags::DEVICE_LOCAL } else { vk::MemoryHeapFlags::empty() };
+            vk::MemoryHeap::default().size(size).flags(flags)
+        };
+        let heaps = [heap(100, true), heap(900, false), heap(300, true)];
+        assert_eq!(budget_of_own(&heaps, &[90, 800, 250, 7]), 250);
+        assert_eq!(budget_of_own(&heaps, &[90, 800, 0, 7]), u64::MAX);
+        assert_eq!(budget_of_own(&heaps[1..2], &[800]), u64::MAX);
+    }
 
     /// The canary: if validation were off or its messages lost, every GPU test would pass in silence.
     #[test]

@@ -4,7 +4,7 @@ use super::vk_error;
 use crate::{Error, Result};
 use ash::{ext, khr, vk};
 use std::ffi::{CStr, c_void};
-use std::sync::Mutex;
+use std::sync::{Arc, Mutex};
 
 const VALIDATION_LAYER: &CStr = c"VK_LAYER_KHRONOS_validation";
 
@@ -14,7 +14,7 @@ pub(super) type Messages = Mutex<Vec<String>>;
 /// The loaded Vulkan library and one instance of it.
 pub(super) struct Instance {
     pub raw: ash::Instance,
-    pub messages: Box<Messages>,
+    pub messages: Arc<Messages>,
     messenger: Option<(ext::debug_utils::Instance, vk::DebugUtilsMessengerEXT)>,
     debug_utils: bool,
     _entry: ash::Entry,
@@ -28,6 +28,8 @@ impl Instance {
         // SAFETY: loading runs the initialisers of the system's Vulkan loader, which every Vulkan program trusts.
         let entry = unsafe { ash::Entry::load() }
             .map_err(|e| Error::device(format!("no Vulkan loader: {e}"), INSTALL_DRIVER))?;
+        #[cfg(test)]
+        let entry = super::faults::hooked(entry);
         // SAFETY: the entry is loaded; the call only reads.
         let known = unsafe { entry.enumerate_instance_extension_properties(None) }
             .map_err(|e| vk_error("listing the instance extensions", e))?;
@@ -69,7 +71,7 @@ impl Instance {
             }
             other => vk_error("creating the instance", other),
         })?;
-        let mut this = Self { raw, messages: Box::default(), messenger: None, debug_utils, _entry: entry };
+        let mut this = Self { raw, messages: Arc::default(), messenger: None, debug_utils, _entry: entry };
         if validation {
             this.listen()?;
         }
@@ -92,8 +94,8 @@ impl Instance {
                     | vk::DebugUtilsMessageTypeFlagsEXT::PERFORMANCE,
             )
             .pfn_user_callback(Some(collect))
-            .user_data((&raw const *self.messages).cast_mut().cast());
-        // SAFETY: the messages are boxed and dropped after the messenger, see Drop.
+            .user_data(Arc::as_ptr(&self.messages).cast_mut().cast());
+        // SAFETY: the messages are shared and dropped after the messenger, see Drop.
         let messenger = unsafe { debug.create_debug_utils_messenger(&info, None) }
             .map_err(|e| vk_error("creating the validation messenger", e))?;
         self.messenger = Some((debug, messenger));

@@ -8,6 +8,8 @@ mod barriers;
 mod buffer;
 mod cache;
 mod device;
+#[cfg(test)]
+mod faults;
 mod instance;
 mod kernel;
 pub mod kernels;

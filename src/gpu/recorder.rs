@@ -272,7 +272,7 @@ impl Recorder {
         let commands = [self.commands];
         let submit = [vk::SubmitInfo::default().command_buffers(&commands)];
         // SAFETY: recording is on; the queue is locked during the submission as Vulkan demands; the fence outlives
-        // the wait. If the wait fails the device is lost, and then Vulkan allows destroying everything.
+        // the wait, and so does all that the commands use, unless `stopped` says that the device is done with it.
         unsafe {
             raw.cmd_pipeline_barrier(
                 self.commands,
@@ -286,14 +286,29 @@ impl Recorder {
             raw.end_command_buffer(self.commands).map_err(failed)?;
             let fence = raw.create_fence(&vk::FenceCreateInfo::default(), None).map_err(failed)?;
             let sent = raw.queue_submit(*locked(&self.shared.queue), &submit, fence);
-            self.running = sent.is_ok();
-            let done = sent.and_then(|()| raw.wait_for_fences(&[fence], true, u64::MAX));
-            self.running = false;
-            raw.destroy_fence(fence, None);
+            let done = sent.and_then(|()| {
+                let waited = raw.wait_for_fences(&[fence], true, u64::MAX);
+                self.running = waited.is_err_and(|error| !self.stopped(error));
+                waited
+            });
+            if !self.running {
+                raw.destroy_fence(fence, None);
+            }
             done.map_err(failed)?;
         }
         self.collect_times()?;
         Ok(Submitted { recorder: self })
+    }
+
+    /// Whether the device has stopped using what this recorder owns, after waiting for a submission failed.
+    fn stopped(&self, error: vk::Result) -> bool {
+        // Vulkan counts the work of a lost device as done; else the wait itself failed, and the work goes on.
+        error == vk::Result::ERROR_DEVICE_LOST || {
+            let _queue = locked(&self.shared.queue);
+            // SAFETY: the device is alive, and its queue locked as Vulkan demands.
+            let idle = unsafe { self.shared.raw.device_wait_idle() };
+            matches!(idle, Ok(()) | Err(vk::Result::ERROR_DEVICE_LOST))
+        }
     }
 
     /// Leaves out the next barrier, for the test that a missing one is found.
@@ -444,7 +459,14 @@ impl Recorder {
 
 impl Drop for Recorder {
     fn drop(&mut self) {
-        debug_assert!(!self.running, "a submission is always waited for");
+        if self.running {
+            // Nobody can tell when the device will be done, so all this stays for good, and the device with it.
+            std::mem::forget(std::mem::take(&mut self.staging));
+            std::mem::forget(std::mem::take(&mut self.buffers));
+            std::mem::forget(std::mem::take(&mut self.pipelines));
+            std::mem::forget(Arc::clone(&self.shared));
+            return;
+        }
         // SAFETY: no submission is running, see `submit`.
         unsafe {
             for pool in &self.descriptor_pools {

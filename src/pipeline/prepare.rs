@@ -4,6 +4,7 @@ use super::attempts::has_own_curves;
 use super::coarse_to_fine::Ground;
 use super::level::{LIST, Level};
 use super::parts::{Divided, Parts, extract};
+use super::preview::device_bytes;
 use super::sizes::{SizeWish, size_field};
 use super::spare::Wish;
 use crate::gpu::Device;
@@ -50,7 +51,7 @@ impl Prepared {
         check_given(mesh, options)?;
         let repaired = repair_with(mesh, &repairs(options))?;
         let frame = Frame::of(&repaired.mesh)?;
-        check_memory(device, options)?;
+        check_memory(device, &repaired.mesh, options)?;
         let divided = divide(&repaired.mesh, &frame, options)?;
         let mut options = for_repaired(mesh, &repaired, options);
         let (small, kept) = divided.map_or((Vec::new(), None), |divided| {
@@ -205,7 +206,7 @@ pub(crate) fn compile(device: &Device, method: Method) -> Result<()> {
     }
 }
 
-/// Device bytes that a site takes in the largest buffer, and in all.
+/// Device bytes that a site takes in the largest buffer, and in all but what only one method needs.
 pub(super) fn device_bytes_per_site(options: &Options) -> (u64, u64) {
     match options.method {
         // The list; six vectors, two reaches, eight words, and the boxes.
@@ -227,25 +228,30 @@ pub(super) fn device_bytes_per_site(options: &Options) -> (u64, u64) {
     }
 }
 
-/// Refuses a count whose largest buffers cannot exist, before anything of that size is made.
-fn check_memory(device: &Device, options: &Options) -> Result<()> {
-    let limits = &device.info().limits;
+/// Refuses a count whose largest buffers cannot exist, or that needs more than there is, before anything is made.
+fn check_memory(device: &Device, input: &TriMesh, options: &Options) -> Result<()> {
+    let name = &device.info().name;
     let sites = options.vertices as u64;
-    let (in_one, in_all) = device_bytes_per_site(options);
-    let (largest, total) = (sites * in_one, sites * in_all);
-    let refuse = |what: &str, bytes: u64, limit: u64, of: &str| {
-        Err(Error::OutOfMemory {
-            what: what.to_owned(),
-            bytes,
-            problem: format!("but device '{}' has {limit} {of}", device.info().name),
-            remedy: format!("ask for at most {} vertices, or use a larger device", sites * limit / bytes),
-        })
+    let refuse = |what: &str, bytes: u64, problem: String, most: u64| {
+        let remedy = match most {
+            0 => "simplify the input first, or use a larger device".to_owned(),
+            most => format!("ask for at most {most} vertices, or use a larger device"),
+        };
+        Err(Error::OutOfMemory { what: what.to_owned(), bytes, problem, remedy })
     };
-    if largest > limits.storage_buffer_bytes {
-        return refuse("one list of all sites", largest, limits.storage_buffer_bytes, "in one buffer");
+    let (in_one, _) = device_bytes_per_site(options);
+    let limit = device.info().limits.storage_buffer_bytes;
+    if sites.saturating_mul(in_one) > limit {
+        let problem = format!("but device '{name}' has {limit} in one buffer");
+        return refuse("one list of all sites", sites.saturating_mul(in_one), problem, limit / in_one);
     }
-    if total > limits.memory_bytes {
-        return refuse("the run", total, limits.memory_bytes, "in all");
+    // Curves, which take a little more, are not known yet.
+    let (fixed, each) = device_bytes(input, options, false);
+    let total = fixed.saturating_add(sites.saturating_mul(each));
+    let available = device.available_bytes();
+    if total > available {
+        let problem = format!("but device '{name}' has {available} for it");
+        return refuse("the run", total, problem, available.saturating_sub(fixed) / each);
     }
     Ok(())
 }

@@ -125,7 +125,10 @@ pub fn preview(mesh: &TriMesh, options: &Options) -> Result<Preview> {
         curves: found.curves.len(),
         corners: found.corners.len(),
         patches: by_patch(&found, &worth, interior),
-        device_bytes: device_bytes(&unit, options, curves.is_some()),
+        device_bytes: {
+            let (fixed, each) = device_bytes(&unit, options, curves.is_some());
+            fixed + each * options.vertices as u64
+        },
     })
 }
 
@@ -149,15 +152,18 @@ fn by_patch(found: &Skeleton, areas: &[f64], interior: usize) -> Vec<usize> {
     counts
 }
 
-fn device_bytes(input: &TriMesh, options: &Options, curves: bool) -> u64 {
+/// About how many device bytes a run takes for its input, and for each vertex of the result.
+pub(super) fn device_bytes(input: &TriMesh, options: &Options, curves: bool) -> (u64, u64) {
     let (records, more) = match options.method {
         Method::CoarseToFine => (RECORD_BYTES, SITE_BYTES + if curves { PINNED_BYTES } else { 0 }),
         Method::Rtf | Method::PowerFaces | Method::PointCloud | Method::PoissonDisk => (0, 0),
         // Three corners, candidates and a count.
         Method::Exact => (3 * 16 + 15 * 4 + 4, 0),
     };
+    // Where edge lengths differ: a slope a triangle, a length a site.
+    let (slope, length) = if options.sizing == Sizing::Uniform { (0, 0) } else { (16, 4) };
     let (_, each) = device_bytes_per_site(options);
-    VERTEX_BYTES * input.vertices.len() as u64
-        + (TRIANGLE_BYTES + records) * input.triangles.len() as u64
-        + (each + more) * options.vertices as u64
+    let fixed = VERTEX_BYTES * input.vertices.len() as u64
+        + (TRIANGLE_BYTES + records + slope) * input.triangles.len() as u64;
+    (fixed, each + more + length)
 }

@@ -40,11 +40,12 @@ pub(super) fn logical_lines(text: &str) -> impl Iterator<Item = (u64, Cow<'_, st
     std::iter::from_fn(move || {
         let (number, first) = lines.next()?;
         let mut joined = Cow::Borrowed(without_comment(first));
-        while let Some(start) = joined.strip_suffix('\\') {
-            let mut longer = start.to_owned();
+        while joined.ends_with('\\') {
+            // Grown in place: a file may be one line in a million pieces.
+            let longer = joined.to_mut();
+            longer.pop();
             longer.push(' ');
             longer.push_str(lines.next().map_or("", |(_, next)| without_comment(next)));
-            joined = Cow::Owned(longer);
         }
         Some((number, joined))
     })

@@ -42,7 +42,9 @@ impl Columns {
 
     /// Reads the property at this place, if it is one of these; tells whether.
     pub(super) fn read<S: Source>(&mut self, at: usize, source: &mut S) -> Reading<bool> {
-        let Some(column) = self.columns.iter_mut().find(|column| column.at == at) else { return Ok(false) };
+        // In their order, of which a hostile header may declare very many.
+        let place = self.columns.binary_search_by_key(&at, |column| column.at);
+        let Some(column) = place.ok().and_then(|place| self.columns.get_mut(place)) else { return Ok(false) };
         let kind = column.kind.of_attribute();
         let value = match source.value(column.kind) {
             Ok(value) if kind.holds(value) => value,

@@ -1,5 +1,7 @@
 //! The header of a PLY file: encoding, elements and their properties.
 
+use std::collections::HashSet;
+
 use super::excerpt;
 use crate::{Error, Result};
 
@@ -107,6 +109,8 @@ impl Header {
         };
         let mut encoding = None;
         let mut elements = Vec::new();
+        // Of elements, and of properties behind the number of their element.
+        let mut names = HashSet::new();
         let (mut body, mut lines) = (0, 0);
         loop {
             let rest = bytes.get(body..).unwrap_or_default();
@@ -124,8 +128,12 @@ impl Header {
                 ["ply"] if lines == 1 => {}
                 [] | ["comment" | "obj_info", ..] if lines > 1 => {}
                 ["format", name, version] if lines > 1 => encoding = Some(encoding_of(name, version, lines)?),
-                ["element", name, count] if lines > 1 => add_element(&mut elements, name, count, lines)?,
-                ["property", words @ ..] if lines > 1 => add_property(&mut elements, words, lines)?,
+                ["element", name, count] if lines > 1 => {
+                    add_element((&mut elements, &mut names), name, count, lines)?
+                }
+                ["property", words @ ..] if lines > 1 => {
+                    add_property((&mut elements, &mut names), words, lines)?
+                }
                 ["end_header"] if lines > 1 => break,
                 _ => return Err(bad(lines, format!("'{}' is no PLY header line", excerpt(line)))),
             }
@@ -154,18 +162,21 @@ fn encoding_of(name: &str, version: &str, line: u64) -> Result<Encoding> {
     }
 }
 
-fn add_element(elements: &mut Vec<Element>, name: &str, count: &str, line: u64) -> Result<()> {
+/// What the header has so far, and the names in it.
+type Known<'a> = (&'a mut Vec<Element>, &'a mut HashSet<(usize, String)>);
+
+fn add_element((elements, names): Known, name: &str, count: &str, line: u64) -> Result<()> {
     let Ok(count) = count.parse() else {
         return Err(bad(line, format!("the count '{}' is not a whole number", excerpt(count))));
     };
-    if elements.iter().any(|known| known.name == name) {
+    if !names.insert((usize::MAX, name.to_owned())) {
         return Err(bad(line, format!("the element '{}' is declared twice", excerpt(name))));
     }
     elements.push(Element { name: name.to_owned(), count, properties: Vec::new() });
     Ok(())
 }
 
-fn add_property(elements: &mut [Element], words: &[&str], line: u64) -> Result<()> {
+fn add_property((elements, names): Known, words: &[&str], line: u64) -> Result<()> {
     let kind_of = |name: &str| {
         Type::of(name).ok_or_else(|| bad(line, format!("unknown property type '{}'", excerpt(name))))
     };
@@ -180,10 +191,11 @@ fn add_property(elements: &mut [Element], words: &[&str], line: u64) -> Result<(
         [scalar, name] => (Kind::Scalar(kind_of(scalar)?), name),
         _ => return Err(bad(line, "this property line is incomplete".to_owned())),
     };
+    let number = elements.len();
     let Some(element) = elements.last_mut() else {
         return Err(bad(line, "a property comes before any element".to_owned()));
     };
-    if element.properties.iter().any(|known| known.name == *name) {
+    if !names.insert((number, (*name).to_owned())) {
         return Err(bad(line, format!("the property '{}' is declared twice", excerpt(name))));
     }
     element.properties.push(Property { name: (*name).to_owned(), kind });

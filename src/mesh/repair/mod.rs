@@ -118,6 +118,8 @@ pub fn repair_with(mesh: &TriMesh, options: &RepairOptions) -> Result<Repaired> 
     let mut kept = compact(&mesh.vertices, triangles);
     counts.unreferenced_vertices_dropped =
         mesh.vertices.len() - counts.duplicate_vertices_welded - kept.vertices.len();
+    let unit = unit_of(&kept);
+    kept.vertices.iter_mut().for_each(|vertex| *vertex /= unit);
     if options.weld > 0.0 {
         let reach = kept.bounds().map_or(0.0, |(low, high)| options.weld * (high - low).length());
         weld::weld(&mut kept, &mut origin, reach, &mut counts);
@@ -131,7 +133,27 @@ pub fn repair_with(mesh: &TriMesh, options: &RepairOptions) -> Result<Repaired> 
         parts::drop_small(&mut kept, &mut origin, options.min_component, &mut counts);
     }
     orient::orient(&mut kept, &mut counts);
+    kept.vertices.iter_mut().for_each(|vertex| *vertex *= unit);
     Ok(Repaired { mesh: kept, origin, counts })
+}
+
+/// Extents beyond this, and below its inverse, have squares that overflow or vanish.
+const FAR: f64 = 1e60;
+
+/// What lengths are divided by so that they can be multiplied: a power of two, so that no digit is lost; 1 for what is of an
+/// ordinary size.
+fn unit_of(mesh: &TriMesh) -> f64 {
+    let (low, high) = mesh.bounds().unwrap_or_default();
+    // Halved first, because the difference can overflow.
+    let half = (0.5 * high - 0.5 * low).max_element();
+    if half > FAR {
+        // No smaller than need be, or coordinates next to nothing would become nothing.
+        (half / FAR).log2().ceil().exp2()
+    } else if half > 0.0 && half < 1.0 / FAR {
+        half.log2().floor().clamp(-1000.0, 0.0).exp2()
+    } else {
+        1.0
+    }
 }
 
 /// The triangles with other vertices for theirs, without those that are flat or repeat an earlier one, and the number that

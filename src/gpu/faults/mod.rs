@@ -1,0 +1,221 @@
+//! Vulkan calls that fail when a test wants them to; compiled for unit tests alone.
+//!
+//! Every command comes out of `vkGetInstanceProcAddr`, so the one that [`hooked`] puts in its place sees them all, those
+//! that the memory allocator calls included: no code that runs in earnest knows of it. What it hands out counts the call,
+//! asks [`Plan`], and fails or goes on to the real command.
+
+mod tests;
+
+use super::device::locked;
+use ash::vk;
+use std::cell::Cell;
+use std::collections::BTreeMap;
+use std::ffi::{CStr, c_char, c_void};
+use std::sync::atomic::{AtomicUsize, Ordering};
+use std::sync::{Mutex, MutexGuard};
+
+/// Which calls fail.
+#[derive(Debug, Clone, Copy)]
+struct Fault {
+    /// The command.
+    command: &'static str,
+    /// Which of its calls, from 1.
+    at: u64,
+    /// What it returns.
+    result: vk::Result,
+    /// Whether all calls of any command after it return the same. A lost device stays lost either way.
+    lasting: bool,
+}
+
+/// The fault to come, and what was called.
+#[derive(Default)]
+struct Plan {
+    fault: Option<Fault>,
+    calls: BTreeMap<&'static str, u64>,
+    /// How many calls failed.
+    struck: u64,
+}
+
+impl Plan {
+    /// Counts a call; what it returns instead of being made, if it fails.
+    fn called(&mut self, command: &'static str) -> Option<vk::Result> {
+        let count = self.calls.entry(command).or_default();
+        *count += 1;
+        let fault = self.fault?;
+        let lasting =
+            fault.lasting || (fault.result == vk::Result::ERROR_DEVICE_LOST && tells_of_loss(command));
+        let now = fault.command == command && *count == fault.at;
+        let fails = now || (self.struck > 0 && lasting);
+        self.struck += u64::from(fails);
+        fails.then_some(fault.result)
+    }
+}
+
+/// The commands that fail on a lost device.
+fn tells_of_loss(command: &str) -> bool {
+    matches!(command, "vkQueueSubmit" | "vkWaitForFences" | "vkDeviceWaitIdle" | "vkGetQueryPoolResults")
+}
+
+static PLAN: Mutex<Plan> = Mutex::new(Plan { fault: None, calls: BTreeMap::new(), struck: 0 });
+/// Held by a test while it uses the plan, which is one for all.
+static TURN: Mutex<()> = Mutex::new(());
+/// `vkGetInstanceProcAddr` and `vkGetDeviceProcAddr`.
+static INSTANCE_PROC: AtomicUsize = AtomicUsize::new(0);
+static DEVICE_PROC: AtomicUsize = AtomicUsize::new(0);
+
+thread_local! {
+    static HOOKING: Cell<bool> = const { Cell::new(false) };
+}
+
+/// Runs `open` such that an instance made in it goes through the plan, for as long as it lives.
+fn with_hooks<T>(open: impl FnOnce() -> T) -> T {
+    HOOKING.set(true);
+    let opened = open();
+    HOOKING.set(false);
+    opened
+}
+
+/// The plan for one test at a time.
+fn turn() -> MutexGuard<'static, ()> {
+    let turn = locked(&TURN);
+    *locked(&PLAN) = Plan::default();
+    turn
+}
+
+/// Starts counting anew, with this fault to come.
+fn plan(fault: Option<Fault>) {
+    *locked(&PLAN) = Plan { fault, ..Plan::default() };
+}
+
+/// Calls by command since the last [`plan`].
+fn calls() -> BTreeMap<&'static str, u64> {
+    locked(&PLAN).calls.clone()
+}
+
+/// How many calls failed since the last [`plan`].
+fn struck() -> u64 {
+    locked(&PLAN).struck
+}
+
+/// The same entry, or within [`with_hooks`] one whose commands go through the plan.
+pub(super) fn hooked(entry: ash::Entry) -> ash::Entry {
+    if !HOOKING.get() {
+        return entry;
+    }
+    INSTANCE_PROC.store(entry.static_fn().get_instance_proc_addr as usize, Ordering::Relaxed);
+    // The new entry does not know the library that it calls; this keeps it loaded.
+    std::mem::forget(entry);
+    // SAFETY: `instance_proc` keeps the contract of vkGetInstanceProcAddr, for it passes on what that gives or a command
+    // of the same signature.
+    unsafe { ash::Entry::from_static_fn(ash::StaticFn { get_instance_proc_addr: instance_proc }) }
+}
+
+unsafe extern "system" fn instance_proc(
+    instance: vk::Instance,
+    name: *const c_char,
+) -> vk::PFN_vkVoidFunction {
+    // SAFETY: `hooked` stored this function before anyone can call; the caller keeps its contract, a valid name.
+    let (found, name) = unsafe {
+        let real: vk::PFN_vkGetInstanceProcAddr = std::mem::transmute(INSTANCE_PROC.load(Ordering::Relaxed));
+        (real(instance, name), CStr::from_ptr(name))
+    };
+    if name == c"vkGetDeviceProcAddr" {
+        DEVICE_PROC.store(found.map_or(0, |function| function as usize), Ordering::Relaxed);
+        // SAFETY: both are function pointers; the caller casts this one to what the name says.
+        return unsafe {
+            std::mem::transmute::<vk::PFN_vkGetDeviceProcAddr, vk::PFN_vkVoidFunction>(device_proc)
+        };
+    }
+    shim(name, found)
+}
+
+unsafe extern "system" fn device_proc(device: vk::Device, name: *const c_char) -> vk::PFN_vkVoidFunction {
+    // SAFETY: `instance_proc` stored this function when it gave out this one; the caller keeps its contract.
+    unsafe {
+        let real: vk::PFN_vkGetDeviceProcAddr = std::mem::transmute(DEVICE_PROC.load(Ordering::Relaxed));
+        shim(CStr::from_ptr(name), real(device, name))
+    }
+}
+
+type Pointer = *const c_void;
+
+/// Commands that return a result: their names and arguments, all pointers alike. All devices are opened with the same
+/// layers, so a command has one real address.
+macro_rules! commands {
+    ($($name:ident($($argument:ident: $type:ty),*);)*) => {
+        /// What stands for the command, whose real address is `found`.
+        fn shim(name: &CStr, found: vk::PFN_vkVoidFunction) -> vk::PFN_vkVoidFunction {
+            $(
+                if name.to_bytes() == stringify!($name).as_bytes() {
+                    let real = found? as usize;
+                    $name::REAL.store(real, Ordering::Relaxed);
+                    // SAFETY: both are function pointers; the caller casts this one to what the name says.
+                    return unsafe { std::mem::transmute::<$name::Command, vk::PFN_vkVoidFunction>($name::shim) };
+                }
+            )*
+            found
+        }
+
+        $(
+            #[allow(non_snake_case, reason = "it is Vulkan's name")]
+            mod $name {
+                use super::*;
+
+                pub type Command = unsafe extern "system" fn($($type),*) -> vk::Result;
+                pub static REAL: AtomicUsize = AtomicUsize::new(0);
+
+                pub unsafe extern "system" fn shim($($argument: $type),*) -> vk::Result {
+                    let command = stringify!($name);
+                    let fails = locked(&PLAN).called(command);
+                    // What was lost does no more work, but here the device goes on.
+                    let ends = fails == Some(vk::Result::ERROR_DEVICE_LOST) && tells_of_loss(command);
+                    if let (Some(result), false) = (fails, ends && command == "vkWaitForFences") {
+                        return result;
+                    }
+                    // SAFETY: the address was stored before this function was given out; the caller keeps the
+                    // command's contract.
+                    let made = unsafe {
+                        let real: Command = std::mem::transmute(REAL.load(Ordering::Relaxed));
+                        real($($argument),*)
+                    };
+                    fails.unwrap_or(made)
+                }
+            }
+        )*
+    };
+}
+
+commands! {
+    vkEnumerateInstanceExtensionProperties(layer: Pointer, count: Pointer, list: Pointer);
+    vkEnumerateInstanceLayerProperties(count: Pointer, list: Pointer);
+    vkCreateInstance(info: Pointer, allocator: Pointer, made: Pointer);
+    vkCreateDebugUtilsMessengerEXT(instance: Pointer, info: Pointer, allocator: Pointer, made: Pointer);
+    vkSetDebugUtilsObjectNameEXT(device: Pointer, info: Pointer);
+    vkEnumeratePhysicalDevices(instance: Pointer, count: Pointer, list: Pointer);
+    vkEnumerateDeviceExtensionProperties(device: Pointer, layer: Pointer, count: Pointer, list: Pointer);
+    vkCreateDevice(physical: Pointer, info: Pointer, allocator: Pointer, made: Pointer);
+    vkCreatePipelineCache(device: Pointer, info: Pointer, allocator: Pointer, made: Pointer);
+    vkGetPipelineCacheData(device: Pointer, cache: u64, size: Pointer, data: Pointer);
+    vkCreateDescriptorSetLayout(device: Pointer, info: Pointer, allocator: Pointer, made: Pointer);
+    vkCreatePipelineLayout(device: Pointer, info: Pointer, allocator: Pointer, made: Pointer);
+    vkCreateShaderModule(device: Pointer, info: Pointer, allocator: Pointer, made: Pointer);
+    vkCreateComputePipelines(device: Pointer, cache: u64, count: u32, infos: Pointer, allocator: Pointer, made: Pointer);
+    vkCreateBuffer(device: Pointer, info: Pointer, allocator: Pointer, made: Pointer);
+    vkAllocateMemory(device: Pointer, info: Pointer, allocator: Pointer, made: Pointer);
+    vkMapMemory(device: Pointer, memory: u64, offset: u64, size: u64, flags: u32, mapped: Pointer);
+    vkBindBufferMemory(device: Pointer, buffer: u64, memory: u64, offset: u64);
+    vkCreateCommandPool(device: Pointer, info: Pointer, allocator: Pointer, made: Pointer);
+    vkAllocateCommandBuffers(device: Pointer, info: Pointer, made: Pointer);
+    vkBeginCommandBuffer(commands: Pointer, info: Pointer);
+    vkEndCommandBuffer(commands: Pointer);
+    vkCreateDescriptorPool(device: Pointer, info: Pointer, allocator: Pointer, made: Pointer);
+    vkAllocateDescriptorSets(device: Pointer, info: Pointer, made: Pointer);
+    vkCreateQueryPool(device: Pointer, info: Pointer, allocator: Pointer, made: Pointer);
+    vkGetQueryPoolResults(
+        device: Pointer, pool: u64, first: u32, count: u32, bytes: usize, data: Pointer, stride: u64, flags: u32
+    );
+    vkCreateFence(device: Pointer, info: Pointer, allocator: Pointer, made: Pointer);
+    vkQueueSubmit(queue: Pointer, count: u32, submits: Pointer, fence: u64);
+    vkWaitForFences(device: Pointer, count: u32, fences: Pointer, all: u32, timeout: u64);
+    vkDeviceWaitIdle(device: Pointer);
+}

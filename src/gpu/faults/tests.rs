@@ -1,0 +1,184 @@
+//! Every command fails once: opening and runs end in an error that says what to do, nothing is left alive, and the device
+//! can be used further.
+
+use super::*;
+use crate::gpu::{Device, DeviceOptions};
+use crate::mesh::samples::sample;
+use crate::{Error, MeasureDepth, Options, Remeshed, Result, TriMesh, remesh};
+
+const CODES: [vk::Result; 4] = [
+    vk::Result::ERROR_OUT_OF_DEVICE_MEMORY,
+    vk::Result::ERROR_DEVICE_LOST,
+    vk::Result::ERROR_INITIALIZATION_FAILED,
+    vk::Result::ERROR_OUT_OF_HOST_MEMORY,
+];
+
+const WAITING: &str = "vkWaitForFences";
+const NAMING: &str = "vkSetDebugUtilsObjectNameEXT";
+
+fn open() -> Result<Device> {
+    let options = DeviceOptions { validation: true, ..DeviceOptions::from_env() };
+    with_hooks(|| Device::open(&options))
+}
+
+fn small_run(device: &Device, input: &TriMesh) -> Result<Remeshed> {
+    let options = Options {
+        iterations: 2,
+        measures: MeasureDepth::Basic,
+        polish_rounds: 2,
+        first_iterations: 3,
+        coarse_iterations: 2,
+        ..Options::new(60)
+    };
+    remesh(device, input, &options, &mut |_| {})
+}
+
+/// One line with a remedy, of a kind that fits the code.
+#[track_caller]
+fn assert_tells(error: &Error, fault: &Fault) {
+    let line = error.to_string();
+    assert!(!line.contains('\n') && line.len() < 300, "{fault:?}: {line}");
+    assert!(line.contains("; ") || matches!(error, Error::DeviceLost(_)), "{fault:?}: {line}");
+    match error {
+        Error::DeviceLost(_) => assert_eq!(fault.result, vk::Result::ERROR_DEVICE_LOST, "{line}"),
+        Error::Device { .. } | Error::OutOfMemory { .. } => {}
+        other => panic!("{fault:?}: {other:?}"),
+    }
+}
+
+#[test]
+fn a_device_that_fails_to_open_says_why() {
+    let _turn = turn();
+    plan(None);
+    let device = open().unwrap();
+    let opening = calls();
+    let messages = device.messages();
+    drop(device);
+    assert_eq!(*locked(&messages), Vec::<String>::new());
+    assert!(opening.len() >= 8, "{opening:?}");
+    for (&command, &count) in &opening {
+        for result in CODES {
+            let fault = Fault { command, at: count, result, lasting: false };
+            plan(Some(fault));
+            match open() {
+                // Compiled pipelines, names and the list of devices are done without, if need be.
+                Ok(device) => {
+                    let harmless = ["vkCreatePipelineCache", "vkGetPipelineCacheData", NAMING];
+                    assert!(harmless.contains(&command), "{fault:?}");
+                    let messages = device.messages();
+                    drop(device);
+                    assert_eq!(*locked(&messages), Vec::<String>::new(), "{fault:?}");
+                }
+                Err(error) => assert_tells(&error, &fault),
+            }
+            assert!(struck() > 0, "{fault:?}");
+        }
+    }
+    plan(None);
+    assert!(open().is_ok());
+}
+
+/// Faults at the first, a middle and the last call of each command; codes take turns.
+fn faults(calls: &BTreeMap<&'static str, u64>) -> Vec<Fault> {
+    let mut all = Vec::new();
+    for (number, (&command, &count)) in calls.iter().enumerate() {
+        let mut places = vec![1, count / 2, count];
+        places.retain(|at| (1..=count).contains(at));
+        places.sort_unstable();
+        places.dedup();
+        for (k, at) in places.into_iter().enumerate() {
+            // Names are given without a word to the device, which cannot be lost by that.
+            let named = command == NAMING;
+            let result = if named { CODES[3] } else { CODES[(number + k) % CODES.len()] };
+            // A wait that fails for good has a test of its own.
+            all.push(Fault { command, at, result, lasting: k == 1 && command != WAITING });
+        }
+    }
+    // A wait that ends too early, though nobody limits it.
+    let early = Fault { command: WAITING, at: 3, result: vk::Result::TIMEOUT, lasting: false };
+    all.push(early);
+    all
+}
+
+#[test]
+fn a_run_in_which_a_call_fails_ends_in_an_error_and_harms_no_later_run() {
+    let _turn = turn();
+    let input = sample("bumpy-sphere").unwrap();
+    let device = open().unwrap();
+    let messages = device.messages();
+    plan(None);
+    let whole = small_run(&device, &input).unwrap();
+    let compiling = calls();
+    assert!(compiling.len() >= 16, "{compiling:?}");
+    plan(None);
+    assert_eq!(small_run(&device, &input).unwrap().mesh, whole.mesh);
+    let running = calls();
+    let mut failed = 0;
+    for fault in faults(&compiling) {
+        // What the second run did not call, such as compilers, is called by a device without pipelines alone.
+        let again = running.get(fault.command).is_some_and(|count| fault.at <= *count);
+        let fresh = Device { pipelines: std::sync::Arc::default(), ..device.clone() };
+        plan(Some(fault));
+        let result = small_run(if again { &device } else { &fresh }, &input);
+        if struck() == 0 {
+            // Memory that the allocator keeps need not be asked for again.
+            assert!(["vkAllocateMemory", "vkMapMemory"].contains(&fault.command), "{fault:?}");
+            continue;
+        }
+        if fault.command == NAMING && !fault.lasting {
+            assert_eq!(result.unwrap().mesh, whole.mesh, "{fault:?}");
+            continue;
+        }
+        assert_tells(&result.err().unwrap_or_else(|| panic!("{fault:?} was not noticed")), &fault);
+        assert_eq!(*locked(&messages), Vec::<String>::new(), "{fault:?}");
+        failed += 1;
+    }
+    assert!(failed >= 40, "{failed}");
+    plan(None);
+    assert_eq!(small_run(&device, &input).unwrap().mesh, whole.mesh);
+    drop(device);
+    assert_eq!(*locked(&messages), Vec::<String>::new(), "what is left when the device goes");
+}
+
+/// Memory is taken in large blocks, which a device that has run keeps; each of these is a new one.
+#[test]
+fn memory_that_is_refused_is_told_with_its_name() {
+    let _turn = turn();
+    let input = sample("bumpy-sphere").unwrap();
+    for command in ["vkAllocateMemory", "vkMapMemory"] {
+        for at in 1..=3 {
+            let device = open().unwrap();
+            let messages = device.messages();
+            let fault = Fault { command, at, result: vk::Result::ERROR_OUT_OF_DEVICE_MEMORY, lasting: false };
+            plan(Some(fault));
+            match small_run(&device, &input) {
+                Ok(_) => assert_eq!(struck(), 0, "{fault:?}"),
+                Err(Error::OutOfMemory { what, bytes, .. }) => {
+                    assert!(what.contains('.') && bytes > 0, "{what}")
+                }
+                Err(other) => panic!("{fault:?}: {other:?}"),
+            }
+            plan(None);
+            drop(device);
+            assert_eq!(*locked(&messages), Vec::<String>::new(), "{fault:?}");
+        }
+    }
+}
+
+/// Nobody can tell then when the device is done with what it was given, so that must not be freed.
+#[test]
+fn what_the_device_may_still_use_stays_when_waiting_fails_for_good() {
+    let _turn = turn();
+    let input = sample("bumpy-sphere").unwrap();
+    let device = open().unwrap();
+    let messages = device.messages();
+    let result = vk::Result::ERROR_OUT_OF_HOST_MEMORY;
+    let fault = Fault { command: WAITING, at: 3, result, lasting: true };
+    plan(Some(fault));
+    assert_tells(&small_run(&device, &input).err().unwrap(), &fault);
+    assert!(calls().contains_key("vkDeviceWaitIdle"), "{:?}", calls());
+    plan(None);
+    assert!(small_run(&device, &input).is_ok(), "the device is as good as before");
+    drop(device);
+    assert_eq!(*locked(&messages), Vec::<String>::new());
+}

@@ -1,0 +1,5 @@
+//! What any bytes must do to the readers and to repair: the checks that `fuzz/` runs for hours and `fuzz_replay` for
+//! seconds.
+
+pub mod reading;
+pub mod repairing;

@@ -1,0 +1,68 @@
+//! Bytes as a mesh file.
+
+use std::path::Path;
+
+use rtfmesh::Error;
+use rtfmesh::mesh::io::{Encoding, Format, Loaded, encode, precision_note, read_bytes};
+
+/// Every kind of file, by what the first byte of the data says; the last is none, as on standard input.
+fn declared(kind: u8) -> Option<Format> {
+    let kinds = Format::ALL.len() + 1;
+    Format::ALL.get(usize::from(kind) % kinds).copied()
+}
+
+/// Reads the data behind the first byte as a file of the kind that the first byte says. It must be refused with one line
+/// and a remedy, or be a mesh that can be written and read again.
+pub fn check(data: &[u8]) {
+    let Some((kind, file)) = data.split_first() else { return };
+    let declared = declared(*kind).map(|format| Encoding { format, gzip: false });
+    match read_bytes(file, declared) {
+        Ok(loaded) => check_loaded(&loaded),
+        Err(error) => {
+            let line = error.to_string();
+            assert!(!line.contains('\n') && line.chars().count() < 400, "{line}");
+            match error {
+                Error::Input { path: None, remedy, .. } => assert!(!remedy.is_empty(), "{line}"),
+                other => panic!("{other:?}"),
+            }
+        }
+    }
+}
+
+fn check_loaded(loaded: &Loaded) {
+    let Loaded { mesh, attributes, notes } = loaded;
+    let count = mesh.vertices.len();
+    assert!(count > 0 && !mesh.triangles.is_empty());
+    assert!(mesh.vertices.iter().all(|vertex| vertex.is_finite()));
+    assert!(mesh.triangles.as_flattened().iter().all(|vertex| (*vertex as usize) < count));
+    for (all, elements) in [(&attributes.vertex, count), (&attributes.face, mesh.triangles.len())] {
+        for attribute in all {
+            assert_eq!(attribute.values.len(), attribute.components * elements, "{}", attribute.name);
+        }
+    }
+    if let Some(uv) = &attributes.uv {
+        assert_eq!(uv.values.len(), 3 * mesh.triangles.len());
+    }
+    for note in notes {
+        assert!(!note.is_empty() && !note.contains('\n'), "{note:?}");
+    }
+    // Lists of triangles, as in STL and glTF, may have a corner twice, which faces of polygons may not.
+    if mesh.triangles.iter().any(|[a, b, c]| a == b || b == c || c == a) {
+        return;
+    }
+    // What 64-bit text and bytes keep comes back to the bit; one of the others must not fail either.
+    for format in [Format::Ply, Format::Off, Format::Medit] {
+        let again = again(loaded, format);
+        assert_eq!(again.mesh, *mesh, "{}", format.name());
+    }
+    let rounded = mesh.vertices.iter().any(|vertex| !vertex.as_vec3().is_finite());
+    if !rounded && precision_note(mesh, Format::Stl).is_none() {
+        assert_eq!(again(loaded, Format::Stl).mesh.triangles.len(), mesh.triangles.len());
+    }
+}
+
+fn again(loaded: &Loaded, format: Format) -> Loaded {
+    let encoding = Encoding { format, gzip: false };
+    let bytes = encode(Path::new("again"), &loaded.mesh, encoding).expect("what was read can be written");
+    read_bytes(&bytes, Some(encoding)).expect("what was written can be read")
+}
