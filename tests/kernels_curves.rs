@@ -201,12 +201,12 @@ fn faces_are_cut_by_sites_of_the_patch_and_on_curves() {
 
 /// Where the target `to` of an interior site may go: off the lines of the curve sites around, which have it at least at
 /// 0.45 of how far they go on.
-fn kept_off(scene: &Scene, i: usize, to: DVec3) -> DVec3 {
+fn kept_off(scene: &Scene, lengths: &[f64], i: usize, to: DVec3) -> DVec3 {
     let (at, n) = (scene.positions[i], scene.unit[i]);
     let mut push = DVec3::ZERO;
     for j in scene.near[i].iter().take(12).map(|j| *j as usize) {
         let Some((direction, reach)) = scene.marks[j].line() else { continue };
-        let reach = reach * SPACING;
+        let reach = reach * SPACING * lengths[j];
         let across = |p: DVec3| p - scene.positions[j] - direction * (p - scene.positions[j]).dot(direction);
         let away = across(at) - n * across(at).dot(n);
         if !scene.faces(i, j) || away.length() < 1e-5 * SPACING {
@@ -224,26 +224,33 @@ fn kept_off(scene: &Scene, i: usize, to: DVec3) -> DVec3 {
 
 #[test]
 fn targets_keep_off_curves() {
-    for (n, workgroup) in [(1, None), (63, Some(8)), (64, None), (65, None), (900, Some(16))] {
+    let sizes = [(1, None), (63, Some(8)), (64, None), (65, None), (900, Some(16))];
+    for ((n, workgroup), sized) in sizes.into_iter().flat_map(|size| [(size, false), (size, true)]) {
         let scene = Scene::new(n, 5);
+        let mut rng = rng(8);
+        let lengths: Vec<f32> =
+            (0..n).map(|_| if sized { rng.random_range(0.5..2.0) } else { 1.0 }).collect();
+        let on_device = Buffer::from_slice(device(), "test.lengths", &lengths).unwrap();
+        let lengths: Vec<f64> = lengths.into_iter().map(f64::from).collect();
         let wanted: Vec<DVec3> =
             scene.positions.iter().zip(cloud(n, SPACING, 6)).map(|(p, off)| *p + off).collect();
         let wanted = rounded(&wanted);
         let targets = upload("test.targets", &wanted);
-        let keep_off = KeepOff::new(device(), false, workgroup).unwrap();
+        let keep_off = KeepOff::new(device(), sized, workgroup).unwrap();
         let mut recorder = device().recorder().unwrap();
-        keep_off.record(&mut recorder, &scene.inputs(), &targets, SPACING, None).unwrap();
+        let wished = sized.then_some(&on_device);
+        keep_off.record(&mut recorder, &scene.inputs(), &targets, SPACING, wished).unwrap();
         recorder.submit().unwrap();
         assert_valid(device());
         let mut moved = 0;
         for (i, got) in targets.to_vec(device()).unwrap().iter().enumerate() {
             let pinned = scene.marks[i].is_pinned();
-            let want = if pinned { wanted[i] } else { kept_off(&scene, i, wanted[i]) };
+            let want = if pinned { wanted[i] } else { kept_off(&scene, &lengths, i, wanted[i]) };
             let to = got.truncate().as_dvec3();
             assert!(to.distance(want) < 2e-4 * SPACING, "{n} sites: site {i}: {to} instead of {want}");
             if want != wanted[i] {
                 moved += 1;
-                let step_sq = want.distance_squared(scene.positions[i]);
+                let step_sq = want.distance_squared(scene.positions[i]) / lengths[i].powi(2);
                 assert!((f64::from(got.w) - step_sq).abs() < 1e-6, "site {i}: squared step");
             }
         }

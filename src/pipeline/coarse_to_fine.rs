@@ -139,6 +139,7 @@ impl CoarseToFine<'_> {
                     flags,
                     fault,
                     crossing,
+                    edge_lengths: self.edge_lengths(plan.spacing),
                     ..Connection::default()
                 };
                 return Ok((connection, steps));
@@ -151,6 +152,12 @@ impl CoarseToFine<'_> {
             }
         }
         Err(crate::Error::Internal("no level was run".to_owned()))
+    }
+
+    /// The least and the largest that are wanted at this spacing, where they differ.
+    fn edge_lengths(&self, spacing: f64) -> Option<[f64; 2]> {
+        let sizes = &self.ground.sizes;
+        (!sizes.is_uniform()).then(|| sizes.range().map(|length| length * spacing))
     }
 
     /// Sites for the next level, with some where the coarser one's mesh ran past the surface.

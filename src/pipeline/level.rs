@@ -219,7 +219,8 @@ impl Level {
         self.faces.record(recorder, &inputs, &step)?;
         if let (Some(sizing), Some(sizes)) = (&self.sizing, surface.sizes) {
             sizing.record_lengths(recorder, sizes, &self.sites, &self.site_triangle)?;
-            sizing.record_drift(recorder, &inputs, &self.faces, longest as f32)?;
+            let moves = (&self.faces.targets, &self.faces.centroids);
+            sizing.record_drift(recorder, &inputs, moves, longest as f32)?;
         }
         if let Some(keep_off) = &self.keep_off {
             let lengths = self.sizing.as_ref().map(|sizing| &sizing.lengths);

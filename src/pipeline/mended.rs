@@ -46,6 +46,7 @@ impl Attempts<'_> {
             crossing: Some(left),
             curve_sites: begun.curve_sites,
             flags: begun.flags,
+            edge_lengths: begun.edge_lengths,
             ..Connection::default()
         };
         Some(Settled { connection, steps: settled.steps.clone(), ..*settled })

@@ -93,6 +93,8 @@ pub struct Summary {
     pub steps: Vec<f64>,
     /// Edge length of a perfect layout in the input's units.
     pub spacing: f64,
+    /// The least and the largest edge length wanted anywhere, in the input's units, where they differ.
+    pub edge_lengths: Option<[f64; 2]>,
     /// Sites with special faces after the last iteration.
     pub flags: FlagCounts,
     /// What connecting met.
@@ -233,6 +235,7 @@ fn watched(device: &Device, mesh: &TriMesh, options: &Options, watch: &mut Watch
         finished_early: watch.is_cut(),
         steps,
         spacing: spacing * frame.scale,
+        edge_lengths: connection.edge_lengths.map(|range| range.map(|length| length * frame.scale)),
         flags,
         connected: counts,
         exact: connection.exact,
@@ -320,6 +323,8 @@ pub(crate) struct Connection {
     crossing: Option<usize>,
     /// Components that were made by collapsing edges.
     collapsed: usize,
+    /// The least and the largest edge length wanted, where they differ.
+    edge_lengths: Option<[f64; 2]>,
     /// The last exact cells.
     exact: Option<ExactSummary>,
     /// How sites keep their distance that were made so.

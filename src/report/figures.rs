@@ -55,6 +55,9 @@ pub fn course(s: &Summary, device: &DeviceInfo) -> Vec<Row> {
         let last = s.steps.last().unwrap_or(&0.0);
         rows.push(("iterations", format!("{} ({end}), last step {last:.5}", s.iterations)));
     }
+    if let Some([least, largest]) = s.edge_lengths {
+        rows.push(("edge lengths wanted", format!("{least:.6} to {largest:.6} (input's units)")));
+    }
     if let Some(found) = s.skeleton.filter(|found| found.curves + found.corners > 0) {
         rows.push((
             "curves, corners, patches",

@@ -96,7 +96,7 @@ pub struct PlanarFaces {
     /// Where each site wants to go, w = squared distance to its centroid.
     pub targets: Buffer<Vec4>,
     /// The area centroids of the last iteration; w = 0 before the first.
-    pub(super) centroids: Buffer<Vec4>,
+    pub centroids: Buffer<Vec4>,
     /// [`PlanarCounts`] of every iteration, then lists for the kernels; see `glsl/common/planar_targets.glsl`.
     pub insecure: Buffer<u32>,
     iterations: u32,

@@ -1,7 +1,7 @@
 //! Edge lengths that differ over the surface, as the iteration sees them: what is wanted at each site, and where its
 //! target goes for that.
 
-use super::planar::{PlanarFaces, PlanarInputs};
+use super::planar::PlanarInputs;
 use crate::Result;
 use crate::gpu::kernels::sizing::{drift, lengths};
 use crate::gpu::{Buffer, Device, Pipeline, Recorder, Threads};
@@ -79,8 +79,8 @@ impl Sizing {
         recorder.dispatch(&self.find, Threads(sites.len()), &push, &bindings)
     }
 
-    /// Records the shift of the targets of `faces`; no step is longer than `largest_move` times the length wanted there.
-    /// The lists in `inputs` must have at least 6 slots.
+    /// Records the shift of `targets` whose faces have these `centroids`, as [`super::planar::PlanarFaces`] leaves them; no
+    /// step is longer than `largest_move` times the length wanted there. The lists in `inputs` must have at least 6 slots.
     ///
     /// # Errors
     /// As [`Recorder::dispatch`].
@@ -88,19 +88,13 @@ impl Sizing {
         &self,
         recorder: &mut Recorder,
         inputs: &PlanarInputs<'_>,
-        faces: &PlanarFaces,
+        (targets, centroids): (&Buffer<Vec4>, &Buffer<Vec4>),
         largest_move: f32,
     ) -> Result<()> {
         let PlanarInputs { sites, normals, neighbours, .. } = *inputs;
         let push = drift::Push { site_count: sites.len() as u32, largest_move };
-        let bindings = drift::Bindings {
-            sites,
-            normals,
-            neighbours,
-            lengths: &self.lengths,
-            centroids: &faces.centroids,
-            targets: &faces.targets,
-        };
+        let bindings =
+            drift::Bindings { sites, normals, neighbours, lengths: &self.lengths, centroids, targets };
         recorder.dispatch(&self.drift, Threads(sites.len()), &push, &bindings)
     }
 }

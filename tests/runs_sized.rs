@@ -1,0 +1,151 @@
+//! Whole runs with edges of different lengths.
+
+use crate::support::{assert_valid, device};
+use glam::DVec3;
+use rtfmesh::mesh::samples::sample;
+use rtfmesh::mesh::topology::topology;
+use rtfmesh::{Error, Length, Options, Remeshed, Sizing, TriMesh, remesh};
+
+fn run(mesh: &TriMesh, options: &Options) -> Remeshed {
+    let result = remesh(device(), mesh, options, &mut |_| {}).unwrap();
+    assert_valid(device());
+    assert_eq!(result.summary.warnings, Vec::<String>::new());
+    let (got, want) = (topology(&result.mesh), topology(mesh));
+    assert_eq!(got.vertices, options.vertices);
+    assert_eq!(
+        (got.components, got.euler, got.boundary_loops),
+        (want.components, want.euler, want.boundary_loops)
+    );
+    assert_eq!(result.summary.output.self_intersecting_faces, Some(0));
+    result
+}
+
+/// Every edge once: its middle and its length.
+fn edges(mesh: &TriMesh) -> Vec<(DVec3, f64)> {
+    let mut pairs: Vec<[u32; 2]> = (mesh.triangles.iter())
+        .flat_map(|&[a, b, c]| [[a, b], [b, c], [c, a]])
+        .map(|[a, b]| [a.min(b), a.max(b)])
+        .collect();
+    pairs.sort_unstable();
+    pairs.dedup();
+    let ends = pairs.into_iter().map(|pair| pair.map(|v| mesh.vertices[v as usize]));
+    ends.map(|[a, b]| (0.5 * (a + b), a.distance(b))).collect()
+}
+
+/// Means of the edges' lengths over what `wished` says, over the mean of all, in parts of the mesh by that wish.
+fn shares(mesh: &TriMesh, wished: impl Fn(DVec3) -> f64, parts: usize) -> Vec<f64> {
+    let mut list: Vec<(f64, f64)> =
+        edges(mesh).into_iter().map(|(at, length)| (wished(at), length / wished(at))).collect();
+    list.sort_by(|a, b| a.0.total_cmp(&b.0));
+    let mean = |part: &[(f64, f64)]| part.iter().map(|(_, share)| share).sum::<f64>() / part.len() as f64;
+    let all = mean(&list);
+    list.chunks(list.len().div_ceil(parts)).map(|part| mean(part) / all).collect()
+}
+
+#[test]
+fn edges_are_as_long_as_was_wished() {
+    let input = sample("torus").unwrap();
+    // Four times longer on one side than on the other.
+    let wished = |p: DVec3| 2.5 + 1.5 * (p.x / 1.3).clamp(-1.0, 1.0);
+    let sizing = Sizing::Given(input.vertices.iter().map(|p| wished(*p)).collect());
+    let result = run(&input, &Options { sizing, growth: 1.0, ..Options::new(3000) });
+    let quality = &result.summary.output.quality;
+    assert!(quality.q_avg > 0.93 && quality.theta_min > 33.0, "{quality:?}");
+    let shares = shares(&result.mesh, wished, 6);
+    assert!(shares.iter().all(|share| (share - 1.0).abs() < 0.08), "{shares:?}");
+}
+
+#[test]
+fn sharp_edges_follow() {
+    let input = sample("box").unwrap();
+    let wished = |p: DVec3| 1.0 + 2.0 * p.z;
+    let sizing = Sizing::Given(input.vertices.iter().map(|p| wished(*p)).collect());
+    let result = run(&input, &Options { sizing, growth: 1.0, ..Options::new(2500) });
+    let skeleton = result.summary.skeleton.unwrap();
+    assert_eq!((skeleton.curves, skeleton.corners), (12, 8));
+    let shares = shares(&result.mesh, wished, 6);
+    assert!(shares.iter().all(|share| (share - 1.0).abs() < 0.1), "{shares:?}");
+    let on_edge = |v: &&DVec3| v.x == 0.0 && v.y == 0.0;
+    let mut heights: Vec<f64> = result.mesh.vertices.iter().filter(on_edge).map(|v| v.z).collect();
+    heights.sort_by(f64::total_cmp);
+    let gaps: Vec<f64> = heights.windows(2).map(|pair| pair[1] - pair[0]).collect();
+    let ratio = gaps[gaps.len() - 1] / gaps[0];
+    assert!((2.0..3.6).contains(&ratio), "{gaps:?}");
+}
+
+#[test]
+fn curvature_brings_the_faces_closer_to_the_surface() {
+    let input = sample("genus3").unwrap();
+    let uniform = Options { feature_angle: 180.0, ..Options::new(2000) };
+    let distances = |options: &Options| {
+        let output = run(&input, options).summary.output;
+        assert!(output.quality.theta_min > 20.0, "{:?}", output.quality);
+        output.distances.unwrap()
+    };
+    let by_curvature = Options { sizing: Sizing::Curvature { gradation: 1.0 }, ..uniform.clone() };
+    let (plain, better) = (distances(&uniform), distances(&by_curvature));
+    assert!(better.rms < 0.9 * plain.rms, "{better:?} and {plain:?}");
+}
+
+#[test]
+fn lengths_keep_to_bounds() {
+    let input = sample("sphere").unwrap();
+    // All wish to be near one pole.
+    let wished = |p: DVec3| if p.z > 0.8 { 0.01 } else { 1.0 };
+    let sizing = Sizing::Given(input.vertices.iter().map(|p| wished(*p)).collect());
+    let free = Options { sizing, growth: 0.5, ..Options::new(1500) };
+    let lengths = |options: &Options| {
+        let mut lengths: Vec<f64> = edges(&run(&input, options).mesh).into_iter().map(|(_, l)| l).collect();
+        lengths.sort_by(f64::total_cmp);
+        [lengths[lengths.len() / 100], lengths[lengths.len() - 1 - lengths.len() / 100]]
+    };
+    let spacing = run(&input, &Options::new(1500)).summary.spacing;
+    let [low, high] = lengths(&free);
+    assert!(low < 0.35 * spacing && high > 1.3 * spacing, "{low} {high}");
+    let min_edge = Some(Length::Units(0.7 * spacing));
+    let max_edge = Some(Length::OfDiagonal(1.25 * spacing / 12f64.sqrt()));
+    let [low, high] = lengths(&Options { min_edge, max_edge, ..free });
+    assert!(low > 0.55 * spacing && high < 1.5 * spacing, "{low} {high} {spacing}");
+}
+
+#[test]
+fn equal_wishes_and_reruns_give_the_same_mesh() {
+    let input = sample("bumpy-sphere").unwrap();
+    let sizing = Sizing::Curvature { gradation: 2.0 };
+    let options = Options { sizing, iterations: 8, ..Options::new(900) };
+    assert_eq!(run(&input, &options).mesh, run(&input, &options).mesh);
+    // Numbers that are all the same say nothing.
+    let sizing = Sizing::Given(vec![3.0; input.vertices.len()]);
+    let quality = run(&input, &Options { sizing, ..Options::new(900) }).summary.output.quality;
+    assert!(quality.q_avg > 0.94, "{quality:?}");
+}
+
+#[test]
+fn what_cannot_be_is_refused() {
+    let input = sample("box").unwrap();
+    let count = input.vertices.len();
+    let given = |values: Vec<f64>| Options { sizing: Sizing::Given(values), ..Options::new(300) };
+    let with = |v: usize, value: f64| {
+        let mut values = vec![1.0; count];
+        values[v] = value;
+        given(values)
+    };
+    let curvature = |gradation: f64| Options { sizing: Sizing::Curvature { gradation }, ..Options::new(300) };
+    let bounded = |length: Length| Options { max_edge: Some(length), ..curvature(1.0) };
+    for (options, words) in [
+        (given(vec![1.0; count - 1]), "7 edge lengths for 8 vertices"),
+        (with(3, 0.0), "vertex 3"),
+        (with(5, f64::NAN), "vertex 5"),
+        (with(7, f64::INFINITY), "vertex 7"),
+        (curvature(-1.0), "--gradation"),
+        (curvature(f64::NAN), "--gradation"),
+        (bounded(Length::Units(0.001)), "--max-edge 0.001 does not go with 300 vertices"),
+        (bounded(Length::Units(-1.0)), "--max-edge"),
+        (Options { growth: 0.0, ..curvature(1.0) }, "--growth"),
+        (Options { sizing: Sizing::Curvature { gradation: 1.0 }, ..Options::rvd(300) }, "default method"),
+    ] {
+        let error = remesh(device(), &input, &options, &mut |_| {}).unwrap_err();
+        assert!(matches!(error, Error::Usage { .. } | Error::Input { .. }), "{error:?}");
+        assert!(error.to_string().contains(words), "{error}");
+    }
+}
