@@ -66,4 +66,5 @@ mod skeleton;
 mod source;
 mod spots;
 mod support;
+mod tables;
 mod topology;
