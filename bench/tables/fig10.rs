@@ -23,8 +23,8 @@ const LENGTHS: [Length; 3] = [
     Length { name: "k_proj", values: [2, 8, 16, 32], set: |o, k| o.k_project = k, stage: "projection" },
 ];
 
-/// Fewer iterations than the paper's 160: thirteen runs each on two models are many.
-const ITERATIONS: [u32; 2] = [40, 20];
+/// Fewer than the paper's 160: ten runs on each of two models are many.
+const ITERATIONS: u32 = 20;
 
 /// On torus and bunny; a quick run leaves the bunny out.
 ///
@@ -47,7 +47,7 @@ pub fn section(bench: &mut Bench) -> Result<Section> {
         "topology",
         "note",
     ]);
-    let iterations = ITERATIONS[usize::from(bench.quick)];
+    let iterations = ITERATIONS;
     let (mut rows, mut charts) = (Vec::new(), Vec::new());
     let models: &[(&str, usize)] =
         if bench.quick { &[("torus", 10_000)] } else { &[("torus", 10_000), ("bunny", 20_000)] };

@@ -51,12 +51,13 @@ impl Models {
         Ok(Self { folder })
     }
 
-    /// A model; `None`, with a line that says so, if there is none. Panics for a name that is not known.
+    /// A model; `None`, with a line that says so, if there is none.
     ///
     /// # Errors
-    /// If a file is there and cannot be read.
+    /// If a file is there and cannot be read, or for a name that is not of the paper.
     pub fn load(&self, name: &str) -> Result<Option<Model>> {
-        let (name, others, sample) = KNOWN[KNOWN.iter().position(|(known, ..)| *known == name).unwrap_or(0)];
+        let known = KNOWN.into_iter().find(|(known, ..)| *known == name);
+        let (name, others, sample) = known.with_context(|| format!("no model {name}"))?;
         let Some(folder) = &self.folder else {
             let Some(sample) = sample else {
                 println!("{name}: skipped, no sample stands in for it");

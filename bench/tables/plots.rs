@@ -5,6 +5,7 @@ use anyhow::{Context as _, Result, anyhow};
 use plotters::coord::Shift;
 use plotters::coord::ranged1d::{KeyPointHint, NoDefaultFormatting, Ranged, ValueFormatter};
 use plotters::prelude::*;
+use plotters::style::text_anchor::{HPos, Pos, VPos};
 use plotters::style::{FontStyle, register_font};
 use serde::Serialize;
 use std::path::Path;
@@ -205,7 +206,9 @@ where
         let left = SIZE.0 as i32 - LEGEND + 20;
         let top = 60 + 24 * number as i32;
         area.draw(&Circle::new((left, top), 5, style)).map_err(failed)?;
-        let text = Text::new(series.name.clone(), (left + 14, top - 9), ("sans-serif", 17));
+        let middle = Pos::new(HPos::Left, VPos::Center);
+        let font = ("sans-serif", 17).into_text_style(area).pos(middle);
+        let text = Text::new(series.name.clone(), (left + 14, top), font);
         area.draw(&text).map_err(failed)?;
     }
     area.present().map_err(failed)

@@ -74,7 +74,7 @@ fn section(bench: &mut Bench, number: u8, name: &'static str, title: &str) -> Re
         "Every iteration of `it` is with all vertices; `cut` are faces that cut others.".to_owned(),
     ];
     if bench.quick {
-        text.push("Sizes are a fifth of the paper's, so there are no ratios.".to_owned());
+        text.push("Sizes are a tenth of those of the paper, so there are no ratios.".to_owned());
     }
     Ok(Section { name, title: title.to_owned(), text, table, rows, charts })
 }

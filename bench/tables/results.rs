@@ -67,7 +67,11 @@ impl Report {
 
     fn to_markdown(&self) -> String {
         let Self { device, driver, api, cores, processor, date, commit, runs, minutes, .. } = self;
-        let size = if self.quick { "Quick run: a fifth of the sizes, fewer methods. " } else { "" };
+        let size = if self.quick {
+            "Quick run: a tenth of the sizes, 1,000 vertices at least, and fewer methods. "
+        } else {
+            ""
+        };
         let mut text = format!(
             "# Tables\n\n{size}{device} ({driver}, Vulkan {api}), {cores} cores ({processor}), {date}, commit {commit}. Times \
              are medians of {runs} runs, of fewer for what takes long. {minutes:.1} minutes so far.\n"

@@ -12,10 +12,10 @@ use rtfmesh::{Device, Error, MeasureDepth, Options, Remesher, Summary};
 use std::collections::{BTreeMap, HashMap};
 
 /// A method that has taken so many seconds on a model is not timed again: noise is little beside that.
-const LONG: f64 = 20.0;
+const LONG: f64 = 5.0;
 
-/// Sizes are divided by this with `--quick`.
-const QUICK: usize = 5;
+/// Sizes are divided by this with `--quick`, but not below the second.
+const QUICK: (usize, usize) = (10, 1000);
 
 /// What all tables share.
 pub struct Bench {
@@ -44,9 +44,9 @@ impl Bench {
         Ok(Self { device, models, paper, presets, runs, quick, largest, known: HashMap::new() })
     }
 
-    /// A size of the paper, or a fifth of it.
+    /// A size of the paper, or a tenth of it.
     pub fn scaled(&self, vertices: usize) -> usize {
-        if self.quick { vertices / QUICK } else { vertices }
+        if self.quick { (vertices / QUICK.0).max(QUICK.1) } else { vertices }
     }
 
     /// Those of the paper that are to be had, from `names`.
