@@ -44,7 +44,8 @@ pub fn section(bench: &mut Bench) -> Result<Section> {
         for preset in [Preset::Rtf, Preset::Default] {
             let larger: &[usize] = if preset == Preset::Default { &LARGER } else { &[] };
             let largest = bench.largest;
-            for vertices in PAPERS.iter().chain(larger).filter(|n| **n <= largest) {
+            let papers = if bench.quick { &PAPERS[..2] } else { &PAPERS };
+            for vertices in papers.iter().chain(larger).filter(|n| **n <= largest) {
                 let row = bench.preset(&model, preset, bench.scaled(*vertices))?;
                 let timed = bench.paper.fertility.iter().find(|t| t.vertices == *vertices);
                 let comparable = model.original && preset == Preset::Rtf && !bench.quick;

@@ -56,7 +56,8 @@ struct Args {
     /// Most vertices of Fig. 8
     #[arg(long, default_value_t = 100_000)]
     largest: usize,
-    /// Methods of Tables 1 and 2 and of Fig. 12 [default: all; with --quick mps, cvd, rtf, default]
+    /// Methods of Tables 1 and 2 and of Fig. 12 [default: all, but in Table 1 rpf and rvc; with --quick mps, cvd, rtf,
+    /// default]
     #[arg(long, value_enum, value_delimiter = ',')]
     methods: Vec<Preset>,
     /// Whether other programs are run, if nothing is named
@@ -120,6 +121,7 @@ fn main() -> Result<()> {
     let mut report = Report::new(device.info(), args.quick, args.runs);
     let mut bench = Bench::new(device, Models::new(args.meshes.clone())?, presets(&args), args.runs)?;
     bench.quick = args.quick;
+    bench.named = !args.methods.is_empty();
     bench.largest = args.largest;
     for part in parts(&args) {
         let started = begin.elapsed();

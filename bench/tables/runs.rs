@@ -27,6 +27,8 @@ pub struct Bench {
     pub paper: Paper,
     /// Methods to compare.
     pub presets: Vec<Preset>,
+    /// Whether they were named: then none is left out for its time.
+    pub named: bool,
     /// Most runs that a time is the median of.
     pub runs: usize,
     /// Smaller sizes.
@@ -39,9 +41,9 @@ pub struct Bench {
 impl Bench {
     /// Without results.
     pub fn new(device: Device, models: Models, presets: Vec<Preset>, runs: usize) -> Result<Self> {
-        let (quick, largest) = (false, 100_000);
+        let (named, quick, largest) = (false, false, 100_000);
         let paper = Paper::read()?;
-        Ok(Self { device, models, paper, presets, runs, quick, largest, known: HashMap::new() })
+        Ok(Self { device, models, paper, presets, named, runs, quick, largest, known: HashMap::new() })
     }
 
     /// A size of the paper, or a tenth of it.
