@@ -68,7 +68,7 @@ def cgal(points, faces, count, edge):
         name = os.path.join(folder, "in.off")
         write_off(name, points, faces)
         mesh = Polyhedron_3(name)
-    # The list is not part of the work, and the call empties it of nothing.
+    # Making the list is not part of the work.
     facets = list(mesh.facets())
 
     def call():
@@ -90,7 +90,8 @@ def mmgs(points, faces, count, edge):
     folder = tempfile.TemporaryDirectory()
     names = [os.path.join(folder.name, name) for name in ("in.mesh", "out.mesh")]
     write_medit(names[0], points, faces)
-    command = [mmgs_program(), "-v", "0", "-hsiz", repr(edge), names[0], names[1]]
+    # Its own limit on the distance would add vertices, to half as many again, whatever the edge length.
+    command = [mmgs_program(), "-v", "0", "-hsiz", repr(edge), "-hausd", repr(edge), names[0], names[1]]
 
     def call():
         subprocess.run(command, check=True, stdout=subprocess.DEVNULL)

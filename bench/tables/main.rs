@@ -56,7 +56,7 @@ struct Args {
     /// Most vertices of Fig. 8
     #[arg(long, default_value_t = 100_000)]
     largest: usize,
-    /// Methods of Tables 1 and 2 and of Fig. 12 [default: all, but in Table 1 rpf and rvc; with --quick mps, cvd, rtf,
+    /// Methods of Tables 1 and 2 and of Fig. 12 [default: all, but in Table 1 rpf and rvc; with --quick mps, rtf,
     /// default]
     #[arg(long, value_enum, value_delimiter = ',')]
     methods: Vec<Preset>,
@@ -146,7 +146,7 @@ fn parts(args: &Args) -> Vec<Part> {
 
 /// In the order of [`Preset::ALL`].
 fn presets(args: &Args) -> Vec<Preset> {
-    let quick: &[Preset] = &[Preset::Mps, Preset::Cvd, Preset::Rtf, Preset::Default];
+    let quick: &[Preset] = &[Preset::Mps, Preset::Rtf, Preset::Default];
     let chosen = match (args.methods.as_slice(), args.quick) {
         ([], true) => quick,
         ([], false) => &Preset::ALL,

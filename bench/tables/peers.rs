@@ -67,7 +67,7 @@ pub fn section(bench: &mut Bench, device: Option<&str>) -> Result<Section> {
             let task =
                 Task { input: folder.path().join("input.ply"), folder: folder.path().to_owned(), vertices };
             io::write(&task.input, &model.mesh)?;
-            for mut entry in compete(&entrants, &task, bench.runs) {
+            for mut entry in compete(&entrants, &task, &model.title, bench.runs) {
                 let row = judged(&mut entry, &model, &task);
                 let process = median(&mut entry.processes);
                 table.push(cells(&row, process, entry.searched));
@@ -123,10 +123,10 @@ fn entrants(folder: &Path, device: Option<&str>) -> (Vec<Contestant>, Vec<String
 }
 
 /// Finds edge lengths, then runs all in turns; one that fails is out.
-fn compete(entrants: &[Contestant], task: &Task, runs: usize) -> Vec<Entry> {
+fn compete(entrants: &[Contestant], task: &Task, model: &str, runs: usize) -> Vec<Entry> {
     let mut entries: Vec<Entry> = Vec::new();
     for contestant in entrants.iter().cloned() {
-        println!("{}: {} vertices, {}", task.input.display(), task.vertices, contestant.name);
+        println!("{model}: {}, {} vertices", contestant.name, task.vertices);
         let (edge, searched, failed) = match contestant.edge(task) {
             Ok((edge, searched)) => (edge, searched, None),
             Err(error) => (None, 0, Some(format!("{error:#}"))),

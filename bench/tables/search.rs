@@ -22,7 +22,7 @@ impl Search {
 
     /// Whether so many vertices are near enough.
     pub fn will_do(&self, vertices: usize) -> bool {
-        (vertices as f64 / self.wanted - 1.0).abs() <= TOLERANCE
+        (vertices as f64 - self.wanted).abs() <= TOLERANCE * self.wanted
     }
 
     /// The next length to try after `length` gave `vertices`; `None` if that was near enough or nothing helps.
