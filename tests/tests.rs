@@ -74,4 +74,5 @@ mod skeleton;
 mod source;
 mod spots;
 mod support;
+mod tables;
 mod topology;

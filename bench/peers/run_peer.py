@@ -1,0 +1,187 @@
+#!/usr/bin/env python3
+"""Remeshes with another program: run_peer.py METHOD IN.ply OUT.ply N [--edge LENGTH]
+
+Prints one line of JSON: seconds inside the call (reading, writing and imports left out), vertices, the edge length asked
+for if the method takes one instead of a count, and the version. `run_peer.py --list` prints for each method why it cannot
+be had, or null. Methods that take an edge length get LENGTH, else that of N vertices in a hexagonal layout: the caller
+searches for the one that gives N.
+"""
+
+import argparse
+import importlib.metadata
+import importlib.util
+import json
+import os
+import pathlib
+import shutil
+import subprocess
+import sys
+import tempfile
+import time
+
+ITERATIONS = 10
+
+
+def pyacvd(points, faces, count, edge):
+    import numpy as np
+    import pyacvd as acvd
+    import pyvista
+
+    mesh = pyvista.PolyData(points, np.column_stack([np.full(len(faces), 3), faces]))
+
+    def call():
+        # Clusters are made of vertices; its documentation asks for many more of them than clusters.
+        divided = acvd.Clustering(mesh)
+        while divided.mesh.n_points < 10 * count:
+            divided.subdivide(2)
+        divided.cluster(count)
+        return divided.create_mesh()
+
+    return call, lambda mesh: (np.asarray(mesh.points), mesh.faces.reshape(-1, 4)[:, 1:])
+
+
+def pymeshlab(points, faces, count, edge):
+    import pymeshlab as lab
+
+    meshes = lab.MeshSet()
+    meshes.add_mesh(lab.Mesh(points, faces))
+
+    def call():
+        meshes.meshing_isotropic_explicit_remeshing(iterations=ITERATIONS, targetlen=lab.PureValue(edge))
+        return meshes.current_mesh()
+
+    return call, lambda mesh: (mesh.vertex_matrix(), mesh.face_matrix())
+
+
+def gpytoolbox(points, faces, count, edge):
+    from gpytoolbox import remesh_botsch
+
+    return lambda: remesh_botsch(points, faces, ITERATIONS, edge, True), lambda mesh: mesh
+
+
+def cgal(points, faces, count, edge):
+    from CGAL.CGAL_Polygon_mesh_processing import isotropic_remeshing
+    from CGAL.CGAL_Polyhedron_3 import Polyhedron_3
+    from meshes import read_off, write_off
+
+    with tempfile.TemporaryDirectory() as folder:
+        name = os.path.join(folder, "in.off")
+        write_off(name, points, faces)
+        mesh = Polyhedron_3(name)
+    # Making the list is not part of the work.
+    facets = list(mesh.facets())
+
+    def call():
+        isotropic_remeshing(facets, edge, mesh, ITERATIONS)
+        return mesh
+
+    def arrays(mesh):
+        with tempfile.TemporaryDirectory() as folder:
+            name = os.path.join(folder, "out.off")
+            mesh.write_to_file(name)
+            return read_off(name)
+
+    return call, arrays
+
+
+def mmgs(points, faces, count, edge):
+    from meshes import read_medit, write_medit
+
+    folder = tempfile.TemporaryDirectory()
+    names = [os.path.join(folder.name, name) for name in ("in.mesh", "out.mesh")]
+    write_medit(names[0], points, faces)
+    # Its own limit on the distance would add vertices, to half as many again, whatever the edge length.
+    command = [mmgs_program(), "-v", "0", "-hsiz", repr(edge), "-hausd", repr(edge), names[0], names[1]]
+
+    def call():
+        subprocess.run(command, check=True, stdout=subprocess.DEVNULL)
+        return folder
+
+    return call, lambda _: read_medit(names[1])
+
+
+def vorpalite(points, faces, count, edge):
+    from meshes import read_off, write_off
+
+    folder = tempfile.TemporaryDirectory()
+    names = [os.path.join(folder.name, name) for name in ("in.off", "out.off")]
+    write_off(names[0], points, faces)
+    command = ["vorpalite", *names, "remesh=true", f"remesh:nb_pts={count}", "pre=false", "post=false"]
+
+    def call():
+        subprocess.run(command, check=True, stdout=subprocess.DEVNULL)
+        return folder
+
+    return call, lambda _: read_off(names[1])
+
+
+def mmgs_program():
+    """On PATH, or in the package mmgpy; not the latter's script, which would start Python again. None if there is none."""
+    package = importlib.util.find_spec("mmgpy")
+    if package and package.submodule_search_locations:
+        inside = pathlib.Path(package.submodule_search_locations[0], "bin", "mmgs_O3")
+        if inside.exists():
+            return str(inside)
+    return shutil.which("mmgs_O3") or shutil.which("mmgs")
+
+
+# The method, whether it takes an edge length, and the package or program that it needs.
+METHODS = {
+    "pyacvd": (pyacvd, False, "pyacvd"),
+    "pymeshlab": (pymeshlab, True, "pymeshlab"),
+    "gpytoolbox": (gpytoolbox, True, "gpytoolbox"),
+    "cgal": (cgal, True, "CGAL"),
+    "mmgs": (mmgs, True, None),
+    "vorpalite": (vorpalite, False, None),
+}
+
+
+def missing(name):
+    """Why a method cannot run; None if it can."""
+    package = METHODS[name][2]
+    if package is not None:
+        return None if importlib.util.find_spec(package) else f"no Python package {package}: see bench/peers/setup.sh"
+    found = mmgs_program() if name == "mmgs" else shutil.which(name)
+    return None if found else f"no program {name} on PATH"
+
+
+def version(name):
+    """As its package says; None for programs."""
+    try:
+        return importlib.metadata.version({"mmgs": "mmgpy"}.get(name, name))
+    except importlib.metadata.PackageNotFoundError:
+        return None
+
+
+def main():
+    if sys.argv[1:] == ["--list"]:
+        facts = {name: {"missing": missing(name), "takes_edge": takes} for name, (_, takes, _) in METHODS.items()}
+        print(json.dumps(facts))
+        return
+    parser = argparse.ArgumentParser()
+    parser.add_argument("method", choices=METHODS)
+    parser.add_argument("input")
+    parser.add_argument("output")
+    parser.add_argument("count", type=int)
+    parser.add_argument("--edge", type=float)
+    args = parser.parse_args()
+    reason = missing(args.method)
+    if reason:
+        sys.exit(reason)
+    from meshes import hexagonal_edge, read_ply, write_ply
+
+    method, takes_edge, _ = METHODS[args.method]
+    points, faces = read_ply(args.input)
+    edge = (args.edge or hexagonal_edge(points, faces, args.count)) if takes_edge else None
+    call, arrays = method(points, faces, args.count, edge)
+    begin = time.perf_counter()
+    result = call()
+    seconds = time.perf_counter() - begin
+    points, faces = arrays(result)
+    write_ply(args.output, points, faces)
+    facts = {"seconds": seconds, "vertices": len(points), "edge": edge, "version": version(args.method)}
+    print(json.dumps(facts))
+
+
+if __name__ == "__main__":
+    main()

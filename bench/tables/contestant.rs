@@ -1,0 +1,184 @@
+//! Programs that take a mesh file and write another: this one and those of bench/peers.
+
+use crate::process;
+use crate::search::Search;
+use anyhow::{Context as _, Result, bail};
+use serde::Deserialize;
+use std::collections::BTreeMap;
+use std::path::{Path, PathBuf};
+use std::process::Command;
+
+/// Where the runner is, from the package's root, in which cargo starts benches.
+const FOLDER: &str = "bench/peers";
+
+/// What `run_peer.py --list` says of a method.
+#[derive(Debug, Deserialize)]
+pub struct Fact {
+    /// Why it cannot run.
+    pub missing: Option<String>,
+    takes_edge: bool,
+}
+
+/// A program to compare.
+#[derive(Clone)]
+pub struct Contestant {
+    /// In tables.
+    pub name: String,
+    kind: Kind,
+}
+
+#[derive(Clone)]
+enum Kind {
+    /// This program with these arguments.
+    Ours { arguments: Vec<String>, device: Option<String> },
+    /// A method of the runner; whether it takes an edge length.
+    Peer { python: PathBuf, takes_edge: bool },
+}
+
+/// What is asked of all.
+pub struct Task {
+    /// Input, binary PLY.
+    pub input: PathBuf,
+    /// Where results and logs go.
+    pub folder: PathBuf,
+    /// Vertices.
+    pub vertices: usize,
+}
+
+/// One run.
+pub struct Round {
+    /// Seconds inside the call.
+    pub call: f64,
+    /// Seconds of the whole process.
+    pub process: f64,
+}
+
+/// What the runner prints.
+#[derive(Deserialize)]
+struct Said {
+    seconds: f64,
+    vertices: usize,
+    edge: Option<f64>,
+}
+
+/// The parts of a report that matter here.
+#[derive(Deserialize)]
+struct Told {
+    timings: Timings,
+}
+
+#[derive(Deserialize)]
+struct Timings {
+    wall_milliseconds: f64,
+    phases: Vec<Phase>,
+}
+
+#[derive(Deserialize)]
+struct Phase {
+    name: String,
+    milliseconds: f64,
+}
+
+/// The virtual environment's Python, else that on PATH.
+pub fn python() -> PathBuf {
+    let own = Path::new(FOLDER).join(".venv/bin/python");
+    if own.exists() { own } else { PathBuf::from("python3") }
+}
+
+/// What the runner says of every method.
+///
+/// # Errors
+/// If there is no Python, or it fails.
+pub fn facts(python: &Path, folder: &Path) -> Result<BTreeMap<String, Fact>> {
+    let ended = process::run(Command::new(python).arg(runner()).arg("--list"), folder)?;
+    serde_json::from_str(&ended.output).context("what run_peer.py --list printed")
+}
+
+fn runner() -> PathBuf {
+    Path::new(FOLDER).join("run_peer.py")
+}
+
+impl Contestant {
+    /// This program.
+    pub fn ours(name: &str, arguments: &[&str], device: Option<&str>) -> Self {
+        let arguments = arguments.iter().map(|a| (*a).to_owned()).collect();
+        Self { name: name.to_owned(), kind: Kind::Ours { arguments, device: device.map(str::to_owned) } }
+    }
+
+    /// A method of the runner.
+    pub fn peer(name: &str, fact: &Fact, python: &Path) -> Self {
+        let kind = Kind::Peer { python: python.to_owned(), takes_edge: fact.takes_edge };
+        Self { name: name.to_owned(), kind }
+    }
+
+    /// Where its result is.
+    pub fn result(&self, task: &Task) -> PathBuf {
+        task.folder.join(format!("{}.ply", self.name.replace(' ', "-")))
+    }
+
+    /// The edge length that gives the wanted count, and how many runs it took to find; none for those that take a count.
+    ///
+    /// # Errors
+    /// If the program fails.
+    pub fn edge(&self, task: &Task) -> Result<(Option<f64>, usize)> {
+        if !matches!(self.kind, Kind::Peer { takes_edge: true, .. }) {
+            return Ok((None, 0));
+        }
+        let mut search = Search::new(task.vertices);
+        let (mut edge, mut best) = (None, None::<(usize, f64)>);
+        let mut runs = 0;
+        loop {
+            let (said, _) = self.ask(task, edge)?;
+            runs += 1;
+            let used = said.edge.context("the runner did not say which edge length it took")?;
+            let off = said.vertices.abs_diff(task.vertices);
+            if best.is_none_or(|(least, _)| off < least) {
+                best = Some((off, used));
+            }
+            edge = search.next(used, said.vertices);
+            if edge.is_none() {
+                return Ok((best.map(|(_, length)| length), runs));
+            }
+        }
+    }
+
+    /// Runs it once.
+    ///
+    /// # Errors
+    /// If it fails.
+    pub fn round(&self, task: &Task, edge: Option<f64>) -> Result<Round> {
+        let Kind::Ours { arguments, device } = &self.kind else {
+            let (said, process) = self.ask(task, edge)?;
+            return Ok(Round { call: said.seconds, process });
+        };
+        let mut command = Command::new(env!("CARGO_BIN_EXE_rtfmesh"));
+        command.args(["remesh", "--quiet", "-n", &task.vertices.to_string()]).args(arguments);
+        command.arg(&task.input).arg(self.result(task));
+        if let Some(device) = device {
+            command.args(["--device", device]);
+        }
+        let process = process::run(&mut command, &task.folder)?.seconds;
+        // With a report it measures all of the result, which is no part of the work; so it is run again for the time inside.
+        let report = task.folder.join("report.json");
+        process::run(command.arg("--report").arg(&report), &task.folder)?;
+        let told: Told = serde_json::from_str(&std::fs::read_to_string(&report)?)?;
+        let measured: f64 =
+            told.timings.phases.iter().filter(|p| p.name == "measure").map(|p| p.milliseconds).sum();
+        Ok(Round { call: 1e-3 * (told.timings.wall_milliseconds - measured), process })
+    }
+
+    fn ask(&self, task: &Task, edge: Option<f64>) -> Result<(Said, f64)> {
+        let Kind::Peer { python, .. } = &self.kind else { bail!("{} is no method of the runner", self.name) };
+        let mut command = Command::new(python);
+        command.arg(runner()).arg(&self.name).arg(&task.input).arg(self.result(task));
+        command.arg(task.vertices.to_string());
+        if let Some(edge) = edge {
+            command.arg("--edge").arg(edge.to_string());
+        }
+        let ended = process::run(&mut command, &task.folder)?;
+        // Libraries may print on their own.
+        let last = ended.output.lines().rev().find(|line| line.starts_with('{'));
+        let said = serde_json::from_str(last.context("the runner printed no figures")?)?;
+        Ok((said, ended.seconds))
+    }
+}

@@ -1,0 +1,192 @@
+//! One result with all that is measured of it.
+
+use crate::markdown::{DASH, number, ratio, significant};
+use crate::paper::Published;
+use rtfmesh::measure::Measures;
+use rtfmesh::mesh::topology::Topology;
+use serde::Serialize;
+use std::collections::BTreeMap;
+
+/// A run on a model, or an input.
+#[derive(Debug, Clone, Default, Serialize)]
+pub struct Row {
+    /// As it is called in tables.
+    pub model: String,
+    /// A preset, a peer or `input`.
+    pub method: String,
+    /// Vertices asked for.
+    pub wanted: usize,
+    /// Iterations with all vertices, if the method has any.
+    pub iterations: Option<u32>,
+    /// What came out.
+    pub figures: Option<Figures>,
+    /// Median time of a run without reading, writing, opening the device and measuring.
+    pub seconds: Option<f64>,
+    /// Runs that the median is of.
+    pub runs: usize,
+    /// Device milliseconds of all iterations together by kind of work: `search`, `normals`, `face`, `projection`, `other`.
+    pub stages: BTreeMap<&'static str, f64>,
+    /// Wall milliseconds by phase of the first run.
+    pub phases: BTreeMap<&'static str, f64>,
+    /// Why there are no figures, or what else there is to know.
+    pub note: String,
+}
+
+/// Measures of a mesh as the tables have them.
+#[derive(Debug, Clone, Default, Serialize)]
+pub struct Figures {
+    /// Vertices in use.
+    pub vertices: usize,
+    /// Triangles.
+    pub faces: usize,
+    /// Smallest quality.
+    pub q_min: f64,
+    /// Mean quality.
+    pub q_avg: f64,
+    /// Smallest angle in degrees.
+    pub theta_min: f64,
+    /// Mean of the smallest angles in degrees.
+    pub theta_min_avg: f64,
+    /// Share of triangles with an angle below 30 degrees.
+    pub below_30: f64,
+    /// Share of triangles with an angle above 90 degrees.
+    pub above_90: f64,
+    /// The larger of both Hausdorff distances in percent of the input's diagonal.
+    pub hausdorff: Option<f64>,
+    /// The larger of both root mean square distances in percent of the input's diagonal.
+    pub rms: Option<f64>,
+    /// Share of inner vertices with six edges.
+    pub valence_6: Option<f64>,
+    /// Share of inner vertices with fewer than five or more than seven edges.
+    pub irregular: Option<f64>,
+    /// `same` as the input's, or what differs.
+    pub topology: String,
+    /// Faces that cut others.
+    pub self_intersecting: Option<usize>,
+}
+
+impl Figures {
+    /// Of a result; an input is compared with itself.
+    pub fn of(measures: &Measures, input: &Topology) -> Self {
+        let (q, v, d) = (&measures.quality, &measures.valence, &measures.distances);
+        Self {
+            vertices: measures.vertices,
+            faces: measures.faces,
+            q_min: q.q_min,
+            q_avg: q.q_avg,
+            theta_min: q.theta_min,
+            theta_min_avg: q.theta_min_avg,
+            below_30: q.share_below_30,
+            above_90: q.share_above_90,
+            hausdorff: d.as_ref().map(|d| d.hausdorff),
+            rms: d.as_ref().map(|d| d.rms),
+            valence_6: v.share_6,
+            irregular: v.share_outside_5_to_7,
+            topology: compared(&measures.topology, input),
+            self_intersecting: measures.self_intersecting_faces,
+        }
+    }
+}
+
+/// In words what a result's topology lacks.
+fn compared(got: &Topology, want: &Topology) -> String {
+    let facts = [
+        ("components", got.components as i64, want.components as i64),
+        ("Euler", got.euler, want.euler),
+        ("rims", got.boundary_loops as i64, want.boundary_loops as i64),
+        ("non-manifold edges", got.nonmanifold_edges as i64, want.nonmanifold_edges as i64),
+        ("non-manifold vertices", got.nonmanifold_vertices as i64, want.nonmanifold_vertices as i64),
+    ];
+    let differs: Vec<String> = facts
+        .iter()
+        .filter(|(_, got, want)| got != want)
+        .map(|(name, got, want)| format!("{name} {got}, not {want}"))
+        .collect();
+    if differs.is_empty() { "same".to_owned() } else { differs.join("; ") }
+}
+
+/// The columns of the paper's Table 2 and those of our own, after model and method.
+pub const COLUMNS: [&str; 15] = [
+    "it",
+    "#V",
+    "#F",
+    "Qmin",
+    "Qavg",
+    "θmin",
+    "θmin,avg",
+    "θ<30°",
+    "θ>90°",
+    "dH %",
+    "RMS %",
+    "val 6",
+    "cut",
+    "topology",
+    "T s",
+];
+
+impl Row {
+    /// One that did not come about.
+    pub fn refused(model: &str, method: &str, wanted: usize, note: String) -> Self {
+        Self { model: model.to_owned(), method: method.to_owned(), wanted, note, ..Self::default() }
+    }
+
+    /// Cells under [`COLUMNS`], then the note.
+    pub fn cells(&self) -> Vec<String> {
+        let count = |n: Option<usize>| n.map_or(DASH.to_owned(), |n| n.to_string());
+        let it = count(self.iterations.map(|n| n as usize));
+        let Some(f) = &self.figures else {
+            let mut cells = vec![it];
+            cells.resize(COLUMNS.len(), DASH.to_owned());
+            cells.push(self.note.clone());
+            return cells;
+        };
+        vec![
+            it,
+            f.vertices.to_string(),
+            f.faces.to_string(),
+            number(Some(f.q_min), 3),
+            number(Some(f.q_avg), 3),
+            number(Some(f.theta_min), 2),
+            number(Some(f.theta_min_avg), 2),
+            number(Some(f.below_30), 3),
+            number(Some(f.above_90), 3),
+            number(f.hausdorff, 3),
+            number(f.rms, 4),
+            number(f.valence_6, 3),
+            count(f.self_intersecting),
+            f.topology.clone(),
+            significant(self.seconds),
+            self.note.clone(),
+        ]
+    }
+
+    /// The ratios ours / paper under [`COLUMNS`].
+    pub fn ratios(&self, paper: &Published) -> Vec<String> {
+        let ours = |value: fn(&Figures) -> f64| self.figures.as_ref().map(value);
+        let hausdorff = self.figures.as_ref().and_then(|f| f.hausdorff);
+        let mut cells = vec![DASH.to_owned(); 3];
+        cells.extend([
+            ratio(ours(|f| f.q_min), paper.q_min),
+            ratio(ours(|f| f.q_avg), paper.q_avg),
+            ratio(ours(|f| f.theta_min), paper.theta_min),
+            ratio(ours(|f| f.theta_min_avg), paper.theta_min_avg),
+            ratio(ours(|f| f.below_30), paper.below_30),
+            ratio(ours(|f| f.above_90), paper.above_90),
+            ratio(hausdorff, paper.hausdorff),
+        ]);
+        cells.extend(vec![DASH.to_owned(); 4]);
+        cells.push(ratio(self.seconds, paper.seconds));
+        cells
+    }
+}
+
+/// The paper's row under [`COLUMNS`]; its outputs have 160 iterations at most.
+pub fn published(row: &Published) -> Vec<String> {
+    let mut cells = vec![DASH.to_owned(), row.vertices.to_string(), row.faces.to_string()];
+    let decimals = [(row.q_min, 3), (row.q_avg, 3), (row.theta_min, 2), (row.theta_min_avg, 2)];
+    cells.extend(decimals.map(|(value, digits)| number(value, digits)));
+    cells.extend([row.below_30, row.above_90, row.hausdorff].map(|value| number(value, 3)));
+    cells.extend(vec![DASH.to_owned(); 4]);
+    cells.push(significant(row.seconds));
+    cells
+}
