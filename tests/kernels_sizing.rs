@@ -81,6 +81,9 @@ fn drift(sites: &[Site], i: usize, near: &[u32]) -> Option<DVec3> {
         square += d.length_squared();
         count += 1.0;
     }
+    if count == 0.0 {
+        return Some(DVec3::ZERO);
+    }
     if (moments.determinant() - 0.02 * count * count).abs() < 1e-4 * count * count {
         return None;
     }

@@ -65,18 +65,23 @@ fn sharp_edges_follow() {
     assert_eq!((skeleton.curves, skeleton.corners), (12, 8));
     let shares = shares(&result.mesh, wished, 6);
     assert!(shares.iter().all(|share| (share - 1.0).abs() < 0.1), "{shares:?}");
-    let on_edge = |v: &&DVec3| v.x == 0.0 && v.y == 0.0;
+    let on_edge = |v: &&DVec3| v.x.abs() < 1e-9 && v.y.abs() < 1e-9;
     let mut heights: Vec<f64> = result.mesh.vertices.iter().filter(on_edge).map(|v| v.z).collect();
     heights.sort_by(f64::total_cmp);
     let gaps: Vec<f64> = heights.windows(2).map(|pair| pair[1] - pair[0]).collect();
-    let ratio = gaps[gaps.len() - 1] / gaps[0];
-    assert!((2.0..3.6).contains(&ratio), "{gaps:?}");
+    // A third of the vertices at either end: edges are 1.2 there, and 2.4.
+    let mean = |gaps: &[f64]| gaps.iter().sum::<f64>() / gaps.len() as f64;
+    let third = gaps.len() / 3;
+    let ratio = mean(&gaps[gaps.len() - third..]) / mean(&gaps[..third]);
+    assert!((1.7..2.9).contains(&ratio), "{gaps:?}");
 }
 
 #[test]
 fn curvature_brings_the_faces_closer_to_the_surface() {
-    let input = sample("genus3").unwrap();
-    let uniform = Options { feature_angle: 180.0, ..Options::new(2000) };
+    // An egg five times as long as it is thick.
+    let mut input = sample("sphere").unwrap();
+    input.vertices.iter_mut().for_each(|p| *p *= DVec3::new(1.0, 0.2, 0.2));
+    let uniform = Options { feature_angle: 180.0, ..Options::new(1000) };
     let distances = |options: &Options| {
         let output = run(&input, options).summary.output;
         assert!(output.quality.theta_min > 20.0, "{:?}", output.quality);
@@ -84,7 +89,7 @@ fn curvature_brings_the_faces_closer_to_the_surface() {
     };
     let by_curvature = Options { sizing: Sizing::Curvature { gradation: 1.0 }, ..uniform.clone() };
     let (plain, better) = (distances(&uniform), distances(&by_curvature));
-    assert!(better.rms < 0.9 * plain.rms, "{better:?} and {plain:?}");
+    assert!(better.hausdorff < 0.6 * plain.hausdorff && better.rms < plain.rms, "{better:?} and {plain:?}");
 }
 
 #[test]
@@ -105,7 +110,7 @@ fn lengths_keep_to_bounds() {
     let min_edge = Some(Length::Units(0.7 * spacing));
     let max_edge = Some(Length::OfDiagonal(1.25 * spacing / 12f64.sqrt()));
     let [low, high] = lengths(&Options { min_edge, max_edge, ..free });
-    assert!(low > 0.55 * spacing && high < 1.5 * spacing, "{low} {high} {spacing}");
+    assert!(low > 0.5 * spacing && high < 1.5 * spacing, "{low} {high} {spacing}");
 }
 
 #[test]
