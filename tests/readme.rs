@@ -29,7 +29,11 @@ fn smaller(command: &str) -> String {
     let word = |word: &str| {
         let smaller = if counts { "200" } else { word };
         counts = word == "-n";
-        if word == "1%" { "10%".to_owned() } else { smaller.to_owned() }
+        match word {
+            "1%" => "10%".to_owned(),
+            "5%" => "50%".to_owned(),
+            _ => smaller.to_owned(),
+        }
     };
     command.split(' ').map(word).collect::<Vec<_>>().join(" ")
 }
@@ -49,17 +53,17 @@ fn kitchen() -> Place {
     place
 }
 
-/// A PLY file with colours, and a label for each half of the mesh.
+/// A PLY file with colours, and a number, and a label for each half of the mesh.
 fn painted(mesh: &TriMesh) -> String {
     let mut text = format!(
         "ply\nformat ascii 1.0\nelement vertex {}\nproperty double x\nproperty double y\nproperty double z\n\
-         property uchar red\nproperty uchar green\nproperty uchar blue\nelement face {}\n\
+         property uchar red\nproperty uchar green\nproperty uchar blue\nproperty float size\nelement face {}\n\
          property list uchar int vertex_indices\nproperty int material\nend_header\n",
         mesh.vertices.len(),
         mesh.triangles.len()
     );
     for p in &mesh.vertices {
-        text += &format!("{} {} {} {} 100 50\n", p.x, p.y, p.z, if p.z > 0.0 { 200 } else { 20 });
+        text += &format!("{} {} {} {} 100 50 1.5\n", p.x, p.y, p.z, if p.z > 0.0 { 200 } else { 20 });
     }
     for (t, [a, b, c]) in mesh.triangles.iter().enumerate() {
         let upper = mesh.corners(t).iter().map(|p| p.z).sum::<f64>() > 0.0;
