@@ -29,7 +29,7 @@ use crate::measure::{Crossing, Measures, measure_some};
 use crate::mesh::intersections::intersecting_faces;
 use crate::mesh::repair::{RepairCounts, Repaired};
 use crate::mesh::skeleton::Skeleton;
-use crate::mesh::source::{Source, trace};
+use crate::mesh::source::{Source, Traced, trace};
 use crate::mesh::spacing;
 use crate::mesh::topology::Topology;
 use crate::mesh::voronoi::{Energy, energy};
@@ -265,10 +265,10 @@ fn source_of(
     options: &Options,
     clock: &mut Clock,
 ) -> Result<Option<Source>> {
-    if !options.source {
+    if options.source == Traced::NONE {
         return Ok(None);
     }
-    let source = trace(input, repaired, result)?;
+    let source = trace(input, repaired, result, options.source)?;
     clock.phase("source");
     Ok(Some(source))
 }
