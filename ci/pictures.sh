@@ -1,15 +1,45 @@
 #!/usr/bin/env bash
-# Draws the pictures of README.md into docs/pictures.
+# Draws the pictures of README.md and docs/method.md into docs/pictures; cells.svg there is drawn by hand.
 set -euo pipefail
 cd "$(dirname "$0")/.."
 export RTFMESH_DEVICE="${RTFMESH_DEVICE:-cpu}"
 
 cargo build --release --quiet
-rtfmesh=target/release/rtfmesh
+rtfmesh=$PWD/target/release/rtfmesh
+pictures=$PWD/docs/pictures
 work=$(mktemp -d)
 trap 'rm -r "$work"' EXIT
+cd "$work"
 
-"$rtfmesh" sample genus3 "$work/before.obj"
-"$rtfmesh" remesh "$work/before.obj" "$work/after.ply" -n 2000 --quiet
-"$rtfmesh" render "$work/before.obj" "$work/after.ply" docs/pictures/demo.png \
-  --size 600x260 --azimuth 0 --elevation 22
+for model in genus3 bumpy-sphere box; do "$rtfmesh" sample $model $model.ply; done
+# Input, output, and how.
+remesh() { "$rtfmesh" remesh "$1.ply" "$2.ply" --quiet "${@:3}"; }
+rings=(--azimuth 0 --elevation 22)
+
+# README: before and after.
+remesh genus3 after -n 2000
+"$rtfmesh" render genus3.ply after.ply "$pictures/demo.png" --size 600x260 "${rings[@]}"
+
+# Scattered sites, and what moving them does.
+remesh genus3 scattered -n 500 --preset rvd --iterations 0
+remesh genus3 moved -n 500 --preset rvd --iterations 8
+remesh genus3 relaxed -n 500 --preset cvd
+"$rtfmesh" render scattered.ply moved.ply relaxed.ply "$pictures/relaxed.png" --size 270x150 --color quality "${rings[@]}"
+
+# What comes after moving: levels, polish, fit.
+remesh genus3 polished -n 500
+"$rtfmesh" render relaxed.ply polished.ply "$pictures/polished.png" --size 350x190 --color quality "${rings[@]}"
+
+# Few sites first.
+for n in 75 250 1000; do remesh genus3 level-$n -n $n; done
+"$rtfmesh" render level-75.ply level-250.ply level-1000.ply "$pictures/levels.png" --size 300x165 "${rings[@]}"
+
+# Sharp edges, held or not.
+remesh box held -n 400
+remesh box loose -n 400 --feature-angle 180
+"$rtfmesh" render held.ply loose.ply "$pictures/edges.png" --size 300x250
+
+# Edges of one length, and shorter ones where the surface bends.
+remesh bumpy-sphere uniform -n 700
+for g in 1 2; do remesh bumpy-sphere gradation-$g -n 700 --sizing curvature --gradation $g; done
+"$rtfmesh" render uniform.ply gradation-1.ply gradation-2.ply "$pictures/sizing.png" --size 205x185

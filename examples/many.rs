@@ -8,7 +8,16 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     let remesher = Remesher::new(&device, Options { measures: MeasureDepth::Basic, ..Options::new(1000) })?;
     for (name, _) in names() {
         match remesher.remesh(&sample(name)?) {
-            Ok(result) => println!("{name}: {} faces", result.mesh.triangles.len()),
+            Ok(result) => {
+                let timings = &result.summary.timings;
+                // Not every device tells.
+                let device: f64 = timings.stages.iter().filter_map(|stage| stage.milliseconds).sum();
+                let faces = result.mesh.triangles.len();
+                println!(
+                    "{name}: {faces} faces in {:.0} ms, {device:.0} on the device",
+                    timings.wall_milliseconds
+                );
+            }
             Err(error) => println!("{name}: {error}"),
         }
     }

@@ -1,13 +1,14 @@
 //! A field of the input, here its height, onto the new vertices: `cargo run --release --example onto`
 
 use rtfmesh::mesh::samples::sample;
-use rtfmesh::{Device, DeviceOptions, Options, remesh};
+use rtfmesh::{Device, DeviceOptions, Options, Traced, remesh};
 
 fn main() -> Result<(), Box<dyn std::error::Error>> {
     let input = sample("bumpy-sphere")?;
     let heights: Vec<f64> = input.vertices.iter().map(|p| p.z).collect();
     let device = Device::open(&DeviceOptions::from_env())?;
-    let result = remesh(&device, &input, &Options { source: true, ..Options::new(2000) }, &mut |_| {})?;
+    let options = Options { source: Traced { vertices: true, faces: false }, ..Options::new(2000) };
+    let result = remesh(&device, &input, &options, &mut |_| {})?;
     let source = result.source.ok_or("it was asked for")?;
     let onto = source.vertices.iter().map(|point| {
         let corners = input.triangles[point.triangle as usize];

@@ -28,7 +28,7 @@ mod watch;
 pub use error::{Error, Result};
 pub use gpu::{Device, DeviceInfo, DeviceOptions, list_devices};
 pub use mesh::TriMesh;
-pub use mesh::source::{Source, SurfacePoint};
+pub use mesh::source::{Source, SurfacePoint, Traced};
 pub use options::{
     Centroid, Features, MAX_ITERATIONS, MAX_NEIGHBOURS, MAX_OFFSET, MeasureDepth, Method, Options, Quality,
     Shortage, Sizing,

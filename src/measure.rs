@@ -3,10 +3,11 @@
 use glam::DVec3;
 use rayon::slice::ParallelSliceMut;
 use serde::Serialize;
+use std::sync::atomic::AtomicBool;
 
-use crate::mesh::distance::{Distances, distances};
+use crate::mesh::distance::{Distances, distances_until};
 use crate::mesh::edges::EdgeTable;
-use crate::mesh::intersections::intersecting_faces;
+use crate::mesh::intersections::intersecting_faces_until;
 use crate::mesh::quality::{Quality, Valence, corner_points, folded_share, power_of_two_scale};
 use crate::mesh::quality::{quality, valence_of};
 use crate::mesh::topology::{Topology, topology_of};
@@ -41,7 +42,7 @@ pub struct Measures {
 /// Fails with [`Error::Input`] if either mesh has no faces, a coordinate that is not a finite number, or an
 /// index without a vertex, and if the reference has no extent.
 pub fn measure(mesh: &TriMesh, reference: Option<&TriMesh>) -> Result<Measures> {
-    measure_some(mesh, reference, Crossing::Find)
+    measure_some(mesh, reference, Crossing::Find, &AtomicBool::new(false))
 }
 
 /// What is to be known of faces that intersect others.
@@ -54,18 +55,19 @@ pub(crate) enum Crossing {
     Known(usize),
 }
 
-/// As [`measure`], looking for intersections only if asked to.
+/// As [`measure`], looking for intersections only if asked to. Once it is to `stop` it ends soon, with wrong figures.
 pub(crate) fn measure_some(
     mesh: &TriMesh,
     reference: Option<&TriMesh>,
     crossing: Crossing,
+    stop: &AtomicBool,
 ) -> Result<Measures> {
     check(mesh, "mesh")?;
     let mesh = weld(mesh);
     let distances = match reference {
         Some(reference) => {
             check(reference, "reference mesh")?;
-            Some(distances(&mesh, &weld(reference))?)
+            Some(distances_until(&mesh, &weld(reference), stop)?)
         }
         None => None,
     };
@@ -79,7 +81,7 @@ pub(crate) fn measure_some(
         valence: valence_of(&mesh, &table),
         self_intersecting_faces: match crossing {
             Crossing::Skip => None,
-            Crossing::Find => Some(intersecting_faces(&mesh).len()),
+            Crossing::Find => Some(intersecting_faces_until(&mesh, stop).len()),
             Crossing::Known(count) => Some(count),
         },
         folded_edges: folded_share(&mesh, &table),

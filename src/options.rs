@@ -2,6 +2,7 @@
 
 use crate::mesh::io::FeatureLine;
 use crate::mesh::skeleton::SkeletonOptions;
+use crate::mesh::source::Traced;
 use crate::size::Length;
 use crate::{Error, Result};
 use serde::{Serialize, Serializer};
@@ -155,8 +156,8 @@ pub struct Options {
     /// well; reports have their number. Those of triangles that repair drops do not count.
     #[serde(serialize_with = "count")]
     pub held_sides: Vec<u32>,
-    /// Whether to find where on the input each vertex and face lies: [`crate::Remeshed::source`].
-    pub source: bool,
+    /// Of what to find where it lies on the input: [`crate::Remeshed::source`].
+    pub source: Traced,
     /// Where a site moves.
     pub centroid: Centroid,
     /// Coarse to fine only: how long edges are where.
@@ -244,7 +245,7 @@ impl Options {
             offset: 0.5,
             measures: MeasureDepth::Full,
             held_sides: Vec::new(),
-            source: false,
+            source: Traced::NONE,
             centroid: Centroid::Vertex,
             sizing: Sizing::Uniform,
             min_edge: None,

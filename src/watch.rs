@@ -1,6 +1,12 @@
 //! How a long run is watched: what it tells while it works, and how it is asked to stop.
 
 use crate::{Error, Result};
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::mpsc::{RecvTimeoutError, channel};
+use std::time::Duration;
+
+/// How often the callback is asked while work on the host goes on.
+const PATIENCE: Duration = Duration::from_millis(100);
 
 /// Part of a run.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Default)]
@@ -159,6 +165,36 @@ impl<'a> Watch<'a> {
         if self.flow == Flow::Cancel { Err(Error::Cancelled) } else { Ok(()) }
     }
 
+    /// Does work on the host that takes long, and looks meanwhile; once it is to stop, `work` is told so and what it gives
+    /// is dropped. On a thread of a pool, which must not wait for the pool, there is no look.
+    ///
+    /// # Errors
+    /// As [`Watch::done`].
+    pub fn during<T: Send>(&mut self, work: impl FnOnce(&AtomicBool) -> T + Send) -> Result<T> {
+        let stop = AtomicBool::new(false);
+        if rayon::current_thread_index().is_some() {
+            return Ok(work(&stop));
+        }
+        let (sender, receiver) = channel();
+        rayon::in_place_scope(|scope| {
+            let stop = &stop;
+            // Nobody receives once the run is cancelled.
+            scope.spawn(move |_| drop(sender.send(work(stop))));
+            loop {
+                match receiver.recv_timeout(PATIENCE) {
+                    Ok(done) => return Ok(done),
+                    Err(RecvTimeoutError::Timeout) => {
+                        self.look().inspect_err(|_| stop.store(true, Ordering::Relaxed))?;
+                    }
+                    // Its panic comes out of the scope.
+                    Err(RecvTimeoutError::Disconnected) => {
+                        return Err(Error::Internal("work on the host ended without a result".to_owned()));
+                    }
+                }
+            }
+        })
+    }
+
     /// Whether the run is to come to an end.
     pub fn finishing(&self) -> bool {
         self.flow >= Flow::Finish
@@ -182,5 +218,35 @@ impl<'a> Watch<'a> {
     /// Whether anything was left out.
     pub fn is_cut(&self) -> bool {
         self.cut
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn work_on_the_host_is_watched_and_stopped() {
+        let mut asked = 0;
+        let mut ask = |_| {
+            asked += 1;
+            if asked == 3 { Flow::Cancel } else { Flow::Continue }
+        };
+        let mut watch = Watch::new(&mut ask);
+        assert_eq!(watch.during(|_| 7), Ok(7));
+        let endless = |stop: &AtomicBool| {
+            while !stop.load(Ordering::Relaxed) {
+                std::thread::sleep(Duration::from_millis(1));
+            }
+        };
+        assert_eq!(watch.during(endless), Err(Error::Cancelled));
+        assert_eq!(asked, 3);
+    }
+
+    #[test]
+    fn a_thread_of_a_pool_does_not_wait_for_itself() {
+        let pool = rayon::ThreadPoolBuilder::new().num_threads(1).build().unwrap();
+        let sum = pool.install(|| Watch::new(&mut |_| Flow::Continue).during(|_| rayon::join(|| 1, || 2)));
+        assert_eq!(sum, Ok((1, 2)));
     }
 }

@@ -7,12 +7,12 @@ use rtfmesh::mesh::attributes::{
     Attribute, Attributes, CornerUv, Kind, Role, label_borders, transfer, uv_seams,
 };
 use rtfmesh::mesh::samples::sample;
-use rtfmesh::{Options, TriMesh, remesh};
+use rtfmesh::{Options, Traced, TriMesh, remesh};
 use std::f64::consts::TAU;
 
 /// Remeshes, and carries over.
 fn run(input: &TriMesh, attributes: &Attributes, options: Options) -> (TriMesh, Attributes) {
-    let options = Options { source: true, ..options };
+    let options = Options { source: Traced::ALL, ..options };
     let result = remesh(device(), input, &options, &mut |_| {}).unwrap();
     let carried = transfer(attributes, input, &result.source.unwrap(), &result.mesh);
     (result.mesh, carried)

@@ -71,10 +71,14 @@ fn a_broken_mesh_stops_no_other_and_is_tried_again() {
         assert!(entry["seconds"].as_f64() > Some(0.0), "{entry}");
         let failed = entry["status"] == "failed";
         assert_eq!((entry["error"].is_string(), entry["vertices"].is_null()), (failed, failed), "{entry}");
+        // One that cannot be read has none.
+        assert_eq!(entry["options"].is_null(), failed, "{entry}");
         if !failed {
             let mesh = read(&place.path(entry["output"].as_str().unwrap())).unwrap().mesh;
             assert!(topology(&mesh).is_closed_manifold() && mesh.vertices.len() == 120, "{entry}");
             assert_eq!((&entry["vertices"], &entry["warnings"]), (&120.into(), &serde_json::json!([])));
+            let options = &entry["options"];
+            assert_eq!((&options["vertices"], &options["iterations"]), (&120.into(), &2.into()), "{entry}");
             assert!(
                 entry["q_avg"].as_f64() > Some(0.7) && entry["theta_min"].as_f64() > Some(1.0),
                 "{entry}"

@@ -46,7 +46,10 @@ mod signals {
 
     /// Starts a long run and lets it get going.
     fn start(place: &Place, more: &str) -> Child {
-        let program = place.program(&format!("{LONG} {more}"));
+        going(place, &place.program(&format!("{LONG} {more}")))
+    }
+
+    fn going(place: &Place, program: &assert_cmd::Command) -> Child {
         let mut command = Command::new(program.get_program());
         command.args(program.get_args()).current_dir(place.path(""));
         command.envs(program.get_envs().filter_map(|(name, value)| Some((name, value?))));
@@ -110,5 +113,33 @@ mod signals {
         let (code, told) = ended(child);
         assert_eq!(code, Some(130), "{told}");
         assert_eq!(place.files(), ["in.ply"]);
+    }
+
+    #[test]
+    fn ctrl_c_ends_a_batch_and_keeps_what_is_done() {
+        let place = Place::with("torus");
+        std::fs::copy(place.path("in.ply"), place.path("also.ply")).unwrap();
+        let batch = "batch also.ply in.ply --out out -n 200 --tolerance 0 --resume";
+        place.run("batch also.ply --out out -n 200 --iterations 5 -q");
+        let long = place.program(&format!("{batch} --iterations 1000000"));
+        let child = going(&place, &long);
+        signal(&child, "INT");
+        let begun = Instant::now();
+        let (code, told) = ended(child);
+        assert!(begun.elapsed() < Duration::from_secs(5));
+        assert_eq!(code, Some(130), "{told}");
+        assert_eq!(told, "error: stopped: 0 done, 0 failed, 1 left; --resume goes on\n");
+        assert!(!place.path("out/in.ply").exists());
+        let endings = || {
+            let log = std::fs::read_to_string(place.path("out/batch.jsonl")).unwrap();
+            let status =
+                |line: &str| serde_json::from_str::<serde_json::Value>(line).unwrap()["status"].clone();
+            log.lines().map(|line| status(line).as_str().unwrap().to_owned()).collect::<Vec<_>>()
+        };
+        assert_eq!(endings(), ["done", "skipped"]);
+        assert_eq!(std::fs::read_dir(place.path("out")).unwrap().count(), 2, "nothing half-written");
+        place.run(&format!("{batch} --iterations 5 -q"));
+        assert_eq!(endings(), ["done", "skipped", "skipped", "done"]);
+        assert_eq!(read(&place.path("out/in.ply")).unwrap().mesh.vertices.len(), 200);
     }
 }

@@ -6,7 +6,7 @@ use glam::DVec3;
 use rtfmesh::mesh::repair::repair;
 use rtfmesh::mesh::samples::sample;
 use rtfmesh::mesh::source::trace;
-use rtfmesh::{Options, Source, SurfacePoint, TriMesh, remesh};
+use rtfmesh::{Options, Source, SurfacePoint, Traced, TriMesh, remesh};
 
 /// Fails unless every point is one of a triangle of `input`, for every vertex and face of `output`.
 #[track_caller]
@@ -40,7 +40,7 @@ fn a_mesh_lies_on_itself_by_the_inputs_own_triangles() {
     let input = littered(&clean);
     let repaired = repair(&input).unwrap();
     assert_eq!(repaired.origin.len(), clean.triangles.len());
-    let source = trace(&input, &repaired, &clean).unwrap();
+    let source = trace(&input, &repaired, &clean, Traced::ALL).unwrap();
     check(&source, &input, &clean);
     for (point, vertex) in source.vertices.iter().zip(&clean.vertices) {
         assert!(point.position(&input).distance(*vertex) < 1e-14);
@@ -64,7 +64,7 @@ fn sheets_that_are_close_are_told_apart_by_their_sides() {
     let (low, high) = input.bounds().unwrap();
     let middle = 0.5 * (low.z + high.z);
     let output = moved(&input, |v| DVec3::new(v.x, v.y, middle - 0.2 * (v.z - middle)));
-    let source = trace(&input, &repair(&input).unwrap(), &output).unwrap();
+    let source = trace(&input, &repair(&input).unwrap(), &output, Traced::ALL).unwrap();
     let upwards = |mesh: &TriMesh, t: usize| {
         let [a, b, c] = mesh.corners(t);
         (b - a).cross(c - a).normalize().z
@@ -82,12 +82,27 @@ fn sheets_that_are_close_are_told_apart_by_their_sides() {
 }
 
 #[test]
+fn what_is_not_asked_for_is_not_looked_for() {
+    let input = littered(&sample("sphere").unwrap());
+    let (repaired, output) = (repair(&input).unwrap(), sample("sphere").unwrap());
+    let traced = |vertices, faces| trace(&input, &repaired, &output, Traced { vertices, faces }).unwrap();
+    let whole = traced(true, true);
+    let vertices = Source { faces: Vec::new(), ..whole.clone() };
+    let faces = Source { vertices: Vec::new(), ..whole };
+    assert_eq!(
+        [traced(true, false), traced(false, true), traced(false, false)],
+        [vertices, faces, Source::default()]
+    );
+}
+
+#[test]
 fn runs_tell_it_only_when_asked() {
     let input = littered(&sample("sphere").unwrap());
     let quick = Options { first_iterations: 10, ..Options::new(300) };
     assert_eq!(remesh(device(), &input, &quick, &mut |_| {}).unwrap().source, None);
     for options in [quick, Options { iterations: 10, ..Options::rtf(300) }] {
-        let result = remesh(device(), &input, &Options { source: true, ..options }, &mut |_| {}).unwrap();
+        let result =
+            remesh(device(), &input, &Options { source: Traced::ALL, ..options }, &mut |_| {}).unwrap();
         let source = result.source.unwrap();
         check(&source, &input, &result.mesh);
         let far = source.vertices.iter().zip(&result.mesh.vertices);
@@ -111,7 +126,7 @@ fn vertices_on_curves_lie_on_edges_and_held_sides_become_curves() {
         a.distance(b) > 1.2
     };
     let held_sides: Vec<u32> = sides.filter(is_diagonal).collect();
-    let options = Options { held_sides, source: true, feature_angle: 180.0, ..Options::new(500) };
+    let options = Options { held_sides, source: Traced::ALL, feature_angle: 180.0, ..Options::new(500) };
     let result = remesh(device(), &input, &options, &mut |_| {}).unwrap();
     let found = result.summary.skeleton.unwrap();
     assert_eq!(found.curves, 12, "{found:?}");

@@ -2,7 +2,7 @@
 
 use rtfmesh::mesh::attributes::{Attributes, label_borders, transfer, uv_seams};
 use rtfmesh::mesh::io::{Format, Loaded};
-use rtfmesh::{Error, Method, Options, Remeshed, TriMesh};
+use rtfmesh::{Error, Method, Options, Remeshed, Traced, TriMesh};
 
 /// Which attributes a result gets from its input.
 #[derive(clap::Args)]
@@ -37,7 +37,10 @@ impl AttributeArgs {
     /// Asks a run for what carrying over to a file of this format takes; tells what cannot be kept.
     pub fn ask(&self, loaded: &Loaded, format: Option<Format>, options: &mut Options) -> Vec<String> {
         let Loaded { mesh, attributes, .. } = loaded;
-        options.source = !self.no_attributes && !attributes.is_empty() && format != Some(Format::Stl);
+        options.source = match self.no_attributes || format == Some(Format::Stl) {
+            true => Traced::NONE,
+            false => attributes.traced(),
+        };
         options.held_sides.clear();
         let mut notes = Vec::new();
         if self.keep_uv {

@@ -97,6 +97,7 @@ fn exit_code(error: &anyhow::Error) -> u8 {
         Some(Error::Input { .. }) => 3,
         Some(Error::Device { .. } | Error::OutOfMemory { .. } | Error::DeviceLost(_)) => 4,
         Some(Error::Cancelled) => watch::CANCELLED,
+        None if error.is::<watch::Stopped>() => watch::CANCELLED,
         Some(Error::Output { .. } | Error::Internal(_)) | None => 1,
     }
 }

@@ -4,7 +4,7 @@ use super::attributes::{AttributeArgs, carried};
 use super::files::{InputFormat, Target, input_name, is_standard, tell_notes};
 use super::method::{DeviceArgs, MethodArgs, refuse_messages};
 use super::size::{SizeArgs, count};
-use super::watch::{Watch, WatchArgs};
+use super::watch::{Watch, WatchArgs, begin_writing};
 use super::{print, table, tell};
 use anyhow::Result;
 use rtfmesh::mesh::io::{self, Encoding, Format, Loaded};
@@ -96,8 +96,7 @@ pub fn run(args: &Args) -> Result<()> {
     }
     let texts = texts(args, &options, &loaded, &device, &result)?;
     // Standard output may wait for its reader for ever.
-    let _whole =
-        (!args.output.as_deref().is_some_and(is_standard)).then(|| watch.begin_writing()).transpose()?;
+    let _whole = (!args.output.as_deref().is_some_and(is_standard)).then(begin_writing).transpose()?;
     let attributes = carried(&loaded.mesh, &loaded.attributes, &result);
     target.write(&result.mesh, &attributes, args.quiet)?;
     for (path, text) in texts {

@@ -23,6 +23,8 @@ static ASKED: AtomicU32 = AtomicU32::new(0);
 static KEEP: AtomicBool = AtomicBool::new(false);
 /// Held while files are written, which is not to end half-way.
 static WRITING: Mutex<()> = Mutex::new(());
+/// See [`set_story`].
+static STORY: Mutex<Option<String>> = Mutex::new(None);
 
 /// What is done about a long run.
 #[derive(clap::Args)]
@@ -58,7 +60,7 @@ impl<'a> Watch<'a> {
     /// If the system refuses to tell of Ctrl-C.
     pub fn new(args: &'a WatchArgs) -> Result<Self> {
         KEEP.store(args.keep_partial, Ordering::SeqCst);
-        ctrlc::set_handler(asked_to_stop)?;
+        heed()?;
         let bar = ProgressBar::hidden();
         Ok(Self { args, begun: Instant::now(), bar, since: None, out_of_time: false })
     }
@@ -125,18 +127,50 @@ impl<'a> Watch<'a> {
         };
         summary.warnings.push(format!("{text}: more time makes better triangles"));
     }
+}
 
-    /// From here on files are written, and whoever asks to stop comes too late.
-    ///
-    /// # Errors
-    /// [`Error::Cancelled`] for who comes before.
-    pub fn begin_writing(&self) -> rtfmesh::Result<MutexGuard<'static, ()>> {
-        let writing = WRITING.lock().unwrap_or_else(PoisonError::into_inner);
-        if is_cancelled() { Err(Error::Cancelled) } else { Ok(writing) }
+/// From here on Ctrl-C stops the program in an orderly way.
+///
+/// # Errors
+/// If the system refuses to tell of Ctrl-C.
+pub fn heed() -> Result<()> {
+    Ok(ctrlc::set_handler(asked_to_stop)?)
+}
+
+/// From here on files are written, and whoever asks to stop comes too late.
+///
+/// # Errors
+/// [`Error::Cancelled`] for who comes before.
+pub fn begin_writing() -> rtfmesh::Result<MutexGuard<'static, ()>> {
+    let writing = WRITING.lock().unwrap_or_else(PoisonError::into_inner);
+    if is_cancelled() { Err(Error::Cancelled) } else { Ok(writing) }
+}
+
+/// Sets what is told if the program is stopped from now on, in place of [`Error::Cancelled`].
+pub fn set_story(text: String) {
+    *STORY.lock().unwrap_or_else(PoisonError::into_inner) = Some(text);
+}
+
+/// The error of a program that was stopped, with its story.
+pub fn stopped() -> Stopped {
+    let story = STORY.lock().unwrap_or_else(PoisonError::into_inner).clone();
+    Stopped(story.unwrap_or_else(|| Error::Cancelled.to_string()))
+}
+
+/// Somebody stopped the program.
+#[derive(Debug)]
+pub struct Stopped(String);
+
+impl std::fmt::Display for Stopped {
+    fn fmt(&self, to: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        to.write_str(&self.0)
     }
 }
 
-fn is_cancelled() -> bool {
+impl std::error::Error for Stopped {}
+
+/// Whether the program is to stop.
+pub fn is_cancelled() -> bool {
     ASKED.load(Ordering::SeqCst) > u32::from(KEEP.load(Ordering::SeqCst))
 }
 
@@ -149,6 +183,6 @@ fn asked_to_stop() {
     }
     std::thread::sleep(PATIENCE);
     let _nothing_half_written = WRITING.lock();
-    tell(&format!("error: {}\n", Error::Cancelled));
+    tell(&format!("error: {}\n", stopped()));
     std::process::exit(i32::from(CANCELLED));
 }

@@ -20,6 +20,11 @@ type Triangle = [DVec3; 3];
 /// coordinates as given. Faces that repeat a vertex are left out, and so are pairs of which both have no
 /// area, or one has none and they share a vertex.
 pub fn intersecting_faces(mesh: &TriMesh) -> Vec<u32> {
+    intersecting_faces_until(mesh, &AtomicBool::new(false))
+}
+
+/// As [`intersecting_faces`]; it ends soon, with some of them, once it is to `stop`.
+pub(crate) fn intersecting_faces_until(mesh: &TriMesh, stop: &AtomicBool) -> Vec<u32> {
     // A power of two changes no answer and keeps the products in the predicates within range.
     let scale = power_of_two_scale(corner_points(mesh));
     let mesh = TriMesh {
@@ -29,6 +34,9 @@ pub fn intersecting_faces(mesh: &TriMesh) -> Vec<u32> {
     let bvh = Bvh::new(&mesh);
     let hit: Vec<AtomicBool> = mesh.triangles.iter().map(|_| AtomicBool::new(false)).collect();
     bvh.leaf_order().par_iter().for_each(|&s| {
+        if stop.load(Ordering::Relaxed) {
+            return;
+        }
         bvh.overlapping(&Aabb::of(mesh.corners(s as usize)), |t| {
             let (s, t) = (s as usize, t as usize);
             let known = || hit[s].load(Ordering::Relaxed) && hit[t].load(Ordering::Relaxed);

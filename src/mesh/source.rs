@@ -2,6 +2,7 @@
 
 use glam::DVec3;
 use rayon::prelude::*;
+use serde::Serialize;
 
 use super::TriMesh;
 use super::bvh::Bvh;
@@ -27,7 +28,23 @@ pub struct SurfacePoint {
     pub barycentric: [f64; 3],
 }
 
-/// Where a mesh lies on another one.
+/// What of a mesh is looked for on another one.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize)]
+pub struct Traced {
+    /// Its vertices.
+    pub vertices: bool,
+    /// The centres of its faces, of which there are twice as many.
+    pub faces: bool,
+}
+
+impl Traced {
+    /// Nothing.
+    pub const NONE: Self = Self { vertices: false, faces: false };
+    /// Vertices and faces.
+    pub const ALL: Self = Self { vertices: true, faces: true };
+}
+
+/// Where a mesh lies on another one; lists that nobody asked for are empty.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Source {
     /// For each vertex the nearest point among triangles that face as the faces around the vertex do, unless one that
@@ -46,18 +63,18 @@ impl SurfacePoint {
     }
 }
 
-/// Finds where `output` lies on `input`, which `repaired` was made from.
+/// Finds where `output`, as far as it is asked for, lies on `input`, which `repaired` was made from.
 ///
 /// # Errors
 /// [`crate::Error::Input`]: see [`Frame::of`].
-pub fn trace(input: &TriMesh, repaired: &Repaired, output: &TriMesh) -> Result<Source> {
+pub fn trace(input: &TriMesh, repaired: &Repaired, output: &TriMesh, asked: Traced) -> Result<Source> {
     let frame = Frame::of(&repaired.mesh)?;
     let unit = |mesh: &TriMesh| TriMesh {
         vertices: mesh.vertices.iter().map(|p| frame.to_unit(*p)).collect(),
         triangles: mesh.triangles.clone(),
     };
     let search = Search::new(unit(&repaired.mesh));
-    let wanted = wanted(&unit(output));
+    let wanted = wanted(&unit(output), asked);
     let found: Vec<SurfacePoint> = wanted
         .par_chunks(CHUNK)
         .flat_map_iter(|chunk| {
@@ -72,7 +89,7 @@ pub fn trace(input: &TriMesh, repaired: &Repaired, output: &TriMesh) -> Result<S
             chunk.iter().map(of_input).collect::<Vec<_>>()
         })
         .collect();
-    let (vertices, faces) = found.split_at(output.vertices.len());
+    let (vertices, faces) = found.split_at(if asked.vertices { output.vertices.len() } else { 0 });
     Ok(Source { vertices: vertices.to_vec(), faces: faces.to_vec() })
 }
 
@@ -85,11 +102,11 @@ struct Wanted {
     margin: f64,
 }
 
-/// The vertices of a mesh, then the centres of its faces.
-fn wanted(mesh: &TriMesh) -> Vec<Wanted> {
+/// The vertices of a mesh, then the centres of its faces, as far as they are asked for.
+fn wanted(mesh: &TriMesh, asked: Traced) -> Vec<Wanted> {
     let mut normals = vec![DVec3::ZERO; mesh.vertices.len()];
     let mut lengths = vec![(0.0, 0.0); mesh.vertices.len()];
-    let mut centres = Vec::with_capacity(mesh.triangles.len());
+    let mut centres = Vec::with_capacity(if asked.faces { mesh.triangles.len() } else { 0 });
     for (t, triangle) in mesh.triangles.iter().enumerate() {
         let [a, b, c] = mesh.corners(t);
         let normal = (b - a).cross(c - a);
@@ -100,7 +117,12 @@ fn wanted(mesh: &TriMesh) -> Vec<Wanted> {
             *sum += around;
             *count += 3.0;
         }
-        centres.push(Wanted { at: (a + b + c) / 3.0, normal, margin: OTHER_SIDE * around / 3.0 });
+        if asked.faces {
+            centres.push(Wanted { at: (a + b + c) / 3.0, normal, margin: OTHER_SIDE * around / 3.0 });
+        }
+    }
+    if !asked.vertices {
+        return centres;
     }
     let at_vertices = mesh.vertices.iter().zip(normals).zip(lengths);
     let mut wanted: Vec<Wanted> = at_vertices

@@ -45,6 +45,8 @@ pub(super) struct Attempts<'a> {
     /// Vertices of the components that are too small to be among these.
     pub done: usize,
     pub options: &'a Options,
+    /// Faces of the repaired input that run through others, once somebody asked.
+    pub crossing: &'a OnceLock<usize>,
 }
 
 /// The result of the attempt that counts.
@@ -70,14 +72,14 @@ impl Attempts<'_> {
             Shortage::AddVertices => self.room(first, asked)?,
             Shortage::Refuse | Shortage::BestEffort => (first, asked),
         };
-        let crossing = OnceLock::new();
+        let crossing = self.crossing;
         let mut attempts = 0;
         let mut run = |ground: &Ground, vertices: usize, seed: u64| -> Result<Settled> {
             attempts += 1;
             watch.attempt(attempts);
             let options = Options { vertices, seed, ..self.options.clone() };
             let Self { device, mesh, frame, surface, input, .. } = *self;
-            let (crossing, options) = (&crossing, &options);
+            let options = &options;
             let run = CoarseToFine { device, surface, ground, mesh, frame, input, crossing, options };
             let (connection, steps) = run.run(watch, clock)?;
             Ok(Settled { connection, steps, skeleton: Some(ground.skeleton), vertices, attempts })
@@ -85,14 +87,14 @@ impl Attempts<'_> {
         let begun = match run(&first, vertices, seed) {
             // Sharp edges need more than there are.
             Err(error @ Error::Usage { .. }) if may_collapse(self.options) => {
-                return self.collapsed(first.skeleton, vertices, &crossing).ok_or(error);
+                return self.collapsed(first.skeleton, vertices, crossing).ok_or(error);
             }
             begun => begun?,
         };
         let Some(fault) = begun.connection.fault.clone() else { return Ok(begun) };
         // What is torn to begin with may stay so.
         if !self.input.is_manifold() {
-            return Ok(self.mended(&begun, &crossing).unwrap_or(begun));
+            return Ok(self.mended(&begun, crossing).unwrap_or(begun));
         }
         for start in 1..STARTS {
             let other = run(&first, vertices, seed.wrapping_add(start))?;
@@ -101,7 +103,7 @@ impl Attempts<'_> {
             }
         }
         // Uneven triangles, but as many as asked for. Who gladly takes more gets even ones.
-        let spare = || self.mended(&begun, &crossing);
+        let spare = || self.mended(&begun, crossing);
         if shortage != Shortage::AddVertices
             && let Some(mended) = spare()
         {

@@ -8,7 +8,7 @@ use super::parts::is_as_good;
 use super::shares::{FEW_ROUNDS, Shares};
 use crate::gpu::NONE;
 use crate::mesh::frame::Frame;
-use crate::mesh::intersections::intersecting_faces;
+use crate::mesh::intersections::{intersecting_faces, intersecting_faces_until};
 use crate::mesh::polyline::Polyline;
 use crate::mesh::topology::topology;
 use crate::polish::{
@@ -21,6 +21,7 @@ use crate::stages::place::Place;
 use crate::watch::Watch;
 use crate::{Phase, Result, TriMesh};
 use glam::DVec3;
+use std::sync::atomic::AtomicBool;
 
 /// Times that sites are moved into broken cells.
 const DENSIFICATIONS: u32 = 12;
@@ -127,7 +128,9 @@ impl CoarseToFine<'_> {
             let lengths = &sizes.at_all(positions, under);
             let sites_now = CellSites { positions, places: &places, near: listed, spacing, lengths };
             let cells = connected_cells(on, &sites_now);
+            watch.look()?;
             let (triangles, counts) = connect(positions, &cells.fans);
+            watch.look()?;
             let mesh = TriMesh { vertices: std::mem::take(positions), triangles };
             let got = topology(&mesh);
             let sound = is_as_good(&got, self.input) && got.vertices == mesh.vertices.len();
@@ -174,7 +177,7 @@ impl CoarseToFine<'_> {
                 return Ok((found, Some(fault)));
             }
             watch.phase(Phase::Check, shares.check.until, shares.check.after)?;
-            let crossing = crossing_faces(&found.mesh, self.frame);
+            let crossing = watch.during(|stop| crossing_faces_until(&found.mesh, self.frame, stop))?;
             found.crossing = Some(crossing.len());
             clock.phase("check");
             let of_input = || intersecting_faces(self.mesh).len();
@@ -283,6 +286,11 @@ impl CoarseToFine<'_> {
 /// The faces of a mesh in the unit-diagonal frame that run through others in the file's numbers: rounding to those may fold
 /// what is thin.
 pub(super) fn crossing_faces(mesh: &TriMesh, frame: &Frame) -> Vec<u32> {
+    crossing_faces_until(mesh, frame, &AtomicBool::new(false))
+}
+
+/// As [`crossing_faces`], with some of them once it is to `stop`.
+fn crossing_faces_until(mesh: &TriMesh, frame: &Frame, stop: &AtomicBool) -> Vec<u32> {
     let vertices = mesh.vertices.iter().map(|p| frame.from_unit(*p)).collect();
-    intersecting_faces(&TriMesh { vertices, triangles: mesh.triangles.clone() })
+    intersecting_faces_until(&TriMesh { vertices, triangles: mesh.triangles.clone() }, stop)
 }

@@ -26,10 +26,10 @@ mod words;
 
 use crate::gpu::{Device, StageTime};
 use crate::measure::{Crossing, Measures, measure_some};
-use crate::mesh::intersections::intersecting_faces;
+use crate::mesh::intersections::intersecting_faces_until;
 use crate::mesh::repair::{RepairCounts, Repaired};
 use crate::mesh::skeleton::Skeleton;
-use crate::mesh::source::{Source, trace};
+use crate::mesh::source::{Source, Traced, trace};
 use crate::mesh::spacing;
 use crate::mesh::topology::Topology;
 use crate::mesh::voronoi::{Energy, energy};
@@ -46,6 +46,8 @@ use glam::DVec3;
 use parts::append;
 use prepare::Prepared;
 use serde::Serialize;
+use std::sync::OnceLock;
+use std::sync::atomic::AtomicBool;
 use std::time::Instant;
 use words::{remarks, warnings};
 
@@ -187,7 +189,8 @@ fn watched(device: &Device, mesh: &TriMesh, options: &Options, watch: &mut Watch
     let mut prepared = prepared?;
     compiled?;
     clock.phase("prepare");
-    let settled = settled(device, &mut prepared, watch, &mut clock)?;
+    let known = OnceLock::new();
+    let settled = settled(device, &mut prepared, &known, (watch, &mut clock))?;
     let Settled { connection, steps, skeleton, vertices, attempts } = settled;
     let wanted = vertices + prepared.done();
     let Prepared { repaired, frame, input, small, surface, .. } = prepared;
@@ -204,13 +207,17 @@ fn watched(device: &Device, mesh: &TriMesh, options: &Options, watch: &mut Watch
     result.vertices.iter_mut().for_each(|p| *p = frame.from_unit(*p));
     // Those of the small ones were not looked at.
     let crossing = crossing.filter(|_| small.is_empty());
+    let known = known.into_inner().filter(|_| small.is_empty());
     let collapsed = connection.collapsed + small.len();
     clock.phase("connect");
     let source = source_of(&result, (mesh, &repaired), options, &mut clock)?;
     watch.phase(Phase::Measure, 1.0, 0.0)?;
     let reference = (options.measures >= MeasureDepth::Full).then_some(&repaired.mesh);
-    let (output, energy) = measured(&result, reference, options, crossing)?;
-    let crossing = reference.map(|input| intersecting_faces(input).len());
+    let (output, energy, crossing) = watch.during(|stop| {
+        let (output, energy) = measured(&result, reference, (options, crossing), stop)?;
+        let of_input = |input| known.unwrap_or_else(|| intersecting_faces_until(input, stop).len());
+        Ok::<_, Error>((output, energy, reference.map(of_input)))
+    })??;
     clock.phase("measure");
     watch.done(1.0)?;
     let summary = Summary {
@@ -268,10 +275,10 @@ fn source_of(
     options: &Options,
     clock: &mut Clock,
 ) -> Result<Option<Source>> {
-    if !options.source {
+    if options.source == Traced::NONE {
         return Ok(None);
     }
-    let source = trace(input, repaired, result)?;
+    let source = trace(input, repaired, result, options.source)?;
     clock.phase("source");
     Ok(Some(source))
 }
@@ -280,21 +287,22 @@ fn source_of(
 fn measured(
     result: &TriMesh,
     reference: Option<&TriMesh>,
-    options: &Options,
-    crossing: Option<usize>,
+    (options, crossing): (&Options, Option<usize>),
+    stop: &AtomicBool,
 ) -> Result<(Measures, Option<Energy>)> {
     let crossing = crossing_for(options.measures, crossing);
     let spread = reference.filter(|_| options.method == Method::Exact);
     let energy = spread.map(|input| energy(input, &result.vertices)).transpose()?;
-    Ok((measure_some(result, reference, crossing)?, energy))
+    Ok((measure_some(result, reference, crossing, stop)?, energy))
 }
 
-/// The result on all but the small components.
+/// The result on all but the small components; `crossing` learns how many faces of these run through others, if that is
+/// asked.
 fn settled(
     device: &Device,
     prepared: &mut Prepared,
-    watch: &mut Watch,
-    clock: &mut Clock,
+    crossing: &OnceLock<usize>,
+    (watch, clock): (&mut Watch, &mut Clock),
 ) -> Result<Settled> {
     let ground = prepared.ground.take();
     let (mesh, input) = prepared.large();
@@ -303,7 +311,7 @@ fn settled(
         return AllAtOnce { device, surface, input, options }.run(watch, clock);
     };
     let done = prepared.done();
-    Attempts { device, mesh, frame, surface, input, done, options }.run(ground, watch, clock)
+    Attempts { device, mesh, frame, surface, input, done, options, crossing }.run(ground, watch, clock)
 }
 
 /// A mesh in the unit-diagonal frame, and how it came about.

@@ -5,7 +5,7 @@ use std::time::Instant;
 /// Seconds that a submission should take at most.
 const PATIENCE: f64 = 0.3;
 /// Sites times iterations of the first submission at most.
-const FIRST: usize = 200_000;
+const FIRST: usize = 100_000;
 
 /// Iterations a submission; does not change what they do.
 pub(super) struct Pace {

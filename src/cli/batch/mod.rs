@@ -8,13 +8,14 @@ use super::files::{InputFormat, Target};
 use super::method::{DeviceArgs, MethodArgs, refuse_messages};
 use super::remesh::{full_path, same_file};
 use super::size::{SizeArgs, count};
-use super::tell;
+use super::{tell, watch};
 use anyhow::Result;
 use inputs::{Job, Shard};
 use log::{Entry, Log, Status};
 use rtfmesh::mesh::io::{self, Encoding, Format, Loaded};
-use rtfmesh::{Device, Error, MeasureDepth, Options, Size, remesh};
+use rtfmesh::{Device, Error, Flow, MeasureDepth, Options, Size, remesh};
 use std::path::{Path, PathBuf};
+use std::sync::MutexGuard;
 use std::sync::mpsc::{SyncSender, sync_channel};
 use std::time::Instant;
 
@@ -27,8 +28,8 @@ const EXAMPLES: &str = "Examples:
 /// Remesh many files with the same options, on one device: the next one is read while this one is worked on.
 ///
 /// A mesh that fails does not stop the others. The log has a JSON line for each: input, output, status (done, failed,
-/// skipped), vertices, q_avg, theta_min, rms and hausdorff with --distances, warnings, notes, seconds, error. The exit
-/// code is 1 if any failed.
+/// skipped), vertices, q_avg, theta_min, rms and hausdorff with --distances, options, warnings, notes, seconds, error. The
+/// exit code is 1 if any failed. Ctrl-C leaves what is done whole, and --resume goes on from there.
 #[derive(clap::Args)]
 #[command(after_help = EXAMPLES)]
 pub struct Args {
@@ -140,12 +141,16 @@ fn among<'a>(path: &Path, mut meshes: impl Iterator<Item = &'a PathBuf>) -> bool
 /// A mesh as it was read, and how many seconds that took.
 type Read = (rtfmesh::Result<Loaded>, f64);
 
+/// While this is there, the program does not stop.
+type Writing = MutexGuard<'static, ()>;
+
 impl Batch<'_> {
     /// Works on the jobs in their order; gives how many failed.
     fn run(&self, jobs: &[Job], log: &mut Log) -> Result<usize> {
         if jobs.is_empty() {
             return Ok(0);
         }
+        watch::heed()?;
         let mut device = self.args.device.open()?;
         // A channel without room: one mesh is worked on, and one more waits.
         let (sender, receiver) = sync_channel(0);
@@ -155,9 +160,17 @@ impl Batch<'_> {
             scope.spawn(move || self.read_all(jobs, &sender));
             let mut failed = 0;
             for (place, (job, read)) in jobs.iter().zip(receiver.iter()).enumerate() {
+                let (done, left) = (place - failed, jobs.len() - place);
+                watch::set_story(format!(
+                    "stopped: {done} done, {failed} failed, {left} left; --resume goes on"
+                ));
                 let mut entry = Entry::new(job, Status::Done);
+                // Nobody stops between a result and its line.
                 let outcome = self.one(&device, job, read, &mut entry);
                 if let Err(error) = &outcome {
+                    if watch::is_cancelled() {
+                        return Err(watch::stopped().into());
+                    }
                     failed += 1;
                     entry.status = Status::Failed;
                     entry.error = Some(format!("{error:#}"));
@@ -167,7 +180,8 @@ impl Batch<'_> {
                     tell(&line(&entry, place + 1, jobs.len()));
                 }
                 // What is lost stays lost; the others get a new one.
-                if let Some(Error::DeviceLost(_)) = outcome.err().and_then(|error| error.downcast().ok()) {
+                let error = outcome.err().and_then(|error| error.downcast().ok());
+                if let Some(Error::DeviceLost(_)) = error {
                     device = self.args.device.open()?;
                 }
             }
@@ -186,8 +200,8 @@ impl Batch<'_> {
         }
     }
 
-    /// Remeshes and writes; `entry` learns what there is to tell of it.
-    fn one(&self, device: &Device, job: &Job, read: Read, entry: &mut Entry) -> Result<()> {
+    /// Remeshes and writes; `entry` learns what there is to tell of it. Whoever asks to stop waits for the guard.
+    fn one(&self, device: &Device, job: &Job, read: Read, entry: &mut Entry) -> Result<Writing> {
         let begin = Instant::now();
         let (loaded, reading) = read;
         let outcome = loaded.map_err(Into::into).and_then(|loaded| {
@@ -198,14 +212,19 @@ impl Batch<'_> {
             entry.notes.extend(self.args.attributes.ask(&loaded, Some(target.format()), &mut options));
             let read = self.args.method.read_attributes(&loaded.attributes, &mut options);
             read.map_err(|error| error.in_file(&job.input))?;
-            let result = remesh(device, &loaded.mesh, &options, &mut |_| {});
+            let options = entry.options.insert(options);
+            let result = remesh(device, &loaded.mesh, options, &mut |_| match watch::is_cancelled() {
+                true => Flow::Cancel,
+                false => Flow::Continue,
+            });
             let result = result.map_err(|error| error.in_file(&job.input))?;
             refuse_messages(device)?;
             let attributes = carried(&loaded.mesh, &loaded.attributes, &result);
+            let writing = watch::begin_writing()?;
             target.write(&result.mesh, &attributes, true)?;
             entry.notes.extend(target.notes(&result.mesh, &attributes));
             entry.tell_of(result);
-            Ok(())
+            Ok(writing)
         });
         entry.seconds = reading + begin.elapsed().as_secs_f64();
         outcome

@@ -9,6 +9,7 @@ pub use seams::{label_borders, uv_seams};
 pub use transfer::transfer;
 
 use super::TriMesh;
+use super::source::Traced;
 
 /// The number type that a file has, and that a result is written in; values themselves are f64, which holds each exactly.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -134,6 +135,12 @@ impl Attributes {
     /// Whether there are none.
     pub fn is_empty(&self) -> bool {
         self.vertex.is_empty() && self.face.is_empty() && self.uv.is_none()
+    }
+
+    /// What of another mesh must be found on this one for [`transfer`]; texture takes both.
+    pub fn traced(&self) -> Traced {
+        let uv = self.uv.is_some();
+        Traced { vertices: uv || !self.vertex.is_empty(), faces: uv || !self.face.is_empty() }
     }
 
     /// The attribute of the vertices that has this role.

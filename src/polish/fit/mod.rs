@@ -34,6 +34,11 @@ const STOPS: u32 = 20;
 /// Degrees that an angle may lose below the bound, or gain above 90, in a round.
 const LOSS: f64 = 0.5;
 
+/// Share of a round that measuring takes,
+const MEASURED: f64 = 0.7;
+/// and solving with it.
+const SOLVED: f64 = 0.85;
+
 /// Settings of [`fit`].
 #[derive(Debug, Clone, PartialEq)]
 pub struct FitOptions {
@@ -69,8 +74,8 @@ pub fn fit(mesh: &mut TriMesh, target: &Target, options: &FitOptions) -> FitCoun
     fit_while(mesh, target, options, &mut |_| true)
 }
 
-/// As [`fit`], as long as `go_on` agrees: it is asked before every round, with the share of them that is done. What was
-/// done so far stays.
+/// As [`fit`], as long as `go_on` agrees: it is asked several times a round, with the share of the work that is done. Rounds
+/// that were done whole stay.
 pub fn fit_while(
     mesh: &mut TriMesh,
     target: &Target,
@@ -82,7 +87,8 @@ pub fn fit_while(
     let locked: Vec<bool> = (0..mesh.vertices.len()).map(|v| is_locked(&links, &options.fixed, v)).collect();
     let mut ranks = Ranks::new(links.triangles.len(), locked.len(), target);
     for round in 0..options.rounds {
-        if !go_on(f64::from(round) / f64::from(options.rounds)) {
+        let mut go_on = |done: f64| go_on((f64::from(round) + done) / f64::from(options.rounds));
+        if !go_on(0.0) {
             break;
         }
         let normals: Vec<DVec3> = (0..mesh.vertices.len() as u32)
@@ -93,7 +99,7 @@ pub fn fit_while(
         let sheet = Sheet { links: &links, points: &mesh.vertices, normals: &normals };
         let areas = sheet.areas();
         let thirds = sheet.thirds(&areas);
-        let samples = sheet.measure(&thirds, target, &mut ranks);
+        let Some(samples) = sheet.measure(&thirds, target, &mut ranks, &mut go_on) else { break };
         let stiffness: Vec<f64> = thirds.iter().map(|third| STIFFNESS * third).collect();
         let coupling: Vec<f64> = areas.iter().map(|area| COUPLING * area).collect();
         let triangles = &links.triangles;
@@ -104,7 +110,13 @@ pub fn fit_while(
             coupling: &coupling,
             locked: &locked,
         };
+        if !go_on(MEASURED) {
+            break;
+        }
         let mut moves = system.solve(SOLVER_STEPS);
+        if !go_on(SOLVED) {
+            break;
+        }
         counts.held += sheet.limit(&thirds, options.min_angle, &mut moves);
         for (p, step) in mesh.vertices.iter_mut().zip(&moves) {
             *p += *step;

@@ -19,6 +19,11 @@ const INWARD_SHARE: f64 = 0.4;
 /// Distances below this share of a face's size have no direction of their own; the surface's normal serves.
 const NO_DIRECTION: f64 = 1e-3;
 
+/// Share of a round that measuring at the corners takes,
+const CORNERS: f64 = 0.1;
+/// and on the faces after that.
+const FACES: f64 = 0.55;
+
 /// A point of the mesh and the point of the surface that it should meet: their distance, along the direction in which
 /// it changes, both times the square root of what the sample counts.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
@@ -97,12 +102,23 @@ impl Sheet<'_> {
         thirds
     }
 
-    pub fn measure(&self, thirds: &[f64], target: &Target, ranks: &mut Ranks) -> Samples {
-        Samples {
-            corners: self.measure_corners(thirds, &mut ranks.corners, target),
-            faces: self.measure_faces(&mut ranks.faces, target),
-            inward: self.measure_inward(&mut ranks.inward, target),
+    /// All samples, as long as `go_on` agrees; it is told the share of a round that is done.
+    pub fn measure(
+        &self,
+        thirds: &[f64],
+        target: &Target,
+        ranks: &mut Ranks,
+        go_on: &mut dyn FnMut(f64) -> bool,
+    ) -> Option<Samples> {
+        let corners = self.measure_corners(thirds, &mut ranks.corners, target);
+        if !go_on(CORNERS) {
+            return None;
         }
+        let faces = self.measure_faces(&mut ranks.faces, target);
+        if !go_on(FACES) {
+            return None;
+        }
+        Some(Samples { corners, faces, inward: self.measure_inward(&mut ranks.inward, target) })
     }
 
     fn measure_corners(&self, thirds: &[f64], ranks: &mut [usize], target: &Target) -> Vec<Sample> {

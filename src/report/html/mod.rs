@@ -18,6 +18,7 @@ use charts::Chart;
 use glam::DVec3;
 use scene::{MOST_LINES, Packed, Space, base64, pack, pack_lines};
 use std::path::Path;
+use std::sync::atomic::AtomicBool;
 
 pub use scene::MOST_FACES;
 
@@ -100,7 +101,7 @@ pub fn page(page: &PageInput) -> Result<String> {
     let output = page.output;
     check(output)?;
     let known = summary.input_self_intersecting_faces.map_or(Crossing::Skip, Crossing::Known);
-    let measures = measure_some(input, None, known)?;
+    let measures = measure_some(input, None, known, &AtomicBool::new(false))?;
 
     let (there, back) = rayon::join(|| middle_distances(input, output), || middle_distances(output, input));
     let largest = there.iter().chain(&back).copied().fold(0.0, f64::max);
