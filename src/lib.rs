@@ -10,6 +10,7 @@
 //! # Ok::<(), rtfmesh::Error>(())
 //! ```
 
+mod choices;
 mod error;
 pub mod gpu;
 pub mod measure;
@@ -25,6 +26,7 @@ mod size;
 pub mod stages;
 mod watch;
 
+pub use choices::{Face, Neighbours, Normals, Projection, Seeding};
 pub use error::{Error, Result};
 pub use gpu::{Device, DeviceInfo, DeviceOptions, list_devices};
 pub use mesh::TriMesh;

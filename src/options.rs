@@ -1,5 +1,6 @@
 //! What a run is asked to do.
 
+use crate::choices::{self, Face, Neighbours, Normals, Projection, Seeding};
 use crate::mesh::io::FeatureLine;
 use crate::mesh::skeleton::SkeletonOptions;
 use crate::mesh::source::Traced;
@@ -39,16 +40,9 @@ pub enum Method {
     /// Few sites first, then more and more: planar faces, neighbour lists, momentum, polish.
     #[default]
     CoarseToFine,
-    /// The paper's: brute force, cells in space, all sites from the start.
-    Rtf,
-    /// As [`Method::Rtf`], with restricted power faces.
-    PowerFaces,
-    /// As [`Method::Rtf`], with the input as a point cloud: cells on the planes that best fit its vertices.
-    PointCloud,
-    /// Restricted Voronoi cells on the surface itself, all sites from the start.
-    Exact,
-    /// Random points that keep a distance and leave no room for another one, connected as they are.
-    PoissonDisk,
+    /// All sites from the start, as in the paper and in those that it compares with. What the run is made of says
+    /// [`Options::face`] and what follows it.
+    AllAtOnce,
 }
 
 /// Time against triangles, coarse to fine.
@@ -110,6 +104,16 @@ pub struct Features {
 pub struct Options {
     /// Which pipeline.
     pub method: Method,
+    /// What cells are cut from. [`Face::Planar`] with coarse to fine, and only there.
+    pub face: Face,
+    /// Planes, all at once only: where they come from. What goes with what is checked by [`Options::validate`].
+    pub normals: Normals,
+    /// Planes, all at once only: how sites get back onto the surface.
+    pub projection: Projection,
+    /// All at once only: where sites begin.
+    pub seeding: Seeding,
+    /// Planes, all at once only: how the nearest sites are found.
+    pub neighbours: Neighbours,
     /// Vertices of the result, at least 4.
     pub vertices: usize,
     /// Coarse to fine only: the coarsest level has at least this many sites.
@@ -122,7 +126,7 @@ pub struct Options {
     pub k_normal: u32,
     /// Sites that clip a cell before the radius of security is checked; 3 to [`MAX_NEIGHBOURS`] (the paper's k_clip).
     pub k_clip: u32,
-    /// Input vertices whose triangles a site is projected onto; 1 to [`MAX_NEIGHBOURS`] (the paper's k_proj).
+    /// Input vertices whose triangles a site is projected onto, or points that its plane fits; 1 to [`MAX_NEIGHBOURS`] (the paper's k_proj).
     pub k_project: u32,
     /// Coarse to fine only: rounds of flips and relaxation of the connected mesh.
     pub polish_rounds: u32,
@@ -187,10 +191,10 @@ pub const MAX_GROWTH: f64 = 1.0;
 /// Most iterations of a level; each keeps a few words on the device.
 pub const MAX_ITERATIONS: u32 = 1_000_000;
 
-impl Method {
-    /// Whether it is one of those that iterate with faces in planes, all sites from the start.
-    pub(crate) fn has_plane_faces(self) -> bool {
-        matches!(self, Self::Rtf | Self::PowerFaces | Self::PointCloud)
+impl Options {
+    /// Whether sites move with cells in planes, all from the start.
+    pub(crate) fn has_plane_faces(&self) -> bool {
+        matches!(self.face, Face::Tangent | Face::Power)
     }
 }
 
@@ -209,6 +213,11 @@ impl Options {
         };
         Self {
             method: Method::CoarseToFine,
+            face: Face::Planar,
+            normals: Normals::Surface,
+            projection: Projection::Walk,
+            seeding: Seeding::Stratified,
+            neighbours: Neighbours::Lists,
             coarsest: 300,
             first_iterations,
             coarse_iterations,
@@ -223,7 +232,12 @@ impl Options {
     /// The paper's settings (Sect. 5): k = 16, 32, 16 and 160 iterations of Lloyd from a uniformly random start.
     pub fn rtf(vertices: usize) -> Self {
         Self {
-            method: Method::Rtf,
+            method: Method::AllAtOnce,
+            face: Face::Tangent,
+            normals: Normals::Fit,
+            projection: Projection::NearestVertices,
+            seeding: Seeding::Random,
+            neighbours: Neighbours::Brute,
             vertices,
             coarsest: 0,
             first_iterations: 0,
@@ -256,7 +270,12 @@ impl Options {
 
     /// Lloyd's iteration with exact restricted Voronoi cells (Yan et al. 2009), 160 times from a uniformly random start.
     pub fn rvd(vertices: usize) -> Self {
-        Self { method: Method::Exact, centroid: Centroid::Area, ..Self::rtf(vertices) }
+        Self {
+            face: Face::Exact,
+            centroid: Centroid::Area,
+            neighbours: Neighbours::Lists,
+            ..Self::rtf(vertices)
+        }
     }
 
     /// The same with momentum.
@@ -267,17 +286,17 @@ impl Options {
     /// Restricted power faces (Xu et al. 2019), otherwise as [`Options::rtf`]. The paper names no offset for them; see
     /// docs/method.md for the one taken.
     pub fn rpf(vertices: usize) -> Self {
-        Self { method: Method::PowerFaces, ..Self::rtf(vertices) }
+        Self { face: Face::Power, ..Self::rtf(vertices) }
     }
 
-    /// Cells on the planes that best fit the input's vertices (Chen et al. 2018), otherwise as [`Options::rtf`].
+    /// Cells on the planes that best fit the input's points (Chen et al. 2018), otherwise as [`Options::rtf`].
     pub fn rvc(vertices: usize) -> Self {
-        Self { method: Method::PointCloud, ..Self::rtf(vertices) }
+        Self { normals: Normals::Cloud, projection: Projection::Plane, ..Self::rtf(vertices) }
     }
 
     /// Maximal Poisson-disk sampling (Guo et al. 2015): no iterations.
     pub fn mps(vertices: usize) -> Self {
-        Self { method: Method::PoissonDisk, iterations: 0, ..Self::rtf(vertices) }
+        Self { seeding: Seeding::Poisson, iterations: 0, ..Self::rvd(vertices) }
     }
 
     /// Checks every range.
@@ -335,6 +354,7 @@ impl Options {
                 format!("use 0 to {MAX_OFFSET} edge lengths"),
             ));
         }
+        choices::check(self)?;
         self.validate_sizing()?;
         if !(self.tolerance >= 0.0 && self.tolerance.is_finite()) {
             return Err(Error::usage(

@@ -120,6 +120,18 @@ fn counts_that_cannot_be() {
         let line = format!("remesh in.ply out.ply -n 100 {options}");
         refused(&place, &line, 2, &[name, "--preset rtf"]);
     }
+    for (options, words) in [
+        ("--face power", ["--face", "--preset rtf"]),
+        ("--preset rtf --projection plane", ["--projection plane", "add --normals cloud"]),
+        ("--preset rtf --normals surface", ["--normals surface", "--projection walk"]),
+        ("--preset rtf --neighbours lists --k-clip 40", ["32 neighbours", "--neighbours brute"]),
+        ("--preset rvd --normals fit", ["--normals", "--preset rtf"]),
+        ("--preset rtf --face exact --k-clip 20", ["--k-clip", "tangent"]),
+        ("--preset rvc --k-normal 12", ["--k-normal", "--normals fit"]),
+        ("--preset rtf --offset 1", ["--offset", "--preset rpf"]),
+    ] {
+        refused(&place, &format!("remesh in.ply out.ply -n 100 {options}"), 2, &words);
+    }
     for (options, name) in [("--quality best", "--quality"), ("--no-fit", "--no-fit")] {
         let line = format!("remesh in.ply out.ply -n 100 --preset rtf {options}");
         refused(&place, &line, 2, &[name, "--preset default"]);

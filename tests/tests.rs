@@ -61,6 +61,7 @@ mod repair;
 mod repair_more;
 mod round_trips;
 mod runs;
+mod runs_choices;
 mod runs_compared;
 mod runs_curves;
 mod runs_default;

@@ -1,7 +1,7 @@
-// Purpose: pulls a site back to the plane that best fits the nearest input vertices, the surface of a point cloud (Chen et
+// Purpose: pulls a site back to the plane that best fits the nearest points of the input, the surface of a point cloud (Chen et
 // al. 2018).
 // Invocation: one site.
-// Reads: targets, neighbours (input vertices, nearest first), vertices, vertex_normals (w = 0).
+// Reads: targets, neighbours (points, nearest first), vertices (the points), vertex_normals (theirs, w = 0).
 // Writes: projected (xyz on the plane, w = distance of the projection), normals (unit, w = 0), flags (overwritten).
 // Filled by centroid/*, neighbours/knn and the upload of the surface; consumed by step/step and, in the next iteration, by
 // face/cell. The vertices' normals decide on the side, as those of an oriented point cloud do, and the nearest one's

@@ -1,44 +1,48 @@
 //! What commands that remesh have in common on the command line: the method's settings, and the device.
 
+use super::choices::ChoiceArgs;
 use super::sizing::SizingArgs;
 use rtfmesh::mesh::attributes::Attributes;
 use rtfmesh::mesh::io;
 use rtfmesh::{
-    Centroid, Device, DeviceOptions, Error, Features, MeasureDepth, Method, Options, Quality, Shortage, Size,
+    Centroid, Device, DeviceOptions, Error, Face, Features, MeasureDepth, Method, Normals, Options,
+    Projection, Quality, Shortage, Size,
 };
 use std::path::{Path, PathBuf};
 
 /// How to remesh.
 #[derive(clap::Args)]
 pub struct MethodArgs {
-    /// Settings to start from: rtf is the paper's method with the paper's settings, rpf, rvc, rvd, cvd and mps are
+    /// Settings to start from, each of which can also be given by itself: rtf is the paper's method with the paper's settings, rpf, rvc, rvd, cvd and mps are
     /// those of others that it compares with
     #[arg(long, value_enum, default_value_t = Preset::Default)]
     preset: Preset,
     /// Time against triangles [preset default: normal]
     #[arg(long, value_enum)]
     quality: Option<QualityName>,
-    /// Presets rtf, rpf, rvc: where a site moves in its face: the mean of the corners, close ones counted once, or the centroid
+    /// Faces tangent and power: where a site moves in its face: the mean of the corners, close ones counted once, or the centroid
     /// of the area [preset rtf: vertex]
     #[arg(long, value_enum)]
     centroid: Option<CentroidName>,
-    /// Presets rtf and rpf: sites in a normal's plane fit, the site included [preset rtf: 16]
+    #[command(flatten)]
+    choices: ChoiceArgs,
+    /// With --normals fit: sites in a normal's plane fit, the site included [preset rtf: 16]
     #[arg(long, value_name = "K")]
     k_normal: Option<u32>,
-    /// Presets rtf, rpf, rvc: nearest sites that clip a cell [preset rtf: 32]
+    /// Faces tangent and power: nearest sites that clip a cell [preset rtf: 32]
     #[arg(long, value_name = "K")]
     k_clip: Option<u32>,
-    /// Presets rtf and rpf: nearest input vertices whose triangles a site is projected onto; preset rvc: those that its
-    /// plane fits [presets: 16]
+    /// With --projection nearest-vertices: input vertices whose triangles a site is projected onto; with --normals cloud:
+    /// points that its plane fits [presets: 16]
     #[arg(long, value_name = "K")]
     k_project: Option<u32>,
-    /// Preset rpf: distance of the shadow sites from their sites, in edge lengths [preset rpf: 0.5]
+    /// With --face power: distance of the shadow sites from their sites, in edge lengths [preset rpf: 0.5]
     #[arg(long, value_name = "LENGTHS")]
     offset: Option<f64>,
-    /// Presets rvd and cvd: largest share of the last motion that is added to a step [preset rvd: 0, cvd: 0.9]
+    /// With --face exact: largest share of the last motion that is added to a step [preset rvd: 0, cvd: 0.9]
     #[arg(long, value_name = "SHARE")]
     momentum: Option<f64>,
-    /// Most iterations, with all vertices [default: 10, or what --quality says; other presets: 160]
+    /// Most iterations, with all vertices [default: 10, or what --quality says; other presets: 160, mps: 0]
     #[arg(long, value_name = "COUNT")]
     iterations: Option<u32>,
     /// Stop when the root mean square step is below this many edge lengths [default: 1e-4]
@@ -80,7 +84,7 @@ enum Preset {
     Rtf,
     /// Restricted power faces, otherwise as rtf
     Rpf,
-    /// Cells on planes that best fit the input's vertices, as if it were a point cloud, otherwise as rtf
+    /// Cells on planes that best fit the input's points, as if it were a point cloud, otherwise as rtf
     Rvc,
     /// Exact restricted Voronoi cells and Lloyd's iteration
     Rvd,
@@ -108,52 +112,45 @@ enum CentroidName {
     Area,
 }
 
-/// The preset that an option of `method` is for.
-fn preset_of(method: Method) -> &'static str {
-    match method {
-        Method::CoarseToFine => "default",
-        Method::Rtf => "rtf",
-        Method::PowerFaces => "rpf",
-        Method::PointCloud => "rvc",
-        Method::Exact => "cvd",
-        Method::PoissonDisk => "mps",
-    }
-}
+/// What an option goes with, in words, and what to add so that it does.
+type With = (&'static str, &'static str);
 
 impl MethodArgs {
-    /// An option of the other preset would do nothing, and nobody would notice.
-    fn refuse_foreign(&self, method: Method) -> rtfmesh::Result<()> {
-        const DEFAULT: &[Method] = &[Method::CoarseToFine];
-        const FACES: &[Method] = &[Method::Rtf, Method::PowerFaces, Method::PointCloud];
-        const TANGENT: &[Method] = &[Method::Rtf, Method::PowerFaces];
-        const POWER: &[Method] = &[Method::PowerFaces];
-        const EXACT: &[Method] = &[Method::Exact];
-        const MOVING: &[Method] =
-            &[Method::CoarseToFine, Method::Rtf, Method::PowerFaces, Method::PointCloud, Method::Exact];
+    /// An option that another one leaves nothing to do for would do nothing, and nobody would notice.
+    fn refuse_foreign(&self, options: &Options) -> rtfmesh::Result<()> {
+        const DEFAULT: With = ("preset default", "--preset default");
+        const AT_ONCE: With = ("all presets but default", "--preset rtf");
+        const PLANES: With = ("faces tangent and power, as of presets rtf, rpf, rvc,", "--preset rtf");
+        const FIT: With = ("--normals fit, as of presets rtf and rpf,", "--preset rtf");
+        const NEAR: With = ("nearest vertices and clouds, as of presets rtf, rpf, rvc,", "--preset rtf");
+        const POWER: With = ("--face power, as of preset rpf,", "--preset rpf");
+        const EXACT: With = ("--face exact, as of presets rvd and cvd,", "--preset cvd");
+        let coarse = options.method == Method::CoarseToFine;
+        let exact = options.face == Face::Exact;
+        let planes = !coarse && !exact;
+        let near = options.projection == Projection::NearestVertices || options.normals == Normals::Cloud;
+        let (all, in_planes) = self.choices.given();
         let given = [
-            ("--quality", DEFAULT, self.quality.is_some()),
-            ("--no-fit", DEFAULT, self.no_fit),
-            ("--feature-angle", DEFAULT, self.feature_angle.is_some()),
-            ("--features", DEFAULT, self.features.is_some()),
-            ("--vertices-at-least", DEFAULT, self.vertices_at_least),
-            ("--best-effort", DEFAULT, self.best_effort),
-            ("--centroid", FACES, self.centroid.is_some()),
-            ("--k-normal", TANGENT, self.k_normal.is_some()),
-            ("--k-clip", FACES, self.k_clip.is_some()),
-            ("--k-project", FACES, self.k_project.is_some()),
-            ("--offset", POWER, self.offset.is_some()),
-            ("--momentum", EXACT, self.momentum.is_some()),
-            ("--iterations", MOVING, self.iterations.is_some()),
-            ("--tolerance", MOVING, self.tolerance.is_some()),
+            ("--quality", DEFAULT, coarse, self.quality.is_some()),
+            ("--no-fit", DEFAULT, coarse, self.no_fit),
+            ("--feature-angle", DEFAULT, coarse, self.feature_angle.is_some()),
+            ("--features", DEFAULT, coarse, self.features.is_some()),
+            ("--vertices-at-least", DEFAULT, coarse, self.vertices_at_least),
+            ("--best-effort", DEFAULT, coarse, self.best_effort),
+            ("--centroid", PLANES, planes, self.centroid.is_some()),
+            ("--k-normal", FIT, planes && options.normals == Normals::Fit, self.k_normal.is_some()),
+            ("--k-clip", PLANES, planes, self.k_clip.is_some()),
+            ("--k-project", NEAR, planes && near, self.k_project.is_some()),
+            ("--offset", POWER, options.face == Face::Power, self.offset.is_some()),
+            ("--momentum", EXACT, exact, self.momentum.is_some()),
         ];
-        let Some((name, of, _)) = given.iter().find(|(_, of, given)| *given && !of.contains(&method)) else {
-            return Ok(());
-        };
-        let presets: Vec<&str> = of.iter().map(|method| preset_of(*method)).collect();
-        let (presets, first) = (presets.join(", "), presets[0]);
+        let chosen = all.map(|(name, given)| (name, AT_ONCE, !coarse, given)).into_iter();
+        let chosen = chosen.chain(in_planes.map(|(name, given)| (name, PLANES, planes, given)));
+        let foreign = given.into_iter().chain(chosen).find(|(_, _, of_use, given)| *given && !of_use);
+        let Some((name, (with, add), ..)) = foreign else { return Ok(()) };
         Err(Error::usage(
-            format!("{name} is an option of preset {presets} alone"),
-            format!("leave it out, or add --preset {first}"),
+            format!("{name} is an option of {with} alone"),
+            format!("leave it out, or add {add}"),
         ))
     }
 
@@ -178,9 +175,16 @@ impl MethodArgs {
             Preset::Cvd => Options::cvd(vertices),
             Preset::Mps => Options::mps(vertices),
         };
-        self.refuse_foreign(base.method)?;
+        let coarse = base.method == Method::CoarseToFine;
+        let base = if coarse { base } else { self.choices.put(base) };
+        self.refuse_foreign(&base)?;
         let mut options = Options {
             method: base.method,
+            face: base.face,
+            normals: base.normals,
+            projection: base.projection,
+            seeding: base.seeding,
+            neighbours: base.neighbours,
             coarsest: base.coarsest,
             first_iterations: base.first_iterations,
             coarse_iterations: base.coarse_iterations,

@@ -2,6 +2,7 @@
 
 mod attributes;
 mod batch;
+mod choices;
 mod devices;
 mod files;
 mod inspect;

@@ -4,12 +4,14 @@ use super::attempts::Settled;
 use super::plan::LevelPlan;
 use super::shares::Shares;
 use super::{Clock, Connection, exact, rtf};
+use crate::choices::{Face, Seeding};
 use crate::gpu::Device;
+use crate::mesh::sizing::SizeField;
 use crate::mesh::spacing;
 use crate::mesh::topology::Topology;
-use crate::options::{Method, Options};
-use crate::stages::poisson::disks;
-use crate::stages::seed;
+use crate::options::Options;
+use crate::stages::poisson::{DiskSummary, disks};
+use crate::stages::seed::{self, Seeds};
 use crate::stages::surface::Surface;
 use crate::watch::Watch;
 use crate::{Phase, Result};
@@ -28,37 +30,54 @@ impl AllAtOnce<'_> {
     /// Those of the device, and [`crate::Error::Cancelled`].
     pub fn run(&self, watch: &mut Watch, clock: &mut Clock) -> Result<Settled> {
         let Self { device, surface, input, options } = *self;
-        let spacing = spacing(surface.area(), options.vertices);
-        if options.method == Method::PoissonDisk {
-            return self.poisson_disks(spacing, watch, clock);
-        }
-        let seeds = seed::random(surface, options.vertices, options.seed);
+        let vertices = options.vertices;
+        let spacing = spacing(surface.area(), vertices);
+        let plan = LevelPlan { sites: vertices, interior: vertices, spacing };
+        let shares = Shares::new(&[plan], &[options.iterations], surface.triangles.len(), options);
+        watch.phase(Phase::Prepare, shares.prepared, 0.0)?;
+        let (seeds, disks) = self.seeds(watch)?;
         clock.phase("seed");
-        let (connection, steps) = if options.method == Method::Exact {
-            exact::run(device, options, (surface, &seeds, spacing), watch, clock)?
-        } else {
+        let begin = |watch: &mut Watch| {
+            watch.phase(Phase::LastLevel, shares.levels[0].until, shares.levels[0].after)?;
+            if options.iterations > 0 {
+                watch.level(0, options.iterations);
+            }
+            Ok(())
+        };
+        let (connection, steps) = if options.face != Face::Exact {
             let run = rtf::Run::new(device, options, surface, &seeds, spacing)?;
             clock.phase("compile");
+            begin(watch)?;
             let steps = run.iterate(device, surface, options, watch)?;
             clock.phase("iterate");
             (run.connect(device, surface, input)?, steps)
+        } else if options.iterations > 0 {
+            let mut run = exact::Run::new(device, options, surface, &seeds, spacing)?;
+            clock.phase("compile");
+            begin(watch)?;
+            let (steps, summary) = run.iterate(surface, watch)?;
+            clock.phase("iterate");
+            (Connection { exact: Some(summary), ..run.connect(surface)? }, steps)
+        } else {
+            begin(watch)?;
+            (exact::connected(device, surface, seeds.sites, &seeds.triangles, spacing)?, Vec::new())
         };
-        Ok(Settled { connection, steps, skeleton: None, vertices: options.vertices, attempts: 1 })
+        // Once they move, they are no disks.
+        let disks = disks.filter(|_| options.iterations == 0);
+        let connection = Connection { disks, ..connection };
+        Ok(Settled { connection, steps, skeleton: None, vertices, attempts: 1 })
     }
 
-    /// Random points that keep their distance, connected where they are.
-    fn poisson_disks(&self, spacing: f64, watch: &mut Watch, clock: &mut Clock) -> Result<Settled> {
-        let Self { device, surface, options, .. } = *self;
-        let vertices = options.vertices;
-        let plan = LevelPlan { sites: vertices, interior: vertices, spacing };
-        let shares = Shares::new(&[plan], &[0], surface.triangles.len(), options);
-        watch.phase(Phase::Prepare, shares.prepared, 0.0)?;
-        let found = disks(surface, vertices, options.seed, &mut || watch.look())?;
-        clock.phase("seed");
-        watch.phase(Phase::LastLevel, shares.levels[0].until, shares.levels[0].after)?;
-        let under = &found.seeds.triangles;
-        let connection = exact::connected(device, surface, found.seeds.sites, under, spacing)?;
-        let connection = Connection { disks: Some(found.summary), ..connection };
-        Ok(Settled { connection, steps: Vec::new(), skeleton: None, vertices, attempts: 1 })
+    /// Where sites begin.
+    fn seeds(&self, watch: &mut Watch) -> Result<(Seeds, Option<DiskSummary>)> {
+        let Self { surface, options: Options { vertices, seed, .. }, .. } = *self;
+        Ok(match self.options.seeding {
+            Seeding::Random => (seed::random(surface, *vertices, *seed), None),
+            Seeding::Stratified => (seed::stratified(surface, &SizeField::default(), *vertices, *seed), None),
+            Seeding::Poisson => {
+                let found = disks(surface, *vertices, *seed, &mut || watch.look())?;
+                (found.seeds, Some(found.summary))
+            }
+        })
     }
 }

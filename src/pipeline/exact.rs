@@ -1,10 +1,8 @@
 //! The exact pipeline: restricted Voronoi cells on the surface itself, all sites from the start, Lloyd's iteration with or
 //! without momentum.
 
+use super::Connection;
 use super::level::{LIST, near};
-use super::plan::LevelPlan;
-use super::shares::Shares;
-use super::{Clock, Connection};
 use crate::gpu::{Buffer, Device};
 use crate::mesh::bvh::Bvh;
 use crate::options::Options;
@@ -17,7 +15,7 @@ use crate::stages::seed::Seeds;
 use crate::stages::step::Step;
 use crate::stages::surface::Surface;
 use crate::watch::Watch;
-use crate::{Phase, Result, TriMesh};
+use crate::{Result, TriMesh};
 use glam::{DVec3, Vec2, Vec4};
 use rayon::prelude::*;
 use serde::Serialize;
@@ -42,7 +40,7 @@ pub struct ExactSummary {
 }
 
 /// The stages of a run with their buffers.
-struct Run<'a> {
+pub(super) struct Run<'a> {
     device: &'a Device,
     options: &'a Options,
     spacing: f64,
@@ -54,32 +52,10 @@ struct Run<'a> {
     step: Step,
 }
 
-/// Sites at rest, connected, with what the last cells were; the root mean square step of every iteration, in spacings.
-///
-/// # Errors
-/// Those of the device, and [`crate::Error::Cancelled`].
-pub(super) fn run(
-    device: &Device,
-    options: &Options,
-    (surface, seeds, spacing): (&Surface, &Seeds, f64),
-    watch: &mut Watch,
-    clock: &mut Clock,
-) -> Result<(Connection, Vec<f64>)> {
-    let mut run = Run::new(device, options, surface, seeds, spacing)?;
-    clock.phase("compile");
-    let sites = options.vertices;
-    let plan = LevelPlan { sites, interior: sites, spacing };
-    let shares = Shares::new(&[plan], &[options.iterations], surface.triangles.len(), options);
-    watch.phase(Phase::Prepare, shares.prepared, 0.0)?;
-    watch.phase(Phase::LastLevel, shares.levels[0].until, shares.levels[0].after)?;
-    watch.level(0, options.iterations);
-    let (steps, summary) = run.iterate(surface, watch)?;
-    clock.phase("iterate");
-    Ok((Connection { exact: Some(summary), ..run.connect(surface)? }, steps))
-}
-
 impl<'a> Run<'a> {
-    fn new(
+    /// # Errors
+    /// Those of the device.
+    pub fn new(
         device: &'a Device,
         options: &'a Options,
         surface: &Surface,
@@ -102,7 +78,12 @@ impl<'a> Run<'a> {
         })
     }
 
-    fn iterate(&mut self, surface: &Surface, watch: &mut Watch) -> Result<(Vec<f64>, ExactSummary)> {
+    /// Moves the sites until they rest; gives the root mean square step of every iteration, in spacings, and what the last
+    /// cells were.
+    ///
+    /// # Errors
+    /// Those of the device, and [`crate::Error::Cancelled`].
+    pub fn iterate(&mut self, surface: &Surface, watch: &mut Watch) -> Result<(Vec<f64>, ExactSummary)> {
         let options = self.options;
         let mut steps = Vec::new();
         let mut summary = ExactSummary::default();
@@ -160,7 +141,10 @@ impl<'a> Run<'a> {
 
     /// The dual of the connected cells. The vertices are the sites, which are a little off the surface; the cells begin at
     /// the closest points.
-    fn connect(&self, surface: &Surface) -> Result<Connection> {
+    ///
+    /// # Errors
+    /// Those of the device.
+    pub fn connect(&self, surface: &Surface) -> Result<Connection> {
         let sites: Vec<DVec3> =
             self.sites.to_vec(self.device)?.iter().map(|s: &Vec4| s.truncate().as_dvec3()).collect();
         let under = under(surface, &sites);
@@ -169,7 +153,7 @@ impl<'a> Run<'a> {
 }
 
 /// The triangles closest to `sites`.
-pub(super) fn under(surface: &Surface, sites: &[DVec3]) -> Vec<u32> {
+fn under(surface: &Surface, sites: &[DVec3]) -> Vec<u32> {
     let bvh = Bvh::new(&surface.mesh());
     let closest = |rank: &mut _, p: &DVec3| bvh.closest_from(*p, rank).map_or(0, |closest| closest.triangle);
     sites.par_iter().map_init(|| 0, closest).collect()

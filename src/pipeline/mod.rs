@@ -8,6 +8,7 @@ mod densify;
 mod exact;
 mod grid;
 mod holes;
+mod landing;
 mod level;
 mod mended;
 mod pace;
@@ -24,6 +25,7 @@ mod sizes;
 mod spare;
 mod words;
 
+use crate::choices::Face;
 use crate::gpu::{Device, StageTime};
 use crate::measure::{Crossing, Measures, measure_some};
 use crate::mesh::intersections::intersecting_faces_until;
@@ -33,7 +35,7 @@ use crate::mesh::source::{Source, Traced, trace};
 use crate::mesh::spacing;
 use crate::mesh::topology::Topology;
 use crate::mesh::voronoi::{Energy, energy};
-use crate::options::{MeasureDepth, Method, Options};
+use crate::options::{MeasureDepth, Options};
 use crate::stages::connect::ConnectCounts;
 use crate::stages::face::FlagCounts;
 use crate::stages::poisson::DiskSummary;
@@ -101,13 +103,13 @@ pub struct Summary {
     pub flags: FlagCounts,
     /// What connecting met.
     pub connected: ConnectCounts,
-    /// What the last exact cells were; `None` but with [`Method::Exact`].
+    /// What the last exact cells were; `None` but with exact faces.
     pub exact: Option<ExactSummary>,
-    /// How the vertices keep their distance, in the input's units; `None` but with [`Method::PoissonDisk`].
+    /// How the vertices keep their distance, in the input's units; `None` but with Poisson disks at rest.
     pub disks: Option<DiskSummary>,
-    /// How evenly the vertices are spread over the cleaned input, with [`Method::Exact`] if everything is measured.
+    /// How evenly the vertices are spread over the cleaned input, with exact faces if everything is measured.
     pub energy: Option<Energy>,
-    /// What was held of sharp and open edges; `None` but with [`Method::CoarseToFine`], which alone looks
+    /// What was held of sharp and open edges; `None` but with [`crate::Method::CoarseToFine`], which alone looks
     /// for them.
     pub skeleton: Option<SkeletonSummary>,
     /// What could not be done; empty for a valid result.
@@ -291,7 +293,7 @@ fn measured(
     stop: &AtomicBool,
 ) -> Result<(Measures, Option<Energy>)> {
     let crossing = crossing_for(options.measures, crossing);
-    let spread = reference.filter(|_| options.method == Method::Exact);
+    let spread = reference.filter(|_| options.face == Face::Exact && options.iterations > 0);
     let energy = spread.map(|input| energy(input, &result.vertices)).transpose()?;
     Ok((measure_some(result, reference, crossing, stop)?, energy))
 }

@@ -7,6 +7,7 @@ use super::parts::{Divided, Parts, extract};
 use super::preview::device_bytes;
 use super::sizes::{SizeWish, size_field};
 use super::spare::Wish;
+use crate::choices::{Face, listed};
 use crate::gpu::Device;
 use crate::gpu::kernels::face::cell;
 use crate::mesh::frame::Frame;
@@ -211,17 +212,20 @@ pub(super) fn device_bytes_per_site(options: &Options) -> (u64, u64) {
     match options.method {
         // The list; six vectors, two reaches, eight words, and the boxes.
         Method::CoarseToFine => (4 * u64::from(LIST), 4 * u64::from(LIST) + 6 * 16 + 2 * 8 + 8 * 4 + 5),
+        // The list, for connecting; vectors, reaches, words and boxes.
+        Method::AllAtOnce if options.face == Face::Exact && options.iterations == 0 => {
+            (4 * u64::from(LIST), 4 * u64::from(LIST) + 3 * 16 + 2 * 8 + 8 * 4 + 5)
+        }
         // Parts of triangles, some ten a site; the list; vectors, reaches, words and boxes.
-        Method::Exact => {
+        Method::AllAtOnce if options.face == Face::Exact => {
             let list = 4 * u64::from(LIST);
             (10 * 16, 10 * 44 + list + 6 * 16 + 2 * 8 + 8 * 4 + 5)
         }
-        // The list, for connecting; vectors, reaches, words and boxes.
-        Method::PoissonDisk => (4 * u64::from(LIST), 4 * u64::from(LIST) + 3 * 16 + 2 * 8 + 8 * 4 + 5),
-        // Corners of two floats; their fan; both lists; five vectors; triangle, count and flags.
-        Method::Rtf | Method::PowerFaces | Method::PointCloud => {
+        // Corners of two floats; their fan; both lists; five vectors; triangle, count and flags. What lists and walks take
+        // beyond that is less than the list of nearest vertices.
+        Method::AllAtOnce => {
             let corners = u64::from(cell::Constants::default().max_corners);
-            let k_sites = u64::from(options.k_clip.max(options.k_normal - 1));
+            let k_sites = u64::from(listed(options));
             let lists = 4 * (k_sites + u64::from(options.k_project));
             ((8 * corners).max(4 * k_sites), 12 * corners + lists + 5 * 16 + 3 * 4)
         }

@@ -5,6 +5,7 @@ use super::plan::{Extent, LevelPlan, enough, levels};
 use super::prepare::{check_given, device_bytes_per_site, for_repaired, repairs, wanted_edges};
 use super::sizes::{SizeWish, size_field};
 use super::spacing;
+use crate::choices::{Face, Projection};
 use crate::mesh::frame::Frame;
 use crate::mesh::repair::{RepairCounts, repair_with};
 use crate::mesh::sizing::SizeField;
@@ -156,9 +157,12 @@ fn by_patch(found: &Skeleton, areas: &[f64], interior: usize) -> Vec<usize> {
 pub(super) fn device_bytes(input: &TriMesh, options: &Options, curves: bool) -> (u64, u64) {
     let (records, more) = match options.method {
         Method::CoarseToFine => (RECORD_BYTES, SITE_BYTES + if curves { PINNED_BYTES } else { 0 }),
-        Method::Rtf | Method::PowerFaces | Method::PointCloud | Method::PoissonDisk => (0, 0),
-        // Three corners, candidates and a count.
-        Method::Exact => (3 * 16 + 15 * 4 + 4, 0),
+        Method::AllAtOnce => match (options.face, options.projection) {
+            // Three corners, candidates and a count.
+            (Face::Exact, _) if options.iterations > 0 => (3 * 16 + 15 * 4 + 4, 0),
+            (Face::Tangent | Face::Power, Projection::Walk | Projection::Exact) => (RECORD_BYTES, 0),
+            _ => (0, 0),
+        },
     };
     // Where edge lengths differ: a slope a triangle, a length a site.
     let (slope, length) = if options.sizing == Sizing::Uniform { (0, 0) } else { (16, 4) };

@@ -1,28 +1,24 @@
-//! The paper's pipeline: brute-force neighbours, plane-fit normals, cells in space, Lloyd's iteration; and those that it
-//! compares with, of which one has other faces and one another surface.
+//! The pipeline with faces in planes, all sites from the start: the paper's, and what becomes of it if a stage is another.
 
 use super::Connection;
-use super::exact::under;
+use super::landing::Landing;
 use super::pace::Pace;
-use super::plan::LevelPlan;
-use super::shares::Shares;
+use crate::choices::{Face, Neighbours, listed};
 use crate::gpu::{Buffer, Device, Recorder};
 use crate::mesh::topology::{Topology, topology};
-use crate::options::{Method, Options};
-use crate::stages::best_fit::BestFit;
+use crate::options::Options;
 use crate::stages::cells::{CellSites, CellSurface, connected_cells};
 use crate::stages::centroid::Centroids;
 use crate::stages::connect::{ConnectCounts, Fans, clustered_fan, connect};
 use crate::stages::face::{CellFaces, CellOptions, FlagCounts, PowerOptions};
+use crate::stages::lists::{ListOptions, Lists};
 use crate::stages::neighbours::{Nearest, TileBounds};
-use crate::stages::normals::PlaneFit;
 use crate::stages::place::Place;
-use crate::stages::project::NearestVertices;
 use crate::stages::seed::Seeds;
 use crate::stages::step::Step;
-use crate::stages::surface::{Surface, SurfaceBuffers};
+use crate::stages::surface::Surface;
 use crate::watch::Watch;
-use crate::{Phase, Result, TriMesh};
+use crate::{Result, TriMesh};
 use glam::{DVec3, Vec2, Vec4};
 
 /// Iterations between two looks at the step size.
@@ -31,38 +27,42 @@ const ITERATIONS_PER_SUBMISSION: u32 = 5;
 /// The stages of one run with their buffers.
 pub(super) struct Run {
     sites: Buffer<Vec4>,
-    site_triangle: Buffer<u32>,
     site_tiles: TileBounds,
-    vertex_tiles: TileBounds,
-    near_sites: Nearest,
-    ground: Ground,
+    near_sites: Search,
+    landing: Landing,
     faces: CellFaces,
     centroids: Centroids,
-    near_vertices: Nearest,
     step: Step,
     spacing: f64,
 }
 
-/// Where sites live, and where their faces get their planes from.
-enum Ground {
-    /// The input's triangles; planes fit the sites.
-    Triangles(PlaneFit, NearestVertices),
-    /// Planes that fit the input's vertices.
-    Cloud(BestFit),
+/// How the nearest sites are found.
+enum Search {
+    Brute(Nearest),
+    Lists(Lists),
 }
 
-impl Ground {
-    fn normals(&self) -> &Buffer<Vec4> {
+impl Search {
+    fn new(device: &Device, options: &Options) -> Result<Self> {
+        let (n, k) = (options.vertices, listed(options));
+        Ok(match options.neighbours {
+            Neighbours::Brute => Self::Brute(Nearest::new(device, "rtf.neighbours.sites", n, k, true, None)?),
+            Neighbours::Lists => Self::Lists(Lists::new(device, n, &ListOptions::new(k))?),
+        })
+    }
+
+    /// Lists are made anew each time: cells want the nearest in order.
+    fn record(&self, recorder: &mut Recorder, sites: &Buffer<Vec4>, tiles: &TileBounds) -> Result<()> {
         match self {
-            Self::Triangles(normals, _) => &normals.normals,
-            Self::Cloud(planes) => &planes.normals,
+            Self::Brute(nearest) => nearest.record(recorder, sites, sites, tiles),
+            Self::Lists(lists) => lists.record_build(recorder, sites),
         }
     }
 
-    fn flags(&self) -> &Buffer<u32> {
+    fn found(&self) -> &Buffer<u32> {
         match self {
-            Self::Triangles(normals, _) => &normals.flags,
-            Self::Cloud(planes) => &planes.flags,
+            Self::Brute(nearest) => &nearest.neighbours,
+            Self::Lists(lists) => &lists.neighbours,
         }
     }
 }
@@ -77,37 +77,19 @@ impl Run {
     ) -> Result<Self> {
         let n = options.vertices;
         let sites: Vec<Vec4> = seeds.sites.iter().map(|p| p.as_vec3().extend(0.0)).collect();
-        // One search serves normals and cells; the fit counts the site itself.
-        let k_sites = options.k_clip.max(options.k_normal - 1);
-        let k = options.k_project;
-        let ground = if options.method == Method::PointCloud {
-            Ground::Cloud(BestFit::new(device, surface, n, k, None)?)
-        } else {
-            let normals = PlaneFit::new(device, n, options.k_normal, None)?;
-            Ground::Triangles(normals, NearestVertices::new(device, n, k, None)?)
-        };
-        let faces = if options.method == Method::PowerFaces {
+        let k_sites = listed(options);
+        let faces = if options.face == Face::Power {
             CellFaces::power(device, n, &PowerOptions::new(k_sites, spacing, options.offset))?
         } else {
             CellFaces::new(device, n, &CellOptions::paper(k_sites, spacing))?
         };
         Ok(Self {
             sites: Buffer::from_slice(device, "rtf.sites", &sites)?,
-            site_triangle: Buffer::from_slice(device, "rtf.site_triangle", &seeds.triangles)?,
             site_tiles: TileBounds::new(device, "rtf.neighbours.site_tiles", n)?,
-            vertex_tiles: TileBounds::new(device, "rtf.neighbours.vertex_tiles", surface.vertices.len())?,
-            near_sites: Nearest::new(device, "rtf.neighbours.sites", n, k_sites, true, None)?,
-            ground,
+            near_sites: Search::new(device, options)?,
+            landing: Landing::new(device, options, surface, seeds, spacing)?,
             faces,
             centroids: Centroids::new(device, n, options.centroid, None)?,
-            near_vertices: Nearest::new(
-                device,
-                "rtf.neighbours.vertices",
-                n,
-                options.k_project,
-                false,
-                None,
-            )?,
             step: Step::new(device, n, options.iterations, None)?,
             spacing,
         })
@@ -121,28 +103,9 @@ impl Run {
         options: &Options,
         watch: &mut Watch,
     ) -> Result<Vec<f64>> {
-        let sites = options.vertices;
-        let plan = LevelPlan { sites, interior: sites, spacing: self.spacing };
-        let shares = Shares::new(&[plan], &[options.iterations], surface.triangles.len(), options);
-        watch.phase(Phase::Prepare, shares.prepared, 0.0)?;
-        watch.phase(Phase::LastLevel, shares.levels[0].until, shares.levels[0].after)?;
-        watch.level(0, options.iterations);
-        let mut pace = Pace::new(sites, ITERATIONS_PER_SUBMISSION);
+        let mut pace = Pace::new(options.vertices, ITERATIONS_PER_SUBMISSION);
         let mut steps = Vec::new();
-        let mut recorder = device.recorder()?;
-        self.vertex_tiles.record(&mut recorder, &surface.device.vertices)?;
-        recorder.submit()?;
-        if let Ground::Cloud(planes) = &self.ground {
-            // The start is on the triangles, and the first faces need planes.
-            let mut recorder = device.recorder()?;
-            self.record_projection(&mut recorder, &surface.device, &self.sites)?;
-            recorder.submit()?;
-            let pulled: Vec<Vec4> =
-                planes.projected.to_vec(device)?.iter().map(|p| p.truncate().extend(0.0)).collect();
-            let mut recorder = device.recorder()?;
-            recorder.upload(&self.sites, &pulled)?;
-            recorder.submit()?;
-        }
+        self.landing.begin(device, surface, &self.sites)?;
         while (steps.len() as u32) < options.iterations {
             let begin = steps.len() as u32;
             let look = (begin / ITERATIONS_PER_SUBMISSION + 1) * ITERATIONS_PER_SUBMISSION;
@@ -169,44 +132,19 @@ impl Run {
 
     /// Neighbours → normals → face → centroid → project → step.
     fn record_iteration(&self, recorder: &mut Recorder, surface: &Surface, iteration: u32) -> Result<()> {
-        let on = &surface.device;
         self.record_faces(recorder, surface)?;
-        self.centroids.record(recorder, &self.sites, self.ground.normals(), &self.faces)?;
-        let projected = self.record_projection(recorder, on, &self.centroids.targets)?;
+        self.centroids.record(recorder, &self.sites, self.landing.normals(), &self.faces)?;
+        let projected = self.landing.record(recorder, surface, &self.centroids.targets)?;
         self.step.record(recorder, projected, &self.sites, iteration)
-    }
-
-    /// Nearest vertices → project.
-    fn record_projection(
-        &self,
-        recorder: &mut Recorder,
-        on: &SurfaceBuffers,
-        targets: &Buffer<Vec4>,
-    ) -> Result<&Buffer<Vec4>> {
-        self.near_vertices.record(recorder, targets, &on.vertices, &self.vertex_tiles)?;
-        let found = &self.near_vertices.neighbours;
-        match &self.ground {
-            Ground::Triangles(_, project) => {
-                project.record(recorder, targets, found, on, &self.site_triangle)?;
-                Ok(&project.projected)
-            }
-            Ground::Cloud(planes) => {
-                planes.record(recorder, targets, found, &on.vertices)?;
-                Ok(&planes.projected)
-            }
-        }
     }
 
     /// Neighbours → normals → face.
     fn record_faces(&self, recorder: &mut Recorder, surface: &Surface) -> Result<()> {
-        let found = &self.near_sites.neighbours;
         self.site_tiles.record(recorder, &self.sites)?;
-        self.near_sites.record(recorder, &self.sites, &self.sites, &self.site_tiles)?;
-        // Those of a cloud come with the projection.
-        if let Ground::Triangles(normals, _) = &self.ground {
-            normals.record(recorder, &self.sites, found, &self.site_triangle, &surface.device.normals)?;
-        }
-        let (normals, flags) = (self.ground.normals(), self.ground.flags());
+        self.near_sites.record(recorder, &self.sites, &self.site_tiles)?;
+        let found = self.near_sites.found();
+        self.landing.record_planes(recorder, surface, &self.sites, found)?;
+        let (normals, flags) = (self.landing.normals(), self.landing.flags());
         self.faces.record(recorder, &self.sites, normals, found, &self.site_tiles, flags)
     }
 
@@ -250,12 +188,11 @@ impl Run {
         let mut recorder = device.recorder()?;
         self.record_faces(&mut recorder, surface)?;
         let sites = recorder.download(&self.sites)?;
-        let triangles = recorder.download(&self.site_triangle)?;
-        let near = recorder.download(&self.near_sites.neighbours)?;
+        let near = recorder.download(self.near_sites.found())?;
         let counts = recorder.download(&self.faces.corner_count)?;
         let corners = recorder.download(&self.faces.corners)?;
         let fan = recorder.download(&self.faces.fan)?;
-        let flags = recorder.download(self.ground.flags())?;
+        let flags = recorder.download(self.landing.flags())?;
         let done = recorder.submit()?;
         let (counts, corners, fan) = (done.read(&counts)?, done.read(&corners)?, done.read(&fan)?);
         let n = counts.len();
@@ -267,10 +204,7 @@ impl Run {
         }));
         let sites: Vec<DVec3> = done.read(&sites)?.iter().map(|s: &Vec4| s.truncate().as_dvec3()).collect();
         Ok(FoundFaces {
-            triangles: match self.ground {
-                Ground::Triangles(..) => done.read(&triangles)?,
-                Ground::Cloud(_) => under(surface, &sites),
-            },
+            triangles: self.landing.triangles(device, surface, &sites)?,
             sites,
             near: done.read(&near)?,
             fans,

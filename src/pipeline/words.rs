@@ -50,7 +50,7 @@ pub(super) fn warnings(
     let lost = flags.triangle_overflow + flags.plane_overflow + flags.corner_overflow + flags.badly_closed;
     say(lost > 0, format!("{lost} sites have no face (see flags in the report)"));
     say(
-        options.method.has_plane_faces() && !input.is_closed_manifold(),
+        options.has_plane_faces() && !input.is_closed_manifold(),
         "the input is not a closed manifold; this preset connects closed surfaces only".into(),
     );
     say(

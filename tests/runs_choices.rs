@@ -1,0 +1,129 @@
+//! Whole runs whose stages are chosen one by one.
+
+use crate::support::{assert_valid, device};
+use rtfmesh::mesh::frame::Frame;
+use rtfmesh::mesh::samples::sample;
+use rtfmesh::mesh::topology::topology;
+use rtfmesh::stages::cloud::Cloud;
+use rtfmesh::stages::surface::Surface;
+use rtfmesh::{
+    Centroid, Error, Face, Neighbours, Normals, Options, Projection, Remeshed, Seeding, TriMesh, preview,
+    remesh,
+};
+
+const N: usize = 400;
+
+fn run(mesh: &TriMesh, options: &Options) -> Remeshed {
+    let result = remesh(device(), mesh, options, &mut |_| {}).unwrap();
+    assert_valid(device());
+    result
+}
+
+fn short() -> Options {
+    Options { iterations: 20, ..Options::rtf(N) }
+}
+
+fn assert_sound(input: &TriMesh, options: &Options) -> Remeshed {
+    let result = run(input, options);
+    let (got, want) = (topology(&result.mesh), topology(input));
+    assert!(got.is_closed_manifold(), "{options:?}: {got:?}");
+    assert_eq!((got.vertices, got.components, got.euler), (N, want.components, want.euler), "{options:?}");
+    let measures = &result.summary.output;
+    assert!(measures.quality.q_avg > 0.8, "{options:?}: {}", measures.quality.q_avg);
+    let distances = measures.distances.as_ref().unwrap();
+    assert!(distances.hausdorff_to_reference < 3.0, "{options:?}: {distances:?}");
+    assert!(preview(input, options).unwrap().device_bytes > 0);
+    result
+}
+
+#[test]
+fn stages_go_together_as_they_are_chosen() {
+    let input = sample("bumpy-sphere").unwrap();
+    use {Normals as P, Projection as Q};
+    let pairs = [
+        (P::Fit, Q::Walk),
+        (P::Fit, Q::Exact),
+        (P::Surface, Q::Walk),
+        (P::Surface, Q::Exact),
+        (P::Cloud, Q::NearestVertices),
+        (P::Cloud, Q::Exact),
+    ];
+    let paper = run(&input, &short());
+    for (normals, projection) in pairs {
+        let result = assert_sound(&input, &Options { normals, projection, ..short() });
+        assert_ne!(result.mesh, paper.mesh, "{normals:?}, {projection:?} do nothing");
+    }
+    for seeding in [Seeding::Stratified, Seeding::Poisson] {
+        assert_sound(&input, &Options { seeding, ..short() });
+    }
+    let all = Options {
+        face: Face::Power,
+        normals: P::Surface,
+        projection: Q::Exact,
+        seeding: Seeding::Poisson,
+        neighbours: Neighbours::Lists,
+        centroid: Centroid::Area,
+        ..short()
+    };
+    assert_sound(&input, &all);
+}
+
+#[test]
+fn lists_find_what_brute_force_does() {
+    let input = sample("torus").unwrap();
+    let lists = Options { neighbours: Neighbours::Lists, ..short() };
+    assert_eq!(run(&input, &lists).mesh, run(&input, &short()).mesh);
+}
+
+#[test]
+fn presets_are_what_they_are_made_of() {
+    let input = sample("torus").unwrap();
+    let exact = Options { face: Face::Exact, ..short() };
+    assert_eq!(run(&input, &exact).mesh, run(&input, &Options { iterations: 20, ..Options::rvd(N) }).mesh);
+    // Disks that move are none; they begin farther from each other than random points.
+    let moved = run(&input, &Options { iterations: 3, ..Options::mps(N) }).summary;
+    assert!(moved.disks.is_none() && moved.exact.is_some());
+    let random = run(&input, &Options { iterations: 3, ..Options::rvd(N) }).summary;
+    assert!(moved.energy.unwrap().energy < random.energy.unwrap().energy);
+}
+
+#[test]
+fn what_does_not_go_together_is_refused() {
+    let input = sample("torus").unwrap();
+    let wrong = [
+        Options { projection: Projection::Plane, ..short() },
+        Options { normals: Normals::Surface, ..short() },
+        Options { neighbours: Neighbours::Lists, k_clip: 33, ..short() },
+        Options { face: Face::Planar, ..short() },
+        Options { face: Face::Tangent, ..Options::new(N) },
+    ];
+    for options in wrong {
+        let refused = remesh(device(), &input, &options, &mut |_| {});
+        assert!(matches!(refused, Err(Error::Usage { .. })), "{options:?}");
+    }
+}
+
+#[test]
+fn clouds_have_no_gaps_wider_than_sites_are_apart() {
+    let mesh = sample("box").unwrap();
+    let surface = Surface::new(device(), &mesh, &Frame::of(&mesh).unwrap()).unwrap();
+    let longest = surface.triangles.iter().flat_map(|t| [[t[0], t[1]], [t[1], t[2]], [t[2], t[0]]]);
+    let longest = longest
+        .map(|side| side.map(|v| surface.vertices[v as usize]))
+        .map(|[p, q]| p.distance(q))
+        .fold(0.0, f64::max);
+    assert_eq!(Cloud::new(&surface, longest).points, surface.vertices, "in their order");
+    let spacing = longest / 5.0;
+    let cloud = Cloud::new(&surface, spacing);
+    assert!(cloud.points.len() > surface.vertices.len() && cloud.points.len() == cloud.normals.len());
+    for (triangle, normal) in surface.triangles.iter().zip(&surface.normals) {
+        let [a, b, c] = triangle.map(|v| surface.vertices[v as usize]);
+        for (u, v) in [(0.3, 0.3), (0.1, 0.8), (0.5, 0.5), (0.05, 0.02)] {
+            let at = a * (1.0 - u - v) + b * u + c * v;
+            let near = |p: &glam::DVec3| p.distance(at) < spacing;
+            assert!(cloud.points.iter().any(near), "nothing near {at}");
+        }
+        let own = cloud.normals.iter().filter(|n| n.distance(*normal) < 1e-9).count();
+        assert!(own > 0, "no point has the normal of a triangle");
+    }
+}
