@@ -197,13 +197,6 @@ fn watched(device: &Device, mesh: &TriMesh, options: &Options, watch: &mut Watch
     let wanted = vertices + prepared.done();
     let Prepared { repaired, frame, input, small, surface, .. } = prepared;
     let spacing = spacing(surface.area(), vertices);
-    if connection.mesh.triangles.is_empty() {
-        return Err(Error::input(
-            None,
-            format!("{} sites are too few to connect this surface", options.vertices),
-            "ask for more vertices",
-        ));
-    }
     let Connection { mesh: mut result, curve_sites, counts, flags, fault, crossing, .. } = connection;
     small.iter().for_each(|part| append(&mut result, part));
     result.vertices.iter_mut().for_each(|p| *p = frame.from_unit(*p));
@@ -251,12 +244,7 @@ fn watched(device: &Device, mesh: &TriMesh, options: &Options, watch: &mut Watch
         disks: connection.disks.map(|found| found.scaled(frame.scale)),
         energy,
         skeleton: skeleton.map(|found| SkeletonSummary { curve_sites, ..found }),
-        timings: RunTimings {
-            stages: device.take_timings(),
-            wall_milliseconds: clock.phases.iter().map(|p| p.milliseconds).sum(),
-            phases: clock.phases,
-            peak_device_bytes: device.peak_bytes(),
-        },
+        timings: clock.timings(device),
     };
     Ok(Remeshed { mesh: result, source, summary })
 }
@@ -309,11 +297,17 @@ fn settled(
     let ground = prepared.ground.take();
     let (mesh, input) = prepared.large();
     let Prepared { frame, surface, options, .. } = &*prepared;
-    let Some(ground) = ground else {
-        return AllAtOnce { device, surface, input, options }.run(watch, clock);
-    };
     let done = prepared.done();
-    Attempts { device, mesh, frame, surface, input, done, options, crossing }.run(ground, watch, clock)
+    let settled = match ground {
+        None => AllAtOnce { device, surface, input, options }.run(watch, clock)?,
+        Some(ground) => Attempts { device, mesh, frame, surface, input, done, options, crossing }
+            .run(ground, watch, clock)?,
+    };
+    if settled.connection.mesh.triangles.is_empty() {
+        let problem = format!("{} sites are too few to connect this surface", options.vertices);
+        return Err(Error::input(None, problem, "ask for more vertices"));
+    }
+    Ok(settled)
 }
 
 /// A mesh in the unit-diagonal frame, and how it came about.
@@ -347,6 +341,16 @@ struct Clock {
 }
 
 impl Clock {
+    /// All phases, and what the device took for them.
+    fn timings(self, device: &Device) -> RunTimings {
+        RunTimings {
+            stages: device.take_timings(),
+            wall_milliseconds: self.phases.iter().map(|p| p.milliseconds).sum(),
+            phases: self.phases,
+            peak_device_bytes: device.peak_bytes(),
+        }
+    }
+
     fn new() -> Self {
         Self { last: Instant::now(), phases: Vec::new() }
     }
