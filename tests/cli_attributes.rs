@@ -101,8 +101,12 @@ fn seams_and_borders_are_kept_if_asked() {
     for words in ["note: bare.stl: there are no texture coordinates", "note: bare.stl: there are no labels"] {
         assert!(notes.contains(words), "{notes}");
     }
-    for arguments in ["--keep-uv --preset rtf", "--keep-uv --no-attributes", "--keep-labels --no-attributes"]
-    {
+    for arguments in [
+        "--keep-uv --preset rtf",
+        "--keep-labels --preset cvd",
+        "--keep-uv --no-attributes",
+        "--keep-labels --no-attributes",
+    ] {
         let refused = place.program(&format!("remesh in.ply out.ply -n 300 {arguments}")).assert().code(2);
         refused.stderr(predicate::str::contains("--keep-"));
     }

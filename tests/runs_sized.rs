@@ -99,18 +99,29 @@ fn lengths_keep_to_bounds() {
     let wished = |p: DVec3| if p.z > 0.8 { 0.01 } else { 1.0 };
     let sizing = Sizing::Given(input.vertices.iter().map(|p| wished(*p)).collect());
     let free = Options { sizing, growth: 0.5, ..Options::new(1500) };
+    // Means where edges are short, and on the other side.
     let lengths = |options: &Options| {
-        let mut lengths: Vec<f64> = edges(&run(&input, options).mesh).into_iter().map(|(_, l)| l).collect();
-        lengths.sort_by(f64::total_cmp);
-        [lengths[lengths.len() / 100], lengths[lengths.len() - 1 - lengths.len() / 100]]
+        let all = edges(&run(&input, options).mesh);
+        let mean = |wanted: &dyn Fn(f64) -> bool| {
+            let list: Vec<f64> =
+                all.iter().filter(|(at, _)| wanted(at.z)).map(|(_, length)| *length).collect();
+            list.iter().sum::<f64>() / list.len() as f64
+        };
+        [mean(&|z| z > 0.85), mean(&|z| z < 0.0)]
     };
     let spacing = run(&input, &Options::new(1500)).summary.spacing;
     let [low, high] = lengths(&free);
-    assert!(low < 0.35 * spacing && high > 1.3 * spacing, "{low} {high}");
-    let min_edge = Some(Length::Units(0.7 * spacing));
-    let max_edge = Some(Length::OfDiagonal(1.25 * spacing / 12f64.sqrt()));
-    let [low, high] = lengths(&Options { min_edge, max_edge, ..free });
-    assert!(low > 0.5 * spacing && high < 1.5 * spacing, "{low} {high} {spacing}");
+    assert!(low < 0.4 * spacing && high > 1.5 * spacing, "{low} {high} {spacing}");
+    let (least, largest) = (0.7 * spacing, 1.25 * spacing);
+    let (min_edge, max_edge) = (Some(Length::Units(least)), Some(Length::OfDiagonal(largest / 12f64.sqrt())));
+    let bounded = Options { min_edge, max_edge, ..free };
+    let [low, high] = lengths(&bounded);
+    assert!(
+        (0.9..1.2).contains(&(low / least)) && (0.8..1.05).contains(&(high / largest)),
+        "{low} {high} {spacing}"
+    );
+    let wanted = run(&input, &bounded).summary.edge_lengths.unwrap();
+    assert!(wanted[0] > 0.95 * least && wanted[1] < 1.05 * largest, "{wanted:?}");
 }
 
 #[test]

@@ -3,6 +3,7 @@
 use super::files::{InputFormat, input_name};
 use super::{print, table};
 use anyhow::Result;
+use rtfmesh::Error;
 use rtfmesh::mesh::io;
 use rtfmesh::mesh::repair::{RepairCounts, repair};
 use rtfmesh::mesh::skeleton::{
@@ -10,7 +11,6 @@ use rtfmesh::mesh::skeleton::{
 };
 use rtfmesh::mesh::topology::{Topology, topology};
 use rtfmesh::report::to_json;
-use rtfmesh::{Error, TriMesh};
 use serde::Serialize;
 use std::path::PathBuf;
 
@@ -101,7 +101,7 @@ pub fn run(args: &Args) -> Result<()> {
         attributes: loaded.attributes.listed(),
         repairs: repaired.counts,
         topology: topology(&mesh),
-        area: area(&mesh),
+        area: mesh.area(),
         feature_angle: args.feature_angle,
         spacing,
         patches: found.patch_count,
@@ -113,14 +113,6 @@ pub fn run(args: &Args) -> Result<()> {
         io::write_skeleton(path, &mesh, &found)?;
     }
     print(&if args.json { to_json(&inspection)? } else { table::two_columns(rows(&inspection)) })
-}
-
-fn area(mesh: &TriMesh) -> f64 {
-    let of = |t: usize| {
-        let [a, b, c] = mesh.corners(t);
-        0.5 * (b - a).cross(c - a).length()
-    };
-    (0..mesh.triangles.len()).map(of).sum()
 }
 
 fn kinds(found: &Skeleton) -> Vec<Kind> {

@@ -37,6 +37,17 @@ impl TriMesh {
         self.triangles[t].map(|v| self.vertices[v as usize])
     }
 
+    /// The area of triangle `t`. Panics as [`TriMesh::corners`] does.
+    pub fn triangle_area(&self, t: usize) -> f64 {
+        let [a, b, c] = self.corners(t);
+        0.5 * (b - a).cross(c - a).length()
+    }
+
+    /// The area of all triangles. Panics if an index is out of range.
+    pub fn area(&self) -> f64 {
+        (0..self.triangles.len()).map(|t| self.triangle_area(t)).sum()
+    }
+
     /// Smallest and largest coordinates over all vertices; `None` without vertices.
     pub fn bounds(&self) -> Option<(DVec3, DVec3)> {
         let first = *self.vertices.first()?;

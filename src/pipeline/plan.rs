@@ -145,14 +145,6 @@ mod tests {
     use crate::mesh::skeleton::{SkeletonOptions, skeleton};
     use crate::mesh::topology::topology;
 
-    fn area(mesh: &TriMesh) -> f64 {
-        let of = |t| {
-            let [a, b, c] = mesh.corners(t);
-            0.5 * (b - a).cross(c - a).length()
-        };
-        (0..mesh.triangles.len()).map(of).sum()
-    }
-
     fn curves_of(mesh: &TriMesh) -> SurfaceCurves {
         let found = skeleton(mesh, &SkeletonOptions::new(0.05)).unwrap();
         SurfaceCurves::new(&mesh.vertices, &mesh.triangles, &found).unwrap()
@@ -160,7 +152,7 @@ mod tests {
 
     fn plan(mesh: &TriMesh, count: usize) -> Result<Vec<LevelPlan>> {
         let curves = curves_of(mesh);
-        levels(&Extent { area: area(mesh), euler: topology(mesh).euler, curves: Some(&curves) }, count, 300)
+        levels(&Extent { area: mesh.area(), euler: topology(mesh).euler, curves: Some(&curves) }, count, 300)
     }
 
     #[test]
@@ -173,7 +165,7 @@ mod tests {
             let on = curves_of(&mesh).count(last.spacing);
             assert_eq!(last.interior + on.sites, count, "{name}");
             let evenly = last.interior as f64 + 0.5 * on.sides as f64;
-            let ratio = spacing(area(&mesh), 1) / evenly.sqrt() / last.spacing;
+            let ratio = spacing(mesh.area(), 1) / evenly.sqrt() / last.spacing;
             assert!((ratio - 1.0).abs() < 0.01, "{name}: {ratio}");
             for pair in plans.windows(2) {
                 assert_eq!(pair[0].spacing, 2.0 * pair[1].spacing, "{name}");

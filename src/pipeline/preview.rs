@@ -77,7 +77,7 @@ pub fn preview(mesh: &TriMesh, options: &Options) -> Result<Preview> {
         vertices: repaired.mesh.vertices.iter().map(|vertex| frame.to_unit(*vertex)).collect(),
         triangles: repaired.mesh.triangles.clone(),
     };
-    let areas: Vec<f64> = (0..unit.triangles.len()).map(|t| area(&unit, t)).collect();
+    let areas: Vec<f64> = (0..unit.triangles.len()).map(|t| unit.triangle_area(t)).collect();
     let whole: f64 = areas.iter().sum();
     let spacing = spacing(whole, options.vertices);
     let (found, curves, field) = match options.method {
@@ -131,11 +131,6 @@ pub fn preview(mesh: &TriMesh, options: &Options) -> Result<Preview> {
             fixed + each * options.vertices as u64
         },
     })
-}
-
-fn area(mesh: &TriMesh, t: usize) -> f64 {
-    let [a, b, c] = mesh.corners(t);
-    0.5 * (b - a).cross(c - a).length()
 }
 
 /// Shares of `interior` vertices by area, where edges are shorter by more.

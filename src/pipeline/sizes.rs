@@ -36,18 +36,16 @@ pub(super) fn size_field(
     wish: &SizeWish,
 ) -> Result<SizeField> {
     let SizeWish { options, given, diagonal } = *wish;
-    let area: f64 = (0..surface.triangles.len()).map(|t| area(surface, t)).sum();
-    let spacing = spacing(area, options.vertices);
     if options.sizing == Sizing::Uniform {
         return Ok(SizeField::default());
     }
+    let spacing = spacing(surface.area(), options.vertices);
     let bends = bends(surface, curves, spacing);
-    let wished = match &options.sizing {
-        Sizing::Uniform => vec![1.0; bends.len()],
+    let wished = match options.sizing {
         Sizing::Curvature { gradation } => {
             bends.iter().map(|bend| bend.max(FLAT).powf(-0.5 * gradation)).collect()
         }
-        Sizing::Given(_) => given.to_vec(),
+        Sizing::Given(_) | Sizing::Uniform => given.to_vec(),
     };
     let [least, largest] = [(options.min_edge, 1.0 / RANGE), (options.max_edge, RANGE)]
         .map(|(length, share)| length.map_or(share * spacing, |length| length.share_of(diagonal)));
@@ -90,9 +88,4 @@ fn bends(surface: &TriMesh, curves: Option<&SurfaceCurves>, spacing: f64) -> Vec
         }
     }
     bends
-}
-
-fn area(mesh: &TriMesh, t: usize) -> f64 {
-    let [a, b, c] = mesh.corners(t);
-    0.5 * (b - a).cross(c - a).length()
 }

@@ -4,7 +4,7 @@ use super::place::Place;
 use super::surface::stars;
 use crate::mesh::edges::EdgeTable;
 use crate::mesh::polyline::Polyline;
-use crate::mesh::sizing::SizeField;
+use crate::mesh::sizing::{EVEN, SizeField, mean_inverse};
 use crate::mesh::skeleton::Skeleton;
 use glam::DVec3;
 use std::collections::HashMap;
@@ -60,7 +60,7 @@ impl CurvePath {
             return way;
         }
         let (edge, [from, _]) = self.line.edge(way);
-        self.measured[edge] + edges_over(way - from, self.sizes[edge], self.size(way))
+        self.measured[edge] + (way - from) * mean_inverse(self.sizes[edge], self.size(way))
     }
 
     /// The way at a measure.
@@ -73,20 +73,12 @@ impl CurvePath {
         let [from, to] = [edge, edge + 1].map(|k| self.line.way_to(k));
         let (a, b) = (self.sizes[edge], self.sizes[edge + 1]);
         let (rest, length) = ((measure - self.measured[edge]).max(0.0), to - from);
-        // The inverse of `edges_over`: the length grows by a constant share.
+        // The inverse of `measure`: the length grows by a constant share.
         let slope = (b - a) / length.max(f64::MIN_POSITIVE);
         let on =
             if (b - a).abs() < EVEN * a { rest * 0.5 * (a + b) } else { a * (slope * rest).exp_m1() / slope };
         from + on.clamp(0.0, length)
     }
-}
-
-/// Lengths that differ by less than this share are as good as equal.
-const EVEN: f64 = 1e-6;
-
-/// How many edges fit on a way over which their length changes from `a` to `b`.
-fn edges_over(way: f64, a: f64, b: f64) -> f64 {
-    if (b - a).abs() < EVEN * a { way * 2.0 / (a + b) } else { way * (b / a).ln() / (b - a) }
 }
 
 impl SurfaceCurves {
@@ -161,7 +153,7 @@ impl SurfaceCurves {
             let mut measure = 0.0;
             let steps = (1..path.vertices.len()).map(|k| {
                 let way = path.line.way_to(k) - path.line.way_to(k - 1);
-                measure += edges_over(way, path.sizes[k - 1], path.sizes[k]);
+                measure += way * mean_inverse(path.sizes[k - 1], path.sizes[k]);
                 measure
             });
             path.measured = std::iter::once(0.0).chain(steps).collect();

@@ -20,8 +20,7 @@ pub(crate) fn parts(mesh: &TriMesh) -> (Vec<u32>, Vec<f64>) {
             *part = areas.len() as u32;
             areas.push(0.0);
         }
-        let [a, b, c] = mesh.corners(t);
-        areas[*part as usize] += 0.5 * (b - a).cross(c - a).length();
+        areas[*part as usize] += mesh.triangle_area(t);
         of_triangle.push(*part);
     }
     (of_triangle, areas)

@@ -27,12 +27,7 @@ pub struct Bounds<'a> {
 /// vertices as the uniform mesh has.
 pub fn graded(surface: &TriMesh, wished: &[f64], bounds: &Bounds) -> Vec<f64> {
     let links = Links::new(surface);
-    let areas: Vec<f64> = (0..surface.triangles.len())
-        .map(|t| {
-            let [a, b, c] = surface.corners(t);
-            0.5 * (b - a).cross(c - a).length()
-        })
-        .collect();
+    let areas: Vec<f64> = (0..surface.triangles.len()).map(|t| surface.triangle_area(t)).collect();
     let whole: f64 = areas.iter().sum();
     let at_scale = |scale: f64| {
         let both = wished.iter().zip(bounds.largest);
@@ -49,17 +44,17 @@ pub fn graded(surface: &TriMesh, wished: &[f64], bounds: &Bounds) -> Vec<f64> {
     let most = bounds.largest.iter().copied().fold(bounds.spacing, f64::max);
     // All at the least length, and all at the largest.
     let (mut low, mut high) = (bounds.least / longest, most / shortest);
-    let mut best = at_scale((low * high).sqrt());
-    for _ in 0..TRIES {
+    let mut tries = 0;
+    loop {
         let middle = (low * high).sqrt();
-        best = at_scale(middle);
-        let got = share(&best);
-        if (got - 1.0).abs() < CLOSE {
-            break;
+        let lengths = at_scale(middle);
+        let got = share(&lengths);
+        tries += 1;
+        if (got - 1.0).abs() < CLOSE || tries == TRIES {
+            return lengths;
         }
         if got > 1.0 { low = middle } else { high = middle }
     }
-    best
 }
 
 /// The edges of a surface from its vertices.
@@ -143,33 +138,23 @@ mod tests {
     use crate::mesh::samples::sample;
     use crate::mesh::spacing;
 
-    fn area(mesh: &TriMesh) -> f64 {
-        let of = |t| {
-            let [a, b, c] = mesh.corners(t);
-            0.5 * (b - a).cross(c - a).length()
-        };
-        (0..mesh.triangles.len()).map(of).sum()
-    }
-
     #[test]
     fn lengths_keep_to_bounds_growth_and_count() {
         let mesh = sample("sphere").unwrap();
         let wished: Vec<f64> = mesh.vertices.iter().map(|p| if p.z > 0.9 { 1e-4 } else { 1.0 }).collect();
-        let h = spacing(area(&mesh), 2000);
+        let h = spacing(mesh.area(), 2000);
         let largest = vec![6.0 * h; wished.len()];
         let bounds = Bounds { spacing: h, least: 0.2 * h, largest: &largest, growth: 0.2 };
         let got = graded(&mesh, &wished, &bounds);
         let mut share = 0.0;
         for (t, triangle) in mesh.triangles.iter().enumerate() {
-            let [a, b, c] = mesh.corners(t);
-            let of_triangle = 0.5 * (b - a).cross(c - a).length();
-            share += of_triangle * mean_crowd(triangle.map(|v| got[v as usize])) * h * h;
+            share += mesh.triangle_area(t) * mean_crowd(triangle.map(|v| got[v as usize])) * h * h;
             for [v, w] in [[0, 1], [1, 2], [2, 0]].map(|pair| pair.map(|k| triangle[k] as usize)) {
                 let way = mesh.vertices[v].distance(mesh.vertices[w]);
                 assert!((got[v] - got[w]).abs() <= 0.2 * way + 1e-12);
             }
         }
-        assert!((share / area(&mesh) - 1.0).abs() < 2.0 * CLOSE, "{share}");
+        assert!((share / mesh.area() - 1.0).abs() < 2.0 * CLOSE, "{share}");
         let (low, high) = got.iter().fold((9.0f64, 0.0f64), |(l, h), x| (l.min(*x), h.max(*x)));
         assert!(low >= 0.2 * h && high > 4.0 * low && high <= 6.0 * h, "{low} {high} {h}");
     }
@@ -177,7 +162,7 @@ mod tests {
     #[test]
     fn the_same_wish_everywhere_is_a_uniform_mesh() {
         let mesh = sample("torus").unwrap();
-        let h = spacing(area(&mesh), 500);
+        let h = spacing(mesh.area(), 500);
         let largest = vec![8.0 * h; mesh.vertices.len()];
         let bounds = Bounds { spacing: h, least: h / 8.0, largest: &largest, growth: 0.3 };
         let got = graded(&mesh, &vec![5.0; mesh.vertices.len()], &bounds);
