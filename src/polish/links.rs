@@ -18,7 +18,7 @@ pub(super) enum Kind {
 }
 
 /// The half-edges of a mesh. Half-edge `3 * t + k` goes from corner `k` of triangle `t` to the next corner.
-#[derive(Debug)]
+#[derive(Debug, Clone)]
 pub(super) struct Links {
     pub(super) triangles: Vec<[u32; 3]>,
     /// The half-edge on the other side; [`NONE`] where there is not exactly one, in the opposite direction.
