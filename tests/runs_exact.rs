@@ -54,7 +54,9 @@ fn lbfgs_ends_lower_than_lloyd_after_as_many_iterations() {
         let [lbfgs, lloyds, momentum] =
             [summary, &lloyd, &momentum].map(|summary| summary.energy.unwrap().energy);
         assert!(lbfgs < 0.995 * lloyds && lbfgs < momentum, "{name}: {lbfgs}, {lloyds}, {momentum}");
-        assert_eq!((summary.steps.len(), summary.steps[0]), (40, lloyd.steps[0]), "{name}: first as Lloyd");
+        // The first step is Lloyd's, but for rounding.
+        assert!((summary.steps[0] / lloyd.steps[0] - 1.0).abs() < 1e-5, "{name}: {:?}", summary.steps);
+        assert_eq!(summary.steps.len(), 40, "{name}");
         assert!(summary.steps[39] < 0.03 * summary.steps[0], "{name}: {:?}", summary.steps);
         assert!(summary.steps[39] < lloyd.steps[39], "{name}: {} by Lloyd", lloyd.steps[39]);
         assert_eq!(run(&input, &options).mesh, result.mesh, "{name}: once more");
