@@ -81,6 +81,7 @@ const MAX_LISTED: u32 = 32;
 /// [`Error::Usage`] that says why, and what does.
 pub(crate) fn check(options: &Options) -> Result<()> {
     let refuse = |problem: &str, remedy: &str| Err(Error::usage(problem, remedy));
+    check_lbfgs(options)?;
     match (options.method, options.face) {
         (Method::CoarseToFine, Face::Planar) | (Method::AllAtOnce, Face::Exact) => return Ok(()),
         (Method::CoarseToFine, _) => {
@@ -116,6 +117,25 @@ pub(crate) fn check(options: &Options) -> Result<()> {
         );
     }
     Ok(())
+}
+
+/// Refuses what L-BFGS cannot be.
+fn check_lbfgs(options: &Options) -> Result<()> {
+    let (problem, remedy) = if options.lbfgs == 0 {
+        return Ok(());
+    } else if options.face != Face::Exact {
+        ("L-BFGS needs the energy of cells on the surface, and faces in planes have none", "add --face exact")
+    } else if options.momentum > 0.0 {
+        (
+            "momentum lengthens Lloyd's steps, and L-BFGS makes its own",
+            "use --preset rvd, or add --momentum 0",
+        )
+    } else if options.iterations == 0 {
+        ("without iterations there is nothing to do for L-BFGS", "add --iterations 160")
+    } else {
+        return Ok(());
+    };
+    Err(Error::usage(problem, format!("{remedy}, or leave --lbfgs out")))
 }
 
 /// Neighbours of a site that are looked for: one search serves normals and cells, and the fit counts the site itself.

@@ -32,8 +32,8 @@ pub use gpu::{Device, DeviceInfo, DeviceOptions, list_devices};
 pub use mesh::TriMesh;
 pub use mesh::source::{Source, SurfacePoint, Traced};
 pub use options::{
-    Centroid, Features, MAX_GRADATION, MAX_GROWTH, MAX_ITERATIONS, MAX_NEIGHBOURS, MAX_OFFSET, MeasureDepth,
-    Method, Options, Quality, Shortage, Sizing,
+    Centroid, Features, MAX_GRADATION, MAX_GROWTH, MAX_ITERATIONS, MAX_LBFGS, MAX_NEIGHBOURS, MAX_OFFSET,
+    MeasureDepth, Method, Options, Quality, Shortage, Sizing,
 };
 pub use pipeline::{
     ExactSummary, PhaseTime, Preview, PreviewLevel, Remeshed, RunTimings, SkeletonSummary, Summary, preview,

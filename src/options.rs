@@ -152,6 +152,9 @@ pub struct Options {
     pub shortage: Shortage,
     /// Exact cells only: largest share of the last motion that is added to a step, 0 to below 1. 0 is Lloyd's iteration.
     pub momentum: f64,
+    /// Exact cells only: motions that L-BFGS remembers, 0 to [`MAX_LBFGS`], 7 if there is no reason for another number.
+    /// 0 is Lloyd's iteration; with more there is no momentum.
+    pub lbfgs: u32,
     /// Power faces only: distance of a shadow site from its site in spacings, 0 to [`MAX_OFFSET`] (the paper's d).
     pub offset: f64,
     /// What is measured of the result.
@@ -181,6 +184,9 @@ pub const MAX_NEIGHBOURS: u32 = 48;
 
 /// Largest offset of shadow sites, in spacings: beyond, they hide sites wherever the surface is hollow.
 pub const MAX_OFFSET: f64 = 20.0;
+
+/// Largest [`Options::lbfgs`].
+pub const MAX_LBFGS: u32 = 50;
 
 /// Largest [`Sizing::Curvature`].
 pub const MAX_GRADATION: f64 = 3.0;
@@ -256,6 +262,7 @@ impl Options {
             seed: 1,
             shortage: Shortage::Refuse,
             momentum: 0.0,
+            lbfgs: 0,
             offset: 0.5,
             measures: MeasureDepth::Full,
             held_sides: Vec::new(),
@@ -327,6 +334,7 @@ impl Options {
             ("k-normal", self.k_normal, 3, MAX_NEIGHBOURS + 1),
             ("k-clip", self.k_clip, 3, MAX_NEIGHBOURS),
             ("k-project", self.k_project, 1, MAX_NEIGHBOURS),
+            ("lbfgs", self.lbfgs, 0, MAX_LBFGS),
         ];
         for (name, value, low, high) in ranges {
             if !(low..=high).contains(&value) {

@@ -122,7 +122,7 @@ fn the_report_says_what_was_asked_and_what_came_out() {
     let asked = serde_json::json!({
         "method": "all-at-once", "face": "tangent", "normals": "fit", "projection": "nearest-vertices",
         "seeding": "random", "neighbours": "brute", "coarsest": 0, "first_iterations": 0, "coarse_iterations": 0, "polish_rounds": 0,
-        "weld": 0.0, "min_component": 0.0, "held_sides": 0, "source": {"vertices": false, "faces": false}, "momentum": 0.0, "offset": 0.5,
+        "weld": 0.0, "min_component": 0.0, "held_sides": 0, "source": {"vertices": false, "faces": false}, "momentum": 0.0, "lbfgs": 0, "offset": 0.5,
         "fit": false, "feature_angle": 40.0, "features": null, "measures": "full", "vertices": 200, "k_normal": 12, "k_clip": 24, "k_project": 8,
         "iterations": 10, "tolerance": 0.002, "seed": 7, "shortage": "refuse", "centroid": "area",
         "sizing": "uniform", "min_edge": null, "max_edge": null, "growth": 0.25,
@@ -168,7 +168,9 @@ fn the_report_tells_where_time_and_memory_went() {
 #[test]
 fn reruns_write_the_same_bytes_and_seeds_differ() {
     let place = Place::with("torus");
-    for (preset, other) in [("default", "--quality draft --no-fit"), ("rtf", "--centroid area")] {
+    for (preset, other) in
+        [("default", "--quality draft --no-fit"), ("rtf", "--centroid area"), ("rvd", "--lbfgs 7")]
+    {
         for (name, more) in [("a.ply", ""), ("b.ply", ""), ("c.ply", "--seed 2"), ("d.ply", other)] {
             place.run(&format!("remesh in.ply {name} -n 100 --preset {preset} --iterations 4 -q {more}"));
         }

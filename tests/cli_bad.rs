@@ -129,6 +129,12 @@ fn counts_that_cannot_be() {
         ("--preset rtf --face exact --k-clip 20", ["--k-clip", "tangent"]),
         ("--preset rvc --k-normal 12", ["--k-normal", "--normals fit"]),
         ("--preset rtf --offset 1", ["--offset", "--preset rpf"]),
+        ("--preset rtf --lbfgs 7", ["--lbfgs", "add --preset rvd"]),
+        ("--lbfgs 7", ["--lbfgs", "add --preset rvd"]),
+        ("--preset cvd --lbfgs 7", ["momentum", "use --preset rvd"]),
+        ("--preset rvd --lbfgs 7 --momentum 0.5", ["momentum", "--momentum 0"]),
+        ("--preset rvd --lbfgs 51", ["--lbfgs 51", "0 to 50"]),
+        ("--preset mps --lbfgs 7", ["L-BFGS", "--iterations"]),
     ] {
         refused(&place, &format!("remesh in.ply out.ply -n 100 {options}"), 2, &words);
     }

@@ -42,6 +42,10 @@ pub struct MethodArgs {
     /// With --face exact: largest share of the last motion that is added to a step [preset rvd: 0, cvd: 0.9]
     #[arg(long, value_name = "SHARE")]
     momentum: Option<f64>,
+    /// With --face exact and no momentum: L-BFGS in place of Lloyd's iteration, with so many motions remembered, such as 7:
+    /// a lower energy after as many iterations [presets: 0, which is Lloyd's]
+    #[arg(long, value_name = "MOTIONS")]
+    lbfgs: Option<u32>,
     /// Most iterations, with all vertices [default: 10, or what --quality says; other presets: 160, mps: 0]
     #[arg(long, value_name = "COUNT")]
     iterations: Option<u32>,
@@ -125,6 +129,7 @@ impl MethodArgs {
         const NEAR: With = ("nearest vertices and clouds, as of presets rtf, rpf, rvc,", "--preset rtf");
         const POWER: With = ("--face power, as of preset rpf,", "--preset rpf");
         const EXACT: With = ("--face exact, as of presets rvd and cvd,", "--preset cvd");
+        const LLOYD: With = ("--face exact without momentum, as of preset rvd,", "--preset rvd");
         let coarse = options.method == Method::CoarseToFine;
         let exact = options.face == Face::Exact;
         let planes = !coarse && !exact;
@@ -143,6 +148,7 @@ impl MethodArgs {
             ("--k-project", NEAR, planes && near, self.k_project.is_some()),
             ("--offset", POWER, options.face == Face::Power, self.offset.is_some()),
             ("--momentum", EXACT, exact, self.momentum.is_some()),
+            ("--lbfgs", LLOYD, exact, self.lbfgs.is_some()),
         ];
         let chosen = all.map(|(name, given)| (name, AT_ONCE, !coarse, given)).into_iter();
         let chosen = chosen.chain(in_planes.map(|(name, given)| (name, PLANES, planes, given)));
@@ -209,6 +215,7 @@ impl MethodArgs {
             },
             offset: self.offset.unwrap_or(base.offset),
             momentum: self.momentum.unwrap_or(base.momentum),
+            lbfgs: self.lbfgs.unwrap_or(base.lbfgs),
             measures,
             // See `AttributeArgs::ask`.
             held_sides: base.held_sides,

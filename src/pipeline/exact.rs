@@ -1,9 +1,10 @@
 //! The exact pipeline: restricted Voronoi cells on the surface itself, all sites from the start, Lloyd's iteration with or
-//! without momentum.
+//! without momentum, or L-BFGS.
 
 use super::Connection;
+use super::descent::Descent;
 use super::level::{LIST, near};
-use crate::gpu::{Buffer, Device};
+use crate::gpu::{Buffer, Device, Recorder};
 use crate::mesh::bvh::Bvh;
 use crate::options::Options;
 use crate::stages::cells::{CellSites, CellSurface, connected_cells};
@@ -50,6 +51,8 @@ pub(super) struct Run<'a> {
     cells: ExactCells,
     aim: Aim,
     step: Step,
+    /// With L-BFGS, in place of both.
+    descent: Option<Descent>,
 }
 
 impl<'a> Run<'a> {
@@ -75,6 +78,7 @@ impl<'a> Run<'a> {
             lists: Lists::new(device, n, &ListOptions::new(LIST))?,
             aim: Aim::new(device, n, None)?,
             step: Step::new(device, n, options.iterations, None)?,
+            descent: (options.lbfgs > 0).then(|| Descent::new(sites, spacing, options.lbfgs)),
         })
     }
 
@@ -101,6 +105,9 @@ impl<'a> Run<'a> {
                 break;
             }
         }
+        if let Some(descent) = &self.descent {
+            self.put(&descent.rest())?;
+        }
         let cells = self.cells.cells.to_vec(self.device)?;
         if !steps.is_empty() {
             summary.area = cells.iter().map(|c| f64::from(c.w)).sum::<f64>() / surface.area();
@@ -109,7 +116,7 @@ impl<'a> Run<'a> {
         Ok((steps, summary))
     }
 
-    /// Lists → parts → cells → aim → step; gives the root mean square step.
+    /// Lists → parts → cells → aim → step, or what L-BFGS asks for; gives the root mean square step.
     fn iteration(&mut self, iteration: u32) -> Result<(ExactCounts, f64)> {
         let mut recorder = self.device.recorder()?;
         self.lists.record_refresh(&mut recorder, &self.sites, MAX_RHO)?;
@@ -118,12 +125,35 @@ impl<'a> Run<'a> {
         let mut recorder = self.device.recorder()?;
         let (on, sites) = (&self.triangles, &self.sites);
         let counts = self.cells.record_cells(self.device, &mut recorder, on, sites, (&found, &parts))?;
+        if self.descent.is_some() {
+            return Ok((counts, self.descend(recorder)?));
+        }
         let (momentum, largest) = self.motion(iteration);
         self.aim.record(&mut recorder, sites, &self.cells, momentum, largest)?;
         self.step.record(&mut recorder, &self.aim.targets, sites, iteration)?;
         let history = recorder.download(&self.step.history)?;
         let history: Vec<Vec2> = recorder.submit()?.read(&history)?;
         Ok((counts, f64::from(history[iteration as usize].x) / self.spacing))
+    }
+
+    /// The rest of an iteration with L-BFGS; gives the root mean square distance to the centroids.
+    fn descend(&mut self, mut recorder: Recorder) -> Result<f64> {
+        let cells = recorder.download(&self.cells.cells)?;
+        let energies = recorder.download(&self.cells.energies)?;
+        let found = recorder.submit()?;
+        let (cells, energies): (Vec<Vec4>, Vec<f32>) = (found.read(&cells)?, found.read(&energies)?);
+        let Some(descent) = &mut self.descent else { return Ok(0.0) };
+        let trial = descent.next(&cells, &energies).to_vec();
+        let off = descent.off() / self.spacing;
+        self.put(&trial)?;
+        Ok(off)
+    }
+
+    /// Puts the sites where the host says.
+    fn put(&self, sites: &[Vec4]) -> Result<()> {
+        let mut recorder = self.device.recorder()?;
+        recorder.upload(&self.sites, sites)?;
+        recorder.submit().map(|_| ())
     }
 
     /// The momentum of an iteration, and its longest move.
