@@ -83,7 +83,7 @@ pub fn reach_spots_while(
     let locked = (0..mesh.vertices.len()).map(|v| is_locked(&links, &options.fixed, v)).collect();
     let points = std::mem::take(&mut mesh.vertices);
     let mut work = Work { links, points, locked, target, options, points_of: Vec::new(), edge };
-    let spots = work.spots();
+    let spots = work.spots(go_on);
     // The number of the edit that last changed each triangle, and of the last one before each spot was tried: where
     // nothing changed since then, nothing can be done.
     let mut changed = vec![1; work.links.triangles.len()];
@@ -163,10 +163,13 @@ impl Work<'_> {
         self.links.triangles[t as usize].map(|v| self.points[v as usize])
     }
 
-    /// Where mesh and surface are far apart, the farthest first.
-    fn spots(&mut self) -> Vec<Spot> {
+    /// Where mesh and surface are far apart, the farthest first; nothing if it is not to go on.
+    fn spots(&mut self, go_on: &mut dyn FnMut(f64) -> bool) -> Vec<Spot> {
         let mesh = TriMesh { vertices: self.points.clone(), triangles: self.links.triangles.clone() };
         let bvh = Bvh::new(&mesh);
+        if !go_on(0.0) {
+            return Vec::new();
+        }
         let shortest = self.options.lengths.iter().copied().reduce(f64::min).unwrap_or(1.0);
         let least = (FAR * self.edge * shortest).powi(2);
         let inward: Vec<_> = (self.target.points.par_iter())
@@ -183,6 +186,9 @@ impl Work<'_> {
                 let offset = at - found.point;
                 spots.push(Spot { distance: offset.length(), triangle: found.triangle, offset, at });
             }
+        }
+        if !go_on(0.0) {
+            return Vec::new();
         }
         let outward: Vec<Spot> = (0..mesh.triangles.len() as u32)
             .into_par_iter()
