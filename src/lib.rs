@@ -37,7 +37,7 @@ pub use options::{
 };
 pub use pipeline::{
     ExactSummary, PhaseTime, Preview, PreviewLevel, Remeshed, RunTimings, SkeletonSummary, Summary, preview,
-    remesh,
+    preview_repaired, remesh, remesh_repaired,
 };
 pub use remesher::Remesher;
 pub use size::{Length, Size};

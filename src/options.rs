@@ -2,6 +2,7 @@
 
 use crate::choices::{self, Face, Neighbours, Normals, Projection, Seeding};
 use crate::mesh::io::FeatureLine;
+use crate::mesh::repair::RepairOptions;
 use crate::mesh::skeleton::SkeletonOptions;
 use crate::mesh::source::Traced;
 use crate::size::Length;
@@ -304,6 +305,11 @@ impl Options {
     /// Maximal Poisson-disk sampling (Guo et al. 2015): no iterations.
     pub fn mps(vertices: usize) -> Self {
         Self { seeding: Seeding::Poisson, iterations: 0, ..Self::rvd(vertices) }
+    }
+
+    /// What a run repairs.
+    pub fn repairs(&self) -> RepairOptions {
+        RepairOptions { weld: self.weld, min_component: self.min_component }
     }
 
     /// Checks every range.

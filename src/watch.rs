@@ -88,6 +88,14 @@ impl From<()> for Flow {
 /// What connecting a level costs, in iterations; as measured on the CPU.
 pub(crate) const CONNECT: f64 = 12.0;
 
+/// Ends work of [`Watch::during`] that is to stop.
+///
+/// # Errors
+/// [`Error::Cancelled`], which the run gives too.
+pub(crate) fn heed(stop: &AtomicBool) -> Result<()> {
+    if stop.load(Ordering::Relaxed) { Err(Error::Cancelled) } else { Ok(()) }
+}
+
 /// A callback with what it was told, and what it answered.
 pub(crate) struct Watch<'a> {
     ask: &'a mut dyn FnMut(Progress) -> Flow,

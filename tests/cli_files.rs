@@ -106,6 +106,15 @@ fn ratios_and_no_size_at_all_count_the_inputs_vertices() {
     assert_eq!(quiet.0, "");
     let half = (0.5 * count as f64).round() as usize;
     assert_eq!(read(&place.path("half.ply")).unwrap().mesh.vertices.len(), half);
+    // Repaired for the count, but no other mesh for that.
+    place.run(&format!("remesh in.ply counted.ply -n {half} --iterations 2 --quality draft -q"));
+    place.run("batch in.ply --out many --ratio 0.5 --iterations 2 --quality draft -q");
+    let [one, counted, many] =
+        ["half.ply", "counted.ply", "many/in.ply"].map(|name| std::fs::read(place.path(name)).unwrap());
+    assert!(one == counted && one == many);
+    let plans = ["--ratio 0.5".to_owned(), format!("-n {half}")]
+        .map(|size| place.run(&format!("remesh in.ply --dry-run {size}")).0);
+    assert_eq!(plans[0], plans[1]);
     let (_, notes) = place.run("remesh in.ply same.ply --iterations 2 --quality draft");
     assert!(notes.starts_with(&format!("note: in.ply: {count} vertices, as many as it has")), "{notes}");
     assert_eq!(read(&place.path("same.ply")).unwrap().mesh.vertices.len(), count);

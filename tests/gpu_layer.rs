@@ -33,6 +33,39 @@ fn copies_come_back_as_they_were() {
     assert_valid(device);
 }
 
+/// Between dispatches that write and read the same buffer, which full barriers would hide.
+#[test]
+fn a_fill_waits_for_its_turn() {
+    let device = device();
+    let gather =
+        Pipeline::<gather_indices::Shader>::new(device, gather_indices::Constants::default()).unwrap();
+    for len in [1, 3, 1000] {
+        let order = Buffer::from_slice(device, "test.order", &(0..len).collect::<Vec<u32>>()).unwrap();
+        let source = Buffer::from_slice(device, "test.source", &vec![5_u32; len as usize]).unwrap();
+        let target = Buffer::<u32>::zeros(device, "test.target", len as usize).unwrap();
+        let mut recorder = device.recorder().unwrap();
+        let push = gather_indices::Push { element_count: len };
+        let bindings = gather_indices::Bindings { order: &order, source: &source, target: &target };
+        let mut copies = vec![recorder.download(&target).unwrap()];
+        recorder.dispatch(&gather, Threads(len as usize), &push, &bindings).unwrap();
+        copies.push(recorder.download(&target).unwrap());
+        // What the dispatch wrote, then what it reads.
+        recorder.fill(&target, 7).unwrap();
+        copies.push(recorder.download(&target).unwrap());
+        recorder.fill(&source, u32::MAX).unwrap();
+        recorder.dispatch(&gather, Threads(len as usize), &push, &bindings).unwrap();
+        copies.push(recorder.download(&target).unwrap());
+        let done = recorder.submit().unwrap();
+        let read: Vec<Vec<u32>> = copies.iter().map(|copy| done.read(copy).unwrap()).collect();
+        assert_eq!(read, [0, 5, 7, u32::MAX].map(|word| vec![word; len as usize]));
+    }
+    let nothing = Buffer::<UVec4>::zeros(device, "test.nothing", 0).unwrap();
+    assert!(nothing.to_vec(device).unwrap().is_empty());
+    let vectors = Buffer::<UVec4>::zeros(device, "test.vectors", 5).unwrap();
+    assert_eq!(vectors.to_vec(device).unwrap(), [UVec4::ZERO; 5]);
+    assert_valid(device);
+}
+
 #[test]
 fn a_recorder_keeps_what_it_uses() {
     let device = device();

@@ -3,8 +3,12 @@
 use crate::shapes::{moved, sphere};
 use crate::support::{assert_valid, device};
 use glam::DVec3;
+use rtfmesh::mesh::repair::repair_with;
 use rtfmesh::mesh::samples::sample;
-use rtfmesh::{Device, Error, MeasureDepth, Options, Remeshed, Remesher, remesh};
+use rtfmesh::{
+    Device, Error, MeasureDepth, Options, Remeshed, Remesher, Size, Sizing, TriMesh, preview,
+    preview_repaired, remesh, remesh_repaired,
+};
 
 fn options(vertices: usize) -> Options {
     Options { measures: MeasureDepth::Basic, ..Options::new(vertices) }
@@ -58,4 +62,33 @@ fn memory_is_given_back() {
     let peaks: Vec<u64> =
         (0..3).map(|_| remesher.remesh(&ball).unwrap().summary.timings.peak_device_bytes).collect();
     assert!(peaks.windows(2).all(|pair| pair[1] <= pair[0].max(1 << 20)), "{peaks:?}");
+}
+
+/// Every triangle has corners of its own, some none at all, and a vertex wants an edge length.
+#[test]
+fn a_mesh_that_is_repaired_already_comes_out_the_same() {
+    let torus = sample("torus").unwrap();
+    let soup = TriMesh {
+        vertices: torus.triangles.as_flattened().iter().map(|v| torus.vertices[*v as usize]).collect(),
+        triangles: (0..=torus.triangles.len() as u32).map(|t| [3 * t, 3 * t + 1, 3 * t + 2]).collect(),
+    };
+    let soup = TriMesh { vertices: [soup.vertices, vec![DVec3::ONE; 3]].concat(), ..soup };
+    let lengths = soup.vertices.iter().map(|p| if p.x > 0.0 { 2.0 } else { 1.0 }).collect();
+    let sized = Options { sizing: Sizing::Given(lengths), ..options(300) };
+    for options in [options(300), Options { weld: 1e-4, ..options(300) }, sized] {
+        let repaired = repair_with(&soup, &options.repairs()).unwrap();
+        assert_eq!(Size::AsInput.vertices(&repaired.mesh).unwrap(), torus.vertices.len());
+        assert_eq!(repaired.counts.degenerate_faces_dropped, 1);
+        let plain = remesh(device(), &soup, &options, &mut |_| {}).unwrap();
+        let spared = remesh_repaired(device(), &soup, Some(repaired.clone()), &options, &mut |_| {}).unwrap();
+        assert_eq!((spared.mesh, spared.summary.repaired), (plain.mesh, plain.summary.repaired));
+        let seen = preview_repaired(&soup, Some(repaired.clone()), &options).unwrap();
+        assert_eq!(seen.patches, preview(&soup, &options).unwrap().patches);
+        let of_another = |done| matches!(done, Some(Error::Usage { .. }));
+        let other = TriMesh { triangles: soup.triangles[..5].to_vec(), ..soup.clone() };
+        let refused = remesh_repaired(device(), &other, Some(repaired.clone()), &options, &mut |_| {});
+        assert!(of_another(refused.err()));
+        assert!(of_another(preview_repaired(&other, Some(repaired), &options).err()));
+    }
+    assert_valid(device());
 }

@@ -10,7 +10,7 @@ use anyhow::Result;
 use rtfmesh::mesh::io::{self, Encoding, Format, Loaded};
 use rtfmesh::report::Report;
 use rtfmesh::report::html::{PageInput, page};
-use rtfmesh::{Device, Error, MeasureDepth, Options, Remeshed, Size, preview, remesh};
+use rtfmesh::{Device, Error, MeasureDepth, Options, Remeshed, Size, preview_repaired, remesh_repaired};
 use std::path::{Path, PathBuf};
 
 const EXAMPLES: &str = "Examples:
@@ -77,13 +77,14 @@ pub fn run(args: &Args) -> Result<()> {
     let mut watch = Watch::new(&args.watch)?;
     let (loaded, device) = rayon::join(|| load(args), || args.device.open());
     let loaded = loaded?;
-    options.vertices = count(size, &args.input, &loaded.mesh, args.quiet)?;
+    let repaired = count(size, &args.input, &loaded.mesh, &mut options, args.quiet)?;
     ask(args, &loaded, Some(target.format()), &mut options)?;
     let device = device?;
     if !args.quiet {
         watch.show_bar();
     }
-    let result = remesh(&device, &loaded.mesh, &options, &mut |now| watch.progress(now));
+    let mut progress = |now| watch.progress(now);
+    let result = remesh_repaired(&device, &loaded.mesh, repaired, &options, &mut progress);
     watch.end();
     let mut result = result.map_err(|e| e.in_file(input_name(&args.input)))?;
     refuse_messages(&device)?;
@@ -129,9 +130,10 @@ fn ask(args: &Args, loaded: &Loaded, format: Option<Format>, options: &mut Optio
 /// Prints what would be done.
 fn dry_run(args: &Args, size: Size, mut options: Options) -> Result<()> {
     let loaded = load(args)?;
-    options.vertices = count(size, &args.input, &loaded.mesh, args.quiet)?;
+    let repaired = count(size, &args.input, &loaded.mesh, &mut options, args.quiet)?;
     ask(args, &loaded, None, &mut options)?;
-    let plan = preview(&loaded.mesh, &options).map_err(|e| e.in_file(input_name(&args.input)))?;
+    let plan = preview_repaired(&loaded.mesh, repaired, &options);
+    let plan = plan.map_err(|e| e.in_file(input_name(&args.input)))?;
     let text = table::preview(&plan);
     // Whoever reads standard output for a mesh must not get a table.
     if args.output.as_deref().is_some_and(is_standard) {

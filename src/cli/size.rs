@@ -1,8 +1,8 @@
 //! How many vertices are wanted, on the command line.
 
 use super::files::{input_name, tell_notes};
-use rtfmesh::mesh::repair::repair;
-use rtfmesh::{Result, Size, TriMesh};
+use rtfmesh::mesh::repair::{RepairOptions, Repaired, repair};
+use rtfmesh::{Options, Result, Size, TriMesh};
 use std::path::Path;
 
 /// At most one of these; none means as many vertices as the input has.
@@ -44,20 +44,30 @@ impl SizeArgs {
     }
 }
 
-/// The count for this input, with a note where nobody asked for one.
+/// Puts the count for this input into the options, with a note where nobody asked for one. Gives the input as the run will
+/// repair it, where that had to be done.
 ///
 /// # Errors
 /// [`rtfmesh::Error::Usage`] for counts that cannot be, [`rtfmesh::Error::Input`] for a mesh without area.
-pub fn count(size: Size, path: &Path, mesh: &TriMesh, quiet: bool) -> Result<usize> {
+pub fn count(
+    size: Size,
+    path: &Path,
+    mesh: &TriMesh,
+    options: &mut Options,
+    quiet: bool,
+) -> Result<Option<Repaired>> {
     if let Size::Vertices(count) = size {
-        return Ok(count);
+        options.vertices = count;
+        return Ok(None);
     }
     let in_file = |error: rtfmesh::Error| error.in_file(input_name(path));
     let repaired = repair(mesh).map_err(in_file)?;
     let count = size.vertices(&repaired.mesh).map_err(in_file)?;
+    options.vertices = count;
     if size == Size::AsInput && !quiet {
         let what = "as many as it has, for want of -n, --edge-length or --ratio";
         tell_notes(path, &[format!("{count} vertices, {what}")]);
     }
-    Ok(count)
+    // Sizes are those of the whole input, the run may want less of it.
+    Ok((options.repairs() == RepairOptions::default()).then_some(repaired))
 }

@@ -11,7 +11,7 @@ use std::time::{Duration, Instant};
 /// Exit code of a run that was stopped, as shells have it for Ctrl-C.
 pub const CANCELLED: u8 = 130;
 /// A run that has not stopped by itself after this long, such as one that still reads, is ended.
-const PATIENCE: Duration = Duration::from_millis(700);
+const PATIENCE: Duration = Duration::from_millis(500);
 /// The time that finishing will take is an estimate; this many times that is set aside.
 const CAUTION: f64 = 1.3;
 /// Steps of the bar.

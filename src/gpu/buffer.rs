@@ -63,6 +63,18 @@ impl<T: bytemuck::Pod> Buffer<T> {
         Ok(buffer)
     }
 
+    /// A buffer of zeros.
+    ///
+    /// # Errors
+    /// As [`Buffer::new`].
+    pub fn zeros(device: &Device, name: &str, len: usize) -> Result<Self> {
+        let buffer = Self::new(device, name, len)?;
+        let mut recorder = device.recorder()?;
+        recorder.fill(&buffer, 0)?;
+        recorder.submit()?;
+        Ok(buffer)
+    }
+
     /// Copies the content back; waits for the device.
     ///
     /// # Errors

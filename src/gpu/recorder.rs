@@ -243,6 +243,22 @@ impl Recorder {
         Ok(())
     }
 
+    /// Sets all 32-bit words of `target` to `word`.
+    ///
+    /// # Errors
+    /// [`Error::Device`] if the driver has no memory.
+    pub fn fill<T: bytemuck::Pod>(&mut self, target: &Buffer<T>, word: u32) -> Result<()> {
+        let buffer = target.raw();
+        self.transfer(&[(buffer.id, Access::Write)]);
+        self.buffers.insert(buffer.id, buffer.clone());
+        let raw = self.shared.raw.clone();
+        // SAFETY: buffers are made for transfers, of whole words; this recorder shares the buffer until the submission was
+        // waited for.
+        self.timed("copy.fill", |commands| unsafe {
+            raw.cmd_fill_buffer(commands, buffer.handle, 0, vk::WHOLE_SIZE, word);
+        })
+    }
+
     /// Copies `source` to the host; read it after the submission.
     ///
     /// # Errors
@@ -327,15 +343,19 @@ impl Recorder {
     }
 
     fn copy(&mut self, from: &RawBuffer, to: &RawBuffer, bytes: usize, name: &'static str) -> Result<()> {
-        let uses = [(from.id, Access::Read), (to.id, Access::Write)];
-        if let Some(b) = self.hazards.before(Stage::Transfer, &uses, self.shared.full_barriers) {
-            self.barrier(b);
-        }
+        self.transfer(&[(from.id, Access::Read), (to.id, Access::Write)]);
         let raw = self.shared.raw.clone();
         let region = [vk::BufferCopy::default().size(bytes as u64)];
         // SAFETY: both buffers are at least `bytes` long; this recorder shares or owns them until the submission was
         // waited for.
         self.timed(name, |commands| unsafe { raw.cmd_copy_buffer(commands, from.handle, to.handle, &region) })
+    }
+
+    /// The barrier before a copy or a fill, if it needs one.
+    fn transfer(&mut self, uses: &[(u64, Access)]) {
+        if let Some(b) = self.hazards.before(Stage::Transfer, uses, self.shared.full_barriers) {
+            self.barrier(b);
+        }
     }
 
     fn barrier(&self, b: Barrier) {

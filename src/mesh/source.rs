@@ -1,5 +1,7 @@
 //! Where the vertices and faces of a remeshed surface lie on the mesh that it was made from.
 
+use std::sync::atomic::{AtomicBool, Ordering};
+
 use glam::DVec3;
 use rayon::prelude::*;
 use serde::Serialize;
@@ -10,6 +12,7 @@ use super::frame::Frame;
 use super::repair::Repaired;
 use super::triangle::closest_on_triangle;
 use crate::Result;
+use crate::watch::heed;
 
 /// A triangle that faces the other way counts only if it is nearer than the nearest one that faces the same way by more
 /// than this share of the length of the edges there.
@@ -68,30 +71,52 @@ impl SurfacePoint {
 /// # Errors
 /// [`crate::Error::Input`]: see [`Frame::of`].
 pub fn trace(input: &TriMesh, repaired: &Repaired, output: &TriMesh, asked: Traced) -> Result<Source> {
+    trace_until(input, repaired, output, asked, &AtomicBool::new(false))
+}
+
+/// As [`trace`]; [`crate::Error::Cancelled`] soon after it is to `stop`.
+pub(crate) fn trace_until(
+    input: &TriMesh,
+    repaired: &Repaired,
+    output: &TriMesh,
+    asked: Traced,
+    stop: &AtomicBool,
+) -> Result<Source> {
     let frame = Frame::of(&repaired.mesh)?;
     let unit = |mesh: &TriMesh| TriMesh {
         vertices: mesh.vertices.iter().map(|p| frame.to_unit(*p)).collect(),
         triangles: mesh.triangles.clone(),
     };
-    let search = Search::new(unit(&repaired.mesh));
-    let wanted = wanted(&unit(output), asked);
-    let found: Vec<SurfacePoint> = wanted
-        .par_chunks(CHUNK)
-        .flat_map_iter(|chunk| {
-            let mut rank = 0;
-            let of_input = |wanted: &Wanted| {
-                let triangle = repaired.origin[search.find(wanted, &mut rank) as usize];
-                // Of the input's own triangle, whose corners repair may have in another order.
-                let corners = input.corners(triangle as usize).map(|p| frame.to_unit(p));
-                let barycentric = snapped(closest_on_triangle(wanted.at, corners).barycentric);
-                SurfacePoint { triangle, barycentric }
-            };
-            chunk.iter().map(of_input).collect::<Vec<_>>()
-        })
-        .collect();
-    let (vertices, faces) = found.split_at(if asked.vertices { output.vertices.len() } else { 0 });
-    Ok(Source { vertices: vertices.to_vec(), faces: faces.to_vec() })
+    let (search, wanted) = rayon::join(|| Search::new(unit(&repaired.mesh)), || wanted(&unit(output), asked));
+    // Each point is looked for where `first` says, or else where the one before it was found.
+    let find = |wanted: &[Wanted], first: &(dyn Fn(usize) -> Option<usize> + Sync)| -> Result<Found> {
+        let chunks = wanted.par_chunks(CHUNK).zip((0..wanted.len()).into_par_iter().step_by(CHUNK));
+        let found =
+            chunks.take_any_while(|_| !stop.load(Ordering::Relaxed)).flat_map_iter(|(chunk, start)| {
+                let mut rank = 0;
+                let of_input = |(at, wanted): (usize, &Wanted)| {
+                    rank = first(at).unwrap_or(rank);
+                    let triangle = repaired.origin[search.find(wanted, &mut rank) as usize];
+                    // Of the input's own triangle, whose corners repair may have in another order.
+                    let corners = input.corners(triangle as usize).map(|p| frame.to_unit(p));
+                    let barycentric = snapped(closest_on_triangle(wanted.at, corners).barycentric);
+                    (SurfacePoint { triangle, barycentric }, rank)
+                };
+                (start..).zip(chunk).map(of_input).collect::<Vec<_>>()
+            });
+        let found = found.unzip();
+        heed(stop)?;
+        Ok(found)
+    };
+    let (vertices, faces) = wanted.split_at(if asked.vertices { output.vertices.len() } else { 0 });
+    let (vertices, ranks) = find(vertices, &|_| None)?;
+    let beside = |t: usize| ranks.get(output.triangles[t][0] as usize).copied();
+    let (faces, _) = find(faces, &beside)?;
+    Ok(Source { vertices, faces })
 }
+
+/// Points with their ranks among the triangles of a [`Search`].
+type Found = (Vec<SurfacePoint>, Vec<usize>);
 
 /// A point to be found.
 struct Wanted {
@@ -221,4 +246,20 @@ fn side_between(repaired: &Repaired, t: u32, corners: [DVec3; 3], side: usize) -
     let (from, to) = (nearest(corners[side])?, nearest(corners[(side + 1) % 3])?);
     let first = if (from + 1) % 3 == to { from } else { to };
     (from != to).then_some(3 * t + first as u32)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::Error;
+    use crate::mesh::repair::repair;
+    use crate::mesh::samples::sample;
+
+    #[test]
+    fn nobody_gets_a_part_of_it() {
+        let mesh = sample("torus").unwrap();
+        let repaired = repair(&mesh).unwrap();
+        let stopped = trace_until(&mesh, &repaired, &mesh, Traced::ALL, &AtomicBool::new(true));
+        assert_eq!(stopped, Err(Error::Cancelled));
+    }
 }

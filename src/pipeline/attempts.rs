@@ -69,12 +69,12 @@ impl Attempts<'_> {
     pub fn run(&self, first: Ground, watch: &mut Watch, clock: &mut Clock) -> Result<Settled> {
         let Options { vertices: asked, seed, shortage, .. } = *self.options;
         let (first, vertices) = match shortage {
-            Shortage::AddVertices => self.room(first, asked)?,
+            Shortage::AddVertices => self.room(first, asked, watch)?,
             Shortage::Refuse | Shortage::BestEffort => (first, asked),
         };
         let crossing = self.crossing;
         let mut attempts = 0;
-        let mut run = |ground: &Ground, vertices: usize, seed: u64| -> Result<Settled> {
+        let mut run = |ground: &Ground, vertices: usize, seed: u64, watch: &mut Watch| -> Result<Settled> {
             attempts += 1;
             watch.attempt(attempts);
             let options = Options { vertices, seed, ..self.options.clone() };
@@ -84,28 +84,31 @@ impl Attempts<'_> {
             let (connection, steps) = run.run(watch, clock)?;
             Ok(Settled { connection, steps, skeleton: Some(ground.skeleton), vertices, attempts })
         };
-        let begun = match run(&first, vertices, seed) {
+        let begun = match run(&first, vertices, seed, watch) {
             // Sharp edges need more than there are.
             Err(error @ Error::Usage { .. }) if may_collapse(self.options) => {
-                return self.collapsed(first.skeleton, vertices, crossing).ok_or(error);
+                let skeleton = first.skeleton;
+                let collapsed = watch.during(|stop| self.collapsed(skeleton, vertices, crossing, stop))?;
+                return collapsed.ok_or(error);
             }
             begun => begun?,
         };
         let Some(fault) = begun.connection.fault.clone() else { return Ok(begun) };
         // What is torn to begin with may stay so.
         if !self.input.is_manifold() {
-            return Ok(self.mended(&begun, crossing).unwrap_or(begun));
+            let mended = watch.during(|stop| self.mended(&begun, crossing, stop))?;
+            return Ok(mended.unwrap_or(begun));
         }
         for start in 1..STARTS {
-            let other = run(&first, vertices, seed.wrapping_add(start))?;
+            let other = run(&first, vertices, seed.wrapping_add(start), watch)?;
             if other.connection.fault.is_none() {
                 return Ok(other);
             }
         }
         // Uneven triangles, but as many as asked for. Who gladly takes more gets even ones.
-        let spare = || self.mended(&begun, crossing);
+        let spare = |watch: &mut Watch| watch.during(|stop| self.mended(&begun, crossing, stop));
         if shortage != Shortage::AddVertices
-            && let Some(mended) = spare()
+            && let Some(mended) = spare(watch)?
         {
             return Ok(mended);
         }
@@ -119,32 +122,32 @@ impl Attempts<'_> {
             if more > (MOST_GROWTH * vertices).max(FEW) {
                 break None;
             }
-            let larger = run(&self.ground(more)?, more, seed)?;
+            let larger = run(&self.ground(more, watch)?, more, seed, watch)?;
             if larger.connection.fault.is_none() {
                 break Some(larger);
             }
         };
         match (enough, shortage) {
             (Some(larger), Shortage::AddVertices) => Ok(larger),
-            (None, Shortage::AddVertices) => spare().ok_or_else(|| self.refusal(&fault, more, false)),
+            (None, Shortage::AddVertices) => spare(watch)?.ok_or_else(|| self.refusal(&fault, more, false)),
             (enough, _) => Err(self.refusal(&fault, more, enough.is_some())),
         }
     }
 
-    fn ground(&self, vertices: usize) -> Result<Ground> {
+    fn ground(&self, vertices: usize, watch: &mut Watch) -> Result<Ground> {
         let options = Options { vertices, ..self.options.clone() };
-        ground(self.device, (self.mesh, self.frame), self.surface, &options)
+        watch.during(|stop| ground(self.device, (self.mesh, self.frame), self.surface, &options, stop))?
     }
 
     /// As many vertices, or more if curves leave too few of them. What counts as a curve depends on their number.
-    fn room(&self, mut ground: Ground, mut vertices: usize) -> Result<(Ground, usize)> {
+    fn room(&self, mut ground: Ground, mut vertices: usize, watch: &mut Watch) -> Result<(Ground, usize)> {
         while let Some(curves) = &ground.curves {
             let enough = enough(curves, self.surface.area(), vertices);
             if enough <= vertices {
                 break;
             }
             vertices = enough;
-            ground = self.ground(vertices)?;
+            ground = self.ground(vertices, watch)?;
         }
         Ok((ground, vertices))
     }

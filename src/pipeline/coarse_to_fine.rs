@@ -24,9 +24,10 @@ use crate::stages::seed::{self, Seeds};
 use crate::stages::sizing::DeviceSizes;
 use crate::stages::surface::Surface;
 use crate::stages::surface_curves::SurfaceCurves;
-use crate::watch::Watch;
+use crate::watch::{Watch, heed};
 use crate::{Phase, Result, TriMesh};
 use std::sync::OnceLock;
+use std::sync::atomic::AtomicBool;
 
 /// What all levels share.
 pub(super) struct CoarseToFine<'a> {
@@ -57,18 +58,22 @@ impl Ground {
     /// `options` are for the surface in the unit-diagonal frame; `sized` makes the edge lengths, once the curves are known.
     ///
     /// # Errors
-    /// [`crate::Error::OutOfMemory`] if the surface does not fit on the device; what [`skeleton`] and `sized` find wrong.
+    /// [`crate::Error::OutOfMemory`] if the surface does not fit on the device; what [`skeleton`] and `sized` find wrong;
+    /// [`crate::Error::Cancelled`] soon after it is to `stop`.
     pub fn new(
         device: &Device,
         surface: &Surface,
         options: &SkeletonOptions,
         sized: impl Fn(Option<&SurfaceCurves>) -> Result<SizeField> + Sync,
+        stop: &AtomicBool,
     ) -> Result<Self> {
         let mesh = surface.mesh();
         let held = || -> Result<_> {
             let found = skeleton(&mesh, options)?;
+            heed(stop)?;
             let curves = SurfaceCurves::new(&mesh.vertices, &mesh.triangles, &found);
             let sizes = sized(curves.as_ref())?;
+            heed(stop)?;
             let curves = curves.map(|curves| curves.sized(&sizes));
             let records = TriangleRecords::new(device, surface, curves.as_ref())?;
             let device_sizes = DeviceSizes::new(device, &sizes)?;
@@ -218,6 +223,7 @@ impl CoarseToFine<'_> {
         (spacing, iterations, moves): (f64, u32, Moves),
         watch: &mut Watch,
     ) -> Result<Found> {
+        watch.look()?;
         let level =
             Level::new(self.device, start, (spacing, !self.ground.sizes.is_uniform()), iterations, moves)?;
         let Relaxed { sites: mut positions, triangles: under, near, steps, open } =

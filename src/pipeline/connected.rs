@@ -8,17 +8,17 @@ use super::parts::is_as_good;
 use super::shares::{FEW_ROUNDS, Shares};
 use crate::gpu::NONE;
 use crate::mesh::frame::Frame;
-use crate::mesh::intersections::{intersecting_faces, intersecting_faces_until};
+use crate::mesh::intersections::intersecting_faces_until;
 use crate::mesh::polyline::Polyline;
 use crate::mesh::topology::topology;
 use crate::polish::{
     FitOptions, PolishOptions, Rail, SpotOptions, fit_while, polish_while, reach_spots_while,
 };
-use crate::stages::cells::{BrokenCell, CellSites, CellSurface, connected_cells};
+use crate::stages::cells::{BrokenCell, CellSites, CellSurface, connected_cells_until};
 use crate::stages::connect::{ConnectCounts, connect};
 use crate::stages::curve_sites::CurveSites;
 use crate::stages::place::Place;
-use crate::watch::Watch;
+use crate::watch::{Watch, heed};
 use crate::{Phase, Result, TriMesh};
 use glam::DVec3;
 use std::sync::atomic::AtomicBool;
@@ -58,6 +58,15 @@ pub(super) struct Found {
     pub crossing: Option<usize>,
     pub open: usize,
     pub steps: Vec<f64>,
+}
+
+/// The triangles over some sites.
+struct Tied {
+    triangles: Vec<[u32; 3]>,
+    counts: ConnectCounts,
+    broken: Vec<BrokenCell>,
+    /// Whether they have the input's topology.
+    sound: bool,
 }
 
 /// The curve sites of a level.
@@ -120,30 +129,17 @@ impl CoarseToFine<'_> {
         let mut left = DENSIFICATIONS;
         loop {
             watch.look()?;
-            let Sites { positions, under, held, near: listed } = &mut sites;
-            let mut places = Place::inside(under);
-            for (held, (v, pin)) in held.iter().flat_map(|held| held.pinned().map(move |pin| (held, pin))) {
-                places[v] = held.sites.places[pin];
-            }
-            let lengths = &sizes.at_all(positions, under);
-            let sites_now = CellSites { positions, places: &places, near: listed, spacing, lengths };
-            let cells = connected_cells(on, &sites_now);
-            watch.look()?;
-            let (triangles, counts) = connect(positions, &cells.fans);
-            watch.look()?;
-            let mesh = TriMesh { vertices: std::mem::take(positions), triangles };
-            let got = topology(&mesh);
-            let sound = is_as_good(&got, self.input) && got.vertices == mesh.vertices.len();
-            *positions = mesh.vertices;
+            let tied = watch.during(|stop| self.tied(on, &mut sites, spacing, stop))??;
+            let Tied { broken, triangles, counts, sound } = tied;
+            let Sites { positions, under, near: listed, .. } = &mut sites;
             let mut movable = Movable { positions, under, fixed: &fixed };
-            if sound || left == 0 || !densify(&mut movable, &mesh.triangles, &cells.broken, (spacing, sizes))
-            {
+            if sound || left == 0 || !densify(&mut movable, &triangles, &broken, (spacing, sizes)) {
                 return Ok(Found {
-                    counts: ConnectCounts { cells: Some(cells.certificate), ..counts },
+                    counts,
                     sound,
-                    trouble: cells.broken.first().map(|b| b.farthest.0),
+                    trouble: broken.first().map(|b| b.farthest.0),
                     crossing: None,
-                    mesh: TriMesh { vertices: sites.positions, triangles: mesh.triangles },
+                    mesh: TriMesh { vertices: sites.positions, triangles },
                     rested: TriMesh::default(),
                     under: sites.under,
                     held: sites.held,
@@ -154,6 +150,27 @@ impl CoarseToFine<'_> {
             left -= 1;
             *listed = near(self.device, positions)?;
         }
+    }
+
+    /// A mesh over the sites as they are.
+    fn tied(&self, on: &CellSurface, sites: &mut Sites, spacing: f64, stop: &AtomicBool) -> Result<Tied> {
+        let Sites { positions, under, held, near } = sites;
+        let mut places = Place::inside(under);
+        for (held, (v, pin)) in held.iter().flat_map(|held| held.pinned().map(move |pin| (held, pin))) {
+            places[v] = held.sites.places[pin];
+        }
+        let lengths = &self.ground.sizes.at_all(positions, under);
+        let sites_now = CellSites { positions, places: &places, near, spacing, lengths };
+        let cells = connected_cells_until(on, &sites_now, stop);
+        heed(stop)?;
+        let (triangles, counts) = connect(positions, &cells.fans);
+        heed(stop)?;
+        let mesh = TriMesh { vertices: std::mem::take(positions), triangles };
+        let got = topology(&mesh);
+        let sound = is_as_good(&got, self.input) && got.vertices == mesh.vertices.len();
+        *positions = mesh.vertices;
+        let counts = ConnectCounts { cells: Some(cells.certificate), ..counts };
+        Ok(Tied { broken: cells.broken, triangles: mesh.triangles, counts, sound })
     }
 
     /// A mesh polished and fitted, and what is wrong with it. If faces run through others, sites are moved there from
@@ -180,8 +197,10 @@ impl CoarseToFine<'_> {
             let crossing = watch.during(|stop| crossing_faces_until(&found.mesh, self.frame, stop))?;
             found.crossing = Some(crossing.len());
             clock.phase("check");
-            let of_input = || intersecting_faces(self.mesh).len();
-            if crossing.is_empty() || crossing.len() <= *self.crossing.get_or_init(of_input) {
+            let of_input = |stop: &AtomicBool| {
+                *self.crossing.get_or_init(|| intersecting_faces_until(self.mesh, stop).len())
+            };
+            if crossing.is_empty() || crossing.len() <= watch.during(of_input)? {
                 return Ok((found, None));
             }
             let wanted: Vec<BrokenCell> =
@@ -284,13 +303,8 @@ impl CoarseToFine<'_> {
 }
 
 /// The faces of a mesh in the unit-diagonal frame that run through others in the file's numbers: rounding to those may fold
-/// what is thin.
-pub(super) fn crossing_faces(mesh: &TriMesh, frame: &Frame) -> Vec<u32> {
-    crossing_faces_until(mesh, frame, &AtomicBool::new(false))
-}
-
-/// As [`crossing_faces`], with some of them once it is to `stop`.
-fn crossing_faces_until(mesh: &TriMesh, frame: &Frame, stop: &AtomicBool) -> Vec<u32> {
+/// what is thin. It ends soon, with some of them, once it is to `stop`.
+pub(super) fn crossing_faces_until(mesh: &TriMesh, frame: &Frame, stop: &AtomicBool) -> Vec<u32> {
     let vertices = mesh.vertices.iter().map(|p| frame.from_unit(*p)).collect();
     intersecting_faces_until(&TriMesh { vertices, triangles: mesh.triangles.clone() }, stop)
 }

@@ -246,7 +246,7 @@ impl Landing {
             Planes::Sites(fit, _) => {
                 fit.record(recorder, sites, near, &self.site_triangle, &surface.device.normals)
             }
-            Planes::Surface(_, flags) => recorder.upload(flags, &vec![0; flags.len()]),
+            Planes::Surface(_, flags) => recorder.fill(flags, 0),
             Planes::Cloud(..) => Ok(()),
         }
     }

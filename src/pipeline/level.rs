@@ -169,6 +169,7 @@ impl Level {
         self.record_move(&mut recorder, surface, 0)?;
         self.lists.record_build(&mut recorder, &self.sites)?;
         recorder.submit()?;
+        watch.look()?;
         let mut pace = Pace::new(start.seeds.sites.len(), PER_LOOK);
         while (steps.len() as u32) < self.iterations {
             let begin = steps.len() as u32;

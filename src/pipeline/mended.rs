@@ -1,21 +1,28 @@
 //! Results that cells got wrong, mended by collapsing edges.
 
 use super::attempts::{Attempts, Settled, has_own_curves};
-use super::connected::crossing_faces;
+use super::connected::crossing_faces_until;
 use super::parts::{Parts, Spread};
 use super::spare::Wish;
 use super::{Connection, SkeletonSummary};
 use crate::Sizing;
 use crate::mesh::coarsen::Site;
-use crate::mesh::intersections::intersecting_faces;
+use crate::mesh::intersections::intersecting_faces_until;
 use crate::mesh::spacing;
 use crate::stages::connect::ConnectCounts;
 use std::sync::OnceLock;
+use std::sync::atomic::AtomicBool;
 
 impl Attempts<'_> {
     /// A result with its faulty components made anew, with as many vertices; nothing if that does not help. `crossing` is
-    /// the number of faces of the input that run through others, once somebody asked.
-    pub(super) fn mended(&self, settled: &Settled, crossing: &OnceLock<usize>) -> Option<Settled> {
+    /// the number of faces of the input that run through others, once somebody asked. It ends soon, with anything, once it is
+    /// to `stop`.
+    pub(super) fn mended(
+        &self,
+        settled: &Settled,
+        crossing: &OnceLock<usize>,
+        stop: &AtomicBool,
+    ) -> Option<Settled> {
         // Those curves are not known here.
         if has_own_curves(self.options) {
             return None;
@@ -24,14 +31,14 @@ impl Attempts<'_> {
         let surface = self.surface.mesh();
         let sites = begun.rested.iter().zip(&begun.under);
         let sites: Vec<Site> = sites.map(|(at, triangle)| Site { at: *at, triangle: *triangle }).collect();
-        let through = crossing_faces(&begun.mesh, self.frame);
-        let torn = if through.len() > self.of_input(crossing) { through.as_slice() } else { &[] };
-        let (wish, parts) = (self.wish(settled.vertices), Parts::new(&surface));
+        let through = crossing_faces_until(&begun.mesh, self.frame, stop);
+        let torn = if through.len() > self.of_input(crossing, stop) { through.as_slice() } else { &[] };
+        let (wish, parts) = (self.wish(settled.vertices, stop), Parts::new(&surface));
         let made = |spread: Spread| {
             let mut mesh = begun.mesh.clone();
             let collapsed = parts.mend(&surface, &mut mesh, (&sites, torn), &wish, spread).ok()?;
-            let left = crossing_faces(&mesh, self.frame).len();
-            (collapsed > 0 && left <= self.of_input(crossing)).then_some((mesh, collapsed, left))
+            let left = crossing_faces_until(&mesh, self.frame, stop).len();
+            (collapsed > 0 && left <= self.of_input(crossing, stop)).then_some((mesh, collapsed, left))
         };
         let sized = self.options.sizing != Sizing::Uniform;
         let again = || if sized { made(Spread::Evenly) } else { None };
@@ -52,20 +59,22 @@ impl Attempts<'_> {
         Some(Settled { connection, steps: settled.steps.clone(), ..*settled })
     }
 
-    /// The whole surface by collapsing edges; nothing if that does not reach so few vertices.
+    /// The whole surface by collapsing edges; nothing if that does not reach so few vertices. It ends soon, with anything, once
+    /// it is to `stop`.
     pub(super) fn collapsed(
         &self,
         skeleton: SkeletonSummary,
         vertices: usize,
         crossing: &OnceLock<usize>,
+        stop: &AtomicBool,
     ) -> Option<Settled> {
         let surface = self.surface.mesh();
         let parts = Parts::new(&surface);
-        let mesh = parts.whole(&surface, &self.wish(vertices)).ok()?;
-        let left = crossing_faces(&mesh, self.frame).len();
+        let mesh = parts.whole(&surface, &self.wish(vertices, stop)).ok()?;
+        let left = crossing_faces_until(&mesh, self.frame, stop).len();
         let connection =
             Connection { mesh, collapsed: parts.count(), crossing: Some(left), ..Connection::default() };
-        let fits = left <= self.of_input(crossing);
+        let fits = left <= self.of_input(crossing, stop);
         fits.then_some(Settled {
             connection,
             steps: Vec::new(),
@@ -75,11 +84,11 @@ impl Attempts<'_> {
         })
     }
 
-    fn wish(&self, vertices: usize) -> Wish {
-        Wish { vertices, ..Wish::of(self.options, spacing(self.surface.area(), vertices)) }
+    fn wish<'a>(&self, vertices: usize, stop: &'a AtomicBool) -> Wish<'a> {
+        Wish { vertices, ..Wish::of(self.options, spacing(self.surface.area(), vertices), stop) }
     }
 
-    fn of_input(&self, crossing: &OnceLock<usize>) -> usize {
-        *crossing.get_or_init(|| intersecting_faces(self.mesh).len())
+    fn of_input(&self, crossing: &OnceLock<usize>, stop: &AtomicBool) -> usize {
+        *crossing.get_or_init(|| intersecting_faces_until(self.mesh, stop).len())
     }
 }

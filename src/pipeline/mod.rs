@@ -33,7 +33,7 @@ use crate::measure::{Crossing, Measures, measure_some};
 use crate::mesh::intersections::intersecting_faces_until;
 use crate::mesh::repair::{RepairCounts, Repaired};
 use crate::mesh::skeleton::Skeleton;
-use crate::mesh::source::{Source, Traced, trace};
+use crate::mesh::source::{Source, Traced, trace_until};
 use crate::mesh::spacing;
 use crate::mesh::topology::Topology;
 use crate::mesh::voronoi::{Energy, energy};
@@ -58,8 +58,8 @@ use words::{remarks, warnings};
 pub use exact::ExactSummary;
 pub(crate) use prepare::compile;
 #[cfg(feature = "html")]
-pub(crate) use prepare::{for_repaired, repairs, wanted_edges};
-pub use preview::{Preview, PreviewLevel, preview};
+pub(crate) use prepare::{for_repaired, wanted_edges};
+pub use preview::{Preview, PreviewLevel, preview, preview_repaired};
 
 /// A result with its story.
 #[derive(Debug, Clone)]
@@ -166,8 +166,8 @@ pub struct PhaseTime {
     pub milliseconds: f64,
 }
 
-/// Remeshes `mesh` on `device`; `progress` is called several times a second, but not while the input is prepared. It may
-/// give nothing, or what to do next as a [`Flow`].
+/// Remeshes `mesh` on `device`; `progress` is called several times a second. It may give nothing, or what to do next as a
+/// [`Flow`].
 ///
 /// # Errors
 /// [`Error::Usage`] for options out of range, [`Error::Input`] for a mesh without area, [`Error::Cancelled`] if
@@ -178,18 +178,40 @@ pub fn remesh<F: Into<Flow>>(
     options: &Options,
     progress: &mut dyn FnMut(Progress) -> F,
 ) -> Result<Remeshed> {
-    options.validate()?;
-    watched(device, mesh, options, &mut Watch::new(&mut |now| progress(now).into()))
+    remesh_repaired(device, mesh, None, options, progress)
 }
 
-fn watched(device: &Device, mesh: &TriMesh, options: &Options, watch: &mut Watch) -> Result<Remeshed> {
+/// As [`remesh`] for a mesh that may be repaired already, such as for [`crate::Size::vertices`]: what
+/// [`crate::mesh::repair::repair_with`] made of `mesh` with [`Options::repairs`].
+///
+/// # Errors
+/// As [`remesh`]; [`Error::Usage`] if `repaired` was made from another mesh.
+pub fn remesh_repaired<F: Into<Flow>>(
+    device: &Device,
+    mesh: &TriMesh,
+    repaired: Option<Repaired>,
+    options: &Options,
+    progress: &mut dyn FnMut(Progress) -> F,
+) -> Result<Remeshed> {
+    options.validate()?;
+    watched(device, (mesh, repaired), options, &mut Watch::new(&mut |now| progress(now).into()))
+}
+
+fn watched(
+    device: &Device,
+    (mesh, repaired): (&TriMesh, Option<Repaired>),
+    options: &Options,
+    watch: &mut Watch,
+) -> Result<Remeshed> {
     watch.look()?;
     // Earlier runs on the same device do not count.
     device.take_timings();
     let mut clock = Clock::new();
     // What the driver makes of the kernels does not depend on the mesh.
-    let (compiled, prepared) =
-        rayon::join(|| compile(device, options.method), || Prepared::new(device, mesh, options));
+    let (compiled, prepared) = watch.during(|stop| {
+        let prepared = || Prepared::new(device, (mesh, repaired), options, stop);
+        rayon::join(|| compile(device, options.method), prepared)
+    })?;
     let mut prepared = prepared?;
     compiled?;
     clock.phase("prepare");
@@ -207,8 +229,11 @@ fn watched(device: &Device, mesh: &TriMesh, options: &Options, watch: &mut Watch
     let known = known.into_inner().filter(|_| small.is_empty());
     let collapsed = connection.collapsed + small.len();
     clock.phase("connect");
-    let source = source_of(&result, (mesh, &repaired), options, &mut clock)?;
     watch.phase(Phase::Measure, 1.0, 0.0)?;
+    let source = watch.during(|stop| source_of(&result, (mesh, &repaired), options.source, stop))??;
+    if source.is_some() {
+        clock.phase("source");
+    }
     let reference = (options.measures >= MeasureDepth::Full).then_some(&repaired.mesh);
     let (output, energy, crossing) = watch.during(|stop| {
         let (output, energy) = measured(&result, reference, (options, crossing), stop)?;
@@ -260,19 +285,14 @@ fn crossing_for(depth: MeasureDepth, known: Option<usize>) -> Crossing {
     }
 }
 
-/// Where the result lies on the input, which `repaired` was made from, if the options ask for it.
+/// Where the result lies on the input, which `repaired` was made from, as far as it is asked for.
 fn source_of(
     result: &TriMesh,
     (input, repaired): (&TriMesh, &Repaired),
-    options: &Options,
-    clock: &mut Clock,
+    asked: Traced,
+    stop: &AtomicBool,
 ) -> Result<Option<Source>> {
-    if options.source == Traced::NONE {
-        return Ok(None);
-    }
-    let source = trace(input, repaired, result, options.source)?;
-    clock.phase("source");
-    Ok(Some(source))
+    (asked != Traced::NONE).then(|| trace_until(input, repaired, result, asked, stop)).transpose()
 }
 
 /// The figures of a result; how evenly its vertices are spread over the reference, if there is one and that is of interest.

@@ -11,7 +11,7 @@ use crate::choices::{Face, listed};
 use crate::gpu::Device;
 use crate::gpu::kernels::face::cell;
 use crate::mesh::frame::Frame;
-use crate::mesh::repair::{RepairOptions, Repaired, repair_with};
+use crate::mesh::repair::{Repaired, repair_with};
 use crate::mesh::skeleton::{SkeletonOptions, user_edges};
 use crate::mesh::source::{half_edges_after, vertex_values_after};
 use crate::mesh::spacing;
@@ -19,7 +19,9 @@ use crate::mesh::topology::{Topology, topology};
 use crate::options::{Method, Options, Shortage, Sizing};
 use crate::stages::surface::Surface;
 use crate::stages::surface_curves::SurfaceCurves;
+use crate::watch::heed;
 use crate::{Error, Result, TriMesh};
+use std::sync::atomic::AtomicBool;
 
 /// With [`Shortage::AddVertices`], each further try to divide the components has this many times the vertices of the last,
 const GROWTH: f64 = 1.5;
@@ -47,13 +49,19 @@ pub(super) struct Prepared {
 impl Prepared {
     /// # Errors
     /// [`Error::Input`] for a mesh that [`repair_with`] cannot clean, [`Error::Usage`] for too few vertices,
-    /// [`Error::OutOfMemory`].
-    pub fn new(device: &Device, mesh: &TriMesh, options: &Options) -> Result<Self> {
-        check_given(mesh, options)?;
-        let repaired = repair_with(mesh, &repairs(options))?;
+    /// [`Error::OutOfMemory`]; [`Error::Cancelled`] soon after it is to `stop`.
+    pub fn new(
+        device: &Device,
+        (mesh, repaired): (&TriMesh, Option<Repaired>),
+        options: &Options,
+        stop: &AtomicBool,
+    ) -> Result<Self> {
+        let repaired = cleaned(mesh, repaired, options)?;
+        heed(stop)?;
         let frame = Frame::of(&repaired.mesh)?;
         check_memory(device, &repaired.mesh, options)?;
-        let divided = divide(&repaired.mesh, &frame, options)?;
+        let divided = divide(&repaired.mesh, &frame, options, stop)?;
+        heed(stop)?;
         let mut options = for_repaired(mesh, &repaired, options);
         let (small, kept) = divided.map_or((Vec::new(), None), |divided| {
             options.vertices = divided.left;
@@ -71,8 +79,9 @@ impl Prepared {
         let on = rest.as_ref().map_or(&repaired.mesh, |(mesh, _)| mesh);
         let (input, surface) = rayon::join(|| topology(&repaired.mesh), || Surface::new(device, on, &frame));
         let surface = surface?;
+        heed(stop)?;
         let ground = match options.method {
-            Method::CoarseToFine => Some(ground(device, (on, &frame), &surface, &options)?),
+            Method::CoarseToFine => Some(ground(device, (on, &frame), &surface, &options, stop)?),
             _ => None,
         };
         Ok(Self { repaired, frame, input, small, rest, surface, ground, options })
@@ -89,6 +98,20 @@ impl Prepared {
     }
 }
 
+/// The mesh as the options want it cleaned; `repaired` if there is one.
+///
+/// # Errors
+/// As [`repair_with`] and [`check_given`]; [`Error::Usage`] if `repaired` is another mesh.
+pub(super) fn cleaned(mesh: &TriMesh, repaired: Option<Repaired>, options: &Options) -> Result<Repaired> {
+    check_given(mesh, options)?;
+    let Some(repaired) = repaired else { return repair_with(mesh, &options.repairs()) };
+    let is_of_mesh = |t: &u32| (*t as usize) < mesh.triangles.len();
+    if repaired.origin.len() == repaired.mesh.triangles.len() && repaired.origin.iter().all(is_of_mesh) {
+        return Ok(repaired);
+    }
+    Err(Error::usage("the repaired mesh was made from another one", "give what repair made of this mesh"))
+}
+
 /// The options for a mesh as repair leaves it: sides are those of its triangles, and lengths those at its vertices.
 pub(crate) fn for_repaired(mesh: &TriMesh, repaired: &Repaired, options: &Options) -> Options {
     let mut options = options.clone();
@@ -100,7 +123,7 @@ pub(crate) fn for_repaired(mesh: &TriMesh, repaired: &Repaired, options: &Option
 }
 
 /// Refuses numbers of the input's vertices that are no lengths.
-pub(super) fn check_given(mesh: &TriMesh, options: &Options) -> Result<()> {
+fn check_given(mesh: &TriMesh, options: &Options) -> Result<()> {
     let Sizing::Given(values) = &options.sizing else { return Ok(()) };
     if values.len() != mesh.vertices.len() {
         let problem = format!("{} edge lengths for {} vertices", values.len(), mesh.vertices.len());
@@ -121,13 +144,8 @@ fn values_of_part(values: &[f64], (mesh, triangles): (&TriMesh, &[u32]), part: &
     of_part
 }
 
-/// What the options want cleaned.
-pub(crate) fn repairs(options: &Options) -> RepairOptions {
-    RepairOptions { weld: options.weld, min_component: options.min_component }
-}
-
 /// The components that are too small for cells; nothing if there is one, or if none may be.
-fn divide(mesh: &TriMesh, frame: &Frame, options: &Options) -> Result<Option<Divided>> {
+fn divide(mesh: &TriMesh, frame: &Frame, options: &Options, stop: &AtomicBool) -> Result<Option<Divided>> {
     // The user's lines may be on a small component, and the other methods are to stay what they are.
     if options.method != Method::CoarseToFine || has_own_curves(options) {
         return Ok(None);
@@ -141,7 +159,7 @@ fn divide(mesh: &TriMesh, frame: &Frame, options: &Options) -> Result<Option<Div
     let mut vertices = options.vertices;
     let mut tries = 0;
     loop {
-        let wish = Wish { vertices, ..Wish::of(options, spacing(parts.area(), vertices)) };
+        let wish = Wish { vertices, ..Wish::of(options, spacing(parts.area(), vertices), stop) };
         match parts.divide(&unit, &wish) {
             Err(Error::Usage { .. }) if options.shortage == Shortage::AddVertices && tries < GROWTHS => {
                 vertices = (GROWTH * vertices as f64).ceil() as usize;
@@ -153,11 +171,15 @@ fn divide(mesh: &TriMesh, frame: &Frame, options: &Options) -> Result<Option<Div
 }
 
 /// What the default pipeline needs of a surface, which is that of `mesh`, for as many vertices.
+///
+/// # Errors
+/// As [`Ground::new`].
 pub(super) fn ground(
     device: &Device,
     (mesh, frame): (&TriMesh, &Frame),
     surface: &Surface,
     options: &Options,
+    stop: &AtomicBool,
 ) -> Result<Ground> {
     let place = places_on(surface, mesh);
     let wanted = wanted_edges(mesh, options)?;
@@ -173,7 +195,7 @@ pub(super) fn ground(
         let wish = SizeWish { options, given: &given, diagonal: frame.scale };
         size_field(&surface.mesh(), curves, &wish)
     };
-    Ground::new(device, surface, &wanted, sized)
+    Ground::new(device, surface, &wanted, sized, stop)
 }
 
 /// Where the mesh's vertices are on the surface, which has its triangles in their order, but not its vertices.

@@ -2,12 +2,12 @@
 
 use super::attempts::may_collapse;
 use super::plan::{Extent, LevelPlan, enough, levels};
-use super::prepare::{check_given, device_bytes_per_site, for_repaired, repairs, wanted_edges};
+use super::prepare::{cleaned, device_bytes_per_site, for_repaired, wanted_edges};
 use super::sizes::{SizeWish, size_field};
 use super::spacing;
 use crate::choices::{Face, Projection};
 use crate::mesh::frame::Frame;
-use crate::mesh::repair::{RepairCounts, repair_with};
+use crate::mesh::repair::{RepairCounts, Repaired};
 use crate::mesh::sizing::SizeField;
 use crate::mesh::skeleton::{Skeleton, SkeletonOptions, skeleton};
 use crate::mesh::topology::topology;
@@ -68,9 +68,16 @@ pub struct PreviewLevel {
 /// [`crate::Error::Usage`] for options out of range and too few vertices for the curves, [`crate::Error::Input`] for a
 /// mesh without area or features that fit no edge.
 pub fn preview(mesh: &TriMesh, options: &Options) -> Result<Preview> {
+    preview_repaired(mesh, None, options)
+}
+
+/// As [`preview`] for a mesh that may be repaired already, as [`crate::remesh_repaired`].
+///
+/// # Errors
+/// See there.
+pub fn preview_repaired(mesh: &TriMesh, repaired: Option<Repaired>, options: &Options) -> Result<Preview> {
     options.validate()?;
-    check_given(mesh, options)?;
-    let repaired = repair_with(mesh, &repairs(options))?;
+    let repaired = cleaned(mesh, repaired, options)?;
     let options = &for_repaired(mesh, &repaired, options);
     let frame = Frame::of(&repaired.mesh)?;
     let unit = TriMesh {

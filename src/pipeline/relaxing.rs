@@ -13,6 +13,7 @@ use crate::stages::surface::Surface;
 use crate::watch::Watch;
 use crate::{Flow, Options, TriMesh};
 use std::sync::OnceLock;
+use std::sync::atomic::AtomicBool;
 
 /// Relaxes `count` sites on the mesh, with the checks that hold for all; gives the steps in spacings.
 fn relaxed(mesh: &TriMesh, count: usize) -> Vec<f64> {
@@ -20,8 +21,10 @@ fn relaxed(mesh: &TriMesh, count: usize) -> Vec<f64> {
     let frame = Frame::of(mesh).unwrap();
     let surface = Surface::new(&device, mesh, &frame).unwrap();
     let spacing = super::spacing(surface.area(), count);
+    let stop = AtomicBool::new(false);
     let ground =
-        Ground::new(&device, &surface, &SkeletonOptions::new(spacing), |_| Ok(SizeField::default())).unwrap();
+        Ground::new(&device, &surface, &SkeletonOptions::new(spacing), |_| Ok(SizeField::default()), &stop)
+            .unwrap();
     let (input, options) = (topology(mesh), Options::new(count));
     let curves = ground.curves.as_ref().unwrap();
     let extent = Extent { area: surface.area(), euler: input.euler, curves: Some(curves) };

@@ -2,16 +2,17 @@
 //! keeps the topology however few vertices there are, at the price of less even triangles.
 
 use super::parts::is_as_good;
-use crate::mesh::coarsen::{Coarsened, Kept, Site, at_sites, with_vertices};
-use crate::mesh::intersections::intersecting_faces;
+use crate::mesh::coarsen::{Coarsened, Kept, Site, at_sites_until, with_vertices_until};
+use crate::mesh::intersections::intersecting_faces_until;
 use crate::mesh::skeleton::{Curve, Skeleton, SkeletonOptions, skeleton};
 use crate::mesh::topology::topology;
-use crate::polish::{FitOptions, PolishOptions, Target, fit, polish};
+use crate::polish::{FitOptions, PolishOptions, Target, fit_while, polish_while};
 use crate::{Options, TriMesh};
+use std::sync::atomic::{AtomicBool, Ordering};
 
 /// What is wanted of the mesh.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Wish {
+pub(super) struct Wish<'a> {
     /// Vertices.
     pub vertices: usize,
     /// Edges that turn by more degrees are held as far as there are vertices for it.
@@ -22,13 +23,15 @@ pub(super) struct Wish {
     pub fit: bool,
     /// Edge length of the whole mesh.
     pub spacing: f64,
+    /// Once set, nobody wants it any more: whatever it is then, it is to be there soon.
+    pub stop: &'a AtomicBool,
 }
 
-impl Wish {
+impl<'a> Wish<'a> {
     /// What the options say, at this spacing.
-    pub fn of(options: &Options, spacing: f64) -> Self {
+    pub fn of(options: &Options, spacing: f64, stop: &'a AtomicBool) -> Self {
         let Options { vertices, feature_angle, polish_rounds, fit, .. } = *options;
-        Self { vertices, feature_angle, polish_rounds, fit, spacing }
+        Self { vertices, feature_angle, polish_rounds, fit, spacing, stop }
     }
 }
 
@@ -39,23 +42,21 @@ pub(super) fn spare(surface: &TriMesh, sites: &[Site], wish: &Wish) -> TriMesh {
     let mut better = raw.mesh.clone();
     let target = Target::new(surface);
     let options = PolishOptions { rounds: wish.polish_rounds, fixed: raw.held.clone(), ..Default::default() };
-    polish(&mut better, &target, &options);
+    let mut go_on = |_| !wish.stop.load(Ordering::Relaxed);
+    polish_while(&mut better, &target, &options, &mut go_on);
     if wish.fit {
-        fit(&mut better, &target, &FitOptions { fixed: raw.held, ..Default::default() });
+        fit_while(&mut better, &target, &FitOptions { fixed: raw.held, ..Default::default() }, &mut go_on);
     }
+    let crossing = |mesh| intersecting_faces_until(mesh, wish.stop).len();
     let sound = is_as_good(&topology(&better), &topology(&raw.mesh));
-    if sound && intersecting_faces(&better).len() <= intersecting_faces(&raw.mesh).len() {
-        better
-    } else {
-        raw.mesh
-    }
+    if sound && crossing(&better) <= crossing(&raw.mesh) { better } else { raw.mesh }
 }
 
 /// The same before it is polished.
 pub(super) fn coarsened(surface: &TriMesh, sites: &[Site], wish: &Wish) -> Coarsened {
     let made = |kept: Kept| match sites {
-        [] => with_vertices(surface, kept, wish.vertices),
-        sites => at_sites(surface, kept, sites, wish.vertices),
+        [] => with_vertices_until(surface, kept, wish.vertices, wish.stop),
+        sites => at_sites_until(surface, kept, (sites, wish.vertices), wish.stop),
     };
     let options = SkeletonOptions { feature_angle: wish.feature_angle, ..SkeletonOptions::new(wish.spacing) };
     let sharp = skeleton(surface, &options)

@@ -222,10 +222,10 @@ impl ExactCells {
         sites: &Buffer<Vec4>,
         lists: &Lists,
     ) -> Result<Parts> {
-        recorder.upload(&self.counters, &[0, 0])?;
+        recorder.fill(&self.counters, 0)?;
         let (triangle_count, site_count) = (triangles.len() as u32, sites.len() as u32);
         if sites.is_empty() || triangles.is_empty() {
-            recorder.upload(&self.starts, &vec![0; self.starts.len()])?;
+            recorder.fill(&self.starts, 0)?;
         }
         let found = if sites.is_empty() { 0 } else { triangles.len() };
         let bindings = listed::Bindings {
@@ -413,7 +413,7 @@ impl Aim {
         Ok(Self {
             pipeline: Pipeline::new(device, constants)?,
             targets: Buffer::new(device, "exact.targets", sites)?,
-            centroids: Buffer::from_slice(device, "exact.centroids", &vec![Vec4::ZERO; sites])?,
+            centroids: Buffer::zeros(device, "exact.centroids", sites)?,
         })
     }
 

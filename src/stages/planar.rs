@@ -154,8 +154,8 @@ impl PlanarFaces {
             rest: rest?,
             exact: exact?,
             targets: Buffer::new(device, "default.face.targets", sites)?,
-            centroids: Buffer::from_slice(device, "default.face.centroids", &vec![Vec4::ZERO; sites])?,
-            insecure: Buffer::from_slice(device, "default.face.insecure", &vec![0; words])?,
+            centroids: Buffer::zeros(device, "default.face.centroids", sites)?,
+            insecure: Buffer::zeros(device, "default.face.insecure", words)?,
             iterations,
         })
     }

@@ -40,7 +40,7 @@ impl Scan {
         let mut runs = len;
         while runs > 1 || levels.is_empty() {
             runs = runs.div_ceil(RUN);
-            levels.push(Buffer::from_slice(device, "spatial.scan.sums", &vec![0; runs.max(1)])?);
+            levels.push(Buffer::zeros(device, "spatial.scan.sums", runs.max(1))?);
         }
         Ok(Self { sum: Pipeline::new(device, sum)?, apply: Pipeline::new(device, apply)?, levels, len })
     }

@@ -13,7 +13,7 @@ use anyhow::Result;
 use inputs::{Job, Shard};
 use log::{Entry, Log, Status};
 use rtfmesh::mesh::io::{self, Encoding, Format, Loaded};
-use rtfmesh::{Device, Error, Flow, MeasureDepth, Options, Size, remesh};
+use rtfmesh::{Device, Error, Flow, MeasureDepth, Options, Size, remesh_repaired};
 use std::path::{Path, PathBuf};
 use std::sync::MutexGuard;
 use std::sync::mpsc::{SyncSender, sync_channel};
@@ -207,16 +207,17 @@ impl Batch<'_> {
         let outcome = loaded.map_err(Into::into).and_then(|loaded| {
             entry.notes.clone_from(&loaded.notes);
             let target = Target::new(&job.output, Some(self.args.format))?;
-            let vertices = count(self.size, &job.input, &loaded.mesh, true)?;
-            let mut options = Options { vertices, ..self.options.clone() };
+            let mut options = self.options.clone();
+            let repaired = count(self.size, &job.input, &loaded.mesh, &mut options, true)?;
             entry.notes.extend(self.args.attributes.ask(&loaded, Some(target.format()), &mut options));
             let read = self.args.method.read_attributes(&loaded.attributes, &mut options);
             read.map_err(|error| error.in_file(&job.input))?;
             let options = entry.options.insert(options);
-            let result = remesh(device, &loaded.mesh, options, &mut |_| match watch::is_cancelled() {
+            let mut progress = |_| match watch::is_cancelled() {
                 true => Flow::Cancel,
                 false => Flow::Continue,
-            });
+            };
+            let result = remesh_repaired(device, &loaded.mesh, repaired, options, &mut progress);
             let result = result.map_err(|error| error.in_file(&job.input))?;
             refuse_messages(device)?;
             let attributes = carried(&loaded.mesh, &loaded.attributes, &result);

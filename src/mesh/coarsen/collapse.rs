@@ -8,6 +8,7 @@ use crate::mesh::intersections::intersecting_faces;
 use glam::{DMat3, DVec3};
 use std::cmp::Reverse;
 use std::collections::BinaryHeap;
+use std::sync::atomic::{AtomicBool, Ordering};
 
 /// What a squared distance from the old surface costs, over the squared length of the edge.
 const DISTANCE: f64 = 4.0;
@@ -95,16 +96,16 @@ impl<'a> Collapser<'a> {
         Self { graph, quadrics, version }
     }
 
-    /// Until there are `count` vertices or no edge can go.
-    pub fn collapse(&mut self, count: usize) {
+    /// Until there are `count` vertices, no edge can go, or it is to `stop`.
+    pub fn collapse(&mut self, count: usize, stop: &AtomicBool) {
         for care in CARE {
             for _ in 0..PASSES {
                 let before = self.graph.used;
                 if before > count {
-                    self.pass(count, care);
+                    self.pass(count, care, stop);
                 }
                 flip(self.graph);
-                if self.graph.used <= count {
+                if self.graph.used <= count || stop.load(Ordering::Relaxed) {
                     return;
                 }
                 if self.graph.used == before {
@@ -114,14 +115,14 @@ impl<'a> Collapser<'a> {
         }
     }
 
-    fn pass(&mut self, count: usize, care: Care) {
+    fn pass(&mut self, count: usize, care: Care, stop: &AtomicBool) {
         let mut moves: BinaryHeap<Move> = BinaryHeap::new();
         for v in 0..self.graph.points.len() as u32 {
             for u in self.graph.neighbours(v) {
                 moves.extend(self.candidate(v, u));
             }
         }
-        while self.graph.used > count {
+        while self.graph.used > count && !stop.load(Ordering::Relaxed) {
             let Some(Reverse((_, v, u, versions))) = moves.pop() else { return };
             let current = [v, u].map(|w| self.version[w as usize]);
             if versions != current || !self.keeps_topology(v, u) || !self.keeps_shape(v, u, care) {

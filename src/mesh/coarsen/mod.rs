@@ -9,6 +9,7 @@ use super::topology::Partition;
 use collapse::Collapser;
 use glam::DVec3;
 use std::collections::HashSet;
+use std::sync::atomic::AtomicBool;
 
 mod collapse;
 mod flip;
@@ -41,8 +42,13 @@ pub struct Coarsened {
 /// itself, one with more comes back. Vertices
 /// move along curves only, and corners not at all. Panics if an index is out of range.
 pub fn with_vertices(mesh: &TriMesh, kept: Kept, count: usize) -> Coarsened {
+    with_vertices_until(mesh, kept, count, &AtomicBool::new(false))
+}
+
+/// As [`with_vertices`]; it ends soon, with more vertices, once it is to `stop`.
+pub(crate) fn with_vertices_until(mesh: &TriMesh, kept: Kept, count: usize, stop: &AtomicBool) -> Coarsened {
     let mut graph = Graph::new(mesh, kept);
-    graph.reach(count);
+    graph.reach(count, stop);
     graph.into_mesh()
 }
 
@@ -58,16 +64,26 @@ pub struct Site {
 /// As [`with_vertices`], but vertices are at `sites` as far as the topology allows: where it needs others, as at handles
 /// smaller than an edge, some sites are left out for them.
 pub fn at_sites(mesh: &TriMesh, kept: Kept, sites: &[Site], count: usize) -> Coarsened {
+    at_sites_until(mesh, kept, (sites, count), &AtomicBool::new(false))
+}
+
+/// As [`at_sites`]; it ends soon, with more vertices, once it is to `stop`.
+pub(crate) fn at_sites_until(
+    mesh: &TriMesh,
+    kept: Kept,
+    (sites, count): (&[Site], usize),
+    stop: &AtomicBool,
+) -> Coarsened {
     let mut graph = Graph::new(mesh, kept);
     let fixed = graph.fixed.clone();
     for v in insert::insert(&mut graph, sites) {
         graph.fixed[v as usize] = true;
     }
     let inserted = graph.fixed.len();
-    Collapser::new(&mut graph).collapse(count);
+    Collapser::new(&mut graph).collapse(count, stop);
     graph.fixed = fixed;
     graph.fixed.resize(inserted, false);
-    graph.reach(count);
+    graph.reach(count, stop);
     graph.into_mesh()
 }
 
@@ -141,9 +157,9 @@ impl Graph {
     }
 
     /// Takes away or adds vertices.
-    fn reach(&mut self, count: usize) {
+    fn reach(&mut self, count: usize, stop: &AtomicBool) {
         if self.used > count {
-            Collapser::new(self).collapse(count);
+            Collapser::new(self).collapse(count, stop);
         } else {
             split::split(self, count);
         }
@@ -194,4 +210,21 @@ impl Graph {
 
 fn ordered(a: u32, b: u32) -> (u32, u32) {
     (a.min(b), a.max(b))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::mesh::samples::sample;
+
+    #[test]
+    fn whoever_is_to_stop_collapses_nothing() {
+        let mesh = sample("torus").unwrap();
+        let stop = AtomicBool::new(true);
+        let made = with_vertices_until(&mesh, Kept::default(), 50, &stop);
+        assert_eq!(made.mesh.vertices.len(), mesh.vertices.len());
+        let site = Site { at: mesh.corners(0).iter().sum::<DVec3>() / 3.0, triangle: 0 };
+        let made = at_sites_until(&mesh, Kept::default(), (&[site], 50), &stop);
+        assert_eq!(made.mesh.vertices.len(), mesh.vertices.len() + 1);
+    }
 }

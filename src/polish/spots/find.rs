@@ -23,10 +23,18 @@ pub(super) struct Spot {
     pub at: DVec3,
 }
 
-/// Where mesh and surface are far apart, the farthest first, and the surface's vertices nearest to each triangle.
-pub(super) fn find(mesh: &TriMesh, ground: &Ground) -> (Vec<Spot>, Vec<Vec<u32>>) {
+/// Where mesh and surface are far apart, the farthest first, and the surface's vertices nearest to each triangle; nothing
+/// if it is not to go on.
+pub(super) fn find(
+    mesh: &TriMesh,
+    ground: &Ground,
+    go_on: &mut dyn FnMut(f64) -> bool,
+) -> Option<(Vec<Spot>, Vec<Vec<u32>>)> {
     let Ground { target, options, edge } = *ground;
     let bvh = Bvh::new(mesh);
+    if !go_on(0.0) {
+        return None;
+    }
     let shortest = options.lengths.iter().copied().reduce(f64::min).unwrap_or(1.0);
     let least = (FAR * edge * shortest).powi(2);
     let inward: Vec<_> = (target.points.par_iter())
@@ -44,6 +52,9 @@ pub(super) fn find(mesh: &TriMesh, ground: &Ground) -> (Vec<Spot>, Vec<Vec<u32>>
             spots.push(Spot { distance: offset.length(), triangle: found.triangle, offset, at });
         }
     }
+    if !go_on(0.0) {
+        return None;
+    }
     let outward: Vec<Spot> = (0..mesh.triangles.len() as u32)
         .into_par_iter()
         .with_min_len(CHUNK)
@@ -53,7 +64,7 @@ pub(super) fn find(mesh: &TriMesh, ground: &Ground) -> (Vec<Spot>, Vec<Vec<u32>>
     spots.extend(outward);
     spots.sort_by(|a, b| b.distance.total_cmp(&a.distance).then(a.triangle.cmp(&b.triangle)));
     spots.truncate(MOST_SPOTS + mesh.vertices.len() / VERTICES_A_SPOT);
-    (spots, points_of)
+    Some((spots, points_of))
 }
 
 /// The farthest of a triangle's samples, if it is far.

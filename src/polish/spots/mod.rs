@@ -64,7 +64,7 @@ pub fn reach_spots_while(
     go_on: &mut dyn FnMut(f64) -> bool,
 ) -> usize {
     let ground = Ground { target, options, edge };
-    let (spots, points_of) = find(mesh, &ground);
+    let Some((spots, points_of)) = find(mesh, &ground, go_on) else { return 0 };
     let first = Work::new(mesh, &ground);
     let copies = rayon::current_num_threads().clamp(1, TOGETHER);
     let mut mender =

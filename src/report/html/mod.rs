@@ -11,7 +11,7 @@ use crate::mesh::frame::Frame;
 use crate::mesh::repair::repair_with;
 use crate::mesh::skeleton::{Curve, SkeletonOptions, skeleton};
 use crate::picture::{WORST, check, distance_colour, middle_distances, quality_colour, quality_shares};
-use crate::pipeline::{for_repaired, repairs, wanted_edges};
+use crate::pipeline::{for_repaired, wanted_edges};
 use crate::{Error, Method, Result, TriMesh};
 use askama::Template;
 use charts::Chart;
@@ -95,7 +95,7 @@ struct Timed {
 /// [`Error::Input`] for a mesh without faces, with coordinates that are not finite or indices out of range.
 pub fn page(page: &PageInput) -> Result<String> {
     let Report { options, summary, device, .. } = page.report;
-    let repaired = repair_with(page.input, &repairs(options))?;
+    let repaired = repair_with(page.input, &options.repairs())?;
     let held = wanted_edges(&repaired.mesh, &for_repaired(page.input, &repaired, options))?;
     let input = &repaired.mesh;
     let output = page.output;

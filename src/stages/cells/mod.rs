@@ -26,6 +26,7 @@ use rayon::prelude::*;
 use sectors::{Sectors, SitesByTriangle};
 use serde::Serialize;
 use std::collections::BTreeMap;
+use std::sync::atomic::{AtomicBool, Ordering};
 use walk::{Cell, Scene, Uncut, Walk};
 
 /// Times that cells which do not fit together are made anew.
@@ -66,7 +67,7 @@ impl CellSites<'_> {
 }
 
 /// Cells as fans, with what certifies them.
-#[derive(Debug, Clone)]
+#[derive(Debug, Clone, Default)]
 pub struct ConnectedCells {
     /// Counter-clockwise neighbours in every sector.
     pub fans: Fans,
@@ -157,17 +158,36 @@ impl<'a> CellSurface<'a> {
 
 /// The cells of all sites.
 pub fn connected_cells(surface: &CellSurface, sites: &CellSites) -> ConnectedCells {
+    connected_cells_until(surface, sites, &AtomicBool::new(false))
+}
+
+/// As [`connected_cells`]; it ends soon, with nothing, once it is to `stop`.
+pub(crate) fn connected_cells_until(
+    surface: &CellSurface,
+    sites: &CellSites,
+    stop: &AtomicBool,
+) -> ConnectedCells {
+    let stopped = || stop.load(Ordering::Relaxed);
     let sectors = Sectors::new(surface, sites.places);
     let under = SitesByTriangle::new(surface.triangles.len(), &sectors);
     let scene = Scene { surface, sites, sectors, under };
     let mut cells: Vec<Cell> = (0..scene.sectors.len())
         .into_par_iter()
-        .map_init(Walk::default, |walk, s| walk.cell(&scene, s, &[]))
+        .map_init(Walk::default, |walk, s| match stopped() {
+            true => Cell::default(),
+            false => walk.cell(&scene, s, &[]),
+        })
         .collect();
+    if stopped() {
+        return ConnectedCells::default();
+    }
     let mut unshared_corners = fan::unshared(&scene, &cells);
     if surface.has_border || unshared_corners > 0 {
-        repair(&scene, &mut cells);
+        repair(&scene, &mut cells, stop);
         unshared_corners = fan::unshared(&scene, &cells);
+    }
+    if stopped() {
+        return ConnectedCells::default();
     }
     let whole: f64 = (0..surface.triangles.len()).map(|t| area(&surface.corners(t as u32))).sum();
     let border = Border::new(&scene);
@@ -183,7 +203,7 @@ pub fn connected_cells(surface: &CellSurface, sites: &CellSites) -> ConnectedCel
 
 /// Near the border, and in folds, a site may have cut a cell although a gap or a curve lies between, so that its own cell
 /// does not reach there. Such cells are made anew: that site cuts them in the triangles of its own cell only.
-fn repair(scene: &Scene, cells: &mut [Cell]) {
+fn repair(scene: &Scene, cells: &mut [Cell], stop: &AtomicBool) {
     let sectors = &scene.sectors;
     let mut without: BTreeMap<usize, Vec<Uncut>> = BTreeMap::new();
     for _ in 0..REPAIRS {
@@ -207,7 +227,7 @@ fn repair(scene: &Scene, cells: &mut [Cell]) {
             uncut.push(Uncut { by: *by, but_in });
         }
         again.dedup_by_key(|(s, _)| *s);
-        if again.is_empty() {
+        if again.is_empty() || stop.load(Ordering::Relaxed) {
             break;
         }
         let new: Vec<Cell> = again
