@@ -1,9 +1,11 @@
 //! Long runs through the library: what they tell, and how they are stopped.
 
+use crate::shapes::{moved, sphere, union};
 use crate::support::device;
+use glam::DVec3;
 use rtfmesh::mesh::samples::sample;
 use rtfmesh::mesh::topology::topology;
-use rtfmesh::{Error, Flow, Options, Phase, Progress, Traced, remesh};
+use rtfmesh::{Error, Flow, MeasureDepth, Options, Phase, Progress, Shortage, Traced, remesh};
 
 const PHASES: [Phase; 8] = [
     Phase::Prepare,
@@ -96,4 +98,28 @@ fn the_fraction_rises_to_one() {
         assert_eq!((last.phase, last.fraction, last.to_finish), (Phase::Measure, 1.0, 0.0));
         assert!(told.iter().all(|now| now.iteration <= now.iterations && now.to_finish <= 1.0));
     }
+}
+/// Sites that are divided, cells that fail, and edges that are collapsed in their place.
+#[test]
+fn a_run_that_is_in_trouble_can_be_cancelled_at_every_look() {
+    let two = union(&sample("genus3").unwrap(), &moved(&sphere(0.2, 2), |p| p + 9.0 * DVec3::X));
+    for (input, vertices, shortage) in [
+        (&two, 40, Shortage::BestEffort),
+        (&two, 40, Shortage::AddVertices),
+        (&sample("box").unwrap(), 9, Shortage::BestEffort),
+    ] {
+        let options = Options { shortage, measures: MeasureDepth::Full, ..Options::new(vertices) };
+        let mut looks = 0;
+        remesh(device(), input, &options, &mut |_| looks += 1).unwrap();
+        for last in (1..looks).step_by(1 + looks / 5) {
+            let mut asked = 0;
+            let stopped = remesh(device(), input, &options, &mut |_| {
+                asked += 1;
+                if asked == last { Flow::Cancel } else { Flow::Continue }
+            });
+            // What takes long is looked at by the clock, so there may be fewer.
+            assert!(asked < last || (asked == last && stopped.err() == Some(Error::Cancelled)));
+        }
+    }
+    assert!(device().take_validation_messages().is_empty());
 }
