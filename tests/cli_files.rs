@@ -4,6 +4,7 @@ use crate::cli::Place;
 use crate::io_formats::assert_same;
 use predicates::prelude::*;
 use rtfmesh::mesh::io::{read, read_bytes, write};
+use rtfmesh::mesh::repair::{RepairOptions, repair_with};
 use rtfmesh::mesh::samples::sample;
 use rtfmesh::mesh::topology::topology;
 
@@ -114,6 +115,13 @@ fn ratios_and_no_size_at_all_count_the_inputs_vertices() {
     assert!(one == counted && one == many);
     let plans = ["--ratio 0.5".to_owned(), format!("-n {half}")]
         .map(|size| place.run(&format!("remesh in.ply --dry-run {size}")).0);
+    assert_eq!(plans[0], plans[1]);
+    // Nor do components that the run leaves out.
+    let options = RepairOptions { min_component: 0.4, ..RepairOptions::default() };
+    let left = repair_with(&mesh, &options).unwrap().mesh.vertices.len();
+    assert!((4..count).contains(&left));
+    let plans = ["--ratio 1".to_owned(), format!("-n {left}")]
+        .map(|size| place.run(&format!("remesh in.ply --dry-run --min-component 0.4 {size}")).0);
     assert_eq!(plans[0], plans[1]);
     let (_, notes) = place.run("remesh in.ply same.ply --iterations 2 --quality draft");
     assert!(notes.starts_with(&format!("note: in.ply: {count} vertices, as many as it has")), "{notes}");

@@ -41,7 +41,7 @@ struct Args {
     /// Folder with the models as mesh files, such as kitten.ply; without it samples stand in
     #[arg(long, value_name = "DIR")]
     meshes: Option<PathBuf>,
-    /// A tenth of the sizes, fewer models and methods
+    /// A tenth of the sizes, 60 iterations at most, fewer models and methods
     #[arg(long)]
     quick: bool,
     /// Folder for tables.json, tables.md and plots

@@ -68,7 +68,7 @@ impl Report {
     fn to_markdown(&self) -> String {
         let Self { device, driver, api, cores, processor, date, commit, runs, minutes, .. } = self;
         let size = if self.quick {
-            "Quick run: a tenth of the sizes, 1,000 vertices at least, and fewer methods. "
+            "Quick run: a tenth of the sizes, 1,000 vertices at least, fewer iterations and methods. "
         } else {
             ""
         };

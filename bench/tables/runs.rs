@@ -16,6 +16,8 @@ const LONG: f64 = 5.0;
 
 /// Sizes are divided by this with `--quick`, but not below the second.
 const QUICK: (usize, usize) = (10, 1000);
+/// Most iterations with `--quick`.
+const QUICK_ITERATIONS: u32 = 60;
 
 /// What all tables share.
 pub struct Bench {
@@ -31,7 +33,7 @@ pub struct Bench {
     pub named: bool,
     /// Most runs that a time is the median of.
     pub runs: usize,
-    /// Smaller sizes.
+    /// Smaller sizes, fewer iterations.
     pub quick: bool,
     /// Most vertices of Fig. 8.
     pub largest: usize,
@@ -66,7 +68,11 @@ impl Bench {
     /// # Errors
     /// As [`Bench::row`].
     pub fn preset(&mut self, model: &Model, preset: Preset, vertices: usize) -> Result<Row> {
-        self.row(model, preset.name(), &preset.options(vertices))
+        let mut options = preset.options(vertices);
+        if self.quick {
+            options.iterations = options.iterations.min(QUICK_ITERATIONS);
+        }
+        self.row(model, preset.name(), &options)
     }
 
     /// The result of a run, from an earlier one if there was the same. What cannot be remeshed is a row that says why.

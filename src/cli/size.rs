@@ -1,7 +1,7 @@
 //! How many vertices are wanted, on the command line.
 
 use super::files::{input_name, tell_notes};
-use rtfmesh::mesh::repair::{RepairOptions, Repaired, repair};
+use rtfmesh::mesh::repair::{Repaired, repair_with};
 use rtfmesh::{Options, Result, Size, TriMesh};
 use std::path::Path;
 
@@ -44,8 +44,8 @@ impl SizeArgs {
     }
 }
 
-/// Puts the count for this input into the options, with a note where nobody asked for one. Gives the input as the run will
-/// repair it, where that had to be done.
+/// Puts the count for this input into the options, with a note where nobody asked for one. The size is that of what the run
+/// will remesh, which is given where it had to be made.
 ///
 /// # Errors
 /// [`rtfmesh::Error::Usage`] for counts that cannot be, [`rtfmesh::Error::Input`] for a mesh without area.
@@ -61,13 +61,12 @@ pub fn count(
         return Ok(None);
     }
     let in_file = |error: rtfmesh::Error| error.in_file(input_name(path));
-    let repaired = repair(mesh).map_err(in_file)?;
+    let repaired = repair_with(mesh, &options.repairs()).map_err(in_file)?;
     let count = size.vertices(&repaired.mesh).map_err(in_file)?;
     options.vertices = count;
     if size == Size::AsInput && !quiet {
         let what = "as many as it has, for want of -n, --edge-length or --ratio";
         tell_notes(path, &[format!("{count} vertices, {what}")]);
     }
-    // Sizes are those of the whole input, the run may want less of it.
-    Ok((options.repairs() == RepairOptions::default()).then_some(repaired))
+    Ok(Some(repaired))
 }
