@@ -99,6 +99,7 @@ fn the_fraction_rises_to_one() {
         assert!(told.iter().all(|now| now.iteration <= now.iterations && now.to_finish <= 1.0));
     }
 }
+
 /// Sites that are divided, cells that fail, and edges that are collapsed in their place.
 #[test]
 fn a_run_that_is_in_trouble_can_be_cancelled_at_every_look() {

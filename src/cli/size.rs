@@ -16,7 +16,7 @@ pub struct SizeArgs {
     /// bounding box
     #[arg(long, value_name = "LENGTH", value_parser = length)]
     edge_length: Option<Size>,
-    /// Instead: the result's vertices over the input's
+    /// Instead: the result's vertices over the input's, as it is after --weld and --min-component
     #[arg(long, value_name = "SHARE")]
     ratio: Option<f64>,
 }

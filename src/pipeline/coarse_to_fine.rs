@@ -43,6 +43,16 @@ pub(super) struct CoarseToFine<'a> {
     pub options: &'a Options,
 }
 
+/// What a level begins with.
+pub(super) enum From {
+    /// Scattered sites.
+    Nothing,
+    /// A coarser level, whose edges get sites at their middles.
+    Coarser(Found),
+    /// The same level, to go on with.
+    Level(Found),
+}
+
 /// The surface in the forms that the walk and the polish need.
 pub(super) struct Ground {
     pub(super) records: TriangleRecords,
@@ -109,24 +119,26 @@ impl CoarseToFine<'_> {
         let shares = Shares::new(&plans, &iterations, self.surface.triangles.len(), options);
         watch.phase(Phase::Prepare, shares.prepared, 0.0)?;
         let mut planned: u32 = iterations.iter().sum();
-        let mut coarser: Option<Found> = None;
+        let mut from = From::Nothing;
         for (l, plan) in plans.iter().enumerate() {
             let phase = if l + 1 == plans.len() { Phase::LastLevel } else { Phase::CoarseLevels };
             let found = loop {
-                let fresh = coarser.is_none();
+                let fresh = matches!(from, From::Nothing);
+                let further = matches!(from, From::Level(_));
                 watch.phase(phase, shares.levels[l].until, shares.levels[l].after)?;
                 let iterations = watch.shortened(self.iterations(plans.len(), l, fresh), FEW_ITERATIONS);
-                let (start, held) = self.start(coarser.take(), plan);
+                let (start, held) = self.start(from, plan);
                 planned = planned.max(total + iterations);
                 watch.level(total, planned);
                 let moves = if fresh { Moves::SCATTERED } else { Moves::REFINED };
                 let found = self.level(&on, &start, held, (plan.spacing, iterations, moves), watch)?;
                 clock.phase(phase.name());
                 total += found.steps.len() as u32;
-                // Once more from scattered sites, if it was for those of the coarser level.
                 if found.sound || fresh {
                     break found;
                 }
+                // In some fold a few iterations more often help, and cost less than to begin anew.
+                from = if further { From::Nothing } else { From::Level(found) };
             };
             if l + 1 == plans.len() {
                 let steps = found.steps.clone();
@@ -150,8 +162,8 @@ impl CoarseToFine<'_> {
                 return Ok((connection, steps));
             }
             // Too few sites for the thin parts: what they got wrong would stay wrong.
-            coarser = found.sound.then_some(found);
-            if coarser.is_none() {
+            from = if found.sound { From::Coarser(found) } else { From::Nothing };
+            if matches!(from, From::Nothing) {
                 planned +=
                     self.iterations(plans.len(), l + 1, true) - self.iterations(plans.len(), l + 1, false);
             }
@@ -185,28 +197,30 @@ impl CoarseToFine<'_> {
         if fresh { self.options.first_iterations.max(refined) } else { refined }
     }
 
-    /// The sites of a level, from the coarser one if that was sound.
-    pub(super) fn start(&self, coarser: Option<Found>, plan: &LevelPlan) -> (Start, Option<Held>) {
+    /// The sites that a level begins with.
+    pub(super) fn start(&self, from: From, plan: &LevelPlan) -> (Start, Option<Held>) {
         let sizes = &self.ground.sizes;
         let Some(curves) = &self.ground.curves else {
-            let seeds = match &coarser {
-                Some(Found { mesh, under, .. }) => {
+            let seeds = match &from {
+                From::Coarser(Found { mesh, under, .. }) => {
                     let lengths = sizes.at_all(&mesh.vertices, under);
                     self.refined(&Coarser { mesh, under, lengths, held: None }, plan)
                 }
-                None => seed::stratified(self.surface, sizes, plan.interior, self.options.seed),
+                From::Level(found) => found.moving(),
+                From::Nothing => seed::stratified(self.surface, sizes, plan.interior, self.options.seed),
             };
             return (Start { seeds, pinned: None }, None);
         };
         // They stand anew at every level: where the coarser ones were is no place for the finer.
         let sites = curves.sites(plan.spacing);
         let room = CurveRoom::new(curves, &sites, plan.spacing);
-        let seeds = match &coarser {
-            Some(Found { mesh, under, held: Some(held), .. }) => {
+        let seeds = match &from {
+            From::Coarser(Found { mesh, under, held: Some(held), .. }) => {
                 let held = HeldSites { curves, sites: &held.sites, pins: &held.pins, room: &room };
                 let lengths = sizes.at_all(&mesh.vertices, under);
                 refine(&Coarser { mesh, under, lengths, held: Some(held) }, plan.interior)
             }
+            From::Level(found) => found.moving(),
             _ => room.scattered(self.surface, sizes, plan.interior, self.options.seed),
         };
         let (seeds, pins) = sites.merge(curves, seeds);

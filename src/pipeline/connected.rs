@@ -18,13 +18,16 @@ use crate::stages::cells::{BrokenCell, CellSites, CellSurface, connected_cells_u
 use crate::stages::connect::{ConnectCounts, connect};
 use crate::stages::curve_sites::CurveSites;
 use crate::stages::place::Place;
+use crate::stages::seed::Seeds;
 use crate::watch::{Watch, heed};
 use crate::{Phase, Result, TriMesh};
 use glam::DVec3;
 use std::sync::atomic::AtomicBool;
 
-/// Times that sites are moved into broken cells.
+/// Times that sites are moved into broken cells,
 const DENSIFICATIONS: u32 = 12;
+/// and times in a row that leave no fewer of these than ever before.
+const PATIENCE: u32 = 4;
 /// Times that sites are moved to faces that run through others.
 const UNCROSSINGS: u32 = 4;
 
@@ -58,6 +61,18 @@ pub(super) struct Found {
     pub crossing: Option<usize>,
     pub open: usize,
     pub steps: Vec<f64>,
+}
+
+impl Found {
+    /// The sites that are not on curves, in Morton order.
+    pub fn moving(&self) -> Seeds {
+        let on_curve = self.held.as_ref().map_or_else(Vec::new, Held::on_curve);
+        let moves = |v: &usize| !on_curve.get(*v).copied().unwrap_or(false);
+        let moving: Vec<usize> = (0..self.under.len()).filter(moves).collect();
+        let sites = moving.iter().map(|v| self.mesh.vertices[*v]).collect();
+        let triangles = moving.iter().map(|v| self.under[*v]).collect();
+        Seeds { sites, triangles }.in_space_order()
+    }
 }
 
 /// The triangles over some sites.
@@ -126,14 +141,17 @@ impl CoarseToFine<'_> {
     ) -> Result<Found> {
         let fixed = sites.held.as_ref().map_or_else(Vec::new, Held::on_curve);
         let sizes = &self.ground.sizes;
-        let mut left = DENSIFICATIONS;
+        let (mut left, mut patience, mut fewest) = (DENSIFICATIONS, PATIENCE, usize::MAX);
         loop {
             watch.look()?;
             let tied = watch.during(|stop| self.tied(on, &mut sites, spacing, stop))??;
             let Tied { broken, triangles, counts, sound } = tied;
             let Sites { positions, under, near: listed, .. } = &mut sites;
             let mut movable = Movable { positions, under, fixed: &fixed };
-            if sound || left == 0 || !densify(&mut movable, &triangles, &broken, (spacing, sizes)) {
+            patience = if broken.len() < fewest { PATIENCE } else { patience - 1 };
+            fewest = fewest.min(broken.len());
+            let over = sound || left == 0 || patience == 0;
+            if over || !densify(&mut movable, &triangles, &broken, (spacing, sizes)) {
                 return Ok(Found {
                     counts,
                     sound,

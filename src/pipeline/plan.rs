@@ -10,6 +10,8 @@ use crate::{Error, Result};
 const MOST_ON_CURVES: f64 = 0.6;
 /// Of the curves, so many may be shorter than a coarse level's spacing that are not at the finest.
 const MOST_SHORT: f64 = 0.2;
+/// Or as many as this share of the level's sites.
+const FEW_SHORT: f64 = 0.01;
 
 /// Sites of one level.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -41,16 +43,17 @@ pub(super) fn levels(on: &Extent, count: usize, coarsest: usize) -> Result<Vec<L
     };
     let finest = finest(curves, on.area, count)?;
     let short = |h: f64| curves.lengths().filter(|length| *length < h).count() as f64;
-    let most_short = short(finest.spacing) + MOST_SHORT * curves.curve_count() as f64;
+    let already_short = short(finest.spacing);
     let mut levels = vec![finest];
     let mut finer = finest;
     while let Some(next) = coarser(curves, on.euler, &finer) {
+        let most_short = (MOST_SHORT * curves.curve_count() as f64).max(FEW_SHORT * next.sites as f64);
         // With fewer sites inside than on curves, their edges say little about the next level.
         let few_inside = 2 * next.interior < next.sites;
         if next.sites < coarsest
             || next.sites >= finer.sites
             || few_inside
-            || short(next.spacing) > most_short
+            || short(next.spacing) - already_short > most_short
         {
             break;
         }
@@ -174,6 +177,20 @@ mod tests {
                 assert!(pair[0].sites >= 300 && 2 * pair[0].interior >= pair[0].sites, "{name}");
             }
         }
+    }
+
+    #[test]
+    fn a_few_short_curves_do_not_end_the_levels() {
+        let mut mesh = sample("box").unwrap();
+        let (vertices, size) = (mesh.vertices.clone(), mesh.vertices.len() as u32);
+        let spacing = spacing(mesh.area(), 5000);
+        // Its twelve edges are half of all curves, and shorter than two spacings.
+        let scale = 1.5 * spacing;
+        mesh.vertices.extend(vertices.iter().map(|p| *p * scale + 9.0 * glam::DVec3::X));
+        mesh.triangles.extend(mesh.triangles.clone().iter().map(|t| t.map(|v| v + size)));
+        assert_eq!(curves_of(&mesh).curve_count(), 24);
+        let counts: Vec<usize> = plan(&mesh, 5000).unwrap().iter().map(|plan| plan.sites).collect();
+        assert!(counts.len() == 2 && (1200..1300).contains(&counts[0]) && counts[1] == 5000, "{counts:?}");
     }
 
     #[test]

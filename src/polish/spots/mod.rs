@@ -65,13 +65,16 @@ pub fn reach_spots_while(
 ) -> usize {
     let ground = Ground { target, options, edge };
     let Some((spots, points_of)) = find(mesh, &ground, go_on) else { return 0 };
+    if spots.is_empty() {
+        return 0;
+    }
     let first = Work::new(mesh, &ground);
-    let copies = rayon::current_num_threads().clamp(1, TOGETHER);
+    let copies = rayon::current_num_threads().clamp(1, TOGETHER.min(spots.len()));
     let mut mender =
         Mender { changed: vec![1; mesh.triangles.len()], edits: 0, points_of, spots, copies: Vec::new() };
     mender.copies.extend((1..copies).map(|_| first.clone()));
     mender.copies.push(first);
-    let all = (options.passes as usize * mender.spots.len()).max(1) as f64;
+    let all = (options.passes as usize * mender.spots.len()) as f64;
     let mut tried = vec![0; mender.spots.len()];
     'passes: for pass in 0..options.passes as usize {
         let before = mender.edits;

@@ -174,7 +174,7 @@ impl Work<'_> {
                 return None;
             }
         }
-        Some(far)
+        (far.sum < most).then_some(far)
     }
 
     /// The squared distance of a point of the surface to the nearest triangle, or to any that is not far, and that one's

@@ -1,5 +1,7 @@
 //! One spot at a time: edits tried on a copy of the mesh.
 
+use std::sync::Arc;
+
 use glam::DVec3;
 
 use super::super::links::{Kind, Links, NONE, previous};
@@ -77,7 +79,8 @@ pub(super) struct Work<'a> {
     pub ground: Ground<'a>,
     pub links: Links,
     points: Vec<DVec3>,
-    locked: Vec<bool>,
+    /// Vertices that stay where they are; the same for all copies.
+    locked: Arc<[bool]>,
 }
 
 impl<'a> Work<'a> {
