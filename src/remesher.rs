@@ -1,6 +1,6 @@
 //! One mesh after another on one device.
 
-use crate::pipeline::{compile, remesh};
+use crate::pipeline::{compile, compile_later, remesh};
 use crate::{Device, Flow, Options, Progress, Remeshed, Result, TriMesh};
 
 /// Remeshes any number of meshes with the same options on the same device. What was compiled for the first one, and the
@@ -33,6 +33,7 @@ impl Remesher {
     pub fn new(device: &Device, options: Options) -> Result<Self> {
         options.validate()?;
         compile(device, options.method)?;
+        compile_later(device, options.method)?;
         Ok(Self { device: device.clone(), options })
     }
 

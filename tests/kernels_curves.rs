@@ -169,7 +169,7 @@ fn faces_are_cut_by_sites_of_the_patch_and_on_curves() {
     let scene = Scene::new(900, 4);
     let n = scene.positions.len();
     for workgroup in [None, Some(16)] {
-        let options = PlanarOptions { curves: true, workgroup, ..PlanarOptions::new(K as u32, 1) };
+        let options = PlanarOptions { workgroup, ..PlanarOptions::new(K as u32, 1) };
         let faces = PlanarFaces::new(device(), n, &options).unwrap();
         let step = PlanarMove { iteration: 0, momentum: 0.9, largest_move: 10.0, widest: 1.0, exact: true };
         let mut recorder = device().recorder().unwrap();

@@ -1,21 +1,20 @@
-// The marks in the fourth component of a site on a surface with curves: src/stages/pins.rs has the same. The including
-// file has declared the constant CURVES, 0 for surfaces without curves, where there are no marks.
+// The marks in the fourth component of a site: src/stages/pins.rs has the same. On surfaces without curves all are 0.
 #ifndef COMMON_PINS_GLSL
 #define COMMON_PINS_GLSL
 #include "common/octahedral.glsl"
 
 // A site on a curve stays where it is.
-bool is_pinned(float mark) { return CURVES != 0u && mark < 0.0; }
+bool is_pinned(float mark) { return mark < 0.0; }
 
 // Whether the site with the mark `other` may count for the interior site with the mark `own`: it is in the same patch or
 // on a curve.
-bool same_patch(float own, float other) { return CURVES == 0u || other == own || other < 0.0; }
+bool same_patch(float own, float other) { return other == own || other < 0.0; }
 
 // The number in the mark of a curve site; all floats of its size are exact.
 uint pin_code(float mark) { return uint(max(-mark, 1.0)) - 1u; }
 
 // A curve site that counts whatever its normal.
-bool counts_anywhere(float mark) { return CURVES != 0u && mark < 0.0 && (pin_code(mark) >> 20 & 1u) != 0u; }
+bool counts_anywhere(float mark) { return mark < 0.0 && (pin_code(mark) >> 20 & 1u) != 0u; }
 
 // How far the curve goes on from there, both ways, in spacings; 0 at corners.
 float pin_reach(float mark) { return 0.25 * float(pin_code(mark) >> 21 & 7u); }

@@ -12,9 +12,6 @@
 #define DEFAULT_WORKGROUP 8
 #include "common/threads.glsl"
 
-// 1 where sites bear the marks of common/pins.glsl.
-layout(constant_id = 3) const uint CURVES = 0;
-
 layout(push_constant) uniform Push {
     uvec4 starts_low;  // first box of levels 0 to 3
     uvec4 starts_high; // of levels 4 to 7

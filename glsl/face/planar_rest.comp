@@ -13,8 +13,6 @@
 #include "common/threads.glsl"
 
 layout(constant_id = 1) const uint K = 24;
-// 1 where sites bear the marks of common/pins.glsl.
-layout(constant_id = 3) const uint CURVES = 0;
 
 layout(push_constant) uniform Push {
     uint site_count;

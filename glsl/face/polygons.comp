@@ -13,7 +13,6 @@
 #include "common/threads.glsl"
 
 layout(constant_id = 1) const uint K = 24;
-const uint CURVES = 0u;
 
 layout(push_constant) uniform Push {
     uvec4 starts_low;  // first box of levels 0 to 3

@@ -17,7 +17,6 @@
 layout(constant_id = 1) const uint NEAR = 12;
 // 1 where sizes differ: lengths has the edge length wanted at each site, relative to the spacing.
 layout(constant_id = 2) const uint SIZED = 0;
-const uint CURVES = 1u;
 #include "common/pins.glsl"
 
 layout(push_constant) uniform Push {

@@ -7,7 +7,7 @@ use crate::{Error, Result};
 use ash::vk;
 use std::collections::HashMap;
 use std::marker::PhantomData;
-use std::sync::{Arc, Mutex};
+use std::sync::{Arc, Mutex, OnceLock};
 
 /// How a kernel uses a buffer, read from `readonly` and `writeonly` in its GLSL.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -87,22 +87,26 @@ impl<K: Kernel> Pipeline<K> {
     /// [`Error::Device`] if the workgroup is larger than the device's limit or the driver refuses the kernel.
     pub fn new(device: &Device, constants: K::Constants) -> Result<Self> {
         let key = (K::INFO.name, constants.values());
-        let known = locked(&device.pipelines).get(&key).cloned();
-        let raw = match known {
-            Some(raw) => raw,
-            None => {
-                // Not under the lock, so that threads can compile different kernels at the same time.
-                let push_bytes = size_of::<K::Push>() as u32;
-                let raw = Arc::new(RawPipeline::new(&device.shared, K::INFO, &constants, push_bytes)?);
-                locked(&device.pipelines).entry(key).or_insert(raw).clone()
+        let place = locked(&device.pipelines).entry(key.clone()).or_default().clone();
+        // Not under the lock, so that threads can compile different kernels at the same time.
+        let made = place.get_or_init(|| {
+            let push_bytes = size_of::<K::Push>() as u32;
+            RawPipeline::new(&device.shared, K::INFO, &constants, push_bytes).map(Arc::new)
+        });
+        match made {
+            Ok(raw) => Ok(Self { raw: raw.clone(), kernel: PhantomData }),
+            Err(error) => {
+                // Later there may be enough memory.
+                locked(&device.pipelines).remove(&key);
+                Err(error.clone())
             }
-        };
-        Ok(Self { raw, kernel: PhantomData })
+        }
     }
 }
 
-/// The pipelines of a device by kernel and specialization constants.
-pub(super) type Pipelines = Mutex<HashMap<(&'static str, Vec<(u32, u32)>), Arc<RawPipeline>>>;
+/// The pipelines of a device by kernel and specialization constants; whoever wants one that is being compiled waits.
+pub(super) type Pipelines = Mutex<HashMap<(&'static str, Vec<(u32, u32)>), Arc<OnceLock<Compiled>>>>;
+type Compiled = Result<Arc<RawPipeline>>;
 
 impl RawPipeline {
     fn new(

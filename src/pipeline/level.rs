@@ -132,11 +132,7 @@ impl Level {
             site_triangle: Buffer::from_slice(device, "default.site_triangle", &seeds.triangles)?,
             lists: Lists::new(device, n, &ListOptions::new(LIST))?,
             normals: SmoothNormals::new(device, n, curves, None)?,
-            faces: PlanarFaces::new(
-                device,
-                n,
-                &PlanarOptions { curves, ..PlanarOptions::new(LIST, iterations) },
-            )?,
+            faces: PlanarFaces::new(device, n, &PlanarOptions::new(LIST, iterations))?,
             walk: Walk::new(device, n, None)?,
             settle: Settle::new(device, n, iterations, pinned.as_ref().map(|p| p.moving), None)?,
             keep_off: curves.then(|| KeepOff::new(device, sized, None)).transpose()?,

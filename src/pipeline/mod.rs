@@ -56,7 +56,7 @@ use std::time::Instant;
 use words::{remarks, warnings};
 
 pub use exact::ExactSummary;
-pub(crate) use prepare::compile;
+pub(crate) use prepare::{compile, compile_later};
 #[cfg(feature = "html")]
 pub(crate) use prepare::{for_repaired, wanted_edges};
 pub use preview::{Preview, PreviewLevel, preview, preview_repaired};
@@ -216,7 +216,12 @@ fn watched(
     compiled?;
     clock.phase("prepare");
     let known = OnceLock::new();
-    let settled = settled(device, &mut prepared, &known, (watch, &mut clock))?;
+    let settled = std::thread::scope(|scope| {
+        let later = scope.spawn(|| compile_later(device, options.method));
+        let settled = settled(device, &mut prepared, &known, (watch, &mut clock));
+        later.join().unwrap_or_else(|panic| std::panic::resume_unwind(panic))?;
+        settled
+    })?;
     let Settled { connection, steps, skeleton, vertices, attempts } = settled;
     let wanted = vertices + prepared.done();
     let Prepared { repaired, frame, input, small, surface, .. } = prepared;

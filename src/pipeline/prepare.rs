@@ -17,6 +17,7 @@ use crate::mesh::source::{half_edges_after, vertex_values_after};
 use crate::mesh::spacing;
 use crate::mesh::topology::{Topology, topology};
 use crate::options::{Method, Options, Shortage, Sizing};
+use crate::stages::planar::PlanarFaces;
 use crate::stages::surface::Surface;
 use crate::stages::surface_curves::SurfaceCurves;
 use crate::watch::heed;
@@ -221,10 +222,18 @@ pub(crate) fn wanted_edges(mesh: &TriMesh, options: &Options) -> Result<Vec<[u32
     Ok(held.chain(drawn).collect())
 }
 
-/// Compiles the kernels of the default pipeline; the others do so themselves.
+/// Compiles the kernels with which the default pipeline begins; other methods compile theirs themselves.
 pub(crate) fn compile(device: &Device, method: Method) -> Result<()> {
     match method {
         Method::CoarseToFine => Level::compile(device),
+        _ => Ok(()),
+    }
+}
+
+/// Compiles what the default pipeline needs later: the kernel for what lists do not decide, which takes as long as all others.
+pub(crate) fn compile_later(device: &Device, method: Method) -> Result<()> {
+    match method {
+        Method::CoarseToFine => PlanarFaces::compile_exact(device),
         _ => Ok(()),
     }
 }

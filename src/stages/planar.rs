@@ -47,8 +47,6 @@ pub struct PlanarOptions {
     pub iterations: u32,
     /// Edges that a face may have while its lines come one after another, 3 or more; those with more take longer.
     pub slots: u32,
-    /// Whether the sites bear the marks of [`super::pins`].
-    pub curves: bool,
     /// Invocations of a workgroup; `None`: the kernels' own.
     pub workgroup: Option<u32>,
 }
@@ -57,7 +55,7 @@ impl PlanarOptions {
     /// For lists of `k` and at most `iterations` iterations.
     pub fn new(k: u32, iterations: u32) -> Self {
         let slots = planar_exact::Constants::default().slots;
-        Self { k, iterations, slots, curves: false, workgroup: None }
+        Self { k, iterations, slots, workgroup: None }
     }
 }
 
@@ -92,7 +90,9 @@ pub struct PlanarCounts {
 pub struct PlanarFaces {
     near: Pipeline<planar::Shader>,
     rest: Pipeline<planar_rest::Shader>,
-    exact: Pipeline<planar_exact::Shader>,
+    /// Of the kernel for what lists do not decide, which is compiled when it is first needed.
+    exact: planar_exact::Constants,
+    device: Device,
     /// Where each site wants to go, w = squared distance to its centroid.
     pub targets: Buffer<Vec4>,
     /// The area centroids of the last iteration; w = 0 before the first.
@@ -135,29 +135,35 @@ impl PlanarFaces {
     /// # Errors
     /// [`crate::Error::OutOfMemory`] or [`crate::Error::Device`].
     pub fn new(device: &Device, sites: usize, options: &PlanarOptions) -> Result<Self> {
-        let PlanarOptions { k, iterations, slots, curves, workgroup } = *options;
-        let curves = u32::from(curves);
-        let mut near = planar::Constants { k: NEAR.min(k), curves, ..Default::default() };
-        let mut rest = planar_rest::Constants { k, slots, curves, ..Default::default() };
-        let mut exact = planar_exact::Constants { slots, curves, ..Default::default() };
+        let PlanarOptions { k, iterations, slots, workgroup } = *options;
+        let mut near = planar::Constants { k: NEAR.min(k), ..Default::default() };
+        let mut rest = planar_rest::Constants { k, slots, ..Default::default() };
+        let mut exact = planar_exact::Constants { slots, ..Default::default() };
         near.workgroup = workgroup.unwrap_or(near.workgroup);
         rest.workgroup = workgroup.unwrap_or(rest.workgroup);
         exact.workgroup = workgroup.unwrap_or(exact.workgroup);
         let words = 3 * iterations as usize + 4 * sites;
         // The first time they are compiled, which takes a while.
-        let (near, (rest, exact)) = rayon::join(
-            || Pipeline::new(device, near),
-            || rayon::join(|| Pipeline::new(device, rest), || Pipeline::new(device, exact)),
-        );
+        let (near, rest) = rayon::join(|| Pipeline::new(device, near), || Pipeline::new(device, rest));
         Ok(Self {
             near: near?,
             rest: rest?,
-            exact: exact?,
+            exact,
+            device: device.clone(),
             targets: Buffer::new(device, "default.face.targets", sites)?,
             centroids: Buffer::zeros(device, "default.face.centroids", sites)?,
             insecure: Buffer::zeros(device, "default.face.insecure", words)?,
             iterations,
         })
+    }
+
+    /// Compiles the kernel that only [`PlanarMove::exact`] needs, which takes as long as all others, for
+    /// [`PlanarOptions::new`].
+    ///
+    /// # Errors
+    /// [`crate::Error::Device`].
+    pub fn compile_exact(device: &Device) -> Result<()> {
+        Pipeline::<planar_exact::Shader>::new(device, planar_exact::Constants::default()).map(drop)
     }
 
     /// Records all rounds of one iteration.
@@ -199,7 +205,8 @@ impl PlanarFaces {
             insecure: &self.insecure,
         };
         // Not too many for each thread: lavapipe ends a thread after 65,535 rounds of all its loops together.
-        recorder.dispatch(&self.exact, Threads(sites.div_ceil(4)), &push, &bindings)
+        let exact = Pipeline::<planar_exact::Shader>::new(&self.device, self.exact)?;
+        recorder.dispatch(&exact, Threads(sites.div_ceil(4)), &push, &bindings)
     }
 
     /// What happened in `iteration`, from the contents of [`PlanarFaces::insecure`].
