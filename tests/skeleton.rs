@@ -136,6 +136,37 @@ fn plates_of_any_thickness_keep_their_rims() {
     }
 }
 
+/// A sheet that is flat between lines through these points of x and z.
+fn sheet(profile: &[[f64; 2]]) -> TriMesh {
+    let n = profile.len() as u32 - 1;
+    moved(&plane(n, 0.0), |v| {
+        let [x, z] = profile[(v.x * f64::from(n)).round() as usize];
+        DVec3::new(x, v.y, z)
+    })
+}
+
+#[test]
+fn strips_narrower_than_triangles_lose_what_nobody_sees() {
+    const W: f64 = 0.005;
+    let step = sheet(&[[0.0, 0.0], [0.5, 0.0], [0.5, -W], [1.0, -W]]);
+    let chamfer = sheet(&[[0.0, 0.0], [0.5, 0.0], [0.5 + W, -W], [0.5 + W, -0.5]]);
+    // Steep, so that the upper edge is the sharper one, but not so much that the lower one is none.
+    let uneven = sheet(&[[0.0, 0.0], [0.5, 0.0], [0.5 + 0.9 * W, -W], [0.5 + 0.9 * W, -0.5]]);
+    let plate = sheet(&[[0.0, 0.0], [0.5, 0.0], [0.5, -W], [0.0, -W]]);
+    for (mesh, coarse) in [(&step, 0), (&chamfer, 1), (&uneven, 1), (&plate, 2)] {
+        for (vertices, sharp) in [(500, coarse), (100_000, 2)] {
+            let s = found(mesh, vertices);
+            let curves = s.curves.iter().filter(|c| c.kind == CurveKind::Sharp).count();
+            assert_eq!(curves, sharp, "{vertices}");
+            let dropped = (s.dropped.strips, s.dropped.strip_length.round() as usize);
+            assert_eq!(dropped, (usize::from(sharp < 2), 2 - sharp), "{vertices}");
+        }
+    }
+    let found = found(&uneven, 500);
+    let kept = found.curves.iter().find(|c| c.kind == CurveKind::Sharp).unwrap();
+    assert!(kept.vertices.iter().all(|v| uneven.vertices[*v as usize].z == 0.0));
+}
+
 #[test]
 fn a_hole_in_a_box_has_two_rims() {
     const AROUND: u32 = 24;

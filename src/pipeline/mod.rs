@@ -216,12 +216,7 @@ fn watched(
     compiled?;
     clock.phase("prepare");
     let known = OnceLock::new();
-    let settled = std::thread::scope(|scope| {
-        let later = scope.spawn(|| compile_later(device, options.method));
-        let settled = settled(device, &mut prepared, &known, (watch, &mut clock));
-        later.join().unwrap_or_else(|panic| std::panic::resume_unwind(panic))?;
-        settled
-    })?;
+    let settled = settled(device, &mut prepared, &known, (watch, &mut clock))?;
     let Settled { connection, steps, skeleton, vertices, attempts } = settled;
     let wanted = vertices + prepared.done();
     let Prepared { repaired, frame, input, small, surface, .. } = prepared;
@@ -327,8 +322,13 @@ fn settled(
     let done = prepared.done();
     let settled = match ground {
         None => AllAtOnce { device, surface, input, options }.run(watch, clock)?,
-        Some(ground) => Attempts { device, mesh, frame, surface, input, done, options, crossing }
-            .run(ground, watch, clock)?,
+        Some(ground) => std::thread::scope(|scope| {
+            let later = scope.spawn(|| compile_later(device, options.method));
+            let settled = Attempts { device, mesh, frame, surface, input, done, options, crossing }
+                .run(ground, watch, clock);
+            later.join().unwrap_or_else(|panic| std::panic::resume_unwind(panic))?;
+            settled
+        })?,
     };
     if settled.connection.mesh.triangles.is_empty() {
         let problem = format!("{} sites are too few to connect this surface", options.vertices);

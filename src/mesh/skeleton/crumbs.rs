@@ -19,11 +19,9 @@ const STRONG: f64 = 0.5;
 const TWIG: f64 = 3.0;
 
 /// Switches off twigs, then crumbs; lengths are in the frame of the graph.
-pub(super) fn drop_crumbs(graph: &mut Graph, spacing: f64) -> Dropped {
-    let mut dropped = Dropped::default();
-    drop_twigs(graph, TWIG * spacing, &mut dropped);
-    drop_short(graph, spacing, &mut dropped);
-    dropped
+pub(super) fn drop_crumbs(graph: &mut Graph, spacing: f64, dropped: &mut Dropped) {
+    drop_twigs(graph, TWIG * spacing, dropped);
+    drop_short(graph, spacing, dropped);
 }
 
 fn is_sharp(graph: &Graph, link: u32) -> bool {

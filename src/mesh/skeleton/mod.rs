@@ -12,6 +12,7 @@ mod grow;
 mod patches;
 mod sharpness;
 mod sides;
+mod strips;
 
 use glam::DVec3;
 use serde::Serialize;
@@ -122,6 +123,18 @@ pub struct Dropped {
     pub twigs: usize,
     /// Their length in the mesh's units.
     pub twig_length: f64,
+    /// Patches too narrow for this spacing that lost an edge or two.
+    pub strips: usize,
+    /// The length of these edges in the mesh's units.
+    pub strip_length: f64,
+}
+
+impl Dropped {
+    fn in_units(&mut self, unit: f64) {
+        for length in [&mut self.short_length, &mut self.twig_length, &mut self.strip_length] {
+            *length *= unit;
+        }
+    }
 }
 
 /// Curves, corners and patches of a surface.
@@ -170,9 +183,13 @@ pub fn skeleton(mesh: &TriMesh, options: &SkeletonOptions) -> Result<Skeleton> {
     let candidates = sharpness::candidates(&points, &sides, scale);
     let mut graph = Graph::new(&points, candidates);
     grow::follow(&mut graph, scale);
-    let mut dropped = crumbs::drop_crumbs(&mut graph, scale.spacing);
-    dropped.short_length *= frame.scale;
-    dropped.twig_length *= frame.scale;
+    let mut dropped = Dropped::default();
+    crumbs::drop_crumbs(&mut graph, scale.spacing, &mut dropped);
+    strips::drop_strips(&mut graph, &sides, scale.spacing, &mut dropped);
+    if dropped.strips > 0 {
+        crumbs::drop_crumbs(&mut graph, scale.spacing, &mut dropped);
+    }
+    dropped.in_units(frame.scale);
 
     let corners = corners::find(&graph, &sides, scale.spacing);
     let mut curves = chains::curves(&graph, &corners);

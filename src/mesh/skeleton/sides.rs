@@ -104,6 +104,13 @@ impl<'a> Sides<'a> {
         self.triangles
     }
 
+    /// Whether the surface turns down, and not up, across a half-edge that has a mate.
+    pub(super) fn turns_down(&self, points: &[DVec3], half: u32) -> bool {
+        let [a, b] = self.ends(half).map(|v| points[v as usize]);
+        let mate = self.mates[half as usize];
+        self.normals[half as usize / 3].cross(self.normals[mate as usize / 3]).dot(b - a) > 0.0
+    }
+
     /// The angle in degrees by which the surface turns across a half-edge that has a mate.
     pub(super) fn turn(&self, half: u32) -> f64 {
         let mate = self.mates[half as usize];
