@@ -14,7 +14,7 @@ use std::path::PathBuf;
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Centroid {
-    /// The mean of the face's corners, close ones counted once (Eq. 7 of the paper, see docs/method.md).
+    /// The mean of the face's corners, close ones counting less (Eq. 7 of the paper, see docs/method.md).
     #[default]
     Vertex,
     /// The centroid of the face's area (Eq. 3).

@@ -2,9 +2,9 @@
 //   site that was near the last time.
 // Invocation: one triangle.
 // Reads: corners, sites, neighbours, away, status (of neighbours/decide), candidates (the site that was near).
-// Writes: candidates[triangle * (PIECES + 1)] = the nearest site, then as many sites as counts[triangle] says, and in the end 0;
+// Writes: candidates[triangle * (PIECES + 1)] = the nearest site known, then as many sites as counts[triangle] says, and in the end 0;
 //   counters, and candidates behind those: the triangles that the list does not decide, and those with too many sites.
-// Filled by neighbours/lists and exact/walked; consumed by exact/walked, exact/pairs and exact/pieces.
+// Filled by neighbours/lists, exact/walked and, the first time, the host; consumed by exact/walked, exact/pairs and exact/pieces.
 #version 450
 #extension GL_GOOGLE_include_directive : require
 #extension GL_EXT_control_flow_attributes : require
@@ -36,8 +36,7 @@ void main() {
     // The scan of the counts ends with their sum.
     if (t == 0u) counts[triangle_count] = 0u;
     start_triangle(t);
-    uint hint = candidates[candidate_place(t)];
-    uint known = hint == NONE ? 0u : hint;
+    uint known = candidates[candidate_place(t)];
     vec3 from = sites[known].xyz;
     put(0u, known, from);
     float off = slot_far[0];
@@ -49,11 +48,12 @@ void main() {
         slot_site[s + 1u] = j;
     }
     ListBounds bounds = list_bounds(away[known], uintBitsToFloat(status[1]));
-    bool decided = hint != NONE && LENIENT * (off + reach_of_parts()) < bounds.after_all;
+    bool decided = LENIENT * (off + reach_of_parts()) < bounds.after_all;
     if (decided) {
         write_parts(t, false);
     } else {
         counts[t] = 0u;
+        candidates[candidate_place(t)] = nearest;
         candidates[undecided_place(atomicAdd(counters[0], 1u))] = t;
     }
 }

@@ -1,6 +1,6 @@
 // Purpose: exact/listed for the triangles that it leaves undecided, by a walk over the boxes of all sites.
 // Invocation: one entry of the list of undecided triangles; dispatched for as many as there are.
-// Reads: corners, sites, boxes, away, status (of neighbours/decide), counters.
+// Reads: corners, sites, boxes, away, status (of neighbours/decide), candidates (the site that is near), counters.
 // Writes: candidates, counts and counters as exact/listed does.
 // Filled by exact/listed, exact/enough and neighbours/lists; consumed by exact/pairs and exact/pieces.
 #version 450
@@ -52,34 +52,6 @@ void offer(uint j) {
     put_count += takes ? 1u : 0u;
 }
 
-// A site near the middle: the nearest in the leaf to which the nearest boxes lead.
-uint lead() {
-    uint level = levels, base = 0u;
-    do {
-        --level;
-        uint start = level_start(level) + base, best = 0u, child = 0u;
-        float best_sq = 3.402823466e38;
-        do {
-            vec3 low = boxes[2u * (start + child)].xyz, high = boxes[2u * (start + child) + 1u].xyz;
-            vec3 off = max(max(low - middle, middle - high), vec3(0.0));
-            float off_sq = dot(off, off);
-            best = off_sq < best_sq ? child : best;
-            best_sq = min(off_sq, best_sq);
-        } while (++child < 8u);
-        base = 8u * (base + best);
-    } while (level > 0u);
-    // Boxes may be from before the sites' last moves, but their order is the same.
-    uint found = min(base, site_count - 1u), c = 0u;
-    float found_far = 3.402823466e38;
-    do {
-        uint j = min(base + c, site_count - 1u);
-        float far = distance(sites[j].xyz, middle);
-        found = far < found_far ? j : found;
-        found_far = min(far, found_far);
-    } while (++c < 8u);
-    return found;
-}
-
 void gather(uint from, float radius) {
     BoxWalk walk = start_walk(sites[from].xyz, radius);
     bool more;
@@ -101,7 +73,7 @@ void main() {
     if (entry >= counters[0]) return;
     uint t = candidates[undecided_place(entry)];
     start_triangle(t);
-    nearest = lead();
+    nearest = candidates[candidate_place(t)];
     // What has all corners within a short way is often met late, when sites that have no part fill the slots already. A
     // second round knows it from the start.
     uint round = 0u;

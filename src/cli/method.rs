@@ -20,7 +20,7 @@ pub struct MethodArgs {
     /// Time against triangles [preset default: normal]
     #[arg(long, value_enum)]
     quality: Option<QualityName>,
-    /// Faces tangent and power: where a site moves in its face: the mean of the corners, close ones counted once, or the centroid
+    /// Faces tangent and power: where a site moves in its face: the mean of the corners, close ones counting less, or the centroid
     /// of the area [preset rtf: vertex]
     #[arg(long, value_enum)]
     centroid: Option<CentroidName>,
@@ -110,7 +110,7 @@ enum QualityName {
 
 #[derive(Clone, Copy, clap::ValueEnum)]
 enum CentroidName {
-    /// Mean of the face's corners, close ones counted once (Eq. 7)
+    /// Mean of the face's corners, close ones counting less (Eq. 7)
     Vertex,
     /// Centroid of the face's area (Eq. 3)
     Area,

@@ -69,7 +69,7 @@ impl<'a> Run<'a> {
         let sites: Vec<Vec4> = seeds.sites.iter().map(|p| p.as_vec3().extend(0.0)).collect();
         let triangles = CutTriangles::new(device, surface, spacing)?;
         Ok(Self {
-            cells: ExactCells::new(device, &triangles, n, LIST, None, None)?,
+            cells: ExactCells::new(device, &triangles, &seeds.sites, LIST, None, None)?,
             triangles,
             device,
             options,

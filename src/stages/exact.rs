@@ -11,8 +11,10 @@ use super::surface::Surface;
 use crate::Result;
 use crate::gpu::kernels::exact::{aim, enough, listed, pairs, pieces, sums, walked};
 use crate::gpu::{Buffer, Device, Download, NONE, Pipeline, Recorder, Submitted, Threads};
+use crate::mesh::point_tree::PointTree;
 use crate::mesh::voronoi::{RestrictedVoronoi, halves};
 use glam::{DVec3, UVec4, Vec4};
+use rayon::prelude::*;
 
 /// No side of a triangle is longer than this many spacings: longer ones are cut, for cells do not mind.
 const LONGEST_SIDE: f64 = 0.8;
@@ -48,6 +50,13 @@ impl CutTriangles {
         let corners: Vec<Vec4> = triangles.as_flattened().iter().map(|p| p.as_vec3().extend(0.0)).collect();
         let corners = Buffer::from_slice(device, "exact.corners", &corners)?;
         Ok(Self { triangles, corners })
+    }
+
+    /// The site nearest to the middle of each; empty without sites.
+    fn nearest(&self, sites: &[DVec3]) -> Vec<u32> {
+        let tree = PointTree::new(sites);
+        let middle = |[a, b, c]: &[DVec3; 3]| (*a + *b + *c) / 3.0;
+        self.triangles.par_iter().filter_map(|t| tree.nearest(middle(t))).collect()
     }
 
     /// Number of triangles after the cutting.
@@ -154,7 +163,7 @@ pub struct ExactCells {
 }
 
 impl ExactCells {
-    /// For `sites` sites with lists of `k` neighbours, at most 23. A triangle may have parts of `pieces` sites (1 to 24;
+    /// For sites that begin at `sites`, with lists of `k` neighbours, at most 23. A triangle may have parts of `pieces` sites (1 to 24;
     /// `None`: 12) before it is left to the host.
     ///
     /// # Errors
@@ -162,7 +171,7 @@ impl ExactCells {
     pub fn new(
         device: &Device,
         triangles: &CutTriangles,
-        sites: usize,
+        sites: &[DVec3],
         k: u32,
         pieces: Option<u32>,
         workgroup: Option<u32>,
@@ -173,7 +182,11 @@ impl ExactCells {
         let by_walk = walked::Constants::default();
         let count = triangles.len();
         let slots = pieces as usize + 1;
-        let candidates = vec![NONE; count * (slots + 2)];
+        let mut candidates = vec![NONE; count * (slots + 2)];
+        for (t, nearest) in triangles.nearest(sites).into_iter().enumerate() {
+            candidates[t * slots] = nearest;
+        }
+        let sites = sites.len();
         Ok(Self {
             listed: Pipeline::new(
                 device,
