@@ -10,7 +10,7 @@
 #include "common/tangent.glsl"
 
 // A corner counts in full if both its neighbours are farther than this share of the face's radius.
-const float APART = 0.33;
+const float APART = 0.3;
 
 layout(push_constant) uniform Push { uint site_count; };
 layout(set = 0, binding = 0) readonly buffer Sites { vec4 sites[]; };

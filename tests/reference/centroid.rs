@@ -2,12 +2,12 @@
 
 use glam::DVec2;
 
-/// The mean of the corners. One that is nearer to a neighbour than 0.33 of the farthest corner's distance counts for as
+/// The mean of the corners. One that is nearer to a neighbour than 0.3 of the farthest corner's distance counts for as
 /// much less as it is nearer, half for each neighbour.
 pub fn vertex_mean(corners: &[DVec2]) -> DVec2 {
     let (n, radius) = (corners.len(), corners.iter().map(|c| c.length()).fold(0.0, f64::max));
     let share =
-        |m: usize, other: usize| 0.5 * (corners[m].distance(corners[other]) / (0.33 * radius)).min(1.0);
+        |m: usize, other: usize| 0.5 * (corners[m].distance(corners[other]) / (0.3 * radius)).min(1.0);
     let weights: Vec<f64> = (0..n).map(|m| share(m, (m + 1) % n) + share(m, (m + n - 1) % n)).collect();
     let sum: DVec2 = corners.iter().zip(&weights).map(|(c, w)| *c * *w).sum();
     sum / weights.iter().sum::<f64>()
