@@ -30,6 +30,7 @@ mod words;
 use crate::choices::Face;
 use crate::gpu::{Device, StageTime};
 use crate::measure::{Crossing, Measures, measure_some};
+use crate::mesh::bvh::Bvh;
 use crate::mesh::intersections::intersecting_faces_until;
 use crate::mesh::repair::{RepairCounts, Repaired};
 use crate::mesh::skeleton::Skeleton;
@@ -50,8 +51,8 @@ use glam::DVec3;
 use parts::append;
 use prepare::Prepared;
 use serde::Serialize;
-use std::sync::OnceLock;
 use std::sync::atomic::AtomicBool;
+use std::sync::{Arc, OnceLock};
 use std::time::Instant;
 use words::{remarks, warnings};
 
@@ -215,6 +216,7 @@ fn watched(
     let mut prepared = prepared?;
     compiled?;
     clock.phase("prepare");
+    let hierarchy = prepared.hierarchy().filter(|_| options.source != Traced::NONE);
     let known = OnceLock::new();
     let settled = settled(device, &mut prepared, &known, (watch, &mut clock))?;
     let Settled { connection, steps, skeleton, vertices, attempts } = settled;
@@ -230,7 +232,8 @@ fn watched(
     let collapsed = connection.collapsed + small.len();
     clock.phase("connect");
     watch.phase(Phase::Measure, 1.0, 0.0)?;
-    let source = watch.during(|stop| source_of(&result, (mesh, &repaired), options.source, stop))??;
+    let source =
+        watch.during(|stop| source_of(&result, (mesh, &repaired), (options.source, hierarchy), stop))??;
     if source.is_some() {
         clock.phase("source");
     }
@@ -289,10 +292,11 @@ fn crossing_for(depth: MeasureDepth, known: Option<usize>) -> Crossing {
 fn source_of(
     result: &TriMesh,
     (input, repaired): (&TriMesh, &Repaired),
-    asked: Traced,
+    (asked, hierarchy): (Traced, Option<Arc<Bvh>>),
     stop: &AtomicBool,
 ) -> Result<Option<Source>> {
-    (asked != Traced::NONE).then(|| trace_until(input, repaired, result, asked, stop)).transpose()
+    let trace = || trace_until((input, repaired), result, asked, hierarchy, stop);
+    (asked != Traced::NONE).then(trace).transpose()
 }
 
 /// The figures of a result; how evenly its vertices are spread over the reference, if there is one and that is of interest.

@@ -10,6 +10,7 @@ use super::spare::Wish;
 use crate::choices::{Face, listed};
 use crate::gpu::Device;
 use crate::gpu::kernels::face::cell;
+use crate::mesh::bvh::Bvh;
 use crate::mesh::frame::Frame;
 use crate::mesh::repair::{Repaired, repair_with};
 use crate::mesh::skeleton::{SkeletonOptions, user_edges};
@@ -21,6 +22,7 @@ use crate::stages::surface::Surface;
 use crate::stages::surface_curves::SurfaceCurves;
 use crate::watch::heed;
 use crate::{Error, Result, TriMesh};
+use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
 
 /// With [`Shortage::AddVertices`], each further try to divide the components has this many times the vertices of the last,
@@ -90,6 +92,12 @@ impl Prepared {
     /// What is not too small for cells, in the file's units, and its topology.
     pub fn large(&self) -> (&TriMesh, &Topology) {
         self.rest.as_ref().map_or((&self.repaired.mesh, &self.input), |(mesh, topology)| (mesh, topology))
+    }
+
+    /// The triangles of the repaired mesh in the unit-diagonal frame, ready for searches, as long as there is the ground.
+    pub fn hierarchy(&self) -> Option<Arc<Bvh>> {
+        let ground = self.ground.as_ref().filter(|_| self.rest.is_none());
+        ground.map(|ground| ground.target.hierarchy())
     }
 
     /// Vertices of the components that are done.
