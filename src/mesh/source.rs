@@ -75,13 +75,13 @@ pub fn trace(input: &TriMesh, repaired: &Repaired, output: &TriMesh, asked: Trac
     trace_until((input, repaired), output, asked, None, &AtomicBool::new(false))
 }
 
-/// As [`trace`]; [`crate::Error::Cancelled`] soon after it is to `stop`. `hierarchy` is that of the repaired mesh in its frame,
-/// if there is one already.
+/// As [`trace`]; [`crate::Error::Cancelled`] soon after it is to `stop`. `searched` is the repaired mesh in its frame,
+/// if there is that already.
 pub(crate) fn trace_until(
     (input, repaired): (&TriMesh, &Repaired),
     output: &TriMesh,
     asked: Traced,
-    hierarchy: Option<Arc<Bvh>>,
+    searched: Option<Search>,
     stop: &AtomicBool,
 ) -> Result<Source> {
     let frame = Frame::of(&repaired.mesh)?;
@@ -89,8 +89,10 @@ pub(crate) fn trace_until(
         vertices: mesh.vertices.iter().map(|p| frame.to_unit(*p)).collect(),
         triangles: mesh.triangles.clone(),
     };
-    let (search, wanted) =
-        rayon::join(|| Search::new(&unit(&repaired.mesh), hierarchy), || wanted(&unit(output), asked));
+    let (search, wanted) = rayon::join(
+        || searched.unwrap_or_else(|| Search::new(&unit(&repaired.mesh))),
+        || wanted(&unit(output), asked),
+    );
     // Each point is looked for where `first` says, or else where the one before it was found.
     let find = |wanted: &[Wanted], first: &(dyn Fn(usize) -> Option<usize> + Sync)| -> Result<Found> {
         let chunks = wanted.par_chunks(CHUNK).zip((0..wanted.len()).into_par_iter().step_by(CHUNK));
@@ -164,19 +166,21 @@ fn wanted(mesh: &TriMesh, asked: Traced) -> Vec<Wanted> {
 }
 
 /// The surface to look on.
-struct Search {
-    bvh: Arc<Bvh>,
-    normals: Vec<DVec3>,
+pub(crate) struct Search {
+    /// Of its triangles.
+    pub bvh: Arc<Bvh>,
+    /// Of each triangle, of any length.
+    pub normals: Arc<Vec<DVec3>>,
 }
 
 impl Search {
-    fn new(surface: &TriMesh, hierarchy: Option<Arc<Bvh>>) -> Self {
+    fn new(surface: &TriMesh) -> Self {
         let normal = |t: usize| {
             let [a, b, c] = surface.corners(t);
             (b - a).cross(c - a)
         };
-        let bvh = hierarchy.unwrap_or_else(|| Arc::new(Bvh::new(surface)));
-        Self { normals: (0..surface.triangles.len()).map(normal).collect(), bvh }
+        let normals = (0..surface.triangles.len()).map(normal).collect();
+        Self { normals: Arc::new(normals), bvh: Arc::new(Bvh::new(surface)) }
     }
 
     /// The triangle that a point lies on. `rank` is where to look first, and then where it was.

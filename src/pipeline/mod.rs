@@ -30,11 +30,10 @@ mod words;
 use crate::choices::Face;
 use crate::gpu::{Device, StageTime};
 use crate::measure::{Crossing, Measures, measure_some};
-use crate::mesh::bvh::Bvh;
 use crate::mesh::intersections::intersecting_faces_until;
 use crate::mesh::repair::{RepairCounts, Repaired};
 use crate::mesh::skeleton::Skeleton;
-use crate::mesh::source::{Source, Traced, trace_until};
+use crate::mesh::source::{Search, Source, Traced, trace_until};
 use crate::mesh::spacing;
 use crate::mesh::topology::Topology;
 use crate::mesh::voronoi::{Energy, energy};
@@ -51,8 +50,8 @@ use glam::DVec3;
 use parts::append;
 use prepare::Prepared;
 use serde::Serialize;
+use std::sync::OnceLock;
 use std::sync::atomic::AtomicBool;
-use std::sync::{Arc, OnceLock};
 use std::time::Instant;
 use words::{remarks, warnings};
 
@@ -216,7 +215,7 @@ fn watched(
     let mut prepared = prepared?;
     compiled?;
     clock.phase("prepare");
-    let hierarchy = prepared.hierarchy().filter(|_| options.source != Traced::NONE);
+    let searched = prepared.searched().filter(|_| options.source != Traced::NONE);
     let known = OnceLock::new();
     let settled = settled(device, &mut prepared, &known, (watch, &mut clock))?;
     let Settled { connection, steps, skeleton, vertices, attempts } = settled;
@@ -233,7 +232,7 @@ fn watched(
     clock.phase("connect");
     watch.phase(Phase::Measure, 1.0, 0.0)?;
     let source =
-        watch.during(|stop| source_of(&result, (mesh, &repaired), (options.source, hierarchy), stop))??;
+        watch.during(|stop| source_of(&result, (mesh, &repaired), (options.source, searched), stop))??;
     if source.is_some() {
         clock.phase("source");
     }
@@ -292,10 +291,10 @@ fn crossing_for(depth: MeasureDepth, known: Option<usize>) -> Crossing {
 fn source_of(
     result: &TriMesh,
     (input, repaired): (&TriMesh, &Repaired),
-    (asked, hierarchy): (Traced, Option<Arc<Bvh>>),
+    (asked, searched): (Traced, Option<Search>),
     stop: &AtomicBool,
 ) -> Result<Option<Source>> {
-    let trace = || trace_until((input, repaired), result, asked, hierarchy, stop);
+    let trace = || trace_until((input, repaired), result, asked, searched, stop);
     (asked != Traced::NONE).then(trace).transpose()
 }
 

@@ -10,11 +10,10 @@ use super::spare::Wish;
 use crate::choices::{Face, listed};
 use crate::gpu::Device;
 use crate::gpu::kernels::face::cell;
-use crate::mesh::bvh::Bvh;
 use crate::mesh::frame::Frame;
 use crate::mesh::repair::{Repaired, repair_with};
 use crate::mesh::skeleton::{SkeletonOptions, user_edges};
-use crate::mesh::source::{half_edges_after, vertex_values_after};
+use crate::mesh::source::{Search, half_edges_after, vertex_values_after};
 use crate::mesh::spacing;
 use crate::mesh::topology::{Topology, topology};
 use crate::options::{Method, Options, Shortage, Sizing};
@@ -22,7 +21,6 @@ use crate::stages::surface::Surface;
 use crate::stages::surface_curves::SurfaceCurves;
 use crate::watch::heed;
 use crate::{Error, Result, TriMesh};
-use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
 
 /// With [`Shortage::AddVertices`], each further try to divide the components has this many times the vertices of the last,
@@ -95,9 +93,9 @@ impl Prepared {
     }
 
     /// The triangles of the repaired mesh in the unit-diagonal frame, ready for searches, as long as there is the ground.
-    pub fn hierarchy(&self) -> Option<Arc<Bvh>> {
+    pub fn searched(&self) -> Option<Search> {
         let ground = self.ground.as_ref().filter(|_| self.rest.is_none());
-        ground.map(|ground| ground.target.hierarchy())
+        ground.map(|ground| ground.target.searched())
     }
 
     /// Vertices of the components that are done.

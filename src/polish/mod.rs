@@ -22,6 +22,7 @@ use glam::DVec3;
 
 use crate::TriMesh;
 use crate::mesh::bvh::Bvh;
+use crate::mesh::source::Search;
 use flip::{Rule, flip_edges};
 use links::{Kind, Links, cross};
 use slide::Rails;
@@ -40,7 +41,7 @@ const LOW: f64 = 0.1;
 pub struct Target {
     bvh: Arc<Bvh>,
     /// Normals of the triangles, with the doubled area as length.
-    normals: Vec<DVec3>,
+    normals: Arc<Vec<DVec3>>,
     /// Squared shortest height of each triangle.
     heights_sq: Vec<f64>,
     /// Its vertices.
@@ -81,7 +82,13 @@ impl Target {
                 points[*v as usize].area += normal.length() / 6.0;
             }
         }
-        Self { bvh: Arc::new(Bvh::new(surface)), normals, heights_sq, points, patches: Vec::new() }
+        Self {
+            bvh: Arc::new(Bvh::new(surface)),
+            normals: Arc::new(normals),
+            heights_sq,
+            points,
+            patches: Vec::new(),
+        }
     }
 
     /// With the patch of each triangle: what is in a patch stays there.
@@ -91,8 +98,8 @@ impl Target {
     }
 
     /// The triangles, to be searched for something else.
-    pub(crate) fn hierarchy(&self) -> Arc<Bvh> {
-        Arc::clone(&self.bvh)
+    pub(crate) fn searched(&self) -> Search {
+        Search { bvh: Arc::clone(&self.bvh), normals: Arc::clone(&self.normals) }
     }
 
     /// The closest point of all, with its triangle; `None` for a point that is not finite.
