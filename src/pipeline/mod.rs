@@ -215,7 +215,7 @@ fn watched(
     let mut prepared = prepared?;
     compiled?;
     clock.phase("prepare");
-    let searched = prepared.searched().filter(|_| options.source != Traced::NONE);
+    let traced = (options.source, prepared.searched());
     let known = OnceLock::new();
     let settled = settled(device, &mut prepared, &known, (watch, &mut clock))?;
     let Settled { connection, steps, skeleton, vertices, attempts } = settled;
@@ -231,8 +231,7 @@ fn watched(
     let collapsed = connection.collapsed + small.len();
     clock.phase("connect");
     watch.phase(Phase::Measure, 1.0, 0.0)?;
-    let source =
-        watch.during(|stop| source_of(&result, (mesh, &repaired), (options.source, searched), stop))??;
+    let source = watch.during(|stop| source_of(&result, (mesh, &repaired), traced, stop))??;
     if source.is_some() {
         clock.phase("source");
     }

@@ -13,7 +13,7 @@ use crate::gpu::kernels::face::cell;
 use crate::mesh::frame::Frame;
 use crate::mesh::repair::{Repaired, repair_with};
 use crate::mesh::skeleton::{SkeletonOptions, user_edges};
-use crate::mesh::source::{Search, half_edges_after, vertex_values_after};
+use crate::mesh::source::{Search, Traced, half_edges_after, vertex_values_after};
 use crate::mesh::spacing;
 use crate::mesh::topology::{Topology, topology};
 use crate::options::{Method, Options, Shortage, Sizing};
@@ -92,9 +92,11 @@ impl Prepared {
         self.rest.as_ref().map_or((&self.repaired.mesh, &self.input), |(mesh, topology)| (mesh, topology))
     }
 
-    /// The triangles of the repaired mesh in the unit-diagonal frame, ready for searches, as long as there is the ground.
+    /// The triangles of the repaired mesh in the unit-diagonal frame, ready for searches, as long as there is the ground
+    /// and the result's source is asked for.
     pub fn searched(&self) -> Option<Search> {
-        let ground = self.ground.as_ref().filter(|_| self.rest.is_none());
+        let ground =
+            self.ground.as_ref().filter(|_| self.rest.is_none() && self.options.source != Traced::NONE);
         ground.map(|ground| ground.target.searched())
     }
 
