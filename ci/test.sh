@@ -25,6 +25,8 @@ step "format" cargo fmt --check
 step "lints" cargo clippy --all-targets -- -D warnings
 step "the library alone" cargo check --quiet --lib --no-default-features
 step "the library with pages" cargo check --quiet --lib --no-default-features --features html
+step "fuzz targets" cargo check --quiet --manifest-path fuzz/Cargo.toml --no-default-features \
+  --target-dir "${CARGO_TARGET_DIR:-target}"
 step "documentation" env RUSTDOCFLAGS="-D warnings" cargo doc --no-deps
 step "documentation examples" cargo test --doc
 step "examples" run_examples

@@ -93,8 +93,13 @@ fn obj_keeps_colours_normals_texture_materials_and_groups() {
     let libraries = vec!["a b.mtl".to_owned(), "c.mtl".to_owned()];
     for uv in [whole_uv(Kind::F64), cut_uv(Kind::F64)] {
         let vertex = vec![colour(Kind::F64, 3), normal(Kind::F64)];
-        let attributes =
-            Attributes { vertex, face: face.clone(), uv: Some(uv), libraries: libraries.clone() };
+        let attributes = Attributes {
+            vertex,
+            face: face.clone(),
+            uv: Some(uv),
+            libraries: libraries.clone(),
+            looks: None,
+        };
         assert_kept("obj", &attributes);
     }
     let text = "v 0 0 0 1 0 0\nv 1 0 0 0 1 0\nv 1 1 0 0 0 1\nv 0 1 0 1 1 1\nvt 0 0\nvt 1 0\nvt 1 1\nvt 0 1 0\n\

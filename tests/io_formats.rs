@@ -70,7 +70,7 @@ pub fn gltf_of(mesh: &TriMesh) -> String {
     .to_string()
 }
 
-fn base64(data: &[u8]) -> String {
+pub fn base64(data: &[u8]) -> String {
     const DIGITS: &[u8; 64] = b"ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
     let mut text = String::new();
     for three in data.chunks(3) {

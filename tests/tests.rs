@@ -26,6 +26,7 @@ mod fit;
 mod fuzz_replay;
 mod fuzzing;
 mod generators;
+mod gltf_looks;
 mod gpu_layer;
 mod hostile_files;
 mod html;

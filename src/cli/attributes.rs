@@ -10,7 +10,8 @@ pub struct AttributeArgs {
     /// Carry no colours, normals, texture coordinates, labels or other attributes over to the result
     #[arg(long, conflicts_with_all = ["keep_uv", "keep_labels"])]
     no_attributes: bool,
-    /// Keep the seams of the texture as curves, so that each face lies in one piece of it
+    /// Keep the seams of the texture as curves, so that each face lies in one piece of it; from glTF to GLB also the
+    /// materials and their pictures
     #[arg(long)]
     keep_uv: bool,
     /// Keep the borders between materials, groups and other labels of faces as curves
@@ -34,6 +35,11 @@ impl AttributeArgs {
         }
     }
 
+    /// Whether materials are to look as they did.
+    pub fn wants_looks(&self) -> bool {
+        self.keep_uv
+    }
+
     /// Asks a run for what carrying over to a file of this format takes; tells what cannot be kept.
     pub fn ask(&self, loaded: &Loaded, format: Option<Format>, options: &mut Options) -> Vec<String> {
         let Loaded { mesh, attributes, .. } = loaded;
@@ -55,6 +61,8 @@ impl AttributeArgs {
                 notes.push("there are no labels whose borders could be kept".to_owned());
             }
             options.held_sides.extend(borders);
+        } else if attributes.looks.as_ref().is_some_and(|looks| looks.used() > 1) {
+            notes.push("borders between materials are not kept; --keep-labels keeps them".to_owned());
         }
         notes
     }

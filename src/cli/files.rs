@@ -22,12 +22,17 @@ impl InputFormat {
     /// # Errors
     /// [`Error::Input`] with the file's name.
     pub fn load(&self, path: &Path) -> rtfmesh::Result<Loaded> {
-        load(path, self.input_format)
+        load(path, self.input_format, false)
+    }
+
+    /// As [`InputFormat::load`]; `with_looks` asks for pictures and the like as well.
+    pub fn load_with(&self, path: &Path, with_looks: bool) -> rtfmesh::Result<Loaded> {
+        load(path, self.input_format, with_looks)
     }
 
     /// As [`InputFormat::load`] for a second mesh: the format is not meant for it if it is a file.
     pub fn load_other(&self, path: &Path) -> rtfmesh::Result<Loaded> {
-        load(path, self.input_format.filter(|_| is_standard(path)))
+        load(path, self.input_format.filter(|_| is_standard(path)), false)
     }
 }
 
@@ -41,16 +46,17 @@ pub fn input_name(path: &Path) -> &Path {
     if is_standard(path) { Path::new("standard input") } else { path }
 }
 
-fn load(path: &Path, declared: Option<Encoding>) -> rtfmesh::Result<Loaded> {
+fn load(path: &Path, declared: Option<Encoding>, with_looks: bool) -> rtfmesh::Result<Loaded> {
     if !is_standard(path) {
-        return io::read_as(path, declared);
+        return if with_looks { io::read_with_looks(path, declared) } else { io::read_as(path, declared) };
     }
     let mut bytes = Vec::new();
     let unreadable = |error: std::io::Error| {
         Error::input(None, format!("it cannot be read ({error})"), "give a mesh file, or pipe one in")
     };
     let read = std::io::stdin().lock().read_to_end(&mut bytes).map_err(unreadable);
-    read.and_then(|_| io::read_bytes(&bytes, declared)).map_err(|error| error.in_file(input_name(path)))
+    let from_bytes = if with_looks { io::read_bytes_with_looks } else { io::read_bytes };
+    read.and_then(|_| from_bytes(&bytes, declared)).map_err(|error| error.in_file(input_name(path)))
 }
 
 /// Says on standard error what reading left out.

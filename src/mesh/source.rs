@@ -1,5 +1,6 @@
 //! Where the vertices and faces of a remeshed surface lie on the mesh that it was made from.
 
+use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 
 use glam::DVec3;
@@ -71,15 +72,16 @@ impl SurfacePoint {
 /// # Errors
 /// [`crate::Error::Input`]: see [`Frame::of`].
 pub fn trace(input: &TriMesh, repaired: &Repaired, output: &TriMesh, asked: Traced) -> Result<Source> {
-    trace_until(input, repaired, output, asked, &AtomicBool::new(false))
+    trace_until((input, repaired), output, asked, None, &AtomicBool::new(false))
 }
 
-/// As [`trace`]; [`crate::Error::Cancelled`] soon after it is to `stop`.
+/// As [`trace`]; [`crate::Error::Cancelled`] soon after it is to `stop`. `searched` is the repaired mesh in its frame,
+/// if there is that already.
 pub(crate) fn trace_until(
-    input: &TriMesh,
-    repaired: &Repaired,
+    (input, repaired): (&TriMesh, &Repaired),
     output: &TriMesh,
     asked: Traced,
+    searched: Option<Search>,
     stop: &AtomicBool,
 ) -> Result<Source> {
     let frame = Frame::of(&repaired.mesh)?;
@@ -87,7 +89,10 @@ pub(crate) fn trace_until(
         vertices: mesh.vertices.iter().map(|p| frame.to_unit(*p)).collect(),
         triangles: mesh.triangles.clone(),
     };
-    let (search, wanted) = rayon::join(|| Search::new(unit(&repaired.mesh)), || wanted(&unit(output), asked));
+    let (search, wanted) = rayon::join(
+        || searched.unwrap_or_else(|| Search::new(&unit(&repaired.mesh))),
+        || wanted(&unit(output), asked),
+    );
     // Each point is looked for where `first` says, or else where the one before it was found.
     let find = |wanted: &[Wanted], first: &(dyn Fn(usize) -> Option<usize> + Sync)| -> Result<Found> {
         let chunks = wanted.par_chunks(CHUNK).zip((0..wanted.len()).into_par_iter().step_by(CHUNK));
@@ -161,18 +166,21 @@ fn wanted(mesh: &TriMesh, asked: Traced) -> Vec<Wanted> {
 }
 
 /// The surface to look on.
-struct Search {
-    bvh: Bvh,
-    normals: Vec<DVec3>,
+pub(crate) struct Search {
+    /// Of its triangles.
+    pub bvh: Arc<Bvh>,
+    /// Of each triangle, of any length.
+    pub normals: Arc<Vec<DVec3>>,
 }
 
 impl Search {
-    fn new(surface: TriMesh) -> Self {
+    fn new(surface: &TriMesh) -> Self {
         let normal = |t: usize| {
             let [a, b, c] = surface.corners(t);
             (b - a).cross(c - a)
         };
-        Self { normals: (0..surface.triangles.len()).map(normal).collect(), bvh: Bvh::new(&surface) }
+        let normals = (0..surface.triangles.len()).map(normal).collect();
+        Self { normals: Arc::new(normals), bvh: Arc::new(Bvh::new(surface)) }
     }
 
     /// The triangle that a point lies on. `rank` is where to look first, and then where it was.
@@ -259,7 +267,7 @@ mod tests {
     fn nobody_gets_a_part_of_it() {
         let mesh = sample("torus").unwrap();
         let repaired = repair(&mesh).unwrap();
-        let stopped = trace_until(&mesh, &repaired, &mesh, Traced::ALL, &AtomicBool::new(true));
+        let stopped = trace_until((&mesh, &repaired), &mesh, Traced::ALL, None, &AtomicBool::new(true));
         assert_eq!(stopped, Err(Error::Cancelled));
     }
 }

@@ -33,7 +33,7 @@ use crate::measure::{Crossing, Measures, measure_some};
 use crate::mesh::intersections::intersecting_faces_until;
 use crate::mesh::repair::{RepairCounts, Repaired};
 use crate::mesh::skeleton::Skeleton;
-use crate::mesh::source::{Source, Traced, trace_until};
+use crate::mesh::source::{Search, Source, Traced, trace_until};
 use crate::mesh::spacing;
 use crate::mesh::topology::Topology;
 use crate::mesh::voronoi::{Energy, energy};
@@ -215,6 +215,7 @@ fn watched(
     let mut prepared = prepared?;
     compiled?;
     clock.phase("prepare");
+    let traced = (options.source, prepared.searched());
     let known = OnceLock::new();
     let settled = settled(device, &mut prepared, &known, (watch, &mut clock))?;
     let Settled { connection, steps, skeleton, vertices, attempts } = settled;
@@ -230,7 +231,7 @@ fn watched(
     let collapsed = connection.collapsed + small.len();
     clock.phase("connect");
     watch.phase(Phase::Measure, 1.0, 0.0)?;
-    let source = watch.during(|stop| source_of(&result, (mesh, &repaired), options.source, stop))??;
+    let source = watch.during(|stop| source_of(&result, (mesh, &repaired), traced, stop))??;
     if source.is_some() {
         clock.phase("source");
     }
@@ -289,10 +290,11 @@ fn crossing_for(depth: MeasureDepth, known: Option<usize>) -> Crossing {
 fn source_of(
     result: &TriMesh,
     (input, repaired): (&TriMesh, &Repaired),
-    asked: Traced,
+    (asked, searched): (Traced, Option<Search>),
     stop: &AtomicBool,
 ) -> Result<Option<Source>> {
-    (asked != Traced::NONE).then(|| trace_until(input, repaired, result, asked, stop)).transpose()
+    let trace = || trace_until((input, repaired), result, asked, searched, stop);
+    (asked != Traced::NONE).then(trace).transpose()
 }
 
 /// The figures of a result; how evenly its vertices are spread over the reference, if there is one and that is of interest.

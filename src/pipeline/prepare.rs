@@ -13,7 +13,7 @@ use crate::gpu::kernels::face::cell;
 use crate::mesh::frame::Frame;
 use crate::mesh::repair::{Repaired, repair_with};
 use crate::mesh::skeleton::{SkeletonOptions, user_edges};
-use crate::mesh::source::{half_edges_after, vertex_values_after};
+use crate::mesh::source::{Search, Traced, half_edges_after, vertex_values_after};
 use crate::mesh::spacing;
 use crate::mesh::topology::{Topology, topology};
 use crate::options::{Method, Options, Shortage, Sizing};
@@ -91,6 +91,14 @@ impl Prepared {
     /// What is not too small for cells, in the file's units, and its topology.
     pub fn large(&self) -> (&TriMesh, &Topology) {
         self.rest.as_ref().map_or((&self.repaired.mesh, &self.input), |(mesh, topology)| (mesh, topology))
+    }
+
+    /// The triangles of the repaired mesh in the unit-diagonal frame, ready for searches, as long as there is the ground
+    /// and the result's source is asked for.
+    pub fn searched(&self) -> Option<Search> {
+        let ground =
+            self.ground.as_ref().filter(|_| self.rest.is_none() && self.options.source != Traced::NONE);
+        ground.map(|ground| ground.target.searched())
     }
 
     /// Vertices of the components that are done.

@@ -16,10 +16,13 @@ pub use fit::{FitCounts, FitOptions, fit, fit_while};
 pub use slide::Rail;
 pub use spots::{SpotOptions, reach_spots, reach_spots_while};
 
+use std::sync::Arc;
+
 use glam::DVec3;
 
 use crate::TriMesh;
 use crate::mesh::bvh::Bvh;
+use crate::mesh::source::Search;
 use flip::{Rule, flip_edges};
 use links::{Kind, Links, cross};
 use slide::Rails;
@@ -36,9 +39,9 @@ const LOW: f64 = 0.1;
 /// The surface that a mesh is kept on.
 #[derive(Debug, Clone)]
 pub struct Target {
-    bvh: Bvh,
+    bvh: Arc<Bvh>,
     /// Normals of the triangles, with the doubled area as length.
-    normals: Vec<DVec3>,
+    normals: Arc<Vec<DVec3>>,
     /// Squared shortest height of each triangle.
     heights_sq: Vec<f64>,
     /// Its vertices.
@@ -79,13 +82,24 @@ impl Target {
                 points[*v as usize].area += normal.length() / 6.0;
             }
         }
-        Self { bvh: Bvh::new(surface), normals, heights_sq, points, patches: Vec::new() }
+        Self {
+            bvh: Arc::new(Bvh::new(surface)),
+            normals: Arc::new(normals),
+            heights_sq,
+            points,
+            patches: Vec::new(),
+        }
     }
 
     /// With the patch of each triangle: what is in a patch stays there.
     #[must_use]
     pub fn in_patches(self, patches: Vec<u32>) -> Self {
         Self { patches, ..self }
+    }
+
+    /// The triangles, to be searched for something else.
+    pub(crate) fn searched(&self) -> Search {
+        Search { bvh: Arc::clone(&self.bvh), normals: Arc::clone(&self.normals) }
     }
 
     /// The closest point of all, with its triangle; `None` for a point that is not finite.

@@ -3,7 +3,9 @@
 use std::path::Path;
 
 use rtfmesh::Error;
-use rtfmesh::mesh::io::{Encoding, Format, Loaded, encode, precision_note, read_bytes};
+use rtfmesh::mesh::io::{
+    Encoding, Format, Loaded, encode, encode_with, precision_note, read_bytes, read_bytes_with_looks,
+};
 
 /// Every kind of file, by what the first byte of the data says; the last is none, as on standard input.
 fn declared(kind: u8) -> Option<Format> {
@@ -17,7 +19,10 @@ pub fn check(data: &[u8]) {
     let Some((kind, file)) = data.split_first() else { return };
     let declared = declared(*kind).map(|format| Encoding { format, gzip: false });
     match read_bytes(file, declared) {
-        Ok(loaded) => check_loaded(&loaded),
+        Ok(loaded) => {
+            check_loaded(&loaded);
+            check_looks(file, &loaded);
+        }
         Err(error) => {
             let line = error.to_string();
             assert!(!line.contains('\n') && line.chars().count() < 400, "{line}");
@@ -59,6 +64,17 @@ fn check_loaded(loaded: &Loaded) {
     if !rounded && precision_note(mesh, Format::Stl).is_none() {
         assert_eq!(again(loaded, Format::Stl).mesh.triangles.len(), mesh.triangles.len());
     }
+}
+
+/// What materials look like changes nothing else, and comes back from a GLB file.
+fn check_looks(file: &[u8], plain: &Loaded) {
+    let Ok(loaded) = read_bytes_with_looks(file, None) else { return };
+    let Some(looks) = &loaded.attributes.looks else { return };
+    assert_eq!(loaded.mesh, plain.mesh);
+    let glb = Encoding { format: Format::Glb, gzip: false };
+    let Ok(bytes) = encode_with(Path::new("again"), &loaded.mesh, &loaded.attributes, glb) else { return };
+    let again = read_bytes_with_looks(&bytes, Some(glb)).expect("what was written can be read");
+    assert!(again.attributes.looks.is_none_or(|again| again.images().len() == looks.images().len()));
 }
 
 fn again(loaded: &Loaded, format: Format) -> Loaded {

@@ -2,9 +2,11 @@
 //! corners, labels and colours of its faces.
 
 mod charts;
+mod looks;
 mod seams;
 mod transfer;
 
+pub use looks::{Image, Looks};
 pub use seams::{label_borders, uv_seams};
 pub use transfer::transfer;
 
@@ -129,6 +131,8 @@ pub struct Attributes {
     pub uv: Option<CornerUv>,
     /// The `mtllib` lines of an OBJ file, without that word.
     pub libraries: Vec<String>,
+    /// Of the materials, if they were asked for.
+    pub looks: Option<Looks>,
 }
 
 impl Attributes {
@@ -168,6 +172,11 @@ impl Attributes {
             let kind = format!("{:?}", uv.kind).to_lowercase();
             format!("texture coordinates of each corner (2 x {kind})")
         }));
+        all.extend(
+            self.looks.iter().map(|looks| {
+                format!("looks of {} materials ({} pictures)", looks.used(), looks.images().len())
+            }),
+        );
         all
     }
 }

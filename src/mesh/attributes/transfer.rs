@@ -30,6 +30,7 @@ pub fn transfer(attributes: &Attributes, input: &TriMesh, source: &Source, outpu
         face: attributes.face.iter().map(of_faces).collect(),
         uv: attributes.uv.as_ref().map(|uv| corner_uv(input, uv, source, output)),
         libraries: attributes.libraries.clone(),
+        looks: attributes.looks.clone(),
     }
 }
 

@@ -63,11 +63,25 @@ pub fn read(path: &Path) -> Result<Loaded> {
 ///
 /// See [`read()`].
 pub fn read_as(path: &Path, declared: Option<Encoding>) -> Result<Loaded> {
+    read_file(path, declared, false)
+}
+
+/// As [`read_as`], with what a glTF file says on the looks of its materials in `attributes.looks`. What cannot be had of
+/// that, such as a picture that is missing or lies outside of the file's folder, is noted.
+///
+/// # Errors
+///
+/// See [`read()`]; also pictures of more than 256 MiB together.
+pub fn read_with_looks(path: &Path, declared: Option<Encoding>) -> Result<Loaded> {
+    read_file(path, declared, true)
+}
+
+fn read_file(path: &Path, declared: Option<Encoding>, with_looks: bool) -> Result<Loaded> {
     let decoded = bytes_of(path).and_then(|bytes| {
         let named = declared.or_else(|| Encoding::of_name(path));
         // A name alone is no folder, and that of this file is where the program runs.
         let folder = path.parent().unwrap_or(Path::new(""));
-        decode(&bytes, named, Some((path, folder)))
+        decode(&bytes, named, Some((path, folder)), with_looks)
     });
     decoded.map_err(|error| error.in_file(path))
 }
@@ -78,11 +92,25 @@ pub fn read_as(path: &Path, declared: Option<Encoding>) -> Result<Loaded> {
 ///
 /// See [`read()`]; without a path, and buffers beside a glTF file are refused.
 pub fn read_bytes(bytes: &[u8], declared: Option<Encoding>) -> Result<Loaded> {
-    decode(bytes, declared, None)
+    decode(bytes, declared, None, false)
+}
+
+/// As [`read_bytes`], with the looks of materials as [`read_with_looks`] has them.
+///
+/// # Errors
+///
+/// See [`read_bytes`] and [`read_with_looks`].
+pub fn read_bytes_with_looks(bytes: &[u8], declared: Option<Encoding>) -> Result<Loaded> {
+    decode(bytes, declared, None, true)
 }
 
 /// `file` is the path and its folder, where there is one.
-fn decode(bytes: &[u8], declared: Option<Encoding>, file: Option<(&Path, &Path)>) -> Result<Loaded> {
+fn decode(
+    bytes: &[u8],
+    declared: Option<Encoding>,
+    file: Option<(&Path, &Path)>,
+    with_looks: bool,
+) -> Result<Loaded> {
     let mut notes = Vec::new();
     let bytes = if gzip::is_packed(bytes) { Cow::Owned(gzip::unpack(bytes)?) } else { Cow::Borrowed(bytes) };
     if bytes.is_empty() {
@@ -114,7 +142,7 @@ fn decode(bytes: &[u8], declared: Option<Encoding>, file: Option<(&Path, &Path)>
         Format::Ply => ply::parse(&bytes),
         Format::Stl => stl::parse(&bytes),
         Format::Off => off::parse(&bytes),
-        Format::Gltf | Format::Glb => gltf::parse(&bytes, file.map(|(_, folder)| folder)),
+        Format::Gltf | Format::Glb => gltf::parse(&bytes, file.map(|(_, folder)| folder), with_looks),
         Format::Medit => medit::parse(&bytes),
     }?;
     notes.extend(std::mem::take(&mut loaded.notes));

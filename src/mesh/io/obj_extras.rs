@@ -142,7 +142,7 @@ impl Extras {
                 face.push(Attribute { names, ..Attribute::new(name, Role::Label, Kind::U32, 1, numbers) });
             }
         }
-        Attributes { vertex, face, uv, libraries: self.libraries }
+        Attributes { vertex, face, uv, libraries: self.libraries, looks: None }
     }
 
     fn colour(&self, in_file: &[u64], notes: &mut Vec<String>) -> Option<Attribute> {

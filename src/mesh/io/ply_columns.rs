@@ -183,6 +183,7 @@ pub(super) fn attributes(
         face: attributes_of(face, of_face),
         uv: by_corner.or(by_vertex),
         libraries: Vec::new(),
+        looks: None,
     }
 }
 

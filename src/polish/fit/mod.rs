@@ -140,12 +140,15 @@ impl Sheet<'_> {
             .reduce(|| (f64::INFINITY, 90.0), |a, b| (a.0.min(b.0), a.1.max(b.1)));
         let bounds = Bounds { smallest, floor: smallest.max(min_angle), largest };
         let mut held = vec![false; self.points.len()];
+        // Only what a change of moves can have changed is looked at again.
+        let mut changed = vec![true; self.points.len()];
         for round in 0..=HALVINGS + STOPS {
             let suffering: Vec<[u32; 3]> = self
                 .links
                 .triangles
                 .par_iter()
                 .with_min_len(CHUNK)
+                .filter(|triangle| triangle.iter().any(|v| changed[*v as usize]))
                 .filter(|triangle| self.suffers(**triangle, moves, &bounds))
                 .copied()
                 .collect();
@@ -155,12 +158,14 @@ impl Sheet<'_> {
             if round == HALVINGS + STOPS {
                 moves.fill(DVec3::ZERO);
             }
+            changed.fill(false);
             let mut vertices: Vec<u32> = suffering.into_iter().flatten().collect();
             vertices.sort_unstable();
             vertices.dedup();
             for v in vertices {
                 moves[v as usize] *= if round < HALVINGS { 0.5 } else { 0.0 };
                 held[v as usize] = true;
+                changed[v as usize] = true;
             }
         }
         held.iter().filter(|held| **held).count()

@@ -19,6 +19,9 @@ const INWARD_SHARE: f64 = 0.4;
 /// Distances below this share of a face's size have no direction of their own; the surface's normal serves.
 const NO_DIRECTION: f64 = 1e-3;
 
+/// Stands for a search that has not been made yet.
+const NOWHERE: usize = usize::MAX;
+
 /// Share of a round that measuring at the corners takes,
 const CORNERS: f64 = 0.1;
 /// and on the faces after that.
@@ -68,7 +71,11 @@ pub(super) struct Ranks {
 
 impl Ranks {
     pub fn new(faces: usize, vertices: usize, target: &Target) -> Self {
-        Self { faces: vec![[0; 4]; faces], corners: vec![0; vertices], inward: vec![0; target.points.len()] }
+        Self {
+            faces: vec![[NOWHERE; 4]; faces],
+            corners: vec![NOWHERE; vertices],
+            inward: vec![NOWHERE; target.points.len()],
+        }
     }
 }
 
@@ -114,7 +121,7 @@ impl Sheet<'_> {
         if !go_on(CORNERS) {
             return None;
         }
-        let faces = self.measure_faces(&mut ranks.faces, target);
+        let faces = self.measure_faces(&mut ranks.faces, &ranks.corners, target);
         if !go_on(FACES) {
             return None;
         }
@@ -122,25 +129,25 @@ impl Sheet<'_> {
     }
 
     fn measure_corners(&self, thirds: &[f64], ranks: &mut [usize], target: &Target) -> Vec<Sample> {
-        ranks
-            .par_iter_mut()
-            .enumerate()
-            .with_min_len(CHUNK)
-            .map(|(v, rank)| {
-                let (area, patch) = (thirds[v], self.links.patch_at(v as u32));
-                let on = Search { target, normal: self.normals[v], patch, size_sq: area };
-                on.sample(self.points[v], rank, 3.0 * CORNER_SHARE * area)
-            })
-            .collect()
+        one_after_another(ranks, |v, rank| {
+            let (area, patch) = (thirds[v], self.links.patch_at(v as u32));
+            let on = Search { target, normal: self.normals[v], patch, size_sq: area };
+            Some(on.sample(self.points[v], rank, 3.0 * CORNER_SHARE * area))
+        })
     }
 
-    fn measure_faces(&self, ranks: &mut [[usize; 4]], target: &Target) -> Vec<[Sample; 4]> {
+    fn measure_faces(&self, ranks: &mut [[usize; 4]], at: &[usize], target: &Target) -> Vec<[Sample; 4]> {
         ranks
             .par_iter_mut()
             .enumerate()
             .with_min_len(CHUNK)
             .map(|(t, ranks)| {
-                let [a, b, c] = self.corners(self.links.triangles[t]);
+                let triangle = self.links.triangles[t];
+                for rank in ranks.iter_mut().filter(|rank| **rank == NOWHERE) {
+                    // Not far from there.
+                    *rank = at[triangle[0] as usize];
+                }
+                let [a, b, c] = self.corners(triangle);
                 let normal = cross([a, b, c]);
                 let area = 0.5 * normal.length();
                 let on = Search { target, normal, patch: self.links.patch(t as u32), size_sq: area };
@@ -165,23 +172,39 @@ impl Sheet<'_> {
     fn measure_inward(&self, ranks: &mut [usize], target: &Target) -> Vec<Inward> {
         let mesh = TriMesh { vertices: self.points.to_vec(), triangles: self.links.triangles.clone() };
         let bvh = Bvh::new(&mesh);
-        ranks
-            .par_iter_mut()
-            .zip(&target.points)
-            .with_min_len(CHUNK)
-            .filter_map(|(rank, point)| {
-                let found = bvh.closest_from(point.at, rank)?;
-                let normal = self.normal(3 * found.triangle);
-                if normal.dot(point.normal) <= 0.0 {
-                    return None;
-                }
-                let facing = normal.normalize_or_zero();
-                let size_sq = 0.5 * normal.length();
-                let sample = Sample::new(point.at - found.point, facing, size_sq, INWARD_SHARE * point.area);
-                Some(Inward { triangle: found.triangle, weights: found.barycentric, sample })
-            })
-            .collect()
+        one_after_another(ranks, |v, rank| {
+            let point = &target.points[v];
+            let found = bvh.closest_from(point.at, rank)?;
+            let normal = self.normal(3 * found.triangle);
+            if normal.dot(point.normal) <= 0.0 {
+                return None;
+            }
+            let facing = normal.normalize_or_zero();
+            let size_sq = 0.5 * normal.length();
+            let sample = Sample::new(point.at - found.point, facing, size_sq, INWARD_SHARE * point.area);
+            Some(Inward { triangle: found.triangle, weights: found.barycentric, sample })
+        })
     }
+}
+
+/// What `find` finds for each search, one that was not made yet beginning where the one before it ended.
+fn one_after_another<T: Send>(
+    ranks: &mut [usize],
+    find: impl Fn(usize, &mut usize) -> Option<T> + Sync,
+) -> Vec<T> {
+    let of_chunk = |(c, chunk): (usize, &mut [usize])| {
+        let mut last = NOWHERE;
+        let of_one = |(k, rank): (usize, &mut usize)| {
+            if *rank == NOWHERE {
+                *rank = last;
+            }
+            let found = find(c * CHUNK + k, rank);
+            last = *rank;
+            found
+        };
+        chunk.iter_mut().enumerate().filter_map(of_one).collect::<Vec<T>>()
+    };
+    ranks.par_chunks_mut(CHUNK).enumerate().flat_map_iter(of_chunk).collect()
 }
 
 /// Where the point that a sample should meet is looked for.

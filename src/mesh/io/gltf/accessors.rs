@@ -2,7 +2,7 @@
 
 use std::borrow::Cow;
 use std::cell::OnceCell;
-use std::path::{Component, Path};
+use std::path::{Component, Path, PathBuf};
 
 use base64::Engine;
 use base64::engine::general_purpose::STANDARD;
@@ -76,7 +76,8 @@ impl<'a> Buffers<'a> {
         Ok(Elements { bytes, stride, component, normalized: accessor.normalized, count: accessor.count })
     }
 
-    fn view(&self, index: usize) -> Result<(&[u8], Option<usize>)> {
+    /// The bytes of a buffer view, and how far apart its elements are.
+    pub fn view(&self, index: usize) -> Result<(&[u8], Option<usize>)> {
         let refuse = |problem: String| {
             let remedy = "get the whole file or write the mesh again";
             Err(Error::input(Some(format!("buffer view {index}")), problem, remedy))
@@ -119,7 +120,7 @@ impl<'a> Buffers<'a> {
         let bytes = match (&buffer.uri, self.binary) {
             (Some(uri), _) => match uri.strip_prefix("data:") {
                 Some(data) => Cow::Owned(decoded(data)?),
-                None => Cow::Owned(self.beside(uri)?),
+                None => Cow::Owned(read_beside(&self.beside(uri)?, uri)?),
             },
             (None, Some(binary)) if index == 0 => Cow::Borrowed(binary),
             (None, _) => {
@@ -133,33 +134,50 @@ impl<'a> Buffers<'a> {
         Ok(bytes)
     }
 
-    /// The file that a relative address names.
-    fn beside(&self, uri: &str) -> Result<Vec<u8>> {
+    /// The picture at an address; `None` if it has more than so many bytes.
+    pub fn picture(&self, uri: &str, most_bytes: u64) -> Result<Option<Vec<u8>>> {
+        if let Some(data) = uri.strip_prefix("data:") {
+            return decoded(data).map(Some);
+        }
+        let whole = self.beside(uri)?;
+        if std::fs::metadata(&whole).is_ok_and(|file| file.len() > most_bytes) {
+            return Ok(None);
+        }
+        read_beside(&whole, uri).map(Some)
+    }
+
+    /// The path of the file that a relative address names.
+    fn beside(&self, uri: &str) -> Result<PathBuf> {
         let name = percent_encoding::percent_decode_str(uri).decode_utf8_lossy();
         let path = Path::new(name.as_ref());
         let inside = |part: Component| matches!(part, Component::Normal(_) | Component::CurDir);
         if uri.contains(':') || !path.components().all(inside) {
-            let problem = format!("the buffer is in '{}', which is not beside the file", excerpt(uri));
+            let problem = format!("it is in '{}', which is not beside the file", excerpt(uri));
             return Err(Error::input(None, problem, "put it into the file's folder, or write a .glb file"));
         }
         let Some(folder) = self.folder else {
-            let problem = format!("the buffer is in another file, '{}'", excerpt(uri));
+            let problem = format!("it is in another file, '{}'", excerpt(uri));
             return Err(Error::input(None, problem, "give the mesh by its file name, or as a .glb file"));
         };
         let whole = folder.join(path);
-        let unreadable = |error: Error| match error {
-            Error::Input { problem, remedy, .. } => {
-                Error::input(None, format!("{}: {problem}", excerpt(&name)), remedy)
-            }
-            other => other,
-        };
         // Anything else, such as a pipe, might never end.
         if whole.exists() && !whole.is_file() {
             let problem = format!("{}: this is no file", excerpt(&name));
             return Err(Error::input(None, problem, "write a .glb file"));
         }
-        bytes_of(&whole).map_err(unreadable)
+        Ok(whole)
     }
+}
+
+/// Reads the file of this path, which `uri` led to.
+fn read_beside(whole: &Path, uri: &str) -> Result<Vec<u8>> {
+    let name = percent_encoding::percent_decode_str(uri).decode_utf8_lossy();
+    bytes_of(whole).map_err(|error| match error {
+        Error::Input { problem, remedy, .. } => {
+            Error::input(None, format!("{}: {problem}", excerpt(&name)), remedy)
+        }
+        other => other,
+    })
 }
 
 /// What a data URI holds; `data` is what follows `data:`.

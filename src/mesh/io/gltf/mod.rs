@@ -7,9 +7,11 @@
 mod accessors;
 mod beside;
 mod container;
+mod looks;
 mod model;
 mod scene;
 mod write;
+mod write_looks;
 
 pub(super) use write::{byte_length, write};
 
@@ -20,8 +22,9 @@ use crate::{Error, Result};
 use accessors::Buffers;
 use model::Model;
 
-/// Reads the default scene of a `.gltf` or `.glb` file. `folder` is where buffers beside it are, if there can be any.
-pub(super) fn parse(bytes: &[u8], folder: Option<&Path>) -> Result<Loaded> {
+/// Reads the default scene of a `.gltf` or `.glb` file, with the looks of materials if they are asked for. `folder` is where
+/// buffers and pictures beside it are, if there can be any.
+pub(super) fn parse(bytes: &[u8], folder: Option<&Path>, with_looks: bool) -> Result<Loaded> {
     let parts = container::parts(bytes)?;
     let model: Model = serde_json::from_slice(parts.json).map_err(|error| {
         let place = format!("line {}, column {} of the JSON", error.line(), error.column());
@@ -33,5 +36,9 @@ pub(super) fn parse(bytes: &[u8], folder: Option<&Path>) -> Result<Loaded> {
     })?;
     model.check()?;
     let buffers = Buffers::new(&model, parts.binary, folder);
-    scene::triangles(&model, &buffers, bytes.len() as u64)
+    let mut loaded = scene::triangles(&model, &buffers, bytes.len() as u64)?;
+    if with_looks {
+        looks::add(parts.json, &buffers, &mut loaded)?;
+    }
+    Ok(loaded)
 }

@@ -6,6 +6,7 @@ use std::io::{self, Write};
 use glam::DVec3;
 use serde_json::{Value, json};
 
+use super::write_looks::{self, looks_of};
 use crate::TriMesh;
 use crate::mesh::attributes::{Attribute, Attributes, Kind, Role};
 use crate::mesh::io::ply_write::put;
@@ -73,7 +74,8 @@ fn data_bytes(mesh: &TriMesh, attributes: &Attributes) -> u64 {
     let colour = if attributes.vertex_role(Role::Colour).is_some() { 16 } else { 0 };
     let normal = if attributes.vertex_role(Role::Normal).is_some() { 12 } else { 0 };
     let uv = if attributes.uv.is_some() { 8 } else { 0 };
-    split * (12 + colour + normal + uv) + 4 * corners
+    let looks = looks_of(attributes).map_or(0, write_looks::byte_length);
+    split * (12 + colour + normal + uv) + 4 * corners + looks
 }
 
 /// Bytes of the file to within those of its JSON, a few kilobytes; with texture coordinates it may be fewer.
@@ -203,6 +205,15 @@ impl Data {
         let accessor = json!({ "componentType": 5125, "type": "SCALAR", "count": count });
         self.accessor(begin, None, INDICES, accessor)
     }
+
+    /// Adds bytes as they are; gives the number of their view.
+    fn plain(&mut self, bytes: &[u8]) -> usize {
+        let view = json!({ "buffer": 0, "byteOffset": self.bytes.len(), "byteLength": bytes.len() });
+        self.views.push(view);
+        self.bytes.extend(bytes);
+        self.bytes.resize(self.bytes.len().next_multiple_of(4), 0);
+        self.views.len() - 1
+    }
 }
 
 /// The names of the materials up to the last that is used; one without a name stands for none.
@@ -246,6 +257,9 @@ fn document(mesh: &TriMesh, attributes: &Attributes, placement: &Placement, data
         }
         primitives.push(primitive);
     }
+    let looks = looks_of(attributes).filter(|_| !names.is_empty());
+    let views: Vec<usize> =
+        looks.iter().flat_map(|looks| &looks.images).map(|image| data.plain(&image.bytes)).collect();
     let mut document = json!({
         "asset": { "version": "2.0", "generator": concat!("rtfmesh ", env!("CARGO_PKG_VERSION")) },
         "scene": 0,
@@ -256,10 +270,12 @@ fn document(mesh: &TriMesh, attributes: &Attributes, placement: &Placement, data
         "bufferViews": data.views,
         "buffers": [{ "byteLength": data.bytes.len() }],
     });
-    let last = if names.last().is_some_and(String::is_empty) { names.len() - 1 } else { names.len() };
-    if last > 0 {
-        let all: Vec<Value> = names.iter().take(last).map(|name| json!({ "name": name })).collect();
-        document["materials"] = json!(all);
+    let materials = write_looks::materials(&names, looks);
+    if !materials.is_empty() {
+        document["materials"] = Value::Array(materials);
+    }
+    if let Some(looks) = looks {
+        write_looks::add(&mut document, looks, &views);
     }
     document
 }
