@@ -99,6 +99,11 @@ fn textured(image: Value) -> Value {
     })
 }
 
+/// A sphere with a picture on it, as a .gltf file with everything inside.
+pub fn painted_globe() -> String {
+    sphere(one, textured(json!({ "uri": uri(&checker(0)) }))).to_string()
+}
+
 fn read(json: &Value) -> Loaded {
     read_bytes_with_looks(json.to_string().as_bytes(), None).unwrap()
 }

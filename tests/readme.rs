@@ -1,6 +1,7 @@
 //! The recipes of README.md, run as they stand there, save that they make smaller meshes.
 
 use crate::cli::Place;
+use crate::gltf_looks::painted_globe;
 use rtfmesh::TriMesh;
 use rtfmesh::mesh::io::{read, write};
 use rtfmesh::mesh::samples::sample;
@@ -48,6 +49,7 @@ fn kitchen() -> Place {
     }
     write(&place.path("part.ply"), &part).unwrap();
     std::fs::write(place.path("painted.ply"), painted(&scan)).unwrap();
+    std::fs::write(place.path("globe.gltf"), painted_globe()).unwrap();
     let [a, b, _] = part.corners(0).map(|p| format!("v {} {} {}\n", p.x, p.y, p.z));
     std::fs::write(place.path("lines.obj"), format!("{a}{b}l 1 2\n")).unwrap();
     place
@@ -86,9 +88,13 @@ fn every_recipe_works() {
         let done = shell.args(["-c", &format!("set -o pipefail; {}", smaller(&command))]).ok();
         assert!(done.is_ok(), "{command}: {done:?}");
     }
-    for (name, fewest) in
-        [("scan-10k.ply", 200), ("even.ply", 200), ("out.glb", 50), ("painted-10k.glb", 200)]
-    {
+    for (name, fewest) in [
+        ("scan-10k.ply", 200),
+        ("even.ply", 200),
+        ("out.glb", 50),
+        ("painted-10k.glb", 200),
+        ("globe.glb", 200),
+    ] {
         assert!(read(&place.path(name)).unwrap().mesh.vertices.len() >= fewest, "{name}");
     }
 }

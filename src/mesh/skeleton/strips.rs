@@ -121,7 +121,7 @@ fn strips(graph: &Graph, sides: &Sides) -> Vec<Strip> {
             continue;
         }
         let (length, down) = (graph.length(number), sides.turns_down(graph.points, link.half));
-        for strip in both.map(|patch| patch as usize) {
+        for strip in both {
             let strip = &mut strips[strip];
             strip.rim.push(number);
             *if down { &mut strip.down } else { &mut strip.up } += length;
