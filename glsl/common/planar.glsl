@@ -1,8 +1,8 @@
 // The restricted tangent face by intervals, from K lines at once: each line is cut by all others, and an edge of the
 // face is a line whose interval is not empty. No polygon is kept in order, so once the loops are unrolled nothing is
 // indexed at run time, and all arrays are registers.
-// The including file has set K, the number of lines, and declared the buffers sites,
-// normals (packed) and neighbours.
+// The including file has set K, the number of lines, and declared the buffers sites, normals (packed) and
+// neighbours.
 #ifndef COMMON_PLANAR_GLSL
 #define COMMON_PLANAR_GLSL
 #include "common/pins.glsl"

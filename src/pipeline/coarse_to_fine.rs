@@ -44,7 +44,7 @@ pub(super) struct CoarseToFine<'a> {
 }
 
 /// What a level begins with.
-pub(super) enum From {
+pub(super) enum Origin {
     /// Scattered sites.
     Nothing,
     /// A coarser level, whose edges get sites at their middles.
@@ -119,12 +119,12 @@ impl CoarseToFine<'_> {
         let shares = Shares::new(&plans, &iterations, self.surface.triangles.len(), options);
         watch.phase(Phase::Prepare, shares.prepared, 0.0)?;
         let mut planned: u32 = iterations.iter().sum();
-        let mut from = From::Nothing;
+        let mut from = Origin::Nothing;
         for (l, plan) in plans.iter().enumerate() {
             let phase = if l + 1 == plans.len() { Phase::LastLevel } else { Phase::CoarseLevels };
             let found = loop {
-                let fresh = matches!(from, From::Nothing);
-                let further = matches!(from, From::Level(_));
+                let fresh = matches!(from, Origin::Nothing);
+                let further = matches!(from, Origin::Level(_));
                 watch.phase(phase, shares.levels[l].until, shares.levels[l].after)?;
                 let iterations = watch.shortened(self.iterations(plans.len(), l, fresh), FEW_ITERATIONS);
                 let (start, held) = self.start(from, plan);
@@ -138,7 +138,7 @@ impl CoarseToFine<'_> {
                     break found;
                 }
                 // In some fold a few iterations more often help, and cost less than to begin anew.
-                from = if further { From::Nothing } else { From::Level(found) };
+                from = if further { Origin::Nothing } else { Origin::Level(found) };
             };
             if l + 1 == plans.len() {
                 let steps = found.steps.clone();
@@ -162,8 +162,8 @@ impl CoarseToFine<'_> {
                 return Ok((connection, steps));
             }
             // Too few sites for the thin parts: what they got wrong would stay wrong.
-            from = if found.sound { From::Coarser(found) } else { From::Nothing };
-            if matches!(from, From::Nothing) {
+            from = if found.sound { Origin::Coarser(found) } else { Origin::Nothing };
+            if matches!(from, Origin::Nothing) {
                 planned +=
                     self.iterations(plans.len(), l + 1, true) - self.iterations(plans.len(), l + 1, false);
             }
@@ -198,16 +198,16 @@ impl CoarseToFine<'_> {
     }
 
     /// The sites that a level begins with.
-    pub(super) fn start(&self, from: From, plan: &LevelPlan) -> (Start, Option<Held>) {
+    pub(super) fn start(&self, from: Origin, plan: &LevelPlan) -> (Start, Option<Held>) {
         let sizes = &self.ground.sizes;
         let Some(curves) = &self.ground.curves else {
             let seeds = match &from {
-                From::Coarser(Found { mesh, under, .. }) => {
+                Origin::Coarser(Found { mesh, under, .. }) => {
                     let lengths = sizes.at_all(&mesh.vertices, under);
                     self.refined(&Coarser { mesh, under, lengths, held: None }, plan)
                 }
-                From::Level(found) => found.moving(),
-                From::Nothing => seed::stratified(self.surface, sizes, plan.interior, self.options.seed),
+                Origin::Level(found) => found.moving(),
+                Origin::Nothing => seed::stratified(self.surface, sizes, plan.interior, self.options.seed),
             };
             return (Start { seeds, pinned: None }, None);
         };
@@ -215,12 +215,12 @@ impl CoarseToFine<'_> {
         let sites = curves.sites(plan.spacing);
         let room = CurveRoom::new(curves, &sites, plan.spacing);
         let seeds = match &from {
-            From::Coarser(Found { mesh, under, held: Some(held), .. }) => {
+            Origin::Coarser(Found { mesh, under, held: Some(held), .. }) => {
                 let held = HeldSites { curves, sites: &held.sites, pins: &held.pins, room: &room };
                 let lengths = sizes.at_all(&mesh.vertices, under);
                 refine(&Coarser { mesh, under, lengths, held: Some(held) }, plan.interior)
             }
-            From::Level(found) => found.moving(),
+            Origin::Level(found) => found.moving(),
             _ => room.scattered(self.surface, sizes, plan.interior, self.options.seed),
         };
         let (seeds, pins) = sites.merge(curves, seeds);

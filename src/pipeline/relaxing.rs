@@ -1,6 +1,6 @@
 //! Tests of the relaxation between curves, before anything is connected.
 
-use super::coarse_to_fine::{CoarseToFine, From, Ground};
+use super::coarse_to_fine::{CoarseToFine, Ground, Origin};
 use super::level::{Level, Moves};
 use super::plan::{Extent, levels};
 use crate::gpu::{Device, DeviceOptions, NONE};
@@ -39,7 +39,7 @@ fn relaxed(mesh: &TriMesh, count: usize) -> Vec<f64> {
         crossing: &OnceLock::new(),
         options: &options,
     };
-    let (start, held) = run.start(From::Nothing, &plan);
+    let (start, held) = run.start(Origin::Nothing, &plan);
     let held = held.unwrap();
     assert_eq!(start.seeds.sites.len(), count);
     let level = Level::new(&device, &start, (plan.spacing, false), 40, Moves::SCATTERED).unwrap();

@@ -5,7 +5,7 @@
 //! go. At a chamfer it turns the same way at both: the sharper one stays. The side of a plate does so too, but twice as
 //! far; there both stay, for the plate would lose its side.
 
-use super::graph::Graph;
+use super::graph::{Graph, Link};
 use super::patches::patches;
 use super::sides::Sides;
 use super::{CurveKind, Dropped};
@@ -88,6 +88,11 @@ fn length(graph: &Graph, links: &[u32]) -> f64 {
 
 /// Switches off what strips can do without; lengths are in the frame of the graph.
 pub(super) fn drop_strips(graph: &mut Graph, sides: &Sides, spacing: f64, dropped: &mut Dropped) {
+    let is_sharp = |link: &Link| link.on && link.kind == CurveKind::Sharp;
+    // Most surfaces have none, and need no patches here.
+    if !graph.links.iter().any(is_sharp) {
+        return;
+    }
     for strip in strips(graph, sides).iter().filter(|strip| strip.is_narrow(spacing)) {
         let links = strip.to_drop(graph);
         // A strip beside it may have lost that one.

@@ -4,7 +4,7 @@ use std::collections::BTreeSet;
 
 use serde_json::{Map, Value, json};
 
-use crate::mesh::attributes::{Attributes, Looks};
+use crate::mesh::attributes::{Attributes, Image, Looks};
 
 /// The looks that the file can have: textures need texture coordinates.
 pub(super) fn looks_of(attributes: &Attributes) -> Option<&Looks> {
@@ -37,7 +37,7 @@ pub(super) fn materials(names: &[String], looks: Option<&Looks>) -> Vec<Value> {
 
 /// Adds what materials refer to; `views` are the buffer views of the pictures.
 pub(super) fn add(document: &mut Value, looks: &Looks, views: &[usize]) {
-    let image = |(image, view): (&crate::mesh::attributes::Image, &usize)| {
+    let image = |(image, view): (&Image, &usize)| {
         let mut entry = json!({ "bufferView": view, "mimeType": image.mime });
         if let Some(name) = &image.name {
             entry["name"] = json!(name);
