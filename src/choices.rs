@@ -138,6 +138,12 @@ fn check_lbfgs(options: &Options) -> Result<()> {
     Err(Error::usage(problem, format!("{remedy}, or leave --lbfgs out")))
 }
 
+/// Whether sites look for the nearest vertices of the input.
+pub(crate) fn looks_for_vertices(options: &Options) -> bool {
+    let in_planes = matches!(options.face, Face::Tangent | Face::Power);
+    in_planes && (options.projection == Projection::NearestVertices || options.normals == Normals::Cloud)
+}
+
 /// Neighbours of a site that are looked for: one search serves normals and cells, and the fit counts the site itself.
 pub(crate) fn listed(options: &Options) -> u32 {
     options.k_clip.max(options.k_normal - 1)

@@ -10,8 +10,7 @@ use glam::{DVec2, DVec3, Vec2, Vec4};
 use rtfmesh::gpu::{Buffer, NONE};
 use rtfmesh::mesh::frame::Frame;
 use rtfmesh::mesh::samples::sample;
-use rtfmesh::stages::best_fit::BestFit;
-use rtfmesh::stages::cloud::Cloud;
+use rtfmesh::stages::best_fit::{BestFit, vertex_normals};
 use rtfmesh::stages::face::{BOX_HALF, CellFaces, FlagCounts, PowerOptions};
 use rtfmesh::stages::neighbours::TileBounds;
 use rtfmesh::stages::surface::Surface;
@@ -153,20 +152,18 @@ fn sites_are_pulled_to_the_planes_of_their_vertices() {
     ] {
         let mesh = sample(name).unwrap();
         let surface = Surface::new(device, &mesh, &Frame::of(&mesh).unwrap()).unwrap();
-        // Longer than any side, so that the cloud is the vertices.
-        let points = Cloud::new(&surface, 1.0);
-        let (targets, vertices) = (rounded(&cloud(count, 0.5, 9)), rounded(&points.points));
+        let (targets, vertices) = (rounded(&cloud(count, 0.5, 9)), rounded(&surface.vertices));
         let near = nearest(&targets, &vertices, k, false);
         let neighbours = Buffer::from_slice(device, "test.neighbours", &slots(&near, k)).unwrap();
-        let fit = BestFit::new(device, &points, count, k as u32, Some(workgroup)).unwrap();
+        let fit = BestFit::new(device, &surface, count, k as u32, Some(workgroup)).unwrap();
         let mut recorder = device.recorder().unwrap();
         let buffer = upload("test.targets", &targets);
-        fit.record(&mut recorder, &buffer, &neighbours).unwrap();
+        fit.record(&mut recorder, &buffer, &neighbours, &surface.device).unwrap();
         recorder.submit().unwrap();
         assert_valid(device);
         let (projected, normals): (Vec<Vec4>, Vec<Vec4>) =
             (fit.projected.to_vec(device).unwrap(), fit.normals.to_vec(device).unwrap());
-        let (flags, outward) = (fit.flags.to_vec(device).unwrap(), &points.normals);
+        let (flags, outward) = (fit.flags.to_vec(device).unwrap(), vertex_normals(&surface));
         for (i, at) in targets.iter().enumerate() {
             let points: Vec<DVec3> = near[i].iter().map(|v| vertices[*v as usize]).collect();
             let (want, side) = (plane_fit(&points), outward[near[i][0] as usize]);

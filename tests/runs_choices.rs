@@ -1,11 +1,9 @@
 //! Whole runs whose stages are chosen one by one.
 
 use crate::support::{assert_valid, device};
-use rtfmesh::mesh::frame::Frame;
+use glam::DVec3;
 use rtfmesh::mesh::samples::sample;
 use rtfmesh::mesh::topology::topology;
-use rtfmesh::stages::cloud::Cloud;
-use rtfmesh::stages::surface::Surface;
 use rtfmesh::{
     Centroid, Error, Face, Neighbours, Normals, Options, Projection, Remeshed, Seeding, TriMesh, preview,
     remesh,
@@ -103,27 +101,29 @@ fn what_does_not_go_together_is_refused() {
     }
 }
 
+/// A flat drum, each end a fan from one corner: the middle of the ends is under triangles from rim to rim.
+fn drum(sides: u32) -> TriMesh {
+    let at = |k: u32, z: f64| {
+        let angle = f64::from(k) * std::f64::consts::TAU / f64::from(sides);
+        DVec3::new(angle.cos(), angle.sin(), z)
+    };
+    let vertices = [0.0, 0.3].into_iter().flat_map(|z| (0..sides).map(move |k| at(k, z))).collect();
+    let around = (0..sides).flat_map(|k| {
+        let next = (k + 1) % sides;
+        [[k, next, next + sides], [k, next + sides, k + sides]]
+    });
+    let ends = (2..sides).flat_map(|k| [[0, k, k - 1], [sides, sides + k - 1, sides + k]]);
+    TriMesh { vertices, triangles: around.chain(ends).collect() }
+}
+
 #[test]
-fn clouds_have_no_gaps_wider_than_sites_are_apart() {
-    let mesh = sample("box").unwrap();
-    let surface = Surface::new(device(), &mesh, &Frame::of(&mesh).unwrap()).unwrap();
-    let longest = surface.triangles.iter().flat_map(|t| [[t[0], t[1]], [t[1], t[2]], [t[2], t[0]]]);
-    let longest = longest
-        .map(|side| side.map(|v| surface.vertices[v as usize]))
-        .map(|[p, q]| p.distance(q))
-        .fold(0.0, f64::max);
-    assert_eq!(Cloud::new(&surface, longest).points, surface.vertices, "in their order");
-    let spacing = longest / 5.0;
-    let cloud = Cloud::new(&surface, spacing);
-    assert!(cloud.points.len() > surface.vertices.len() && cloud.points.len() == cloud.normals.len());
-    for (triangle, normal) in surface.triangles.iter().zip(&surface.normals) {
-        let [a, b, c] = triangle.map(|v| surface.vertices[v as usize]);
-        for (u, v) in [(0.3, 0.3), (0.1, 0.8), (0.5, 0.5), (0.05, 0.02)] {
-            let at = a * (1.0 - u - v) + b * u + c * v;
-            let near = |p: &glam::DVec3| p.distance(at) < spacing;
-            assert!(cloud.points.iter().any(near), "nothing near {at}");
-        }
-        let own = cloud.normals.iter().filter(|n| n.distance(*normal) < 1e-9).count();
-        assert!(own > 0, "no point has the normal of a triangle");
+fn sites_find_triangles_that_have_no_vertex_near_them() {
+    let input = drum(100);
+    for options in
+        [short(), Options { face: Face::Power, ..short() }, Options { normals: Normals::Cloud, ..short() }]
+    {
+        let result = assert_sound(&input, &options);
+        let quality = &result.summary.output.quality;
+        assert!(quality.theta_min > 15.0, "{options:?}: {}", quality.theta_min);
     }
 }

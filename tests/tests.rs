@@ -48,6 +48,7 @@ mod kernels_settle;
 mod kernels_sizing;
 mod kernels_sort;
 mod kernels_surface;
+mod long_edges;
 mod long_work;
 mod measure;
 mod picture;

@@ -8,6 +8,7 @@ searches for the one that gives N.
 """
 
 import argparse
+import collections
 import importlib.metadata
 import importlib.util
 import json
@@ -20,6 +21,10 @@ import tempfile
 import time
 
 ITERATIONS = 10
+# Of vorpalite, if it is not told otherwise.
+LLOYD, NEWTON = "5", "30"
+# What a program says of its own time, where reading and writing would count otherwise.
+Timed = collections.namedtuple("Timed", "result seconds")
 
 
 def pyacvd(points, faces, count, edge):
@@ -115,6 +120,27 @@ def vorpalite(points, faces, count, edge):
     return call, lambda _: read_off(names[1])
 
 
+def geogram(points, faces, count, edge):
+    from meshes import read_off, write_off
+
+    folder = tempfile.TemporaryDirectory()
+    names = [os.path.join(folder.name, name) for name in ("in.off", "out.off")]
+    write_off(names[0], points, faces)
+    command = [geogram_program(), *names, str(count), LLOYD, NEWTON]
+
+    def call():
+        said = subprocess.run(command, check=True, capture_output=True, text=True).stdout
+        return Timed(folder, float(said.rsplit("seconds ", 1)[1]))
+
+    return call, lambda _: read_off(names[1])
+
+
+def geogram_program():
+    """As setup.sh makes it, if it found what it takes; else None."""
+    made = pathlib.Path(__file__).parent / ".venv" / "bin" / "geogram_remesh"
+    return str(made) if made.exists() else None
+
+
 def mmgs_program():
     """On PATH, or in the package mmgpy; not the latter's script, which would start Python again. None if there is none."""
     package = importlib.util.find_spec("mmgpy")
@@ -132,6 +158,7 @@ METHODS = {
     "gpytoolbox": (gpytoolbox, True, "gpytoolbox"),
     "cgal": (cgal, True, "CGAL"),
     "mmgs": (mmgs, True, None),
+    "geogram": (geogram, False, None),
     "vorpalite": (vorpalite, False, None),
 }
 
@@ -141,6 +168,8 @@ def missing(name):
     package = METHODS[name][2]
     if package is not None:
         return None if importlib.util.find_spec(package) else f"no Python package {package}: see bench/peers/setup.sh"
+    if name == "geogram":
+        return None if geogram_program() else "no geogram_remesh: see bench/peers/setup.sh"
     found = mmgs_program() if name == "mmgs" else shutil.which(name)
     return None if found else f"no program {name} on PATH"
 
@@ -177,6 +206,8 @@ def main():
     begin = time.perf_counter()
     result = call()
     seconds = time.perf_counter() - begin
+    if isinstance(result, Timed):
+        result, seconds = result
     points, faces = arrays(result)
     write_ply(args.output, points, faces)
     facts = {"seconds": seconds, "vertices": len(points), "edge": edge, "version": version(args.method)}

@@ -8,6 +8,7 @@ pub(crate) mod edges;
 pub mod frame;
 pub mod intersections;
 pub mod io;
+pub mod long_edges;
 pub mod point_tree;
 pub mod polyline;
 pub mod quality;

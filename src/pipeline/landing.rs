@@ -7,7 +7,6 @@ use crate::options::Options;
 use crate::stages::best_fit::BestFit;
 use crate::stages::bvh::Bvh as DeviceBvh;
 use crate::stages::closest::ClosestPoints;
-use crate::stages::cloud::Cloud;
 use crate::stages::neighbours::{Nearest, TileBounds};
 use crate::stages::normals::PlaneFit;
 use crate::stages::project::NearestVertices;
@@ -29,8 +28,8 @@ pub(super) struct Landing {
 enum Planes {
     /// They fit the sites.
     Sites(PlaneFit, Onto),
-    /// They fit points of the input, and sites go onto them or onto something else.
-    Cloud(NearPoints, BestFit, Option<Onto>),
+    /// They fit vertices of the input, and sites go onto them or onto something else.
+    Cloud(NearVertices, BestFit, Option<Onto>),
     /// They come with the walk; the flags begin anew in every iteration.
     Surface(Triangles, Buffer<u32>),
 }
@@ -38,7 +37,7 @@ enum Planes {
 /// What sites are projected onto.
 enum Onto {
     /// Triangles around the nearest vertices, which the search finds.
-    Vertices(NearPoints, NearestVertices),
+    Vertices(NearVertices, NearestVertices),
     Triangles(Triangles),
 }
 
@@ -49,23 +48,28 @@ struct Triangles {
     farther: Option<(DeviceBvh, ClosestPoints)>,
 }
 
-/// The nearest of points that do not move.
-struct NearPoints {
+/// The nearest vertices of the input.
+struct NearVertices {
     tiles: TileBounds,
     found: Nearest,
 }
 
-impl NearPoints {
-    fn new(device: &Device, points: usize, options: &Options) -> Result<Self> {
+impl NearVertices {
+    fn new(device: &Device, surface: &Surface, options: &Options) -> Result<Self> {
         let (sites, k) = (options.vertices, options.k_project);
         Ok(Self {
-            tiles: TileBounds::new(device, "rtf.neighbours.vertex_tiles", points)?,
+            tiles: TileBounds::new(device, "rtf.neighbours.vertex_tiles", surface.vertices.len())?,
             found: Nearest::new(device, "rtf.neighbours.vertices", sites, k, false, None)?,
         })
     }
 
-    fn record(&self, recorder: &mut Recorder, targets: &Buffer<Vec4>, points: &Buffer<Vec4>) -> Result<()> {
-        self.found.record(recorder, targets, points, &self.tiles)
+    /// Once for the surface.
+    fn begin(&self, recorder: &mut Recorder, surface: &Surface) -> Result<()> {
+        self.tiles.record(recorder, &surface.device.vertices)
+    }
+
+    fn record(&self, recorder: &mut Recorder, targets: &Buffer<Vec4>, surface: &Surface) -> Result<()> {
+        self.found.record(recorder, targets, &surface.device.vertices, &self.tiles)
     }
 }
 
@@ -105,7 +109,7 @@ impl Onto {
         Ok(match options.projection {
             Projection::Plane => None,
             Projection::NearestVertices => {
-                let near = NearPoints::new(device, surface.vertices.len(), options)?;
+                let near = NearVertices::new(device, surface, options)?;
                 let project = NearestVertices::new(device, options.vertices, options.k_project, None)?;
                 Some(Self::Vertices(near, project))
             }
@@ -118,7 +122,7 @@ impl Onto {
     /// What is done once for the surface.
     fn begin(&self, recorder: &mut Recorder, surface: &Surface) -> Result<()> {
         match self {
-            Self::Vertices(near, _) => near.tiles.record(recorder, &surface.device.vertices),
+            Self::Vertices(near, _) => near.begin(recorder, surface),
             Self::Triangles(triangles) => triangles.begin(recorder),
         }
     }
@@ -132,7 +136,7 @@ impl Onto {
     ) -> Result<&Buffer<Vec4>> {
         match self {
             Self::Vertices(near, project) => {
-                near.record(recorder, targets, &surface.device.vertices)?;
+                near.record(recorder, targets, surface)?;
                 project.record(recorder, targets, &near.found.neighbours, &surface.device, under)?;
                 Ok(&project.projected)
             }
@@ -145,14 +149,8 @@ impl Onto {
 }
 
 impl Landing {
-    /// For sites that begin at `seeds`, `spacing` apart.
-    pub fn new(
-        device: &Device,
-        options: &Options,
-        surface: &Surface,
-        seeds: &Seeds,
-        spacing: f64,
-    ) -> Result<Self> {
+    /// For sites that begin at `seeds`.
+    pub fn new(device: &Device, options: &Options, surface: &Surface, seeds: &Seeds) -> Result<Self> {
         let n = options.vertices;
         let planes = match options.normals {
             Normals::Fit => {
@@ -166,9 +164,8 @@ impl Landing {
                 Planes::Surface(Triangles::new(device, surface, options)?, flags)
             }
             Normals::Cloud => {
-                let cloud = Cloud::new(surface, spacing);
-                let near = NearPoints::new(device, cloud.points.len(), options)?;
-                let fit = BestFit::new(device, &cloud, n, options.k_project, None)?;
+                let near = NearVertices::new(device, surface, options)?;
+                let fit = BestFit::new(device, surface, n, options.k_project, None)?;
                 Planes::Cloud(near, fit, Onto::new(device, surface, options)?)
             }
         };
@@ -186,8 +183,8 @@ impl Landing {
         match &self.planes {
             Planes::Sites(_, onto) => onto.begin(&mut recorder, surface)?,
             Planes::Surface(triangles, _) => triangles.begin(&mut recorder)?,
-            Planes::Cloud(near, planes, onto) => {
-                near.tiles.record(&mut recorder, &planes.points)?;
+            Planes::Cloud(near, _, onto) => {
+                near.begin(&mut recorder, surface)?;
                 if let Some(onto) = onto {
                     onto.begin(&mut recorder, surface)?;
                 }
@@ -224,8 +221,8 @@ impl Landing {
                 Ok(&triangles.walk.projected)
             }
             Planes::Cloud(near, planes, onto) => {
-                near.record(recorder, targets, &planes.points)?;
-                planes.record(recorder, targets, &near.found.neighbours)?;
+                near.record(recorder, targets, surface)?;
+                planes.record(recorder, targets, &near.found.neighbours, &surface.device)?;
                 match onto {
                     None => Ok(&planes.projected),
                     Some(onto) => onto.record(recorder, surface, targets, under),

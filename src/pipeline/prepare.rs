@@ -7,10 +7,11 @@ use super::parts::{Divided, Parts, extract};
 use super::preview::device_bytes;
 use super::sizes::{SizeWish, size_field};
 use super::spare::Wish;
-use crate::choices::{Face, listed};
+use crate::choices::{Face, listed, looks_for_vertices};
 use crate::gpu::Device;
 use crate::gpu::kernels::face::cell;
 use crate::mesh::frame::Frame;
+use crate::mesh::long_edges::halved;
 use crate::mesh::repair::{Repaired, repair_with};
 use crate::mesh::skeleton::{SkeletonOptions, user_edges};
 use crate::mesh::source::{Search, Traced, half_edges_after, vertex_values_after};
@@ -28,6 +29,8 @@ use std::sync::atomic::AtomicBool;
 const GROWTH: f64 = 1.5;
 /// in no more than so many tries.
 const GROWTHS: usize = 60;
+/// Triangles that [`with_vertices_near`] may add for each site. Five are enough but for slivers.
+const MOST_HALVED: usize = 16;
 
 /// The input, ready for a run.
 pub(super) struct Prepared {
@@ -60,7 +63,8 @@ impl Prepared {
         let repaired = cleaned(mesh, repaired, options)?;
         heed(stop)?;
         let frame = Frame::of(&repaired.mesh)?;
-        check_memory(device, &repaired.mesh, options)?;
+        let halved = with_vertices_near(&repaired.mesh, options);
+        check_memory(device, halved.as_ref().unwrap_or(&repaired.mesh), options)?;
         let divided = divide(&repaired.mesh, &frame, options, stop)?;
         heed(stop)?;
         let mut options = for_repaired(mesh, &repaired, options);
@@ -77,7 +81,7 @@ impl Prepared {
             let topology = topology(&mesh);
             (mesh, topology)
         });
-        let on = rest.as_ref().map_or(&repaired.mesh, |(mesh, _)| mesh);
+        let on = rest.as_ref().map(|(mesh, _)| mesh).or(halved.as_ref()).unwrap_or(&repaired.mesh);
         let (input, surface) = rayon::join(|| topology(&repaired.mesh), || Surface::new(device, on, &frame));
         let surface = surface?;
         heed(stop)?;
@@ -105,6 +109,16 @@ impl Prepared {
     pub fn done(&self) -> usize {
         self.small.iter().map(|part| part.vertices.len()).sum()
     }
+}
+
+/// The surface with edges of at most a spacing, for sites that look for triangles at vertices near them: of a long one they
+/// would miss the middle. Nothing if that is how it is, or nobody looks.
+pub(super) fn with_vertices_near(mesh: &TriMesh, options: &Options) -> Option<TriMesh> {
+    if options.method == Method::CoarseToFine || !looks_for_vertices(options) {
+        return None;
+    }
+    let most = mesh.triangles.len() + MOST_HALVED * options.vertices;
+    halved(mesh, spacing(mesh.area(), options.vertices), most)
 }
 
 /// The mesh as the options want it cleaned; `repaired` if there is one.

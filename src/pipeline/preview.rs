@@ -2,7 +2,7 @@
 
 use super::attempts::may_collapse;
 use super::plan::{Extent, LevelPlan, enough, levels};
-use super::prepare::{cleaned, device_bytes_per_site, for_repaired, wanted_edges};
+use super::prepare::{cleaned, device_bytes_per_site, for_repaired, wanted_edges, with_vertices_near};
 use super::sizes::{SizeWish, size_field};
 use super::spacing;
 use crate::choices::{Face, Projection};
@@ -134,7 +134,9 @@ pub fn preview_repaired(mesh: &TriMesh, repaired: Option<Repaired>, options: &Op
         corners: found.corners.len(),
         patches: by_patch(&found, &worth, interior),
         device_bytes: {
-            let (fixed, each) = device_bytes(&unit, options, curves.is_some());
+            let halved = with_vertices_near(&unit, options);
+            let input = halved.as_ref().unwrap_or(&unit);
+            let (fixed, each) = device_bytes(input, options, curves.is_some());
             fixed + each * options.vertices as u64
         },
     })

@@ -87,7 +87,7 @@ impl Run {
             sites: Buffer::from_slice(device, "rtf.sites", &sites)?,
             site_tiles: TileBounds::new(device, "rtf.neighbours.site_tiles", n)?,
             near_sites: Search::new(device, options)?,
-            landing: Landing::new(device, options, surface, seeds, spacing)?,
+            landing: Landing::new(device, options, surface, seeds)?,
             faces,
             centroids: Centroids::new(device, n, options.centroid, None)?,
             step: Step::new(device, n, options.iterations, None)?,

@@ -5,7 +5,6 @@ pub mod bvh;
 pub mod cells;
 pub mod centroid;
 pub mod closest;
-pub mod cloud;
 pub mod connect;
 pub mod curve_room;
 pub mod curve_sites;
