@@ -11,6 +11,8 @@ packages=(
 )
 # A browser for ci/page.sh, which tests need; on Ubuntu, whose package is an empty shell, bring your own.
 if [ "${1:-}" = --tests ] && ! command -v "${RTFMESH_BROWSER:-chromium}" >/dev/null; then packages+=(chromium); fi
+# For ci/gltf.sh; there may be others than Debian's.
+if [ "${1:-}" = --tests ] && ! { command -v node && command -v npm; } >/dev/null; then packages+=(nodejs npm); fi
 
 as_root() {
   if [ "$(id -u)" = 0 ]; then "$@"; elif command -v sudo >/dev/null; then sudo "$@"; else

@@ -31,4 +31,5 @@ step "documentation" env RUSTDOCFLAGS="-D warnings" cargo doc --no-deps
 step "documentation examples" cargo test --doc
 step "examples" run_examples
 step "tests on device '$RTFMESH_DEVICE'" cargo test --lib --bins --tests
+step "GLB files under the Khronos validator" ./ci/gltf.sh
 step "the page in a browser" ./ci/page.sh

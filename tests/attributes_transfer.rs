@@ -6,9 +6,10 @@ use glam::DVec3;
 use rtfmesh::mesh::attributes::{
     Attribute, Attributes, CornerUv, Kind, Role, label_borders, transfer, uv_seams,
 };
+use rtfmesh::mesh::quality::quality;
 use rtfmesh::mesh::samples::sample;
 use rtfmesh::{Options, Traced, TriMesh, remesh};
-use std::f64::consts::TAU;
+use std::f64::consts::{PI, TAU};
 
 /// Remeshes, and carries over.
 fn run(input: &TriMesh, attributes: &Attributes, options: Options) -> (TriMesh, Attributes) {
@@ -161,6 +162,76 @@ fn seams_that_are_kept_make_the_texture_exact() {
     assert_eq!(areas.len(), output.triangles.len());
     assert!((areas.iter().sum::<f64>() - 1.0).abs() < 1e-9, "{}", areas.iter().sum::<f64>());
     assert!(areas.iter().all(|area| *area > 0.0));
+}
+
+/// A sphere by longitude and latitude, with a texture as maps of the world have it: a line at the poles, each triangle there
+/// with its own part of it.
+fn globe(around: u32, along: u32) -> (TriMesh, Attributes) {
+    let mut mesh = TriMesh { vertices: vec![DVec3::NEG_Z, DVec3::Z], triangles: Vec::new() };
+    for j in 1..along {
+        let latitude = PI * (f64::from(j) / f64::from(along) - 0.5);
+        for i in 0..around {
+            let (sin, cos) = (TAU * f64::from(i) / f64::from(around)).sin_cos();
+            let at = DVec3::new(latitude.cos() * cos, latitude.cos() * sin, latitude.sin());
+            mesh.vertices.push(at);
+        }
+    }
+    let at = |i: u32, j: u32| 2 + (j - 1) * around + i % around;
+    for i in 0..around {
+        mesh.triangles.push([0, at(i + 1, 1), at(i, 1)]);
+        mesh.triangles.push([1, at(i, along - 1), at(i + 1, along - 1)]);
+        for j in 1..along - 1 {
+            mesh.triangles.push([at(i, j), at(i + 1, j), at(i + 1, j + 1)]);
+            mesh.triangles.push([at(i, j), at(i + 1, j + 1), at(i, j + 1)]);
+        }
+    }
+    let turn = |v: DVec3| v.y.atan2(v.x).rem_euclid(TAU) / TAU;
+    let attributes = uv_of(&mesh, |corner, centre| {
+        let (of_face, height) = (turn(centre), corner.z.asin() / PI + 0.5);
+        if corner.z.abs() > 1.0 - 1e-9 {
+            return [of_face, height];
+        }
+        let own = turn(corner);
+        [own + (of_face - own).round(), height]
+    });
+    (mesh, attributes)
+}
+
+#[test]
+fn the_poles_of_a_globe_are_no_seams() {
+    let (input, attributes) = globe(24, 12);
+    let seams = uv_seams(&input, &attributes);
+    assert_eq!(seams.len(), 2 * 12, "both sides of every edge of one meridian");
+    for half in &seams {
+        let corners = input.triangles[*half as usize / 3];
+        let ends = [corners[*half as usize % 3], corners[(*half as usize + 1) % 3]];
+        for end in ends.map(|v| input.vertices[v as usize]) {
+            assert!(end.y.abs() < 1e-9 && end.x > -1e-9, "{end} is not on the meridian");
+        }
+    }
+    let options = Options { held_sides: seams, feature_angle: 180.0, ..Options::new(400) };
+    let (output, carried) = run(&input, &attributes, options);
+    let values = carried.uv.unwrap().values;
+    for (corner, got) in output.triangles.as_flattened().iter().zip(&values) {
+        let place = output.vertices[*corner as usize].normalize();
+        let turn = got[0] - place.y.atan2(place.x) / TAU;
+        let near_pole = place.z.abs() > (PI / 12.0).cos();
+        assert!(near_pole || (turn - turn.round()).abs() < 0.02, "{got:?} {place}");
+        assert!((got[1] - place.z.asin() / PI - 0.5).abs() < 0.03, "{got:?} {place}");
+    }
+    let worst = quality(&output).unwrap().theta_min;
+    assert!(worst > 25.0, "an angle of {worst}");
+}
+
+#[test]
+fn a_cut_that_ends_inside_the_texture_stays_a_seam_to_its_end() {
+    let mesh = plane(8, 0.0);
+    // Opened like a dart on one line up to the middle.
+    let attributes = uv_of(&mesh, |corner, centre| {
+        let on_cut = (corner.y - 0.5).abs() < 1e-9 && corner.x < 0.5 - 1e-9;
+        [corner.x, if on_cut && centre.y > 0.5 { corner.y + 0.1 } else { corner.y }]
+    });
+    assert_eq!(uv_seams(&mesh, &attributes).len(), 2 * 4);
 }
 
 fn labelled(mesh: &TriMesh, label: impl Fn(DVec3) -> f64) -> Attributes {

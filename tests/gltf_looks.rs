@@ -13,6 +13,7 @@ use std::path::Path;
 
 use crate::cli::Place;
 use crate::io_formats::base64;
+use crate::support::leave_glb;
 
 const GLB: Encoding = Encoding { format: Format::Glb, gzip: false };
 
@@ -112,6 +113,7 @@ fn read(json: &Value) -> Loaded {
 #[track_caller]
 fn written(loaded: &Loaded) -> (gltf::Gltf, Value) {
     let bytes = encode_with(Path::new("out"), &loaded.mesh, &loaded.attributes, GLB).unwrap();
+    leave_glb(&bytes);
     let again = read_bytes_with_looks(&bytes, None).unwrap();
     assert_eq!((again.attributes.looks.as_ref(), again.notes.len()), (loaded.attributes.looks.as_ref(), 0));
     (gltf::Gltf::from_slice(&bytes).unwrap(), split(&bytes).0)
@@ -140,6 +142,7 @@ fn the_program_carries_a_texture_and_its_material() {
     let (_, notes) = place.run(&format!("remesh in.gltf out.glb {common} --keep-uv"));
     assert!(!notes.contains("note:"), "{notes}");
     let bytes = std::fs::read(place.path("out.glb")).unwrap();
+    leave_glb(&bytes);
     let file = gltf::Gltf::from_slice(&bytes).unwrap();
     assert_eq!(pictures(&file), [(picture, "image/png".to_owned())]);
     assert_eq!(file.images().next().unwrap().name(), Some("board"));
@@ -228,6 +231,7 @@ fn extensions_of_looks_are_kept_and_others_noted() {
         ]
     );
     let bytes = encode_with(Path::new("out"), &loaded.mesh, &loaded.attributes, GLB).unwrap();
+    leave_glb(&bytes);
     let (json, _) = split(&bytes);
     let used = ["KHR_materials_clearcoat", "KHR_materials_unlit", "KHR_texture_transform"];
     assert_eq!(json["extensionsUsed"], json!(used));
@@ -357,6 +361,7 @@ fn odd_materials_do_no_harm() {
         let loaded = read_bytes_with_looks(&bytes, None).unwrap();
         assert_eq!(loaded.mesh, plain.mesh, "{pointer} {value}");
         let bytes = encode_with(Path::new("out"), &loaded.mesh, &loaded.attributes, GLB).unwrap();
+        leave_glb(&bytes);
         read_bytes_with_looks(&bytes, None).unwrap();
     }
 }

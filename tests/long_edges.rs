@@ -3,7 +3,7 @@
 use crate::shapes::{cube, moved, plane, torus, union};
 use glam::DVec3;
 use rtfmesh::TriMesh;
-use rtfmesh::mesh::long_edges::halved;
+use rtfmesh::mesh::long_edges::{halved, halved_count};
 use rtfmesh::mesh::repair::repair;
 use rtfmesh::mesh::samples::sample;
 use rtfmesh::mesh::topology::topology;
@@ -38,6 +38,8 @@ fn surfaces_stay_what_they_are() {
             let made = halved(&mesh, length, MOST).unwrap();
             assert!(longest(&made) <= length, "{name} {share}: an edge of {}", longest(&made));
             assert_eq!(made.vertices[..mesh.vertices.len()], mesh.vertices, "{name} {share}");
+            let about = halved_count(&mesh, length) / made.triangles.len() as f64;
+            assert!((0.4..2.5).contains(&about), "{name} {share}: {about} of them");
             let area = mesh.area();
             assert!((made.area() - area).abs() < 1e-12 * area, "{name} {share}");
             let is = topology(&made);

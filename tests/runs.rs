@@ -139,14 +139,25 @@ fn more_sites_than_memory_are_refused_before_anything_is_made() {
 #[test]
 fn the_summary_tells_where_the_time_went() {
     // A device of its own: others count their dispatches on the shared one.
-    let device = Device::open(&DeviceOptions::from_env()).unwrap();
+    let open = |timings| Device::open(&DeviceOptions { timings, ..DeviceOptions::from_env() }).unwrap();
+    let device = open(true);
     let options = Options { iterations: 7, ..Options::rtf(200) };
-    let result = remesh(&device, &sample("torus").unwrap(), &options, &mut |_| {}).unwrap();
+    let run = |device| remesh(device, &sample("torus").unwrap(), &options, &mut |_| {}).unwrap();
+    let result = run(&device);
     let calls = |name: &str| result.summary.timings.stages.iter().find(|s| s.name == name).map(|s| s.calls);
     assert_eq!(calls("step.step"), Some(7));
     assert_eq!(calls("face.cell"), Some(8), "once more for the connection");
     assert_eq!(calls("neighbours.knn"), Some(15));
-    assert!(result.summary.timings.stages.iter().all(|s| s.milliseconds.is_none_or(|ms| ms >= 0.0)));
+    let has_clock = device.info().limits.timestamp_ns > 0.0;
+    let timed = |s: &rtfmesh::gpu::StageTime| s.milliseconds.is_some_and(|ms| ms >= 0.0) == has_clock;
+    assert!(result.summary.timings.stages.iter().all(timed));
+    let untimed = run(&open(false));
+    assert_eq!(untimed.mesh, result.mesh);
+    let stages = |of: &Remeshed| -> Vec<_> {
+        of.summary.timings.stages.iter().map(|s| (s.name.clone(), s.calls)).collect()
+    };
+    assert_eq!(stages(&untimed), stages(&result));
+    assert!(untimed.summary.timings.stages.iter().all(|s| s.milliseconds.is_none()), "nobody asked");
     assert!(result.summary.timings.peak_device_bytes > 0);
     assert_eq!(result.summary.steps.len(), 7);
 }

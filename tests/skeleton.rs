@@ -167,6 +167,44 @@ fn strips_narrower_than_triangles_lose_what_nobody_sees() {
     assert!(kept.vertices.iter().all(|v| uneven.vertices[*v as usize].z == 0.0));
 }
 
+/// A sheet with a crease that becomes a chamfer at y = 0.3, whose edges part at about this angle in degrees.
+fn opening(angle: f64) -> TriMesh {
+    const N: u32 = 40;
+    let slope = angle.to_radians().tan() / std::f64::consts::SQRT_2;
+    let grid = moved(&plane(N, 0.0), |v| {
+        let w = slope * (v.y - 0.3).max(0.0);
+        match (v.x * f64::from(N)).round() as u32 {
+            column @ 0..=19 => DVec3::new(f64::from(column) / 40.0, v.y, 0.0),
+            20 => DVec3::new(0.5, v.y, 0.0),
+            21 => DVec3::new(0.5 + w, v.y, -w),
+            column => DVec3::new(0.5 + w, v.y, -w - f64::from(column - 21) / 40.0),
+        }
+    });
+    repair(&grid).unwrap().mesh
+}
+
+#[test]
+fn edges_that_part_at_an_acute_angle_begin_where_there_is_room() {
+    for (angle, parts_at_once) in [(3.0, false), (8.0, false), (16.0, true), (25.0, true)] {
+        let mesh = opening(angle);
+        for vertices in [1000, 4000] {
+            let s = found(&mesh, vertices);
+            let spacing = spacing_of(&mesh, vertices).unwrap();
+            // On the grid of the surface.
+            let narrow = 0.25 * spacing / f64::to_radians(angle).sin();
+            let expected = if parts_at_once { 0.0 } else { narrow };
+            let length = s.dropped.strip_length;
+            assert!((length - expected).abs() < 1.5 / 40.0, "{angle} {vertices}: {length} for {expected}");
+            let sharp = s.curves.iter().filter(|c| c.kind == CurveKind::Sharp);
+            let whole: f64 = sharp.map(|curve| curve.length).sum();
+            assert!(
+                (whole + length - 1.0 - 0.7 / f64::to_radians(angle).cos()).abs() < 0.05,
+                "{angle}: {whole}"
+            );
+        }
+    }
+}
+
 #[test]
 fn a_hole_in_a_box_has_two_rims() {
     const AROUND: u32 = 24;

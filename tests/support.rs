@@ -4,13 +4,15 @@ use glam::{DVec3, Vec4};
 use rand::{RngExt, SeedableRng};
 use rand_pcg::Pcg64Mcg;
 use rtfmesh::gpu::{Buffer, Device, DeviceOptions, NONE};
+use std::hash::{DefaultHasher, Hash, Hasher};
+use std::path::Path;
 use std::sync::OnceLock;
 
 /// The device of the whole test binary, under core and synchronization validation. A machine without Vulkan fails.
 pub fn device() -> &'static Device {
     static DEVICE: OnceLock<Device> = OnceLock::new();
     DEVICE.get_or_init(|| {
-        let options = DeviceOptions { validation: true, ..DeviceOptions::from_env() };
+        let options = DeviceOptions { validation: true, timings: true, ..DeviceOptions::from_env() };
         Device::open(&options).expect("tests need a Vulkan device with validation layers: run ci/setup.sh")
     })
 }
@@ -19,6 +21,15 @@ pub fn device() -> &'static Device {
 pub fn assert_valid(device: &Device) {
     let messages = device.take_validation_messages();
     assert!(messages.is_empty(), "validation: {}", messages.join("\n"));
+}
+
+/// Leaves a GLB file for ci/gltf.sh to check.
+pub fn leave_glb(bytes: &[u8]) {
+    let mut hasher = DefaultHasher::new();
+    bytes.hash(&mut hasher);
+    let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join("gltf");
+    std::fs::create_dir_all(&folder).unwrap();
+    std::fs::write(folder.join(format!("{:016x}.glb", hasher.finish())), bytes).unwrap();
 }
 
 pub fn vec4(points: &[DVec3]) -> Vec<Vec4> {

@@ -61,24 +61,6 @@ struct Said {
     edge: Option<f64>,
 }
 
-/// The parts of a report that matter here.
-#[derive(Deserialize)]
-struct Told {
-    timings: Timings,
-}
-
-#[derive(Deserialize)]
-struct Timings {
-    wall_milliseconds: f64,
-    phases: Vec<Phase>,
-}
-
-#[derive(Deserialize)]
-struct Phase {
-    name: String,
-    milliseconds: f64,
-}
-
 /// The virtual environment's Python, else that on PATH.
 pub fn python() -> PathBuf {
     let own = Path::new(FOLDER).join(".venv/bin/python");
@@ -92,6 +74,13 @@ pub fn python() -> PathBuf {
 pub fn facts(python: &Path, folder: &Path) -> Result<BTreeMap<String, Fact>> {
     let ended = process::run(Command::new(python).arg(runner()).arg("--list"), folder)?;
     serde_json::from_str(&ended.output).context("what run_peer.py --list printed")
+}
+
+/// What this program says of its own time in seconds. It leaves reading, writing and opening the device out.
+fn wall_time(messages: &str) -> Result<f64> {
+    let row = messages.lines().find_map(|line| line.trim().strip_prefix("wall time"));
+    let seconds = row.and_then(|row| row.trim().strip_suffix(" s"));
+    seconds.and_then(|seconds| seconds.parse().ok()).context("the program did not tell its wall time")
 }
 
 fn runner() -> PathBuf {
@@ -152,19 +141,13 @@ impl Contestant {
             return Ok(Round { call: said.seconds, process });
         };
         let mut command = Command::new(env!("CARGO_BIN_EXE_rtfmesh"));
-        command.args(["remesh", "--quiet", "-n", &task.vertices.to_string()]).args(arguments);
+        command.args(["remesh", "-n", &task.vertices.to_string()]).args(arguments);
         command.arg(&task.input).arg(self.result(task));
         if let Some(device) = device {
             command.args(["--device", device]);
         }
-        let process = process::run(&mut command, &task.folder)?.seconds;
-        // With a report it measures all of the result, which is no part of the work; so it is run again for the time inside.
-        let report = task.folder.join("report.json");
-        process::run(command.arg("--report").arg(&report), &task.folder)?;
-        let told: Told = serde_json::from_str(&std::fs::read_to_string(&report)?)?;
-        let measured: f64 =
-            told.timings.phases.iter().filter(|p| p.name == "measure").map(|p| p.milliseconds).sum();
-        Ok(Round { call: 1e-3 * (told.timings.wall_milliseconds - measured), process })
+        let ended = process::run(&mut command, &task.folder)?;
+        Ok(Round { call: wall_time(&ended.messages)?, process: ended.seconds })
     }
 
     fn ask(&self, task: &Task, edge: Option<f64>) -> Result<(Said, f64)> {

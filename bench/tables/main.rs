@@ -118,8 +118,10 @@ fn main() -> Result<()> {
     let mut options = DeviceOptions::from_env();
     options.device = args.device.clone().or(options.device);
     let device = Device::open(&options)?;
+    let timing = Device::open(&DeviceOptions { timings: true, ..options.clone() })?;
     let mut report = Report::new(device.info(), args.quick, args.runs);
-    let mut bench = Bench::new(device, Models::new(args.meshes.clone())?, presets(&args), args.runs)?;
+    let mut bench =
+        Bench::new([device, timing], Models::new(args.meshes.clone())?, presets(&args), args.runs)?;
     bench.quick = args.quick;
     bench.named = !args.methods.is_empty();
     bench.largest = args.largest;

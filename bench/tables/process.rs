@@ -17,6 +17,8 @@ pub struct Ended {
     pub seconds: f64,
     /// Its standard output.
     pub output: String,
+    /// Its standard error.
+    pub messages: String,
 }
 
 /// Runs a program to its end; its outputs go through files in `folder`.
@@ -47,10 +49,10 @@ pub fn run(command: &mut Command, folder: &Path) -> Result<Ended> {
     let seconds = begin.elapsed().as_secs_f64();
     let read =
         |path: &Path| Ok::<_, anyhow::Error>(String::from_utf8_lossy(&std::fs::read(path)?).into_owned());
+    let messages = read(&paths[1])?;
     if !status.success() {
-        let errors = read(&paths[1])?;
-        let last = errors.lines().rev().find(|line| !line.trim().is_empty()).unwrap_or("no message");
+        let last = messages.lines().rev().find(|line| !line.trim().is_empty()).unwrap_or("no message");
         bail!("{status}: {}", last.trim());
     }
-    Ok(Ended { seconds, output: read(&paths[0])? })
+    Ok(Ended { seconds, output: read(&paths[0])?, messages })
 }

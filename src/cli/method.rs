@@ -272,12 +272,12 @@ pub struct DeviceArgs {
 }
 
 impl DeviceArgs {
-    /// Opens the device asked for, here or in the environment.
+    /// Opens the device asked for, here or in the environment; with `timings` it times its kernels.
     ///
     /// # Errors
     /// [`Error::Device`] if there is none.
-    pub fn open(&self) -> rtfmesh::Result<Device> {
-        let mut wish = DeviceOptions::from_env();
+    pub fn open(&self, timings: bool) -> rtfmesh::Result<Device> {
+        let mut wish = DeviceOptions { timings, ..DeviceOptions::from_env() };
         if self.device.is_some() {
             wish.device.clone_from(&self.device);
         }

@@ -43,7 +43,7 @@ pub struct Args {
     attributes: AttributeArgs,
     #[command(flatten)]
     watch: WatchArgs,
-    /// Write a JSON report: options, device, topology, measures, timings
+    /// Write a JSON report: options, device, topology, measures, timings; timing every kernel takes time itself
     #[arg(long, value_name = "FILE.json")]
     report: Option<PathBuf>,
     /// Write a page for a browser: both meshes side by side to turn, charts, figures, timings
@@ -60,7 +60,8 @@ pub struct Args {
 pub fn run(args: &Args) -> Result<()> {
     let size = args.size.size()?;
     // All other options are checked before anything is read.
-    let measures = match (args.report.is_some() || args.html.is_some(), args.quiet) {
+    let wants_report = args.report.is_some() || args.html.is_some();
+    let measures = match (wants_report, args.quiet) {
         (true, _) => MeasureDepth::Full,
         (false, false) => MeasureDepth::Intersections,
         (false, true) => MeasureDepth::Basic,
@@ -75,7 +76,7 @@ pub fn run(args: &Args) -> Result<()> {
     options.features = args.method.read_features()?;
     let Some(target) = target.filter(|_| !args.dry_run) else { return dry_run(args, size, options) };
     let mut watch = Watch::new(&args.watch)?;
-    let (loaded, device) = rayon::join(|| load(args), || args.device.open());
+    let (loaded, device) = rayon::join(|| load(args), || args.device.open(wants_report));
     let loaded = loaded?;
     let repaired = count(size, &args.input, &loaded.mesh, &mut options, args.quiet)?;
     ask(args, &loaded, Some(target.format()), &mut options)?;

@@ -24,10 +24,14 @@ pub struct DeviceOptions {
     pub memory_bytes: Option<u64>,
     /// Puts a full barrier before every command. A result that differs from the normal one means a missing barrier.
     pub full_barriers: bool,
+    /// Times every kernel and copy, for [`StageTime::milliseconds`]. It holds the device up: on lavapipe by some 70 µs each,
+    /// half of the time of a run of 2,000 vertices.
+    pub timings: bool,
 }
 
 impl DeviceOptions {
-    /// Options from the environment: `RTFMESH_DEVICE`, and set to 1 `RTFMESH_VALIDATION`, `RTFMESH_FULL_BARRIERS`.
+    /// Options from the environment: `RTFMESH_DEVICE`, and set to 1 `RTFMESH_VALIDATION`, `RTFMESH_FULL_BARRIERS`. Nothing is
+    /// timed.
     pub fn from_env() -> Self {
         let on = |name| std::env::var_os(name).is_some_and(|v| v == "1");
         Self {
@@ -35,6 +39,7 @@ impl DeviceOptions {
             validation: on("RTFMESH_VALIDATION"),
             memory_bytes: None,
             full_barriers: on("RTFMESH_FULL_BARRIERS"),
+            timings: false,
         }
     }
 }
@@ -100,7 +105,7 @@ impl Device {
         Arc::clone(&self.shared.instance.messages)
     }
 
-    /// Time of all dispatches and copies since the last call, by name.
+    /// All dispatches and copies since the last call, by name, with their time if [`DeviceOptions::timings`] asks for it.
     pub fn take_timings(&self) -> Vec<StageTime> {
         std::mem::take(&mut *locked(&self.shared.timings)).into_list()
     }
@@ -167,6 +172,8 @@ impl Shared {
                 .or_else(|_| raw.create_pipeline_cache(&without, None))
                 .unwrap_or_default()
         };
+        let timestamp_bits = if options.timings { candidate.timestamp_bits } else { 0 };
+        let timestamp_mask = u64::MAX.checked_shr(64 - timestamp_bits).unwrap_or(0);
         // SAFETY: the queue was asked for above.
         let queue = unsafe { raw.get_device_queue(candidate.queue_family, 0) };
         let names = instance.names_objects().then(|| ext::debug_utils::Device::new(&instance.raw, &raw));
@@ -174,7 +181,7 @@ impl Shared {
             queue: Mutex::new(queue),
             queue_family: candidate.queue_family,
             pipeline_cache,
-            timestamp_mask: u64::MAX.checked_shr(64 - candidate.timestamp_bits).unwrap_or(0),
+            timestamp_mask,
             info: candidate.info,
             full_barriers: options.full_barriers,
             memory_bytes: options.memory_bytes,

@@ -10,7 +10,7 @@ pub struct StageTime {
     pub name: String,
     /// Number of dispatches.
     pub calls: u64,
-    /// Their total time on the device in milliseconds; `None` where the device has no timestamps.
+    /// Their total time on the device in milliseconds; `None` where the device has no timestamps, or nobody asked for them.
     pub milliseconds: Option<f64>,
 }
 
@@ -21,7 +21,7 @@ pub(super) struct Timings {
 }
 
 impl Timings {
-    /// Adds one dispatch; `nanoseconds` is `None` where the device has no timestamps.
+    /// Adds one dispatch; `nanoseconds` is `None` if it was not timed.
     pub fn add(&mut self, name: &'static str, nanoseconds: Option<f64>) {
         let (calls, sum, timed) = self.by_name.entry(name).or_insert((0, 0.0, true));
         *calls += 1;

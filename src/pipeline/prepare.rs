@@ -11,7 +11,7 @@ use crate::choices::{Face, listed, looks_for_vertices};
 use crate::gpu::Device;
 use crate::gpu::kernels::face::cell;
 use crate::mesh::frame::Frame;
-use crate::mesh::long_edges::halved;
+use crate::mesh::long_edges::{halved, halved_count};
 use crate::mesh::repair::{Repaired, repair_with};
 use crate::mesh::skeleton::{SkeletonOptions, user_edges};
 use crate::mesh::source::{Search, Traced, half_edges_after, vertex_values_after};
@@ -63,8 +63,8 @@ impl Prepared {
         let repaired = cleaned(mesh, repaired, options)?;
         heed(stop)?;
         let frame = Frame::of(&repaired.mesh)?;
+        check_memory(device, &repaired.mesh, options)?;
         let halved = with_vertices_near(&repaired.mesh, options);
-        check_memory(device, halved.as_ref().unwrap_or(&repaired.mesh), options)?;
         let divided = divide(&repaired.mesh, &frame, options, stop)?;
         heed(stop)?;
         let mut options = for_repaired(mesh, &repaired, options);
@@ -113,12 +113,24 @@ impl Prepared {
 
 /// The surface with edges of at most a spacing, for sites that look for triangles at vertices near them: of a long one they
 /// would miss the middle. Nothing if that is how it is, or nobody looks.
-pub(super) fn with_vertices_near(mesh: &TriMesh, options: &Options) -> Option<TriMesh> {
-    if options.method == Method::CoarseToFine || !looks_for_vertices(options) {
-        return None;
-    }
-    let most = mesh.triangles.len() + MOST_HALVED * options.vertices;
-    halved(mesh, spacing(mesh.area(), options.vertices), most)
+fn with_vertices_near(mesh: &TriMesh, options: &Options) -> Option<TriMesh> {
+    let length = longest_edge(mesh, options)?;
+    halved(mesh, length, mesh.triangles.len() + MOST_HALVED * options.vertices)
+}
+
+/// How long edges may be for sites that look for vertices near them.
+fn longest_edge(mesh: &TriMesh, options: &Options) -> Option<f64> {
+    let looked_for = options.method == Method::AllAtOnce && looks_for_vertices(options);
+    looked_for.then(|| spacing(mesh.area(), options.vertices))
+}
+
+/// About how many vertices and triangles a run has on the device of this input.
+pub(super) fn sizes_on_device(mesh: &TriMesh, options: &Options) -> [u64; 2] {
+    let [vertices, triangles] = [mesh.vertices.len(), mesh.triangles.len()];
+    let Some(length) = longest_edge(mesh, options) else { return [vertices, triangles].map(|n| n as u64) };
+    let most = MOST_HALVED as f64 * options.vertices as f64;
+    let more = (halved_count(mesh, length) - triangles as f64).min(most) as u64;
+    [vertices as u64 + more / 2, triangles as u64 + more]
 }
 
 /// The mesh as the options want it cleaned; `repaired` if there is one.
@@ -303,7 +315,7 @@ fn check_memory(device: &Device, input: &TriMesh, options: &Options) -> Result<(
         return refuse("one list of all sites", sites.saturating_mul(in_one), problem, limit / in_one);
     }
     // Curves, which take a little more, are not known yet.
-    let (fixed, each) = device_bytes(input, options, false);
+    let (fixed, each) = device_bytes(sizes_on_device(input, options), options, false);
     let total = fixed.saturating_add(sites.saturating_mul(each));
     let available = device.available_bytes();
     if total > available {

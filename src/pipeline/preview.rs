@@ -2,7 +2,7 @@
 
 use super::attempts::may_collapse;
 use super::plan::{Extent, LevelPlan, enough, levels};
-use super::prepare::{cleaned, device_bytes_per_site, for_repaired, wanted_edges, with_vertices_near};
+use super::prepare::{cleaned, device_bytes_per_site, for_repaired, sizes_on_device, wanted_edges};
 use super::sizes::{SizeWish, size_field};
 use super::spacing;
 use crate::choices::{Face, Projection};
@@ -134,9 +134,7 @@ pub fn preview_repaired(mesh: &TriMesh, repaired: Option<Repaired>, options: &Op
         corners: found.corners.len(),
         patches: by_patch(&found, &worth, interior),
         device_bytes: {
-            let halved = with_vertices_near(&unit, options);
-            let input = halved.as_ref().unwrap_or(&unit);
-            let (fixed, each) = device_bytes(input, options, curves.is_some());
+            let (fixed, each) = device_bytes(sizes_on_device(&unit, options), options, curves.is_some());
             fixed + each * options.vertices as u64
         },
     })
@@ -157,8 +155,8 @@ fn by_patch(found: &Skeleton, areas: &[f64], interior: usize) -> Vec<usize> {
     counts
 }
 
-/// About how many device bytes a run takes for its input, and for each vertex of the result.
-pub(super) fn device_bytes(input: &TriMesh, options: &Options, curves: bool) -> (u64, u64) {
+/// About how many device bytes a run takes for so many vertices and triangles, and for each vertex of the result.
+pub(super) fn device_bytes([vertices, triangles]: [u64; 2], options: &Options, curves: bool) -> (u64, u64) {
     let (records, more) = match options.method {
         Method::CoarseToFine => (RECORD_BYTES, SITE_BYTES + if curves { PINNED_BYTES } else { 0 }),
         Method::AllAtOnce => match (options.face, options.projection) {
@@ -171,7 +169,6 @@ pub(super) fn device_bytes(input: &TriMesh, options: &Options, curves: bool) -> 
     // Where edge lengths differ: a slope a triangle, a length a site.
     let (slope, length) = if options.sizing == Sizing::Uniform { (0, 0) } else { (16, 4) };
     let (_, each) = device_bytes_per_site(options);
-    let fixed = VERTEX_BYTES * input.vertices.len() as u64
-        + (TRIANGLE_BYTES + records + slope) * input.triangles.len() as u64;
+    let fixed = VERTEX_BYTES * vertices + (TRIANGLE_BYTES + records + slope) * triangles;
     (fixed, each + more + length)
 }

@@ -151,7 +151,7 @@ impl Batch<'_> {
             return Ok(0);
         }
         watch::heed()?;
-        let mut device = self.args.device.open()?;
+        let mut device = self.args.device.open(false)?;
         // A channel without room: one mesh is worked on, and one more waits.
         let (sender, receiver) = sync_channel(0);
         std::thread::scope(|scope| {
@@ -182,7 +182,7 @@ impl Batch<'_> {
                 // What is lost stays lost; the others get a new one.
                 let error = outcome.err().and_then(|error| error.downcast().ok());
                 if let Some(Error::DeviceLost(_)) = error {
-                    device = self.args.device.open()?;
+                    device = self.args.device.open(false)?;
                 }
             }
             Ok(failed)

@@ -1,6 +1,6 @@
 //! Edges where what is carried over breaks off: seams of the texture, borders between labels.
 
-use std::collections::HashMap;
+use std::collections::{HashMap, HashSet};
 
 use super::{Attributes, CornerUv, Role};
 use crate::mesh::TriMesh;
@@ -8,6 +8,8 @@ use crate::mesh::edges::{EdgeTable, Side};
 
 /// Texture coordinates nearer than this, in textures, are the same.
 const SAME_UV: f64 = 1e-6;
+/// Edges that break off at one end only, at one vertex: a cut that ends inside the texture has one, the pole of a globe all.
+const POLE: usize = 3;
 
 /// The triangles over the first vertex at each place, so that triangles with vertices of their own are joined.
 pub(super) fn joined(mesh: &TriMesh) -> Vec<[u32; 3]> {
@@ -33,24 +35,58 @@ fn sides_where(triangles: &[[u32; 3]], breaks: impl Fn(Side, Side) -> bool) -> V
     found
 }
 
-/// The sides across which the texture does not go on.
-pub(super) fn seams_of(triangles: &[[u32; 3]], uv: &CornerUv) -> Vec<u32> {
+/// Whether the texture breaks off at the ends of an edge between two sides, those of the first side in its order.
+fn broken_ends(triangles: &[[u32; 3]], uv: &CornerUv, one: Side, other: Side) -> [bool; 2] {
     let corners = triangles.as_flattened();
-    let near = |a: usize, b: usize| {
+    let differ = |a: usize, b: usize| {
         let [p, q] = [uv.values[a], uv.values[b]];
         let size = p.iter().chain(&q).fold(1.0, |size: f64, value| size.max(value.abs()));
-        (p[0] - q[0]).abs().max((p[1] - q[1]).abs()) <= SAME_UV * size
+        (p[0] - q[0]).abs().max((p[1] - q[1]).abs()) > SAME_UV * size
     };
-    sides_where(triangles, |one, other| {
-        let ((a, b), (c, d)) = (one.corners(), other.corners());
-        let (c, d) = if corners[a] == corners[c] { (c, d) } else { (d, c) };
-        !near(a, c) || !near(b, d)
-    })
+    let ((a, b), (c, d)) = (one.corners(), other.corners());
+    let (c, d) = if corners[a] == corners[c] { (c, d) } else { (d, c) };
+    [differ(a, c), differ(b, d)]
+}
+
+/// The sides across which the texture does not go on.
+pub(super) fn seams_of(triangles: &[[u32; 3]], uv: &CornerUv) -> Vec<u32> {
+    sides_where(triangles, |one, other| broken_ends(triangles, uv, one, other).contains(&true))
+}
+
+/// The vertices at which many edges break the texture off that hold it at their other ends.
+fn poles(triangles: &[[u32; 3]], uv: &CornerUv) -> HashSet<u32> {
+    let mut ends = HashMap::<u32, usize>::new();
+    for sides in EdgeTable::new(triangles).edges() {
+        let [one, other] = sides else { continue };
+        let (a, b) = one.corners();
+        let end = match broken_ends(triangles, uv, *one, *other) {
+            [true, false] => a,
+            [false, true] => b,
+            _ => continue,
+        };
+        *ends.entry(triangles.as_flattened()[end]).or_default() += 1;
+    }
+    ends.into_iter().filter(|(_, count)| *count >= POLE).map(|(vertex, _)| vertex).collect()
 }
 
 /// Sides `3 * triangle + k` of `mesh` along which its texture is cut, for [`crate::Options::held_sides`].
+///
+/// Edges that end at a pole, where a texture is drawn together in a point, are none if the texture goes on at their other
+/// ends: it would cut the surface into as many wedges as there are triangles around the pole.
 pub fn uv_seams(mesh: &TriMesh, attributes: &Attributes) -> Vec<u32> {
-    attributes.uv.as_ref().map_or_else(Vec::new, |uv| seams_of(&joined(mesh), uv))
+    let Some(uv) = &attributes.uv else { return Vec::new() };
+    let triangles = joined(mesh);
+    let poles = poles(&triangles, uv);
+    let at_pole = |corner: usize| poles.contains(&triangles.as_flattened()[corner]);
+    sides_where(&triangles, |one, other| {
+        let (a, b) = one.corners();
+        match broken_ends(&triangles, uv, one, other) {
+            [false, false] => false,
+            [true, true] => true,
+            [true, false] => !at_pole(a),
+            [false, true] => !at_pole(b),
+        }
+    })
 }
 
 /// Sides `3 * triangle + k` of `mesh` between triangles with different labels, for [`crate::Options::held_sides`].

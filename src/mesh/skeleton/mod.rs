@@ -13,6 +13,7 @@ mod patches;
 mod sharpness;
 mod sides;
 mod strips;
+mod wedges;
 
 use glam::DVec3;
 use serde::Serialize;
@@ -123,7 +124,7 @@ pub struct Dropped {
     pub twigs: usize,
     /// Their length in the mesh's units.
     pub twig_length: f64,
-    /// Patches too narrow for this spacing that lost an edge or two.
+    /// Patches too narrow for this spacing, or narrow where they end, that lost an edge or two.
     pub strips: usize,
     /// The length of these edges in the mesh's units.
     pub strip_length: f64,
@@ -186,6 +187,7 @@ pub fn skeleton(mesh: &TriMesh, options: &SkeletonOptions) -> Result<Skeleton> {
     let mut dropped = Dropped::default();
     crumbs::drop_crumbs(&mut graph, scale.spacing, &mut dropped);
     strips::drop_strips(&mut graph, &sides, scale.spacing, &mut dropped);
+    wedges::drop_wedges(&mut graph, &sides, scale.spacing, &mut dropped);
     if dropped.strips > 0 {
         crumbs::drop_crumbs(&mut graph, scale.spacing, &mut dropped);
     }

@@ -11,11 +11,11 @@ use super::sides::Sides;
 use super::{CurveKind, Dropped};
 
 /// A patch narrower than this many spacings is a strip.
-const NARROW: f64 = 0.25;
+pub(super) const NARROW: f64 = 0.25;
 /// It is a step if it turns each way along at least this share of its rim. No more of it may be other than sharp.
 const EACH_WAY: f64 = 0.25;
 /// The sides of a chamfer turn less than this many degrees together.
-const PLATE: f64 = 135.0;
+pub(super) const PLATE: f64 = 135.0;
 
 /// A patch as it borders on others.
 #[derive(Debug, Clone, Default)]
@@ -77,12 +77,12 @@ impl Strip {
 }
 
 /// The mean angle in degrees by which the surface turns at these links.
-fn mean_turn(graph: &Graph, links: &[u32]) -> f64 {
+pub(super) fn mean_turn(graph: &Graph, links: &[u32]) -> f64 {
     let turn = |link: &u32| graph.length(*link) * graph.links[*link as usize].turn;
     links.iter().map(turn).sum::<f64>() / length(graph, links).max(f64::MIN_POSITIVE)
 }
 
-fn length(graph: &Graph, links: &[u32]) -> f64 {
+pub(super) fn length(graph: &Graph, links: &[u32]) -> f64 {
     links.iter().map(|link| graph.length(*link)).sum()
 }
 
