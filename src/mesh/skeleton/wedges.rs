@@ -34,17 +34,23 @@ impl Chain {
         chain
     }
 
-    /// The links from the vertex on whose far ends are nearer to the other chain than `width`.
+    /// The links from the vertex on to where it is nearer to the other chain than `width` for the last time before it is twice
+    /// as far, and nearer on average.
     fn beside(&self, other: &Self, width: f64) -> &[u32] {
-        let mut gone = 0.0;
+        let (mut gone, mut sum) = (0.0, 0.0);
         let mut near = 0;
-        for ends in self.points.windows(2) {
-            gone += ends[0].distance(ends[1]);
+        for (k, ends) in self.points.windows(2).enumerate() {
+            let length = ends[0].distance(ends[1]);
+            gone += length;
             // Farther along the other one is farther away, but for one that comes back.
-            if other.distance(ends[1], 2.0 * gone + width) > width {
+            let distance = other.distance(ends[1], 2.0 * gone + width);
+            sum += length * distance;
+            if distance > 2.0 * width {
                 break;
             }
-            near += 1;
+            if distance.max(sum / gone) <= width {
+                near = k + 1;
+            }
         }
         &self.links[..near]
     }
