@@ -153,9 +153,9 @@ fn sector_of_neighbour(scene: &Scene, rings: &[Vec<u32>], s: usize, j: u32) -> O
 /// How many corners not exactly three cells of their patch see.
 pub(super) fn unshared(scene: &Scene, cells: &[Cell]) -> usize {
     let mut corners: Vec<[u32; 4]> = cells
-        .iter()
+        .par_iter()
         .enumerate()
-        .flat_map(|(s, cell)| {
+        .flat_map_iter(|(s, cell)| {
             let (i, patch) = (scene.sectors.site[s], scene.sectors.patch[s]);
             cell.corners.iter().map(move |&[j, k]| {
                 let [a, b, c] = smallest_first([i, j, k]);
@@ -169,21 +169,18 @@ pub(super) fn unshared(scene: &Scene, cells: &[Cell]) -> usize {
 
 /// Sectors, rising, with a site whose cell does not run along theirs where theirs runs along it.
 pub(super) fn one_sided(scene: &Scene, cells: &[Cell]) -> Vec<(usize, u32)> {
-    let mut edges: Vec<[u32; 3]> = cells
-        .iter()
-        .enumerate()
-        .flat_map(|(s, cell)| cell.edges.iter().map(move |&[j, t]| [t, scene.sectors.site[s], j]))
-        .collect();
-    edges.par_sort_unstable();
-    let both = |i: u32, &[j, t]: &[u32; 2]| edges.binary_search(&[t, j, i]).is_ok();
-    let mut wrong = Vec::new();
-    for (s, cell) in cells.iter().enumerate() {
-        let i = scene.sectors.site[s];
-        wrong.extend(cell.edges.iter().filter(|edge| !both(i, edge)).map(|[j, _]| (s, *j)));
-    }
-    wrong.sort_unstable();
-    wrong.dedup();
-    wrong
+    let sectors = &scene.sectors;
+    let of_sector = |s: usize| {
+        let (i, patch) = (sectors.site[s], sectors.patch[s]);
+        let runs_along =
+            move |&&[j, t]: &&[u32; 2]| sectors.in_patch(j, patch).any(|r| cells[r].edges.contains(&[i, t]));
+        let mut alone: Vec<u32> =
+            cells[s].edges.iter().filter(|edge| !runs_along(edge)).map(|[j, _]| *j).collect();
+        alone.sort_unstable();
+        alone.dedup();
+        alone.into_iter().map(move |j| (s, j))
+    };
+    (0..cells.len()).into_par_iter().flat_map_iter(of_sector).collect()
 }
 
 /// Turned so that the smallest index comes first.
