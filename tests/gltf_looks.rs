@@ -218,7 +218,7 @@ fn every_material_has_its_primitive() {
 #[test]
 fn extensions_of_looks_are_kept_and_others_noted() {
     let mut parts = textured(json!({ "uri": uri(&checker(0)) }));
-    parts["materials"][0]["extensions"] = json!({ "KHR_materials_unlit": {}, "KHR_materials_clearcoat": { "clearcoatTexture": { "index": 1 } }, "X_y": {} });
+    parts["materials"][0]["extensions"] = json!({ "KHR_materials_ior": { "ior": 1.4 }, "KHR_materials_clearcoat": { "clearcoatTexture": { "index": 1 } }, "X_y": {} });
     parts["materials"][0]["occlusionTexture"] = json!({ "index": 1, "texCoord": 1 });
     parts["materials"][0]["pbrMetallicRoughness"]["baseColorTexture"]["extensions"] =
         json!({ "KHR_texture_transform": { "offset": [0.5, 0.25] } });
@@ -233,7 +233,7 @@ fn extensions_of_looks_are_kept_and_others_noted() {
     let bytes = encode_with(Path::new("out"), &loaded.mesh, &loaded.attributes, GLB).unwrap();
     leave_glb(&bytes);
     let (json, _) = split(&bytes);
-    let used = ["KHR_materials_clearcoat", "KHR_materials_unlit", "KHR_texture_transform"];
+    let used = ["KHR_materials_clearcoat", "KHR_materials_ior", "KHR_texture_transform"];
     assert_eq!(json["extensionsUsed"], json!(used));
     let material = &json["materials"][0];
     assert_eq!(material["extensions"]["KHR_materials_clearcoat"]["clearcoatTexture"], json!({ "index": 0 }));
@@ -341,6 +341,10 @@ fn odd_materials_do_no_harm() {
         ("/materials/0", json!(7)),
         ("/materials/0/pbrMetallicRoughness", json!([])),
         ("/materials/0/pbrMetallicRoughness/baseColorTexture", json!(1)),
+        ("/materials/0/pbrMetallicRoughness/metallicFactor", json!("much")),
+        ("/materials/0/alphaMode", json!("SOME")),
+        ("/materials/0/emissiveFactor", json!([1])),
+        ("/samplers/0/wrapS", json!(3)),
         ("/materials/0/pbrMetallicRoughness/baseColorTexture/index", json!(-1)),
         ("/materials/0/pbrMetallicRoughness/baseColorTexture/index", json!(u64::MAX)),
         ("/textures/1", json!([])),
@@ -362,6 +366,14 @@ fn odd_materials_do_no_harm() {
         assert_eq!(loaded.mesh, plain.mesh, "{pointer} {value}");
         let bytes = encode_with(Path::new("out"), &loaded.mesh, &loaded.attributes, GLB).unwrap();
         leave_glb(&bytes);
+        // The crate of others takes it, too.
+        gltf::Gltf::from_slice(&bytes).unwrap();
         read_bytes_with_looks(&bytes, None).unwrap();
     }
+    let mut json = sphere(one, textured(json!({ "uri": picture })));
+    json["materials"][0]["alphaMode"] = json!("SOME");
+    assert_eq!(read(&json).notes, ["material 0 was left out: glTF has no such values"]);
+    json["materials"][0]["alphaMode"] = json!("BLEND");
+    json["samplers"][0]["wrapS"] = json!(3);
+    assert_eq!(read(&json).notes, ["sampler 0 was left out: glTF has no such values"]);
 }

@@ -3,7 +3,9 @@
 use std::borrow::Cow;
 use std::collections::{BTreeSet, HashMap};
 
+use gltf_json::validation::{Error as Fault, Validate};
 use serde::Deserialize;
+use serde::de::DeserializeOwned;
 use serde_json::{Map, Value, json};
 
 use super::accessors::Buffers;
@@ -73,8 +75,7 @@ pub(super) fn add(json: &[u8], buffers: &Buffers, loaded: &mut Loaded) -> Result
         notes: &mut loaded.notes,
     };
     for (index, material) in document.materials.iter().enumerate() {
-        let kept =
-            if used.contains(&index) { Value::Object(gathered.material(material)?) } else { Value::Null };
+        let kept = if used.contains(&index) { gathered.material(index, material)? } else { Value::Null };
         gathered.looks.materials.push(kept);
     }
     loaded.attributes.looks = Some(gathered.end());
@@ -106,9 +107,14 @@ struct Gathered<'a, 'b> {
 }
 
 impl Gathered<'_, '_> {
-    fn material(&mut self, material: &Value) -> Result<Map<String, Value>> {
+    fn material(&mut self, index: usize, material: &Value) -> Result<Value> {
         let known = |key: &str| Some((key.to_owned(), material.get(key)?.clone()));
-        self.object(&KEPT.into_iter().filter_map(known).collect())
+        let kept = Value::Object(self.object(&KEPT.into_iter().filter_map(known).collect())?);
+        if is_sound::<gltf_json::Material>(&kept) {
+            return Ok(kept);
+        }
+        self.notes.push(format!("material {index} was left out: glTF has no such values"));
+        Ok(Value::Null)
     }
 
     /// The object without what is not kept, with new numbers of textures.
@@ -224,9 +230,12 @@ impl Gathered<'_, '_> {
     fn sampler(&mut self, index: usize) -> Option<usize> {
         let sampler = self.document.samplers.get(index)?;
         let known = ["magFilter", "minFilter", "wrapS", "wrapT"].into_iter();
-        let kept: Map<String, Value> =
-            known.filter_map(|key| Some((key.to_owned(), sampler.get(key)?.clone()))).collect();
-        self.looks.samplers.push(Value::Object(kept));
+        let kept: Value = known.filter_map(|key| Some((key.to_owned(), sampler.get(key)?.clone()))).collect();
+        if !is_sound::<gltf_json::texture::Sampler>(&kept) {
+            self.notes.push(format!("sampler {index} was left out: glTF has no such values"));
+            return None;
+        }
+        self.looks.samplers.push(kept);
         Some(self.looks.samplers.len() - 1)
     }
 
@@ -288,6 +297,25 @@ impl Gathered<'_, '_> {
         }
         self.looks
     }
+}
+
+/// Whether a part of a file is as glTF has it, whatever its numbers refer to.
+fn is_sound<T: DeserializeOwned + Validate>(value: &Value) -> bool {
+    // Lists would be taken for objects whose names were left out.
+    let lists = |value: &Value| {
+        let objects = ["pbrMetallicRoughness", "extensions"];
+        let is_object = |key: &str| objects.contains(&key) || key.ends_with("Texture");
+        value.as_object().is_some_and(|all| all.iter().any(|(key, value)| is_object(key) && !value.is_object()))
+    };
+    if lists(value) || value.get("pbrMetallicRoughness").is_some_and(lists) {
+        return false;
+    }
+    let Ok(part) = serde_json::from_value::<T>(value.clone()) else { return false };
+    let mut sound = true;
+    part.validate(&gltf_json::Root::default(), gltf_json::Path::new, &mut |_, fault| {
+        sound &= fault == Fault::IndexOutOfBounds;
+    });
+    sound
 }
 
 /// Why there are no bytes.
