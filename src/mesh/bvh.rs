@@ -3,16 +3,16 @@
 use glam::DVec3;
 
 use super::TriMesh;
-use super::triangle::closest_on_triangle;
+use super::triangle::{closest_on_regular, closest_on_sliver, is_sliver};
 
-const LEAF_SIZE: usize = 4;
+const LEAF_SIZE: usize = 2;
 const BINS: usize = 16;
 /// Below this depth the heuristic may cut off one triangle at a time; halving then bounds the depth.
 const MAX_HEURISTIC_DEPTH: usize = 48;
 /// The heuristic's depth and one level for each halving of at most 2^32 triangles.
 const STACK: usize = MAX_HEURISTIC_DEPTH + 40;
 /// Subtrees below this size are built by one thread.
-const PARALLEL_SIZE: usize = 1 << 14;
+const PARALLEL_SIZE: usize = 1 << 11;
 /// Boxes are pruned only beyond the best distance by this factor, since both distances are rounded.
 const SLACK: f64 = 1.0 + 1e-12;
 
@@ -83,7 +83,14 @@ struct Node {
 pub struct Bvh {
     nodes: Vec<Node>,
     order: Vec<u32>,
-    corners: Vec<[DVec3; 3]>,
+    triangles: Vec<Corners>,
+}
+
+/// The corners of a triangle, and whether it is a sliver.
+#[derive(Debug, Clone, Copy)]
+struct Corners {
+    at: [DVec3; 3],
+    sliver: bool,
 }
 
 #[derive(Clone, Copy)]
@@ -105,8 +112,9 @@ impl Bvh {
             .collect();
         let nodes = if items.is_empty() { Vec::new() } else { build(&mut items, 0, 0) };
         let order: Vec<u32> = items.iter().map(|item| item.triangle).collect();
-        let corners = order.iter().map(|&t| mesh.corners(t as usize)).collect();
-        Self { nodes, order, corners }
+        let corners = |&t: &u32| mesh.corners(t as usize);
+        let triangles = order.iter().map(corners).map(|at| Corners { at, sliver: is_sliver(at) }).collect();
+        Self { nodes, order, triangles }
     }
 
     /// The triangles' indices in leaf order: neighbours in this list are near each other in space.
@@ -198,7 +206,8 @@ impl Bvh {
     }
 
     fn on_triangle(&self, rank: usize, p: DVec3) -> Closest {
-        let found = closest_on_triangle(p, self.corners[rank]);
+        let Corners { at, sliver } = self.triangles[rank];
+        let found = if sliver { closest_on_sliver(p, at) } else { closest_on_regular(p, at) };
         Closest {
             triangle: self.order[rank],
             point: found.point,
@@ -224,7 +233,7 @@ impl Bvh {
             if node.count > 0 {
                 let start = node.start_or_skip as usize;
                 for rank in start..start + node.count as usize {
-                    if Aabb::of(self.corners[rank]).overlaps(bounds) {
+                    if Aabb::of(self.triangles[rank].at).overlaps(bounds) {
                         visit(self.order[rank]);
                     }
                 }

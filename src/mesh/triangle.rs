@@ -19,12 +19,20 @@ pub struct TrianglePoint {
 ///
 /// Region test: Ericson, "Real-Time Collision Detection", 2005, section 5.1.5.
 pub fn closest_on_triangle(p: DVec3, corners: [DVec3; 3]) -> TrianglePoint {
+    if is_sliver(corners) { closest_on_sliver(p, corners) } else { closest_on_regular(p, corners) }
+}
+
+/// Whether a triangle is so thin that [`closest_on_regular`] would be wrong.
+pub(super) fn is_sliver([a, b, c]: [DVec3; 3]) -> bool {
+    let (ab, ac) = (b - a, c - a);
+    let longest_sq = ab.length_squared().max(ac.length_squared()).max((c - b).length_squared());
+    ab.cross(ac).length_squared() <= SLIVER_SQ * longest_sq * longest_sq
+}
+
+/// The point of a triangle that is no sliver closest to `p`.
+pub(super) fn closest_on_regular(p: DVec3, corners: [DVec3; 3]) -> TrianglePoint {
     let [a, b, c] = corners;
     let (ab, ac, ap) = (b - a, c - a, p - a);
-    let longest_sq = ab.length_squared().max(ac.length_squared()).max((c - b).length_squared());
-    if ab.cross(ac).length_squared() <= SLIVER_SQ * longest_sq * longest_sq {
-        return closest_on_sliver(p, corners);
-    }
     let (d1, d2) = (ab.dot(ap), ac.dot(ap));
     if d1 <= 0.0 && d2 <= 0.0 {
         return at(corners, [1.0, 0.0, 0.0]);
@@ -60,7 +68,7 @@ pub fn closest_on_triangle(p: DVec3, corners: [DVec3; 3]) -> TrianglePoint {
 
 /// Tries the three edges and the foot of the perpendicular. Whichever is nearest lies on the triangle, so
 /// that a rounded foot can only cost what the triangle's height is worth.
-fn closest_on_sliver(p: DVec3, corners: [DVec3; 3]) -> TrianglePoint {
+pub(super) fn closest_on_sliver(p: DVec3, corners: [DVec3; 3]) -> TrianglePoint {
     let [a, b, c] = corners;
     let normal = (b - a).cross(c - a);
     let weight = |from: DVec3, to: DVec3| (to - from).cross(p - from).dot(normal) / normal.length_squared();

@@ -102,9 +102,8 @@ pub fn fit_while(
         let Some(samples) = sheet.measure(&thirds, target, &mut ranks, &mut go_on) else { break };
         let stiffness: Vec<f64> = thirds.iter().map(|third| STIFFNESS * third).collect();
         let coupling: Vec<f64> = areas.iter().map(|area| COUPLING * area).collect();
-        let triangles = &links.triangles;
         let system = System {
-            triangles,
+            links: &links,
             samples: &samples,
             stiffness: &stiffness,
             coupling: &coupling,

@@ -1,7 +1,10 @@
 //! The normal equations of the fit, by conjugate gradients.
 
-use glam::{DMat3, DVec3};
+use std::ops::AddAssign;
 
+use glam::{DMat3, DVec3, Vec3Swizzles};
+
+use super::super::links::Links;
 use super::samples::{Inward, Sample, Samples};
 
 /// Weights of a face's corners at the samples on its edges and in its middle.
@@ -9,7 +12,7 @@ const WEIGHTS: [[f64; 3]; 4] = [[0.5, 0.5, 0.0], [0.0, 0.5, 0.5], [0.5, 0.0, 0.5
 
 /// What is to be as small as possible.
 pub(super) struct System<'a> {
-    pub triangles: &'a [[u32; 3]],
+    pub links: &'a Links,
     pub samples: &'a Samples,
     /// What the square of a move costs, for each vertex.
     pub stiffness: &'a [f64],
@@ -23,7 +26,8 @@ impl System<'_> {
     /// The moves after at most `steps` steps from none, with the 3 × 3 blocks of the diagonal as preconditioner. In one
     /// thread, so that the order of the sums is always the same.
     pub fn solve(&self, steps: u32) -> Vec<DVec3> {
-        let inverse = self.inverse_diagonal();
+        let matrix = self.matrix();
+        let inverse: Vec<DMat3> = matrix.vertices.iter().map(Symmetric::inverse).collect();
         let dot = |x: &[DVec3], y: &[DVec3]| -> f64 { x.iter().zip(y).map(|(a, b)| a.dot(*b)).sum() };
         let scaled = |r: &[DVec3]| -> Vec<DVec3> { r.iter().zip(&inverse).map(|(r, m)| *m * *r).collect() };
         let mut residual = self.right();
@@ -32,7 +36,7 @@ impl System<'_> {
         let mut direction = z.clone();
         let mut rho = dot(&residual, &z);
         for _ in 0..steps {
-            let product = self.apply(&direction);
+            let product = self.hold(matrix.apply(&direction));
             let curvature = dot(&direction, &product);
             if rho <= 0.0 || curvature <= 0.0 {
                 break;
@@ -52,22 +56,25 @@ impl System<'_> {
         moves
     }
 
-    /// Calls `visit` with the corners, their weights, and each sample on faces.
-    fn each(&self, mut visit: impl FnMut([u32; 3], [f64; 3], &Sample)) {
-        for (triangle, samples) in self.triangles.iter().zip(&self.samples.faces) {
+    /// Calls `visit` with the triangle, the weights of its corners, and each sample on faces.
+    fn each(&self, mut visit: impl FnMut(usize, [f64; 3], &Sample)) {
+        for (triangle, samples) in self.samples.faces.iter().enumerate() {
             for (sample, weights) in samples.iter().zip(WEIGHTS) {
-                visit(*triangle, weights, sample);
+                // Edges have theirs in one of their triangles.
+                if sample.direction != DVec3::ZERO {
+                    visit(triangle, weights, sample);
+                }
             }
         }
         for Inward { triangle, weights, sample } in &self.samples.inward {
-            visit(self.triangles[*triangle as usize], *weights, sample);
+            visit(*triangle as usize, *weights, sample);
         }
     }
 
     fn right(&self) -> Vec<DVec3> {
         let mut right: Vec<DVec3> = self.samples.corners.iter().map(|s| s.direction * s.distance).collect();
         self.each(|triangle, weights, s| {
-            for (v, w) in triangle.into_iter().zip(weights) {
+            for (v, w) in self.links.triangles[triangle].into_iter().zip(weights) {
                 right[v as usize] += s.direction * (s.distance * w);
             }
         });
@@ -79,42 +86,165 @@ impl System<'_> {
         x
     }
 
-    /// The matrix times `x`.
-    fn apply(&self, x: &[DVec3]) -> Vec<DVec3> {
-        let on_vertices = self.samples.corners.iter().zip(self.stiffness).zip(x);
-        let mut y: Vec<DVec3> =
-            on_vertices.map(|((s, k), x)| s.direction * s.direction.dot(*x) + *x * *k).collect();
-        self.each(|triangle, [p, q, r], s| {
-            let [a, b, c] = triangle.map(|v| v as usize);
-            let along = s.direction.dot(x[a] * p + x[b] * q + x[c] * r);
-            y[a] += s.direction * (along * p);
-            y[b] += s.direction * (along * q);
-            y[c] += s.direction * (along * r);
+    fn matrix(&self) -> Matrix {
+        let triangles = &self.links.triangles;
+        let (edges, of_half_edges) = self.edges();
+        let on_vertices = self.samples.corners.iter().zip(self.stiffness);
+        let vertices = on_vertices.map(|(s, k)| {
+            let mut block = Symmetric::outer(s.direction, 1.0);
+            block += Symmetric::scale(*k);
+            block
         });
-        for (triangle, coupling) in self.triangles.iter().zip(self.coupling) {
-            let [a, b, c] = triangle.map(|v| v as usize);
-            let sum = x[a] + x[b] + x[c];
-            for v in [a, b, c] {
-                y[v] += (x[v] * 3.0 - sum) * *coupling;
+        let mut matrix = Matrix { vertices: vertices.collect(), edges };
+        self.each(|triangle, weights, s| {
+            for k in 0..3 {
+                let (w, next) = (weights[k], weights[(k + 1) % 3]);
+                matrix.vertices[triangles[triangle][k] as usize] += Symmetric::outer(s.direction, w * w);
+                matrix.edges[of_half_edges[3 * triangle + k] as usize].1 +=
+                    Symmetric::outer(s.direction, w * next);
+            }
+        });
+        for (triangle, coupling) in self.coupling.iter().enumerate() {
+            for k in 0..3 {
+                matrix.vertices[triangles[triangle][k] as usize] += Symmetric::scale(2.0 * coupling);
+                matrix.edges[of_half_edges[3 * triangle + k] as usize].1 += Symmetric::scale(-coupling);
             }
         }
-        self.hold(y)
+        matrix
     }
 
-    fn inverse_diagonal(&self) -> Vec<DMat3> {
-        let outer = |d: DVec3| DMat3::from_cols(d * d.x, d * d.y, d * d.z);
-        let mut diagonal: Vec<DMat3> = (self.samples.corners.iter().zip(self.stiffness))
-            .map(|(s, k)| outer(s.direction) + DMat3::IDENTITY * *k)
-            .collect();
-        self.each(|triangle, weights, s| {
-            for (v, w) in triangle.into_iter().zip(weights) {
-                diagonal[v as usize] += outer(s.direction * w);
-            }
-        });
-        for (triangle, coupling) in self.triangles.iter().zip(self.coupling) {
-            triangle.iter().for_each(|v| diagonal[*v as usize] += DMat3::IDENTITY * (2.0 * coupling));
+    /// The edges, still without blocks, and that of each half-edge.
+    fn edges(&self) -> (Vec<([u32; 2], Symmetric)>, Vec<u32>) {
+        let corners = self.links.triangles.as_flattened();
+        let mut edges = Vec::with_capacity(corners.len() / 2);
+        let mut of_half_edges: Vec<u32> = Vec::with_capacity(corners.len());
+        for h in 0..corners.len() as u32 {
+            let edge = match self.links.twin(h) {
+                Some(twin) if twin < h => of_half_edges[twin as usize],
+                _ => {
+                    let next = if h % 3 == 2 { h - 2 } else { h + 1 };
+                    edges.push(([h, next].map(|h| corners[h as usize]), Symmetric::default()));
+                    edges.len() as u32 - 1
+                }
+            };
+            of_half_edges.push(edge);
         }
-        let invert = |m: DMat3| if m.determinant() > 0.0 { m.inverse() } else { DMat3::ZERO };
-        diagonal.into_iter().map(invert).collect()
+        (edges, of_half_edges)
+    }
+}
+
+/// A symmetric matrix of 3 × 3 blocks: those of vertices on the diagonal, and of the edges between two of them.
+struct Matrix {
+    vertices: Vec<Symmetric>,
+    edges: Vec<([u32; 2], Symmetric)>,
+}
+
+impl Matrix {
+    fn apply(&self, x: &[DVec3]) -> Vec<DVec3> {
+        let mut y: Vec<DVec3> = self.vertices.iter().zip(x).map(|(block, x)| block.apply(*x)).collect();
+        for ([a, b], block) in &self.edges {
+            let [a, b] = [*a as usize, *b as usize];
+            y[a] += block.apply(x[b]);
+            y[b] += block.apply(x[a]);
+        }
+        y
+    }
+}
+
+/// A symmetric 3 × 3 matrix.
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
+struct Symmetric {
+    /// xx, yy and zz.
+    on: DVec3,
+    /// yz, zx and xy.
+    off: DVec3,
+}
+
+impl Symmetric {
+    /// `weight` times the product of `d` with itself.
+    fn outer(d: DVec3, weight: f64) -> Self {
+        let scaled = d * weight;
+        Self { on: scaled * d, off: scaled.yzx() * d.zxy() }
+    }
+
+    fn scale(factor: f64) -> Self {
+        Self { on: DVec3::splat(factor), off: DVec3::ZERO }
+    }
+
+    fn apply(&self, x: DVec3) -> DVec3 {
+        self.on * x + self.off.zxy() * x.yzx() + self.off.yzx() * x.zxy()
+    }
+
+    /// The inverse; 0 for a matrix that is not positive definite.
+    fn inverse(&self) -> DMat3 {
+        let (on, off) = (self.on, self.off);
+        let full = DMat3::from_cols(
+            DVec3::new(on.x, off.z, off.y),
+            DVec3::new(off.z, on.y, off.x),
+            DVec3::new(off.y, off.x, on.z),
+        );
+        if full.determinant() > 0.0 { full.inverse() } else { DMat3::ZERO }
+    }
+}
+
+impl AddAssign for Symmetric {
+    fn add_assign(&mut self, other: Self) {
+        self.on += other.on;
+        self.off += other.off;
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use rand::{RngExt, SeedableRng};
+
+    /// The matrix is that of the sum of squares that the fit is to make small.
+    #[test]
+    fn the_matrix_is_that_of_the_costs() {
+        // The face 0 1 2 has a neighbour at one edge only.
+        let links = Links::new(vec![[0, 1, 2], [2, 1, 3]], 4, &[]);
+        let mut random = rand_pcg::Pcg64::seed_from_u64(7);
+        let mut vector = || DVec3::from_array(std::array::from_fn(|_| random.random_range(-1.0..1.0)));
+        let mut sample = || Sample { direction: vector(), distance: 0.5 };
+        let mut samples = Samples {
+            corners: (0..4).map(|_| sample()).collect(),
+            faces: (0..2).map(|_| std::array::from_fn(|_| sample())).collect(),
+            inward: vec![Inward { triangle: 1, weights: [0.2, 0.5, 0.3], sample: sample() }],
+        };
+        samples.faces[1][0] = Sample::default();
+        let system = System {
+            links: &links,
+            samples: &samples,
+            stiffness: &[0.1, 0.2, 0.3, 0.4],
+            coupling: &[0.5, 0.6],
+            locked: &[false; 4],
+        };
+        let x: Vec<DVec3> = (0..4).map(|_| vector()).collect();
+        let mut cost = 0.0;
+        for ((s, k), x) in samples.corners.iter().zip(system.stiffness).zip(&x) {
+            cost += s.direction.dot(*x).powi(2) + k * x.length_squared();
+        }
+        system.each(|t, weights, s| {
+            let moved: DVec3 = (0..3).map(|k| x[links.triangles[t][k] as usize] * weights[k]).sum();
+            cost += s.direction.dot(moved).powi(2);
+        });
+        for (t, coupling) in system.coupling.iter().enumerate() {
+            let [a, b, c] = links.triangles[t].map(|v| x[v as usize]);
+            cost +=
+                coupling * ((a - b).length_squared() + (b - c).length_squared() + (c - a).length_squared());
+        }
+        let matrix = system.matrix();
+        let product: f64 = matrix.apply(&x).iter().zip(&x).map(|(y, x)| y.dot(*x)).sum();
+        assert!((product - cost).abs() < 1e-12 * cost, "{product} {cost}");
+        // Not only along one direction: the diagonal's blocks are those that units meet.
+        for v in 0..4 {
+            for unit in [DVec3::X, DVec3::Y, DVec3::Z] {
+                let mut x = vec![DVec3::ZERO; 4];
+                x[v] = unit;
+                let column = matrix.apply(&x)[v];
+                assert!((matrix.vertices[v].inverse() * column - unit).length() < 1e-9);
+            }
+        }
     }
 }

@@ -305,7 +305,9 @@ fn is_sound<T: DeserializeOwned + Validate>(value: &Value) -> bool {
     let lists = |value: &Value| {
         let objects = ["pbrMetallicRoughness", "extensions"];
         let is_object = |key: &str| objects.contains(&key) || key.ends_with("Texture");
-        value.as_object().is_some_and(|all| all.iter().any(|(key, value)| is_object(key) && !value.is_object()))
+        value
+            .as_object()
+            .is_some_and(|all| all.iter().any(|(key, value)| is_object(key) && !value.is_object()))
     };
     if lists(value) || value.get("pbrMetallicRoughness").is_some_and(lists) {
         return false;
