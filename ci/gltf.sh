@@ -11,9 +11,10 @@ folder=${CARGO_TARGET_DIR:-target}/tmp/gltf
 files=("$folder"/*.glb)
 [ -f "${files[0]}" ] || { echo "gltf: no files: run the tests first" >&2; exit 1; }
 work=$(mktemp -d)
-# What is checked goes, so that no later run sees files of an older program.
-trap 'rm -r "$work" "$folder"' EXIT
-(cd "$work" && npm pack --silent "gltf-validator@$validator" >/dev/null && tar -xzf ./*.tgz)
-found=sha512-$(openssl dgst -sha512 -binary "$work/gltf-validator-$validator.tgz" | base64 -w0)
+trap 'rm -r "$work"' EXIT
+archive=$work/gltf-validator-$validator.tgz
+(cd "$work" && npm pack --silent "gltf-validator@$validator" >/dev/null)
+found=sha512-$(openssl dgst -sha512 -binary "$archive" | base64 -w0)
 [ "$found" = "$integrity" ] || { echo "gltf: gltf-validator $validator has the integrity $found" >&2; exit 1; }
+tar -xzf "$archive" -C "$work"
 node ci/gltf_check.js "$work/package" "${files[@]}"

@@ -30,6 +30,8 @@ step "fuzz targets" cargo check --quiet --manifest-path fuzz/Cargo.toml --no-def
 step "documentation" env RUSTDOCFLAGS="-D warnings" cargo doc --no-deps
 step "documentation examples" cargo test --doc
 step "examples" run_examples
+# Of an older program.
+rm -rf "${CARGO_TARGET_DIR:-target}/tmp/gltf"
 step "tests on device '$RTFMESH_DEVICE'" cargo test --lib --bins --tests
 step "GLB files under the Khronos validator" ./ci/gltf.sh
 step "the page in a browser" ./ci/page.sh

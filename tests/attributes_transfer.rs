@@ -224,6 +224,31 @@ fn the_poles_of_a_globe_are_no_seams() {
 }
 
 #[test]
+fn the_edges_of_a_star_are_seams() {
+    // A pyramid whose sides are unfolded around its base.
+    let base = [[1.0, 0.0], [0.0, 1.0], [-1.0, 0.0], [0.0, -1.0]];
+    let mut vertices: Vec<DVec3> = base.iter().map(|[x, y]| DVec3::new(*x, *y, 0.0)).collect();
+    vertices.push(DVec3::Z);
+    let mesh = TriMesh { vertices, triangles: vec![[0, 1, 4], [1, 2, 4], [2, 3, 4], [3, 0, 4]] };
+    let attributes =
+        uv_of(
+            &mesh,
+            |corner, centre| {
+                if corner.z > 0.5 { [3.0 * centre.x, 3.0 * centre.y] } else { [corner.x, corner.y] }
+            },
+        );
+    assert_eq!(uv_seams(&mesh, &attributes).len(), 2 * 4);
+    // Where three cuts meet and the texture goes on between them.
+    let mesh = plane(8, 0.0);
+    let middle = DVec3::new(0.5, 0.5, 0.0);
+    let attributes = uv_of(&mesh, |corner, centre| {
+        let third = ((centre - middle).truncate().to_angle() / TAU * 3.0).rem_euclid(3.0).floor();
+        if corner.distance(middle) < 1e-9 { [third, 0.0] } else { [corner.x, corner.y] }
+    });
+    assert_eq!(uv_seams(&mesh, &attributes).len(), 2 * 3);
+}
+
+#[test]
 fn a_cut_that_ends_inside_the_texture_stays_a_seam_to_its_end() {
     let mesh = plane(8, 0.0);
     // Opened like a dart on one line up to the middle.

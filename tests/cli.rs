@@ -154,7 +154,7 @@ fn the_report_tells_where_time_and_memory_went() {
         // A device without timestamps says null.
         assert!(kernel["milliseconds"].is_null() || kernel["milliseconds"].as_f64() > Some(0.0), "{kernel}");
     }
-    // Kernels are timed for a report alone.
+    // Kernels are timed for reports alone.
     let (_, table) = place.run("remesh in.ply out.ply -n 1000 --preset rtf --iterations 3 --report r.json");
     assert!(table.contains("device time") && table.contains("face.cell"), "{table}");
     let (_, table) = place.run("remesh in.ply out.ply -n 1000 --preset rtf --iterations 3");

@@ -66,6 +66,21 @@ fn what_does_not_fit_is_refused_before_it_begins() {
 }
 
 #[test]
+fn what_grows_with_the_count_is_in_the_advice() {
+    // Twelve triangles, which are divided for every site.
+    let input = sample("box").unwrap();
+    let options = |vertices| Options { iterations: 1, ..Options::rtf(vertices) };
+    let needed = |vertices| preview(&input, &options(vertices)).unwrap().device_bytes;
+    let available = needed(1_000);
+    let error = remesh(&limited(available), &input, &options(20_000), &mut |_| {}).unwrap_err();
+    let Error::OutOfMemory { bytes, remedy, .. } = &error else { panic!("{error:?}") };
+    assert_eq!(*bytes, needed(20_000));
+    let advised = remedy.split_whitespace().find_map(|word| word.parse::<usize>().ok()).unwrap();
+    assert!(advised >= 1_000, "{remedy}");
+    assert!(needed(advised) <= available && needed(advised + 1) > available, "{remedy}");
+}
+
+#[test]
 fn no_buffer_passes_the_limit() {
     let device = limited(1 << 20);
     let half = Buffer::<u32>::new(&device, "test.half", 1 << 17).unwrap();

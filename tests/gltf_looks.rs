@@ -342,7 +342,12 @@ fn odd_materials_do_no_harm() {
         ("/materials/0/pbrMetallicRoughness", json!([])),
         ("/materials/0/pbrMetallicRoughness/baseColorTexture", json!(1)),
         ("/materials/0/pbrMetallicRoughness/metallicFactor", json!("much")),
+        ("/materials/0/pbrMetallicRoughness/metallicFactor", json!(7)),
+        ("/materials/0/pbrMetallicRoughness/roughnessFactor", json!(null)),
+        ("/materials/0/pbrMetallicRoughness/baseColorFactor", json!([0.5, 1.0, -1.0, 1.0])),
+        ("/materials/0/pbrMetallicRoughness/baseColorTexture/extensions", json!([])),
         ("/materials/0/alphaMode", json!("SOME")),
+        ("/materials/0/alphaCutoff", json!(-1)),
         ("/materials/0/emissiveFactor", json!([1])),
         ("/samplers/0/wrapS", json!(3)),
         ("/materials/0/pbrMetallicRoughness/baseColorTexture/index", json!(-1)),
@@ -356,9 +361,10 @@ fn odd_materials_do_no_harm() {
         ("/textures/1/extensions", json!({ "EXT_texture_webp": 1, "KHR_texture_basisu": { "source": 7 } })),
     ] {
         let mut json = sphere(one, textured(json!({ "uri": picture })));
-        match json.pointer_mut(pointer) {
-            Some(old) => *old = value.clone(),
-            None => json["textures"][1]["extensions"] = value.clone(),
+        let (parent, key) = pointer.rsplit_once('/').unwrap();
+        match json.pointer_mut(parent).unwrap() {
+            Value::Array(values) => values[key.parse::<usize>().unwrap()] = value.clone(),
+            parent => parent[key] = value.clone(),
         }
         let bytes = json.to_string().into_bytes();
         let Ok(plain) = read_bytes(&bytes, None) else { continue };
@@ -372,7 +378,9 @@ fn odd_materials_do_no_harm() {
     }
     let mut json = sphere(one, textured(json!({ "uri": picture })));
     json["materials"][0]["alphaMode"] = json!("SOME");
-    assert_eq!(read(&json).notes, ["material 0 was left out: glTF has no such values"]);
+    let loaded = read(&json);
+    assert_eq!(loaded.notes, ["material 0 was left out: glTF has no such values"]);
+    assert_eq!(loaded.attributes.looks.unwrap().images().len(), 0, "nothing refers to its picture");
     json["materials"][0]["alphaMode"] = json!("BLEND");
     json["samplers"][0]["wrapS"] = json!(3);
     assert_eq!(read(&json).notes, ["sampler 0 was left out: glTF has no such values"]);

@@ -95,8 +95,11 @@ fn the_longest_go_first_while_there_is_room() {
 }
 
 #[test]
-fn edges_without_a_middle_end_with_the_room() {
-    let far = moved(&cube(), |v| v + DVec3::splat(1e16));
-    let made = halved(&far, 1e-3, 10_000);
-    assert!(made.is_none_or(|made| made.triangles.len() <= 10_000));
+fn edges_without_a_middle_stay() {
+    // Numbers there are 2 apart.
+    let far = moved(&cube(), |v| 16.0 * v + DVec3::splat(1e16));
+    assert!(longest(&far) > 16.0);
+    let made = halved(&far, 1e-3, MOST).unwrap();
+    assert!(longest(&made) < 4.0, "{}", longest(&made));
+    assert!(made.triangles.len() < 20 * 6 * 2 * 8 * 8, "{}", made.triangles.len());
 }

@@ -29,7 +29,11 @@ public:
         double* at = lbfgs_malloc(int(n_));
         std::memcpy(at, x, n_ * sizeof(double));
         // It ends at the last iteration, or where no step helps.
-        lbfgs(int(n_), at, nullptr, evaluate, progress, this, &parameters);
+        const int ended = lbfgs(int(n_), at, nullptr, evaluate, progress, this, &parameters);
+        if (ended < LBFGSERR_OUTOFINTERVAL) {
+            std::fprintf(stderr, "lbfgs: error %d\n", ended);
+            std::exit(1);
+        }
         std::memcpy(x, at, n_ * sizeof(double));
         lbfgs_free(at);
     }

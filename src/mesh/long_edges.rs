@@ -3,14 +3,24 @@
 use super::TriMesh;
 use super::edges::EdgeTable;
 use std::collections::HashMap;
+use std::sync::atomic::{AtomicBool, Ordering};
 
 /// Halves all edges longer than `length`, which is above 0, again and again, in the triangles on both sides alike; `None`
-/// if there are none. The longest go first, and what would make more than `most` triangles is left as it is.
+/// if there are none. The longest go first, and what would make more than `most` triangles is left as it is; so is an edge
+/// whose middle, rounded, is one of its ends.
 ///
 /// Vertices and the triangles without such edges keep their places; new ones follow.
 pub fn halved(mesh: &TriMesh, length: f64, most: usize) -> Option<TriMesh> {
+    halved_until(mesh, length, most, &AtomicBool::new(false))
+}
+
+/// As [`halved`]; once it is to `stop`, what it gives has no meaning.
+pub(crate) fn halved_until(mesh: &TriMesh, length: f64, most: usize, stop: &AtomicBool) -> Option<TriMesh> {
     let mut halved: Option<TriMesh> = None;
     loop {
+        if stop.load(Ordering::Relaxed) {
+            return None;
+        }
         let now = halved.as_ref().unwrap_or(mesh);
         match round(now, length, most) {
             Some(next) => halved = Some(next),
@@ -39,7 +49,10 @@ pub fn halved_count(mesh: &TriMesh, length: f64) -> f64 {
 fn round(mesh: &TriMesh, length: f64, most: usize) -> Option<TriMesh> {
     let table = EdgeTable::new(&mesh.triangles);
     let at = |v: u32| mesh.vertices[v as usize];
-    let long = |(a, b): (u32, u32)| at(a).distance(at(b));
+    let long = |(a, b): (u32, u32)| {
+        let has_middle = ![at(a), at(b)].contains(&at(a).midpoint(at(b)));
+        if has_middle { at(a).distance(at(b)) } else { 0.0 }
+    };
     let longest = table.edges().map(|sides| long(sides[0].ends())).fold(0.0, f64::max);
     let from = length.max(0.5 * longest);
     let mut vertices = mesh.vertices.clone();

@@ -11,9 +11,9 @@ use crate::choices::{Face, listed, looks_for_vertices};
 use crate::gpu::Device;
 use crate::gpu::kernels::face::cell;
 use crate::mesh::frame::Frame;
-use crate::mesh::long_edges::{halved, halved_count};
+use crate::mesh::long_edges::{halved_count, halved_until};
 use crate::mesh::repair::{Repaired, repair_with};
-use crate::mesh::skeleton::{SkeletonOptions, user_edges};
+use crate::mesh::skeleton::{SkeletonOptions, spacing_of, user_edges};
 use crate::mesh::source::{Search, Traced, half_edges_after, vertex_values_after};
 use crate::mesh::spacing;
 use crate::mesh::topology::{Topology, topology};
@@ -64,7 +64,8 @@ impl Prepared {
         heed(stop)?;
         let frame = Frame::of(&repaired.mesh)?;
         check_memory(device, &repaired.mesh, options)?;
-        let halved = with_vertices_near(&repaired.mesh, options);
+        let halved = with_vertices_near(&repaired.mesh, options, stop)?;
+        heed(stop)?;
         let divided = divide(&repaired.mesh, &frame, options, stop)?;
         heed(stop)?;
         let mut options = for_repaired(mesh, &repaired, options);
@@ -113,24 +114,29 @@ impl Prepared {
 
 /// The surface with edges of at most a spacing, for sites that look for triangles at vertices near them: of a long one they
 /// would miss the middle. Nothing if that is how it is, or nobody looks.
-fn with_vertices_near(mesh: &TriMesh, options: &Options) -> Option<TriMesh> {
-    let length = longest_edge(mesh, options)?;
-    halved(mesh, length, mesh.triangles.len() + MOST_HALVED * options.vertices)
+fn with_vertices_near(mesh: &TriMesh, options: &Options, stop: &AtomicBool) -> Result<Option<TriMesh>> {
+    let Some(length) = longest_edge(mesh, options)? else { return Ok(None) };
+    Ok(halved_until(mesh, length, mesh.triangles.len() + MOST_HALVED * options.vertices, stop))
 }
 
-/// How long edges may be for sites that look for vertices near them.
-fn longest_edge(mesh: &TriMesh, options: &Options) -> Option<f64> {
+/// How long edges may be for sites that look for vertices near them, in the mesh's units.
+fn longest_edge(mesh: &TriMesh, options: &Options) -> Result<Option<f64>> {
     let looked_for = options.method == Method::AllAtOnce && looks_for_vertices(options);
-    looked_for.then(|| spacing(mesh.area(), options.vertices))
+    looked_for.then(|| spacing_of(mesh, options.vertices)).transpose()
 }
 
 /// About how many vertices and triangles a run has on the device of this input.
-pub(super) fn sizes_on_device(mesh: &TriMesh, options: &Options) -> [u64; 2] {
+///
+/// # Errors
+/// As [`Frame::of`].
+pub(super) fn sizes_on_device(mesh: &TriMesh, options: &Options) -> Result<[u64; 2]> {
     let [vertices, triangles] = [mesh.vertices.len(), mesh.triangles.len()];
-    let Some(length) = longest_edge(mesh, options) else { return [vertices, triangles].map(|n| n as u64) };
+    let Some(length) = longest_edge(mesh, options)? else {
+        return Ok([vertices, triangles].map(|n| n as u64));
+    };
     let most = MOST_HALVED as f64 * options.vertices as f64;
     let more = (halved_count(mesh, length) - triangles as f64).min(most) as u64;
-    [vertices as u64 + more / 2, triangles as u64 + more]
+    Ok([vertices as u64 + more / 2, triangles as u64 + more])
 }
 
 /// The mesh as the options want it cleaned; `repaired` if there is one.
@@ -314,13 +320,32 @@ fn check_memory(device: &Device, input: &TriMesh, options: &Options) -> Result<(
         let problem = format!("but device '{name}' has {limit} in one buffer");
         return refuse("one list of all sites", sites.saturating_mul(in_one), problem, limit / in_one);
     }
-    // Curves, which take a little more, are not known yet.
-    let (fixed, each) = device_bytes(sizes_on_device(input, options), options, false);
-    let total = fixed.saturating_add(sites.saturating_mul(each));
+    let total = bytes_needed(input, options)?;
     let available = device.available_bytes();
     if total > available {
         let problem = format!("but device '{name}' has {available} for it");
-        return refuse("the run", total, problem, available.saturating_sub(fixed) / each);
+        return refuse("the run", total, problem, most_sites(input, options, available)?);
     }
     Ok(())
+}
+
+/// Bytes that a run takes on the device. Curves, which take a little more, are not known yet.
+fn bytes_needed(input: &TriMesh, options: &Options) -> Result<u64> {
+    let (fixed, each) = device_bytes(sizes_on_device(input, options)?, options, false);
+    Ok(fixed.saturating_add(each.saturating_mul(options.vertices as u64)))
+}
+
+/// The largest count, below that of the options, that a run has enough bytes for; 0 if there is none.
+fn most_sites(input: &TriMesh, options: &Options, available: u64) -> Result<u64> {
+    let mut options = options.clone();
+    let (mut enough, mut too_many) = (0, options.vertices);
+    while too_many - enough > 1 {
+        options.vertices = enough + (too_many - enough) / 2;
+        if bytes_needed(input, &options)? <= available {
+            enough = options.vertices;
+        } else {
+            too_many = options.vertices;
+        }
+    }
+    Ok(enough as u64)
 }

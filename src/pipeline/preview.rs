@@ -134,7 +134,8 @@ pub fn preview_repaired(mesh: &TriMesh, repaired: Option<Repaired>, options: &Op
         corners: found.corners.len(),
         patches: by_patch(&found, &worth, interior),
         device_bytes: {
-            let (fixed, each) = device_bytes(sizes_on_device(&unit, options), options, curves.is_some());
+            let (fixed, each) =
+                device_bytes(sizes_on_device(&repaired.mesh, options)?, options, curves.is_some());
             fixed + each * options.vertices as u64
         },
     })

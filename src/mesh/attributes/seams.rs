@@ -8,8 +8,9 @@ use crate::mesh::edges::{EdgeTable, Side};
 
 /// Texture coordinates nearer than this, in textures, are the same.
 const SAME_UV: f64 = 1e-6;
-/// Edges that break off at one end only, at one vertex: a cut that ends inside the texture has one, the pole of a globe all.
-const POLE: usize = 3;
+/// Edges at a pole, at least, that break off there and not at their other ends. A cut that ends inside the texture has one,
+/// the tip of a pyramid that is unfolded as a star three or four.
+const POLE: usize = 5;
 
 /// The triangles over the first vertex at each place, so that triangles with vertices of their own are joined.
 pub(super) fn joined(mesh: &TriMesh) -> Vec<[u32; 3]> {
@@ -53,20 +54,25 @@ pub(super) fn seams_of(triangles: &[[u32; 3]], uv: &CornerUv) -> Vec<u32> {
     sides_where(triangles, |one, other| broken_ends(triangles, uv, one, other).contains(&true))
 }
 
-/// The vertices at which many edges break the texture off that hold it at their other ends.
+/// The vertices at which all edges break the texture off, and many hold it at their other ends.
 fn poles(triangles: &[[u32; 3]], uv: &CornerUv) -> HashSet<u32> {
+    let corners = triangles.as_flattened();
     let mut ends = HashMap::<u32, usize>::new();
+    let mut whole = HashSet::new();
     for sides in EdgeTable::new(triangles).edges() {
         let [one, other] = sides else { continue };
         let (a, b) = one.corners();
-        let end = match broken_ends(triangles, uv, *one, *other) {
-            [true, false] => a,
-            [false, true] => b,
-            _ => continue,
-        };
-        *ends.entry(triangles.as_flattened()[end]).or_default() += 1;
+        let broken = broken_ends(triangles, uv, *one, *other);
+        for (end, here, there) in [(a, broken[0], broken[1]), (b, broken[1], broken[0])] {
+            if !here {
+                whole.insert(corners[end]);
+            } else if !there {
+                *ends.entry(corners[end]).or_default() += 1;
+            }
+        }
     }
-    ends.into_iter().filter(|(_, count)| *count >= POLE).map(|(vertex, _)| vertex).collect()
+    let is_pole = |(vertex, count): &(u32, usize)| *count >= POLE && !whole.contains(vertex);
+    ends.into_iter().filter(is_pole).map(|(vertex, _)| vertex).collect()
 }
 
 /// Sides `3 * triangle + k` of `mesh` along which its texture is cut, for [`crate::Options::held_sides`].

@@ -34,6 +34,12 @@ impl Chain {
         chain
     }
 
+    fn halve(&mut self) {
+        let links = self.links.len() / 2;
+        self.links.truncate(links);
+        self.points.truncate(links + 1);
+    }
+
     /// The links from the vertex on to where it is nearer to the other chain than `width` for the last time before it is twice
     /// as far, and nearer on average.
     fn beside(&self, other: &Self, width: f64) -> &[u32] {
@@ -94,7 +100,9 @@ fn wedge_at(graph: &Graph, sides: &Sides, vertex: u32, spacing: f64) -> Option<V
     if first.len() < 2 || (graph.degree(vertex) == 2 && bend(graph, vertex, spacing).is_none()) {
         return None;
     }
-    let chains: Vec<Chain> = first.iter().map(|link| Chain::new(graph, vertex, *link)).collect();
+    let mut chains: Vec<Chain> = first.iter().map(|link| Chain::new(graph, vertex, *link)).collect();
+    // Both ways around a loop, each to the middle.
+    chains.iter_mut().filter(|chain| chain.points.last() == chain.points.first()).for_each(Chain::halve);
     let pairs = (0..chains.len()).flat_map(|k| (0..k).map(move |m| [m, k]));
     pairs.map(|pair| pair.map(|k| &chains[k])).find_map(|[one, other]| {
         let parts = [one.beside(other, NARROW * spacing), other.beside(one, NARROW * spacing)];

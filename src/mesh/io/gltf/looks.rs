@@ -109,12 +109,13 @@ struct Gathered<'a, 'b> {
 impl Gathered<'_, '_> {
     fn material(&mut self, index: usize, material: &Value) -> Result<Value> {
         let known = |key: &str| Some((key.to_owned(), material.get(key)?.clone()));
-        let kept = Value::Object(self.object(&KEPT.into_iter().filter_map(known).collect())?);
-        if is_sound::<gltf_json::Material>(&kept) {
-            return Ok(kept);
+        let kept: Map<String, Value> = KEPT.into_iter().filter_map(known).collect();
+        let value = Value::Object(kept.clone());
+        if !is_sound::<gltf_json::Material>(&value) || !is_in_range(&value) {
+            self.notes.push(format!("material {index} was left out: glTF has no such values"));
+            return Ok(Value::Null);
         }
-        self.notes.push(format!("material {index} was left out: glTF has no such values"));
-        Ok(Value::Null)
+        Ok(Value::Object(self.object(&kept)?))
     }
 
     /// The object without what is not kept, with new numbers of textures.
@@ -299,17 +300,9 @@ impl Gathered<'_, '_> {
     }
 }
 
-/// Whether a part of a file is as glTF has it, whatever its numbers refer to.
+/// Whether the values of a part of a file have glTF's types, whatever they refer to; what extensions hold is theirs.
 fn is_sound<T: DeserializeOwned + Validate>(value: &Value) -> bool {
-    // Lists would be taken for objects whose names were left out.
-    let lists = |value: &Value| {
-        let objects = ["pbrMetallicRoughness", "extensions"];
-        let is_object = |key: &str| objects.contains(&key) || key.ends_with("Texture");
-        value
-            .as_object()
-            .is_some_and(|all| all.iter().any(|(key, value)| is_object(key) && !value.is_object()))
-    };
-    if lists(value) || value.get("pbrMetallicRoughness").is_some_and(lists) {
+    if !has_objects(value) {
         return false;
     }
     let Ok(part) = serde_json::from_value::<T>(value.clone()) else { return false };
@@ -318,6 +311,37 @@ fn is_sound<T: DeserializeOwned + Validate>(value: &Value) -> bool {
         sound &= fault == Fault::IndexOutOfBounds;
     });
     sound
+}
+
+/// Whether objects are where glTF has them, and nothing is null: serde takes lists, too, and null for what is not there.
+fn has_objects(value: &Value) -> bool {
+    let must = |key: &str| ["pbrMetallicRoughness", "extensions"].contains(&key) || key.ends_with("Texture");
+    match value {
+        Value::Null => false,
+        Value::Array(values) => values.iter().all(has_objects),
+        Value::Object(all) => {
+            all.iter().all(|(key, value)| (value.is_object() || !must(key)) && has_objects(value))
+        }
+        _ => true,
+    }
+}
+
+/// Whether a material's factors are those that glTF allows.
+fn is_in_range(material: &Value) -> bool {
+    let most = [
+        ("/pbrMetallicRoughness/baseColorFactor", 1.0),
+        ("/pbrMetallicRoughness/metallicFactor", 1.0),
+        ("/pbrMetallicRoughness/roughnessFactor", 1.0),
+        ("/occlusionTexture/strength", 1.0),
+        ("/emissiveFactor", 1.0),
+        ("/alphaCutoff", f64::INFINITY),
+    ];
+    most.iter().all(|(pointer, most)| {
+        let value = material.pointer(pointer);
+        let numbers = value.map(|value| value.as_array().map_or(std::slice::from_ref(value), Vec::as_slice));
+        let fits = |number: &Value| number.as_f64().is_some_and(|number| (0.0..=*most).contains(&number));
+        numbers.is_none_or(|numbers| numbers.iter().all(fits))
+    })
 }
 
 /// Why there are no bytes.
