@@ -7,6 +7,7 @@ use rtfmesh::mesh::attributes::{
     Attribute, Attributes, CornerUv, Kind, Role, label_borders, transfer, uv_seams,
 };
 use rtfmesh::mesh::quality::quality;
+use rtfmesh::mesh::repair::{RepairOptions, at_welded_places};
 use rtfmesh::mesh::samples::sample;
 use rtfmesh::{Options, Traced, TriMesh, remesh};
 use std::f64::consts::{PI, TAU};
@@ -221,6 +222,42 @@ fn the_poles_of_a_globe_are_no_seams() {
     }
     let worst = quality(&output).unwrap().theta_min;
     assert!(worst > 25.0, "an angle of {worst}");
+}
+
+#[test]
+fn cracks_that_are_welded_stay_seams() {
+    let (mut input, attributes) = globe(24, 12);
+    // Both sides of the meridian have vertices of their own, a hair apart.
+    let count = input.vertices.len() as u32;
+    let is_seam = |v: DVec3| v.y.abs() < 1e-9 && v.x > 1e-9;
+    let behind: Vec<bool> = (0..input.triangles.len()).map(|t| centre(&input, t).y < 0.0).collect();
+    let vertices = input.vertices.clone();
+    for (triangle, behind) in input.triangles.iter_mut().zip(behind) {
+        triangle.iter_mut().filter(|v| behind && is_seam(vertices[**v as usize])).for_each(|v| *v += count);
+    }
+    let apart = |v: &DVec3| *v - DVec3::Y * 1e-7;
+    input.vertices.extend(vertices.iter().map(apart));
+    assert_eq!(uv_seams(&input, &attributes).len(), 0);
+    let welded = at_welded_places(&input, &RepairOptions { weld: 1e-6, ..Default::default() }).unwrap();
+    let seams = uv_seams(&welded, &attributes);
+    assert_eq!(seams.len(), 2 * 12);
+    for held_sides in [Vec::new(), seams] {
+        let options = Options { held_sides, weld: 1e-6, feature_angle: 180.0, ..Options::new(400) };
+        let (output, carried) = run(&input, &attributes, options);
+        let values = carried.uv.unwrap().values;
+        for (triangle, got) in output.triangles.iter().zip(values.chunks(3)) {
+            let place = triangle.map(|v| output.vertices[v as usize].normalize());
+            if place.iter().any(|place| place.z.abs() > (PI / 6.0).cos()) {
+                continue;
+            }
+            for (place, got) in place.iter().zip(got) {
+                let turn = got[0] - place.y.atan2(place.x) / TAU;
+                assert!((turn - turn.round()).abs() < 0.02, "{got:?} {place}");
+            }
+            let [low, high] = [f64::min, f64::max].map(|f| got.iter().map(|uv| uv[0]).reduce(f).unwrap());
+            assert!(high - low < 0.25, "{got:?}");
+        }
+    }
 }
 
 #[test]

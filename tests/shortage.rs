@@ -3,6 +3,7 @@
 use crate::support::{assert_valid, device};
 use glam::DVec3;
 use rtfmesh::mesh::io::FeatureLine;
+use rtfmesh::mesh::repair::{RepairOptions, at_welded_places, repair};
 use rtfmesh::mesh::samples::sample;
 use rtfmesh::mesh::topology::topology;
 use rtfmesh::{Error, Features, Options, Remeshed, Result, Shortage, TriMesh, remesh};
@@ -90,4 +91,52 @@ fn the_lines_of_a_user_do_not_give_way() {
     assert!(matches!(error, Error::Usage { .. }), "{error:?}");
     let enough = advised(&error);
     assert_like(&input, &refused(enough).unwrap(), enough);
+}
+
+/// A sphere of longitude and latitude, open on every other edge of one meridian by less than anybody sees.
+fn cracked() -> TriMesh {
+    const AROUND: u32 = 32;
+    const ALONG: u32 = 16;
+    let mut mesh = TriMesh { vertices: vec![DVec3::NEG_Z, DVec3::Z], triangles: Vec::new() };
+    for j in 1..ALONG {
+        let (height, radius) = (std::f64::consts::PI * (f64::from(j) / f64::from(ALONG) - 0.5)).sin_cos();
+        for i in 0..=AROUND {
+            let (sin, cos) = (std::f64::consts::TAU * f64::from(i % AROUND) / f64::from(AROUND)).sin_cos();
+            let crack = if i == AROUND && j % 2 == 0 { -1e-15 } else { 0.0 };
+            mesh.vertices.push(DVec3::new(radius * cos, radius * sin + crack, height));
+        }
+    }
+    let at = |i: u32, j: u32| 2 + (j - 1) * (AROUND + 1) + i;
+    for i in 0..AROUND {
+        mesh.triangles.push([0, at(i + 1, 1), at(i, 1)]);
+        mesh.triangles.push([1, at(i, ALONG - 1), at(i + 1, ALONG - 1)]);
+        for j in 1..ALONG - 1 {
+            mesh.triangles.push([at(i, j), at(i + 1, j), at(i + 1, j + 1)]);
+            mesh.triangles.push([at(i, j), at(i + 1, j + 1), at(i, j + 1)]);
+        }
+    }
+    mesh
+}
+
+#[test]
+fn cracks_are_never_written_as_what_they_are_not() {
+    let input = cracked();
+    let repaired = repair(&input).unwrap().mesh;
+    assert!(topology(&repaired).nonmanifold_vertices > 0);
+    match run(&input, 600, Shortage::Refuse) {
+        Ok(result) => {
+            let (got, want) = (topology(&result.mesh), topology(&repaired));
+            assert_eq!(
+                (result.mesh.vertices.len(), got.euler, got.boundary_loops),
+                (600, want.euler, want.boundary_loops)
+            );
+        }
+        Err(Error::Input { remedy, .. }) => assert!(remedy.contains("--weld"), "{remedy}"),
+        Err(error) => panic!("{error:?}"),
+    }
+    assert!(run(&input, 600, Shortage::BestEffort).is_ok());
+    let welded = Options { weld: 1e-9, ..Options::new(600) };
+    let result = remesh(device(), &input, &welded, &mut |_| {}).unwrap();
+    let closed = at_welded_places(&input, &RepairOptions { weld: 1e-9, min_component: 0.0 }).unwrap();
+    assert_like(&repair(&closed).unwrap().mesh, &result, 600);
 }

@@ -2,6 +2,7 @@
 
 use rtfmesh::mesh::attributes::{Attributes, label_borders, transfer, uv_seams};
 use rtfmesh::mesh::io::{Format, Loaded};
+use rtfmesh::mesh::repair::{RepairOptions, at_welded_places};
 use rtfmesh::{Error, Method, Options, Remeshed, Traced, TriMesh};
 
 /// Which attributes a result gets from its input.
@@ -49,6 +50,11 @@ impl AttributeArgs {
         };
         options.held_sides.clear();
         let mut notes = Vec::new();
+        // Edges that a crack parts are seams and borders once it is closed. What cannot be mended the run itself tells.
+        let welding = options.weld > 0.0 && (self.keep_uv || self.keep_labels);
+        let repair = RepairOptions { weld: options.weld, min_component: 0.0 };
+        let welded = welding.then(|| at_welded_places(mesh, &repair).ok()).flatten();
+        let mesh = welded.as_ref().unwrap_or(mesh);
         if self.keep_uv {
             options.held_sides.extend(uv_seams(mesh, attributes));
             if attributes.uv.is_none() {

@@ -67,10 +67,11 @@ pub struct MethodArgs {
     /// Drop components of the input with less than this share of its area [default: 0]
     #[arg(long, value_name = "SHARE")]
     min_component: Option<f64>,
-    /// If the vertices do not suffice for a valid mesh, add as many as it takes
+    /// If the vertices do not suffice for a valid mesh, add as many as it takes (preset default)
     #[arg(long, conflicts_with = "best_effort")]
     vertices_at_least: bool,
-    /// If the vertices do not suffice for a valid mesh, write what there is, with a warning; else it is an error
+    /// If the vertices do not suffice for a valid mesh, write what there is, with a warning; else it is an error (preset
+    /// default; the others always write what there is)
     #[arg(long)]
     best_effort: bool,
     /// Seed of the random start [default: 1]

@@ -24,7 +24,7 @@ const EXAMPLES: &str = "Examples:
 pub struct Args {
     /// Mesh to read; - is standard input
     input: PathBuf,
-    /// Mesh to write; - is standard output
+    /// Mesh to write; - is standard output. Needed but for --dry-run
     #[arg(required_unless_present = "dry_run")]
     output: Option<PathBuf>,
     #[command(flatten)]

@@ -19,7 +19,7 @@ pub struct Args {
     /// Name of the model
     #[arg(requires = "output")]
     name: Option<String>,
-    /// Mesh to write; - is standard output
+    /// Mesh to write, if there is a name; - is standard output
     output: Option<PathBuf>,
     /// Format to write, whatever the extension: obj, ply, stl, off, glb or mesh, each also with .gz
     #[arg(long, value_name = "FORMAT")]

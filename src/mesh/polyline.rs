@@ -37,6 +37,13 @@ impl Polyline {
         self.along[k]
     }
 
+    /// The ways to the points between two ways, both excluded.
+    pub fn ways_between(&self, from: f64, to: f64) -> &[f64] {
+        let [first, last] =
+            [self.along.partition_point(|a| *a <= from), self.along.partition_point(|a| *a < to)];
+        &self.along[first..last.max(first)]
+    }
+
     /// The edge at a way, and the ways at which it begins and ends.
     pub fn edge(&self, way: f64) -> (usize, [f64; 2]) {
         let edge = self.along.partition_point(|a| *a <= way).clamp(1, self.along.len() - 1) - 1;

@@ -94,10 +94,11 @@ impl Attempts<'_> {
             begun => begun?,
         };
         let Some(fault) = begun.connection.fault.clone() else { return Ok(begun) };
-        // What is torn to begin with may stay so.
-        if !self.input.is_manifold() {
-            let mended = watch.during(|stop| self.mended(&begun, crossing, stop))?;
-            return Ok(mended.unwrap_or(begun));
+        // What is torn to begin with may stay so, and other starts are unlikely to do better.
+        if !self.input.is_manifold()
+            && let Some(mended) = watch.during(|stop| self.mended(&begun, crossing, stop))?
+        {
+            return Ok(mended);
         }
         for start in 1..STARTS {
             let other = run(&first, vertices, seed.wrapping_add(start), watch)?;
@@ -159,7 +160,10 @@ impl Attempts<'_> {
             fault.in_words(self.frame)
         );
         let more = more + self.done;
-        let remedy = if enough {
+        let remedy = if !self.input.is_manifold() {
+            let cracks = "mend the input there (--weld closes cracks)";
+            format!("{cracks}, ask for more than {more}, or take what comes with --best-effort")
+        } else if enough {
             format!("ask for {more}, let --vertices-at-least add them, or take what comes with --best-effort")
         } else {
             format!("ask for more than {more}, or take what comes with --best-effort")

@@ -333,7 +333,7 @@ fn settled(
         })?,
     };
     if settled.connection.mesh.triangles.is_empty() {
-        let problem = format!("{} sites are too few to connect this surface", options.vertices);
+        let problem = format!("{} vertices are too few to connect this surface", options.vertices);
         return Err(Error::input(None, problem, "ask for more vertices"));
     }
     Ok(settled)

@@ -194,6 +194,16 @@ mod tests {
     }
 
     #[test]
+    fn the_count_that_long_curves_need_is_found_at_once() {
+        let mut mesh = sample("box").unwrap();
+        mesh.vertices.iter_mut().for_each(|p| *p *= glam::DVec3::new(1e6, 1.0, 1e-3));
+        let curves = curves_of(&mesh);
+        let enough = enough(&curves, mesh.area(), 800);
+        let on = |n: usize| 1.0 - even(&curves, mesh.area(), n).interior as f64 / n as f64;
+        assert!(enough > 1_000_000 && on(enough) <= MOST_ON_CURVES && on(enough - 1) > MOST_ON_CURVES);
+    }
+
+    #[test]
     fn too_few_sites_for_the_curves_are_refused_with_a_count_that_does() {
         let mesh = sample("box").unwrap();
         for count in [4, 8, 20] {

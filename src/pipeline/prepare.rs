@@ -303,14 +303,17 @@ pub(super) fn device_bytes_per_site(options: &Options) -> (u64, u64) {
     }
 }
 
+/// What helps where memory is short.
+const LARGER: &str = "use a larger device, or a higher --device-memory if that is the limit";
+
 /// Refuses a count whose largest buffers cannot exist, or that needs more than there is, before anything is made.
 fn check_memory(device: &Device, input: &TriMesh, options: &Options) -> Result<()> {
     let name = &device.info().name;
     let sites = options.vertices as u64;
     let refuse = |what: &str, bytes: u64, problem: String, most: u64| {
         let remedy = match most {
-            0 => "simplify the input first, or use a larger device".to_owned(),
-            most => format!("ask for at most {most} vertices, or use a larger device"),
+            0 => format!("simplify the input first, or {LARGER}"),
+            most => format!("ask for at most {most} vertices, or {LARGER}"),
         };
         Err(Error::OutOfMemory { what: what.to_owned(), bytes, problem, remedy })
     };

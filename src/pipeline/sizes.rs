@@ -49,13 +49,19 @@ pub(super) fn size_field(
     };
     let [least, largest] = [(options.min_edge, 1.0 / RANGE), (options.max_edge, RANGE)]
         .map(|(length, share)| length.map_or(share * spacing, |length| length.share_of(diagonal)));
+    let decimals = (4.0 - diagonal.log10().floor()).clamp(0.0, 300.0) as usize;
+    let in_units = |length: f64| format!("{:.decimals$}", length * diagonal);
+    if least > largest && options.min_edge.is_some() && options.max_edge.is_some() {
+        let problem = format!("--min-edge {} is more than --max-edge {}", in_units(least), in_units(largest));
+        return Err(Error::usage(problem, "make the one shorter or the other longer"));
+    }
     if least > spacing || largest < spacing {
         let (name, length) = if least > spacing { ("min-edge", least) } else { ("max-edge", largest) };
         let problem = format!(
             "--{name} {} does not go with {} vertices, whose edges have {} on average",
-            length * diagonal,
+            in_units(length),
             options.vertices,
-            spacing * diagonal
+            in_units(spacing)
         );
         return Err(Error::usage(problem, "ask for another number of vertices, or another length"));
     }

@@ -51,10 +51,11 @@ impl SurfaceCurves {
     pub fn count(&self, spacing: f64) -> CurveCounts {
         let mut counts = CurveCounts { sites: self.corners.len(), ..Default::default() };
         for curve in &self.curves {
-            let segments = ways(curve, spacing).len() - 1;
-            counts.sites += if curve.line.is_closed() { segments } else { segments - 1 };
-            counts.segments += segments;
-            counts.sides += curve.sides * segments;
+            let segments = segments(curve, spacing);
+            let sites = if curve.line.is_closed() { segments } else { segments - 1 };
+            counts.sites = counts.sites.saturating_add(sites);
+            counts.segments = counts.segments.saturating_add(segments);
+            counts.sides = counts.sides.saturating_add(curve.sides.saturating_mul(segments));
         }
         counts
     }
@@ -118,43 +119,92 @@ impl SurfaceCurves {
 /// The ways to the sites on a curve, from its beginning to its end, both included.
 fn ways(curve: &CurvePath, spacing: f64) -> Vec<f64> {
     let mut ways = vec![0.0];
-    bent(curve, [0.0, curve.line.length()], spacing, &mut ways);
-    if ways.len() > curve.fewest {
-        return ways;
-    }
-    let mut ways = vec![0.0];
-    evenly(curve, [0.0, curve.line.length()], curve.fewest, &mut ways);
+    stretches(curve, spacing, &mut |even| ways.extend((1..=even.count).map(|k| even.end(k))));
     ways
 }
 
-/// Ways after the first of a stretch, up to its last: at equal distances, or if those cut off a bend, those of the stretches
-/// on both sides of it.
-fn bent(curve: &CurvePath, [from, to]: [f64; 2], spacing: f64, ways: &mut Vec<f64>) {
-    let (line, begin) = (&curve.line, ways.len());
+/// How many segments the [`ways`] make, in time that does not grow with their number.
+fn segments(curve: &CurvePath, spacing: f64) -> usize {
+    let mut count: usize = 0;
+    stretches(curve, spacing, &mut |even| count = count.saturating_add(even.count));
+    count
+}
+
+/// Shows the parts of a curve in which sites stand at equal distances, in their order.
+fn stretches(curve: &CurvePath, spacing: f64, show: &mut impl FnMut(&Even)) {
+    let whole = [0.0, curve.line.length()];
+    let mut found = Vec::new();
+    bent(curve, whole, spacing, &mut found);
+    let count = found.iter().fold(0, |sum: usize, even| sum.saturating_add(even.count));
+    if count >= curve.fewest {
+        found.iter().for_each(show);
+    } else {
+        show(&Even::new(curve, whole, curve.fewest));
+    }
+}
+
+/// A stretch of a curve in parts that are equal as measured.
+struct Even<'a> {
+    curve: &'a CurvePath,
+    stretch: [f64; 2],
+    measures: [f64; 2],
+    count: usize,
+}
+
+impl<'a> Even<'a> {
+    fn new(curve: &'a CurvePath, stretch: [f64; 2], count: usize) -> Self {
+        Self { curve, stretch, measures: stretch.map(|way| curve.measure(way)), count }
+    }
+
+    /// The way to the end of part `k`, to the beginning of the first for 0.
+    fn end(&self, k: usize) -> f64 {
+        let [from, to] = self.measures;
+        match k {
+            0 => self.stretch[0],
+            _ if k == self.count => self.stretch[1],
+            _ => self.curve.way(from + (to - from) * k as f64 / self.count as f64),
+        }
+    }
+
+    /// The parts with points of the curve inside, in their order.
+    fn bent_parts(&self) -> impl Iterator<Item = [f64; 2]> {
+        let [from, to] = self.measures;
+        let mut last = 0;
+        self.curve.line.ways_between(self.stretch[0], self.stretch[1]).iter().filter_map(move |way| {
+            let share = (self.curve.measure(*way) - from) / (to - from);
+            let mut k = ((share * self.count as f64).ceil() as usize).clamp(1, self.count);
+            while k > 1 && self.end(k - 1) >= *way {
+                k -= 1;
+            }
+            while k < self.count && self.end(k) < *way {
+                k += 1;
+            }
+            (std::mem::replace(&mut last, k) != k).then(|| [self.end(k - 1), self.end(k)])
+        })
+    }
+}
+
+/// Adds a stretch, at equal distances, or if those cut off a bend, the stretches on both sides of it.
+fn bent<'a>(curve: &'a CurvePath, [from, to]: [f64; 2], spacing: f64, found: &mut Vec<Even<'a>>) {
     let measured = curve.measure(to) - curve.measure(from);
-    evenly(curve, [from, to], (measured / spacing).round().max(1.0) as usize, ways);
+    let even = Even::new(curve, [from, to], (measured / spacing).round().max(1.0) as usize);
     let cut_off = |way: f64, stray: f64| {
         let spacing = spacing * curve.size(way);
         let gap = spacing * if stray > FAR_STRAY * spacing { RAGGED_GAP } else { LEAST_GAP };
         stray > MAX_STRAY * spacing && way - from >= gap && to - way >= gap
     };
-    let chords = (begin..ways.len()).map(|k| [ways[k - 1], ways[k]]);
-    let worst = chords
-        .flat_map(|[a, b]| line.strays(a, b))
+    let worst = even
+        .bent_parts()
+        .flat_map(|[a, b]| curve.line.strays(a, b))
         .filter(|(way, stray)| cut_off(*way, *stray))
         .reduce(|best, new| if new.1 > best.1 { new } else { best });
-    if let Some((bend, _)) = worst {
-        ways.truncate(begin);
-        bent(curve, [from, bend], spacing, ways);
-        bent(curve, [bend, to], spacing, ways);
+    match worst {
+        Some((bend, _)) => {
+            bent(curve, [from, bend], spacing, found);
+            bent(curve, [bend, to], spacing, found);
+        }
+        None => found.push(even),
     }
-}
-
-/// The ends of `count` parts of a stretch, equal as measured.
-fn evenly(curve: &CurvePath, stretch: [f64; 2], count: usize, ways: &mut Vec<f64>) {
-    let [from, to] = stretch.map(|way| curve.measure(way));
-    ways.extend((1..count).map(|k| curve.way(from + (to - from) * k as f64 / count as f64)));
-    ways.push(stretch[1]);
 }
 
 impl CurveSites {

@@ -75,6 +75,8 @@ fn check_looks(file: &[u8], plain: &Loaded) {
     let Ok(bytes) = encode_with(Path::new("again"), &loaded.mesh, &loaded.attributes, glb) else { return };
     let again = read_bytes_with_looks(&bytes, Some(glb)).expect("what was written can be read");
     assert!(again.attributes.looks.is_none_or(|again| again.images().len() == looks.images().len()));
+    // What is written is as glTF has it.
+    assert!(!again.notes.iter().any(|note| note.contains("left out")), "{:?}", again.notes);
 }
 
 fn again(loaded: &Loaded, format: Format) -> Loaded {

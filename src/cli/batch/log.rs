@@ -106,6 +106,10 @@ impl Log {
     /// # Errors
     /// [`Error::Output`] if it cannot be read or written.
     pub fn open(path: &Path) -> rtfmesh::Result<Self> {
+        if path == Path::new("-") {
+            let error = std::io::Error::other("- is standard output, and the log is read, too");
+            return Err(unusable(path, &error));
+        }
         let opened = OpenOptions::new().read(true).append(true).create(true).open(path);
         let mut file = opened.map_err(|error| unusable(path, &error))?;
         let mut bytes = Vec::new();

@@ -47,14 +47,16 @@ pub(super) fn corner_uv(input: &TriMesh, uv: &CornerUv, source: &Source, output:
 impl<'a> Charts<'a> {
     fn new(input: &'a TriMesh, uv: &'a CornerUv) -> Self {
         let triangles = joined(input);
-        let cuts = seams_of(&triangles, uv);
         let mut mates = half_edge_mates(&triangles);
-        for cut in &cuts {
-            mates[*cut as usize] = NO_MATE;
+        for cut in seams_of(&triangles, uv) {
+            mates[cut as usize] = NO_MATE;
         }
         let (low, high) = input.bounds().unwrap_or_default();
         let (centre, size) = (0.5 * low + 0.5 * high, (0.5 * high - 0.5 * low).max_element());
         let size = if size > 0.0 { size } else { 1.0 };
+        // Open edges too: what is beyond a crack that was closed is another piece of texture.
+        let cuts: Vec<u32> =
+            (0..).zip(&mates).filter(|(_, mate)| **mate == NO_MATE).map(|(half, _)| half).collect();
         let corners = input.triangles.as_flattened();
         let next = |half: u32| if half % 3 == 2 { half - 2 } else { half + 1 };
         let ends = cuts.iter().flat_map(|half| [*half, next(*half)]);

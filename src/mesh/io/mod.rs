@@ -200,9 +200,13 @@ fn repeated<T: Copy + Ord>(values: &[T], sorted: &mut Vec<T>) -> Option<T> {
 /// `text` cut to a length that fits into an error line, control characters shown as escapes.
 fn excerpt(text: &str) -> String {
     const LONGEST: usize = 40;
-    let mut short: String = text.chars().take(LONGEST).flat_map(char::escape_debug).collect();
-    if text.chars().nth(LONGEST).is_some() {
-        short.push_str("...");
+    let mut short = String::new();
+    for escaped in text.chars().map(char::escape_debug) {
+        if short.chars().count() + escaped.len() > LONGEST {
+            short.push_str("...");
+            break;
+        }
+        short.extend(escaped);
     }
     short
 }

@@ -208,8 +208,11 @@ pub fn check_target(path: &Path) -> Result<()> {
 /// # Errors
 ///
 /// [`Error::Output`]: the folder is missing or may not be written to; the target is a directory, a device or
-/// read-only.
+/// read-only, or `-`, which stands for standard output where meshes are written.
 pub fn check_text_target(path: &Path) -> Result<()> {
+    if path == Path::new("-") {
+        return Err(failed(path, "- is standard output, which takes a mesh alone", "name a file"));
+    }
     temporary(&place_of(path)?, path).map(drop)
 }
 

@@ -13,6 +13,7 @@ use glam::DVec3;
 use serde::Serialize;
 
 use super::TriMesh;
+use super::point_tree::PointTree;
 use crate::{Error, Result};
 pub(crate) use parts::parts;
 
@@ -87,6 +88,23 @@ impl RepairCounts {
 /// See there.
 pub fn repair(mesh: &TriMesh) -> Result<Repaired> {
     repair_with(mesh, &RepairOptions::default())
+}
+
+/// The mesh with its vertices where [`repair_with`] welds them to; faces keep their numbers, those that it drops too. What
+/// attributes say of edges then holds for cracks that are closed.
+///
+/// # Errors
+///
+/// As [`repair_with`].
+pub fn at_welded_places(mesh: &TriMesh, options: &RepairOptions) -> Result<TriMesh> {
+    let repaired = repair_with(mesh, options)?.mesh;
+    let tree = PointTree::new(&repaired.vertices);
+    let reach = mesh.bounds().map_or(0.0, |(low, high)| options.weld * (high - low).length());
+    let welded = |p: &DVec3| {
+        let nearest = tree.nearest(*p).map(|v| repaired.vertices[v as usize]);
+        nearest.filter(|place| place.distance(*p) <= reach).unwrap_or(*p)
+    };
+    Ok(TriMesh { vertices: mesh.vertices.iter().map(welded).collect(), triangles: mesh.triangles.clone() })
 }
 
 /// Welds vertices at exactly equal positions (-0.0 equals 0.0), then drops faces without an area, repeated faces
