@@ -116,11 +116,17 @@ fn colours_tell_quality_and_distance() {
         let light = |c: Colour| c.iter().map(|part| u32::from(*part)).sum::<u32>();
         assert!(light(good) > 2 * light(bad), "{good:?} {bad:?}");
     }
-    let found = distance_colours(&union(&plane(2, 0.0), &plane(2, 0.5)), &plane(3, 0.0)).unwrap();
-    assert_eq!((found.largest, found.colours.len()), (0.5, 16));
+    let both = [union(&plane(2, 0.0), &plane(2, 0.5)), plane(2, 0.25), plane(2, 1e-9)];
+    let [found, halfway, rounding] = &distance_colours(&both, &plane(3, 0.0)).unwrap()[..] else { panic!() };
+    assert_eq!((found.largest, found.colours.len(), halfway.largest), (0.5, 16, 0.25));
+    assert!(![found.colours[0], found.colours[8]].contains(&halfway.colours[0]), "one scale for all");
+    assert_eq!(rounding.colours[0], found.colours[0]);
+    let alone = distance_colours(&both[2..], &plane(3, 0.0)).unwrap();
+    let near = alone[0].colours[0].iter().zip(&found.colours[0]).all(|(a, b)| a.abs_diff(*b) < 8);
+    assert!(near, "rounding is not far off: {:?}", alone[0].colours[0]);
     assert!(found.colours[..8].iter().all(|c| *c == found.colours[0]));
     assert!(found.colours[8..].iter().all(|c| *c == found.colours[8] && *c != found.colours[0]));
-    assert!(distance_colours(&cube(), &TriMesh::default()).is_err());
+    assert!(distance_colours(&[cube()], &TriMesh::default()).is_err());
 }
 
 #[test]

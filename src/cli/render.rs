@@ -63,7 +63,7 @@ enum Colouring {
     Plain,
     /// Triangle quality: light for equilateral, dark for slivers
     Quality,
-    /// Distance from --against: pale at it, dark red where it is farthest off
+    /// Distance from --against: pale at it, dark red where one of the meshes is farthest off
     Distance,
 }
 
@@ -81,22 +81,19 @@ pub fn run(args: &Args) -> Result<()> {
     let reference =
         args.against.as_ref().map(|path| Ok::<_, Error>((path, args.input_format.load_other(path)?.mesh)));
     let reference = reference.transpose()?;
-    let mut colours = Vec::new();
+    let colours = match (args.color, &reference) {
+        (Colouring::Quality, _) => meshes.iter().map(quality_colours).collect(),
+        (Colouring::Distance, Some((against, reference))) => {
+            let found = distance_colours(&meshes, reference).map_err(|e| e.in_file(input_name(against)))?;
+            for (path, found) in args.meshes.iter().zip(&found) {
+                tell(&format!("{}: at most {:.6} off\n", input_name(path).display(), found.largest));
+            }
+            found.into_iter().map(|found| found.colours).collect()
+        }
+        (Colouring::Plain | Colouring::Distance, _) => vec![Vec::new(); meshes.len()],
+    };
     let mut lines = Vec::new();
     for (path, mesh) in args.meshes.iter().zip(&meshes) {
-        colours.push(match (args.color, &reference) {
-            (Colouring::Quality, _) => quality_colours(mesh),
-            (Colouring::Distance, Some((against, reference))) => {
-                let found = distance_colours(mesh, reference).map_err(|e| e.in_file(input_name(against)))?;
-                tell(&format!(
-                    "{}: at most {:.6} off, the darkest red\n",
-                    input_name(path).display(),
-                    found.largest
-                ));
-                found.colours
-            }
-            (Colouring::Plain | Colouring::Distance, _) => Vec::new(),
-        });
         lines.push(if args.curves {
             curves(mesh).map_err(|e| e.in_file(input_name(path)))?
         } else {

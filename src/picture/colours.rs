@@ -9,6 +9,8 @@ use rayon::prelude::*;
 
 /// The quality that the darkest colour stands for; 1 is the lightest.
 pub(crate) const WORST: f64 = 0.4;
+/// Distances below this share of the coordinates are rounding, as in files of 32-bit numbers.
+const ROUNDING: f64 = 1e-6;
 
 /// A colour for each face by its quality, [`TriangleQuality::q`]: light for equilateral ones, dark for slivers.
 pub fn quality_colours(mesh: &TriMesh) -> Vec<Colour> {
@@ -45,21 +47,26 @@ pub(crate) fn quality_shares(mesh: &TriMesh) -> Vec<f64> {
 pub struct DistanceColours {
     /// For each face.
     pub colours: Vec<Colour>,
-    /// The distance that the darkest red stands for, in the meshes' units: the largest of a face's middle.
+    /// The largest distance of a face's middle, in the meshes' units.
     pub largest: f64,
 }
 
-/// A colour for each face by the distance of its middle from `reference`: pale at it, dark red where it is farthest
-/// off.
+/// A colour for each face of each mesh by the distance of its middle from `reference`: pale at it, dark red where one of
+/// these meshes is farthest off, unless that is no more than rounding.
 ///
 /// # Errors
 /// [`crate::Error::Input`] if the reference has no faces.
-pub fn distance_colours(mesh: &TriMesh, reference: &TriMesh) -> Result<DistanceColours> {
+pub fn distance_colours(meshes: &[TriMesh], reference: &TriMesh) -> Result<Vec<DistanceColours>> {
     super::check(reference)?;
-    let distances = middle_distances(mesh, reference);
-    let largest = distances.iter().copied().fold(0.0, f64::max);
-    let colours = distances.iter().map(|d| distance_colour(d / largest.max(f64::MIN_POSITIVE))).collect();
-    Ok(DistanceColours { colours, largest })
+    let distances: Vec<Vec<f64>> = meshes.iter().map(|mesh| middle_distances(mesh, reference)).collect();
+    let rounding =
+        reference.bounds().map_or(0.0, |(low, high)| ROUNDING * low.abs().max(high.abs()).max_element());
+    let darkest = distances.iter().flatten().copied().fold(rounding.max(f64::MIN_POSITIVE), f64::max);
+    let of = |distances: Vec<f64>| DistanceColours {
+        colours: distances.iter().map(|d| distance_colour(d / darkest)).collect(),
+        largest: distances.into_iter().fold(0.0, f64::max),
+    };
+    Ok(distances.into_iter().map(of).collect())
 }
 
 /// The distance of each face's middle from `reference`, in the meshes' units. Panics if an index is out of range.
