@@ -33,5 +33,5 @@ step "examples" run_examples
 # Of an older program.
 rm -rf "${CARGO_TARGET_DIR:-target}/tmp/gltf"
 step "tests on device '$RTFMESH_DEVICE'" cargo test --lib --bins --tests
-step "GLB files under the Khronos validator" ./ci/gltf.sh
+step "GLB files under the Khronos validator and in three.js" ./ci/gltf.sh
 step "the page in a browser" ./ci/page.sh
