@@ -21,8 +21,8 @@ fetch() {
 }
 fetch gltf-validator 2.0.0-dev.3.10 \
   sha512-odJ4k0tRkGXiDGn78yDBg+fBbAIvBnXxh3RwAta0emSxGtyagFE8B4xELB1oYe3S5RD8Ci3uZAsZaascH2LAEQ==
-# As ci/vendor.sh has it.
-fetch three 0.187.0 \
-  sha512-Qiu7R+Cmh8CstZsY1uJOSWnVlfo7ZtNLV7mF8Jltk3LB3AtDu9cRZlcnRKkAk8Y4z6KKw35z7Y7Urd7jWY8etA==
+# The version that the pages have.
+source <(grep -E '^three(_integrity)?=' ci/vendor.sh)
+fetch three "$three" "$three_integrity"
 cp ci/gltf_check.mjs "$work"
 node "$work/gltf_check.mjs" "${files[@]}"

@@ -1,6 +1,6 @@
 //! Attributes carried over to remeshed surfaces.
 
-use crate::shapes::plane;
+use crate::shapes::{cut_open, globe, plane};
 use crate::support::device;
 use glam::DVec3;
 use rtfmesh::mesh::attributes::{
@@ -167,25 +167,8 @@ fn seams_that_are_kept_make_the_texture_exact() {
 
 /// A sphere by longitude and latitude, with a texture as maps of the world have it: a line at the poles, each triangle there
 /// with its own part of it.
-fn globe(around: u32, along: u32) -> (TriMesh, Attributes) {
-    let mut mesh = TriMesh { vertices: vec![DVec3::NEG_Z, DVec3::Z], triangles: Vec::new() };
-    for j in 1..along {
-        let latitude = PI * (f64::from(j) / f64::from(along) - 0.5);
-        for i in 0..around {
-            let (sin, cos) = (TAU * f64::from(i) / f64::from(around)).sin_cos();
-            let at = DVec3::new(latitude.cos() * cos, latitude.cos() * sin, latitude.sin());
-            mesh.vertices.push(at);
-        }
-    }
-    let at = |i: u32, j: u32| 2 + (j - 1) * around + i % around;
-    for i in 0..around {
-        mesh.triangles.push([0, at(i + 1, 1), at(i, 1)]);
-        mesh.triangles.push([1, at(i, along - 1), at(i + 1, along - 1)]);
-        for j in 1..along - 1 {
-            mesh.triangles.push([at(i, j), at(i + 1, j), at(i + 1, j + 1)]);
-            mesh.triangles.push([at(i, j), at(i + 1, j + 1), at(i, j + 1)]);
-        }
-    }
+fn world(around: u32, along: u32) -> (TriMesh, Attributes) {
+    let mesh = globe(around, along);
     let turn = |v: DVec3| v.y.atan2(v.x).rem_euclid(TAU) / TAU;
     let attributes = uv_of(&mesh, |corner, centre| {
         let (of_face, height) = (turn(centre), corner.z.asin() / PI + 0.5);
@@ -200,7 +183,7 @@ fn globe(around: u32, along: u32) -> (TriMesh, Attributes) {
 
 #[test]
 fn the_poles_of_a_globe_are_no_seams() {
-    let (input, attributes) = globe(24, 12);
+    let (input, attributes) = world(24, 12);
     let seams = uv_seams(&input, &attributes);
     assert_eq!(seams.len(), 2 * 12, "both sides of every edge of one meridian");
     for half in &seams {
@@ -226,17 +209,9 @@ fn the_poles_of_a_globe_are_no_seams() {
 
 #[test]
 fn cracks_that_are_welded_stay_seams() {
-    let (mut input, attributes) = globe(24, 12);
+    let (whole, attributes) = world(24, 12);
     // Both sides of the meridian have vertices of their own, a hair apart.
-    let count = input.vertices.len() as u32;
-    let is_seam = |v: DVec3| v.y.abs() < 1e-9 && v.x > 1e-9;
-    let behind: Vec<bool> = (0..input.triangles.len()).map(|t| centre(&input, t).y < 0.0).collect();
-    let vertices = input.vertices.clone();
-    for (triangle, behind) in input.triangles.iter_mut().zip(behind) {
-        triangle.iter_mut().filter(|v| behind && is_seam(vertices[**v as usize])).for_each(|v| *v += count);
-    }
-    let apart = |v: &DVec3| *v - DVec3::Y * 1e-7;
-    input.vertices.extend(vertices.iter().map(apart));
+    let input = cut_open(&whole, 1e-7);
     assert_eq!(uv_seams(&input, &attributes).len(), 0);
     let welded = at_welded_places(&input, &RepairOptions { weld: 1e-6, ..Default::default() }).unwrap();
     let seams = uv_seams(&welded, &attributes);
@@ -267,13 +242,8 @@ fn the_edges_of_a_star_are_seams() {
     let mut vertices: Vec<DVec3> = base.iter().map(|[x, y]| DVec3::new(*x, *y, 0.0)).collect();
     vertices.push(DVec3::Z);
     let mesh = TriMesh { vertices, triangles: vec![[0, 1, 4], [1, 2, 4], [2, 3, 4], [3, 0, 4]] };
-    let attributes =
-        uv_of(
-            &mesh,
-            |corner, centre| {
-                if corner.z > 0.5 { [3.0 * centre.x, 3.0 * centre.y] } else { [corner.x, corner.y] }
-            },
-        );
+    let unfolded = |corner: DVec3, centre: DVec3| if corner.z > 0.5 { 3.0 * centre } else { corner };
+    let attributes = uv_of(&mesh, |corner, centre| unfolded(corner, centre).truncate().to_array());
     assert_eq!(uv_seams(&mesh, &attributes).len(), 2 * 4);
     // Where three cuts meet and the texture goes on between them.
     let mesh = plane(8, 0.0);

@@ -2,6 +2,7 @@
 
 use glam::DVec3;
 use rtfmesh::TriMesh;
+use std::f64::consts::{PI, TAU};
 
 pub fn mesh(vertices: &[[f64; 3]], triangles: &[[u32; 3]]) -> TriMesh {
     TriMesh {
@@ -24,6 +25,41 @@ pub fn cube() -> TriMesh {
     let quads = [[0, 2, 3, 1], [4, 5, 7, 6], [0, 1, 5, 4], [2, 6, 7, 3], [0, 4, 6, 2], [1, 3, 7, 5]];
     let triangles: Vec<[u32; 3]> = quads.iter().flat_map(|&[a, b, c, d]| [[a, b, c], [a, c, d]]).collect();
     mesh(&vertices, &triangles)
+}
+
+/// The unit sphere by longitude and latitude: the poles, then row after row from -z on, beginning at +x.
+pub fn globe(around: u32, along: u32) -> TriMesh {
+    let mut mesh = TriMesh { vertices: vec![DVec3::NEG_Z, DVec3::Z], triangles: Vec::new() };
+    for j in 1..along {
+        let (height, radius) = (PI * (f64::from(j) / f64::from(along) - 0.5)).sin_cos();
+        for i in 0..around {
+            let (sin, cos) = (TAU * f64::from(i) / f64::from(around)).sin_cos();
+            mesh.vertices.push(DVec3::new(radius * cos, radius * sin, height));
+        }
+    }
+    let at = |i: u32, j: u32| 2 + (j - 1) * around + i % around;
+    for i in 0..around {
+        mesh.triangles.push([0, at(i + 1, 1), at(i, 1)]);
+        mesh.triangles.push([1, at(i, along - 1), at(i + 1, along - 1)]);
+        for j in 1..along - 1 {
+            mesh.triangles.push([at(i, j), at(i + 1, j), at(i + 1, j + 1)]);
+            mesh.triangles.push([at(i, j), at(i + 1, j + 1), at(i, j + 1)]);
+        }
+    }
+    mesh
+}
+
+/// A globe cut open along the meridian of +x, but for its poles; the vertices on the side of -y move by `gap`.
+pub fn cut_open(globe: &TriMesh, gap: f64) -> TriMesh {
+    let mut cut = globe.clone();
+    let count = globe.vertices.len() as u32;
+    let on_cut = |v: u32| globe.vertices[v as usize].y.abs() < 1e-9 && globe.vertices[v as usize].x > 1e-9;
+    for (t, triangle) in cut.triangles.iter_mut().enumerate() {
+        let behind = globe.corners(t).iter().map(|corner| corner.y).sum::<f64>() < 0.0;
+        triangle.iter_mut().filter(|v| behind && on_cut(**v)).for_each(|v| *v += count);
+    }
+    cut.vertices.extend(globe.vertices.iter().map(|v| *v - DVec3::Y * gap));
+    cut
 }
 
 /// A flat grid over the unit square at height `z`, `n` by `n` quads, facing upwards.

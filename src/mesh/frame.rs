@@ -14,6 +14,11 @@ pub struct Frame {
     pub scale: f64,
 }
 
+/// Decimals that tell places and lengths in a mesh of this diagonal to a ten-thousandth of it.
+pub(crate) fn decimals(diagonal: f64) -> usize {
+    (4.0 - diagonal.log10().floor()).clamp(0.0, 300.0) as usize
+}
+
 impl Frame {
     /// The frame of all vertices of `mesh`, used by a face or not.
     ///

@@ -94,10 +94,11 @@ impl Attempts<'_> {
             begun => begun?,
         };
         let Some(fault) = begun.connection.fault.clone() else { return Ok(begun) };
-        // What is torn to begin with may stay so, and other starts are unlikely to do better.
-        if !self.input.is_manifold()
-            && let Some(mended) = watch.during(|stop| self.mended(&begun, crossing, stop))?
-        {
+        // Uneven triangles, but as many as asked for. Who gladly takes more gets even ones.
+        let mended = |watch: &mut Watch| watch.during(|stop| self.mended(&begun, crossing, stop));
+        // Of what is torn to begin with, other starts are unlikely to do better, and nobody waits for them.
+        let torn = !self.input.is_manifold();
+        if torn && let Some(mended) = mended(watch)? {
             return Ok(mended);
         }
         for start in 1..STARTS {
@@ -106,8 +107,7 @@ impl Attempts<'_> {
                 return Ok(other);
             }
         }
-        // Uneven triangles, but as many as asked for. Who gladly takes more gets even ones.
-        let spare = |watch: &mut Watch| watch.during(|stop| self.mended(&begun, crossing, stop));
+        let spare = |watch: &mut Watch| if torn { Ok(None) } else { mended(watch) };
         if shortage != Shortage::AddVertices
             && let Some(mended) = spare(watch)?
         {
@@ -160,14 +160,13 @@ impl Attempts<'_> {
             fault.in_words(self.frame)
         );
         let more = more + self.done;
-        let remedy = if !self.input.is_manifold() {
-            let cracks = "mend the input there (--weld closes cracks)";
-            format!("{cracks}, ask for more than {more}, or take what comes with --best-effort")
-        } else if enough {
-            format!("ask for {more}, let --vertices-at-least add them, or take what comes with --best-effort")
-        } else {
-            format!("ask for more than {more}, or take what comes with --best-effort")
+        let mend =
+            if self.input.is_manifold() { "" } else { "mend the input there (--weld closes cracks), " };
+        let count = match enough {
+            true => format!("ask for {more}, let --vertices-at-least add them"),
+            false => format!("ask for more than {more}"),
         };
+        let remedy = format!("{mend}{count}, or take what comes with --best-effort");
         Error::input(None, problem, remedy)
     }
 }

@@ -7,7 +7,7 @@ use super::level::near;
 use super::parts::is_as_good;
 use super::shares::{FEW_ROUNDS, Shares};
 use crate::gpu::NONE;
-use crate::mesh::frame::Frame;
+use crate::mesh::frame::{Frame, decimals};
 use crate::mesh::intersections::intersecting_faces_until;
 use crate::mesh::polyline::Polyline;
 use crate::mesh::topology::topology;
@@ -103,8 +103,7 @@ impl Fault {
     /// With the place in the file's units.
     pub fn in_words(&self, frame: &Frame) -> String {
         let Some(at) = self.at else { return self.what.clone() };
-        // Enough to find it: a ten-thousandth of the diagonal.
-        let decimals = (4.0 - frame.scale.log10().floor()).clamp(0.0, 300.0) as usize;
+        let decimals = decimals(frame.scale);
         let [x, y, z] = frame.from_unit(at).to_array();
         format!("{} near ({x:.decimals$}, {y:.decimals$}, {z:.decimals$})", self.what)
     }

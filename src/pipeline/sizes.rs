@@ -1,5 +1,6 @@
 //! How long edges are to be over the surface, from the options.
 
+use crate::mesh::frame::decimals;
 use crate::mesh::repair::parts;
 use crate::mesh::sizing::{Bounds, SizeField, along_curve, curvature, graded};
 use crate::mesh::spacing;
@@ -49,7 +50,7 @@ pub(super) fn size_field(
     };
     let [least, largest] = [(options.min_edge, 1.0 / RANGE), (options.max_edge, RANGE)]
         .map(|(length, share)| length.map_or(share * spacing, |length| length.share_of(diagonal)));
-    let decimals = (4.0 - diagonal.log10().floor()).clamp(0.0, 300.0) as usize;
+    let decimals = decimals(diagonal);
     let in_units = |length: f64| format!("{:.decimals$}", length * diagonal);
     if least > largest && options.min_edge.is_some() && options.max_edge.is_some() {
         let problem = format!("--min-edge {} is more than --max-edge {}", in_units(least), in_units(largest));

@@ -28,7 +28,7 @@ struct Charts<'a> {
     uv: &'a CornerUv,
     /// Across each half-edge, [`NO_MATE`] at seams as well.
     mates: Vec<u32>,
-    /// The seams as triangles without area, moved by `centre` and divided by `size`; `None` without seams.
+    /// The seams and open edges as triangles without area, moved by `centre` and divided by `size`; `None` without seams.
     seams: Option<Bvh>,
     centre: DVec3,
     size: f64,

@@ -4,7 +4,7 @@ use std::ops::AddAssign;
 
 use glam::{DMat3, DVec3, Vec3Swizzles};
 
-use super::super::links::Links;
+use super::super::links::{Links, next};
 use super::samples::{Inward, Sample, Samples};
 
 /// Weights of a face's corners at the samples on its edges and in its middle.
@@ -122,8 +122,7 @@ impl System<'_> {
             let edge = match self.links.twin(h) {
                 Some(twin) if twin < h => of_half_edges[twin as usize],
                 _ => {
-                    let next = if h % 3 == 2 { h - 2 } else { h + 1 };
-                    edges.push(([h, next].map(|h| corners[h as usize]), Symmetric::default()));
+                    edges.push(([h, next(h)].map(|h| corners[h as usize]), Symmetric::default()));
                     edges.len() as u32 - 1
                 }
             };
