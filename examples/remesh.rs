@@ -1,6 +1,6 @@
 //! A scan into an even mesh: `cargo run --release --example remesh -- scan.ply even.ply 10000`
 
-use rtfmesh::{Device, DeviceOptions, Options, mesh::io, remesh};
+use rtfmesh::{Device, DeviceOptions, Options, io, remesh};
 
 fn main() -> Result<(), Box<dyn std::error::Error>> {
     let arguments: Vec<String> = std::env::args().skip(1).collect();

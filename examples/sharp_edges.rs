@@ -1,6 +1,6 @@
 //! A CAD part, with its creases and a line of one's own: `cargo run --release --example sharp_edges`
 
-use rtfmesh::mesh::io::FeatureLine;
+use rtfmesh::io::FeatureLine;
 use rtfmesh::mesh::samples::sample;
 use rtfmesh::{Device, DeviceOptions, Features, Options, remesh};
 

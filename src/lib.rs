@@ -1,18 +1,18 @@
 //! Surface remeshing on any Vulkan device: well-shaped triangles with exactly the vertex count asked for.
 //!
 //! ```no_run
-//! use rtfmesh::{Device, DeviceOptions, Options, mesh, remesh};
+//! use rtfmesh::{Device, DeviceOptions, Options, io, remesh};
 //!
-//! let input = mesh::io::read("kitten.ply".as_ref())?.mesh;
+//! let input = io::read("kitten.ply".as_ref())?.mesh;
 //! let device = Device::open(&DeviceOptions::from_env())?;
 //! let result = remesh(&device, &input, &Options::new(10_000), &mut |_| {})?;
-//! mesh::io::write("kitten-10k.ply".as_ref(), &result.mesh)?;
+//! io::write("kitten-10k.ply".as_ref(), &result.mesh)?;
 //! # Ok::<(), rtfmesh::Error>(())
 //! ```
 
-mod choices;
 mod error;
 pub mod gpu;
+pub mod io;
 pub mod measure;
 pub mod mesh;
 mod options;
@@ -20,17 +20,18 @@ mod options;
 pub mod picture;
 mod pipeline;
 pub mod polish;
+mod progress;
 mod remesher;
 pub mod report;
-mod size;
+pub mod sites;
 pub mod stages;
-mod watch;
 
-pub use choices::{Face, Neighbours, Normals, Projection, Seeding};
 pub use error::{Error, Result};
 pub use gpu::{Device, DeviceInfo, DeviceOptions, list_devices};
 pub use mesh::TriMesh;
-pub use mesh::source::{Source, SurfacePoint, Traced};
+pub use mesh::correspondence::{Source, SurfacePoint, Traced};
+pub use options::all_at_once::{Face, Neighbours, Normals, Projection, Seeding};
+pub use options::target_count::{Length, Size};
 pub use options::{
     Centroid, Features, MAX_GRADATION, MAX_GROWTH, MAX_ITERATIONS, MAX_LBFGS, MAX_NEIGHBOURS, MAX_OFFSET,
     MeasureDepth, Method, Options, Quality, Shortage, Sizing,
@@ -39,7 +40,6 @@ pub use pipeline::{
     ExactSummary, PhaseTime, Preview, PreviewLevel, Remeshed, RunTimings, SkeletonSummary, Summary, preview,
     preview_repaired, remesh, remesh_repaired,
 };
+pub use progress::{Flow, Phase, Progress};
 pub use remesher::Remesher;
-pub use size::{Length, Size};
-pub use stages::poisson::DiskSummary;
-pub use watch::{Flow, Phase, Progress};
+pub use sites::poisson::DiskSummary;

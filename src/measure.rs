@@ -6,7 +6,7 @@ use serde::Serialize;
 use std::sync::atomic::AtomicBool;
 
 use crate::mesh::distance::{Distances, distances_until};
-use crate::mesh::edges::EdgeTable;
+use crate::mesh::half_edges::EdgeTable;
 use crate::mesh::intersections::intersecting_faces_until;
 use crate::mesh::quality::{Quality, Valence, corner_points, folded_share, power_of_two_scale};
 use crate::mesh::quality::{quality, valence_of};

@@ -4,7 +4,7 @@ use glam::DVec3;
 use rtfmesh::measure::{measure, weld};
 use rtfmesh::{Error, TriMesh};
 
-use crate::shapes::{cube, mesh, moved, plane, torus};
+use crate::support::shapes::{cube, mesh, moved, plane, torus};
 
 /// Each triangle with vertices of its own.
 fn split(mesh: &TriMesh) -> TriMesh {

@@ -1,6 +1,6 @@
 //! Pictures of meshes.
 
-use crate::shapes::{cube, mesh, moved, plane, union};
+use crate::support::shapes::{cube, mesh, moved, plane, union};
 use glam::DVec3;
 use rtfmesh::picture::{Colour, Panel, PictureOptions, View, distance_colours, png, quality_colours};
 use rtfmesh::{Error, TriMesh};

@@ -1,9 +1,9 @@
 //! The recipes of README.md, run as they stand there, save that they make smaller meshes.
 
-use crate::cli::Place;
-use crate::gltf_looks::painted_globe;
+use crate::cli::commands::Place;
+use crate::io::gltf_materials::painted_globe;
 use rtfmesh::TriMesh;
-use rtfmesh::mesh::io::{read, write};
+use rtfmesh::io::{read, write};
 use rtfmesh::mesh::samples::sample;
 use std::path::Path;
 

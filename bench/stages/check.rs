@@ -1,9 +1,9 @@
 //! Comparisons that several kernels share.
 
 use crate::context::Context;
+use crate::polygons::frame;
 use crate::reference::face::{Face, face};
 use crate::reference::surface::onto_triangle;
-use crate::shapes_of_faces::frame;
 use anyhow::{Result, ensure};
 use glam::{DVec3, Vec4};
 

@@ -3,13 +3,13 @@
 use crate::check::{known_face, unpack_normal};
 use crate::context::{Context, Group, Work};
 use crate::iteration::LIST;
+use crate::polygons::assert_same_polygon;
 use crate::reference::centroid::area_centroid;
 use crate::results::Row;
-use crate::shapes_of_faces::assert_same_polygon;
 use anyhow::{Result, ensure};
 use glam::{DVec2, Vec2};
 use rtfmesh::gpu::Buffer;
-use rtfmesh::stages::planar::{NEAR, PlanarFaces, PlanarInputs, PlanarOptions, PlanarPolygons};
+use rtfmesh::stages::face::planar::{NEAR, PlanarFaces, PlanarInputs, PlanarOptions, PlanarPolygons};
 
 /// What the default pipeline does, and its polygons for those who want them.
 pub const GROUPS: [Group; 2] = [

@@ -6,12 +6,12 @@ use crate::results::Row;
 use anyhow::{Result, ensure};
 use glam::Vec4;
 use rtfmesh::gpu::{Buffer, Device, Recorder};
-use rtfmesh::stages::lists::{ListOptions, Lists};
+use rtfmesh::sites::seed::Seeds;
+use rtfmesh::stages::face::planar::{PlanarFaces, PlanarInputs, PlanarMove, PlanarOptions};
+use rtfmesh::stages::neighbours::lists::{ListOptions, Lists};
 use rtfmesh::stages::normals::SmoothNormals;
-use rtfmesh::stages::planar::{PlanarFaces, PlanarInputs, PlanarMove, PlanarOptions};
-use rtfmesh::stages::seed::Seeds;
+use rtfmesh::stages::project::walk::Walk;
 use rtfmesh::stages::step::Settle;
-use rtfmesh::stages::walk::Walk;
 
 /// Neighbours in a list.
 pub const LIST: u32 = 20;

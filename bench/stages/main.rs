@@ -9,13 +9,13 @@ mod moves;
 mod neighbours;
 mod order;
 mod paper;
+#[path = "../../tests/support/polygons.rs"]
+#[allow(dead_code, reason = "shared with the tests")]
+mod polygons;
 #[path = "../../tests/reference/mod.rs"]
 #[allow(clippy::unwrap_used, dead_code, reason = "shared with the tests, which fail by panicking")]
 mod reference;
 mod results;
-#[path = "../../tests/shapes_of_faces.rs"]
-#[allow(dead_code, reason = "shared with the tests")]
-mod shapes_of_faces;
 
 use anyhow::{Context as _, Result, ensure};
 use clap::Parser;

@@ -7,10 +7,10 @@ use crate::results::Row;
 use anyhow::{Result, ensure};
 use glam::{Vec2, Vec4};
 use rtfmesh::gpu::Buffer;
-use rtfmesh::stages::bvh::Bvh;
-use rtfmesh::stages::closest::ClosestPoints;
+use rtfmesh::stages::project::bvh::Bvh;
+use rtfmesh::stages::project::closest::ClosestPoints;
+use rtfmesh::stages::project::walk::Walk;
 use rtfmesh::stages::step::{Settle, Step};
-use rtfmesh::stages::walk::Walk;
 
 /// The walk and the search that can follow it; the tree is built once for a surface.
 pub const GROUPS: [Group; 3] = [

@@ -7,8 +7,8 @@ use crate::results::Row;
 use anyhow::{Result, ensure};
 use glam::{DVec3, Vec4};
 use rtfmesh::gpu::{Buffer, NONE};
+use rtfmesh::stages::face::planar::NEAR;
 use rtfmesh::stages::normals::SmoothNormals;
-use rtfmesh::stages::planar::NEAR;
 
 /// In the order of the iteration.
 pub const GROUPS: [Group; 3] = [

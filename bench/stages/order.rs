@@ -5,7 +5,7 @@ use crate::results::Row;
 use anyhow::{Result, ensure};
 use glam::Vec4;
 use rtfmesh::gpu::Buffer;
-use rtfmesh::stages::sort::SpatialOrder;
+use rtfmesh::stages::spatial::SpatialOrder;
 
 /// One: the kernels need each other.
 pub const GROUPS: [Group; 1] = [Group {

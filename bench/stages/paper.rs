@@ -4,22 +4,22 @@ use crate::check::{known_face, near_list};
 use crate::context::{Context, Group, SMALL, Work};
 use crate::iteration::LIST;
 use crate::moves;
+use crate::polygons::{assert_same_polygon, frame};
 use crate::reference::centroid::{area_centroid, vertex_mean};
 use crate::reference::nearest::nearest;
 use crate::reference::plane_fit::plane_fit;
 use crate::reference::project::distance;
 use crate::results::Row;
-use crate::shapes_of_faces::{assert_same_polygon, frame};
 use anyhow::{Result, ensure};
 use glam::{DVec2, DVec3};
 use rtfmesh::Centroid;
 use rtfmesh::gpu::Buffer;
 use rtfmesh::stages::centroid::Centroids;
-use rtfmesh::stages::face::{BOX_HALF, CellFaces, CellOptions};
-use rtfmesh::stages::neighbours::{Nearest, TileBounds};
+use rtfmesh::stages::face::cell::{BOX_HALF, CellFaces, CellOptions};
+use rtfmesh::stages::face::planar::{PlanarOptions, PlanarPolygons};
+use rtfmesh::stages::neighbours::knn::{Nearest, TileBounds};
 use rtfmesh::stages::normals::PlaneFit;
-use rtfmesh::stages::planar::{PlanarOptions, PlanarPolygons};
-use rtfmesh::stages::project::NearestVertices;
+use rtfmesh::stages::project::nearest_vertices::NearestVertices;
 
 /// In the order of its iteration.
 pub const GROUPS: [Group; 5] = [

@@ -2,7 +2,8 @@
 
 use anyhow::{Context as _, Result};
 use rtfmesh::TriMesh;
-use rtfmesh::mesh::io::{self, Encoding};
+use rtfmesh::io;
+use rtfmesh::io::Encoding;
 use rtfmesh::mesh::samples;
 use std::path::{Path, PathBuf};
 

@@ -9,8 +9,8 @@ use crate::runs::{Bench, median};
 use crate::search::TOLERANCE;
 use crate::section::Section;
 use anyhow::Result;
+use rtfmesh::io;
 use rtfmesh::measure::measure;
-use rtfmesh::mesh::io;
 use rtfmesh::mesh::topology::topology;
 use std::path::Path;
 

@@ -27,7 +27,7 @@ layout(set = 0, binding = 5) buffer Candidates { uint candidates[]; };
 layout(set = 0, binding = 6) writeonly buffer Counts { uint counts[]; };
 layout(set = 0, binding = 7) buffer Counters { uint counters[]; };
 
-#include "common/exact_triangle.glsl"
+#include "exact/exact_triangle.glsl"
 #include "common/list_bounds.glsl"
 
 void main() {

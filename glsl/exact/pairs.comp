@@ -9,7 +9,7 @@
 #define DEFAULT_WORKGROUP 64
 #include "common/threads.glsl"
 
-// As in common/exact_triangle.glsl.
+// As in exact/exact_triangle.glsl.
 layout(constant_id = 1) const uint PIECES = 12;
 
 layout(push_constant) uniform Push {

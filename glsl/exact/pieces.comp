@@ -5,7 +5,7 @@
 // Writes: moments[pair] = (integral of y - site over the part, area); energies[pair] = integral of |y - site|².
 // Filled by exact/pairs; consumed by exact/sums.
 // In the plane of the triangle, with its middle as the origin, the part is what its sides and the bisectors with the
-// other candidates bound. Each line is cut by all others to an interval, as in common/planar.glsl. Both sites of a
+// other candidates bound. Each line is cut by all others to an interval, as in face/planar.glsl. Both sites of a
 // bisector compute the same line but for its sign, so nothing is lost or counted twice.
 #version 450
 #extension GL_GOOGLE_include_directive : require
@@ -14,7 +14,7 @@
 #include "common/threads.glsl"
 #include "common/planar_lines.glsl"
 
-// As in common/exact_triangle.glsl.
+// As in exact/exact_triangle.glsl.
 layout(constant_id = 1) const uint PIECES = 12;
 
 layout(push_constant) uniform Push { uint pair_count; };

@@ -26,7 +26,7 @@ layout(set = 0, binding = 6) writeonly buffer Counts { uint counts[]; };
 layout(set = 0, binding = 7) buffer Counters { uint counters[]; };
 
 #include "common/box_walk.glsl"
-#include "common/exact_triangle.glsl"
+#include "exact/exact_triangle.glsl"
 #include "common/list_bounds.glsl"
 
 const uint ROUNDS = 2u;

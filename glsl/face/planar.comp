@@ -2,7 +2,7 @@
 // Invocation: one site.
 // Reads: sites, normals (packed), neighbours, away, status (of neighbours/decide).
 // Writes: targets (xyz, w = squared distance to the centroid), centroids (w = 1); insecure: counts and lists the sites
-//   whose lines do not reach the radius of security, as common/planar_targets.glsl says.
+//   whose lines do not reach the radius of security, as face/planar_targets.glsl says.
 // Filled by neighbours/lists, step/settle and normals/smooth; consumed by project/walk and the next iteration.
 // away has, for each site, how near the sites after the first K (x) and outside the list (y) would be had they not
 // moved. The nearest K are enough nearly everywhere; face/planar_rest does the rest.
@@ -32,8 +32,8 @@ layout(set = 0, binding = 6) buffer Centroids { vec4 centroids[]; };
 layout(set = 0, binding = 7) buffer Insecure { uint insecure[]; };
 
 #include "common/list_bounds.glsl"
-#include "common/planar.glsl"
-#include "common/planar_targets.glsl"
+#include "face/planar.glsl"
+#include "face/planar_targets.glsl"
 
 void main() {
     uint site = thread_index();

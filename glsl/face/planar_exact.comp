@@ -30,8 +30,8 @@ layout(set = 0, binding = 3) writeonly buffer Targets { vec4 targets[]; };
 layout(set = 0, binding = 4) buffer Centroids { vec4 centroids[]; };
 layout(set = 0, binding = 5) buffer Insecure { uint insecure[]; };
 
-#include "common/planar_walk.glsl"
-#include "common/planar_targets.glsl"
+#include "face/planar_walk.glsl"
+#include "face/planar_targets.glsl"
 
 void main() {
     uint count = insecure[count_listed(iteration)];

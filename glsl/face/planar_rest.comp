@@ -33,8 +33,8 @@ layout(set = 0, binding = 6) buffer Centroids { vec4 centroids[]; };
 layout(set = 0, binding = 7) buffer Insecure { uint insecure[]; };
 
 #include "common/list_bounds.glsl"
-#include "common/planar_growing.glsl"
-#include "common/planar_targets.glsl"
+#include "face/planar_growing.glsl"
+#include "face/planar_targets.glsl"
 
 void main() {
     uint count = insecure[count_near(iteration)];

@@ -30,7 +30,7 @@ layout(set = 0, binding = 5) writeonly buffer Corners { vec2 corners[]; };
 layout(set = 0, binding = 6) writeonly buffer Fan { uint fan[]; };
 layout(set = 0, binding = 7) writeonly buffer State { uint state[]; };
 
-#include "common/planar_walk.glsl"
+#include "face/planar_walk.glsl"
 
 // Grows with the angle of a unit vector, from 0 to 4.
 float around(vec2 n) { return n.y >= 0.0 ? 1.0 - n.x : 3.0 + n.x; }

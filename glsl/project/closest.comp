@@ -9,8 +9,8 @@
 #extension GL_EXT_control_flow_attributes : require
 #define DEFAULT_WORKGROUP 64
 #include "common/threads.glsl"
-#include "common/closest.glsl"
-#include "common/hierarchy.glsl"
+#include "project/closest.glsl"
+#include "project/hierarchy.glsl"
 
 // Lowest nodes that a search gathers before it looks at their triangles: lanes then do the same at the same time.
 layout(constant_id = 1) const uint GATHERED = 8;
@@ -27,7 +27,7 @@ layout(set = 0, binding = 4) readonly buffer Nodes { uvec4 nodes[]; };
 layout(set = 0, binding = 5) buffer Projected { vec4 projected[]; };
 layout(set = 0, binding = 6) buffer Normals { vec4 normals[]; };
 layout(set = 0, binding = 7) writeonly buffer SiteTriangle { uint site_triangle[]; };
-#include "common/records.glsl"
+#include "project/records.glsl"
 
 // Lowest nodes by number, and below that a bit for each of their triangles within reach.
 shared uint gathered[GATHERED * WORKGROUP];

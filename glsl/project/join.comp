@@ -1,4 +1,4 @@
-// Purpose: one level of the tree of boxes (common/hierarchy.glsl) from the level below it.
+// Purpose: one level of the tree of boxes (project/hierarchy.glsl) from the level below it.
 // Invocation: one node of the level.
 // Reads: nodes, those of the level below.
 // Writes: nodes, those of the level.
@@ -7,7 +7,7 @@
 #extension GL_GOOGLE_include_directive : require
 #define DEFAULT_WORKGROUP 64
 #include "common/threads.glsl"
-#include "common/hierarchy.glsl"
+#include "project/hierarchy.glsl"
 
 layout(push_constant) uniform Push {
     uint level;  // the lowest is 0

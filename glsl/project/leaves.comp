@@ -1,4 +1,4 @@
-// Purpose: the lowest nodes of the tree of boxes (common/hierarchy.glsl), whose boxes are those of triangles.
+// Purpose: the lowest nodes of the tree of boxes (project/hierarchy.glsl), whose boxes are those of triangles.
 // Invocation: one node.
 // Reads: records.
 // Writes: nodes, the lowest.
@@ -7,7 +7,7 @@
 #extension GL_GOOGLE_include_directive : require
 #define DEFAULT_WORKGROUP 64
 #include "common/threads.glsl"
-#include "common/hierarchy.glsl"
+#include "project/hierarchy.glsl"
 
 layout(push_constant) uniform Push {
     uint triangle_count;

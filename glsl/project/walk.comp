@@ -9,7 +9,7 @@
 #extension GL_GOOGLE_include_directive : require
 #define DEFAULT_WORKGROUP 64
 #include "common/threads.glsl"
-#include "common/closest.glsl"
+#include "project/closest.glsl"
 
 layout(push_constant) uniform Push {
     uint site_count;
@@ -24,7 +24,7 @@ layout(set = 0, binding = 4) readonly buffer CornerNormals { uvec4 corner_normal
 layout(set = 0, binding = 5) writeonly buffer Projected { vec4 projected[]; };
 layout(set = 0, binding = 6) writeonly buffer Normals { vec4 normals[]; };
 layout(set = 0, binding = 7) buffer SiteTriangle { uint site_triangle[]; };
-#include "common/records.glsl"
+#include "project/records.glsl"
 
 uint pick(uvec3 mates, uint side) { return side == 0u ? mates.x : side == 1u ? mates.y : mates.z; }
 

@@ -1,7 +1,7 @@
 //! What becomes of colours, texture coordinates and labels on the command line.
 
+use rtfmesh::io::{Format, Loaded};
 use rtfmesh::mesh::attributes::{Attributes, label_borders, transfer, uv_seams};
-use rtfmesh::mesh::io::{Format, Loaded};
 use rtfmesh::mesh::repair::{RepairOptions, at_welded_places};
 use rtfmesh::{Error, Method, Options, Remeshed, Traced, TriMesh};
 

@@ -2,8 +2,9 @@
 
 use super::tell;
 use anyhow::Result;
+use rtfmesh::io;
+use rtfmesh::io::{Encoding, Format, Loaded};
 use rtfmesh::mesh::attributes::Attributes;
-use rtfmesh::mesh::io::{self, Encoding, Format, Loaded};
 use rtfmesh::{Error, TriMesh};
 use std::io::{IsTerminal, Read, Write};
 use std::path::Path;

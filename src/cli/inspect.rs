@@ -4,11 +4,11 @@ use super::files::{InputFormat, input_name};
 use super::{print, table};
 use anyhow::Result;
 use rtfmesh::Error;
-use rtfmesh::mesh::io;
-use rtfmesh::mesh::repair::{RepairCounts, repair};
-use rtfmesh::mesh::skeleton::{
+use rtfmesh::io;
+use rtfmesh::mesh::features::{
     Curve, CurveKind, Dropped, Skeleton, SkeletonOptions, skeleton, spacing_of, user_edges,
 };
+use rtfmesh::mesh::repair::{RepairCounts, repair};
 use rtfmesh::mesh::topology::{Topology, topology};
 use rtfmesh::report::to_json;
 use serde::Serialize;

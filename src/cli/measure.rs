@@ -3,10 +3,10 @@
 use super::files::{InputFormat, input_name, is_standard, tell_notes};
 use super::{print, table};
 use anyhow::Result;
+use rtfmesh::io::Loaded;
 use rtfmesh::measure::{Measures, measure};
-use rtfmesh::mesh::io::Loaded;
-use rtfmesh::mesh::voronoi::{Energy, energy};
 use rtfmesh::report::to_json;
+use rtfmesh::sites::restricted_voronoi::{Energy, energy};
 use rtfmesh::{Error, TriMesh};
 use serde::Serialize;
 use std::path::{Path, PathBuf};

@@ -1,9 +1,9 @@
 //! What commands that remesh have in common on the command line: the method's settings, and the device.
 
-use super::choices::ChoiceArgs;
+use super::all_at_once::ChoiceArgs;
 use super::sizing::SizingArgs;
+use rtfmesh::io;
 use rtfmesh::mesh::attributes::Attributes;
-use rtfmesh::mesh::io;
 use rtfmesh::{
     Centroid, Device, DeviceOptions, Error, Face, Features, MeasureDepth, Method, Normals, Options,
     Projection, Quality, Shortage, Size,

@@ -1,21 +1,21 @@
 //! The command line.
 
+mod all_at_once;
 mod attributes;
 mod batch;
-mod choices;
 mod devices;
 mod files;
 mod inspect;
 mod measure;
 mod method;
+mod progress;
 mod remesh;
 mod render;
 mod sample;
 mod shell;
-mod size;
 mod sizing;
 mod table;
-mod watch;
+mod target_count;
 
 use anyhow::Result;
 use clap::{Parser, Subcommand};
@@ -97,8 +97,8 @@ fn exit_code(error: &anyhow::Error) -> u8 {
         Some(Error::Usage { .. }) => 2,
         Some(Error::Input { .. }) => 3,
         Some(Error::Device { .. } | Error::OutOfMemory { .. } | Error::DeviceLost(_)) => 4,
-        Some(Error::Cancelled) => watch::CANCELLED,
-        None if error.is::<watch::Stopped>() => watch::CANCELLED,
+        Some(Error::Cancelled) => progress::CANCELLED,
+        None if error.is::<progress::Stopped>() => progress::CANCELLED,
         Some(Error::Output { .. } | Error::Internal(_)) | None => 1,
     }
 }

@@ -3,11 +3,12 @@
 use super::attributes::{AttributeArgs, carried};
 use super::files::{InputFormat, Target, input_name, is_standard, tell_notes};
 use super::method::{DeviceArgs, MethodArgs, refuse_messages};
-use super::size::{SizeArgs, count};
-use super::watch::{Watch, WatchArgs, begin_writing};
+use super::progress::{Watch, WatchArgs, begin_writing};
+use super::target_count::{SizeArgs, count};
 use super::{print, table, tell};
 use anyhow::Result;
-use rtfmesh::mesh::io::{self, Encoding, Format, Loaded};
+use rtfmesh::io;
+use rtfmesh::io::{Encoding, Format, Loaded};
 use rtfmesh::report::Report;
 use rtfmesh::report::html::{PageInput, page};
 use rtfmesh::{Device, Error, MeasureDepth, Options, Remeshed, Size, preview_repaired, remesh_repaired};

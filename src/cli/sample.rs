@@ -3,8 +3,8 @@
 use super::files::Target;
 use super::print;
 use anyhow::Result;
+use rtfmesh::io::Encoding;
 use rtfmesh::mesh::attributes::Attributes;
-use rtfmesh::mesh::io::Encoding;
 use rtfmesh::mesh::samples;
 use std::path::PathBuf;
 

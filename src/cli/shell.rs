@@ -7,7 +7,7 @@ use clap_complete::Shell;
 use clap_mangen::Man;
 use clap_mangen::roff::{Roff, roman};
 use rtfmesh::Error;
-use rtfmesh::mesh::io;
+use rtfmesh::io;
 use std::path::PathBuf;
 
 const COMPLETIONS: &str = "Examples:

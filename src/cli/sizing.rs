@@ -46,7 +46,7 @@ fn how(text: &str) -> Result<How, String> {
 }
 
 fn length(text: &str) -> Result<Length, String> {
-    match super::size::length(text)? {
+    match super::target_count::length(text)? {
         Size::RelativeEdgeLength(share) => Ok(Length::OfDiagonal(share)),
         Size::EdgeLength(length) => Ok(Length::Units(length)),
         _ => Err("give a length".to_owned()),

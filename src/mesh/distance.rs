@@ -7,7 +7,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 
 use super::TriMesh;
 use super::bvh::Bvh;
-use super::edges::EdgeTable;
+use super::half_edges::EdgeTable;
 use super::quality::power_of_two_scale;
 use crate::{Error, Result};
 

@@ -2,24 +2,24 @@
 
 pub mod attributes;
 pub mod bvh;
-pub mod coarsen;
+pub mod correspondence;
 pub mod distance;
-pub(crate) mod edges;
-pub mod frame;
+pub mod features;
+pub(crate) mod half_edge_mesh;
+pub(crate) mod half_edges;
+pub(crate) mod hash_grid;
 pub mod intersections;
-pub mod io;
-pub mod long_edges;
-pub mod point_tree;
+pub mod kd_tree;
 pub mod polyline;
 pub mod quality;
 pub mod repair;
 pub mod samples;
+pub mod simplify;
 pub mod sizing;
-pub mod skeleton;
-pub mod source;
+pub mod subdivide;
 pub mod topology;
 pub mod triangle;
-pub mod voronoi;
+pub mod unit_frame;
 
 use glam::DVec3;
 

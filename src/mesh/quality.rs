@@ -6,7 +6,7 @@ use glam::DVec3;
 use serde::Serialize;
 
 use super::TriMesh;
-use super::edges::EdgeTable;
+use super::half_edges::EdgeTable;
 
 /// Keeps quotients of degenerate triangles defined; far below any product of lengths of a scaled mesh.
 const TINY: f64 = 1e-300;

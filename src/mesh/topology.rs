@@ -4,7 +4,7 @@ use rayon::slice::ParallelSliceMut;
 use serde::Serialize;
 
 use super::TriMesh;
-use super::edges::{EdgeTable, Side};
+use super::half_edges::{EdgeTable, Side};
 
 /// The topology of a mesh as its index list has it; positions play no part.
 ///

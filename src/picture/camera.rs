@@ -1,6 +1,6 @@
 //! From where a mesh is seen.
 
-use crate::mesh::frame::Frame;
+use crate::mesh::unit_frame::Frame;
 use crate::{Result, TriMesh};
 use glam::{DMat3, DVec3};
 

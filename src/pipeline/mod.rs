@@ -1,61 +1,43 @@
 //! The run: seed, iterate, connect, measure.
 
 mod all_at_once;
-mod attempts;
 mod coarse_to_fine;
-mod connected;
-mod densify;
-mod descent;
-mod exact;
-mod grid;
-mod holes;
-mod landing;
-mod lbfgs;
-mod level;
-mod mended;
-mod pace;
-mod parts;
-mod plan;
+mod collapse;
+mod cost;
+mod messages;
 mod prepare;
 mod preview;
-mod refine;
-#[cfg(test)]
-mod relaxing;
-mod rtf;
-mod shares;
-mod sizes;
-mod spare;
-mod words;
+mod submission;
 
-use crate::choices::Face;
 use crate::gpu::{Device, StageTime};
 use crate::measure::{Crossing, Measures, measure_some};
+use crate::mesh::correspondence::{Search, Source, Traced, trace_until};
+use crate::mesh::features::Skeleton;
 use crate::mesh::intersections::intersecting_faces_until;
 use crate::mesh::repair::{RepairCounts, Repaired};
-use crate::mesh::skeleton::Skeleton;
-use crate::mesh::source::{Search, Source, Traced, trace_until};
 use crate::mesh::spacing;
 use crate::mesh::topology::Topology;
-use crate::mesh::voronoi::{Energy, energy};
+use crate::options::all_at_once::Face;
 use crate::options::{MeasureDepth, Options};
-use crate::stages::connect::ConnectCounts;
-use crate::stages::face::FlagCounts;
-use crate::stages::poisson::DiskSummary;
-use crate::watch::Watch;
+use crate::progress::Watch;
+use crate::sites::connect::ConnectCounts;
+use crate::sites::poisson::DiskSummary;
+use crate::sites::restricted_voronoi::{Energy, energy};
+use crate::stages::face::cell::FlagCounts;
 use crate::{Error, Flow, Phase, Progress, Result, TriMesh};
 use all_at_once::AllAtOnce;
-use attempts::{Attempts, Settled};
-use connected::Fault;
+use coarse_to_fine::attempts::{Attempts, Settled};
+use coarse_to_fine::connect::Fault;
+use collapse::components::append;
 use glam::DVec3;
-use parts::append;
+use messages::{remarks, warnings};
 use prepare::Prepared;
 use serde::Serialize;
 use std::sync::OnceLock;
 use std::sync::atomic::AtomicBool;
 use std::time::Instant;
-use words::{remarks, warnings};
 
-pub use exact::ExactSummary;
+pub use all_at_once::exact::ExactSummary;
 pub(crate) use prepare::{compile, compile_later};
 #[cfg(feature = "html")]
 pub(crate) use prepare::{for_repaired, wanted_edges};

@@ -1,27 +1,27 @@
 //! The input made ready for a run: cleaned, divided into what cells can do and what is too small for them, uploaded.
 
-use super::attempts::has_own_curves;
 use super::coarse_to_fine::Ground;
-use super::level::{LIST, Level};
-use super::parts::{Divided, Parts, extract};
+use super::coarse_to_fine::attempts::has_own_curves;
+use super::coarse_to_fine::level::{LIST, Level};
+use super::coarse_to_fine::size_field::{SizeWish, size_field};
+use super::collapse::Wish;
+use super::collapse::components::{Divided, Parts, extract};
 use super::preview::device_bytes;
-use super::sizes::{SizeWish, size_field};
-use super::spare::Wish;
-use crate::choices::{Face, listed, looks_for_vertices};
 use crate::gpu::Device;
 use crate::gpu::kernels::face::cell;
-use crate::mesh::frame::Frame;
-use crate::mesh::long_edges::{halved_count, halved_until};
+use crate::mesh::correspondence::{Search, Traced, half_edges_after, vertex_values_after};
+use crate::mesh::features::{SkeletonOptions, spacing_of, user_edges};
 use crate::mesh::repair::{Repaired, repair_with};
-use crate::mesh::skeleton::{SkeletonOptions, spacing_of, user_edges};
-use crate::mesh::source::{Search, Traced, half_edges_after, vertex_values_after};
 use crate::mesh::spacing;
+use crate::mesh::subdivide::{halved_count, halved_until};
 use crate::mesh::topology::{Topology, topology};
+use crate::mesh::unit_frame::Frame;
+use crate::options::all_at_once::{Face, listed, looks_for_vertices};
 use crate::options::{Method, Options, Shortage, Sizing};
-use crate::stages::planar::PlanarFaces;
-use crate::stages::surface::Surface;
-use crate::stages::surface_curves::SurfaceCurves;
-use crate::watch::heed;
+use crate::progress::heed;
+use crate::sites::surface::Surface;
+use crate::sites::surface_curves::SurfaceCurves;
+use crate::stages::face::planar::PlanarFaces;
 use crate::{Error, Result, TriMesh};
 use std::sync::atomic::AtomicBool;
 
@@ -33,7 +33,7 @@ const GROWTHS: usize = 60;
 const MOST_HALVED: usize = 16;
 
 /// The input, ready for a run.
-pub(super) struct Prepared {
+pub(crate) struct Prepared {
     pub repaired: Repaired,
     pub frame: Frame,
     /// Topology of the repaired input.
@@ -129,7 +129,7 @@ fn longest_edge(mesh: &TriMesh, options: &Options) -> Result<Option<f64>> {
 ///
 /// # Errors
 /// As [`Frame::of`].
-pub(super) fn sizes_on_device(mesh: &TriMesh, options: &Options) -> Result<[u64; 2]> {
+pub(crate) fn sizes_on_device(mesh: &TriMesh, options: &Options) -> Result<[u64; 2]> {
     let [vertices, triangles] = [mesh.vertices.len(), mesh.triangles.len()];
     let Some(length) = longest_edge(mesh, options)? else {
         return Ok([vertices, triangles].map(|n| n as u64));
@@ -143,7 +143,7 @@ pub(super) fn sizes_on_device(mesh: &TriMesh, options: &Options) -> Result<[u64;
 ///
 /// # Errors
 /// As [`repair_with`] and [`check_given`]; [`Error::Usage`] if `repaired` is another mesh.
-pub(super) fn cleaned(mesh: &TriMesh, repaired: Option<Repaired>, options: &Options) -> Result<Repaired> {
+pub(crate) fn cleaned(mesh: &TriMesh, repaired: Option<Repaired>, options: &Options) -> Result<Repaired> {
     check_given(mesh, options)?;
     let Some(repaired) = repaired else { return repair_with(mesh, &options.repairs()) };
     let is_of_mesh = |t: &u32| (*t as usize) < mesh.triangles.len();
@@ -215,7 +215,7 @@ fn divide(mesh: &TriMesh, frame: &Frame, options: &Options, stop: &AtomicBool) -
 ///
 /// # Errors
 /// As [`Ground::new`].
-pub(super) fn ground(
+pub(crate) fn ground(
     device: &Device,
     (mesh, frame): (&TriMesh, &Frame),
     surface: &Surface,
@@ -279,7 +279,7 @@ pub(crate) fn compile_later(device: &Device, method: Method) -> Result<()> {
 }
 
 /// Device bytes that a site takes in the largest buffer, and in all but what only one method needs.
-pub(super) fn device_bytes_per_site(options: &Options) -> (u64, u64) {
+pub(crate) fn device_bytes_per_site(options: &Options) -> (u64, u64) {
     match options.method {
         // The list; six vectors, two reaches, eight words, and the boxes.
         Method::CoarseToFine => (4 * u64::from(LIST), 4 * u64::from(LIST) + 6 * 16 + 2 * 8 + 8 * 4 + 5),

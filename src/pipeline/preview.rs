@@ -1,18 +1,18 @@
 //! What a run would do, without a device.
 
-use super::attempts::may_collapse;
-use super::plan::{Extent, LevelPlan, enough, levels};
+use super::coarse_to_fine::attempts::may_collapse;
+use super::coarse_to_fine::levels::{Extent, LevelPlan, enough, levels};
+use super::coarse_to_fine::size_field::{SizeWish, size_field};
 use super::prepare::{cleaned, device_bytes_per_site, for_repaired, sizes_on_device, wanted_edges};
-use super::sizes::{SizeWish, size_field};
 use super::spacing;
-use crate::choices::{Face, Projection};
-use crate::mesh::frame::Frame;
+use crate::mesh::features::{Skeleton, SkeletonOptions, skeleton};
 use crate::mesh::repair::{RepairCounts, Repaired};
 use crate::mesh::sizing::SizeField;
-use crate::mesh::skeleton::{Skeleton, SkeletonOptions, skeleton};
 use crate::mesh::topology::topology;
+use crate::mesh::unit_frame::Frame;
+use crate::options::all_at_once::{Face, Projection};
 use crate::options::{Method, Options, Shortage, Sizing};
-use crate::stages::surface_curves::SurfaceCurves;
+use crate::sites::surface_curves::SurfaceCurves;
 use crate::{Error, Result, TriMesh};
 use serde::Serialize;
 
@@ -157,7 +157,7 @@ fn by_patch(found: &Skeleton, areas: &[f64], interior: usize) -> Vec<usize> {
 }
 
 /// About how many device bytes a run takes for so many vertices and triangles, and for each vertex of the result.
-pub(super) fn device_bytes([vertices, triangles]: [u64; 2], options: &Options, curves: bool) -> (u64, u64) {
+pub(crate) fn device_bytes([vertices, triangles]: [u64; 2], options: &Options, curves: bool) -> (u64, u64) {
     let (records, more) = match options.method {
         Method::CoarseToFine => (RECORD_BYTES, SITE_BYTES + if curves { PINNED_BYTES } else { 0 }),
         Method::AllAtOnce => match (options.face, options.projection) {

@@ -3,7 +3,7 @@
 use glam::DVec3;
 use rayon::prelude::*;
 
-use super::links::{Kind, Links, cross};
+use crate::mesh::half_edge_mesh::{Kind, Links, cross};
 
 /// Fewest edges of a vertex that may lose one.
 const MIN_VALENCE: u32 = 4;
@@ -18,13 +18,13 @@ const MIN_GAIN: f64 = 1e-6;
 
 /// What a flip is good for.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Rule {
+pub(crate) struct Rule {
     /// What one unit of valence energy (see [`valence_gain`]) is worth, in cotangents.
-    pub(super) valence_weight: f64,
+    pub(crate) valence_weight: f64,
 }
 
 /// Flips edges of `links` while that pays, in a fixed order and at most `sweeps` times over all; gives the number.
-pub(super) fn flip_edges(
+pub(crate) fn flip_edges(
     links: &mut Links,
     points: &[DVec3],
     locked: &[bool],

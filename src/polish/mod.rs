@@ -6,15 +6,14 @@
 
 mod fit;
 mod flip;
-mod links;
+mod outliers;
 mod relax;
 mod slide;
-mod spots;
 mod worst;
 
 pub use fit::{FitCounts, FitOptions, fit, fit_while};
+pub use outliers::{SpotOptions, reach_spots, reach_spots_while};
 pub use slide::Rail;
-pub use spots::{SpotOptions, reach_spots, reach_spots_while};
 
 use std::sync::Arc;
 
@@ -22,9 +21,9 @@ use glam::DVec3;
 
 use crate::TriMesh;
 use crate::mesh::bvh::Bvh;
-use crate::mesh::source::Search;
+use crate::mesh::correspondence::Search;
+use crate::mesh::half_edge_mesh::{Kind, Links, cross};
 use flip::{Rule, flip_edges};
-use links::{Kind, Links, cross};
 use slide::Rails;
 
 /// Sweeps over all edges before each relaxation.

@@ -4,7 +4,7 @@ use glam::DVec3;
 use rayon::prelude::*;
 
 use super::Target;
-use super::links::{Links, cross, next, previous};
+use crate::mesh::half_edge_mesh::{Links, cross, next, previous};
 
 /// Share of the way to the ring's mean that a vertex goes. Above 1, since the vertices around go the same way; on a
 /// regular mesh 4/3 would be the limit of stability.
@@ -16,10 +16,10 @@ const FLAT_SQ: f64 = 0.04;
 /// Times that moves are taken back triangle by triangle before all are.
 const REPAIRS: u32 = 8;
 /// Vertices and triangles that a thread takes at the least.
-pub(super) const CHUNK: usize = 512;
+pub(crate) const CHUNK: usize = 512;
 
 /// One step of all vertices that are not locked, with the edge `lengths` wanted at all, or nothing if they are equal; gives how many did not move because a triangle would have suffered.
-pub(super) fn relax(
+pub(crate) fn relax(
     links: &Links,
     points: &mut Vec<DVec3>,
     ranks: &mut [usize],
@@ -69,7 +69,7 @@ fn ring(links: &Links, points: &[DVec3], lengths: &[f64], v: u32) -> (DVec3, DVe
 }
 
 /// The unit normal of a vertex, 0 if it is irregular.
-pub(super) fn vertex_normal(links: &Links, points: &[DVec3], v: u32) -> DVec3 {
+pub(crate) fn vertex_normal(links: &Links, points: &[DVec3], v: u32) -> DVec3 {
     ring(links, points, &[], v).1
 }
 
@@ -103,7 +103,7 @@ fn take_back(links: &Links, points: &[DVec3], normals: &[DVec3], moved: &mut [DV
 
 /// Whether a triangle turns away from `up`, the direction of its vertices' normals, or becomes flat. One that was so
 /// before may stay so.
-pub(super) fn spoils(old: [DVec3; 3], new: [DVec3; 3], up: DVec3) -> bool {
+pub(crate) fn spoils(old: [DVec3; 3], new: [DVec3; 3], up: DVec3) -> bool {
     if old == new {
         return false;
     }

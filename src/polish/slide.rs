@@ -2,9 +2,9 @@
 
 use glam::DVec3;
 
-use super::links::cross;
 use super::relax::spoils;
 use super::worst::score;
+use crate::mesh::half_edge_mesh::cross;
 use crate::mesh::polyline::Polyline;
 
 /// Share of the way to the mean of the neighbours that a vertex goes.
@@ -28,7 +28,7 @@ pub struct Rail {
 }
 
 /// The rails of a mesh with what is known of them.
-pub(super) struct Rails {
+pub(crate) struct Rails {
     rails: Vec<Rail>,
     /// Which of all riders each vertex is, or `u32::MAX`.
     rider: Vec<u32>,
@@ -36,7 +36,7 @@ pub(super) struct Rails {
 }
 
 impl Rails {
-    pub(super) fn new(rails: &[Rail], vertices: usize) -> Self {
+    pub(crate) fn new(rails: &[Rail], vertices: usize) -> Self {
         let mut rider = vec![u32::MAX; vertices];
         let all = rails.iter().flat_map(|rail| &rail.riders);
         let riders = (0..).zip(all).map(|(k, (v, _))| rider[*v as usize] = k).count();
@@ -57,7 +57,7 @@ impl Rails {
     }
 
     /// Moves every rider once towards the mean of its neighbours, or, if `lift`, to where its worst triangle is best.
-    pub(super) fn slide(
+    pub(crate) fn slide(
         &mut self,
         triangles: &[[u32; 3]],
         points: &mut [DVec3],

@@ -4,8 +4,8 @@ use glam::DVec3;
 use rayon::prelude::*;
 
 use super::Target;
-use super::links::{Links, next, previous};
 use super::relax::{CHUNK, spoils, vertex_normal};
+use crate::mesh::half_edge_mesh::{Links, next, previous};
 
 /// Triangles that score below this are looked after: the cosine of 42 degrees, negated.
 const GOAL: f64 = -0.743_144_825_477_394;
@@ -19,7 +19,7 @@ const MIN_GAIN: f64 = 1e-4;
 
 /// Moves vertices of bad triangles one by one, in index order, where that lifts the worst triangle around them, and
 /// `passes` times over all; gives the number of moves.
-pub(super) fn improve(
+pub(crate) fn improve(
     links: &Links,
     points: &mut [DVec3],
     ranks: &mut [usize],
@@ -51,7 +51,7 @@ pub(super) fn improve(
 
 /// The negated cosine of the smallest angle, or less where the largest is above 90 degrees: no angle is needed, only
 /// which is better.
-pub(super) fn score([a, b, c]: [DVec3; 3]) -> f64 {
+pub(crate) fn score([a, b, c]: [DVec3; 3]) -> f64 {
     let (u, v, w) = (b - a, c - b, a - c);
     let [x, y, z] = [u, v, w].map(DVec3::length);
     let cosine = |p: DVec3, q: DVec3, lengths: f64| -p.dot(q) / lengths.max(f64::MIN_POSITIVE);
@@ -72,7 +72,7 @@ fn ring_score(links: &Links, points: &[DVec3], v: u32, p: DVec3) -> f64 {
 }
 
 /// Searches a better place for one vertex in its tangent plane, surface or not.
-pub(super) fn lift_freely(links: &Links, points: &mut [DVec3], v: u32) {
+pub(crate) fn lift_freely(links: &Links, points: &mut [DVec3], v: u32) {
     if let Some((place, ..)) = search(links, points, v) {
         points[v as usize] = place;
     }

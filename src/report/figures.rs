@@ -2,8 +2,8 @@
 
 use crate::gpu::DeviceInfo;
 use crate::measure::Measures;
-use crate::mesh::voronoi::Energy;
 use crate::pipeline::Summary;
+use crate::sites::restricted_voronoi::Energy;
 
 /// A name, which is the same in every run, and what there is to tell.
 pub type Row = (&'static str, String);

@@ -1,10 +1,10 @@
 //! Where a site wants to go: a middle of its face.
 
+use super::face::cell::CellFaces;
 use crate::Result;
 use crate::gpu::kernels::centroid::{area, vertex};
 use crate::gpu::{Buffer, Device, Pipeline, Recorder, Threads};
 use crate::options::Centroid;
-use crate::stages::face::CellFaces;
 use glam::Vec4;
 
 /// Either centroid kernel and its result.

@@ -4,15 +4,15 @@
 //! site and summed. How many parts there are is known in between, on the host, which also does those triangles that too
 //! many sites share.
 
-use super::lists::Lists;
-use super::sort::{Scan, Sort};
-use super::spatial::morton_order;
-use super::surface::Surface;
+use super::neighbours::lists::Lists;
+use super::spatial::{Scan, Sort};
 use crate::Result;
 use crate::gpu::kernels::exact::{aim, enough, listed, pairs, pieces, sums, walked};
 use crate::gpu::{Buffer, Device, Download, NONE, Pipeline, Recorder, Submitted, Threads};
-use crate::mesh::point_tree::PointTree;
-use crate::mesh::voronoi::{RestrictedVoronoi, halves};
+use crate::mesh::kd_tree::PointTree;
+use crate::sites::morton::morton_order;
+use crate::sites::restricted_voronoi::{RestrictedVoronoi, halves};
+use crate::sites::surface::Surface;
 use glam::{DVec3, UVec4, Vec4};
 use rayon::prelude::*;
 

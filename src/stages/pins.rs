@@ -4,12 +4,12 @@
 //! number of its patch, which never changes, since no site walks over a curve; a curve site has one of two negative
 //! numbers and keeps its place and its normal.
 
-use super::curve_sites::CurveSites;
-use super::place::Place;
 use super::records::octahedral;
-use super::seed::Seeds;
-use super::surface_curves::SurfaceCurves;
 use crate::gpu::NONE;
+use crate::sites::curve_sites::CurveSites;
+use crate::sites::place::Place;
+use crate::sites::seed::Seeds;
+use crate::sites::surface_curves::SurfaceCurves;
 use glam::{DVec3, Vec4};
 
 /// In the code of a curve site: one whose normal says nothing of its patches, as at the corner of a box or the edge of a

@@ -1,13 +1,13 @@
 //! The triangles of the surface as the searches for closest points read them: in spatial order, each with its corners,
 //! neighbours and normals in one place.
 
-use super::spatial::morton_code;
-use super::surface::Surface;
-use super::surface_curves::SurfaceCurves;
 use crate::Result;
 use crate::gpu::{Buffer, Device, NONE};
-use crate::mesh::edges::half_edge_mates;
+use crate::mesh::half_edges::half_edge_mates;
 use crate::mesh::topology::Partition;
+use crate::sites::morton::morton_code;
+use crate::sites::surface::Surface;
+use crate::sites::surface_curves::SurfaceCurves;
 use glam::{DVec2, DVec3, UVec4};
 use rayon::prelude::*;
 
@@ -153,8 +153,8 @@ fn packed_normals(own: DVec3, at_corners: [DVec3; 3]) -> UVec4 {
     UVec4::new(a, b, c, octahedral(own))
 }
 
-/// A unit vector in two signed shorts, as `unpack_normal` in `glsl/common/records.glsl` reads it; off by at most 5e-5.
-pub(super) fn octahedral(n: DVec3) -> u32 {
+/// A unit vector in two signed shorts, as `unpack_normal` in `glsl/project/records.glsl` reads it; off by at most 5e-5.
+pub(crate) fn octahedral(n: DVec3) -> u32 {
     let size = n.abs().element_sum();
     // Only a triangle without area has no normal; any direction will do.
     let n = if size > 0.0 { n / size } else { DVec3::Z };

@@ -1,7 +1,7 @@
 //! Edge lengths that differ over the surface, as the iteration sees them: what is wanted at each site, and where its
 //! target goes for that.
 
-use super::planar::PlanarInputs;
+use super::face::planar::PlanarInputs;
 use crate::Result;
 use crate::gpu::kernels::sizing::{drift, lengths};
 use crate::gpu::{Buffer, Device, Pipeline, Recorder, Threads};
@@ -79,7 +79,7 @@ impl Sizing {
         recorder.dispatch(&self.find, Threads(sites.len()), &push, &bindings)
     }
 
-    /// Records the shift of `targets` whose faces have these `centroids`, as [`super::planar::PlanarFaces`] leaves them; no
+    /// Records the shift of `targets` whose faces have these `centroids`, as [`super::face::planar::PlanarFaces`] leaves them; no
     /// step is longer than `largest_move` times the length wanted there. The lists in `inputs` must have at least 6 slots.
     ///
     /// # Errors

@@ -1,7 +1,7 @@
 //! The move itself and its size.
 
-use super::planar::PlanarInputs;
-use super::walk::Walk;
+use super::face::planar::PlanarInputs;
+use super::project::walk::Walk;
 use crate::Result;
 use crate::gpu::kernels::step::{keep_off, reduce, settle, step};
 use crate::gpu::{Buffer, Device, Pipeline, Recorder, Threads};

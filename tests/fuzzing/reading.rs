@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use rtfmesh::Error;
-use rtfmesh::mesh::io::{
+use rtfmesh::io::{
     Encoding, Format, Loaded, encode, encode_with, precision_note, read_bytes, read_bytes_with_looks,
 };
 

@@ -3,7 +3,7 @@
 use crate::cli::files::is_standard;
 use crate::cli::remesh::full_path;
 use rtfmesh::Error;
-use rtfmesh::mesh::io::Encoding;
+use rtfmesh::io::Encoding;
 use std::collections::{BTreeMap, HashSet};
 use std::path::{Path, PathBuf};
 

@@ -7,12 +7,13 @@ use super::attributes::{AttributeArgs, carried};
 use super::files::{InputFormat, Target};
 use super::method::{DeviceArgs, MethodArgs, refuse_messages};
 use super::remesh::{full_path, same_file};
-use super::size::{SizeArgs, count};
-use super::{tell, watch};
+use super::target_count::{SizeArgs, count};
+use super::{progress, tell};
 use anyhow::Result;
 use inputs::{Job, Shard};
 use log::{Entry, Log, Status};
-use rtfmesh::mesh::io::{self, Encoding, Format, Loaded};
+use rtfmesh::io;
+use rtfmesh::io::{Encoding, Format, Loaded};
 use rtfmesh::{Device, Error, Flow, MeasureDepth, Options, Size, remesh_repaired};
 use std::path::{Path, PathBuf};
 use std::sync::MutexGuard;
@@ -150,7 +151,7 @@ impl Batch<'_> {
         if jobs.is_empty() {
             return Ok(0);
         }
-        watch::heed()?;
+        progress::heed()?;
         let mut device = self.args.device.open(false)?;
         // A channel without room: one mesh is worked on, and one more waits.
         let (sender, receiver) = sync_channel(0);
@@ -161,15 +162,15 @@ impl Batch<'_> {
             let mut failed = 0;
             for (place, (job, read)) in jobs.iter().zip(receiver.iter()).enumerate() {
                 let (done, left) = (place - failed, jobs.len() - place);
-                watch::set_story(format!(
+                progress::set_story(format!(
                     "stopped: {done} done, {failed} failed, {left} left; --resume goes on"
                 ));
                 let mut entry = Entry::new(job, Status::Done);
                 // Nobody stops between a result and its line.
                 let outcome = self.one(&device, job, read, &mut entry);
                 if let Err(error) = &outcome {
-                    if watch::is_cancelled() {
-                        return Err(watch::stopped().into());
+                    if progress::is_cancelled() {
+                        return Err(progress::stopped().into());
                     }
                     failed += 1;
                     entry.status = Status::Failed;
@@ -213,7 +214,7 @@ impl Batch<'_> {
             let read = self.args.method.read_attributes(&loaded.attributes, &mut options);
             read.map_err(|error| error.in_file(&job.input))?;
             let options = entry.options.insert(options);
-            let mut progress = |_| match watch::is_cancelled() {
+            let mut progress = |_| match progress::is_cancelled() {
                 true => Flow::Cancel,
                 false => Flow::Continue,
             };
@@ -221,7 +222,7 @@ impl Batch<'_> {
             let result = result.map_err(|error| error.in_file(&job.input))?;
             refuse_messages(device)?;
             let attributes = carried(&loaded.mesh, &loaded.attributes, &result);
-            let writing = watch::begin_writing()?;
+            let writing = progress::begin_writing()?;
             target.write(&result.mesh, &attributes, true)?;
             entry.notes.extend(target.notes(&result.mesh, &attributes));
             entry.tell_of(result);

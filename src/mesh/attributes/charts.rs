@@ -10,8 +10,8 @@ use super::CornerUv;
 use super::seams::{joined, seams_of};
 use crate::mesh::TriMesh;
 use crate::mesh::bvh::Bvh;
-use crate::mesh::edges::{NO_MATE, half_edge_mates};
-use crate::mesh::source::{Source, SurfacePoint};
+use crate::mesh::correspondence::{Source, SurfacePoint};
+use crate::mesh::half_edges::{NO_MATE, half_edge_mates};
 use crate::mesh::triangle::closest_on_triangle;
 use rayon::prelude::*;
 
@@ -35,7 +35,7 @@ struct Charts<'a> {
 }
 
 /// The texture coordinates of the corners of `output`, which lies at `source` on `input`.
-pub(super) fn corner_uv(input: &TriMesh, uv: &CornerUv, source: &Source, output: &TriMesh) -> CornerUv {
+pub(crate) fn corner_uv(input: &TriMesh, uv: &CornerUv, source: &Source, output: &TriMesh) -> CornerUv {
     let charts = Charts::new(input, uv);
     let values = (0..output.triangles.len()).into_par_iter().flat_map_iter(|t| {
         let points = output.triangles[t].map(|v| source.vertices[v as usize]);

@@ -2,16 +2,16 @@
 //! corners, labels and colours of its faces.
 
 mod charts;
-mod looks;
+mod materials;
 mod seams;
 mod transfer;
 
-pub use looks::{Image, Looks};
+pub use materials::{Image, Looks};
 pub use seams::{label_borders, uv_seams};
 pub use transfer::transfer;
 
 use super::TriMesh;
-use super::source::Traced;
+use super::correspondence::Traced;
 
 /// The number type that a file has, and that a result is written in; values themselves are f64, which holds each exactly.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

@@ -4,7 +4,7 @@ use std::collections::{HashMap, HashSet};
 
 use super::{Attributes, CornerUv, Role};
 use crate::mesh::TriMesh;
-use crate::mesh::edges::{EdgeTable, Side};
+use crate::mesh::half_edges::{EdgeTable, Side};
 
 /// Texture coordinates nearer than this, in textures, are the same.
 const SAME_UV: f64 = 1e-6;
@@ -13,7 +13,7 @@ const SAME_UV: f64 = 1e-6;
 const POLE: usize = 5;
 
 /// The triangles over the first vertex at each place, so that triangles with vertices of their own are joined.
-pub(super) fn joined(mesh: &TriMesh) -> Vec<[u32; 3]> {
+pub(crate) fn joined(mesh: &TriMesh) -> Vec<[u32; 3]> {
     let mut firsts = HashMap::with_capacity(mesh.vertices.len());
     let first_there = |(own, position): (u32, &glam::DVec3)| {
         // Adding zero turns -0.0 into 0.0.
@@ -50,7 +50,7 @@ fn broken_ends(triangles: &[[u32; 3]], uv: &CornerUv, one: Side, other: Side) ->
 }
 
 /// The sides across which the texture does not go on.
-pub(super) fn seams_of(triangles: &[[u32; 3]], uv: &CornerUv) -> Vec<u32> {
+pub(crate) fn seams_of(triangles: &[[u32; 3]], uv: &CornerUv) -> Vec<u32> {
     sides_where(triangles, |one, other| broken_ends(triangles, uv, one, other).contains(&true))
 }
 

@@ -3,7 +3,7 @@
 use super::charts::corner_uv;
 use super::{Attribute, Attributes, Role};
 use crate::mesh::TriMesh;
-use crate::mesh::source::{Source, SurfacePoint};
+use crate::mesh::correspondence::{Source, SurfacePoint};
 
 /// The attributes of `input` for `output`, which lies at `source` on it.
 ///

@@ -2,7 +2,7 @@
 
 use super::RepairCounts;
 use crate::TriMesh;
-use crate::mesh::edges::EdgeTable;
+use crate::mesh::half_edges::EdgeTable;
 use glam::DVec3;
 use std::collections::{HashMap, HashSet};
 

@@ -1,9 +1,9 @@
 //! What is wrong with a mesh in ways that have one obvious answer: duplicates, zero areas, leftovers, faces turned over;
 //! and, where the caller gives a tolerance, cracks and crumbs.
 
+mod components;
 mod joints;
 mod orient;
-mod parts;
 mod weld;
 
 use std::collections::hash_map::Entry;
@@ -13,9 +13,9 @@ use glam::DVec3;
 use serde::Serialize;
 
 use super::TriMesh;
-use super::point_tree::PointTree;
+use super::kd_tree::PointTree;
 use crate::{Error, Result};
-pub(crate) use parts::parts;
+pub(crate) use components::connected_components;
 
 /// A triangle counts as flat when twice its area is at most this share of its longest edge squared. Edges computed
 /// in f64 are exact to about 1e-16, so below some 1e-15 the area is rounding alone; the rest is a margin.
@@ -148,7 +148,7 @@ pub fn repair_with(mesh: &TriMesh, options: &RepairOptions) -> Result<Repaired> 
         }
     }
     if options.min_component > 0.0 {
-        parts::drop_small(&mut kept, &mut origin, options.min_component, &mut counts);
+        components::drop_small(&mut kept, &mut origin, options.min_component, &mut counts);
     }
     orient::orient(&mut kept, &mut counts);
     kept.vertices.iter_mut().for_each(|vertex| *vertex *= unit);

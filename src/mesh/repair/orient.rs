@@ -2,7 +2,7 @@
 
 use super::RepairCounts;
 use crate::TriMesh;
-use crate::mesh::edges::EdgeTable;
+use crate::mesh::half_edges::EdgeTable;
 
 /// Makes the faces of each orientable component agree with the larger part of it by area. A component is what hangs
 /// together by edges of two faces: where more meet, or only a vertex, either side is right.

@@ -5,7 +5,7 @@
 //! since bends have a sign.
 
 use crate::TriMesh;
-use crate::mesh::edges::EdgeTable;
+use crate::mesh::half_edges::EdgeTable;
 use crate::mesh::polyline::Polyline;
 use glam::DVec3;
 

@@ -1,7 +1,7 @@
 //! Wished edge lengths made fit for a mesh: within bounds, no longer than the next ones allow, and for a number of vertices.
 
+use super::mean_crowd;
 use crate::TriMesh;
-use crate::mesh::sizing::mean_crowd;
 use std::cmp::Ordering;
 use std::collections::BinaryHeap;
 

@@ -9,8 +9,8 @@ mod graded;
 pub use curvature::{along_curve, curvature};
 pub use graded::{Bounds, graded};
 
+use super::triangle::closest_on_triangle;
 use crate::TriMesh;
-use crate::mesh::triangle::closest_on_triangle;
 use glam::DVec3;
 
 /// Lengths that differ by less than this share are as good as equal,

@@ -11,10 +11,10 @@ mod solve;
 use glam::DVec3;
 use rayon::prelude::*;
 
-use super::links::{Links, cross};
 use super::relax::{CHUNK, spoils, vertex_normal};
 use super::{Target, is_locked};
 use crate::TriMesh;
+use crate::mesh::half_edge_mesh::{Links, cross};
 use crate::mesh::quality::TriangleQuality;
 use samples::{Ranks, Sheet};
 use solve::System;

@@ -3,11 +3,11 @@
 use glam::DVec3;
 use rayon::prelude::*;
 
-use super::super::Target;
-use super::super::links::{Links, cross};
-use super::super::relax::CHUNK;
 use crate::TriMesh;
 use crate::mesh::bvh::Bvh;
+use crate::mesh::half_edge_mesh::{Links, cross};
+use crate::polish::Target;
+use crate::polish::relax::CHUNK;
 
 /// What the sample at a face's middle, at the middle of one of its edges and at one of its corners count, over the
 /// face's area: exact for polynomials of degree three. Samples on edges and vertices stand for all faces there.
@@ -30,7 +30,7 @@ const FACES: f64 = 0.55;
 /// A point of the mesh and the point of the surface that it should meet: their distance, along the direction in which
 /// it changes, both times the square root of what the sample counts.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
-pub(super) struct Sample {
+pub(crate) struct Sample {
     pub direction: DVec3,
     pub distance: f64,
 }
@@ -46,14 +46,14 @@ impl Sample {
 
 /// The closest point of a surface's vertex: in this triangle of the mesh, at these weights of its corners.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Inward {
+pub(crate) struct Inward {
     pub triangle: u32,
     pub weights: [f64; 3],
     pub sample: Sample,
 }
 
 /// All samples of a round.
-pub(super) struct Samples {
+pub(crate) struct Samples {
     /// On every vertex.
     pub corners: Vec<Sample>,
     /// On the three edges of every face, where no face before it has them, and in its middle.
@@ -63,7 +63,7 @@ pub(super) struct Samples {
 }
 
 /// Where the searches of the samples ended: middle and edges of every face, vertices, and the surface's vertices.
-pub(super) struct Ranks {
+pub(crate) struct Ranks {
     faces: Vec<[usize; 4]>,
     corners: Vec<usize>,
     inward: Vec<usize>,
@@ -80,7 +80,7 @@ impl Ranks {
 }
 
 /// A mesh with its vertices' normals, 0 for those that may not move.
-pub(super) struct Sheet<'a> {
+pub(crate) struct Sheet<'a> {
     pub links: &'a Links,
     pub points: &'a [DVec3],
     pub normals: &'a [DVec3],

@@ -4,14 +4,14 @@ use std::ops::AddAssign;
 
 use glam::{DMat3, DVec3, Vec3Swizzles};
 
-use super::super::links::{Links, next};
 use super::samples::{Inward, Sample, Samples};
+use crate::mesh::half_edge_mesh::{Links, next};
 
 /// Weights of a face's corners at the samples on its edges and in its middle.
 const WEIGHTS: [[f64; 3]; 4] = [[0.5, 0.5, 0.0], [0.0, 0.5, 0.5], [0.5, 0.0, 0.5], [1.0 / 3.0; 3]];
 
 /// What is to be as small as possible.
-pub(super) struct System<'a> {
+pub(crate) struct System<'a> {
     pub links: &'a Links,
     pub samples: &'a Samples,
     /// What the square of a move costs, for each vertex.

@@ -5,11 +5,12 @@ mod scene;
 mod thin;
 
 use super::Report;
-use super::figures::{self, Row};
+use super::figures;
+use super::figures::Row;
 use crate::measure::{Crossing, Measures, measure_some};
-use crate::mesh::frame::Frame;
+use crate::mesh::features::{Curve, SkeletonOptions, skeleton};
 use crate::mesh::repair::repair_with;
-use crate::mesh::skeleton::{Curve, SkeletonOptions, skeleton};
+use crate::mesh::unit_frame::Frame;
 use crate::picture::{WORST, check, distance_colour, middle_distances, quality_colour, quality_shares};
 use crate::pipeline::{for_repaired, wanted_edges};
 use crate::{Error, Method, Result, TriMesh};

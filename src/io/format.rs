@@ -1,0 +1,187 @@
+//! What kinds of files there are, and how to tell them apart.
+
+use std::fmt;
+use std::path::Path;
+use std::str::FromStr;
+
+use super::{excerpt, stl};
+use crate::Error;
+
+/// A kind of mesh file.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Format {
+    /// Wavefront OBJ, text.
+    Obj,
+    /// Stanford PLY, text or binary; written binary.
+    Ply,
+    /// STL, text or binary; written binary, in 32-bit numbers.
+    Stl,
+    /// Geomview's OFF, text.
+    Off,
+    /// glTF 2.0 as JSON with its buffers inside or beside it; read only.
+    Gltf,
+    /// glTF 2.0 in one binary file, in 32-bit numbers relative to the mesh's own size.
+    Glb,
+    /// MEDIT's `.mesh`, text.
+    Medit,
+}
+
+impl Format {
+    /// All of them.
+    pub const ALL: [Self; 7] =
+        [Self::Obj, Self::Ply, Self::Stl, Self::Off, Self::Gltf, Self::Glb, Self::Medit];
+
+    /// Its name for people.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Obj => "OBJ",
+            Self::Ply => "PLY",
+            Self::Stl => "STL",
+            Self::Off => "OFF",
+            Self::Gltf => "glTF",
+            Self::Glb => "GLB",
+            Self::Medit => "MEDIT",
+        }
+    }
+
+    /// The extension of its files, without the dot.
+    pub fn extension(self) -> &'static str {
+        match self {
+            Self::Obj => "obj",
+            Self::Ply => "ply",
+            Self::Stl => "stl",
+            Self::Off => "off",
+            Self::Gltf => "gltf",
+            Self::Glb => "glb",
+            Self::Medit => "mesh",
+        }
+    }
+
+    /// By the extension in any case, or "medit".
+    fn of_word(word: &str) -> Option<Self> {
+        let named = |format: &Self| word.eq_ignore_ascii_case(format.extension());
+        let medit = word.eq_ignore_ascii_case("medit").then_some(Self::Medit);
+        Self::ALL.into_iter().find(named).or(medit)
+    }
+
+    /// Whether files of it can be shown in a terminal.
+    pub fn is_written_as_text(self) -> bool {
+        matches!(self, Self::Obj | Self::Off | Self::Medit)
+    }
+}
+
+/// A format, plain or packed.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Encoding {
+    /// The format of the plain file.
+    pub format: Format,
+    /// Whether it is packed by gzip.
+    pub gzip: bool,
+}
+
+impl Encoding {
+    /// What the name of a file says, `kitten.ply` or `kitten.ply.gz`; nothing if it says nothing known.
+    pub fn of_name(path: &Path) -> Option<Self> {
+        let plain = without_gz(path);
+        let format = Format::of_word(plain.extension()?.to_str()?)?;
+        Some(Self { format, gzip: plain != path })
+    }
+}
+
+/// The path without a last `.gz`.
+fn without_gz(path: &Path) -> &Path {
+    let packed = path.extension().is_some_and(|extension| extension.eq_ignore_ascii_case("gz"));
+    match path.file_stem() {
+        Some(stem) if packed => Path::new(stem),
+        _ => path,
+    }
+}
+
+impl fmt::Display for Encoding {
+    fn fmt(&self, out: &mut fmt::Formatter) -> fmt::Result {
+        write!(out, "{}{}", self.format.extension(), if self.gzip { ".gz" } else { "" })
+    }
+}
+
+impl FromStr for Encoding {
+    type Err = Error;
+
+    /// `ply`, `ply.gz` and the like, in any case; `medit` is `mesh`.
+    fn from_str(text: &str) -> Result<Self, Error> {
+        let plain = text.len().checked_sub(3).and_then(|at| text.split_at_checked(at));
+        let plain = plain.filter(|(_, end)| end.eq_ignore_ascii_case(".gz")).map(|(plain, _)| plain);
+        match Format::of_word(plain.unwrap_or(text)) {
+            Some(format) => Ok(Self { format, gzip: plain.is_some() }),
+            None => {
+                let problem = format!("there is no mesh format '{}'", excerpt(text));
+                Err(Error::usage(problem, format!("use {}, or one of them with .gz", list(&Format::ALL))))
+            }
+        }
+    }
+}
+
+/// "obj, ply or stl".
+fn list(formats: &[Format]) -> String {
+    let names: Vec<&str> = formats.iter().map(|format| format.extension()).collect();
+    match names.as_slice() {
+        [others @ .., last] if !others.is_empty() => format!("{} or {last}", others.join(", ")),
+        _ => names.join(", "),
+    }
+}
+
+/// The extensions that results can have: ".obj, .ply or .stl".
+pub(crate) fn written_extensions() -> String {
+    let written: Vec<Format> = Format::ALL.into_iter().filter(|format| *format != Format::Gltf).collect();
+    format!(".{}", list(&written).replace(", ", ", .").replace("or ", "or ."))
+}
+
+/// What is wrong with a name that tells no format.
+pub(crate) fn extension_problem(path: &Path) -> String {
+    match path.extension() {
+        Some(extension) => format!("unknown file type '.{}'", extension.to_string_lossy()),
+        None => "the file name has no extension".to_owned(),
+    }
+}
+
+/// How much of a text is looked at.
+const START: usize = 4096;
+
+/// The format that the content shows beyond doubt; `None` where it could be anything.
+pub(crate) fn plain_format(bytes: &[u8]) -> Option<Format> {
+    let bytes = bytes.strip_prefix(b"\xef\xbb\xbf").unwrap_or(bytes);
+    if bytes.starts_with(b"ply\n") || bytes.starts_with(b"ply\r") {
+        return Some(Format::Ply);
+    }
+    if bytes.starts_with(b"glTF") {
+        return Some(Format::Glb);
+    }
+    if stl::has_binary_size(bytes) {
+        return Some(Format::Stl);
+    }
+    if bytes.trim_ascii_start().starts_with(b"{") {
+        return Some(Format::Gltf);
+    }
+    let start = String::from_utf8_lossy(bytes.get(..START).unwrap_or(bytes));
+    let lines = || {
+        let whole = |line: &&str| !line.is_empty() && !line.starts_with('#');
+        start.split(['\n', '\r']).map(str::trim).filter(whole)
+    };
+    let first_word = |line: &str| line.split_whitespace().next().unwrap_or_default().to_owned();
+    let first = lines().next().map(first_word).unwrap_or_default();
+    if first.eq_ignore_ascii_case("MeshVersionFormatted") {
+        return Some(Format::Medit);
+    }
+    if super::off::is_keyword(&first) {
+        return Some(Format::Off);
+    }
+    let facet = |line: &str| ["facet", "endsolid"].iter().any(|w| first_word(line).eq_ignore_ascii_case(w));
+    if first.eq_ignore_ascii_case("solid") && lines().any(facet) {
+        return Some(Format::Stl);
+    }
+    // Comments and names may come first; a line with three numbers after "v" is an OBJ's own.
+    let vertex_line = |line: &str| {
+        let mut words = line.split_whitespace();
+        words.next() == Some("v") && words.take(3).filter(|word| word.parse::<f64>().is_ok()).count() == 3
+    };
+    lines().any(vertex_line).then_some(Format::Obj)
+}

@@ -1,0 +1,153 @@
+//! Colours, normals, texture coordinates and materials of a scene's triangles.
+
+use glam::{DMat3, DMat4, DVec3};
+
+use super::accessors::{Buffers, Elements, Number};
+use super::model::{Model, Primitive};
+use crate::mesh::attributes::{Attribute, Attributes, CornerUv, Kind, Role};
+use crate::{Error, Result};
+
+/// What has been gathered so far.
+#[derive(Default)]
+pub(crate) struct Beside {
+    /// Red, green, blue and opacity from 0 to 1 of each vertex; white where there is none.
+    colours: Vec<[f64; 4]>,
+    colour_components: usize,
+    colour_kind: Option<Kind>,
+    normals: Vec<DVec3>,
+    /// Vertices and triangles without a normal, or without texture coordinates, where others have some.
+    without_normal: usize,
+    without_uv: usize,
+    uv: Vec<[f64; 2]>,
+    materials: Vec<f64>,
+    any_material: bool,
+}
+
+/// The elements of an accessor, one for each of so many vertices.
+fn of_vertices<'a>(
+    buffers: &'a Buffers,
+    accessor: usize,
+    kind: &str,
+    count: usize,
+    place: &str,
+) -> Result<Elements<'a>> {
+    let elements = buffers.elements(accessor, kind)?;
+    if elements.count != count {
+        let problem = format!("accessor {accessor} has {} elements for {count} vertices", elements.count);
+        return Err(Error::input(Some(place.to_owned()), problem, "write the mesh again"));
+    }
+    Ok(elements)
+}
+
+impl Beside {
+    /// The vertices of a primitive.
+    pub fn vertices(
+        &mut self,
+        (model, buffers): (&Model, &Buffers),
+        primitive: &Primitive,
+        (count, transform): (usize, DMat4),
+        place: &str,
+    ) -> Result<()> {
+        let first = self.colours.len();
+        self.colours.resize(first + count, [1.0; 4]);
+        if let Some(accessor) = primitive.attributes.colour {
+            let opaque = model.accessors.get(accessor).is_none_or(|accessor| accessor.kind != "VEC4");
+            let (kind, components) = if opaque { ("VEC3", 3) } else { ("VEC4", 4) };
+            let elements = of_vertices(buffers, accessor, kind, count, place)?;
+            for (index, colour) in self.colours.iter_mut().skip(first).enumerate() {
+                let shades = colour.iter_mut().take(components).enumerate();
+                shades.for_each(|(at, shade)| *shade = elements.number(index, at));
+            }
+            let kind = match elements.component {
+                Number::U8 => Kind::U8,
+                Number::U16 => Kind::U16,
+                _ => Kind::F32,
+            };
+            self.colour_kind = Some(self.colour_kind.filter(|old| *old != kind).map_or(kind, |_| Kind::F32));
+            self.colour_components = self.colour_components.max(components);
+        }
+        match primitive.attributes.normal {
+            None => {
+                self.normals.resize(first + count, DVec3::ZERO);
+                self.without_normal += count;
+            }
+            Some(accessor) => {
+                let elements = of_vertices(buffers, accessor, "VEC3", count, place)?;
+                let moved = DMat3::from_mat4(transform);
+                // Turned as the surface is, whatever the axes are scaled by; as they are if nothing turns.
+                let turned = if moved == DMat3::IDENTITY {
+                    None
+                } else {
+                    Some(moved.inverse().transpose() * moved.determinant().signum())
+                };
+                let normal = |n: DVec3| turned.map_or(n, |turned| (turned * n).normalize_or_zero());
+                self.normals.extend(elements.positions().map(normal));
+            }
+        }
+        Ok(())
+    }
+
+    /// The triangles of a primitive, over its own vertices.
+    pub fn triangles(
+        &mut self,
+        (model, buffers): (&Model, &Buffers),
+        primitive: &Primitive,
+        (count, triangles): (usize, &[[u32; 3]]),
+        place: &str,
+    ) -> Result<()> {
+        match primitive.attributes.texture {
+            None => {
+                self.uv.resize(self.uv.len() + 3 * triangles.len(), [0.0; 2]);
+                self.without_uv += triangles.len();
+            }
+            Some(accessor) => {
+                let elements = of_vertices(buffers, accessor, "VEC2", count, place)?;
+                // In glTF v grows downwards.
+                let uv = |v: &u32| [elements.number(*v as usize, 0), 1.0 - elements.number(*v as usize, 1)];
+                self.uv.extend(triangles.as_flattened().iter().map(uv));
+            }
+        }
+        if let Some(material) = primitive.material.filter(|material| *material >= model.materials.len()) {
+            let problem = format!("there is no material {material}");
+            return Err(Error::input(Some(place.to_owned()), problem, "write the mesh again"));
+        }
+        self.any_material |= primitive.material.is_some();
+        let material = primitive.material.unwrap_or(model.materials.len()) as f64;
+        self.materials.resize(self.materials.len() + triangles.len(), material);
+        Ok(())
+    }
+
+    /// What was found, for all vertices and triangles.
+    pub fn attributes(self, model: &Model, notes: &mut Vec<String>) -> Attributes {
+        let mut found = Attributes::default();
+        if let Some(kind) = self.colour_kind {
+            let (components, largest) = (self.colour_components, kind.range().map_or(1.0, |(_, high)| high));
+            let shades = self.colours.iter().flat_map(|colour| colour.iter().take(components));
+            let values = shades.map(|shade| kind.rounded(shade * largest)).collect();
+            found.vertex.push(Attribute::new("colour", Role::Colour, kind, components, values));
+        }
+        if self.without_normal == 0 {
+            let values = self.normals.iter().flat_map(|normal| normal.to_array()).collect();
+            found.vertex.push(Attribute::new("normal", Role::Normal, Kind::F32, 3, values));
+        } else if self.without_normal < self.normals.len() {
+            notes.push(format!("normals were ignored: {} vertices lack one", self.without_normal));
+        }
+        if self.without_uv == 0 {
+            found.uv = Some(CornerUv { kind: Kind::F32, values: self.uv });
+        } else if 3 * self.without_uv < self.uv.len() {
+            notes.push(format!("texture coordinates were ignored: {} triangles lack them", self.without_uv));
+        }
+        if self.any_material {
+            let given = |(index, material): (usize, &super::model::Material)| {
+                material.name.clone().unwrap_or_else(|| format!("material{index}"))
+            };
+            let mut names: Vec<String> = model.materials.iter().enumerate().map(given).collect();
+            if self.materials.iter().any(|material| *material as usize == names.len()) {
+                names.push(String::new());
+            }
+            let label = Attribute::new("material", Role::Label, Kind::U32, 1, self.materials);
+            found.face.push(Attribute { names, ..label });
+        }
+        found
+    }
+}

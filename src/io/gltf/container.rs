@@ -1,0 +1,63 @@
+//! The parts of a file: JSON alone, or JSON and binary data behind a header.
+
+use crate::io::text::cut_off;
+use crate::{Error, Result};
+
+/// What a file consists of.
+pub(crate) struct Parts<'a> {
+    pub json: &'a [u8],
+    /// The buffer of a `.glb`.
+    pub binary: Option<&'a [u8]>,
+}
+
+const JSON: u32 = 0x4E4F_534A;
+const BINARY: u32 = 0x004E_4942;
+
+pub(crate) fn parts(bytes: &[u8]) -> Result<Parts<'_>> {
+    if !bytes.starts_with(b"glTF") {
+        return Ok(Parts { json: bytes.strip_prefix(b"\xef\xbb\xbf").unwrap_or(bytes), binary: None });
+    }
+    let mut at = 4;
+    let version = word(bytes, &mut at)?;
+    if version != 2 {
+        let problem = format!("this is glTF {version}, not 2");
+        return Err(Error::input(Some("byte 4".to_owned()), problem, "write the mesh again as glTF 2.0"));
+    }
+    let length = word(bytes, &mut at)? as usize;
+    // What follows is no part of the file.
+    let Some(file) = bytes.get(..length) else {
+        let missing = format!("the header says {length} bytes, but there are {}", bytes.len());
+        return Err(cut_off("byte 8".to_owned(), &missing));
+    };
+    let (kind, json) = chunk(file, &mut at)?;
+    if kind != JSON {
+        let place = Some("byte 16".to_owned());
+        return Err(Error::input(place, "the first chunk is not JSON", "write the mesh again"));
+    }
+    let mut binary = None;
+    while binary.is_none() && at < file.len() {
+        let (kind, data) = chunk(file, &mut at)?;
+        binary = (kind == BINARY).then_some(data);
+    }
+    Ok(Parts { json, binary })
+}
+
+fn word(bytes: &[u8], at: &mut usize) -> Result<u32> {
+    let Some((word, _)) = bytes.get(*at..).and_then(|rest| rest.split_first_chunk::<4>()) else {
+        return Err(cut_off(format!("byte {at}"), "the header of a part is missing"));
+    };
+    *at += 4;
+    Ok(u32::from_le_bytes(*word))
+}
+
+fn chunk<'a>(bytes: &'a [u8], at: &mut usize) -> Result<(u32, &'a [u8])> {
+    let length = word(bytes, at)? as usize;
+    let kind = word(bytes, at)?;
+    let rest = bytes.get(*at..).unwrap_or_default();
+    let Some(data) = rest.get(..length) else {
+        let missing = format!("a part has {length} bytes, but {} are left", rest.len());
+        return Err(cut_off(format!("byte {at}"), &missing));
+    };
+    *at += length;
+    Ok((kind, data))
+}

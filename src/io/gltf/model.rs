@@ -1,0 +1,143 @@
+//! The JSON, as far as triangles need it.
+
+use serde::Deserialize;
+use serde::de::IgnoredAny;
+
+use crate::io::excerpt;
+use crate::{Error, Result};
+
+#[derive(Deserialize)]
+#[serde(rename_all = "camelCase")]
+pub(crate) struct Model {
+    asset: Asset,
+    pub scene: Option<usize>,
+    #[serde(default)]
+    pub scenes: Vec<Scene>,
+    #[serde(default)]
+    pub nodes: Vec<Node>,
+    #[serde(default)]
+    pub meshes: Vec<Mesh>,
+    #[serde(default)]
+    pub accessors: Vec<Accessor>,
+    #[serde(default)]
+    pub buffer_views: Vec<BufferView>,
+    #[serde(default)]
+    pub buffers: Vec<Buffer>,
+    #[serde(default)]
+    pub materials: Vec<Material>,
+    #[serde(default)]
+    extensions_required: Vec<String>,
+}
+
+#[derive(Deserialize)]
+struct Asset {
+    version: String,
+}
+
+#[derive(Deserialize)]
+pub(crate) struct Scene {
+    #[serde(default)]
+    pub nodes: Vec<usize>,
+}
+
+#[derive(Deserialize)]
+pub(crate) struct Node {
+    #[serde(default)]
+    pub children: Vec<usize>,
+    pub mesh: Option<usize>,
+    pub skin: Option<IgnoredAny>,
+    /// Column after column; instead of the three below.
+    pub matrix: Option<[f64; 16]>,
+    pub translation: Option<[f64; 3]>,
+    /// x, y, z, w.
+    pub rotation: Option<[f64; 4]>,
+    pub scale: Option<[f64; 3]>,
+}
+
+#[derive(Deserialize)]
+pub(crate) struct Mesh {
+    #[serde(default)]
+    pub primitives: Vec<Primitive>,
+}
+
+#[derive(Deserialize)]
+pub(crate) struct Primitive {
+    pub attributes: Attributes,
+    pub indices: Option<usize>,
+    pub mode: Option<u32>,
+    pub material: Option<usize>,
+}
+
+#[derive(Deserialize)]
+pub(crate) struct Material {
+    pub name: Option<String>,
+}
+
+#[derive(Deserialize)]
+pub(crate) struct Attributes {
+    #[serde(rename = "POSITION")]
+    pub position: Option<usize>,
+    #[serde(rename = "COLOR_0")]
+    pub colour: Option<usize>,
+    #[serde(rename = "NORMAL")]
+    pub normal: Option<usize>,
+    #[serde(rename = "TEXCOORD_0")]
+    pub texture: Option<usize>,
+}
+
+#[derive(Deserialize)]
+#[serde(rename_all = "camelCase")]
+pub(crate) struct Accessor {
+    pub buffer_view: Option<usize>,
+    #[serde(default)]
+    pub byte_offset: usize,
+    pub component_type: u32,
+    #[serde(default)]
+    pub normalized: bool,
+    pub count: usize,
+    #[serde(rename = "type")]
+    pub kind: String,
+    pub sparse: Option<IgnoredAny>,
+}
+
+#[derive(Deserialize)]
+#[serde(rename_all = "camelCase")]
+pub(crate) struct BufferView {
+    pub buffer: usize,
+    #[serde(default)]
+    pub byte_offset: usize,
+    pub byte_length: usize,
+    pub byte_stride: Option<usize>,
+}
+
+#[derive(Deserialize)]
+#[serde(rename_all = "camelCase")]
+pub(crate) struct Buffer {
+    pub uri: Option<String>,
+    pub byte_length: usize,
+}
+
+impl Model {
+    /// Refuses other versions, and extensions without which the triangles cannot be known.
+    pub fn check(&self) -> Result<()> {
+        if self.asset.version.split('.').next() != Some("2") {
+            let problem = format!("this is glTF {}, not 2", excerpt(&self.asset.version));
+            return Err(Error::input(Some("asset".to_owned()), problem, "write the mesh again as glTF 2.0"));
+        }
+        // Looks and light do not matter.
+        let harmless = |name: &String| {
+            let starts = ["KHR_materials_", "KHR_texture_", "EXT_texture_", "KHR_lights_", "EXT_lights_"];
+            name == "KHR_mesh_quantization" || starts.iter().any(|start| name.starts_with(start))
+        };
+        if let Some(name) = self.extensions_required.iter().find(|name| !harmless(name)) {
+            let place = Some("extensionsRequired".to_owned());
+            let problem = format!("the extension '{}' is not supported", excerpt(name));
+            return Err(Error::input(
+                place,
+                problem,
+                "write the mesh again without compression and extensions",
+            ));
+        }
+        Ok(())
+    }
+}

@@ -1,0 +1,302 @@
+//! A mesh as one `.glb` file.
+
+use std::collections::HashMap;
+use std::io;
+use std::io::Write;
+
+use glam::DVec3;
+use serde_json::{Value, json};
+
+use super::write_materials;
+use super::write_materials::looks_of;
+use crate::TriMesh;
+use crate::io::ply::write::put;
+use crate::mesh::attributes::{Attribute, Attributes, Kind, Role};
+
+/// Positions further out than this many times the longest side of the bounding box lose digits in 32 bits, which a
+/// node's translation keeps.
+const FAR: f64 = 2.0;
+/// Half sides out of this range need a node's scale, so that products of lengths stay within 32 bits.
+const SMALL: f64 = 1e-9;
+const LARGE: f64 = 1e9;
+
+/// Bytes before the JSON, and before the binary data.
+const HEADER: u64 = 20;
+const CHUNK: u64 = 8;
+
+/// What buffer views are for.
+const VERTICES: u32 = 34962;
+const INDICES: u32 = 34963;
+/// More labels without names than this are no materials.
+const MOST_MATERIALS: usize = 1 << 16;
+
+/// What the node does to the positions in the buffer.
+struct Placement {
+    translation: DVec3,
+    scale: f64,
+}
+
+impl Placement {
+    fn of(mesh: &TriMesh) -> Self {
+        let (low, high) = mesh.bounds().unwrap_or_default();
+        // Halved first, because the difference can overflow.
+        let half = 0.5 * high - 0.5 * low;
+        let largest = half.max_element();
+        let out = low.abs().max(high.abs()).max_element() > 2.0 * FAR * largest;
+        // Where every digit fits anyway, positions stay what they are.
+        let far = out && mesh.vertices.iter().any(|vertex| vertex.as_vec3().as_dvec3() != *vertex);
+        let odd = largest > 0.0 && !(SMALL..LARGE).contains(&largest);
+        let translation = if far || odd { 0.5 * low + 0.5 * high } else { DVec3::ZERO };
+        // A power of two, so that no digit is lost.
+        let scale = if odd { largest.log2().floor().clamp(-1022.0, 1023.0).exp2() } else { 1.0 };
+        Self { translation, scale }
+    }
+
+    fn inverse(&self, position: DVec3) -> [f32; 3] {
+        ((position - self.translation) / self.scale).as_vec3().to_array()
+    }
+
+    fn node(&self) -> Value {
+        let mut node = json!({ "mesh": 0 });
+        if self.translation != DVec3::ZERO {
+            node["translation"] = json!(self.translation.to_array());
+        }
+        if self.scale != 1.0 {
+            node["scale"] = json!([self.scale, self.scale, self.scale]);
+        }
+        node
+    }
+}
+
+/// Bytes of the positions and of the indices, and at most those of attributes.
+fn data_bytes(mesh: &TriMesh, attributes: &Attributes) -> u64 {
+    let (vertices, corners) = (mesh.vertices.len() as u64, 3 * mesh.triangles.len() as u64);
+    // Every corner may need a vertex of its own, where textures have seams.
+    let split = if attributes.uv.is_some() { vertices + corners } else { vertices };
+    let colour = if attributes.vertex_role(Role::Colour).is_some() { 16 } else { 0 };
+    let normal = if attributes.vertex_role(Role::Normal).is_some() { 12 } else { 0 };
+    let uv = if attributes.uv.is_some() { 8 } else { 0 };
+    let looks = looks_of(attributes).map_or(0, write_materials::byte_length);
+    split * (12 + colour + normal + uv) + 4 * corners + looks
+}
+
+/// Bytes of the file to within those of its JSON, a few kilobytes; with texture coordinates it may be fewer.
+pub(crate) fn byte_length(mesh: &TriMesh, attributes: &Attributes) -> u64 {
+    HEADER + CHUNK + data_bytes(mesh, attributes)
+}
+
+/// Vertices that have one texture coordinate each.
+struct Split {
+    /// The mesh's vertex that each stands for: first the mesh's own, then copies for other sides of seams.
+    of: Vec<u32>,
+    /// Texture coordinates of each, if there are any.
+    uv: Vec<[f64; 2]>,
+    triangles: Vec<[u32; 3]>,
+}
+
+impl Split {
+    fn new(mesh: &TriMesh, attributes: &Attributes) -> Self {
+        let mut of: Vec<u32> = (0..mesh.vertices.len() as u32).collect();
+        let Some(corners) = &attributes.uv else {
+            return Self { of, uv: Vec::new(), triangles: mesh.triangles.clone() };
+        };
+        let mut uv: Vec<Option<[f64; 2]>> = vec![None; of.len()];
+        let mut copies: HashMap<(u32, [u64; 2]), u32> = HashMap::new();
+        let mut triangles = mesh.triangles.clone();
+        for (vertex, own) in triangles.as_flattened_mut().iter_mut().zip(&corners.values) {
+            let Some(first) = uv.get_mut(*vertex as usize) else { continue };
+            if *first.get_or_insert(*own) == *own {
+                continue;
+            }
+            let original = *vertex;
+            *vertex = *copies.entry((original, own.map(f64::to_bits))).or_insert_with(|| {
+                of.push(original);
+                uv.push(Some(*own));
+                of.len() as u32 - 1
+            });
+        }
+        Self { of, uv: uv.into_iter().map(Option::unwrap_or_default).collect(), triangles }
+    }
+}
+
+/// The triangles of each material, with its number; all together without materials.
+fn by_material(attributes: &Attributes, triangles: usize) -> Vec<(Option<usize>, Vec<usize>)> {
+    let Some(label) = attributes.face_named("material").filter(|label| label.components == 1) else {
+        return vec![(None, (0..triangles).collect())];
+    };
+    let mut order: Vec<usize> = (0..triangles).collect();
+    let number = |t: usize| label.at(t).first().map_or(0, |value| *value as i64);
+    order.sort_by_key(|t| number(*t));
+    let runs = order.chunk_by(|a, b| number(*a) == number(*b));
+    let material = |run: &[usize]| run.first().and_then(|t| usize::try_from(number(*t)).ok());
+    runs.map(|run| (material(run), run.to_vec())).collect()
+}
+
+/// The buffer, and what says what is where in it.
+#[derive(Default)]
+struct Data {
+    bytes: Vec<u8>,
+    views: Vec<Value>,
+    accessors: Vec<Value>,
+}
+
+impl Data {
+    /// Adds what was written since `begin` as an accessor; gives its number.
+    fn accessor(&mut self, begin: usize, stride: Option<usize>, target: u32, accessor: Value) -> usize {
+        let mut view = json!({
+            "buffer": 0, "byteOffset": begin, "byteLength": self.bytes.len() - begin, "target": target,
+        });
+        if let Some(stride) = stride {
+            view["byteStride"] = json!(stride);
+        }
+        let mut accessor = accessor;
+        accessor["bufferView"] = json!(self.views.len());
+        self.views.push(view);
+        self.accessors.push(accessor);
+        self.accessors.len() - 1
+    }
+
+    fn floats<const N: usize>(&mut self, values: impl Iterator<Item = [f32; N]>, bounds: bool) -> usize {
+        let (mut low, mut high) = ([f32::INFINITY; N], [f32::NEG_INFINITY; N]);
+        let (begin, mut count) = (self.bytes.len(), 0);
+        for element in values {
+            count += 1;
+            for ((low, high), value) in low.iter_mut().zip(&mut high).zip(element) {
+                (*low, *high) = (low.min(value), high.max(value));
+                self.bytes.extend(value.to_le_bytes());
+            }
+        }
+        let mut accessor = json!({ "componentType": 5126, "type": format!("VEC{N}"), "count": count });
+        if bounds {
+            // Exact in f64, and so in JSON.
+            accessor["min"] = json!(low.map(f64::from).as_slice());
+            accessor["max"] = json!(high.map(f64::from).as_slice());
+        }
+        self.accessor(begin, None, VERTICES, accessor)
+    }
+
+    fn colours(&mut self, colour: &Attribute, of: &[u32]) -> usize {
+        let (kind, code, size) = match colour.kind {
+            Kind::U8 => (Kind::U8, 5121, 1),
+            Kind::U16 => (Kind::U16, 5123, 2),
+            _ => (Kind::F32, 5126, 4),
+        };
+        let largest = kind.range().map_or(1.0, |(_, high)| high);
+        let begin = self.bytes.len();
+        // Elements begin at multiples of four bytes.
+        let stride = (colour.components * size).next_multiple_of(4);
+        for (index, v) in of.iter().enumerate() {
+            let shades = colour.unit_colour(*v as usize);
+            shades.iter().take(colour.components).for_each(|shade| {
+                put(&mut self.bytes, kind, kind.rounded(shade * largest));
+            });
+            self.bytes.resize(begin + (index + 1) * stride, 0);
+        }
+        let mut accessor =
+            json!({ "componentType": code, "type": format!("VEC{}", colour.components), "count": of.len() });
+        if kind != Kind::F32 {
+            accessor["normalized"] = json!(true);
+        }
+        self.accessor(begin, Some(stride), VERTICES, accessor)
+    }
+
+    fn indices(&mut self, triangles: impl Iterator<Item = [u32; 3]>) -> usize {
+        let begin = self.bytes.len();
+        triangles.flatten().for_each(|index| self.bytes.extend(index.to_le_bytes()));
+        let count = (self.bytes.len() - begin) / 4;
+        let accessor = json!({ "componentType": 5125, "type": "SCALAR", "count": count });
+        self.accessor(begin, None, INDICES, accessor)
+    }
+
+    /// Adds bytes as they are; gives the number of their view.
+    fn plain(&mut self, bytes: &[u8]) -> usize {
+        let view = json!({ "buffer": 0, "byteOffset": self.bytes.len(), "byteLength": bytes.len() });
+        self.views.push(view);
+        self.bytes.extend(bytes);
+        self.bytes.resize(self.bytes.len().next_multiple_of(4), 0);
+        self.views.len() - 1
+    }
+}
+
+/// The names of the materials up to the last that is used; one without a name stands for none.
+fn materials(attributes: &Attributes, groups: &[(Option<usize>, Vec<usize>)]) -> Vec<String> {
+    let Some(label) = attributes.face_named("material") else { return Vec::new() };
+    if !label.names.is_empty() {
+        return label.names.clone();
+    }
+    let count = groups.iter().filter_map(|(number, _)| *number).max().map_or(0, |last| last + 1);
+    // Numbers that stand for something else would make any number of names.
+    if count > MOST_MATERIALS { Vec::new() } else { (0..count).map(|k| format!("material{k}")).collect() }
+}
+
+fn document(mesh: &TriMesh, attributes: &Attributes, placement: &Placement, data: &mut Data) -> Value {
+    let split = Split::new(mesh, attributes);
+    let of = |v: &u32| placement.inverse(mesh.vertices[*v as usize]);
+    let mut named = json!({ "POSITION": data.floats(split.of.iter().map(of), true) });
+    if let Some(colour) = attributes.vertex_role(Role::Colour).filter(|c| (3..=4).contains(&c.components)) {
+        named["COLOR_0"] = json!(data.colours(colour, &split.of));
+    }
+    if let Some(normal) = attributes.vertex_role(Role::Normal).filter(|normal| normal.components == 3) {
+        let of = |v: &u32| {
+            let own = normal.at(*v as usize);
+            [0, 1, 2].map(|k| own.get(k).map_or(0.0, |value| *value as f32))
+        };
+        named["NORMAL"] = json!(data.floats(split.of.iter().map(of), false));
+    }
+    if !split.uv.is_empty() {
+        // In glTF v grows downwards.
+        let uv = split.uv.iter().map(|[u, v]| [*u as f32, (1.0 - v) as f32]);
+        named["TEXCOORD_0"] = json!(data.floats(uv, false));
+    }
+    let groups = by_material(attributes, mesh.triangles.len());
+    let names = materials(attributes, &groups);
+    let mut primitives = Vec::new();
+    for (number, group) in &groups {
+        let indices = data.indices(group.iter().filter_map(|t| split.triangles.get(*t).copied()));
+        let mut primitive = json!({ "attributes": named, "indices": indices, "mode": 4 });
+        if let Some(number) = number.filter(|n| names.get(*n).is_some_and(|name| !name.is_empty())) {
+            primitive["material"] = json!(number);
+        }
+        primitives.push(primitive);
+    }
+    let looks = looks_of(attributes).filter(|_| !names.is_empty());
+    let views: Vec<usize> =
+        looks.iter().flat_map(|looks| &looks.images).map(|image| data.plain(&image.bytes)).collect();
+    let mut document = json!({
+        "asset": { "version": "2.0", "generator": concat!("rtfmesh ", env!("CARGO_PKG_VERSION")) },
+        "scene": 0,
+        "scenes": [{ "nodes": [0] }],
+        "nodes": [placement.node()],
+        "meshes": [{ "primitives": primitives }],
+        "accessors": data.accessors,
+        "bufferViews": data.views,
+        "buffers": [{ "byteLength": data.bytes.len() }],
+    });
+    let materials = write_materials::materials(&names, looks);
+    if !materials.is_empty() {
+        document["materials"] = Value::Array(materials);
+    }
+    if let Some(looks) = looks {
+        write_materials::add(&mut document, looks, &views);
+    }
+    document
+}
+
+/// Writes `mesh`, which must have faces and fit into 4 GiB.
+pub(crate) fn write(file: &mut dyn Write, mesh: &TriMesh, attributes: &Attributes) -> io::Result<()> {
+    let placement = Placement::of(mesh);
+    let mut data = Data::default();
+    let mut json = document(mesh, attributes, &placement, &mut data).to_string().into_bytes();
+    json.resize(json.len().next_multiple_of(4), b' ');
+    let total = HEADER + json.len() as u64 + CHUNK + data.bytes.len() as u64;
+    let word = |value: u64| u32::try_from(value).map(u32::to_le_bytes).map_err(io::Error::other);
+    file.write_all(b"glTF")?;
+    file.write_all(&word(2)?)?;
+    file.write_all(&word(total)?)?;
+    file.write_all(&word(json.len() as u64)?)?;
+    file.write_all(b"JSON")?;
+    file.write_all(&json)?;
+    file.write_all(&word(data.bytes.len() as u64)?)?;
+    file.write_all(b"BIN\0")?;
+    file.write_all(&data.bytes)
+}

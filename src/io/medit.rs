@@ -1,0 +1,240 @@
+//! MEDIT's text format `.mesh`: sections of vertices, triangles and quadrilaterals among others that are passed over.
+
+use std::collections::BTreeSet;
+use std::io;
+use std::io::Write;
+
+use glam::DVec3;
+
+use super::text::{Faces, Lines, check_promise, cut_off, number, refuse_binary, shown, vertex, whole};
+use super::write::write_number;
+use super::{Loaded, check_counts};
+use crate::mesh::attributes::{Attribute, Attributes, Kind, Role};
+use crate::{Error, Result, TriMesh};
+
+/// The name of the attribute that entries end with.
+pub(crate) const REFERENCE: &str = "reference";
+
+/// Words over all lines.
+#[derive(Clone)]
+struct Words<'a> {
+    lines: Lines<'a>,
+    line: &'a [u8],
+}
+
+impl<'a> Words<'a> {
+    fn left(&self) -> u64 {
+        self.lines.left() + self.line.len() as u64
+    }
+
+    fn place(&self) -> String {
+        self.lines.place()
+    }
+}
+
+impl<'a> Iterator for Words<'a> {
+    type Item = &'a [u8];
+
+    fn next(&mut self) -> Option<&'a [u8]> {
+        let mut line = self.line.trim_ascii_start();
+        if line.is_empty() {
+            line = self.lines.next()?;
+        }
+        let length = line.iter().position(u8::is_ascii_whitespace).unwrap_or(line.len());
+        let (word, rest) = line.split_at(length);
+        self.line = rest;
+        Some(word)
+    }
+}
+
+/// A section: how many entries it declares, and where they begin.
+struct Section<'a> {
+    count: u64,
+    place: String,
+    words: Words<'a>,
+}
+
+/// The sections that matter.
+#[derive(Default)]
+struct Sections<'a> {
+    vertices: Option<Section<'a>>,
+    triangles: Option<Section<'a>>,
+    quadrilaterals: Option<Section<'a>>,
+    ended: bool,
+    ignored: BTreeSet<String>,
+}
+
+pub(crate) fn parse(bytes: &[u8]) -> Result<Loaded> {
+    refuse_binary(bytes, "give a text file; binary .meshb files are not supported")?;
+    let sections = find_sections(Words { lines: Lines::new(bytes), line: &[] })?;
+    let count = |section: &Option<Section>| section.as_ref().map_or(0, |section| section.count);
+    let in_file = count(&sections.vertices);
+    let faces_in_file = count(&sections.triangles).saturating_add(count(&sections.quadrilaterals));
+    check_counts(in_file, faces_in_file)?;
+    let (vertices, of_vertices) = sections.vertices.map(read_vertices).transpose()?.unwrap_or_default();
+    let mut faces = Faces::new(1, in_file);
+    let mut of_faces = Vec::new();
+    for (section, corners, name) in
+        [(sections.triangles, 3, "triangle"), (sections.quadrilaterals, 4, "quadrilateral")]
+    {
+        if let Some(section) = section {
+            read_faces(section, corners, name, (&mut faces, &mut of_faces))?;
+        }
+    }
+    let mut notes: Vec<String> = faces.notes().into_iter().collect();
+    if !sections.ended {
+        notes.push("there is no 'End' at the end; sections may be missing".to_owned());
+    }
+    if !sections.ignored.is_empty() {
+        let names: Vec<&str> = sections.ignored.iter().map(String::as_str).collect();
+        notes.push(format!("these sections were ignored: {}", names.join(", ")));
+    }
+    let mut left_out = false;
+    let mut attribute = |values: Vec<f64>| {
+        let fits = values.iter().all(|value| Kind::I32.holds(*value));
+        left_out |= !fits;
+        // Nothing but zeros says nothing.
+        let says = fits && values.iter().any(|value| *value != 0.0);
+        says.then(|| Attribute::new(REFERENCE, Role::Label, Kind::I32, 1, values)).into_iter().collect()
+    };
+    let attributes =
+        Attributes { vertex: attribute(of_vertices), face: attribute(of_faces), ..Attributes::default() };
+    if left_out {
+        notes.push("references were ignored, for some are no whole numbers of 32 bits".to_owned());
+    }
+    Ok(Loaded { mesh: TriMesh { vertices, triangles: faces.triangles }, attributes, notes })
+}
+
+fn find_sections(mut words: Words) -> Result<Sections> {
+    let mut found = Sections::default();
+    while let Some(word) = words.next() {
+        if !word.first().is_some_and(u8::is_ascii_alphabetic) || number(word).is_some() {
+            continue;
+        }
+        let keyword = shown(word).to_ascii_lowercase();
+        let place = words.place();
+        let refuse = |problem: String, remedy: &str| Err(Error::input(Some(place.clone()), problem, remedy));
+        let slot = match keyword.as_str() {
+            "meshversionformatted" => continue,
+            "end" => {
+                found.ended = true;
+                break;
+            }
+            "dimension" => match words.next().and_then(whole) {
+                Some(3) => continue,
+                _ => {
+                    return refuse(
+                        "the mesh is not in three dimensions".to_owned(),
+                        "write it with 'Dimension 3'",
+                    );
+                }
+            },
+            "vertices" => &mut found.vertices,
+            "triangles" => &mut found.triangles,
+            "quadrilaterals" => &mut found.quadrilaterals,
+            // Enough of them to tell what kind of file this is.
+            _ if found.ignored.len() < 8 => {
+                found.ignored.insert(shown(word));
+                continue;
+            }
+            _ => continue,
+        };
+        let counted = words.next().unwrap_or_default();
+        let Some(count) = whole(counted) else {
+            let problem = format!("the count '{}' after '{keyword}' is not a whole number", shown(counted));
+            return refuse(problem, "mend the file or write the mesh again");
+        };
+        if slot.is_some() {
+            return refuse(format!("there is a second section '{keyword}'"), "join the sections");
+        }
+        *slot = Some(Section { count, place, words: words.clone() });
+    }
+    Ok(found)
+}
+
+/// The positions and references.
+fn read_vertices(section: Section) -> Result<(Vec<DVec3>, Vec<f64>)> {
+    let Section { count, place, mut words } = section;
+    check_promise((count, "vertices"), 8, words.left(), place)?;
+    // The file is long enough for this many.
+    let mut vertices = Vec::with_capacity(usize::try_from(count).unwrap_or(0));
+    let mut references = Vec::with_capacity(vertices.capacity());
+    for index in 1..=count {
+        // The words of a vertex are on the line of the first.
+        let mut next = words.clone();
+        if next.next().is_none() {
+            return Err(cut_off(words.place(), &format!("vertex {index} of {count} is missing")));
+        }
+        vertices.push(vertex(&mut words, &|| format!("{}, vertex {index}", next.place()))?);
+        references.push(reference(&mut words, "vertex", index)?);
+    }
+    Ok((vertices, references))
+}
+
+fn read_faces(
+    section: Section,
+    corners: usize,
+    name: &str,
+    (faces, references): (&mut Faces, &mut Vec<f64>),
+) -> Result<()> {
+    let Section { count, place, mut words } = section;
+    check_promise((count, &format!("{name}s")), 2 * (corners as u64 + 1), words.left(), place)?;
+    let mut face = Vec::with_capacity(corners);
+    for index in 1..=count {
+        face.clear();
+        for _ in 0..corners {
+            let Some(word) = words.next() else {
+                return Err(cut_off(words.place(), &format!("{name} {index} of {count} is missing")));
+            };
+            let Some(corner) = whole(word) else {
+                let place = format!("{}, {name} {index}", words.place());
+                let problem = format!("the vertex index '{}' is not a whole number", shown(word));
+                return Err(Error::input(Some(place), problem, "mend the face or write the mesh again"));
+            };
+            face.push(corner);
+        }
+        faces.push(&face, &|| format!("{}, {name} {index}", words.place()))?;
+        let of_face = reference(&mut words, name, index)?;
+        references.resize(faces.triangles.len(), of_face);
+    }
+    Ok(())
+}
+
+/// The reference that ends each entry.
+fn reference(words: &mut Words, name: &str, index: u64) -> Result<f64> {
+    if let Some(reference) = words.next().and_then(number) {
+        return Ok(reference);
+    }
+    let place = Some(format!("{}, {name} {index}", words.place()));
+    let problem = format!("the {name} has no reference number at its end");
+    Err(Error::input(place, problem, "write a 0 there, or the mesh again"))
+}
+
+/// The attribute of the triangles that MEDIT's references can hold: its own, or else the first label.
+pub(crate) fn face_label(attributes: &Attributes) -> Option<&Attribute> {
+    let first = || attributes.face.iter().find(|a| a.role == Role::Label && a.components == 1);
+    attributes.face_named(REFERENCE).or_else(first)
+}
+
+/// Writes a mesh, with references where there are some.
+pub(crate) fn write(file: &mut dyn Write, mesh: &TriMesh, attributes: &Attributes) -> io::Result<()> {
+    let of_vertices = attributes.vertex.iter().find(|attribute| attribute.name == REFERENCE);
+    let of_faces = face_label(attributes);
+    let reference = |attribute: Option<&Attribute>, index: usize| {
+        attribute.and_then(|a| a.at(index).first()).map_or(0, |value| *value as i64)
+    };
+    writeln!(file, "MeshVersionFormatted 2\n\nDimension 3\n\nVertices\n{}", mesh.vertices.len())?;
+    for (v, vertex) in mesh.vertices.iter().enumerate() {
+        for value in vertex.to_array() {
+            write_number(file, value)?;
+            file.write_all(b" ")?;
+        }
+        writeln!(file, "{}", reference(of_vertices, v))?;
+    }
+    writeln!(file, "\nTriangles\n{}", mesh.triangles.len())?;
+    for (t, triangle) in mesh.triangles.iter().enumerate() {
+        let [a, b, c] = triangle.map(|vertex| u64::from(vertex) + 1);
+        writeln!(file, "{a} {b} {c} {}", reference(of_faces, t))?;
+    }
+    writeln!(file, "\nEnd")
+}

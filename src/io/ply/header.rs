@@ -1,0 +1,203 @@
+//! The header of a PLY file: encoding, elements and their properties.
+
+use std::collections::HashSet;
+
+use crate::io::excerpt;
+use crate::{Error, Result};
+
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) enum Encoding {
+    Ascii,
+    Little,
+    Big,
+}
+
+/// A number type; each one's values are exact in f64.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) enum Type {
+    I8,
+    U8,
+    I16,
+    U16,
+    I32,
+    U32,
+    F32,
+    F64,
+}
+
+impl Type {
+    fn of(name: &str) -> Option<Self> {
+        Some(match name {
+            "char" | "int8" => Self::I8,
+            "uchar" | "uint8" => Self::U8,
+            "short" | "int16" => Self::I16,
+            "ushort" | "uint16" => Self::U16,
+            "int" | "int32" => Self::I32,
+            "uint" | "uint32" => Self::U32,
+            "float" | "float32" => Self::F32,
+            "double" | "float64" => Self::F64,
+            _ => return None,
+        })
+    }
+
+    /// Bytes in a binary file.
+    pub(crate) fn size(self) -> usize {
+        match self {
+            Self::I8 | Self::U8 => 1,
+            Self::I16 | Self::U16 => 2,
+            Self::I32 | Self::U32 | Self::F32 => 4,
+            Self::F64 => 8,
+        }
+    }
+
+    fn is_integer(self) -> bool {
+        !matches!(self, Self::F32 | Self::F64)
+    }
+}
+
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) enum Kind {
+    Scalar(Type),
+    List { count: Type, item: Type },
+}
+
+#[derive(Debug)]
+pub(crate) struct Property {
+    pub(crate) name: String,
+    pub(crate) kind: Kind,
+}
+
+#[derive(Debug)]
+pub(crate) struct Element {
+    pub(crate) name: String,
+    pub(crate) count: u64,
+    pub(crate) properties: Vec<Property>,
+}
+
+impl Element {
+    /// The fewest bytes that one of these takes (its lists empty).
+    pub(crate) fn least_bytes(&self, encoding: Encoding) -> u64 {
+        let bytes = |property: &Property| match (encoding, property.kind) {
+            // One digit and one separator.
+            (Encoding::Ascii, _) => 2,
+            (_, Kind::Scalar(kind) | Kind::List { count: kind, .. }) => kind.size() as u64,
+        };
+        self.properties.iter().map(bytes).sum()
+    }
+}
+
+#[derive(Debug)]
+pub(crate) struct Header {
+    pub(crate) encoding: Encoding,
+    pub(crate) elements: Vec<Element>,
+    /// Byte at which the data starts.
+    pub(crate) body: usize,
+    /// Lines up to and including `end_header`.
+    pub(crate) lines: u64,
+}
+
+impl Header {
+    pub(crate) fn element(&self, name: &str) -> Option<&Element> {
+        self.elements.iter().find(|element| element.name == name)
+    }
+
+    pub(crate) fn parse(bytes: &[u8]) -> Result<Self> {
+        // Files from old Macintosh programs end their lines with a carriage return alone.
+        let end = match bytes.get(3..5) {
+            Some([b'\r', next]) if *next != b'\n' => b'\r',
+            _ => b'\n',
+        };
+        let mut encoding = None;
+        let mut elements = Vec::new();
+        // Of elements, and of properties behind the number of their element.
+        let mut names = HashSet::new();
+        let (mut body, mut lines) = (0, 0);
+        loop {
+            let rest = bytes.get(body..).unwrap_or_default();
+            let Some(length) = rest.iter().position(|byte| *byte == end) else {
+                let remedy = "the file is cut off or no PLY file; write the mesh again";
+                return Err(Error::input(None, "the PLY header has no 'end_header' line", remedy));
+            };
+            // Comments may be in any encoding.
+            let line = String::from_utf8_lossy(rest.get(..length).unwrap_or_default());
+            body += length + 1;
+            lines += 1;
+            let line = line.trim();
+            let words: Vec<&str> = line.split_whitespace().collect();
+            match words.as_slice() {
+                ["ply"] if lines == 1 => {}
+                [] | ["comment" | "obj_info", ..] if lines > 1 => {}
+                ["format", name, version] if lines > 1 => encoding = Some(encoding_of(name, version, lines)?),
+                ["element", name, count] if lines > 1 => {
+                    add_element((&mut elements, &mut names), name, count, lines)?
+                }
+                ["property", words @ ..] if lines > 1 => {
+                    add_property((&mut elements, &mut names), words, lines)?
+                }
+                ["end_header"] if lines > 1 => break,
+                _ => return Err(bad(lines, format!("'{}' is no PLY header line", excerpt(line)))),
+            }
+        }
+        let Some(encoding) = encoding else {
+            let remedy = "add a line such as 'format ascii 1.0'";
+            return Err(Error::input(None, "the PLY header has no 'format' line", remedy));
+        };
+        Ok(Self { encoding, elements, body, lines })
+    }
+}
+
+fn bad(line: u64, problem: String) -> Error {
+    Error::input(Some(format!("line {line}")), problem, "mend the header or write the mesh again")
+}
+
+fn encoding_of(name: &str, version: &str, line: u64) -> Result<Encoding> {
+    if version != "1.0" {
+        return Err(bad(line, format!("PLY version '{}' is not 1.0", excerpt(version))));
+    }
+    match name {
+        "ascii" => Ok(Encoding::Ascii),
+        "binary_little_endian" => Ok(Encoding::Little),
+        "binary_big_endian" => Ok(Encoding::Big),
+        _ => Err(bad(line, format!("unknown PLY format '{}'", excerpt(name)))),
+    }
+}
+
+/// What the header has so far, and the names in it.
+type Known<'a> = (&'a mut Vec<Element>, &'a mut HashSet<(usize, String)>);
+
+fn add_element((elements, names): Known, name: &str, count: &str, line: u64) -> Result<()> {
+    let Ok(count) = count.parse() else {
+        return Err(bad(line, format!("the count '{}' is not a whole number", excerpt(count))));
+    };
+    if !names.insert((usize::MAX, name.to_owned())) {
+        return Err(bad(line, format!("the element '{}' is declared twice", excerpt(name))));
+    }
+    elements.push(Element { name: name.to_owned(), count, properties: Vec::new() });
+    Ok(())
+}
+
+fn add_property((elements, names): Known, words: &[&str], line: u64) -> Result<()> {
+    let kind_of = |name: &str| {
+        Type::of(name).ok_or_else(|| bad(line, format!("unknown property type '{}'", excerpt(name))))
+    };
+    let (kind, name) = match words {
+        ["list", count, item, name] => {
+            let kind = kind_of(count)?;
+            if !kind.is_integer() {
+                return Err(bad(line, format!("the list count type '{count}' is not an integer type")));
+            }
+            (Kind::List { count: kind, item: kind_of(item)? }, name)
+        }
+        [scalar, name] => (Kind::Scalar(kind_of(scalar)?), name),
+        _ => return Err(bad(line, "this property line is incomplete".to_owned())),
+    };
+    let number = elements.len();
+    let Some(element) = elements.last_mut() else {
+        return Err(bad(line, "a property comes before any element".to_owned()));
+    };
+    if !names.insert((number, (*name).to_owned())) {
+        return Err(bad(line, format!("the property '{}' is declared twice", excerpt(name))));
+    }
+    element.properties.push(Property { name: (*name).to_owned(), kind });
+    Ok(())
+}

@@ -1,0 +1,335 @@
+//! Stanford PLY: text, binary little and big endian.
+//!
+//! The reader is our own. The maintained crate, `ply-rs-bw` 4.0, was tried and falls short on files that occur: its
+//! text grammar refuses "nan" in properties that nobody reads (MeshLab writes such normals), ".5", "1." and blank
+//! lines; its header refuses comments that are not UTF-8; a property declared twice silently shifts all that
+//! follows; and an element without properties keeps it busy for as many rounds as the header claims.
+//!
+//! Faces and vertices are counted from 0 in messages, as PLY's own indices are.
+
+pub(crate) mod attributes;
+mod data;
+mod header;
+pub(crate) mod write;
+
+use glam::DVec3;
+
+use super::{Loaded, check_counts, repeated};
+use crate::mesh::attributes::Attributes;
+use crate::{Error, Result, TriMesh};
+use attributes::{Columns, UvLists, attributes};
+use data::{Binary, Fault, Reading, Source, Text};
+use header::{Element, Encoding, Header, Kind, Type};
+
+pub(crate) fn parse(bytes: &[u8]) -> Result<Loaded> {
+    if !bytes.starts_with(b"ply\n") && !bytes.starts_with(b"ply\r") {
+        let remedy = "give a PLY file; other formats need converting first";
+        return Err(Error::input(at_byte(0), "the file does not start with a 'ply' line", remedy));
+    }
+    let header = Header::parse(bytes)?;
+    let layout = Layout::of(&header)?;
+    match header.encoding {
+        Encoding::Ascii => {
+            let body = bytes.get(header.body..).unwrap_or_default();
+            read_elements(&header, &layout, Text::new(body, header.lines))
+        }
+        binary => read_elements(&header, &layout, Binary::new(bytes, header.body, binary)),
+    }
+}
+
+fn at_byte(byte: usize) -> Option<String> {
+    Some(format!("byte {byte}"))
+}
+
+/// Where the positions and the corners are among the properties.
+struct Layout {
+    axes: [usize; 3],
+    corners: usize,
+    /// Lists of texture coordinates.
+    uv: Option<(usize, Type)>,
+    vertices: u64,
+}
+
+impl Layout {
+    fn of(header: &Header) -> Result<Self> {
+        let count = |name| header.element(name).map_or(0, |element| element.count);
+        let vertices = count("vertex");
+        if count("face") == 0 && header.element("tristrips").is_some() {
+            let problem = "the surface is stored as triangle strips, which are not supported";
+            return Err(Error::input(None, problem, "write the mesh again with plain faces"));
+        }
+        check_counts(vertices, count("face"))?;
+        let (Some(vertex), Some(face)) = (header.element("vertex"), header.element("face")) else {
+            return Err(Error::Internal("a PLY element was counted but is missing".to_owned()));
+        };
+        let mut axes = [0; 3];
+        for (axis, name) in axes.iter_mut().zip(["x", "y", "z"]) {
+            let found = vertex.properties.iter().position(|property| property.name == name);
+            match found.and_then(|at| Some((at, vertex.properties.get(at)?.kind))) {
+                Some((at, Kind::Scalar(_))) => *axis = at,
+                _ => {
+                    let problem = format!("the header declares no number '{name}' for vertices");
+                    return Err(Error::input(None, problem, "write the mesh again with x, y and z"));
+                }
+            }
+        }
+        let is_corners = |name: &str| name == "vertex_indices" || name == "vertex_index";
+        let corners = face.properties.iter().position(|property| {
+            is_corners(&property.name)
+                && matches!(property.kind, Kind::List { item, .. } if !matches!(item, Type::F32 | Type::F64))
+        });
+        let Some(corners) = corners else {
+            let problem = "the header declares no integer list 'vertex_indices' for faces";
+            return Err(Error::input(None, problem, "write the mesh again with vertex_indices"));
+        };
+        let uv = face.properties.iter().enumerate().find_map(|(at, property)| match property.kind {
+            Kind::List { item, .. } if property.name == "texcoord" => Some((at, item)),
+            _ => None,
+        });
+        Ok(Self { axes, corners, uv, vertices })
+    }
+}
+
+fn read_elements<S: Source>(header: &Header, layout: &Layout, mut source: S) -> Result<Loaded> {
+    let mut mesh = TriMesh::default();
+    let mut notes = Vec::new();
+    let (mut of_vertices, mut of_faces) = (None, None);
+    for element in &header.elements {
+        check_size(element, header.encoding, &source)?;
+        match element.name.as_str() {
+            "vertex" => {
+                let mut columns = Columns::new(element, &layout.axes);
+                mesh.vertices = read_vertices(element, layout, &mut source, &mut columns)?;
+                of_vertices = Some(columns);
+            }
+            "face" => {
+                let polygons;
+                let mut beside = (Columns::new(element, &[]), UvLists::default());
+                (mesh.triangles, polygons) = read_faces(element, layout, &mut source, &mut beside)?;
+                of_faces = Some(beside);
+                if polygons > 0 {
+                    notes.push(format!(
+                        "{polygons} faces with more than 3 vertices were split into triangles"
+                    ));
+                }
+            }
+            other => {
+                skip_element(element, &mut source)?;
+                if element.count > 0 {
+                    notes.push(format!(
+                        "{} elements '{}' were ignored",
+                        element.count,
+                        super::excerpt(other)
+                    ));
+                }
+            }
+        }
+        let used = |name: &str| matches!(name, "vertex_indices" | "vertex_index" | "texcoord");
+        let lists = element.properties.iter().filter(|property| matches!(property.kind, Kind::List { .. }));
+        let names = lists.map(|property| property.name.as_str());
+        let extra: Vec<&str> = names.filter(|name| !used(name)).take(8).collect();
+        if matches!(element.name.as_str(), "vertex" | "face") && !extra.is_empty() {
+            let names = super::excerpt(&extra.join(", "));
+            notes.push(format!("these properties of each {} were ignored: {names}", element.name));
+        }
+        // What follows the mesh cannot harm it.
+        if !mesh.vertices.is_empty() && !mesh.triangles.is_empty() {
+            break;
+        }
+    }
+    let mut attributes_read = Attributes::default();
+    if let (Some(vertex), Some((face, uv))) = (of_vertices, of_faces) {
+        let uv = layout.uv.map(|(_, kind)| (kind, uv));
+        attributes_read = attributes(&mesh, (vertex, face), uv, &mut notes);
+    }
+    notes.extend(source.notes());
+    Ok(Loaded { mesh, attributes: attributes_read, notes })
+}
+
+/// Refuses a count that the rest of the file cannot hold, before any memory is set aside for it.
+fn check_size<S: Source>(element: &Element, encoding: Encoding, source: &S) -> Result<()> {
+    let least = element.count.saturating_mul(element.least_bytes(encoding));
+    if least <= source.left() {
+        return Ok(());
+    }
+    let (name, count) = (super::excerpt(&element.name), element.count);
+    let problem = format!(
+        "the file is cut off: the header declares {count} elements '{name}', at least {least} bytes, but {} are left",
+        source.left()
+    );
+    Err(Error::input(Some(source.place()), problem, "get the whole file or write the mesh again"))
+}
+
+/// Turns a fault in element `index` into an error that names the element and the place in the file.
+fn failed<S: Source>(fault: Fault, element: &Element, index: u64, source: &S) -> Error {
+    let name = super::excerpt(&element.name);
+    let place = Some(format!("{}, {name} {index}", source.place()));
+    let remedy = "get the whole file or write the mesh again";
+    match fault {
+        Fault::End => {
+            let problem = format!("the file is cut off: {name} {index} of {} is incomplete", element.count);
+            Error::input(place, problem, remedy)
+        }
+        Fault::ShortLine => Error::input(place, format!("the {name} has too few values on its line"), remedy),
+        Fault::NotANumber(word) => {
+            Error::input(place, format!("'{word}' is not a number"), "write plain decimal numbers")
+        }
+    }
+}
+
+fn read_vertices<S: Source>(
+    element: &Element,
+    layout: &Layout,
+    source: &mut S,
+    columns: &mut Columns,
+) -> Result<Vec<DVec3>> {
+    // `check_size` has shown that the file is long enough for this many.
+    let mut vertices = Vec::with_capacity(usize::try_from(element.count).unwrap_or(0));
+    for index in 0..element.count {
+        let vertex = read_vertex(element, layout, source, columns);
+        let vertex = vertex.map_err(|fault| failed(fault, element, index, source))?;
+        for (axis, value) in ["x", "y", "z"].iter().zip(vertex.to_array()) {
+            if !value.is_finite() {
+                let place = Some(format!("{}, vertex {index}", source.place()));
+                let problem = format!("the {axis} coordinate {value} is not finite");
+                return Err(Error::input(place, problem, "remove or mend the vertex"));
+            }
+        }
+        vertices.push(vertex);
+    }
+    Ok(vertices)
+}
+
+fn read_vertex<S: Source>(
+    element: &Element,
+    layout: &Layout,
+    source: &mut S,
+    columns: &mut Columns,
+) -> Reading<DVec3> {
+    source.begin()?;
+    let mut position = [0.0; 3];
+    for (at, property) in element.properties.iter().enumerate() {
+        let axis = layout.axes.iter().position(|axis| *axis == at);
+        match (axis.and_then(|axis| position.get_mut(axis)), property.kind) {
+            (Some(coordinate), Kind::Scalar(kind)) => *coordinate = source.value(kind)?,
+            (_, Kind::Scalar(_)) if columns.read(at, source)? => {}
+            (_, kind) => skip_property(kind, source)?,
+        }
+    }
+    source.finish();
+    Ok(DVec3::from_array(position))
+}
+
+fn read_faces<S: Source>(
+    element: &Element,
+    layout: &Layout,
+    source: &mut S,
+    beside: &mut (Columns, UvLists),
+) -> Result<(Vec<[u32; 3]>, u64)> {
+    let mut triangles = Vec::with_capacity(usize::try_from(element.count).unwrap_or(0));
+    let mut polygons = 0;
+    let (mut corners, mut sorted) = (Vec::new(), Vec::new());
+    for index in 0..element.count {
+        corners.clear();
+        let face = read_face(element, layout, source, &mut corners, beside);
+        face.map_err(|fault| failed(fault, element, index, source))?;
+        let problem = |problem: String, remedy: &str| {
+            Err(Error::input(Some(format!("{}, face {index}", source.place())), problem, remedy))
+        };
+        if corners.len() < 3 {
+            return problem(
+                format!("the face has {} of at least 3 vertices", corners.len()),
+                "remove the face",
+            );
+        }
+        if let Some(bad) = corners.iter().find(|corner| !(0.0..layout.vertices as f64).contains(*corner)) {
+            let range = layout.vertices - 1;
+            return problem(
+                format!("there is no vertex {bad}, they count from 0 to {range}"),
+                "mend the face",
+            );
+        }
+        // In range by the check above, so nothing is cut off.
+        let fan: Vec<u32> = corners.iter().map(|corner| *corner as u32).collect();
+        if let Some(vertex) = repeated(&fan, &mut sorted) {
+            let remedy = "remove the face or the repeated vertex";
+            return problem(format!("the face lists vertex {vertex} twice"), remedy);
+        }
+        if let [first, others @ ..] = fan.as_slice() {
+            triangles.extend(others.windows(2).filter_map(|pair| match pair {
+                [second, third] => Some([*first, *second, *third]),
+                _ => None,
+            }));
+        }
+        beside.0.repeat(fan.len() - 2);
+        if layout.uv.is_some() {
+            beside.1.split(fan.len());
+        }
+        polygons += u64::from(fan.len() > 3);
+    }
+    Ok((triangles, polygons))
+}
+
+fn read_face<S: Source>(
+    element: &Element,
+    layout: &Layout,
+    source: &mut S,
+    corners: &mut Vec<f64>,
+    (columns, uv): &mut (Columns, UvLists),
+) -> Reading<()> {
+    source.begin()?;
+    uv.of_face.clear();
+    for (at, property) in element.properties.iter().enumerate() {
+        match property.kind {
+            Kind::List { count, item } if at == layout.corners => {
+                for _ in 0..list_count(count, source)? {
+                    let corner = source.value(item)?;
+                    // Only text can hold a fraction here.
+                    if corner.fract() != 0.0 {
+                        return Err(Fault::NotANumber(corner.to_string()));
+                    }
+                    corners.push(corner);
+                }
+            }
+            Kind::List { count, item } if layout.uv.is_some_and(|(of_uv, _)| of_uv == at) => {
+                for _ in 0..list_count(count, source)? {
+                    uv.of_face.push(source.value(item)?);
+                }
+            }
+            Kind::Scalar(_) if columns.read(at, source)? => {}
+            kind => skip_property(kind, source)?,
+        }
+    }
+    source.finish();
+    Ok(())
+}
+
+fn list_count<S: Source>(kind: Type, source: &mut S) -> Reading<u64> {
+    let count = source.value(kind)?;
+    if count < 0.0 || count.fract() != 0.0 {
+        return Err(Fault::NotANumber(count.to_string()));
+    }
+    Ok(count as u64)
+}
+
+fn skip_property<S: Source>(kind: Kind, source: &mut S) -> Reading<()> {
+    match kind {
+        Kind::Scalar(kind) => source.skip(kind, 1),
+        Kind::List { count, item } => {
+            let count = list_count(count, source)?;
+            source.skip(item, count)
+        }
+    }
+}
+
+fn skip_element<S: Source>(element: &Element, source: &mut S) -> Result<()> {
+    // Without properties there is nothing to pass over, however many the header claims.
+    let count = if element.properties.is_empty() { 0 } else { element.count };
+    for index in 0..count {
+        let skipped = source.begin().and_then(|()| {
+            element.properties.iter().try_for_each(|property| skip_property(property.kind, source))
+        });
+        skipped.map_err(|fault| failed(fault, element, index, source))?;
+    }
+    Ok(())
+}

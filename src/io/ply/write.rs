@@ -1,0 +1,116 @@
+//! PLY files: binary little endian, double coordinates, attributes in their own types.
+
+use std::io;
+use std::io::Write;
+
+use crate::TriMesh;
+use crate::mesh::attributes::{Attribute, Attributes, CornerUv, Kind, Role};
+
+/// The name of a number type in headers.
+pub(crate) fn type_name(kind: Kind) -> &'static str {
+    match kind {
+        Kind::I8 => "char",
+        Kind::U8 => "uchar",
+        Kind::I16 => "short",
+        Kind::U16 => "ushort",
+        Kind::I32 => "int",
+        Kind::U32 => "uint",
+        Kind::F32 => "float",
+        Kind::F64 => "double",
+    }
+}
+
+/// A number in its type.
+pub(crate) fn put(bytes: &mut Vec<u8>, kind: Kind, value: f64) {
+    match kind {
+        Kind::I8 => bytes.extend((value as i8).to_le_bytes()),
+        Kind::U8 => bytes.extend((value as u8).to_le_bytes()),
+        Kind::I16 => bytes.extend((value as i16).to_le_bytes()),
+        Kind::U16 => bytes.extend((value as u16).to_le_bytes()),
+        Kind::I32 => bytes.extend((value as i32).to_le_bytes()),
+        Kind::U32 => bytes.extend((value as u32).to_le_bytes()),
+        Kind::F32 => bytes.extend((value as f32).to_le_bytes()),
+        Kind::F64 => bytes.extend(value.to_le_bytes()),
+    }
+}
+
+/// The type that an attribute has in the file: colours of 64 bits, which text files have, are unknown to most readers.
+fn kind_in_file(attribute: &Attribute) -> Kind {
+    if attribute.role == Role::Colour && attribute.kind == Kind::F64 { Kind::U8 } else { attribute.kind }
+}
+
+fn put_attribute(bytes: &mut Vec<u8>, attribute: &Attribute, index: usize) {
+    let kind = kind_in_file(attribute);
+    for value in attribute.at(index) {
+        let value = if kind == attribute.kind { *value } else { kind.rounded(255.0 * value) };
+        put(bytes, kind, value);
+    }
+}
+
+/// The header lines of an attribute. Words of a header have no blanks, and no element has one twice.
+fn declare(header: &mut String, attribute: &Attribute) {
+    let name: String = attribute.name.split_whitespace().collect::<Vec<_>>().join("_");
+    let components = match (attribute.role, attribute.components) {
+        (Role::Colour, 3 | 4) => ["red", "green", "blue", "alpha"].map(str::to_owned),
+        (Role::Normal, 3) => ["nx", "ny", "nz", ""].map(str::to_owned),
+        (_, 1) => [name, String::new(), String::new(), String::new()],
+        _ => [0, 1, 2, 3].map(|k| format!("{name}_{k}")),
+    };
+    let kind = type_name(kind_in_file(attribute));
+    for component in components.iter().take(attribute.components) {
+        let element = header.rfind("element ").unwrap_or(0);
+        let mut component = component.clone();
+        while header.get(element..).is_some_and(|above| above.contains(&format!(" {component}\n"))) {
+            component.push('_');
+        }
+        *header += &format!("property {kind} {component}\n");
+    }
+}
+
+pub(crate) fn write(file: &mut dyn Write, mesh: &TriMesh, attributes: &Attributes) -> io::Result<()> {
+    // Readers know `int` best; `uint` is for meshes that it cannot count.
+    let index = if i32::try_from(mesh.vertices.len()).is_ok() { "int" } else { "uint" };
+    let (vertices, faces) = (mesh.vertices.len(), mesh.triangles.len());
+    let uv = attributes.uv.as_ref();
+    let by_vertex = uv.and_then(|uv| uv.by_vertex(mesh));
+    let by_corner = uv.filter(|_| by_vertex.is_none());
+    let mut header = format!(
+        "ply\nformat binary_little_endian 1.0\nelement vertex {vertices}\n\
+         property double x\nproperty double y\nproperty double z\n"
+    );
+    if let (Some(CornerUv { kind, .. }), Some(_)) = (uv, &by_vertex) {
+        let kind = type_name(*kind);
+        header += &format!("property {kind} s\nproperty {kind} t\n");
+    }
+    attributes.vertex.iter().for_each(|attribute| declare(&mut header, attribute));
+    header += &format!("element face {faces}\nproperty list uchar {index} vertex_indices\n");
+    if let Some(CornerUv { kind, .. }) = by_corner {
+        header += &format!("property list uchar {} texcoord\n", type_name(*kind));
+    }
+    attributes.face.iter().for_each(|attribute| declare(&mut header, attribute));
+    file.write_all(header.as_bytes())?;
+    file.write_all(b"end_header\n")?;
+    let mut row = Vec::new();
+    for (v, vertex) in mesh.vertices.iter().enumerate() {
+        row.clear();
+        vertex.to_array().iter().for_each(|value| put(&mut row, Kind::F64, *value));
+        if let (Some(CornerUv { kind, .. }), Some(values)) = (uv, &by_vertex) {
+            values.get(v).into_iter().flatten().for_each(|value| put(&mut row, *kind, *value));
+        }
+        attributes.vertex.iter().for_each(|attribute| put_attribute(&mut row, attribute, v));
+        file.write_all(&row)?;
+    }
+    for (t, triangle) in mesh.triangles.iter().enumerate() {
+        row.clear();
+        row.push(3);
+        triangle.iter().for_each(|vertex| row.extend(vertex.to_le_bytes()));
+        if let Some(CornerUv { kind, values }) = by_corner {
+            row.push(6);
+            let own = values.iter().skip(3 * t).take(3);
+            own.flatten().for_each(|value| put(&mut row, *kind, *value));
+        }
+        attributes.face.iter().for_each(|attribute| put_attribute(&mut row, attribute, t));
+        file.write_all(&row)?;
+    }
+    Ok(())
+}

@@ -1,0 +1,181 @@
+//! STL: text and binary.
+//!
+//! The reader is our own: `stl_io` 0.11 reads the decimal numbers of text files as 32-bit ones, and takes every file that
+//! begins with "solid " for text, although many programs write that into binary headers.
+//!
+//! STL has no vertices, only corners: equal ones become one vertex, numbered in the order in which they come.
+
+use std::collections::HashMap;
+use std::io;
+use std::io::Write;
+
+use glam::DVec3;
+
+use super::text::{Lines, cut_off, refuse_binary, shown, vertex, words};
+use super::{Loaded, check_counts};
+use crate::mesh::attributes::Attributes;
+use crate::{Error, Result, TriMesh};
+
+/// Bytes before the count of a binary file, and of each of its triangles.
+const HEADER: usize = 80;
+const FACET: usize = 50;
+
+/// Whether the file has exactly the size that a binary STL with this count has.
+pub(crate) fn has_binary_size(bytes: &[u8]) -> bool {
+    let expected = count_of(bytes).and_then(|count| count.checked_mul(FACET)?.checked_add(HEADER + 4));
+    expected.is_some_and(|expected| expected > HEADER + 4 && expected == bytes.len())
+}
+
+fn count_of(bytes: &[u8]) -> Option<usize> {
+    let (count, _) = bytes.get(HEADER..)?.split_first_chunk::<4>()?;
+    usize::try_from(u32::from_le_bytes(*count)).ok()
+}
+
+pub(crate) fn parse(bytes: &[u8]) -> Result<Loaded> {
+    let solid = bytes.trim_ascii_start().get(..5).is_some_and(|word| word.eq_ignore_ascii_case(b"solid"));
+    let is_text = solid && !bytes.iter().take(1024).any(|byte| *byte == 0);
+    if is_text && !has_binary_size(bytes) { parse_text(bytes) } else { parse_binary(bytes) }
+}
+
+/// Corners that become vertices.
+#[derive(Default)]
+struct Corners {
+    mesh: TriMesh,
+    known: HashMap<[u64; 3], u32>,
+}
+
+impl Corners {
+    /// The vertex at this place. STL files of more than 2^32 corners are refused before.
+    fn vertex(&mut self, position: DVec3) -> u32 {
+        // Adding zero turns -0.0 into 0.0 and changes nothing else.
+        let key = position.to_array().map(|value| (value + 0.0).to_bits());
+        let vertices = &mut self.mesh.vertices;
+        *self.known.entry(key).or_insert_with(|| {
+            vertices.push(position);
+            vertices.len() as u32 - 1
+        })
+    }
+
+    /// A facet: a triangle, or a polygon that is split.
+    fn facet(&mut self, corners: &[DVec3]) {
+        let Some((first, others)) = corners.split_first() else { return };
+        let first = self.vertex(*first);
+        for pair in others.windows(2) {
+            if let [second, third] = pair {
+                let triangle = [first, self.vertex(*second), self.vertex(*third)];
+                self.mesh.triangles.push(triangle);
+            }
+        }
+    }
+}
+
+fn parse_binary(bytes: &[u8]) -> Result<Loaded> {
+    let Some(count) = count_of(bytes) else {
+        let missing = format!("a binary STL file has at least {} bytes", HEADER + 4);
+        return Err(cut_off(format!("byte {}", bytes.len()), &missing));
+    };
+    let body = bytes.get(HEADER + 4..).unwrap_or_default();
+    let (facets, _) = body.as_chunks::<FACET>();
+    let Some(facets) = facets.get(..count) else {
+        let there = facets.len();
+        return Err(cut_off(
+            format!("byte {}", bytes.len()),
+            &format!("the header declares {count} triangles, but {there} are there"),
+        ));
+    };
+    check_counts(3 * count as u64, count as u64)?;
+    let mut corners = Corners::default();
+    let mut attributes = false;
+    for (index, facet) in facets.iter().enumerate() {
+        let (numbers, attribute) = facet.as_chunks::<4>();
+        let value = |at: usize| numbers.get(at).map_or(0.0, |raw| f64::from(f32::from_le_bytes(*raw)));
+        // The normal comes first.
+        let triangle = [3, 6, 9].map(|at| DVec3::new(value(at), value(at + 1), value(at + 2)));
+        if triangle.iter().any(|corner| !corner.is_finite()) {
+            let place = format!("byte {}, triangle {index}", HEADER + 4 + FACET * index);
+            return Err(Error::input(
+                Some(place),
+                "a coordinate is not finite",
+                "remove or mend the triangle",
+            ));
+        }
+        attributes |= attribute.iter().any(|byte| *byte != 0);
+        corners.facet(&triangle);
+    }
+    let mut notes = Vec::new();
+    if attributes {
+        notes.push("attributes or colours of the triangles were ignored".to_owned());
+    }
+    let surplus = body.len() - FACET * count;
+    if surplus > 0 {
+        notes.push(format!("{surplus} bytes after the last triangle were ignored"));
+    }
+    Ok(Loaded { mesh: corners.mesh, attributes: Attributes::default(), notes })
+}
+
+fn parse_text(bytes: &[u8]) -> Result<Loaded> {
+    refuse_binary(bytes, "give a whole STL file, text or binary")?;
+    let mut lines = Lines::new(bytes);
+    let mut corners = Corners::default();
+    // Corners of the loop that is open.
+    let mut open: Option<Vec<DVec3>> = None;
+    let (mut in_solid, mut polygons) = (false, 0_u64);
+    while let Some(line) = lines.next() {
+        let mut rest = words(line);
+        let keyword = rest.next().unwrap_or_default().to_ascii_lowercase();
+        let refuse = |problem: String, remedy: &str| Err(Error::input(Some(lines.place()), problem, remedy));
+        match (keyword.as_slice(), &mut open) {
+            (b"solid", None) => in_solid = true,
+            (b"endsolid", None) => in_solid = false,
+            (b"facet" | b"endfacet", None) => {}
+            (b"outer", None) => open = Some(Vec::new()),
+            (b"vertex", Some(points)) => points.push(vertex(&mut rest, &|| lines.place())?),
+            (b"endloop", Some(points)) => {
+                if points.len() < 3 {
+                    let problem = format!("the facet has {} of at least 3 vertices", points.len());
+                    return refuse(problem, "remove the facet");
+                }
+                polygons += u64::from(points.len() > 3);
+                corners.facet(points);
+                open = None;
+            }
+            _ => {
+                let problem = format!("'{}' does not belong here in an STL file", shown(&keyword));
+                return refuse(problem, "mend the line or write the mesh again");
+            }
+        }
+    }
+    if open.is_some() || in_solid {
+        return Err(cut_off(lines.place(), "there is no 'endsolid' line"));
+    }
+    let mesh = corners.mesh;
+    if mesh.triangles.is_empty() {
+        return Err(Error::input(None, "the file has no facets", "give a mesh with facets"));
+    }
+    check_counts(mesh.vertices.len() as u64, mesh.triangles.len() as u64)?;
+    let note = format!("{polygons} facets with more than 3 vertices were split into triangles");
+    let notes = (polygons > 0).then_some(note).into_iter().collect();
+    Ok(Loaded { mesh, attributes: Attributes::default(), notes })
+}
+
+/// Writes a binary file, with a header that no reader takes for text.
+pub(crate) fn write(file: &mut dyn Write, mesh: &TriMesh) -> io::Result<()> {
+    let mut header = [0; HEADER];
+    for (byte, text) in header.iter_mut().zip(b"binary STL") {
+        *byte = *text;
+    }
+    file.write_all(&header)?;
+    file.write_all(&(mesh.triangles.len() as u32).to_le_bytes())?;
+    for t in 0..mesh.triangles.len() {
+        let [a, b, c] = mesh.corners(t);
+        // Divided by the longest side first, so that neither small nor large triangles lose their normal.
+        let (u, v) = (b - a, c - a);
+        let longest = u.abs().max_element().max(v.abs().max_element());
+        let normal = (u / longest).cross(v / longest).normalize_or_zero();
+        for value in [normal, a, b, c].into_iter().flat_map(|vector| vector.to_array()) {
+            file.write_all(&(value as f32).to_le_bytes())?;
+        }
+        file.write_all(&[0, 0])?;
+    }
+    Ok(())
+}

@@ -1,0 +1,41 @@
+//! What materials look like: factors, and pictures laid onto the surface by its texture coordinates.
+
+use std::sync::Arc;
+
+use serde_json::Value;
+
+/// The looks of the materials that the label `material` counts, as glTF has them. [`crate::io::read_with_looks`] finds
+/// them, and a `.glb` file holds them.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct Looks {
+    /// One object for each material, without its name; null for those that no triangle has. Textures in them count in
+    /// `textures`.
+    pub(crate) materials: Vec<Value>,
+    /// Objects that refer to `samplers` and `images`.
+    pub(crate) textures: Vec<Value>,
+    pub(crate) samplers: Vec<Value>,
+    pub(crate) images: Vec<Image>,
+}
+
+/// A picture, packed as it was in its file.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Image {
+    /// Its name, if it has one.
+    pub name: Option<String>,
+    /// What its bytes are, such as `image/png`.
+    pub mime: String,
+    /// The bytes of a file of that kind.
+    pub bytes: Arc<[u8]>,
+}
+
+impl Looks {
+    /// The pictures, each once.
+    pub fn images(&self) -> &[Image] {
+        &self.images
+    }
+
+    /// How many materials look like something.
+    pub fn used(&self) -> usize {
+        self.materials.iter().filter(|material| **material != Value::Null).count()
+    }
+}

@@ -1,0 +1,273 @@
+//! Where the vertices and faces of a remeshed surface lie on the mesh that it was made from.
+
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
+
+use glam::DVec3;
+use rayon::prelude::*;
+use serde::Serialize;
+
+use super::TriMesh;
+use super::bvh::Bvh;
+use super::repair::Repaired;
+use super::triangle::closest_on_triangle;
+use super::unit_frame::Frame;
+use crate::Result;
+use crate::progress::heed;
+
+/// A triangle that faces the other way counts only if it is nearer than the nearest one that faces the same way by more
+/// than this share of the length of the edges there.
+const OTHER_SIDE: f64 = 0.5;
+/// Weights below this share are rounding: the point is on the side, or at the corner.
+const ON_SIDE: f64 = 1e-11;
+/// Points that follow each other are near each other; each thread takes so many.
+const CHUNK: usize = 512;
+
+/// A point of a triangle mesh.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct SurfacePoint {
+    /// Index into [`TriMesh::triangles`].
+    pub triangle: u32,
+    /// The weights of the triangle's corners, each 0..=1, summing to 1.
+    pub barycentric: [f64; 3],
+}
+
+/// What of a mesh is looked for on another one.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize)]
+pub struct Traced {
+    /// Its vertices.
+    pub vertices: bool,
+    /// The centres of its faces, of which there are twice as many.
+    pub faces: bool,
+}
+
+impl Traced {
+    /// Nothing.
+    pub const NONE: Self = Self { vertices: false, faces: false };
+    /// Vertices and faces.
+    pub const ALL: Self = Self { vertices: true, faces: true };
+}
+
+/// Where a mesh lies on another one; lists that nobody asked for are empty.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct Source {
+    /// For each vertex the nearest point among triangles that face as the faces around the vertex do, unless one that
+    /// faces otherwise is much nearer. A vertex on a curve lies on an edge of that curve.
+    pub vertices: Vec<SurfacePoint>,
+    /// For the centre of each face the same.
+    pub faces: Vec<SurfacePoint>,
+}
+
+impl SurfacePoint {
+    /// Its place on `mesh`. Panics if the mesh is another one.
+    pub fn position(&self, mesh: &TriMesh) -> DVec3 {
+        let [a, b, c] = mesh.corners(self.triangle as usize);
+        let [_, v, w] = self.barycentric;
+        a + (b - a) * v + (c - a) * w
+    }
+}
+
+/// Finds where `output`, as far as it is asked for, lies on `input`, which `repaired` was made from.
+///
+/// # Errors
+/// [`crate::Error::Input`]: see [`Frame::of`].
+pub fn trace(input: &TriMesh, repaired: &Repaired, output: &TriMesh, asked: Traced) -> Result<Source> {
+    trace_until((input, repaired), output, asked, None, &AtomicBool::new(false))
+}
+
+/// As [`trace`]; [`crate::Error::Cancelled`] soon after it is to `stop`. `searched` is the repaired mesh in its frame,
+/// if there is that already.
+pub(crate) fn trace_until(
+    (input, repaired): (&TriMesh, &Repaired),
+    output: &TriMesh,
+    asked: Traced,
+    searched: Option<Search>,
+    stop: &AtomicBool,
+) -> Result<Source> {
+    let frame = Frame::of(&repaired.mesh)?;
+    let unit = |mesh: &TriMesh| TriMesh {
+        vertices: mesh.vertices.iter().map(|p| frame.to_unit(*p)).collect(),
+        triangles: mesh.triangles.clone(),
+    };
+    let (search, wanted) = rayon::join(
+        || searched.unwrap_or_else(|| Search::new(&unit(&repaired.mesh))),
+        || wanted(&unit(output), asked),
+    );
+    // Each point is looked for where `first` says, or else where the one before it was found.
+    let find = |wanted: &[Wanted], first: &(dyn Fn(usize) -> Option<usize> + Sync)| -> Result<Found> {
+        let chunks = wanted.par_chunks(CHUNK).zip((0..wanted.len()).into_par_iter().step_by(CHUNK));
+        let found =
+            chunks.take_any_while(|_| !stop.load(Ordering::Relaxed)).flat_map_iter(|(chunk, start)| {
+                let mut rank = 0;
+                let of_input = |(at, wanted): (usize, &Wanted)| {
+                    rank = first(at).unwrap_or(rank);
+                    let triangle = repaired.origin[search.find(wanted, &mut rank) as usize];
+                    // Of the input's own triangle, whose corners repair may have in another order.
+                    let corners = input.corners(triangle as usize).map(|p| frame.to_unit(p));
+                    let barycentric = snapped(closest_on_triangle(wanted.at, corners).barycentric);
+                    (SurfacePoint { triangle, barycentric }, rank)
+                };
+                (start..).zip(chunk).map(of_input).collect::<Vec<_>>()
+            });
+        let found = found.unzip();
+        heed(stop)?;
+        Ok(found)
+    };
+    let (vertices, faces) = wanted.split_at(if asked.vertices { output.vertices.len() } else { 0 });
+    let (vertices, ranks) = find(vertices, &|_| None)?;
+    let beside = |t: usize| ranks.get(output.triangles[t][0] as usize).copied();
+    let (faces, _) = find(faces, &beside)?;
+    Ok(Source { vertices, faces })
+}
+
+/// Points with their ranks among the triangles of a [`Search`].
+type Found = (Vec<SurfacePoint>, Vec<usize>);
+
+/// A point to be found.
+struct Wanted {
+    at: DVec3,
+    /// Along the normal there, of any length.
+    normal: DVec3,
+    /// How much nearer a triangle that faces otherwise must be.
+    margin: f64,
+}
+
+/// The vertices of a mesh, then the centres of its faces, as far as they are asked for.
+fn wanted(mesh: &TriMesh, asked: Traced) -> Vec<Wanted> {
+    let mut normals = vec![DVec3::ZERO; mesh.vertices.len()];
+    let mut lengths = vec![(0.0, 0.0); mesh.vertices.len()];
+    let mut centres = Vec::with_capacity(if asked.faces { mesh.triangles.len() } else { 0 });
+    for (t, triangle) in mesh.triangles.iter().enumerate() {
+        let [a, b, c] = mesh.corners(t);
+        let normal = (b - a).cross(c - a);
+        let around = a.distance(b) + b.distance(c) + c.distance(a);
+        for v in triangle {
+            normals[*v as usize] += normal;
+            let (sum, count) = &mut lengths[*v as usize];
+            *sum += around;
+            *count += 3.0;
+        }
+        if asked.faces {
+            centres.push(Wanted { at: (a + b + c) / 3.0, normal, margin: OTHER_SIDE * around / 3.0 });
+        }
+    }
+    if !asked.vertices {
+        return centres;
+    }
+    let at_vertices = mesh.vertices.iter().zip(normals).zip(lengths);
+    let mut wanted: Vec<Wanted> = at_vertices
+        .map(|((at, normal), (sum, count))| {
+            let margin = if count > 0.0 { OTHER_SIDE * sum / count } else { 0.0 };
+            Wanted { at: *at, normal, margin }
+        })
+        .collect();
+    wanted.append(&mut centres);
+    wanted
+}
+
+/// The surface to look on.
+pub(crate) struct Search {
+    /// Of its triangles.
+    pub bvh: Arc<Bvh>,
+    /// Of each triangle, of any length.
+    pub normals: Arc<Vec<DVec3>>,
+}
+
+impl Search {
+    fn new(surface: &TriMesh) -> Self {
+        let normal = |t: usize| {
+            let [a, b, c] = surface.corners(t);
+            (b - a).cross(c - a)
+        };
+        let normals = (0..surface.triangles.len()).map(normal).collect();
+        Self { normals: Arc::new(normals), bvh: Arc::new(Bvh::new(surface)) }
+    }
+
+    /// The triangle that a point lies on. `rank` is where to look first, and then where it was.
+    fn find(&self, wanted: &Wanted, rank: &mut usize) -> u32 {
+        let faces_so = |t: u32| self.normals[t as usize].dot(wanted.normal) > 0.0;
+        let same = self.bvh.closest_accepted(wanted.at, rank, faces_so);
+        if let Some(near) = same.filter(|near| near.distance_sq <= wanted.margin * wanted.margin) {
+            return near.triangle;
+        }
+        let any = self.bvh.closest_from(wanted.at, rank);
+        let much_nearer = |any: f64, same: f64| same.sqrt() > any.sqrt() + wanted.margin;
+        match (same, any) {
+            (Some(same), Some(any)) if !much_nearer(any.distance_sq, same.distance_sq) => same.triangle,
+            (_, Some(any)) => any.triangle,
+            // A point that is not finite is nowhere; a repaired mesh has a triangle 0.
+            (same, None) => same.map_or(0, |same| same.triangle),
+        }
+    }
+}
+
+/// Weights without the traces of rounding beside a side or a corner.
+fn snapped(weights: [f64; 3]) -> [f64; 3] {
+    let kept = weights.map(|w| if w < ON_SIDE { 0.0 } else { w });
+    let sum: f64 = kept.iter().sum();
+    kept.map(|w| w / sum)
+}
+
+/// Numbers of the vertices of `input` as those of the repaired mesh's.
+pub(crate) fn vertex_values_after(input: &TriMesh, repaired: &Repaired, values: &[f64]) -> Vec<f64> {
+    let mut after = vec![f64::NAN; repaired.mesh.vertices.len()];
+    for (triangle, origin) in repaired.mesh.triangles.iter().zip(&repaired.origin) {
+        for v in triangle {
+            let at = repaired.mesh.vertices[*v as usize];
+            let near = |w: &&u32| input.vertices[**w as usize].distance_squared(at);
+            let corners = input.triangles[*origin as usize];
+            // Welding may have moved it, but it was one of these.
+            let nearest = corners.iter().min_by(|a, b| near(a).total_cmp(&near(b)));
+            if let Some(w) = nearest.filter(|_| after[*v as usize].is_nan()) {
+                after[*v as usize] = values[*w as usize];
+            }
+        }
+    }
+    after
+}
+
+/// Half-edges `3 * triangle + k` of `input` as those of the repaired mesh; those that it does not have are left out.
+pub(crate) fn half_edges_after(input: &TriMesh, repaired: &Repaired, half_edges: &[u32]) -> Vec<u32> {
+    if half_edges.is_empty() {
+        return Vec::new();
+    }
+    let mut kept: Vec<(u32, u32)> = repaired.origin.iter().copied().zip(0..).collect();
+    kept.sort_unstable();
+    let of_one = |half: &u32| {
+        let (triangle, side) = (half / 3, half % 3);
+        let first = kept.partition_point(|(origin, _)| *origin < triangle);
+        let now = kept[first..].iter().take_while(move |(origin, _)| *origin == triangle);
+        let corners = input.triangles.get(triangle as usize).map(|_| input.corners(triangle as usize));
+        now.filter_map(move |(_, t)| side_between(repaired, *t, corners?, side as usize))
+    };
+    let mut found: Vec<u32> = half_edges.iter().flat_map(of_one).collect();
+    found.sort_unstable();
+    found.dedup();
+    found
+}
+
+/// The side of triangle `t` that runs where side `side` of a triangle with these corners does, either way round.
+fn side_between(repaired: &Repaired, t: u32, corners: [DVec3; 3], side: usize) -> Option<u32> {
+    let own = repaired.mesh.corners(t as usize);
+    let nearest =
+        |p: DVec3| (0..3).min_by(|a, b| own[*a].distance_squared(p).total_cmp(&own[*b].distance_squared(p)));
+    let (from, to) = (nearest(corners[side])?, nearest(corners[(side + 1) % 3])?);
+    let first = if (from + 1) % 3 == to { from } else { to };
+    (from != to).then_some(3 * t + first as u32)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::Error;
+    use crate::mesh::repair::repair;
+    use crate::mesh::samples::sample;
+
+    #[test]
+    fn nobody_gets_a_part_of_it() {
+        let mesh = sample("torus").unwrap();
+        let repaired = repair(&mesh).unwrap();
+        let stopped = trace_until((&mesh, &repaired), &mesh, Traced::ALL, None, &AtomicBool::new(true));
+        assert_eq!(stopped, Err(Error::Cancelled));
+    }
+}

@@ -1,0 +1,240 @@
+//! The surface's skeleton: what a remesher must keep of a surface besides its shape.
+//!
+//! *Curves* are chains of boundary, non-manifold, inconsistently oriented, sharp and user's edges; *corners* are where
+//! curves end, branch or turn sharply; *patches* are what is left when the surface is cut along its curves.
+
+mod chains;
+mod corners;
+mod graph;
+mod grow;
+mod patches;
+mod sharpness;
+mod short_chains;
+mod strips;
+mod surface;
+mod user_lines;
+mod wedges;
+
+use glam::DVec3;
+use serde::Serialize;
+
+use super::TriMesh;
+use super::unit_frame::Frame;
+use crate::{Error, Result};
+use graph::Graph;
+use surface::Sides;
+pub use user_lines::user_edges;
+
+/// What counts as a curve.
+#[derive(Debug, Clone, PartialEq)]
+pub struct SkeletonOptions {
+    /// Least angle in degrees between the normals on both sides of a sharp edge, above 0 to 180; 180 turns sharp edges
+    /// off. Chains are followed down to 0.4 of it.
+    pub feature_angle: f64,
+    /// Typical edge length of the output in the mesh's units, above 0: what is shorter than a few of it is a crumb, and
+    /// normals are averaged over half of it.
+    pub spacing: f64,
+    /// Edges that are curves because the user says so, each as its two vertices in either order.
+    pub user_edges: Vec<[u32; 2]>,
+}
+
+impl SkeletonOptions {
+    /// The usual feature angle in degrees.
+    pub const FEATURE_ANGLE: f64 = 40.0;
+
+    /// The usual options for an output of this spacing.
+    pub fn new(spacing: f64) -> Self {
+        Self { feature_angle: Self::FEATURE_ANGLE, spacing, user_edges: Vec::new() }
+    }
+}
+
+/// Why an edge is on a curve; where several reasons hold, the first.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Serialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum CurveKind {
+    /// It has one triangle.
+    Boundary,
+    /// It has three or more.
+    NonManifold,
+    /// Its two triangles run it the same way: their normals do not agree.
+    Inconsistent,
+    /// The user says so.
+    User,
+    /// The surface has a crease there.
+    Sharp,
+}
+
+impl CurveKind {
+    /// All kinds, in order.
+    pub const ALL: [Self; 5] =
+        [Self::Boundary, Self::NonManifold, Self::Inconsistent, Self::User, Self::Sharp];
+
+    /// The name in reports and files.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Boundary => "boundary",
+            Self::NonManifold => "non-manifold",
+            Self::Inconsistent => "inconsistent",
+            Self::User => "user",
+            Self::Sharp => "sharp",
+        }
+    }
+
+    /// Whether two triangles meet there, so that a curve may go from one such kind into another.
+    fn has_two_sides(self) -> bool {
+        matches!(self, Self::Inconsistent | Self::User | Self::Sharp)
+    }
+}
+
+/// A chain of edges without a corner inside.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Curve {
+    /// Why it is there; the first kind in [`CurveKind::ALL`] that one of its edges has.
+    pub kind: CurveKind,
+    /// Its vertices in order. An open curve ends in corners, which may be the same one; a closed curve has no corner,
+    /// and its first vertex is not repeated.
+    pub vertices: Vec<u32>,
+    /// Whether it is a loop without a corner.
+    pub closed: bool,
+    /// Its length in the mesh's units.
+    pub length: f64,
+}
+
+impl Curve {
+    /// How many edges it has.
+    pub fn edges(&self) -> usize {
+        self.vertices.len() - usize::from(!self.closed)
+    }
+
+    /// The two vertices of each edge, in order along the curve.
+    pub fn edge_ends(&self) -> impl Iterator<Item = [u32; 2]> {
+        let next = self.vertices.iter().cycle().skip(1);
+        self.vertices.iter().zip(next).take(self.edges()).map(|(a, b)| [*a, *b])
+    }
+}
+
+/// Sharp edges that were taken back, by reason.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Serialize)]
+pub struct Dropped {
+    /// Connected bits too short to be a feature at this spacing.
+    pub short_chains: usize,
+    /// Their length in the mesh's units.
+    pub short_length: f64,
+    /// Short chains with a free end that hung on a longer one.
+    pub twigs: usize,
+    /// Their length in the mesh's units.
+    pub twig_length: f64,
+    /// Patches too narrow for this spacing, or narrow where they end, that lost an edge or two.
+    pub strips: usize,
+    /// The length of these edges in the mesh's units.
+    pub strip_length: f64,
+}
+
+impl Dropped {
+    fn in_units(&mut self, unit: f64) {
+        for length in [&mut self.short_length, &mut self.twig_length, &mut self.strip_length] {
+            *length *= unit;
+        }
+    }
+}
+
+/// Curves, corners and patches of a surface.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct Skeleton {
+    /// The curves; every curve edge is in exactly one.
+    pub curves: Vec<Curve>,
+    /// Vertices where curves end, branch or turn sharply, or where the surface only touches itself, rising.
+    pub corners: Vec<u32>,
+    /// The patch of each triangle, counted from 0 in the order of the patches' first triangles.
+    pub patches: Vec<u32>,
+    /// How many patches there are.
+    pub patch_count: usize,
+    /// What was found sharp and taken back.
+    pub dropped: Dropped,
+}
+
+impl Skeleton {
+    /// The curves of each kind that occurs, kinds and curves in order.
+    pub fn curves_by_kind(&self) -> impl Iterator<Item = (CurveKind, Vec<&Curve>)> {
+        let of = |kind| (kind, self.curves.iter().filter(|curve| curve.kind == kind).collect::<Vec<_>>());
+        CurveKind::ALL.into_iter().map(of).filter(|(_, curves)| !curves.is_empty())
+    }
+}
+
+/// A sharp chain is followed to where its angle is this share of the feature angle.
+const FADE: f64 = 0.4;
+
+/// Finds the skeleton of `mesh`, which is as [`super::repair::repair`] leaves it.
+///
+/// # Errors
+///
+/// [`Error::Usage`] for options out of range; [`Error::Input`] for a user's edge that the mesh does not have, for
+/// coordinates that are not finite, and for vertices that are all at one point.
+pub fn skeleton(mesh: &TriMesh, options: &SkeletonOptions) -> Result<Skeleton> {
+    check(options)?;
+    if mesh.triangles.is_empty() && options.user_edges.is_empty() {
+        return Ok(Skeleton::default());
+    }
+    let frame = Frame::of(mesh)?;
+    let points: Vec<DVec3> = mesh.vertices.iter().map(|&v| frame.to_unit(v)).collect();
+    let scale = Scale { feature: options.feature_angle, spacing: options.spacing / frame.scale };
+
+    let mut sides = Sides::new(&points, &mesh.triangles, scale.spacing);
+    sides.add_user_edges(&options.user_edges)?;
+    let candidates = sharpness::candidates(&points, &sides, scale);
+    let mut graph = Graph::new(&points, candidates);
+    grow::follow(&mut graph, scale);
+    let mut dropped = Dropped::default();
+    short_chains::drop_short_chains(&mut graph, scale.spacing, &mut dropped);
+    strips::drop_strips(&mut graph, &sides, scale.spacing, &mut dropped);
+    wedges::drop_wedges(&mut graph, &sides, scale.spacing, &mut dropped);
+    if dropped.strips > 0 {
+        short_chains::drop_short_chains(&mut graph, scale.spacing, &mut dropped);
+    }
+    dropped.in_units(frame.scale);
+
+    let corners = corners::find(&graph, &sides, scale.spacing);
+    let mut curves = chains::curves(&graph, &corners);
+    curves.iter_mut().for_each(|curve| curve.length *= frame.scale);
+    let (patches, patch_count) = patches::patches(&graph, &sides);
+    let corners = (0..).zip(&corners).filter(|(_, is)| **is).map(|(vertex, _)| vertex).collect();
+    Ok(Skeleton { curves, corners, patches, patch_count, dropped })
+}
+
+/// The edge length of an even mesh of `vertices` vertices on the surface `mesh`, in its units: the spacing of a hexagonal
+/// layout on its area.
+///
+/// # Errors
+///
+/// [`Error::Input`]: see [`Frame::of`].
+pub fn spacing_of(mesh: &TriMesh, vertices: usize) -> Result<f64> {
+    let frame = Frame::of(mesh)?;
+    let area = |t: usize| {
+        let [a, b, c] = mesh.corners(t).map(|corner| frame.to_unit(corner));
+        0.5 * (b - a).cross(c - a).length()
+    };
+    let area: f64 = (0..mesh.triangles.len()).map(area).sum();
+    Ok(frame.scale * super::spacing(area, vertices))
+}
+
+/// The options in the frame and units of the search.
+#[derive(Debug, Clone, Copy)]
+struct Scale {
+    /// Degrees.
+    feature: f64,
+    /// In the unit-diagonal frame.
+    spacing: f64,
+}
+
+fn check(options: &SkeletonOptions) -> Result<()> {
+    let SkeletonOptions { feature_angle, spacing, .. } = options;
+    if !(*feature_angle > 0.0 && *feature_angle <= 180.0) {
+        let problem = format!("the feature angle {feature_angle} is not above 0 to 180 degrees");
+        return Err(Error::usage(problem, "try 40, or 180 for no sharp edges"));
+    }
+    if !(*spacing > 0.0 && spacing.is_finite()) {
+        let problem = format!("the spacing {spacing} is not a length above 0");
+        return Err(Error::usage(problem, "give the edge length that the output should have"));
+    }
+    Ok(())
+}

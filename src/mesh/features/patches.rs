@@ -1,0 +1,37 @@
+//! The parts of the surface between its curves.
+
+use super::graph::Graph;
+use super::surface::Sides;
+use crate::mesh::half_edges::NO_MATE;
+
+/// The patch of each triangle, in the order of the patches' first triangles, and how many there are.
+pub(super) fn patches(graph: &Graph, sides: &Sides) -> (Vec<u32>, usize) {
+    let mut is_curve = vec![false; sides.mates.len()];
+    for link in graph.links.iter().filter(|link| link.on) {
+        is_curve[link.half as usize] = true;
+        if let Some(mate) = is_curve.get_mut(sides.mates[link.half as usize] as usize) {
+            *mate = true;
+        }
+    }
+    let mut patches = vec![u32::MAX; sides.triangles().len()];
+    let mut count = 0;
+    let mut waiting = Vec::new();
+    for first in 0..patches.len() {
+        if patches[first] != u32::MAX {
+            continue;
+        }
+        patches[first] = count;
+        waiting.push(first);
+        while let Some(t) = waiting.pop() {
+            for half in [3 * t, 3 * t + 1, 3 * t + 2] {
+                let mate = sides.mates[half];
+                if mate != NO_MATE && !is_curve[half] && patches[mate as usize / 3] == u32::MAX {
+                    patches[mate as usize / 3] = count;
+                    waiting.push(mate as usize / 3);
+                }
+            }
+        }
+        count += 1;
+    }
+    (patches, count as usize)
+}

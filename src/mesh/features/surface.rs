@@ -1,0 +1,168 @@
+//! The surface as the search sees it: triangles with trustworthy normals, and what lies across each of their sides.
+
+use glam::DVec3;
+use rayon::prelude::*;
+
+use super::CurveKind;
+use crate::mesh::half_edges::{EdgeTable, NO_MATE};
+use crate::{Error, Result};
+
+/// Triangles lower than this share of the spacing take the normal of the one across their longest side: their own is
+/// the rounding of their coordinates as much as the surface's.
+const NEEDLE: f64 = 1e-3;
+/// The same in shares of the bounding box's diagonal: coordinates of 32 bits give such a triangle's normal to 5 degrees.
+const NEEDLE_OF_DIAGONAL: f64 = 1e-6;
+
+/// Half-edges `3 * triangle + k`, from corner `k` to the next.
+pub(super) struct Sides<'a> {
+    triangles: &'a [[u32; 3]],
+    /// Unit normals (zero where there is none) and areas of the triangles.
+    pub(super) normals: Vec<DVec3>,
+    pub(super) areas: Vec<f64>,
+    /// For each half-edge the one that runs against it, [`NO_MATE`] where the edge does not have just two triangles of
+    /// one orientation.
+    pub(super) mates: Vec<u32>,
+    /// Edges that are curves whatever their angle, by their first half-edge.
+    pub(super) fixed: Vec<(u32, CurveKind)>,
+    /// Pairs of half-edges on one edge that are no mates of each other; all on one such edge are linked by them.
+    pub(super) joined: Vec<[u32; 2]>,
+    /// Whether a half-edge is on one of them.
+    pub(super) is_fixed: Vec<bool>,
+}
+
+impl<'a> Sides<'a> {
+    pub(super) fn new(points: &[DVec3], triangles: &'a [[u32; 3]], spacing: f64) -> Self {
+        let corners = triangles.as_flattened();
+        let mut mates = vec![NO_MATE; corners.len()];
+        let mut is_fixed = vec![false; corners.len()];
+        let mut fixed = Vec::new();
+        let mut joined = Vec::new();
+        for edge in EdgeTable::new(triangles).edges() {
+            let from = |k: usize| edge[k].corners().0;
+            let kind = match edge.len() {
+                1 => CurveKind::Boundary,
+                2 if corners[from(0)] != corners[from(1)] => {
+                    mates[from(0)] = from(1) as u32;
+                    mates[from(1)] = from(0) as u32;
+                    continue;
+                }
+                2 => CurveKind::Inconsistent,
+                _ => CurveKind::NonManifold,
+            };
+            fixed.push((from(0) as u32, kind));
+            edge.iter().for_each(|side| is_fixed[side.corners().0] = true);
+            joined.extend((1..edge.len()).map(|k| [from(0) as u32, from(k) as u32]));
+        }
+        let (mut normals, areas): (Vec<_>, Vec<_>) = triangles
+            .par_iter()
+            .map(|t| {
+                let [a, b, c] = t.map(|v| points[v as usize]);
+                let double = (b - a).cross(c - a);
+                (double.normalize_or_zero(), 0.5 * double.length())
+            })
+            .unzip();
+        let lowest = (NEEDLE * spacing).max(NEEDLE_OF_DIAGONAL);
+        borrow_normals(points, triangles, &mates, &areas, lowest, &mut normals);
+        Self { triangles, normals, areas, mates, fixed, joined, is_fixed }
+    }
+
+    /// Makes curves of the edges between these pairs of vertices.
+    pub(super) fn add_user_edges(&mut self, edges: &[[u32; 2]]) -> Result<()> {
+        if edges.is_empty() {
+            return Ok(());
+        }
+        let mut wanted: Vec<[u32; 2]> = edges.iter().map(|&[a, b]| [a.min(b), a.max(b)]).collect();
+        wanted.sort_unstable();
+        wanted.dedup();
+        let mut met = vec![false; wanted.len()];
+        for half in 0..self.mates.len() as u32 {
+            let [a, b] = self.ends(half);
+            let Ok(found) = wanted.binary_search(&[a.min(b), a.max(b)]) else { continue };
+            met[found] = true;
+            let mate = self.mates[half as usize];
+            // An edge without a mate is a curve already.
+            if mate != NO_MATE && half < mate {
+                self.fixed.push((half, CurveKind::User));
+                self.is_fixed[half as usize] = true;
+                self.is_fixed[mate as usize] = true;
+            }
+        }
+        let missing = met.iter().position(|met| !met).map(|missing| wanted[missing]);
+        missing.map_or(Ok(()), |[a, b]| {
+            let problem = format!("no edge joins vertices {a} and {b}");
+            Err(Error::input(None, problem, "name only pairs of vertices that share a triangle"))
+        })
+    }
+
+    /// The vertices that a half-edge joins.
+    pub(super) fn ends(&self, half: u32) -> [u32; 2] {
+        let (t, k) = (half as usize / 3, half as usize % 3);
+        [self.triangles[t][k], self.triangles[t][(k + 1) % 3]]
+    }
+
+    pub(super) fn triangles(&self) -> &'a [[u32; 3]] {
+        self.triangles
+    }
+
+    /// Whether the surface turns down, and not up, across a half-edge that has a mate.
+    pub(super) fn turns_down(&self, points: &[DVec3], half: u32) -> bool {
+        let [a, b] = self.ends(half).map(|v| points[v as usize]);
+        let mate = self.mates[half as usize];
+        self.normals[half as usize / 3].cross(self.normals[mate as usize / 3]).dot(b - a) > 0.0
+    }
+
+    /// The angle in degrees by which the surface turns across a half-edge that has a mate.
+    pub(super) fn turn(&self, half: u32) -> f64 {
+        let mate = self.mates[half as usize];
+        degrees_between(self.normals[half as usize / 3], self.normals[mate as usize / 3])
+    }
+}
+
+/// The angle between two vectors in degrees; 0 where one of them is zero.
+pub(super) fn degrees_between(a: DVec3, b: DVec3) -> f64 {
+    a.cross(b).length().atan2(a.dot(b)).to_degrees()
+}
+
+/// Gives each needle the normal of the first triangle that is none, going across longest sides.
+fn borrow_normals(
+    points: &[DVec3],
+    triangles: &[[u32; 3]],
+    mates: &[u32],
+    areas: &[f64],
+    lowest: f64,
+    normals: &mut [DVec3],
+) {
+    // Needles come in fans and rows, but not in long ones.
+    const FARTHEST: usize = 8;
+    // The longest side of a triangle, the given one left out, and its length.
+    let longest = |t: usize, but: usize| {
+        let length = |half: usize| {
+            let [a, b] = [half % 3, (half + 1) % 3].map(|k| points[triangles[t][k] as usize]);
+            a.distance(b)
+        };
+        (3 * t..3 * t + 3)
+            .filter(|&half| half != but)
+            .map(|half| (half, length(half)))
+            .fold((but, 0.0), |best, side| if side.1 > best.1 { side } else { best })
+    };
+    let is_needle = |t: usize| 2.0 * areas[t] < lowest * longest(t, usize::MAX).1;
+    let borrowed: Vec<(usize, DVec3)> = (0..triangles.len())
+        .into_par_iter()
+        .filter(|&t| is_needle(t))
+        .filter_map(|needle| {
+            let (mut t, mut came_by) = (needle, usize::MAX);
+            for _ in 0..FARTHEST {
+                let mate = *mates.get(longest(t, came_by).0)?;
+                if mate == NO_MATE {
+                    return None;
+                }
+                (t, came_by) = (mate as usize / 3, mate as usize);
+                if !is_needle(t) {
+                    return Some((needle, normals[t]));
+                }
+            }
+            None
+        })
+        .collect();
+    borrowed.into_iter().for_each(|(t, normal)| normals[t] = normal);
+}

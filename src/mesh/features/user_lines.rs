@@ -1,0 +1,90 @@
+//! A user's lines, matched to the edges of a mesh.
+
+use glam::DVec3;
+use rayon::slice::ParallelSliceMut;
+
+use crate::io::FeatureLine;
+use crate::mesh::TriMesh;
+use crate::mesh::half_edges::EdgeTable;
+use crate::mesh::unit_frame::Frame;
+use crate::{Error, Result};
+
+/// Points match a vertex within this share of the bounding box's diagonal.
+const NEAR: f64 = 1e-6;
+
+/// The edges of `mesh` along the lines, as pairs of vertices.
+///
+/// # Errors
+///
+/// [`Error::Input`] with the line in the file: a point is not at a vertex (within a millionth of the bounding box's
+/// diagonal), or two points in a row are not joined by an edge. Also what [`Frame::of`] finds wrong with the mesh.
+pub fn user_edges(mesh: &TriMesh, lines: &[FeatureLine]) -> Result<Vec<[u32; 2]>> {
+    let places = Places::new(mesh)?;
+    let table = EdgeTable::new(&mesh.triangles);
+    let edges: Vec<(u32, u32)> = table.edges().map(|sides| sides[0].ends()).collect();
+    let mut found = Vec::new();
+    for FeatureLine { line, points } in lines {
+        let fault =
+            |problem: String, remedy: &str| Error::input(Some(format!("line {line}")), problem, remedy);
+        let vertices: Vec<u32> = points
+            .iter()
+            .map(|&point| {
+                places.vertex_at(point).ok_or_else(|| {
+                    let problem =
+                        format!("no vertex of the mesh is at ({}, {}, {})", point.x, point.y, point.z);
+                    fault(problem, "draw lines from vertex to vertex, in the mesh's own coordinates")
+                })
+            })
+            .collect::<Result<_>>()?;
+        for (pair, ends) in vertices.windows(2).zip(points.windows(2)) {
+            let [a, b] = [pair[0].min(pair[1]), pair[0].max(pair[1])];
+            if edges.binary_search(&(a, b)).is_err() {
+                let [p, q] = [ends[0], ends[1]].map(|p| format!("({}, {}, {})", p.x, p.y, p.z));
+                let problem = format!("no edge of the mesh joins {p} and {q}");
+                return Err(fault(problem, "name every vertex that the line passes"));
+            }
+            found.push([a, b]);
+        }
+    }
+    Ok(found)
+}
+
+/// Vertices by the small cell they are in.
+struct Places<'a> {
+    mesh: &'a TriMesh,
+    frame: Frame,
+    cells: Vec<([i64; 3], u32)>,
+}
+
+impl<'a> Places<'a> {
+    fn new(mesh: &'a TriMesh) -> Result<Self> {
+        let frame = Frame::of(mesh)?;
+        let mut cells: Vec<([i64; 3], u32)> =
+            (0..).zip(&mesh.vertices).map(|(number, &v)| (cell(frame.to_unit(v)), number)).collect();
+        cells.par_sort_unstable();
+        Ok(Self { mesh, frame, cells })
+    }
+
+    /// The nearest vertex that is near enough; of several the first.
+    fn vertex_at(&self, point: DVec3) -> Option<u32> {
+        let at = self.frame.to_unit(point);
+        let own = cell(at);
+        let mut best: Option<(f64, u32)> = None;
+        for offset in 0..27 {
+            let wanted: [i64; 3] =
+                std::array::from_fn(|axis| own[axis].saturating_add(offset / [1, 3, 9][axis] % 3 - 1));
+            let from = self.cells.partition_point(|(cell, _)| *cell < wanted);
+            for &(_, number) in self.cells[from..].iter().take_while(|(cell, _)| *cell == wanted) {
+                let distance = at.distance(self.frame.to_unit(self.mesh.vertices[number as usize]));
+                if distance <= NEAR && best.is_none_or(|(least, n)| (distance, number) < (least, n)) {
+                    best = Some((distance, number));
+                }
+            }
+        }
+        best.map(|(_, number)| number)
+    }
+}
+
+fn cell(point: DVec3) -> [i64; 3] {
+    point.to_array().map(|value| (value / NEAR).floor() as i64)
+}

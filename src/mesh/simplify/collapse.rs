@@ -1,0 +1,286 @@
+//! Fewer vertices: edges collapse onto one of their ends, short ones where the surface is flat first.
+
+use super::flip::flip;
+use super::{Graph, ordered};
+use crate::TriMesh;
+use crate::mesh::half_edges::{EdgeTable, Side};
+use crate::mesh::intersections::intersecting_faces;
+use glam::{DMat3, DVec3};
+use std::cmp::Reverse;
+use std::collections::BinaryHeap;
+use std::sync::atomic::{AtomicBool, Ordering};
+
+/// What a squared distance from the old surface costs, over the squared length of the edge.
+const DISTANCE: f64 = 4.0;
+/// How careful collapses are, one after the other.
+const CARE: [Care; 6] = [
+    Care { cosine: 0.8, height: 0.3, apart: false },
+    Care { cosine: 0.6, height: 0.15, apart: false },
+    Care { cosine: 0.4, height: 0.08, apart: true },
+    Care { cosine: 0.2, height: 0.03, apart: true },
+    Care { cosine: 0.0, height: 0.005, apart: true },
+    Care { cosine: -1.0, height: 1e-6, apart: true },
+];
+/// Of so few vertices, even small turns may fold the surface: then all triangles are looked at.
+const FEW: usize = 2000;
+/// Cosine of the normals of two triangles that are all but back to back: 2.5 degrees.
+const FOLDED: f64 = -0.999;
+/// Collapses over all edges at each care.
+const PASSES: usize = 4;
+
+#[derive(Clone, Copy)]
+struct Care {
+    /// The least cosine between a triangle's normals before and after.
+    cosine: f64,
+    /// The least height over the longest side, unless the triangle was worse.
+    height: f64,
+    /// Whether triangles around that did not intersect are looked at, so that they do not.
+    apart: bool,
+}
+
+/// The sum of squared distances to planes.
+#[derive(Clone, Copy, Default)]
+struct Quadric {
+    normals: DMat3,
+    linear: DVec3,
+    constant: f64,
+    weight: f64,
+}
+
+impl Quadric {
+    /// To the plane of a triangle, by its area.
+    fn of([a, b, c]: [DVec3; 3]) -> Self {
+        let cross = (b - a).cross(c - a);
+        let (normal, weight) = (cross.normalize_or_zero(), 0.5 * cross.length());
+        let offset = -normal.dot(a);
+        Self {
+            normals: DMat3::from_cols(normal * normal.x, normal * normal.y, normal * normal.z) * weight,
+            linear: normal * offset * weight,
+            constant: offset * offset * weight,
+            weight,
+        }
+    }
+
+    fn add(&mut self, other: &Self) {
+        self.normals += other.normals;
+        self.linear += other.linear;
+        self.constant += other.constant;
+        self.weight += other.weight;
+    }
+
+    /// The mean squared distance of a point from the planes.
+    fn mean(&self, p: DVec3) -> f64 {
+        let sum = p.dot(self.normals * p) + 2.0 * self.linear.dot(p) + self.constant;
+        if self.weight > 0.0 { (sum / self.weight).max(0.0) } else { 0.0 }
+    }
+}
+
+pub(super) struct Collapser<'a> {
+    graph: &'a mut Graph,
+    quadrics: Vec<Quadric>,
+    /// How often the triangles at each vertex changed.
+    version: Vec<u32>,
+}
+
+/// A vertex that would go to another, by its cost.
+type Move = Reverse<(u64, u32, u32, [u32; 2])>;
+
+impl<'a> Collapser<'a> {
+    pub fn new(graph: &'a mut Graph) -> Self {
+        let mut quadrics = vec![Quadric::default(); graph.points.len()];
+        for triangle in &graph.triangles {
+            let quadric = Quadric::of(graph.corners(*triangle));
+            triangle.iter().for_each(|v| quadrics[*v as usize].add(&quadric));
+        }
+        let version = vec![0; graph.points.len()];
+        Self { graph, quadrics, version }
+    }
+
+    /// Until there are `count` vertices, no edge can go, or it is to `stop`.
+    pub fn collapse(&mut self, count: usize, stop: &AtomicBool) {
+        for care in CARE {
+            for _ in 0..PASSES {
+                let before = self.graph.used;
+                if before > count {
+                    self.pass(count, care, stop);
+                }
+                flip(self.graph);
+                if self.graph.used <= count || stop.load(Ordering::Relaxed) {
+                    return;
+                }
+                if self.graph.used == before {
+                    break;
+                }
+            }
+        }
+    }
+
+    fn pass(&mut self, count: usize, care: Care, stop: &AtomicBool) {
+        let mut moves: BinaryHeap<Move> = BinaryHeap::new();
+        for v in 0..self.graph.points.len() as u32 {
+            for u in self.graph.neighbours(v) {
+                moves.extend(self.candidate(v, u));
+            }
+        }
+        while self.graph.used > count && !stop.load(Ordering::Relaxed) {
+            let Some(Reverse((_, v, u, versions))) = moves.pop() else { return };
+            let current = [v, u].map(|w| self.version[w as usize]);
+            if versions != current || !self.keeps_topology(v, u) || !self.keeps_shape(v, u, care) {
+                continue;
+            }
+            self.apply(v, u);
+            for w in self.graph.neighbours(u) {
+                moves.extend(self.candidate(u, w));
+                moves.extend(self.candidate(w, u));
+            }
+        }
+    }
+
+    fn candidate(&self, v: u32, u: u32) -> Option<Move> {
+        let on_curve = self.curve_neighbours(v);
+        if self.graph.fixed[v as usize] || !(on_curve.is_empty() || on_curve.contains(&u)) {
+            return None;
+        }
+        let [at, to] = [v, u].map(|w| self.graph.points[w as usize]);
+        let mut off = self.quadrics[v as usize].mean(to);
+        for w in on_curve.iter().filter(|w| **w != u) {
+            let way = self.graph.points[*w as usize] - to;
+            let share = ((at - to).dot(way) / way.length_squared()).clamp(0.0, 1.0);
+            off += (to + share * way).distance_squared(at);
+        }
+        let cost = at.distance_squared(to) + DISTANCE * off;
+        Some(Reverse((cost.to_bits(), v, u, [v, u].map(|w| self.version[w as usize]))))
+    }
+
+    fn curve_neighbours(&self, v: u32) -> Vec<u32> {
+        if self.graph.curves.is_empty() {
+            return Vec::new();
+        }
+        let mut list = self.graph.neighbours(v);
+        list.retain(|w| self.graph.is_curve(v, *w));
+        list
+    }
+
+    /// The link condition: what `v` and `u` have in common is what lies at their edge.
+    fn keeps_topology(&self, v: u32, u: u32) -> bool {
+        let graph = &self.graph;
+        let theirs = graph.neighbours(u);
+        if theirs.binary_search(&v).is_err() {
+            return false;
+        }
+        let mut apexes: Vec<u32> = graph
+            .at_edge(v, u)
+            .flat_map(|t| graph.triangles[t as usize])
+            .filter(|w| *w != v && *w != u)
+            .collect();
+        apexes.sort_unstable();
+        let distinct = apexes.windows(2).all(|pair| pair[0] != pair[1]);
+        let common: Vec<u32> =
+            graph.neighbours(v).into_iter().filter(|w| theirs.binary_search(w).is_ok()).collect();
+        if !distinct || common != apexes {
+            return false;
+        }
+        // A curve of three edges stays one, and so does a surface of four triangles.
+        let doubles_curve = self.curve_neighbours(v).iter().any(|w| *w != u && graph.is_curve(u, *w));
+        let doubles_face = self.moved(v, u).any(|(_, [a, b, c])| {
+            let others = [a, b, c].map(|w| if w == u { u32::MAX } else { w });
+            let has =
+                |t: u32| others.iter().all(|w| *w == u32::MAX || graph.triangles[t as usize].contains(w));
+            graph.star[u as usize].iter().any(|t| has(*t))
+        });
+        !doubles_curve && !doubles_face
+    }
+
+    /// The triangles of `v` that stay, each with its corners once `v` is at `u`.
+    fn moved(&self, v: u32, u: u32) -> impl Iterator<Item = (u32, [u32; 3])> {
+        let of = move |t: &u32| (*t, self.graph.triangles[*t as usize]);
+        self.graph.star[v as usize]
+            .iter()
+            .map(of)
+            .filter(move |(_, triangle)| !triangle.contains(&u))
+            .map(move |(t, triangle)| (t, triangle.map(|w| if w == v { u } else { w })))
+    }
+
+    fn keeps_shape(&self, v: u32, u: u32, care: Care) -> bool {
+        let good = self.moved(v, u).all(|(t, new)| {
+            let [before, after] = [self.graph.triangles[t as usize], new].map(|t| self.graph.corners(t));
+            let [n, m] = [before, after].map(|[a, b, c]| (b - a).cross(c - a));
+            let turned = n.dot(m) < care.cosine * n.length() * m.length();
+            let [old, new] = [height_of(before), height_of(after)];
+            !turned && new >= care.height.min(old)
+        });
+        good && (!(care.apart || self.graph.used < FEW) || self.stays_apart(v, u))
+    }
+
+    /// Whether no more triangles around intersect once `v` is at `u`.
+    fn stays_apart(&self, v: u32, u: u32) -> bool {
+        let graph = &self.graph;
+        let near = [v, u].into_iter().flat_map(|w| graph.neighbours(w));
+        let mut around: Vec<u32> = near.flat_map(|w| graph.star[w as usize].iter().copied()).collect();
+        around.sort_unstable();
+        around.dedup();
+        let before: Vec<[u32; 3]> = around.iter().map(|t| graph.triangles[*t as usize]).collect();
+        let there = before.iter().filter(|t| !(t.contains(&v) && t.contains(&u)));
+        let after = there.map(|t| t.map(|w| if w == v { u } else { w })).collect();
+        self.intersecting(after) <= self.intersecting(before)
+    }
+
+    fn intersecting(&self, triangles: Vec<[u32; 3]>) -> usize {
+        let mut order: Vec<u32> = triangles.as_flattened().to_vec();
+        order.sort_unstable();
+        order.dedup();
+        let vertices = order.iter().map(|v| self.graph.points[*v as usize]).collect();
+        let number = |v: u32| order.binary_search(&v).unwrap_or(0) as u32;
+        let triangles = triangles.iter().map(|t| t.map(number)).collect();
+        let mesh = TriMesh { vertices, triangles };
+        intersecting_faces(&mesh).len() + folded(&mesh)
+    }
+
+    fn apply(&mut self, v: u32, u: u32) {
+        let curve: Vec<u32> = self.curve_neighbours(v);
+        let moved: Vec<(u32, [u32; 3])> = self.moved(v, u).collect();
+        let graph = &mut self.graph;
+        let gone: Vec<u32> = graph.at_edge(v, u).collect();
+        for t in gone {
+            graph.alive[t as usize] = false;
+            for w in graph.triangles[t as usize] {
+                graph.star[w as usize].retain(|s| *s != t);
+            }
+        }
+        for (t, triangle) in moved {
+            graph.triangles[t as usize] = triangle;
+            graph.star[u as usize].push(t);
+        }
+        graph.star[v as usize].clear();
+        for w in curve {
+            graph.curves.remove(&ordered(v, w));
+            if w != u {
+                graph.curves.insert(ordered(u, w));
+            }
+        }
+        graph.used -= 1;
+        let quadric = self.quadrics[v as usize];
+        self.quadrics[u as usize].add(&quadric);
+        self.version[v as usize] += 1;
+        self.version[u as usize] += 1;
+    }
+}
+
+/// The height of a triangle over its longest side, as a share of that.
+fn height_of([a, b, c]: [DVec3; 3]) -> f64 {
+    let longest = a.distance_squared(b).max(b.distance_squared(c)).max(c.distance_squared(a));
+    (b - a).cross(c - a).length() / longest.max(f64::MIN_POSITIVE)
+}
+
+/// Pairs of triangles so nearly back to back that rounding decides whether they intersect.
+fn folded(mesh: &TriMesh) -> usize {
+    let normal = |t: usize| {
+        let [a, b, c] = mesh.corners(t);
+        (b - a).cross(c - a).normalize_or_zero()
+    };
+    let is_folded = |sides: &&[Side]| match sides {
+        [one, two] => normal(one.triangle()).dot(normal(two.triangle())) < FOLDED,
+        _ => false,
+    };
+    EdgeTable::new(&mesh.triangles).edges().filter(is_folded).count()
+}

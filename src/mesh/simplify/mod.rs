@@ -1,0 +1,230 @@
+//! A mesh of fewer vertices by collapsing edges, each only if the surface stays the same up to bending.
+//!
+//! Slower than cells and with worse triangles, but what comes out has the topology of what went in, however few vertices
+//! it gets: components, handles, rims and junctions smaller than an edge survive.
+
+use super::TriMesh;
+use super::half_edges::EdgeTable;
+use super::topology::Partition;
+use collapse::Collapser;
+use glam::DVec3;
+use std::collections::HashSet;
+use std::sync::atomic::AtomicBool;
+
+mod collapse;
+mod flip;
+mod insert;
+mod split;
+
+/// What must stay besides the topology.
+#[derive(Debug, Clone, Copy, Default)]
+pub struct Kept<'a> {
+    /// Of each half-edge `3 * triangle + side` whether it lies on a curve; saying so of one on the edge is enough. Empty
+    /// if there are no curves but those that the topology makes.
+    pub curves: &'a [bool],
+    /// Vertices that stay.
+    pub corners: &'a [u32],
+}
+
+/// A mesh from [`with_vertices`].
+#[derive(Debug, Clone, PartialEq)]
+pub struct Coarsened {
+    /// The mesh.
+    pub mesh: TriMesh,
+    /// The triangle of the input that each triangle was.
+    pub origin: Vec<u32>,
+    /// Of each vertex, whether it is on a curve, a rim or a junction.
+    pub held: Vec<bool>,
+}
+
+/// The surface with `count` vertices, all of them vertices of `mesh` if that has as many; else the longest edges are
+/// halved. If no mesh of so few vertices can be reached without changing the topology or running through
+/// itself, one with more comes back. Vertices
+/// move along curves only, and corners not at all. Panics if an index is out of range.
+pub fn with_vertices(mesh: &TriMesh, kept: Kept, count: usize) -> Coarsened {
+    with_vertices_until(mesh, kept, count, &AtomicBool::new(false))
+}
+
+/// As [`with_vertices`]; it ends soon, with more vertices, once it is to `stop`.
+pub(crate) fn with_vertices_until(mesh: &TriMesh, kept: Kept, count: usize, stop: &AtomicBool) -> Coarsened {
+    let mut graph = Graph::new(mesh, kept);
+    graph.reach(count, stop);
+    graph.into_mesh()
+}
+
+/// A point on a triangle of the surface.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Site {
+    /// Where it is; what is off the triangle is moved onto it.
+    pub at: DVec3,
+    /// The triangle.
+    pub triangle: u32,
+}
+
+/// As [`with_vertices`], but vertices are at `sites` as far as the topology allows: where it needs others, as at handles
+/// smaller than an edge, some sites are left out for them.
+pub fn at_sites(mesh: &TriMesh, kept: Kept, sites: &[Site], count: usize) -> Coarsened {
+    at_sites_until(mesh, kept, (sites, count), &AtomicBool::new(false))
+}
+
+/// As [`at_sites`]; it ends soon, with more vertices, once it is to `stop`.
+pub(crate) fn at_sites_until(
+    mesh: &TriMesh,
+    kept: Kept,
+    (sites, count): (&[Site], usize),
+    stop: &AtomicBool,
+) -> Coarsened {
+    let mut graph = Graph::new(mesh, kept);
+    let fixed = graph.fixed.clone();
+    for v in insert::insert(&mut graph, sites) {
+        graph.fixed[v as usize] = true;
+    }
+    let inserted = graph.fixed.len();
+    Collapser::new(&mut graph).collapse(count, stop);
+    graph.fixed = fixed;
+    graph.fixed.resize(inserted, false);
+    graph.reach(count, stop);
+    graph.into_mesh()
+}
+
+/// Triangles with what hangs together.
+struct Graph {
+    points: Vec<DVec3>,
+    triangles: Vec<[u32; 3]>,
+    alive: Vec<bool>,
+    origin: Vec<u32>,
+    /// The living triangles around each vertex.
+    star: Vec<Vec<u32>>,
+    /// Edges on curves, rims and junctions, the smaller vertex first.
+    curves: HashSet<(u32, u32)>,
+    /// Vertices that stay.
+    fixed: Vec<bool>,
+    /// Vertices with triangles.
+    used: usize,
+}
+
+impl Graph {
+    fn new(mesh: &TriMesh, kept: Kept) -> Self {
+        let mut star = vec![Vec::new(); mesh.vertices.len()];
+        for (t, triangle) in (0..).zip(&mesh.triangles) {
+            triangle.iter().for_each(|v| star[*v as usize].push(t));
+        }
+        let corners = mesh.triangles.as_flattened();
+        let mut curves = HashSet::new();
+        let mut fans = Partition::new(corners.len());
+        // Faces at the curve edges of each vertex; a curve goes on only where they are as many.
+        let mut ends: Vec<Vec<usize>> = vec![Vec::new(); mesh.vertices.len()];
+        for sides in EdgeTable::new(&mesh.triangles).edges() {
+            let (a, b) = sides[0].ends();
+            let half = |k: usize| sides[k].corners();
+            let plain = sides.len() == 2 && corners[half(0).0] != corners[half(1).0];
+            let named = sides.iter().any(|side| kept.curves.get(side.corners().0).is_some_and(|on| *on));
+            if !plain || named {
+                curves.insert((a, b));
+                [a, b].iter().for_each(|v| ends[*v as usize].push(sides.len()));
+            }
+            let at_ends = |k: usize| {
+                let (from, to) = half(k);
+                if corners[from] == a { (from, to) } else { (to, from) }
+            };
+            for k in 1..sides.len() {
+                fans.join(at_ends(0).0 as u32, at_ends(k).0 as u32);
+                fans.join(at_ends(0).1 as u32, at_ends(k).1 as u32);
+            }
+        }
+        let mut fixed: Vec<bool> = ends
+            .iter()
+            .map(|ends| !matches!(ends.as_slice(), [] | [_, _]) || ends.windows(2).any(|e| e[0] != e[1]))
+            .collect();
+        kept.corners.iter().for_each(|v| fixed[*v as usize] = true);
+        let mut met = vec![false; mesh.vertices.len()];
+        for (corner, v) in (0..).zip(corners) {
+            if fans.root(corner) == corner {
+                fixed[*v as usize] |= std::mem::replace(&mut met[*v as usize], true);
+            }
+        }
+        let used = star.iter().filter(|star| !star.is_empty()).count();
+        Self {
+            points: mesh.vertices.clone(),
+            triangles: mesh.triangles.clone(),
+            alive: vec![true; mesh.triangles.len()],
+            origin: (0..mesh.triangles.len() as u32).collect(),
+            star,
+            curves,
+            fixed,
+            used,
+        }
+    }
+
+    /// Takes away or adds vertices.
+    fn reach(&mut self, count: usize, stop: &AtomicBool) {
+        if self.used > count {
+            Collapser::new(self).collapse(count, stop);
+        } else {
+            split::split(self, count);
+        }
+    }
+
+    fn is_curve(&self, a: u32, b: u32) -> bool {
+        self.curves.contains(&ordered(a, b))
+    }
+
+    /// The other vertices of the triangles around one, rising.
+    fn neighbours(&self, v: u32) -> Vec<u32> {
+        let around = self.star[v as usize].iter().flat_map(|t| self.triangles[*t as usize]);
+        let mut list: Vec<u32> = around.filter(|w| *w != v).collect();
+        list.sort_unstable();
+        list.dedup();
+        list
+    }
+
+    fn corners(&self, triangle: [u32; 3]) -> [DVec3; 3] {
+        triangle.map(|v| self.points[v as usize])
+    }
+
+    /// The living triangles with both vertices.
+    fn at_edge(&self, a: u32, b: u32) -> impl Iterator<Item = u32> {
+        self.star[a as usize].iter().copied().filter(move |t| self.triangles[*t as usize].contains(&b))
+    }
+
+    fn into_mesh(self) -> Coarsened {
+        let mut mesh = TriMesh::default();
+        let mut renamed = vec![u32::MAX; self.points.len()];
+        let mut held = Vec::with_capacity(self.used);
+        let mut on_curve = self.fixed;
+        self.curves.iter().for_each(|(a, b)| [a, b].iter().for_each(|v| on_curve[**v as usize] = true));
+        for v in 0..self.points.len() {
+            if !self.star[v].is_empty() {
+                renamed[v] = mesh.vertices.len() as u32;
+                mesh.vertices.push(self.points[v]);
+                held.push(on_curve[v]);
+            }
+        }
+        let living = (0..self.triangles.len()).filter(|t| self.alive[*t]);
+        let (triangles, origin) =
+            living.map(|t| (self.triangles[t].map(|v| renamed[v as usize]), self.origin[t])).unzip();
+        mesh.triangles = triangles;
+        Coarsened { mesh, origin, held }
+    }
+}
+
+fn ordered(a: u32, b: u32) -> (u32, u32) {
+    (a.min(b), a.max(b))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::mesh::samples::sample;
+
+    #[test]
+    fn whoever_is_to_stop_collapses_nothing() {
+        let mesh = sample("torus").unwrap();
+        let stop = AtomicBool::new(true);
+        let made = with_vertices_until(&mesh, Kept::default(), 50, &stop);
+        assert_eq!(made.mesh.vertices.len(), mesh.vertices.len());
+        let site = Site { at: mesh.corners(0).iter().sum::<DVec3>() / 3.0, triangle: 0 };
+        let made = at_sites_until(&mesh, Kept::default(), (&[site], 50), &stop);
+        assert_eq!(made.mesh.vertices.len(), mesh.vertices.len() + 1);
+    }
+}

@@ -1,0 +1,114 @@
+//! The same surface with shorter edges.
+
+use super::TriMesh;
+use super::half_edges::EdgeTable;
+use std::collections::HashMap;
+use std::sync::atomic::{AtomicBool, Ordering};
+
+/// Halves all edges longer than `length`, which is above 0, again and again, in the triangles on both sides alike; `None`
+/// if there are none. The longest go first, and what would make more than `most` triangles is left as it is; so is an edge
+/// whose middle, rounded, is one of its ends.
+///
+/// Vertices and the triangles without such edges keep their places; new ones follow.
+pub fn halved(mesh: &TriMesh, length: f64, most: usize) -> Option<TriMesh> {
+    halved_until(mesh, length, most, &AtomicBool::new(false))
+}
+
+/// As [`halved`]; once it is to `stop`, what it gives has no meaning.
+pub(crate) fn halved_until(mesh: &TriMesh, length: f64, most: usize, stop: &AtomicBool) -> Option<TriMesh> {
+    let mut halved: Option<TriMesh> = None;
+    loop {
+        if stop.load(Ordering::Relaxed) {
+            return None;
+        }
+        let now = halved.as_ref().unwrap_or(mesh);
+        match round(now, length, most) {
+            Some(next) => halved = Some(next),
+            None => return halved,
+        }
+    }
+}
+
+/// About how many triangles [`halved`] makes, if there is room.
+pub fn halved_count(mesh: &TriMesh, length: f64) -> f64 {
+    let parts = |size: f64| (size / length).log2().ceil().exp2();
+    let of = |t: usize| {
+        let [a, b, c] = mesh.corners(t);
+        let longest = a.distance(b).max(b.distance(c)).max(c.distance(a));
+        if longest <= length {
+            return 1.0;
+        }
+        // Of an equilateral triangle the side, and of a sliver, which is cut across, next to nothing.
+        let across = (b - a).cross(c - a).length() / longest * 2.0 / 3_f64.sqrt();
+        parts(longest) * parts(across).max(2.0)
+    };
+    (0..mesh.triangles.len()).map(of).sum()
+}
+
+/// Halves every edge that is longer than `length` and than half of the longest.
+fn round(mesh: &TriMesh, length: f64, most: usize) -> Option<TriMesh> {
+    let table = EdgeTable::new(&mesh.triangles);
+    let at = |v: u32| mesh.vertices[v as usize];
+    let long = |(a, b): (u32, u32)| {
+        let has_middle = ![at(a), at(b)].contains(&at(a).midpoint(at(b)));
+        if has_middle { at(a).distance(at(b)) } else { 0.0 }
+    };
+    let longest = table.edges().map(|sides| long(sides[0].ends())).fold(0.0, f64::max);
+    let from = length.max(0.5 * longest);
+    let mut vertices = mesh.vertices.clone();
+    let mut middles = HashMap::new();
+    let mut count = mesh.triangles.len();
+    for sides in table.edges() {
+        let (a, b) = sides[0].ends();
+        if long((a, b)) > from {
+            middles.insert((a, b), vertices.len() as u32);
+            vertices.push(at(a).midpoint(at(b)));
+            count += sides.len();
+        }
+    }
+    if middles.is_empty() || count > most {
+        return None;
+    }
+    let mut triangles = mesh.triangles.clone();
+    for (t, corners) in mesh.triangles.iter().enumerate() {
+        let middle = |k: usize| {
+            let [a, b] = [corners[k], corners[(k + 1) % 3]];
+            middles.get(&(a.min(b), a.max(b))).copied()
+        };
+        let mut parts = parts(*corners, [0, 1, 2].map(middle), |a, b| {
+            vertices[a as usize].distance_squared(vertices[b as usize])
+        });
+        triangles[t] = parts.next().unwrap_or(*corners);
+        triangles.extend(parts);
+    }
+    Some(TriMesh { vertices, triangles })
+}
+
+/// The parts of a triangle with vertices in the middle of some of its sides, that of side k between corners k and k + 1.
+fn parts(
+    [a, b, c]: [u32; 3],
+    middles: [Option<u32>; 3],
+    distance: impl Fn(u32, u32) -> f64,
+) -> impl Iterator<Item = [u32; 3]> {
+    // Three and a rest, or fewer.
+    let none = [u32::MAX; 3];
+    let two = |[a, b, c]: [u32; 3], ab: u32, bc: u32| {
+        if distance(ab, c) < distance(a, bc) {
+            [[ab, b, bc], [a, ab, c], [ab, bc, c], none]
+        } else {
+            [[ab, b, bc], [a, ab, bc], [a, bc, c], none]
+        }
+    };
+    let one = |[a, b, c]: [u32; 3], ab: u32| [[a, ab, c], [ab, b, c], none, none];
+    let parts = match middles {
+        [None, None, None] => [[a, b, c], none, none, none],
+        [Some(ab), None, None] => one([a, b, c], ab),
+        [None, Some(bc), None] => one([b, c, a], bc),
+        [None, None, Some(ca)] => one([c, a, b], ca),
+        [Some(ab), Some(bc), None] => two([a, b, c], ab, bc),
+        [None, Some(bc), Some(ca)] => two([b, c, a], bc, ca),
+        [Some(ab), None, Some(ca)] => two([c, a, b], ca, ab),
+        [Some(ab), Some(bc), Some(ca)] => [[a, ab, ca], [b, bc, ab], [c, ca, bc], [ab, bc, ca]],
+    };
+    parts.into_iter().filter(move |part| *part != none)
+}

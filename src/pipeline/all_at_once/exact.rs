@@ -1,0 +1,213 @@
+//! The exact pipeline: restricted Voronoi cells on the surface itself, all sites from the start, Lloyd's iteration with or
+//! without momentum, or L-BFGS.
+
+use super::descent::Descent;
+use crate::gpu::{Buffer, Device, Recorder};
+use crate::mesh::bvh::Bvh;
+use crate::options::Options;
+use crate::pipeline::Connection;
+use crate::pipeline::coarse_to_fine::level::{LIST, near};
+use crate::progress::Watch;
+use crate::sites::cells::{CellSites, CellSurface, connected_cells};
+use crate::sites::connect::{ConnectCounts, connect};
+use crate::sites::place::Place;
+use crate::sites::seed::Seeds;
+use crate::sites::surface::Surface;
+use crate::stages::exact::{Aim, CutTriangles, ExactCells, ExactCounts};
+use crate::stages::neighbours::lists::{ListOptions, Lists};
+use crate::stages::step::Step;
+use crate::{Result, TriMesh};
+use glam::{DVec3, Vec2, Vec4};
+use rayon::prelude::*;
+use serde::Serialize;
+
+/// Lists are made anew when a site has moved by more than this share of its reach. That is cheap beside a walk for every
+/// triangle that they do not decide.
+const MAX_RHO: f32 = 0.03;
+/// Longest move with momentum, in spacings. Without it sites go where their centroids are.
+const LARGEST_MOVE: f64 = 0.5;
+
+/// What the exact cells of the last iteration were.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Serialize)]
+pub struct ExactSummary {
+    /// Sum of their areas relative to the surface's.
+    pub area: f64,
+    /// Sites without a cell: another one is on the same spot.
+    pub empty_cells: usize,
+    /// Pairs of a triangle and a site that may have a part of it.
+    pub pairs: usize,
+    /// Triangles that the host did, in all iterations, for they had parts of too many sites.
+    pub crowded: usize,
+}
+
+/// The stages of a run with their buffers.
+pub(crate) struct Run<'a> {
+    device: &'a Device,
+    options: &'a Options,
+    spacing: f64,
+    triangles: CutTriangles,
+    sites: Buffer<Vec4>,
+    lists: Lists,
+    cells: ExactCells,
+    aim: Aim,
+    step: Step,
+    /// With L-BFGS, in place of both.
+    descent: Option<Descent>,
+}
+
+impl<'a> Run<'a> {
+    /// # Errors
+    /// Those of the device.
+    pub fn new(
+        device: &'a Device,
+        options: &'a Options,
+        surface: &Surface,
+        seeds: &Seeds,
+        spacing: f64,
+    ) -> Result<Self> {
+        let n = seeds.sites.len();
+        let sites: Vec<Vec4> = seeds.sites.iter().map(|p| p.as_vec3().extend(0.0)).collect();
+        let triangles = CutTriangles::new(device, surface, spacing)?;
+        Ok(Self {
+            cells: ExactCells::new(device, &triangles, &seeds.sites, LIST, None, None)?,
+            triangles,
+            device,
+            options,
+            spacing,
+            sites: Buffer::from_slice(device, "exact.sites", &sites)?,
+            lists: Lists::new(device, n, &ListOptions::new(LIST))?,
+            aim: Aim::new(device, n, None)?,
+            step: Step::new(device, n, options.iterations, None)?,
+            descent: (options.lbfgs > 0).then(|| Descent::new(sites, spacing, options.lbfgs)),
+        })
+    }
+
+    /// Moves the sites until they rest; gives the root mean square step of every iteration, in spacings, and what the last
+    /// cells were.
+    ///
+    /// # Errors
+    /// Those of the device, and [`crate::Error::Cancelled`].
+    pub fn iterate(&mut self, surface: &Surface, watch: &mut Watch) -> Result<(Vec<f64>, ExactSummary)> {
+        let options = self.options;
+        let mut steps = Vec::new();
+        let mut summary = ExactSummary::default();
+        let mut recorder = self.device.recorder()?;
+        self.lists.record_build(&mut recorder, &self.sites)?;
+        recorder.submit()?;
+        for iteration in 0..options.iterations {
+            let (counts, step) = self.iteration(iteration)?;
+            summary.pairs = counts.pairs;
+            summary.crowded += counts.crowded;
+            steps.push(step);
+            watch.iterated(iteration + 1, options.iterations, step)?;
+            let last = iteration + 1 == options.iterations;
+            if step < options.tolerance || (!last && watch.leave_out()) {
+                break;
+            }
+        }
+        if let Some(descent) = &self.descent {
+            self.put(&descent.rest())?;
+        }
+        let cells = self.cells.cells.to_vec(self.device)?;
+        if !steps.is_empty() {
+            summary.area = cells.iter().map(|c| f64::from(c.w)).sum::<f64>() / surface.area();
+            summary.empty_cells = cells.iter().filter(|c| c.w <= 0.0).count();
+        }
+        Ok((steps, summary))
+    }
+
+    /// Lists → parts → cells → aim → step, or what L-BFGS asks for; gives the root mean square step.
+    fn iteration(&mut self, iteration: u32) -> Result<(ExactCounts, f64)> {
+        let mut recorder = self.device.recorder()?;
+        self.lists.record_refresh(&mut recorder, &self.sites, MAX_RHO)?;
+        let parts = self.cells.record_parts(&mut recorder, &self.triangles, &self.sites, &self.lists)?;
+        let found = recorder.submit()?;
+        let mut recorder = self.device.recorder()?;
+        let (on, sites) = (&self.triangles, &self.sites);
+        let counts = self.cells.record_cells(self.device, &mut recorder, on, sites, (&found, &parts))?;
+        if self.descent.is_some() {
+            return Ok((counts, self.descend(recorder)?));
+        }
+        let (momentum, largest) = self.motion(iteration);
+        self.aim.record(&mut recorder, sites, &self.cells, momentum, largest)?;
+        self.step.record(&mut recorder, &self.aim.targets, sites, iteration)?;
+        let history = recorder.download(&self.step.history)?;
+        let history: Vec<Vec2> = recorder.submit()?.read(&history)?;
+        Ok((counts, f64::from(history[iteration as usize].x) / self.spacing))
+    }
+
+    /// The rest of an iteration with L-BFGS; gives the root mean square distance to the centroids.
+    fn descend(&mut self, mut recorder: Recorder) -> Result<f64> {
+        let cells = recorder.download(&self.cells.cells)?;
+        let energies = recorder.download(&self.cells.energies)?;
+        let found = recorder.submit()?;
+        let (cells, energies): (Vec<Vec4>, Vec<f32>) = (found.read(&cells)?, found.read(&energies)?);
+        let Some(descent) = &mut self.descent else { return Ok(0.0) };
+        let trial = descent.next(&cells, &energies).to_vec();
+        let off = descent.off() / self.spacing;
+        self.put(&trial)?;
+        Ok(off)
+    }
+
+    /// Puts the sites where the host says.
+    fn put(&self, sites: &[Vec4]) -> Result<()> {
+        let mut recorder = self.device.recorder()?;
+        recorder.upload(&self.sites, sites)?;
+        recorder.submit().map(|_| ())
+    }
+
+    /// The momentum of an iteration, and its longest move.
+    fn motion(&self, iteration: u32) -> (f32, f32) {
+        if self.options.momentum == 0.0 {
+            // The surface's diagonal is 1.
+            return (0.0, 1.0);
+        }
+        // Nesterov's sequence; the last iteration is a plain one, so that sites end in their centroids.
+        let share = f64::from(iteration) / (f64::from(iteration) + 3.0);
+        let last = iteration + 1 == self.options.iterations;
+        let momentum = if last { 0.0 } else { share.min(self.options.momentum) };
+        (momentum as f32, (LARGEST_MOVE * self.spacing) as f32)
+    }
+
+    /// The dual of the connected cells. The vertices are the sites, which are a little off the surface; the cells begin at
+    /// the closest points.
+    ///
+    /// # Errors
+    /// Those of the device.
+    pub fn connect(&self, surface: &Surface) -> Result<Connection> {
+        let sites: Vec<DVec3> =
+            self.sites.to_vec(self.device)?.iter().map(|s: &Vec4| s.truncate().as_dvec3()).collect();
+        let under = under(surface, &sites);
+        connected(self.device, surface, sites, &under, self.spacing)
+    }
+}
+
+/// The triangles closest to `sites`.
+fn under(surface: &Surface, sites: &[DVec3]) -> Vec<u32> {
+    let bvh = Bvh::new(&surface.mesh());
+    let closest = |rank: &mut _, p: &DVec3| bvh.closest_from(*p, rank).map_or(0, |closest| closest.triangle);
+    sites.par_iter().map_init(|| 0, closest).collect()
+}
+
+/// The dual of the exact connected cells of `sites`, which begin in the triangles `under` them.
+pub(crate) fn connected(
+    device: &Device,
+    surface: &Surface,
+    sites: Vec<DVec3>,
+    under: &[u32],
+    spacing: f64,
+) -> Result<Connection> {
+    let near = near(device, &sites)?;
+    let on = CellSurface::new(&surface.vertices, &surface.triangles, &surface.normals);
+    let places = Place::inside(under);
+    let cells = connected_cells(
+        &on,
+        &CellSites { positions: &sites, places: &places, near: &near, spacing, lengths: &[] },
+    );
+    let (triangles, counts) = connect(&sites, &cells.fans);
+    Ok(Connection {
+        mesh: TriMesh { vertices: sites, triangles },
+        counts: ConnectCounts { cells: Some(cells.certificate), ..counts },
+        ..Connection::default()
+    })
+}

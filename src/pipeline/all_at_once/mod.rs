@@ -1,0 +1,90 @@
+//! The pipelines that have all sites from the start.
+
+pub(crate) mod descent;
+pub(crate) mod exact;
+pub(crate) mod lbfgs;
+pub(crate) mod projection;
+pub(crate) mod rtf;
+
+use super::coarse_to_fine::attempts::Settled;
+use super::coarse_to_fine::levels::LevelPlan;
+use super::cost::Shares;
+use super::{Clock, Connection};
+use crate::gpu::Device;
+use crate::mesh::sizing::SizeField;
+use crate::mesh::spacing;
+use crate::mesh::topology::Topology;
+use crate::options::Options;
+use crate::options::all_at_once::{Face, Seeding};
+use crate::progress::Watch;
+use crate::sites::poisson::{DiskSummary, disks};
+use crate::sites::seed;
+use crate::sites::seed::Seeds;
+use crate::sites::surface::Surface;
+use crate::{Phase, Result};
+
+/// A run with all sites from the start.
+pub(crate) struct AllAtOnce<'a> {
+    pub device: &'a Device,
+    pub surface: &'a Surface,
+    /// Topology of the surface.
+    pub input: &'a Topology,
+    pub options: &'a Options,
+}
+
+impl AllAtOnce<'_> {
+    /// # Errors
+    /// Those of the device, and [`crate::Error::Cancelled`].
+    pub fn run(&self, watch: &mut Watch, clock: &mut Clock) -> Result<Settled> {
+        let Self { device, surface, input, options } = *self;
+        let vertices = options.vertices;
+        let spacing = spacing(surface.area(), vertices);
+        let plan = LevelPlan { sites: vertices, interior: vertices, spacing };
+        let shares = Shares::new(&[plan], &[options.iterations], surface.triangles.len(), options);
+        watch.phase(Phase::Prepare, shares.prepared, 0.0)?;
+        let (seeds, disks) = self.seeds(watch)?;
+        clock.phase("seed");
+        let begin = |watch: &mut Watch| {
+            watch.phase(Phase::LastLevel, shares.levels[0].until, shares.levels[0].after)?;
+            if options.iterations > 0 {
+                watch.level(0, options.iterations);
+            }
+            Ok(())
+        };
+        let (connection, steps) = if options.face != Face::Exact {
+            let run = rtf::Run::new(device, options, surface, &seeds, spacing)?;
+            clock.phase("compile");
+            begin(watch)?;
+            let steps = run.iterate(device, surface, options, watch)?;
+            clock.phase("iterate");
+            (run.connect(device, surface, input)?, steps)
+        } else if options.iterations > 0 {
+            let mut run = exact::Run::new(device, options, surface, &seeds, spacing)?;
+            clock.phase("compile");
+            begin(watch)?;
+            let (steps, summary) = run.iterate(surface, watch)?;
+            clock.phase("iterate");
+            (Connection { exact: Some(summary), ..run.connect(surface)? }, steps)
+        } else {
+            begin(watch)?;
+            (exact::connected(device, surface, seeds.sites, &seeds.triangles, spacing)?, Vec::new())
+        };
+        // Once they move, they are no disks.
+        let disks = disks.filter(|_| options.iterations == 0);
+        let connection = Connection { disks, ..connection };
+        Ok(Settled { connection, steps, skeleton: None, vertices, attempts: 1 })
+    }
+
+    /// Where sites begin.
+    fn seeds(&self, watch: &mut Watch) -> Result<(Seeds, Option<DiskSummary>)> {
+        let Self { surface, options: Options { vertices, seed, .. }, .. } = *self;
+        Ok(match self.options.seeding {
+            Seeding::Random => (seed::random(surface, *vertices, *seed), None),
+            Seeding::Stratified => (seed::stratified(surface, &SizeField::default(), *vertices, *seed), None),
+            Seeding::Poisson => {
+                let found = disks(surface, *vertices, *seed, &mut || watch.look())?;
+                (found.seeds, Some(found.summary))
+            }
+        })
+    }
+}

@@ -1,0 +1,291 @@
+//! How the sites of a run with all vertices from the start get back onto the surface, and where their planes come from.
+
+use crate::gpu::{Buffer, Device, Recorder};
+use crate::mesh::bvh::Bvh;
+use crate::options::Options;
+use crate::options::all_at_once::{Normals, Projection};
+use crate::sites::seed::Seeds;
+use crate::sites::surface::Surface;
+use crate::stages::neighbours::knn::{Nearest, TileBounds};
+use crate::stages::normals::PlaneFit;
+use crate::stages::project::best_fit::BestFit;
+use crate::stages::project::bvh::Bvh as DeviceBvh;
+use crate::stages::project::closest::ClosestPoints;
+use crate::stages::project::nearest_vertices::NearestVertices;
+use crate::stages::project::walk::Walk;
+use crate::stages::records::TriangleRecords;
+use crate::{Error, Result};
+use glam::{DVec3, Vec4};
+use rayon::prelude::*;
+
+/// The stages that do so with their buffers.
+pub(crate) struct Landing {
+    planes: Planes,
+    site_triangle: Buffer<u32>,
+}
+
+/// Where tangent planes come from, and what sites are projected onto.
+enum Planes {
+    /// They fit the sites.
+    Sites(PlaneFit, Onto),
+    /// They fit vertices of the input, and sites go onto them or onto something else.
+    Cloud(NearVertices, BestFit, Option<Onto>),
+    /// They come with the walk; the flags begin anew in every iteration.
+    Surface(Triangles, Buffer<u32>),
+}
+
+/// What sites are projected onto.
+enum Onto {
+    /// Triangles around the nearest vertices, which the search finds.
+    Vertices(NearVertices, NearestVertices),
+    Triangles(Triangles),
+}
+
+/// Triangles that a walk finds, and what then looks farther.
+struct Triangles {
+    records: TriangleRecords,
+    walk: Walk,
+    farther: Option<(DeviceBvh, ClosestPoints)>,
+}
+
+/// The nearest vertices of the input.
+struct NearVertices {
+    tiles: TileBounds,
+    found: Nearest,
+}
+
+impl NearVertices {
+    fn new(device: &Device, surface: &Surface, options: &Options) -> Result<Self> {
+        let (sites, k) = (options.vertices, options.k_project);
+        Ok(Self {
+            tiles: TileBounds::new(device, "rtf.neighbours.vertex_tiles", surface.vertices.len())?,
+            found: Nearest::new(device, "rtf.neighbours.vertices", sites, k, false, None)?,
+        })
+    }
+
+    /// Once for the surface.
+    fn begin(&self, recorder: &mut Recorder, surface: &Surface) -> Result<()> {
+        self.tiles.record(recorder, &surface.device.vertices)
+    }
+
+    fn record(&self, recorder: &mut Recorder, targets: &Buffer<Vec4>, surface: &Surface) -> Result<()> {
+        self.found.record(recorder, targets, &surface.device.vertices, &self.tiles)
+    }
+}
+
+impl Triangles {
+    fn new(device: &Device, surface: &Surface, options: &Options) -> Result<Self> {
+        let farther = match options.projection {
+            Projection::Exact => {
+                let tree = DeviceBvh::new(device, surface.triangles.len(), None)?;
+                Some((tree, ClosestPoints::new(device, None)?))
+            }
+            _ => None,
+        };
+        Ok(Self {
+            records: TriangleRecords::new(device, surface, None)?,
+            walk: Walk::new(device, options.vertices, None)?,
+            farther,
+        })
+    }
+
+    fn begin(&self, recorder: &mut Recorder) -> Result<()> {
+        self.farther.as_ref().map_or(Ok(()), |(tree, _)| tree.record(recorder, &self.records))
+    }
+
+    fn record(&self, recorder: &mut Recorder, targets: &Buffer<Vec4>, under: &Buffer<u32>) -> Result<()> {
+        let Self { records, walk, farther } = self;
+        walk.record(recorder, targets, records, under)?;
+        match farther {
+            Some((tree, closest)) => closest.record(recorder, targets, records, tree, walk, under),
+            None => Ok(()),
+        }
+    }
+}
+
+impl Onto {
+    /// Nothing for [`Projection::Plane`].
+    fn new(device: &Device, surface: &Surface, options: &Options) -> Result<Option<Self>> {
+        Ok(match options.projection {
+            Projection::Plane => None,
+            Projection::NearestVertices => {
+                let near = NearVertices::new(device, surface, options)?;
+                let project = NearestVertices::new(device, options.vertices, options.k_project, None)?;
+                Some(Self::Vertices(near, project))
+            }
+            Projection::Walk | Projection::Exact => {
+                Some(Self::Triangles(Triangles::new(device, surface, options)?))
+            }
+        })
+    }
+
+    /// What is done once for the surface.
+    fn begin(&self, recorder: &mut Recorder, surface: &Surface) -> Result<()> {
+        match self {
+            Self::Vertices(near, _) => near.begin(recorder, surface),
+            Self::Triangles(triangles) => triangles.begin(recorder),
+        }
+    }
+
+    fn record(
+        &self,
+        recorder: &mut Recorder,
+        surface: &Surface,
+        targets: &Buffer<Vec4>,
+        under: &Buffer<u32>,
+    ) -> Result<&Buffer<Vec4>> {
+        match self {
+            Self::Vertices(near, project) => {
+                near.record(recorder, targets, surface)?;
+                project.record(recorder, targets, &near.found.neighbours, &surface.device, under)?;
+                Ok(&project.projected)
+            }
+            Self::Triangles(triangles) => {
+                triangles.record(recorder, targets, under)?;
+                Ok(&triangles.walk.projected)
+            }
+        }
+    }
+}
+
+impl Landing {
+    /// For sites that begin at `seeds`.
+    pub fn new(device: &Device, options: &Options, surface: &Surface, seeds: &Seeds) -> Result<Self> {
+        let n = options.vertices;
+        let planes = match options.normals {
+            Normals::Fit => {
+                let fit = PlaneFit::new(device, n, options.k_normal, None)?;
+                let onto = Onto::new(device, surface, options)?;
+                let onto = onto.ok_or_else(|| Error::Internal("planes that nobody makes".into()))?;
+                Planes::Sites(fit, onto)
+            }
+            Normals::Surface => {
+                let flags = Buffer::new(device, "rtf.normals.flags", n)?;
+                Planes::Surface(Triangles::new(device, surface, options)?, flags)
+            }
+            Normals::Cloud => {
+                let near = NearVertices::new(device, surface, options)?;
+                let fit = BestFit::new(device, surface, n, options.k_project, None)?;
+                Planes::Cloud(near, fit, Onto::new(device, surface, options)?)
+            }
+        };
+        let site_triangle = Buffer::from_slice(device, "rtf.site_triangle", &seeds.triangles)?;
+        Ok(Self { planes, site_triangle })
+    }
+
+    /// What is done once: searches get their boxes, and `sites` their first planes if those come with the projection. If
+    /// sites live in them, they move there.
+    ///
+    /// # Errors
+    /// Those of the device.
+    pub fn begin(&self, device: &Device, surface: &Surface, sites: &Buffer<Vec4>) -> Result<()> {
+        let mut recorder = device.recorder()?;
+        match &self.planes {
+            Planes::Sites(_, onto) => onto.begin(&mut recorder, surface)?,
+            Planes::Surface(triangles, _) => triangles.begin(&mut recorder)?,
+            Planes::Cloud(near, _, onto) => {
+                near.begin(&mut recorder, surface)?;
+                if let Some(onto) = onto {
+                    onto.begin(&mut recorder, surface)?;
+                }
+            }
+        }
+        if let Planes::Sites(..) = self.planes {
+            recorder.submit()?;
+            return Ok(());
+        }
+        let projected = self.record(&mut recorder, surface, sites)?;
+        recorder.submit()?;
+        if let Planes::Cloud(_, _, None) = self.planes {
+            let pulled: Vec<Vec4> =
+                projected.to_vec(device)?.iter().map(|p| p.truncate().extend(0.0)).collect();
+            let mut recorder = device.recorder()?;
+            recorder.upload(sites, &pulled)?;
+            recorder.submit()?;
+        }
+        Ok(())
+    }
+
+    /// Records the way of `targets` to the surface, with the planes that come with it; gives where it ends.
+    pub fn record(
+        &self,
+        recorder: &mut Recorder,
+        surface: &Surface,
+        targets: &Buffer<Vec4>,
+    ) -> Result<&Buffer<Vec4>> {
+        let under = &self.site_triangle;
+        match &self.planes {
+            Planes::Sites(_, onto) => onto.record(recorder, surface, targets, under),
+            Planes::Surface(triangles, _) => {
+                triangles.record(recorder, targets, under)?;
+                Ok(&triangles.walk.projected)
+            }
+            Planes::Cloud(near, planes, onto) => {
+                near.record(recorder, targets, surface)?;
+                planes.record(recorder, targets, &near.found.neighbours, &surface.device)?;
+                match onto {
+                    None => Ok(&planes.projected),
+                    Some(onto) => onto.record(recorder, surface, targets, under),
+                }
+            }
+        }
+    }
+
+    /// Records the planes of `sites` if they do not come with the projection; `near` are their nearest ones.
+    pub fn record_planes(
+        &self,
+        recorder: &mut Recorder,
+        surface: &Surface,
+        sites: &Buffer<Vec4>,
+        near: &Buffer<u32>,
+    ) -> Result<()> {
+        match &self.planes {
+            Planes::Sites(fit, _) => {
+                fit.record(recorder, sites, near, &self.site_triangle, &surface.device.normals)
+            }
+            Planes::Surface(_, flags) => recorder.fill(flags, 0),
+            Planes::Cloud(..) => Ok(()),
+        }
+    }
+
+    /// Unit normals of the planes, w = 0.
+    pub fn normals(&self) -> &Buffer<Vec4> {
+        match &self.planes {
+            Planes::Sites(fit, _) => &fit.normals,
+            Planes::Surface(triangles, _) => &triangles.walk.normals,
+            Planes::Cloud(_, planes, _) => &planes.normals,
+        }
+    }
+
+    /// The flags of `stages::face`.
+    pub fn flags(&self) -> &Buffer<u32> {
+        match &self.planes {
+            Planes::Sites(fit, _) => &fit.flags,
+            Planes::Surface(_, flags) => flags,
+            Planes::Cloud(_, planes, _) => &planes.flags,
+        }
+    }
+
+    /// The triangles under `sites`, where they are now.
+    ///
+    /// # Errors
+    /// Those of the device.
+    pub fn triangles(&self, device: &Device, surface: &Surface, sites: &[DVec3]) -> Result<Vec<u32>> {
+        match &self.planes {
+            // The nearer sheet of a thin wall may be the other one.
+            Planes::Cloud(_, planes, None) => {
+                let normals = planes.normals.to_vec(device)?;
+                let bvh = Bvh::new(&surface.mesh());
+                let closest = |rank: &mut _, (p, side): (&DVec3, &Vec4)| {
+                    let side = side.truncate().as_dvec3();
+                    let agrees = |t: u32| surface.normals[t as usize].dot(side) > 0.0;
+                    bvh.closest_accepted(*p, rank, agrees)
+                        .or_else(|| bvh.closest(*p))
+                        .map_or(0, |closest| closest.triangle)
+                };
+                Ok(sites.par_iter().zip(&normals).map_init(|| 0, closest).collect())
+            }
+            _ => self.site_triangle.to_vec(device),
+        }
+    }
+}

@@ -1,0 +1,223 @@
+//! The pipeline with faces in planes, all sites from the start: the paper's, and what becomes of it if a stage is another.
+
+use super::projection::Landing;
+use crate::gpu::{Buffer, Device, Recorder};
+use crate::mesh::topology::{Topology, topology};
+use crate::options::Options;
+use crate::options::all_at_once::{Face, Neighbours, listed};
+use crate::pipeline::Connection;
+use crate::pipeline::submission::Pace;
+use crate::progress::Watch;
+use crate::sites::cells::{CellSites, CellSurface, connected_cells};
+use crate::sites::connect::{ConnectCounts, Fans, clustered_fan, connect};
+use crate::sites::place::Place;
+use crate::sites::seed::Seeds;
+use crate::sites::surface::Surface;
+use crate::stages::centroid::Centroids;
+use crate::stages::face::cell::{CellFaces, CellOptions, FlagCounts, PowerOptions};
+use crate::stages::neighbours::knn::{Nearest, TileBounds};
+use crate::stages::neighbours::lists::{ListOptions, Lists};
+use crate::stages::step::Step;
+use crate::{Result, TriMesh};
+use glam::{DVec3, Vec2, Vec4};
+
+/// Iterations between two looks at the step size.
+const ITERATIONS_PER_SUBMISSION: u32 = 5;
+
+/// The stages of one run with their buffers.
+pub(crate) struct Run {
+    sites: Buffer<Vec4>,
+    site_tiles: TileBounds,
+    near_sites: Search,
+    landing: Landing,
+    faces: CellFaces,
+    centroids: Centroids,
+    step: Step,
+    spacing: f64,
+}
+
+/// How the nearest sites are found.
+enum Search {
+    Brute(Nearest),
+    Lists(Lists),
+}
+
+impl Search {
+    fn new(device: &Device, options: &Options) -> Result<Self> {
+        let (n, k) = (options.vertices, listed(options));
+        Ok(match options.neighbours {
+            Neighbours::Brute => Self::Brute(Nearest::new(device, "rtf.neighbours.sites", n, k, true, None)?),
+            Neighbours::Lists => Self::Lists(Lists::new(device, n, &ListOptions::new(k))?),
+        })
+    }
+
+    /// Lists are made anew each time: cells want the nearest in order.
+    fn record(&self, recorder: &mut Recorder, sites: &Buffer<Vec4>, tiles: &TileBounds) -> Result<()> {
+        match self {
+            Self::Brute(nearest) => nearest.record(recorder, sites, sites, tiles),
+            Self::Lists(lists) => lists.record_build(recorder, sites),
+        }
+    }
+
+    fn found(&self) -> &Buffer<u32> {
+        match self {
+            Self::Brute(nearest) => &nearest.neighbours,
+            Self::Lists(lists) => &lists.neighbours,
+        }
+    }
+}
+
+impl Run {
+    pub fn new(
+        device: &Device,
+        options: &Options,
+        surface: &Surface,
+        seeds: &Seeds,
+        spacing: f64,
+    ) -> Result<Self> {
+        let n = options.vertices;
+        let sites: Vec<Vec4> = seeds.sites.iter().map(|p| p.as_vec3().extend(0.0)).collect();
+        let k_sites = listed(options);
+        let faces = if options.face == Face::Power {
+            CellFaces::power(device, n, &PowerOptions::new(k_sites, spacing, options.offset))?
+        } else {
+            CellFaces::new(device, n, &CellOptions::paper(k_sites, spacing))?
+        };
+        Ok(Self {
+            sites: Buffer::from_slice(device, "rtf.sites", &sites)?,
+            site_tiles: TileBounds::new(device, "rtf.neighbours.site_tiles", n)?,
+            near_sites: Search::new(device, options)?,
+            landing: Landing::new(device, options, surface, seeds)?,
+            faces,
+            centroids: Centroids::new(device, n, options.centroid, None)?,
+            step: Step::new(device, n, options.iterations, None)?,
+            spacing,
+        })
+    }
+
+    /// Lloyd's iteration until the step is small; gives the root mean square steps in spacings.
+    pub fn iterate(
+        &self,
+        device: &Device,
+        surface: &Surface,
+        options: &Options,
+        watch: &mut Watch,
+    ) -> Result<Vec<f64>> {
+        let mut pace = Pace::new(options.vertices, ITERATIONS_PER_SUBMISSION);
+        let mut steps = Vec::new();
+        self.landing.begin(device, surface, &self.sites)?;
+        while (steps.len() as u32) < options.iterations {
+            let begin = steps.len() as u32;
+            let look = (begin / ITERATIONS_PER_SUBMISSION + 1) * ITERATIONS_PER_SUBMISSION;
+            let end = (begin + pace.iterations).min(look).min(options.iterations);
+            pace.begin();
+            let mut recorder = device.recorder()?;
+            for iteration in begin..end {
+                self.record_iteration(&mut recorder, surface, iteration)?;
+            }
+            let history = recorder.download(&self.step.history)?;
+            let history: Vec<Vec2> = recorder.submit()?.read(&history)?;
+            pace.end(end - begin);
+            let new = &history[begin as usize..end as usize];
+            steps.extend(new.iter().map(|s| f64::from(s.x) / self.spacing));
+            let step = steps.last().copied().unwrap_or(0.0);
+            watch.iterated(end, options.iterations, step)?;
+            let converged = end == look && step < options.tolerance;
+            if converged || (end < options.iterations && watch.leave_out()) {
+                break;
+            }
+        }
+        Ok(steps)
+    }
+
+    /// Neighbours → normals → face → centroid → project → step.
+    fn record_iteration(&self, recorder: &mut Recorder, surface: &Surface, iteration: u32) -> Result<()> {
+        self.record_faces(recorder, surface)?;
+        self.centroids.record(recorder, &self.sites, self.landing.normals(), &self.faces)?;
+        let projected = self.landing.record(recorder, surface, &self.centroids.targets)?;
+        self.step.record(recorder, projected, &self.sites, iteration)
+    }
+
+    /// Neighbours → normals → face.
+    fn record_faces(&self, recorder: &mut Recorder, surface: &Surface) -> Result<()> {
+        self.site_tiles.record(recorder, &self.sites)?;
+        self.near_sites.record(recorder, &self.sites, &self.site_tiles)?;
+        let found = self.near_sites.found();
+        self.landing.record_planes(recorder, surface, &self.sites, found)?;
+        let (normals, flags) = (self.landing.normals(), self.landing.flags());
+        self.faces.record(recorder, &self.sites, normals, found, &self.site_tiles, flags)
+    }
+
+    /// Connects the sites by the fans of their faces. Where that leaves a wrong topology, as it may at creases, which no
+    /// tangent plane describes, exact connected cells decide, and the connection nearer to the input's topology is taken.
+    pub fn connect(&self, device: &Device, surface: &Surface, input: &Topology) -> Result<Connection> {
+        let found = self.faces(device, surface)?;
+        let wrong = |triangles: &[[u32; 3]], counts: &ConnectCounts| {
+            let got = topology(&TriMesh { vertices: found.sites.clone(), triangles: triangles.to_vec() });
+            (got.euler - input.euler).unsigned_abs() as usize
+                + got.components.abs_diff(input.components)
+                + got.boundary_loops.abs_diff(input.boundary_loops)
+                + got.nonmanifold_edges
+                + got.nonmanifold_vertices
+                + counts.unconnected_sites
+        };
+        let (mut triangles, mut counts) = connect(&found.sites, &found.fans);
+        let wrong_by_fans = wrong(&triangles, &counts);
+        if wrong_by_fans > 0 {
+            let on = CellSurface::new(&surface.vertices, &surface.triangles, &surface.normals);
+            let sites = CellSites {
+                positions: &found.sites,
+                places: &Place::inside(&found.triangles),
+                near: &found.near,
+                spacing: self.spacing,
+                lengths: &[],
+            };
+            let cells = connected_cells(&on, &sites);
+            let (by_cells, cell_counts) = connect(&found.sites, &cells.fans);
+            if wrong(&by_cells, &cell_counts) < wrong_by_fans {
+                triangles = by_cells;
+                counts = ConnectCounts { cells: Some(cells.certificate), ..cell_counts };
+            }
+        }
+        let mesh = TriMesh { vertices: found.sites, triangles };
+        Ok(Connection { mesh, counts, flags: found.flags, ..Connection::default() })
+    }
+
+    /// The faces of the sites as they are now.
+    fn faces(&self, device: &Device, surface: &Surface) -> Result<FoundFaces> {
+        let mut recorder = device.recorder()?;
+        self.record_faces(&mut recorder, surface)?;
+        let sites = recorder.download(&self.sites)?;
+        let near = recorder.download(self.near_sites.found())?;
+        let counts = recorder.download(&self.faces.corner_count)?;
+        let corners = recorder.download(&self.faces.corners)?;
+        let fan = recorder.download(&self.faces.fan)?;
+        let flags = recorder.download(self.landing.flags())?;
+        let done = recorder.submit()?;
+        let (counts, corners, fan) = (done.read(&counts)?, done.read(&corners)?, done.read(&fan)?);
+        let n = counts.len();
+        let slots = |i: usize| (0..counts[i] as usize).map(move |slot| slot * n + i);
+        let fans = Fans::from_lists((0..n).map(|i| {
+            let corners: Vec<Vec2> = slots(i).map(|s| corners[s]).collect();
+            let fan: Vec<u32> = slots(i).map(|s| fan[s]).collect();
+            clustered_fan(&corners, &fan)
+        }));
+        let sites: Vec<DVec3> = done.read(&sites)?.iter().map(|s: &Vec4| s.truncate().as_dvec3()).collect();
+        Ok(FoundFaces {
+            triangles: self.landing.triangles(device, surface, &sites)?,
+            sites,
+            near: done.read(&near)?,
+            fans,
+            flags: FlagCounts::of(&done.read(&flags)?),
+        })
+    }
+}
+
+/// What connecting starts from.
+struct FoundFaces {
+    sites: Vec<DVec3>,
+    triangles: Vec<u32>,
+    near: Vec<u32>,
+    fans: Fans,
+    flags: FlagCounts,
+}

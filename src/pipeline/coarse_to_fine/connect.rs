@@ -1,0 +1,327 @@
+//! From sites at rest to a mesh: connected, compared with the input, mended where it is wrong, polished and fitted.
+
+use super::CoarseToFine;
+use super::densify::{Movable, densify};
+use super::level::near;
+use crate::gpu::NONE;
+use crate::mesh::intersections::intersecting_faces_until;
+use crate::mesh::polyline::Polyline;
+use crate::mesh::topology::topology;
+use crate::mesh::unit_frame::{Frame, decimals};
+use crate::pipeline::Clock;
+use crate::pipeline::collapse::components::is_as_good;
+use crate::pipeline::cost::{FEW_ROUNDS, Shares};
+use crate::polish::{
+    FitOptions, PolishOptions, Rail, SpotOptions, fit_while, polish_while, reach_spots_while,
+};
+use crate::progress::{Watch, heed};
+use crate::sites::cells::{BrokenCell, CellSites, CellSurface, connected_cells_until};
+use crate::sites::connect::{ConnectCounts, connect};
+use crate::sites::curve_sites::CurveSites;
+use crate::sites::place::Place;
+use crate::sites::seed::Seeds;
+use crate::{Phase, Result, TriMesh};
+use glam::DVec3;
+use std::sync::atomic::AtomicBool;
+
+/// Times that sites are moved into broken cells,
+const DENSIFICATIONS: u32 = 12;
+/// and times in a row that leave no fewer of these than ever before.
+const PATIENCE: u32 = 4;
+/// Times that sites are moved to faces that run through others.
+const UNCROSSINGS: u32 = 4;
+
+/// More rounds of polish where vertices slide along curves.
+const ROUNDS_ON_CURVES: u32 = 10;
+
+/// Sites at rest, in the unit-diagonal frame.
+pub(crate) struct Sites {
+    pub positions: Vec<DVec3>,
+    /// The surface's triangle under each.
+    pub under: Vec<u32>,
+    /// On surfaces with curves.
+    pub held: Option<Held>,
+    /// Near sites of each, as [`CellSites::near`] has them.
+    pub near: Vec<u32>,
+}
+
+/// A level's mesh in the unit-diagonal frame.
+pub(crate) struct Found {
+    pub mesh: TriMesh,
+    /// The same before the polish, once it is polished.
+    pub rested: TriMesh,
+    pub under: Vec<u32>,
+    pub held: Option<Held>,
+    pub counts: ConnectCounts,
+    /// Whether it has the input's topology.
+    pub sound: bool,
+    /// A place where it has not.
+    pub trouble: Option<DVec3>,
+    /// Faces that run through others, once that is known.
+    pub crossing: Option<usize>,
+    pub open: usize,
+    pub steps: Vec<f64>,
+}
+
+impl Found {
+    /// The sites that are not on curves, in Morton order.
+    pub fn moving(&self) -> Seeds {
+        let on_curve = self.held.as_ref().map_or_else(Vec::new, Held::on_curve);
+        let moves = |v: &usize| !on_curve.get(*v).copied().unwrap_or(false);
+        let moving: Vec<usize> = (0..self.under.len()).filter(moves).collect();
+        let sites = moving.iter().map(|v| self.mesh.vertices[*v]).collect();
+        let triangles = moving.iter().map(|v| self.under[*v]).collect();
+        Seeds { sites, triangles }.in_space_order()
+    }
+}
+
+/// The triangles over some sites.
+struct Tied {
+    triangles: Vec<[u32; 3]>,
+    counts: ConnectCounts,
+    broken: Vec<BrokenCell>,
+    /// Whether they have the input's topology.
+    sound: bool,
+}
+
+/// The curve sites of a level.
+pub(crate) struct Held {
+    pub sites: CurveSites,
+    /// Which of them each site is, [`NONE`] for an interior one.
+    pub pins: Vec<u32>,
+}
+
+/// What is wrong with a result for lack of vertices.
+#[derive(Debug, Clone, PartialEq)]
+pub(crate) struct Fault {
+    pub what: String,
+    /// A place where it is, in the unit-diagonal frame.
+    pub at: Option<DVec3>,
+}
+
+impl Fault {
+    /// With the place in the file's units.
+    pub fn in_words(&self, frame: &Frame) -> String {
+        let Some(at) = self.at else { return self.what.clone() };
+        let decimals = decimals(frame.scale);
+        let [x, y, z] = frame.from_unit(at).to_array();
+        format!("{} near ({x:.decimals$}, {y:.decimals$}, {z:.decimals$})", self.what)
+    }
+}
+
+impl Held {
+    /// Puts curve sites where they stand.
+    pub fn put(&self, positions: &mut [DVec3]) {
+        for (v, pin) in self.pinned() {
+            positions[v] = self.sites.positions[pin];
+        }
+    }
+
+    /// Of each site, whether it is on a curve.
+    fn on_curve(&self) -> Vec<bool> {
+        self.pins.iter().map(|pin| *pin != NONE).collect()
+    }
+
+    /// Sites on curves, and which they are there.
+    fn pinned(&self) -> impl Iterator<Item = (usize, usize)> {
+        let pins = self.pins.iter().enumerate();
+        pins.filter(|(_, pin)| **pin != NONE).map(|(v, pin)| (v, *pin as usize))
+    }
+}
+
+impl CoarseToFine<'_> {
+    /// A mesh over the sites; where cells tell that there are too few, some are moved there from elsewhere.
+    pub(crate) fn connected(
+        &self,
+        on: &CellSurface,
+        mut sites: Sites,
+        spacing: f64,
+        watch: &mut Watch,
+    ) -> Result<Found> {
+        let fixed = sites.held.as_ref().map_or_else(Vec::new, Held::on_curve);
+        let sizes = &self.ground.sizes;
+        let (mut left, mut patience, mut fewest) = (DENSIFICATIONS, PATIENCE, usize::MAX);
+        loop {
+            watch.look()?;
+            let tied = watch.during(|stop| self.tied(on, &mut sites, spacing, stop))??;
+            let Tied { broken, triangles, counts, sound } = tied;
+            let Sites { positions, under, near: listed, .. } = &mut sites;
+            let mut movable = Movable { positions, under, fixed: &fixed };
+            patience = if broken.len() < fewest { PATIENCE } else { patience - 1 };
+            fewest = fewest.min(broken.len());
+            let over = sound || left == 0 || patience == 0;
+            if over || !densify(&mut movable, &triangles, &broken, (spacing, sizes)) {
+                return Ok(Found {
+                    counts,
+                    sound,
+                    trouble: broken.first().map(|b| b.farthest.0),
+                    crossing: None,
+                    mesh: TriMesh { vertices: sites.positions, triangles },
+                    rested: TriMesh::default(),
+                    under: sites.under,
+                    held: sites.held,
+                    open: 0,
+                    steps: Vec::new(),
+                });
+            }
+            left -= 1;
+            *listed = near(self.device, positions)?;
+        }
+    }
+
+    /// A mesh over the sites as they are.
+    fn tied(&self, on: &CellSurface, sites: &mut Sites, spacing: f64, stop: &AtomicBool) -> Result<Tied> {
+        let Sites { positions, under, held, near } = sites;
+        let mut places = Place::inside(under);
+        for (held, (v, pin)) in held.iter().flat_map(|held| held.pinned().map(move |pin| (held, pin))) {
+            places[v] = held.sites.places[pin];
+        }
+        let lengths = &self.ground.sizes.at_all(positions, under);
+        let sites_now = CellSites { positions, places: &places, near, spacing, lengths };
+        let cells = connected_cells_until(on, &sites_now, stop);
+        heed(stop)?;
+        let (triangles, counts) = connect(positions, &cells.fans);
+        heed(stop)?;
+        let mesh = TriMesh { vertices: std::mem::take(positions), triangles };
+        let got = topology(&mesh);
+        let sound = is_as_good(&got, self.input) && got.vertices == mesh.vertices.len();
+        *positions = mesh.vertices;
+        let counts = ConnectCounts { cells: Some(cells.certificate), ..counts };
+        Ok(Tied { broken: cells.broken, triangles: mesh.triangles, counts, sound })
+    }
+
+    /// A mesh polished and fitted, and what is wrong with it. If faces run through others, sites are moved there from
+    /// elsewhere.
+    pub(crate) fn finished(
+        &self,
+        on: &CellSurface,
+        mut found: Found,
+        spacing: f64,
+        (shares, watch, clock): (&Shares, &mut Watch, &mut Clock),
+    ) -> Result<(Found, Option<Fault>)> {
+        let mut left = UNCROSSINGS;
+        loop {
+            found.rested = found.mesh.clone();
+            self.finish(&mut found, shares, watch, clock)?;
+            if !found.sound {
+                let fault = Fault {
+                    what: "components, handles or rims of the surface are lost".to_owned(),
+                    at: found.trouble,
+                };
+                return Ok((found, Some(fault)));
+            }
+            watch.phase(Phase::Check, shares.check.until, shares.check.after)?;
+            let crossing = watch.during(|stop| crossing_faces_until(&found.mesh, self.frame, stop))?;
+            found.crossing = Some(crossing.len());
+            clock.phase("check");
+            let of_input = |stop: &AtomicBool| {
+                *self.crossing.get_or_init(|| intersecting_faces_until(self.mesh, stop).len())
+            };
+            if crossing.is_empty() || crossing.len() <= watch.during(of_input)? {
+                return Ok((found, None));
+            }
+            let wanted: Vec<BrokenCell> =
+                crossing.iter().filter_map(|t| self.beside(&found.mesh, *t)).collect();
+            let rested = found.rested.clone();
+            let mut sites =
+                Sites { positions: rested.vertices, under: found.under, held: found.held, near: Vec::new() };
+            let fixed = sites.held.as_ref().map_or_else(Vec::new, Held::on_curve);
+            let mut movable =
+                Movable { positions: &mut sites.positions, under: &mut sites.under, fixed: &fixed };
+            if left == 0 || !densify(&mut movable, &rested.triangles, &wanted, (spacing, &self.ground.sizes))
+            {
+                let what = format!("{} faces run through others", crossing.len());
+                let at = wanted.first().map(|b| b.farthest.0);
+                return Ok((
+                    Found { under: sites.under, held: sites.held, ..found },
+                    Some(Fault { what, at }),
+                ));
+            }
+            left -= 1;
+            sites.near = near(self.device, &sites.positions)?;
+            found = self.connected(on, sites, spacing, watch)?;
+        }
+    }
+
+    /// Where another site would help a face that runs through others: on the surface beside its middle.
+    fn beside(&self, mesh: &TriMesh, t: u32) -> Option<BrokenCell> {
+        let [a, b, c] = mesh.corners(t as usize);
+        let (point, triangle) = self.ground.target.nearest((a + b + c) / 3.0)?;
+        let [p, q, r] = self.surface.triangles[triangle as usize].map(|v| self.surface.vertices[v as usize]);
+        // Inside the triangle, for a curve may run along its edges.
+        let farthest = (point.lerp((p + q + r) / 3.0, 0.05), triangle);
+        Some(BrokenCell { site: mesh.triangles[t as usize][0], farthest })
+    }
+
+    /// Better triangles and a closer fit. Vertices on curves keep to their curve.
+    fn finish(&self, found: &mut Found, shares: &Shares, watch: &mut Watch, clock: &mut Clock) -> Result<()> {
+        let target = &self.ground.target;
+        let fixed = found.held.as_ref().map_or_else(Vec::new, Held::on_curve);
+        let patches = self.patches(found, &fixed);
+        let mesh = &mut found.mesh;
+        watch.phase(Phase::Polish, shares.polish.until, shares.polish.after)?;
+        let rails = found.held.as_ref().map_or_else(Vec::new, |held| self.rails(held));
+        let wanted = self.options.polish_rounds + if rails.is_empty() { 0 } else { ROUNDS_ON_CURVES };
+        let rounds = watch.shortened(wanted, FEW_ROUNDS);
+        let lengths = self.ground.sizes.at_all(&mesh.vertices, &found.under);
+        let options = PolishOptions { rounds, fixed, patches, rails, lengths, ..Default::default() };
+        let few = f64::from(FEW_ROUNDS) / f64::from(rounds.max(1));
+        // The few rounds of a run that comes to an end are done whole.
+        polish_while(mesh, target, &options, &mut |done| {
+            watch.done(done).is_ok() && !((few..1.0).contains(&done) && watch.leave_out())
+        });
+        watch.look()?;
+        clock.phase("polish");
+        let PolishOptions { fixed, patches, lengths, .. } = options;
+        if self.options.fit {
+            let options = FitOptions { fixed, patches, ..Default::default() };
+            watch.phase(Phase::Fit, shares.fit.until, shares.fit.after)?;
+            fit_while(mesh, target, &options, &mut |done| watch.done(done).is_ok());
+            clock.phase("fit");
+            let FitOptions { fixed, patches, .. } = options;
+            let edge = crate::pipeline::spacing(self.surface.area(), mesh.vertices.len());
+            watch.phase(Phase::Spots, shares.spots.until, shares.spots.after)?;
+            let options = SpotOptions { fixed, patches, lengths, ..Default::default() };
+            reach_spots_while(mesh, target, edge, &options, &mut |done| {
+                watch.done(done).is_ok() && !watch.leave_out()
+            });
+            watch.look()?;
+            clock.phase("spots");
+        }
+        Ok(())
+    }
+
+    /// The curves with the sites that may slide along them.
+    fn rails(&self, held: &Held) -> Vec<Rail> {
+        let Some(curves) = &self.ground.curves else { return Vec::new() };
+        let rail = |line: &Polyline| Rail { line: line.clone(), riders: Vec::new() };
+        let mut rails: Vec<Rail> = curves.polylines().map(rail).collect();
+        let mut riders: Vec<(usize, usize)> = held.pinned().map(|(v, pin)| (pin, v)).collect();
+        // Pins are in order along each curve.
+        riders.sort_unstable();
+        for (pin, v) in riders {
+            let (curve, way) = held.sites.ways[pin];
+            if let Some(rail) = rails.get_mut(curve as usize) {
+                rail.riders.push((v as u32, way));
+            }
+        }
+        rails
+    }
+
+    /// The patch of every triangle of a mesh, [`NONE`] where all corners are on curves; nothing if there are none.
+    fn patches(&self, found: &Found, on_curve: &[bool]) -> Vec<u32> {
+        let Some(curves) = &self.ground.curves else { return Vec::new() };
+        let of = |triangle: &[u32; 3]| {
+            let inner = triangle.iter().find(|v| !on_curve[**v as usize]);
+            inner.map_or(NONE, |v| curves.patches[found.under[*v as usize] as usize])
+        };
+        found.mesh.triangles.iter().map(of).collect()
+    }
+}
+
+/// The faces of a mesh in the unit-diagonal frame that run through others in the file's numbers: rounding to those may fold
+/// what is thin. It ends soon, with some of them, once it is to `stop`.
+pub(crate) fn crossing_faces_until(mesh: &TriMesh, frame: &Frame, stop: &AtomicBool) -> Vec<u32> {
+    let vertices = mesh.vertices.iter().map(|p| frame.from_unit(*p)).collect();
+    intersecting_faces_until(&TriMesh { vertices, triangles: mesh.triangles.clone() }, stop)
+}

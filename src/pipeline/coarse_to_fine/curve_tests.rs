@@ -1,0 +1,72 @@
+//! Tests of the relaxation between curves, before anything is connected.
+
+use super::level::{Level, Moves};
+use super::levels::{Extent, levels};
+use super::{CoarseToFine, Ground, Origin};
+use crate::gpu::{Device, DeviceOptions, NONE};
+use crate::mesh::features::SkeletonOptions;
+use crate::mesh::samples::sample;
+use crate::mesh::sizing::SizeField;
+use crate::mesh::topology::topology;
+use crate::mesh::unit_frame::Frame;
+use crate::progress::Watch;
+use crate::sites::surface::Surface;
+use crate::{Flow, Options, TriMesh};
+use std::sync::OnceLock;
+use std::sync::atomic::AtomicBool;
+
+/// Relaxes `count` sites on the mesh, with the checks that hold for all; gives the steps in spacings.
+fn relaxed(mesh: &TriMesh, count: usize) -> Vec<f64> {
+    let device = Device::open(&DeviceOptions { validation: true, ..DeviceOptions::from_env() }).unwrap();
+    let frame = Frame::of(mesh).unwrap();
+    let surface = Surface::new(&device, mesh, &frame).unwrap();
+    let spacing = crate::pipeline::spacing(surface.area(), count);
+    let stop = AtomicBool::new(false);
+    let ground =
+        Ground::new(&device, &surface, &SkeletonOptions::new(spacing), |_| Ok(SizeField::default()), &stop)
+            .unwrap();
+    let (input, options) = (topology(mesh), Options::new(count));
+    let curves = ground.curves.as_ref().unwrap();
+    let extent = Extent { area: surface.area(), euler: input.euler, curves: Some(curves) };
+    let plan = *levels(&extent, count, count).unwrap().last().unwrap();
+    let run = CoarseToFine {
+        device: &device,
+        surface: &surface,
+        ground: &ground,
+        mesh,
+        frame: &frame,
+        input: &input,
+        crossing: &OnceLock::new(),
+        options: &options,
+    };
+    let (start, held) = run.start(Origin::Nothing, &plan);
+    let held = held.unwrap();
+    assert_eq!(start.seeds.sites.len(), count);
+    let level = Level::new(&device, &start, (plan.spacing, false), 40, Moves::SCATTERED).unwrap();
+    let mut go_on = |_| Flow::Continue;
+    let result = level.relax(&device, &start, &ground.on_device(), 0.0, &mut Watch::new(&mut go_on)).unwrap();
+    let begin = start.pinned.unwrap().sites;
+    for (i, begin) in begin.iter().enumerate() {
+        if held.pins[i] != NONE {
+            assert_eq!(result.sites[i].as_vec3(), begin.truncate(), "curve site {i} has moved");
+            continue;
+        }
+        let patch = |t: u32| curves.patches[t as usize];
+        assert_eq!(patch(start.seeds.triangles[i]), patch(result.triangles[i]), "site {i} left its patch");
+        let mate =
+            |j: usize| held.pins[j] == NONE && patch(result.triangles[j]) == patch(result.triangles[i]);
+        let others = (0..count).filter(|j| *j != i && mate(*j));
+        let nearest = others.map(|j| result.sites[j].distance(result.sites[i])).fold(f64::INFINITY, f64::min);
+        assert!(nearest > 0.4 * plan.spacing, "site {i} is {} spacings from another", nearest / plan.spacing);
+    }
+    assert!(device.take_validation_messages().is_empty());
+    result.steps
+}
+
+#[test]
+fn sites_come_to_rest_between_curves() {
+    for (name, count) in [("box", 600), ("thin-plate", 700), ("open-hemisphere", 500)] {
+        let steps = relaxed(&sample(name).unwrap(), count);
+        assert!(steps[39] < 0.01 && steps[39] < 0.1 * steps[0], "{name}: {steps:?}");
+    }
+}

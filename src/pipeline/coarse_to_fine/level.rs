@@ -1,0 +1,267 @@
+//! One level of the default pipeline: sites relaxed on the device at one count.
+
+use crate::Result;
+use crate::gpu::{Buffer, Device, Recorder};
+use crate::pipeline::submission::Pace;
+use crate::progress::Watch;
+use crate::sites::seed::Seeds;
+use crate::stages::face::planar::{PlanarFaces, PlanarInputs, PlanarMove, PlanarOptions};
+use crate::stages::neighbours::lists::{ListOptions, Lists};
+use crate::stages::normals::SmoothNormals;
+use crate::stages::pins::PinnedSites;
+use crate::stages::project::walk::Walk;
+use crate::stages::records::TriangleRecords;
+use crate::stages::sizing::{DeviceSizes, Sizing};
+use crate::stages::step::{KeepOff, Settle};
+use glam::{DVec3, Vec2, Vec4};
+use rayon::prelude::*;
+
+/// Neighbours in a list.
+pub(crate) const LIST: u32 = 20;
+/// Lists are made anew when a site has moved by more than this share of its reach.
+const MAX_RHO: f32 = 0.14;
+/// No face reaches farther than this many spacings from its site.
+const WIDEST: f64 = 2.5;
+/// Iterations, the last ones of a level, whose faces are exact even where the lists do not decide them.
+const EXACT: u32 = 10;
+/// Iterations between two looks at the step size.
+const PER_LOOK: u32 = 10;
+
+/// How long the moves of a level may be.
+///
+/// A few sites at tips and folds never come to rest; what they move, all lists have to be made anew for. The longer a
+/// level takes, the less they are given.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct Moves {
+    /// Longest move of the first iteration, in spacings.
+    pub largest: f64,
+    /// After this many iterations it is half of that, after twice as many a third, and so on.
+    pub halved: f64,
+    /// Largest share of the last motion that is added to a step.
+    pub momentum: f32,
+}
+
+impl Moves {
+    /// For scattered sites.
+    pub const SCATTERED: Self = Self { largest: 0.5, halved: 5.0, momentum: MOMENTUM };
+    /// For sites that come from a coarser level and have their order already.
+    pub const REFINED: Self = Self { largest: 0.25, halved: 4.0, momentum: MOMENTUM };
+
+    /// In spacings.
+    fn longest(&self, iteration: u32) -> f64 {
+        self.largest / (1.0 + f64::from(iteration) / self.halved)
+    }
+}
+
+const MOMENTUM: f32 = 0.9;
+
+/// The stages at one count, with their buffers.
+pub(crate) struct Level {
+    sites: Buffer<Vec4>,
+    site_triangle: Buffer<u32>,
+    lists: Lists,
+    normals: SmoothNormals,
+    faces: PlanarFaces,
+    walk: Walk,
+    settle: Settle,
+    /// On surfaces with curves.
+    keep_off: Option<KeepOff>,
+    /// Where edge lengths differ.
+    sizing: Option<Sizing>,
+    spacing: f64,
+    iterations: u32,
+    moves: Moves,
+}
+
+/// The surface that sites move over.
+#[derive(Clone, Copy)]
+pub(crate) struct DeviceSurface<'a> {
+    pub records: &'a TriangleRecords,
+    /// Where edge lengths differ.
+    pub sizes: Option<&'a DeviceSizes>,
+}
+
+/// Sites that a level begins with.
+pub(crate) struct Start {
+    /// All of them, in Morton order.
+    pub seeds: Seeds,
+    /// The same as the device needs them on surfaces with curves.
+    pub pinned: Option<PinnedSites>,
+}
+
+/// Sites at rest.
+pub(crate) struct Relaxed {
+    pub sites: Vec<DVec3>,
+    pub triangles: Vec<u32>,
+    pub near: Vec<u32>,
+    /// Root mean square distance to the centroid of every iteration, in spacings.
+    pub steps: Vec<f64>,
+    /// Faces of the last iteration that no site bounds within `WIDEST` spacings.
+    pub open: usize,
+}
+
+impl Level {
+    /// Compiles all kernels for surfaces without curves, in parallel; later levels find them ready.
+    ///
+    /// # Errors
+    /// As [`Level::new`].
+    pub fn compile(device: &Device) -> Result<()> {
+        let parts: [&(dyn Fn() -> Result<()> + Sync); 5] = [
+            &|| PlanarFaces::new(device, 1, &PlanarOptions::new(LIST, 1)).map(drop),
+            &|| Lists::new(device, 1, &ListOptions::new(LIST)).map(drop),
+            &|| Walk::new(device, 1, None).map(drop),
+            &|| SmoothNormals::new(device, 1, false, None).map(drop),
+            &|| Settle::new(device, 1, 1, None, None).map(drop),
+        ];
+        parts.par_iter().try_for_each(|part| part())
+    }
+
+    /// `spacing` is that of the sites; they are `sized` if edge lengths differ.
+    pub fn new(
+        device: &Device,
+        start: &Start,
+        (spacing, sized): (f64, bool),
+        iterations: u32,
+        moves: Moves,
+    ) -> Result<Self> {
+        let Start { seeds, pinned } = start;
+        let n = seeds.sites.len();
+        let curves = pinned.is_some();
+        Ok(Self {
+            sites: Buffer::new(device, "default.sites", n)?,
+            site_triangle: Buffer::from_slice(device, "default.site_triangle", &seeds.triangles)?,
+            lists: Lists::new(device, n, &ListOptions::new(LIST))?,
+            normals: SmoothNormals::new(device, n, curves, None)?,
+            faces: PlanarFaces::new(device, n, &PlanarOptions::new(LIST, iterations))?,
+            walk: Walk::new(device, n, None)?,
+            settle: Settle::new(device, n, iterations, pinned.as_ref().map(|p| p.moving), None)?,
+            keep_off: curves.then(|| KeepOff::new(device, sized, None)).transpose()?,
+            sizing: sized.then(|| Sizing::new(device, n, curves, None)).transpose()?,
+            spacing,
+            iterations,
+            moves,
+        })
+    }
+
+    /// Iterates until the root mean square step is below `tolerance` spacings, which is looked at every few ones, or `watch` says
+    /// otherwise.
+    pub fn relax(
+        &self,
+        device: &Device,
+        start: &Start,
+        surface: &DeviceSurface,
+        tolerance: f64,
+        watch: &mut Watch,
+    ) -> Result<Relaxed> {
+        let mut steps = Vec::new();
+        let mut recorder = device.recorder()?;
+        // The seeds are the first targets; landing on the surface gives them their normals.
+        let targets: Vec<Vec4> = start.seeds.sites.iter().map(|p| p.as_vec3().extend(0.0)).collect();
+        recorder.upload(&self.faces.targets, &targets)?;
+        if let Some(pinned) = &start.pinned {
+            recorder.upload(&self.sites, &pinned.sites)?;
+            recorder.upload(&self.settle.surface_normals, &pinned.normals)?;
+        }
+        self.record_move(&mut recorder, surface, 0)?;
+        self.lists.record_build(&mut recorder, &self.sites)?;
+        recorder.submit()?;
+        watch.look()?;
+        let mut pace = Pace::new(start.seeds.sites.len(), PER_LOOK);
+        while (steps.len() as u32) < self.iterations {
+            let begin = steps.len() as u32;
+            let look = ((begin / PER_LOOK + 1) * PER_LOOK).min(self.iterations);
+            let end = (begin + pace.iterations).min(look);
+            pace.begin();
+            let mut recorder = device.recorder()?;
+            for iteration in begin..end {
+                self.record_iteration(&mut recorder, surface, iteration)?;
+            }
+            let history = recorder.download(&self.settle.history)?;
+            let history: Vec<Vec2> = recorder.submit()?.read(&history)?;
+            pace.end(end - begin);
+            let new = &history[begin as usize..end as usize];
+            steps.extend(new.iter().map(|s| f64::from(s.x) / self.spacing));
+            let step = steps.last().copied().unwrap_or(0.0);
+            watch.iterated(end, self.iterations, step)?;
+            let converged = end == look && step < tolerance;
+            if converged || (end < self.iterations && watch.leave_out()) {
+                break;
+            }
+        }
+        self.read(device, steps)
+    }
+
+    /// Neighbours → normals → face and centroid → project → step.
+    fn record_iteration(
+        &self,
+        recorder: &mut Recorder,
+        surface: &DeviceSurface,
+        iteration: u32,
+    ) -> Result<()> {
+        self.lists.record_refresh(recorder, &self.sites, MAX_RHO)?;
+        self.normals.record(recorder, &self.settle.surface_normals, &self.lists.neighbours, &self.sites)?;
+        let inputs = PlanarInputs::new(&self.sites, &self.normals.normals, &self.lists);
+        // Nesterov's sequence; the last iteration is a plain one, so that sites end in their centroids.
+        let share = iteration as f32 / (iteration as f32 + 3.0);
+        let last = iteration + 1 == self.iterations;
+        let longest = self.moves.longest(iteration) * self.spacing;
+        let largest = surface.sizes.map_or(1.0, |sizes| sizes.range[1]);
+        let step = PlanarMove {
+            iteration,
+            momentum: if last { 0.0 } else { share.min(self.moves.momentum) },
+            largest_move: (longest * largest) as f32,
+            widest: (WIDEST * self.spacing * largest) as f32,
+            exact: iteration + EXACT >= self.iterations,
+        };
+        self.faces.record(recorder, &inputs, &step)?;
+        if let (Some(sizing), Some(sizes)) = (&self.sizing, surface.sizes) {
+            sizing.record_lengths(recorder, sizes, &self.sites, &self.site_triangle)?;
+            let moves = (&self.faces.targets, &self.faces.centroids);
+            sizing.record_drift(recorder, &inputs, moves, longest as f32)?;
+        }
+        if let Some(keep_off) = &self.keep_off {
+            let lengths = self.sizing.as_ref().map(|sizing| &sizing.lengths);
+            keep_off.record(recorder, &inputs, &self.faces.targets, self.spacing, lengths)?;
+        }
+        self.record_move(recorder, surface, iteration)
+    }
+
+    fn record_move(&self, recorder: &mut Recorder, surface: &DeviceSurface, iteration: u32) -> Result<()> {
+        let targets = &self.faces.targets;
+        self.walk.record(recorder, targets, surface.records, &self.site_triangle)?;
+        self.settle.record(recorder, &self.walk, targets, &self.sites, iteration)
+    }
+
+    fn read(&self, device: &Device, steps: Vec<f64>) -> Result<Relaxed> {
+        let mut recorder = device.recorder()?;
+        // The lists may be from before the last moves; they are candidates, no more.
+        let sites = recorder.download(&self.sites)?;
+        let triangles = recorder.download(&self.site_triangle)?;
+        let near = recorder.download(&self.lists.neighbours)?;
+        let insecure = recorder.download(&self.faces.insecure)?;
+        let done = recorder.submit()?;
+        let insecure: Vec<u32> = done.read(&insecure)?;
+        let last = (steps.len() as u32).checked_sub(1);
+        Ok(Relaxed {
+            sites: done.read(&sites)?.iter().map(|s: &Vec4| s.truncate().as_dvec3()).collect(),
+            triangles: done.read(&triangles)?,
+            near: done.read(&near)?,
+            open: last.map_or(0, |l| self.faces.counts(&insecure, l).open),
+            steps,
+        })
+    }
+}
+
+/// The near sites of each, as [`Relaxed::near`] has them.
+///
+/// # Errors
+/// As [`Lists::new`].
+pub(crate) fn near(device: &Device, sites: &[DVec3]) -> Result<Vec<u32>> {
+    let sites: Vec<Vec4> = sites.iter().map(|p| p.as_vec3().extend(0.0)).collect();
+    let on_device = Buffer::from_slice(device, "default.sites", &sites)?;
+    let lists = Lists::new(device, sites.len(), &ListOptions::new(LIST))?;
+    let mut recorder = device.recorder()?;
+    lists.record_build(&mut recorder, &on_device)?;
+    let near = recorder.download(&lists.neighbours)?;
+    recorder.submit()?.read(&near)
+}

@@ -1,0 +1,216 @@
+//! The levels of a run: how many sites each has, and how far apart they are.
+
+use super::refine::level_counts;
+use crate::pipeline::spacing;
+use crate::sites::curve_sites::CurveCounts;
+use crate::sites::surface_curves::SurfaceCurves;
+use crate::{Error, Result};
+
+/// Curves may need no more than this share of the sites.
+const MOST_ON_CURVES: f64 = 0.6;
+/// Of the curves, so many may be shorter than a coarse level's spacing that are not at the finest.
+const MOST_SHORT: f64 = 0.2;
+/// Or as many as this share of the level's sites.
+const FEW_SHORT: f64 = 0.01;
+
+/// Sites of one level.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct LevelPlan {
+    /// All of them.
+    pub sites: usize,
+    /// Those that are not on curves.
+    pub interior: usize,
+    /// How far they are apart.
+    pub spacing: f64,
+}
+
+/// The surface to be covered.
+pub(crate) struct Extent<'a> {
+    pub area: f64,
+    /// Its Euler characteristic.
+    pub euler: i64,
+    pub curves: Option<&'a SurfaceCurves>,
+}
+
+/// Levels from the coarsest to that of `count` sites in all; none but the last has fewer than `coarsest`.
+///
+/// # Errors
+/// [`Error::Usage`] if the curves need more than [`MOST_ON_CURVES`] of them.
+pub(crate) fn levels(on: &Extent, count: usize, coarsest: usize) -> Result<Vec<LevelPlan>> {
+    let Some(curves) = on.curves else {
+        let plain = |sites| LevelPlan { sites, interior: sites, spacing: spacing(on.area, sites) };
+        return Ok(level_counts(count, on.euler, coarsest).into_iter().map(plain).collect());
+    };
+    let finest = finest(curves, on.area, count)?;
+    let short = |h: f64| curves.lengths().filter(|length| *length < h).count() as f64;
+    let already_short = short(finest.spacing);
+    let mut levels = vec![finest];
+    let mut finer = finest;
+    while let Some(next) = coarser(curves, on.euler, &finer) {
+        let most_short = (MOST_SHORT * curves.curve_count() as f64).max(FEW_SHORT * next.sites as f64);
+        // With fewer sites inside than on curves, their edges say little about the next level.
+        let few_inside = 2 * next.interior < next.sites;
+        if next.sites < coarsest
+            || next.sites >= finer.sites
+            || few_inside
+            || short(next.spacing) - already_short > most_short
+        {
+            break;
+        }
+        levels.push(next);
+        finer = next;
+    }
+    levels.reverse();
+    Ok(levels)
+}
+
+fn finest(curves: &SurfaceCurves, area: f64, count: usize) -> Result<LevelPlan> {
+    let plan = even(curves, area, count);
+    if fits(&plan) {
+        return Ok(plan);
+    }
+    Err(Error::usage(
+        format!(
+            "{} of {count} vertices would stand on the sharp and open edges of this surface, which leaves too few beside them",
+            plan.sites - plan.interior
+        ),
+        format!(
+            "ask for {} or more, let --vertices-at-least add them, or hold fewer sharp edges by --feature-angle",
+            enough(curves, area, count)
+        ),
+    ))
+}
+
+/// `count`, or if curves leave too few of that many beside them, a count with which they do not.
+pub(crate) fn enough(curves: &SurfaceCurves, area: f64, count: usize) -> usize {
+    let needed = |n: usize| fits(&even(curves, area, n));
+    let mut high = count.max(1);
+    while !needed(high) && high < usize::MAX / 4 {
+        high *= 2;
+    }
+    let mut low = count.max(high / 2);
+    while high - low > 1 {
+        let middle = low + (high - low) / 2;
+        if needed(middle) {
+            high = middle;
+        } else {
+            low = middle;
+        }
+    }
+    high
+}
+
+fn fits(plan: &LevelPlan) -> bool {
+    plan.interior as f64 >= (1.0 - MOST_ON_CURVES) * plan.sites as f64
+}
+
+/// The spacing at which `count` sites, with those that the curves then have, cover the area evenly.
+fn even(curves: &SurfaceCurves, area: f64, count: usize) -> LevelPlan {
+    // A site on a boundary covers half of what one inside does, and one where three sides meet half as much again.
+    let covered = |h: f64, on: CurveCounts| {
+        let sites = count as f64 - on.sites as f64 + 0.5 * on.sides as f64;
+        0.75_f64.sqrt() * h * h * sites
+    };
+    let plain = spacing(area, count);
+    let (mut low, mut high) = (plain / 64.0, plain * 64.0);
+    for _ in 0..60 {
+        let middle = (low * high).sqrt();
+        if covered(middle, curves.count(middle)) < area {
+            low = middle;
+        } else {
+            high = middle;
+        }
+    }
+    // From above: the number of curve sites may jump here, and the smaller one leaves more inside.
+    let on_curves = curves.count(high).sites;
+    let interior = count.saturating_sub(on_curves);
+    LevelPlan { sites: interior + on_curves, interior, spacing: high }
+}
+
+/// The level of twice the spacing whose interior sites, with one more on every edge that is not on a curve, are those of
+/// `finer`.
+fn coarser(curves: &SurfaceCurves, euler: i64, finer: &LevelPlan) -> Option<LevelPlan> {
+    let spacing = 2.0 * finer.spacing;
+    let on = curves.count(spacing);
+    let [sites, segments, sides] = [on.sites, on.segments, on.sides].map(|count| count as i64);
+    // V - E + F = χ, and the sides of F triangles are two for each edge off the curves and `sides` on them, so there
+    // are 3 (V - segments - χ) + sides such edges.
+    let interior = (finer.interior as i64 - 3 * (sites - segments - euler) - sides).div_euclid(4);
+    let interior = usize::try_from(interior).ok()?;
+    Some(LevelPlan { sites: interior + on.sites, interior, spacing })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::TriMesh;
+    use crate::mesh::features::{SkeletonOptions, skeleton};
+    use crate::mesh::samples::sample;
+    use crate::mesh::topology::topology;
+
+    fn curves_of(mesh: &TriMesh) -> SurfaceCurves {
+        let found = skeleton(mesh, &SkeletonOptions::new(0.05)).unwrap();
+        SurfaceCurves::new(&mesh.vertices, &mesh.triangles, &found).unwrap()
+    }
+
+    fn plan(mesh: &TriMesh, count: usize) -> Result<Vec<LevelPlan>> {
+        let curves = curves_of(mesh);
+        levels(&Extent { area: mesh.area(), euler: topology(mesh).euler, curves: Some(&curves) }, count, 300)
+    }
+
+    #[test]
+    fn levels_end_with_the_exact_count_and_an_even_spacing() {
+        for (name, count) in [("box", 600), ("box", 5000), ("thin-plate", 9999), ("open-hemisphere", 4000)] {
+            let mesh = sample(name).unwrap();
+            let plans = plan(&mesh, count).unwrap();
+            let last = plans.last().unwrap();
+            assert_eq!(last.sites, count, "{name}");
+            let on = curves_of(&mesh).count(last.spacing);
+            assert_eq!(last.interior + on.sites, count, "{name}");
+            let evenly = last.interior as f64 + 0.5 * on.sides as f64;
+            let ratio = spacing(mesh.area(), 1) / evenly.sqrt() / last.spacing;
+            assert!((ratio - 1.0).abs() < 0.01, "{name}: {ratio}");
+            for pair in plans.windows(2) {
+                assert_eq!(pair[0].spacing, 2.0 * pair[1].spacing, "{name}");
+                let growth = pair[1].interior as f64 / pair[0].interior as f64;
+                assert!((3.5..6.0).contains(&growth), "{name}: {growth}");
+                assert!(pair[0].sites >= 300 && 2 * pair[0].interior >= pair[0].sites, "{name}");
+            }
+        }
+    }
+
+    #[test]
+    fn a_few_short_curves_do_not_end_the_levels() {
+        let mut mesh = sample("box").unwrap();
+        let (vertices, size) = (mesh.vertices.clone(), mesh.vertices.len() as u32);
+        let spacing = spacing(mesh.area(), 5000);
+        // Its twelve edges are half of all curves, and shorter than two spacings.
+        let scale = 1.5 * spacing;
+        mesh.vertices.extend(vertices.iter().map(|p| *p * scale + 9.0 * glam::DVec3::X));
+        mesh.triangles.extend(mesh.triangles.clone().iter().map(|t| t.map(|v| v + size)));
+        assert_eq!(curves_of(&mesh).curve_count(), 24);
+        let counts: Vec<usize> = plan(&mesh, 5000).unwrap().iter().map(|plan| plan.sites).collect();
+        assert!(counts.len() == 2 && (1200..1300).contains(&counts[0]) && counts[1] == 5000, "{counts:?}");
+    }
+
+    #[test]
+    fn the_count_that_long_curves_need_is_found_at_once() {
+        let mut mesh = sample("box").unwrap();
+        mesh.vertices.iter_mut().for_each(|p| *p *= glam::DVec3::new(1e6, 1.0, 1e-3));
+        let curves = curves_of(&mesh);
+        let enough = enough(&curves, mesh.area(), 800);
+        let on = |n: usize| 1.0 - even(&curves, mesh.area(), n).interior as f64 / n as f64;
+        assert!(enough > 1_000_000 && on(enough) <= MOST_ON_CURVES && on(enough - 1) > MOST_ON_CURVES);
+    }
+
+    #[test]
+    fn too_few_sites_for_the_curves_are_refused_with_a_count_that_does() {
+        let mesh = sample("box").unwrap();
+        for count in [4, 8, 20] {
+            let text = plan(&mesh, count).unwrap_err().to_string();
+            let enough: usize =
+                text.split("ask for ").nth(1).unwrap().split(' ').next().unwrap().parse().unwrap();
+            assert!(plan(&mesh, enough).is_ok() && plan(&mesh, enough - 1).is_err(), "{text}");
+        }
+    }
+}

@@ -1,0 +1,98 @@
+//! How long edges are to be over the surface, from the options.
+
+use crate::mesh::repair::connected_components;
+use crate::mesh::sizing::{Bounds, SizeField, along_curve, curvature, graded};
+use crate::mesh::spacing;
+use crate::mesh::unit_frame::decimals;
+use crate::options::{Options, Sizing};
+use crate::sites::surface_curves::SurfaceCurves;
+use crate::{Error, Result, TriMesh};
+
+/// Unless told otherwise, no edge is wanted to be so many times shorter or longer than those of a uniform mesh.
+const RANGE: f64 = 8.0;
+/// What is flatter than this, in the unit-diagonal frame, is flat.
+const FLAT: f64 = 0.01;
+
+/// An edge longer than those of a uniform mesh spans no larger angle of a bend, in radians.
+const TURN: f64 = 0.7;
+/// Vertices of a component, unless a uniform mesh has fewer there.
+const ENOUGH: usize = 60;
+
+/// What a field is made from.
+pub(crate) struct SizeWish<'a> {
+    pub options: &'a Options,
+    /// Numbers at the vertices of the surface, for [`Sizing::Given`].
+    pub given: &'a [f64],
+    /// Of the input's bounding box, in its units.
+    pub diagonal: f64,
+}
+
+/// The field over `surface`, which is in the unit-diagonal frame, with its curves.
+///
+/// # Errors
+/// [`Error::Usage`] for bounds that exclude a uniform mesh, [`Error::Input`] for numbers that are no lengths.
+pub(crate) fn size_field(
+    surface: &TriMesh,
+    curves: Option<&SurfaceCurves>,
+    wish: &SizeWish,
+) -> Result<SizeField> {
+    let SizeWish { options, given, diagonal } = *wish;
+    if options.sizing == Sizing::Uniform {
+        return Ok(SizeField::default());
+    }
+    let spacing = spacing(surface.area(), options.vertices);
+    let bends = bends(surface, curves, spacing);
+    let wished = match options.sizing {
+        Sizing::Curvature { gradation } => {
+            bends.iter().map(|bend| bend.max(FLAT).powf(-0.5 * gradation)).collect()
+        }
+        Sizing::Given(_) | Sizing::Uniform => given.to_vec(),
+    };
+    let [least, largest] = [(options.min_edge, 1.0 / RANGE), (options.max_edge, RANGE)]
+        .map(|(length, share)| length.map_or(share * spacing, |length| length.share_of(diagonal)));
+    let decimals = decimals(diagonal);
+    let in_units = |length: f64| format!("{:.decimals$}", length * diagonal);
+    if least > largest && options.min_edge.is_some() && options.max_edge.is_some() {
+        let problem = format!("--min-edge {} is more than --max-edge {}", in_units(least), in_units(largest));
+        return Err(Error::usage(problem, "make the one shorter or the other longer"));
+    }
+    if least > spacing || largest < spacing {
+        let (name, length) = if least > spacing { ("min-edge", least) } else { ("max-edge", largest) };
+        let problem = format!(
+            "--{name} {} does not go with {} vertices, whose edges have {} on average",
+            in_units(length),
+            options.vertices,
+            in_units(spacing)
+        );
+        return Err(Error::usage(problem, "ask for another number of vertices, or another length"));
+    }
+    let mut most = fit_for_cells(surface, &bends, spacing);
+    most.iter_mut().for_each(|most| *most = most.min(largest));
+    let bounds = Bounds { spacing, least, largest: &most, growth: options.growth };
+    Ok(SizeField::new(surface.clone(), graded(surface, &wished, &bounds)))
+}
+
+/// The largest length at each vertex with which parts have enough vertices, and tubes are round; nowhere less than the
+/// spacing, with which a uniform mesh has to do as well.
+fn fit_for_cells(surface: &TriMesh, bends: &[f64], spacing: f64) -> Vec<f64> {
+    let (of_triangle, areas) = connected_components(surface);
+    let mut most: Vec<f64> = bends.iter().map(|bend| (TURN / bend.max(FLAT)).max(spacing)).collect();
+    for (triangle, part) in surface.triangles.iter().zip(of_triangle) {
+        let enough = crate::mesh::spacing(areas[part as usize], ENOUGH).max(spacing);
+        triangle.iter().for_each(|v| most[*v as usize] = most[*v as usize].min(enough));
+    }
+    most
+}
+
+/// How much the surface, or a curve on it, bends at each vertex.
+fn bends(surface: &TriMesh, curves: Option<&SurfaceCurves>, spacing: f64) -> Vec<f64> {
+    let Some(curves) = curves else { return curvature(surface, &[], spacing) };
+    let mut bends = curvature(surface, &curves.on_curve, spacing);
+    for (line, vertices) in curves.polylines().zip(curves.vertices()) {
+        for (k, v) in vertices.iter().enumerate() {
+            let bend = &mut bends[*v as usize];
+            *bend = bend.max(along_curve(line, line.way_to(k), spacing));
+        }
+    }
+    bends
+}

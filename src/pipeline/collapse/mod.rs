@@ -1,0 +1,79 @@
+//! The spare way from a surface to a mesh of so many vertices: collapsed edges, then the same polish as after cells. It
+//! keeps the topology however few vertices there are, at the price of less even triangles.
+
+pub(crate) mod components;
+pub(crate) mod faulty;
+
+use crate::mesh::features::{Curve, Skeleton, SkeletonOptions, skeleton};
+use crate::mesh::intersections::intersecting_faces_until;
+use crate::mesh::simplify::{Coarsened, Kept, Site, at_sites_until, with_vertices_until};
+use crate::mesh::topology::topology;
+use crate::polish::{FitOptions, PolishOptions, Target, fit_while, polish_while};
+use crate::{Options, TriMesh};
+use components::is_as_good;
+use std::sync::atomic::{AtomicBool, Ordering};
+
+/// What is wanted of the mesh.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Wish<'a> {
+    /// Vertices.
+    pub vertices: usize,
+    /// Edges that turn by more degrees are held as far as there are vertices for it.
+    pub feature_angle: f64,
+    /// Rounds of the polish.
+    pub polish_rounds: u32,
+    /// Whether vertices may leave the surface to fit it better.
+    pub fit: bool,
+    /// Edge length of the whole mesh.
+    pub spacing: f64,
+    /// Once set, nobody wants it any more: whatever it is then, it is to be there soon.
+    pub stop: &'a AtomicBool,
+}
+
+impl<'a> Wish<'a> {
+    /// What the options say, at this spacing.
+    pub fn of(options: &Options, spacing: f64, stop: &'a AtomicBool) -> Self {
+        let Options { vertices, feature_angle, polish_rounds, fit, .. } = *options;
+        Self { vertices, feature_angle, polish_rounds, fit, spacing, stop }
+    }
+}
+
+/// A mesh of the asked number of vertices, or of the least that keeps the topology if that is more; with them at `sites`
+/// as far as possible, if there are any.
+pub(crate) fn spare(surface: &TriMesh, sites: &[Site], wish: &Wish) -> TriMesh {
+    let raw = coarsened(surface, sites, wish);
+    let mut better = raw.mesh.clone();
+    let target = Target::new(surface);
+    let options = PolishOptions { rounds: wish.polish_rounds, fixed: raw.held.clone(), ..Default::default() };
+    let mut go_on = |_| !wish.stop.load(Ordering::Relaxed);
+    polish_while(&mut better, &target, &options, &mut go_on);
+    if wish.fit {
+        fit_while(&mut better, &target, &FitOptions { fixed: raw.held, ..Default::default() }, &mut go_on);
+    }
+    let crossing = |mesh| intersecting_faces_until(mesh, wish.stop).len();
+    let sound = is_as_good(&topology(&better), &topology(&raw.mesh));
+    if sound && crossing(&better) <= crossing(&raw.mesh) { better } else { raw.mesh }
+}
+
+/// The same before it is polished.
+pub(crate) fn coarsened(surface: &TriMesh, sites: &[Site], wish: &Wish) -> Coarsened {
+    let made = |kept: Kept| match sites {
+        [] => with_vertices_until(surface, kept, wish.vertices, wish.stop),
+        sites => at_sites_until(surface, kept, (sites, wish.vertices), wish.stop),
+    };
+    let options = SkeletonOptions { feature_angle: wish.feature_angle, ..SkeletonOptions::new(wish.spacing) };
+    let sharp = skeleton(surface, &options)
+        .ok()
+        .map(|found| made(Kept { curves: &curve_halves(surface, &found), corners: &found.corners }));
+    // Sharp edges give way to the number of vertices, the topology does not.
+    sharp.filter(|made| made.mesh.vertices.len() <= wish.vertices).unwrap_or_else(|| made(Kept::default()))
+}
+
+/// Of each half-edge whether it is on a curve.
+fn curve_halves(surface: &TriMesh, found: &Skeleton) -> Vec<bool> {
+    let ends = found.curves.iter().flat_map(Curve::edge_ends);
+    let mut edges: Vec<[u32; 2]> = ends.map(|[a, b]| [a.min(b), a.max(b)]).collect();
+    edges.sort_unstable();
+    let halves = surface.triangles.iter().flat_map(|&[a, b, c]| [[a, b], [b, c], [c, a]]);
+    halves.map(|[a, b]| edges.binary_search(&[a.min(b), a.max(b)]).is_ok()).collect()
+}

@@ -1,0 +1,245 @@
+//! What is around a spot: how far mesh and surface are from each other there, and whether the triangles are sound. All of
+//! it is found out once; after an edit, only where that changed something.
+
+use glam::DVec3;
+
+use super::edit::Work;
+use crate::mesh::half_edge_mesh::{cross, next};
+use crate::mesh::quality::TriangleQuality;
+use crate::mesh::triangle::closest_on_triangle;
+
+/// Rings of vertices that make room.
+const RINGS: u32 = 2;
+/// Least cosine between a triangle and the surface under it, and between two neighbouring triangles.
+const FACING: f64 = 0.1;
+const DIHEDRAL: f64 = -0.4;
+/// Points of the surface that are looked at around a spot.
+const MOST_POINTS: usize = 400;
+
+/// Where the searches of a triangle's samples ended: at the corners, on the edges, and inside.
+type Ranks = [usize; 16];
+/// That of the sample in the middle.
+const MIDDLE: usize = 12;
+
+/// What is looked at around a spot.
+pub(crate) struct Region {
+    /// Those that make room, in ascending order.
+    pub vertices: Vec<u32>,
+    /// In ascending order. All that may change.
+    pub triangles: Vec<u32>,
+    /// Triangles with an edge in common with them. Nothing beyond them is looked at.
+    pub rim: Vec<u32>,
+    /// The surface's vertices that were nearest to the triangles, with the place of that triangle in the list.
+    points: Vec<(u32, usize)>,
+    /// The square of the distance below which nothing is far.
+    least_sq: f64,
+}
+
+/// What a region is like before it is edited.
+pub(crate) struct Before {
+    /// How far all is, see [`Far`].
+    pub far: Far,
+    /// Of each point of the surface, the squared distance to the nearest triangle, or to any that is not far, and that one's
+    /// place in the list.
+    nearest: Vec<(f64, usize)>,
+    /// The squared distances of each triangle's samples that are far.
+    samples: Vec<Vec<f64>>,
+    sound: Vec<bool>,
+    ranks: Vec<Ranks>,
+}
+
+/// What is far in a region, both ways.
+#[derive(Debug, Clone, Copy, Default)]
+pub(crate) struct Far {
+    /// Sum of how much the squared distances exceed what is allowed.
+    pub sum: f64,
+    /// The largest squared distance.
+    pub largest_sq: f64,
+}
+
+impl Far {
+    fn add(&mut self, distance_sq: f64, least_sq: f64) {
+        self.sum += ((distance_sq - least_sq).max(0.0) / least_sq).powi(2);
+        self.largest_sq = self.largest_sq.max(distance_sq);
+    }
+}
+
+impl Work<'_> {
+    /// All triangles at the vertices around one, with the surface's points there: those of `points_of`, which has the
+    /// surface's vertices nearest to each triangle.
+    pub fn region(&self, t: u32, points_of: &[Vec<u32>]) -> Region {
+        let vertices = self.around(t);
+        let at_vertex = |v: &u32| self.links.ring(*v).map(|h| h / 3);
+        let mut triangles: Vec<u32> = vertices.iter().flat_map(at_vertex).collect();
+        triangles.sort_unstable();
+        triangles.dedup();
+        let mut points: Vec<(u32, usize)> = (0..)
+            .zip(&triangles)
+            .flat_map(|(k, t)| points_of[*t as usize].iter().map(move |p| (*p, k)))
+            .collect();
+        let every = points.len().div_ceil(MOST_POINTS).max(1);
+        points = points.into_iter().step_by(every).collect();
+        let across = |t: &u32| (3 * t..3 * t + 3).filter_map(|h| self.links.twin(h)).map(|h| h / 3);
+        let outside = |t: &u32| triangles.binary_search(t).is_err();
+        let rim = triangles.iter().flat_map(across).filter(outside).collect();
+        let least_sq = self.ground.least_sq(self.links.triangles[t as usize]);
+        Region { vertices, triangles, rim, points, least_sq }
+    }
+
+    /// The corners of a triangle and the rings of vertices around it, in ascending order.
+    fn around(&self, t: u32) -> Vec<u32> {
+        let mut around: Vec<u32> = self.links.triangles[t as usize].to_vec();
+        for _ in 0..RINGS {
+            for k in 0..around.len() {
+                around.extend(self.links.ring(around[k]).map(|h| self.links.origin(next(h))));
+            }
+            around.sort_unstable();
+            around.dedup();
+        }
+        around
+    }
+
+    /// What a region is like as it is.
+    pub fn before(&self, region: &Region) -> Before {
+        let corners: Vec<[DVec3; 3]> = region.triangles.iter().map(|t| self.corners(*t)).collect();
+        let nearest: Vec<_> =
+            region.points.iter().map(|(p, k)| self.nearest(*p, *k, &corners, region.least_sq)).collect();
+        let (mut samples, mut sound, mut ranks) = (Vec::new(), Vec::new(), Vec::new());
+        // Where one search ends, the next one begins.
+        let mut near = 0;
+        for t in &region.triangles {
+            let mut ends = [near; 16];
+            samples.push(self.samples(*t, region, &mut ends));
+            sound.push(self.sound(*t, &mut ends));
+            ranks.push(ends);
+            near = ends[MIDDLE];
+        }
+        let mut far = Far::default();
+        let distances = nearest.iter().map(|n| n.0).chain(samples.iter().flatten().copied());
+        distances.for_each(|distance_sq| far.add(distance_sq, region.least_sq));
+        Before { far, nearest, samples, sound, ranks }
+    }
+
+    /// What is far in a region after an edit that changed the triangles at the places `changed` of its list; nothing if
+    /// one of these is unsound or flatter than `floor` degrees, or if the sum reaches `most`.
+    pub fn after(
+        &self,
+        region: &Region,
+        before: &mut Before,
+        changed: &[usize],
+        (floor, most): (f64, f64),
+    ) -> Option<Far> {
+        let is_changed = {
+            let mut is_changed = vec![false; region.triangles.len()];
+            changed.iter().for_each(|k| is_changed[*k] = true);
+            is_changed
+        };
+        let corners: Vec<[DVec3; 3]> = region.triangles.iter().map(|t| self.corners(*t)).collect();
+        let least_sq = region.least_sq;
+        let shaped = |k: &usize| {
+            let shape = TriangleQuality::new(corners[*k]);
+            shape.min_angle() >= floor && shape.max_angle() <= 90.0
+        };
+        let others_are_sound =
+            || is_changed.iter().zip(&before.sound).all(|(changed, sound)| *changed || *sound);
+        let sound = changed.iter().all(shaped)
+            && others_are_sound()
+            && changed.iter().all(|k| self.sound(region.triangles[*k], &mut before.ranks[*k]));
+        if !sound {
+            return None;
+        }
+        let mut far = Far::default();
+        // What is known already first, then what is cheap.
+        for (samples, _) in before.samples.iter().zip(&is_changed).filter(|(_, changed)| !*changed) {
+            samples.iter().for_each(|distance_sq| far.add(*distance_sq, least_sq));
+        }
+        for ((p, _), (was, k)) in region.points.iter().zip(&before.nearest) {
+            let distance_sq = if is_changed[*k] {
+                self.nearest(*p, *k, &corners, least_sq).0
+            } else if *was > least_sq {
+                let at = self.ground.target.points[*p as usize].at;
+                changed.iter().map(|k| distance_sq(at, corners[*k])).fold(*was, f64::min)
+            } else {
+                continue;
+            };
+            far.add(distance_sq, least_sq);
+            if far.sum >= most {
+                return None;
+            }
+        }
+        for k in changed {
+            let samples = self.samples(region.triangles[*k], region, &mut before.ranks[*k]);
+            samples.into_iter().for_each(|distance_sq| far.add(distance_sq, least_sq));
+            if far.sum >= most {
+                return None;
+            }
+        }
+        (far.sum < most).then_some(far)
+    }
+
+    /// The squared distance of a point of the surface to the nearest triangle, or to any that is not far, and that one's
+    /// place in the list; the triangle at `first` is looked at first.
+    fn nearest(&self, p: u32, first: usize, corners: &[[DVec3; 3]], least_sq: f64) -> (f64, usize) {
+        let at = self.ground.target.points[p as usize].at;
+        let mut nearest = (distance_sq(at, corners[first]), first);
+        for (k, corners) in corners.iter().enumerate() {
+            if nearest.0 <= least_sq {
+                break;
+            }
+            let distance_sq = distance_sq(at, *corners);
+            if distance_sq < nearest.0 {
+                nearest = (distance_sq, k);
+            }
+        }
+        nearest
+    }
+
+    /// The squared distances of a triangle's samples that are far. Of those on vertices and edges each belongs to one
+    /// triangle of the region.
+    fn samples(&self, t: u32, region: &Region, ranks: &mut Ranks) -> Vec<f64> {
+        let [a, b, c] = self.corners(t);
+        let middle = (a + b + c) / 3.0;
+        let inside = [middle, (a + middle) * 0.5, (b + middle) * 0.5, (c + middle) * 0.5];
+        // All triangles around are of the region, or none of its vertices moves there.
+        let vertices = [(0, a), (1, b), (2, c)].into_iter().filter(|(k, _): &(usize, DVec3)| {
+            let v = self.links.triangles[t as usize][*k];
+            self.links.ring(v).map(|h| h / 3).min() == Some(t)
+        });
+        let edges =
+            [(0, a, b), (1, b, c), (2, c, a)].into_iter().filter(|(k, ..): &(usize, DVec3, DVec3)| {
+                let h = 3 * t + *k as u32;
+                let within = |twin: u32| region.triangles.binary_search(&(twin / 3)).is_ok();
+                self.links.twin(h).is_none_or(|twin| h < twin || !within(twin))
+            });
+        let on_edges =
+            edges.flat_map(|(k, p, q)| [1, 2, 3].map(|m| (3 + 3 * k + m - 1, p.lerp(q, m as f64 / 4.0))));
+        let inside = inside.into_iter().enumerate().map(|(k, p)| (MIDDLE + k, p));
+        let bvh = &self.ground.target.bvh;
+        let distances = vertices
+            .chain(on_edges)
+            .chain(inside)
+            .filter_map(|(k, p)| bvh.closest_or_near(p, &mut ranks[k], region.least_sq))
+            .map(|found| found.distance_sq);
+        distances.filter(|distance_sq| *distance_sq > region.least_sq).collect()
+    }
+
+    /// Whether a triangle neither faces away from the surface nor folds onto its neighbours.
+    fn sound(&self, t: u32, ranks: &mut Ranks) -> bool {
+        let corners = self.corners(t);
+        let normal = cross(corners).normalize_or_zero();
+        let middle = (corners[0] + corners[1] + corners[2]) / 3.0;
+        let edge = self.ground.edge_at(self.links.triangles[t as usize]);
+        let across = |h| self.links.twin(h).map(|g| cross(self.corners(g / 3)).normalize_or_zero());
+        (3 * t..3 * t + 3).filter_map(across).all(|neighbour| neighbour.dot(normal) > DIHEDRAL)
+            && self
+                .ground
+                .target
+                .closest_with_normal(middle, normal, self.links.patch(t), &mut ranks[MIDDLE])
+                .is_some_and(|(at, facing)| facing.dot(normal) > FACING && at.distance(middle) < edge)
+    }
+}
+
+/// The squared distance of a point to a triangle.
+fn distance_sq(at: DVec3, corners: [DVec3; 3]) -> f64 {
+    closest_on_triangle(at, corners).point.distance_squared(at)
+}

@@ -1,0 +1,253 @@
+//! Exact connected cells: the part of each site's Voronoi cell on the surface that hangs together with the site.
+//!
+//! A cell starts in the site's own triangle, cut by the bisectors with the other sites, and goes on across the
+//! triangle's edges that are left. A corner between two bisectors (j, k) is the triangle (i, j, k) of the dual, and
+//! three cells see it. No tangent plane is involved, so creases, ear tips and rough spots come out as smooth ones do;
+//! the price is host time that grows with the surface's triangles.
+//!
+//! No cell crosses the *border*, which is where the surface ends or a curve runs. A site on the border has one cell, a
+//! *sector*, for each patch side there, and only sites of the same patch cut it.
+//!
+//! Two figures certify the result: the areas of the cells sum to the surface's, and every corner is seen three times.
+
+mod border;
+mod clip;
+mod fan;
+mod sectors;
+mod walk;
+
+use super::connect::Fans;
+use super::place::Place;
+use crate::mesh::half_edges::{NO_MATE, half_edge_mates};
+use border::Border;
+pub use border::Encroached;
+use glam::DVec3;
+use rayon::prelude::*;
+use sectors::{Sectors, SitesByTriangle};
+use serde::Serialize;
+use std::collections::BTreeMap;
+use std::sync::atomic::{AtomicBool, Ordering};
+use walk::{Cell, Scene, Uncut, Walk};
+
+/// Times that cells which do not fit together are made anew.
+const REPAIRS: u32 = 6;
+
+/// The surface as cells walk over it.
+pub struct CellSurface<'a> {
+    vertices: &'a [DVec3],
+    triangles: &'a [[u32; 3]],
+    normals: &'a [DVec3],
+    /// The half-edges across; none at the border.
+    mates: Vec<u32>,
+    /// One a triangle; empty if there is one patch.
+    patches: &'a [u32],
+    has_border: bool,
+}
+
+/// Sites on the surface.
+pub struct CellSites<'a> {
+    /// Positions.
+    pub positions: &'a [DVec3],
+    /// The place of each on the surface.
+    pub places: &'a [Place],
+    /// Near sites of each, nearest first: entry `slot` of site i at `slot * sites + i`, `u32::MAX` after the last. A cell
+    /// that needs more looks at all sites.
+    pub near: &'a [u32],
+    /// Edge length of a perfect layout.
+    pub spacing: f64,
+    /// Edge length wanted at each site, relative to the spacing; nothing if they are equal.
+    pub lengths: &'a [f64],
+}
+
+impl CellSites<'_> {
+    /// The edge length at a site.
+    fn spacing_at(&self, site: u32) -> f64 {
+        self.spacing * self.lengths.get(site as usize).copied().unwrap_or(1.0)
+    }
+}
+
+/// Cells as fans, with what certifies them.
+#[derive(Debug, Clone, Default)]
+pub struct ConnectedCells {
+    /// Counter-clockwise neighbours in every sector.
+    pub fans: Fans,
+    /// What certifies them.
+    pub certificate: Certificate,
+    /// Cells whose boundary is not one closed curve, or meets a neighbour twice.
+    pub broken: Vec<BrokenCell>,
+    /// Where a curve needs more sites, rising. The triangles of the fans have an edge there all the same.
+    pub encroached: Vec<Encroached>,
+}
+
+/// A cell that is not a disc, or not cut out by three others at least: there are too few sites around.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct BrokenCell {
+    /// Whose it is.
+    pub site: u32,
+    /// Where another site would help most: far from that site, but inside the cell and inside a triangle.
+    pub farthest: (DVec3, u32),
+}
+
+/// What makes cells right: all zero, and `area` 1 but for rounding.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Serialize)]
+pub struct Certificate {
+    /// Sum of the cells' areas relative to the surface's.
+    pub area: f64,
+    /// Corners that one or two of their three cells do not see.
+    pub unshared_corners: usize,
+    /// Cells whose boundary is not one closed curve, or meets a neighbour twice.
+    pub broken_cells: usize,
+}
+
+impl<'a> CellSurface<'a> {
+    /// Of a clean mesh with the unit normals of its triangles.
+    pub fn new(vertices: &'a [DVec3], triangles: &'a [[u32; 3]], normals: &'a [DVec3]) -> Self {
+        let mates = half_edge_mates(triangles);
+        let has_border = mates.contains(&NO_MATE);
+        Self { vertices, triangles, normals, mates, patches: &[], has_border }
+    }
+
+    /// The same surface cut along curves: `curves` says of each half-edge `3 * triangle + side` whether it lies on one,
+    /// and saying so of one on the edge is enough; `patches` has the patch of each triangle.
+    #[must_use]
+    pub fn cut_along(mut self, curves: &[bool], patches: &'a [u32]) -> Self {
+        for half in (0..curves.len()).filter(|half| curves[*half]) {
+            if let Some(mate) = self.mates.get_mut(half).map(|mate| std::mem::replace(mate, NO_MATE))
+                && let Some(back) = self.mates.get_mut(mate as usize)
+            {
+                *back = NO_MATE;
+            }
+        }
+        self.has_border = self.mates.contains(&NO_MATE);
+        self.patches = patches;
+        self
+    }
+
+    /// The triangle across a side.
+    fn across(&self, t: u32, side: usize) -> Option<u32> {
+        Some(self.mates[3 * t as usize + side]).filter(|mate| *mate != NO_MATE).map(|mate| mate / 3)
+    }
+
+    fn is_border(&self, half: u32) -> bool {
+        self.mates[half as usize] == NO_MATE
+    }
+
+    fn corners(&self, t: u32) -> [DVec3; 3] {
+        self.triangles[t as usize].map(|v| self.vertices[v as usize])
+    }
+
+    /// The points that a half-edge runs from and to.
+    fn ends(&self, half: u32) -> [DVec3; 2] {
+        [half, sectors::after(half)].map(|corner| self.vertices[self.vertex(corner) as usize])
+    }
+
+    /// The vertices of a half-edge, the smaller index first.
+    fn edge(&self, half: u32) -> [u32; 2] {
+        let [a, b] = [half, sectors::after(half)].map(|corner| self.vertex(corner));
+        [a.min(b), a.max(b)]
+    }
+
+    fn vertex(&self, corner: u32) -> u32 {
+        self.triangles[corner as usize / 3][corner as usize % 3]
+    }
+
+    fn patch(&self, t: u32) -> u32 {
+        self.patches.get(t as usize).copied().unwrap_or(0)
+    }
+}
+
+/// The cells of all sites.
+pub fn connected_cells(surface: &CellSurface, sites: &CellSites) -> ConnectedCells {
+    connected_cells_until(surface, sites, &AtomicBool::new(false))
+}
+
+/// As [`connected_cells`]; it ends soon, with nothing, once it is to `stop`.
+pub(crate) fn connected_cells_until(
+    surface: &CellSurface,
+    sites: &CellSites,
+    stop: &AtomicBool,
+) -> ConnectedCells {
+    let stopped = || stop.load(Ordering::Relaxed);
+    let sectors = Sectors::new(surface, sites.places);
+    let under = SitesByTriangle::new(surface.triangles.len(), &sectors);
+    let scene = Scene { surface, sites, sectors, under };
+    let mut cells: Vec<Cell> = (0..scene.sectors.len())
+        .into_par_iter()
+        .map_init(Walk::default, |walk, s| match stopped() {
+            true => Cell::default(),
+            false => walk.cell(&scene, s, &[]),
+        })
+        .collect();
+    if stopped() {
+        return ConnectedCells::default();
+    }
+    let mut unshared_corners = fan::unshared(&scene, &cells);
+    if surface.has_border || unshared_corners > 0 {
+        repair(&scene, &mut cells, stop);
+        unshared_corners = fan::unshared(&scene, &cells);
+    }
+    if stopped() {
+        return ConnectedCells::default();
+    }
+    let whole: f64 = (0..surface.triangles.len()).map(|t| area(&surface.corners(t as u32))).sum();
+    let border = Border::new(&scene);
+    let (fans, broken, encroached) = fan::fans(&scene, &border, &cells);
+    let certificate = Certificate {
+        area: cells.iter().map(|c| c.area).sum::<f64>() / whole,
+        unshared_corners,
+        broken_cells: broken.len(),
+    };
+    let spot = |s: usize| BrokenCell { site: scene.sectors.site[s], farthest: cells[s].farthest };
+    ConnectedCells { fans, certificate, broken: broken.into_iter().map(spot).collect(), encroached }
+}
+
+/// Near the border, and in folds, a site may have cut a cell although a gap or a curve lies between, so that its own cell
+/// does not reach there. Such cells are made anew: that site cuts them in the triangles of its own cell only.
+fn repair(scene: &Scene, cells: &mut [Cell], stop: &AtomicBool) {
+    let sectors = &scene.sectors;
+    let mut without: BTreeMap<usize, Vec<Uncut>> = BTreeMap::new();
+    for _ in 0..REPAIRS {
+        let wrong = fan::one_sided(scene, cells);
+        // The other cell may have gone too far, when this one was smaller.
+        let uncut_by = |r: usize, i: u32| without.get(&r).is_some_and(|list| list.iter().any(|u| u.by == i));
+        let too_far = wrong.iter().flat_map(|&(s, by)| {
+            let i = sectors.site[s];
+            let was_without = move |r: &usize| uncut_by(*r, i);
+            sectors.in_patch(by, sectors.patch[s]).filter(was_without).map(move |r| (r, i))
+        });
+        let mut again: Vec<(usize, u32)> = too_far.chain(wrong.iter().copied()).collect();
+        again.sort_unstable();
+        again.dedup();
+        for (s, by) in &again {
+            let theirs = sectors.in_patch(*by, sectors.patch[*s]);
+            let mut but_in: Vec<u32> = theirs.flat_map(|r| cells[r].triangles.iter().copied()).collect();
+            but_in.sort_unstable();
+            let uncut = without.entry(*s).or_default();
+            uncut.retain(|u| u.by != *by);
+            uncut.push(Uncut { by: *by, but_in });
+        }
+        again.dedup_by_key(|(s, _)| *s);
+        if again.is_empty() || stop.load(Ordering::Relaxed) {
+            break;
+        }
+        let new: Vec<Cell> = again
+            .par_iter()
+            .map_init(Walk::default, |walk, (s, _)| walk.cell(scene, *s, &without[s]))
+            .collect();
+        for ((s, _), cell) in again.into_iter().zip(new) {
+            cells[s] = cell;
+        }
+    }
+}
+
+fn area([a, b, c]: &[DVec3; 3]) -> f64 {
+    0.5 * (*b - *a).cross(*c - *a).length()
+}
+
+/// A fixed number in 0..1 for each index (the finaliser of MurmurHash3).
+fn unit_hash(i: u32) -> f64 {
+    let mut h = i.wrapping_add(0x9e37_79b9);
+    h = (h ^ (h >> 16)).wrapping_mul(0x85eb_ca6b);
+    h = (h ^ (h >> 13)).wrapping_mul(0xc2b2_ae35);
+    f64::from(h ^ (h >> 16)) / f64::from(u32::MAX)
+}

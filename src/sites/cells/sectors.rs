@@ -1,0 +1,207 @@
+//! The sides of the sites: one for a site inside a patch, one for each part of the surface that meets at a curve.
+
+use super::CellSurface;
+use crate::mesh::half_edges::NO_MATE;
+use crate::sites::place::Place;
+use glam::DVec3;
+use std::collections::HashMap;
+
+/// All sectors, those of one site side by side, in the order of the sites.
+pub(crate) struct Sectors {
+    /// First sector of each site, and the end of the last.
+    first: Vec<u32>,
+    /// The site of each.
+    pub site: Vec<u32>,
+    pub patch: Vec<u32>,
+    /// Unit normal, or zero where the triangles' normals cancel out.
+    pub normal: Vec<DVec3>,
+    /// First entry of each in `around`, and the end of the last.
+    start: Vec<u32>,
+    /// The triangles that touch the site.
+    around: Vec<u32>,
+    /// The border's half-edges that lead to the site and away from it, the patch on their left; `None` for a site
+    /// that the patch surrounds.
+    pub ends: Vec<Option<[u32; 2]>>,
+}
+
+impl Sectors {
+    pub fn new(surface: &CellSurface, places: &[Place]) -> Self {
+        let spots = Spots::new(surface, places);
+        let n = places.len();
+        let mut sectors = Self {
+            first: Vec::with_capacity(n + 1),
+            site: Vec::with_capacity(n),
+            patch: Vec::with_capacity(n),
+            normal: Vec::with_capacity(n),
+            start: vec![0],
+            around: Vec::with_capacity(n),
+            ends: Vec::with_capacity(n),
+        };
+        for (site, place) in (0..).zip(places) {
+            sectors.first.push(sectors.site.len() as u32);
+            match *place {
+                Place::Inside(t) => sectors.push(surface, site, &[t], None),
+                Place::Edge(t, side) => {
+                    let half = 3 * t + u32::from(side);
+                    match surface.mates[half as usize] {
+                        NO_MATE => {
+                            for &half in spots.halves_along(surface, half) {
+                                sectors.push(surface, site, &[half / 3], Some([half; 2]));
+                            }
+                        }
+                        mate => sectors.push(surface, site, &[t, mate / 3], None),
+                    }
+                }
+                Place::Vertex(v) => {
+                    for (triangles, ends) in spots.fans(surface, v) {
+                        sectors.push(surface, site, &triangles, ends);
+                    }
+                }
+            }
+        }
+        sectors.first.push(sectors.site.len() as u32);
+        sectors
+    }
+
+    fn push(&mut self, surface: &CellSurface, site: u32, triangles: &[u32], ends: Option<[u32; 2]>) {
+        let normal = match *triangles {
+            [t] => surface.normals[t as usize],
+            _ => triangles.iter().map(|t| surface.normals[*t as usize]).sum::<DVec3>().normalize_or_zero(),
+        };
+        self.site.push(site);
+        self.patch.push(triangles.first().map_or(0, |t| surface.patch(*t)));
+        self.normal.push(normal);
+        self.around.extend_from_slice(triangles);
+        self.start.push(self.around.len() as u32);
+        self.ends.push(ends);
+    }
+
+    pub fn len(&self) -> usize {
+        self.site.len()
+    }
+
+    /// The sectors of a site.
+    pub fn of(&self, site: u32) -> std::ops::Range<usize> {
+        self.first[site as usize] as usize..self.first[site as usize + 1] as usize
+    }
+
+    /// The sectors of a site in a patch.
+    pub fn in_patch(&self, site: u32, patch: u32) -> impl Iterator<Item = usize> {
+        self.of(site).filter(move |s| self.patch[*s] == patch)
+    }
+
+    /// The triangles in which a sector's cell begins.
+    pub fn around(&self, sector: usize) -> &[u32] {
+        &self.around[self.start[sector] as usize..self.start[sector + 1] as usize]
+    }
+}
+
+/// What places on edges and at vertices have to be looked up in.
+struct Spots {
+    /// The border's half-edges, sorted by the edge they lie on.
+    halves: Vec<u32>,
+    /// The corners `3 * triangle + k` at vertices that sites stand at.
+    corners: HashMap<u32, Vec<u32>>,
+}
+
+impl Spots {
+    fn new(surface: &CellSurface, places: &[Place]) -> Self {
+        let mut halves = Vec::new();
+        if places.iter().any(|place| matches!(place, Place::Edge(..))) {
+            halves.extend((0..surface.mates.len() as u32).filter(|h| surface.is_border(*h)));
+            halves.sort_by_key(|h| surface.edge(*h));
+        }
+        let mut corners: HashMap<u32, Vec<u32>> = HashMap::new();
+        corners.extend(places.iter().filter_map(|place| match place {
+            Place::Vertex(v) => Some((*v, Vec::new())),
+            _ => None,
+        }));
+        if !corners.is_empty() {
+            for (corner, v) in (0..).zip(surface.triangles.as_flattened()) {
+                if let Some(list) = corners.get_mut(v) {
+                    list.push(corner);
+                }
+            }
+        }
+        Self { halves, corners }
+    }
+
+    /// The border's half-edges on the edge of one of them.
+    fn halves_along(&self, surface: &CellSurface, half: u32) -> &[u32] {
+        let edge = surface.edge(half);
+        let from = self.halves.partition_point(|h| surface.edge(*h) < edge);
+        let count = self.halves[from..].partition_point(|h| surface.edge(*h) == edge);
+        &self.halves[from..from + count]
+    }
+
+    /// The fans of triangles around a vertex between border edges, counter-clockwise, each with the half-edges by which
+    /// the border reaches and leaves the vertex.
+    fn fans(&self, surface: &CellSurface, v: u32) -> Vec<(Vec<u32>, Option<[u32; 2]>)> {
+        let Some(corners) = self.corners.get(&v) else { return Vec::new() };
+        let mut met: Vec<u32> = Vec::with_capacity(corners.len());
+        let mut fans = Vec::new();
+        // A corner is also the number of the half-edge that leaves the vertex.
+        let open = corners.iter().filter(|h| surface.is_border(**h));
+        for first in open.chain(corners) {
+            if met.contains(first) {
+                continue;
+            }
+            let mut fan = Vec::new();
+            let mut half = *first;
+            let ends = loop {
+                met.push(half);
+                fan.push(half / 3);
+                let into = before(half);
+                match surface.mates[into as usize] {
+                    NO_MATE => break Some([into, *first]),
+                    mate if mate == *first => break None,
+                    mate => half = mate,
+                }
+            };
+            fans.push((fan, ends));
+        }
+        fans
+    }
+}
+
+/// The half-edge after one in its triangle.
+pub(crate) fn after(half: u32) -> u32 {
+    half - half % 3 + (half + 1) % 3
+}
+
+/// The half-edge before one in its triangle.
+fn before(half: u32) -> u32 {
+    half - half % 3 + (half + 2) % 3
+}
+
+/// The sites in or at each triangle.
+pub(crate) struct SitesByTriangle {
+    start: Vec<u32>,
+    sites: Vec<u32>,
+}
+
+impl SitesByTriangle {
+    pub fn new(triangles: usize, sectors: &Sectors) -> Self {
+        let mut start = vec![0; triangles + 1];
+        for t in &sectors.around {
+            start[*t as usize + 1] += 1;
+        }
+        for t in 0..triangles {
+            start[t + 1] += start[t];
+        }
+        let mut next = start.clone();
+        let mut sites = vec![0; sectors.around.len()];
+        for s in 0..sectors.len() {
+            for t in sectors.around(s) {
+                let slot = &mut next[*t as usize];
+                sites[*slot as usize] = sectors.site[s];
+                *slot += 1;
+            }
+        }
+        Self { start, sites }
+    }
+
+    pub fn of(&self, t: u32) -> &[u32] {
+        &self.sites[self.start[t as usize] as usize..self.start[t as usize + 1] as usize]
+    }
+}

@@ -1,0 +1,282 @@
+//! The walk over one cell: from triangle to triangle, clipped by the bisectors with the sites around.
+
+use super::clip::{Label, cut};
+use super::sectors::{Sectors, SitesByTriangle};
+use super::{CellSites, CellSurface, unit_hash};
+use crate::mesh::triangle::closest_on_triangle;
+use glam::DVec3;
+
+/// A site's weight is less than this share of the squared spacing: sites on one circle then have one triangulation,
+/// the same in every cell that sees it.
+const WEIGHT: f64 = 1e-6;
+
+/// A site whose normal disagrees counts if the surface leads to it within this many spacings.
+const REACH: f64 = 2.5;
+
+/// Edges shorter than this share of the spacing may be there for one cell and not for the other.
+const HAIR: f64 = 1e-6;
+
+/// What all cells share.
+pub(crate) struct Scene<'a> {
+    pub surface: &'a CellSurface<'a>,
+    pub sites: &'a CellSites<'a>,
+    pub sectors: Sectors,
+    pub under: SitesByTriangle,
+}
+
+/// One cell.
+#[derive(Default)]
+pub(crate) struct Cell {
+    /// The pairs of sites that meet at its corners, counter-clockwise each.
+    pub corners: Vec<[u32; 2]>,
+    pub area: f64,
+    /// The neighbours along its boundary with the triangles in which it runs.
+    pub edges: Vec<[u32; 2]>,
+    /// The triangles that it lies in, rising.
+    pub triangles: Vec<u32>,
+    /// Where its boundary, counter-clockwise, reaches the border and leaves it.
+    pub exits: Vec<OnBorder>,
+    pub entries: Vec<OnBorder>,
+    /// Of the middles of its parts in single triangles the one farthest from the site, with its triangle.
+    pub farthest: (DVec3, u32),
+    /// How many half-edges of the border it touches.
+    pub border_halves: usize,
+}
+
+/// A cut that does not count.
+#[derive(Debug, Clone)]
+pub(crate) struct Uncut {
+    /// The site that would cut.
+    pub by: u32,
+    /// The triangles, rising, where it does count.
+    pub but_in: Vec<u32>,
+}
+
+/// A point on the border where the cell of a neighbour begins or ends.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct OnBorder {
+    pub neighbour: u32,
+    pub half: u32,
+    pub point: DVec3,
+}
+
+/// A site that may cut a cell.
+struct Candidate {
+    distance_sq: f64,
+    site: u32,
+    /// Whether it counts; found out where it would cut, for it takes a walk over the surface.
+    counts: Option<bool>,
+}
+
+/// A set of triangles that is emptied in no time.
+#[derive(Default)]
+struct Marks {
+    round: u32,
+    of: Vec<u32>,
+}
+
+impl Marks {
+    fn clear(&mut self, triangles: usize) {
+        self.of.resize(triangles, 0);
+        self.round += 1;
+    }
+
+    /// Whether `t` was not in the set yet.
+    fn insert(&mut self, t: u32) -> bool {
+        std::mem::replace(&mut self.of[t as usize], self.round) != self.round
+    }
+}
+
+/// The memory of one thread that walks cells.
+#[derive(Default)]
+pub(crate) struct Walk {
+    /// Sites that may cut the cell, nearest first.
+    candidates: Vec<Candidate>,
+    /// The sites that the surface leads to nearby, sorted, once somebody asked.
+    reached: Option<Vec<u32>>,
+    visited: Marks,
+    flooded: Marks,
+    stack: Vec<u32>,
+    polygon: Vec<(DVec3, Label)>,
+    clipped: Vec<(DVec3, Label)>,
+}
+
+impl Walk {
+    /// The cell of sector `s` but for cuts that do not count.
+    pub fn cell(&mut self, scene: &Scene, s: usize, without: &[Uncut]) -> Cell {
+        let surface = scene.surface;
+        let at = scene.sites.positions[scene.sectors.site[s] as usize];
+        let shortest_sq = (HAIR * scene.sites.spacing_at(scene.sectors.site[s])).powi(2);
+        let mut cell = Cell::default();
+        let mut farthest_sq = -1.0;
+        self.reached = None;
+        let mut all = self.near_candidates(scene, s);
+        self.visited.clear(surface.triangles.len());
+        self.stack.clear();
+        scene.sectors.around(s).iter().for_each(|t| self.visit(*t));
+        while let Some(t) = self.stack.pop() {
+            if !self.clip(scene, s, t, without) && !all {
+                self.all_candidates(scene, s);
+                all = true;
+                self.clip(scene, s, t, without);
+            }
+            if !self.polygon.is_empty() {
+                cell.triangles.push(t);
+            }
+            let count = self.polygon.len();
+            let middle = self.polygon.iter().map(|(p, _)| *p).sum::<DVec3>() / count as f64;
+            // Of an empty polygon it is not a number, and farther than nothing.
+            if middle.distance_squared(at) > farthest_sq {
+                farthest_sq = middle.distance_squared(at);
+                cell.farthest = (middle, t);
+            }
+            for m in 0..count {
+                let (point, label) = self.polygon[m];
+                let (next, _) = self.polygon[(m + 1) % count];
+                if let Label::Site(j) = label
+                    && point.distance_squared(next) > shortest_sq
+                {
+                    cell.edges.push([j, t]);
+                }
+                cell.area += 0.5 * surface.normals[t as usize].dot((point - at).cross(next - at));
+                match (self.polygon[(m + count - 1) % count].1, label) {
+                    (Label::Site(j), Label::Site(k)) => cell.corners.push([j, k]),
+                    (before, Label::Edge(side)) => match surface.across(t, side) {
+                        Some(next) => self.visit(next),
+                        None => {
+                            cell.border_halves += 1;
+                            if let Label::Site(neighbour) = before {
+                                cell.exits.push(OnBorder { neighbour, half: 3 * t + side as u32, point });
+                            }
+                        }
+                    },
+                    (Label::Edge(side), Label::Site(neighbour)) => {
+                        if surface.across(t, side).is_none() {
+                            cell.entries.push(OnBorder { neighbour, half: 3 * t + side as u32, point });
+                        }
+                    }
+                }
+            }
+        }
+        cell.triangles.sort_unstable();
+        cell
+    }
+
+    fn visit(&mut self, t: u32) {
+        if self.visited.insert(t) {
+            self.stack.push(t);
+        }
+    }
+
+    /// Leaves in `polygon` what the bisectors leave of a triangle; false if the candidates ended before the radius of
+    /// security, so that others may cut it too.
+    fn clip(&mut self, scene: &Scene, s: usize, t: u32, without: &[Uncut]) -> bool {
+        let sites = scene.sites;
+        let i = scene.sectors.site[s];
+        let at = sites.positions[i as usize];
+        let farthest = |polygon: &[(DVec3, Label)]| {
+            polygon.iter().map(|(p, _)| p.distance_squared(at)).fold(0.0, f64::max)
+        };
+        let corners = scene.surface.corners(t);
+        self.polygon.clear();
+        self.polygon.extend((0..3).map(|m| (corners[m], Label::Edge(m))));
+        let mut radius_sq = farthest(&self.polygon);
+        let most = |site: u32| WEIGHT * sites.spacing_at(site).powi(2);
+        let weight = |site: u32| most(site) * unit_hash(site);
+        for c in 0..self.candidates.len() {
+            let Candidate { distance_sq, site: j, counts } = self.candidates[c];
+            // The weights shift a bisector by a hair.
+            if distance_sq > 4.01 * radius_sq + 4.0 * most(i).max(most(j)) {
+                return true;
+            }
+            let other = sites.positions[j as usize];
+            let (middle, direction) = (0.5 * (at + other), other - at);
+            let offset = 0.5 * (weight(i) - weight(j));
+            let beyond = |p: DVec3| (p - middle).dot(direction) - offset;
+            let uncut = |u: &Uncut| u.by == j && u.but_in.binary_search(&t).is_err();
+            if counts != Some(false)
+                && !without.iter().any(uncut)
+                && cut(&self.polygon, beyond, Label::Site(j), &mut self.clipped)
+                && self.counts(scene, s, c)
+            {
+                std::mem::swap(&mut self.polygon, &mut self.clipped);
+                if self.polygon.is_empty() {
+                    return true;
+                }
+                radius_sq = farthest(&self.polygon);
+            }
+        }
+        false
+    }
+
+    /// The sites listed as near; true if that is all there are.
+    fn near_candidates(&mut self, scene: &Scene, s: usize) -> bool {
+        let n = scene.sites.positions.len();
+        let i = scene.sectors.site[s] as usize;
+        let near = scene.sites.near.iter().skip(i).step_by(n).copied();
+        let mut listed = 0;
+        self.gather(scene, s, near.take_while(|j| *j != u32::MAX).inspect(|_| listed += 1));
+        listed + 1 >= n
+    }
+
+    fn all_candidates(&mut self, scene: &Scene, s: usize) {
+        let i = scene.sectors.site[s];
+        self.gather(scene, s, (0..scene.sites.positions.len() as u32).filter(|j| *j != i));
+    }
+
+    /// Those of `from` in the sector's patch. They count if they are on the same side of the surface, or if the surface
+    /// leads to them nearby.
+    fn gather(&mut self, scene: &Scene, s: usize, from: impl Iterator<Item = u32>) {
+        let Scene { sites, sectors, .. } = scene;
+        let at = sites.positions[sectors.site[s] as usize];
+        let (mine, patch) = (sectors.normal[s], sectors.patch[s]);
+        self.candidates.clear();
+        self.candidates.extend(from.filter_map(|j| {
+            let distance_sq = at.distance_squared(sites.positions[j as usize]);
+            let mut theirs = sectors.in_patch(j, patch).peekable();
+            theirs.peek()?;
+            let agrees = theirs.any(|other| mine.dot(sectors.normal[other]) > 0.0);
+            Some(Candidate { distance_sq, site: j, counts: agrees.then_some(true) })
+        }));
+        self.candidates
+            .sort_unstable_by(|a, b| a.distance_sq.total_cmp(&b.distance_sq).then(a.site.cmp(&b.site)));
+    }
+
+    /// Whether candidate `c` of sector `s` counts.
+    fn counts(&mut self, scene: &Scene, s: usize, c: usize) -> bool {
+        if let Some(known) = self.candidates[c].counts {
+            return known;
+        }
+        let reached = self.reached.take().unwrap_or_else(|| self.flood(scene, s));
+        let counts = reached.binary_search(&self.candidates[c].site).is_ok();
+        self.reached = Some(reached);
+        self.candidates[c].counts = Some(counts);
+        counts
+    }
+
+    /// The sites, sorted, in triangles that hang together with those of sector `s` within [`REACH`] spacings of it.
+    fn flood(&mut self, scene: &Scene, s: usize) -> Vec<u32> {
+        let surface = scene.surface;
+        let at = scene.sites.positions[scene.sectors.site[s] as usize];
+        let reach = REACH * scene.sites.spacing_at(scene.sectors.site[s]);
+        self.flooded.clear(surface.triangles.len());
+        let mut stack = scene.sectors.around(s).to_vec();
+        stack.iter().for_each(|t| {
+            self.flooded.insert(*t);
+        });
+        let mut found = Vec::new();
+        while let Some(t) = stack.pop() {
+            if closest_on_triangle(at, surface.corners(t)).point.distance(at) > reach {
+                continue;
+            }
+            found.extend_from_slice(scene.under.of(t));
+            for next in (0..3).filter_map(|side| surface.across(t, side)) {
+                if self.flooded.insert(next) {
+                    stack.push(next);
+                }
+            }
+        }
+        found.sort_unstable();
+        found
+    }
+}

@@ -1,0 +1,13 @@
+//! Sites on the surface, on the host: where they begin, where they stand on curves, and how they are joined to triangles.
+
+pub mod cells;
+pub mod connect;
+pub mod curve_clearance;
+pub mod curve_sites;
+pub(crate) mod morton;
+pub mod place;
+pub mod poisson;
+pub mod restricted_voronoi;
+pub mod seed;
+pub mod surface;
+pub mod surface_curves;

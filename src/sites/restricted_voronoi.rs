@@ -1,0 +1,226 @@
+//! The restricted Voronoi diagram of sites on a mesh, with all components of each cell, in f64 on the host.
+
+use crate::Result;
+use crate::mesh::TriMesh;
+use crate::mesh::kd_tree::PointTree;
+use crate::mesh::unit_frame::Frame;
+use glam::DVec3;
+use rayon::prelude::*;
+use serde::Serialize;
+use std::ops::AddAssign;
+
+/// Triangles that one thread takes in a row.
+const CHUNK: usize = 256;
+/// A triangle that more sites may have a part of is halved first, unless it is small beside the distance to them,
+const FEW: usize = 24;
+const SMALL: f64 = 0.5;
+/// but not more often than that: many sites may be on one spot.
+const MOST_HALVINGS: u32 = 40;
+/// More than rounding takes off a distance.
+const LENIENT: f64 = 1.0 + 1e-9;
+
+/// What is integrated over a site's cell, all of it relative to the site.
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
+pub struct CellMoments {
+    /// Area; 0 if the site has no cell.
+    pub area: f64,
+    /// Integral of the way from the site.
+    pub first: DVec3,
+    /// Integral of the squared distance to the site.
+    pub energy: f64,
+}
+
+impl AddAssign for CellMoments {
+    fn add_assign(&mut self, other: Self) {
+        self.area += other.area;
+        self.first += other.first;
+        self.energy += other.energy;
+    }
+}
+
+/// Sites that can tell their parts of any triangle.
+pub struct RestrictedVoronoi<'a> {
+    sites: &'a [DVec3],
+    tree: PointTree<'a>,
+}
+
+/// The memory of one thread.
+#[derive(Default)]
+struct Scratch {
+    near: Vec<u32>,
+    parts: Vec<(u32, [f64; 3])>,
+    polygon: Vec<DVec3>,
+    clipped: Vec<DVec3>,
+}
+
+impl<'a> RestrictedVoronoi<'a> {
+    /// Of finite sites; of sites on one spot the first has the cell.
+    pub fn new(sites: &'a [DVec3]) -> Self {
+        Self { sites, tree: PointTree::new(sites) }
+    }
+
+    /// The cells on a mesh, one for each site; the same for every number of threads. Panics if an index of `mesh` is out of
+    /// range.
+    pub fn cells(&self, mesh: &TriMesh) -> Vec<CellMoments> {
+        self.cells_on(&(0..mesh.triangles.len()).map(|t| mesh.corners(t)).collect::<Vec<_>>())
+    }
+
+    /// The same on loose triangles.
+    pub fn cells_on(&self, triangles: &[[DVec3; 3]]) -> Vec<CellMoments> {
+        let parts: Vec<Vec<(u32, CellMoments)>> =
+            triangles.par_chunks(CHUNK).map(|chunk| self.parts(chunk)).collect();
+        let mut cells = vec![CellMoments::default(); self.sites.len()];
+        for (site, part) in parts.into_iter().flatten() {
+            cells[site as usize] += part;
+        }
+        cells
+    }
+
+    /// The parts of triangles, each with its site.
+    fn parts(&self, triangles: &[[DVec3; 3]]) -> Vec<(u32, CellMoments)> {
+        let mut scratch = Scratch::default();
+        let mut found = Vec::new();
+        triangles
+            .iter()
+            .for_each(|corners| self.add_parts(*corners, MOST_HALVINGS, &mut scratch, &mut found));
+        found
+    }
+
+    fn add_parts(
+        &self,
+        corners: [DVec3; 3],
+        halvings: u32,
+        scratch: &mut Scratch,
+        found: &mut Vec<(u32, CellMoments)>,
+    ) {
+        let middle = (corners[0] + corners[1] + corners[2]) / 3.0;
+        let radius = corners.iter().map(|p| p.distance(middle)).fold(0.0, f64::max);
+        let Some(nearest) = self.tree.nearest(middle) else { return };
+        // At no point of the triangle a site farther away than that is the nearest.
+        let far = self.sites[nearest as usize].distance(middle);
+        let reach = LENIENT * (far + 2.0 * radius);
+        let halves_help = halvings > 0 && radius > SMALL * far;
+        let most = if halves_help { FEW } else { self.sites.len() };
+        if !self.tree.within(middle, reach, most, &mut scratch.near) {
+            for half in halves(corners) {
+                self.add_parts(half, halvings - 1, scratch, found);
+            }
+            return;
+        }
+        scratch.near.sort_unstable();
+        self.drop_dominated(corners, scratch);
+        for own in 0..scratch.parts.len() {
+            let moments = self.part(corners, own, scratch);
+            if moments.area > 0.0 {
+                found.push((scratch.parts[own].0, moments));
+            }
+        }
+    }
+
+    /// Leaves in `parts` those of the near sites that no other one is nearer than at all corners.
+    fn drop_dominated(&self, corners: [DVec3; 3], scratch: &mut Scratch) {
+        let squares = |site: u32| corners.map(|p| p.distance_squared(self.sites[site as usize]));
+        scratch.parts.clear();
+        scratch.parts.extend(scratch.near.iter().map(|site| (*site, squares(*site))));
+        let all = std::mem::take(&mut scratch.parts);
+        let nearer = |a: &[f64; 3], b: &[f64; 3]| a.iter().zip(b).all(|(a, b)| a < b);
+        let alone = |(_, mine): &&(u32, [f64; 3])| !all.iter().any(|(_, other)| nearer(other, mine));
+        scratch.parts.extend(all.iter().filter(alone));
+    }
+
+    /// What the bisectors with the others leave to site `own` of the parts.
+    fn part(&self, corners: [DVec3; 3], own: usize, scratch: &mut Scratch) -> CellMoments {
+        let Scratch { parts, polygon, clipped, .. } = scratch;
+        let (site, _) = parts[own];
+        let at = self.sites[site as usize];
+        polygon.clear();
+        polygon.extend(corners.map(|p| p - at));
+        for (j, _) in parts.iter().filter(|(j, _)| *j != site) {
+            let way = self.sites[*j as usize] - at;
+            if way == DVec3::ZERO {
+                if *j < site {
+                    polygon.clear();
+                }
+                continue;
+            }
+            let half_sq = 0.5 * way.length_squared();
+            clip(polygon, |p| p.dot(way) - half_sq, clipped);
+            std::mem::swap(polygon, clipped);
+        }
+        moments(polygon)
+    }
+}
+
+/// Both halves of a triangle, cut through the middle of its longest side.
+pub(crate) fn halves([a, b, c]: [DVec3; 3]) -> [[DVec3; 3]; 2] {
+    let [ab, bc, ca] = [a.distance_squared(b), b.distance_squared(c), c.distance_squared(a)];
+    let [p, q, r] = if ab >= bc && ab >= ca {
+        [a, b, c]
+    } else if bc >= ca {
+        [b, c, a]
+    } else {
+        [c, a, b]
+    };
+    let middle = 0.5 * (p + q);
+    [[p, middle, r], [middle, q, r]]
+}
+
+/// Writes the part of a convex polygon where `beyond` is not positive.
+fn clip(polygon: &[DVec3], beyond: impl Fn(DVec3) -> f64, kept: &mut Vec<DVec3>) {
+    kept.clear();
+    for m in 0..polygon.len() {
+        let (p, q) = (polygon[m], polygon[(m + 1) % polygon.len()]);
+        let (f, g) = (beyond(p), beyond(q));
+        if f <= 0.0 {
+            kept.push(p);
+        }
+        if (f <= 0.0) != (g <= 0.0) {
+            kept.push(p.lerp(q, f / (f - g)));
+        }
+    }
+}
+
+/// Of a convex polygon, about the origin.
+fn moments(polygon: &[DVec3]) -> CellMoments {
+    let mut sum = CellMoments::default();
+    let Some((a, rest)) = polygon.split_first() else { return sum };
+    for pair in rest.windows(2) {
+        let [b, c] = [pair[0], pair[1]];
+        let area = 0.5 * (b - *a).cross(c - *a).length();
+        let squares = a.length_squared() + b.length_squared() + c.length_squared();
+        sum += CellMoments {
+            area,
+            first: area / 3.0 * (*a + b + c),
+            energy: area / 6.0 * (squares + a.dot(b) + b.dot(c) + c.dot(*a)),
+        };
+    }
+    sum
+}
+
+/// How evenly sites are spread over a mesh.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+pub struct Energy {
+    /// Integral over the mesh of the squared distance to the nearest site, in the fourth power of the mesh's unit.
+    pub energy: f64,
+    /// How much that is above the least possible on a plane of the same area, where all cells are regular hexagons: 0.02 is
+    /// 2 %. Sites off the mesh, which bends, can be below.
+    pub excess: f64,
+}
+
+/// The energy of sites on `mesh`.
+///
+/// # Errors
+/// [`crate::Error::Input`] if `mesh` has no extent or a coordinate that is not finite.
+pub fn energy(mesh: &TriMesh, sites: &[DVec3]) -> Result<Energy> {
+    let frame = Frame::of(mesh)?;
+    let unit = |points: &[DVec3]| points.iter().map(|p| frame.to_unit(*p)).collect::<Vec<_>>();
+    let (vertices, sites) = (unit(&mesh.vertices), unit(sites));
+    let cells =
+        RestrictedVoronoi::new(&sites).cells(&TriMesh { vertices, triangles: mesh.triangles.clone() });
+    let sum = cells.iter().fold(CellMoments::default(), |mut sum, cell| {
+        sum += *cell;
+        sum
+    });
+    let hexagons = 5.0 / (18.0 * 3f64.sqrt()) * sum.area * sum.area / sites.len() as f64;
+    Ok(Energy { energy: sum.energy * frame.scale.powi(4), excess: sum.energy / hexagons - 1.0 })
+}

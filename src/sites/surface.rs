@@ -1,0 +1,114 @@
+//! The input on the device: the surface that sites live on.
+
+use super::morton::morton_order;
+use crate::gpu::{Buffer, Device};
+use crate::mesh::unit_frame::Frame;
+use crate::{Result, TriMesh};
+use glam::{DVec3, UVec4, Vec4};
+
+/// A clean triangle mesh in the unit-diagonal frame, on host and device.
+pub struct Surface {
+    /// Vertices in Morton order.
+    pub vertices: Vec<DVec3>,
+    /// Triangles in the input's order.
+    pub triangles: Vec<[u32; 3]>,
+    /// Unit normals of the triangles.
+    pub normals: Vec<DVec3>,
+    /// Areas of the triangles.
+    pub areas: Vec<f64>,
+    /// The buffers of the same.
+    pub device: SurfaceBuffers,
+}
+
+/// The surface as the kernels see it.
+pub struct SurfaceBuffers {
+    /// Positions, w = 0.
+    pub vertices: Buffer<Vec4>,
+    /// Vertex indices, w = 0.
+    pub triangles: Buffer<UVec4>,
+    /// Unit normals, w = 0.
+    pub normals: Buffer<Vec4>,
+    /// First entry of each vertex in `star`, and the end of the last.
+    pub star_start: Buffer<u32>,
+    /// Triangles around the vertices.
+    pub star: Buffer<u32>,
+}
+
+impl Surface {
+    /// The same as a mesh.
+    pub fn mesh(&self) -> TriMesh {
+        TriMesh { vertices: self.vertices.clone(), triangles: self.triangles.clone() }
+    }
+
+    /// Moves a repaired mesh into `frame` and uploads it.
+    ///
+    /// # Errors
+    /// [`crate::Error::OutOfMemory`] if it does not fit.
+    pub fn new(device: &Device, mesh: &TriMesh, frame: &Frame) -> Result<Self> {
+        let unit: Vec<DVec3> = mesh.vertices.iter().map(|p| frame.to_unit(*p)).collect();
+        let order = morton_order(&unit);
+        let mut place = vec![0; unit.len()];
+        for (new, old) in order.iter().enumerate() {
+            place[*old as usize] = new as u32;
+        }
+        let vertices: Vec<DVec3> = order.iter().map(|i| unit[*i as usize]).collect();
+        let triangles: Vec<[u32; 3]> = mesh.triangles.iter().map(|t| t.map(|v| place[v as usize])).collect();
+        let crosses: Vec<DVec3> = triangles
+            .iter()
+            .map(|t| {
+                let [a, b, c] = t.map(|v| vertices[v as usize]);
+                (b - a).cross(c - a)
+            })
+            .collect();
+        let normals: Vec<DVec3> = crosses.iter().map(|n| n.normalize_or_zero()).collect();
+        let areas = crosses.iter().map(|n| 0.5 * n.length()).collect();
+        let buffers = SurfaceBuffers::upload(device, &vertices, &triangles, &normals)?;
+        Ok(Self { vertices, triangles, normals, areas, device: buffers })
+    }
+
+    /// Total area in the unit-diagonal frame.
+    pub fn area(&self) -> f64 {
+        self.areas.iter().sum()
+    }
+}
+
+impl SurfaceBuffers {
+    fn upload(
+        device: &Device,
+        vertices: &[DVec3],
+        triangles: &[[u32; 3]],
+        normals: &[DVec3],
+    ) -> Result<Self> {
+        let vec4 = |list: &[DVec3]| list.iter().map(|p| p.as_vec3().extend(0.0)).collect::<Vec<_>>();
+        let (star_start, star) = stars(vertices.len(), triangles);
+        let indices: Vec<_> = triangles.iter().map(|t| UVec4::new(t[0], t[1], t[2], 0)).collect();
+        Ok(Self {
+            vertices: Buffer::from_slice(device, "surface.vertices", &vec4(vertices))?,
+            triangles: Buffer::from_slice(device, "surface.triangles", &indices)?,
+            normals: Buffer::from_slice(device, "surface.normals", &vec4(normals))?,
+            star_start: Buffer::from_slice(device, "surface.star_start", &star_start)?,
+            star: Buffer::from_slice(device, "surface.star", &star)?,
+        })
+    }
+}
+
+/// The triangles around each vertex, as offsets and a list sorted by triangle.
+pub(crate) fn stars(vertices: usize, triangles: &[[u32; 3]]) -> (Vec<u32>, Vec<u32>) {
+    let mut start = vec![0_u32; vertices + 1];
+    for v in triangles.iter().flatten() {
+        start[*v as usize + 1] += 1;
+    }
+    for v in 0..vertices {
+        start[v + 1] += start[v];
+    }
+    let mut next = start.clone();
+    let mut star = vec![0; 3 * triangles.len()];
+    for (t, triangle) in triangles.iter().enumerate() {
+        for v in triangle {
+            let slot = &mut next[*v as usize];
+            star[*slot as usize] = t as u32;
+            *slot += 1;
+        }
+    }
+    (start, star)
+}

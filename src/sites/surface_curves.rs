@@ -1,0 +1,253 @@
+//! The surface's skeleton in the form that sites need: curves as polylines of its edges, and what meets at each of them.
+
+use super::place::Place;
+use super::surface::stars;
+use crate::mesh::features::Skeleton;
+use crate::mesh::half_edges::EdgeTable;
+use crate::mesh::polyline::Polyline;
+use crate::mesh::sizing::{EVEN, SizeField, mean_inverse};
+use glam::DVec3;
+use std::collections::HashMap;
+
+/// Curves, corners and patches over the vertices and triangles of a surface.
+pub struct SurfaceCurves {
+    pub(crate) curves: Vec<CurvePath>,
+    pub(crate) corners: Vec<u32>,
+    /// Where edge lengths differ: that at each corner.
+    corner_sizes: Vec<f64>,
+    /// The patch of each triangle.
+    pub patches: Vec<u32>,
+    /// Whether each half-edge, `3 * triangle + side`, is on a curve.
+    pub on_curve: Vec<bool>,
+    /// Half-edges of each curve edge, by its vertices, the smaller one first.
+    sides: HashMap<[u32; 2], Vec<u32>>,
+    pub(crate) vertices: Vec<DVec3>,
+    triangles: Vec<[u32; 3]>,
+    star_start: Vec<u32>,
+    star: Vec<u32>,
+}
+
+/// One curve from its first vertex to its last.
+pub(crate) struct CurvePath {
+    /// A closed curve ends with its first vertex.
+    pub vertices: Vec<u32>,
+    /// The same as points.
+    pub line: Polyline,
+    /// Triangles at each of its edges: 1 at a boundary, 2 at a crease.
+    pub sides: usize,
+    /// Fewest segments that do not double an edge.
+    pub fewest: usize,
+    /// Where edge lengths differ: that at each point.
+    pub sizes: Vec<f64>,
+    /// And how many spacings' worth of edges it takes to get there, in ways.
+    pub measured: Vec<f64>,
+}
+
+impl CurvePath {
+    /// The edge length at a way, relative to the spacing.
+    pub fn size(&self, way: f64) -> f64 {
+        if self.sizes.is_empty() {
+            return 1.0;
+        }
+        let (edge, [from, to]) = self.line.edge(way);
+        let share = ((way - from) / (to - from).max(f64::MIN_POSITIVE)).clamp(0.0, 1.0);
+        self.sizes[edge] + share * (self.sizes[edge + 1] - self.sizes[edge])
+    }
+
+    /// A way, measured by the edge lengths along it: the way itself where all are equal to the spacing.
+    pub fn measure(&self, way: f64) -> f64 {
+        if self.sizes.is_empty() {
+            return way;
+        }
+        let (edge, [from, _]) = self.line.edge(way);
+        self.measured[edge] + (way - from) * mean_inverse(self.sizes[edge], self.size(way))
+    }
+
+    /// The way at a measure.
+    pub fn way(&self, measure: f64) -> f64 {
+        if self.sizes.is_empty() {
+            return measure;
+        }
+        let last = self.measured.len() - 1;
+        let edge = self.measured.partition_point(|m| *m <= measure).clamp(1, last) - 1;
+        let [from, to] = [edge, edge + 1].map(|k| self.line.way_to(k));
+        let (a, b) = (self.sizes[edge], self.sizes[edge + 1]);
+        let (rest, length) = ((measure - self.measured[edge]).max(0.0), to - from);
+        // The inverse of `measure`: the length grows by a constant share.
+        let slope = (b - a) / length.max(f64::MIN_POSITIVE);
+        let on =
+            if (b - a).abs() < EVEN * a { rest * 0.5 * (a + b) } else { a * (slope * rest).exp_m1() / slope };
+        from + on.clamp(0.0, length)
+    }
+}
+
+impl SurfaceCurves {
+    /// From the `skeleton` of the mesh of these vertices and triangles; `None` if nothing is to be kept. Panics if the
+    /// skeleton is of another mesh.
+    pub fn new(vertices: &[DVec3], triangles: &[[u32; 3]], skeleton: &Skeleton) -> Option<Self> {
+        if skeleton.curves.is_empty() && skeleton.corners.is_empty() {
+            return None;
+        }
+        let mut wanted: HashMap<[u32; 2], Vec<u32>> = HashMap::new();
+        let polylines: Vec<(Vec<u32>, bool)> = skeleton
+            .curves
+            .iter()
+            .map(|curve| {
+                let again = curve.vertices.first().filter(|_| curve.closed);
+                (curve.vertices.iter().chain(again).copied().collect(), curve.closed)
+            })
+            .collect();
+        for (polyline, _) in &polylines {
+            wanted.extend(polyline.windows(2).map(|pair| (ends(pair[0], pair[1]), Vec::new())));
+        }
+        let mut on_curve = vec![false; 3 * triangles.len()];
+        for edge in EdgeTable::new(triangles).edges() {
+            let (a, b) = edge[0].ends();
+            if let Some(sides) = wanted.get_mut(&[a, b]) {
+                sides.extend(edge.iter().map(|side| side.corners().0 as u32));
+                sides.iter().for_each(|half| on_curve[*half as usize] = true);
+            }
+        }
+        let (star_start, star) = stars(vertices.len(), triangles);
+        let mut curves = Self {
+            curves: Vec::new(),
+            corners: skeleton.corners.clone(),
+            corner_sizes: Vec::new(),
+            patches: skeleton.patches.clone(),
+            on_curve,
+            sides: wanted,
+            vertices: vertices.to_vec(),
+            triangles: triangles.to_vec(),
+            star_start,
+            star,
+        };
+        curves.curves =
+            polylines.into_iter().map(|(polyline, closed)| curves.path(polyline, closed)).collect();
+        curves.forbid_doubled_edges();
+        Some(curves)
+    }
+
+    /// How many curves there are.
+    pub fn curve_count(&self) -> usize {
+        self.curves.len()
+    }
+
+    /// How many corners there are.
+    pub fn corner_count(&self) -> usize {
+        self.corners.len()
+    }
+
+    /// Lengths of the curves, measured by the edge lengths along them.
+    pub fn lengths(&self) -> impl Iterator<Item = f64> {
+        self.curves.iter().map(|path| path.measure(path.line.length()))
+    }
+
+    /// With edge lengths that differ as this field over the same surface says.
+    #[must_use]
+    pub fn sized(mut self, field: &SizeField) -> Self {
+        if field.is_uniform() {
+            return self;
+        }
+        for path in &mut self.curves {
+            path.sizes = path.vertices.iter().map(|v| field.at_vertex(*v)).collect();
+            let mut measure = 0.0;
+            let steps = (1..path.vertices.len()).map(|k| {
+                let way = path.line.way_to(k) - path.line.way_to(k - 1);
+                measure += way * mean_inverse(path.sizes[k - 1], path.sizes[k]);
+                measure
+            });
+            path.measured = std::iter::once(0.0).chain(steps).collect();
+        }
+        self.corner_sizes = self.corners.iter().map(|v| field.at_vertex(*v)).collect();
+        self
+    }
+
+    /// The edge length at a corner, relative to the spacing.
+    pub(crate) fn corner_size(&self, corner: usize) -> f64 {
+        self.corner_sizes.get(corner).copied().unwrap_or(1.0)
+    }
+
+    /// The curves in order.
+    pub fn polylines(&self) -> impl Iterator<Item = &Polyline> {
+        self.curves.iter().map(|path| &path.line)
+    }
+
+    /// The vertices of each curve from its first to its last, which is the first if it is closed.
+    pub fn vertices(&self) -> impl Iterator<Item = &[u32]> {
+        self.curves.iter().map(|path| path.vertices.as_slice())
+    }
+
+    fn path(&self, vertices: Vec<u32>, closed: bool) -> CurvePath {
+        let line = Polyline::new(vertices.iter().map(|v| self.vertices[*v as usize]).collect(), closed);
+        let sides = vertices.get(..2).map_or(0, |pair| self.half_edges(pair[0], pair[1]).len());
+        let loops = vertices.first() == vertices.last();
+        CurvePath {
+            vertices,
+            line,
+            sides,
+            fewest: if loops { 3 } else { 1 },
+            sizes: Vec::new(),
+            measured: Vec::new(),
+        }
+    }
+
+    /// Curves between the same two corners have a site in between.
+    fn forbid_doubled_edges(&mut self) {
+        let key = |path: &CurvePath| {
+            let (first, last) = (path.vertices.first().copied(), path.vertices.last().copied());
+            (first.min(last), first.max(last))
+        };
+        let mut count: HashMap<_, u32> = HashMap::new();
+        self.curves.iter().for_each(|path| *count.entry(key(path)).or_default() += 1);
+        for path in &mut self.curves {
+            if count[&key(path)] > 1 {
+                path.fewest = path.fewest.max(2);
+            }
+        }
+    }
+
+    /// The half-edges on the edge of two vertices; none if it is not on a curve.
+    pub(crate) fn half_edges(&self, a: u32, b: u32) -> &[u32] {
+        self.sides.get(&ends(a, b)).map_or(&[], Vec::as_slice)
+    }
+
+    /// The triangles at a place, rising.
+    pub fn around(&self, place: Place) -> Vec<u32> {
+        match place {
+            Place::Inside(t) => vec![t],
+            Place::Edge(t, side) => {
+                let corners = self.triangles[t as usize];
+                let side = usize::from(side);
+                let mut list: Vec<u32> =
+                    self.half_edges(corners[side], corners[(side + 1) % 3]).iter().map(|h| h / 3).collect();
+                if list.is_empty() {
+                    list.push(t);
+                }
+                list.sort_unstable();
+                list
+            }
+            Place::Vertex(v) => {
+                let [from, to] = [v, v + 1].map(|v| self.star_start[v as usize] as usize);
+                self.star[from..to].to_vec()
+            }
+        }
+    }
+
+    /// The corners of a triangle.
+    pub fn corners_of(&self, t: u32) -> [DVec3; 3] {
+        self.triangles[t as usize].map(|v| self.vertices[v as usize])
+    }
+
+    /// The angle at the place in one of its triangles, in radians; 1 on an edge.
+    pub(crate) fn angle_at(&self, place: Place, t: u32) -> f64 {
+        let Place::Vertex(v) = place else { return 1.0 };
+        let k = self.triangles[t as usize].iter().position(|w| *w == v).unwrap_or(0);
+        let corners = self.corners_of(t);
+        let [p, q, r] = [k, (k + 1) % 3, (k + 2) % 3].map(|c| corners[c]);
+        (q - p).cross(r - p).length().atan2((q - p).dot(r - p))
+    }
+}
+
+fn ends(a: u32, b: u32) -> [u32; 2] {
+    [a.min(b), a.max(b)]
+}

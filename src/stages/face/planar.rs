@@ -1,0 +1,278 @@
+//! Restricted tangent faces in the plane, by intervals: the default pipeline's faces, centroids and targets.
+//!
+//! Three kernels, each for what the one before it leaves undecided: by the nearest neighbours, by the whole list, and by
+//! a walk to all sites near enough. So the faces do not depend on the length of the lists.
+
+use crate::Result;
+use crate::gpu::kernels::face::{planar, planar_exact, planar_rest, polygons};
+use crate::gpu::{Buffer, Device, Pipeline, Recorder, Threads};
+use crate::stages::neighbours::lists::{BoxTree, Lists};
+use glam::{Vec2, Vec4};
+
+/// Neighbours that the first round looks at: more than the faces of relaxed sites need.
+pub const NEAR: u32 = 14;
+
+/// What the kernels read of the sites.
+#[derive(Clone, Copy)]
+pub struct PlanarInputs<'a> {
+    /// Positions; w = 0, or the marks of [`crate::stages::pins`].
+    pub sites: &'a Buffer<Vec4>,
+    /// Unit normals of the tangent planes, packed as in `glsl/common/octahedral.glsl`.
+    pub normals: &'a Buffer<u32>,
+    /// Lists, nearest first: `neighbours[slot * sites + site]`.
+    pub neighbours: &'a Buffer<u32>,
+    /// How near the sites after the first [`NEAR`] (x) and outside the list (y) may be, had only the site itself moved
+    /// since the list was made.
+    pub away: &'a Buffer<Vec2>,
+    /// Word 1 has the bits of rho, the largest way gone since then relative to a site's own reach.
+    pub status: &'a Buffer<u32>,
+    /// The boxes that were made with the lists.
+    pub tree: BoxTree<'a>,
+}
+
+impl<'a> PlanarInputs<'a> {
+    /// Sites with packed normals and their lists.
+    pub fn new(sites: &'a Buffer<Vec4>, normals: &'a Buffer<u32>, lists: &'a Lists) -> Self {
+        let Lists { neighbours, away, status, .. } = lists;
+        Self { sites, normals, neighbours, away, status, tree: lists.tree() }
+    }
+}
+
+/// How the kernels are set up.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct PlanarOptions {
+    /// Length of the lists, 1 or more. Faces do not depend on it.
+    pub k: u32,
+    /// Most iterations.
+    pub iterations: u32,
+    /// Edges that a face may have while its lines come one after another, 3 or more; those with more take longer.
+    pub slots: u32,
+    /// Invocations of a workgroup; `None`: the kernels' own.
+    pub workgroup: Option<u32>,
+}
+
+impl PlanarOptions {
+    /// For lists of `k` and at most `iterations` iterations.
+    pub fn new(k: u32, iterations: u32) -> Self {
+        let slots = planar_exact::Constants::default().slots;
+        Self { k, iterations, slots, workgroup: None }
+    }
+}
+
+/// The size of a step.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct PlanarMove {
+    /// Number of this iteration.
+    pub iteration: u32,
+    /// Share of the last motion that is added, 0 to 1.
+    pub momentum: f32,
+    /// Longest step, in the unit-diagonal frame.
+    pub largest_move: f32,
+    /// No face reaches farther from its site.
+    pub widest: f32,
+    /// Whether faces that the lists do not decide are found by a walk to all sites near enough. Else they are what the
+    /// lists make of them, which may be too large: good enough while sites still have far to go.
+    pub exact: bool,
+}
+
+/// Faces of one iteration that were special.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub struct PlanarCounts {
+    /// The first [`NEAR`] neighbours do not decide them: left to the whole list.
+    pub undecided_by_near: usize,
+    /// The list does not either: left to the walk, which always decides.
+    pub undecided_by_list: usize,
+    /// They reach the disc of the radius [`PlanarMove::widest`]; no site cuts them there, as at the tip of an ear.
+    pub open: usize,
+}
+
+/// Faces, their centroids, and where momentum leads.
+pub struct PlanarFaces {
+    near: Pipeline<planar::Shader>,
+    rest: Pipeline<planar_rest::Shader>,
+    /// Of the kernel for what lists do not decide, which is compiled when it is first needed.
+    exact: planar_exact::Constants,
+    device: Device,
+    /// Where each site wants to go, w = squared distance to its centroid.
+    pub targets: Buffer<Vec4>,
+    /// The area centroids of the last iteration; w = 0 before the first.
+    pub centroids: Buffer<Vec4>,
+    /// [`PlanarCounts`] of every iteration, then lists for the kernels; see `glsl/face/planar_targets.glsl`.
+    pub insecure: Buffer<u32>,
+    iterations: u32,
+}
+
+/// Push constants and bindings of one of the two kernels that read lists.
+macro_rules! listed {
+    ($kernel:ident, $faces:expr, $inputs:expr, $step:expr $(, $more:ident: $value:expr)?) => {
+        (
+            $kernel::Push {
+                site_count: $inputs.sites.len() as u32,
+                iteration: $step.iteration,
+                iterations: $faces.iterations,
+                momentum: $step.momentum,
+                largest_move: $step.largest_move,
+                widest: $step.widest,
+                $($more: $value,)?
+            },
+            $kernel::Bindings {
+                sites: $inputs.sites,
+                normals: $inputs.normals,
+                neighbours: $inputs.neighbours,
+                away: $inputs.away,
+                status: $inputs.status,
+                targets: &$faces.targets,
+                centroids: &$faces.centroids,
+                insecure: &$faces.insecure,
+            },
+        )
+    };
+}
+
+impl PlanarFaces {
+    /// For `sites` sites.
+    ///
+    /// # Errors
+    /// [`crate::Error::OutOfMemory`] or [`crate::Error::Device`].
+    pub fn new(device: &Device, sites: usize, options: &PlanarOptions) -> Result<Self> {
+        let PlanarOptions { k, iterations, slots, workgroup } = *options;
+        let mut near = planar::Constants { k: NEAR.min(k), ..Default::default() };
+        let mut rest = planar_rest::Constants { k, slots, ..Default::default() };
+        let mut exact = planar_exact::Constants { slots, ..Default::default() };
+        near.workgroup = workgroup.unwrap_or(near.workgroup);
+        rest.workgroup = workgroup.unwrap_or(rest.workgroup);
+        exact.workgroup = workgroup.unwrap_or(exact.workgroup);
+        let words = 3 * iterations as usize + 4 * sites;
+        // The first time they are compiled, which takes a while.
+        let (near, rest) = rayon::join(|| Pipeline::new(device, near), || Pipeline::new(device, rest));
+        Ok(Self {
+            near: near?,
+            rest: rest?,
+            exact,
+            device: device.clone(),
+            targets: Buffer::new(device, "default.face.targets", sites)?,
+            centroids: Buffer::zeros(device, "default.face.centroids", sites)?,
+            insecure: Buffer::zeros(device, "default.face.insecure", words)?,
+            iterations,
+        })
+    }
+
+    /// Compiles the kernel that only [`PlanarMove::exact`] needs, which takes as long as all others, for
+    /// [`PlanarOptions::new`].
+    ///
+    /// # Errors
+    /// [`crate::Error::Device`].
+    pub fn compile_exact(device: &Device) -> Result<()> {
+        Pipeline::<planar_exact::Shader>::new(device, planar_exact::Constants::default()).map(drop)
+    }
+
+    /// Records all rounds of one iteration.
+    ///
+    /// # Errors
+    /// As [`Recorder::dispatch`].
+    pub fn record(
+        &self,
+        recorder: &mut Recorder,
+        inputs: &PlanarInputs<'_>,
+        step: &PlanarMove,
+    ) -> Result<()> {
+        let sites = inputs.sites.len();
+        let (push, bindings) = listed!(planar, self, inputs, step);
+        recorder.dispatch(&self.near, Threads(sites), &push, &bindings)?;
+        // Few sites are left, and the loops of both kernels take them all however many there are.
+        let (push, bindings) = listed!(planar_rest, self, inputs, step, take_all: u32::from(!step.exact));
+        recorder.dispatch(&self.rest, Threads(sites.div_ceil(16)), &push, &bindings)?;
+        if !step.exact {
+            return Ok(());
+        }
+        let push = planar_exact::Push {
+            starts_low: inputs.tree.starts[0],
+            starts_high: inputs.tree.starts[1],
+            levels: inputs.tree.levels,
+            site_count: push.site_count,
+            iteration: push.iteration,
+            iterations: push.iterations,
+            momentum: push.momentum,
+            largest_move: push.largest_move,
+            widest: push.widest,
+        };
+        let bindings = planar_exact::Bindings {
+            sites: inputs.sites,
+            normals: inputs.normals,
+            boxes: inputs.tree.boxes,
+            targets: &self.targets,
+            centroids: &self.centroids,
+            insecure: &self.insecure,
+        };
+        // Not too many for each thread: lavapipe ends a thread after 65,535 rounds of all its loops together.
+        let exact = Pipeline::<planar_exact::Shader>::new(&self.device, self.exact)?;
+        recorder.dispatch(&exact, Threads(sites.div_ceil(4)), &push, &bindings)
+    }
+
+    /// What happened in `iteration`, from the contents of [`PlanarFaces::insecure`].
+    pub fn counts(&self, insecure: &[u32], iteration: u32) -> PlanarCounts {
+        let count =
+            |kind| insecure.get((kind * self.iterations + iteration) as usize).map_or(0, |c| *c as usize);
+        PlanarCounts { undecided_by_near: count(0), undecided_by_list: count(1), open: count(2) }
+    }
+}
+
+/// Faces as ordered polygons, as [`super::cell::CellFaces`] has them.
+pub struct PlanarPolygons {
+    pipeline: Pipeline<polygons::Shader>,
+    /// Corners of each face; fewer than 3 where too few lines bound it.
+    pub corner_count: Buffer<u32>,
+    /// `corners[slot * sites + site]`, counter-clockwise in the frame of the tangent plane.
+    pub corners: Buffer<Vec2>,
+    /// The site behind the edge that ends in the corner.
+    pub fan: Buffer<u32>,
+    /// 0 for a closed face; bit 0 where it is open and bounded by the disc, bit 1 where it has more edges than there
+    /// are slots and is not to be used.
+    pub state: Buffer<u32>,
+}
+
+impl PlanarPolygons {
+    /// For `sites` sites, [`PlanarOptions::slots`] corners each.
+    ///
+    /// # Errors
+    /// [`crate::Error::OutOfMemory`] or [`crate::Error::Device`].
+    pub fn new(device: &Device, sites: usize, options: &PlanarOptions) -> Result<Self> {
+        let PlanarOptions { k, slots, workgroup, .. } = *options;
+        let mut constants = polygons::Constants { k, slots, ..Default::default() };
+        constants.workgroup = workgroup.unwrap_or(constants.workgroup);
+        let corners = sites * slots as usize;
+        Ok(Self {
+            pipeline: Pipeline::new(device, constants)?,
+            corner_count: Buffer::new(device, "default.polygons.corner_count", sites)?,
+            corners: Buffer::new(device, "default.polygons.corners", corners)?,
+            fan: Buffer::new(device, "default.polygons.fan", corners)?,
+            state: Buffer::new(device, "default.polygons.state", sites)?,
+        })
+    }
+
+    /// Records the faces, none of which reaches farther than `widest` from its site; lists and boxes must be of the
+    /// sites where they are.
+    ///
+    /// # Errors
+    /// As [`Recorder::dispatch`].
+    pub fn record(&self, recorder: &mut Recorder, inputs: &PlanarInputs<'_>, widest: f32) -> Result<()> {
+        let bindings = polygons::Bindings {
+            sites: inputs.sites,
+            normals: inputs.normals,
+            neighbours: inputs.neighbours,
+            boxes: inputs.tree.boxes,
+            corner_count: &self.corner_count,
+            corners: &self.corners,
+            fan: &self.fan,
+            state: &self.state,
+        };
+        let push = polygons::Push {
+            starts_low: inputs.tree.starts[0],
+            starts_high: inputs.tree.starts[1],
+            levels: inputs.tree.levels,
+            site_count: inputs.sites.len() as u32,
+            widest,
+        };
+        recorder.dispatch(&self.pipeline, Threads(inputs.sites.len()), &push, &bindings)
+    }
+}

@@ -1,0 +1,214 @@
+//! Neighbour lists by an implicit hierarchy of boxes, made anew only when the sites have moved too far.
+
+use crate::gpu::kernels::neighbours::{box_levels, decide, lists, moved};
+use crate::gpu::{Buffer, Device, Pipeline, Recorder, Threads};
+use crate::{Error, Result};
+use glam::{UVec4, Vec2, Vec4};
+
+/// Sites in a leaf and boxes in a box: fixed in the kernels.
+const BRANCH: usize = 8;
+/// Levels that the kernel's push constants and its stack have room for.
+const MAX_LEVELS: usize = 8;
+/// Words of the status: largest moved / reach so far, the one left after the decision, times that lists were made.
+const STATUS: usize = 4;
+
+/// One level of boxes.
+struct Level {
+    /// First box in the buffer.
+    start: u32,
+    /// Boxes with something inside.
+    boxes: u32,
+    /// With those that fill up a multiple of eight.
+    padded: u32,
+}
+
+/// How the lists are made; the default is what is fastest on the device at hand.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct ListOptions {
+    /// Neighbours of a site, 1 to 32.
+    pub k: u32,
+    /// Invocations of a workgroup; `None`: one subgroup.
+    pub workgroup: Option<u32>,
+    /// Blocks of 32 sites around a site's own place that are looked at first, 1 or more.
+    pub window: u32,
+    /// Whether the lanes of a subgroup of eight keep each other's sites in registers, where a subgroup has eight lanes.
+    pub registers: bool,
+}
+
+impl ListOptions {
+    /// Lists of `k` neighbours.
+    pub fn new(k: u32) -> Self {
+        Self { k, workgroup: None, window: lists::Constants::default().window, registers: true }
+    }
+}
+
+/// The boxes as a kernel that walks them takes them; see `glsl/common/box_walk.glsl`.
+#[derive(Clone, Copy)]
+pub struct BoxTree<'a> {
+    /// Lower and upper corner of each box, of the sites as they were when the lists were made.
+    pub boxes: &'a Buffer<Vec4>,
+    /// First box of levels 0 to 3 and 4 to 7.
+    pub starts: [UVec4; 2],
+    /// Number of levels.
+    pub levels: u32,
+}
+
+/// The lists of all sites and what it takes to keep them valid.
+///
+/// A site that is not in the list of site i was at least `reach[i].y` away when the lists were made. `reach` changes from
+/// site to site no faster than the distance between them, so with `rho` the largest moved / reach of all sites, such a
+/// site now is at least `away[i].y - 2 * rho * reach[i].y` away.
+pub struct Lists {
+    boxes_kernel: Pipeline<box_levels::Shader>,
+    lists_kernel: Pipeline<lists::Shader>,
+    moved_kernel: Pipeline<moved::Shader>,
+    decide_kernel: Pipeline<decide::Shader>,
+    levels: Vec<Level>,
+    boxes: Buffer<Vec4>,
+    /// Workgroups of every dispatch that makes the lists: of each level, then of the lists; and the ones decided on.
+    full: Buffer<UVec4>,
+    groups: Buffer<UVec4>,
+    /// `neighbours[slot * sites + site]`, nearest first, ties by index; [`crate::gpu::NONE`] where there are fewer.
+    pub neighbours: Buffer<u32>,
+    /// Distances of the nearest site after the first [`crate::stages::face::planar::NEAR`] (x) and outside the list (y) when it was
+    /// made; infinity if there is none.
+    pub reach: Buffer<Vec2>,
+    /// Where the sites were when the lists were made, w = 0.
+    pub list_sites: Buffer<Vec4>,
+    /// The reach less the way that each site itself has gone since.
+    pub away: Buffer<Vec2>,
+    /// Word 1 has the bits of rho, an `f32`, word 2 the number of times that the lists were made; the rest is for the
+    /// kernels.
+    pub status: Buffer<u32>,
+}
+
+impl Lists {
+    /// For `sites` sites.
+    ///
+    /// # Errors
+    /// [`Error::OutOfMemory`] or [`Error::Device`].
+    pub fn new(device: &Device, sites: usize, options: &ListOptions) -> Result<Self> {
+        let levels = levels(sites);
+        if levels.len() > MAX_LEVELS {
+            return Err(Error::Internal(format!("{sites} sites need {} levels of boxes", levels.len())));
+        }
+        let subgroup = device.info().limits.subgroup_size;
+        // One subgroup a workgroup; with fewer lanes than a leaf has sites it would only idle.
+        let workgroup = options.workgroup.unwrap_or(subgroup.max(BRANCH as u32));
+        let known = options.registers && subgroup == BRANCH as u32 && workgroup.is_multiple_of(subgroup);
+        let constants = lists::Constants {
+            workgroup,
+            k: options.k,
+            lanes: if known { subgroup } else { 0 },
+            window: options.window,
+            near: crate::stages::face::planar::NEAR,
+        };
+        let box_count = levels.iter().map(|l| l.padded as usize).sum::<usize>();
+        let (boxes_kernel, lists_kernel) =
+            (Pipeline::new(device, box_levels::Constants::default())?, Pipeline::new(device, constants)?);
+        let recorder = device.recorder()?;
+        let mut full: Vec<UVec4> =
+            levels.iter().map(|l| recorder.groups(&boxes_kernel, Threads(l.padded as usize))).collect();
+        full.push(recorder.groups(&lists_kernel, Threads(sites)));
+        Ok(Self {
+            boxes_kernel,
+            lists_kernel,
+            moved_kernel: Pipeline::new(device, moved::Constants::default())?,
+            decide_kernel: Pipeline::new(device, decide::Constants::default())?,
+            levels,
+            boxes: Buffer::new(device, "neighbours.lists.boxes", 2 * box_count)?,
+            groups: Buffer::new(device, "neighbours.lists.groups", full.len())?,
+            full: Buffer::from_slice(device, "neighbours.lists.full", &full)?,
+            neighbours: Buffer::new(device, "neighbours.lists.neighbours", sites * options.k as usize)?,
+            reach: Buffer::new(device, "neighbours.lists.reach", sites)?,
+            list_sites: Buffer::new(device, "neighbours.lists.sites", sites)?,
+            away: Buffer::new(device, "neighbours.lists.away", sites)?,
+            status: Buffer::from_slice(device, "neighbours.lists.status", &[0; STATUS])?,
+        })
+    }
+
+    /// Records making the lists of `sites`, which are fast to find if the sites are in Morton order.
+    ///
+    /// # Errors
+    /// As [`Recorder::dispatch`].
+    pub fn record_build(&self, recorder: &mut Recorder, sites: &Buffer<Vec4>) -> Result<()> {
+        // No move is below zero.
+        self.record_decision(recorder, -1.0)?;
+        self.record_dispatches(recorder, sites)
+    }
+
+    /// Records making the lists anew if a site has moved more than `max_rho` (0 to 0.5) of its reach since they were
+    /// made; the device decides. In any case `away` and the status are up to date afterwards. There must have been a
+    /// [`Lists::record_build`] of the sites in the same order.
+    ///
+    /// # Errors
+    /// As [`Recorder::dispatch`].
+    pub fn record_refresh(&self, recorder: &mut Recorder, sites: &Buffer<Vec4>, max_rho: f32) -> Result<()> {
+        let bindings = moved::Bindings {
+            sites,
+            list_sites: &self.list_sites,
+            reach: &self.reach,
+            away: &self.away,
+            status: &self.status,
+        };
+        let push = moved::Push { site_count: sites.len() as u32 };
+        recorder.dispatch(&self.moved_kernel, Threads(sites.len()), &push, &bindings)?;
+        self.record_decision(recorder, max_rho)?;
+        self.record_dispatches(recorder, sites)
+    }
+
+    /// The boxes over the sites.
+    pub fn tree(&self) -> BoxTree<'_> {
+        let start = |i: usize| self.levels.get(i).map_or(0, |l| l.start);
+        let starts = [0, 4].map(|first| UVec4::from_array(std::array::from_fn(|i| start(first + i))));
+        BoxTree { boxes: &self.boxes, starts, levels: self.levels.len() as u32 }
+    }
+
+    fn record_decision(&self, recorder: &mut Recorder, max_rho: f32) -> Result<()> {
+        let push = decide::Push { dispatch_count: self.full.len() as u32, max_rho };
+        let bindings = decide::Bindings { full: &self.full, groups: &self.groups, status: &self.status };
+        recorder.dispatch(&self.decide_kernel, Threads(1), &push, &bindings)
+    }
+
+    fn record_dispatches(&self, recorder: &mut Recorder, sites: &Buffer<Vec4>) -> Result<()> {
+        if sites.is_empty() {
+            return Ok(());
+        }
+        let bindings = box_levels::Bindings { sites, boxes: &self.boxes };
+        for (i, level) in self.levels.iter().enumerate() {
+            let below = i.checked_sub(1).and_then(|b| self.levels.get(b));
+            let push = box_levels::Push {
+                site_end: if below.is_none() { sites.len() as u32 } else { 0 },
+                source: below.map_or(0, |b| b.start),
+                target: level.start,
+                box_end: level.boxes,
+                padded: level.padded,
+            };
+            recorder.dispatch_indirect(&self.boxes_kernel, &self.groups, i, &push, &bindings)?;
+        }
+        let BoxTree { starts: [starts_low, starts_high], levels, .. } = self.tree();
+        let push = lists::Push { starts_low, starts_high, site_count: sites.len() as u32, levels };
+        let bindings = lists::Bindings {
+            sites,
+            boxes: &self.boxes,
+            neighbours: &self.neighbours,
+            reach: &self.reach,
+            list_sites: &self.list_sites,
+            away: &self.away,
+        };
+        recorder.dispatch_indirect(&self.lists_kernel, &self.groups, self.levels.len(), &push, &bindings)
+    }
+}
+
+/// Levels of boxes from the leaves up to one of at most eight.
+fn levels(sites: usize) -> Vec<Level> {
+    let (mut list, mut below, mut start) = (Vec::new(), sites, 0);
+    while list.is_empty() || below > BRANCH {
+        let boxes = below.div_ceil(BRANCH);
+        let padded = boxes.next_multiple_of(BRANCH).max(BRANCH);
+        list.push(Level { start: start as u32, boxes: boxes as u32, padded: padded as u32 });
+        start += padded;
+        below = boxes;
+    }
+    list
+}

@@ -1,0 +1,4 @@
+//! The nearest sites of every site.
+
+pub mod knn;
+pub mod lists;

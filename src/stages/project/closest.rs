@@ -1,0 +1,54 @@
+//! The closest points of the whole surface, by a search in the tree of boxes.
+
+use super::bvh::Bvh;
+use super::walk::Walk;
+use crate::Result;
+use crate::gpu::kernels::project::closest;
+use crate::gpu::{Buffer, Device, Pipeline, Recorder, Threads};
+use crate::stages::records::TriangleRecords;
+use glam::Vec4;
+
+/// Betters the results of a [`Walk`] where another triangle that faces the same way is nearer.
+pub struct ClosestPoints {
+    pipeline: Pipeline<closest::Shader>,
+}
+
+impl ClosestPoints {
+    /// `workgroup` overrides the kernel's own.
+    ///
+    /// # Errors
+    /// [`crate::Error::Device`].
+    pub fn new(device: &Device, workgroup: Option<u32>) -> Result<Self> {
+        let mut constants = closest::Constants::default();
+        constants.workgroup = workgroup.unwrap_or(constants.workgroup);
+        Ok(Self { pipeline: Pipeline::new(device, constants)? })
+    }
+
+    /// Records the search. `walk` and `site_triangle` hold the results of a walk of the same `targets`, and after it
+    /// those of the search.
+    ///
+    /// # Errors
+    /// As [`Recorder::dispatch`].
+    pub fn record(
+        &self,
+        recorder: &mut Recorder,
+        targets: &Buffer<Vec4>,
+        triangles: &TriangleRecords,
+        bvh: &Bvh,
+        walk: &Walk,
+        site_triangle: &Buffer<u32>,
+    ) -> Result<()> {
+        let push = closest::Push { site_count: targets.len() as u32, levels: bvh.level_count() };
+        let bindings = closest::Bindings {
+            targets,
+            order: &triangles.order,
+            records: &triangles.records,
+            corner_normals: &triangles.corner_normals,
+            nodes: &bvh.nodes,
+            projected: &walk.projected,
+            normals: &walk.normals,
+            site_triangle,
+        };
+        recorder.dispatch(&self.pipeline, Threads(targets.len()), &push, &bindings)
+    }
+}

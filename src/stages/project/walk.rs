@@ -1,0 +1,68 @@
+//! Back onto the surface by walking downhill over neighbouring triangles.
+
+use crate::Result;
+use crate::gpu::kernels::project::walk;
+use crate::gpu::{Buffer, Device, Pipeline, Recorder, Threads};
+use crate::stages::records::TriangleRecords;
+use glam::Vec4;
+
+/// The walk and its results.
+///
+/// It ends where no neighbouring triangle is nearer. From the triangle under a site that moved by less than the
+/// surface bends that is the closest point, and it never leaves the site's sheet;
+/// [`super::closest::ClosestPoints`] looks farther.
+pub struct Walk {
+    pipeline: Pipeline<walk::Shader>,
+    /// Points on the surface; w = distance of the projection.
+    pub projected: Buffer<Vec4>,
+    /// Unit normals of the surface there, interpolated between its vertices, on the triangle's side; w = 0.
+    pub normals: Buffer<Vec4>,
+}
+
+/// Triangles that a walk looks at, at most: it crosses half as many as that, or circles a few corners of dozens.
+const MAX_STEPS: u32 = 256;
+
+impl Walk {
+    /// For `sites` sites.
+    ///
+    /// # Errors
+    /// [`crate::Error::OutOfMemory`] or [`crate::Error::Device`].
+    pub fn new(device: &Device, sites: usize, workgroup: Option<u32>) -> Result<Self> {
+        let mut constants = walk::Constants::default();
+        constants.workgroup = workgroup.unwrap_or(constants.workgroup);
+        Ok(Self {
+            pipeline: Pipeline::new(device, constants)?,
+            projected: Buffer::new(device, "default.walk.projected", sites)?,
+            normals: Buffer::new(device, "default.walk.normals", sites)?,
+        })
+    }
+
+    /// Records the walks of `targets` from the triangles in `site_triangle`, which become those under the results.
+    ///
+    /// # Errors
+    /// As [`Recorder::dispatch`].
+    pub fn record(
+        &self,
+        recorder: &mut Recorder,
+        targets: &Buffer<Vec4>,
+        triangles: &TriangleRecords,
+        site_triangle: &Buffer<u32>,
+    ) -> Result<()> {
+        let push = walk::Push {
+            site_count: targets.len() as u32,
+            triangle_count: triangles.len() as u32,
+            max_steps: MAX_STEPS,
+        };
+        let bindings = walk::Bindings {
+            targets,
+            rank: &triangles.rank,
+            order: &triangles.order,
+            records: &triangles.records,
+            corner_normals: &triangles.corner_normals,
+            projected: &self.projected,
+            normals: &self.normals,
+            site_triangle,
+        };
+        recorder.dispatch(&self.pipeline, Threads(targets.len()), &push, &bindings)
+    }
+}

@@ -1,0 +1,132 @@
+//! The program carries attributes over from file to file.
+
+use super::commands::Place;
+use predicates::prelude::*;
+use rtfmesh::TriMesh;
+use rtfmesh::io::{read, write_with};
+use rtfmesh::mesh::attributes::{Attribute, Attributes, CornerUv, Kind, Role};
+use rtfmesh::mesh::samples::sample;
+
+/// A box as `in.ply` with colours, texture coordinates and a label on each triangle.
+fn place() -> (Place, TriMesh) {
+    let place = Place::new();
+    let mesh = sample("box").unwrap();
+    let colours = mesh.vertices.iter().flat_map(|v| v.to_array().map(|x| if x > 0.5 { 255.0 } else { 0.0 }));
+    let side = |t: usize| {
+        let [a, b, c] = mesh.corners(t);
+        let normal = (b - a).cross(c - a).to_array();
+        let axis = if normal[0] != 0.0 {
+            0
+        } else if normal[1] != 0.0 {
+            1
+        } else {
+            2
+        };
+        2.0 * f64::from(axis) + f64::from(u8::from(normal[axis as usize] > 0.0))
+    };
+    let uv = mesh.triangles.as_flattened().iter().map(|v| {
+        let p = mesh.vertices[*v as usize];
+        [0.5 * p.x + 0.25 * p.z, 0.5 * p.y]
+    });
+    let attributes = Attributes {
+        vertex: vec![Attribute::new("colour", Role::Colour, Kind::U8, 3, colours.collect())],
+        face: vec![Attribute::new("part", Role::Label, Kind::U8, 1, (0..12).map(side).collect())],
+        uv: Some(CornerUv { kind: Kind::F32, values: uv.collect() }),
+        ..Default::default()
+    };
+    write_with(&place.path("in.ply"), &mesh, &attributes, "ply".parse().unwrap()).unwrap();
+    (place, mesh)
+}
+
+#[test]
+fn attributes_are_carried_over_and_what_is_dropped_is_noted() {
+    let (place, _) = place();
+    for (name, words) in [
+        ("out.ply", ""),
+        ("out.obj", "OBJ cannot hold these: part of each face (1 x u8)"),
+        ("out.glb", "GLB cannot hold these: part"),
+        ("out.off", "OFF cannot hold these: part of each face (1 x u8), texture coordinates"),
+        ("out.mesh", "MEDIT cannot hold these: colour"),
+    ] {
+        let (_, notes) = place.run(&format!("remesh in.ply {name} -n 300 --iterations 2 --quality draft"));
+        assert!(
+            notes.contains(words) && notes.contains("cannot hold") != words.is_empty(),
+            "{name}: {notes}"
+        );
+        let loaded = read(&place.path(name)).unwrap();
+        let found = loaded.attributes;
+        assert_eq!(found.vertex_role(Role::Colour).is_some(), name != "out.mesh", "{name}");
+        if let Some(colour) = found.vertex_role(Role::Colour) {
+            for (v, place) in loaded.mesh.vertices.iter().enumerate() {
+                let shades = colour.unit_colour(v);
+                let near = place.to_array().iter().zip(shades).all(|(x, shade)| (x - shade).abs() < 0.02);
+                assert!(near, "{name}: {place} {shades:?}");
+            }
+        }
+        let label = if name == "out.ply" { found.face_named("part") } else { found.face_named("reference") };
+        if let Some(label) = label {
+            for t in 0..loaded.mesh.triangles.len() {
+                let [a, b, c] = loaded.mesh.corners(t);
+                let normal = (b - a).cross(c - a).normalize().to_array()[label.at(t)[0] as usize / 2];
+                assert!(normal.abs() > 0.99, "{name}");
+            }
+        }
+    }
+    let (_, notes) = place.run("remesh in.ply out.ply -n 300 --iterations 2 --no-attributes");
+    assert!(read(&place.path("out.ply")).unwrap().attributes.is_empty(), "{notes}");
+    // STL has nothing to hold them in, and nothing is looked for.
+    let (_, notes) = place.run("remesh in.ply out.stl -n 300 --iterations 2");
+    assert!(!notes.contains("source"), "{notes}");
+}
+
+#[test]
+fn seams_and_borders_are_kept_if_asked() {
+    let (place, mesh) = place();
+    place.run(
+        "remesh in.ply out.ply -n 300 --iterations 2 --keep-labels --feature-angle 180 --report r.json -q",
+    );
+    let report: serde_json::Value =
+        serde_json::from_slice(&std::fs::read(place.path("r.json")).unwrap()).unwrap();
+    assert_eq!((&report["skeleton"]["curves"], &report["skeleton"]["corners"]), (&12.into(), &8.into()));
+    assert_eq!(report["options"]["held_sides"], 24);
+    let found = read(&place.path("out.ply")).unwrap();
+    let (low, high) = found.mesh.bounds().unwrap();
+    let (low_before, high_before) = mesh.bounds().unwrap();
+    assert!(low.distance(low_before).max(high.distance(high_before)) < 1e-12);
+    let (text, notes) = place.run("remesh in.ply out.ply -n 300 --keep-uv --keep-labels --dry-run");
+    assert!(text.contains("12, 8, 6") && notes.is_empty(), "{text}{notes}");
+    let (_, notes) = place.run("remesh in.ply bare.stl -n 300 --iterations 2");
+    assert!(notes.contains("wall time"));
+    let (_, notes) = place.run("remesh bare.stl out.ply -n 200 --iterations 2 --keep-uv --keep-labels");
+    for words in ["note: bare.stl: there are no texture coordinates", "note: bare.stl: there are no labels"] {
+        assert!(notes.contains(words), "{notes}");
+    }
+    for arguments in [
+        "--keep-uv --preset rtf",
+        "--keep-labels --preset cvd",
+        "--keep-uv --no-attributes",
+        "--keep-labels --no-attributes",
+    ] {
+        let refused = place.program(&format!("remesh in.ply out.ply -n 300 {arguments}")).assert().code(2);
+        refused.stderr(predicate::str::contains("--keep-"));
+    }
+}
+
+#[test]
+fn batches_carry_over_and_inspect_lists() {
+    let (place, _) = place();
+    place.run("batch in.ply --out done -n 300 --iterations 2 --format obj --keep-labels -q");
+    let found = read(&place.path("done/in.obj")).unwrap().attributes;
+    assert!(found.vertex_role(Role::Colour).is_some() && found.uv.is_some());
+    let log = std::fs::read_to_string(place.path("done/batch.jsonl")).unwrap();
+    assert!(log.contains("OBJ cannot hold these: part of each face"), "{log}");
+    let (text, _) = place.run("inspect in.ply");
+    for row in
+        ["colour of each vertex (3 x u8)", "part of each face (1 x u8)", "texture coordinates of each corner"]
+    {
+        assert!(text.contains(row), "'{row}' is missing: {text}");
+    }
+    let (json, _) = place.run("inspect in.ply --json");
+    let json: serde_json::Value = serde_json::from_str(&json).unwrap();
+    assert_eq!(json["attributes"][1], "part of each face (1 x u8)");
+}

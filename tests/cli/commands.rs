@@ -1,0 +1,298 @@
+//! The program as a user drives it: what each command prints and writes when all goes well.
+
+use assert_cmd::Command;
+use predicates::prelude::*;
+use rtfmesh::io::{read, write};
+use rtfmesh::mesh::samples::{names, sample};
+use rtfmesh::mesh::topology::topology;
+use serde_json::Value;
+use std::path::{Path, PathBuf};
+use tempfile::TempDir;
+
+/// A folder of its own, in which the program runs, validated.
+pub struct Place {
+    folder: TempDir,
+    cache: TempDir,
+}
+
+impl Place {
+    pub fn new() -> Self {
+        Self { folder: tempfile::tempdir().unwrap(), cache: tempfile::tempdir().unwrap() }
+    }
+
+    /// A place with one of the models as `in.ply`.
+    pub fn with(model: &str) -> Self {
+        let place = Self::new();
+        write(&place.path("in.ply"), &sample(model).unwrap()).unwrap();
+        place
+    }
+
+    pub fn path(&self, name: &str) -> PathBuf {
+        self.folder.path().join(name)
+    }
+
+    /// The program with these arguments, separated by blanks, in this folder.
+    pub fn program(&self, arguments: &str) -> Command {
+        let mut command = assert_cmd::cargo::cargo_bin_cmd!("rtfmesh");
+        command.current_dir(self.folder.path()).args(arguments.split_whitespace());
+        command.env("RTFMESH_VALIDATION", "1").env("RTFMESH_CACHE_DIR", self.cache.path());
+        command
+    }
+
+    /// Runs without fault; gives standard output and standard error.
+    #[track_caller]
+    pub fn run(&self, arguments: &str) -> (String, String) {
+        let done = self.program(arguments).assert().success();
+        let text = |bytes: &[u8]| String::from_utf8(bytes.to_vec()).unwrap();
+        (text(&done.get_output().stdout), text(&done.get_output().stderr))
+    }
+
+    /// The names of all files, sorted.
+    pub fn files(&self) -> Vec<String> {
+        let entries = std::fs::read_dir(self.folder.path()).unwrap();
+        let mut names: Vec<String> = entries.map(|e| e.unwrap().file_name().into_string().unwrap()).collect();
+        names.sort();
+        names
+    }
+
+    fn bytes(&self, name: &str) -> Vec<u8> {
+        std::fs::read(self.path(name)).unwrap()
+    }
+
+    fn json(&self, name: &str) -> Value {
+        serde_json::from_slice(&self.bytes(name)).unwrap()
+    }
+}
+
+fn vertices_of(path: &Path) -> usize {
+    read(path).unwrap().mesh.vertices.len()
+}
+
+#[test]
+fn sample_lists_and_writes_every_model() {
+    let place = Place::new();
+    let (list, errors) = place.run("sample");
+    assert_eq!(errors, "");
+    assert_eq!(list.lines().count(), names().len());
+    for (name, what) in names() {
+        assert!(list.lines().any(|l| l.starts_with(name) && l.ends_with(what)), "{name} is missing: {list}");
+        assert_eq!(place.run(&format!("sample {name} {name}.obj")), (String::new(), String::new()));
+        let written = topology(&read(&place.path(&format!("{name}.obj"))).unwrap().mesh);
+        assert_eq!(written, topology(&sample(name).unwrap()), "{name}");
+    }
+}
+
+#[test]
+fn remesh_writes_the_mesh_and_tells_about_it_on_standard_error() {
+    let place = Place::with("sphere");
+    let (output, table) = place.run("remesh in.ply out.obj -n 120 --iterations 3");
+    assert_eq!(output, "", "standard output is for data");
+    for row in ["vertices, faces", "120, 236", "Q min, average", "wall time", "peak device memory"] {
+        assert!(table.contains(row), "'{row}' is missing: {table}");
+    }
+    assert_eq!(place.files(), ["in.ply", "out.obj"]);
+    assert_eq!(vertices_of(&place.path("out.obj")), 120);
+    // And back, over the file that is read.
+    let quiet = place.run("remesh out.obj out.obj -n 80 --iterations 2 --quiet");
+    assert_eq!(quiet, (String::new(), String::new()));
+    assert_eq!(vertices_of(&place.path("out.obj")), 80);
+    assert_eq!(place.run("remesh out.obj back.PLY -n 90 --iterations 2 -q"), (String::new(), String::new()));
+    assert_eq!(vertices_of(&place.path("back.PLY")), 90);
+    assert_eq!(place.files(), ["back.PLY", "in.ply", "out.obj"]);
+}
+
+/// A number in the report.
+#[track_caller]
+fn number(report: &Value, pointer: &str) -> f64 {
+    let value = report.pointer(pointer).and_then(Value::as_f64);
+    value.unwrap_or_else(|| panic!("no number at {pointer}: {report:#}"))
+}
+
+#[test]
+fn the_report_says_what_was_asked_and_what_came_out() {
+    let place = Place::with("torus");
+    let options =
+        "--iterations 10 --seed 7 --centroid area --k-normal 12 --k-clip 24 --k-project 8 --tolerance 0.002";
+    place.run(&format!("remesh in.ply out.ply -n 200 --preset rtf {options} --report r.json -q"));
+    let r = place.json("r.json");
+    assert_eq!((&r["program"], &r["version"]), (&"rtfmesh".into(), &env!("CARGO_PKG_VERSION").into()));
+    assert_eq!((&r["input_file"], &r["output_file"]), (&"in.ply".into(), &"out.ply".into()));
+    let asked = serde_json::json!({
+        "method": "all-at-once", "face": "tangent", "normals": "fit", "projection": "nearest-vertices",
+        "seeding": "random", "neighbours": "brute", "coarsest": 0, "first_iterations": 0, "coarse_iterations": 0, "polish_rounds": 0,
+        "weld": 0.0, "min_component": 0.0, "held_sides": 0, "source": {"vertices": false, "faces": false}, "momentum": 0.0, "lbfgs": 0, "offset": 0.5,
+        "fit": false, "feature_angle": 40.0, "features": null, "measures": "full", "vertices": 200, "k_normal": 12, "k_clip": 24, "k_project": 8,
+        "iterations": 10, "tolerance": 0.002, "seed": 7, "shortage": "refuse", "centroid": "area",
+        "sizing": "uniform", "min_edge": null, "max_edge": null, "growth": 0.25,
+    });
+    assert_eq!(r["options"], asked);
+    assert!(r["device"]["name"].is_string() && r["device"]["driver"].is_string(), "{:#}", r["device"]);
+    assert!(number(&r, "/device/limits/storage_buffer_bytes") >= f64::from(1 << 27));
+    for (of, vertices, faces) in [("/input", 1728.0, 3456.0), ("/output/topology", 200.0, 400.0)] {
+        let want = [vertices, faces, 1.0, 0.0, 1.0];
+        let got =
+            ["vertices", "faces", "components", "euler", "genus"].map(|f| number(&r, &format!("{of}/{f}")));
+        assert_eq!(got, want, "{of}");
+    }
+    assert!((0.5..=1.0).contains(&number(&r, "/output/quality/q_avg")));
+    assert!((0.0..=60.0).contains(&number(&r, "/output/quality/theta_min")));
+    assert!((0.0..10.0).contains(&number(&r, "/output/distances/hausdorff")));
+    assert_eq!(r["steps"].as_array().map(Vec::len), Some(10));
+    assert_eq!(number(&r, "/iterations"), 10.0);
+    assert_eq!((&r["warnings"], &r["notes"]), (&serde_json::json!([]), &serde_json::json!([])));
+}
+
+#[test]
+fn the_report_tells_where_time_and_memory_went() {
+    let place = Place::with("torus");
+    place.run("remesh in.ply out.ply -n 100 --preset rtf --iterations 3 --report r.json -q");
+    let r = place.json("r.json");
+    let kernels = r["timings"]["stages"].as_array().unwrap();
+    for (name, calls) in [("step.step", 3), ("face.cell", 4), ("centroid.vertex", 3), ("neighbours.knn", 7)] {
+        let kernel = kernels.iter().find(|k| k["name"] == name).unwrap_or_else(|| panic!("no {name}"));
+        assert_eq!(kernel["calls"], calls, "{name}");
+        // A device without timestamps says null.
+        assert!(kernel["milliseconds"].is_null() || kernel["milliseconds"].as_f64() > Some(0.0), "{kernel}");
+    }
+    // Kernels are timed for reports alone.
+    let (_, table) = place.run("remesh in.ply out.ply -n 1000 --preset rtf --iterations 3 --report r.json");
+    assert!(table.contains("device time") && table.contains("face.cell"), "{table}");
+    let (_, table) = place.run("remesh in.ply out.ply -n 1000 --preset rtf --iterations 3");
+    assert!(table.contains("wall time") && !table.contains("device time"), "{table}");
+    let phases = r["timings"]["phases"].as_array().unwrap();
+    let names: Vec<_> = phases.iter().filter_map(|p| p["name"].as_str()).collect();
+    assert_eq!(names, ["prepare", "seed", "compile", "iterate", "connect", "measure"]);
+    let sum: f64 = phases.iter().filter_map(|p| p["milliseconds"].as_f64()).sum();
+    assert!((number(&r, "/timings/wall_milliseconds") - sum).abs() < 1e-6 * sum);
+    // At least the sites and the lists of their neighbours.
+    assert!(number(&r, "/timings/peak_device_bytes") > 100.0 * (16.0 + 4.0 * 32.0));
+}
+
+#[test]
+fn reruns_write_the_same_bytes_and_seeds_differ() {
+    let place = Place::with("torus");
+    for (preset, other) in
+        [("default", "--quality draft --no-fit"), ("rtf", "--centroid area"), ("rvd", "--lbfgs 7")]
+    {
+        for (name, more) in [("a.ply", ""), ("b.ply", ""), ("c.ply", "--seed 2"), ("d.ply", other)] {
+            place.run(&format!("remesh in.ply {name} -n 100 --preset {preset} --iterations 4 -q {more}"));
+        }
+        assert_eq!(place.bytes("a.ply"), place.bytes("b.ply"), "{preset}");
+        assert_ne!(place.bytes("a.ply"), place.bytes("c.ply"), "{preset}");
+        assert_ne!(place.bytes("a.ply"), place.bytes("d.ply"), "{preset}");
+    }
+}
+
+#[test]
+fn size_and_place_do_not_matter() {
+    for (scale, shift) in [(1e30, 0.0), (1e-30, 0.0), (1.0, 1e7)] {
+        let place = Place::new();
+        let mut mesh = sample("sphere").unwrap();
+        mesh.vertices.iter_mut().for_each(|v| *v = *v * scale + glam::DVec3::splat(shift));
+        write(&place.path("in.obj"), &mesh).unwrap();
+        assert_eq!(
+            place.run("remesh in.obj out.obj -n 150 --iterations 4 --preset rtf --centroid area -q"),
+            Default::default()
+        );
+        let got = read(&place.path("out.obj")).unwrap().mesh;
+        let size = |mesh: &rtfmesh::TriMesh| mesh.bounds().map(|(low, high)| (high - low) / scale).unwrap();
+        assert!(size(&got).distance(size(&mesh)) < 0.2, "{scale} {shift}: {} of {}", size(&got), size(&mesh));
+    }
+}
+
+#[test]
+fn warnings_remain_when_quiet_and_notes_do_not() {
+    let place = Place::new();
+    write(&place.path("open.ply"), &sample("open-hemisphere").unwrap()).unwrap();
+    let (output, errors) = place.run("remesh open.ply out.ply -n 60 --iterations 2 --preset rtf -q");
+    assert_eq!(output, "");
+    assert!(
+        errors.lines().all(|l| l.starts_with("warning: ")) && errors.contains("not a closed"),
+        "{errors}"
+    );
+    // A tetrahedron with a line element, which is left out.
+    let faces = "f 1 3 2\nf 1 2 4\nf 2 3 4\nf 3 1 4\nl 1 2\n";
+    std::fs::write(place.path("note.obj"), format!("v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\n{faces}")).unwrap();
+    let (_, loud) = place.run("remesh note.obj out.ply -n 60 --iterations 2");
+    let (_, quiet) = place.run("remesh note.obj out.ply -n 60 --iterations 2 -q");
+    assert!(loud.starts_with("note: note.obj: ") && !quiet.contains("note"), "{loud}\n{quiet}");
+}
+
+#[test]
+fn the_cache_of_compiled_kernels_is_kept() {
+    let place = Place::with("torus");
+    place.run("remesh in.ply out.ply -n 60 --iterations 1 -q");
+    let kept: Vec<_> = std::fs::read_dir(place.cache.path()).unwrap().map(|e| e.unwrap().path()).collect();
+    assert!(
+        matches!(kept.as_slice(), [one] if one.extension().is_some_and(|e| e == "pipelines")),
+        "{kept:?}"
+    );
+    // A damaged one is no fault.
+    std::fs::write(&kept[0], b"damaged").unwrap();
+    place.run("remesh in.ply out.ply -n 60 --iterations 1 -q");
+}
+
+#[test]
+fn measure_speaks_to_people_and_programs() {
+    let place = Place::with("torus");
+    write(&place.path("even.obj"), &sample("sphere").unwrap()).unwrap();
+    let (text, errors) = place.run("measure in.ply");
+    assert_eq!(errors, "");
+    assert!(text.contains("1728, 3456") && !text.contains("Hausdorff"), "{text}");
+    assert!(text.lines().all(|l| l == l.trim_end()), "blanks at line ends: {text}");
+    let (text, _) = place.run("measure even.obj --against in.ply");
+    assert!(text.contains("Hausdorff") && text.contains("RMS"), "{text}");
+    let alone: Value = serde_json::from_str(&place.run("measure in.ply --json").0).unwrap();
+    assert_eq!((&alone["vertices"], &alone["distances"]), (&1728.into(), &Value::Null));
+    let against: Value =
+        serde_json::from_str(&place.run("measure in.ply --json --against in.ply").0).unwrap();
+    assert!(number(&against, "/distances/hausdorff") < 1e-9, "a mesh lies on itself");
+    assert_eq!(number(&against, "/topology/genus"), 1.0);
+    assert_eq!(place.files(), ["even.obj", "in.ply"]);
+}
+
+#[test]
+fn devices_are_listed_with_what_matters() {
+    let place = Place::new();
+    let (text, errors) = place.run("devices");
+    assert_eq!(errors, "");
+    let (json, _) = place.run("devices --json");
+    let list: Value = serde_json::from_str(&json).unwrap();
+    let first = &list[0];
+    assert!(text.contains(first["name"].as_str().unwrap()) && text.contains("yes"), "{text}");
+    assert!(number(first, "/limits/shared_memory_bytes") >= f64::from(16 << 10));
+    assert_eq!(first["index"], 0);
+}
+
+#[test]
+fn every_command_has_help_with_an_example_or_a_list() {
+    let place = Place::new();
+    for (command, wanted) in [
+        ("--help", "Exit codes: 0 done"),
+        ("remesh --help", "Examples:\n  rtfmesh remesh"),
+        ("measure --help", "Examples:\n  rtfmesh measure"),
+        ("sample --help", "Examples:\n  rtfmesh sample"),
+        ("devices --help", "--json"),
+        ("help remesh", "--centroid"),
+    ] {
+        let help = place.program(command).assert().success().stderr("");
+        help.stdout(predicate::str::contains(wanted).and(predicate::str::contains("Usage: rtfmesh")));
+    }
+    place
+        .program("--version")
+        .assert()
+        .success()
+        .stderr("")
+        .stdout(format!("rtfmesh {}\n", env!("CARGO_PKG_VERSION")));
+}
+
+#[test]
+fn a_reader_that_stops_early_is_no_fault() {
+    let place = Place::new();
+    let program = assert_cmd::cargo::cargo_bin!("rtfmesh");
+    let script = format!("set -o pipefail; '{}' sample | true", program.display());
+    for _ in 0..3 {
+        let mut shell = Command::new("bash");
+        shell.current_dir(place.folder.path()).args(["-c", &script]).assert().success().stderr("");
+    }
+}

@@ -1,0 +1,13 @@
+//! The program as a user drives it.
+
+pub mod attributes;
+pub mod batch;
+pub mod commands;
+pub mod errors;
+pub mod files;
+pub mod html;
+pub mod inspect;
+pub mod render;
+pub mod shell;
+pub mod sizing;
+pub mod stop;

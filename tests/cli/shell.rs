@@ -1,0 +1,70 @@
+//! What shells, `man` and `--help` are told of the program.
+
+use super::commands::Place;
+
+const COMMANDS: [&str; 9] =
+    ["remesh", "batch", "measure", "inspect", "render", "sample", "devices", "completions", "man"];
+
+#[test]
+fn shells_complete_every_command_and_its_options() {
+    let place = Place::new();
+    for shell in ["bash", "zsh", "fish", "powershell", "elvish"] {
+        let (script, errors) = place.run(&format!("completions {shell}"));
+        assert_eq!(errors, "");
+        for word in COMMANDS.into_iter().chain(["feature-angle", "shard", "against"]) {
+            assert!(script.contains(word), "{shell} does not know {word}");
+        }
+        // Not every shell is told what values an option has.
+        let knows = script.contains("draft");
+        assert!(knows || ["powershell", "elvish"].contains(&shell), "{shell} knows no --quality");
+    }
+    // What bash makes of it.
+    std::fs::write(place.path("bash.sh"), place.run("completions bash").0).unwrap();
+    let script =
+        "source ./bash.sh; COMP_WORDS=(rtfmesh ba); COMP_CWORD=1; _rtfmesh rtfmesh ba; echo ${COMPREPLY[@]}";
+    let mut bash = assert_cmd::Command::new("bash");
+    bash.current_dir(place.path("")).args(["-c", script]).assert().success().stdout("batch\n");
+    place.program("completions tcsh").assert().code(2).stdout("");
+}
+
+#[test]
+fn every_command_has_a_page_in_the_manual() {
+    let place = Place::new();
+    assert_eq!(place.run("man pages/man1"), Default::default());
+    let page = |name: &str| std::fs::read_to_string(place.path("pages/man1").join(name)).unwrap();
+    let whole = page("rtfmesh.1");
+    assert_eq!(place.run("man"), (whole.clone(), String::new()), "without a folder it is printed");
+    assert!(whole.contains(".SH NOTES") && whole.contains("Exit codes: 0 done, 2 usage"), "{whole}");
+    for command in COMMANDS {
+        assert!(whole.contains(&format!("rtfmesh\\-{command}(1)")), "{command} is not in {whole}");
+        let text = page(&format!("rtfmesh-{command}.1"));
+        for wanted in [format!(".TH rtfmesh-{command} 1"), format!("\nrtfmesh {command} ")] {
+            assert!(text.contains(&wanted), "'{wanted}' is missing: {text}");
+        }
+        assert!(text.contains(".SH SYNOPSIS") && text.contains(".SH EXAMPLES\n.nf\n"), "{text}");
+    }
+    assert!(page("rtfmesh-remesh.1").contains("\\-\\-feature\\-angle"), "options are explained");
+    let count = std::fs::read_dir(place.path("pages/man1")).unwrap().count();
+    assert_eq!(count, 1 + COMMANDS.len());
+    std::fs::write(place.path("file"), "").unwrap();
+    place.program("man file").assert().code(1).stdout("");
+}
+
+#[test]
+fn the_help_of_every_command_ends_with_examples_of_it() {
+    let place = Place::new();
+    for command in COMMANDS {
+        for flag in ["--help", "-h"] {
+            let (help, errors) = place.run(&format!("{command} {flag}"));
+            assert_eq!(errors, "");
+            let (_, examples) = help.split_once("\nExamples:\n").unwrap_or_else(|| panic!("none in {help}"));
+            for line in examples.trim_end().lines() {
+                let call = format!("rtfmesh {command}");
+                assert!(
+                    line.starts_with("  ") && line.contains(&call),
+                    "'{line}' is no example of {command}"
+                );
+            }
+        }
+    }
+}

@@ -1,0 +1,76 @@
+//! Edge lengths that differ, on the command line.
+
+use super::commands::Place;
+use rtfmesh::io::{read, write_with};
+use rtfmesh::mesh::attributes::{Attribute, Attributes, Kind, Role};
+use rtfmesh::mesh::samples::sample;
+
+/// A torus as `in.ply` whose vertices have a number `wish` and a colour.
+fn place() -> Place {
+    let place = Place::new();
+    let mesh = sample("torus").unwrap();
+    let wishes = mesh.vertices.iter().map(|p| if p.x > 0.0 { 3.0 } else { 1.0 }).collect();
+    let colours = vec![7.0; 3 * mesh.vertices.len()];
+    let attributes = Attributes {
+        vertex: vec![
+            Attribute::new("wish", Role::Other, Kind::F32, 1, wishes),
+            Attribute::new("colour", Role::Colour, Kind::U8, 3, colours),
+        ],
+        ..Default::default()
+    };
+    write_with(&place.path("in.ply"), &mesh, &attributes, "ply".parse().unwrap()).unwrap();
+    place
+}
+
+#[test]
+fn a_number_of_the_vertices_says_how_long_edges_are() {
+    let place = place();
+    place.run(
+        "remesh in.ply out.ply -n 1200 --sizing property:wish --growth 1 --quality draft --report out.json",
+    );
+    let mesh = read(&place.path("out.ply")).unwrap().mesh;
+    assert_eq!(mesh.vertices.len(), 1200);
+    let long_side = mesh.vertices.iter().filter(|p| p.x > 0.0).count();
+    assert!((100..350).contains(&long_side), "{long_side} of 1200 where edges are three times as long");
+    let report = std::fs::read_to_string(place.path("out.json")).unwrap();
+    assert!(report.contains("\"sizing\"") && report.contains("\"edge_lengths\""), "{report}");
+}
+
+#[test]
+fn curvature_and_batch_work_likewise() {
+    let place = place();
+    place.run("sample bumpy-sphere bumps.ply");
+    place.run(
+        "remesh bumps.ply one.ply -n 700 --sizing curvature --gradation 1 --max-edge 20% --quality draft",
+    );
+    place.run("batch bumps.ply in.ply --out many -n 700 --sizing curvature --quality draft --max-edge 20%");
+    let [one, many] = ["one.ply", "many/bumps.ply"].map(|name| std::fs::read(place.path(name)).unwrap());
+    assert_eq!(one, many);
+    let (plan, _) = place.run("remesh in.ply --dry-run -n 700 --sizing property:wish");
+    assert!(plan.contains("vertices"), "{plan}");
+}
+
+#[test]
+fn errors_say_what_to_do() {
+    let place = place();
+    place.run("sample torus plain.obj");
+    for (arguments, words) in [
+        ("in.ply out.ply --sizing property:none", "no number named 'none'"),
+        ("in.ply out.ply --sizing property:none", "there is wish"),
+        ("in.ply out.ply --sizing property:colour", "no number named 'colour'"),
+        ("plain.obj out.ply --sizing property:wish", "give a PLY file"),
+        ("in.ply out.ply --sizing property:", "property:NAME"),
+        ("in.ply out.ply --sizing often", "property:NAME"),
+        ("in.ply out.ply --gradation 1", "--gradation says nothing without --sizing curvature"),
+        ("in.ply out.ply --sizing property:wish --gradation 1", "--gradation says nothing"),
+        ("in.ply out.ply --min-edge 1%", "--min-edge says nothing"),
+        ("in.ply out.ply --sizing curvature --gradation 9", "use 0 to 3"),
+        ("in.ply out.ply --sizing curvature --min-edge 90%", "does not go with"),
+        ("in.ply out.ply --sizing curvature --preset rtf", "--preset default"),
+    ] {
+        let done = place.program(&format!("remesh {arguments} -n 500")).assert().failure();
+        let text = String::from_utf8(done.get_output().stderr.clone()).unwrap();
+        assert!(text.contains(words), "{arguments}: {text}");
+        assert!(!place.path("out.ply").exists());
+    }
+}

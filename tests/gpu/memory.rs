@@ -1,0 +1,107 @@
+//! Memory of the device: what is asked for, what is refused before anything is made, and what a limit is worth.
+
+use crate::cli::commands::Place;
+use rtfmesh::gpu::Buffer;
+use rtfmesh::mesh::samples::sample;
+use rtfmesh::{Device, DeviceOptions, Error, Flow, MeasureDepth, Options, Phase, Progress, preview, remesh};
+
+fn limited(memory_bytes: u64) -> Device {
+    Device::open(&DeviceOptions { memory_bytes: Some(memory_bytes), ..DeviceOptions::from_env() }).unwrap()
+}
+
+fn options(vertices: usize) -> Options {
+    Options { iterations: 2, measures: MeasureDepth::Basic, polish_rounds: 1, ..Options::new(vertices) }
+}
+
+#[test]
+fn a_device_has_no_more_than_its_memory_or_the_limit() {
+    let all = Device::open(&DeviceOptions::from_env()).unwrap();
+    let heap = all.info().limits.memory_bytes;
+    assert!((1..=heap).contains(&all.available_bytes()), "{} of {heap}", all.available_bytes());
+    assert_eq!(limited(5 << 20).available_bytes(), 5 << 20);
+    assert_eq!(limited(5 << 20).info().limits.memory_bytes, heap);
+}
+
+#[test]
+fn the_plan_tells_about_what_a_run_takes() {
+    let input = sample("torus").unwrap();
+    for options in [options(4000), Options { iterations: 10, ..Options::rtf(1500) }] {
+        let device = Device::open(&DeviceOptions::from_env()).unwrap();
+        let told = preview(&input, &options).unwrap().device_bytes as f64;
+        remesh(&device, &input, &options, &mut |_| {}).unwrap();
+        let taken = device.peak_bytes() as f64;
+        // Copies to and from the host are not counted before.
+        assert!((0.6..1.2).contains(&(told / taken)), "{:?}: {told} told, {taken} taken", options.method);
+    }
+}
+
+#[test]
+fn what_does_not_fit_is_refused_before_it_begins() {
+    let input = sample("torus").unwrap();
+    let needed = preview(&input, &options(20_000)).unwrap().device_bytes;
+    let device = limited(needed / 2);
+    let mut told = 0;
+    let error = remesh(&device, &input, &options(20_000), &mut |_| told += 1).unwrap_err();
+    let Error::OutOfMemory { what, bytes, problem, remedy } = &error else { panic!("{error:?}") };
+    assert_eq!((what.as_str(), *bytes), ("the run", needed));
+    assert!(
+        problem.contains(&device.info().name) && problem.contains(&(needed / 2).to_string()),
+        "{problem}"
+    );
+    assert!(device.peak_bytes() < 1000, "nothing of that size was made");
+    // What it advises to ask for is what it lets pass.
+    let advised = remedy.split_whitespace().find_map(|word| word.parse::<usize>().ok()).unwrap();
+    assert!((9_000..10_000).contains(&advised), "{remedy}");
+    let stop = |progress: Progress| {
+        if progress.phase > Phase::Prepare { Flow::Cancel } else { Flow::Continue }
+    };
+    let begins = |vertices| match remesh(&device, &input, &options(vertices), &mut |p| stop(p)) {
+        Err(Error::Cancelled) => true,
+        Err(Error::OutOfMemory { what, .. }) if what == "the run" => false,
+        other => panic!("{other:?}"),
+    };
+    assert!(begins(advised) && !begins(advised + 1), "{remedy}");
+    let error = remesh(&limited(1000), &input, &options(100), &mut |_| {}).unwrap_err().to_string();
+    assert!(error.contains("simplify the input"), "{error}");
+}
+
+#[test]
+fn what_grows_with_the_count_is_in_the_advice() {
+    // Twelve triangles, which are divided for every site.
+    let input = sample("box").unwrap();
+    let options = |vertices| Options { iterations: 1, ..Options::rtf(vertices) };
+    let needed = |vertices| preview(&input, &options(vertices)).unwrap().device_bytes;
+    let available = needed(1_000);
+    let error = remesh(&limited(available), &input, &options(20_000), &mut |_| {}).unwrap_err();
+    let Error::OutOfMemory { bytes, remedy, .. } = &error else { panic!("{error:?}") };
+    assert_eq!(*bytes, needed(20_000));
+    let advised = remedy.split_whitespace().find_map(|word| word.parse::<usize>().ok()).unwrap();
+    assert!(advised >= 1_000, "{remedy}");
+    assert!(needed(advised) <= available && needed(advised + 1) > available, "{remedy}");
+}
+
+#[test]
+fn no_buffer_passes_the_limit() {
+    let device = limited(1 << 20);
+    let half = Buffer::<u32>::new(&device, "test.half", 1 << 17).unwrap();
+    let error = Buffer::<u32>::new(&device, "test.more", (1 << 17) + 4).err().unwrap();
+    assert!(matches!(&error, Error::OutOfMemory { what, .. } if what == "test.more"), "{error}");
+    assert!(error.to_string().contains("1048576"), "{error}");
+    drop(half);
+    assert!(Buffer::<u32>::new(&device, "test.more", (1 << 17) + 4).is_ok());
+}
+
+#[test]
+fn the_program_refuses_with_the_numbers() {
+    let place = Place::with("torus");
+    let run = "remesh in.ply out.ply -n 20000 --device-memory 2";
+    let done = place.program(run).assert().code(4).stdout("");
+    let line = String::from_utf8(done.get_output().stderr.clone()).unwrap();
+    assert!(
+        line.lines().count() == 1 && line.contains("2097152") && line.contains("ask for at most"),
+        "{line}"
+    );
+    assert_eq!(place.files(), ["in.ply"]);
+    place.program("remesh in.ply out.ply -n 100 --device-memory 0").assert().code(2);
+    place.run("remesh in.ply out.ply -n 200 --device-memory 64 --iterations 2 --quality draft -q");
+}

@@ -1,0 +1,4 @@
+//! The GPU layer: memory, order, limits.
+
+pub mod layer;
+pub mod memory;

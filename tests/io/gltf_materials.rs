@@ -1,0 +1,387 @@
+//! Materials, textures and pictures from glTF to GLB.
+
+use glam::DVec3;
+use rtfmesh::io::{
+    Encoding, Format, Loaded, encode_with, read_bytes, read_bytes_with_looks, read_with_looks,
+};
+use rtfmesh::mesh::attributes::{Attribute, Attributes, CornerUv, Kind, Looks, Role};
+use rtfmesh::mesh::samples::sample;
+use rtfmesh::{Error, TriMesh};
+use serde_json::{Value, json};
+use std::f64::consts::{PI, TAU};
+use std::path::Path;
+
+use super::stl_off_medit::base64;
+use crate::cli::commands::Place;
+use crate::support::leave_glb;
+
+const GLB: Encoding = Encoding { format: Format::Glb, gzip: false };
+
+/// Longitude and latitude, each face on one side of the cut.
+fn globe(mesh: &TriMesh) -> CornerUv {
+    let around = |v: DVec3| v.y.atan2(v.x) / TAU + 0.5;
+    let of_face = |t: usize| {
+        let corners = mesh.corners(t);
+        let middle = around(corners.iter().sum());
+        corners.map(|v| {
+            let u = around(v);
+            [u + (middle - u).round(), v.normalize().z.asin() / PI + 0.5]
+        })
+    };
+    CornerUv { kind: Kind::F32, values: (0..mesh.triangles.len()).flat_map(of_face).collect() }
+}
+
+/// The northern half has another material than the southern.
+fn halves(mesh: &TriMesh) -> Attribute {
+    let south = |t: usize| f64::from(u8::from(mesh.corners(t).iter().sum::<DVec3>().z < 0.0));
+    let values = (0..mesh.triangles.len()).map(south).collect();
+    let label = Attribute::new("material", Role::Label, Kind::U32, 1, values);
+    Attribute { names: vec!["north".to_owned(), "south".to_owned()], ..label }
+}
+
+/// A sphere with texture coordinates as JSON, its buffer inside, with these parts added.
+fn sphere(label: impl Fn(&TriMesh) -> Attribute, parts: Value) -> Value {
+    let mesh = sample("bumpy-sphere").unwrap();
+    let attributes = Attributes { face: vec![label(&mesh)], uv: Some(globe(&mesh)), ..Default::default() };
+    let bytes = encode_with(Path::new("sphere"), &mesh, &attributes, GLB).unwrap();
+    let (mut json, binary) = split(&bytes);
+    json["buffers"][0]["uri"] = json!(format!("data:application/gltf-buffer;base64,{}", base64(&binary)));
+    for (key, value) in parts.as_object().unwrap() {
+        json[key] = value.clone();
+    }
+    json
+}
+
+/// The JSON and the buffer of a GLB file.
+fn split(bytes: &[u8]) -> (Value, Vec<u8>) {
+    let glb = gltf::Glb::from_slice(bytes).unwrap();
+    (serde_json::from_slice(&glb.json).unwrap(), glb.bin.unwrap_or_default().into_owned())
+}
+
+fn one(mesh: &TriMesh) -> Attribute {
+    let values = vec![0.0; mesh.triangles.len()];
+    Attribute {
+        names: vec!["skin".to_owned()],
+        ..Attribute::new("material", Role::Label, Kind::U32, 1, values)
+    }
+}
+
+/// A checker board as PNG.
+fn checker(shade: u8) -> Vec<u8> {
+    let mut picture = tiny_skia::Pixmap::new(8, 8).unwrap();
+    for (k, pixel) in picture.pixels_mut().iter_mut().enumerate() {
+        let value = if (k / 8 + k) % 2 == 0 { shade } else { 255 };
+        *pixel = tiny_skia::PremultipliedColorU8::from_rgba(value, value, value, 255).unwrap();
+    }
+    picture.encode_png().unwrap()
+}
+
+fn add(list: &mut Value, value: Value) {
+    list.as_array_mut().unwrap().push(value);
+}
+
+fn uri(picture: &[u8]) -> String {
+    format!("data:image/png;base64,{}", base64(picture))
+}
+
+/// A material with a base colour texture, and all that it takes.
+fn textured(image: Value) -> Value {
+    json!({
+        "materials": [{
+            "name": "skin", "doubleSided": true, "extras": { "note": 1 },
+            "pbrMetallicRoughness": {
+                "baseColorFactor": [0.5, 1.0, 1.0, 1.0], "metallicFactor": 0.25, "roughnessFactor": 0.75,
+                "baseColorTexture": { "index": 1 },
+            },
+        }],
+        "textures": [{ "source": 5 }, { "source": 0, "sampler": 0, "name": "t" }],
+        "samplers": [{ "magFilter": 9728, "wrapS": 33071 }],
+        "images": [image],
+    })
+}
+
+/// A sphere with a picture on it, as a .gltf file with everything inside.
+pub fn painted_globe() -> String {
+    sphere(one, textured(json!({ "uri": uri(&checker(0)) }))).to_string()
+}
+
+fn read(json: &Value) -> Loaded {
+    read_bytes_with_looks(json.to_string().as_bytes(), None).unwrap()
+}
+
+/// The file that the mesh is written to, checked by the crate of others, and its JSON.
+#[track_caller]
+fn written(loaded: &Loaded) -> (gltf::Gltf, Value) {
+    let bytes = encode_with(Path::new("out"), &loaded.mesh, &loaded.attributes, GLB).unwrap();
+    leave_glb(&bytes);
+    let again = read_bytes_with_looks(&bytes, None).unwrap();
+    assert_eq!((again.attributes.looks.as_ref(), again.notes.len()), (loaded.attributes.looks.as_ref(), 0));
+    (gltf::Gltf::from_slice(&bytes).unwrap(), split(&bytes).0)
+}
+
+/// The pictures in a file with their types.
+fn pictures(file: &gltf::Gltf) -> Vec<(Vec<u8>, String)> {
+    let blob = file.blob.as_deref().unwrap_or_default();
+    let picture = |image: gltf::Image| match image.source() {
+        gltf::image::Source::View { view, mime_type } => {
+            (blob[view.offset()..][..view.length()].to_vec(), mime_type.to_owned())
+        }
+        other => panic!("{other:?}"),
+    };
+    file.images().map(picture).collect()
+}
+
+#[test]
+fn the_program_carries_a_texture_and_its_material() {
+    let (place, picture) = (Place::new(), checker(0));
+    std::fs::create_dir(place.path("a folder")).unwrap();
+    std::fs::write(place.path("a folder/b.png"), &picture).unwrap();
+    let json = sphere(one, textured(json!({ "uri": "a%20folder/b.png", "name": "board" })));
+    std::fs::write(place.path("in.gltf"), json.to_string()).unwrap();
+    let common = "-n 400 --iterations 2 --quality draft";
+    let (_, notes) = place.run(&format!("remesh in.gltf out.glb {common} --keep-uv"));
+    assert!(!notes.contains("note:"), "{notes}");
+    let bytes = std::fs::read(place.path("out.glb")).unwrap();
+    leave_glb(&bytes);
+    let file = gltf::Gltf::from_slice(&bytes).unwrap();
+    assert_eq!(pictures(&file), [(picture, "image/png".to_owned())]);
+    assert_eq!(file.images().next().unwrap().name(), Some("board"));
+    let primitive = file.meshes().next().unwrap().primitives().next().unwrap();
+    let material = primitive.material();
+    assert_eq!((material.name(), material.double_sided()), (Some("skin"), true));
+    let surface = material.pbr_metallic_roughness();
+    assert_eq!(surface.base_color_factor(), [0.5, 1.0, 1.0, 1.0]);
+    assert_eq!((surface.metallic_factor(), surface.roughness_factor()), (0.25, 0.75));
+    let texture = surface.base_color_texture().unwrap();
+    assert_eq!((texture.tex_coord(), texture.texture().source().index()), (0, 0));
+    let sampler = texture.texture().sampler();
+    assert_eq!(sampler.mag_filter(), Some(gltf::texture::MagFilter::Nearest));
+    assert_eq!(sampler.wrap_s(), gltf::texture::WrappingMode::ClampToEdge);
+    let blob = file.blob.as_deref().unwrap();
+    let reader = primitive.reader(|_| Some(blob));
+    let places: Vec<[f32; 3]> = reader.read_positions().unwrap().collect();
+    let uv = reader.read_tex_coords(0).unwrap().into_f32();
+    for (place, [_, v]) in places.iter().zip(uv) {
+        let north = f64::from(place[2]) / DVec3::from(place.map(f64::from)).length();
+        assert!((north.asin() / PI + 0.5 - (1.0 - f64::from(v))).abs() < 0.02, "{place:?} {v}");
+    }
+    // A GLB file in, the same picture out.
+    place.run(&format!("remesh out.glb again.glb {common} --keep-uv"));
+    let again = gltf::Gltf::from_slice(&std::fs::read(place.path("again.glb")).unwrap()).unwrap();
+    assert_eq!(pictures(&again), pictures(&file));
+    // Only those who ask get it, and not in every format.
+    place.run(&format!("remesh in.gltf plain.glb {common}"));
+    let (plain, _) = split(&std::fs::read(place.path("plain.glb")).unwrap());
+    assert_eq!((plain.get("images"), &plain["materials"]), (None, &json!([{ "name": "skin" }])));
+    let (_, notes) = place.run(&format!("remesh in.gltf out.ply {common} --keep-uv"));
+    assert!(notes.contains("PLY cannot hold these: looks of 1 materials (1 pictures)"), "{notes}");
+}
+
+#[test]
+fn every_material_has_its_primitive() {
+    let (place, pictures_in) = (Place::new(), [checker(0), checker(100)]);
+    let mut parts = textured(json!({ "uri": uri(&pictures_in[0]) }));
+    add(&mut parts["images"], json!({ "uri": uri(&pictures_in[1]) }));
+    parts["textures"][0]["source"] = json!(1);
+    let south = json!({
+        "name": "south", "emissiveFactor": [0.1, 0.2, 0.3], "emissiveTexture": { "index": 1 },
+        "normalTexture": { "index": 0, "scale": 0.5 }, "alphaMode": "MASK", "alphaCutoff": 0.25,
+    });
+    add(&mut parts["materials"], south);
+    // Nobody has the third, so its picture is not needed.
+    add(&mut parts["materials"], json!({ "normalTexture": { "index": 2 } }));
+    add(&mut parts["textures"], json!({ "source": 2 }));
+    add(&mut parts["images"], json!({ "uri": "none.png" }));
+    let json = sphere(halves, parts);
+    std::fs::write(place.path("in.gltf"), json.to_string()).unwrap();
+    let common = "remesh in.gltf out.glb -n 400 --iterations 2 --quality draft --keep-uv";
+    let (_, notes) = place.run(common);
+    assert!(notes.contains("borders between materials are not kept; --keep-labels"), "{notes}");
+    let (_, notes) = place.run(&format!("{common} --keep-labels"));
+    assert!(!notes.contains("note:"), "{notes}");
+    let file = gltf::Gltf::from_slice(&std::fs::read(place.path("out.glb")).unwrap()).unwrap();
+    let primitives: Vec<gltf::Primitive> = file.meshes().next().unwrap().primitives().collect();
+    let names: Vec<_> = primitives.iter().map(|p| p.material().name().unwrap().to_owned()).collect();
+    assert_eq!(names, ["skin", "south"]);
+    let south = primitives[1].material();
+    assert_eq!((south.emissive_factor(), south.alpha_cutoff()), ([0.1, 0.2, 0.3], Some(0.25)));
+    let normal = south.normal_texture().unwrap();
+    assert_eq!((normal.scale(), south.alpha_mode()), (0.5, gltf::material::AlphaMode::Mask));
+    let found = pictures(&file);
+    let base = primitives[0].material().pbr_metallic_roughness().base_color_texture().unwrap();
+    assert_eq!(found.len(), 2);
+    assert_eq!(found[base.texture().source().index()].0, pictures_in[0]);
+    assert_eq!(found[normal.texture().source().index()].0, pictures_in[1]);
+    assert_eq!(south.emissive_texture().unwrap().texture().index(), base.texture().index());
+}
+
+#[test]
+fn extensions_of_looks_are_kept_and_others_noted() {
+    let mut parts = textured(json!({ "uri": uri(&checker(0)) }));
+    parts["materials"][0]["extensions"] = json!({ "KHR_materials_ior": { "ior": 1.4 }, "KHR_materials_clearcoat": { "clearcoatTexture": { "index": 1 } }, "X_y": {} });
+    parts["materials"][0]["occlusionTexture"] = json!({ "index": 1, "texCoord": 1 });
+    parts["materials"][0]["pbrMetallicRoughness"]["baseColorTexture"]["extensions"] =
+        json!({ "KHR_texture_transform": { "offset": [0.5, 0.25] } });
+    let loaded = read(&sphere(one, parts.clone()));
+    assert_eq!(
+        loaded.notes,
+        [
+            "1 textures of materials were left out: their texture coordinates are not the first of the vertices",
+            "extensions of materials were left out: X_y",
+        ]
+    );
+    let bytes = encode_with(Path::new("out"), &loaded.mesh, &loaded.attributes, GLB).unwrap();
+    leave_glb(&bytes);
+    let (json, _) = split(&bytes);
+    let used = ["KHR_materials_clearcoat", "KHR_materials_ior", "KHR_texture_transform"];
+    assert_eq!(json["extensionsUsed"], json!(used));
+    let material = &json["materials"][0];
+    assert_eq!(material["extensions"]["KHR_materials_clearcoat"]["clearcoatTexture"], json!({ "index": 0 }));
+    assert_eq!((material.get("occlusionTexture"), json.get("extensionsRequired")), (None, None));
+    parts["materials"][0]["extensions"] = json!({ "KHR_materials_unlit": {} });
+    parts["materials"][0].as_object_mut().unwrap().remove("occlusionTexture");
+    let (file, _) = written(&read(&sphere(one, parts.clone())));
+    let material = file.materials().next().unwrap();
+    let texture = material.pbr_metallic_roughness().base_color_texture().unwrap();
+    assert!(material.unlit());
+    assert_eq!(texture.texture_transform().unwrap().offset(), [0.5, 0.25]);
+    // Pictures that not everybody can read.
+    parts["textures"][1] = json!({ "extensions": { "EXT_texture_webp": { "source": 0 } } });
+    parts["images"][0] = json!({ "uri": format!("data:;base64,{}", base64(b"RIFF\x04\0\0\0WEBP")) });
+    let loaded = read(&sphere(one, parts));
+    let (json, _) = split(&encode_with(Path::new("out"), &loaded.mesh, &loaded.attributes, GLB).unwrap());
+    assert_eq!(json["textures"], json!([{ "extensions": { "EXT_texture_webp": { "source": 0 } } }]));
+    assert_eq!(
+        (&json["images"][0]["mimeType"], &json["extensionsRequired"]),
+        (&json!("image/webp"), &json!(["EXT_texture_webp"]))
+    );
+}
+
+#[test]
+fn textures_need_texture_coordinates() {
+    let mut json = sphere(one, textured(json!({ "uri": uri(&checker(0)) })));
+    let whole = read(&json);
+    json["meshes"][0]["primitives"][0]["attributes"].as_object_mut().unwrap().remove("TEXCOORD_0");
+    let bare = read(&json);
+    assert_eq!(bare.notes, ["textures were left out, for want of texture coordinates"]);
+    let (_, json) = written(&bare);
+    assert_eq!(json["materials"][0]["pbrMetallicRoughness"]["metallicFactor"], json!(0.25));
+    assert_eq!((json.get("textures"), json.get("images")), (None, None));
+    // Not even if somebody takes them away later.
+    let mut without = whole.clone();
+    without.attributes.uv = None;
+    let (json, _) = split(&encode_with(Path::new("out"), &whole.mesh, &without.attributes, GLB).unwrap());
+    assert_eq!(json["materials"], json!([{ "name": "skin" }]));
+    // Nor has a file without materials any looks.
+    let mut json = sphere(one, json!({}));
+    json.as_object_mut().unwrap().remove("materials");
+    json["meshes"][0]["primitives"][0].as_object_mut().unwrap().remove("material");
+    assert_eq!(read(&json).attributes.looks, None);
+}
+
+/// What is noted of a picture, which is then left out with its texture.
+#[track_caller]
+fn assert_left_out(folder: &Path, image: Value, words: &str) {
+    let path = folder.join("in.gltf");
+    std::fs::write(&path, sphere(one, textured(image)).to_string()).unwrap();
+    let loaded = read_with_looks(&path, None).unwrap();
+    let [first, second] = loaded.notes.as_slice() else { panic!("{:?}", loaded.notes) };
+    assert_eq!(first, &format!("image 0 was left out: {words}"));
+    assert_eq!(second, "texture 1 was left out: it has no picture that could be read");
+    let looks = loaded.attributes.looks.as_ref().map(Looks::images);
+    assert_eq!(looks, Some([].as_slice()));
+    written(&Loaded { notes: Vec::new(), ..loaded });
+}
+
+#[test]
+fn pictures_that_cannot_be_had_are_noted() {
+    let folder = tempfile::tempdir().unwrap();
+    let inside = folder.path().join("inside");
+    std::fs::create_dir_all(inside.join("folder")).unwrap();
+    std::fs::write(folder.path().join("secret.png"), checker(0)).unwrap();
+    std::fs::write(inside.join("text.png"), "hello").unwrap();
+    for (image, words) in [
+        (json!({ "uri": "../secret.png" }), "it is in '../secret.png', which is not beside the file"),
+        (json!({ "uri": "%2e%2e/secret.png" }), "it is in '%2e%2e/secret.png', which is not beside the file"),
+        (json!({ "uri": "/dev/zero" }), "it is in '/dev/zero', which is not beside the file"),
+        (json!({ "uri": "file:///a.png" }), "it is in 'file:///a.png', which is not beside the file"),
+        (json!({ "uri": "none.png" }), "none.png: there is no such file"),
+        (json!({ "uri": "folder" }), "folder: this is no file"),
+        (json!({ "uri": "text.png" }), "it is neither PNG nor JPEG"),
+        (json!({ "uri": "data:image/png;base64," }), "it is empty"),
+        (json!({ "uri": "data:image/png,x" }), "its data are not in base64"),
+        (json!({ "bufferView": 99, "mimeType": "image/png" }), "there is no such buffer view"),
+        (json!({}), "it has no data"),
+    ] {
+        assert_left_out(&inside, image, words);
+    }
+    let json = sphere(one, textured(json!({ "uri": "b.png" })));
+    assert!(read(&json).notes[0].contains("it is in another file, 'b.png'"));
+    // A few lines cannot make much of little, nor claim what is not there.
+    let path = inside.join("in.gltf");
+    std::fs::File::create(inside.join("large.png")).unwrap().set_len((256 << 20) + 1).unwrap();
+    std::fs::write(&path, sphere(one, textured(json!({ "uri": "large.png" }))).to_string()).unwrap();
+    match read_with_looks(&path, None) {
+        Err(Error::Input { place: Some(place), problem, remedy, .. }) => {
+            assert_eq!(
+                (place.as_str(), problem.as_str()),
+                ("image 0", "the pictures have more than 256 MiB")
+            );
+            assert!(remedy.contains("--keep-uv"));
+        }
+        other => panic!("{other:?}"),
+    }
+    assert_eq!(rtfmesh::io::read(&path).unwrap().attributes.looks, None);
+}
+
+#[test]
+fn odd_materials_do_no_harm() {
+    let picture = uri(&checker(0));
+    for (pointer, value) in [
+        ("/materials/0", json!(7)),
+        ("/materials/0/pbrMetallicRoughness", json!([])),
+        ("/materials/0/pbrMetallicRoughness/baseColorTexture", json!(1)),
+        ("/materials/0/pbrMetallicRoughness/metallicFactor", json!("much")),
+        ("/materials/0/pbrMetallicRoughness/metallicFactor", json!(7)),
+        ("/materials/0/pbrMetallicRoughness/roughnessFactor", json!(null)),
+        ("/materials/0/pbrMetallicRoughness/baseColorFactor", json!([0.5, 1.0, -1.0, 1.0])),
+        ("/materials/0/pbrMetallicRoughness/baseColorTexture/extensions", json!([])),
+        ("/materials/0/alphaMode", json!("SOME")),
+        ("/materials/0/alphaCutoff", json!(-1)),
+        ("/materials/0/emissiveFactor", json!([1])),
+        ("/samplers/0/wrapS", json!(3)),
+        ("/materials/0/pbrMetallicRoughness/baseColorTexture/index", json!(-1)),
+        ("/materials/0/pbrMetallicRoughness/baseColorTexture/index", json!(u64::MAX)),
+        ("/textures/1", json!([])),
+        ("/textures/1/source", json!("a")),
+        ("/textures/1/sampler", json!(9)),
+        ("/samplers/0", json!(null)),
+        ("/images/0", json!(3)),
+        ("/images", json!({})),
+        ("/textures/1/extensions", json!({ "EXT_texture_webp": 1, "KHR_texture_basisu": { "source": 7 } })),
+    ] {
+        let mut json = sphere(one, textured(json!({ "uri": picture })));
+        let (parent, key) = pointer.rsplit_once('/').unwrap();
+        match json.pointer_mut(parent).unwrap() {
+            Value::Array(values) => values[key.parse::<usize>().unwrap()] = value.clone(),
+            parent => parent[key] = value.clone(),
+        }
+        let bytes = json.to_string().into_bytes();
+        let Ok(plain) = read_bytes(&bytes, None) else { continue };
+        let loaded = read_bytes_with_looks(&bytes, None).unwrap();
+        assert_eq!(loaded.mesh, plain.mesh, "{pointer} {value}");
+        let bytes = encode_with(Path::new("out"), &loaded.mesh, &loaded.attributes, GLB).unwrap();
+        leave_glb(&bytes);
+        // The crate of others takes it, too.
+        gltf::Gltf::from_slice(&bytes).unwrap();
+        read_bytes_with_looks(&bytes, None).unwrap();
+    }
+    let mut json = sphere(one, textured(json!({ "uri": picture })));
+    json["materials"][0]["alphaMode"] = json!("SOME");
+    let loaded = read(&json);
+    assert_eq!(loaded.notes, ["material 0 was left out: glTF has no such values"]);
+    assert_eq!(loaded.attributes.looks.unwrap().images().len(), 0, "nothing refers to its picture");
+    json["materials"][0]["alphaMode"] = json!("BLEND");
+    json["samplers"][0]["wrapS"] = json!(3);
+    assert_eq!(read(&json).notes, ["sampler 0 was left out: glTF has no such values"]);
+}

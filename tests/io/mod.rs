@@ -1,0 +1,10 @@
+//! Mesh files: reading, refusing, writing.
+
+pub mod attributes;
+pub mod gltf;
+pub mod gltf_materials;
+pub mod hostile;
+pub mod obj_and_ply;
+pub mod refused;
+pub mod round_trips;
+pub mod stl_off_medit;

@@ -1,0 +1,14 @@
+//! Host geometry with known answers.
+
+pub mod attributes;
+pub mod correspondence;
+pub mod distance;
+pub mod features;
+pub mod intersections;
+pub mod quality;
+pub mod repair;
+pub mod repair_with_tolerances;
+pub mod samples;
+pub mod simplify;
+pub mod subdivide;
+pub mod topology;

@@ -1,0 +1,99 @@
+//! Collapsing edges: exact counts, and the topology whatever the count.
+
+use crate::support::shapes::{cube, moved, plane, sphere, torus, union};
+use glam::DVec3;
+use rtfmesh::TriMesh;
+use rtfmesh::mesh::repair::repair;
+use rtfmesh::mesh::samples::sample;
+use rtfmesh::mesh::simplify::{Kept, Site, at_sites, with_vertices};
+use rtfmesh::mesh::topology::{Topology, topology};
+
+fn figures(t: &Topology) -> [i64; 6] {
+    let junctions = i64::from(t.nonmanifold_edges > 0);
+    let counts = [t.components, t.boundary_loops, t.nonmanifold_vertices, t.duplicate_faces];
+    let [a, b, c, d] = counts.map(|count| count as i64);
+    [t.euler, a, b, c, d, junctions]
+}
+
+fn pages() -> TriMesh {
+    let page = |angle: f64| moved(&plane(6, 0.0), |v| DVec3::new(v.x * angle.cos(), v.y, v.x * angle.sin()));
+    repair(&union(&union(&page(0.0), &page(2.0)), &page(4.0))).unwrap().mesh
+}
+
+#[test]
+fn the_topology_stays_down_to_the_least_count() {
+    let touching = repair(&union(&cube(), &moved(&cube(), |v| v + DVec3::ONE))).unwrap().mesh;
+    let models = [
+        (sphere(1.0, 3), 4),
+        (torus(20, 10), 10),
+        (sample("genus3").unwrap(), 40),
+        (plane(8, 0.0), 3),
+        (pages(), 5),
+        (touching, 7),
+        (sample("open-hemisphere").unwrap(), 3),
+    ];
+    for (k, (mesh, least)) in models.iter().enumerate() {
+        let want = topology(mesh);
+        for count in [0, 30, 60, want.vertices - 1, want.vertices, want.vertices + 1, 3 * want.vertices] {
+            let made = with_vertices(mesh, Kept::default(), count);
+            let got = topology(&made.mesh);
+            assert_eq!(figures(&got), figures(&want), "model {k} with {count}");
+            assert_eq!(made.mesh.vertices.len(), got.vertices, "model {k} with {count}");
+            assert_eq!((made.origin.len(), made.held.len()), (got.faces, got.vertices));
+            assert!(
+                got.vertices == count || (count < 60 && got.vertices <= *least),
+                "model {k} with {count}: {got:?}"
+            );
+        }
+    }
+}
+
+#[test]
+fn curves_and_corners_stay() {
+    let mesh = sample("box").unwrap();
+    let (low, high) = mesh.bounds().unwrap();
+    // On two or more of the box's sides.
+    let sides = |v: DVec3| (v.cmpeq(low) | v.cmpeq(high)).bitmask().count_ones();
+    let at = |v: u32| mesh.vertices[v as usize];
+    let is_edge = |a: u32, b: u32| sides(at(a)) > 1 && sides(at(b)) > 1 && sides(0.5 * (at(a) + at(b))) > 1;
+    let halves = mesh.triangles.iter().flat_map(|&[a, b, c]| [[a, b], [b, c], [c, a]]);
+    let curves: Vec<bool> = halves.map(|[a, b]| is_edge(a, b)).collect();
+    let corners: Vec<u32> = (0..mesh.vertices.len() as u32).filter(|v| sides(at(*v)) == 3).collect();
+    for count in [8, 9, 20, 100] {
+        let made = with_vertices(&mesh, Kept { curves: &curves, corners: &corners }, count).mesh;
+        assert_eq!(made.vertices.len(), count);
+        let volume: f64 = (0..made.triangles.len())
+            .map(|t| {
+                let [a, b, c] = made.corners(t);
+                a.dot(b.cross(c)) / 6.0
+            })
+            .sum();
+        let size = high - low;
+        assert!((volume / (size.x * size.y * size.z) - 1.0).abs() < 1e-9, "{count}: {volume}");
+    }
+}
+
+#[test]
+fn vertices_are_at_the_sites() {
+    let mesh = sphere(1.0, 4);
+    let sites: Vec<Site> = (0..mesh.triangles.len() as u32)
+        .step_by(9)
+        .map(|t| {
+            let [a, b, c] = mesh.corners(t as usize);
+            Site { at: a * 0.5 + b * 0.3 + c * 0.2, triangle: t }
+        })
+        .collect();
+    let made = at_sites(&mesh, Kept::default(), &sites, sites.len()).mesh;
+    assert!(topology(&made).is_closed_manifold());
+    assert_eq!(made.vertices.len(), sites.len());
+    for site in &sites {
+        let nearest = made.vertices.iter().map(|v| v.distance(site.at)).fold(f64::INFINITY, f64::min);
+        assert!(nearest < 1e-12, "{site:?}");
+    }
+    // Sites on edges and vertices, and fewer vertices than sites.
+    let corner = |v: u32| Site { at: mesh.vertices[v as usize], triangle: 0 };
+    let [a, b, c] = mesh.triangles[0].map(corner);
+    let middle = Site { at: 0.5 * (a.at + b.at), triangle: 0 };
+    let made = at_sites(&mesh, Kept::default(), &[a, b, c, middle, a], 4).mesh;
+    assert_eq!((topology(&made).euler, made.vertices.len()), (2, 4));
+}

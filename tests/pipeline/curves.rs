@@ -1,0 +1,103 @@
+//! Whole runs of the default pipeline on surfaces with creases, rims and junctions.
+
+use crate::support::shapes::{moved, plane, union};
+use crate::support::{assert_valid, device};
+use glam::DVec3;
+use rtfmesh::io::FeatureLine;
+use rtfmesh::mesh::repair::repair;
+use rtfmesh::mesh::samples::sample;
+use rtfmesh::mesh::topology::topology;
+use rtfmesh::{Features, Options, Remeshed, TriMesh, remesh};
+
+/// Remeshes, with the checks that hold wherever the result is right.
+#[track_caller]
+fn run(input: &TriMesh, options: &Options) -> Remeshed {
+    let result = remesh(device(), input, options, &mut |_| {}).unwrap();
+    assert_valid(device());
+    assert_eq!(result.summary.warnings, Vec::<String>::new());
+    assert_eq!(result.mesh.vertices.len(), options.vertices);
+    let (got, want) = (topology(&result.mesh), topology(input));
+    assert_eq!(got.vertices, options.vertices);
+    assert_eq!(
+        (got.components, got.euler, got.boundary_loops),
+        (want.components, want.euler, want.boundary_loops)
+    );
+    assert_eq!(
+        got.inconsistent_edges - got.nonmanifold_edges,
+        want.inconsistent_edges - want.nonmanifold_edges
+    );
+    assert_eq!(result.summary.output.self_intersecting_faces, Some(0));
+    result
+}
+
+#[test]
+fn a_box_and_a_thin_plate_come_back_exactly() {
+    for (name, n, least) in [("box", 600, 38.0), ("thin-plate", 1500, 5.0)] {
+        let input = sample(name).unwrap();
+        let result = run(&input, &Options::new(n));
+        let output = &result.summary.output;
+        assert!(topology(&result.mesh).is_closed_manifold(), "{name}");
+        assert!((output.relative_volume.unwrap() - 1.0).abs() < 1e-5, "{name}: {:?}", output.relative_volume);
+        assert!(output.distances.unwrap().hausdorff < 1e-4, "{name}: {:?}", output.distances);
+        assert!(output.quality.theta_min > least, "{name}: {:?}", output.quality);
+        let found = result.summary.skeleton.unwrap();
+        assert_eq!((found.curves, found.corners, found.patches), (12, 8, 6), "{name}");
+        for corner in &input.vertices {
+            let is_corner = input.bounds().is_some_and(|(lo, hi)| {
+                corner
+                    .to_array()
+                    .iter()
+                    .zip(lo.to_array().iter().zip(hi.to_array()))
+                    .all(|(x, (l, h))| x == l || *x == h)
+            });
+            let nearest =
+                result.mesh.vertices.iter().map(|v| v.distance(*corner)).fold(f64::INFINITY, f64::min);
+            assert!(!is_corner || nearest < 1e-12, "{name}: the corner {corner} is missing");
+        }
+    }
+}
+
+#[test]
+fn a_rim_stays_a_rim() {
+    let result = run(&sample("open-hemisphere").unwrap(), &Options::new(900));
+    let output = &result.summary.output;
+    assert!(output.quality.theta_min > 38.0 && output.quality.q_avg > 0.93, "{:?}", output.quality);
+    assert!(output.distances.unwrap().hausdorff < 0.2, "{:?}", output.distances);
+    assert!(result.summary.skeleton.unwrap().curve_sites > 50);
+}
+
+#[test]
+fn three_pages_stay_together() {
+    let page = |angle: f64| {
+        let (sin, cos) = angle.to_radians().sin_cos();
+        moved(&plane(6, 0.0), |v| DVec3::new(v.x * cos, v.y, v.x * sin))
+    };
+    let pages = union(&union(&page(0.0), &page(110.0)), &page(250.0));
+    let input = repair(&pages).unwrap().mesh;
+    let result = run(&input, &Options::new(900));
+    let spine = topology(&result.mesh).nonmanifold_edges;
+    assert!((10..40).contains(&spine), "{spine} edges where the pages meet");
+    assert!(result.summary.output.distances.unwrap().hausdorff < 1e-4);
+}
+
+#[test]
+fn sharp_edges_are_held_by_angle_or_by_name() {
+    let input = sample("box").unwrap();
+    let none = Options { feature_angle: 180.0, ..Options::new(400) };
+    assert_eq!(run(&input, &none).summary.skeleton.unwrap().curve_sites, 0);
+    let (lo, hi) = input.bounds().unwrap();
+    let line = FeatureLine { line: 1, points: vec![lo, DVec3::new(hi.x, lo.y, lo.z)] };
+    let one = Options { features: Some(Features { file: None, lines: vec![line] }), ..none };
+    let result = run(&input, &one);
+    let found = result.summary.skeleton.unwrap();
+    assert_eq!((found.curves, found.corners), (1, 2));
+    let on_edge = |v: &&DVec3| (v.y - lo.y).abs() + (v.z - lo.z).abs() < 1e-12;
+    assert!(result.mesh.vertices.iter().filter(on_edge).count() >= found.curve_sites);
+}
+
+#[test]
+fn reruns_give_the_same_bytes() {
+    let input = sample("thin-plate").unwrap();
+    let options = Options { first_iterations: 8, ..Options::new(700) };
+    assert_eq!(run(&input, &options).mesh, run(&input, &options).mesh);
+}

@@ -1,0 +1,13 @@
+//! Whole runs through the library.
+
+pub mod choices;
+pub mod coarse_to_fine;
+pub mod curves;
+pub mod exact;
+pub mod models;
+pub mod presets;
+pub mod progress;
+pub mod properties;
+pub mod remesher;
+pub mod shortage;
+pub mod sizing;

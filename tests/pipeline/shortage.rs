@@ -1,0 +1,127 @@
+//! Runs with hardly enough vertices, or too few.
+
+use crate::support::shapes::{globe, moved, union};
+use crate::support::{assert_valid, device};
+use glam::DVec3;
+use rtfmesh::io::FeatureLine;
+use rtfmesh::mesh::repair::repair;
+use rtfmesh::mesh::samples::sample;
+use rtfmesh::mesh::topology::topology;
+use rtfmesh::{Error, Features, Options, Remeshed, Result, Shortage, TriMesh, remesh};
+
+fn run(mesh: &TriMesh, vertices: usize, shortage: Shortage) -> Result<Remeshed> {
+    let result = remesh(device(), mesh, &Options { shortage, ..Options::new(vertices) }, &mut |_| {});
+    assert_valid(device());
+    result
+}
+
+fn assert_like(input: &TriMesh, result: &Remeshed, vertices: usize) {
+    let (got, want) = (topology(&result.mesh), topology(input));
+    assert!(got.is_manifold(), "{got:?}");
+    assert_eq!((got.vertices, result.mesh.vertices.len()), (vertices, vertices));
+    let kind = [&got, &want].map(|t| (t.components, t.euler, t.boundary_loops));
+    assert_eq!(kind[0], kind[1], "{vertices}");
+    assert_eq!(result.summary.output.self_intersecting_faces, Some(0), "{vertices}");
+    assert_eq!(result.summary.warnings, Vec::<String>::new(), "{vertices}");
+}
+
+/// The number after "ask for".
+fn advised(error: &Error) -> usize {
+    let text = error.to_string();
+    let number = text.split("ask for ").nth(1).and_then(|rest| rest.split([' ', ',']).next());
+    number.and_then(|number| number.parse().ok()).unwrap_or_else(|| panic!("{text}"))
+}
+
+#[test]
+fn thin_parts_get_the_sites_that_they_need() {
+    // Evenly spread sites leave the rings' tubes too few.
+    for (name, n) in [("genus3", 80), ("torus", 30), ("two-components", 60)] {
+        let input = sample(name).unwrap();
+        assert_like(&input, &run(&input, n, Shortage::Refuse).unwrap(), n);
+    }
+}
+
+#[test]
+fn what_is_too_few_is_refused_with_a_count_that_does() {
+    let input = sample("genus3").unwrap();
+    let error = run(&input, 20, Shortage::Refuse).unwrap_err();
+    assert!(matches!(error, Error::Input { .. }), "{error:?}");
+    assert!(error.to_string().contains("20 vertices are too few") && error.to_string().contains("near ("));
+    let enough = advised(&error);
+    assert!(enough > 20, "{error}");
+    let asked = run(&input, enough, Shortage::Refuse).unwrap();
+    assert_like(&input, &asked, enough);
+    let added = run(&input, 20, Shortage::AddVertices).unwrap();
+    assert_eq!(added.mesh, asked.mesh);
+    assert!(added.summary.attempts > 1 && asked.summary.attempts == 1);
+}
+
+#[test]
+fn with_best_effort_it_comes_out_with_warnings() {
+    let result = run(&sample("genus3").unwrap(), 20, Shortage::BestEffort).unwrap();
+    assert!(!result.mesh.triangles.is_empty());
+    let warnings = &result.summary.warnings;
+    assert!(warnings.iter().any(|w| w.contains("near (")), "{warnings:?}");
+}
+
+#[test]
+fn curves_that_leave_nothing_beside_them_are_made_by_collapsing_edges() {
+    let input = sample("box").unwrap();
+    let result = run(&input, 20, Shortage::Refuse).unwrap();
+    assert_like(&input, &result, 20);
+    assert_eq!(result.summary.collapsed_components, 1);
+    let added = run(&input, 20, Shortage::AddVertices).unwrap();
+    assert!(added.mesh.vertices.len() > 20 && added.summary.collapsed_components == 0);
+    assert_like(&input, &added, added.mesh.vertices.len());
+}
+
+#[test]
+fn the_lines_of_a_user_do_not_give_way() {
+    let input = sample("box").unwrap();
+    let line = FeatureLine { points: vec![DVec3::ZERO, DVec3::X], line: 1 };
+    let features = Some(Features { file: None, lines: vec![line] });
+    let refused = |vertices| {
+        remesh(
+            device(),
+            &input,
+            &Options { features: features.clone(), ..Options::new(vertices) },
+            &mut |_| {},
+        )
+    };
+    let error = refused(20).unwrap_err();
+    assert!(matches!(error, Error::Usage { .. }), "{error:?}");
+    let enough = advised(&error);
+    assert_like(&input, &refused(enough).unwrap(), enough);
+}
+
+/// A globe whose triangles at the poles have vertices of their own there, apart by less than anybody sees.
+fn slit_at_the_poles() -> TriMesh {
+    let mut mesh = globe(16, 8);
+    for triangle in &mut mesh.triangles {
+        let other = mesh.vertices[triangle[2] as usize];
+        for v in triangle.iter_mut().filter(|v| **v < 2) {
+            mesh.vertices.push(mesh.vertices[*v as usize] + 1e-16 * other);
+            *v = mesh.vertices.len() as u32 - 1;
+        }
+    }
+    mesh
+}
+
+#[test]
+fn torn_surfaces_are_refused_rather_than_torn_further() {
+    let one = slit_at_the_poles();
+    let touching = union(&one, &moved(&one, |v| v * DVec3::new(2.0, 1.0, 1.0) + 3.0 * DVec3::X));
+    assert!(!topology(&repair(&touching).unwrap().mesh).is_manifold());
+    match run(&touching, 600, Shortage::Refuse) {
+        Err(Error::Input { remedy, .. }) => assert!(remedy.contains("--weld"), "{remedy}"),
+        other => panic!("{other:?}"),
+    }
+    let rest = run(&touching, 600, Shortage::BestEffort).unwrap();
+    assert!(
+        rest.summary.warnings.iter().any(|warning| warning.contains("topology")),
+        "{:?}",
+        rest.summary.warnings
+    );
+    let closed = remesh(device(), &one, &Options { weld: 1e-9, ..Options::new(600) }, &mut |_| {}).unwrap();
+    assert_like(&globe(16, 8), &closed, 600);
+}

@@ -1,0 +1,5 @@
+//! What is done to a connected mesh.
+
+pub mod angles;
+pub mod fit;
+pub mod outliers;

@@ -1,0 +1,96 @@
+//! Spots: the farthest places come closer, nothing else suffers.
+
+use rtfmesh::TriMesh;
+use rtfmesh::mesh::distance::distances_sampled;
+use rtfmesh::mesh::intersections::intersecting_faces;
+use rtfmesh::mesh::quality::quality;
+use rtfmesh::mesh::samples::sample;
+use rtfmesh::mesh::topology::topology;
+use rtfmesh::polish::{SpotOptions, Target, reach_spots};
+
+use super::angles::{in_threads, odd_meshes};
+use crate::support::shapes::sphere;
+
+/// The typical edge of a mesh with even triangles.
+fn edge(mesh: &TriMesh) -> f64 {
+    let [a, b, _] = mesh.corners(0);
+    a.distance(b)
+}
+
+/// A sphere with a vertex pulled out by this many edges, or pushed in if negative.
+fn dented(edges: f64) -> (TriMesh, TriMesh) {
+    let mesh = sphere(1.0, 5);
+    let mut surface = mesh.clone();
+    surface.vertices[700] *= 1.0 + edges * edge(&mesh);
+    (mesh, surface)
+}
+
+fn hausdorff(mesh: &TriMesh, surface: &TriMesh) -> f64 {
+    distances_sampled(mesh, surface, 40_000).unwrap().hausdorff
+}
+
+#[test]
+fn spikes_and_dents_are_reached() {
+    for edges in [0.7, 0.4, -0.4, -0.7] {
+        let (mesh, surface) = dented(edges);
+        let mut reached = mesh.clone();
+        let edits = reach_spots(&mut reached, &Target::new(&surface), edge(&mesh), &SpotOptions::default());
+        let (before, after) = (hausdorff(&mesh, &surface), hausdorff(&reached, &surface));
+        assert!(edits > 0 && after < 0.5 * before, "{edges}: {after} after {before}");
+        assert_eq!(topology(&reached), topology(&mesh));
+        assert!(intersecting_faces(&reached).is_empty());
+        let (old, new) = (quality(&mesh).unwrap(), quality(&reached).unwrap());
+        let least = SpotOptions::default().min_angle.min(old.theta_min);
+        assert!(new.theta_min >= least && new.share_above_90 <= old.share_above_90, "{edges}: {new:?}");
+    }
+}
+
+#[test]
+fn a_spike_between_vertices_is_reached() {
+    // The surface has four times the triangles, so that the spike is at the middle of an edge.
+    let (mesh, mut surface) = (sphere(1.0, 3), sphere(1.0, 4));
+    let length = edge(&mesh);
+    *surface.vertices.last_mut().unwrap() *= 1.0 + 0.6 * length;
+    let mut reached = mesh.clone();
+    reach_spots(&mut reached, &Target::new(&surface), length, &SpotOptions::default());
+    let (before, after) = (hausdorff(&mesh, &surface), hausdorff(&reached, &surface));
+    assert!(after < 0.6 * before, "{after} after {before}");
+}
+
+#[test]
+fn what_is_met_or_fixed_stays() {
+    let mesh = sample("torus").unwrap();
+    let mut same = mesh.clone();
+    assert_eq!(reach_spots(&mut same, &Target::new(&mesh), edge(&mesh), &SpotOptions::default()), 0);
+    assert_eq!(same, mesh);
+    let (mesh, surface) = dented(0.5);
+    let options = SpotOptions { fixed: vec![true; mesh.vertices.len()], ..SpotOptions::default() };
+    let mut same = mesh.clone();
+    assert_eq!(reach_spots(&mut same, &Target::new(&surface), edge(&mesh), &options), 0);
+    assert_eq!(same, mesh);
+}
+
+#[test]
+fn the_number_of_threads_does_not_show() {
+    let (mesh, surface) = dented(0.6);
+    let target = Target::new(&surface);
+    let run = |threads| {
+        let mut reached = mesh.clone();
+        in_threads(threads, || reach_spots(&mut reached, &target, edge(&mesh), &SpotOptions::default()));
+        reached
+    };
+    assert_eq!(run(1), run(2));
+}
+
+#[test]
+fn odd_meshes_survive() {
+    let (_, surface) = dented(0.5);
+    for (name, odd) in odd_meshes() {
+        for target in [&odd, &surface, &TriMesh::default()] {
+            let mut mesh = odd.clone();
+            reach_spots(&mut mesh, &Target::new(target), 0.1, &SpotOptions::default());
+            assert_eq!(topology(&mesh), topology(&odd), "{name}");
+            assert!(mesh.vertices.iter().all(|v| v.is_finite()), "{name}");
+        }
+    }
+}

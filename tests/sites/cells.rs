@@ -1,0 +1,186 @@
+//! Exact connected cells: their certificate, the surface they connect, and sites in bad places.
+
+use crate::support::rng;
+use glam::DVec3;
+use rand::RngExt;
+use rtfmesh::TriMesh;
+use rtfmesh::mesh::samples::sample;
+use rtfmesh::mesh::topology::topology;
+use rtfmesh::sites::cells::{CellSites, CellSurface, ConnectedCells, connected_cells};
+use rtfmesh::sites::connect::connect;
+use rtfmesh::sites::place::Place;
+
+struct Scene {
+    mesh: TriMesh,
+    normals: Vec<DVec3>,
+    sites: Vec<DVec3>,
+    under: Vec<u32>,
+    spacing: f64,
+}
+
+impl Scene {
+    /// `count` sites scattered evenly over a sample.
+    fn new(name: &str, count: usize) -> Self {
+        let mesh = sample(name).unwrap();
+        let crosses: Vec<DVec3> = (0..mesh.triangles.len())
+            .map(|t| {
+                let [a, b, c] = mesh.corners(t);
+                (b - a).cross(c - a)
+            })
+            .collect();
+        let area: f64 = crosses.iter().map(|n| 0.5 * n.length()).sum();
+        let mut scene = Self {
+            normals: crosses.iter().map(|n| n.normalize()).collect(),
+            mesh,
+            sites: Vec::new(),
+            under: Vec::new(),
+            spacing: (2.0 * area / (3.0_f64.sqrt() * count as f64)).sqrt(),
+        };
+        let mut rng = rng(7);
+        // One site for each equal share of the area, in the order of the triangles.
+        let mut passed = 0.0;
+        for (t, n) in crosses.iter().enumerate() {
+            passed += 0.5 * n.length();
+            while scene.sites.len() < (passed / area * count as f64).round() as usize {
+                let [r, s] = [rng.random::<f64>().sqrt(), rng.random::<f64>()];
+                let [a, b, c] = scene.mesh.corners(t);
+                scene.put(a * (1.0 - r) + b * (r * (1.0 - s)) + c * (r * s), t as u32);
+            }
+        }
+        scene
+    }
+
+    fn put(&mut self, site: DVec3, triangle: u32) {
+        self.sites.push(site);
+        self.under.push(triangle);
+    }
+
+    /// The nearest `k` of each site, as the device lists them.
+    fn near(&self, k: usize) -> Vec<u32> {
+        let n = self.sites.len();
+        let mut near = vec![u32::MAX; k * n];
+        for i in 0..n {
+            let mut order: Vec<usize> = (0..n).filter(|j| *j != i).collect();
+            order.sort_by(|a, b| {
+                let d = |j: &usize| self.sites[*j].distance_squared(self.sites[i]);
+                d(a).total_cmp(&d(b))
+            });
+            order.iter().take(k).enumerate().for_each(|(slot, j)| near[slot * n + i] = *j as u32);
+        }
+        near
+    }
+
+    fn cells(&self, near: &[u32]) -> ConnectedCells {
+        let surface = CellSurface::new(&self.mesh.vertices, &self.mesh.triangles, &self.normals);
+        let places = Place::inside(&self.under);
+        let sites =
+            CellSites { positions: &self.sites, places: &places, near, spacing: self.spacing, lengths: &[] };
+        connected_cells(&surface, &sites)
+    }
+
+    fn connected(&self, cells: &ConnectedCells) -> TriMesh {
+        let (triangles, _) = connect(&self.sites, &cells.fans);
+        TriMesh { vertices: self.sites.clone(), triangles }
+    }
+}
+
+fn assert_certified(name: &str, cells: &ConnectedCells) {
+    let c = cells.certificate;
+    assert!((c.area - 1.0).abs() < 1e-9 && c.unshared_corners == 0 && c.broken_cells == 0, "{name}: {c:?}");
+}
+
+#[test]
+fn scattered_sites_give_the_surface_they_lie_on() {
+    for (name, count) in
+        [("sphere", 300), ("torus", 1500), ("bumpy-sphere", 1000), ("genus3", 3000), ("two-components", 1200)]
+    {
+        let scene = Scene::new(name, count);
+        let cells = scene.cells(&scene.near(24));
+        assert_certified(name, &cells);
+        let (got, want) = (topology(&scene.connected(&cells)), topology(&scene.mesh));
+        assert!(got.is_closed_manifold(), "{name}: {got:?}");
+        assert_eq!(
+            (got.vertices, got.components, got.euler),
+            (scene.sites.len(), want.components, want.euler),
+            "{name}"
+        );
+    }
+}
+
+#[test]
+fn on_a_sphere_the_triangles_are_the_convex_hull() {
+    let scene = Scene::new("sphere", 300);
+    let mesh = scene.connected(&scene.cells(&scene.near(24)));
+    let radius = scene.sites[0].length();
+    assert_eq!(mesh.triangles.len(), 2 * scene.sites.len() - 4);
+    for t in 0..mesh.triangles.len() {
+        let [a, b, c] = mesh.corners(t);
+        let n = (b - a).cross(c - a).normalize();
+        let above = scene.sites.iter().map(|p| (*p - a).dot(n)).fold(0.0, f64::max);
+        // The sphere's own facets are flat.
+        assert!(above < 2e-3 * radius, "a site stands {above} above triangle {t}");
+    }
+}
+
+#[test]
+fn lists_of_any_length_give_the_same_cells() {
+    let scene = Scene::new("torus", 300);
+    let want = scene.cells(&scene.near(299));
+    for k in [0, 3, 8, 40] {
+        assert_eq!(scene.cells(&scene.near(k)).fans, want.fans, "{k} near sites");
+    }
+}
+
+#[test]
+fn sites_on_one_circle_have_one_triangulation() {
+    // A square lattice on a flat square: every four sites lie on a circle.
+    let corners = [(0.0, 0.0), (1.0, 0.0), (1.0, 1.0), (0.0, 1.0)].map(|(x, y)| DVec3::new(x, y, 0.0));
+    let mut scene = Scene {
+        mesh: TriMesh { vertices: corners.to_vec(), triangles: vec![[0, 1, 2], [0, 2, 3]] },
+        normals: vec![DVec3::Z; 2],
+        sites: Vec::new(),
+        under: Vec::new(),
+        spacing: 0.125,
+    };
+    for i in 0..64 {
+        let (x, y) = (f64::from(i % 8) / 8.0 + 0.05, f64::from(i / 8) / 8.0 + 0.06);
+        scene.put(DVec3::new(x, y, 0.0), u32::from(y > x));
+    }
+    let cells = scene.cells(&scene.near(24));
+    assert!((cells.certificate.area - 1.0).abs() < 1e-9, "{:?}", cells.certificate);
+    assert_eq!(cells.certificate.unshared_corners, 0);
+    // Inner sites of a lattice whose squares are cut by one diagonal each have six neighbours on average.
+    let inner = (0..64).filter(|i| (1..7).contains(&(i % 8)) && (1..7).contains(&(i / 8)));
+    let degrees: Vec<usize> = inner.map(|i| cells.fans.of(i).len()).collect();
+    assert!(degrees.iter().all(|d| (4..=8).contains(d)), "{degrees:?}");
+}
+
+#[test]
+fn open_surfaces_are_covered() {
+    let scene = Scene::new("open-hemisphere", 400);
+    let cells = scene.cells(&scene.near(24));
+    assert!((cells.certificate.area - 1.0).abs() < 1e-9 && cells.certificate.unshared_corners == 0);
+    assert_eq!(cells.certificate.broken_cells, 0);
+    let at_the_rim = (0..400).filter(|s| cells.fans.is_open(*s)).count();
+    assert!((30..100).contains(&at_the_rim), "{at_the_rim} fans begin and end at the boundary");
+}
+
+#[test]
+fn few_and_coincident_sites_do_not_panic() {
+    for count in [0, 1, 2, 3, 5] {
+        let mut scene = Scene::new("tetrahedron", count.max(1));
+        scene.sites.truncate(count);
+        scene.under.truncate(count);
+        let cells = scene.cells(&scene.near(4));
+        assert_eq!(cells.fans.len(), count);
+        scene.connected(&cells);
+    }
+    let mut scene = Scene::new("torus", 200);
+    for _ in 0..40 {
+        scene.put(scene.sites[5], scene.under[5]);
+    }
+    let cells = scene.cells(&scene.near(24));
+    // The heaviest of them takes the whole cell, the others stay without.
+    assert!((cells.certificate.area - 1.0).abs() < 1e-9, "{:?}", cells.certificate);
+    assert_eq!(cells.certificate.unshared_corners, 0);
+}

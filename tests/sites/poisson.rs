@@ -1,0 +1,80 @@
+//! `stages/poisson`: points that keep their distance and leave no gap.
+
+use crate::support::device;
+use glam::DVec3;
+use rtfmesh::mesh::samples::sample;
+use rtfmesh::mesh::unit_frame::Frame;
+use rtfmesh::sites::poisson::{Disks, disks};
+use rtfmesh::sites::surface::Surface;
+use rtfmesh::{Error, TriMesh};
+
+fn on(mesh: &TriMesh) -> Surface {
+    Surface::new(device(), mesh, &Frame::of(mesh).unwrap()).unwrap()
+}
+
+fn scattered(surface: &Surface, count: usize, seed: u64) -> Disks {
+    disks(surface, count, seed, &mut || Ok(())).unwrap()
+}
+
+fn distance(p: DVec3, points: &[DVec3]) -> f64 {
+    points.iter().map(|q| p.distance(*q)).fold(f64::INFINITY, f64::min)
+}
+
+/// Points of the surface with gaps of at most `step` between them.
+fn dense(surface: &Surface, step: f64) -> Vec<DVec3> {
+    let corners = |t: &[u32; 3]| t.map(|v| surface.vertices[v as usize]);
+    let grid = |[a, b, c]: [DVec3; 3]| {
+        let n = ((b - a).length().max((c - a).length()).max((c - b).length()) / step).ceil().max(1.0) as u32;
+        (0..=n).flat_map(move |i| {
+            (0..=n - i).map(move |j| a + ((b - a) * f64::from(i) + (c - a) * f64::from(j)) / f64::from(n))
+        })
+    };
+    surface.triangles.iter().map(corners).flat_map(grid).collect()
+}
+
+#[test]
+fn points_keep_their_distance_and_cover_the_surface() {
+    let cases =
+        [("sphere", 400), ("box", 300), ("open-hemisphere", 200), ("two-components", 350), ("torus", 900)];
+    let small = [("sphere", 1), ("sphere", 4), ("torus", 10), ("tetrahedron", 30)];
+    for (name, count) in cases.into_iter().chain(small) {
+        let surface = on(&sample(name).unwrap());
+        let Disks { seeds, summary } = scattered(&surface, count, 3);
+        assert_eq!((seeds.sites.len(), seeds.triangles.len()), (count, count), "{name}");
+        for (i, p) in seeds.sites.iter().enumerate() {
+            let apart = distance(*p, &seeds.sites[i + 1..]);
+            assert!(apart >= summary.radius * (1.0 - 1e-12), "{name} {count}: {apart}, {summary:?}");
+            let t = seeds.triangles[i] as usize;
+            let a = surface.vertices[surface.triangles[t][0] as usize];
+            assert!((*p - a).dot(surface.normals[t]).abs() < 1e-12, "{name}: point {i} is off its triangle");
+        }
+        for p in dense(&surface, 0.1 * summary.covered) {
+            let apart = distance(p, &seeds.sites);
+            assert!(apart <= summary.covered * (1.0 + 1e-12), "{name} {count}: {apart}, {summary:?}");
+        }
+        if count >= 30 {
+            assert!(summary.covered < 1.05 * summary.radius, "{name} {count}: {summary:?}");
+            assert!(summary.added <= 3 + count / 50, "{name} {count}: {summary:?}");
+        }
+    }
+}
+
+#[test]
+fn a_seed_has_its_points() {
+    let surface = on(&sample("torus").unwrap());
+    let points = |seed| scattered(&surface, 250, seed).seeds.sites;
+    assert_eq!(points(1), points(1));
+    assert_ne!(points(1), points(2));
+}
+
+#[test]
+fn it_can_be_stopped() {
+    let surface = on(&sample("torus").unwrap());
+    let mut looks = 0;
+    let mut look = || {
+        looks += 1;
+        if looks > 3 { Err(Error::Cancelled) } else { Ok(()) }
+    };
+    assert!(matches!(disks(&surface, 500, 1, &mut look), Err(Error::Cancelled)));
+    assert_eq!(looks, 4);
+}

@@ -1,0 +1,194 @@
+//! `sizing/lengths` and `sizing/drift` against their definitions.
+
+use crate::reference::marks::Mark;
+use crate::reference::nearest::nearest;
+use crate::reference::octahedral::{pack, unpack};
+use crate::support::polygons::frame;
+use crate::support::{assert_valid, cloud, device, on_sphere, rng, rounded, upload};
+use glam::{DMat2, DVec2, DVec3, Vec4};
+use rand::RngExt;
+use rtfmesh::gpu::{Buffer, NONE};
+use rtfmesh::mesh::samples::sample;
+use rtfmesh::mesh::sizing::SizeField;
+use rtfmesh::stages::face::planar::PlanarInputs;
+use rtfmesh::stages::neighbours::lists::{ListOptions, Lists};
+use rtfmesh::stages::sizing::{DeviceSizes, Sizing};
+
+const RING: usize = 6;
+
+#[test]
+fn lengths_are_those_of_the_triangle_under_each_site() {
+    let mesh = sample("torus").unwrap();
+    let mut rng = rng(1);
+    let wished: Vec<f64> = mesh.vertices.iter().map(|_| rng.random_range(0.2..3.0)).collect();
+    let field = SizeField::new(mesh.clone(), wished);
+    let sizes = DeviceSizes::new(device(), &field).unwrap().unwrap();
+    for (n, workgroup) in [(0, None), (1, None), (63, Some(8)), (64, None), (65, None), (500, Some(16))] {
+        let under: Vec<u32> = (0..n).map(|_| rng.random_range(0..mesh.triangles.len() as u32)).collect();
+        let points: Vec<DVec3> = under
+            .iter()
+            .map(|t| {
+                let [a, b, c] = mesh.corners(*t as usize);
+                let [u, v]: [f64; 2] = std::array::from_fn(|_| rng.random_range(0.0..0.5));
+                a + u * (b - a) + v * (c - a)
+            })
+            .collect();
+        let points = rounded(&points);
+        let sites = upload("test.sites", &points);
+        let site_triangle = Buffer::from_slice(device(), "test.site_triangle", &under).unwrap();
+        let stage = Sizing::new(device(), n, false, workgroup).unwrap();
+        let mut recorder = device().recorder().unwrap();
+        stage.record_lengths(&mut recorder, &sizes, &sites, &site_triangle).unwrap();
+        recorder.submit().unwrap();
+        assert_valid(device());
+        for (i, got) in stage.lengths.to_vec(device()).unwrap().iter().enumerate() {
+            let want = field.at(points[i], under[i]);
+            assert!((f64::from(*got) - want).abs() < 1e-4, "{n} sites: site {i}: {got} instead of {want}");
+        }
+    }
+}
+
+#[test]
+fn a_uniform_field_takes_nothing_on_the_device() {
+    assert!(DeviceSizes::new(device(), &SizeField::default()).unwrap().is_none());
+}
+
+/// What `sizing/drift` reads of a site.
+struct Site {
+    at: DVec3,
+    normal: DVec3,
+    mark: Mark,
+    length: f64,
+}
+
+/// The shift of the target of `i`: the gradient that fits the logarithms of the lengths around best, times what makes the
+/// centroid of the density 1 / length⁴ in a hexagon of it, no longer than a quarter of the way to the neighbours. `None`
+/// where the neighbours are close to one line.
+fn drift(sites: &[Site], i: usize, near: &[u32]) -> Option<DVec3> {
+    let Site { at, normal, mark, length } = &sites[i];
+    let (u, v) = frame(*normal);
+    let (mut moments, mut sum, mut square, mut count) = (DMat2::ZERO, DVec2::ZERO, 0.0, 0.0);
+    for other in near.iter().take(RING).map(|j| &sites[*j as usize]) {
+        let same = other.mark == *mark || other.mark.is_pinned();
+        if !same || !(other.mark.counts_anywhere() || normal.dot(other.normal) > 0.0) {
+            continue;
+        }
+        let d = other.at - *at;
+        let flat = DVec2::new(d.dot(u), d.dot(v));
+        let weight = 1.0 / d.length_squared();
+        moments += weight * DMat2::from_cols(flat * flat.x, flat * flat.y);
+        sum += weight * (other.length / length).ln() * flat;
+        square += d.length_squared();
+        count += 1.0;
+    }
+    if count == 0.0 {
+        return Some(DVec3::ZERO);
+    }
+    if (moments.determinant() - 0.02 * count * count).abs() < 1e-4 * count * count {
+        return None;
+    }
+    if moments.determinant() < 0.02 * count * count {
+        return Some(DVec3::ZERO);
+    }
+    let mean_sq = square / count;
+    // The second moment of a unit hexagon over the square of twice its inner radius is 5 / 72, and the density falls by
+    // four times what the length grows.
+    let shift = -4.0 * 5.0 / 72.0 * mean_sq * (moments.inverse() * sum);
+    let shift = shift.clamp_length_max(0.25 * mean_sq.sqrt());
+    Some(shift.x * u + shift.y * v)
+}
+
+#[test]
+fn targets_drift_to_where_edges_are_to_be_short() {
+    const STEP: f64 = 0.02;
+    for (n, curves, workgroup) in [
+        (0, false, None),
+        (1, false, None),
+        (5, true, None),
+        (63, true, Some(8)),
+        (64, false, None),
+        (65, false, Some(16)),
+        (700, false, None),
+        (700, true, None),
+    ] {
+        let mut rng = rng(n as u64);
+        let (positions, normals) = on_sphere(n, 3);
+        let positions = rounded(&positions);
+        let sites: Vec<Site> = (0..n)
+            .map(|i| Site {
+                at: positions[i],
+                normal: unpack(pack(if i % 11 == 7 { -normals[i] } else { normals[i] })),
+                mark: match i % 10 {
+                    3 if curves => Mark::Pinned { direction: DVec3::X, quarters: 4, anywhere: i % 20 == 3 },
+                    _ if curves => Mark::Interior(u32::from(positions[i].z > 0.0)),
+                    _ => Mark::Interior(0),
+                },
+                length: f64::from(rng.random_range(0.5f32..2.0)),
+            })
+            .collect();
+        let near = nearest(&positions, &positions, RING, true);
+        let slots: Vec<u32> =
+            (0..RING).flat_map(|s| near.iter().map(move |l| l.get(s).copied().unwrap_or(NONE))).collect();
+        let offsets = cloud(n, 0.02, 4);
+        let centroids = rounded(&(0..n).map(|i| positions[i] + 0.5 * offsets[i]).collect::<Vec<_>>());
+        let wanted = rounded(&(0..n).map(|i| positions[i] + offsets[i]).collect::<Vec<_>>());
+        let words: Vec<Vec4> = sites.iter().map(|s| s.at.as_vec3().extend(s.mark.encode())).collect();
+        let packed: Vec<u32> = sites.iter().map(|s| pack(s.normal)).collect();
+        let lengths: Vec<f32> = sites.iter().map(|s| s.length as f32).collect();
+        let stage = Sizing::new(device(), n, curves, workgroup).unwrap();
+        let lists = Lists::new(device(), n, &ListOptions::new(RING as u32)).unwrap();
+        let on_device = Buffer::from_slice(device(), "test.sites", &words).unwrap();
+        let packed = Buffer::from_slice(device(), "test.normals", &packed).unwrap();
+        let slots = Buffer::from_slice(device(), "test.neighbours", &slots).unwrap();
+        let inputs = PlanarInputs { neighbours: &slots, ..PlanarInputs::new(&on_device, &packed, &lists) };
+        let (targets, centres) = (upload("test.targets", &wanted), upload("test.centroids", &centroids));
+        let mut recorder = device().recorder().unwrap();
+        recorder.upload(&stage.lengths, &lengths).unwrap();
+        stage.record_drift(&mut recorder, &inputs, (&targets, &centres), STEP as f32).unwrap();
+        recorder.submit().unwrap();
+        assert_valid(device());
+        let mut drifted = 0;
+        for (i, got) in targets.to_vec(device()).unwrap().iter().enumerate() {
+            let (site, to) = (&sites[i], got.truncate().as_dvec3());
+            if site.mark.is_pinned() {
+                assert_eq!(to, wanted[i], "curve site {i}");
+                continue;
+            }
+            // A neighbour square to the normal may count or not.
+            let close_call = near[i].iter().any(|j| sites[*j as usize].normal.dot(site.normal).abs() < 1e-4);
+            let Some(drift) = drift(&sites, i, &near[i]).filter(|_| !close_call) else { continue };
+            let want = site.at + (wanted[i] - site.at + drift).clamp_length_max(STEP * site.length);
+            assert!(to.distance(want) < 2e-6, "{n} sites: site {i}: {to} instead of {want}");
+            let step_sq = (centroids[i] + drift).distance_squared(site.at) / site.length.powi(2);
+            assert!((f64::from(got.w) - step_sq).abs() < 1e-5 * step_sq.max(1e-3), "site {i}: step");
+            drifted += usize::from(drift.length() > 1e-3);
+        }
+        assert!(n < 700 || drifted > 300, "{drifted} drifts");
+    }
+}
+
+/// What the drift stands for: the centroid of the density 1 / h⁴ in a hexagon, by sums over small squares.
+#[test]
+fn the_drift_is_the_way_to_the_centroid_of_the_density() {
+    let slope = DVec2::new(0.04, 0.03);
+    let (mut weights, mut sum) = (0.0, DVec2::ZERO);
+    let steps = 400;
+    for k in 0..steps * steps {
+        let p = DVec2::new(f64::from(k % steps), f64::from(k / steps)) / f64::from(steps) * 1.2 - 0.6;
+        let outside =
+            (0..6).any(|e| p.dot(DVec2::from_angle(f64::from(e) * std::f64::consts::FRAC_PI_3)) > 0.5);
+        if outside {
+            continue;
+        }
+        // Neighbours are at distance 1, and edges there are to be as long as 1 + slope · p.
+        let density = (1.0 + slope.dot(p)).powi(-4);
+        weights += density;
+        sum += density * p;
+    }
+    let expected = -4.0 * 5.0 / 72.0 * slope;
+    assert!(
+        (sum / weights - expected).length() < 0.02 * expected.length(),
+        "{} and {expected}",
+        sum / weights
+    );
+}

@@ -1,0 +1,89 @@
+//! What GPU tests share: one validated device, point sets, and conversions.
+
+pub mod generators;
+pub mod polygons;
+pub mod shapes;
+
+use glam::{DVec3, Vec4};
+use rand::{RngExt, SeedableRng};
+use rand_pcg::Pcg64Mcg;
+use rtfmesh::gpu::{Buffer, Device, DeviceOptions, NONE};
+use std::hash::{DefaultHasher, Hash, Hasher};
+use std::path::Path;
+use std::sync::OnceLock;
+
+/// The device of the whole test binary, under core and synchronization validation. A machine without Vulkan fails.
+pub fn device() -> &'static Device {
+    static DEVICE: OnceLock<Device> = OnceLock::new();
+    DEVICE.get_or_init(|| {
+        let options = DeviceOptions { validation: true, timings: true, ..DeviceOptions::from_env() };
+        Device::open(&options).expect("tests need a Vulkan device with validation layers: run ci/setup.sh")
+    })
+}
+
+/// Fails if the validation layers said anything so far.
+pub fn assert_valid(device: &Device) {
+    let messages = device.take_validation_messages();
+    assert!(messages.is_empty(), "validation: {}", messages.join("\n"));
+}
+
+/// Leaves a GLB file for ci/gltf.sh to check.
+pub fn leave_glb(bytes: &[u8]) {
+    let mut hasher = DefaultHasher::new();
+    bytes.hash(&mut hasher);
+    let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join("gltf");
+    std::fs::create_dir_all(&folder).unwrap();
+    std::fs::write(folder.join(format!("{:016x}.glb", hasher.finish())), bytes).unwrap();
+}
+
+pub fn vec4(points: &[DVec3]) -> Vec<Vec4> {
+    points.iter().map(|p| p.as_vec3().extend(0.0)).collect()
+}
+
+pub fn upload(name: &str, points: &[DVec3]) -> Buffer<Vec4> {
+    Buffer::from_slice(device(), name, &vec4(points)).unwrap()
+}
+
+/// The points as the device sees them: rounded to f32.
+pub fn rounded(points: &[DVec3]) -> Vec<DVec3> {
+    points.iter().map(|p| p.as_vec3().as_dvec3()).collect()
+}
+
+/// One list a query from `values[slot * queries + query]`, up to the first NONE.
+pub fn lists(values: &[u32], queries: usize) -> Vec<Vec<u32>> {
+    let k = values.len().checked_div(queries).unwrap_or(0);
+    (0..queries)
+        .map(|q| (0..k).map(|s| values[s * queries + q]).take_while(|v| *v != NONE).collect())
+        .collect()
+}
+
+pub fn rng(seed: u64) -> Pcg64Mcg {
+    Pcg64Mcg::seed_from_u64(seed)
+}
+
+/// Uniform in the cube of edge `size` around the origin.
+pub fn cloud(count: usize, size: f64, seed: u64) -> Vec<DVec3> {
+    let mut rng = rng(seed);
+    (0..count)
+        .map(|_| DVec3::from_array(std::array::from_fn(|_| size * (rng.random::<f64>() - 0.5))))
+        .collect()
+}
+
+/// Evenly scattered on a sphere of radius 0.4, with the outward normals.
+pub fn on_sphere(count: usize, seed: u64) -> (Vec<DVec3>, Vec<DVec3>) {
+    let mut rng = rng(seed);
+    let normals: Vec<DVec3> = std::iter::repeat_with(|| {
+        DVec3::from_array(std::array::from_fn(|_| 2.0 * rng.random::<f64>() - 1.0))
+    })
+    .filter(|p| (0.01..=1.0).contains(&p.length_squared()))
+    .map(DVec3::normalize)
+    .take(count)
+    .collect();
+    (normals.iter().map(|n| *n * 0.4).collect(), normals)
+}
+
+/// Integer coordinates: distances are exact in f32 and full of ties.
+pub fn lattice(side: usize) -> Vec<DVec3> {
+    let at = |i: usize| DVec3::new((i % side) as f64, (i / side % side) as f64, (i / side / side) as f64);
+    (0..side * side * side).map(at).collect()
+}
