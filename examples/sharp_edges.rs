@@ -2,7 +2,7 @@
 
 use rtfmesh::io::FeatureLine;
 use rtfmesh::mesh::samples::sample;
-use rtfmesh::{Device, DeviceOptions, Features, Options, remesh};
+use rtfmesh::{Device, DeviceOptions, FeatureLines, Options, remesh};
 
 fn main() -> Result<(), Box<dyn std::error::Error>> {
     let part = sample("box")?;
@@ -10,7 +10,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     let points = part.triangles[0][..2].iter().map(|v| part.vertices[*v as usize]).collect();
     let options = Options {
         feature_angle: 30.0,
-        features: Some(Features { file: None, lines: vec![FeatureLine { line: 1, points }] }),
+        features: Some(FeatureLines { file: None, lines: vec![FeatureLine { line: 1, points }] }),
         ..Options::new(2000)
     };
     let device = Device::open(&DeviceOptions::from_env())?;

@@ -33,11 +33,11 @@ pub use mesh::correspondence::{Source, SurfacePoint, Traced};
 pub use options::all_at_once::{Face, Neighbours, Normals, Projection, Seeding};
 pub use options::target_count::{Length, Size};
 pub use options::{
-    Centroid, Features, MAX_GRADATION, MAX_GROWTH, MAX_ITERATIONS, MAX_LBFGS, MAX_NEIGHBOURS, MAX_OFFSET,
+    Centroid, FeatureLines, MAX_GRADATION, MAX_GROWTH, MAX_ITERATIONS, MAX_LBFGS, MAX_NEIGHBOURS, MAX_OFFSET,
     MeasureDepth, Method, Options, Quality, Shortage, Sizing,
 };
 pub use pipeline::{
-    ExactSummary, PhaseTime, Preview, PreviewLevel, Remeshed, RunTimings, SkeletonSummary, Summary, preview,
+    ExactSummary, FeatureSummary, PhaseTime, Preview, PreviewLevel, Remeshed, RunTimings, Summary, preview,
     preview_repaired, remesh, remesh_repaired,
 };
 pub use progress::{Flow, Phase, Progress};

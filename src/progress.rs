@@ -23,7 +23,7 @@ pub enum Phase {
     /// Bringing its faces close to the surface.
     Fit,
     /// Bringing the places close that the fit leaves.
-    Spots,
+    Outliers,
     /// Looking for faces that run through others.
     Check,
     /// Measuring the result.
@@ -39,7 +39,7 @@ impl Phase {
             Self::LastLevel => "last level",
             Self::Polish => "polish",
             Self::Fit => "fit",
-            Self::Spots => "spots",
+            Self::Outliers => "spots",
             Self::Check => "check",
             Self::Measure => "measure",
         }
@@ -161,7 +161,7 @@ impl<'a> Watch<'a> {
         self.look()
     }
 
-    /// Looks whether to stop, within the phase.
+    /// Materials whether to stop, within the phase.
     ///
     /// # Errors
     /// As [`Watch::done`].

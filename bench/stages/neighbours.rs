@@ -6,7 +6,8 @@ use crate::iteration::LIST;
 use crate::results::Row;
 use anyhow::{Result, ensure};
 use glam::{DVec3, Vec4};
-use rtfmesh::gpu::{Buffer, NONE};
+use rtfmesh::gpu::Buffer;
+use rtfmesh::mesh::NONE;
 use rtfmesh::stages::face::planar::NEAR;
 use rtfmesh::stages::normals::SmoothNormals;
 

@@ -49,7 +49,11 @@ pub fn input_name(path: &Path) -> &Path {
 
 fn load(path: &Path, declared: Option<Encoding>, with_looks: bool) -> rtfmesh::Result<Loaded> {
     if !is_standard(path) {
-        return if with_looks { io::read_with_looks(path, declared) } else { io::read_as(path, declared) };
+        return if with_looks {
+            io::read_with_materials(path, declared)
+        } else {
+            io::read_as(path, declared)
+        };
     }
     let mut bytes = Vec::new();
     let unreadable = |error: std::io::Error| {

@@ -6,7 +6,7 @@ use anyhow::Result;
 use rtfmesh::Error;
 use rtfmesh::io;
 use rtfmesh::mesh::features::{
-    Curve, CurveKind, Dropped, Skeleton, SkeletonOptions, skeleton, spacing_of, user_edges,
+    Curve, CurveKind, Dropped, FeatureOptions, Features, find_features, spacing_of, user_edges,
 };
 use rtfmesh::mesh::repair::{RepairCounts, repair};
 use rtfmesh::mesh::topology::{Topology, topology};
@@ -28,7 +28,7 @@ pub struct Args {
     #[command(flatten)]
     input_format: InputFormat,
     /// Edges where the surface turns by at least this angle are sharp; 180: none
-    #[arg(long, value_name = "DEGREES", default_value_t = SkeletonOptions::FEATURE_ANGLE)]
+    #[arg(long, value_name = "DEGREES", default_value_t = FeatureOptions::FEATURE_ANGLE)]
     feature_angle: f64,
     /// OBJ file with lines along edges that are curves as well
     #[arg(long, value_name = "FILE.obj")]
@@ -94,8 +94,8 @@ pub fn run(args: &Args) -> Result<()> {
     let lines = args.features.as_ref().map(|path| io::read_lines(path)).transpose()?.unwrap_or_default();
     let user_edges =
         user_edges(&mesh, &lines).map_err(|e| e.in_file(args.features.as_deref().unwrap_or(name)))?;
-    let options = SkeletonOptions { feature_angle: args.feature_angle, spacing, user_edges };
-    let found = skeleton(&mesh, &options).map_err(|e| e.in_file(name))?;
+    let options = FeatureOptions { feature_angle: args.feature_angle, spacing, user_edges };
+    let found = find_features(&mesh, &options).map_err(|e| e.in_file(name))?;
     let inspection = Inspection {
         notes: &loaded.notes,
         attributes: loaded.attributes.listed(),
@@ -115,7 +115,7 @@ pub fn run(args: &Args) -> Result<()> {
     print(&if args.json { to_json(&inspection)? } else { table::two_columns(rows(&inspection)) })
 }
 
-fn kinds(found: &Skeleton) -> Vec<Kind> {
+fn kinds(found: &Features) -> Vec<Kind> {
     let kind = |(kind, curves): (CurveKind, Vec<&Curve>)| Kind {
         kind: kind.name(),
         curves: curves.len(),

@@ -5,7 +5,7 @@ use super::sizing::SizingArgs;
 use rtfmesh::io;
 use rtfmesh::mesh::attributes::Attributes;
 use rtfmesh::{
-    Centroid, Device, DeviceOptions, Error, Face, Features, MeasureDepth, Method, Normals, Options,
+    Centroid, Device, DeviceOptions, Error, Face, FeatureLines, MeasureDepth, Method, Normals, Options,
     Projection, Quality, Shortage, Size,
 };
 use std::path::{Path, PathBuf};
@@ -254,9 +254,9 @@ impl MethodArgs {
     ///
     /// # Errors
     /// [`Error::Input`] if it has no lines.
-    pub fn read_features(&self) -> rtfmesh::Result<Option<Features>> {
+    pub fn read_features(&self) -> rtfmesh::Result<Option<FeatureLines>> {
         let Some(path) = &self.features else { return Ok(None) };
-        Ok(Some(Features { file: Some(path.clone()), lines: io::read_lines(path)? }))
+        Ok(Some(FeatureLines { file: Some(path.clone()), lines: io::read_lines(path)? }))
     }
 }
 

@@ -6,7 +6,7 @@ use super::tell;
 use anyhow::Result;
 use glam::DVec3;
 use rtfmesh::io;
-use rtfmesh::mesh::features::{Curve, SkeletonOptions, skeleton, spacing_of};
+use rtfmesh::mesh::features::{Curve, FeatureOptions, find_features, spacing_of};
 use rtfmesh::picture::{Panel, PictureOptions, View, distance_colours, png, quality_colours};
 use rtfmesh::{Error, TriMesh};
 use std::path::{Path, PathBuf};
@@ -146,7 +146,7 @@ fn refuse_overwriting(args: &Args) -> rtfmesh::Result<()> {
 
 /// The sharp and open edges, as lines.
 fn curves(mesh: &TriMesh) -> rtfmesh::Result<Vec<[DVec3; 2]>> {
-    let found = skeleton(mesh, &SkeletonOptions::new(spacing_of(mesh, mesh.vertices.len())?))?;
+    let found = find_features(mesh, &FeatureOptions::new(spacing_of(mesh, mesh.vertices.len())?))?;
     let ends = found.curves.iter().flat_map(Curve::edge_ends);
     Ok(ends.map(|pair| pair.map(|v| mesh.vertices[v as usize])).collect())
 }

@@ -96,7 +96,7 @@ impl Device {
 
     /// Messages of the validation layers since the last call; always empty without [`DeviceOptions::validation`].
     pub fn take_validation_messages(&self) -> Vec<String> {
-        std::mem::take(&mut *locked(&self.shared.instance.messages))
+        std::mem::take(&mut *fixed(&self.shared.instance.messages))
     }
 
     /// Where the messages go, also those about what is left when the device goes.
@@ -107,7 +107,7 @@ impl Device {
 
     /// All dispatches and copies since the last call, by name, with their time if [`DeviceOptions::timings`] asks for it.
     pub fn take_timings(&self) -> Vec<StageTime> {
-        std::mem::take(&mut *locked(&self.shared.timings)).into_list()
+        std::mem::take(&mut *fixed(&self.shared.timings)).into_list()
     }
 
     /// Bytes of its own memory that the device has for this program: the least of its size, of what other programs leave of
@@ -124,7 +124,7 @@ impl Device {
 }
 
 /// A lock that a panic elsewhere cannot poison: the guarded values are valid after every single operation.
-pub(super) fn locked<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
+pub(super) fn fixed<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
     mutex.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
@@ -204,7 +204,7 @@ impl Shared {
     }
 
     pub fn allocator(&self) -> MutexGuard<'_, Allocator> {
-        locked(&self.allocator)
+        fixed(&self.allocator)
     }
 
     /// What the driver lets this program take of the device's largest own heap; without word from it, no limit.

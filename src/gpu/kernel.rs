@@ -1,7 +1,7 @@
 //! What a kernel is to Rust, and its compiled pipeline.
 
 use super::buffer::RawBuffer;
-use super::device::{Device, Shared, locked};
+use super::device::{Device, Shared, fixed};
 use super::vk_error;
 use crate::{Error, Result};
 use ash::vk;
@@ -87,7 +87,7 @@ impl<K: Kernel> Pipeline<K> {
     /// [`Error::Device`] if the workgroup is larger than the device's limit or the driver refuses the kernel.
     pub fn new(device: &Device, constants: K::Constants) -> Result<Self> {
         let key = (K::INFO.name, constants.values());
-        let place = locked(&device.pipelines).entry(key.clone()).or_default().clone();
+        let place = fixed(&device.pipelines).entry(key.clone()).or_default().clone();
         // Not under the lock, so that threads can compile different kernels at the same time.
         let made = place.get_or_init(|| {
             let push_bytes = size_of::<K::Push>() as u32;
@@ -97,7 +97,7 @@ impl<K: Kernel> Pipeline<K> {
             Ok(raw) => Ok(Self { raw: raw.clone(), kernel: PhantomData }),
             Err(error) => {
                 // Later there may be enough memory.
-                locked(&device.pipelines).remove(&key);
+                fixed(&device.pipelines).remove(&key);
                 Err(error.clone())
             }
         }

@@ -27,9 +27,6 @@ pub use timer::StageTime;
 use crate::Error;
 use ash::vk;
 
-/// The index that means no site (glsl/common/threads.glsl).
-pub const NONE: u32 = u32::MAX;
-
 /// A failed Vulkan call as an [`Error`], with what was being done.
 fn vk_error(what: &str, result: vk::Result) -> Error {
     match result {

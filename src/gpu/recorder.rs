@@ -2,7 +2,7 @@
 
 use super::barriers::{Barrier, Hazards, Stage};
 use super::buffer::{Buffer, RawBuffer};
-use super::device::{Device, Shared, locked};
+use super::device::{Device, Shared, fixed};
 use super::kernel::{Access, BindingSet, Kernel, Pipeline, RawPipeline};
 use super::vk_error;
 use crate::{Error, Result};
@@ -287,7 +287,7 @@ impl Recorder {
             .dst_access_mask(vk::AccessFlags::HOST_READ);
         let commands = [self.commands];
         let submit = [vk::SubmitInfo::default().command_buffers(&commands)];
-        // SAFETY: recording is on; the queue is locked during the submission as Vulkan demands; the fence outlives
+        // SAFETY: recording is on; the queue is fixed during the submission as Vulkan demands; the fence outlives
         // the wait, and so does all that the commands use, unless `stopped` says that the device is done with it.
         unsafe {
             raw.cmd_pipeline_barrier(
@@ -301,7 +301,7 @@ impl Recorder {
             );
             raw.end_command_buffer(self.commands).map_err(failed)?;
             let fence = raw.create_fence(&vk::FenceCreateInfo::default(), None).map_err(failed)?;
-            let sent = raw.queue_submit(*locked(&self.shared.queue), &submit, fence);
+            let sent = raw.queue_submit(*fixed(&self.shared.queue), &submit, fence);
             let done = sent.and_then(|()| {
                 let waited = raw.wait_for_fences(&[fence], true, u64::MAX);
                 self.running = waited.is_err_and(|error| !self.stopped(error));
@@ -320,8 +320,8 @@ impl Recorder {
     fn stopped(&self, error: vk::Result) -> bool {
         // Vulkan counts the work of a lost device as done; else the wait itself failed, and the work goes on.
         error == vk::Result::ERROR_DEVICE_LOST || {
-            let _queue = locked(&self.shared.queue);
-            // SAFETY: the device is alive, and its queue locked as Vulkan demands.
+            let _queue = fixed(&self.shared.queue);
+            // SAFETY: the device is alive, and its queue fixed as Vulkan demands.
             let idle = unsafe { self.shared.raw.device_wait_idle() };
             matches!(idle, Ok(()) | Err(vk::Result::ERROR_DEVICE_LOST))
         }
@@ -414,7 +414,7 @@ impl Recorder {
 
     fn collect_times(&mut self) -> Result<()> {
         let (mask, tick) = (self.shared.timestamp_mask, f64::from(self.shared.info.limits.timestamp_ns));
-        let mut timings = locked(&self.shared.timings);
+        let mut timings = fixed(&self.shared.timings);
         for (chunk, names) in self.names.chunks(TIMED_PER_POOL as usize).enumerate() {
             let mut ticks = vec![0_u64; 2 * names.len()];
             if let Some(&pool) = self.query_pools.get(chunk) {

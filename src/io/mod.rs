@@ -66,7 +66,7 @@ pub fn read_as(path: &Path, declared: Option<Encoding>) -> Result<Loaded> {
 /// # Errors
 ///
 /// See [`read()`]; also pictures of more than 256 MiB together.
-pub fn read_with_looks(path: &Path, declared: Option<Encoding>) -> Result<Loaded> {
+pub fn read_with_materials(path: &Path, declared: Option<Encoding>) -> Result<Loaded> {
     read_file(path, declared, true)
 }
 
@@ -89,11 +89,11 @@ pub fn read_bytes(bytes: &[u8], declared: Option<Encoding>) -> Result<Loaded> {
     decode(bytes, declared, None, false)
 }
 
-/// As [`read_bytes`], with the looks of materials as [`read_with_looks`] has them.
+/// As [`read_bytes`], with the looks of materials as [`read_with_materials`] has them.
 ///
 /// # Errors
 ///
-/// See [`read_bytes`] and [`read_with_looks`].
+/// See [`read_bytes`] and [`read_with_materials`].
 pub fn read_bytes_with_looks(bytes: &[u8], declared: Option<Encoding>) -> Result<Loaded> {
     decode(bytes, declared, None, true)
 }

@@ -11,7 +11,7 @@ use super::TriMesh;
 use super::bvh::Bvh;
 use super::repair::Repaired;
 use super::triangle::closest_on_triangle;
-use super::unit_frame::Frame;
+use super::unit_frame::UnitFrame;
 use crate::Result;
 use crate::progress::heed;
 
@@ -70,7 +70,7 @@ impl SurfacePoint {
 /// Finds where `output`, as far as it is asked for, lies on `input`, which `repaired` was made from.
 ///
 /// # Errors
-/// [`crate::Error::Input`]: see [`Frame::of`].
+/// [`crate::Error::Input`]: see [`UnitFrame::of`].
 pub fn trace(input: &TriMesh, repaired: &Repaired, output: &TriMesh, asked: Traced) -> Result<Source> {
     trace_until((input, repaired), output, asked, None, &AtomicBool::new(false))
 }
@@ -84,7 +84,7 @@ pub(crate) fn trace_until(
     searched: Option<Search>,
     stop: &AtomicBool,
 ) -> Result<Source> {
-    let frame = Frame::of(&repaired.mesh)?;
+    let frame = UnitFrame::of(&repaired.mesh)?;
     let unit = |mesh: &TriMesh| TriMesh {
         vertices: mesh.vertices.iter().map(|p| frame.to_unit(*p)).collect(),
         triangles: mesh.triangles.clone(),

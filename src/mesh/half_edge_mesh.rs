@@ -1,14 +1,12 @@
 //! Who is beside whom: the half-edges of a mesh with their twins, kept up to date by flips.
 
+use super::NONE;
 use glam::DVec3;
 use rayon::prelude::*;
 
-/// No half-edge.
-pub(crate) const NONE: u32 = u32::MAX;
-
 /// What may happen at a vertex.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(crate) enum Kind {
+pub(crate) enum VertexKind {
     /// Its triangles form one closed fan.
     Inner,
     /// Its triangles form one open fan.
@@ -19,13 +17,13 @@ pub(crate) enum Kind {
 
 /// The half-edges of a mesh. Half-edge `3 * t + k` goes from corner `k` of triangle `t` to the next corner.
 #[derive(Debug, Clone)]
-pub(crate) struct Links {
+pub(crate) struct HalfEdgeMesh {
     pub(crate) triangles: Vec<[u32; 3]>,
     /// The half-edge on the other side; [`NONE`] where there is not exactly one, in the opposite direction.
     twin: Vec<u32>,
-    /// A half-edge that leaves the vertex; at a boundary the one from which [`Links::ring`] reaches all.
+    /// A half-edge that leaves the vertex; at a boundary the one from which [`HalfEdgeMesh::ring`] reaches all.
     first: Vec<u32>,
-    kind: Vec<Kind>,
+    kind: Vec<VertexKind>,
     /// Edges at the vertex; right unless it is irregular.
     valence: Vec<u32>,
     /// The patch of each triangle; empty if there is but one.
@@ -42,8 +40,8 @@ pub(crate) fn previous(h: u32) -> u32 {
     if h.is_multiple_of(3) { h + 2 } else { h - 1 }
 }
 
-impl Links {
-    /// Links `triangles` over `vertices` vertices; `patches` has the patch of each triangle, or nothing. Panics if an
+impl HalfEdgeMesh {
+    /// HalfEdgeMesh `triangles` over `vertices` vertices; `patches` has the patch of each triangle, or nothing. Panics if an
     /// index is out of range.
     pub(crate) fn new(triangles: Vec<[u32; 3]>, vertices: usize, patches: &[u32]) -> Self {
         let twin = twins(&triangles);
@@ -51,7 +49,7 @@ impl Links {
             triangles,
             twin,
             first: vec![NONE; vertices],
-            kind: vec![Kind::Irregular; vertices],
+            kind: vec![VertexKind::Irregular; vertices],
             valence: vec![0; vertices],
             patches: patches.to_vec(),
         };
@@ -84,7 +82,7 @@ impl Links {
             if reached < leaving || (h != NONE && h != first) {
                 continue;
             }
-            self.kind[v] = if h == NONE { Kind::Boundary } else { Kind::Inner };
+            self.kind[v] = if h == NONE { VertexKind::Boundary } else { VertexKind::Inner };
             self.valence[v] = leaving + u32::from(h == NONE);
         }
     }
@@ -100,7 +98,7 @@ impl Links {
         if first == NONE { 0 } else { self.patch(first / 3) }
     }
 
-    pub(crate) fn kind(&self, v: u32) -> Kind {
+    pub(crate) fn kind(&self, v: u32) -> VertexKind {
         self.kind[v as usize]
     }
 
@@ -125,7 +123,7 @@ impl Links {
 
     /// The half-edges that leave a vertex, counter-clockwise; none of an irregular one.
     pub(crate) fn ring(&self, v: u32) -> Ring<'_> {
-        let first = if self.kind(v) == Kind::Irregular { NONE } else { self.first[v as usize] };
+        let first = if self.kind(v) == VertexKind::Irregular { NONE } else { self.first[v as usize] };
         Ring { links: self, first, at: first }
     }
 
@@ -185,7 +183,7 @@ impl Links {
 
 /// The half-edges that leave a vertex.
 pub(crate) struct Ring<'a> {
-    links: &'a Links,
+    links: &'a HalfEdgeMesh,
     first: u32,
     at: u32,
 }

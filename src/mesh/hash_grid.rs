@@ -4,12 +4,12 @@ use glam::{DVec3, IVec3};
 use std::collections::HashMap;
 
 /// Points in cubes.
-pub(crate) struct Grid {
+pub(crate) struct HashGrid {
     side: f64,
     cubes: HashMap<IVec3, Vec<DVec3>>,
 }
 
-impl Grid {
+impl HashGrid {
     pub fn new(side: f64, points: &[DVec3]) -> Self {
         let mut grid = Self { side, cubes: HashMap::new() };
         points.iter().for_each(|p| grid.insert(*p));

@@ -6,7 +6,7 @@ use glam::DVec3;
 const LEAF: usize = 8;
 
 /// A balanced tree of planes over points; any points will do, also many on one spot.
-pub struct PointTree<'a> {
+pub struct KdTree<'a> {
     points: &'a [DVec3],
     /// Indices; every range of a node is halved by the median of its widest axis.
     order: Vec<u32>,
@@ -14,7 +14,7 @@ pub struct PointTree<'a> {
     planes: Vec<(usize, f64)>,
 }
 
-impl<'a> PointTree<'a> {
+impl<'a> KdTree<'a> {
     /// Of finite points.
     pub fn new(points: &'a [DVec3]) -> Self {
         let mut tree = Self {
@@ -111,7 +111,7 @@ mod tests {
             // On a grid: many ties, many on one spot.
             let mut point = || DVec3::from_array(std::array::from_fn(|_| f64::from(rng.random_range(0..6))));
             let points: Vec<DVec3> = (0..count).map(|_| point()).collect();
-            let tree = PointTree::new(&points);
+            let tree = KdTree::new(&points);
             for _ in 0..50 {
                 let p = point() + 0.25;
                 let far = |i: &usize| points[*i].distance_squared(p);

@@ -23,6 +23,9 @@ pub mod unit_frame;
 
 use glam::DVec3;
 
+/// The index that stands for none: no vertex, half-edge, triangle or site. The kernels have the same.
+pub const NONE: u32 = u32::MAX;
+
 /// An indexed triangle mesh in the units of its file.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct TriMesh {

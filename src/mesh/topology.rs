@@ -4,7 +4,7 @@ use rayon::slice::ParallelSliceMut;
 use serde::Serialize;
 
 use super::TriMesh;
-use super::half_edges::{EdgeTable, Side};
+use super::half_edges::{EdgeTable, HalfEdge};
 
 /// The topology of a mesh as its index list has it; positions play no part.
 ///
@@ -113,7 +113,7 @@ struct EdgeCounts {
 }
 
 impl EdgeCounts {
-    fn add(&mut self, mesh: &TriMesh, edge: &[Side]) {
+    fn add(&mut self, mesh: &TriMesh, edge: &[HalfEdge]) {
         let corners = mesh.triangles.as_flattened();
         let low = edge[0].ends().0;
         let upward = edge.iter().filter(|side| corners[side.corners().0] == low).count();
@@ -125,10 +125,10 @@ impl EdgeCounts {
 }
 
 /// Joins, at either end of an edge, the corners of the faces that meet there.
-fn join_fans(mesh: &TriMesh, edge: &[Side], fans: &mut Partition) {
+fn join_fans(mesh: &TriMesh, edge: &[HalfEdge], fans: &mut Partition) {
     let corners = mesh.triangles.as_flattened();
     let low = edge[0].ends().0;
-    let at_ends = |side: &Side| {
+    let at_ends = |side: &HalfEdge| {
         let (from, to) = side.corners();
         if corners[from] == low { (from, to) } else { (to, from) }
     };

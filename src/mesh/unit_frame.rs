@@ -7,7 +7,7 @@ use crate::{Error, Result};
 
 /// Maps a bounding box to centre 0 and diagonal 1, and back.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Frame {
+pub struct UnitFrame {
     /// Centre of the bounding box, in the file's units.
     pub centre: DVec3,
     /// Diagonal of the bounding box, in the file's units; finite and above 0.
@@ -19,7 +19,7 @@ pub(crate) fn decimals(diagonal: f64) -> usize {
     (4.0 - diagonal.log10().floor()).clamp(0.0, 300.0) as usize
 }
 
-impl Frame {
+impl UnitFrame {
     /// The frame of all vertices of `mesh`, used by a face or not.
     ///
     /// # Errors

@@ -5,7 +5,7 @@ pub(crate) mod target_count;
 
 use crate::io::FeatureLine;
 use crate::mesh::correspondence::Traced;
-use crate::mesh::features::SkeletonOptions;
+use crate::mesh::features::FeatureOptions;
 use crate::mesh::repair::RepairOptions;
 use crate::{Error, Result};
 
@@ -96,7 +96,7 @@ pub enum Sizing {
 
 /// A user's lines along edges of the input.
 #[derive(Debug, Clone, PartialEq, Default, Serialize)]
-pub struct Features {
+pub struct FeatureLines {
     /// Where they come from, for errors.
     pub file: Option<PathBuf>,
     /// The lines; reports have their number.
@@ -141,7 +141,7 @@ pub struct Options {
     /// 180, which is none.
     pub feature_angle: f64,
     /// Coarse to fine only: lines along edges of the input that are held as well.
-    pub features: Option<Features>,
+    pub features: Option<FeatureLines>,
     /// Vertices of the input closer than this share of its bounding box's diagonal become one; 0 to below 1, 0 for exact
     /// duplicates only.
     pub weld: f64,
@@ -255,7 +255,7 @@ impl Options {
             coarse_iterations: 0,
             polish_rounds: 0,
             fit: false,
-            feature_angle: SkeletonOptions::FEATURE_ANGLE,
+            feature_angle: FeatureOptions::FEATURE_ANGLE,
             features: None,
             weld: 0.0,
             min_component: 0.0,

@@ -1,7 +1,7 @@
 //! Ways to say how many vertices a result shall have.
 
 use crate::mesh::features::spacing_of;
-use crate::mesh::unit_frame::Frame;
+use crate::mesh::unit_frame::UnitFrame;
 use crate::{Error, Result, TriMesh};
 use serde::Serialize;
 
@@ -76,7 +76,7 @@ impl Size {
             Self::AsInput => input.vertices.len() as f64,
             Self::Ratio(ratio) => ratio * input.vertices.len() as f64,
             Self::EdgeLength(length) => at_length(length)?,
-            Self::RelativeEdgeLength(share) => at_length(share * Frame::of(input)?.scale)?,
+            Self::RelativeEdgeLength(share) => at_length(share * UnitFrame::of(input)?.scale)?,
         };
         if wanted >= f64::from(u32::MAX) {
             return Err(Error::usage(

@@ -1,6 +1,6 @@
 //! From where a mesh is seen.
 
-use crate::mesh::unit_frame::Frame;
+use crate::mesh::unit_frame::UnitFrame;
 use crate::{Result, TriMesh};
 use glam::{DMat3, DVec3};
 
@@ -30,7 +30,7 @@ impl Default for View {
 
 /// Turns points into places on a panel.
 pub(super) struct Camera {
-    frame: Frame,
+    frame: UnitFrame,
     turn: DMat3,
     /// Of a ball around the mesh in the unit-diagonal frame.
     radius: f64,
@@ -54,7 +54,7 @@ impl Camera {
     /// # Errors
     /// [`crate::Error::Input`] for a mesh without a size.
     pub fn around(mesh: &TriMesh, view: &View, size: [u32; 2]) -> Result<Self> {
-        let frame = Frame::of(mesh)?;
+        let frame = UnitFrame::of(mesh)?;
         let radius =
             mesh.vertices.iter().map(|v| frame.to_unit(*v).length()).fold(f64::MIN_POSITIVE, f64::max);
         let upright =

@@ -12,7 +12,7 @@ mod submission;
 use crate::gpu::{Device, StageTime};
 use crate::measure::{Crossing, Measures, measure_some};
 use crate::mesh::correspondence::{Search, Source, Traced, trace_until};
-use crate::mesh::features::Skeleton;
+use crate::mesh::features::Features;
 use crate::mesh::intersections::intersecting_faces_until;
 use crate::mesh::repair::{RepairCounts, Repaired};
 use crate::mesh::spacing;
@@ -95,7 +95,7 @@ pub struct Summary {
     pub energy: Option<Energy>,
     /// What was held of sharp and open edges; `None` but with [`crate::Method::CoarseToFine`], which alone looks
     /// for them.
-    pub skeleton: Option<SkeletonSummary>,
+    pub skeleton: Option<FeatureSummary>,
     /// What could not be done; empty for a valid result.
     pub warnings: Vec<String>,
     /// Where the time went.
@@ -104,7 +104,7 @@ pub struct Summary {
 
 /// Sharp and open edges of the input, and the sites that hold them.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize)]
-pub struct SkeletonSummary {
+pub struct FeatureSummary {
     /// Chains of sharp, open and other edges that are held.
     pub curves: usize,
     /// Vertices where curves end, branch or turn.
@@ -115,8 +115,8 @@ pub struct SkeletonSummary {
     pub curve_sites: usize,
 }
 
-impl SkeletonSummary {
-    fn of(skeleton: &Skeleton) -> Self {
+impl FeatureSummary {
+    fn of(skeleton: &Features) -> Self {
         Self {
             curves: skeleton.curves.len(),
             corners: skeleton.corners.len(),
@@ -253,7 +253,7 @@ fn watched(
         exact: connection.exact,
         disks: connection.disks.map(|found| found.scaled(frame.scale)),
         energy,
-        skeleton: skeleton.map(|found| SkeletonSummary { curve_sites, ..found }),
+        skeleton: skeleton.map(|found| FeatureSummary { curve_sites, ..found }),
         timings: clock.timings(device),
     };
     Ok(Remeshed { mesh: result, source, summary })

@@ -3,19 +3,19 @@
 use super::coarse_to_fine::Ground;
 use super::coarse_to_fine::attempts::has_own_curves;
 use super::coarse_to_fine::level::{LIST, Level};
-use super::coarse_to_fine::size_field::{SizeWish, size_field};
+use super::coarse_to_fine::size_field::{SizeRequest, size_field};
 use super::collapse::Wish;
 use super::collapse::components::{Divided, Parts, extract};
 use super::preview::device_bytes;
 use crate::gpu::Device;
 use crate::gpu::kernels::face::cell;
 use crate::mesh::correspondence::{Search, Traced, half_edges_after, vertex_values_after};
-use crate::mesh::features::{SkeletonOptions, spacing_of, user_edges};
+use crate::mesh::features::{FeatureOptions, spacing_of, user_edges};
 use crate::mesh::repair::{Repaired, repair_with};
 use crate::mesh::spacing;
 use crate::mesh::subdivide::{halved_count, halved_until};
 use crate::mesh::topology::{Topology, topology};
-use crate::mesh::unit_frame::Frame;
+use crate::mesh::unit_frame::UnitFrame;
 use crate::options::all_at_once::{Face, listed, looks_for_vertices};
 use crate::options::{Method, Options, Shortage, Sizing};
 use crate::progress::heed;
@@ -35,7 +35,7 @@ const MOST_HALVED: usize = 16;
 /// The input, ready for a run.
 pub(crate) struct Prepared {
     pub repaired: Repaired,
-    pub frame: Frame,
+    pub frame: UnitFrame,
     /// Topology of the repaired input.
     pub input: Topology,
     /// Components too small for cells, done, in the unit-diagonal frame.
@@ -62,7 +62,7 @@ impl Prepared {
     ) -> Result<Self> {
         let repaired = cleaned(mesh, repaired, options)?;
         heed(stop)?;
-        let frame = Frame::of(&repaired.mesh)?;
+        let frame = UnitFrame::of(&repaired.mesh)?;
         check_memory(device, &repaired.mesh, options)?;
         let halved = with_vertices_near(&repaired.mesh, options, stop)?;
         heed(stop)?;
@@ -128,7 +128,7 @@ fn longest_edge(mesh: &TriMesh, options: &Options) -> Result<Option<f64>> {
 /// About how many vertices and triangles a run has on the device of this input.
 ///
 /// # Errors
-/// As [`Frame::of`].
+/// As [`UnitFrame::of`].
 pub(crate) fn sizes_on_device(mesh: &TriMesh, options: &Options) -> Result<[u64; 2]> {
     let [vertices, triangles] = [mesh.vertices.len(), mesh.triangles.len()];
     let Some(length) = longest_edge(mesh, options)? else {
@@ -186,7 +186,12 @@ fn values_of_part(values: &[f64], (mesh, triangles): (&TriMesh, &[u32]), part: &
 }
 
 /// The components that are too small for cells; nothing if there is one, or if none may be.
-fn divide(mesh: &TriMesh, frame: &Frame, options: &Options, stop: &AtomicBool) -> Result<Option<Divided>> {
+fn divide(
+    mesh: &TriMesh,
+    frame: &UnitFrame,
+    options: &Options,
+    stop: &AtomicBool,
+) -> Result<Option<Divided>> {
     // The user's lines may be on a small component, and the other methods are to stay what they are.
     if options.method != Method::CoarseToFine || has_own_curves(options) {
         return Ok(None);
@@ -217,7 +222,7 @@ fn divide(mesh: &TriMesh, frame: &Frame, options: &Options, stop: &AtomicBool) -
 /// As [`Ground::new`].
 pub(crate) fn ground(
     device: &Device,
-    (mesh, frame): (&TriMesh, &Frame),
+    (mesh, frame): (&TriMesh, &UnitFrame),
     surface: &Surface,
     options: &Options,
     stop: &AtomicBool,
@@ -226,14 +231,14 @@ pub(crate) fn ground(
     let wanted = wanted_edges(mesh, options)?;
     let user_edges = wanted.into_iter().map(|edge| edge.map(|v| place[v as usize])).collect();
     let spacing = spacing(surface.area(), options.vertices);
-    let wanted = SkeletonOptions { feature_angle: options.feature_angle, spacing, user_edges };
+    let wanted = FeatureOptions { feature_angle: options.feature_angle, spacing, user_edges };
     let mut given = Vec::new();
     if let Sizing::Given(values) = &options.sizing {
         given = vec![1.0; values.len()];
         place.iter().zip(values).for_each(|(v, value)| given[*v as usize] = *value);
     }
     let sized = |curves: Option<&SurfaceCurves>| {
-        let wish = SizeWish { options, given: &given, diagonal: frame.scale };
+        let wish = SizeRequest { options, given: &given, diagonal: frame.scale };
         size_field(&surface.mesh(), curves, &wish)
     };
     Ground::new(device, surface, &wanted, sized, stop)

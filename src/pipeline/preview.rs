@@ -2,14 +2,14 @@
 
 use super::coarse_to_fine::attempts::may_collapse;
 use super::coarse_to_fine::levels::{Extent, LevelPlan, enough, levels};
-use super::coarse_to_fine::size_field::{SizeWish, size_field};
+use super::coarse_to_fine::size_field::{SizeRequest, size_field};
 use super::prepare::{cleaned, device_bytes_per_site, for_repaired, sizes_on_device, wanted_edges};
 use super::spacing;
-use crate::mesh::features::{Skeleton, SkeletonOptions, skeleton};
+use crate::mesh::features::{FeatureOptions, Features, find_features};
 use crate::mesh::repair::{RepairCounts, Repaired};
 use crate::mesh::sizing::SizeField;
 use crate::mesh::topology::topology;
-use crate::mesh::unit_frame::Frame;
+use crate::mesh::unit_frame::UnitFrame;
 use crate::options::all_at_once::{Face, Projection};
 use crate::options::{Method, Options, Shortage, Sizing};
 use crate::sites::surface_curves::SurfaceCurves;
@@ -79,7 +79,7 @@ pub fn preview_repaired(mesh: &TriMesh, repaired: Option<Repaired>, options: &Op
     options.validate()?;
     let repaired = cleaned(mesh, repaired, options)?;
     let options = &for_repaired(mesh, &repaired, options);
-    let frame = Frame::of(&repaired.mesh)?;
+    let frame = UnitFrame::of(&repaired.mesh)?;
     let unit = TriMesh {
         vertices: repaired.mesh.vertices.iter().map(|vertex| frame.to_unit(*vertex)).collect(),
         triangles: repaired.mesh.triangles.clone(),
@@ -90,15 +90,15 @@ pub fn preview_repaired(mesh: &TriMesh, repaired: Option<Repaired>, options: &Op
     let (found, curves, field) = match options.method {
         Method::CoarseToFine => {
             let user_edges = wanted_edges(&repaired.mesh, options)?;
-            let wanted = SkeletonOptions { feature_angle: options.feature_angle, spacing, user_edges };
-            let found = skeleton(&unit, &wanted)?;
+            let wanted = FeatureOptions { feature_angle: options.feature_angle, spacing, user_edges };
+            let found = find_features(&unit, &wanted)?;
             let curves = SurfaceCurves::new(&unit.vertices, &unit.triangles, &found);
             let given = if let Sizing::Given(values) = &options.sizing { values } else { &Vec::new() };
-            let wish = SizeWish { options, given, diagonal: frame.scale };
+            let wish = SizeRequest { options, given, diagonal: frame.scale };
             let field = size_field(&unit, curves.as_ref(), &wish)?;
             (found, curves.map(|curves| curves.sized(&field)), field)
         }
-        _ => (Skeleton::default(), None, SizeField::default()),
+        _ => (Features::default(), None, SizeField::default()),
     };
     let plans = match options.method {
         Method::CoarseToFine => {
@@ -142,7 +142,7 @@ pub fn preview_repaired(mesh: &TriMesh, repaired: Option<Repaired>, options: &Op
 }
 
 /// Shares of `interior` vertices by area, where edges are shorter by more.
-fn by_patch(found: &Skeleton, areas: &[f64], interior: usize) -> Vec<usize> {
+fn by_patch(found: &Features, areas: &[f64], interior: usize) -> Vec<usize> {
     let mut patches = vec![0.0; found.patch_count];
     for (patch, area) in found.patches.iter().zip(areas) {
         if let Some(sum) = patches.get_mut(*patch as usize) {

@@ -3,7 +3,7 @@
 use glam::DVec3;
 use rayon::prelude::*;
 
-use crate::mesh::half_edge_mesh::{Kind, Links, cross};
+use crate::mesh::half_edge_mesh::{HalfEdgeMesh, VertexKind, cross};
 
 /// Fewest edges of a vertex that may lose one.
 const MIN_VALENCE: u32 = 4;
@@ -25,9 +25,9 @@ pub(crate) struct Rule {
 
 /// Flips edges of `links` while that pays, in a fixed order and at most `sweeps` times over all; gives the number.
 pub(crate) fn flip_edges(
-    links: &mut Links,
+    links: &mut HalfEdgeMesh,
     points: &[DVec3],
-    locked: &[bool],
+    fixed: &[bool],
     rule: &Rule,
     sweeps: u32,
 ) -> usize {
@@ -36,12 +36,12 @@ pub(crate) fn flip_edges(
         let wanted: Vec<u32> = (0..links.half_edges())
             .into_par_iter()
             .with_min_len(4096)
-            .filter(|&h| pays(links, points, locked, rule, h))
+            .filter(|&h| pays(links, points, fixed, rule, h))
             .collect();
         let mut flipped = 0;
         for h in wanted {
             // An earlier flip may have changed what this one was worth.
-            if pays(links, points, locked, rule, h)
+            if pays(links, points, fixed, rule, h)
                 && let Some(twin) = links.twin(h)
             {
                 links.flip(h, twin);
@@ -57,7 +57,7 @@ pub(crate) fn flip_edges(
 }
 
 /// Whether the edge of `h` may be flipped and should be. False for one of its two half-edges.
-fn pays(links: &Links, points: &[DVec3], locked: &[bool], rule: &Rule, h: u32) -> bool {
+fn pays(links: &HalfEdgeMesh, points: &[DVec3], fixed: &[bool], rule: &Rule, h: u32) -> bool {
     let Some(twin) = links.twin(h).filter(|&twin| h < twin) else { return false };
     let ring @ [a, b, c, d] = links.diamond(h, twin);
     let corners = ring.map(|v| points[v as usize]);
@@ -68,10 +68,10 @@ fn pays(links: &Links, points: &[DVec3], locked: &[bool], rule: &Rule, h: u32) -
         return false;
     }
     c != d
-        && ring.iter().all(|&v| links.kind(v) != Kind::Irregular)
+        && ring.iter().all(|&v| links.kind(v) != VertexKind::Irregular)
         && links.valence(a) >= MIN_VALENCE
         && links.valence(b) >= MIN_VALENCE
-        && !(locked[a as usize] && locked[b as usize])
+        && !(fixed[a as usize] && fixed[b as usize])
         && !links.joined(c, d)
         && links.patch(h / 3) == links.patch(twin / 3)
         && keeps_shape(corners)
@@ -88,9 +88,9 @@ fn cotangent(at: DVec3, p: DVec3, q: DVec3) -> f64 {
 }
 
 /// By how much the sum of squared differences to the ideal valences falls, halved and with the neutral flip at 0.
-fn valence_gain(links: &Links, [a, b, c, d]: [u32; 4]) -> f64 {
+fn valence_gain(links: &HalfEdgeMesh, [a, b, c, d]: [u32; 4]) -> f64 {
     let excess = |v: u32| {
-        let ideal = if links.kind(v) == Kind::Boundary { 4.0 } else { 6.0 };
+        let ideal = if links.kind(v) == VertexKind::Boundary { 4.0 } else { 6.0 };
         f64::from(links.valence(v)) - ideal
     };
     excess(a) + excess(b) - excess(c) - excess(d) - 2.0

@@ -1,5 +1,5 @@
 //! The last touch on a connected mesh: better triangles ([`polish`]), a closer fit ([`fit`]), then the places that are
-//! still far off, one by one ([`reach_spots`]).
+//! still far off, one by one ([`reduce_outliers`]).
 //!
 //! All keep the number of vertices and the topology, work on one surface, the [`Target`], and give the same bytes for any
 //! number of threads.
@@ -12,8 +12,8 @@ mod slide;
 mod worst;
 
 pub use fit::{FitCounts, FitOptions, fit, fit_while};
-pub use outliers::{SpotOptions, reach_spots, reach_spots_while};
-pub use slide::Rail;
+pub use outliers::{OutlierOptions, reduce_outliers, reduce_outliers_while};
+pub use slide::SlidingCurve;
 
 use std::sync::Arc;
 
@@ -22,9 +22,9 @@ use glam::DVec3;
 use crate::TriMesh;
 use crate::mesh::bvh::Bvh;
 use crate::mesh::correspondence::Search;
-use crate::mesh::half_edge_mesh::{Kind, Links, cross};
+use crate::mesh::half_edge_mesh::{HalfEdgeMesh, VertexKind, cross};
 use flip::{Rule, flip_edges};
-use slide::Rails;
+use slide::SlidingCurves;
 
 /// Sweeps over all edges before each relaxation.
 const SWEEPS: u32 = 2;
@@ -153,7 +153,7 @@ pub struct PolishOptions {
     /// The patch of each triangle, in which it stays; nothing if there is but one.
     pub patches: Vec<u32>,
     /// Curves along which fixed vertices may slide.
-    pub rails: Vec<Rail>,
+    pub sliding_curves: Vec<SlidingCurve>,
     /// The edge length wanted at each vertex, relative to others; nothing if they are equal.
     pub lengths: Vec<f64>,
 }
@@ -165,7 +165,7 @@ impl Default for PolishOptions {
             valence_weight: 1.0,
             fixed: Vec::new(),
             patches: Vec::new(),
-            rails: Vec::new(),
+            sliding_curves: Vec::new(),
             lengths: Vec::new(),
         }
     }
@@ -200,24 +200,24 @@ pub fn polish_while(
 ) -> PolishCounts {
     let mut counts = PolishCounts::default();
     let points = &mut mesh.vertices;
-    let mut links = Links::new(std::mem::take(&mut mesh.triangles), points.len(), &options.patches);
-    let locked: Vec<bool> = (0..points.len()).map(|v| is_locked(&links, &options.fixed, v)).collect();
+    let mut links = HalfEdgeMesh::new(std::mem::take(&mut mesh.triangles), points.len(), &options.patches);
+    let fixed: Vec<bool> = (0..points.len()).map(|v| is_fixed(&links, &options.fixed, v)).collect();
     let mut ranks = vec![0; points.len()];
-    let mut rails = Rails::new(&options.rails, points.len());
+    let mut sliding_curves = SlidingCurves::new(&options.sliding_curves, points.len());
     for round in 0..options.rounds {
         if !go_on(f64::from(round) / f64::from(options.rounds)) {
             break;
         }
         let late = round + ANGLE_ROUNDS >= options.rounds;
         let rule = Rule { valence_weight: if late { 0.0 } else { options.valence_weight } };
-        counts.flips += flip_edges(&mut links, points, &locked, &rule, SWEEPS);
-        counts.taken_back += relax::relax(&links, points, &mut ranks, (&locked, &options.lengths), target);
-        rails.slide(&links.triangles, points, &options.lengths, false);
+        counts.flips += flip_edges(&mut links, points, &fixed, &rule, SWEEPS);
+        counts.taken_back += relax::relax(&links, points, &mut ranks, (&fixed, &options.lengths), target);
+        sliding_curves.slide(&links.triangles, points, &options.lengths, false);
     }
     if options.rounds > 0 {
-        rails.slide(&links.triangles, points, &options.lengths, true);
+        sliding_curves.slide(&links.triangles, points, &options.lengths, true);
         if go_on(1.0) {
-            counts.lifted = worst::improve(&links, points, &mut ranks, &locked, target, WORST_PASSES);
+            counts.lifted = worst::improve(&links, points, &mut ranks, &fixed, target, WORST_PASSES);
         }
     }
     mesh.triangles = links.triangles;
@@ -225,6 +225,6 @@ pub fn polish_while(
 }
 
 /// Whether vertex `v` may not move: asked for, on a boundary, or without one closed fan.
-fn is_locked(links: &Links, fixed: &[bool], v: usize) -> bool {
-    links.kind(v as u32) != Kind::Inner || fixed.get(v).copied().unwrap_or(false)
+fn is_fixed(links: &HalfEdgeMesh, fixed: &[bool], v: usize) -> bool {
+    links.kind(v as u32) != VertexKind::Inner || fixed.get(v).copied().unwrap_or(false)
 }

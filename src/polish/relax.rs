@@ -4,7 +4,7 @@ use glam::DVec3;
 use rayon::prelude::*;
 
 use super::Target;
-use crate::mesh::half_edge_mesh::{Links, cross, next, previous};
+use crate::mesh::half_edge_mesh::{HalfEdgeMesh, cross, next, previous};
 
 /// Share of the way to the ring's mean that a vertex goes. Above 1, since the vertices around go the same way; on a
 /// regular mesh 4/3 would be the limit of stability.
@@ -18,12 +18,12 @@ const REPAIRS: u32 = 8;
 /// Vertices and triangles that a thread takes at the least.
 pub(crate) const CHUNK: usize = 512;
 
-/// One step of all vertices that are not locked, with the edge `lengths` wanted at all, or nothing if they are equal; gives how many did not move because a triangle would have suffered.
+/// One step of all vertices that are not fixed, with the edge `lengths` wanted at all, or nothing if they are equal; gives how many did not move because a triangle would have suffered.
 pub(crate) fn relax(
-    links: &Links,
+    links: &HalfEdgeMesh,
     points: &mut Vec<DVec3>,
     ranks: &mut [usize],
-    (locked, lengths): (&[bool], &[f64]),
+    (fixed, lengths): (&[bool], &[f64]),
     target: &Target,
 ) -> usize {
     let old: &[DVec3] = points;
@@ -34,7 +34,7 @@ pub(crate) fn relax(
         .map(|(v, rank)| {
             let here = old[v];
             let (mean, normal) = ring(links, old, lengths, v as u32);
-            if locked[v] {
+            if fixed[v] {
                 return (here, normal);
             }
             let step = mean - here;
@@ -51,7 +51,7 @@ pub(crate) fn relax(
 ///
 /// Where lengths differ, neighbours count the less the longer the edge to them is to be: a vertex whose edges are as long
 /// as wanted is then at rest.
-fn ring(links: &Links, points: &[DVec3], lengths: &[f64], v: u32) -> (DVec3, DVec3) {
+fn ring(links: &HalfEdgeMesh, points: &[DVec3], lengths: &[f64], v: u32) -> (DVec3, DVec3) {
     let here = points[v as usize];
     let (mut sum, mut count, mut normal) = (DVec3::ZERO, 0.0, DVec3::ZERO);
     for h in links.ring(v) {
@@ -69,13 +69,13 @@ fn ring(links: &Links, points: &[DVec3], lengths: &[f64], v: u32) -> (DVec3, DVe
 }
 
 /// The unit normal of a vertex, 0 if it is irregular.
-pub(crate) fn vertex_normal(links: &Links, points: &[DVec3], v: u32) -> DVec3 {
+pub(crate) fn vertex_normal(links: &HalfEdgeMesh, points: &[DVec3], v: u32) -> DVec3 {
     ring(links, points, &[], v).1
 }
 
 /// Puts the vertices of triangles that `moved` folds or flattens back to `points`, until there is none; gives how
 /// many vertices were put back. `normals` are those of the vertices.
-fn take_back(links: &Links, points: &[DVec3], normals: &[DVec3], moved: &mut [DVec3]) -> usize {
+fn take_back(links: &HalfEdgeMesh, points: &[DVec3], normals: &[DVec3], moved: &mut [DVec3]) -> usize {
     let mut undone = 0;
     for _ in 0..REPAIRS {
         let bad: Vec<[u32; 3]> = links

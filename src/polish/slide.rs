@@ -20,35 +20,35 @@ const MIN_GAIN: f64 = 1e-4;
 
 /// A curve and the vertices that may slide along it.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Rail {
+pub struct SlidingCurve {
     /// The curve.
     pub line: Polyline,
     /// Vertices on it, in order from its beginning to its end, with the way along it to each.
-    pub riders: Vec<(u32, f64)>,
+    pub sliders: Vec<(u32, f64)>,
 }
 
-/// The rails of a mesh with what is known of them.
-pub(crate) struct Rails {
-    rails: Vec<Rail>,
-    /// Which of all riders each vertex is, or `u32::MAX`.
-    rider: Vec<u32>,
-    riders: usize,
+/// The sliding_curves of a mesh with what is known of them.
+pub(crate) struct SlidingCurves {
+    sliding_curves: Vec<SlidingCurve>,
+    /// Which of all sliders each vertex is, or `u32::MAX`.
+    slider: Vec<u32>,
+    sliders: usize,
 }
 
-impl Rails {
-    pub(crate) fn new(rails: &[Rail], vertices: usize) -> Self {
-        let mut rider = vec![u32::MAX; vertices];
-        let all = rails.iter().flat_map(|rail| &rail.riders);
-        let riders = (0..).zip(all).map(|(k, (v, _))| rider[*v as usize] = k).count();
-        Self { rails: rails.to_vec(), rider, riders }
+impl SlidingCurves {
+    pub(crate) fn new(sliding_curves: &[SlidingCurve], vertices: usize) -> Self {
+        let mut slider = vec![u32::MAX; vertices];
+        let all = sliding_curves.iter().flat_map(|sliding_curve| &sliding_curve.sliders);
+        let sliders = (0..).zip(all).map(|(k, (v, _))| slider[*v as usize] = k).count();
+        Self { sliding_curves: sliding_curves.to_vec(), slider, sliders }
     }
 
-    /// The triangles of each rider.
+    /// The triangles of each slider.
     fn stars(&self, triangles: &[[u32; 3]]) -> Vec<Vec<[u32; 3]>> {
-        let mut stars = vec![Vec::new(); self.riders];
+        let mut stars = vec![Vec::new(); self.sliders];
         for triangle in triangles {
             for v in triangle {
-                if let Some(star) = stars.get_mut(self.rider[*v as usize] as usize) {
+                if let Some(star) = stars.get_mut(self.slider[*v as usize] as usize) {
                     star.push(*triangle);
                 }
             }
@@ -56,7 +56,7 @@ impl Rails {
         stars
     }
 
-    /// Moves every rider once towards the mean of its neighbours, or, if `lift`, to where its worst triangle is best.
+    /// Moves every slider once towards the mean of its neighbours, or, if `lift`, to where its worst triangle is best.
     pub(crate) fn slide(
         &mut self,
         triangles: &[[u32; 3]],
@@ -64,16 +64,16 @@ impl Rails {
         lengths: &[f64],
         lift: bool,
     ) {
-        if self.rails.is_empty() {
+        if self.sliding_curves.is_empty() {
             return;
         }
         let stars = self.stars(triangles);
         let mut star = stars.iter();
-        for Rail { line, riders } in &mut self.rails {
-            for k in 0..riders.len() {
+        for SlidingCurve { line, sliders } in &mut self.sliding_curves {
+            for k in 0..sliders.len() {
                 let Some(star) = star.next() else { return };
-                let (v, way) = riders[k];
-                let [before, after] = beside(line, riders, k);
+                let (v, way) = sliders[k];
+                let [before, after] = beside(line, sliders, k);
                 let gap = after - before;
                 let bounded = |way: f64| way.clamp(before + LEAST_GAP * gap, after - LEAST_GAP * gap);
                 let new = if lift {
@@ -114,24 +114,24 @@ impl Rails {
                 };
                 if new != way && !folds && !strays() {
                     points[v as usize] = to;
-                    riders[k].1 = new;
+                    sliders[k].1 = new;
                 }
             }
         }
     }
 }
 
-/// The ways to the vertices before and after a rider, or to the ends of the curve.
-fn beside(line: &Polyline, riders: &[(u32, f64)], k: usize) -> [f64; 2] {
+/// The ways to the vertices before and after a slider, or to the ends of the curve.
+fn beside(line: &Polyline, sliders: &[(u32, f64)], k: usize) -> [f64; 2] {
     let [first, last] = if line.is_closed() {
         // Round the whole way.
-        [riders[riders.len() - 1].1 - line.length(), riders[0].1 + line.length()]
+        [sliders[sliders.len() - 1].1 - line.length(), sliders[0].1 + line.length()]
     } else {
         [0.0, line.length()]
     };
     [
-        k.checked_sub(1).map_or(first, |before| riders[before].1),
-        riders.get(k + 1).map_or(last, |(_, after)| *after),
+        k.checked_sub(1).map_or(first, |before| sliders[before].1),
+        sliders.get(k + 1).map_or(last, |(_, after)| *after),
     ]
 }
 

@@ -5,7 +5,7 @@ use rayon::prelude::*;
 
 use super::Target;
 use super::relax::{CHUNK, spoils, vertex_normal};
-use crate::mesh::half_edge_mesh::{Links, next, previous};
+use crate::mesh::half_edge_mesh::{HalfEdgeMesh, next, previous};
 
 /// Triangles that score below this are looked after: the cosine of 42 degrees, negated.
 const GOAL: f64 = -0.743_144_825_477_394;
@@ -20,10 +20,10 @@ const MIN_GAIN: f64 = 1e-4;
 /// Moves vertices of bad triangles one by one, in index order, where that lifts the worst triangle around them, and
 /// `passes` times over all; gives the number of moves.
 pub(crate) fn improve(
-    links: &Links,
+    links: &HalfEdgeMesh,
     points: &mut [DVec3],
     ranks: &mut [usize],
-    locked: &[bool],
+    fixed: &[bool],
     target: &Target,
     passes: u32,
 ) -> usize {
@@ -34,7 +34,7 @@ pub(crate) fn improve(
             .with_min_len(CHUNK)
             .filter(|&t| score(links.triangles[t].map(|v| points[v as usize])) < GOAL)
             .flat_map_iter(|t| links.triangles[t])
-            .filter(|&v| !locked[v as usize])
+            .filter(|&v| !fixed[v as usize])
             .collect();
         touched.par_sort_unstable();
         touched.dedup();
@@ -62,7 +62,7 @@ pub(crate) fn score([a, b, c]: [DVec3; 3]) -> f64 {
 }
 
 /// The lowest score around `v` if it stood at `p`.
-fn ring_score(links: &Links, points: &[DVec3], v: u32, p: DVec3) -> f64 {
+fn ring_score(links: &HalfEdgeMesh, points: &[DVec3], v: u32, p: DVec3) -> f64 {
     links
         .ring(v)
         .map(|h| {
@@ -72,14 +72,14 @@ fn ring_score(links: &Links, points: &[DVec3], v: u32, p: DVec3) -> f64 {
 }
 
 /// Searches a better place for one vertex in its tangent plane, surface or not.
-pub(crate) fn lift_freely(links: &Links, points: &mut [DVec3], v: u32) {
+pub(crate) fn lift_freely(links: &HalfEdgeMesh, points: &mut [DVec3], v: u32) {
     if let Some((place, ..)) = search(links, points, v) {
         points[v as usize] = place;
     }
 }
 
 /// Searches a better place for one vertex on the surface; whether it moved.
-fn lift(links: &Links, points: &mut [DVec3], rank: &mut usize, target: &Target, v: u32) -> bool {
+fn lift(links: &HalfEdgeMesh, points: &mut [DVec3], rank: &mut usize, target: &Target, v: u32) -> bool {
     let here = points[v as usize];
     let Some((place, normal, start)) = search(links, points, v) else { return false };
     let Some(place) = target.closest(place, normal, links.patch_at(v), rank) else { return false };
@@ -95,7 +95,7 @@ fn lift(links: &Links, points: &mut [DVec3], rank: &mut usize, target: &Target, 
 }
 
 /// A better place for one vertex by trial steps in its tangent plane, its normal, and the score that it had.
-fn search(links: &Links, points: &[DVec3], v: u32) -> Option<(DVec3, DVec3, f64)> {
+fn search(links: &HalfEdgeMesh, points: &[DVec3], v: u32) -> Option<(DVec3, DVec3, f64)> {
     let here = points[v as usize];
     let normal = vertex_normal(links, points, v);
     let across = normal.any_orthonormal_vector();

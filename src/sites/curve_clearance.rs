@@ -15,7 +15,7 @@ const ROOM: f64 = 0.6;
 const TRIES: u32 = 4;
 
 /// The curve sites by where they are.
-pub struct CurveRoom<'a> {
+pub struct CurveClearance<'a> {
     curves: &'a SurfaceCurves,
     sites: &'a CurveSites,
     radius: f64,
@@ -23,7 +23,7 @@ pub struct CurveRoom<'a> {
     cells: BTreeMap<i32, HashMap<[i64; 3], Vec<u32>>>,
 }
 
-impl<'a> CurveRoom<'a> {
+impl<'a> CurveClearance<'a> {
     /// Around `sites` of this spacing.
     pub fn new(curves: &'a SurfaceCurves, sites: &'a CurveSites, spacing: f64) -> Self {
         let radius = ROOM * spacing;

@@ -5,7 +5,7 @@ use super::morton::morton_order;
 use super::place::Place;
 use super::seed::Seeds;
 use super::surface_curves::{CurvePath, SurfaceCurves};
-use crate::gpu::NONE;
+use crate::mesh::NONE;
 use glam::DVec3;
 
 /// A site closer to a vertex than this share of its segment stands at the vertex.

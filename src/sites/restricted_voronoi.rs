@@ -2,8 +2,8 @@
 
 use crate::Result;
 use crate::mesh::TriMesh;
-use crate::mesh::kd_tree::PointTree;
-use crate::mesh::unit_frame::Frame;
+use crate::mesh::kd_tree::KdTree;
+use crate::mesh::unit_frame::UnitFrame;
 use glam::DVec3;
 use rayon::prelude::*;
 use serde::Serialize;
@@ -41,7 +41,7 @@ impl AddAssign for CellMoments {
 /// Sites that can tell their parts of any triangle.
 pub struct RestrictedVoronoi<'a> {
     sites: &'a [DVec3],
-    tree: PointTree<'a>,
+    tree: KdTree<'a>,
 }
 
 /// The memory of one thread.
@@ -56,7 +56,7 @@ struct Scratch {
 impl<'a> RestrictedVoronoi<'a> {
     /// Of finite sites; of sites on one spot the first has the cell.
     pub fn new(sites: &'a [DVec3]) -> Self {
-        Self { sites, tree: PointTree::new(sites) }
+        Self { sites, tree: KdTree::new(sites) }
     }
 
     /// The cells on a mesh, one for each site; the same for every number of threads. Panics if an index of `mesh` is out of
@@ -212,7 +212,7 @@ pub struct Energy {
 /// # Errors
 /// [`crate::Error::Input`] if `mesh` has no extent or a coordinate that is not finite.
 pub fn energy(mesh: &TriMesh, sites: &[DVec3]) -> Result<Energy> {
-    let frame = Frame::of(mesh)?;
+    let frame = UnitFrame::of(mesh)?;
     let unit = |points: &[DVec3]| points.iter().map(|p| frame.to_unit(*p)).collect::<Vec<_>>();
     let (vertices, sites) = (unit(&mesh.vertices), unit(sites));
     let cells =

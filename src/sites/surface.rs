@@ -2,7 +2,7 @@
 
 use super::morton::morton_order;
 use crate::gpu::{Buffer, Device};
-use crate::mesh::unit_frame::Frame;
+use crate::mesh::unit_frame::UnitFrame;
 use crate::{Result, TriMesh};
 use glam::{DVec3, UVec4, Vec4};
 
@@ -44,7 +44,7 @@ impl Surface {
     ///
     /// # Errors
     /// [`crate::Error::OutOfMemory`] if it does not fit.
-    pub fn new(device: &Device, mesh: &TriMesh, frame: &Frame) -> Result<Self> {
+    pub fn new(device: &Device, mesh: &TriMesh, frame: &UnitFrame) -> Result<Self> {
         let unit: Vec<DVec3> = mesh.vertices.iter().map(|p| frame.to_unit(*p)).collect();
         let order = morton_order(&unit);
         let mut place = vec![0; unit.len()];

@@ -2,7 +2,7 @@
 
 use super::place::Place;
 use super::surface::stars;
-use crate::mesh::features::Skeleton;
+use crate::mesh::features::Features;
 use crate::mesh::half_edges::EdgeTable;
 use crate::mesh::polyline::Polyline;
 use crate::mesh::sizing::{EVEN, SizeField, mean_inverse};
@@ -84,7 +84,7 @@ impl CurvePath {
 impl SurfaceCurves {
     /// From the `skeleton` of the mesh of these vertices and triangles; `None` if nothing is to be kept. Panics if the
     /// skeleton is of another mesh.
-    pub fn new(vertices: &[DVec3], triangles: &[[u32; 3]], skeleton: &Skeleton) -> Option<Self> {
+    pub fn new(vertices: &[DVec3], triangles: &[[u32; 3]], skeleton: &Features) -> Option<Self> {
         if skeleton.curves.is_empty() && skeleton.corners.is_empty() {
             return None;
         }

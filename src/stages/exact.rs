@@ -8,8 +8,9 @@ use super::neighbours::lists::Lists;
 use super::spatial::{Scan, Sort};
 use crate::Result;
 use crate::gpu::kernels::exact::{aim, enough, listed, pairs, pieces, sums, walked};
-use crate::gpu::{Buffer, Device, Download, NONE, Pipeline, Recorder, Submitted, Threads};
-use crate::mesh::kd_tree::PointTree;
+use crate::gpu::{Buffer, Device, Download, Pipeline, Recorder, Submitted, Threads};
+use crate::mesh::NONE;
+use crate::mesh::kd_tree::KdTree;
 use crate::sites::morton::morton_order;
 use crate::sites::restricted_voronoi::{RestrictedVoronoi, halves};
 use crate::sites::surface::Surface;
@@ -54,7 +55,7 @@ impl CutTriangles {
 
     /// The site nearest to the middle of each; empty without sites.
     fn nearest(&self, sites: &[DVec3]) -> Vec<u32> {
-        let tree = PointTree::new(sites);
+        let tree = KdTree::new(sites);
         let middle = |[a, b, c]: &[DVec3; 3]| (*a + *b + *c) / 3.0;
         self.triangles.par_iter().filter_map(|t| tree.nearest(middle(t))).collect()
     }

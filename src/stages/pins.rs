@@ -5,7 +5,7 @@
 //! numbers and keeps its place and its normal.
 
 use super::records::octahedral;
-use crate::gpu::NONE;
+use crate::mesh::NONE;
 use crate::sites::curve_sites::CurveSites;
 use crate::sites::place::Place;
 use crate::sites::seed::Seeds;

@@ -2,8 +2,9 @@
 //! neighbours and normals in one place.
 
 use crate::Result;
-use crate::gpu::{Buffer, Device, NONE};
-use crate::mesh::half_edges::half_edge_mates;
+use crate::gpu::{Buffer, Device};
+use crate::mesh::NONE;
+use crate::mesh::half_edges::twins;
 use crate::mesh::topology::Partition;
 use crate::sites::morton::morton_code;
 use crate::sites::surface::Surface;
@@ -36,10 +37,10 @@ impl TriangleRecords {
         for (r, t) in (0..).zip(&order) {
             rank[*t as usize] = r;
         }
-        let mut mates = half_edge_mates(&surface.triangles);
+        let mut twins = twins(&surface.triangles);
         if let Some(curves) = curves {
-            let on_curve = mates.iter_mut().zip(&curves.on_curve).filter(|(_, on_curve)| **on_curve);
-            on_curve.for_each(|(mate, _)| *mate = NONE);
+            let on_curve = twins.iter_mut().zip(&curves.on_curve).filter(|(_, on_curve)| **on_curve);
+            on_curve.for_each(|(twin, _)| *twin = NONE);
         }
         let to_rank = |half_edge: u32| {
             if half_edge == NONE { NONE } else { 3 * rank[half_edge as usize / 3] + half_edge % 3 }
@@ -49,12 +50,12 @@ impl TriangleRecords {
             .flat_map_iter(|t| (0..3).map(move |k| 3 * *t as usize + k))
             .map(|corner| {
                 let p = surface.vertices[surface.triangles[corner / 3][corner % 3] as usize].as_vec3();
-                UVec4::new(p.x.to_bits(), p.y.to_bits(), p.z.to_bits(), to_rank(mates[corner]))
+                UVec4::new(p.x.to_bits(), p.y.to_bits(), p.z.to_bits(), to_rank(twins[corner]))
             })
             .collect();
         let meeting = match curves {
             None => surface.triangles.as_flattened().to_vec(),
-            Some(_) => fans(&mates),
+            Some(_) => fans(&twins),
         };
         let means = mean_normals(surface, &meeting);
         let normals: Vec<UVec4> = order
@@ -117,15 +118,15 @@ fn sorted(keys: &[u64]) -> Vec<u32> {
     keyed.into_iter().map(|(_, i)| i).collect()
 }
 
-/// For each corner (`3 * triangle + k`) the first of those around the same vertex that `mates` lead to.
-fn fans(mates: &[u32]) -> Vec<u32> {
-    let mut partition = Partition::new(mates.len());
-    for (corner, mate) in (0..).zip(mates).filter(|(_, mate)| **mate != NONE) {
-        // The mate runs against this side, so it ends where this one begins.
-        let end = if mate % 3 == 2 { mate - 2 } else { mate + 1 };
+/// For each corner (`3 * triangle + k`) the first of those around the same vertex that `twins` lead to.
+fn fans(twins: &[u32]) -> Vec<u32> {
+    let mut partition = Partition::new(twins.len());
+    for (corner, twin) in (0..).zip(twins).filter(|(_, twin)| **twin != NONE) {
+        // The twin runs against this side, so it ends where this one begins.
+        let end = if twin % 3 == 2 { twin - 2 } else { twin + 1 };
         partition.join(corner, end);
     }
-    (0..mates.len() as u32).map(|corner| partition.root(corner)).collect()
+    (0..twins.len() as u32).map(|corner| partition.root(corner)).collect()
 }
 
 /// Normals where corners meet, `meeting[corner]` of all of them: each the mean of the triangles by their angles there;

@@ -225,12 +225,12 @@ fn read_only_files_and_folders_stay_as_they_are() {
     allow(&place.path("kept.ply"), 0o444);
     refused(&place, "remesh in.ply kept.ply -n 100", 1, &["kept.ply", "read-only"]);
     assert_eq!(std::fs::read(place.path("kept.ply")).unwrap(), b"kept");
-    let folder = place.path("locked");
+    let folder = place.path("fixed");
     std::fs::create_dir(&folder).unwrap();
     allow(&folder, 0o555);
     // The superuser writes anyway, so there is nothing to see then.
     if std::fs::write(folder.join("try"), "").is_err() {
-        refused(&place, "remesh in.ply locked/out.ply -n 100", 1, &["locked/out.ply", "permissions"]);
+        refused(&place, "remesh in.ply fixed/out.ply -n 100", 1, &["fixed/out.ply", "permissions"]);
     }
     allow(&folder, 0o755);
 }

@@ -2,9 +2,9 @@
 
 use glam::DVec3;
 use rtfmesh::io::{
-    Encoding, Format, Loaded, encode_with, read_bytes, read_bytes_with_looks, read_with_looks,
+    Encoding, Format, Loaded, encode_with, read_bytes, read_bytes_with_looks, read_with_materials,
 };
-use rtfmesh::mesh::attributes::{Attribute, Attributes, CornerUv, Kind, Looks, Role};
+use rtfmesh::mesh::attributes::{Attribute, Attributes, CornerUv, Kind, Materials, Role};
 use rtfmesh::mesh::samples::sample;
 use rtfmesh::{Error, TriMesh};
 use serde_json::{Value, json};
@@ -284,11 +284,11 @@ fn textures_need_texture_coordinates() {
 fn assert_left_out(folder: &Path, image: Value, words: &str) {
     let path = folder.join("in.gltf");
     std::fs::write(&path, sphere(one, textured(image)).to_string()).unwrap();
-    let loaded = read_with_looks(&path, None).unwrap();
+    let loaded = read_with_materials(&path, None).unwrap();
     let [first, second] = loaded.notes.as_slice() else { panic!("{:?}", loaded.notes) };
     assert_eq!(first, &format!("image 0 was left out: {words}"));
     assert_eq!(second, "texture 1 was left out: it has no picture that could be read");
-    let looks = loaded.attributes.looks.as_ref().map(Looks::images);
+    let looks = loaded.attributes.looks.as_ref().map(Materials::images);
     assert_eq!(looks, Some([].as_slice()));
     written(&Loaded { notes: Vec::new(), ..loaded });
 }
@@ -321,7 +321,7 @@ fn pictures_that_cannot_be_had_are_noted() {
     let path = inside.join("in.gltf");
     std::fs::File::create(inside.join("large.png")).unwrap().set_len((256 << 20) + 1).unwrap();
     std::fs::write(&path, sphere(one, textured(json!({ "uri": "large.png" }))).to_string()).unwrap();
-    match read_with_looks(&path, None) {
+    match read_with_materials(&path, None) {
         Err(Error::Input { place: Some(place), problem, remedy, .. }) => {
             assert_eq!(
                 (place.as_str(), problem.as_str()),

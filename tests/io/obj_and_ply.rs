@@ -237,7 +237,7 @@ fn output_problem(error: Error) -> String {
 
 #[test]
 fn targets_that_cannot_be_written_are_refused_early() {
-    let (folder, read_only) = file("locked.obj", b"old");
+    let (folder, read_only) = file("fixed.obj", b"old");
     let mut permissions = std::fs::metadata(&read_only).unwrap().permissions();
     permissions.set_readonly(true);
     std::fs::set_permissions(&read_only, permissions).unwrap();

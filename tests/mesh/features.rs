@@ -1,7 +1,7 @@
 //! Curves, corners and patches of surfaces whose creases are known.
 
 use glam::DVec3;
-use rtfmesh::mesh::features::{CurveKind, Skeleton, SkeletonOptions, skeleton, spacing_of, user_edges};
+use rtfmesh::mesh::features::{CurveKind, FeatureOptions, Features, find_features, spacing_of, user_edges};
 use rtfmesh::mesh::repair::repair;
 use rtfmesh::mesh::samples::sample;
 use rtfmesh::{Error, TriMesh};
@@ -62,14 +62,14 @@ fn fading(n: u32, angle: f64) -> TriMesh {
 
 /// The skeleton for an output of `vertices`, after the checks that hold for every skeleton.
 #[track_caller]
-fn found(mesh: &TriMesh, vertices: usize) -> Skeleton {
-    found_with(mesh, &SkeletonOptions::new(spacing_of(mesh, vertices).unwrap()))
+fn found(mesh: &TriMesh, vertices: usize) -> Features {
+    found_with(mesh, &FeatureOptions::new(spacing_of(mesh, vertices).unwrap()))
 }
 
 #[track_caller]
-fn found_with(mesh: &TriMesh, options: &SkeletonOptions) -> Skeleton {
-    let found = skeleton(mesh, options).unwrap();
-    assert_eq!(skeleton(mesh, options).unwrap(), found, "twice the same");
+fn found_with(mesh: &TriMesh, options: &FeatureOptions) -> Features {
+    let found = find_features(mesh, options).unwrap();
+    assert_eq!(find_features(mesh, options).unwrap(), found, "twice the same");
     assert_eq!(found.patches.len(), mesh.triangles.len());
     let is_corner = |v: &u32| found.corners.binary_search(v).is_ok();
     assert!(found.corners.is_sorted_by(|a, b| a < b));
@@ -104,11 +104,11 @@ fn found_with(mesh: &TriMesh, options: &SkeletonOptions) -> Skeleton {
 }
 
 /// Patches, corners, curves and loops among them.
-fn counts(s: &Skeleton) -> [usize; 4] {
+fn counts(s: &Features) -> [usize; 4] {
     [s.patch_count, s.corners.len(), s.curves.len(), s.curves.iter().filter(|c| c.closed).count()]
 }
 
-fn kinds(s: &Skeleton) -> Vec<CurveKind> {
+fn kinds(s: &Features) -> Vec<CurveKind> {
     s.curves_by_kind().map(|(kind, _)| kind).collect()
 }
 
@@ -121,7 +121,7 @@ fn cubes_have_twelve_creases() {
             assert!(s.curves.iter().all(|c| (c.length - 1.0).abs() < 0.1), "{vertices}");
         }
     }
-    let mut options = SkeletonOptions::new(0.1);
+    let mut options = FeatureOptions::new(0.1);
     options.feature_angle = 180.0;
     assert_eq!(counts(&found_with(&cube(), &options)), [1, 0, 0, 0]);
     options.feature_angle = 91.0;
@@ -346,7 +346,7 @@ fn surfaces_that_touch_have_corners() {
     let mut two = union(&tetrahedron(), &moved(&tetrahedron(), |v| v + 2.0));
     two.triangles.iter_mut().flatten().filter(|v| **v == 7).for_each(|v| *v = 0);
     let two = repair(&two).unwrap().mesh;
-    let mut options = SkeletonOptions::new(0.5);
+    let mut options = FeatureOptions::new(0.5);
     options.feature_angle = 180.0;
     let s = found_with(&two, &options);
     assert_eq!((s.corners.as_slice(), counts(&s)), ([0].as_slice(), [2, 1, 0, 0]));
@@ -361,7 +361,7 @@ fn surfaces_that_touch_have_corners() {
 #[test]
 fn users_edges_are_curves_at_any_angle() {
     let flat = plane(4, 0.0);
-    let mut options = SkeletonOptions::new(0.1);
+    let mut options = FeatureOptions::new(0.1);
     options.user_edges = vec![[10, 11], [12, 11], [13, 12], [13, 14]];
     let s = found_with(&flat, &options);
     assert_eq!((counts(&s), kinds(&s)), ([2, 6, 7, 0], vec![CurveKind::Boundary, CurveKind::User]));
@@ -373,7 +373,7 @@ fn users_edges_are_curves_at_any_angle() {
     let s = found_with(&flat, &options);
     assert_eq!(counts(&s), [1, 6, 5, 0]);
     options.user_edges = vec![[0, 24]];
-    let error = skeleton(&flat, &options).unwrap_err();
+    let error = find_features(&flat, &options).unwrap_err();
     assert!(matches!(&error, Error::Input { problem, .. } if problem.contains("0 and 24")), "{error}");
 }
 
@@ -420,13 +420,13 @@ fn size_place_and_needles_do_not_matter() {
 
 #[test]
 fn nothing_and_bad_options() {
-    assert_eq!(skeleton(&TriMesh::default(), &SkeletonOptions::new(1.0)).unwrap(), Skeleton::default());
+    assert_eq!(find_features(&TriMesh::default(), &FeatureOptions::new(1.0)).unwrap(), Features::default());
     for (feature_angle, spacing) in
         [(0.0, 1.0), (-3.0, 1.0), (181.0, 1.0), (f64::NAN, 1.0), (40.0, 0.0), (40.0, f64::INFINITY)]
     {
-        let options = SkeletonOptions { feature_angle, ..SkeletonOptions::new(spacing) };
-        assert!(matches!(skeleton(&cube(), &options), Err(Error::Usage { .. })), "{options:?}");
+        let options = FeatureOptions { feature_angle, ..FeatureOptions::new(spacing) };
+        assert!(matches!(find_features(&cube(), &options), Err(Error::Usage { .. })), "{options:?}");
     }
     let broken = mesh(&[[0.0; 3], [f64::NAN, 0.0, 0.0], [0.0, 1.0, 0.0]], &[[0, 1, 2]]);
-    assert!(matches!(skeleton(&broken, &SkeletonOptions::new(1.0)), Err(Error::Input { .. })));
+    assert!(matches!(find_features(&broken, &FeatureOptions::new(1.0)), Err(Error::Input { .. })));
 }

@@ -3,7 +3,7 @@
 use glam::DVec3;
 use rtfmesh::mesh::repair::{RepairCounts, repair};
 use rtfmesh::mesh::samples::sample;
-use rtfmesh::mesh::unit_frame::Frame;
+use rtfmesh::mesh::unit_frame::UnitFrame;
 use rtfmesh::{Error, TriMesh};
 
 fn mesh(vertices: &[[f64; 3]], triangles: &[[u32; 3]]) -> TriMesh {
@@ -126,7 +126,7 @@ fn frames_map_to_the_unit_box_and_back() {
             };
             let corners = [[-1.0, -2.0, -2.0], [1.0, 2.0, 2.0], [0.0, 0.5, 0.0]].map(place);
             let mesh = TriMesh { vertices: corners.to_vec(), triangles: vec![[0, 1, 2]] };
-            let frame = Frame::of(&mesh).unwrap();
+            let frame = UnitFrame::of(&mesh).unwrap();
             // The box is 2 x 4 x 4, so its diagonal is 6.
             assert!((frame.scale / scale - 6.0).abs() < 1e-9, "{scale:e}: {frame:?}");
             let unit = corners.map(|corner| frame.to_unit(corner));
@@ -145,7 +145,7 @@ fn frames_map_to_the_unit_box_and_back() {
 
 #[test]
 fn frames_without_a_size_are_refused() {
-    let problem = |vertices: &[[f64; 3]]| input_error(Frame::of(&mesh(vertices, &[])).unwrap_err()).1;
+    let problem = |vertices: &[[f64; 3]]| input_error(UnitFrame::of(&mesh(vertices, &[])).unwrap_err()).1;
     assert_eq!(problem(&[]), "the mesh has no vertices");
     assert_eq!(problem(&[[1.0; 3], [1.0; 3]]), "all vertices are at one point");
     assert_eq!(problem(&[[0.0; 3], [f64::NAN, 0.0, 0.0]]), "a coordinate is not finite");

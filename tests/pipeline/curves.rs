@@ -7,7 +7,7 @@ use rtfmesh::io::FeatureLine;
 use rtfmesh::mesh::repair::repair;
 use rtfmesh::mesh::samples::sample;
 use rtfmesh::mesh::topology::topology;
-use rtfmesh::{Features, Options, Remeshed, TriMesh, remesh};
+use rtfmesh::{FeatureLines, Options, Remeshed, TriMesh, remesh};
 
 /// Remeshes, with the checks that hold wherever the result is right.
 #[track_caller]
@@ -87,7 +87,7 @@ fn sharp_edges_are_held_by_angle_or_by_name() {
     assert_eq!(run(&input, &none).summary.skeleton.unwrap().curve_sites, 0);
     let (lo, hi) = input.bounds().unwrap();
     let line = FeatureLine { line: 1, points: vec![lo, DVec3::new(hi.x, lo.y, lo.z)] };
-    let one = Options { features: Some(Features { file: None, lines: vec![line] }), ..none };
+    let one = Options { features: Some(FeatureLines { file: None, lines: vec![line] }), ..none };
     let result = run(&input, &one);
     let found = result.summary.skeleton.unwrap();
     assert_eq!((found.curves, found.corners), (1, 2));

@@ -13,7 +13,7 @@ const PHASES: [Phase; 8] = [
     Phase::LastLevel,
     Phase::Polish,
     Phase::Fit,
-    Phase::Spots,
+    Phase::Outliers,
     Phase::Check,
     Phase::Measure,
 ];
@@ -72,10 +72,10 @@ fn a_run_that_is_to_finish_has_every_vertex_and_the_topology() {
 fn a_late_wish_to_finish_shortens_what_is_left() {
     let input = sample("torus").unwrap();
     let options = Options { polish_rounds: 30, ..Options::new(600) };
-    for phase in [Phase::Polish, Phase::Fit, Phase::Spots] {
+    for phase in [Phase::Polish, Phase::Fit, Phase::Outliers] {
         let mut spots = 0;
         let mut finish = |now: Progress| {
-            spots += usize::from(now.phase == Phase::Spots);
+            spots += usize::from(now.phase == Phase::Outliers);
             if now.phase >= phase { Flow::Finish } else { Flow::Continue }
         };
         let done = remesh(device(), &input, &options, &mut finish).unwrap();

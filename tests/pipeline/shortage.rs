@@ -7,7 +7,7 @@ use rtfmesh::io::FeatureLine;
 use rtfmesh::mesh::repair::repair;
 use rtfmesh::mesh::samples::sample;
 use rtfmesh::mesh::topology::topology;
-use rtfmesh::{Error, Features, Options, Remeshed, Result, Shortage, TriMesh, remesh};
+use rtfmesh::{Error, FeatureLines, Options, Remeshed, Result, Shortage, TriMesh, remesh};
 
 fn run(mesh: &TriMesh, vertices: usize, shortage: Shortage) -> Result<Remeshed> {
     let result = remesh(device(), mesh, &Options { shortage, ..Options::new(vertices) }, &mut |_| {});
@@ -79,7 +79,7 @@ fn curves_that_leave_nothing_beside_them_are_made_by_collapsing_edges() {
 fn the_lines_of_a_user_do_not_give_way() {
     let input = sample("box").unwrap();
     let line = FeatureLine { points: vec![DVec3::ZERO, DVec3::X], line: 1 };
-    let features = Some(Features { file: None, lines: vec![line] });
+    let features = Some(FeatureLines { file: None, lines: vec![line] });
     let refused = |vertices| {
         remesh(
             device(),

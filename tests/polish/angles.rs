@@ -8,7 +8,7 @@ use rtfmesh::mesh::polyline::Polyline;
 use rtfmesh::mesh::quality::{quality, valence};
 use rtfmesh::mesh::samples::sample;
 use rtfmesh::mesh::topology::topology;
-use rtfmesh::polish::{FitOptions, PolishOptions, Rail, Target, fit, polish};
+use rtfmesh::polish::{FitOptions, PolishOptions, SlidingCurve, Target, fit, polish};
 
 use crate::support::shapes::{Random, cube, mesh, moved, plane, sphere, tetrahedron, torus, union};
 
@@ -231,9 +231,9 @@ fn vertices_and_edges_stay_in_their_patch() {
     }
 }
 
-/// A strip of `n` squares in the plane, cut by diagonals, whose upper rim is shifted by `shift`; and its rims as rails, of
+/// A strip of `n` squares in the plane, cut by diagonals, whose upper rim is shifted by `shift`; and its rims as sliding_curves, of
 /// which the upper one may slide.
-fn strip(n: u32, shift: f64) -> (TriMesh, Rail) {
+fn strip(n: u32, shift: f64) -> (TriMesh, SlidingCurve) {
     let mut mesh = TriMesh::default();
     let end = f64::from(n);
     for i in 0..=n {
@@ -244,16 +244,20 @@ fn strip(n: u32, shift: f64) -> (TriMesh, Rail) {
     for i in 0..n {
         mesh.triangles.extend([[2 * i, 2 * i + 2, 2 * i + 1], [2 * i + 1, 2 * i + 2, 2 * i + 3]]);
     }
-    let riders = (1..n).map(|i| (2 * i + 1, f64::from(i) + shift)).collect();
+    let sliders = (1..n).map(|i| (2 * i + 1, f64::from(i) + shift)).collect();
     let points = (0..=n).map(|i| DVec3::new(end * f64::from(i) / f64::from(n), 1.0, 0.0)).collect();
-    (mesh, Rail { line: Polyline::new(points, false), riders })
+    (mesh, SlidingCurve { line: Polyline::new(points, false), sliders })
 }
 
 #[test]
 fn vertices_on_rails_slide_to_better_triangles() {
-    let (start, rail) = strip(12, -0.45);
+    let (start, sliding_curve) = strip(12, -0.45);
     let mut mesh = start.clone();
-    let options = PolishOptions { rails: vec![rail], fixed: vec![true; 26], ..PolishOptions::default() };
+    let options = PolishOptions {
+        sliding_curves: vec![sliding_curve],
+        fixed: vec![true; 26],
+        ..PolishOptions::default()
+    };
     polish(&mut mesh, &Target::new(&start), &options);
     let q = |mesh| quality(mesh).unwrap();
     assert!(q(&mesh).q_avg > q(&start).q_avg + 0.02, "{:?} after {:?}", q(&mesh), q(&start));
@@ -261,7 +265,7 @@ fn vertices_on_rails_slide_to_better_triangles() {
     for (v, (new, old)) in mesh.vertices.iter().zip(&start.vertices).enumerate() {
         let rides = v % 2 == 1 && v > 1 && v < 25;
         assert!(rides || new == old, "{v} has moved to {new}");
-        assert!((new.y, new.z) == (old.y, 0.0), "{v} has left its rail: {new}");
+        assert!((new.y, new.z) == (old.y, 0.0), "{v} has left its sliding_curve: {new}");
     }
 }
 
@@ -278,10 +282,10 @@ fn vertices_on_closed_rails_go_round_and_keep_the_bends() {
     let mut start = TriMesh { vertices: ways.iter().map(|way| on(*way)).collect(), triangles: Vec::new() };
     start.vertices.push(DVec3::new(2.0, 2.0, 0.0));
     start.triangles = (0..16).map(|k| [k, (k + 1) % 16, 16]).collect();
-    let riders = (0..16).zip(ways).collect();
+    let sliders = (0..16).zip(ways).collect();
     let mut mesh = start.clone();
-    let rails = vec![Rail { line: Polyline::new(points.clone(), true), riders }];
-    let options = PolishOptions { rails, fixed: vec![true; 17], ..PolishOptions::default() };
+    let sliding_curves = vec![SlidingCurve { line: Polyline::new(points.clone(), true), sliders }];
+    let options = PolishOptions { sliding_curves, fixed: vec![true; 17], ..PolishOptions::default() };
     polish(&mut mesh, &Target::new(&start), &options);
     for (v, p) in mesh.vertices[..16].iter().enumerate() {
         let on_rim = [p.x, p.y].iter().any(|c| *c == 0.0 || *c == 4.0);

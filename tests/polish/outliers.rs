@@ -1,4 +1,4 @@
-//! Spots: the farthest places come closer, nothing else suffers.
+//! Outliers: the farthest places come closer, nothing else suffers.
 
 use rtfmesh::TriMesh;
 use rtfmesh::mesh::distance::distances_sampled;
@@ -6,7 +6,7 @@ use rtfmesh::mesh::intersections::intersecting_faces;
 use rtfmesh::mesh::quality::quality;
 use rtfmesh::mesh::samples::sample;
 use rtfmesh::mesh::topology::topology;
-use rtfmesh::polish::{SpotOptions, Target, reach_spots};
+use rtfmesh::polish::{OutlierOptions, Target, reduce_outliers};
 
 use super::angles::{in_threads, odd_meshes};
 use crate::support::shapes::sphere;
@@ -34,13 +34,14 @@ fn spikes_and_dents_are_reached() {
     for edges in [0.7, 0.4, -0.4, -0.7] {
         let (mesh, surface) = dented(edges);
         let mut reached = mesh.clone();
-        let edits = reach_spots(&mut reached, &Target::new(&surface), edge(&mesh), &SpotOptions::default());
+        let edits =
+            reduce_outliers(&mut reached, &Target::new(&surface), edge(&mesh), &OutlierOptions::default());
         let (before, after) = (hausdorff(&mesh, &surface), hausdorff(&reached, &surface));
         assert!(edits > 0 && after < 0.5 * before, "{edges}: {after} after {before}");
         assert_eq!(topology(&reached), topology(&mesh));
         assert!(intersecting_faces(&reached).is_empty());
         let (old, new) = (quality(&mesh).unwrap(), quality(&reached).unwrap());
-        let least = SpotOptions::default().min_angle.min(old.theta_min);
+        let least = OutlierOptions::default().min_angle.min(old.theta_min);
         assert!(new.theta_min >= least && new.share_above_90 <= old.share_above_90, "{edges}: {new:?}");
     }
 }
@@ -52,7 +53,7 @@ fn a_spike_between_vertices_is_reached() {
     let length = edge(&mesh);
     *surface.vertices.last_mut().unwrap() *= 1.0 + 0.6 * length;
     let mut reached = mesh.clone();
-    reach_spots(&mut reached, &Target::new(&surface), length, &SpotOptions::default());
+    reduce_outliers(&mut reached, &Target::new(&surface), length, &OutlierOptions::default());
     let (before, after) = (hausdorff(&mesh, &surface), hausdorff(&reached, &surface));
     assert!(after < 0.6 * before, "{after} after {before}");
 }
@@ -61,12 +62,12 @@ fn a_spike_between_vertices_is_reached() {
 fn what_is_met_or_fixed_stays() {
     let mesh = sample("torus").unwrap();
     let mut same = mesh.clone();
-    assert_eq!(reach_spots(&mut same, &Target::new(&mesh), edge(&mesh), &SpotOptions::default()), 0);
+    assert_eq!(reduce_outliers(&mut same, &Target::new(&mesh), edge(&mesh), &OutlierOptions::default()), 0);
     assert_eq!(same, mesh);
     let (mesh, surface) = dented(0.5);
-    let options = SpotOptions { fixed: vec![true; mesh.vertices.len()], ..SpotOptions::default() };
+    let options = OutlierOptions { fixed: vec![true; mesh.vertices.len()], ..OutlierOptions::default() };
     let mut same = mesh.clone();
-    assert_eq!(reach_spots(&mut same, &Target::new(&surface), edge(&mesh), &options), 0);
+    assert_eq!(reduce_outliers(&mut same, &Target::new(&surface), edge(&mesh), &options), 0);
     assert_eq!(same, mesh);
 }
 
@@ -76,7 +77,9 @@ fn the_number_of_threads_does_not_show() {
     let target = Target::new(&surface);
     let run = |threads| {
         let mut reached = mesh.clone();
-        in_threads(threads, || reach_spots(&mut reached, &target, edge(&mesh), &SpotOptions::default()));
+        in_threads(threads, || {
+            reduce_outliers(&mut reached, &target, edge(&mesh), &OutlierOptions::default())
+        });
         reached
     };
     assert_eq!(run(1), run(2));
@@ -88,7 +91,7 @@ fn odd_meshes_survive() {
     for (name, odd) in odd_meshes() {
         for target in [&odd, &surface, &TriMesh::default()] {
             let mut mesh = odd.clone();
-            reach_spots(&mut mesh, &Target::new(target), 0.1, &SpotOptions::default());
+            reduce_outliers(&mut mesh, &Target::new(target), 0.1, &OutlierOptions::default());
             assert_eq!(topology(&mesh), topology(&odd), "{name}");
             assert!(mesh.vertices.iter().all(|v| v.is_finite()), "{name}");
         }

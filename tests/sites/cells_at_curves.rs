@@ -5,7 +5,7 @@ use glam::DVec3;
 use rand::{RngExt, SeedableRng};
 use rand_pcg::Pcg64Mcg;
 use rtfmesh::TriMesh;
-use rtfmesh::mesh::features::{Curve, CurveKind, Skeleton, SkeletonOptions, skeleton, spacing_of};
+use rtfmesh::mesh::features::{Curve, CurveKind, FeatureOptions, Features, find_features, spacing_of};
 use rtfmesh::mesh::repair::repair;
 use rtfmesh::mesh::topology::topology;
 use rtfmesh::sites::cells::{CellSites, CellSurface, ConnectedCells, Encroached, connected_cells};
@@ -17,7 +17,7 @@ use std::collections::{HashMap, HashSet};
 pub struct Scene {
     pub mesh: TriMesh,
     pub normals: Vec<DVec3>,
-    pub skeleton: Skeleton,
+    pub skeleton: Features,
     pub spacing: f64,
     pub sites: Vec<DVec3>,
     pub places: Vec<Place>,
@@ -29,7 +29,7 @@ impl Scene {
     pub fn new(mesh: &TriMesh, interior: usize, seed: u64) -> Self {
         let mesh = repair(mesh).unwrap().mesh;
         let spacing = spacing_of(&mesh, interior).unwrap();
-        let skeleton = skeleton(&mesh, &SkeletonOptions::new(spacing)).unwrap();
+        let skeleton = find_features(&mesh, &FeatureOptions::new(spacing)).unwrap();
         let crosses: Vec<DVec3> = (0..mesh.triangles.len())
             .map(|t| {
                 let [a, b, c] = mesh.corners(t);

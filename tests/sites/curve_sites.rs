@@ -3,8 +3,8 @@
 use crate::support::shapes::{cube, moved, plane};
 use glam::DVec3;
 use rtfmesh::TriMesh;
-use rtfmesh::gpu::NONE;
-use rtfmesh::mesh::features::{SkeletonOptions, skeleton};
+use rtfmesh::mesh::NONE;
+use rtfmesh::mesh::features::{FeatureOptions, find_features};
 use rtfmesh::mesh::samples::sample;
 use rtfmesh::sites::curve_sites::CurveSites;
 use rtfmesh::sites::place::Place;
@@ -13,8 +13,8 @@ use rtfmesh::sites::surface_curves::SurfaceCurves;
 
 /// The curves of `mesh`, with the angle and spacing that the skeleton is looked for with.
 fn curves(mesh: &TriMesh, angle: f64, spacing: f64) -> SurfaceCurves {
-    let options = SkeletonOptions { feature_angle: angle, ..SkeletonOptions::new(spacing) };
-    SurfaceCurves::new(&mesh.vertices, &mesh.triangles, &skeleton(mesh, &options).unwrap()).unwrap()
+    let options = FeatureOptions { feature_angle: angle, ..FeatureOptions::new(spacing) };
+    SurfaceCurves::new(&mesh.vertices, &mesh.triangles, &find_features(mesh, &options).unwrap()).unwrap()
 }
 
 /// The sites, after the checks that hold for all.
@@ -151,7 +151,7 @@ fn short_curves_and_two_between_the_same_corners_double_no_edge() {
 #[test]
 fn surfaces_with_nothing_to_hold_have_no_curves() {
     let torus = sample("torus").unwrap();
-    let found = skeleton(&torus, &SkeletonOptions::new(0.1)).unwrap();
+    let found = find_features(&torus, &FeatureOptions::new(0.1)).unwrap();
     assert!(SurfaceCurves::new(&torus.vertices, &torus.triangles, &found).is_none());
 }
 

@@ -3,13 +3,13 @@
 use crate::support::device;
 use glam::DVec3;
 use rtfmesh::mesh::samples::sample;
-use rtfmesh::mesh::unit_frame::Frame;
+use rtfmesh::mesh::unit_frame::UnitFrame;
 use rtfmesh::sites::poisson::{Disks, disks};
 use rtfmesh::sites::surface::Surface;
 use rtfmesh::{Error, TriMesh};
 
 fn on(mesh: &TriMesh) -> Surface {
-    Surface::new(device(), mesh, &Frame::of(mesh).unwrap()).unwrap()
+    Surface::new(device(), mesh, &UnitFrame::of(mesh).unwrap()).unwrap()
 }
 
 fn scattered(surface: &Surface, count: usize, seed: u64) -> Disks {

@@ -11,10 +11,11 @@ use crate::support::polygons::frame;
 use crate::support::{assert_valid, cloud, device, on_sphere, rng, rounded, upload, vec4};
 use glam::{DVec3, Vec2, Vec4};
 use rand::RngExt;
-use rtfmesh::gpu::{Buffer, NONE};
-use rtfmesh::mesh::features::{SkeletonOptions, skeleton};
+use rtfmesh::gpu::Buffer;
+use rtfmesh::mesh::NONE;
+use rtfmesh::mesh::features::{FeatureOptions, find_features};
 use rtfmesh::mesh::samples::sample;
-use rtfmesh::mesh::unit_frame::Frame;
+use rtfmesh::mesh::unit_frame::UnitFrame;
 use rtfmesh::sites::surface::Surface;
 use rtfmesh::sites::surface_curves::SurfaceCurves;
 use rtfmesh::stages::face::planar::{PlanarFaces, PlanarInputs, PlanarMove, PlanarOptions};
@@ -261,8 +262,8 @@ fn targets_keep_off_curves() {
 #[test]
 fn walks_end_in_their_patch_with_its_normal() {
     let mesh = sample("box").unwrap();
-    let surface = Surface::new(device(), &mesh, &Frame::of(&mesh).unwrap()).unwrap();
-    let found = skeleton(&mesh, &SkeletonOptions::new(0.1)).unwrap();
+    let surface = Surface::new(device(), &mesh, &UnitFrame::of(&mesh).unwrap()).unwrap();
+    let found = find_features(&mesh, &FeatureOptions::new(0.1)).unwrap();
     // The skeleton's vertices are the mesh's, which the surface has in another order.
     let mut place = vec![0; mesh.vertices.len()];
     for (from, to) in mesh.triangles.as_flattened().iter().zip(surface.triangles.as_flattened()) {

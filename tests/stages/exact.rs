@@ -7,7 +7,7 @@ use glam::{DVec3, Vec4};
 use rand::RngExt;
 use rtfmesh::TriMesh;
 use rtfmesh::mesh::samples::sample;
-use rtfmesh::mesh::unit_frame::Frame;
+use rtfmesh::mesh::unit_frame::UnitFrame;
 use rtfmesh::sites::restricted_voronoi::RestrictedVoronoi;
 use rtfmesh::sites::surface::Surface;
 use rtfmesh::stages::exact::{Aim, CutTriangles, ExactCells, ExactCounts};
@@ -32,7 +32,7 @@ struct Found {
 
 impl Model {
     fn new(mesh: &TriMesh, sites: usize) -> Self {
-        let surface = Surface::new(device(), mesh, &Frame::of(mesh).unwrap()).unwrap();
+        let surface = Surface::new(device(), mesh, &UnitFrame::of(mesh).unwrap()).unwrap();
         let corners = surface.triangles.iter().map(|t| t.map(|v| surface.vertices[v as usize])).collect();
         let spacing = (2.0 * surface.area() / (3f64.sqrt() * sites.max(1) as f64)).sqrt();
         Self { surface, corners, spacing }

@@ -7,9 +7,10 @@ use crate::reference::power::power_face;
 use crate::support::polygons::{assert_same_polygon, frame};
 use crate::support::{assert_valid, cloud, device, on_sphere, rounded, upload};
 use glam::{DVec2, DVec3, Vec2, Vec4};
-use rtfmesh::gpu::{Buffer, NONE};
+use rtfmesh::gpu::Buffer;
+use rtfmesh::mesh::NONE;
 use rtfmesh::mesh::samples::sample;
-use rtfmesh::mesh::unit_frame::Frame;
+use rtfmesh::mesh::unit_frame::UnitFrame;
 use rtfmesh::sites::surface::Surface;
 use rtfmesh::stages::face::cell::{BOX_HALF, CellFaces, FlagCounts, PowerOptions};
 use rtfmesh::stages::neighbours::knn::TileBounds;
@@ -151,7 +152,7 @@ fn sites_are_pulled_to_the_planes_of_their_vertices() {
         ("torus", 3, 0, 64),
     ] {
         let mesh = sample(name).unwrap();
-        let surface = Surface::new(device, &mesh, &Frame::of(&mesh).unwrap()).unwrap();
+        let surface = Surface::new(device, &mesh, &UnitFrame::of(&mesh).unwrap()).unwrap();
         let (targets, vertices) = (rounded(&cloud(count, 0.5, 9)), rounded(&surface.vertices));
         let near = nearest(&targets, &vertices, k, false);
         let neighbours = Buffer::from_slice(device, "test.neighbours", &slots(&near, k)).unwrap();

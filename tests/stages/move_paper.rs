@@ -5,16 +5,17 @@ use crate::reference::project::distance;
 use crate::support::{assert_valid, cloud, device, rounded, upload};
 use glam::{DVec3, Vec4};
 use rtfmesh::TriMesh;
-use rtfmesh::gpu::{Buffer, NONE};
+use rtfmesh::gpu::Buffer;
+use rtfmesh::mesh::NONE;
 use rtfmesh::mesh::samples::sample;
-use rtfmesh::mesh::unit_frame::Frame;
+use rtfmesh::mesh::unit_frame::UnitFrame;
 use rtfmesh::sites::surface::Surface;
 use rtfmesh::stages::project::nearest_vertices::NearestVertices;
 use rtfmesh::stages::step::Step;
 
 fn assert_projected(mesh: &TriMesh, targets: &[DVec3], k: u32, workgroup: u32) {
     let device = device();
-    let surface = Surface::new(device, mesh, &Frame::of(mesh).unwrap()).unwrap();
+    let surface = Surface::new(device, mesh, &UnitFrame::of(mesh).unwrap()).unwrap();
     let (targets, vertices) = (rounded(targets), rounded(&surface.vertices));
     let near = nearest(&targets, &vertices, k as usize, false);
     let neighbours: Vec<u32> =

@@ -4,7 +4,8 @@ use crate::reference::nearest::nearest;
 use crate::reference::plane_fit::{Fit, plane_fit};
 use crate::support::{assert_valid, cloud, device, on_sphere, rounded, upload};
 use glam::{DVec3, Vec4};
-use rtfmesh::gpu::{Buffer, NONE};
+use rtfmesh::gpu::Buffer;
+use rtfmesh::mesh::NONE;
 use rtfmesh::stages::face::cell::FlagCounts;
 use rtfmesh::stages::normals::PlaneFit;
 

@@ -7,7 +7,7 @@ use rand::RngExt;
 use rtfmesh::TriMesh;
 use rtfmesh::gpu::Buffer;
 use rtfmesh::mesh::samples::sample;
-use rtfmesh::mesh::unit_frame::Frame;
+use rtfmesh::mesh::unit_frame::UnitFrame;
 use rtfmesh::sites::surface::Surface;
 use rtfmesh::stages::project::bvh::Bvh;
 use rtfmesh::stages::project::closest::ClosestPoints;
@@ -34,7 +34,7 @@ struct Landed {
 
 impl Model {
     fn new(mesh: &TriMesh) -> Self {
-        let surface = Surface::new(device(), mesh, &Frame::of(mesh).unwrap()).unwrap();
+        let surface = Surface::new(device(), mesh, &UnitFrame::of(mesh).unwrap()).unwrap();
         let records = TriangleRecords::new(device(), &surface, None).unwrap();
         let vertices = rounded(&surface.vertices);
         let corners = surface.triangles.iter().map(|t| t.map(|v| vertices[v as usize])).collect();

@@ -2,7 +2,7 @@
 
 use crate::reference::face::Face;
 use glam::{DVec2, DVec3};
-use rtfmesh::gpu::NONE;
+use rtfmesh::mesh::NONE;
 
 /// The frame of `glsl/common/tangent.glsl` for the f32 normal.
 pub fn frame(n: DVec3) -> (DVec3, DVec3) {

@@ -6,7 +6,7 @@
 
 mod tests;
 
-use super::device::locked;
+use super::device::fixed;
 use ash::vk;
 use std::cell::Cell;
 use std::collections::BTreeMap;
@@ -77,24 +77,24 @@ fn with_hooks<T>(open: impl FnOnce() -> T) -> T {
 
 /// The plan for one test at a time.
 fn turn() -> MutexGuard<'static, ()> {
-    let turn = locked(&TURN);
-    *locked(&PLAN) = Plan::default();
+    let turn = fixed(&TURN);
+    *fixed(&PLAN) = Plan::default();
     turn
 }
 
 /// Starts counting anew, with this fault to come.
 fn plan(fault: Option<Fault>) {
-    *locked(&PLAN) = Plan { fault, ..Plan::default() };
+    *fixed(&PLAN) = Plan { fault, ..Plan::default() };
 }
 
 /// Calls by command since the last [`plan`].
 fn calls() -> BTreeMap<&'static str, u64> {
-    locked(&PLAN).calls.clone()
+    fixed(&PLAN).calls.clone()
 }
 
 /// How many calls failed since the last [`plan`].
 fn struck() -> u64 {
-    locked(&PLAN).struck
+    fixed(&PLAN).struck
 }
 
 /// The same entry, or within [`with_hooks`] one whose commands go through the plan.
@@ -166,7 +166,7 @@ macro_rules! commands {
 
                 pub unsafe extern "system" fn shim($($argument: $type),*) -> vk::Result {
                     let command = stringify!($name);
-                    let fails = locked(&PLAN).called(command);
+                    let fails = fixed(&PLAN).called(command);
                     // What was lost does no more work, but here the device goes on.
                     let ends = fails == Some(vk::Result::ERROR_DEVICE_LOST) && tells_of_loss(command);
                     if let (Some(result), false) = (fails, ends && command == "vkWaitForFences") {

@@ -54,7 +54,7 @@ fn a_device_that_fails_to_open_says_why() {
     let opening = calls();
     let messages = device.messages();
     drop(device);
-    assert_eq!(*locked(&messages), Vec::<String>::new());
+    assert_eq!(*fixed(&messages), Vec::<String>::new());
     assert!(opening.len() >= 8, "{opening:?}");
     for (&command, &count) in &opening {
         for result in CODES {
@@ -67,7 +67,7 @@ fn a_device_that_fails_to_open_says_why() {
                     assert!(harmless.contains(&command), "{fault:?}");
                     let messages = device.messages();
                     drop(device);
-                    assert_eq!(*locked(&messages), Vec::<String>::new(), "{fault:?}");
+                    assert_eq!(*fixed(&messages), Vec::<String>::new(), "{fault:?}");
                 }
                 Err(error) => assert_tells(&error, &fault),
             }
@@ -130,14 +130,14 @@ fn a_run_in_which_a_call_fails_ends_in_an_error_and_harms_no_later_run() {
             continue;
         }
         assert_tells(&result.err().unwrap_or_else(|| panic!("{fault:?} was not noticed")), &fault);
-        assert_eq!(*locked(&messages), Vec::<String>::new(), "{fault:?}");
+        assert_eq!(*fixed(&messages), Vec::<String>::new(), "{fault:?}");
         failed += 1;
     }
     assert!(failed >= 40, "{failed}");
     plan(None);
     assert_eq!(small_run(&device, &input).unwrap().mesh, whole.mesh);
     drop(device);
-    assert_eq!(*locked(&messages), Vec::<String>::new(), "what is left when the device goes");
+    assert_eq!(*fixed(&messages), Vec::<String>::new(), "what is left when the device goes");
 }
 
 /// Memory is taken in large blocks, which a device that has run keeps; each of these is a new one.
@@ -160,7 +160,7 @@ fn memory_that_is_refused_is_told_with_its_name() {
             }
             plan(None);
             drop(device);
-            assert_eq!(*locked(&messages), Vec::<String>::new(), "{fault:?}");
+            assert_eq!(*fixed(&messages), Vec::<String>::new(), "{fault:?}");
         }
     }
 }
@@ -180,5 +180,5 @@ fn what_the_device_may_still_use_stays_when_waiting_fails_for_good() {
     plan(None);
     assert!(small_run(&device, &input).is_ok(), "the device is as good as before");
     drop(device);
-    assert_eq!(*locked(&messages), Vec::<String>::new());
+    assert_eq!(*fixed(&messages), Vec::<String>::new());
 }

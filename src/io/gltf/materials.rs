@@ -10,7 +10,7 @@ use serde_json::{Map, Value, json};
 
 use super::accessors::Buffers;
 use crate::io::{Loaded, excerpt};
-use crate::mesh::attributes::{Image, Looks};
+use crate::mesh::attributes::{Image, Materials};
 use crate::{Error, Result};
 
 /// Bytes of all pictures together.
@@ -66,7 +66,7 @@ pub(crate) fn add(json: &[u8], buffers: &Buffers, loaded: &mut Loaded) -> Result
         document: &document,
         buffers,
         has_uv: loaded.attributes.uv.is_some(),
-        looks: Looks::default(),
+        looks: Materials::default(),
         known: [const { None }; 3].map(|_: Option<()>| HashMap::new()),
         bytes: 0,
         without_uv: 0,
@@ -95,7 +95,7 @@ struct Gathered<'a, 'b> {
     document: &'a Document,
     buffers: &'a Buffers<'b>,
     has_uv: bool,
-    looks: Looks,
+    looks: Materials,
     /// The new numbers of what was looked at, by [`Part`]; `None` for what cannot be had.
     known: [HashMap<usize, Option<usize>>; 3],
     bytes: u64,
@@ -284,7 +284,7 @@ impl Gathered<'_, '_> {
     }
 
     /// Notes what was left out once for all.
-    fn end(self) -> Looks {
+    fn end(self) -> Materials {
         if self.without_uv > 0 {
             self.notes.push("textures were left out, for want of texture coordinates".to_owned());
         }

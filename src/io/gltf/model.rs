@@ -124,7 +124,7 @@ impl Model {
             let problem = format!("this is glTF {}, not 2", excerpt(&self.asset.version));
             return Err(Error::input(Some("asset".to_owned()), problem, "write the mesh again as glTF 2.0"));
         }
-        // Looks and light do not matter.
+        // Materials and light do not matter.
         let harmless = |name: &String| {
             let starts = ["KHR_materials_", "KHR_texture_", "EXT_texture_", "KHR_lights_", "EXT_lights_"];
             name == "KHR_mesh_quantization" || starts.iter().any(|start| name.starts_with(start))

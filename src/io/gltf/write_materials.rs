@@ -4,16 +4,16 @@ use std::collections::BTreeSet;
 
 use serde_json::{Map, Value, json};
 
-use crate::mesh::attributes::{Attributes, Image, Looks};
+use crate::mesh::attributes::{Attributes, Image, Materials};
 
 /// The looks that the file can have: textures need texture coordinates.
-pub(crate) fn looks_of(attributes: &Attributes) -> Option<&Looks> {
-    let fits = |looks: &&Looks| attributes.uv.is_some() || looks.textures.is_empty();
+pub(crate) fn looks_of(attributes: &Attributes) -> Option<&Materials> {
+    let fits = |looks: &&Materials| attributes.uv.is_some() || looks.textures.is_empty();
     attributes.looks.as_ref().filter(fits)
 }
 
 /// Bytes that they take, in the buffer and in JSON, to within those of what refers to them.
-pub(crate) fn byte_length(looks: &Looks) -> u64 {
+pub(crate) fn byte_length(looks: &Materials) -> u64 {
     let pictures: usize = looks.images.iter().map(|image| image.bytes.len().next_multiple_of(4)).sum();
     let text =
         looks.materials.iter().chain(&looks.textures).map(|value| value.to_string().len()).sum::<usize>();
@@ -21,7 +21,7 @@ pub(crate) fn byte_length(looks: &Looks) -> u64 {
 }
 
 /// The materials of these names; one without a name at the end stands for none and is left out.
-pub(crate) fn materials(names: &[String], looks: Option<&Looks>) -> Vec<Value> {
+pub(crate) fn materials(names: &[String], looks: Option<&Materials>) -> Vec<Value> {
     let names = match names.split_last() {
         Some((last, others)) if last.is_empty() => others,
         _ => names,
@@ -36,7 +36,7 @@ pub(crate) fn materials(names: &[String], looks: Option<&Looks>) -> Vec<Value> {
 }
 
 /// Adds what materials refer to; `views` are the buffer views of the pictures.
-pub(crate) fn add(document: &mut Value, looks: &Looks, views: &[usize]) {
+pub(crate) fn add(document: &mut Value, looks: &Materials, views: &[usize]) {
     let image = |(image, view): (&Image, &usize)| {
         let mut entry = json!({ "bufferView": view, "mimeType": image.mime });
         if let Some(name) = &image.name {

@@ -11,7 +11,7 @@ use super::{at_line, logical_lines};
 use crate::io::write::{atomically, write_obj_vertex};
 use crate::io::{bytes_of, excerpt};
 use crate::mesh::TriMesh;
-use crate::mesh::features::Skeleton;
+use crate::mesh::features::Features;
 use crate::{Error, Result};
 
 /// One `l` element.
@@ -105,11 +105,11 @@ fn number(line: u64, word: &str, known: usize) -> Result<usize> {
 /// # Errors
 ///
 /// [`Error::Output`]: see [`crate::io::check_text_target`]; also a full disk. Panics if the skeleton is not of `mesh`.
-pub fn write_skeleton(path: &Path, mesh: &TriMesh, skeleton: &Skeleton) -> Result<()> {
+pub fn write_skeleton(path: &Path, mesh: &TriMesh, skeleton: &Features) -> Result<()> {
     atomically(path, |file| write(file, mesh, skeleton))
 }
 
-fn write(file: &mut impl Write, mesh: &TriMesh, skeleton: &Skeleton) -> io::Result<()> {
+fn write(file: &mut impl Write, mesh: &TriMesh, skeleton: &Features) -> io::Result<()> {
     let mut numbers: HashMap<u32, usize> = HashMap::new();
     for &vertex in skeleton.curves.iter().flat_map(|curve| &curve.vertices).chain(&skeleton.corners) {
         let next = numbers.len() + 1;

@@ -8,10 +8,11 @@ use glam::DVec3;
 
 use super::CornerUv;
 use super::seams::{joined, seams_of};
+use crate::mesh::NONE;
 use crate::mesh::TriMesh;
 use crate::mesh::bvh::Bvh;
 use crate::mesh::correspondence::{Source, SurfacePoint};
-use crate::mesh::half_edges::{NO_MATE, half_edge_mates};
+use crate::mesh::half_edges::twins;
 use crate::mesh::triangle::closest_on_triangle;
 use rayon::prelude::*;
 
@@ -26,8 +27,8 @@ const FARTHEST: f64 = 1e3;
 struct Charts<'a> {
     input: &'a TriMesh,
     uv: &'a CornerUv,
-    /// Across each half-edge, [`NO_MATE`] at seams as well.
-    mates: Vec<u32>,
+    /// Across each half-edge, [`NONE`] at seams as well.
+    twins: Vec<u32>,
     /// The seams and open edges as triangles without area, moved by `centre` and divided by `size`; `None` without seams.
     seams: Option<Bvh>,
     centre: DVec3,
@@ -47,16 +48,16 @@ pub(crate) fn corner_uv(input: &TriMesh, uv: &CornerUv, source: &Source, output:
 impl<'a> Charts<'a> {
     fn new(input: &'a TriMesh, uv: &'a CornerUv) -> Self {
         let triangles = joined(input);
-        let mut mates = half_edge_mates(&triangles);
+        let mut twins = twins(&triangles);
         for cut in seams_of(&triangles, uv) {
-            mates[cut as usize] = NO_MATE;
+            twins[cut as usize] = NONE;
         }
         let (low, high) = input.bounds().unwrap_or_default();
         let (centre, size) = (0.5 * low + 0.5 * high, (0.5 * high - 0.5 * low).max_element());
         let size = if size > 0.0 { size } else { 1.0 };
         // Open edges too: what is beyond a crack that was closed is another piece of texture.
         let cuts: Vec<u32> =
-            (0..).zip(&mates).filter(|(_, mate)| **mate == NO_MATE).map(|(half, _)| half).collect();
+            (0..).zip(&twins).filter(|(_, twin)| **twin == NONE).map(|(half, _)| half).collect();
         let corners = input.triangles.as_flattened();
         let next = |half: u32| if half % 3 == 2 { half - 2 } else { half + 1 };
         let ends = cuts.iter().flat_map(|half| [*half, next(*half)]);
@@ -65,7 +66,7 @@ impl<'a> Charts<'a> {
             triangles: (0..cuts.len() as u32).map(|k| [2 * k, 2 * k + 1, 2 * k + 1]).collect(),
         };
         let seams = (!cuts.is_empty()).then(|| Bvh::new(&seams));
-        Self { input, uv, mates, seams, centre, size }
+        Self { input, uv, twins, seams, centre, size }
     }
 
     fn of_face(&self, corners: [DVec3; 3], points: [SurfacePoint; 3], under: u32) -> [[f64; 2]; 3] {
@@ -100,13 +101,13 @@ impl<'a> Charts<'a> {
         while let Some(triangle) = chart.get(next).copied() {
             next += 1;
             for half in 3 * triangle..3 * triangle + 3 {
-                let mate = self.mates[half as usize];
-                if mate == NO_MATE || !known.insert(mate / 3) {
+                let twin = self.twins[half as usize];
+                if twin == NONE || !known.insert(twin / 3) {
                     continue;
                 }
-                let corners = self.input.corners(mate as usize / 3);
+                let corners = self.input.corners(twin as usize / 3);
                 if closest_on_triangle(middle, corners).point.distance(middle) <= reach {
-                    chart.push(mate / 3);
+                    chart.push(twin / 3);
                 }
             }
         }

@@ -4,10 +4,10 @@ use std::sync::Arc;
 
 use serde_json::Value;
 
-/// The looks of the materials that the label `material` counts, as glTF has them. [`crate::io::read_with_looks`] finds
+/// The looks of the materials that the label `material` counts, as glTF has them. [`crate::io::read_with_materials`] finds
 /// them, and a `.glb` file holds them.
 #[derive(Debug, Clone, PartialEq, Default)]
-pub struct Looks {
+pub struct Materials {
     /// One object for each material, without its name; null for those that no triangle has. Textures in them count in
     /// `textures`.
     pub(crate) materials: Vec<Value>,
@@ -28,7 +28,7 @@ pub struct Image {
     pub bytes: Arc<[u8]>,
 }
 
-impl Looks {
+impl Materials {
     /// The pictures, each once.
     pub fn images(&self) -> &[Image] {
         &self.images

@@ -6,7 +6,7 @@ mod materials;
 mod seams;
 mod transfer;
 
-pub use materials::{Image, Looks};
+pub use materials::{Image, Materials};
 pub use seams::{label_borders, uv_seams};
 pub use transfer::transfer;
 
@@ -132,7 +132,7 @@ pub struct Attributes {
     /// The `mtllib` lines of an OBJ file, without that word.
     pub libraries: Vec<String>,
     /// Of the materials, if they were asked for.
-    pub looks: Option<Looks>,
+    pub looks: Option<Materials>,
 }
 
 impl Attributes {

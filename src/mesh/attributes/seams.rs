@@ -4,7 +4,7 @@ use std::collections::{HashMap, HashSet};
 
 use super::{Attributes, CornerUv, Role};
 use crate::mesh::TriMesh;
-use crate::mesh::half_edges::{EdgeTable, Side};
+use crate::mesh::half_edges::{EdgeTable, HalfEdge};
 
 /// Texture coordinates nearer than this, in textures, are the same.
 const SAME_UV: f64 = 1e-6;
@@ -24,7 +24,7 @@ pub(crate) fn joined(mesh: &TriMesh) -> Vec<[u32; 3]> {
 }
 
 /// Sides of triangles, `3 * triangle + k`, across which `breaks` holds, rising. `triangles` are [`joined`] ones.
-fn sides_where(triangles: &[[u32; 3]], breaks: impl Fn(Side, Side) -> bool) -> Vec<u32> {
+fn sides_where(triangles: &[[u32; 3]], breaks: impl Fn(HalfEdge, HalfEdge) -> bool) -> Vec<u32> {
     let mut found = Vec::new();
     for sides in EdgeTable::new(triangles).edges() {
         let [first, others @ ..] = sides else { continue };
@@ -37,7 +37,7 @@ fn sides_where(triangles: &[[u32; 3]], breaks: impl Fn(Side, Side) -> bool) -> V
 }
 
 /// Whether the texture breaks off at the ends of an edge between two sides, those of the first side in its order.
-fn broken_ends(triangles: &[[u32; 3]], uv: &CornerUv, one: Side, other: Side) -> [bool; 2] {
+fn broken_ends(triangles: &[[u32; 3]], uv: &CornerUv, one: HalfEdge, other: HalfEdge) -> [bool; 2] {
     let corners = triangles.as_flattened();
     let differ = |a: usize, b: usize| {
         let [p, q] = [uv.values[a], uv.values[b]];

@@ -3,7 +3,7 @@
 use super::graph::Graph;
 use super::grow::behind;
 use super::surface::{Sides, degrees_between};
-use crate::mesh::half_edges::NO_MATE;
+use crate::mesh::NONE;
 use crate::mesh::topology::Partition;
 
 /// Turns of more degrees are corners.
@@ -72,7 +72,6 @@ fn corner_near(graph: &Graph, vertex: u32, corners: &[bool], reach: f64) -> bool
 
 /// Vertices whose triangles form more than one fan, so that parts of the surface meet in that point alone.
 fn touching(sides: &Sides, vertices: usize) -> Vec<bool> {
-    const NONE: u32 = u32::MAX;
     let corners = sides.triangles().as_flattened();
     let next_in = |half: usize| half - half % 3 + (half + 1) % 3;
     let before = |half: usize| half - half % 3 + (half + 2) % 3;
@@ -89,8 +88,8 @@ fn touching(sides: &Sides, vertices: usize) -> Vec<bool> {
         for forward in [true, false] {
             let mut half = first;
             loop {
-                let across = sides.mates[if forward { before(half) } else { half }];
-                if across == NO_MATE {
+                let across = sides.twins[if forward { before(half) } else { half }];
+                if across == NONE {
                     break;
                 }
                 half = if forward { across as usize } else { next_in(across as usize) };
@@ -101,7 +100,7 @@ fn touching(sides: &Sides, vertices: usize) -> Vec<bool> {
             }
         }
     }
-    // Fans that hang together by edges without mates are one.
+    // Fans that hang together by edges without twins are one.
     let mut fans = Partition::new(vertex_of.len());
     for &[one, other] in &sides.joined {
         let [one, other] = [one as usize, other as usize];

@@ -33,7 +33,7 @@ impl Link {
     }
 }
 
-/// Links and the vertices they join.
+/// HalfEdgeMesh and the vertices they join.
 pub(super) struct Graph<'a> {
     pub(super) points: &'a [DVec3],
     pub(super) links: Vec<Link>,

@@ -19,7 +19,7 @@ use glam::DVec3;
 use serde::Serialize;
 
 use super::TriMesh;
-use super::unit_frame::Frame;
+use super::unit_frame::UnitFrame;
 use crate::{Error, Result};
 use graph::Graph;
 use surface::Sides;
@@ -27,7 +27,7 @@ pub use user_lines::user_edges;
 
 /// What counts as a curve.
 #[derive(Debug, Clone, PartialEq)]
-pub struct SkeletonOptions {
+pub struct FeatureOptions {
     /// Least angle in degrees between the normals on both sides of a sharp edge, above 0 to 180; 180 turns sharp edges
     /// off. Chains are followed down to 0.4 of it.
     pub feature_angle: f64,
@@ -38,7 +38,7 @@ pub struct SkeletonOptions {
     pub user_edges: Vec<[u32; 2]>,
 }
 
-impl SkeletonOptions {
+impl FeatureOptions {
     /// The usual feature angle in degrees.
     pub const FEATURE_ANGLE: f64 = 40.0;
 
@@ -140,7 +140,7 @@ impl Dropped {
 
 /// Curves, corners and patches of a surface.
 #[derive(Debug, Clone, Default, PartialEq)]
-pub struct Skeleton {
+pub struct Features {
     /// The curves; every curve edge is in exactly one.
     pub curves: Vec<Curve>,
     /// Vertices where curves end, branch or turn sharply, or where the surface only touches itself, rising.
@@ -153,7 +153,7 @@ pub struct Skeleton {
     pub dropped: Dropped,
 }
 
-impl Skeleton {
+impl Features {
     /// The curves of each kind that occurs, kinds and curves in order.
     pub fn curves_by_kind(&self) -> impl Iterator<Item = (CurveKind, Vec<&Curve>)> {
         let of = |kind| (kind, self.curves.iter().filter(|curve| curve.kind == kind).collect::<Vec<_>>());
@@ -170,12 +170,12 @@ const FADE: f64 = 0.4;
 ///
 /// [`Error::Usage`] for options out of range; [`Error::Input`] for a user's edge that the mesh does not have, for
 /// coordinates that are not finite, and for vertices that are all at one point.
-pub fn skeleton(mesh: &TriMesh, options: &SkeletonOptions) -> Result<Skeleton> {
+pub fn find_features(mesh: &TriMesh, options: &FeatureOptions) -> Result<Features> {
     check(options)?;
     if mesh.triangles.is_empty() && options.user_edges.is_empty() {
-        return Ok(Skeleton::default());
+        return Ok(Features::default());
     }
-    let frame = Frame::of(mesh)?;
+    let frame = UnitFrame::of(mesh)?;
     let points: Vec<DVec3> = mesh.vertices.iter().map(|&v| frame.to_unit(v)).collect();
     let scale = Scale { feature: options.feature_angle, spacing: options.spacing / frame.scale };
 
@@ -198,7 +198,7 @@ pub fn skeleton(mesh: &TriMesh, options: &SkeletonOptions) -> Result<Skeleton> {
     curves.iter_mut().for_each(|curve| curve.length *= frame.scale);
     let (patches, patch_count) = patches::patches(&graph, &sides);
     let corners = (0..).zip(&corners).filter(|(_, is)| **is).map(|(vertex, _)| vertex).collect();
-    Ok(Skeleton { curves, corners, patches, patch_count, dropped })
+    Ok(Features { curves, corners, patches, patch_count, dropped })
 }
 
 /// The edge length of an even mesh of `vertices` vertices on the surface `mesh`, in its units: the spacing of a hexagonal
@@ -206,9 +206,9 @@ pub fn skeleton(mesh: &TriMesh, options: &SkeletonOptions) -> Result<Skeleton> {
 ///
 /// # Errors
 ///
-/// [`Error::Input`]: see [`Frame::of`].
+/// [`Error::Input`]: see [`UnitFrame::of`].
 pub fn spacing_of(mesh: &TriMesh, vertices: usize) -> Result<f64> {
-    let frame = Frame::of(mesh)?;
+    let frame = UnitFrame::of(mesh)?;
     let area = |t: usize| {
         let [a, b, c] = mesh.corners(t).map(|corner| frame.to_unit(corner));
         0.5 * (b - a).cross(c - a).length()
@@ -226,8 +226,8 @@ struct Scale {
     spacing: f64,
 }
 
-fn check(options: &SkeletonOptions) -> Result<()> {
-    let SkeletonOptions { feature_angle, spacing, .. } = options;
+fn check(options: &FeatureOptions) -> Result<()> {
+    let FeatureOptions { feature_angle, spacing, .. } = options;
     if !(*feature_angle > 0.0 && *feature_angle <= 180.0) {
         let problem = format!("the feature angle {feature_angle} is not above 0 to 180 degrees");
         return Err(Error::usage(problem, "try 40, or 180 for no sharp edges"));

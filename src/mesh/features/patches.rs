@@ -2,15 +2,15 @@
 
 use super::graph::Graph;
 use super::surface::Sides;
-use crate::mesh::half_edges::NO_MATE;
+use crate::mesh::NONE;
 
 /// The patch of each triangle, in the order of the patches' first triangles, and how many there are.
 pub(super) fn patches(graph: &Graph, sides: &Sides) -> (Vec<u32>, usize) {
-    let mut is_curve = vec![false; sides.mates.len()];
+    let mut is_curve = vec![false; sides.twins.len()];
     for link in graph.links.iter().filter(|link| link.on) {
         is_curve[link.half as usize] = true;
-        if let Some(mate) = is_curve.get_mut(sides.mates[link.half as usize] as usize) {
-            *mate = true;
+        if let Some(twin) = is_curve.get_mut(sides.twins[link.half as usize] as usize) {
+            *twin = true;
         }
     }
     let mut patches = vec![u32::MAX; sides.triangles().len()];
@@ -24,10 +24,10 @@ pub(super) fn patches(graph: &Graph, sides: &Sides) -> (Vec<u32>, usize) {
         waiting.push(first);
         while let Some(t) = waiting.pop() {
             for half in [3 * t, 3 * t + 1, 3 * t + 2] {
-                let mate = sides.mates[half];
-                if mate != NO_MATE && !is_curve[half] && patches[mate as usize / 3] == u32::MAX {
-                    patches[mate as usize / 3] = count;
-                    waiting.push(mate as usize / 3);
+                let twin = sides.twins[half];
+                if twin != NONE && !is_curve[half] && patches[twin as usize / 3] == u32::MAX {
+                    patches[twin as usize / 3] = count;
+                    waiting.push(twin as usize / 3);
                 }
             }
         }

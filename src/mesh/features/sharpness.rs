@@ -6,7 +6,7 @@ use rayon::prelude::*;
 use super::graph::Link;
 use super::surface::{Sides, degrees_between};
 use super::{CurveKind, FADE, Scale};
-use crate::mesh::half_edges::NO_MATE;
+use crate::mesh::NONE;
 
 /// Normals are averaged this far from the edge's middle, in spacings.
 const REACH: f64 = 0.5;
@@ -24,21 +24,21 @@ pub(super) fn candidates(points: &[DVec3], sides: &Sides, scale: Scale) -> Vec<L
     }
     // Most of the surface is smooth; the angle proper is for the rest.
     let smooth = (FADE * scale.feature).to_radians().cos();
-    let turns: Vec<(u32, f64)> = (0..sides.mates.len())
+    let turns: Vec<(u32, f64)> = (0..sides.twins.len())
         .into_par_iter()
         .filter(|&half| {
-            let mate = sides.mates[half];
-            mate != NO_MATE
-                && (half as u32) < mate
+            let twin = sides.twins[half];
+            twin != NONE
+                && (half as u32) < twin
                 && !sides.is_fixed[half]
-                && sides.normals[half / 3].dot(sides.normals[mate as usize / 3]) < smooth
+                && sides.normals[half / 3].dot(sides.normals[twin as usize / 3]) < smooth
         })
         .map(|half| (half as u32, sides.turn(half as u32)))
         .collect();
     let mut stops = sides.is_fixed.clone();
     for &(half, _) in turns.iter().filter(|(_, turn)| *turn >= scale.feature) {
         stops[half as usize] = true;
-        stops[sides.mates[half as usize] as usize] = true;
+        stops[sides.twins[half as usize] as usize] = true;
     }
     let sharp: Vec<Link> = turns
         .into_par_iter()
@@ -57,7 +57,7 @@ fn seen_turn(points: &[DVec3], sides: &Sides, stops: &[bool], half: u32, spacing
     let [a, b] = sides.ends(half).map(|v| points[v as usize]);
     let reach = (REACH * spacing).max(REACH_OF_EDGE * a.distance(b));
     let middle = 0.5 * (a + b);
-    let (one, other) = (half as usize / 3, sides.mates[half as usize] as usize / 3);
+    let (one, other) = (half as usize / 3, sides.twins[half as usize] as usize / 3);
     // Points from the other side to this one, along the surface.
     let across = (sides.normals[one] + sides.normals[other]).cross(b - a);
     let mean = |start: usize, across: DVec3| {
@@ -70,11 +70,11 @@ fn seen_turn(points: &[DVec3], sides: &Sides, stops: &[bool], half: u32, spacing
             next += 1;
             sum += sides.areas[t] * sides.normals[t];
             for half in [3 * t, 3 * t + 1, 3 * t + 2] {
-                let mate = sides.mates[half];
-                if mate == NO_MATE || stops[half] {
+                let twin = sides.twins[half];
+                if twin == NONE || stops[half] {
                     continue;
                 }
-                let t = mate / 3;
+                let t = twin / 3;
                 if reached.len() == MOST || reached.contains(&t) {
                     continue;
                 }

@@ -121,7 +121,7 @@ fn strips(graph: &Graph, sides: &Sides) -> Vec<Strip> {
         if !link.on || link.kind != CurveKind::Sharp {
             continue;
         }
-        let both = [link.half, sides.mates[link.half as usize]].map(of);
+        let both = [link.half, sides.twins[link.half as usize]].map(of);
         if both[0] == both[1] {
             continue;
         }

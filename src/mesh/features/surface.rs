@@ -4,7 +4,8 @@ use glam::DVec3;
 use rayon::prelude::*;
 
 use super::CurveKind;
-use crate::mesh::half_edges::{EdgeTable, NO_MATE};
+use crate::mesh::NONE;
+use crate::mesh::half_edges::EdgeTable;
 use crate::{Error, Result};
 
 /// Triangles lower than this share of the spacing take the normal of the one across their longest side: their own is
@@ -19,12 +20,12 @@ pub(super) struct Sides<'a> {
     /// Unit normals (zero where there is none) and areas of the triangles.
     pub(super) normals: Vec<DVec3>,
     pub(super) areas: Vec<f64>,
-    /// For each half-edge the one that runs against it, [`NO_MATE`] where the edge does not have just two triangles of
+    /// For each half-edge the one that runs against it, [`NONE`] where the edge does not have just two triangles of
     /// one orientation.
-    pub(super) mates: Vec<u32>,
+    pub(super) twins: Vec<u32>,
     /// Edges that are curves whatever their angle, by their first half-edge.
     pub(super) fixed: Vec<(u32, CurveKind)>,
-    /// Pairs of half-edges on one edge that are no mates of each other; all on one such edge are linked by them.
+    /// Pairs of half-edges on one edge that are no twins of each other; all on one such edge are linked by them.
     pub(super) joined: Vec<[u32; 2]>,
     /// Whether a half-edge is on one of them.
     pub(super) is_fixed: Vec<bool>,
@@ -33,7 +34,7 @@ pub(super) struct Sides<'a> {
 impl<'a> Sides<'a> {
     pub(super) fn new(points: &[DVec3], triangles: &'a [[u32; 3]], spacing: f64) -> Self {
         let corners = triangles.as_flattened();
-        let mut mates = vec![NO_MATE; corners.len()];
+        let mut twins = vec![NONE; corners.len()];
         let mut is_fixed = vec![false; corners.len()];
         let mut fixed = Vec::new();
         let mut joined = Vec::new();
@@ -42,8 +43,8 @@ impl<'a> Sides<'a> {
             let kind = match edge.len() {
                 1 => CurveKind::Boundary,
                 2 if corners[from(0)] != corners[from(1)] => {
-                    mates[from(0)] = from(1) as u32;
-                    mates[from(1)] = from(0) as u32;
+                    twins[from(0)] = from(1) as u32;
+                    twins[from(1)] = from(0) as u32;
                     continue;
                 }
                 2 => CurveKind::Inconsistent,
@@ -62,8 +63,8 @@ impl<'a> Sides<'a> {
             })
             .unzip();
         let lowest = (NEEDLE * spacing).max(NEEDLE_OF_DIAGONAL);
-        borrow_normals(points, triangles, &mates, &areas, lowest, &mut normals);
-        Self { triangles, normals, areas, mates, fixed, joined, is_fixed }
+        borrow_normals(points, triangles, &twins, &areas, lowest, &mut normals);
+        Self { triangles, normals, areas, twins, fixed, joined, is_fixed }
     }
 
     /// Makes curves of the edges between these pairs of vertices.
@@ -75,16 +76,16 @@ impl<'a> Sides<'a> {
         wanted.sort_unstable();
         wanted.dedup();
         let mut met = vec![false; wanted.len()];
-        for half in 0..self.mates.len() as u32 {
+        for half in 0..self.twins.len() as u32 {
             let [a, b] = self.ends(half);
             let Ok(found) = wanted.binary_search(&[a.min(b), a.max(b)]) else { continue };
             met[found] = true;
-            let mate = self.mates[half as usize];
-            // An edge without a mate is a curve already.
-            if mate != NO_MATE && half < mate {
+            let twin = self.twins[half as usize];
+            // An edge without a twin is a curve already.
+            if twin != NONE && half < twin {
                 self.fixed.push((half, CurveKind::User));
                 self.is_fixed[half as usize] = true;
-                self.is_fixed[mate as usize] = true;
+                self.is_fixed[twin as usize] = true;
             }
         }
         let missing = met.iter().position(|met| !met).map(|missing| wanted[missing]);
@@ -104,17 +105,17 @@ impl<'a> Sides<'a> {
         self.triangles
     }
 
-    /// Whether the surface turns down, and not up, across a half-edge that has a mate.
+    /// Whether the surface turns down, and not up, across a half-edge that has a twin.
     pub(super) fn turns_down(&self, points: &[DVec3], half: u32) -> bool {
         let [a, b] = self.ends(half).map(|v| points[v as usize]);
-        let mate = self.mates[half as usize];
-        self.normals[half as usize / 3].cross(self.normals[mate as usize / 3]).dot(b - a) > 0.0
+        let twin = self.twins[half as usize];
+        self.normals[half as usize / 3].cross(self.normals[twin as usize / 3]).dot(b - a) > 0.0
     }
 
-    /// The angle in degrees by which the surface turns across a half-edge that has a mate.
+    /// The angle in degrees by which the surface turns across a half-edge that has a twin.
     pub(super) fn turn(&self, half: u32) -> f64 {
-        let mate = self.mates[half as usize];
-        degrees_between(self.normals[half as usize / 3], self.normals[mate as usize / 3])
+        let twin = self.twins[half as usize];
+        degrees_between(self.normals[half as usize / 3], self.normals[twin as usize / 3])
     }
 }
 
@@ -127,7 +128,7 @@ pub(super) fn degrees_between(a: DVec3, b: DVec3) -> f64 {
 fn borrow_normals(
     points: &[DVec3],
     triangles: &[[u32; 3]],
-    mates: &[u32],
+    twins: &[u32],
     areas: &[f64],
     lowest: f64,
     normals: &mut [DVec3],
@@ -152,11 +153,11 @@ fn borrow_normals(
         .filter_map(|needle| {
             let (mut t, mut came_by) = (needle, usize::MAX);
             for _ in 0..FARTHEST {
-                let mate = *mates.get(longest(t, came_by).0)?;
-                if mate == NO_MATE {
+                let twin = *twins.get(longest(t, came_by).0)?;
+                if twin == NONE {
                     return None;
                 }
-                (t, came_by) = (mate as usize / 3, mate as usize);
+                (t, came_by) = (twin as usize / 3, twin as usize);
                 if !is_needle(t) {
                     return Some((needle, normals[t]));
                 }

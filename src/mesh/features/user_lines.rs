@@ -6,7 +6,7 @@ use rayon::slice::ParallelSliceMut;
 use crate::io::FeatureLine;
 use crate::mesh::TriMesh;
 use crate::mesh::half_edges::EdgeTable;
-use crate::mesh::unit_frame::Frame;
+use crate::mesh::unit_frame::UnitFrame;
 use crate::{Error, Result};
 
 /// Points match a vertex within this share of the bounding box's diagonal.
@@ -17,7 +17,7 @@ const NEAR: f64 = 1e-6;
 /// # Errors
 ///
 /// [`Error::Input`] with the line in the file: a point is not at a vertex (within a millionth of the bounding box's
-/// diagonal), or two points in a row are not joined by an edge. Also what [`Frame::of`] finds wrong with the mesh.
+/// diagonal), or two points in a row are not joined by an edge. Also what [`UnitFrame::of`] finds wrong with the mesh.
 pub fn user_edges(mesh: &TriMesh, lines: &[FeatureLine]) -> Result<Vec<[u32; 2]>> {
     let places = Places::new(mesh)?;
     let table = EdgeTable::new(&mesh.triangles);
@@ -52,13 +52,13 @@ pub fn user_edges(mesh: &TriMesh, lines: &[FeatureLine]) -> Result<Vec<[u32; 2]>
 /// Vertices by the small cell they are in.
 struct Places<'a> {
     mesh: &'a TriMesh,
-    frame: Frame,
+    frame: UnitFrame,
     cells: Vec<([i64; 3], u32)>,
 }
 
 impl<'a> Places<'a> {
     fn new(mesh: &'a TriMesh) -> Result<Self> {
-        let frame = Frame::of(mesh)?;
+        let frame = UnitFrame::of(mesh)?;
         let mut cells: Vec<([i64; 3], u32)> =
             (0..).zip(&mesh.vertices).map(|(number, &v)| (cell(frame.to_unit(v)), number)).collect();
         cells.par_sort_unstable();

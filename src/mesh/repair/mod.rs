@@ -13,7 +13,7 @@ use glam::DVec3;
 use serde::Serialize;
 
 use super::TriMesh;
-use super::kd_tree::PointTree;
+use super::kd_tree::KdTree;
 use crate::{Error, Result};
 pub(crate) use components::connected_components;
 
@@ -98,7 +98,7 @@ pub fn repair(mesh: &TriMesh) -> Result<Repaired> {
 /// As [`repair_with`].
 pub fn at_welded_places(mesh: &TriMesh, options: &RepairOptions) -> Result<TriMesh> {
     let repaired = repair_with(mesh, options)?.mesh;
-    let tree = PointTree::new(&repaired.vertices);
+    let tree = KdTree::new(&repaired.vertices);
     let reach = mesh.bounds().map_or(0.0, |(low, high)| options.weld * (high - low).length());
     let welded = |p: &DVec3| {
         let nearest = tree.nearest(*p).map(|v| repaired.vertices[v as usize]);

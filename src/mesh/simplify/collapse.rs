@@ -3,7 +3,7 @@
 use super::flip::flip;
 use super::{Graph, ordered};
 use crate::TriMesh;
-use crate::mesh::half_edges::{EdgeTable, Side};
+use crate::mesh::half_edges::{EdgeTable, HalfEdge};
 use crate::mesh::intersections::intersecting_faces;
 use glam::{DMat3, DVec3};
 use std::cmp::Reverse;
@@ -278,7 +278,7 @@ fn folded(mesh: &TriMesh) -> usize {
         let [a, b, c] = mesh.corners(t);
         (b - a).cross(c - a).normalize_or_zero()
     };
-    let is_folded = |sides: &&[Side]| match sides {
+    let is_folded = |sides: &&[HalfEdge]| match sides {
         [one, two] => normal(one.triangle()).dot(normal(two.triangle())) < FOLDED,
         _ => false,
     };

@@ -28,7 +28,7 @@ pub struct Kept<'a> {
 
 /// A mesh from [`with_vertices`].
 #[derive(Debug, Clone, PartialEq)]
-pub struct Coarsened {
+pub struct Simplified {
     /// The mesh.
     pub mesh: TriMesh,
     /// The triangle of the input that each triangle was.
@@ -41,12 +41,12 @@ pub struct Coarsened {
 /// halved. If no mesh of so few vertices can be reached without changing the topology or running through
 /// itself, one with more comes back. Vertices
 /// move along curves only, and corners not at all. Panics if an index is out of range.
-pub fn with_vertices(mesh: &TriMesh, kept: Kept, count: usize) -> Coarsened {
+pub fn with_vertices(mesh: &TriMesh, kept: Kept, count: usize) -> Simplified {
     with_vertices_until(mesh, kept, count, &AtomicBool::new(false))
 }
 
 /// As [`with_vertices`]; it ends soon, with more vertices, once it is to `stop`.
-pub(crate) fn with_vertices_until(mesh: &TriMesh, kept: Kept, count: usize, stop: &AtomicBool) -> Coarsened {
+pub(crate) fn with_vertices_until(mesh: &TriMesh, kept: Kept, count: usize, stop: &AtomicBool) -> Simplified {
     let mut graph = Graph::new(mesh, kept);
     graph.reach(count, stop);
     graph.into_mesh()
@@ -63,7 +63,7 @@ pub struct Site {
 
 /// As [`with_vertices`], but vertices are at `sites` as far as the topology allows: where it needs others, as at handles
 /// smaller than an edge, some sites are left out for them.
-pub fn at_sites(mesh: &TriMesh, kept: Kept, sites: &[Site], count: usize) -> Coarsened {
+pub fn at_sites(mesh: &TriMesh, kept: Kept, sites: &[Site], count: usize) -> Simplified {
     at_sites_until(mesh, kept, (sites, count), &AtomicBool::new(false))
 }
 
@@ -73,7 +73,7 @@ pub(crate) fn at_sites_until(
     kept: Kept,
     (sites, count): (&[Site], usize),
     stop: &AtomicBool,
-) -> Coarsened {
+) -> Simplified {
     let mut graph = Graph::new(mesh, kept);
     let fixed = graph.fixed.clone();
     for v in insert::insert(&mut graph, sites) {
@@ -187,7 +187,7 @@ impl Graph {
         self.star[a as usize].iter().copied().filter(move |t| self.triangles[*t as usize].contains(&b))
     }
 
-    fn into_mesh(self) -> Coarsened {
+    fn into_mesh(self) -> Simplified {
         let mut mesh = TriMesh::default();
         let mut renamed = vec![u32::MAX; self.points.len()];
         let mut held = Vec::with_capacity(self.used);
@@ -204,7 +204,7 @@ impl Graph {
         let (triangles, origin) =
             living.map(|t| (self.triangles[t].map(|v| renamed[v as usize]), self.origin[t])).unzip();
         mesh.triangles = triangles;
-        Coarsened { mesh, origin, held }
+        Simplified { mesh, origin, held }
     }
 }
 

@@ -26,7 +26,7 @@ pub struct Bounds<'a> {
 /// Lengths at the vertices of `surface` in proportion to `wished` ones, all above 0, but within `bounds`, for as many
 /// vertices as the uniform mesh has.
 pub fn graded(surface: &TriMesh, wished: &[f64], bounds: &Bounds) -> Vec<f64> {
-    let links = Links::new(surface);
+    let links = HalfEdgeMesh::new(surface);
     let areas: Vec<f64> = (0..surface.triangles.len()).map(|t| surface.triangle_area(t)).collect();
     let whole: f64 = areas.iter().sum();
     let at_scale = |scale: f64| {
@@ -58,7 +58,7 @@ pub fn graded(surface: &TriMesh, wished: &[f64], bounds: &Bounds) -> Vec<f64> {
 }
 
 /// The edges of a surface from its vertices.
-struct Links {
+struct HalfEdgeMesh {
     start: Vec<u32>,
     /// The other end of each, and how far it is.
     ends: Vec<(u32, f64)>,
@@ -82,7 +82,7 @@ impl Ord for Next {
     }
 }
 
-impl Links {
+impl HalfEdgeMesh {
     fn new(surface: &TriMesh) -> Self {
         let mut start = vec![0u32; surface.vertices.len() + 1];
         for v in surface.triangles.as_flattened() {

@@ -19,7 +19,7 @@ use glam::{DVec3, Vec4};
 use rayon::prelude::*;
 
 /// The stages that do so with their buffers.
-pub(crate) struct Landing {
+pub(crate) struct SiteProjection {
     planes: Planes,
     site_triangle: Buffer<u32>,
 }
@@ -148,7 +148,7 @@ impl Onto {
     }
 }
 
-impl Landing {
+impl SiteProjection {
     /// For sites that begin at `seeds`.
     pub fn new(device: &Device, options: &Options, surface: &Surface, seeds: &Seeds) -> Result<Self> {
         let n = options.vertices;

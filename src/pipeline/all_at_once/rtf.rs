@@ -1,6 +1,6 @@
 //! The pipeline with faces in planes, all sites from the start: the paper's, and what becomes of it if a stage is another.
 
-use super::projection::Landing;
+use super::projection::SiteProjection;
 use crate::gpu::{Buffer, Device, Recorder};
 use crate::mesh::topology::{Topology, topology};
 use crate::options::Options;
@@ -29,7 +29,7 @@ pub(crate) struct Run {
     sites: Buffer<Vec4>,
     site_tiles: TileBounds,
     near_sites: Search,
-    landing: Landing,
+    landing: SiteProjection,
     faces: CellFaces,
     centroids: Centroids,
     step: Step,
@@ -87,7 +87,7 @@ impl Run {
             sites: Buffer::from_slice(device, "rtf.sites", &sites)?,
             site_tiles: TileBounds::new(device, "rtf.neighbours.site_tiles", n)?,
             near_sites: Search::new(device, options)?,
-            landing: Landing::new(device, options, surface, seeds)?,
+            landing: SiteProjection::new(device, options, surface, seeds)?,
             faces,
             centroids: Centroids::new(device, n, options.centroid, None)?,
             step: Step::new(device, n, options.iterations, None)?,

@@ -6,10 +6,10 @@ use super::levels::enough;
 use super::{CoarseToFine, Ground};
 use crate::gpu::Device;
 use crate::mesh::topology::Topology;
-use crate::mesh::unit_frame::Frame;
+use crate::mesh::unit_frame::UnitFrame;
 use crate::options::{Options, Shortage};
 use crate::pipeline::prepare::ground;
-use crate::pipeline::{Clock, Connection, SkeletonSummary};
+use crate::pipeline::{Clock, Connection, FeatureSummary};
 use crate::progress::Watch;
 use crate::sites::surface::Surface;
 use crate::{Error, Result, TriMesh};
@@ -39,7 +39,7 @@ pub(crate) struct Attempts<'a> {
     pub device: &'a Device,
     /// The repaired input.
     pub mesh: &'a TriMesh,
-    pub frame: &'a Frame,
+    pub frame: &'a UnitFrame,
     pub surface: &'a Surface,
     pub input: &'a Topology,
     /// Vertices of the components that are too small to be among these.
@@ -55,7 +55,7 @@ pub(crate) struct Settled {
     /// Root mean square step of every iteration of the last level, in its spacings.
     pub steps: Vec<f64>,
     /// Of the default pipeline.
-    pub skeleton: Option<SkeletonSummary>,
+    pub skeleton: Option<FeatureSummary>,
     /// Vertices that the attempt was to have.
     pub vertices: usize,
     pub attempts: u32,

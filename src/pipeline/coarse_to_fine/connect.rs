@@ -3,16 +3,16 @@
 use super::CoarseToFine;
 use super::densify::{Movable, densify};
 use super::level::near;
-use crate::gpu::NONE;
+use crate::mesh::NONE;
 use crate::mesh::intersections::intersecting_faces_until;
 use crate::mesh::polyline::Polyline;
 use crate::mesh::topology::topology;
-use crate::mesh::unit_frame::{Frame, decimals};
+use crate::mesh::unit_frame::{UnitFrame, decimals};
 use crate::pipeline::Clock;
 use crate::pipeline::collapse::components::is_as_good;
 use crate::pipeline::cost::{FEW_ROUNDS, Shares};
 use crate::polish::{
-    FitOptions, PolishOptions, Rail, SpotOptions, fit_while, polish_while, reach_spots_while,
+    FitOptions, OutlierOptions, PolishOptions, SlidingCurve, fit_while, polish_while, reduce_outliers_while,
 };
 use crate::progress::{Watch, heed};
 use crate::sites::cells::{BrokenCell, CellSites, CellSurface, connected_cells_until};
@@ -101,7 +101,7 @@ pub(crate) struct Fault {
 
 impl Fault {
     /// With the place in the file's units.
-    pub fn in_words(&self, frame: &Frame) -> String {
+    pub fn in_words(&self, frame: &UnitFrame) -> String {
         let Some(at) = self.at else { return self.what.clone() };
         let decimals = decimals(frame.scale);
         let [x, y, z] = frame.from_unit(at).to_array();
@@ -260,11 +260,12 @@ impl CoarseToFine<'_> {
         let patches = self.patches(found, &fixed);
         let mesh = &mut found.mesh;
         watch.phase(Phase::Polish, shares.polish.until, shares.polish.after)?;
-        let rails = found.held.as_ref().map_or_else(Vec::new, |held| self.rails(held));
-        let wanted = self.options.polish_rounds + if rails.is_empty() { 0 } else { ROUNDS_ON_CURVES };
+        let sliding_curves = found.held.as_ref().map_or_else(Vec::new, |held| self.sliding_curves(held));
+        let wanted =
+            self.options.polish_rounds + if sliding_curves.is_empty() { 0 } else { ROUNDS_ON_CURVES };
         let rounds = watch.shortened(wanted, FEW_ROUNDS);
         let lengths = self.ground.sizes.at_all(&mesh.vertices, &found.under);
-        let options = PolishOptions { rounds, fixed, patches, rails, lengths, ..Default::default() };
+        let options = PolishOptions { rounds, fixed, patches, sliding_curves, lengths, ..Default::default() };
         let few = f64::from(FEW_ROUNDS) / f64::from(rounds.max(1));
         // The few rounds of a run that comes to an end are done whole.
         polish_while(mesh, target, &options, &mut |done| {
@@ -280,9 +281,9 @@ impl CoarseToFine<'_> {
             clock.phase("fit");
             let FitOptions { fixed, patches, .. } = options;
             let edge = crate::pipeline::spacing(self.surface.area(), mesh.vertices.len());
-            watch.phase(Phase::Spots, shares.spots.until, shares.spots.after)?;
-            let options = SpotOptions { fixed, patches, lengths, ..Default::default() };
-            reach_spots_while(mesh, target, edge, &options, &mut |done| {
+            watch.phase(Phase::Outliers, shares.spots.until, shares.spots.after)?;
+            let options = OutlierOptions { fixed, patches, lengths, ..Default::default() };
+            reduce_outliers_while(mesh, target, edge, &options, &mut |done| {
                 watch.done(done).is_ok() && !watch.leave_out()
             });
             watch.look()?;
@@ -292,20 +293,20 @@ impl CoarseToFine<'_> {
     }
 
     /// The curves with the sites that may slide along them.
-    fn rails(&self, held: &Held) -> Vec<Rail> {
+    fn sliding_curves(&self, held: &Held) -> Vec<SlidingCurve> {
         let Some(curves) = &self.ground.curves else { return Vec::new() };
-        let rail = |line: &Polyline| Rail { line: line.clone(), riders: Vec::new() };
-        let mut rails: Vec<Rail> = curves.polylines().map(rail).collect();
-        let mut riders: Vec<(usize, usize)> = held.pinned().map(|(v, pin)| (pin, v)).collect();
+        let sliding_curve = |line: &Polyline| SlidingCurve { line: line.clone(), sliders: Vec::new() };
+        let mut sliding_curves: Vec<SlidingCurve> = curves.polylines().map(sliding_curve).collect();
+        let mut sliders: Vec<(usize, usize)> = held.pinned().map(|(v, pin)| (pin, v)).collect();
         // Pins are in order along each curve.
-        riders.sort_unstable();
-        for (pin, v) in riders {
+        sliders.sort_unstable();
+        for (pin, v) in sliders {
             let (curve, way) = held.sites.ways[pin];
-            if let Some(rail) = rails.get_mut(curve as usize) {
-                rail.riders.push((v as u32, way));
+            if let Some(sliding_curve) = sliding_curves.get_mut(curve as usize) {
+                sliding_curve.sliders.push((v as u32, way));
             }
         }
-        rails
+        sliding_curves
     }
 
     /// The patch of every triangle of a mesh, [`NONE`] where all corners are on curves; nothing if there are none.
@@ -321,7 +322,7 @@ impl CoarseToFine<'_> {
 
 /// The faces of a mesh in the unit-diagonal frame that run through others in the file's numbers: rounding to those may fold
 /// what is thin. It ends soon, with some of them, once it is to `stop`.
-pub(crate) fn crossing_faces_until(mesh: &TriMesh, frame: &Frame, stop: &AtomicBool) -> Vec<u32> {
+pub(crate) fn crossing_faces_until(mesh: &TriMesh, frame: &UnitFrame, stop: &AtomicBool) -> Vec<u32> {
     let vertices = mesh.vertices.iter().map(|p| frame.from_unit(*p)).collect();
     intersecting_faces_until(&TriMesh { vertices, triangles: mesh.triangles.clone() }, stop)
 }

@@ -3,12 +3,13 @@
 use super::level::{Level, Moves};
 use super::levels::{Extent, levels};
 use super::{CoarseToFine, Ground, Origin};
-use crate::gpu::{Device, DeviceOptions, NONE};
-use crate::mesh::features::SkeletonOptions;
+use crate::gpu::{Device, DeviceOptions};
+use crate::mesh::NONE;
+use crate::mesh::features::FeatureOptions;
 use crate::mesh::samples::sample;
 use crate::mesh::sizing::SizeField;
 use crate::mesh::topology::topology;
-use crate::mesh::unit_frame::Frame;
+use crate::mesh::unit_frame::UnitFrame;
 use crate::progress::Watch;
 use crate::sites::surface::Surface;
 use crate::{Flow, Options, TriMesh};
@@ -18,12 +19,12 @@ use std::sync::atomic::AtomicBool;
 /// Relaxes `count` sites on the mesh, with the checks that hold for all; gives the steps in spacings.
 fn relaxed(mesh: &TriMesh, count: usize) -> Vec<f64> {
     let device = Device::open(&DeviceOptions { validation: true, ..DeviceOptions::from_env() }).unwrap();
-    let frame = Frame::of(mesh).unwrap();
+    let frame = UnitFrame::of(mesh).unwrap();
     let surface = Surface::new(&device, mesh, &frame).unwrap();
     let spacing = crate::pipeline::spacing(surface.area(), count);
     let stop = AtomicBool::new(false);
     let ground =
-        Ground::new(&device, &surface, &SkeletonOptions::new(spacing), |_| Ok(SizeField::default()), &stop)
+        Ground::new(&device, &surface, &FeatureOptions::new(spacing), |_| Ok(SizeField::default()), &stop)
             .unwrap();
     let (input, options) = (topology(mesh), Options::new(count));
     let curves = ground.curves.as_ref().unwrap();
@@ -53,9 +54,9 @@ fn relaxed(mesh: &TriMesh, count: usize) -> Vec<f64> {
         }
         let patch = |t: u32| curves.patches[t as usize];
         assert_eq!(patch(start.seeds.triangles[i]), patch(result.triangles[i]), "site {i} left its patch");
-        let mate =
+        let twin =
             |j: usize| held.pins[j] == NONE && patch(result.triangles[j]) == patch(result.triangles[i]);
-        let others = (0..count).filter(|j| *j != i && mate(*j));
+        let others = (0..count).filter(|j| *j != i && twin(*j));
         let nearest = others.map(|j| result.sites[j].distance(result.sites[i])).fold(f64::INFINITY, f64::min);
         assert!(nearest > 0.4 * plan.spacing, "site {i} is {} spacings from another", nearest / plan.spacing);
     }

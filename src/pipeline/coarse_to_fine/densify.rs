@@ -4,7 +4,7 @@
 //! the farthest part of each such cell, again and again, ends with discs, as in Delaunay refinement (Boissonnat and Oudot
 //! 2005). The sites come from where they are closest together, so their number stays.
 
-use crate::mesh::hash_grid::Grid;
+use crate::mesh::hash_grid::HashGrid;
 use crate::mesh::sizing::SizeField;
 use crate::sites::cells::BrokenCell;
 use glam::DVec3;
@@ -32,7 +32,7 @@ pub(crate) fn densify(
 ) -> bool {
     let mut wanted: Vec<(DVec3, u32)> = Vec::new();
     let own: Vec<DVec3> = broken.iter().map(|b| sites.positions[b.site as usize]).collect();
-    let mut taken = Grid::new(APART * spacing * sizes.range()[0], &own);
+    let mut taken = HashGrid::new(APART * spacing * sizes.range()[0], &own);
     for BrokenCell { farthest, .. } in broken {
         if !taken.is_near(farthest.0) {
             taken.insert(farthest.0);

@@ -144,12 +144,12 @@ fn coarser(curves: &SurfaceCurves, euler: i64, finer: &LevelPlan) -> Option<Leve
 mod tests {
     use super::*;
     use crate::TriMesh;
-    use crate::mesh::features::{SkeletonOptions, skeleton};
+    use crate::mesh::features::{FeatureOptions, find_features};
     use crate::mesh::samples::sample;
     use crate::mesh::topology::topology;
 
     fn curves_of(mesh: &TriMesh) -> SurfaceCurves {
-        let found = skeleton(mesh, &SkeletonOptions::new(0.05)).unwrap();
+        let found = find_features(mesh, &FeatureOptions::new(0.05)).unwrap();
         SurfaceCurves::new(&mesh.vertices, &mesh.triangles, &found).unwrap()
     }
 

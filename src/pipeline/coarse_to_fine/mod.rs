@@ -13,17 +13,17 @@ pub(crate) mod size_field;
 pub(crate) mod uncovered;
 
 use super::cost::{FEW_ITERATIONS, Shares};
-use super::{Clock, Connection, SkeletonSummary};
+use super::{Clock, Connection, FeatureSummary};
 use crate::gpu::Device;
-use crate::mesh::features::{SkeletonOptions, skeleton};
+use crate::mesh::features::{FeatureOptions, find_features};
 use crate::mesh::sizing::SizeField;
 use crate::mesh::topology::Topology;
-use crate::mesh::unit_frame::Frame;
+use crate::mesh::unit_frame::UnitFrame;
 use crate::options::Options;
 use crate::polish::Target;
 use crate::progress::{Watch, heed};
 use crate::sites::cells::CellSurface;
-use crate::sites::curve_clearance::CurveRoom;
+use crate::sites::curve_clearance::CurveClearance;
 use crate::sites::seed;
 use crate::sites::seed::Seeds;
 use crate::sites::surface::Surface;
@@ -48,7 +48,7 @@ pub(crate) struct CoarseToFine<'a> {
     pub ground: &'a Ground,
     /// The repaired input and what moves it into the unit-diagonal frame of the surface.
     pub mesh: &'a TriMesh,
-    pub frame: &'a Frame,
+    pub frame: &'a UnitFrame,
     pub input: &'a Topology,
     /// Faces of the input that run through others, once somebody asked.
     pub crossing: &'a OnceLock<usize>,
@@ -73,7 +73,7 @@ pub(crate) struct Ground {
     /// How long edges should be.
     pub(crate) sizes: SizeField,
     device_sizes: Option<DeviceSizes>,
-    pub skeleton: SkeletonSummary,
+    pub skeleton: FeatureSummary,
 }
 
 impl Ground {
@@ -85,13 +85,13 @@ impl Ground {
     pub fn new(
         device: &Device,
         surface: &Surface,
-        options: &SkeletonOptions,
+        options: &FeatureOptions,
         sized: impl Fn(Option<&SurfaceCurves>) -> Result<SizeField> + Sync,
         stop: &AtomicBool,
     ) -> Result<Self> {
         let mesh = surface.mesh();
         let held = || -> Result<_> {
-            let found = skeleton(&mesh, options)?;
+            let found = find_features(&mesh, options)?;
             heed(stop)?;
             let curves = SurfaceCurves::new(&mesh.vertices, &mesh.triangles, &found);
             let sizes = sized(curves.as_ref())?;
@@ -99,7 +99,7 @@ impl Ground {
             let curves = curves.map(|curves| curves.sized(&sizes));
             let records = TriangleRecords::new(device, surface, curves.as_ref())?;
             let device_sizes = DeviceSizes::new(device, &sizes)?;
-            Ok((records, curves, SkeletonSummary::of(&found), sizes, device_sizes))
+            Ok((records, curves, FeatureSummary::of(&found), sizes, device_sizes))
         };
         let (held, target) = rayon::join(held, || Target::new(&mesh));
         let (records, curves, skeleton, sizes, device_sizes) = held?;
@@ -225,7 +225,7 @@ impl CoarseToFine<'_> {
         };
         // They stand anew at every level: where the coarser ones were is no place for the finer.
         let sites = curves.sites(plan.spacing);
-        let room = CurveRoom::new(curves, &sites, plan.spacing);
+        let room = CurveClearance::new(curves, &sites, plan.spacing);
         let seeds = match &from {
             Origin::Coarser(Found { mesh, under, held: Some(held), .. }) => {
                 let held = HeldSites { curves, sites: &held.sites, pins: &held.pins, room: &room };

@@ -1,10 +1,10 @@
 //! From one level to the next: a new site at the middle of every edge.
 
 use crate::TriMesh;
-use crate::gpu::NONE;
+use crate::mesh::NONE;
 use crate::mesh::half_edges::EdgeTable;
 use crate::mesh::triangle::closest_on_triangle;
-use crate::sites::curve_clearance::CurveRoom;
+use crate::sites::curve_clearance::CurveClearance;
 use crate::sites::curve_sites::CurveSites;
 use crate::sites::place::Place;
 use crate::sites::seed::Seeds;
@@ -32,7 +32,7 @@ pub(crate) struct HeldSites<'a> {
     /// Which of them each vertex is, [`NONE`] for an interior one.
     pub pins: &'a [u32],
     /// What the curve sites of the finer level leave.
-    pub room: &'a CurveRoom<'a>,
+    pub room: &'a CurveClearance<'a>,
 }
 
 impl HeldSites<'_> {

@@ -19,7 +19,7 @@ const TURN: f64 = 0.7;
 const ENOUGH: usize = 60;
 
 /// What a field is made from.
-pub(crate) struct SizeWish<'a> {
+pub(crate) struct SizeRequest<'a> {
     pub options: &'a Options,
     /// Numbers at the vertices of the surface, for [`Sizing::Given`].
     pub given: &'a [f64],
@@ -34,9 +34,9 @@ pub(crate) struct SizeWish<'a> {
 pub(crate) fn size_field(
     surface: &TriMesh,
     curves: Option<&SurfaceCurves>,
-    wish: &SizeWish,
+    wish: &SizeRequest,
 ) -> Result<SizeField> {
-    let SizeWish { options, given, diagonal } = *wish;
+    let SizeRequest { options, given, diagonal } = *wish;
     if options.sizing == Sizing::Uniform {
         return Ok(SizeField::default());
     }

@@ -1,7 +1,7 @@
 //! Holes in the cover: points of the surface that no site is near, as the bottoms of folds that the coarser level's edges
 //! ran over.
 
-use crate::mesh::kd_tree::PointTree;
+use crate::mesh::kd_tree::KdTree;
 use crate::mesh::sizing::SizeField;
 use crate::sites::seed::Seeds;
 use crate::sites::surface::Surface;
@@ -28,7 +28,7 @@ fn missed(
     near: &(dyn Fn(u32) -> f64 + Sync),
 ) -> Seeds {
     let mut found = Seeds { sites: Vec::new(), triangles: Vec::new() };
-    let tree = PointTree::new(&seeds.sites);
+    let tree = KdTree::new(&seeds.sites);
     let distance = |(v, p): (u32, &DVec3)| {
         let nearest = tree.nearest(*p).map_or(f64::INFINITY, |s| seeds.sites[s as usize].distance(*p));
         (nearest / near(v), v)

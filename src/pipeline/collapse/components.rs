@@ -1,6 +1,6 @@
 //! The components of the input: how many vertices each gets, and which of them are too small for cells.
 
-use super::{Wish, coarsened, spare};
+use super::{Wish, simplified, spare};
 use crate::mesh::repair::connected_components;
 use crate::mesh::simplify::Site;
 use crate::mesh::topology::{Topology, topology};
@@ -230,7 +230,7 @@ fn all(parts: &[&TriMesh], areas: &[f64], sites: &[Vec<Site>], wish: &Wish) -> R
 fn shares_above_least(parts: &[&TriMesh], areas: &[f64], wish: &Wish) -> Result<Vec<usize>> {
     let none = Wish { vertices: 0, ..*wish };
     let least: Vec<usize> =
-        parts.iter().map(|part| coarsened(part, &[], &none).mesh.vertices.len()).collect();
+        parts.iter().map(|part| simplified(part, &[], &none).mesh.vertices.len()).collect();
     let needed: usize = least.iter().sum();
     if needed > wish.vertices {
         return Err(too_few(wish.vertices, parts.len(), needed));

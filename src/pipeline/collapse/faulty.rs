@@ -8,7 +8,7 @@ use crate::mesh::simplify::Site;
 use crate::mesh::spacing;
 use crate::pipeline::coarse_to_fine::attempts::{Attempts, Settled, has_own_curves};
 use crate::pipeline::coarse_to_fine::connect::crossing_faces_until;
-use crate::pipeline::{Connection, SkeletonSummary};
+use crate::pipeline::{Connection, FeatureSummary};
 use crate::sites::connect::ConnectCounts;
 use std::sync::OnceLock;
 use std::sync::atomic::AtomicBool;
@@ -63,7 +63,7 @@ impl Attempts<'_> {
     /// it is to `stop`.
     pub(crate) fn collapsed(
         &self,
-        skeleton: SkeletonSummary,
+        skeleton: FeatureSummary,
         vertices: usize,
         crossing: &OnceLock<usize>,
         stop: &AtomicBool,

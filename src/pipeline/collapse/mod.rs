@@ -4,9 +4,9 @@
 pub(crate) mod components;
 pub(crate) mod faulty;
 
-use crate::mesh::features::{Curve, Skeleton, SkeletonOptions, skeleton};
+use crate::mesh::features::{Curve, FeatureOptions, Features, find_features};
 use crate::mesh::intersections::intersecting_faces_until;
-use crate::mesh::simplify::{Coarsened, Kept, Site, at_sites_until, with_vertices_until};
+use crate::mesh::simplify::{Kept, Simplified, Site, at_sites_until, with_vertices_until};
 use crate::mesh::topology::topology;
 use crate::polish::{FitOptions, PolishOptions, Target, fit_while, polish_while};
 use crate::{Options, TriMesh};
@@ -41,7 +41,7 @@ impl<'a> Wish<'a> {
 /// A mesh of the asked number of vertices, or of the least that keeps the topology if that is more; with them at `sites`
 /// as far as possible, if there are any.
 pub(crate) fn spare(surface: &TriMesh, sites: &[Site], wish: &Wish) -> TriMesh {
-    let raw = coarsened(surface, sites, wish);
+    let raw = simplified(surface, sites, wish);
     let mut better = raw.mesh.clone();
     let target = Target::new(surface);
     let options = PolishOptions { rounds: wish.polish_rounds, fixed: raw.held.clone(), ..Default::default() };
@@ -56,13 +56,13 @@ pub(crate) fn spare(surface: &TriMesh, sites: &[Site], wish: &Wish) -> TriMesh {
 }
 
 /// The same before it is polished.
-pub(crate) fn coarsened(surface: &TriMesh, sites: &[Site], wish: &Wish) -> Coarsened {
+pub(crate) fn simplified(surface: &TriMesh, sites: &[Site], wish: &Wish) -> Simplified {
     let made = |kept: Kept| match sites {
         [] => with_vertices_until(surface, kept, wish.vertices, wish.stop),
         sites => at_sites_until(surface, kept, (sites, wish.vertices), wish.stop),
     };
-    let options = SkeletonOptions { feature_angle: wish.feature_angle, ..SkeletonOptions::new(wish.spacing) };
-    let sharp = skeleton(surface, &options)
+    let options = FeatureOptions { feature_angle: wish.feature_angle, ..FeatureOptions::new(wish.spacing) };
+    let sharp = find_features(surface, &options)
         .ok()
         .map(|found| made(Kept { curves: &curve_halves(surface, &found), corners: &found.corners }));
     // Sharp edges give way to the number of vertices, the topology does not.
@@ -70,7 +70,7 @@ pub(crate) fn coarsened(surface: &TriMesh, sites: &[Site], wish: &Wish) -> Coars
 }
 
 /// Of each half-edge whether it is on a curve.
-fn curve_halves(surface: &TriMesh, found: &Skeleton) -> Vec<bool> {
+fn curve_halves(surface: &TriMesh, found: &Features) -> Vec<bool> {
     let ends = found.curves.iter().flat_map(Curve::edge_ends);
     let mut edges: Vec<[u32; 2]> = ends.map(|[a, b]| [a.min(b), a.max(b)]).collect();
     edges.sort_unstable();

@@ -12,9 +12,9 @@ use glam::DVec3;
 use rayon::prelude::*;
 
 use super::relax::{CHUNK, spoils, vertex_normal};
-use super::{Target, is_locked};
+use super::{Target, is_fixed};
 use crate::TriMesh;
-use crate::mesh::half_edge_mesh::{Links, cross};
+use crate::mesh::half_edge_mesh::{HalfEdgeMesh, cross};
 use crate::mesh::quality::TriangleQuality;
 use samples::{Ranks, Sheet};
 use solve::System;
@@ -83,9 +83,9 @@ pub fn fit_while(
     go_on: &mut dyn FnMut(f64) -> bool,
 ) -> FitCounts {
     let mut counts = FitCounts::default();
-    let links = Links::new(std::mem::take(&mut mesh.triangles), mesh.vertices.len(), &options.patches);
-    let locked: Vec<bool> = (0..mesh.vertices.len()).map(|v| is_locked(&links, &options.fixed, v)).collect();
-    let mut ranks = Ranks::new(links.triangles.len(), locked.len(), target);
+    let links = HalfEdgeMesh::new(std::mem::take(&mut mesh.triangles), mesh.vertices.len(), &options.patches);
+    let fixed: Vec<bool> = (0..mesh.vertices.len()).map(|v| is_fixed(&links, &options.fixed, v)).collect();
+    let mut ranks = Ranks::new(links.triangles.len(), fixed.len(), target);
     for round in 0..options.rounds {
         let mut go_on = |done: f64| go_on((f64::from(round) + done) / f64::from(options.rounds));
         if !go_on(0.0) {
@@ -94,7 +94,7 @@ pub fn fit_while(
         let normals: Vec<DVec3> = (0..mesh.vertices.len() as u32)
             .into_par_iter()
             .with_min_len(CHUNK)
-            .map(|v| if locked[v as usize] { DVec3::ZERO } else { vertex_normal(&links, &mesh.vertices, v) })
+            .map(|v| if fixed[v as usize] { DVec3::ZERO } else { vertex_normal(&links, &mesh.vertices, v) })
             .collect();
         let sheet = Sheet { links: &links, points: &mesh.vertices, normals: &normals };
         let areas = sheet.areas();
@@ -107,7 +107,7 @@ pub fn fit_while(
             samples: &samples,
             stiffness: &stiffness,
             coupling: &coupling,
-            locked: &locked,
+            fixed: &fixed,
         };
         if !go_on(MEASURED) {
             break;

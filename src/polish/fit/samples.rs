@@ -5,7 +5,7 @@ use rayon::prelude::*;
 
 use crate::TriMesh;
 use crate::mesh::bvh::Bvh;
-use crate::mesh::half_edge_mesh::{Links, cross};
+use crate::mesh::half_edge_mesh::{HalfEdgeMesh, cross};
 use crate::polish::Target;
 use crate::polish::relax::CHUNK;
 
@@ -81,7 +81,7 @@ impl Ranks {
 
 /// A mesh with its vertices' normals, 0 for those that may not move.
 pub(crate) struct Sheet<'a> {
-    pub links: &'a Links,
+    pub links: &'a HalfEdgeMesh,
     pub points: &'a [DVec3],
     pub normals: &'a [DVec3],
 }

@@ -5,21 +5,21 @@ use std::ops::AddAssign;
 use glam::{DMat3, DVec3, Vec3Swizzles};
 
 use super::samples::{Inward, Sample, Samples};
-use crate::mesh::half_edge_mesh::{Links, next};
+use crate::mesh::half_edge_mesh::{HalfEdgeMesh, next};
 
 /// Weights of a face's corners at the samples on its edges and in its middle.
 const WEIGHTS: [[f64; 3]; 4] = [[0.5, 0.5, 0.0], [0.0, 0.5, 0.5], [0.5, 0.0, 0.5], [1.0 / 3.0; 3]];
 
 /// What is to be as small as possible.
 pub(crate) struct System<'a> {
-    pub links: &'a Links,
+    pub links: &'a HalfEdgeMesh,
     pub samples: &'a Samples,
     /// What the square of a move costs, for each vertex.
     pub stiffness: &'a [f64],
     /// What the squared difference of the moves of two corners costs, for each triangle.
     pub coupling: &'a [f64],
     /// Vertices that stay.
-    pub locked: &'a [bool],
+    pub fixed: &'a [bool],
 }
 
 impl System<'_> {
@@ -82,7 +82,7 @@ impl System<'_> {
     }
 
     fn hold(&self, mut x: Vec<DVec3>) -> Vec<DVec3> {
-        x.iter_mut().zip(self.locked).filter(|(_, locked)| **locked).for_each(|(x, _)| *x = DVec3::ZERO);
+        x.iter_mut().zip(self.fixed).filter(|(_, fixed)| **fixed).for_each(|(x, _)| *x = DVec3::ZERO);
         x
     }
 
@@ -202,7 +202,7 @@ mod tests {
     #[test]
     fn the_matrix_is_that_of_the_costs() {
         // The face 0 1 2 has a neighbour at one edge only.
-        let links = Links::new(vec![[0, 1, 2], [2, 1, 3]], 4, &[]);
+        let links = HalfEdgeMesh::new(vec![[0, 1, 2], [2, 1, 3]], 4, &[]);
         let mut random = rand_pcg::Pcg64::seed_from_u64(7);
         let mut vector = || DVec3::from_array(std::array::from_fn(|_| random.random_range(-1.0..1.0)));
         let mut sample = || Sample { direction: vector(), distance: 0.5 };
@@ -217,7 +217,7 @@ mod tests {
             samples: &samples,
             stiffness: &[0.1, 0.2, 0.3, 0.4],
             coupling: &[0.5, 0.6],
-            locked: &[false; 4],
+            fixed: &[false; 4],
         };
         let x: Vec<DVec3> = (0..4).map(|_| vector()).collect();
         let mut cost = 0.0;

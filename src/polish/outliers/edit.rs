@@ -4,16 +4,17 @@ use std::sync::Arc;
 
 use glam::DVec3;
 
-use super::find::Spot;
+use super::find::Outlier;
 use super::region::{Far, Region};
-use super::{FAR, SpotOptions};
+use super::{FAR, OutlierOptions};
 use crate::TriMesh;
-use crate::mesh::half_edge_mesh::{Kind, Links, NONE, previous};
+use crate::mesh::NONE;
+use crate::mesh::half_edge_mesh::{HalfEdgeMesh, VertexKind, previous};
 use crate::mesh::intersections::intersecting_faces;
 use crate::mesh::quality::TriangleQuality;
 use crate::mesh::triangle::closest_on_triangle;
 use crate::polish::worst::lift_freely;
-use crate::polish::{Target, is_locked};
+use crate::polish::{Target, is_fixed};
 
 /// Edits that are carried through at a spot, the most promising ones.
 const TRIALS: usize = 10;
@@ -30,7 +31,7 @@ const SWEEPS: u32 = 3;
 #[derive(Clone, Copy)]
 pub(crate) struct Ground<'a> {
     pub target: &'a Target,
-    pub options: &'a SpotOptions,
+    pub options: &'a OutlierOptions,
     /// The typical length of edges.
     pub edge: f64,
 }
@@ -77,17 +78,17 @@ struct Shape {
 #[derive(Clone)]
 pub(crate) struct Work<'a> {
     pub ground: Ground<'a>,
-    pub links: Links,
+    pub links: HalfEdgeMesh,
     points: Vec<DVec3>,
     /// Vertices that stay where they are; the same for all copies.
-    locked: Arc<[bool]>,
+    fixed: Arc<[bool]>,
 }
 
 impl<'a> Work<'a> {
     pub fn new(mesh: &TriMesh, ground: &Ground<'a>) -> Self {
-        let links = Links::new(mesh.triangles.clone(), mesh.vertices.len(), &ground.options.patches);
-        let locked = (0..mesh.vertices.len()).map(|v| is_locked(&links, &ground.options.fixed, v)).collect();
-        Self { ground: *ground, links, points: mesh.vertices.clone(), locked }
+        let links = HalfEdgeMesh::new(mesh.triangles.clone(), mesh.vertices.len(), &ground.options.patches);
+        let fixed = (0..mesh.vertices.len()).map(|v| is_fixed(&links, &ground.options.fixed, v)).collect();
+        Self { ground: *ground, links, points: mesh.vertices.clone(), fixed }
     }
 
     pub fn into_mesh(self, mesh: &mut TriMesh) {
@@ -100,7 +101,7 @@ impl<'a> Work<'a> {
     }
 
     /// The best edit at a spot, if it is worth it; the mesh stays as it is.
-    pub fn mend(&mut self, spot: &Spot, region: &Region) -> Option<Change> {
+    pub fn mend(&mut self, spot: &Outlier, region: &Region) -> Option<Change> {
         let mut before = self.before(region);
         let Far { sum, largest_sq } = before.far;
         if sum <= 0.0 {
@@ -168,7 +169,7 @@ impl<'a> Work<'a> {
         region.vertices.iter().zip(places).for_each(|(v, p)| self.points[*v as usize] = *p);
     }
 
-    fn edits(&self, spot: &Spot) -> Vec<Edit> {
+    fn edits(&self, spot: &Outlier) -> Vec<Edit> {
         let mut edits = Vec::new();
         let mut near: Vec<u32> = self.links.triangles[spot.triangle as usize].to_vec();
         for h in 3 * spot.triangle..3 * spot.triangle + 3 {
@@ -179,7 +180,7 @@ impl<'a> Work<'a> {
                 edits.push(Edit::Flip(h));
             }
         }
-        for v in near.into_iter().filter(|v| !self.locked[*v as usize]) {
+        for v in near.into_iter().filter(|v| !self.fixed[*v as usize]) {
             let here = self.points[v as usize];
             edits.push(Edit::Move(v, spot.at));
             edits.extend([0.5, 1.0, 1.5].map(|s| Edit::Move(v, here + spot.offset * s)));
@@ -188,14 +189,14 @@ impl<'a> Work<'a> {
         edits
     }
 
-    fn shape(&self, t: u32, spot: &Spot) -> Shape {
+    fn shape(&self, t: u32, spot: &Outlier) -> Shape {
         let corners = self.corners(t);
         let distance = closest_on_triangle(spot.at, corners).point.distance(spot.at);
         Shape { distance, min_angle: TriangleQuality::new(corners).min_angle() }
     }
 
     /// How far the spot is after an edit, in edges, with what the worst angle costs; `shapes` are as before.
-    fn promise(&mut self, edit: Edit, spot: &Spot, (region, shapes): (&Region, &[Shape])) -> f64 {
+    fn promise(&mut self, edit: Edit, spot: &Outlier, (region, shapes): (&Region, &[Shape])) -> f64 {
         let saved = match edit {
             Edit::Move(v, _) => Some((v as usize, self.points[v as usize])),
             Edit::Flip(_) => None,
@@ -222,10 +223,10 @@ impl<'a> Work<'a> {
     fn may_turn(&self, h: u32) -> bool {
         let Some(twin) = self.links.twin(h) else { return false };
         let ends @ [a, b, c, d] = self.links.diamond(h, twin);
-        ends.iter().all(|v| self.links.kind(*v) == Kind::Inner)
+        ends.iter().all(|v| self.links.kind(*v) == VertexKind::Inner)
             && self.links.valence(a).min(self.links.valence(b)) > 5
             && self.links.valence(c).max(self.links.valence(d)) < 7
-            && !(self.locked[a as usize] && self.locked[b as usize])
+            && !(self.fixed[a as usize] && self.fixed[b as usize])
             && !self.links.joined(c, d)
             && self.links.patch(h / 3) == self.links.patch(twin / 3)
     }
@@ -279,7 +280,7 @@ impl<'a> Work<'a> {
         for _ in 0..SWEEPS {
             for v in around {
                 let moved = matches!(edit, Edit::Move(w, _) if w == *v);
-                if !moved && !self.locked[*v as usize] {
+                if !moved && !self.fixed[*v as usize] {
                     lift_freely(&self.links, &mut self.points, *v);
                 }
             }

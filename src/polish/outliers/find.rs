@@ -14,7 +14,7 @@ const MOST_SPOTS: usize = 100;
 const VERTICES_A_SPOT: usize = 100;
 
 /// A point of the mesh and one of the surface that should not be so far apart.
-pub(crate) struct Spot {
+pub(crate) struct Outlier {
     distance: f64,
     pub triangle: u32,
     /// From the mesh to the surface.
@@ -29,7 +29,7 @@ pub(crate) fn find(
     mesh: &TriMesh,
     ground: &Ground,
     go_on: &mut dyn FnMut(f64) -> bool,
-) -> Option<(Vec<Spot>, Vec<Vec<u32>>)> {
+) -> Option<(Vec<Outlier>, Vec<Vec<u32>>)> {
     let Ground { target, options, edge } = *ground;
     let bvh = Bvh::new(mesh);
     if !go_on(0.0) {
@@ -49,13 +49,13 @@ pub(crate) fn find(
         if found.distance_sq > ground.least_sq(mesh.triangles[found.triangle as usize]) {
             let at = target.points[p].at;
             let offset = at - found.point;
-            spots.push(Spot { distance: offset.length(), triangle: found.triangle, offset, at });
+            spots.push(Outlier { distance: offset.length(), triangle: found.triangle, offset, at });
         }
     }
     if !go_on(0.0) {
         return None;
     }
-    let outward: Vec<Spot> = (0..mesh.triangles.len() as u32)
+    let outward: Vec<Outlier> = (0..mesh.triangles.len() as u32)
         .into_par_iter()
         .with_min_len(CHUNK)
         .map_init(|| 0, |rank, t| outward(mesh, ground, t, rank))
@@ -68,12 +68,12 @@ pub(crate) fn find(
 }
 
 /// The farthest of a triangle's samples, if it is far.
-fn outward(mesh: &TriMesh, ground: &Ground, t: u32, rank: &mut usize) -> Option<Spot> {
+fn outward(mesh: &TriMesh, ground: &Ground, t: u32, rank: &mut usize) -> Option<Outlier> {
     let least = ground.least_sq(mesh.triangles[t as usize]);
     let spots = samples(mesh.corners(t as usize)).into_iter().filter_map(|p| {
         let found = ground.target.bvh.closest_or_near(p, rank, least)?;
         let (distance, offset) = (found.distance_sq.sqrt(), found.point - p);
-        (found.distance_sq > least).then_some(Spot { distance, triangle: t, offset, at: found.point })
+        (found.distance_sq > least).then_some(Outlier { distance, triangle: t, offset, at: found.point })
     });
     spots.max_by(|a, b| a.distance.total_cmp(&b.distance))
 }

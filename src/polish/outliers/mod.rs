@@ -1,4 +1,4 @@
-//! Spots: what the fit leaves, the few places where mesh and surface are farthest apart, one by one.
+//! Outliers: what the fit leaves, the few places where mesh and surface are farthest apart, one by one.
 //!
 //! Evenly spread vertices meet a corner or the bottom of a fold by chance only. At each such place a few edits are tried:
 //! a vertex goes there, or an edge turns; the vertices around make room; and the best edit stays if what is far nearby
@@ -16,19 +16,19 @@ use rayon::prelude::*;
 use super::Target;
 use crate::TriMesh;
 use edit::{Change, Ground, Work};
-use find::{Spot, find};
+use find::{Outlier, find};
 use region::Region;
 
 /// Distances below this share of the typical edge are left.
 const FAR: f64 = 0.15;
 /// Edits in a row at one spot: what is too far for one, some can do.
 const STEPS: u32 = 4;
-/// Spots that are looked at together; a constant, for the result must not depend on the number of threads.
+/// Outliers that are looked at together; a constant, for the result must not depend on the number of threads.
 const TOGETHER: usize = 8;
 
-/// Settings of [`reach_spots`].
+/// Settings of [`reduce_outliers`].
 #[derive(Debug, Clone, PartialEq)]
-pub struct SpotOptions {
+pub struct OutlierOptions {
     /// Times that all spots are tried; those around which nothing has changed since are left out.
     pub passes: u32,
     /// No angle may fall below this many degrees, unless it was smaller before.
@@ -41,7 +41,7 @@ pub struct SpotOptions {
     pub lengths: Vec<f64>,
 }
 
-impl Default for SpotOptions {
+impl Default for OutlierOptions {
     fn default() -> Self {
         Self { passes: 2, min_angle: 38.0, fixed: Vec::new(), patches: Vec::new(), lengths: Vec::new() }
     }
@@ -50,17 +50,17 @@ impl Default for SpotOptions {
 /// Brings `mesh` and `target` closer where they are farthest apart; gives the number of edits.
 ///
 /// `edge` is the typical length of the mesh's edges. Keeps the topology. Panics if an index is out of range.
-pub fn reach_spots(mesh: &mut TriMesh, target: &Target, edge: f64, options: &SpotOptions) -> usize {
-    reach_spots_while(mesh, target, edge, options, &mut |_| true)
+pub fn reduce_outliers(mesh: &mut TriMesh, target: &Target, edge: f64, options: &OutlierOptions) -> usize {
+    reduce_outliers_while(mesh, target, edge, options, &mut |_| true)
 }
 
-/// As [`reach_spots`], as long as `go_on` agrees: it is asked every few spots, with the share of the work that is done.
+/// As [`reduce_outliers`], as long as `go_on` agrees: it is asked every few spots, with the share of the work that is done.
 /// What was done so far stays.
-pub fn reach_spots_while(
+pub fn reduce_outliers_while(
     mesh: &mut TriMesh,
     target: &Target,
     edge: f64,
-    options: &SpotOptions,
+    options: &OutlierOptions,
     go_on: &mut dyn FnMut(f64) -> bool,
 ) -> usize {
     let ground = Ground { target, options, edge };
@@ -106,7 +106,7 @@ struct Task {
 
 /// The mesh under repair.
 struct Mender<'a> {
-    spots: Vec<Spot>,
+    spots: Vec<Outlier>,
     /// The surface's vertices nearest to each triangle.
     points_of: Vec<Vec<u32>>,
     /// The same mesh many times over.

@@ -8,9 +8,9 @@ use super::Report;
 use super::figures;
 use super::figures::Row;
 use crate::measure::{Crossing, Measures, measure_some};
-use crate::mesh::features::{Curve, SkeletonOptions, skeleton};
+use crate::mesh::features::{Curve, FeatureOptions, find_features};
 use crate::mesh::repair::repair_with;
-use crate::mesh::unit_frame::Frame;
+use crate::mesh::unit_frame::UnitFrame;
 use crate::picture::{WORST, check, distance_colour, middle_distances, quality_colour, quality_shares};
 use crate::pipeline::{for_repaired, wanted_edges};
 use crate::{Error, Method, Result, TriMesh};
@@ -133,7 +133,7 @@ pub fn page(page: &PageInput) -> Result<String> {
         curves_note,
         tables: [table(quality_colour), table(distance_colour)],
         worst: WORST,
-        largest: told_distance(largest, Frame::of(input)?.scale),
+        largest: told_distance(largest, UnitFrame::of(input)?.scale),
         figures: side_by_side(&measures, &summary.output),
         course: figures::course(summary, device).into_iter().chain(figures::cost(summary)).collect(),
         angles: charts::angles([input, output]),
@@ -169,8 +169,8 @@ fn curves(report: &Report, mesh: &TriMesh, user_edges: Vec<[u32; 2]>) -> Result<
         return Ok((Vec::new(), "This preset looks for no curves.".to_owned()));
     }
     let wanted =
-        SkeletonOptions { feature_angle: options.feature_angle, spacing: report.summary.spacing, user_edges };
-    let mut found = skeleton(mesh, &wanted)?.curves;
+        FeatureOptions { feature_angle: options.feature_angle, spacing: report.summary.spacing, user_edges };
+    let mut found = find_features(mesh, &wanted)?.curves;
     if found.is_empty() {
         return Ok((Vec::new(), "The input has no sharp or open edges.".to_owned()));
     }

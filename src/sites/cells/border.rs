@@ -155,7 +155,7 @@ impl super::CellSurface<'_> {
     fn border_after(&self, half: u32) -> u32 {
         let mut half = after(half);
         while !self.is_border(half) {
-            half = after(self.mates[half as usize]);
+            half = after(self.twins[half as usize]);
         }
         half
     }

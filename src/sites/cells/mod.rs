@@ -18,7 +18,8 @@ mod walk;
 
 use super::connect::Fans;
 use super::place::Place;
-use crate::mesh::half_edges::{NO_MATE, half_edge_mates};
+use crate::mesh::NONE;
+use crate::mesh::half_edges::twins;
 use border::Border;
 pub use border::Encroached;
 use glam::DVec3;
@@ -38,7 +39,7 @@ pub struct CellSurface<'a> {
     triangles: &'a [[u32; 3]],
     normals: &'a [DVec3],
     /// The half-edges across; none at the border.
-    mates: Vec<u32>,
+    twins: Vec<u32>,
     /// One a triangle; empty if there is one patch.
     patches: &'a [u32],
     has_border: bool,
@@ -102,9 +103,9 @@ pub struct Certificate {
 impl<'a> CellSurface<'a> {
     /// Of a clean mesh with the unit normals of its triangles.
     pub fn new(vertices: &'a [DVec3], triangles: &'a [[u32; 3]], normals: &'a [DVec3]) -> Self {
-        let mates = half_edge_mates(triangles);
-        let has_border = mates.contains(&NO_MATE);
-        Self { vertices, triangles, normals, mates, patches: &[], has_border }
+        let twins = twins(triangles);
+        let has_border = twins.contains(&NONE);
+        Self { vertices, triangles, normals, twins, patches: &[], has_border }
     }
 
     /// The same surface cut along curves: `curves` says of each half-edge `3 * triangle + side` whether it lies on one,
@@ -112,24 +113,24 @@ impl<'a> CellSurface<'a> {
     #[must_use]
     pub fn cut_along(mut self, curves: &[bool], patches: &'a [u32]) -> Self {
         for half in (0..curves.len()).filter(|half| curves[*half]) {
-            if let Some(mate) = self.mates.get_mut(half).map(|mate| std::mem::replace(mate, NO_MATE))
-                && let Some(back) = self.mates.get_mut(mate as usize)
+            if let Some(twin) = self.twins.get_mut(half).map(|twin| std::mem::replace(twin, NONE))
+                && let Some(back) = self.twins.get_mut(twin as usize)
             {
-                *back = NO_MATE;
+                *back = NONE;
             }
         }
-        self.has_border = self.mates.contains(&NO_MATE);
+        self.has_border = self.twins.contains(&NONE);
         self.patches = patches;
         self
     }
 
     /// The triangle across a side.
     fn across(&self, t: u32, side: usize) -> Option<u32> {
-        Some(self.mates[3 * t as usize + side]).filter(|mate| *mate != NO_MATE).map(|mate| mate / 3)
+        Some(self.twins[3 * t as usize + side]).filter(|twin| *twin != NONE).map(|twin| twin / 3)
     }
 
     fn is_border(&self, half: u32) -> bool {
-        self.mates[half as usize] == NO_MATE
+        self.twins[half as usize] == NONE
     }
 
     fn corners(&self, t: u32) -> [DVec3; 3] {

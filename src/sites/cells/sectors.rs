@@ -1,7 +1,7 @@
 //! The sides of the sites: one for a site inside a patch, one for each part of the surface that meets at a curve.
 
 use super::CellSurface;
-use crate::mesh::half_edges::NO_MATE;
+use crate::mesh::NONE;
 use crate::sites::place::Place;
 use glam::DVec3;
 use std::collections::HashMap;
@@ -26,7 +26,7 @@ pub(crate) struct Sectors {
 
 impl Sectors {
     pub fn new(surface: &CellSurface, places: &[Place]) -> Self {
-        let spots = Spots::new(surface, places);
+        let spots = Outliers::new(surface, places);
         let n = places.len();
         let mut sectors = Self {
             first: Vec::with_capacity(n + 1),
@@ -43,13 +43,13 @@ impl Sectors {
                 Place::Inside(t) => sectors.push(surface, site, &[t], None),
                 Place::Edge(t, side) => {
                     let half = 3 * t + u32::from(side);
-                    match surface.mates[half as usize] {
-                        NO_MATE => {
+                    match surface.twins[half as usize] {
+                        NONE => {
                             for &half in spots.halves_along(surface, half) {
                                 sectors.push(surface, site, &[half / 3], Some([half; 2]));
                             }
                         }
-                        mate => sectors.push(surface, site, &[t, mate / 3], None),
+                        twin => sectors.push(surface, site, &[t, twin / 3], None),
                     }
                 }
                 Place::Vertex(v) => {
@@ -97,18 +97,18 @@ impl Sectors {
 }
 
 /// What places on edges and at vertices have to be looked up in.
-struct Spots {
+struct Outliers {
     /// The border's half-edges, sorted by the edge they lie on.
     halves: Vec<u32>,
     /// The corners `3 * triangle + k` at vertices that sites stand at.
     corners: HashMap<u32, Vec<u32>>,
 }
 
-impl Spots {
+impl Outliers {
     fn new(surface: &CellSurface, places: &[Place]) -> Self {
         let mut halves = Vec::new();
         if places.iter().any(|place| matches!(place, Place::Edge(..))) {
-            halves.extend((0..surface.mates.len() as u32).filter(|h| surface.is_border(*h)));
+            halves.extend((0..surface.twins.len() as u32).filter(|h| surface.is_border(*h)));
             halves.sort_by_key(|h| surface.edge(*h));
         }
         let mut corners: HashMap<u32, Vec<u32>> = HashMap::new();
@@ -152,10 +152,10 @@ impl Spots {
                 met.push(half);
                 fan.push(half / 3);
                 let into = before(half);
-                match surface.mates[into as usize] {
-                    NO_MATE => break Some([into, *first]),
-                    mate if mate == *first => break None,
-                    mate => half = mate,
+                match surface.twins[into as usize] {
+                    NONE => break Some([into, *first]),
+                    twin if twin == *first => break None,
+                    twin => half = twin,
                 }
             };
             fans.push((fan, ends));

@@ -41,7 +41,7 @@ impl TileBounds {
 /// Finds the `k` nearest points of every query, nearest first, ties by index.
 pub struct Nearest {
     pipeline: Pipeline<knn::Shader>,
-    /// `neighbours[slot * queries + query]`; [`crate::gpu::NONE`] where there are fewer than `k` points.
+    /// `neighbours[slot * queries + query]`; [`crate::mesh::NONE`] where there are fewer than `k` points.
     pub neighbours: Buffer<u32>,
     exclude_self: bool,
 }

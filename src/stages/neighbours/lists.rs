@@ -68,7 +68,7 @@ pub struct Lists {
     /// Workgroups of every dispatch that makes the lists: of each level, then of the lists; and the ones decided on.
     full: Buffer<UVec4>,
     groups: Buffer<UVec4>,
-    /// `neighbours[slot * sites + site]`, nearest first, ties by index; [`crate::gpu::NONE`] where there are fewer.
+    /// `neighbours[slot * sites + site]`, nearest first, ties by index; [`crate::mesh::NONE`] where there are fewer.
     pub neighbours: Buffer<u32>,
     /// Distances of the nearest site after the first [`crate::stages::face::planar::NEAR`] (x) and outside the list (y) when it was
     /// made; infinity if there is none.
