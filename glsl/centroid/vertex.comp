@@ -27,7 +27,7 @@ void main() {
     for (uint m = 0u; m < count; ++m) radius = max(radius, length(corners[m * site_count + site]));
     // Nearly co-circular sites split one corner in two, and counted twice it pulls the mean to its side. Two on one spot
     // count as one here, and no jump is between that and two that are apart. This comes closest to the paper's figures, see
-    // docs/method.md.
+    // docs/presets.md.
     vec2 sum = vec2(0.0);
     float whole = 0.0;
     vec2 last = count > 0u ? corners[(count - 1u) * site_count + site] : vec2(0.0);

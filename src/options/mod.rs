@@ -18,7 +18,7 @@ use target_count::Length;
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Centroid {
-    /// The mean of the face's corners, close ones counting less (Eq. 7 of the paper, see docs/method.md).
+    /// The mean of the face's corners, close ones counting less (Eq. 7 of the paper, see docs/presets.md).
     #[default]
     Vertex,
     /// The centroid of the face's area (Eq. 3).
@@ -296,7 +296,7 @@ impl Options {
     }
 
     /// Restricted power faces (Xu et al. 2019), otherwise as [`Options::rtf`]. The paper names no offset for them; see
-    /// docs/method.md for the one taken.
+    /// docs/presets.md for the one taken.
     pub fn rpf(vertices: usize) -> Self {
         Self { face: Face::Power, ..Self::rtf(vertices) }
     }
