@@ -1,16 +1,19 @@
 //! A field of the input, here its height, onto the new vertices: `cargo run --release --example onto`
 
 use rtfmesh::mesh::samples::sample;
-use rtfmesh::{Device, DeviceOptions, Options, Traced, remesh};
+use rtfmesh::{CorrespondenceRequest, Device, DeviceOptions, Options, remesh};
 
 fn main() -> Result<(), Box<dyn std::error::Error>> {
     let input = sample("bumpy-sphere")?;
     let heights: Vec<f64> = input.vertices.iter().map(|p| p.z).collect();
     let device = Device::open(&DeviceOptions::from_env())?;
-    let options = Options { source: Traced { vertices: true, faces: false }, ..Options::new(2000) };
+    let options = Options {
+        correspondence: CorrespondenceRequest { vertices: true, faces: false },
+        ..Options::new(2000)
+    };
     let result = remesh(&device, &input, &options, &mut |_| {})?;
-    let source = result.source.ok_or("it was asked for")?;
-    let onto = source.vertices.iter().map(|point| {
+    let correspondence = result.correspondence.ok_or("it was asked for")?;
+    let onto = correspondence.vertices.iter().map(|point| {
         let corners = input.triangles[point.triangle as usize];
         corners.iter().zip(point.barycentric).map(|(v, weight)| weight * heights[*v as usize]).sum::<f64>()
     });

@@ -29,7 +29,7 @@ pub mod stages;
 pub use error::{Error, Result};
 pub use gpu::{Device, DeviceInfo, DeviceOptions, list_devices};
 pub use mesh::TriMesh;
-pub use mesh::correspondence::{Source, SurfacePoint, Traced};
+pub use mesh::correspondence::{Correspondence, CorrespondenceRequest, SurfacePoint};
 pub use options::all_at_once::{Face, Neighbours, Normals, Projection, Seeding};
 pub use options::target_count::{Length, Size};
 pub use options::{

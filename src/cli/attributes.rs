@@ -3,7 +3,7 @@
 use rtfmesh::io::{Format, Loaded};
 use rtfmesh::mesh::attributes::{Attributes, label_borders, transfer, uv_seams};
 use rtfmesh::mesh::repair::{RepairOptions, at_welded_places};
-use rtfmesh::{Error, Method, Options, Remeshed, Traced, TriMesh};
+use rtfmesh::{CorrespondenceRequest, Error, Method, Options, Remeshed, TriMesh};
 
 /// Which attributes a result gets from its input.
 #[derive(clap::Args)]
@@ -36,19 +36,19 @@ impl AttributeArgs {
         }
     }
 
-    /// Whether materials are to look as they did.
-    pub fn wants_looks(&self) -> bool {
+    /// Whether materials are to be read and written.
+    pub fn wants_materials(&self) -> bool {
         self.keep_uv
     }
 
     /// Asks a run for what carrying over to a file of this format takes; tells what cannot be kept.
     pub fn ask(&self, loaded: &Loaded, format: Option<Format>, options: &mut Options) -> Vec<String> {
         let Loaded { mesh, attributes, .. } = loaded;
-        options.source = match self.no_attributes || format == Some(Format::Stl) {
-            true => Traced::NONE,
-            false => attributes.traced(),
+        options.correspondence = match self.no_attributes || format == Some(Format::Stl) {
+            true => CorrespondenceRequest::NONE,
+            false => attributes.required_correspondence(),
         };
-        options.held_sides.clear();
+        options.fixed_half_edges.clear();
         let mut notes = Vec::new();
         // Edges that a crack parts are seams and borders once it is closed. What cannot be mended the run itself tells.
         let welding = options.weld > 0.0 && (self.keep_uv || self.keep_labels);
@@ -56,7 +56,7 @@ impl AttributeArgs {
         let welded = welding.then(|| at_welded_places(mesh, &repair).ok()).flatten();
         let mesh = welded.as_ref().unwrap_or(mesh);
         if self.keep_uv {
-            options.held_sides.extend(uv_seams(mesh, attributes));
+            options.fixed_half_edges.extend(uv_seams(mesh, attributes));
             if attributes.uv.is_none() {
                 notes.push("there are no texture coordinates whose seams could be kept".to_owned());
             }
@@ -66,8 +66,8 @@ impl AttributeArgs {
             if borders.is_empty() {
                 notes.push("there are no labels whose borders could be kept".to_owned());
             }
-            options.held_sides.extend(borders);
-        } else if attributes.looks.as_ref().is_some_and(|looks| looks.used() > 1) {
+            options.fixed_half_edges.extend(borders);
+        } else if attributes.materials.as_ref().is_some_and(|materials| materials.used() > 1) {
             notes.push("borders between materials are not kept; --keep-labels keeps them".to_owned());
         }
         notes
@@ -76,8 +76,8 @@ impl AttributeArgs {
 
 /// The input's attributes for the result, if the run was asked for them.
 pub fn carried(mesh: &TriMesh, attributes: &Attributes, result: &Remeshed) -> Attributes {
-    match &result.source {
-        Some(source) => transfer(attributes, mesh, source, &result.mesh),
+    match &result.correspondence {
+        Some(correspondence) => transfer(attributes, mesh, correspondence, &result.mesh),
         None => Attributes::default(),
     }
 }

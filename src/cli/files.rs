@@ -26,9 +26,9 @@ impl InputFormat {
         load(path, self.input_format, false)
     }
 
-    /// As [`InputFormat::load`]; `with_looks` asks for pictures and the like as well.
-    pub fn load_with(&self, path: &Path, with_looks: bool) -> rtfmesh::Result<Loaded> {
-        load(path, self.input_format, with_looks)
+    /// As [`InputFormat::load`]; `with_materials` asks for pictures and the like as well.
+    pub fn load_with(&self, path: &Path, with_materials: bool) -> rtfmesh::Result<Loaded> {
+        load(path, self.input_format, with_materials)
     }
 
     /// As [`InputFormat::load`] for a second mesh: the format is not meant for it if it is a file.
@@ -47,9 +47,9 @@ pub fn input_name(path: &Path) -> &Path {
     if is_standard(path) { Path::new("standard input") } else { path }
 }
 
-fn load(path: &Path, declared: Option<Encoding>, with_looks: bool) -> rtfmesh::Result<Loaded> {
+fn load(path: &Path, declared: Option<Encoding>, with_materials: bool) -> rtfmesh::Result<Loaded> {
     if !is_standard(path) {
-        return if with_looks {
+        return if with_materials {
             io::read_with_materials(path, declared)
         } else {
             io::read_as(path, declared)
@@ -60,7 +60,7 @@ fn load(path: &Path, declared: Option<Encoding>, with_looks: bool) -> rtfmesh::R
         Error::input(None, format!("it cannot be read ({error})"), "give a mesh file, or pipe one in")
     };
     let read = std::io::stdin().lock().read_to_end(&mut bytes).map_err(unreadable);
-    let from_bytes = if with_looks { io::read_bytes_with_looks } else { io::read_bytes };
+    let from_bytes = if with_materials { io::read_bytes_with_materials } else { io::read_bytes };
     read.and_then(|_| from_bytes(&bytes, declared)).map_err(|error| error.in_file(input_name(path)))
 }
 

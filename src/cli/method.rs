@@ -219,8 +219,8 @@ impl MethodArgs {
             lbfgs: self.lbfgs.unwrap_or(base.lbfgs),
             measures,
             // See `AttributeArgs::ask`.
-            held_sides: base.held_sides,
-            source: base.source,
+            fixed_half_edges: base.fixed_half_edges,
+            correspondence: base.correspondence,
             centroid: match self.centroid {
                 Some(CentroidName::Vertex) => Centroid::Vertex,
                 Some(CentroidName::Area) => Centroid::Area,

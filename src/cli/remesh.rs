@@ -112,7 +112,7 @@ pub fn run(args: &Args) -> Result<()> {
 }
 
 fn load(args: &Args) -> rtfmesh::Result<Loaded> {
-    let loaded = args.input_format.load_with(&args.input, args.attributes.wants_looks())?;
+    let loaded = args.input_format.load_with(&args.input, args.attributes.wants_materials())?;
     if !args.quiet {
         tell_notes(&args.input, &loaded.notes);
     }

@@ -60,8 +60,8 @@ pub fn read_as(path: &Path, declared: Option<Encoding>) -> Result<Loaded> {
     read_file(path, declared, false)
 }
 
-/// As [`read_as`], with what a glTF file says on the looks of its materials in `attributes.looks`. What cannot be had of
-/// that, such as a picture that is missing or lies outside of the file's folder, is noted.
+/// As [`read_as`], with the materials of a glTF file in `attributes.materials`. What cannot be read of them, such as a
+/// picture that is missing or lies outside of the file's folder, is noted.
 ///
 /// # Errors
 ///
@@ -70,12 +70,12 @@ pub fn read_with_materials(path: &Path, declared: Option<Encoding>) -> Result<Lo
     read_file(path, declared, true)
 }
 
-fn read_file(path: &Path, declared: Option<Encoding>, with_looks: bool) -> Result<Loaded> {
+fn read_file(path: &Path, declared: Option<Encoding>, with_materials: bool) -> Result<Loaded> {
     let decoded = bytes_of(path).and_then(|bytes| {
         let named = declared.or_else(|| Encoding::of_name(path));
         // A name alone is no folder, and that of this file is where the program runs.
         let folder = path.parent().unwrap_or(Path::new(""));
-        decode(&bytes, named, Some((path, folder)), with_looks)
+        decode(&bytes, named, Some((path, folder)), with_materials)
     });
     decoded.map_err(|error| error.in_file(path))
 }
@@ -89,12 +89,12 @@ pub fn read_bytes(bytes: &[u8], declared: Option<Encoding>) -> Result<Loaded> {
     decode(bytes, declared, None, false)
 }
 
-/// As [`read_bytes`], with the looks of materials as [`read_with_materials`] has them.
+/// As [`read_bytes`], with the file's materials as in [`read_with_materials`].
 ///
 /// # Errors
 ///
 /// See [`read_bytes`] and [`read_with_materials`].
-pub fn read_bytes_with_looks(bytes: &[u8], declared: Option<Encoding>) -> Result<Loaded> {
+pub fn read_bytes_with_materials(bytes: &[u8], declared: Option<Encoding>) -> Result<Loaded> {
     decode(bytes, declared, None, true)
 }
 
@@ -103,7 +103,7 @@ fn decode(
     bytes: &[u8],
     declared: Option<Encoding>,
     file: Option<(&Path, &Path)>,
-    with_looks: bool,
+    with_materials: bool,
 ) -> Result<Loaded> {
     let mut notes = Vec::new();
     let bytes = if gzip::is_packed(bytes) { Cow::Owned(gzip::unpack(bytes)?) } else { Cow::Borrowed(bytes) };
@@ -136,7 +136,7 @@ fn decode(
         Format::Ply => ply::parse(&bytes),
         Format::Stl => stl::parse(&bytes),
         Format::Off => off::parse(&bytes),
-        Format::Gltf | Format::Glb => gltf::parse(&bytes, file.map(|(_, folder)| folder), with_looks),
+        Format::Gltf | Format::Glb => gltf::parse(&bytes, file.map(|(_, folder)| folder), with_materials),
         Format::Medit => medit::parse(&bytes),
     }?;
     notes.extend(std::mem::take(&mut loaded.notes));

@@ -114,7 +114,10 @@ pub fn left_out(attributes: &Attributes, format: Format) -> Option<String> {
         face: attributes.face.iter().filter(|a| !has_face(a)).cloned().collect(),
         uv: attributes.uv.clone().filter(|_| !has_uv),
         libraries: Vec::new(),
-        looks: attributes.looks.clone().filter(|looks| format != Format::Glb && looks.used() > 0),
+        materials: attributes
+            .materials
+            .clone()
+            .filter(|materials| format != Format::Glb && materials.used() > 0),
     };
     let what = dropped.listed().join(", ");
     let named = |a: &&Attribute| !a.names.is_empty() && has_face(a);

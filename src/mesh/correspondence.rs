@@ -34,14 +34,14 @@ pub struct SurfacePoint {
 
 /// What of a mesh is looked for on another one.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize)]
-pub struct Traced {
+pub struct CorrespondenceRequest {
     /// Its vertices.
     pub vertices: bool,
     /// The centres of its faces, of which there are twice as many.
     pub faces: bool,
 }
 
-impl Traced {
+impl CorrespondenceRequest {
     /// Nothing.
     pub const NONE: Self = Self { vertices: false, faces: false };
     /// Vertices and faces.
@@ -50,7 +50,7 @@ impl Traced {
 
 /// Where a mesh lies on another one; lists that nobody asked for are empty.
 #[derive(Debug, Clone, PartialEq, Default)]
-pub struct Source {
+pub struct Correspondence {
     /// For each vertex the nearest point among triangles that face as the faces around the vertex do, unless one that
     /// faces otherwise is much nearer. A vertex on a curve lies on an edge of that curve.
     pub vertices: Vec<SurfacePoint>,
@@ -71,7 +71,12 @@ impl SurfacePoint {
 ///
 /// # Errors
 /// [`crate::Error::Input`]: see [`UnitFrame::of`].
-pub fn trace(input: &TriMesh, repaired: &Repaired, output: &TriMesh, asked: Traced) -> Result<Source> {
+pub fn trace(
+    input: &TriMesh,
+    repaired: &Repaired,
+    output: &TriMesh,
+    asked: CorrespondenceRequest,
+) -> Result<Correspondence> {
     trace_until((input, repaired), output, asked, None, &AtomicBool::new(false))
 }
 
@@ -80,10 +85,10 @@ pub fn trace(input: &TriMesh, repaired: &Repaired, output: &TriMesh, asked: Trac
 pub(crate) fn trace_until(
     (input, repaired): (&TriMesh, &Repaired),
     output: &TriMesh,
-    asked: Traced,
+    asked: CorrespondenceRequest,
     searched: Option<Search>,
     stop: &AtomicBool,
-) -> Result<Source> {
+) -> Result<Correspondence> {
     let frame = UnitFrame::of(&repaired.mesh)?;
     let unit = |mesh: &TriMesh| TriMesh {
         vertices: mesh.vertices.iter().map(|p| frame.to_unit(*p)).collect(),
@@ -117,7 +122,7 @@ pub(crate) fn trace_until(
     let (vertices, ranks) = find(vertices, &|_| None)?;
     let beside = |t: usize| ranks.get(output.triangles[t][0] as usize).copied();
     let (faces, _) = find(faces, &beside)?;
-    Ok(Source { vertices, faces })
+    Ok(Correspondence { vertices, faces })
 }
 
 /// Points with their ranks among the triangles of a [`Search`].
@@ -133,7 +138,7 @@ struct Wanted {
 }
 
 /// The vertices of a mesh, then the centres of its faces, as far as they are asked for.
-fn wanted(mesh: &TriMesh, asked: Traced) -> Vec<Wanted> {
+fn wanted(mesh: &TriMesh, asked: CorrespondenceRequest) -> Vec<Wanted> {
     let mut normals = vec![DVec3::ZERO; mesh.vertices.len()];
     let mut lengths = vec![(0.0, 0.0); mesh.vertices.len()];
     let mut centres = Vec::with_capacity(if asked.faces { mesh.triangles.len() } else { 0 });
@@ -267,7 +272,8 @@ mod tests {
     fn nobody_gets_a_part_of_it() {
         let mesh = sample("torus").unwrap();
         let repaired = repair(&mesh).unwrap();
-        let stopped = trace_until((&mesh, &repaired), &mesh, Traced::ALL, None, &AtomicBool::new(true));
+        let stopped =
+            trace_until((&mesh, &repaired), &mesh, CorrespondenceRequest::ALL, None, &AtomicBool::new(true));
         assert_eq!(stopped, Err(Error::Cancelled));
     }
 }

@@ -4,7 +4,7 @@ pub(crate) mod all_at_once;
 pub(crate) mod target_count;
 
 use crate::io::FeatureLine;
-use crate::mesh::correspondence::Traced;
+use crate::mesh::correspondence::CorrespondenceRequest;
 use crate::mesh::features::FeatureOptions;
 use crate::mesh::repair::RepairOptions;
 use crate::{Error, Result};
@@ -164,12 +164,13 @@ pub struct Options {
     pub offset: f64,
     /// What is measured of the result.
     pub measures: MeasureDepth,
-    /// Coarse to fine only: sides `3 * triangle + k` of the input's triangles, from corner k to the next, that are held as
-    /// well; reports have their number. Those of triangles that repair drops do not count.
-    #[serde(serialize_with = "count")]
-    pub held_sides: Vec<u32>,
-    /// Of what to find where it lies on the input: [`crate::Remeshed::source`].
-    pub source: Traced,
+    /// Coarse to fine only: half-edges `3 * triangle + k` of the input, from corner k to the next, that are kept as
+    /// curves too; reports have their number. Those of triangles that repair drops do not count.
+    #[serde(rename = "held_sides", serialize_with = "count")]
+    pub fixed_half_edges: Vec<u32>,
+    /// For what to compute where it lies on the input: [`crate::Remeshed::correspondence`].
+    #[serde(rename = "source")]
+    pub correspondence: CorrespondenceRequest,
     /// Where a site moves.
     pub centroid: Centroid,
     /// Coarse to fine only: how long edges are where.
@@ -270,8 +271,8 @@ impl Options {
             lbfgs: 0,
             offset: 0.5,
             measures: MeasureDepth::Full,
-            held_sides: Vec::new(),
-            source: Traced::NONE,
+            fixed_half_edges: Vec::new(),
+            correspondence: CorrespondenceRequest::NONE,
             centroid: Centroid::Vertex,
             sizing: Sizing::Uniform,
             min_edge: None,

@@ -11,7 +11,7 @@ mod submission;
 
 use crate::gpu::{Device, StageTime};
 use crate::measure::{Crossing, Measures, measure_some};
-use crate::mesh::correspondence::{Search, Source, Traced, trace_until};
+use crate::mesh::correspondence::{Correspondence, CorrespondenceRequest, Search, trace_until};
 use crate::mesh::features::Features;
 use crate::mesh::intersections::intersecting_faces_until;
 use crate::mesh::repair::{RepairCounts, Repaired};
@@ -48,8 +48,8 @@ pub use preview::{Preview, PreviewLevel, preview, preview_repaired};
 pub struct Remeshed {
     /// The new mesh, in the input's frame.
     pub mesh: TriMesh,
-    /// Where its vertices and faces lie on the input as it was given, if [`Options::source`] asks for it.
-    pub source: Option<Source>,
+    /// Where its vertices and faces lie on the input as it was given, if [`Options::correspondence`] asks for it.
+    pub correspondence: Option<Correspondence>,
     /// What happened.
     pub summary: Summary,
 }
@@ -197,7 +197,7 @@ fn watched(
     let mut prepared = prepared?;
     compiled?;
     clock.phase("prepare");
-    let traced = (options.source, prepared.searched());
+    let traced = (options.correspondence, prepared.searched());
     let known = OnceLock::new();
     let settled = settled(device, &mut prepared, &known, (watch, &mut clock))?;
     let Settled { connection, steps, skeleton, vertices, attempts } = settled;
@@ -213,8 +213,9 @@ fn watched(
     let collapsed = connection.collapsed + small.len();
     clock.phase("connect");
     watch.phase(Phase::Measure, 1.0, 0.0)?;
-    let source = watch.during(|stop| source_of(&result, (mesh, &repaired), traced, stop))??;
-    if source.is_some() {
+    let correspondence =
+        watch.during(|stop| correspondence_of(&result, (mesh, &repaired), traced, stop))??;
+    if correspondence.is_some() {
         clock.phase("source");
     }
     let reference = (options.measures >= MeasureDepth::Full).then_some(&repaired.mesh);
@@ -256,7 +257,7 @@ fn watched(
         skeleton: skeleton.map(|found| FeatureSummary { curve_sites, ..found }),
         timings: clock.timings(device),
     };
-    Ok(Remeshed { mesh: result, source, summary })
+    Ok(Remeshed { mesh: result, correspondence, summary })
 }
 
 /// What is to be done about faces that run through others, if their number is `known` or not.
@@ -269,14 +270,14 @@ fn crossing_for(depth: MeasureDepth, known: Option<usize>) -> Crossing {
 }
 
 /// Where the result lies on the input, which `repaired` was made from, as far as it is asked for.
-fn source_of(
+fn correspondence_of(
     result: &TriMesh,
     (input, repaired): (&TriMesh, &Repaired),
-    (asked, searched): (Traced, Option<Search>),
+    (asked, searched): (CorrespondenceRequest, Option<Search>),
     stop: &AtomicBool,
-) -> Result<Option<Source>> {
+) -> Result<Option<Correspondence>> {
     let trace = || trace_until((input, repaired), result, asked, searched, stop);
-    (asked != Traced::NONE).then(trace).transpose()
+    (asked != CorrespondenceRequest::NONE).then(trace).transpose()
 }
 
 /// The figures of a result; how evenly its vertices are spread over the reference, if there is one and that is of interest.

@@ -9,7 +9,7 @@ use super::collapse::components::{Divided, Parts, extract};
 use super::preview::device_bytes;
 use crate::gpu::Device;
 use crate::gpu::kernels::face::cell;
-use crate::mesh::correspondence::{Search, Traced, half_edges_after, vertex_values_after};
+use crate::mesh::correspondence::{CorrespondenceRequest, Search, half_edges_after, vertex_values_after};
 use crate::mesh::features::{FeatureOptions, spacing_of, user_edges};
 use crate::mesh::repair::{Repaired, repair_with};
 use crate::mesh::spacing;
@@ -99,10 +99,12 @@ impl Prepared {
     }
 
     /// The triangles of the repaired mesh in the unit-diagonal frame, ready for searches, as long as there is the ground
-    /// and the result's source is asked for.
+    /// and the result's correspondence is asked for.
     pub fn searched(&self) -> Option<Search> {
-        let ground =
-            self.ground.as_ref().filter(|_| self.rest.is_none() && self.options.source != Traced::NONE);
+        let ground = self
+            .ground
+            .as_ref()
+            .filter(|_| self.rest.is_none() && self.options.correspondence != CorrespondenceRequest::NONE);
         ground.map(|ground| ground.target.searched())
     }
 
@@ -156,7 +158,7 @@ pub(crate) fn cleaned(mesh: &TriMesh, repaired: Option<Repaired>, options: &Opti
 /// The options for a mesh as repair leaves it: sides are those of its triangles, and lengths those at its vertices.
 pub(crate) fn for_repaired(mesh: &TriMesh, repaired: &Repaired, options: &Options) -> Options {
     let mut options = options.clone();
-    options.held_sides = half_edges_after(mesh, repaired, &options.held_sides);
+    options.fixed_half_edges = half_edges_after(mesh, repaired, &options.fixed_half_edges);
     if let Sizing::Given(values) = &mut options.sizing {
         *values = vertex_values_after(mesh, repaired, values);
     }
@@ -258,7 +260,7 @@ pub(crate) fn wanted_edges(mesh: &TriMesh, options: &Options) -> Result<Vec<[u32
     let corners = mesh.triangles.as_flattened();
     let next = |half: u32| if half % 3 == 2 { half - 2 } else { half + 1 };
     let ends = |half: u32| [half, next(half)].map(|corner| corners[corner as usize]);
-    let held = options.held_sides.iter().map(|half| ends(*half));
+    let held = options.fixed_half_edges.iter().map(|half| ends(*half));
     let Some(features) = &options.features else { return Ok(held.collect()) };
     let drawn = user_edges(mesh, &features.lines).map_err(|error| match &features.file {
         Some(file) => error.in_file(file),

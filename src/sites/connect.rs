@@ -106,9 +106,9 @@ pub fn clustered_fan(corners: &[Vec2], fan: &[u32]) -> Vec<u32> {
 pub struct ConnectCounts {
     /// Fan entries without their counterpart, dropped.
     pub one_sided_edges: usize,
-    /// Traced faces of four or more corners, split by quality.
+    /// CorrespondenceRequest faces of four or more corners, split by quality.
     pub split_faces: usize,
-    /// Traced faces that could not be filled without repeating an edge; they are holes in the result.
+    /// CorrespondenceRequest faces that could not be filled without repeating an edge; they are holes in the result.
     pub unfilled_faces: usize,
     /// Sites that no triangle uses.
     pub unconnected_sites: usize,

@@ -4,7 +4,7 @@ use std::path::Path;
 
 use rtfmesh::Error;
 use rtfmesh::io::{
-    Encoding, Format, Loaded, encode, encode_with, precision_note, read_bytes, read_bytes_with_looks,
+    Encoding, Format, Loaded, encode, encode_with, precision_note, read_bytes, read_bytes_with_materials,
 };
 
 /// Every kind of file, by what the first byte of the data says; the last is none, as on standard input.
@@ -21,7 +21,7 @@ pub fn check(data: &[u8]) {
     match read_bytes(file, declared) {
         Ok(loaded) => {
             check_loaded(&loaded);
-            check_looks(file, &loaded);
+            check_materials(file, &loaded);
         }
         Err(error) => {
             let line = error.to_string();
@@ -67,14 +67,14 @@ fn check_loaded(loaded: &Loaded) {
 }
 
 /// What materials look like changes nothing else, and comes back from a GLB file.
-fn check_looks(file: &[u8], plain: &Loaded) {
-    let Ok(loaded) = read_bytes_with_looks(file, None) else { return };
-    let Some(looks) = &loaded.attributes.looks else { return };
+fn check_materials(file: &[u8], plain: &Loaded) {
+    let Ok(loaded) = read_bytes_with_materials(file, None) else { return };
+    let Some(materials) = &loaded.attributes.materials else { return };
     assert_eq!(loaded.mesh, plain.mesh);
     let glb = Encoding { format: Format::Glb, gzip: false };
     let Ok(bytes) = encode_with(Path::new("again"), &loaded.mesh, &loaded.attributes, glb) else { return };
-    let again = read_bytes_with_looks(&bytes, Some(glb)).expect("what was written can be read");
-    assert!(again.attributes.looks.is_none_or(|again| again.images().len() == looks.images().len()));
+    let again = read_bytes_with_materials(&bytes, Some(glb)).expect("what was written can be read");
+    assert!(again.attributes.materials.is_none_or(|again| again.images().len() == materials.images().len()));
     // What is written is as glTF has it.
     assert!(!again.notes.iter().any(|note| note.contains("left out")), "{:?}", again.notes);
 }

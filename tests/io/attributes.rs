@@ -102,7 +102,7 @@ fn obj_keeps_colours_normals_texture_materials_and_groups() {
             face: face.clone(),
             uv: Some(uv),
             libraries: libraries.clone(),
-            looks: None,
+            materials: None,
         };
         assert_kept("obj", &attributes);
     }

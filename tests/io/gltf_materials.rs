@@ -2,7 +2,7 @@
 
 use glam::DVec3;
 use rtfmesh::io::{
-    Encoding, Format, Loaded, encode_with, read_bytes, read_bytes_with_looks, read_with_materials,
+    Encoding, Format, Loaded, encode_with, read_bytes, read_bytes_with_materials, read_with_materials,
 };
 use rtfmesh::mesh::attributes::{Attribute, Attributes, CornerUv, Kind, Materials, Role};
 use rtfmesh::mesh::samples::sample;
@@ -106,7 +106,7 @@ pub fn painted_globe() -> String {
 }
 
 fn read(json: &Value) -> Loaded {
-    read_bytes_with_looks(json.to_string().as_bytes(), None).unwrap()
+    read_bytes_with_materials(json.to_string().as_bytes(), None).unwrap()
 }
 
 /// The file that the mesh is written to, checked by the crate of others, and its JSON.
@@ -114,8 +114,11 @@ fn read(json: &Value) -> Loaded {
 fn written(loaded: &Loaded) -> (gltf::Gltf, Value) {
     let bytes = encode_with(Path::new("out"), &loaded.mesh, &loaded.attributes, GLB).unwrap();
     leave_glb(&bytes);
-    let again = read_bytes_with_looks(&bytes, None).unwrap();
-    assert_eq!((again.attributes.looks.as_ref(), again.notes.len()), (loaded.attributes.looks.as_ref(), 0));
+    let again = read_bytes_with_materials(&bytes, None).unwrap();
+    assert_eq!(
+        (again.attributes.materials.as_ref(), again.notes.len()),
+        (loaded.attributes.materials.as_ref(), 0)
+    );
     (gltf::Gltf::from_slice(&bytes).unwrap(), split(&bytes).0)
 }
 
@@ -174,7 +177,7 @@ fn the_program_carries_a_texture_and_its_material() {
     let (plain, _) = split(&std::fs::read(place.path("plain.glb")).unwrap());
     assert_eq!((plain.get("images"), &plain["materials"]), (None, &json!([{ "name": "skin" }])));
     let (_, notes) = place.run(&format!("remesh in.gltf out.ply {common} --keep-uv"));
-    assert!(notes.contains("PLY cannot hold these: looks of 1 materials (1 pictures)"), "{notes}");
+    assert!(notes.contains("PLY cannot hold these: 1 material (1 picture)"), "{notes}");
 }
 
 #[test]
@@ -272,11 +275,11 @@ fn textures_need_texture_coordinates() {
     without.attributes.uv = None;
     let (json, _) = split(&encode_with(Path::new("out"), &whole.mesh, &without.attributes, GLB).unwrap());
     assert_eq!(json["materials"], json!([{ "name": "skin" }]));
-    // Nor has a file without materials any looks.
+    // A file without materials has none.
     let mut json = sphere(one, json!({}));
     json.as_object_mut().unwrap().remove("materials");
     json["meshes"][0]["primitives"][0].as_object_mut().unwrap().remove("material");
-    assert_eq!(read(&json).attributes.looks, None);
+    assert_eq!(read(&json).attributes.materials, None);
 }
 
 /// What is noted of a picture, which is then left out with its texture.
@@ -288,8 +291,8 @@ fn assert_left_out(folder: &Path, image: Value, words: &str) {
     let [first, second] = loaded.notes.as_slice() else { panic!("{:?}", loaded.notes) };
     assert_eq!(first, &format!("image 0 was left out: {words}"));
     assert_eq!(second, "texture 1 was left out: it has no picture that could be read");
-    let looks = loaded.attributes.looks.as_ref().map(Materials::images);
-    assert_eq!(looks, Some([].as_slice()));
+    let materials = loaded.attributes.materials.as_ref().map(Materials::images);
+    assert_eq!(materials, Some([].as_slice()));
     written(&Loaded { notes: Vec::new(), ..loaded });
 }
 
@@ -331,7 +334,7 @@ fn pictures_that_cannot_be_had_are_noted() {
         }
         other => panic!("{other:?}"),
     }
-    assert_eq!(rtfmesh::io::read(&path).unwrap().attributes.looks, None);
+    assert_eq!(rtfmesh::io::read(&path).unwrap().attributes.materials, None);
 }
 
 #[test]
@@ -368,19 +371,19 @@ fn odd_materials_do_no_harm() {
         }
         let bytes = json.to_string().into_bytes();
         let Ok(plain) = read_bytes(&bytes, None) else { continue };
-        let loaded = read_bytes_with_looks(&bytes, None).unwrap();
+        let loaded = read_bytes_with_materials(&bytes, None).unwrap();
         assert_eq!(loaded.mesh, plain.mesh, "{pointer} {value}");
         let bytes = encode_with(Path::new("out"), &loaded.mesh, &loaded.attributes, GLB).unwrap();
         leave_glb(&bytes);
         // The crate of others takes it, too.
         gltf::Gltf::from_slice(&bytes).unwrap();
-        read_bytes_with_looks(&bytes, None).unwrap();
+        read_bytes_with_materials(&bytes, None).unwrap();
     }
     let mut json = sphere(one, textured(json!({ "uri": picture })));
     json["materials"][0]["alphaMode"] = json!("SOME");
     let loaded = read(&json);
     assert_eq!(loaded.notes, ["material 0 was left out: glTF has no such values"]);
-    assert_eq!(loaded.attributes.looks.unwrap().images().len(), 0, "nothing refers to its picture");
+    assert_eq!(loaded.attributes.materials.unwrap().images().len(), 0, "nothing refers to its picture");
     json["materials"][0]["alphaMode"] = json!("BLEND");
     json["samplers"][0]["wrapS"] = json!(3);
     assert_eq!(read(&json).notes, ["sampler 0 was left out: glTF has no such values"]);

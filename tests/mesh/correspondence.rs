@@ -6,13 +6,17 @@ use glam::DVec3;
 use rtfmesh::mesh::correspondence::trace;
 use rtfmesh::mesh::repair::repair;
 use rtfmesh::mesh::samples::sample;
-use rtfmesh::{Options, Source, SurfacePoint, Traced, TriMesh, remesh};
+use rtfmesh::{Correspondence, CorrespondenceRequest, Options, SurfacePoint, TriMesh, remesh};
 
 /// Fails unless every point is one of a triangle of `input`, for every vertex and face of `output`.
 #[track_caller]
-fn check(source: &Source, input: &TriMesh, output: &TriMesh) {
-    assert_eq!((source.vertices.len(), source.faces.len()), (output.vertices.len(), output.triangles.len()));
-    for SurfacePoint { triangle, barycentric } in source.vertices.iter().chain(&source.faces) {
+fn check(correspondence: &Correspondence, input: &TriMesh, output: &TriMesh) {
+    assert_eq!(
+        (correspondence.vertices.len(), correspondence.faces.len()),
+        (output.vertices.len(), output.triangles.len())
+    );
+    for SurfacePoint { triangle, barycentric } in correspondence.vertices.iter().chain(&correspondence.faces)
+    {
         assert!((*triangle as usize) < input.triangles.len());
         assert!(barycentric.iter().all(|w| (0.0..=1.0).contains(w)), "{barycentric:?}");
         assert!((barycentric.iter().sum::<f64>() - 1.0).abs() < 1e-12, "{barycentric:?}");
@@ -40,13 +44,13 @@ fn a_mesh_lies_on_itself_by_the_inputs_own_triangles() {
     let input = littered(&clean);
     let repaired = repair(&input).unwrap();
     assert_eq!(repaired.origin.len(), clean.triangles.len());
-    let source = trace(&input, &repaired, &clean, Traced::ALL).unwrap();
-    check(&source, &input, &clean);
-    for (point, vertex) in source.vertices.iter().zip(&clean.vertices) {
+    let correspondence = trace(&input, &repaired, &clean, CorrespondenceRequest::ALL).unwrap();
+    check(&correspondence, &input, &clean);
+    for (point, vertex) in correspondence.vertices.iter().zip(&clean.vertices) {
         assert!(point.position(&input).distance(*vertex) < 1e-14);
         assert!(point.barycentric.contains(&1.0), "{point:?} is no corner");
     }
-    for (t, point) in source.faces.iter().enumerate() {
+    for (t, point) in correspondence.faces.iter().enumerate() {
         let own = input.corners(point.triangle as usize);
         let mut of_clean = clean.corners(t).map(|p| p.to_array());
         let mut of_input = own.map(|p| p.to_array());
@@ -64,19 +68,22 @@ fn sheets_that_are_close_are_told_apart_by_their_sides() {
     let (low, high) = input.bounds().unwrap();
     let middle = 0.5 * (low.z + high.z);
     let output = moved(&input, |v| DVec3::new(v.x, v.y, middle - 0.2 * (v.z - middle)));
-    let source = trace(&input, &repair(&input).unwrap(), &output, Traced::ALL).unwrap();
+    let correspondence =
+        trace(&input, &repair(&input).unwrap(), &output, CorrespondenceRequest::ALL).unwrap();
     let upwards = |mesh: &TriMesh, t: usize| {
         let [a, b, c] = mesh.corners(t);
         (b - a).cross(c - a).normalize().z
     };
     let mut sheets = 0;
-    for (t, point) in source.faces.iter().enumerate().filter(|(t, _)| upwards(&output, *t).abs() > 0.9) {
+    for (t, point) in
+        correspondence.faces.iter().enumerate().filter(|(t, _)| upwards(&output, *t).abs() > 0.9)
+    {
         assert!(upwards(&output, t) * upwards(&input, point.triangle as usize) > 0.9, "{t}");
         sheets += 1;
     }
     assert!(sheets > 500, "{sheets}");
     let inside = |v: DVec3| (v - low).min(high - v).truncate().min_element() > 0.01;
-    for (v, point) in source.vertices.iter().enumerate().filter(|(v, _)| inside(input.vertices[*v])) {
+    for (v, point) in correspondence.vertices.iter().enumerate().filter(|(v, _)| inside(input.vertices[*v])) {
         assert!((point.position(&input).z - input.vertices[v].z).abs() < 1e-12, "{v}");
     }
 }
@@ -85,13 +92,15 @@ fn sheets_that_are_close_are_told_apart_by_their_sides() {
 fn what_is_not_asked_for_is_not_looked_for() {
     let input = littered(&sample("sphere").unwrap());
     let (repaired, output) = (repair(&input).unwrap(), sample("sphere").unwrap());
-    let traced = |vertices, faces| trace(&input, &repaired, &output, Traced { vertices, faces }).unwrap();
+    let traced = |vertices, faces| {
+        trace(&input, &repaired, &output, CorrespondenceRequest { vertices, faces }).unwrap()
+    };
     let whole = traced(true, true);
-    let vertices = Source { faces: Vec::new(), ..whole.clone() };
-    let faces = Source { vertices: Vec::new(), ..whole };
+    let vertices = Correspondence { faces: Vec::new(), ..whole.clone() };
+    let faces = Correspondence { vertices: Vec::new(), ..whole };
     assert_eq!(
         [traced(true, false), traced(false, true), traced(false, false)],
-        [vertices, faces, Source::default()]
+        [vertices, faces, Correspondence::default()]
     );
 }
 
@@ -99,13 +108,18 @@ fn what_is_not_asked_for_is_not_looked_for() {
 fn runs_tell_it_only_when_asked() {
     let input = littered(&sample("sphere").unwrap());
     let quick = Options { first_iterations: 10, ..Options::new(300) };
-    assert_eq!(remesh(device(), &input, &quick, &mut |_| {}).unwrap().source, None);
+    assert_eq!(remesh(device(), &input, &quick, &mut |_| {}).unwrap().correspondence, None);
     for options in [quick, Options { iterations: 10, ..Options::rtf(300) }] {
-        let result =
-            remesh(device(), &input, &Options { source: Traced::ALL, ..options }, &mut |_| {}).unwrap();
-        let source = result.source.unwrap();
-        check(&source, &input, &result.mesh);
-        let far = source.vertices.iter().zip(&result.mesh.vertices);
+        let result = remesh(
+            device(),
+            &input,
+            &Options { correspondence: CorrespondenceRequest::ALL, ..options },
+            &mut |_| {},
+        )
+        .unwrap();
+        let correspondence = result.correspondence.unwrap();
+        check(&correspondence, &input, &result.mesh);
+        let far = correspondence.vertices.iter().zip(&result.mesh.vertices);
         let far = far.map(|(point, v)| point.position(&input).distance(*v)).fold(0.0, f64::max);
         assert!(far < 0.02, "{far}");
     }
@@ -125,13 +139,18 @@ fn vertices_on_curves_lie_on_edges_and_held_sides_become_curves() {
         let [a, b] = ends(*half);
         a.distance(b) > 1.2
     };
-    let held_sides: Vec<u32> = sides.filter(is_diagonal).collect();
-    let options = Options { held_sides, source: Traced::ALL, feature_angle: 180.0, ..Options::new(500) };
+    let fixed_half_edges: Vec<u32> = sides.filter(is_diagonal).collect();
+    let options = Options {
+        fixed_half_edges,
+        correspondence: CorrespondenceRequest::ALL,
+        feature_angle: 180.0,
+        ..Options::new(500)
+    };
     let result = remesh(device(), &input, &options, &mut |_| {}).unwrap();
     let found = result.summary.skeleton.unwrap();
     assert_eq!(found.curves, 12, "{found:?}");
-    let source = result.source.unwrap();
+    let correspondence = result.correspondence.unwrap();
     let on_side = |p: &&SurfacePoint| p.barycentric.contains(&0.0);
-    let held = source.vertices.iter().filter(on_side).count();
+    let held = correspondence.vertices.iter().filter(on_side).count();
     assert!(held >= found.curve_sites, "{held} of {}", found.curve_sites);
 }

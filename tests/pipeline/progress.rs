@@ -5,7 +5,7 @@ use crate::support::shapes::{moved, sphere, union};
 use glam::DVec3;
 use rtfmesh::mesh::samples::sample;
 use rtfmesh::mesh::topology::topology;
-use rtfmesh::{Error, Flow, MeasureDepth, Options, Phase, Progress, Shortage, Traced, remesh};
+use rtfmesh::{CorrespondenceRequest, Error, Flow, MeasureDepth, Options, Phase, Progress, Shortage, remesh};
 
 const PHASES: [Phase; 8] = [
     Phase::Prepare,
@@ -21,7 +21,7 @@ const PHASES: [Phase; 8] = [
 #[test]
 fn a_run_can_be_cancelled_in_every_phase_and_the_device_is_as_good_as_before() {
     let input = sample("torus").unwrap();
-    let options = Options { coarsest: 100, source: Traced::ALL, ..Options::new(600) };
+    let options = Options { coarsest: 100, correspondence: CorrespondenceRequest::ALL, ..Options::new(600) };
     let whole = remesh(device(), &input, &options, &mut |_| {}).unwrap();
     assert!(!whole.summary.finished_early);
     for phase in PHASES {
@@ -34,7 +34,7 @@ fn a_run_can_be_cancelled_in_every_phase_and_the_device_is_as_good_as_before() {
         assert_eq!((stopped, after), (Some(Error::Cancelled), 1), "{phase:?}");
     }
     let again = remesh(device(), &input, &options, &mut |_| Flow::Continue).unwrap();
-    assert_eq!((again.mesh, again.source), (whole.mesh, whole.source));
+    assert_eq!((again.mesh, again.correspondence), (whole.mesh, whole.correspondence));
     assert!(device().take_validation_messages().is_empty());
 }
 

@@ -193,7 +193,7 @@ impl Batch<'_> {
     fn read_all(&self, jobs: &[Job], sender: &SyncSender<Read>) {
         for job in jobs {
             let begin = Instant::now();
-            let loaded = self.args.input_format.load_with(&job.input, self.args.attributes.wants_looks());
+            let loaded = self.args.input_format.load_with(&job.input, self.args.attributes.wants_materials());
             // Nobody receives when the batch has ended early.
             if sender.send((loaded, begin.elapsed().as_secs_f64())).is_err() {
                 return;

@@ -50,7 +50,7 @@ struct Picture {
     mime_type: Option<String>,
 }
 
-/// Adds the looks of the materials that triangles have. What cannot be had is noted; too many bytes are an error.
+/// Adds the materials that triangles use. What cannot be read is noted; too many bytes are an error.
 pub(crate) fn add(json: &[u8], buffers: &Buffers, loaded: &mut Loaded) -> Result<()> {
     let Some(label) = loaded.attributes.face_named("material") else { return Ok(()) };
     // The number after the last stands for none.
@@ -66,7 +66,7 @@ pub(crate) fn add(json: &[u8], buffers: &Buffers, loaded: &mut Loaded) -> Result
         document: &document,
         buffers,
         has_uv: loaded.attributes.uv.is_some(),
-        looks: Materials::default(),
+        materials: Materials::default(),
         known: [const { None }; 3].map(|_: Option<()>| HashMap::new()),
         bytes: 0,
         without_uv: 0,
@@ -76,9 +76,9 @@ pub(crate) fn add(json: &[u8], buffers: &Buffers, loaded: &mut Loaded) -> Result
     };
     for (index, material) in document.materials.iter().enumerate() {
         let kept = if used.contains(&index) { gathered.material(index, material)? } else { Value::Null };
-        gathered.looks.materials.push(kept);
+        gathered.materials.materials.push(kept);
     }
-    loaded.attributes.looks = Some(gathered.end());
+    loaded.attributes.materials = Some(gathered.end());
     Ok(())
 }
 
@@ -90,12 +90,12 @@ enum Part {
     Image,
 }
 
-/// The looks so far.
+/// What has been gathered so far.
 struct Gathered<'a, 'b> {
     document: &'a Document,
     buffers: &'a Buffers<'b>,
     has_uv: bool,
-    looks: Materials,
+    materials: Materials,
     /// The new numbers of what was looked at, by [`Part`]; `None` for what cannot be had.
     known: [HashMap<usize, Option<usize>>; 3],
     bytes: u64,
@@ -204,8 +204,8 @@ impl Gathered<'_, '_> {
         if let Some(sampler) = self.number(texture.get("sampler"), Part::Sampler)? {
             kept.insert("sampler".to_owned(), json!(sampler));
         }
-        self.looks.textures.push(Value::Object(kept));
-        Ok(Some(self.looks.textures.len() - 1))
+        self.materials.textures.push(Value::Object(kept));
+        Ok(Some(self.materials.textures.len() - 1))
     }
 
     /// The pictures of a texture: its own, and one in another packing with the extension that names it.
@@ -236,8 +236,8 @@ impl Gathered<'_, '_> {
             self.notes.push(format!("sampler {index} was left out: glTF has no such values"));
             return None;
         }
-        self.looks.samplers.push(kept);
-        Some(self.looks.samplers.len() - 1)
+        self.materials.samplers.push(kept);
+        Some(self.materials.samplers.len() - 1)
     }
 
     fn image(&mut self, index: usize) -> Result<Option<usize>> {
@@ -245,8 +245,8 @@ impl Gathered<'_, '_> {
         match picture.ok_or_else(|| unusable("there is none")).and_then(|picture| self.read(picture)) {
             Ok(image) => {
                 self.bytes += image.bytes.len() as u64;
-                self.looks.images.push(image);
-                Ok(Some(self.looks.images.len() - 1))
+                self.materials.images.push(image);
+                Ok(Some(self.materials.images.len() - 1))
             }
             Err(Missing::TooLarge) => {
                 let problem = format!("the pictures have more than {} MiB", MOST_BYTES >> 20);
@@ -296,7 +296,7 @@ impl Gathered<'_, '_> {
             let names: Vec<String> = self.extensions.into_iter().collect();
             self.notes.push(format!("extensions of materials were left out: {}", names.join(", ")));
         }
-        self.looks
+        self.materials
     }
 }
 

@@ -22,9 +22,9 @@ use crate::{Error, Result};
 use accessors::Buffers;
 use model::Model;
 
-/// Reads the default scene of a `.gltf` or `.glb` file, with the looks of materials if they are asked for. `folder` is where
+/// Reads the default scene of a `.gltf` or `.glb` file, with its materials if `with_materials`. `folder` is where
 /// buffers and pictures beside it are, if there can be any.
-pub(crate) fn parse(bytes: &[u8], folder: Option<&Path>, with_looks: bool) -> Result<Loaded> {
+pub(crate) fn parse(bytes: &[u8], folder: Option<&Path>, with_materials: bool) -> Result<Loaded> {
     let parts = container::parts(bytes)?;
     let model: Model = serde_json::from_slice(parts.json).map_err(|error| {
         let place = format!("line {}, column {} of the JSON", error.line(), error.column());
@@ -37,7 +37,7 @@ pub(crate) fn parse(bytes: &[u8], folder: Option<&Path>, with_looks: bool) -> Re
     model.check()?;
     let buffers = Buffers::new(&model, parts.binary, folder);
     let mut loaded = scene::triangles(&model, &buffers, bytes.len() as u64)?;
-    if with_looks {
+    if with_materials {
         materials::add(parts.json, &buffers, &mut loaded)?;
     }
     Ok(loaded)

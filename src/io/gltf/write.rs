@@ -8,7 +8,7 @@ use glam::DVec3;
 use serde_json::{Value, json};
 
 use super::write_materials;
-use super::write_materials::looks_of;
+use super::write_materials::materials_of;
 use crate::TriMesh;
 use crate::io::ply::write::put;
 use crate::mesh::attributes::{Attribute, Attributes, Kind, Role};
@@ -76,8 +76,8 @@ fn data_bytes(mesh: &TriMesh, attributes: &Attributes) -> u64 {
     let colour = if attributes.vertex_role(Role::Colour).is_some() { 16 } else { 0 };
     let normal = if attributes.vertex_role(Role::Normal).is_some() { 12 } else { 0 };
     let uv = if attributes.uv.is_some() { 8 } else { 0 };
-    let looks = looks_of(attributes).map_or(0, write_materials::byte_length);
-    split * (12 + colour + normal + uv) + 4 * corners + looks
+    let materials = materials_of(attributes).map_or(0, write_materials::byte_length);
+    split * (12 + colour + normal + uv) + 4 * corners + materials
 }
 
 /// Bytes of the file to within those of its JSON, a few kilobytes; with texture coordinates it may be fewer.
@@ -259,9 +259,12 @@ fn document(mesh: &TriMesh, attributes: &Attributes, placement: &Placement, data
         }
         primitives.push(primitive);
     }
-    let looks = looks_of(attributes).filter(|_| !names.is_empty());
-    let views: Vec<usize> =
-        looks.iter().flat_map(|looks| &looks.images).map(|image| data.plain(&image.bytes)).collect();
+    let materials = materials_of(attributes).filter(|_| !names.is_empty());
+    let views: Vec<usize> = materials
+        .iter()
+        .flat_map(|materials| &materials.images)
+        .map(|image| data.plain(&image.bytes))
+        .collect();
     let mut document = json!({
         "asset": { "version": "2.0", "generator": concat!("rtfmesh ", env!("CARGO_PKG_VERSION")) },
         "scene": 0,
@@ -272,12 +275,12 @@ fn document(mesh: &TriMesh, attributes: &Attributes, placement: &Placement, data
         "bufferViews": data.views,
         "buffers": [{ "byteLength": data.bytes.len() }],
     });
-    let materials = write_materials::materials(&names, looks);
-    if !materials.is_empty() {
-        document["materials"] = Value::Array(materials);
+    let list = write_materials::materials(&names, materials);
+    if !list.is_empty() {
+        document["materials"] = Value::Array(list);
     }
-    if let Some(looks) = looks {
-        write_materials::add(&mut document, looks, &views);
+    if let Some(materials) = materials {
+        write_materials::add(&mut document, materials, &views);
     }
     document
 }

@@ -6,28 +6,32 @@ use serde_json::{Map, Value, json};
 
 use crate::mesh::attributes::{Attributes, Image, Materials};
 
-/// The looks that the file can have: textures need texture coordinates.
-pub(crate) fn looks_of(attributes: &Attributes) -> Option<&Materials> {
-    let fits = |looks: &&Materials| attributes.uv.is_some() || looks.textures.is_empty();
-    attributes.looks.as_ref().filter(fits)
+/// The materials that the file can have: textures need texture coordinates.
+pub(crate) fn materials_of(attributes: &Attributes) -> Option<&Materials> {
+    let fits = |materials: &&Materials| attributes.uv.is_some() || materials.textures.is_empty();
+    attributes.materials.as_ref().filter(fits)
 }
 
 /// Bytes that they take, in the buffer and in JSON, to within those of what refers to them.
-pub(crate) fn byte_length(looks: &Materials) -> u64 {
-    let pictures: usize = looks.images.iter().map(|image| image.bytes.len().next_multiple_of(4)).sum();
-    let text =
-        looks.materials.iter().chain(&looks.textures).map(|value| value.to_string().len()).sum::<usize>();
+pub(crate) fn byte_length(materials: &Materials) -> u64 {
+    let pictures: usize = materials.images.iter().map(|image| image.bytes.len().next_multiple_of(4)).sum();
+    let text = materials
+        .materials
+        .iter()
+        .chain(&materials.textures)
+        .map(|value| value.to_string().len())
+        .sum::<usize>();
     (pictures + text) as u64
 }
 
 /// The materials of these names; one without a name at the end stands for none and is left out.
-pub(crate) fn materials(names: &[String], looks: Option<&Materials>) -> Vec<Value> {
+pub(crate) fn materials(names: &[String], materials: Option<&Materials>) -> Vec<Value> {
     let names = match names.split_last() {
         Some((last, others)) if last.is_empty() => others,
         _ => names,
     };
     let material = |(index, name): (usize, &String)| {
-        let own = looks.and_then(|looks| looks.materials.get(index)?.as_object());
+        let own = materials.and_then(|materials| materials.materials.get(index)?.as_object());
         let mut material: Map<String, Value> = own.cloned().unwrap_or_default();
         material.insert("name".to_owned(), json!(name));
         Value::Object(material)
@@ -36,7 +40,7 @@ pub(crate) fn materials(names: &[String], looks: Option<&Materials>) -> Vec<Valu
 }
 
 /// Adds what materials refer to; `views` are the buffer views of the pictures.
-pub(crate) fn add(document: &mut Value, looks: &Materials, views: &[usize]) {
+pub(crate) fn add(document: &mut Value, materials: &Materials, views: &[usize]) {
     let image = |(image, view): (&Image, &usize)| {
         let mut entry = json!({ "bufferView": view, "mimeType": image.mime });
         if let Some(name) = &image.name {
@@ -44,22 +48,24 @@ pub(crate) fn add(document: &mut Value, looks: &Materials, views: &[usize]) {
         }
         entry
     };
-    let images = looks.images.iter().zip(views).map(image).collect();
-    for (key, values) in
-        [("textures", looks.textures.clone()), ("samplers", looks.samplers.clone()), ("images", images)]
-    {
+    let images = materials.images.iter().zip(views).map(image).collect();
+    for (key, values) in [
+        ("textures", materials.textures.clone()),
+        ("samplers", materials.samplers.clone()),
+        ("images", images),
+    ] {
         if !values.is_empty() {
             document[key] = Value::Array(values);
         }
     }
     let mut used = BTreeSet::new();
-    looks.materials.iter().chain(&looks.textures).for_each(|value| extensions(value, &mut used));
+    materials.materials.iter().chain(&materials.textures).for_each(|value| extensions(value, &mut used));
     if !used.is_empty() {
         document["extensionsUsed"] = json!(used);
     }
     // Whoever does not know them has no picture at all.
     let mut required = BTreeSet::new();
-    let alone = looks.textures.iter().filter(|texture| texture.get("source").is_none());
+    let alone = materials.textures.iter().filter(|texture| texture.get("source").is_none());
     alone.for_each(|value| extensions(value, &mut required));
     if !required.is_empty() {
         document["extensionsRequired"] = json!(required);

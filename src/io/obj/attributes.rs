@@ -143,7 +143,7 @@ impl Extras {
                 face.push(Attribute { names, ..Attribute::new(name, Role::Label, Kind::U32, 1, numbers) });
             }
         }
-        Attributes { vertex, face, uv, libraries: self.libraries, looks: None }
+        Attributes { vertex, face, uv, libraries: self.libraries, materials: None }
     }
 
     fn colour(&self, in_file: &[u64], notes: &mut Vec<String>) -> Option<Attribute> {

@@ -184,7 +184,7 @@ pub(crate) fn attributes(
         face: attributes_of(face, of_face),
         uv: by_corner.or(by_vertex),
         libraries: Vec::new(),
-        looks: None,
+        materials: None,
     }
 }
 

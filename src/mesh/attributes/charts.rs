@@ -11,7 +11,7 @@ use super::seams::{joined, seams_of};
 use crate::mesh::NONE;
 use crate::mesh::TriMesh;
 use crate::mesh::bvh::Bvh;
-use crate::mesh::correspondence::{Source, SurfacePoint};
+use crate::mesh::correspondence::{Correspondence, SurfacePoint};
 use crate::mesh::half_edges::twins;
 use crate::mesh::triangle::closest_on_triangle;
 use rayon::prelude::*;
@@ -35,12 +35,17 @@ struct Charts<'a> {
     size: f64,
 }
 
-/// The texture coordinates of the corners of `output`, which lies at `source` on `input`.
-pub(crate) fn corner_uv(input: &TriMesh, uv: &CornerUv, source: &Source, output: &TriMesh) -> CornerUv {
+/// The texture coordinates of the corners of `output`, which lies at `correspondence` on `input`.
+pub(crate) fn corner_uv(
+    input: &TriMesh,
+    uv: &CornerUv,
+    correspondence: &Correspondence,
+    output: &TriMesh,
+) -> CornerUv {
     let charts = Charts::new(input, uv);
     let values = (0..output.triangles.len()).into_par_iter().flat_map_iter(|t| {
-        let points = output.triangles[t].map(|v| source.vertices[v as usize]);
-        charts.of_face(output.corners(t), points, source.faces[t].triangle)
+        let points = output.triangles[t].map(|v| correspondence.vertices[v as usize]);
+        charts.of_face(output.corners(t), points, correspondence.faces[t].triangle)
     });
     CornerUv { kind: uv.kind, values: values.collect() }
 }

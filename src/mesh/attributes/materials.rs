@@ -1,11 +1,11 @@
-//! What materials look like: factors, and pictures laid onto the surface by its texture coordinates.
+//! glTF materials: factors, and pictures laid onto the surface by its texture coordinates.
 
 use std::sync::Arc;
 
 use serde_json::Value;
 
-/// The looks of the materials that the label `material` counts, as glTF has them. [`crate::io::read_with_materials`] finds
-/// them, and a `.glb` file holds them.
+/// The materials that the face label `material` numbers, as glTF has them. [`crate::io::read_with_materials`] reads them;
+/// of the formats written, GLB alone holds them.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Materials {
     /// One object for each material, without its name; null for those that no triangle has. Textures in them count in
@@ -34,7 +34,7 @@ impl Materials {
         &self.images
     }
 
-    /// How many materials look like something.
+    /// How many materials some triangle has.
     pub fn used(&self) -> usize {
         self.materials.iter().filter(|material| **material != Value::Null).count()
     }

@@ -11,7 +11,7 @@ pub use seams::{label_borders, uv_seams};
 pub use transfer::transfer;
 
 use super::TriMesh;
-use super::correspondence::Traced;
+use super::correspondence::CorrespondenceRequest;
 
 /// The number type that a file has, and that a result is written in; values themselves are f64, which holds each exactly.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -131,8 +131,8 @@ pub struct Attributes {
     pub uv: Option<CornerUv>,
     /// The `mtllib` lines of an OBJ file, without that word.
     pub libraries: Vec<String>,
-    /// Of the materials, if they were asked for.
-    pub looks: Option<Materials>,
+    /// glTF materials, if they were read.
+    pub materials: Option<Materials>,
 }
 
 impl Attributes {
@@ -142,9 +142,9 @@ impl Attributes {
     }
 
     /// What of another mesh must be found on this one for [`transfer`]; texture takes both.
-    pub fn traced(&self) -> Traced {
+    pub fn required_correspondence(&self) -> CorrespondenceRequest {
         let uv = self.uv.is_some();
-        Traced { vertices: uv || !self.vertex.is_empty(), faces: uv || !self.face.is_empty() }
+        CorrespondenceRequest { vertices: uv || !self.vertex.is_empty(), faces: uv || !self.face.is_empty() }
     }
 
     /// The attribute of the vertices that has this role.
@@ -172,11 +172,12 @@ impl Attributes {
             let kind = format!("{:?}", uv.kind).to_lowercase();
             format!("texture coordinates of each corner (2 x {kind})")
         }));
-        all.extend(
-            self.looks.iter().map(|looks| {
-                format!("looks of {} materials ({} pictures)", looks.used(), looks.images().len())
-            }),
-        );
+        let counted =
+            |count: usize, what: &str| format!("{count} {what}{}", if count == 1 { "" } else { "s" });
+        all.extend(self.materials.iter().map(|materials| {
+            let pictures = counted(materials.images().len(), "picture");
+            format!("{} ({pictures})", counted(materials.used(), "material"))
+        }));
         all
     }
 }

@@ -3,34 +3,39 @@
 use super::charts::corner_uv;
 use super::{Attribute, Attributes, Role};
 use crate::mesh::TriMesh;
-use crate::mesh::correspondence::{Source, SurfacePoint};
+use crate::mesh::correspondence::{Correspondence, SurfacePoint};
 
-/// The attributes of `input` for `output`, which lies at `source` on it.
+/// The attributes of `input` for `output`, which lies at `correspondence` on it.
 ///
 /// Numbers of vertices are interpolated linearly in the triangle under a vertex: colours are rounded to their type, normals
 /// get length 1, other integers and labels are those of the nearest corner. A face has the label of the triangle under its
 /// centre. The texture coordinates of a face are all in the piece of texture under its centre, which is extended where
-/// the face runs over a seam. `source` must have at least what [`Attributes::traced`] says.
+/// the face runs over a seam. `correspondence` must have at least what [`Attributes::required_correspondence`] says.
 ///
 /// Panics if these do not belong together.
-pub fn transfer(attributes: &Attributes, input: &TriMesh, source: &Source, output: &TriMesh) -> Attributes {
+pub fn transfer(
+    attributes: &Attributes,
+    input: &TriMesh,
+    correspondence: &Correspondence,
+    output: &TriMesh,
+) -> Attributes {
     let of_vertices = |attribute: &Attribute| {
-        let values = source.vertices.iter().flat_map(|point| {
+        let values = correspondence.vertices.iter().flat_map(|point| {
             let corners = input.triangles[point.triangle as usize].map(|v| attribute.at(v as usize));
             at(attribute, corners, point)
         });
         Attribute { values: values.collect(), ..like(attribute) }
     };
     let of_faces = |attribute: &Attribute| {
-        let values = source.faces.iter().flat_map(|point| attribute.at(point.triangle as usize));
+        let values = correspondence.faces.iter().flat_map(|point| attribute.at(point.triangle as usize));
         Attribute { values: values.copied().collect(), ..like(attribute) }
     };
     Attributes {
         vertex: attributes.vertex.iter().map(of_vertices).collect(),
         face: attributes.face.iter().map(of_faces).collect(),
-        uv: attributes.uv.as_ref().map(|uv| corner_uv(input, uv, source, output)),
+        uv: attributes.uv.as_ref().map(|uv| corner_uv(input, uv, correspondence, output)),
         libraries: attributes.libraries.clone(),
-        looks: attributes.looks.clone(),
+        materials: attributes.materials.clone(),
     }
 }
 

@@ -26,7 +26,7 @@ const FEW: usize = 5000;
 
 /// Whether the user named edges.
 pub(crate) fn has_own_curves(options: &Options) -> bool {
-    options.features.is_some() || !options.held_sides.is_empty()
+    options.features.is_some() || !options.fixed_half_edges.is_empty()
 }
 
 /// Whether sharp edges may give way to the number of vertices: those that the user named may not.
