@@ -11,8 +11,8 @@ use rtfmesh::mesh::repair::repair;
 use rtfmesh::mesh::samples;
 use rtfmesh::mesh::sizing::SizeField;
 use rtfmesh::mesh::unit_frame::UnitFrame;
+use rtfmesh::sites::on_surface::SitesOnSurface;
 use rtfmesh::sites::seed;
-use rtfmesh::sites::seed::Seeds;
 use rtfmesh::sites::surface::Surface;
 use rtfmesh::stages::records::TriangleRecords;
 use std::collections::BTreeMap;
@@ -102,20 +102,19 @@ impl Work {
 }
 
 /// `count` of many more seeds: how many of them stay is graded along x, so that distances vary by `ratio`.
-fn uneven(model: &Model, count: usize, ratio: f64) -> Seeds {
+fn uneven(model: &Model, count: usize, ratio: f64) -> SitesOnSurface {
     // Enough that the dense end has them as far apart as seeds should be.
     let all = seed::stratified(&model.surface, &SizeField::default(), 16 * count, 1);
-    let (low, high) = all.sites.iter().fold((f64::MAX, f64::MIN), |(l, h), p| (l.min(p.x), h.max(p.x)));
+    let (low, high) = all.positions.iter().fold((f64::MAX, f64::MIN), |(l, h), p| (l.min(p.x), h.max(p.x)));
     let weight = |p: &DVec3| ratio.powf(-2.0 * (p.x - low) / (high - low));
-    let sum: f64 = all.sites.iter().map(weight).sum();
-    let mut seeds = Seeds { sites: Vec::with_capacity(count), triangles: Vec::with_capacity(count) };
+    let sum: f64 = all.positions.iter().map(weight).sum();
+    let mut seeds = SitesOnSurface::with_capacity(count);
     let mut passed = 0.0;
-    for (site, triangle) in all.sites.iter().zip(&all.triangles) {
+    for (site, triangle) in all.positions.iter().zip(&all.triangles) {
         passed += weight(site) * count as f64 / sum;
         // Half a share off, so that rounding cannot lose the last one.
-        if seeds.sites.len() < count && seeds.sites.len() as f64 + 0.5 <= passed {
-            seeds.sites.push(*site);
-            seeds.triangles.push(*triangle);
+        if seeds.len() < count && seeds.len() as f64 + 0.5 <= passed {
+            seeds.push(*site, *triangle);
         }
     }
     seeds

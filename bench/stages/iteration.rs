@@ -6,7 +6,7 @@ use crate::results::Row;
 use anyhow::{Result, ensure};
 use glam::Vec4;
 use rtfmesh::gpu::{Buffer, Device, Recorder};
-use rtfmesh::sites::seed::Seeds;
+use rtfmesh::sites::on_surface::SitesOnSurface;
 use rtfmesh::stages::face::planar::{PlanarFaces, PlanarInputs, PlanarMove, PlanarOptions};
 use rtfmesh::stages::neighbours::lists::{ListOptions, Lists};
 use rtfmesh::stages::normals::SmoothNormals;
@@ -73,12 +73,12 @@ impl Iteration {
     /// take.
     pub fn new(
         device: &Device,
-        seeds: &Seeds,
+        seeds: &SitesOnSurface,
         spacing: f64,
         runs: u32,
         density: f64,
     ) -> rtfmesh::Result<Self> {
-        let n = seeds.sites.len();
+        let n = seeds.len();
         let iterations = RELAX + 2 * runs;
         Ok(Self {
             sites: Buffer::new(device, "bench.sites", n)?,
@@ -94,9 +94,9 @@ impl Iteration {
     }
 
     /// Iterates until the faces are typical, and makes the lists of the result.
-    pub fn relax(&self, device: &Device, model: &Model, seeds: &Seeds) -> rtfmesh::Result<()> {
+    pub fn relax(&self, device: &Device, model: &Model, seeds: &SitesOnSurface) -> rtfmesh::Result<()> {
         let mut recorder = device.recorder()?;
-        let targets: Vec<Vec4> = seeds.sites.iter().map(|p| p.as_vec3().extend(0.0)).collect();
+        let targets: Vec<Vec4> = seeds.positions.iter().map(|p| p.as_vec3().extend(0.0)).collect();
         recorder.upload(&self.faces.targets, &targets)?;
         self.record_move(&mut recorder, model, 0)?;
         self.lists.record_build(&mut recorder, &self.sites)?;

@@ -69,23 +69,24 @@ impl Fans {
         self.open.get(sector as usize).copied().unwrap_or(false)
     }
 
-    /// Whether the face to the left of `slot`, which is one of `from`'s, is none, but what lies beyond a curve.
+    /// Whether a curve runs along `slot`, which is one of `from`'s, so that there is no face to its left.
     fn is_outside(&self, from: u32, slot: usize) -> bool {
         self.is_open(from) && slot + 1 == self.start[from as usize + 1] as usize
     }
 
-    /// Only the edges that both ends list. Entries that name no site or the site itself, as the box of an
-    /// unbounded face does, are dropped too.
+    /// Only the edges that both ends list. Entries that are no site or the site itself, as those of the bounding box of
+    /// an unbounded face, are dropped too.
     fn symmetric(&self) -> Self {
         let lists = |i: u32, j: u32| (j as usize) < self.len() && i != j && self.of(j as usize).contains(&i);
-        let kept = (0..self.len()).map(|i| {
-            let mut kept: Vec<u32> = self.of(i).iter().copied().filter(|&j| lists(i as u32, j)).collect();
+        let symmetric = (0..self.len()).map(|i| {
+            let mut neighbours: Vec<u32> =
+                self.of(i).iter().copied().filter(|&j| lists(i as u32, j)).collect();
             // A neighbour that bounds two stretches of a degenerate face counts once.
             let mut seen = HashSet::new();
-            kept.retain(|j| seen.insert(*j));
-            kept
+            neighbours.retain(|j| seen.insert(*j));
+            neighbours
         });
-        Self::of_sectors(kept, self.sites.clone(), self.open.clone())
+        Self::of_sectors(symmetric, self.sites.clone(), self.open.clone())
     }
 }
 
@@ -101,7 +102,7 @@ pub fn clustered_fan(corners: &[Vec2], fan: &[u32]) -> Vec<u32> {
     (0..corners.len()).filter(long).map(|m| fan[m]).collect()
 }
 
-/// What connecting met.
+/// Counts of what [`connect`] found and did.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Serialize)]
 pub struct ConnectCounts {
     /// Fan entries without their counterpart, dropped.
@@ -116,23 +117,23 @@ pub struct ConnectCounts {
     pub cells: Option<Certificate>,
 }
 
-/// Triangles over the sites and what was met on the way.
+/// Triangles over the sites, with counts of irregularities.
 pub fn connect(sites: &[DVec3], fans: &Fans) -> (Vec<[u32; 3]>, ConnectCounts) {
-    let kept = fans.symmetric();
+    let symmetric = fans.symmetric();
     let mut counts = ConnectCounts {
-        one_sided_edges: fans.neighbours.len() - kept.neighbours.len(),
+        one_sided_edges: fans.neighbours.len() - symmetric.neighbours.len(),
         ..Default::default()
     };
-    let mut edges: HashSet<(u32, u32)> = (0..kept.len() as u32)
-        .flat_map(|i| kept.of(i as usize).iter().map(move |&j| (i, j)))
+    let mut edges: HashSet<(u32, u32)> = (0..symmetric.len() as u32)
+        .flat_map(|i| symmetric.of(i as usize).iter().map(move |&j| (i, j)))
         .filter(|(i, j)| i < j)
-        .map(|(i, j)| key(kept.site(i), kept.site(j)))
+        .map(|(i, j)| key(symmetric.site(i), symmetric.site(j)))
         .collect();
     let mut triangles = Vec::with_capacity(2 * sites.len());
-    for face in trace(&kept) {
+    for face in trace(&symmetric) {
         match face.as_slice() {
             &[a, b, c] if a != b && b != c && c != a => triangles.push([a, b, c]),
-            // Two corners: both sides of an edge that hangs between two sites.
+            // Two corners: the two sides of an edge without triangles.
             [_, _] => {}
             _ => {
                 counts.split_faces += usize::from(face.len() > 3);
@@ -149,17 +150,17 @@ pub fn connect(sites: &[DVec3], fans: &Fans) -> (Vec<[u32; 3]>, ConnectCounts) {
     (triangles, counts)
 }
 
-/// All faces of the rotation system, each as its cycle of sites, in the order of their first directed edge. Beyond curves
-/// there are none.
+/// All faces of the rotation system, each as its cycle of sites, in the order of their first directed edge. There are none
+/// beyond curves.
 fn trace(fans: &Fans) -> Vec<Vec<u32>> {
-    let mut done = vec![false; fans.neighbours.len()];
+    let mut traced = vec![false; fans.neighbours.len()];
     let mut faces = Vec::new();
     for i in 0..fans.len() {
         for slot in fans.start[i]..fans.start[i + 1] {
             let (mut from, mut slot) = (i as u32, slot as usize);
             let mut face = Vec::new();
             let mut outside = false;
-            while !std::mem::replace(&mut done[slot], true) {
+            while !std::mem::replace(&mut traced[slot], true) {
                 face.push(fans.site(from));
                 outside |= fans.is_outside(from, slot);
                 let to = fans.neighbours[slot];
@@ -178,12 +179,12 @@ fn trace(fans: &Fans) -> Vec<Vec<u32>> {
 fn leave(fans: &Fans, from: u32, at: u32) -> usize {
     let fan = fans.of(at as usize);
     // Fans are symmetric here, so `from` is always found.
-    let place = fan.iter().position(|&j| j == from).unwrap_or(0);
-    fans.start[at as usize] as usize + (place + fan.len() - 1) % fan.len()
+    let arrival = fan.iter().position(|&j| j == from).unwrap_or(0);
+    fans.start[at as usize] as usize + (arrival + fan.len() - 1) % fan.len()
 }
 
-/// Cuts ears off a face, the best triangle first, never along an edge that exists. `None` if none is left to cut, or if
-/// what is left has a site twice; then no edge was added.
+/// Triangulates a face by cutting off ears, the best triangle first, never along an edge that exists. `None` if no ear can
+/// be cut, or if the last triangle has a site twice; then no edge was added.
 fn split(face: &[u32], sites: &[DVec3], edges: &mut HashSet<(u32, u32)>) -> Option<Vec<[u32; 3]>> {
     let mut rest = face.to_vec();
     let mut triangles = Vec::with_capacity(rest.len().saturating_sub(2));

@@ -1,39 +1,40 @@
-//! Where there is room for interior sites beside those on curves.
+//! The distance that interior sites keep from the sites on curves.
 
 use super::curve_sites::CurveSites;
-use super::seed::{Seeds, stratified};
+use super::on_surface::SitesOnSurface;
+use super::seed::stratified;
 use super::surface::Surface;
 use super::surface_curves::SurfaceCurves;
 use crate::mesh::sizing::SizeField;
 use glam::DVec3;
 use std::collections::{BTreeMap, HashMap};
 
-/// Closer to a curve site than this, in spacings, an interior one is in the way: between two curve sites in a row it would
-/// enter the circle over them, and a strip without such room is full with the sites on its rims.
-const ROOM: f64 = 0.6;
-/// Times that more seeds are tried where many fall near curves.
+/// Least distance, in spacings, of an interior site from a curve site. A closer one would lie inside the circle over two
+/// neighbouring curve sites; a strip too narrow for this clearance is filled by the sites on its boundary.
+const CLEARANCE: f64 = 0.6;
+/// Attempts to scatter more seeds where many fall near curves.
 const TRIES: u32 = 4;
 
-/// The curve sites by where they are.
+/// The curve sites, filed by position.
 pub struct CurveClearance<'a> {
     curves: &'a SurfaceCurves,
     sites: &'a CurveSites,
     radius: f64,
-    /// Sites by how long their edges are, by powers of two, and by cell.
+    /// Sites by the power of two of their edge length, and by grid cell.
     cells: BTreeMap<i32, HashMap<[i64; 3], Vec<u32>>>,
 }
 
 impl<'a> CurveClearance<'a> {
     /// Around `sites` of this spacing.
     pub fn new(curves: &'a SurfaceCurves, sites: &'a CurveSites, spacing: f64) -> Self {
-        let radius = ROOM * spacing;
-        let mut room = Self { curves, sites, radius, cells: BTreeMap::new() };
+        let radius = CLEARANCE * spacing;
+        let mut clearance = Self { curves, sites, radius, cells: BTreeMap::new() };
         for (i, (position, size)) in (0..).zip(sites.positions.iter().zip(&sites.sizes)) {
             let power = size.log2().ceil() as i32;
-            let cell = room.cell(*position, power);
-            room.cells.entry(power).or_default().entry(cell).or_default().push(i);
+            let cell = clearance.cell(*position, power);
+            clearance.cells.entry(power).or_default().entry(cell).or_default().push(i);
         }
-        room
+        clearance
     }
 
     fn cell(&self, point: DVec3, power: i32) -> [i64; 3] {
@@ -41,8 +42,8 @@ impl<'a> CurveClearance<'a> {
         point.to_array().map(|x| (x / side).floor() as i64)
     }
 
-    /// Whether a site at `point`, on or near triangle `t`, has room: no curve site of its patch is too close.
-    pub fn has_room(&self, point: DVec3, t: u32) -> bool {
+    /// Whether a site at `point`, on or near triangle `t`, keeps its distance from all curve sites of its patch.
+    pub fn is_clear(&self, point: DVec3, t: u32) -> bool {
         let patch = self.curves.patches[t as usize];
         let close = |i: &u32| {
             let site = *i as usize;
@@ -62,21 +63,20 @@ impl<'a> CurveClearance<'a> {
         })
     }
 
-    /// `count` scattered sites where there is room; if there is none for so many, some without.
-    pub fn scattered(&self, surface: &Surface, sizes: &SizeField, count: usize, seed: u64) -> Seeds {
+    /// `count` scattered sites that are clear of the curves, as far as there is space for so many.
+    pub fn scattered(&self, surface: &Surface, sizes: &SizeField, count: usize, seed: u64) -> SitesOnSurface {
         let mut tried = count;
         for _ in 0..TRIES {
             let all = stratified(surface, sizes, tried, seed);
-            let free: Vec<usize> =
-                (0..tried).filter(|i| self.has_room(all.sites[*i], all.triangles[*i])).collect();
-            if free.len() >= count && count > 0 {
-                // Left out evenly in space, which is their order.
-                let kept = (0..count).map(|k| free[k * free.len() / count]);
-                let (sites, triangles) = kept.map(|i| (all.sites[i], all.triangles[i])).unzip();
-                return Seeds { sites, triangles };
+            let is_clear = |i: &u32| self.is_clear(all.positions[*i as usize], all.triangles[*i as usize]);
+            let clear: Vec<u32> = (0..tried as u32).filter(is_clear).collect();
+            if clear.len() >= count && count > 0 {
+                // The surplus is left out evenly in Morton order, and so evenly in space.
+                let kept: Vec<u32> = (0..count).map(|k| clear[k * clear.len() / count]).collect();
+                return all.select(&kept);
             }
-            // As many more as have no room, and some for chance.
-            tried = (tried * count).div_ceil(free.len().max(1 + count / 4)) + count / 50 + 1;
+            // As many more as were too close, and some for chance.
+            tried = (tried * count).div_ceil(clear.len().max(1 + count / 4)) + count / 50 + 1;
         }
         stratified(surface, sizes, count, seed)
     }

@@ -1,34 +1,43 @@
-//! Sites on the surface's curves: corners stay, and between them sites stand at equal distances along each curve, but for
-//! bends that they would cut off.
+//! Sites on the surface's curves: one at each corner, and between corners at equal distances along each curve, except
+//! where that would cut off a bend.
 
 use super::morton::morton_order;
+use super::on_surface::SitesOnSurface;
 use super::place::Place;
-use super::seed::Seeds;
 use super::surface_curves::{CurvePath, SurfaceCurves};
 use crate::mesh::NONE;
 use glam::DVec3;
 
-/// A site closer to a vertex than this share of its segment stands at the vertex.
+/// A site closer to a vertex than this fraction of its segment is moved onto the vertex.
 const SNAP: f64 = 1e-6;
 
 /// A bend farther from the chord than this many spacings gets a site.
 const MAX_STRAY: f64 = 0.03;
-/// A bend nearer than this many spacings to another one with a site, or to an end of the curve, gets none,
+/// But not if it is nearer than this many spacings to another bend with a site or to an end of the curve,
 const LEAST_GAP: f64 = 0.3;
-/// unless it is farther from the chord than this many, as on ragged rims,
+/// unless it is farther from the chord than this many spacings, as on ragged boundaries;
 const FAR_STRAY: f64 = 0.045;
-/// and no nearer than this many: what is left out there is no farther off.
+/// then this smaller gap applies.
 const RAGGED_GAP: f64 = 0.05;
 
-/// The sites on all curves for one spacing. They stay there until the polish.
+/// A point on a curve.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct CurvePosition {
+    /// The curve; [`NONE`] at a corner.
+    pub curve: u32,
+    /// Arc length from the curve's beginning; 0 at a corner.
+    pub arc_length: f64,
+}
+
+/// The sites on all curves for one spacing. They do not move before the polish.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct CurveSites {
-    /// Where they are, on the surface's edges and vertices: the corners in order, then curve after curve.
+    /// Positions on the surface's edges and vertices: the corners in order, then curve after curve.
     pub positions: Vec<DVec3>,
     /// The edge or vertex of the surface that each is on.
     pub places: Vec<Place>,
-    /// The curve that each is on and the way along it; [`NONE`] for corners.
-    pub ways: Vec<(u32, f64)>,
+    /// Where each is on its curve.
+    pub curve_positions: Vec<CurvePosition>,
     /// The edge length at each, relative to the spacing.
     pub sizes: Vec<f64>,
     /// Neighbours along the curves, as pairs of these sites.
@@ -42,7 +51,7 @@ pub struct CurveCounts {
     pub sites: usize,
     /// Segments between them.
     pub segments: usize,
-    /// Sides of the segments: one for each triangle that will lie at them.
+    /// Sides of the segments: one for each triangle that will be at a segment.
     pub sides: usize,
 }
 
@@ -60,34 +69,35 @@ impl SurfaceCurves {
         counts
     }
 
-    /// Corners, and sites on each curve at equal distances along it, as near to `spacing` as can be, or at its bends.
+    /// The corners, and on each curve sites at its bends and between them at equal distances close to `spacing`.
     pub fn sites(&self, spacing: f64) -> CurveSites {
         let mut sites = CurveSites::default();
         for (k, corner) in self.corners.iter().enumerate() {
             sites.positions.push(self.vertices[*corner as usize]);
             sites.places.push(Place::Vertex(*corner));
-            sites.ways.push((NONE, 0.0));
+            sites.curve_positions.push(CurvePosition { curve: NONE, arc_length: 0.0 });
             sites.sizes.push(self.corner_size(k));
         }
         for (number, curve) in (0..).zip(&self.curves) {
-            self.place_along(number, curve, &ways(curve, spacing), &mut sites);
+            self.place_along(number, curve, &arc_lengths(curve, spacing), &mut sites);
         }
         sites
     }
 
-    fn place_along(&self, number: u32, curve: &CurvePath, ways: &[f64], sites: &mut CurveSites) {
+    /// Adds the inner sites of a curve at these arc lengths, and the segments between all of them.
+    fn place_along(&self, number: u32, curve: &CurvePath, arc_lengths: &[f64], sites: &mut CurveSites) {
         let corner = |v: Option<&u32>| {
             v.and_then(|v| self.corners.binary_search(v).ok()).map_or(NONE, |place| place as u32)
         };
         let begin = sites.positions.len() as u32;
-        let (segments, closed) = (ways.len() - 1, curve.line.is_closed());
-        let inner = &ways[usize::from(!closed)..segments];
-        for way in inner {
-            let (position, place) = self.at(curve, *way, SNAP * curve.line.length() / segments as f64);
+        let (segments, closed) = (arc_lengths.len() - 1, curve.line.is_closed());
+        let inner = &arc_lengths[usize::from(!closed)..segments];
+        for &arc_length in inner {
+            let (position, place) = self.at(curve, arc_length, SNAP * curve.line.length() / segments as f64);
             sites.positions.push(position);
             sites.places.push(place);
-            sites.ways.push((number, *way));
-            sites.sizes.push(curve.size(*way));
+            sites.curve_positions.push(CurvePosition { curve: number, arc_length });
+            sites.sizes.push(curve.size(arc_length));
         }
         let [first, last] = if closed {
             [begin, begin]
@@ -99,84 +109,84 @@ impl SurfaceCurves {
         sites.segments.extend(chain.windows(2).map(|pair| [pair[0], pair[1]]));
     }
 
-    /// The point at a way along the curve, at a vertex if that is within `snap`.
-    fn at(&self, curve: &CurvePath, way: f64, snap: f64) -> (DVec3, Place) {
-        let (edge, [from, to]) = curve.line.edge(way);
+    /// The point at an arc length, moved onto a vertex that is within `snap`.
+    fn at(&self, curve: &CurvePath, arc_length: f64, snap: f64) -> (DVec3, Place) {
+        let (edge, [from, to]) = curve.line.edge(arc_length);
         let [a, b] = [edge, edge + 1].map(|k| curve.vertices[k]);
         let [p, q] = [a, b].map(|v| self.vertices[v as usize]);
-        if way - from <= snap {
+        if arc_length - from <= snap {
             return (p, Place::Vertex(a));
         }
-        if to - way <= snap {
+        if to - arc_length <= snap {
             return (q, Place::Vertex(b));
         }
         // Every curve edge has a half-edge.
         let half = self.half_edges(a, b).first().copied().unwrap_or(0);
-        (p.lerp(q, (way - from) / (to - from)), Place::Edge(half / 3, (half % 3) as u8))
+        (p.lerp(q, (arc_length - from) / (to - from)), Place::Edge(half / 3, (half % 3) as u8))
     }
 }
 
-/// The ways to the sites on a curve, from its beginning to its end, both included.
-fn ways(curve: &CurvePath, spacing: f64) -> Vec<f64> {
-    let mut ways = vec![0.0];
-    stretches(curve, spacing, &mut |even| ways.extend((1..=even.count).map(|k| even.end(k))));
-    ways
+/// Arc lengths of the sites on a curve, from its beginning to its end, both included.
+fn arc_lengths(curve: &CurvePath, spacing: f64) -> Vec<f64> {
+    let mut arc_lengths = vec![0.0];
+    for_each_stretch(curve, spacing, &mut |even| arc_lengths.extend((1..=even.count).map(|k| even.end(k))));
+    arc_lengths
 }
 
-/// How many segments the [`ways`] make, in time that does not grow with their number.
+/// Number of segments between the [`arc_lengths`], in time that does not grow with it.
 fn segments(curve: &CurvePath, spacing: f64) -> usize {
     let mut count: usize = 0;
-    stretches(curve, spacing, &mut |even| count = count.saturating_add(even.count));
+    for_each_stretch(curve, spacing, &mut |even| count = count.saturating_add(even.count));
     count
 }
 
-/// Shows the parts of a curve in which sites stand at equal distances, in their order.
-fn stretches(curve: &CurvePath, spacing: f64, show: &mut impl FnMut(&Even)) {
+/// Calls `visit` for the stretches of a curve in which sites have equal distances, in order.
+fn for_each_stretch(curve: &CurvePath, spacing: f64, visit: &mut impl FnMut(&EvenStretch)) {
     let whole = [0.0, curve.line.length()];
-    let mut found = Vec::new();
-    bent(curve, whole, spacing, &mut found);
-    let count = found.iter().fold(0, |sum: usize, even| sum.saturating_add(even.count));
+    let mut stretches = Vec::new();
+    split_at_bends(curve, whole, spacing, &mut stretches);
+    let count = stretches.iter().fold(0, |sum: usize, even| sum.saturating_add(even.count));
     if count >= curve.fewest {
-        found.iter().for_each(show);
+        stretches.iter().for_each(visit);
     } else {
-        show(&Even::new(curve, whole, curve.fewest));
+        visit(&EvenStretch::new(curve, whole, curve.fewest));
     }
 }
 
-/// A stretch of a curve in parts that are equal as measured.
-struct Even<'a> {
+/// A stretch of a curve, divided into segments of equal measure.
+struct EvenStretch<'a> {
     curve: &'a CurvePath,
     stretch: [f64; 2],
     measures: [f64; 2],
     count: usize,
 }
 
-impl<'a> Even<'a> {
+impl<'a> EvenStretch<'a> {
     fn new(curve: &'a CurvePath, stretch: [f64; 2], count: usize) -> Self {
-        Self { curve, stretch, measures: stretch.map(|way| curve.measure(way)), count }
+        Self { curve, stretch, measures: stretch.map(|arc_length| curve.measure(arc_length)), count }
     }
 
-    /// The way to the end of part `k`, to the beginning of the first for 0.
+    /// Arc length of the end of segment `k`, counted from 1; for 0 of the beginning of the first.
     fn end(&self, k: usize) -> f64 {
         let [from, to] = self.measures;
         match k {
             0 => self.stretch[0],
             _ if k == self.count => self.stretch[1],
-            _ => self.curve.way(from + (to - from) * k as f64 / self.count as f64),
+            _ => self.curve.arc_length(from + (to - from) * k as f64 / self.count as f64),
         }
     }
 
-    /// The parts with points of the curve inside, in their order.
-    fn bent_parts(&self) -> impl Iterator<Item = [f64; 2]> {
+    /// The segments with vertices of the curve inside, in order.
+    fn bent_segments(&self) -> impl Iterator<Item = [f64; 2]> {
         let [from, to] = self.measures;
         let mut last = 0;
-        self.curve.line.ways_between(self.stretch[0], self.stretch[1]).iter().filter_map(move |way| {
-            let share = (self.curve.measure(*way) - from) / (to - from);
+        self.curve.line.ways_between(self.stretch[0], self.stretch[1]).iter().filter_map(move |arc_length| {
+            let share = (self.curve.measure(*arc_length) - from) / (to - from);
             let mut k = ((share * self.count as f64).ceil() as usize).clamp(1, self.count);
-            while k > 1 && self.end(k - 1) >= *way {
+            while k > 1 && self.end(k - 1) >= *arc_length {
                 k -= 1;
             }
-            while k < self.count && self.end(k) < *way {
+            while k < self.count && self.end(k) < *arc_length {
                 k += 1;
             }
             (std::mem::replace(&mut last, k) != k).then(|| [self.end(k - 1), self.end(k)])
@@ -184,45 +194,47 @@ impl<'a> Even<'a> {
     }
 }
 
-/// Adds a stretch, at equal distances, or if those cut off a bend, the stretches on both sides of it.
-fn bent<'a>(curve: &'a CurvePath, [from, to]: [f64; 2], spacing: f64, found: &mut Vec<Even<'a>>) {
+/// Adds an even stretch, or, if that cuts off bends, the stretches on both sides of the worst of them.
+fn split_at_bends<'a>(
+    curve: &'a CurvePath,
+    [from, to]: [f64; 2],
+    spacing: f64,
+    stretches: &mut Vec<EvenStretch<'a>>,
+) {
     let measured = curve.measure(to) - curve.measure(from);
-    let even = Even::new(curve, [from, to], (measured / spacing).round().max(1.0) as usize);
-    let cut_off = |way: f64, stray: f64| {
-        let spacing = spacing * curve.size(way);
+    let even = EvenStretch::new(curve, [from, to], (measured / spacing).round().max(1.0) as usize);
+    let cut_off = |arc_length: f64, stray: f64| {
+        let spacing = spacing * curve.size(arc_length);
         let gap = spacing * if stray > FAR_STRAY * spacing { RAGGED_GAP } else { LEAST_GAP };
-        stray > MAX_STRAY * spacing && way - from >= gap && to - way >= gap
+        stray > MAX_STRAY * spacing && arc_length - from >= gap && to - arc_length >= gap
     };
     let worst = even
-        .bent_parts()
+        .bent_segments()
         .flat_map(|[a, b]| curve.line.strays(a, b))
-        .filter(|(way, stray)| cut_off(*way, *stray))
+        .filter(|(arc_length, stray)| cut_off(*arc_length, *stray))
         .reduce(|best, new| if new.1 > best.1 { new } else { best });
     match worst {
         Some((bend, _)) => {
-            bent(curve, [from, bend], spacing, found);
-            bent(curve, [bend, to], spacing, found);
+            split_at_bends(curve, [from, bend], spacing, stretches);
+            split_at_bends(curve, [bend, to], spacing, stretches);
         }
-        None => found.push(even),
+        None => stretches.push(even),
     }
 }
 
 impl CurveSites {
-    /// These and the `interior` sites together in Morton order, and for each which of these it is, [`NONE`] for an
+    /// These and the `interior` sites together in Morton order, and for each its index among these, [`NONE`] for an
     /// interior one. A curve site gets one of the triangles at its place.
-    pub fn merge(&self, curves: &SurfaceCurves, interior: Seeds) -> (Seeds, Vec<u32>) {
-        let first = interior.sites.len();
-        let mut sites = interior.sites;
-        let mut triangles = interior.triangles;
-        sites.extend_from_slice(&self.positions);
-        triangles.extend(self.places.iter().map(|place| curves.around(*place).first().copied().unwrap_or(0)));
-        let order = morton_order(&sites);
+    pub fn merge(&self, curves: &SurfaceCurves, interior: SitesOnSurface) -> (SitesOnSurface, Vec<u32>) {
+        let first = interior.len();
+        let mut sites = interior;
+        sites.positions.extend_from_slice(&self.positions);
+        sites
+            .triangles
+            .extend(self.places.iter().map(|place| curves.around(*place).first().copied().unwrap_or(0)));
+        let order = morton_order(&sites.positions);
         let curve_site = |i: u32| (i as usize).checked_sub(first).map_or(NONE, |c| c as u32);
         let pins = order.iter().map(|i| curve_site(*i)).collect();
-        let seeds = Seeds {
-            sites: order.iter().map(|i| sites[*i as usize]).collect(),
-            triangles: order.iter().map(|i| triangles[*i as usize]).collect(),
-        };
-        (seeds, pins)
+        (sites.select(&order), pins)
     }
 }

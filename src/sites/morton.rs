@@ -9,7 +9,7 @@ pub(crate) fn morton_order(points: &[DVec3]) -> Vec<u32> {
     keyed.into_iter().map(|(_, i)| i).collect()
 }
 
-/// 20 bits an axis over the cube of edge 2 around the origin, which holds the unit-diagonal frame with room.
+/// 20 bits an axis over the cube of edge 2 around the origin, more than the unit-diagonal frame needs.
 pub(crate) fn morton_code(p: DVec3) -> u64 {
     let cell = |x: f64| spread(((x + 1.0).clamp(0.0, 2.0) * f64::from((1_u32 << 19) - 1)) as u64);
     cell(p.x) | cell(p.y) << 1 | cell(p.z) << 2

@@ -1,9 +1,9 @@
 //! Maximal Poisson-disk sampling of a surface (Guo et al. 2015), on the host in f64: points that keep a distance from each
-//! other and leave no room for another one.
+//! other, so many that no further point fits between them.
 //!
-//! Distances are straight ones, so two sheets nearer than a radius share their points.
+//! Distances are Euclidean, not along the surface, so two sheets closer than a radius share their points.
 
-use super::seed::Seeds;
+use super::on_surface::SitesOnSurface;
 use super::surface::Surface;
 use crate::Result;
 use glam::DVec3;
@@ -14,40 +14,39 @@ use serde::Serialize;
 
 /// Points times radius squared over area of a maximal sampling of a plane, about (Torquato et al. 2006).
 const DENSITY: f64 = 0.7;
-/// Darts that are thrown at the whole surface, for each point to be expected, before the gaps are looked at.
+/// Darts thrown at the whole surface, for each expected point, before gaps are searched.
 const DARTS: f64 = 4.0;
-/// Radii that are tried at most before the best of them is taken.
+/// At most so many radii are tried; then the best of them is taken.
 const TRIALS: usize = 12;
-/// The count that a radius should give is less than the one asked for by this share, since points can be added but not
-/// taken away.
+/// A radius aims below the target count by this fraction, since points can be added but not removed.
 const SHORT: f64 = 0.002;
-/// How many points may be missing: so many, and this share of all.
+/// How many points may be missing: so many, and this fraction of all.
 const FEW: (usize, f64) = (2, 0.006);
-/// If points are missing, the radius shrinks by this factor at a time.
+/// If points are missing, the radius shrinks by this factor, again and again.
 const SHRINK: f64 = 0.97;
-/// Gaps smaller than this share of a radius are points.
+/// Gaps smaller than this fraction of a radius count as points.
 const FINE: f64 = 0.005;
-/// Fragments are quartered at most so often; what is not covered then is smaller than f64 can tell.
+/// Fragments are quartered at most so often; what is then still uncovered is below the precision of f64.
 const ROUNDS: usize = 40;
 /// Darts between two looks at whether to go on.
 const DARTS_PER_LOOK: usize = 1 << 14;
 
-/// Points on a surface that keep their distance.
+/// A maximal Poisson-disk sampling of a surface.
 pub struct Disks {
     /// The points in Morton order.
-    pub seeds: Seeds,
-    /// What they are.
+    pub sites: SitesOnSurface,
+    /// Its figures.
     pub summary: DiskSummary,
 }
 
-/// How points keep their distance.
+/// Figures of a Poisson-disk sampling.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Serialize)]
 pub struct DiskSummary {
     /// No two points are closer, in the surface's units.
     pub radius: f64,
     /// No point of the surface is farther from all points.
     pub covered: f64,
-    /// Points that were added at the farthest places to make up the count; the others are random.
+    /// Points that were added where the surface was farthest from all others, to reach the count; the others are random.
     pub added: usize,
     /// Radii that were tried.
     pub trials: usize,
@@ -63,10 +62,9 @@ impl DiskSummary {
 /// Exactly `count` points, at least 1, the same for the same seed on every machine. `look` is asked several times a second
 /// whether to go on.
 ///
-/// The radius is sought that leaves room for no more than `count` random points; the few that are then missing are added
-/// one by one where the surface is farthest from all points, which is nearer than a radius by as little as it takes. So both
-/// promises hold for all points, with radii that differ by some percent: [`DiskSummary::radius`] and
-/// [`DiskSummary::covered`].
+/// The search is for a radius with which at most `count` random points fit, and few of them are missing. Those are added
+/// one by one where the surface is farthest from all points, at a distance slightly less than the radius. So both bounds,
+/// [`DiskSummary::radius`] and [`DiskSummary::covered`], hold for all points, and they differ by some percent.
 ///
 /// # Errors
 /// What `look` gives.
@@ -82,14 +80,14 @@ pub fn disks(
     let few = FEW.0 + (FEW.1 * count as f64) as usize;
     let mut best: Option<Sampling> = None;
     let mut trials = 0;
-    // A radius as large as the surface has room for one point only, so the second condition comes true.
+    // With a radius as large as the surface only one point fits, so the second condition comes true.
     while trials < TRIALS || best.is_none() {
-        let found = Sampling::maximal(surface, radius, &mut rng, look)?;
+        let sampling = Sampling::maximal(surface, radius, &mut rng, look)?;
         trials += 1;
-        let got = found.points.len();
+        let got = sampling.sites.len();
         let missing = count.checked_sub(got);
-        if missing.is_some() && best.as_ref().is_none_or(|best| got > best.points.len()) {
-            best = Some(found);
+        if missing.is_some() && best.as_ref().is_none_or(|best| got > best.sites.len()) {
+            best = Some(sampling);
         }
         if missing.is_some_and(|missing| missing <= few) {
             break;
@@ -99,19 +97,17 @@ pub fn disks(
         radius *= if trials < TRIALS / 2 { ratio } else { ratio.max(1.0 + 0.01 * trials as f64) };
     }
     let mut sampling = best.unwrap_or_else(|| Sampling::none(radius));
-    let random = sampling.points.len();
+    let random = sampling.sites.len();
     let covered = sampling.fill(surface, count, look)?;
     let summary = DiskSummary { radius: sampling.radius, covered, added: count - random, trials };
-    let seeds = Seeds { sites: sampling.points, triangles: sampling.triangles }.in_space_order();
-    Ok(Disks { seeds, summary })
+    Ok(Disks { sites: sampling.sites.in_morton_order(), summary })
 }
 
 /// Points that are at least a radius apart.
 struct Sampling {
     radius: f64,
-    points: Vec<DVec3>,
-    triangles: Vec<u32>,
-    grid: Cells,
+    sites: SitesOnSurface,
+    grid: PointGrid,
 }
 
 /// A part of a triangle.
@@ -146,10 +142,10 @@ impl Fragment {
 
 impl Sampling {
     fn none(radius: f64) -> Self {
-        Self { radius, points: Vec::new(), triangles: Vec::new(), grid: Cells::new(radius, 16) }
+        Self { radius, sites: SitesOnSurface::default(), grid: PointGrid::new(radius, 16) }
     }
 
-    /// Random points with room for no more.
+    /// Random points, until no further one fits.
     fn maximal(
         surface: &Surface,
         radius: f64,
@@ -157,21 +153,21 @@ impl Sampling {
         look: &mut dyn FnMut() -> Result<()>,
     ) -> Result<Self> {
         let expected = DENSITY * surface.area() / (radius * radius);
-        let mut found = Self { grid: Cells::new(radius, expected as usize), ..Self::none(radius) };
+        let mut sampling = Self { grid: PointGrid::new(radius, expected as usize), ..Self::none(radius) };
         let mut gaps = whole(surface);
-        found.throw(&gaps, (DARTS * expected).ceil() as usize, rng, look)?;
+        sampling.throw(&gaps, (DARTS * expected).ceil() as usize, rng, look)?;
         for _ in 0..ROUNDS {
-            gaps = found.uncovered(&gaps, radius);
+            gaps = sampling.uncovered(&gaps, radius);
             if gaps.is_empty() {
                 break;
             }
-            found.throw(&gaps, gaps.len(), rng, look)?;
+            sampling.throw(&gaps, gaps.len(), rng, look)?;
             gaps = gaps.iter().flat_map(Fragment::quarters).collect();
         }
-        Ok(found)
+        Ok(sampling)
     }
 
-    /// Throws darts at fragments, uniformly over their area; those that keep their distance become points.
+    /// Throws darts at fragments, uniformly over their area; those farther than a radius from all points become points.
     fn throw(
         &mut self,
         at: &[Fragment],
@@ -204,8 +200,7 @@ impl Sampling {
 
     fn push(&mut self, p: DVec3, triangle: u32) {
         self.grid.insert(p);
-        self.points.push(p);
-        self.triangles.push(triangle);
+        self.sites.push(p, triangle);
     }
 
     /// The fragments that no single ball of `radius`, at most that of the grid, around a point covers.
@@ -216,11 +211,11 @@ impl Sampling {
         fragments.par_iter().filter(|f| !self.grid.any(f.corners[0], |p| covers(f, p))).copied().collect()
     }
 
-    /// Adds points where the surface is farthest from all until there are `count`, and gives the distance that no point of
-    /// the surface exceeds. The surface must be covered.
+    /// Adds points where the surface is farthest from all until there are `count`; returns the largest distance of the
+    /// surface from its nearest point, or a little more. The surface must be covered.
     fn fill(&mut self, surface: &Surface, count: usize, look: &mut dyn FnMut() -> Result<()>) -> Result<f64> {
         let mut covered = self.radius;
-        while self.points.len() < count {
+        while self.sites.len() < count {
             look()?;
             // Every point of the surface is within `covered`, and the grid has cells of that size.
             self.regrid(covered);
@@ -241,7 +236,7 @@ impl Sampling {
                 let farthest =
                     (0..middles.len()).max_by(|a, b| distances[*a].total_cmp(&distances[*b]).then(b.cmp(a)));
                 let left = farthest.map_or(target, |at| (distances[at] + reach).max(target));
-                let Some(at) = farthest.filter(|at| self.points.len() < count && distances[*at] > target)
+                let Some(at) = farthest.filter(|at| self.sites.len() < count && distances[*at] > target)
                 else {
                     break left;
                 };
@@ -255,8 +250,8 @@ impl Sampling {
     }
 
     fn regrid(&mut self, side: f64) {
-        self.grid = Cells::new(side, self.points.len());
-        self.points.iter().for_each(|p| self.grid.insert(*p));
+        self.grid = PointGrid::new(side, self.sites.len());
+        self.sites.positions.iter().for_each(|p| self.grid.insert(*p));
     }
 }
 
@@ -267,13 +262,13 @@ fn whole(surface: &Surface) -> Vec<Fragment> {
     list.map(|(t, triangle)| Fragment { corners: corners(t), triangle }).collect()
 }
 
-/// Points by cubes of space; cubes may share a bucket.
-struct Cells {
+/// Points by grid cell; cells may share a bucket.
+struct PointGrid {
     side: f64,
     buckets: Vec<Vec<DVec3>>,
 }
 
-impl Cells {
+impl PointGrid {
     fn new(side: f64, expected: usize) -> Self {
         Self { side, buckets: vec![Vec::new(); expected.max(16).next_power_of_two()] }
     }
@@ -294,14 +289,14 @@ impl Cells {
         self.buckets[bucket].push(p);
     }
 
-    /// Whether any point within a side of `p` is as asked for; points farther away may be asked for, too.
-    fn any(&self, p: DVec3, mut as_asked: impl FnMut(DVec3) -> bool) -> bool {
+    /// Whether `accept` holds for any point within a side of `p`; it may be called for points farther away, too.
+    fn any(&self, p: DVec3, mut accept: impl FnMut(DVec3) -> bool) -> bool {
         let [x, y, z] = self.cell(p);
         let around = (0..27).map(|i| [x + (i % 3) - 1, y + (i / 3 % 3) - 1, z + i / 9 - 1]);
-        around.into_iter().any(|cell| self.buckets[self.bucket(cell)].iter().any(|q| as_asked(*q)))
+        around.into_iter().any(|cell| self.buckets[self.bucket(cell)].iter().any(|q| accept(*q)))
     }
 
-    /// Distance of the nearest point, if it is at most a side; else `far`.
+    /// Distance of the nearest point if it is below `far`, which is at most a side; else `far`.
     fn nearest(&self, p: DVec3, far: f64) -> f64 {
         let mut nearest_sq = far * far;
         self.any(p, |q| {

@@ -11,20 +11,20 @@ use std::ops::AddAssign;
 
 /// Triangles that one thread takes in a row.
 const CHUNK: usize = 256;
-/// A triangle that more sites may have a part of is halved first, unless it is small beside the distance to them,
+/// A triangle that may meet the cells of more sites is halved first, unless it is small beside the distance to them,
 const FEW: usize = 24;
 const SMALL: f64 = 0.5;
-/// but not more often than that: many sites may be on one spot.
+/// but not more often than this: many sites may coincide.
 const MOST_HALVINGS: u32 = 40;
-/// More than rounding takes off a distance.
+/// Outweighs the rounding of a distance.
 const LENIENT: f64 = 1.0 + 1e-9;
 
-/// What is integrated over a site's cell, all of it relative to the site.
+/// Integrals over a site's cell, relative to the site.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
 pub struct CellMoments {
     /// Area; 0 if the site has no cell.
     pub area: f64,
-    /// Integral of the way from the site.
+    /// Integral of the vector from the site.
     pub first: DVec3,
     /// Integral of the squared distance to the site.
     pub energy: f64,
@@ -38,7 +38,7 @@ impl AddAssign for CellMoments {
     }
 }
 
-/// Sites that can tell their parts of any triangle.
+/// Sites with a search structure that finds their parts of any triangle.
 pub struct RestrictedVoronoi<'a> {
     sites: &'a [DVec3],
     tree: KdTree<'a>,
@@ -54,7 +54,7 @@ struct Scratch {
 }
 
 impl<'a> RestrictedVoronoi<'a> {
-    /// Of finite sites; of sites on one spot the first has the cell.
+    /// Of finite sites; of coincident ones the first has the cell.
     pub fn new(sites: &'a [DVec3]) -> Self {
         Self { sites, tree: KdTree::new(sites) }
     }
@@ -79,11 +79,11 @@ impl<'a> RestrictedVoronoi<'a> {
     /// The parts of triangles, each with its site.
     fn parts(&self, triangles: &[[DVec3; 3]]) -> Vec<(u32, CellMoments)> {
         let mut scratch = Scratch::default();
-        let mut found = Vec::new();
+        let mut parts = Vec::new();
         triangles
             .iter()
-            .for_each(|corners| self.add_parts(*corners, MOST_HALVINGS, &mut scratch, &mut found));
-        found
+            .for_each(|corners| self.add_parts(*corners, MOST_HALVINGS, &mut scratch, &mut parts));
+        parts
     }
 
     fn add_parts(
@@ -91,19 +91,19 @@ impl<'a> RestrictedVoronoi<'a> {
         corners: [DVec3; 3],
         halvings: u32,
         scratch: &mut Scratch,
-        found: &mut Vec<(u32, CellMoments)>,
+        result: &mut Vec<(u32, CellMoments)>,
     ) {
         let middle = (corners[0] + corners[1] + corners[2]) / 3.0;
         let radius = corners.iter().map(|p| p.distance(middle)).fold(0.0, f64::max);
         let Some(nearest) = self.tree.nearest(middle) else { return };
-        // At no point of the triangle a site farther away than that is the nearest.
+        // No site farther away than that is the nearest at any point of the triangle.
         let far = self.sites[nearest as usize].distance(middle);
         let reach = LENIENT * (far + 2.0 * radius);
         let halves_help = halvings > 0 && radius > SMALL * far;
         let most = if halves_help { FEW } else { self.sites.len() };
         if !self.tree.within(middle, reach, most, &mut scratch.near) {
             for half in halves(corners) {
-                self.add_parts(half, halvings - 1, scratch, found);
+                self.add_parts(half, halvings - 1, scratch, result);
             }
             return;
         }
@@ -112,12 +112,12 @@ impl<'a> RestrictedVoronoi<'a> {
         for own in 0..scratch.parts.len() {
             let moments = self.part(corners, own, scratch);
             if moments.area > 0.0 {
-                found.push((scratch.parts[own].0, moments));
+                result.push((scratch.parts[own].0, moments));
             }
         }
     }
 
-    /// Leaves in `parts` those of the near sites that no other one is nearer than at all corners.
+    /// Fills `parts` with the near sites, without those that another one is nearer than at all corners.
     fn drop_dominated(&self, corners: [DVec3; 3], scratch: &mut Scratch) {
         let squares = |site: u32| corners.map(|p| p.distance_squared(self.sites[site as usize]));
         scratch.parts.clear();
@@ -136,15 +136,15 @@ impl<'a> RestrictedVoronoi<'a> {
         polygon.clear();
         polygon.extend(corners.map(|p| p - at));
         for (j, _) in parts.iter().filter(|(j, _)| *j != site) {
-            let way = self.sites[*j as usize] - at;
-            if way == DVec3::ZERO {
+            let to_other = self.sites[*j as usize] - at;
+            if to_other == DVec3::ZERO {
                 if *j < site {
                     polygon.clear();
                 }
                 continue;
             }
-            let half_sq = 0.5 * way.length_squared();
-            clip(polygon, |p| p.dot(way) - half_sq, clipped);
+            let half_sq = 0.5 * to_other.length_squared();
+            clip(polygon, |p| p.dot(to_other) - half_sq, clipped);
             std::mem::swap(polygon, clipped);
         }
         moments(polygon)
@@ -202,8 +202,8 @@ fn moments(polygon: &[DVec3]) -> CellMoments {
 pub struct Energy {
     /// Integral over the mesh of the squared distance to the nearest site, in the fourth power of the mesh's unit.
     pub energy: f64,
-    /// How much that is above the least possible on a plane of the same area, where all cells are regular hexagons: 0.02 is
-    /// 2 %. Sites off the mesh, which bends, can be below.
+    /// Relative excess over the least possible on a plane of the same area, where all cells are regular hexagons: 0.02 is
+    /// 2 %. Sites off a curved mesh can be below 0.
     pub excess: f64,
 }
 

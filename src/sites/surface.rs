@@ -16,7 +16,7 @@ pub struct Surface {
     pub normals: Vec<DVec3>,
     /// Areas of the triangles.
     pub areas: Vec<f64>,
-    /// The buffers of the same.
+    /// The same as device buffers.
     pub device: SurfaceBuffers,
 }
 
@@ -35,7 +35,7 @@ pub struct SurfaceBuffers {
 }
 
 impl Surface {
-    /// The same as a mesh.
+    /// A copy of vertices and triangles as a mesh.
     pub fn mesh(&self) -> TriMesh {
         TriMesh { vertices: self.vertices.clone(), triangles: self.triangles.clone() }
     }
@@ -47,12 +47,13 @@ impl Surface {
     pub fn new(device: &Device, mesh: &TriMesh, frame: &UnitFrame) -> Result<Self> {
         let unit: Vec<DVec3> = mesh.vertices.iter().map(|p| frame.to_unit(*p)).collect();
         let order = morton_order(&unit);
-        let mut place = vec![0; unit.len()];
+        let mut new_index = vec![0; unit.len()];
         for (new, old) in order.iter().enumerate() {
-            place[*old as usize] = new as u32;
+            new_index[*old as usize] = new as u32;
         }
         let vertices: Vec<DVec3> = order.iter().map(|i| unit[*i as usize]).collect();
-        let triangles: Vec<[u32; 3]> = mesh.triangles.iter().map(|t| t.map(|v| place[v as usize])).collect();
+        let triangles: Vec<[u32; 3]> =
+            mesh.triangles.iter().map(|t| t.map(|v| new_index[v as usize])).collect();
         let crosses: Vec<DVec3> = triangles
             .iter()
             .map(|t| {

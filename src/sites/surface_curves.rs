@@ -1,4 +1,4 @@
-//! The surface's skeleton in the form that sites need: curves as polylines of its edges, and what meets at each of them.
+//! The surface's features in the form that sites need: curves as polylines of its edges, and the triangles at each edge.
 
 use super::place::Place;
 use super::surface::stars;
@@ -20,7 +20,7 @@ pub struct SurfaceCurves {
     /// Whether each half-edge, `3 * triangle + side`, is on a curve.
     pub on_curve: Vec<bool>,
     /// Half-edges of each curve edge, by its vertices, the smaller one first.
-    sides: HashMap<[u32; 2], Vec<u32>>,
+    half_edges: HashMap<[u32; 2], Vec<u32>>,
     pub(crate) vertices: Vec<DVec3>,
     triangles: Vec<[u32; 3]>,
     star_start: Vec<u32>,
@@ -39,32 +39,33 @@ pub(crate) struct CurvePath {
     pub fewest: usize,
     /// Where edge lengths differ: that at each point.
     pub sizes: Vec<f64>,
-    /// And how many spacings' worth of edges it takes to get there, in ways.
+    /// Their [measures](CurvePath::measure).
     pub measured: Vec<f64>,
 }
 
 impl CurvePath {
-    /// The edge length at a way, relative to the spacing.
-    pub fn size(&self, way: f64) -> f64 {
+    /// The edge length at an arc length, relative to the spacing.
+    pub fn size(&self, arc_length: f64) -> f64 {
         if self.sizes.is_empty() {
             return 1.0;
         }
-        let (edge, [from, to]) = self.line.edge(way);
-        let share = ((way - from) / (to - from).max(f64::MIN_POSITIVE)).clamp(0.0, 1.0);
+        let (edge, [from, to]) = self.line.edge(arc_length);
+        let share = ((arc_length - from) / (to - from).max(f64::MIN_POSITIVE)).clamp(0.0, 1.0);
         self.sizes[edge] + share * (self.sizes[edge + 1] - self.sizes[edge])
     }
 
-    /// A way, measured by the edge lengths along it: the way itself where all are equal to the spacing.
-    pub fn measure(&self, way: f64) -> f64 {
+    /// The arc length weighted by the inverse of the sizes: proportional to the number of edges up to there, and the arc
+    /// length itself where all sizes are 1.
+    pub fn measure(&self, arc_length: f64) -> f64 {
         if self.sizes.is_empty() {
-            return way;
+            return arc_length;
         }
-        let (edge, [from, _]) = self.line.edge(way);
-        self.measured[edge] + (way - from) * mean_inverse(self.sizes[edge], self.size(way))
+        let (edge, [from, _]) = self.line.edge(arc_length);
+        self.measured[edge] + (arc_length - from) * mean_inverse(self.sizes[edge], self.size(arc_length))
     }
 
-    /// The way at a measure.
-    pub fn way(&self, measure: f64) -> f64 {
+    /// The arc length at a measure.
+    pub fn arc_length(&self, measure: f64) -> f64 {
         if self.sizes.is_empty() {
             return measure;
         }
@@ -82,14 +83,14 @@ impl CurvePath {
 }
 
 impl SurfaceCurves {
-    /// From the `skeleton` of the mesh of these vertices and triangles; `None` if nothing is to be kept. Panics if the
-    /// skeleton is of another mesh.
-    pub fn new(vertices: &[DVec3], triangles: &[[u32; 3]], skeleton: &Features) -> Option<Self> {
-        if skeleton.curves.is_empty() && skeleton.corners.is_empty() {
+    /// From the `features` of the mesh of these vertices and triangles; `None` if there are no curves and corners. Panics
+    /// if they are of another mesh.
+    pub fn new(vertices: &[DVec3], triangles: &[[u32; 3]], features: &Features) -> Option<Self> {
+        if features.curves.is_empty() && features.corners.is_empty() {
             return None;
         }
-        let mut wanted: HashMap<[u32; 2], Vec<u32>> = HashMap::new();
-        let polylines: Vec<(Vec<u32>, bool)> = skeleton
+        let mut half_edges: HashMap<[u32; 2], Vec<u32>> = HashMap::new();
+        let polylines: Vec<(Vec<u32>, bool)> = features
             .curves
             .iter()
             .map(|curve| {
@@ -98,12 +99,12 @@ impl SurfaceCurves {
             })
             .collect();
         for (polyline, _) in &polylines {
-            wanted.extend(polyline.windows(2).map(|pair| (ends(pair[0], pair[1]), Vec::new())));
+            half_edges.extend(polyline.windows(2).map(|pair| (ends(pair[0], pair[1]), Vec::new())));
         }
         let mut on_curve = vec![false; 3 * triangles.len()];
         for edge in EdgeTable::new(triangles).edges() {
             let (a, b) = edge[0].ends();
-            if let Some(sides) = wanted.get_mut(&[a, b]) {
+            if let Some(sides) = half_edges.get_mut(&[a, b]) {
                 sides.extend(edge.iter().map(|side| side.corners().0 as u32));
                 sides.iter().for_each(|half| on_curve[*half as usize] = true);
             }
@@ -111,11 +112,11 @@ impl SurfaceCurves {
         let (star_start, star) = stars(vertices.len(), triangles);
         let mut curves = Self {
             curves: Vec::new(),
-            corners: skeleton.corners.clone(),
+            corners: features.corners.clone(),
             corner_sizes: Vec::new(),
-            patches: skeleton.patches.clone(),
+            patches: features.patches.clone(),
             on_curve,
-            sides: wanted,
+            half_edges,
             vertices: vertices.to_vec(),
             triangles: triangles.to_vec(),
             star_start,
@@ -142,7 +143,7 @@ impl SurfaceCurves {
         self.curves.iter().map(|path| path.measure(path.line.length()))
     }
 
-    /// With edge lengths that differ as this field over the same surface says.
+    /// With the edge lengths of this field over the same surface.
     #[must_use]
     pub fn sized(mut self, field: &SizeField) -> Self {
         if field.is_uniform() {
@@ -152,8 +153,8 @@ impl SurfaceCurves {
             path.sizes = path.vertices.iter().map(|v| field.at_vertex(*v)).collect();
             let mut measure = 0.0;
             let steps = (1..path.vertices.len()).map(|k| {
-                let way = path.line.way_to(k) - path.line.way_to(k - 1);
-                measure += way * mean_inverse(path.sizes[k - 1], path.sizes[k]);
+                let length = path.line.way_to(k) - path.line.way_to(k - 1);
+                measure += length * mean_inverse(path.sizes[k - 1], path.sizes[k]);
                 measure
             });
             path.measured = std::iter::once(0.0).chain(steps).collect();
@@ -162,7 +163,7 @@ impl SurfaceCurves {
         self
     }
 
-    /// The edge length at a corner, relative to the spacing.
+    /// The edge length at corner `corner`, relative to the spacing.
     pub(crate) fn corner_size(&self, corner: usize) -> f64 {
         self.corner_sizes.get(corner).copied().unwrap_or(1.0)
     }
@@ -191,7 +192,7 @@ impl SurfaceCurves {
         }
     }
 
-    /// Curves between the same two corners have a site in between.
+    /// Curves between the same two corners get a site in between: two edges between them would be one.
     fn forbid_doubled_edges(&mut self) {
         let key = |path: &CurvePath| {
             let (first, last) = (path.vertices.first().copied(), path.vertices.last().copied());
@@ -208,7 +209,7 @@ impl SurfaceCurves {
 
     /// The half-edges on the edge of two vertices; none if it is not on a curve.
     pub(crate) fn half_edges(&self, a: u32, b: u32) -> &[u32] {
-        self.sides.get(&ends(a, b)).map_or(&[], Vec::as_slice)
+        self.half_edges.get(&ends(a, b)).map_or(&[], Vec::as_slice)
     }
 
     /// The triangles at a place, rising.

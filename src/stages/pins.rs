@@ -7,8 +7,8 @@
 use super::records::octahedral;
 use crate::mesh::NONE;
 use crate::sites::curve_sites::CurveSites;
+use crate::sites::on_surface::SitesOnSurface;
 use crate::sites::place::Place;
-use crate::sites::seed::Seeds;
 use crate::sites::surface_curves::SurfaceCurves;
 use glam::{DVec3, Vec4};
 
@@ -40,16 +40,16 @@ impl PinnedSites {
     pub fn new(
         curves: &SurfaceCurves,
         normals: &[DVec3],
-        seeds: &Seeds,
+        sites: &SitesOnSurface,
         (curve_sites, pins): (&CurveSites, &[u32]),
         spacing: f64,
     ) -> Self {
         let lines = lines(curve_sites, curves.corner_count(), spacing);
         let mut result = Self::default();
         for (i, pin) in pins.iter().enumerate() {
-            let at = seeds.sites[i].as_vec3();
+            let at = sites.positions[i].as_vec3();
             if *pin == NONE {
-                let patch = curves.patches[seeds.triangles[i] as usize] % PATCHES;
+                let patch = curves.patches[sites.triangles[i] as usize] % PATCHES;
                 result.sites.push(at.extend(patch as f32));
                 result.normals.push(0);
                 result.moving += 1;

@@ -7,8 +7,8 @@ use rtfmesh::mesh::NONE;
 use rtfmesh::mesh::features::{FeatureOptions, find_features};
 use rtfmesh::mesh::samples::sample;
 use rtfmesh::sites::curve_sites::CurveSites;
+use rtfmesh::sites::on_surface::SitesOnSurface;
 use rtfmesh::sites::place::Place;
-use rtfmesh::sites::seed::Seeds;
 use rtfmesh::sites::surface_curves::SurfaceCurves;
 
 /// The curves of `mesh`, with the angle and spacing that the skeleton is looked for with.
@@ -160,13 +160,15 @@ fn merged_sites_are_told_apart() {
     let cube = cube();
     let found = curves(&cube, 40.0, 0.2);
     let curve_sites = found.sites(0.5);
-    let interior =
-        Seeds { sites: vec![DVec3::new(0.5, 0.5, 0.0), DVec3::new(0.5, 0.5, 1.0)], triangles: vec![1, 2] };
+    let interior = SitesOnSurface {
+        positions: vec![DVec3::new(0.5, 0.5, 0.0), DVec3::new(0.5, 0.5, 1.0)],
+        triangles: vec![1, 2],
+    };
     let (merged, pins) = curve_sites.merge(&found, interior);
-    assert_eq!(merged.sites.len(), curve_sites.positions.len() + 2);
+    assert_eq!(merged.len(), curve_sites.positions.len() + 2);
     let mut seen: Vec<u32> = pins.iter().copied().filter(|pin| *pin != NONE).collect();
     for (i, pin) in pins.iter().enumerate().filter(|(_, pin)| **pin != NONE) {
-        assert_eq!(merged.sites[i], curve_sites.positions[*pin as usize]);
+        assert_eq!(merged.positions[i], curve_sites.positions[*pin as usize]);
         assert!(found.around(curve_sites.places[*pin as usize]).contains(&merged.triangles[i]));
     }
     seen.sort_unstable();

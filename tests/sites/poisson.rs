@@ -39,17 +39,17 @@ fn points_keep_their_distance_and_cover_the_surface() {
     let small = [("sphere", 1), ("sphere", 4), ("torus", 10), ("tetrahedron", 30)];
     for (name, count) in cases.into_iter().chain(small) {
         let surface = on(&sample(name).unwrap());
-        let Disks { seeds, summary } = scattered(&surface, count, 3);
-        assert_eq!((seeds.sites.len(), seeds.triangles.len()), (count, count), "{name}");
-        for (i, p) in seeds.sites.iter().enumerate() {
-            let apart = distance(*p, &seeds.sites[i + 1..]);
+        let Disks { sites, summary } = scattered(&surface, count, 3);
+        assert_eq!((sites.positions.len(), sites.triangles.len()), (count, count), "{name}");
+        for (i, p) in sites.positions.iter().enumerate() {
+            let apart = distance(*p, &sites.positions[i + 1..]);
             assert!(apart >= summary.radius * (1.0 - 1e-12), "{name} {count}: {apart}, {summary:?}");
-            let t = seeds.triangles[i] as usize;
+            let t = sites.triangles[i] as usize;
             let a = surface.vertices[surface.triangles[t][0] as usize];
             assert!((*p - a).dot(surface.normals[t]).abs() < 1e-12, "{name}: point {i} is off its triangle");
         }
         for p in dense(&surface, 0.1 * summary.covered) {
-            let apart = distance(p, &seeds.sites);
+            let apart = distance(p, &sites.positions);
             assert!(apart <= summary.covered * (1.0 + 1e-12), "{name} {count}: {apart}, {summary:?}");
         }
         if count >= 30 {
@@ -62,7 +62,7 @@ fn points_keep_their_distance_and_cover_the_surface() {
 #[test]
 fn a_seed_has_its_points() {
     let surface = on(&sample("torus").unwrap());
-    let points = |seed| scattered(&surface, 250, seed).seeds.sites;
+    let points = |seed| scattered(&surface, 250, seed).sites.positions;
     assert_eq!(points(1), points(1));
     assert_ne!(points(1), points(2));
 }

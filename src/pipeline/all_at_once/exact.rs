@@ -1,5 +1,5 @@
-//! The exact pipeline: restricted Voronoi cells on the surface itself, all sites from the start, Lloyd's iteration with or
-//! without momentum, or L-BFGS.
+//! All sites from the start, with exact faces: restricted Voronoi cells on the surface itself, and Lloyd's iteration with
+//! or without momentum, or L-BFGS.
 
 use super::descent::Descent;
 use crate::gpu::{Buffer, Device, Recorder};
@@ -10,8 +10,8 @@ use crate::pipeline::coarse_to_fine::level::{LIST, near};
 use crate::progress::Watch;
 use crate::sites::cells::{CellSites, CellSurface, connected_cells};
 use crate::sites::connect::{ConnectCounts, connect};
+use crate::sites::on_surface::SitesOnSurface;
 use crate::sites::place::Place;
-use crate::sites::seed::Seeds;
 use crate::sites::surface::Surface;
 use crate::stages::exact::{Aim, CutTriangles, ExactCells, ExactCounts};
 use crate::stages::neighbours::lists::{ListOptions, Lists};
@@ -21,27 +21,27 @@ use glam::{DVec3, Vec2, Vec4};
 use rayon::prelude::*;
 use serde::Serialize;
 
-/// Lists are made anew when a site has moved by more than this share of its reach. That is cheap beside a walk for every
-/// triangle that they do not decide.
+/// Lists are built again when a site has moved by more than this fraction of its reach. That is cheap compared with a search
+/// for every triangle that the lists do not decide.
 const MAX_RHO: f32 = 0.03;
-/// Longest move with momentum, in spacings. Without it sites go where their centroids are.
+/// Longest move with momentum, in spacings. Without momentum, sites move to their centroids.
 const LARGEST_MOVE: f64 = 0.5;
 
-/// What the exact cells of the last iteration were.
+/// Figures of the exact cells of the last iteration.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Serialize)]
 pub struct ExactSummary {
     /// Sum of their areas relative to the surface's.
     pub area: f64,
-    /// Sites without a cell: another one is on the same spot.
+    /// Sites without a cell: another one has the same position.
     pub empty_cells: usize,
     /// Pairs of a triangle and a site that may have a part of it.
     pub pairs: usize,
-    /// Triangles that the host did, in all iterations, for they had parts of too many sites.
+    /// Triangles left to the host, over all iterations, because they meet the cells of too many sites.
     pub crowded: usize,
 }
 
 /// The stages of a run with their buffers.
-pub(crate) struct Run<'a> {
+pub(crate) struct ExactRun<'a> {
     device: &'a Device,
     options: &'a Options,
     spacing: f64,
@@ -55,21 +55,21 @@ pub(crate) struct Run<'a> {
     descent: Option<Descent>,
 }
 
-impl<'a> Run<'a> {
+impl<'a> ExactRun<'a> {
     /// # Errors
     /// Those of the device.
     pub fn new(
         device: &'a Device,
         options: &'a Options,
         surface: &Surface,
-        seeds: &Seeds,
+        seeds: &SitesOnSurface,
         spacing: f64,
     ) -> Result<Self> {
-        let n = seeds.sites.len();
-        let sites: Vec<Vec4> = seeds.sites.iter().map(|p| p.as_vec3().extend(0.0)).collect();
+        let n = seeds.len();
+        let sites: Vec<Vec4> = seeds.positions.iter().map(|p| p.as_vec3().extend(0.0)).collect();
         let triangles = CutTriangles::new(device, surface, spacing)?;
         Ok(Self {
-            cells: ExactCells::new(device, &triangles, &seeds.sites, LIST, None, None)?,
+            cells: ExactCells::new(device, &triangles, &seeds.positions, LIST, None, None)?,
             triangles,
             device,
             options,
@@ -82,8 +82,8 @@ impl<'a> Run<'a> {
         })
     }
 
-    /// Moves the sites until they rest; gives the root mean square step of every iteration, in spacings, and what the last
-    /// cells were.
+    /// Moves the sites until they rest; returns the root mean square step of each iteration, in spacings, and figures of the
+    /// last cells.
     ///
     /// # Errors
     /// Those of the device, and [`crate::Error::Cancelled`].
@@ -106,7 +106,7 @@ impl<'a> Run<'a> {
             }
         }
         if let Some(descent) = &self.descent {
-            self.put(&descent.rest())?;
+            self.upload(&descent.final_sites())?;
         }
         let cells = self.cells.cells.to_vec(self.device)?;
         if !steps.is_empty() {
@@ -116,7 +116,7 @@ impl<'a> Run<'a> {
         Ok((steps, summary))
     }
 
-    /// Lists → parts → cells → aim → step, or what L-BFGS asks for; gives the root mean square step.
+    /// Lists → parts → cells → aim → step, or L-BFGS in place of the last two; returns the root mean square step.
     fn iteration(&mut self, iteration: u32) -> Result<(ExactCounts, f64)> {
         let mut recorder = self.device.recorder()?;
         self.lists.record_refresh(&mut recorder, &self.sites, MAX_RHO)?;
@@ -136,21 +136,21 @@ impl<'a> Run<'a> {
         Ok((counts, f64::from(history[iteration as usize].x) / self.spacing))
     }
 
-    /// The rest of an iteration with L-BFGS; gives the root mean square distance to the centroids.
+    /// The rest of an iteration with L-BFGS; returns the root mean square distance to the centroids.
     fn descend(&mut self, mut recorder: Recorder) -> Result<f64> {
         let cells = recorder.download(&self.cells.cells)?;
         let energies = recorder.download(&self.cells.energies)?;
         let found = recorder.submit()?;
         let (cells, energies): (Vec<Vec4>, Vec<f32>) = (found.read(&cells)?, found.read(&energies)?);
         let Some(descent) = &mut self.descent else { return Ok(0.0) };
-        let trial = descent.next(&cells, &energies).to_vec();
-        let off = descent.off() / self.spacing;
-        self.put(&trial)?;
-        Ok(off)
+        let trial = descent.next_trial(&cells, &energies).to_vec();
+        let distance = descent.distance_to_centroids() / self.spacing;
+        self.upload(&trial)?;
+        Ok(distance)
     }
 
-    /// Puts the sites where the host says.
-    fn put(&self, sites: &[Vec4]) -> Result<()> {
+    /// Uploads positions of the sites.
+    fn upload(&self, sites: &[Vec4]) -> Result<()> {
         let mut recorder = self.device.recorder()?;
         recorder.upload(&self.sites, sites)?;
         recorder.submit().map(|_| ())
@@ -169,44 +169,43 @@ impl<'a> Run<'a> {
         (momentum as f32, (LARGEST_MOVE * self.spacing) as f32)
     }
 
-    /// The dual of the connected cells. The vertices are the sites, which are a little off the surface; the cells begin at
-    /// the closest points.
+    /// The dual of the connected cells. The vertices are the sites, which are slightly off the surface; the cells start at the
+    /// closest points.
     ///
     /// # Errors
     /// Those of the device.
     pub fn connect(&self, surface: &Surface) -> Result<Connection> {
-        let sites: Vec<DVec3> =
+        let positions: Vec<DVec3> =
             self.sites.to_vec(self.device)?.iter().map(|s: &Vec4| s.truncate().as_dvec3()).collect();
-        let under = under(surface, &sites);
-        connected(self.device, surface, sites, &under, self.spacing)
+        let triangles = closest_triangles(surface, &positions);
+        connected(self.device, surface, SitesOnSurface { positions, triangles }, self.spacing)
     }
 }
 
 /// The triangles closest to `sites`.
-fn under(surface: &Surface, sites: &[DVec3]) -> Vec<u32> {
+fn closest_triangles(surface: &Surface, sites: &[DVec3]) -> Vec<u32> {
     let bvh = Bvh::new(&surface.mesh());
     let closest = |rank: &mut _, p: &DVec3| bvh.closest_from(*p, rank).map_or(0, |closest| closest.triangle);
     sites.par_iter().map_init(|| 0, closest).collect()
 }
 
-/// The dual of the exact connected cells of `sites`, which begin in the triangles `under` them.
+/// The dual of the exact connected cells of `sites`.
 pub(crate) fn connected(
     device: &Device,
     surface: &Surface,
-    sites: Vec<DVec3>,
-    under: &[u32],
+    sites: SitesOnSurface,
     spacing: f64,
 ) -> Result<Connection> {
-    let near = near(device, &sites)?;
+    let near = near(device, &sites.positions)?;
     let on = CellSurface::new(&surface.vertices, &surface.triangles, &surface.normals);
-    let places = Place::inside(under);
+    let places = Place::inside(&sites.triangles);
     let cells = connected_cells(
         &on,
-        &CellSites { positions: &sites, places: &places, near: &near, spacing, lengths: &[] },
+        &CellSites { positions: &sites.positions, places: &places, near: &near, spacing, lengths: &[] },
     );
-    let (triangles, counts) = connect(&sites, &cells.fans);
+    let (triangles, counts) = connect(&sites.positions, &cells.fans);
     Ok(Connection {
-        mesh: TriMesh { vertices: sites, triangles },
+        mesh: TriMesh { vertices: sites.positions, triangles },
         counts: ConnectCounts { cells: Some(cells.certificate), ..counts },
         ..Connection::default()
     })

@@ -1,11 +1,11 @@
-//! The two-loop recursion of L-BFGS (Nocedal 1980): directions that know how the gradient changed over the last motions.
+//! The two-loop recursion of L-BFGS (Nocedal 1980): search directions from the gradient's change over the last motions.
 
 use glam::DVec3;
 use std::collections::VecDeque;
 
-/// A motion and what it did to the gradient.
+/// A motion and the change of the gradient over it.
 struct Motion {
-    way: Vec<DVec3>,
+    displacement: Vec<DVec3>,
     change: Vec<DVec3>,
     /// Their product, above 0.
     curvature: f64,
@@ -33,59 +33,59 @@ impl Memory {
         self.motions.is_empty()
     }
 
-    /// Remembers a motion, unless the gradient did not grow along it: then it says nothing about a minimum.
-    pub fn remember(&mut self, way: Vec<DVec3>, change: Vec<DVec3>) {
-        let curvature = dot(&way, &change);
+    /// Remembers a motion, unless the gradient did not grow along it: then there is no minimum along it.
+    pub fn remember(&mut self, displacement: Vec<DVec3>, change: Vec<DVec3>) {
+        let curvature = dot(&displacement, &change);
         if curvature <= 0.0 || !curvature.is_finite() || self.most == 0 {
             return;
         }
         if self.motions.len() == self.most {
             self.motions.pop_front();
         }
-        self.motions.push_back(Motion { way, change, curvature });
+        self.motions.push_back(Motion { displacement, change, curvature });
     }
 
-    /// The way to where the remembered motions say that the gradient is zero. `inverse` is the diagonal of an estimate of
-    /// the inverse Hessian, for each point at least 0: without any motion the way is that times minus the gradient.
+    /// The displacement to where the gradient vanishes by the remembered motions. `inverse` is the diagonal of an estimate of
+    /// the inverse Hessian, at least 0 for each point: without any motion the displacement is that times minus the gradient.
     pub fn direction(&self, gradient: &[DVec3], inverse: &[f64]) -> Vec<DVec3> {
         let mut rest: Vec<DVec3> = gradient.iter().map(|g| -*g).collect();
-        let mut shares = Vec::with_capacity(self.motions.len());
+        let mut factors = Vec::with_capacity(self.motions.len());
         for motion in self.motions.iter().rev() {
-            let share = dot(&motion.way, &rest) / motion.curvature;
-            add(&mut rest, -share, &motion.change);
-            shares.push(share);
+            let factor = dot(&motion.displacement, &rest) / motion.curvature;
+            add(&mut rest, -factor, &motion.change);
+            factors.push(factor);
         }
         let scale = self.motions.back().map_or(1.0, |last| scale(last, inverse));
         rest.iter_mut().zip(inverse).for_each(|(r, inverse)| *r *= scale * inverse);
-        for (motion, share) in self.motions.iter().zip(shares.into_iter().rev()) {
-            let too_much = dot(&motion.change, &rest) / motion.curvature;
-            add(&mut rest, share - too_much, &motion.way);
+        for (motion, factor) in self.motions.iter().zip(factors.into_iter().rev()) {
+            let excess = dot(&motion.change, &rest) / motion.curvature;
+            add(&mut rest, factor - excess, &motion.displacement);
         }
         rest
     }
 }
 
-/// By how much the estimate is too small along the last motion.
+/// The factor by which the estimate is too small along the last motion.
 fn scale(last: &Motion, inverse: &[f64]) -> f64 {
     let estimated: f64 =
         last.change.iter().zip(inverse).map(|(c, inverse)| inverse * c.length_squared()).sum();
     if estimated > 0.0 { last.curvature / estimated } else { 1.0 }
 }
 
-/// The product of two motions, summed in order.
+/// The dot product of two displacements, summed in order.
 pub(crate) fn dot(a: &[DVec3], b: &[DVec3]) -> f64 {
     a.iter().zip(b).map(|(a, b)| a.dot(*b)).sum()
 }
 
-fn add(to: &mut [DVec3], share: f64, what: &[DVec3]) {
-    to.iter_mut().zip(what).for_each(|(to, what)| *to += share * *what);
+fn add(to: &mut [DVec3], factor: f64, what: &[DVec3]) {
+    to.iter_mut().zip(what).for_each(|(to, what)| *to += factor * *what);
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
 
-    /// Points in a row, tied to the next by springs, those at the ends to places: a Hessian that is no diagonal.
+    /// Points in a row, each connected to the next by a spring, the end points to fixed places: the Hessian is not diagonal.
     fn gradient(at: &[DVec3]) -> Vec<DVec3> {
         let ends = [DVec3::ZERO, DVec3::new(1.0, 2.0, 3.0)];
         let stiff = |i: usize| 1.0 + (i % 5) as f64;
@@ -104,19 +104,19 @@ mod tests {
         let inverse: Vec<f64> = (0..count).map(|i| 1.0 / (2.0 + (i % 5 + (i + 1) % 5) as f64)).collect();
         let mut g = gradient(&at);
         for _ in 0..rounds {
-            let way = memory.direction(&g, &inverse);
-            assert!(dot(&way, &g) < 0.0, "uphill");
-            add(&mut at, 1.0, &way);
+            let displacement = memory.direction(&g, &inverse);
+            assert!(dot(&displacement, &g) < 0.0, "uphill");
+            add(&mut at, 1.0, &displacement);
             let new = gradient(&at);
             let change = new.iter().zip(&g).map(|(new, old)| *new - *old).collect();
-            memory.remember(way, change);
+            memory.remember(displacement, change);
             g = new;
         }
         dot(&g, &g).sqrt()
     }
 
     #[test]
-    fn the_first_way_is_the_estimates() {
+    fn the_first_direction_is_the_estimates() {
         let g = [DVec3::X, DVec3::new(0.0, 2.0, -4.0)];
         assert_eq!(Memory::new(7).direction(&g, &[0.5, 0.25]), [-0.5 * DVec3::X, DVec3::new(0.0, -0.5, 1.0)]);
     }

@@ -17,9 +17,9 @@ use crate::mesh::topology::Topology;
 use crate::options::Options;
 use crate::options::all_at_once::{Face, Seeding};
 use crate::progress::Watch;
+use crate::sites::on_surface::SitesOnSurface;
 use crate::sites::poisson::{DiskSummary, disks};
 use crate::sites::seed;
-use crate::sites::seed::Seeds;
 use crate::sites::surface::Surface;
 use crate::{Phase, Result};
 
@@ -52,14 +52,14 @@ impl AllAtOnce<'_> {
             Ok(())
         };
         let (connection, steps) = if options.face != Face::Exact {
-            let run = rtf::Run::new(device, options, surface, &seeds, spacing)?;
+            let run = rtf::PlaneFacesRun::new(device, options, surface, &seeds, spacing)?;
             clock.phase("compile");
             begin(watch)?;
             let steps = run.iterate(device, surface, options, watch)?;
             clock.phase("iterate");
             (run.connect(device, surface, input)?, steps)
         } else if options.iterations > 0 {
-            let mut run = exact::Run::new(device, options, surface, &seeds, spacing)?;
+            let mut run = exact::ExactRun::new(device, options, surface, &seeds, spacing)?;
             clock.phase("compile");
             begin(watch)?;
             let (steps, summary) = run.iterate(surface, watch)?;
@@ -67,7 +67,7 @@ impl AllAtOnce<'_> {
             (Connection { exact: Some(summary), ..run.connect(surface)? }, steps)
         } else {
             begin(watch)?;
-            (exact::connected(device, surface, seeds.sites, &seeds.triangles, spacing)?, Vec::new())
+            (exact::connected(device, surface, seeds, spacing)?, Vec::new())
         };
         // Once they move, they are no disks.
         let disks = disks.filter(|_| options.iterations == 0);
@@ -76,14 +76,14 @@ impl AllAtOnce<'_> {
     }
 
     /// Where sites begin.
-    fn seeds(&self, watch: &mut Watch) -> Result<(Seeds, Option<DiskSummary>)> {
+    fn seeds(&self, watch: &mut Watch) -> Result<(SitesOnSurface, Option<DiskSummary>)> {
         let Self { surface, options: Options { vertices, seed, .. }, .. } = *self;
         Ok(match self.options.seeding {
             Seeding::Random => (seed::random(surface, *vertices, *seed), None),
             Seeding::Stratified => (seed::stratified(surface, &SizeField::default(), *vertices, *seed), None),
             Seeding::Poisson => {
                 let found = disks(surface, *vertices, *seed, &mut || watch.look())?;
-                (found.seeds, Some(found.summary))
+                (found.sites, Some(found.summary))
             }
         })
     }

@@ -1,10 +1,10 @@
-//! How the sites of a run with all vertices from the start get back onto the surface, and where their planes come from.
+//! How sites return to the surface, and where their tangent planes come from, in runs with all sites from the start.
 
 use crate::gpu::{Buffer, Device, Recorder};
 use crate::mesh::bvh::Bvh;
 use crate::options::Options;
 use crate::options::all_at_once::{Normals, Projection};
-use crate::sites::seed::Seeds;
+use crate::sites::on_surface::SitesOnSurface;
 use crate::sites::surface::Surface;
 use crate::stages::neighbours::knn::{Nearest, TileBounds};
 use crate::stages::normals::PlaneFit;
@@ -18,30 +18,30 @@ use crate::{Error, Result};
 use glam::{DVec3, Vec4};
 use rayon::prelude::*;
 
-/// The stages that do so with their buffers.
+/// The stages of projection and planes, with their buffers.
 pub(crate) struct SiteProjection {
     planes: Planes,
     site_triangle: Buffer<u32>,
 }
 
-/// Where tangent planes come from, and what sites are projected onto.
+/// The source of tangent planes, and the target of the projection.
 enum Planes {
-    /// They fit the sites.
+    /// Planes fit the sites.
     Sites(PlaneFit, Onto),
-    /// They fit vertices of the input, and sites go onto them or onto something else.
+    /// Planes fit vertices of the input; sites are projected onto these planes or onto something else.
     Cloud(NearVertices, BestFit, Option<Onto>),
-    /// They come with the walk; the flags begin anew in every iteration.
+    /// Planes come with the walk; the flags are reset in every iteration.
     Surface(Triangles, Buffer<u32>),
 }
 
-/// What sites are projected onto.
+/// Target of the projection.
 enum Onto {
-    /// Triangles around the nearest vertices, which the search finds.
+    /// Triangles around the nearest vertices.
     Vertices(NearVertices, NearestVertices),
     Triangles(Triangles),
 }
 
-/// Triangles that a walk finds, and what then looks farther.
+/// Triangles found by a walk, and a search beyond it.
 struct Triangles {
     records: TriangleRecords,
     walk: Walk,
@@ -63,7 +63,7 @@ impl NearVertices {
         })
     }
 
-    /// Once for the surface.
+    /// Records the work that is done once for the surface.
     fn begin(&self, recorder: &mut Recorder, surface: &Surface) -> Result<()> {
         self.tiles.record(recorder, &surface.device.vertices)
     }
@@ -93,18 +93,23 @@ impl Triangles {
         self.farther.as_ref().map_or(Ok(()), |(tree, _)| tree.record(recorder, &self.records))
     }
 
-    fn record(&self, recorder: &mut Recorder, targets: &Buffer<Vec4>, under: &Buffer<u32>) -> Result<()> {
+    fn record(
+        &self,
+        recorder: &mut Recorder,
+        targets: &Buffer<Vec4>,
+        site_triangles: &Buffer<u32>,
+    ) -> Result<()> {
         let Self { records, walk, farther } = self;
-        walk.record(recorder, targets, records, under)?;
+        walk.record(recorder, targets, records, site_triangles)?;
         match farther {
-            Some((tree, closest)) => closest.record(recorder, targets, records, tree, walk, under),
+            Some((tree, closest)) => closest.record(recorder, targets, records, tree, walk, site_triangles),
             None => Ok(()),
         }
     }
 }
 
 impl Onto {
-    /// Nothing for [`Projection::Plane`].
+    /// `None` for [`Projection::Plane`].
     fn new(device: &Device, surface: &Surface, options: &Options) -> Result<Option<Self>> {
         Ok(match options.projection {
             Projection::Plane => None,
@@ -119,7 +124,7 @@ impl Onto {
         })
     }
 
-    /// What is done once for the surface.
+    /// Records the work that is done once for the surface.
     fn begin(&self, recorder: &mut Recorder, surface: &Surface) -> Result<()> {
         match self {
             Self::Vertices(near, _) => near.begin(recorder, surface),
@@ -132,16 +137,16 @@ impl Onto {
         recorder: &mut Recorder,
         surface: &Surface,
         targets: &Buffer<Vec4>,
-        under: &Buffer<u32>,
+        site_triangles: &Buffer<u32>,
     ) -> Result<&Buffer<Vec4>> {
         match self {
             Self::Vertices(near, project) => {
                 near.record(recorder, targets, surface)?;
-                project.record(recorder, targets, &near.found.neighbours, &surface.device, under)?;
+                project.record(recorder, targets, &near.found.neighbours, &surface.device, site_triangles)?;
                 Ok(&project.projected)
             }
             Self::Triangles(triangles) => {
-                triangles.record(recorder, targets, under)?;
+                triangles.record(recorder, targets, site_triangles)?;
                 Ok(&triangles.walk.projected)
             }
         }
@@ -149,8 +154,13 @@ impl Onto {
 }
 
 impl SiteProjection {
-    /// For sites that begin at `seeds`.
-    pub fn new(device: &Device, options: &Options, surface: &Surface, seeds: &Seeds) -> Result<Self> {
+    /// For sites that start at `seeds`.
+    pub fn new(
+        device: &Device,
+        options: &Options,
+        surface: &Surface,
+        seeds: &SitesOnSurface,
+    ) -> Result<Self> {
         let n = options.vertices;
         let planes = match options.normals {
             Normals::Fit => {
@@ -173,8 +183,8 @@ impl SiteProjection {
         Ok(Self { planes, site_triangle })
     }
 
-    /// What is done once: searches get their boxes, and `sites` their first planes if those come with the projection. If
-    /// sites live in them, they move there.
+    /// The work that is done once: searches get their boxes, and `sites` their first planes if those come with the
+    /// projection. Sites that are projected onto planes move there.
     ///
     /// # Errors
     /// Those of the device.
@@ -206,18 +216,18 @@ impl SiteProjection {
         Ok(())
     }
 
-    /// Records the way of `targets` to the surface, with the planes that come with it; gives where it ends.
+    /// Records the projection of `targets` onto the surface, with the planes that come with it; returns the projected points.
     pub fn record(
         &self,
         recorder: &mut Recorder,
         surface: &Surface,
         targets: &Buffer<Vec4>,
     ) -> Result<&Buffer<Vec4>> {
-        let under = &self.site_triangle;
+        let site_triangles = &self.site_triangle;
         match &self.planes {
-            Planes::Sites(_, onto) => onto.record(recorder, surface, targets, under),
+            Planes::Sites(_, onto) => onto.record(recorder, surface, targets, site_triangles),
             Planes::Surface(triangles, _) => {
-                triangles.record(recorder, targets, under)?;
+                triangles.record(recorder, targets, site_triangles)?;
                 Ok(&triangles.walk.projected)
             }
             Planes::Cloud(near, planes, onto) => {
@@ -225,7 +235,7 @@ impl SiteProjection {
                 planes.record(recorder, targets, &near.found.neighbours, &surface.device)?;
                 match onto {
                     None => Ok(&planes.projected),
-                    Some(onto) => onto.record(recorder, surface, targets, under),
+                    Some(onto) => onto.record(recorder, surface, targets, site_triangles),
                 }
             }
         }
@@ -266,7 +276,7 @@ impl SiteProjection {
         }
     }
 
-    /// The triangles under `sites`, where they are now.
+    /// The triangles that `sites`, the current ones, lie on.
     ///
     /// # Errors
     /// Those of the device.

@@ -1,4 +1,4 @@
-//! The pipeline with faces in planes, all sites from the start: the paper's, and what becomes of it if a stage is another.
+//! All sites from the start, with faces in tangent planes: the paper's pipeline, and its variants with other stages.
 
 use super::projection::SiteProjection;
 use crate::gpu::{Buffer, Device, Recorder};
@@ -10,8 +10,8 @@ use crate::pipeline::submission::Pace;
 use crate::progress::Watch;
 use crate::sites::cells::{CellSites, CellSurface, connected_cells};
 use crate::sites::connect::{ConnectCounts, Fans, clustered_fan, connect};
+use crate::sites::on_surface::SitesOnSurface;
 use crate::sites::place::Place;
-use crate::sites::seed::Seeds;
 use crate::sites::surface::Surface;
 use crate::stages::centroid::Centroids;
 use crate::stages::face::cell::{CellFaces, CellOptions, FlagCounts, PowerOptions};
@@ -21,15 +21,15 @@ use crate::stages::step::Step;
 use crate::{Result, TriMesh};
 use glam::{DVec3, Vec2, Vec4};
 
-/// Iterations between two looks at the step size.
+/// Iterations between two checks of the step size.
 const ITERATIONS_PER_SUBMISSION: u32 = 5;
 
 /// The stages of one run with their buffers.
-pub(crate) struct Run {
+pub(crate) struct PlaneFacesRun {
     sites: Buffer<Vec4>,
     site_tiles: TileBounds,
     near_sites: Search,
-    landing: SiteProjection,
+    projection: SiteProjection,
     faces: CellFaces,
     centroids: Centroids,
     step: Step,
@@ -51,7 +51,7 @@ impl Search {
         })
     }
 
-    /// Lists are made anew each time: cells want the nearest in order.
+    /// Lists are built again each time, since cells need the nearest sites in order.
     fn record(&self, recorder: &mut Recorder, sites: &Buffer<Vec4>, tiles: &TileBounds) -> Result<()> {
         match self {
             Self::Brute(nearest) => nearest.record(recorder, sites, sites, tiles),
@@ -59,7 +59,7 @@ impl Search {
         }
     }
 
-    fn found(&self) -> &Buffer<u32> {
+    fn neighbours(&self) -> &Buffer<u32> {
         match self {
             Self::Brute(nearest) => &nearest.neighbours,
             Self::Lists(lists) => &lists.neighbours,
@@ -67,16 +67,16 @@ impl Search {
     }
 }
 
-impl Run {
+impl PlaneFacesRun {
     pub fn new(
         device: &Device,
         options: &Options,
         surface: &Surface,
-        seeds: &Seeds,
+        seeds: &SitesOnSurface,
         spacing: f64,
     ) -> Result<Self> {
         let n = options.vertices;
-        let sites: Vec<Vec4> = seeds.sites.iter().map(|p| p.as_vec3().extend(0.0)).collect();
+        let sites: Vec<Vec4> = seeds.positions.iter().map(|p| p.as_vec3().extend(0.0)).collect();
         let k_sites = listed(options);
         let faces = if options.face == Face::Power {
             CellFaces::power(device, n, &PowerOptions::new(k_sites, spacing, options.offset))?
@@ -87,7 +87,7 @@ impl Run {
             sites: Buffer::from_slice(device, "rtf.sites", &sites)?,
             site_tiles: TileBounds::new(device, "rtf.neighbours.site_tiles", n)?,
             near_sites: Search::new(device, options)?,
-            landing: SiteProjection::new(device, options, surface, seeds)?,
+            projection: SiteProjection::new(device, options, surface, seeds)?,
             faces,
             centroids: Centroids::new(device, n, options.centroid, None)?,
             step: Step::new(device, n, options.iterations, None)?,
@@ -95,7 +95,7 @@ impl Run {
         })
     }
 
-    /// Lloyd's iteration until the step is small; gives the root mean square steps in spacings.
+    /// Lloyd's iteration until the step is small; returns the root mean square step of each iteration, in spacings.
     pub fn iterate(
         &self,
         device: &Device,
@@ -105,11 +105,11 @@ impl Run {
     ) -> Result<Vec<f64>> {
         let mut pace = Pace::new(options.vertices, ITERATIONS_PER_SUBMISSION);
         let mut steps = Vec::new();
-        self.landing.begin(device, surface, &self.sites)?;
+        self.projection.begin(device, surface, &self.sites)?;
         while (steps.len() as u32) < options.iterations {
             let begin = steps.len() as u32;
-            let look = (begin / ITERATIONS_PER_SUBMISSION + 1) * ITERATIONS_PER_SUBMISSION;
-            let end = (begin + pace.iterations).min(look).min(options.iterations);
+            let check = (begin / ITERATIONS_PER_SUBMISSION + 1) * ITERATIONS_PER_SUBMISSION;
+            let end = (begin + pace.iterations).min(check).min(options.iterations);
             pace.begin();
             let mut recorder = device.recorder()?;
             for iteration in begin..end {
@@ -122,7 +122,7 @@ impl Run {
             steps.extend(new.iter().map(|s| f64::from(s.x) / self.spacing));
             let step = steps.last().copied().unwrap_or(0.0);
             watch.iterated(end, options.iterations, step)?;
-            let converged = end == look && step < options.tolerance;
+            let converged = end == check && step < options.tolerance;
             if converged || (end < options.iterations && watch.leave_out()) {
                 break;
             }
@@ -133,8 +133,8 @@ impl Run {
     /// Neighbours → normals → face → centroid → project → step.
     fn record_iteration(&self, recorder: &mut Recorder, surface: &Surface, iteration: u32) -> Result<()> {
         self.record_faces(recorder, surface)?;
-        self.centroids.record(recorder, &self.sites, self.landing.normals(), &self.faces)?;
-        let projected = self.landing.record(recorder, surface, &self.centroids.targets)?;
+        self.centroids.record(recorder, &self.sites, self.projection.normals(), &self.faces)?;
+        let projected = self.projection.record(recorder, surface, &self.centroids.targets)?;
         self.step.record(recorder, projected, &self.sites, iteration)
     }
 
@@ -142,18 +142,19 @@ impl Run {
     fn record_faces(&self, recorder: &mut Recorder, surface: &Surface) -> Result<()> {
         self.site_tiles.record(recorder, &self.sites)?;
         self.near_sites.record(recorder, &self.sites, &self.site_tiles)?;
-        let found = self.near_sites.found();
-        self.landing.record_planes(recorder, surface, &self.sites, found)?;
-        let (normals, flags) = (self.landing.normals(), self.landing.flags());
-        self.faces.record(recorder, &self.sites, normals, found, &self.site_tiles, flags)
+        let neighbours = self.near_sites.neighbours();
+        self.projection.record_planes(recorder, surface, &self.sites, neighbours)?;
+        let (normals, flags) = (self.projection.normals(), self.projection.flags());
+        self.faces.record(recorder, &self.sites, normals, neighbours, &self.site_tiles, flags)
     }
 
-    /// Connects the sites by the fans of their faces. Where that leaves a wrong topology, as it may at creases, which no
-    /// tangent plane describes, exact connected cells decide, and the connection nearer to the input's topology is taken.
+    /// Connects the sites by the fans of their faces. If that gives a wrong topology, as it may at creases, which tangent
+    /// planes do not describe, exact connected cells are tried, and the result closer to the input's topology is taken.
     pub fn connect(&self, device: &Device, surface: &Surface, input: &Topology) -> Result<Connection> {
-        let found = self.faces(device, surface)?;
-        let wrong = |triangles: &[[u32; 3]], counts: &ConnectCounts| {
-            let got = topology(&TriMesh { vertices: found.sites.clone(), triangles: triangles.to_vec() });
+        let faces = self.faces(device, surface)?;
+        let errors = |triangles: &[[u32; 3]], counts: &ConnectCounts| {
+            let got =
+                topology(&TriMesh { vertices: faces.sites.positions.clone(), triangles: triangles.to_vec() });
             (got.euler - input.euler).unsigned_abs() as usize
                 + got.components.abs_diff(input.components)
                 + got.boundary_loops.abs_diff(input.boundary_loops)
@@ -161,40 +162,41 @@ impl Run {
                 + got.nonmanifold_vertices
                 + counts.unconnected_sites
         };
-        let (mut triangles, mut counts) = connect(&found.sites, &found.fans);
-        let wrong_by_fans = wrong(&triangles, &counts);
-        if wrong_by_fans > 0 {
+        let (mut triangles, mut counts) = connect(&faces.sites.positions, &faces.fans);
+        let errors_by_fans = errors(&triangles, &counts);
+        if errors_by_fans > 0 {
             let on = CellSurface::new(&surface.vertices, &surface.triangles, &surface.normals);
             let sites = CellSites {
-                positions: &found.sites,
-                places: &Place::inside(&found.triangles),
-                near: &found.near,
+                positions: &faces.sites.positions,
+                places: &Place::inside(&faces.sites.triangles),
+                near: &faces.near,
                 spacing: self.spacing,
                 lengths: &[],
             };
             let cells = connected_cells(&on, &sites);
-            let (by_cells, cell_counts) = connect(&found.sites, &cells.fans);
-            if wrong(&by_cells, &cell_counts) < wrong_by_fans {
+            let (by_cells, cell_counts) = connect(&faces.sites.positions, &cells.fans);
+            if errors(&by_cells, &cell_counts) < errors_by_fans {
                 triangles = by_cells;
                 counts = ConnectCounts { cells: Some(cells.certificate), ..cell_counts };
             }
         }
-        let mesh = TriMesh { vertices: found.sites, triangles };
-        Ok(Connection { mesh, counts, flags: found.flags, ..Connection::default() })
+        let mesh = TriMesh { vertices: faces.sites.positions, triangles };
+        Ok(Connection { mesh, counts, flags: faces.flags, ..Connection::default() })
     }
 
     /// The faces of the sites as they are now.
-    fn faces(&self, device: &Device, surface: &Surface) -> Result<FoundFaces> {
+    fn faces(&self, device: &Device, surface: &Surface) -> Result<SiteFaces> {
         let mut recorder = device.recorder()?;
         self.record_faces(&mut recorder, surface)?;
-        let sites = recorder.download(&self.sites)?;
-        let near = recorder.download(self.near_sites.found())?;
+        let positions = recorder.download(&self.sites)?;
+        let near = recorder.download(self.near_sites.neighbours())?;
         let counts = recorder.download(&self.faces.corner_count)?;
         let corners = recorder.download(&self.faces.corners)?;
         let fan = recorder.download(&self.faces.fan)?;
-        let flags = recorder.download(self.landing.flags())?;
-        let done = recorder.submit()?;
-        let (counts, corners, fan) = (done.read(&counts)?, done.read(&corners)?, done.read(&fan)?);
+        let flags = recorder.download(self.projection.flags())?;
+        let downloads = recorder.submit()?;
+        let (counts, corners, fan) =
+            (downloads.read(&counts)?, downloads.read(&corners)?, downloads.read(&fan)?);
         let n = counts.len();
         let slots = |i: usize| (0..counts[i] as usize).map(move |slot| slot * n + i);
         let fans = Fans::from_lists((0..n).map(|i| {
@@ -202,21 +204,21 @@ impl Run {
             let fan: Vec<u32> = slots(i).map(|s| fan[s]).collect();
             clustered_fan(&corners, &fan)
         }));
-        let sites: Vec<DVec3> = done.read(&sites)?.iter().map(|s: &Vec4| s.truncate().as_dvec3()).collect();
-        Ok(FoundFaces {
-            triangles: self.landing.triangles(device, surface, &sites)?,
-            sites,
-            near: done.read(&near)?,
+        let positions: Vec<DVec3> =
+            downloads.read(&positions)?.iter().map(|s: &Vec4| s.truncate().as_dvec3()).collect();
+        let triangles = self.projection.triangles(device, surface, &positions)?;
+        Ok(SiteFaces {
+            sites: SitesOnSurface { positions, triangles },
+            near: downloads.read(&near)?,
             fans,
-            flags: FlagCounts::of(&done.read(&flags)?),
+            flags: FlagCounts::of(&downloads.read(&flags)?),
         })
     }
 }
 
-/// What connecting starts from.
-struct FoundFaces {
-    sites: Vec<DVec3>,
-    triangles: Vec<u32>,
+/// The sites with their faces, to be connected.
+struct SiteFaces {
+    sites: SitesOnSurface,
     near: Vec<u32>,
     fans: Fans,
     flags: FlagCounts,

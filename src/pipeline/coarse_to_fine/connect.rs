@@ -1,7 +1,7 @@
 //! From sites at rest to a mesh: connected, compared with the input, mended where it is wrong, polished and fitted.
 
 use super::CoarseToFine;
-use super::densify::{Movable, densify};
+use super::densify::{ConnectedSites, densify};
 use super::level::near;
 use crate::mesh::NONE;
 use crate::mesh::intersections::intersecting_faces_until;
@@ -17,9 +17,9 @@ use crate::polish::{
 use crate::progress::{Watch, heed};
 use crate::sites::cells::{BrokenCell, CellSites, CellSurface, connected_cells_until};
 use crate::sites::connect::{ConnectCounts, connect};
-use crate::sites::curve_sites::CurveSites;
+use crate::sites::curve_sites::{CurvePosition, CurveSites};
+use crate::sites::on_surface::SitesOnSurface;
 use crate::sites::place::Place;
-use crate::sites::seed::Seeds;
 use crate::{Phase, Result, TriMesh};
 use glam::DVec3;
 use std::sync::atomic::AtomicBool;
@@ -35,10 +35,8 @@ const UNCROSSINGS: u32 = 4;
 const ROUNDS_ON_CURVES: u32 = 10;
 
 /// Sites at rest, in the unit-diagonal frame.
-pub(crate) struct Sites {
-    pub positions: Vec<DVec3>,
-    /// The surface's triangle under each.
-    pub under: Vec<u32>,
+pub(crate) struct LevelSites {
+    pub sites: SitesOnSurface,
     /// On surfaces with curves.
     pub held: Option<Held>,
     /// Near sites of each, as [`CellSites::near`] has them.
@@ -65,13 +63,13 @@ pub(crate) struct Found {
 
 impl Found {
     /// The sites that are not on curves, in Morton order.
-    pub fn moving(&self) -> Seeds {
+    pub fn moving(&self) -> SitesOnSurface {
         let on_curve = self.held.as_ref().map_or_else(Vec::new, Held::on_curve);
         let moves = |v: &usize| !on_curve.get(*v).copied().unwrap_or(false);
         let moving: Vec<usize> = (0..self.under.len()).filter(moves).collect();
-        let sites = moving.iter().map(|v| self.mesh.vertices[*v]).collect();
+        let positions = moving.iter().map(|v| self.mesh.vertices[*v]).collect();
         let triangles = moving.iter().map(|v| self.under[*v]).collect();
-        Seeds { sites, triangles }.in_space_order()
+        SitesOnSurface { positions, triangles }.in_morton_order()
     }
 }
 
@@ -134,49 +132,54 @@ impl CoarseToFine<'_> {
     pub(crate) fn connected(
         &self,
         on: &CellSurface,
-        mut sites: Sites,
+        mut level: LevelSites,
         spacing: f64,
         watch: &mut Watch,
     ) -> Result<Found> {
-        let fixed = sites.held.as_ref().map_or_else(Vec::new, Held::on_curve);
+        let fixed = level.held.as_ref().map_or_else(Vec::new, Held::on_curve);
         let sizes = &self.ground.sizes;
         let (mut left, mut patience, mut fewest) = (DENSIFICATIONS, PATIENCE, usize::MAX);
         loop {
             watch.look()?;
-            let tied = watch.during(|stop| self.tied(on, &mut sites, spacing, stop))??;
+            let tied = watch.during(|stop| self.tied(on, &mut level, spacing, stop))??;
             let Tied { broken, triangles, counts, sound } = tied;
-            let Sites { positions, under, near: listed, .. } = &mut sites;
-            let mut movable = Movable { positions, under, fixed: &fixed };
             patience = if broken.len() < fewest { PATIENCE } else { patience - 1 };
             fewest = fewest.min(broken.len());
             let over = sound || left == 0 || patience == 0;
-            if over || !densify(&mut movable, &triangles, &broken, (spacing, sizes)) {
+            let of = ConnectedSites { faces: &triangles, fixed: &fixed, spacing, sizes };
+            if over || !densify(&mut level.sites, &of, &broken) {
                 return Ok(Found {
                     counts,
                     sound,
                     trouble: broken.first().map(|b| b.farthest.0),
                     crossing: None,
-                    mesh: TriMesh { vertices: sites.positions, triangles },
+                    mesh: TriMesh { vertices: level.sites.positions, triangles },
                     rested: TriMesh::default(),
-                    under: sites.under,
-                    held: sites.held,
+                    under: level.sites.triangles,
+                    held: level.held,
                     open: 0,
                     steps: Vec::new(),
                 });
             }
             left -= 1;
-            *listed = near(self.device, positions)?;
+            level.near = near(self.device, &level.sites.positions)?;
         }
     }
 
     /// A mesh over the sites as they are.
-    fn tied(&self, on: &CellSurface, sites: &mut Sites, spacing: f64, stop: &AtomicBool) -> Result<Tied> {
-        let Sites { positions, under, held, near } = sites;
-        let mut places = Place::inside(under);
+    fn tied(
+        &self,
+        on: &CellSurface,
+        level: &mut LevelSites,
+        spacing: f64,
+        stop: &AtomicBool,
+    ) -> Result<Tied> {
+        let LevelSites { sites: SitesOnSurface { positions, triangles }, held, near } = level;
+        let mut places = Place::inside(triangles);
         for (held, (v, pin)) in held.iter().flat_map(|held| held.pinned().map(move |pin| (held, pin))) {
             places[v] = held.sites.places[pin];
         }
-        let lengths = &self.ground.sizes.at_all(positions, under);
+        let lengths = &self.ground.sizes.at_all(positions, triangles);
         let sites_now = CellSites { positions, places: &places, near, spacing, lengths };
         let cells = connected_cells_until(on, &sites_now, stop);
         heed(stop)?;
@@ -223,23 +226,22 @@ impl CoarseToFine<'_> {
             let wanted: Vec<BrokenCell> =
                 crossing.iter().filter_map(|t| self.beside(&found.mesh, *t)).collect();
             let rested = found.rested.clone();
-            let mut sites =
-                Sites { positions: rested.vertices, under: found.under, held: found.held, near: Vec::new() };
-            let fixed = sites.held.as_ref().map_or_else(Vec::new, Held::on_curve);
-            let mut movable =
-                Movable { positions: &mut sites.positions, under: &mut sites.under, fixed: &fixed };
-            if left == 0 || !densify(&mut movable, &rested.triangles, &wanted, (spacing, &self.ground.sizes))
-            {
+            let sites = SitesOnSurface { positions: rested.vertices, triangles: found.under };
+            let mut level = LevelSites { sites, held: found.held, near: Vec::new() };
+            let fixed = level.held.as_ref().map_or_else(Vec::new, Held::on_curve);
+            let sizes = &self.ground.sizes;
+            let of = ConnectedSites { faces: &rested.triangles, fixed: &fixed, spacing, sizes };
+            if left == 0 || !densify(&mut level.sites, &of, &wanted) {
                 let what = format!("{} faces run through others", crossing.len());
                 let at = wanted.first().map(|b| b.farthest.0);
                 return Ok((
-                    Found { under: sites.under, held: sites.held, ..found },
+                    Found { under: level.sites.triangles, held: level.held, ..found },
                     Some(Fault { what, at }),
                 ));
             }
             left -= 1;
-            sites.near = near(self.device, &sites.positions)?;
-            found = self.connected(on, sites, spacing, watch)?;
+            level.near = near(self.device, &level.sites.positions)?;
+            found = self.connected(on, level, spacing, watch)?;
         }
     }
 
@@ -301,9 +303,9 @@ impl CoarseToFine<'_> {
         // Pins are in order along each curve.
         sliders.sort_unstable();
         for (pin, v) in sliders {
-            let (curve, way) = held.sites.ways[pin];
+            let CurvePosition { curve, arc_length } = held.sites.curve_positions[pin];
             if let Some(sliding_curve) = sliding_curves.get_mut(curve as usize) {
-                sliding_curve.sliders.push((v as u32, way));
+                sliding_curve.sliders.push((v as u32, arc_length));
             }
         }
         sliding_curves

@@ -42,22 +42,29 @@ fn relaxed(mesh: &TriMesh, count: usize) -> Vec<f64> {
     };
     let (start, held) = run.start(Origin::Nothing, &plan);
     let held = held.unwrap();
-    assert_eq!(start.seeds.sites.len(), count);
+    assert_eq!(start.sites.len(), count);
     let level = Level::new(&device, &start, (plan.spacing, false), 40, Moves::SCATTERED).unwrap();
     let mut go_on = |_| Flow::Continue;
     let result = level.relax(&device, &start, &ground.on_device(), 0.0, &mut Watch::new(&mut go_on)).unwrap();
     let begin = start.pinned.unwrap().sites;
     for (i, begin) in begin.iter().enumerate() {
         if held.pins[i] != NONE {
-            assert_eq!(result.sites[i].as_vec3(), begin.truncate(), "curve site {i} has moved");
+            assert_eq!(result.sites.positions[i].as_vec3(), begin.truncate(), "curve site {i} has moved");
             continue;
         }
         let patch = |t: u32| curves.patches[t as usize];
-        assert_eq!(patch(start.seeds.triangles[i]), patch(result.triangles[i]), "site {i} left its patch");
-        let twin =
-            |j: usize| held.pins[j] == NONE && patch(result.triangles[j]) == patch(result.triangles[i]);
+        assert_eq!(
+            patch(start.sites.triangles[i]),
+            patch(result.sites.triangles[i]),
+            "site {i} left its patch"
+        );
+        let twin = |j: usize| {
+            held.pins[j] == NONE && patch(result.sites.triangles[j]) == patch(result.sites.triangles[i])
+        };
         let others = (0..count).filter(|j| *j != i && twin(*j));
-        let nearest = others.map(|j| result.sites[j].distance(result.sites[i])).fold(f64::INFINITY, f64::min);
+        let nearest = others
+            .map(|j| result.sites.positions[j].distance(result.sites.positions[i]))
+            .fold(f64::INFINITY, f64::min);
         assert!(nearest > 0.4 * plan.spacing, "site {i} is {} spacings from another", nearest / plan.spacing);
     }
     assert!(device.take_validation_messages().is_empty());

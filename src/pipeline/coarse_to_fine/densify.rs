@@ -1,80 +1,73 @@
-//! More sites where cells are broken: at thin parts that sites equally far apart leave too few for.
+//! More sites where cells are broken: at thin parts, where evenly spaced sites are too few.
 //!
-//! A cell that runs around a tube, or over the tip of one, is no disc, and its site misses neighbours there. Another site in
-//! the farthest part of each such cell, again and again, ends with discs, as in Delaunay refinement (Boissonnat and Oudot
-//! 2005). The sites come from where they are closest together, so their number stays.
+//! A cell that reaches around a tube, or over its tip, is no disc, and its site lacks neighbours there. Adding a site in the
+//! farthest part of each such cell, repeatedly, makes all of them discs, as in Delaunay refinement (Boissonnat and Oudot
+//! 2005). The added sites are taken from where sites are closest together, so their number stays the same.
 
 use crate::mesh::hash_grid::HashGrid;
 use crate::mesh::sizing::SizeField;
 use crate::sites::cells::BrokenCell;
+use crate::sites::on_surface::SitesOnSurface;
 use glam::DVec3;
 
-/// A site nearer to another than this many spacings would be another one of the same cell's troubles.
+/// Least distance, in spacings, of a moved site from others and from the sites of broken cells.
 const APART: f64 = 0.05;
-/// No more than one site of so many moves in a round.
+/// At most one site of so many moves in a round.
 const RARE: usize = 10;
 
-/// The sites of a level, which it may move.
-pub(crate) struct Movable<'a> {
-    pub positions: &'a mut [DVec3],
-    /// The triangle under each.
-    pub under: &'a mut [u32],
-    /// Those that stay.
+/// Connected sites, with what [`densify`] has to know of them.
+pub(crate) struct ConnectedSites<'a> {
+    pub faces: &'a [[u32; 3]],
+    /// Whether each site is fixed; empty if none is.
     pub fixed: &'a [bool],
+    pub spacing: f64,
+    pub sizes: &'a SizeField,
 }
 
-/// Moves sites from where they are closest together into broken cells; false if none or too few can be.
-pub(crate) fn densify(
-    sites: &mut Movable,
-    triangles: &[[u32; 3]],
-    broken: &[BrokenCell],
-    (spacing, sizes): (f64, &SizeField),
-) -> bool {
-    let mut wanted: Vec<(DVec3, u32)> = Vec::new();
+/// Moves sites from where they are closest together into broken cells; false if there are no broken cells or too few sites
+/// that may be moved.
+pub(crate) fn densify(sites: &mut SitesOnSurface, of: &ConnectedSites, broken: &[BrokenCell]) -> bool {
+    let mut destinations: Vec<(DVec3, u32)> = Vec::new();
     let own: Vec<DVec3> = broken.iter().map(|b| sites.positions[b.site as usize]).collect();
-    let mut taken = HashGrid::new(APART * spacing * sizes.range()[0], &own);
+    let mut taken = HashGrid::new(APART * of.spacing * of.sizes.range()[0], &own);
     for BrokenCell { farthest, .. } in broken {
         if !taken.is_near(farthest.0) {
             taken.insert(farthest.0);
-            wanted.push(*farthest);
+            destinations.push(*farthest);
         }
     }
-    let lengths = sizes.at_all(sites.positions, sites.under);
-    let spare = spare((sites, &lengths), triangles, broken, wanted.len());
-    if wanted.is_empty() || spare.len() < wanted.len() {
+    let movable = movable(sites, of, broken, destinations.len());
+    if destinations.is_empty() || movable.len() < destinations.len() {
         return false;
     }
-    for (v, (point, triangle)) in spare.into_iter().zip(wanted) {
+    for (v, (point, triangle)) in movable.into_iter().zip(destinations) {
         sites.positions[v] = point;
-        sites.under[v] = triangle;
+        sites.triangles[v] = triangle;
     }
     true
 }
 
-/// `count` sites, or fewer, that are the closest to others beside the `lengths` wanted there, if those are not equal; none at a broken cell, and no two that share an edge.
-fn spare(
-    (sites, lengths): (&Movable, &[f64]),
-    triangles: &[[u32; 3]],
-    broken: &[BrokenCell],
-    count: usize,
-) -> Vec<usize> {
-    let n = sites.positions.len();
+/// At most `count` sites with the shortest edges, relative to the sizes there; none near a broken cell, and no two that
+/// share an edge.
+fn movable(sites: &SitesOnSurface, of: &ConnectedSites, broken: &[BrokenCell], count: usize) -> Vec<usize> {
+    let n = sites.len();
+    let lengths = of.sizes.at_all(&sites.positions, &sites.triangles);
     let mut shortest = vec![f64::INFINITY; n];
     let mut rings: Vec<Vec<u32>> = vec![Vec::new(); n];
-    for &[a, b, c] in triangles {
+    for &[a, b, c] in of.faces {
         for [i, j] in [[a, b], [b, c], [c, a]].map(|edge| edge.map(|v| v as usize)) {
-            let length = sites.positions[i].distance_squared(sites.positions[j]);
+            let length_sq = sites.positions[i].distance_squared(sites.positions[j]);
             for v in [i, j] {
-                let wanted = lengths.get(v).map_or(1.0, |wanted| wanted * wanted);
-                shortest[v] = shortest[v].min(length / wanted);
+                let size_sq = lengths.get(v).map_or(1.0, |size| size * size);
+                shortest[v] = shortest[v].min(length_sq / size_sq);
             }
             rings[i].push(j as u32);
             rings[j].push(i as u32);
         }
     }
-    let mut taken = sites.fixed.to_vec();
+    let mut taken = of.fixed.to_vec();
     taken.resize(n, false);
-    // Twice, for the ring of the ring: what mends a cell must not break one beside it.
+    // Two rings: what repairs a cell must not break one beside it.
     let mut around: Vec<u32> = broken.iter().map(|b| b.site).collect();
     for _ in 0..2 {
         around = around.iter().flat_map(|v| rings[*v as usize].iter().chain([v])).copied().collect();
@@ -84,17 +77,17 @@ fn spare(
     around.iter().for_each(|v| taken[*v as usize] = true);
     let mut order: Vec<usize> = (0..n).filter(|v| !taken[*v] && shortest[*v].is_finite()).collect();
     order.sort_by(|a, b| shortest[*a].total_cmp(&shortest[*b]).then(a.cmp(b)));
-    let mut found = Vec::new();
+    let mut chosen = Vec::new();
     for v in order {
-        if found.len() >= count.min(n / RARE) {
+        if chosen.len() >= count.min(n / RARE) {
             break;
         }
         if !taken[v] {
             rings[v].iter().for_each(|j| taken[*j as usize] = true);
-            found.push(v);
+            chosen.push(v);
         }
     }
-    found
+    chosen
 }
 
 #[cfg(test)]
@@ -111,13 +104,13 @@ mod tests {
     }
 
     fn densified(broken: &[BrokenCell], fixed: &[bool]) -> Option<Vec<usize>> {
-        let (mut positions, triangles) = strip(30);
-        let (before, mut under) = (positions.clone(), vec![0; positions.len()]);
-        let mut sites = Movable { positions: &mut positions, under: &mut under, fixed };
-        let done = densify(&mut sites, &triangles, broken, (1.0, &SizeField::default()));
-        let moved: Vec<usize> = (0..before.len()).filter(|v| before[*v] != positions[*v]).collect();
-        assert!(moved.iter().all(|v| under[*v] == 7) && done != moved.is_empty());
-        done.then_some(moved)
+        let (before, faces) = strip(30);
+        let mut sites = SitesOnSurface { triangles: vec![0; before.len()], positions: before.clone() };
+        let of = ConnectedSites { faces: &faces, fixed, spacing: 1.0, sizes: &SizeField::default() };
+        let has_moved = densify(&mut sites, &of, broken);
+        let moved: Vec<usize> = (0..before.len()).filter(|v| before[*v] != sites.positions[*v]).collect();
+        assert!(moved.iter().all(|v| sites.triangles[*v] == 7) && has_moved != moved.is_empty());
+        has_moved.then_some(moved)
     }
 
     fn broken(site: u32, x: f64) -> BrokenCell {
@@ -133,7 +126,7 @@ mod tests {
     }
 
     #[test]
-    fn fixed_sites_stay_and_one_spot_gets_one_site() {
+    fn fixed_sites_stay_and_one_place_gets_one_site() {
         let fixed: Vec<bool> = (0..62).map(|v| v != 50).collect();
         assert_eq!(densified(&[broken(4, 2.4), broken(5, 2.41)], &fixed), Some(vec![50]));
         assert_eq!(densified(&[broken(4, 2.4), broken(5, 2.6)], &fixed), None);

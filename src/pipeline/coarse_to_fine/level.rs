@@ -4,7 +4,7 @@ use crate::Result;
 use crate::gpu::{Buffer, Device, Recorder};
 use crate::pipeline::submission::Pace;
 use crate::progress::Watch;
-use crate::sites::seed::Seeds;
+use crate::sites::on_surface::SitesOnSurface;
 use crate::stages::face::planar::{PlanarFaces, PlanarInputs, PlanarMove, PlanarOptions};
 use crate::stages::neighbours::lists::{ListOptions, Lists};
 use crate::stages::normals::SmoothNormals;
@@ -84,15 +84,14 @@ pub(crate) struct DeviceSurface<'a> {
 /// Sites that a level begins with.
 pub(crate) struct Start {
     /// All of them, in Morton order.
-    pub seeds: Seeds,
+    pub sites: SitesOnSurface,
     /// The same as the device needs them on surfaces with curves.
     pub pinned: Option<PinnedSites>,
 }
 
 /// Sites at rest.
 pub(crate) struct Relaxed {
-    pub sites: Vec<DVec3>,
-    pub triangles: Vec<u32>,
+    pub sites: SitesOnSurface,
     pub near: Vec<u32>,
     /// Root mean square distance to the centroid of every iteration, in spacings.
     pub steps: Vec<f64>,
@@ -124,12 +123,12 @@ impl Level {
         iterations: u32,
         moves: Moves,
     ) -> Result<Self> {
-        let Start { seeds, pinned } = start;
-        let n = seeds.sites.len();
+        let Start { sites, pinned } = start;
+        let n = sites.len();
         let curves = pinned.is_some();
         Ok(Self {
             sites: Buffer::new(device, "default.sites", n)?,
-            site_triangle: Buffer::from_slice(device, "default.site_triangle", &seeds.triangles)?,
+            site_triangle: Buffer::from_slice(device, "default.site_triangle", &sites.triangles)?,
             lists: Lists::new(device, n, &ListOptions::new(LIST))?,
             normals: SmoothNormals::new(device, n, curves, None)?,
             faces: PlanarFaces::new(device, n, &PlanarOptions::new(LIST, iterations))?,
@@ -155,8 +154,8 @@ impl Level {
     ) -> Result<Relaxed> {
         let mut steps = Vec::new();
         let mut recorder = device.recorder()?;
-        // The seeds are the first targets; landing on the surface gives them their normals.
-        let targets: Vec<Vec4> = start.seeds.sites.iter().map(|p| p.as_vec3().extend(0.0)).collect();
+        // The seeds are the first targets; projection onto the surface gives them their normals.
+        let targets: Vec<Vec4> = start.sites.positions.iter().map(|p| p.as_vec3().extend(0.0)).collect();
         recorder.upload(&self.faces.targets, &targets)?;
         if let Some(pinned) = &start.pinned {
             recorder.upload(&self.sites, &pinned.sites)?;
@@ -166,7 +165,7 @@ impl Level {
         self.lists.record_build(&mut recorder, &self.sites)?;
         recorder.submit()?;
         watch.look()?;
-        let mut pace = Pace::new(start.seeds.sites.len(), PER_LOOK);
+        let mut pace = Pace::new(start.sites.len(), PER_LOOK);
         while (steps.len() as u32) < self.iterations {
             let begin = steps.len() as u32;
             let look = ((begin / PER_LOOK + 1) * PER_LOOK).min(self.iterations);
@@ -235,7 +234,7 @@ impl Level {
     fn read(&self, device: &Device, steps: Vec<f64>) -> Result<Relaxed> {
         let mut recorder = device.recorder()?;
         // The lists may be from before the last moves; they are candidates, no more.
-        let sites = recorder.download(&self.sites)?;
+        let positions = recorder.download(&self.sites)?;
         let triangles = recorder.download(&self.site_triangle)?;
         let near = recorder.download(&self.lists.neighbours)?;
         let insecure = recorder.download(&self.faces.insecure)?;
@@ -243,8 +242,10 @@ impl Level {
         let insecure: Vec<u32> = done.read(&insecure)?;
         let last = (steps.len() as u32).checked_sub(1);
         Ok(Relaxed {
-            sites: done.read(&sites)?.iter().map(|s: &Vec4| s.truncate().as_dvec3()).collect(),
-            triangles: done.read(&triangles)?,
+            sites: SitesOnSurface {
+                positions: done.read(&positions)?.iter().map(|s: &Vec4| s.truncate().as_dvec3()).collect(),
+                triangles: done.read(&triangles)?,
+            },
             near: done.read(&near)?,
             open: last.map_or(0, |l| self.faces.counts(&insecure, l).open),
             steps,

@@ -24,8 +24,8 @@ use crate::polish::Target;
 use crate::progress::{Watch, heed};
 use crate::sites::cells::CellSurface;
 use crate::sites::curve_clearance::CurveClearance;
+use crate::sites::on_surface::SitesOnSurface;
 use crate::sites::seed;
-use crate::sites::seed::Seeds;
 use crate::sites::surface::Surface;
 use crate::sites::surface_curves::SurfaceCurves;
 use crate::stages::face::cell::FlagCounts;
@@ -33,13 +33,13 @@ use crate::stages::pins::PinnedSites;
 use crate::stages::records::TriangleRecords;
 use crate::stages::sizing::DeviceSizes;
 use crate::{Phase, Result, TriMesh};
-use connect::{Found, Held, Sites};
+use connect::{Found, Held, LevelSites};
 use level::{DeviceSurface, Level, Moves, Relaxed, Start};
 use levels::{Extent, LevelPlan, levels};
-use refine::{Coarser, HeldSites, refine};
+use refine::{Coarser, CoarserCurves, refine};
 use std::sync::OnceLock;
 use std::sync::atomic::AtomicBool;
-use uncovered::holes;
+use uncovered::sites_for_uncovered;
 
 /// What all levels share.
 pub(crate) struct CoarseToFine<'a> {
@@ -190,16 +190,15 @@ impl CoarseToFine<'_> {
     }
 
     /// Sites for the next level, with some where the coarser one's mesh ran past the surface.
-    fn refined(&self, coarser: &Coarser, plan: &LevelPlan) -> Seeds {
-        let seeds = refine(coarser, plan.interior);
-        let missed = holes(&seeds, self.surface, &self.ground.sizes, plan.spacing);
-        if missed.sites.is_empty() {
-            return seeds;
+    fn refined(&self, coarser: &Coarser, plan: &LevelPlan) -> SitesOnSurface {
+        let sites = refine(coarser, plan.interior);
+        let more = sites_for_uncovered(&sites, self.surface, &self.ground.sizes, plan.spacing);
+        if more.is_empty() {
+            return sites;
         }
-        let mut seeds = refine(coarser, plan.interior - missed.sites.len());
-        seeds.sites.extend(missed.sites);
-        seeds.triangles.extend(missed.triangles);
-        seeds.in_space_order()
+        let mut sites = refine(coarser, plan.interior - more.len());
+        sites.append(more);
+        sites.in_morton_order()
     }
 
     /// Iterations of level `l` of `levels`; one that starts from scattered sites takes as many as the coarsest.
@@ -216,29 +215,31 @@ impl CoarseToFine<'_> {
             let seeds = match &from {
                 Origin::Coarser(Found { mesh, under, .. }) => {
                     let lengths = sizes.at_all(&mesh.vertices, under);
-                    self.refined(&Coarser { mesh, under, lengths, held: None }, plan)
+                    self.refined(&Coarser { mesh, triangles: under, lengths, on_curves: None }, plan)
                 }
                 Origin::Level(found) => found.moving(),
                 Origin::Nothing => seed::stratified(self.surface, sizes, plan.interior, self.options.seed),
             };
-            return (Start { seeds, pinned: None }, None);
+            return (Start { sites: seeds, pinned: None }, None);
         };
         // They stand anew at every level: where the coarser ones were is no place for the finer.
         let sites = curves.sites(plan.spacing);
-        let room = CurveClearance::new(curves, &sites, plan.spacing);
+        let clearance = CurveClearance::new(curves, &sites, plan.spacing);
         let seeds = match &from {
             Origin::Coarser(Found { mesh, under, held: Some(held), .. }) => {
-                let held = HeldSites { curves, sites: &held.sites, pins: &held.pins, room: &room };
+                let on_curves =
+                    CoarserCurves { curves, sites: &held.sites, pins: &held.pins, clearance: &clearance };
                 let lengths = sizes.at_all(&mesh.vertices, under);
-                refine(&Coarser { mesh, under, lengths, held: Some(held) }, plan.interior)
+                let coarser = Coarser { mesh, triangles: under, lengths, on_curves: Some(on_curves) };
+                refine(&coarser, plan.interior)
             }
             Origin::Level(found) => found.moving(),
-            _ => room.scattered(self.surface, sizes, plan.interior, self.options.seed),
+            _ => clearance.scattered(self.surface, sizes, plan.interior, self.options.seed),
         };
         let (seeds, pins) = sites.merge(curves, seeds);
         let spacing = plan.spacing;
         let pinned = PinnedSites::new(curves, &self.surface.normals, &seeds, (&sites, &pins), spacing);
-        (Start { seeds, pinned: Some(pinned) }, Some(Held { sites, pins }))
+        (Start { sites: seeds, pinned: Some(pinned) }, Some(Held { sites, pins }))
     }
 
     fn level(
@@ -252,13 +253,13 @@ impl CoarseToFine<'_> {
         watch.look()?;
         let level =
             Level::new(self.device, start, (spacing, !self.ground.sizes.is_uniform()), iterations, moves)?;
-        let Relaxed { sites: mut positions, triangles: under, near, steps, open } =
+        let Relaxed { mut sites, near, steps, open } =
             level.relax(self.device, start, &self.ground.on_device(), self.options.tolerance, watch)?;
         if let Some(held) = &held {
             // Exactly where they were put, and not where the nearest numbers of 32 bits are.
-            held.put(&mut positions);
+            held.put(&mut sites.positions);
         }
-        let sites = Sites { positions, under, held, near };
+        let sites = LevelSites { sites, held, near };
         Ok(Found { steps, open, ..self.connected(on, sites, spacing, watch)? })
     }
 }

@@ -1,4 +1,4 @@
-//! From one level to the next: a new site at the middle of every edge.
+//! From one level to the next: a new site at the midpoint of every edge.
 
 use crate::TriMesh;
 use crate::mesh::NONE;
@@ -6,36 +6,36 @@ use crate::mesh::half_edges::EdgeTable;
 use crate::mesh::triangle::closest_on_triangle;
 use crate::sites::curve_clearance::CurveClearance;
 use crate::sites::curve_sites::CurveSites;
+use crate::sites::on_surface::SitesOnSurface;
 use crate::sites::place::Place;
-use crate::sites::seed::Seeds;
 use crate::sites::surface_curves::SurfaceCurves;
 use glam::DVec3;
 
-/// Times that all triangles are asked for a point with room in them; after that any point will do.
+/// Rounds over all triangles in which only points clear of curves are taken; after these any point is.
 const PICKY_ROUNDS: usize = 6;
 
-/// A level's mesh.
+/// A coarser level, to be refined.
 pub(crate) struct Coarser<'a> {
     pub mesh: &'a TriMesh,
-    /// The surface's triangle under each vertex.
-    pub under: &'a [u32],
-    /// The edge length wanted at each, relative to the spacing; nothing if they are equal.
+    /// The surface's triangle at each vertex.
+    pub triangles: &'a [u32],
+    /// Edge length at each vertex from the size field, relative to the spacing; empty if all are equal.
     pub lengths: Vec<f64>,
     /// On surfaces with curves.
-    pub held: Option<HeldSites<'a>>,
+    pub on_curves: Option<CoarserCurves<'a>>,
 }
 
-/// Sites on curves.
-pub(crate) struct HeldSites<'a> {
+/// The curve sites of a coarser level, and the distance that finer sites keep from curves.
+pub(crate) struct CoarserCurves<'a> {
     pub curves: &'a SurfaceCurves,
     pub sites: &'a CurveSites,
-    /// Which of them each vertex is, [`NONE`] for an interior one.
+    /// The index of each vertex among these sites, [`NONE`] for an interior one.
     pub pins: &'a [u32],
-    /// What the curve sites of the finer level leave.
-    pub room: &'a CurveClearance<'a>,
+    /// Around the curve sites of the finer level.
+    pub clearance: &'a CurveClearance<'a>,
 }
 
-impl HeldSites<'_> {
+impl CoarserCurves<'_> {
     fn place(&self, v: u32) -> Option<Place> {
         let pin = self.pins[v as usize];
         (pin != NONE).then(|| self.sites.places[pin as usize])
@@ -54,8 +54,8 @@ impl HeldSites<'_> {
         edges
     }
 
-    /// The triangle nearest to `point` of those at the vertices, which are all on curves; of triangles in a patch that
-    /// they have in common, if there is one.
+    /// The triangle nearest to `point` among those at the vertices, which are all on curves; only triangles in a patch common
+    /// to the vertices are considered, if there is one.
     fn triangle_near(&self, vertices: &[u32], point: DVec3) -> u32 {
         let around: Vec<Vec<u32>> =
             vertices.iter().filter_map(|v| self.place(*v)).map(|place| self.curves.around(place)).collect();
@@ -74,10 +74,10 @@ impl HeldSites<'_> {
 
 impl Coarser<'_> {
     fn is_free(&self, v: u32) -> bool {
-        self.held.as_ref().is_none_or(|held| held.pins[v as usize] == NONE)
+        self.on_curves.as_ref().is_none_or(|on| on.pins[v as usize] == NONE)
     }
 
-    /// The edge length wanted between some vertices.
+    /// Mean edge length at some vertices, relative to the spacing.
     fn length(&self, vertices: &[u32]) -> f64 {
         if self.lengths.is_empty() {
             return 1.0;
@@ -85,34 +85,35 @@ impl Coarser<'_> {
         vertices.iter().map(|v| self.lengths[*v as usize]).sum::<f64>() / vertices.len() as f64
     }
 
-    fn has_room(&self, point: DVec3, triangle: u32) -> bool {
-        self.held.as_ref().is_none_or(|held| held.room.has_room(point, triangle))
+    fn is_clear(&self, point: DVec3, triangle: u32) -> bool {
+        self.on_curves.as_ref().is_none_or(|on| on.clearance.is_clear(point, triangle))
     }
 
-    /// A triangle from where the surface leads to `point`, which is between these vertices.
+    /// A triangle of the surface near `point`, which is between these vertices and may be off the surface.
     fn triangle(&self, vertices: &[u32], point: DVec3) -> u32 {
         let free = vertices.iter().find(|v| self.is_free(**v));
-        match (free, &self.held) {
-            (None, Some(held)) => held.triangle_near(vertices, point),
-            (free, _) => self.under[free.copied().unwrap_or(0) as usize],
+        match (free, &self.on_curves) {
+            (None, Some(on)) => on.triangle_near(vertices, point),
+            (free, _) => self.triangles[free.copied().unwrap_or(0) as usize],
         }
     }
 }
 
-/// The vertices of the coarser mesh, and new sites at the middles of its edges: `count` in all, which must be at least the
-/// number of vertices. Where there are not enough edges for that, the largest triangles get a site in their middle; where
-/// there are too many, the shortest edges get none, both as seen beside the lengths wanted there. Vertices on curves do not count and are left out, and so are edges
-/// along curves.
+/// The vertices of the coarser mesh, and new sites at the midpoints of its edges: `count` in all, which must be at least the
+/// number of vertices. If there are too few edges, the largest triangles get a site at their centre; if there are too many,
+/// the shortest edges get none, both relative to the sizes there. Vertices on curves and edges along curves are left out and
+/// do not count.
 ///
-/// The middle of an edge is off the surface; its triangle is that of one end, from where the surface leads to it.
-pub(crate) fn refine(coarser: &Coarser, count: usize) -> Seeds {
+/// The midpoint of an edge is off the surface; its triangle is that of one end, from where the surface leads to it.
+pub(crate) fn refine(coarser: &Coarser, count: usize) -> SitesOnSurface {
     let mesh = coarser.mesh;
     let free = (0..mesh.vertices.len()).filter(|v| coarser.is_free(*v as u32));
-    let (mut sites, mut triangles): (Vec<DVec3>, Vec<u32>) = free
-        .map(|v| (mesh.vertices[v], coarser.under[v]))
-        .filter(|(point, t)| coarser.has_room(*point, *t))
+    let (positions, triangles) = free
+        .map(|v| (mesh.vertices[v], coarser.triangles[v]))
+        .filter(|(point, t)| coarser.is_clear(*point, *t))
         .unzip();
-    let along = coarser.held.as_ref().map(HeldSites::edges).unwrap_or_default();
+    let mut sites = SitesOnSurface { positions, triangles };
+    let along = coarser.on_curves.as_ref().map(CoarserCurves::edges).unwrap_or_default();
     let mut edges: Vec<((u32, u32), DVec3, u32)> = EdgeTable::new(&mesh.triangles)
         .edges()
         .filter_map(|e| e.first().map(|side| side.ends()))
@@ -121,20 +122,19 @@ pub(crate) fn refine(coarser: &Coarser, count: usize) -> Seeds {
             let middle = 0.5 * (mesh.vertices[a as usize] + mesh.vertices[b as usize]);
             ((a, b), middle, coarser.triangle(&[a, b], middle))
         })
-        .filter(|(_, middle, triangle)| coarser.has_room(*middle, *triangle))
+        .filter(|(_, middle, triangle)| coarser.is_clear(*middle, *triangle))
         .collect();
-    let wanted = count.saturating_sub(sites.len());
-    if edges.len() > wanted {
+    let missing = count.saturating_sub(sites.len());
+    if edges.len() > missing {
         let length_sq = |(a, b): (u32, u32)| {
             let length_sq = mesh.vertices[a as usize].distance_squared(mesh.vertices[b as usize]);
             length_sq / coarser.length(&[a, b]).powi(2)
         };
         edges.sort_by(|(a, ..), (b, ..)| length_sq(*b).total_cmp(&length_sq(*a)).then(a.cmp(b)));
-        edges.truncate(wanted);
+        edges.truncate(missing);
     }
     for (_, middle, triangle) in edges {
-        sites.push(middle);
-        triangles.push(triangle);
+        sites.push(middle, triangle);
     }
     let mut largest: Vec<(f64, usize)> = (0..mesh.triangles.len())
         .map(|t| {
@@ -147,30 +147,28 @@ pub(crate) fn refine(coarser: &Coarser, count: usize) -> Seeds {
         if sites.len() >= count {
             break;
         }
-        // More than one in a triangle go towards different corners.
+        // Further sites in the same triangle are shifted towards different corners.
         let corners = mesh.corners(*t);
         let towards = corners[round % 3] / (3 + round) as f64;
         let point = (corners[0] + corners[1] + corners[2]) / 3.0 * (1.0 - 1.0 / (3 + round) as f64) + towards;
         let mut vertices = mesh.triangles[*t];
         vertices.rotate_left(round % 3);
         let triangle = coarser.triangle(&vertices, point);
-        if round >= PICKY_ROUNDS || coarser.has_room(point, triangle) {
-            sites.push(point);
-            triangles.push(triangle);
+        if round >= PICKY_ROUNDS || coarser.is_clear(point, triangle) {
+            sites.push(point, triangle);
         }
     }
     sites.truncate(count);
-    triangles.truncate(count);
-    Seeds { sites, triangles }.in_space_order()
+    sites.in_morton_order()
 }
 
-/// Sites of every level, from the coarsest to `count`: refining a closed mesh of one of them makes the next one or a few
-/// less. Levels end before the next coarser one would have fewer than `coarsest` sites.
+/// Sites of every level, from the coarsest to `count`: refining a closed mesh of one level gives the next count or a few
+/// less. No level but the last has fewer than `coarsest` sites.
 pub(crate) fn level_counts(count: usize, euler: i64, coarsest: usize) -> Vec<usize> {
     let mut counts = vec![count];
     // V' = 4 V - 3 χ, so V - χ grows by four.
     let mut finest = count;
-    // More parts than vertices make it grow towards the coarser side.
+    // With more components than vertices the coarser count would be larger.
     while let Some(next) = coarser(finest, euler).filter(|c| (coarsest..finest).contains(c)) {
         counts.push(next);
         finest = next;
@@ -199,19 +197,20 @@ mod tests {
         for (count, edges) in [(4, 0), (6, 2), (10, 6), (13, 6), (20, 6)] {
             let mesh = tetrahedron();
             let seeds = refine(
-                &Coarser { mesh: &mesh, under: &[5, 6, 7, 8], lengths: Vec::new(), held: None },
+                &Coarser { mesh: &mesh, triangles: &[5, 6, 7, 8], lengths: Vec::new(), on_curves: None },
                 count,
             );
-            assert_eq!((seeds.sites.len(), seeds.triangles.len()), (count, count));
+            assert_eq!((seeds.positions.len(), seeds.triangles.len()), (count, count));
             let corners = tetrahedron().vertices;
             let middles = (0..4).flat_map(|a| (0..a).map(move |b| (a, b)));
-            let found = middles.filter(|(a, b)| seeds.sites.contains(&(0.5 * (corners[*a] + corners[*b]))));
+            let found =
+                middles.filter(|(a, b)| seeds.positions.contains(&(0.5 * (corners[*a] + corners[*b]))));
             assert_eq!(found.count(), edges, "{count} sites");
             assert!(seeds.triangles.iter().all(|t| (5..9).contains(t)));
-            let mut sorted: Vec<_> = seeds.sites.iter().map(|s| s.to_array().map(f64::to_bits)).collect();
+            let mut sorted: Vec<_> = seeds.positions.iter().map(|s| s.to_array().map(f64::to_bits)).collect();
             sorted.sort_unstable();
             sorted.dedup();
-            assert_eq!(sorted.len(), count, "sites on one spot");
+            assert_eq!(sorted.len(), count, "sites coincide");
         }
     }
 
@@ -222,7 +221,7 @@ mod tests {
         assert_eq!(level_counts(100, 2, 300), [100]);
         assert_eq!(level_counts(1000, -16, 100), [238, 1000]);
         assert_eq!(level_counts(4, 2, 4), [4]);
-        assert_eq!(level_counts(1000, 1000, 300), [1000], "as many parts as vertices");
+        assert_eq!(level_counts(1000, 1000, 300), [1000], "as many components as vertices");
         assert_eq!(level_counts(1000, 2000, 300), [1000]);
     }
 }

@@ -1,63 +1,67 @@
-//! Holes in the cover: points of the surface that no site is near, as the bottoms of folds that the coarser level's edges
-//! ran over.
+//! Uncovered parts of the surface: points without a site nearby, such as the bottoms of folds that edges of the coarser
+//! level passed over.
 
 use crate::mesh::kd_tree::KdTree;
 use crate::mesh::sizing::SizeField;
-use crate::sites::seed::Seeds;
+use crate::sites::on_surface::SitesOnSurface;
 use crate::sites::surface::Surface;
 use glam::DVec3;
 use rayon::prelude::*;
 
-/// Spacings that a point of the surface may be from the nearest site; the middle of an even triangle is at 0.58.
+/// A point farther than this many spacings from the nearest site is uncovered; the centre of an even triangle is at 0.58.
 const NEAR: f64 = 1.0;
-/// One new site for so many at most.
+/// At most one new site for so many.
 const RARE: usize = 200;
-/// Vertices that a thread takes at the least.
+/// Least number of vertices for a thread.
 const CHUNK: usize = 512;
 
-/// New sites for the holes that `seeds` leave: vertices of a surface, each in some triangle, all farther than a spacing,
-/// times the length wanted there, from the seeds and from each other, the farthest first, and no more than one for 200
-/// seeds.
-pub(crate) fn holes(seeds: &Seeds, surface: &Surface, sizes: &SizeField, spacing: f64) -> Seeds {
-    missed(seeds, (&surface.vertices, &surface.triangles), &|v| NEAR * spacing * sizes.at_vertex(v))
+/// New sites where `seeds` leave the surface uncovered: vertices of the surface, all farther than a spacing, times the size
+/// there, from the seeds and from each other, the farthest first, and at most one for 200 seeds.
+pub(crate) fn sites_for_uncovered(
+    seeds: &SitesOnSurface,
+    surface: &Surface,
+    sizes: &SizeField,
+    spacing: f64,
+) -> SitesOnSurface {
+    uncovered(seeds, &surface.vertices, &surface.triangles, &|v| NEAR * spacing * sizes.at_vertex(v))
 }
 
-fn missed(
-    seeds: &Seeds,
-    (vertices, triangles): (&[DVec3], &[[u32; 3]]),
+fn uncovered(
+    seeds: &SitesOnSurface,
+    vertices: &[DVec3],
+    triangles: &[[u32; 3]],
     near: &(dyn Fn(u32) -> f64 + Sync),
-) -> Seeds {
-    let mut found = Seeds { sites: Vec::new(), triangles: Vec::new() };
-    let tree = KdTree::new(&seeds.sites);
+) -> SitesOnSurface {
+    let mut new = SitesOnSurface::default();
+    let tree = KdTree::new(&seeds.positions);
     let distance = |(v, p): (u32, &DVec3)| {
-        let nearest = tree.nearest(*p).map_or(f64::INFINITY, |s| seeds.sites[s as usize].distance(*p));
+        let nearest = tree.nearest(*p).map_or(f64::INFINITY, |s| seeds.positions[s as usize].distance(*p));
         (nearest / near(v), v)
     };
-    let mut bare: Vec<(f64, u32)> = (0u32..vertices.len() as u32)
+    let mut far: Vec<(f64, u32)> = (0u32..vertices.len() as u32)
         .into_par_iter()
         .with_min_len(CHUNK)
         .map(|v| distance((v, &vertices[v as usize])))
         .filter(|(share, _)| *share > 1.0)
         .collect();
-    if bare.is_empty() {
-        return found;
+    if far.is_empty() {
+        return new;
     }
-    bare.sort_by(|a, b| b.0.total_cmp(&a.0).then(a.1.cmp(&b.1)));
-    let mut under = vec![0; vertices.len()];
+    far.sort_by(|a, b| b.0.total_cmp(&a.0).then(a.1.cmp(&b.1)));
+    let mut triangle_at = vec![0; vertices.len()];
     for (t, triangle) in (0u32..).zip(triangles) {
-        triangle.iter().for_each(|v| under[*v as usize] = t);
+        triangle.iter().for_each(|v| triangle_at[*v as usize] = t);
     }
-    for (_, v) in bare {
+    for (_, v) in far {
         let p = vertices[v as usize];
-        if found.sites.len() >= seeds.sites.len() / RARE {
+        if new.len() >= seeds.len() / RARE {
             break;
         }
-        if found.sites.iter().all(|q| q.distance(p) > near(v)) {
-            found.sites.push(p);
-            found.triangles.push(under[v as usize]);
+        if new.positions.iter().all(|q| q.distance(p) > near(v)) {
+            new.push(p, triangle_at[v as usize]);
         }
     }
-    found
+    new
 }
 
 #[cfg(test)]
@@ -65,37 +69,37 @@ mod tests {
     use super::*;
 
     /// 400 seeds a spacing of 1 apart in a plane, and a surface whose vertices are these and some below them.
-    fn scene(below: &[DVec3]) -> (Seeds, Vec<DVec3>, Vec<[u32; 3]>) {
-        let sites: Vec<DVec3> =
+    fn scene(below: &[DVec3]) -> (SitesOnSurface, Vec<DVec3>, Vec<[u32; 3]>) {
+        let positions: Vec<DVec3> =
             (0..400).map(|i| DVec3::new(f64::from(i % 20), f64::from(i / 20), 0.0)).collect();
-        let mut vertices = sites.clone();
+        let mut vertices = positions.clone();
         vertices.extend(below);
         let triangles = (400..vertices.len() as u32).map(|v| [0, 1, v]).collect();
-        (Seeds { triangles: vec![0; sites.len()], sites }, vertices, triangles)
+        (SitesOnSurface { triangles: vec![0; positions.len()], positions }, vertices, triangles)
     }
 
-    fn found(below: &[DVec3]) -> Seeds {
+    fn new_sites(below: &[DVec3]) -> SitesOnSurface {
         let (seeds, vertices, triangles) = scene(below);
-        missed(&seeds, (&vertices, &triangles), &|_| 1.0)
+        uncovered(&seeds, &vertices, &triangles, &|_| 1.0)
     }
 
     #[test]
     fn what_is_covered_gets_nothing() {
-        assert!(found(&[]).sites.is_empty());
-        assert!(found(&[DVec3::new(3.0, 4.0, -0.99)]).sites.is_empty());
+        assert!(new_sites(&[]).is_empty());
+        assert!(new_sites(&[DVec3::new(3.0, 4.0, -0.99)]).is_empty());
     }
 
     #[test]
     fn the_deepest_points_come_first_and_cover_those_around_them() {
         let at = |x: f64, z: f64| DVec3::new(x, 4.0, z);
-        let got = found(&[at(3.0, -1.1), at(3.0, -1.6), at(9.0, -1.2)]);
-        assert_eq!(got.sites, [at(3.0, -1.6), at(9.0, -1.2)]);
+        let got = new_sites(&[at(3.0, -1.1), at(3.0, -1.6), at(9.0, -1.2)]);
+        assert_eq!(got.positions, [at(3.0, -1.6), at(9.0, -1.2)]);
         assert_eq!(got.triangles, [1, 2]);
     }
 
     #[test]
     fn there_is_one_for_two_hundred_seeds_at_most() {
         let below: Vec<DVec3> = (0..5).map(|i| DVec3::new(4.0 * f64::from(i), 0.0, -1.5)).collect();
-        assert_eq!(found(&below).sites, below[..2]);
+        assert_eq!(new_sites(&below).positions, below[..2]);
     }
 }

@@ -1,8 +1,8 @@
-//! Triangles cut by bisectors.
+//! Triangles clipped by bisectors.
 
 use glam::DVec3;
 
-/// What an edge of a clipped triangle lies on.
+/// The line that an edge of a clipped triangle lies on.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum Label {
     /// This edge of the triangle.

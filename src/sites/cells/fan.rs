@@ -1,12 +1,16 @@
-//! From the cells' corners to fans: the neighbours of every sector in their order.
+//! From the cells' corners to fans: the neighbours of every sector in cyclic order.
 
-use super::border::{Border, Encroached};
+use super::boundary::{Encroached, PatchBoundary};
 use super::walk::{Cell, Scene};
 use crate::sites::connect::Fans;
 use rayon::prelude::*;
 
-/// The fans of all sectors, the sectors whose cells are not one closed curve, and the curves' stretches in cells of others.
-pub(crate) fn fans(scene: &Scene, border: &Border, cells: &[Cell]) -> (Fans, Vec<usize>, Vec<Encroached>) {
+/// The fans of all sectors, the sectors whose cells are broken, and the curve segments in cells of other sites.
+pub(crate) fn fans(
+    scene: &Scene,
+    boundary: &PatchBoundary,
+    cells: &[Cell],
+) -> (Fans, Vec<usize>, Vec<Encroached>) {
     let mut broken = Vec::new();
     let mut encroached = Vec::new();
     let mut open = Vec::new();
@@ -14,9 +18,9 @@ pub(crate) fn fans(scene: &Scene, border: &Border, cells: &[Cell]) -> (Fans, Vec
         .iter()
         .enumerate()
         .map(|(s, cell)| {
-            let Ring { ring, sound, is_open } = ring(scene, border, s, cell, &mut encroached);
+            let Ring { ring, is_sound, is_open } = ring(scene, boundary, s, cell, &mut encroached);
             open.push(is_open);
-            if !sound {
+            if !is_sound {
                 broken.push(s);
             }
             ring
@@ -24,12 +28,12 @@ pub(crate) fn fans(scene: &Scene, border: &Border, cells: &[Cell]) -> (Fans, Vec
         .collect();
     encroached.sort_unstable();
     let one_each = scene.sectors.len() == scene.sites.positions.len();
-    let fans = if one_each && !scene.surface.has_border {
+    let fans = if one_each && !scene.surface.has_boundary {
         Fans::from_lists(rings)
-    } else if one_each && border.is_free() {
+    } else if one_each && boundary.is_free() {
         Fans::of_sectors(rings, scene.sectors.site.clone(), open)
     } else {
-        let lists = (0..rings.len()).map(|s| sector_fan(scene, border, &rings, s));
+        let lists = (0..rings.len()).map(|s| sector_fan(scene, boundary, &rings, s));
         Fans::of_sectors(lists, scene.sectors.site.clone(), open)
     };
     (fans, broken, encroached)
@@ -37,55 +41,61 @@ pub(crate) fn fans(scene: &Scene, border: &Border, cells: &[Cell]) -> (Fans, Vec
 
 /// The neighbours around a sector, as sites, counter-clockwise.
 struct Ring {
-    /// For a site on the border from the first beside it to the last. Where no site is on the border, those whose cells reach
-    /// it take its place.
+    /// For a site on the boundary from the first neighbour along it to the last. Where no site is on the boundary, the same
+    /// holds for sites whose cells reach it.
     ring: Vec<u32>,
-    /// Whether the cell's boundary is one closed curve.
-    sound: bool,
-    /// Whether the ring begins and ends at the border.
+    /// Whether the cell's outline is one closed curve.
+    is_sound: bool,
+    /// Whether the ring begins and ends at the boundary.
     is_open: bool,
 }
 
-fn ring(scene: &Scene, border: &Border, s: usize, cell: &Cell, encroached: &mut Vec<Encroached>) -> Ring {
+fn ring(
+    scene: &Scene,
+    boundary: &PatchBoundary,
+    s: usize,
+    cell: &Cell,
+    encroached: &mut Vec<Encroached>,
+) -> Ring {
     let mut links = cell.corners.clone();
-    let (runs, mut sound) = border.runs(s, cell);
-    let mut own = None;
-    let stands_for_rim = border.is_free() && runs.len() == 1;
+    let (runs, mut is_sound) = boundary.runs(s, cell);
+    let mut first = None;
+    let spans_boundary = boundary.is_free() && runs.len() == 1;
     for run in &runs {
         let [before, after] = run.neighbours;
         if before != after {
             links.push(run.neighbours);
         }
-        if stands_for_rim && before != after {
-            own = Some(after);
+        if spans_boundary && before != after {
+            first = Some(after);
             continue;
         }
         if run.own && scene.sectors.ends[s].is_some() {
-            own = Some(after);
+            first = Some(after);
             continue;
         }
         let by = scene.sectors.site[s];
-        match border.segment(run) {
+        match boundary.segment(run) {
             Some(segment) if segment.contains(&by) => {}
             Some(segment) => encroached.push(Encroached { segment, by }),
-            None => sound = false,
+            None => is_sound = false,
         }
     }
-    let is_open = scene.sectors.ends[s].is_some() || (stands_for_rim && own.is_some());
-    sound &= is_open == own.is_some();
-    if let Some(only) = own.filter(|_| links.is_empty()) {
-        return Ring { ring: vec![only], sound, is_open };
+    let is_open = scene.sectors.ends[s].is_some() || (spans_boundary && first.is_some());
+    is_sound &= is_open == first.is_some();
+    if let Some(only) = first.filter(|_| links.is_empty()) {
+        return Ring { ring: vec![only], is_sound, is_open };
     }
     let (mut ring, closed) = order(links);
-    if let Some(place) = own.and_then(|first| ring.iter().position(|j| *j == first)) {
+    if let Some(place) = first.and_then(|first| ring.iter().position(|j| *j == first)) {
         ring.rotate_left(place);
     }
     let enough = is_open || ring.len() > 2;
-    Ring { ring, sound: sound && closed && enough, is_open }
+    Ring { ring, is_sound: is_sound && closed && enough, is_open }
 }
 
 /// The cyclic order of the neighbours, each followed by the one it shares a corner with; false if the corners do not
-/// make one cycle, and then the longest stretch there is.
+/// form one cycle, and then the longest chain there is.
 fn order(mut left: Vec<[u32; 2]>) -> (Vec<u32>, bool) {
     left.sort_unstable();
     left.dedup();
@@ -114,10 +124,10 @@ fn order(mut left: Vec<[u32; 2]>) -> (Vec<u32>, bool) {
     (best, sound)
 }
 
-/// The fan of a sector, as sectors: beside a curve it goes from the next site along it to the one before, whatever the
-/// cells say.
-fn sector_fan(scene: &Scene, border: &Border, rings: &[Vec<u32>], s: usize) -> Vec<u32> {
-    let [previous, next] = border.beside(s);
+/// The fan of a sector, as sectors: at a curve it runs from the next site along it to the previous one, even if the cells
+/// disagree.
+fn sector_fan(scene: &Scene, boundary: &PatchBoundary, rings: &[Vec<u32>], s: usize) -> Vec<u32> {
+    let [previous, next] = boundary.beside(s);
     let mut ring = rings[s].as_slice();
     let site_of = |sector: Option<u32>| sector.map(|r| scene.sectors.site[r as usize]);
     if next.is_some() && ring.first().copied() == site_of(next) {
@@ -136,7 +146,7 @@ fn sector_fan(scene: &Scene, border: &Border, rings: &[Vec<u32>], s: usize) -> V
     fan
 }
 
-/// The sector of site `j` that has a border with sector `s`.
+/// The sector of site `j` that is adjacent to sector `s`.
 fn sector_of_neighbour(scene: &Scene, rings: &[Vec<u32>], s: usize, j: u32) -> Option<u32> {
     let sectors = &scene.sectors;
     let mut theirs = sectors.in_patch(j, sectors.patch[s]);
@@ -150,7 +160,7 @@ fn sector_of_neighbour(scene: &Scene, rings: &[Vec<u32>], s: usize, j: u32) -> O
     Some(best.0 as u32)
 }
 
-/// How many corners not exactly three cells of their patch see.
+/// The number of corners that not exactly three cells of their patch have.
 pub(crate) fn unshared(scene: &Scene, cells: &[Cell]) -> usize {
     let mut corners: Vec<[u32; 4]> = cells
         .par_iter()
@@ -167,7 +177,7 @@ pub(crate) fn unshared(scene: &Scene, cells: &[Cell]) -> usize {
     corners.chunk_by(|a, b| a == b).filter(|same| same.len() != 3).count()
 }
 
-/// Sectors, rising, with a site whose cell does not run along theirs where theirs runs along it.
+/// Sectors, in ascending order, each with a neighbour whose cell lacks the edge between them.
 pub(crate) fn one_sided(scene: &Scene, cells: &[Cell]) -> Vec<(usize, u32)> {
     let sectors = &scene.sectors;
     let of_sector = |s: usize| {
@@ -183,7 +193,7 @@ pub(crate) fn one_sided(scene: &Scene, cells: &[Cell]) -> Vec<(usize, u32)> {
     (0..cells.len()).into_par_iter().flat_map_iter(of_sector).collect()
 }
 
-/// Turned so that the smallest index comes first.
+/// Rotated so that the smallest index comes first.
 fn smallest_first([a, b, c]: [u32; 3]) -> [u32; 3] {
     if a < b && a < c {
         [a, b, c]

@@ -1,16 +1,16 @@
-//! Exact connected cells: the part of each site's Voronoi cell on the surface that hangs together with the site.
+//! Exact connected cells: the connected component of each site's restricted Voronoi cell that contains the site.
 //!
-//! A cell starts in the site's own triangle, cut by the bisectors with the other sites, and goes on across the
-//! triangle's edges that are left. A corner between two bisectors (j, k) is the triangle (i, j, k) of the dual, and
-//! three cells see it. No tangent plane is involved, so creases, ear tips and rough spots come out as smooth ones do;
-//! the price is host time that grows with the surface's triangles.
+//! A cell starts in the site's own triangle, clipped by the bisectors with the other sites, and continues across the
+//! triangle's edges that remain. A corner between the bisectors with j and k is the triangle (i, j, k) of the dual, and
+//! three cells share it. No tangent plane is involved, so creases, thin tips and rough places are treated as smooth ones
+//! are; the price is host time that grows with the surface's triangles.
 //!
-//! No cell crosses the *border*, which is where the surface ends or a curve runs. A site on the border has one cell, a
-//! *sector*, for each patch side there, and only sites of the same patch cut it.
+//! No cell crosses the *boundary of its patch*, which is where the surface ends or a curve runs. A site there has one cell,
+//! a *sector*, for each side of the patches, and only sites of the same patch cut it.
 //!
-//! Two figures certify the result: the areas of the cells sum to the surface's, and every corner is seen three times.
+//! Two figures certify the result: the areas of the cells sum to the surface's, and every corner occurs three times.
 
-mod border;
+mod boundary;
 mod clip;
 mod fan;
 mod sectors;
@@ -20,8 +20,8 @@ use super::connect::Fans;
 use super::place::Place;
 use crate::mesh::NONE;
 use crate::mesh::half_edges::twins;
-use border::Border;
-pub use border::Encroached;
+pub use boundary::Encroached;
+use boundary::PatchBoundary;
 use glam::DVec3;
 use rayon::prelude::*;
 use sectors::{Sectors, SitesByTriangle};
@@ -30,33 +30,33 @@ use std::collections::BTreeMap;
 use std::sync::atomic::{AtomicBool, Ordering};
 use walk::{Cell, Scene, Uncut, Walk};
 
-/// Times that cells which do not fit together are made anew.
+/// At most so many times cells that do not fit together are computed again.
 const REPAIRS: u32 = 6;
 
-/// The surface as cells walk over it.
+/// The surface with the connectivity that cells need.
 pub struct CellSurface<'a> {
     vertices: &'a [DVec3],
     triangles: &'a [[u32; 3]],
     normals: &'a [DVec3],
-    /// The half-edges across; none at the border.
+    /// The half-edges across; [`NONE`] on the boundary of a patch.
     twins: Vec<u32>,
     /// One a triangle; empty if there is one patch.
     patches: &'a [u32],
-    has_border: bool,
+    has_boundary: bool,
 }
 
 /// Sites on the surface.
 pub struct CellSites<'a> {
-    /// Positions.
+    /// Positions of the sites.
     pub positions: &'a [DVec3],
-    /// The place of each on the surface.
+    /// The triangle, edge or vertex that each lies on.
     pub places: &'a [Place],
     /// Near sites of each, nearest first: entry `slot` of site i at `slot * sites + i`, `u32::MAX` after the last. A cell
     /// that needs more looks at all sites.
     pub near: &'a [u32],
     /// Edge length of a perfect layout.
     pub spacing: f64,
-    /// Edge length wanted at each site, relative to the spacing; nothing if they are equal.
+    /// Edge length at each site from the size field, relative to the spacing; empty if all are equal.
     pub lengths: &'a [f64],
 }
 
@@ -67,36 +67,36 @@ impl CellSites<'_> {
     }
 }
 
-/// Cells as fans, with what certifies them.
+/// Cells as fans, with their certificate.
 #[derive(Debug, Clone, Default)]
 pub struct ConnectedCells {
     /// Counter-clockwise neighbours in every sector.
     pub fans: Fans,
-    /// What certifies them.
+    /// Figures that certify them.
     pub certificate: Certificate,
-    /// Cells whose boundary is not one closed curve, or meets a neighbour twice.
+    /// Cells whose outline is not one closed curve, or meets a neighbour twice.
     pub broken: Vec<BrokenCell>,
-    /// Where a curve needs more sites, rising. The triangles of the fans have an edge there all the same.
+    /// Where a curve needs more sites, in ascending order. The fans have an edge there all the same.
     pub encroached: Vec<Encroached>,
 }
 
-/// A cell that is not a disc, or not cut out by three others at least: there are too few sites around.
+/// A cell that is not a disc, or has fewer than three neighbours: there are too few sites around.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct BrokenCell {
-    /// Whose it is.
+    /// The cell's site.
     pub site: u32,
-    /// Where another site would help most: far from that site, but inside the cell and inside a triangle.
+    /// Where another site would help most: far from that site, inside the cell and inside a triangle, which is given too.
     pub farthest: (DVec3, u32),
 }
 
-/// What makes cells right: all zero, and `area` 1 but for rounding.
+/// Figures of correct cells are all 0, and `area` is 1 up to rounding.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Serialize)]
 pub struct Certificate {
     /// Sum of the cells' areas relative to the surface's.
     pub area: f64,
-    /// Corners that one or two of their three cells do not see.
+    /// Corners that not all three of their cells have.
     pub unshared_corners: usize,
-    /// Cells whose boundary is not one closed curve, or meets a neighbour twice.
+    /// Cells whose outline is not one closed curve, or meets a neighbour twice.
     pub broken_cells: usize,
 }
 
@@ -104,12 +104,12 @@ impl<'a> CellSurface<'a> {
     /// Of a clean mesh with the unit normals of its triangles.
     pub fn new(vertices: &'a [DVec3], triangles: &'a [[u32; 3]], normals: &'a [DVec3]) -> Self {
         let twins = twins(triangles);
-        let has_border = twins.contains(&NONE);
-        Self { vertices, triangles, normals, twins, patches: &[], has_border }
+        let has_boundary = twins.contains(&NONE);
+        Self { vertices, triangles, normals, twins, patches: &[], has_boundary }
     }
 
-    /// The same surface cut along curves: `curves` says of each half-edge `3 * triangle + side` whether it lies on one,
-    /// and saying so of one on the edge is enough; `patches` has the patch of each triangle.
+    /// The same surface cut along curves: `curves` tells of each half-edge `3 * triangle + side` whether it lies on one;
+    /// one half-edge of an edge suffices. `patches` has the patch of each triangle.
     #[must_use]
     pub fn cut_along(mut self, curves: &[bool], patches: &'a [u32]) -> Self {
         for half in (0..curves.len()).filter(|half| curves[*half]) {
@@ -119,7 +119,7 @@ impl<'a> CellSurface<'a> {
                 *back = NONE;
             }
         }
-        self.has_border = self.twins.contains(&NONE);
+        self.has_boundary = self.twins.contains(&NONE);
         self.patches = patches;
         self
     }
@@ -129,7 +129,7 @@ impl<'a> CellSurface<'a> {
         Some(self.twins[3 * t as usize + side]).filter(|twin| *twin != NONE).map(|twin| twin / 3)
     }
 
-    fn is_border(&self, half: u32) -> bool {
+    fn is_boundary(&self, half: u32) -> bool {
         self.twins[half as usize] == NONE
     }
 
@@ -170,8 +170,8 @@ pub(crate) fn connected_cells_until(
 ) -> ConnectedCells {
     let stopped = || stop.load(Ordering::Relaxed);
     let sectors = Sectors::new(surface, sites.places);
-    let under = SitesByTriangle::new(surface.triangles.len(), &sectors);
-    let scene = Scene { surface, sites, sectors, under };
+    let by_triangle = SitesByTriangle::new(surface.triangles.len(), &sectors);
+    let scene = Scene { surface, sites, sectors, by_triangle };
     let mut cells: Vec<Cell> = (0..scene.sectors.len())
         .into_par_iter()
         .map_init(Walk::default, |walk, s| match stopped() {
@@ -183,7 +183,7 @@ pub(crate) fn connected_cells_until(
         return ConnectedCells::default();
     }
     let mut unshared_corners = fan::unshared(&scene, &cells);
-    if surface.has_border || unshared_corners > 0 {
+    if surface.has_boundary || unshared_corners > 0 {
         repair(&scene, &mut cells, stop);
         unshared_corners = fan::unshared(&scene, &cells);
     }
@@ -191,32 +191,32 @@ pub(crate) fn connected_cells_until(
         return ConnectedCells::default();
     }
     let whole: f64 = (0..surface.triangles.len()).map(|t| area(&surface.corners(t as u32))).sum();
-    let border = Border::new(&scene);
-    let (fans, broken, encroached) = fan::fans(&scene, &border, &cells);
+    let boundary = PatchBoundary::new(&scene);
+    let (fans, broken, encroached) = fan::fans(&scene, &boundary, &cells);
     let certificate = Certificate {
         area: cells.iter().map(|c| c.area).sum::<f64>() / whole,
         unshared_corners,
         broken_cells: broken.len(),
     };
-    let spot = |s: usize| BrokenCell { site: scene.sectors.site[s], farthest: cells[s].farthest };
-    ConnectedCells { fans, certificate, broken: broken.into_iter().map(spot).collect(), encroached }
+    let broken_cell = |s: usize| BrokenCell { site: scene.sectors.site[s], farthest: cells[s].farthest };
+    ConnectedCells { fans, certificate, broken: broken.into_iter().map(broken_cell).collect(), encroached }
 }
 
-/// Near the border, and in folds, a site may have cut a cell although a gap or a curve lies between, so that its own cell
-/// does not reach there. Such cells are made anew: that site cuts them in the triangles of its own cell only.
+/// Near the boundary, and in folds, a site may have cut a cell although a gap or a curve lies between, so that its own cell
+/// does not reach there. Such cells are computed again: that site cuts them in the triangles of its own cell only.
 fn repair(scene: &Scene, cells: &mut [Cell], stop: &AtomicBool) {
     let sectors = &scene.sectors;
     let mut without: BTreeMap<usize, Vec<Uncut>> = BTreeMap::new();
     for _ in 0..REPAIRS {
-        let wrong = fan::one_sided(scene, cells);
-        // The other cell may have gone too far, when this one was smaller.
+        let mismatched = fan::one_sided(scene, cells);
+        // The other cell may be too large, computed when this one was smaller.
         let uncut_by = |r: usize, i: u32| without.get(&r).is_some_and(|list| list.iter().any(|u| u.by == i));
-        let too_far = wrong.iter().flat_map(|&(s, by)| {
+        let too_large = mismatched.iter().flat_map(|&(s, by)| {
             let i = sectors.site[s];
             let was_without = move |r: &usize| uncut_by(*r, i);
             sectors.in_patch(by, sectors.patch[s]).filter(was_without).map(move |r| (r, i))
         });
-        let mut again: Vec<(usize, u32)> = too_far.chain(wrong.iter().copied()).collect();
+        let mut again: Vec<(usize, u32)> = too_large.chain(mismatched.iter().copied()).collect();
         again.sort_unstable();
         again.dedup();
         for (s, by) in &again {

@@ -1,4 +1,4 @@
-//! The sides of the sites: one for a site inside a patch, one for each part of the surface that meets at a curve.
+//! The sectors of the sites: one for a site inside a patch, one for each part of the surface that meets at a curve.
 
 use super::CellSurface;
 use crate::mesh::NONE;
@@ -6,7 +6,7 @@ use crate::sites::place::Place;
 use glam::DVec3;
 use std::collections::HashMap;
 
-/// All sectors, those of one site side by side, in the order of the sites.
+/// All sectors in the order of their sites.
 pub(crate) struct Sectors {
     /// First sector of each site, and the end of the last.
     first: Vec<u32>,
@@ -17,16 +17,16 @@ pub(crate) struct Sectors {
     pub normal: Vec<DVec3>,
     /// First entry of each in `around`, and the end of the last.
     start: Vec<u32>,
-    /// The triangles that touch the site.
+    /// The triangles at the site.
     around: Vec<u32>,
-    /// The border's half-edges that lead to the site and away from it, the patch on their left; `None` for a site
-    /// that the patch surrounds.
+    /// The boundary's half-edges that lead to the site and away from it, the patch on their left; `None` for a site
+    /// inside the patch.
     pub ends: Vec<Option<[u32; 2]>>,
 }
 
 impl Sectors {
     pub fn new(surface: &CellSurface, places: &[Place]) -> Self {
-        let spots = Outliers::new(surface, places);
+        let lookup = PlaceLookup::new(surface, places);
         let n = places.len();
         let mut sectors = Self {
             first: Vec::with_capacity(n + 1),
@@ -45,7 +45,7 @@ impl Sectors {
                     let half = 3 * t + u32::from(side);
                     match surface.twins[half as usize] {
                         NONE => {
-                            for &half in spots.halves_along(surface, half) {
+                            for &half in lookup.halves_along(surface, half) {
                                 sectors.push(surface, site, &[half / 3], Some([half; 2]));
                             }
                         }
@@ -53,7 +53,7 @@ impl Sectors {
                     }
                 }
                 Place::Vertex(v) => {
-                    for (triangles, ends) in spots.fans(surface, v) {
+                    for (triangles, ends) in lookup.fans(surface, v) {
                         sectors.push(surface, site, &triangles, ends);
                     }
                 }
@@ -96,19 +96,19 @@ impl Sectors {
     }
 }
 
-/// What places on edges and at vertices have to be looked up in.
-struct Outliers {
-    /// The border's half-edges, sorted by the edge they lie on.
+/// Finds the half-edges and corners at places on edges and vertices.
+struct PlaceLookup {
+    /// The boundary's half-edges, sorted by the edge they lie on.
     halves: Vec<u32>,
-    /// The corners `3 * triangle + k` at vertices that sites stand at.
+    /// The corners `3 * triangle + k` at vertices with sites.
     corners: HashMap<u32, Vec<u32>>,
 }
 
-impl Outliers {
+impl PlaceLookup {
     fn new(surface: &CellSurface, places: &[Place]) -> Self {
         let mut halves = Vec::new();
         if places.iter().any(|place| matches!(place, Place::Edge(..))) {
-            halves.extend((0..surface.twins.len() as u32).filter(|h| surface.is_border(*h)));
+            halves.extend((0..surface.twins.len() as u32).filter(|h| surface.is_boundary(*h)));
             halves.sort_by_key(|h| surface.edge(*h));
         }
         let mut corners: HashMap<u32, Vec<u32>> = HashMap::new();
@@ -126,7 +126,7 @@ impl Outliers {
         Self { halves, corners }
     }
 
-    /// The border's half-edges on the edge of one of them.
+    /// The boundary's half-edges on the edge of one of them.
     fn halves_along(&self, surface: &CellSurface, half: u32) -> &[u32] {
         let edge = surface.edge(half);
         let from = self.halves.partition_point(|h| surface.edge(*h) < edge);
@@ -134,22 +134,22 @@ impl Outliers {
         &self.halves[from..from + count]
     }
 
-    /// The fans of triangles around a vertex between border edges, counter-clockwise, each with the half-edges by which
-    /// the border reaches and leaves the vertex.
+    /// The fans of triangles around a vertex between boundary edges, counter-clockwise, each with the half-edges by which
+    /// the boundary reaches and leaves the vertex.
     fn fans(&self, surface: &CellSurface, v: u32) -> Vec<(Vec<u32>, Option<[u32; 2]>)> {
         let Some(corners) = self.corners.get(&v) else { return Vec::new() };
-        let mut met: Vec<u32> = Vec::with_capacity(corners.len());
+        let mut visited: Vec<u32> = Vec::with_capacity(corners.len());
         let mut fans = Vec::new();
         // A corner is also the number of the half-edge that leaves the vertex.
-        let open = corners.iter().filter(|h| surface.is_border(**h));
+        let open = corners.iter().filter(|h| surface.is_boundary(**h));
         for first in open.chain(corners) {
-            if met.contains(first) {
+            if visited.contains(first) {
                 continue;
             }
             let mut fan = Vec::new();
             let mut half = *first;
             let ends = loop {
-                met.push(half);
+                visited.push(half);
                 fan.push(half / 3);
                 let into = before(half);
                 match surface.twins[into as usize] {

@@ -1,4 +1,4 @@
-//! The walk over one cell: from triangle to triangle, clipped by the bisectors with the sites around.
+//! One cell, traversed from triangle to triangle and clipped by the bisectors with nearby sites.
 
 use super::clip::{Label, cut};
 use super::sectors::{Sectors, SitesByTriangle};
@@ -6,41 +6,41 @@ use super::{CellSites, CellSurface, unit_hash};
 use crate::mesh::triangle::closest_on_triangle;
 use glam::DVec3;
 
-/// A site's weight is less than this share of the squared spacing: sites on one circle then have one triangulation,
-/// the same in every cell that sees it.
+/// A site's weight is below this fraction of the squared spacing. The weights make the triangulation of co-circular sites
+/// unique, so that all their cells agree on it.
 const WEIGHT: f64 = 1e-6;
 
-/// A site whose normal disagrees counts if the surface leads to it within this many spacings.
+/// A site whose normal points the other way counts if the surface connects to it within this many spacings.
 const REACH: f64 = 2.5;
 
-/// Edges shorter than this share of the spacing may be there for one cell and not for the other.
-const HAIR: f64 = 1e-6;
+/// Edges shorter than this fraction of the spacing may exist in one of their two cells only.
+const NEGLIGIBLE_EDGE: f64 = 1e-6;
 
-/// What all cells share.
+/// Input shared by all cells.
 pub(crate) struct Scene<'a> {
     pub surface: &'a CellSurface<'a>,
     pub sites: &'a CellSites<'a>,
     pub sectors: Sectors,
-    pub under: SitesByTriangle,
+    pub by_triangle: SitesByTriangle,
 }
 
 /// One cell.
 #[derive(Default)]
 pub(crate) struct Cell {
-    /// The pairs of sites that meet at its corners, counter-clockwise each.
+    /// The two other sites at each of its corners, counter-clockwise.
     pub corners: Vec<[u32; 2]>,
     pub area: f64,
-    /// The neighbours along its boundary with the triangles in which it runs.
+    /// The neighbours along its outline, each with the triangle in which the edge lies.
     pub edges: Vec<[u32; 2]>,
-    /// The triangles that it lies in, rising.
+    /// The triangles that it lies in, in ascending order.
     pub triangles: Vec<u32>,
-    /// Where its boundary, counter-clockwise, reaches the border and leaves it.
-    pub exits: Vec<OnBorder>,
-    pub entries: Vec<OnBorder>,
-    /// Of the middles of its parts in single triangles the one farthest from the site, with its triangle.
+    /// Where its outline, counter-clockwise, reaches the patch boundary and leaves it.
+    pub exits: Vec<OnBoundary>,
+    pub entries: Vec<OnBoundary>,
+    /// The centre, farthest from the site, of its parts in single triangles, with the triangle.
     pub farthest: (DVec3, u32),
-    /// How many half-edges of the border it touches.
-    pub border_halves: usize,
+    /// How many half-edges of the patch boundary it touches.
+    pub boundary_half_edges: usize,
 }
 
 /// A cut that does not count.
@@ -48,13 +48,13 @@ pub(crate) struct Cell {
 pub(crate) struct Uncut {
     /// The site that would cut.
     pub by: u32,
-    /// The triangles, rising, where it does count.
+    /// The triangles, in ascending order, where it does count.
     pub but_in: Vec<u32>,
 }
 
-/// A point on the border where the cell of a neighbour begins or ends.
+/// A point on the patch boundary where the cell of a neighbour begins or ends.
 #[derive(Debug, Clone, Copy)]
-pub(crate) struct OnBorder {
+pub(crate) struct OnBoundary {
     pub neighbour: u32,
     pub half: u32,
     pub point: DVec3,
@@ -64,11 +64,11 @@ pub(crate) struct OnBorder {
 struct Candidate {
     distance_sq: f64,
     site: u32,
-    /// Whether it counts; found out where it would cut, for it takes a walk over the surface.
+    /// Whether it counts; `None` until it would cut, since finding out takes a search over the surface.
     counts: Option<bool>,
 }
 
-/// A set of triangles that is emptied in no time.
+/// A set of triangles that is cleared in constant time.
 #[derive(Default)]
 struct Marks {
     round: u32,
@@ -87,12 +87,12 @@ impl Marks {
     }
 }
 
-/// The memory of one thread that walks cells.
+/// The working memory of one thread.
 #[derive(Default)]
 pub(crate) struct Walk {
     /// Sites that may cut the cell, nearest first.
     candidates: Vec<Candidate>,
-    /// The sites that the surface leads to nearby, sorted, once somebody asked.
+    /// The sites that the surface connects to nearby, sorted, once computed.
     reached: Option<Vec<u32>>,
     visited: Marks,
     flooded: Marks,
@@ -102,11 +102,11 @@ pub(crate) struct Walk {
 }
 
 impl Walk {
-    /// The cell of sector `s` but for cuts that do not count.
+    /// The cell of sector `s`; cuts `without` do not count.
     pub fn cell(&mut self, scene: &Scene, s: usize, without: &[Uncut]) -> Cell {
         let surface = scene.surface;
         let at = scene.sites.positions[scene.sectors.site[s] as usize];
-        let shortest_sq = (HAIR * scene.sites.spacing_at(scene.sectors.site[s])).powi(2);
+        let shortest_sq = (NEGLIGIBLE_EDGE * scene.sites.spacing_at(scene.sectors.site[s])).powi(2);
         let mut cell = Cell::default();
         let mut farthest_sq = -1.0;
         self.reached = None;
@@ -125,7 +125,7 @@ impl Walk {
             }
             let count = self.polygon.len();
             let middle = self.polygon.iter().map(|(p, _)| *p).sum::<DVec3>() / count as f64;
-            // Of an empty polygon it is not a number, and farther than nothing.
+            // For an empty polygon `middle` is NaN and the comparison false.
             if middle.distance_squared(at) > farthest_sq {
                 farthest_sq = middle.distance_squared(at);
                 cell.farthest = (middle, t);
@@ -144,15 +144,15 @@ impl Walk {
                     (before, Label::Edge(side)) => match surface.across(t, side) {
                         Some(next) => self.visit(next),
                         None => {
-                            cell.border_halves += 1;
+                            cell.boundary_half_edges += 1;
                             if let Label::Site(neighbour) = before {
-                                cell.exits.push(OnBorder { neighbour, half: 3 * t + side as u32, point });
+                                cell.exits.push(OnBoundary { neighbour, half: 3 * t + side as u32, point });
                             }
                         }
                     },
                     (Label::Edge(side), Label::Site(neighbour)) => {
                         if surface.across(t, side).is_none() {
-                            cell.entries.push(OnBorder { neighbour, half: 3 * t + side as u32, point });
+                            cell.entries.push(OnBoundary { neighbour, half: 3 * t + side as u32, point });
                         }
                     }
                 }
@@ -168,8 +168,8 @@ impl Walk {
         }
     }
 
-    /// Leaves in `polygon` what the bisectors leave of a triangle; false if the candidates ended before the radius of
-    /// security, so that others may cut it too.
+    /// Clips a triangle by the bisectors into `polygon`; false if the candidates ended before the security radius, so that
+    /// other sites may cut it too.
     fn clip(&mut self, scene: &Scene, s: usize, t: u32, without: &[Uncut]) -> bool {
         let sites = scene.sites;
         let i = scene.sectors.site[s];
@@ -185,7 +185,7 @@ impl Walk {
         let weight = |site: u32| most(site) * unit_hash(site);
         for c in 0..self.candidates.len() {
             let Candidate { distance_sq, site: j, counts } = self.candidates[c];
-            // The weights shift a bisector by a hair.
+            // The weights shift a bisector slightly.
             if distance_sq > 4.01 * radius_sq + 4.0 * most(i).max(most(j)) {
                 return true;
             }
@@ -209,7 +209,7 @@ impl Walk {
         false
     }
 
-    /// The sites listed as near; true if that is all there are.
+    /// Gathers the sites listed as near; true if these are all sites.
     fn near_candidates(&mut self, scene: &Scene, s: usize) -> bool {
         let n = scene.sites.positions.len();
         let i = scene.sectors.site[s] as usize;
@@ -224,8 +224,8 @@ impl Walk {
         self.gather(scene, s, (0..scene.sites.positions.len() as u32).filter(|j| *j != i));
     }
 
-    /// Those of `from` in the sector's patch. They count if they are on the same side of the surface, or if the surface
-    /// leads to them nearby.
+    /// Takes those of `from` in the sector's patch as candidates. They count if they are on the same side of the surface, or
+    /// if the surface connects to them nearby.
     fn gather(&mut self, scene: &Scene, s: usize, from: impl Iterator<Item = u32>) {
         let Scene { sites, sectors, .. } = scene;
         let at = sites.positions[sectors.site[s] as usize];
@@ -254,7 +254,7 @@ impl Walk {
         counts
     }
 
-    /// The sites, sorted, in triangles that hang together with those of sector `s` within [`REACH`] spacings of it.
+    /// The sites, sorted, in triangles connected with those of sector `s` within [`REACH`] spacings of it.
     fn flood(&mut self, scene: &Scene, s: usize) -> Vec<u32> {
         let surface = scene.surface;
         let at = scene.sites.positions[scene.sectors.site[s] as usize];
@@ -264,19 +264,19 @@ impl Walk {
         stack.iter().for_each(|t| {
             self.flooded.insert(*t);
         });
-        let mut found = Vec::new();
+        let mut reached = Vec::new();
         while let Some(t) = stack.pop() {
             if closest_on_triangle(at, surface.corners(t)).point.distance(at) > reach {
                 continue;
             }
-            found.extend_from_slice(scene.under.of(t));
+            reached.extend_from_slice(scene.by_triangle.of(t));
             for next in (0..3).filter_map(|side| surface.across(t, side)) {
                 if self.flooded.insert(next) {
                     stack.push(next);
                 }
             }
         }
-        found.sort_unstable();
-        found
+        reached.sort_unstable();
+        reached
     }
 }
