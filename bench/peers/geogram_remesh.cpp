@@ -1,8 +1,9 @@
-// Remeshes with geogram's library as its program vorpalite does: geogram_remesh IN OUT N LLOYD NEWTON, iterations of
-// each kind. Prints the seconds inside remesh_smooth. Made by setup.sh.
+// Remeshes with geogram's library as its program vorpalite does: geogram_remesh IN OUT N LLOYD NEWTON,
+// iterations of each kind. Prints the seconds inside remesh_smooth. Made by setup.sh.
 //
-// The package on PyPI is built without HLBFGS, which geogram takes for its Newton iterations and drops without a word where
-// there is none. Its optimizers are a factory, so libLBFGS stands in: the same method with as many corrections.
+// The package on PyPI is built without HLBFGS, which geogram needs for its Newton iterations; without it,
+// geogram skips them silently. Its optimizers are a factory, so libLBFGS stands in: the same method
+// with as many corrections.
 #include <chrono>
 #include <cstdio>
 #include <cstdlib>
@@ -28,7 +29,7 @@ public:
         parameters.epsilon = epsg_;
         double* at = lbfgs_malloc(int(n_));
         std::memcpy(at, x, n_ * sizeof(double));
-        // It ends at the last iteration, or where no step helps.
+        // It ends after the last iteration, or where no step lowers the value.
         const int ended = lbfgs(int(n_), at, nullptr, evaluate, progress, this, &parameters);
         if (ended < LBFGSERR_OUTOFINTERVAL) {
             std::fprintf(stderr, "lbfgs: error %d\n", ended);
@@ -41,12 +42,13 @@ public:
 private:
     static double evaluate(void* self, const double* x, double* gradient, int n, double) {
         double value = 0.0;
-        static_cast<LibLbfgs*>(self)->funcgrad_callback_(GEO::index_t(n), const_cast<double*>(x), value, gradient);
+        auto function = static_cast<LibLbfgs*>(self)->funcgrad_callback_;
+        function(GEO::index_t(n), const_cast<double*>(x), value, gradient);
         return value;
     }
 
-    static int progress(void* self, const double* x, const double* gradient, double value, double, double norm, double, int n,
-                        int, int) {
+    static int progress(void* self, const double* x, const double* gradient, double value, double,
+                        double norm, double, int n, int, int) {
         auto told = static_cast<LibLbfgs*>(self)->newiteration_callback_;
         if (told != nullptr) told(GEO::index_t(n), x, value, gradient, norm);
         return 0;

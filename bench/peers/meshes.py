@@ -1,4 +1,4 @@
-"""Triangle meshes in and out, with numpy alone, so that reading costs every method the same."""
+"""Reads and writes triangle meshes with numpy alone, so that reading costs every method the same."""
 
 import numpy as np
 
@@ -10,7 +10,7 @@ TYPES = {
 
 
 def read_ply(path):
-    """Vertices (f64) and triangles (i32) of a binary little-endian PLY whose faces are triangles without anything else."""
+    """Vertices (f64) and triangles (i32) of a binary little-endian PLY whose faces are triangles only."""
     with open(path, "rb") as file:
         data = file.read()
     end = data.index(b"end_header\n") + len(b"end_header\n")
@@ -19,7 +19,7 @@ def read_ply(path):
     for line in data[:end].decode("ascii").splitlines():
         words = line.split()
         if words[0] == "format" and words[1] != "binary_little_endian":
-            raise ValueError(f"{path}: {words[1]} is not read here")
+            raise ValueError(f"{path}: {words[1]} is not supported")
         if words[0] == "element":
             element = words[1]
             counts[element] = int(words[2])

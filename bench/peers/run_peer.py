@@ -1,10 +1,10 @@
 #!/usr/bin/env python3
 """Remeshes with another program: run_peer.py METHOD IN.ply OUT.ply N [--edge LENGTH]
 
-Prints one line of JSON: seconds inside the call (reading, writing and imports left out), vertices, the edge length asked
-for if the method takes one instead of a count, and the version. `run_peer.py --list` prints for each method why it cannot
-be had, or null. Methods that take an edge length get LENGTH, else that of N vertices in a hexagonal layout: the caller
-searches for the one that gives N.
+Prints one line of JSON: seconds inside the call (without reading, writing and imports), vertices, the edge
+length for methods that take one instead of a count, and the version. `run_peer.py --list` prints for each
+method why it is not available, or null. Methods that take an edge length get LENGTH, or else that of N vertices
+in a hexagonal layout; the caller searches for the one that gives N.
 """
 
 import argparse
@@ -21,9 +21,9 @@ import tempfile
 import time
 
 ITERATIONS = 10
-# Of vorpalite, if it is not told otherwise.
+# The defaults of vorpalite.
 LLOYD, NEWTON = "5", "30"
-# What a program says of its own time, where reading and writing would count otherwise.
+# The time that a program reports itself, where reading and writing would count otherwise.
 Timed = collections.namedtuple("Timed", "result seconds")
 
 
@@ -35,7 +35,7 @@ def pyacvd(points, faces, count, edge):
     mesh = pyvista.PolyData(points, np.column_stack([np.full(len(faces), 3), faces]))
 
     def call():
-        # Clusters are made of vertices; its documentation asks for many more of them than clusters.
+        # Clusters consist of vertices; the documentation asks for many more vertices than clusters.
         divided = acvd.Clustering(mesh)
         while divided.mesh.n_points < 10 * count:
             divided.subdivide(2)
@@ -73,7 +73,7 @@ def cgal(points, faces, count, edge):
         name = os.path.join(folder, "in.off")
         write_off(name, points, faces)
         mesh = Polyhedron_3(name)
-    # Making the list is not part of the work.
+    # Making the list does not count as work.
     facets = list(mesh.facets())
 
     def call():
@@ -95,7 +95,7 @@ def mmgs(points, faces, count, edge):
     folder = tempfile.TemporaryDirectory()
     names = [os.path.join(folder.name, name) for name in ("in.mesh", "out.mesh")]
     write_medit(names[0], points, faces)
-    # Its own limit on the distance would add vertices, to half as many again, whatever the edge length.
+    # Its own limit on the distance would add up to half as many vertices again, whatever the edge length.
     command = [mmgs_program(), "-v", "0", "-hsiz", repr(edge), "-hausd", repr(edge), names[0], names[1]]
 
     def call():
@@ -136,13 +136,13 @@ def geogram(points, faces, count, edge):
 
 
 def geogram_program():
-    """As setup.sh makes it, if it found what it takes; else None."""
+    """The program that setup.sh compiles; None if it could not."""
     made = pathlib.Path(__file__).parent / ".venv" / "bin" / "geogram_remesh"
     return str(made) if made.exists() else None
 
 
 def mmgs_program():
-    """On PATH, or in the package mmgpy; not the latter's script, which would start Python again. None if there is none."""
+    """In the package mmgpy (not its script, which would start Python again) or on PATH; None if there is none."""
     package = importlib.util.find_spec("mmgpy")
     if package and package.submodule_search_locations:
         inside = pathlib.Path(package.submodule_search_locations[0], "bin", "mmgs_O3")
@@ -167,7 +167,8 @@ def missing(name):
     """Why a method cannot run; None if it can."""
     package = METHODS[name][2]
     if package is not None:
-        return None if importlib.util.find_spec(package) else f"no Python package {package}: see bench/peers/setup.sh"
+        found = importlib.util.find_spec(package)
+        return None if found else f"no Python package {package}: see bench/peers/setup.sh"
     if name == "geogram":
         return None if geogram_program() else "no geogram_remesh: see bench/peers/setup.sh"
     found = mmgs_program() if name == "mmgs" else shutil.which(name)
@@ -175,7 +176,7 @@ def missing(name):
 
 
 def version(name):
-    """As its package says; None for programs."""
+    """The version of its package; None for programs."""
     try:
         return importlib.metadata.version({"mmgs": "mmgpy"}.get(name, name))
     except importlib.metadata.PackageNotFoundError:
@@ -184,7 +185,10 @@ def version(name):
 
 def main():
     if sys.argv[1:] == ["--list"]:
-        facts = {name: {"missing": missing(name), "takes_edge": takes} for name, (_, takes, _) in METHODS.items()}
+        facts = {
+            name: {"missing": missing(name), "takes_edge": takes}
+            for name, (_, takes, _) in METHODS.items()
+        }
         print(json.dumps(facts))
         return
     parser = argparse.ArgumentParser()

@@ -12,7 +12,7 @@ pub const ROUNDING: f64 = 1e-6;
 
 pub use crate::reference::octahedral::unpack as unpack_normal;
 
-/// Samples of `points` lie on the triangles that are said to be under them.
+/// Checks that samples of `points` lie on the triangles `under` them.
 pub fn landed(context: &Context, points: &[Vec4], under: &[u32]) -> Result<()> {
     for &i in &context.samples {
         let at = points[i].truncate().as_dvec3();
@@ -22,7 +22,7 @@ pub fn landed(context: &Context, points: &[Vec4], under: &[u32]) -> Result<()> {
     Ok(())
 }
 
-/// Neighbours of a sample have the distances of the nearest sites.
+/// Checks that the neighbours of a sample are as far away as its nearest sites.
 pub fn near_list(context: &Context, sample: usize, got: &[u32]) -> Result<()> {
     let (site, want) = (context.samples[sample], &context.near[sample]);
     let far = |j: u32| context.points[j as usize].distance(context.points[site]);
@@ -37,8 +37,8 @@ pub fn near_list(context: &Context, sample: usize, got: &[u32]) -> Result<()> {
     Ok(())
 }
 
-/// The face of a sample among its known neighbours for which `counts`, in a cube of half edge `far`; and its frame.
-/// None if a site that is not known might cut it.
+/// The face of a sample, cut by its known neighbours for which `counts` holds and by a cube of half edge
+/// `far`, and its frame. None if an unknown site might cut it.
 pub fn known_face(
     context: &Context,
     site: usize,

@@ -1,4 +1,4 @@
-//! What all measurements share: the surface, relaxed sites on it, samples to check, and the clock.
+//! Shared by all measurements: the surface, relaxed sites on it, samples to check, and the clock.
 
 use crate::iteration::Iteration;
 use crate::reference::nearest::nearest;
@@ -20,11 +20,11 @@ use std::path::Path;
 
 /// Kernels that are measured together.
 pub struct Group {
-    /// Names, dotted.
+    /// Their dotted names.
     pub kernels: &'static [&'static str],
-    /// Larger sizes are left out.
+    /// Largest number of sites to run with.
     pub most_sites: usize,
-    /// Checks the results, then times.
+    /// Checks the results, then measures the time.
     pub run: fn(&Context) -> Result<Vec<Row>>,
 }
 
@@ -33,7 +33,7 @@ pub const SMALL: usize = 10_000;
 
 /// A surface on host and device.
 pub struct Model {
-    /// Sample or file, without folder and ending.
+    /// The built-in model, or the file without folder and extension.
     pub name: String,
     /// The repaired mesh in the unit-diagonal frame.
     pub surface: Surface,
@@ -44,7 +44,7 @@ pub struct Model {
 }
 
 impl Model {
-    /// A sample, or else a file.
+    /// Loads a built-in model, or else a file.
     pub fn load(device: &Device, name: &str) -> Result<Self> {
         let known = samples::names().iter().any(|(sample, _)| *sample == name);
         let mesh = if known { samples::sample(name)? } else { io::read(Path::new(name))?.mesh };
@@ -58,29 +58,29 @@ impl Model {
     }
 }
 
-/// One surface with sites at rest.
+/// One surface with relaxed sites.
 pub struct Context<'a> {
-    /// Where everything runs.
+    /// The device that is measured.
     pub device: &'a Device,
     /// The surface.
     pub model: &'a Model,
     /// The stages of the default pipeline with the sites.
     pub iteration: Iteration,
-    /// Edge length of a perfect layout; with varying density of the mean one.
+    /// Edge length of a perfect layout, of the mean density if it varies.
     pub spacing: f64,
     /// How many times farther apart the sites are at one end than at the other.
     pub density: f64,
-    /// Timed runs.
+    /// Number of timed runs.
     pub runs: u32,
-    /// The relaxed sites as the device has them.
+    /// The relaxed sites as they are on the device.
     pub sites: Vec<Vec4>,
-    /// The same.
+    /// The same in f64.
     pub points: Vec<DVec3>,
     /// The triangle under each.
     pub under: Vec<u32>,
     /// Sites that are compared with the references.
     pub samples: Vec<usize>,
-    /// For each sample the nearest other sites by the reference, [`Context::KNOWN`] of them.
+    /// For each sample its [`Context::KNOWN`] nearest other sites, by the reference.
     pub near: Vec<Vec<u32>>,
 }
 
@@ -90,20 +90,21 @@ pub struct Work {
     pub kernel: &'static str,
     /// Bytes that all its dispatches in a run must read and write at least.
     pub bytes: usize,
-    /// What else there is to know.
+    /// A remark for the table.
     pub note: String,
 }
 
 impl Work {
-    /// Without a note.
+    /// Work without a note.
     pub fn new(kernel: &'static str, bytes: usize) -> Self {
         Self { kernel, bytes, note: String::new() }
     }
 }
 
-/// `count` of many more seeds: how many of them stay is graded along x, so that distances vary by `ratio`.
+/// `count` sites chosen from many more seeds, fewer and fewer along x, so that their distances vary by
+/// `ratio`.
 fn uneven(model: &Model, count: usize, ratio: f64) -> SitesOnSurface {
-    // Enough that the dense end has them as far apart as seeds should be.
+    // Enough that sites are well spread at the dense end, too.
     let all = seed::stratified(&model.surface, &SizeField::default(), 16 * count, 1);
     let (low, high) = all.positions.iter().fold((f64::MAX, f64::MIN), |(l, h), p| (l.min(p.x), h.max(p.x)));
     let weight = |p: &DVec3| ratio.powf(-2.0 * (p.x - low) / (high - low));
@@ -112,7 +113,7 @@ fn uneven(model: &Model, count: usize, ratio: f64) -> SitesOnSurface {
     let mut passed = 0.0;
     for (site, triangle) in all.positions.iter().zip(&all.triangles) {
         passed += weight(site) * count as f64 / sum;
-        // Half a share off, so that rounding cannot lose the last one.
+        // Shifted by a half, so that rounding cannot lose the last one.
         if seeds.len() < count && seeds.len() as f64 + 0.5 <= passed {
             seeds.push(*site, *triangle);
         }
@@ -121,10 +122,10 @@ fn uneven(model: &Model, count: usize, ratio: f64) -> SitesOnSurface {
 }
 
 impl<'a> Context<'a> {
-    /// Neighbours of a sample that are known.
+    /// Number of known neighbours of a sample.
     pub const KNOWN: usize = 64;
 
-    /// Seeds and relaxes `count` sites, which are `density` times farther apart at one end than at the other.
+    /// Places and relaxes `count` sites, `density` times farther apart at one end than at the other.
     pub fn new(device: &'a Device, model: &'a Model, count: usize, runs: u32, density: f64) -> Result<Self> {
         let seeds = if density > 1.0 {
             uneven(model, count, density)
@@ -137,7 +138,7 @@ impl<'a> Context<'a> {
         let sites = iteration.sites.to_vec(device)?;
         let points: Vec<DVec3> = sites.iter().map(|s| s.truncate().as_dvec3()).collect();
         let under = iteration.site_triangle.to_vec(device)?;
-        // The references look at every site, so the more sites there are the fewer are compared.
+        // The references look at every site, so fewer samples are compared when there are more sites.
         let wanted = (20_000_000 / count).clamp(24, 96);
         let samples: Vec<usize> = (0..wanted).map(|s| s * count / wanted).collect();
         let queries: Vec<DVec3> = samples.iter().map(|s| points[*s]).collect();
@@ -153,7 +154,7 @@ impl<'a> Context<'a> {
         self.sites.len()
     }
 
-    /// Runs what `record` records, which gets the number of the submission.
+    /// Submits what `record` records; `record` gets the number of the submission.
     pub fn submit(
         &self,
         record: &mut dyn FnMut(&mut Recorder, u32) -> rtfmesh::Result<()>,
@@ -165,8 +166,9 @@ impl<'a> Context<'a> {
         Ok(())
     }
 
-    /// Runs what `record` records as often as is asked for; a row for each of `kernels`. They must have run before, as
-    /// they have if they were checked: lavapipe compiles a kernel at its first dispatch.
+    /// Submits what `record` records as often as asked for, and gives a row for each of `kernels`. These must
+    /// have run before, as they have if they were checked, because lavapipe compiles a kernel at its first
+    /// dispatch.
     pub fn time(
         &self,
         kernels: &[Work],

@@ -11,7 +11,7 @@ use glam::{DVec2, Vec2};
 use rtfmesh::gpu::Buffer;
 use rtfmesh::stages::face::planar::{NEAR, PlanarFaces, PlanarInputs, PlanarOptions, PlanarPolygons};
 
-/// What the default pipeline does, and its polygons for those who want them.
+/// The faces of the default pipeline, and their polygons.
 pub const GROUPS: [Group; 2] = [
     Group {
         kernels: &["face.planar", "face.planar_rest", "face.planar_exact"],
@@ -21,7 +21,7 @@ pub const GROUPS: [Group; 2] = [
     Group { kernels: &["face.polygons"], most_sites: usize::MAX, run: polygons },
 ];
 
-/// Relaxed sites leave next to nothing to the later rounds, so these are given every so many sites to be seen at work.
+/// Relaxed sites leave almost nothing to the later kernels, so these get one site in so many.
 const FORCED: usize = 16;
 
 fn planar(context: &Context) -> Result<Vec<Row>> {
@@ -30,7 +30,7 @@ fn planar(context: &Context) -> Result<Vec<Row>> {
     let site_bytes = |lines: usize| 16 + 4 + 4 * lines + 8 + 16 + 32;
     let mut rows = Vec::new();
     let away: Vec<Vec2> = it.lists.away.to_vec(context.device)?;
-    // Neighbours decide nothing if the next one may be right beside the site.
+    // Neighbours decide nothing if an unlisted site may be right beside the site.
     let forced = |change: fn(Vec2) -> Vec2| {
         let short = away.iter().enumerate().map(|(i, r)| if i % FORCED == 0 { change(*r) } else { *r });
         Buffer::from_slice(context.device, "bench.short_away", &short.collect::<Vec<_>>())
@@ -41,7 +41,7 @@ fn planar(context: &Context) -> Result<Vec<Row>> {
     {
         let faces = PlanarFaces::new(context.device, n, &options)?;
         let inputs = PlanarInputs { away, ..it.inputs() };
-        // A counter an iteration: a run counts for itself.
+        // There is a counter for each iteration, so each run has its own.
         let mut record = |recorder: &mut _, number| faces.record(recorder, &inputs, &it.planar_move(number));
         context.submit(&mut record, 0)?;
         let counts = faces.counts(&faces.insecure.to_vec(context.device)?, 0);
@@ -50,9 +50,7 @@ fn planar(context: &Context) -> Result<Vec<Row>> {
         let (near, listed, open) = (counts.undecided_by_near, counts.undecided_by_list, counts.open);
         let work = match kernel {
             "face.planar" => Work {
-                note: format!(
-                    "leaves {near} sites undecided, of which the lists leave {listed}; {open} open"
-                ),
+                note: format!("{near} sites undecided, {listed} of them after the whole lists; {open} open"),
                 ..Work::new(kernel, n * site_bytes(NEAR as usize))
             },
             "face.planar_rest" => Work {
@@ -69,7 +67,7 @@ fn planar(context: &Context) -> Result<Vec<Row>> {
     Ok(rows)
 }
 
-/// The targets of the samples, and of `listed` sites, are the centroids of their faces.
+/// Checks that the targets of the samples, and of `listed` sites, are the centroids of their faces.
 fn check_targets(context: &Context, faces: &PlanarFaces, listed: impl Iterator<Item = usize>) -> Result<()> {
     let targets = faces.targets.to_vec(context.device)?;
     let normals = context.iteration.normals.normals.to_vec(context.device)?;

@@ -1,4 +1,5 @@
-//! The iteration of the default pipeline, put together from its stages as `src/pipeline/level.rs` does.
+//! The iteration of the default pipeline, built from its stages as in
+//! `src/pipeline/coarse_to_fine/level.rs`.
 
 use crate::check;
 use crate::context::{Context, Group, Model, Work};
@@ -15,36 +16,36 @@ use rtfmesh::stages::step::Settle;
 
 /// Neighbours in a list.
 pub const LIST: u32 = 20;
-/// Lists are made anew when a site has moved by more than this share of its reach.
+/// Lists are built again when a site has moved by more than this share of its reach.
 const MAX_RHO: f32 = 0.14;
-/// No site moves by that share in a few iterations near rest.
+/// A share that no site near rest moves by in a few iterations.
 const NEVER: f32 = 0.5;
-/// Longest move in spacings until the faces are typical.
+/// Longest move, in spacings, until the faces are typical.
 const LARGEST_MOVE: f64 = 0.5;
-/// That much of it from then on, as in the last iterations of a level. What lists do not decide, a walk over boxes does,
-/// which takes the longer the farther sites have gone since the lists were made.
+/// Share of it from then on, as in the last iterations of a level. A walk over boxes decides what lists do
+/// not, and takes the longer the farther sites have moved since the lists were built.
 const LATE: f32 = 0.14;
 /// No face reaches farther than this many spacings from its site.
 const WIDEST: f64 = 2.5;
-/// Largest share of the last motion that is added.
+/// Largest share of the previous motion that is added to a step.
 const MOMENTUM: f32 = 0.9;
 /// Iterations until the faces are typical.
 const RELAX: u32 = 10;
 
-/// The whole iteration, where the lists stay and where they are made anew.
+/// The whole iteration, with the lists kept and with the lists built again.
 pub const GROUP: Group = Group { kernels: &[KEPT, ANEW], most_sites: usize::MAX, run: whole };
 
 const KEPT: &str = "iteration.lists_kept";
 const ANEW: &str = "iteration.lists_anew";
 
-/// What becomes of the lists.
+/// What to do with the lists.
 #[derive(Clone, Copy, PartialEq, Eq)]
 enum Refresh {
     /// The device decides, as in a run.
     Decided,
-    /// They stay, whatever the sites did.
+    /// They are kept, however far the sites moved.
     Kept,
-    /// They are made anew.
+    /// They are built again.
     Anew,
 }
 
@@ -69,8 +70,8 @@ pub struct Iteration {
 }
 
 impl Iteration {
-    /// For `seeds` with this mean spacing that vary by `density`, and as many iterations as relaxing and `runs` timed runs
-    /// take.
+    /// For `seeds` with this mean spacing, which varies by `density`, and as many iterations as relaxing and
+    /// `runs` timed runs take.
     pub fn new(
         device: &Device,
         seeds: &SitesOnSurface,
@@ -93,7 +94,7 @@ impl Iteration {
         })
     }
 
-    /// Iterates until the faces are typical, and makes the lists of the result.
+    /// Iterates until the faces are typical, and builds the lists of the result.
     pub fn relax(&self, device: &Device, model: &Model, seeds: &SitesOnSurface) -> rtfmesh::Result<()> {
         let mut recorder = device.recorder()?;
         let targets: Vec<Vec4> = seeds.positions.iter().map(|p| p.as_vec3().extend(0.0)).collect();
@@ -145,12 +146,12 @@ impl Iteration {
         self.settle.record(recorder, &self.walk, targets, &self.sites, iteration)
     }
 
-    /// What the face kernels read.
+    /// The inputs of the face kernels.
     pub fn inputs(&self) -> PlanarInputs<'_> {
         PlanarInputs::new(&self.sites, &self.normals.normals, &self.lists)
     }
 
-    /// A plain step.
+    /// A step without momentum.
     pub fn planar_move(&self, iteration: u32) -> PlanarMove {
         PlanarMove {
             iteration,
@@ -161,18 +162,18 @@ impl Iteration {
         }
     }
 
-    /// No site moves farther: little where sites are close together.
+    /// The longest move: short enough where sites are close together.
     pub fn largest_move(&self) -> f32 {
         (LARGEST_MOVE * self.spacing / self.density) as f32
     }
 
-    /// No face reaches farther: far enough where sites are far apart.
+    /// The farthest that a face reaches: far enough where sites are far apart.
     pub fn widest(&self) -> f32 {
         (WIDEST * self.spacing * self.density) as f32
     }
 }
 
-/// Times iterations from the relaxed sites on, and puts these back.
+/// Times iterations that start from the relaxed sites, and puts these back.
 fn whole(context: &Context) -> Result<Vec<Row>> {
     let it = &context.iteration;
     let builds = || anyhow::Ok(it.lists.status.to_vec(context.device)?[2]);
@@ -186,7 +187,7 @@ fn whole(context: &Context) -> Result<Vec<Row>> {
         })?;
         let made = builds()? - before;
         let wanted = if refresh == Refresh::Anew { context.runs } else { 0 };
-        ensure!(made == wanted, "{kernel}: the lists were made {made} times instead of {wanted}");
+        ensure!(made == wanted, "{kernel}: the lists were built {made} times instead of {wanted}");
         let calls = runs[0].values().map(|(calls, _)| calls).sum();
         let sums = runs.iter().map(|run| run.values().map(|(_, ms)| ms).sum()).collect();
         rows.push(context.row(&Work::new(kernel, 0), calls, sums));
@@ -209,7 +210,7 @@ fn put_back(context: &Context) -> Result<()> {
     recorder.upload(&it.sites, &context.sites)?;
     recorder.upload(&it.site_triangle, &context.under)?;
     it.lists.record_build(&mut recorder, &it.sites)?;
-    // The nearest point of a site is the site itself; this gives back its normal.
+    // The point of the surface nearest to a site is the site itself; this restores its normal.
     recorder.upload(&it.faces.targets, &context.sites)?;
     it.record_move(&mut recorder, context.model, 0)?;
     recorder.upload(&it.sites, &context.sites)?;

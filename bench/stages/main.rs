@@ -34,7 +34,7 @@ struct Args {
     /// Timed runs of each kernel, after the one that is checked
     #[arg(long, default_value_t = 3)]
     runs: u32,
-    /// Samples or mesh files; repeat it for several
+    /// Built-in model or mesh file; repeat it for several
     #[arg(long, default_values = ["torus", "genus3"])]
     mesh: Vec<String>,
     /// How many times farther apart the sites are at one end of the surface than at the other
@@ -49,15 +49,15 @@ struct Args {
     /// Writes the results to this file
     #[arg(long)]
     json: Option<PathBuf>,
-    /// Prints ratios to the results in this file, written by --json
+    /// Prints ratios to the results in this file, which --json wrote
     #[arg(long)]
     compare: Option<PathBuf>,
-    /// What `cargo bench` passes; has no effect
+    /// Passed by `cargo bench`; has no effect
     #[arg(long, hide = true)]
     bench: bool,
 }
 
-/// In the order of the iteration; what the paper's preset adds comes last.
+/// In the order of the iteration; the kernels of the paper's preset come last.
 const GROUPS: [&[Group]; 6] = [
     &[iteration::GROUP],
     &neighbours::GROUPS,
@@ -99,7 +99,7 @@ fn main() -> Result<()> {
     Ok(())
 }
 
-/// All kernels at one size. What does not fit the device is a row that says so.
+/// All kernels at one size. A kernel that does not fit on the device gets a row that says so.
 fn measure(device: &Device, model: &Model, sites: usize, args: &Args) -> Result<Vec<Row>> {
     let wanted = |name: &str| args.only.as_deref().is_none_or(|part| name.contains(part));
     let context = match Context::new(device, model, sites, args.runs, args.density) {
@@ -123,7 +123,7 @@ fn measure(device: &Device, model: &Model, sites: usize, args: &Args) -> Result<
     Ok(rows)
 }
 
-/// The reason, if `error` is a lack of memory.
+/// The reason, if `error` is about memory.
 fn too_large(error: anyhow::Error) -> Result<String> {
     match error.downcast_ref::<Error>() {
         Some(Error::OutOfMemory { what, bytes, problem, .. }) => {

@@ -1,4 +1,4 @@
-//! Back onto the surface, and the move itself.
+//! Projection onto the surface, and the move itself.
 
 use crate::check::{ROUNDING, landed, unpack_normal};
 use crate::context::{Context, Group, Work};
@@ -12,7 +12,7 @@ use rtfmesh::stages::project::closest::ClosestPoints;
 use rtfmesh::stages::project::walk::Walk;
 use rtfmesh::stages::step::{Settle, Step};
 
-/// The walk and the search that can follow it; the tree is built once for a surface.
+/// The walk, and the search that can follow it, whose tree is built once for a surface.
 pub const GROUPS: [Group; 3] = [
     Group {
         kernels: &["project.leaves", "project.join", "project.walk", "project.closest"],
@@ -23,7 +23,7 @@ pub const GROUPS: [Group; 3] = [
     Group { kernels: &["step.step"], most_sites: usize::MAX, run: step },
 ];
 
-/// The targets of the relaxed sites: what one plain iteration wants.
+/// The targets of the relaxed sites in an iteration without momentum.
 pub fn targets(context: &Context) -> Result<Vec<Vec4>> {
     let it = &context.iteration;
     context.submit(&mut |recorder, _| it.faces.record(recorder, &it.inputs(), &it.planar_move(1)), 0)?;
@@ -65,7 +65,7 @@ fn project(context: &Context) -> Result<Vec<Row>> {
         missed += usize::from(f64::from(walked[i].w) > got + ROUNDING);
     }
     ensure!(10 * missed <= context.samples.len(), "{missed} walks ended too far away");
-    // At least the triangles that sites lie on must be read.
+    // The triangles that sites lie on are the least that must be read.
     let triangles = n.min(records.len());
     let (t, nodes) = (records.len(), 16 * bvh.nodes.len());
     let works = [
@@ -85,7 +85,7 @@ fn project(context: &Context) -> Result<Vec<Row>> {
     })
 }
 
-/// Points, distances, triangles and normals belong together.
+/// Checks that points, distances, triangles and normals match.
 fn check_projected(context: &Context, targets: &[Vec4], walk: &Walk, under: &Buffer<u32>) -> Result<()> {
     let projected = walk.projected.to_vec(context.device)?;
     let normals = walk.normals.to_vec(context.device)?;
@@ -118,7 +118,7 @@ fn settle(context: &Context) -> Result<Vec<Row>> {
     let (projected, normals) = (walk.projected.to_vec(device)?, walk.normals.to_vec(device)?);
     let (got, packed) = (sites.to_vec(device)?, settle.surface_normals.to_vec(device)?);
     for i in 0..n {
-        ensure!(got[i] == projected[i].with_w(0.0), "site {i} is not where it was to go");
+        ensure!(got[i] == projected[i].with_w(0.0), "site {i} is not at its target");
         let off = unpack_normal(packed[i]).distance(normals[i].truncate().as_dvec3());
         ensure!(off < 2e-4, "site {i}: the normal is {off} off");
     }
@@ -129,7 +129,7 @@ fn settle(context: &Context) -> Result<Vec<Row>> {
     context.time(&works, &mut record)
 }
 
-/// The history has root mean square and largest of the squared steps.
+/// Checks the root mean square and the largest step in the history.
 fn check_steps(history: &Buffer<Vec2>, context: &Context, squares: &[f64]) -> Result<()> {
     let got = history.to_vec(context.device)?[0].as_dvec2();
     let rms = (squares.iter().sum::<f64>() / squares.len() as f64).sqrt();
@@ -149,7 +149,7 @@ fn step(context: &Context) -> Result<Vec<Row>> {
     context.submit(&mut record, 0)?;
     let got = sites.to_vec(device)?;
     let place = (0..n).find(|i| got[*i] != wanted[*i].with_w(0.0));
-    ensure!(place.is_none(), "site {place:?} is not where it was to go");
+    ensure!(place.is_none(), "site {place:?} is not at its target");
     let far = |i: usize| (wanted[i] - context.sites[i]).truncate().as_dvec3().length_squared();
     check_steps(&step.history, context, &(0..n).map(far).collect::<Vec<_>>())?;
     context.time(&[Work::new("step.step", n * 48 + 8 * n.div_ceil(64))], &mut record)

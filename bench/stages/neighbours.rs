@@ -1,4 +1,4 @@
-//! Neighbour lists, what keeps them valid, and the normals over them.
+//! Neighbour lists, the bounds that keep them valid, and the normals over them.
 
 use crate::check::{near_list, unpack_normal};
 use crate::context::{Context, Group, Work};
@@ -18,7 +18,7 @@ pub const GROUPS: [Group; 3] = [
     Group { kernels: &["normals.smooth"], most_sites: usize::MAX, run: smooth },
 ];
 
-/// Distances since the lists were made, after a move that is too small to make them anew.
+/// Distances moved since the lists were built, after a move that is too small to build them again.
 fn refresh(context: &Context) -> Result<Vec<Row>> {
     let (n, lists) = (context.len(), &context.iteration.lists);
     let off = |i: usize| 0.02 * context.spacing as f32 * (i % 7) as f32;
@@ -41,12 +41,12 @@ fn refresh(context: &Context) -> Result<Vec<Row>> {
     let status = lists.status.to_vec(context.device)?;
     let told = f32::from_bits(status[1]);
     ensure!((told - rho).abs() <= 1e-5 * rho, "rho is {told} instead of {rho}");
-    ensure!(status[2] == builds, "the lists were made anew");
+    ensure!(status[2] == builds, "the lists were built again");
     let works = [Work::new("neighbours.moved", 44 * n), Work::new("neighbours.decide", 0)];
     let rows = context.time(&works, &mut |recorder, _| lists.record_refresh(recorder, &buffer, 0.5))?;
-    // The sites did not move, so nor must the lists say so.
+    // The sites did not move, so the lists must not say that they did.
     context.submit(&mut |recorder, _| lists.record_build(recorder, &context.iteration.sites), 0)?;
-    ensure!(lists.status.to_vec(context.device)?[2] == builds + 1, "the lists were not made anew");
+    ensure!(lists.status.to_vec(context.device)?[2] == builds + 1, "the lists were not built again");
     Ok(rows)
 }
 
@@ -93,7 +93,7 @@ fn smooth(context: &Context) -> Result<Vec<Row>> {
             .filter(|j| *j != NONE)
             .map(|j| unpack_normal(own[j as usize]))
             .collect();
-        // Where the surface folds the kernel decides by counting; elsewhere it is the plain mean.
+        // In folds of the surface the kernel decides by counting; elsewhere it takes the plain mean.
         if around.iter().all(|n| n.dot(mine) > 0.01) {
             let want = (mine + around.iter().sum::<DVec3>()).normalize();
             let off = unpack_normal(got[i]).distance(want);

@@ -1,4 +1,4 @@
-//! Spatial order: codes, sort with its scans, gathers.
+//! Spatial order: Morton codes, sort with its prefix sums, gathers.
 
 use crate::context::{Context, Group, Work};
 use crate::results::Row;
@@ -7,7 +7,7 @@ use glam::Vec4;
 use rtfmesh::gpu::Buffer;
 use rtfmesh::stages::spatial::SpatialOrder;
 
-/// One: the kernels need each other.
+/// A single group, because the kernels need each other.
 pub const GROUPS: [Group; 1] = [Group {
     kernels: &[
         "spatial.morton",
@@ -22,7 +22,7 @@ pub const GROUPS: [Group; 1] = [Group {
     run: sort,
 }];
 
-/// Passes of the sort of 30 bits.
+/// Passes of the sort by 30 bits.
 const PASSES: usize = 8;
 
 fn sort(context: &Context) -> Result<Vec<Row>> {
@@ -41,16 +41,16 @@ fn sort(context: &Context) -> Result<Vec<Row>> {
     ensure!(codes.iter().zip(&places).is_sorted(), "the codes are not sorted, or ties not by index");
     let mut once = places.clone();
     once.sort_unstable();
-    ensure!(once.into_iter().eq(0..n as u32), "a site is lost, or there twice");
+    ensure!(once.into_iter().eq(0..n as u32), "a site is missing or occurs twice");
     let differing =
         places.iter().zip(&codes).filter(|(i, code)| morton(context.sites[**i as usize]) != **code).count();
-    // A coordinate may round to the other side of a cell's wall.
+    // A coordinate may be rounded into the next cell.
     ensure!(differing <= n / 500, "{differing} codes differ");
     let (vectors, indices) = (vectors.to_vec(device)?, indices.to_vec(device)?);
     for (new, old) in places.iter().map(|i| *i as usize).enumerate() {
         ensure!(vectors[new] == context.sites[old] && indices[new] == context.under[old], "site {old}");
     }
-    // Sixteen counters for every 32 pairs, and a level of sums for every 32 values below it.
+    // Sixteen counters for every 32 pairs, and one sum for every 32 values of the level below.
     let counts = 4 * 16 * n.div_ceil(32);
     let sums = counts / 31;
     let works = [
@@ -65,7 +65,7 @@ fn sort(context: &Context) -> Result<Vec<Row>> {
     context.time(&works, &mut record)
 }
 
-/// The code by interleaving bit by bit.
+/// The Morton code, interleaved bit by bit.
 fn morton(p: Vec4) -> u32 {
     let cell = |x: f32| ((x + 0.51) * (1024.0 / 1.02)).clamp(0.0, 1023.0) as u32;
     let axes = [cell(p.x), cell(p.y), cell(p.z)];

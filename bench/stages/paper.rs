@@ -1,4 +1,4 @@
-//! What the preset of the paper adds.
+//! The kernels of the paper's preset.
 
 use crate::check::{known_face, near_list};
 use crate::context::{Context, Group, SMALL, Work};
@@ -83,7 +83,7 @@ fn fit(context: &Context) -> Result<Vec<Row>> {
         let gap = (middle - low) / high;
         if gap > 0.05 && flags[i] == 0 {
             let sine = normals[i].truncate().as_dvec3().cross(want.normal).length();
-            // Of two sites at one distance the lists may hold either.
+            // Of two sites at the same distance, the lists may contain either.
             ensure!(sine <= 1e-3, "site {i}: the normal is {sine} off");
             compared += 1;
         }
@@ -129,7 +129,8 @@ fn cell(context: &Context) -> Result<Vec<Row>> {
     context.time(&[Work::new("face.cell", bytes)], &mut record)
 }
 
-/// Both middles of the same faces, those of the default pipeline: cells take too long for so many sites.
+/// Both kinds of centroid, of the faces of the default pipeline, because cells take too long for so many
+/// sites.
 fn centroids(context: &Context) -> Result<Vec<Row>> {
     let (n, device, it) = (context.len(), context.device, &context.iteration);
     let faces = CellFaces::new(device, n, &CellOptions::paper(LIST, context.spacing))?;
@@ -168,7 +169,7 @@ fn centroids(context: &Context) -> Result<Vec<Row>> {
             let off = targets[i].truncate().as_dvec3().distance(want);
             off_count += usize::from(off > 1e-3 * context.spacing);
         }
-        // Whether two corners count as one is a threshold, which rounding may pass.
+        // The weight of close corners has a threshold, which rounding may cross.
         ensure!(off_count <= usize::from(name == "vertex"), "{off_count} {name} centroids are off");
     }
     let bytes = n * (16 + 16 + 4 + 16) + 8 * count.iter().map(|c| *c as usize).sum::<usize>();
@@ -201,7 +202,7 @@ fn nearest_vertices(context: &Context) -> Result<Vec<Row>> {
         ensure!((far - want).abs() < 2e-6, "site {i}: {far} away instead of {want}");
     }
     let (v, t) = (surface.vertices.len(), surface.triangles.len());
-    // Vertices, triangles and stars are read at least once each if there are sites everywhere.
+    // With sites everywhere, vertices, triangles and stars are each read at least once.
     let seen = (16 * v + 16 * t + 4 * v + 12 * t) * n.min(v) / v;
     let bytes = n * (16 + 4 * k as usize + 16 + 4) + seen;
     context.time(&[Work::new("project.nearest_vertices", bytes)], &mut record)

@@ -1,4 +1,4 @@
-//! What was measured: rows, table, and the file that later runs compare with.
+//! The results: rows, table, and the file that later runs compare with.
 
 use crate::context::Model;
 use anyhow::{Context as _, Result};
@@ -8,7 +8,7 @@ use rtfmesh::DeviceInfo;
 use serde::{Deserialize, Serialize};
 use std::path::Path;
 
-/// All of one run of the program.
+/// All results of one run of the program.
 #[derive(Serialize, Deserialize)]
 pub struct Report {
     /// Name of the device.
@@ -19,14 +19,14 @@ pub struct Report {
     pub api: String,
     /// Timed runs of each kernel.
     pub runs: u32,
-    /// One a kernel, mesh and size.
+    /// One for each kernel, mesh and size.
     pub rows: Vec<Row>,
 }
 
 /// One kernel on one mesh at one size.
 #[derive(Serialize, Deserialize)]
 pub struct Row {
-    /// Sample or file.
+    /// Built-in model or file.
     pub mesh: String,
     /// Triangles of the mesh.
     pub triangles: usize,
@@ -40,13 +40,13 @@ pub struct Row {
     pub median_milliseconds: f64,
     /// The fastest run.
     pub min_milliseconds: f64,
-    /// The median over the number of sites.
+    /// The median divided by the number of sites.
     pub microseconds_per_site: f64,
     /// Bytes that the kernel must read and write at least, each once.
     pub bytes: u64,
-    /// These bytes over the median.
+    /// These bytes divided by the median.
     pub gigabytes_per_second: f64,
-    /// What else there is to know; why there are no figures if there are none.
+    /// A remark; the reason if there are no figures.
     pub note: String,
 }
 
@@ -74,7 +74,7 @@ impl Row {
 }
 
 impl Report {
-    /// Without rows.
+    /// A report without rows.
     pub fn new(device: &DeviceInfo, runs: u32) -> Self {
         Self {
             device: device.name.clone(),
@@ -90,21 +90,21 @@ impl Report {
         format!("{} ({}, Vulkan {}), {} runs each", self.device, self.driver, self.api, self.runs)
     }
 
-    /// What an earlier run wrote.
+    /// Reads what an earlier run wrote.
     pub fn read(path: &Path) -> Result<Self> {
         let name = path.display();
         let text = std::fs::read_to_string(path).with_context(|| format!("reading {name}"))?;
         serde_json::from_str(&text).with_context(|| format!("{name} was not written by --json"))
     }
 
-    /// For a later run.
+    /// Writes the file for a later run.
     pub fn write(&self, path: &Path) -> Result<()> {
         let text = serde_json::to_string_pretty(self)? + "\n";
         std::fs::write(path, text).with_context(|| format!("writing {}", path.display()))
     }
 }
 
-/// The rows for people; with an earlier report also how its medians changed.
+/// The rows as a table; with an earlier report also the ratio of medians.
 pub fn table(rows: &[Row], earlier: Option<&Report>) -> String {
     let mut table = Table::new();
     table.load_style(NOTHING);

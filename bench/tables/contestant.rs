@@ -1,4 +1,4 @@
-//! Programs that take a mesh file and write another: this one and those of bench/peers.
+//! Programs that read a mesh file and write another: rtfmesh and those of bench/peers.
 
 use crate::process;
 use crate::search::Search;
@@ -8,10 +8,10 @@ use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
-/// Where the runner is, from the package's root, in which cargo starts benches.
+/// The runner, relative to the package's root, where cargo starts benches.
 const FOLDER: &str = "bench/peers";
 
-/// What `run_peer.py --list` says of a method.
+/// What `run_peer.py --list` says about a method.
 #[derive(Debug, Deserialize)]
 pub struct Fact {
     /// Why it cannot run.
@@ -22,24 +22,24 @@ pub struct Fact {
 /// A program to compare.
 #[derive(Clone)]
 pub struct Contestant {
-    /// In tables.
+    /// Name in tables.
     pub name: String,
     kind: Kind,
 }
 
 #[derive(Clone)]
 enum Kind {
-    /// This program with these arguments.
+    /// rtfmesh with these arguments.
     Ours { arguments: Vec<String>, device: Option<String> },
-    /// A method of the runner; whether it takes an edge length.
+    /// A method of the runner, and whether it takes an edge length.
     Peer { python: PathBuf, takes_edge: bool },
 }
 
-/// What is asked of all.
+/// The task that all programs get.
 pub struct Task {
     /// Input, binary PLY.
     pub input: PathBuf,
-    /// Where results and logs go.
+    /// Folder for results and logs.
     pub folder: PathBuf,
     /// Vertices.
     pub vertices: usize,
@@ -67,7 +67,7 @@ pub fn python() -> PathBuf {
     if own.exists() { own } else { PathBuf::from("python3") }
 }
 
-/// What the runner says of every method.
+/// What the runner says about every method.
 ///
 /// # Errors
 /// If there is no Python, or it fails.
@@ -76,11 +76,11 @@ pub fn facts(python: &Path, folder: &Path) -> Result<BTreeMap<String, Fact>> {
     serde_json::from_str(&ended.output).context("what run_peer.py --list printed")
 }
 
-/// What this program says of its own time in seconds. It leaves reading, writing and opening the device out.
+/// The time in seconds that rtfmesh reports, without reading, writing and opening the device.
 fn wall_time(messages: &str) -> Result<f64> {
     let row = messages.lines().find_map(|line| line.trim().strip_prefix("wall time"));
     let seconds = row.and_then(|row| row.trim().strip_suffix(" s"));
-    seconds.and_then(|seconds| seconds.parse().ok()).context("the program did not tell its wall time")
+    seconds.and_then(|seconds| seconds.parse().ok()).context("the program did not print its wall time")
 }
 
 fn runner() -> PathBuf {
@@ -88,7 +88,7 @@ fn runner() -> PathBuf {
 }
 
 impl Contestant {
-    /// This program.
+    /// rtfmesh.
     pub fn ours(name: &str, arguments: &[&str], device: Option<&str>) -> Self {
         let arguments = arguments.iter().map(|a| (*a).to_owned()).collect();
         Self { name: name.to_owned(), kind: Kind::Ours { arguments, device: device.map(str::to_owned) } }
@@ -100,12 +100,13 @@ impl Contestant {
         Self { name: name.to_owned(), kind }
     }
 
-    /// Where its result is.
+    /// The file with its result.
     pub fn result(&self, task: &Task) -> PathBuf {
         task.folder.join(format!("{}.ply", self.name.replace(' ', "-")))
     }
 
-    /// The edge length that gives the wanted count, and how many runs it took to find; none for those that take a count.
+    /// The edge length that gives the wanted count, and how many runs it took to find; none for programs that
+    /// take a count.
     ///
     /// # Errors
     /// If the program fails.
@@ -151,7 +152,9 @@ impl Contestant {
     }
 
     fn ask(&self, task: &Task, edge: Option<f64>) -> Result<(Said, f64)> {
-        let Kind::Peer { python, .. } = &self.kind else { bail!("{} is no method of the runner", self.name) };
+        let Kind::Peer { python, .. } = &self.kind else {
+            bail!("{} is not a method of the runner", self.name)
+        };
         let mut command = Command::new(python);
         command.arg(runner()).arg(&self.name).arg(&task.input).arg(self.result(task));
         command.arg(task.vertices.to_string());
@@ -159,7 +162,7 @@ impl Contestant {
             command.arg("--edge").arg(edge.to_string());
         }
         let ended = process::run(&mut command, &task.folder)?;
-        // Libraries may print on their own.
+        // Libraries may print something before.
         let last = ended.output.lines().rev().find(|line| line.starts_with('{'));
         let said = serde_json::from_str(last.context("the runner printed no figures")?)?;
         Ok((said, ended.seconds))

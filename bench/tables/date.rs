@@ -1,4 +1,4 @@
-//! The calendar, as far as a time stamp needs it.
+//! Dates for time stamps.
 
 /// Seconds since 1970 as `2024-02-29 23:59 UTC`.
 pub fn utc(seconds: u64) -> String {

@@ -1,4 +1,4 @@
-//! Fig. 10: what the lengths of the neighbour lists do.
+//! Fig. 10: the effect of the lengths of the neighbour lists.
 
 use crate::markdown::{Table, number, significant};
 use crate::models::Model;
@@ -23,7 +23,7 @@ const LENGTHS: [Length; 3] = [
     Length { name: "k_proj", values: [2, 8, 16, 32], set: |o, k| o.k_project = k, stage: "projection" },
 ];
 
-/// Fewer than the paper's 160: ten runs on each of two models are many.
+/// Fewer than the paper's 160, because there are ten runs on each of two models.
 const ITERATIONS: u32 = 20;
 
 /// On torus and bunny; a quick run leaves the bunny out.
@@ -83,8 +83,9 @@ pub fn section(bench: &mut Bench) -> Result<Section> {
     }
     let title = "Fig. 10: lengths of the neighbour lists (rtf)".to_owned();
     let text = vec![format!(
-        "{iterations} iterations, not the paper's 160. While one length varies, the others are 16, 32 and 16. One search \
-         serves normals and faces; its time, with that before the projection, is beside the stage's."
+        "{iterations} iterations, not the paper's 160. While one length varies, the others are 16, 32 and \
+         16. One search serves normals and faces. Its time is listed beside the stage's, together with that \
+         of the search before the projection."
     )];
     Ok(Section { name: "fig10", title, text, table, rows, charts })
 }

@@ -25,7 +25,7 @@ pub fn section(bench: &mut Bench) -> Result<Section> {
     for model in bench.models(names)? {
         let mut all = Vec::new();
         for preset in bench.presets.clone() {
-            // Disks are thrown once.
+            // Poisson disks have no iterations.
             if preset == Preset::Mps {
                 continue;
             }
@@ -61,10 +61,9 @@ pub fn section(bench: &mut Bench) -> Result<Section> {
     }
     let title = "Fig. 12: one iteration of every method".to_owned();
     let text = vec![
-        format!(
-            "Wall time, the mean of the first {ITERATIONS} iterations from random points; for `default` of its last"
-        ),
-        "level, which starts from relaxed points, with what it takes to put them there.".to_owned(),
+        format!("Wall time: the mean of the first {ITERATIONS} iterations from random points."),
+        "For `default`, that of its last level, which starts from relaxed points, with their placement."
+            .to_owned(),
     ];
     Ok(Section { name: "fig12", title, text, table, rows, charts })
 }

@@ -5,7 +5,7 @@ use crate::runs::{Bench, table_of_rows};
 use crate::section::Section;
 use anyhow::Result;
 
-/// The paper names no sizes.
+/// The paper does not say how many.
 const VERTICES: usize = 5000;
 
 /// Thin limbs, sharp edges and sheets close together: rtf beside the default.
@@ -23,6 +23,6 @@ pub fn section(bench: &mut Bench) -> Result<Section> {
         }
     }
     let title = "Fig. 14: limits of the paper's method".to_owned();
-    let text = vec![format!("{} vertices; the paper names no sizes.", bench.scaled(VERTICES))];
+    let text = vec![format!("{} vertices; the paper does not say how many.", bench.scaled(VERTICES))];
     Ok(Section { name: "fig14", title, text, table, rows, charts: Vec::new() })
 }

@@ -19,7 +19,7 @@ pub fn section(bench: &mut Bench) -> Result<Section> {
     for (name, vertices, share) in wanted {
         for model in bench.models(&[&name])? {
             let mut cells = vec![model.title.clone(), bench.scaled(vertices).to_string()];
-            // At another size or on another model it says nothing.
+            // The paper's figure only applies to its own size and model.
             let share = Some(share).filter(|_| model.original && !bench.quick);
             cells.push(number(share.map(|s| 100.0 * s), 2));
             let mut found = Vec::new();
@@ -42,6 +42,7 @@ pub fn section(bench: &mut Bench) -> Result<Section> {
         }
     }
     let title = "Fig. 7: vertices with fewer than 5 or more than 7 edges".to_owned();
-    let text = vec!["A cell's corners are its vertex's edges. Rims do not count.".to_owned()];
+    let text =
+        vec!["A vertex has as many edges as its cell has corners. Boundaries do not count.".to_owned()];
     Ok(Section { name: "fig7", title, text, table, rows, charts: Vec::new() })
 }

@@ -8,7 +8,7 @@ use crate::runs::Bench;
 use crate::section::Section;
 use anyhow::Result;
 
-/// The paper's sizes; larger ones are for the default alone.
+/// The paper's sizes; larger ones are run with the default only.
 const PAPERS: [usize; 3] = [10_000, 20_000, 30_000];
 const LARGER: [usize; 3] = [100_000, 300_000, 1_000_000];
 /// Kinds of work that [`Row::stages`] tells apart, in the order of an iteration.
@@ -57,14 +57,14 @@ pub fn section(bench: &mut Bench) -> Result<Section> {
     }
     let title = "Figs. 8 and 9: time and quality against the number of vertices".to_owned();
     let text = vec![
-        "Device time by kind of work: of one iteration for rtf, of the whole run, coarser levels included, for default."
+        "Device time by kind of work: for rtf of one iteration; for default of the whole run with all levels."
             .to_owned(),
-        "`search` are all searches for neighbours, those before the projection included; `T` is wall time.".to_owned(),
+        "`search` is all searches for neighbours, also before the projection; `T` is wall time.".to_owned(),
     ];
     Ok(Section { name: "fig8", title, text, table, rows, charts })
 }
 
-/// What a row's times are divided by: iterations, or 1 for the default, whose iterations are not alike.
+/// The divisor of a row's times: iterations, or 1 for the default, whose iterations differ in cost.
 fn share(row: &Row) -> f64 {
     if row.method == Preset::Default.name() { 1.0 } else { f64::from(row.iterations.unwrap_or(1)) }
 }

@@ -32,13 +32,13 @@ use section::Section;
 use std::path::PathBuf;
 use std::time::Instant;
 
-/// Makes the paper's tables and figures anew.
+/// Makes the paper's tables and figures again.
 #[derive(Parser)]
 struct Args {
     /// What to make; everything if nothing is named
     #[arg(value_enum)]
     parts: Vec<Part>,
-    /// Folder with the models as mesh files, such as kitten.ply; without it samples stand in
+    /// Folder with the models as mesh files, such as kitten.ply; without it built-in models stand in
     #[arg(long, value_name = "DIR")]
     meshes: Option<PathBuf>,
     /// A tenth of the sizes, 60 iterations at most, fewer models and methods
@@ -56,14 +56,14 @@ struct Args {
     /// Most vertices of Fig. 8
     #[arg(long, default_value_t = 100_000)]
     largest: usize,
-    /// Methods of Tables 1 and 2 and of Fig. 12 [default: all, but in Table 1 rpf and rvc; with --quick mps, rtf,
-    /// default]
+    /// Methods of Tables 1 and 2 and of Fig. 12 [default: all, in Table 1 without rpf and rvc; with --quick
+    /// mps, rtf, default]
     #[arg(long, value_enum, value_delimiter = ',')]
     methods: Vec<Preset>,
     /// Whether other programs are run, if nothing is named
     #[arg(long, value_enum, default_value_t = Switch::On)]
     peers: Switch,
-    /// What `cargo bench` passes; has no effect
+    /// Passed by `cargo bench`; has no effect
     #[arg(long, hide = true)]
     bench: bool,
 }
@@ -74,7 +74,7 @@ enum Switch {
     Off,
 }
 
-/// In the order of the run: what others can take from is first.
+/// In the order of the run: those whose results others use come first.
 #[derive(Clone, Copy, PartialEq, Eq, ValueEnum)]
 enum Part {
     /// Table 1

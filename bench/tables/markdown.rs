@@ -10,18 +10,19 @@ pub struct Table {
 }
 
 impl Table {
-    /// Without rows.
+    /// A table without rows.
     pub fn new<'a>(header: impl IntoIterator<Item = &'a str>) -> Self {
         Self { header: header.into_iter().map(str::to_owned).collect(), rows: Vec::new() }
     }
 
-    /// Adds a row; short ones are filled up, and what is beyond the header is left out.
+    /// Adds a row; short rows are padded, and cells beyond the header are dropped.
     pub fn push(&mut self, mut row: Vec<String>) {
         row.resize(self.header.len(), String::new());
         self.rows.push(row);
     }
 
-    /// With columns of even width, so that it can be read as it is. Columns of numbers are aligned on the right.
+    /// With columns padded to one width, so that the text is readable as it is. Numbers are aligned on the
+    /// right.
     pub fn to_markdown(&self) -> String {
         let cells: Vec<Vec<String>> = std::iter::once(&self.header)
             .chain(&self.rows)
@@ -60,7 +61,7 @@ impl Table {
     }
 }
 
-/// What stands where there is no figure.
+/// Stands where there is no figure.
 pub const DASH: &str = "–";
 
 fn is_number(cell: &str) -> bool {
@@ -71,7 +72,7 @@ fn escaped(cell: impl AsRef<str>) -> String {
     cell.as_ref().replace('|', "\\|").replace('\n', " ")
 }
 
-/// With so many decimals; a dash for none and for what is no number.
+/// A number with so many decimals; a dash for none and for NaN.
 pub fn number(value: Option<f64>, decimals: usize) -> String {
     match value {
         Some(value) if value.is_finite() => format!("{value:.decimals$}"),
@@ -79,14 +80,14 @@ pub fn number(value: Option<f64>, decimals: usize) -> String {
     }
 }
 
-/// With three significant digits, for values of any size.
+/// A number with three significant digits, for values of any size.
 pub fn significant(value: Option<f64>) -> String {
     let decimals =
         |v: f64| if v == 0.0 { 0 } else { (2 - v.abs().log10().floor() as i32).clamp(0, 6) as usize };
     number(value, value.map_or(0, decimals))
 }
 
-/// How many times `ours` is as large as `theirs`.
+/// The ratio of `ours` to `theirs`.
 pub fn ratio(ours: Option<f64>, theirs: Option<f64>) -> String {
     match (ours, theirs) {
         (Some(ours), Some(theirs)) if theirs > 0.0 => format!("×{}", significant(Some(ours / theirs))),

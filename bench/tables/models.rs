@@ -1,4 +1,4 @@
-//! The paper's models, from a folder or, without one, samples in their place.
+//! The paper's models, from a folder or, without one, built-in models in their place.
 
 use anyhow::{Context as _, Result};
 use rtfmesh::TriMesh;
@@ -7,7 +7,7 @@ use rtfmesh::io::Encoding;
 use rtfmesh::mesh::samples;
 use std::path::{Path, PathBuf};
 
-/// The name here, other names of files, and the sample that stands in.
+/// The name here, other file names, and the built-in model that stands in.
 const KNOWN: [(&str, &[&str], Option<&str>); 11] = [
     ("rocker-arm", &["rocker", "rockerarm"], Some("torus")),
     ("kitten", &[], Some("bumpy-sphere")),
@@ -25,13 +25,13 @@ const KNOWN: [(&str, &[&str], Option<&str>); 11] = [
 /// A mesh to remesh.
 #[derive(Clone)]
 pub struct Model {
-    /// As in the paper, in small letters.
+    /// The name in the paper, in lower case.
     pub name: &'static str,
-    /// What is said of it: the name, or the sample in its place.
+    /// The name in titles: its own, or that of the built-in model in its place.
     pub title: String,
-    /// Whether it is the model itself, so that the paper's figures can be held against it.
+    /// Whether it is the paper's model, so that the paper's figures can be compared.
     pub original: bool,
-    /// As read.
+    /// The mesh as read.
     pub mesh: TriMesh,
 }
 
@@ -41,7 +41,7 @@ pub struct Models {
 }
 
 impl Models {
-    /// From a folder, or samples.
+    /// Models from a folder, or built-in ones.
     ///
     /// # Errors
     /// If it is no folder.
@@ -52,16 +52,16 @@ impl Models {
         Ok(Self { folder })
     }
 
-    /// A model; `None`, with a line that says so, if there is none.
+    /// A model; `None`, with a message, if there is none.
     ///
     /// # Errors
-    /// If a file is there and cannot be read, or for a name that is not of the paper.
+    /// If a file exists but cannot be read, or if the paper has no model of that name.
     pub fn load(&self, name: &str) -> Result<Option<Model>> {
         let known = KNOWN.into_iter().find(|(known, ..)| *known == name);
         let (name, others, sample) = known.with_context(|| format!("no model {name}"))?;
         let Some(folder) = &self.folder else {
             let Some(sample) = sample else {
-                println!("{name}: skipped, no sample stands in for it");
+                println!("{name}: skipped, no built-in model stands in for it");
                 return Ok(None);
             };
             let title = format!("{name} ({sample})");

@@ -6,9 +6,9 @@ use serde::Deserialize;
 /// Figures of the paper.
 #[derive(Debug, Deserialize)]
 pub struct Paper {
-    /// The paper, and the places in it.
+    /// The paper, and the tables and figures in it.
     pub source: String,
-    /// What it ran on.
+    /// The machine that it ran on.
     pub machine: String,
     /// Rows "Input" of Tables 1 and 2.
     pub inputs: Vec<Published>,
@@ -20,14 +20,14 @@ pub struct Paper {
     pub fertility: Vec<Timed>,
 }
 
-/// A row of Table 1 or 2. What is not printed or not legible is `None`.
+/// A row of Table 1 or 2. Figures that are not printed or illegible are `None`.
 #[derive(Debug, Clone, Deserialize)]
 pub struct Published {
     /// 1 or 2.
     pub table: u8,
-    /// As in [`crate::models`].
+    /// The name as in [`crate::models`].
     pub model: String,
-    /// As printed, such as `RPF` or `Ours1`.
+    /// The method as printed, such as `RPF` or `Ours1`.
     pub method: String,
     /// Rounded to hundreds.
     pub vertices: usize,
@@ -54,9 +54,9 @@ pub struct Published {
 /// A result of Fig. 7.
 #[derive(Debug, Deserialize)]
 pub struct Irregular {
-    /// As in [`crate::models`].
+    /// The name as in [`crate::models`].
     pub model: String,
-    /// Of the result.
+    /// Vertices of the result.
     pub vertices: usize,
     /// 0..=1.
     pub share: f64,
@@ -65,14 +65,14 @@ pub struct Irregular {
 /// A result of Fig. 8.
 #[derive(Debug, Deserialize)]
 pub struct Timed {
-    /// Of the result.
+    /// Vertices of the result.
     pub vertices: usize,
-    /// Of the whole run.
+    /// Seconds of the whole run.
     pub seconds: f64,
 }
 
 impl Paper {
-    /// What is built in.
+    /// The figures that are compiled in.
     ///
     /// # Errors
     /// If paper.json is not as declared here.

@@ -17,11 +17,11 @@ use std::path::Path;
 /// Models and counts.
 const TASKS: [(&str, usize); 3] = [("rocker-arm", 5800), ("kitten", 10_000), ("bunny", 25_000)];
 
-/// This program's settings that are compared.
+/// The settings of rtfmesh that are compared.
 const OURS: [(&str, &[&str]); 3] =
     [("rtfmesh draft", &["--quality", "draft"]), ("rtfmesh", &[]), ("rtfmesh best", &["--quality", "best"])];
 
-/// A program with what it took.
+/// A program with its times.
 struct Entry {
     contestant: Contestant,
     edge: Option<f64>,
@@ -31,10 +31,10 @@ struct Entry {
     failed: Option<String>,
 }
 
-/// All programs that are there, in turns; those that are not are named.
+/// All programs that are available, in turns; missing ones are listed.
 ///
 /// # Errors
-/// Those of reading models and of files; that a program fails is a row.
+/// Those of reading models and of files. A program that fails gets a row that says so.
 pub fn section(bench: &mut Bench, device: Option<&str>) -> Result<Section> {
     let folder = tempfile::tempdir()?;
     let mut table = Table::new([
@@ -85,16 +85,18 @@ pub fn section(bench: &mut Bench, device: Option<&str>) -> Result<Section> {
         }
     }
     let mut text = vec![
-        "Same input file, same count within 2 %, in turns; all measured by this project. `call` is the time inside the \
-         call, without reading, writing, imports and opening the device; `process` is the whole process from its start."
+        "Same input file, same count within 2 %, in turns; all measured by rtfmesh. `call` is the time \
+         inside the call, without reading, writing, imports and opening the device; `process` is the whole \
+         process from its start."
             .to_owned(),
-        "`searched`: untimed runs to find the edge length that gives the count, for programs that take no count.".to_owned(),
+        "`searched`: untimed runs to find the edge length for the count, for programs that take no count."
+            .to_owned(),
     ];
     text.extend(missing);
     Ok(Section { name: "peers", title: "Other programs".to_owned(), text, table, rows, charts })
 }
 
-/// Makes contestants; those that cannot run are lines of text.
+/// The programs that can run, and a line of text for each that cannot.
 fn entrants(folder: &Path, device: Option<&str>) -> (Vec<Contestant>, Vec<String>) {
     let ours = |(name, arguments): (&str, &[&str])| Contestant::ours(name, arguments, device);
     let mut entrants: Vec<Contestant> = OURS.into_iter().map(ours).collect();
@@ -103,7 +105,7 @@ fn entrants(folder: &Path, device: Option<&str>) -> (Vec<Contestant>, Vec<String
         Ok(known) => known,
         Err(error) => {
             let line = format!(
-                "Missing: all others, {} does not run bench/peers/run_peer.py: {error:#}.",
+                "Missing: all others, because {} cannot run bench/peers/run_peer.py: {error:#}.",
                 python.display()
             );
             println!("{line}");
@@ -122,7 +124,7 @@ fn entrants(folder: &Path, device: Option<&str>) -> (Vec<Contestant>, Vec<String
     (entrants, missing)
 }
 
-/// Finds edge lengths, then runs all in turns; one that fails is out.
+/// Finds edge lengths, then runs all in turns; a program that fails is not run again.
 fn compete(entrants: &[Contestant], task: &Task, model: &str, runs: usize) -> Vec<Entry> {
     let mut entries: Vec<Entry> = Vec::new();
     for contestant in entrants.iter().cloned() {
@@ -148,7 +150,7 @@ fn compete(entrants: &[Contestant], task: &Task, model: &str, runs: usize) -> Ve
     entries
 }
 
-/// What came out of the last run.
+/// The result of the last run.
 fn judged(entry: &mut Entry, model: &Model, task: &Task) -> Row {
     let name = entry.contestant.name.clone();
     if let Some(failed) = &entry.failed {

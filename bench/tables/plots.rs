@@ -1,5 +1,5 @@
-//! Plots, as SVG and PNG alike. The font comes with a crate and PNGs are compressed by tiny-skia, which the library has for
-//! pictures: neither fonts nor libraries of the machine are needed.
+//! Plots, each as SVG and as PNG. The font is in a crate, and tiny-skia, which the library uses for pictures,
+//! compresses PNGs: neither fonts nor libraries of the machine are needed.
 
 use anyhow::{Context as _, Result, anyhow};
 use plotters::coord::Shift;
@@ -13,9 +13,9 @@ use tiny_skia::{IntSize, Pixmap};
 
 /// Width and height of a plot in pixels.
 const SIZE: (u32, u32) = (960, 600);
-/// Room for the legend on the right.
+/// Width of the legend on the right.
 const LEGEND: i32 = 230;
-/// Told apart with the common kinds of colour blindness, by Okabe and Ito; then greys.
+/// Colours that people with common kinds of colour blindness can tell apart (Okabe and Ito); then greys.
 const COLOURS: [RGBColor; 10] = [
     RGBColor(0, 114, 178),
     RGBColor(213, 94, 0),
@@ -32,22 +32,22 @@ const COLOURS: [RGBColor; 10] = [
 /// One plot.
 #[derive(Debug, Serialize)]
 pub struct Chart {
-    /// File without folder and ending.
+    /// File name without folder and extension.
     pub file: String,
     /// Heading.
     pub title: String,
-    /// Below and beside the axes, with units.
+    /// Labels of the axes, with units.
     pub labels: [&'static str; 2],
     /// Whether x and y are logarithmic.
     pub logarithmic: [bool; 2],
-    /// Lines or points.
+    /// The curves of the plot.
     pub series: Vec<Series>,
 }
 
 /// Points of one colour.
 #[derive(Debug, Serialize)]
 pub struct Series {
-    /// In the legend.
+    /// Name in the legend.
     pub name: String,
     /// x and y.
     pub points: Vec<[f64; 2]>,
@@ -59,7 +59,7 @@ pub struct Series {
 /// If drawing or writing fails.
 pub fn write(chart: &Chart, folder: &Path) -> Result<()> {
     let Some(axes) = Axes::of(chart) else { return Ok(()) };
-    // A second registration of the same font does no harm, and no other is used.
+    // Registering the same font twice is harmless, and no other is used.
     register_font("sans-serif", FontStyle::Normal, epaint_default_fonts::UBUNTU_LIGHT)
         .map_err(|_| anyhow!("the built-in font cannot be read"))?;
     let path = |ending: &str| folder.join(format!("{}.{ending}", chart.file));
@@ -74,7 +74,7 @@ pub fn write(chart: &Chart, folder: &Path) -> Result<()> {
     pixels.save_png(path("png")).with_context(|| format!("writing {}", path("png").display()))
 }
 
-/// One axis: its ends and ticks, in logarithms if it is logarithmic.
+/// One axis with its ends and ticks; these are logarithms if the axis is logarithmic.
 #[derive(Clone)]
 struct Axis {
     ends: [f64; 2],
@@ -98,7 +98,7 @@ impl Axes {
 }
 
 impl Axis {
-    /// Around all values; `None` without any.
+    /// An axis that covers all values; `None` if there are none.
     fn over(values: impl Iterator<Item = f64>, logarithmic: bool) -> Option<Self> {
         let (low, high) = values
             .map(|v| if logarithmic { v.log10() } else { v })
@@ -152,7 +152,7 @@ impl ValueFormatter<f64> for Axis {
     }
 }
 
-/// Round numbers within the ends, four to ten where that is possible.
+/// Round numbers between the ends, four to ten if possible.
 fn ticks([low, high]: [f64; 2], logarithmic: bool) -> Vec<f64> {
     if logarithmic {
         let decades = (low.floor() as i32)..=(high.ceil() as i32);
@@ -199,7 +199,7 @@ where
             .filter(|(x, y)| x.is_finite() && y.is_finite())
             .collect();
         plot.draw_series(LineSeries::new(points.iter().copied(), colour.stroke_width(2))).map_err(failed)?;
-        // More series than colours are told apart by hollow points.
+        // Hollow points distinguish series beyond the number of colours.
         let filled = number < COLOURS.len();
         let style = if filled { colour.filled() } else { colour.stroke_width(2) };
         plot.draw_series(points.iter().map(|p| Circle::new(*p, 5, style))).map_err(failed)?;

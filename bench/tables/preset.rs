@@ -3,7 +3,7 @@
 use rtfmesh::Options;
 use serde::Serialize;
 
-/// As the program's `--preset`.
+/// A value of `--preset`.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, clap::ValueEnum, Serialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Preset {
@@ -28,7 +28,7 @@ impl Preset {
     pub const ALL: [Self; 7] =
         [Self::Mps, Self::Rvd, Self::Cvd, Self::Rpf, Self::Rvc, Self::Rtf, Self::Default];
 
-    /// As on the command line.
+    /// The name on the command line.
     pub fn name(self) -> &'static str {
         match self {
             Self::Default => "default",
@@ -54,7 +54,7 @@ impl Preset {
         }
     }
 
-    /// Whether a row of the paper with this label is of this method.
+    /// Whether a row of the paper with this label belongs to this method.
     pub fn is_labelled(self, label: &str) -> bool {
         match self {
             Self::Rtf => label.starts_with("Ours"),

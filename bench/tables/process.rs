@@ -6,12 +6,12 @@ use std::path::Path;
 use std::process::{Command, Stdio};
 use std::time::{Duration, Instant};
 
-/// A program that takes longer is ended.
+/// A program that takes longer is killed.
 const PATIENCE: Duration = Duration::from_secs(300);
-/// Between looks whether a program has ended.
+/// Time between checks whether a program has ended.
 const LOOK: Duration = Duration::from_millis(2);
 
-/// What a program left.
+/// The outcome of a program.
 pub struct Ended {
     /// Wall time from its start to its end.
     pub seconds: f64,
@@ -21,10 +21,10 @@ pub struct Ended {
     pub messages: String,
 }
 
-/// Runs a program to its end; its outputs go through files in `folder`.
+/// Runs a program until it ends; its outputs go through files in `folder`.
 ///
 /// # Errors
-/// If it cannot be started, takes too long or fails: then with the last line that it wrote.
+/// If it cannot be started, takes too long, or fails; in the last case with the last line that it wrote.
 pub fn run(command: &mut Command, folder: &Path) -> Result<Ended> {
     let name = command.get_program().to_string_lossy().into_owned();
     let paths = [folder.join("stdout"), folder.join("stderr")];

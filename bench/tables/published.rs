@@ -1,4 +1,4 @@
-//! Tables 1 and 2: every method on the paper's models, with the paper's rows beside.
+//! Tables 1 and 2: every method on the paper's models, beside the paper's rows.
 
 use crate::models::Model;
 use crate::paper::Published;
@@ -14,12 +14,7 @@ use anyhow::Result;
 /// # Errors
 /// Those of the device and of reading models.
 pub fn table1(bench: &mut Bench) -> Result<Section> {
-    section(
-        bench,
-        1,
-        "table1",
-        "Table 1: outputs of the paper's Fig. 7, and what other methods make at that size",
-    )
+    section(bench, 1, "table1", "Table 1: outputs of the paper's Fig. 7, and of other methods at that size")
 }
 
 /// Table 2.
@@ -70,8 +65,10 @@ fn section(bench: &mut Bench, number: u8, name: &'static str, title: &str) -> Re
     }
     let mut text = vec![
         format!("Rows of the paper: {}, on {}.", bench.paper.source, bench.paper.machine),
-        "dH is the larger of both Hausdorff distances, RMS of both root mean square ones, in % of the diagonal.".to_owned(),
-        "Every iteration of `it` is with all vertices; `cut` are faces that cut others.".to_owned(),
+        "dH is the larger of both Hausdorff distances, RMS of both root mean square distances, \
+         in % of the diagonal."
+            .to_owned(),
+        "`it` counts iterations with all vertices, `cut` faces that cut others.".to_owned(),
     ];
     if bench.quick {
         text.push("Sizes are a tenth of those of the paper, so there are no ratios.".to_owned());
@@ -79,19 +76,20 @@ fn section(bench: &mut Bench, number: u8, name: &'static str, title: &str) -> Re
     Ok(Section { name, title: title.to_owned(), text, table, rows, charts })
 }
 
-/// At the sizes of Table 1 the slow ones, which the paper does not have there, take a quarter of an hour.
+/// The slow methods, which the paper does not have in Table 1, take a quarter of an hour at its sizes.
 fn presets(bench: &Bench, table: u8) -> Vec<Preset> {
     let slow = |preset: &Preset| matches!(preset, Preset::Rpf | Preset::Rvc);
     bench.presets.iter().copied().filter(|preset| bench.named || table != 1 || !slow(preset)).collect()
 }
 
-/// A size, and what the paper has at it.
+/// A size, and the paper's row for it.
 struct Wanted<'a> {
     vertices: usize,
     beside: Option<&'a Published>,
 }
 
-/// The sizes of a method on one model: those of its own rows in the paper, else of the paper's method.
+/// The sizes of a method on one model: those of its own rows in the paper, or else those of the paper's
+/// method.
 fn wanted<'a>(bench: &Bench, preset: Preset, rows: &[&'a Published]) -> Vec<Wanted<'a>> {
     let labelled = |preset: Preset| -> Vec<&'a Published> {
         rows.iter().copied().filter(|row| preset.is_labelled(&row.method)).collect()
@@ -101,7 +99,7 @@ fn wanted<'a>(bench: &Bench, preset: Preset, rows: &[&'a Published]) -> Vec<Want
     if !own {
         found = labelled(Preset::Rtf);
     }
-    // One size is enough for those that the paper does not have, and for a quick look.
+    // One size is enough for methods that the paper does not have, and for a quick run.
     if bench.quick || !(own || preset == Preset::Default) {
         found.truncate(1);
     }

@@ -1,4 +1,4 @@
-//! The files of a run: everything as JSON, the tables as Markdown, plots.
+//! The files of a run: all results as JSON, the tables as Markdown, and the plots.
 
 use crate::plots;
 use crate::section::Section;
@@ -9,7 +9,7 @@ use std::path::Path;
 use std::process::Command;
 use std::time::{SystemTime, UNIX_EPOCH};
 
-/// All of one run of the program.
+/// All results of one run of the program.
 #[derive(Serialize)]
 pub struct Report {
     device: String,
@@ -18,9 +18,9 @@ pub struct Report {
     /// Logical cores that the program may use.
     cores: usize,
     processor: String,
-    /// UTC.
+    /// Date and time in UTC.
     date: String,
-    /// Of the source tree, with `+` if it is changed.
+    /// Commit of the source tree, with `+` if there are changes.
     commit: String,
     quick: bool,
     runs: usize,
@@ -29,7 +29,7 @@ pub struct Report {
 }
 
 impl Report {
-    /// Without sections.
+    /// Results without sections.
     pub fn new(device: &DeviceInfo, quick: bool, runs: usize) -> Self {
         let seconds = SystemTime::now().duration_since(UNIX_EPOCH).map_or(0, |since| since.as_secs());
         Self {
@@ -47,7 +47,7 @@ impl Report {
         }
     }
 
-    /// Adds a section and writes everything anew, so that a run that is stopped leaves what it has.
+    /// Adds a section and writes all files again, so that a run that is stopped leaves what it has.
     ///
     /// # Errors
     /// If a file cannot be written.
@@ -73,8 +73,9 @@ impl Report {
             ""
         };
         let mut text = format!(
-            "# Tables\n\n{size}{device} ({driver}, Vulkan {api}), {cores} cores ({processor}), {date}, commit {commit}. Times \
-             are medians of {runs} runs, of fewer for what takes long. {minutes:.1} minutes so far.\n"
+            "# Tables\n\n{size}{device} ({driver}, Vulkan {api}), {cores} cores ({processor}), {date}, \
+             commit {commit}. Times are medians of {runs} runs, of fewer where a run takes long. \
+             {minutes:.1} minutes so far.\n"
         );
         for section in &self.sections {
             text += &format!("\n{}", section.to_markdown());

@@ -1,4 +1,4 @@
-//! One result with all that is measured of it.
+//! One result with its measures.
 
 use crate::markdown::{DASH, number, ratio, significant};
 use crate::paper::Published;
@@ -10,29 +10,30 @@ use std::collections::BTreeMap;
 /// A run on a model, or an input.
 #[derive(Debug, Clone, Default, Serialize)]
 pub struct Row {
-    /// As it is called in tables.
+    /// Name of the model in tables.
     pub model: String,
-    /// A preset, a peer or `input`.
+    /// The method: a preset, a peer or `input`.
     pub method: String,
     /// Vertices asked for.
     pub wanted: usize,
     /// Iterations with all vertices, if the method has any.
     pub iterations: Option<u32>,
-    /// What came out.
+    /// Measures of the result.
     pub figures: Option<Figures>,
     /// Median time of a run without reading, writing, opening the device and measuring.
     pub seconds: Option<f64>,
     /// Runs that the median is of.
     pub runs: usize,
-    /// Device milliseconds of all iterations together by kind of work: `search`, `normals`, `face`, `projection`, `other`.
+    /// Device milliseconds of all iterations by kind of work: `search`, `normals`, `face`, `projection`,
+    /// `other`.
     pub stages: BTreeMap<&'static str, f64>,
     /// Wall milliseconds by phase of the first run.
     pub phases: BTreeMap<&'static str, f64>,
-    /// Why there are no figures, or what else there is to know.
+    /// A remark; the reason if there are no figures.
     pub note: String,
 }
 
-/// Measures of a mesh as the tables have them.
+/// Measures of a mesh for the tables.
 #[derive(Debug, Clone, Default, Serialize)]
 pub struct Figures {
     /// Vertices in use.
@@ -66,7 +67,7 @@ pub struct Figures {
 }
 
 impl Figures {
-    /// Of a result; an input is compared with itself.
+    /// The figures of a result; an input is compared with itself.
     pub fn of(measures: &Measures, input: &Topology) -> Self {
         let (q, v, d) = (&measures.quality, &measures.valence, &measures.distances);
         Self {
@@ -88,12 +89,12 @@ impl Figures {
     }
 }
 
-/// In words what a result's topology lacks.
+/// How a result's topology differs from the input's, in words.
 fn compared(got: &Topology, want: &Topology) -> String {
     let facts = [
         ("components", got.components as i64, want.components as i64),
         ("Euler", got.euler, want.euler),
-        ("rims", got.boundary_loops as i64, want.boundary_loops as i64),
+        ("boundary loops", got.boundary_loops as i64, want.boundary_loops as i64),
         ("non-manifold edges", got.nonmanifold_edges as i64, want.nonmanifold_edges as i64),
         ("non-manifold vertices", got.nonmanifold_vertices as i64, want.nonmanifold_vertices as i64),
     ];
@@ -105,7 +106,7 @@ fn compared(got: &Topology, want: &Topology) -> String {
     if differs.is_empty() { "same".to_owned() } else { differs.join("; ") }
 }
 
-/// The columns of the paper's Table 2 and those of our own, after model and method.
+/// The columns of the paper's Table 2 and additional ones, after model and method.
 pub const COLUMNS: [&str; 15] = [
     "it",
     "#V",
@@ -125,12 +126,12 @@ pub const COLUMNS: [&str; 15] = [
 ];
 
 impl Row {
-    /// One that did not come about.
+    /// A row for a run that failed.
     pub fn refused(model: &str, method: &str, wanted: usize, note: String) -> Self {
         Self { model: model.to_owned(), method: method.to_owned(), wanted, note, ..Self::default() }
     }
 
-    /// Cells under [`COLUMNS`], then the note.
+    /// The cells for [`COLUMNS`], then the note.
     pub fn cells(&self) -> Vec<String> {
         let count = |n: Option<usize>| n.map_or(DASH.to_owned(), |n| n.to_string());
         let it = count(self.iterations.map(|n| n as usize));
@@ -160,7 +161,7 @@ impl Row {
         ]
     }
 
-    /// The ratios ours / paper under [`COLUMNS`].
+    /// The ratios to the paper's figures, for [`COLUMNS`].
     pub fn ratios(&self, paper: &Published) -> Vec<String> {
         let ours = |value: fn(&Figures) -> f64| self.figures.as_ref().map(value);
         let hausdorff = self.figures.as_ref().and_then(|f| f.hausdorff);
@@ -180,7 +181,7 @@ impl Row {
     }
 }
 
-/// The paper's row under [`COLUMNS`]; its outputs have 160 iterations at most.
+/// The paper's row, for [`COLUMNS`]; its outputs have 160 iterations at most.
 pub fn published(row: &Published) -> Vec<String> {
     let mut cells = vec![DASH.to_owned(), row.vertices.to_string(), row.faces.to_string()];
     let decimals = [(row.q_min, 3), (row.q_avg, 3), (row.theta_min, 2), (row.theta_min_avg, 2)];

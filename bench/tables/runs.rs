@@ -1,4 +1,4 @@
-//! Runs through the library, each done once however many tables want it.
+//! Runs through the library, each done once, however many tables use it.
 
 use crate::markdown::Table;
 use crate::models::{Model, Models};
@@ -11,31 +11,31 @@ use rtfmesh::mesh::topology::topology;
 use rtfmesh::{Device, Error, MeasureDepth, Options, Remesher, Summary};
 use std::collections::{BTreeMap, HashMap};
 
-/// A method that has taken so many seconds on a model is not timed again: noise is little beside that.
+/// A method that took so many seconds on a model is not timed again, because noise is small in comparison.
 const LONG: f64 = 5.0;
 
-/// Sizes are divided by this with `--quick`, but not below the second.
+/// With `--quick`, sizes are divided by the first number, but not below the second.
 const QUICK: (usize, usize) = (10, 1000);
 /// Most iterations with `--quick`.
 const QUICK_ITERATIONS: u32 = 60;
 
-/// What all tables share.
+/// The state that all tables share.
 pub struct Bench {
-    /// Where everything runs.
+    /// The device that runs everything.
     device: Device,
-    /// The same, but that it times its kernels.
+    /// The same device, but with timed kernels.
     timing: Device,
-    /// Where meshes come from.
+    /// Source of the meshes.
     pub models: Models,
-    /// What is compared with.
+    /// The paper's figures.
     pub paper: Paper,
     /// Methods to compare.
     pub presets: Vec<Preset>,
-    /// Whether they were named: then none is left out for its time.
+    /// Whether the user named them; then none is left out because it takes long.
     pub named: bool,
     /// Most runs that a time is the median of.
     pub runs: usize,
-    /// Smaller sizes, fewer iterations.
+    /// Whether to run smaller sizes and fewer iterations.
     pub quick: bool,
     /// Most vertices of Fig. 8.
     pub largest: usize,
@@ -43,7 +43,7 @@ pub struct Bench {
 }
 
 impl Bench {
-    /// Without results; the second device times its kernels.
+    /// A bench without results; the second device times its kernels.
     pub fn new(
         [device, timing]: [Device; 2],
         models: Models,
@@ -66,12 +66,12 @@ impl Bench {
         })
     }
 
-    /// A size of the paper, or a tenth of it.
+    /// A size of the paper, or a tenth of it in a quick run.
     pub fn scaled(&self, vertices: usize) -> usize {
         if self.quick { (vertices / QUICK.0).max(QUICK.1) } else { vertices }
     }
 
-    /// Those of the paper that are to be had, from `names`.
+    /// The models in `names` that are available.
     ///
     /// # Errors
     /// Those of reading them.
@@ -93,7 +93,8 @@ impl Bench {
         self.row(model, preset.name(), &options)
     }
 
-    /// The result of a run, from an earlier one if there was the same. What cannot be remeshed is a row that says why.
+    /// The result of a run, taken from an earlier identical run if there was one. If remeshing fails, the row
+    /// says why.
     ///
     /// # Errors
     /// Those of the device.
@@ -115,7 +116,7 @@ impl Bench {
     fn timed(&self, model: &Model, method: &str, options: &Options) -> rtfmesh::Result<Row> {
         let first = Remesher::new(&self.timing, options.clone())?.remesh(&model.mesh)?.summary;
         let mut seconds = Vec::new();
-        // Timing kernels holds short runs up.
+        // Timing kernels slows short runs down.
         let enough = if time_of(&first) < LONG { self.runs } else { 0 };
         let bare = Options { measures: MeasureDepth::Basic, ..options.clone() };
         let again = Remesher::new(&self.device, bare)?;
@@ -139,7 +140,7 @@ impl Bench {
         })
     }
 
-    /// The row of the mesh itself.
+    /// The row of the input mesh itself.
     ///
     /// # Errors
     /// If it cannot be measured.
@@ -156,14 +157,14 @@ pub fn table_of_rows(first: &[&'static str]) -> Table {
     Table::new(first.iter().copied().chain(COLUMNS).chain(["note"]))
 }
 
-/// Wall time without measuring, which is no part of the method.
+/// Wall time without measuring, which is not part of the method.
 fn time_of(summary: &Summary) -> f64 {
     let measured: f64 =
         summary.timings.phases.iter().filter(|p| p.name == "measure").map(|p| p.milliseconds).sum();
     1e-3 * (summary.timings.wall_milliseconds - measured)
 }
 
-/// The middle value, or the mean of both; sorts.
+/// The median; sorts the values.
 pub fn median(values: &mut [f64]) -> Option<f64> {
     values.sort_by(f64::total_cmp);
     let (low, high) = (values.get(values.len().checked_sub(1)? / 2)?, values.get(values.len() / 2)?);

@@ -1,43 +1,44 @@
 //! The edge length that gives a count of vertices, for programs that take only the former.
 
-/// Searches with few runs, since each takes as long as what is measured.
+/// Searches with few runs, because each takes as long as the run that is measured.
 #[derive(Debug)]
 pub struct Search {
     wanted: f64,
-    /// Logarithms of the length and of vertices over those wanted, of all runs.
+    /// For all runs, the logarithms of the length and of vertices divided by those wanted.
     tried: Vec<(f64, f64)>,
 }
 
-/// Largest deviation from the count that will do, as a share.
+/// Largest accepted deviation from the count, as a share.
 pub const TOLERANCE: f64 = 0.02;
 
 /// Most runs of a search.
 pub const MOST_RUNS: usize = 8;
 
 impl Search {
-    /// For `wanted` vertices, at least 1.
+    /// A search for `wanted` vertices, at least 1.
     pub fn new(wanted: usize) -> Self {
         Self { wanted: wanted as f64, tried: Vec::new() }
     }
 
-    /// Whether so many vertices are near enough.
+    /// Whether a count of vertices is near enough.
     pub fn will_do(&self, vertices: usize) -> bool {
         (vertices as f64 - self.wanted).abs() <= TOLERANCE * self.wanted
     }
 
-    /// The next length to try after `length` gave `vertices`; `None` if that was near enough or nothing helps.
+    /// The next length to try after `length` gave `vertices`; `None` if that was near enough or no length
+    /// helps.
     pub fn next(&mut self, length: f64, vertices: usize) -> Option<f64> {
         if self.will_do(vertices) || vertices == 0 || self.tried.len() + 1 >= MOST_RUNS {
             return None;
         }
         let now = (length.ln(), (vertices as f64 / self.wanted).ln());
         self.tried.push(now);
-        // Between the closest on either side, if both are known: vertices need not fall steadily with the length.
+        // Between the closest on either side, if both are known: the count need not fall monotonically.
         let many = self.closest(|off| off > 0.0);
         let few = self.closest(|off| off < 0.0);
         let (a, b) = match (many, few) {
             (Some(many), Some(few)) => (many, few),
-            // As for a surface tiled by triangles.
+            // The relation for a surface tiled by equilateral triangles.
             _ => return Some((now.0 + 0.5 * now.1).exp()),
         };
         let between = (a.0 - a.1 * (b.0 - a.0) / (b.1 - a.1)).clamp(a.0.min(b.0), a.0.max(b.0));

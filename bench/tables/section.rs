@@ -12,9 +12,9 @@ pub struct Section {
     pub name: &'static str,
     /// Heading.
     pub title: String,
-    /// What there is to know before reading the table, a line each.
+    /// Explanations above the table, a line each.
     pub text: Vec<String>,
-    /// For people.
+    /// The table.
     pub table: Table,
     /// The results behind it.
     pub rows: Vec<Row>,
@@ -23,7 +23,7 @@ pub struct Section {
 }
 
 impl Section {
-    /// As Markdown; plots are named by file.
+    /// The section as Markdown; plots are linked by file name.
     pub fn to_markdown(&self) -> String {
         let mut text = format!("## {}\n\n", self.title);
         for line in &self.text {
