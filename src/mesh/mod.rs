@@ -17,6 +17,7 @@ pub mod samples;
 pub mod simplify;
 pub mod sizing;
 pub mod subdivide;
+pub(crate) mod submesh;
 pub mod topology;
 pub mod triangle;
 pub mod unit_frame;

@@ -49,6 +49,18 @@ impl Topology {
             && self.duplicate_faces == 0
     }
 
+    /// Whether the mesh has the same components, handles and boundary loops as `other`, and no kind of defect that this
+    /// has not.
+    pub(crate) fn matches(&self, other: &Self) -> bool {
+        let counts = |t: &Self| (t.components, t.euler, t.boundary_loops);
+        let is_new = |own: usize, others: usize| own > 0 && others == 0;
+        counts(self) == counts(other)
+            && self.duplicate_faces == 0
+            && !is_new(self.nonmanifold_edges, other.nonmanifold_edges)
+            && !is_new(self.inconsistent_edges, other.inconsistent_edges)
+            && self.nonmanifold_vertices <= other.nonmanifold_vertices
+    }
+
     /// Whether the mesh bounds a solid: faces, no boundary, no defect of any kind counted here.
     pub fn is_closed_manifold(&self) -> bool {
         self.is_manifold() && self.boundary_edges == 0

@@ -18,7 +18,8 @@ const MEASURE: f64 = 5.0;
 /// And for each triangle of the input.
 const PREPARE: f64 = 3.0;
 
-/// Fractions at which the phases of an attempt end, and what follows each in a run that comes to an end early.
+/// Fractions at which the phases of an attempt end, and what follows each in a run that comes to an end
+/// early.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub(crate) struct Shares {
     /// Of preparing.

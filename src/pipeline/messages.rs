@@ -1,4 +1,4 @@
-//! What a run tells its user in words.
+//! Remarks and warnings of a run, for its user.
 
 use crate::measure::Measures;
 use crate::mesh::repair::RepairCounts;
@@ -7,7 +7,7 @@ use crate::options::Options;
 use crate::sites::connect::ConnectCounts;
 use crate::stages::face::cell::FlagCounts;
 
-/// What a user should know of the input, and of what it led to.
+/// What was unusual about the input, and what was done about it.
 pub(crate) fn remarks(
     repaired: &RepairCounts,
     input: &Topology,
@@ -15,25 +15,40 @@ pub(crate) fn remarks(
     collapsed: usize,
 ) -> Vec<String> {
     let mut list = repaired.notes();
-    let turned = input.inconsistent_edges.saturating_sub(input.nonmanifold_edges);
+    let opposed = input.inconsistent_edges.saturating_sub(input.nonmanifold_edges);
     let lines = [
-        (input.nonmanifold_edges, "edges of the input with more than two faces stay junctions"),
-        (input.nonmanifold_vertices, "vertices of the input where parts of the surface only touch"),
-        (turned, "edges of the input with faces turned against each other"),
-        (crossing.unwrap_or(0), "faces of the input intersect others"),
+        (
+            input.nonmanifold_edges,
+            ["edge of the input has", "edges of the input have"],
+            "more than two faces; junctions are kept",
+        ),
+        (
+            input.nonmanifold_vertices,
+            ["vertex of the input is", "vertices of the input are"],
+            "non-manifold: parts of the surface only touch there",
+        ),
+        (opposed, ["edge of the input joins", "edges of the input join"], "faces of opposite orientation"),
+        (crossing.unwrap_or(0), ["face of the input intersects", "faces of the input intersect"], "others"),
         (
             collapsed,
-            "components made by collapsing edges: smaller, or with smaller details, than cells can keep",
+            ["component was too small or too detailed", "components were too small or too detailed"],
+            "to remesh, and simplified instead",
         ),
     ];
-    list.extend(lines.iter().filter(|(count, _)| *count > 0).map(|(count, text)| format!("{count} {text}")));
+    let present = lines.iter().filter(|(count, ..)| *count > 0);
+    list.extend(present.map(|(count, words, rest)| format!("{} {rest}", counted(*count, *words))));
     list
+}
+
+/// `count` with the singular or the plural of a noun.
+fn counted(count: usize, [one, many]: [&str; 2]) -> String {
+    format!("{count} {}", if count == 1 { one } else { many })
 }
 
 /// What went wrong, one line each.
 pub(crate) fn warnings(
     options: &Options,
-    wanted: usize,
+    expected: usize,
     input: &Topology,
     output: &Measures,
     connected: &ConnectCounts,
@@ -48,16 +63,22 @@ pub(crate) fn warnings(
         }
     };
     let lost = flags.triangle_overflow + flags.plane_overflow + flags.corner_overflow + flags.badly_closed;
-    say(lost > 0, format!("{lost} sites have no face (see flags in the report)"));
+    say(
+        lost > 0,
+        format!("{} no face (see `flags` in the report)", counted(lost, ["site has", "sites have"])),
+    );
     say(
         options.has_plane_faces() && !input.is_closed_manifold(),
-        "the input is not a closed manifold; this preset connects closed surfaces only".into(),
+        "the input is not a closed manifold, but this kind of face supports closed surfaces only".into(),
     );
     say(
         connected.unfilled_faces > 0,
-        format!("{} faces could not be filled and are holes", connected.unfilled_faces),
+        format!(
+            "{} not be triangulated and left open",
+            counted(connected.unfilled_faces, ["face could", "faces could"])
+        ),
     );
-    say(got.vertices != wanted, format!("the result uses {} of {wanted} vertices", got.vertices));
+    say(got.vertices != expected, format!("the result has {} instead of {expected} vertices", got.vertices));
     say(
         input.is_closed_manifold() && !got.is_closed_manifold(),
         "the result is not a closed manifold".into(),
@@ -66,12 +87,12 @@ pub(crate) fn warnings(
         (got.components, got.euler, got.boundary_loops)
             != (input.components, input.euler, input.boundary_loops),
         format!(
-            "topology differs: {} components, Euler characteristic {}, {} boundary loops instead of {}, {}, {}",
-            got.components,
-            got.euler,
-            got.boundary_loops,
+            "the topology differs: {} instead of {}, Euler characteristic {} instead of {}, {} instead of {}",
+            counted(got.components, ["component", "components"]),
             input.components,
+            got.euler,
             input.euler,
+            counted(got.boundary_loops, ["boundary loop", "boundary loops"]),
             input.boundary_loops
         ),
     );

@@ -4,7 +4,9 @@ mod all_at_once;
 mod coarse_to_fine;
 mod collapse;
 mod cost;
+mod memory;
 mod messages;
+mod near_sites;
 mod prepare;
 mod preview;
 mod submission;
@@ -16,6 +18,7 @@ use crate::mesh::features::Features;
 use crate::mesh::intersections::intersecting_faces_until;
 use crate::mesh::repair::{RepairCounts, Repaired};
 use crate::mesh::spacing;
+use crate::mesh::submesh::append;
 use crate::mesh::topology::Topology;
 use crate::options::all_at_once::Face;
 use crate::options::{MeasureDepth, Options};
@@ -28,7 +31,6 @@ use crate::{Error, Flow, Phase, Progress, Result, TriMesh};
 use all_at_once::AllAtOnce;
 use coarse_to_fine::attempts::{Attempts, Settled};
 use coarse_to_fine::connect::Fault;
-use collapse::components::append;
 use glam::DVec3;
 use messages::{remarks, warnings};
 use prepare::Prepared;
@@ -48,7 +50,8 @@ pub use preview::{Preview, PreviewLevel, preview, preview_repaired};
 pub struct Remeshed {
     /// The new mesh, in the input's frame.
     pub mesh: TriMesh,
-    /// Where its vertices and faces lie on the input as it was given, if [`Options::correspondence`] asks for it.
+    /// Where its vertices and faces lie on the input as it was given, if [`Options::correspondence`] asks for
+    /// it.
     pub correspondence: Option<Correspondence>,
     /// What happened.
     pub summary: Summary,
@@ -63,13 +66,16 @@ pub struct Summary {
     pub input: Topology,
     /// Faces of the cleaned input that intersect others; `None` if the result's are not measured either.
     pub input_self_intersecting_faces: Option<usize>,
-    /// How many components were made by collapsing edges: too few vertices for cells, or cells without their topology.
+    /// How many components were made by collapsing edges: too few vertices for cells, or cells without their
+    /// topology.
     pub collapsed_components: usize,
     /// What was odd about the input and what was done about it, in words.
     pub remarks: Vec<String>,
-    /// Figures of the result as far as [`Options::measures`] asks for them, distances against the cleaned input.
+    /// Figures of the result as far as [`Options::measures`] asks for them, distances against the cleaned
+    /// input.
     pub output: Measures,
-    /// Random starts, and counts of vertices, that were tried; more than 1 if the vertices asked for hardly suffice.
+    /// Random starts, and counts of vertices, that were tried; more than 1 if the vertices asked for hardly
+    /// suffice.
     pub attempts: u32,
     /// Iterations done.
     pub iterations: u32,
@@ -93,8 +99,8 @@ pub struct Summary {
     pub disks: Option<DiskSummary>,
     /// How evenly the vertices are spread over the cleaned input, with exact faces if everything is measured.
     pub energy: Option<Energy>,
-    /// What was held of sharp and open edges; `None` but with [`crate::Method::CoarseToFine`], which alone looks
-    /// for them.
+    /// What was held of sharp and open edges; `None` but with [`crate::Method::CoarseToFine`], which alone
+    /// looks for them.
     pub skeleton: Option<FeatureSummary>,
     /// What could not be done; empty for a valid result.
     pub warnings: Vec<String>,
@@ -148,12 +154,12 @@ pub struct PhaseTime {
     pub milliseconds: f64,
 }
 
-/// Remeshes `mesh` on `device`; `progress` is called several times a second. It may give nothing, or what to do next as a
-/// [`Flow`].
+/// Remeshes `mesh` on `device`; `progress` is called several times a second. It may give nothing, or what to
+/// do next as a [`Flow`].
 ///
 /// # Errors
-/// [`Error::Usage`] for options out of range, [`Error::Input`] for a mesh without area, [`Error::Cancelled`] if
-/// `progress` asks for it, and the device's errors.
+/// [`Error::Usage`] for options out of range, [`Error::Input`] for a mesh without area, [`Error::Cancelled`]
+/// if `progress` asks for it, and the device's errors.
 pub fn remesh<F: Into<Flow>>(
     device: &Device,
     mesh: &TriMesh,
@@ -280,7 +286,8 @@ fn correspondence_of(
     (asked != CorrespondenceRequest::NONE).then(trace).transpose()
 }
 
-/// The figures of a result; how evenly its vertices are spread over the reference, if there is one and that is of interest.
+/// The figures of a result; how evenly its vertices are spread over the reference, if there is one and that
+/// is of interest.
 fn measured(
     result: &TriMesh,
     reference: Option<&TriMesh>,
@@ -293,8 +300,8 @@ fn measured(
     Ok((measure_some(result, reference, crossing, stop)?, energy))
 }
 
-/// The result on all but the small components; `crossing` learns how many faces of these run through others, if that is
-/// asked.
+/// The result on all but the small components; `crossing` learns how many faces of these run through others,
+/// if that is asked.
 fn settled(
     device: &Device,
     prepared: &mut Prepared,
@@ -326,7 +333,8 @@ fn settled(
 #[derive(Default)]
 pub(crate) struct Connection {
     mesh: TriMesh,
-    /// Where the vertices were on the surface before the polish; nothing from pipelines that have all sites from the start.
+    /// Where the vertices were on the surface before the polish; nothing from pipelines that have all sites
+    /// from the start.
     rested: Vec<DVec3>,
     /// The triangle under each of these.
     under: Vec<u32>,

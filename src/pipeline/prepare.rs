@@ -1,22 +1,22 @@
-//! The input made ready for a run: cleaned, divided into what cells can do and what is too small for them, uploaded.
+//! The input made ready for a run: cleaned, divided into what cells can do and what is too small for them,
+//! uploaded.
 
 use super::coarse_to_fine::Ground;
 use super::coarse_to_fine::attempts::has_own_curves;
-use super::coarse_to_fine::level::{LIST, Level};
+use super::coarse_to_fine::level::Level;
 use super::coarse_to_fine::size_field::{SizeRequest, size_field};
 use super::collapse::Wish;
-use super::collapse::components::{Divided, Parts, extract};
-use super::preview::device_bytes;
+use super::collapse::components::{Divided, Parts};
+use super::memory::{MOST_HALVED, check_memory, longest_edge};
 use crate::gpu::Device;
-use crate::gpu::kernels::face::cell;
 use crate::mesh::correspondence::{CorrespondenceRequest, Search, half_edges_after, vertex_values_after};
-use crate::mesh::features::{FeatureOptions, spacing_of, user_edges};
+use crate::mesh::features::{FeatureOptions, user_edges};
 use crate::mesh::repair::{Repaired, repair_with};
 use crate::mesh::spacing;
-use crate::mesh::subdivide::{halved_count, halved_until};
+use crate::mesh::subdivide::halved_until;
+use crate::mesh::submesh::extract;
 use crate::mesh::topology::{Topology, topology};
 use crate::mesh::unit_frame::UnitFrame;
-use crate::options::all_at_once::{Face, listed, looks_for_vertices};
 use crate::options::{Method, Options, Shortage, Sizing};
 use crate::progress::heed;
 use crate::sites::surface::Surface;
@@ -25,13 +25,11 @@ use crate::stages::face::planar::PlanarFaces;
 use crate::{Error, Result, TriMesh};
 use std::sync::atomic::AtomicBool;
 
-/// With [`Shortage::AddVertices`], each further try to divide the components has this many times the vertices of the last,
+/// With [`Shortage::AddVertices`], each further try to divide the components has this many times the vertices
+/// of the last,
 const GROWTH: f64 = 1.5;
 /// in no more than so many tries.
 const GROWTHS: usize = 60;
-/// Triangles that [`with_vertices_near`] may add for each site. Five are enough but for slivers.
-const MOST_HALVED: usize = 16;
-
 /// The input, ready for a run.
 pub(crate) struct Prepared {
     pub repaired: Repaired,
@@ -98,8 +96,8 @@ impl Prepared {
         self.rest.as_ref().map_or((&self.repaired.mesh, &self.input), |(mesh, topology)| (mesh, topology))
     }
 
-    /// The triangles of the repaired mesh in the unit-diagonal frame, ready for searches, as long as there is the ground
-    /// and the result's correspondence is asked for.
+    /// The triangles of the repaired mesh in the unit-diagonal frame, ready for searches, as long as there is
+    /// the ground and the result's correspondence is asked for.
     pub fn searched(&self) -> Option<Search> {
         let ground = self
             .ground
@@ -114,31 +112,11 @@ impl Prepared {
     }
 }
 
-/// The surface with edges of at most a spacing, for sites that look for triangles at vertices near them: of a long one they
-/// would miss the middle. Nothing if that is how it is, or nobody looks.
+/// The surface with edges of at most a spacing, for sites that look for triangles at vertices near them: of a
+/// long one they would miss the middle. Nothing if that is how it is, or nobody looks.
 fn with_vertices_near(mesh: &TriMesh, options: &Options, stop: &AtomicBool) -> Result<Option<TriMesh>> {
     let Some(length) = longest_edge(mesh, options)? else { return Ok(None) };
     Ok(halved_until(mesh, length, mesh.triangles.len() + MOST_HALVED * options.vertices, stop))
-}
-
-/// How long edges may be for sites that look for vertices near them, in the mesh's units.
-fn longest_edge(mesh: &TriMesh, options: &Options) -> Result<Option<f64>> {
-    let looked_for = options.method == Method::AllAtOnce && looks_for_vertices(options);
-    looked_for.then(|| spacing_of(mesh, options.vertices)).transpose()
-}
-
-/// About how many vertices and triangles a run has on the device of this input.
-///
-/// # Errors
-/// As [`UnitFrame::of`].
-pub(crate) fn sizes_on_device(mesh: &TriMesh, options: &Options) -> Result<[u64; 2]> {
-    let [vertices, triangles] = [mesh.vertices.len(), mesh.triangles.len()];
-    let Some(length) = longest_edge(mesh, options)? else {
-        return Ok([vertices, triangles].map(|n| n as u64));
-    };
-    let most = MOST_HALVED as f64 * options.vertices as f64;
-    let more = (halved_count(mesh, length) - triangles as f64).min(most) as u64;
-    Ok([vertices as u64 + more / 2, triangles as u64 + more])
 }
 
 /// The mesh as the options want it cleaned; `repaired` if there is one.
@@ -155,7 +133,8 @@ pub(crate) fn cleaned(mesh: &TriMesh, repaired: Option<Repaired>, options: &Opti
     Err(Error::usage("the repaired mesh was made from another one", "give what repair made of this mesh"))
 }
 
-/// The options for a mesh as repair leaves it: sides are those of its triangles, and lengths those at its vertices.
+/// The options for a mesh as repair leaves it: sides are those of its triangles, and lengths those at its
+/// vertices.
 pub(crate) fn for_repaired(mesh: &TriMesh, repaired: &Repaired, options: &Options) -> Options {
     let mut options = options.clone();
     options.fixed_half_edges = half_edges_after(mesh, repaired, &options.fixed_half_edges);
@@ -246,7 +225,8 @@ pub(crate) fn ground(
     Ground::new(device, surface, &wanted, sized, stop)
 }
 
-/// Where the mesh's vertices are on the surface, which has its triangles in their order, but not its vertices.
+/// Where the mesh's vertices are on the surface, which has its triangles in their order, but not its
+/// vertices.
 fn places_on(surface: &Surface, mesh: &TriMesh) -> Vec<u32> {
     let mut place = vec![0; mesh.vertices.len()];
     for (from, to) in mesh.triangles.as_flattened().iter().zip(surface.triangles.as_flattened()) {
@@ -277,85 +257,11 @@ pub(crate) fn compile(device: &Device, method: Method) -> Result<()> {
     }
 }
 
-/// Compiles what the default pipeline needs later: the kernel for what lists do not decide, which takes as long as all others.
+/// Compiles what the default pipeline needs later: the kernel for what lists do not decide, which takes as
+/// long as all others.
 pub(crate) fn compile_later(device: &Device, method: Method) -> Result<()> {
     match method {
         Method::CoarseToFine => PlanarFaces::compile_exact(device),
         _ => Ok(()),
     }
-}
-
-/// Device bytes that a site takes in the largest buffer, and in all but what only one method needs.
-pub(crate) fn device_bytes_per_site(options: &Options) -> (u64, u64) {
-    match options.method {
-        // The list; six vectors, two reaches, eight words, and the boxes.
-        Method::CoarseToFine => (4 * u64::from(LIST), 4 * u64::from(LIST) + 6 * 16 + 2 * 8 + 8 * 4 + 5),
-        // The list, for connecting; vectors, reaches, words and boxes.
-        Method::AllAtOnce if options.face == Face::Exact && options.iterations == 0 => {
-            (4 * u64::from(LIST), 4 * u64::from(LIST) + 3 * 16 + 2 * 8 + 8 * 4 + 5)
-        }
-        // Parts of triangles, some ten a site; the list; vectors, reaches, words and boxes.
-        Method::AllAtOnce if options.face == Face::Exact => {
-            let list = 4 * u64::from(LIST);
-            (10 * 16, 10 * 44 + list + 6 * 16 + 2 * 8 + 8 * 4 + 5)
-        }
-        // Corners of two floats; their fan; both lists; five vectors; triangle, count and flags. What lists and walks take
-        // beyond that is less than the list of nearest vertices.
-        Method::AllAtOnce => {
-            let corners = u64::from(cell::Constants::default().max_corners);
-            let k_sites = u64::from(listed(options));
-            let lists = 4 * (k_sites + u64::from(options.k_project));
-            ((8 * corners).max(4 * k_sites), 12 * corners + lists + 5 * 16 + 3 * 4)
-        }
-    }
-}
-
-/// What helps where memory is short.
-const LARGER: &str = "use a larger device, or a higher --device-memory if that is the limit";
-
-/// Refuses a count whose largest buffers cannot exist, or that needs more than there is, before anything is made.
-fn check_memory(device: &Device, input: &TriMesh, options: &Options) -> Result<()> {
-    let name = &device.info().name;
-    let sites = options.vertices as u64;
-    let refuse = |what: &str, bytes: u64, problem: String, most: u64| {
-        let remedy = match most {
-            0 => format!("simplify the input first, or {LARGER}"),
-            most => format!("ask for at most {most} vertices, or {LARGER}"),
-        };
-        Err(Error::OutOfMemory { what: what.to_owned(), bytes, problem, remedy })
-    };
-    let (in_one, _) = device_bytes_per_site(options);
-    let limit = device.info().limits.storage_buffer_bytes;
-    if sites.saturating_mul(in_one) > limit {
-        let problem = format!("but device '{name}' has {limit} in one buffer");
-        return refuse("one list of all sites", sites.saturating_mul(in_one), problem, limit / in_one);
-    }
-    let total = bytes_needed(input, options)?;
-    let available = device.available_bytes();
-    if total > available {
-        let problem = format!("but device '{name}' has {available} for it");
-        return refuse("the run", total, problem, most_sites(input, options, available)?);
-    }
-    Ok(())
-}
-
-/// Bytes that a run takes on the device. Curves, which take a little more, are not known yet.
-fn bytes_needed(input: &TriMesh, options: &Options) -> Result<u64> {
-    let (fixed, each) = device_bytes(sizes_on_device(input, options)?, options, false);
-    Ok(fixed.saturating_add(each.saturating_mul(options.vertices as u64)))
-}
-
-/// The largest count, below that of the options, that a run has enough bytes for; 0 if there is none.
-fn most_sites(input: &TriMesh, options: &Options, available: u64) -> Result<u64> {
-    let mut options = options.clone();
-    let (mut enough, mut too_many) = (0, options.vertices);
-    while too_many - enough > 1 {
-        options.vertices = enough + (too_many - enough) / 2;
-        if bytes_needed(input, &options)? <= available {
-            enough = options.vertices;
-        } else {
-            too_many = options.vertices;
-        }
-    }
-    Ok(enough as u64)
 }

@@ -3,28 +3,18 @@
 use super::coarse_to_fine::attempts::may_collapse;
 use super::coarse_to_fine::levels::{Extent, LevelPlan, enough, levels};
 use super::coarse_to_fine::size_field::{SizeRequest, size_field};
-use super::prepare::{cleaned, device_bytes_per_site, for_repaired, sizes_on_device, wanted_edges};
+use super::memory::bytes_needed;
+use super::prepare::{cleaned, for_repaired, wanted_edges};
 use super::spacing;
 use crate::mesh::features::{FeatureOptions, Features, find_features};
 use crate::mesh::repair::{RepairCounts, Repaired};
 use crate::mesh::sizing::SizeField;
 use crate::mesh::topology::topology;
 use crate::mesh::unit_frame::UnitFrame;
-use crate::options::all_at_once::{Face, Projection};
 use crate::options::{Method, Options, Shortage, Sizing};
 use crate::sites::surface_curves::SurfaceCurves;
 use crate::{Error, Result, TriMesh};
 use serde::Serialize;
-
-/// Device bytes of the input for each of its vertices and triangles: `stages/surface.rs` and, for the walk over it,
-/// `stages/records.rs` and `stages/bvh.rs`.
-const VERTEX_BYTES: u64 = 20;
-const TRIANGLE_BYTES: u64 = 44;
-const RECORD_BYTES: u64 = 84;
-/// Device bytes a site beside its lists and vectors, such as what sorting takes, and those of surfaces with curves; as
-/// measured.
-const SITE_BYTES: u64 = 75;
-const PINNED_BYTES: u64 = 40;
 
 /// A run that was not made.
 #[derive(Debug, Clone, Serialize)]
@@ -65,8 +55,8 @@ pub struct PreviewLevel {
 /// Plans a run of [`crate::remesh`] and does not make it.
 ///
 /// # Errors
-/// [`crate::Error::Usage`] for options out of range and too few vertices for the curves, [`crate::Error::Input`] for a
-/// mesh without area or features that fit no edge.
+/// [`crate::Error::Usage`] for options out of range and too few vertices for the curves,
+/// [`crate::Error::Input`] for a mesh without area or features that fit no edge.
 pub fn preview(mesh: &TriMesh, options: &Options) -> Result<Preview> {
     preview_repaired(mesh, None, options)
 }
@@ -133,11 +123,7 @@ pub fn preview_repaired(mesh: &TriMesh, repaired: Option<Repaired>, options: &Op
         curves: found.curves.len(),
         corners: found.corners.len(),
         patches: by_patch(&found, &worth, interior),
-        device_bytes: {
-            let (fixed, each) =
-                device_bytes(sizes_on_device(&repaired.mesh, options)?, options, curves.is_some());
-            fixed + each * options.vertices as u64
-        },
+        device_bytes: bytes_needed(&repaired.mesh, options, curves.is_some())?,
     })
 }
 
@@ -154,22 +140,4 @@ fn by_patch(found: &Features, areas: &[f64], interior: usize) -> Vec<usize> {
         patches.iter().map(|area| (interior as f64 * area / whole).round() as usize).collect();
     counts.sort_unstable_by(|a, b| b.cmp(a));
     counts
-}
-
-/// About how many device bytes a run takes for so many vertices and triangles, and for each vertex of the result.
-pub(crate) fn device_bytes([vertices, triangles]: [u64; 2], options: &Options, curves: bool) -> (u64, u64) {
-    let (records, more) = match options.method {
-        Method::CoarseToFine => (RECORD_BYTES, SITE_BYTES + if curves { PINNED_BYTES } else { 0 }),
-        Method::AllAtOnce => match (options.face, options.projection) {
-            // Three corners, candidates and a count.
-            (Face::Exact, _) if options.iterations > 0 => (3 * 16 + 15 * 4 + 4, 0),
-            (Face::Tangent | Face::Power, Projection::Walk | Projection::Exact) => (RECORD_BYTES, 0),
-            _ => (0, 0),
-        },
-    };
-    // Where edge lengths differ: a slope a triangle, a length a site.
-    let (slope, length) = if options.sizing == Sizing::Uniform { (0, 0) } else { (16, 4) };
-    let (_, each) = device_bytes_per_site(options);
-    let fixed = VERTEX_BYTES * vertices + (TRIANGLE_BYTES + records + slope) * triangles;
-    (fixed, each + more + length)
 }

@@ -1,13 +1,13 @@
-//! How many iterations go into one submission: few enough that a run can be stopped within a second.
+//! The number of iterations in a submission: few enough that a run can be stopped within a second.
 
 use std::time::Instant;
 
-/// Seconds that a submission should take at most.
+/// Largest duration of a submission, in seconds.
 const PATIENCE: f64 = 0.3;
-/// Sites times iterations of the first submission at most.
+/// Largest product of sites and iterations of the first submission.
 const FIRST: usize = 100_000;
 
-/// Iterations a submission; does not change what they do.
+/// Iterations for each submission, adapted to the measured time; results do not depend on it.
 pub(crate) struct Pace {
     pub iterations: u32,
     most: u32,
@@ -21,12 +21,12 @@ impl Pace {
         Self { iterations: first.clamp(1, most), most, begun: Instant::now() }
     }
 
-    /// A submission begins.
+    /// Begins a submission.
     pub fn begin(&mut self) {
         self.begun = Instant::now();
     }
 
-    /// It had so many iterations.
+    /// Ends a submission that had so many iterations.
     pub fn end(&mut self, iterations: u32) {
         let seconds = self.begun.elapsed().as_secs_f64().max(1e-6);
         self.iterations = ((f64::from(iterations) * PATIENCE / seconds) as u32).clamp(1, self.most);

@@ -1,106 +1,17 @@
 //! From faces to triangles: the rotation system of the fans.
 //!
-//! A fan is the cyclic list of sites behind a face's edges. Keep the edge i–j only if each lists the other; order the
-//! kept neighbours of every site by its fan; trace faces by "arrive at j from i, leave to the neighbour just before i
-//! in j's counter-clockwise order". Every directed edge lies in exactly one traced face, so the result is a closed
-//! surface. It contains the paper's clustering (Sect. 4.4): three faces that meet give a triangle, four or more
-//! co-circular sites give a larger face, which is split by quality.
+//! A fan is the cyclic list of sites behind a face's edges. Keep the edge i–j only if each lists the other;
+//! order the kept neighbours of every site by its fan; trace faces by "arrive at j from i, leave to the
+//! neighbour just before i in j's counter-clockwise order". Every directed edge lies in exactly one traced
+//! face, so the result is a closed surface. It contains the paper's clustering (Sect. 4.4): three faces that
+//! meet give a triangle, four or more co-circular sites give a larger face, which is split by quality.
 
 use super::cells::Certificate;
+use super::fans::Fans;
 use crate::mesh::quality::TriangleQuality;
-use glam::{DVec3, Vec2};
+use glam::DVec3;
 use serde::Serialize;
 use std::collections::HashSet;
-
-/// Counter-clockwise neighbours of every site, or of every sector of sites on curves.
-#[derive(Debug, Clone, Default, PartialEq, Eq)]
-pub struct Fans {
-    start: Vec<u32>,
-    neighbours: Vec<u32>,
-    /// The site of each sector; empty if sites and sectors are the same.
-    sites: Vec<u32>,
-    /// Whether the fan begins and ends at a curve; empty if none does.
-    open: Vec<bool>,
-}
-
-impl Fans {
-    /// From one list a site.
-    pub fn from_lists<L: AsRef<[u32]>>(lists: impl IntoIterator<Item = L>) -> Self {
-        let mut fans = Self { start: vec![0], ..Self::default() };
-        for list in lists {
-            fans.neighbours.extend_from_slice(list.as_ref());
-            fans.start.push(fans.neighbours.len() as u32);
-        }
-        fans
-    }
-
-    /// From one list of sectors a sector. `sites` has the site of each; where it is `open`, a curve runs from the last of
-    /// the list through the site to the first, with the surface on its left.
-    pub fn of_sectors<L: AsRef<[u32]>>(
-        lists: impl IntoIterator<Item = L>,
-        sites: Vec<u32>,
-        open: Vec<bool>,
-    ) -> Self {
-        Self { sites, open, ..Self::from_lists(lists) }
-    }
-
-    /// Number of sites or sectors.
-    pub fn len(&self) -> usize {
-        self.start.len().saturating_sub(1)
-    }
-
-    /// Whether there are none.
-    pub fn is_empty(&self) -> bool {
-        self.len() == 0
-    }
-
-    /// The fan of one site or sector. Panics if it is out of range.
-    pub fn of(&self, sector: usize) -> &[u32] {
-        &self.neighbours[self.start[sector] as usize..self.start[sector + 1] as usize]
-    }
-
-    /// The site of a sector.
-    pub fn site(&self, sector: u32) -> u32 {
-        self.sites.get(sector as usize).copied().unwrap_or(sector)
-    }
-
-    /// Whether the fan begins and ends at a curve.
-    pub fn is_open(&self, sector: u32) -> bool {
-        self.open.get(sector as usize).copied().unwrap_or(false)
-    }
-
-    /// Whether a curve runs along `slot`, which is one of `from`'s, so that there is no face to its left.
-    fn is_outside(&self, from: u32, slot: usize) -> bool {
-        self.is_open(from) && slot + 1 == self.start[from as usize + 1] as usize
-    }
-
-    /// Only the edges that both ends list. Entries that are no site or the site itself, as those of the bounding box of
-    /// an unbounded face, are dropped too.
-    fn symmetric(&self) -> Self {
-        let lists = |i: u32, j: u32| (j as usize) < self.len() && i != j && self.of(j as usize).contains(&i);
-        let symmetric = (0..self.len()).map(|i| {
-            let mut neighbours: Vec<u32> =
-                self.of(i).iter().copied().filter(|&j| lists(i as u32, j)).collect();
-            // A neighbour that bounds two stretches of a degenerate face counts once.
-            let mut seen = HashSet::new();
-            neighbours.retain(|j| seen.insert(*j));
-            neighbours
-        });
-        Self::of_sectors(symmetric, self.sites.clone(), self.open.clone())
-    }
-}
-
-/// The sites behind the edges of a face, without those behind an edge shorter than a tenth of the face's radius: its
-/// two corners are one cluster (Sect. 4.4). Four nearly co-circular sites then leave a face of four corners, where
-/// rounding and the different tangent planes could let both diagonals stand.
-///
-/// `corners[m]` ends the edge with `fan[m]` behind it.
-pub fn clustered_fan(corners: &[Vec2], fan: &[u32]) -> Vec<u32> {
-    let shortest = 0.1 * corners.iter().map(|c| c.length()).fold(0.0, f32::max);
-    let before = |m: usize| corners[(m + corners.len() - 1) % corners.len()];
-    let long = |m: &usize| corners[*m].distance(before(*m)) > shortest;
-    (0..corners.len()).filter(long).map(|m| fan[m]).collect()
-}
 
 /// Counts of what [`connect`] found and did.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Serialize)]
@@ -109,7 +20,8 @@ pub struct ConnectCounts {
     pub one_sided_edges: usize,
     /// CorrespondenceRequest faces of four or more corners, split by quality.
     pub split_faces: usize,
-    /// CorrespondenceRequest faces that could not be filled without repeating an edge; they are holes in the result.
+    /// CorrespondenceRequest faces that could not be filled without repeating an edge; they are holes in the
+    /// result.
     pub unfilled_faces: usize,
     /// Sites that no triangle uses.
     pub unconnected_sites: usize,
@@ -150,8 +62,8 @@ pub fn connect(sites: &[DVec3], fans: &Fans) -> (Vec<[u32; 3]>, ConnectCounts) {
     (triangles, counts)
 }
 
-/// All faces of the rotation system, each as its cycle of sites, in the order of their first directed edge. There are none
-/// beyond curves.
+/// All faces of the rotation system, each as its cycle of sites, in the order of their first directed edge.
+/// There are none beyond curves.
 fn trace(fans: &Fans) -> Vec<Vec<u32>> {
     let mut traced = vec![false; fans.neighbours.len()];
     let mut faces = Vec::new();
@@ -183,8 +95,8 @@ fn leave(fans: &Fans, from: u32, at: u32) -> usize {
     fans.start[at as usize] as usize + (arrival + fan.len() - 1) % fan.len()
 }
 
-/// Triangulates a face by cutting off ears, the best triangle first, never along an edge that exists. `None` if no ear can
-/// be cut, or if the last triangle has a site twice; then no edge was added.
+/// Triangulates a face by cutting off ears, the best triangle first, never along an edge that exists. `None`
+/// if no ear can be cut, or if the last triangle has a site twice; then no edge was added.
 fn split(face: &[u32], sites: &[DVec3], edges: &mut HashSet<(u32, u32)>) -> Option<Vec<[u32; 3]>> {
     let mut rest = face.to_vec();
     let mut triangles = Vec::with_capacity(rest.len().saturating_sub(2));

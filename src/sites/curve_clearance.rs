@@ -9,8 +9,9 @@ use crate::mesh::sizing::SizeField;
 use glam::DVec3;
 use std::collections::{BTreeMap, HashMap};
 
-/// Least distance, in spacings, of an interior site from a curve site. A closer one would lie inside the circle over two
-/// neighbouring curve sites; a strip too narrow for this clearance is filled by the sites on its boundary.
+/// Least distance, in spacings, of an interior site from a curve site. A closer one would lie inside the
+/// circle over two neighbouring curve sites; a strip too narrow for this clearance is filled by the sites on
+/// its boundary.
 const CLEARANCE: f64 = 0.6;
 /// Attempts to scatter more seeds where many fall near curves.
 const TRIES: u32 = 4;
@@ -42,7 +43,8 @@ impl<'a> CurveClearance<'a> {
         point.to_array().map(|x| (x / side).floor() as i64)
     }
 
-    /// Whether a site at `point`, on or near triangle `t`, keeps its distance from all curve sites of its patch.
+    /// Whether a site at `point`, on or near triangle `t`, keeps its distance from all curve sites of its
+    /// patch.
     pub fn is_clear(&self, point: DVec3, t: u32) -> bool {
         let patch = self.curves.patches[t as usize];
         let close = |i: &u32| {

@@ -1,5 +1,5 @@
-//! Sites on the surface's curves: one at each corner, and between corners at equal distances along each curve, except
-//! where that would cut off a bend.
+//! Sites on the surface's curves: one at each corner, and between corners at equal distances along each
+//! curve, except where that would cut off a bend.
 
 use super::morton::morton_order;
 use super::on_surface::SitesOnSurface;
@@ -69,7 +69,8 @@ impl SurfaceCurves {
         counts
     }
 
-    /// The corners, and on each curve sites at its bends and between them at equal distances close to `spacing`.
+    /// The corners, and on each curve sites at its bends and between them at equal distances close to
+    /// `spacing`.
     pub fn sites(&self, spacing: f64) -> CurveSites {
         let mut sites = CurveSites::default();
         for (k, corner) in self.corners.iter().enumerate() {
@@ -223,8 +224,8 @@ fn split_at_bends<'a>(
 }
 
 impl CurveSites {
-    /// These and the `interior` sites together in Morton order, and for each its index among these, [`NONE`] for an
-    /// interior one. A curve site gets one of the triangles at its place.
+    /// These and the `interior` sites together in Morton order, and for each its index among these, [`NONE`]
+    /// for an interior one. A curve site gets one of the triangles at its place.
     pub fn merge(&self, curves: &SurfaceCurves, interior: SitesOnSurface) -> (SitesOnSurface, Vec<u32>) {
         let first = interior.len();
         let mut sites = interior;

@@ -1,9 +1,11 @@
-//! Sites on the surface, on the host: initial positions, positions on curves, and how they are connected to triangles.
+//! Sites on the surface, on the host: initial positions, positions on curves, and how they are connected to
+//! triangles.
 
 pub mod cells;
 pub mod connect;
 pub mod curve_clearance;
 pub mod curve_sites;
+pub mod fans;
 pub(crate) mod morton;
 pub mod on_surface;
 pub mod place;

@@ -5,8 +5,8 @@
 pub enum Place {
     /// In a triangle: a site that moves freely in its patch.
     Inside(u32),
-    /// On a side, 0 to 2, of a triangle: from corner `side` to corner `(side + 1) % 3`. If the edge is on a curve, so is
-    /// the site. Any triangle at the edge may be given.
+    /// On a side, 0 to 2, of a triangle: from corner `side` to corner `(side + 1) % 3`. If the edge is on a
+    /// curve, so is the site. Any triangle at the edge may be given.
     Edge(u32, u8),
     /// At a vertex; on a curve if one passes there.
     Vertex(u32),

@@ -1,5 +1,5 @@
-//! Maximal Poisson-disk sampling of a surface (Guo et al. 2015), on the host in f64: points that keep a distance from each
-//! other, so many that no further point fits between them.
+//! Maximal Poisson-disk sampling of a surface (Guo et al. 2015), on the host in f64: points that keep a
+//! distance from each other, so many that no further point fits between them.
 //!
 //! Distances are Euclidean, not along the surface, so two sheets closer than a radius share their points.
 
@@ -46,7 +46,8 @@ pub struct DiskSummary {
     pub radius: f64,
     /// No point of the surface is farther from all points.
     pub covered: f64,
-    /// Points that were added where the surface was farthest from all others, to reach the count; the others are random.
+    /// Points that were added where the surface was farthest from all others, to reach the count; the others
+    /// are random.
     pub added: usize,
     /// Radii that were tried.
     pub trials: usize,
@@ -59,12 +60,13 @@ impl DiskSummary {
     }
 }
 
-/// Exactly `count` points, at least 1, the same for the same seed on every machine. `look` is asked several times a second
-/// whether to go on.
+/// Exactly `count` points, at least 1, the same for the same seed on every machine. `look` is asked several
+/// times a second whether to go on.
 ///
-/// The search is for a radius with which at most `count` random points fit, and few of them are missing. Those are added
-/// one by one where the surface is farthest from all points, at a distance slightly less than the radius. So both bounds,
-/// [`DiskSummary::radius`] and [`DiskSummary::covered`], hold for all points, and they differ by some percent.
+/// The search is for a radius with which at most `count` random points fit, and few of them are missing.
+/// Those are added one by one where the surface is farthest from all points, at a distance slightly less than
+/// the radius. So both bounds, [`DiskSummary::radius`] and [`DiskSummary::covered`], hold for all points, and
+/// they differ by some percent.
 ///
 /// # Errors
 /// What `look` gives.
@@ -167,7 +169,8 @@ impl Sampling {
         Ok(sampling)
     }
 
-    /// Throws darts at fragments, uniformly over their area; those farther than a radius from all points become points.
+    /// Throws darts at fragments, uniformly over their area; those farther than a radius from all points
+    /// become points.
     fn throw(
         &mut self,
         at: &[Fragment],
@@ -211,8 +214,8 @@ impl Sampling {
         fragments.par_iter().filter(|f| !self.grid.any(f.corners[0], |p| covers(f, p))).copied().collect()
     }
 
-    /// Adds points where the surface is farthest from all until there are `count`; returns the largest distance of the
-    /// surface from its nearest point, or a little more. The surface must be covered.
+    /// Adds points where the surface is farthest from all until there are `count`; returns the largest
+    /// distance of the surface from its nearest point, or a little more. The surface must be covered.
     fn fill(&mut self, surface: &Surface, count: usize, look: &mut dyn FnMut() -> Result<()>) -> Result<f64> {
         let mut covered = self.radius;
         while self.sites.len() < count {
@@ -289,7 +292,8 @@ impl PointGrid {
         self.buckets[bucket].push(p);
     }
 
-    /// Whether `accept` holds for any point within a side of `p`; it may be called for points farther away, too.
+    /// Whether `accept` holds for any point within a side of `p`; it may be called for points farther away,
+    /// too.
     fn any(&self, p: DVec3, mut accept: impl FnMut(DVec3) -> bool) -> bool {
         let [x, y, z] = self.cell(p);
         let around = (0..27).map(|i| [x + (i % 3) - 1, y + (i / 3 % 3) - 1, z + i / 9 - 1]);

@@ -11,7 +11,8 @@ use std::ops::AddAssign;
 
 /// Triangles that one thread takes in a row.
 const CHUNK: usize = 256;
-/// A triangle that may meet the cells of more sites is halved first, unless it is small beside the distance to them,
+/// A triangle that may meet the cells of more sites is halved first, unless it is small beside the distance
+/// to them,
 const FEW: usize = 24;
 const SMALL: f64 = 0.5;
 /// but not more often than this: many sites may coincide.
@@ -59,8 +60,8 @@ impl<'a> RestrictedVoronoi<'a> {
         Self { sites, tree: KdTree::new(sites) }
     }
 
-    /// The cells on a mesh, one for each site; the same for every number of threads. Panics if an index of `mesh` is out of
-    /// range.
+    /// The cells on a mesh, one for each site; the same for every number of threads. Panics if an index of
+    /// `mesh` is out of range.
     pub fn cells(&self, mesh: &TriMesh) -> Vec<CellMoments> {
         self.cells_on(&(0..mesh.triangles.len()).map(|t| mesh.corners(t)).collect::<Vec<_>>())
     }
@@ -200,10 +201,11 @@ fn moments(polygon: &[DVec3]) -> CellMoments {
 /// How evenly sites are spread over a mesh.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct Energy {
-    /// Integral over the mesh of the squared distance to the nearest site, in the fourth power of the mesh's unit.
+    /// Integral over the mesh of the squared distance to the nearest site, in the fourth power of the mesh's
+    /// unit.
     pub energy: f64,
-    /// Relative excess over the least possible on a plane of the same area, where all cells are regular hexagons: 0.02 is
-    /// 2 %. Sites off a curved mesh can be below 0.
+    /// Relative excess over the least possible on a plane of the same area, where all cells are regular
+    /// hexagons: 0.02 is 2 %. Sites off a curved mesh can be below 0.
     pub excess: f64,
 }
 

@@ -8,7 +8,8 @@ use glam::DVec3;
 use rand::{RngExt, SeedableRng};
 use rand_pcg::Pcg64Mcg;
 
-/// `count` points, uniform over the surface's area, in Morton order; the same for the same seed on every machine.
+/// `count` points, uniform over the surface's area, in Morton order; the same for the same seed on every
+/// machine.
 pub fn random(surface: &Surface, count: usize, seed: u64) -> SitesOnSurface {
     let mut rng = Pcg64Mcg::seed_from_u64(seed);
     let mut sum = 0.0;
@@ -32,8 +33,9 @@ pub fn random(surface: &Surface, count: usize, seed: u64) -> SitesOnSurface {
     sites.in_morton_order()
 }
 
-/// `count` points in Morton order, one for each equal share of the surface's area when its triangles are passed in Morton
-/// order: more evenly spread than [`random`] ones. Where `sizes` has short edges, area counts for more.
+/// `count` points in Morton order, one for each equal share of the surface's area when its triangles are
+/// passed in Morton order: more evenly spread than [`random`] ones. Where `sizes` has short edges, area
+/// counts for more.
 pub fn stratified(surface: &Surface, sizes: &SizeField, count: usize, seed: u64) -> SitesOnSurface {
     let mut rng = Pcg64Mcg::seed_from_u64(seed);
     let centres: Vec<DVec3> = surface

@@ -1,4 +1,5 @@
-//! The surface's features in the form that sites need: curves as polylines of its edges, and the triangles at each edge.
+//! The surface's features in the form that sites need: curves as polylines of its edges, and the triangles at
+//! each edge.
 
 use super::place::Place;
 use super::surface::stars;
@@ -54,8 +55,8 @@ impl CurvePath {
         self.sizes[edge] + share * (self.sizes[edge + 1] - self.sizes[edge])
     }
 
-    /// The arc length weighted by the inverse of the sizes: proportional to the number of edges up to there, and the arc
-    /// length itself where all sizes are 1.
+    /// The arc length weighted by the inverse of the sizes: proportional to the number of edges up to there,
+    /// and the arc length itself where all sizes are 1.
     pub fn measure(&self, arc_length: f64) -> f64 {
         if self.sizes.is_empty() {
             return arc_length;
@@ -83,8 +84,8 @@ impl CurvePath {
 }
 
 impl SurfaceCurves {
-    /// From the `features` of the mesh of these vertices and triangles; `None` if there are no curves and corners. Panics
-    /// if they are of another mesh.
+    /// From the `features` of the mesh of these vertices and triangles; `None` if there are no curves and
+    /// corners. Panics if they are of another mesh.
     pub fn new(vertices: &[DVec3], triangles: &[[u32; 3]], features: &Features) -> Option<Self> {
         if features.curves.is_empty() && features.corners.is_empty() {
             return None;

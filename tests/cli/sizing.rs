@@ -65,7 +65,7 @@ fn errors_say_what_to_do() {
         ("in.ply out.ply --sizing property:wish --gradation 1", "--gradation says nothing"),
         ("in.ply out.ply --min-edge 1%", "--min-edge says nothing"),
         ("in.ply out.ply --sizing curvature --gradation 9", "use 0 to 3"),
-        ("in.ply out.ply --sizing curvature --min-edge 90%", "does not go with"),
+        ("in.ply out.ply --sizing curvature --min-edge 90%", "does not suit"),
         ("in.ply out.ply --sizing curvature --preset rtf", "--preset default"),
     ] {
         let done = place.program(&format!("remesh {arguments} -n 500")).assert().failure();

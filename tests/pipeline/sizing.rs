@@ -150,14 +150,14 @@ fn what_cannot_be_is_refused() {
     let bounded = |length: Length| Options { max_edge: Some(length), ..curvature(1.0) };
     let crossed = Options { min_edge: Some(Length::OfDiagonal(0.05)), ..bounded(Length::OfDiagonal(0.02)) };
     for (options, words) in [
-        (crossed, "is more than --max-edge"),
+        (crossed, "is more than max_edge"),
         (given(vec![1.0; count - 1]), "7 edge lengths for 8 vertices"),
         (with(3, 0.0), "vertex 3"),
         (with(5, f64::NAN), "vertex 5"),
         (with(7, f64::INFINITY), "vertex 7"),
         (curvature(-1.0), "--gradation"),
         (curvature(f64::NAN), "--gradation"),
-        (bounded(Length::Units(0.001)), "--max-edge 0.0010 does not go with 300 vertices"),
+        (bounded(Length::Units(0.001)), "max_edge 0.0010 does not suit 300 vertices"),
         (bounded(Length::Units(-1.0)), "--max-edge"),
         (Options { growth: 0.0, ..curvature(1.0) }, "--growth"),
         (Options { sizing: Sizing::Curvature { gradation: 1.0 }, ..Options::rvd(300) }, "default method"),

@@ -3,7 +3,8 @@
 use glam::{DVec3, Vec2};
 use rtfmesh::TriMesh;
 use rtfmesh::mesh::topology::topology;
-use rtfmesh::sites::connect::{Fans, clustered_fan, connect};
+use rtfmesh::sites::connect::connect;
+use rtfmesh::sites::fans::{Fans, clustered_fan};
 
 fn points(list: &[[f64; 3]]) -> Vec<DVec3> {
     list.iter().map(|p| DVec3::from_array(*p)).collect()

@@ -1,13 +1,14 @@
-//! Minimization of the CVT energy by L-BFGS (Liu et al. 2009): the energy is the integral of the squared distance to the
-//! site over all cells, its gradient twice the cell's area times the vector from the centroid to the site. Each trial takes
-//! one evaluation of the cells, and the full step is always tried first.
+//! Minimization of the CVT energy by L-BFGS (Liu et al. 2009): the energy is the integral of the squared
+//! distance to the site over all cells, its gradient twice the cell's area times the vector from the centroid
+//! to the site. Each trial takes one evaluation of the cells, and the full step is always tried first.
 
 use super::lbfgs::{Memory, dot};
 use glam::{DVec3, Vec4};
 
 /// Longest move of a site along a direction that is not Lloyd's, in spacings.
 const LONGEST_MOVE: f64 = 0.5;
-/// A step is accepted if the energy falls by this fraction of what the gradient predicts (Armijo's condition),
+/// A step is accepted if the energy falls by this fraction of what the gradient predicts (Armijo's
+/// condition),
 const ARMIJO: f64 = 1e-4;
 /// give or take this fraction of the energy, for rounding in f32.
 const NOISE: f64 = 1e-7;
@@ -72,8 +73,9 @@ impl Descent {
         }
     }
 
-    /// Evaluates the last trial from its cells and returns the next trial. `cells` has for each site the integral of the
-    /// vector from the site over its cell (xyz) and the area (w), `energies` the integral of the squared distance.
+    /// Evaluates the last trial from its cells and returns the next trial. `cells` has for each site the
+    /// integral of the vector from the site over its cell (xyz) and the area (w), `energies` the integral of
+    /// the squared distance.
     pub fn next_trial(&mut self, cells: &[Vec4], energies: &[f32]) -> &[Vec4] {
         let trial = Evaluated::new(&self.trial, cells, energies);
         match self.best.take() {
@@ -164,7 +166,8 @@ mod tests {
         let mut descent = Descent::new(vec![Vec4::ZERO], 1.0, 7);
         assert_eq!(next_x(&mut descent, 0.3, 1.0), 0.3, "first Lloyd's");
         assert!((descent.distance_to_centroids() - 0.3).abs() < 1e-6);
-        // The gradient falls by a third, so its zero is twice as far again; no step is longer than half a spacing.
+        // The gradient falls by a third, so its zero is twice as far again; no step is longer than half a
+        // spacing.
         assert!((next_x(&mut descent, 0.2, 0.9) - 0.8).abs() < 1e-6);
         let shorter = next_x(&mut descent, -0.3, 2.0);
         assert!((0.349..0.551).contains(&shorter), "{shorter}");

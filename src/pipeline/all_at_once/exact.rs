@@ -1,12 +1,12 @@
-//! All sites from the start, with exact faces: restricted Voronoi cells on the surface itself, and Lloyd's iteration with
-//! or without momentum, or L-BFGS.
+//! All sites from the start, with exact faces: restricted Voronoi cells on the surface itself, and Lloyd's
+//! iteration with or without momentum, or L-BFGS.
 
 use super::descent::Descent;
 use crate::gpu::{Buffer, Device, Recorder};
 use crate::mesh::bvh::Bvh;
 use crate::options::Options;
 use crate::pipeline::Connection;
-use crate::pipeline::coarse_to_fine::level::{LIST, near};
+use crate::pipeline::near_sites::{LIST, near_sites};
 use crate::progress::Watch;
 use crate::sites::cells::{CellSites, CellSurface, connected_cells};
 use crate::sites::connect::{ConnectCounts, connect};
@@ -21,8 +21,8 @@ use glam::{DVec3, Vec2, Vec4};
 use rayon::prelude::*;
 use serde::Serialize;
 
-/// Lists are built again when a site has moved by more than this fraction of its reach. That is cheap compared with a search
-/// for every triangle that the lists do not decide.
+/// Lists are built again when a site has moved by more than this fraction of its reach. That is cheap
+/// compared with a search for every triangle that the lists do not decide.
 const MAX_RHO: f32 = 0.03;
 /// Longest move with momentum, in spacings. Without momentum, sites move to their centroids.
 const LARGEST_MOVE: f64 = 0.5;
@@ -82,8 +82,8 @@ impl<'a> ExactRun<'a> {
         })
     }
 
-    /// Moves the sites until they rest; returns the root mean square step of each iteration, in spacings, and figures of the
-    /// last cells.
+    /// Moves the sites until they rest; returns the root mean square step of each iteration, in spacings, and
+    /// figures of the last cells.
     ///
     /// # Errors
     /// Those of the device, and [`crate::Error::Cancelled`].
@@ -116,7 +116,8 @@ impl<'a> ExactRun<'a> {
         Ok((steps, summary))
     }
 
-    /// Lists → parts → cells → aim → step, or L-BFGS in place of the last two; returns the root mean square step.
+    /// Lists → parts → cells → aim → step, or L-BFGS in place of the last two; returns the root mean square
+    /// step.
     fn iteration(&mut self, iteration: u32) -> Result<(ExactCounts, f64)> {
         let mut recorder = self.device.recorder()?;
         self.lists.record_refresh(&mut recorder, &self.sites, MAX_RHO)?;
@@ -169,8 +170,8 @@ impl<'a> ExactRun<'a> {
         (momentum as f32, (LARGEST_MOVE * self.spacing) as f32)
     }
 
-    /// The dual of the connected cells. The vertices are the sites, which are slightly off the surface; the cells start at the
-    /// closest points.
+    /// The dual of the connected cells. The vertices are the sites, which are slightly off the surface; the
+    /// cells start at the closest points.
     ///
     /// # Errors
     /// Those of the device.
@@ -196,7 +197,7 @@ pub(crate) fn connected(
     sites: SitesOnSurface,
     spacing: f64,
 ) -> Result<Connection> {
-    let near = near(device, &sites.positions)?;
+    let near = near_sites(device, &sites.positions)?;
     let on = CellSurface::new(&surface.vertices, &surface.triangles, &surface.normals);
     let places = Place::inside(&sites.triangles);
     let cells = connected_cells(

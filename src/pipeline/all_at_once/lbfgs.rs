@@ -1,4 +1,5 @@
-//! The two-loop recursion of L-BFGS (Nocedal 1980): search directions from the gradient's change over the last motions.
+//! The two-loop recursion of L-BFGS (Nocedal 1980): search directions from the gradient's change over the
+//! last motions.
 
 use glam::DVec3;
 use std::collections::VecDeque;
@@ -45,8 +46,9 @@ impl Memory {
         self.motions.push_back(Motion { displacement, change, curvature });
     }
 
-    /// The displacement to where the gradient vanishes by the remembered motions. `inverse` is the diagonal of an estimate of
-    /// the inverse Hessian, at least 0 for each point: without any motion the displacement is that times minus the gradient.
+    /// The displacement to where the gradient vanishes by the remembered motions. `inverse` is the diagonal
+    /// of an estimate of the inverse Hessian, at least 0 for each point: without any motion the displacement
+    /// is that times minus the gradient.
     pub fn direction(&self, gradient: &[DVec3], inverse: &[f64]) -> Vec<DVec3> {
         let mut rest: Vec<DVec3> = gradient.iter().map(|g| -*g).collect();
         let mut factors = Vec::with_capacity(self.motions.len());
@@ -85,7 +87,8 @@ fn add(to: &mut [DVec3], factor: f64, what: &[DVec3]) {
 mod tests {
     use super::*;
 
-    /// Points in a row, each connected to the next by a spring, the end points to fixed places: the Hessian is not diagonal.
+    /// Points in a row, each connected to the next by a spring, the end points to fixed places: the Hessian
+    /// is not diagonal.
     fn gradient(at: &[DVec3]) -> Vec<DVec3> {
         let ends = [DVec3::ZERO, DVec3::new(1.0, 2.0, 3.0)];
         let stiff = |i: usize| 1.0 + (i % 5) as f64;

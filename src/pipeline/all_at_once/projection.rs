@@ -1,4 +1,5 @@
-//! How sites return to the surface, and where their tangent planes come from, in runs with all sites from the start.
+//! How sites return to the surface, and where their tangent planes come from, in runs with all sites from the
+//! start.
 
 use crate::gpu::{Buffer, Device, Recorder};
 use crate::mesh::bvh::Bvh;
@@ -183,8 +184,8 @@ impl SiteProjection {
         Ok(Self { planes, site_triangle })
     }
 
-    /// The work that is done once: searches get their boxes, and `sites` their first planes if those come with the
-    /// projection. Sites that are projected onto planes move there.
+    /// The work that is done once: searches get their boxes, and `sites` their first planes if those come
+    /// with the projection. Sites that are projected onto planes move there.
     ///
     /// # Errors
     /// Those of the device.
@@ -216,7 +217,8 @@ impl SiteProjection {
         Ok(())
     }
 
-    /// Records the projection of `targets` onto the surface, with the planes that come with it; returns the projected points.
+    /// Records the projection of `targets` onto the surface, with the planes that come with it; returns the
+    /// projected points.
     pub fn record(
         &self,
         recorder: &mut Recorder,

@@ -1,4 +1,5 @@
-//! All sites from the start, with faces in tangent planes: the paper's pipeline, and its variants with other stages.
+//! All sites from the start, with faces in tangent planes: the paper's pipeline, and its variants with other
+//! stages.
 
 use super::projection::SiteProjection;
 use crate::gpu::{Buffer, Device, Recorder};
@@ -9,7 +10,8 @@ use crate::pipeline::Connection;
 use crate::pipeline::submission::Pace;
 use crate::progress::Watch;
 use crate::sites::cells::{CellSites, CellSurface, connected_cells};
-use crate::sites::connect::{ConnectCounts, Fans, clustered_fan, connect};
+use crate::sites::connect::{ConnectCounts, connect};
+use crate::sites::fans::{Fans, clustered_fan};
 use crate::sites::on_surface::SitesOnSurface;
 use crate::sites::place::Place;
 use crate::sites::surface::Surface;
@@ -95,7 +97,8 @@ impl PlaneFacesRun {
         })
     }
 
-    /// Lloyd's iteration until the step is small; returns the root mean square step of each iteration, in spacings.
+    /// Lloyd's iteration until the step is small; returns the root mean square step of each iteration, in
+    /// spacings.
     pub fn iterate(
         &self,
         device: &Device,
@@ -148,8 +151,9 @@ impl PlaneFacesRun {
         self.faces.record(recorder, &self.sites, normals, neighbours, &self.site_tiles, flags)
     }
 
-    /// Connects the sites by the fans of their faces. If that gives a wrong topology, as it may at creases, which tangent
-    /// planes do not describe, exact connected cells are tried, and the result closer to the input's topology is taken.
+    /// Connects the sites by the fans of their faces. If that gives a wrong topology, as it may at creases,
+    /// which tangent planes do not describe, exact connected cells are tried, and the result closer to the
+    /// input's topology is taken.
     pub fn connect(&self, device: &Device, surface: &Surface, input: &Topology) -> Result<Connection> {
         let faces = self.faces(device, surface)?;
         let errors = |triangles: &[[u32; 3]], counts: &ConnectCounts| {

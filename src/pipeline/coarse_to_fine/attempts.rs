@@ -1,5 +1,5 @@
-//! What becomes of a surface that the vertices asked for do not suffice for: other random starts, then collapsed edges or
-//! more vertices.
+//! What becomes of a surface that the vertices asked for do not suffice for: other random starts, then
+//! collapsed edges or more vertices.
 
 use super::connect::Fault;
 use super::levels::enough;
@@ -140,7 +140,8 @@ impl Attempts<'_> {
         watch.during(|stop| ground(self.device, (self.mesh, self.frame), self.surface, &options, stop))?
     }
 
-    /// As many vertices, or more if curves leave too few of them. What counts as a curve depends on their number.
+    /// As many vertices, or more if curves leave too few of them. What counts as a curve depends on their
+    /// number.
     fn room(&self, mut ground: Ground, mut vertices: usize, watch: &mut Watch) -> Result<(Ground, usize)> {
         while let Some(curves) = &ground.curves {
             let enough = enough(curves, self.surface.area(), vertices);

@@ -1,16 +1,16 @@
-//! From sites at rest to a mesh: connected, compared with the input, mended where it is wrong, polished and fitted.
+//! From sites at rest to a mesh: connected, compared with the input, mended where it is wrong, polished and
+//! fitted.
 
 use super::CoarseToFine;
 use super::densify::{ConnectedSites, densify};
-use super::level::near;
 use crate::mesh::NONE;
 use crate::mesh::intersections::intersecting_faces_until;
 use crate::mesh::polyline::Polyline;
 use crate::mesh::topology::topology;
 use crate::mesh::unit_frame::{UnitFrame, decimals};
 use crate::pipeline::Clock;
-use crate::pipeline::collapse::components::is_as_good;
 use crate::pipeline::cost::{FEW_ROUNDS, Shares};
+use crate::pipeline::near_sites::near_sites;
 use crate::polish::{
     FitOptions, OutlierOptions, PolishOptions, SlidingCurve, fit_while, polish_while, reduce_outliers_while,
 };
@@ -162,7 +162,7 @@ impl CoarseToFine<'_> {
                 });
             }
             left -= 1;
-            level.near = near(self.device, &level.sites.positions)?;
+            level.near = near_sites(self.device, &level.sites.positions)?;
         }
     }
 
@@ -187,14 +187,14 @@ impl CoarseToFine<'_> {
         heed(stop)?;
         let mesh = TriMesh { vertices: std::mem::take(positions), triangles };
         let got = topology(&mesh);
-        let sound = is_as_good(&got, self.input) && got.vertices == mesh.vertices.len();
+        let sound = got.matches(self.input) && got.vertices == mesh.vertices.len();
         *positions = mesh.vertices;
         let counts = ConnectCounts { cells: Some(cells.certificate), ..counts };
         Ok(Tied { broken: cells.broken, triangles: mesh.triangles, counts, sound })
     }
 
-    /// A mesh polished and fitted, and what is wrong with it. If faces run through others, sites are moved there from
-    /// elsewhere.
+    /// A mesh polished and fitted, and what is wrong with it. If faces run through others, sites are moved
+    /// there from elsewhere.
     pub(crate) fn finished(
         &self,
         on: &CellSurface,
@@ -240,7 +240,7 @@ impl CoarseToFine<'_> {
                 ));
             }
             left -= 1;
-            level.near = near(self.device, &level.sites.positions)?;
+            level.near = near_sites(self.device, &level.sites.positions)?;
             found = self.connected(on, level, spacing, watch)?;
         }
     }
@@ -311,7 +311,8 @@ impl CoarseToFine<'_> {
         sliding_curves
     }
 
-    /// The patch of every triangle of a mesh, [`NONE`] where all corners are on curves; nothing if there are none.
+    /// The patch of every triangle of a mesh, [`NONE`] where all corners are on curves; nothing if there are
+    /// none.
     fn patches(&self, found: &Found, on_curve: &[bool]) -> Vec<u32> {
         let Some(curves) = &self.ground.curves else { return Vec::new() };
         let of = |triangle: &[u32; 3]| {
@@ -322,8 +323,8 @@ impl CoarseToFine<'_> {
     }
 }
 
-/// The faces of a mesh in the unit-diagonal frame that run through others in the file's numbers: rounding to those may fold
-/// what is thin. It ends soon, with some of them, once it is to `stop`.
+/// The faces of a mesh in the unit-diagonal frame that run through others in the file's numbers: rounding to
+/// those may fold what is thin. It ends soon, with some of them, once it is to `stop`.
 pub(crate) fn crossing_faces_until(mesh: &TriMesh, frame: &UnitFrame, stop: &AtomicBool) -> Vec<u32> {
     let vertices = mesh.vertices.iter().map(|p| frame.from_unit(*p)).collect();
     intersecting_faces_until(&TriMesh { vertices, triangles: mesh.triangles.clone() }, stop)

@@ -1,8 +1,9 @@
 //! More sites where cells are broken: at thin parts, where evenly spaced sites are too few.
 //!
-//! A cell that reaches around a tube, or over its tip, is no disc, and its site lacks neighbours there. Adding a site in the
-//! farthest part of each such cell, repeatedly, makes all of them discs, as in Delaunay refinement (Boissonnat and Oudot
-//! 2005). The added sites are taken from where sites are closest together, so their number stays the same.
+//! A cell that reaches around a tube, or over its tip, is no disc, and its site lacks neighbours there.
+//! Adding a site in the farthest part of each such cell, repeatedly, makes all of them discs, as in Delaunay
+//! refinement (Boissonnat and Oudot 2005). The added sites are taken from where sites are closest together,
+//! so their number stays the same.
 
 use crate::mesh::hash_grid::HashGrid;
 use crate::mesh::sizing::SizeField;
@@ -24,8 +25,8 @@ pub(crate) struct ConnectedSites<'a> {
     pub sizes: &'a SizeField,
 }
 
-/// Moves sites from where they are closest together into broken cells; false if there are no broken cells or too few sites
-/// that may be moved.
+/// Moves sites from where they are closest together into broken cells; false if there are no broken cells or
+/// too few sites that may be moved.
 pub(crate) fn densify(sites: &mut SitesOnSurface, of: &ConnectedSites, broken: &[BrokenCell]) -> bool {
     let mut destinations: Vec<(DVec3, u32)> = Vec::new();
     let own: Vec<DVec3> = broken.iter().map(|b| sites.positions[b.site as usize]).collect();
@@ -47,8 +48,8 @@ pub(crate) fn densify(sites: &mut SitesOnSurface, of: &ConnectedSites, broken: &
     true
 }
 
-/// At most `count` sites with the shortest edges, relative to the sizes there; none near a broken cell, and no two that
-/// share an edge.
+/// At most `count` sites with the shortest edges, relative to the sizes there; none near a broken cell, and
+/// no two that share an edge.
 fn movable(sites: &SitesOnSurface, of: &ConnectedSites, broken: &[BrokenCell], count: usize) -> Vec<usize> {
     let n = sites.len();
     let lengths = of.sizes.at_all(&sites.positions, &sites.triangles);

@@ -2,6 +2,7 @@
 
 use crate::Result;
 use crate::gpu::{Buffer, Device, Recorder};
+use crate::pipeline::near_sites::LIST;
 use crate::pipeline::submission::Pace;
 use crate::progress::Watch;
 use crate::sites::on_surface::SitesOnSurface;
@@ -13,11 +14,9 @@ use crate::stages::project::walk::Walk;
 use crate::stages::records::TriangleRecords;
 use crate::stages::sizing::{DeviceSizes, Sizing};
 use crate::stages::step::{KeepOff, Settle};
-use glam::{DVec3, Vec2, Vec4};
+use glam::{Vec2, Vec4};
 use rayon::prelude::*;
 
-/// Neighbours in a list.
-pub(crate) const LIST: u32 = 20;
 /// Lists are made anew when a site has moved by more than this share of its reach.
 const MAX_RHO: f32 = 0.14;
 /// No face reaches farther than this many spacings from its site.
@@ -29,8 +28,8 @@ const PER_LOOK: u32 = 10;
 
 /// How long the moves of a level may be.
 ///
-/// A few sites at tips and folds never come to rest; what they move, all lists have to be made anew for. The longer a
-/// level takes, the less they are given.
+/// A few sites at tips and folds never come to rest; what they move, all lists have to be made anew for. The
+/// longer a level takes, the less they are given.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct Moves {
     /// Longest move of the first iteration, in spacings.
@@ -142,8 +141,8 @@ impl Level {
         })
     }
 
-    /// Iterates until the root mean square step is below `tolerance` spacings, which is looked at every few ones, or `watch` says
-    /// otherwise.
+    /// Iterates until the root mean square step is below `tolerance` spacings, which is looked at every few
+    /// ones, or `watch` says otherwise.
     pub fn relax(
         &self,
         device: &Device,
@@ -251,18 +250,4 @@ impl Level {
             steps,
         })
     }
-}
-
-/// The near sites of each, as [`Relaxed::near`] has them.
-///
-/// # Errors
-/// As [`Lists::new`].
-pub(crate) fn near(device: &Device, sites: &[DVec3]) -> Result<Vec<u32>> {
-    let sites: Vec<Vec4> = sites.iter().map(|p| p.as_vec3().extend(0.0)).collect();
-    let on_device = Buffer::from_slice(device, "default.sites", &sites)?;
-    let lists = Lists::new(device, sites.len(), &ListOptions::new(LIST))?;
-    let mut recorder = device.recorder()?;
-    lists.record_build(&mut recorder, &on_device)?;
-    let near = recorder.download(&lists.neighbours)?;
-    recorder.submit()?.read(&near)
 }

@@ -1,16 +1,17 @@
-//! The levels of a run: how many sites each has, and how far apart they are.
+//! The levels of a run: the number of sites of each, and their spacing.
 
 use super::refine::level_counts;
-use crate::pipeline::spacing;
+use crate::mesh::spacing;
 use crate::sites::curve_sites::CurveCounts;
 use crate::sites::surface_curves::SurfaceCurves;
 use crate::{Error, Result};
 
-/// Curves may need no more than this share of the sites.
+/// Largest fraction of the sites that may be on curves.
 const MOST_ON_CURVES: f64 = 0.6;
-/// Of the curves, so many may be shorter than a coarse level's spacing that are not at the finest.
+/// Largest fraction of the curves that may be shorter than a coarse level's spacing without being so at the
+/// finest,
 const MOST_SHORT: f64 = 0.2;
-/// Or as many as this share of the level's sites.
+/// unless they are fewer than this fraction of the level's sites.
 const FEW_SHORT: f64 = 0.01;
 
 /// Sites of one level.
@@ -20,11 +21,11 @@ pub(crate) struct LevelPlan {
     pub sites: usize,
     /// Those that are not on curves.
     pub interior: usize,
-    /// How far they are apart.
+    /// Edge length of a perfect layout.
     pub spacing: f64,
 }
 
-/// The surface to be covered.
+/// The surface as far as the levels depend on it.
 pub(crate) struct Extent<'a> {
     pub area: f64,
     /// Its Euler characteristic.
@@ -35,7 +36,7 @@ pub(crate) struct Extent<'a> {
 /// Levels from the coarsest to that of `count` sites in all; none but the last has fewer than `coarsest`.
 ///
 /// # Errors
-/// [`Error::Usage`] if the curves need more than [`MOST_ON_CURVES`] of them.
+/// [`Error::Usage`] if more than [`MOST_ON_CURVES`] of them would be on curves.
 pub(crate) fn levels(on: &Extent, count: usize, coarsest: usize) -> Result<Vec<LevelPlan>> {
     let Some(curves) = on.curves else {
         let plain = |sites| LevelPlan { sites, interior: sites, spacing: spacing(on.area, sites) };
@@ -48,7 +49,8 @@ pub(crate) fn levels(on: &Extent, count: usize, coarsest: usize) -> Result<Vec<L
     let mut finer = finest;
     while let Some(next) = coarser(curves, on.euler, &finer) {
         let most_short = (MOST_SHORT * curves.curve_count() as f64).max(FEW_SHORT * next.sites as f64);
-        // With fewer sites inside than on curves, their edges say little about the next level.
+        // With fewer interior sites than curve sites, edges between the former say little about the next
+        // level.
         let few_inside = 2 * next.interior < next.sites;
         if next.sites < coarsest
             || next.sites >= finer.sites
@@ -71,17 +73,17 @@ fn finest(curves: &SurfaceCurves, area: f64, count: usize) -> Result<LevelPlan> 
     }
     Err(Error::usage(
         format!(
-            "{} of {count} vertices would stand on the sharp and open edges of this surface, which leaves too few beside them",
+            "{} of {count} vertices would lie on sharp edges and boundaries, which leaves too few for the surface between",
             plan.sites - plan.interior
         ),
         format!(
-            "ask for {} or more, let --vertices-at-least add them, or hold fewer sharp edges by --feature-angle",
+            "ask for {} vertices or more, let the run add vertices (shortage), or raise feature_angle for fewer sharp edges",
             enough(curves, area, count)
         ),
     ))
 }
 
-/// `count`, or if curves leave too few of that many beside them, a count with which they do not.
+/// `count`, or the least larger count that leaves enough sites besides those on curves.
 pub(crate) fn enough(curves: &SurfaceCurves, area: f64, count: usize) -> usize {
     let needed = |n: usize| fits(&even(curves, area, n));
     let mut high = count.max(1);
@@ -104,9 +106,11 @@ fn fits(plan: &LevelPlan) -> bool {
     plan.interior as f64 >= (1.0 - MOST_ON_CURVES) * plan.sites as f64
 }
 
-/// The spacing at which `count` sites, with those that the curves then have, cover the area evenly.
+/// The level of `count` sites, with the spacing at which they, together with those on curves, cover the area
+/// evenly.
 fn even(curves: &SurfaceCurves, area: f64, count: usize) -> LevelPlan {
-    // A site on a boundary covers half of what one inside does, and one where three sides meet half as much again.
+    // A site on a boundary covers half the area of an interior one, and one where three sides meet one and a
+    // half times.
     let covered = |h: f64, on: CurveCounts| {
         let sites = count as f64 - on.sites as f64 + 0.5 * on.sides as f64;
         0.75_f64.sqrt() * h * h * sites
@@ -121,20 +125,20 @@ fn even(curves: &SurfaceCurves, area: f64, count: usize) -> LevelPlan {
             high = middle;
         }
     }
-    // From above: the number of curve sites may jump here, and the smaller one leaves more inside.
+    // From above: the number of curve sites may jump here, and the smaller number leaves more interior sites.
     let on_curves = curves.count(high).sites;
     let interior = count.saturating_sub(on_curves);
     LevelPlan { sites: interior + on_curves, interior, spacing: high }
 }
 
-/// The level of twice the spacing whose interior sites, with one more on every edge that is not on a curve, are those of
-/// `finer`.
+/// The level of twice the spacing whose interior sites, with a new one on every edge off the curves, are as
+/// many as those of `finer`.
 fn coarser(curves: &SurfaceCurves, euler: i64, finer: &LevelPlan) -> Option<LevelPlan> {
     let spacing = 2.0 * finer.spacing;
     let on = curves.count(spacing);
     let [sites, segments, sides] = [on.sites, on.segments, on.sides].map(|count| count as i64);
-    // V - E + F = χ, and the sides of F triangles are two for each edge off the curves and `sides` on them, so there
-    // are 3 (V - segments - χ) + sides such edges.
+    // V - E + F = χ, and the sides of F triangles are two for each edge off the curves and `sides` on them,
+    // so there are 3 (V - segments - χ) + sides such edges.
     let interior = (finer.interior as i64 - 3 * (sites - segments - euler) - sides).div_euclid(4);
     let interior = usize::try_from(interior).ok()?;
     Some(LevelPlan { sites: interior + on.sites, interior, spacing })

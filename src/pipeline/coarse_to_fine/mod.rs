@@ -1,5 +1,6 @@
-//! The default pipeline: few sites first, then a new one at the middle of every edge, until there are as many as asked
-//! for. Regularity that few sites find cheaply stays, because middles of edges have six neighbours each.
+//! The default pipeline: few sites first, then a new one at the middle of every edge, until there are as many
+//! as asked for. Regularity that few sites find cheaply stays, because middles of edges have six neighbours
+//! each.
 
 pub(crate) mod attempts;
 pub(crate) mod connect;
@@ -77,11 +78,12 @@ pub(crate) struct Ground {
 }
 
 impl Ground {
-    /// `options` are for the surface in the unit-diagonal frame; `sized` makes the edge lengths, once the curves are known.
+    /// `options` are for the surface in the unit-diagonal frame; `sized` makes the edge lengths, once the
+    /// curves are known.
     ///
     /// # Errors
-    /// [`crate::Error::OutOfMemory`] if the surface does not fit on the device; what [`skeleton`] and `sized` find wrong;
-    /// [`crate::Error::Cancelled`] soon after it is to `stop`.
+    /// [`crate::Error::OutOfMemory`] if the surface does not fit on the device; what [`skeleton`] and `sized`
+    /// find wrong; [`crate::Error::Cancelled`] soon after it is to `stop`.
     pub fn new(
         device: &Device,
         surface: &Surface,
@@ -115,7 +117,8 @@ impl Ground {
 }
 
 impl CoarseToFine<'_> {
-    /// The connected sites, and the root mean square step of every iteration of the last level, in its spacings.
+    /// The connected sites, and the root mean square step of every iteration of the last level, in its
+    /// spacings.
     pub fn run(&self, watch: &mut Watch, clock: &mut Clock) -> Result<(Connection, Vec<f64>)> {
         let options = self.options;
         let curves = self.ground.curves.as_ref();
@@ -201,7 +204,8 @@ impl CoarseToFine<'_> {
         sites.in_morton_order()
     }
 
-    /// Iterations of level `l` of `levels`; one that starts from scattered sites takes as many as the coarsest.
+    /// Iterations of level `l` of `levels`; one that starts from scattered sites takes as many as the
+    /// coarsest.
     fn iterations(&self, levels: usize, l: usize, fresh: bool) -> u32 {
         let from_end = levels - 1 - l;
         let refined = if from_end == 0 { self.options.iterations } else { self.options.coarse_iterations };

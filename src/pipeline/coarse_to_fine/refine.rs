@@ -54,8 +54,8 @@ impl CoarserCurves<'_> {
         edges
     }
 
-    /// The triangle nearest to `point` among those at the vertices, which are all on curves; only triangles in a patch common
-    /// to the vertices are considered, if there is one.
+    /// The triangle nearest to `point` among those at the vertices, which are all on curves; only triangles
+    /// in a patch common to the vertices are considered, if there is one.
     fn triangle_near(&self, vertices: &[u32], point: DVec3) -> u32 {
         let around: Vec<Vec<u32>> =
             vertices.iter().filter_map(|v| self.place(*v)).map(|place| self.curves.around(place)).collect();
@@ -99,12 +99,13 @@ impl Coarser<'_> {
     }
 }
 
-/// The vertices of the coarser mesh, and new sites at the midpoints of its edges: `count` in all, which must be at least the
-/// number of vertices. If there are too few edges, the largest triangles get a site at their centre; if there are too many,
-/// the shortest edges get none, both relative to the sizes there. Vertices on curves and edges along curves are left out and
-/// do not count.
+/// The vertices of the coarser mesh, and new sites at the midpoints of its edges: `count` in all, which must
+/// be at least the number of vertices. If there are too few edges, the largest triangles get a site at their
+/// centre; if there are too many, the shortest edges get none, both relative to the sizes there. Vertices on
+/// curves and edges along curves are left out and do not count.
 ///
-/// The midpoint of an edge is off the surface; its triangle is that of one end, from where the surface leads to it.
+/// The midpoint of an edge is off the surface; its triangle is that of one end, from where the surface leads
+/// to it.
 pub(crate) fn refine(coarser: &Coarser, count: usize) -> SitesOnSurface {
     let mesh = coarser.mesh;
     let free = (0..mesh.vertices.len()).filter(|v| coarser.is_free(*v as u32));
@@ -162,8 +163,8 @@ pub(crate) fn refine(coarser: &Coarser, count: usize) -> SitesOnSurface {
     sites.in_morton_order()
 }
 
-/// Sites of every level, from the coarsest to `count`: refining a closed mesh of one level gives the next count or a few
-/// less. No level but the last has fewer than `coarsest` sites.
+/// Sites of every level, from the coarsest to `count`: refining a closed mesh of one level gives the next
+/// count or a few less. No level but the last has fewer than `coarsest` sites.
 pub(crate) fn level_counts(count: usize, euler: i64, coarsest: usize) -> Vec<usize> {
     let mut counts = vec![count];
     // V' = 4 V - 3 χ, so V - χ grows by four.

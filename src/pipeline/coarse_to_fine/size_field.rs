@@ -1,4 +1,4 @@
-//! How long edges are to be over the surface, from the options.
+//! The size field over the surface, from the options.
 
 use crate::mesh::repair::connected_components;
 use crate::mesh::sizing::{Bounds, SizeField, along_curve, curvature, graded};
@@ -8,41 +8,41 @@ use crate::options::{Options, Sizing};
 use crate::sites::surface_curves::SurfaceCurves;
 use crate::{Error, Result, TriMesh};
 
-/// Unless told otherwise, no edge is wanted to be so many times shorter or longer than those of a uniform mesh.
+/// By default, sizes are at most so many times smaller or larger than the edge length of a uniform mesh.
 const RANGE: f64 = 8.0;
-/// What is flatter than this, in the unit-diagonal frame, is flat.
+/// Curvature below this, in the unit-diagonal frame, counts as flat.
 const FLAT: f64 = 0.01;
 
-/// An edge longer than those of a uniform mesh spans no larger angle of a bend, in radians.
+/// Largest angle of a bend, in radians, that an edge longer than those of a uniform mesh may span.
 const TURN: f64 = 0.7;
-/// Vertices of a component, unless a uniform mesh has fewer there.
+/// Least number of vertices of a component, unless a uniform mesh has fewer there.
 const ENOUGH: usize = 60;
 
-/// What a field is made from.
+/// Input of [`size_field`].
 pub(crate) struct SizeRequest<'a> {
     pub options: &'a Options,
-    /// Numbers at the vertices of the surface, for [`Sizing::Given`].
+    /// Sizes at the vertices of the surface, for [`Sizing::Given`].
     pub given: &'a [f64],
-    /// Of the input's bounding box, in its units.
+    /// Diagonal of the input's bounding box, in its units.
     pub diagonal: f64,
 }
 
-/// The field over `surface`, which is in the unit-diagonal frame, with its curves.
+/// The size field over `surface`, which is in the unit-diagonal frame, with its curves.
 ///
 /// # Errors
-/// [`Error::Usage`] for bounds that exclude a uniform mesh, [`Error::Input`] for numbers that are no lengths.
+/// [`Error::Usage`] for bounds that exclude a uniform mesh, [`Error::Input`] for sizes that are not positive.
 pub(crate) fn size_field(
     surface: &TriMesh,
     curves: Option<&SurfaceCurves>,
-    wish: &SizeRequest,
+    request: &SizeRequest,
 ) -> Result<SizeField> {
-    let SizeRequest { options, given, diagonal } = *wish;
+    let SizeRequest { options, given, diagonal } = *request;
     if options.sizing == Sizing::Uniform {
         return Ok(SizeField::default());
     }
     let spacing = spacing(surface.area(), options.vertices);
     let bends = bends(surface, curves, spacing);
-    let wished = match options.sizing {
+    let desired = match options.sizing {
         Sizing::Curvature { gradation } => {
             bends.iter().map(|bend| bend.max(FLAT).powf(-0.5 * gradation)).collect()
         }
@@ -53,27 +53,30 @@ pub(crate) fn size_field(
     let decimals = decimals(diagonal);
     let in_units = |length: f64| format!("{:.decimals$}", length * diagonal);
     if least > largest && options.min_edge.is_some() && options.max_edge.is_some() {
-        let problem = format!("--min-edge {} is more than --max-edge {}", in_units(least), in_units(largest));
-        return Err(Error::usage(problem, "make the one shorter or the other longer"));
+        let problem = format!("min_edge {} is more than max_edge {}", in_units(least), in_units(largest));
+        return Err(Error::usage(problem, "give a smaller min_edge or a larger max_edge"));
     }
     if least > spacing || largest < spacing {
-        let (name, length) = if least > spacing { ("min-edge", least) } else { ("max-edge", largest) };
+        let (name, length) = if least > spacing { ("min_edge", least) } else { ("max_edge", largest) };
         let problem = format!(
-            "--{name} {} does not go with {} vertices, whose edges have {} on average",
+            "{name} {} does not suit {} vertices, with edges of {} on average",
             in_units(length),
             options.vertices,
             in_units(spacing)
         );
-        return Err(Error::usage(problem, "ask for another number of vertices, or another length"));
+        return Err(Error::usage(
+            problem,
+            format!("ask for another number of vertices, or set another {name}"),
+        ));
     }
     let mut most = fit_for_cells(surface, &bends, spacing);
     most.iter_mut().for_each(|most| *most = most.min(largest));
     let bounds = Bounds { spacing, least, largest: &most, growth: options.growth };
-    Ok(SizeField::new(surface.clone(), graded(surface, &wished, &bounds)))
+    Ok(SizeField::new(surface.clone(), graded(surface, &desired, &bounds)))
 }
 
-/// The largest length at each vertex with which parts have enough vertices, and tubes are round; nowhere less than the
-/// spacing, with which a uniform mesh has to do as well.
+/// The largest size at each vertex with which components have enough vertices, and tubes are round; nowhere
+/// below the spacing, since a uniform mesh has no smaller sizes either.
 fn fit_for_cells(surface: &TriMesh, bends: &[f64], spacing: f64) -> Vec<f64> {
     let (of_triangle, areas) = connected_components(surface);
     let mut most: Vec<f64> = bends.iter().map(|bend| (TURN / bend.max(FLAT)).max(spacing)).collect();
@@ -84,7 +87,7 @@ fn fit_for_cells(surface: &TriMesh, bends: &[f64], spacing: f64) -> Vec<f64> {
     most
 }
 
-/// How much the surface, or a curve on it, bends at each vertex.
+/// Curvature of the surface, or of a curve on it if that is larger, at each vertex.
 fn bends(surface: &TriMesh, curves: Option<&SurfaceCurves>, spacing: f64) -> Vec<f64> {
     let Some(curves) = curves else { return curvature(surface, &[], spacing) };
     let mut bends = curvature(surface, &curves.on_curve, spacing);

@@ -1,5 +1,5 @@
-//! Uncovered parts of the surface: points without a site nearby, such as the bottoms of folds that edges of the coarser
-//! level passed over.
+//! Uncovered parts of the surface: points without a site nearby, such as the bottoms of folds that edges of
+//! the coarser level passed over.
 
 use crate::mesh::kd_tree::KdTree;
 use crate::mesh::sizing::SizeField;
@@ -8,15 +8,17 @@ use crate::sites::surface::Surface;
 use glam::DVec3;
 use rayon::prelude::*;
 
-/// A point farther than this many spacings from the nearest site is uncovered; the centre of an even triangle is at 0.58.
+/// A point farther than this many spacings from the nearest site is uncovered; the centre of an even triangle
+/// is at 0.58.
 const NEAR: f64 = 1.0;
 /// At most one new site for so many.
 const RARE: usize = 200;
 /// Least number of vertices for a thread.
 const CHUNK: usize = 512;
 
-/// New sites where `seeds` leave the surface uncovered: vertices of the surface, all farther than a spacing, times the size
-/// there, from the seeds and from each other, the farthest first, and at most one for 200 seeds.
+/// New sites where `seeds` leave the surface uncovered: vertices of the surface, all farther than a spacing,
+/// times the size there, from the seeds and from each other, the farthest first, and at most one for 200
+/// seeds.
 pub(crate) fn sites_for_uncovered(
     seeds: &SitesOnSurface,
     surface: &Surface,

@@ -3,10 +3,12 @@
 use super::{Wish, simplified, spare};
 use crate::mesh::repair::connected_components;
 use crate::mesh::simplify::Site;
-use crate::mesh::topology::{Topology, topology};
+use crate::mesh::submesh::{append, extract};
+use crate::mesh::topology::topology;
 use crate::{Error, Result, TriMesh};
 
-/// A component with a smaller share of the vertices than this is made by collapsing edges, unless it is the largest.
+/// A component with a smaller share of the vertices than this is made by collapsing edges, unless it is the
+/// largest.
 const SMALL: f64 = 32.0;
 /// Vertices that the largest component gets, however many others there are.
 const ENOUGH: f64 = 32.0;
@@ -110,9 +112,10 @@ struct Compared {
 }
 
 impl Parts {
-    /// Replaces the components of a result that are not what they are in the surface `mesh`, with as many vertices in
-    /// all. `sites` are where its vertices were on the surface, where they stay as far as possible if `spread` says so; the
-    /// components of the faces `torn` are replaced as well. How many were replaced.
+    /// Replaces the components of a result that are not what they are in the surface `mesh`, with as many
+    /// vertices in all. `sites` are where its vertices were on the surface, where they stay as far as
+    /// possible if `spread` says so; the components of the faces `torn` are replaced as well. How many were
+    /// replaced.
     ///
     /// # Errors
     /// [`Error::Usage`] with the least number of vertices if there are too few.
@@ -126,7 +129,7 @@ impl Parts {
     ) -> Result<usize> {
         if self.count() == 1 && torn.is_empty() {
             let got = topology(result);
-            if got.vertices == result.vertices.len() && is_as_good(&got, &topology(mesh)) {
+            if got.vertices == result.vertices.len() && got.matches(&topology(mesh)) {
                 return Ok(0);
             }
         }
@@ -178,7 +181,7 @@ impl Parts {
         (0..result.vertices.len() as u32).for_each(|v| vertices[part_of(v)] += 1);
         for (part, right) in right.iter_mut().enumerate().filter(|(_, right)| **right) {
             let got = topology(&extract(result, &triangles[part]));
-            *right = got.vertices == vertices[part] && is_as_good(&got, &topology(&own[part]));
+            *right = got.vertices == vertices[part] && got.matches(&topology(&own[part]));
         }
         Compared { right, triangles, vertices }
     }
@@ -263,36 +266,4 @@ fn too_few(count: usize, parts: usize, needed: usize) -> Error {
         format!("{count} vertices are too few for the {parts} components of this surface"),
         format!("ask for more vertices, {needed} would do"),
     )
-}
-
-/// Whether a mesh has the topology of another, and no defects that this has not.
-pub(crate) fn is_as_good(got: &Topology, want: &Topology) -> bool {
-    let same = |t: &Topology| (t.components, t.euler, t.boundary_loops);
-    let needless = |got: usize, want: usize| got > 0 && want == 0;
-    same(got) == same(want)
-        && got.duplicate_faces == 0
-        && !needless(got.nonmanifold_edges, want.nonmanifold_edges)
-        && !needless(got.inconsistent_edges, want.inconsistent_edges)
-        && got.nonmanifold_vertices <= want.nonmanifold_vertices
-}
-
-/// The mesh of some triangles.
-pub(crate) fn extract(mesh: &TriMesh, triangles: &[u32]) -> TriMesh {
-    let of = |t: &u32| mesh.triangles[*t as usize];
-    let mut used: Vec<u32> = triangles.iter().flat_map(of).collect();
-    used.sort_unstable();
-    used.dedup();
-    // All vertices of triangles are in it.
-    let renamed = |v: u32| used.binary_search(&v).unwrap_or(0) as u32;
-    TriMesh {
-        vertices: used.iter().map(|v| mesh.vertices[*v as usize]).collect(),
-        triangles: triangles.iter().map(|t| of(t).map(renamed)).collect(),
-    }
-}
-
-/// Adds another mesh.
-pub(crate) fn append(mesh: &mut TriMesh, other: &TriMesh) {
-    let offset = mesh.vertices.len() as u32;
-    mesh.vertices.extend_from_slice(&other.vertices);
-    mesh.triangles.extend(other.triangles.iter().map(|t| t.map(|v| v + offset)));
 }

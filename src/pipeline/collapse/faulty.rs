@@ -14,9 +14,9 @@ use std::sync::OnceLock;
 use std::sync::atomic::AtomicBool;
 
 impl Attempts<'_> {
-    /// A result with its faulty components made anew, with as many vertices; nothing if that does not help. `crossing` is
-    /// the number of faces of the input that run through others, once somebody asked. It ends soon, with anything, once it is
-    /// to `stop`.
+    /// A result with its faulty components made anew, with as many vertices; nothing if that does not help.
+    /// `crossing` is the number of faces of the input that run through others, once somebody asked. It ends
+    /// soon, with anything, once it is to `stop`.
     pub(crate) fn mended(
         &self,
         settled: &Settled,
@@ -59,8 +59,8 @@ impl Attempts<'_> {
         Some(Settled { connection, steps: settled.steps.clone(), ..*settled })
     }
 
-    /// The whole surface by collapsing edges; nothing if that does not reach so few vertices. It ends soon, with anything, once
-    /// it is to `stop`.
+    /// The whole surface by collapsing edges; nothing if that does not reach so few vertices. It ends soon,
+    /// with anything, once it is to `stop`.
     pub(crate) fn collapsed(
         &self,
         skeleton: FeatureSummary,

@@ -1,5 +1,5 @@
-//! The spare way from a surface to a mesh of so many vertices: collapsed edges, then the same polish as after cells. It
-//! keeps the topology however few vertices there are, at the price of less even triangles.
+//! The spare way from a surface to a mesh of so many vertices: collapsed edges, then the same polish as after
+//! cells. It keeps the topology however few vertices there are, at the price of less even triangles.
 
 pub(crate) mod components;
 pub(crate) mod faulty;
@@ -10,7 +10,6 @@ use crate::mesh::simplify::{Kept, Simplified, Site, at_sites_until, with_vertice
 use crate::mesh::topology::topology;
 use crate::polish::{FitOptions, PolishOptions, Target, fit_while, polish_while};
 use crate::{Options, TriMesh};
-use components::is_as_good;
 use std::sync::atomic::{AtomicBool, Ordering};
 
 /// What is wanted of the mesh.
@@ -38,8 +37,8 @@ impl<'a> Wish<'a> {
     }
 }
 
-/// A mesh of the asked number of vertices, or of the least that keeps the topology if that is more; with them at `sites`
-/// as far as possible, if there are any.
+/// A mesh of the asked number of vertices, or of the least that keeps the topology if that is more; with them
+/// at `sites` as far as possible, if there are any.
 pub(crate) fn spare(surface: &TriMesh, sites: &[Site], wish: &Wish) -> TriMesh {
     let raw = simplified(surface, sites, wish);
     let mut better = raw.mesh.clone();
@@ -51,7 +50,7 @@ pub(crate) fn spare(surface: &TriMesh, sites: &[Site], wish: &Wish) -> TriMesh {
         fit_while(&mut better, &target, &FitOptions { fixed: raw.held, ..Default::default() }, &mut go_on);
     }
     let crossing = |mesh| intersecting_faces_until(mesh, wish.stop).len();
-    let sound = is_as_good(&topology(&better), &topology(&raw.mesh));
+    let sound = topology(&better).matches(&topology(&raw.mesh));
     if sound && crossing(&better) <= crossing(&raw.mesh) { better } else { raw.mesh }
 }
 

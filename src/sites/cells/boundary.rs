@@ -1,12 +1,12 @@
 //! The boundary of the patches: the order of the sites along it, and the cells that reach it in between.
 
-use super::sectors::after;
 use super::walk::{Cell, OnBoundary, Scene};
 use glam::DVec3;
 use serde::Serialize;
 use std::collections::HashMap;
 
-/// A segment of a curve between two of its sites that lies partly in the cell of a third one: too few sites there.
+/// A segment of a curve between two of its sites that lies partly in the cell of a third one: too few sites
+/// there.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord, Serialize)]
 pub struct Encroached {
     /// The sites at the ends of the segment, in the patch's counter-clockwise order.
@@ -153,16 +153,5 @@ impl<'a> PatchBoundary<'a> {
         let after = self.first_at(run.from.half, place)?;
         let before = self.previous.get(&after)?;
         Some([before, &after].map(|s| self.scene.sectors.site[*s as usize]))
-    }
-}
-
-impl super::CellSurface<'_> {
-    /// The half-edge after one along the boundary of its patch.
-    fn next_on_boundary(&self, half: u32) -> u32 {
-        let mut half = after(half);
-        while !self.is_boundary(half) {
-            half = after(self.twins[half as usize]);
-        }
-        half
     }
 }

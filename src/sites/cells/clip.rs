@@ -11,8 +11,8 @@ pub(crate) enum Label {
     Site(u32),
 }
 
-/// Writes the part of `polygon` where `beyond` is not positive to `result`; false, and nothing written, if that is all
-/// of it. The edge of point m runs to point m + 1 and has m's label.
+/// Writes the part of `polygon` where `beyond` is not positive to `result`; false, and nothing written, if
+/// that is all of it. The edge of point m runs to point m + 1 and has m's label.
 pub(crate) fn cut(
     polygon: &[(DVec3, Label)],
     beyond: impl Fn(DVec3) -> f64,

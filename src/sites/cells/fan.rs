@@ -2,10 +2,11 @@
 
 use super::boundary::{Encroached, PatchBoundary};
 use super::walk::{Cell, Scene};
-use crate::sites::connect::Fans;
+use crate::sites::fans::Fans;
 use rayon::prelude::*;
 
-/// The fans of all sectors, the sectors whose cells are broken, and the curve segments in cells of other sites.
+/// The fans of all sectors, the sectors whose cells are broken, and the curve segments in cells of other
+/// sites.
 pub(crate) fn fans(
     scene: &Scene,
     boundary: &PatchBoundary,
@@ -41,8 +42,8 @@ pub(crate) fn fans(
 
 /// The neighbours around a sector, as sites, counter-clockwise.
 struct Ring {
-    /// For a site on the boundary from the first neighbour along it to the last. Where no site is on the boundary, the same
-    /// holds for sites whose cells reach it.
+    /// For a site on the boundary from the first neighbour along it to the last. Where no site is on the
+    /// boundary, the same holds for sites whose cells reach it.
     ring: Vec<u32>,
     /// Whether the cell's outline is one closed curve.
     is_sound: bool,
@@ -94,8 +95,8 @@ fn ring(
     Ring { ring, is_sound: is_sound && closed && enough, is_open }
 }
 
-/// The cyclic order of the neighbours, each followed by the one it shares a corner with; false if the corners do not
-/// form one cycle, and then the longest chain there is.
+/// The cyclic order of the neighbours, each followed by the one it shares a corner with; false if the corners
+/// do not form one cycle, and then the longest chain there is.
 fn order(mut left: Vec<[u32; 2]>) -> (Vec<u32>, bool) {
     left.sort_unstable();
     left.dedup();
@@ -124,8 +125,8 @@ fn order(mut left: Vec<[u32; 2]>) -> (Vec<u32>, bool) {
     (best, sound)
 }
 
-/// The fan of a sector, as sectors: at a curve it runs from the next site along it to the previous one, even if the cells
-/// disagree.
+/// The fan of a sector, as sectors: at a curve it runs from the next site along it to the previous one, even
+/// if the cells disagree.
 fn sector_fan(scene: &Scene, boundary: &PatchBoundary, rings: &[Vec<u32>], s: usize) -> Vec<u32> {
     let [previous, next] = boundary.beside(s);
     let mut ring = rings[s].as_slice();

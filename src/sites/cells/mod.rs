@@ -1,25 +1,25 @@
-//! Exact connected cells: the connected component of each site's restricted Voronoi cell that contains the site.
+//! Exact connected cells: the connected component of each site's restricted Voronoi cell that contains the
+//! site.
 //!
-//! A cell starts in the site's own triangle, clipped by the bisectors with the other sites, and continues across the
-//! triangle's edges that remain. A corner between the bisectors with j and k is the triangle (i, j, k) of the dual, and
-//! three cells share it. No tangent plane is involved, so creases, thin tips and rough places are treated as smooth ones
-//! are; the price is host time that grows with the surface's triangles.
+//! A cell starts in the site's own triangle, clipped by the bisectors with the other sites, and continues
+//! across the triangle's edges that remain. A corner between the bisectors with j and k is the triangle (i,
+//! j, k) of the dual, and three cells share it. No tangent plane is involved, so creases, thin tips and rough
+//! places are treated as smooth ones are; the price is host time that grows with the surface's triangles.
 //!
-//! No cell crosses the *boundary of its patch*, which is where the surface ends or a curve runs. A site there has one cell,
-//! a *sector*, for each side of the patches, and only sites of the same patch cut it.
+//! No cell crosses the *boundary of its patch*, which is where the surface ends or a curve runs. A site there
+//! has one cell, a *sector*, for each side of the patches, and only sites of the same patch cut it.
 //!
-//! Two figures certify the result: the areas of the cells sum to the surface's, and every corner occurs three times.
+//! Two figures certify the result: the areas of the cells sum to the surface's, and every corner occurs three
+//! times.
 
 mod boundary;
 mod clip;
 mod fan;
 mod sectors;
+mod surface;
 mod walk;
 
-use super::connect::Fans;
-use super::place::Place;
-use crate::mesh::NONE;
-use crate::mesh::half_edges::twins;
+use super::fans::Fans;
 pub use boundary::Encroached;
 use boundary::PatchBoundary;
 use glam::DVec3;
@@ -28,44 +28,11 @@ use sectors::{Sectors, SitesByTriangle};
 use serde::Serialize;
 use std::collections::BTreeMap;
 use std::sync::atomic::{AtomicBool, Ordering};
+pub use surface::{CellSites, CellSurface};
 use walk::{Cell, Scene, Uncut, Walk};
 
 /// At most so many times cells that do not fit together are computed again.
 const REPAIRS: u32 = 6;
-
-/// The surface with the connectivity that cells need.
-pub struct CellSurface<'a> {
-    vertices: &'a [DVec3],
-    triangles: &'a [[u32; 3]],
-    normals: &'a [DVec3],
-    /// The half-edges across; [`NONE`] on the boundary of a patch.
-    twins: Vec<u32>,
-    /// One a triangle; empty if there is one patch.
-    patches: &'a [u32],
-    has_boundary: bool,
-}
-
-/// Sites on the surface.
-pub struct CellSites<'a> {
-    /// Positions of the sites.
-    pub positions: &'a [DVec3],
-    /// The triangle, edge or vertex that each lies on.
-    pub places: &'a [Place],
-    /// Near sites of each, nearest first: entry `slot` of site i at `slot * sites + i`, `u32::MAX` after the last. A cell
-    /// that needs more looks at all sites.
-    pub near: &'a [u32],
-    /// Edge length of a perfect layout.
-    pub spacing: f64,
-    /// Edge length at each site from the size field, relative to the spacing; empty if all are equal.
-    pub lengths: &'a [f64],
-}
-
-impl CellSites<'_> {
-    /// The edge length at a site.
-    fn spacing_at(&self, site: u32) -> f64 {
-        self.spacing * self.lengths.get(site as usize).copied().unwrap_or(1.0)
-    }
-}
 
 /// Cells as fans, with their certificate.
 #[derive(Debug, Clone, Default)]
@@ -85,7 +52,8 @@ pub struct ConnectedCells {
 pub struct BrokenCell {
     /// The cell's site.
     pub site: u32,
-    /// Where another site would help most: far from that site, inside the cell and inside a triangle, which is given too.
+    /// Where another site would help most: far from that site, inside the cell and inside a triangle, which
+    /// is given too.
     pub farthest: (DVec3, u32),
 }
 
@@ -98,63 +66,6 @@ pub struct Certificate {
     pub unshared_corners: usize,
     /// Cells whose outline is not one closed curve, or meets a neighbour twice.
     pub broken_cells: usize,
-}
-
-impl<'a> CellSurface<'a> {
-    /// Of a clean mesh with the unit normals of its triangles.
-    pub fn new(vertices: &'a [DVec3], triangles: &'a [[u32; 3]], normals: &'a [DVec3]) -> Self {
-        let twins = twins(triangles);
-        let has_boundary = twins.contains(&NONE);
-        Self { vertices, triangles, normals, twins, patches: &[], has_boundary }
-    }
-
-    /// The same surface cut along curves: `curves` tells of each half-edge `3 * triangle + side` whether it lies on one;
-    /// one half-edge of an edge suffices. `patches` has the patch of each triangle.
-    #[must_use]
-    pub fn cut_along(mut self, curves: &[bool], patches: &'a [u32]) -> Self {
-        for half in (0..curves.len()).filter(|half| curves[*half]) {
-            if let Some(twin) = self.twins.get_mut(half).map(|twin| std::mem::replace(twin, NONE))
-                && let Some(back) = self.twins.get_mut(twin as usize)
-            {
-                *back = NONE;
-            }
-        }
-        self.has_boundary = self.twins.contains(&NONE);
-        self.patches = patches;
-        self
-    }
-
-    /// The triangle across a side.
-    fn across(&self, t: u32, side: usize) -> Option<u32> {
-        Some(self.twins[3 * t as usize + side]).filter(|twin| *twin != NONE).map(|twin| twin / 3)
-    }
-
-    fn is_boundary(&self, half: u32) -> bool {
-        self.twins[half as usize] == NONE
-    }
-
-    fn corners(&self, t: u32) -> [DVec3; 3] {
-        self.triangles[t as usize].map(|v| self.vertices[v as usize])
-    }
-
-    /// The points that a half-edge runs from and to.
-    fn ends(&self, half: u32) -> [DVec3; 2] {
-        [half, sectors::after(half)].map(|corner| self.vertices[self.vertex(corner) as usize])
-    }
-
-    /// The vertices of a half-edge, the smaller index first.
-    fn edge(&self, half: u32) -> [u32; 2] {
-        let [a, b] = [half, sectors::after(half)].map(|corner| self.vertex(corner));
-        [a.min(b), a.max(b)]
-    }
-
-    fn vertex(&self, corner: u32) -> u32 {
-        self.triangles[corner as usize / 3][corner as usize % 3]
-    }
-
-    fn patch(&self, t: u32) -> u32 {
-        self.patches.get(t as usize).copied().unwrap_or(0)
-    }
 }
 
 /// The cells of all sites.
@@ -202,8 +113,9 @@ pub(crate) fn connected_cells_until(
     ConnectedCells { fans, certificate, broken: broken.into_iter().map(broken_cell).collect(), encroached }
 }
 
-/// Near the boundary, and in folds, a site may have cut a cell although a gap or a curve lies between, so that its own cell
-/// does not reach there. Such cells are computed again: that site cuts them in the triangles of its own cell only.
+/// Near the boundary, and in folds, a site may have cut a cell although a gap or a curve lies between, so
+/// that its own cell does not reach there. Such cells are computed again: that site cuts them in the
+/// triangles of its own cell only.
 fn repair(scene: &Scene, cells: &mut [Cell], stop: &AtomicBool) {
     let sectors = &scene.sectors;
     let mut without: BTreeMap<usize, Vec<Uncut>> = BTreeMap::new();
@@ -243,12 +155,4 @@ fn repair(scene: &Scene, cells: &mut [Cell], stop: &AtomicBool) {
 
 fn area([a, b, c]: &[DVec3; 3]) -> f64 {
     0.5 * (*b - *a).cross(*c - *a).length()
-}
-
-/// A fixed number in 0..1 for each index (the finaliser of MurmurHash3).
-fn unit_hash(i: u32) -> f64 {
-    let mut h = i.wrapping_add(0x9e37_79b9);
-    h = (h ^ (h >> 16)).wrapping_mul(0x85eb_ca6b);
-    h = (h ^ (h >> 13)).wrapping_mul(0xc2b2_ae35);
-    f64::from(h ^ (h >> 16)) / f64::from(u32::MAX)
 }

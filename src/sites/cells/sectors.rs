@@ -1,6 +1,7 @@
-//! The sectors of the sites: one for a site inside a patch, one for each part of the surface that meets at a curve.
+//! The sectors of the sites: one for a site inside a patch, one for each part of the surface that meets at a
+//! curve.
 
-use super::CellSurface;
+use super::surface::CellSurface;
 use crate::mesh::NONE;
 use crate::sites::place::Place;
 use glam::DVec3;
@@ -19,8 +20,8 @@ pub(crate) struct Sectors {
     start: Vec<u32>,
     /// The triangles at the site.
     around: Vec<u32>,
-    /// The boundary's half-edges that lead to the site and away from it, the patch on their left; `None` for a site
-    /// inside the patch.
+    /// The boundary's half-edges that lead to the site and away from it, the patch on their left; `None` for
+    /// a site inside the patch.
     pub ends: Vec<Option<[u32; 2]>>,
 }
 
@@ -134,8 +135,8 @@ impl PlaceLookup {
         &self.halves[from..from + count]
     }
 
-    /// The fans of triangles around a vertex between boundary edges, counter-clockwise, each with the half-edges by which
-    /// the boundary reaches and leaves the vertex.
+    /// The fans of triangles around a vertex between boundary edges, counter-clockwise, each with the
+    /// half-edges by which the boundary reaches and leaves the vertex.
     fn fans(&self, surface: &CellSurface, v: u32) -> Vec<(Vec<u32>, Option<[u32; 2]>)> {
         let Some(corners) = self.corners.get(&v) else { return Vec::new() };
         let mut visited: Vec<u32> = Vec::with_capacity(corners.len());

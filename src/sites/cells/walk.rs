@@ -2,12 +2,12 @@
 
 use super::clip::{Label, cut};
 use super::sectors::{Sectors, SitesByTriangle};
-use super::{CellSites, CellSurface, unit_hash};
+use super::surface::{CellSites, CellSurface};
 use crate::mesh::triangle::closest_on_triangle;
 use glam::DVec3;
 
-/// A site's weight is below this fraction of the squared spacing. The weights make the triangulation of co-circular sites
-/// unique, so that all their cells agree on it.
+/// A site's weight is below this fraction of the squared spacing. The weights make the triangulation of
+/// co-circular sites unique, so that all their cells agree on it.
 const WEIGHT: f64 = 1e-6;
 
 /// A site whose normal points the other way counts if the surface connects to it within this many spacings.
@@ -168,8 +168,8 @@ impl Walk {
         }
     }
 
-    /// Clips a triangle by the bisectors into `polygon`; false if the candidates ended before the security radius, so that
-    /// other sites may cut it too.
+    /// Clips a triangle by the bisectors into `polygon`; false if the candidates ended before the security
+    /// radius, so that other sites may cut it too.
     fn clip(&mut self, scene: &Scene, s: usize, t: u32, without: &[Uncut]) -> bool {
         let sites = scene.sites;
         let i = scene.sectors.site[s];
@@ -224,8 +224,8 @@ impl Walk {
         self.gather(scene, s, (0..scene.sites.positions.len() as u32).filter(|j| *j != i));
     }
 
-    /// Takes those of `from` in the sector's patch as candidates. They count if they are on the same side of the surface, or
-    /// if the surface connects to them nearby.
+    /// Takes those of `from` in the sector's patch as candidates. They count if they are on the same side of
+    /// the surface, or if the surface connects to them nearby.
     fn gather(&mut self, scene: &Scene, s: usize, from: impl Iterator<Item = u32>) {
         let Scene { sites, sectors, .. } = scene;
         let at = sites.positions[sectors.site[s] as usize];
@@ -279,4 +279,12 @@ impl Walk {
         reached.sort_unstable();
         reached
     }
+}
+
+/// A fixed number in 0..1 for each index (the finaliser of MurmurHash3).
+fn unit_hash(i: u32) -> f64 {
+    let mut h = i.wrapping_add(0x9e37_79b9);
+    h = (h ^ (h >> 16)).wrapping_mul(0x85eb_ca6b);
+    h = (h ^ (h >> 13)).wrapping_mul(0xc2b2_ae35);
+    f64::from(h ^ (h >> 16)) / f64::from(u32::MAX)
 }

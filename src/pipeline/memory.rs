@@ -1,0 +1,158 @@
+//! Device memory that a run needs, by estimate, and the refusal of runs that need more than there is.
+
+use super::near_sites::LIST;
+use crate::gpu::Device;
+use crate::gpu::kernels::face::cell;
+use crate::mesh::features::spacing_of;
+use crate::mesh::subdivide::halved_count;
+use crate::options::all_at_once::{Face, Projection, listed, looks_for_vertices};
+use crate::options::{Method, Options, Sizing};
+use crate::{Error, Result, TriMesh};
+
+/// Device bytes for each vertex and triangle of the input: `sites/surface.rs` and, for the walk over it,
+/// `stages/records.rs` and `stages/project/bvh.rs`.
+const VERTEX_BYTES: u64 = 20;
+const TRIANGLE_BYTES: u64 = 44;
+const RECORD_BYTES: u64 = 84;
+/// Device bytes for each site besides its lists and vectors, such as those for sorting, and more on surfaces
+/// with curves; as measured.
+const SITE_BYTES: u64 = 75;
+const PINNED_BYTES: u64 = 40;
+/// At most so many triangles are added for each site by halving long edges. Five suffice, except for slivers.
+pub(crate) const MOST_HALVED: usize = 16;
+
+/// Remedy where memory is short.
+const LARGER: &str = "use a larger device, or raise the device memory limit if there is one";
+
+/// Refuses a vertex count whose largest buffer exceeds the device's limit, or that needs more memory than
+/// there is.
+pub(crate) fn check_memory(device: &Device, input: &TriMesh, options: &Options) -> Result<()> {
+    let name = &device.info().name;
+    let sites = options.vertices as u64;
+    let refuse = |what: &str, bytes: u64, problem: String, most: u64| {
+        let remedy = match most {
+            0 => format!("simplify the input first, or {LARGER}"),
+            most => format!("ask for at most {most} vertices, or {LARGER}"),
+        };
+        Err(Error::OutOfMemory { what: what.to_owned(), bytes, problem, remedy })
+    };
+    let in_one = site_bytes(options).largest_buffer;
+    let limit = device.info().limits.storage_buffer_bytes;
+    if sites.saturating_mul(in_one) > limit {
+        let problem = format!("but device '{name}' has {limit} in one buffer");
+        return refuse("one list of all sites", sites.saturating_mul(in_one), problem, limit / in_one);
+    }
+    // Curves are not known yet.
+    let total = bytes_needed(input, options, false)?;
+    let available = device.available_bytes();
+    if total > available {
+        let problem = format!("but device '{name}' has {available} for it");
+        return refuse("the run", total, problem, most_sites(input, options, available)?);
+    }
+    Ok(())
+}
+
+/// Device bytes of a run, by estimate. On surfaces with `curves` it takes a little more.
+///
+/// # Errors
+/// As [`crate::mesh::unit_frame::UnitFrame::of`].
+pub(crate) fn bytes_needed(input: &TriMesh, options: &Options, curves: bool) -> Result<u64> {
+    let DeviceBytes { fixed, per_site } = device_bytes(sizes_on_device(input, options)?, options, curves);
+    Ok(fixed.saturating_add(per_site.saturating_mul(options.vertices as u64)))
+}
+
+/// The largest vertex count, below that of the options, for which the available bytes suffice; 0 if there is
+/// none.
+fn most_sites(input: &TriMesh, options: &Options, available: u64) -> Result<u64> {
+    let mut options = options.clone();
+    let (mut enough, mut too_many) = (0, options.vertices);
+    while too_many - enough > 1 {
+        options.vertices = enough + (too_many - enough) / 2;
+        if bytes_needed(input, &options, false)? <= available {
+            enough = options.vertices;
+        } else {
+            too_many = options.vertices;
+        }
+    }
+    Ok(enough as u64)
+}
+
+/// The longest edge allowed, in the mesh's units, where sites search for nearby vertices; `None` if they do
+/// not.
+pub(crate) fn longest_edge(mesh: &TriMesh, options: &Options) -> Result<Option<f64>> {
+    let searches_vertices = options.method == Method::AllAtOnce && looks_for_vertices(options);
+    searches_vertices.then(|| spacing_of(mesh, options.vertices)).transpose()
+}
+
+/// Estimated numbers of vertices and triangles of this input on the device.
+///
+/// # Errors
+/// As [`UnitFrame::of`].
+fn sizes_on_device(mesh: &TriMesh, options: &Options) -> Result<[u64; 2]> {
+    let [vertices, triangles] = [mesh.vertices.len(), mesh.triangles.len()];
+    let Some(length) = longest_edge(mesh, options)? else {
+        return Ok([vertices, triangles].map(|n| n as u64));
+    };
+    let most = MOST_HALVED as f64 * options.vertices as f64;
+    let more = (halved_count(mesh, length) - triangles as f64).min(most) as u64;
+    Ok([vertices as u64 + more / 2, triangles as u64 + more])
+}
+
+/// Device bytes of a run, by estimate.
+struct DeviceBytes {
+    /// For the input.
+    fixed: u64,
+    /// For each vertex of the result.
+    per_site: u64,
+}
+
+/// The estimate for an input with so many vertices and triangles.
+fn device_bytes([vertices, triangles]: [u64; 2], options: &Options, curves: bool) -> DeviceBytes {
+    let (records, more) = match options.method {
+        Method::CoarseToFine => (RECORD_BYTES, SITE_BYTES + if curves { PINNED_BYTES } else { 0 }),
+        Method::AllAtOnce => match (options.face, options.projection) {
+            // Three corners, candidates and a count.
+            (Face::Exact, _) if options.iterations > 0 => (3 * 16 + 15 * 4 + 4, 0),
+            (Face::Tangent | Face::Power, Projection::Walk | Projection::Exact) => (RECORD_BYTES, 0),
+            _ => (0, 0),
+        },
+    };
+    // With a size field: a slope for each triangle, a length for each site.
+    let (slope, length) = if options.sizing == Sizing::Uniform { (0, 0) } else { (16, 4) };
+    let each = site_bytes(options).total;
+    let fixed = VERTEX_BYTES * vertices + (TRIANGLE_BYTES + records + slope) * triangles;
+    DeviceBytes { fixed, per_site: each + more + length }
+}
+
+/// Device bytes of a site, without those that [`device_bytes`] adds for single methods.
+struct SiteBytes {
+    /// In the largest buffer.
+    largest_buffer: u64,
+    /// In all buffers.
+    total: u64,
+}
+
+fn site_bytes(options: &Options) -> SiteBytes {
+    let (largest_buffer, total) = match options.method {
+        // The list; six vectors, two reaches, eight words, and the boxes.
+        Method::CoarseToFine => (4 * u64::from(LIST), 4 * u64::from(LIST) + 6 * 16 + 2 * 8 + 8 * 4 + 5),
+        // The list, for connecting; vectors, reaches, words and boxes.
+        Method::AllAtOnce if options.face == Face::Exact && options.iterations == 0 => {
+            (4 * u64::from(LIST), 4 * u64::from(LIST) + 3 * 16 + 2 * 8 + 8 * 4 + 5)
+        }
+        // Parts of triangles, about ten for each site; the list; vectors, reaches, words and boxes.
+        Method::AllAtOnce if options.face == Face::Exact => {
+            let list = 4 * u64::from(LIST);
+            (10 * 16, 10 * 44 + list + 6 * 16 + 2 * 8 + 8 * 4 + 5)
+        }
+        // Corners of two floats; their fan; both lists; five vectors; triangle, count and flags. Lists and
+        // walks take less beyond that than the list of nearest vertices.
+        Method::AllAtOnce => {
+            let corners = u64::from(cell::Constants::default().max_corners);
+            let k_sites = u64::from(listed(options));
+            let lists = 4 * (k_sites + u64::from(options.k_project));
+            ((8 * corners).max(4 * k_sites), 12 * corners + lists + 5 * 16 + 3 * 4)
+        }
+    };
+    SiteBytes { largest_buffer, total }
+}

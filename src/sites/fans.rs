@@ -1,0 +1,94 @@
+//! Fans: the neighbours of every site in cyclic order.
+
+use glam::Vec2;
+use std::collections::HashSet;
+
+/// Counter-clockwise neighbours of every site, or of every sector of sites on curves.
+#[derive(Debug, Clone, Default, PartialEq, Eq)]
+pub struct Fans {
+    pub(crate) start: Vec<u32>,
+    pub(crate) neighbours: Vec<u32>,
+    /// The site of each sector; empty if sites and sectors are the same.
+    sites: Vec<u32>,
+    /// Whether the fan begins and ends at a curve; empty if none does.
+    open: Vec<bool>,
+}
+
+impl Fans {
+    /// From one list a site.
+    pub fn from_lists<L: AsRef<[u32]>>(lists: impl IntoIterator<Item = L>) -> Self {
+        let mut fans = Self { start: vec![0], ..Self::default() };
+        for list in lists {
+            fans.neighbours.extend_from_slice(list.as_ref());
+            fans.start.push(fans.neighbours.len() as u32);
+        }
+        fans
+    }
+
+    /// From one list of sectors a sector. `sites` has the site of each; where it is `open`, a curve runs from
+    /// the last of the list through the site to the first, with the surface on its left.
+    pub fn of_sectors<L: AsRef<[u32]>>(
+        lists: impl IntoIterator<Item = L>,
+        sites: Vec<u32>,
+        open: Vec<bool>,
+    ) -> Self {
+        Self { sites, open, ..Self::from_lists(lists) }
+    }
+
+    /// Number of sites or sectors.
+    pub fn len(&self) -> usize {
+        self.start.len().saturating_sub(1)
+    }
+
+    /// Whether there are none.
+    pub fn is_empty(&self) -> bool {
+        self.len() == 0
+    }
+
+    /// The fan of one site or sector. Panics if it is out of range.
+    pub fn of(&self, sector: usize) -> &[u32] {
+        &self.neighbours[self.start[sector] as usize..self.start[sector + 1] as usize]
+    }
+
+    /// The site of a sector.
+    pub fn site(&self, sector: u32) -> u32 {
+        self.sites.get(sector as usize).copied().unwrap_or(sector)
+    }
+
+    /// Whether the fan begins and ends at a curve.
+    pub fn is_open(&self, sector: u32) -> bool {
+        self.open.get(sector as usize).copied().unwrap_or(false)
+    }
+
+    /// Whether a curve runs along `slot`, which is one of `from`'s, so that there is no face to its left.
+    pub(crate) fn is_outside(&self, from: u32, slot: usize) -> bool {
+        self.is_open(from) && slot + 1 == self.start[from as usize + 1] as usize
+    }
+
+    /// Only the edges that both ends list. Entries that are no site or the site itself, as those of the
+    /// bounding box of an unbounded face, are dropped too.
+    pub(crate) fn symmetric(&self) -> Self {
+        let lists = |i: u32, j: u32| (j as usize) < self.len() && i != j && self.of(j as usize).contains(&i);
+        let symmetric = (0..self.len()).map(|i| {
+            let mut neighbours: Vec<u32> =
+                self.of(i).iter().copied().filter(|&j| lists(i as u32, j)).collect();
+            // A neighbour that bounds two stretches of a degenerate face counts once.
+            let mut seen = HashSet::new();
+            neighbours.retain(|j| seen.insert(*j));
+            neighbours
+        });
+        Self::of_sectors(symmetric, self.sites.clone(), self.open.clone())
+    }
+}
+
+/// The sites behind the edges of a face, without those behind an edge shorter than a tenth of the face's
+/// radius: its two corners are one cluster (Sect. 4.4). Four nearly co-circular sites then leave a face of
+/// four corners, where rounding and the different tangent planes could let both diagonals stand.
+///
+/// `corners[m]` ends the edge with `fan[m]` behind it.
+pub fn clustered_fan(corners: &[Vec2], fan: &[u32]) -> Vec<u32> {
+    let shortest = 0.1 * corners.iter().map(|c| c.length()).fold(0.0, f32::max);
+    let before = |m: usize| corners[(m + corners.len() - 1) % corners.len()];
+    let long = |m: &usize| corners[*m].distance(before(*m)) > shortest;
+    (0..corners.len()).filter(long).map(|m| fan[m]).collect()
+}
