@@ -3,8 +3,8 @@
 
 Prints one line of JSON: seconds inside the call (without reading, writing and imports), vertices, the edge
 length for methods that take one instead of a count, and the version. `run_peer.py --list` prints for each
-method why it is not available, or null. Methods that take an edge length get LENGTH, or else that of N vertices
-in a hexagonal layout; the caller searches for the one that gives N.
+method why it is not available, or null. Methods that take an edge length get LENGTH, or else that of N
+vertices in a hexagonal layout; the caller searches for the one that gives N.
 """
 
 import argparse
@@ -142,7 +142,7 @@ def geogram_program():
 
 
 def mmgs_program():
-    """In the package mmgpy (not its script, which would start Python again) or on PATH; None if there is none."""
+    """In the package mmgpy (its script would start Python again) or on PATH; None if there is none."""
     package = importlib.util.find_spec("mmgpy")
     if package and package.submodule_search_locations:
         inside = pathlib.Path(package.submodule_search_locations[0], "bin", "mmgs_O3")
