@@ -138,8 +138,8 @@ fn rust_type(ty: &Type) -> Option<&'static str> {
     })
 }
 
-/// Default values by specialization id: spirq reports names and ids only. Constants without a name do not count: the
-/// local size has one, with the id of WORKGROUP and a default of 1.
+/// Default values by specialization id: spirq reports names and ids only. Constants without a name do not
+/// count: the local size has one, with the id of WORKGROUP and a default of 1.
 fn specialization_defaults(spirv: &[u32]) -> HashMap<u32, u32> {
     const OP_NAME: u32 = 5;
     const OP_SPEC_CONSTANT: u32 = 50;

@@ -47,4 +47,5 @@ side_by_side() {
 printf '\n==> rtfmesh measure: before and after\n'
 side_by_side "$name" "$(basename "$output")" <("$rtfmesh" measure "$input") <("$rtfmesh" measure "$output")
 "$rtfmesh" render "$input" "$output" out/demo.png
-printf '\nThe new mesh is in %s, the report of the run in out/report.json, a picture of both in out/demo.png.\n' "$PWD/$output"
+printf '\nThe new mesh is in %s, the report in out/report.json, a picture of both in out/demo.png.\n' \
+  "$PWD/$output"

@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
-# Has the Khronos validator look at every GLB file that the tests left in target/tmp/gltf, and three.js open it; fails if one
-# of them finds an error or warns. Needs node, npm and the network.
+# Has the Khronos validator look at every GLB file that the tests left in target/tmp/gltf, and three.js open
+# it; fails if one of them finds an error or warns. Needs node, npm and the network.
 set -euo pipefail
 cd "$(dirname "$0")/.."
 

@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
-# Opens a page of `rtfmesh remesh --html` in a browser without a window, tries its controls, and fails with what is
-# wrong. ci/page.sh [PAGE.html]; without one, makes one with the debug program as it stands.
+# Opens a page of `rtfmesh remesh --html` in a browser without a window, tries its controls, and fails with
+# what is wrong. ci/page.sh [PAGE.html]; without one, makes one with the debug program as it stands.
 set -euo pipefail
 own=${1:+$(realpath "$1")}
 cd "$(dirname "$0")/.."
@@ -32,13 +32,14 @@ if [ -z "$page" ]; then
 fi
 
 # The check goes first, so that it hears of every error.
-awk -v check=ci/page_check.js '{ print } /^<head>$/ { print "<script>"; while ((getline line < check) > 0) print line
-  print "</script>" }' "$page" >"$work/check.html"
+awk -v check=ci/page_check.js '{ print }
+  /^<head>$/ { print "<script>"; while ((getline line < check) > 0) print line; print "</script>" }
+' "$page" >"$work/check.html"
 for width in 1280 800; do
   log=$work/log.txt
   : >"$log"
-  # The page is our own file, so it needs no sandbox, which needs rights that containers lack. With the port it stays
-  # open until the page has told its result.
+  # The page is our own file, so it needs no sandbox, which needs rights that containers lack. With the port
+  # it stays open until the page has told its result.
   "$browser" --headless --no-sandbox --user-data-dir="$work/profile-$width" --window-size="$width,900" \
     --use-gl=angle --use-angle=swiftshader --enable-unsafe-swiftshader --disable-dev-shm-usage \
     --enable-logging=stderr --remote-debugging-port=0 "file://$work/check.html" >"$log" 2>&1 &

@@ -24,17 +24,20 @@ remesh genus3 after -n 2000
 remesh genus3 scattered -n 500 --preset rvd --iterations 0
 remesh genus3 moved -n 500 --preset rvd --iterations 8
 remesh genus3 relaxed -n 500 --preset cvd
-"$rtfmesh" render scattered.ply moved.ply relaxed.ply "$pictures/relaxed.png" --size 270x150 --color quality "${rings[@]}"
+"$rtfmesh" render scattered.ply moved.ply relaxed.ply "$pictures/relaxed.png" --size 270x150 \
+  --color quality "${rings[@]}"
 
 # What comes after moving: levels, polish, fit.
 remesh genus3 polished -n 500
-"$rtfmesh" render relaxed.ply polished.ply "$pictures/polished.png" --size 350x190 --color quality "${rings[@]}"
+"$rtfmesh" render relaxed.ply polished.ply "$pictures/polished.png" --size 350x190 \
+  --color quality "${rings[@]}"
 
 # Few sites first.
 for n in 75 250 1000; do remesh genus3 level-$n -n $n; done
-"$rtfmesh" render level-75.ply level-250.ply level-1000.ply "$pictures/levels.png" --size 300x165 "${rings[@]}"
+"$rtfmesh" render level-75.ply level-250.ply level-1000.ply "$pictures/levels.png" --size 300x165 \
+  "${rings[@]}"
 
-# Sharp edges, held or not.
+# Sharp edges, kept or not.
 remesh box held -n 400
 remesh box loose -n 400 --feature-angle 180
 "$rtfmesh" render held.ply loose.ply "$pictures/edges.png" --size 300x250

@@ -1,6 +1,7 @@
 #!/usr/bin/env bash
-# House rules that neither the compiler nor clippy sees. Prints each breach with its place; silent if there is none.
+# House rules that neither the compiler nor clippy checks. Prints each breach with its place, or nothing.
 set -euo pipefail
+export LC_ALL=C.UTF-8
 shopt -s lastpipe # so that the end of a pipe can count breaches
 cd "$(dirname "$0")/.."
 
@@ -15,7 +16,11 @@ breach() {
   fi
 }
 # Files git tracks, or would track, below the given paths.
-files() { git ls-files --cached --others --exclude-standard -- "$@" | while read -r f; do if [ -f "$f" ]; then echo "$f"; fi; done; }
+files() {
+  git ls-files --cached --others --exclude-standard -- "$@" | while read -r f; do
+    if [ -f "$f" ]; then echo "$f"; fi
+  done
+}
 # Their lines that match; none is no error.
 lines() { local pattern=$1; shift; files "$@" | xargs -r -d '\n' grep -nHE "$pattern" || true; }
 
@@ -38,6 +43,25 @@ files '*.rs' | xargs -r -d '\n' awk '
     match($0, /^ */)
     if (RLENGTH == indent) { if (FNR - start + 1 >= 80) print FILENAME ":" start ": " name; start = 0 }
   }' | breach "a function of 80 lines or more"
+# The tree of docs/ARCHITECTURE.md as paths. Names end at two spaces; two columns deeper means in the folder.
+tree=$(awk '
+    /^## / { here = /The tree/ }
+    here && /^```/ { if (inside) exit; inside = 1; next }
+    !inside { next }
+    {
+      match($0, /^ */); depth = RLENGTH / 2
+      rest = substr($0, RLENGTH + 1); sub(/  .*/, "", rest); n = split(rest, names, " ")
+      path = ""; for (i = 0; i < depth; i++) path = path folder[i]
+      for (i = 1; i <= n; i++) print path names[i]
+      folder[depth] = names[1]
+    }' docs/ARCHITECTURE.md)
+while read -r path; do
+  if ! [ -e "$path" ] && ! [ -e "$path.rs" ]; then echo "$path"; fi
+done <<<"$tree" | breach "docs/ARCHITECTURE.md names what is not there"
+files src glsl tests | while read -r f; do dirname "$f"; done | sort -u | while read -r folder; do
+  case $folder in src | glsl | tests | src/report/html/*) continue ;; esac
+  if ! grep -qxF "$folder/" <<<"$tree"; then echo "$folder"; fi
+done | breach "a folder that docs/ARCHITECTURE.md does not name"
 files | while read -r f; do
   bytes=$(wc -c <"$f")
   if [ "$bytes" -gt 307200 ]; then echo "$f: $bytes bytes"; fi

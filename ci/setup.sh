@@ -1,6 +1,7 @@
 #!/usr/bin/env bash
 # Installs what building and testing rtfmesh needs on Debian or Ubuntu, and prepares the shaderc library.
-# With --tests, also what testing alone needs. Idempotent; works as root or through sudo. Prints only what it does.
+# With --tests, also what testing alone needs. Idempotent; works as root or through sudo. Prints only what it
+# does.
 set -euo pipefail
 cd "$(dirname "$0")/.."
 
@@ -10,9 +11,13 @@ packages=(
   libshaderc-dev glslang-dev spirv-tools                 # parts of the shader compiler, spirv-val
 )
 # A browser for ci/page.sh, which tests need; on Ubuntu, whose package is an empty shell, bring your own.
-if [ "${1:-}" = --tests ] && ! command -v "${RTFMESH_BROWSER:-chromium}" >/dev/null; then packages+=(chromium); fi
+if [ "${1:-}" = --tests ] && ! command -v "${RTFMESH_BROWSER:-chromium}" >/dev/null; then
+  packages+=(chromium)
+fi
 # For ci/gltf.sh; there may be others than Debian's.
-if [ "${1:-}" = --tests ] && ! { command -v node && command -v npm; } >/dev/null; then packages+=(nodejs npm); fi
+if [ "${1:-}" = --tests ] && ! { command -v node && command -v npm; } >/dev/null; then
+  packages+=(nodejs npm)
+fi
 
 as_root() {
   if [ "$(id -u)" = 0 ]; then "$@"; elif command -v sudo >/dev/null; then sudo "$@"; else
@@ -27,13 +32,15 @@ done
 if [ ${#missing[@]} -gt 0 ]; then
   echo "setup: installing ${missing[*]}"
   as_root apt-get update -qq
-  as_root env DEBIAN_FRONTEND=noninteractive apt-get install -y -qq --no-install-recommends "${missing[@]}" >/dev/null
+  as_root env DEBIAN_FRONTEND=noninteractive apt-get install -y -qq --no-install-recommends \
+    "${missing[@]}" >/dev/null
 fi
 
 command -v cargo >/dev/null || { echo "setup: Rust is missing: see https://rustup.rs" >&2; exit 1; }
 
-# Debian's libshaderc_combined.a lacks glslang and SPIRV-Tools; the shaderc crate wants one archive with everything.
-# Building that from source takes a quarter of an hour on two cores, merging Debian's archives a second.
+# Debian's libshaderc_combined.a lacks glslang and SPIRV-Tools; the shaderc crate wants one archive with
+# everything. Building that from source takes a quarter of an hour on two cores, merging Debian's archives a
+# second.
 lib=.deps/shaderc/libshaderc_combined.a
 if [ ! -f "$lib" ]; then
   dir=$(dirname "$(dpkg -L libshaderc-dev | grep '/libshaderc_combined\.a$')")

@@ -1,11 +1,12 @@
 #!/usr/bin/env bash
-# Makes src/report/html/assets/three/three.min.js.gz anew: three.js as far as entry.js beside it asks for, minified.
-# Only for a change of version; needs npm and the network. The same versions give the same bytes.
+# Makes src/report/html/assets/three/three.min.js.gz anew: three.js as far as entry.js beside it asks for,
+# minified. Only for a change of version; needs npm and the network. The same versions give the same bytes.
 set -euo pipefail
 cd "$(dirname "$0")/.."
 
 three=0.187.0
-three_integrity=sha512-Qiu7R+Cmh8CstZsY1uJOSWnVlfo7ZtNLV7mF8Jltk3LB3AtDu9cRZlcnRKkAk8Y4z6KKw35z7Y7Urd7jWY8etA==
+three_integrity=sha512-Qiu7R+Cmh8CstZsY1uJOSWnVlfo7ZtNLV7mF8Jltk3LB3AtDu9cRZlcnRKkAk8Y4z6KKw35z7Y7Ur\
+d7jWY8etA==
 esbuild=0.28.2
 
 target=$PWD/src/report/html/assets/three
