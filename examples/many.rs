@@ -5,7 +5,7 @@ use rtfmesh::{Device, DeviceOptions, MeasureDepth, Options, Remesher};
 
 fn main() -> Result<(), Box<dyn std::error::Error>> {
     let device = Device::open(&DeviceOptions { timings: true, ..DeviceOptions::from_env() })?;
-    let remesher = Remesher::new(&device, Options { measures: MeasureDepth::Basic, ..Options::new(1000) })?;
+    let remesher = Remesher::new(&device, Options::new(1000).measures(MeasureDepth::Basic))?;
     for (name, _) in names() {
         match remesher.remesh(&sample(name)?) {
             Ok(result) => {

@@ -7,10 +7,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     let input = sample("bumpy-sphere")?;
     let heights: Vec<f64> = input.vertices.iter().map(|p| p.z).collect();
     let device = Device::open(&DeviceOptions::from_env())?;
-    let options = Options {
-        correspondence: CorrespondenceRequest { vertices: true, faces: false },
-        ..Options::new(2000)
-    };
+    let options = Options::new(2000).correspondence(CorrespondenceRequest { vertices: true, faces: false });
     let result = remesh(&device, &input, &options, &mut |_| {})?;
     let correspondence = result.correspondence.ok_or("it was asked for")?;
     let onto = correspondence.vertices.iter().map(|point| {

@@ -8,11 +8,9 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     let part = sample("box")?;
     // Any edge of the input, by its ends.
     let points = part.triangles[0][..2].iter().map(|v| part.vertices[*v as usize]).collect();
-    let options = Options {
-        feature_angle: 30.0,
-        features: Some(FeatureLines { file: None, lines: vec![FeatureLine { line: 1, points }] }),
-        ..Options::new(2000)
-    };
+    let options = Options::new(2000)
+        .feature_angle(30.0)
+        .features(FeatureLines::new(vec![FeatureLine { line: 1, points }]));
     let device = Device::open(&DeviceOptions::from_env())?;
     let result = remesh(&device, &part, &options, &mut |_| {})?;
     if let Some(skeleton) = result.summary.skeleton {

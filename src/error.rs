@@ -12,6 +12,9 @@ pub enum Error {
         problem: String,
         /// What to do about it.
         remedy: String,
+        /// The field of [`crate::Options`] or of its groups that is wrong, if it is one. Texts have names of fields
+        /// between backticks.
+        field: Option<&'static str>,
     },
     /// A mesh that cannot be read or used.
     #[error("{}{problem}; {remedy}", location(.path.as_deref(), .place.as_deref()))]
@@ -57,7 +60,7 @@ pub enum Error {
     },
     /// The device stopped answering in the middle of the work.
     #[error(
-        "the device was lost while running {0}; nothing was written: update its driver, or use --device cpu"
+        "the device was lost while running {0}; nothing was written: update its driver, or use `device` cpu"
     )]
     DeviceLost(String),
     /// The run was stopped by its callback; the device can be used further.
@@ -77,9 +80,14 @@ impl Error {
         Self::Input { path: None, place, problem: problem.into(), remedy: remedy.into() }
     }
 
-    /// An option that cannot be used.
+    /// A request that cannot be met.
     pub fn usage(problem: impl Into<String>, remedy: impl Into<String>) -> Self {
-        Self::Usage { problem: problem.into(), remedy: remedy.into() }
+        Self::Usage { problem: problem.into(), remedy: remedy.into(), field: None }
+    }
+
+    /// A field of the options that cannot be as it is.
+    pub fn option(field: &'static str, problem: impl Into<String>, remedy: impl Into<String>) -> Self {
+        Self::Usage { problem: problem.into(), remedy: remedy.into(), field: Some(field) }
     }
 
     /// A device problem.

@@ -30,11 +30,10 @@ pub use error::{Error, Result};
 pub use gpu::{Device, DeviceInfo, DeviceOptions, list_devices};
 pub use mesh::TriMesh;
 pub use mesh::correspondence::{Correspondence, CorrespondenceRequest, SurfacePoint};
-pub use options::all_at_once::{Face, Neighbours, Normals, Projection, Seeding};
-pub use options::target_count::{Length, Size};
 pub use options::{
-    Centroid, FeatureLines, MAX_GRADATION, MAX_GROWTH, MAX_ITERATIONS, MAX_LBFGS, MAX_NEIGHBOURS, MAX_OFFSET,
-    MeasureDepth, Method, Options, Quality, Shortage, Sizing,
+    AllAtOnceOptions, Centroid, CoarseToFineOptions, Face, FeatureLines, Length, MAX_GRADATION, MAX_GROWTH,
+    MAX_ITERATIONS, MAX_LBFGS, MAX_NEIGHBOURS, MAX_OFFSET, MeasureDepth, Method, Neighbours, Normals,
+    Options, Projection, Quality, Seeding, Shortage, Size, Sizing,
 };
 pub use pipeline::{
     ExactSummary, FeatureSummary, PhaseTime, Preview, PreviewLevel, Remeshed, RunTimings, Summary, preview,

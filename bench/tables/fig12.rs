@@ -7,7 +7,7 @@ use crate::row::Row;
 use crate::runs::Bench;
 use crate::section::Section;
 use anyhow::Result;
-use rtfmesh::{MeasureDepth, Options};
+use rtfmesh::MeasureDepth;
 
 const SIZES: [usize; 3] = [10_000, 20_000, 30_000];
 /// Iterations that the time is the mean of.
@@ -33,7 +33,7 @@ pub fn section(bench: &mut Bench) -> Result<Section> {
             for vertices in sizes {
                 let own = preset.options(bench.scaled(*vertices));
                 let iterations = if preset == Preset::Default { own.iterations } else { ITERATIONS };
-                let options = Options { iterations, tolerance: 0.0, measures: MeasureDepth::Basic, ..own };
+                let options = own.iterations(iterations).tolerance(0.0).measures(MeasureDepth::Basic);
                 let row = bench.row(&model, preset.name(), &options)?;
                 let seconds = per_iteration(&row);
                 points.extend(seconds.map(|s| [row.wanted as f64, s]));

@@ -118,7 +118,7 @@ impl Bench {
         let mut seconds = Vec::new();
         // Timing kernels slows short runs down.
         let enough = if time_of(&first) < LONG { self.runs } else { 0 };
-        let bare = Options { measures: MeasureDepth::Basic, ..options.clone() };
+        let bare = options.clone().measures(MeasureDepth::Basic);
         let again = Remesher::new(&self.device, bare)?;
         while seconds.len() < enough && seconds.iter().sum::<f64>() < LONG {
             seconds.push(time_of(&again.remesh(&model.mesh)?.summary));

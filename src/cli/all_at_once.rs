@@ -1,6 +1,6 @@
 //! What a run with all vertices from the start is made of, on the command line.
 
-use rtfmesh::{Face, Neighbours, Normals, Options, Projection, Seeding};
+use rtfmesh::{AllAtOnceOptions, Face, Neighbours, Normals, Projection, Seeding};
 
 /// A stage each. What is not given is the preset's.
 #[derive(clap::Args)]
@@ -88,35 +88,32 @@ impl ChoiceArgs {
         )
     }
 
-    /// The settings with what is given in place of the preset's.
-    pub fn put(&self, base: Options) -> Options {
-        Options {
-            face: self.face.map_or(base.face, |name| match name {
-                FaceName::Tangent => Face::Tangent,
-                FaceName::Power => Face::Power,
-                FaceName::Exact => Face::Exact,
-            }),
-            normals: self.normals.map_or(base.normals, |name| match name {
-                NormalsName::Fit => Normals::Fit,
-                NormalsName::Surface => Normals::Surface,
-                NormalsName::Cloud => Normals::Cloud,
-            }),
-            projection: self.projection.map_or(base.projection, |name| match name {
-                ProjectionName::NearestVertices => Projection::NearestVertices,
-                ProjectionName::Walk => Projection::Walk,
-                ProjectionName::Exact => Projection::Exact,
-                ProjectionName::Plane => Projection::Plane,
-            }),
-            seeding: self.seeding.map_or(base.seeding, |name| match name {
-                SeedingName::Random => Seeding::Random,
-                SeedingName::Stratified => Seeding::Stratified,
-                SeedingName::Poisson => Seeding::Poisson,
-            }),
-            neighbours: self.neighbours.map_or(base.neighbours, |name| match name {
-                NeighboursName::Brute => Neighbours::Brute,
-                NeighboursName::Lists => Neighbours::Lists,
-            }),
-            ..base
-        }
+    /// Puts what is given in place of the preset's.
+    pub fn put(&self, options: &mut AllAtOnceOptions) {
+        options.face = self.face.map_or(options.face, |name| match name {
+            FaceName::Tangent => Face::Tangent,
+            FaceName::Power => Face::Power,
+            FaceName::Exact => Face::Exact,
+        });
+        options.normals = self.normals.map_or(options.normals, |name| match name {
+            NormalsName::Fit => Normals::Fit,
+            NormalsName::Surface => Normals::Surface,
+            NormalsName::Cloud => Normals::Cloud,
+        });
+        options.projection = self.projection.map_or(options.projection, |name| match name {
+            ProjectionName::NearestVertices => Projection::NearestVertices,
+            ProjectionName::Walk => Projection::Walk,
+            ProjectionName::Exact => Projection::Exact,
+            ProjectionName::Plane => Projection::Plane,
+        });
+        options.seeding = self.seeding.map_or(options.seeding, |name| match name {
+            SeedingName::Random => Seeding::Random,
+            SeedingName::Stratified => Seeding::Stratified,
+            SeedingName::Poisson => Seeding::Poisson,
+        });
+        options.neighbours = self.neighbours.map_or(options.neighbours, |name| match name {
+            NeighboursName::Brute => Neighbours::Brute,
+            NeighboursName::Lists => Neighbours::Lists,
+        });
     }
 }

@@ -48,7 +48,7 @@ impl AttributeArgs {
             true => CorrespondenceRequest::NONE,
             false => attributes.required_correspondence(),
         };
-        options.fixed_half_edges.clear();
+        options.coarse_to_fine.fixed_half_edges.clear();
         let mut notes = Vec::new();
         // Edges that a crack parts are seams and borders once it is closed. What cannot be mended the run itself tells.
         let welding = options.weld > 0.0 && (self.keep_uv || self.keep_labels);
@@ -56,7 +56,7 @@ impl AttributeArgs {
         let welded = welding.then(|| at_welded_places(mesh, &repair).ok()).flatten();
         let mesh = welded.as_ref().unwrap_or(mesh);
         if self.keep_uv {
-            options.fixed_half_edges.extend(uv_seams(mesh, attributes));
+            options.coarse_to_fine.fixed_half_edges.extend(uv_seams(mesh, attributes));
             if attributes.uv.is_none() {
                 notes.push("there are no texture coordinates whose seams could be kept".to_owned());
             }
@@ -66,7 +66,7 @@ impl AttributeArgs {
             if borders.is_empty() {
                 notes.push("there are no labels whose borders could be kept".to_owned());
             }
-            options.fixed_half_edges.extend(borders);
+            options.coarse_to_fine.fixed_half_edges.extend(borders);
         } else if attributes.materials.as_ref().is_some_and(|materials| materials.used() > 1) {
             notes.push("borders between materials are not kept; --keep-labels keeps them".to_owned());
         }

@@ -2,7 +2,6 @@
 
 use super::all_at_once::ChoiceArgs;
 use super::sizing::SizingArgs;
-use rtfmesh::io;
 use rtfmesh::mesh::attributes::Attributes;
 use rtfmesh::{
     Centroid, Device, DeviceOptions, Error, Face, FeatureLines, MeasureDepth, Method, Normals, Options,
@@ -132,9 +131,11 @@ impl MethodArgs {
         const EXACT: With = ("--face exact, as of presets rvd and cvd,", "--preset cvd");
         const LLOYD: With = ("--face exact without momentum, as of preset rvd,", "--preset rvd");
         let coarse = options.method == Method::CoarseToFine;
-        let exact = options.face == Face::Exact;
+        let exact = !coarse && options.all_at_once.face == Face::Exact;
+        let power = !coarse && options.all_at_once.face == Face::Power;
         let planes = !coarse && !exact;
-        let near = options.projection == Projection::NearestVertices || options.normals == Normals::Cloud;
+        let near = options.all_at_once.projection == Projection::NearestVertices
+            || options.all_at_once.normals == Normals::Cloud;
         let (all, in_planes) = self.choices.given();
         let given = [
             ("--quality", DEFAULT, coarse, self.quality.is_some()),
@@ -143,11 +144,17 @@ impl MethodArgs {
             ("--features", DEFAULT, coarse, self.features.is_some()),
             ("--vertices-at-least", DEFAULT, coarse, self.vertices_at_least),
             ("--best-effort", DEFAULT, coarse, self.best_effort),
+            ("--sizing", DEFAULT, coarse, self.sizing.differs()),
             ("--centroid", PLANES, planes, self.centroid.is_some()),
-            ("--k-normal", FIT, planes && options.normals == Normals::Fit, self.k_normal.is_some()),
+            (
+                "--k-normal",
+                FIT,
+                planes && options.all_at_once.normals == Normals::Fit,
+                self.k_normal.is_some(),
+            ),
             ("--k-clip", PLANES, planes, self.k_clip.is_some()),
             ("--k-project", NEAR, planes && near, self.k_project.is_some()),
-            ("--offset", POWER, options.face == Face::Power, self.offset.is_some()),
+            ("--offset", POWER, power, self.offset.is_some()),
             ("--momentum", EXACT, exact, self.momentum.is_some()),
             ("--lbfgs", LLOYD, exact, self.lbfgs.is_some()),
         ];
@@ -183,54 +190,38 @@ impl MethodArgs {
             Preset::Mps => Options::mps(vertices),
         };
         let coarse = base.method == Method::CoarseToFine;
-        let base = if coarse { base } else { self.choices.put(base) };
+        let mut base = base;
+        if !coarse {
+            self.choices.put(&mut base.all_at_once);
+        }
         self.refuse_foreign(&base)?;
-        let mut options = Options {
-            method: base.method,
-            face: base.face,
-            normals: base.normals,
-            projection: base.projection,
-            seeding: base.seeding,
-            neighbours: base.neighbours,
-            coarsest: base.coarsest,
-            first_iterations: base.first_iterations,
-            coarse_iterations: base.coarse_iterations,
-            polish_rounds: base.polish_rounds,
-            fit: base.fit && !self.no_fit,
-            vertices,
-            feature_angle: self.feature_angle.unwrap_or(base.feature_angle),
-            // See `read_features`.
-            features: base.features,
-            weld: self.weld.unwrap_or(base.weld),
-            min_component: self.min_component.unwrap_or(base.min_component),
-            k_normal: self.k_normal.unwrap_or(base.k_normal),
-            k_clip: self.k_clip.unwrap_or(base.k_clip),
-            k_project: self.k_project.unwrap_or(base.k_project),
-            iterations: self.iterations.unwrap_or(base.iterations),
-            tolerance: self.tolerance.unwrap_or(base.tolerance),
-            seed: self.seed.unwrap_or(base.seed),
-            shortage: match (self.vertices_at_least, self.best_effort) {
-                (true, _) => Shortage::AddVertices,
-                (false, true) => Shortage::BestEffort,
-                (false, false) => Shortage::Refuse,
-            },
-            offset: self.offset.unwrap_or(base.offset),
-            momentum: self.momentum.unwrap_or(base.momentum),
-            lbfgs: self.lbfgs.unwrap_or(base.lbfgs),
-            measures,
-            // See `AttributeArgs::ask`.
-            fixed_half_edges: base.fixed_half_edges,
-            correspondence: base.correspondence,
-            centroid: match self.centroid {
-                Some(CentroidName::Vertex) => Centroid::Vertex,
-                Some(CentroidName::Area) => Centroid::Area,
-                None => base.centroid,
-            },
-            // See below.
-            sizing: base.sizing,
-            min_edge: base.min_edge,
-            max_edge: base.max_edge,
-            growth: base.growth,
+        let mut options = base.measures(measures);
+        let set = |value: Option<u32>, field: &mut u32| *field = value.unwrap_or(*field);
+        let put = |value: Option<f64>, field: &mut f64| *field = value.unwrap_or(*field);
+        set(self.iterations, &mut options.iterations);
+        put(self.tolerance, &mut options.tolerance);
+        put(self.weld, &mut options.weld);
+        put(self.min_component, &mut options.min_component);
+        options.seed = self.seed.unwrap_or(options.seed);
+        let coarse = &mut options.coarse_to_fine;
+        coarse.fit &= !self.no_fit;
+        put(self.feature_angle, &mut coarse.feature_angle);
+        coarse.shortage = match (self.vertices_at_least, self.best_effort) {
+            (true, _) => Shortage::AddVertices,
+            (false, true) => Shortage::BestEffort,
+            (false, false) => Shortage::Refuse,
+        };
+        let at_once = &mut options.all_at_once;
+        set(self.k_normal, &mut at_once.k_normal);
+        set(self.k_clip, &mut at_once.k_clip);
+        set(self.k_project, &mut at_once.k_project);
+        set(self.lbfgs, &mut at_once.lbfgs);
+        put(self.offset, &mut at_once.offset);
+        put(self.momentum, &mut at_once.momentum);
+        at_once.centroid = match self.centroid {
+            Some(CentroidName::Vertex) => Centroid::Vertex,
+            Some(CentroidName::Area) => Centroid::Area,
+            None => at_once.centroid,
         };
         self.sizing.put(&mut options)?;
         options.validate()?;
@@ -256,7 +247,7 @@ impl MethodArgs {
     /// [`Error::Input`] if it has no lines.
     pub fn read_features(&self) -> rtfmesh::Result<Option<FeatureLines>> {
         let Some(path) = &self.features else { return Ok(None) };
-        Ok(Some(FeatureLines { file: Some(path.clone()), lines: io::read_lines(path)? }))
+        FeatureLines::read(path).map(Some)
     }
 }
 

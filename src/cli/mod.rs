@@ -16,6 +16,7 @@ mod shell;
 mod sizing;
 mod table;
 mod target_count;
+mod words;
 
 use anyhow::Result;
 use clap::{Parser, Subcommand};
@@ -70,7 +71,7 @@ pub fn main() -> ExitCode {
         Ok(()) => ExitCode::SUCCESS,
         Err(error) if is_closed_pipe(&error) => ExitCode::SUCCESS,
         Err(error) => {
-            tell(&format!("error: {error:#}\n"));
+            tell(&words::with_options(&format!("error: {error:#}\n")));
             ExitCode::from(exit_code(&error))
         }
     }
@@ -99,7 +100,7 @@ fn exit_code(error: &anyhow::Error) -> u8 {
         Some(Error::Device { .. } | Error::OutOfMemory { .. } | Error::DeviceLost(_)) => 4,
         Some(Error::Cancelled) => progress::CANCELLED,
         None if error.is::<progress::Stopped>() => progress::CANCELLED,
-        Some(Error::Output { .. } | Error::Internal(_)) | None => 1,
+        Some(_) | None => 1,
     }
 }
 

@@ -74,7 +74,7 @@ pub fn run(args: &Args) -> Result<()> {
     for path in [&args.report, &args.html].into_iter().flatten() {
         io::check_text_target(path)?;
     }
-    options.features = args.method.read_features()?;
+    options.coarse_to_fine.features = args.method.read_features()?;
     let Some(target) = target.filter(|_| !args.dry_run) else { return dry_run(args, size, options) };
     let mut watch = Watch::new(&args.watch)?;
     let (loaded, device) = rayon::join(|| load(args), || args.device.open(wants_report));

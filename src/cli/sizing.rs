@@ -54,6 +54,11 @@ fn length(text: &str) -> Result<Length, String> {
 }
 
 impl SizingArgs {
+    /// Whether edge lengths are to differ.
+    pub fn differs(&self) -> bool {
+        self.sizing.as_ref().is_some_and(|how| *how != How::Uniform)
+    }
+
     /// Puts what was asked for into the options; numbers of the vertices come with [`SizingArgs::read`].
     ///
     /// # Errors
@@ -70,13 +75,13 @@ impl SizingArgs {
             let problem = format!("{name} says nothing without --sizing {of}");
             return Err(Error::usage(problem, "leave it out, or add that"));
         }
-        options.sizing = match how {
+        options.coarse_to_fine.sizing = match how {
             How::Uniform => Sizing::Uniform,
             How::Curvature => Sizing::Curvature { gradation: self.gradation.unwrap_or(1.0) },
             How::Property(_) => Sizing::Given(Vec::new()),
         };
-        (options.min_edge, options.max_edge) = (self.min_edge, self.max_edge);
-        options.growth = self.growth.unwrap_or(options.growth);
+        (options.coarse_to_fine.min_edge, options.coarse_to_fine.max_edge) = (self.min_edge, self.max_edge);
+        options.coarse_to_fine.growth = self.growth.unwrap_or(options.coarse_to_fine.growth);
         Ok(())
     }
 
@@ -98,7 +103,7 @@ impl SizingArgs {
             };
             return Err(Error::input(None, problem, remedy));
         };
-        options.sizing = Sizing::Given(found.values.clone());
+        options.coarse_to_fine.sizing = Sizing::Given(found.values.clone());
         Ok(())
     }
 }

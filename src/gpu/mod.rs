@@ -37,7 +37,7 @@ fn vk_error(what: &str, result: vk::Result) -> Error {
         },
         other => Error::device(
             format!("{what} failed: {other}"),
-            "update the Vulkan driver, or try another --device",
+            "update the Vulkan driver, or try another `device`",
         ),
     }
 }

@@ -32,7 +32,7 @@ pub struct Limits {
 /// One Vulkan device of this machine.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct DeviceInfo {
-    /// Position in the list; what `--device N` takes.
+    /// Position in the list; what [`crate::DeviceOptions::device`] takes.
     pub index: usize,
     /// The driver's name for the device.
     pub name: String,

@@ -127,7 +127,7 @@ fn decode(
             return Err(Error::input(None, format::extension_problem(path), remedy));
         }
         (None, None, None) => {
-            let remedy = "say what it is, by --input-format on the command line";
+            let remedy = "name its `format`";
             return Err(Error::input(None, "the content does not tell what kind of file this is", remedy));
         }
     };

@@ -5,7 +5,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 
 use glam::DVec3;
 use rayon::prelude::*;
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 
 use super::TriMesh;
 use super::bvh::Bvh;
@@ -33,7 +33,7 @@ pub struct SurfacePoint {
 }
 
 /// What of a mesh is looked for on another one.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
 pub struct CorrespondenceRequest {
     /// Its vertices.
     pub vertices: bool,

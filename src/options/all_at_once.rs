@@ -1,46 +1,47 @@
-//! What a run with all vertices from the start is made of. The presets are settings of these; each can be chosen by itself.
+//! Settings of [`Method::AllAtOnce`](super::Method::AllAtOnce). The presets differ in these; each can be chosen by itself.
 
-use super::{Method, Options};
+use super::{MAX_LBFGS, MAX_NEIGHBOURS, MAX_OFFSET, check_range};
 use crate::{Error, Result};
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 
-/// What a site's cell is cut from.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize)]
+/// Kind of cell.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
+#[non_exhaustive]
 #[serde(rename_all = "kebab-case")]
 pub enum Face {
-    /// The tangent plane, by the bisectors as lines in it; coarse to fine only, and nothing else there.
-    #[default]
-    Planar,
     /// The tangent plane, as a cut of the Voronoi cell in space (the paper's restricted tangent faces).
+    #[default]
     Tangent,
     /// The same, cut also by shadows of the neighbours (restricted power faces, Xu et al. 2019).
     Power,
-    /// The surface itself (restricted Voronoi cells, Yan et al. 2009). Normals, projection, neighbours and `centroid` are
-    /// not asked: cells need no planes, sites are their centroids.
+    /// The surface itself (restricted Voronoi cells, Yan et al. 2009). Normals, projection, neighbours and
+    /// `centroid` do nothing then: sites move to the centroids of their cells.
     Exact,
 }
 
 /// Where tangent planes come from.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
+#[non_exhaustive]
 #[serde(rename_all = "kebab-case")]
 pub enum Normals {
     /// Planes that fit the nearest sites.
+    #[default]
     Fit,
     /// The surface's own normals where the sites are projected to.
-    #[default]
     Surface,
     /// Planes that fit the nearest points of the input, as if that were a point cloud (Chen et al. 2018).
     Cloud,
 }
 
 /// How sites get back onto the surface.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
+#[non_exhaustive]
 #[serde(rename_all = "kebab-case")]
 pub enum Projection {
     /// Onto the triangles around the nearest vertices of the input.
+    #[default]
     NearestVertices,
     /// Downhill over neighbouring triangles from the one they were on.
-    #[default]
     Walk,
     /// The same, then to the closest point of all triangles that face the same way.
     Exact,
@@ -49,102 +50,186 @@ pub enum Projection {
 }
 
 /// Where sites begin.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
+#[non_exhaustive]
 #[serde(rename_all = "kebab-case")]
 pub enum Seeding {
     /// Anywhere, uniformly by area.
+    #[default]
     Random,
     /// One in each equal share of the area.
-    #[default]
     Stratified,
     /// Far from each other, without gaps (maximal Poisson-disk sampling, Guo et al. 2015).
     Poisson,
 }
 
 /// How the nearest sites are found. What is found is the same.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
+#[non_exhaustive]
 #[serde(rename_all = "kebab-case")]
 pub enum Neighbours {
     /// By looking at all sites, as the paper does.
+    #[default]
     Brute,
     /// By a hierarchy of boxes.
-    #[default]
     Lists,
+}
+
+/// Which point of its face a site moves to.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
+#[non_exhaustive]
+#[serde(rename_all = "lowercase")]
+pub enum Centroid {
+    /// The mean of the face's corners, close ones counting less (Eq. 7 of the paper, see docs/presets.md).
+    #[default]
+    Vertex,
+    /// The centroid of the face's area (Eq. 3).
+    Area,
+}
+
+/// Settings of [`Method::AllAtOnce`](super::Method::AllAtOnce). The default ones are the paper's, as of
+/// [`rtf`](super::Options::rtf); which go together is checked by [`validate`](super::Options::validate).
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[non_exhaustive]
+#[serde(default, deny_unknown_fields)]
+pub struct AllAtOnceOptions {
+    /// Kind of cell.
+    pub face: Face,
+    /// Tangent and power faces: where their planes come from.
+    pub normals: Normals,
+    /// Tangent and power faces: how sites get back onto the surface.
+    pub projection: Projection,
+    /// Where sites begin.
+    pub seeding: Seeding,
+    /// Tangent and power faces: how the nearest sites are found.
+    pub neighbours: Neighbours,
+    /// Sites in a normal's plane fit, the site itself included; 3 to [`MAX_NEIGHBOURS`] + 1 (the paper's k_nor).
+    pub k_normal: u32,
+    /// Sites that clip a cell before the radius of security is checked; 3 to [`MAX_NEIGHBOURS`] (the paper's k_clip).
+    pub k_clip: u32,
+    /// Input vertices whose triangles a site is projected onto, or points that its plane fits; 1 to
+    /// [`MAX_NEIGHBOURS`] (the paper's k_proj).
+    pub k_project: u32,
+    /// Tangent and power faces: the point of its face that a site moves to.
+    pub centroid: Centroid,
+    /// Exact cells: largest share of the last motion that is added to a step, 0 to below 1. 0 is Lloyd's iteration.
+    pub momentum: f64,
+    /// Exact cells: motions that L-BFGS remembers, 0 to [`MAX_LBFGS`]; 7 is usual. 0 is Lloyd's iteration; with more,
+    /// `momentum` must be 0.
+    pub lbfgs: u32,
+    /// Power faces: distance of a shadow site from its site in spacings, 0 to [`MAX_OFFSET`] (the paper's d).
+    pub offset: f64,
+}
+
+impl Default for AllAtOnceOptions {
+    fn default() -> Self {
+        Self {
+            face: Face::Tangent,
+            normals: Normals::Fit,
+            projection: Projection::NearestVertices,
+            seeding: Seeding::Random,
+            neighbours: Neighbours::Brute,
+            k_normal: 16,
+            k_clip: 32,
+            k_project: 16,
+            centroid: Centroid::Vertex,
+            momentum: 0.0,
+            lbfgs: 0,
+            offset: 0.5,
+        }
+    }
 }
 
 /// Longest list that the hierarchy of boxes makes.
 const MAX_LISTED: u32 = 32;
 
-/// Refuses what does not go together.
-///
-/// # Errors
-/// [`Error::Usage`] that says why, and what does.
-pub(crate) fn check(options: &Options) -> Result<()> {
-    let refuse = |problem: &str, remedy: &str| Err(Error::usage(problem, remedy));
-    check_lbfgs(options)?;
-    match (options.method, options.face) {
-        (Method::CoarseToFine, Face::Planar) | (Method::AllAtOnce, Face::Exact) => return Ok(()),
-        (Method::CoarseToFine, _) => {
-            return refuse(
-                "the default method has planar faces alone",
-                "leave --face out, or add --preset rtf",
-            );
-        }
-        (Method::AllAtOnce, Face::Planar) => {
-            return refuse("planar faces are made by the default method alone", "use --face tangent");
-        }
-        (Method::AllAtOnce, Face::Tangent | Face::Power) => {}
+impl AllAtOnceOptions {
+    /// Whether sites look for the nearest vertices of the input.
+    pub(crate) fn looks_for_vertices(&self) -> bool {
+        let near = self.projection == Projection::NearestVertices || self.normals == Normals::Cloud;
+        self.face != Face::Exact && near
     }
-    match (options.normals, options.projection) {
-        (Normals::Fit | Normals::Surface, Projection::Plane) => {
-            return refuse(
-                "--projection plane pulls sites to the planes of --normals cloud, and there are none",
-                "add --normals cloud, or choose another projection",
-            );
-        }
-        (Normals::Surface, Projection::NearestVertices) => {
-            return refuse(
-                "--normals surface are found by a walk over the surface, and nearest vertices take none",
-                "add --projection walk or --projection exact, or use --normals fit",
-            );
-        }
-        _ => {}
+
+    /// Neighbours of a site that are looked for: one search serves normals and cells, and the fit counts the site itself.
+    pub(crate) fn listed(&self) -> u32 {
+        self.k_clip.max(self.k_normal - 1)
     }
-    if options.neighbours == Neighbours::Lists && listed(options) > MAX_LISTED {
-        return refuse(
-            &format!("lists have at most {MAX_LISTED} neighbours, fewer than --k-clip or --k-normal ask for"),
-            "use --neighbours brute, or ask for fewer",
-        );
+
+    /// Checks each range.
+    ///
+    /// # Errors
+    /// [`Error::Usage`] that names the field.
+    pub(super) fn check_ranges(&self) -> Result<()> {
+        check_range("k_normal", self.k_normal, 3..=MAX_NEIGHBOURS + 1)?;
+        check_range("k_clip", self.k_clip, 3..=MAX_NEIGHBOURS)?;
+        check_range("k_project", self.k_project, 1..=MAX_NEIGHBOURS)?;
+        check_range("lbfgs", self.lbfgs, 0..=MAX_LBFGS)?;
+        if !(0.0..1.0).contains(&self.momentum) {
+            let problem = format!("`momentum` {} is out of range", self.momentum);
+            return Err(Error::option("momentum", problem, "use 0 to below 1, such as 0.9"));
+        }
+        if !(0.0..=MAX_OFFSET).contains(&self.offset) {
+            let problem = format!("`offset` {} is out of range", self.offset);
+            return Err(Error::option("offset", problem, format!("use 0 to {MAX_OFFSET} edge lengths")));
+        }
+        Ok(())
     }
-    Ok(())
-}
 
-/// Refuses what L-BFGS cannot be.
-fn check_lbfgs(options: &Options) -> Result<()> {
-    let (problem, remedy) = if options.lbfgs == 0 {
-        return Ok(());
-    } else if options.face != Face::Exact {
-        ("L-BFGS needs the energy of cells on the surface, and faces in planes have none", "add --face exact")
-    } else if options.momentum > 0.0 {
-        (
-            "momentum lengthens Lloyd's steps, and L-BFGS makes its own",
-            "use --preset rvd, or add --momentum 0",
-        )
-    } else if options.iterations == 0 {
-        ("without iterations there is nothing to do for L-BFGS", "add --iterations 160")
-    } else {
-        return Ok(());
-    };
-    Err(Error::usage(problem, format!("{remedy}, or leave --lbfgs out")))
-}
+    /// Refuses what does not go together.
+    ///
+    /// # Errors
+    /// [`Error::Usage`] that says why, and what does.
+    pub(super) fn check_combination(&self, iterations: u32) -> Result<()> {
+        self.check_lbfgs(iterations)?;
+        if self.face == Face::Exact {
+            return Ok(());
+        }
+        match (self.normals, self.projection) {
+            (Normals::Fit | Normals::Surface, Projection::Plane) => {
+                return Err(Error::option(
+                    "projection",
+                    "`projection` plane needs the planes of `normals` cloud",
+                    "use `normals` cloud, or choose another projection",
+                ));
+            }
+            (Normals::Surface, Projection::NearestVertices) => {
+                return Err(Error::option(
+                    "normals",
+                    "`normals` surface come from a walk over the surface, which `projection` nearest-vertices does not make",
+                    "use `projection` walk or exact, or `normals` fit",
+                ));
+            }
+            _ => {}
+        }
+        if self.neighbours == Neighbours::Lists && self.listed() > MAX_LISTED {
+            let field = if self.k_clip > MAX_LISTED { "k_clip" } else { "k_normal" };
+            return Err(Error::option(
+                field,
+                format!(
+                    "`neighbours` lists has at most {MAX_LISTED} neighbours, fewer than `{field}` asks for"
+                ),
+                "use `neighbours` brute, or ask for fewer",
+            ));
+        }
+        Ok(())
+    }
 
-/// Whether sites look for the nearest vertices of the input.
-pub(crate) fn looks_for_vertices(options: &Options) -> bool {
-    let in_planes = matches!(options.face, Face::Tangent | Face::Power);
-    in_planes && (options.projection == Projection::NearestVertices || options.normals == Normals::Cloud)
-}
-
-/// Neighbours of a site that are looked for: one search serves normals and cells, and the fit counts the site itself.
-pub(crate) fn listed(options: &Options) -> u32 {
-    options.k_clip.max(options.k_normal - 1)
+    /// Refuses settings that L-BFGS cannot work with.
+    fn check_lbfgs(&self, iterations: u32) -> Result<()> {
+        let (problem, remedy) = if self.lbfgs == 0 {
+            return Ok(());
+        } else if self.face != Face::Exact {
+            (
+                "`lbfgs` needs the energy of exact cells, and tangent and power faces have none",
+                "use `face` exact",
+            )
+        } else if self.momentum > 0.0 {
+            ("`lbfgs` makes its own steps, and `momentum` would lengthen them", "use `momentum` 0")
+        } else if iterations == 0 {
+            ("`lbfgs` has nothing to do without iterations", "use `iterations` 160")
+        } else {
+            return Ok(());
+        };
+        Err(Error::option("lbfgs", problem, format!("{remedy}, or leave `lbfgs` at 0")))
+    }
 }

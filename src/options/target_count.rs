@@ -3,13 +3,14 @@
 use crate::mesh::features::spacing_of;
 use crate::mesh::unit_frame::UnitFrame;
 use crate::{Error, Result, TriMesh};
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 
 /// The fewest vertices of a closed surface.
 const FEWEST: usize = 4;
 
 /// A length on a mesh; above 0.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[non_exhaustive]
 #[serde(rename_all = "kebab-case")]
 pub enum Length {
     /// In the units of the input.
@@ -30,6 +31,7 @@ impl Length {
 
 /// How large a result shall be. [`Size::vertices`] turns it into the count that [`crate::Options`] takes.
 #[derive(Debug, Clone, Copy, PartialEq)]
+#[non_exhaustive]
 pub enum Size {
     /// So many vertices.
     Vertices(usize),

@@ -1,8 +1,8 @@
 //! How the work of an attempt is shared among its phases, by estimate: progress is told in these.
 
 use super::coarse_to_fine::levels::LevelPlan;
-use crate::Options;
 use crate::progress::CONNECT;
+use crate::{Method, Options};
 
 /// Iterations of each level that are left when a run is to come to an end early.
 pub(crate) const FEW_ITERATIONS: u32 = 5;
@@ -43,14 +43,17 @@ impl Shares {
     /// `iterations` are those of each level; `triangles` those of the input.
     pub fn new(plans: &[LevelPlan], iterations: &[u32], triangles: usize, options: &Options) -> Self {
         let sites = options.vertices as f64;
-        let fit = if options.fit { sites } else { 0.0 };
+        let (rounds, fit) = match options.method {
+            Method::CoarseToFine => (options.coarse_to_fine.polish_rounds, options.coarse_to_fine.fit),
+            Method::AllAtOnce => (0, false),
+        };
+        let fit = if fit { sites } else { 0.0 };
         let polish = |rounds: u32| sites * ROUND * f64::from(rounds);
         let level = |plan: &LevelPlan, iterations: u32| plan.sites as f64 * (CONNECT + f64::from(iterations));
         // What each takes, and what it takes in a hurry.
         let mut costs: Vec<(f64, f64)> = (plans.iter().zip(iterations))
             .map(|(plan, count)| (level(plan, *count), level(plan, FEW_ITERATIONS.min(*count))))
             .collect();
-        let rounds = options.polish_rounds;
         costs.extend([
             (polish(rounds), polish(FEW_ROUNDS.min(rounds))),
             (FIT * fit, FIT * fit),

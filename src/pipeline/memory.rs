@@ -5,7 +5,7 @@ use crate::gpu::Device;
 use crate::gpu::kernels::face::cell;
 use crate::mesh::features::spacing_of;
 use crate::mesh::subdivide::halved_count;
-use crate::options::all_at_once::{Face, Projection, listed, looks_for_vertices};
+use crate::options::{Face, Projection};
 use crate::options::{Method, Options, Sizing};
 use crate::{Error, Result, TriMesh};
 
@@ -22,7 +22,7 @@ const PINNED_BYTES: u64 = 40;
 pub(crate) const MOST_HALVED: usize = 16;
 
 /// Remedy where memory is short.
-const LARGER: &str = "use a larger device, or raise the device memory limit if there is one";
+const LARGER: &str = "use a larger device, or raise `memory_bytes` if that is the limit";
 
 /// Refuses a vertex count whose largest buffer exceeds the device's limit, or that needs more memory than
 /// there is.
@@ -80,7 +80,7 @@ fn most_sites(input: &TriMesh, options: &Options, available: u64) -> Result<u64>
 /// The longest edge allowed, in the mesh's units, where sites search for nearby vertices; `None` if they do
 /// not.
 pub(crate) fn longest_edge(mesh: &TriMesh, options: &Options) -> Result<Option<f64>> {
-    let searches_vertices = options.method == Method::AllAtOnce && looks_for_vertices(options);
+    let searches_vertices = options.method == Method::AllAtOnce && options.all_at_once.looks_for_vertices();
     searches_vertices.then(|| spacing_of(mesh, options.vertices)).transpose()
 }
 
@@ -110,7 +110,7 @@ struct DeviceBytes {
 fn device_bytes([vertices, triangles]: [u64; 2], options: &Options, curves: bool) -> DeviceBytes {
     let (records, more) = match options.method {
         Method::CoarseToFine => (RECORD_BYTES, SITE_BYTES + if curves { PINNED_BYTES } else { 0 }),
-        Method::AllAtOnce => match (options.face, options.projection) {
+        Method::AllAtOnce => match (options.all_at_once.face, options.all_at_once.projection) {
             // Three corners, candidates and a count.
             (Face::Exact, _) if options.iterations > 0 => (3 * 16 + 15 * 4 + 4, 0),
             (Face::Tangent | Face::Power, Projection::Walk | Projection::Exact) => (RECORD_BYTES, 0),
@@ -118,7 +118,7 @@ fn device_bytes([vertices, triangles]: [u64; 2], options: &Options, curves: bool
         },
     };
     // With a size field: a slope for each triangle, a length for each site.
-    let (slope, length) = if options.sizing == Sizing::Uniform { (0, 0) } else { (16, 4) };
+    let (slope, length) = if options.coarse_to_fine.sizing == Sizing::Uniform { (0, 0) } else { (16, 4) };
     let each = site_bytes(options).total;
     let fixed = VERTEX_BYTES * vertices + (TRIANGLE_BYTES + records + slope) * triangles;
     DeviceBytes { fixed, per_site: each + more + length }
@@ -137,11 +137,11 @@ fn site_bytes(options: &Options) -> SiteBytes {
         // The list; six vectors, two reaches, eight words, and the boxes.
         Method::CoarseToFine => (4 * u64::from(LIST), 4 * u64::from(LIST) + 6 * 16 + 2 * 8 + 8 * 4 + 5),
         // The list, for connecting; vectors, reaches, words and boxes.
-        Method::AllAtOnce if options.face == Face::Exact && options.iterations == 0 => {
+        Method::AllAtOnce if options.has_exact_faces() && options.iterations == 0 => {
             (4 * u64::from(LIST), 4 * u64::from(LIST) + 3 * 16 + 2 * 8 + 8 * 4 + 5)
         }
         // Parts of triangles, about ten for each site; the list; vectors, reaches, words and boxes.
-        Method::AllAtOnce if options.face == Face::Exact => {
+        Method::AllAtOnce if options.has_exact_faces() => {
             let list = 4 * u64::from(LIST);
             (10 * 16, 10 * 44 + list + 6 * 16 + 2 * 8 + 8 * 4 + 5)
         }
@@ -149,8 +149,8 @@ fn site_bytes(options: &Options) -> SiteBytes {
         // walks take less beyond that than the list of nearest vertices.
         Method::AllAtOnce => {
             let corners = u64::from(cell::Constants::default().max_corners);
-            let k_sites = u64::from(listed(options));
-            let lists = 4 * (k_sites + u64::from(options.k_project));
+            let k_sites = u64::from(options.all_at_once.listed());
+            let lists = 4 * (k_sites + u64::from(options.all_at_once.k_project));
             ((8 * corners).max(4 * k_sites), 12 * corners + lists + 5 * 16 + 3 * 4)
         }
     };

@@ -20,7 +20,6 @@ use crate::mesh::repair::{RepairCounts, Repaired};
 use crate::mesh::spacing;
 use crate::mesh::submesh::append;
 use crate::mesh::topology::Topology;
-use crate::options::all_at_once::Face;
 use crate::options::{MeasureDepth, Options};
 use crate::progress::Watch;
 use crate::sites::connect::ConnectCounts;
@@ -295,7 +294,7 @@ fn measured(
     stop: &AtomicBool,
 ) -> Result<(Measures, Option<Energy>)> {
     let crossing = crossing_for(options.measures, crossing);
-    let spread = reference.filter(|_| options.face == Face::Exact && options.iterations > 0);
+    let spread = reference.filter(|_| options.has_exact_faces() && options.iterations > 0);
     let energy = spread.map(|input| energy(input, &result.vertices)).transpose()?;
     Ok((measure_some(result, reference, crossing, stop)?, energy))
 }

@@ -69,9 +69,9 @@ impl Prepared {
         let mut options = for_repaired(mesh, &repaired, options);
         let (small, kept) = divided.map_or((Vec::new(), None), |divided| {
             options.vertices = divided.left;
-            options.coarsest = options.coarsest.max(divided.coarsest);
+            options.coarse_to_fine.coarsest = options.coarse_to_fine.coarsest.max(divided.coarsest);
             let rest = (!divided.small.is_empty()).then(|| extract(&repaired.mesh, &divided.large));
-            if let (Some(rest), Sizing::Given(values)) = (&rest, &mut options.sizing) {
+            if let (Some(rest), Sizing::Given(values)) = (&rest, &mut options.coarse_to_fine.sizing) {
                 *values = values_of_part(values, (&repaired.mesh, &divided.large), rest);
             }
             (divided.small, rest)
@@ -137,8 +137,9 @@ pub(crate) fn cleaned(mesh: &TriMesh, repaired: Option<Repaired>, options: &Opti
 /// vertices.
 pub(crate) fn for_repaired(mesh: &TriMesh, repaired: &Repaired, options: &Options) -> Options {
     let mut options = options.clone();
-    options.fixed_half_edges = half_edges_after(mesh, repaired, &options.fixed_half_edges);
-    if let Sizing::Given(values) = &mut options.sizing {
+    options.coarse_to_fine.fixed_half_edges =
+        half_edges_after(mesh, repaired, &options.coarse_to_fine.fixed_half_edges);
+    if let Sizing::Given(values) = &mut options.coarse_to_fine.sizing {
         *values = vertex_values_after(mesh, repaired, values);
     }
     options
@@ -146,7 +147,7 @@ pub(crate) fn for_repaired(mesh: &TriMesh, repaired: &Repaired, options: &Option
 
 /// Refuses numbers of the input's vertices that are no lengths.
 fn check_given(mesh: &TriMesh, options: &Options) -> Result<()> {
-    let Sizing::Given(values) = &options.sizing else { return Ok(()) };
+    let Sizing::Given(values) = &options.coarse_to_fine.sizing else { return Ok(()) };
     if values.len() != mesh.vertices.len() {
         let problem = format!("{} edge lengths for {} vertices", values.len(), mesh.vertices.len());
         return Err(Error::usage(problem, "give one for each vertex of the input"));
@@ -188,7 +189,9 @@ fn divide(
     loop {
         let wish = Wish { vertices, ..Wish::of(options, spacing(parts.area(), vertices), stop) };
         match parts.divide(&unit, &wish) {
-            Err(Error::Usage { .. }) if options.shortage == Shortage::AddVertices && tries < GROWTHS => {
+            Err(Error::Usage { .. })
+                if options.coarse_to_fine.shortage == Shortage::AddVertices && tries < GROWTHS =>
+            {
                 vertices = (GROWTH * vertices as f64).ceil() as usize;
                 tries += 1;
             }
@@ -212,9 +215,9 @@ pub(crate) fn ground(
     let wanted = wanted_edges(mesh, options)?;
     let user_edges = wanted.into_iter().map(|edge| edge.map(|v| place[v as usize])).collect();
     let spacing = spacing(surface.area(), options.vertices);
-    let wanted = FeatureOptions { feature_angle: options.feature_angle, spacing, user_edges };
+    let wanted = FeatureOptions { feature_angle: options.coarse_to_fine.feature_angle, spacing, user_edges };
     let mut given = Vec::new();
-    if let Sizing::Given(values) = &options.sizing {
+    if let Sizing::Given(values) = &options.coarse_to_fine.sizing {
         given = vec![1.0; values.len()];
         place.iter().zip(values).for_each(|(v, value)| given[*v as usize] = *value);
     }
@@ -240,8 +243,8 @@ pub(crate) fn wanted_edges(mesh: &TriMesh, options: &Options) -> Result<Vec<[u32
     let corners = mesh.triangles.as_flattened();
     let next = |half: u32| if half % 3 == 2 { half - 2 } else { half + 1 };
     let ends = |half: u32| [half, next(half)].map(|corner| corners[corner as usize]);
-    let held = options.fixed_half_edges.iter().map(|half| ends(*half));
-    let Some(features) = &options.features else { return Ok(held.collect()) };
+    let held = options.coarse_to_fine.fixed_half_edges.iter().map(|half| ends(*half));
+    let Some(features) = &options.coarse_to_fine.features else { return Ok(held.collect()) };
     let drawn = user_edges(mesh, &features.lines).map_err(|error| match &features.file {
         Some(file) => error.in_file(file),
         None => error,

@@ -80,10 +80,12 @@ pub fn preview_repaired(mesh: &TriMesh, repaired: Option<Repaired>, options: &Op
     let (found, curves, field) = match options.method {
         Method::CoarseToFine => {
             let user_edges = wanted_edges(&repaired.mesh, options)?;
-            let wanted = FeatureOptions { feature_angle: options.feature_angle, spacing, user_edges };
+            let wanted =
+                FeatureOptions { feature_angle: options.coarse_to_fine.feature_angle, spacing, user_edges };
             let found = find_features(&unit, &wanted)?;
             let curves = SurfaceCurves::new(&unit.vertices, &unit.triangles, &found);
-            let given = if let Sizing::Given(values) = &options.sizing { values } else { &Vec::new() };
+            let given =
+                if let Sizing::Given(values) = &options.coarse_to_fine.sizing { values } else { &Vec::new() };
             let wish = SizeRequest { options, given, diagonal: frame.scale };
             let field = size_field(&unit, curves.as_ref(), &wish)?;
             (found, curves.map(|curves| curves.sized(&field)), field)
@@ -93,11 +95,13 @@ pub fn preview_repaired(mesh: &TriMesh, repaired: Option<Repaired>, options: &Op
     let plans = match options.method {
         Method::CoarseToFine => {
             let extent = Extent { area: whole, euler: topology(&unit).euler, curves: curves.as_ref() };
-            match (levels(&extent, options.vertices, options.coarsest), &curves) {
+            match (levels(&extent, options.vertices, options.coarse_to_fine.coarsest), &curves) {
                 // As a run does.
-                (Err(Error::Usage { .. }), Some(curves)) if options.shortage == Shortage::AddVertices => {
+                (Err(Error::Usage { .. }), Some(curves))
+                    if options.coarse_to_fine.shortage == Shortage::AddVertices =>
+                {
                     let vertices = enough(curves, whole, options.vertices);
-                    return preview(&repaired.mesh, &Options { vertices, ..options.clone() });
+                    return preview(&repaired.mesh, &options.clone().vertices(vertices));
                 }
                 // Then it has no levels.
                 (Err(Error::Usage { .. }), _) if may_collapse(options) => Vec::new(),

@@ -6,8 +6,9 @@ pub mod html;
 
 use crate::gpu::DeviceInfo;
 use crate::pipeline::Summary;
-use crate::{Error, Options, Result};
-use serde::Serialize;
+use crate::{Error, Method, Options, Result};
+use serde::{Serialize, Serializer};
+use serde_json::Value;
 
 /// What `--report` writes.
 #[derive(Debug, Serialize)]
@@ -22,13 +23,45 @@ pub struct Report<'a> {
     pub output_file: String,
     /// What reading the input noted.
     pub notes: &'a [String],
-    /// Settings of the run.
+    /// Settings of the run, as [`Settings`].
+    #[serde(serialize_with = "settings")]
     pub options: &'a Options,
     /// Device, driver and limits.
     pub device: &'a DeviceInfo,
     /// Topology, measures and timings.
     #[serde(flatten)]
     pub summary: &'a Summary,
+}
+
+/// Settings of a run as reports have them: of the method's own settings those of the method chosen, and of long lists the
+/// number of their entries.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+#[serde(transparent)]
+pub struct Settings(Value);
+
+impl Settings {
+    /// Those of `options`.
+    pub fn of(options: &Options) -> Self {
+        let mut all = serde_json::to_value(options).unwrap_or_default();
+        if let Some(groups) = all.as_object_mut() {
+            groups.remove(match options.method {
+                Method::CoarseToFine => "all_at_once",
+                Method::AllAtOnce => "coarse_to_fine",
+            });
+        }
+        for list in ["fixed_half_edges", "sizing/given", "features/lines"] {
+            if let Some(list) = all.pointer_mut(&format!("/coarse_to_fine/{list}"))
+                && let Some(count) = list.as_array().map(Vec::len)
+            {
+                *list = count.into();
+            }
+        }
+        Self(all)
+    }
+}
+
+fn settings<S: Serializer>(options: &&Options, serializer: S) -> std::result::Result<S::Ok, S::Error> {
+    Settings::of(options).serialize(serializer)
 }
 
 impl Report<'_> {

@@ -118,12 +118,13 @@ fn the_report_says_what_was_asked_and_what_came_out() {
     assert_eq!((&r["program"], &r["version"]), (&"rtfmesh".into(), &env!("CARGO_PKG_VERSION").into()));
     assert_eq!((&r["input_file"], &r["output_file"]), (&"in.ply".into(), &"out.ply".into()));
     let asked = serde_json::json!({
-        "method": "all-at-once", "face": "tangent", "normals": "fit", "projection": "nearest-vertices",
-        "seeding": "random", "neighbours": "brute", "coarsest": 0, "first_iterations": 0, "coarse_iterations": 0, "polish_rounds": 0,
-        "weld": 0.0, "min_component": 0.0, "held_sides": 0, "source": {"vertices": false, "faces": false}, "momentum": 0.0, "lbfgs": 0, "offset": 0.5,
-        "fit": false, "feature_angle": 40.0, "features": null, "measures": "full", "vertices": 200, "k_normal": 12, "k_clip": 24, "k_project": 8,
-        "iterations": 10, "tolerance": 0.002, "seed": 7, "shortage": "refuse", "centroid": "area",
-        "sizing": "uniform", "min_edge": null, "max_edge": null, "growth": 0.25,
+        "method": "all-at-once", "vertices": 200, "iterations": 10, "tolerance": 0.002, "seed": 7,
+        "weld": 0.0, "min_component": 0.0, "measures": "full", "correspondence": {"vertices": false, "faces": false},
+        "all_at_once": {
+            "face": "tangent", "normals": "fit", "projection": "nearest-vertices", "seeding": "random",
+            "neighbours": "brute", "k_normal": 12, "k_clip": 24, "k_project": 8, "centroid": "area",
+            "momentum": 0.0, "lbfgs": 0, "offset": 0.5,
+        },
     });
     assert_eq!(r["options"], asked);
     assert!(r["device"]["name"].is_string() && r["device"]["driver"].is_string(), "{:#}", r["device"]);

@@ -10,7 +10,7 @@ fn limited(memory_bytes: u64) -> Device {
 }
 
 fn options(vertices: usize) -> Options {
-    Options { iterations: 2, measures: MeasureDepth::Basic, polish_rounds: 1, ..Options::new(vertices) }
+    Options::new(vertices).iterations(2).measures(MeasureDepth::Basic).polish_rounds(1)
 }
 
 #[test]
@@ -25,7 +25,7 @@ fn a_device_has_no_more_than_its_memory_or_the_limit() {
 #[test]
 fn the_plan_tells_about_what_a_run_takes() {
     let input = sample("torus").unwrap();
-    for options in [options(4000), Options { iterations: 10, ..Options::rtf(1500) }] {
+    for options in [options(4000), Options::rtf(1500).iterations(10)] {
         let device = Device::open(&DeviceOptions::from_env()).unwrap();
         let told = preview(&input, &options).unwrap().device_bytes as f64;
         remesh(&device, &input, &options, &mut |_| {}).unwrap();
@@ -69,7 +69,7 @@ fn what_does_not_fit_is_refused_before_it_begins() {
 fn what_grows_with_the_count_is_in_the_advice() {
     // Twelve triangles, which are divided for every site.
     let input = sample("box").unwrap();
-    let options = |vertices| Options { iterations: 1, ..Options::rtf(vertices) };
+    let options = |vertices| Options::rtf(vertices).iterations(1);
     let needed = |vertices| preview(&input, &options(vertices)).unwrap().device_bytes;
     let available = needed(1_000);
     let error = remesh(&limited(available), &input, &options(20_000), &mut |_| {}).unwrap_err();

@@ -330,7 +330,7 @@ fn pictures_that_cannot_be_had_are_noted() {
                 (place.as_str(), problem.as_str()),
                 ("image 0", "the pictures have more than 256 MiB")
             );
-            assert!(remedy.contains("--keep-uv"));
+            assert!(remedy.contains("without materials"));
         }
         other => panic!("{other:?}"),
     }

@@ -14,7 +14,7 @@ use std::f64::consts::{PI, TAU};
 
 /// Remeshes, and carries over.
 fn run(input: &TriMesh, attributes: &Attributes, options: Options) -> (TriMesh, Attributes) {
-    let options = Options { correspondence: CorrespondenceRequest::ALL, ..options };
+    let options = options.correspondence(CorrespondenceRequest::ALL);
     let result = remesh(device(), input, &options, &mut |_| {}).unwrap();
     let carried = transfer(attributes, input, &result.correspondence.unwrap(), &result.mesh);
     (result.mesh, carried)
@@ -152,7 +152,7 @@ fn seams_that_are_kept_make_the_texture_exact() {
     let (input, attributes) = tube(48, 20);
     let seams = uv_seams(&input, &attributes);
     assert_eq!(seams.len(), 40, "both sides of every edge on the cut");
-    let options = Options { fixed_half_edges: seams, feature_angle: 180.0, ..Options::new(500) };
+    let options = Options::new(500).fixed_half_edges(seams).feature_angle(180.0);
     let (output, carried) = run(&input, &attributes, options);
     let values = carried.uv.unwrap().values;
     assert!(values.iter().flatten().all(|x| (-1e-9..=1.0 + 1e-9).contains(x)));
@@ -193,7 +193,7 @@ fn the_poles_of_a_globe_are_no_seams() {
             assert!(end.y.abs() < 1e-9 && end.x > -1e-9, "{end} is not on the meridian");
         }
     }
-    let options = Options { fixed_half_edges: seams, feature_angle: 180.0, ..Options::new(400) };
+    let options = Options::new(400).fixed_half_edges(seams).feature_angle(180.0);
     let (output, carried) = run(&input, &attributes, options);
     let values = carried.uv.unwrap().values;
     for (corner, got) in output.triangles.as_flattened().iter().zip(&values) {
@@ -217,7 +217,7 @@ fn cracks_that_are_welded_stay_seams() {
     let seams = uv_seams(&welded, &attributes);
     assert_eq!(seams.len(), 2 * 12);
     for fixed_half_edges in [Vec::new(), seams] {
-        let options = Options { fixed_half_edges, weld: 1e-6, feature_angle: 180.0, ..Options::new(400) };
+        let options = Options::new(400).fixed_half_edges(fixed_half_edges).weld(1e-6).feature_angle(180.0);
         let (output, carried) = run(&input, &attributes, options);
         let values = carried.uv.unwrap().values;
         for (triangle, got) in output.triangles.iter().zip(values.chunks(3)) {
@@ -297,7 +297,7 @@ fn borders_that_are_kept_are_not_run_over() {
     let free = run(&input, &attributes, Options::new(500));
     let fixed_half_edges = label_borders(&input, &attributes);
     assert_eq!(fixed_half_edges.len(), 36);
-    let kept = run(&input, &attributes, Options { fixed_half_edges, ..Options::new(500) });
+    let kept = run(&input, &attributes, Options::new(500).fixed_half_edges(fixed_half_edges));
     for (name, (output, carried)) in [("free", free), ("kept", kept)] {
         let mut straddling = 0;
         for t in 0..output.triangles.len() {

@@ -107,16 +107,12 @@ fn what_is_not_asked_for_is_not_looked_for() {
 #[test]
 fn runs_tell_it_only_when_asked() {
     let input = littered(&sample("sphere").unwrap());
-    let quick = Options { first_iterations: 10, ..Options::new(300) };
+    let quick = Options::new(300).first_iterations(10);
     assert_eq!(remesh(device(), &input, &quick, &mut |_| {}).unwrap().correspondence, None);
-    for options in [quick, Options { iterations: 10, ..Options::rtf(300) }] {
-        let result = remesh(
-            device(),
-            &input,
-            &Options { correspondence: CorrespondenceRequest::ALL, ..options },
-            &mut |_| {},
-        )
-        .unwrap();
+    for options in [quick, Options::rtf(300).iterations(10)] {
+        let result =
+            remesh(device(), &input, &options.correspondence(CorrespondenceRequest::ALL), &mut |_| {})
+                .unwrap();
         let correspondence = result.correspondence.unwrap();
         check(&correspondence, &input, &result.mesh);
         let far = correspondence.vertices.iter().zip(&result.mesh.vertices);
@@ -140,12 +136,10 @@ fn vertices_on_curves_lie_on_edges_and_held_sides_become_curves() {
         a.distance(b) > 1.2
     };
     let fixed_half_edges: Vec<u32> = sides.filter(is_diagonal).collect();
-    let options = Options {
-        fixed_half_edges,
-        correspondence: CorrespondenceRequest::ALL,
-        feature_angle: 180.0,
-        ..Options::new(500)
-    };
+    let options = Options::new(500)
+        .fixed_half_edges(fixed_half_edges)
+        .correspondence(CorrespondenceRequest::ALL)
+        .feature_angle(180.0);
     let result = remesh(device(), &input, &options, &mut |_| {}).unwrap();
     let found = result.summary.skeleton.unwrap();
     assert_eq!(found.curves, 12, "{found:?}");

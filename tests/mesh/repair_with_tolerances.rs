@@ -143,7 +143,7 @@ fn small_components_are_dropped_but_never_all() {
     };
     assert_eq!([0.0, 1e-3, 0.5, 0.999].map(left), [3, 2, 1, 1]);
     let options = RepairOptions { min_component: 1.0, ..RepairOptions::default() };
-    assert!(repair_with(&three, &options).unwrap_err().to_string().contains("--min-component 1"));
+    assert!(repair_with(&three, &options).unwrap_err().to_string().contains("`min_component` 1"));
     assert_eq!(repair(&three).unwrap().counts, RepairCounts::default());
 }
 

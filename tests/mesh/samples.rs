@@ -173,7 +173,7 @@ fn the_hemisphere_has_one_flat_rim() {
 
 #[test]
 fn unknown_names_are_answered_with_the_list() {
-    let Err(Error::Usage { problem, remedy }) = sample("teapot") else { panic!("there is no teapot") };
+    let Err(Error::Usage { problem, remedy, .. }) = sample("teapot") else { panic!("there is no teapot") };
     assert_eq!(problem, "there is no sample model 'teapot'");
     for (name, description) in names() {
         assert!(remedy.contains(name) && !description.is_empty());

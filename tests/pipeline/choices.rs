@@ -18,7 +18,7 @@ fn run(mesh: &TriMesh, options: &Options) -> Remeshed {
 }
 
 fn short() -> Options {
-    Options { iterations: 20, ..Options::rtf(N) }
+    Options::rtf(N).iterations(20)
 }
 
 fn assert_sound(input: &TriMesh, options: &Options) -> Remeshed {
@@ -49,40 +49,38 @@ fn stages_go_together_as_they_are_chosen() {
     ];
     let paper = run(&input, &short());
     for (normals, projection) in pairs {
-        let result = assert_sound(&input, &Options { normals, projection, ..short() });
+        let result = assert_sound(&input, &short().normals(normals).projection(projection));
         assert_ne!(result.mesh, paper.mesh, "{normals:?}, {projection:?} do nothing");
     }
     for seeding in [Seeding::Stratified, Seeding::Poisson] {
-        assert_sound(&input, &Options { seeding, ..short() });
+        assert_sound(&input, &short().seeding(seeding));
     }
-    let all = Options {
-        face: Face::Power,
-        normals: P::Surface,
-        projection: Q::Exact,
-        seeding: Seeding::Poisson,
-        neighbours: Neighbours::Lists,
-        centroid: Centroid::Area,
-        ..short()
-    };
+    let all = short()
+        .face(Face::Power)
+        .normals(P::Surface)
+        .projection(Q::Exact)
+        .seeding(Seeding::Poisson)
+        .neighbours(Neighbours::Lists)
+        .centroid(Centroid::Area);
     assert_sound(&input, &all);
 }
 
 #[test]
 fn lists_find_what_brute_force_does() {
     let input = sample("torus").unwrap();
-    let lists = Options { neighbours: Neighbours::Lists, ..short() };
+    let lists = short().neighbours(Neighbours::Lists);
     assert_eq!(run(&input, &lists).mesh, run(&input, &short()).mesh);
 }
 
 #[test]
 fn presets_are_what_they_are_made_of() {
     let input = sample("torus").unwrap();
-    let exact = Options { face: Face::Exact, ..short() };
-    assert_eq!(run(&input, &exact).mesh, run(&input, &Options { iterations: 20, ..Options::rvd(N) }).mesh);
+    let exact = short().face(Face::Exact);
+    assert_eq!(run(&input, &exact).mesh, run(&input, &Options::rvd(N).iterations(20)).mesh);
     // Disks that move are none; they begin farther from each other than random points.
-    let moved = run(&input, &Options { iterations: 3, ..Options::mps(N) }).summary;
+    let moved = run(&input, &Options::mps(N).iterations(3)).summary;
     assert!(moved.disks.is_none() && moved.exact.is_some());
-    let random = run(&input, &Options { iterations: 3, ..Options::rvd(N) }).summary;
+    let random = run(&input, &Options::rvd(N).iterations(3)).summary;
     assert!(moved.energy.unwrap().energy < random.energy.unwrap().energy);
 }
 
@@ -90,11 +88,11 @@ fn presets_are_what_they_are_made_of() {
 fn what_does_not_go_together_is_refused() {
     let input = sample("torus").unwrap();
     let wrong = [
-        Options { projection: Projection::Plane, ..short() },
-        Options { normals: Normals::Surface, ..short() },
-        Options { neighbours: Neighbours::Lists, k_clip: 33, ..short() },
-        Options { face: Face::Planar, ..short() },
-        Options { face: Face::Tangent, ..Options::new(N) },
+        short().projection(Projection::Plane),
+        short().normals(Normals::Surface),
+        short().neighbours(Neighbours::Lists).k_clip(33),
+        short().polish_rounds(3),
+        Options::new(N).face(Face::Power),
     ];
     for options in wrong {
         let refused = remesh(device(), &input, &options, &mut |_| {});
@@ -120,9 +118,7 @@ fn drum(sides: u32) -> TriMesh {
 #[test]
 fn sites_find_triangles_that_have_no_vertex_near_them() {
     let input = drum(100);
-    for options in
-        [short(), Options { face: Face::Power, ..short() }, Options { normals: Normals::Cloud, ..short() }]
-    {
+    for options in [short(), short().face(Face::Power), short().normals(Normals::Cloud)] {
         let result = assert_sound(&input, &options);
         let quality = &result.summary.output.quality;
         assert!(quality.theta_min > 15.0, "{options:?}: {}", quality.theta_min);

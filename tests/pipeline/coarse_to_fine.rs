@@ -19,7 +19,7 @@ fn closed_models_come_back_with_the_exact_count_and_good_triangles() {
         let input = sample(name).unwrap();
         // Folded slivers of the ring model look like creases.
         let feature_angle = if name == "genus3" { 180.0 } else { 40.0 };
-        let result = run(&input, &Options { feature_angle, ..Options::new(n) });
+        let result = run(&input, &Options::new(n).feature_angle(feature_angle));
         assert_eq!(result.summary.warnings, Vec::<String>::new(), "{name}");
         let (got, want) = (topology(&result.mesh), topology(&input));
         assert!(got.is_closed_manifold(), "{name}: {got:?}");
@@ -40,12 +40,12 @@ fn closed_models_come_back_with_the_exact_count_and_good_triangles() {
 #[test]
 fn reruns_give_the_same_bytes_and_barriers_do_not_matter() {
     let input = sample("genus3").unwrap();
-    let options = Options { iterations: 8, coarse_iterations: 8, first_iterations: 10, ..Options::new(1300) };
+    let options = Options::new(1300).iterations(8).coarse_iterations(8).first_iterations(10);
     let first = run(&input, &options).mesh;
     assert_eq!(first, run(&input, &options).mesh);
     let careful = Device::open(&DeviceOptions { full_barriers: true, ..DeviceOptions::from_env() }).unwrap();
     assert_eq!(first, remesh(&careful, &input, &options, &mut |_| {}).unwrap().mesh);
-    assert_ne!(first, run(&input, &Options { seed: 2, ..options }).mesh);
+    assert_ne!(first, run(&input, &options.seed(2)).mesh);
 }
 
 #[test]
@@ -71,7 +71,7 @@ fn place_and_scale_do_not_matter() {
 fn fitting_brings_the_faces_closer_and_without_it_vertices_stay_on_the_surface() {
     let input = sample("bumpy-sphere").unwrap();
     let fitted = run(&input, &Options::new(900)).summary.output.distances.unwrap();
-    let plain = run(&input, &Options { fit: false, ..Options::new(900) });
+    let plain = run(&input, &Options::new(900).fit(false));
     assert!(fitted.rms < 0.8 * plain.summary.output.distances.unwrap().rms);
     let surface = rtfmesh::mesh::bvh::Bvh::new(&input);
     for v in &plain.mesh.vertices {
@@ -99,16 +99,10 @@ fn few_sites_open_and_dirty_surfaces_do_not_crash() {
 #[test]
 fn no_iterations_and_loose_tolerances() {
     let input = sample("torus").unwrap();
-    let still = Options {
-        iterations: 0,
-        coarse_iterations: 0,
-        first_iterations: 0,
-        polish_rounds: 0,
-        ..Options::new(700)
-    };
+    let still = Options::new(700).iterations(0).coarse_iterations(0).first_iterations(0).polish_rounds(0);
     let result = run(&input, &still);
     assert_eq!((result.summary.iterations, result.summary.converged), (0, false));
-    let loose = run(&input, &Options { tolerance: 0.2, ..Options::new(700) });
+    let loose = run(&input, &Options::new(700).tolerance(0.2));
     assert!(loose.summary.converged);
 }
 

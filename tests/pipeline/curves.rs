@@ -83,11 +83,11 @@ fn three_pages_stay_together() {
 #[test]
 fn sharp_edges_are_held_by_angle_or_by_name() {
     let input = sample("box").unwrap();
-    let none = Options { feature_angle: 180.0, ..Options::new(400) };
+    let none = Options::new(400).feature_angle(180.0);
     assert_eq!(run(&input, &none).summary.skeleton.unwrap().curve_sites, 0);
     let (lo, hi) = input.bounds().unwrap();
     let line = FeatureLine { line: 1, points: vec![lo, DVec3::new(hi.x, lo.y, lo.z)] };
-    let one = Options { features: Some(FeatureLines { file: None, lines: vec![line] }), ..none };
+    let one = none.features(FeatureLines::new(vec![line]));
     let result = run(&input, &one);
     let found = result.summary.skeleton.unwrap();
     assert_eq!((found.curves, found.corners), (1, 2));
@@ -98,6 +98,6 @@ fn sharp_edges_are_held_by_angle_or_by_name() {
 #[test]
 fn reruns_give_the_same_bytes() {
     let input = sample("thin-plate").unwrap();
-    let options = Options { first_iterations: 8, ..Options::new(700) };
+    let options = Options::new(700).first_iterations(8);
     assert_eq!(run(&input, &options).mesh, run(&input, &options).mesh);
 }

@@ -17,10 +17,10 @@ fn run(mesh: &TriMesh, options: &Options) -> Remeshed {
 fn both_presets_keep_the_topology_and_lower_the_energy() {
     for (name, n) in [("torus", 600), ("bumpy-sphere", 500), ("two-components", 400)] {
         let input = sample(name).unwrap();
-        let short = |iterations| Options { iterations, ..Options::rvd(n) };
+        let short = |iterations| Options::rvd(n).iterations(iterations);
         let began = run(&input, &short(1)).summary.energy.unwrap();
         let lloyd = run(&input, &short(30));
-        let momentum = run(&input, &Options { momentum: 0.9, ..short(30) });
+        let momentum = run(&input, &short(30).momentum(0.9));
         for result in [&lloyd, &momentum] {
             assert_eq!(result.summary.warnings, Vec::<String>::new(), "{name}");
             let (got, want) = (topology(&result.mesh), topology(&input));
@@ -39,10 +39,10 @@ fn both_presets_keep_the_topology_and_lower_the_energy() {
 fn lbfgs_ends_lower_than_lloyd_after_as_many_iterations() {
     for (name, n) in [("torus", 600), ("two-components", 400)] {
         let input = sample(name).unwrap();
-        let short = Options { iterations: 40, tolerance: 0.0, ..Options::rvd(n) };
-        let momentum = run(&input, &Options { momentum: 0.9, ..short.clone() }).summary;
+        let short = Options::rvd(n).iterations(40).tolerance(0.0);
+        let momentum = run(&input, &short.clone().momentum(0.9)).summary;
         let lloyd = run(&input, &short).summary;
-        let options = Options { lbfgs: 7, ..short };
+        let options = short.lbfgs(7);
         let result = run(&input, &options);
         let summary = &result.summary;
         assert_eq!(summary.warnings, Vec::<String>::new(), "{name}");
@@ -66,12 +66,12 @@ fn lbfgs_ends_lower_than_lloyd_after_as_many_iterations() {
 #[test]
 fn lbfgs_of_one_iteration_is_lloyd_and_rest_ends_it() {
     let input = sample("torus").unwrap();
-    let once = Options { iterations: 1, ..Options::rvd(300) };
-    let lbfgs = run(&input, &Options { lbfgs: 7, ..once.clone() });
+    let once = Options::rvd(300).iterations(1);
+    let lbfgs = run(&input, &once.clone().lbfgs(7));
     let lloyd = run(&input, &once);
     let apart = lbfgs.mesh.vertices.iter().zip(&lloyd.mesh.vertices).map(|(p, q)| p.distance(*q));
     assert!(apart.fold(0.0, f64::max) < 1e-5 * lloyd.summary.spacing);
-    let early = run(&input, &Options { lbfgs: 7, tolerance: 0.02, ..Options::rvd(300) }).summary;
+    let early = run(&input, &Options::rvd(300).lbfgs(7).tolerance(0.02)).summary;
     assert!(early.converged && early.iterations < 40, "{}", early.iterations);
     assert!(early.steps.last().is_some_and(|step| *step < 0.02), "{:?}", early.steps);
 }
@@ -102,11 +102,11 @@ fn the_gradient_of_the_energy_is_twice_the_area_times_the_way_from_the_centroid(
 fn what_lbfgs_cannot_be_is_refused() {
     let input = sample("tetrahedron").unwrap();
     let wrong = [
-        Options { lbfgs: 51, ..Options::rvd(100) },
-        Options { lbfgs: 7, ..Options::cvd(100) },
-        Options { lbfgs: 7, ..Options::rtf(100) },
-        Options { lbfgs: 7, ..Options::new(100) },
-        Options { lbfgs: 7, ..Options::mps(100) },
+        Options::rvd(100).lbfgs(51),
+        Options::cvd(100).lbfgs(7),
+        Options::rtf(100).lbfgs(7),
+        Options::new(100).lbfgs(7),
+        Options::mps(100).lbfgs(7),
     ];
     for options in wrong {
         let refused = remesh(device(), &input, &options, &mut |_| {});
@@ -117,7 +117,7 @@ fn what_lbfgs_cannot_be_is_refused() {
 #[test]
 fn reruns_give_the_same_bytes() {
     let input = sample("torus").unwrap();
-    let options = Options { iterations: 5, ..Options::cvd(300) };
+    let options = Options::cvd(300).iterations(5);
     assert_eq!(run(&input, &options).mesh, run(&input, &options).mesh);
 }
 
@@ -142,9 +142,9 @@ fn energies_are_those_of_the_maths_in_the_units_of_the_file() {
 fn momentum_has_a_range_and_energy_a_price() {
     let input = sample("tetrahedron").unwrap();
     for momentum in [-0.1, 1.0, f64::NAN] {
-        let wrong = remesh(device(), &input, &Options { momentum, ..Options::cvd(100) }, &mut |_| {});
+        let wrong = remesh(device(), &input, &Options::cvd(100).momentum(momentum), &mut |_| {});
         assert!(matches!(wrong, Err(Error::Usage { .. })), "{momentum}");
     }
-    let options = Options { iterations: 3, measures: MeasureDepth::Basic, ..Options::rvd(100) };
+    let options = Options::rvd(100).iterations(3).measures(MeasureDepth::Basic);
     assert_eq!(run(&input, &options).summary.energy, None);
 }

@@ -7,7 +7,7 @@ use rtfmesh::mesh::topology::topology;
 use rtfmesh::{Centroid, Error, Options, Remeshed, TriMesh, remesh};
 
 fn short(vertices: usize) -> Options {
-    Options { iterations: 30, ..Options::rtf(vertices) }
+    Options::rtf(vertices).iterations(30)
 }
 
 fn run(mesh: &TriMesh, options: &Options) -> Remeshed {
@@ -21,7 +21,7 @@ fn closed_models_keep_their_topology_and_get_the_exact_count() {
     // Genus 3 needs enough sites for its thin parts; see the bars of the paper's own models for the rest.
     for (name, n) in [("torus", 1000), ("bumpy-sphere", 800), ("genus3", 2000), ("two-components", 800)] {
         let input = sample(name).unwrap();
-        let result = run(&input, &Options { iterations: 60, centroid: Centroid::Area, ..Options::rtf(n) });
+        let result = run(&input, &Options::rtf(n).iterations(60).centroid(Centroid::Area));
         assert_eq!(result.summary.warnings, Vec::<String>::new(), "{name}");
         assert_eq!(result.mesh.vertices.len(), n, "{name}");
         let (got, want) = (topology(&result.mesh), topology(&input));
@@ -37,7 +37,7 @@ fn closed_models_keep_their_topology_and_get_the_exact_count() {
 fn an_inside_out_model_stays_inside_out() {
     let mut input = sample("torus").unwrap();
     input.triangles.iter_mut().for_each(|t| t.swap(1, 2));
-    let result = run(&input, &Options { centroid: Centroid::Area, ..short(800) });
+    let result = run(&input, &short(800).centroid(Centroid::Area));
     assert!(result.summary.output.relative_volume.unwrap() < 0.0);
 }
 
@@ -46,7 +46,7 @@ fn reruns_give_the_same_bytes_and_seeds_do_not() {
     let input = sample("torus").unwrap();
     let first = run(&input, &short(500));
     assert_eq!(first.mesh, run(&input, &short(500)).mesh);
-    assert_ne!(first.mesh, run(&input, &Options { seed: 2, ..short(500) }).mesh);
+    assert_ne!(first.mesh, run(&input, &short(500).seed(2)).mesh);
 }
 
 #[test]
@@ -102,14 +102,14 @@ fn few_sites_do_not_crash() {
 
 #[test]
 fn zero_iterations_connect_the_seeds() {
-    let result = run(&sample("torus").unwrap(), &Options { iterations: 0, ..Options::rtf(300) });
+    let result = run(&sample("torus").unwrap(), &Options::rtf(300).iterations(0));
     assert_eq!((result.summary.iterations, result.summary.converged), (0, false));
     assert_eq!(result.mesh.vertices.len(), 300);
 }
 
 #[test]
 fn a_loose_tolerance_ends_the_run_early() {
-    let result = run(&sample("torus").unwrap(), &Options { tolerance: 0.1, ..Options::rtf(300) });
+    let result = run(&sample("torus").unwrap(), &Options::rtf(300).tolerance(0.1));
     assert!(result.summary.converged && result.summary.iterations < 160, "{}", result.summary.iterations);
     assert!(result.summary.steps.last().is_some_and(|s| *s < 0.1));
 }
@@ -118,10 +118,10 @@ fn a_loose_tolerance_ends_the_run_early() {
 fn options_out_of_range_are_named() {
     let wrong = [
         (Options::rtf(3), "3 vertices"),
-        (Options { k_normal: 2, ..Options::rtf(100) }, "--k-normal 2"),
-        (Options { k_clip: 49, ..Options::rtf(100) }, "--k-clip 49"),
-        (Options { k_project: 0, ..Options::rtf(100) }, "--k-project 0"),
-        (Options { tolerance: f64::NAN, ..Options::rtf(100) }, "--tolerance"),
+        (Options::rtf(100).k_normal(2), "`k_normal` 2"),
+        (Options::rtf(100).k_clip(49), "`k_clip` 49"),
+        (Options::rtf(100).k_project(0), "`k_project` 0"),
+        (Options::rtf(100).tolerance(f64::NAN), "`tolerance`"),
     ];
     for (options, what) in wrong {
         let error = remesh(device(), &sample("box").unwrap(), &options, &mut |_| {}).err().unwrap();
@@ -141,7 +141,7 @@ fn the_summary_tells_where_the_time_went() {
     // A device of its own: others count their dispatches on the shared one.
     let open = |timings| Device::open(&DeviceOptions { timings, ..DeviceOptions::from_env() }).unwrap();
     let device = open(true);
-    let options = Options { iterations: 7, ..Options::rtf(200) };
+    let options = Options::rtf(200).iterations(7);
     let run = |device| remesh(device, &sample("torus").unwrap(), &options, &mut |_| {}).unwrap();
     let result = run(&device);
     let calls = |name: &str| result.summary.timings.stages.iter().find(|s| s.name == name).map(|s| s.calls);

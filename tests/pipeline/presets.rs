@@ -52,7 +52,7 @@ fn disks_are_connected_where_they_are() {
 #[test]
 fn power_faces_relax_as_tangent_faces_do() {
     for (name, n) in [("torus", 600), ("bumpy-sphere", 500), ("two-components", 500)] {
-        let short = |base: Options| Options { iterations: 40, ..base };
+        let short = |base: Options| base.iterations(40);
         let power = assert_sound(name, &short(Options::rpf(n)));
         let tangent = run(&sample(name).unwrap(), &short(Options::rtf(n)));
         assert_ne!(power.mesh, tangent.mesh, "{name}: shadows do nothing");
@@ -65,7 +65,7 @@ fn power_faces_relax_as_tangent_faces_do() {
 #[test]
 fn planes_of_a_cloud_hold_the_sites() {
     for (name, n) in [("torus", 500), ("bumpy-sphere", 400), ("two-components", 400)] {
-        let result = assert_sound(name, &Options { iterations: 40, ..Options::rvc(n) });
+        let result = assert_sound(name, &Options::rvc(n).iterations(40));
         let output = &result.summary.output;
         assert!(output.quality.q_avg > 0.83, "{name}: {}", output.quality.q_avg);
         let distances = output.distances.as_ref().unwrap();
@@ -77,7 +77,7 @@ fn planes_of_a_cloud_hold_the_sites() {
 fn the_offset_has_a_range() {
     let input = sample("torus").unwrap();
     for offset in [-0.1, 21.0, f64::NAN] {
-        let wrong = remesh(device(), &input, &Options { offset, ..Options::rpf(100) }, &mut |_| {});
+        let wrong = remesh(device(), &input, &Options::rpf(100).offset(offset), &mut |_| {});
         assert!(matches!(wrong, Err(Error::Usage { .. })), "{offset}");
     }
 }

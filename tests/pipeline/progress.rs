@@ -21,7 +21,7 @@ const PHASES: [Phase; 8] = [
 #[test]
 fn a_run_can_be_cancelled_in_every_phase_and_the_device_is_as_good_as_before() {
     let input = sample("torus").unwrap();
-    let options = Options { coarsest: 100, correspondence: CorrespondenceRequest::ALL, ..Options::new(600) };
+    let options = Options::new(600).coarsest(100).correspondence(CorrespondenceRequest::ALL);
     let whole = remesh(device(), &input, &options, &mut |_| {}).unwrap();
     assert!(!whole.summary.finished_early);
     for phase in PHASES {
@@ -42,7 +42,7 @@ fn a_run_can_be_cancelled_in_every_phase_and_the_device_is_as_good_as_before() {
 fn a_run_that_is_to_finish_has_every_vertex_and_the_topology() {
     for name in ["torus", "box", "open-hemisphere"] {
         let input = sample(name).unwrap();
-        let options = Options { coarsest: 100, iterations: 100_000, tolerance: 0.0, ..Options::new(800) };
+        let options = Options::new(800).coarsest(100).iterations(100_000).tolerance(0.0);
         for phase in [Phase::Prepare, Phase::CoarseLevels, Phase::LastLevel] {
             let mut finish = |now: Progress| if now.phase == phase { Flow::Finish } else { Flow::Continue };
             let done = remesh(device(), &input, &options, &mut finish).unwrap();
@@ -58,7 +58,7 @@ fn a_run_that_is_to_finish_has_every_vertex_and_the_topology() {
         }
     }
     let input = sample("torus").unwrap();
-    let paper = Options { iterations: 100_000, tolerance: 0.0, ..Options::rtf(500) };
+    let paper = Options::rtf(500).iterations(100_000).tolerance(0.0);
     let done = remesh(device(), &input, &paper, &mut |now: Progress| {
         if now.iteration >= 40 { Flow::Finish } else { Flow::Continue }
     });
@@ -71,7 +71,7 @@ fn a_run_that_is_to_finish_has_every_vertex_and_the_topology() {
 #[test]
 fn a_late_wish_to_finish_shortens_what_is_left() {
     let input = sample("torus").unwrap();
-    let options = Options { polish_rounds: 30, ..Options::new(600) };
+    let options = Options::new(600).polish_rounds(30);
     for phase in [Phase::Polish, Phase::Fit, Phase::Outliers] {
         let mut spots = 0;
         let mut finish = |now: Progress| {
@@ -87,7 +87,7 @@ fn a_late_wish_to_finish_shortens_what_is_left() {
 
 #[test]
 fn the_fraction_rises_to_one() {
-    for options in [Options { coarsest: 100, ..Options::new(900) }, Options::rtf(300)] {
+    for options in [Options::new(900).coarsest(100), Options::rtf(300)] {
         let mut told: Vec<Progress> = Vec::new();
         remesh(device(), &sample("box").unwrap(), &options, &mut |now| told.push(now)).unwrap();
         assert!(told.windows(2).all(|pair| pair[0].attempt <= pair[1].attempt));
@@ -109,7 +109,7 @@ fn a_run_that_is_in_trouble_can_be_cancelled_at_every_look() {
         (&two, 40, Shortage::AddVertices),
         (&sample("box").unwrap(), 9, Shortage::BestEffort),
     ] {
-        let options = Options { shortage, measures: MeasureDepth::Full, ..Options::new(vertices) };
+        let options = Options::new(vertices).shortage(shortage).measures(MeasureDepth::Full);
         let mut looks = 0;
         remesh(device(), input, &options, &mut |_| looks += 1).unwrap();
         for last in (1..looks).step_by(1 + looks / 5) {

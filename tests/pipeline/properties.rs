@@ -15,7 +15,7 @@ use rtfmesh::{MeasureDepth, Options, remesh};
 /// What is wrong with the result; nothing for a valid one.
 fn faults(shape: &Shape, n: usize, seed: u64) -> Vec<String> {
     let input = shape.mesh();
-    let options = Options { seed, measures: MeasureDepth::Intersections, ..Options::new(n) };
+    let options = Options::new(n).seed(seed).measures(MeasureDepth::Intersections);
     let result = match remesh(device(), &input, &options, &mut |_| {}) {
         Ok(result) => result,
         Err(error) => return vec![format!("refused: {error}")],

@@ -11,7 +11,7 @@ use rtfmesh::{
 };
 
 fn options(vertices: usize) -> Options {
-    Options { measures: MeasureDepth::Basic, ..Options::new(vertices) }
+    Options::new(vertices).measures(MeasureDepth::Basic)
 }
 
 #[test]
@@ -74,8 +74,8 @@ fn a_mesh_that_is_repaired_already_comes_out_the_same() {
     };
     let soup = TriMesh { vertices: [soup.vertices, vec![DVec3::ONE; 3]].concat(), ..soup };
     let lengths = soup.vertices.iter().map(|p| if p.x > 0.0 { 2.0 } else { 1.0 }).collect();
-    let sized = Options { sizing: Sizing::Given(lengths), ..options(300) };
-    for options in [options(300), Options { weld: 1e-4, ..options(300) }, sized] {
+    let sized = options(300).sizing(Sizing::Given(lengths));
+    for options in [options(300), options(300).weld(1e-4), sized] {
         let repaired = repair_with(&soup, &options.repairs()).unwrap();
         assert_eq!(Size::AsInput.vertices(&repaired.mesh).unwrap(), torus.vertices.len());
         assert_eq!(repaired.counts.degenerate_faces_dropped, 1);

@@ -10,7 +10,7 @@ use rtfmesh::mesh::topology::topology;
 use rtfmesh::{Error, FeatureLines, Options, Remeshed, Result, Shortage, TriMesh, remesh};
 
 fn run(mesh: &TriMesh, vertices: usize, shortage: Shortage) -> Result<Remeshed> {
-    let result = remesh(device(), mesh, &Options { shortage, ..Options::new(vertices) }, &mut |_| {});
+    let result = remesh(device(), mesh, &Options::new(vertices).shortage(shortage), &mut |_| {});
     assert_valid(device());
     result
 }
@@ -79,15 +79,9 @@ fn curves_that_leave_nothing_beside_them_are_made_by_collapsing_edges() {
 fn the_lines_of_a_user_do_not_give_way() {
     let input = sample("box").unwrap();
     let line = FeatureLine { points: vec![DVec3::ZERO, DVec3::X], line: 1 };
-    let features = Some(FeatureLines { file: None, lines: vec![line] });
-    let refused = |vertices| {
-        remesh(
-            device(),
-            &input,
-            &Options { features: features.clone(), ..Options::new(vertices) },
-            &mut |_| {},
-        )
-    };
+    let features = FeatureLines::new(vec![line]);
+    let refused =
+        |vertices| remesh(device(), &input, &Options::new(vertices).features(features.clone()), &mut |_| {});
     let error = refused(20).unwrap_err();
     assert!(matches!(error, Error::Usage { .. }), "{error:?}");
     let enough = advised(&error);
@@ -113,7 +107,7 @@ fn torn_surfaces_are_refused_rather_than_torn_further() {
     let touching = union(&one, &moved(&one, |v| v * DVec3::new(2.0, 1.0, 1.0) + 3.0 * DVec3::X));
     assert!(!topology(&repair(&touching).unwrap().mesh).is_manifold());
     match run(&touching, 600, Shortage::Refuse) {
-        Err(Error::Input { remedy, .. }) => assert!(remedy.contains("--weld"), "{remedy}"),
+        Err(Error::Input { remedy, .. }) => assert!(remedy.contains("`weld`"), "{remedy}"),
         other => panic!("{other:?}"),
     }
     let rest = run(&touching, 600, Shortage::BestEffort).unwrap();
@@ -122,6 +116,6 @@ fn torn_surfaces_are_refused_rather_than_torn_further() {
         "{:?}",
         rest.summary.warnings
     );
-    let closed = remesh(device(), &one, &Options { weld: 1e-9, ..Options::new(600) }, &mut |_| {}).unwrap();
+    let closed = remesh(device(), &one, &Options::new(600).weld(1e-9), &mut |_| {}).unwrap();
     assert_like(&globe(16, 8), &closed, 600);
 }

@@ -48,7 +48,7 @@ fn edges_are_as_long_as_was_wished() {
     // Four times longer on one side than on the other.
     let wished = |p: DVec3| 2.5 + 1.5 * (p.x / 1.3).clamp(-1.0, 1.0);
     let sizing = Sizing::Given(input.vertices.iter().map(|p| wished(*p)).collect());
-    let result = run(&input, &Options { sizing, growth: 1.0, ..Options::new(3000) });
+    let result = run(&input, &Options::new(3000).sizing(sizing).growth(1.0));
     let quality = &result.summary.output.quality;
     assert!(quality.q_avg > 0.93 && quality.theta_min > 33.0, "{quality:?}");
     let shares = shares(&result.mesh, wished, 6);
@@ -60,7 +60,7 @@ fn sharp_edges_follow() {
     let input = sample("box").unwrap();
     let wished = |p: DVec3| 1.0 + 2.0 * p.z;
     let sizing = Sizing::Given(input.vertices.iter().map(|p| wished(*p)).collect());
-    let result = run(&input, &Options { sizing, growth: 1.0, ..Options::new(2500) });
+    let result = run(&input, &Options::new(2500).sizing(sizing).growth(1.0));
     let skeleton = result.summary.skeleton.unwrap();
     assert_eq!((skeleton.curves, skeleton.corners), (12, 8));
     let shares = shares(&result.mesh, wished, 6);
@@ -81,13 +81,13 @@ fn curvature_brings_the_faces_closer_to_the_surface() {
     // An egg five times as long as it is thick.
     let mut input = sample("sphere").unwrap();
     input.vertices.iter_mut().for_each(|p| *p *= DVec3::new(1.0, 0.2, 0.2));
-    let uniform = Options { feature_angle: 180.0, ..Options::new(1000) };
+    let uniform = Options::new(1000).feature_angle(180.0);
     let distances = |options: &Options| {
         let output = run(&input, options).summary.output;
         assert!(output.quality.theta_min > 20.0, "{:?}", output.quality);
         output.distances.unwrap()
     };
-    let by_curvature = Options { sizing: Sizing::Curvature { gradation: 1.0 }, ..uniform.clone() };
+    let by_curvature = uniform.clone().sizing(Sizing::Curvature { gradation: 1.0 });
     let (plain, better) = (distances(&uniform), distances(&by_curvature));
     assert!(better.hausdorff < 0.6 * plain.hausdorff && better.rms < plain.rms, "{better:?} and {plain:?}");
 }
@@ -98,7 +98,7 @@ fn lengths_keep_to_bounds() {
     // All wish to be near one pole.
     let wished = |p: DVec3| if p.z > 0.8 { 0.01 } else { 1.0 };
     let sizing = Sizing::Given(input.vertices.iter().map(|p| wished(*p)).collect());
-    let free = Options { sizing, growth: 0.5, ..Options::new(1500) };
+    let free = Options::new(1500).sizing(sizing).growth(0.5);
     // Means where edges are short, and on the other side.
     let lengths = |options: &Options| {
         let all = edges(&run(&input, options).mesh);
@@ -114,7 +114,7 @@ fn lengths_keep_to_bounds() {
     assert!(low < 0.4 * spacing && high > 1.5 * spacing, "{low} {high} {spacing}");
     let (least, largest) = (0.7 * spacing, 1.25 * spacing);
     let (min_edge, max_edge) = (Some(Length::Units(least)), Some(Length::OfDiagonal(largest / 12f64.sqrt())));
-    let bounded = Options { min_edge, max_edge, ..free };
+    let bounded = free.min_edge(min_edge).max_edge(max_edge);
     let [low, high] = lengths(&bounded);
     assert!(
         (0.9..1.2).contains(&(low / least)) && (0.8..1.05).contains(&(high / largest)),
@@ -128,11 +128,11 @@ fn lengths_keep_to_bounds() {
 fn equal_wishes_and_reruns_give_the_same_mesh() {
     let input = sample("bumpy-sphere").unwrap();
     let sizing = Sizing::Curvature { gradation: 2.0 };
-    let options = Options { sizing, iterations: 8, ..Options::new(900) };
+    let options = Options::new(900).sizing(sizing).iterations(8);
     assert_eq!(run(&input, &options).mesh, run(&input, &options).mesh);
     // Numbers that are all the same say nothing.
     let sizing = Sizing::Given(vec![3.0; input.vertices.len()]);
-    let quality = run(&input, &Options { sizing, ..Options::new(900) }).summary.output.quality;
+    let quality = run(&input, &Options::new(900).sizing(sizing)).summary.output.quality;
     assert!(quality.q_avg > 0.94, "{quality:?}");
 }
 
@@ -140,27 +140,27 @@ fn equal_wishes_and_reruns_give_the_same_mesh() {
 fn what_cannot_be_is_refused() {
     let input = sample("box").unwrap();
     let count = input.vertices.len();
-    let given = |values: Vec<f64>| Options { sizing: Sizing::Given(values), ..Options::new(300) };
+    let given = |values: Vec<f64>| Options::new(300).sizing(Sizing::Given(values));
     let with = |v: usize, value: f64| {
         let mut values = vec![1.0; count];
         values[v] = value;
         given(values)
     };
-    let curvature = |gradation: f64| Options { sizing: Sizing::Curvature { gradation }, ..Options::new(300) };
-    let bounded = |length: Length| Options { max_edge: Some(length), ..curvature(1.0) };
-    let crossed = Options { min_edge: Some(Length::OfDiagonal(0.05)), ..bounded(Length::OfDiagonal(0.02)) };
+    let curvature = |gradation: f64| Options::new(300).sizing(Sizing::Curvature { gradation });
+    let bounded = |length: Length| curvature(1.0).max_edge(Some(length));
+    let crossed = bounded(Length::OfDiagonal(0.02)).min_edge(Some(Length::OfDiagonal(0.05)));
     for (options, words) in [
-        (crossed, "is more than max_edge"),
+        (crossed, "is more than `max_edge`"),
         (given(vec![1.0; count - 1]), "7 edge lengths for 8 vertices"),
         (with(3, 0.0), "vertex 3"),
         (with(5, f64::NAN), "vertex 5"),
         (with(7, f64::INFINITY), "vertex 7"),
-        (curvature(-1.0), "--gradation"),
-        (curvature(f64::NAN), "--gradation"),
-        (bounded(Length::Units(0.001)), "max_edge 0.0010 does not suit 300 vertices"),
-        (bounded(Length::Units(-1.0)), "--max-edge"),
-        (Options { growth: 0.0, ..curvature(1.0) }, "--growth"),
-        (Options { sizing: Sizing::Curvature { gradation: 1.0 }, ..Options::rvd(300) }, "default method"),
+        (curvature(-1.0), "`gradation`"),
+        (curvature(f64::NAN), "`gradation`"),
+        (bounded(Length::Units(0.001)), "`max_edge` 0.0010 does not suit 300 vertices"),
+        (bounded(Length::Units(-1.0)), "`max_edge`"),
+        (curvature(1.0).growth(0.0), "`growth`"),
+        (Options::rvd(300).sizing(Sizing::Curvature { gradation: 1.0 }), "another method"),
     ] {
         let error = remesh(device(), &input, &options, &mut |_| {}).unwrap_err();
         assert!(matches!(error, Error::Usage { .. } | Error::Input { .. }), "{error:?}");

@@ -16,7 +16,7 @@ use std::sync::OnceLock;
 fn run() -> &'static (Options, TriMesh, Summary) {
     static RUN: OnceLock<(Options, TriMesh, Summary)> = OnceLock::new();
     RUN.get_or_init(|| {
-        let options = Options { iterations: 3, measures: MeasureDepth::Full, ..Options::new(100) };
+        let options = Options::new(100).iterations(3).measures(MeasureDepth::Full);
         let result = remesh(device(), &cube(), &options, &mut |_| {}).unwrap();
         (options, result.mesh, result.summary)
     })

@@ -1,7 +1,8 @@
 //! The log of a batch: a JSON line for each mesh, added as it ends.
 
 use super::inputs::Job;
-use rtfmesh::{Error, Options, Remeshed};
+use rtfmesh::report::Settings;
+use rtfmesh::{Error, Remeshed};
 use serde::{Deserialize, Serialize};
 use std::collections::HashMap;
 use std::fs::{File, OpenOptions};
@@ -39,8 +40,8 @@ pub struct Entry {
     pub rms: Option<f64>,
     /// The same, the largest.
     pub hausdorff: Option<f64>,
-    /// How it was made, as in the report of a single mesh; sides and lines that are held by their number.
-    pub options: Option<Options>,
+    /// How it was made, as in the report of a single mesh.
+    pub options: Option<Settings>,
     /// What could not be done.
     pub warnings: Vec<String>,
     /// What reading left out, and what writing rounded.

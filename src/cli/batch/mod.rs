@@ -8,12 +8,14 @@ use super::files::{InputFormat, Target};
 use super::method::{DeviceArgs, MethodArgs, refuse_messages};
 use super::remesh::{full_path, same_file};
 use super::target_count::{SizeArgs, count};
+use super::words::with_options;
 use super::{progress, tell};
 use anyhow::Result;
 use inputs::{Job, Shard};
 use log::{Entry, Log, Status};
 use rtfmesh::io;
 use rtfmesh::io::{Encoding, Format, Loaded};
+use rtfmesh::report::Settings;
 use rtfmesh::{Device, Error, Flow, MeasureDepth, Options, Size, remesh_repaired};
 use std::path::{Path, PathBuf};
 use std::sync::MutexGuard;
@@ -88,7 +90,7 @@ pub fn run(args: &Args) -> Result<()> {
     let jobs = inputs::jobs(&args.inputs, &args.out, args.format)?;
     let log_path = args.log.clone().unwrap_or_else(|| args.out.join("batch.jsonl"));
     refuse_overwriting(args, &jobs, &log_path)?;
-    options.features = args.method.read_features()?;
+    options.coarse_to_fine.features = args.method.read_features()?;
     let jobs = match args.shard {
         Some(shard) => shard.of(jobs),
         None => jobs,
@@ -174,7 +176,7 @@ impl Batch<'_> {
                     }
                     failed += 1;
                     entry.status = Status::Failed;
-                    entry.error = Some(format!("{error:#}"));
+                    entry.error = Some(with_options(&format!("{error:#}")));
                 }
                 log.add(&entry)?;
                 if !self.args.quiet {
@@ -213,12 +215,12 @@ impl Batch<'_> {
             entry.notes.extend(self.args.attributes.ask(&loaded, Some(target.format()), &mut options));
             let read = self.args.method.read_attributes(&loaded.attributes, &mut options);
             read.map_err(|error| error.in_file(&job.input))?;
-            let options = entry.options.insert(options);
+            entry.options = Some(Settings::of(&options));
             let mut progress = |_| match progress::is_cancelled() {
                 true => Flow::Cancel,
                 false => Flow::Continue,
             };
-            let result = remesh_repaired(device, &loaded.mesh, repaired, options, &mut progress);
+            let result = remesh_repaired(device, &loaded.mesh, repaired, &options, &mut progress);
             let result = result.map_err(|error| error.in_file(&job.input))?;
             refuse_messages(device)?;
             let attributes = carried(&loaded.mesh, &loaded.attributes, &result);

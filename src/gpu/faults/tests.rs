@@ -22,14 +22,8 @@ fn open() -> Result<Device> {
 }
 
 fn small_run(device: &Device, input: &TriMesh) -> Result<Remeshed> {
-    let options = Options {
-        iterations: 2,
-        measures: MeasureDepth::Basic,
-        polish_rounds: 2,
-        first_iterations: 3,
-        coarse_iterations: 2,
-        ..Options::new(60)
-    };
+    let options = Options::new(60).iterations(2).measures(MeasureDepth::Basic);
+    let options = options.polish_rounds(2).first_iterations(3).coarse_iterations(2);
     remesh(device, input, &options, &mut |_| {})
 }
 

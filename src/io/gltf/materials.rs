@@ -250,7 +250,7 @@ impl Gathered<'_, '_> {
             }
             Err(Missing::TooLarge) => {
                 let problem = format!("the pictures have more than {} MiB", MOST_BYTES >> 20);
-                let remedy = "make them smaller, or leave out --keep-uv";
+                let remedy = "make them smaller, or read the file without materials";
                 Err(Error::input(Some(format!("image {index}")), problem, remedy))
             }
             Err(Missing::Unusable(problem)) => {

@@ -6,6 +6,7 @@ use std::io::Write;
 use std::path::Path;
 
 use glam::DVec3;
+use serde::{Deserialize, Serialize};
 
 use super::{at_line, logical_lines};
 use crate::io::write::{atomically, write_obj_vertex};
@@ -15,7 +16,7 @@ use crate::mesh::features::Features;
 use crate::{Error, Result};
 
 /// One `l` element.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct FeatureLine {
     /// Its line in the file, from 1.
     pub line: u64,

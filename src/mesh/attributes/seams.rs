@@ -75,7 +75,7 @@ fn poles(triangles: &[[u32; 3]], uv: &CornerUv) -> HashSet<u32> {
     ends.into_iter().filter(is_pole).map(|(vertex, _)| vertex).collect()
 }
 
-/// Sides `3 * triangle + k` of `mesh` along which its texture is cut, for [`crate::Options::fixed_half_edges`].
+/// Sides `3 * triangle + k` of `mesh` along which its texture is cut, for [`crate::CoarseToFineOptions::fixed_half_edges`].
 ///
 /// Edges that end at a pole, where a texture is drawn together in a point, are none if the texture goes on at their other
 /// ends: it would cut the surface into as many wedges as there are triangles around the pole.
@@ -95,7 +95,7 @@ pub fn uv_seams(mesh: &TriMesh, attributes: &Attributes) -> Vec<u32> {
     })
 }
 
-/// Sides `3 * triangle + k` of `mesh` between triangles with different labels, for [`crate::Options::fixed_half_edges`].
+/// Sides `3 * triangle + k` of `mesh` between triangles with different labels, for [`crate::CoarseToFineOptions::fixed_half_edges`].
 pub fn label_borders(mesh: &TriMesh, attributes: &Attributes) -> Vec<u32> {
     let labels: Vec<_> = attributes.face.iter().filter(|attribute| attribute.role == Role::Label).collect();
     if labels.is_empty() {

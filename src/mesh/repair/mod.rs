@@ -117,12 +117,10 @@ pub fn at_welded_places(mesh: &TriMesh, options: &RepairOptions) -> Result<TriMe
 /// [`Error::Input`] naming the face or vertex for an index out of range or a coordinate that is not finite;
 /// without a place if no face with an area is left. [`Error::Usage`] for options out of range.
 pub fn repair_with(mesh: &TriMesh, options: &RepairOptions) -> Result<Repaired> {
-    for (name, value) in [("weld", options.weld), ("min-component", options.min_component)] {
+    for (name, value) in [("weld", options.weld), ("min_component", options.min_component)] {
         if !(0.0..1.0).contains(&value) {
-            return Err(Error::usage(
-                format!("--{name} {value} is out of range"),
-                "use 0 or a small share, below 1",
-            ));
+            let problem = format!("`{name}` {value} is out of range");
+            return Err(Error::option(name, problem, "use 0 or a small share, below 1"));
         }
     }
     check(mesh)?;
@@ -143,7 +141,7 @@ pub fn repair_with(mesh: &TriMesh, options: &RepairOptions) -> Result<Repaired> 
         weld::weld(&mut kept, &mut origin, reach, &mut counts);
         joints::join(&mut kept, &mut origin, reach, &mut counts);
         if kept.triangles.is_empty() {
-            let problem = format!("no face is larger than --weld {} makes of it", options.weld);
+            let problem = format!("`weld` {} leaves no face", options.weld);
             return Err(Error::input(None, problem, "use a smaller tolerance"));
         }
     }

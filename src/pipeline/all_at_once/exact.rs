@@ -78,7 +78,8 @@ impl<'a> ExactRun<'a> {
             lists: Lists::new(device, n, &ListOptions::new(LIST))?,
             aim: Aim::new(device, n, None)?,
             step: Step::new(device, n, options.iterations, None)?,
-            descent: (options.lbfgs > 0).then(|| Descent::new(sites, spacing, options.lbfgs)),
+            descent: (options.all_at_once.lbfgs > 0)
+                .then(|| Descent::new(sites, spacing, options.all_at_once.lbfgs)),
         })
     }
 
@@ -159,14 +160,14 @@ impl<'a> ExactRun<'a> {
 
     /// The momentum of an iteration, and its longest move.
     fn motion(&self, iteration: u32) -> (f32, f32) {
-        if self.options.momentum == 0.0 {
+        if self.options.all_at_once.momentum == 0.0 {
             // The surface's diagonal is 1.
             return (0.0, 1.0);
         }
         // Nesterov's sequence; the last iteration is a plain one, so that sites end in their centroids.
         let share = f64::from(iteration) / (f64::from(iteration) + 3.0);
         let last = iteration + 1 == self.options.iterations;
-        let momentum = if last { 0.0 } else { share.min(self.options.momentum) };
+        let momentum = if last { 0.0 } else { share.min(self.options.all_at_once.momentum) };
         (momentum as f32, (LARGEST_MOVE * self.spacing) as f32)
     }
 

@@ -14,8 +14,7 @@ use crate::gpu::Device;
 use crate::mesh::sizing::SizeField;
 use crate::mesh::spacing;
 use crate::mesh::topology::Topology;
-use crate::options::Options;
-use crate::options::all_at_once::{Face, Seeding};
+use crate::options::{Options, Seeding};
 use crate::progress::Watch;
 use crate::sites::on_surface::SitesOnSurface;
 use crate::sites::poisson::{DiskSummary, disks};
@@ -51,7 +50,7 @@ impl AllAtOnce<'_> {
             }
             Ok(())
         };
-        let (connection, steps) = if options.face != Face::Exact {
+        let (connection, steps) = if options.has_plane_faces() {
             let run = rtf::PlaneFacesRun::new(device, options, surface, &seeds, spacing)?;
             clock.phase("compile");
             begin(watch)?;
@@ -78,7 +77,7 @@ impl AllAtOnce<'_> {
     /// Where sites begin.
     fn seeds(&self, watch: &mut Watch) -> Result<(SitesOnSurface, Option<DiskSummary>)> {
         let Self { surface, options: Options { vertices, seed, .. }, .. } = *self;
-        Ok(match self.options.seeding {
+        Ok(match self.options.all_at_once.seeding {
             Seeding::Random => (seed::random(surface, *vertices, *seed), None),
             Seeding::Stratified => (seed::stratified(surface, &SizeField::default(), *vertices, *seed), None),
             Seeding::Poisson => {

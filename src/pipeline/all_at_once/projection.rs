@@ -4,7 +4,7 @@
 use crate::gpu::{Buffer, Device, Recorder};
 use crate::mesh::bvh::Bvh;
 use crate::options::Options;
-use crate::options::all_at_once::{Normals, Projection};
+use crate::options::{Normals, Projection};
 use crate::sites::on_surface::SitesOnSurface;
 use crate::sites::surface::Surface;
 use crate::stages::neighbours::knn::{Nearest, TileBounds};
@@ -57,7 +57,7 @@ struct NearVertices {
 
 impl NearVertices {
     fn new(device: &Device, surface: &Surface, options: &Options) -> Result<Self> {
-        let (sites, k) = (options.vertices, options.k_project);
+        let (sites, k) = (options.vertices, options.all_at_once.k_project);
         Ok(Self {
             tiles: TileBounds::new(device, "rtf.neighbours.vertex_tiles", surface.vertices.len())?,
             found: Nearest::new(device, "rtf.neighbours.vertices", sites, k, false, None)?,
@@ -76,7 +76,7 @@ impl NearVertices {
 
 impl Triangles {
     fn new(device: &Device, surface: &Surface, options: &Options) -> Result<Self> {
-        let farther = match options.projection {
+        let farther = match options.all_at_once.projection {
             Projection::Exact => {
                 let tree = DeviceBvh::new(device, surface.triangles.len(), None)?;
                 Some((tree, ClosestPoints::new(device, None)?))
@@ -112,11 +112,12 @@ impl Triangles {
 impl Onto {
     /// `None` for [`Projection::Plane`].
     fn new(device: &Device, surface: &Surface, options: &Options) -> Result<Option<Self>> {
-        Ok(match options.projection {
+        Ok(match options.all_at_once.projection {
             Projection::Plane => None,
             Projection::NearestVertices => {
                 let near = NearVertices::new(device, surface, options)?;
-                let project = NearestVertices::new(device, options.vertices, options.k_project, None)?;
+                let project =
+                    NearestVertices::new(device, options.vertices, options.all_at_once.k_project, None)?;
                 Some(Self::Vertices(near, project))
             }
             Projection::Walk | Projection::Exact => {
@@ -163,9 +164,9 @@ impl SiteProjection {
         seeds: &SitesOnSurface,
     ) -> Result<Self> {
         let n = options.vertices;
-        let planes = match options.normals {
+        let planes = match options.all_at_once.normals {
             Normals::Fit => {
-                let fit = PlaneFit::new(device, n, options.k_normal, None)?;
+                let fit = PlaneFit::new(device, n, options.all_at_once.k_normal, None)?;
                 let onto = Onto::new(device, surface, options)?;
                 let onto = onto.ok_or_else(|| Error::Internal("planes that nobody makes".into()))?;
                 Planes::Sites(fit, onto)
@@ -176,7 +177,7 @@ impl SiteProjection {
             }
             Normals::Cloud => {
                 let near = NearVertices::new(device, surface, options)?;
-                let fit = BestFit::new(device, surface, n, options.k_project, None)?;
+                let fit = BestFit::new(device, surface, n, options.all_at_once.k_project, None)?;
                 Planes::Cloud(near, fit, Onto::new(device, surface, options)?)
             }
         };

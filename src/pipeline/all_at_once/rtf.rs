@@ -5,7 +5,7 @@ use super::projection::SiteProjection;
 use crate::gpu::{Buffer, Device, Recorder};
 use crate::mesh::topology::{Topology, topology};
 use crate::options::Options;
-use crate::options::all_at_once::{Face, Neighbours, listed};
+use crate::options::{Face, Neighbours};
 use crate::pipeline::Connection;
 use crate::pipeline::submission::Pace;
 use crate::progress::Watch;
@@ -46,8 +46,8 @@ enum Search {
 
 impl Search {
     fn new(device: &Device, options: &Options) -> Result<Self> {
-        let (n, k) = (options.vertices, listed(options));
-        Ok(match options.neighbours {
+        let (n, k) = (options.vertices, options.all_at_once.listed());
+        Ok(match options.all_at_once.neighbours {
             Neighbours::Brute => Self::Brute(Nearest::new(device, "rtf.neighbours.sites", n, k, true, None)?),
             Neighbours::Lists => Self::Lists(Lists::new(device, n, &ListOptions::new(k))?),
         })
@@ -79,9 +79,9 @@ impl PlaneFacesRun {
     ) -> Result<Self> {
         let n = options.vertices;
         let sites: Vec<Vec4> = seeds.positions.iter().map(|p| p.as_vec3().extend(0.0)).collect();
-        let k_sites = listed(options);
-        let faces = if options.face == Face::Power {
-            CellFaces::power(device, n, &PowerOptions::new(k_sites, spacing, options.offset))?
+        let k_sites = options.all_at_once.listed();
+        let faces = if options.all_at_once.face == Face::Power {
+            CellFaces::power(device, n, &PowerOptions::new(k_sites, spacing, options.all_at_once.offset))?
         } else {
             CellFaces::new(device, n, &CellOptions::paper(k_sites, spacing))?
         };
@@ -91,7 +91,7 @@ impl PlaneFacesRun {
             near_sites: Search::new(device, options)?,
             projection: SiteProjection::new(device, options, surface, seeds)?,
             faces,
-            centroids: Centroids::new(device, n, options.centroid, None)?,
+            centroids: Centroids::new(device, n, options.all_at_once.centroid, None)?,
             step: Step::new(device, n, options.iterations, None)?,
             spacing,
         })

@@ -26,12 +26,12 @@ const FEW: usize = 5000;
 
 /// Whether the user named edges.
 pub(crate) fn has_own_curves(options: &Options) -> bool {
-    options.features.is_some() || !options.fixed_half_edges.is_empty()
+    options.coarse_to_fine.features.is_some() || !options.coarse_to_fine.fixed_half_edges.is_empty()
 }
 
 /// Whether sharp edges may give way to the number of vertices: those that the user named may not.
 pub(crate) fn may_collapse(options: &Options) -> bool {
-    !has_own_curves(options) && options.shortage != Shortage::AddVertices
+    !has_own_curves(options) && options.coarse_to_fine.shortage != Shortage::AddVertices
 }
 
 /// What all attempts share.
@@ -67,7 +67,8 @@ impl Attempts<'_> {
     /// # Errors
     /// [`Error::Input`] if none does with as many vertices as asked for and the options want no other.
     pub fn run(&self, first: Ground, watch: &mut Watch, clock: &mut Clock) -> Result<Settled> {
-        let Options { vertices: asked, seed, shortage, .. } = *self.options;
+        let Options { vertices: asked, seed, .. } = *self.options;
+        let shortage = self.options.coarse_to_fine.shortage;
         let (first, vertices) = match shortage {
             Shortage::AddVertices => self.room(first, asked, watch)?,
             Shortage::Refuse | Shortage::BestEffort => (first, asked),
@@ -162,12 +163,12 @@ impl Attempts<'_> {
         );
         let more = more + self.done;
         let mend =
-            if self.input.is_manifold() { "" } else { "mend the input there (--weld closes cracks), " };
+            if self.input.is_manifold() { "" } else { "mend the input there (`weld` closes cracks), " };
         let count = match enough {
-            true => format!("ask for {more}, let --vertices-at-least add them"),
+            true => format!("ask for {more}, let `shortage` add-vertices add them"),
             false => format!("ask for more than {more}"),
         };
-        let remedy = format!("{mend}{count}, or take what comes with --best-effort");
+        let remedy = format!("{mend}{count}, or take what comes with `shortage` best-effort");
         Error::input(None, problem, remedy)
     }
 }

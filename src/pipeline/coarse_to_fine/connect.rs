@@ -263,8 +263,8 @@ impl CoarseToFine<'_> {
         let mesh = &mut found.mesh;
         watch.phase(Phase::Polish, shares.polish.until, shares.polish.after)?;
         let sliding_curves = found.held.as_ref().map_or_else(Vec::new, |held| self.sliding_curves(held));
-        let wanted =
-            self.options.polish_rounds + if sliding_curves.is_empty() { 0 } else { ROUNDS_ON_CURVES };
+        let wanted = self.options.coarse_to_fine.polish_rounds
+            + if sliding_curves.is_empty() { 0 } else { ROUNDS_ON_CURVES };
         let rounds = watch.shortened(wanted, FEW_ROUNDS);
         let lengths = self.ground.sizes.at_all(&mesh.vertices, &found.under);
         let options = PolishOptions { rounds, fixed, patches, sliding_curves, lengths, ..Default::default() };
@@ -276,7 +276,7 @@ impl CoarseToFine<'_> {
         watch.look()?;
         clock.phase("polish");
         let PolishOptions { fixed, patches, lengths, .. } = options;
-        if self.options.fit {
+        if self.options.coarse_to_fine.fit {
             let options = FitOptions { fixed, patches, ..Default::default() };
             watch.phase(Phase::Fit, shares.fit.until, shares.fit.after)?;
             fit_while(mesh, target, &options, &mut |done| watch.done(done).is_ok());

@@ -77,7 +77,7 @@ fn finest(curves: &SurfaceCurves, area: f64, count: usize) -> Result<LevelPlan> 
             plan.sites - plan.interior
         ),
         format!(
-            "ask for {} vertices or more, let the run add vertices (shortage), or raise feature_angle for fewer sharp edges",
+            "ask for {} vertices or more, let `shortage` add-vertices add them, or raise `feature_angle` for fewer sharp edges",
             enough(curves, area, count)
         ),
     ))

@@ -123,7 +123,7 @@ impl CoarseToFine<'_> {
         let options = self.options;
         let curves = self.ground.curves.as_ref();
         let extent = Extent { area: self.surface.area(), euler: self.input.euler, curves };
-        let plans = levels(&extent, options.vertices, options.coarsest)?;
+        let plans = levels(&extent, options.vertices, options.coarse_to_fine.coarsest)?;
         let mut on = CellSurface::new(&self.surface.vertices, &self.surface.triangles, &self.surface.normals);
         if let Some(curves) = curves {
             on = on.cut_along(&curves.on_curve, &curves.patches);
@@ -208,8 +208,12 @@ impl CoarseToFine<'_> {
     /// coarsest.
     fn iterations(&self, levels: usize, l: usize, fresh: bool) -> u32 {
         let from_end = levels - 1 - l;
-        let refined = if from_end == 0 { self.options.iterations } else { self.options.coarse_iterations };
-        if fresh { self.options.first_iterations.max(refined) } else { refined }
+        let refined = if from_end == 0 {
+            self.options.iterations
+        } else {
+            self.options.coarse_to_fine.coarse_iterations
+        };
+        if fresh { self.options.coarse_to_fine.first_iterations.max(refined) } else { refined }
     }
 
     /// The sites that a level begins with.

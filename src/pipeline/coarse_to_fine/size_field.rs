@@ -37,41 +37,46 @@ pub(crate) fn size_field(
     request: &SizeRequest,
 ) -> Result<SizeField> {
     let SizeRequest { options, given, diagonal } = *request;
-    if options.sizing == Sizing::Uniform {
+    if options.coarse_to_fine.sizing == Sizing::Uniform {
         return Ok(SizeField::default());
     }
     let spacing = spacing(surface.area(), options.vertices);
     let bends = bends(surface, curves, spacing);
-    let desired = match options.sizing {
+    let desired = match options.coarse_to_fine.sizing {
         Sizing::Curvature { gradation } => {
             bends.iter().map(|bend| bend.max(FLAT).powf(-0.5 * gradation)).collect()
         }
         Sizing::Given(_) | Sizing::Uniform => given.to_vec(),
     };
-    let [least, largest] = [(options.min_edge, 1.0 / RANGE), (options.max_edge, RANGE)]
-        .map(|(length, share)| length.map_or(share * spacing, |length| length.share_of(diagonal)));
+    let [least, largest] =
+        [(options.coarse_to_fine.min_edge, 1.0 / RANGE), (options.coarse_to_fine.max_edge, RANGE)]
+            .map(|(length, share)| length.map_or(share * spacing, |length| length.share_of(diagonal)));
     let decimals = decimals(diagonal);
     let in_units = |length: f64| format!("{:.decimals$}", length * diagonal);
-    if least > largest && options.min_edge.is_some() && options.max_edge.is_some() {
-        let problem = format!("min_edge {} is more than max_edge {}", in_units(least), in_units(largest));
-        return Err(Error::usage(problem, "give a smaller min_edge or a larger max_edge"));
+    if least > largest
+        && options.coarse_to_fine.min_edge.is_some()
+        && options.coarse_to_fine.max_edge.is_some()
+    {
+        let problem = format!("`min_edge` {} is more than `max_edge` {}", in_units(least), in_units(largest));
+        return Err(Error::option("min_edge", problem, "give a smaller `min_edge` or a larger `max_edge`"));
     }
     if least > spacing || largest < spacing {
         let (name, length) = if least > spacing { ("min_edge", least) } else { ("max_edge", largest) };
         let problem = format!(
-            "{name} {} does not suit {} vertices, with edges of {} on average",
+            "`{name}` {} does not suit {} vertices, with edges of {} on average",
             in_units(length),
             options.vertices,
             in_units(spacing)
         );
-        return Err(Error::usage(
+        return Err(Error::option(
+            name,
             problem,
-            format!("ask for another number of vertices, or set another {name}"),
+            format!("ask for another number of vertices, or set another `{name}`"),
         ));
     }
     let mut most = fit_for_cells(surface, &bends, spacing);
     most.iter_mut().for_each(|most| *most = most.min(largest));
-    let bounds = Bounds { spacing, least, largest: &most, growth: options.growth };
+    let bounds = Bounds { spacing, least, largest: &most, growth: options.coarse_to_fine.growth };
     Ok(SizeField::new(surface.clone(), graded(surface, &desired, &bounds)))
 }
 

@@ -40,7 +40,7 @@ impl Attempts<'_> {
             let left = crossing_faces_until(&mesh, self.frame, stop).len();
             (collapsed > 0 && left <= self.of_input(crossing, stop)).then_some((mesh, collapsed, left))
         };
-        let sized = self.options.sizing != Sizing::Uniform;
+        let sized = self.options.coarse_to_fine.sizing != Sizing::Uniform;
         let again = || if sized { made(Spread::Evenly) } else { None };
         // Short edges where faces of the input run through others make more such faces.
         let (mesh, collapsed, left) = made(Spread::AsBefore).or_else(again)?;

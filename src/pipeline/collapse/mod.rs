@@ -9,7 +9,7 @@ use crate::mesh::intersections::intersecting_faces_until;
 use crate::mesh::simplify::{Kept, Simplified, Site, at_sites_until, with_vertices_until};
 use crate::mesh::topology::topology;
 use crate::polish::{FitOptions, PolishOptions, Target, fit_while, polish_while};
-use crate::{Options, TriMesh};
+use crate::{CoarseToFineOptions, Options, TriMesh};
 use std::sync::atomic::{AtomicBool, Ordering};
 
 /// What is wanted of the mesh.
@@ -32,8 +32,8 @@ pub(crate) struct Wish<'a> {
 impl<'a> Wish<'a> {
     /// What the options say, at this spacing.
     pub fn of(options: &Options, spacing: f64, stop: &'a AtomicBool) -> Self {
-        let Options { vertices, feature_angle, polish_rounds, fit, .. } = *options;
-        Self { vertices, feature_angle, polish_rounds, fit, spacing, stop }
+        let CoarseToFineOptions { feature_angle, polish_rounds, fit, .. } = options.coarse_to_fine;
+        Self { vertices: options.vertices, feature_angle, polish_rounds, fit, spacing, stop }
     }
 }
 

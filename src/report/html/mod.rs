@@ -141,7 +141,7 @@ pub fn page(page: &PageInput) -> Result<String> {
         convergence: charts::convergence(&summary.steps),
         phases: phases(page.report),
         stages: stages(page.report),
-        options: super::to_json(options)?,
+        options: super::to_json(&super::Settings::of(options))?,
     };
     // The template loses the newline at its end.
     content.render().map(|text| text + "\n").map_err(|e| Error::Internal(e.to_string()))
@@ -168,8 +168,11 @@ fn curves(report: &Report, mesh: &TriMesh, user_edges: Vec<[u32; 2]>) -> Result<
     if options.method != Method::CoarseToFine {
         return Ok((Vec::new(), "This preset looks for no curves.".to_owned()));
     }
-    let wanted =
-        FeatureOptions { feature_angle: options.feature_angle, spacing: report.summary.spacing, user_edges };
+    let wanted = FeatureOptions {
+        feature_angle: options.coarse_to_fine.feature_angle,
+        spacing: report.summary.spacing,
+        user_edges,
+    };
     let mut found = find_features(mesh, &wanted)?.curves;
     if found.is_empty() {
         return Ok((Vec::new(), "The input has no sharp or open edges.".to_owned()));

@@ -1,0 +1,39 @@
+//! The library's errors in the words of the command line.
+
+/// What the library says, and what the command line has for it; other fields are options of their own name.
+const PHRASES: [(&str, &str); 5] = [
+    ("`shortage` add-vertices", "--vertices-at-least"),
+    ("`shortage` best-effort", "--best-effort"),
+    ("`memory_bytes`", "--device-memory"),
+    ("name its `format`", "name its format by --input-format"),
+    ("read the file without materials", "leave out --keep-uv"),
+];
+
+/// The text with options in place of fields, which the library puts between backticks: `--k-clip` for `k_clip`.
+pub fn with_options(text: &str) -> String {
+    let text = PHRASES.iter().fold(text.to_owned(), |text, (field, option)| text.replace(field, option));
+    let parts = text.split('`').enumerate().map(|(k, part)| match k % 2 {
+        1 if is_field(part) => format!("--{}", part.replace('_', "-")),
+        1 => format!("`{part}`"),
+        _ => part.to_owned(),
+    });
+    parts.collect()
+}
+
+fn is_field(text: &str) -> bool {
+    !text.is_empty() && text.bytes().all(|byte| byte.is_ascii_lowercase() || byte == b'_')
+}
+
+#[cfg(test)]
+mod tests {
+    use super::with_options;
+
+    #[test]
+    fn fields_become_options_and_other_text_stays() {
+        let text = "`k_clip` 49 is out of range; use 3 to 48";
+        assert_eq!(with_options(text), "--k-clip 49 is out of range; use 3 to 48");
+        let text = "let `shortage` add-vertices add them, or see `rtfmesh devices`";
+        assert_eq!(with_options(text), "let --vertices-at-least add them, or see `rtfmesh devices`");
+        assert_eq!(with_options("one ` alone"), "one ` alone");
+    }
+}

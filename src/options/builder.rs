@@ -1,0 +1,87 @@
+//! A method of the same name for every field of [`Options`] and of its groups.
+
+use super::{
+    Centroid, Face, FeatureLines, Length, MeasureDepth, Method, Neighbours, Normals, Options, Projection,
+    Seeding, Shortage, Sizing,
+};
+use crate::mesh::correspondence::CorrespondenceRequest;
+
+macro_rules! setters {
+    ($owner:ident, |$options:ident| $place:expr; $($field:ident: $value:ty,)*) => {
+        $(
+            #[doc = concat!("Sets [`crate::", stringify!($owner), "::", stringify!($field), "`].")]
+            #[must_use]
+            pub fn $field(mut self, $field: $value) -> Self {
+                let $options = &mut self;
+                $place.$field = $field;
+                self
+            }
+        )*
+    };
+}
+
+impl Options {
+    setters! {
+        Options, |options| options;
+        vertices: usize,
+        method: Method,
+        iterations: u32,
+        tolerance: f64,
+        seed: u64,
+        weld: f64,
+        min_component: f64,
+        measures: MeasureDepth,
+        correspondence: CorrespondenceRequest,
+    }
+
+    setters! {
+        CoarseToFineOptions, |options| options.coarse_to_fine;
+        coarsest: usize,
+        first_iterations: u32,
+        coarse_iterations: u32,
+        polish_rounds: u32,
+        fit: bool,
+        feature_angle: f64,
+        fixed_half_edges: Vec<u32>,
+        shortage: Shortage,
+        sizing: Sizing,
+        growth: f64,
+    }
+
+    setters! {
+        AllAtOnceOptions, |options| options.all_at_once;
+        face: Face,
+        normals: Normals,
+        projection: Projection,
+        seeding: Seeding,
+        neighbours: Neighbours,
+        k_normal: u32,
+        k_clip: u32,
+        k_project: u32,
+        centroid: Centroid,
+        momentum: f64,
+        lbfgs: u32,
+        offset: f64,
+    }
+
+    /// Sets [`crate::CoarseToFineOptions::features`].
+    #[must_use]
+    pub fn features(mut self, features: impl Into<Option<FeatureLines>>) -> Self {
+        self.coarse_to_fine.features = features.into();
+        self
+    }
+
+    /// Sets [`crate::CoarseToFineOptions::min_edge`].
+    #[must_use]
+    pub fn min_edge(mut self, min_edge: impl Into<Option<Length>>) -> Self {
+        self.coarse_to_fine.min_edge = min_edge.into();
+        self
+    }
+
+    /// Sets [`crate::CoarseToFineOptions::max_edge`].
+    #[must_use]
+    pub fn max_edge(mut self, max_edge: impl Into<Option<Length>>) -> Self {
+        self.coarse_to_fine.max_edge = max_edge.into();
+        self
+    }
+}

@@ -1,0 +1,175 @@
+//! Settings of [`Method::CoarseToFine`](super::Method::CoarseToFine), the default method.
+
+use super::target_count::Length;
+use super::{MAX_GRADATION, MAX_GROWTH, MAX_ITERATIONS, check_range};
+use crate::io::{FeatureLine, read_lines};
+use crate::mesh::features::FeatureOptions;
+use crate::{Error, Result};
+use serde::{Deserialize, Serialize};
+use std::path::{Path, PathBuf};
+
+/// Speed or quality.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+#[non_exhaustive]
+pub enum Quality {
+    /// Quick.
+    Draft,
+    /// For most uses.
+    #[default]
+    Normal,
+    /// As even as it gets.
+    Best,
+}
+
+/// What happens if the vertices asked for are too few for a valid mesh: handles, components or boundary loops would be
+/// lost, or faces intersect.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
+#[non_exhaustive]
+#[serde(rename_all = "kebab-case")]
+pub enum Shortage {
+    /// An error that says how many would do.
+    #[default]
+    Refuse,
+    /// The mesh as it is, with a warning.
+    BestEffort,
+    /// As many more vertices as it takes.
+    AddVertices,
+}
+
+/// How long edges are in different places.
+#[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
+#[non_exhaustive]
+#[serde(rename_all = "kebab-case")]
+pub enum Sizing {
+    /// Equally long everywhere.
+    #[default]
+    Uniform,
+    /// Shorter where the surface is curved: in proportion to curvature^(-`gradation` / 2). With 0 edges are equally long,
+    /// with 1 faces are equally far from the surface everywhere, with 2 they meet at equal angles.
+    Curvature {
+        /// 0 to [`MAX_GRADATION`].
+        gradation: f64,
+    },
+    /// In proportion to these numbers, one for each vertex of the input, all above 0.
+    Given(Vec<f64>),
+}
+
+/// Lines along edges of the input that the result keeps.
+#[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
+#[non_exhaustive]
+pub struct FeatureLines {
+    /// The file that they come from, for errors.
+    pub file: Option<PathBuf>,
+    /// The lines.
+    pub lines: Vec<FeatureLine>,
+}
+
+impl FeatureLines {
+    /// These lines, from no file.
+    pub fn new(lines: Vec<FeatureLine>) -> Self {
+        Self { file: None, lines }
+    }
+
+    /// The lines of an OBJ file.
+    ///
+    /// # Errors
+    /// As [`crate::io::read_lines`].
+    pub fn read(file: &Path) -> Result<Self> {
+        Ok(Self { lines: read_lines(file)?, file: Some(file.to_owned()) })
+    }
+}
+
+/// Settings of [`Method::CoarseToFine`](super::Method::CoarseToFine); the default ones are those of [`Quality::Normal`].
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[non_exhaustive]
+#[serde(default, deny_unknown_fields)]
+pub struct CoarseToFineOptions {
+    /// The coarsest level has at least this many sites.
+    pub coarsest: usize,
+    /// Most iterations of the first level, from scattered sites.
+    pub first_iterations: u32,
+    /// Most iterations of the levels between the first and the last.
+    pub coarse_iterations: u32,
+    /// Rounds of edge flips and relaxation of the connected mesh.
+    pub polish_rounds: u32,
+    /// Whether vertices leave the surface by a little so that the faces fit it better.
+    pub fit: bool,
+    /// Edges where the surface turns by at least this angle in degrees are sharp and kept; above 0 to 180, which is none.
+    pub feature_angle: f64,
+    /// Lines along edges of the input that are kept as well.
+    pub features: Option<FeatureLines>,
+    /// Half-edges `3 * triangle + k` of the input, from corner k of the triangle to the next, that are kept as well. Those
+    /// of triangles that repair drops do not count.
+    pub fixed_half_edges: Vec<u32>,
+    /// What happens if the vertices are too few.
+    pub shortage: Shortage,
+    /// How long edges are in different places.
+    pub sizing: Sizing,
+    /// Unless edges are equally long: the least length that is wanted anywhere; at most that of a uniform mesh, of which
+    /// an eighth if `None`.
+    pub min_edge: Option<Length>,
+    /// The largest one; at least that of a uniform mesh, of which eight times if `None`.
+    pub max_edge: Option<Length>,
+    /// Largest growth of edge length per unit of distance along the surface; above 0 to [`MAX_GROWTH`]. With 0.25 edges
+    /// double over four lengths of the longer ones.
+    pub growth: f64,
+}
+
+impl Default for CoarseToFineOptions {
+    fn default() -> Self {
+        Self {
+            coarsest: 300,
+            first_iterations: 60,
+            coarse_iterations: 40,
+            polish_rounds: 15,
+            fit: true,
+            feature_angle: FeatureOptions::FEATURE_ANGLE,
+            features: None,
+            fixed_half_edges: Vec::new(),
+            shortage: Shortage::Refuse,
+            sizing: Sizing::Uniform,
+            min_edge: None,
+            max_edge: None,
+            growth: 0.25,
+        }
+    }
+}
+
+impl CoarseToFineOptions {
+    /// Checks each range, as far as that takes no mesh.
+    ///
+    /// # Errors
+    /// [`Error::Usage`] that names the field.
+    pub(super) fn check_ranges(&self) -> Result<()> {
+        check_range("first_iterations", self.first_iterations, 0..=MAX_ITERATIONS)?;
+        check_range("coarse_iterations", self.coarse_iterations, 0..=MAX_ITERATIONS)?;
+        if !(self.feature_angle > 0.0 && self.feature_angle <= 180.0) {
+            let problem = format!("`feature_angle` {} is out of range", self.feature_angle);
+            let remedy = "use more than 0 to 180 degrees, 180 for no sharp edges";
+            return Err(Error::option("feature_angle", problem, remedy));
+        }
+        if let Sizing::Curvature { gradation } = self.sizing
+            && !(0.0..=MAX_GRADATION).contains(&gradation)
+        {
+            let problem = format!("`gradation` {gradation} is out of range");
+            return Err(Error::option("sizing", problem, format!("use 0 to {MAX_GRADATION}, such as 1")));
+        }
+        if !(self.growth > 0.0 && self.growth <= MAX_GROWTH) {
+            let problem = format!("`growth` {} is out of range", self.growth);
+            return Err(Error::option(
+                "growth",
+                problem,
+                format!("use more than 0 to {MAX_GROWTH}, such as 0.25"),
+            ));
+        }
+        for (name, length) in [("min_edge", self.min_edge), ("max_edge", self.max_edge)] {
+            if let Some(Length::Units(value) | Length::OfDiagonal(value)) = length
+                && !(value > 0.0 && value.is_finite())
+            {
+                let problem = format!("`{name}` {value} is out of range");
+                return Err(Error::option(name, problem, "give a length above 0"));
+            }
+        }
+        Ok(())
+    }
+}
