@@ -1,4 +1,4 @@
-//! The collected measures: welding, volume, and inputs that cannot be measured.
+//! The measures of a mesh taken together: welding, volume, and meshes that cannot be measured.
 
 use glam::DVec3;
 use rtfmesh::measure::{measure, weld};

@@ -1,4 +1,4 @@
-//! Pictures of meshes.
+//! Rendered pictures of meshes.
 
 use crate::support::shapes::{cube, mesh, moved, plane, union};
 use glam::DVec3;

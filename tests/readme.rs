@@ -1,7 +1,7 @@
-//! The recipes of README.md, run as they stand there, save that they make smaller meshes.
+//! The recipes of README.md, run as they stand there, but for smaller meshes.
 
-use crate::cli::commands::Place;
-use crate::io::gltf_materials::painted_globe;
+use crate::support::painted::painted_globe;
+use crate::support::place::Place;
 use rtfmesh::TriMesh;
 use rtfmesh::io::{read, write};
 use rtfmesh::mesh::samples::sample;

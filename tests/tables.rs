@@ -1,4 +1,4 @@
-//! What can be wrong in `bench/tables` without a device: the paper's rows, the search for an edge length, tables, dates.
+//! The parts of `bench/tables` that need no device: the paper's rows, the edge-length search, tables, dates.
 
 #[path = "../bench/tables/date.rs"]
 mod date;

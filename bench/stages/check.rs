@@ -2,8 +2,8 @@
 
 use crate::context::Context;
 use crate::polygons::frame;
+use crate::reference::closest::onto_triangle;
 use crate::reference::face::{Face, face};
-use crate::reference::surface::onto_triangle;
 use anyhow::{Result, ensure};
 use glam::{DVec3, Vec4};
 

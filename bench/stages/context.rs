@@ -1,7 +1,7 @@
 //! Shared by all measurements: the surface, relaxed sites on it, samples to check, and the clock.
 
 use crate::iteration::Iteration;
-use crate::reference::nearest::nearest;
+use crate::reference::knn::nearest;
 use crate::results::Row;
 use anyhow::{Result, ensure};
 use glam::{DVec3, Vec4};

@@ -2,7 +2,7 @@
 
 use crate::check::{ROUNDING, landed, unpack_normal};
 use crate::context::{Context, Group, Work};
-use crate::reference::surface::{distance_facing, normal_at, onto_triangle};
+use crate::reference::closest::{distance_facing, normal_at, onto_triangle};
 use crate::results::Row;
 use anyhow::{Result, ensure};
 use glam::{Vec2, Vec4};

@@ -1,6 +1,6 @@
-//! The program carries attributes over from file to file.
+//! Vertex and face attributes carried from input file to output file by the program.
 
-use super::commands::Place;
+use crate::support::place::Place;
 use predicates::prelude::*;
 use rtfmesh::TriMesh;
 use rtfmesh::io::{read, write_with};

@@ -1,6 +1,7 @@
-//! `rtfmesh batch`: many meshes, some of them broken, in one go, in parts, and again.
+//! `rtfmesh batch`: many meshes in one run, some of them broken; shards, and runs that go on where one
+//! stopped.
 
-use super::commands::Place;
+use crate::support::place::Place;
 use rtfmesh::io::{read, write};
 use rtfmesh::mesh::samples::sample;
 use rtfmesh::mesh::topology::topology;

@@ -1,6 +1,7 @@
-//! The program given what it cannot use: the exit code, one line that says what to mend, and nothing written.
+//! Wrong arguments and unusable input: the exit code, a one-line error that names the remedy, and no file
+//! written.
 
-use super::commands::Place;
+use crate::support::place::Place;
 use rtfmesh::io::write;
 use rtfmesh::mesh::samples::sample;
 

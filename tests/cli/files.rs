@@ -1,7 +1,7 @@
-//! The program with files of all kinds, standard input and output, and the ways to ask for a size.
+//! The program with files of every format, standard input and output, and every way to ask for a size.
 
-use super::commands::Place;
-use crate::io::stl_off_medit::assert_same;
+use crate::support::files::assert_same;
+use crate::support::place::Place;
 use predicates::prelude::*;
 use rtfmesh::io::{read, read_bytes, write};
 use rtfmesh::mesh::repair::{RepairOptions, repair_with};

@@ -1,6 +1,6 @@
-//! `rtfmesh remesh --html` as a user drives it.
+//! `rtfmesh remesh --html`.
 
-use super::commands::Place;
+use crate::support::place::Place;
 
 #[test]
 fn the_page_is_written_beside_the_mesh() {

@@ -1,6 +1,6 @@
-//! `rtfmesh inspect` as a user drives it.
+//! `rtfmesh inspect`.
 
-use super::commands::Place;
+use crate::support::place::Place;
 use rtfmesh::io::write;
 use rtfmesh::mesh::samples::sample;
 use serde_json::Value;

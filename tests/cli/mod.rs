@@ -1,4 +1,4 @@
-//! The program as a user drives it.
+//! The program as a user runs it.
 
 pub mod attributes;
 pub mod batch;

@@ -1,6 +1,6 @@
-//! `rtfmesh render` as a user drives it.
+//! `rtfmesh render`.
 
-use super::commands::Place;
+use crate::support::place::Place;
 use tiny_skia::Pixmap;
 
 #[test]

@@ -1,6 +1,6 @@
-//! What shells, `man` and `--help` are told of the program.
+//! `--help`, shell completions and man pages.
 
-use super::commands::Place;
+use crate::support::place::Place;
 
 const COMMANDS: [&str; 9] =
     ["remesh", "batch", "measure", "inspect", "render", "sample", "devices", "completions", "man"];

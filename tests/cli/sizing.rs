@@ -1,6 +1,6 @@
-//! Edge lengths that differ, on the command line.
+//! Edge lengths that vary over the surface, on the command line.
 
-use super::commands::Place;
+use crate::support::place::Place;
 use rtfmesh::io::{read, write_with};
 use rtfmesh::mesh::attributes::{Attribute, Attributes, Kind, Role};
 use rtfmesh::mesh::samples::sample;

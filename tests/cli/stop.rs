@@ -1,6 +1,6 @@
-//! Runs of the program that are stopped: by a signal, or by a time limit.
+//! Runs of the program stopped by a signal or a time limit.
 
-use super::commands::Place;
+use crate::support::place::Place;
 use predicates::prelude::*;
 use rtfmesh::io::read;
 use rtfmesh::mesh::topology::topology;

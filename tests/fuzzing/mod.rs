@@ -1,5 +1,5 @@
-//! What any bytes must do to the readers and to repair: the checks that `fuzz/` runs for hours and `replay` for
-//! seconds.
+//! Properties that readers and repair keep whatever bytes they get: `fuzz/` checks them for hours, `replay`
+//! for seconds.
 
 pub mod reading;
 pub mod repairing;

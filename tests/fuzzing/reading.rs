@@ -1,4 +1,4 @@
-//! Bytes as a mesh file.
+//! Any bytes read as a mesh file.
 
 use std::path::Path;
 
@@ -13,8 +13,8 @@ fn declared(kind: u8) -> Option<Format> {
     Format::ALL.get(usize::from(kind) % kinds).copied()
 }
 
-/// Reads the data behind the first byte as a file of the kind that the first byte says. It must be refused with one line
-/// and a remedy, or be a mesh that can be written and read again.
+/// Reads the data behind the first byte as a file of the kind that the first byte says. It must be refused
+/// with one line and a remedy, or be a mesh that can be written and read again.
 pub fn check(data: &[u8]) {
     let Some((kind, file)) = data.split_first() else { return };
     let declared = declared(*kind).map(|format| Encoding { format, gzip: false });

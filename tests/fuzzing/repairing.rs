@@ -1,4 +1,5 @@
-//! Bytes as a small mesh for repair, on few places, so that vertices and faces coincide, fold over and meet in threes.
+//! Any bytes taken as a small mesh to repair. Its vertices lie on few places, so that many vertices and faces
+//! coincide.
 
 use std::collections::HashSet;
 
@@ -14,7 +15,8 @@ const SHARES: [f64; 4] = [0.0, 0.01, 0.3, 0.9];
 /// More would only be slower.
 const MOST_TRIANGLES: usize = 64;
 
-/// A mesh and options of bytes: scale and tolerances, how many vertices, two bytes for each, and three for each triangle.
+/// A mesh and options of bytes: scale and tolerances, how many vertices, two bytes for each, and three for
+/// each triangle.
 fn decoded(data: &[u8]) -> Option<(TriMesh, RepairOptions)> {
     let (&[kind, few, count], rest) = data.split_first_chunk::<3>()?;
     let scale = SCALES[usize::from(kind & 7)];
@@ -36,7 +38,8 @@ fn decoded(data: &[u8]) -> Option<(TriMesh, RepairOptions)> {
     Some((TriMesh { vertices: vertices.collect(), triangles }, RepairOptions { weld, min_component }))
 }
 
-/// Repairs the mesh that the data say. It must be refused with one line and a remedy, or come out as promised.
+/// Repairs the mesh that the data say. It must be refused with one line and a remedy, or come out as
+/// promised.
 pub fn check(data: &[u8]) {
     let Some((mesh, options)) = decoded(data) else { return };
     match repair_with(&mesh, &options) {

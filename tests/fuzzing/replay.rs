@@ -1,4 +1,5 @@
-//! The checks of `fuzz/` on its seeds and on some thousands of copies with faults, always the same ones.
+//! The checks of `fuzz/` on its seeds and on some thousand corrupted copies of them, the same ones every
+//! time.
 
 use std::path::Path;
 

@@ -1,4 +1,4 @@
-//! The GPU layer: copies, order, limits, errors, and the modules themselves.
+//! The GPU layer: copies, order of commands, limits, errors, and the SPIR-V modules.
 
 use crate::support::{assert_valid, device};
 use glam::UVec4;

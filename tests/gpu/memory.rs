@@ -1,6 +1,6 @@
-//! Memory of the device: what is asked for, what is refused before anything is made, and what a limit is worth.
+//! Device memory: the estimate, refusal before anything is allocated, and limits that hold.
 
-use crate::cli::commands::Place;
+use crate::support::place::Place;
 use rtfmesh::gpu::Buffer;
 use rtfmesh::mesh::samples::sample;
 use rtfmesh::{Device, DeviceOptions, Error, Flow, MeasureDepth, Options, Phase, Progress, preview, remesh};

@@ -1,4 +1,4 @@
-//! The GPU layer: memory, order, limits.
+//! The GPU layer.
 
 pub mod layer;
 pub mod memory;

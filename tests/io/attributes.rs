@@ -1,4 +1,4 @@
-//! Colours, normals, texture coordinates, labels and other attributes in files of all formats.
+//! Colors, normals, texture coordinates, labels and other attributes in files of every format.
 
 use crate::support::leave_glb;
 use crate::support::shapes::{mesh, plane};

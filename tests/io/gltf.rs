@@ -1,4 +1,4 @@
-//! glTF files in all their variants, and those that must be refused.
+//! glTF files in all their variants, and invalid ones.
 
 use std::path::Path;
 use std::time::{Duration, Instant};
@@ -9,7 +9,7 @@ use rtfmesh::mesh::samples::sample;
 use rtfmesh::{Error, TriMesh};
 use serde_json::{Value, json};
 
-use super::stl_off_medit::{assert_same, gltf_of};
+use crate::support::files::{assert_same, gltf_of};
 
 fn parse(json: &Value) -> Loaded {
     read_bytes(json.to_string().as_bytes(), None).unwrap()

@@ -1,4 +1,4 @@
-//! Small files that promise a great deal: refused in one line, in little memory, at once.
+//! Small files that claim huge contents: refused at once, in one line, with little memory.
 
 use std::io::Write;
 use std::time::{Duration, Instant};
@@ -6,13 +6,14 @@ use std::time::{Duration, Instant};
 use rtfmesh::mesh::samples::sample;
 use serde_json::{Value, json};
 
-use super::stl_off_medit::gltf_of;
-use crate::cli::commands::Place;
+use crate::support::files::gltf_of;
+use crate::support::place::Place;
 
 /// Address space of the program, in KiB: enough for itself and small meshes.
 const MEMORY: u64 = 1 << 20;
 
-/// Runs a command that needs no device on a file, in bounded memory; it must refuse the file in one line with a remedy.
+/// Runs a command that needs no device on a file, in bounded memory; it must refuse the file in one line with
+/// a remedy.
 #[track_caller]
 fn refused(name: &str, content: &[u8], problem: &str) {
     let place = Place::new();
@@ -88,7 +89,8 @@ fn counts_in_ply_headers_and_lists() {
                 refused("a.ply", &ply(format, counts, "uint", &start), "");
             }
         }
-        // Lists of four billion, of a negative number and of as many as a byte says, in elements read and passed over.
+        // Lists of four billion, of a negative number and of as many as a byte says, in elements read and
+        // passed over.
         for (list, bytes) in [("uint", &[0xff; 4][..]), ("int", &[0x80; 4]), ("uchar", &[0xff])] {
             let size: &[u8] = match (format, list) {
                 ("ascii", "int") => b"-2147483648 0 1 2\n",

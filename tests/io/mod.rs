@@ -1,4 +1,4 @@
-//! Mesh files: reading, refusing, writing.
+//! Mesh files: reading, writing, and errors.
 
 pub mod attributes;
 pub mod gltf;

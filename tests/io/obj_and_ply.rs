@@ -1,4 +1,4 @@
-//! Mesh files that must be read and written right: both formats, all their variants, and the writer's promises.
+//! OBJ and PLY files: every variant of both, and what the writer promises.
 
 use std::path::{Path, PathBuf};
 

@@ -1,4 +1,4 @@
-//! Mesh files that must be refused: what the error names, and that no damage to a file ends in a panic or a hang.
+//! Invalid mesh files: what the error names, and that no damage leads to a panic or a hang.
 
 use std::io::{Seek, Write};
 use std::path::Path;
@@ -9,7 +9,7 @@ use rtfmesh::io::{read, write};
 use rtfmesh::mesh::samples::sample;
 
 use super::obj_and_ply::file;
-use super::stl_off_medit::{gltf_of, text_stl};
+use crate::support::files::{gltf_of, text_stl};
 
 /// Place and problem of the error that reading this file gives; checks path and remedy.
 fn refused(name: &str, content: &[u8]) -> (String, String) {

@@ -1,4 +1,5 @@
-//! Meshes from one format to the next and back, and through runs of the program: the same places, joined the same way.
+//! Meshes converted from format to format and back, and run through the program: same positions, same
+//! connectivity.
 
 use std::collections::HashMap;
 use std::path::Path;
@@ -10,9 +11,9 @@ use rtfmesh::mesh::repair::repair;
 use rtfmesh::mesh::samples::sample;
 use rtfmesh::mesh::topology::topology;
 
-use super::stl_off_medit::{assert_same, gltf_of, text_stl};
-use crate::cli::commands::Place;
+use crate::support::files::{assert_same, gltf_of, text_stl};
 use crate::support::generators::Shape;
+use crate::support::place::Place;
 use crate::support::shapes::{moved, plane, sphere, union};
 
 /// Surfaces with junctions, boundaries and several components, some of them in one.
@@ -33,7 +34,8 @@ fn shapes() -> Vec<(&'static str, TriMesh)> {
     ]
 }
 
-/// Sizes and places of what files hold: far from the origin, and where squares and cubes of lengths vanish or overflow.
+/// Sizes and places of what files hold: far from the origin, and where squares and cubes of lengths vanish or
+/// overflow.
 fn placed(mesh: &TriMesh) -> Vec<(String, TriMesh)> {
     let offset = DVec3::new(1.0, -0.7, 0.3);
     let all = [(1.0, 0.0), (1.0, 1e5), (1e-3, 1e3), (1e-30, 0.0), (1e30, 0.0), (1e-200, 0.0), (1e200, 0.0)];

@@ -1,86 +1,21 @@
-//! STL, OFF and MEDIT files, what all formats have in common, and how they are told apart. glTF: `io_gltf`.
+//! STL, OFF and MEDIT files, what all formats have in common, and how formats are told apart.
 
-use std::fmt::Write as _;
 use std::io::Write as _;
 use std::path::Path;
 use std::time::{Duration, Instant};
 
 use glam::DVec3;
+use rtfmesh::Error;
 use rtfmesh::io::{Encoding, Loaded, encode, precision_note, read, read_bytes, write, write_as};
 use rtfmesh::mesh::samples::{names, sample};
-use rtfmesh::{Error, TriMesh};
-use serde_json::json;
 
 use super::obj_and_ply::file;
 use super::refused::assert_refused;
+use crate::support::files::{assert_same, corners, gltf_of, text_stl};
 
 fn load(name: &str, content: impl AsRef<[u8]>) -> Loaded {
     let (_folder, path) = file(name, content.as_ref());
     read(&path).unwrap()
-}
-
-fn corners(mesh: &TriMesh) -> Vec<[DVec3; 3]> {
-    (0..mesh.triangles.len()).map(|t| mesh.corners(t)).collect()
-}
-
-/// Fails unless both have the same triangles to within this share of the diagonal.
-#[track_caller]
-pub fn assert_same(got: &TriMesh, want: &TriMesh, share: f64, what: &str) {
-    let (low, high) = want.bounds().unwrap();
-    let near = share * (high - low).length();
-    assert_eq!(got.triangles.len(), want.triangles.len(), "{what}");
-    for (a, b) in corners(got).iter().flatten().zip(corners(want).iter().flatten()) {
-        assert!(a.distance(*b) <= near, "{what}: {a} instead of {b}");
-    }
-}
-
-/// Facets as text.
-pub fn text_stl(mesh: &TriMesh) -> String {
-    let mut text = "solid made by hand\n".to_owned();
-    for triangle in corners(mesh) {
-        text.push_str(" facet normal 0 0 nan\n  outer loop\n");
-        for DVec3 { x, y, z } in triangle {
-            writeln!(text, "   vertex {x} {y} {z:e}").unwrap();
-        }
-        text.push_str("  endloop\n endfacet\n");
-    }
-    text + "endsolid made by hand\n"
-}
-
-/// JSON with the buffers inside.
-pub fn gltf_of(mesh: &TriMesh) -> String {
-    let mut data = Vec::new();
-    let values = mesh.vertices.iter().flat_map(|v| v.as_vec3().to_array());
-    values.for_each(|value| data.extend(value.to_le_bytes()));
-    let positions = data.len();
-    mesh.triangles.as_flattened().iter().for_each(|index| data.extend((*index as u16).to_le_bytes()));
-    json!({
-        "asset": { "version": "2.0" }, "scene": 0, "scenes": [{ "nodes": [0] }], "nodes": [{ "mesh": 0 }],
-        "meshes": [{ "primitives": [{ "attributes": { "POSITION": 0 }, "indices": 1 }] }],
-        "accessors": [
-            { "bufferView": 0, "componentType": 5126, "type": "VEC3", "count": mesh.vertices.len() },
-            { "bufferView": 1, "componentType": 5123, "type": "SCALAR", "count": 3 * mesh.triangles.len() },
-        ],
-        "bufferViews": [
-            { "buffer": 0, "byteLength": positions },
-            { "buffer": 0, "byteOffset": positions, "byteLength": data.len() - positions },
-        ],
-        "buffers": [{ "byteLength": data.len(), "uri": format!("data:application/gltf-buffer;base64,{}", base64(&data)) }],
-    })
-    .to_string()
-}
-
-pub fn base64(data: &[u8]) -> String {
-    const DIGITS: &[u8; 64] = b"ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
-    let mut text = String::new();
-    for three in data.chunks(3) {
-        let bits = (0..3).fold(0_u32, |bits, i| bits << 8 | u32::from(*three.get(i).unwrap_or(&0)));
-        for i in 0..4 {
-            let digit = DIGITS[(bits >> (18 - 6 * i) & 63) as usize];
-            text.push(if i <= three.len() { char::from(digit) } else { '=' });
-        }
-    }
-    text
 }
 
 const WRITTEN: [&str; 6] = ["obj", "ply", "stl", "off", "glb", "mesh"];
@@ -379,7 +314,8 @@ fn no_truncation_panics() {
             match read_bytes(&content[..length], declared) {
                 Err(Error::Input { path: None, remedy, .. }) => assert!(!remedy.is_empty()),
                 Err(other) => panic!("{name} of {length} bytes: {other:?}"),
-                // The line end, the end mark and the last faces of formats that do not count them may be missing.
+                // The line end, the end mark and the last faces of formats that do not count them may be
+                // missing.
                 Ok(loaded) => assert!(
                     length + 16 >= content.len() || name == "obj",
                     "{name} of {length} of {} bytes: {:?}",

@@ -1,4 +1,4 @@
-//! Attributes carried over to remeshed surfaces.
+//! Attributes transferred to remeshed surfaces.
 
 use crate::support::device;
 use crate::support::shapes::{cut_open, globe, plane};
@@ -165,8 +165,8 @@ fn seams_that_are_kept_make_the_texture_exact() {
     assert!(areas.iter().all(|area| *area > 0.0));
 }
 
-/// A sphere by longitude and latitude, with a texture as maps of the world have it: a line at the poles, each triangle there
-/// with its own part of it.
+/// A sphere by longitude and latitude, with a texture as maps of the world have it: a line at the poles, each
+/// triangle there with its own part of it.
 fn world(around: u32, along: u32) -> (TriMesh, Attributes) {
     let mesh = globe(around, along);
     let turn = |v: DVec3| v.y.atan2(v.x).rem_euclid(TAU) / TAU;

@@ -1,4 +1,4 @@
-//! Where the vertices of a result lie on the input: by themselves, and through whole runs.
+//! Where the vertices of a result lie on the input: the search alone, and whole runs.
 
 use crate::support::device;
 use crate::support::shapes::{moved, union};

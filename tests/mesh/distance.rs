@@ -1,4 +1,4 @@
-//! Closest points against a plain search, and distances between surfaces with known values.
+//! Closest points against brute force, and distances between surfaces whose distance is known.
 
 use glam::DVec3;
 use rtfmesh::TriMesh;

@@ -1,4 +1,4 @@
-//! Which faces intersect: pairs in every position to each other, and whole meshes.
+//! Intersecting faces: pairs in every relative position, and whole meshes.
 
 use glam::{DMat3, DVec3};
 use rtfmesh::TriMesh;

@@ -1,4 +1,4 @@
-//! Host geometry with known answers.
+//! Geometry on the host, with known answers.
 
 pub mod attributes;
 pub mod correspondence;

@@ -1,4 +1,4 @@
-//! Triangle shapes and valences with known values.
+//! Triangle quality and valences with known values.
 
 use glam::DVec3;
 use rtfmesh::TriMesh;

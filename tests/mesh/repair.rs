@@ -1,4 +1,4 @@
-//! Cleaning a mesh and changing its units: what is dropped and why, at every size and place that f64 can hold.
+//! Repair and the unit frame: what is dropped and why, at every scale and position that f64 can hold.
 
 use glam::DVec3;
 use rtfmesh::mesh::repair::{RepairCounts, repair};

@@ -1,4 +1,4 @@
-//! Cleaning with tolerances: cracks, faces turned over, small components.
+//! Repair with tolerances: cracks, flipped faces, small components.
 
 use crate::support::shapes::{cube, moved, plane, sphere, union};
 use glam::DVec3;

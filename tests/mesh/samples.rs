@@ -1,4 +1,4 @@
-//! The models made by the program: topology, orientation and size, counted here without the library's own tools.
+//! The built-in models: topology, orientation and size, counted without the library's own tools.
 
 use std::collections::{HashMap, HashSet};
 
@@ -13,8 +13,8 @@ struct Counts {
     components: usize,
 }
 
-/// Counts after checking that each edge has at most two faces, which run along it in opposite directions, and that
-/// the faces around each vertex form one fan.
+/// Counts after checking that each edge has at most two faces, which run along it in opposite directions, and
+/// that the faces around each vertex form one fan.
 fn counted(name: &str, mesh: &TriMesh) -> Counts {
     let mut directed: HashMap<(u32, u32), u32> = HashMap::new();
     for &[a, b, c] in &mesh.triangles {

@@ -1,4 +1,4 @@
-//! Collapsing edges: exact counts, and the topology whatever the count.
+//! Simplification by edge collapses: exact counts, and unchanged topology at any count.
 
 use crate::support::shapes::{cube, moved, plane, sphere, torus, union};
 use glam::DVec3;

@@ -1,4 +1,4 @@
-//! Halving long edges: the same surface and topology, and no edge longer than asked.
+//! Bisecting long edges: same surface, same topology, and no edge longer than asked.
 
 use crate::support::shapes::{cube, moved, plane, torus, union};
 use glam::DVec3;

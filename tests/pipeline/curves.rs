@@ -1,4 +1,4 @@
-//! Whole runs of the default pipeline on surfaces with creases, rims and junctions.
+//! Whole runs of the default pipeline on surfaces with creases, boundaries and non-manifold edges.
 
 use crate::support::shapes::{moved, plane, union};
 use crate::support::{assert_valid, device};

@@ -1,4 +1,4 @@
-//! Whole runs with exact cells.
+//! Whole runs with exact restricted Voronoi cells.
 
 use crate::reference::exact;
 use crate::support::{assert_valid, device};

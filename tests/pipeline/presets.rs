@@ -1,4 +1,4 @@
-//! Whole runs of the presets that the paper compares with: mps, rpf, rvc.
+//! Whole runs of the presets that stand for methods the paper compares with: mps, rpf, rvc.
 
 use crate::support::{assert_valid, device};
 use rtfmesh::mesh::samples::sample;
@@ -11,7 +11,8 @@ fn run(mesh: &TriMesh, options: &Options) -> Remeshed {
     result
 }
 
-/// The run has no warnings, and the result has the input's topology and the exact count; a rerun gives the same bytes.
+/// The run has no warnings, and the result has the input's topology and the exact count; a rerun gives the
+/// same bytes.
 fn assert_sound(name: &str, options: &Options) -> Remeshed {
     let input = sample(name).unwrap();
     let result = run(&input, options);

@@ -1,4 +1,4 @@
-//! Long runs through the library: what they tell, and how they are stopped.
+//! Progress, cancellation and early finish of whole runs.
 
 use crate::support::device;
 use crate::support::shapes::{moved, sphere, union};

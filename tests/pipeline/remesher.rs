@@ -1,4 +1,4 @@
-//! One device, many meshes.
+//! Many meshes remeshed on one device.
 
 use crate::support::shapes::{moved, sphere};
 use crate::support::{assert_valid, device};

@@ -1,4 +1,4 @@
-//! Runs with hardly enough vertices, or too few.
+//! Whole runs with barely enough vertices, or too few.
 
 use crate::support::shapes::{globe, moved, union};
 use crate::support::{assert_valid, device};

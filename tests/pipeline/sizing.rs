@@ -1,4 +1,4 @@
-//! Whole runs with edges of different lengths.
+//! Whole runs with edge lengths that vary over the surface.
 
 use crate::support::{assert_valid, device};
 use glam::DVec3;
@@ -32,7 +32,8 @@ fn edges(mesh: &TriMesh) -> Vec<(DVec3, f64)> {
     ends.map(|[a, b]| (0.5 * (a + b), a.distance(b))).collect()
 }
 
-/// Means of the edges' lengths over what `wished` says, over the mean of all, in parts of the mesh by that wish.
+/// Means of the edges' lengths over what `wished` says, over the mean of all, in parts of the mesh by that
+/// wish.
 fn shares(mesh: &TriMesh, wished: impl Fn(DVec3) -> f64, parts: usize) -> Vec<f64> {
     let mut list: Vec<(f64, f64)> =
         edges(mesh).into_iter().map(|(at, length)| (wished(at), length / wished(at))).collect();

@@ -1,4 +1,5 @@
-//! Polish: better triangles, the same topology, on the surface; and odd meshes.
+//! Flips, relaxation and the worst triangles: better angles, same topology, on the surface; and degenerate
+//! meshes.
 
 use glam::DVec3;
 use rtfmesh::TriMesh;
@@ -105,7 +106,8 @@ fn a_shaken_torus_is_smooth_again() {
 
 #[test]
 fn flips_even_out_valences() {
-    // Splitting faces into three leaves valences of 3 and far above 6, which Delaunay flips alone mend in part only.
+    // Splitting faces into three leaves valences of 3 and far above 6, which Delaunay flips alone mend in
+    // part only.
     let surface = sphere(1.0, 4);
     let mut split = surface.clone();
     for &[a, b, c] in surface.triangles.iter().step_by(7) {
@@ -231,8 +233,8 @@ fn vertices_and_edges_stay_in_their_patch() {
     }
 }
 
-/// A strip of `n` squares in the plane, cut by diagonals, whose upper rim is shifted by `shift`; and its rims as sliding_curves, of
-/// which the upper one may slide.
+/// A strip of `n` squares in the plane, cut by diagonals, whose upper rim is shifted by `shift`; and its rims
+/// as sliding_curves, of which the upper one may slide.
 fn strip(n: u32, shift: f64) -> (TriMesh, SlidingCurve) {
     let mut mesh = TriMesh::default();
     let end = f64::from(n);
@@ -271,7 +273,8 @@ fn vertices_on_rails_slide_to_better_triangles() {
 
 #[test]
 fn vertices_on_closed_rails_go_round_and_keep_the_bends() {
-    // The rim of a box's top, a square with the sites of its corners somewhat past them: they must not go farther.
+    // The rim of a box's top, a square with the sites of its corners somewhat past them: they must not go
+    // farther.
     let corners = [[0.0, 0.0], [4.0, 0.0], [4.0, 4.0], [0.0, 4.0], [0.0, 0.0]];
     let points: Vec<DVec3> = corners.iter().map(|[x, y]| DVec3::new(*x, *y, 0.0)).collect();
     let on = |way: f64| {

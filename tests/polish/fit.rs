@@ -1,4 +1,4 @@
-//! Fit: faces closer to the surface, at no triangle's cost.
+//! The fit: faces closer to the surface, and no triangle worse for it.
 
 use glam::{DMat3, DVec3};
 use rtfmesh::mesh::TriMesh;
@@ -30,7 +30,8 @@ fn coarse_meshes_come_closer() {
     }
 }
 
-/// A torus like [`torus`] with `n`, an even number, of rings turned by half a step every other, so that no angle is right.
+/// A torus like [`torus`] with `n`, an even number, of rings turned by half a step every other, so that no
+/// angle is right.
 fn even_torus(n: u32, m: u32) -> TriMesh {
     let mut torus = torus(n, m);
     let at = |i: u32, j: u32| (i % n) * m + j % m;

@@ -1,4 +1,4 @@
-//! What is done to a connected mesh.
+//! What improves a connected mesh.
 
 pub mod angles;
 pub mod fit;

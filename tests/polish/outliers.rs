@@ -1,4 +1,4 @@
-//! Outliers: the farthest places come closer, nothing else suffers.
+//! Outliers: the places farthest from the surface come closer, and nothing else gets worse.
 
 use rtfmesh::TriMesh;
 use rtfmesh::mesh::distance::distances_sampled;

@@ -1,9 +1,9 @@
-//! Two middles of a polygon.
+//! Two centroids of a polygon: the mean of its corners, and that of its area.
 
 use glam::DVec2;
 
-/// The mean of the corners. One that is nearer to a neighbour than 0.3 of the farthest corner's distance counts for as
-/// much less as it is nearer, half for each neighbour.
+/// The mean of the corners. One that is nearer to a neighbour than 0.3 of the farthest corner's distance
+/// counts for as much less as it is nearer, half for each neighbour.
 pub fn vertex_mean(corners: &[DVec2]) -> DVec2 {
     let (n, radius) = (corners.len(), corners.iter().map(|c| c.length()).fold(0.0, f64::max));
     let share =

@@ -1,4 +1,4 @@
-//! Restricted Voronoi cells by cutting every triangle by every pair of sites.
+//! Restricted Voronoi cells by clipping every triangle with every pair of sites.
 
 use glam::DVec3;
 

@@ -1,4 +1,4 @@
-//! The restricted tangent face as what every bisector leaves of the tangent plane inside a cube.
+//! The restricted tangent face: the tangent plane inside a cube, clipped by every bisector.
 
 use glam::{DVec2, DVec3};
 
@@ -34,8 +34,8 @@ impl Face {
     }
 }
 
-/// The face of `sites[site]` inside the cube of half edge `box_half` around it; `u` and `v` are the frame of its
-/// tangent plane.
+/// The face of `sites[site]` inside the cube of half edge `box_half` around it; `u` and `v` are the frame of
+/// its tangent plane.
 pub fn face(sites: &[DVec3], site: usize, u: DVec3, v: DVec3, box_half: f64) -> Face {
     let at = sites[site];
     let far = 10.0;

@@ -1,12 +1,12 @@
-//! Plain f64 versions of the kernels, written from the maths: slow, sequential, and none of the shader's tricks.
+//! The kernels' results in plain f64, from the maths: slow, sequential, without any trick of the shaders.
 
 pub mod centroid;
+pub mod closest;
 pub mod exact;
 pub mod face;
-pub mod marks;
-pub mod nearest;
+pub mod knn;
+pub mod nearest_vertices;
 pub mod octahedral;
+pub mod pins;
 pub mod plane_fit;
 pub mod power;
-pub mod project;
-pub mod surface;

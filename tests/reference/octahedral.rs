@@ -1,4 +1,4 @@
-//! Unit vectors in two signed shorts, as `glsl/common/octahedral.glsl` has them.
+//! Unit vectors in two signed 16-bit integers, as in `glsl/common/octahedral.glsl`.
 
 use glam::{DVec2, DVec3};
 

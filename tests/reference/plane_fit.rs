@@ -1,4 +1,4 @@
-//! The plane of least squares through some points.
+//! The least-squares plane through points.
 
 use glam::{DMat3, DVec3};
 

@@ -1,10 +1,10 @@
-//! The restricted power face as what the bisectors with all weighted points leave of the tangent plane.
+//! The restricted power face: the tangent plane clipped by the bisectors with all weighted points.
 
 use super::face::Face;
 use glam::{DVec2, DVec3};
 
-/// The face of `sites[site]` in a square of half side `box_half`; `u` and `v` are the frame of its tangent plane, and every
-/// site has a shadow site at `offset` along its normal.
+/// The face of `sites[site]` in a square of half side `box_half`; `u` and `v` are the frame of its tangent
+/// plane, and every site has a shadow site at `offset` along its normal.
 pub fn power_face(
     (sites, normals): (&[DVec3], &[DVec3]),
     site: usize,

@@ -1,4 +1,4 @@
-//! The page of a run: what it holds, and that nothing in it escapes or is fetched.
+//! The HTML report of a run: its contents, escaping, and that it loads nothing from elsewhere.
 
 use crate::support::device;
 use crate::support::shapes::{cube, mesh, moved, plane};

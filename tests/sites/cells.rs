@@ -1,4 +1,5 @@
-//! Exact connected cells: their certificate, the surface they connect, and sites in bad places.
+//! Connected restricted Voronoi cells: their certificate, the mesh they give, and sites in degenerate
+//! positions.
 
 use crate::support::rng;
 use glam::DVec3;

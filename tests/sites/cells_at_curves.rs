@@ -1,4 +1,4 @@
-//! Connected cells between curves: the input's topology and its curves, whatever the sites inside.
+//! Connected cells between curves: the input's topology and curves, wherever the sites inside are.
 
 use crate::support::shapes::{cube, moved, plane, sphere, torus, union};
 use glam::DVec3;

@@ -1,4 +1,4 @@
-//! The rotation system, by hand-made fans.
+//! The rotation system built from hand-made fans.
 
 use glam::{DVec3, Vec2};
 use rtfmesh::TriMesh;
@@ -79,8 +79,8 @@ fn short_edges_belong_to_a_cluster() {
 
 #[test]
 fn a_face_is_never_split_along_an_edge_that_exists() {
-    // A tetrahedron with one edge missing from the fans: both faces beside it merge into one of four corners whose
-    // other diagonal is an edge already.
+    // A tetrahedron with one edge missing from the fans: both faces beside it merge into one of four corners
+    // whose other diagonal is an edge already.
     let sites = points(&[[1.0, 1.0, 1.0], [1.0, -1.0, -1.0], [-1.0, 1.0, -1.0], [-1.0, -1.0, 1.0]]);
     let fans = Fans::from_lists([vec![2, 3], vec![2, 3], vec![0, 1, 3], vec![0, 2, 1]]);
     let (triangles, counts) = connect(&sites, &fans);

@@ -1,4 +1,4 @@
-//! Sites on curves: where they stand, how many there are, and what joins them.
+//! Sites on curves: their positions, their number, and the edges between them.
 
 use crate::support::shapes::{cube, moved, plane};
 use glam::DVec3;

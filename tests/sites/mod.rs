@@ -1,4 +1,4 @@
-//! Sites on the host: connected, on curves, at a distance.
+//! Sites on the host: seeding, on curves, connected into a mesh.
 
 pub mod cells;
 pub mod cells_at_curves;

@@ -1,4 +1,4 @@
-//! `stages/poisson`: points that keep their distance and leave no gap.
+//! Poisson-disk points: far enough apart, and without gaps.
 
 use crate::support::device;
 use glam::DVec3;

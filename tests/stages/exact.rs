@@ -1,4 +1,4 @@
-//! `exact/*`, and the same on the host, against cutting every triangle by every pair of sites.
+//! `exact/*` and the same cells on the host, against clipping every triangle with every pair of sites.
 
 use crate::reference::exact;
 use crate::reference::exact::Moments;
@@ -100,8 +100,8 @@ impl Model {
         [rounds.next().unwrap(), rounds.next().unwrap()]
     }
 
-    /// Cells of the device, from scratch and from what is known, and of the host are those of the reference. Gives the
-    /// counts from scratch.
+    /// Cells of the device, from scratch and from what is known, and of the host are those of the reference.
+    /// Gives the counts from scratch.
     fn assert_cells(&self, sites: &[DVec3]) -> ExactCounts {
         let want = exact::cells(&self.corners, sites);
         let mesh = self.surface.mesh();

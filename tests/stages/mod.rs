@@ -1,15 +1,11 @@
-//! Each kernel against its reference in f64; files are called as the folders of `glsl/`.
+//! Each kernel against its reference in f64; files and folders are called as those of `glsl/`.
 
-pub mod curves;
+pub mod centroid;
 pub mod exact;
-pub mod face_cell;
-pub mod face_planar;
-pub mod face_power;
-pub mod move_paper;
-pub mod neighbours_knn;
-pub mod neighbours_lists;
+pub mod face;
+pub mod neighbours;
 pub mod normals;
 pub mod project;
-pub mod settle;
 pub mod sizing;
 pub mod spatial;
+pub mod step;

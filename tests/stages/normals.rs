@@ -1,21 +1,24 @@
-//! `normals/plane_fit` against the closed form.
+//! `normals/plane_fit` against the closed form, and `normals/smooth` against its definition.
 
-use crate::reference::nearest::nearest;
+use crate::reference::knn::nearest;
+use crate::reference::octahedral::{pack, unpack};
+use crate::reference::pins::Mark;
 use crate::reference::plane_fit::{Fit, plane_fit};
-use crate::support::{assert_valid, cloud, device, on_sphere, rounded, upload};
+use crate::support::curve_scene::CurveScene;
+use crate::support::{assert_valid, cloud, device, on_sphere, rng, rounded, slots, upload};
 use glam::{DVec3, Vec4};
+use rand::RngExt;
 use rtfmesh::gpu::Buffer;
-use rtfmesh::mesh::NONE;
 use rtfmesh::stages::face::cell::FlagCounts;
-use rtfmesh::stages::normals::PlaneFit;
+use rtfmesh::stages::normals::{PlaneFit, SmoothNormals};
+
+const RING: usize = 6;
 
 /// Runs the kernel over exact neighbour lists; site i lies on a triangle with normal `surface[i]`.
 fn on_device(sites: &[DVec3], k: u32, surface: &[DVec3], workgroup: Option<u32>) -> (Vec<DVec3>, Vec<u32>) {
     let device = device();
-    let slots = k as usize - 1;
-    let found = nearest(sites, sites, slots, true);
-    let neighbours: Vec<u32> =
-        (0..slots).flat_map(|s| found.iter().map(move |l| l.get(s).copied().unwrap_or(NONE))).collect();
+    let others = k as usize - 1;
+    let neighbours = slots(&nearest(sites, sites, others, true), others);
     let own: Vec<u32> = (0..sites.len() as u32).collect();
     let fit = PlaneFit::new(device, sites.len(), k, workgroup).unwrap();
     let mut recorder = device.recorder().unwrap();
@@ -59,7 +62,8 @@ fn assert_fits(sites: &[DVec3], k: u32, workgroup: Option<u32>) {
         if middle <= 1e-4 * high {
             continue;
         }
-        // Where two eigenvalues are close, the directions mix: f32 resolves them to its rounding over the gap.
+        // Where two eigenvalues are close, the directions mix: f32 resolves them to its rounding over the
+        // gap.
         let gap = (middle - low) / high;
         if gap < 1e-3 {
             continue;
@@ -109,5 +113,74 @@ fn lines_and_single_spots_take_the_normal_of_the_surface() {
         let (normals, flags) = on_device(&sites, 8, &vec![surface; sites.len()], None);
         assert!(normals.iter().all(|n| n.distance(surface) < 1e-6), "{normals:?}");
         assert_eq!(FlagCounts::of(&flags).surface_normal_taken, sites.len());
+    }
+}
+
+fn smooth(normals: &[DVec3], near: &[Vec<u32>], workgroup: Option<u32>) -> Vec<DVec3> {
+    let (device, n) = (device(), normals.len());
+    let packed: Vec<u32> = normals.iter().map(|n| pack(*n)).collect();
+    let stage = SmoothNormals::new(device, n, false, workgroup).unwrap();
+    let mut recorder = device.recorder().unwrap();
+    let own = Buffer::from_slice(device, "test.surface_normals", &packed).unwrap();
+    let lists = Buffer::from_slice(device, "test.neighbours", &slots(near, RING)).unwrap();
+    let marks = Buffer::from_slice(device, "test.sites", &vec![Vec4::ZERO; n]).unwrap();
+    stage.record(&mut recorder, &own, &lists, &marks).unwrap();
+    recorder.submit().unwrap();
+    assert_valid(device);
+    stage.normals.to_vec(device).unwrap().iter().map(|p| unpack(*p)).collect()
+}
+
+/// The mean of the normal and of those around it that are on its side; the other side's if all but one are.
+fn mean(normals: &[DVec3], near: &[u32], site: usize) -> DVec3 {
+    let around: Vec<DVec3> = near.iter().take(RING).map(|j| normals[*j as usize]).collect();
+    let own = normals[site];
+    let agreeing = around.iter().filter(|n| n.dot(own) > 0.0).count();
+    let side = if around.len() >= 4 && agreeing < 2 { -own } else { own };
+    (side + around.iter().filter(|n| n.dot(side) > 0.0).sum::<DVec3>()).normalize()
+}
+
+#[test]
+fn normals_are_means_over_the_ring() {
+    for (n, workgroup) in
+        [(0, None), (1, None), (4, Some(8)), (63, None), (64, Some(8)), (65, None), (600, None)]
+    {
+        let (sites, normals) = on_sphere(n, 1);
+        // Rough, and every ninth on a triangle that is folded back.
+        let mut rng = rng(2);
+        let rough: Vec<DVec3> = normals
+            .iter()
+            .enumerate()
+            .map(|(i, n)| {
+                let tilt = DVec3::from_array(std::array::from_fn(|_| rng.random::<f64>() - 0.5));
+                unpack(pack((*n + tilt).normalize() * if i % 9 == 4 { -1.0 } else { 1.0 }))
+            })
+            .collect();
+        let near = nearest(&sites, &sites, RING, true);
+        for (i, got) in smooth(&rough, &near, workgroup).iter().enumerate() {
+            let want = mean(&rough, &near[i], i);
+            // A neighbour square to the normal may count or not.
+            let close_call = near[i].iter().any(|j| rough[*j as usize].dot(rough[i]).abs() < 1e-4);
+            assert!(close_call || got.distance(want) < 3e-4, "{n} sites: site {i}: {got} instead of {want}");
+        }
+    }
+}
+
+#[test]
+fn normals_are_means_over_interior_sites_of_the_patch() {
+    for (n, workgroup) in [(0, None), (1, None), (63, Some(8)), (64, None), (65, Some(8)), (600, None)] {
+        let scene = CurveScene::new(n, 1);
+        let stage = SmoothNormals::new(device(), n, true, workgroup).unwrap();
+        let mut recorder = device().recorder().unwrap();
+        stage.record(&mut recorder, &scene.normals, &scene.neighbours, &scene.sites).unwrap();
+        recorder.submit().unwrap();
+        assert_valid(device());
+        for (i, got) in stage.normals.to_vec(device()).unwrap().iter().enumerate() {
+            let mut want = scene.unit[i];
+            if let mark @ Mark::Interior(_) = scene.marks[i] {
+                let ring = scene.near[i].iter().take(6).map(|j| *j as usize);
+                want += ring.filter(|j| scene.marks[*j] == mark).map(|j| scene.unit[j]).sum::<DVec3>();
+            }
+            assert!(unpack(*got).distance(want.normalize()) < 3e-4, "{n} sites: site {i}");
+        }
     }
 }

@@ -1,14 +1,13 @@
 //! `sizing/lengths` and `sizing/drift` against their definitions.
 
-use crate::reference::marks::Mark;
-use crate::reference::nearest::nearest;
+use crate::reference::knn::nearest;
 use crate::reference::octahedral::{pack, unpack};
+use crate::reference::pins::Mark;
 use crate::support::polygons::frame;
-use crate::support::{assert_valid, cloud, device, on_sphere, rng, rounded, upload};
+use crate::support::{assert_valid, cloud, device, on_sphere, rng, rounded, slots, upload};
 use glam::{DMat2, DVec2, DVec3, Vec4};
 use rand::RngExt;
 use rtfmesh::gpu::Buffer;
-use rtfmesh::mesh::NONE;
 use rtfmesh::mesh::samples::sample;
 use rtfmesh::mesh::sizing::SizeField;
 use rtfmesh::stages::face::planar::PlanarInputs;
@@ -62,9 +61,9 @@ struct Site {
     length: f64,
 }
 
-/// The shift of the target of `i`: the gradient that fits the logarithms of the lengths around best, times what makes the
-/// centroid of the density 1 / length⁴ in a hexagon of it, no longer than a quarter of the way to the neighbours. `None`
-/// where the neighbours are close to one line.
+/// The shift of the target of `i`: the gradient that fits the logarithms of the lengths around best, times
+/// what makes the centroid of the density 1 / length⁴ in a hexagon of it, no longer than a quarter of the way
+/// to the neighbours. `None` where the neighbours are close to one line.
 fn drift(sites: &[Site], i: usize, near: &[u32]) -> Option<DVec3> {
     let Site { at, normal, mark, length } = &sites[i];
     let (u, v) = frame(*normal);
@@ -92,8 +91,8 @@ fn drift(sites: &[Site], i: usize, near: &[u32]) -> Option<DVec3> {
         return Some(DVec3::ZERO);
     }
     let mean_sq = square / count;
-    // The second moment of a unit hexagon over the square of twice its inner radius is 5 / 72, and the density falls by
-    // four times what the length grows.
+    // The second moment of a unit hexagon over the square of twice its inner radius is 5 / 72, and the
+    // density falls by four times what the length grows.
     let shift = -4.0 * 5.0 / 72.0 * mean_sq * (moments.inverse() * sum);
     let shift = shift.clamp_length_max(0.25 * mean_sq.sqrt());
     Some(shift.x * u + shift.y * v)
@@ -128,8 +127,6 @@ fn targets_drift_to_where_edges_are_to_be_short() {
             })
             .collect();
         let near = nearest(&positions, &positions, RING, true);
-        let slots: Vec<u32> =
-            (0..RING).flat_map(|s| near.iter().map(move |l| l.get(s).copied().unwrap_or(NONE))).collect();
         let offsets = cloud(n, 0.02, 4);
         let centroids = rounded(&(0..n).map(|i| positions[i] + 0.5 * offsets[i]).collect::<Vec<_>>());
         let wanted = rounded(&(0..n).map(|i| positions[i] + offsets[i]).collect::<Vec<_>>());
@@ -140,8 +137,9 @@ fn targets_drift_to_where_edges_are_to_be_short() {
         let lists = Lists::new(device(), n, &ListOptions::new(RING as u32)).unwrap();
         let on_device = Buffer::from_slice(device(), "test.sites", &words).unwrap();
         let packed = Buffer::from_slice(device(), "test.normals", &packed).unwrap();
-        let slots = Buffer::from_slice(device(), "test.neighbours", &slots).unwrap();
-        let inputs = PlanarInputs { neighbours: &slots, ..PlanarInputs::new(&on_device, &packed, &lists) };
+        let neighbours = Buffer::from_slice(device(), "test.neighbours", &slots(&near, RING)).unwrap();
+        let inputs =
+            PlanarInputs { neighbours: &neighbours, ..PlanarInputs::new(&on_device, &packed, &lists) };
         let (targets, centres) = (upload("test.targets", &wanted), upload("test.centroids", &centroids));
         let mut recorder = device().recorder().unwrap();
         recorder.upload(&stage.lengths, &lengths).unwrap();

@@ -6,7 +6,8 @@ use rand::RngExt;
 use rtfmesh::gpu::Buffer;
 use rtfmesh::stages::spatial::{Scan, Sort, SpatialOrder};
 
-/// Around the workgroups, around the lengths that one invocation walks along, and with several levels of sums.
+/// Around the workgroups, around the lengths that one invocation walks along, and with several levels of
+/// sums.
 const SIZES: [usize; 12] = [0, 1, 15, 16, 17, 31, 32, 33, 1023, 1025, 10_000, 300_000];
 const WORKGROUPS: [u32; 2] = [16, 64];
 
@@ -108,7 +109,8 @@ fn spatial_order_is_that_of_the_codes() {
         order.record_vectors(&mut recorder, &buffer, &sorted).unwrap();
         order.record_indices(&mut recorder, &marks_buffer, &sorted_marks).unwrap();
         recorder.submit().unwrap();
-        // A coordinate may round to the other side of a cell's wall; the order is that of the device's own codes.
+        // A coordinate may round to the other side of a cell's wall; the order is that of the device's own
+        // codes.
         let codes = order.codes().to_vec(device).unwrap();
         let got = order.order().to_vec(device).unwrap();
         let differing =

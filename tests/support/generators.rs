@@ -1,4 +1,4 @@
-//! Surfaces with known topology by a few numbers, for tests that try many of them.
+//! Surfaces of known topology from a few numbers, for tests that try many of them.
 
 use super::shapes::{moved, plane, sphere, union};
 use glam::{DQuat, DVec3};
@@ -78,7 +78,8 @@ impl Shape {
 /// The skin of unit cells side by side, `parts` quads a side.
 fn slab(cells: &[[u32; 2]], parts: u32) -> TriMesh {
     let mut quads: HashMap<[[u32; 3]; 4], [[u32; 3]; 4]> = HashMap::new();
-    // No closure: rustc 1.95 lets one change the caller's copy of an argument in memory (rust-lang/rust#155241).
+    // No closure: rustc 1.95 lets one change the caller's copy of an argument in memory
+    // (rust-lang/rust#155241).
     fn step(mut p: [u32; 3], axis: usize, by: u32) -> [u32; 3] {
         p[axis] += by;
         p

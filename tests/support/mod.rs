@@ -1,6 +1,11 @@
-//! What GPU tests share: one validated device, point sets, and conversions.
+//! What tests share: one validated device, point sets, conversions, made-up meshes and files.
 
+pub mod cell_faces;
+pub mod curve_scene;
+pub mod files;
 pub mod generators;
+pub mod painted;
+pub mod place;
 pub mod polygons;
 pub mod shapes;
 
@@ -13,7 +18,8 @@ use std::hash::{DefaultHasher, Hash, Hasher};
 use std::path::Path;
 use std::sync::OnceLock;
 
-/// The device of the whole test binary, under core and synchronization validation. A machine without Vulkan fails.
+/// The device of the whole test binary, under core and synchronization validation. A machine without Vulkan
+/// fails.
 pub fn device() -> &'static Device {
     static DEVICE: OnceLock<Device> = OnceLock::new();
     DEVICE.get_or_init(|| {
@@ -58,6 +64,12 @@ pub fn lists(values: &[u32], queries: usize) -> Vec<Vec<u32>> {
         .collect()
 }
 
+/// Lists as the kernels have them, `values[slot * queries + query]`: the first `slots` of each, NONE behind
+/// shorter ones.
+pub fn slots(lists: &[Vec<u32>], slots: usize) -> Vec<u32> {
+    (0..slots).flat_map(|s| lists.iter().map(move |l| l.get(s).copied().unwrap_or(NONE))).collect()
+}
+
 pub fn rng(seed: u64) -> Pcg64Mcg {
     Pcg64Mcg::seed_from_u64(seed)
 }
@@ -81,6 +93,11 @@ pub fn on_sphere(count: usize, seed: u64) -> (Vec<DVec3>, Vec<DVec3>) {
     .take(count)
     .collect();
     (normals.iter().map(|n| *n * 0.4).collect(), normals)
+}
+
+/// The spacing of so many sites on the sphere of [`on_sphere`].
+pub fn spacing_on_sphere(sites: usize) -> f64 {
+    (2.0 * 4.0 * std::f64::consts::PI * 0.16 / (3.0_f64.sqrt() * sites.max(1) as f64)).sqrt()
 }
 
 /// Integer coordinates: distances are exact in f32 and full of ties.

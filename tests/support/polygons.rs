@@ -1,4 +1,4 @@
-//! How the tests of both face kernels compare polygons.
+//! How tests of the face kernels compare polygons.
 
 use crate::reference::face::Face;
 use glam::{DVec2, DVec3};
@@ -11,7 +11,8 @@ pub fn frame(n: DVec3) -> (DVec3, DVec3) {
     (DVec3::new(1.0 + s * n.x * n.x * a, s * b, -s * n.x), DVec3::new(b, s + n.y * n.y * a, -n.y))
 }
 
-/// Both polygons hold the same points, up to 1e-5 of their size, and long edges have the same site behind them.
+/// Both polygons hold the same points, up to 1e-5 of their size, and long edges have the same site behind
+/// them.
 pub fn assert_same_polygon(site: usize, corners: &[DVec2], fan: &[u32], want: &Face) {
     let got = Face { corners: corners.to_vec(), behind: fan.iter().map(|j| Some(*j)).collect() };
     let tolerance = 1e-5 * want.radius();

@@ -49,7 +49,8 @@ pub fn globe(around: u32, along: u32) -> TriMesh {
     mesh
 }
 
-/// A globe cut open along the meridian of +x, but for its poles; the vertices on the side of -y move by `gap`.
+/// A globe cut open along the meridian of +x, but for its poles; the vertices on the side of -y move by
+/// `gap`.
 pub fn cut_open(globe: &TriMesh, gap: f64) -> TriMesh {
     let mut cut = globe.clone();
     let count = globe.vertices.len() as u32;

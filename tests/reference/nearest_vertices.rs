@@ -2,7 +2,8 @@
 
 use glam::DVec3;
 
-/// Projects `at` onto the triangle: inside (case a), else the nearest foot on an edge (case b), else `vertex`.
+/// Projects `at` onto the triangle: inside (case a), else the nearest foot on an edge (case b), else
+/// `vertex`.
 pub fn onto_triangle(at: DVec3, triangle: [DVec3; 3], vertex: DVec3) -> DVec3 {
     let [a, b, c] = triangle;
     let n = (b - a).cross(c - a);

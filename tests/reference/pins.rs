@@ -1,4 +1,4 @@
-//! What the fourth component of a site says on surfaces with curves, as `glsl/common/pins.glsl` reads it.
+//! The fourth component of a site on a surface with curves, as `glsl/common/pins.glsl` decodes it.
 
 use super::octahedral;
 use glam::{DVec2, DVec3};

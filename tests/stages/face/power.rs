@@ -1,27 +1,16 @@
-//! `face/power` against the intersection of half-planes in f64, and `project/best_fit` against the closed form.
+//! `face/power` against the intersection of half-planes in f64.
 
 use crate::reference::face::face;
-use crate::reference::nearest::nearest;
-use crate::reference::plane_fit::plane_fit;
+use crate::reference::knn::nearest;
 use crate::reference::power::power_face;
 use crate::support::polygons::{assert_same_polygon, frame};
-use crate::support::{assert_valid, cloud, device, on_sphere, rounded, upload};
-use glam::{DVec2, DVec3, Vec2, Vec4};
+use crate::support::{assert_valid, cloud, device, on_sphere, rounded, slots, spacing_on_sphere, upload};
+use glam::{DVec2, DVec3, Vec2};
 use rtfmesh::gpu::Buffer;
-use rtfmesh::mesh::NONE;
-use rtfmesh::mesh::samples::sample;
-use rtfmesh::mesh::unit_frame::UnitFrame;
-use rtfmesh::sites::surface::Surface;
 use rtfmesh::stages::face::cell::{BOX_HALF, CellFaces, FlagCounts, PowerOptions};
 use rtfmesh::stages::neighbours::knn::TileBounds;
-use rtfmesh::stages::project::best_fit::{BestFit, vertex_normals};
 
 const HIDDEN: u32 = 512;
-
-/// `neighbours[slot * queries + query]`.
-fn slots(found: &[Vec<u32>], k: usize) -> Vec<u32> {
-    (0..k).flat_map(|s| found.iter().map(move |l| l.get(s).copied().unwrap_or(NONE))).collect()
-}
 
 /// Faces on the device, each equal to the reference's.
 fn assert_faces(sites: &[DVec3], normals: &[DVec3], options: &PowerOptions) -> FlagCounts {
@@ -63,10 +52,6 @@ fn assert_faces(sites: &[DVec3], normals: &[DVec3], options: &PowerOptions) -> F
     FlagCounts::of(&flags[..n])
 }
 
-fn spacing(sites: usize) -> f64 {
-    (2.0 * 4.0 * std::f64::consts::PI * 0.16 / (3.0_f64.sqrt() * sites.max(1) as f64)).sqrt()
-}
-
 /// Normals that lean by up to some 20 degrees, every one in its own way.
 fn leaning(normals: &[DVec3], seed: u64) -> Vec<DVec3> {
     let lean = cloud(normals.len(), 0.4, seed);
@@ -78,7 +63,7 @@ fn power_faces_of_bulges_and_hollows() {
     let (sites, normals) = on_sphere(500, 1);
     let hollow: Vec<DVec3> = normals.iter().map(|n| -*n).collect();
     for offset in [0.0, 0.5, 1.0, 2.0] {
-        let options = PowerOptions::new(32, spacing(500), offset);
+        let options = PowerOptions::new(32, spacing_on_sphere(500), offset);
         for normals in [&normals, &hollow, &leaning(&normals, 2)] {
             let flags = assert_faces(&sites, normals, &options);
             assert_eq!(flags.unbounded, 0, "{offset}: {flags:?}");
@@ -102,19 +87,20 @@ fn sites_in_the_shadows_of_others_have_none() {
     let (sites, normals) = on_sphere(300, 4);
     let hollow: Vec<DVec3> = normals.iter().map(|n| -*n).collect();
     // Shadows beyond the ball's centre.
-    let flags = assert_faces(&sites, &hollow, &PowerOptions::new(32, spacing(300), 8.0));
+    let flags = assert_faces(&sites, &hollow, &PowerOptions::new(32, spacing_on_sphere(300), 8.0));
     assert!(flags.hidden > 100, "{flags:?}");
 }
 
 #[test]
 fn power_faces_with_short_lists_and_at_odd_sizes() {
     let (sites, normals) = on_sphere(300, 5);
-    let flags = assert_faces(&sites, &leaning(&normals, 6), &PowerOptions::new(4, spacing(300), 1.0));
+    let flags =
+        assert_faces(&sites, &leaning(&normals, 6), &PowerOptions::new(4, spacing_on_sphere(300), 1.0));
     assert!(flags.security_missed > 100, "{flags:?}");
     for count in [0, 1, 2, 7, 8, 9, 15, 16, 17, 33] {
         for workgroup in [8, 16] {
             let (sites, normals) = on_sphere(count, 7);
-            let options = PowerOptions { workgroup, ..PowerOptions::new(32, spacing(count), 1.0) };
+            let options = PowerOptions { workgroup, ..PowerOptions::new(32, spacing_on_sphere(count), 1.0) };
             assert_faces(&sites, &normals, &options);
         }
     }
@@ -129,7 +115,7 @@ fn coincident_sites_part_in_power_faces() {
     let neighbours = Buffer::from_slice(device, "test.neighbours", &neighbours).unwrap();
     let flags = Buffer::from_slice(device, "test.flags", &[0_u32; 60]).unwrap();
     let bounds = TileBounds::new(device, "test.bounds", 60).unwrap();
-    let faces = CellFaces::power(device, 60, &PowerOptions::new(32, spacing(60), 1.0)).unwrap();
+    let faces = CellFaces::power(device, 60, &PowerOptions::new(32, spacing_on_sphere(60), 1.0)).unwrap();
     let (sites, normals) = (upload("test.sites", &sites), upload("test.normals", &normals));
     let mut recorder = device.recorder().unwrap();
     bounds.record(&mut recorder, &sites).unwrap();
@@ -139,51 +125,4 @@ fn coincident_sites_part_in_power_faces() {
     assert_eq!(FlagCounts::of(&flags.to_vec(device).unwrap()).coincident, 2);
     let counts = faces.corner_count.to_vec(device).unwrap();
     assert!(counts[3] >= 3 && counts[7] >= 3);
-}
-
-#[test]
-fn sites_are_pulled_to_the_planes_of_their_vertices() {
-    let device = device();
-    for (name, k, count, workgroup) in [
-        ("torus", 16, 300, 64),
-        ("torus", 16, 63, 16),
-        ("sphere", 8, 65, 64),
-        ("box", 16, 17, 16),
-        ("torus", 3, 0, 64),
-    ] {
-        let mesh = sample(name).unwrap();
-        let surface = Surface::new(device, &mesh, &UnitFrame::of(&mesh).unwrap()).unwrap();
-        let (targets, vertices) = (rounded(&cloud(count, 0.5, 9)), rounded(&surface.vertices));
-        let near = nearest(&targets, &vertices, k, false);
-        let neighbours = Buffer::from_slice(device, "test.neighbours", &slots(&near, k)).unwrap();
-        let fit = BestFit::new(device, &surface, count, k as u32, Some(workgroup)).unwrap();
-        let mut recorder = device.recorder().unwrap();
-        let buffer = upload("test.targets", &targets);
-        fit.record(&mut recorder, &buffer, &neighbours, &surface.device).unwrap();
-        recorder.submit().unwrap();
-        assert_valid(device);
-        let (projected, normals): (Vec<Vec4>, Vec<Vec4>) =
-            (fit.projected.to_vec(device).unwrap(), fit.normals.to_vec(device).unwrap());
-        let (flags, outward) = (fit.flags.to_vec(device).unwrap(), vertex_normals(&surface));
-        for (i, at) in targets.iter().enumerate() {
-            let points: Vec<DVec3> = near[i].iter().map(|v| vertices[*v as usize]).collect();
-            let (want, side) = (plane_fit(&points), outward[near[i][0] as usize]);
-            let [low, middle, high] = want.eigenvalues;
-            // Where two eigenvalues or the side are close, rounding may decide.
-            let agreement = want.normal.dot(side).abs();
-            if middle - low < 0.05 * high || (agreement - 0.8).abs() < 0.02 {
-                continue;
-            }
-            let usable = agreement > 0.8;
-            assert_eq!(flags[i] & 128 == 0, usable, "{name} {i}: agreement {agreement}");
-            let mean = points.iter().sum::<DVec3>() / points.len() as f64;
-            let (mut n, from) = if usable { (want.normal, mean) } else { (side, points[0]) };
-            n = if n.dot(side) < 0.0 { -n } else { n };
-            let to = *at - n * (*at - from).dot(n);
-            let (got, normal) = (projected[i].truncate().as_dvec3(), normals[i].truncate().as_dvec3());
-            assert!(normal.distance(n) < 1e-3, "{name} {i}: {normal} instead of {n}");
-            assert!(got.distance(to) < 1e-3 * at.distance(to) + 1e-6, "{name} {i}: {got} instead of {to}");
-            assert!((f64::from(projected[i].w) - got.distance(*at)).abs() < 1e-6, "{name} {i}");
-        }
-    }
 }

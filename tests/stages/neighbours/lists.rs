@@ -1,6 +1,7 @@
-//! `neighbours/{box_levels, lists, moved, decide}` against sorting all distances, and the promise of `Lists`.
+//! `neighbours/{box_levels, lists, moved, decide}` against sorting all distances, and the guarantee of
+//! `Lists`.
 
-use crate::reference::nearest::nearest;
+use crate::reference::knn::nearest;
 use crate::support::{assert_valid, cloud, device, lattice, lists, on_sphere, rng, rounded, upload, vec4};
 use glam::{DVec3, Vec2, Vec4};
 use rand::RngExt;

@@ -1,6 +1,6 @@
-//! `neighbours/*` against sorting all distances.
+//! `neighbours/{tile_bounds, knn}` against sorting all distances.
 
-use crate::reference::nearest::nearest;
+use crate::reference::knn::nearest;
 use crate::support::{assert_valid, cloud, device, lattice, lists, rounded, upload};
 use glam::DVec3;
 use rtfmesh::stages::neighbours::knn::{Nearest, TileBounds};

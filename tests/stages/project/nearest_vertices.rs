@@ -1,25 +1,22 @@
-//! `project/nearest_vertices`, `step/step` and `step/reduce` against their definitions.
+//! `project/nearest_vertices` against its definition.
 
-use crate::reference::nearest::nearest;
-use crate::reference::project::distance;
-use crate::support::{assert_valid, cloud, device, rounded, upload};
+use crate::reference::knn::nearest;
+use crate::reference::nearest_vertices::distance;
+use crate::support::{assert_valid, cloud, device, rounded, slots, upload};
 use glam::{DVec3, Vec4};
 use rtfmesh::TriMesh;
 use rtfmesh::gpu::Buffer;
-use rtfmesh::mesh::NONE;
 use rtfmesh::mesh::samples::sample;
 use rtfmesh::mesh::unit_frame::UnitFrame;
 use rtfmesh::sites::surface::Surface;
 use rtfmesh::stages::project::nearest_vertices::NearestVertices;
-use rtfmesh::stages::step::Step;
 
 fn assert_projected(mesh: &TriMesh, targets: &[DVec3], k: u32, workgroup: u32) {
     let device = device();
     let surface = Surface::new(device, mesh, &UnitFrame::of(mesh).unwrap()).unwrap();
     let (targets, vertices) = (rounded(targets), rounded(&surface.vertices));
     let near = nearest(&targets, &vertices, k as usize, false);
-    let neighbours: Vec<u32> =
-        (0..k as usize).flat_map(|s| near.iter().map(move |l| l.get(s).copied().unwrap_or(NONE))).collect();
+    let neighbours = slots(&near, k as usize);
     let project = NearestVertices::new(device, targets.len(), k, Some(workgroup)).unwrap();
     let under = Buffer::<u32>::new(device, "test.site_triangle", targets.len()).unwrap();
     let mut recorder = device.recorder().unwrap();
@@ -64,30 +61,4 @@ fn projection_sizes_and_slivers() {
         triangles: vec![[0, 1, 2], [0, 2, 3], [0, 3, 4]],
     };
     assert_projected(&fan, &cloud(400, 2.0, 3), 3, 64);
-}
-
-#[test]
-fn steps_move_the_sites_and_sum_up() {
-    let device = device();
-    for count in [1, 15, 16, 17, 63, 64, 65, 1000, 5000] {
-        for workgroup in [16, 64] {
-            let (from, to) = (rounded(&cloud(count, 1.0, 4)), rounded(&cloud(count, 1.0, 5)));
-            let (sites, target) = (upload("test.sites", &from), upload("test.projected", &to));
-            let step = Step::new(device, count, 2, Some(workgroup)).unwrap();
-            let mut recorder = device.recorder().unwrap();
-            step.record(&mut recorder, &target, &sites, 0).unwrap();
-            step.record(&mut recorder, &target, &sites, 1).unwrap();
-            recorder.submit().unwrap();
-            let moved: Vec<Vec4> = sites.to_vec(device).unwrap();
-            assert!(moved.iter().zip(&to).all(|(m, t)| m.truncate().as_dvec3() == *t));
-            let history = step.history.to_vec(device).unwrap();
-            let lengths: Vec<f64> = from.iter().zip(&to).map(|(a, b)| a.distance(*b)).collect();
-            let rms = (lengths.iter().map(|l| l * l).sum::<f64>() / count as f64).sqrt();
-            let most = lengths.iter().copied().fold(0.0, f64::max);
-            assert!((f64::from(history[0].x) - rms).abs() < 1e-5 * rms, "{count}: {} vs {rms}", history[0].x);
-            assert!((f64::from(history[0].y) - most).abs() < 1e-6 * most);
-            assert_eq!(history[1], glam::Vec2::ZERO, "the second step goes nowhere");
-        }
-    }
-    assert_valid(device);
 }

@@ -1,8 +1,9 @@
-//! Closest points of a surface and its normals there, by looking at every triangle.
+//! Closest points on a surface and its normals there, by visiting every triangle.
 
 use glam::DVec3;
 
-/// The closest point of one triangle: the foot of the perpendicular if it is inside, else the closest point of a side.
+/// The closest point of one triangle: the foot of the perpendicular if it is inside, else the closest point
+/// of a side.
 pub fn onto_triangle(at: DVec3, [a, b, c]: [DVec3; 3]) -> DVec3 {
     let sides = [(a, b), (b, c), (c, a)];
     let n = (b - a).cross(c - a).normalize_or_zero();
@@ -17,16 +18,16 @@ pub fn onto_triangle(at: DVec3, [a, b, c]: [DVec3; 3]) -> DVec3 {
     sides.map(on_side).into_iter().min_by(|x, y| x.distance(at).total_cmp(&y.distance(at))).unwrap()
 }
 
-/// The distance to the closest of the triangles whose normal has at least the cosine `least` with `side`; infinite if
-/// there are none.
+/// The distance to the closest of the triangles whose normal has at least the cosine `least` with `side`;
+/// infinite if there are none.
 pub fn distance_facing(at: DVec3, corners: &[[DVec3; 3]], normals: &[DVec3], side: DVec3, least: f64) -> f64 {
     let facing = corners.iter().zip(normals).filter(|(_, n)| n.dot(side) >= least);
     facing.map(|(t, _)| onto_triangle(at, *t).distance(at)).fold(f64::INFINITY, f64::min)
 }
 
-/// The normal of the surface at a point of triangle `t`: the corners' normals weighted by the areas opposite to them,
-/// those of the corners weighted by angle. A corner that points 84 degrees or more off the triangle's own normal
-/// counts with that instead.
+/// The normal of the surface at a point of triangle `t`: the corners' normals weighted by the areas opposite
+/// to them, those of the corners weighted by angle. A corner that points 84 degrees or more off the
+/// triangle's own normal counts with that instead.
 pub fn normal_at(point: DVec3, t: usize, corners: &[[DVec3; 3]]) -> DVec3 {
     let normal = |[a, b, c]: [DVec3; 3]| (b - a).cross(c - a).normalize();
     let at_corner = |p: DVec3| {

@@ -1,9 +1,11 @@
-//! `face/{planar, planar_rest, planar_exact, polygons}` against the intersection of all half-planes in f64, and against
-//! `face/cell`: whatever the length of the lists, and however far the sites have moved since these were made.
+//! `face/{planar, planar_rest, planar_exact, polygons}` against the intersection of all half-planes in f64,
+//! and against `face/cell`: whatever the length of the lists, and however far the sites have moved since
+//! these were made.
 
 use crate::reference::centroid::area_centroid;
 use crate::reference::face::{Face, face};
 use crate::reference::octahedral;
+use crate::support::curve_scene::{CurveScene, K};
 use crate::support::polygons::{area, assert_same_polygon, frame};
 use crate::support::{assert_valid, cloud, device, on_sphere, rng, rounded, upload, vec4};
 use glam::{DVec2, DVec3, Vec4};
@@ -73,8 +75,8 @@ impl Scene {
         PlanarOptions::new(self.k, 4)
     }
 
-    /// The polygon of `site` from the maths, among all sites but those whose normals turn away; in a cube that is larger
-    /// than the disc.
+    /// The polygon of `site` from the maths, among all sites but those whose normals turn away; in a cube
+    /// that is larger than the disc.
     fn want(&self, site: usize) -> Face {
         let counted: Vec<usize> = (0..self.positions.len())
             .filter(|j| *j == site || self.unit[*j].dot(self.unit[site]) > -0.2)
@@ -188,7 +190,8 @@ fn assert_targets(scene: &Scene, options: &PlanarOptions) -> PlanarCounts {
                 let share = if reach > WIDE { 0.2 } else { 1.0 };
                 let goal = scene.positions[i] + share * (u * middle.x + v * middle.y);
                 let off = got.truncate().as_dvec3().distance(goal);
-                // A sliver's centroid is a quotient of small numbers; at the limit of wide faces rounding decides.
+                // A sliver's centroid is a quotient of small numbers; at the limit of wide faces rounding
+                // decides.
                 let sliver = area(&want.corners) < 1e-3 * want.radius().powi(2);
                 let close_call = sliver || (reach / WIDE - 1.0).abs() < 1e-4;
                 let tolerance = 1e-4 * want.radius() + 1e-6;
@@ -451,5 +454,40 @@ fn the_longest_move_is_kept() {
     for (i, target) in faces.targets.to_vec(device()).unwrap().iter().enumerate() {
         let moved = target.truncate().as_dvec3().distance(scene.positions[i]);
         assert!(moved < 1.001e-3, "site {i} moved {moved}");
+    }
+}
+
+#[test]
+fn faces_are_cut_by_sites_of_the_patch_and_on_curves() {
+    let scene = CurveScene::new(900, 4);
+    let n = scene.positions.len();
+    for workgroup in [None, Some(16)] {
+        let options = PlanarOptions { workgroup, ..PlanarOptions::new(K as u32, 1) };
+        let faces = PlanarFaces::new(device(), n, &options).unwrap();
+        let step = PlanarMove { iteration: 0, momentum: 0.9, largest_move: 10.0, widest: 1.0, exact: true };
+        let mut recorder = device().recorder().unwrap();
+        faces.record(&mut recorder, &scene.inputs(), &step).unwrap();
+        recorder.submit().unwrap();
+        assert_valid(device());
+        let targets = faces.targets.to_vec(device()).unwrap();
+        let mut compared = 0;
+        for (i, target) in targets.iter().enumerate() {
+            let got = target.truncate().as_dvec3();
+            if scene.marks[i].is_pinned() {
+                assert_eq!((got, target.w), (scene.positions[i], 0.0), "curve site {i} wants to move");
+                continue;
+            }
+            let want = scene.want(i);
+            // Wider ones go a part of the way only.
+            if want.radius() > 0.44 {
+                continue;
+            }
+            compared += 1;
+            let (u, v) = frame(scene.unit[i]);
+            let middle = area_centroid(&want.corners);
+            let middle = scene.positions[i] + u * middle.x + v * middle.y;
+            assert!(got.distance(middle) < 1e-6, "site {i}: {got} instead of {middle}");
+        }
+        assert!(compared > 400, "{compared} faces are not wide");
     }
 }

@@ -1,0 +1,122 @@
+//! `face/cell` against the intersection of half-planes in f64.
+
+use crate::reference::face::face;
+use crate::support::cell_faces::{DeviceFaces, device_faces};
+use crate::support::polygons::{assert_same_polygon, frame};
+use crate::support::{cloud, on_sphere, rounded, spacing_on_sphere};
+use glam::DVec3;
+use rtfmesh::stages::face::cell::{BOX_HALF, CellOptions, FlagCounts};
+
+fn assert_faces(sites: &[DVec3], normals: &[DVec3], options: &CellOptions) -> FlagCounts {
+    let (sites, normals) = (rounded(sites), rounded(normals));
+    let got = device_faces(&sites, &normals, options);
+    for i in 0..sites.len() {
+        assert_eq!(got.flags[i] & 0b1111, 0, "site {i} has no face");
+        let (u, v) = frame(normals[i]);
+        let want = face(&sites, i, u, v, BOX_HALF * options.spacing);
+        let unbounded = want.behind.iter().any(Option::is_none);
+        assert_eq!(got.flags[i] & 64 != 0, unbounded, "site {i}: unbounded flag");
+        if !want.corners.is_empty() {
+            assert_same_polygon(i, &got.corners[i], &got.fans[i], &want);
+        }
+    }
+    FlagCounts::of(&got.flags)
+}
+
+#[test]
+fn sites_on_a_sphere() {
+    let (sites, normals) = on_sphere(700, 1);
+    let flags = assert_faces(&sites, &normals, &CellOptions::paper(32, spacing_on_sphere(700)));
+    assert_eq!(flags.unbounded, 0);
+}
+
+#[test]
+fn short_lists_are_completed() {
+    let (sites, normals) = on_sphere(300, 2);
+    let flags = assert_faces(&sites, &normals, &CellOptions::paper(4, spacing_on_sphere(300)));
+    assert!(flags.security_missed > 100, "four neighbours cannot be enough: {flags:?}");
+    assert_eq!(flags.incomplete, 0);
+}
+
+#[test]
+fn sites_in_a_volume_with_any_normals() {
+    let sites = cloud(400, 0.9, 3);
+    let normals = on_sphere(400, 4).1;
+    assert_faces(&sites, &normals, &CellOptions::paper(48, 0.15));
+}
+
+#[test]
+fn sizes_around_the_workgroup() {
+    for count in [0, 1, 2, 7, 8, 9, 15, 16, 17, 33] {
+        for workgroup in [8, 16] {
+            let (sites, normals) = on_sphere(count, 6);
+            let options = CellOptions { workgroup, ..CellOptions::paper(32, spacing_on_sphere(count)) };
+            assert_faces(&sites, &normals, &options);
+        }
+    }
+}
+
+#[test]
+fn lattices_with_four_sites_on_every_circle() {
+    let sites: Vec<_> = (0..400)
+        .map(|i| DVec3::new(f64::from(i % 20) / 32.0 - 0.3, f64::from(i / 20) / 32.0 - 0.3, 0.1))
+        .collect();
+    assert_faces(&sites, &vec![DVec3::Z; 400], &CellOptions::paper(32, 1.0 / 32.0));
+}
+
+#[test]
+fn the_distance_of_the_virtual_points_does_not_matter() {
+    let (sites, normals) = on_sphere(300, 7);
+    for virtual_offset in [2.0, 20.0, 500.0] {
+        let options = CellOptions { virtual_offset, ..CellOptions::paper(32, spacing_on_sphere(300)) };
+        assert_faces(&sites, &normals, &options);
+    }
+}
+
+#[test]
+fn collinear_sites_make_strips() {
+    let sites: Vec<_> = (0..40).map(|i| DVec3::new(0.01 * f64::from(i) - 0.2, 0.0, 0.0)).collect();
+    let flags = assert_faces(&sites, &vec![DVec3::Z; 40], &CellOptions::paper(32, 0.01));
+    assert_eq!(flags.unbounded, 40);
+}
+
+#[test]
+fn coincident_sites_are_counted_and_cut_each_other() {
+    let (mut sites, mut normals) = on_sphere(200, 8);
+    sites[150] = sites[20];
+    normals[150] = normals[20];
+    let (sites, normals) = (rounded(&sites), rounded(&normals));
+    let got = device_faces(&sites, &normals, &CellOptions::paper(32, spacing_on_sphere(200)));
+    let flags = FlagCounts::of(&got.flags);
+    assert_eq!((flags.coincident, flags.badly_closed), (2, 0));
+    assert!(got.fans[20].contains(&150) && got.fans[150].contains(&20));
+}
+
+#[test]
+fn the_face_on_a_spike_stays_in_its_cube() {
+    // A needle of sites below the tip: every bisector meets the tangent plane far away.
+    let sites: Vec<_> = (0..300)
+        .map(|i| {
+            let (turn, down) = (2.4 * f64::from(i), 1e-3 * f64::from(i));
+            DVec3::new(2e-5 * turn.cos(), 2e-5 * turn.sin(), -down)
+        })
+        .collect();
+    let sites = rounded(&sites);
+    let got = device_faces(&sites, &vec![DVec3::Z; 300], &CellOptions::paper(8, 1e-3));
+    assert!(got.flags[0] & 64 != 0, "{}", got.flags[0]);
+    assert!(got.corners[0].len() >= 3);
+    assert!(got.corners[0].iter().all(|c| c.length() < 2.0 * BOX_HALF * 1e-3));
+}
+
+#[test]
+fn overflows_are_flagged_and_leave_no_face() {
+    let (sites, normals) = on_sphere(200, 9);
+    let (sites, normals) = (rounded(&sites), rounded(&normals));
+    let paper = CellOptions::paper(32, spacing_on_sphere(200));
+    let few_planes = device_faces(&sites, &normals, &CellOptions { max_planes: 10, ..paper });
+    let few_triangles = device_faces(&sites, &normals, &CellOptions { max_triangles: 8, ..paper });
+    assert!(FlagCounts::of(&few_planes.flags).plane_overflow > 150);
+    assert!(FlagCounts::of(&few_triangles.flags).triangle_overflow > 150);
+    let empty = |got: &DeviceFaces| (0..200).all(|i| got.flags[i] & 3 == 0 || got.corners[i].is_empty());
+    assert!(empty(&few_planes) && empty(&few_triangles));
+}

@@ -1,0 +1,4 @@
+//! Neighbours of sites.
+
+pub mod knn;
+pub mod lists;

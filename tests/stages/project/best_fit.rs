@@ -1,0 +1,58 @@
+//! `project/best_fit` against the closed form.
+
+use crate::reference::knn::nearest;
+use crate::reference::plane_fit::plane_fit;
+use crate::support::{assert_valid, cloud, device, rounded, slots, upload};
+use glam::{DVec3, Vec4};
+use rtfmesh::gpu::Buffer;
+use rtfmesh::mesh::samples::sample;
+use rtfmesh::mesh::unit_frame::UnitFrame;
+use rtfmesh::sites::surface::Surface;
+use rtfmesh::stages::project::best_fit::{BestFit, vertex_normals};
+
+#[test]
+fn sites_are_pulled_to_the_planes_of_their_vertices() {
+    let device = device();
+    for (name, k, count, workgroup) in [
+        ("torus", 16, 300, 64),
+        ("torus", 16, 63, 16),
+        ("sphere", 8, 65, 64),
+        ("box", 16, 17, 16),
+        ("torus", 3, 0, 64),
+    ] {
+        let mesh = sample(name).unwrap();
+        let surface = Surface::new(device, &mesh, &UnitFrame::of(&mesh).unwrap()).unwrap();
+        let (targets, vertices) = (rounded(&cloud(count, 0.5, 9)), rounded(&surface.vertices));
+        let near = nearest(&targets, &vertices, k, false);
+        let neighbours = Buffer::from_slice(device, "test.neighbours", &slots(&near, k)).unwrap();
+        let fit = BestFit::new(device, &surface, count, k as u32, Some(workgroup)).unwrap();
+        let mut recorder = device.recorder().unwrap();
+        let buffer = upload("test.targets", &targets);
+        fit.record(&mut recorder, &buffer, &neighbours, &surface.device).unwrap();
+        recorder.submit().unwrap();
+        assert_valid(device);
+        let (projected, normals): (Vec<Vec4>, Vec<Vec4>) =
+            (fit.projected.to_vec(device).unwrap(), fit.normals.to_vec(device).unwrap());
+        let (flags, outward) = (fit.flags.to_vec(device).unwrap(), vertex_normals(&surface));
+        for (i, at) in targets.iter().enumerate() {
+            let points: Vec<DVec3> = near[i].iter().map(|v| vertices[*v as usize]).collect();
+            let (want, side) = (plane_fit(&points), outward[near[i][0] as usize]);
+            let [low, middle, high] = want.eigenvalues;
+            // Where two eigenvalues or the side are close, rounding may decide.
+            let agreement = want.normal.dot(side).abs();
+            if middle - low < 0.05 * high || (agreement - 0.8).abs() < 0.02 {
+                continue;
+            }
+            let usable = agreement > 0.8;
+            assert_eq!(flags[i] & 128 == 0, usable, "{name} {i}: agreement {agreement}");
+            let mean = points.iter().sum::<DVec3>() / points.len() as f64;
+            let (mut n, from) = if usable { (want.normal, mean) } else { (side, points[0]) };
+            n = if n.dot(side) < 0.0 { -n } else { n };
+            let to = *at - n * (*at - from).dot(n);
+            let (got, normal) = (projected[i].truncate().as_dvec3(), normals[i].truncate().as_dvec3());
+            assert!(normal.distance(n) < 1e-3, "{name} {i}: {normal} instead of {n}");
+            assert!(got.distance(to) < 1e-3 * at.distance(to) + 1e-6, "{name} {i}: {got} instead of {to}");
+            assert!((f64::from(projected[i].w) - got.distance(*at)).abs() < 1e-6, "{name} {i}");
+        }
+    }
+}

@@ -1,0 +1,164 @@
+//! `step/{step, reduce, settle, keep_off}` against their definitions.
+
+use crate::reference::octahedral::unpack;
+use crate::support::curve_scene::CurveScene;
+use crate::support::{assert_valid, cloud, device, on_sphere, rng, rounded, upload, vec4};
+use glam::{DVec3, Vec4};
+use rand::RngExt;
+use rtfmesh::gpu::Buffer;
+use rtfmesh::stages::project::walk::Walk;
+use rtfmesh::stages::step::{KeepOff, Settle, Step};
+
+const SPACING: f64 = 0.05;
+
+#[test]
+fn steps_move_the_sites_and_sum_up() {
+    let device = device();
+    for count in [1, 15, 16, 17, 63, 64, 65, 1000, 5000] {
+        for workgroup in [16, 64] {
+            let (from, to) = (rounded(&cloud(count, 1.0, 4)), rounded(&cloud(count, 1.0, 5)));
+            let (sites, target) = (upload("test.sites", &from), upload("test.projected", &to));
+            let step = Step::new(device, count, 2, Some(workgroup)).unwrap();
+            let mut recorder = device.recorder().unwrap();
+            step.record(&mut recorder, &target, &sites, 0).unwrap();
+            step.record(&mut recorder, &target, &sites, 1).unwrap();
+            recorder.submit().unwrap();
+            let moved: Vec<Vec4> = sites.to_vec(device).unwrap();
+            assert!(moved.iter().zip(&to).all(|(m, t)| m.truncate().as_dvec3() == *t));
+            let history = step.history.to_vec(device).unwrap();
+            let lengths: Vec<f64> = from.iter().zip(&to).map(|(a, b)| a.distance(*b)).collect();
+            let rms = (lengths.iter().map(|l| l * l).sum::<f64>() / count as f64).sqrt();
+            let most = lengths.iter().copied().fold(0.0, f64::max);
+            assert!((f64::from(history[0].x) - rms).abs() < 1e-5 * rms, "{count}: {} vs {rms}", history[0].x);
+            assert!((f64::from(history[0].y) - most).abs() < 1e-6 * most);
+            assert_eq!(history[1], glam::Vec2::ZERO, "the second step goes nowhere");
+        }
+    }
+    assert_valid(device);
+}
+
+#[test]
+fn settling_moves_the_sites_and_sums_the_steps_to_the_centroids() {
+    let device = device();
+    for (n, workgroup) in
+        [(1, None), (16, Some(16)), (17, Some(16)), (63, None), (64, None), (65, None), (3000, None)]
+    {
+        let places = rounded(&cloud(n, 1.0, 3));
+        let normals = on_sphere(n, 4).1;
+        let steps: Vec<f64> = (0..n).map(|i| (i % 7) as f64 * 1e-3).collect();
+        let targets: Vec<Vec4> =
+            places.iter().zip(&steps).map(|(p, s)| p.as_vec3().extend((s * s) as f32)).collect();
+        let walk = Walk::new(device, n, None).unwrap();
+        let settle = Settle::new(device, n, 2, None, workgroup).unwrap();
+        let sites = Buffer::<Vec4>::new(device, "test.sites", n).unwrap();
+        let mut recorder = device.recorder().unwrap();
+        recorder.upload(&walk.projected, &vec4(&places)).unwrap();
+        recorder.upload(&walk.normals, &vec4(&normals)).unwrap();
+        let targets = Buffer::from_slice(device, "test.targets", &targets).unwrap();
+        settle.record(&mut recorder, &walk, &targets, &sites, 1).unwrap();
+        recorder.submit().unwrap();
+        assert_valid(device);
+        assert_eq!(sites.to_vec(device).unwrap(), vec4(&places));
+        for (got, want) in settle.surface_normals.to_vec(device).unwrap().iter().zip(&normals) {
+            assert!(unpack(*got).distance(*want) < 1e-4);
+        }
+        let got = settle.history.to_vec(device).unwrap()[1];
+        let rms = (steps.iter().map(|s| s * s).sum::<f64>() / n as f64).sqrt();
+        let most = steps.iter().copied().fold(0.0, f64::max);
+        assert!((f64::from(got.x) - rms).abs() < 1e-6, "{n}: {} instead of {rms}", got.x);
+        assert!((f64::from(got.y) - most).abs() < 1e-6, "{n}: {} instead of {most}", got.y);
+    }
+}
+
+#[test]
+fn curve_sites_stay_and_only_the_others_count() {
+    for (n, workgroup) in [(1, None), (15, Some(16)), (16, Some(16)), (17, Some(16)), (500, None)] {
+        let scene = CurveScene::new(n, 2);
+        let moving = scene.marks.iter().filter(|mark| !mark.is_pinned()).count();
+        let places = rounded(&cloud(n, 1.0, 3));
+        let step = |i: usize| if scene.marks[i].is_pinned() { 0.0 } else { (i % 7) as f64 * 1e-3 };
+        let targets: Vec<Vec4> =
+            places.iter().enumerate().map(|(i, p)| p.as_vec3().extend((step(i) * step(i)) as f32)).collect();
+        let walk = Walk::new(device(), n, None).unwrap();
+        let settle = Settle::new(device(), n, 1, Some(moving), workgroup).unwrap();
+        let before = scene.sites.to_vec(device()).unwrap();
+        let mut recorder = device().recorder().unwrap();
+        recorder.upload(&walk.projected, &vec4(&places)).unwrap();
+        recorder.upload(&walk.normals, &vec4(&scene.unit)).unwrap();
+        recorder.upload(&settle.surface_normals, &vec![7; n]).unwrap();
+        let targets = Buffer::from_slice(device(), "test.targets", &targets).unwrap();
+        settle.record(&mut recorder, &walk, &targets, &scene.sites, 0).unwrap();
+        recorder.submit().unwrap();
+        assert_valid(device());
+        let normals = settle.surface_normals.to_vec(device()).unwrap();
+        for (i, got) in scene.sites.to_vec(device()).unwrap().iter().enumerate() {
+            if scene.marks[i].is_pinned() {
+                assert_eq!((got, normals[i]), (&before[i], 7), "curve site {i} has moved");
+            } else {
+                assert_eq!(*got, places[i].as_vec3().extend(before[i].w), "site {i}");
+            }
+        }
+        let got = settle.history.to_vec(device()).unwrap()[0];
+        let rms = ((0..n).map(|i| step(i) * step(i)).sum::<f64>() / moving as f64).sqrt();
+        assert!((f64::from(got.x) - rms).abs() < 1e-6, "{n}: {} instead of {rms}", got.x);
+    }
+}
+
+/// Where the target `to` of an interior site may go: off the lines of the curve sites around, which have it
+/// at least at 0.45 of how far they go on.
+fn kept_off(scene: &CurveScene, lengths: &[f64], i: usize, to: DVec3) -> DVec3 {
+    let (at, n) = (scene.positions[i], scene.unit[i]);
+    let mut push = DVec3::ZERO;
+    for j in scene.near[i].iter().take(12).map(|j| *j as usize) {
+        let Some((direction, reach)) = scene.marks[j].line() else { continue };
+        let reach = reach * SPACING * lengths[j];
+        let across = |p: DVec3| p - scene.positions[j] - direction * (p - scene.positions[j]).dot(direction);
+        let away = across(at) - n * across(at).dot(n);
+        if !scene.faces(i, j) || away.length() < 1e-5 * SPACING {
+            continue;
+        }
+        let away = away.normalize();
+        let off = to - scene.positions[j];
+        let missing = 0.45 * reach - off.dot(away);
+        if off.dot(direction).abs() <= reach && missing > 0.0 {
+            push += away * (missing - push.dot(away)).max(0.0);
+        }
+    }
+    to + push
+}
+
+#[test]
+fn targets_keep_off_curves() {
+    let sizes = [(1, None), (63, Some(8)), (64, None), (65, None), (900, Some(16))];
+    for ((n, workgroup), sized) in sizes.into_iter().flat_map(|size| [(size, false), (size, true)]) {
+        let scene = CurveScene::new(n, 5);
+        let mut rng = rng(8);
+        let lengths: Vec<f32> =
+            (0..n).map(|_| if sized { rng.random_range(0.5..2.0) } else { 1.0 }).collect();
+        let on_device = Buffer::from_slice(device(), "test.lengths", &lengths).unwrap();
+        let lengths: Vec<f64> = lengths.into_iter().map(f64::from).collect();
+        let wanted: Vec<DVec3> =
+            scene.positions.iter().zip(cloud(n, SPACING, 6)).map(|(p, off)| *p + off).collect();
+        let wanted = rounded(&wanted);
+        let targets = upload("test.targets", &wanted);
+        let keep_off = KeepOff::new(device(), sized, workgroup).unwrap();
+        let mut recorder = device().recorder().unwrap();
+        let wished = sized.then_some(&on_device);
+        keep_off.record(&mut recorder, &scene.inputs(), &targets, SPACING, wished).unwrap();
+        recorder.submit().unwrap();
+        assert_valid(device());
+        let mut moved = 0;
+        for (i, got) in targets.to_vec(device()).unwrap().iter().enumerate() {
+            let pinned = scene.marks[i].is_pinned();
+            let want = if pinned { wanted[i] } else { kept_off(&scene, &lengths, i, wanted[i]) };
+            let to = got.truncate().as_dvec3();
+            assert!(to.distance(want) < 2e-4 * SPACING, "{n} sites: site {i}: {to} instead of {want}");
+            if want != wanted[i] {
+                moved += 1;
+                let step_sq = want.distance_squared(scene.positions[i]) / lengths[i].powi(2);
+                assert!((f64::from(got.w) - step_sq).abs() < 1e-6, "site {i}: squared step");
+            }
+        }
+        assert!(n < 900 || moved > 50, "{moved} targets are too near to curves");
+    }
+}
