@@ -1,47 +1,53 @@
-//! How the work of an attempt is shared among its phases, by estimate: progress is told in these.
+//! Estimated cost of the phases of an attempt, from which its progress is reported.
 
-use super::coarse_to_fine::levels::LevelPlan;
 use crate::progress::CONNECT;
 use crate::{Method, Options};
 
-/// Iterations of each level that are left when a run is to come to an end early.
+/// Iterations of each level in a run that is to finish early.
 pub(crate) const FEW_ITERATIONS: u32 = 5;
-/// Rounds of the polish then.
+/// Rounds of the polish in such a run.
 pub(crate) const FEW_ROUNDS: u32 = 4;
 
-/// What costs how much for each site, in iterations of a site on the CPU: as measured.
+/// Costs for each site, relative to one iteration of a site, as measured on the CPU.
 const ROUND: f64 = 0.4;
 const FIT: f64 = 12.0;
-const SPOTS: f64 = 6.0;
+const OUTLIERS: f64 = 6.0;
 const CHECK: f64 = 3.0;
 const MEASURE: f64 = 5.0;
-/// And for each triangle of the input.
+/// Cost for each triangle of the input.
 const PREPARE: f64 = 3.0;
 
-/// Fractions at which the phases of an attempt end, and what follows each in a run that comes to an end
-/// early.
+/// Fractions of an attempt's cost at which its phases end.
 #[derive(Debug, Clone, Default, PartialEq)]
-pub(crate) struct Shares {
-    /// Of preparing.
+pub(crate) struct AttemptCost {
+    /// At the end of the preparation.
     pub prepared: f64,
-    pub levels: Vec<Share>,
-    pub polish: Share,
-    pub fit: Share,
-    pub spots: Share,
-    pub check: Share,
+    pub levels: Vec<PhaseCost>,
+    pub polish: PhaseCost,
+    pub fit: PhaseCost,
+    pub outliers: PhaseCost,
+    pub check: PhaseCost,
 }
 
-/// One phase.
+/// Work on one level.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct LevelWork {
+    pub sites: usize,
+    pub iterations: u32,
+}
+
+/// Fractions of an attempt's cost around the end of a phase.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
-pub(crate) struct Share {
+pub(crate) struct PhaseCost {
+    /// At the end of the phase.
     pub until: f64,
-    /// As [`crate::Progress::to_finish`], from its end.
+    /// Of what follows the phase if the run is to finish early, as [`crate::Progress::to_finish`].
     pub after: f64,
 }
 
-impl Shares {
-    /// `iterations` are those of each level; `triangles` those of the input.
-    pub fn new(plans: &[LevelPlan], iterations: &[u32], triangles: usize, options: &Options) -> Self {
+impl AttemptCost {
+    /// `triangles` are those of the input.
+    pub fn new(levels: &[LevelWork], triangles: usize, options: &Options) -> Self {
         let sites = options.vertices as f64;
         let (rounds, fit) = match options.method {
             Method::CoarseToFine => (options.coarse_to_fine.polish_rounds, options.coarse_to_fine.fit),
@@ -49,35 +55,36 @@ impl Shares {
         };
         let fit = if fit { sites } else { 0.0 };
         let polish = |rounds: u32| sites * ROUND * f64::from(rounds);
-        let level = |plan: &LevelPlan, iterations: u32| plan.sites as f64 * (CONNECT + f64::from(iterations));
-        // What each takes, and what it takes in a hurry.
-        let mut costs: Vec<(f64, f64)> = (plans.iter().zip(iterations))
-            .map(|(plan, count)| (level(plan, *count), level(plan, FEW_ITERATIONS.min(*count))))
+        let level =
+            |level: &LevelWork, iterations: u32| level.sites as f64 * (CONNECT + f64::from(iterations));
+        // The cost of each phase, and its cost in a run that is to finish early.
+        let mut costs: Vec<(f64, f64)> = (levels.iter())
+            .map(|l| (level(l, l.iterations), level(l, FEW_ITERATIONS.min(l.iterations))))
             .collect();
         costs.extend([
             (polish(rounds), polish(FEW_ROUNDS.min(rounds))),
             (FIT * fit, FIT * fit),
-            (SPOTS * fit, 0.0),
+            (OUTLIERS * fit, 0.0),
             (CHECK * sites, CHECK * sites),
         ]);
         let (prepare, measure) = (PREPARE * triangles as f64, MEASURE * sites);
-        let all = prepare + costs.iter().map(|(cost, _)| cost).sum::<f64>() + measure;
-        let mut done = prepare;
-        let mut hurried = measure + costs.iter().map(|(_, cost)| cost).sum::<f64>();
-        // A level is connected whenever its iterations end.
-        let connect = plans.iter().map(|plan| CONNECT * plan.sites as f64).chain(std::iter::repeat(0.0));
-        let mut shares = costs.into_iter().zip(connect).map(|((cost, in_a_hurry), connect)| {
-            done += cost;
-            hurried -= in_a_hurry;
-            Share { until: done / all, after: (hurried + connect) / all }
+        let total = prepare + costs.iter().map(|(cost, _)| cost).sum::<f64>() + measure;
+        let mut until = prepare;
+        let mut after = measure + costs.iter().map(|(_, cost)| cost).sum::<f64>();
+        // A level is always connected, however few its iterations are.
+        let connect = levels.iter().map(|level| CONNECT * level.sites as f64).chain(std::iter::repeat(0.0));
+        let mut phases = costs.into_iter().zip(connect).map(|((cost, early_cost), connect)| {
+            until += cost;
+            after -= early_cost;
+            PhaseCost { until: until / total, after: (after + connect) / total }
         });
         Self {
-            prepared: prepare / all,
-            levels: shares.by_ref().take(plans.len()).collect(),
-            polish: shares.next().unwrap_or_default(),
-            fit: shares.next().unwrap_or_default(),
-            spots: shares.next().unwrap_or_default(),
-            check: shares.next().unwrap_or_default(),
+            prepared: prepare / total,
+            levels: phases.by_ref().take(levels.len()).collect(),
+            polish: phases.next().unwrap_or_default(),
+            fit: phases.next().unwrap_or_default(),
+            outliers: phases.next().unwrap_or_default(),
+            check: phases.next().unwrap_or_default(),
         }
     }
 }
@@ -87,14 +94,14 @@ mod tests {
     use super::*;
 
     #[test]
-    fn fractions_rise_and_less_and_less_is_to_follow() {
-        let plan = |sites| LevelPlan { sites, interior: sites, spacing: 1.0 };
-        let plans = [plan(100), plan(400), plan(1600)];
-        let shares = Shares::new(&plans, &[60, 40, 10], 5000, &Options::new(1600));
-        assert_eq!(shares.levels.len(), 3);
-        let ends = [shares.polish, shares.fit, shares.spots, shares.check];
-        let ends: Vec<Share> = shares.levels.iter().copied().chain(ends).collect();
-        assert!(shares.prepared > 0.0 && shares.prepared < ends[0].until);
+    fn fractions_rise_and_less_and_less_follows() {
+        let levels =
+            [(100, 60), (400, 40), (1600, 10)].map(|(sites, iterations)| LevelWork { sites, iterations });
+        let cost = AttemptCost::new(&levels, 5000, &Options::new(1600));
+        assert_eq!(cost.levels.len(), 3);
+        let ends = [cost.polish, cost.fit, cost.outliers, cost.check];
+        let ends: Vec<PhaseCost> = cost.levels.iter().copied().chain(ends).collect();
+        assert!(cost.prepared > 0.0 && cost.prepared < ends[0].until);
         for pair in ends.windows(2) {
             assert!(pair[0].until < pair[1].until && pair[0].after >= pair[1].after, "{ends:?}");
         }

@@ -10,6 +10,7 @@ mod near_sites;
 mod prepare;
 mod preview;
 mod submission;
+mod user_curves;
 
 use crate::gpu::{Device, StageTime};
 use crate::measure::{Crossing, Measures, measure_some};
@@ -39,10 +40,12 @@ use std::sync::atomic::AtomicBool;
 use std::time::Instant;
 
 pub use all_at_once::exact::ExactSummary;
-pub(crate) use prepare::{compile, compile_later};
 #[cfg(feature = "html")]
-pub(crate) use prepare::{for_repaired, wanted_edges};
+pub(crate) use prepare::for_repaired;
+pub(crate) use prepare::{compile, compile_later};
 pub use preview::{Preview, PreviewLevel, preview, preview_repaired};
+#[cfg(feature = "html")]
+pub(crate) use user_curves::user_curve_edges;
 
 /// A result with its story.
 #[derive(Debug, Clone)]

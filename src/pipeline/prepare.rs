@@ -2,15 +2,15 @@
 //! uploaded.
 
 use super::coarse_to_fine::Ground;
-use super::coarse_to_fine::attempts::has_own_curves;
 use super::coarse_to_fine::level::Level;
 use super::coarse_to_fine::size_field::{SizeRequest, size_field};
 use super::collapse::Wish;
 use super::collapse::components::{Divided, Parts};
 use super::memory::{MOST_HALVED, check_memory, longest_edge};
+use super::user_curves::{has_user_curves, user_curve_edges};
 use crate::gpu::Device;
 use crate::mesh::correspondence::{CorrespondenceRequest, Search, half_edges_after, vertex_values_after};
-use crate::mesh::features::{FeatureOptions, user_edges};
+use crate::mesh::features::FeatureOptions;
 use crate::mesh::repair::{Repaired, repair_with};
 use crate::mesh::spacing;
 use crate::mesh::subdivide::halved_until;
@@ -175,7 +175,7 @@ fn divide(
     stop: &AtomicBool,
 ) -> Result<Option<Divided>> {
     // The user's lines may be on a small component, and the other methods are to stay what they are.
-    if options.method != Method::CoarseToFine || has_own_curves(options) {
+    if options.method != Method::CoarseToFine || has_user_curves(options) {
         return Ok(None);
     }
     if Parts::new(mesh).count() == 1 {
@@ -212,7 +212,7 @@ pub(crate) fn ground(
     stop: &AtomicBool,
 ) -> Result<Ground> {
     let place = places_on(surface, mesh);
-    let wanted = wanted_edges(mesh, options)?;
+    let wanted = user_curve_edges(mesh, options)?;
     let user_edges = wanted.into_iter().map(|edge| edge.map(|v| place[v as usize])).collect();
     let spacing = spacing(surface.area(), options.vertices);
     let wanted = FeatureOptions { feature_angle: options.coarse_to_fine.feature_angle, spacing, user_edges };
@@ -236,20 +236,6 @@ fn places_on(surface: &Surface, mesh: &TriMesh) -> Vec<u32> {
         place[*from as usize] = *to;
     }
     place
-}
-
-/// The edges of `mesh`, which is repaired, that the user's curves run along.
-pub(crate) fn wanted_edges(mesh: &TriMesh, options: &Options) -> Result<Vec<[u32; 2]>> {
-    let corners = mesh.triangles.as_flattened();
-    let next = |half: u32| if half % 3 == 2 { half - 2 } else { half + 1 };
-    let ends = |half: u32| [half, next(half)].map(|corner| corners[corner as usize]);
-    let held = options.coarse_to_fine.fixed_half_edges.iter().map(|half| ends(*half));
-    let Some(features) = &options.coarse_to_fine.features else { return Ok(held.collect()) };
-    let drawn = user_edges(mesh, &features.lines).map_err(|error| match &features.file {
-        Some(file) => error.in_file(file),
-        None => error,
-    })?;
-    Ok(held.chain(drawn).collect())
 }
 
 /// Compiles the kernels with which the default pipeline begins; other methods compile theirs themselves.

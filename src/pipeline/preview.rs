@@ -1,14 +1,14 @@
-//! What a run would do, without a device.
+//! The plan of a run, made without a device.
 
-use super::coarse_to_fine::attempts::may_collapse;
 use super::coarse_to_fine::levels::{Extent, LevelPlan, enough, levels};
 use super::coarse_to_fine::size_field::{SizeRequest, size_field};
 use super::memory::bytes_needed;
-use super::prepare::{cleaned, for_repaired, wanted_edges};
-use super::spacing;
+use super::prepare::{cleaned, for_repaired};
+use super::user_curves::{may_simplify, user_curve_edges};
 use crate::mesh::features::{FeatureOptions, Features, find_features};
 use crate::mesh::repair::{RepairCounts, Repaired};
 use crate::mesh::sizing::SizeField;
+use crate::mesh::spacing;
 use crate::mesh::topology::topology;
 use crate::mesh::unit_frame::UnitFrame;
 use crate::options::{Method, Options, Shortage, Sizing};
@@ -16,43 +16,43 @@ use crate::sites::surface_curves::SurfaceCurves;
 use crate::{Error, Result, TriMesh};
 use serde::Serialize;
 
-/// A run that was not made.
+/// The plan of a run.
 #[derive(Debug, Clone, Serialize)]
 pub struct Preview {
-    /// What cleaning the input finds.
+    /// What was repaired of the input.
     pub repaired: RepairCounts,
-    /// Vertices and triangles of the cleaned input.
+    /// Vertices and triangles of the repaired input.
     pub input: [usize; 2],
     /// Vertices of the result.
     pub vertices: usize,
-    /// Edge length of a perfect layout in the input's units.
+    /// Edge length of a perfect layout, in the input's units.
     pub spacing: f64,
-    /// From the coarsest to the finest; with [`Method::CoarseToFine`] alone more than one.
+    /// From the coarsest to the finest; more than one only with [`Method::CoarseToFine`].
     pub levels: Vec<PreviewLevel>,
-    /// Chains of sharp, open and other edges that are held.
+    /// Number of curves: chains of sharp edges, boundary edges and others that are kept.
     pub curves: usize,
-    /// Vertices where curves end, branch or turn; each has a vertex of the result.
+    /// Number of corners, where curves end, branch or turn sharply; each gets a vertex of the result.
     pub corners: usize,
-    /// About how many vertices of the result will be inside each patch between the curves, largest first.
+    /// Estimated number of vertices inside each patch between the curves, largest first.
     pub patches: Vec<usize>,
-    /// Whether the curves need so many vertices that edges will be collapsed instead.
+    /// Whether the curves need so many vertices that the surface will be simplified instead.
     pub collapses: bool,
-    /// About how much device memory is needed, in bytes.
+    /// Estimated device memory, in bytes.
     pub device_bytes: u64,
 }
 
 /// Vertices of one level of a [`Preview`].
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct PreviewLevel {
-    /// All of them.
+    /// All vertices of the level.
     pub vertices: usize,
-    /// Those on curves, corners included.
+    /// Vertices on curves, corners included.
     pub on_curves: usize,
     /// Edge length in the input's units.
     pub spacing: f64,
 }
 
-/// Plans a run of [`crate::remesh`] and does not make it.
+/// Plans a run of [`crate::remesh`] without making it.
 ///
 /// # Errors
 /// [`crate::Error::Usage`] for options out of range and too few vertices for the curves,
@@ -79,7 +79,7 @@ pub fn preview_repaired(mesh: &TriMesh, repaired: Option<Repaired>, options: &Op
     let spacing = spacing(whole, options.vertices);
     let (found, curves, field) = match options.method {
         Method::CoarseToFine => {
-            let user_edges = wanted_edges(&repaired.mesh, options)?;
+            let user_edges = user_curve_edges(&repaired.mesh, options)?;
             let wanted =
                 FeatureOptions { feature_angle: options.coarse_to_fine.feature_angle, spacing, user_edges };
             let found = find_features(&unit, &wanted)?;
@@ -96,21 +96,21 @@ pub fn preview_repaired(mesh: &TriMesh, repaired: Option<Repaired>, options: &Op
         Method::CoarseToFine => {
             let extent = Extent { area: whole, euler: topology(&unit).euler, curves: curves.as_ref() };
             match (levels(&extent, options.vertices, options.coarse_to_fine.coarsest), &curves) {
-                // As a run does.
+                // As a run would.
                 (Err(Error::Usage { .. }), Some(curves))
                     if options.coarse_to_fine.shortage == Shortage::AddVertices =>
                 {
                     let vertices = enough(curves, whole, options.vertices);
                     return preview(&repaired.mesh, &options.clone().vertices(vertices));
                 }
-                // Then it has no levels.
-                (Err(Error::Usage { .. }), _) if may_collapse(options) => Vec::new(),
+                // A surface that is simplified has no levels.
+                (Err(Error::Usage { .. }), _) if may_simplify(options) => Vec::new(),
                 (plans, _) => plans?,
             }
         }
         _ => vec![LevelPlan { sites: options.vertices, interior: options.vertices, spacing }],
     };
-    let worth: Vec<f64> = areas.iter().enumerate().map(|(t, area)| area * field.crowd(t)).collect();
+    let weighted: Vec<f64> = areas.iter().enumerate().map(|(t, area)| area * field.crowd(t)).collect();
     let interior = plans.last().map_or(0, |last| last.interior);
     let level = |plan: &LevelPlan| PreviewLevel {
         vertices: plan.sites,
@@ -126,12 +126,12 @@ pub fn preview_repaired(mesh: &TriMesh, repaired: Option<Repaired>, options: &Op
         levels: plans.iter().map(level).collect(),
         curves: found.curves.len(),
         corners: found.corners.len(),
-        patches: by_patch(&found, &worth, interior),
+        patches: by_patch(&found, &weighted, interior),
         device_bytes: bytes_needed(&repaired.mesh, options, curves.is_some())?,
     })
 }
 
-/// Shares of `interior` vertices by area, where edges are shorter by more.
+/// The `interior` vertices of each patch by its weighted area, largest first.
 fn by_patch(found: &Features, areas: &[f64], interior: usize) -> Vec<usize> {
     let mut patches = vec![0.0; found.patch_count];
     for (patch, area) in found.patches.iter().zip(areas) {

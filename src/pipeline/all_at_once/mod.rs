@@ -7,8 +7,7 @@ pub(crate) mod projection;
 pub(crate) mod rtf;
 
 use super::coarse_to_fine::attempts::Settled;
-use super::coarse_to_fine::levels::LevelPlan;
-use super::cost::Shares;
+use super::cost::{AttemptCost, LevelWork};
 use super::{Clock, Connection};
 use crate::gpu::Device;
 use crate::mesh::sizing::SizeField;
@@ -38,13 +37,13 @@ impl AllAtOnce<'_> {
         let Self { device, surface, input, options } = *self;
         let vertices = options.vertices;
         let spacing = spacing(surface.area(), vertices);
-        let plan = LevelPlan { sites: vertices, interior: vertices, spacing };
-        let shares = Shares::new(&[plan], &[options.iterations], surface.triangles.len(), options);
-        watch.phase(Phase::Prepare, shares.prepared, 0.0)?;
+        let work = LevelWork { sites: vertices, iterations: options.iterations };
+        let cost = AttemptCost::new(&[work], surface.triangles.len(), options);
+        watch.phase(Phase::Prepare, cost.prepared, 0.0)?;
         let (seeds, disks) = self.seeds(watch)?;
         clock.phase("seed");
         let begin = |watch: &mut Watch| {
-            watch.phase(Phase::LastLevel, shares.levels[0].until, shares.levels[0].after)?;
+            watch.phase(Phase::LastLevel, cost.levels[0].until, cost.levels[0].after)?;
             if options.iterations > 0 {
                 watch.level(0, options.iterations);
             }

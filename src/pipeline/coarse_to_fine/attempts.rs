@@ -9,6 +9,7 @@ use crate::mesh::topology::Topology;
 use crate::mesh::unit_frame::UnitFrame;
 use crate::options::{Options, Shortage};
 use crate::pipeline::prepare::ground;
+use crate::pipeline::user_curves::may_simplify;
 use crate::pipeline::{Clock, Connection, FeatureSummary};
 use crate::progress::Watch;
 use crate::sites::surface::Surface;
@@ -23,16 +24,6 @@ const GROWTH: f64 = 1.5;
 const MOST_GROWTH: usize = 4;
 /// or this many.
 const FEW: usize = 5000;
-
-/// Whether the user named edges.
-pub(crate) fn has_own_curves(options: &Options) -> bool {
-    options.coarse_to_fine.features.is_some() || !options.coarse_to_fine.fixed_half_edges.is_empty()
-}
-
-/// Whether sharp edges may give way to the number of vertices: those that the user named may not.
-pub(crate) fn may_collapse(options: &Options) -> bool {
-    !has_own_curves(options) && options.coarse_to_fine.shortage != Shortage::AddVertices
-}
 
 /// What all attempts share.
 pub(crate) struct Attempts<'a> {
@@ -87,7 +78,7 @@ impl Attempts<'_> {
         };
         let begun = match run(&first, vertices, seed, watch) {
             // Sharp edges need more than there are.
-            Err(error @ Error::Usage { .. }) if may_collapse(self.options) => {
+            Err(error @ Error::Usage { .. }) if may_simplify(self.options) => {
                 let skeleton = first.skeleton;
                 let collapsed = watch.during(|stop| self.collapsed(skeleton, vertices, crossing, stop))?;
                 return collapsed.ok_or(error);

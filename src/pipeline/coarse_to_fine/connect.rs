@@ -9,7 +9,7 @@ use crate::mesh::polyline::Polyline;
 use crate::mesh::topology::topology;
 use crate::mesh::unit_frame::{UnitFrame, decimals};
 use crate::pipeline::Clock;
-use crate::pipeline::cost::{FEW_ROUNDS, Shares};
+use crate::pipeline::cost::{AttemptCost, FEW_ROUNDS};
 use crate::pipeline::near_sites::near_sites;
 use crate::polish::{
     FitOptions, OutlierOptions, PolishOptions, SlidingCurve, fit_while, polish_while, reduce_outliers_while,
@@ -200,12 +200,12 @@ impl CoarseToFine<'_> {
         on: &CellSurface,
         mut found: Found,
         spacing: f64,
-        (shares, watch, clock): (&Shares, &mut Watch, &mut Clock),
+        (cost, watch, clock): (&AttemptCost, &mut Watch, &mut Clock),
     ) -> Result<(Found, Option<Fault>)> {
         let mut left = UNCROSSINGS;
         loop {
             found.rested = found.mesh.clone();
-            self.finish(&mut found, shares, watch, clock)?;
+            self.finish(&mut found, cost, watch, clock)?;
             if !found.sound {
                 let fault = Fault {
                     what: "components, handles or rims of the surface are lost".to_owned(),
@@ -213,7 +213,7 @@ impl CoarseToFine<'_> {
                 };
                 return Ok((found, Some(fault)));
             }
-            watch.phase(Phase::Check, shares.check.until, shares.check.after)?;
+            watch.phase(Phase::Check, cost.check.until, cost.check.after)?;
             let crossing = watch.during(|stop| crossing_faces_until(&found.mesh, self.frame, stop))?;
             found.crossing = Some(crossing.len());
             clock.phase("check");
@@ -256,12 +256,18 @@ impl CoarseToFine<'_> {
     }
 
     /// Better triangles and a closer fit. Vertices on curves keep to their curve.
-    fn finish(&self, found: &mut Found, shares: &Shares, watch: &mut Watch, clock: &mut Clock) -> Result<()> {
+    fn finish(
+        &self,
+        found: &mut Found,
+        cost: &AttemptCost,
+        watch: &mut Watch,
+        clock: &mut Clock,
+    ) -> Result<()> {
         let target = &self.ground.target;
         let fixed = found.held.as_ref().map_or_else(Vec::new, Held::on_curve);
         let patches = self.patches(found, &fixed);
         let mesh = &mut found.mesh;
-        watch.phase(Phase::Polish, shares.polish.until, shares.polish.after)?;
+        watch.phase(Phase::Polish, cost.polish.until, cost.polish.after)?;
         let sliding_curves = found.held.as_ref().map_or_else(Vec::new, |held| self.sliding_curves(held));
         let wanted = self.options.coarse_to_fine.polish_rounds
             + if sliding_curves.is_empty() { 0 } else { ROUNDS_ON_CURVES };
@@ -278,12 +284,12 @@ impl CoarseToFine<'_> {
         let PolishOptions { fixed, patches, lengths, .. } = options;
         if self.options.coarse_to_fine.fit {
             let options = FitOptions { fixed, patches, ..Default::default() };
-            watch.phase(Phase::Fit, shares.fit.until, shares.fit.after)?;
+            watch.phase(Phase::Fit, cost.fit.until, cost.fit.after)?;
             fit_while(mesh, target, &options, &mut |done| watch.done(done).is_ok());
             clock.phase("fit");
             let FitOptions { fixed, patches, .. } = options;
             let edge = crate::pipeline::spacing(self.surface.area(), mesh.vertices.len());
-            watch.phase(Phase::Outliers, shares.spots.until, shares.spots.after)?;
+            watch.phase(Phase::Outliers, cost.outliers.until, cost.outliers.after)?;
             let options = OutlierOptions { fixed, patches, lengths, ..Default::default() };
             reduce_outliers_while(mesh, target, edge, &options, &mut |done| {
                 watch.done(done).is_ok() && !watch.leave_out()

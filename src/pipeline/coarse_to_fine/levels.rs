@@ -73,11 +73,11 @@ fn finest(curves: &SurfaceCurves, area: f64, count: usize) -> Result<LevelPlan> 
     }
     Err(Error::usage(
         format!(
-            "{} of {count} vertices would lie on sharp edges and boundaries, which leaves too few for the surface between",
+            "{} of {count} vertices would lie on sharp edges and boundaries, which leaves too few between them",
             plan.sites - plan.interior
         ),
         format!(
-            "ask for {} vertices or more, let `shortage` add-vertices add them, or raise `feature_angle` for fewer sharp edges",
+            "ask for {} vertices or more, let `shortage` add-vertices add them, or raise `feature_angle`",
             enough(curves, area, count)
         ),
     ))

@@ -13,7 +13,7 @@ pub(crate) mod refine;
 pub(crate) mod size_field;
 pub(crate) mod uncovered;
 
-use super::cost::{FEW_ITERATIONS, Shares};
+use super::cost::{AttemptCost, FEW_ITERATIONS, LevelWork};
 use super::{Clock, Connection, FeatureSummary};
 use crate::gpu::Device;
 use crate::mesh::features::{FeatureOptions, find_features};
@@ -129,18 +129,20 @@ impl CoarseToFine<'_> {
             on = on.cut_along(&curves.on_curve, &curves.patches);
         }
         let mut total = 0;
-        let iterations: Vec<u32> =
-            (0..plans.len()).map(|l| self.iterations(plans.len(), l, l == 0)).collect();
-        let shares = Shares::new(&plans, &iterations, self.surface.triangles.len(), options);
-        watch.phase(Phase::Prepare, shares.prepared, 0.0)?;
-        let mut planned: u32 = iterations.iter().sum();
+        let iterations = |l: usize| self.iterations(plans.len(), l, l == 0);
+        let work =
+            |(l, plan): (usize, &LevelPlan)| LevelWork { sites: plan.sites, iterations: iterations(l) };
+        let work: Vec<LevelWork> = plans.iter().enumerate().map(work).collect();
+        let cost = AttemptCost::new(&work, self.surface.triangles.len(), options);
+        watch.phase(Phase::Prepare, cost.prepared, 0.0)?;
+        let mut planned: u32 = work.iter().map(|level| level.iterations).sum();
         let mut from = Origin::Nothing;
         for (l, plan) in plans.iter().enumerate() {
             let phase = if l + 1 == plans.len() { Phase::LastLevel } else { Phase::CoarseLevels };
             let found = loop {
                 let fresh = matches!(from, Origin::Nothing);
                 let further = matches!(from, Origin::Level(_));
-                watch.phase(phase, shares.levels[l].until, shares.levels[l].after)?;
+                watch.phase(phase, cost.levels[l].until, cost.levels[l].after)?;
                 let iterations = watch.shortened(self.iterations(plans.len(), l, fresh), FEW_ITERATIONS);
                 let (start, held) = self.start(from, plan);
                 planned = planned.max(total + iterations);
@@ -158,7 +160,7 @@ impl CoarseToFine<'_> {
             if l + 1 == plans.len() {
                 let steps = found.steps.clone();
                 let flags = FlagCounts { unbounded: found.open, ..Default::default() };
-                let (found, fault) = self.finished(&on, found, plan.spacing, (&shares, watch, clock))?;
+                let (found, fault) = self.finished(&on, found, plan.spacing, (&cost, watch, clock))?;
                 let curve_sites = found.held.map_or(0, |held| held.sites.positions.len());
                 let Found { mesh, rested, under, counts, crossing, .. } = found;
                 let rested = rested.vertices;

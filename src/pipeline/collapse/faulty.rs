@@ -6,8 +6,9 @@ use crate::Sizing;
 use crate::mesh::intersections::intersecting_faces_until;
 use crate::mesh::simplify::Site;
 use crate::mesh::spacing;
-use crate::pipeline::coarse_to_fine::attempts::{Attempts, Settled, has_own_curves};
+use crate::pipeline::coarse_to_fine::attempts::{Attempts, Settled};
 use crate::pipeline::coarse_to_fine::connect::crossing_faces_until;
+use crate::pipeline::user_curves::has_user_curves;
 use crate::pipeline::{Connection, FeatureSummary};
 use crate::sites::connect::ConnectCounts;
 use std::sync::OnceLock;
@@ -24,7 +25,7 @@ impl Attempts<'_> {
         stop: &AtomicBool,
     ) -> Option<Settled> {
         // Those curves are not known here.
-        if has_own_curves(self.options) {
+        if has_user_curves(self.options) {
             return None;
         }
         let begun = &settled.connection;

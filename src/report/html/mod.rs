@@ -12,7 +12,7 @@ use crate::mesh::features::{Curve, FeatureOptions, find_features};
 use crate::mesh::repair::repair_with;
 use crate::mesh::unit_frame::UnitFrame;
 use crate::picture::{WORST, check, distance_colour, middle_distances, quality_colour, quality_shares};
-use crate::pipeline::{for_repaired, wanted_edges};
+use crate::pipeline::{for_repaired, user_curve_edges};
 use crate::{Error, Method, Result, TriMesh};
 use askama::Template;
 use charts::Chart;
@@ -97,7 +97,7 @@ struct Timed {
 pub fn page(page: &PageInput) -> Result<String> {
     let Report { options, summary, device, .. } = page.report;
     let repaired = repair_with(page.input, &options.repairs())?;
-    let held = wanted_edges(&repaired.mesh, &for_repaired(page.input, &repaired, options))?;
+    let held = user_curve_edges(&repaired.mesh, &for_repaired(page.input, &repaired, options))?;
     let input = &repaired.mesh;
     let output = page.output;
     check(output)?;

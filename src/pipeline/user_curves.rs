@@ -1,0 +1,32 @@
+//! Curves that the user asks for: fixed half-edges and lines from a file.
+
+use crate::mesh::features::user_edges;
+use crate::options::{Options, Shortage};
+use crate::{Result, TriMesh};
+
+/// Whether the options ask for curves of the user.
+pub(crate) fn has_user_curves(options: &Options) -> bool {
+    options.coarse_to_fine.features.is_some() || !options.coarse_to_fine.fixed_half_edges.is_empty()
+}
+
+/// Whether a surface may be simplified without its curves if there are too few vertices: not with curves of the user.
+pub(crate) fn may_simplify(options: &Options) -> bool {
+    !has_user_curves(options) && options.coarse_to_fine.shortage != Shortage::AddVertices
+}
+
+/// The edges of `mesh`, which is repaired, on the user's curves.
+///
+/// # Errors
+/// As [`user_edges`].
+pub(crate) fn user_curve_edges(mesh: &TriMesh, options: &Options) -> Result<Vec<[u32; 2]>> {
+    let corners = mesh.triangles.as_flattened();
+    let next = |half: u32| if half % 3 == 2 { half - 2 } else { half + 1 };
+    let ends = |half: u32| [half, next(half)].map(|corner| corners[corner as usize]);
+    let fixed = options.coarse_to_fine.fixed_half_edges.iter().map(|half| ends(*half));
+    let Some(features) = &options.coarse_to_fine.features else { return Ok(fixed.collect()) };
+    let drawn = user_edges(mesh, &features.lines).map_err(|error| match &features.file {
+        Some(file) => error.in_file(file),
+        None => error,
+    })?;
+    Ok(fixed.chain(drawn).collect())
+}
