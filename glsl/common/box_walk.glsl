@@ -1,14 +1,15 @@
-// A walk over the implicit hierarchy of boxes of neighbours/box_levels: the leaves, of eight sites each, that a ball
-// touches. The sites may have moved since the boxes were made; the caller's ball is larger by that much.
-// The including file has declared the buffer boxes and, as push constants, starts_low, starts_high and levels.
+// A walk over the implicit hierarchy of boxes of neighbours/box_levels: the leaves, of eight sites each, that
+// a ball touches. The sites may have moved since the boxes were made; the caller's ball is larger by that
+// much. The including file has declared the buffer boxes and, as push constants, starts_low, starts_high and
+// levels.
 #ifndef COMMON_BOX_WALK_GLSL
 #define COMMON_BOX_WALK_GLSL
 
 struct BoxWalk {
     vec3 at;
     float radius_sq;
-    // Boxes still to enter: those of the level at hand (`mask`, the first of them is `base`), and eight bits for each
-    // level above.
+    // Boxes still to enter: those of the level at hand (`mask`, the first of them is `base`), and eight bits
+    // for each level above.
     uint level, base, mask;
     uvec2 above;
 };
@@ -33,9 +34,9 @@ uint touched_boxes(BoxWalk walk) {
     return mask;
 }
 
-// Goes on to the next eight leaves of which the ball touches some; false if there are none. Loops that end with their
-// condition, here and where this is called: some devices walk once more through one that begins with it, as they do
-// through a branch that no lane takes.
+// Goes on to the next eight leaves of which the ball touches some; false if there are none. Loops that end
+// with their condition, here and where this is called: some devices walk once more through one that begins
+// with it, as they do through a branch that no lane takes.
 bool next_leaves(inout BoxWalk walk) {
     bool on;
     do {

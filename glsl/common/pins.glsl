@@ -1,4 +1,5 @@
-// The marks in the fourth component of a site: src/stages/pins.rs has the same. On surfaces without curves all are 0.
+// The marks in the fourth component of a site: src/stages/pins.rs has the same. On surfaces without curves
+// all are 0.
 #ifndef COMMON_PINS_GLSL
 #define COMMON_PINS_GLSL
 #include "common/octahedral.glsl"
@@ -6,8 +7,8 @@
 // A site on a curve stays where it is.
 bool is_pinned(float mark) { return mark < 0.0; }
 
-// Whether the site with the mark `other` may count for the interior site with the mark `own`: it is in the same patch or
-// on a curve.
+// Whether the site with the mark `other` may count for the interior site with the mark `own`: it is in the
+// same patch or on a curve.
 bool same_patch(float own, float other) { return other == own || other < 0.0; }
 
 // The number in the mark of a curve site; all floats of its size are exact.

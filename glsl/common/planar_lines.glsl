@@ -1,5 +1,6 @@
-// Lines in the tangent plane of a site, on which the faces by intervals are built: the bisector with a neighbour is the
-// line n·x = c, the face lies on its near side, and every other line leaves an interval of it.
+// Lines in the tangent plane of a site, on which the faces by intervals are built: the bisector with a
+// neighbour is the line n·x = c, the face lies on its near side, and every other line leaves an interval of
+// it.
 #ifndef COMMON_PLANAR_LINES_GLSL
 #define COMMON_PLANAR_LINES_GLSL
 #include "common/octahedral.glsl"
@@ -16,8 +17,8 @@ struct Line {
     float offset; // distance of the line, not negative; NO_LINE if it cuts nothing
 };
 
-// The line of the neighbour at `offset` from the site in the frame u, v. A neighbour on the same spot parts along u,
-// by index: both sites compute the same line.
+// The line of the neighbour at `offset` from the site in the frame u, v. A neighbour on the same spot parts
+// along u, by index: both sites compute the same line.
 Line bisector(vec3 offset, vec3 u, vec3 v, bool counts, bool smaller_index) {
     vec2 a = vec2(dot(offset, u), dot(offset, v));
     float length_sq = dot(a, a), far_sq = dot(offset, offset);
@@ -28,7 +29,8 @@ Line bisector(vec3 offset, vec3 u, vec3 v, bool counts, bool smaller_index) {
     return Line(normal, cuts ? 0.5 * far_sq * inverse : NO_LINE);
 }
 
-// What a disc of radius `bound` around the site leaves of a line, along the normal turned left: x to y, empty if y < x.
+// What a disc of radius `bound` around the site leaves of a line, along the normal turned left: x to y, empty
+// if y < x.
 vec2 chord(float offset, float bound) {
     float half_chord = sqrt(max(bound * bound - offset * offset, 0.0));
     return offset < bound ? vec2(-half_chord, half_chord) : vec2(1.0, -1.0);
@@ -37,8 +39,8 @@ vec2 chord(float offset, float bound) {
 // Parallel lines cross far away, of the sign that keeps the nearer line: this quotient is huge.
 const float PARALLEL = 1e-12;
 
-// What line b leaves of the interval of line a. Of two lines that are one, the first keeps the lower half and the other
-// the upper one.
+// What line b leaves of the interval of line a. Of two lines that are one, the first keeps the lower half and
+// the other the upper one.
 vec2 cut_by(vec2 interval, Line a, Line b, bool first) {
     float along = dot(a.normal, b.normal);
     precise float across = a.normal.x * b.normal.y - a.normal.y * b.normal.x;
@@ -52,7 +54,8 @@ vec2 cut_by(vec2 interval, Line a, Line b, bool first) {
 
 vec2 turned(vec2 n) { return vec2(-n.y, n.x); }
 
-// Twice the area and three times the moment of what is between the site and an interval; nothing if it is empty.
+// Twice the area and three times the moment of what is between the site and an interval; nothing if it is
+// empty.
 vec3 below(Line line, vec2 interval) {
     float twice = interval.y > interval.x ? line.offset * (interval.y - interval.x) : 0.0;
     vec2 ends = 2.0 * line.offset * line.normal + (interval.x + interval.y) * turned(line.normal);

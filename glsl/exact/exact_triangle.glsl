@@ -1,8 +1,8 @@
-// One triangle of the surface and the sites that may have a part of it. The distance to a site is largest at a corner, so
-// no point of the triangle is farther from its nearest site than some one site is from all corners; a site that is
-// farther than that has no part. Neither has one that another is nearer than at all three corners.
-// The including file has declared the buffers corners, sites, candidates, counts and counters and the push constants
-// triangle_count and site_count. Constants 1 and 2 are taken here.
+// One triangle of the surface and the sites that may have a part of it. The distance to a site is largest at
+// a corner, so no point of the triangle is farther from its nearest site than some one site is from all
+// corners; a site that is farther than that has no part. Neither has one that another is nearer than at all
+// three corners. The including file has declared the buffers corners, sites, candidates, counts and counters
+// and the push constants triangle_count and site_count. Constants 1 and 2 are taken here.
 #ifndef COMMON_EXACT_TRIANGLE_GLSL
 #define COMMON_EXACT_TRIANGLE_GLSL
 
@@ -72,8 +72,8 @@ void drop_others() {
     }
 }
 
-// candidates: for each triangle a site that is near, to begin with the next time, then PIECES sites. Behind that the
-// triangles that the lists do not decide, then those with more than PIECES sites, in no order.
+// candidates: for each triangle a site that is near, to begin with the next time, then PIECES sites. Behind
+// that the triangles that the lists do not decide, then those with more than PIECES sites, in no order.
 // counters: how many there are of the ones and the others.
 uint candidate_place(uint t) { return t * (PIECES + 1u); }
 uint undecided_place(uint i) { return triangle_count * (PIECES + 1u) + i; }

@@ -1,7 +1,7 @@
-// The restricted tangent face by intervals, from one line after another: only the lines that are edges so far are kept,
-// in slots. Looking for the slot at hand instead of indexing it keeps the slots in registers. A line that is no edge of
-// the face so far will never be one, so the order of the lines does not matter.
-// The including file has declared the buffers sites and normals (packed). Constant 2 is taken here.
+// The restricted tangent face by intervals, from one line after another: only the lines that are edges so far
+// are kept, in slots. Looking for the slot at hand instead of indexing it keeps the slots in registers. A
+// line that is no edge of the face so far will never be one, so the order of the lines does not matter. The
+// including file has declared the buffers sites and normals (packed). Constant 2 is taken here.
 #ifndef COMMON_PLANAR_GROWING_GLSL
 #define COMMON_PLANAR_GROWING_GLSL
 #include "common/pins.glsl"

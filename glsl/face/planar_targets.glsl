@@ -1,18 +1,20 @@
-// What the kernels of the planar faces share: how far lists reach, where a face sends its site, and the counters.
-// The including file has declared the buffers targets and centroids and the push constants of the move.
+// What the kernels of the planar faces share: how far lists reach, where a face sends its site, and the
+// counters. The including file has declared the buffers targets and centroids and the push constants of the
+// move.
 #ifndef COMMON_PLANAR_TARGETS_GLSL
 #define COMMON_PLANAR_TARGETS_GLSL
 
-// `insecure` holds three counters for each iteration (all of a kind together), then the sites that face/planar leaves
-// to face/planar_rest, then what this leaves to face/planar_exact: site, radius of its face so far, radius to search.
+// `insecure` holds three counters for each iteration (all of a kind together), then the sites that
+// face/planar leaves to face/planar_rest, then what this leaves to face/planar_exact: site, radius of its
+// face so far, radius to search.
 uint count_near(uint iteration) { return iteration; } // sites that the first lines do not decide
 uint count_listed(uint iteration) { return iterations + iteration; } // sites that the list does not decide
 uint count_open(uint iteration) { return 2u * iterations + iteration; } // faces that reach `widest`
 uint entry_near(uint i) { return 3u * iterations + i; }
 uint entry_listed(uint i) { return 3u * iterations + site_count + 3u * i; }
 
-// A face that reaches farther than this share of `widest` is not one of a site among its like: of a tip, a crease, or a
-// gap. Its centroid is far out and not to be trusted.
+// A face that reaches farther than this share of `widest` is not one of a site among its like: of a tip, a
+// crease, or a gap. Its centroid is far out and not to be trusted.
 const float WIDE = 0.45;
 const float CAREFUL = 0.2;
 

@@ -1,9 +1,9 @@
-// Purpose: one level of the implicit hierarchy of bounding boxes over sites in Morton order: a box over every eight
-// consecutive sites, one over every eight consecutive boxes of those, and so on.
+// Purpose: one level of the implicit hierarchy of bounding boxes over sites in Morton order: a box over every
+//   eight consecutive sites, one over every eight consecutive boxes of those, and so on.
 // Invocation: one box.
 // Reads: sites (for the lowest level), boxes of the level below (for the others).
-// Writes: boxes[2 * (target + box)] (lower corner) and the next (upper corner), w = 0. Boxes from box_end on are empty:
-// levels are padded to a multiple of eight, and an empty box is infinitely far from everything.
+// Writes: boxes[2 * (target + box)] (lower corner) and the next (upper corner), w = 0. Boxes from box_end on
+//   are empty: levels are padded to a multiple of eight, and an empty box is infinitely far from everything.
 // Filled by the step; consumed by neighbours/lists.
 #version 450
 #extension GL_GOOGLE_include_directive : require

@@ -1,9 +1,10 @@
 // Purpose: decides whether the lists are made anew, without asking the host.
 // Invocation: one in all.
 // Reads: status[0]; full, the workgroups of each of these dispatches.
-// Writes: groups, the same or zero; status[1], the largest moved / reach that is left (0 if the lists are made anew);
-// status[2], how often they were made; status[0] = 0 for the next time.
-// Filled by neighbours/moved; consumed by the indirect dispatches of neighbours/box_levels and lists, and by the faces.
+// Writes: groups, the same or zero; status[1], the largest moved / reach that is left (0 if the lists are
+//   made anew); status[2], how often they were made; status[0] = 0 for the next time.
+// Filled by neighbours/moved; consumed by the indirect dispatches of neighbours/box_levels and lists, and by
+// the faces.
 #version 450
 #extension GL_GOOGLE_include_directive : require
 #define DEFAULT_WORKGROUP 1

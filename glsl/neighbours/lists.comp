@@ -1,16 +1,19 @@
-// Purpose: the K nearest other sites of every site, nearest first, ties by index, and how far the first one left out is.
-// Invocation: one site. The sites of a subgroup follow each other in Morton order and walk the boxes together.
+// Purpose: the K nearest other sites of every site, nearest first, ties by index, and how far the first one
+//   left out is.
+// Invocation: one site. The sites of a subgroup follow each other in Morton order and walk the boxes
+//   together.
 // Reads: sites, boxes.
-// Writes: neighbours[slot * site_count + site], NONE where there are fewer than K other sites; reach[site], the distances
-// of the (NEAR + 1)-th and the (K + 1)-th nearest, infinity where there is none; list_sites, where the sites are now;
-// away = reach.
+// Writes: neighbours[slot * site_count + site], NONE where there are fewer than K other sites; reach[site],
+//   the distances of the (NEAR + 1)-th and the (K + 1)-th nearest, infinity where there is none; list_sites,
+//   where the sites are now; away = reach.
 // Filled by neighbours/box_levels; consumed by the faces and neighbours/moved.
 //
-// A box is entered if it meets the ball of any site of the subgroup that its list fills so far: first come the leaves
-// (eight sites each) around the subgroup's own in the order of the sites, which make the balls small, then the others
-// from the root. Lanes are boxes or candidates while these are tested, against one site after another, and a ballot
-// gives each site its hits: no memory is read but once for each candidate. Then lanes are sites again and insert their
-// hits. The result does not depend on the size of the subgroup, for it is that of looking at every site.
+// A box is entered if it meets the ball of any site of the subgroup that its list fills so far: first come
+// the leaves (eight sites each) around the subgroup's own in the order of the sites, which make the balls
+// small, then the others from the root. Lanes are boxes or candidates while these are tested, against one
+// site after another, and a ballot gives each site its hits: no memory is read but once for each candidate.
+// Then lanes are sites again and insert their hits. The result does not depend on the size of the subgroup,
+// for it is that of looking at every site.
 #version 450
 #extension GL_GOOGLE_include_directive : require
 #extension GL_EXT_control_flow_attributes : require
@@ -49,7 +52,8 @@ bool alive;
 vec3 at;
 // Squared radius within which a site may still enter the list; negative past the last site.
 float bound_sq;
-// The list and the first one left out. Every index is known once the loops are unrolled, so they are registers.
+// The list and the first one left out. Every index is known once the loops are unrolled, so they are
+// registers.
 float best_sq[K + 1u];
 uint best[K + 1u];
 // Sites of the subgroup with their bounds, if LANES is 8.
@@ -132,7 +136,8 @@ void look() {
     share();
 }
 
-// Which of the eight boxes from `base` on of a level a site of the subgroup must look into. In uniform control flow.
+// Which of the eight boxes from `base` on of a level a site of the subgroup must look into. In uniform
+// control flow.
 uint touched(uint level, uint base) {
     uint start = pick(level < 4u ? starts_low : starts_high, level & 3u) + base;
     uint mask = 0u;
@@ -166,11 +171,11 @@ void look_around() {
     }
 }
 
-// Walks the boxes from the root and looks at the leaves four at a time. Loops, not branches, lead past what is not
-// needed: some devices walk through a branch that no lane takes.
+// Walks the boxes from the root and looks at the leaves four at a time. Loops, not branches, lead past what
+// is not needed: some devices walk through a branch that no lane takes.
 void walk() {
-    // Boxes still to enter: those of the level at hand (`mask`, the first of them is `base`), and eight bits for each
-    // level above.
+    // Boxes still to enter: those of the level at hand (`mask`, the first of them is `base`), and eight bits
+    // for each level above.
     uint level = levels, base = 0u, mask = 1u;
     uvec2 above = uvec2(0u);
     bool more = true;

@@ -1,8 +1,9 @@
 // Purpose: how far the sites have moved since their lists were made.
 // Invocation: one site.
 // Reads: sites, list_sites, reach.
-// Writes: away[site], the reach less that distance; status[0], the largest moved / reach so far, as the bits of a
-// float: those of floats that are not negative compare like the floats, so the maximum does not depend on the order.
+// Writes: away[site], the reach less that distance; status[0], the largest moved / reach so far, as the bits
+//   of a float: those of floats that are not negative compare like the floats, so the maximum does not depend
+//   on the order.
 // Filled by neighbours/lists and the step; consumed by neighbours/decide and the faces.
 #version 450
 #extension GL_GOOGLE_include_directive : require

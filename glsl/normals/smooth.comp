@@ -1,12 +1,13 @@
-// Purpose: the normal of each site's tangent plane: the mean of the surface's normals at the site and around it.
+// Purpose: the normal of each site's tangent plane: the mean of the surface's normals at the site and around
+//   it.
 // Invocation: one site.
 // Reads: surface_normals, neighbours, sites (their marks alone, and only on surfaces with curves).
 // Writes: normals.
 // Filled by step/settle and neighbours/lists; consumed by face/planar.
-// A surface that is finer than the sites has normals of its own finer detail, folds included, where a tangent plane
-// would tilt at random. The mean over a ring of sites is that of the surface as the sites see it; at a crease it
-// halves the angle, at a tip it is the axis. On a surface with curves, where creases are held, only interior sites of
-// the same patch are asked, and a curve site keeps its own.
+// A surface that is finer than the sites has normals of its own finer detail, folds included, where a tangent
+// plane would tilt at random. The mean over a ring of sites is that of the surface as the sites see it; at a
+// crease it halves the angle, at a tip it is the axis. On a surface with curves, where creases are held, only
+// interior sites of the same patch are asked, and a curve site keeps its own.
 #version 450
 #extension GL_GOOGLE_include_directive : require
 #extension GL_EXT_control_flow_attributes : require

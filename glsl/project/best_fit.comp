@@ -1,11 +1,12 @@
-// Purpose: pulls a site back to the plane that best fits the nearest points of the input, the surface of a point cloud (Chen et
-// al. 2018).
+// Purpose: pulls a site back to the plane that best fits the nearest points of the input, the surface of a
+//   point cloud (Chen et al. 2018).
 // Invocation: one site.
 // Reads: targets, neighbours (points, nearest first), vertices (the points), vertex_normals (theirs, w = 0).
-// Writes: projected (xyz on the plane, w = distance of the projection), normals (unit, w = 0), flags (overwritten).
-// Filled by centroid/*, neighbours/knn and the upload of the surface; consumed by step/step and, in the next iteration, by
-// face/cell. The vertices' normals decide on the side, as those of an oriented point cloud do, and the nearest one's
-// stands in where no plane fits.
+// Writes: projected (xyz on the plane, w = distance of the projection), normals (unit, w = 0), flags
+//   (overwritten).
+// Filled by centroid/*, neighbours/knn and the upload of the surface; consumed by step/step and, in the next
+// iteration, by face/cell. The vertices' normals decide on the side, as those of an oriented point cloud do,
+// and the nearest one's stands in where no plane fits.
 #version 450
 #extension GL_GOOGLE_include_directive : require
 #define DEFAULT_WORKGROUP 64

@@ -1,4 +1,5 @@
-// Purpose: the closest point of all triangles that face the same way as a projection found before, if it is nearer.
+// Purpose: the closest point of all triangles that face the same way as a projection found before, if it is
+//   nearer.
 // Invocation: one site.
 // Reads: targets, projected and normals (an earlier projection), records, corner_normals, order, nodes.
 // Writes: projected, normals, site_triangle as project/walk does, where a nearer triangle was found.
@@ -12,7 +13,8 @@
 #include "project/closest.glsl"
 #include "project/hierarchy.glsl"
 
-// Lowest nodes that a search gathers before it looks at their triangles: lanes then do the same at the same time.
+// Lowest nodes that a search gathers before it looks at their triangles: lanes then do the same at the same
+// time.
 layout(constant_id = 1) const uint GATHERED = 8;
 
 layout(push_constant) uniform Push {

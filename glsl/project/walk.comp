@@ -1,10 +1,12 @@
-// Purpose: moves every target to a closest point of the surface by walking over neighbouring triangles downhill.
+// Purpose: moves every target to a closest point of the surface by walking over neighbouring triangles
+//   downhill.
 // Invocation: one site.
 // Reads: targets, site_triangle (where the walk starts), rank, order, records, corner_normals.
-// Writes: projected (xyz on the surface, w = distance of the projection), normals (unit, w = 0), site_triangle.
+// Writes: projected (xyz on the surface, w = distance of the projection), normals (unit, w = 0),
+//   site_triangle.
 // Filled by centroid/* and the upload of the surface; consumed by step/step, face/* and project/closest.
-// The distance falls with every step, so a walk stays on its sheet and ends. Where it ends, no triangle across the
-// side, or around the corner, that the point lies on is nearer.
+// The distance falls with every step, so a walk stays on its sheet and ends. Where it ends, no triangle
+// across the side, or around the corner, that the point lies on is nearer.
 #version 450
 #extension GL_GOOGLE_include_directive : require
 #define DEFAULT_WORKGROUP 64

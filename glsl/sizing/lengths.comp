@@ -2,8 +2,8 @@
 // Invocation: one site.
 // Reads: sites, site_triangle, slopes (length = xyz · p + w in each triangle).
 // Writes: lengths.
-// Filled by step/settle, project/walk and the upload of the sizes; consumed by sizing/drift and step/keep_off. Only where
-// sizes differ.
+// Filled by step/settle, project/walk and the upload of the sizes; consumed by sizing/drift and
+// step/keep_off. Only where sizes differ.
 #version 450
 #extension GL_GOOGLE_include_directive : require
 #define DEFAULT_WORKGROUP 64

@@ -1,11 +1,13 @@
 // Purpose: keeps the targets of interior sites off curves.
 // Invocation: one site.
-// Reads: sites (with the marks of common/pins.glsl), normals (packed), neighbours, lengths (only where sizes differ).
-// Writes: targets (xyz, w = squared distance to the site, in lengths wanted there) where they are too near to a curve.
+// Reads: sites (with the marks of common/pins.glsl), normals (packed), neighbours, lengths (only where sizes
+//   differ).
+// Writes: targets (xyz, w = squared distance to the site, in lengths wanted there) where they are too near to
+//   a curve.
 // Filled by face/planar; consumed by project/walk. Only for surfaces with curves.
-// A site between two curve sites whose circle it enters has a face that reaches over the curve, where no site bounds it.
-// Its centroid is beyond the curve, and it would go there and stay. Near each curve site the curve is taken for a line as
-// far as the next ones, and sites go no closer to it than nearly half of that way.
+// A site between two curve sites whose circle it enters has a face that reaches over the curve, where no site
+// bounds it. Its centroid is beyond the curve, and it would go there and stay. Near each curve site the curve
+// is taken for a line as far as the next ones, and sites go no closer to it than nearly half of that way.
 #version 450
 #extension GL_GOOGLE_include_directive : require
 #extension GL_EXT_control_flow_attributes : require
@@ -46,7 +48,8 @@ void main() {
         vec4 other = sites[known];
         bool faces = counts_anywhere(other.w) || dot(n, unpack_normal(normals[known])) > -0.2;
         vec3 direction = pin_direction(other.w), off = to - other.xyz;
-        float along = dot(off, direction), reach = pin_reach(other.w) * spacing * (SIZED != 0u ? lengths[known] : 1.0);
+        float along = dot(off, direction);
+        float reach = pin_reach(other.w) * spacing * (SIZED != 0u ? lengths[known] : 1.0);
         // In the tangent plane, and on the side where the site is now.
         vec3 now = own.xyz - other.xyz;
         vec3 away = now - dot(now, direction) * direction;
@@ -54,7 +57,8 @@ void main() {
         float size = length(away);
         away /= max(size, 1e-20);
         float missing = LEAST * reach - dot(off, away);
-        bool near = is_pinned(other.w) && faces && reach > 0.0 && abs(along) <= reach && missing > 0.0 && size > 1e-5 * spacing;
+        bool near = is_pinned(other.w) && faces && reach > 0.0 && abs(along) <= reach && missing > 0.0
+            && size > 1e-5 * spacing;
         // Several sites of one curve ask for the same.
         push += near ? max(missing - dot(push, away), 0.0) * away : vec3(0.0);
     }

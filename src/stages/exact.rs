@@ -1,8 +1,9 @@
-//! Exact restricted Voronoi cells on the device: what the surface's triangles are made of, site by site, all components.
+//! Exact restricted Voronoi cells on the device: what the surface's triangles are made of, site by site, all
+//! components.
 //!
-//! Which sites may have a part of a triangle is found first, then each part by itself, and last the parts are sorted by
-//! site and summed. How many parts there are is known in between, on the host, which also does those triangles that too
-//! many sites share.
+//! Which sites may have a part of a triangle is found first, then each part by itself, and last the parts are
+//! sorted by site and summed. How many parts there are is known in between, on the host, which also does
+//! those triangles that too many sites share.
 
 use super::neighbours::lists::Lists;
 use super::spatial::{Scan, Sort};
@@ -23,8 +24,8 @@ const LONGEST_SIDE: f64 = 0.8;
 const FLAT: f64 = 1e-8;
 /// Room for more parts than there are, so that it seldom has to be made anew.
 const SPARE: f64 = 1.25;
-/// Parts of a site that are summed by one dispatch, and in one round of a kernel's loop: lavapipe ends a thread after
-/// 65,535 rounds.
+/// Parts of a site that are summed by one dispatch, and in one round of a kernel's loop: lavapipe ends a
+/// thread after 65,535 rounds.
 const PARTS_A_DISPATCH: u32 = 400_000;
 
 /// A surface's triangles, none much larger than the cells.
@@ -164,8 +165,8 @@ pub struct ExactCells {
 }
 
 impl ExactCells {
-    /// For sites that begin at `sites`, with lists of `k` neighbours, at most 23. A triangle may have parts of `pieces` sites (1 to 24;
-    /// `None`: 12) before it is left to the host.
+    /// For sites that begin at `sites`, with lists of `k` neighbours, at most 23. A triangle may have parts
+    /// of `pieces` sites (1 to 24; `None`: 12) before it is left to the host.
     ///
     /// # Errors
     /// [`crate::Error::OutOfMemory`] or [`crate::Error::Device`].
@@ -431,8 +432,8 @@ impl Aim {
         })
     }
 
-    /// Records the targets; `momentum` (0 to 1) is the share of the last motion that is added, and no move is longer than
-    /// `largest_move`.
+    /// Records the targets; `momentum` (0 to 1) is the share of the last motion that is added, and no move is
+    /// longer than `largest_move`.
     ///
     /// # Errors
     /// As [`Recorder::dispatch`].

@@ -78,8 +78,8 @@ impl SmoothNormals {
         })
     }
 
-    /// Records the means of `surface_normals` over the first neighbours, of which there must be at least six slots. Of
-    /// `sites` only the marks are read.
+    /// Records the means of `surface_normals` over the first neighbours, of which there must be at least six
+    /// slots. Of `sites` only the marks are read.
     ///
     /// # Errors
     /// As [`Recorder::dispatch`].

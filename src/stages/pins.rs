@@ -1,8 +1,8 @@
 //! What the device knows of sites on surfaces with curves: who stays, and who is in which patch.
 //!
-//! It is all in the fourth component of a site's position (see `glsl/common/pins.glsl`). For an interior site that is the
-//! number of its patch, which never changes, since no site walks over a curve; a curve site has one of two negative
-//! numbers and keeps its place and its normal.
+//! It is all in the fourth component of a site's position (see `glsl/common/pins.glsl`). For an interior site
+//! that is the number of its patch, which never changes, since no site walks over a curve; a curve site has
+//! one of two negative numbers and keeps its place and its normal.
 
 use super::records::octahedral;
 use crate::mesh::NONE;
@@ -12,8 +12,8 @@ use crate::sites::place::Place;
 use crate::sites::surface_curves::SurfaceCurves;
 use glam::{DVec3, Vec4};
 
-/// In the code of a curve site: one whose normal says nothing of its patches, as at the corner of a box or the edge of a
-/// blade.
+/// In the code of a curve site: one whose normal says nothing of its patches, as at the corner of a box or
+/// the edge of a blade.
 const ANYWHERE: u32 = 1 << 20;
 /// The place of the number of quarters of a spacing that the curve goes on, and the largest such number.
 const REACH_SHIFT: u32 = 21;
@@ -35,8 +35,8 @@ pub struct PinnedSites {
 }
 
 impl PinnedSites {
-    /// Of merged sites: those with an entry in `pins` are these `curve_sites` (see [`CurveSites::merge`]). `normals` are
-    /// those of the surface's triangles. Panics if these do not belong together.
+    /// Of merged sites: those with an entry in `pins` are these `curve_sites` (see [`CurveSites::merge`]).
+    /// `normals` are those of the surface's triangles. Panics if these do not belong together.
     pub fn new(
         curves: &SurfaceCurves,
         normals: &[DVec3],
@@ -65,8 +65,8 @@ impl PinnedSites {
     }
 }
 
-/// For each site the code of its curve: the direction, and how far it goes on; 0 at `corners`, which come first, and where
-/// it has no direction.
+/// For each site the code of its curve: the direction, and how far it goes on; 0 at `corners`, which come
+/// first, and where it has no direction.
 fn lines(sites: &CurveSites, corners: usize, spacing: f64) -> Vec<u32> {
     let mut beside = vec![Vec::new(); sites.positions.len()];
     for [a, b] in &sites.segments {
@@ -98,7 +98,8 @@ fn coarse_direction(direction: DVec3) -> u32 {
     bits(fine & 0xffff) | bits(fine >> 16) << 10
 }
 
-/// The mean of the normals of the patches at a place, each once, and whether it is on the side of all of them.
+/// The mean of the normals of the patches at a place, each once, and whether it is on the side of all of
+/// them.
 fn normal_at(curves: &SurfaceCurves, normals: &[DVec3], place: Place) -> (DVec3, bool) {
     let mut sums: Vec<(u32, DVec3)> = Vec::new();
     // On a crease within one patch the triangles stand for themselves.

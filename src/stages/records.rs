@@ -1,5 +1,5 @@
-//! The triangles of the surface as the searches for closest points read them: in spatial order, each with its corners,
-//! neighbours and normals in one place.
+//! The triangles of the surface as the searches for closest points read them: in spatial order, each with its
+//! corners, neighbours and normals in one place.
 
 use crate::Result;
 use crate::gpu::{Buffer, Device};
@@ -14,9 +14,9 @@ use rayon::prelude::*;
 
 /// Buffers over the triangles by *rank*, their place in spatial order.
 pub struct TriangleRecords {
-    /// `records[3 * rank + k]`: corner k in the bits of three floats, and the half-edge (`3 * rank + side`) across the
-    /// side from corner k to the next, [`NONE`] at boundaries, where more than two triangles meet, where two meet that
-    /// run the same way along the side, and on curves.
+    /// `records[3 * rank + k]`: corner k in the bits of three floats, and the half-edge (`3 * rank + side`)
+    /// across the side from corner k to the next, [`NONE`] at boundaries, where more than two triangles meet,
+    /// where two meet that run the same way along the side, and on curves.
     pub records: Buffer<UVec4>,
     /// Unit normals in octahedral form: of the surface at the three corners, and of the triangle.
     pub corner_normals: Buffer<UVec4>,
@@ -27,7 +27,8 @@ pub struct TriangleRecords {
 }
 
 impl TriangleRecords {
-    /// Prepares and uploads the records of `surface`. No walk goes over its `curves`, and normals are those of the patch.
+    /// Prepares and uploads the records of `surface`. No walk goes over its `curves`, and normals are those
+    /// of the patch.
     ///
     /// # Errors
     /// [`crate::Error::OutOfMemory`] if they do not fit.
@@ -87,8 +88,8 @@ impl TriangleRecords {
 /// Bits of a Morton code.
 const CODE_BITS: u32 = 60;
 
-/// One key a triangle; ascending keys are spatial order. Triangles much larger than most come behind the others, by
-/// class of size: among small ones they would blow up every box that they get into.
+/// One key a triangle; ascending keys are spatial order. Triangles much larger than most come behind the
+/// others, by class of size: among small ones they would blow up every box that they get into.
 fn spatial_keys(surface: &Surface) -> Vec<u64> {
     let corners = |t: &[u32; 3]| t.map(|v| surface.vertices[v as usize]);
     let extent = |t: &[u32; 3]| {
@@ -129,8 +130,8 @@ fn fans(twins: &[u32]) -> Vec<u32> {
     (0..twins.len() as u32).map(|corner| partition.root(corner)).collect()
 }
 
-/// Normals where corners meet, `meeting[corner]` of all of them: each the mean of the triangles by their angles there;
-/// zero where they cancel.
+/// Normals where corners meet, `meeting[corner]` of all of them: each the mean of the triangles by their
+/// angles there; zero where they cancel.
 fn mean_normals(surface: &Surface, meeting: &[u32]) -> Vec<DVec3> {
     let count = meeting.iter().max().map_or(0, |last| *last as usize + 1);
     let mut sums = vec![DVec3::ZERO; count];
@@ -145,8 +146,9 @@ fn mean_normals(surface: &Surface, meeting: &[u32]) -> Vec<DVec3> {
     sums.into_iter().map(DVec3::normalize_or_zero).collect()
 }
 
-/// Cosine of the largest angle, 84 degrees, between the normals of a triangle and of its corners. Where the mesh folds
-/// back at a vertex, the triangle's own normal stands in: then all means of the three are on the triangle's side.
+/// Cosine of the largest angle, 84 degrees, between the normals of a triangle and of its corners. Where the
+/// mesh folds back at a vertex, the triangle's own normal stands in: then all means of the three are on the
+/// triangle's side.
 const MIN_CORNER_COSINE: f64 = 0.1;
 
 fn packed_normals(own: DVec3, at_corners: [DVec3; 3]) -> UVec4 {
@@ -154,7 +156,8 @@ fn packed_normals(own: DVec3, at_corners: [DVec3; 3]) -> UVec4 {
     UVec4::new(a, b, c, octahedral(own))
 }
 
-/// A unit vector in two signed shorts, as `unpack_normal` in `glsl/project/records.glsl` reads it; off by at most 5e-5.
+/// A unit vector in two signed shorts, as `unpack_normal` in `glsl/project/records.glsl` reads it; off by at
+/// most 5e-5.
 pub(crate) fn octahedral(n: DVec3) -> u32 {
     let size = n.abs().element_sum();
     // Only a triangle without area has no normal; any direction will do.

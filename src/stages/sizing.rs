@@ -1,5 +1,5 @@
-//! Edge lengths that differ over the surface, as the iteration sees them: what is wanted at each site, and where its
-//! target goes for that.
+//! Edge lengths that differ over the surface, as the iteration sees them: what is wanted at each site, and
+//! where its target goes for that.
 
 use super::face::planar::PlanarInputs;
 use crate::Result;
@@ -79,8 +79,9 @@ impl Sizing {
         recorder.dispatch(&self.find, Threads(sites.len()), &push, &bindings)
     }
 
-    /// Records the shift of `targets` whose faces have these `centroids`, as [`super::face::planar::PlanarFaces`] leaves them; no
-    /// step is longer than `largest_move` times the length wanted there. The lists in `inputs` must have at least 6 slots.
+    /// Records the shift of `targets` whose faces have these `centroids`, as
+    /// [`super::face::planar::PlanarFaces`] leaves them; no step is longer than `largest_move` times the
+    /// length wanted there. The lists in `inputs` must have at least 6 slots.
     ///
     /// # Errors
     /// As [`Recorder::dispatch`].

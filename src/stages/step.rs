@@ -61,13 +61,14 @@ pub struct Settle {
     moving: usize,
     /// The surface's normals at the sites, packed as in `glsl/common/octahedral.glsl`.
     pub surface_normals: Buffer<u32>,
-    /// Per iteration: root mean square and largest distance of a site to its centroid, in the unit-diagonal frame.
+    /// Per iteration: root mean square and largest distance of a site to its centroid, in the unit-diagonal
+    /// frame.
     pub history: Buffer<Vec2>,
 }
 
 impl Settle {
-    /// For `sites` sites and at most `iterations` iterations. If only some are `moving`, that many, the sites bear the
-    /// marks of [`super::pins`], and the others count in no mean.
+    /// For `sites` sites and at most `iterations` iterations. If only some are `moving`, that many, the sites
+    /// bear the marks of [`super::pins`], and the others count in no mean.
     ///
     /// # Errors
     /// [`crate::Error::OutOfMemory`] or [`crate::Error::Device`].
@@ -143,8 +144,9 @@ impl KeepOff {
         Ok(Self { pipeline: Pipeline::new(device, constants)?, no_lengths })
     }
 
-    /// Records moving the `targets` of sites that bear the marks of [`super::pins`]. The lists in `inputs` must have at
-    /// least 12 slots. Where edge lengths differ, `lengths` has those wanted at the sites, relative to `spacing`.
+    /// Records moving the `targets` of sites that bear the marks of [`super::pins`]. The lists in `inputs`
+    /// must have at least 12 slots. Where edge lengths differ, `lengths` has those wanted at the sites,
+    /// relative to `spacing`.
     ///
     /// # Errors
     /// As [`Recorder::dispatch`].

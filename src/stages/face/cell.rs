@@ -25,12 +25,13 @@ enum Kernel {
 
 /// How the power kernel is set up.
 ///
-/// The restricted power face of a site s with the normal n, as the paper tells it in Sect. 3.3 after Xu et al. (2019): a
-/// shadow site s + d n of weight d², sites have none, and the face is what the power cells of the site and of its shadow have
-/// in common. The two have equal power distance on the tangent plane of s; so the face is that part of the plane where no
-/// other site is nearer than s, and no other shadow nearer by power distance. There is one shadow a site, outside, as in the
-/// paper's text; it cuts where the surface is hollow. A site may lie in the shadow of another where the surface is hollow with
-/// a radius below the offset, and has no face then.
+/// The restricted power face of a site s with the normal n, as the paper tells it in Sect. 3.3 after Xu et
+/// al. (2019): a shadow site s + d n of weight d², sites have none, and the face is what the power cells of
+/// the site and of its shadow have in common. The two have equal power distance on the tangent plane of s; so
+/// the face is that part of the plane where no other site is nearer than s, and no other shadow nearer by
+/// power distance. There is one shadow a site, outside, as in the paper's text; it cuts where the surface is
+/// hollow. A site may lie in the shadow of another where the surface is hollow with a radius below the
+/// offset, and has no face then.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct PowerOptions {
     /// Neighbours in the lists that it will be given.
@@ -57,9 +58,9 @@ pub struct CellOptions {
     pub k: u32,
     /// Mean distance of sites in the unit-diagonal frame.
     pub spacing: f64,
-    /// Distance of the two virtual points in spacings: the paper's d. The paper takes 20 of an unnamed unit and says
-    /// that the value does not matter; 2 spacings make the slab of its illustration at every density, thin enough
-    /// to leave out the points where bisectors meet in bundles.
+    /// Distance of the two virtual points in spacings: the paper's d. The paper takes 20 of an unnamed unit
+    /// and says that the value does not matter; 2 spacings make the slab of its illustration at every
+    /// density, thin enough to leave out the points where bisectors meet in bundles.
     pub virtual_offset: f32,
     /// Dual triangles of a cell (the paper's #T).
     pub max_triangles: u32,
@@ -89,9 +90,9 @@ impl CellOptions {
     }
 }
 
-/// Half the edge of the cube that a cell starts from, in spacings. The paper starts from the surface's bounding box.
-/// A sound face is the same in either, but at the tip of a spike all neighbours lie below the tangent plane, and the
-/// face would be as large as the model and carry its site away.
+/// Half the edge of the cube that a cell starts from, in spacings. The paper starts from the surface's
+/// bounding box. A sound face is the same in either, but at the tip of a spike all neighbours lie below the
+/// tangent plane, and the face would be as large as the model and carry its site away.
 pub const BOX_HALF: f64 = 4.0;
 
 impl CellFaces {
@@ -202,7 +203,8 @@ pub struct FlagCounts {
     pub coincident: usize,
     /// The face reaches the cube that its cell started from, as at the tip of a spike.
     pub unbounded: usize,
-    /// No plane fits the neighbours, or it stands more than 37 degrees off the surface: the surface's normal was taken.
+    /// No plane fits the neighbours, or it stands more than 37 degrees off the surface: the surface's normal
+    /// was taken.
     pub surface_normal_taken: usize,
     /// Completing a face overflowed: the one by its k neighbours stands, and others might cut it.
     pub incomplete: usize,

@@ -1,7 +1,7 @@
 //! Restricted tangent faces in the plane, by intervals: the default pipeline's faces, centroids and targets.
 //!
-//! Three kernels, each for what the one before it leaves undecided: by the nearest neighbours, by the whole list, and by
-//! a walk to all sites near enough. So the faces do not depend on the length of the lists.
+//! Three kernels, each for what the one before it leaves undecided: by the nearest neighbours, by the whole
+//! list, and by a walk to all sites near enough. So the faces do not depend on the length of the lists.
 
 use crate::Result;
 use crate::gpu::kernels::face::{planar, planar_exact, planar_rest, polygons};
@@ -21,8 +21,8 @@ pub struct PlanarInputs<'a> {
     pub normals: &'a Buffer<u32>,
     /// Lists, nearest first: `neighbours[slot * sites + site]`.
     pub neighbours: &'a Buffer<u32>,
-    /// How near the sites after the first [`NEAR`] (x) and outside the list (y) may be, had only the site itself moved
-    /// since the list was made.
+    /// How near the sites after the first [`NEAR`] (x) and outside the list (y) may be, had only the site
+    /// itself moved since the list was made.
     pub away: &'a Buffer<Vec2>,
     /// Word 1 has the bits of rho, the largest way gone since then relative to a site's own reach.
     pub status: &'a Buffer<u32>,
@@ -45,7 +45,8 @@ pub struct PlanarOptions {
     pub k: u32,
     /// Most iterations.
     pub iterations: u32,
-    /// Edges that a face may have while its lines come one after another, 3 or more; those with more take longer.
+    /// Edges that a face may have while its lines come one after another, 3 or more; those with more take
+    /// longer.
     pub slots: u32,
     /// Invocations of a workgroup; `None`: the kernels' own.
     pub workgroup: Option<u32>,
@@ -70,8 +71,8 @@ pub struct PlanarMove {
     pub largest_move: f32,
     /// No face reaches farther from its site.
     pub widest: f32,
-    /// Whether faces that the lists do not decide are found by a walk to all sites near enough. Else they are what the
-    /// lists make of them, which may be too large: good enough while sites still have far to go.
+    /// Whether faces that the lists do not decide are found by a walk to all sites near enough. Else they are
+    /// what the lists make of them, which may be too large: good enough while sites still have far to go.
     pub exact: bool,
 }
 
@@ -82,7 +83,8 @@ pub struct PlanarCounts {
     pub undecided_by_near: usize,
     /// The list does not either: left to the walk, which always decides.
     pub undecided_by_list: usize,
-    /// They reach the disc of the radius [`PlanarMove::widest`]; no site cuts them there, as at the tip of an ear.
+    /// They reach the disc of the radius [`PlanarMove::widest`]; no site cuts them there, as at the tip of an
+    /// ear.
     pub open: usize,
 }
 
@@ -226,8 +228,8 @@ pub struct PlanarPolygons {
     pub corners: Buffer<Vec2>,
     /// The site behind the edge that ends in the corner.
     pub fan: Buffer<u32>,
-    /// 0 for a closed face; bit 0 where it is open and bounded by the disc, bit 1 where it has more edges than there
-    /// are slots and is not to be used.
+    /// 0 for a closed face; bit 0 where it is open and bounded by the disc, bit 1 where it has more edges
+    /// than there are slots and is not to be used.
     pub state: Buffer<u32>,
 }
 
@@ -250,8 +252,8 @@ impl PlanarPolygons {
         })
     }
 
-    /// Records the faces, none of which reaches farther than `widest` from its site; lists and boxes must be of the
-    /// sites where they are.
+    /// Records the faces, none of which reaches farther than `widest` from its site; lists and boxes must be
+    /// of the sites where they are.
     ///
     /// # Errors
     /// As [`Recorder::dispatch`].

@@ -47,8 +47,8 @@ pub struct Nearest {
 }
 
 impl Nearest {
-    /// For `queries` queries; with `exclude_self` the queries are the points, and no point is its own neighbour.
-    /// `workgroup` overrides the kernel's own.
+    /// For `queries` queries; with `exclude_self` the queries are the points, and no point is its own
+    /// neighbour. `workgroup` overrides the kernel's own.
     ///
     /// # Errors
     /// [`crate::Error::OutOfMemory`] or [`crate::Error::Device`].
@@ -69,8 +69,8 @@ impl Nearest {
         })
     }
 
-    /// Records the search; `bounds` are the boxes of `points`. Queries in the same spatial order as the points are
-    /// fastest. There must be at least one point.
+    /// Records the search; `bounds` are the boxes of `points`. Queries in the same spatial order as the
+    /// points are fastest. There must be at least one point.
     ///
     /// # Errors
     /// As [`Recorder::dispatch`].

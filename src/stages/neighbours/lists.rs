@@ -9,7 +9,8 @@ use glam::{UVec4, Vec2, Vec4};
 const BRANCH: usize = 8;
 /// Levels that the kernel's push constants and its stack have room for.
 const MAX_LEVELS: usize = 8;
-/// Words of the status: largest moved / reach so far, the one left after the decision, times that lists were made.
+/// Words of the status: largest moved / reach so far, the one left after the decision, times that lists were
+/// made.
 const STATUS: usize = 4;
 
 /// One level of boxes.
@@ -31,7 +32,8 @@ pub struct ListOptions {
     pub workgroup: Option<u32>,
     /// Blocks of 32 sites around a site's own place that are looked at first, 1 or more.
     pub window: u32,
-    /// Whether the lanes of a subgroup of eight keep each other's sites in registers, where a subgroup has eight lanes.
+    /// Whether the lanes of a subgroup of eight keep each other's sites in registers, where a subgroup has
+    /// eight lanes.
     pub registers: bool,
 }
 
@@ -55,9 +57,9 @@ pub struct BoxTree<'a> {
 
 /// The lists of all sites and what it takes to keep them valid.
 ///
-/// A site that is not in the list of site i was at least `reach[i].y` away when the lists were made. `reach` changes from
-/// site to site no faster than the distance between them, so with `rho` the largest moved / reach of all sites, such a
-/// site now is at least `away[i].y - 2 * rho * reach[i].y` away.
+/// A site that is not in the list of site i was at least `reach[i].y` away when the lists were made. `reach`
+/// changes from site to site no faster than the distance between them, so with `rho` the largest moved /
+/// reach of all sites, such a site now is at least `away[i].y - 2 * rho * reach[i].y` away.
 pub struct Lists {
     boxes_kernel: Pipeline<box_levels::Shader>,
     lists_kernel: Pipeline<lists::Shader>,
@@ -65,20 +67,22 @@ pub struct Lists {
     decide_kernel: Pipeline<decide::Shader>,
     levels: Vec<Level>,
     boxes: Buffer<Vec4>,
-    /// Workgroups of every dispatch that makes the lists: of each level, then of the lists; and the ones decided on.
+    /// Workgroups of every dispatch that makes the lists: of each level, then of the lists; and the ones
+    /// decided on.
     full: Buffer<UVec4>,
     groups: Buffer<UVec4>,
-    /// `neighbours[slot * sites + site]`, nearest first, ties by index; [`crate::mesh::NONE`] where there are fewer.
+    /// `neighbours[slot * sites + site]`, nearest first, ties by index; [`crate::mesh::NONE`] where there are
+    /// fewer.
     pub neighbours: Buffer<u32>,
-    /// Distances of the nearest site after the first [`crate::stages::face::planar::NEAR`] (x) and outside the list (y) when it was
-    /// made; infinity if there is none.
+    /// Distances of the nearest site after the first [`crate::stages::face::planar::NEAR`] (x) and outside
+    /// the list (y) when it was made; infinity if there is none.
     pub reach: Buffer<Vec2>,
     /// Where the sites were when the lists were made, w = 0.
     pub list_sites: Buffer<Vec4>,
     /// The reach less the way that each site itself has gone since.
     pub away: Buffer<Vec2>,
-    /// Word 1 has the bits of rho, an `f32`, word 2 the number of times that the lists were made; the rest is for the
-    /// kernels.
+    /// Word 1 has the bits of rho, an `f32`, word 2 the number of times that the lists were made; the rest is
+    /// for the kernels.
     pub status: Buffer<u32>,
 }
 
@@ -137,9 +141,9 @@ impl Lists {
         self.record_dispatches(recorder, sites)
     }
 
-    /// Records making the lists anew if a site has moved more than `max_rho` (0 to 0.5) of its reach since they were
-    /// made; the device decides. In any case `away` and the status are up to date afterwards. There must have been a
-    /// [`Lists::record_build`] of the sites in the same order.
+    /// Records making the lists anew if a site has moved more than `max_rho` (0 to 0.5) of its reach since
+    /// they were made; the device decides. In any case `away` and the status are up to date afterwards. There
+    /// must have been a [`Lists::record_build`] of the sites in the same order.
     ///
     /// # Errors
     /// As [`Recorder::dispatch`].

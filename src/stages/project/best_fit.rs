@@ -8,12 +8,12 @@ use glam::{DVec3, Vec4};
 
 /// The surface of a point cloud near a site: the plane of least squares through the nearest of its points.
 ///
-/// So the paper tells it of Chen et al. (2018): each Voronoi cell is restricted to an underlying surface, approximated by
-/// best-fit planes that depend on the number of input points, and sites are pulled back to those planes. The reading taken: one
-/// plane a site, through the mean of its `k` nearest points; a site is pulled to the plane at its target, and its next
-/// cell is cut by the plane through the site with that plane's normal, so that a site lies in its face. The points are the
-/// surface's vertices, with the normals of the mesh, as an oriented point cloud has its own; nothing else of the triangles
-/// is used.
+/// So the paper tells it of Chen et al. (2018): each Voronoi cell is restricted to an underlying surface,
+/// approximated by best-fit planes that depend on the number of input points, and sites are pulled back to
+/// those planes. The reading taken: one plane a site, through the mean of its `k` nearest points; a site is
+/// pulled to the plane at its target, and its next cell is cut by the plane through the site with that
+/// plane's normal, so that a site lies in its face. The points are the surface's vertices, with the normals
+/// of the mesh, as an oriented point cloud has its own; nothing else of the triangles is used.
 pub struct BestFit {
     pipeline: Pipeline<best_fit::Shader>,
     vertex_normals: Buffer<Vec4>,
@@ -70,7 +70,8 @@ impl BestFit {
     }
 }
 
-/// Unit normals at the vertices: the sums of their triangles' by area or, where those cancel, that of the last triangle.
+/// Unit normals at the vertices: the sums of their triangles' by area or, where those cancel, that of the
+/// last triangle.
 pub fn vertex_normals(surface: &Surface) -> Vec<DVec3> {
     let mut sums = vec![DVec3::ZERO; surface.vertices.len()];
     let mut last = vec![DVec3::Z; surface.vertices.len()];

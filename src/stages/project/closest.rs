@@ -24,8 +24,8 @@ impl ClosestPoints {
         Ok(Self { pipeline: Pipeline::new(device, constants)? })
     }
 
-    /// Records the search. `walk` and `site_triangle` hold the results of a walk of the same `targets`, and after it
-    /// those of the search.
+    /// Records the search. `walk` and `site_triangle` hold the results of a walk of the same `targets`, and
+    /// after it those of the search.
     ///
     /// # Errors
     /// As [`Recorder::dispatch`].

@@ -8,8 +8,8 @@ use glam::Vec4;
 
 /// The walk and its results.
 ///
-/// It ends where no neighbouring triangle is nearer. From the triangle under a site that moved by less than the
-/// surface bends that is the closest point, and it never leaves the site's sheet;
+/// It ends where no neighbouring triangle is nearer. From the triangle under a site that moved by less than
+/// the surface bends that is the closest point, and it never leaves the site's sheet;
 /// [`super::closest::ClosestPoints`] looks farther.
 pub struct Walk {
     pipeline: Pipeline<walk::Shader>,
@@ -19,7 +19,8 @@ pub struct Walk {
     pub normals: Buffer<Vec4>,
 }
 
-/// Triangles that a walk looks at, at most: it crosses half as many as that, or circles a few corners of dozens.
+/// Triangles that a walk looks at, at most: it crosses half as many as that, or circles a few corners of
+/// dozens.
 const MAX_STEPS: u32 = 256;
 
 impl Walk {
@@ -37,7 +38,8 @@ impl Walk {
         })
     }
 
-    /// Records the walks of `targets` from the triangles in `site_triangle`, which become those under the results.
+    /// Records the walks of `targets` from the triangles in `site_triangle`, which become those under the
+    /// results.
     ///
     /// # Errors
     /// As [`Recorder::dispatch`].
