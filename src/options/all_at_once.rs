@@ -1,4 +1,5 @@
-//! Settings of [`Method::AllAtOnce`](super::Method::AllAtOnce). The presets differ in these; each can be chosen by itself.
+//! Settings of [`Method::AllAtOnce`](super::Method::AllAtOnce). The presets differ in these; each can be
+//! chosen by itself.
 
 use super::{MAX_LBFGS, MAX_NEIGHBOURS, MAX_OFFSET, check_range};
 use crate::{Error, Result};
@@ -103,19 +104,22 @@ pub struct AllAtOnceOptions {
     pub seeding: Seeding,
     /// Tangent and power faces: how the nearest sites are found.
     pub neighbours: Neighbours,
-    /// Sites in a normal's plane fit, the site itself included; 3 to [`MAX_NEIGHBOURS`] + 1 (the paper's k_nor).
+    /// Sites in a normal's plane fit, the site itself included; 3 to [`MAX_NEIGHBOURS`] + 1 (the paper's
+    /// k_nor).
     pub k_normal: u32,
-    /// Sites that clip a cell before the radius of security is checked; 3 to [`MAX_NEIGHBOURS`] (the paper's k_clip).
+    /// Sites that clip a cell before the radius of security is checked; 3 to [`MAX_NEIGHBOURS`] (the paper's
+    /// k_clip).
     pub k_clip: u32,
     /// Input vertices whose triangles a site is projected onto, or points that its plane fits; 1 to
     /// [`MAX_NEIGHBOURS`] (the paper's k_proj).
     pub k_project: u32,
     /// Tangent and power faces: the point of its face that a site moves to.
     pub centroid: Centroid,
-    /// Exact cells: largest share of the last motion that is added to a step, 0 to below 1. 0 is Lloyd's iteration.
+    /// Exact cells: largest share of the last motion that is added to a step, 0 to below 1. 0 is Lloyd's
+    /// iteration.
     pub momentum: f64,
-    /// Exact cells: motions that L-BFGS remembers, 0 to [`MAX_LBFGS`]; 7 is usual. 0 is Lloyd's iteration; with more,
-    /// `momentum` must be 0.
+    /// Exact cells: motions that L-BFGS remembers, 0 to [`MAX_LBFGS`]; 7 is usual. 0 is Lloyd's iteration;
+    /// with more, `momentum` must be 0.
     pub lbfgs: u32,
     /// Power faces: distance of a shadow site from its site in spacings, 0 to [`MAX_OFFSET`] (the paper's d).
     pub offset: f64,
@@ -150,7 +154,8 @@ impl AllAtOnceOptions {
         self.face != Face::Exact && near
     }
 
-    /// Neighbours of a site that are looked for: one search serves normals and cells, and the fit counts the site itself.
+    /// Neighbours of a site that are looked for: one search serves normals and cells, and the fit counts the
+    /// site itself.
     pub(crate) fn listed(&self) -> u32 {
         self.k_clip.max(self.k_normal - 1)
     }
@@ -195,7 +200,8 @@ impl AllAtOnceOptions {
             (Normals::Surface, Projection::NearestVertices) => {
                 return Err(Error::option(
                     "normals",
-                    "`normals` surface come from a walk over the surface, which `projection` nearest-vertices does not make",
+                    "`normals` surface come from a walk over the surface, which `projection` nearest-vertices \
+                     does not make",
                     "use `projection` walk or exact, or `normals` fit",
                 ));
             }

@@ -21,8 +21,8 @@ pub enum Quality {
     Best,
 }
 
-/// What happens if the vertices asked for are too few for a valid mesh: handles, components or boundary loops would be
-/// lost, or faces intersect.
+/// What happens if the vertices asked for are too few for a valid mesh: handles, components or boundary loops
+/// would be lost, or faces intersect.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
 #[non_exhaustive]
 #[serde(rename_all = "kebab-case")]
@@ -44,8 +44,9 @@ pub enum Sizing {
     /// Equally long everywhere.
     #[default]
     Uniform,
-    /// Shorter where the surface is curved: in proportion to curvature^(-`gradation` / 2). With 0 edges are equally long,
-    /// with 1 faces are equally far from the surface everywhere, with 2 they meet at equal angles.
+    /// Shorter where the surface is curved: in proportion to curvature^(-`gradation` / 2). With 0 edges are
+    /// equally long, with 1 faces are equally far from the surface everywhere, with 2 they meet at equal
+    /// angles.
     Curvature {
         /// 0 to [`MAX_GRADATION`].
         gradation: f64,
@@ -79,7 +80,8 @@ impl FeatureLines {
     }
 }
 
-/// Settings of [`Method::CoarseToFine`](super::Method::CoarseToFine); the default ones are those of [`Quality::Normal`].
+/// Settings of [`Method::CoarseToFine`](super::Method::CoarseToFine); the default ones are those of
+/// [`Quality::Normal`].
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[non_exhaustive]
 #[serde(default, deny_unknown_fields)]
@@ -94,24 +96,25 @@ pub struct CoarseToFineOptions {
     pub polish_rounds: u32,
     /// Whether vertices leave the surface by a little so that the faces fit it better.
     pub fit: bool,
-    /// Edges where the surface turns by at least this angle in degrees are sharp and kept; above 0 to 180, which is none.
+    /// Edges where the surface turns by at least this angle in degrees are sharp and kept; above 0 to 180,
+    /// which is none.
     pub feature_angle: f64,
     /// Lines along edges of the input that are kept as well.
     pub features: Option<FeatureLines>,
-    /// Half-edges `3 * triangle + k` of the input, from corner k of the triangle to the next, that are kept as well. Those
-    /// of triangles that repair drops do not count.
+    /// Half-edges `3 * triangle + k` of the input, from corner k of the triangle to the next, that are kept
+    /// as well. Those of triangles that repair drops do not count.
     pub fixed_half_edges: Vec<u32>,
     /// What happens if the vertices are too few.
     pub shortage: Shortage,
     /// How long edges are in different places.
     pub sizing: Sizing,
-    /// Unless edges are equally long: the least length that is wanted anywhere; at most that of a uniform mesh, of which
-    /// an eighth if `None`.
+    /// Unless edges are equally long: the least length that is wanted anywhere; at most that of a uniform
+    /// mesh, of which an eighth if `None`.
     pub min_edge: Option<Length>,
     /// The largest one; at least that of a uniform mesh, of which eight times if `None`.
     pub max_edge: Option<Length>,
-    /// Largest growth of edge length per unit of distance along the surface; above 0 to [`MAX_GROWTH`]. With 0.25 edges
-    /// double over four lengths of the longer ones.
+    /// Largest growth of edge length per unit of distance along the surface; above 0 to [`MAX_GROWTH`]. With
+    /// 0.25 edges double over four lengths of the longer ones.
     pub growth: f64,
 }
 

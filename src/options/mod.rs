@@ -43,8 +43,8 @@ pub enum Method {
     AllAtOnce,
 }
 
-/// Settings of a run. `Options::new(n)` has the default ones, `Options::rtf(n)` the paper's; each field has a method of
-/// its name that sets it, those of the method's own settings too.
+/// Settings of a run. `Options::new(n)` has the default ones, `Options::rtf(n)` the paper's; each field has a
+/// method of its name that sets it, those of the method's own settings too.
 ///
 /// ```
 /// use rtfmesh::Options;
@@ -67,8 +67,8 @@ pub struct Options {
     pub tolerance: f64,
     /// Seed of the random start.
     pub seed: u64,
-    /// Vertices of the input closer than this share of its bounding box's diagonal become one; 0 to below 1, 0 for exact
-    /// duplicates only.
+    /// Vertices of the input closer than this share of its bounding box's diagonal become one; 0 to below 1,
+    /// 0 for exact duplicates only.
     pub weld: f64,
     /// Components of the input with less than this share of its area are dropped; 0 to below 1.
     pub min_component: f64,
@@ -137,12 +137,14 @@ impl Options {
         }
     }
 
-    /// The paper's settings (Sect. 5): k = 16, 32, 16 and 160 iterations of Lloyd from a uniformly random start.
+    /// The paper's settings (Sect. 5): k = 16, 32, 16 and 160 iterations of Lloyd from a uniformly random
+    /// start.
     pub fn rtf(vertices: usize) -> Self {
         Self { method: Method::AllAtOnce, iterations: 160, ..Self::new(vertices) }
     }
 
-    /// Lloyd's iteration with exact restricted Voronoi cells (Yan et al. 2009), 160 times from a uniformly random start.
+    /// Lloyd's iteration with exact restricted Voronoi cells (Yan et al. 2009), 160 times from a uniformly
+    /// random start.
     pub fn rvd(vertices: usize) -> Self {
         Self::rtf(vertices).face(Face::Exact).centroid(Centroid::Area).neighbours(Neighbours::Lists)
     }
@@ -152,13 +154,14 @@ impl Options {
         Self::rvd(vertices).momentum(0.9)
     }
 
-    /// Restricted power faces (Xu et al. 2019), otherwise as [`Options::rtf`]. The paper names no offset for them; see
-    /// docs/presets.md for the one taken.
+    /// Restricted power faces (Xu et al. 2019), otherwise as [`Options::rtf`]. The paper names no offset for
+    /// them; see docs/presets.md for the one taken.
     pub fn rpf(vertices: usize) -> Self {
         Self::rtf(vertices).face(Face::Power)
     }
 
-    /// Cells on the planes that best fit the input's points (Chen et al. 2018), otherwise as [`Options::rtf`].
+    /// Cells on the planes that best fit the input's points (Chen et al. 2018), otherwise as
+    /// [`Options::rtf`].
     pub fn rvc(vertices: usize) -> Self {
         Self::rtf(vertices).normals(Normals::Cloud).projection(Projection::Plane)
     }
@@ -183,8 +186,8 @@ impl Options {
         self.method == Method::AllAtOnce && self.all_at_once.face == Face::Exact
     }
 
-    /// Checks every range, and that the settings go together. [`Options::weld`] and [`Options::min_component`] are
-    /// checked by [`repair_with`](crate::mesh::repair::repair_with).
+    /// Checks every range, and that the settings go together. [`Options::weld`] and
+    /// [`Options::min_component`] are checked by [`repair_with`](crate::mesh::repair::repair_with).
     ///
     /// # Errors
     /// [`Error::Usage`] that names the field.

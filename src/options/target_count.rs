@@ -67,8 +67,8 @@ impl Size {
     /// The edge length is that of a hexagonal layout of the vertices on the area of the input.
     ///
     /// # Errors
-    /// [`Error::Usage`] as [`Size::validate`], and for more vertices than an index can count; [`Error::Input`] for a
-    /// mesh without extent.
+    /// [`Error::Usage`] as [`Size::validate`], and for more vertices than an index can count;
+    /// [`Error::Input`] for a mesh without extent.
     pub fn vertices(self, input: &TriMesh) -> Result<usize> {
         self.validate()?;
         // The length at which one vertex has the whole area; each vertex has the share of its square.

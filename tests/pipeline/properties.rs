@@ -123,7 +123,9 @@ proptest! {
     }
 
     #[test]
-    fn sheets_nearly_touching(gap in magnitude(1e-3, 0.1), closed: bool, n in 300usize..900, seed in 0u64..1000) {
+    fn sheets_nearly_touching(
+        gap in magnitude(1e-3, 0.1), closed: bool, n in 300usize..900, seed in 0u64..1000,
+    ) {
         // Between faces of coarse spheres there is less room than between the spheres.
         let gap = if closed { gap.max(0.05) } else { gap };
         let wrong = faults(&Shape::Near { gap, closed }, n, seed);

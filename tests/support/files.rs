@@ -47,7 +47,9 @@ pub fn gltf_of(mesh: &TriMesh) -> String {
             { "buffer": 0, "byteLength": positions },
             { "buffer": 0, "byteOffset": positions, "byteLength": data.len() - positions },
         ],
-        "buffers": [{ "byteLength": data.len(), "uri": format!("data:application/gltf-buffer;base64,{}", base64(&data)) }],
+        "buffers": [{
+            "byteLength": data.len(), "uri": format!("data:application/gltf-buffer;base64,{}", base64(&data)),
+        }],
     })
     .to_string()
 }
