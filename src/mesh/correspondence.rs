@@ -10,7 +10,7 @@ use serde::{Deserialize, Serialize};
 use super::TriMesh;
 use super::bvh::Bvh;
 use super::repair::Repaired;
-use super::triangle::closest_on_triangle;
+use super::triangle::{closest_on_triangle, doubled_normal};
 use super::unit_frame::UnitFrame;
 use crate::Result;
 use crate::progress::heed;
@@ -144,7 +144,7 @@ fn wanted(mesh: &TriMesh, asked: CorrespondenceRequest) -> Vec<Wanted> {
     let mut centres = Vec::with_capacity(if asked.faces { mesh.triangles.len() } else { 0 });
     for (t, triangle) in mesh.triangles.iter().enumerate() {
         let [a, b, c] = mesh.corners(t);
-        let normal = (b - a).cross(c - a);
+        let normal = doubled_normal([a, b, c]);
         let around = a.distance(b) + b.distance(c) + c.distance(a);
         for v in triangle {
             normals[*v as usize] += normal;
@@ -180,11 +180,7 @@ pub(crate) struct Search {
 
 impl Search {
     fn new(surface: &TriMesh) -> Self {
-        let normal = |t: usize| {
-            let [a, b, c] = surface.corners(t);
-            (b - a).cross(c - a)
-        };
-        let normals = (0..surface.triangles.len()).map(normal).collect();
+        let normals = (0..surface.triangles.len()).map(|t| surface.doubled_normal(t)).collect();
         Self { normals: Arc::new(normals), bvh: Arc::new(Bvh::new(surface)) }
     }
 

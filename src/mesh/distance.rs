@@ -9,6 +9,7 @@ use super::TriMesh;
 use super::bvh::Bvh;
 use super::half_edges::EdgeTable;
 use super::quality::power_of_two_scale;
+use super::triangle::doubled_normal;
 use crate::{Error, Result};
 
 /// Samples on the edges and as many on the faces of either mesh, at the least.
@@ -161,8 +162,7 @@ impl Samples {
             EdgeTable::new(&triangles).edges().map(|edge| edge[0].ends().into()).collect();
         let at = |v: u32| vertices[v as usize];
         let edge_sums = running_sums(edges.iter().map(|&[a, b]| at(a).distance(at(b))));
-        let area_sums =
-            running_sums(triangles.iter().map(|&[a, b, c]| (at(b) - at(a)).cross(at(c) - at(a)).length()));
+        let area_sums = running_sums(triangles.iter().map(|t| doubled_normal(t.map(at)).length()));
         Self { vertices, edges, triangles, edge_sums, area_sums, count }
     }
 

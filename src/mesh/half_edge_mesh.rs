@@ -1,10 +1,9 @@
-//! Who is beside whom: the half-edges of a mesh with their twins, kept up to date by flips.
+//! Half-edge mesh that supports edge flips.
 
 use super::NONE;
-use glam::DVec3;
-use rayon::prelude::*;
+use super::half_edges::{next, previous, twins};
 
-/// What may happen at a vertex.
+/// How the triangles around a vertex are arranged.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum VertexKind {
     /// Its triangles form one closed fan.
@@ -15,37 +14,33 @@ pub(crate) enum VertexKind {
     Irregular,
 }
 
-/// The half-edges of a mesh. Half-edge `3 * t + k` goes from corner `k` of triangle `t` to the next corner.
+/// The half-edges of a mesh with their twins, kept up to date by flips.
 #[derive(Debug, Clone)]
 pub(crate) struct HalfEdgeMesh {
     pub(crate) triangles: Vec<[u32; 3]>,
-    /// The half-edge on the other side; [`NONE`] where there is not exactly one, in the opposite direction.
+    /// The half-edge that runs against each; [`NONE`] where there is not exactly one.
     twin: Vec<u32>,
-    /// A half-edge that leaves the vertex; at a boundary the one from which [`HalfEdgeMesh::ring`] reaches all.
+    /// A half-edge that leaves each vertex; at a boundary the one from which [`HalfEdgeMesh::ring`] reaches all others.
     first: Vec<u32>,
     kind: Vec<VertexKind>,
-    /// Edges at the vertex; right unless it is irregular.
+    /// Edges at each vertex; meaningless at irregular ones.
     valence: Vec<u32>,
     /// The patch of each triangle; empty if there is but one.
     patches: Vec<u32>,
 }
 
-/// The half-edge after `h` in its triangle.
-pub(crate) fn next(h: u32) -> u32 {
-    if h % 3 == 2 { h - 2 } else { h + 1 }
-}
-
-/// The half-edge before `h` in its triangle.
-pub(crate) fn previous(h: u32) -> u32 {
-    if h.is_multiple_of(3) { h + 2 } else { h - 1 }
-}
-
 impl HalfEdgeMesh {
-    /// HalfEdgeMesh `triangles` over `vertices` vertices; `patches` has the patch of each triangle, or nothing. Panics if an
-    /// index is out of range.
+    /// Of `triangles` over `vertices` vertices; `patches` has the patch of each triangle, or nothing. Panics if an index is
+    /// out of range.
     pub(crate) fn new(triangles: Vec<[u32; 3]>, vertices: usize, patches: &[u32]) -> Self {
-        let twin = twins(&triangles);
-        let mut links = Self {
+        let mut twin = twins(&triangles);
+        for h in 0..twin.len() {
+            // Two half-edges of one triangle, which then repeats a vertex, are not an edge between two.
+            if twin[h] != NONE && twin[h] as usize / 3 == h / 3 {
+                twin[h] = NONE;
+            }
+        }
+        let mut mesh = Self {
             triangles,
             twin,
             first: vec![NONE; vertices],
@@ -53,8 +48,8 @@ impl HalfEdgeMesh {
             valence: vec![0; vertices],
             patches: patches.to_vec(),
         };
-        links.classify();
-        links
+        mesh.classify();
+        mesh
     }
 
     fn classify(&mut self) {
@@ -102,7 +97,7 @@ impl HalfEdgeMesh {
         self.kind[v as usize]
     }
 
-    /// Edges at a vertex that is not irregular.
+    /// The number of edges at a vertex that is not irregular.
     pub(crate) fn valence(&self, v: u32) -> u32 {
         self.valence[v as usize]
     }
@@ -124,7 +119,7 @@ impl HalfEdgeMesh {
     /// The half-edges that leave a vertex, counter-clockwise; none of an irregular one.
     pub(crate) fn ring(&self, v: u32) -> Ring<'_> {
         let first = if self.kind(v) == VertexKind::Irregular { NONE } else { self.first[v as usize] };
-        Ring { links: self, first, at: first }
+        Ring { mesh: self, first, at: first }
     }
 
     /// Whether an edge joins `a`, which is not irregular, with `b`.
@@ -132,13 +127,13 @@ impl HalfEdgeMesh {
         self.ring(a).any(|h| self.origin(next(h)) == b || self.origin(previous(h)) == b)
     }
 
-    /// The corners before and behind half-edge `h` and its twin: `[a, b, c, d]` for triangles `abc` and `bad`.
+    /// The vertices of the two triangles at half-edge `h` and its `twin`: `[a, b, c, d]` for triangles `abc` and `bad`.
     pub(crate) fn diamond(&self, h: u32, twin: u32) -> [u32; 4] {
         [self.origin(h), self.origin(twin), self.origin(previous(h)), self.origin(previous(twin))]
     }
 
-    /// Replaces edge a–b of triangles `abc` and `bad` by c–d. That c and d were not joined, and that a and b keep
-    /// enough edges, is for the caller to see to.
+    /// Replaces edge a–b of triangles `abc` and `bad` by c–d. The caller sees to it that no edge joins c and d yet and that
+    /// a and b keep enough edges.
     pub(crate) fn flip(&mut self, h: u32, g: u32) {
         let [a, b, c, d] = self.diamond(h, g);
         let (h_next, h_previous, g_next, g_previous) = (next(h), previous(h), next(g), previous(g));
@@ -183,7 +178,7 @@ impl HalfEdgeMesh {
 
 /// The half-edges that leave a vertex.
 pub(crate) struct Ring<'a> {
-    links: &'a HalfEdgeMesh,
+    mesh: &'a HalfEdgeMesh,
     first: u32,
     at: u32,
 }
@@ -196,36 +191,8 @@ impl Iterator for Ring<'_> {
         if h == NONE {
             return None;
         }
-        let following = self.links.twin[previous(h) as usize];
+        let following = self.mesh.twin[previous(h) as usize];
         self.at = if following == self.first { NONE } else { following };
         Some(h)
     }
-}
-
-fn twins(triangles: &[[u32; 3]]) -> Vec<u32> {
-    let corners = triangles.as_flattened();
-    let mut sides: Vec<(u64, u32)> = (0u32..)
-        .zip(corners)
-        .map(|(h, &from)| {
-            let to = corners[next(h) as usize];
-            (u64::from(from.min(to)) << 32 | u64::from(from.max(to)), h)
-        })
-        .collect();
-    sides.par_sort_unstable();
-    let mut twin = vec![NONE; corners.len()];
-    for edge in sides.chunk_by(|x, y| x.0 == y.0) {
-        let &[(_, h), (_, g)] = edge else { continue };
-        let opposite = corners[h as usize] != corners[g as usize];
-        // Two sides of one triangle, which then repeats a vertex, are not an edge between two.
-        if opposite && h / 3 != g / 3 {
-            twin[h as usize] = g;
-            twin[g as usize] = h;
-        }
-    }
-    twin
-}
-
-/// Twice the area of a triangle along its normal.
-pub(crate) fn cross([a, b, c]: [DVec3; 3]) -> DVec3 {
-    (b - a).cross(c - a)
 }

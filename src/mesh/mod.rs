@@ -3,6 +3,7 @@
 pub mod attributes;
 pub mod bvh;
 pub mod correspondence;
+pub(crate) mod csr;
 pub mod distance;
 pub mod features;
 pub(crate) mod half_edge_mesh;
@@ -42,10 +43,14 @@ impl TriMesh {
         self.triangles[t].map(|v| self.vertices[v as usize])
     }
 
-    /// The area of triangle `t`. Panics as [`TriMesh::corners`] does.
+    /// The normal of triangle `t`, twice as long as its area. Panics as [`TriMesh::corners`] does.
+    pub(crate) fn doubled_normal(&self, t: usize) -> DVec3 {
+        triangle::doubled_normal(self.corners(t))
+    }
+
+    /// The area of triangle `t` in the unit of the coordinates squared. Panics as [`TriMesh::corners`] does.
     pub fn triangle_area(&self, t: usize) -> f64 {
-        let [a, b, c] = self.corners(t);
-        0.5 * (b - a).cross(c - a).length()
+        triangle::area(self.corners(t))
     }
 
     /// The area of all triangles. Panics if an index is out of range.

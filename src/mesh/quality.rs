@@ -7,6 +7,7 @@ use serde::Serialize;
 
 use super::TriMesh;
 use super::half_edges::EdgeTable;
+use super::triangle::{area, doubled_normal};
 
 /// Keeps quotients of degenerate triangles defined; far below any product of lengths of a scaled mesh.
 const TINY: f64 = 1e-300;
@@ -29,7 +30,7 @@ impl TriangleQuality {
     /// leave the range of `f64`.
     pub fn new([a, b, c]: [DVec3; 3]) -> Self {
         let [la, lb, lc] = [b.distance(c), c.distance(a), a.distance(b)];
-        let area = 0.5 * (b - a).cross(c - a).length();
+        let area = area([a, b, c]);
         let product = 0.5 * (la + lb + lc) * la.max(lb).max(lc);
         let q = 6.0 / 3f64.sqrt() * area / product.max(TINY);
         Self { q, angles: [angle(la, lb, lc), angle(lb, la, lc), angle(lc, la, lb)], lengths: [la, lb, lc] }
@@ -158,8 +159,7 @@ pub(crate) fn valence_of(mesh: &TriMesh, table: &EdgeTable) -> Valence {
 pub(crate) fn folded_share(mesh: &TriMesh, table: &EdgeTable) -> f64 {
     let scale = power_of_two_scale(corner_points(mesh));
     let normal = |t: usize| {
-        let [a, b, c] = mesh.corners(t).map(|corner| corner * scale);
-        let n = (b - a).cross(c - a);
+        let n = doubled_normal(mesh.corners(t).map(|corner| corner * scale));
         n / n.length().max(TINY)
     };
     let (mut pairs, mut folded) = (0usize, 0usize);

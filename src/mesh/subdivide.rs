@@ -1,7 +1,8 @@
 //! The same surface with shorter edges.
 
 use super::TriMesh;
-use super::half_edges::EdgeTable;
+use super::half_edges::{EdgeTable, edge_key};
+use super::triangle::doubled_normal;
 use std::collections::HashMap;
 use std::sync::atomic::{AtomicBool, Ordering};
 
@@ -39,7 +40,7 @@ pub fn halved_count(mesh: &TriMesh, length: f64) -> f64 {
             return 1.0;
         }
         // Of an equilateral triangle the side, and of a sliver, which is cut across, next to nothing.
-        let across = (b - a).cross(c - a).length() / longest * 2.0 / 3_f64.sqrt();
+        let across = doubled_normal([a, b, c]).length() / longest * 2.0 / 3_f64.sqrt();
         parts(longest) * parts(across).max(2.0)
     };
     (0..mesh.triangles.len()).map(of).sum()
@@ -71,10 +72,7 @@ fn round(mesh: &TriMesh, length: f64, most: usize) -> Option<TriMesh> {
     }
     let mut triangles = mesh.triangles.clone();
     for (t, corners) in mesh.triangles.iter().enumerate() {
-        let middle = |k: usize| {
-            let [a, b] = [corners[k], corners[(k + 1) % 3]];
-            middles.get(&(a.min(b), a.max(b))).copied()
-        };
+        let middle = |k: usize| middles.get(&edge_key(corners[k], corners[(k + 1) % 3])).copied();
         let mut parts = parts(*corners, [0, 1, 2].map(middle), |a, b| {
             vertices[a as usize].distance_squared(vertices[b as usize])
         });

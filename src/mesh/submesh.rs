@@ -1,22 +1,41 @@
-//! Parts of a mesh as meshes of their own, and meshes put together.
+//! Part of a mesh as a mesh of its own, and meshes put together.
 
-use super::TriMesh;
+use super::{NONE, TriMesh};
 
-/// The mesh of some triangles, with the vertices that they use, in the mesh's order.
+/// New numbers for the vertices that stay, in their old order: [`NONE`] for those that do not. Also the old number of each
+/// that stays.
+pub(crate) fn renumbered(stays: &[bool]) -> (Vec<u32>, Vec<u32>) {
+    let old: Vec<u32> = (0..).zip(stays).filter(|(_, stays)| **stays).map(|(v, _)| v).collect();
+    let mut new = vec![NONE; stays.len()];
+    (0..).zip(&old).for_each(|(place, v)| new[*v as usize] = place);
+    (new, old)
+}
+
+/// `triangles` over the vertices of `mesh`, but for those that none of them uses. Panics if an index is out of range.
+pub(crate) fn without_unused_vertices(mesh: &TriMesh, mut triangles: Vec<[u32; 3]>) -> TriMesh {
+    let mut used = vec![false; mesh.vertices.len()];
+    triangles.as_flattened().iter().for_each(|v| used[*v as usize] = true);
+    let (new, old) = renumbered(&used);
+    triangles.as_flattened_mut().iter_mut().for_each(|v| *v = new[*v as usize]);
+    TriMesh { vertices: old.iter().map(|v| mesh.vertices[*v as usize]).collect(), triangles }
+}
+
+/// The triangles of these numbers as a mesh of their own, vertices in their old order. Takes time by their number, not by
+/// the size of the mesh, which may fall into thousands of components. Panics if an index is out of range.
 pub(crate) fn extract(mesh: &TriMesh, triangles: &[u32]) -> TriMesh {
     let of = |t: &u32| mesh.triangles[*t as usize];
     let mut used: Vec<u32> = triangles.iter().flat_map(of).collect();
     used.sort_unstable();
     used.dedup();
-    // `used` has all vertices of the triangles.
-    let new_index = |v: u32| used.binary_search(&v).unwrap_or(0) as u32;
+    // All vertices of the triangles are in it.
+    let new = |v: u32| used.binary_search(&v).unwrap_or(0) as u32;
     TriMesh {
         vertices: used.iter().map(|v| mesh.vertices[*v as usize]).collect(),
-        triangles: triangles.iter().map(|t| of(t).map(new_index)).collect(),
+        triangles: triangles.iter().map(|t| of(t).map(new)).collect(),
     }
 }
 
-/// Adds the vertices and triangles of another mesh.
+/// Adds another mesh, whose vertices and triangles follow those of `mesh`.
 pub(crate) fn append(mesh: &mut TriMesh, other: &TriMesh) {
     let offset = mesh.vertices.len() as u32;
     mesh.vertices.extend_from_slice(&other.vertices);

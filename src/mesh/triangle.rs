@@ -1,4 +1,4 @@
-//! The point of a triangle closest to a given point.
+//! Triangles by their corners: doubled normal, area, closest point.
 
 use glam::DVec3;
 
@@ -13,6 +13,21 @@ pub struct TrianglePoint {
     pub point: DVec3,
     /// Its weights for the three corners, each 0..=1, summing to 1.
     pub barycentric: [f64; 3],
+}
+
+/// The normal of a triangle, twice as long as its area; zero without area.
+pub fn doubled_normal([a, b, c]: [DVec3; 3]) -> DVec3 {
+    (b - a).cross(c - a)
+}
+
+/// The angle at the first corner, in radians from 0 to pi; 0 for a triangle of three equal points.
+pub(crate) fn angle_at_first([a, b, c]: [DVec3; 3]) -> f64 {
+    doubled_normal([a, b, c]).length().atan2((b - a).dot(c - a))
+}
+
+/// The area of a triangle, in the unit of its coordinates squared.
+pub fn area(corners: [DVec3; 3]) -> f64 {
+    0.5 * doubled_normal(corners).length()
 }
 
 /// The point of triangle `corners` closest to `p`; right for triangles without area as well.
@@ -70,7 +85,7 @@ pub(super) fn closest_on_regular(p: DVec3, corners: [DVec3; 3]) -> TrianglePoint
 /// that a rounded foot can only cost what the triangle's height is worth.
 pub(super) fn closest_on_sliver(p: DVec3, corners: [DVec3; 3]) -> TrianglePoint {
     let [a, b, c] = corners;
-    let normal = (b - a).cross(c - a);
+    let normal = doubled_normal(corners);
     let weight = |from: DVec3, to: DVec3| (to - from).cross(p - from).dot(normal) / normal.length_squared();
     let foot = [weight(b, c), weight(c, a), weight(a, b)];
     let mut best = on_edge(p, corners, 0);

@@ -91,8 +91,7 @@ fn pieces(panel: &Panel, camera: &Camera) -> Vec<Piece> {
     let seen: Vec<Seen> = panel.mesh.vertices.iter().map(|v| camera.see(*v)).collect();
     let mut pieces = Vec::with_capacity(panel.mesh.triangles.len());
     for (t, triangle) in panel.mesh.triangles.iter().enumerate() {
-        let [a, b, c] = panel.mesh.corners(t);
-        let normal = camera.direction((b - a).cross(c - a).normalize_or_zero());
+        let normal = camera.direction(panel.mesh.doubled_normal(t).normalize_or_zero());
         let corners = triangle.map(|v| seen[v as usize]);
         let is_front = turn(corners) < 0.0;
         let base = match panel.colours.get(t) {

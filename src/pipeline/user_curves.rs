@@ -1,6 +1,7 @@
 //! Curves that the user asks for: fixed half-edges and lines from a file.
 
 use crate::mesh::features::user_edges;
+use crate::mesh::half_edges::next;
 use crate::options::{Options, Shortage};
 use crate::{Result, TriMesh};
 
@@ -20,7 +21,6 @@ pub(crate) fn may_simplify(options: &Options) -> bool {
 /// As [`user_edges`].
 pub(crate) fn user_curve_edges(mesh: &TriMesh, options: &Options) -> Result<Vec<[u32; 2]>> {
     let corners = mesh.triangles.as_flattened();
-    let next = |half: u32| if half % 3 == 2 { half - 2 } else { half + 1 };
     let ends = |half: u32| [half, next(half)].map(|corner| corners[corner as usize]);
     let fixed = options.coarse_to_fine.fixed_half_edges.iter().map(|half| ends(*half));
     let Some(features) = &options.coarse_to_fine.features else { return Ok(fixed.collect()) };

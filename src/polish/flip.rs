@@ -3,7 +3,8 @@
 use glam::DVec3;
 use rayon::prelude::*;
 
-use crate::mesh::half_edge_mesh::{HalfEdgeMesh, VertexKind, cross};
+use crate::mesh::half_edge_mesh::{HalfEdgeMesh, VertexKind};
+use crate::mesh::triangle::doubled_normal;
 
 /// Fewest edges of a vertex that may lose one.
 const MIN_VALENCE: u32 = 4;
@@ -98,8 +99,8 @@ fn valence_gain(links: &HalfEdgeMesh, [a, b, c, d]: [u32; 4]) -> f64 {
 
 /// Whether the triangles after the flip face as those before, do not form a sharper edge, and are not too flat.
 fn keeps_shape([a, b, c, d]: [DVec3; 4]) -> bool {
-    let (old, other) = (cross([a, b, c]), cross([b, a, d]));
-    let (new, next) = (cross([d, c, a]), cross([c, d, b]));
+    let (old, other) = (doubled_normal([a, b, c]), doubled_normal([b, a, d]));
+    let (new, next) = (doubled_normal([d, c, a]), doubled_normal([c, d, b]));
     let pair = old + other;
     let [old_len, other_len, new_len, next_len, pair_len] = [old, other, new, next, pair].map(DVec3::length);
     if new_len.min(next_len) <= 0.0 {

@@ -22,7 +22,8 @@ use glam::DVec3;
 use crate::TriMesh;
 use crate::mesh::bvh::Bvh;
 use crate::mesh::correspondence::Search;
-use crate::mesh::half_edge_mesh::{HalfEdgeMesh, VertexKind, cross};
+use crate::mesh::half_edge_mesh::{HalfEdgeMesh, VertexKind};
+use crate::mesh::triangle::doubled_normal;
 use flip::{Rule, flip_edges};
 use slide::SlidingCurves;
 
@@ -63,7 +64,7 @@ impl Target {
     /// Prepares the surface, which must be in the frame of the meshes to come. Panics if an index is out of range.
     pub fn new(surface: &TriMesh) -> Self {
         let corners = |t| surface.corners(t);
-        let normals: Vec<DVec3> = (0..surface.triangles.len()).map(|t| cross(corners(t))).collect();
+        let normals: Vec<DVec3> = (0..surface.triangles.len()).map(|t| doubled_normal(corners(t))).collect();
         let heights_sq = normals
             .iter()
             .enumerate()

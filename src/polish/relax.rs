@@ -4,7 +4,9 @@ use glam::DVec3;
 use rayon::prelude::*;
 
 use super::Target;
-use crate::mesh::half_edge_mesh::{HalfEdgeMesh, cross, next, previous};
+use crate::mesh::half_edge_mesh::HalfEdgeMesh;
+use crate::mesh::half_edges::{next, previous};
+use crate::mesh::triangle::doubled_normal;
 
 /// Share of the way to the ring's mean that a vertex goes. Above 1, since the vertices around go the same way; on a
 /// regular mesh 4/3 would be the limit of stability.
@@ -107,7 +109,7 @@ pub(crate) fn spoils(old: [DVec3; 3], new: [DVec3; 3], up: DVec3) -> bool {
     if old == new {
         return false;
     }
-    let (before, after) = (cross(old), cross(new));
+    let (before, after) = (doubled_normal(old), doubled_normal(new));
     let agreement = |n: DVec3| n.dot(up) / (n.length() * up.length()).max(f64::MIN_POSITIVE);
     let facing = agreement(after);
     if facing < MIN_AGREEMENT && facing <= agreement(before) {

@@ -4,8 +4,8 @@ use glam::DVec3;
 
 use super::relax::spoils;
 use super::worst::score;
-use crate::mesh::half_edge_mesh::cross;
 use crate::mesh::polyline::Polyline;
+use crate::mesh::triangle::doubled_normal;
 
 /// Share of the way to the mean of the neighbours that a vertex goes.
 const STRIDE: f64 = 1.0;
@@ -106,7 +106,7 @@ impl SlidingCurves {
                 let to = line.at(new).0;
                 let folds = star.iter().any(|t| {
                     let old = t.map(|w| points[w as usize]);
-                    spoils(old, moved(*t, points, v, to), cross(old))
+                    spoils(old, moved(*t, points, v, to), doubled_normal(old))
                 });
                 let strays = || {
                     let stray = |way: f64| line.stray(before, way).max(line.stray(way, after));

@@ -5,7 +5,8 @@ use rayon::prelude::*;
 
 use super::Target;
 use super::relax::{CHUNK, spoils, vertex_normal};
-use crate::mesh::half_edge_mesh::{HalfEdgeMesh, next, previous};
+use crate::mesh::half_edge_mesh::HalfEdgeMesh;
+use crate::mesh::half_edges::{next, previous};
 
 /// Triangles that score below this are looked after: the cosine of 42 degrees, negated.
 const GOAL: f64 = -0.743_144_825_477_394;

@@ -8,6 +8,7 @@
 
 use super::cells::Certificate;
 use super::fans::Fans;
+use crate::mesh::half_edges::edge_key;
 use crate::mesh::quality::TriangleQuality;
 use glam::DVec3;
 use serde::Serialize;
@@ -18,10 +19,9 @@ use std::collections::HashSet;
 pub struct ConnectCounts {
     /// Fan entries without their counterpart, dropped.
     pub one_sided_edges: usize,
-    /// CorrespondenceRequest faces of four or more corners, split by quality.
+    /// Traced faces of four or more corners, split by quality.
     pub split_faces: usize,
-    /// CorrespondenceRequest faces that could not be filled without repeating an edge; they are holes in the
-    /// result.
+    /// Traced faces that could not be filled without repeating an edge; they are holes in the result.
     pub unfilled_faces: usize,
     /// Sites that no triangle uses.
     pub unconnected_sites: usize,
@@ -39,7 +39,7 @@ pub fn connect(sites: &[DVec3], fans: &Fans) -> (Vec<[u32; 3]>, ConnectCounts) {
     let mut edges: HashSet<(u32, u32)> = (0..symmetric.len() as u32)
         .flat_map(|i| symmetric.of(i as usize).iter().map(move |&j| (i, j)))
         .filter(|(i, j)| i < j)
-        .map(|(i, j)| key(symmetric.site(i), symmetric.site(j)))
+        .map(|(i, j)| edge_key(symmetric.site(i), symmetric.site(j)))
         .collect();
     let mut triangles = Vec::with_capacity(2 * sites.len());
     for face in trace(&symmetric) {
@@ -105,7 +105,7 @@ fn split(face: &[u32], sites: &[DVec3], edges: &mut HashSet<(u32, u32)>) -> Opti
         let ear = (0..rest.len())
             .filter_map(|m| {
                 let [a, b, c] = corner(&rest, m);
-                let open = a != b && b != c && a != c && !edges.contains(&key(a, c));
+                let open = a != b && b != c && a != c && !edges.contains(&edge_key(a, c));
                 // A face of four has two diagonals, and the better is the one whose worse half is better.
                 let other =
                     if rest.len() == 4 { quality(sites, corner(&rest, m + 2)) } else { f64::INFINITY };
@@ -115,8 +115,8 @@ fn split(face: &[u32], sites: &[DVec3], edges: &mut HashSet<(u32, u32)>) -> Opti
         let Some((m, _)) = ear else { break };
         let [a, b, c] = corner(&rest, m);
         triangles.push([a, b, c]);
-        edges.insert(key(a, c));
-        added.push(key(a, c));
+        edges.insert(edge_key(a, c));
+        added.push(edge_key(a, c));
         rest.remove((m + 1) % rest.len());
     }
     if let &[a, b, c] = rest.as_slice()
@@ -135,10 +135,6 @@ fn split(face: &[u32], sites: &[DVec3], edges: &mut HashSet<(u32, u32)>) -> Opti
 
 fn corner(cycle: &[u32], m: usize) -> [u32; 3] {
     [0, 1, 2].map(|k| cycle[(m + k) % cycle.len()])
-}
-
-fn key(a: u32, b: u32) -> (u32, u32) {
-    (a.min(b), a.max(b))
 }
 
 fn quality(sites: &[DVec3], triangle: [u32; 3]) -> f64 {

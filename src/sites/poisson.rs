@@ -6,6 +6,7 @@
 use super::on_surface::SitesOnSurface;
 use super::surface::Surface;
 use crate::Result;
+use crate::mesh::triangle::area;
 use glam::DVec3;
 use rand::{RngExt, SeedableRng};
 use rand_pcg::Pcg64Mcg;
@@ -121,8 +122,7 @@ struct Fragment {
 
 impl Fragment {
     fn area(&self) -> f64 {
-        let [a, b, c] = self.corners;
-        0.5 * (b - a).cross(c - a).length()
+        area(self.corners)
     }
 
     fn middle(&self) -> DVec3 {

@@ -3,6 +3,7 @@
 use crate::Result;
 use crate::mesh::TriMesh;
 use crate::mesh::kd_tree::KdTree;
+use crate::mesh::triangle::area;
 use crate::mesh::unit_frame::UnitFrame;
 use glam::DVec3;
 use rayon::prelude::*;
@@ -187,7 +188,7 @@ fn moments(polygon: &[DVec3]) -> CellMoments {
     let Some((a, rest)) = polygon.split_first() else { return sum };
     for pair in rest.windows(2) {
         let [b, c] = [pair[0], pair[1]];
-        let area = 0.5 * (b - *a).cross(c - *a).length();
+        let area = area([*a, b, c]);
         let squares = a.length_squared() + b.length_squared() + c.length_squared();
         sum += CellMoments {
             area,

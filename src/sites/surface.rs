@@ -2,6 +2,8 @@
 
 use super::morton::morton_order;
 use crate::gpu::{Buffer, Device};
+use crate::mesh::csr::triangles_around;
+use crate::mesh::triangle::doubled_normal;
 use crate::mesh::unit_frame::UnitFrame;
 use crate::{Result, TriMesh};
 use glam::{DVec3, UVec4, Vec4};
@@ -54,13 +56,8 @@ impl Surface {
         let vertices: Vec<DVec3> = order.iter().map(|i| unit[*i as usize]).collect();
         let triangles: Vec<[u32; 3]> =
             mesh.triangles.iter().map(|t| t.map(|v| new_index[v as usize])).collect();
-        let crosses: Vec<DVec3> = triangles
-            .iter()
-            .map(|t| {
-                let [a, b, c] = t.map(|v| vertices[v as usize]);
-                (b - a).cross(c - a)
-            })
-            .collect();
+        let crosses: Vec<DVec3> =
+            triangles.iter().map(|t| doubled_normal(t.map(|v| vertices[v as usize]))).collect();
         let normals: Vec<DVec3> = crosses.iter().map(|n| n.normalize_or_zero()).collect();
         let areas = crosses.iter().map(|n| 0.5 * n.length()).collect();
         let buffers = SurfaceBuffers::upload(device, &vertices, &triangles, &normals)?;
@@ -81,35 +78,14 @@ impl SurfaceBuffers {
         normals: &[DVec3],
     ) -> Result<Self> {
         let vec4 = |list: &[DVec3]| list.iter().map(|p| p.as_vec3().extend(0.0)).collect::<Vec<_>>();
-        let (star_start, star) = stars(vertices.len(), triangles);
+        let star = triangles_around(vertices.len(), triangles);
         let indices: Vec<_> = triangles.iter().map(|t| UVec4::new(t[0], t[1], t[2], 0)).collect();
         Ok(Self {
             vertices: Buffer::from_slice(device, "surface.vertices", &vec4(vertices))?,
             triangles: Buffer::from_slice(device, "surface.triangles", &indices)?,
             normals: Buffer::from_slice(device, "surface.normals", &vec4(normals))?,
-            star_start: Buffer::from_slice(device, "surface.star_start", &star_start)?,
-            star: Buffer::from_slice(device, "surface.star", &star)?,
+            star_start: Buffer::from_slice(device, "surface.star_start", &star.start)?,
+            star: Buffer::from_slice(device, "surface.star", &star.entries)?,
         })
     }
-}
-
-/// The triangles around each vertex, as offsets and a list sorted by triangle.
-pub(crate) fn stars(vertices: usize, triangles: &[[u32; 3]]) -> (Vec<u32>, Vec<u32>) {
-    let mut start = vec![0_u32; vertices + 1];
-    for v in triangles.iter().flatten() {
-        start[*v as usize + 1] += 1;
-    }
-    for v in 0..vertices {
-        start[v + 1] += start[v];
-    }
-    let mut next = start.clone();
-    let mut star = vec![0; 3 * triangles.len()];
-    for (t, triangle) in triangles.iter().enumerate() {
-        for v in triangle {
-            let slot = &mut next[*v as usize];
-            star[*slot as usize] = t as u32;
-            *slot += 1;
-        }
-    }
-    (start, star)
 }

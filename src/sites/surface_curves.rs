@@ -2,11 +2,12 @@
 //! each edge.
 
 use super::place::Place;
-use super::surface::stars;
+use crate::mesh::csr::{Csr, triangles_around};
 use crate::mesh::features::Features;
-use crate::mesh::half_edges::EdgeTable;
+use crate::mesh::half_edges::{EdgeTable, edge_key};
 use crate::mesh::polyline::Polyline;
 use crate::mesh::sizing::{EVEN, SizeField, mean_inverse};
+use crate::mesh::triangle::angle_at_first;
 use glam::DVec3;
 use std::collections::HashMap;
 
@@ -21,11 +22,10 @@ pub struct SurfaceCurves {
     /// Whether each half-edge, `3 * triangle + side`, is on a curve.
     pub on_curve: Vec<bool>,
     /// Half-edges of each curve edge, by its vertices, the smaller one first.
-    half_edges: HashMap<[u32; 2], Vec<u32>>,
+    half_edges: HashMap<(u32, u32), Vec<u32>>,
     pub(crate) vertices: Vec<DVec3>,
     triangles: Vec<[u32; 3]>,
-    star_start: Vec<u32>,
-    star: Vec<u32>,
+    star: Csr,
 }
 
 /// One curve from its first vertex to its last.
@@ -90,7 +90,7 @@ impl SurfaceCurves {
         if features.curves.is_empty() && features.corners.is_empty() {
             return None;
         }
-        let mut half_edges: HashMap<[u32; 2], Vec<u32>> = HashMap::new();
+        let mut half_edges: HashMap<(u32, u32), Vec<u32>> = HashMap::new();
         let polylines: Vec<(Vec<u32>, bool)> = features
             .curves
             .iter()
@@ -100,17 +100,16 @@ impl SurfaceCurves {
             })
             .collect();
         for (polyline, _) in &polylines {
-            half_edges.extend(polyline.windows(2).map(|pair| (ends(pair[0], pair[1]), Vec::new())));
+            half_edges.extend(polyline.windows(2).map(|pair| (edge_key(pair[0], pair[1]), Vec::new())));
         }
         let mut on_curve = vec![false; 3 * triangles.len()];
         for edge in EdgeTable::new(triangles).edges() {
-            let (a, b) = edge[0].ends();
-            if let Some(sides) = half_edges.get_mut(&[a, b]) {
+            if let Some(sides) = half_edges.get_mut(&edge[0].ends()) {
                 sides.extend(edge.iter().map(|side| side.corners().0 as u32));
                 sides.iter().for_each(|half| on_curve[*half as usize] = true);
             }
         }
-        let (star_start, star) = stars(vertices.len(), triangles);
+        let star = triangles_around(vertices.len(), triangles);
         let mut curves = Self {
             curves: Vec::new(),
             corners: features.corners.clone(),
@@ -120,7 +119,6 @@ impl SurfaceCurves {
             half_edges,
             vertices: vertices.to_vec(),
             triangles: triangles.to_vec(),
-            star_start,
             star,
         };
         curves.curves =
@@ -210,7 +208,7 @@ impl SurfaceCurves {
 
     /// The half-edges on the edge of two vertices; none if it is not on a curve.
     pub(crate) fn half_edges(&self, a: u32, b: u32) -> &[u32] {
-        self.half_edges.get(&ends(a, b)).map_or(&[], Vec::as_slice)
+        self.half_edges.get(&edge_key(a, b)).map_or(&[], Vec::as_slice)
     }
 
     /// The triangles at a place, rising.
@@ -228,10 +226,7 @@ impl SurfaceCurves {
                 list.sort_unstable();
                 list
             }
-            Place::Vertex(v) => {
-                let [from, to] = [v, v + 1].map(|v| self.star_start[v as usize] as usize);
-                self.star[from..to].to_vec()
-            }
+            Place::Vertex(v) => self.star.of(v).to_vec(),
         }
     }
 
@@ -246,10 +241,6 @@ impl SurfaceCurves {
         let k = self.triangles[t as usize].iter().position(|w| *w == v).unwrap_or(0);
         let corners = self.corners_of(t);
         let [p, q, r] = [k, (k + 1) % 3, (k + 2) % 3].map(|c| corners[c]);
-        (q - p).cross(r - p).length().atan2((q - p).dot(r - p))
+        angle_at_first([p, q, r])
     }
-}
-
-fn ends(a: u32, b: u32) -> [u32; 2] {
-    [a.min(b), a.max(b)]
 }

@@ -12,6 +12,7 @@ use crate::gpu::kernels::exact::{aim, enough, listed, pairs, pieces, sums, walke
 use crate::gpu::{Buffer, Device, Download, Pipeline, Recorder, Submitted, Threads};
 use crate::mesh::NONE;
 use crate::mesh::kd_tree::KdTree;
+use crate::mesh::triangle::doubled_normal;
 use crate::sites::morton::morton_order;
 use crate::sites::restricted_voronoi::{RestrictedVoronoi, halves};
 use crate::sites::surface::Surface;
@@ -85,9 +86,9 @@ fn longest_first([a, b, c]: [DVec3; 3]) -> [DVec3; 3] {
 }
 
 fn cut_into(triangle: [DVec3; 3], spacing: f64, cut: &mut Vec<[DVec3; 3]>) {
-    let [a, b, c] = triangle;
+    let [a, b, _] = triangle;
     let longest = a.distance(b);
-    if (b - a).cross(c - a).length() <= FLAT * longest {
+    if doubled_normal(triangle).length() <= FLAT * longest {
         return;
     }
     if longest <= LONGEST_SIDE * spacing {

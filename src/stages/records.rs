@@ -4,8 +4,9 @@
 use crate::Result;
 use crate::gpu::{Buffer, Device};
 use crate::mesh::NONE;
-use crate::mesh::half_edges::twins;
+use crate::mesh::half_edges::{next, twins};
 use crate::mesh::topology::Partition;
+use crate::mesh::triangle::angle_at_first;
 use crate::sites::morton::morton_code;
 use crate::sites::surface::Surface;
 use crate::sites::surface_curves::SurfaceCurves;
@@ -124,8 +125,7 @@ fn fans(twins: &[u32]) -> Vec<u32> {
     let mut partition = Partition::new(twins.len());
     for (corner, twin) in (0..).zip(twins).filter(|(_, twin)| **twin != NONE) {
         // The twin runs against this side, so it ends where this one begins.
-        let end = if twin % 3 == 2 { twin - 2 } else { twin + 1 };
-        partition.join(corner, end);
+        partition.join(corner, next(*twin));
     }
     (0..twins.len() as u32).map(|corner| partition.root(corner)).collect()
 }
@@ -139,7 +139,7 @@ fn mean_normals(surface: &Surface, meeting: &[u32]) -> Vec<DVec3> {
         for k in 0..3 {
             let [p, q, r] =
                 [k, (k + 1) % 3, (k + 2) % 3].map(|c| surface.vertices[surface.triangles[t][c] as usize]);
-            let angle = (q - p).cross(r - p).length().atan2((q - p).dot(r - p));
+            let angle = angle_at_first([p, q, r]);
             sums[meeting[3 * t + k] as usize] += *normal * angle;
         }
     }

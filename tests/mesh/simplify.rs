@@ -39,7 +39,7 @@ fn the_topology_stays_down_to_the_least_count() {
             let got = topology(&made.mesh);
             assert_eq!(figures(&got), figures(&want), "model {k} with {count}");
             assert_eq!(made.mesh.vertices.len(), got.vertices, "model {k} with {count}");
-            assert_eq!((made.origin.len(), made.held.len()), (got.faces, got.vertices));
+            assert_eq!((made.origin.len(), made.fixed.len()), (got.faces, got.vertices));
             assert!(
                 got.vertices == count || (count < 60 && got.vertices <= *least),
                 "model {k} with {count}: {got:?}"

@@ -12,8 +12,8 @@ use crate::mesh::NONE;
 use crate::mesh::TriMesh;
 use crate::mesh::bvh::Bvh;
 use crate::mesh::correspondence::{Correspondence, SurfacePoint};
-use crate::mesh::half_edges::twins;
-use crate::mesh::triangle::closest_on_triangle;
+use crate::mesh::half_edges::{next, twins};
+use crate::mesh::triangle::{closest_on_triangle, doubled_normal};
 use rayon::prelude::*;
 
 /// How much farther than the corners of a face its chart is looked at.
@@ -64,7 +64,6 @@ impl<'a> Charts<'a> {
         let cuts: Vec<u32> =
             (0..).zip(&twins).filter(|(_, twin)| **twin == NONE).map(|(half, _)| half).collect();
         let corners = input.triangles.as_flattened();
-        let next = |half: u32| if half % 3 == 2 { half - 2 } else { half + 1 };
         let ends = cuts.iter().flat_map(|half| [*half, next(*half)]);
         let seams = TriMesh {
             vertices: ends.map(|c| (input.vertices[corners[c as usize] as usize] - centre) / size).collect(),
@@ -143,7 +142,7 @@ impl<'a> Charts<'a> {
 fn extended([a, b, c]: [DVec3; 3], place: DVec3) -> Option<[f64; 3]> {
     let longest_sq = a.distance_squared(b).max(b.distance_squared(c)).max(c.distance_squared(a));
     let (ab, ac, ap) = (b - a, c - a, place - a);
-    let normal = ab.cross(ac);
+    let normal = doubled_normal([a, b, c]);
     if normal.length() <= THIN * longest_sq {
         return None;
     }

@@ -4,6 +4,7 @@ use super::graph::Graph;
 use super::grow::behind;
 use super::surface::{Sides, degrees_between};
 use crate::mesh::NONE;
+use crate::mesh::half_edges::{next, previous};
 use crate::mesh::topology::Partition;
 
 /// Turns of more degrees are corners.
@@ -73,8 +74,6 @@ fn corner_near(graph: &Graph, vertex: u32, corners: &[bool], reach: f64) -> bool
 /// Vertices whose triangles form more than one fan, so that parts of the surface meet in that point alone.
 fn touching(sides: &Sides, vertices: usize) -> Vec<bool> {
     let corners = sides.triangles().as_flattened();
-    let next_in = |half: usize| half - half % 3 + (half + 1) % 3;
-    let before = |half: usize| half - half % 3 + (half + 2) % 3;
     // Walks around each vertex from its first corner; a corner that no walk reaches begins another fan.
     let mut fan_of = vec![NONE; corners.len()];
     let mut vertex_of: Vec<u32> = Vec::with_capacity(vertices);
@@ -88,11 +87,11 @@ fn touching(sides: &Sides, vertices: usize) -> Vec<bool> {
         for forward in [true, false] {
             let mut half = first;
             loop {
-                let across = sides.twins[if forward { before(half) } else { half }];
+                let across = sides.twins[if forward { previous(half as u32) as usize } else { half }];
                 if across == NONE {
                     break;
                 }
-                half = if forward { across as usize } else { next_in(across as usize) };
+                half = if forward { across } else { next(across) } as usize;
                 if fan_of[half] != NONE {
                     break;
                 }
@@ -103,11 +102,11 @@ fn touching(sides: &Sides, vertices: usize) -> Vec<bool> {
     // Fans that hang together by edges without twins are one.
     let mut fans = Partition::new(vertex_of.len());
     for &[one, other] in &sides.joined {
-        let [one, other] = [one as usize, other as usize];
-        let ends =
-            if corners[one] == corners[other] { [other, next_in(other)] } else { [next_in(other), other] };
-        fans.join(fan_of[one], fan_of[ends[0]]);
-        fans.join(fan_of[next_in(one)], fan_of[ends[1]]);
+        let same_way = corners[one as usize] == corners[other as usize];
+        let ends = if same_way { [other, next(other)] } else { [next(other), other] };
+        for (corner, end) in [one, next(one)].into_iter().zip(ends) {
+            fans.join(fan_of[corner as usize], fan_of[end as usize]);
+        }
     }
     let mut met = vec![false; vertices];
     let mut touching = vec![false; vertices];

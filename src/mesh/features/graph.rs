@@ -3,6 +3,7 @@
 use glam::DVec3;
 
 use super::CurveKind;
+use crate::mesh::csr::Csr;
 
 /// An edge of the surface that is a curve or may become one.
 #[derive(Debug, Clone, Copy)]
@@ -37,36 +38,20 @@ impl Link {
 pub(super) struct Graph<'a> {
     pub(super) points: &'a [DVec3],
     pub(super) links: Vec<Link>,
-    /// `at[start[v]..start[v + 1]]` are the links at vertex `v`, rising.
-    start: Vec<u32>,
-    at: Vec<u32>,
+    /// The links at each vertex, rising.
+    at: Csr,
 }
 
 impl<'a> Graph<'a> {
     pub(super) fn new(points: &'a [DVec3], links: Vec<Link>) -> Self {
-        let mut start = vec![0u32; points.len() + 1];
-        for end in links.iter().flat_map(|link| link.ends) {
-            start[end as usize + 1] += 1;
-        }
-        for v in 0..points.len() {
-            start[v + 1] += start[v];
-        }
-        let mut free = start.clone();
-        let mut at = vec![0u32; 2 * links.len()];
-        for (number, link) in (0u32..).zip(&links) {
-            for end in link.ends {
-                let place = &mut free[end as usize];
-                at[*place as usize] = number;
-                *place += 1;
-            }
-        }
-        Self { points, links, start, at }
+        let ends = (0..).zip(&links).flat_map(|(number, link)| link.ends.map(|end| (end, number)));
+        let at = Csr::group(points.len(), ends);
+        Self { points, links, at }
     }
 
     /// The links at a vertex, curves or not.
     pub(super) fn all_at(&self, vertex: u32) -> &[u32] {
-        let v = vertex as usize;
-        &self.at[self.start[v] as usize..self.start[v + 1] as usize]
+        self.at.of(vertex)
     }
 
     /// The curve links at a vertex.

@@ -19,6 +19,7 @@ use glam::DVec3;
 use serde::Serialize;
 
 use super::TriMesh;
+use super::triangle::area;
 use super::unit_frame::UnitFrame;
 use crate::{Error, Result};
 use graph::Graph;
@@ -209,10 +210,7 @@ pub fn find_features(mesh: &TriMesh, options: &FeatureOptions) -> Result<Feature
 /// [`Error::Input`]: see [`UnitFrame::of`].
 pub fn spacing_of(mesh: &TriMesh, vertices: usize) -> Result<f64> {
     let frame = UnitFrame::of(mesh)?;
-    let area = |t: usize| {
-        let [a, b, c] = mesh.corners(t).map(|corner| frame.to_unit(corner));
-        0.5 * (b - a).cross(c - a).length()
-    };
+    let area = |t: usize| area(mesh.corners(t).map(|corner| frame.to_unit(corner)));
     let area: f64 = (0..mesh.triangles.len()).map(area).sum();
     Ok(frame.scale * super::spacing(area, vertices))
 }

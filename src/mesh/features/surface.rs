@@ -5,7 +5,8 @@ use rayon::prelude::*;
 
 use super::CurveKind;
 use crate::mesh::NONE;
-use crate::mesh::half_edges::EdgeTable;
+use crate::mesh::half_edges::{EdgeTable, edge_key, next, twin_pair};
+use crate::mesh::triangle::doubled_normal;
 use crate::{Error, Result};
 
 /// Triangles lower than this share of the spacing take the normal of the one across their longest side: their own is
@@ -33,20 +34,16 @@ pub(super) struct Sides<'a> {
 
 impl<'a> Sides<'a> {
     pub(super) fn new(points: &[DVec3], triangles: &'a [[u32; 3]], spacing: f64) -> Self {
-        let corners = triangles.as_flattened();
-        let mut twins = vec![NONE; corners.len()];
-        let mut is_fixed = vec![false; corners.len()];
+        let table = EdgeTable::new(triangles);
+        let twins = table.twins(triangles);
+        let mut is_fixed = vec![false; twins.len()];
         let mut fixed = Vec::new();
         let mut joined = Vec::new();
-        for edge in EdgeTable::new(triangles).edges() {
+        for edge in table.edges() {
             let from = |k: usize| edge[k].corners().0;
             let kind = match edge.len() {
                 1 => CurveKind::Boundary,
-                2 if corners[from(0)] != corners[from(1)] => {
-                    twins[from(0)] = from(1) as u32;
-                    twins[from(1)] = from(0) as u32;
-                    continue;
-                }
+                2 if twin_pair(triangles, edge).is_some() => continue,
                 2 => CurveKind::Inconsistent,
                 _ => CurveKind::NonManifold,
             };
@@ -57,8 +54,7 @@ impl<'a> Sides<'a> {
         let (mut normals, areas): (Vec<_>, Vec<_>) = triangles
             .par_iter()
             .map(|t| {
-                let [a, b, c] = t.map(|v| points[v as usize]);
-                let double = (b - a).cross(c - a);
+                let double = doubled_normal(t.map(|v| points[v as usize]));
                 (double.normalize_or_zero(), 0.5 * double.length())
             })
             .unzip();
@@ -72,13 +68,13 @@ impl<'a> Sides<'a> {
         if edges.is_empty() {
             return Ok(());
         }
-        let mut wanted: Vec<[u32; 2]> = edges.iter().map(|&[a, b]| [a.min(b), a.max(b)]).collect();
+        let mut wanted: Vec<(u32, u32)> = edges.iter().map(|&[a, b]| edge_key(a, b)).collect();
         wanted.sort_unstable();
         wanted.dedup();
         let mut met = vec![false; wanted.len()];
         for half in 0..self.twins.len() as u32 {
             let [a, b] = self.ends(half);
-            let Ok(found) = wanted.binary_search(&[a.min(b), a.max(b)]) else { continue };
+            let Ok(found) = wanted.binary_search(&edge_key(a, b)) else { continue };
             met[found] = true;
             let twin = self.twins[half as usize];
             // An edge without a twin is a curve already.
@@ -89,7 +85,7 @@ impl<'a> Sides<'a> {
             }
         }
         let missing = met.iter().position(|met| !met).map(|missing| wanted[missing]);
-        missing.map_or(Ok(()), |[a, b]| {
+        missing.map_or(Ok(()), |(a, b)| {
             let problem = format!("no edge joins vertices {a} and {b}");
             Err(Error::input(None, problem, "name only pairs of vertices that share a triangle"))
         })
@@ -97,8 +93,7 @@ impl<'a> Sides<'a> {
 
     /// The vertices that a half-edge joins.
     pub(super) fn ends(&self, half: u32) -> [u32; 2] {
-        let (t, k) = (half as usize / 3, half as usize % 3);
-        [self.triangles[t][k], self.triangles[t][(k + 1) % 3]]
+        [half, next(half)].map(|corner| self.triangles.as_flattened()[corner as usize])
     }
 
     pub(super) fn triangles(&self) -> &'a [[u32; 3]] {
@@ -137,8 +132,9 @@ fn borrow_normals(
     const FARTHEST: usize = 8;
     // The longest side of a triangle, the given one left out, and its length.
     let longest = |t: usize, but: usize| {
+        let corners = triangles.as_flattened();
         let length = |half: usize| {
-            let [a, b] = [half % 3, (half + 1) % 3].map(|k| points[triangles[t][k] as usize]);
+            let [a, b] = [half, next(half as u32) as usize].map(|c| points[corners[c] as usize]);
             a.distance(b)
         };
         (3 * t..3 * t + 3)

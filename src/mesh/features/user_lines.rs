@@ -5,7 +5,7 @@ use rayon::slice::ParallelSliceMut;
 
 use crate::io::FeatureLine;
 use crate::mesh::TriMesh;
-use crate::mesh::half_edges::EdgeTable;
+use crate::mesh::half_edges::{EdgeTable, edge_key};
 use crate::mesh::unit_frame::UnitFrame;
 use crate::{Error, Result};
 
@@ -37,7 +37,7 @@ pub fn user_edges(mesh: &TriMesh, lines: &[FeatureLine]) -> Result<Vec<[u32; 2]>
             })
             .collect::<Result<_>>()?;
         for (pair, ends) in vertices.windows(2).zip(points.windows(2)) {
-            let [a, b] = [pair[0].min(pair[1]), pair[0].max(pair[1])];
+            let (a, b) = edge_key(pair[0], pair[1]);
             if edges.binary_search(&(a, b)).is_err() {
                 let [p, q] = [ends[0], ends[1]].map(|p| format!("({}, {}, {})", p.x, p.y, p.z));
                 let problem = format!("no edge of the mesh joins {p} and {q}");

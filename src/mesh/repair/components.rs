@@ -1,7 +1,8 @@
 //! Components: what hangs together by shared vertices.
 
-use super::{RepairCounts, compact};
+use super::RepairCounts;
 use crate::TriMesh;
+use crate::mesh::submesh::without_unused_vertices;
 use crate::mesh::topology::Partition;
 
 /// The component of each triangle, in the order of their first triangles, and the area of each component.
@@ -35,7 +36,7 @@ pub(super) fn drop_small(mesh: &mut TriMesh, origin: &mut Vec<u32>, share: f64, 
     if counts.components_dropped > 0 {
         let stays = |t: usize| areas[of_triangle[t] as usize] >= least;
         let kept: Vec<usize> = (0..mesh.triangles.len()).filter(|t| stays(*t)).collect();
-        *mesh = compact(&mesh.vertices, kept.iter().map(|t| mesh.triangles[*t]).collect());
+        *mesh = without_unused_vertices(mesh, kept.iter().map(|t| mesh.triangles[*t]).collect());
         *origin = kept.iter().map(|t| origin[*t]).collect();
     }
 }

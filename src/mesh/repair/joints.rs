@@ -2,7 +2,7 @@
 
 use super::RepairCounts;
 use crate::TriMesh;
-use crate::mesh::half_edges::EdgeTable;
+use crate::mesh::half_edges::{EdgeTable, edge_key};
 use glam::DVec3;
 use std::collections::{HashMap, HashSet};
 
@@ -40,7 +40,7 @@ pub(super) fn join(mesh: &mut TriMesh, origin: &mut Vec<u32>, reach: f64, counts
         let mut split = HashSet::new();
         let before = counts.edges_joined;
         for edge in &open {
-            if split.contains(&edge.triangle) || faces.get(&key(edge.from, edge.to)) != Some(&1) {
+            if split.contains(&edge.triangle) || faces.get(&edge_key(edge.from, edge.to)) != Some(&1) {
                 continue;
             }
             let on_it = vertices_on(mesh, edge, &rim, reach);
@@ -84,7 +84,7 @@ fn vertices_on(mesh: &TriMesh, edge: &Open, rim: &[u32], reach: f64) -> Vec<u32>
 /// The triangles in place of an edge's, or `None` if they close nothing or crowd an edge.
 fn parts_of(edge: &Open, on_it: &[u32], faces: &HashMap<(u32, u32), u32>) -> Option<Vec<[u32; 3]>> {
     let chain: Vec<u32> = [edge.from].into_iter().chain(on_it.iter().copied()).chain([edge.to]).collect();
-    let count = |a: u32, b: u32| faces.get(&key(a, b)).copied().unwrap_or(0);
+    let count = |a: u32, b: u32| faces.get(&edge_key(a, b)).copied().unwrap_or(0);
     let along: Vec<u32> = chain.windows(2).map(|pair| count(pair[0], pair[1])).collect();
     let free = along.iter().all(|count| *count < 2) && on_it.iter().all(|v| count(*v, edge.apex) == 0);
     let closes = along.contains(&1);
@@ -93,13 +93,13 @@ fn parts_of(edge: &Open, on_it: &[u32], faces: &HashMap<(u32, u32), u32>) -> Opt
 }
 
 fn replace(mesh: &mut TriMesh, edge: &Open, new: Vec<[u32; 3]>, faces: &mut HashMap<(u32, u32), u32>) {
-    faces.remove(&key(edge.from, edge.to));
+    faces.remove(&edge_key(edge.from, edge.to));
     for [a, b, apex] in &new {
-        *faces.entry(key(*a, *b)).or_default() += 1;
+        *faces.entry(edge_key(*a, *b)).or_default() += 1;
         for v in [a, b] {
             // Those from the ends were there.
             if *v != edge.from && *v != edge.to {
-                *faces.entry(key(*v, *apex)).or_default() += 1;
+                *faces.entry(edge_key(*v, *apex)).or_default() += 1;
             }
         }
     }
@@ -108,8 +108,4 @@ fn replace(mesh: &mut TriMesh, edge: &Open, new: Vec<[u32; 3]>, faces: &mut Hash
         mesh.triangles[edge.triangle] = first;
     }
     mesh.triangles.extend(new);
-}
-
-fn key(a: u32, b: u32) -> (u32, u32) {
-    (a.min(b), a.max(b))
 }

@@ -14,6 +14,7 @@ use serde::Serialize;
 
 use super::TriMesh;
 use super::kd_tree::KdTree;
+use super::submesh::without_unused_vertices;
 use crate::{Error, Result};
 pub(crate) use components::connected_components;
 
@@ -131,7 +132,7 @@ pub fn repair_with(mesh: &TriMesh, options: &RepairOptions) -> Result<Repaired> 
     if triangles.is_empty() {
         return Err(Error::input(None, "the mesh has no faces with an area", "give a surface mesh"));
     }
-    let mut kept = compact(&mesh.vertices, triangles);
+    let mut kept = without_unused_vertices(mesh, triangles);
     counts.unreferenced_vertices_dropped =
         mesh.vertices.len() - counts.duplicate_vertices_welded - kept.vertices.len();
     let unit = unit_of(&kept);
@@ -247,23 +248,4 @@ fn is_flat(corners: [DVec3; 3]) -> bool {
     sides.sort_by(|a, b| a.length_squared().total_cmp(&b.length_squared()));
     let [shortest, middle, longest] = sides;
     shortest.cross(middle).length() <= FLAT * longest.length_squared()
-}
-
-fn compact(vertices: &[DVec3], mut triangles: Vec<[u32; 3]>) -> TriMesh {
-    let mut used = vec![false; vertices.len()];
-    for vertex in triangles.as_flattened() {
-        used[*vertex as usize] = true;
-    }
-    let mut kept = Vec::with_capacity(vertices.len());
-    let mut renamed = vec![u32::MAX; vertices.len()];
-    for (old, position) in vertices.iter().enumerate() {
-        if used[old] {
-            renamed[old] = kept.len() as u32;
-            kept.push(*position);
-        }
-    }
-    for vertex in triangles.as_flattened_mut() {
-        *vertex = renamed[*vertex as usize];
-    }
-    TriMesh { vertices: kept, triangles }
 }

@@ -13,10 +13,6 @@ pub(super) fn orient(mesh: &mut TriMesh, counts: &mut RepairCounts) {
     }
     const UNSEEN: u8 = 2;
     let mut turned = vec![UNSEEN; mesh.triangles.len()];
-    let area = |mesh: &TriMesh, t: usize| {
-        let [a, b, c] = mesh.corners(t);
-        (b - a).cross(c - a).length()
-    };
     for first in 0..turned.len() {
         if turned[first] != UNSEEN {
             continue;
@@ -42,7 +38,7 @@ pub(super) fn orient(mesh: &mut TriMesh, counts: &mut RepairCounts) {
             continue;
         }
         let mut areas = [0.0; 2];
-        part.iter().for_each(|t| areas[usize::from(turned[*t])] += area(mesh, *t));
+        part.iter().for_each(|t| areas[usize::from(turned[*t])] += mesh.doubled_normal(*t).length());
         let smaller = u8::from(areas[0] >= areas[1]);
         for t in part {
             if turned[t] == smaller {

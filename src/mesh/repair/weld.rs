@@ -1,8 +1,9 @@
 //! Vertices that are nearly at one place become one, except where the surface would touch itself.
 
-use super::{RepairCounts, clean, compact};
+use super::{RepairCounts, clean};
 use crate::TriMesh;
-use crate::mesh::half_edges::EdgeTable;
+use crate::mesh::half_edges::{EdgeTable, edge_key};
+use crate::mesh::submesh::without_unused_vertices;
 use glam::DVec3;
 use std::collections::{HashMap, HashSet};
 
@@ -16,7 +17,7 @@ pub(super) fn weld(mesh: &mut TriMesh, origin: &mut Vec<u32>, reach: f64, counts
         let mut counts_of_it = *counts;
         let (triangles, number) = clean(mesh, |v| kept[v as usize], &mut counts_of_it);
         let was_crowded: HashSet<(u32, u32)> =
-            crowded.iter().map(|(a, b)| ordered(kept[*a as usize], kept[*b as usize])).collect();
+            crowded.iter().map(|(a, b)| edge_key(kept[*a as usize], kept[*b as usize])).collect();
         let edges = crowded_edges(&triangles).filter(|edge| !was_crowded.contains(edge));
         let mut wrong: HashSet<u32> = edges.flat_map(|(a, b)| [a, b]).collect();
         wrong.extend(back_to_back(mesh, &kept));
@@ -31,7 +32,7 @@ pub(super) fn weld(mesh: &mut TriMesh, origin: &mut Vec<u32>, reach: f64, counts
             *counts = counts_of_it;
             counts.near_vertices_welded = (0..).zip(&kept).filter(|(v, to)| *v != **to).count();
             let before = mesh.vertices.len() - counts.near_vertices_welded;
-            *mesh = compact(&mesh.vertices, triangles);
+            *mesh = without_unused_vertices(mesh, triangles);
             *origin = number.iter().map(|t| origin[*t as usize]).collect();
             counts.unreferenced_vertices_dropped += before - mesh.vertices.len();
             return;
@@ -89,8 +90,4 @@ fn back_to_back(mesh: &TriMesh, kept: &[u32]) -> Vec<u32> {
         }
     }
     wrong
-}
-
-fn ordered(a: u32, b: u32) -> (u32, u32) {
-    (a.min(b), a.max(b))
 }

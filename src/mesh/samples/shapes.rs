@@ -6,6 +6,8 @@ use std::f64::consts::{FRAC_PI_2, TAU};
 use glam::DVec3;
 
 use super::TriMesh;
+use crate::mesh::half_edges::edge_key;
+use crate::mesh::triangle::doubled_normal;
 
 /// A torus around z with radii 1 and 0.35 and `2 * around * tube` triangles.
 pub(super) struct Torus {
@@ -65,7 +67,7 @@ pub(super) fn sphere(splits: u32) -> TriMesh {
         let mut middles: HashMap<(u32, u32), u32> = HashMap::new();
         let TriMesh { vertices, triangles } = &mut mesh;
         let mut middle = |a: u32, b: u32| {
-            *middles.entry((a.min(b), a.max(b))).or_insert_with(|| {
+            *middles.entry(edge_key(a, b)).or_insert_with(|| {
                 vertices.push((vertices[a as usize] + vertices[b as usize]).normalize());
                 vertices.len() as u32 - 1
             })
@@ -96,8 +98,8 @@ fn icosahedron() -> TriMesh {
         for b in a + 1..12 {
             for c in b + 1..12 {
                 if near(a, b) && near(b, c) && near(a, c) {
-                    let [p, q, r] = [a, b, c].map(|vertex| vertices[vertex as usize]);
-                    let outward = (q - p).cross(r - p).dot(p) > 0.0;
+                    let corners = [a, b, c].map(|vertex| vertices[vertex as usize]);
+                    let outward = doubled_normal(corners).dot(corners[0]) > 0.0;
                     triangles.push(if outward { [a, b, c] } else { [a, c, b] });
                 }
             }

@@ -5,6 +5,7 @@ use std::collections::HashMap;
 use glam::DVec3;
 
 use super::TriMesh;
+use crate::mesh::triangle::doubled_normal;
 
 /// Six tetrahedra that fill a cube along its diagonal from corner 0 to 7 (bit 0 is x, bit 1 y, bit 2 z): one for
 /// each order of the axes, so that those of neighbouring cubes meet face to face.
@@ -64,10 +65,10 @@ impl<P: Fn(u32) -> DVec3> Surface<P> {
     /// A triangle across three edges, each from inside to outside.
     fn triangle(&mut self, edges: [(u32, u32); 3]) {
         let [a, b, c] = edges.map(|(inside, outside)| self.vertex(inside, outside));
-        let [p, q, r] = [a, b, c].map(|vertex| self.mesh.vertices[vertex as usize]);
+        let corners = [a, b, c].map(|vertex| self.mesh.vertices[vertex as usize]);
         let way = |(inside, outside): (u32, u32)| (self.position)(outside) - (self.position)(inside);
         let outward = edges.into_iter().map(way).sum::<DVec3>();
-        let faces_out = (q - p).cross(r - p).dot(outward) > 0.0;
+        let faces_out = doubled_normal(corners).dot(outward) > 0.0;
         self.mesh.triangles.push(if faces_out { [a, b, c] } else { [a, c, b] });
     }
 

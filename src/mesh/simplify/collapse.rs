@@ -1,10 +1,11 @@
 //! Fewer vertices: edges collapse onto one of their ends, short ones where the surface is flat first.
 
+use super::Graph;
 use super::flip::flip;
-use super::{Graph, ordered};
 use crate::TriMesh;
-use crate::mesh::half_edges::{EdgeTable, HalfEdge};
+use crate::mesh::half_edges::{EdgeTable, HalfEdge, edge_key};
 use crate::mesh::intersections::intersecting_faces;
+use crate::mesh::triangle::doubled_normal;
 use glam::{DMat3, DVec3};
 use std::cmp::Reverse;
 use std::collections::BinaryHeap;
@@ -49,10 +50,10 @@ struct Quadric {
 
 impl Quadric {
     /// To the plane of a triangle, by its area.
-    fn of([a, b, c]: [DVec3; 3]) -> Self {
-        let cross = (b - a).cross(c - a);
-        let (normal, weight) = (cross.normalize_or_zero(), 0.5 * cross.length());
-        let offset = -normal.dot(a);
+    fn of(corners: [DVec3; 3]) -> Self {
+        let doubled = doubled_normal(corners);
+        let (normal, weight) = (doubled.normalize_or_zero(), 0.5 * doubled.length());
+        let offset = -normal.dot(corners[0]);
         Self {
             normals: DMat3::from_cols(normal * normal.x, normal * normal.y, normal * normal.z) * weight,
             linear: normal * offset * weight,
@@ -204,7 +205,7 @@ impl<'a> Collapser<'a> {
     fn keeps_shape(&self, v: u32, u: u32, care: Care) -> bool {
         let good = self.moved(v, u).all(|(t, new)| {
             let [before, after] = [self.graph.triangles[t as usize], new].map(|t| self.graph.corners(t));
-            let [n, m] = [before, after].map(|[a, b, c]| (b - a).cross(c - a));
+            let [n, m] = [before, after].map(doubled_normal);
             let turned = n.dot(m) < care.cosine * n.length() * m.length();
             let [old, new] = [height_of(before), height_of(after)];
             !turned && new >= care.height.min(old)
@@ -253,9 +254,9 @@ impl<'a> Collapser<'a> {
         }
         graph.star[v as usize].clear();
         for w in curve {
-            graph.curves.remove(&ordered(v, w));
+            graph.curves.remove(&edge_key(v, w));
             if w != u {
-                graph.curves.insert(ordered(u, w));
+                graph.curves.insert(edge_key(u, w));
             }
         }
         graph.used -= 1;
@@ -269,15 +270,12 @@ impl<'a> Collapser<'a> {
 /// The height of a triangle over its longest side, as a share of that.
 fn height_of([a, b, c]: [DVec3; 3]) -> f64 {
     let longest = a.distance_squared(b).max(b.distance_squared(c)).max(c.distance_squared(a));
-    (b - a).cross(c - a).length() / longest.max(f64::MIN_POSITIVE)
+    doubled_normal([a, b, c]).length() / longest.max(f64::MIN_POSITIVE)
 }
 
 /// Pairs of triangles so nearly back to back that rounding decides whether they intersect.
 fn folded(mesh: &TriMesh) -> usize {
-    let normal = |t: usize| {
-        let [a, b, c] = mesh.corners(t);
-        (b - a).cross(c - a).normalize_or_zero()
-    };
+    let normal = |t: usize| mesh.doubled_normal(t).normalize_or_zero();
     let is_folded = |sides: &&[HalfEdge]| match sides {
         [one, two] => normal(one.triangle()).dot(normal(two.triangle())) < FOLDED,
         _ => false,

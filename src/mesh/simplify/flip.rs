@@ -1,6 +1,8 @@
 //! Edges turned within their two triangles, so that collapses do not leave fans of needles.
 
-use super::{Graph, ordered};
+use super::Graph;
+use crate::mesh::half_edges::edge_key;
+use crate::mesh::triangle::doubled_normal;
 use glam::DVec3;
 
 /// Sweeps over all edges.
@@ -28,7 +30,7 @@ pub(super) fn flip(graph: &mut Graph) {
 fn flip_side(graph: &mut Graph, t: u32, k: usize) -> bool {
     let triangle = graph.triangles[t as usize];
     let [a, b, c] = [0, 1, 2].map(|m| triangle[(k + m) % 3]);
-    if a > b || graph.curves.contains(&ordered(a, b)) {
+    if a > b || graph.curves.contains(&edge_key(a, b)) {
         return false;
     }
     let other = graph.at_edge(a, b).find(|s| *s != t);
@@ -51,7 +53,7 @@ fn flip_side(graph: &mut Graph, t: u32, k: usize) -> bool {
 
 /// Whether the edge from `c` to `d` is better than that from `a` to `b`, and on the surface as much.
 fn is_better([a, b, c]: [DVec3; 3], d: DVec3) -> bool {
-    let normal = |p: DVec3, q: DVec3, r: DVec3| (q - p).cross(r - p).normalize_or_zero();
+    let normal = |p: DVec3, q: DVec3, r: DVec3| doubled_normal([p, q, r]).normalize_or_zero();
     let cotangent = |at: DVec3, p: DVec3, q: DVec3| {
         let (u, v) = (p - at, q - at);
         u.dot(v) / u.cross(v).length().max(f64::MIN_POSITIVE)

@@ -4,7 +4,8 @@
 //! it gets: components, handles, rims and junctions smaller than an edge survive.
 
 use super::TriMesh;
-use super::half_edges::EdgeTable;
+use super::half_edges::{EdgeTable, edge_key, twin_pair};
+use super::submesh::renumbered;
 use super::topology::Partition;
 use collapse::Collapser;
 use glam::DVec3;
@@ -33,8 +34,8 @@ pub struct Simplified {
     pub mesh: TriMesh,
     /// The triangle of the input that each triangle was.
     pub origin: Vec<u32>,
-    /// Of each vertex, whether it is on a curve, a rim or a junction.
-    pub held: Vec<bool>,
+    /// Of each vertex, whether it is on a curve, a boundary or a junction.
+    pub fixed: Vec<bool>,
 }
 
 /// The surface with `count` vertices, all of them vertices of `mesh` if that has as many; else the longest edges are
@@ -117,7 +118,7 @@ impl Graph {
         for sides in EdgeTable::new(&mesh.triangles).edges() {
             let (a, b) = sides[0].ends();
             let half = |k: usize| sides[k].corners();
-            let plain = sides.len() == 2 && corners[half(0).0] != corners[half(1).0];
+            let plain = twin_pair(&mesh.triangles, sides).is_some();
             let named = sides.iter().any(|side| kept.curves.get(side.corners().0).is_some_and(|on| *on));
             if !plain || named {
                 curves.insert((a, b));
@@ -166,7 +167,7 @@ impl Graph {
     }
 
     fn is_curve(&self, a: u32, b: u32) -> bool {
-        self.curves.contains(&ordered(a, b))
+        self.curves.contains(&edge_key(a, b))
     }
 
     /// The other vertices of the triangles around one, rising.
@@ -188,28 +189,17 @@ impl Graph {
     }
 
     fn into_mesh(self) -> Simplified {
-        let mut mesh = TriMesh::default();
-        let mut renamed = vec![u32::MAX; self.points.len()];
-        let mut held = Vec::with_capacity(self.used);
         let mut on_curve = self.fixed;
         self.curves.iter().for_each(|(a, b)| [a, b].iter().for_each(|v| on_curve[**v as usize] = true));
-        for v in 0..self.points.len() {
-            if !self.star[v].is_empty() {
-                renamed[v] = mesh.vertices.len() as u32;
-                mesh.vertices.push(self.points[v]);
-                held.push(on_curve[v]);
-            }
-        }
+        let used: Vec<bool> = self.star.iter().map(|star| !star.is_empty()).collect();
+        let (new, old) = renumbered(&used);
         let living = (0..self.triangles.len()).filter(|t| self.alive[*t]);
         let (triangles, origin) =
-            living.map(|t| (self.triangles[t].map(|v| renamed[v as usize]), self.origin[t])).unzip();
-        mesh.triangles = triangles;
-        Simplified { mesh, origin, held }
+            living.map(|t| (self.triangles[t].map(|v| new[v as usize]), self.origin[t])).unzip();
+        let vertices = old.iter().map(|v| self.points[*v as usize]).collect();
+        let fixed = old.iter().map(|v| on_curve[*v as usize]).collect();
+        Simplified { mesh: TriMesh { vertices, triangles }, origin, fixed }
     }
-}
-
-fn ordered(a: u32, b: u32) -> (u32, u32) {
-    (a.min(b), a.max(b))
 }
 
 #[cfg(test)]

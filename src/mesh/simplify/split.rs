@@ -1,6 +1,7 @@
 //! More vertices: the longest edges are halved.
 
-use super::{Graph, ordered};
+use super::Graph;
+use crate::mesh::half_edges::edge_key;
 use glam::DVec3;
 use std::collections::BinaryHeap;
 
@@ -8,7 +9,7 @@ pub(super) fn split(graph: &mut Graph, count: usize) {
     let length = |graph: &Graph, a: u32, b: u32| {
         let squared = graph.points[a as usize].distance_squared(graph.points[b as usize]);
         // Lengths are not negative, so their bits have their order.
-        (squared.to_bits(), std::cmp::Reverse(ordered(a, b)))
+        (squared.to_bits(), std::cmp::Reverse(edge_key(a, b)))
     };
     let sides = |[a, b, c]: [u32; 3]| [(a, b), (b, c), (c, a)];
     let mut edges: BinaryHeap<_> =
@@ -36,8 +37,8 @@ pub(super) fn split_edge(graph: &mut Graph, a: u32, b: u32, at: DVec3) -> u32 {
         graph.star[middle as usize].push(t);
         graph.add_triangle(old.map(|v| if v == a { middle } else { v }), graph.origin[t as usize]);
     }
-    if graph.curves.remove(&ordered(a, b)) {
-        graph.curves.extend([ordered(a, middle), ordered(b, middle)]);
+    if graph.curves.remove(&edge_key(a, b)) {
+        graph.curves.extend([edge_key(a, middle), edge_key(b, middle)]);
     }
     middle
 }

@@ -22,12 +22,7 @@ type Tensor = [f64; 6];
 /// The curvature at each vertex: the root of the sum of the squared principal curvatures, over about half an edge of a
 /// mesh of this `spacing`. Half-edges, `3 * triangle + side`, that are `on_curve` do not bend; an empty list means none.
 pub fn curvature(surface: &TriMesh, on_curve: &[bool], spacing: f64) -> Vec<f64> {
-    let normals: Vec<DVec3> = (0..surface.triangles.len())
-        .map(|t| {
-            let [a, b, c] = surface.corners(t);
-            (b - a).cross(c - a)
-        })
-        .collect();
+    let normals: Vec<DVec3> = (0..surface.triangles.len()).map(|t| surface.doubled_normal(t)).collect();
     let count = surface.vertices.len();
     let mut areas = vec![0.0; count];
     for (triangle, normal) in surface.triangles.iter().zip(&normals) {

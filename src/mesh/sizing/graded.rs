@@ -2,6 +2,7 @@
 
 use super::mean_crowd;
 use crate::TriMesh;
+use crate::mesh::csr::Csr;
 use std::cmp::Ordering;
 use std::collections::BinaryHeap;
 
@@ -26,13 +27,13 @@ pub struct Bounds<'a> {
 /// Lengths at the vertices of `surface` in proportion to `wished` ones, all above 0, but within `bounds`, for as many
 /// vertices as the uniform mesh has.
 pub fn graded(surface: &TriMesh, wished: &[f64], bounds: &Bounds) -> Vec<f64> {
-    let links = HalfEdgeMesh::new(surface);
+    let edges = Edges::new(surface);
     let areas: Vec<f64> = (0..surface.triangles.len()).map(|t| surface.triangle_area(t)).collect();
     let whole: f64 = areas.iter().sum();
     let at_scale = |scale: f64| {
         let both = wished.iter().zip(bounds.largest);
         let lengths = both.map(|(wish, most)| (scale * wish).clamp(bounds.least, *most)).collect();
-        links.limited(lengths, bounds.growth)
+        edges.limited(lengths, bounds.growth)
     };
     // Vertices over those of the uniform mesh.
     let share = |lengths: &[f64]| {
@@ -57,12 +58,8 @@ pub fn graded(surface: &TriMesh, wished: &[f64], bounds: &Bounds) -> Vec<f64> {
     }
 }
 
-/// The edges of a surface from its vertices.
-struct HalfEdgeMesh {
-    start: Vec<u32>,
-    /// The other end of each, and how far it is.
-    ends: Vec<(u32, f64)>,
-}
+/// The edges from each vertex of a surface: the other end and the length of each, those between two triangles twice.
+struct Edges(Csr<(u32, f64)>);
 
 /// A vertex that may shorten those around it; the one with the shortest length comes first.
 #[derive(PartialEq)]
@@ -82,34 +79,17 @@ impl Ord for Next {
     }
 }
 
-impl HalfEdgeMesh {
+impl Edges {
     fn new(surface: &TriMesh) -> Self {
-        let mut start = vec![0u32; surface.vertices.len() + 1];
-        for v in surface.triangles.as_flattened() {
-            start[*v as usize + 1] += 2;
-        }
-        for v in 1..start.len() {
-            start[v] += start[v - 1];
-        }
-        let mut next = start.clone();
-        let mut ends = vec![(0, 0.0); 6 * surface.triangles.len()];
-        for triangle in &surface.triangles {
-            for k in 0..3 {
-                let [a, b, c] = [k, (k + 1) % 3, (k + 2) % 3].map(|k| triangle[k]);
-                for other in [b, c] {
-                    let way = surface.vertices[a as usize].distance(surface.vertices[other as usize]);
-                    ends[next[a as usize] as usize] = (other, way);
-                    next[a as usize] += 1;
-                }
-            }
-        }
-        Self { start, ends }
+        let length = |a: u32, b: u32| surface.vertices[a as usize].distance(surface.vertices[b as usize]);
+        let from = |[a, b, c]: [u32; 3]| [(a, b), (a, c), (b, c), (b, a), (c, a), (c, b)];
+        let ends = surface.triangles.iter().flat_map(|t| from(*t)).map(|(a, b)| (a, (b, length(a, b))));
+        Self(Csr::group(surface.vertices.len(), ends))
     }
 
     /// The largest lengths, none above the given ones, that grow by no more than `growth` for each unit of way along edges.
     fn limited(&self, mut lengths: Vec<f64>, growth: f64) -> Vec<f64> {
-        let around =
-            |v: u32| &self.ends[self.start[v as usize] as usize..self.start[v as usize + 1] as usize];
+        let around = |v: u32| self.0.of(v);
         let mut heap: BinaryHeap<Next> = (0..lengths.len() as u32)
             .filter(|v| {
                 around(*v).iter().any(|(w, way)| lengths[*v as usize] + growth * way < lengths[*w as usize])

@@ -9,7 +9,7 @@ mod graded;
 pub use curvature::{along_curve, curvature};
 pub use graded::{Bounds, graded};
 
-use super::triangle::closest_on_triangle;
+use super::triangle::{closest_on_triangle, doubled_normal};
 use crate::TriMesh;
 use glam::DVec3;
 
@@ -103,7 +103,7 @@ impl SizeField {
         let of = |t: usize| {
             let [a, b, c] = self.surface.corners(t);
             let [at_a, at_b, at_c] = self.surface.triangles[t].map(|v| self.lengths[v as usize]);
-            let normal = (b - a).cross(c - a);
+            let normal = doubled_normal([a, b, c]);
             let twice_area_sq = normal.length_squared();
             let turned = normal.cross(c - b) * at_a + normal.cross(a - c) * at_b + normal.cross(b - a) * at_c;
             let slope = turned / twice_area_sq;

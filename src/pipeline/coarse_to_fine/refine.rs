@@ -3,6 +3,7 @@
 use crate::TriMesh;
 use crate::mesh::NONE;
 use crate::mesh::half_edges::EdgeTable;
+use crate::mesh::half_edges::edge_key;
 use crate::mesh::triangle::closest_on_triangle;
 use crate::sites::curve_clearance::CurveClearance;
 use crate::sites::curve_sites::CurveSites;
@@ -49,7 +50,7 @@ impl CoarserCurves<'_> {
         }
         let ends = |segment: &[u32; 2]| segment.map(|site| vertex_of[site as usize]);
         let mut edges: Vec<(u32, u32)> =
-            self.sites.segments.iter().map(ends).map(|[a, b]| (a.min(b), a.max(b))).collect();
+            self.sites.segments.iter().map(ends).map(|[a, b]| edge_key(a, b)).collect();
         edges.sort_unstable();
         edges
     }
@@ -138,10 +139,7 @@ pub(crate) fn refine(coarser: &Coarser, count: usize) -> SitesOnSurface {
         sites.push(middle, triangle);
     }
     let mut largest: Vec<(f64, usize)> = (0..mesh.triangles.len())
-        .map(|t| {
-            let [a, b, c] = mesh.corners(t);
-            ((b - a).cross(c - a).length_squared() / coarser.length(&mesh.triangles[t]).powi(4), t)
-        })
+        .map(|t| (mesh.doubled_normal(t).length_squared() / coarser.length(&mesh.triangles[t]).powi(4), t))
         .collect();
     largest.sort_by(|a, b| b.0.total_cmp(&a.0).then(a.1.cmp(&b.1)));
     for (round, (_, t)) in (0..).flat_map(|round| largest.iter().map(move |l| (round, l))) {

@@ -5,6 +5,7 @@ pub(crate) mod components;
 pub(crate) mod faulty;
 
 use crate::mesh::features::{Curve, FeatureOptions, Features, find_features};
+use crate::mesh::half_edges::{edge_key, next};
 use crate::mesh::intersections::intersecting_faces_until;
 use crate::mesh::simplify::{Kept, Simplified, Site, at_sites_until, with_vertices_until};
 use crate::mesh::topology::topology;
@@ -43,11 +44,12 @@ pub(crate) fn spare(surface: &TriMesh, sites: &[Site], wish: &Wish) -> TriMesh {
     let raw = simplified(surface, sites, wish);
     let mut better = raw.mesh.clone();
     let target = Target::new(surface);
-    let options = PolishOptions { rounds: wish.polish_rounds, fixed: raw.held.clone(), ..Default::default() };
+    let options =
+        PolishOptions { rounds: wish.polish_rounds, fixed: raw.fixed.clone(), ..Default::default() };
     let mut go_on = |_| !wish.stop.load(Ordering::Relaxed);
     polish_while(&mut better, &target, &options, &mut go_on);
     if wish.fit {
-        fit_while(&mut better, &target, &FitOptions { fixed: raw.held, ..Default::default() }, &mut go_on);
+        fit_while(&mut better, &target, &FitOptions { fixed: raw.fixed, ..Default::default() }, &mut go_on);
     }
     let crossing = |mesh| intersecting_faces_until(mesh, wish.stop).len();
     let sound = topology(&better).matches(&topology(&raw.mesh));
@@ -71,8 +73,9 @@ pub(crate) fn simplified(surface: &TriMesh, sites: &[Site], wish: &Wish) -> Simp
 /// Of each half-edge whether it is on a curve.
 fn curve_halves(surface: &TriMesh, found: &Features) -> Vec<bool> {
     let ends = found.curves.iter().flat_map(Curve::edge_ends);
-    let mut edges: Vec<[u32; 2]> = ends.map(|[a, b]| [a.min(b), a.max(b)]).collect();
+    let mut edges: Vec<(u32, u32)> = ends.map(|[a, b]| edge_key(a, b)).collect();
     edges.sort_unstable();
-    let halves = surface.triangles.iter().flat_map(|&[a, b, c]| [[a, b], [b, c], [c, a]]);
-    halves.map(|[a, b]| edges.binary_search(&[a.min(b), a.max(b)]).is_ok()).collect()
+    let corners = surface.triangles.as_flattened();
+    let key = |h: u32| edge_key(corners[h as usize], corners[next(h) as usize]);
+    (0..corners.len() as u32).map(|h| edges.binary_search(&key(h)).is_ok()).collect()
 }

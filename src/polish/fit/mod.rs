@@ -14,8 +14,9 @@ use rayon::prelude::*;
 use super::relax::{CHUNK, spoils, vertex_normal};
 use super::{Target, is_fixed};
 use crate::TriMesh;
-use crate::mesh::half_edge_mesh::{HalfEdgeMesh, cross};
+use crate::mesh::half_edge_mesh::HalfEdgeMesh;
 use crate::mesh::quality::TriangleQuality;
+use crate::mesh::triangle::doubled_normal;
 use samples::{Ranks, Sheet};
 use solve::System;
 
@@ -182,7 +183,7 @@ impl Sheet<'_> {
             ((after.min_angle(), after.max_angle()), (before.min_angle(), before.max_angle()));
         let flatter = small < bounds.floor && small < bounds.smallest.max(was_small - LOSS).min(was_small);
         let wider = large > 90.0 && large > bounds.largest.min(was_large + LOSS).max(was_large);
-        flatter || wider || spoils(old, new, cross(old))
+        flatter || wider || spoils(old, new, doubled_normal(old))
     }
 }
 

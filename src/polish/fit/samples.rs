@@ -5,7 +5,8 @@ use rayon::prelude::*;
 
 use crate::TriMesh;
 use crate::mesh::bvh::Bvh;
-use crate::mesh::half_edge_mesh::{HalfEdgeMesh, cross};
+use crate::mesh::half_edge_mesh::HalfEdgeMesh;
+use crate::mesh::triangle::doubled_normal;
 use crate::polish::Target;
 use crate::polish::relax::CHUNK;
 
@@ -92,12 +93,12 @@ impl Sheet<'_> {
     }
 
     fn normal(&self, h: u32) -> DVec3 {
-        cross(self.corners(self.links.triangles[h as usize / 3]))
+        doubled_normal(self.corners(self.links.triangles[h as usize / 3]))
     }
 
     /// The triangles' areas.
     pub fn areas(&self) -> Vec<f64> {
-        self.links.triangles.iter().map(|t| 0.5 * cross(self.corners(*t)).length()).collect()
+        self.links.triangles.iter().map(|t| 0.5 * doubled_normal(self.corners(*t)).length()).collect()
     }
 
     /// A third of the area of the triangles around each vertex.
@@ -148,7 +149,7 @@ impl Sheet<'_> {
                     *rank = at[triangle[0] as usize];
                 }
                 let [a, b, c] = self.corners(triangle);
-                let normal = cross([a, b, c]);
+                let normal = doubled_normal([a, b, c]);
                 let area = 0.5 * normal.length();
                 let on = Search { target, normal, patch: self.links.patch(t as u32), size_sq: area };
                 let mut samples = [Sample::default(); 4];

@@ -5,7 +5,8 @@ use std::ops::AddAssign;
 use glam::{DMat3, DVec3, Vec3Swizzles};
 
 use super::samples::{Inward, Sample, Samples};
-use crate::mesh::half_edge_mesh::{HalfEdgeMesh, next};
+use crate::mesh::half_edge_mesh::HalfEdgeMesh;
+use crate::mesh::half_edges::next;
 
 /// Weights of a face's corners at the samples on its edges and in its middle.
 const WEIGHTS: [[f64; 3]; 4] = [[0.5, 0.5, 0.0], [0.0, 0.5, 0.5], [0.5, 0.0, 0.5], [1.0 / 3.0; 3]];

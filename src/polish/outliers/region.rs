@@ -4,9 +4,9 @@
 use glam::DVec3;
 
 use super::edit::Work;
-use crate::mesh::half_edge_mesh::{cross, next};
+use crate::mesh::half_edges::next;
 use crate::mesh::quality::TriangleQuality;
-use crate::mesh::triangle::closest_on_triangle;
+use crate::mesh::triangle::{closest_on_triangle, doubled_normal};
 
 /// Rings of vertices that make room.
 const RINGS: u32 = 2;
@@ -226,10 +226,10 @@ impl Work<'_> {
     /// Whether a triangle neither faces away from the surface nor folds onto its neighbours.
     fn sound(&self, t: u32, ranks: &mut Ranks) -> bool {
         let corners = self.corners(t);
-        let normal = cross(corners).normalize_or_zero();
+        let normal = doubled_normal(corners).normalize_or_zero();
         let middle = (corners[0] + corners[1] + corners[2]) / 3.0;
         let edge = self.ground.edge_at(self.links.triangles[t as usize]);
-        let across = |h| self.links.twin(h).map(|g| cross(self.corners(g / 3)).normalize_or_zero());
+        let across = |h| self.links.twin(h).map(|g| doubled_normal(self.corners(g / 3)).normalize_or_zero());
         (3 * t..3 * t + 3).filter_map(across).all(|neighbour| neighbour.dot(normal) > DIHEDRAL)
             && self
                 .ground

@@ -1,6 +1,7 @@
 //! Meshes with more faces than a page can hold, made coarse for drawing only.
 
 use crate::mesh::spacing;
+use crate::mesh::triangle::area;
 use glam::DVec3;
 use std::collections::HashMap;
 
@@ -17,11 +18,7 @@ const GROWTH: f64 = 1.2;
 
 /// At most `most` of the triangles, by making one of all points in a cell of a grid. The points lie between 0 and 1.
 pub(super) fn thin(points: &[DVec3], triangles: &[[u32; 3]], most: usize) -> Thinned {
-    let area = |t: &[u32; 3]| {
-        let [a, b, c] = t.map(|v| points[v as usize]);
-        0.5 * (b - a).cross(c - a).length()
-    };
-    let whole: f64 = triangles.iter().map(area).sum();
+    let whole: f64 = triangles.iter().map(|t| area(t.map(|v| points[v as usize]))).sum();
     // Half as many vertices as faces; cells below a ten thousandth are finer than anybody sees.
     let mut cell = spacing(whole, most.max(2) / 2).max(1e-4);
     loop {

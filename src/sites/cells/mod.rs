@@ -20,11 +20,12 @@ mod surface;
 mod walk;
 
 use super::fans::Fans;
+use crate::mesh::triangle::area;
 pub use boundary::Encroached;
 use boundary::PatchBoundary;
 use glam::DVec3;
 use rayon::prelude::*;
-use sectors::{Sectors, SitesByTriangle};
+use sectors::{Sectors, sites_by_triangle};
 use serde::Serialize;
 use std::collections::BTreeMap;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -81,7 +82,7 @@ pub(crate) fn connected_cells_until(
 ) -> ConnectedCells {
     let stopped = || stop.load(Ordering::Relaxed);
     let sectors = Sectors::new(surface, sites.places);
-    let by_triangle = SitesByTriangle::new(surface.triangles.len(), &sectors);
+    let by_triangle = sites_by_triangle(surface.triangles.len(), &sectors);
     let scene = Scene { surface, sites, sectors, by_triangle };
     let mut cells: Vec<Cell> = (0..scene.sectors.len())
         .into_par_iter()
@@ -101,7 +102,7 @@ pub(crate) fn connected_cells_until(
     if stopped() {
         return ConnectedCells::default();
     }
-    let whole: f64 = (0..surface.triangles.len()).map(|t| area(&surface.corners(t as u32))).sum();
+    let whole: f64 = (0..surface.triangles.len()).map(|t| area(surface.corners(t as u32))).sum();
     let boundary = PatchBoundary::new(&scene);
     let (fans, broken, encroached) = fan::fans(&scene, &boundary, &cells);
     let certificate = Certificate {
@@ -151,8 +152,4 @@ fn repair(scene: &Scene, cells: &mut [Cell], stop: &AtomicBool) {
             cells[s] = cell;
         }
     }
-}
-
-fn area([a, b, c]: &[DVec3; 3]) -> f64 {
-    0.5 * (*b - *a).cross(*c - *a).length()
 }

@@ -3,6 +3,8 @@
 
 use super::surface::CellSurface;
 use crate::mesh::NONE;
+use crate::mesh::csr::Csr;
+use crate::mesh::half_edges::previous;
 use crate::sites::place::Place;
 use glam::DVec3;
 use std::collections::HashMap;
@@ -152,7 +154,7 @@ impl PlaceLookup {
             let ends = loop {
                 visited.push(half);
                 fan.push(half / 3);
-                let into = before(half);
+                let into = previous(half);
                 match surface.twins[into as usize] {
                     NONE => break Some([into, *first]),
                     twin if twin == *first => break None,
@@ -165,44 +167,8 @@ impl PlaceLookup {
     }
 }
 
-/// The half-edge after one in its triangle.
-pub(crate) fn after(half: u32) -> u32 {
-    half - half % 3 + (half + 1) % 3
-}
-
-/// The half-edge before one in its triangle.
-fn before(half: u32) -> u32 {
-    half - half % 3 + (half + 2) % 3
-}
-
 /// The sites in or at each triangle.
-pub(crate) struct SitesByTriangle {
-    start: Vec<u32>,
-    sites: Vec<u32>,
-}
-
-impl SitesByTriangle {
-    pub fn new(triangles: usize, sectors: &Sectors) -> Self {
-        let mut start = vec![0; triangles + 1];
-        for t in &sectors.around {
-            start[*t as usize + 1] += 1;
-        }
-        for t in 0..triangles {
-            start[t + 1] += start[t];
-        }
-        let mut next = start.clone();
-        let mut sites = vec![0; sectors.around.len()];
-        for s in 0..sectors.len() {
-            for t in sectors.around(s) {
-                let slot = &mut next[*t as usize];
-                sites[*slot as usize] = sectors.site[s];
-                *slot += 1;
-            }
-        }
-        Self { start, sites }
-    }
-
-    pub fn of(&self, t: u32) -> &[u32] {
-        &self.sites[self.start[t as usize] as usize..self.start[t as usize + 1] as usize]
-    }
+pub(crate) fn sites_by_triangle(triangles: usize, sectors: &Sectors) -> Csr {
+    let of = |s: usize| sectors.around(s).iter().map(move |t| (*t, sectors.site[s]));
+    Csr::group(triangles, (0..sectors.len()).flat_map(of))
 }

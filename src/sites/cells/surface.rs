@@ -1,8 +1,7 @@
 //! The surface and the sites in the form that cells need.
 
-use super::sectors::after;
 use crate::mesh::NONE;
-use crate::mesh::half_edges::twins;
+use crate::mesh::half_edges::{edge_key, next, twins};
 use crate::sites::place::Place;
 use glam::DVec3;
 
@@ -79,13 +78,12 @@ impl<'a> CellSurface<'a> {
 
     /// The points that a half-edge runs from and to.
     pub(crate) fn ends(&self, half: u32) -> [DVec3; 2] {
-        [half, after(half)].map(|corner| self.vertices[self.vertex(corner) as usize])
+        [half, next(half)].map(|corner| self.vertices[self.vertex(corner) as usize])
     }
 
     /// The vertices of a half-edge, the smaller index first.
-    pub(crate) fn edge(&self, half: u32) -> [u32; 2] {
-        let [a, b] = [half, after(half)].map(|corner| self.vertex(corner));
-        [a.min(b), a.max(b)]
+    pub(crate) fn edge(&self, half: u32) -> (u32, u32) {
+        edge_key(self.vertex(half), self.vertex(next(half)))
     }
 
     pub(crate) fn vertex(&self, corner: u32) -> u32 {
@@ -98,9 +96,9 @@ impl<'a> CellSurface<'a> {
 
     /// The half-edge after one along the boundary of its patch.
     pub(crate) fn next_on_boundary(&self, half: u32) -> u32 {
-        let mut half = after(half);
+        let mut half = next(half);
         while !self.is_boundary(half) {
-            half = after(self.twins[half as usize]);
+            half = next(self.twins[half as usize]);
         }
         half
     }

@@ -1,8 +1,9 @@
 //! One cell, traversed from triangle to triangle and clipped by the bisectors with nearby sites.
 
 use super::clip::{Label, cut};
-use super::sectors::{Sectors, SitesByTriangle};
+use super::sectors::Sectors;
 use super::surface::{CellSites, CellSurface};
+use crate::mesh::csr::Csr;
 use crate::mesh::triangle::closest_on_triangle;
 use glam::DVec3;
 
@@ -21,7 +22,7 @@ pub(crate) struct Scene<'a> {
     pub surface: &'a CellSurface<'a>,
     pub sites: &'a CellSites<'a>,
     pub sectors: Sectors,
-    pub by_triangle: SitesByTriangle,
+    pub by_triangle: Csr,
 }
 
 /// One cell.
