@@ -1,12 +1,18 @@
 //! The library's one error type: only what a caller cannot foresee, each with a remedy.
 
+use std::error::Error as StdError;
+use std::ops::Deref;
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
 
-/// What can go wrong, by who can mend it.
+/// What can go wrong, by who can mend it. [`source`](StdError::source) gives the system's, a parser's or Vulkan's own
+/// error where there is one; messages have its text in them already.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
+#[non_exhaustive]
 pub enum Error {
     /// Options that are out of range or do not go together.
     #[error("{problem}; {remedy}")]
+    #[non_exhaustive]
     Usage {
         /// What is wrong, with the value that was given.
         problem: String,
@@ -18,6 +24,7 @@ pub enum Error {
     },
     /// A mesh that cannot be read or used.
     #[error("{}{problem}; {remedy}", location(.path.as_deref(), .place.as_deref()))]
+    #[non_exhaustive]
     Input {
         /// The file, where the mesh came from one.
         path: Option<PathBuf>,
@@ -27,9 +34,12 @@ pub enum Error {
         problem: String,
         /// What to do about it.
         remedy: String,
+        /// What caused it.
+        source: Option<Cause>,
     },
     /// A result that cannot be written.
     #[error("{}: {problem}; {remedy}", .path.display())]
+    #[non_exhaustive]
     Output {
         /// The target file.
         path: PathBuf,
@@ -37,17 +47,23 @@ pub enum Error {
         problem: String,
         /// What to do about it.
         remedy: String,
+        /// What caused it.
+        source: Option<Cause>,
     },
     /// No usable Vulkan device, or a call to it that failed.
     #[error("{problem}; {remedy}")]
+    #[non_exhaustive]
     Device {
         /// What is missing or failed, with the buffer's or kernel's name.
         problem: String,
         /// What to do about it.
         remedy: String,
+        /// What caused it.
+        source: Option<Cause>,
     },
     /// The device or the host has too little memory.
     #[error("{what} needs {bytes} bytes, {problem}; {remedy}")]
+    #[non_exhaustive]
     OutOfMemory {
         /// Name of the buffer that did not fit.
         what: String,
@@ -57,6 +73,8 @@ pub enum Error {
         problem: String,
         /// What to do about it.
         remedy: String,
+        /// What caused it.
+        source: Option<Cause>,
     },
     /// The device stopped answering in the middle of the work.
     #[error(
@@ -71,13 +89,31 @@ pub enum Error {
     Internal(String),
 }
 
+/// The error that caused another one. Two are equal if they say the same.
+#[derive(Debug, Clone)]
+pub struct Cause(Arc<dyn StdError + Send + Sync>);
+
+impl Deref for Cause {
+    type Target = dyn StdError + Send + Sync;
+
+    fn deref(&self) -> &Self::Target {
+        &*self.0
+    }
+}
+
+impl PartialEq for Cause {
+    fn eq(&self, other: &Self) -> bool {
+        self.0.to_string() == other.0.to_string()
+    }
+}
+
 /// The library's result type.
 pub type Result<T> = std::result::Result<T, Error>;
 
 impl Error {
     /// A mesh problem without a file; [`Error::in_file`] adds the file.
     pub fn input(place: Option<String>, problem: impl Into<String>, remedy: impl Into<String>) -> Self {
-        Self::Input { path: None, place, problem: problem.into(), remedy: remedy.into() }
+        Self::Input { path: None, place, problem: problem.into(), remedy: remedy.into(), source: None }
     }
 
     /// A request that cannot be met.
@@ -90,9 +126,27 @@ impl Error {
         Self::Usage { problem: problem.into(), remedy: remedy.into(), field: Some(field) }
     }
 
+    /// A file that cannot be written.
+    pub fn output(path: &Path, problem: impl Into<String>, remedy: impl Into<String>) -> Self {
+        Self::Output { path: path.to_owned(), problem: problem.into(), remedy: remedy.into(), source: None }
+    }
+
     /// A device problem.
     pub fn device(problem: impl Into<String>, remedy: impl Into<String>) -> Self {
-        Self::Device { problem: problem.into(), remedy: remedy.into() }
+        Self::Device { problem: problem.into(), remedy: remedy.into(), source: None }
+    }
+
+    /// With what caused it; no change to the kinds that have no cause.
+    #[must_use]
+    pub fn caused_by(mut self, cause: impl StdError + Send + Sync + 'static) -> Self {
+        if let Self::Input { source, .. }
+        | Self::Output { source, .. }
+        | Self::Device { source, .. }
+        | Self::OutOfMemory { source, .. } = &mut self
+        {
+            *source = Some(Cause(Arc::new(cause)));
+        }
+        self
     }
 
     /// Names the file of an [`Error::Input`] that has none yet.
@@ -111,5 +165,21 @@ fn location(path: Option<&Path>, place: Option<&str>) -> String {
         (Some(path), None) => format!("{}: ", path.display()),
         (None, Some(place)) => format!("{place}: "),
         (None, None) => String::new(),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::io;
+
+    #[test]
+    fn causes_keep_their_type() {
+        let cause = io::Error::from(io::ErrorKind::StorageFull);
+        let error = Error::output(Path::new("a.ply"), "the disk is full", "free some space").caused_by(cause);
+        let source = error.source().and_then(|source| source.downcast_ref::<io::Error>());
+        assert_eq!(source.map(io::Error::kind), Some(io::ErrorKind::StorageFull));
+        assert_eq!(error.to_string(), "a.ply: the disk is full; free some space");
+        assert!(Error::usage("nothing", "something").source().is_none());
     }
 }

@@ -26,7 +26,7 @@ pub mod report;
 pub mod sites;
 pub mod stages;
 
-pub use error::{Error, Result};
+pub use error::{Cause, Error, Result};
 pub use gpu::{Device, DeviceInfo, DeviceOptions, list_devices};
 pub use mesh::TriMesh;
 pub use mesh::correspondence::{Correspondence, CorrespondenceRequest, SurfacePoint};

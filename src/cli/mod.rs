@@ -71,7 +71,7 @@ pub fn main() -> ExitCode {
         Ok(()) => ExitCode::SUCCESS,
         Err(error) if is_closed_pipe(&error) => ExitCode::SUCCESS,
         Err(error) => {
-            tell(&words::with_options(&format!("error: {error:#}\n")));
+            tell(&format!("error: {}\n", words::line(&error)));
             ExitCode::from(exit_code(&error))
         }
     }

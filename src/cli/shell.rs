@@ -49,10 +49,9 @@ pub fn man(args: &ManArgs) -> Result<()> {
     let mut program = Cli::command().disable_help_subcommand(true);
     program.build();
     let Some(folder) = &args.dir else { return print(&page(&program)?.1) };
-    std::fs::create_dir_all(folder).map_err(|error| Error::Output {
-        path: folder.clone(),
-        problem: format!("the folder cannot be made ({error})"),
-        remedy: "name another one".to_owned(),
+    std::fs::create_dir_all(folder).map_err(|error| {
+        let problem = format!("the folder cannot be made ({error})");
+        Error::output(folder, problem, "name another one").caused_by(error)
     })?;
     for command in std::iter::once(&program).chain(program.get_subcommands()) {
         let (name, text) = page(command)?;

@@ -9,8 +9,16 @@ const PHRASES: [(&str, &str); 5] = [
     ("read the file without materials", "leave out --keep-uv"),
 ];
 
+/// An error on one line; causes of the library's own errors are in their messages already.
+pub fn line(error: &anyhow::Error) -> String {
+    match error.downcast_ref::<rtfmesh::Error>() {
+        Some(error) => with_options(&error.to_string()),
+        None => with_options(&format!("{error:#}")),
+    }
+}
+
 /// The text with options in place of fields, which the library puts between backticks: `--k-clip` for `k_clip`.
-pub fn with_options(text: &str) -> String {
+fn with_options(text: &str) -> String {
     let text = PHRASES.iter().fold(text.to_owned(), |text, (field, option)| text.replace(field, option));
     let parts = text.split('`').enumerate().map(|(k, part)| match k % 2 {
         1 if is_field(part) => format!("--{}", part.replace('_', "-")),

@@ -41,6 +41,7 @@ impl<T: bytemuck::Pod> Buffer<T> {
                 bytes,
                 problem: format!("but device '{}' takes at most {most} in one buffer", device.info().name),
                 remedy: "ask for fewer vertices, or use a device with larger buffers".to_owned(),
+                source: None,
             });
         }
         let usage = vk::BufferUsageFlags::STORAGE_BUFFER
@@ -116,6 +117,7 @@ impl RawBuffer {
             bytes,
             problem,
             remedy: "ask for fewer vertices, or close other programs".to_owned(),
+            source: None,
         };
         if let (Some(most), false) = (shared.memory_bytes, shared.may_take(bytes)) {
             return Err(too_large(format!("beside others, but may take {most} with them")));
@@ -124,7 +126,7 @@ impl RawBuffer {
             vk::BufferCreateInfo::default().size(bytes).usage(usage).sharing_mode(vk::SharingMode::EXCLUSIVE);
         // SAFETY: the device is alive (Arc); `info` outlives the call.
         let handle = unsafe { shared.raw.create_buffer(&info, None) }
-            .map_err(|e| too_large(format!("which the device refused ({e})")))?;
+            .map_err(|e| too_large(format!("which the device refused ({e})")).caused_by(e))?;
         // From here on Drop frees what exists.
         let mut this = Self {
             handle,
@@ -145,7 +147,7 @@ impl RawBuffer {
                 linear: true,
                 allocation_scheme: AllocationScheme::GpuAllocatorManaged,
             })
-            .map_err(|e| too_large(format!("which the device does not have ({e})")))?;
+            .map_err(|e| too_large(format!("which the device does not have ({e})")).caused_by(e))?;
         this.bytes = bytes;
         shared.count_allocated(bytes);
         // SAFETY: the allocation fits the requirements and lives as long as the buffer.

@@ -161,6 +161,7 @@ impl Shared {
             // SAFETY: nothing was made from the device yet.
             unsafe { raw.destroy_device(None) };
             Error::device(format!("preparing the device's memory failed: {e}"), "try another `device`")
+                .caused_by(e)
         })?;
         let earlier = cache::load(&candidate.info);
         // SAFETY: the device is alive; the driver checks the data's header and ignores foreign data.

@@ -27,7 +27,7 @@ impl Instance {
     pub fn new(validation: bool) -> Result<Self> {
         // SAFETY: loading runs the initialisers of the system's Vulkan loader, which every Vulkan program trusts.
         let entry = unsafe { ash::Entry::load() }
-            .map_err(|e| Error::device(format!("no Vulkan loader: {e}"), INSTALL_DRIVER))?;
+            .map_err(|e| Error::device(format!("no Vulkan loader: {e}"), INSTALL_DRIVER).caused_by(e))?;
         #[cfg(test)]
         let entry = super::faults::hooked(entry);
         // SAFETY: the entry is loaded; the call only reads.
@@ -67,7 +67,7 @@ impl Instance {
         let raw = unsafe { entry.create_instance(&info, None) }.map_err(|e| match e {
             // The loader is there, and found nothing to load.
             vk::Result::ERROR_INCOMPATIBLE_DRIVER => {
-                Error::device("there is no Vulkan driver", INSTALL_DRIVER)
+                Error::device("there is no Vulkan driver", INSTALL_DRIVER).caused_by(e)
             }
             other => vk_error("creating the instance", other),
         })?;

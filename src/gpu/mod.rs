@@ -29,15 +29,12 @@ use ash::vk;
 
 /// A failed Vulkan call as an [`Error`], with what was being done.
 fn vk_error(what: &str, result: vk::Result) -> Error {
-    match result {
-        vk::Result::ERROR_DEVICE_LOST => Error::DeviceLost(what.to_owned()),
-        vk::Result::ERROR_OUT_OF_DEVICE_MEMORY | vk::Result::ERROR_OUT_OF_HOST_MEMORY => Error::Device {
-            problem: format!("out of memory during {what}"),
-            remedy: "close other programs, or ask for fewer vertices".to_owned(),
-        },
-        other => Error::device(
-            format!("{what} failed: {other}"),
-            "update the Vulkan driver, or try another `device`",
-        ),
-    }
+    let (problem, remedy) = match result {
+        vk::Result::ERROR_DEVICE_LOST => return Error::DeviceLost(what.to_owned()),
+        vk::Result::ERROR_OUT_OF_DEVICE_MEMORY | vk::Result::ERROR_OUT_OF_HOST_MEMORY => {
+            (format!("out of memory during {what}"), "close other programs, or ask for fewer vertices")
+        }
+        other => (format!("{what} failed: {other}"), "update the Vulkan driver, or try another `device`"),
+    };
+    Error::device(problem, remedy).caused_by(result)
 }

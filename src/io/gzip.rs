@@ -24,6 +24,7 @@ pub(crate) fn unpack(packed: &[u8]) -> Result<Vec<u8>> {
             let place = format!("byte {} of the unpacked file", plain.len());
             let remedy = "get the whole file or pack it again";
             Error::input(Some(place), format!("the gzip data is cut off or damaged ({error})"), remedy)
+                .caused_by(error)
         };
         let read = decoder.read(&mut chunk).map_err(damaged)?;
         if read == 0 {

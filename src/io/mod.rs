@@ -150,12 +150,15 @@ fn unfolds_too_far(made: u64, from: u64) -> bool {
 }
 
 fn bytes_of(path: &Path) -> Result<Vec<u8>> {
-    let unreadable = |error: std::io::Error| match error.kind() {
-        ErrorKind::NotFound => Error::input(None, "there is no such file", "check the name and the folder"),
-        ErrorKind::PermissionDenied => {
-            Error::input(None, "the file may not be read", "check the permissions of the file and its folder")
-        }
-        _ => Error::input(None, format!("the file cannot be read ({error})"), "check the path and the disk"),
+    let unreadable = |error: std::io::Error| {
+        let (problem, remedy) = match error.kind() {
+            ErrorKind::NotFound => ("there is no such file".to_owned(), "check the name and the folder"),
+            ErrorKind::PermissionDenied => {
+                ("the file may not be read".to_owned(), "check the permissions of the file and its folder")
+            }
+            _ => (format!("the file cannot be read ({error})"), "check the path and the disk"),
+        };
+        Error::input(None, problem, remedy).caused_by(error)
     };
     if std::fs::metadata(path).map_err(unreadable)?.is_dir() {
         return Err(Error::input(None, "this is a directory", "give a mesh file"));

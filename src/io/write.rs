@@ -69,7 +69,7 @@ pub fn encode_with(
 ) -> Result<Vec<u8>> {
     check_fits(name, (mesh, attributes), encoding.format)?;
     let mut bytes = Vec::new();
-    fill(&mut bytes, (mesh, attributes), encoding).map_err(|error| unwritable(name, &error))?;
+    fill(&mut bytes, (mesh, attributes), encoding).map_err(|error| unwritable(name, error))?;
     Ok(bytes)
 }
 
@@ -235,7 +235,7 @@ pub fn target_encoding(path: &Path) -> Result<Encoding> {
 }
 
 fn failed(path: &Path, problem: impl Into<String>, remedy: &str) -> Error {
-    Error::Output { path: path.to_owned(), problem: problem.into(), remedy: remedy.to_owned() }
+    Error::output(path, problem, remedy)
 }
 
 /// The file to replace: `path` itself, or what it links to.
@@ -254,7 +254,7 @@ fn place_of(path: &Path) -> Result<PathBuf> {
         if known.permissions().readonly() {
             return Err(failed(path, "the file is read-only", "choose another name or allow writing"));
         }
-        return std::fs::canonicalize(path).map_err(|error| unwritable(path, &error));
+        return std::fs::canonicalize(path).map_err(|error| unwritable(path, error));
     }
     let folder = folder_of(path);
     if !folder.is_dir() {
@@ -268,12 +268,12 @@ fn folder_of(path: &Path) -> &Path {
     path.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."))
 }
 
-fn unwritable(path: &Path, error: &io::Error) -> Error {
+fn unwritable(path: &Path, error: io::Error) -> Error {
     let remedy = match error.kind() {
         io::ErrorKind::StorageFull | io::ErrorKind::QuotaExceeded => "free some space or choose another disk",
         _ => "check the permissions of the folder or choose another",
     };
-    failed(path, format!("the file cannot be written ({error})"), remedy)
+    failed(path, format!("the file cannot be written ({error})"), remedy).caused_by(error)
 }
 
 fn temporary(place: &Path, path: &Path) -> Result<NamedTempFile> {
@@ -282,7 +282,7 @@ fn temporary(place: &Path, path: &Path) -> Result<NamedTempFile> {
     // Temporary files are private by default; this one becomes an ordinary file, subject to the umask.
     #[cfg(unix)]
     builder.permissions(std::os::unix::fs::PermissionsExt::from_mode(0o666));
-    builder.tempfile_in(folder_of(place)).map_err(|error| unwritable(path, &error))
+    builder.tempfile_in(folder_of(place)).map_err(|error| unwritable(path, error))
 }
 
 pub(crate) fn atomically(
@@ -295,8 +295,8 @@ pub(crate) fn atomically(
     // Synced before the rename, or a power cut could leave the new name on an empty file.
     let filled = fill(&mut buffer).and_then(|()| buffer.flush()).and_then(|()| file.as_file().sync_all());
     drop(buffer);
-    filled.map_err(|error| unwritable(path, &error))?;
-    file.persist(&place).map(drop).map_err(|error| unwritable(path, &error.error))
+    filled.map_err(|error| unwritable(path, error))?;
+    file.persist(&place).map(drop).map_err(|error| unwritable(path, error.error))
 }
 
 pub(crate) fn write_obj_vertex(file: &mut impl Write, vertex: DVec3) -> io::Result<()> {

@@ -34,7 +34,7 @@ pub(crate) fn check_memory(device: &Device, input: &TriMesh, options: &Options) 
             0 => format!("simplify the input first, or {LARGER}"),
             most => format!("ask for at most {most} vertices, or {LARGER}"),
         };
-        Err(Error::OutOfMemory { what: what.to_owned(), bytes, problem, remedy })
+        Err(Error::OutOfMemory { what: what.to_owned(), bytes, problem, remedy, source: None })
     };
     let in_one = site_bytes(options).largest_buffer;
     let limit = device.info().limits.storage_buffer_bytes;

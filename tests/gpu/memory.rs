@@ -42,7 +42,7 @@ fn what_does_not_fit_is_refused_before_it_begins() {
     let device = limited(needed / 2);
     let mut told = 0;
     let error = remesh(&device, &input, &options(20_000), &mut |_| told += 1).unwrap_err();
-    let Error::OutOfMemory { what, bytes, problem, remedy } = &error else { panic!("{error:?}") };
+    let Error::OutOfMemory { what, bytes, problem, remedy, .. } = &error else { panic!("{error:?}") };
     assert_eq!((what.as_str(), *bytes), ("the run", needed));
     assert!(
         problem.contains(&device.info().name) && problem.contains(&(needed / 2).to_string()),

@@ -22,7 +22,7 @@ fn refused_path(path: &Path) -> (String, String) {
     let line = error.to_string();
     assert!(!line.contains('\n') && line.chars().count() < 400, "{line}");
     match error {
-        Error::Input { path: named, place, problem, remedy } => {
+        Error::Input { path: named, place, problem, remedy, .. } => {
             assert_eq!(named.as_deref(), Some(path));
             assert!(!remedy.is_empty());
             (place.unwrap_or_default(), problem)

@@ -109,14 +109,14 @@ impl Log {
     pub fn open(path: &Path) -> rtfmesh::Result<Self> {
         if path == Path::new("-") {
             let error = std::io::Error::other("- is standard output, and the log is read, too");
-            return Err(unusable(path, &error));
+            return Err(unusable(path, error));
         }
         let opened = OpenOptions::new().read(true).append(true).create(true).open(path);
-        let mut file = opened.map_err(|error| unusable(path, &error))?;
+        let mut file = opened.map_err(|error| unusable(path, error))?;
         let mut bytes = Vec::new();
-        file.read_to_end(&mut bytes).map_err(|error| unusable(path, &error))?;
+        file.read_to_end(&mut bytes).map_err(|error| unusable(path, error))?;
         if bytes.last().is_some_and(|last| *last != b'\n') {
-            file.write_all(b"\n").map_err(|error| unusable(path, &error))?;
+            file.write_all(b"\n").map_err(|error| unusable(path, error))?;
         }
         let mut earlier = HashMap::new();
         for line in String::from_utf8_lossy(&bytes).lines() {
@@ -142,14 +142,11 @@ impl Log {
     pub fn add(&mut self, entry: &Entry) -> rtfmesh::Result<()> {
         let mut line = serde_json::to_string(entry).map_err(|error| Error::Internal(error.to_string()))?;
         line.push('\n');
-        self.file.write_all(line.as_bytes()).map_err(|error| unusable(&self.path, &error))
+        self.file.write_all(line.as_bytes()).map_err(|error| unusable(&self.path, error))
     }
 }
 
-fn unusable(path: &Path, error: &std::io::Error) -> Error {
-    Error::Output {
-        path: path.to_owned(),
-        problem: format!("the log cannot be read or written ({error})"),
-        remedy: "name another file after --log".to_owned(),
-    }
+fn unusable(path: &Path, error: std::io::Error) -> Error {
+    let problem = format!("the log cannot be read or written ({error})");
+    Error::output(path, problem, "name another file after --log").caused_by(error)
 }

@@ -8,8 +8,7 @@ use super::files::{InputFormat, Target};
 use super::method::{DeviceArgs, MethodArgs, refuse_messages};
 use super::remesh::{full_path, same_file};
 use super::target_count::{SizeArgs, count};
-use super::words::with_options;
-use super::{progress, tell};
+use super::{progress, tell, words};
 use anyhow::Result;
 use inputs::{Job, Shard};
 use log::{Entry, Log, Status};
@@ -95,10 +94,9 @@ pub fn run(args: &Args) -> Result<()> {
         Some(shard) => shard.of(jobs),
         None => jobs,
     };
-    std::fs::create_dir_all(&args.out).map_err(|error| Error::Output {
-        path: args.out.clone(),
-        problem: format!("the folder cannot be made ({error})"),
-        remedy: "name another one after --out".to_owned(),
+    std::fs::create_dir_all(&args.out).map_err(|error| {
+        let problem = format!("the folder cannot be made ({error})");
+        Error::output(&args.out, problem, "name another one after --out").caused_by(error)
     })?;
     let mut log = Log::open(&log_path)?;
     let (skipped, left): (Vec<Job>, Vec<Job>) = jobs.into_iter().partition(|job| args.resume && log.has(job));
@@ -176,7 +174,7 @@ impl Batch<'_> {
                     }
                     failed += 1;
                     entry.status = Status::Failed;
-                    entry.error = Some(with_options(&format!("{error:#}")));
+                    entry.error = Some(words::line(error));
                 }
                 log.add(&entry)?;
                 if !self.args.quiet {

@@ -100,11 +100,11 @@ impl<'a> Buffers<'a> {
     }
 
     fn buffer(&self, index: usize) -> Result<&[u8]> {
-        let at = |error: Error| match error {
-            Error::Input { path, place: None, problem, remedy } => {
-                Error::Input { path, place: Some(format!("buffer {index}")), problem, remedy }
+        let at = |mut error: Error| {
+            if let Error::Input { place: place @ None, .. } = &mut error {
+                *place = Some(format!("buffer {index}"));
             }
-            other => other,
+            error
         };
         let (Some(buffer), Some(cell)) = (self.model.buffers.get(index), self.fetched.get(index)) else {
             return Err(at(Error::input(None, "there is no such buffer", "write the mesh again")));
@@ -172,11 +172,11 @@ impl<'a> Buffers<'a> {
 /// Reads the file of this path, which `uri` led to.
 fn read_beside(whole: &Path, uri: &str) -> Result<Vec<u8>> {
     let name = percent_encoding::percent_decode_str(uri).decode_utf8_lossy();
-    bytes_of(whole).map_err(|error| match error {
-        Error::Input { problem, remedy, .. } => {
-            Error::input(None, format!("{}: {problem}", excerpt(&name)), remedy)
+    bytes_of(whole).map_err(|mut error| {
+        if let Error::Input { problem, .. } = &mut error {
+            *problem = format!("{}: {problem}", excerpt(&name));
         }
-        other => other,
+        error
     })
 }
 
@@ -186,7 +186,8 @@ fn decoded(data: &str) -> Result<Vec<u8>> {
     let Some((_, encoded)) = data.split_once(";base64,") else {
         return Err(refuse("its data are not in base64".to_owned()));
     };
-    STANDARD.decode(encoded).map_err(|error| refuse(format!("its base64 data are damaged ({error})")))
+    let damaged = |error| refuse(format!("its base64 data are damaged ({error})")).caused_by(error);
+    STANDARD.decode(encoded).map_err(damaged)
 }
 
 /// Bytes of the buffer view that an accessor needs; `None` if they cannot be counted.

@@ -32,7 +32,7 @@ pub(crate) fn parse(bytes: &[u8], folder: Option<&Path>, with_materials: bool) -
         let text = error.to_string();
         let text = text.split(" at line ").next().unwrap_or_default();
         let problem = format!("this is no glTF ({})", super::excerpt(text));
-        Error::input(Some(place), problem, "get the whole file or write the mesh again")
+        Error::input(Some(place), problem, "get the whole file or write the mesh again").caused_by(error)
     })?;
     model.check()?;
     let buffers = Buffers::new(&model, parts.binary, folder);

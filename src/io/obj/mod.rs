@@ -203,6 +203,7 @@ fn triangles_of(plain: &str) -> Result<TriMesh> {
     let no_materials = |_: &std::path::Path| Err(tobj::LoadError::OpenFileFailed);
     let refused = |error: tobj::LoadError| {
         Error::input(None, format!("the OBJ file cannot be read ({error})"), "write the mesh again")
+            .caused_by(error)
     };
     let (models, _) = tobj::load_obj_buf(&mut plain.as_bytes(), &options, no_materials).map_err(refused)?;
     let mut mesh = TriMesh::default();
