@@ -10,6 +10,11 @@
 //! # Ok::<(), rtfmesh::Error>(())
 //! ```
 
+/// The example in README.md, which compiles.
+#[cfg(doctest)]
+#[doc = include_str!("../README.md")]
+struct Readme;
+
 mod error;
 pub mod gpu;
 pub mod io;

@@ -1,20 +1,22 @@
-//! The recipes of README.md, run as they stand there, but for smaller meshes.
+//! The recipes of README.md and docs/guide.md, run as they stand there, but for smaller meshes.
 
 use crate::support::painted::painted_globe;
 use crate::support::place::Place;
 use rtfmesh::TriMesh;
 use rtfmesh::io::{read, write};
 use rtfmesh::mesh::samples::sample;
+use std::collections::HashSet;
 use std::path::Path;
 
-/// Commands of the section: the lines of its shell blocks, and pipes within its sentences.
+/// Commands of the section: the lines of its shell blocks but for comments, and pipes within its sentences.
 fn commands(readme: &str) -> Vec<String> {
     let section = readme.split("\n## ").find(|part| part.starts_with("Recipes\n")).unwrap();
     let mut found = Vec::new();
     // Between fences, every second part is a block.
     for (place, part) in section.split("```").enumerate() {
         if place % 2 == 1 {
-            found.extend(part.strip_prefix("sh\n").unwrap().lines().map(str::to_owned));
+            let lines = part.strip_prefix("sh\n").unwrap().lines();
+            found.extend(lines.filter(|line| !line.starts_with('#')).map(str::to_owned));
         } else {
             let spans = part.split('`').skip(1).step_by(2);
             found
@@ -76,16 +78,22 @@ fn painted(mesh: &TriMesh) -> String {
 
 #[test]
 fn every_recipe_works() {
-    let readme = std::fs::read_to_string(Path::new(env!("CARGO_MANIFEST_DIR")).join("README.md")).unwrap();
-    let commands = commands(&readme);
-    assert!(commands.len() >= 9, "recipes are missing: {commands:?}");
+    let mut all = Vec::new();
+    for (file, least) in [("README.md", 8), ("docs/guide.md", 15)] {
+        let text = std::fs::read_to_string(Path::new(env!("CARGO_MANIFEST_DIR")).join(file)).unwrap();
+        let commands = commands(&text);
+        assert!(commands.len() >= least, "recipes are missing in {file}: {commands:?}");
+        all.extend(commands.iter().map(|command| smaller(command)));
+    }
+    let mut seen = HashSet::new();
+    all.retain(|command| seen.insert(command.clone()));
     let place = kitchen();
     let program = assert_cmd::cargo::cargo_bin!("rtfmesh");
     let path = format!("{}:{}", program.parent().unwrap().display(), std::env::var("PATH").unwrap());
-    for command in commands {
+    for command in all {
         let mut shell = assert_cmd::Command::new("bash");
         shell.current_dir(place.path("")).env("PATH", &path).env("RTFMESH_CACHE_DIR", place.path("cache"));
-        let done = shell.args(["-c", &format!("set -o pipefail; {}", smaller(&command))]).ok();
+        let done = shell.args(["-c", &format!("set -o pipefail; {command}")]).ok();
         assert!(done.is_ok(), "{command}: {done:?}");
     }
     for (name, fewest) in [

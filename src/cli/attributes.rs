@@ -1,5 +1,6 @@
-//! What becomes of colours, texture coordinates and labels on the command line.
+//! Colours, texture coordinates, labels and other attributes on the command line.
 
+use super::heading::ATTRIBUTES;
 use rtfmesh::io::{Format, Loaded};
 use rtfmesh::mesh::attributes::{Attributes, label_borders, transfer, uv_seams};
 use rtfmesh::mesh::repair::{RepairOptions, at_welded_places};
@@ -7,21 +8,23 @@ use rtfmesh::{CorrespondenceRequest, Error, Method, Options, Remeshed, TriMesh};
 
 /// Which attributes a result gets from its input.
 #[derive(clap::Args)]
+#[command(next_help_heading = ATTRIBUTES)]
 pub struct AttributeArgs {
-    /// Carry no colours, normals, texture coordinates, labels or other attributes over to the result
-    #[arg(long, conflicts_with_all = ["keep_uv", "keep_labels"])]
-    no_attributes: bool,
-    /// Keep the seams of the texture as curves, so that each face lies in one piece of it; from glTF to GLB also the
-    /// materials and their pictures
+    /// Keep texture seams; from glTF to GLB also materials and their images
+    ///
+    /// No face crosses a seam then.
     #[arg(long)]
     keep_uv: bool,
-    /// Keep the borders between materials, groups and other labels of faces as curves
-    #[arg(long)]
+    /// Keep the borders between materials, groups and other labels of faces
+    #[arg(long, hide_short_help = true)]
     keep_labels: bool,
+    /// Drop colours, normals, texture coordinates, labels and all other attributes
+    #[arg(long, conflicts_with_all = ["keep_uv", "keep_labels"], hide_short_help = true)]
+    no_attributes: bool,
 }
 
 impl AttributeArgs {
-    /// Curves are kept by the default method alone.
+    /// Only the default method keeps curves.
     ///
     /// # Errors
     /// [`Error::Usage`] that names the option.
@@ -30,7 +33,7 @@ impl AttributeArgs {
         match given.iter().find(|(_, given)| *given && method != Method::CoarseToFine) {
             None => Ok(()),
             Some((name, _)) => Err(Error::usage(
-                format!("{name} is an option of preset default alone"),
+                format!("{name} works only with preset default"),
                 "leave it out, or add --preset default",
             )),
         }
@@ -41,7 +44,7 @@ impl AttributeArgs {
         self.keep_uv
     }
 
-    /// Asks a run for what carrying over to a file of this format takes; tells what cannot be kept.
+    /// Sets what a run must do for attributes to reach a file of this format; returns notes on what cannot be kept.
     pub fn ask(&self, loaded: &Loaded, format: Option<Format>, options: &mut Options) -> Vec<String> {
         let Loaded { mesh, attributes, .. } = loaded;
         options.correspondence = match self.no_attributes || format == Some(Format::Stl) {
@@ -50,7 +53,7 @@ impl AttributeArgs {
         };
         options.coarse_to_fine.fixed_half_edges.clear();
         let mut notes = Vec::new();
-        // Edges that a crack parts are seams and borders once it is closed. What cannot be mended the run itself tells.
+        // Once a crack is closed, its edges can be seams and borders. The run itself reports what cannot be repaired.
         let welding = options.weld > 0.0 && (self.keep_uv || self.keep_labels);
         let repair = RepairOptions { weld: options.weld, min_component: 0.0 };
         let welded = welding.then(|| at_welded_places(mesh, &repair).ok()).flatten();

@@ -9,7 +9,7 @@ const EXAMPLES: &str = "Examples:
   rtfmesh devices
   rtfmesh devices --json";
 
-/// List the Vulkan devices, their drivers and limits, and whether each can be used.
+/// List the Vulkan devices with their drivers and limits, and whether each can be used.
 #[derive(clap::Args)]
 #[command(after_help = EXAMPLES)]
 pub struct Args {

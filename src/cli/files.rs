@@ -1,5 +1,6 @@
 //! Mesh files as commands name them: by a path, or `-` for standard input and output.
 
+use super::heading::INPUT;
 use super::tell;
 use anyhow::Result;
 use rtfmesh::io;
@@ -9,11 +10,11 @@ use rtfmesh::{Error, TriMesh};
 use std::io::{IsTerminal, Read, Write};
 use std::path::Path;
 
-/// What INPUT is, where neither name nor content tell.
+/// The input's format, where neither its name nor its content says.
 #[derive(clap::Args)]
 pub struct InputFormat {
-    /// Format of the input where neither its content nor its extension tell: obj, ply, stl, off, gltf, glb or mesh
-    #[arg(long, value_name = "FORMAT")]
+    /// Format of the input if neither its content nor its extension says: obj, ply, stl, off, gltf, glb or mesh
+    #[arg(long, value_name = "FORMAT", help_heading = INPUT, hide_short_help = true)]
     input_format: Option<Encoding>,
 }
 
@@ -64,7 +65,7 @@ fn load(path: &Path, declared: Option<Encoding>, with_materials: bool) -> rtfmes
     read.and_then(|_| from_bytes(&bytes, declared)).map_err(|error| error.in_file(input_name(path)))
 }
 
-/// Says on standard error what reading left out.
+/// Prints notes, such as what reading left out, to standard error.
 pub fn tell_notes(path: &Path, notes: &[String]) {
     for note in notes {
         tell(&format!("note: {}: {note}\n", input_name(path).display()));
@@ -94,7 +95,7 @@ impl<'a> Target<'a> {
         };
         let for_people = encoding.format.is_written_as_text() && !encoding.gzip;
         if !for_people && std::io::stdout().is_terminal() {
-            let problem = format!("{encoding} is no text for a terminal");
+            let problem = format!("{encoding} is binary and does not go to a terminal");
             return Err(Error::usage(problem, "send standard output to a file or a pipe"));
         }
         Ok(Self { path, encoding })

@@ -1,6 +1,8 @@
 //! `rtfmesh inspect`.
 
 use super::files::{InputFormat, input_name};
+use super::heading::{FEATURES, OUTPUT, SIZE};
+use super::target_count::vertex_count;
 use super::{print, table};
 use anyhow::Result;
 use rtfmesh::Error;
@@ -15,33 +17,33 @@ use serde::Serialize;
 use std::path::PathBuf;
 
 const EXAMPLES: &str = "Examples:
-  rtfmesh inspect fandisk.ply -n 10000 --skeleton curves.obj
+  rtfmesh inspect fandisk.ply -n 10k --skeleton curves.obj
   rtfmesh inspect fandisk.ply --feature-angle 20 --json";
 
-/// Show what a mesh is made of: its topology, what had to be cleaned, and the curves, corners and patches that its
-/// sharp edges and boundaries make.
+/// Show a mesh's topology, its repairs, and its curves, corners and patches.
 #[derive(clap::Args)]
 #[command(after_help = EXAMPLES)]
 pub struct Args {
     /// Mesh to inspect; - is standard input
     mesh: PathBuf,
+    /// Number of vertices to remesh to, such as 10k [default: the mesh's]
+    ///
+    /// Curves too short for that are dropped.
+    #[arg(short = 'n', long, value_name = "N", value_parser = vertex_count, help_heading = SIZE)]
+    vertices: Option<usize>,
+    /// Least angle of sharp edges; 180: none
+    #[arg(long, value_name = "DEGREES", default_value_t = FeatureOptions::FEATURE_ANGLE, help_heading = FEATURES)]
+    feature_angle: f64,
+    /// OBJ file with lines along edges, which are curves as well
+    #[arg(long, value_name = "FILE.obj", help_heading = FEATURES)]
+    features: Option<PathBuf>,
     #[command(flatten)]
     input_format: InputFormat,
-    /// Edges where the surface turns by at least this angle are sharp; 180: none
-    #[arg(long, value_name = "DEGREES", default_value_t = FeatureOptions::FEATURE_ANGLE)]
-    feature_angle: f64,
-    /// OBJ file with lines along edges that are curves as well
-    #[arg(long, value_name = "FILE.obj")]
-    features: Option<PathBuf>,
-    /// Vertices of the mesh to be made of this one: sharp bits too short for it are dropped [default: as many as the
-    /// mesh has]
-    #[arg(short = 'n', long, value_name = "N")]
-    vertices: Option<usize>,
     /// Write the curves as lines and the corners as points
-    #[arg(long, value_name = "OUT.obj")]
+    #[arg(long, value_name = "OUT.obj", help_heading = OUTPUT)]
     skeleton: Option<PathBuf>,
     /// Print JSON
-    #[arg(long)]
+    #[arg(long, help_heading = OUTPUT)]
     json: bool,
 }
 
@@ -152,16 +154,22 @@ fn rows(i: &Inspection) -> Vec<(&'static str, String)> {
         ("patches, corners", format!("{}, {}", i.patches, i.corners)),
     ];
     for k in &i.curves {
-        let text = format!("{} ({} loops), {} edges, length {:.6}", k.curves, k.loops, k.edges, k.length);
+        let (loops, edges) = (counted(k.loops, "loop", "loops"), counted(k.edges, "edge", "edges"));
+        let text = format!("{} ({loops}), {edges}, length {:.6}", k.curves, k.length);
         rows.push(("curves", format!("{:12} {text}", k.kind)));
     }
     if d.short_chains + d.twigs + d.strips > 0 {
         let text = |count: usize, length: f64| format!("{count}, length {length:.6}");
-        rows.push(("dropped short or rough", text(d.short_chains, d.short_length)));
-        rows.push(("dropped twigs", text(d.twigs, d.twig_length)));
+        rows.push(("dropped short or rough chains", text(d.short_chains, d.short_length)));
+        rows.push(("dropped dangling chains", text(d.twigs, d.twig_length)));
         rows.push(("dropped at narrow strips", text(d.strips, d.strip_length)));
     }
     rows.extend(i.attributes.iter().map(|attribute| ("attribute", attribute.clone())));
     rows.extend(i.notes.iter().map(|note| ("note", note.clone())));
     rows
+}
+
+/// A number with its noun.
+fn counted(count: usize, one: &str, many: &str) -> String {
+    format!("{count} {}", if count == 1 { one } else { many })
 }

@@ -1,6 +1,7 @@
 //! `rtfmesh measure`.
 
 use super::files::{InputFormat, input_name, is_standard, tell_notes};
+use super::heading::OUTPUT;
 use super::{print, table};
 use anyhow::Result;
 use rtfmesh::io::Loaded;
@@ -15,22 +16,23 @@ const EXAMPLES: &str = "Examples:
   rtfmesh measure kitten-10k.ply --against kitten.ply
   rtfmesh measure kitten-10k.ply --against kitten.ply --json";
 
-/// Measure a mesh: triangle quality, valences, topology, and distances to a reference.
+/// Measure a mesh: triangle quality, topology, self-intersections, distances to a reference.
 #[derive(clap::Args)]
 #[command(after_help = EXAMPLES)]
 pub struct Args {
     /// Mesh to measure; - is standard input
     mesh: PathBuf,
-    /// Mesh to measure distances to, in percent of its bounding box's diagonal
+    /// Measure the distances to this mesh as well, both ways, in percent of its bounding box's diagonal
     #[arg(long, value_name = "REFERENCE")]
     against: Option<PathBuf>,
-    /// Also how evenly the vertices are spread over the reference: the integral of the squared distance to the nearest one
+    /// Measure how evenly the vertices cover the reference as well: the integral of the squared distance to the nearest
+    /// vertex
     #[arg(long, requires = "against")]
     energy: bool,
     #[command(flatten)]
     input_format: InputFormat,
     /// Print JSON
-    #[arg(long)]
+    #[arg(long, help_heading = OUTPUT)]
     json: bool,
 }
 

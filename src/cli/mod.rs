@@ -5,7 +5,9 @@ mod attributes;
 mod batch;
 mod devices;
 mod files;
+mod heading;
 mod inspect;
+mod markdown;
 mod measure;
 mod method;
 mod progress;
@@ -23,17 +25,21 @@ use clap::{Parser, Subcommand};
 use rtfmesh::Error;
 use std::process::ExitCode;
 
-/// Surface remeshing on any Vulkan device: well-shaped triangles with exactly the vertex count you ask for.
+/// Remesh surfaces on any Vulkan device: well-shaped triangles, exactly as many vertices as you want.
 #[derive(Parser)]
-#[command(version, after_help = EXIT_CODES)]
+#[command(version, after_help = SEE_MORE, after_long_help = NOTES)]
 struct Cli {
     #[command(subcommand)]
     command: Command,
 }
 
-const EXIT_CODES: &str = "Mesh files: .obj, .ply, .stl, .off, .gltf (read only), .glb, MEDIT's .mesh; any of them with .gz; - is standard \
-    input or output.\n\
-    Exit codes: 0 done, 2 usage, 3 input, 4 device or memory, 130 stopped by Ctrl-C, 1 anything else.\n\
+const SEE_MORE: &str =
+    "COMMAND -h shows the usual options of a command with examples, COMMAND --help all of them.";
+
+const NOTES: &str = "Mesh files: .obj, .ply, .stl, .off, .gltf (read only), .glb, MEDIT's .mesh, each also with .gz; - is \
+    standard input or output.\n\
+    Exit codes: 0 done, 2 usage, 3 input, 4 device or memory, 130 stopped by Ctrl-C, 1 anything else. An error is one \
+    line that says what to do.\n\
     Environment: RTFMESH_DEVICE as --device; RTFMESH_VALIDATION=1 runs under the Vulkan validation layers and fails \
     on any message; RTFMESH_FULL_BARRIERS=1 orders every device command; RTFMESH_CACHE_DIR keeps compiled kernels.";
 

@@ -1,5 +1,6 @@
 //! How the program watches a run: its progress bar, Ctrl-C and the time limit.
 
+use super::heading::DEVICE;
 use super::tell;
 use anyhow::Result;
 use indicatif::{ProgressBar, ProgressStyle};
@@ -29,12 +30,12 @@ static STORY: Mutex<Option<String>> = Mutex::new(None);
 /// What is done about a long run.
 #[derive(clap::Args)]
 pub struct WatchArgs {
-    /// At Ctrl-C, write the best so far; a second one stops. Else nothing is written
-    #[arg(long)]
-    keep_partial: bool,
-    /// Come to an end within about so many seconds, with the best that there is by then
-    #[arg(long, value_name = "SECONDS", value_parser = seconds)]
+    /// Finish within about this time, with the best mesh there is by then [default: none]
+    #[arg(long, value_name = "SECONDS", value_parser = seconds, help_heading = DEVICE, hide_short_help = true)]
     time_limit: Option<Duration>,
+    /// On Ctrl-C write the best mesh so far, with a warning; a second Ctrl-C stops. By default nothing is written
+    #[arg(long, help_heading = DEVICE, hide_short_help = true)]
+    keep_partial: bool,
 }
 
 fn seconds(text: &str) -> std::result::Result<Duration, String> {

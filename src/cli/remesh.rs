@@ -1,12 +1,15 @@
 //! `rtfmesh remesh`.
 
+use super::all_at_once::ResearchArgs;
 use super::attributes::{AttributeArgs, carried};
 use super::files::{InputFormat, Target, input_name, is_standard, tell_notes};
+use super::heading::OUTPUT;
 use super::method::{DeviceArgs, MethodArgs, refuse_messages};
 use super::progress::{Watch, WatchArgs, begin_writing};
 use super::target_count::{SizeArgs, count};
 use super::{print, table, tell};
 use anyhow::Result;
+use clap::ArgAction;
 use rtfmesh::io;
 use rtfmesh::io::{Encoding, Format, Loaded};
 use rtfmesh::report::Report;
@@ -15,74 +18,108 @@ use rtfmesh::{Device, Error, MeasureDepth, Options, Remeshed, Size, preview_repa
 use std::path::{Path, PathBuf};
 
 const EXAMPLES: &str = "Examples:
-  rtfmesh remesh kitten.ply kitten-10k.ply -n 10000 --report kitten.json
+  rtfmesh remesh scan.ply scan-10k.ply -n 10k
+  rtfmesh remesh part.stl part.ply --edge-length 1% --feature-angle 30";
+
+const LONG_EXAMPLES: &str = "Examples:
+  rtfmesh remesh scan.ply scan-10k.ply -n 10k --report scan.json
   rtfmesh remesh part.stl part.ply --edge-length 1% --feature-angle 30
+  rtfmesh remesh scan.ply adapted.ply -n 10k --sizing curvature --max-edge 5%
+  rtfmesh remesh scan.ply --dry-run --ratio 0.1
   zcat scan.ply.gz | rtfmesh remesh - - --format glb --ratio 0.1 > out.glb";
 
 /// Turn a triangle mesh into one of well-shaped triangles with exactly N vertices.
 #[derive(clap::Args)]
-#[command(after_help = EXAMPLES)]
+#[command(after_help = EXAMPLES, after_long_help = LONG_EXAMPLES, disable_help_flag = true)]
 pub struct Args {
     /// Mesh to read; - is standard input
     input: PathBuf,
-    /// Mesh to write; - is standard output. Needed but for --dry-run
+    /// Mesh to write: .ply, .obj, .stl, .off, .glb or .mesh; - is standard output
     #[arg(required_unless_present = "dry_run")]
     output: Option<PathBuf>,
     #[command(flatten)]
     size: SizeArgs,
     #[command(flatten)]
-    input_format: InputFormat,
-    /// Format to write, whatever the extension: obj, ply, stl, off, glb or mesh, each also with .gz
-    #[arg(long, value_name = "FORMAT")]
-    format: Option<Encoding>,
-    /// Print what would be done, and write nothing
-    #[arg(long)]
-    dry_run: bool,
-    #[command(flatten)]
     method: MethodArgs,
     #[command(flatten)]
     attributes: AttributeArgs,
     #[command(flatten)]
-    watch: WatchArgs,
-    /// Write a JSON report: options, device, topology, measures, timings; timing every kernel takes time itself
-    #[arg(long, value_name = "FILE.json")]
-    report: Option<PathBuf>,
-    /// Write a page for a browser: both meshes side by side to turn, charts, figures, timings
-    #[arg(long, value_name = "FILE.html")]
-    html: Option<PathBuf>,
+    input_format: InputFormat,
+    #[command(flatten)]
+    out: OutputArgs,
     #[command(flatten)]
     device: DeviceArgs,
-    /// No progress bar, notes or table; warnings about the result remain
-    #[arg(long, short)]
-    quiet: bool,
+    #[command(flatten)]
+    watch: WatchArgs,
+    #[command(flatten)]
+    research: ResearchArgs,
 }
 
-/// Reads, remeshes, writes. Nothing is written unless everything before it went well.
+/// What is written and printed.
+#[derive(clap::Args)]
+#[command(next_help_heading = OUTPUT)]
+struct OutputArgs {
+    /// Format to write, whatever the extension: obj, ply, stl, off, glb or mesh, each also with .gz
+    #[arg(long, value_name = "FORMAT", hide_short_help = true)]
+    format: Option<Encoding>,
+    /// Write all figures as JSON: quality, distances, topology, timings
+    ///
+    /// The options and the device are in it, too. Distances to the input are measured for it, and every kernel is timed, which takes a little time itself.
+    #[arg(long, value_name = "FILE.json")]
+    report: Option<PathBuf>,
+    /// Write a web page: both meshes to turn and compare, charts, figures
+    ///
+    /// It is one file that needs no network. Distances to the input are measured for it.
+    #[arg(long, value_name = "FILE.html")]
+    html: Option<PathBuf>,
+    /// Print the plan and write nothing; needs no device
+    #[arg(long, hide_short_help = true)]
+    dry_run: bool,
+    /// Print nothing but warnings
+    #[arg(long, short, conflicts_with = "verbose")]
+    quiet: bool,
+    /// Print all figures of the result and of the run
+    #[arg(long, short)]
+    verbose: bool,
+    /// Print this help; --help has all options
+    #[arg(long, short, action = ArgAction::Help)]
+    help: Option<bool>,
+}
+
+/// Reads, remeshes, writes. Nothing is written unless everything before succeeded.
 pub fn run(args: &Args) -> Result<()> {
     let size = args.size.size()?;
     // All other options are checked before anything is read.
-    let wants_report = args.report.is_some() || args.html.is_some();
-    let measures = match (wants_report, args.quiet) {
+    let wants_report = args.out.report.is_some() || args.out.html.is_some();
+    let measures = match (wants_report, args.out.quiet) {
         (true, _) => MeasureDepth::Full,
         (false, false) => MeasureDepth::Intersections,
         (false, true) => MeasureDepth::Basic,
     };
-    let mut options = args.method.options(size, measures)?;
+    let mut options = args.method.options(&args.research, size, measures)?;
     args.attributes.check(options.method)?;
-    let target = args.output.as_deref().map(|path| Target::new(path, args.format)).transpose()?;
+    let target = args.output.as_deref().map(|path| Target::new(path, args.out.format)).transpose()?;
     refuse_overwriting(args)?;
-    for path in [&args.report, &args.html].into_iter().flatten() {
+    for path in [&args.out.report, &args.out.html].into_iter().flatten() {
         io::check_text_target(path)?;
     }
     options.coarse_to_fine.features = args.method.read_features()?;
-    let Some(target) = target.filter(|_| !args.dry_run) else { return dry_run(args, size, options) };
+    let Some(target) = target.filter(|_| !args.out.dry_run) else {
+        return dry_run(args, size, options);
+    };
+    if let Some(output) = args.output.as_deref().filter(|_| !args.out.quiet)
+        && same_file(output, &args.input)
+        && !is_standard(output)
+    {
+        tell(&format!("note: {} will be replaced by the result\n", output.display()));
+    }
     let mut watch = Watch::new(&args.watch)?;
     let (loaded, device) = rayon::join(|| load(args), || args.device.open(wants_report));
     let loaded = loaded?;
-    let repaired = count(size, &args.input, &loaded.mesh, &mut options, args.quiet)?;
+    let repaired = count(size, &args.input, &loaded.mesh, &mut options, args.out.quiet)?;
     ask(args, &loaded, Some(target.format()), &mut options)?;
     let device = device?;
-    if !args.quiet {
+    if !args.out.quiet {
         watch.show_bar();
     }
     let mut progress = |now| watch.progress(now);
@@ -91,7 +128,7 @@ pub fn run(args: &Args) -> Result<()> {
     let mut result = result.map_err(|e| e.in_file(input_name(&args.input)))?;
     refuse_messages(&device)?;
     watch.warn(&mut result.summary);
-    if !args.quiet {
+    if !args.out.quiet {
         tell_notes(&args.input, &result.summary.remarks);
     }
     for warning in &result.summary.warnings {
@@ -101,38 +138,42 @@ pub fn run(args: &Args) -> Result<()> {
     // Standard output may wait for its reader for ever.
     let _whole = (!args.output.as_deref().is_some_and(is_standard)).then(begin_writing).transpose()?;
     let attributes = carried(&loaded.mesh, &loaded.attributes, &result);
-    target.write(&result.mesh, &attributes, args.quiet)?;
+    target.write(&result.mesh, &attributes, args.out.quiet)?;
     for (path, text) in texts {
         io::write_text(path, &text)?;
     }
-    if !args.quiet {
-        tell(&table::run(&result.summary, device.info()));
+    if !args.out.quiet {
+        tell(&if args.out.verbose {
+            table::run(&result.summary, device.info())
+        } else {
+            table::outcome(&result.summary)
+        });
     }
     Ok(())
 }
 
 fn load(args: &Args) -> rtfmesh::Result<Loaded> {
     let loaded = args.input_format.load_with(&args.input, args.attributes.wants_materials())?;
-    if !args.quiet {
+    if !args.out.quiet {
         tell_notes(&args.input, &loaded.notes);
     }
     Ok(loaded)
 }
 
-/// Asks for what carrying attributes over takes, and takes what options want of them.
+/// Prepares to carry attributes over, and reads those that options refer to.
 fn ask(args: &Args, loaded: &Loaded, format: Option<Format>, options: &mut Options) -> rtfmesh::Result<()> {
     let notes = args.attributes.ask(loaded, format, options);
-    if !args.quiet {
+    if !args.out.quiet {
         tell_notes(&args.input, &notes);
     }
     let read = args.method.read_attributes(&loaded.attributes, options);
     read.map_err(|e| e.in_file(input_name(&args.input)))
 }
 
-/// Prints what would be done.
+/// Prints the plan.
 fn dry_run(args: &Args, size: Size, mut options: Options) -> Result<()> {
     let loaded = load(args)?;
-    let repaired = count(size, &args.input, &loaded.mesh, &mut options, args.quiet)?;
+    let repaired = count(size, &args.input, &loaded.mesh, &mut options, args.out.quiet)?;
     ask(args, &loaded, None, &mut options)?;
     let plan = preview_repaired(&loaded.mesh, repaired, &options);
     let plan = plan.map_err(|e| e.in_file(input_name(&args.input)))?;
@@ -145,7 +186,7 @@ fn dry_run(args: &Args, size: Size, mut options: Options) -> Result<()> {
     print(&text)
 }
 
-/// What is to be written besides the mesh, and where.
+/// The texts to write besides the mesh, with their paths.
 fn texts<'a>(
     args: &'a Args,
     options: &Options,
@@ -165,19 +206,19 @@ fn texts<'a>(
         summary: &result.summary,
     };
     let mut texts = Vec::new();
-    if let Some(path) = &args.report {
+    if let Some(path) = &args.out.report {
         texts.push((path.as_path(), report.to_json()?));
     }
-    if let Some(path) = &args.html {
+    if let Some(path) = &args.out.html {
         let input = PageInput { report: &report, input: &loaded.mesh, output: &result.mesh };
         texts.push((path.as_path(), page(&input)?));
     }
     Ok(texts)
 }
 
-/// Files that are read must not be written, nor one written twice.
+/// No file may be both read and written, but for the mesh itself, and none written twice.
 fn refuse_overwriting(args: &Args) -> rtfmesh::Result<()> {
-    let written = [("--report", "report", &args.report), ("--html", "page", &args.html)];
+    let written = [("--report", "report", &args.out.report), ("--html", "page", &args.out.html)];
     let written = written.map(|(option, what, path)| path.as_ref().map(|path| (option, what, path)));
     for (option, what, path) in written.into_iter().flatten() {
         if [args.output.as_ref(), Some(&args.input)].into_iter().flatten().any(|mesh| same_file(path, mesh)) {

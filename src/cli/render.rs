@@ -1,6 +1,7 @@
 //! `rtfmesh render`.
 
 use super::files::{InputFormat, input_name, is_standard, tell_notes};
+use super::heading::{CAMERA, COLOURS};
 use super::remesh::same_file;
 use super::tell;
 use anyhow::Result;
@@ -16,54 +17,56 @@ const EXAMPLES: &str = "Examples:
   rtfmesh render kitten.ply kitten-10k.ply both.png --color quality
   rtfmesh render part-5k.ply off.png --color distance --against part.ply --z-up --curves";
 
-/// Draw meshes into a PNG, side by side if there are several: flat shaded, with their edges.
+/// Draw meshes into a PNG, side by side: flat shaded, with their edges.
 #[derive(clap::Args)]
 #[command(after_help = EXAMPLES)]
 pub struct Args {
-    /// Meshes to draw, all as seen by a camera that takes in the first; - is standard input
+    /// Meshes to draw, all with the camera that frames the first; - is standard input
     #[arg(required = true)]
     meshes: Vec<PathBuf>,
     /// Picture to write
     #[arg(required = true, value_name = "OUT.png")]
     output: PathBuf,
-    #[command(flatten)]
-    input_format: InputFormat,
-    /// What colours tell
-    #[arg(long, value_enum, default_value_t = Colouring::Plain)]
+    /// Meaning of the colours
+    #[arg(long, value_enum, default_value_t = Colouring::Plain, help_heading = COLOURS)]
     color: Colouring,
     /// Mesh that distances are measured to, with --color distance
-    #[arg(long, value_name = "REFERENCE", required_if_eq("color", "distance"))]
+    #[arg(long, value_name = "REFERENCE", required_if_eq("color", "distance"), help_heading = COLOURS)]
     against: Option<PathBuf>,
+    /// Draw sharp edges and boundaries as lines
+    #[arg(long, help_heading = COLOURS)]
+    curves: bool,
+    /// Do not draw the triangles' edges
+    #[arg(long, help_heading = COLOURS)]
+    no_edges: bool,
     /// Width and height of each mesh's panel in pixels
-    #[arg(long, value_name = "WxH", default_value = "720x540", value_parser = size)]
+    #[arg(long, value_name = "WxH", default_value = "720x540", value_parser = size, help_heading = CAMERA)]
     size: [u32; 2],
-    /// Turn around the up axis in degrees
-    #[arg(long, value_name = "DEGREES", default_value_t = View::default().azimuth, allow_negative_numbers = true)]
+    /// Rotation around the up axis in degrees
+    #[arg(long, value_name = "DEGREES", default_value_t = View::default().azimuth, allow_negative_numbers = true,
+        help_heading = CAMERA)]
     azimuth: f64,
     /// Height of the camera above the horizon in degrees
-    #[arg(long, value_name = "DEGREES", default_value_t = View::default().elevation, allow_negative_numbers = true)]
+    #[arg(long, value_name = "DEGREES", default_value_t = View::default().elevation, allow_negative_numbers = true,
+        help_heading = CAMERA)]
     elevation: f64,
-    /// Nearer, or below 1 farther
-    #[arg(long, value_name = "TIMES", default_value_t = 1.0)]
+    /// Magnification; below 1 the meshes are smaller
+    #[arg(long, value_name = "TIMES", default_value_t = 1.0, help_heading = CAMERA)]
     zoom: f64,
-    /// The z axis is up, not y
-    #[arg(long)]
+    /// The z axis points up, not y
+    #[arg(long, help_heading = CAMERA)]
     z_up: bool,
-    /// Leave the edges out
-    #[arg(long)]
-    no_edges: bool,
-    /// Draw sharp and open edges as lines
-    #[arg(long)]
-    curves: bool,
+    #[command(flatten)]
+    input_format: InputFormat,
 }
 
 #[derive(Clone, Copy, PartialEq, clap::ValueEnum)]
 enum Colouring {
-    /// Nothing: outsides are blue, insides brown
+    /// None: outsides are blue, insides brown
     Plain,
     /// Triangle quality: light for equilateral, dark for slivers
     Quality,
-    /// Distance from --against: pale at it, dark red where one of the meshes is farthest off
+    /// Distance from --against: pale where it is small, dark red where it is largest
     Distance,
 }
 
@@ -86,7 +89,7 @@ pub fn run(args: &Args) -> Result<()> {
         (Colouring::Distance, Some((against, reference))) => {
             let found = distance_colours(&meshes, reference).map_err(|e| e.in_file(input_name(against)))?;
             for (path, found) in args.meshes.iter().zip(&found) {
-                tell(&format!("{}: at most {:.6} off\n", input_name(path).display(), found.largest));
+                tell(&format!("{}: largest distance {:.6}\n", input_name(path).display(), found.largest));
             }
             found.into_iter().map(|found| found.colours).collect()
         }
@@ -118,7 +121,7 @@ fn options(args: &Args) -> rtfmesh::Result<PictureOptions> {
         ));
     }
     if args.against.is_some() && args.color != Colouring::Distance {
-        return Err(Error::usage("--against is for --color distance alone", "leave it out, or add that"));
+        return Err(Error::usage("--against needs --color distance", "add that, or leave --against out"));
     }
     Ok(PictureOptions {
         size: args.size,
@@ -130,7 +133,7 @@ fn options(args: &Args) -> rtfmesh::Result<PictureOptions> {
 fn refuse_overwriting(args: &Args) -> rtfmesh::Result<()> {
     // Whoever forgets the picture names a mesh last.
     if !args.output.extension().is_some_and(|extension| extension.eq_ignore_ascii_case("png")) {
-        let problem = format!("{} is no name of a picture", args.output.display());
+        let problem = format!("{} is not the name of a picture", args.output.display());
         return Err(Error::usage(problem, "name a file that ends in .png last"));
     }
     let read = args.meshes.iter().chain(&args.against);

@@ -12,14 +12,14 @@ const EXAMPLES: &str = "Examples:
   rtfmesh sample
   rtfmesh sample genus3 genus3.ply";
 
-/// Write one of the program's own models; without arguments, list them.
+/// Write one of the built-in models; without arguments, list them.
 #[derive(clap::Args)]
 #[command(after_help = EXAMPLES)]
 pub struct Args {
     /// Name of the model
     #[arg(requires = "output")]
     name: Option<String>,
-    /// Mesh to write, if there is a name; - is standard output
+    /// Mesh to write; - is standard output
     output: Option<PathBuf>,
     /// Format to write, whatever the extension: obj, ply, stl, off, glb or mesh, each also with .gz
     #[arg(long, value_name = "FORMAT")]

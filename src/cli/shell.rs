@@ -1,6 +1,6 @@
 //! `rtfmesh completions` and `rtfmesh man`: what shells and `man` are told, made from the declarations of the commands.
 
-use super::{Cli, print};
+use super::{Cli, markdown, print};
 use anyhow::Result;
 use clap::CommandFactory;
 use clap_complete::Shell;
@@ -15,11 +15,11 @@ const COMPLETIONS: &str = "Examples:
   rtfmesh completions zsh > ~/.zfunc/_rtfmesh
   rtfmesh completions fish > ~/.config/fish/completions/rtfmesh.fish";
 
-/// Print a script by which a shell completes commands, options and their values.
+/// Print a completion script for a shell.
 #[derive(clap::Args)]
 #[command(after_help = COMPLETIONS)]
 pub struct CompletionsArgs {
-    /// Shell to complete in
+    /// Shell to complete commands in
     #[arg(value_enum)]
     shell: Shell,
 }
@@ -28,12 +28,15 @@ const MAN: &str = "Examples:
   rtfmesh man ~/.local/share/man/man1
   rtfmesh man | man -l -";
 
-/// Write the manual: rtfmesh.1 and a page for each command; without a folder, print rtfmesh.1.
+/// Write the manual, a page for each command; without a folder, print the main page.
 #[derive(clap::Args)]
 #[command(after_help = MAN)]
 pub struct ManArgs {
-    /// Folder for the pages, made if missing
+    /// Folder for the pages, created if missing
     dir: Option<PathBuf>,
+    /// Print all commands and options in Markdown, as in docs/options.md
+    #[arg(long, conflicts_with = "dir")]
+    markdown: bool,
 }
 
 /// Prints the script.
@@ -48,9 +51,12 @@ pub fn man(args: &ManArgs) -> Result<()> {
     // `rtfmesh help remesh` needs no page; `build` gives commands their full names.
     let mut program = Cli::command().disable_help_subcommand(true);
     program.build();
+    if args.markdown {
+        return print(&markdown::page(&program));
+    }
     let Some(folder) = &args.dir else { return print(&page(&program)?.1) };
     std::fs::create_dir_all(folder).map_err(|error| {
-        let problem = format!("the folder cannot be made ({error})");
+        let problem = format!("the folder cannot be created ({error})");
         Error::output(folder, problem, "name another one").caused_by(error)
     })?;
     for command in std::iter::once(&program).chain(program.get_subcommands()) {
@@ -73,7 +79,7 @@ fn page(command: &clap::Command) -> Result<(String, String)> {
     if command.has_subcommands() {
         man.render_subcommands_section(&mut text)?;
     }
-    if let Some(after) = command.get_after_help() {
+    if let Some(after) = command.get_after_long_help().or(command.get_after_help()) {
         closing(&after.to_string()).to_writer(&mut text)?;
     }
     Ok((man.get_filename(), String::from_utf8(text)?))

@@ -1,29 +1,33 @@
-//! How long edges are to be where, on the command line.
+//! Edge lengths that vary over the surface, on the command line.
 
+use super::heading::SIZING;
 use rtfmesh::mesh::attributes::Attributes;
 use rtfmesh::{Error, Length, Options, Size, Sizing};
 
-/// Edge lengths that differ.
+/// Edge lengths that vary over the surface.
 #[derive(clap::Args)]
-#[command(next_help_heading = "Edge lengths that differ")]
+#[command(next_help_heading = SIZING)]
 pub struct SizingArgs {
-    /// Where edges are shorter: uniform: nowhere; curvature: where the surface bends; property:NAME: in proportion to a
-    /// number that each vertex of the input has [default: uniform]
+    /// Edge lengths: uniform, curvature or property:NAME [default: uniform]
+    ///
+    /// curvature: shorter where the surface bends; property:NAME: in proportion to this number of each input vertex.
     #[arg(long, value_name = "HOW", value_parser = how)]
     sizing: Option<How>,
-    /// With --sizing curvature, how much: 0: not at all; 1: as far from the surface everywhere; 2: by the same angle between
-    /// faces everywhere; up to 3 [default: 1]
-    #[arg(long, value_name = "G")]
+    /// How strongly curvature shortens edges, with --sizing curvature: 0 to 3 [default: 1]
+    ///
+    /// 0: not at all; 1: faces deviate equally far everywhere; 2: faces meet at equal angles everywhere. Above 1 flat parts
+    /// get so few vertices that edges may exceed --max-edge there.
+    #[arg(long, value_name = "G", hide_short_help = true)]
     gradation: Option<f64>,
-    /// Least edge length in the input's units, or with % in percent of the diagonal of its bounding box [default: an eighth
-    /// of that of a uniform mesh]
-    #[arg(long, value_name = "LENGTH", value_parser = length)]
+    /// Least edge length in the input's units, or in percent of its diagonal, as in 0.1% [default: an eighth of the uniform
+    /// length]
+    #[arg(long, value_name = "LENGTH", value_parser = length, hide_short_help = true)]
     min_edge: Option<Length>,
-    /// Largest edge length, likewise [default: eight times that of a uniform mesh]
-    #[arg(long, value_name = "LENGTH", value_parser = length)]
+    /// Largest edge length, likewise [default: eight times the uniform length]
+    #[arg(long, value_name = "LENGTH", value_parser = length, hide_short_help = true)]
     max_edge: Option<Length>,
-    /// How much longer edges may become on a way along the surface, over that way [default: 0.25]
-    #[arg(long, value_name = "SHARE")]
+    /// Largest growth of edge length per unit of distance along the surface [default: 0.25]
+    #[arg(long, value_name = "SLOPE", hide_short_help = true)]
     growth: Option<f64>,
 }
 
@@ -72,7 +76,7 @@ impl SizingArgs {
             ("--growth", self.growth.is_some(), *how != How::Uniform, "curvature or property:NAME"),
         ];
         if let Some((name, .., of)) = given.iter().find(|(_, given, does, _)| *given && !does) {
-            let problem = format!("{name} says nothing without --sizing {of}");
+            let problem = format!("{name} needs --sizing {of}");
             return Err(Error::usage(problem, "leave it out, or add that"));
         }
         options.coarse_to_fine.sizing = match how {

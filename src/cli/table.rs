@@ -23,7 +23,12 @@ pub fn measures(m: &Measures, energy: Option<&Energy>) -> String {
     two_columns(rows)
 }
 
-/// A finished run: the measures, then where the time went.
+/// A finished run in a few lines.
+pub fn outcome(s: &Summary) -> String {
+    two_columns(figures::outcome(s))
+}
+
+/// A finished run in full: the measures, then where the time went.
 pub fn run(s: &Summary, device: &DeviceInfo) -> String {
     let mut rows = figures::measures(&s.output);
     rows.extend(figures::course(s, device));
@@ -35,9 +40,9 @@ pub fn run(s: &Summary, device: &DeviceInfo) -> String {
     two_columns(rows)
 }
 
-/// A run that was not made.
+/// The plan of a run.
 pub fn preview(p: &Preview) -> String {
-    /// More patches than these say nothing to people.
+    /// More patches than these are not listed.
     const MOST_PATCHES: usize = 12;
     let r = &p.repaired;
     let mut rows = vec![
@@ -60,10 +65,7 @@ pub fn preview(p: &Preview) -> String {
         rows.push(("level", if p.curves > 0 { format!("{text}, {on}") } else { text }));
     }
     if p.collapses {
-        rows.push((
-            "method",
-            "collapsed edges: too few vertices for cells beside the sharp and open edges".to_owned(),
-        ));
+        rows.push(("method", "collapsed edges: too few vertices to remesh between the features".to_owned()));
     }
     if p.patches.len() > 1 && !p.collapses {
         let mut counts: Vec<String> = p.patches.iter().take(MOST_PATCHES).map(usize::to_string).collect();

@@ -1,24 +1,63 @@
-//! How many vertices are wanted, on the command line.
+//! The number of vertices, on the command line.
 
 use super::files::{input_name, tell_notes};
+use super::heading::SIZE;
 use rtfmesh::mesh::repair::{Repaired, repair_with};
 use rtfmesh::{Options, Result, Size, TriMesh};
 use std::path::Path;
 
 /// At most one of these; none means as many vertices as the input has.
 #[derive(clap::Args)]
+#[command(next_help_heading = SIZE)]
 #[group(multiple = false)]
 pub struct SizeArgs {
-    /// Vertices of the result, at least 4 [default: as many as the input has]
-    #[arg(short = 'n', long, value_name = "N")]
+    /// Number of vertices, such as 5000, 10k or 1.5M [default: the input's]
+    ///
+    /// At least 4.
+    #[arg(short = 'n', long, value_name = "N", value_parser = vertex_count)]
     vertices: Option<usize>,
-    /// Instead: the length of the result's edges in the input's units, or with % in percent of the diagonal of its
-    /// bounding box
+    /// Edge length instead, in the input's units or as 1% of its diagonal
     #[arg(long, value_name = "LENGTH", value_parser = length)]
     edge_length: Option<Size>,
-    /// Instead: the result's vertices over the input's, as it is after --weld and --min-component
+    /// Share of the input's vertices instead, such as 0.1
+    ///
+    /// The input's vertices are counted after --weld and --min-component.
     #[arg(long, value_name = "SHARE")]
     ratio: Option<f64>,
+}
+
+/// A number of vertices: digits, in groups of three or not, or a decimal number of thousands or millions.
+pub(super) fn vertex_count(text: &str) -> std::result::Result<usize, String> {
+    let unclear = || "give a whole number such as 5000, 10k (thousand) or 1.5M (million)".to_owned();
+    let (number, zeros) = match text.char_indices().last() {
+        Some((end, 'k' | 'K')) => (&text[..end], 3),
+        Some((end, 'm' | 'M')) => (&text[..end], 6),
+        _ => (text, 0),
+    };
+    // A decimal comma is none: before k and M it could be, elsewhere it parts groups of three.
+    let (whole, decimals) = match number.split_once('.') {
+        Some((whole, decimals)) if zeros > 0 && !decimals.is_empty() => (whole.to_owned(), decimals),
+        Some(_) => return Err(unclear()),
+        None if zeros > 0 => (number.to_owned(), ""),
+        None => (without_groups(number).ok_or_else(unclear)?, ""),
+    };
+    let decimals = decimals.trim_end_matches('0');
+    let are_digits = |text: &str| text.bytes().all(|byte| byte.is_ascii_digit());
+    if whole.is_empty() || !are_digits(&whole) || !are_digits(decimals) || decimals.len() > zeros {
+        return Err(unclear());
+    }
+    let digits = format!("{whole}{decimals:0<zeros$}");
+    digits.parse().map_err(|_| "it is too large a number of vertices; give a smaller one".to_owned())
+}
+
+/// The digits without `_` or `,` between groups of three.
+fn without_groups(number: &str) -> Option<String> {
+    let Some(separator) = number.chars().find(|c| matches!(c, '_' | ',')) else {
+        return Some(number.to_owned());
+    };
+    let (first, rest) = number.split_once(separator)?;
+    let grouped = (1..=3).contains(&first.len()) && rest.split(separator).all(|group| group.len() == 3);
+    grouped.then(|| number.replace(separator, ""))
 }
 
 pub(super) fn length(text: &str) -> std::result::Result<Size, String> {
@@ -44,8 +83,8 @@ impl SizeArgs {
     }
 }
 
-/// Puts the count for this input into the options, with a note where nobody asked for one. The size is that of what the run
-/// will remesh, which is given where it had to be made.
+/// Puts the number of vertices for this input into the options, with a note where no size was given. Shares and edge lengths
+/// refer to the repaired input, which is returned where it had to be made.
 ///
 /// # Errors
 /// [`rtfmesh::Error::Usage`] for counts that cannot be, [`rtfmesh::Error::Input`] for a mesh without area.
@@ -65,8 +104,7 @@ pub fn count(
     let count = size.vertices(&repaired.mesh).map_err(in_file)?;
     options.vertices = count;
     if size == Size::AsInput && !quiet {
-        let what = "as many as it has, for want of -n, --edge-length or --ratio";
-        tell_notes(path, &[format!("{count} vertices, {what}")]);
+        tell_notes(path, &[format!("no size given: keeping the input's vertex count, {count}")]);
     }
     Ok(Some(repaired))
 }

@@ -5,8 +5,24 @@ use crate::measure::Measures;
 use crate::pipeline::Summary;
 use crate::sites::restricted_voronoi::Energy;
 
-/// A name, which is the same in every run, and what there is to tell.
+/// A name, the same in every run, and its value.
 pub type Row = (&'static str, String);
+
+/// What matters of a run.
+pub fn outcome(s: &Summary) -> Vec<Row> {
+    let m = &s.output;
+    let mut rows = vec![
+        ("vertices, triangles", format!("{}, {}", m.vertices, m.faces)),
+        ("smallest angle", format!("{:.1}°", m.quality.theta_min)),
+        ("mean quality", format!("{:.3} (1: all equilateral)", m.quality.q_avg)),
+    ];
+    if let Some(d) = &m.distances {
+        let text = format!("RMS {:.4} %, Hausdorff {:.4} % of the diagonal", d.rms, d.hausdorff);
+        rows.push(("deviation from the input", text));
+    }
+    rows.push(("time", seconds(s.timings.wall_milliseconds)));
+    rows
+}
 
 /// The measures of one mesh.
 pub fn measures(m: &Measures) -> Vec<Row> {
@@ -44,19 +60,19 @@ pub fn measures(m: &Measures) -> Vec<Row> {
     rows
 }
 
-/// How a run ended, what it held, and on which device it was.
+/// How a run ended, which features it kept, and on which device it ran.
 pub fn course(s: &Summary, device: &DeviceInfo) -> Vec<Row> {
     let mut rows: Vec<Row> = s.energy.as_ref().map(energy).into_iter().collect();
     if let Some(disks) = &s.disks {
         let text = format!("{:.6}, {:.6} (input's units)", disks.radius, disks.covered);
-        rows.push(("apart by, covered within", text));
+        rows.push(("disk radius, covering radius", text));
     } else {
         let end = if s.converged { "converged" } else { "limit reached" };
         let last = s.steps.last().unwrap_or(&0.0);
         rows.push(("iterations", format!("{} ({end}), last step {last:.5}", s.iterations)));
     }
     if let Some([least, largest]) = s.edge_lengths {
-        rows.push(("edge lengths wanted", format!("{least:.6} to {largest:.6} (input's units)")));
+        rows.push(("edge lengths asked for", format!("{least:.6} to {largest:.6} (input's units)")));
     }
     if let Some(found) = s.skeleton.filter(|found| found.curves + found.corners > 0) {
         rows.push((
@@ -72,7 +88,7 @@ pub fn course(s: &Summary, device: &DeviceInfo) -> Vec<Row> {
 /// How evenly points are spread over a mesh.
 pub fn energy(energy: &Energy) -> Row {
     let Energy { energy, excess } = energy;
-    ("energy, above hexagons", format!("{energy:.4e}, {:.2} %", 100.0 * excess))
+    ("energy, excess over hexagons", format!("{energy:.4e}, {:.2} %", 100.0 * excess))
 }
 
 /// What a run took.

@@ -32,12 +32,25 @@ fn remesh_writes_the_mesh_and_tells_about_it_on_standard_error() {
     let place = Place::with("sphere");
     let (output, table) = place.run("remesh in.ply out.obj -n 120 --iterations 3");
     assert_eq!(output, "", "standard output is for data");
+    let starts =
+        |table: &str| table.lines().map(|l| l.split("  ").next().unwrap().trim().to_owned()).collect();
+    let rows: Vec<String> = starts(&table);
+    assert_eq!(rows, ["vertices, triangles", "smallest angle", "mean quality", "time"], "{table}");
+    assert!(table.contains("120, 236"), "{table}");
+    let (_, table) = place.run("remesh in.ply out.obj -n 120 --iterations 3 --report r.json");
+    assert!(table.lines().count() == 5 && table.contains("deviation from the input"), "{table}");
+    let (output, table) = place.run("remesh in.ply out.obj -n 120 --iterations 3 -v");
+    assert_eq!(output, "", "standard output is for data");
     for row in ["vertices, faces", "120, 236", "Q min, average", "wall time", "peak device memory"] {
         assert!(table.contains(row), "'{row}' is missing: {table}");
     }
+    std::fs::remove_file(place.path("r.json")).unwrap();
     assert_eq!(place.files(), ["in.ply", "out.obj"]);
     assert_eq!(vertices_of(&place.path("out.obj")), 120);
     // And back, over the file that is read.
+    let (_, told) = place.run("remesh out.obj ./out.obj -n 100 --iterations 2");
+    assert!(told.starts_with("note: ./out.obj will be replaced by the result\n"), "{told}");
+    assert_eq!(vertices_of(&place.path("out.obj")), 100);
     let quiet = place.run("remesh out.obj out.obj -n 80 --iterations 2 --quiet");
     assert_eq!(quiet, (String::new(), String::new()));
     assert_eq!(vertices_of(&place.path("out.obj")), 80);
@@ -102,9 +115,10 @@ fn the_report_tells_where_time_and_memory_went() {
         assert!(kernel["milliseconds"].is_null() || kernel["milliseconds"].as_f64() > Some(0.0), "{kernel}");
     }
     // Kernels are timed for reports alone.
-    let (_, table) = place.run("remesh in.ply out.ply -n 1000 --preset rtf --iterations 3 --report r.json");
+    let (_, table) =
+        place.run("remesh in.ply out.ply -n 1000 --preset rtf --iterations 3 --report r.json -v");
     assert!(table.contains("device time") && table.contains("face.cell"), "{table}");
-    let (_, table) = place.run("remesh in.ply out.ply -n 1000 --preset rtf --iterations 3");
+    let (_, table) = place.run("remesh in.ply out.ply -n 1000 --preset rtf --iterations 3 -v");
     assert!(table.contains("wall time") && !table.contains("device time"), "{table}");
     let phases = r["timings"]["phases"].as_array().unwrap();
     let names: Vec<_> = phases.iter().filter_map(|p| p["name"].as_str()).collect();

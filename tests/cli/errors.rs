@@ -110,7 +110,19 @@ fn counts_that_cannot_be() {
         let line = format!("remesh in.ply out.ply -n {n} --report r.json");
         refused(&place, &line, 2, &[&format!("{n} vertices"), "at least 4"]);
     }
-    for n in ["-5", "many", "1.5", "99999999999999999999999"] {
+    for n in [
+        "-5",
+        "many",
+        "1.5",
+        "1.2345k",
+        "1,5k",
+        "12,34",
+        "1_0",
+        "k",
+        "1e4",
+        "10kk",
+        "99999999999999999999999",
+    ] {
         refused(&place, &format!("remesh in.ply out.ply -n {n}"), 2, &[n]);
     }
     refused(&place, "remesh in.ply out.ply -n 5000000000", 2, &["5000000000"]);

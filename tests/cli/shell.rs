@@ -51,6 +51,52 @@ fn every_command_has_a_page_in_the_manual() {
 }
 
 #[test]
+fn the_page_of_options_is_that_of_the_program() {
+    let (page, _) = Place::new().run("man --markdown");
+    let file = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("docs/options.md");
+    let committed = std::fs::read_to_string(file).unwrap();
+    assert!(page == committed, "renew docs/options.md: cargo run -- man --markdown > docs/options.md");
+    for words in ["## rtfmesh remesh\n", "### Research\n", "- `-n`, `--vertices <N>`: ", "  - `draft`: "] {
+        assert!(page.contains(words), "'{words}' is missing");
+    }
+    let longest = page.lines().map(|line| line.chars().count()).max().unwrap();
+    assert!(longest <= 110, "a line has {longest} columns");
+}
+
+#[test]
+fn short_help_fits_on_one_screen_and_long_help_has_everything() {
+    let place = Place::new();
+    for command in COMMANDS.map(|command| format!("{command} ")).iter().map(String::as_str).chain([""]) {
+        let (short, _) = place.run(&format!("{command}-h"));
+        let (lines, columns) = (short.lines().count(), short.lines().map(|l| l.chars().count()).max());
+        assert!(
+            lines <= 40 && columns <= Some(100),
+            "{command}: {lines} lines, {columns:?} columns\n{short}"
+        );
+    }
+    let (short, _) = place.run("remesh -h");
+    let (long, _) = place.run("remesh --help");
+    let headings = |help: &str| -> Vec<String> {
+        help.lines()
+            .filter_map(|l| l.strip_suffix(':'))
+            .filter(|l| !l.contains(' '))
+            .map(str::to_owned)
+            .collect()
+    };
+    let found = headings(&long);
+    let wanted =
+        ["Arguments", "Size", "Shape", "Features", "Sizing", "Input", "Attributes", "Output", "Research"];
+    assert_eq!(found, [&wanted[..], &["Examples"]].concat(), "{long}");
+    assert!(long.contains("\nDevice and time:\n") && !short.contains("Research"), "{long}\n{short}");
+    for option in ["--vertices", "--quality", "--sizing", "--report", "--device", "--help"] {
+        assert!(short.contains(option) && long.contains(option), "{option} is missing: {short}");
+    }
+    for option in ["--k-clip", "--gradation", "--weld", "--keep-partial", "--preset"] {
+        assert!(!short.contains(option) && long.contains(option), "{option}: {short}\n{long}");
+    }
+}
+
+#[test]
 fn the_help_of_every_command_ends_with_examples_of_it() {
     let place = Place::new();
     for command in COMMANDS {

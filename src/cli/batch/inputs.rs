@@ -1,4 +1,4 @@
-//! Which meshes a batch is about, and what their results are called.
+//! The meshes of a batch, and the names of their results.
 
 use crate::cli::files::is_standard;
 use crate::cli::remesh::full_path;

@@ -3,13 +3,16 @@
 mod inputs;
 mod log;
 
+use super::all_at_once::ResearchArgs;
 use super::attributes::{AttributeArgs, carried};
 use super::files::{InputFormat, Target};
+use super::heading::OUTPUT;
 use super::method::{DeviceArgs, MethodArgs, refuse_messages};
 use super::remesh::{full_path, same_file};
 use super::target_count::{SizeArgs, count};
 use super::{progress, tell, words};
 use anyhow::Result;
+use clap::ArgAction;
 use inputs::{Job, Shard};
 use log::{Entry, Log, Status};
 use rtfmesh::io;
@@ -22,56 +25,78 @@ use std::sync::mpsc::{SyncSender, sync_channel};
 use std::time::Instant;
 
 const EXAMPLES: &str = "Examples:
-  rtfmesh batch scans --out remeshed -n 10000
+  rtfmesh batch scans --out remeshed -n 10k
   rtfmesh batch a.stl b.obj parts --out remeshed --edge-length 1% --format obj
   rtfmesh batch @all.txt --out remeshed --ratio 0.1 --best-effort --resume
-  rtfmesh batch scans --out remeshed -n 10000 --shard 3/16 --log logs/3.jsonl";
+  rtfmesh batch scans --out remeshed -n 10k --shard 3/16 --log logs/3.jsonl";
 
-/// Remesh many files with the same options, on one device: the next one is read while this one is worked on.
+const SHORT_EXAMPLES: &str = "Examples:
+  rtfmesh batch scans --out remeshed -n 10k
+  rtfmesh batch @all.txt --out remeshed --ratio 0.1 --best-effort --resume";
+
+/// Remesh many files with the same options on one device
 ///
-/// A mesh that fails does not stop the others. The log has a JSON line for each: input, output, status (done, failed,
-/// skipped), vertices, q_avg, theta_min, rms and hausdorff with --distances, options, warnings, notes, seconds, error. The
-/// exit code is 1 if any failed. Ctrl-C leaves what is done whole, and --resume goes on from there.
+/// The next mesh is read while one is worked on, and one that fails does not stop the others. The log has a JSON line for each:
+/// input, output, status (done, failed, skipped), vertices, q_avg, theta_min, rms and hausdorff with --distances, options,
+/// warnings, notes, seconds, error. The exit code is 1 if any failed. After Ctrl-C finished meshes remain, and --resume
+/// continues.
 #[derive(clap::Args)]
-#[command(after_help = EXAMPLES)]
+#[command(after_help = SHORT_EXAMPLES, after_long_help = EXAMPLES, disable_help_flag = true)]
 pub struct Args {
-    /// Mesh files, folders (the mesh files in them, by their extensions), or @LIST with such a path on each line
+    /// Mesh files, folders of them, or @LIST with a path on each line
     #[arg(required = true)]
     inputs: Vec<PathBuf>,
-    /// Folder for the results, made if missing; each is named as its input
-    #[arg(long, value_name = "DIR")]
-    out: PathBuf,
     #[command(flatten)]
     size: SizeArgs,
-    #[command(flatten)]
-    input_format: InputFormat,
-    /// Format to write: obj, ply, stl, off, glb or mesh, each also with .gz
-    #[arg(long, value_name = "FORMAT", default_value_t = Encoding { format: Format::Ply, gzip: false })]
-    format: Encoding,
-    /// Log to add to [default: DIR/batch.jsonl]
-    #[arg(long, value_name = "FILE.jsonl")]
-    log: Option<PathBuf>,
-    /// Leave out inputs that the log has as done and whose results are there, whatever the options were
-    #[arg(long)]
-    resume: bool,
-    /// Of the sorted inputs take every n-th, beginning with the i-th: for n jobs side by side
-    #[arg(long, value_name = "i/n", value_parser = Shard::parse)]
-    shard: Option<Shard>,
-    /// Measure the distances between each result and its input
-    #[arg(long)]
-    distances: bool,
     #[command(flatten)]
     method: MethodArgs,
     #[command(flatten)]
     attributes: AttributeArgs,
     #[command(flatten)]
+    input_format: InputFormat,
+    #[command(flatten)]
+    output: OutputArgs,
+    #[command(flatten)]
     device: DeviceArgs,
-    /// No line for each mesh; the log has them
-    #[arg(long, short)]
-    quiet: bool,
+    #[command(flatten)]
+    research: ResearchArgs,
 }
 
-/// What all meshes of a batch have in common.
+/// What is taken and written.
+#[derive(clap::Args)]
+#[command(next_help_heading = OUTPUT)]
+struct OutputArgs {
+    /// Folder for the results, created if missing; each is named after its input
+    #[arg(long, value_name = "DIR")]
+    out: PathBuf,
+    /// Format: obj, ply, stl, off, glb or mesh, each also with .gz
+    #[arg(long, value_name = "FORMAT", default_value_t = Encoding { format: Format::Ply, gzip: false })]
+    format: Encoding,
+    /// Log to append to [default: DIR/batch.jsonl]
+    #[arg(long, value_name = "FILE.jsonl", hide_short_help = true)]
+    log: Option<PathBuf>,
+    /// Skip inputs that the log has as done
+    ///
+    /// Their results must exist; the options may have been others.
+    #[arg(long)]
+    resume: bool,
+    /// Take every n-th of the sorted inputs, beginning with the i-th
+    ///
+    /// For n jobs side by side, each with a log of its own or all with one.
+    #[arg(long, value_name = "i/n", value_parser = Shard::parse)]
+    shard: Option<Shard>,
+    /// Measure the distances between each result and its input
+    #[arg(long, hide_short_help = true)]
+    distances: bool,
+    /// Print no line for each mesh; the log has them
+    #[arg(long, short)]
+    quiet: bool,
+    /// Print this help; --help has all options
+    #[arg(long, short, action = ArgAction::Help)]
+    help: Option<bool>,
+}
+
+/// What all meshes of a batch share.
 struct Batch<'a> {
     args: &'a Args,
     size: Size,
@@ -82,24 +107,25 @@ struct Batch<'a> {
 pub fn run(args: &Args) -> Result<()> {
     let begin = Instant::now();
     let size = args.size.size()?;
-    let measures = if args.distances { MeasureDepth::Full } else { MeasureDepth::Basic };
-    let mut options = args.method.options(size, measures)?;
+    let measures = if args.output.distances { MeasureDepth::Full } else { MeasureDepth::Basic };
+    let mut options = args.method.options(&args.research, size, measures)?;
     args.attributes.check(options.method)?;
-    io::target_encoding(Path::new(&format!("result.{}", args.format)))?;
-    let jobs = inputs::jobs(&args.inputs, &args.out, args.format)?;
-    let log_path = args.log.clone().unwrap_or_else(|| args.out.join("batch.jsonl"));
+    io::target_encoding(Path::new(&format!("result.{}", args.output.format)))?;
+    let jobs = inputs::jobs(&args.inputs, &args.output.out, args.output.format)?;
+    let log_path = args.output.log.clone().unwrap_or_else(|| args.output.out.join("batch.jsonl"));
     refuse_overwriting(args, &jobs, &log_path)?;
     options.coarse_to_fine.features = args.method.read_features()?;
-    let jobs = match args.shard {
+    let jobs = match args.output.shard {
         Some(shard) => shard.of(jobs),
         None => jobs,
     };
-    std::fs::create_dir_all(&args.out).map_err(|error| {
-        let problem = format!("the folder cannot be made ({error})");
-        Error::output(&args.out, problem, "name another one after --out").caused_by(error)
+    std::fs::create_dir_all(&args.output.out).map_err(|error| {
+        let problem = format!("the folder cannot be created ({error})");
+        Error::output(&args.output.out, problem, "name another one after --out").caused_by(error)
     })?;
     let mut log = Log::open(&log_path)?;
-    let (skipped, left): (Vec<Job>, Vec<Job>) = jobs.into_iter().partition(|job| args.resume && log.has(job));
+    let (skipped, left): (Vec<Job>, Vec<Job>) =
+        jobs.into_iter().partition(|job| args.output.resume && log.has(job));
     for job in &skipped {
         log.add(&Entry::new(job, Status::Skipped))?;
     }
@@ -111,13 +137,13 @@ pub fn run(args: &Args) -> Result<()> {
     if failed > 0 {
         anyhow::bail!("{summary}; {log} says why, and --resume tries only those again");
     }
-    if !args.quiet {
+    if !args.output.quiet {
         tell(&format!("{summary}; see {log}\n"));
     }
     Ok(())
 }
 
-/// Files that are read, or written for another reason, must not be written.
+/// No file may be both read and written, or written twice.
 fn refuse_overwriting(args: &Args, jobs: &[Job], log: &Path) -> rtfmesh::Result<()> {
     let inputs = || jobs.iter().map(|job| &job.input);
     let outputs = || jobs.iter().map(|job| &job.output);
@@ -142,11 +168,11 @@ fn among<'a>(path: &Path, mut meshes: impl Iterator<Item = &'a PathBuf>) -> bool
 /// A mesh as it was read, and how many seconds that took.
 type Read = (rtfmesh::Result<Loaded>, f64);
 
-/// While this is there, the program does not stop.
+/// While this exists, the program does not stop.
 type Writing = MutexGuard<'static, ()>;
 
 impl Batch<'_> {
-    /// Works on the jobs in their order; gives how many failed.
+    /// Works on the jobs in their order; returns how many failed.
     fn run(&self, jobs: &[Job], log: &mut Log) -> Result<usize> {
         if jobs.is_empty() {
             return Ok(0);
@@ -166,7 +192,7 @@ impl Batch<'_> {
                     "stopped: {done} done, {failed} failed, {left} left; --resume goes on"
                 ));
                 let mut entry = Entry::new(job, Status::Done);
-                // Nobody stops between a result and its line.
+                // Holds the guard, so that no stop comes between a result and its line.
                 let outcome = self.one(&device, job, read, &mut entry);
                 if let Err(error) = &outcome {
                     if progress::is_cancelled() {
@@ -177,10 +203,10 @@ impl Batch<'_> {
                     entry.error = Some(words::line(error));
                 }
                 log.add(&entry)?;
-                if !self.args.quiet {
+                if !self.args.output.quiet {
                     tell(&line(&entry, place + 1, jobs.len()));
                 }
-                // What is lost stays lost; the others get a new one.
+                // A lost device stays lost; the other meshes get a new one.
                 let error = outcome.err().and_then(|error| error.downcast().ok());
                 if let Some(Error::DeviceLost(_)) = error {
                     device = self.args.device.open(false)?;
@@ -201,13 +227,13 @@ impl Batch<'_> {
         }
     }
 
-    /// Remeshes and writes; `entry` learns what there is to tell of it. Whoever asks to stop waits for the guard.
+    /// Remeshes and writes, and fills in `entry`. While the caller holds the guard, Ctrl-C waits.
     fn one(&self, device: &Device, job: &Job, read: Read, entry: &mut Entry) -> Result<Writing> {
         let begin = Instant::now();
         let (loaded, reading) = read;
         let outcome = loaded.map_err(Into::into).and_then(|loaded| {
             entry.notes.clone_from(&loaded.notes);
-            let target = Target::new(&job.output, Some(self.args.format))?;
+            let target = Target::new(&job.output, Some(self.args.output.format))?;
             let mut options = self.options.clone();
             let repaired = count(self.size, &job.input, &loaded.mesh, &mut options, true)?;
             entry.notes.extend(self.args.attributes.ask(&loaded, Some(target.format()), &mut options));
@@ -233,7 +259,7 @@ impl Batch<'_> {
     }
 }
 
-/// What people see of a mesh.
+/// The line about a mesh for people.
 fn line(entry: &Entry, place: usize, of: usize) -> String {
     let seconds = entry.seconds;
     let mut line = match (&entry.error, entry.vertices) {
