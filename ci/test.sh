@@ -12,6 +12,7 @@ step() {
   "$@" || { printf '\n==> failed: %s\n' "$name" >&2; exit 1; }
 }
 
+# Programs of their own, after `cargo test` has compiled them.
 run_examples() {
   local example
   for example in sharp_edges onto many; do
@@ -19,19 +20,19 @@ run_examples() {
   done
 }
 
+# First what needs no code from the compiler: all passes share what they learn of the dependencies.
 step "setup" ./ci/setup.sh --tests
 step "house rules" ./ci/rules.sh
 step "format" cargo fmt --check
 step "lints" cargo clippy --all-targets -- -D warnings
-step "the library alone" cargo check --quiet --lib --no-default-features
 step "the library with pages" cargo check --quiet --lib --no-default-features --features html
-step "fuzz targets" cargo check --quiet --manifest-path fuzz/Cargo.toml --no-default-features \
-  --target-dir "${CARGO_TARGET_DIR:-target}"
+# They use the library without any feature.
+step "the library alone and the fuzz targets" cargo check --quiet --manifest-path fuzz/Cargo.toml \
+  --no-default-features --target-dir "${CARGO_TARGET_DIR:-target}"
 step "documentation" env RUSTDOCFLAGS="-D warnings" cargo doc --no-deps
-step "documentation examples" cargo test --doc
-step "examples" run_examples
 # Of an older program.
 rm -rf "${CARGO_TARGET_DIR:-target}/tmp/gltf"
-step "tests on device '$RTFMESH_DEVICE'" cargo test --lib --bins --tests
+step "tests and the examples of the documentation on device '$RTFMESH_DEVICE'" cargo test
+step "examples" run_examples
 step "GLB files under the Khronos validator and in three.js" ./ci/gltf.sh
 step "the page in a browser" ./ci/page.sh
