@@ -9,7 +9,8 @@ use crate::results::Row;
 use anyhow::{Result, ensure};
 use glam::{DVec2, Vec2};
 use rtfmesh::gpu::Buffer;
-use rtfmesh::stages::face::planar::{NEAR, PlanarFaces, PlanarInputs, PlanarOptions, PlanarPolygons};
+use rtfmesh::stages::face::planar::{NEAR, PlanarFaces, PlanarInputs, PlanarOptions};
+use rtfmesh::stages::face::polygons::PlanarPolygons;
 
 /// The faces of the default pipeline, and their polygons.
 pub const GROUPS: [Group; 2] = [

@@ -5,7 +5,7 @@ use crate::mesh::repair::RepairCounts;
 use crate::mesh::topology::Topology;
 use crate::options::Options;
 use crate::sites::connect::ConnectCounts;
-use crate::stages::face::cell::FlagCounts;
+use crate::stages::flags::FlagCounts;
 
 /// What was unusual about the input, and what was done about it.
 pub(crate) fn remarks(

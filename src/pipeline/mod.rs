@@ -26,7 +26,7 @@ use crate::progress::Watch;
 use crate::sites::connect::ConnectCounts;
 use crate::sites::poisson::DiskSummary;
 use crate::sites::restricted_voronoi::{Energy, energy};
-use crate::stages::face::cell::FlagCounts;
+use crate::stages::flags::FlagCounts;
 use crate::{Error, Flow, Phase, Progress, Result, TriMesh};
 use all_at_once::AllAtOnce;
 use coarse_to_fine::attempts::{Attempts, Settled};

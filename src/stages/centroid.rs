@@ -1,4 +1,4 @@
-//! Where a site wants to go: a middle of its face.
+//! The target of a site: a centroid of its face.
 
 use super::face::cell::CellFaces;
 use crate::Result;
@@ -10,7 +10,7 @@ use glam::Vec4;
 /// Either centroid kernel and its result.
 pub struct Centroids {
     pipeline: Which,
-    /// The middle of each face, off the surface; w = 0.
+    /// The centroid of each face, not on the surface; w = 0.
     pub targets: Buffer<Vec4>,
 }
 

@@ -1,9 +1,9 @@
-//! Exact restricted Voronoi cells on the device: what the surface's triangles are made of, site by site, all
-//! components.
+//! Exact restricted Voronoi cells on the device, whether connected or not: area, first moment and energy of
+//! each.
 //!
-//! Which sites may have a part of a triangle is found first, then each part by itself, and last the parts are
-//! sorted by site and summed. How many parts there are is known in between, on the host, which also does
-//! those triangles that too many sites share.
+//! First the sites that may own a part of each triangle are found, then every part is computed by itself, and
+//! last the parts are sorted by site and summed. In between the host learns how many parts there are, and
+//! computes those triangles that too many sites share.
 
 use super::neighbours::lists::Lists;
 use super::spatial::{Scan, Sort};
@@ -19,17 +19,17 @@ use crate::sites::surface::Surface;
 use glam::{DVec3, UVec4, Vec4};
 use rayon::prelude::*;
 
-/// No side of a triangle is longer than this many spacings: longer ones are cut, for cells do not mind.
+/// Triangles with a side longer than this many spacings are bisected, which does not change the cells.
 const LONGEST_SIDE: f64 = 0.8;
-/// A triangle that is less high than this has no area in f32 in the unit-diagonal frame.
+/// A triangle of smaller height has no area in f32 in the unit-diagonal frame.
 const FLAT: f64 = 1e-8;
-/// Room for more parts than there are, so that it seldom has to be made anew.
+/// Capacity over the number of parts, so that buffers seldom have to grow.
 const SPARE: f64 = 1.25;
 /// Parts of a site that are summed by one dispatch, and in one round of a kernel's loop: lavapipe ends a
 /// thread after 65,535 rounds.
 const PARTS_A_DISPATCH: u32 = 400_000;
 
-/// A surface's triangles, none much larger than the cells.
+/// The surface's triangles, bisected until none is much larger than the cells.
 pub struct CutTriangles {
     triangles: Vec<[DVec3; 3]>,
     corners: Buffer<Vec4>,
@@ -103,15 +103,15 @@ fn cut_into(triangle: [DVec3; 3], spacing: f64, cut: &mut Vec<[DVec3; 3]>) {
 /// What happened in a computation of the cells.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
 pub struct ExactCounts {
-    /// Pairs of a triangle and a site that may have a part of it.
+    /// Pairs of a triangle and a site that may own a part of it.
     pub pairs: usize,
-    /// Triangles that the lists did not decide.
+    /// Triangles whose sites the neighbour lists did not decide.
     pub undecided: usize,
-    /// Triangles that the host did.
+    /// Triangles computed on the host.
     pub crowded: usize,
 }
 
-/// Room for pairs.
+/// Buffers for pairs of a triangle and a site.
 struct Pairs {
     triangle: Buffer<u32>,
     moments: Buffer<Vec4>,
@@ -135,7 +135,7 @@ impl Pairs {
     }
 }
 
-/// What [`ExactCells::record_parts`] tells the host.
+/// Downloads of [`ExactCells::record_parts`].
 pub struct Parts {
     pairs: Download<u32>,
     counters: Download<u32>,
@@ -227,7 +227,8 @@ impl ExactCells {
         })
     }
 
-    /// Records finding out who may have a part of which triangle. `lists` are those of the sites, refreshed.
+    /// Records the search for the sites that may own a part of each triangle. `lists` are those of the sites,
+    /// refreshed.
     ///
     /// # Errors
     /// As [`Recorder::dispatch`].
@@ -278,7 +279,7 @@ impl ExactCells {
             counts: &self.starts,
             counters: &self.counters,
         };
-        // A thread that finds nothing to do costs a CPU as much as one that does.
+        // On a CPU an idle thread costs as much as a busy one.
         let most_x = recorder.groups(&self.walked, Threads(found)).x;
         let enough = enough::Push { group_size: self.walked_group, most_x };
         let counted = enough::Bindings { counters: &self.counters, groups: &self.walked_groups };
@@ -291,7 +292,7 @@ impl ExactCells {
         })
     }
 
-    /// Records the cells, with what the submission that found the parts says.
+    /// Records the cells from the downloads of the submission that found the parts.
     ///
     /// # Errors
     /// As [`ExactCells::new`] and [`Recorder::dispatch`].

@@ -1,10 +1,12 @@
-//! The stages of an iteration on the device. Folders and files are called as in `glsl/`.
+//! The stages of an iteration on the device. Folders and files are named as in `glsl/`.
 
 pub mod centroid;
 pub mod exact;
 pub mod face;
+pub mod flags;
 pub mod neighbours;
 pub mod normals;
+pub mod octahedral;
 pub mod pins;
 pub mod project;
 pub mod records;

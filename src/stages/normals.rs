@@ -1,4 +1,4 @@
-//! Normals of the sites by plane fit.
+//! Normals of the tangent planes at the sites.
 
 use crate::Result;
 use crate::gpu::kernels::normals::{plane_fit, smooth};
@@ -10,7 +10,7 @@ pub struct PlaneFit {
     pipeline: Pipeline<plane_fit::Shader>,
     /// Unit normals on the surface's side, w = 0.
     pub normals: Buffer<Vec4>,
-    /// The flags of `stages::face`, begun anew.
+    /// Flags ([`crate::stages::flags`]), begun anew.
     pub flags: Buffer<u32>,
     k: u32,
 }
@@ -31,8 +31,8 @@ impl PlaneFit {
         })
     }
 
-    /// Records the fit. `neighbours` must have at least `k - 1` slots; a fit that stands more
-    /// than 37 degrees off the surface gives way to its normal.
+    /// Records the fit. `neighbours` must have at least `k - 1` slots; where the fit is more than 37 degrees
+    /// off the surface's normal, that is taken.
     ///
     /// # Errors
     /// As [`Recorder::dispatch`].
@@ -57,7 +57,7 @@ impl PlaneFit {
     }
 }
 
-/// Normals of tangent planes as means of the surface's own over the nearest sites.
+/// Normals of tangent planes: means of the surface's normals over the nearest sites.
 pub struct SmoothNormals {
     pipeline: Pipeline<smooth::Shader>,
     /// Packed as in `glsl/common/octahedral.glsl`.
@@ -65,7 +65,7 @@ pub struct SmoothNormals {
 }
 
 impl SmoothNormals {
-    /// For `sites` sites, which bear the marks of [`super::pins`] if there are `curves`.
+    /// For `sites` sites, which have the marks of [`super::pins`] if there are `curves`.
     ///
     /// # Errors
     /// [`crate::Error::OutOfMemory`] or [`crate::Error::Device`].

@@ -1,10 +1,10 @@
-//! What the device knows of sites on surfaces with curves: who stays, and who is in which patch.
+//! Marks of sites on surfaces with curves: pinned sites, and the patches of the others.
 //!
-//! It is all in the fourth component of a site's position (see `glsl/common/pins.glsl`). For an interior site
-//! that is the number of its patch, which never changes, since no site walks over a curve; a curve site has
-//! one of two negative numbers and keeps its place and its normal.
+//! A mark is the fourth component of a site's position (see `glsl/common/pins.glsl`): for an interior site
+//! the number of its patch, which never changes, since no walk crosses a curve; for a curve site a negative
+//! number, which codes the direction of the curve. Curve sites are pinned: they keep position and normal.
 
-use super::records::octahedral;
+use super::octahedral::pack;
 use crate::mesh::NONE;
 use crate::sites::curve_sites::CurveSites;
 use crate::sites::on_surface::SitesOnSurface;
@@ -12,18 +12,18 @@ use crate::sites::place::Place;
 use crate::sites::surface_curves::SurfaceCurves;
 use glam::{DVec3, Vec4};
 
-/// In the code of a curve site: one whose normal says nothing of its patches, as at the corner of a box or
-/// the edge of a blade.
+/// In the code of a curve site: its normal says nothing of its patches, as at the corner of a box or the edge
+/// of a blade.
 const ANYWHERE: u32 = 1 << 20;
 /// The place of the number of quarters of a spacing that the curve goes on, and the largest such number.
 const REACH_SHIFT: u32 = 21;
 const MOST_QUARTERS: f64 = 7.0;
 /// Cosine of the largest angle between the normal of a curve site and those of its patches.
 const LEAST_COSINE: f64 = -0.05;
-/// Numbers that an `f32` has exactly.
+/// Whole numbers below this are exact in an `f32`.
 const PATCHES: u32 = 1 << 24;
 
-/// Sites as the device begins with them.
+/// Sites as the device starts with them.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct PinnedSites {
     /// Positions and marks.
@@ -58,7 +58,7 @@ impl PinnedSites {
                 let code = lines[*pin as usize] | if certain { 0 } else { ANYWHERE };
                 // Whole numbers up to 2^24, which an f32 has exactly.
                 result.sites.push(at.extend(-((1 + code) as f32)));
-                result.normals.push(octahedral(normal));
+                result.normals.push(pack(normal));
             }
         }
         result
@@ -88,9 +88,9 @@ fn lines(sites: &CurveSites, corners: usize, spacing: f64) -> Vec<u32> {
     beside.iter().enumerate().map(code).collect()
 }
 
-/// A direction by 10 bits an axis: the octahedral map as in [`octahedral`], off by at most 4e-3.
+/// A direction by 10 bits an axis: the octahedral map as in [`pack`], off by at most 4e-3.
 fn coarse_direction(direction: DVec3) -> u32 {
-    let fine = octahedral(direction);
+    let fine = pack(direction);
     let bits = |short: u32| {
         let value = f64::from(short as u16 as i16) / 32767.0;
         ((value + 1.0) * 511.0).round() as u32

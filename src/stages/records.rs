@@ -1,6 +1,7 @@
 //! The triangles of the surface as the searches for closest points read them: in spatial order, each with its
-//! corners, neighbours and normals in one place.
+//! corners, adjacent triangles and normals.
 
+use super::octahedral::pack;
 use crate::Result;
 use crate::gpu::{Buffer, Device};
 use crate::mesh::NONE;
@@ -10,7 +11,7 @@ use crate::mesh::triangle::angle_at_first;
 use crate::sites::morton::morton_code;
 use crate::sites::surface::Surface;
 use crate::sites::surface_curves::SurfaceCurves;
-use glam::{DVec2, DVec3, UVec4};
+use glam::{DVec3, UVec4};
 use rayon::prelude::*;
 
 /// Buffers over the triangles by *rank*, their place in spatial order.
@@ -28,8 +29,8 @@ pub struct TriangleRecords {
 }
 
 impl TriangleRecords {
-    /// Prepares and uploads the records of `surface`. No walk goes over its `curves`, and normals are those
-    /// of the patch.
+    /// Prepares and uploads the records of `surface`. No walk crosses its `curves`, and normals are those of
+    /// the patch.
     ///
     /// # Errors
     /// [`crate::Error::OutOfMemory`] if they do not fit.
@@ -89,8 +90,8 @@ impl TriangleRecords {
 /// Bits of a Morton code.
 const CODE_BITS: u32 = 60;
 
-/// One key a triangle; ascending keys are spatial order. Triangles much larger than most come behind the
-/// others, by class of size: among small ones they would blow up every box that they get into.
+/// One key a triangle; ascending keys are spatial order. Triangles much larger than most come last, by class
+/// of size: among small ones they would inflate every box that holds one.
 fn spatial_keys(surface: &Surface) -> Vec<u64> {
     let corners = |t: &[u32; 3]| t.map(|v| surface.vertices[v as usize]);
     let extent = |t: &[u32; 3]| {
@@ -152,22 +153,6 @@ fn mean_normals(surface: &Surface, meeting: &[u32]) -> Vec<DVec3> {
 const MIN_CORNER_COSINE: f64 = 0.1;
 
 fn packed_normals(own: DVec3, at_corners: [DVec3; 3]) -> UVec4 {
-    let [a, b, c] = at_corners.map(|n| octahedral(if n.dot(own) > MIN_CORNER_COSINE { n } else { own }));
-    UVec4::new(a, b, c, octahedral(own))
-}
-
-/// A unit vector in two signed shorts, as `unpack_normal` in `glsl/project/records.glsl` reads it; off by at
-/// most 5e-5.
-pub(crate) fn octahedral(n: DVec3) -> u32 {
-    let size = n.abs().element_sum();
-    // Only a triangle without area has no normal; any direction will do.
-    let n = if size > 0.0 { n / size } else { DVec3::Z };
-    let sign = |x: f64| if x >= 0.0 { 1.0 } else { -1.0 };
-    let flat = if n.z >= 0.0 {
-        DVec2::new(n.x, n.y)
-    } else {
-        DVec2::new((1.0 - n.y.abs()) * sign(n.x), (1.0 - n.x.abs()) * sign(n.y))
-    };
-    let short = |x: f64| u32::from((x * 32767.0).round() as i16 as u16);
-    short(flat.x) | short(flat.y) << 16
+    let [a, b, c] = at_corners.map(|n| pack(if n.dot(own) > MIN_CORNER_COSINE { n } else { own }));
+    UVec4::new(a, b, c, pack(own))
 }

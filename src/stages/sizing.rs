@@ -1,5 +1,5 @@
-//! Edge lengths that differ over the surface, as the iteration sees them: what is wanted at each site, and
-//! where its target goes for that.
+//! The size field in an iteration: the edge length wanted at each site, and the shift of its target towards
+//! shorter edges.
 
 use super::face::planar::PlanarInputs;
 use crate::Result;
@@ -32,7 +32,7 @@ impl DeviceSizes {
     }
 }
 
-/// Finds the lengths at the sites, and shifts targets by them.
+/// Lengths at the sites, and the drift of targets that they cause.
 pub struct Sizing {
     find: Pipeline<lengths::Shader>,
     drift: Pipeline<drift::Shader>,
@@ -41,7 +41,7 @@ pub struct Sizing {
 }
 
 impl Sizing {
-    /// For `sites` sites, which bear the marks of [`super::pins`] if there are `curves`.
+    /// For `sites` sites, which have the marks of [`super::pins`] if there are `curves`.
     ///
     /// # Errors
     /// [`crate::Error::OutOfMemory`] or [`crate::Error::Device`].

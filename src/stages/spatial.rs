@@ -145,7 +145,7 @@ impl Sort {
     }
 }
 
-/// The Morton order of points, and what it takes to bring arrays into it.
+/// The Morton order of points, and arrays brought into it.
 pub struct SpatialOrder {
     morton: Pipeline<morton::Shader>,
     vectors: Pipeline<gather_vectors::Shader>,

@@ -1,4 +1,4 @@
-//! The move itself and its size.
+//! Moving the sites, and how far they go.
 
 use super::face::planar::PlanarInputs;
 use super::project::walk::Walk;
@@ -7,7 +7,7 @@ use crate::gpu::kernels::step::{keep_off, reduce, settle, step};
 use crate::gpu::{Buffer, Device, Pipeline, Recorder, Threads};
 use glam::{Vec2, Vec4};
 
-/// Moves the sites and keeps the size of every iteration's step.
+/// Moves the sites and keeps the step length of every iteration.
 pub struct Step {
     step: Pipeline<step::Shader>,
     reduce: Pipeline<reduce::Shader>,
@@ -53,7 +53,7 @@ impl Step {
     }
 }
 
-/// Puts the sites where the projection says and keeps the size of every iteration's step.
+/// Moves the sites to their projections and keeps the step length of every iteration.
 pub struct Settle {
     settle: Pipeline<settle::Shader>,
     reduce: Pipeline<reduce::Shader>,
@@ -67,8 +67,9 @@ pub struct Settle {
 }
 
 impl Settle {
-    /// For `sites` sites and at most `iterations` iterations. If only some are `moving`, that many, the sites
-    /// bear the marks of [`super::pins`], and the others count in no mean.
+    /// For `sites` sites and at most `iterations` iterations. With curves, `moving` is the number of sites
+    /// that are not pinned; sites then have the marks of [`super::pins`], and pinned ones do not count in
+    /// means.
     ///
     /// # Errors
     /// [`crate::Error::OutOfMemory`] or [`crate::Error::Device`].
@@ -125,15 +126,15 @@ impl Settle {
     }
 }
 
-/// Keeps targets off curves.
+/// Keeps targets at a clearance from curves.
 pub struct KeepOff {
     pipeline: Pipeline<keep_off::Shader>,
-    /// In place of the lengths where all are equal.
+    /// Bound in place of lengths where all are equal.
     no_lengths: Buffer<f32>,
 }
 
 impl KeepOff {
-    /// `sized` where edge lengths differ.
+    /// `sized`: with a size field.
     ///
     /// # Errors
     /// [`crate::Error::OutOfMemory`] or [`crate::Error::Device`].
@@ -144,9 +145,9 @@ impl KeepOff {
         Ok(Self { pipeline: Pipeline::new(device, constants)?, no_lengths })
     }
 
-    /// Records moving the `targets` of sites that bear the marks of [`super::pins`]. The lists in `inputs`
-    /// must have at least 12 slots. Where edge lengths differ, `lengths` has those wanted at the sites,
-    /// relative to `spacing`.
+    /// Records moving the `targets` of sites with the marks of [`super::pins`]. The lists in `inputs` must
+    /// have at least 12 slots. With a size field, `lengths` has the lengths wanted at the sites, relative to
+    /// `spacing`.
     ///
     /// # Errors
     /// As [`Recorder::dispatch`].

@@ -9,7 +9,7 @@ use crate::support::{assert_valid, cloud, device, on_sphere, rng, rounded, slots
 use glam::{DVec3, Vec4};
 use rand::RngExt;
 use rtfmesh::gpu::Buffer;
-use rtfmesh::stages::face::cell::FlagCounts;
+use rtfmesh::stages::flags::FlagCounts;
 use rtfmesh::stages::normals::{PlaneFit, SmoothNormals};
 
 const RING: usize = 6;

@@ -270,7 +270,7 @@ impl SiteProjection {
         }
     }
 
-    /// The flags of `stages::face`.
+    /// Flags ([`crate::stages::flags`]).
     pub fn flags(&self) -> &Buffer<u32> {
         match &self.planes {
             Planes::Sites(fit, _) => &fit.flags,

@@ -29,7 +29,7 @@ use crate::sites::on_surface::SitesOnSurface;
 use crate::sites::seed;
 use crate::sites::surface::Surface;
 use crate::sites::surface_curves::SurfaceCurves;
-use crate::stages::face::cell::FlagCounts;
+use crate::stages::flags::FlagCounts;
 use crate::stages::pins::PinnedSites;
 use crate::stages::records::TriangleRecords;
 use crate::stages::sizing::DeviceSizes;

@@ -1,11 +1,11 @@
-//! Restricted tangent faces by clipping 3-D cells, and restricted power faces.
+//! Restricted tangent faces by clipping cells in space; and the faces as this kernel and that of
+//! [`super::power`] write them.
 
 use crate::Result;
 use crate::gpu::kernels::face::{cell, power};
 use crate::gpu::{Buffer, Device, Pipeline, Recorder, Threads};
 use crate::stages::neighbours::knn::TileBounds;
 use glam::{Vec2, Vec4};
-use serde::Serialize;
 
 /// The kernel of the cells, or that of the power faces, and the faces that it writes.
 pub struct CellFaces {
@@ -18,37 +18,9 @@ pub struct CellFaces {
     pub fan: Buffer<u32>,
 }
 
-enum Kernel {
+pub(super) enum Kernel {
     Cell(Pipeline<cell::Shader>, cell::Push),
     Power(Pipeline<power::Shader>, power::Push),
-}
-
-/// How the power kernel is set up.
-///
-/// The restricted power face of a site s with the normal n, as the paper tells it in Sect. 3.3 after Xu et
-/// al. (2019): a shadow site s + d n of weight d², sites have none, and the face is what the power cells of
-/// the site and of its shadow have in common. The two have equal power distance on the tangent plane of s; so
-/// the face is that part of the plane where no other site is nearer than s, and no other shadow nearer by
-/// power distance. There is one shadow a site, outside, as in the paper's text; it cuts where the surface is
-/// hollow. A site may lie in the shadow of another where the surface is hollow with a radius below the
-/// offset, and has no face then.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct PowerOptions {
-    /// Neighbours in the lists that it will be given.
-    pub k: u32,
-    /// Mean distance of sites in the unit-diagonal frame.
-    pub spacing: f64,
-    /// Distance of a shadow site from its site in spacings: d. 0 gives the restricted tangent face.
-    pub offset: f64,
-    /// Invocations of a workgroup; halved until its polygons fit the device's shared memory.
-    pub workgroup: u32,
-}
-
-impl PowerOptions {
-    /// With the kernel's own workgroup.
-    pub fn new(k: u32, spacing: f64, offset: f64) -> Self {
-        Self { k, spacing, offset, workgroup: power::Constants::default().workgroup }
-    }
 }
 
 /// How the cell kernel is set up.
@@ -56,7 +28,7 @@ impl PowerOptions {
 pub struct CellOptions {
     /// Neighbours in the lists that it will be given.
     pub k: u32,
-    /// Mean distance of sites in the unit-diagonal frame.
+    /// Spacing of the sites in the unit-diagonal frame.
     pub spacing: f64,
     /// Distance of the two virtual points in spacings: the paper's d. The paper takes 20 of an unnamed unit
     /// and says that the value does not matter; 2 spacings make the slab of its illustration at every
@@ -91,8 +63,8 @@ impl CellOptions {
 }
 
 /// Half the edge of the cube that a cell starts from, in spacings. The paper starts from the surface's
-/// bounding box. A sound face is the same in either, but at the tip of a spike all neighbours lie below the
-/// tangent plane, and the face would be as large as the model and carry its site away.
+/// bounding box. A bounded face is the same in either, but at the tip of a spike all neighbours lie below the
+/// tangent plane; the face would be as large as the model and carry its site away.
 pub const BOX_HALF: f64 = 4.0;
 
 impl CellFaces {
@@ -122,31 +94,7 @@ impl CellFaces {
         Self::with(device, sites, constants.max_corners, kernel)
     }
 
-    /// Restricted power faces for `sites` sites.
-    ///
-    /// # Errors
-    /// [`crate::Error::OutOfMemory`] or [`crate::Error::Device`].
-    pub fn power(device: &Device, sites: usize, options: &PowerOptions) -> Result<Self> {
-        let mut constants =
-            power::Constants { workgroup: options.workgroup, k: options.k, ..Default::default() };
-        // Two polygons of corners and labels.
-        let bytes = 2 * 12 * constants.max_corners;
-        while constants.workgroup > 1
-            && constants.workgroup * bytes > device.info().limits.shared_memory_bytes
-        {
-            constants.workgroup /= 2;
-        }
-        let push = power::Push {
-            site_count: sites as u32,
-            spacing: options.spacing as f32,
-            offset: options.offset as f32,
-            box_half: BOX_HALF as f32,
-        };
-        let kernel = Kernel::Power(Pipeline::new(device, constants)?, push);
-        Self::with(device, sites, constants.max_corners, kernel)
-    }
-
-    fn with(device: &Device, sites: usize, max_corners: u32, kernel: Kernel) -> Result<Self> {
+    pub(super) fn with(device: &Device, sites: usize, max_corners: u32, kernel: Kernel) -> Result<Self> {
         let slots = sites * max_corners as usize;
         Ok(Self {
             kernel,
@@ -182,51 +130,6 @@ impl CellFaces {
                     power::Bindings { sites, normals, neighbours, bounds, corner_count, corners, fan, flags };
                 recorder.dispatch(pipeline, threads, push, &bindings)
             }
-        }
-    }
-}
-
-/// How many sites carry each flag of `glsl/common/flags.glsl`.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize)]
-pub struct FlagCounts {
-    /// More dual triangles than #T: no face.
-    pub triangle_overflow: usize,
-    /// More planes than #P: no face.
-    pub plane_overflow: usize,
-    /// More corners than a face can store: no face.
-    pub corner_overflow: usize,
-    /// A cut that did not close: no face.
-    pub badly_closed: usize,
-    /// The k nearest did not reach the radius of security: completed with all sites.
-    pub security_missed: usize,
-    /// Another site on the same spot: parted by index.
-    pub coincident: usize,
-    /// The face reaches the cube that its cell started from, as at the tip of a spike.
-    pub unbounded: usize,
-    /// No plane fits the neighbours, or it stands more than 37 degrees off the surface: the surface's normal
-    /// was taken.
-    pub surface_normal_taken: usize,
-    /// Completing a face overflowed: the one by its k neighbours stands, and others might cut it.
-    pub incomplete: usize,
-    /// The shadow sites of others leave nothing of the face: the site stays where it is.
-    pub hidden: usize,
-}
-
-impl FlagCounts {
-    /// Counts the bits.
-    pub fn of(flags: &[u32]) -> Self {
-        let count = |bit: u32| flags.iter().filter(|f| *f & bit != 0).count();
-        Self {
-            triangle_overflow: count(1),
-            plane_overflow: count(2),
-            corner_overflow: count(4),
-            badly_closed: count(8),
-            security_missed: count(16),
-            coincident: count(32),
-            unbounded: count(64),
-            surface_normal_taken: count(128),
-            incomplete: count(256),
-            hidden: count(512),
         }
     }
 }

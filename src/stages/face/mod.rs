@@ -1,4 +1,6 @@
-//! The faces of the sites in their tangent planes.
+//! Faces of the sites: polygons in their tangent planes.
 
 pub mod cell;
 pub mod planar;
+pub mod polygons;
+pub mod power;

@@ -1,10 +1,12 @@
-//! Restricted tangent faces in the plane, by intervals: the default pipeline's faces, centroids and targets.
+//! Restricted tangent faces in the plane, by intervals on their lines: faces, centroids and targets of the
+//! default pipeline.
 //!
-//! Three kernels, each for what the one before it leaves undecided: by the nearest neighbours, by the whole
-//! list, and by a walk to all sites near enough. So the faces do not depend on the length of the lists.
+//! Three kernels, each for the faces that the one before leaves undecided: by the nearest neighbours, by the
+//! whole list, and by a walk through the boxes to all sites near enough. So faces do not depend on the length
+//! of the lists.
 
 use crate::Result;
-use crate::gpu::kernels::face::{planar, planar_exact, planar_rest, polygons};
+use crate::gpu::kernels::face::{planar, planar_exact, planar_rest};
 use crate::gpu::{Buffer, Device, Pipeline, Recorder, Threads};
 use crate::stages::neighbours::lists::{BoxTree, Lists};
 use glam::{Vec2, Vec4};
@@ -45,8 +47,7 @@ pub struct PlanarOptions {
     pub k: u32,
     /// Most iterations.
     pub iterations: u32,
-    /// Edges that a face may have while its lines come one after another, 3 or more; those with more take
-    /// longer.
+    /// Edges that a face may have at any time while it is clipped, 3 or more; faces with more take longer.
     pub slots: u32,
     /// Invocations of a workgroup; `None`: the kernels' own.
     pub workgroup: Option<u32>,
@@ -71,31 +72,31 @@ pub struct PlanarMove {
     pub largest_move: f32,
     /// No face reaches farther from its site.
     pub widest: f32,
-    /// Whether faces that the lists do not decide are found by a walk to all sites near enough. Else they are
-    /// what the lists make of them, which may be too large: good enough while sites still have far to go.
+    /// Whether faces that the lists do not decide are completed by the walk. Else they stay as the lists
+    /// leave them, maybe too large, which does while sites still move far.
     pub exact: bool,
 }
 
-/// Faces of one iteration that were special.
+/// Faces of one iteration that needed more work.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct PlanarCounts {
-    /// The first [`NEAR`] neighbours do not decide them: left to the whole list.
+    /// Not decided by the first [`NEAR`] neighbours: left to the whole list.
     pub undecided_by_near: usize,
-    /// The list does not either: left to the walk, which always decides.
+    /// Not decided by the list either: left to the walk, which always decides.
     pub undecided_by_list: usize,
-    /// They reach the disc of the radius [`PlanarMove::widest`]; no site cuts them there, as at the tip of an
-    /// ear.
+    /// Bounded by the disc of radius [`PlanarMove::widest`], since no site clips them there, as at the tip of
+    /// an ear.
     pub open: usize,
 }
 
-/// Faces, their centroids, and where momentum leads.
+/// Faces, their centroids, and targets with momentum.
 pub struct PlanarFaces {
     near: Pipeline<planar::Shader>,
     rest: Pipeline<planar_rest::Shader>,
-    /// Of the kernel for what lists do not decide, which is compiled when it is first needed.
+    /// Of the kernel of the walk, which is compiled when it is first needed.
     exact: planar_exact::Constants,
     device: Device,
-    /// Where each site wants to go, w = squared distance to its centroid.
+    /// Targets of the sites, w = squared distance to the centroid.
     pub targets: Buffer<Vec4>,
     /// The area centroids of the last iteration; w = 0 before the first.
     pub centroids: Buffer<Vec4>,
@@ -181,7 +182,7 @@ impl PlanarFaces {
         let sites = inputs.sites.len();
         let (push, bindings) = listed!(planar, self, inputs, step);
         recorder.dispatch(&self.near, Threads(sites), &push, &bindings)?;
-        // Few sites are left, and the loops of both kernels take them all however many there are.
+        // Few faces are left; both kernels loop over them with however many threads they have.
         let (push, bindings) = listed!(planar_rest, self, inputs, step, take_all: u32::from(!step.exact));
         recorder.dispatch(&self.rest, Threads(sites.div_ceil(16)), &push, &bindings)?;
         if !step.exact {
@@ -216,65 +217,5 @@ impl PlanarFaces {
         let count =
             |kind| insecure.get((kind * self.iterations + iteration) as usize).map_or(0, |c| *c as usize);
         PlanarCounts { undecided_by_near: count(0), undecided_by_list: count(1), open: count(2) }
-    }
-}
-
-/// Faces as ordered polygons, as [`super::cell::CellFaces`] has them.
-pub struct PlanarPolygons {
-    pipeline: Pipeline<polygons::Shader>,
-    /// Corners of each face; fewer than 3 where too few lines bound it.
-    pub corner_count: Buffer<u32>,
-    /// `corners[slot * sites + site]`, counter-clockwise in the frame of the tangent plane.
-    pub corners: Buffer<Vec2>,
-    /// The site behind the edge that ends in the corner.
-    pub fan: Buffer<u32>,
-    /// 0 for a closed face; bit 0 where it is open and bounded by the disc, bit 1 where it has more edges
-    /// than there are slots and is not to be used.
-    pub state: Buffer<u32>,
-}
-
-impl PlanarPolygons {
-    /// For `sites` sites, [`PlanarOptions::slots`] corners each.
-    ///
-    /// # Errors
-    /// [`crate::Error::OutOfMemory`] or [`crate::Error::Device`].
-    pub fn new(device: &Device, sites: usize, options: &PlanarOptions) -> Result<Self> {
-        let PlanarOptions { k, slots, workgroup, .. } = *options;
-        let mut constants = polygons::Constants { k, slots, ..Default::default() };
-        constants.workgroup = workgroup.unwrap_or(constants.workgroup);
-        let corners = sites * slots as usize;
-        Ok(Self {
-            pipeline: Pipeline::new(device, constants)?,
-            corner_count: Buffer::new(device, "default.polygons.corner_count", sites)?,
-            corners: Buffer::new(device, "default.polygons.corners", corners)?,
-            fan: Buffer::new(device, "default.polygons.fan", corners)?,
-            state: Buffer::new(device, "default.polygons.state", sites)?,
-        })
-    }
-
-    /// Records the faces, none of which reaches farther than `widest` from its site; lists and boxes must be
-    /// of the sites where they are.
-    ///
-    /// # Errors
-    /// As [`Recorder::dispatch`].
-    pub fn record(&self, recorder: &mut Recorder, inputs: &PlanarInputs<'_>, widest: f32) -> Result<()> {
-        let bindings = polygons::Bindings {
-            sites: inputs.sites,
-            normals: inputs.normals,
-            neighbours: inputs.neighbours,
-            boxes: inputs.tree.boxes,
-            corner_count: &self.corner_count,
-            corners: &self.corners,
-            fan: &self.fan,
-            state: &self.state,
-        };
-        let push = polygons::Push {
-            starts_low: inputs.tree.starts[0],
-            starts_high: inputs.tree.starts[1],
-            levels: inputs.tree.levels,
-            site_count: inputs.sites.len() as u32,
-            widest,
-        };
-        recorder.dispatch(&self.pipeline, Threads(inputs.sites.len()), &push, &bindings)
     }
 }

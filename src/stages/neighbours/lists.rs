@@ -1,4 +1,4 @@
-//! Neighbour lists by an implicit hierarchy of boxes, made anew only when the sites have moved too far.
+//! Neighbour lists from an implicit hierarchy of boxes, rebuilt only when sites have moved too far.
 
 use crate::gpu::kernels::neighbours::{box_levels, decide, lists, moved};
 use crate::gpu::{Buffer, Device, Pipeline, Recorder, Threads};
@@ -9,28 +9,27 @@ use glam::{UVec4, Vec2, Vec4};
 const BRANCH: usize = 8;
 /// Levels that the kernel's push constants and its stack have room for.
 const MAX_LEVELS: usize = 8;
-/// Words of the status: largest moved / reach so far, the one left after the decision, times that lists were
-/// made.
+/// Words of the status: largest moved / reach so far, its value after the decision, number of builds.
 const STATUS: usize = 4;
 
 /// One level of boxes.
 struct Level {
     /// First box in the buffer.
     start: u32,
-    /// Boxes with something inside.
+    /// Boxes with sites inside.
     boxes: u32,
-    /// With those that fill up a multiple of eight.
+    /// Boxes rounded up to a multiple of eight.
     padded: u32,
 }
 
-/// How the lists are made; the default is what is fastest on the device at hand.
+/// How the lists are built.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct ListOptions {
     /// Neighbours of a site, 1 to 32.
     pub k: u32,
     /// Invocations of a workgroup; `None`: one subgroup.
     pub workgroup: Option<u32>,
-    /// Blocks of 32 sites around a site's own place that are looked at first, 1 or more.
+    /// Blocks of 32 sites, around a site's own in Morton order, that are searched first; 1 or more.
     pub window: u32,
     /// Whether the lanes of a subgroup of eight keep each other's sites in registers, where a subgroup has
     /// eight lanes.
@@ -44,10 +43,10 @@ impl ListOptions {
     }
 }
 
-/// The boxes as a kernel that walks them takes them; see `glsl/common/box_walk.glsl`.
+/// The boxes as kernels that walk them take them; see `glsl/common/box_walk.glsl`.
 #[derive(Clone, Copy)]
 pub struct BoxTree<'a> {
-    /// Lower and upper corner of each box, of the sites as they were when the lists were made.
+    /// Lower and upper corner of each box, of the sites as they were when the lists were built.
     pub boxes: &'a Buffer<Vec4>,
     /// First box of levels 0 to 3 and 4 to 7.
     pub starts: [UVec4; 2],
@@ -55,7 +54,7 @@ pub struct BoxTree<'a> {
     pub levels: u32,
 }
 
-/// The lists of all sites and what it takes to keep them valid.
+/// The neighbour lists of all sites, and when to rebuild them.
 ///
 /// A site that is not in the list of site i was at least `reach[i].y` away when the lists were made. `reach`
 /// changes from site to site no faster than the distance between them, so with `rho` the largest moved /
@@ -67,8 +66,7 @@ pub struct Lists {
     decide_kernel: Pipeline<decide::Shader>,
     levels: Vec<Level>,
     boxes: Buffer<Vec4>,
-    /// Workgroups of every dispatch that makes the lists: of each level, then of the lists; and the ones
-    /// decided on.
+    /// Workgroups of every dispatch that builds the lists: each level, then the lists. `groups`: as decided.
     full: Buffer<UVec4>,
     groups: Buffer<UVec4>,
     /// `neighbours[slot * sites + site]`, nearest first, ties by index; [`crate::mesh::NONE`] where there are
@@ -79,7 +77,7 @@ pub struct Lists {
     pub reach: Buffer<Vec2>,
     /// Where the sites were when the lists were made, w = 0.
     pub list_sites: Buffer<Vec4>,
-    /// The reach less the way that each site itself has gone since.
+    /// The reach less the distance that the site itself has moved since.
     pub away: Buffer<Vec2>,
     /// Word 1 has the bits of rho, an `f32`, word 2 the number of times that the lists were made; the rest is
     /// for the kernels.
@@ -131,7 +129,7 @@ impl Lists {
         })
     }
 
-    /// Records making the lists of `sites`, which are fast to find if the sites are in Morton order.
+    /// Records building the lists of `sites`, which is fast if these are in Morton order.
     ///
     /// # Errors
     /// As [`Recorder::dispatch`].
@@ -141,9 +139,9 @@ impl Lists {
         self.record_dispatches(recorder, sites)
     }
 
-    /// Records making the lists anew if a site has moved more than `max_rho` (0 to 0.5) of its reach since
-    /// they were made; the device decides. In any case `away` and the status are up to date afterwards. There
-    /// must have been a [`Lists::record_build`] of the sites in the same order.
+    /// Records rebuilding the lists if a site has moved more than `max_rho` (0 to 0.5) of its reach since
+    /// they were built; the device decides. In any case `away` and the status are up to date afterwards.
+    /// There must have been a [`Lists::record_build`] of the sites in the same order.
     ///
     /// # Errors
     /// As [`Recorder::dispatch`].

@@ -1,4 +1,4 @@
-//! The nearest sites of every site.
+//! Nearest neighbours of the sites.
 
 pub mod knn;
 pub mod lists;

@@ -1,4 +1,4 @@
-//! Back onto the planes that best fit the input's points, as if the input were a point cloud.
+//! Projection onto the planes that best fit the input's vertices, as if the input were a point cloud.
 
 use crate::Result;
 use crate::gpu::kernels::project::best_fit;
@@ -8,12 +8,12 @@ use glam::{DVec3, Vec4};
 
 /// The surface of a point cloud near a site: the plane of least squares through the nearest of its points.
 ///
-/// So the paper tells it of Chen et al. (2018): each Voronoi cell is restricted to an underlying surface,
+/// The paper describes Chen et al. (2018) so: each Voronoi cell is restricted to an underlying surface,
 /// approximated by best-fit planes that depend on the number of input points, and sites are pulled back to
-/// those planes. The reading taken: one plane a site, through the mean of its `k` nearest points; a site is
-/// pulled to the plane at its target, and its next cell is cut by the plane through the site with that
-/// plane's normal, so that a site lies in its face. The points are the surface's vertices, with the normals
-/// of the mesh, as an oriented point cloud has its own; nothing else of the triangles is used.
+/// those planes. It is read here as one plane for each site, through the mean of its `k` nearest points; a
+/// site is pulled to the plane at its target, and its next cell is cut by the plane through the site with
+/// that plane's normal, so that a site lies in its face. The points are the surface's vertices, with the
+/// normals of the mesh, as an oriented point cloud has its own; nothing else of the triangles is used.
 pub struct BestFit {
     pipeline: Pipeline<best_fit::Shader>,
     vertex_normals: Buffer<Vec4>,
@@ -21,7 +21,7 @@ pub struct BestFit {
     pub projected: Buffer<Vec4>,
     /// Unit normals of the planes on the points' side, w = 0.
     pub normals: Buffer<Vec4>,
-    /// The flags of `stages::face`, begun anew.
+    /// Flags ([`crate::stages::flags`]), begun anew.
     pub flags: Buffer<u32>,
     k: u32,
 }
@@ -51,7 +51,8 @@ impl BestFit {
         })
     }
 
-    /// Records the pull of `targets` to the planes of their nearest vertices, which `neighbours` lists.
+    /// Records the projection of `targets` onto the planes of their nearest vertices, which `neighbours`
+    /// lists.
     ///
     /// # Errors
     /// As [`Recorder::dispatch`].

@@ -1,4 +1,4 @@
-//! The closest points of the whole surface, by a search in the tree of boxes.
+//! Closest points on the whole surface, by a search in the tree of boxes.
 
 use super::bvh::Bvh;
 use super::walk::Walk;
@@ -8,7 +8,7 @@ use crate::gpu::{Buffer, Device, Pipeline, Recorder, Threads};
 use crate::stages::records::TriangleRecords;
 use glam::Vec4;
 
-/// Betters the results of a [`Walk`] where another triangle that faces the same way is nearer.
+/// Improves the results of a [`Walk`] where another triangle that faces the same way is nearer.
 pub struct ClosestPoints {
     pipeline: Pipeline<closest::Shader>,
 }

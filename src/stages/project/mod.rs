@@ -1,4 +1,4 @@
-//! Sites back onto the surface.
+//! Projections of targets onto the surface.
 
 pub mod best_fit;
 pub mod bvh;

@@ -1,4 +1,4 @@
-//! Back onto the surface by the triangles around the nearest input vertices (Algorithm 3).
+//! Projection onto the triangles around the nearest input vertices (Algorithm 3).
 
 use crate::Result;
 use crate::gpu::kernels::project::nearest_vertices;

@@ -1,4 +1,4 @@
-//! Back onto the surface by walking downhill over neighbouring triangles.
+//! Projection onto the surface by a walk downhill over adjacent triangles.
 
 use crate::Result;
 use crate::gpu::kernels::project::walk;
@@ -8,7 +8,7 @@ use glam::Vec4;
 
 /// The walk and its results.
 ///
-/// It ends where no neighbouring triangle is nearer. From the triangle under a site that moved by less than
+/// It ends where no adjacent triangle is nearer. From the triangle under a site that moved by less than
 /// the surface bends that is the closest point, and it never leaves the site's sheet;
 /// [`super::closest::ClosestPoints`] looks farther.
 pub struct Walk {
@@ -19,8 +19,8 @@ pub struct Walk {
     pub normals: Buffer<Vec4>,
 }
 
-/// Triangles that a walk looks at, at most: it crosses half as many as that, or circles a few corners of
-/// dozens.
+/// Most triangles that a walk visits: enough to cross half as many, or to circle a few vertices of high
+/// valence.
 const MAX_STEPS: u32 = 256;
 
 impl Walk {

@@ -5,7 +5,8 @@ use crate::support::cell_faces::{DeviceFaces, device_faces};
 use crate::support::polygons::{assert_same_polygon, frame};
 use crate::support::{cloud, on_sphere, rounded, spacing_on_sphere};
 use glam::DVec3;
-use rtfmesh::stages::face::cell::{BOX_HALF, CellOptions, FlagCounts};
+use rtfmesh::stages::face::cell::{BOX_HALF, CellOptions};
+use rtfmesh::stages::flags::FlagCounts;
 
 fn assert_faces(sites: &[DVec3], normals: &[DVec3], options: &CellOptions) -> FlagCounts {
     let (sites, normals) = (rounded(sites), rounded(normals));

@@ -12,9 +12,8 @@ use glam::{DVec2, DVec3, Vec4};
 use rand::RngExt;
 use rtfmesh::gpu::Buffer;
 use rtfmesh::stages::face::cell::{CellFaces, CellOptions};
-use rtfmesh::stages::face::planar::{
-    PlanarCounts, PlanarFaces, PlanarInputs, PlanarMove, PlanarOptions, PlanarPolygons,
-};
+use rtfmesh::stages::face::planar::{PlanarCounts, PlanarFaces, PlanarInputs, PlanarMove, PlanarOptions};
+use rtfmesh::stages::face::polygons::PlanarPolygons;
 use rtfmesh::stages::neighbours::knn::TileBounds;
 use rtfmesh::stages::neighbours::lists::{ListOptions, Lists};
 

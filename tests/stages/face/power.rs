@@ -7,7 +7,9 @@ use crate::support::polygons::{assert_same_polygon, frame};
 use crate::support::{assert_valid, cloud, device, on_sphere, rounded, slots, spacing_on_sphere, upload};
 use glam::{DVec2, DVec3, Vec2};
 use rtfmesh::gpu::Buffer;
-use rtfmesh::stages::face::cell::{BOX_HALF, CellFaces, FlagCounts, PowerOptions};
+use rtfmesh::stages::face::cell::{BOX_HALF, CellFaces};
+use rtfmesh::stages::face::power::PowerOptions;
+use rtfmesh::stages::flags::FlagCounts;
 use rtfmesh::stages::neighbours::knn::TileBounds;
 
 const HIDDEN: u32 = 512;
