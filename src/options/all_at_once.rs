@@ -200,8 +200,8 @@ impl AllAtOnceOptions {
             (Normals::Surface, Projection::NearestVertices) => {
                 return Err(Error::option(
                     "normals",
-                    "`normals` surface come from a walk over the surface, which `projection` nearest-vertices \
-                     does not make",
+                    "`normals` surface come from a walk over the surface, which `projection` \
+                     nearest-vertices does not make",
                     "use `projection` walk or exact, or `normals` fit",
                 ));
             }
