@@ -5,8 +5,8 @@ use std::ops::Deref;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
-/// What can go wrong, by who can mend it. [`source`](StdError::source) gives the system's, a parser's or Vulkan's own
-/// error where there is one; messages have its text in them already.
+/// What can go wrong, by who can mend it. [`source`](StdError::source) gives the system's, a parser's or
+/// Vulkan's own error where there is one; messages have its text in them already.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum Error {
@@ -18,8 +18,8 @@ pub enum Error {
         problem: String,
         /// What to do about it.
         remedy: String,
-        /// The field of [`crate::Options`] or of its groups that is wrong, if it is one. Texts have names of fields
-        /// between backticks.
+        /// The field of [`crate::Options`] or of its groups that is wrong, if it is one. Texts have names of
+        /// fields between backticks.
         field: Option<&'static str>,
     },
     /// A mesh that cannot be read or used.

@@ -7,8 +7,8 @@ use rtfmesh::{AllAtOnceOptions, Centroid, Face, Neighbours, Normals, Options, Pr
 #[derive(clap::Args)]
 #[command(next_help_heading = RESEARCH)]
 pub struct ResearchArgs {
-    /// Method, with its settings: rtf is the paper's; rpf, rvc, rvd, cvd and mps are those the paper compares with. The
-    /// options below change a setting each
+    /// Method, with its settings: rtf is the paper's; rpf, rvc, rvd, cvd and mps are those the paper compares
+    /// with. The options below change a setting each
     #[arg(long, value_enum, default_value_t = Preset::Default, hide_short_help = true)]
     pub preset: Preset,
     /// Kind of cell, in all presets but default [preset rtf, rvc: tangent; rpf: power; rvd, cvd, mps: exact]
@@ -20,34 +20,37 @@ pub struct ResearchArgs {
     /// Normals of the planes of tangent and power cells [preset rtf, rpf: fit; rvc: cloud]
     #[arg(long, value_enum, hide_short_help = true)]
     normals: Option<NormalsName>,
-    /// Projection of vertices back onto the surface, with tangent and power cells [preset rtf, rpf: nearest-vertices;
-    /// rvc: plane]
+    /// Projection of vertices back onto the surface, with tangent and power cells [preset rtf, rpf:
+    /// nearest-vertices; rvc: plane]
     #[arg(long, value_enum, hide_short_help = true)]
     projection: Option<ProjectionName>,
-    /// Search for the nearest vertices, with tangent and power cells; the result is the same [preset rtf: brute]
+    /// Search for the nearest vertices, with tangent and power cells; the result is the same [preset rtf:
+    /// brute]
     #[arg(long, value_enum, hide_short_help = true)]
     neighbours: Option<NeighboursName>,
     /// Point of its cell that a vertex moves to, with tangent and power cells [preset rtf: vertex]
     #[arg(long, value_enum, hide_short_help = true)]
     pub centroid: Option<CentroidName>,
-    /// Number of nearest vertices, itself included, whose plane gives a vertex its normal, with --normals fit: 3 to 49
-    /// [preset rtf: 16]
+    /// Number of nearest vertices, itself included, whose plane gives a vertex its normal, with --normals
+    /// fit: 3 to 49 [preset rtf: 16]
     #[arg(long, value_name = "K", hide_short_help = true)]
     pub k_normal: Option<u32>,
     /// Number of nearest vertices that clip a tangent or power cell: 3 to 48 [preset rtf: 32]
     #[arg(long, value_name = "K", hide_short_help = true)]
     pub k_clip: Option<u32>,
-    /// Number of nearest input vertices: those whose triangles are projected onto with --projection nearest-vertices, or
-    /// those that the plane fits with --normals cloud: 1 to 48 [presets: 16]
+    /// Number of nearest input vertices: those whose triangles are projected onto with --projection
+    /// nearest-vertices, or those that the plane fits with --normals cloud: 1 to 48 [presets: 16]
     #[arg(long, value_name = "K", hide_short_help = true)]
     pub k_project: Option<u32>,
     /// Distance of the shadow sites of power cells from their sites, in edge lengths [preset rpf: 0.5]
     #[arg(long, value_name = "LENGTHS", hide_short_help = true)]
     pub offset: Option<f64>,
-    /// Momentum of exact cells: largest share of the previous motion added to a step [preset rvd: 0; cvd: 0.9]
+    /// Momentum of exact cells: largest share of the previous motion added to a step [preset rvd: 0; cvd:
+    /// 0.9]
     #[arg(long, value_name = "SHARE", hide_short_help = true)]
     pub momentum: Option<f64>,
-    /// Memory of L-BFGS in steps, such as 7, with exact cells and no momentum; 0 is Lloyd's iteration [presets: 0]
+    /// Memory of L-BFGS in steps, such as 7, with exact cells and no momentum; 0 is Lloyd's iteration
+    /// [presets: 0]
     #[arg(long, value_name = "STEPS", hide_short_help = true)]
     pub lbfgs: Option<u32>,
 }

@@ -44,7 +44,8 @@ impl AttributeArgs {
         self.keep_uv
     }
 
-    /// Sets what a run must do for attributes to reach a file of this format; returns notes on what cannot be kept.
+    /// Sets what a run must do for attributes to reach a file of this format; returns notes on what cannot be
+    /// kept.
     pub fn ask(&self, loaded: &Loaded, format: Option<Format>, options: &mut Options) -> Vec<String> {
         let Loaded { mesh, attributes, .. } = loaded;
         options.correspondence = match self.no_attributes || format == Some(Format::Stl) {
@@ -53,7 +54,8 @@ impl AttributeArgs {
         };
         options.coarse_to_fine.fixed_half_edges.clear();
         let mut notes = Vec::new();
-        // Once a crack is closed, its edges can be seams and borders. The run itself reports what cannot be repaired.
+        // Once a crack is closed, its edges can be seams and borders. The run itself reports what cannot be
+        // repaired.
         let welding = options.weld > 0.0 && (self.keep_uv || self.keep_labels);
         let repair = RepairOptions { weld: options.weld, min_component: 0.0 };
         let welded = welding.then(|| at_welded_places(mesh, &repair).ok()).flatten();

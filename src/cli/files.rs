@@ -13,7 +13,8 @@ use std::path::Path;
 /// The input's format, where neither its name nor its content says.
 #[derive(clap::Args)]
 pub struct InputFormat {
-    /// Format of the input if neither its content nor its extension says: obj, ply, stl, off, gltf, glb or mesh
+    /// Format of the input if neither its content nor its extension says: obj, ply, stl, off, gltf, glb or
+    /// mesh
     #[arg(long, value_name = "FORMAT", help_heading = INPUT, hide_short_help = true)]
     input_format: Option<Encoding>,
 }
@@ -82,7 +83,8 @@ impl<'a> Target<'a> {
     /// `format` stands for what the extension says.
     ///
     /// # Errors
-    /// [`Error::Output`] if nothing can be written there, [`Error::Usage`] for standard output without a format.
+    /// [`Error::Output`] if nothing can be written there, [`Error::Usage`] for standard output without a
+    /// format.
     pub fn new(path: &'a Path, format: Option<Encoding>) -> rtfmesh::Result<Self> {
         if !is_standard(path) {
             let encoding = format.map_or_else(|| io::target_encoding(path), Ok)?;

@@ -116,8 +116,8 @@ impl MethodArgs {
         Err(Error::usage(format!("{name} works only with {with}"), format!("leave it out, or add {add}")))
     }
 
-    /// The options for results of this size; if their vertex count is not known yet, with one that is always valid. Feature
-    /// lines are read by [`MethodArgs::read_features`].
+    /// The options for results of this size; if their vertex count is not known yet, with one that is always
+    /// valid. Feature lines are read by [`MethodArgs::read_features`].
     ///
     /// # Errors
     /// [`Error::Usage`] for what is out of range or does not go together.

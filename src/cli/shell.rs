@@ -1,4 +1,5 @@
-//! `rtfmesh completions` and `rtfmesh man`: what shells and `man` are told, made from the declarations of the commands.
+//! `rtfmesh completions` and `rtfmesh man`: what shells and `man` are told, made from the declarations of the
+//! commands.
 
 use super::{Cli, markdown, print};
 use anyhow::Result;

@@ -10,17 +10,18 @@ use rtfmesh::{Error, Length, Options, Size, Sizing};
 pub struct SizingArgs {
     /// Edge lengths: uniform, curvature or property:NAME [default: uniform]
     ///
-    /// curvature: shorter where the surface bends; property:NAME: in proportion to this number of each input vertex.
+    /// curvature: shorter where the surface bends; property:NAME: in proportion to this number of each input
+    /// vertex.
     #[arg(long, value_name = "HOW", value_parser = how)]
     sizing: Option<How>,
     /// How strongly curvature shortens edges, with --sizing curvature: 0 to 3 [default: 1]
     ///
-    /// 0: not at all; 1: faces deviate equally far everywhere; 2: faces meet at equal angles everywhere. Above 1 flat parts
-    /// get so few vertices that edges may exceed --max-edge there.
+    /// 0: not at all; 1: faces deviate equally far everywhere; 2: faces meet at equal angles everywhere.
+    /// Above 1 flat parts get so few vertices that edges may exceed --max-edge there.
     #[arg(long, value_name = "G", hide_short_help = true)]
     gradation: Option<f64>,
-    /// Least edge length in the input's units, or in percent of its diagonal, as in 0.1% [default: an eighth of the uniform
-    /// length]
+    /// Least edge length in the input's units, or in percent of its diagonal, as in 0.1% [default: an eighth
+    /// of the uniform length]
     #[arg(long, value_name = "LENGTH", value_parser = length, hide_short_help = true)]
     min_edge: Option<Length>,
     /// Largest edge length, likewise [default: eight times the uniform length]

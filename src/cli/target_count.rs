@@ -83,8 +83,8 @@ impl SizeArgs {
     }
 }
 
-/// Puts the number of vertices for this input into the options, with a note where no size was given. Shares and edge lengths
-/// refer to the repaired input, which is returned where it had to be made.
+/// Puts the number of vertices for this input into the options, with a note where no size was given. Shares
+/// and edge lengths refer to the repaired input, which is returned where it had to be made.
 ///
 /// # Errors
 /// [`rtfmesh::Error::Usage`] for counts that cannot be, [`rtfmesh::Error::Input`] for a mesh without area.

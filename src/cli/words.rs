@@ -17,7 +17,8 @@ pub fn line(error: &anyhow::Error) -> String {
     }
 }
 
-/// The text with options in place of fields, which the library puts between backticks: `--k-clip` for `k_clip`.
+/// The text with options in place of fields, which the library puts between backticks: `--k-clip` for
+/// `k_clip`.
 fn with_options(text: &str) -> String {
     let text = PHRASES.iter().fold(text.to_owned(), |text, (field, option)| text.replace(field, option));
     let parts = text.split('`').enumerate().map(|(k, part)| match k % 2 {

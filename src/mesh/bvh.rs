@@ -136,7 +136,8 @@ impl Bvh {
         self.closest_accepted(p, rank, |_| true)
     }
 
-    /// As [`Bvh::closest_from`], but content with the triangle at `rank` if that is within `enough` of `p`, squared.
+    /// As [`Bvh::closest_from`], but content with the triangle at `rank` if that is within `enough` of `p`,
+    /// squared.
     pub fn closest_or_near(&self, p: DVec3, rank: &mut usize, enough: f64) -> Option<Closest> {
         self.closest_at(*rank, p)
             .filter(|near| near.distance_sq <= enough)
@@ -200,7 +201,8 @@ impl Bvh {
         best.distance_sq.is_finite().then_some(best)
     }
 
-    /// The closest point of the one triangle at `rank` of [`Bvh::leaf_order`]; `None` if that is out of range.
+    /// The closest point of the one triangle at `rank` of [`Bvh::leaf_order`]; `None` if that is out of
+    /// range.
     pub fn closest_at(&self, rank: usize, p: DVec3) -> Option<Closest> {
         (rank < self.order.len()).then(|| self.on_triangle(rank, p))
     }

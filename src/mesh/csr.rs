@@ -9,8 +9,8 @@ pub(crate) struct Csr<T = u32> {
 }
 
 impl<T: Copy + Default> Csr<T> {
-    /// `count` lists of `items`, each an entry with the list that it belongs to; entries of a list stay in their order.
-    /// The iterator is run through twice. Panics if an item names a list that is not there.
+    /// `count` lists of `items`, each an entry with the list that it belongs to; entries of a list stay in
+    /// their order. The iterator is run through twice. Panics if an item names a list that is not there.
     pub(crate) fn group(count: usize, items: impl Iterator<Item = (u32, T)> + Clone) -> Self {
         let mut start = vec![0_u32; count + 1];
         for (list, _) in items.clone() {

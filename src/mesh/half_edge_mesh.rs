@@ -20,7 +20,8 @@ pub(crate) struct HalfEdgeMesh {
     pub(crate) triangles: Vec<[u32; 3]>,
     /// The half-edge that runs against each; [`NONE`] where there is not exactly one.
     twin: Vec<u32>,
-    /// A half-edge that leaves each vertex; at a boundary the one from which [`HalfEdgeMesh::ring`] reaches all others.
+    /// A half-edge that leaves each vertex; at a boundary the one from which [`HalfEdgeMesh::ring`] reaches
+    /// all others.
     first: Vec<u32>,
     kind: Vec<VertexKind>,
     /// Edges at each vertex; meaningless at irregular ones.
@@ -30,8 +31,8 @@ pub(crate) struct HalfEdgeMesh {
 }
 
 impl HalfEdgeMesh {
-    /// Of `triangles` over `vertices` vertices; `patches` has the patch of each triangle, or nothing. Panics if an index is
-    /// out of range.
+    /// Of `triangles` over `vertices` vertices; `patches` has the patch of each triangle, or nothing. Panics
+    /// if an index is out of range.
     pub(crate) fn new(triangles: Vec<[u32; 3]>, vertices: usize, patches: &[u32]) -> Self {
         let mut twin = twins(&triangles);
         for h in 0..twin.len() {
@@ -127,13 +128,14 @@ impl HalfEdgeMesh {
         self.ring(a).any(|h| self.origin(next(h)) == b || self.origin(previous(h)) == b)
     }
 
-    /// The vertices of the two triangles at half-edge `h` and its `twin`: `[a, b, c, d]` for triangles `abc` and `bad`.
+    /// The vertices of the two triangles at half-edge `h` and its `twin`: `[a, b, c, d]` for triangles `abc`
+    /// and `bad`.
     pub(crate) fn diamond(&self, h: u32, twin: u32) -> [u32; 4] {
         [self.origin(h), self.origin(twin), self.origin(previous(h)), self.origin(previous(twin))]
     }
 
-    /// Replaces edge a–b of triangles `abc` and `bad` by c–d. The caller sees to it that no edge joins c and d yet and that
-    /// a and b keep enough edges.
+    /// Replaces edge a–b of triangles `abc` and `bad` by c–d. The caller sees to it that no edge joins c and
+    /// d yet and that a and b keep enough edges.
     pub(crate) fn flip(&mut self, h: u32, g: u32) {
         let [a, b, c, d] = self.diamond(h, g);
         let (h_next, h_previous, g_next, g_previous) = (next(h), previous(h), next(g), previous(g));

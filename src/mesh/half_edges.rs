@@ -1,7 +1,7 @@
 //! Half-edges and the undirected edges they lie on: next, previous, twins, edge keys.
 //!
-//! Half-edge `3 * t + k` runs from corner `k` of triangle `t` to the next corner, so that a half-edge and the corner that
-//! it leaves have the same number.
+//! Half-edge `3 * t + k` runs from corner `k` of triangle `t` to the next corner, so that a half-edge and the
+//! corner that it leaves have the same number.
 
 use rayon::slice::ParallelSliceMut;
 
@@ -97,8 +97,8 @@ pub(crate) fn twin_pair(triangles: &[[u32; 3]], edge: &[HalfEdge]) -> Option<[us
     (corners[a] != corners[b]).then_some([a, b])
 }
 
-/// For each half-edge the one that runs against it: [`NONE`] at boundaries, where more than two triangles meet, and where
-/// two meet that run the edge in the same direction.
+/// For each half-edge the one that runs against it: [`NONE`] at boundaries, where more than two triangles
+/// meet, and where two meet that run the edge in the same direction.
 pub(crate) fn twins(triangles: &[[u32; 3]]) -> Vec<u32> {
     EdgeTable::new(triangles).twins(triangles)
 }

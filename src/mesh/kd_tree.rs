@@ -56,8 +56,8 @@ impl<'a> KdTree<'a> {
         (best.1 != u32::MAX).then_some(best.1)
     }
 
-    /// Puts the points within `radius` of `p` into `found`, in a fixed order, but no more than `most`; false if there
-    /// are more.
+    /// Puts the points within `radius` of `p` into `found`, in a fixed order, but no more than `most`; false
+    /// if there are more.
     pub fn within(&self, p: DVec3, radius: f64, most: usize, found: &mut Vec<u32>) -> bool {
         found.clear();
         let radius_sq = radius * radius;
@@ -74,8 +74,8 @@ impl<'a> KdTree<'a> {
         fits
     }
 
-    /// Offers the points below a node with their squared distances, the near side first; `visit` says how far, squared,
-    /// others may be.
+    /// Offers the points below a node with their squared distances, the near side first; `visit` says how
+    /// far, squared, others may be.
     fn search(&self, order: &[u32], node: usize, p: DVec3, visit: &mut impl FnMut(u32, f64) -> f64) -> f64 {
         let mut limit = f64::INFINITY;
         if order.len() <= LEAF {

@@ -59,8 +59,8 @@ impl Polyline {
         (p.lerp(q, ((way - from) / length).clamp(0.0, 1.0)), (q - p) / length)
     }
 
-    /// The points of the curve between two ways, which may go past the ends of a closed one, each with its way and how far
-    /// it is from the chord.
+    /// The points of the curve between two ways, which may go past the ends of a closed one, each with its
+    /// way and how far it is from the chord.
     pub fn strays(&self, from: f64, to: f64) -> impl Iterator<Item = (f64, f64)> {
         let [p, q] = [from, to].map(|way| self.at(way).0);
         let length = self.length();

@@ -2,8 +2,8 @@
 
 use super::{NONE, TriMesh};
 
-/// New numbers for the vertices that stay, in their old order: [`NONE`] for those that do not. Also the old number of each
-/// that stays.
+/// New numbers for the vertices that stay, in their old order: [`NONE`] for those that do not. Also the old
+/// number of each that stays.
 pub(crate) fn renumbered(stays: &[bool]) -> (Vec<u32>, Vec<u32>) {
     let old: Vec<u32> = (0..).zip(stays).filter(|(_, stays)| **stays).map(|(v, _)| v).collect();
     let mut new = vec![NONE; stays.len()];
@@ -11,7 +11,8 @@ pub(crate) fn renumbered(stays: &[bool]) -> (Vec<u32>, Vec<u32>) {
     (new, old)
 }
 
-/// `triangles` over the vertices of `mesh`, but for those that none of them uses. Panics if an index is out of range.
+/// `triangles` over the vertices of `mesh`, but for those that none of them uses. Panics if an index is out
+/// of range.
 pub(crate) fn without_unused_vertices(mesh: &TriMesh, mut triangles: Vec<[u32; 3]>) -> TriMesh {
     let mut used = vec![false; mesh.vertices.len()];
     triangles.as_flattened().iter().for_each(|v| used[*v as usize] = true);
@@ -20,8 +21,9 @@ pub(crate) fn without_unused_vertices(mesh: &TriMesh, mut triangles: Vec<[u32; 3
     TriMesh { vertices: old.iter().map(|v| mesh.vertices[*v as usize]).collect(), triangles }
 }
 
-/// The triangles of these numbers as a mesh of their own, vertices in their old order. Takes time by their number, not by
-/// the size of the mesh, which may fall into thousands of components. Panics if an index is out of range.
+/// The triangles of these numbers as a mesh of their own, vertices in their old order. Takes time by their
+/// number, not by the size of the mesh, which may fall into thousands of components. Panics if an index is
+/// out of range.
 pub(crate) fn extract(mesh: &TriMesh, triangles: &[u32]) -> TriMesh {
     let of = |t: &u32| mesh.triangles[*t as usize];
     let mut used: Vec<u32> = triangles.iter().flat_map(of).collect();

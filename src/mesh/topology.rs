@@ -49,8 +49,8 @@ impl Topology {
             && self.duplicate_faces == 0
     }
 
-    /// Whether the mesh has the same components, handles and boundary loops as `other`, and no kind of defect that this
-    /// has not.
+    /// Whether the mesh has the same components, handles and boundary loops as `other`, and no kind of defect
+    /// that this has not.
     pub(crate) fn matches(&self, other: &Self) -> bool {
         let counts = |t: &Self| (t.components, t.euler, t.boundary_loops);
         let is_new = |own: usize, others: usize| own > 0 && others == 0;

@@ -24,8 +24,8 @@ impl UnitFrame {
     ///
     /// # Errors
     ///
-    /// [`Error::Input`] without vertices, with a coordinate that is not finite, with all vertices at one point, and
-    /// with a diagonal beyond the range of f64.
+    /// [`Error::Input`] without vertices, with a coordinate that is not finite, with all vertices at one
+    /// point, and with a diagonal beyond the range of f64.
     pub fn of(mesh: &TriMesh) -> Result<Self> {
         if let Some(vertex) = mesh.vertices.iter().position(|vertex| !vertex.is_finite()) {
             let place = Some(format!("vertex {vertex}"));

@@ -24,7 +24,8 @@ pub(crate) struct Rule {
     pub(crate) valence_weight: f64,
 }
 
-/// Flips edges of `links` while that pays, in a fixed order and at most `sweeps` times over all; gives the number.
+/// Flips edges of `links` while that pays, in a fixed order and at most `sweeps` times over all; gives the
+/// number.
 pub(crate) fn flip_edges(
     links: &mut HalfEdgeMesh,
     points: &[DVec3],
@@ -78,7 +79,8 @@ fn pays(links: &HalfEdgeMesh, points: &[DVec3], fixed: &[bool], rule: &Rule, h: 
         && keeps_shape(corners)
 }
 
-/// The cotangent sum of the two angles opposite the edge, negated: positive if they exceed a half-turn together.
+/// The cotangent sum of the two angles opposite the edge, negated: positive if they exceed a half-turn
+/// together.
 fn angle_gain([a, b, c, d]: [DVec3; 4]) -> f64 {
     -(cotangent(c, a, b) + cotangent(d, b, a))
 }
@@ -88,7 +90,8 @@ fn cotangent(at: DVec3, p: DVec3, q: DVec3) -> f64 {
     u.dot(v) / u.cross(v).length().max(f64::MIN_POSITIVE)
 }
 
-/// By how much the sum of squared differences to the ideal valences falls, halved and with the neutral flip at 0.
+/// By how much the sum of squared differences to the ideal valences falls, halved and with the neutral flip
+/// at 0.
 fn valence_gain(links: &HalfEdgeMesh, [a, b, c, d]: [u32; 4]) -> f64 {
     let excess = |v: u32| {
         let ideal = if links.kind(v) == VertexKind::Boundary { 4.0 } else { 6.0 };
@@ -97,7 +100,8 @@ fn valence_gain(links: &HalfEdgeMesh, [a, b, c, d]: [u32; 4]) -> f64 {
     excess(a) + excess(b) - excess(c) - excess(d) - 2.0
 }
 
-/// Whether the triangles after the flip face as those before, do not form a sharper edge, and are not too flat.
+/// Whether the triangles after the flip face as those before, do not form a sharper edge, and are not too
+/// flat.
 fn keeps_shape([a, b, c, d]: [DVec3; 4]) -> bool {
     let (old, other) = (doubled_normal([a, b, c]), doubled_normal([b, a, d]));
     let (new, next) = (doubled_normal([d, c, a]), doubled_normal([c, d, b]));

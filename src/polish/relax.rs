@@ -8,19 +8,21 @@ use crate::mesh::half_edge_mesh::HalfEdgeMesh;
 use crate::mesh::half_edges::{next, previous};
 use crate::mesh::triangle::doubled_normal;
 
-/// Share of the way to the ring's mean that a vertex goes. Above 1, since the vertices around go the same way; on a
-/// regular mesh 4/3 would be the limit of stability.
+/// Share of the way to the ring's mean that a vertex goes. Above 1, since the vertices around go the same
+/// way; on a regular mesh 4/3 would be the limit of stability.
 const STRIDE: f64 = 1.1;
 /// Least cosine between a triangle's normal and those of its vertices.
 const MIN_AGREEMENT: f64 = 0.5;
-/// Squared ratio of doubled area to squared longest edge below which a triangle may not shrink: heights of a fifth.
+/// Squared ratio of doubled area to squared longest edge below which a triangle may not shrink: heights of a
+/// fifth.
 const FLAT_SQ: f64 = 0.04;
 /// Times that moves are taken back triangle by triangle before all are.
 const REPAIRS: u32 = 8;
 /// Vertices and triangles that a thread takes at the least.
 pub(crate) const CHUNK: usize = 512;
 
-/// One step of all vertices that are not fixed, with the edge `lengths` wanted at all, or nothing if they are equal; gives how many did not move because a triangle would have suffered.
+/// One step of all vertices that are not fixed, with the edge `lengths` wanted at all, or nothing if they are
+/// equal; gives how many did not move because a triangle would have suffered.
 pub(crate) fn relax(
     links: &HalfEdgeMesh,
     points: &mut Vec<DVec3>,
@@ -51,8 +53,8 @@ pub(crate) fn relax(
 
 /// The mean of the neighbours of a vertex, and its unit normal; the vertex and 0 if it is irregular.
 ///
-/// Where lengths differ, neighbours count the less the longer the edge to them is to be: a vertex whose edges are as long
-/// as wanted is then at rest.
+/// Where lengths differ, neighbours count the less the longer the edge to them is to be: a vertex whose edges
+/// are as long as wanted is then at rest.
 fn ring(links: &HalfEdgeMesh, points: &[DVec3], lengths: &[f64], v: u32) -> (DVec3, DVec3) {
     let here = points[v as usize];
     let (mut sum, mut count, mut normal) = (DVec3::ZERO, 0.0, DVec3::ZERO);
@@ -75,8 +77,8 @@ pub(crate) fn vertex_normal(links: &HalfEdgeMesh, points: &[DVec3], v: u32) -> D
     ring(links, points, &[], v).1
 }
 
-/// Puts the vertices of triangles that `moved` folds or flattens back to `points`, until there is none; gives how
-/// many vertices were put back. `normals` are those of the vertices.
+/// Puts the vertices of triangles that `moved` folds or flattens back to `points`, until there is none; gives
+/// how many vertices were put back. `normals` are those of the vertices.
 fn take_back(links: &HalfEdgeMesh, points: &[DVec3], normals: &[DVec3], moved: &mut [DVec3]) -> usize {
     let mut undone = 0;
     for _ in 0..REPAIRS {
@@ -103,8 +105,8 @@ fn take_back(links: &HalfEdgeMesh, points: &[DVec3], normals: &[DVec3], moved: &
     points.len()
 }
 
-/// Whether a triangle turns away from `up`, the direction of its vertices' normals, or becomes flat. One that was so
-/// before may stay so.
+/// Whether a triangle turns away from `up`, the direction of its vertices' normals, or becomes flat. One that
+/// was so before may stay so.
 pub(crate) fn spoils(old: [DVec3; 3], new: [DVec3; 3], up: DVec3) -> bool {
     if old == new {
         return false;

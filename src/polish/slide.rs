@@ -13,7 +13,8 @@ const STRIDE: f64 = 1.0;
 const LEAST_GAP: f64 = 0.3;
 /// Trial steps, over the way between the two beside it, for the sake of the worst triangle.
 const TRIALS: [f64; 6] = [0.08, -0.08, 0.04, -0.04, 0.02, -0.02];
-/// Of a curve's bends, a vertex leaves none farther from the chords than this share of the way between the two beside it.
+/// Of a curve's bends, a vertex leaves none farther from the chords than this share of the way between the
+/// two beside it.
 const MAX_STRAY: f64 = 0.01;
 /// What a move for the sake of the worst triangle must gain, in its score.
 const MIN_GAIN: f64 = 1e-4;
@@ -56,7 +57,8 @@ impl SlidingCurves {
         stars
     }
 
-    /// Moves every slider once towards the mean of its neighbours, or, if `lift`, to where its worst triangle is best.
+    /// Moves every slider once towards the mean of its neighbours, or, if `lift`, to where its worst triangle
+    /// is best.
     pub(crate) fn slide(
         &mut self,
         triangles: &[[u32; 3]],

@@ -18,8 +18,8 @@ const HALVINGS: u32 = 4;
 /// What a move must gain: a hundredth of a degree.
 const MIN_GAIN: f64 = 1e-4;
 
-/// Moves vertices of bad triangles one by one, in index order, where that lifts the worst triangle around them, and
-/// `passes` times over all; gives the number of moves.
+/// Moves vertices of bad triangles one by one, in index order, where that lifts the worst triangle around
+/// them, and `passes` times over all; gives the number of moves.
 pub(crate) fn improve(
     links: &HalfEdgeMesh,
     points: &mut [DVec3],
@@ -50,8 +50,8 @@ pub(crate) fn improve(
     total
 }
 
-/// The negated cosine of the smallest angle, or less where the largest is above 90 degrees: no angle is needed, only
-/// which is better.
+/// The negated cosine of the smallest angle, or less where the largest is above 90 degrees: no angle is
+/// needed, only which is better.
 pub(crate) fn score([a, b, c]: [DVec3; 3]) -> f64 {
     let (u, v, w) = (b - a, c - b, a - c);
     let [x, y, z] = [u, v, w].map(DVec3::length);

@@ -46,8 +46,8 @@ impl Shard {
 /// All meshes that `inputs` name, with a result for each in `folder`, sorted by their paths.
 ///
 /// # Errors
-/// [`Error::Usage`] if there is none, or two results would have one name, or a result would replace a mesh of the
-/// batch; [`Error::Input`] for a list or folder that cannot be read.
+/// [`Error::Usage`] if there is none, or two results would have one name, or a result would replace a mesh of
+/// the batch; [`Error::Input`] for a list or folder that cannot be read.
 pub fn jobs(inputs: &[PathBuf], folder: &Path, encoding: Encoding) -> rtfmesh::Result<Vec<Job>> {
     let mut paths = Vec::new();
     for input in inputs {

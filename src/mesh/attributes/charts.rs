@@ -1,8 +1,8 @@
 //! Texture coordinates for the corners of new triangles, each triangle in one chart of the old texture.
 //!
-//! The chart of a new triangle is what hangs together, without a seam, with the old triangle under its centre and is not
-//! farther than its corners. That it is no more than this keeps the two sides of a seam apart that belong to one piece
-//! of texture, as on a cylinder that is cut open once.
+//! The chart of a new triangle is what hangs together, without a seam, with the old triangle under its centre
+//! and is not farther than its corners. That it is no more than this keeps the two sides of a seam apart that
+//! belong to one piece of texture, as on a cylinder that is cut open once.
 
 use glam::DVec3;
 
@@ -18,7 +18,8 @@ use rayon::prelude::*;
 
 /// How much farther than the corners of a face its chart is looked at.
 const REACH: f64 = 1.25;
-/// Twice the area of a triangle over its longest side squared, below which its plane says nothing about what is beside it.
+/// Twice the area of a triangle over its longest side squared, below which its plane says nothing about what
+/// is beside it.
 const THIN: f64 = 1e-3;
 /// A texture is not extended farther beside a triangle than this many times its size.
 const FARTHEST: f64 = 1e3;
@@ -29,7 +30,8 @@ struct Charts<'a> {
     uv: &'a CornerUv,
     /// Across each half-edge, [`NONE`] at seams as well.
     twins: Vec<u32>,
-    /// The seams and open edges as triangles without area, moved by `centre` and divided by `size`; `None` without seams.
+    /// The seams and open edges as triangles without area, moved by `centre` and divided by `size`; `None`
+    /// without seams.
     seams: Option<Bvh>,
     centre: DVec3,
     size: f64,
@@ -138,7 +140,8 @@ impl<'a> Charts<'a> {
     }
 }
 
-/// The weights of a place in the plane of a triangle, inside or not; `None` for a triangle that says little about it.
+/// The weights of a place in the plane of a triangle, inside or not; `None` for a triangle that says little
+/// about it.
 fn extended([a, b, c]: [DVec3; 3], place: DVec3) -> Option<[f64; 3]> {
     let longest_sq = a.distance_squared(b).max(b.distance_squared(c)).max(c.distance_squared(a));
     let (ab, ac, ap) = (b - a, c - a, place - a);

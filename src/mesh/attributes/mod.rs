@@ -1,5 +1,5 @@
-//! What a mesh carries beside its shape: colours, normals and other numbers of its vertices, texture coordinates of its
-//! corners, labels and colours of its faces.
+//! What a mesh carries beside its shape: colours, normals and other numbers of its vertices, texture
+//! coordinates of its corners, labels and colours of its faces.
 
 mod charts;
 mod materials;
@@ -13,7 +13,8 @@ pub use transfer::transfer;
 use super::TriMesh;
 use super::correspondence::CorrespondenceRequest;
 
-/// The number type that a file has, and that a result is written in; values themselves are f64, which holds each exactly.
+/// The number type that a file has, and that a result is written in; values themselves are f64, which holds
+/// each exactly.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Kind {
     /// Signed, 8 bits.
@@ -65,7 +66,8 @@ impl Kind {
 /// What an attribute means, as far as that is known.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Role {
-    /// Red, green, blue and, with four components, opacity: 0 to the largest value of an integer type, else 0 to 1.
+    /// Red, green, blue and, with four components, opacity: 0 to the largest value of an integer type, else 0
+    /// to 1.
     Colour,
     /// A unit vector that stands on the surface.
     Normal,
@@ -183,7 +185,8 @@ impl Attributes {
 }
 
 impl CornerUv {
-    /// The coordinates of each vertex, if no two corners at one vertex differ; 0, 0 for vertices without triangles.
+    /// The coordinates of each vertex, if no two corners at one vertex differ; 0, 0 for vertices without
+    /// triangles.
     pub fn by_vertex(&self, mesh: &TriMesh) -> Option<Vec<[f64; 2]>> {
         let mut known: Vec<Option<[f64; 2]>> = vec![None; mesh.vertices.len()];
         for (vertex, uv) in mesh.triangles.as_flattened().iter().zip(&self.values) {

@@ -8,11 +8,12 @@ use crate::mesh::half_edges::{EdgeTable, HalfEdge};
 
 /// Texture coordinates nearer than this, in textures, are the same.
 const SAME_UV: f64 = 1e-6;
-/// Edges at a pole, at least, that break off there and not at their other ends. A cut that ends inside the texture has one,
-/// the tip of a pyramid that is unfolded as a star three or four.
+/// Edges at a pole, at least, that break off there and not at their other ends. A cut that ends inside the
+/// texture has one, the tip of a pyramid that is unfolded as a star three or four.
 const POLE: usize = 5;
 
-/// The triangles over the first vertex at each place, so that triangles with vertices of their own are joined.
+/// The triangles over the first vertex at each place, so that triangles with vertices of their own are
+/// joined.
 pub(crate) fn joined(mesh: &TriMesh) -> Vec<[u32; 3]> {
     let mut firsts = HashMap::with_capacity(mesh.vertices.len());
     let first_there = |(own, position): (u32, &glam::DVec3)| {
@@ -23,7 +24,8 @@ pub(crate) fn joined(mesh: &TriMesh) -> Vec<[u32; 3]> {
     mesh.triangles.iter().map(|triangle| triangle.map(|v| first[v as usize])).collect()
 }
 
-/// Sides of triangles, `3 * triangle + k`, across which `breaks` holds, rising. `triangles` are [`joined`] ones.
+/// Sides of triangles, `3 * triangle + k`, across which `breaks` holds, rising. `triangles` are [`joined`]
+/// ones.
 fn sides_where(triangles: &[[u32; 3]], breaks: impl Fn(HalfEdge, HalfEdge) -> bool) -> Vec<u32> {
     let mut found = Vec::new();
     for sides in EdgeTable::new(triangles).edges() {
@@ -36,7 +38,8 @@ fn sides_where(triangles: &[[u32; 3]], breaks: impl Fn(HalfEdge, HalfEdge) -> bo
     found
 }
 
-/// Whether the texture breaks off at the ends of an edge between two sides, those of the first side in its order.
+/// Whether the texture breaks off at the ends of an edge between two sides, those of the first side in its
+/// order.
 fn broken_ends(triangles: &[[u32; 3]], uv: &CornerUv, one: HalfEdge, other: HalfEdge) -> [bool; 2] {
     let corners = triangles.as_flattened();
     let differ = |a: usize, b: usize| {
@@ -75,10 +78,11 @@ fn poles(triangles: &[[u32; 3]], uv: &CornerUv) -> HashSet<u32> {
     ends.into_iter().filter(is_pole).map(|(vertex, _)| vertex).collect()
 }
 
-/// Sides `3 * triangle + k` of `mesh` along which its texture is cut, for [`crate::CoarseToFineOptions::fixed_half_edges`].
+/// Sides `3 * triangle + k` of `mesh` along which its texture is cut, for
+/// [`crate::CoarseToFineOptions::fixed_half_edges`].
 ///
-/// Edges that end at a pole, where a texture is drawn together in a point, are none if the texture goes on at their other
-/// ends: it would cut the surface into as many wedges as there are triangles around the pole.
+/// Edges that end at a pole, where a texture is drawn together in a point, are none if the texture goes on at
+/// their other ends: it would cut the surface into as many wedges as there are triangles around the pole.
 pub fn uv_seams(mesh: &TriMesh, attributes: &Attributes) -> Vec<u32> {
     let Some(uv) = &attributes.uv else { return Vec::new() };
     let triangles = joined(mesh);
@@ -95,7 +99,8 @@ pub fn uv_seams(mesh: &TriMesh, attributes: &Attributes) -> Vec<u32> {
     })
 }
 
-/// Sides `3 * triangle + k` of `mesh` between triangles with different labels, for [`crate::CoarseToFineOptions::fixed_half_edges`].
+/// Sides `3 * triangle + k` of `mesh` between triangles with different labels, for
+/// [`crate::CoarseToFineOptions::fixed_half_edges`].
 pub fn label_borders(mesh: &TriMesh, attributes: &Attributes) -> Vec<u32> {
     let labels: Vec<_> = attributes.face.iter().filter(|attribute| attribute.role == Role::Label).collect();
     if labels.is_empty() {

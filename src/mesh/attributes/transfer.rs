@@ -7,10 +7,11 @@ use crate::mesh::correspondence::{Correspondence, SurfacePoint};
 
 /// The attributes of `input` for `output`, which lies at `correspondence` on it.
 ///
-/// Numbers of vertices are interpolated linearly in the triangle under a vertex: colours are rounded to their type, normals
-/// get length 1, other integers and labels are those of the nearest corner. A face has the label of the triangle under its
-/// centre. The texture coordinates of a face are all in the piece of texture under its centre, which is extended where
-/// the face runs over a seam. `correspondence` must have at least what [`Attributes::required_correspondence`] says.
+/// Numbers of vertices are interpolated linearly in the triangle under a vertex: colours are rounded to their
+/// type, normals get length 1, other integers and labels are those of the nearest corner. A face has the
+/// label of the triangle under its centre. The texture coordinates of a face are all in the piece of texture
+/// under its centre, which is extended where the face runs over a seam. `correspondence` must have at least
+/// what [`Attributes::required_correspondence`] says.
 ///
 /// Panics if these do not belong together.
 pub fn transfer(

@@ -3,8 +3,8 @@
 use super::Curve;
 use super::graph::Graph;
 
-/// All curve links as curves: open ones in the order of the corners they start from, then loops by their first vertex.
-/// Lengths are in the frame of the graph.
+/// All curve links as curves: open ones in the order of the corners they start from, then loops by their
+/// first vertex. Lengths are in the frame of the graph.
 pub(super) fn curves(graph: &Graph, corners: &[bool]) -> Vec<Curve> {
     let mut used = vec![false; graph.links.len()];
     let mut curves = Vec::new();

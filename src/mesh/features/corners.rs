@@ -9,7 +9,8 @@ use crate::mesh::topology::Partition;
 
 /// Turns of more degrees are corners.
 const TURN: f64 = 60.0;
-/// The turn is that between two vertices so many spacings away along the curve, so that noise makes no corners.
+/// The turn is that between two vertices so many spacings away along the curve, so that noise makes no
+/// corners.
 const REACH: f64 = 0.5;
 
 /// Whether each vertex is a corner.

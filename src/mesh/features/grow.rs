@@ -10,8 +10,8 @@ const STRAIGHT: f64 = 0.7;
 /// Over so many spacings the direction of a chain is taken.
 const BACK: f64 = 1.0;
 
-/// Adds to each free end of a sharp chain the straightest and sharpest of the edges there, as long as there is one, until
-/// it meets a curve.
+/// Adds to each free end of a sharp chain the straightest and sharpest of the edges there, as long as there
+/// is one, until it meets a curve.
 pub(super) fn follow(graph: &mut Graph, scale: Scale) {
     let ends: Vec<(u32, u32)> = (0..graph.links.len() as u32)
         .filter(|&link| graph.links[link as usize].on && graph.links[link as usize].kind == CurveKind::Sharp)

@@ -1,7 +1,8 @@
 //! The surface's skeleton: what a remesher must keep of a surface besides its shape.
 //!
-//! *Curves* are chains of boundary, non-manifold, inconsistently oriented, sharp and user's edges; *corners* are where
-//! curves end, branch or turn sharply; *patches* are what is left when the surface is cut along its curves.
+//! *Curves* are chains of boundary, non-manifold, inconsistently oriented, sharp and user's edges; *corners*
+//! are where curves end, branch or turn sharply; *patches* are what is left when the surface is cut along its
+//! curves.
 
 mod chains;
 mod corners;
@@ -29,11 +30,11 @@ pub use user_lines::user_edges;
 /// What counts as a curve.
 #[derive(Debug, Clone, PartialEq)]
 pub struct FeatureOptions {
-    /// Least angle in degrees between the normals on both sides of a sharp edge, above 0 to 180; 180 turns sharp edges
-    /// off. Chains are followed down to 0.4 of it.
+    /// Least angle in degrees between the normals on both sides of a sharp edge, above 0 to 180; 180 turns
+    /// sharp edges off. Chains are followed down to 0.4 of it.
     pub feature_angle: f64,
-    /// Typical edge length of the output in the mesh's units, above 0: what is shorter than a few of it is a crumb, and
-    /// normals are averaged over half of it.
+    /// Typical edge length of the output in the mesh's units, above 0: what is shorter than a few of it is a
+    /// crumb, and normals are averaged over half of it.
     pub spacing: f64,
     /// Edges that are curves because the user says so, each as its two vertices in either order.
     pub user_edges: Vec<[u32; 2]>,
@@ -92,8 +93,8 @@ impl CurveKind {
 pub struct Curve {
     /// Why it is there; the first kind in [`CurveKind::ALL`] that one of its edges has.
     pub kind: CurveKind,
-    /// Its vertices in order. An open curve ends in corners, which may be the same one; a closed curve has no corner,
-    /// and its first vertex is not repeated.
+    /// Its vertices in order. An open curve ends in corners, which may be the same one; a closed curve has no
+    /// corner, and its first vertex is not repeated.
     pub vertices: Vec<u32>,
     /// Whether it is a loop without a corner.
     pub closed: bool,
@@ -169,8 +170,8 @@ const FADE: f64 = 0.4;
 ///
 /// # Errors
 ///
-/// [`Error::Usage`] for options out of range; [`Error::Input`] for a user's edge that the mesh does not have, for
-/// coordinates that are not finite, and for vertices that are all at one point.
+/// [`Error::Usage`] for options out of range; [`Error::Input`] for a user's edge that the mesh does not have,
+/// for coordinates that are not finite, and for vertices that are all at one point.
 pub fn find_features(mesh: &TriMesh, options: &FeatureOptions) -> Result<Features> {
     check(options)?;
     if mesh.triangles.is_empty() && options.user_edges.is_empty() {
@@ -202,8 +203,8 @@ pub fn find_features(mesh: &TriMesh, options: &FeatureOptions) -> Result<Feature
     Ok(Features { curves, corners, patches, patch_count, dropped })
 }
 
-/// The edge length of an even mesh of `vertices` vertices on the surface `mesh`, in its units: the spacing of a hexagonal
-/// layout on its area.
+/// The edge length of an even mesh of `vertices` vertices on the surface `mesh`, in its units: the spacing of
+/// a hexagonal layout on its area.
 ///
 /// # Errors
 ///

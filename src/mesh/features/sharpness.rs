@@ -10,12 +10,14 @@ use crate::mesh::NONE;
 
 /// Normals are averaged this far from the edge's middle, in spacings.
 const REACH: f64 = 0.5;
-/// At least so many lengths of the edge: where the output is finer than the input, noise is of the input's size.
+/// At least so many lengths of the edge: where the output is finer than the input, noise is of the input's
+/// size.
 const REACH_OF_EDGE: f64 = 1.5;
 /// At most so many triangles a side: fine inputs do not need all of theirs.
 const MOST: usize = 48;
 
-/// All fixed curve edges, and those edges that may become sharp: at least [`FADE`] of the feature angle at the edge.
+/// All fixed curve edges, and those edges that may become sharp: at least [`FADE`] of the feature angle at
+/// the edge.
 pub(super) fn candidates(points: &[DVec3], sides: &Sides, scale: Scale) -> Vec<Link> {
     let fixed = sides.fixed.iter().map(|&(half, kind)| Link::fixed(sides.ends(half), half, kind));
     let mut links: Vec<Link> = fixed.collect();
@@ -52,7 +54,8 @@ pub(super) fn candidates(points: &[DVec3], sides: &Sides, scale: Scale) -> Vec<L
     links
 }
 
-/// The angle in degrees between the mean normals on the two sides of an edge, within [`REACH`] and up to the next crease.
+/// The angle in degrees between the mean normals on the two sides of an edge, within [`REACH`] and up to the
+/// next crease.
 fn seen_turn(points: &[DVec3], sides: &Sides, stops: &[bool], half: u32, spacing: f64) -> f64 {
     let [a, b] = sides.ends(half).map(|v| points[v as usize]);
     let reach = (REACH * spacing).max(REACH_OF_EDGE * a.distance(b));

@@ -6,12 +6,12 @@ use super::{CurveKind, Dropped};
 
 /// Connected sharp edges are a crumb below so many spacings in all,
 const SHORTEST: f64 = 2.0;
-/// and as many more for each free end and each sharp bend: creases of parts end and bend where they meet other creases,
-/// those of scans anywhere.
+/// and as many more for each free end and each sharp bend: creases of parts end and bend where they meet
+/// other creases, those of scans anywhere.
 const PER_FLAW: f64 = 4.0;
-/// Where the angle changes from edge to edge, a spacing counts as at least so many edges, times the mean change's share of
-/// the mean angle: 0 to 0.1 on parts, 0.2 to 0.4 on scans. Noise is of the input's size, however fine the output; it also
-/// makes chains branch.
+/// Where the angle changes from edge to edge, a spacing counts as at least so many edges, times the mean
+/// change's share of the mean angle: 0 to 0.1 on parts, 0.2 to 0.4 on scans. Noise is of the input's size,
+/// however fine the output; it also makes chains branch.
 const ROUGH_EDGES: f64 = 10.0;
 /// At least this share of their length must be sharp by itself, if they have such flaws.
 const STRONG: f64 = 0.5;
@@ -29,7 +29,8 @@ fn is_sharp(graph: &Graph, link: u32) -> bool {
     link.on && link.kind == CurveKind::Sharp
 }
 
-/// The chain from the free end `vertex` to the next vertex with more or fewer than two curve links, and its length.
+/// The chain from the free end `vertex` to the next vertex with more or fewer than two curve links, and its
+/// length.
 fn twig_at(graph: &Graph, vertex: u32) -> (Vec<u32>, u32, f64) {
     let (mut at, mut length, mut chain) = (vertex, 0.0, Vec::new());
     let mut next = graph.curves_at(vertex).next();

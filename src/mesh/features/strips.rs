@@ -1,9 +1,9 @@
-//! Takes back edges of strips between curves that are much narrower than the output's triangles are long: each triangle
-//! there would be a sliver.
+//! Takes back edges of strips between curves that are much narrower than the output's triangles are long:
+//! each triangle there would be a sliver.
 //!
-//! At a step the surface turns one way at one side and back at the other: nobody sees it at this spacing, and both sides
-//! go. At a chamfer it turns the same way at both: the sharper one stays. The side of a plate does so too, but twice as
-//! far; there both stay, for the plate would lose its side.
+//! At a step the surface turns one way at one side and back at the other: nobody sees it at this spacing, and
+//! both sides go. At a chamfer it turns the same way at both: the sharper one stays. The side of a plate does
+//! so too, but twice as far; there both stay, for the plate would lose its side.
 
 use super::graph::{Graph, Link};
 use super::patches::patches;
@@ -12,7 +12,8 @@ use super::{CurveKind, Dropped};
 
 /// A patch narrower than this many spacings is a strip.
 pub(super) const NARROW: f64 = 0.25;
-/// It is a step if it turns each way along at least this share of its rim. No more of it may be other than sharp.
+/// It is a step if it turns each way along at least this share of its rim. No more of it may be other than
+/// sharp.
 const EACH_WAY: f64 = 0.25;
 /// The sides of a chamfer turn less than this many degrees together.
 pub(super) const PLATE: f64 = 135.0;

@@ -1,4 +1,5 @@
-//! The surface as the search sees it: triangles with trustworthy normals, and what lies across each of their sides.
+//! The surface as the search sees it: triangles with trustworthy normals, and what lies across each of their
+//! sides.
 
 use glam::DVec3;
 use rayon::prelude::*;
@@ -9,10 +10,11 @@ use crate::mesh::half_edges::{EdgeTable, edge_key, next, twin_pair};
 use crate::mesh::triangle::doubled_normal;
 use crate::{Error, Result};
 
-/// Triangles lower than this share of the spacing take the normal of the one across their longest side: their own is
-/// the rounding of their coordinates as much as the surface's.
+/// Triangles lower than this share of the spacing take the normal of the one across their longest side: their
+/// own is the rounding of their coordinates as much as the surface's.
 const NEEDLE: f64 = 1e-3;
-/// The same in shares of the bounding box's diagonal: coordinates of 32 bits give such a triangle's normal to 5 degrees.
+/// The same in shares of the bounding box's diagonal: coordinates of 32 bits give such a triangle's normal to
+/// 5 degrees.
 const NEEDLE_OF_DIAGONAL: f64 = 1e-6;
 
 /// Half-edges `3 * triangle + k`, from corner `k` to the next.
@@ -21,12 +23,13 @@ pub(super) struct Sides<'a> {
     /// Unit normals (zero where there is none) and areas of the triangles.
     pub(super) normals: Vec<DVec3>,
     pub(super) areas: Vec<f64>,
-    /// For each half-edge the one that runs against it, [`NONE`] where the edge does not have just two triangles of
-    /// one orientation.
+    /// For each half-edge the one that runs against it, [`NONE`] where the edge does not have just two
+    /// triangles of one orientation.
     pub(super) twins: Vec<u32>,
     /// Edges that are curves whatever their angle, by their first half-edge.
     pub(super) fixed: Vec<(u32, CurveKind)>,
-    /// Pairs of half-edges on one edge that are no twins of each other; all on one such edge are linked by them.
+    /// Pairs of half-edges on one edge that are no twins of each other; all on one such edge are linked by
+    /// them.
     pub(super) joined: Vec<[u32; 2]>,
     /// Whether a half-edge is on one of them.
     pub(super) is_fixed: Vec<bool>,

@@ -1,5 +1,5 @@
-//! Takes back edges beside others from where both meet at an acute angle: until they are far enough apart, every triangle
-//! between them would be a sliver.
+//! Takes back edges beside others from where both meet at an acute angle: until they are far enough apart,
+//! every triangle between them would be a sliver.
 
 use glam::DVec3;
 
@@ -9,8 +9,8 @@ use super::strips::{NARROW, PLATE, length, mean_turn};
 use super::surface::Sides;
 use super::{CurveKind, Dropped};
 
-/// Two sharp edges are a wedge if they need more than so many spacings to get as far apart as the sides of a strip are: below
-/// 14 degrees, if they are straight.
+/// Two sharp edges are a wedge if they need more than so many spacings to get as far apart as the sides of a
+/// strip are: below 14 degrees, if they are straight.
 const LONG: f64 = 1.0;
 
 /// Sharp links in a row from a vertex to where curves meet or end, or back.
@@ -40,8 +40,8 @@ impl Chain {
         self.points.truncate(links + 1);
     }
 
-    /// The links from the vertex on to where it is nearer to the other chain than `width` for the last time before it is twice
-    /// as far, and nearer on average.
+    /// The links from the vertex on to where it is nearer to the other chain than `width` for the last time
+    /// before it is twice as far, and nearer on average.
     fn beside(&self, other: &Self, width: f64) -> &[u32] {
         let (mut gone, mut sum) = (0.0, 0.0);
         let mut near = 0;

@@ -17,8 +17,8 @@ struct Open {
     apex: u32,
 }
 
-/// Splits triangles at open vertices within `reach` of their open edges, where that closes a stretch of an edge and puts
-/// no third face at one.
+/// Splits triangles at open vertices within `reach` of their open edges, where that closes a stretch of an
+/// edge and puts no third face at one.
 pub(super) fn join(mesh: &mut TriMesh, origin: &mut Vec<u32>, reach: f64, counts: &mut RepairCounts) {
     for _ in 0..ROUNDS {
         let mut faces: HashMap<(u32, u32), u32> = HashMap::new();

@@ -1,5 +1,5 @@
-//! What is wrong with a mesh in ways that have one obvious answer: duplicates, zero areas, leftovers, faces turned over;
-//! and, where the caller gives a tolerance, cracks and crumbs.
+//! What is wrong with a mesh in ways that have one obvious answer: duplicates, zero areas, leftovers, faces
+//! turned over; and, where the caller gives a tolerance, cracks and crumbs.
 
 mod components;
 mod joints;
@@ -18,8 +18,9 @@ use super::submesh::without_unused_vertices;
 use crate::{Error, Result};
 pub(crate) use components::connected_components;
 
-/// A triangle counts as flat when twice its area is at most this share of its longest edge squared. Edges computed
-/// in f64 are exact to about 1e-16, so below some 1e-15 the area is rounding alone; the rest is a margin.
+/// A triangle counts as flat when twice its area is at most this share of its longest edge squared. Edges
+/// computed in f64 are exact to about 1e-16, so below some 1e-15 the area is rounding alone; the rest is a
+/// margin.
 const FLAT: f64 = 1e-14;
 
 /// A mesh after [`repair`], with what was done to it.
@@ -36,8 +37,8 @@ pub struct Repaired {
 /// What [`repair`] may do beyond what is always right.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct RepairOptions {
-    /// Vertices closer than this share of the bounding box's diagonal become one, and open edges are joined to the open
-    /// vertices on them; 0 to below 1, 0 for exact duplicates only.
+    /// Vertices closer than this share of the bounding box's diagonal become one, and open edges are joined
+    /// to the open vertices on them; 0 to below 1, 0 for exact duplicates only.
     pub weld: f64,
     /// Components with less than this share of the area are dropped, but never the largest; 0 to below 1.
     pub min_component: f64,
@@ -91,8 +92,8 @@ pub fn repair(mesh: &TriMesh) -> Result<Repaired> {
     repair_with(mesh, &RepairOptions::default())
 }
 
-/// The mesh with its vertices where [`repair_with`] welds them to; faces keep their numbers, those that it drops too. What
-/// attributes say of edges then holds for cracks that are closed.
+/// The mesh with its vertices where [`repair_with`] welds them to; faces keep their numbers, those that it
+/// drops too. What attributes say of edges then holds for cracks that are closed.
 ///
 /// # Errors
 ///
@@ -108,10 +109,11 @@ pub fn at_welded_places(mesh: &TriMesh, options: &RepairOptions) -> Result<TriMe
     Ok(TriMesh { vertices: mesh.vertices.iter().map(welded).collect(), triangles: mesh.triangles.clone() })
 }
 
-/// Welds vertices at exactly equal positions (-0.0 equals 0.0), then drops faces without an area, repeated faces
-/// (the first is kept) and unused vertices. Areas are judged relative to the triangle's own longest edge, so
-/// neither size nor position of the mesh matters. Then closes cracks and drops small components as far as `options`
-/// say, and turns faces over that disagree with the larger part of their component by area; what is inside out stays so.
+/// Welds vertices at exactly equal positions (-0.0 equals 0.0), then drops faces without an area, repeated
+/// faces (the first is kept) and unused vertices. Areas are judged relative to the triangle's own longest
+/// edge, so neither size nor position of the mesh matters. Then closes cracks and drops small components as
+/// far as `options` say, and turns faces over that disagree with the larger part of their component by area;
+/// what is inside out stays so.
 ///
 /// # Errors
 ///
@@ -157,8 +159,8 @@ pub fn repair_with(mesh: &TriMesh, options: &RepairOptions) -> Result<Repaired> 
 /// Extents beyond this, and below its inverse, have squares that overflow or vanish.
 const FAR: f64 = 1e60;
 
-/// What lengths are divided by so that they can be multiplied: a power of two, so that no digit is lost; 1 for what is of an
-/// ordinary size.
+/// What lengths are divided by so that they can be multiplied: a power of two, so that no digit is lost; 1
+/// for what is of an ordinary size.
 fn unit_of(mesh: &TriMesh) -> f64 {
     let (low, high) = mesh.bounds().unwrap_or_default();
     // Halved first, because the difference can overflow.
@@ -173,8 +175,8 @@ fn unit_of(mesh: &TriMesh) -> f64 {
     }
 }
 
-/// The triangles with other vertices for theirs, without those that are flat or repeat an earlier one, and the number that
-/// each had.
+/// The triangles with other vertices for theirs, without those that are flat or repeat an earlier one, and
+/// the number that each had.
 fn clean(
     mesh: &TriMesh,
     vertex: impl Fn(u32) -> u32,

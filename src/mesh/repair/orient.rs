@@ -4,8 +4,8 @@ use super::RepairCounts;
 use crate::TriMesh;
 use crate::mesh::half_edges::EdgeTable;
 
-/// Makes the faces of each orientable component agree with the larger part of it by area. A component is what hangs
-/// together by edges of two faces: where more meet, or only a vertex, either side is right.
+/// Makes the faces of each orientable component agree with the larger part of it by area. A component is what
+/// hangs together by edges of two faces: where more meet, or only a vertex, either side is right.
 pub(super) fn orient(mesh: &mut TriMesh, counts: &mut RepairCounts) {
     let across = neighbours(&mesh.triangles);
     if !across.iter().flatten().any(|(_, agrees)| !agrees) {

@@ -7,8 +7,8 @@ use crate::mesh::submesh::without_unused_vertices;
 use glam::DVec3;
 use std::collections::{HashMap, HashSet};
 
-/// Welds vertices within `reach` of an earlier one to it. Welds that would put three faces at an edge, or two faces
-/// back to back, are left out.
+/// Welds vertices within `reach` of an earlier one to it. Welds that would put three faces at an edge, or two
+/// faces back to back, are left out.
 pub(super) fn weld(mesh: &mut TriMesh, origin: &mut Vec<u32>, reach: f64, counts: &mut RepairCounts) {
     let mut kept = nearest_earlier(&mesh.vertices, reach);
     let crowded: HashSet<(u32, u32)> = crowded_edges(&mesh.triangles).collect();

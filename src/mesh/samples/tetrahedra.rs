@@ -7,13 +7,13 @@ use glam::DVec3;
 use super::TriMesh;
 use crate::mesh::triangle::doubled_normal;
 
-/// Six tetrahedra that fill a cube along its diagonal from corner 0 to 7 (bit 0 is x, bit 1 y, bit 2 z): one for
-/// each order of the axes, so that those of neighbouring cubes meet face to face.
+/// Six tetrahedra that fill a cube along its diagonal from corner 0 to 7 (bit 0 is x, bit 1 y, bit 2 z): one
+/// for each order of the axes, so that those of neighbouring cubes meet face to face.
 const TETRAHEDRA: [[usize; 4]; 6] =
     [[0, 1, 3, 7], [0, 1, 5, 7], [0, 2, 3, 7], [0, 2, 6, 7], [0, 4, 5, 7], [0, 4, 6, 7]];
 
-/// Triangles where `field`, negative inside, crosses zero, on a grid of about `spacing` from `lo` to `hi`. The
-/// field must be positive on the box's own surface.
+/// Triangles where `field`, negative inside, crosses zero, on a grid of about `spacing` from `lo` to `hi`.
+/// The field must be positive on the box's own surface.
 pub(super) fn level_set(field: impl Fn(DVec3) -> f64, lo: DVec3, hi: DVec3, spacing: f64) -> TriMesh {
     let cells = ((hi - lo) / spacing).ceil().to_array().map(|count| count as u32);
     let [nx, ny, nz] = cells.map(|count| count + 1);

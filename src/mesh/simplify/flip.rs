@@ -10,7 +10,8 @@ const SWEEPS: u32 = 6;
 /// The two triangles agree by at least this cosine of their normals before, and the new ones with both.
 const FLAT: f64 = 0.5;
 
-/// Flips edges that are not Delaunay where the surface is nearly flat; no edge is repeated and no curve crossed.
+/// Flips edges that are not Delaunay where the surface is nearly flat; no edge is repeated and no curve
+/// crossed.
 pub(super) fn flip(graph: &mut Graph) {
     for _ in 0..SWEEPS {
         let mut flips = 0;

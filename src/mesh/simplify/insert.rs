@@ -8,10 +8,11 @@ use glam::DVec3;
 /// A point whose barycentric coordinate is below this is on the side across.
 const NEAR: f64 = 1e-3;
 
-/// Adds the sites; one close to a vertex is that vertex. The vertices, without repetition as long as there is none among
-/// the sites.
+/// Adds the sites; one close to a vertex is that vertex. The vertices, without repetition as long as there is
+/// none among the sites.
 pub(super) fn insert(graph: &mut Graph, sites: &[Site]) -> Vec<u32> {
-    // The triangles that each of the surface's has become; splits of edges reach neighbours, so they are looked for.
+    // The triangles that each of the surface's has become; splits of edges reach neighbours, so they are
+    // looked for.
     let mut parts: Vec<Vec<u32>> = (0..graph.triangles.len() as u32).map(|t| vec![t]).collect();
     sites.iter().map(|site| insert_one(graph, &mut parts, site)).collect()
 }

@@ -1,8 +1,8 @@
 //! How much a surface bends, as a mesh of a given edge length sees it.
 //!
-//! The curvature tensor is that of the normal cycle (Cohen-Steiner and Morvan 2003): every edge bends by the angle
-//! between its triangles, along itself. Summed over a neighbourhood, what noise adds one way it takes away the other way,
-//! since bends have a sign.
+//! The curvature tensor is that of the normal cycle (Cohen-Steiner and Morvan 2003): every edge bends by the
+//! angle between its triangles, along itself. Summed over a neighbourhood, what noise adds one way it takes
+//! away the other way, since bends have a sign.
 
 use crate::TriMesh;
 use crate::mesh::half_edges::EdgeTable;
@@ -19,8 +19,9 @@ const HALF_STRETCH: f64 = 0.75;
 /// The tensor's xx, yy, zz, xy, yz and zx, times the area.
 type Tensor = [f64; 6];
 
-/// The curvature at each vertex: the root of the sum of the squared principal curvatures, over about half an edge of a
-/// mesh of this `spacing`. Half-edges, `3 * triangle + side`, that are `on_curve` do not bend; an empty list means none.
+/// The curvature at each vertex: the root of the sum of the squared principal curvatures, over about half an
+/// edge of a mesh of this `spacing`. Half-edges, `3 * triangle + side`, that are `on_curve` do not bend; an
+/// empty list means none.
 pub fn curvature(surface: &TriMesh, on_curve: &[bool], spacing: f64) -> Vec<f64> {
     let normals: Vec<DVec3> = (0..surface.triangles.len()).map(|t| surface.doubled_normal(t)).collect();
     let count = surface.vertices.len();

@@ -1,4 +1,5 @@
-//! Wished edge lengths made fit for a mesh: within bounds, no longer than the next ones allow, and for a number of vertices.
+//! Wished edge lengths made fit for a mesh: within bounds, no longer than the next ones allow, and for a
+//! number of vertices.
 
 use super::mean_crowd;
 use crate::TriMesh;
@@ -6,7 +7,8 @@ use crate::mesh::csr::Csr;
 use std::cmp::Ordering;
 use std::collections::BinaryHeap;
 
-/// Within this share of the number of vertices the scale is good enough: what is left is taken from all lengths alike.
+/// Within this share of the number of vertices the scale is good enough: what is left is taken from all
+/// lengths alike.
 const CLOSE: f64 = 1e-3;
 /// Tries to find the scale.
 const TRIES: u32 = 40;
@@ -24,8 +26,8 @@ pub struct Bounds<'a> {
     pub growth: f64,
 }
 
-/// Lengths at the vertices of `surface` in proportion to `wished` ones, all above 0, but within `bounds`, for as many
-/// vertices as the uniform mesh has.
+/// Lengths at the vertices of `surface` in proportion to `wished` ones, all above 0, but within `bounds`, for
+/// as many vertices as the uniform mesh has.
 pub fn graded(surface: &TriMesh, wished: &[f64], bounds: &Bounds) -> Vec<f64> {
     let edges = Edges::new(surface);
     let areas: Vec<f64> = (0..surface.triangles.len()).map(|t| surface.triangle_area(t)).collect();
@@ -58,7 +60,8 @@ pub fn graded(surface: &TriMesh, wished: &[f64], bounds: &Bounds) -> Vec<f64> {
     }
 }
 
-/// The edges from each vertex of a surface: the other end and the length of each, those between two triangles twice.
+/// The edges from each vertex of a surface: the other end and the length of each, those between two triangles
+/// twice.
 struct Edges(Csr<(u32, f64)>);
 
 /// A vertex that may shorten those around it; the one with the shortest length comes first.
@@ -87,7 +90,8 @@ impl Edges {
         Self(Csr::group(surface.vertices.len(), ends))
     }
 
-    /// The largest lengths, none above the given ones, that grow by no more than `growth` for each unit of way along edges.
+    /// The largest lengths, none above the given ones, that grow by no more than `growth` for each unit of
+    /// way along edges.
     fn limited(&self, mut lengths: Vec<f64>, growth: f64) -> Vec<f64> {
         let around = |v: u32| self.0.of(v);
         let mut heap: BinaryHeap<Next> = (0..lengths.len() as u32)

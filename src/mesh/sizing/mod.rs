@@ -1,7 +1,9 @@
-//! How long edges should be where: a field over a surface, from its curvature or from numbers at its vertices.
+//! How long edges should be where: a field over a surface, from its curvature or from numbers at its
+//! vertices.
 //!
-//! Lengths are relative to the edges of a uniform mesh with as many vertices, the *spacing*. A field is scaled so that
-//! as many vertices cover the surface as in that mesh: the mean of 1 / length² over the area is 1.
+//! Lengths are relative to the edges of a uniform mesh with as many vertices, the *spacing*. A field is
+//! scaled so that as many vertices cover the surface as in that mesh: the mean of 1 / length² over the area
+//! is 1.
 
 mod curvature;
 mod graded;
@@ -27,8 +29,8 @@ pub struct SizeField {
 }
 
 impl SizeField {
-    /// Linear in the triangles of `surface` between `lengths` at its vertices, all above 0, then scaled so that the mean
-    /// of 1 / length² over the area is 1. Panics if there are fewer lengths than vertices.
+    /// Linear in the triangles of `surface` between `lengths` at its vertices, all above 0, then scaled so
+    /// that the mean of 1 / length² over the area is 1. Panics if there are fewer lengths than vertices.
     pub fn new(surface: TriMesh, lengths: Vec<f64>) -> Self {
         let mut field = Self { surface, lengths };
         let (mut crowd, mut area) = (0.0, 0.0);
@@ -117,13 +119,14 @@ impl SizeField {
     }
 }
 
-/// The mean of 1 / length on a way over which the length changes from `a` to `b`: how many edges a unit of way takes.
+/// The mean of 1 / length on a way over which the length changes from `a` to `b`: how many edges a unit of
+/// way takes.
 pub(crate) fn mean_inverse(a: f64, b: f64) -> f64 {
     if (b - a).abs() < EVEN * a { 2.0 / (a + b) } else { (b / a).ln() / (b - a) }
 }
 
-/// The mean of 1 / length² over a triangle in which the length is linear between its corners: twice the divided difference of
-/// -ln, by the formula of Hermite and Genocchi.
+/// The mean of 1 / length² over a triangle in which the length is linear between its corners: twice the
+/// divided difference of -ln, by the formula of Hermite and Genocchi.
 fn mean_crowd(mut corners: [f64; 3]) -> f64 {
     corners.sort_by(f64::total_cmp);
     let [a, b, c] = corners;

@@ -24,8 +24,8 @@ pub(crate) struct System<'a> {
 }
 
 impl System<'_> {
-    /// The moves after at most `steps` steps from none, with the 3 × 3 blocks of the diagonal as preconditioner. In one
-    /// thread, so that the order of the sums is always the same.
+    /// The moves after at most `steps` steps from none, with the 3 × 3 blocks of the diagonal as
+    /// preconditioner. In one thread, so that the order of the sums is always the same.
     pub fn solve(&self, steps: u32) -> Vec<DVec3> {
         let matrix = self.matrix();
         let inverse: Vec<DMat3> = matrix.vertices.iter().map(Symmetric::inverse).collect();
@@ -133,7 +133,8 @@ impl System<'_> {
     }
 }
 
-/// A symmetric matrix of 3 × 3 blocks: those of vertices on the diagonal, and of the edges between two of them.
+/// A symmetric matrix of 3 × 3 blocks: those of vertices on the diagonal, and of the edges between two of
+/// them.
 struct Matrix {
     vertices: Vec<Symmetric>,
     edges: Vec<([u32; 2], Symmetric)>,

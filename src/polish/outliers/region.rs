@@ -1,5 +1,5 @@
-//! What is around a spot: how far mesh and surface are from each other there, and whether the triangles are sound. All of
-//! it is found out once; after an edit, only where that changed something.
+//! What is around a spot: how far mesh and surface are from each other there, and whether the triangles are
+//! sound. All of it is found out once; after an edit, only where that changed something.
 
 use glam::DVec3;
 
@@ -29,7 +29,8 @@ pub(crate) struct Region {
     pub triangles: Vec<u32>,
     /// Triangles with an edge in common with them. Nothing beyond them is looked at.
     pub rim: Vec<u32>,
-    /// The surface's vertices that were nearest to the triangles, with the place of that triangle in the list.
+    /// The surface's vertices that were nearest to the triangles, with the place of that triangle in the
+    /// list.
     points: Vec<(u32, usize)>,
     /// The square of the distance below which nothing is far.
     least_sq: f64,
@@ -39,8 +40,8 @@ pub(crate) struct Region {
 pub(crate) struct Before {
     /// How far all is, see [`Far`].
     pub far: Far,
-    /// Of each point of the surface, the squared distance to the nearest triangle, or to any that is not far, and that one's
-    /// place in the list.
+    /// Of each point of the surface, the squared distance to the nearest triangle, or to any that is not far,
+    /// and that one's place in the list.
     nearest: Vec<(f64, usize)>,
     /// The squared distances of each triangle's samples that are far.
     samples: Vec<Vec<f64>>,
@@ -65,8 +66,8 @@ impl Far {
 }
 
 impl Work<'_> {
-    /// All triangles at the vertices around one, with the surface's points there: those of `points_of`, which has the
-    /// surface's vertices nearest to each triangle.
+    /// All triangles at the vertices around one, with the surface's points there: those of `points_of`, which
+    /// has the surface's vertices nearest to each triangle.
     pub fn region(&self, t: u32, points_of: &[Vec<u32>]) -> Region {
         let vertices = self.around(t);
         let at_vertex = |v: &u32| self.links.ring(*v).map(|h| h / 3);
@@ -120,8 +121,8 @@ impl Work<'_> {
         Before { far, nearest, samples, sound, ranks }
     }
 
-    /// What is far in a region after an edit that changed the triangles at the places `changed` of its list; nothing if
-    /// one of these is unsound or flatter than `floor` degrees, or if the sum reaches `most`.
+    /// What is far in a region after an edit that changed the triangles at the places `changed` of its list;
+    /// nothing if one of these is unsound or flatter than `floor` degrees, or if the sum reaches `most`.
     pub fn after(
         &self,
         region: &Region,
@@ -177,8 +178,8 @@ impl Work<'_> {
         (far.sum < most).then_some(far)
     }
 
-    /// The squared distance of a point of the surface to the nearest triangle, or to any that is not far, and that one's
-    /// place in the list; the triangle at `first` is looked at first.
+    /// The squared distance of a point of the surface to the nearest triangle, or to any that is not far, and
+    /// that one's place in the list; the triangle at `first` is looked at first.
     fn nearest(&self, p: u32, first: usize, corners: &[[DVec3; 3]], least_sq: f64) -> (f64, usize) {
         let at = self.ground.target.points[p as usize].at;
         let mut nearest = (distance_sq(at, corners[first]), first);
@@ -194,8 +195,8 @@ impl Work<'_> {
         nearest
     }
 
-    /// The squared distances of a triangle's samples that are far. Of those on vertices and edges each belongs to one
-    /// triangle of the region.
+    /// The squared distances of a triangle's samples that are far. Of those on vertices and edges each
+    /// belongs to one triangle of the region.
     fn samples(&self, t: u32, region: &Region, ranks: &mut Ranks) -> Vec<f64> {
         let [a, b, c] = self.corners(t);
         let middle = (a + b + c) / 3.0;
