@@ -43,6 +43,11 @@ files '*.rs' | xargs -r -d '\n' awk '
     match($0, /^ */)
     if (RLENGTH == indent) { if (FNR - start + 1 >= 80) print FILENAME ":" start ": " name; start = 0 }
   }' | breach "a function of 80 lines or more"
+# Tables and pictures in Markdown cannot be broken, nor can addresses; files in tests' strings may have long
+# lines, and bench/results is as programs wrote it. Columns are characters, not bytes.
+lines '^.{111,}' '*.rs' '*.comp' '*.glsl' '*.md' '*.sh' '*.py' ':!bench/results' |
+  { grep -vE '\.md:[0-9]+:(\||!\[)|^tests/[^:]*:[0-9]+:.*\\n|https?://' || true; } |
+  breach "a line of more than 110 columns"
 # The tree of docs/ARCHITECTURE.md as paths. Names end at two spaces; two columns deeper means in the folder.
 tree=$(awk '
     /^## / { here = /The tree/ }

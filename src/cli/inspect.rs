@@ -32,7 +32,8 @@ pub struct Args {
     #[arg(short = 'n', long, value_name = "N", value_parser = vertex_count, help_heading = SIZE)]
     vertices: Option<usize>,
     /// Least angle of sharp edges; 180: none
-    #[arg(long, value_name = "DEGREES", default_value_t = FeatureOptions::FEATURE_ANGLE, help_heading = FEATURES)]
+    #[arg(long, value_name = "DEGREES", default_value_t = FeatureOptions::FEATURE_ANGLE,
+        help_heading = FEATURES)]
     feature_angle: f64,
     /// OBJ file with lines along edges, which are curves as well
     #[arg(long, value_name = "FILE.obj", help_heading = FEATURES)]

@@ -43,12 +43,12 @@ pub struct Args {
     #[arg(long, value_name = "WxH", default_value = "720x540", value_parser = size, help_heading = CAMERA)]
     size: [u32; 2],
     /// Rotation around the up axis in degrees
-    #[arg(long, value_name = "DEGREES", default_value_t = View::default().azimuth, allow_negative_numbers = true,
-        help_heading = CAMERA)]
+    #[arg(long, value_name = "DEGREES", default_value_t = View::default().azimuth,
+        allow_negative_numbers = true, help_heading = CAMERA)]
     azimuth: f64,
     /// Height of the camera above the horizon in degrees
-    #[arg(long, value_name = "DEGREES", default_value_t = View::default().elevation, allow_negative_numbers = true,
-        help_heading = CAMERA)]
+    #[arg(long, value_name = "DEGREES", default_value_t = View::default().elevation,
+        allow_negative_numbers = true, help_heading = CAMERA)]
     elevation: f64,
     /// Magnification; below 1 the meshes are smaller
     #[arg(long, value_name = "TIMES", default_value_t = 1.0, help_heading = CAMERA)]

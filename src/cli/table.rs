@@ -87,7 +87,8 @@ pub fn devices(list: &[DeviceInfo]) -> String {
     for d in list {
         let l = &d.limits;
         let limits = format!(
-            "{} MiB a buffer\n{} KiB shared memory\n{} buffers a kernel\n{} invocations a workgroup\n{:.1} GiB memory\n{}",
+            "{} MiB a buffer\n{} KiB shared memory\n{} buffers a kernel\n{} invocations a workgroup\n\
+             {:.1} GiB memory\n{}",
             l.storage_buffer_bytes >> 20,
             l.shared_memory_bytes >> 10,
             l.storage_buffers,

@@ -111,7 +111,10 @@ fn nodes_move_turn_mirror_and_share_meshes() {
     json["nodes"] = json!([
         { "children": [1, 2], "translation": [1e9, 0.0, 0.0] },
         { "mesh": 0, "rotation": [0.0, 0.0, half, half], "scale": [2.0, 1.0, 1.0] },
-        { "mesh": 0, "matrix": [-1.0, 0.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 5.5, 1.0] },
+        {
+            "mesh": 0,
+            "matrix": [-1.0, 0.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 5.5, 1.0],
+        },
         { "mesh": 0 },
     ]);
     let mesh = parse(&json).mesh;
