@@ -1,8 +1,8 @@
-//! What a kernel is to Rust, and its compiled pipeline.
+//! Kernels: their declarations, and their compiled pipelines.
 
 use super::buffer::RawBuffer;
-use super::device::{Device, Shared, fixed};
-use super::vk_error;
+use super::device::{Device, Shared, lock};
+use super::errors::vk_error;
 use crate::{Error, Result};
 use ash::vk;
 use std::collections::HashMap;
@@ -81,30 +81,30 @@ pub(super) struct RawPipeline {
 }
 
 impl<K: Kernel> Pipeline<K> {
-    /// Compiles the kernel, once for a device and constants: later calls share the first one's work.
+    /// Compiles the kernel, or returns the pipeline that was compiled before with the same constants.
     ///
     /// # Errors
     /// [`Error::Device`] if the workgroup is larger than the device's limit or the driver refuses the kernel.
     pub fn new(device: &Device, constants: K::Constants) -> Result<Self> {
         let key = (K::INFO.name, constants.values());
-        let place = fixed(&device.pipelines).entry(key.clone()).or_default().clone();
+        let cell = lock(&device.pipelines).entry(key.clone()).or_default().clone();
         // Not under the lock, so that threads can compile different kernels at the same time.
-        let made = place.get_or_init(|| {
+        let compiled = cell.get_or_init(|| {
             let push_bytes = size_of::<K::Push>() as u32;
             RawPipeline::new(&device.shared, K::INFO, &constants, push_bytes).map(Arc::new)
         });
-        match made {
+        match compiled {
             Ok(raw) => Ok(Self { raw: raw.clone(), kernel: PhantomData }),
             Err(error) => {
-                // Later there may be enough memory.
-                fixed(&device.pipelines).remove(&key);
+                // A later attempt may succeed, for example with more free memory.
+                lock(&device.pipelines).remove(&key);
                 Err(error.clone())
             }
         }
     }
 }
 
-/// The pipelines of a device by kernel and specialization constants; whoever wants one that is being compiled waits.
+/// The pipelines of a device by kernel and specialization constants. A thread that needs one being compiled waits for it.
 pub(super) type Pipelines = Mutex<HashMap<(&'static str, Vec<(u32, u32)>), Arc<OnceLock<Compiled>>>>;
 type Compiled = Result<Arc<RawPipeline>>;
 

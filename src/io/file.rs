@@ -63,7 +63,7 @@ pub(crate) fn output_error(path: &Path, problem: impl Into<String>, remedy: &str
 /// The path to replace: `path` itself, or what it links to.
 fn final_path(path: &Path) -> Result<PathBuf> {
     let Some(name) = path.file_name().filter(|name| *name != OsStr::new("")) else {
-        return Err(output_error(path, "this is no file name", "give the name of a file to write"));
+        return Err(output_error(path, "this is not a file name", "give the name of a file to write"));
     };
     if let Ok(known) = std::fs::metadata(path) {
         if known.is_dir() {

@@ -97,8 +97,11 @@ pub(crate) fn parse(bytes: &[u8]) -> Result<Loaded> {
         let is_set = fits && values.iter().any(|value| *value != 0.0);
         is_set.then(|| Attribute::new(REFERENCE, Role::Label, Kind::I32, 1, values)).into_iter().collect()
     };
-    let attributes =
-        Attributes { vertex: attribute(vertex_references), face: attribute(face_references), ..Attributes::default() };
+    let attributes = Attributes {
+        vertex: attribute(vertex_references),
+        face: attribute(face_references),
+        ..Attributes::default()
+    };
     if out_of_range {
         notes.push("references were ignored: some are not 32-bit integers".to_owned());
     }
@@ -141,7 +144,10 @@ fn find_sections(mut words: Words) -> Result<Sections> {
         };
         let count_word = words.next().unwrap_or_default();
         let Some(count) = unsigned_integer(count_word) else {
-            let problem = format!("the count '{}' after '{keyword}' is not a unsigned_integer number", excerpt_of_bytes(count_word));
+            let problem = format!(
+                "the count '{}' after '{keyword}' is not a unsigned_integer number",
+                excerpt_of_bytes(count_word)
+            );
             return refuse(problem, "repair the file or write the mesh again");
         };
         if slot.is_some() {
@@ -188,7 +194,8 @@ fn read_faces(
             };
             let Some(corner) = unsigned_integer(word) else {
                 let place = format!("{}, {name} {index}", words.place());
-                let problem = format!("the vertex index '{}' is not a unsigned_integer number", excerpt_of_bytes(word));
+                let problem =
+                    format!("the vertex index '{}' is not a unsigned_integer number", excerpt_of_bytes(word));
                 return Err(Error::input(Some(place), problem, "repair the face or write the mesh again"));
             };
             face.push(corner);

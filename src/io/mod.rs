@@ -22,6 +22,6 @@ pub use loaded::Loaded;
 pub use obj::feature_lines::{FeatureLine, read_feature_lines, write_features};
 pub use read::{read, read_as, read_bytes, read_bytes_with_materials, read_with_materials};
 pub use write::{
-    check_target, encode, encode_with, lost_attributes_note, lost_precision_note, target_encoding, write, write_as,
-    write_with,
+    check_target, encode, encode_with, lost_attributes_note, lost_precision_note, target_encoding, write,
+    write_as, write_with,
 };

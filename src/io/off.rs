@@ -40,7 +40,8 @@ pub(crate) fn parse(bytes: &[u8]) -> Result<Loaded> {
     refuse_binary(bytes, "give a text file")?;
     let mut counts = words(line).map_while(unsigned_integer);
     let (Some(vertices), Some(faces)) = (counts.next(), counts.next()) else {
-        let problem = format!("'{}' is not a line of the counts of vertices and faces", excerpt_of_bytes(line));
+        let problem =
+            format!("'{}' is not a line of the counts of vertices and faces", excerpt_of_bytes(line));
         return Err(Error::input(Some(lines.place()), problem, "write two or three whole numbers"));
     };
     check_counts(vertices, faces)?;
@@ -141,7 +142,10 @@ fn read_faces(count: u64, vertices: u64, lines: &mut Lines) -> Result<(Faces, u6
         let mut words = words(line);
         let first = words.next().unwrap_or_default();
         let Some(size) = unsigned_integer(first) else {
-            return refuse(format!("the number of vertices '{}' is not a whole number", excerpt_of_bytes(first)));
+            return refuse(format!(
+                "the number of vertices '{}' is not a whole number",
+                excerpt_of_bytes(first)
+            ));
         };
         corners.clear();
         for _ in 0..size {
@@ -149,7 +153,10 @@ fn read_faces(count: u64, vertices: u64, lines: &mut Lines) -> Result<(Faces, u6
                 return refuse(format!("the face has {} of {size} vertices", corners.len()));
             };
             let Some(corner) = unsigned_integer(word) else {
-                return refuse(format!("the vertex index '{}' is not a whole number", excerpt_of_bytes(word)));
+                return refuse(format!(
+                    "the vertex index '{}' is not a whole number",
+                    excerpt_of_bytes(word)
+                ));
             };
             corners.push(corner);
         }

@@ -77,7 +77,8 @@ fn decode(
     with_materials: bool,
 ) -> Result<Loaded> {
     let mut notes = Vec::new();
-    let bytes = if gzip::is_compressed(bytes) { Cow::Owned(gzip::decompress(bytes)?) } else { Cow::Borrowed(bytes) };
+    let bytes =
+        if gzip::is_compressed(bytes) { Cow::Owned(gzip::decompress(bytes)?) } else { Cow::Borrowed(bytes) };
     if bytes.is_empty() {
         return Err(Error::input(None, "the file is empty", "write the mesh again"));
     }

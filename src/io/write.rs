@@ -11,9 +11,9 @@ use glam::DVec3;
 use super::file::{check_text_target, output_error, unwritable, write_atomically};
 use super::format::{Encoding, Format, extension_problem, written_extensions};
 use super::{gltf, medit, obj, off, ply, stl};
+use crate::Result;
 use crate::mesh::TriMesh;
 use crate::mesh::attributes::{Attribute, Attributes, Role};
-use crate::{Error, Result};
 
 /// Writes `mesh` in the format of the extension of `path`, compressed if that ends in `.gz`: OBJ, OFF and MEDIT as
 /// text, each f64 in the shortest form that reads back the same; PLY as binary little endian with double coordinates;
@@ -120,7 +120,8 @@ pub fn lost_attributes_note(attributes: &Attributes, format: Format) -> Option<S
     };
     let list = dropped.listed().join(", ");
     let has_names = |a: &&Attribute| !a.names.is_empty() && holds_face_attribute(a);
-    let loses_names = attributes.face.iter().filter(has_names).any(|_| matches!(format, Format::Ply | Format::Medit));
+    let loses_names =
+        attributes.face.iter().filter(has_names).any(|_| matches!(format, Format::Ply | Format::Medit));
     match (list.is_empty(), loses_names) {
         (true, false) => None,
         (true, true) => Some(format!("{} stores labels as numbers, without their names", format.name())),
@@ -145,7 +146,7 @@ fn write_uncompressed(
     format: Format,
 ) -> io::Result<()> {
     match format {
-        Format::Obj => obj::attributes::write(file, mesh, attributes),
+        Format::Obj => obj::write::write(file, mesh, attributes),
         Format::Ply => ply::write::write(file, mesh, attributes),
         Format::Stl => stl::write(file, mesh),
         Format::Off => off::write(file, mesh, attributes),
@@ -197,7 +198,9 @@ pub fn check_target(path: &Path) -> Result<()> {
 pub fn target_encoding(path: &Path) -> Result<Encoding> {
     let remedy = format!("name the result {}", written_extensions());
     match Encoding::of_name(path) {
-        Some(Encoding { format: Format::Gltf, .. }) => Err(output_error(path, ONLY_GLB, "name the result .glb")),
+        Some(Encoding { format: Format::Gltf, .. }) => {
+            Err(output_error(path, ONLY_GLB, "name the result .glb"))
+        }
         Some(encoding) => Ok(encoding),
         None => Err(output_error(path, extension_problem(path), &remedy)),
     }

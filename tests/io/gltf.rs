@@ -143,7 +143,7 @@ fn what_is_no_triangle_is_noted() {
     let loaded = parse(&json);
     assert_eq!(loaded.mesh.triangles.len(), 12);
     let points = "1 primitives of points and lines were ignored";
-    assert_eq!(loaded.notes, [points, "1 skins were ignored; their meshes are as without pose"]);
+    assert_eq!(loaded.notes, [points, "1 skins were ignored; their meshes are in the rest pose"]);
 }
 
 #[test]
@@ -195,7 +195,7 @@ fn json_that_lies_is_refused() {
         ("/meshes/0/primitives/0/attributes", json!({}), "mesh 0, primitive 0", "no positions"),
         ("/meshes/0/primitives/0/indices", json!(0), "accessor 0", "type is 'VEC3' instead of 'SCALAR'"),
         ("/meshes/0/primitives/0/indices", json!(7), "accessor 7", "no such accessor"),
-        ("/accessors/0/count", json!(7), "mesh 0, primitive 0", "no vertex 7, they count from 0 to 6"),
+        ("/accessors/0/count", json!(7), "mesh 0, primitive 0", "no vertex 7, indices go from 0 to 6"),
         ("/accessors/0/count", json!(9), "accessor 0", "cut off: 9 elements from byte 0 on do not fit"),
         ("/accessors/0/count", json!(1_000_000_000), "accessor 0", "cut off: 1000000000 elements"),
         ("/accessors/0/count", json!(u64::MAX), "accessor 0", "cut off"),
@@ -242,7 +242,7 @@ fn buffers_beside_the_file_must_be_there_and_whole() {
     assert!(missing.contains("a.gltf: buffer 0: none.bin: there is no such file"), "{missing}");
     std::fs::create_dir(folder.path().join("folder")).unwrap();
     let directory = refused(&with(&json, "/buffers/0/uri", json!("folder")));
-    assert!(directory.contains("folder: this is no file"), "{directory}");
+    assert!(directory.contains("folder: this is not a regular file"), "{directory}");
     let short = refused(&with(&json, "/buffers/0/byteLength", json!(104)));
     assert!(short.contains("has 103 of its 104 bytes"), "{short}");
 }

@@ -198,7 +198,7 @@ fn assert_left_out(folder: &Path, image: Value, words: &str) {
     let loaded = read_with_materials(&path, None).unwrap();
     let [first, second] = loaded.notes.as_slice() else { panic!("{:?}", loaded.notes) };
     assert_eq!(first, &format!("image 0 was left out: {words}"));
-    assert_eq!(second, "texture 1 was left out: it has no picture that could be read");
+    assert_eq!(second, "texture 1 was left out: none of its images could be read");
     let materials = loaded.attributes.materials.as_ref().map(Materials::images);
     assert_eq!(materials, Some([].as_slice()));
     written(&Loaded { notes: Vec::new(), ..loaded });
@@ -217,7 +217,7 @@ fn pictures_that_cannot_be_had_are_noted() {
         (json!({ "uri": "/dev/zero" }), "it is in '/dev/zero', which is not beside the file"),
         (json!({ "uri": "file:///a.png" }), "it is in 'file:///a.png', which is not beside the file"),
         (json!({ "uri": "none.png" }), "none.png: there is no such file"),
-        (json!({ "uri": "folder" }), "folder: this is no file"),
+        (json!({ "uri": "folder" }), "folder: this is not a regular file"),
         (json!({ "uri": "text.png" }), "it is neither PNG nor JPEG"),
         (json!({ "uri": "data:image/png;base64," }), "it is empty"),
         (json!({ "uri": "data:image/png,x" }), "its data are not in base64"),
@@ -234,10 +234,7 @@ fn pictures_that_cannot_be_had_are_noted() {
     std::fs::write(&path, sphere(one, textured(json!({ "uri": "large.png" }))).to_string()).unwrap();
     match read_with_materials(&path, None) {
         Err(Error::Input { place: Some(place), problem, remedy, .. }) => {
-            assert_eq!(
-                (place.as_str(), problem.as_str()),
-                ("image 0", "the pictures have more than 256 MiB")
-            );
+            assert_eq!((place.as_str(), problem.as_str()), ("image 0", "the images have more than 256 MiB"));
             assert!(remedy.contains("without materials"));
         }
         other => panic!("{other:?}"),

@@ -260,7 +260,7 @@ fn targets_that_cannot_be_written_are_refused_early() {
     }
     assert_eq!(std::fs::read(&read_only).unwrap(), b"old");
     assert_eq!(std::fs::read_dir(folder.path()).unwrap().count(), 2);
-    assert_eq!(output_problem(check_text_target(Path::new("/")).unwrap_err()), "this is no file name");
+    assert_eq!(output_problem(check_text_target(Path::new("/")).unwrap_err()), "this is not a file name");
 }
 
 #[cfg(target_os = "linux")]

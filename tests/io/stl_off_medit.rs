@@ -6,7 +6,7 @@ use std::time::{Duration, Instant};
 
 use glam::DVec3;
 use rtfmesh::Error;
-use rtfmesh::io::{Encoding, Loaded, encode, precision_note, read, read_bytes, write, write_as};
+use rtfmesh::io::{Encoding, Loaded, encode, lost_precision_note, read, read_bytes, write, write_as};
 use rtfmesh::mesh::samples::{names, sample};
 
 use super::obj_and_ply::file;
@@ -165,10 +165,10 @@ fn stl_text_in_capitals_with_polygons_and_several_solids() {
 fn stl_is_refused_or_noted_where_32_bits_are_too_few() {
     let mut mesh = sample("box").unwrap();
     let encoding = "stl".parse::<Encoding>().unwrap();
-    assert_eq!(precision_note(&mesh, encoding.format), None);
+    assert_eq!(lost_precision_note(&mesh, encoding.format), None);
     mesh.vertices.iter_mut().for_each(|v| *v += DVec3::splat(1e6 + 0.1));
-    assert!(precision_note(&mesh, encoding.format).unwrap().contains("32-bit"));
-    assert_eq!(precision_note(&mesh, "glb".parse::<Encoding>().unwrap().format), None);
+    assert!(lost_precision_note(&mesh, encoding.format).unwrap().contains("32-bit"));
+    assert_eq!(lost_precision_note(&mesh, "glb".parse::<Encoding>().unwrap().format), None);
     mesh.vertices[0].x = 1e39;
     assert!(matches!(encode(Path::new("x"), &mesh, encoding), Err(Error::Output { .. })));
 }
@@ -215,7 +215,7 @@ fn off_with_colours_normals_comments_and_counts_anywhere() {
         // A face where a vertex should be is read as one; then there is no face left.
         (format!("OFF\n4 1 0\n{three}3 0 1 2     "), "line 6", "face 0 of 1 is missing"),
         (format!("OFF\n3 2 0\n{three}3 0 1 2    \n"), "line 6", "face 1 of 2 is missing"),
-        (format!("OFF\n3 1 0\n{three}3 0 1 3\n"), "line 6, face 0", "no vertex 3, they count from 0 to 2"),
+        (format!("OFF\n3 1 0\n{three}3 0 1 3\n"), "line 6, face 0", "no vertex 3, indices go from 0 to 2"),
         (format!("OFF\n3 1 0\n{three}3 0 1 1\n"), "line 6, face 0", "vertex 1 twice"),
         (format!("OFF\n3 1 0\n{three}3 0 1\n"), "line 6, face 0", "has 2 of 3 vertices"),
         (
@@ -260,7 +260,7 @@ fn medit_sections_in_any_order_and_layout() {
         (
             format!("{start}{vertices}Triangles\n1\n0 1 2 0\nEnd"),
             "line 10, triangle 1",
-            "no vertex 0, they count from 1 to 3",
+            "no vertex 0, indices go from 1 to 3",
         ),
         (format!("{start}{vertices}Triangles\n1\n1 2 4 0\nEnd"), "line 10, triangle 1", "no vertex 4"),
         (format!("{start}{vertices}Triangles\n1\n1 2 2 0\nEnd"), "line 10, triangle 1", "vertex 2 twice"),
@@ -294,7 +294,7 @@ fn medit_sections_in_any_order_and_layout() {
         assert_refused("a.mesh", content, place, problem);
     }
     let open = load("a.mesh", format!("{start}{vertices}Triangles\n1\n1 2 3 0\n"));
-    assert_eq!(open.notes, ["there is no 'End' at the end; sections may be missing"]);
+    assert_eq!(open.notes, ["the file does not end with 'End'; sections may be missing"]);
 }
 
 #[test]

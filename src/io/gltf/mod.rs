@@ -39,7 +39,7 @@ pub(crate) fn parse(bytes: &[u8], folder: Option<&Path>, with_materials: bool) -
     let buffers = Buffers::new(&model, parts.binary, folder);
     let mut loaded = scene::merge_scene(&model, &buffers, bytes.len() as u64)?;
     if with_materials {
-        materials::add(parts.json, &buffers, &mut loaded)?;
+        materials::add_materials(parts.json, &buffers, &mut loaded)?;
     }
     Ok(loaded)
 }

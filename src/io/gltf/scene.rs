@@ -215,7 +215,8 @@ fn split_corners(corners: &[u32], mode: u32) -> Box<dyn Iterator<Item = [u32; 3]
             _ => None,
         })),
         FAN => {
-            let (hub, others) = corners.split_first().map_or((0, [].as_slice()), |(hub, others)| (*hub, others));
+            let (hub, others) =
+                corners.split_first().map_or((0, [].as_slice()), |(hub, others)| (*hub, others));
             Box::new(others.windows(2).filter_map(move |pair| match *pair {
                 [a, b] => Some([a, b, hub]),
                 _ => None,

@@ -156,7 +156,8 @@ impl AttributeReader {
             return None;
         }
         let of = |number: &u64| self.colours.get((*number as usize).wrapping_sub(1));
-        let numbers = file_numbers.iter().flat_map(|number| of(number).into_iter().flatten().take(components));
+        let numbers =
+            file_numbers.iter().flat_map(|number| of(number).into_iter().flatten().take(components));
         Some(Attribute::new("colour", Role::Colour, Kind::F64, components, numbers.copied().collect()))
     }
 

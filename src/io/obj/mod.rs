@@ -155,7 +155,11 @@ impl Scan {
         check_counts(self.vertices, self.faces)?;
         if let Some((number, line)) = self.undefined.iter().find(|(number, _)| *number > self.vertices) {
             let problem = format!("there is no vertex {number}, the file has {}", self.vertices);
-            return Err(Error::input(at_line(*line), problem, "repair the face, or check for a cut-off file"));
+            return Err(Error::input(
+                at_line(*line),
+                problem,
+                "repair the face, or check for a cut-off file",
+            ));
         }
         Ok(())
     }

@@ -123,7 +123,9 @@ fn join_attributes(mut columns: Vec<Column>, role: impl Fn(&Column) -> Role) -> 
     let mut found = Vec::new();
     let colour = take_columns(&mut columns, &COLOUR).or_else(|| take_columns(&mut columns, &COLOUR[..3]));
     found.extend(colour.map(|colour| join_columns("colour", Role::Colour, colour)));
-    found.extend(take_columns(&mut columns, &NORMAL).map(|normal| join_columns("normal", Role::Normal, normal)));
+    found.extend(
+        take_columns(&mut columns, &NORMAL).map(|normal| join_columns("normal", Role::Normal, normal)),
+    );
     found.extend(columns.into_iter().map(|column| {
         let role = role(&column);
         Attribute::new(&column.name, role, column.kind.attribute_kind(), 1, column.values)

@@ -135,7 +135,9 @@ impl Header {
                     add_property((&mut elements, &mut names), words, lines)?
                 }
                 ["end_header"] if lines > 1 => break,
-                _ => return Err(header_error(lines, format!("'{}' is not a PLY header line", excerpt(line)))),
+                _ => {
+                    return Err(header_error(lines, format!("'{}' is not a PLY header line", excerpt(line))));
+                }
             }
         }
         let Some(encoding) = encoding else {
@@ -178,13 +180,17 @@ fn add_element((elements, names): Declared, name: &str, count: &str, line: u64) 
 
 fn add_property((elements, names): Declared, words: &[&str], line: u64) -> Result<()> {
     let kind_of = |name: &str| {
-        Type::from_name(name).ok_or_else(|| header_error(line, format!("unknown property type '{}'", excerpt(name))))
+        Type::from_name(name)
+            .ok_or_else(|| header_error(line, format!("unknown property type '{}'", excerpt(name))))
     };
     let (kind, name) = match words {
         ["list", count, item, name] => {
             let kind = kind_of(count)?;
             if !kind.is_integer() {
-                return Err(header_error(line, format!("the list count type '{count}' is not an integer type")));
+                return Err(header_error(
+                    line,
+                    format!("the list count type '{count}' is not an integer type"),
+                ));
             }
             (Kind::List { count: kind, item: kind_of(item)? }, name)
         }

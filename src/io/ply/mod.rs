@@ -119,11 +119,7 @@ fn read_elements<S: Source>(header: &Header, layout: &Layout, mut source: S) -> 
             other => {
                 skip_element(element, &mut source)?;
                 if element.count > 0 {
-                    notes.push(format!(
-                        "{} elements '{}' were ignored",
-                        element.count,
-                        excerpt(other)
-                    ));
+                    notes.push(format!("{} elements '{}' were ignored", element.count, excerpt(other)));
                 }
             }
         }
