@@ -145,7 +145,7 @@ fn find_sections(mut words: Words) -> Result<Sections> {
         let count_word = words.next().unwrap_or_default();
         let Some(count) = unsigned_integer(count_word) else {
             let problem = format!(
-                "the count '{}' after '{keyword}' is not a unsigned_integer number",
+                "the count '{}' after '{keyword}' is not a whole number",
                 excerpt_of_bytes(count_word)
             );
             return refuse(problem, "repair the file or write the mesh again");
@@ -194,8 +194,7 @@ fn read_faces(
             };
             let Some(corner) = unsigned_integer(word) else {
                 let place = format!("{}, {name} {index}", words.place());
-                let problem =
-                    format!("the vertex index '{}' is not a unsigned_integer number", excerpt_of_bytes(word));
+                let problem = format!("the vertex index '{}' is not a whole number", excerpt_of_bytes(word));
                 return Err(Error::input(Some(place), problem, "repair the face or write the mesh again"));
             };
             face.push(corner);
