@@ -20,7 +20,8 @@ void main() {
     uint site = thread_index();
     if (site >= site_count) return;
     uint count = corner_count[site];
-    // The site is the origin and lies inside the face, so the fan of triangles around it has no negative part.
+    // The site is the origin and lies inside the face, so the fan of triangles around it has no negative
+    // part.
     float area = 0.0;
     vec2 moment = vec2(0.0);
     vec2 a = count > 0u ? corners[(count - 1u) * site_count + site] : vec2(0.0);

@@ -1,4 +1,5 @@
-// Purpose: the mean of a face's corners (Eq. 7 of the paper), where corners that are close together count less.
+// Purpose: the mean of a face's corners (Eq. 7 of the paper), where corners that are close together count
+// less.
 // Invocation: one site.
 // Reads: sites, normals, corner_count, corners.
 // Writes: targets (xyz, w = 0); the site itself where it has no face.
@@ -25,9 +26,9 @@ void main() {
     uint count = corner_count[site];
     float radius = 0.0;
     for (uint m = 0u; m < count; ++m) radius = max(radius, length(corners[m * site_count + site]));
-    // Nearly co-circular sites split one corner in two, and counted twice it pulls the mean to its side. Two on one spot
-    // count as one here, and no jump is between that and two that are apart. This comes closest to the paper's figures, see
-    // docs/presets.md.
+    // Nearly co-circular sites split one corner in two, and counted twice it pulls the mean to its side. Two
+    // on one spot count as one here, and no jump is between that and two that are apart. This comes closest
+    // to the paper's figures, see docs/presets.md.
     vec2 sum = vec2(0.0);
     float whole = 0.0;
     vec2 last = count > 0u ? corners[(count - 1u) * site_count + site] : vec2(0.0);

@@ -17,8 +17,8 @@ void add_point(inout Covariance c, vec3 d) {
 }
 
 // One Jacobi rotation that clears a_pq; vp and vq are the matching columns of the eigenvector matrix.
-void rotate(inout float app, inout float aqq, inout float apq, inout float arp, inout float arq, inout vec3 vp,
-            inout vec3 vq) {
+void rotate(inout float app, inout float aqq, inout float apq, inout float arp, inout float arq,
+            inout vec3 vp, inout vec3 vq) {
     if (apq == 0.0) return;
     float theta = (aqq - app) / (2.0 * apq);
     float t = (theta >= 0.0 ? 1.0 : -1.0) / (abs(theta) + sqrt(theta * theta + 1.0));
@@ -35,7 +35,8 @@ void rotate(inout float app, inout float aqq, inout float apq, inout float arp, 
     vq = s * p + c * vq;
 }
 
-// The axis of least extent, not quite a unit vector, and whether the points span a plane: not all on a line or one spot.
+// The axis of least extent, nearly a unit vector, and whether the points span a plane (are not all on a line
+// or equal).
 vec3 least_axis(Covariance c, out bool planar) {
     vec3 ex = vec3(1.0, 0.0, 0.0), ey = vec3(0.0, 1.0, 0.0), ez = vec3(0.0, 0.0, 1.0);
     for (uint sweep = 0u; sweep < 5u; ++sweep) {

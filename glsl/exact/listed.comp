@@ -1,10 +1,13 @@
-// Purpose: which sites may have a part of each triangle in the restricted Voronoi diagram, from the neighbour list of a
-//   site that was near the last time.
+// Purpose: which sites may have a part of each triangle in the restricted Voronoi diagram, from the neighbour
+//   list of a site that was near the last time.
 // Invocation: one triangle.
-// Reads: corners, sites, neighbours, away, status (of neighbours/decide), candidates (the site that was near).
-// Writes: candidates[triangle * (PIECES + 1)] = the nearest site known, then as many sites as counts[triangle] says, and in the end 0;
-//   counters, and candidates behind those: the triangles that the list does not decide, and those with too many sites.
-// Filled by neighbours/lists, exact/walked and, the first time, the host; consumed by exact/walked, exact/pairs and exact/pieces.
+// Reads: corners, sites, neighbours, away, status (of neighbours/decide), candidates (the site that was
+// near).
+// Writes: candidates[triangle * (PIECES + 1)] = the nearest site known, then as many sites as
+//   counts[triangle] says, and in the end 0; counters, and candidates behind those: the triangles that the
+//   list does not decide, and those with too many sites.
+// Filled by neighbours/lists, exact/walked and, the first time, the host; consumed by exact/walked,
+// exact/pairs and exact/pieces.
 #version 450
 #extension GL_GOOGLE_include_directive : require
 #extension GL_EXT_control_flow_attributes : require

@@ -1,12 +1,13 @@
-// Purpose: the part of a triangle that is nearer to one site than to all others: its area, its first moment and its
-//   squared distance to the site.
+// Purpose: the part of a triangle that is nearer to one site than to all others: its area, its first moment
+//   and its squared distance to the site.
 // Invocation: one pair of a triangle and a site.
 // Reads: corners, sites, candidates, starts, pair_triangle.
-// Writes: moments[pair] = (integral of y - site over the part, area); energies[pair] = integral of |y - site|².
-// Filled by exact/pairs; consumed by exact/sums.
-// In the plane of the triangle, with its middle as the origin, the part is what its sides and the bisectors with the
-// other candidates bound. Each line is cut by all others to an interval, as in face/planar.glsl. Both sites of a
-// bisector compute the same line but for its sign, so nothing is lost or counted twice.
+// Writes: moments[pair] = (integral of y - site over the part, area); energies[pair] = integral of |y -
+// site|².
+// Filled by exact/pairs; consumed by exact/sums. In the plane of the triangle, with its middle as the origin,
+// the part is what its sides and the bisectors with the other candidates bound. Each line is cut by all
+// others to an interval, as in face/planar.glsl. Both sites of a bisector compute the same line but for its
+// sign, so nothing is lost or counted twice.
 #version 450
 #extension GL_GOOGLE_include_directive : require
 #extension GL_EXT_control_flow_attributes : require
@@ -31,8 +32,8 @@ const uint LINES = PIECES + 2u;
 Line lines[LINES]; // the sides first
 vec2 left[LINES]; // what the others leave of each
 
-// The line on which points are as far from the site at `b` as from the one at `a`, both relative to the middle. Where the
-// sites are one, the first has everything.
+// The line on which points are as far from the site at `b` as from the one at `a`, both relative to the
+// middle. Where the sites are one, the first has everything.
 Line between(vec3 a, vec3 b, vec3 u, vec3 v, bool first) {
     vec3 e = b - a;
     float offset = 0.5 * dot(e, a + b);
@@ -41,7 +42,8 @@ Line between(vec3 a, vec3 b, vec3 u, vec3 v, bool first) {
     bool crosses = length_sq > 1e-12 * dot(e, e);
     float inverse = inversesqrt(max(length_sq, 1e-36));
     bool keeps = offset > 0.0 || (offset == 0.0 && first);
-    return Line(crosses ? normal * inverse : vec2(1.0, 0.0), crosses ? offset * inverse : keeps ? NO_LINE : -NO_LINE);
+    return Line(crosses ? normal * inverse : vec2(1.0, 0.0),
+                crosses ? offset * inverse : keeps ? NO_LINE : -NO_LINE);
 }
 
 // The side from p to q; the triangle is on its left.

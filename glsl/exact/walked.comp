@@ -1,6 +1,7 @@
 // Purpose: exact/listed for the triangles that it leaves undecided, by a walk over the boxes of all sites.
 // Invocation: one entry of the list of undecided triangles; dispatched for as many as there are.
-// Reads: corners, sites, boxes, away, status (of neighbours/decide), candidates (the site that is near), counters.
+// Reads: corners, sites, boxes, away, status (of neighbours/decide), candidates (the site that is near),
+// counters.
 // Writes: candidates, counts and counters as exact/listed does.
 // Filled by exact/listed, exact/enough and neighbours/lists; consumed by exact/pairs and exact/pieces.
 #version 450
@@ -74,8 +75,8 @@ void main() {
     uint t = candidates[undecided_place(entry)];
     start_triangle(t);
     nearest = candidates[candidate_place(t)];
-    // What has all corners within a short way is often met late, when sites that have no part fill the slots already. A
-    // second round knows it from the start.
+    // What has all corners within a short way is often met late, when sites that have no part fill the slots
+    // already. A second round knows it from the start.
     uint round = 0u;
     do {
         uint from = nearest;

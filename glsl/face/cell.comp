@@ -1,11 +1,12 @@
 // Purpose: the restricted tangent face of a site by clipping its 3-D Voronoi cell (Algorithm 2 of the paper).
-// Invocation: one site; its convex cell lives in shared memory with at most MAX_PLANES planes (the paper's #P) and
-// MAX_TRIANGLES dual triangles (#T), workgroup 16.
+// Invocation: one site; its convex cell lives in shared memory with at most MAX_PLANES planes (the paper's
+// #P) and MAX_TRIANGLES dual triangles (#T), workgroup 16.
 // Reads: sites, normals, neighbours, bounds (of the sites' tiles).
-// Writes: corner_count, corners[slot * site_count + site] in the tangent frame, fan[slot * site_count + site], flags.
-// Filled by neighbours/* and normals/plane_fit; consumed by centroid/* and the connection. Corner m lies between
-// edges m and m + 1; fan[m] is the site behind edge m, NONE for the box; the order is counter-clockwise seen from
-// the tip of the normal. A site without a face (see flags) has corner_count 0.
+// Writes: corner_count, corners[slot * site_count + site] in the tangent frame, fan[slot * site_count +
+// site], flags.
+// Filled by neighbours/* and normals/plane_fit; consumed by centroid/* and the connection. Corner m lies
+// between edges m and m + 1; fan[m] is the site behind edge m, NONE for the box; the order is
+// counter-clockwise seen from the tip of the normal. A site without a face (see flags) has corner_count 0.
 #version 450
 #extension GL_GOOGLE_include_directive : require
 #define DEFAULT_WORKGROUP 16
@@ -34,15 +35,18 @@ layout(set = 0, binding = 5) writeonly buffer Corners { vec2 corners[]; };
 layout(set = 0, binding = 6) writeonly buffer Fan { uint fan[]; };
 layout(set = 0, binding = 7) buffer Flags { uint flags[]; };
 
-// A plane is kept as the mirror image v of the site behind it (x dot v = |v|^2 / 2) and the index of that site.
+// A plane is kept as the mirror image v of the site behind it (x dot v = |v|^2 / 2) and the index of that
+// site.
 shared uvec4 planes[MAX_PLANES * WORKGROUP];
-// A dual triangle is a vertex of the cell: its three planes, a byte each, counter-clockwise seen from outside.
+// A dual triangle is a vertex of the cell: its three planes, a byte each, counter-clockwise seen from
+// outside.
 shared uint triangles[MAX_TRIANGLES * WORKGROUP];
 // The boundary of what a cut removes: the plane after each plane, a byte each.
 shared uint links[((MAX_PLANES + 3u) / 4u) * WORKGROUP];
 
-// A vertex beyond a bisector by less than this share of its distance is on it: rounding must not decide. Twice the
-// same plane (coincident sites) or many through one vertex (co-circular ones) then cut at most once.
+// A vertex beyond a bisector by less than this share of its distance is on it: rounding must not decide.
+// Twice the same plane (coincident sites) or many through one vertex (co-circular ones) then cut at most
+// once.
 const float ON_PLANE = 2e-6;
 const uint UNLINKED = 0xffu;
 // One for the list, one for all sites within reach, the rest for thinner slabs.
@@ -61,7 +65,9 @@ uvec3 triangle_planes(uint t) {
     return uvec3(packed & 0xffu, (packed >> 8) & 0xffu, packed >> 16);
 }
 
-void set_triangle(uint t, uint a, uint b, uint c) { triangles[t * WORKGROUP + lane] = a | (b << 8) | (c << 16); }
+void set_triangle(uint t, uint a, uint b, uint c) {
+    triangles[t * WORKGROUP + lane] = a | (b << 8) | (c << 16);
+}
 
 uint link(uint p) { return (links[(p >> 2) * WORKGROUP + lane] >> (8u * (p & 3u))) & 0xffu; }
 
@@ -90,8 +96,9 @@ bool removed_has_edge(uint from, uint a, uint b) {
     return false;
 }
 
-// Moves the vertices beyond the plane (dot(v, x) > limit) to the end and links their boundary. Returns the number of
-// boundary edges, 0 if nothing is beyond; `from` is the first removed triangle, `entry` a plane on the boundary.
+// Moves the vertices beyond the plane (dot(v, x) > limit) to the end and links their boundary. Returns the
+// number of boundary edges, 0 if nothing is beyond; `from` is the first removed triangle, `entry` a plane on
+// the boundary.
 uint cut(vec3 v, float limit, out uint from, out uint entry) {
     from = triangle_count;
     entry = 0u;
@@ -173,7 +180,7 @@ void start_cell() {
 void clip_by_site(vec3 at, vec3 u, uint site, uint j) {
     vec3 v = (sites[j].xyz - at) / spacing;
     if (dot(v, v) < 1e-12) {
-        // Both sites see the same direction and part along it.
+        // Both sites have the same direction u and are separated along it.
         v = (j > site ? 1e-3 : -1e-3) * u;
         notes |= FLAG_COINCIDENT;
     }
@@ -187,8 +194,9 @@ bool listed(uint site, uint j) {
     return false;
 }
 
-// Clips by every site within reach (squared, in spacings) that is not in the site's list. Loops, not branches, lead
-// past what is too far: some devices walk through a branch that no lane takes, and a clip is long.
+// Clips by every site within reach (squared, in spacings) that is not in the site's list. Loops, not
+// branches, lead past what is too far: some devices walk through a branch that no lane takes, and a clip is
+// long.
 void clip_by_all(vec3 at, vec3 u, uint site, float reach_sq) {
     uint tiles = tile_count(site_count);
     uint t = 0u;

@@ -1,11 +1,11 @@
 // Purpose: the face of each site by intervals, its area centroid, and the target that momentum makes of it.
 // Invocation: one site.
 // Reads: sites, normals (packed), neighbours, away, status (of neighbours/decide).
-// Writes: targets (xyz, w = squared distance to the centroid), centroids (w = 1); insecure: counts and lists the sites
-//   whose lines do not reach the radius of security, as face/planar_targets.glsl says.
-// Filled by neighbours/lists, step/settle and normals/smooth; consumed by project/walk and the next iteration.
-// away has, for each site, how near the sites after the first K (x) and outside the list (y) would be had they not
-// moved. The nearest K are enough nearly everywhere; face/planar_rest does the rest.
+// Writes: targets (xyz, w = squared distance to the centroid), centroids (w = 1); insecure: counts and lists
+//   the sites whose lines do not reach the radius of security, as face/planar_targets.glsl says.
+// Filled by neighbours/lists, step/settle and normals/smooth; consumed by project/walk and the next
+// iteration. away has, for each site, how near the sites after the first K (x) and outside the list (y) would
+// be had they not moved. The nearest K are enough nearly everywhere; face/planar_rest does the rest.
 #version 450
 #extension GL_GOOGLE_include_directive : require
 #extension GL_EXT_control_flow_attributes : require

@@ -1,8 +1,7 @@
-// The restricted tangent face by intervals, from K lines at once: each line is cut by all others, and an edge of the
-// face is a line whose interval is not empty. No polygon is kept in order, so once the loops are unrolled nothing is
-// indexed at run time, and all arrays are registers.
-// The including file has set K, the number of lines, and declared the buffers sites, normals (packed) and
-// neighbours.
+// The restricted tangent face by intervals, from K lines at once: each line is cut by all others, and an edge
+// of the face is a line whose interval is not empty. No polygon is kept in order, so once the loops are
+// unrolled nothing is indexed at run time, and all arrays are registers. The including file has set K, the
+// number of lines, and declared the buffers sites, normals (packed) and neighbours.
 #ifndef COMMON_PLANAR_GLSL
 #define COMMON_PLANAR_GLSL
 #include "common/pins.glsl"
@@ -11,7 +10,7 @@
 Line lines[K];
 float line_low[K], line_high[K]; // what is left of the line
 
-// Two lines leave each other a half each: cut_by for both at once.
+// Each line cuts the other: cut_by for both at once.
 void cut_pair(uint j, uint k) {
     vec2 a = lines[j].normal, b = lines[k].normal;
     float along = dot(a, b);
@@ -55,7 +54,8 @@ void load_lines(uint site, uint site_count, vec4 own, vec3 n, vec3 u, vec3 v) {
     }
 }
 
-// Twice the area, the area's centroid, and the squared distance of the farthest corner, 0 if there is no edge.
+// Twice the area, the area's centroid, and the squared distance of the farthest corner, 0 if there is no
+// edge.
 void measure_face(out float twice_area, out vec2 balance, out float radius_sq) {
     vec3 sum = vec3(0.0);
     radius_sq = 0.0;

@@ -1,11 +1,11 @@
-// Purpose: face/planar for the sites whose lists do not decide their faces, by all sites that may cut them: faces,
-// centroids, targets.
-// Invocation: every so many entries of the list of such sites.
+// Purpose: face/planar for the sites whose lists do not decide their faces, by all sites that may cut them:
+// faces, centroids, targets.
+// Invocation: every n-th entry, n being the number of threads, of the list of such sites.
 // Reads: sites, normals (packed), boxes, insecure.
-// Writes: targets (xyz, w = squared distance to the centroid), centroids (w = 1, 0 if the face is open); insecure:
-//   counts open faces.
-// Filled by face/planar_rest, neighbours/box_levels, step/settle and normals/smooth; consumed by project/walk and the
-// next iteration.
+// Writes: targets (xyz, w = squared distance to the centroid), centroids (w = 1, 0 if the face is open);
+//   insecure: counts open faces.
+// Filled by face/planar_rest, neighbours/box_levels, step/settle and normals/smooth; consumed by project/walk
+// and the next iteration.
 #version 450
 #extension GL_GOOGLE_include_directive : require
 #extension GL_EXT_control_flow_attributes : require

@@ -1,11 +1,12 @@
-// Purpose: face/planar for the sites that it leaves undecided, by their whole lists: faces, centroids, targets.
-// Invocation: every so many entries of the list of undecided sites.
+// Purpose: face/planar for the sites that it leaves undecided, by their whole lists: faces, centroids,
+// targets.
+// Invocation: every n-th entry, n being the number of threads, of the list of undecided sites.
 // Reads: sites, normals (packed), neighbours, away, status (of neighbours/decide), insecure.
-// Writes: targets (xyz, w = squared distance to the centroid), centroids (w = 1, 0 if the face is open); insecure:
-//   counts open faces, and counts and lists the sites whose lists do not reach the radius of security either, each with
-//   the radius in which the boxes have all sites that may cut its face.
-// Filled by face/planar, neighbours/lists, step/settle and normals/smooth; consumed by face/planar_exact, project/walk
-// and the next iteration.
+// Writes: targets (xyz, w = squared distance to the centroid), centroids (w = 1, 0 if the face is open);
+//   insecure: counts open faces, and counts and lists the sites whose lists do not reach the radius of
+//   security either, each with the radius in which the boxes have all sites that may cut its face.
+// Filled by face/planar, neighbours/lists, step/settle and normals/smooth; consumed by face/planar_exact,
+// project/walk and the next iteration.
 #version 450
 #extension GL_GOOGLE_include_directive : require
 #extension GL_EXT_control_flow_attributes : require

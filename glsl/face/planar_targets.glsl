@@ -1,29 +1,31 @@
-// What the kernels of the planar faces share: how far lists reach, where a face sends its site, and the counters.
-// The including file has declared the buffers targets and centroids and the push constants of the move.
+// What the kernels of the planar faces share: how far lists reach, where a face sends its site, and the
+// counters. The including file has declared the buffers targets and centroids and the push constants of the
+// move.
 #ifndef COMMON_PLANAR_TARGETS_GLSL
 #define COMMON_PLANAR_TARGETS_GLSL
 
-// `insecure` holds three counters for each iteration (all of a kind together), then the sites that face/planar leaves
-// to face/planar_rest, then what this leaves to face/planar_exact: site, radius of its face so far, radius to search.
+// `insecure` holds three counters for each iteration (all of a kind together), then the sites that
+// face/planar leaves to face/planar_rest, then what this leaves to face/planar_exact: site, radius of its
+// face so far, radius to search.
 uint count_near(uint iteration) { return iteration; } // sites that the first lines do not decide
 uint count_listed(uint iteration) { return iterations + iteration; } // sites that the list does not decide
 uint count_open(uint iteration) { return 2u * iterations + iteration; } // faces that reach `widest`
 uint entry_near(uint i) { return 3u * iterations + i; }
 uint entry_listed(uint i) { return 3u * iterations + site_count + 3u * i; }
 
-// A face that reaches farther than this share of `widest` is not one of a site among its like: of a tip, a crease, or a
-// gap. Its centroid is far out and not to be trusted.
+// A face that reaches farther than this share of `widest` is not one of a site among its like: of a tip, a
+// crease, or a gap. Its centroid is far out and not to be trusted.
 const float WIDE = 0.45;
 const float CAREFUL = 0.2;
 
-// Where the site at `at` goes whose face has its centroid at `middle`.
+// Sets the target of the site at `at` from the centroid `middle` of its face.
 void aim(uint site, vec3 at, vec3 middle, float radius_sq) {
     vec4 last = centroids[site];
     vec3 step = middle - at, motion = (middle - last.xyz) * last.w;
     bool wide = radius_sq > WIDE * WIDE * widest * widest;
-    // Against its motion a site starts anew.
+    // A site whose step opposes its last motion loses its momentum.
     float share = !wide && dot(step, motion) > 0.0 ? momentum : 0.0;
-    // With care, and without momentum.
+    // Wide faces move in short steps, without momentum.
     vec3 move = wide ? CAREFUL * step : step + share * motion;
     float longest = wide ? CAREFUL * largest_move : largest_move;
     move *= min(1.0, longest * inversesqrt(max(dot(move, move), 1e-30)));

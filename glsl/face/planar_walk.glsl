@@ -5,7 +5,8 @@
 #include "face/planar_growing.glsl"
 #include "common/box_walk.glsl"
 
-// Cuts the face by all sites whose boxes are within `radius`; an edge that does not find a slot makes the face full.
+// Cuts the face by all sites whose boxes are within `radius`; an edge that does not find a slot makes the
+// face full.
 void offer_near(float radius) {
     BoxWalk walk = start_walk(site_at, radius);
     bool more;
@@ -46,8 +47,8 @@ vec2 left_by_all(uint j, Line line, vec2 left, float radius) {
     return left;
 }
 
-// The sums of `below` over a face with any number of edges, without slots: each line of which the slots leave something
-// is cut by all others. Sets the radius.
+// The sums of `below` over a face with any number of edges, without slots: each line of which the slots leave
+// something is cut by all others. Sets the radius.
 vec3 sum_near(float radius) {
     vec3 sum = vec3(0.0);
     float radius_sq = 0.0;

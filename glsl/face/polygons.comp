@@ -1,11 +1,11 @@
 // Purpose: the face of each site by intervals as a polygon: the face of face/cell, found another way.
 // Invocation: one site.
 // Reads: sites, normals (packed), neighbours, boxes.
-// Writes: corner_count, corners (in the frame of the tangent plane), fan (the site behind the edge that ends in each
-//   corner), state: 0 for a closed face, then bits: 1 where it is open and bounded by the disc, 2 where it has more
-//   edges than corners are stored.
-// Filled by neighbours/lists and box_levels, which must be of the sites where they are; consumed by bench/stages and
-// the tests.
+// Writes: corner_count, corners (in the frame of the tangent plane), fan (the site behind the edge that ends
+//   in each corner), state: 0 for a closed face, then bits: 1 where it is open and bounded by the disc, 2
+//   where it has more edges than corners are stored.
+// Filled by neighbours/lists and box_levels, which must be of the sites where they are; consumed by
+// bench/stages and the tests.
 #version 450
 #extension GL_GOOGLE_include_directive : require
 #extension GL_EXT_control_flow_attributes : require
@@ -55,7 +55,8 @@ void main() {
         uint place = 0u;
         [[unroll]] for (uint t = 0u; t < SLOTS; ++t) {
             float other = around(slots[t].normal);
-            if (is_slot_edge(t) && (other < angle || (other == angle && slot_site[t] < slot_site[s]))) ++place;
+            if (is_slot_edge(t) &&
+                (other < angle || (other == angle && slot_site[t] < slot_site[s]))) ++place;
         }
         if (is_slot_edge(s)) {
             vec2 n = slots[s].normal;

@@ -1,11 +1,13 @@
-// Purpose: the restricted power face of a site: what the power cells of all sites and shadow sites leave of its tangent
-// plane (Eq. 5 of the paper, after Xu et al. 2019).
+// Purpose: the restricted power face of a site: what the power cells of all sites and shadow sites leave of
+// its tangent plane (Eq. 5 of the paper, after Xu et al. 2019).
 // Invocation: one site; its polygon lives in shared memory with at most MAX_CORNERS corners, workgroup 16.
 // Reads: sites, normals, neighbours, bounds (of the sites' tiles).
-// Writes: corner_count, corners[slot * site_count + site] in the tangent frame, fan[slot * site_count + site], flags.
-// Filled by neighbours/* and normals/plane_fit; consumed by centroid/* and the connection. Order and meaning of the
-// slots are those of face/cell. Every site s has a shadow site s + d n of weight d squared, so that the two have equal
-// power distance on the tangent plane of s. A neighbour's shadow may take the whole face; corner_count is 0 then.
+// Writes: corner_count, corners[slot * site_count + site] in the tangent frame, fan[slot * site_count +
+// site], flags.
+// Filled by neighbours/* and normals/plane_fit; consumed by centroid/* and the connection. Order and meaning
+// of the slots are those of face/cell. Every site s has a shadow site s + d n of weight d squared, so that
+// the two have equal power distance on the tangent plane of s. A neighbour's shadow may take the whole face;
+// corner_count is 0 then.
 #version 450
 #extension GL_GOOGLE_include_directive : require
 #define DEFAULT_WORKGROUP 16
@@ -59,7 +61,9 @@ void push_corner(inout uint made, vec2 corner, uint site) {
 void clip(vec2 d, float limit, uint site) {
     float slack = ON_LINE * (abs(limit) + length(d));
     float beyond = -1.0;
-    for (uint m = 0u; m < count; ++m) beyond = max(beyond, dot(d, polygon[slot(half_now, m)]) - limit - slack);
+    for (uint m = 0u; m < count; ++m) {
+        beyond = max(beyond, dot(d, polygon[slot(half_now, m)]) - limit - slack);
+    }
     // A loop of no rounds where nothing is cut: some devices walk through a branch that no lane takes.
     uint rounds = beyond > 0.0 ? count : 0u;
     uint made = 0u;
@@ -88,7 +92,7 @@ void clip(vec2 d, float limit, uint site) {
 void clip_by_site(uint site, uint j) {
     vec3 e = (sites[j].xyz - at) / spacing;
     if (dot(e, e) < 1e-12) {
-        // Both sites see the same direction and part along it.
+        // Both sites have the same direction u and are separated along it.
         e = (j > site ? 1e-3 : -1e-3) * u;
         notes |= FLAG_COINCIDENT;
     }
@@ -108,8 +112,8 @@ float radius_sq() {
     return found;
 }
 
-// Clips by every site within reach, in spacings; those of the list once more, which changes nothing. Loops, not
-// branches, lead past what is too far.
+// Clips by every site within reach, in spacings; those of the list once more, which changes nothing. Loops,
+// not branches, lead past what is too far.
 void clip_by_all(uint site, float reach) {
     uint tiles = tile_count(site_count);
     float reach_sq = reach * reach;
@@ -145,7 +149,8 @@ void main() {
         if (farthest == NONE) break;
         clip_by_site(site, farthest);
     }
-    // Radius of security: a shadow takes p, which is at most r from its own site, only if |p - e|^2 - 2 d |p - e| < r^2.
+    // Radius of security: a shadow takes p, which is at most r from its own site, only if |p - e|^2 - 2 d |p
+    // - e| < r^2.
     float r_sq = radius_sq();
     float reach = sqrt(r_sq) + offset + sqrt(r_sq + offset * offset);
     bool secure = farthest == NONE || count == 0u || distance(sites[farthest].xyz, at) >= reach * spacing;

@@ -2,8 +2,8 @@
 #ifndef COMMON_CLOSEST_GLSL
 #define COMMON_CLOSEST_GLSL
 
-// Where on its triangle a closest point lies: 0 to 2 on the side from that corner to the next, 3 to 5 on corner 0 to
-// 2, or INSIDE.
+// Where on its triangle a closest point lies: 0 to 2 on the side from that corner to the next, 3 to 5 on
+// corner 0 to 2, or INSIDE.
 const uint ON_CORNER = 3u;
 const uint INSIDE = 6u;
 
@@ -18,7 +18,8 @@ struct Closest {
     uint place;
 };
 
-// Keeps in `best` the closest point of the side k from a to b, both relative to the given point, if it is nearer.
+// Keeps in `best` the closest point of the side k from a to b, both relative to the given point, if it is
+// nearer.
 void try_side(vec3 a, vec3 b, vec3 e, uint k, inout Closest best) {
     float t = clamp(-dot(a, e) / max(dot(e, e), 1e-37), 0.0, 1.0);
     // A corner is the same point, to the last bit, in all of its triangles.
@@ -31,8 +32,8 @@ void try_side(vec3 a, vec3 b, vec3 e, uint k, inout Closest best) {
     }
 }
 
-// The nearest of the foot of the perpendicular and the closest points of the three sides. Each lies on the triangle,
-// so what rounding does to the foot on a sliver costs no more than the height of the sliver.
+// The nearest of the foot of the perpendicular and the closest points of the three sides. Each lies on the
+// triangle, so what rounding does to the foot on a sliver costs no more than the height of the sliver.
 Closest closest_on_triangle(vec3 at, vec3 a, vec3 b, vec3 c) {
     vec3 ab = b - a, ac = c - a, n = cross(ab, ac);
     vec3 pa = a - at, pb = b - at, pc = c - at;

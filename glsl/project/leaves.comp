@@ -1,4 +1,5 @@
-// Purpose: the lowest nodes of the tree of boxes (project/hierarchy.glsl), whose boxes are those of triangles.
+// Purpose: the lowest nodes of the tree of boxes (project/hierarchy.glsl), whose boxes are those of
+// triangles.
 // Invocation: one node.
 // Reads: records.
 // Writes: nodes, the lowest.

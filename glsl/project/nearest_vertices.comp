@@ -2,8 +2,8 @@
 // Invocation: one site.
 // Reads: targets, neighbours (input vertices), vertices, triangles, star_start, star.
 // Writes: projected (xyz on the surface, w = distance of the projection), site_triangle.
-// Filled by centroid/*, neighbours/knn and the upload of the surface; consumed by step/step and normals/plane_fit.
-// The triangles around vertex p are star[star_start[p]] to star[star_start[p + 1] - 1].
+// Filled by centroid/*, neighbours/knn and the upload of the surface; consumed by step/step and
+// normals/plane_fit. The triangles around vertex p are star[star_start[p]] to star[star_start[p + 1] - 1].
 #version 450
 #extension GL_GOOGLE_include_directive : require
 #define DEFAULT_WORKGROUP 64
@@ -38,14 +38,16 @@ void try_edge(vec3 at, vec3 a, vec3 b, inout vec3 best, inout float best_sq) {
     }
 }
 
-// The projection of `at` onto one triangle: case a inside, case b on an edge, and the corner case, where the paper
-// takes the nearest vertex p through which the triangle was found.
+// The projection of `at` onto one triangle: case a inside, case b on an edge, and the corner case, where the
+// paper takes the nearest vertex p through which the triangle was found.
 vec3 project(vec3 at, vec3 a, vec3 b, vec3 c, vec3 p) {
     vec3 ab = b - a, ac = c - a, n = cross(ab, ac);
     float n_sq = dot(n, n);
     vec3 w = at - a;
     float beta = dot(cross(w, ac), n), gamma = dot(cross(ab, w), n);
-    if (n_sq > 0.0 && beta >= 0.0 && gamma >= 0.0 && beta + gamma <= n_sq) return a + (beta * ab + gamma * ac) / n_sq;
+    if (n_sq > 0.0 && beta >= 0.0 && gamma >= 0.0 && beta + gamma <= n_sq) {
+        return a + (beta * ab + gamma * ac) / n_sq;
+    }
     vec3 best = p;
     float best_sq = 3.402823466e38;
     try_edge(at, a, b, best, best_sq);

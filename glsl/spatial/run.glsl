@@ -1,4 +1,5 @@
-// Runs of consecutive values that one invocation of a scan walks along; src/stages/sort.rs has the same length.
+// Runs of consecutive values that one invocation of a scan walks along; src/stages/sort.rs has the same
+// length.
 #ifndef SPATIAL_RUN_GLSL
 #define SPATIAL_RUN_GLSL
 

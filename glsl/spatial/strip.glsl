@@ -1,4 +1,5 @@
-// Strips of consecutive pairs that one invocation of the radix sort moves; src/stages/sort.rs has the same numbers.
+// Strips of consecutive pairs that one invocation of the radix sort moves; src/stages/sort.rs has the same
+// numbers.
 #ifndef SPATIAL_STRIP_GLSL
 #define SPATIAL_STRIP_GLSL
 

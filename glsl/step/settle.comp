@@ -1,7 +1,8 @@
 // Purpose: puts the sites where the projection says, with their normals, and sums the squared steps.
 // Invocation: one site; each workgroup makes one partial sum, in a fixed order.
 // Reads: projected, normals, targets (w = squared distance to the centroid).
-// Writes: sites (w stays), surface_normals (packed), partials[workgroup] = (sum of the squared steps, largest step).
+// Writes: sites (w stays), surface_normals (packed), partials[workgroup] = (sum of the squared steps, largest
+// step).
 // Filled by face/planar and project/walk; consumed by the next iteration and step/reduce.
 #version 450
 #extension GL_GOOGLE_include_directive : require

@@ -13,8 +13,8 @@ pub(super) enum Stage {
     Transfer,
 }
 
-/// The source scopes of a memory barrier. Its destination is always all stages in use: a barrier towards transfers only
-/// would leave a later dispatch unordered after an earlier one.
+/// The source scopes of a memory barrier. Its destination is always all stages in use: a barrier towards
+/// transfers only would leave a later dispatch unordered after an earlier one.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) struct Barrier {
     pub from: vk::PipelineStageFlags,
@@ -50,8 +50,8 @@ pub(super) struct Hazards {
 impl Hazards {
     /// Adds one command's uses of buffers (by id) and returns the barrier that must precede it, if any.
     ///
-    /// Two uses conflict when one of them writes. One global barrier clears everything before it, which costs less
-    /// than one barrier a buffer. With `always` there is a barrier before every command.
+    /// Two uses conflict when one of them writes. One global barrier clears everything before it, which costs
+    /// less than one barrier a buffer. With `always` there is a barrier before every command.
     pub fn before(&mut self, stage: Stage, uses: &[(u64, Access)], always: bool) -> Option<Barrier> {
         let conflict = uses.iter().any(|(id, access)| {
             self.pending.get(id).is_some_and(|&written| written || *access != Access::Read)

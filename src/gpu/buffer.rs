@@ -176,7 +176,8 @@ impl RawBuffer {
 impl Drop for RawBuffer {
     fn drop(&mut self) {
         if let Some(allocation) = self.allocation.take() {
-            // The allocator fails here only if its records are corrupt; the memory is then freed with the device.
+            // The allocator fails here only if its records are corrupt; the memory is then freed with the
+            // device.
             let _ = self.shared.allocator().free(allocation);
             self.shared.count_freed(self.bytes);
         }

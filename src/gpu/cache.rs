@@ -3,8 +3,8 @@
 use super::select::DeviceInfo;
 use std::path::PathBuf;
 
-/// The cache file of this device; `None` if the system has no cache folder for the user. `RTFMESH_CACHE_DIR` overrides
-/// the folder.
+/// The cache file of this device; `None` if the system has no cache folder for the user. `RTFMESH_CACHE_DIR`
+/// overrides the folder.
 fn cache_path(info: &DeviceInfo) -> Option<PathBuf> {
     let folder = std::env::var_os("RTFMESH_CACHE_DIR")
         .map(PathBuf::from)

@@ -16,23 +16,25 @@ use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 /// How to open a device.
 #[derive(Debug, Clone, Default, PartialEq, Eq)]
 pub struct DeviceOptions {
-    /// An index, `cpu`, `gpu` or a part of the name; `None` takes the best usable one, discrete before integrated
-    /// before virtual before CPU.
+    /// An index, `cpu`, `gpu` or a part of the name; `None` takes the best usable one, discrete before
+    /// integrated before virtual before CPU.
     pub device: Option<String>,
     /// Turns on core and synchronization validation; see [`Device::take_validation_messages`].
     pub validation: bool,
-    /// Most bytes of the device's memory that all buffers may take together; at least 1. `None` sets no limit.
+    /// Most bytes of the device's memory that all buffers may take together; at least 1. `None` sets no
+    /// limit.
     pub memory_bytes: Option<u64>,
-    /// Puts a full barrier before every command. A result that differs from the normal one means a missing barrier.
+    /// Puts a full barrier before every command. A result that differs from the normal one means a missing
+    /// barrier.
     pub full_barriers: bool,
-    /// Times every kernel and copy, for [`StageTime::milliseconds`]. This slows the device down: on lavapipe by some 70 µs
-    /// each, so that a run of 2,000 vertices takes half as long again.
+    /// Times every kernel and copy, for [`StageTime::milliseconds`]. This slows the device down: on lavapipe
+    /// by some 70 µs each, so that a run of 2,000 vertices takes half as long again.
     pub timings: bool,
 }
 
 impl DeviceOptions {
-    /// Options from the environment: `RTFMESH_DEVICE`, and `RTFMESH_VALIDATION` and `RTFMESH_FULL_BARRIERS`, which 1 turns
-    /// on. Timings are off.
+    /// Options from the environment: `RTFMESH_DEVICE`, and `RTFMESH_VALIDATION` and `RTFMESH_FULL_BARRIERS`,
+    /// which 1 turns on. Timings are off.
     pub fn from_env() -> Self {
         let on = |name| std::env::var_os(name).is_some_and(|v| v == "1");
         Self {
@@ -95,7 +97,8 @@ impl Device {
         &self.shared.info
     }
 
-    /// Messages of the validation layers since the last call; always empty without [`DeviceOptions::validation`].
+    /// Messages of the validation layers since the last call; always empty without
+    /// [`DeviceOptions::validation`].
     pub fn take_validation_messages(&self) -> Vec<String> {
         std::mem::take(&mut *lock(&self.shared.instance.messages))
     }
@@ -106,13 +109,15 @@ impl Device {
         Arc::clone(&self.shared.instance.messages)
     }
 
-    /// All dispatches and copies since the last call, by name, with their time if [`DeviceOptions::timings`] asks for it.
+    /// All dispatches and copies since the last call, by name, with their time if [`DeviceOptions::timings`]
+    /// asks for it.
     pub fn take_timings(&self) -> Vec<StageTime> {
         std::mem::take(&mut *lock(&self.shared.timings)).into_list()
     }
 
-    /// Bytes of device memory that this program can use: the least of its size, of what the driver says other programs
-    /// leave of it, and of [`DeviceOptions::memory_bytes`]. Memory that this program already uses counts as available.
+    /// Bytes of device memory that this program can use: the least of its size, of what the driver says other
+    /// programs leave of it, and of [`DeviceOptions::memory_bytes`]. Memory that this program already uses
+    /// counts as available.
     pub fn available_bytes(&self) -> u64 {
         let most = self.shared.memory_bytes.unwrap_or(u64::MAX);
         self.shared.budget().min(self.info().limits.memory_bytes).min(most)
@@ -256,8 +261,8 @@ fn device_local_budget(heaps: &[vk::MemoryHeap], budgets: &[u64]) -> u64 {
 
 impl Drop for Shared {
     fn drop(&mut self) {
-        // SAFETY: the last user is gone (Arc), submissions are waited for by their recorders; the allocator must
-        // go before its device, and is not touched again.
+        // SAFETY: the last user is gone (Arc), submissions are waited for by their recorders; the allocator
+        // must go before its device, and is not touched again.
         unsafe {
             if self.pipeline_cache != vk::PipelineCache::null() {
                 if let Ok(data) = self.raw.get_pipeline_cache_data(self.pipeline_cache) {
@@ -294,8 +299,8 @@ mod tests {
         let device = Device::open(&options).unwrap();
         assert_eq!(device.take_validation_messages(), Vec::<String>::new());
         let empty = vk::BufferCreateInfo::default().size(0).usage(vk::BufferUsageFlags::STORAGE_BUFFER);
-        // SAFETY: a buffer of no bytes breaks a rule of Vulkan that the validation layer reports; drivers here accept
-        // or refuse it, and both are handled.
+        // SAFETY: a buffer of no bytes breaks a rule of Vulkan that the validation layer reports; drivers
+        // here accept or refuse it, and both are handled.
         unsafe {
             if let Ok(buffer) = device.shared.raw.create_buffer(&empty, None) {
                 device.shared.raw.destroy_buffer(buffer, None);

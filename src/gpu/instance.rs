@@ -25,7 +25,8 @@ const INSTALL_DRIVER: &str = "install one (Debian: apt install libvulkan1 mesa-v
 impl Instance {
     /// Loads Vulkan; `validation` turns on core and synchronization validation and collects their messages.
     pub fn new(validation: bool) -> Result<Self> {
-        // SAFETY: loading runs the initialisers of the system's Vulkan loader, which every Vulkan program trusts.
+        // SAFETY: loading runs the initialisers of the system's Vulkan loader, which every Vulkan program
+        // trusts.
         let entry = unsafe { ash::Entry::load() }
             .map_err(|e| Error::device(format!("no Vulkan loader: {e}"), INSTALL_DRIVER))?;
         #[cfg(test)]
@@ -105,7 +106,8 @@ impl Instance {
 
 impl Drop for Instance {
     fn drop(&mut self) {
-        // SAFETY: nothing made from the instance lives on: Device holds it in an Arc and drops its own objects first.
+        // SAFETY: nothing made from the instance lives on: Device holds it in an Arc and drops its own
+        // objects first.
         unsafe {
             if let Some((debug, messenger)) = &self.messenger {
                 debug.destroy_debug_utils_messenger(*messenger, None);
@@ -134,7 +136,8 @@ unsafe extern "system" fn on_message(
     data: *const vk::DebugUtilsMessengerCallbackDataEXT<'_>,
     messages: *mut c_void,
 ) -> vk::Bool32 {
-    // SAFETY: Vulkan passes valid data with a valid message, and the pointer that `collect_messages` registered.
+    // SAFETY: Vulkan passes valid data with a valid message, and the pointer that `collect_messages`
+    // registered.
     unsafe {
         if let (Some(data), Some(messages)) = (data.as_ref(), messages.cast::<Messages>().as_ref()) {
             let text = data.message_as_c_str().map_or_else(String::new, |m| m.to_string_lossy().into_owned());

@@ -104,7 +104,8 @@ impl<K: Kernel> Pipeline<K> {
     }
 }
 
-/// The pipelines of a device by kernel and specialization constants. A thread that needs one being compiled waits for it.
+/// The pipelines of a device by kernel and specialization constants. A thread that needs one being compiled
+/// waits for it.
 pub(super) type Pipelines = Mutex<HashMap<(&'static str, Vec<(u32, u32)>), Arc<OnceLock<Compiled>>>>;
 type Compiled = Result<Arc<RawPipeline>>;
 
@@ -189,8 +190,8 @@ fn compile(
         .name(c"main")
         .specialization_info(&specialization);
     let create = [vk::ComputePipelineCreateInfo::default().stage(stage).layout(layout)];
-    // SAFETY: module and layout are alive and everything `create` points to outlives the call; the module may go
-    // as soon as the pipeline exists.
+    // SAFETY: module and layout are alive and everything `create` points to outlives the call; the module may
+    // go as soon as the pipeline exists.
     let made = unsafe {
         let made = shared.raw.create_compute_pipelines(shared.pipeline_cache, &create, None);
         shared.raw.destroy_shader_module(module, None);
@@ -204,7 +205,8 @@ fn compile(
 
 impl Drop for RawPipeline {
     fn drop(&mut self) {
-        // SAFETY: recorders share the pipelines that they use until the device is done, so nothing uses this any more.
+        // SAFETY: recorders share the pipelines that they use until the device is done, so nothing uses this
+        // any more.
         unsafe {
             self.shared.raw.destroy_pipeline(self.pipeline, None);
             self.shared.raw.destroy_pipeline_layout(self.layout, None);

@@ -1,7 +1,7 @@
 //! The Vulkan layer: device, memory, kernels, recording. The only module with `unsafe` code.
 //!
-//! Its contract: a caller that binds every buffer once per dispatch and waits for a submission before reading gets
-//! what the kernels wrote. Errors are only those that a caller cannot foresee (memory, device lost).
+//! Its contract: a caller that binds every buffer once per dispatch and waits for a submission before reading
+//! gets what the kernels wrote. Errors are only those that a caller cannot foresee (memory, device lost).
 #![allow(unsafe_code)]
 
 mod barriers;

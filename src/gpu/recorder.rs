@@ -13,8 +13,8 @@ use std::collections::HashMap;
 use std::marker::PhantomData;
 use std::sync::Arc;
 
-/// Number of invocations that a dispatch needs; the recorder rounds up to whole workgroups. Kernels get their index
-/// from `thread_index()` in `glsl/common/threads.glsl` and must leave when it is past the end.
+/// Number of invocations that a dispatch needs; the recorder rounds up to whole workgroups. Kernels get their
+/// index from `thread_index()` in `glsl/common/threads.glsl` and must leave when it is past the end.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Threads(pub usize);
 
@@ -109,7 +109,8 @@ impl Recorder {
     /// Runs `pipeline` on `threads` invocations. Zero threads are no dispatch.
     ///
     /// # Errors
-    /// [`Error::Device`] if the driver has no memory; [`Error::Internal`] if a buffer is bound twice and written.
+    /// [`Error::Device`] if the driver has no memory; [`Error::Internal`] if a buffer is bound twice and
+    /// written.
     pub fn dispatch<K: Kernel>(
         &mut self,
         pipeline: &Pipeline<K>,
@@ -123,11 +124,11 @@ impl Recorder {
         self.dispatch_groups(pipeline, Groups::Known(self.groups(pipeline, threads)), push, bindings)
     }
 
-    /// Runs as many workgroups of `pipeline` as element `at` of `groups` says when the device gets there (x, y, z; w is
-    /// not used). [`Recorder::groups`] gives the element for a number of invocations.
+    /// Runs as many workgroups of `pipeline` as element `at` of `groups` says when the device gets there (x,
+    /// y, z; w is not used). [`Recorder::groups`] gives the element for a number of invocations.
     ///
-    /// # Errors
-    /// As [`Recorder::dispatch`]; [`Error::Internal`] if there is no such element, or the kernel writes `groups`.
+    /// # Errors As [`Recorder::dispatch`]; [`Error::Internal`] if there is no such element, or the kernel
+    /// writes `groups`.
     pub fn dispatch_indirect<K: Kernel>(
         &mut self,
         pipeline: &Pipeline<K>,
@@ -184,8 +185,8 @@ impl Recorder {
         let set = self.descriptor_set(pipeline.raw.set_layout, &set_buffers)?;
         let (raw, layout) = (&self.shared.raw.clone(), pipeline.raw.layout);
         self.timed(K::INFO.name, |commands| {
-            // SAFETY: recording is on; this recorder shares pipeline and buffers and owns the set until the submission
-            // was waited for.
+            // SAFETY: recording is on; this recorder shares pipeline and buffers and owns the set until the
+            // submission was waited for.
             unsafe {
                 raw.cmd_bind_pipeline(commands, vk::PipelineBindPoint::COMPUTE, pipeline.raw.pipeline);
                 raw.cmd_bind_descriptor_sets(
@@ -252,8 +253,8 @@ impl Recorder {
         self.barrier_before_transfer(&[(buffer.id, Access::Write)]);
         self.buffers.insert(buffer.id, buffer.clone());
         let raw = self.shared.raw.clone();
-        // SAFETY: buffers are made for transfers, of whole words; this recorder shares the buffer until the submission was
-        // waited for.
+        // SAFETY: buffers are made for transfers, of whole words; this recorder shares the buffer until the
+        // submission was waited for.
         self.timed("copy.fill", |commands| unsafe {
             raw.cmd_fill_buffer(commands, buffer.handle, 0, vk::WHOLE_SIZE, word);
         })
@@ -287,8 +288,9 @@ impl Recorder {
             .dst_access_mask(vk::AccessFlags::HOST_READ);
         let commands = [self.commands];
         let submit = [vk::SubmitInfo::default().command_buffers(&commands)];
-        // SAFETY: recording is on; the queue is locked during the submission, as Vulkan requires; the fence outlives
-        // the wait, and so does all that the commands use, unless `device_is_done` says that it is no longer used.
+        // SAFETY: recording is on; the queue is locked during the submission, as Vulkan requires; the fence
+        // outlives the wait, and so does all that the commands use, unless `device_is_done` says that it is
+        // no longer used.
         unsafe {
             raw.cmd_pipeline_barrier(
                 self.commands,
@@ -318,7 +320,8 @@ impl Recorder {
 
     /// After a failed wait: whether the device no longer uses what this recorder owns.
     fn device_is_done(&self, error: vk::Result) -> bool {
-        // Vulkan counts the work of a lost device as done. Otherwise the wait itself failed, and the work continues.
+        // Vulkan counts the work of a lost device as done. Otherwise the wait itself failed, and the work
+        // continues.
         error == vk::Result::ERROR_DEVICE_LOST || {
             let _queue = lock(&self.shared.queue);
             // SAFETY: the device is alive, and its queue locked, as Vulkan requires.
@@ -346,8 +349,8 @@ impl Recorder {
         self.barrier_before_transfer(&[(from.id, Access::Read), (to.id, Access::Write)]);
         let raw = self.shared.raw.clone();
         let region = [vk::BufferCopy::default().size(bytes as u64)];
-        // SAFETY: both buffers are at least `bytes` long; this recorder shares or owns them until the submission was
-        // waited for.
+        // SAFETY: both buffers are at least `bytes` long; this recorder shares or owns them until the
+        // submission was waited for.
         self.timed(name, |commands| unsafe { raw.cmd_copy_buffer(commands, from.handle, to.handle, &region) })
     }
 

@@ -84,8 +84,8 @@ pub(super) fn candidates(instance: &Instance) -> Result<Vec<Candidate>> {
         .collect())
 }
 
-/// Chooses the device that `wanted` names: an index, `cpu`, `gpu`, or a part of the name; without a name the first
-/// usable one, discrete before integrated before virtual before CPU.
+/// Chooses the device that `wanted` names: an index, `cpu`, `gpu`, or a part of the name; without a name the
+/// first usable one, discrete before integrated before virtual before CPU.
 pub(super) fn choose(mut all: Vec<Candidate>, wanted: Option<&str>) -> Result<Candidate> {
     let remedy =
         "see `rtfmesh devices`, or install Mesa's lavapipe (Debian: apt install mesa-vulkan-drivers)";

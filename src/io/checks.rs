@@ -2,14 +2,14 @@
 
 use crate::{Error, Result};
 
-/// Whether so many bytes are more than a file of `file_bytes` bytes can stand for in good faith: compressed data, and
-/// parts that a file refers to again and again, can claim any amount.
+/// Whether so many bytes are more than a file of `file_bytes` bytes can stand for in good faith: compressed
+/// data, and parts that a file refers to again and again, can claim any amount.
 pub(crate) fn expands_too_far(expanded_bytes: u64, file_bytes: u64) -> bool {
     expanded_bytes > file_bytes.saturating_mul(256).saturating_add(64 << 20)
 }
 
-/// Refuses a mesh without vertices or faces, or with more vertices than can be indexed. `faces` counts the file's
-/// faces before triangulation.
+/// Refuses a mesh without vertices or faces, or with more vertices than can be indexed. `faces` counts the
+/// file's faces before triangulation.
 pub(crate) fn check_counts(vertices: u64, faces: u64) -> Result<()> {
     if vertices == 0 {
         return Err(Error::input(None, "the file has no vertices", "give a mesh with vertices and faces"));
@@ -26,8 +26,8 @@ pub(crate) fn check_counts(vertices: u64, faces: u64) -> Result<()> {
     Ok(())
 }
 
-/// Refuses a declared count of elements that the rest of the file is too short for, before memory is allocated for
-/// them. `bytes_each` is the least that one takes.
+/// Refuses a declared count of elements that the rest of the file is too short for, before memory is
+/// allocated for them. `bytes_each` is the least that one takes.
 pub(crate) fn check_declared_count(
     (count, what): (u64, &str),
     bytes_each: u64,

@@ -15,7 +15,8 @@ pub(crate) fn is_compressed(bytes: &[u8]) -> bool {
 /// Bytes decompressed at a time.
 const CHUNK: usize = 1 << 16;
 
-/// The decompressed content. A few bytes can stand for terabytes, so its size is limited relative to the file's.
+/// The decompressed content. A few bytes can stand for terabytes, so its size is limited relative to the
+/// file's.
 pub(crate) fn decompress(compressed: &[u8]) -> Result<Vec<u8>> {
     let mut decoder = MultiGzDecoder::new(compressed);
     let (mut plain, mut chunk) = (Vec::new(), vec![0; CHUNK]);

@@ -9,15 +9,15 @@ use super::loaded::Loaded;
 use super::{gltf, gzip, medit, obj, off, ply, stl};
 use crate::{Error, Result};
 
-/// Reads a mesh file. Its content decides on the format; where that is ambiguous, the extension does (in upper or lower
-/// case, with or without `.gz`).
+/// Reads a mesh file. Its content decides on the format; where that is ambiguous, the extension does (in
+/// upper or lower case, with or without `.gz`).
 ///
 /// # Errors
 ///
-/// [`Error::Input`] with the path and, where there is one, the line, vertex, face or byte: the file is missing,
-/// unreadable, a directory, empty, truncated or of an unknown format; a face has fewer than three vertices, one
-/// vertex twice or one that does not exist; a coordinate is not a finite number; there is no vertex, no face, or
-/// more than `u32::MAX - 1` vertices; a buffer file of a glTF file cannot be read.
+/// [`Error::Input`] with the path and, where there is one, the line, vertex, face or byte: the file is
+/// missing, unreadable, a directory, empty, truncated or of an unknown format; a face has fewer than three
+/// vertices, one vertex twice or one that does not exist; a coordinate is not a finite number; there is no
+/// vertex, no face, or more than `u32::MAX - 1` vertices; a buffer file of a glTF file cannot be read.
 pub fn read(path: &Path) -> Result<Loaded> {
     read_as(path, None)
 }
@@ -31,8 +31,8 @@ pub fn read_as(path: &Path, declared: Option<Encoding>) -> Result<Loaded> {
     read_file(path, declared, false)
 }
 
-/// As [`read_as`], with the materials of a glTF file and their images in `attributes.materials`. What cannot be read of
-/// them, such as an image that is missing or lies outside the file's folder, is noted.
+/// As [`read_as`], with the materials of a glTF file and their images in `attributes.materials`. What cannot
+/// be read of them, such as an image that is missing or lies outside the file's folder, is noted.
 ///
 /// # Errors
 ///

@@ -1,9 +1,10 @@
 //! STL: text and binary.
 //!
-//! The crate `stl_io` 0.11 is not used: it reads the numbers of text files as f32, and takes every file that begins with
-//! "solid " for text, although many programs write that into binary headers.
+//! The crate `stl_io` 0.11 is not used: it reads the numbers of text files as f32, and takes every file that
+//! begins with "solid " for text, although many programs write that into binary headers.
 //!
-//! STL has no shared vertices, only corners: equal ones become one vertex, numbered in order of first appearance.
+//! STL has no shared vertices, only corners: equal ones become one vertex, numbered in order of first
+//! appearance.
 
 use std::collections::HashMap;
 use std::io;

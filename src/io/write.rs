@@ -15,10 +15,10 @@ use crate::Result;
 use crate::mesh::TriMesh;
 use crate::mesh::attributes::{Attribute, Attributes, Role};
 
-/// Writes `mesh` in the format of the extension of `path`, compressed if that ends in `.gz`: OBJ, OFF and MEDIT as
-/// text, each f64 in the shortest form that reads back the same; PLY as binary little endian with double coordinates;
-/// STL and GLB as binary with 32-bit numbers, those of GLB relative to the mesh's own position and size. An existing
-/// file is replaced only when the new one is complete.
+/// Writes `mesh` in the format of the extension of `path`, compressed if that ends in `.gz`: OBJ, OFF and
+/// MEDIT as text, each f64 in the shortest form that reads back the same; PLY as binary little endian with
+/// double coordinates; STL and GLB as binary with 32-bit numbers, those of GLB relative to the mesh's own
+/// position and size. An existing file is replaced only when the new one is complete.
 ///
 /// # Errors
 ///
@@ -36,7 +36,8 @@ pub fn write_as(path: &Path, mesh: &TriMesh, encoding: Encoding) -> Result<()> {
     write_with(path, mesh, &Attributes::default(), encoding)
 }
 
-/// As [`write_as`], with those attributes that the format can hold; [`lost_attributes_note`] says which it cannot.
+/// As [`write_as`], with those attributes that the format can hold; [`lost_attributes_note`] says which it
+/// cannot.
 ///
 /// # Errors
 ///
@@ -72,7 +73,8 @@ pub fn encode_with(
     Ok(bytes)
 }
 
-/// How far the format's rounding moves vertices, as a sentence; `None` up to a millionth of the bounding box's diagonal.
+/// How far the format's rounding moves vertices, as a sentence; `None` up to a millionth of the bounding
+/// box's diagonal.
 pub fn lost_precision_note(mesh: &TriMesh, format: Format) -> Option<String> {
     if format != Format::Stl {
         return None;

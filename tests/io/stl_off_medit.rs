@@ -70,7 +70,7 @@ fn packed_files_that_lie_are_refused() {
     let cut = [2, 9, 20, whole.len() - 9, whole.len() - 1].map(|length| whole[..length].to_vec());
     for bytes in cut.into_iter().chain([[&whole, &b"more"[..]].concat()]) {
         let line = read_bytes(&bytes, None).unwrap_err().to_string();
-        assert!(line.contains("of the unpacked file: the gzip data is cut off or damaged"), "{line}");
+        assert!(line.contains("of the decompressed file: the gzip data is cut off or damaged"), "{line}");
     }
     assert_refused("a.off.gz", gz(b""), "", "the file is empty");
     // A few kilobytes for 200 megabytes of blanks.
@@ -78,7 +78,7 @@ fn packed_files_that_lie_are_refused() {
     packer.write_all(&vec![b' '; 200 << 20]).unwrap();
     let bomb = packer.finish().unwrap();
     let start = Instant::now();
-    assert_refused("a.off.gz", &bomb, "", "unpack to more than");
+    assert_refused("a.off.gz", &bomb, "", "expand to more than");
     assert!(start.elapsed() < Duration::from_secs(20));
 }
 
@@ -185,7 +185,7 @@ fn off_with_colours_normals_comments_and_counts_anywhere() {
         "4 3 0\n",
     ] {
         let Loaded { mesh, mut notes, .. } = load("a.off", format!("{head}{square}{faces}"));
-        let lacking = "colours were ignored, for not all vertices have one";
+        let lacking = "colours were ignored: not all vertices have one";
         assert_eq!(notes.pop_if(|note| note == lacking).is_some(), head.contains("COFF 4 3 0"), "{head}");
         assert_eq!(mesh.vertices[2].to_array(), [1.0, 1.0, 0.5], "{head}");
         assert_eq!(mesh.triangles, [[0, 1, 2], [0, 2, 3], [2, 1, 0]], "{head}");
@@ -203,7 +203,7 @@ fn off_with_colours_normals_comments_and_counts_anywhere() {
         ("4OFF\n1 1\n".into(), "line 1", "not in three dimensions"),
         ("nOFF\n2\n1 1\n".into(), "line 1", "not in three dimensions"),
         ("OFF\n".into(), "line 1", "no line with the counts"),
-        ("OFF\nx y\n".into(), "line 2", "'x y' are no counts"),
+        ("OFF\nx y\n".into(), "line 2", "'x y' is not a line of the counts"),
         ("OFF\n3 0 0\n".into(), "", "no faces"),
         (
             "OFF\n1000000000 1 0\n0 0 0\n".into(),

@@ -1,7 +1,8 @@
 //! Makes Vulkan calls fail on request; compiled for unit tests only.
 //!
-//! All commands are looked up through `vkGetInstanceProcAddr`, which [`hooked`] replaces, so that no other code is
-//! changed and the calls of the memory allocator are included. Each command returned counts its calls, and either fails as
+//! All commands are looked up through `vkGetInstanceProcAddr`, which [`hooked`] replaces, so that no other
+//! code is changed and the calls of the memory allocator are included. Each command returned counts its
+//! calls, and either fails as
 //! [`Plan`] says or calls the real command.
 
 mod tests;
@@ -104,8 +105,8 @@ pub(super) fn hooked(entry: ash::Entry) -> ash::Entry {
     INSTANCE_PROC.store(entry.static_fn().get_instance_proc_addr as usize, Ordering::Relaxed);
     // The new entry does not own the library that it calls; this keeps it loaded.
     std::mem::forget(entry);
-    // SAFETY: `instance_proc` keeps the contract of vkGetInstanceProcAddr, because it returns the same function or one
-    // of the same signature.
+    // SAFETY: `instance_proc` keeps the contract of vkGetInstanceProcAddr, because it returns the same
+    // function or one of the same signature.
     unsafe { ash::Entry::from_static_fn(ash::StaticFn { get_instance_proc_addr: instance_proc }) }
 }
 
@@ -113,7 +114,8 @@ unsafe extern "system" fn instance_proc(
     instance: vk::Instance,
     name: *const c_char,
 ) -> vk::PFN_vkVoidFunction {
-    // SAFETY: `hooked` stored this function before anyone can call; the caller keeps its contract, a valid name.
+    // SAFETY: `hooked` stored this function before anyone can call; the caller keeps its contract, a valid
+    // name.
     let (found, name) = unsafe {
         let real: vk::PFN_vkGetInstanceProcAddr = std::mem::transmute(INSTANCE_PROC.load(Ordering::Relaxed));
         (real(instance, name), CStr::from_ptr(name))
@@ -138,8 +140,8 @@ unsafe extern "system" fn device_proc(device: vk::Device, name: *const c_char) -
 
 type Pointer = *const c_void;
 
-/// Commands that return a result: their names and arguments, all pointers alike. All devices are opened with the same
-/// layers, so a command has one real address.
+/// Commands that return a result: their names and arguments, all pointers alike. All devices are opened with
+/// the same layers, so a command has one real address.
 macro_rules! commands {
     ($($name:ident($($argument:ident: $type:ty),*);)*) => {
         /// The replacement for the command whose real address is `found`.

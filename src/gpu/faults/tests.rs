@@ -1,5 +1,5 @@
-//! Every command fails once: opening and runs end in an error with a remedy, no object is leaked, and the device stays
-//! usable.
+//! Every command fails once: opening and runs end in an error with a remedy, no object is leaked, and the
+//! device stays usable.
 
 use super::*;
 use crate::gpu::{Device, DeviceOptions};

@@ -319,7 +319,8 @@ fn has_valid_types<T: DeserializeOwned + Validate>(value: &Value) -> bool {
     valid
 }
 
-/// Whether objects are where glTF has them, and nothing is null. (serde accepts lists for objects, and null for absent.)
+/// Whether objects are where glTF has them, and nothing is null. (serde accepts lists for objects, and null
+/// for absent.)
 fn has_valid_objects(value: &Value) -> bool {
     let is_object_key =
         |key: &str| ["pbrMetallicRoughness", "extensions"].contains(&key) || key.ends_with("Texture");

@@ -1,8 +1,8 @@
 //! glTF 2.0: `.gltf` and `.glb` read, `.glb` written.
 //!
-//! Both use `serde_json` directly, because the `gltf` crate, 1.4, has node transforms in f32 only, which loses precision
-//! for a mesh far from the origin; it refuses files without the bounds of positions, and all that require an extension,
-//! even one for materials; and it does not know quantized positions.
+//! Both use `serde_json` directly, because the `gltf` crate, 1.4, has node transforms in f32 only, which
+//! loses precision for a mesh far from the origin; it refuses files without the bounds of positions, and all
+//! that require an extension, even one for materials; and it does not know quantized positions.
 
 mod accessors;
 mod attributes;
@@ -23,8 +23,8 @@ use crate::{Error, Result};
 use accessors::Buffers;
 use model::Model;
 
-/// Reads the default scene of a `.gltf` or `.glb` file, with the materials if asked for. `folder` is where buffers and
-/// images in separate files are; `None` refuses them.
+/// Reads the default scene of a `.gltf` or `.glb` file, with the materials if asked for. `folder` is where
+/// buffers and images in separate files are; `None` refuses them.
 pub(crate) fn parse(bytes: &[u8], folder: Option<&Path>, with_materials: bool) -> Result<Loaded> {
     let parts = container::split_container(bytes)?;
     let model: Model = serde_json::from_slice(parts.json).map_err(|error| {

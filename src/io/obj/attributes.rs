@@ -1,4 +1,5 @@
-//! Reads what an OBJ file has besides positions and faces: colours, texture coordinates, normals, materials, groups.
+//! Reads what an OBJ file has besides positions and faces: colours, texture coordinates, normals, materials,
+//! groups.
 
 use std::collections::HashMap;
 
@@ -88,7 +89,8 @@ impl AttributeReader {
         true
     }
 
-    /// Adds a corner of the current face; `word` has the indices of its vertex, texture coordinates and normal.
+    /// Adds a corner of the current face; `word` has the indices of its vertex, texture coordinates and
+    /// normal.
     pub(crate) fn add_corner(&mut self, vertex: u64, word: &str) {
         let mut parts = word.split('/').skip(1);
         let mut index = |count: usize| {

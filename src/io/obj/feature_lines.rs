@@ -29,8 +29,8 @@ pub struct FeatureLine {
 ///
 /// # Errors
 ///
-/// [`Error::Input`] with the path and the line: the file cannot be read, a coordinate or an index is invalid, an
-/// element has fewer than two points, or there is none.
+/// [`Error::Input`] with the path and the line: the file cannot be read, a coordinate or an index is invalid,
+/// an element has fewer than two points, or there is none.
 pub fn read_feature_lines(path: &Path) -> Result<Vec<FeatureLine>> {
     read_file_bytes(path).and_then(|bytes| parse(&bytes)).map_err(|error| error.in_file(path))
 }
@@ -101,12 +101,13 @@ fn vertex_number(line: u64, word: &str, known: usize) -> Result<usize> {
     })
 }
 
-/// Writes the feature curves of `mesh` as `l` elements, in groups by kind, and its corners as `p` elements. An existing
-/// file is replaced only when the new one is complete.
+/// Writes the feature curves of `mesh` as `l` elements, in groups by kind, and its corners as `p` elements.
+/// An existing file is replaced only when the new one is complete.
 ///
 /// # Errors
 ///
-/// [`Error::Output`]: see [`crate::io::check_text_target`]; also a full disk. Panics if the features are not of `mesh`.
+/// [`Error::Output`]: see [`crate::io::check_text_target`]; also a full disk. Panics if the features are not
+/// of `mesh`.
 pub fn write_features(path: &Path, mesh: &TriMesh, features: &Features) -> Result<()> {
     write_atomically(path, |file| write(file, mesh, features))
 }

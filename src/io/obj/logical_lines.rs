@@ -2,7 +2,8 @@
 
 use std::borrow::Cow;
 
-/// The lines without comments, joined where they end in a backslash, each with the number of its first line from 1.
+/// The lines without comments, joined where they end in a backslash, each with the number of its first line
+/// from 1.
 pub(crate) fn logical_lines(text: &str) -> impl Iterator<Item = (u64, Cow<'_, str>)> {
     let mut lines = (1..).zip(text.lines());
     std::iter::from_fn(move || {

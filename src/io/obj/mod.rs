@@ -1,8 +1,8 @@
 //! Wavefront OBJ, read with `tobj`.
 //!
-//! `tobj` gives neither line numbers nor vertices shared between groups, and it refuses or misreads things that
-//! occur in practice (comments after a face, continued lines, colours with alpha). Every line is therefore checked
-//! here first, so that errors name the line, and `tobj` gets plain `v` and `f` lines only.
+//! `tobj` gives neither line numbers nor vertices shared between groups, and it refuses or misreads things
+//! that occur in practice (comments after a face, continued lines, colours with alpha). Every line is
+//! therefore checked here first, so that errors name the line, and `tobj` gets plain `v` and `f` lines only.
 
 pub(crate) mod attributes;
 pub(crate) mod feature_lines;
@@ -50,8 +50,8 @@ struct Scan {
     points_and_lines: u64,
     attributes: AttributeReader,
     unknown_keywords: BTreeSet<String>,
-    /// Vertex numbers from 1 in ascending order, each with the first line that uses it before its definition, which may
-    /// still follow.
+    /// Vertex numbers from 1 in ascending order, each with the first line that uses it before its definition,
+    /// which may still follow.
     undefined: Vec<(u64, u64)>,
     corners: Vec<u64>,
     sorted: Vec<u64>,

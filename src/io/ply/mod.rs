@@ -1,9 +1,9 @@
 //! Stanford PLY: text, binary little and big endian.
 //!
-//! The maintained crate, `ply-rs-bw` 4.0, is not used because it fails on files that occur: its text grammar refuses
-//! "nan" in properties that are not needed (MeshLab writes such normals), ".5", "1." and blank lines; its header refuses
-//! comments that are not UTF-8; a property declared twice silently shifts all that follow; and for an element without
-//! properties it loops as often as the header claims.
+//! The maintained crate, `ply-rs-bw` 4.0, is not used because it fails on files that occur: its text grammar
+//! refuses "nan" in properties that are not needed (MeshLab writes such normals), ".5", "1." and blank lines;
+//! its header refuses comments that are not UTF-8; a property declared twice silently shifts all that follow;
+//! and for an element without properties it loops as often as the header claims.
 //!
 //! Messages count faces and vertices from 0, as PLY's own indices do.
 

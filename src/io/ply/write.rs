@@ -34,7 +34,8 @@ fn append_attribute(bytes: &mut Vec<u8>, attribute: &Attribute, index: usize) {
     }
 }
 
-/// Adds the header lines of an attribute. Names get no blanks, and an underscore if the element has them already.
+/// Adds the header lines of an attribute. Names get no blanks, and an underscore if the element has them
+/// already.
 fn declare_attribute(header: &mut String, attribute: &Attribute) {
     let name: String = attribute.name.split_whitespace().collect::<Vec<_>>().join("_");
     let components = match (attribute.role, attribute.components) {
