@@ -8,7 +8,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     let heights: Vec<f64> = input.vertices.iter().map(|p| p.z).collect();
     let device = Device::open(&DeviceOptions::from_env())?;
     let options = Options::new(2000).correspondence(CorrespondenceRequest { vertices: true, faces: false });
-    let result = remesh(&device, &input, &options, &mut |_| {})?;
+    let result = remesh(&device, &input, &options)?;
     let correspondence = result.correspondence.ok_or("it was asked for")?;
     let onto = correspondence.vertices.iter().map(|point| {
         let corners = input.triangles[point.triangle as usize];

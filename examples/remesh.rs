@@ -9,7 +9,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     };
     let scan = io::read(input.as_ref())?.mesh;
     let device = Device::open(&DeviceOptions::from_env())?;
-    let result = remesh(&device, &scan, &Options::new(vertices.parse()?), &mut |_| {})?;
+    let result = remesh(&device, &scan, &Options::new(vertices.parse()?))?;
     for line in result.summary.remarks.iter().chain(&result.summary.warnings) {
         eprintln!("{line}");
     }

@@ -12,7 +12,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         .feature_angle(30.0)
         .features(FeatureLines::new(vec![FeatureLine { line: 1, points }]));
     let device = Device::open(&DeviceOptions::from_env())?;
-    let result = remesh(&device, &part, &options, &mut |_| {})?;
+    let result = remesh(&device, &part, &options)?;
     if let Some(skeleton) = result.summary.skeleton {
         println!("{} vertices on {} curves", skeleton.curve_sites, skeleton.curves);
     }

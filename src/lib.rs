@@ -5,7 +5,7 @@
 //!
 //! let input = io::read("kitten.ply".as_ref())?.mesh;
 //! let device = Device::open(&DeviceOptions::from_env())?;
-//! let result = remesh(&device, &input, &Options::new(10_000), &mut |_| {})?;
+//! let result = remesh(&device, &input, &Options::new(10_000))?;
 //! io::write("kitten-10k.ply".as_ref(), &result.mesh)?;
 //! # Ok::<(), rtfmesh::Error>(())
 //! ```
@@ -42,8 +42,8 @@ pub use options::{
 };
 pub use pipeline::{
     ExactSummary, FeatureSummary, PhaseTime, Preview, PreviewLevel, Remeshed, RunTimings, Summary, preview,
-    preview_repaired, remesh, remesh_repaired,
+    preview_repaired, remesh, remesh_repaired, remesh_with_progress,
 };
-pub use progress::{Flow, Phase, Progress};
+pub use progress::{Flow, Phase, Progress, ProgressToken};
 pub use remesher::Remesher;
 pub use sites::poisson::DiskSummary;

@@ -3,15 +3,14 @@
 use glam::DVec3;
 use rayon::slice::ParallelSliceMut;
 use serde::Serialize;
-use std::sync::atomic::AtomicBool;
 
-use crate::mesh::distance::{Distances, distances_until};
+use crate::mesh::distance::{Distances, distances};
 use crate::mesh::half_edges::EdgeTable;
-use crate::mesh::intersections::intersecting_faces_until;
+use crate::mesh::intersections::intersecting_faces;
 use crate::mesh::quality::{Quality, Valence, corner_points, folded_share, power_of_two_scale};
 use crate::mesh::quality::{quality, valence_of};
 use crate::mesh::topology::{Topology, topology_of};
-use crate::{Error, Result, TriMesh};
+use crate::{Error, ProgressToken, Result, TriMesh};
 
 /// All measures of one mesh, taken after merging vertices at exactly the same position.
 #[derive(Debug, Clone, PartialEq, Serialize)]
@@ -42,7 +41,7 @@ pub struct Measures {
 /// Fails with [`Error::Input`] if either mesh has no faces, a coordinate that is not a finite number, or an
 /// index without a vertex, and if the reference has no extent.
 pub fn measure(mesh: &TriMesh, reference: Option<&TriMesh>) -> Result<Measures> {
-    measure_some(mesh, reference, Crossing::Find, &AtomicBool::new(false))
+    measure_some(mesh, reference, Crossing::Find, &ProgressToken::default())
 }
 
 /// What to do about faces that intersect others.
@@ -55,20 +54,19 @@ pub(crate) enum Crossing {
     Known(usize),
 }
 
-/// As [`measure`], looking for intersections only if asked to. Once it is to `stop` it ends soon, with wrong
-/// figures.
+/// As [`measure`], looking for intersections only if asked to; also fails with [`Error::Cancelled`].
 pub(crate) fn measure_some(
     mesh: &TriMesh,
     reference: Option<&TriMesh>,
     crossing: Crossing,
-    stop: &AtomicBool,
+    progress: &ProgressToken,
 ) -> Result<Measures> {
     check(mesh, "mesh")?;
     let mesh = weld(mesh);
     let distances = match reference {
         Some(reference) => {
             check(reference, "reference mesh")?;
-            Some(distances_until(&mesh, &weld(reference), stop)?)
+            Some(distances(&mesh, &weld(reference), progress)?)
         }
         None => None,
     };
@@ -82,7 +80,7 @@ pub(crate) fn measure_some(
         valence: valence_of(&mesh, &table),
         self_intersecting_faces: match crossing {
             Crossing::Skip => None,
-            Crossing::Find => Some(intersecting_faces_until(&mesh, stop).len()),
+            Crossing::Find => Some(intersecting_faces(&mesh, progress)?.len()),
             Crossing::Known(count) => Some(count),
         },
         folded_edges: folded_share(&mesh, &table),

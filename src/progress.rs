@@ -1,37 +1,38 @@
-//! How a long run is watched: what it tells while it works, and how it is asked to stop.
+//! Progress of a long run: what it reports to its caller, and how the caller cancels it or makes it finish early.
 
 use crate::{Error, Result};
-use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use std::sync::mpsc::{RecvTimeoutError, channel};
 use std::time::Duration;
 
-/// How often the callback is asked while work on the host goes on.
-const PATIENCE: Duration = Duration::from_millis(100);
+/// How often the callback is called while the host works.
+const INTERVAL: Duration = Duration::from_millis(100);
 
 /// Part of a run.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Default)]
 pub enum Phase {
-    /// Cleaning the input, finding its curves, and compiling kernels.
+    /// Cleaning the input, finding its features, and compiling kernels.
     #[default]
     Prepare,
     /// Relaxing and connecting fewer vertices than asked for.
     CoarseLevels,
     /// Relaxing and connecting all vertices; but for [`crate::Method::CoarseToFine`] the only level.
     LastLevel,
-    /// Flips and relaxation of the mesh.
+    /// Edge flips and relaxation of the mesh.
     Polish,
-    /// Bringing its faces close to the surface.
+    /// Moving vertices so that the faces lie close to the surface.
     Fit,
-    /// Bringing the places close that the fit leaves.
+    /// Editing the mesh where it is still far from the surface after the fit.
     Outliers,
-    /// Looking for faces that run through others.
+    /// Looking for self-intersections.
     Check,
     /// Measuring the result.
     Measure,
 }
 
 impl Phase {
-    /// In a word or two, for people.
+    /// A name of one or two words for people to read.
     pub fn name(self) -> &'static str {
         match self {
             Self::Prepare => "prepare",
@@ -49,33 +50,33 @@ impl Phase {
 /// Where a run is.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct Progress {
-    /// What it does.
+    /// What the run is doing.
     pub phase: Phase,
-    /// The random start, or count of vertices, that is tried; from 1.
+    /// The current attempt, from 1: each has another random start or vertex count.
     pub attempt: u32,
-    /// Share of the attempt's work that is done, 0 to 1, by estimate. Within an attempt it never falls; the run ends with
-    /// 1.
+    /// Estimated share of the attempt's work that is done, 0 to 1. It never falls within an attempt, and is 1 at the
+    /// end of the run.
     pub fraction: f64,
-    /// What would have to follow if the run were asked to [`Flow::Finish`] now, on the same scale.
+    /// Work that would remain if the run were told to [`Flow::Finish`] now, on the same scale.
     pub to_finish: f64,
-    /// Iterations done, over all levels.
+    /// Iterations done on all levels.
     pub iteration: u32,
-    /// Most iterations, over all levels.
+    /// Largest number of iterations on all levels.
     pub iterations: u32,
-    /// Root mean square step of the last iteration in spacings.
+    /// Root mean square step of the last iteration, in spacings.
     pub step: f64,
 }
 
-/// What a run is to do next. A callback that gives nothing, `()`, lets it go on.
+/// What a run is to do next. A callback that returns nothing, `()`, lets it continue.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Default)]
 pub enum Flow {
-    /// Go on.
+    /// Continue.
     #[default]
     Continue,
-    /// Come to an end with what there is: few further iterations, a short polish, a valid mesh with the exact count. The
-    /// run remembers it.
+    /// Finish early: few further iterations, a short polish, and still a valid mesh with the exact vertex count. This
+    /// cannot be taken back.
     Finish,
-    /// Stop with [`Error::Cancelled`].
+    /// Stop with [`Error::Cancelled`] and without a result.
     Cancel,
 }
 
@@ -85,116 +86,217 @@ impl From<()> for Flow {
     }
 }
 
-/// What connecting a level costs, in iterations; as measured on the CPU.
+/// Cost of connecting a level, in iterations, as measured on the CPU.
 pub(crate) const CONNECT: f64 = 12.0;
 
-/// Ends work of [`Watch::during`] that is to stop.
+/// Links a long computation with whoever waits for it: the computation reports the share of the work that is done and
+/// polls whether to stop, and any thread may cancel it or ask it to finish early.
 ///
-/// # Errors
-/// [`Error::Cancelled`], which the run gives too.
-pub(crate) fn heed(stop: &AtomicBool) -> Result<()> {
-    if stop.load(Ordering::Relaxed) { Err(Error::Cancelled) } else { Ok(()) }
+/// Clones share their state. Use `&ProgressToken::default()` to neither watch nor stop the work.
+#[derive(Debug, Clone)]
+pub struct ProgressToken {
+    state: Arc<State>,
+    /// The part of the whole work that this token stands for, as shares of it.
+    from: f64,
+    to: f64,
 }
 
-/// A callback with what it was told, and what it answered.
-pub(crate) struct Watch<'a> {
-    ask: &'a mut dyn FnMut(Progress) -> Flow,
-    /// The strongest answer so far.
-    flow: Flow,
-    now: Progress,
-    /// The fractions between which the phase lies.
-    range: (f64, f64),
-    /// As [`Progress::to_finish`], from the end of the phase.
-    after: f64,
-    /// Iterations before those of the level, and the most of all levels.
-    level: (u32, u32),
-    /// Whether something was left out for [`Flow::Finish`].
-    cut: bool,
+#[derive(Debug, Default)]
+struct State {
+    cancelled: AtomicBool,
+    finishing: AtomicBool,
+    /// Whether work was left out to finish early.
+    shortened: AtomicBool,
+    /// Bits of a number of 0 to 1; those of non-negative numbers are ordered as the numbers are.
+    share: AtomicU64,
 }
 
-impl<'a> Watch<'a> {
-    pub fn new(ask: &'a mut dyn FnMut(Progress) -> Flow) -> Self {
-        let now = Progress { attempt: 1, ..Progress::default() };
-        Self { ask, flow: Flow::Continue, now, range: (0.0, 0.0), after: 0.0, level: (0, 0), cut: false }
+impl Default for ProgressToken {
+    fn default() -> Self {
+        Self { state: Arc::default(), from: 0.0, to: 1.0 }
+    }
+}
+
+impl ProgressToken {
+    /// Makes the work stop with [`Error::Cancelled`].
+    pub fn cancel(&self) {
+        self.state.cancelled.store(true, Ordering::Relaxed);
     }
 
-    /// An attempt begins.
-    pub fn attempt(&mut self, attempt: u32) {
-        self.now = Progress { attempt, ..Progress::default() };
+    /// Makes the work leave out what a valid result does not need.
+    pub fn finish_early(&self) {
+        self.state.finishing.store(true, Ordering::Relaxed);
     }
 
-    /// A phase begins, which lasts until a fraction; `after` as [`Progress::to_finish`] at its end.
+    /// Share of the whole work that is done, 0 to 1.
+    pub fn share(&self) -> f64 {
+        f64::from_bits(self.state.share.load(Ordering::Relaxed))
+    }
+
+    /// Whether work was left out to finish early.
+    pub fn is_shortened(&self) -> bool {
+        self.state.shortened.load(Ordering::Relaxed)
+    }
+
+    /// To be called several times a second by long work.
     ///
     /// # Errors
-    /// As [`Watch::done`].
-    pub fn phase(&mut self, phase: Phase, until: f64, after: f64) -> Result<()> {
-        self.now.phase = phase;
-        self.range = (self.now.fraction, until.max(self.now.fraction));
-        self.after = after;
-        self.done(0.0)
+    /// [`Error::Cancelled`] once the work is cancelled.
+    pub fn poll(&self) -> Result<()> {
+        if self.is_cancelled() { Err(Error::Cancelled) } else { Ok(()) }
     }
 
-    /// Iterations before those of the level that begins, and the most of all levels.
+    /// Reports the share of this token's work that is done, 0 to 1, and polls.
+    ///
+    /// # Errors
+    /// As [`ProgressToken::poll`].
+    pub fn done(&self, share: f64) -> Result<()> {
+        let share = self.from + (self.to - self.from) * share.clamp(0.0, 1.0);
+        self.state.share.fetch_max(share.to_bits(), Ordering::Relaxed);
+        self.poll()
+    }
+
+    /// The token for a part of this one's work, between two shares of it.
+    #[must_use]
+    pub fn part(&self, from: f64, to: f64) -> Self {
+        let at = |share: f64| self.from + (self.to - self.from) * share.clamp(0.0, 1.0);
+        Self { state: Arc::clone(&self.state), from: at(from), to: at(to) }
+    }
+
+    /// The token for work whose share of the whole is unknown: what it reports changes nothing.
+    #[must_use]
+    pub fn silent(&self) -> Self {
+        self.part(0.0, 0.0)
+    }
+
+    /// Whether the work is cancelled.
+    pub fn is_cancelled(&self) -> bool {
+        self.state.cancelled.load(Ordering::Relaxed)
+    }
+
+    /// Whether the work is to finish early.
+    pub fn is_finishing(&self) -> bool {
+        self.state.finishing.load(Ordering::Relaxed)
+    }
+
+    /// Whether to leave out work that a valid result does not need; if so, [`ProgressToken::is_shortened`] from now on.
+    pub fn leave_out(&self) -> bool {
+        let finishing = self.is_finishing();
+        if finishing {
+            self.state.shortened.store(true, Ordering::Relaxed);
+        }
+        finishing
+    }
+
+    /// `count`, or at most `few` if the work is to finish early.
+    pub fn at_most(&self, few: u32, count: u32) -> u32 {
+        if count > few && self.leave_out() { few } else { count }
+    }
+
+    /// Begins another whole.
+    fn restart(&self) {
+        self.state.share.store(0, Ordering::Relaxed);
+    }
+}
+
+/// Reports a run's progress to the caller's callback, and passes the answers on to a [`ProgressToken`].
+pub(crate) struct ProgressReporter<'a> {
+    callback: &'a mut dyn FnMut(Progress) -> Flow,
+    token: ProgressToken,
+    now: Progress,
+    /// The fractions at which the phase begins and ends.
+    range: (f64, f64),
+    /// Iterations of the levels before this one, and the largest number on all levels.
+    level: (u32, u32),
+}
+
+impl<'a> ProgressReporter<'a> {
+    pub fn new(callback: &'a mut dyn FnMut(Progress) -> Flow) -> Self {
+        let now = Progress { attempt: 1, ..Progress::default() };
+        Self { callback, token: ProgressToken::default(), now, range: (0.0, 0.0), level: (0, 0) }
+    }
+
+    /// Begins an attempt.
+    pub fn attempt(&mut self, attempt: u32) {
+        self.now = Progress { attempt, ..Progress::default() };
+        self.range = (0.0, 0.0);
+        self.token.restart();
+    }
+
+    /// Begins a phase that ends at the fraction `until`. `to_finish` is what [`Progress::to_finish`] reports during it.
+    ///
+    /// # Errors
+    /// As [`ProgressReporter::poll`].
+    pub fn phase(&mut self, phase: Phase, until: f64, to_finish: f64) -> Result<()> {
+        self.range = (self.now.fraction, until.max(self.now.fraction));
+        self.now = Progress { phase, to_finish, ..self.now };
+        self.token.restart();
+        self.poll()
+    }
+
+    /// Begins a level: `before` iterations were done on others, of at most `most` on all.
     pub fn level(&mut self, before: u32, most: u32) {
         self.level = (before, most);
     }
 
-    /// Iterations of the level that are done, of how many, and the last step.
+    /// Reports that `done` of the level's `of` iterations are done, with the step of the last one.
     ///
     /// # Errors
-    /// As [`Watch::done`].
+    /// As [`ProgressReporter::poll`].
     pub fn iterated(&mut self, done: u32, of: u32, step: f64) -> Result<()> {
         let (before, most) = self.level;
         (self.now.iteration, self.now.iterations, self.now.step) = (before + done, most, step);
         self.done(f64::from(done) / (f64::from(of) + CONNECT))
     }
 
-    /// Tells which share of the phase is done.
+    /// Reports the share of the phase that is done.
     ///
     /// # Errors
-    /// [`Error::Cancelled`] if it was asked for.
+    /// As [`ProgressReporter::poll`].
     pub fn done(&mut self, share: f64) -> Result<()> {
+        self.token.done(share)?;
+        self.poll()
+    }
+
+    /// Calls the callback.
+    ///
+    /// # Errors
+    /// [`Error::Cancelled`] if it answers so, now or earlier.
+    pub fn poll(&mut self) -> Result<()> {
+        // Once it has cancelled, it is not called again.
+        self.token.poll()?;
         let (from, until) = self.range;
-        let fraction = from + (until - from) * share.clamp(0.0, 1.0);
+        let fraction = from + (until - from) * self.token.share();
         self.now.fraction = fraction.clamp(self.now.fraction, 1.0);
-        self.now.to_finish = self.after;
-        self.look()
-    }
-
-    /// Materials whether to stop, within the phase.
-    ///
-    /// # Errors
-    /// As [`Watch::done`].
-    pub fn look(&mut self) -> Result<()> {
-        // Whoever has cancelled is not asked again.
-        if self.flow != Flow::Cancel {
-            self.flow = (self.ask)(self.now).max(self.flow);
+        match (self.callback)(self.now) {
+            Flow::Continue => {}
+            Flow::Finish => self.token.finish_early(),
+            Flow::Cancel => self.token.cancel(),
         }
-        if self.flow == Flow::Cancel { Err(Error::Cancelled) } else { Ok(()) }
+        self.token.poll()
     }
 
-    /// Does work on the host that takes long, and looks meanwhile; once it is to stop, `work` is told so and what it gives
-    /// is dropped. On a thread of a pool, which must not wait for the pool, there is no look.
+    /// Does long work on the host in the thread pool, and calls the callback meanwhile. On a thread of a pool, which
+    /// must not wait for the pool, the work is done in place, and the callback is called after it.
     ///
     /// # Errors
-    /// As [`Watch::done`].
-    pub fn during<T: Send>(&mut self, work: impl FnOnce(&AtomicBool) -> T + Send) -> Result<T> {
-        let stop = AtomicBool::new(false);
+    /// As [`ProgressReporter::poll`], and those of `work`.
+    pub fn during<T: Send>(&mut self, work: impl FnOnce(&ProgressToken) -> Result<T> + Send) -> Result<T> {
+        let token = self.token.clone();
         if rayon::current_thread_index().is_some() {
-            return Ok(work(&stop));
+            let done = work(&token)?;
+            return self.poll().map(|()| done);
         }
         let (sender, receiver) = channel();
         rayon::in_place_scope(|scope| {
-            let stop = &stop;
+            let token = &token;
             // Nobody receives once the run is cancelled.
-            scope.spawn(move |_| drop(sender.send(work(stop))));
+            scope.spawn(move |_| drop(sender.send(work(token))));
             loop {
-                match receiver.recv_timeout(PATIENCE) {
-                    Ok(done) => return Ok(done),
-                    Err(RecvTimeoutError::Timeout) => {
-                        self.look().inspect_err(|_| stop.store(true, Ordering::Relaxed))?;
-                    }
-                    // Its panic comes out of the scope.
+                match receiver.recv_timeout(INTERVAL) {
+                    Ok(done) => return done,
+                    Err(RecvTimeoutError::Timeout) => self.poll()?,
+                    // The scope passes the panic of the work on.
                     Err(RecvTimeoutError::Disconnected) => {
                         return Err(Error::Internal("work on the host ended without a result".to_owned()));
                     }
@@ -203,29 +305,19 @@ impl<'a> Watch<'a> {
         })
     }
 
-    /// Whether the run is to come to an end.
-    pub fn finishing(&self) -> bool {
-        self.flow >= Flow::Finish
+    /// As [`ProgressToken::at_most`].
+    pub fn at_most(&self, few: u32, count: u32) -> u32 {
+        self.token.at_most(few, count)
     }
 
-    /// At most `few` of something, if the run is to come to an end.
-    pub fn shortened(&mut self, count: u32, few: u32) -> u32 {
-        if !self.finishing() || count <= few {
-            return count;
-        }
-        self.cut = true;
-        few
+    /// As [`ProgressToken::leave_out`].
+    pub fn leave_out(&self) -> bool {
+        self.token.leave_out()
     }
 
-    /// Whether to leave out what is left of a phase.
-    pub fn leave_out(&mut self) -> bool {
-        self.cut |= self.finishing();
-        self.finishing()
-    }
-
-    /// Whether anything was left out.
-    pub fn is_cut(&self) -> bool {
-        self.cut
+    /// Whether work was left out to finish early.
+    pub fn is_shortened(&self) -> bool {
+        self.token.is_shortened()
     }
 }
 
@@ -234,27 +326,59 @@ mod tests {
     use super::*;
 
     #[test]
-    fn work_on_the_host_is_watched_and_stopped() {
-        let mut asked = 0;
-        let mut ask = |_| {
-            asked += 1;
-            if asked == 3 { Flow::Cancel } else { Flow::Continue }
+    fn work_on_the_host_is_reported_and_cancelled() {
+        let mut told = Vec::new();
+        let mut callback = |now: Progress| {
+            told.push(now.fraction);
+            if told.len() == 3 { Flow::Cancel } else { Flow::Continue }
         };
-        let mut watch = Watch::new(&mut ask);
-        assert_eq!(watch.during(|_| 7), Ok(7));
-        let endless = |stop: &AtomicBool| {
-            while !stop.load(Ordering::Relaxed) {
+        let mut progress = ProgressReporter::new(&mut callback);
+        progress.phase(Phase::Polish, 0.8, 0.0).unwrap();
+        assert_eq!(progress.during(|_| Ok(7)), Ok(7));
+        let endless = |token: &ProgressToken| -> Result<()> {
+            loop {
+                token.done(0.5)?;
                 std::thread::sleep(Duration::from_millis(1));
             }
         };
-        assert_eq!(watch.during(endless), Err(Error::Cancelled));
-        assert_eq!(asked, 3);
+        assert_eq!(progress.during(endless), Err(Error::Cancelled));
+        assert_eq!((told.len(), told[0], told[2]), (3, 0.0, 0.4));
     }
 
     #[test]
     fn a_thread_of_a_pool_does_not_wait_for_itself() {
         let pool = rayon::ThreadPoolBuilder::new().num_threads(1).build().unwrap();
-        let sum = pool.install(|| Watch::new(&mut |_| Flow::Continue).during(|_| rayon::join(|| 1, || 2)));
-        assert_eq!(sum, Ok((1, 2)));
+        let mut calls = 0;
+        let mut callback = |_| {
+            calls += 1;
+            Flow::Continue
+        };
+        let work = |_: &ProgressToken| Ok(rayon::join(|| 1, || 2));
+        // The callback need not be `Send`, so the reporter is made in the pool.
+        let sum = pool.install(|| ProgressReporter::new(&mut callback).during(work));
+        assert_eq!((sum, calls), (Ok((1, 2)), 1));
+    }
+
+    #[test]
+    fn parts_report_shares_of_the_whole_that_never_fall() {
+        let token = ProgressToken::default();
+        let half = token.part(0.5, 1.0);
+        half.part(0.2, 0.4).done(1.0).unwrap();
+        assert_eq!(token.share(), 0.7);
+        half.done(0.0).unwrap();
+        half.silent().done(1.0).unwrap();
+        assert_eq!(token.share(), 0.7);
+        half.done(2.0).unwrap();
+        assert_eq!(token.share(), 1.0);
+    }
+
+    #[test]
+    fn work_is_left_out_only_to_finish_early() {
+        let token = ProgressToken::default();
+        assert!(!token.leave_out() && token.at_most(4, 30) == 30);
+        token.finish_early();
+        assert!(token.at_most(4, 3) == 3 && !token.is_shortened());
+        assert!(token.part(0.0, 0.5).at_most(4, 30) == 4 && token.is_shortened());
+        assert_eq!(token.poll(), Ok(()));
     }
 }

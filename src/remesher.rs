@@ -1,6 +1,6 @@
 //! One mesh after another on one device.
 
-use crate::pipeline::{compile, compile_later, remesh};
+use crate::pipeline::{compile, compile_later, remesh_with_progress};
 use crate::{Device, Flow, Options, Progress, Remeshed, Result, TriMesh};
 
 /// Remeshes any number of meshes with the same options on the same device. What was compiled for the first one, and the
@@ -47,23 +47,23 @@ impl Remesher {
         &self.options
     }
 
-    /// [`remesh`] without a callback.
+    /// As [`crate::remesh`].
     ///
     /// # Errors
     /// See there.
     pub fn remesh(&self, mesh: &TriMesh) -> Result<Remeshed> {
-        self.remesh_with(mesh, |_| {})
+        self.remesh_with_progress(mesh, |_| {})
     }
 
-    /// [`remesh`].
+    /// As [`remesh_with_progress`].
     ///
     /// # Errors
     /// See there.
-    pub fn remesh_with<F: Into<Flow>>(
+    pub fn remesh_with_progress<F: Into<Flow>>(
         &self,
         mesh: &TriMesh,
-        mut progress: impl FnMut(Progress) -> F,
+        progress: impl FnMut(Progress) -> F,
     ) -> Result<Remeshed> {
-        remesh(&self.device, mesh, &self.options, &mut progress)
+        remesh_with_progress(&self.device, mesh, &self.options, progress)
     }
 }

@@ -106,7 +106,7 @@ fn exit_code(error: &anyhow::Error) -> u8 {
         Some(Error::Input { .. }) => 3,
         Some(Error::Device { .. } | Error::OutOfMemory { .. } | Error::DeviceLost(_)) => 4,
         Some(Error::Cancelled) => progress::CANCELLED,
-        None if error.is::<progress::Stopped>() => progress::CANCELLED,
+        None if error.is::<progress::CancelledByUser>() => progress::CANCELLED,
         Some(_) | None => 1,
     }
 }

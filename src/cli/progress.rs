@@ -1,4 +1,4 @@
-//! How the program watches a run: its progress bar, Ctrl-C and the time limit.
+//! Progress of the program: its progress bar, Ctrl-C and the time limit.
 
 use super::heading::DEVICE;
 use super::tell;
@@ -11,25 +11,25 @@ use std::time::{Duration, Instant};
 
 /// Exit code of a run that was stopped, as shells have it for Ctrl-C.
 pub const CANCELLED: u8 = 130;
-/// A run that has not stopped by itself after this long, such as one that still reads, is ended.
-const PATIENCE: Duration = Duration::from_millis(500);
-/// The time that finishing will take is an estimate; this many times that is set aside.
-const CAUTION: f64 = 1.3;
+/// A cancelled program that has not ended by itself after this long, for instance since it still reads, is ended.
+const GRACE: Duration = Duration::from_millis(500);
+/// The time that finishing early takes is an estimate; this many times that is set aside.
+const SAFETY: f64 = 1.3;
 /// Steps of the bar.
 const STEPS: f64 = 10_000.0;
 
-/// How often somebody asked to stop.
-static ASKED: AtomicU32 = AtomicU32::new(0);
-/// Whether the first of them wants what there is.
-static KEEP: AtomicBool = AtomicBool::new(false);
-/// Held while files are written, which is not to end half-way.
+/// How often Ctrl-C was pressed.
+static INTERRUPTS: AtomicU32 = AtomicU32::new(0);
+/// Whether the first Ctrl-C makes the run finish early instead of cancelling it.
+static KEEP_PARTIAL: AtomicBool = AtomicBool::new(false);
+/// Locked while files are written, so that none is left half-written.
 static WRITING: Mutex<()> = Mutex::new(());
-/// See [`set_story`].
-static STORY: Mutex<Option<String>> = Mutex::new(None);
+/// See [`set_cancel_message`].
+static CANCEL_MESSAGE: Mutex<Option<String>> = Mutex::new(None);
 
-/// What is done about a long run.
+/// Options that end a long run early.
 #[derive(clap::Args)]
-pub struct WatchArgs {
+pub struct ProgressArgs {
     /// Finish within about this time, with the best mesh there is by then [default: none]
     #[arg(long, value_name = "SECONDS", value_parser = seconds, help_heading = DEVICE, hide_short_help = true)]
     time_limit: Option<Duration>,
@@ -44,24 +44,24 @@ fn seconds(text: &str) -> std::result::Result<Duration, String> {
     Duration::try_from_secs_f64(value).ok().filter(|limit| !limit.is_zero()).ok_or_else(wrong)
 }
 
-/// Watches one run.
-pub struct Watch<'a> {
-    args: &'a WatchArgs,
+/// Shows the progress of one run, and decides when it is cancelled or finishes early.
+pub struct RunProgress<'a> {
+    args: &'a ProgressArgs,
     begun: Instant,
     bar: ProgressBar,
-    /// When the levels of an attempt began, and at which fraction.
+    /// The current attempt, when its levels began, and at which fraction.
     since: Option<(u32, Instant, f64)>,
     out_of_time: bool,
 }
 
-impl<'a> Watch<'a> {
-    /// From here on Ctrl-C stops the program in an orderly way, and the time counts.
+impl<'a> RunProgress<'a> {
+    /// Handles Ctrl-C and counts the time limit from here on.
     ///
     /// # Errors
-    /// If the system refuses to tell of Ctrl-C.
-    pub fn new(args: &'a WatchArgs) -> Result<Self> {
-        KEEP.store(args.keep_partial, Ordering::SeqCst);
-        heed()?;
+    /// As [`handle_interrupts`].
+    pub fn new(args: &'a ProgressArgs) -> Result<Self> {
+        KEEP_PARTIAL.store(args.keep_partial, Ordering::SeqCst);
+        handle_interrupts()?;
         let bar = ProgressBar::hidden();
         Ok(Self { args, begun: Instant::now(), bar, since: None, out_of_time: false })
     }
@@ -73,14 +73,14 @@ impl<'a> Watch<'a> {
         self.bar = if let Ok(style) = style { bar.with_style(style) } else { bar };
     }
 
-    /// What the run is to do.
-    pub fn progress(&mut self, now: Progress) -> Flow {
+    /// Shows the progress and returns what the run is to do next.
+    pub fn update(&mut self, now: Progress) -> Flow {
         self.draw(now);
         if is_cancelled() {
             return Flow::Cancel;
         }
         self.out_of_time |= self.is_time_up(now);
-        if self.out_of_time || ASKED.load(Ordering::SeqCst) > 0 { Flow::Finish } else { Flow::Continue }
+        if self.out_of_time || INTERRUPTS.load(Ordering::SeqCst) > 0 { Flow::Finish } else { Flow::Continue }
     }
 
     fn draw(&mut self, now: Progress) {
@@ -100,7 +100,7 @@ impl<'a> Watch<'a> {
         }
     }
 
-    /// Whether what is left of the time is needed to finish.
+    /// Whether the rest of the time is needed to finish early.
     fn is_time_up(&self, now: Progress) -> bool {
         let Some(limit) = self.args.time_limit else { return false };
         let whole = match self.since {
@@ -109,15 +109,15 @@ impl<'a> Watch<'a> {
             }
             _ => 0.0,
         };
-        self.begun.elapsed().as_secs_f64() + CAUTION * now.to_finish * whole > limit.as_secs_f64()
+        self.begun.elapsed().as_secs_f64() + SAFETY * now.to_finish * whole > limit.as_secs_f64()
     }
 
-    /// The run is over, well or not.
+    /// Removes the progress bar at the end of the run.
     pub fn end(&self) {
         self.bar.finish_and_clear();
     }
 
-    /// Adds a warning to that of a run which was cut short.
+    /// Adds a warning to the summary of a run that finished early.
     pub fn warn(&self, summary: &mut Summary) {
         if !summary.finished_early {
             return;
@@ -130,60 +130,60 @@ impl<'a> Watch<'a> {
     }
 }
 
-/// From here on Ctrl-C stops the program in an orderly way.
+/// Ends the program in an orderly way on Ctrl-C from here on.
 ///
 /// # Errors
-/// If the system refuses to tell of Ctrl-C.
-pub fn heed() -> Result<()> {
-    Ok(ctrlc::set_handler(asked_to_stop)?)
+/// If the system allows no handler for Ctrl-C.
+pub fn handle_interrupts() -> Result<()> {
+    Ok(ctrlc::set_handler(interrupted)?)
 }
 
-/// From here on files are written, and whoever asks to stop comes too late.
+/// Locks out Ctrl-C while files are written.
 ///
 /// # Errors
-/// [`Error::Cancelled`] for who comes before.
+/// [`Error::Cancelled`] if it was pressed before.
 pub fn begin_writing() -> rtfmesh::Result<MutexGuard<'static, ()>> {
     let writing = WRITING.lock().unwrap_or_else(PoisonError::into_inner);
     if is_cancelled() { Err(Error::Cancelled) } else { Ok(writing) }
 }
 
-/// Sets what is told if the program is stopped from now on, in place of [`Error::Cancelled`].
-pub fn set_story(text: String) {
-    *STORY.lock().unwrap_or_else(PoisonError::into_inner) = Some(text);
+/// Sets the message of a program that is cancelled from now on, in place of that of [`Error::Cancelled`].
+pub fn set_cancel_message(text: String) {
+    *CANCEL_MESSAGE.lock().unwrap_or_else(PoisonError::into_inner) = Some(text);
 }
 
-/// The error of a program that was stopped, with its story.
-pub fn stopped() -> Stopped {
-    let story = STORY.lock().unwrap_or_else(PoisonError::into_inner).clone();
-    Stopped(story.unwrap_or_else(|| Error::Cancelled.to_string()))
+/// The error of a program that was cancelled.
+pub fn cancelled() -> CancelledByUser {
+    let message = CANCEL_MESSAGE.lock().unwrap_or_else(PoisonError::into_inner).clone();
+    CancelledByUser(message.unwrap_or_else(|| Error::Cancelled.to_string()))
 }
 
-/// Somebody stopped the program.
+/// The user cancelled the program with Ctrl-C; holds the message.
 #[derive(Debug)]
-pub struct Stopped(String);
+pub struct CancelledByUser(String);
 
-impl std::fmt::Display for Stopped {
+impl std::fmt::Display for CancelledByUser {
     fn fmt(&self, to: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         to.write_str(&self.0)
     }
 }
 
-impl std::error::Error for Stopped {}
+impl std::error::Error for CancelledByUser {}
 
-/// Whether the program is to stop.
+/// Whether the program is cancelled.
 pub fn is_cancelled() -> bool {
-    ASKED.load(Ordering::SeqCst) > u32::from(KEEP.load(Ordering::SeqCst))
+    INTERRUPTS.load(Ordering::SeqCst) > u32::from(KEEP_PARTIAL.load(Ordering::SeqCst))
 }
 
-/// Runs in a thread of its own.
-fn asked_to_stop() {
-    ASKED.fetch_add(1, Ordering::SeqCst);
+/// Handles Ctrl-C, in a thread of its own.
+fn interrupted() {
+    INTERRUPTS.fetch_add(1, Ordering::SeqCst);
     if !is_cancelled() {
         tell("coming to an end with what there is; press Ctrl-C again to stop\n");
         return;
     }
-    std::thread::sleep(PATIENCE);
+    std::thread::sleep(GRACE);
     let _nothing_half_written = WRITING.lock();
-    tell(&format!("error: {}\n", stopped()));
+    tell(&format!("error: {}\n", cancelled()));
     std::process::exit(i32::from(CANCELLED));
 }

@@ -5,7 +5,7 @@ use super::attributes::{AttributeArgs, carried};
 use super::files::{InputFormat, Target, input_name, is_standard, tell_notes};
 use super::heading::OUTPUT;
 use super::method::{DeviceArgs, MethodArgs, refuse_messages};
-use super::progress::{Watch, WatchArgs, begin_writing};
+use super::progress::{ProgressArgs, RunProgress, begin_writing};
 use super::target_count::{SizeArgs, count};
 use super::{print, table, tell};
 use anyhow::Result;
@@ -50,7 +50,7 @@ pub struct Args {
     #[command(flatten)]
     device: DeviceArgs,
     #[command(flatten)]
-    watch: WatchArgs,
+    progress: ProgressArgs,
     #[command(flatten)]
     research: ResearchArgs,
 }
@@ -113,21 +113,20 @@ pub fn run(args: &Args) -> Result<()> {
     {
         tell(&format!("note: {} will be replaced by the result\n", output.display()));
     }
-    let mut watch = Watch::new(&args.watch)?;
+    let mut progress = RunProgress::new(&args.progress)?;
     let (loaded, device) = rayon::join(|| load(args), || args.device.open(wants_report));
     let loaded = loaded?;
     let repaired = count(size, &args.input, &loaded.mesh, &mut options, args.out.quiet)?;
     ask(args, &loaded, Some(target.format()), &mut options)?;
     let device = device?;
     if !args.out.quiet {
-        watch.show_bar();
+        progress.show_bar();
     }
-    let mut progress = |now| watch.progress(now);
-    let result = remesh_repaired(&device, &loaded.mesh, repaired, &options, &mut progress);
-    watch.end();
+    let result = remesh_repaired(&device, &loaded.mesh, repaired, &options, |now| progress.update(now));
+    progress.end();
     let mut result = result.map_err(|e| e.in_file(input_name(&args.input)))?;
     refuse_messages(&device)?;
-    watch.warn(&mut result.summary);
+    progress.warn(&mut result.summary);
     if !args.out.quiet {
         tell_notes(&args.input, &result.summary.remarks);
     }

@@ -1,7 +1,6 @@
 //! Where the vertices and faces of a remeshed surface lie on the mesh that it was made from.
 
 use std::sync::Arc;
-use std::sync::atomic::{AtomicBool, Ordering};
 
 use glam::DVec3;
 use rayon::prelude::*;
@@ -12,8 +11,7 @@ use super::bvh::Bvh;
 use super::repair::Repaired;
 use super::triangle::{closest_on_triangle, doubled_normal};
 use super::unit_frame::UnitFrame;
-use crate::Result;
-use crate::progress::heed;
+use crate::{ProgressToken, Result};
 
 /// A triangle that faces the other way counts only if it is nearer than the nearest one that faces the same way by more
 /// than this share of the length of the edges there.
@@ -67,27 +65,18 @@ impl SurfacePoint {
     }
 }
 
-/// Finds where `output`, as far as it is asked for, lies on `input`, which `repaired` was made from.
+/// Finds where `output`, as far as it is asked for, lies on `input`, which `repaired` was made from. `search` is the
+/// repaired mesh in its unit-diagonal frame; `None` makes a new one.
 ///
 /// # Errors
-/// [`crate::Error::Input`]: see [`UnitFrame::of`].
+/// [`crate::Error::Input`]: see [`UnitFrame::of`]; [`crate::Error::Cancelled`].
 pub fn trace(
     input: &TriMesh,
     repaired: &Repaired,
     output: &TriMesh,
     asked: CorrespondenceRequest,
-) -> Result<Correspondence> {
-    trace_until((input, repaired), output, asked, None, &AtomicBool::new(false))
-}
-
-/// As [`trace`]; [`crate::Error::Cancelled`] soon after it is to `stop`. `searched` is the repaired mesh in its frame,
-/// if there is that already.
-pub(crate) fn trace_until(
-    (input, repaired): (&TriMesh, &Repaired),
-    output: &TriMesh,
-    asked: CorrespondenceRequest,
-    searched: Option<Search>,
-    stop: &AtomicBool,
+    search: Option<Search>,
+    progress: &ProgressToken,
 ) -> Result<Correspondence> {
     let frame = UnitFrame::of(&repaired.mesh)?;
     let unit = |mesh: &TriMesh| TriMesh {
@@ -95,27 +84,26 @@ pub(crate) fn trace_until(
         triangles: mesh.triangles.clone(),
     };
     let (search, wanted) = rayon::join(
-        || searched.unwrap_or_else(|| Search::new(&unit(&repaired.mesh))),
+        || search.unwrap_or_else(|| Search::new(&unit(&repaired.mesh))),
         || wanted(&unit(output), asked),
     );
     // Each point is looked for where `first` says, or else where the one before it was found.
     let find = |wanted: &[Wanted], first: &(dyn Fn(usize) -> Option<usize> + Sync)| -> Result<Found> {
         let chunks = wanted.par_chunks(CHUNK).zip((0..wanted.len()).into_par_iter().step_by(CHUNK));
-        let found =
-            chunks.take_any_while(|_| !stop.load(Ordering::Relaxed)).flat_map_iter(|(chunk, start)| {
-                let mut rank = 0;
-                let of_input = |(at, wanted): (usize, &Wanted)| {
-                    rank = first(at).unwrap_or(rank);
-                    let triangle = repaired.origin[search.find(wanted, &mut rank) as usize];
-                    // Of the input's own triangle, whose corners repair may have in another order.
-                    let corners = input.corners(triangle as usize).map(|p| frame.to_unit(p));
-                    let barycentric = snapped(closest_on_triangle(wanted.at, corners).barycentric);
-                    (SurfacePoint { triangle, barycentric }, rank)
-                };
-                (start..).zip(chunk).map(of_input).collect::<Vec<_>>()
-            });
+        let found = chunks.take_any_while(|_| !progress.is_cancelled()).flat_map_iter(|(chunk, start)| {
+            let mut rank = 0;
+            let of_input = |(at, wanted): (usize, &Wanted)| {
+                rank = first(at).unwrap_or(rank);
+                let triangle = repaired.origin[search.find(wanted, &mut rank) as usize];
+                // Of the input's own triangle, whose corners repair may have in another order.
+                let corners = input.corners(triangle as usize).map(|p| frame.to_unit(p));
+                let barycentric = snapped(closest_on_triangle(wanted.at, corners).barycentric);
+                (SurfacePoint { triangle, barycentric }, rank)
+            };
+            (start..).zip(chunk).map(of_input).collect::<Vec<_>>()
+        });
         let found = found.unzip();
-        heed(stop)?;
+        progress.poll()?;
         Ok(found)
     };
     let (vertices, faces) = wanted.split_at(if asked.vertices { output.vertices.len() } else { 0 });
@@ -170,12 +158,12 @@ fn wanted(mesh: &TriMesh, asked: CorrespondenceRequest) -> Vec<Wanted> {
     wanted
 }
 
-/// The surface to look on.
-pub(crate) struct Search {
+/// A surface prepared for [`trace`].
+pub struct Search {
     /// Of its triangles.
-    pub bvh: Arc<Bvh>,
+    pub(crate) bvh: Arc<Bvh>,
     /// Of each triangle, of any length.
-    pub normals: Arc<Vec<DVec3>>,
+    pub(crate) normals: Arc<Vec<DVec3>>,
 }
 
 impl Search {
@@ -265,11 +253,12 @@ mod tests {
     use crate::mesh::samples::sample;
 
     #[test]
-    fn nobody_gets_a_part_of_it() {
+    fn a_cancelled_search_gives_no_part_of_the_result() {
         let mesh = sample("torus").unwrap();
         let repaired = repair(&mesh).unwrap();
-        let stopped =
-            trace_until((&mesh, &repaired), &mesh, CorrespondenceRequest::ALL, None, &AtomicBool::new(true));
+        let progress = ProgressToken::default();
+        progress.cancel();
+        let stopped = trace(&mesh, &repaired, &mesh, CorrespondenceRequest::ALL, None, &progress);
         assert_eq!(stopped, Err(Error::Cancelled));
     }
 }

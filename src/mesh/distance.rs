@@ -3,14 +3,13 @@
 use glam::DVec3;
 use rayon::prelude::*;
 use serde::Serialize;
-use std::sync::atomic::{AtomicBool, Ordering};
 
 use super::TriMesh;
 use super::bvh::Bvh;
 use super::half_edges::EdgeTable;
 use super::quality::power_of_two_scale;
 use super::triangle::doubled_normal;
-use crate::{Error, Result};
+use crate::{Error, ProgressToken, Result};
 
 /// Samples on the edges and as many on the faces of either mesh, at the least.
 const MIN_SAMPLES: usize = 200_000;
@@ -50,27 +49,19 @@ pub struct Distances {
 /// threads.
 ///
 /// Fails if either mesh has no faces or a coordinate that is not finite, if the reference has no extent, or
-/// if the mesh reaches 1e100 times as far as the reference. Panics if an index is out of range.
-pub fn distances(mesh: &TriMesh, reference: &TriMesh) -> Result<Distances> {
-    distances_until(mesh, reference, &AtomicBool::new(false))
-}
-
-/// As [`distances`]; it ends soon, with some of the samples, once it is to `stop`.
-pub(crate) fn distances_until(mesh: &TriMesh, reference: &TriMesh, stop: &AtomicBool) -> Result<Distances> {
+/// if the mesh reaches 1e100 times as far as the reference, and with [`Error::Cancelled`]. Panics if an index is out
+/// of range.
+pub fn distances(mesh: &TriMesh, reference: &TriMesh, progress: &ProgressToken) -> Result<Distances> {
     let vertices = mesh.vertices.len().max(reference.vertices.len());
-    sampled_until(mesh, reference, MIN_SAMPLES.max(SAMPLES_PER_VERTEX * vertices), stop)
+    distances_sampled(mesh, reference, MIN_SAMPLES.max(SAMPLES_PER_VERTEX * vertices), progress)
 }
 
 /// As [`distances`], with `samples` samples on the edges and as many on the faces of either mesh.
-pub fn distances_sampled(mesh: &TriMesh, reference: &TriMesh, samples: usize) -> Result<Distances> {
-    sampled_until(mesh, reference, samples, &AtomicBool::new(false))
-}
-
-fn sampled_until(
+pub fn distances_sampled(
     mesh: &TriMesh,
     reference: &TriMesh,
     samples: usize,
-    stop: &AtomicBool,
+    progress: &ProgressToken,
 ) -> Result<Distances> {
     for (name, mesh) in [("mesh", mesh), ("reference mesh", reference)] {
         if mesh.triangles.is_empty() {
@@ -97,8 +88,8 @@ fn sampled_until(
         return Err(Error::input(None, problem, "check that both are in the same unit"));
     }
     let (mesh_bvh, reference_bvh) = (Bvh::new(&mesh), Bvh::new(&reference));
-    let to = Samples::new(&mesh, &mesh_bvh, samples).measure(&reference_bvh, stop);
-    let from = Samples::new(&reference, &reference_bvh, samples).measure(&mesh_bvh, stop);
+    let to = Samples::new(&mesh, &mesh_bvh, samples).measure(&reference_bvh, progress)?;
+    let from = Samples::new(&reference, &reference_bvh, samples).measure(&mesh_bvh, progress)?;
     let percent = 100.0 / diagonal;
     Ok(Distances {
         hausdorff_to_reference: to.hausdorff * percent,
@@ -166,26 +157,26 @@ impl Samples {
         Self { vertices, edges, triangles, edge_sums, area_sums, count }
     }
 
-    fn measure(&self, target: &Bvh, stop: &AtomicBool) -> OneWay {
-        let on_vertices = gather(self.vertices.len(), stop, |range, visit| {
+    fn measure(&self, target: &Bvh, progress: &ProgressToken) -> Result<OneWay> {
+        let on_vertices = gather(self.vertices.len(), progress, |range, visit| {
             self.vertices[range].iter().for_each(|&p| visit(p, target));
-        });
-        let on_edges = gather(self.count, stop, |range, visit| {
+        })?;
+        let on_edges = gather(self.count, progress, |range, visit| {
             walk(&self.edge_sums, self.count, range, |_, edge, (k, n)| {
                 let [a, b] = self.edges[edge].map(|v| self.vertices[v as usize]);
                 // The ends are sampled already, so the edge's samples keep clear of them.
                 visit(a + (b - a) * ((k + 1) as f64 / (n + 1) as f64), target);
             });
-        });
-        let on_faces = gather(self.count, stop, |range, visit| {
+        })?;
+        let on_faces = gather(self.count, progress, |range, visit| {
             walk(&self.area_sums, self.count, range, |sample, face, _| {
                 let [a, b, c] = self.triangles[face].map(|v| self.vertices[v as usize]);
                 let [across, along] = PLANE_SEQUENCE.map(|step| (sample as f64 * step).fract());
                 visit(a + ((b - a) * (1.0 - along) + (c - a) * along) * across.sqrt(), target);
             });
-        });
+        })?;
         let total = on_vertices.join(on_edges).join(on_faces);
-        OneWay { hausdorff: total.max_sq.sqrt(), rms: (total.sum_sq / total.count as f64).sqrt() }
+        Ok(OneWay { hausdorff: total.max_sq.sqrt(), rms: (total.sum_sq / total.count as f64).sqrt() })
     }
 }
 
@@ -244,16 +235,14 @@ impl Tally {
 /// the number of threads. `samples` hands each of its points to the function that it is given.
 fn gather(
     count: usize,
-    stop: &AtomicBool,
+    progress: &ProgressToken,
     samples: impl Fn(std::ops::Range<usize>, &mut dyn FnMut(DVec3, &Bvh)) + Sync,
-) -> Tally {
+) -> Result<Tally> {
     let tallies: Vec<Tally> = (0..count.div_ceil(CHUNK))
         .into_par_iter()
         .map(|chunk| {
             let (mut tally, mut rank) = (Tally::default(), 0);
-            if stop.load(Ordering::Relaxed) {
-                return tally;
-            }
+            progress.poll()?;
             samples(chunk * CHUNK..count.min((chunk + 1) * CHUNK), &mut |point, target| {
                 if let Some(found) = target.closest_from(point, &mut rank) {
                     tally.max_sq = tally.max_sq.max(found.distance_sq);
@@ -261,8 +250,8 @@ fn gather(
                     tally.count += 1;
                 }
             });
-            tally
+            Ok(tally)
         })
-        .collect();
-    tallies.into_iter().fold(Tally::default(), Tally::join)
+        .collect::<Result<_>>()?;
+    Ok(tallies.into_iter().fold(Tally::default(), Tally::join))
 }

@@ -1,4 +1,4 @@
-//! Faces of a mesh that run through other faces of it, decided by exact predicates.
+//! Self-intersections: faces of a mesh that intersect other faces of it, decided by exact predicates.
 
 use std::sync::atomic::{AtomicBool, Ordering};
 
@@ -9,6 +9,7 @@ use robust::{Coord, Coord3D};
 use super::TriMesh;
 use super::bvh::{Aabb, Bvh};
 use super::quality::{corner_points, power_of_two_scale};
+use crate::{ProgressToken, Result};
 
 type Triangle = [DVec3; 3];
 
@@ -19,12 +20,10 @@ type Triangle = [DVec3; 3];
 /// folded onto each other in one plane; with three they always intersect. The answers are exact for
 /// coordinates as given. Faces that repeat a vertex are left out, and so are pairs of which both have no
 /// area, or one has none and they share a vertex.
-pub fn intersecting_faces(mesh: &TriMesh) -> Vec<u32> {
-    intersecting_faces_until(mesh, &AtomicBool::new(false))
-}
-
-/// As [`intersecting_faces`]; it ends soon, with some of them, once it is to `stop`.
-pub(crate) fn intersecting_faces_until(mesh: &TriMesh, stop: &AtomicBool) -> Vec<u32> {
+///
+/// # Errors
+/// [`crate::Error::Cancelled`].
+pub fn intersecting_faces(mesh: &TriMesh, progress: &ProgressToken) -> Result<Vec<u32>> {
     // A power of two changes no answer and keeps the products in the predicates within range.
     let scale = power_of_two_scale(corner_points(mesh));
     let mesh = TriMesh {
@@ -33,10 +32,8 @@ pub(crate) fn intersecting_faces_until(mesh: &TriMesh, stop: &AtomicBool) -> Vec
     };
     let bvh = Bvh::new(&mesh);
     let hit: Vec<AtomicBool> = mesh.triangles.iter().map(|_| AtomicBool::new(false)).collect();
-    bvh.leaf_order().par_iter().for_each(|&s| {
-        if stop.load(Ordering::Relaxed) {
-            return;
-        }
+    bvh.leaf_order().par_iter().try_for_each(|&s| {
+        progress.poll()?;
         bvh.overlapping(&Aabb::of(mesh.corners(s as usize)), |t| {
             let (s, t) = (s as usize, t as usize);
             let known = || hit[s].load(Ordering::Relaxed) && hit[t].load(Ordering::Relaxed);
@@ -45,8 +42,9 @@ pub(crate) fn intersecting_faces_until(mesh: &TriMesh, stop: &AtomicBool) -> Vec
                 hit[t].store(true, Ordering::Relaxed);
             }
         });
-    });
-    (0u32..).zip(&hit).filter(|(_, hit)| hit.load(Ordering::Relaxed)).map(|(t, _)| t).collect()
+        Ok(())
+    })?;
+    Ok((0u32..).zip(&hit).filter(|(_, hit)| hit.load(Ordering::Relaxed)).map(|(t, _)| t).collect())
 }
 
 fn faces_intersect(mesh: &TriMesh, s: usize, t: usize) -> bool {

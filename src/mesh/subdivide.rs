@@ -3,29 +3,25 @@
 use super::TriMesh;
 use super::half_edges::{EdgeTable, edge_key};
 use super::triangle::doubled_normal;
+use crate::{ProgressToken, Result};
 use std::collections::HashMap;
-use std::sync::atomic::{AtomicBool, Ordering};
 
 /// Halves all edges longer than `length`, which is above 0, again and again, in the triangles on both sides alike; `None`
 /// if there are none. The longest go first, and what would make more than `most` triangles is left as it is; so is an edge
 /// whose middle, rounded, is one of its ends.
 ///
 /// Vertices and the triangles without such edges keep their places; new ones follow.
-pub fn halved(mesh: &TriMesh, length: f64, most: usize) -> Option<TriMesh> {
-    halved_until(mesh, length, most, &AtomicBool::new(false))
-}
-
-/// As [`halved`]; once it is to `stop`, what it gives has no meaning.
-pub(crate) fn halved_until(mesh: &TriMesh, length: f64, most: usize, stop: &AtomicBool) -> Option<TriMesh> {
+///
+/// # Errors
+/// [`crate::Error::Cancelled`].
+pub fn halved(mesh: &TriMesh, length: f64, most: usize, progress: &ProgressToken) -> Result<Option<TriMesh>> {
     let mut halved: Option<TriMesh> = None;
     loop {
-        if stop.load(Ordering::Relaxed) {
-            return None;
-        }
+        progress.poll()?;
         let now = halved.as_ref().unwrap_or(mesh);
         match round(now, length, most) {
             Some(next) => halved = Some(next),
-            None => return halved,
+            None => return Ok(halved),
         }
     }
 }

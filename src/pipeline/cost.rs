@@ -1,12 +1,11 @@
 //! Estimated cost of the phases of an attempt, from which its progress is reported.
 
+use crate::polish::FEW_ROUNDS;
 use crate::progress::CONNECT;
 use crate::{Method, Options};
 
 /// Iterations of each level in a run that is to finish early.
 pub(crate) const FEW_ITERATIONS: u32 = 5;
-/// Rounds of the polish in such a run.
-pub(crate) const FEW_ROUNDS: u32 = 4;
 
 /// Costs for each site, relative to one iteration of a site, as measured on the CPU.
 const ROUND: f64 = 0.4;

@@ -14,15 +14,15 @@ mod user_curves;
 
 use crate::gpu::{Device, StageTime};
 use crate::measure::{Crossing, Measures, measure_some};
-use crate::mesh::correspondence::{Correspondence, CorrespondenceRequest, Search, trace_until};
+use crate::mesh::correspondence::{Correspondence, CorrespondenceRequest, Search, trace};
 use crate::mesh::features::Features;
-use crate::mesh::intersections::intersecting_faces_until;
+use crate::mesh::intersections::intersecting_faces;
 use crate::mesh::repair::{RepairCounts, Repaired};
 use crate::mesh::spacing;
 use crate::mesh::submesh::append;
 use crate::mesh::topology::Topology;
 use crate::options::{MeasureDepth, Options};
-use crate::progress::Watch;
+use crate::progress::{ProgressReporter, ProgressToken};
 use crate::sites::connect::ConnectCounts;
 use crate::sites::poisson::DiskSummary;
 use crate::sites::restricted_voronoi::{Energy, energy};
@@ -36,7 +36,6 @@ use messages::{remarks, warnings};
 use prepare::Prepared;
 use serde::Serialize;
 use std::sync::OnceLock;
-use std::sync::atomic::AtomicBool;
 use std::time::Instant;
 
 pub use all_at_once::exact::ExactSummary;
@@ -156,58 +155,68 @@ pub struct PhaseTime {
     pub milliseconds: f64,
 }
 
-/// Remeshes `mesh` on `device`; `progress` is called several times a second. It may give nothing, or what to
-/// do next as a [`Flow`].
+/// Remeshes `mesh` on `device`.
 ///
 /// # Errors
-/// [`Error::Usage`] for options out of range, [`Error::Input`] for a mesh without area, [`Error::Cancelled`]
-/// if `progress` asks for it, and the device's errors.
-pub fn remesh<F: Into<Flow>>(
+/// [`Error::Usage`] for options out of range, [`Error::Input`] for a mesh without area, and the device's
+/// errors.
+pub fn remesh(device: &Device, mesh: &TriMesh, options: &Options) -> Result<Remeshed> {
+    remesh_with_progress(device, mesh, options, |_| {})
+}
+
+/// As [`remesh`], calling `progress` several times a second on this thread, but more rarely if that is a
+/// thread of a rayon pool. It may return nothing, or a [`Flow`] that says what to do next.
+///
+/// # Errors
+/// As [`remesh`], and [`Error::Cancelled`] if `progress` asks for it.
+pub fn remesh_with_progress<F: Into<Flow>>(
     device: &Device,
     mesh: &TriMesh,
     options: &Options,
-    progress: &mut dyn FnMut(Progress) -> F,
+    progress: impl FnMut(Progress) -> F,
 ) -> Result<Remeshed> {
     remesh_repaired(device, mesh, None, options, progress)
 }
 
-/// As [`remesh`] for a mesh that may be repaired already, such as for [`crate::Size::vertices`]: what
-/// [`crate::mesh::repair::repair_with`] made of `mesh` with [`Options::repairs`].
+/// As [`remesh_with_progress`] for a mesh that may be repaired already, such as for [`crate::Size::vertices`]:
+/// `repaired` is what [`crate::mesh::repair::repair_with`] made of `mesh` with [`Options::repairs`].
 ///
 /// # Errors
-/// As [`remesh`]; [`Error::Usage`] if `repaired` was made from another mesh.
+/// As [`remesh_with_progress`]; [`Error::Usage`] if `repaired` was made from another mesh.
 pub fn remesh_repaired<F: Into<Flow>>(
     device: &Device,
     mesh: &TriMesh,
     repaired: Option<Repaired>,
     options: &Options,
-    progress: &mut dyn FnMut(Progress) -> F,
+    mut progress: impl FnMut(Progress) -> F,
 ) -> Result<Remeshed> {
     options.validate()?;
-    watched(device, (mesh, repaired), options, &mut Watch::new(&mut |now| progress(now).into()))
+    let mut callback = |now| progress(now).into();
+    run(device, mesh, repaired, options, &mut ProgressReporter::new(&mut callback))
 }
 
-fn watched(
+fn run(
     device: &Device,
-    (mesh, repaired): (&TriMesh, Option<Repaired>),
+    mesh: &TriMesh,
+    repaired: Option<Repaired>,
     options: &Options,
-    watch: &mut Watch,
+    progress: &mut ProgressReporter,
 ) -> Result<Remeshed> {
-    watch.look()?;
+    progress.poll()?;
     // Earlier runs on the same device do not count.
     device.take_timings();
     let mut clock = Clock::new();
     // What the driver makes of the kernels does not depend on the mesh.
-    let (compiled, prepared) = watch.during(|stop| {
-        let prepared = || Prepared::new(device, (mesh, repaired), options, stop);
-        rayon::join(|| compile(device, options.method), prepared)
+    let mut prepared = progress.during(|progress| {
+        let prepared = || Prepared::new(device, (mesh, repaired), options, progress);
+        let (compiled, prepared) = rayon::join(|| compile(device, options.method), prepared);
+        let prepared = prepared?;
+        compiled.map(|()| prepared)
     })?;
-    let mut prepared = prepared?;
-    compiled?;
     clock.phase("prepare");
     let traced = (options.correspondence, prepared.searched());
     let known = OnceLock::new();
-    let settled = settled(device, &mut prepared, &known, (watch, &mut clock))?;
+    let settled = settled(device, &mut prepared, &known, (progress, &mut clock))?;
     let Settled { connection, steps, skeleton, vertices, attempts } = settled;
     let wanted = vertices + prepared.done();
     let Prepared { repaired, frame, input, small, surface, .. } = prepared;
@@ -220,20 +229,21 @@ fn watched(
     let known = known.into_inner().filter(|_| small.is_empty());
     let collapsed = connection.collapsed + small.len();
     clock.phase("connect");
-    watch.phase(Phase::Measure, 1.0, 0.0)?;
+    progress.phase(Phase::Measure, 1.0, 0.0)?;
     let correspondence =
-        watch.during(|stop| correspondence_of(&result, (mesh, &repaired), traced, stop))??;
+        progress.during(|progress| correspondence_of(&result, (mesh, &repaired), traced, progress))?;
     if correspondence.is_some() {
         clock.phase("source");
     }
     let reference = (options.measures >= MeasureDepth::Full).then_some(&repaired.mesh);
-    let (output, energy, crossing) = watch.during(|stop| {
-        let (output, energy) = measured(&result, reference, (options, crossing), stop)?;
-        let of_input = |input| known.unwrap_or_else(|| intersecting_faces_until(input, stop).len());
-        Ok::<_, Error>((output, energy, reference.map(of_input)))
-    })??;
+    let (output, energy, crossing) = progress.during(|progress| {
+        let (output, energy) = measured(&result, reference, (options, crossing), progress)?;
+        let found = |input| Ok(intersecting_faces(input, progress)?.len());
+        let of_input = reference.map(|input| known.map_or_else(|| found(input), Ok));
+        Ok((output, energy, of_input.transpose()?))
+    })?;
     clock.phase("measure");
-    watch.done(1.0)?;
+    progress.done(1.0)?;
     let summary = Summary {
         remarks: remarks(&repaired.counts, &input, crossing, collapsed),
         input_self_intersecting_faces: crossing,
@@ -253,7 +263,7 @@ fn watched(
         attempts,
         iterations: steps.len() as u32,
         converged: steps.last().is_some_and(|s| *s < options.tolerance),
-        finished_early: watch.is_cut(),
+        finished_early: progress.is_shortened(),
         steps,
         spacing: spacing * frame.scale,
         edge_lengths: connection.edge_lengths.map(|range| range.map(|length| length * frame.scale)),
@@ -282,10 +292,10 @@ fn correspondence_of(
     result: &TriMesh,
     (input, repaired): (&TriMesh, &Repaired),
     (asked, searched): (CorrespondenceRequest, Option<Search>),
-    stop: &AtomicBool,
+    progress: &ProgressToken,
 ) -> Result<Option<Correspondence>> {
-    let trace = || trace_until((input, repaired), result, asked, searched, stop);
-    (asked != CorrespondenceRequest::NONE).then(trace).transpose()
+    let found = || trace(input, repaired, result, asked, searched, progress);
+    (asked != CorrespondenceRequest::NONE).then(found).transpose()
 }
 
 /// The figures of a result; how evenly its vertices are spread over the reference, if there is one and that
@@ -294,12 +304,12 @@ fn measured(
     result: &TriMesh,
     reference: Option<&TriMesh>,
     (options, crossing): (&Options, Option<usize>),
-    stop: &AtomicBool,
+    progress: &ProgressToken,
 ) -> Result<(Measures, Option<Energy>)> {
     let crossing = crossing_for(options.measures, crossing);
     let spread = reference.filter(|_| options.has_exact_faces() && options.iterations > 0);
     let energy = spread.map(|input| energy(input, &result.vertices)).transpose()?;
-    Ok((measure_some(result, reference, crossing, stop)?, energy))
+    Ok((measure_some(result, reference, crossing, progress)?, energy))
 }
 
 /// The result on all but the small components; `crossing` learns how many faces of these run through others,
@@ -308,18 +318,18 @@ fn settled(
     device: &Device,
     prepared: &mut Prepared,
     crossing: &OnceLock<usize>,
-    (watch, clock): (&mut Watch, &mut Clock),
+    (progress, clock): (&mut ProgressReporter, &mut Clock),
 ) -> Result<Settled> {
     let ground = prepared.ground.take();
     let (mesh, input) = prepared.large();
     let Prepared { frame, surface, options, .. } = &*prepared;
     let done = prepared.done();
     let settled = match ground {
-        None => AllAtOnce { device, surface, input, options }.run(watch, clock)?,
+        None => AllAtOnce { device, surface, input, options }.run(progress, clock)?,
         Some(ground) => std::thread::scope(|scope| {
             let later = scope.spawn(|| compile_later(device, options.method));
             let settled = Attempts { device, mesh, frame, surface, input, done, options, crossing }
-                .run(ground, watch, clock);
+                .run(ground, progress, clock);
             later.join().unwrap_or_else(|panic| std::panic::resume_unwind(panic))?;
             settled
         })?,

@@ -13,17 +13,15 @@ use crate::mesh::correspondence::{CorrespondenceRequest, Search, half_edges_afte
 use crate::mesh::features::FeatureOptions;
 use crate::mesh::repair::{Repaired, repair_with};
 use crate::mesh::spacing;
-use crate::mesh::subdivide::halved_until;
+use crate::mesh::subdivide::halved;
 use crate::mesh::submesh::extract;
 use crate::mesh::topology::{Topology, topology};
 use crate::mesh::unit_frame::UnitFrame;
 use crate::options::{Method, Options, Shortage, Sizing};
-use crate::progress::heed;
 use crate::sites::surface::Surface;
 use crate::sites::surface_curves::SurfaceCurves;
 use crate::stages::face::planar::PlanarFaces;
-use crate::{Error, Result, TriMesh};
-use std::sync::atomic::AtomicBool;
+use crate::{Error, ProgressToken, Result, TriMesh};
 
 /// With [`Shortage::AddVertices`], each further try to divide the components has this many times the vertices
 /// of the last,
@@ -51,21 +49,21 @@ pub(crate) struct Prepared {
 impl Prepared {
     /// # Errors
     /// [`Error::Input`] for a mesh that [`repair_with`] cannot clean, [`Error::Usage`] for too few vertices,
-    /// [`Error::OutOfMemory`]; [`Error::Cancelled`] soon after it is to `stop`.
+    /// [`Error::OutOfMemory`], [`Error::Cancelled`].
     pub fn new(
         device: &Device,
         (mesh, repaired): (&TriMesh, Option<Repaired>),
         options: &Options,
-        stop: &AtomicBool,
+        progress: &ProgressToken,
     ) -> Result<Self> {
         let repaired = cleaned(mesh, repaired, options)?;
-        heed(stop)?;
+        progress.poll()?;
         let frame = UnitFrame::of(&repaired.mesh)?;
         check_memory(device, &repaired.mesh, options)?;
-        let halved = with_vertices_near(&repaired.mesh, options, stop)?;
-        heed(stop)?;
-        let divided = divide(&repaired.mesh, &frame, options, stop)?;
-        heed(stop)?;
+        let halved = with_vertices_near(&repaired.mesh, options, progress)?;
+        progress.poll()?;
+        let divided = divide(&repaired.mesh, &frame, options, progress)?;
+        progress.poll()?;
         let mut options = for_repaired(mesh, &repaired, options);
         let (small, kept) = divided.map_or((Vec::new(), None), |divided| {
             options.vertices = divided.left;
@@ -83,9 +81,9 @@ impl Prepared {
         let on = rest.as_ref().map(|(mesh, _)| mesh).or(halved.as_ref()).unwrap_or(&repaired.mesh);
         let (input, surface) = rayon::join(|| topology(&repaired.mesh), || Surface::new(device, on, &frame));
         let surface = surface?;
-        heed(stop)?;
+        progress.poll()?;
         let ground = match options.method {
-            Method::CoarseToFine => Some(ground(device, (on, &frame), &surface, &options, stop)?),
+            Method::CoarseToFine => Some(ground(device, (on, &frame), &surface, &options, progress)?),
             _ => None,
         };
         Ok(Self { repaired, frame, input, small, rest, surface, ground, options })
@@ -114,9 +112,13 @@ impl Prepared {
 
 /// The surface with edges of at most a spacing, for sites that look for triangles at vertices near them: of a
 /// long one they would miss the middle. Nothing if that is how it is, or nobody looks.
-fn with_vertices_near(mesh: &TriMesh, options: &Options, stop: &AtomicBool) -> Result<Option<TriMesh>> {
+fn with_vertices_near(
+    mesh: &TriMesh,
+    options: &Options,
+    progress: &ProgressToken,
+) -> Result<Option<TriMesh>> {
     let Some(length) = longest_edge(mesh, options)? else { return Ok(None) };
-    Ok(halved_until(mesh, length, mesh.triangles.len() + MOST_HALVED * options.vertices, stop))
+    halved(mesh, length, mesh.triangles.len() + MOST_HALVED * options.vertices, progress)
 }
 
 /// The mesh as the options want it cleaned; `repaired` if there is one.
@@ -172,7 +174,7 @@ fn divide(
     mesh: &TriMesh,
     frame: &UnitFrame,
     options: &Options,
-    stop: &AtomicBool,
+    progress: &ProgressToken,
 ) -> Result<Option<Divided>> {
     // The user's lines may be on a small component, and the other methods are to stay what they are.
     if options.method != Method::CoarseToFine || has_user_curves(options) {
@@ -187,7 +189,7 @@ fn divide(
     let mut vertices = options.vertices;
     let mut tries = 0;
     loop {
-        let wish = Wish { vertices, ..Wish::of(options, spacing(parts.area(), vertices), stop) };
+        let wish = Wish { vertices, ..Wish::of(options, spacing(parts.area(), vertices), progress) };
         match parts.divide(&unit, &wish) {
             Err(Error::Usage { .. })
                 if options.coarse_to_fine.shortage == Shortage::AddVertices && tries < GROWTHS =>
@@ -209,7 +211,7 @@ pub(crate) fn ground(
     (mesh, frame): (&TriMesh, &UnitFrame),
     surface: &Surface,
     options: &Options,
-    stop: &AtomicBool,
+    progress: &ProgressToken,
 ) -> Result<Ground> {
     let place = places_on(surface, mesh);
     let wanted = user_curve_edges(mesh, options)?;
@@ -225,7 +227,7 @@ pub(crate) fn ground(
         let wish = SizeRequest { options, given: &given, diagonal: frame.scale };
         size_field(&surface.mesh(), curves, &wish)
     };
-    Ground::new(device, surface, &wanted, sized, stop)
+    Ground::new(device, surface, &wanted, sized, progress)
 }
 
 /// Where the mesh's vertices are on the surface, which has its triangles in their order, but not its

@@ -11,22 +11,24 @@ mod relax;
 mod slide;
 mod worst;
 
-pub use fit::{FitCounts, FitOptions, fit, fit_while};
-pub use outliers::{OutlierOptions, reduce_outliers, reduce_outliers_while};
+pub use fit::{FitCounts, FitOptions, fit};
+pub use outliers::{OutlierOptions, reduce_outliers};
 pub use slide::SlidingCurve;
 
 use std::sync::Arc;
 
 use glam::DVec3;
 
-use crate::TriMesh;
 use crate::mesh::bvh::Bvh;
 use crate::mesh::correspondence::Search;
 use crate::mesh::half_edge_mesh::{HalfEdgeMesh, VertexKind};
 use crate::mesh::triangle::doubled_normal;
+use crate::{ProgressToken, Result, TriMesh};
 use flip::{Rule, flip_edges};
 use slide::SlidingCurves;
 
+/// Rounds of [`polish`] that are done even to finish early.
+pub(crate) const FEW_ROUNDS: u32 = 4;
 /// Sweeps over all edges before each relaxation.
 const SWEEPS: u32 = 2;
 /// Last rounds whose flips look at angles only.
@@ -183,46 +185,56 @@ pub struct PolishCounts {
     pub lifted: usize,
 }
 
-/// Improves the triangles of `mesh` by flips and by moving vertices over `target`.
+/// Improves the triangles of `mesh` by edge flips and by moving vertices over `target`.
 ///
 /// Vertices on a boundary and irregular ones (several fans, no triangles) stay, and boundary edges are not flipped. No
-/// flip repeats an edge; no triangle is turned over or flattened. Panics if an index is out of range.
-pub fn polish(mesh: &mut TriMesh, target: &Target, options: &PolishOptions) -> PolishCounts {
-    polish_while(mesh, target, options, &mut |_| true)
-}
-
-/// As [`polish`], as long as `go_on` agrees: it is asked before every round, with the share of them that is done, and
-/// before the worst triangles are looked after, with 1. What was done so far stays.
-pub fn polish_while(
+/// flip repeats an edge; no triangle is turned over or flattened. To finish early, it does [`FEW_ROUNDS`] rounds. Panics
+/// if an index is out of range.
+///
+/// # Errors
+/// [`crate::Error::Cancelled`]; what was done until then stays.
+pub fn polish(
     mesh: &mut TriMesh,
     target: &Target,
     options: &PolishOptions,
-    go_on: &mut dyn FnMut(f64) -> bool,
-) -> PolishCounts {
-    let mut counts = PolishCounts::default();
-    let points = &mut mesh.vertices;
-    let mut links = HalfEdgeMesh::new(std::mem::take(&mut mesh.triangles), points.len(), &options.patches);
-    let fixed: Vec<bool> = (0..points.len()).map(|v| is_fixed(&links, &options.fixed, v)).collect();
-    let mut ranks = vec![0; points.len()];
-    let mut sliding_curves = SlidingCurves::new(&options.sliding_curves, points.len());
-    for round in 0..options.rounds {
-        if !go_on(f64::from(round) / f64::from(options.rounds)) {
-            break;
-        }
-        let late = round + ANGLE_ROUNDS >= options.rounds;
-        let rule = Rule { valence_weight: if late { 0.0 } else { options.valence_weight } };
-        counts.flips += flip_edges(&mut links, points, &fixed, &rule, SWEEPS);
-        counts.taken_back += relax::relax(&links, points, &mut ranks, (&fixed, &options.lengths), target);
-        sliding_curves.slide(&links.triangles, points, &options.lengths, false);
-    }
-    if options.rounds > 0 {
-        sliding_curves.slide(&links.triangles, points, &options.lengths, true);
-        if go_on(1.0) {
-            counts.lifted = worst::improve(&links, points, &mut ranks, &fixed, target, WORST_PASSES);
-        }
-    }
+    progress: &ProgressToken,
+) -> Result<PolishCounts> {
+    let mut links =
+        HalfEdgeMesh::new(std::mem::take(&mut mesh.triangles), mesh.vertices.len(), &options.patches);
+    let counts = polish_links(&mut links, &mut mesh.vertices, target, options, progress);
     mesh.triangles = links.triangles;
     counts
+}
+
+fn polish_links(
+    links: &mut HalfEdgeMesh,
+    points: &mut Vec<DVec3>,
+    target: &Target,
+    options: &PolishOptions,
+    progress: &ProgressToken,
+) -> Result<PolishCounts> {
+    let mut counts = PolishCounts::default();
+    let fixed: Vec<bool> = (0..points.len()).map(|v| is_fixed(links, &options.fixed, v)).collect();
+    let mut ranks = vec![0; points.len()];
+    let mut sliding_curves = SlidingCurves::new(&options.sliding_curves, points.len());
+    let rounds = progress.at_most(FEW_ROUNDS, options.rounds);
+    for round in 0..rounds {
+        progress.done(f64::from(round) / f64::from(rounds))?;
+        if round >= FEW_ROUNDS && progress.leave_out() {
+            break;
+        }
+        let late = round + ANGLE_ROUNDS >= rounds;
+        let rule = Rule { valence_weight: if late { 0.0 } else { options.valence_weight } };
+        counts.flips += flip_edges(links, points, &fixed, &rule, SWEEPS);
+        counts.taken_back += relax::relax(links, points, &mut ranks, (&fixed, &options.lengths), target);
+        sliding_curves.slide(&links.triangles, points, &options.lengths, false);
+    }
+    if rounds > 0 {
+        sliding_curves.slide(&links.triangles, points, &options.lengths, true);
+        progress.done(1.0)?;
+        counts.lifted = worst::improve(links, points, &mut ranks, &fixed, target, WORST_PASSES);
+    }
+    Ok(counts)
 }
 
 /// Whether vertex `v` may not move: asked for, on a boundary, or without one closed fan.

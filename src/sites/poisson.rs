@@ -5,8 +5,8 @@
 
 use super::on_surface::SitesOnSurface;
 use super::surface::Surface;
-use crate::Result;
 use crate::mesh::triangle::area;
+use crate::{ProgressToken, Result};
 use glam::DVec3;
 use rand::{RngExt, SeedableRng};
 use rand_pcg::Pcg64Mcg;
@@ -29,8 +29,8 @@ const SHRINK: f64 = 0.97;
 const FINE: f64 = 0.005;
 /// Fragments are quartered at most so often; what is then still uncovered is below the precision of f64.
 const ROUNDS: usize = 40;
-/// Darts between two looks at whether to go on.
-const DARTS_PER_LOOK: usize = 1 << 14;
+/// Darts between two polls of the progress token.
+const DARTS_PER_POLL: usize = 1 << 14;
 
 /// A maximal Poisson-disk sampling of a surface.
 pub struct Disks {
@@ -61,8 +61,7 @@ impl DiskSummary {
     }
 }
 
-/// Exactly `count` points, at least 1, the same for the same seed on every machine. `look` is asked several
-/// times a second whether to go on.
+/// Exactly `count` points, at least 1, the same for the same seed on every machine.
 ///
 /// The search is for a radius with which at most `count` random points fit, and few of them are missing.
 /// Those are added one by one where the surface is farthest from all points, at a distance slightly less than
@@ -70,13 +69,8 @@ impl DiskSummary {
 /// they differ by some percent.
 ///
 /// # Errors
-/// What `look` gives.
-pub fn disks(
-    surface: &Surface,
-    count: usize,
-    seed: u64,
-    look: &mut dyn FnMut() -> Result<()>,
-) -> Result<Disks> {
+/// [`crate::Error::Cancelled`].
+pub fn disks(surface: &Surface, count: usize, seed: u64, progress: &ProgressToken) -> Result<Disks> {
     let mut rng = Pcg64Mcg::seed_from_u64(seed);
     let area = surface.area();
     let mut radius = (DENSITY * area / count as f64).sqrt();
@@ -85,7 +79,7 @@ pub fn disks(
     let mut trials = 0;
     // With a radius as large as the surface only one point fits, so the second condition comes true.
     while trials < TRIALS || best.is_none() {
-        let sampling = Sampling::maximal(surface, radius, &mut rng, look)?;
+        let sampling = Sampling::maximal(surface, radius, &mut rng, progress)?;
         trials += 1;
         let got = sampling.sites.len();
         let missing = count.checked_sub(got);
@@ -101,7 +95,7 @@ pub fn disks(
     }
     let mut sampling = best.unwrap_or_else(|| Sampling::none(radius));
     let random = sampling.sites.len();
-    let covered = sampling.fill(surface, count, look)?;
+    let covered = sampling.fill(surface, count, progress)?;
     let summary = DiskSummary { radius: sampling.radius, covered, added: count - random, trials };
     Ok(Disks { sites: sampling.sites.in_morton_order(), summary })
 }
@@ -148,22 +142,17 @@ impl Sampling {
     }
 
     /// Random points, until no further one fits.
-    fn maximal(
-        surface: &Surface,
-        radius: f64,
-        rng: &mut Pcg64Mcg,
-        look: &mut dyn FnMut() -> Result<()>,
-    ) -> Result<Self> {
+    fn maximal(surface: &Surface, radius: f64, rng: &mut Pcg64Mcg, progress: &ProgressToken) -> Result<Self> {
         let expected = DENSITY * surface.area() / (radius * radius);
         let mut sampling = Self { grid: PointGrid::new(radius, expected as usize), ..Self::none(radius) };
         let mut gaps = whole(surface);
-        sampling.throw(&gaps, (DARTS * expected).ceil() as usize, rng, look)?;
+        sampling.throw(&gaps, (DARTS * expected).ceil() as usize, rng, progress)?;
         for _ in 0..ROUNDS {
             gaps = sampling.uncovered(&gaps, radius);
             if gaps.is_empty() {
                 break;
             }
-            sampling.throw(&gaps, gaps.len(), rng, look)?;
+            sampling.throw(&gaps, gaps.len(), rng, progress)?;
             gaps = gaps.iter().flat_map(Fragment::quarters).collect();
         }
         Ok(sampling)
@@ -176,7 +165,7 @@ impl Sampling {
         at: &[Fragment],
         darts: usize,
         rng: &mut Pcg64Mcg,
-        look: &mut dyn FnMut() -> Result<()>,
+        progress: &ProgressToken,
     ) -> Result<()> {
         let mut sum = 0.0;
         let cumulative: Vec<f64> = at
@@ -187,8 +176,8 @@ impl Sampling {
             })
             .collect();
         for dart in 0..darts {
-            if dart % DARTS_PER_LOOK == 0 {
-                look()?;
+            if dart % DARTS_PER_POLL == 0 {
+                progress.poll()?;
             }
             let [pick, r, s] = std::array::from_fn(|_| rng.random::<f64>());
             let t = cumulative.partition_point(|c| *c <= pick * sum).min(at.len() - 1);
@@ -216,10 +205,10 @@ impl Sampling {
 
     /// Adds points where the surface is farthest from all until there are `count`; returns the largest
     /// distance of the surface from its nearest point, or a little more. The surface must be covered.
-    fn fill(&mut self, surface: &Surface, count: usize, look: &mut dyn FnMut() -> Result<()>) -> Result<f64> {
+    fn fill(&mut self, surface: &Surface, count: usize, progress: &ProgressToken) -> Result<f64> {
         let mut covered = self.radius;
         while self.sites.len() < count {
-            look()?;
+            progress.poll()?;
             // Every point of the surface is within `covered`, and the grid has cells of that size.
             self.regrid(covered);
             let target = SHRINK * covered;

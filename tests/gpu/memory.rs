@@ -3,7 +3,10 @@
 use crate::support::place::Place;
 use rtfmesh::gpu::Buffer;
 use rtfmesh::mesh::samples::sample;
-use rtfmesh::{Device, DeviceOptions, Error, Flow, MeasureDepth, Options, Phase, Progress, preview, remesh};
+use rtfmesh::{
+    Device, DeviceOptions, Error, Flow, MeasureDepth, Options, Phase, Progress, preview, remesh,
+    remesh_with_progress,
+};
 
 fn limited(memory_bytes: u64) -> Device {
     Device::open(&DeviceOptions { memory_bytes: Some(memory_bytes), ..DeviceOptions::from_env() }).unwrap()
@@ -28,7 +31,7 @@ fn the_plan_tells_about_what_a_run_takes() {
     for options in [options(4000), Options::rtf(1500).iterations(10)] {
         let device = Device::open(&DeviceOptions::from_env()).unwrap();
         let told = preview(&input, &options).unwrap().device_bytes as f64;
-        remesh(&device, &input, &options, &mut |_| {}).unwrap();
+        remesh(&device, &input, &options).unwrap();
         let taken = device.peak_bytes() as f64;
         // Copies to and from the host are not counted before.
         assert!((0.6..1.2).contains(&(told / taken)), "{:?}: {told} told, {taken} taken", options.method);
@@ -41,7 +44,7 @@ fn what_does_not_fit_is_refused_before_it_begins() {
     let needed = preview(&input, &options(20_000)).unwrap().device_bytes;
     let device = limited(needed / 2);
     let mut told = 0;
-    let error = remesh(&device, &input, &options(20_000), &mut |_| told += 1).unwrap_err();
+    let error = remesh_with_progress(&device, &input, &options(20_000), |_| told += 1).unwrap_err();
     let Error::OutOfMemory { what, bytes, problem, remedy, .. } = &error else { panic!("{error:?}") };
     assert_eq!((what.as_str(), *bytes), ("the run", needed));
     assert!(
@@ -55,13 +58,13 @@ fn what_does_not_fit_is_refused_before_it_begins() {
     let stop = |progress: Progress| {
         if progress.phase > Phase::Prepare { Flow::Cancel } else { Flow::Continue }
     };
-    let begins = |vertices| match remesh(&device, &input, &options(vertices), &mut |p| stop(p)) {
+    let begins = |vertices| match remesh_with_progress(&device, &input, &options(vertices), stop) {
         Err(Error::Cancelled) => true,
         Err(Error::OutOfMemory { what, .. }) if what == "the run" => false,
         other => panic!("{other:?}"),
     };
     assert!(begins(advised) && !begins(advised + 1), "{remedy}");
-    let error = remesh(&limited(1000), &input, &options(100), &mut |_| {}).unwrap_err().to_string();
+    let error = remesh(&limited(1000), &input, &options(100)).unwrap_err().to_string();
     assert!(error.contains("simplify the input"), "{error}");
 }
 
@@ -72,7 +75,7 @@ fn what_grows_with_the_count_is_in_the_advice() {
     let options = |vertices| Options::rtf(vertices).iterations(1);
     let needed = |vertices| preview(&input, &options(vertices)).unwrap().device_bytes;
     let available = needed(1_000);
-    let error = remesh(&limited(available), &input, &options(20_000), &mut |_| {}).unwrap_err();
+    let error = remesh(&limited(available), &input, &options(20_000)).unwrap_err();
     let Error::OutOfMemory { bytes, remedy, .. } = &error else { panic!("{error:?}") };
     assert_eq!(*bytes, needed(20_000));
     let advised = remedy.split_whitespace().find_map(|word| word.parse::<usize>().ok()).unwrap();

@@ -15,7 +15,7 @@ use std::f64::consts::{PI, TAU};
 /// Remeshes, and carries over.
 fn run(input: &TriMesh, attributes: &Attributes, options: Options) -> (TriMesh, Attributes) {
     let options = options.correspondence(CorrespondenceRequest::ALL);
-    let result = remesh(device(), input, &options, &mut |_| {}).unwrap();
+    let result = remesh(device(), input, &options).unwrap();
     let carried = transfer(attributes, input, &result.correspondence.unwrap(), &result.mesh);
     (result.mesh, carried)
 }

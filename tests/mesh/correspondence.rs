@@ -6,7 +6,7 @@ use glam::DVec3;
 use rtfmesh::mesh::correspondence::trace;
 use rtfmesh::mesh::repair::repair;
 use rtfmesh::mesh::samples::sample;
-use rtfmesh::{Correspondence, CorrespondenceRequest, Options, SurfacePoint, TriMesh, remesh};
+use rtfmesh::{Correspondence, CorrespondenceRequest, Options, ProgressToken, SurfacePoint, TriMesh, remesh};
 
 /// Fails unless every point is one of a triangle of `input`, for every vertex and face of `output`.
 #[track_caller]
@@ -44,7 +44,9 @@ fn a_mesh_lies_on_itself_by_the_inputs_own_triangles() {
     let input = littered(&clean);
     let repaired = repair(&input).unwrap();
     assert_eq!(repaired.origin.len(), clean.triangles.len());
-    let correspondence = trace(&input, &repaired, &clean, CorrespondenceRequest::ALL).unwrap();
+    let correspondence =
+        trace(&input, &repaired, &clean, CorrespondenceRequest::ALL, None, &ProgressToken::default())
+            .unwrap();
     check(&correspondence, &input, &clean);
     for (point, vertex) in correspondence.vertices.iter().zip(&clean.vertices) {
         assert!(point.position(&input).distance(*vertex) < 1e-14);
@@ -68,8 +70,15 @@ fn sheets_that_are_close_are_told_apart_by_their_sides() {
     let (low, high) = input.bounds().unwrap();
     let middle = 0.5 * (low.z + high.z);
     let output = moved(&input, |v| DVec3::new(v.x, v.y, middle - 0.2 * (v.z - middle)));
-    let correspondence =
-        trace(&input, &repair(&input).unwrap(), &output, CorrespondenceRequest::ALL).unwrap();
+    let correspondence = trace(
+        &input,
+        &repair(&input).unwrap(),
+        &output,
+        CorrespondenceRequest::ALL,
+        None,
+        &ProgressToken::default(),
+    )
+    .unwrap();
     let upwards = |mesh: &TriMesh, t: usize| {
         let [a, b, c] = mesh.corners(t);
         (b - a).cross(c - a).normalize().z
@@ -93,7 +102,15 @@ fn what_is_not_asked_for_is_not_looked_for() {
     let input = littered(&sample("sphere").unwrap());
     let (repaired, output) = (repair(&input).unwrap(), sample("sphere").unwrap());
     let traced = |vertices, faces| {
-        trace(&input, &repaired, &output, CorrespondenceRequest { vertices, faces }).unwrap()
+        trace(
+            &input,
+            &repaired,
+            &output,
+            CorrespondenceRequest { vertices, faces },
+            None,
+            &ProgressToken::default(),
+        )
+        .unwrap()
     };
     let whole = traced(true, true);
     let vertices = Correspondence { faces: Vec::new(), ..whole.clone() };
@@ -108,11 +125,9 @@ fn what_is_not_asked_for_is_not_looked_for() {
 fn runs_tell_it_only_when_asked() {
     let input = littered(&sample("sphere").unwrap());
     let quick = Options::new(300).first_iterations(10);
-    assert_eq!(remesh(device(), &input, &quick, &mut |_| {}).unwrap().correspondence, None);
+    assert_eq!(remesh(device(), &input, &quick).unwrap().correspondence, None);
     for options in [quick, Options::rtf(300).iterations(10)] {
-        let result =
-            remesh(device(), &input, &options.correspondence(CorrespondenceRequest::ALL), &mut |_| {})
-                .unwrap();
+        let result = remesh(device(), &input, &options.correspondence(CorrespondenceRequest::ALL)).unwrap();
         let correspondence = result.correspondence.unwrap();
         check(&correspondence, &input, &result.mesh);
         let far = correspondence.vertices.iter().zip(&result.mesh.vertices);
@@ -140,7 +155,7 @@ fn vertices_on_curves_lie_on_edges_and_held_sides_become_curves() {
         .fixed_half_edges(fixed_half_edges)
         .correspondence(CorrespondenceRequest::ALL)
         .feature_angle(180.0);
-    let result = remesh(device(), &input, &options, &mut |_| {}).unwrap();
+    let result = remesh(device(), &input, &options).unwrap();
     let found = result.summary.skeleton.unwrap();
     assert_eq!(found.curves, 12, "{found:?}");
     let correspondence = result.correspondence.unwrap();

@@ -1,10 +1,10 @@
 //! Closest points against brute force, and distances between surfaces whose distance is known.
 
 use glam::DVec3;
-use rtfmesh::TriMesh;
 use rtfmesh::mesh::bvh::{Aabb, Bvh};
 use rtfmesh::mesh::distance::{Distances, distances, distances_sampled};
 use rtfmesh::mesh::triangle::closest_on_triangle;
+use rtfmesh::{ProgressToken, TriMesh};
 
 use crate::support::shapes::{Random, mesh, moved, plane, sphere, torus};
 
@@ -177,7 +177,7 @@ fn close(found: f64, expected: f64, tolerance: f64) {
 
 #[test]
 fn parallel_planes() {
-    let found = distances_sampled(&plane(3, 0.25), &plane(5, 0.0), 2000).unwrap();
+    let found = distances_sampled(&plane(3, 0.25), &plane(5, 0.0), 2000, &ProgressToken::default()).unwrap();
     let expected = 100.0 * 0.25 / 2f64.sqrt();
     for distance in [found.hausdorff, found.hausdorff_to_reference, found.hausdorff_from_reference] {
         close(distance, expected, 1e-12);
@@ -190,7 +190,7 @@ fn parallel_planes() {
 #[test]
 fn a_part_is_near_the_whole_but_not_the_other_way() {
     let half = moved(&plane(8, 0.0), |v| v * DVec3::new(0.5, 1.0, 1.0));
-    let found = distances_sampled(&half, &plane(8, 0.0), 20_000).unwrap();
+    let found = distances_sampled(&half, &plane(8, 0.0), 20_000, &ProgressToken::default()).unwrap();
     assert!(found.hausdorff_to_reference < 1e-12);
     close(found.hausdorff_from_reference, 50.0 / 2f64.sqrt(), 1e-12);
     assert_eq!(found.hausdorff, found.hausdorff_from_reference);
@@ -203,7 +203,7 @@ fn a_part_is_near_the_whole_but_not_the_other_way() {
 #[test]
 fn concentric_spheres() {
     let (inner, outer) = (sphere(0.9, 5), sphere(1.0, 5));
-    let found = distances_sampled(&inner, &outer, 20_000).unwrap();
+    let found = distances_sampled(&inner, &outer, 20_000, &ProgressToken::default()).unwrap();
     let (lo, hi) = outer.bounds().unwrap();
     let expected = 100.0 * 0.1 / lo.distance(hi);
     close(found.rms, expected, 0.01);
@@ -218,7 +218,7 @@ fn a_peak_inside_a_face_is_found() {
         &[[-3.0, -2.0, 0.0], [3.0, -2.0, 0.0], [0.0, 4.0, 0.0], [0.0, 0.0, 1.0]],
         &[[0, 1, 3], [1, 2, 3], [2, 0, 3]],
     );
-    let found = distances_sampled(&tent, &floor, 5000).unwrap();
+    let found = distances_sampled(&tent, &floor, 5000, &ProgressToken::default()).unwrap();
     let (lo, hi) = floor.bounds().unwrap();
     close(found.hausdorff_to_reference, 100.0 / lo.distance(hi), 1e-12);
     let reach = tent_distance(&tent, DVec3::ZERO);
@@ -243,7 +243,7 @@ fn samples_are_even_on_edges_and_faces() {
         // The mean square height is 1/6 over the face, 1/3 along the two edges at the raised corner.
         let sloping = length(0) + length(2);
         let mean_square = (1.0 / 6.0 + sloping / (sloping + length(1)) / 3.0) / 2.0;
-        let found = distances_sampled(&tilted, &ground, 20_000).unwrap();
+        let found = distances_sampled(&tilted, &ground, 20_000, &ProgressToken::default()).unwrap();
         close(found.rms_to_reference, 100.0 * mean_square.sqrt() / lo.distance(hi), 1e-3);
     }
 }
@@ -255,16 +255,16 @@ fn sample_pair() -> (TriMesh, TriMesh) {
 
 #[test]
 fn a_mesh_is_at_no_distance_from_itself() {
-    let found = distances(&torus(9, 7), &torus(9, 7)).unwrap();
+    let found = distances(&torus(9, 7), &torus(9, 7), &ProgressToken::default()).unwrap();
     assert!(found.hausdorff < 1e-12 && found.rms < 1e-12, "{found:?}");
 }
 
 #[test]
 fn distances_do_not_depend_on_scale_or_place() {
     let (rough, smooth) = sample_pair();
-    let expected = distances_sampled(&rough, &smooth, 5000).unwrap();
+    let expected = distances_sampled(&rough, &smooth, 5000, &ProgressToken::default()).unwrap();
     let with = |map: &dyn Fn(DVec3) -> DVec3| {
-        distances_sampled(&moved(&rough, map), &moved(&smooth, map), 5000).unwrap()
+        distances_sampled(&moved(&rough, map), &moved(&smooth, map), 5000, &ProgressToken::default()).unwrap()
     };
     for exponent in [-800, -100, 100, 660] {
         assert_eq!(with(&|v| v * 2f64.powi(exponent)), expected);
@@ -287,7 +287,7 @@ fn the_number_of_threads_changes_nothing() {
     let (rough, smooth) = sample_pair();
     let run = |threads| -> Distances {
         let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
-        pool.install(|| distances_sampled(&rough, &smooth, 20_000).unwrap())
+        pool.install(|| distances_sampled(&rough, &smooth, 20_000, &ProgressToken::default()).unwrap())
     };
     let first = run(1);
     assert_eq!(run(2), first);
@@ -298,17 +298,21 @@ fn the_number_of_threads_changes_nothing() {
 fn unused_vertices_widen_the_reference_box_only() {
     let mut padded = plane(2, 0.0);
     padded.vertices.push(DVec3::new(2.0, 2.0, 1.0));
-    let found = distances_sampled(&plane(3, 0.3), &padded, 1000).unwrap();
+    let found = distances_sampled(&plane(3, 0.3), &padded, 1000, &ProgressToken::default()).unwrap();
     close(found.hausdorff, 100.0 * 0.3 / 3.0, 1e-12);
 }
 
 #[test]
 fn one_triangle_against_another() {
     let low = mesh(&[[0.0; 3], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]], &[[0, 1, 2]]);
-    let found = distances_sampled(&moved(&low, |v| v + DVec3::Z), &low, 100).unwrap();
+    let found =
+        distances_sampled(&moved(&low, |v| v + DVec3::Z), &low, 100, &ProgressToken::default()).unwrap();
     close(found.hausdorff, 100.0 / 2f64.sqrt(), 1e-12);
-    assert!(distances(&TriMesh::default(), &low).is_err());
-    assert!(distances(&low, &TriMesh::default()).is_err());
+    assert!(distances(&TriMesh::default(), &low, &ProgressToken::default()).is_err());
+    assert!(distances(&low, &TriMesh::default(), &ProgressToken::default()).is_err());
     let broken = moved(&low, |v| v / 0.0);
-    assert!(distances(&broken, &low).is_err() && distances(&low, &broken).is_err());
+    assert!(
+        distances(&broken, &low, &ProgressToken::default()).is_err()
+            && distances(&low, &broken, &ProgressToken::default()).is_err()
+    );
 }

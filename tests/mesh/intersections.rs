@@ -1,8 +1,8 @@
 //! Intersecting faces: pairs in every relative position, and whole meshes.
 
 use glam::{DMat3, DVec3};
-use rtfmesh::TriMesh;
 use rtfmesh::mesh::intersections::intersecting_faces;
+use rtfmesh::{ProgressToken, TriMesh};
 
 use crate::support::shapes::{Random, cube, mesh, moved, plane, sphere, tetrahedron, torus, union};
 
@@ -14,7 +14,11 @@ fn pair(vertices: &[[f64; 3]], first: [u32; 3], second: [u32; 3]) -> bool {
         let turned = [turned[0], turned[1], turned[2]];
         for faces in [[first, turned], [turned, first]] {
             for map in [DMat3::IDENTITY, axes_to([1, 2, 0]), axes_to([2, 0, 1]), axes_to([1, 0, 2])] {
-                let found = intersecting_faces(&moved(&mesh(vertices, &faces), |v| map * v));
+                let found = intersecting_faces(
+                    &moved(&mesh(vertices, &faces), |v| map * v),
+                    &ProgressToken::default(),
+                )
+                .unwrap();
                 assert!(found.is_empty() || found == [0, 1]);
                 answers.push(!found.is_empty());
             }
@@ -117,24 +121,28 @@ fn faces_without_area() {
         &[[0, 1, 2], [2, 1, 3], [0, 2, 3], [1, 0, 4]],
     );
     // The cap's corner splits the large face's edge, along which the faces beyond the cap touch it.
-    assert_eq!(intersecting_faces(&cap), [0u32; 0]);
+    assert_eq!(intersecting_faces(&cap, &ProgressToken::default()).unwrap(), [0u32; 0]);
     assert!(!pair(&over_ground([[1.0, 1.0, 1.0]; 3]), [0, 1, 2], [0, 0, 3]), "a repeated vertex");
 }
 
 #[test]
 fn sound_meshes_have_none() {
     for sound in [tetrahedron(), cube(), torus(12, 8), sphere(1.0, 3), plane(6, 1.0 / 3.0)] {
-        assert_eq!(intersecting_faces(&sound), [0u32; 0]);
+        assert_eq!(intersecting_faces(&sound, &ProgressToken::default()).unwrap(), [0u32; 0]);
     }
-    assert_eq!(intersecting_faces(&TriMesh::default()), [0u32; 0]);
-    assert_eq!(intersecting_faces(&mesh(&over_ground([[0.0; 3]; 3]), &[[0, 1, 2]])), [0u32; 0]);
+    assert_eq!(intersecting_faces(&TriMesh::default(), &ProgressToken::default()).unwrap(), [0u32; 0]);
+    assert_eq!(
+        intersecting_faces(&mesh(&over_ground([[0.0; 3]; 3]), &[[0, 1, 2]]), &ProgressToken::default())
+            .unwrap(),
+        [0u32; 0]
+    );
 }
 
 #[test]
 fn two_cubes_through_each_other() {
     let shifted = moved(&cube(), |v| v * 0.5 + DVec3::new(0.25, 0.3, 0.75));
     // The small cube comes out of the top: its four sides and the top's faces meet.
-    let found = intersecting_faces(&union(&cube(), &shifted));
+    let found = intersecting_faces(&union(&cube(), &shifted), &ProgressToken::default()).unwrap();
     assert_eq!(found, [2, 3, 16, 17, 18, 19, 20, 21, 22, 23]);
 }
 
@@ -150,7 +158,7 @@ fn the_hierarchy_misses_no_pair_and_scale_changes_nothing() {
                 vertices: rough.vertices.clone(),
                 triangles: vec![rough.triangles[s], rough.triangles[t]],
             };
-            if !intersecting_faces(&two).is_empty() {
+            if !intersecting_faces(&two, &ProgressToken::default()).unwrap().is_empty() {
                 expected[s] = true;
                 expected[t] = true;
             }
@@ -158,8 +166,12 @@ fn the_hierarchy_misses_no_pair_and_scale_changes_nothing() {
     }
     let expected: Vec<u32> = (0..count as u32).filter(|&t| expected[t as usize]).collect();
     assert!(expected.len() > 20 && expected.len() < count - 20, "{} faces are no test", expected.len());
-    assert_eq!(intersecting_faces(&rough), expected);
+    assert_eq!(intersecting_faces(&rough, &ProgressToken::default()).unwrap(), expected);
     for exponent in [-600, -100, 100, 600] {
-        assert_eq!(intersecting_faces(&moved(&rough, |v| v * 2f64.powi(exponent))), expected);
+        assert_eq!(
+            intersecting_faces(&moved(&rough, |v| v * 2f64.powi(exponent)), &ProgressToken::default())
+                .unwrap(),
+            expected
+        );
     }
 }

@@ -2,11 +2,11 @@
 
 use crate::support::shapes::{cube, moved, plane, sphere, torus, union};
 use glam::DVec3;
-use rtfmesh::TriMesh;
 use rtfmesh::mesh::repair::repair;
 use rtfmesh::mesh::samples::sample;
 use rtfmesh::mesh::simplify::{Kept, Site, at_sites, with_vertices};
 use rtfmesh::mesh::topology::{Topology, topology};
+use rtfmesh::{ProgressToken, TriMesh};
 
 fn figures(t: &Topology) -> [i64; 6] {
     let junctions = i64::from(t.nonmanifold_edges > 0);
@@ -35,7 +35,7 @@ fn the_topology_stays_down_to_the_least_count() {
     for (k, (mesh, least)) in models.iter().enumerate() {
         let want = topology(mesh);
         for count in [0, 30, 60, want.vertices - 1, want.vertices, want.vertices + 1, 3 * want.vertices] {
-            let made = with_vertices(mesh, Kept::default(), count);
+            let made = with_vertices(mesh, Kept::default(), count, &ProgressToken::default()).unwrap();
             let got = topology(&made.mesh);
             assert_eq!(figures(&got), figures(&want), "model {k} with {count}");
             assert_eq!(made.mesh.vertices.len(), got.vertices, "model {k} with {count}");
@@ -60,7 +60,14 @@ fn curves_and_corners_stay() {
     let curves: Vec<bool> = halves.map(|[a, b]| is_edge(a, b)).collect();
     let corners: Vec<u32> = (0..mesh.vertices.len() as u32).filter(|v| sides(at(*v)) == 3).collect();
     for count in [8, 9, 20, 100] {
-        let made = with_vertices(&mesh, Kept { curves: &curves, corners: &corners }, count).mesh;
+        let made = with_vertices(
+            &mesh,
+            Kept { curves: &curves, corners: &corners },
+            count,
+            &ProgressToken::default(),
+        )
+        .unwrap()
+        .mesh;
         assert_eq!(made.vertices.len(), count);
         let volume: f64 = (0..made.triangles.len())
             .map(|t| {
@@ -83,7 +90,7 @@ fn vertices_are_at_the_sites() {
             Site { at: a * 0.5 + b * 0.3 + c * 0.2, triangle: t }
         })
         .collect();
-    let made = at_sites(&mesh, Kept::default(), &sites, sites.len()).mesh;
+    let made = at_sites(&mesh, Kept::default(), &sites, sites.len(), &ProgressToken::default()).unwrap().mesh;
     assert!(topology(&made).is_closed_manifold());
     assert_eq!(made.vertices.len(), sites.len());
     for site in &sites {
@@ -94,6 +101,7 @@ fn vertices_are_at_the_sites() {
     let corner = |v: u32| Site { at: mesh.vertices[v as usize], triangle: 0 };
     let [a, b, c] = mesh.triangles[0].map(corner);
     let middle = Site { at: 0.5 * (a.at + b.at), triangle: 0 };
-    let made = at_sites(&mesh, Kept::default(), &[a, b, c, middle, a], 4).mesh;
+    let made =
+        at_sites(&mesh, Kept::default(), &[a, b, c, middle, a], 4, &ProgressToken::default()).unwrap().mesh;
     assert_eq!((topology(&made).euler, made.vertices.len()), (2, 4));
 }

@@ -12,7 +12,7 @@ use rtfmesh::{
 const N: usize = 400;
 
 fn run(mesh: &TriMesh, options: &Options) -> Remeshed {
-    let result = remesh(device(), mesh, options, &mut |_| {}).unwrap();
+    let result = remesh(device(), mesh, options).unwrap();
     assert_valid(device());
     result
 }
@@ -95,7 +95,7 @@ fn what_does_not_go_together_is_refused() {
         Options::new(N).face(Face::Power),
     ];
     for options in wrong {
-        let refused = remesh(device(), &input, &options, &mut |_| {});
+        let refused = remesh(device(), &input, &options);
         assert!(matches!(refused, Err(Error::Usage { .. })), "{options:?}");
     }
 }

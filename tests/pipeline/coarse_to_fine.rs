@@ -7,7 +7,7 @@ use rtfmesh::mesh::topology::topology;
 use rtfmesh::{Error, Options, Remeshed, TriMesh, remesh};
 
 fn run(mesh: &TriMesh, options: &Options) -> Remeshed {
-    let result = remesh(device(), mesh, options, &mut |_| {}).unwrap();
+    let result = remesh(device(), mesh, options).unwrap();
     assert_valid(device());
     result
 }
@@ -44,7 +44,7 @@ fn reruns_give_the_same_bytes_and_barriers_do_not_matter() {
     let first = run(&input, &options).mesh;
     assert_eq!(first, run(&input, &options).mesh);
     let careful = Device::open(&DeviceOptions { full_barriers: true, ..DeviceOptions::from_env() }).unwrap();
-    assert_eq!(first, remesh(&careful, &input, &options, &mut |_| {}).unwrap().mesh);
+    assert_eq!(first, remesh(&careful, &input, &options).unwrap().mesh);
     assert_ne!(first, run(&input, &options.seed(2)).mesh);
 }
 
@@ -87,7 +87,7 @@ fn few_sites_open_and_dirty_surfaces_do_not_crash() {
     assert_eq!(run(&torn, &Options::new(400)).mesh.vertices.len(), 400);
     for name in ["tetrahedron", "box", "thin-plate", "sphere"] {
         for n in [4, 5, 17, 64] {
-            match remesh(device(), &sample(name).unwrap(), &Options::new(n), &mut |_| {}) {
+            match remesh(device(), &sample(name).unwrap(), &Options::new(n)) {
                 Ok(result) => assert_eq!(result.mesh.vertices.len(), n),
                 Err(error) => assert!(error.to_string().contains("ask for "), "{error}"),
             }
@@ -109,6 +109,6 @@ fn no_iterations_and_loose_tolerances() {
 #[test]
 fn more_sites_than_memory_are_refused_before_anything_is_made() {
     let options = Options::new(500_000_000);
-    let error = remesh(device(), &sample("box").unwrap(), &options, &mut |_| {}).err().unwrap();
+    let error = remesh(device(), &sample("box").unwrap(), &options).err().unwrap();
     assert!(matches!(&error, Error::OutOfMemory { remedy, .. } if remedy.contains("at most")), "{error}");
 }

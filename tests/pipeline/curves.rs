@@ -12,7 +12,7 @@ use rtfmesh::{FeatureLines, Options, Remeshed, TriMesh, remesh};
 /// Remeshes, with the checks that hold wherever the result is right.
 #[track_caller]
 fn run(input: &TriMesh, options: &Options) -> Remeshed {
-    let result = remesh(device(), input, options, &mut |_| {}).unwrap();
+    let result = remesh(device(), input, options).unwrap();
     assert_valid(device());
     assert_eq!(result.summary.warnings, Vec::<String>::new());
     assert_eq!(result.mesh.vertices.len(), options.vertices);

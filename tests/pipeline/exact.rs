@@ -8,7 +8,7 @@ use rtfmesh::sites::restricted_voronoi::{RestrictedVoronoi, energy};
 use rtfmesh::{Error, MeasureDepth, Options, Remeshed, TriMesh, remesh};
 
 fn run(mesh: &TriMesh, options: &Options) -> Remeshed {
-    let result = remesh(device(), mesh, options, &mut |_| {}).unwrap();
+    let result = remesh(device(), mesh, options).unwrap();
     assert_valid(device());
     result
 }
@@ -109,7 +109,7 @@ fn what_lbfgs_cannot_be_is_refused() {
         Options::mps(100).lbfgs(7),
     ];
     for options in wrong {
-        let refused = remesh(device(), &input, &options, &mut |_| {});
+        let refused = remesh(device(), &input, &options);
         assert!(matches!(refused, Err(Error::Usage { .. })), "{options:?}");
     }
 }
@@ -142,7 +142,7 @@ fn energies_are_those_of_the_maths_in_the_units_of_the_file() {
 fn momentum_has_a_range_and_energy_a_price() {
     let input = sample("tetrahedron").unwrap();
     for momentum in [-0.1, 1.0, f64::NAN] {
-        let wrong = remesh(device(), &input, &Options::cvd(100).momentum(momentum), &mut |_| {});
+        let wrong = remesh(device(), &input, &Options::cvd(100).momentum(momentum));
         assert!(matches!(wrong, Err(Error::Usage { .. })), "{momentum}");
     }
     let options = Options::rvd(100).iterations(3).measures(MeasureDepth::Basic);

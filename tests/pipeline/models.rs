@@ -11,7 +11,7 @@ fn short(vertices: usize) -> Options {
 }
 
 fn run(mesh: &TriMesh, options: &Options) -> Remeshed {
-    let result = remesh(device(), mesh, options, &mut |_| {}).unwrap();
+    let result = remesh(device(), mesh, options).unwrap();
     assert_valid(device());
     result
 }
@@ -53,7 +53,7 @@ fn reruns_give_the_same_bytes_and_seeds_do_not() {
 fn full_barriers_change_nothing() {
     let input = sample("torus").unwrap();
     let careful = Device::open(&DeviceOptions { full_barriers: true, ..DeviceOptions::from_env() }).unwrap();
-    let want = remesh(&careful, &input, &short(400), &mut |_| {}).unwrap().mesh;
+    let want = remesh(&careful, &input, &short(400)).unwrap().mesh;
     assert_eq!(run(&input, &short(400)).mesh, want);
 }
 
@@ -91,7 +91,7 @@ fn open_and_dirty_surfaces_end_with_a_word_about_it() {
 fn few_sites_do_not_crash() {
     for name in ["tetrahedron", "box", "thin-plate"] {
         for n in [4, 5, 17] {
-            match remesh(device(), &sample(name).unwrap(), &short(n), &mut |_| {}) {
+            match remesh(device(), &sample(name).unwrap(), &short(n)) {
                 Ok(result) => assert_eq!(result.mesh.vertices.len(), n),
                 Err(error) => assert!(error.to_string().contains("ask for more vertices"), "{error}"),
             }
@@ -124,15 +124,14 @@ fn options_out_of_range_are_named() {
         (Options::rtf(100).tolerance(f64::NAN), "`tolerance`"),
     ];
     for (options, what) in wrong {
-        let error = remesh(device(), &sample("box").unwrap(), &options, &mut |_| {}).err().unwrap();
+        let error = remesh(device(), &sample("box").unwrap(), &options).err().unwrap();
         assert!(matches!(&error, Error::Usage { problem, .. } if problem.contains(what)), "{error}");
     }
 }
 
 #[test]
 fn more_sites_than_memory_are_refused_before_anything_is_made() {
-    let error =
-        remesh(device(), &sample("box").unwrap(), &Options::rtf(500_000_000), &mut |_| {}).err().unwrap();
+    let error = remesh(device(), &sample("box").unwrap(), &Options::rtf(500_000_000)).err().unwrap();
     assert!(matches!(&error, Error::OutOfMemory { remedy, .. } if remedy.contains("at most")), "{error}");
 }
 
@@ -142,7 +141,7 @@ fn the_summary_tells_where_the_time_went() {
     let open = |timings| Device::open(&DeviceOptions { timings, ..DeviceOptions::from_env() }).unwrap();
     let device = open(true);
     let options = Options::rtf(200).iterations(7);
-    let run = |device| remesh(device, &sample("torus").unwrap(), &options, &mut |_| {}).unwrap();
+    let run = |device| remesh(device, &sample("torus").unwrap(), &options).unwrap();
     let result = run(&device);
     let calls = |name: &str| result.summary.timings.stages.iter().find(|s| s.name == name).map(|s| s.calls);
     assert_eq!(calls("step.step"), Some(7));

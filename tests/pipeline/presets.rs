@@ -6,7 +6,7 @@ use rtfmesh::mesh::topology::topology;
 use rtfmesh::{Error, Options, Remeshed, TriMesh, preview, remesh};
 
 fn run(mesh: &TriMesh, options: &Options) -> Remeshed {
-    let result = remesh(device(), mesh, options, &mut |_| {}).unwrap();
+    let result = remesh(device(), mesh, options).unwrap();
     assert_valid(device());
     result
 }
@@ -78,7 +78,7 @@ fn planes_of_a_cloud_hold_the_sites() {
 fn the_offset_has_a_range() {
     let input = sample("torus").unwrap();
     for offset in [-0.1, 21.0, f64::NAN] {
-        let wrong = remesh(device(), &input, &Options::rpf(100).offset(offset), &mut |_| {});
+        let wrong = remesh(device(), &input, &Options::rpf(100).offset(offset));
         assert!(matches!(wrong, Err(Error::Usage { .. })), "{offset}");
     }
 }

@@ -5,7 +5,10 @@ use crate::support::shapes::{moved, sphere, union};
 use glam::DVec3;
 use rtfmesh::mesh::samples::sample;
 use rtfmesh::mesh::topology::topology;
-use rtfmesh::{CorrespondenceRequest, Error, Flow, MeasureDepth, Options, Phase, Progress, Shortage, remesh};
+use rtfmesh::{
+    CorrespondenceRequest, Error, Flow, MeasureDepth, Options, Phase, Progress, Shortage, remesh,
+    remesh_with_progress,
+};
 
 const PHASES: [Phase; 8] = [
     Phase::Prepare,
@@ -22,7 +25,7 @@ const PHASES: [Phase; 8] = [
 fn a_run_can_be_cancelled_in_every_phase_and_the_device_is_as_good_as_before() {
     let input = sample("torus").unwrap();
     let options = Options::new(600).coarsest(100).correspondence(CorrespondenceRequest::ALL);
-    let whole = remesh(device(), &input, &options, &mut |_| {}).unwrap();
+    let whole = remesh(device(), &input, &options).unwrap();
     assert!(!whole.summary.finished_early);
     for phase in PHASES {
         let mut after = 0;
@@ -30,10 +33,10 @@ fn a_run_can_be_cancelled_in_every_phase_and_the_device_is_as_good_as_before() {
             after += usize::from(now.phase >= phase);
             if now.phase == phase { Flow::Cancel } else { Flow::Continue }
         };
-        let stopped = remesh(device(), &input, &options, &mut cancel).err();
+        let stopped = remesh_with_progress(device(), &input, &options, &mut cancel).err();
         assert_eq!((stopped, after), (Some(Error::Cancelled), 1), "{phase:?}");
     }
-    let again = remesh(device(), &input, &options, &mut |_| Flow::Continue).unwrap();
+    let again = remesh_with_progress(device(), &input, &options, |_| Flow::Continue).unwrap();
     assert_eq!((again.mesh, again.correspondence), (whole.mesh, whole.correspondence));
     assert!(device().take_validation_messages().is_empty());
 }
@@ -45,7 +48,7 @@ fn a_run_that_is_to_finish_has_every_vertex_and_the_topology() {
         let options = Options::new(800).coarsest(100).iterations(100_000).tolerance(0.0);
         for phase in [Phase::Prepare, Phase::CoarseLevels, Phase::LastLevel] {
             let mut finish = |now: Progress| if now.phase == phase { Flow::Finish } else { Flow::Continue };
-            let done = remesh(device(), &input, &options, &mut finish).unwrap();
+            let done = remesh_with_progress(device(), &input, &options, &mut finish).unwrap();
             assert!(done.summary.finished_early && done.summary.iterations < 1000, "{name}, {phase:?}");
             assert_eq!(done.mesh.vertices.len(), 800);
             let (got, want) = (topology(&done.mesh), topology(&input));
@@ -59,7 +62,7 @@ fn a_run_that_is_to_finish_has_every_vertex_and_the_topology() {
     }
     let input = sample("torus").unwrap();
     let paper = Options::rtf(500).iterations(100_000).tolerance(0.0);
-    let done = remesh(device(), &input, &paper, &mut |now: Progress| {
+    let done = remesh_with_progress(device(), &input, &paper, |now: Progress| {
         if now.iteration >= 40 { Flow::Finish } else { Flow::Continue }
     });
     let done = done.unwrap();
@@ -78,7 +81,7 @@ fn a_late_wish_to_finish_shortens_what_is_left() {
             spots += usize::from(now.phase == Phase::Outliers);
             if now.phase >= phase { Flow::Finish } else { Flow::Continue }
         };
-        let done = remesh(device(), &input, &options, &mut finish).unwrap();
+        let done = remesh_with_progress(device(), &input, &options, &mut finish).unwrap();
         assert!(topology(&done.mesh).is_closed_manifold() && done.mesh.vertices.len() == 600);
         assert!(spots <= 3, "{phase:?}: {spots} looks while spots are left out");
         assert!(done.summary.finished_early || phase > Phase::Polish);
@@ -89,7 +92,7 @@ fn a_late_wish_to_finish_shortens_what_is_left() {
 fn the_fraction_rises_to_one() {
     for options in [Options::new(900).coarsest(100), Options::rtf(300)] {
         let mut told: Vec<Progress> = Vec::new();
-        remesh(device(), &sample("box").unwrap(), &options, &mut |now| told.push(now)).unwrap();
+        remesh_with_progress(device(), &sample("box").unwrap(), &options, |now| told.push(now)).unwrap();
         assert!(told.windows(2).all(|pair| pair[0].attempt <= pair[1].attempt));
         for pair in told.windows(2).filter(|pair| pair[0].attempt == pair[1].attempt) {
             assert!(pair[0].fraction <= pair[1].fraction, "{pair:?}");
@@ -111,10 +114,10 @@ fn a_run_that_is_in_trouble_can_be_cancelled_at_every_look() {
     ] {
         let options = Options::new(vertices).shortage(shortage).measures(MeasureDepth::Full);
         let mut looks = 0;
-        remesh(device(), input, &options, &mut |_| looks += 1).unwrap();
+        remesh_with_progress(device(), input, &options, |_| looks += 1).unwrap();
         for last in (1..looks).step_by(1 + looks / 5) {
             let mut asked = 0;
-            let stopped = remesh(device(), input, &options, &mut |_| {
+            let stopped = remesh_with_progress(device(), input, &options, |_| {
                 asked += 1;
                 if asked == last { Flow::Cancel } else { Flow::Continue }
             });

@@ -16,7 +16,7 @@ use rtfmesh::{MeasureDepth, Options, remesh};
 fn faults(shape: &Shape, n: usize, seed: u64) -> Vec<String> {
     let input = shape.mesh();
     let options = Options::new(n).seed(seed).measures(MeasureDepth::Intersections);
-    let result = match remesh(device(), &input, &options, &mut |_| {}) {
+    let result = match remesh(device(), &input, &options) {
         Ok(result) => result,
         Err(error) => return vec![format!("refused: {error}")],
     };
@@ -94,7 +94,7 @@ fn fewer_vertices_than_the_sharp_edges_want_do() {
 fn a_touching_pair_smaller_than_an_edge_survives() {
     let (ball, pair) = (sphere(1.0, 4), union(&cube(), &moved(&cube(), |v| v + DVec3::ONE)));
     let input = repair(&union(&ball, &moved(&pair, |v| 0.02 * v + 2.0 * DVec3::X))).unwrap().mesh;
-    let result = remesh(device(), &input, &Options::new(400), &mut |_| {}).unwrap();
+    let result = remesh(device(), &input, &Options::new(400)).unwrap();
     let (got, want) = (topology(&result.mesh), topology(&input));
     assert_eq!((got.components, got.euler, got.nonmanifold_vertices), (2, want.euler, 1));
     assert_eq!((got.vertices, result.summary.output.self_intersecting_faces), (400, Some(0)));

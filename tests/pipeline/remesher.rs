@@ -33,7 +33,7 @@ fn options_are_checked_before_the_first_mesh() {
 fn a_mesh_comes_out_the_same_whatever_came_before() {
     let remesher = Remesher::new(device(), options(300)).unwrap();
     let (torus, ball) = (sample("torus").unwrap(), sphere(1.0, 3));
-    let alone = remesh(device(), &torus, &options(300), &mut |_| {}).unwrap().mesh;
+    let alone = remesh(device(), &torus, &options(300)).unwrap().mesh;
     for mesh in [&torus, &ball, &torus] {
         let result = remesher.remesh(mesh).unwrap();
         assert_eq!(result.mesh.vertices.len(), 300);
@@ -79,14 +79,14 @@ fn a_mesh_that_is_repaired_already_comes_out_the_same() {
         let repaired = repair_with(&soup, &options.repairs()).unwrap();
         assert_eq!(Size::AsInput.vertices(&repaired.mesh).unwrap(), torus.vertices.len());
         assert_eq!(repaired.counts.degenerate_faces_dropped, 1);
-        let plain = remesh(device(), &soup, &options, &mut |_| {}).unwrap();
-        let spared = remesh_repaired(device(), &soup, Some(repaired.clone()), &options, &mut |_| {}).unwrap();
+        let plain = remesh(device(), &soup, &options).unwrap();
+        let spared = remesh_repaired(device(), &soup, Some(repaired.clone()), &options, |_| {}).unwrap();
         assert_eq!((spared.mesh, spared.summary.repaired), (plain.mesh, plain.summary.repaired));
         let seen = preview_repaired(&soup, Some(repaired.clone()), &options).unwrap();
         assert_eq!(seen.patches, preview(&soup, &options).unwrap().patches);
         let of_another = |done| matches!(done, Some(Error::Usage { .. }));
         let other = TriMesh { triangles: soup.triangles[..5].to_vec(), ..soup.clone() };
-        let refused = remesh_repaired(device(), &other, Some(repaired.clone()), &options, &mut |_| {});
+        let refused = remesh_repaired(device(), &other, Some(repaired.clone()), &options, |_| {});
         assert!(of_another(refused.err()));
         assert!(of_another(preview_repaired(&other, Some(repaired), &options).err()));
     }

@@ -10,7 +10,7 @@ use rtfmesh::mesh::topology::topology;
 use rtfmesh::{Error, FeatureLines, Options, Remeshed, Result, Shortage, TriMesh, remesh};
 
 fn run(mesh: &TriMesh, vertices: usize, shortage: Shortage) -> Result<Remeshed> {
-    let result = remesh(device(), mesh, &Options::new(vertices).shortage(shortage), &mut |_| {});
+    let result = remesh(device(), mesh, &Options::new(vertices).shortage(shortage));
     assert_valid(device());
     result
 }
@@ -80,8 +80,7 @@ fn the_lines_of_a_user_do_not_give_way() {
     let input = sample("box").unwrap();
     let line = FeatureLine { points: vec![DVec3::ZERO, DVec3::X], line: 1 };
     let features = FeatureLines::new(vec![line]);
-    let refused =
-        |vertices| remesh(device(), &input, &Options::new(vertices).features(features.clone()), &mut |_| {});
+    let refused = |vertices| remesh(device(), &input, &Options::new(vertices).features(features.clone()));
     let error = refused(20).unwrap_err();
     assert!(matches!(error, Error::Usage { .. }), "{error:?}");
     let enough = advised(&error);
@@ -116,6 +115,6 @@ fn torn_surfaces_are_refused_rather_than_torn_further() {
         "{:?}",
         rest.summary.warnings
     );
-    let closed = remesh(device(), &one, &Options::new(600).weld(1e-9), &mut |_| {}).unwrap();
+    let closed = remesh(device(), &one, &Options::new(600).weld(1e-9)).unwrap();
     assert_like(&globe(16, 8), &closed, 600);
 }

@@ -7,7 +7,7 @@ use rtfmesh::mesh::topology::topology;
 use rtfmesh::{Error, Length, Options, Remeshed, Sizing, TriMesh, remesh};
 
 fn run(mesh: &TriMesh, options: &Options) -> Remeshed {
-    let result = remesh(device(), mesh, options, &mut |_| {}).unwrap();
+    let result = remesh(device(), mesh, options).unwrap();
     assert_valid(device());
     assert_eq!(result.summary.warnings, Vec::<String>::new());
     let (got, want) = (topology(&result.mesh), topology(mesh));
@@ -163,7 +163,7 @@ fn what_cannot_be_is_refused() {
         (curvature(1.0).growth(0.0), "`growth`"),
         (Options::rvd(300).sizing(Sizing::Curvature { gradation: 1.0 }), "another method"),
     ] {
-        let error = remesh(device(), &input, &options, &mut |_| {}).unwrap_err();
+        let error = remesh(device(), &input, &options).unwrap_err();
         assert!(matches!(error, Error::Usage { .. } | Error::Input { .. }), "{error:?}");
         assert!(error.to_string().contains(words), "{error}");
     }

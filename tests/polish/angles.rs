@@ -2,7 +2,6 @@
 //! meshes.
 
 use glam::DVec3;
-use rtfmesh::TriMesh;
 use rtfmesh::mesh::distance::distances_sampled;
 use rtfmesh::mesh::intersections::intersecting_faces;
 use rtfmesh::mesh::polyline::Polyline;
@@ -10,6 +9,7 @@ use rtfmesh::mesh::quality::{quality, valence};
 use rtfmesh::mesh::samples::sample;
 use rtfmesh::mesh::topology::topology;
 use rtfmesh::polish::{FitOptions, PolishOptions, SlidingCurve, Target, fit, polish};
+use rtfmesh::{ProgressToken, TriMesh};
 
 use crate::support::shapes::{Random, cube, mesh, moved, plane, sphere, tetrahedron, torus, union};
 
@@ -72,7 +72,9 @@ fn uneven_samples_get_better_triangles_and_keep_their_shape() {
     for name in ["torus", "genus3", "bumpy-sphere"] {
         let surface = sample(name).unwrap();
         let mut mesh = surface.clone();
-        let counts = polish(&mut mesh, &Target::new(&surface), &PolishOptions::default());
+        let counts =
+            polish(&mut mesh, &Target::new(&surface), &PolishOptions::default(), &ProgressToken::default())
+                .unwrap();
         let (before, after) = (quality(&surface).unwrap(), quality(&mesh).unwrap());
         assert!(counts.flips > 0 || name == "bumpy-sphere", "{name}");
         assert_eq!(mesh.vertices.len(), surface.vertices.len(), "{name}");
@@ -85,8 +87,8 @@ fn uneven_samples_get_better_triangles_and_keep_their_shape() {
             before.theta_min
         );
         assert!(valence(&mesh).share_6 >= valence(&surface).share_6, "{name}");
-        assert!(intersecting_faces(&mesh).is_empty(), "{name}");
-        let distances = distances_sampled(&mesh, &surface, 20_000).unwrap();
+        assert!(intersecting_faces(&mesh, &ProgressToken::default()).unwrap().is_empty(), "{name}");
+        let distances = distances_sampled(&mesh, &surface, 20_000, &ProgressToken::default()).unwrap();
         assert!(distances.rms < 0.15, "{name}: {} %", distances.rms);
     }
 }
@@ -95,7 +97,13 @@ fn uneven_samples_get_better_triangles_and_keep_their_shape() {
 fn a_shaken_torus_is_smooth_again() {
     let target = Target::new(&torus(120, 48));
     let mut mesh = shaken(&torus(40, 16), 0.04);
-    polish(&mut mesh, &target, &PolishOptions { rounds: 30, ..PolishOptions::default() });
+    polish(
+        &mut mesh,
+        &target,
+        &PolishOptions { rounds: 30, ..PolishOptions::default() },
+        &ProgressToken::default(),
+    )
+    .unwrap();
     let (share_6, shape) = (valence(&mesh).share_6.unwrap(), quality(&mesh).unwrap());
     assert!(share_6 > 0.95 && shape.theta_min > 38.0, "{share_6}, {shape:?}");
     for p in &mesh.vertices {
@@ -121,7 +129,13 @@ fn flips_even_out_valences() {
     let target = Target::new(&surface);
     let regular = |valence_weight| {
         let mut mesh = split.clone();
-        polish(&mut mesh, &target, &PolishOptions { valence_weight, ..PolishOptions::default() });
+        polish(
+            &mut mesh,
+            &target,
+            &PolishOptions { valence_weight, ..PolishOptions::default() },
+            &ProgressToken::default(),
+        )
+        .unwrap();
         assert!(quality(&mesh).unwrap().theta_min > quality(&split).unwrap().theta_min);
         valence(&mesh).share_6.unwrap()
     };
@@ -141,7 +155,7 @@ fn boundaries_and_fixed_vertices_stay() {
     let fixed: Vec<bool> = mesh.vertices.iter().map(|p| p.x < 0.4).collect();
     let before = mesh.clone();
     let options = PolishOptions { fixed: fixed.clone(), ..PolishOptions::default() };
-    polish(&mut mesh, &Target::new(&flat), &options);
+    polish(&mut mesh, &Target::new(&flat), &options, &ProgressToken::default()).unwrap();
     assert_eq!(topology(&mesh), topology(&before));
     let mut moved = 0;
     for ((old, new), fixed) in before.vertices.iter().zip(&mesh.vertices).zip(&fixed) {
@@ -160,7 +174,7 @@ fn boundaries_and_fixed_vertices_stay() {
 fn the_other_side_of_a_thin_plate_is_out_of_reach() {
     let plate = sample("thin-plate").unwrap();
     let mut mesh = plate.clone();
-    polish(&mut mesh, &Target::new(&plate), &PolishOptions::default());
+    polish(&mut mesh, &Target::new(&plate), &PolishOptions::default(), &ProgressToken::default()).unwrap();
     for (old, new) in plate.vertices.iter().zip(&mesh.vertices) {
         let inside = |p: &DVec3| p.x.abs().max(p.y.abs()) < 0.45;
         assert!(!inside(old) || old.z == new.z, "{old} went to {new}");
@@ -173,7 +187,9 @@ fn the_number_of_threads_does_not_show() {
     let target = Target::new(&surface);
     let run = |threads| {
         let mut mesh = shaken(&surface, 0.01);
-        let counts = in_threads(threads, || polish(&mut mesh, &target, &PolishOptions::default()));
+        let counts = in_threads(threads, || {
+            polish(&mut mesh, &target, &PolishOptions::default(), &ProgressToken::default()).unwrap()
+        });
         (mesh, counts)
     };
     assert_eq!(run(1), run(2));
@@ -183,10 +199,16 @@ fn the_number_of_threads_does_not_show() {
 fn odd_meshes_survive() {
     for (name, odd) in odd_meshes() {
         let mut mesh = odd.clone();
-        polish(&mut mesh, &Target::new(&odd), &PolishOptions::default());
+        polish(&mut mesh, &Target::new(&odd), &PolishOptions::default(), &ProgressToken::default()).unwrap();
         assert_eq!(topology(&mesh), topology(&odd), "{name}");
         assert!(mesh.vertices.iter().all(|v| v.is_finite()), "{name}");
-        polish(&mut mesh, &Target::new(&TriMesh::default()), &PolishOptions::default());
+        polish(
+            &mut mesh,
+            &Target::new(&TriMesh::default()),
+            &PolishOptions::default(),
+            &ProgressToken::default(),
+        )
+        .unwrap();
         assert_eq!(topology(&mesh), topology(&odd), "{name} without a surface");
     }
 }
@@ -196,7 +218,10 @@ fn no_rounds_change_nothing() {
     let surface = sample("genus3").unwrap();
     let mut mesh = surface.clone();
     let options = PolishOptions { rounds: 0, ..PolishOptions::default() };
-    assert_eq!(polish(&mut mesh, &Target::new(&surface), &options), Default::default());
+    assert_eq!(
+        polish(&mut mesh, &Target::new(&surface), &options, &ProgressToken::default()).unwrap(),
+        Default::default()
+    );
     assert_eq!(mesh, surface);
 }
 
@@ -223,8 +248,16 @@ fn vertices_and_edges_stay_in_their_patch() {
         &mut mesh,
         &target,
         &PolishOptions { fixed: fixed.clone(), patches: patches.clone(), ..PolishOptions::default() },
-    );
-    fit(&mut mesh, &target, &FitOptions { fixed, patches: patches.clone(), ..FitOptions::default() });
+        &ProgressToken::default(),
+    )
+    .unwrap();
+    fit(
+        &mut mesh,
+        &target,
+        &FitOptions { fixed, patches: patches.clone(), ..FitOptions::default() },
+        &ProgressToken::default(),
+    )
+    .unwrap();
     for (t, patch) in patches.iter().enumerate() {
         assert_eq!(patch_of(&mesh, t), *patch);
         for p in mesh.corners(t) {
@@ -260,7 +293,7 @@ fn vertices_on_rails_slide_to_better_triangles() {
         fixed: vec![true; 26],
         ..PolishOptions::default()
     };
-    polish(&mut mesh, &Target::new(&start), &options);
+    polish(&mut mesh, &Target::new(&start), &options, &ProgressToken::default()).unwrap();
     let q = |mesh| quality(mesh).unwrap();
     assert!(q(&mesh).q_avg > q(&start).q_avg + 0.02, "{:?} after {:?}", q(&mesh), q(&start));
     assert!(q(&mesh).theta_min > q(&start).theta_min, "{:?} after {:?}", q(&mesh), q(&start));
@@ -289,7 +322,7 @@ fn vertices_on_closed_rails_go_round_and_keep_the_bends() {
     let mut mesh = start.clone();
     let sliding_curves = vec![SlidingCurve { line: Polyline::new(points.clone(), true), sliders }];
     let options = PolishOptions { sliding_curves, fixed: vec![true; 17], ..PolishOptions::default() };
-    polish(&mut mesh, &Target::new(&start), &options);
+    polish(&mut mesh, &Target::new(&start), &options, &ProgressToken::default()).unwrap();
     for (v, p) in mesh.vertices[..16].iter().enumerate() {
         let on_rim = [p.x, p.y].iter().any(|c| *c == 0.0 || *c == 4.0);
         assert!(on_rim && p.z == 0.0, "{v}: {p}");

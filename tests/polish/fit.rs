@@ -1,6 +1,7 @@
 //! The fit: faces closer to the surface, and no triangle worse for it.
 
 use glam::{DMat3, DVec3};
+use rtfmesh::ProgressToken;
 use rtfmesh::mesh::TriMesh;
 use rtfmesh::mesh::distance::distances_sampled;
 use rtfmesh::mesh::intersections::intersecting_faces;
@@ -21,12 +22,12 @@ fn coarse_meshes_come_closer() {
     ];
     for (name, surface, coarse, most) in cases {
         let mut mesh = coarse.clone();
-        fit(&mut mesh, &Target::new(&surface), &FitOptions::default());
-        let rms = |mesh| distances_sampled(mesh, &surface, 20_000).unwrap().rms;
+        fit(&mut mesh, &Target::new(&surface), &FitOptions::default(), &ProgressToken::default()).unwrap();
+        let rms = |mesh| distances_sampled(mesh, &surface, 20_000, &ProgressToken::default()).unwrap().rms;
         let (before, after) = (rms(&coarse), rms(&mesh));
         assert!(after < most * before, "{name}: {after} % after {before} %");
         assert_eq!(mesh.triangles, coarse.triangles, "{name}");
-        assert!(intersecting_faces(&mesh).is_empty(), "{name}");
+        assert!(intersecting_faces(&mesh, &ProgressToken::default()).unwrap().is_empty(), "{name}");
     }
 }
 
@@ -54,7 +55,7 @@ fn even_torus(n: u32, m: u32) -> TriMesh {
 fn the_sphere_is_met_halfway() {
     // On the whole the faces then lie as far outside as inside.
     let (surface, mut mesh) = (sphere(1.0, 6), sphere(1.0, 3));
-    fit(&mut mesh, &Target::new(&surface), &FitOptions::default());
+    fit(&mut mesh, &Target::new(&surface), &FitOptions::default(), &ProgressToken::default()).unwrap();
     let mean = |weights: [f64; 3]| -> f64 {
         let radius =
             |t: usize| mesh.corners(t).iter().zip(weights).map(|(p, w)| *p * w).sum::<DVec3>().length();
@@ -70,8 +71,13 @@ fn small_angles_do_not_get_smaller() {
     let coarse = shaken(&surface, 0.01);
     for min_angle in [0.0, 20.0, 60.0] {
         let mut mesh = coarse.clone();
-        let counts =
-            fit(&mut mesh, &Target::new(&surface), &FitOptions { min_angle, ..FitOptions::default() });
+        let counts = fit(
+            &mut mesh,
+            &Target::new(&surface),
+            &FitOptions { min_angle, ..FitOptions::default() },
+            &ProgressToken::default(),
+        )
+        .unwrap();
         let (before, after) = (quality(&coarse).unwrap().theta_min, quality(&mesh).unwrap().theta_min);
         assert!(after >= before - 1e-9, "{min_angle}: {after} after {before}");
         assert!(min_angle < 60.0 || counts.held > 0);
@@ -84,7 +90,13 @@ fn boundaries_and_fixed_vertices_stay() {
     let start = shaken(&surface, 0.002);
     let mut mesh = start.clone();
     let fixed: Vec<bool> = start.vertices.iter().map(|p| p.x > 0.0).collect();
-    fit(&mut mesh, &Target::new(&surface), &FitOptions { fixed: fixed.clone(), ..FitOptions::default() });
+    fit(
+        &mut mesh,
+        &Target::new(&surface),
+        &FitOptions { fixed: fixed.clone(), ..FitOptions::default() },
+        &ProgressToken::default(),
+    )
+    .unwrap();
     let stayed = |v: usize| mesh.vertices[v] == start.vertices[v];
     assert!((0..fixed.len()).all(|v| !fixed[v] || stayed(v)));
     assert!((0..fixed.len()).any(|v| !stayed(v)));
@@ -106,7 +118,13 @@ fn the_number_of_threads_does_not_show() {
     let run = |threads| {
         let mut mesh = shaken(&surface, 0.01);
         let counts = in_threads(threads, || {
-            fit(&mut mesh, &target, &FitOptions { rounds: 2, ..FitOptions::default() })
+            fit(
+                &mut mesh,
+                &target,
+                &FitOptions { rounds: 2, ..FitOptions::default() },
+                &ProgressToken::default(),
+            )
+            .unwrap()
         });
         (mesh, counts)
     };
@@ -117,7 +135,7 @@ fn the_number_of_threads_does_not_show() {
 fn odd_meshes_survive() {
     for (name, odd) in odd_meshes() {
         let mut mesh = odd.clone();
-        fit(&mut mesh, &Target::new(&odd), &FitOptions::default());
+        fit(&mut mesh, &Target::new(&odd), &FitOptions::default(), &ProgressToken::default()).unwrap();
         assert_eq!(topology(&mesh), topology(&odd), "{name}");
         assert!(mesh.vertices.iter().all(|v| v.is_finite()), "{name}");
     }

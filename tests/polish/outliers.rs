@@ -1,12 +1,12 @@
 //! Outliers: the places farthest from the surface come closer, and nothing else gets worse.
 
-use rtfmesh::TriMesh;
 use rtfmesh::mesh::distance::distances_sampled;
 use rtfmesh::mesh::intersections::intersecting_faces;
 use rtfmesh::mesh::quality::quality;
 use rtfmesh::mesh::samples::sample;
 use rtfmesh::mesh::topology::topology;
 use rtfmesh::polish::{OutlierOptions, Target, reduce_outliers};
+use rtfmesh::{ProgressToken, TriMesh};
 
 use super::angles::{in_threads, odd_meshes};
 use crate::support::shapes::sphere;
@@ -26,7 +26,7 @@ fn dented(edges: f64) -> (TriMesh, TriMesh) {
 }
 
 fn hausdorff(mesh: &TriMesh, surface: &TriMesh) -> f64 {
-    distances_sampled(mesh, surface, 40_000).unwrap().hausdorff
+    distances_sampled(mesh, surface, 40_000, &ProgressToken::default()).unwrap().hausdorff
 }
 
 #[test]
@@ -34,12 +34,18 @@ fn spikes_and_dents_are_reached() {
     for edges in [0.7, 0.4, -0.4, -0.7] {
         let (mesh, surface) = dented(edges);
         let mut reached = mesh.clone();
-        let edits =
-            reduce_outliers(&mut reached, &Target::new(&surface), edge(&mesh), &OutlierOptions::default());
+        let edits = reduce_outliers(
+            &mut reached,
+            &Target::new(&surface),
+            edge(&mesh),
+            &OutlierOptions::default(),
+            &ProgressToken::default(),
+        )
+        .unwrap();
         let (before, after) = (hausdorff(&mesh, &surface), hausdorff(&reached, &surface));
         assert!(edits > 0 && after < 0.5 * before, "{edges}: {after} after {before}");
         assert_eq!(topology(&reached), topology(&mesh));
-        assert!(intersecting_faces(&reached).is_empty());
+        assert!(intersecting_faces(&reached, &ProgressToken::default()).unwrap().is_empty());
         let (old, new) = (quality(&mesh).unwrap(), quality(&reached).unwrap());
         let least = OutlierOptions::default().min_angle.min(old.theta_min);
         assert!(new.theta_min >= least && new.share_above_90 <= old.share_above_90, "{edges}: {new:?}");
@@ -53,7 +59,14 @@ fn a_spike_between_vertices_is_reached() {
     let length = edge(&mesh);
     *surface.vertices.last_mut().unwrap() *= 1.0 + 0.6 * length;
     let mut reached = mesh.clone();
-    reduce_outliers(&mut reached, &Target::new(&surface), length, &OutlierOptions::default());
+    reduce_outliers(
+        &mut reached,
+        &Target::new(&surface),
+        length,
+        &OutlierOptions::default(),
+        &ProgressToken::default(),
+    )
+    .unwrap();
     let (before, after) = (hausdorff(&mesh, &surface), hausdorff(&reached, &surface));
     assert!(after < 0.6 * before, "{after} after {before}");
 }
@@ -62,12 +75,26 @@ fn a_spike_between_vertices_is_reached() {
 fn what_is_met_or_fixed_stays() {
     let mesh = sample("torus").unwrap();
     let mut same = mesh.clone();
-    assert_eq!(reduce_outliers(&mut same, &Target::new(&mesh), edge(&mesh), &OutlierOptions::default()), 0);
+    assert_eq!(
+        reduce_outliers(
+            &mut same,
+            &Target::new(&mesh),
+            edge(&mesh),
+            &OutlierOptions::default(),
+            &ProgressToken::default()
+        )
+        .unwrap(),
+        0
+    );
     assert_eq!(same, mesh);
     let (mesh, surface) = dented(0.5);
     let options = OutlierOptions { fixed: vec![true; mesh.vertices.len()], ..OutlierOptions::default() };
     let mut same = mesh.clone();
-    assert_eq!(reduce_outliers(&mut same, &Target::new(&surface), edge(&mesh), &options), 0);
+    assert_eq!(
+        reduce_outliers(&mut same, &Target::new(&surface), edge(&mesh), &options, &ProgressToken::default())
+            .unwrap(),
+        0
+    );
     assert_eq!(same, mesh);
 }
 
@@ -78,7 +105,14 @@ fn the_number_of_threads_does_not_show() {
     let run = |threads| {
         let mut reached = mesh.clone();
         in_threads(threads, || {
-            reduce_outliers(&mut reached, &target, edge(&mesh), &OutlierOptions::default())
+            reduce_outliers(
+                &mut reached,
+                &target,
+                edge(&mesh),
+                &OutlierOptions::default(),
+                &ProgressToken::default(),
+            )
+            .unwrap()
         });
         reached
     };
@@ -91,7 +125,14 @@ fn odd_meshes_survive() {
     for (name, odd) in odd_meshes() {
         for target in [&odd, &surface, &TriMesh::default()] {
             let mut mesh = odd.clone();
-            reduce_outliers(&mut mesh, &Target::new(target), 0.1, &OutlierOptions::default());
+            reduce_outliers(
+                &mut mesh,
+                &Target::new(target),
+                0.1,
+                &OutlierOptions::default(),
+                &ProgressToken::default(),
+            )
+            .unwrap();
             assert_eq!(topology(&mesh), topology(&odd), "{name}");
             assert!(mesh.vertices.iter().all(|v| v.is_finite()), "{name}");
         }

@@ -17,7 +17,7 @@ fn run() -> &'static (Options, TriMesh, Summary) {
     static RUN: OnceLock<(Options, TriMesh, Summary)> = OnceLock::new();
     RUN.get_or_init(|| {
         let options = Options::new(100).iterations(3).measures(MeasureDepth::Full);
-        let result = remesh(device(), &cube(), &options, &mut |_| {}).unwrap();
+        let result = remesh(device(), &cube(), &options).unwrap();
         (options, result.mesh, result.summary)
     })
 }

@@ -4,12 +4,12 @@
 use crate::support::rng;
 use glam::DVec3;
 use rand::RngExt;
-use rtfmesh::TriMesh;
 use rtfmesh::mesh::samples::sample;
 use rtfmesh::mesh::topology::topology;
 use rtfmesh::sites::cells::{CellSites, CellSurface, ConnectedCells, connected_cells};
 use rtfmesh::sites::connect::connect;
 use rtfmesh::sites::place::Place;
+use rtfmesh::{ProgressToken, TriMesh};
 
 struct Scene {
     mesh: TriMesh,
@@ -76,7 +76,7 @@ impl Scene {
         let places = Place::inside(&self.under);
         let sites =
             CellSites { positions: &self.sites, places: &places, near, spacing: self.spacing, lengths: &[] };
-        connected_cells(&surface, &sites)
+        connected_cells(&surface, &sites, &ProgressToken::default()).unwrap()
     }
 
     fn connected(&self, cells: &ConnectedCells) -> TriMesh {

@@ -4,13 +4,13 @@ use crate::support::shapes::{cube, moved, plane, sphere, torus, union};
 use glam::DVec3;
 use rand::{RngExt, SeedableRng};
 use rand_pcg::Pcg64Mcg;
-use rtfmesh::TriMesh;
 use rtfmesh::mesh::features::{Curve, CurveKind, FeatureOptions, Features, find_features, spacing_of};
 use rtfmesh::mesh::repair::repair;
 use rtfmesh::mesh::topology::topology;
 use rtfmesh::sites::cells::{CellSites, CellSurface, ConnectedCells, Encroached, connected_cells};
 use rtfmesh::sites::connect::{ConnectCounts, connect};
 use rtfmesh::sites::place::Place;
+use rtfmesh::{ProgressToken, TriMesh};
 use std::collections::{HashMap, HashSet};
 
 /// Sites on the curves of a surface at equal distances, and scattered ones between them.
@@ -156,7 +156,7 @@ impl Scene {
             spacing: self.spacing,
             lengths: &[],
         };
-        connected_cells(&surface, &sites)
+        connected_cells(&surface, &sites, &ProgressToken::default()).unwrap()
     }
 
     pub fn connected(&self, cells: &ConnectedCells) -> (TriMesh, ConnectCounts) {
@@ -348,7 +348,7 @@ fn closed_surfaces_have_sites_for_sectors() {
         spacing: scene.spacing,
         lengths: &[],
     };
-    assert_eq!(connected_cells(&surface, &sites).fans, with_curves.fans);
+    assert_eq!(connected_cells(&surface, &sites, &ProgressToken::default()).unwrap().fans, with_curves.fans);
     assert!(with_curves.encroached.is_empty());
 }
 

@@ -6,14 +6,15 @@ use rtfmesh::mesh::samples::sample;
 use rtfmesh::mesh::unit_frame::UnitFrame;
 use rtfmesh::sites::poisson::{Disks, disks};
 use rtfmesh::sites::surface::Surface;
-use rtfmesh::{Error, TriMesh};
+use rtfmesh::{Error, ProgressToken, TriMesh};
+use std::time::{Duration, Instant};
 
 fn on(mesh: &TriMesh) -> Surface {
     Surface::new(device(), mesh, &UnitFrame::of(mesh).unwrap()).unwrap()
 }
 
 fn scattered(surface: &Surface, count: usize, seed: u64) -> Disks {
-    disks(surface, count, seed, &mut || Ok(())).unwrap()
+    disks(surface, count, seed, &ProgressToken::default()).unwrap()
 }
 
 fn distance(p: DVec3, points: &[DVec3]) -> f64 {
@@ -68,13 +69,18 @@ fn a_seed_has_its_points() {
 }
 
 #[test]
-fn it_can_be_stopped() {
+fn it_can_be_cancelled() {
     let surface = on(&sample("torus").unwrap());
-    let mut looks = 0;
-    let mut look = || {
-        looks += 1;
-        if looks > 3 { Err(Error::Cancelled) } else { Ok(()) }
-    };
-    assert!(matches!(disks(&surface, 500, 1, &mut look), Err(Error::Cancelled)));
-    assert_eq!(looks, 4);
+    let progress = ProgressToken::default();
+    let begin = Instant::now();
+    let found = std::thread::scope(|scope| {
+        scope.spawn(|| {
+            std::thread::sleep(Duration::from_millis(50));
+            progress.cancel();
+        });
+        // On its own it would take much longer.
+        disks(&surface, 1_000_000, 1, &progress)
+    });
+    assert!(matches!(found, Err(Error::Cancelled)));
+    assert!(begin.elapsed() < Duration::from_secs(5));
 }

@@ -177,7 +177,7 @@ impl Batch<'_> {
         if jobs.is_empty() {
             return Ok(0);
         }
-        progress::heed()?;
+        progress::handle_interrupts()?;
         let mut device = self.args.device.open(false)?;
         // A channel without room: one mesh is worked on, and one more waits.
         let (sender, receiver) = sync_channel(0);
@@ -188,7 +188,7 @@ impl Batch<'_> {
             let mut failed = 0;
             for (place, (job, read)) in jobs.iter().zip(receiver.iter()).enumerate() {
                 let (done, left) = (place - failed, jobs.len() - place);
-                progress::set_story(format!(
+                progress::set_cancel_message(format!(
                     "stopped: {done} done, {failed} failed, {left} left; --resume goes on"
                 ));
                 let mut entry = Entry::new(job, Status::Done);
@@ -196,7 +196,7 @@ impl Batch<'_> {
                 let outcome = self.one(&device, job, read, &mut entry);
                 if let Err(error) = &outcome {
                     if progress::is_cancelled() {
-                        return Err(progress::stopped().into());
+                        return Err(progress::cancelled().into());
                     }
                     failed += 1;
                     entry.status = Status::Failed;
@@ -240,11 +240,8 @@ impl Batch<'_> {
             let read = self.args.method.read_attributes(&loaded.attributes, &mut options);
             read.map_err(|error| error.in_file(&job.input))?;
             entry.options = Some(Settings::of(&options));
-            let mut progress = |_| match progress::is_cancelled() {
-                true => Flow::Cancel,
-                false => Flow::Continue,
-            };
-            let result = remesh_repaired(device, &loaded.mesh, repaired, &options, &mut progress);
+            let flow = |_| if progress::is_cancelled() { Flow::Cancel } else { Flow::Continue };
+            let result = remesh_repaired(device, &loaded.mesh, repaired, &options, flow);
             let result = result.map_err(|error| error.in_file(&job.input))?;
             refuse_messages(device)?;
             let attributes = carried(&loaded.mesh, &loaded.attributes, &result);

@@ -24,7 +24,7 @@ fn open() -> Result<Device> {
 fn small_run(device: &Device, input: &TriMesh) -> Result<Remeshed> {
     let options = Options::new(60).iterations(2).measures(MeasureDepth::Basic);
     let options = options.polish_rounds(2).first_iterations(3).coarse_iterations(2);
-    remesh(device, input, &options, &mut |_| {})
+    remesh(device, input, &options)
 }
 
 /// One line with a remedy, of a kind that fits the code.

@@ -2,14 +2,13 @@
 
 use super::Graph;
 use super::flip::flip;
-use crate::TriMesh;
 use crate::mesh::half_edges::{EdgeTable, HalfEdge, edge_key};
 use crate::mesh::intersections::intersecting_faces;
 use crate::mesh::triangle::doubled_normal;
+use crate::{ProgressToken, Result, TriMesh};
 use glam::{DMat3, DVec3};
 use std::cmp::Reverse;
 use std::collections::BinaryHeap;
-use std::sync::atomic::{AtomicBool, Ordering};
 
 /// What a squared distance from the old surface costs, over the squared length of the edge.
 const DISTANCE: f64 = 4.0;
@@ -81,52 +80,55 @@ pub(super) struct Collapser<'a> {
     quadrics: Vec<Quadric>,
     /// How often the triangles at each vertex changed.
     version: Vec<u32>,
+    progress: &'a ProgressToken,
 }
 
 /// A vertex that would go to another, by its cost.
 type Move = Reverse<(u64, u32, u32, [u32; 2])>;
 
 impl<'a> Collapser<'a> {
-    pub fn new(graph: &'a mut Graph) -> Self {
+    pub fn new(graph: &'a mut Graph, progress: &'a ProgressToken) -> Self {
         let mut quadrics = vec![Quadric::default(); graph.points.len()];
         for triangle in &graph.triangles {
             let quadric = Quadric::of(graph.corners(*triangle));
             triangle.iter().for_each(|v| quadrics[*v as usize].add(&quadric));
         }
         let version = vec![0; graph.points.len()];
-        Self { graph, quadrics, version }
+        Self { graph, quadrics, version, progress }
     }
 
-    /// Until there are `count` vertices, no edge can go, or it is to `stop`.
-    pub fn collapse(&mut self, count: usize, stop: &AtomicBool) {
+    /// Collapses edges until there are `count` vertices, or no edge is left that may collapse.
+    pub fn collapse(&mut self, count: usize) -> Result<()> {
         for care in CARE {
             for _ in 0..PASSES {
                 let before = self.graph.used;
                 if before > count {
-                    self.pass(count, care, stop);
+                    self.pass(count, care)?;
                 }
                 flip(self.graph);
-                if self.graph.used <= count || stop.load(Ordering::Relaxed) {
-                    return;
+                if self.graph.used <= count {
+                    return Ok(());
                 }
                 if self.graph.used == before {
                     break;
                 }
             }
         }
+        Ok(())
     }
 
-    fn pass(&mut self, count: usize, care: Care, stop: &AtomicBool) {
+    fn pass(&mut self, count: usize, care: Care) -> Result<()> {
         let mut moves: BinaryHeap<Move> = BinaryHeap::new();
         for v in 0..self.graph.points.len() as u32 {
             for u in self.graph.neighbours(v) {
                 moves.extend(self.candidate(v, u));
             }
         }
-        while self.graph.used > count && !stop.load(Ordering::Relaxed) {
-            let Some(Reverse((_, v, u, versions))) = moves.pop() else { return };
+        while self.graph.used > count {
+            self.progress.poll()?;
+            let Some(Reverse((_, v, u, versions))) = moves.pop() else { return Ok(()) };
             let current = [v, u].map(|w| self.version[w as usize]);
-            if versions != current || !self.keeps_topology(v, u) || !self.keeps_shape(v, u, care) {
+            if versions != current || !self.keeps_topology(v, u) || !self.keeps_shape(v, u, care)? {
                 continue;
             }
             self.apply(v, u);
@@ -135,6 +137,7 @@ impl<'a> Collapser<'a> {
                 moves.extend(self.candidate(w, u));
             }
         }
+        Ok(())
     }
 
     fn candidate(&self, v: u32, u: u32) -> Option<Move> {
@@ -202,7 +205,7 @@ impl<'a> Collapser<'a> {
             .map(move |(t, triangle)| (t, triangle.map(|w| if w == v { u } else { w })))
     }
 
-    fn keeps_shape(&self, v: u32, u: u32, care: Care) -> bool {
+    fn keeps_shape(&self, v: u32, u: u32, care: Care) -> Result<bool> {
         let good = self.moved(v, u).all(|(t, new)| {
             let [before, after] = [self.graph.triangles[t as usize], new].map(|t| self.graph.corners(t));
             let [n, m] = [before, after].map(doubled_normal);
@@ -210,11 +213,12 @@ impl<'a> Collapser<'a> {
             let [old, new] = [height_of(before), height_of(after)];
             !turned && new >= care.height.min(old)
         });
-        good && (!(care.apart || self.graph.used < FEW) || self.stays_apart(v, u))
+        let compare = care.apart || self.graph.used < FEW;
+        Ok(good && (!compare || self.stays_apart(v, u)?))
     }
 
     /// Whether no more triangles around intersect once `v` is at `u`.
-    fn stays_apart(&self, v: u32, u: u32) -> bool {
+    fn stays_apart(&self, v: u32, u: u32) -> Result<bool> {
         let graph = &self.graph;
         let near = [v, u].into_iter().flat_map(|w| graph.neighbours(w));
         let mut around: Vec<u32> = near.flat_map(|w| graph.star[w as usize].iter().copied()).collect();
@@ -223,10 +227,10 @@ impl<'a> Collapser<'a> {
         let before: Vec<[u32; 3]> = around.iter().map(|t| graph.triangles[*t as usize]).collect();
         let there = before.iter().filter(|t| !(t.contains(&v) && t.contains(&u)));
         let after = there.map(|t| t.map(|w| if w == v { u } else { w })).collect();
-        self.intersecting(after) <= self.intersecting(before)
+        Ok(self.intersecting(after)? <= self.intersecting(before)?)
     }
 
-    fn intersecting(&self, triangles: Vec<[u32; 3]>) -> usize {
+    fn intersecting(&self, triangles: Vec<[u32; 3]>) -> Result<usize> {
         let mut order: Vec<u32> = triangles.as_flattened().to_vec();
         order.sort_unstable();
         order.dedup();
@@ -234,7 +238,7 @@ impl<'a> Collapser<'a> {
         let number = |v: u32| order.binary_search(&v).unwrap_or(0) as u32;
         let triangles = triangles.iter().map(|t| t.map(number)).collect();
         let mesh = TriMesh { vertices, triangles };
-        intersecting_faces(&mesh).len() + folded(&mesh)
+        Ok(intersecting_faces(&mesh, self.progress)?.len() + folded(&mesh))
     }
 
     fn apply(&mut self, v: u32, u: u32) {

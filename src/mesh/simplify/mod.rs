@@ -7,10 +7,10 @@ use super::TriMesh;
 use super::half_edges::{EdgeTable, edge_key, twin_pair};
 use super::submesh::renumbered;
 use super::topology::Partition;
+use crate::{ProgressToken, Result};
 use collapse::Collapser;
 use glam::DVec3;
 use std::collections::HashSet;
-use std::sync::atomic::AtomicBool;
 
 mod collapse;
 mod flip;
@@ -42,15 +42,18 @@ pub struct Simplified {
 /// halved. If no mesh of so few vertices can be reached without changing the topology or running through
 /// itself, one with more comes back. Vertices
 /// move along curves only, and corners not at all. Panics if an index is out of range.
-pub fn with_vertices(mesh: &TriMesh, kept: Kept, count: usize) -> Simplified {
-    with_vertices_until(mesh, kept, count, &AtomicBool::new(false))
-}
-
-/// As [`with_vertices`]; it ends soon, with more vertices, once it is to `stop`.
-pub(crate) fn with_vertices_until(mesh: &TriMesh, kept: Kept, count: usize, stop: &AtomicBool) -> Simplified {
+///
+/// # Errors
+/// [`crate::Error::Cancelled`].
+pub fn with_vertices(
+    mesh: &TriMesh,
+    kept: Kept,
+    count: usize,
+    progress: &ProgressToken,
+) -> Result<Simplified> {
     let mut graph = Graph::new(mesh, kept);
-    graph.reach(count, stop);
-    graph.into_mesh()
+    graph.reach(count, progress)?;
+    Ok(graph.into_mesh())
 }
 
 /// A point on a triangle of the surface.
@@ -64,28 +67,27 @@ pub struct Site {
 
 /// As [`with_vertices`], but vertices are at `sites` as far as the topology allows: where it needs others, as at handles
 /// smaller than an edge, some sites are left out for them.
-pub fn at_sites(mesh: &TriMesh, kept: Kept, sites: &[Site], count: usize) -> Simplified {
-    at_sites_until(mesh, kept, (sites, count), &AtomicBool::new(false))
-}
-
-/// As [`at_sites`]; it ends soon, with more vertices, once it is to `stop`.
-pub(crate) fn at_sites_until(
+///
+/// # Errors
+/// As [`with_vertices`].
+pub fn at_sites(
     mesh: &TriMesh,
     kept: Kept,
-    (sites, count): (&[Site], usize),
-    stop: &AtomicBool,
-) -> Simplified {
+    sites: &[Site],
+    count: usize,
+    progress: &ProgressToken,
+) -> Result<Simplified> {
     let mut graph = Graph::new(mesh, kept);
     let fixed = graph.fixed.clone();
     for v in insert::insert(&mut graph, sites) {
         graph.fixed[v as usize] = true;
     }
     let inserted = graph.fixed.len();
-    Collapser::new(&mut graph).collapse(count, stop);
+    Collapser::new(&mut graph, progress).collapse(count)?;
     graph.fixed = fixed;
     graph.fixed.resize(inserted, false);
-    graph.reach(count, stop);
-    graph.into_mesh()
+    graph.reach(count, progress)?;
+    Ok(graph.into_mesh())
 }
 
 /// Triangles with what hangs together.
@@ -158,12 +160,12 @@ impl Graph {
     }
 
     /// Takes away or adds vertices.
-    fn reach(&mut self, count: usize, stop: &AtomicBool) {
+    fn reach(&mut self, count: usize, progress: &ProgressToken) -> Result<()> {
         if self.used > count {
-            Collapser::new(self).collapse(count, stop);
-        } else {
-            split::split(self, count);
+            return Collapser::new(self, progress).collapse(count);
         }
+        split::split(self, count);
+        Ok(())
     }
 
     fn is_curve(&self, a: u32, b: u32) -> bool {
@@ -205,16 +207,18 @@ impl Graph {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::Error;
     use crate::mesh::samples::sample;
 
     #[test]
-    fn whoever_is_to_stop_collapses_nothing() {
+    fn cancelled_work_gives_no_mesh() {
         let mesh = sample("torus").unwrap();
-        let stop = AtomicBool::new(true);
-        let made = with_vertices_until(&mesh, Kept::default(), 50, &stop);
-        assert_eq!(made.mesh.vertices.len(), mesh.vertices.len());
+        let progress = ProgressToken::default();
+        progress.cancel();
+        let made = with_vertices(&mesh, Kept::default(), 50, &progress);
+        assert_eq!(made, Err(Error::Cancelled));
         let site = Site { at: mesh.corners(0).iter().sum::<DVec3>() / 3.0, triangle: 0 };
-        let made = at_sites_until(&mesh, Kept::default(), (&[site], 50), &stop);
-        assert_eq!(made.mesh.vertices.len(), mesh.vertices.len() + 1);
+        let made = at_sites(&mesh, Kept::default(), &[site], 50, &progress);
+        assert_eq!(made, Err(Error::Cancelled));
     }
 }

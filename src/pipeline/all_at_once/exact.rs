@@ -7,7 +7,7 @@ use crate::mesh::bvh::Bvh;
 use crate::options::Options;
 use crate::pipeline::Connection;
 use crate::pipeline::near_sites::{LIST, near_sites};
-use crate::progress::Watch;
+use crate::progress::ProgressReporter;
 use crate::sites::cells::{CellSites, CellSurface, connected_cells};
 use crate::sites::connect::{ConnectCounts, connect};
 use crate::sites::on_surface::SitesOnSurface;
@@ -88,7 +88,11 @@ impl<'a> ExactRun<'a> {
     ///
     /// # Errors
     /// Those of the device, and [`crate::Error::Cancelled`].
-    pub fn iterate(&mut self, surface: &Surface, watch: &mut Watch) -> Result<(Vec<f64>, ExactSummary)> {
+    pub fn iterate(
+        &mut self,
+        surface: &Surface,
+        progress: &mut ProgressReporter,
+    ) -> Result<(Vec<f64>, ExactSummary)> {
         let options = self.options;
         let mut steps = Vec::new();
         let mut summary = ExactSummary::default();
@@ -100,9 +104,9 @@ impl<'a> ExactRun<'a> {
             summary.pairs = counts.pairs;
             summary.crowded += counts.crowded;
             steps.push(step);
-            watch.iterated(iteration + 1, options.iterations, step)?;
+            progress.iterated(iteration + 1, options.iterations, step)?;
             let last = iteration + 1 == options.iterations;
-            if step < options.tolerance || (!last && watch.leave_out()) {
+            if step < options.tolerance || (!last && progress.leave_out()) {
                 break;
             }
         }
@@ -176,11 +180,11 @@ impl<'a> ExactRun<'a> {
     ///
     /// # Errors
     /// Those of the device.
-    pub fn connect(&self, surface: &Surface) -> Result<Connection> {
+    pub fn connect(&self, surface: &Surface, progress: &mut ProgressReporter) -> Result<Connection> {
         let positions: Vec<DVec3> =
             self.sites.to_vec(self.device)?.iter().map(|s: &Vec4| s.truncate().as_dvec3()).collect();
         let triangles = closest_triangles(surface, &positions);
-        connected(self.device, surface, SitesOnSurface { positions, triangles }, self.spacing)
+        connected(self.device, surface, SitesOnSurface { positions, triangles }, self.spacing, progress)
     }
 }
 
@@ -197,14 +201,13 @@ pub(crate) fn connected(
     surface: &Surface,
     sites: SitesOnSurface,
     spacing: f64,
+    progress: &mut ProgressReporter,
 ) -> Result<Connection> {
     let near = near_sites(device, &sites.positions)?;
     let on = CellSurface::new(&surface.vertices, &surface.triangles, &surface.normals);
     let places = Place::inside(&sites.triangles);
-    let cells = connected_cells(
-        &on,
-        &CellSites { positions: &sites.positions, places: &places, near: &near, spacing, lengths: &[] },
-    );
+    let of = CellSites { positions: &sites.positions, places: &places, near: &near, spacing, lengths: &[] };
+    let cells = progress.during(|progress| connected_cells(&on, &of, progress))?;
     let (triangles, counts) = connect(&sites.positions, &cells.fans);
     Ok(Connection {
         mesh: TriMesh { vertices: sites.positions, triangles },

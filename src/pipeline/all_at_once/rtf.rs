@@ -8,7 +8,7 @@ use crate::options::Options;
 use crate::options::{Face, Neighbours};
 use crate::pipeline::Connection;
 use crate::pipeline::submission::Pace;
-use crate::progress::Watch;
+use crate::progress::ProgressReporter;
 use crate::sites::cells::{CellSites, CellSurface, connected_cells};
 use crate::sites::connect::{ConnectCounts, connect};
 use crate::sites::fans::{Fans, clustered_fan};
@@ -106,7 +106,7 @@ impl PlaneFacesRun {
         device: &Device,
         surface: &Surface,
         options: &Options,
-        watch: &mut Watch,
+        progress: &mut ProgressReporter,
     ) -> Result<Vec<f64>> {
         let mut pace = Pace::new(options.vertices, ITERATIONS_PER_SUBMISSION);
         let mut steps = Vec::new();
@@ -126,9 +126,9 @@ impl PlaneFacesRun {
             let new = &history[begin as usize..end as usize];
             steps.extend(new.iter().map(|s| f64::from(s.x) / self.spacing));
             let step = steps.last().copied().unwrap_or(0.0);
-            watch.iterated(end, options.iterations, step)?;
+            progress.iterated(end, options.iterations, step)?;
             let converged = end == check && step < options.tolerance;
-            if converged || (end < options.iterations && watch.leave_out()) {
+            if converged || (end < options.iterations && progress.leave_out()) {
                 break;
             }
         }
@@ -156,7 +156,13 @@ impl PlaneFacesRun {
     /// Connects the sites by the fans of their faces. If that gives a wrong topology, as it may at creases,
     /// which tangent planes do not describe, exact connected cells are tried, and the result closer to the
     /// input's topology is taken.
-    pub fn connect(&self, device: &Device, surface: &Surface, input: &Topology) -> Result<Connection> {
+    pub fn connect(
+        &self,
+        device: &Device,
+        surface: &Surface,
+        input: &Topology,
+        progress: &mut ProgressReporter,
+    ) -> Result<Connection> {
         let faces = self.faces(device, surface)?;
         let errors = |triangles: &[[u32; 3]], counts: &ConnectCounts| {
             let got =
@@ -179,7 +185,7 @@ impl PlaneFacesRun {
                 spacing: self.spacing,
                 lengths: &[],
             };
-            let cells = connected_cells(&on, &sites);
+            let cells = progress.during(|progress| connected_cells(&on, &sites, progress))?;
             let (by_cells, cell_counts) = connect(&faces.sites.positions, &cells.fans);
             if errors(&by_cells, &cell_counts) < errors_by_fans {
                 triangles = by_cells;

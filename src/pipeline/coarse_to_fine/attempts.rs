@@ -11,7 +11,7 @@ use crate::options::{Options, Shortage};
 use crate::pipeline::prepare::ground;
 use crate::pipeline::user_curves::may_simplify;
 use crate::pipeline::{Clock, Connection, FeatureSummary};
-use crate::progress::Watch;
+use crate::progress::ProgressReporter;
 use crate::sites::surface::Surface;
 use crate::{Error, Result, TriMesh};
 use std::sync::OnceLock;
@@ -57,51 +57,58 @@ impl Attempts<'_> {
     ///
     /// # Errors
     /// [`Error::Input`] if none does with as many vertices as asked for and the options want no other.
-    pub fn run(&self, first: Ground, watch: &mut Watch, clock: &mut Clock) -> Result<Settled> {
+    pub fn run(&self, first: Ground, progress: &mut ProgressReporter, clock: &mut Clock) -> Result<Settled> {
         let Options { vertices: asked, seed, .. } = *self.options;
         let shortage = self.options.coarse_to_fine.shortage;
         let (first, vertices) = match shortage {
-            Shortage::AddVertices => self.room(first, asked, watch)?,
+            Shortage::AddVertices => self.room(first, asked, progress)?,
             Shortage::Refuse | Shortage::BestEffort => (first, asked),
         };
         let crossing = self.crossing;
         let mut attempts = 0;
-        let mut run = |ground: &Ground, vertices: usize, seed: u64, watch: &mut Watch| -> Result<Settled> {
+        let mut run = |ground: &Ground,
+                       vertices: usize,
+                       seed: u64,
+                       progress: &mut ProgressReporter|
+         -> Result<Settled> {
             attempts += 1;
-            watch.attempt(attempts);
+            progress.attempt(attempts);
             let options = Options { vertices, seed, ..self.options.clone() };
             let Self { device, mesh, frame, surface, input, .. } = *self;
             let options = &options;
             let run = CoarseToFine { device, surface, ground, mesh, frame, input, crossing, options };
-            let (connection, steps) = run.run(watch, clock)?;
+            let (connection, steps) = run.run(progress, clock)?;
             Ok(Settled { connection, steps, skeleton: Some(ground.skeleton), vertices, attempts })
         };
-        let begun = match run(&first, vertices, seed, watch) {
+        let begun = match run(&first, vertices, seed, progress) {
             // Sharp edges need more than there are.
             Err(error @ Error::Usage { .. }) if may_simplify(self.options) => {
                 let skeleton = first.skeleton;
-                let collapsed = watch.during(|stop| self.collapsed(skeleton, vertices, crossing, stop))?;
+                let collapsed =
+                    progress.during(|progress| self.collapsed(skeleton, vertices, crossing, progress))?;
                 return collapsed.ok_or(error);
             }
             begun => begun?,
         };
         let Some(fault) = begun.connection.fault.clone() else { return Ok(begun) };
         // Uneven triangles, but as many as asked for. Who gladly takes more gets even ones.
-        let mended = |watch: &mut Watch| watch.during(|stop| self.mended(&begun, crossing, stop));
+        let mended = |progress: &mut ProgressReporter| {
+            progress.during(|progress| self.mended(&begun, crossing, progress))
+        };
         // Of what is torn to begin with, other starts are unlikely to do better, and nobody waits for them.
         let torn = !self.input.is_manifold();
-        if torn && let Some(mended) = mended(watch)? {
+        if torn && let Some(mended) = mended(progress)? {
             return Ok(mended);
         }
         for start in 1..STARTS {
-            let other = run(&first, vertices, seed.wrapping_add(start), watch)?;
+            let other = run(&first, vertices, seed.wrapping_add(start), progress)?;
             if other.connection.fault.is_none() {
                 return Ok(other);
             }
         }
-        let spare = |watch: &mut Watch| if torn { Ok(None) } else { mended(watch) };
+        let spare = |progress: &mut ProgressReporter| if torn { Ok(None) } else { mended(progress) };
         if shortage != Shortage::AddVertices
-            && let Some(mended) = spare(watch)?
+            && let Some(mended) = spare(progress)?
         {
             return Ok(mended);
         }
@@ -115,33 +122,41 @@ impl Attempts<'_> {
             if more > (MOST_GROWTH * vertices).max(FEW) {
                 break None;
             }
-            let larger = run(&self.ground(more, watch)?, more, seed, watch)?;
+            let larger = run(&self.ground(more, progress)?, more, seed, progress)?;
             if larger.connection.fault.is_none() {
                 break Some(larger);
             }
         };
         match (enough, shortage) {
             (Some(larger), Shortage::AddVertices) => Ok(larger),
-            (None, Shortage::AddVertices) => spare(watch)?.ok_or_else(|| self.refusal(&fault, more, false)),
+            (None, Shortage::AddVertices) => {
+                spare(progress)?.ok_or_else(|| self.refusal(&fault, more, false))
+            }
             (enough, _) => Err(self.refusal(&fault, more, enough.is_some())),
         }
     }
 
-    fn ground(&self, vertices: usize, watch: &mut Watch) -> Result<Ground> {
+    fn ground(&self, vertices: usize, progress: &mut ProgressReporter) -> Result<Ground> {
         let options = Options { vertices, ..self.options.clone() };
-        watch.during(|stop| ground(self.device, (self.mesh, self.frame), self.surface, &options, stop))?
+        progress
+            .during(|progress| ground(self.device, (self.mesh, self.frame), self.surface, &options, progress))
     }
 
     /// As many vertices, or more if curves leave too few of them. What counts as a curve depends on their
     /// number.
-    fn room(&self, mut ground: Ground, mut vertices: usize, watch: &mut Watch) -> Result<(Ground, usize)> {
+    fn room(
+        &self,
+        mut ground: Ground,
+        mut vertices: usize,
+        progress: &mut ProgressReporter,
+    ) -> Result<(Ground, usize)> {
         while let Some(curves) = &ground.curves {
             let enough = enough(curves, self.surface.area(), vertices);
             if enough <= vertices {
                 break;
             }
             vertices = enough;
-            ground = self.ground(vertices, watch)?;
+            ground = self.ground(vertices, progress)?;
         }
         Ok((ground, vertices))
     }

@@ -4,25 +4,23 @@
 use super::CoarseToFine;
 use super::densify::{ConnectedSites, densify};
 use crate::mesh::NONE;
-use crate::mesh::intersections::intersecting_faces_until;
+use crate::mesh::intersections::intersecting_faces;
 use crate::mesh::polyline::Polyline;
 use crate::mesh::topology::topology;
 use crate::mesh::unit_frame::{UnitFrame, decimals};
 use crate::pipeline::Clock;
-use crate::pipeline::cost::{AttemptCost, FEW_ROUNDS};
+use crate::pipeline::cost::AttemptCost;
 use crate::pipeline::near_sites::near_sites;
-use crate::polish::{
-    FitOptions, OutlierOptions, PolishOptions, SlidingCurve, fit_while, polish_while, reduce_outliers_while,
-};
-use crate::progress::{Watch, heed};
-use crate::sites::cells::{BrokenCell, CellSites, CellSurface, connected_cells_until};
+use crate::polish::{FitOptions, OutlierOptions, PolishOptions, SlidingCurve, fit, polish, reduce_outliers};
+use crate::progress::{ProgressReporter, ProgressToken};
+use crate::sites::cells::{BrokenCell, CellSites, CellSurface, connected_cells};
 use crate::sites::connect::{ConnectCounts, connect};
 use crate::sites::curve_sites::{CurvePosition, CurveSites};
 use crate::sites::on_surface::SitesOnSurface;
 use crate::sites::place::Place;
 use crate::{Phase, Result, TriMesh};
 use glam::DVec3;
-use std::sync::atomic::AtomicBool;
+use std::sync::OnceLock;
 
 /// Times that sites are moved into broken cells,
 const DENSIFICATIONS: u32 = 12;
@@ -134,14 +132,14 @@ impl CoarseToFine<'_> {
         on: &CellSurface,
         mut level: LevelSites,
         spacing: f64,
-        watch: &mut Watch,
+        progress: &mut ProgressReporter,
     ) -> Result<Found> {
         let fixed = level.held.as_ref().map_or_else(Vec::new, Held::on_curve);
         let sizes = &self.ground.sizes;
         let (mut left, mut patience, mut fewest) = (DENSIFICATIONS, PATIENCE, usize::MAX);
         loop {
-            watch.look()?;
-            let tied = watch.during(|stop| self.tied(on, &mut level, spacing, stop))??;
+            progress.poll()?;
+            let tied = progress.during(|progress| self.tied(on, &mut level, spacing, progress))?;
             let Tied { broken, triangles, counts, sound } = tied;
             patience = if broken.len() < fewest { PATIENCE } else { patience - 1 };
             fewest = fewest.min(broken.len());
@@ -172,7 +170,7 @@ impl CoarseToFine<'_> {
         on: &CellSurface,
         level: &mut LevelSites,
         spacing: f64,
-        stop: &AtomicBool,
+        progress: &ProgressToken,
     ) -> Result<Tied> {
         let LevelSites { sites: SitesOnSurface { positions, triangles }, held, near } = level;
         let mut places = Place::inside(triangles);
@@ -181,10 +179,9 @@ impl CoarseToFine<'_> {
         }
         let lengths = &self.ground.sizes.at_all(positions, triangles);
         let sites_now = CellSites { positions, places: &places, near, spacing, lengths };
-        let cells = connected_cells_until(on, &sites_now, stop);
-        heed(stop)?;
+        let cells = connected_cells(on, &sites_now, progress)?;
         let (triangles, counts) = connect(positions, &cells.fans);
-        heed(stop)?;
+        progress.poll()?;
         let mesh = TriMesh { vertices: std::mem::take(positions), triangles };
         let got = topology(&mesh);
         let sound = got.matches(self.input) && got.vertices == mesh.vertices.len();
@@ -200,12 +197,12 @@ impl CoarseToFine<'_> {
         on: &CellSurface,
         mut found: Found,
         spacing: f64,
-        (cost, watch, clock): (&AttemptCost, &mut Watch, &mut Clock),
+        (cost, progress, clock): (&AttemptCost, &mut ProgressReporter, &mut Clock),
     ) -> Result<(Found, Option<Fault>)> {
         let mut left = UNCROSSINGS;
         loop {
             found.rested = found.mesh.clone();
-            self.finish(&mut found, cost, watch, clock)?;
+            self.finish(&mut found, cost, progress, clock)?;
             if !found.sound {
                 let fault = Fault {
                     what: "components, handles or rims of the surface are lost".to_owned(),
@@ -213,14 +210,12 @@ impl CoarseToFine<'_> {
                 };
                 return Ok((found, Some(fault)));
             }
-            watch.phase(Phase::Check, cost.check.until, cost.check.after)?;
-            let crossing = watch.during(|stop| crossing_faces_until(&found.mesh, self.frame, stop))?;
+            progress.phase(Phase::Check, cost.check.until, cost.check.after)?;
+            let crossing = progress.during(|progress| crossing_faces(&found.mesh, self.frame, progress))?;
             found.crossing = Some(crossing.len());
             clock.phase("check");
-            let of_input = |stop: &AtomicBool| {
-                *self.crossing.get_or_init(|| intersecting_faces_until(self.mesh, stop).len())
-            };
-            if crossing.is_empty() || crossing.len() <= watch.during(of_input)? {
+            let of_input = |progress: &ProgressToken| crossing_of_input(self.crossing, self.mesh, progress);
+            if crossing.is_empty() || crossing.len() <= progress.during(of_input)? {
                 return Ok((found, None));
             }
             let wanted: Vec<BrokenCell> =
@@ -241,7 +236,7 @@ impl CoarseToFine<'_> {
             }
             left -= 1;
             level.near = near_sites(self.device, &level.sites.positions)?;
-            found = self.connected(on, level, spacing, watch)?;
+            found = self.connected(on, level, spacing, progress)?;
         }
     }
 
@@ -260,41 +255,32 @@ impl CoarseToFine<'_> {
         &self,
         found: &mut Found,
         cost: &AttemptCost,
-        watch: &mut Watch,
+        progress: &mut ProgressReporter,
         clock: &mut Clock,
     ) -> Result<()> {
         let target = &self.ground.target;
         let fixed = found.held.as_ref().map_or_else(Vec::new, Held::on_curve);
         let patches = self.patches(found, &fixed);
         let mesh = &mut found.mesh;
-        watch.phase(Phase::Polish, cost.polish.until, cost.polish.after)?;
+        progress.phase(Phase::Polish, cost.polish.until, cost.polish.after)?;
         let sliding_curves = found.held.as_ref().map_or_else(Vec::new, |held| self.sliding_curves(held));
-        let wanted = self.options.coarse_to_fine.polish_rounds
+        let rounds = self.options.coarse_to_fine.polish_rounds
             + if sliding_curves.is_empty() { 0 } else { ROUNDS_ON_CURVES };
-        let rounds = watch.shortened(wanted, FEW_ROUNDS);
         let lengths = self.ground.sizes.at_all(&mesh.vertices, &found.under);
         let options = PolishOptions { rounds, fixed, patches, sliding_curves, lengths, ..Default::default() };
-        let few = f64::from(FEW_ROUNDS) / f64::from(rounds.max(1));
-        // The few rounds of a run that comes to an end are done whole.
-        polish_while(mesh, target, &options, &mut |done| {
-            watch.done(done).is_ok() && !((few..1.0).contains(&done) && watch.leave_out())
-        });
-        watch.look()?;
+        progress.during(|progress| polish(mesh, target, &options, progress))?;
         clock.phase("polish");
         let PolishOptions { fixed, patches, lengths, .. } = options;
         if self.options.coarse_to_fine.fit {
             let options = FitOptions { fixed, patches, ..Default::default() };
-            watch.phase(Phase::Fit, cost.fit.until, cost.fit.after)?;
-            fit_while(mesh, target, &options, &mut |done| watch.done(done).is_ok());
+            progress.phase(Phase::Fit, cost.fit.until, cost.fit.after)?;
+            progress.during(|progress| fit(mesh, target, &options, progress))?;
             clock.phase("fit");
             let FitOptions { fixed, patches, .. } = options;
             let edge = crate::pipeline::spacing(self.surface.area(), mesh.vertices.len());
-            watch.phase(Phase::Outliers, cost.outliers.until, cost.outliers.after)?;
+            progress.phase(Phase::Outliers, cost.outliers.until, cost.outliers.after)?;
             let options = OutlierOptions { fixed, patches, lengths, ..Default::default() };
-            reduce_outliers_while(mesh, target, edge, &options, &mut |done| {
-                watch.done(done).is_ok() && !watch.leave_out()
-            });
-            watch.look()?;
+            progress.during(|progress| reduce_outliers(mesh, target, edge, &options, progress))?;
             clock.phase("spots");
         }
         Ok(())
@@ -329,9 +315,32 @@ impl CoarseToFine<'_> {
     }
 }
 
-/// The faces of a mesh in the unit-diagonal frame that run through others in the file's numbers: rounding to
-/// those may fold what is thin. It ends soon, with some of them, once it is to `stop`.
-pub(crate) fn crossing_faces_until(mesh: &TriMesh, frame: &UnitFrame, stop: &AtomicBool) -> Vec<u32> {
+/// The faces of a mesh in the unit-diagonal frame that intersect others in the file's coordinates: rounding to
+/// those may fold what is thin.
+///
+/// # Errors
+/// [`crate::Error::Cancelled`].
+pub(crate) fn crossing_faces(
+    mesh: &TriMesh,
+    frame: &UnitFrame,
+    progress: &ProgressToken,
+) -> Result<Vec<u32>> {
     let vertices = mesh.vertices.iter().map(|p| frame.from_unit(*p)).collect();
-    intersecting_faces_until(&TriMesh { vertices, triangles: mesh.triangles.clone() }, stop)
+    intersecting_faces(&TriMesh { vertices, triangles: mesh.triangles.clone() }, progress)
+}
+
+/// How many faces of the `input` intersect others, counted once.
+///
+/// # Errors
+/// [`crate::Error::Cancelled`].
+pub(crate) fn crossing_of_input(
+    known: &OnceLock<usize>,
+    input: &TriMesh,
+    progress: &ProgressToken,
+) -> Result<usize> {
+    if let Some(count) = known.get() {
+        return Ok(*count);
+    }
+    let count = intersecting_faces(input, progress)?.len();
+    Ok(*known.get_or_init(|| count))
 }

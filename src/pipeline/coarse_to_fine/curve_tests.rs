@@ -10,11 +10,10 @@ use crate::mesh::samples::sample;
 use crate::mesh::sizing::SizeField;
 use crate::mesh::topology::topology;
 use crate::mesh::unit_frame::UnitFrame;
-use crate::progress::Watch;
+use crate::progress::{ProgressReporter, ProgressToken};
 use crate::sites::surface::Surface;
 use crate::{Flow, Options, TriMesh};
 use std::sync::OnceLock;
-use std::sync::atomic::AtomicBool;
 
 /// Relaxes `count` sites on the mesh, with the checks that hold for all; gives the steps in spacings.
 fn relaxed(mesh: &TriMesh, count: usize) -> Vec<f64> {
@@ -22,10 +21,9 @@ fn relaxed(mesh: &TriMesh, count: usize) -> Vec<f64> {
     let frame = UnitFrame::of(mesh).unwrap();
     let surface = Surface::new(&device, mesh, &frame).unwrap();
     let spacing = crate::pipeline::spacing(surface.area(), count);
-    let stop = AtomicBool::new(false);
-    let ground =
-        Ground::new(&device, &surface, &FeatureOptions::new(spacing), |_| Ok(SizeField::default()), &stop)
-            .unwrap();
+    let sized = |_: Option<&_>| Ok(SizeField::default());
+    let progress = ProgressToken::default();
+    let ground = Ground::new(&device, &surface, &FeatureOptions::new(spacing), sized, &progress).unwrap();
     let (input, options) = (topology(mesh), Options::new(count));
     let curves = ground.curves.as_ref().unwrap();
     let extent = Extent { area: surface.area(), euler: input.euler, curves: Some(curves) };
@@ -44,8 +42,9 @@ fn relaxed(mesh: &TriMesh, count: usize) -> Vec<f64> {
     let held = held.unwrap();
     assert_eq!(start.sites.len(), count);
     let level = Level::new(&device, &start, (plan.spacing, false), 40, Moves::SCATTERED).unwrap();
-    let mut go_on = |_| Flow::Continue;
-    let result = level.relax(&device, &start, &ground.on_device(), 0.0, &mut Watch::new(&mut go_on)).unwrap();
+    let mut callback = |_| Flow::Continue;
+    let mut progress = ProgressReporter::new(&mut callback);
+    let result = level.relax(&device, &start, &ground.on_device(), 0.0, &mut progress).unwrap();
     let begin = start.pinned.unwrap().sites;
     for (i, begin) in begin.iter().enumerate() {
         if held.pins[i] != NONE {

@@ -4,7 +4,7 @@ use crate::Result;
 use crate::gpu::{Buffer, Device, Recorder};
 use crate::pipeline::near_sites::LIST;
 use crate::pipeline::submission::Pace;
-use crate::progress::Watch;
+use crate::progress::ProgressReporter;
 use crate::sites::on_surface::SitesOnSurface;
 use crate::stages::face::planar::{PlanarFaces, PlanarInputs, PlanarMove, PlanarOptions};
 use crate::stages::neighbours::lists::{ListOptions, Lists};
@@ -23,8 +23,8 @@ const MAX_RHO: f32 = 0.14;
 const WIDEST: f64 = 2.5;
 /// Iterations, the last ones of a level, whose faces are exact even where the lists do not decide them.
 const EXACT: u32 = 10;
-/// Iterations between two looks at the step size.
-const PER_LOOK: u32 = 10;
+/// Iterations between two checks of the step size.
+const PER_CHECK: u32 = 10;
 
 /// How long the moves of a level may be.
 ///
@@ -141,15 +141,15 @@ impl Level {
         })
     }
 
-    /// Iterates until the root mean square step is below `tolerance` spacings, which is looked at every few
-    /// ones, or `watch` says otherwise.
+    /// Iterates until the root mean square step is below `tolerance` spacings, which is checked every few
+    /// iterations, or the run is to finish early.
     pub fn relax(
         &self,
         device: &Device,
         start: &Start,
         surface: &DeviceSurface,
         tolerance: f64,
-        watch: &mut Watch,
+        progress: &mut ProgressReporter,
     ) -> Result<Relaxed> {
         let mut steps = Vec::new();
         let mut recorder = device.recorder()?;
@@ -163,12 +163,12 @@ impl Level {
         self.record_move(&mut recorder, surface, 0)?;
         self.lists.record_build(&mut recorder, &self.sites)?;
         recorder.submit()?;
-        watch.look()?;
-        let mut pace = Pace::new(start.sites.len(), PER_LOOK);
+        progress.poll()?;
+        let mut pace = Pace::new(start.sites.len(), PER_CHECK);
         while (steps.len() as u32) < self.iterations {
             let begin = steps.len() as u32;
-            let look = ((begin / PER_LOOK + 1) * PER_LOOK).min(self.iterations);
-            let end = (begin + pace.iterations).min(look);
+            let check = ((begin / PER_CHECK + 1) * PER_CHECK).min(self.iterations);
+            let end = (begin + pace.iterations).min(check);
             pace.begin();
             let mut recorder = device.recorder()?;
             for iteration in begin..end {
@@ -180,9 +180,9 @@ impl Level {
             let new = &history[begin as usize..end as usize];
             steps.extend(new.iter().map(|s| f64::from(s.x) / self.spacing));
             let step = steps.last().copied().unwrap_or(0.0);
-            watch.iterated(end, self.iterations, step)?;
-            let converged = end == look && step < tolerance;
-            if converged || (end < self.iterations && watch.leave_out()) {
+            progress.iterated(end, self.iterations, step)?;
+            let converged = end == check && step < tolerance;
+            if converged || (end < self.iterations && progress.leave_out()) {
                 break;
             }
         }

@@ -22,7 +22,7 @@ use crate::mesh::topology::Topology;
 use crate::mesh::unit_frame::UnitFrame;
 use crate::options::Options;
 use crate::polish::Target;
-use crate::progress::{Watch, heed};
+use crate::progress::{ProgressReporter, ProgressToken};
 use crate::sites::cells::CellSurface;
 use crate::sites::curve_clearance::CurveClearance;
 use crate::sites::on_surface::SitesOnSurface;
@@ -39,7 +39,6 @@ use level::{DeviceSurface, Level, Moves, Relaxed, Start};
 use levels::{Extent, LevelPlan, levels};
 use refine::{Coarser, CoarserCurves, refine};
 use std::sync::OnceLock;
-use std::sync::atomic::AtomicBool;
 use uncovered::sites_for_uncovered;
 
 /// What all levels share.
@@ -83,21 +82,21 @@ impl Ground {
     ///
     /// # Errors
     /// [`crate::Error::OutOfMemory`] if the surface does not fit on the device; what [`skeleton`] and `sized`
-    /// find wrong; [`crate::Error::Cancelled`] soon after it is to `stop`.
+    /// find wrong; [`crate::Error::Cancelled`].
     pub fn new(
         device: &Device,
         surface: &Surface,
         options: &FeatureOptions,
         sized: impl Fn(Option<&SurfaceCurves>) -> Result<SizeField> + Sync,
-        stop: &AtomicBool,
+        progress: &ProgressToken,
     ) -> Result<Self> {
         let mesh = surface.mesh();
         let held = || -> Result<_> {
             let found = find_features(&mesh, options)?;
-            heed(stop)?;
+            progress.poll()?;
             let curves = SurfaceCurves::new(&mesh.vertices, &mesh.triangles, &found);
             let sizes = sized(curves.as_ref())?;
-            heed(stop)?;
+            progress.poll()?;
             let curves = curves.map(|curves| curves.sized(&sizes));
             let records = TriangleRecords::new(device, surface, curves.as_ref())?;
             let device_sizes = DeviceSizes::new(device, &sizes)?;
@@ -119,7 +118,7 @@ impl Ground {
 impl CoarseToFine<'_> {
     /// The connected sites, and the root mean square step of every iteration of the last level, in its
     /// spacings.
-    pub fn run(&self, watch: &mut Watch, clock: &mut Clock) -> Result<(Connection, Vec<f64>)> {
+    pub fn run(&self, progress: &mut ProgressReporter, clock: &mut Clock) -> Result<(Connection, Vec<f64>)> {
         let options = self.options;
         let curves = self.ground.curves.as_ref();
         let extent = Extent { area: self.surface.area(), euler: self.input.euler, curves };
@@ -134,7 +133,7 @@ impl CoarseToFine<'_> {
             |(l, plan): (usize, &LevelPlan)| LevelWork { sites: plan.sites, iterations: iterations(l) };
         let work: Vec<LevelWork> = plans.iter().enumerate().map(work).collect();
         let cost = AttemptCost::new(&work, self.surface.triangles.len(), options);
-        watch.phase(Phase::Prepare, cost.prepared, 0.0)?;
+        progress.phase(Phase::Prepare, cost.prepared, 0.0)?;
         let mut planned: u32 = work.iter().map(|level| level.iterations).sum();
         let mut from = Origin::Nothing;
         for (l, plan) in plans.iter().enumerate() {
@@ -142,13 +141,13 @@ impl CoarseToFine<'_> {
             let found = loop {
                 let fresh = matches!(from, Origin::Nothing);
                 let further = matches!(from, Origin::Level(_));
-                watch.phase(phase, cost.levels[l].until, cost.levels[l].after)?;
-                let iterations = watch.shortened(self.iterations(plans.len(), l, fresh), FEW_ITERATIONS);
+                progress.phase(phase, cost.levels[l].until, cost.levels[l].after)?;
+                let iterations = progress.at_most(FEW_ITERATIONS, self.iterations(plans.len(), l, fresh));
                 let (start, held) = self.start(from, plan);
                 planned = planned.max(total + iterations);
-                watch.level(total, planned);
+                progress.level(total, planned);
                 let moves = if fresh { Moves::SCATTERED } else { Moves::REFINED };
-                let found = self.level(&on, &start, held, (plan.spacing, iterations, moves), watch)?;
+                let found = self.level(&on, &start, held, (plan.spacing, iterations, moves), progress)?;
                 clock.phase(phase.name());
                 total += found.steps.len() as u32;
                 if found.sound || fresh {
@@ -160,7 +159,7 @@ impl CoarseToFine<'_> {
             if l + 1 == plans.len() {
                 let steps = found.steps.clone();
                 let flags = FlagCounts { unbounded: found.open, ..Default::default() };
-                let (found, fault) = self.finished(&on, found, plan.spacing, (&cost, watch, clock))?;
+                let (found, fault) = self.finished(&on, found, plan.spacing, (&cost, progress, clock))?;
                 let curve_sites = found.held.map_or(0, |held| held.sites.positions.len());
                 let Found { mesh, rested, under, counts, crossing, .. } = found;
                 let rested = rested.vertices;
@@ -258,18 +257,18 @@ impl CoarseToFine<'_> {
         start: &Start,
         held: Option<Held>,
         (spacing, iterations, moves): (f64, u32, Moves),
-        watch: &mut Watch,
+        progress: &mut ProgressReporter,
     ) -> Result<Found> {
-        watch.look()?;
+        progress.poll()?;
         let level =
             Level::new(self.device, start, (spacing, !self.ground.sizes.is_uniform()), iterations, moves)?;
         let Relaxed { mut sites, near, steps, open } =
-            level.relax(self.device, start, &self.ground.on_device(), self.options.tolerance, watch)?;
+            level.relax(self.device, start, &self.ground.on_device(), self.options.tolerance, progress)?;
         if let Some(held) = &held {
             // Exactly where they were put, and not where the nearest numbers of 32 bits are.
             held.put(&mut sites.positions);
         }
         let sites = LevelSites { sites, held, near };
-        Ok(Found { steps, open, ..self.connected(on, sites, spacing, watch)? })
+        Ok(Found { steps, open, ..self.connected(on, sites, spacing, progress)? })
     }
 }

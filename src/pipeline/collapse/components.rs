@@ -61,13 +61,13 @@ impl Parts {
     /// Makes the small components and counts what is left.
     ///
     /// # Errors
-    /// [`Error::Usage`] with the least number of vertices if there are too few.
+    /// [`Error::Usage`] with the least number of vertices if there are too few, [`Error::Cancelled`].
     pub fn divide(&self, mesh: &TriMesh, wish: &Wish) -> Result<Divided> {
         let whole: f64 = self.areas.iter().sum();
         let share = |part: usize| wish.vertices as f64 * self.areas[part] / whole;
         let largest = (0..self.count()).max_by(|a, b| self.areas[*a].total_cmp(&self.areas[*b])).unwrap_or(0);
         let is_small = |part: usize| part != largest && share(part) < SMALL;
-        let make = |vertices: &dyn Fn(usize) -> usize| -> Vec<TriMesh> {
+        let make = |vertices: &dyn Fn(usize) -> usize| -> Result<Vec<TriMesh>> {
             let small = (0..self.count()).filter(|part| is_small(*part));
             small
                 .map(|part| spare(&self.own(mesh, part), &[], &Wish { vertices: vertices(part), ..*wish }))
@@ -76,13 +76,13 @@ impl Parts {
         let left = |small: &[TriMesh]| {
             wish.vertices.saturating_sub(small.iter().map(|part| part.vertices.len()).sum())
         };
-        let mut small = make(&|part| (share(part).round() as usize).max(3));
+        let mut small = make(&|part| (share(part).round() as usize).max(3))?;
         let shares: f64 = (0..self.count()).filter(|part| !is_small(*part)).map(share).sum();
         // Small ones get more than their share, but not at any price.
         if !small.is_empty() && (left(&small) as f64) < (0.5 * shares).max(ENOUGH) {
             let own: Vec<TriMesh> = (0..self.count()).map(|part| self.own(mesh, part)).collect();
             let counts = shares_above_least(&own.iter().collect::<Vec<_>>(), &self.areas, wish)?;
-            small = make(&|part| counts[part]);
+            small = make(&|part| counts[part])?;
         }
         let left = left(&small);
         let large: Vec<usize> = (0..self.count()).filter(|part| !is_small(*part)).collect();
@@ -118,7 +118,7 @@ impl Parts {
     /// replaced.
     ///
     /// # Errors
-    /// [`Error::Usage`] with the least number of vertices if there are too few.
+    /// [`Error::Usage`] with the least number of vertices if there are too few, [`Error::Cancelled`].
     pub fn mend(
         &self,
         mesh: &TriMesh,
@@ -189,7 +189,7 @@ impl Parts {
     /// The whole surface by collapsing edges.
     ///
     /// # Errors
-    /// [`Error::Usage`] with the least number of vertices if there are too few.
+    /// [`Error::Usage`] with the least number of vertices if there are too few, [`Error::Cancelled`].
     pub fn whole(&self, mesh: &TriMesh, wish: &Wish) -> Result<TriMesh> {
         let own: Vec<TriMesh> = (0..self.count()).map(|part| self.own(mesh, part)).collect();
         let made = all(&own.iter().collect::<Vec<_>>(), &self.areas, &[], wish)?;
@@ -202,9 +202,9 @@ impl Parts {
 /// Components with their shares of the vertices, or with more than that for the small ones.
 ///
 /// # Errors
-/// [`Error::Usage`] with the least number of vertices if there are too few.
+/// [`Error::Usage`] with the least number of vertices if there are too few, [`Error::Cancelled`].
 fn all(parts: &[&TriMesh], areas: &[f64], sites: &[Vec<Site>], wish: &Wish) -> Result<Vec<TriMesh>> {
-    let make = |counts: &[usize]| -> Vec<TriMesh> {
+    let make = |counts: &[usize]| -> Result<Vec<TriMesh>> {
         let sites = |part: usize| sites.get(part).map_or(&[][..], Vec::as_slice);
         let wish = |part: usize| Wish { vertices: counts[part], ..*wish };
         (0..parts.len()).map(|part| spare(parts[part], sites(part), &wish(part))).collect()
@@ -213,12 +213,12 @@ fn all(parts: &[&TriMesh], areas: &[f64], sites: &[Vec<Site>], wish: &Wish) -> R
         made.iter().zip(counts).all(|(mesh, count)| mesh.vertices.len() == *count)
     };
     let counts = shares(areas, &vec![0; parts.len()], wish.vertices);
-    let made = make(&counts);
+    let made = make(&counts)?;
     if fits(&made, &counts) {
         return Ok(made);
     }
     let counts = shares_above_least(parts, areas, wish)?;
-    let made = make(&counts);
+    let made = make(&counts)?;
     if fits(&made, &counts) {
         return Ok(made);
     }
@@ -229,11 +229,11 @@ fn all(parts: &[&TriMesh], areas: &[f64], sites: &[Vec<Site>], wish: &Wish) -> R
 /// Vertices for each component: the least that it needs, and its share by area of the others.
 ///
 /// # Errors
-/// [`Error::Usage`] with the least number of vertices if there are too few.
+/// [`Error::Usage`] with the least number of vertices if there are too few, [`Error::Cancelled`].
 fn shares_above_least(parts: &[&TriMesh], areas: &[f64], wish: &Wish) -> Result<Vec<usize>> {
     let none = Wish { vertices: 0, ..*wish };
-    let least: Vec<usize> =
-        parts.iter().map(|part| simplified(part, &[], &none).mesh.vertices.len()).collect();
+    let least = |part: &&TriMesh| simplified(part, &[], &none).map(|found| found.mesh.vertices.len());
+    let least: Vec<usize> = parts.iter().map(least).collect::<Result<_>>()?;
     let needed: usize = least.iter().sum();
     if needed > wish.vertices {
         return Err(too_few(wish.vertices, parts.len(), needed));

@@ -6,12 +6,11 @@ pub(crate) mod faulty;
 
 use crate::mesh::features::{Curve, FeatureOptions, Features, find_features};
 use crate::mesh::half_edges::{edge_key, next};
-use crate::mesh::intersections::intersecting_faces_until;
-use crate::mesh::simplify::{Kept, Simplified, Site, at_sites_until, with_vertices_until};
+use crate::mesh::intersections::intersecting_faces;
+use crate::mesh::simplify::{Kept, Simplified, Site, at_sites, with_vertices};
 use crate::mesh::topology::topology;
-use crate::polish::{FitOptions, PolishOptions, Target, fit_while, polish_while};
-use crate::{CoarseToFineOptions, Options, TriMesh};
-use std::sync::atomic::{AtomicBool, Ordering};
+use crate::polish::{FitOptions, PolishOptions, Target, fit, polish};
+use crate::{CoarseToFineOptions, Options, ProgressToken, Result, TriMesh};
 
 /// What is wanted of the mesh.
 #[derive(Debug, Clone, Copy)]
@@ -26,48 +25,58 @@ pub(crate) struct Wish<'a> {
     pub fit: bool,
     /// Edge length of the whole mesh.
     pub spacing: f64,
-    /// Once set, nobody wants it any more: whatever it is then, it is to be there soon.
-    pub stop: &'a AtomicBool,
+    pub progress: &'a ProgressToken,
 }
 
 impl<'a> Wish<'a> {
     /// What the options say, at this spacing.
-    pub fn of(options: &Options, spacing: f64, stop: &'a AtomicBool) -> Self {
+    pub fn of(options: &Options, spacing: f64, progress: &'a ProgressToken) -> Self {
         let CoarseToFineOptions { feature_angle, polish_rounds, fit, .. } = options.coarse_to_fine;
-        Self { vertices: options.vertices, feature_angle, polish_rounds, fit, spacing, stop }
+        Self { vertices: options.vertices, feature_angle, polish_rounds, fit, spacing, progress }
     }
 }
 
 /// A mesh of the asked number of vertices, or of the least that keeps the topology if that is more; with them
 /// at `sites` as far as possible, if there are any.
-pub(crate) fn spare(surface: &TriMesh, sites: &[Site], wish: &Wish) -> TriMesh {
-    let raw = simplified(surface, sites, wish);
+///
+/// # Errors
+/// [`crate::Error::Cancelled`].
+pub(crate) fn spare(surface: &TriMesh, sites: &[Site], wish: &Wish) -> Result<TriMesh> {
+    // The share of the phase that this is of is unknown.
+    let progress = &wish.progress.silent();
+    let raw = simplified(surface, sites, wish)?;
     let mut better = raw.mesh.clone();
     let target = Target::new(surface);
     let options =
         PolishOptions { rounds: wish.polish_rounds, fixed: raw.fixed.clone(), ..Default::default() };
-    let mut go_on = |_| !wish.stop.load(Ordering::Relaxed);
-    polish_while(&mut better, &target, &options, &mut go_on);
+    polish(&mut better, &target, &options, progress)?;
     if wish.fit {
-        fit_while(&mut better, &target, &FitOptions { fixed: raw.fixed, ..Default::default() }, &mut go_on);
+        let options = FitOptions { fixed: raw.fixed, ..Default::default() };
+        fit(&mut better, &target, &options, progress)?;
     }
-    let crossing = |mesh| intersecting_faces_until(mesh, wish.stop).len();
+    let crossing = |mesh| Ok(intersecting_faces(mesh, progress)?.len());
     let sound = topology(&better).matches(&topology(&raw.mesh));
-    if sound && crossing(&better) <= crossing(&raw.mesh) { better } else { raw.mesh }
+    Ok(if sound && crossing(&better)? <= crossing(&raw.mesh)? { better } else { raw.mesh })
 }
 
 /// The same before it is polished.
-pub(crate) fn simplified(surface: &TriMesh, sites: &[Site], wish: &Wish) -> Simplified {
+///
+/// # Errors
+/// [`crate::Error::Cancelled`].
+pub(crate) fn simplified(surface: &TriMesh, sites: &[Site], wish: &Wish) -> Result<Simplified> {
     let made = |kept: Kept| match sites {
-        [] => with_vertices_until(surface, kept, wish.vertices, wish.stop),
-        sites => at_sites_until(surface, kept, (sites, wish.vertices), wish.stop),
+        [] => with_vertices(surface, kept, wish.vertices, wish.progress),
+        sites => at_sites(surface, kept, sites, wish.vertices, wish.progress),
     };
     let options = FeatureOptions { feature_angle: wish.feature_angle, ..FeatureOptions::new(wish.spacing) };
-    let sharp = find_features(surface, &options)
-        .ok()
-        .map(|found| made(Kept { curves: &curve_halves(surface, &found), corners: &found.corners }));
+    if let Ok(found) = find_features(surface, &options) {
+        let sharp = made(Kept { curves: &curve_halves(surface, &found), corners: &found.corners })?;
+        if sharp.mesh.vertices.len() <= wish.vertices {
+            return Ok(sharp);
+        }
+    }
     // Sharp edges give way to the number of vertices, the topology does not.
-    sharp.filter(|made| made.mesh.vertices.len() <= wish.vertices).unwrap_or_else(|| made(Kept::default()))
+    made(Kept::default())
 }
 
 /// Of each half-edge whether it is on a curve.

@@ -13,10 +13,10 @@ use rayon::prelude::*;
 
 use super::relax::{CHUNK, spoils, vertex_normal};
 use super::{Target, is_fixed};
-use crate::TriMesh;
 use crate::mesh::half_edge_mesh::HalfEdgeMesh;
 use crate::mesh::quality::TriangleQuality;
 use crate::mesh::triangle::doubled_normal;
+use crate::{ProgressToken, Result, TriMesh};
 use samples::{Ranks, Sheet};
 use solve::System;
 
@@ -71,59 +71,56 @@ pub struct FitCounts {
 ///
 /// No triangle folds over or gets a smaller angle than the options allow. The result does not depend on the number of
 /// threads. Panics if an index is out of range.
-pub fn fit(mesh: &mut TriMesh, target: &Target, options: &FitOptions) -> FitCounts {
-    fit_while(mesh, target, options, &mut |_| true)
-}
-
-/// As [`fit`], as long as `go_on` agrees: it is asked several times a round, with the share of the work that is done. Rounds
-/// that were done whole stay.
-pub fn fit_while(
+///
+/// # Errors
+/// [`crate::Error::Cancelled`]; the rounds that were completed until then stay.
+pub fn fit(
     mesh: &mut TriMesh,
     target: &Target,
     options: &FitOptions,
-    go_on: &mut dyn FnMut(f64) -> bool,
-) -> FitCounts {
-    let mut counts = FitCounts::default();
+    progress: &ProgressToken,
+) -> Result<FitCounts> {
     let links = HalfEdgeMesh::new(std::mem::take(&mut mesh.triangles), mesh.vertices.len(), &options.patches);
-    let fixed: Vec<bool> = (0..mesh.vertices.len()).map(|v| is_fixed(&links, &options.fixed, v)).collect();
+    let counts = fit_points(&links, &mut mesh.vertices, target, options, progress);
+    mesh.triangles = links.triangles;
+    counts
+}
+
+fn fit_points(
+    links: &HalfEdgeMesh,
+    points: &mut [DVec3],
+    target: &Target,
+    options: &FitOptions,
+    progress: &ProgressToken,
+) -> Result<FitCounts> {
+    let mut counts = FitCounts::default();
+    let fixed: Vec<bool> = (0..points.len()).map(|v| is_fixed(links, &options.fixed, v)).collect();
     let mut ranks = Ranks::new(links.triangles.len(), fixed.len(), target);
     for round in 0..options.rounds {
-        let mut go_on = |done: f64| go_on((f64::from(round) + done) / f64::from(options.rounds));
-        if !go_on(0.0) {
-            break;
-        }
-        let normals: Vec<DVec3> = (0..mesh.vertices.len() as u32)
+        let [begin, end] = [round, round + 1].map(|k| f64::from(k) / f64::from(options.rounds));
+        let progress = progress.part(begin, end);
+        progress.done(0.0)?;
+        let normals: Vec<DVec3> = (0..points.len() as u32)
             .into_par_iter()
             .with_min_len(CHUNK)
-            .map(|v| if fixed[v as usize] { DVec3::ZERO } else { vertex_normal(&links, &mesh.vertices, v) })
+            .map(|v| if fixed[v as usize] { DVec3::ZERO } else { vertex_normal(links, points, v) })
             .collect();
-        let sheet = Sheet { links: &links, points: &mesh.vertices, normals: &normals };
+        let sheet = Sheet { links, points, normals: &normals };
         let areas = sheet.areas();
         let thirds = sheet.thirds(&areas);
-        let Some(samples) = sheet.measure(&thirds, target, &mut ranks, &mut go_on) else { break };
+        let samples = sheet.measure(&thirds, target, &mut ranks, &progress.part(0.0, MEASURED))?;
         let stiffness: Vec<f64> = thirds.iter().map(|third| STIFFNESS * third).collect();
         let coupling: Vec<f64> = areas.iter().map(|area| COUPLING * area).collect();
-        let system = System {
-            links: &links,
-            samples: &samples,
-            stiffness: &stiffness,
-            coupling: &coupling,
-            fixed: &fixed,
-        };
-        if !go_on(MEASURED) {
-            break;
-        }
+        let system =
+            System { links, samples: &samples, stiffness: &stiffness, coupling: &coupling, fixed: &fixed };
         let mut moves = system.solve(SOLVER_STEPS);
-        if !go_on(SOLVED) {
-            break;
-        }
+        progress.done(SOLVED)?;
         counts.held += sheet.limit(&thirds, options.min_angle, &mut moves);
-        for (p, step) in mesh.vertices.iter_mut().zip(&moves) {
+        for (p, step) in points.iter_mut().zip(&moves) {
             *p += *step;
         }
     }
-    mesh.triangles = links.triangles;
-    counts
+    Ok(counts)
 }
 
 impl Sheet<'_> {

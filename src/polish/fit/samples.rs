@@ -3,12 +3,12 @@
 use glam::DVec3;
 use rayon::prelude::*;
 
-use crate::TriMesh;
 use crate::mesh::bvh::Bvh;
 use crate::mesh::half_edge_mesh::HalfEdgeMesh;
 use crate::mesh::triangle::doubled_normal;
 use crate::polish::Target;
 use crate::polish::relax::CHUNK;
+use crate::{ProgressToken, Result, TriMesh};
 
 /// What the sample at a face's middle, at the middle of one of its edges and at one of its corners count, over the
 /// face's area: exact for polynomials of degree three. Samples on edges and vertices stand for all faces there.
@@ -23,10 +23,10 @@ const NO_DIRECTION: f64 = 1e-3;
 /// Stands for a search that has not been made yet.
 const NOWHERE: usize = usize::MAX;
 
-/// Share of a round that measuring at the corners takes,
-const CORNERS: f64 = 0.1;
-/// and on the faces after that.
-const FACES: f64 = 0.55;
+/// Share of the measuring that is done after the corners,
+const CORNERS: f64 = 0.15;
+/// and after the faces.
+const FACES: f64 = 0.8;
 
 /// A point of the mesh and the point of the surface that it should meet: their distance, along the direction in which
 /// it changes, both times the square root of what the sample counts.
@@ -110,23 +110,21 @@ impl Sheet<'_> {
         thirds
     }
 
-    /// All samples, as long as `go_on` agrees; it is told the share of a round that is done.
+    /// All samples.
     pub fn measure(
         &self,
         thirds: &[f64],
         target: &Target,
         ranks: &mut Ranks,
-        go_on: &mut dyn FnMut(f64) -> bool,
-    ) -> Option<Samples> {
+        progress: &ProgressToken,
+    ) -> Result<Samples> {
         let corners = self.measure_corners(thirds, &mut ranks.corners, target);
-        if !go_on(CORNERS) {
-            return None;
-        }
+        progress.done(CORNERS)?;
         let faces = self.measure_faces(&mut ranks.faces, &ranks.corners, target);
-        if !go_on(FACES) {
-            return None;
-        }
-        Some(Samples { corners, faces, inward: self.measure_inward(&mut ranks.inward, target) })
+        progress.done(FACES)?;
+        let inward = self.measure_inward(&mut ranks.inward, target);
+        progress.done(1.0)?;
+        Ok(Samples { corners, faces, inward })
     }
 
     fn measure_corners(&self, thirds: &[f64], ranks: &mut [usize], target: &Target) -> Vec<Sample> {

@@ -7,7 +7,6 @@ use glam::DVec3;
 use super::find::Outlier;
 use super::region::{Far, Region};
 use super::{FAR, OutlierOptions};
-use crate::TriMesh;
 use crate::mesh::NONE;
 use crate::mesh::half_edge_mesh::{HalfEdgeMesh, VertexKind};
 use crate::mesh::half_edges::previous;
@@ -16,6 +15,7 @@ use crate::mesh::quality::TriangleQuality;
 use crate::mesh::triangle::closest_on_triangle;
 use crate::polish::worst::lift_freely;
 use crate::polish::{Target, is_fixed};
+use crate::{ProgressToken, Result, TriMesh};
 
 /// Edits that are carried through at a spot, the most promising ones.
 const TRIALS: usize = 10;
@@ -35,6 +35,7 @@ pub(crate) struct Ground<'a> {
     pub options: &'a OutlierOptions,
     /// The typical length of edges.
     pub edge: f64,
+    pub progress: &'a ProgressToken,
 }
 
 impl Ground<'_> {
@@ -102,11 +103,11 @@ impl<'a> Work<'a> {
     }
 
     /// The best edit at a spot, if it is worth it; the mesh stays as it is.
-    pub fn mend(&mut self, spot: &Outlier, region: &Region) -> Option<Change> {
+    pub fn mend(&mut self, spot: &Outlier, region: &Region) -> Result<Option<Change>> {
         let mut before = self.before(region);
         let Far { sum, largest_sq } = before.far;
         if sum <= 0.0 {
-            return None;
+            return Ok(None);
         }
         let shapes: Vec<Shape> = region.triangles.iter().map(|t| self.shape(*t, spot)).collect();
         let smallest = shapes.iter().map(|shape| shape.min_angle).fold(90.0, f64::min);
@@ -118,7 +119,7 @@ impl<'a> Work<'a> {
             .collect();
         edits.sort_by(|a, b| a.0.total_cmp(&b.0));
         let saved: Vec<DVec3> = self.places(region);
-        let crossings = self.crossings(region);
+        let crossings = self.crossings(region)?;
         let mut least = sum * GAIN;
         let mut best = None;
         for (_, edit) in edits.into_iter().take(TRIALS) {
@@ -127,7 +128,7 @@ impl<'a> Work<'a> {
             let changed = self.changed(region, &saved, turned);
             let far = self.after(region, &mut before, &changed, (floor, least));
             if let Some(far) = far.filter(|far| far.largest_sq <= largest_sq)
-                && self.crossings(region) <= crossings
+                && self.crossings(region)? <= crossings
             {
                 best = Some(Change { edit, places: self.places(region) });
                 least = far.sum;
@@ -138,7 +139,7 @@ impl<'a> Work<'a> {
                 break;
             }
         }
-        best
+        Ok(best)
     }
 
     /// The places of the triangles of a region that are not as they were when its vertices were at `saved`. Near an edge
@@ -289,7 +290,7 @@ impl<'a> Work<'a> {
     }
 
     /// Triangles of a region that run through others of it.
-    fn crossings(&self, region: &Region) -> usize {
+    fn crossings(&self, region: &Region) -> Result<usize> {
         let mut names: Vec<u32> =
             region.triangles.iter().flat_map(|t| self.links.triangles[*t as usize]).collect();
         names.sort_unstable();
@@ -298,6 +299,6 @@ impl<'a> Work<'a> {
         let triangles =
             region.triangles.iter().map(|t| self.links.triangles[*t as usize].map(name)).collect();
         let vertices = names.iter().map(|v| self.points[*v as usize]).collect();
-        intersecting_faces(&TriMesh { vertices, triangles }).len()
+        Ok(intersecting_faces(&TriMesh { vertices, triangles }, self.ground.progress)?.len())
     }
 }

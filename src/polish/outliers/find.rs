@@ -5,9 +5,9 @@ use rayon::prelude::*;
 
 use super::FAR;
 use super::edit::Ground;
-use crate::TriMesh;
 use crate::mesh::bvh::Bvh;
 use crate::polish::relax::CHUNK;
+use crate::{Result, TriMesh};
 
 /// Where nearly everything is far, these many spots are looked at, and one more for so many vertices.
 const MOST_SPOTS: usize = 100;
@@ -23,18 +23,11 @@ pub(crate) struct Outlier {
     pub at: DVec3,
 }
 
-/// Where mesh and surface are far apart, the farthest first, and the surface's vertices nearest to each triangle; nothing
-/// if it is not to go on.
-pub(crate) fn find(
-    mesh: &TriMesh,
-    ground: &Ground,
-    go_on: &mut dyn FnMut(f64) -> bool,
-) -> Option<(Vec<Outlier>, Vec<Vec<u32>>)> {
-    let Ground { target, options, edge } = *ground;
+/// Where mesh and surface are far apart, the farthest first, and the surface's vertices nearest to each triangle.
+pub(crate) fn find(mesh: &TriMesh, ground: &Ground) -> Result<(Vec<Outlier>, Vec<Vec<u32>>)> {
+    let Ground { target, options, edge, progress } = *ground;
     let bvh = Bvh::new(mesh);
-    if !go_on(0.0) {
-        return None;
-    }
+    progress.poll()?;
     let shortest = options.lengths.iter().copied().reduce(f64::min).unwrap_or(1.0);
     let least = (FAR * edge * shortest).powi(2);
     let inward: Vec<_> = (target.points.par_iter())
@@ -52,9 +45,7 @@ pub(crate) fn find(
             spots.push(Outlier { distance: offset.length(), triangle: found.triangle, offset, at });
         }
     }
-    if !go_on(0.0) {
-        return None;
-    }
+    progress.poll()?;
     let outward: Vec<Outlier> = (0..mesh.triangles.len() as u32)
         .into_par_iter()
         .with_min_len(CHUNK)
@@ -64,7 +55,7 @@ pub(crate) fn find(
     spots.extend(outward);
     spots.sort_by(|a, b| b.distance.total_cmp(&a.distance).then(a.triangle.cmp(&b.triangle)));
     spots.truncate(MOST_SPOTS + mesh.vertices.len() / VERTICES_A_SPOT);
-    Some((spots, points_of))
+    Ok((spots, points_of))
 }
 
 /// The farthest of a triangle's samples, if it is far.

@@ -14,7 +14,7 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 use rayon::prelude::*;
 
 use super::Target;
-use crate::TriMesh;
+use crate::{ProgressToken, Result, TriMesh};
 use edit::{Change, Ground, Work};
 use find::{Outlier, find};
 use region::Region;
@@ -47,26 +47,27 @@ impl Default for OutlierOptions {
     }
 }
 
-/// Brings `mesh` and `target` closer where they are farthest apart; gives the number of edits.
+/// Brings `mesh` and `target` closer where they are farthest apart, and returns the number of edits. To finish early, it
+/// leaves out the edits that are left.
 ///
 /// `edge` is the typical length of the mesh's edges. Keeps the topology. Panics if an index is out of range.
-pub fn reduce_outliers(mesh: &mut TriMesh, target: &Target, edge: f64, options: &OutlierOptions) -> usize {
-    reduce_outliers_while(mesh, target, edge, options, &mut |_| true)
-}
-
-/// As [`reduce_outliers`], as long as `go_on` agrees: it is asked every few spots, with the share of the work that is done.
-/// What was done so far stays.
-pub fn reduce_outliers_while(
+///
+/// # Errors
+/// [`crate::Error::Cancelled`]; `mesh` is then as before.
+pub fn reduce_outliers(
     mesh: &mut TriMesh,
     target: &Target,
     edge: f64,
     options: &OutlierOptions,
-    go_on: &mut dyn FnMut(f64) -> bool,
-) -> usize {
-    let ground = Ground { target, options, edge };
-    let Some((spots, points_of)) = find(mesh, &ground, go_on) else { return 0 };
+    progress: &ProgressToken,
+) -> Result<usize> {
+    if progress.leave_out() {
+        return Ok(0);
+    }
+    let ground = Ground { target, options, edge, progress };
+    let (spots, points_of) = find(mesh, &ground)?;
     if spots.is_empty() {
-        return 0;
+        return Ok(0);
     }
     let first = Work::new(mesh, &ground);
     let copies = rayon::current_num_threads().clamp(1, TOGETHER.min(spots.len()));
@@ -81,10 +82,11 @@ pub fn reduce_outliers_while(
         let mut tasks: Vec<Task> = (0..mender.spots.len()).map(|spot| Task { spot, step: 0 }).collect();
         while !tasks.is_empty() {
             let done = (pass + 1) * mender.spots.len() - tasks.len();
-            if !go_on(done as f64 / all) {
+            progress.done(done as f64 / all)?;
+            if progress.leave_out() {
                 break 'passes;
             }
-            mender.round(&mut tasks, &mut tried);
+            mender.round(&mut tasks, &mut tried)?;
         }
         if mender.edits == before {
             break;
@@ -94,7 +96,7 @@ pub fn reduce_outliers_while(
     if let Some(work) = mender.copies.pop() {
         work.into_mesh(mesh);
     }
-    edits
+    Ok(edits)
 }
 
 /// A spot that waits for its next edit.
@@ -119,7 +121,7 @@ struct Mender<'a> {
 
 impl Mender<'_> {
     /// Tries one edit at each of the first spots. Those leave `tasks` unless there is more to do.
-    fn round(&mut self, tasks: &mut Vec<Task>, tried: &mut [usize]) {
+    fn round(&mut self, tasks: &mut Vec<Task>, tried: &mut [usize]) -> Result<()> {
         let later = tasks.split_off(tasks.len().min(TOGETHER));
         let mut chosen = Vec::new();
         for task in tasks.drain(..) {
@@ -129,7 +131,7 @@ impl Mender<'_> {
             }
         }
         let start = self.edits + 1;
-        let changes = self.changes(&chosen);
+        let changes = self.changes(&chosen)?;
         for ((task, region), change) in chosen.into_iter().zip(changes) {
             if !self.as_before(&region.triangles, start) || !self.as_before(&region.rim, start) {
                 tasks.push(task);
@@ -144,6 +146,7 @@ impl Mender<'_> {
             }
         }
         tasks.extend(later);
+        Ok(())
     }
 
     /// Whether triangles were last changed by an edit up to one of that number.
@@ -152,7 +155,7 @@ impl Mender<'_> {
     }
 
     /// What is to be changed at each spot, as if it were the only one.
-    fn changes(&mut self, chosen: &[(Task, Region)]) -> Vec<Option<Change>> {
+    fn changes(&mut self, chosen: &[(Task, Region)]) -> Result<Vec<Option<Change>>> {
         let (spots, next) = (&self.spots, AtomicUsize::new(0));
         let mend = |work: &mut Work| {
             let mut found = Vec::new();

@@ -13,13 +13,12 @@ use crate::mesh::repair::repair_with;
 use crate::mesh::unit_frame::UnitFrame;
 use crate::picture::{WORST, centre_distances, check, distance_colour, quality_colour, quality_shares};
 use crate::pipeline::{for_repaired, user_curve_edges};
-use crate::{Error, Method, Result, TriMesh};
+use crate::{Error, Method, ProgressToken, Result, TriMesh};
 use askama::Template;
 use charts::Chart;
 use glam::DVec3;
 use scene::{MOST_LINES, Packed, Space, base64, pack, pack_lines};
 use std::path::Path;
-use std::sync::atomic::AtomicBool;
 
 pub use scene::MOST_FACES;
 
@@ -102,7 +101,7 @@ pub fn page(page: &PageInput) -> Result<String> {
     let output = page.output;
     check(output)?;
     let known = summary.input_self_intersecting_faces.map_or(Crossing::Skip, Crossing::Known);
-    let measures = measure_some(input, None, known, &AtomicBool::new(false))?;
+    let measures = measure_some(input, None, known, &ProgressToken::default())?;
 
     let (there, back) = rayon::join(|| centre_distances(input, output), || centre_distances(output, input));
     let largest = there.iter().chain(&back).copied().fold(0.0, f64::max);

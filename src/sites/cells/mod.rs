@@ -21,6 +21,7 @@ mod walk;
 
 use super::fans::Fans;
 use crate::mesh::triangle::area;
+use crate::{ProgressToken, Result};
 pub use boundary::Encroached;
 use boundary::PatchBoundary;
 use glam::DVec3;
@@ -28,7 +29,6 @@ use rayon::prelude::*;
 use sectors::{Sectors, sites_by_triangle};
 use serde::Serialize;
 use std::collections::BTreeMap;
-use std::sync::atomic::{AtomicBool, Ordering};
 pub use surface::{CellSites, CellSurface};
 use walk::{Cell, Scene, Uncut, Walk};
 
@@ -70,38 +70,31 @@ pub struct Certificate {
 }
 
 /// The cells of all sites.
-pub fn connected_cells(surface: &CellSurface, sites: &CellSites) -> ConnectedCells {
-    connected_cells_until(surface, sites, &AtomicBool::new(false))
-}
-
-/// As [`connected_cells`]; it ends soon, with nothing, once it is to `stop`.
-pub(crate) fn connected_cells_until(
+///
+/// # Errors
+/// [`crate::Error::Cancelled`].
+pub fn connected_cells(
     surface: &CellSurface,
     sites: &CellSites,
-    stop: &AtomicBool,
-) -> ConnectedCells {
-    let stopped = || stop.load(Ordering::Relaxed);
+    progress: &ProgressToken,
+) -> Result<ConnectedCells> {
     let sectors = Sectors::new(surface, sites.places);
     let by_triangle = sites_by_triangle(surface.triangles.len(), &sectors);
     let scene = Scene { surface, sites, sectors, by_triangle };
     let mut cells: Vec<Cell> = (0..scene.sectors.len())
         .into_par_iter()
-        .map_init(Walk::default, |walk, s| match stopped() {
+        .map_init(Walk::default, |walk, s| match progress.is_cancelled() {
             true => Cell::default(),
             false => walk.cell(&scene, s, &[]),
         })
         .collect();
-    if stopped() {
-        return ConnectedCells::default();
-    }
+    progress.poll()?;
     let mut unshared_corners = fan::unshared(&scene, &cells);
     if surface.has_boundary || unshared_corners > 0 {
-        repair(&scene, &mut cells, stop);
+        repair(&scene, &mut cells, progress)?;
         unshared_corners = fan::unshared(&scene, &cells);
     }
-    if stopped() {
-        return ConnectedCells::default();
-    }
+    progress.poll()?;
     let whole: f64 = (0..surface.triangles.len()).map(|t| area(surface.corners(t as u32))).sum();
     let boundary = PatchBoundary::new(&scene);
     let (fans, broken, encroached) = fan::fans(&scene, &boundary, &cells);
@@ -111,13 +104,14 @@ pub(crate) fn connected_cells_until(
         broken_cells: broken.len(),
     };
     let broken_cell = |s: usize| BrokenCell { site: scene.sectors.site[s], farthest: cells[s].farthest };
-    ConnectedCells { fans, certificate, broken: broken.into_iter().map(broken_cell).collect(), encroached }
+    let broken = broken.into_iter().map(broken_cell).collect();
+    Ok(ConnectedCells { fans, certificate, broken, encroached })
 }
 
 /// Near the boundary, and in folds, a site may have cut a cell although a gap or a curve lies between, so
 /// that its own cell does not reach there. Such cells are computed again: that site cuts them in the
 /// triangles of its own cell only.
-fn repair(scene: &Scene, cells: &mut [Cell], stop: &AtomicBool) {
+fn repair(scene: &Scene, cells: &mut [Cell], progress: &ProgressToken) -> Result<()> {
     let sectors = &scene.sectors;
     let mut without: BTreeMap<usize, Vec<Uncut>> = BTreeMap::new();
     for _ in 0..REPAIRS {
@@ -141,9 +135,10 @@ fn repair(scene: &Scene, cells: &mut [Cell], stop: &AtomicBool) {
             uncut.push(Uncut { by: *by, but_in });
         }
         again.dedup_by_key(|(s, _)| *s);
-        if again.is_empty() || stop.load(Ordering::Relaxed) {
+        if again.is_empty() {
             break;
         }
+        progress.poll()?;
         let new: Vec<Cell> = again
             .par_iter()
             .map_init(Walk::default, |walk, (s, _)| walk.cell(scene, *s, &without[s]))
@@ -152,4 +147,5 @@ fn repair(scene: &Scene, cells: &mut [Cell], stop: &AtomicBool) {
             cells[s] = cell;
         }
     }
+    Ok(())
 }
