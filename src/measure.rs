@@ -1,4 +1,4 @@
-//! What a mesh is worth: the shape of its triangles, its topology, and its distance to a reference.
+//! Measures a mesh: the shape of its triangles, its topology, and its distance to a reference.
 
 use glam::DVec3;
 use rayon::slice::ParallelSliceMut;
@@ -13,7 +13,7 @@ use crate::mesh::quality::{quality, valence_of};
 use crate::mesh::topology::{Topology, topology_of};
 use crate::{Error, Result, TriMesh};
 
-/// All measures of one mesh, taken after vertices at exactly the same position are made one.
+/// All measures of one mesh, taken after merging vertices at exactly the same position.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Measures {
     /// Vertices that some face uses.
@@ -28,7 +28,7 @@ pub struct Measures {
     pub topology: Topology,
     /// Faces that intersect another face, if that was asked for.
     pub self_intersecting_faces: Option<usize>,
-    /// Share of the pairs of faces on an edge that turn against each other by more than 120 degrees, 0..=1.
+    /// Share of the edges with two faces whose normals differ by more than 120 degrees, 0..=1.
     pub folded_edges: f64,
     /// Enclosed volume over that of the mesh's bounding box, positive if the faces point outwards; `None`
     /// with a boundary, and 0 where the bounding box is flat.
@@ -45,17 +45,18 @@ pub fn measure(mesh: &TriMesh, reference: Option<&TriMesh>) -> Result<Measures> 
     measure_some(mesh, reference, Crossing::Find, &AtomicBool::new(false))
 }
 
-/// What is to be known of faces that intersect others.
+/// What to do about faces that intersect others.
 pub(crate) enum Crossing {
-    /// Nothing.
+    /// Do not look for them.
     Skip,
-    /// How many there are.
+    /// Count them.
     Find,
-    /// That is known.
+    /// Their number is known.
     Known(usize),
 }
 
-/// As [`measure`], looking for intersections only if asked to. Once it is to `stop` it ends soon, with wrong figures.
+/// As [`measure`], looking for intersections only if asked to. Once it is to `stop` it ends soon, with wrong
+/// figures.
 pub(crate) fn measure_some(
     mesh: &TriMesh,
     reference: Option<&TriMesh>,
@@ -111,7 +112,7 @@ fn check(mesh: &TriMesh, name: &str) -> Result<()> {
     let count = mesh.vertices.len();
     if let Some(t) = mesh.triangles.iter().position(|t| t.iter().any(|&v| v as usize >= count)) {
         let problem = format!("the {name} uses a vertex beyond its {count} vertices");
-        return Err(Error::input(Some(format!("face {t}")), problem, "write the file anew"));
+        return Err(Error::input(Some(format!("face {t}")), problem, "write the file again"));
     }
     Ok(())
 }
@@ -125,14 +126,14 @@ pub fn weld(mesh: &TriMesh) -> TriMesh {
         a.x.total_cmp(&b.x).then(a.y.total_cmp(&b.y)).then(a.z.total_cmp(&b.z)).then(i.cmp(j))
     });
     let mut vertices: Vec<DVec3> = Vec::with_capacity(order.len());
-    let mut renamed = vec![0u32; order.len()];
+    let mut new_indices = vec![0u32; order.len()];
     for (position, old) in order {
         if vertices.last() != Some(&position) {
             vertices.push(position);
         }
-        renamed[old as usize] = vertices.len() as u32 - 1;
+        new_indices[old as usize] = vertices.len() as u32 - 1;
     }
-    let triangles = mesh.triangles.iter().map(|t| t.map(|v| renamed[v as usize])).collect();
+    let triangles = mesh.triangles.iter().map(|t| t.map(|v| new_indices[v as usize])).collect();
     TriMesh { vertices, triangles }
 }
 
@@ -142,11 +143,11 @@ fn relative_volume(mesh: &TriMesh) -> f64 {
         .map(|p| p * scale)
         .fold((DVec3::INFINITY, DVec3::NEG_INFINITY), |(lo, hi), p| (lo.min(p), hi.max(p)));
     let origin = 0.5 * (lo + hi);
-    let six_fold: f64 = (0..mesh.triangles.len())
+    let six_volumes: f64 = (0..mesh.triangles.len())
         .map(|t| mesh.corners(t).map(|p| p * scale - origin))
         .map(|[a, b, c]| a.dot(b.cross(c)))
         .sum();
     let size = hi - lo;
-    let whole = size.x * size.y * size.z;
-    if whole > 0.0 { six_fold / 6.0 / whole } else { 0.0 }
+    let box_volume = size.x * size.y * size.z;
+    if box_volume > 0.0 { six_volumes / 6.0 / box_volume } else { 0.0 }
 }

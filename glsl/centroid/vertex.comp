@@ -1,5 +1,5 @@
 // Purpose: the mean of a face's corners (Eq. 7 of the paper), where corners that are close together count
-//   less.
+// less.
 // Invocation: one site.
 // Reads: sites, normals, corner_count, corners.
 // Writes: targets (xyz, w = 0); the site itself where it has no face.

@@ -1,14 +1,14 @@
-// A walk over the implicit hierarchy of boxes of neighbours/box_levels: the leaves, of eight sites each, that
-// a ball touches. The sites may have moved since the boxes were made; the caller's ball is larger by that
-// much. The including file has declared the buffer boxes and, as push constants, starts_low, starts_high and
-// levels.
+// A walk over the implicit hierarchy of boxes of neighbours/box_levels that finds the leaves, of eight sites
+// each, that a ball touches. The sites may have moved since the boxes were made; the caller enlarges the ball
+// by that much. The including file has declared the buffer boxes and, as push constants, starts_low,
+// starts_high and levels.
 #ifndef COMMON_BOX_WALK_GLSL
 #define COMMON_BOX_WALK_GLSL
 
 struct BoxWalk {
     vec3 at;
     float radius_sq;
-    // Boxes still to enter: those of the level at hand (`mask`, the first of them is `base`), and eight bits
+    // Boxes still to enter: those of the current level (bits of `mask`, counted from `base`), and eight bits
     // for each level above.
     uint level, base, mask;
     uvec2 above;
@@ -22,7 +22,7 @@ uint level_start(uint level) {
     return i < 2u ? (i == 0u ? starts.x : starts.y) : (i == 2u ? starts.z : starts.w);
 }
 
-// Which of the eight boxes from `base` on of the walk's level its ball touches.
+// A bit for each of the eight boxes from `base` on that the ball touches.
 uint touched_boxes(BoxWalk walk) {
     uint mask = 0u, start = level_start(walk.level) + walk.base;
     uint child = 0u;
@@ -34,9 +34,9 @@ uint touched_boxes(BoxWalk walk) {
     return mask;
 }
 
-// Goes on to the next eight leaves of which the ball touches some; false if there are none. Loops that end
-// with their condition, here and where this is called: some devices walk once more through one that begins
-// with it, as they do through a branch that no lane takes.
+// Advances to the next eight leaves of which the ball touches some; false if there are none. Here and where
+// this is called, loops test their condition at the end: some devices run the body of a while loop once more
+// than needed, as they run a branch that no lane takes.
 bool next_leaves(inout BoxWalk walk) {
     bool on;
     do {
@@ -59,7 +59,7 @@ bool next_leaves(inout BoxWalk walk) {
     return walk.mask != 0u;
 }
 
-// One of the leaves that next_leaves found, as its first site; it is then done.
+// Removes one of the leaves that next_leaves found, and returns its first site.
 uint take_leaf(inout BoxWalk walk) {
     uint leaf = walk.base + uint(findLSB(walk.mask));
     walk.mask &= walk.mask - 1u;

@@ -1,4 +1,4 @@
-// A unit vector in two signed shorts (Cigolle et al. 2014); off by at most 5e-5.
+// A unit vector in two signed shorts (Cigolle et al. 2014); error at most 5e-5.
 #ifndef COMMON_OCTAHEDRAL_GLSL
 #define COMMON_OCTAHEDRAL_GLSL
 
@@ -8,7 +8,7 @@ uint pack_normal(vec3 n) {
     return packSnorm2x16(n.z < 0.0 ? folded : p);
 }
 
-// The unit vector at a place in the square.
+// The unit vector for a point of the square.
 vec3 unfold(vec2 f) {
     vec3 n = vec3(f, 1.0 - abs(f.x) - abs(f.y));
     float fold = max(-n.z, 0.0);

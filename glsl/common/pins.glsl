@@ -4,7 +4,7 @@
 #define COMMON_PINS_GLSL
 #include "common/octahedral.glsl"
 
-// A site on a curve stays where it is.
+// Whether the site is on a curve and stays where it is.
 bool is_pinned(float mark) { return mark < 0.0; }
 
 // Whether the site with the mark `other` may count for the interior site with the mark `own`: it is in the
@@ -14,10 +14,10 @@ bool same_patch(float own, float other) { return other == own || other < 0.0; }
 // The number in the mark of a curve site; all floats of its size are exact.
 uint pin_code(float mark) { return uint(max(-mark, 1.0)) - 1u; }
 
-// A curve site that counts whatever its normal.
+// Whether a curve site counts regardless of its normal.
 bool counts_anywhere(float mark) { return mark < 0.0 && (pin_code(mark) >> 20 & 1u) != 0u; }
 
-// How far the curve goes on from there, both ways, in spacings; 0 at corners.
+// How far the curve continues in both directions, in spacings; 0 at corners.
 float pin_reach(float mark) { return 0.25 * float(pin_code(mark) >> 21 & 7u); }
 
 // The direction of the curve, or the opposite one.

@@ -35,8 +35,8 @@ void rotate(inout float app, inout float aqq, inout float apq, inout float arp, 
     vq = s * p + c * vq;
 }
 
-// The axis of least extent, not quite a unit vector, and whether the points span a plane: not all on a line
-// or one spot.
+// The axis of least extent, nearly a unit vector, and whether the points span a plane (are not all on a line
+// or equal).
 vec3 least_axis(Covariance c, out bool planar) {
     vec3 ex = vec3(1.0, 0.0, 0.0), ey = vec3(0.0, 1.0, 0.0), ez = vec3(0.0, 0.0, 1.0);
     for (uint sweep = 0u; sweep < 5u; ++sweep) {

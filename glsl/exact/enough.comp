@@ -1,4 +1,4 @@
-// Purpose: how many workgroups exact/walked needs, without asking the host.
+// Purpose: how many workgroups exact/walked needs, without the host.
 // Invocation: one in all.
 // Reads: counters[0], the number of undecided triangles.
 // Writes: groups, for an indirect dispatch.

@@ -6,12 +6,12 @@
 #ifndef COMMON_EXACT_TRIANGLE_GLSL
 #define COMMON_EXACT_TRIANGLE_GLSL
 
-// Sites that are looked at more closely. The list of a site and the site itself must find room.
+// Candidates for one triangle, at least one more than the listed sites.
 layout(constant_id = 1) const uint SLOTS = 24;
 // Sites of one triangle. Those with more are left to the host.
 layout(constant_id = 2) const uint PIECES = 12;
 
-// More than rounding takes off a distance.
+// A factor that is larger than the rounding of distances.
 const float LENIENT = 1.00001;
 
 vec3 corner_a, corner_b, corner_c, middle;
@@ -22,7 +22,7 @@ float slot_far[SLOTS]; // distance from the middle
 vec3 slot_sq[SLOTS]; // squared distances from the corners
 uint nearest;
 float nearest_far; // its distance from the middle
-float covering_sq; // squared distance within which some one site has all corners
+float covering_sq; // least squared radius within which some one site has all corners
 
 void start_triangle(uint t) {
     corner_a = corners[3u * t].xyz;
@@ -41,10 +41,10 @@ vec3 corner_distances_sq(vec3 at) {
     return vec3(dot(a, a), dot(b, b), dot(c, c));
 }
 
-// How far from the middle a site may be that has a part.
+// A site with a part is no farther from the middle than this.
 float reach_of_parts() { return LENIENT * (sqrt(covering_sq) + around); }
 
-// Takes note that one site has the corners within these squared distances.
+// Lowers covering_sq for a site at these squared distances from the corners.
 void cover(vec3 sq) { covering_sq = min(covering_sq, max(max(sq.x, sq.y), sq.z)); }
 
 // Puts a site into a slot.
@@ -65,7 +65,7 @@ void drop_others() {
     [[unroll]] for (uint s = 0u; s < SLOTS; ++s) slot_site[s] = slot_far[s] <= reach ? slot_site[s] : NONE;
     [[unroll]] for (uint s = 0u; s < SLOTS; ++s) {
         [[unroll]] for (uint o = 0u; o < SLOTS; ++o) {
-            // Of a site that is dropped itself, the one that was nearer still is nearer.
+            // If the nearer site is dropped too, the one that caused that is nearer still.
             bool nearer = o != s && slot_site[o] != NONE && all(lessThan(slot_sq[o], slot_sq[s]));
             slot_site[s] = nearer ? NONE : slot_site[s];
         }
@@ -74,12 +74,12 @@ void drop_others() {
 
 // candidates: for each triangle a site that is near, to begin with the next time, then PIECES sites. Behind
 // that the triangles that the lists do not decide, then those with more than PIECES sites, in no order.
-// counters: how many there are of the ones and the others.
+// counters: how many there are of each.
 uint candidate_place(uint t) { return t * (PIECES + 1u); }
 uint undecided_place(uint i) { return triangle_count * (PIECES + 1u) + i; }
 uint crowded_place(uint i) { return triangle_count * (PIECES + 2u) + i; }
 
-// Writes what the slots hold; `full` if they did not suffice.
+// Writes the slots' sites; `full` if there were not enough slots.
 void write_parts(uint t, bool full) {
     drop_others();
     uint count = 0u;

@@ -2,7 +2,7 @@
 //   list of a site that was near the last time.
 // Invocation: one triangle.
 // Reads: corners, sites, neighbours, away, status (of neighbours/decide), candidates (the site that was
-//   near).
+// near).
 // Writes: candidates[triangle * (PIECES + 1)] = the nearest site known, then as many sites as
 //   counts[triangle] says, and in the end 0; counters, and candidates behind those: the triangles that the
 //   list does not decide, and those with too many sites.

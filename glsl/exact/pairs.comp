@@ -2,7 +2,7 @@
 // Invocation: one triangle, or one entry that is not needed.
 // Reads: starts, the scanned counts of exact/listed and walked; candidates.
 // Writes: pair_triangle[entry], keys[entry] = site, values[entry] = entry; entries that are not needed get a
-//   key behind all sites.
+// key behind all sites.
 // Filled by spatial/scan_apply; consumed by exact/pieces and spatial/radix_count.
 #version 450
 #extension GL_GOOGLE_include_directive : require

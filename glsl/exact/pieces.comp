@@ -3,11 +3,11 @@
 // Invocation: one pair of a triangle and a site.
 // Reads: corners, sites, candidates, starts, pair_triangle.
 // Writes: moments[pair] = (integral of y - site over the part, area); energies[pair] = integral of |y -
-//   site|².
-// Filled by exact/pairs; consumed by exact/sums.
-// In the plane of the triangle, with its middle as the origin, the part is what its sides and the bisectors
-// with the other candidates bound. Each line is cut by all others to an interval, as in face/planar.glsl.
-// Both sites of a bisector compute the same line but for its sign, so nothing is lost or counted twice.
+// site|².
+// Filled by exact/pairs; consumed by exact/sums. In the plane of the triangle, with its middle as the origin,
+// the part is what its sides and the bisectors with the other candidates bound. Each line is cut by all
+// others to an interval, as in face/planar.glsl. Both sites of a bisector compute the same line but for its
+// sign, so nothing is lost or counted twice.
 #version 450
 #extension GL_GOOGLE_include_directive : require
 #extension GL_EXT_control_flow_attributes : require

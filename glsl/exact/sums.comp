@@ -1,7 +1,7 @@
 // Purpose: the cells: sums over the parts of each site, in the order of the triangles.
 // Invocation: one site.
 // Reads: keys and values, the pairs sorted by site; moments, energies; extra, what the host adds (vectors of
-//   two for each site: moment and area; energy).
+// two for each site: moment and area; energy).
 // Writes: cells[site] = (integral of y - site, area); cell_energies[site].
 // Filled by exact/pieces and spatial/radix_scatter; consumed by exact/aim and the host.
 #version 450

@@ -1,7 +1,7 @@
 // Purpose: exact/listed for the triangles that it leaves undecided, by a walk over the boxes of all sites.
 // Invocation: one entry of the list of undecided triangles; dispatched for as many as there are.
 // Reads: corners, sites, boxes, away, status (of neighbours/decide), candidates (the site that is near),
-//   counters.
+// counters.
 // Writes: candidates, counts and counters as exact/listed does.
 // Filled by exact/listed, exact/enough and neighbours/lists; consumed by exact/pairs and exact/pieces.
 #version 450

@@ -1,10 +1,9 @@
 // Purpose: the restricted tangent face of a site by clipping its 3-D Voronoi cell (Algorithm 2 of the paper).
 // Invocation: one site; its convex cell lives in shared memory with at most MAX_PLANES planes (the paper's
-//   #P) and
-// MAX_TRIANGLES dual triangles (#T), workgroup 16.
+// #P) and MAX_TRIANGLES dual triangles (#T), workgroup 16.
 // Reads: sites, normals, neighbours, bounds (of the sites' tiles).
 // Writes: corner_count, corners[slot * site_count + site] in the tangent frame, fan[slot * site_count +
-//   site], flags.
+// site], flags.
 // Filled by neighbours/* and normals/plane_fit; consumed by centroid/* and the connection. Corner m lies
 // between edges m and m + 1; fan[m] is the site behind edge m, NONE for the box; the order is
 // counter-clockwise seen from the tip of the normal. A site without a face (see flags) has corner_count 0.
@@ -181,7 +180,7 @@ void start_cell() {
 void clip_by_site(vec3 at, vec3 u, uint site, uint j) {
     vec3 v = (sites[j].xyz - at) / spacing;
     if (dot(v, v) < 1e-12) {
-        // Both sites see the same direction and part along it.
+        // Both sites have the same direction u and are separated along it.
         v = (j > site ? 1e-3 : -1e-3) * u;
         notes |= FLAG_COINCIDENT;
     }

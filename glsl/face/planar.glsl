@@ -10,7 +10,7 @@
 Line lines[K];
 float line_low[K], line_high[K]; // what is left of the line
 
-// Two lines leave each other a half each: cut_by for both at once.
+// Each line cuts the other: cut_by for both at once.
 void cut_pair(uint j, uint k) {
     vec2 a = lines[j].normal, b = lines[k].normal;
     float along = dot(a, b);

@@ -1,6 +1,6 @@
 // Purpose: face/planar for the sites whose lists do not decide their faces, by all sites that may cut them:
-//   faces, centroids, targets.
-// Invocation: every so many entries of the list of such sites.
+// faces, centroids, targets.
+// Invocation: every n-th entry, n being the number of threads, of the list of such sites.
 // Reads: sites, normals (packed), boxes, insecure.
 // Writes: targets (xyz, w = squared distance to the centroid), centroids (w = 1, 0 if the face is open);
 //   insecure: counts open faces.

@@ -7,7 +7,7 @@
 #include "common/pins.glsl"
 #include "common/planar_lines.glsl"
 
-// Edges of a face in the making. More are rare: face/planar_exact finds those without slots.
+// Most edges of a face while it is built. More are rare: face/planar_exact finds such faces without slots.
 layout(constant_id = 2) const uint SLOTS = 12;
 
 Line slots[SLOTS];
@@ -15,7 +15,7 @@ vec2 slot_left[SLOTS]; // what the others leave of the line; an empty slot has a
 uint slot_site[SLOTS]; // the site behind it
 float grown_bound; // no face reaches farther
 float grown_radius_sq; // of the farthest corner, at most the squared bound
-bool grown_full; // a line found no slot: what the slots make is larger than the face
+bool grown_full; // a line found no free slot, so the face is smaller than that of the slots
 
 vec3 site_at, site_normal, site_u, site_v;
 float site_mark;
@@ -40,7 +40,7 @@ void start_face(uint site, float bound) {
 
 bool is_slot_edge(uint s) { return slot_left[s].y > slot_left[s].x; }
 
-// What the slots leave of the line of site j, which may be in one of them.
+// The part of the line of site j that the slots leave, which may be in one of them.
 vec2 left_by_slots(uint j, Line line) {
     vec2 left = chord(line.offset, grown_bound);
     [[unroll]] for (uint s = 0u; s < SLOTS; ++s) {
@@ -50,7 +50,7 @@ vec2 left_by_slots(uint j, Line line) {
     return left;
 }
 
-// Whether site j is on the same sheet as the site at hand, and in its patch.
+// Whether site j is on the same sheet as the current site, and in its patch.
 bool same_sheet(uint j) {
     float mark = sites[j].w;
     bool agrees = dot(site_normal, unpack_normal(normals[j])) > TURNED_AWAY || counts_anywhere(mark);
@@ -100,7 +100,7 @@ void cut_face(uint j, bool valid) {
     grown_radius_sq = radius_sq > 0.0 ? min(radius_sq, grown_radius_sq) : grown_radius_sq;
 }
 
-// What `below` makes of all edges.
+// The sum of `below` over all edges.
 vec3 sum_slots() {
     vec3 sum = vec3(0.0);
     [[unroll]] for (uint s = 0u; s < SLOTS; ++s) sum += below(slots[s], slot_left[s]);

@@ -1,6 +1,6 @@
 // Purpose: face/planar for the sites that it leaves undecided, by their whole lists: faces, centroids,
-//   targets.
-// Invocation: every so many entries of the list of undecided sites.
+// targets.
+// Invocation: every n-th entry, n being the number of threads, of the list of undecided sites.
 // Reads: sites, normals (packed), neighbours, away, status (of neighbours/decide), insecure.
 // Writes: targets (xyz, w = squared distance to the centroid), centroids (w = 1, 0 if the face is open);
 //   insecure: counts open faces, and counts and lists the sites whose lists do not reach the radius of

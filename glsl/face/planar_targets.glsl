@@ -18,14 +18,14 @@ uint entry_listed(uint i) { return 3u * iterations + site_count + 3u * i; }
 const float WIDE = 0.45;
 const float CAREFUL = 0.2;
 
-// Where the site at `at` goes whose face has its centroid at `middle`.
+// Sets the target of the site at `at` from the centroid `middle` of its face.
 void aim(uint site, vec3 at, vec3 middle, float radius_sq) {
     vec4 last = centroids[site];
     vec3 step = middle - at, motion = (middle - last.xyz) * last.w;
     bool wide = radius_sq > WIDE * WIDE * widest * widest;
-    // Against its motion a site starts anew.
+    // A site whose step opposes its last motion loses its momentum.
     float share = !wide && dot(step, motion) > 0.0 ? momentum : 0.0;
-    // With care, and without momentum.
+    // Wide faces move in short steps, without momentum.
     vec3 move = wide ? CAREFUL * step : step + share * motion;
     float longest = wide ? CAREFUL * largest_move : largest_move;
     move *= min(1.0, longest * inversesqrt(max(dot(move, move), 1e-30)));

@@ -55,9 +55,8 @@ void main() {
         uint place = 0u;
         [[unroll]] for (uint t = 0u; t < SLOTS; ++t) {
             float other = around(slots[t].normal);
-            if (is_slot_edge(t) && (other < angle || (other == angle && slot_site[t] < slot_site[s]))) {
-                ++place;
-            }
+            if (is_slot_edge(t) &&
+                (other < angle || (other == angle && slot_site[t] < slot_site[s]))) ++place;
         }
         if (is_slot_edge(s)) {
             vec2 n = slots[s].normal;

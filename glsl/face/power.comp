@@ -1,9 +1,9 @@
 // Purpose: the restricted power face of a site: what the power cells of all sites and shadow sites leave of
-//   its tangent plane (Eq. 5 of the paper, after Xu et al. 2019).
+// its tangent plane (Eq. 5 of the paper, after Xu et al. 2019).
 // Invocation: one site; its polygon lives in shared memory with at most MAX_CORNERS corners, workgroup 16.
 // Reads: sites, normals, neighbours, bounds (of the sites' tiles).
 // Writes: corner_count, corners[slot * site_count + site] in the tangent frame, fan[slot * site_count +
-//   site], flags.
+// site], flags.
 // Filled by neighbours/* and normals/plane_fit; consumed by centroid/* and the connection. Order and meaning
 // of the slots are those of face/cell. Every site s has a shadow site s + d n of weight d squared, so that
 // the two have equal power distance on the tangent plane of s. A neighbour's shadow may take the whole face;
@@ -92,7 +92,7 @@ void clip(vec2 d, float limit, uint site) {
 void clip_by_site(uint site, uint j) {
     vec3 e = (sites[j].xyz - at) / spacing;
     if (dot(e, e) < 1e-12) {
-        // Both sites see the same direction and part along it.
+        // Both sites have the same direction u and are separated along it.
         e = (j > site ? 1e-3 : -1e-3) * u;
         notes |= FLAG_COINCIDENT;
     }

@@ -1,8 +1,8 @@
-// Purpose: decides whether the lists are made anew, without asking the host.
+// Purpose: decides whether the lists are rebuilt, without the host.
 // Invocation: one in all.
 // Reads: status[0]; full, the workgroups of each of these dispatches.
-// Writes: groups, the same or zero; status[1], the largest moved / reach that is left (0 if the lists are
-//   made anew); status[2], how often they were made; status[0] = 0 for the next time.
+// Writes: groups, the same or zero; status[1], the largest moved / reach since the last rebuild (0 if the
+// lists are rebuilt now); status[2], how often they were rebuilt; status[0] = 0 for the next time.
 // Filled by neighbours/moved; consumed by the indirect dispatches of neighbours/box_levels and lists, and by
 // the faces.
 #version 450
@@ -12,7 +12,7 @@
 
 layout(push_constant) uniform Push {
     uint dispatch_count;
-    float max_rho; // lists are made anew beyond this; always if negative
+    float max_rho; // lists are rebuilt beyond this; always if negative
 };
 layout(set = 0, binding = 0) readonly buffer Full { uvec4 full[]; };
 layout(set = 0, binding = 1) writeonly buffer Groups { uvec4 groups[]; };

@@ -4,8 +4,8 @@
 // Writes: neighbours[slot * query_count + query], NONE where there are fewer than K points.
 // Filled by neighbours/tile_bounds; fills the lists of normals/plane_fit, face/cell and
 // project/nearest_vertices. The workgroup stages the points in shared memory, one tile after another. It
-// begins with the tile nearest to its queries, and from then on leaves out every tile whose box is farther
-// from theirs than its longest list reaches.
+// begins with the tile nearest to its queries, and then skips every tile whose box is farther from theirs
+// than its longest list reaches.
 #version 450
 #extension GL_GOOGLE_include_directive : require
 #extension GL_EXT_control_flow_attributes : require
@@ -72,17 +72,17 @@ void insert(float d_sq, uint point) {
     }
 }
 
-// Looks at all points of one tile and updates the workgroup's reach. In uniform control flow.
+// Tests all points of one tile and updates the workgroup's reach. In uniform control flow.
 void scan(uint t) {
     uint start = t * TILE;
     barrier();
     for (uint i = lane; i < TILE; i += WORKGROUP) {
-        // What is past the end is infinitely far and never enters a list.
+        // Points past the end are infinitely far and never enter a list.
         tile[i] = start + i < point_count ? points[start + i] : vec4(uintBitsToFloat(0x7f800000u));
     }
     if (lane == 0u) group_reach = 0u;
     barrier();
-    // First find what may enter, then insert: lanes then insert their own finds at the same time.
+    // First find what may enter, then insert: lanes then insert what they found at the same time.
     // A subgroup whose queries are all too far from the tile leaves the loop at once.
     bool near = box_distance_sq(at, at, bounds[2u * t].xyz, bounds[2u * t + 1u].xyz) <= best_sq[K - 1u];
     uint end = near ? 32u : 0u;
@@ -107,8 +107,8 @@ void scan(uint t) {
     barrier();
 }
 
-// Tests the tiles from `start` on against the workgroup's reach; `only`, if not NONE, is the one to take, and
-// `but` the one to leave out. In uniform control flow.
+// Tests the tiles from `start` on against the workgroup's reach; `only`, if not NONE, is the only one taken,
+// and `but` the one left out. In uniform control flow.
 void test_block(uint start, uint tiles, vec3 low, vec3 high, uint only, uint but) {
     barrier();
     for (uint i = lane; i < BLOCK / 32u; i += WORKGROUP) needed[i] = 0u;
@@ -170,8 +170,7 @@ void main() {
     vec3 high = vec3(unsortable(group_high[0]), unsortable(group_high[1]), unsortable(group_high[2]));
     uint tiles = tile_count(point_count);
     uint first = nearest_tile(0.5 * (low + high), tiles);
-    // Loops, not branches, lead past what is not needed: some devices walk through a branch that no lane
-    // takes.
+    // Loops, not branches, skip what is not needed: some devices run a branch that no lane takes.
     uint start = first / BLOCK * BLOCK;
     for (bool nearest = true; start < tiles; nearest = false) {
         test_block(start, tiles, low, high, nearest ? first : NONE, first);

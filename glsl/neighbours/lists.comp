@@ -1,11 +1,11 @@
-// Purpose: the K nearest other sites of every site, nearest first, ties by index, and how far the first one
-//   left out is.
+// Purpose: the K nearest other sites of every site, nearest first, ties by index, and the distance of the
+// first one not listed.
 // Invocation: one site. The sites of a subgroup follow each other in Morton order and walk the boxes
-//   together.
+// together.
 // Reads: sites, boxes.
 // Writes: neighbours[slot * site_count + site], NONE where there are fewer than K other sites; reach[site],
-//   the distances of the (NEAR + 1)-th and the (K + 1)-th nearest, infinity where there is none; list_sites,
-//   where the sites are now; away = reach.
+// the distances of the (NEAR + 1)-th and the (K + 1)-th nearest, infinity where there is none; list_sites,
+// where the sites are now; away = reach.
 // Filled by neighbours/box_levels; consumed by the faces and neighbours/moved.
 //
 // A box is entered if it meets the ball of any site of the subgroup that its list fills so far: first come
@@ -27,7 +27,7 @@ layout(constant_id = 1) const uint K = 24;
 layout(constant_id = 2) const uint LANES = 0;
 // A face mostly needs no more than this many.
 layout(constant_id = 4) const uint NEAR = 16;
-// Blocks of four leaves that are looked at before the walk.
+// Blocks of four leaves that are tested before the walk.
 layout(constant_id = 3) const uint WINDOW = 2;
 
 layout(push_constant) uniform Push {
@@ -52,13 +52,13 @@ bool alive;
 vec3 at;
 // Squared radius within which a site may still enter the list; negative past the last site.
 float bound_sq;
-// The list and the first one left out. Every index is known once the loops are unrolled, so they are
+// The list and the first site not listed. Every index is known once the loops are unrolled, so they are
 // registers.
 float best_sq[K + 1u];
 uint best[K + 1u];
 // Sites of the subgroup with their bounds, if LANES is 8.
 vec4 mates[8];
-// Leaves that were looked at before the walk: from .x to .y.
+// Leaves that were tested before the walk: from .x to .y.
 ivec2 window;
 uvec4 block;
 
@@ -86,17 +86,17 @@ uint pick(uvec4 v, uint i) { return i < 2u ? (i == 0u ? v.x : v.y) : (i == 2u ? 
 // One pass of an insertion network: what is displaced moves on, at last out of the list.
 void insert(float d_sq, uint point) {
     [[unroll]] for (uint s = 0u; s < K + 1u; ++s) {
-        float held_sq = best_sq[s];
-        uint held = best[s];
-        bool enters = d_sq < held_sq || (d_sq == held_sq && point < held);
-        best_sq[s] = min(d_sq, held_sq);
-        best[s] = enters ? point : held;
-        d_sq = max(d_sq, held_sq);
-        point = enters ? held : point;
+        float listed_sq = best_sq[s];
+        uint listed = best[s];
+        bool enters = d_sq < listed_sq || (d_sq == listed_sq && point < listed);
+        best_sq[s] = min(d_sq, listed_sq);
+        best[s] = enters ? point : listed;
+        d_sq = max(d_sq, listed_sq);
+        point = enters ? listed : point;
     }
 }
 
-// Looks at the sites of the four leaves in `block`, NONE for none. In uniform control flow.
+// Tests the sites of the four leaves in `block`, NONE for none. In uniform control flow.
 void look() {
     uint hits = 0u;
     for (uint round = 0u; round < 32u; round += mate_count()) {
@@ -136,8 +136,8 @@ void look() {
     share();
 }
 
-// Which of the eight boxes from `base` on of a level a site of the subgroup must look into. In uniform
-// control flow.
+// A bit for each of the eight boxes from `base` on of a level that a site of the subgroup must enter. In
+// uniform control flow.
 uint touched(uint level, uint base) {
     uint start = pick(level < 4u ? starts_low : starts_high, level & 3u) + base;
     uint mask = 0u;
@@ -156,7 +156,7 @@ uint touched(uint level, uint base) {
     return mask & 0xffu;
 }
 
-// Looks at the leaves around the subgroup's own, the middle ones first.
+// Tests the leaves around the subgroup's own, the middle ones first.
 void look_around() {
     int own = int(max(lanes >> 3, 1u));
     int middle = int(subgroupBroadcast(site, 0u) >> 3) + own / 2;
@@ -165,16 +165,16 @@ void look_around() {
     for (int t = 0; t < count; t += 4) {
         int step = t / 2;
         ivec4 around = middle + ivec4(step, -step - 1, step + 1, -step - 2);
-        // Below the first one is beyond the last, as unsigned numbers go.
+        // Negative numbers are beyond the last leaf when taken as unsigned.
         block = mix(uvec4(around), uvec4(NONE), greaterThanEqual(uvec4(around), uvec4(leaves)));
         look();
     }
 }
 
-// Walks the boxes from the root and looks at the leaves four at a time. Loops, not branches, lead past what
-// is not needed: some devices walk through a branch that no lane takes.
+// Walks the boxes from the root and tests the leaves four at a time. Loops, not branches, skip what is not
+// needed: some devices run a branch that no lane takes.
 void walk() {
-    // Boxes still to enter: those of the level at hand (`mask`, the first of them is `base`), and eight bits
+    // Boxes still to enter: those of the current level (bits of `mask`, counted from `base`), and eight bits
     // for each level above.
     uint level = levels, base = 0u, mask = 1u;
     uvec2 above = uvec2(0u);

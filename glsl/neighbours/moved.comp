@@ -2,8 +2,8 @@
 // Invocation: one site.
 // Reads: sites, list_sites, reach.
 // Writes: away[site], the reach less that distance; status[0], the largest moved / reach so far, as the bits
-//   of a float: those of floats that are not negative compare like the floats, so the maximum does not depend
-//   on the order.
+// of a float: those of floats that are not negative compare like the floats, so the maximum does not depend
+// on the order.
 // Filled by neighbours/lists and the step; consumed by neighbours/decide and the faces.
 #version 450
 #extension GL_GOOGLE_include_directive : require
@@ -28,7 +28,7 @@ void main() {
         vec2 own = reach[site];
         away[site] = own - far;
         float rho = 0.0;
-        // A site with its whole list on one spot has no reach: the least move is too far.
+        // A site whose list is all at its own point has no reach: any move is too far.
         if (far > 0.0) rho = own.y > 0.0 ? far / own.y : uintBitsToFloat(0x7f800000u);
         atomicMax(group_rho, floatBitsToUint(rho));
     }

@@ -11,7 +11,7 @@
 #include "common/flags.glsl"
 #include "common/plane_fit.glsl"
 
-// Cosine of 37 degrees: what a fit may stand off the surface.
+// Cosine of 37 degrees: the largest angle between a fitted plane and the surface.
 const float MIN_AGREEMENT = 0.8;
 
 layout(push_constant) uniform Push {
@@ -51,8 +51,8 @@ void main() {
     bool planar;
     vec3 n = least_axis(c, planar);
     vec3 surface = triangle_normals[site_triangle[site]].xyz;
-    // Sites on a line, or all on one spot, fit any plane. Sites of two sheets, as at the tip of an ear, fit
-    // one that has nothing to do with the surface, and a face in it would reach far away.
+    // Sites on a line, or all at one point, fit many planes. Sites of two sheets, as at the tip of an ear,
+    // fit one unrelated to the surface, and a face in it would reach far away.
     bool usable = planar && abs(dot(n, surface)) >= MIN_AGREEMENT * length(n);
     if (!usable) n = surface;
     n = normalize(n);

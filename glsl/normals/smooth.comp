@@ -1,13 +1,13 @@
 // Purpose: the normal of each site's tangent plane: the mean of the surface's normals at the site and around
-//   it.
+// it.
 // Invocation: one site.
 // Reads: surface_normals, neighbours, sites (their marks alone, and only on surfaces with curves).
 // Writes: normals.
-// Filled by step/settle and neighbours/lists; consumed by face/planar.
-// A surface that is finer than the sites has normals of its own finer detail, folds included, where a tangent
-// plane would tilt at random. The mean over a ring of sites is that of the surface as the sites see it; at a
-// crease it halves the angle, at a tip it is the axis. On a surface with curves, where creases are held, only
-// interior sites of the same patch are asked, and a curve site keeps its own.
+// Filled by step/settle and neighbours/lists; consumed by face/planar. Where the surface has detail finer
+// than the sites, folds included, single normals would tilt tangent planes at random. The mean over a ring of
+// sites is that of the surface as the sites see it; at a crease it halves the angle, at a tip it is the axis.
+// On a surface with curves, where creases are fixed, only interior sites of the same patch count, and a curve
+// site keeps its own normal.
 #version 450
 #extension GL_GOOGLE_include_directive : require
 #extension GL_EXT_control_flow_attributes : require
@@ -27,8 +27,8 @@ layout(set = 0, binding = 3) readonly buffer Sites { vec4 sites[]; };
 
 #include "common/pins.glsl"
 
-// Whether site j is asked for the site with this mark.
-bool asked(uint j, float own) {
+// Whether the normal of site j counts for the site with this mark.
+bool counts_for(uint j, float own) {
     if (j == NONE) return false;
     if (CURVES == 0u) return true;
     float mark = sites[j].w;
@@ -44,12 +44,12 @@ void main() {
     float agreeing = 0.0, found = 0.0;
     [[unroll]] for (uint s = 0u; s < RING; ++s) {
         uint j = neighbours[s * site_count + site];
-        bool counts = asked(j, mark);
+        bool counts = counts_for(j, mark);
         around[s] = counts ? unpack_normal(surface_normals[counts ? j : site]) : vec3(0.0);
         agreeing += dot(own, around[s]) > 0.0 ? 1.0 : 0.0;
         found += counts ? 1.0 : 0.0;
     }
-    // One against all others stands on a triangle that is folded back.
+    // A site against all its neighbours is on a triangle that is folded back.
     vec3 side = found >= 4.0 && agreeing < 2.0 ? -own : own;
     vec3 sum = side;
     [[unroll]] for (uint s = 0u; s < RING; ++s) sum += dot(side, around[s]) > 0.0 ? around[s] : vec3(0.0);

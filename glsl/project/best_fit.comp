@@ -1,12 +1,12 @@
-// Purpose: pulls a site back to the plane that best fits the nearest points of the input, the surface of a
-//   point cloud (Chen et al. 2018).
+// Purpose: projects a site onto the plane that best fits the nearest points of the input, the surface of a
+// point cloud (Chen et al. 2018).
 // Invocation: one site.
 // Reads: targets, neighbours (points, nearest first), vertices (the points), vertex_normals (theirs, w = 0).
 // Writes: projected (xyz on the plane, w = distance of the projection), normals (unit, w = 0), flags
-//   (overwritten).
+// (overwritten).
 // Filled by centroid/*, neighbours/knn and the upload of the surface; consumed by step/step and, in the next
-// iteration, by face/cell. The vertices' normals decide on the side, as those of an oriented point cloud do,
-// and the nearest one's stands in where no plane fits.
+// iteration, by face/cell. The vertices' normals orient the plane, as those of an oriented point cloud do;
+// where no plane fits, the nearest vertex's normal is taken.
 #version 450
 #extension GL_GOOGLE_include_directive : require
 #define DEFAULT_WORKGROUP 64
@@ -14,7 +14,7 @@
 #include "common/flags.glsl"
 #include "common/plane_fit.glsl"
 
-// Cosine of 37 degrees: what a fit may stand off the nearest vertex's normal.
+// Cosine of 37 degrees: the largest angle between a fitted normal and that of the nearest vertex.
 const float MIN_AGREEMENT = 0.8;
 
 layout(push_constant) uniform Push {
@@ -56,7 +56,7 @@ void main() {
     bool planar;
     vec3 n = least_axis(c, planar);
     vec3 surface = vertex_normals[nearest].xyz;
-    // Vertices of two sheets fit a plane that has nothing to do with either.
+    // Vertices of two sheets fit a plane unrelated to either.
     bool usable = planar && abs(dot(n, surface)) >= MIN_AGREEMENT * length(n);
     if (!usable) n = surface;
     n = normalize(n);

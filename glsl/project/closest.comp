@@ -1,10 +1,10 @@
 // Purpose: the closest point of all triangles that face the same way as a projection found before, if it is
-//   nearer.
+// nearer.
 // Invocation: one site.
 // Reads: targets, projected and normals (an earlier projection), records, corner_normals, order, nodes.
 // Writes: projected, normals, site_triangle as project/walk does, where a nearer triangle was found.
 // Filled by project/walk, project/join and the upload of the surface; consumed by step/step and face/*.
-// The earlier projection bounds the search from above, so most searches look at few triangles.
+// The earlier projection bounds the search from above, so most searches test few triangles.
 #version 450
 #extension GL_GOOGLE_include_directive : require
 #extension GL_EXT_control_flow_attributes : require
@@ -13,8 +13,8 @@
 #include "project/closest.glsl"
 #include "project/hierarchy.glsl"
 
-// Lowest nodes that a search gathers before it looks at their triangles: lanes then do the same at the same
-// time.
+// Lowest nodes that a search gathers before it tests their triangles, so that lanes do the same work at the
+// same time.
 layout(constant_id = 1) const uint GATHERED = 8;
 
 layout(push_constant) uniform Push {
@@ -60,7 +60,7 @@ void main() {
     uint best_rank = NONE;
     // The node: its place, its number in its level, the nodes below and with it in a full tree, its level.
     uint place = 0u, number = 0u, level = levels - 1u, stride = tree_nodes(level);
-    // What is left to visit of the nodes above, four bits each, the nearest above lowest.
+    // The children still to visit of the nodes above, four bits each, those of the parent in the lowest bits.
     uint pending = 0u, pending_above = 0u;
     bool more = true;
     vec3 at_grid = to_grid(at);
@@ -73,7 +73,7 @@ void main() {
             count += level == 0u && found != 0u ? 1u : 0u;
             // The children of a lowest node are triangles.
             found = level == 0u ? 0u : found;
-            // Up to the first node that has something left.
+            // Up to the first node with a child left.
             while (found == 0u && level + 1u < levels) {
                 stride = 1u + WIDTH * stride;
                 place -= 1u + number % WIDTH * (stride / WIDTH);

@@ -1,4 +1,4 @@
-// A tree of boxes over the triangles by rank: four boxes a node, each around one triangle or around another
+// A tree of boxes over the triangles by rank: four boxes per node, each around one triangle or around another
 // node. Its shape follows from the number of triangles alone. Nodes lie in depth-first order: behind a node
 // come its children, each with all that is below it.
 #ifndef COMMON_HIERARCHY_GLSL
@@ -13,7 +13,7 @@ const float GRID_ORIGIN = -17.0 / 32.0;
 
 vec3 to_grid(vec3 x) { return (x - GRID_ORIGIN) / GRID_STEP; }
 
-// Bounds with room for the rounding of both ends of a distance.
+// Bounds with a margin for the rounding of both ends of a distance.
 uvec3 grid_below(vec3 x) { return uvec3(clamp(floor(to_grid(x) - 0.05), 0.0, 65535.0)); }
 uvec3 grid_above(vec3 x) { return uvec3(clamp(ceil(to_grid(x) + 0.05), 0.0, 65535.0)); }
 

@@ -1,5 +1,5 @@
 // Purpose: the lowest nodes of the tree of boxes (project/hierarchy.glsl), whose boxes are those of
-//   triangles.
+// triangles.
 // Invocation: one node.
 // Reads: records.
 // Writes: nodes, the lowest.

@@ -1,12 +1,12 @@
 // Purpose: moves every target to a closest point of the surface by walking over neighbouring triangles
-//   downhill.
+// downhill.
 // Invocation: one site.
 // Reads: targets, site_triangle (where the walk starts), rank, order, records, corner_normals.
 // Writes: projected (xyz on the surface, w = distance of the projection), normals (unit, w = 0),
-//   site_triangle.
-// Filled by centroid/* and the upload of the surface; consumed by step/step, face/* and project/closest.
-// The distance falls with every step, so a walk stays on its sheet and ends. Where it ends, no triangle
-// across the side, or around the corner, that the point lies on is nearer.
+// site_triangle.
+// Filled by centroid/* and the upload of the surface; consumed by step/step, face/* and project/closest. The
+// distance falls with every step, so a walk stays on its sheet and ends. Where it ends, no triangle across
+// the side, or around the corner, that the point lies on is nearer.
 #version 450
 #extension GL_GOOGLE_include_directive : require
 #define DEFAULT_WORKGROUP 64
@@ -16,7 +16,7 @@
 layout(push_constant) uniform Push {
     uint site_count;
     uint triangle_count;
-    uint max_steps; // triangles looked at
+    uint max_steps; // most triangles tested
 };
 layout(set = 0, binding = 0) readonly buffer Targets { vec4 targets[]; };
 layout(set = 0, binding = 1) readonly buffer Rank { uint rank[]; };
@@ -28,7 +28,7 @@ layout(set = 0, binding = 6) writeonly buffer Normals { vec4 normals[]; };
 layout(set = 0, binding = 7) buffer SiteTriangle { uint site_triangle[]; };
 #include "project/records.glsl"
 
-uint pick(uvec3 mates, uint side) { return side == 0u ? mates.x : side == 1u ? mates.y : mates.z; }
+uint pick(uvec3 twins, uint side) { return side == 0u ? twins.x : side == 1u ? twins.y : twins.z; }
 
 uint after(uint corner) { return corner == 2u ? 0u : corner + 1u; }
 
@@ -42,14 +42,14 @@ void main() {
     uint half_edge = 3u * rank[min(site_triangle[site], triangle_count - 1u)];
     Closest best = Closest(vec3(0.0), 3.402823466e38, vec3(0.0), INSIDE);
     uint best_rank = 0u;
-    // While circling a corner: which way, and the half-edge that begins the other way.
+    // While circling a corner: the direction, and the half-edge at which the other direction begins.
     bool circling = false, leftward = false;
     uint other_way = NONE;
     for (uint step = 0u; half_edge != NONE && step < max_steps; ++step) {
         uint t = half_edge / 3u, entry = half_edge - 3u * t;
         uvec4 ra = records[3u * t], rb = records[3u * t + 1u], rc = records[3u * t + 2u];
         vec3 a = uintBitsToFloat(ra.xyz), b = uintBitsToFloat(rb.xyz), c = uintBitsToFloat(rc.xyz);
-        uvec3 mates = uvec3(ra.w, rb.w, rc.w);
+        uvec3 twins = uvec3(ra.w, rb.w, rc.w);
         Closest here = closest_on_triangle(at, a, b, c);
         if (here.sq < best.sq * NEARER) {
             best = here;
@@ -62,15 +62,16 @@ void main() {
             vec3 to_last = (corner == 0u ? c : corner == 1u ? a : b) - p;
             leftward = dot(here.offset, to_last) * inversesqrt(dot(to_last, to_last)) <
                        dot(here.offset, to_next) * inversesqrt(dot(to_next, to_next));
-            uint outgoing = pick(mates, corner), incoming = pick(mates, before(corner));
+            uint outgoing = pick(twins, corner), incoming = pick(twins, before(corner));
             other_way = leftward ? outgoing : incoming;
             half_edge = here.place == INSIDE ? NONE
-                        : !circling          ? pick(mates, here.place)
+                        : !circling          ? pick(twins, here.place)
                         : leftward           ? incoming
                                              : outgoing;
         } else {
-            // Sides run against each other, so leftward the corner begins the entered side, else it ends it.
-            half_edge = circling ? pick(mates, leftward ? before(entry) : after(entry)) : NONE;
+            // Twin half-edges are opposite, so going leftward the entered side begins at the corner,
+            // otherwise it ends there.
+            half_edge = circling ? pick(twins, leftward ? before(entry) : after(entry)) : NONE;
             if (half_edge != NONE && half_edge / 3u == best_rank) {
                 half_edge = NONE;
                 circling = false;

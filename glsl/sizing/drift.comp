@@ -1,10 +1,10 @@
-// Purpose: makes targets of sites that are to be equally far apart those of sites whose distances differ.
+// Purpose: corrects targets that were computed for equal edge lengths for edge lengths that vary.
 // Invocation: one site.
 // Reads: sites (with the marks of common/pins.glsl on surfaces with curves), normals (packed), neighbours,
 //   lengths, centroids.
-// Writes: targets (xyz, w = squared distance to the shifted centroid in lengths wanted there).
+// Writes: targets (xyz, w = squared distance to the shifted centroid in target lengths there).
 // Filled by face/planar and sizing/lengths; consumed by step/keep_off, project/walk and the next iteration.
-// Only where sizes differ. In a cell where the wanted length h changes, the centroid for the density 1 / h^4
+// Only where sizes vary. In a cell where the target length h changes, the centroid for the density 1 / h^4
 // that makes edges as long as h is off the area's by the cell's second moment times the gradient of that
 // density's logarithm: for a hexagon of area A by 5 / (36 sqrt(3)) A * (-4) grad(ln h). The gradient is that
 // of the lengths of the nearest sites, in the tangent plane.
@@ -16,7 +16,7 @@
 #include "common/octahedral.glsl"
 #include "common/tangent.glsl"
 
-// Nearest sites that are asked.
+// Nearest sites that count.
 layout(constant_id = 1) const uint RING = 6;
 // 1 where sites bear the marks of common/pins.glsl.
 layout(constant_id = 2) const uint CURVES = 0;
@@ -24,7 +24,7 @@ layout(constant_id = 2) const uint CURVES = 0;
 
 layout(push_constant) uniform Push {
     uint site_count;
-    float largest_move; // longest step, in lengths wanted there, in the unit of the sites
+    float largest_move; // longest step, relative to the target length there, in the unit of the sites
 };
 layout(set = 0, binding = 0) readonly buffer Sites { vec4 sites[]; };
 layout(set = 0, binding = 1) readonly buffer Normals { uint normals[]; };

@@ -1,9 +1,9 @@
-// Purpose: the edge length that is wanted at each site, relative to the spacing.
+// Purpose: the target edge length at each site, relative to the spacing.
 // Invocation: one site.
 // Reads: sites, site_triangle, slopes (length = xyz · p + w in each triangle).
 // Writes: lengths.
 // Filled by step/settle, project/walk and the upload of the sizes; consumed by sizing/drift and
-// step/keep_off. Only where sizes differ.
+// step/keep_off. Only where sizes vary.
 #version 450
 #extension GL_GOOGLE_include_directive : require
 #define DEFAULT_WORKGROUP 64
@@ -24,6 +24,6 @@ void main() {
     uint site = thread_index();
     if (site >= site_count) return;
     vec4 slope = slopes[min(site_triangle[site], triangle_count - 1u)];
-    // In a flat triangle the slope is steep, and rounding counts.
+    // In a sliver the slope is steep, so rounding can exceed the limits.
     lengths[site] = clamp(dot(slope.xyz, sites[site].xyz) + slope.w, least, largest);
 }

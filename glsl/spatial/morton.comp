@@ -1,8 +1,8 @@
 // Purpose: Morton codes, so that sorting by them puts neighbours in space next to each other in memory.
 // Invocation: one point.
 // Reads: points, in the unit-diagonal frame.
-// Writes: keys[point], 10 bits an axis over the cube of edge 1.02 around the origin (what is outside counts
-//   as on its rim), and values[point] = point.
+// Writes: keys[point], 10 bits an axis over the cube of edge 1.02 around the origin (points outside
+// are clamped to it), and values[point] = point.
 // Filled by seeding or the step; consumed by spatial/radix_count and radix_scatter.
 #version 450
 #extension GL_GOOGLE_include_directive : require

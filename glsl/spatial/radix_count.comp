@@ -1,9 +1,9 @@
 // Purpose: first half of a pass of the stable radix sort: how often each of the 16 digits occurs in every
-//   strip.
+// strip.
 // Invocation: one strip of STRIP consecutive keys.
 // Reads: keys.
 // Writes: counts[digit * strips + strip]: scanned in this order they are the places where the strips' digits
-//   go.
+// go.
 // Filled by spatial/morton or the pass before; consumed by spatial/scan_sum, scan_apply, radix_scatter.
 #version 450
 #extension GL_GOOGLE_include_directive : require

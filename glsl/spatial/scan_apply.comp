@@ -1,6 +1,6 @@
 // Purpose: second half of an exclusive prefix scan: replaces every value by the sum of those before it.
 // Invocation: one run of RUN consecutive values.
-// Reads: starts, the scanned sums of the runs (not looked at where there is one run only).
+// Reads: starts, the scanned sums of the runs (not read if there is only one run).
 // Writes: values, in place.
 // Filled by spatial/scan_sum and by the same kernel on the level above; consumed by spatial/radix_scatter.
 #version 450

@@ -2,7 +2,7 @@
 // Invocation: one run. Runs are added one value after another, so no shared memory and no barrier is needed.
 // Reads: values.
 // Writes: sums[run], modulo 2^32.
-// Filled by whoever counts; consumed by the same kernel on the next level and by spatial/scan_apply.
+// Filled by the kernels that count; consumed by the same kernel on the next level and by spatial/scan_apply.
 #version 450
 #extension GL_GOOGLE_include_directive : require
 #define DEFAULT_WORKGROUP 64

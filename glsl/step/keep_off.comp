@@ -1,13 +1,13 @@
 // Purpose: keeps the targets of interior sites off curves.
 // Invocation: one site.
 // Reads: sites (with the marks of common/pins.glsl), normals (packed), neighbours, lengths (only where sizes
-//   differ).
-// Writes: targets (xyz, w = squared distance to the site, in lengths wanted there) where they are too near to
-//   a curve.
-// Filled by face/planar; consumed by project/walk. Only for surfaces with curves.
-// A site between two curve sites whose circle it enters has a face that reaches over the curve, where no site
-// bounds it. Its centroid is beyond the curve, and it would go there and stay. Near each curve site the curve
-// is taken for a line as far as the next ones, and sites go no closer to it than nearly half of that way.
+// vary).
+// Writes: targets (xyz, w = squared distance to the site, in target lengths there) where they are too near to
+// a curve.
+// Filled by face/planar; consumed by project/walk. Only for surfaces with curves. A site inside the diametral
+// circle of two curve sites has a face that reaches across the curve, where no site bounds it. Its centroid
+// is beyond the curve, and the site would move there and stay. Near each curve site the curve is approximated
+// by a line as far as the next curve sites; sites stay away from it by nearly half that distance.
 #version 450
 #extension GL_GOOGLE_include_directive : require
 #extension GL_EXT_control_flow_attributes : require
@@ -15,9 +15,9 @@
 #include "common/threads.glsl"
 #include "common/octahedral.glsl"
 
-// Nearest neighbours that are looked at.
+// Nearest neighbours that are tested.
 layout(constant_id = 1) const uint NEAR = 12;
-// 1 where sizes differ: lengths has the edge length wanted at each site, relative to the spacing.
+// 1 where sizes vary: lengths has the target edge length at each site, relative to the spacing.
 layout(constant_id = 2) const uint SIZED = 0;
 #include "common/pins.glsl"
 
@@ -31,7 +31,7 @@ layout(set = 0, binding = 2) readonly buffer Neighbours { uint neighbours[]; };
 layout(set = 0, binding = 3) buffer Targets { vec4 targets[]; };
 layout(set = 0, binding = 4) readonly buffer Lengths { float lengths[]; };
 
-// Nearest to a line, as a share of how far the curve goes on.
+// Least distance from a line, as a share of how far the curve continues.
 const float LEAST = 0.45;
 
 void main() {
@@ -40,7 +40,7 @@ void main() {
     vec4 own = sites[site];
     vec3 n = unpack_normal(normals[site]);
     vec3 to = targets[site].xyz;
-    // Opposite curves push against each other, and the site ends in the middle.
+    // Opposite curves push in opposite directions, and the site ends up in the middle.
     vec3 push = vec3(0.0);
     [[unroll]] for (uint s = 0u; s < NEAR; ++s) {
         uint j = neighbours[s * site_count + site];
@@ -57,9 +57,9 @@ void main() {
         float size = length(away);
         away /= max(size, 1e-20);
         float missing = LEAST * reach - dot(off, away);
-        bool near = is_pinned(other.w) && faces && reach > 0.0 && abs(along) <= reach && missing > 0.0
-            && size > 1e-5 * spacing;
-        // Several sites of one curve ask for the same.
+        bool near = is_pinned(other.w) && faces && reach > 0.0 && abs(along) <= reach && missing > 0.0 &&
+                    size > 1e-5 * spacing;
+        // Several sites of one curve push in the same direction; only what is missing is added.
         push += near ? max(missing - dot(push, away), 0.0) * away : vec3(0.0);
     }
     bool moves = !is_pinned(own.w) && dot(push, push) > 0.0;

@@ -2,7 +2,7 @@
 // Invocation: one site; each workgroup makes one partial sum, in a fixed order.
 // Reads: projected, normals, targets (w = squared distance to the centroid).
 // Writes: sites (w stays), surface_normals (packed), partials[workgroup] = (sum of the squared steps, largest
-//   step).
+// step).
 // Filled by face/planar and project/walk; consumed by the next iteration and step/reduce.
 #version 450
 #extension GL_GOOGLE_include_directive : require

@@ -110,8 +110,8 @@ impl<'a> Target<'a> {
 
     /// What the format rounds away or drops.
     pub fn notes(&self, mesh: &TriMesh, attributes: &Attributes) -> Vec<String> {
-        let rounded = io::precision_note(mesh, self.encoding.format);
-        rounded.into_iter().chain(io::left_out(attributes, self.encoding.format)).collect()
+        let rounded = io::lost_precision_note(mesh, self.encoding.format);
+        rounded.into_iter().chain(io::lost_attributes_note(attributes, self.encoding.format)).collect()
     }
 
     /// Writes, whole or not at all; to standard output once everything is ready.

@@ -94,7 +94,8 @@ pub fn run(args: &Args) -> Result<()> {
     let repaired = repair(&loaded.mesh).map_err(|e| e.in_file(name))?;
     let mesh = repaired.mesh;
     let spacing = spacing_of(&mesh, vertices.unwrap_or(mesh.vertices.len())).map_err(|e| e.in_file(name))?;
-    let lines = args.features.as_ref().map(|path| io::read_lines(path)).transpose()?.unwrap_or_default();
+    let lines =
+        args.features.as_ref().map(|path| io::read_feature_lines(path)).transpose()?.unwrap_or_default();
     let user_edges =
         user_edges(&mesh, &lines).map_err(|e| e.in_file(args.features.as_deref().unwrap_or(name)))?;
     let options = FeatureOptions { feature_angle: args.feature_angle, spacing, user_edges };
@@ -113,7 +114,7 @@ pub fn run(args: &Args) -> Result<()> {
         dropped: found.dropped,
     };
     if let Some(path) = &args.skeleton {
-        io::write_skeleton(path, &mesh, &found)?;
+        io::write_features(path, &mesh, &found)?;
     }
     print(&if args.json { to_json(&inspection)? } else { table::two_columns(rows(&inspection)) })
 }

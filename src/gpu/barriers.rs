@@ -13,8 +13,8 @@ pub(super) enum Stage {
     Transfer,
 }
 
-/// Scopes of a memory barrier. It always opens to all stages in use: a barrier towards transfers alone would leave a
-/// later dispatch without an order after the earlier one.
+/// The source scopes of a memory barrier. Its destination is always all stages in use: a barrier towards
+/// transfers only would leave a later dispatch unordered after an earlier one.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) struct Barrier {
     pub from: vk::PipelineStageFlags,
@@ -48,10 +48,10 @@ pub(super) struct Hazards {
 }
 
 impl Hazards {
-    /// Notes one command's uses of buffers (by id) and gives the barrier that must precede it, if any.
+    /// Adds one command's uses of buffers (by id) and returns the barrier that must precede it, if any.
     ///
-    /// Two uses conflict when one of them writes. One global barrier clears everything before it, which costs less
-    /// than one barrier a buffer. With `always` there is a barrier before every command.
+    /// Two uses conflict when one of them writes. One global barrier clears everything before it, which costs
+    /// less than one barrier a buffer. With `always` there is a barrier before every command.
     pub fn before(&mut self, stage: Stage, uses: &[(u64, Access)], always: bool) -> Option<Barrier> {
         let conflict = uses.iter().any(|(id, access)| {
             self.pending.get(id).is_some_and(|&written| written || *access != Access::Read)

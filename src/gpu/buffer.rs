@@ -1,7 +1,7 @@
 //! Typed device buffers.
 
 use super::device::{Device, Shared};
-use super::vk_error;
+use super::errors::vk_error;
 use crate::{Error, Result};
 use ash::vk;
 use gpu_allocator::MemoryLocation;
@@ -16,7 +16,7 @@ pub struct Buffer<T> {
     element: PhantomData<T>,
 }
 
-/// A buffer of bytes; what [`Buffer`] and the staging copies are made of.
+/// An untyped buffer, for [`Buffer`] and for staging copies.
 pub struct RawBuffer {
     pub(super) handle: vk::Buffer,
     pub(super) id: u64,
@@ -98,7 +98,7 @@ impl<T> Buffer<T> {
         self.len == 0
     }
 
-    /// The untyped buffer; whoever records its use shares it until the device is done.
+    /// The untyped buffer; a recorder that uses it shares it until the device is done.
     pub fn raw(&self) -> &Arc<RawBuffer> {
         &self.raw
     }
@@ -119,8 +119,8 @@ impl RawBuffer {
             remedy: "ask for fewer vertices, or close other programs".to_owned(),
             source: None,
         };
-        if let (Some(most), false) = (shared.memory_bytes, shared.may_take(bytes)) {
-            return Err(too_large(format!("beside others, but may take {most} with them")));
+        if let (Some(most), false) = (shared.memory_bytes, shared.may_allocate(bytes)) {
+            return Err(too_large(format!("but all buffers together may take {most}")));
         }
         let info =
             vk::BufferCreateInfo::default().size(bytes).usage(usage).sharing_mode(vk::SharingMode::EXCLUSIVE);
@@ -164,7 +164,7 @@ impl RawBuffer {
         &self.name
     }
 
-    /// Bytes that the host sees; empty for device-only memory.
+    /// The bytes if mapped to the host; empty for device-only memory.
     pub(super) fn mapped(&self) -> &[u8] {
         self.allocation.as_ref().and_then(Allocation::mapped_slice).unwrap_or_default()
     }
@@ -178,7 +178,8 @@ impl RawBuffer {
 impl Drop for RawBuffer {
     fn drop(&mut self) {
         if let Some(allocation) = self.allocation.take() {
-            // The allocator only fails here if its own books are broken; the memory then goes with the device.
+            // The allocator fails here only if its records are corrupt; the memory is then freed with the
+            // device.
             let _ = self.shared.allocator().free(allocation);
             self.shared.count_freed(self.bytes);
         }

@@ -1,10 +1,11 @@
 //! The logical device: queue, memory allocator, pipeline cache.
 
+use super::cache;
+use super::errors::vk_error;
 use super::instance::Instance;
 use super::kernel::Pipelines;
 use super::select::{Candidate, DeviceInfo, candidates, choose};
 use super::timer::{StageTime, Timings};
-use super::{cache, vk_error};
 use crate::{Error, Result};
 use ash::{ext, vk};
 use gpu_allocator::vulkan::{Allocator, AllocatorCreateDesc};
@@ -15,23 +16,25 @@ use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 /// How to open a device.
 #[derive(Debug, Clone, Default, PartialEq, Eq)]
 pub struct DeviceOptions {
-    /// `N`, `cpu`, `gpu` or a part of the name; `None` takes the best usable one, discrete before integrated
-    /// before CPU.
+    /// An index, `cpu`, `gpu` or a part of the name; `None` takes the best usable one, discrete before
+    /// integrated before virtual before CPU.
     pub device: Option<String>,
     /// Turns on core and synchronization validation; see [`Device::take_validation_messages`].
     pub validation: bool,
-    /// Bytes of the device's memory that buffers may take together, where others need the rest; at least 1.
+    /// Most bytes of the device's memory that all buffers may take together; at least 1. `None` sets no
+    /// limit.
     pub memory_bytes: Option<u64>,
-    /// Puts a full barrier before every command. A result that differs from the normal one means a missing barrier.
+    /// Puts a full barrier before every command. A result that differs from the normal one means a missing
+    /// barrier.
     pub full_barriers: bool,
-    /// Times every kernel and copy, for [`StageTime::milliseconds`]. It holds the device up: on lavapipe by some 70 µs each,
-    /// so that a run of 2,000 vertices takes half as long again.
+    /// Times every kernel and copy, for [`StageTime::milliseconds`]. This slows the device down: on lavapipe
+    /// by some 70 µs each, so that a run of 2,000 vertices takes half as long again.
     pub timings: bool,
 }
 
 impl DeviceOptions {
-    /// Options from the environment: `RTFMESH_DEVICE`, and set to 1 `RTFMESH_VALIDATION`, `RTFMESH_FULL_BARRIERS`. Nothing is
-    /// timed.
+    /// Options from the environment: `RTFMESH_DEVICE`, and `RTFMESH_VALIDATION` and `RTFMESH_FULL_BARRIERS`,
+    /// which 1 turns on. Timings are off.
     pub fn from_env() -> Self {
         let on = |name| std::env::var_os(name).is_some_and(|v| v == "1");
         Self {
@@ -48,11 +51,11 @@ impl DeviceOptions {
 #[derive(Clone)]
 pub struct Device {
     pub(super) shared: Arc<Shared>,
-    /// What was compiled so far.
+    /// The kernels compiled so far.
     pub(super) pipelines: Arc<Pipelines>,
 }
 
-/// What buffers, pipelines and recorders keep alive.
+/// The Vulkan objects that buffers, pipelines and recorders keep alive.
 pub(super) struct Shared {
     pub raw: ash::Device,
     pub queue: Mutex<vk::Queue>,
@@ -64,7 +67,7 @@ pub(super) struct Shared {
     /// See [`DeviceOptions::memory_bytes`].
     pub memory_bytes: Option<u64>,
     physical: vk::PhysicalDevice,
-    tells_budget: bool,
+    reports_budget: bool,
     pub timings: Mutex<Timings>,
     allocated_bytes: AtomicU64,
     peak_bytes: AtomicU64,
@@ -74,7 +77,7 @@ pub(super) struct Shared {
     instance: Instance,
 }
 
-/// Blocks that the allocator takes from the driver; small, because a mesh's buffers are.
+/// Size of the blocks that the allocator takes from the driver; small, because a mesh's buffers are.
 const BLOCK_BYTES: u64 = 32 << 20;
 
 impl Device {
@@ -94,24 +97,27 @@ impl Device {
         &self.shared.info
     }
 
-    /// Messages of the validation layers since the last call; always empty without [`DeviceOptions::validation`].
+    /// Messages of the validation layers since the last call; always empty without
+    /// [`DeviceOptions::validation`].
     pub fn take_validation_messages(&self) -> Vec<String> {
-        std::mem::take(&mut *fixed(&self.shared.instance.messages))
+        std::mem::take(&mut *lock(&self.shared.instance.messages))
     }
 
-    /// Where the messages go, also those about what is left when the device goes.
+    /// The messages, including those about objects that still exist when the device is destroyed.
     #[cfg(test)]
     pub(super) fn messages(&self) -> Arc<Mutex<Vec<String>>> {
         Arc::clone(&self.shared.instance.messages)
     }
 
-    /// All dispatches and copies since the last call, by name, with their time if [`DeviceOptions::timings`] asks for it.
+    /// All dispatches and copies since the last call, by name, with their time if [`DeviceOptions::timings`]
+    /// asks for it.
     pub fn take_timings(&self) -> Vec<StageTime> {
-        std::mem::take(&mut *fixed(&self.shared.timings)).into_list()
+        std::mem::take(&mut *lock(&self.shared.timings)).into_list()
     }
 
-    /// Bytes of its own memory that the device has for this program: the least of its size, of what other programs leave of
-    /// it as far as the driver tells, and of [`DeviceOptions::memory_bytes`]. What is in use already counts as available.
+    /// Bytes of device memory that this program can use: the least of its size, of what the driver says other
+    /// programs leave of it, and of [`DeviceOptions::memory_bytes`]. Memory that this program already uses
+    /// counts as available.
     pub fn available_bytes(&self) -> u64 {
         let most = self.shared.memory_bytes.unwrap_or(u64::MAX);
         self.shared.budget().min(self.info().limits.memory_bytes).min(most)
@@ -123,8 +129,8 @@ impl Device {
     }
 }
 
-/// A lock that a panic elsewhere cannot poison: the guarded values are valid after every single operation.
-pub(super) fn fixed<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
+/// Locks a mutex even if it is poisoned: the guarded values are valid after every single operation.
+pub(super) fn lock<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
     mutex.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
@@ -141,7 +147,7 @@ impl Shared {
         let mut enabled = Vec::new();
         let has = |name| extensions.iter().any(|e| e.extension_name_as_c_str() == Ok(name));
         if has(subset) {
-            // Vulkan demands that this one be enabled where it exists (MoltenVK).
+            // Vulkan requires this one to be enabled where it exists (MoltenVK).
             enabled.push(subset.as_ptr());
         }
         let info =
@@ -160,15 +166,14 @@ impl Shared {
         .map_err(|e| {
             // SAFETY: nothing was made from the device yet.
             unsafe { raw.destroy_device(None) };
-            Error::device(format!("preparing the device's memory failed: {e}"), "try another `device`")
-                .caused_by(e)
+            Error::device(format!("preparing the device's memory failed: {e}"), "choose another `device`")
         })?;
-        let earlier = cache::load(&candidate.info);
+        let cached = cache::load(&candidate.info);
         // SAFETY: the device is alive; the driver checks the data's header and ignores foreign data.
         let pipeline_cache = unsafe {
-            let with = vk::PipelineCacheCreateInfo::default().initial_data(&earlier);
+            let with = vk::PipelineCacheCreateInfo::default().initial_data(&cached);
             let without = vk::PipelineCacheCreateInfo::default();
-            // A cache is a help only: a damaged file is dropped, and the null handle means none.
+            // The cache only saves time: a damaged file is ignored, and the null handle means no cache.
             raw.create_pipeline_cache(&with, None)
                 .or_else(|_| raw.create_pipeline_cache(&without, None))
                 .unwrap_or_default()
@@ -187,7 +192,7 @@ impl Shared {
             full_barriers: options.full_barriers,
             memory_bytes: options.memory_bytes,
             physical: candidate.handle,
-            tells_budget: has(ext::memory_budget::NAME),
+            reports_budget: has(ext::memory_budget::NAME),
             timings: Mutex::default(),
             allocated_bytes: AtomicU64::new(0),
             peak_bytes: AtomicU64::new(0),
@@ -199,18 +204,18 @@ impl Shared {
         })
     }
 
-    /// An id that no other buffer of this device ever had.
+    /// An id that no other buffer of this device has had.
     pub fn new_id(&self) -> u64 {
         self.next_id.fetch_add(1, Ordering::Relaxed)
     }
 
     pub fn allocator(&self) -> MutexGuard<'_, Allocator> {
-        fixed(&self.allocator)
+        lock(&self.allocator)
     }
 
-    /// What the driver lets this program take of the device's largest own heap; without word from it, no limit.
+    /// The driver's budget for this program in the largest device-local heap; `u64::MAX` if it reports none.
     fn budget(&self) -> u64 {
-        if !self.tells_budget {
+        if !self.reports_budget {
             return u64::MAX;
         }
         let mut budget = vk::PhysicalDeviceMemoryBudgetPropertiesEXT::default();
@@ -218,11 +223,11 @@ impl Shared {
         // SAFETY: the handle comes from this instance, the device has the extension; the call only reads.
         unsafe { self.instance.raw.get_physical_device_memory_properties2(self.physical, &mut memory) };
         let heaps = memory.memory_properties;
-        budget_of_own(heaps.memory_heaps_as_slice(), &budget.heap_budget)
+        device_local_budget(heaps.memory_heaps_as_slice(), &budget.heap_budget)
     }
 
     /// Whether so many bytes more are within [`DeviceOptions::memory_bytes`].
-    pub fn may_take(&self, bytes: u64) -> bool {
+    pub fn may_allocate(&self, bytes: u64) -> bool {
         let now = self.allocated_bytes.load(Ordering::Relaxed);
         self.memory_bytes.is_none_or(|most| now.saturating_add(bytes) <= most)
     }
@@ -245,19 +250,19 @@ impl Shared {
     }
 }
 
-/// The budget of the largest heap of the device's own memory.
-fn budget_of_own(heaps: &[vk::MemoryHeap], budgets: &[u64]) -> u64 {
-    let own =
+/// The budget of the largest device-local heap.
+fn device_local_budget(heaps: &[vk::MemoryHeap], budgets: &[u64]) -> u64 {
+    let device_local =
         heaps.iter().zip(budgets).filter(|(heap, _)| heap.flags.contains(vk::MemoryHeapFlags::DEVICE_LOCAL));
-    let largest = own.max_by_key(|(heap, _)| heap.size).map_or(0, |(_, budget)| *budget);
-    // Some drivers say 0 for what they do not know.
+    let largest = device_local.max_by_key(|(heap, _)| heap.size).map_or(0, |(_, budget)| *budget);
+    // Some drivers report 0 for an unknown budget.
     if largest == 0 { u64::MAX } else { largest }
 }
 
 impl Drop for Shared {
     fn drop(&mut self) {
-        // SAFETY: the last user is gone (Arc), submissions are waited for by their recorders; the allocator must
-        // go before its device, and is not touched again.
+        // SAFETY: the last user is gone (Arc), submissions are waited for by their recorders; the allocator
+        // must go before its device, and is not touched again.
         unsafe {
             if self.pipeline_cache != vk::PipelineCache::null() {
                 if let Ok(data) = self.raw.get_pipeline_cache_data(self.pipeline_cache) {
@@ -282,9 +287,9 @@ mod tests {
             vk::MemoryHeap::default().size(size).flags(flags)
         };
         let heaps = [heap(100, true), heap(900, false), heap(300, true)];
-        assert_eq!(budget_of_own(&heaps, &[90, 800, 250, 7]), 250);
-        assert_eq!(budget_of_own(&heaps, &[90, 800, 0, 7]), u64::MAX);
-        assert_eq!(budget_of_own(&heaps[1..2], &[800]), u64::MAX);
+        assert_eq!(device_local_budget(&heaps, &[90, 800, 250, 7]), 250);
+        assert_eq!(device_local_budget(&heaps, &[90, 800, 0, 7]), u64::MAX);
+        assert_eq!(device_local_budget(&heaps[1..2], &[800]), u64::MAX);
     }
 
     /// The canary: if validation were off or its messages lost, every GPU test would pass in silence.
@@ -294,8 +299,8 @@ mod tests {
         let device = Device::open(&options).unwrap();
         assert_eq!(device.take_validation_messages(), Vec::<String>::new());
         let empty = vk::BufferCreateInfo::default().size(0).usage(vk::BufferUsageFlags::STORAGE_BUFFER);
-        // SAFETY: a buffer of no bytes breaks a rule of Vulkan that the validation layer reports; drivers here accept
-        // or refuse it, and both are handled.
+        // SAFETY: a buffer of no bytes breaks a rule of Vulkan that the validation layer reports; drivers
+        // here accept or refuse it, and both are handled.
         unsafe {
             if let Ok(buffer) = device.shared.raw.create_buffer(&empty, None) {
                 device.shared.raw.destroy_buffer(buffer, None);

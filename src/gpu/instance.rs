@@ -1,6 +1,6 @@
-//! The Vulkan instance and, on request, the validation layers with every message kept.
+//! The Vulkan instance and, on request, the validation layers with all their messages.
 
-use super::vk_error;
+use super::errors::vk_error;
 use crate::{Error, Result};
 use ash::{ext, khr, vk};
 use std::ffi::{CStr, c_void};
@@ -23,9 +23,10 @@ pub(super) struct Instance {
 const INSTALL_DRIVER: &str = "install one (Debian: apt install libvulkan1 mesa-vulkan-drivers)";
 
 impl Instance {
-    /// Loads Vulkan; with `validation` core and synchronization validation are on and collect their messages.
+    /// Loads Vulkan; `validation` turns on core and synchronization validation and collects their messages.
     pub fn new(validation: bool) -> Result<Self> {
-        // SAFETY: loading runs the initialisers of the system's Vulkan loader, which every Vulkan program trusts.
+        // SAFETY: loading runs the initialisers of the system's Vulkan loader, which every Vulkan program
+        // trusts.
         let entry = unsafe { ash::Entry::load() }
             .map_err(|e| Error::device(format!("no Vulkan loader: {e}"), INSTALL_DRIVER).caused_by(e))?;
         #[cfg(test)]
@@ -65,7 +66,7 @@ impl Instance {
         }
         // SAFETY: all pointers in `info` outlive the call.
         let raw = unsafe { entry.create_instance(&info, None) }.map_err(|e| match e {
-            // The loader is there, and found nothing to load.
+            // The loader exists but found no driver.
             vk::Result::ERROR_INCOMPATIBLE_DRIVER => {
                 Error::device("there is no Vulkan driver", INSTALL_DRIVER).caused_by(e)
             }
@@ -73,7 +74,7 @@ impl Instance {
         })?;
         let mut this = Self { raw, messages: Arc::default(), messenger: None, debug_utils, _entry: entry };
         if validation {
-            this.listen()?;
+            this.collect_messages()?;
         }
         Ok(this)
     }
@@ -83,7 +84,7 @@ impl Instance {
         self.debug_utils
     }
 
-    fn listen(&mut self) -> Result<()> {
+    fn collect_messages(&mut self) -> Result<()> {
         let debug = ext::debug_utils::Instance::new(&self._entry, &self.raw);
         let info = vk::DebugUtilsMessengerCreateInfoEXT::default()
             .message_severity(
@@ -93,7 +94,7 @@ impl Instance {
                 vk::DebugUtilsMessageTypeFlagsEXT::VALIDATION
                     | vk::DebugUtilsMessageTypeFlagsEXT::PERFORMANCE,
             )
-            .pfn_user_callback(Some(collect))
+            .pfn_user_callback(Some(on_message))
             .user_data(Arc::as_ptr(&self.messages).cast_mut().cast());
         // SAFETY: the messages are shared and dropped after the messenger, see Drop.
         let messenger = unsafe { debug.create_debug_utils_messenger(&info, None) }
@@ -105,7 +106,8 @@ impl Instance {
 
 impl Drop for Instance {
     fn drop(&mut self) {
-        // SAFETY: nothing made from the instance lives on: Device holds it in an Arc and drops its own objects first.
+        // SAFETY: nothing made from the instance lives on: Device holds it in an Arc and drops its own
+        // objects first.
         unsafe {
             if let Some((debug, messenger)) = &self.messenger {
                 debug.destroy_debug_utils_messenger(*messenger, None);
@@ -128,13 +130,14 @@ fn require_validation_layer(entry: &ash::Entry) -> Result<()> {
     ))
 }
 
-unsafe extern "system" fn collect(
+unsafe extern "system" fn on_message(
     _severity: vk::DebugUtilsMessageSeverityFlagsEXT,
     _kind: vk::DebugUtilsMessageTypeFlagsEXT,
     data: *const vk::DebugUtilsMessengerCallbackDataEXT<'_>,
     messages: *mut c_void,
 ) -> vk::Bool32 {
-    // SAFETY: Vulkan passes valid data with a valid message, and the pointer that `listen` registered.
+    // SAFETY: Vulkan passes valid data with a valid message, and the pointer that `collect_messages`
+    // registered.
     unsafe {
         if let (Some(data), Some(messages)) = (data.as_ref(), messages.cast::<Messages>().as_ref()) {
             let text = data.message_as_c_str().map_or_else(String::new, |m| m.to_string_lossy().into_owned());

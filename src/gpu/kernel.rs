@@ -1,8 +1,8 @@
-//! What a kernel is to Rust, and its compiled pipeline.
+//! Kernels: their declarations, and their compiled pipelines.
 
 use super::buffer::RawBuffer;
-use super::device::{Device, Shared, fixed};
-use super::vk_error;
+use super::device::{Device, Shared, lock};
+use super::errors::vk_error;
 use crate::{Error, Result};
 use ash::vk;
 use std::collections::HashMap;
@@ -81,30 +81,31 @@ pub(super) struct RawPipeline {
 }
 
 impl<K: Kernel> Pipeline<K> {
-    /// Compiles the kernel, once for a device and constants: later calls share the first one's work.
+    /// Compiles the kernel, or returns the pipeline that was compiled before with the same constants.
     ///
     /// # Errors
     /// [`Error::Device`] if the workgroup is larger than the device's limit or the driver refuses the kernel.
     pub fn new(device: &Device, constants: K::Constants) -> Result<Self> {
         let key = (K::INFO.name, constants.values());
-        let place = fixed(&device.pipelines).entry(key.clone()).or_default().clone();
+        let cell = lock(&device.pipelines).entry(key.clone()).or_default().clone();
         // Not under the lock, so that threads can compile different kernels at the same time.
-        let made = place.get_or_init(|| {
+        let compiled = cell.get_or_init(|| {
             let push_bytes = size_of::<K::Push>() as u32;
             RawPipeline::new(&device.shared, K::INFO, &constants, push_bytes).map(Arc::new)
         });
-        match made {
+        match compiled {
             Ok(raw) => Ok(Self { raw: raw.clone(), kernel: PhantomData }),
             Err(error) => {
-                // Later there may be enough memory.
-                fixed(&device.pipelines).remove(&key);
+                // A later attempt may succeed, for example with more free memory.
+                lock(&device.pipelines).remove(&key);
                 Err(error.clone())
             }
         }
     }
 }
 
-/// The pipelines of a device by kernel and specialization constants; whoever wants one that is being compiled waits.
+/// The pipelines of a device by kernel and specialization constants. A thread that needs one being compiled
+/// waits for it.
 pub(super) type Pipelines = Mutex<HashMap<(&'static str, Vec<(u32, u32)>), Arc<OnceLock<Compiled>>>>;
 type Compiled = Result<Arc<RawPipeline>>;
 
@@ -189,8 +190,8 @@ fn compile(
         .name(c"main")
         .specialization_info(&specialization);
     let create = [vk::ComputePipelineCreateInfo::default().stage(stage).layout(layout)];
-    // SAFETY: module and layout are alive and everything `create` points to outlives the call; the module may go
-    // as soon as the pipeline exists.
+    // SAFETY: module and layout are alive and everything `create` points to outlives the call; the module may
+    // go as soon as the pipeline exists.
     let made = unsafe {
         let made = shared.raw.create_compute_pipelines(shared.pipeline_cache, &create, None);
         shared.raw.destroy_shader_module(module, None);
@@ -204,7 +205,8 @@ fn compile(
 
 impl Drop for RawPipeline {
     fn drop(&mut self) {
-        // SAFETY: recorders share the pipelines that they use until the device is done, so nothing uses this any more.
+        // SAFETY: recorders share the pipelines that they use until the device is done, so nothing uses this
+        // any more.
         unsafe {
             self.shared.raw.destroy_pipeline(self.pipeline, None);
             self.shared.raw.destroy_pipeline_layout(self.layout, None);

@@ -1,10 +1,10 @@
-//! Records dispatches and copies in a straight line, with the barriers that they need, and runs them.
+//! Records a sequence of dispatches and copies, with the barriers that they need, and runs it.
 
 use super::barriers::{Barrier, Hazards, Stage};
 use super::buffer::{Buffer, RawBuffer};
-use super::device::{Device, Shared, fixed};
+use super::device::{Device, Shared, lock};
+use super::errors::vk_error;
 use super::kernel::{Access, BindingSet, Kernel, Pipeline, RawPipeline};
-use super::vk_error;
 use crate::{Error, Result};
 use ash::vk;
 use glam::UVec4;
@@ -13,8 +13,8 @@ use std::collections::HashMap;
 use std::marker::PhantomData;
 use std::sync::Arc;
 
-/// Number of invocations that a dispatch needs; the recorder rounds up to whole workgroups. Kernels get their index
-/// from `thread_index()` in `glsl/common/threads.glsl` and must leave when it is past the end.
+/// Number of invocations that a dispatch needs; the recorder rounds up to whole workgroups. Kernels get their
+/// index from `thread_index()` in `glsl/common/threads.glsl` and must leave when it is past the end.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Threads(pub usize);
 
@@ -26,7 +26,7 @@ enum Groups<'a> {
     Indirect(&'a Buffer<UVec4>, usize),
 }
 
-/// A list of commands that is being written; [`Recorder::submit`] runs it.
+/// A sequence of commands that is being recorded; [`Recorder::submit`] runs it.
 pub struct Recorder {
     shared: Arc<Shared>,
     command_pool: vk::CommandPool,
@@ -45,7 +45,7 @@ pub struct Recorder {
     running: bool,
 }
 
-/// A copy to the host that [`Submitted::read`] gives out.
+/// A copy to the host, which [`Submitted::read`] returns.
 pub struct Download<T> {
     slot: usize,
     len: usize,
@@ -109,7 +109,8 @@ impl Recorder {
     /// Runs `pipeline` on `threads` invocations. Zero threads are no dispatch.
     ///
     /// # Errors
-    /// [`Error::Device`] if the driver has no memory; [`Error::Internal`] if a buffer is bound twice and written.
+    /// [`Error::Device`] if the driver has no memory; [`Error::Internal`] if a buffer is bound twice and
+    /// written.
     pub fn dispatch<K: Kernel>(
         &mut self,
         pipeline: &Pipeline<K>,
@@ -123,11 +124,11 @@ impl Recorder {
         self.dispatch_groups(pipeline, Groups::Known(self.groups(pipeline, threads)), push, bindings)
     }
 
-    /// Runs as many workgroups of `pipeline` as element `at` of `groups` says when the device gets there (x, y, z; w is
-    /// not used). [`Recorder::groups`] gives the element for a number of invocations.
+    /// Runs as many workgroups of `pipeline` as element `at` of `groups` says when the device gets there (x,
+    /// y, z; w is not used). [`Recorder::groups`] gives the element for a number of invocations.
     ///
-    /// # Errors
-    /// As [`Recorder::dispatch`]; [`Error::Internal`] if there is no such element, or the kernel writes `groups`.
+    /// # Errors As [`Recorder::dispatch`]; [`Error::Internal`] if there is no such element, or the kernel
+    /// writes `groups`.
     pub fn dispatch_indirect<K: Kernel>(
         &mut self,
         pipeline: &Pipeline<K>,
@@ -184,8 +185,8 @@ impl Recorder {
         let set = self.descriptor_set(pipeline.raw.set_layout, &set_buffers)?;
         let (raw, layout) = (&self.shared.raw.clone(), pipeline.raw.layout);
         self.timed(K::INFO.name, |commands| {
-            // SAFETY: recording is on; this recorder shares pipeline and buffers and owns the set until the submission
-            // was waited for.
+            // SAFETY: recording is on; this recorder shares pipeline and buffers and owns the set until the
+            // submission was waited for.
             unsafe {
                 raw.cmd_bind_pipeline(commands, vk::PipelineBindPoint::COMPUTE, pipeline.raw.pipeline);
                 raw.cmd_bind_descriptor_sets(
@@ -249,11 +250,11 @@ impl Recorder {
     /// [`Error::Device`] if the driver has no memory.
     pub fn fill<T: bytemuck::Pod>(&mut self, target: &Buffer<T>, word: u32) -> Result<()> {
         let buffer = target.raw();
-        self.transfer(&[(buffer.id, Access::Write)]);
+        self.barrier_before_transfer(&[(buffer.id, Access::Write)]);
         self.buffers.insert(buffer.id, buffer.clone());
         let raw = self.shared.raw.clone();
-        // SAFETY: buffers are made for transfers, of whole words; this recorder shares the buffer until the submission was
-        // waited for.
+        // SAFETY: buffers are made for transfers, of whole words; this recorder shares the buffer until the
+        // submission was waited for.
         self.timed("copy.fill", |commands| unsafe {
             raw.cmd_fill_buffer(commands, buffer.handle, 0, vk::WHOLE_SIZE, word);
         })
@@ -287,8 +288,9 @@ impl Recorder {
             .dst_access_mask(vk::AccessFlags::HOST_READ);
         let commands = [self.commands];
         let submit = [vk::SubmitInfo::default().command_buffers(&commands)];
-        // SAFETY: recording is on; the queue is fixed during the submission as Vulkan demands; the fence outlives
-        // the wait, and so does all that the commands use, unless `stopped` says that the device is done with it.
+        // SAFETY: recording is on; the queue is locked during the submission, as Vulkan requires; the fence
+        // outlives the wait, and so does all that the commands use, unless `device_is_done` says that it is
+        // no longer used.
         unsafe {
             raw.cmd_pipeline_barrier(
                 self.commands,
@@ -301,10 +303,10 @@ impl Recorder {
             );
             raw.end_command_buffer(self.commands).map_err(failed)?;
             let fence = raw.create_fence(&vk::FenceCreateInfo::default(), None).map_err(failed)?;
-            let sent = raw.queue_submit(*fixed(&self.shared.queue), &submit, fence);
+            let sent = raw.queue_submit(*lock(&self.shared.queue), &submit, fence);
             let done = sent.and_then(|()| {
                 let waited = raw.wait_for_fences(&[fence], true, u64::MAX);
-                self.running = waited.is_err_and(|error| !self.stopped(error));
+                self.running = waited.is_err_and(|error| !self.device_is_done(error));
                 waited
             });
             if !self.running {
@@ -312,22 +314,23 @@ impl Recorder {
             }
             done.map_err(failed)?;
         }
-        self.collect_times()?;
+        self.collect_timings()?;
         Ok(Submitted { recorder: self })
     }
 
-    /// Whether the device has stopped using what this recorder owns, after waiting for a submission failed.
-    fn stopped(&self, error: vk::Result) -> bool {
-        // Vulkan counts the work of a lost device as done; else the wait itself failed, and the work goes on.
+    /// After a failed wait: whether the device no longer uses what this recorder owns.
+    fn device_is_done(&self, error: vk::Result) -> bool {
+        // Vulkan counts the work of a lost device as done. Otherwise the wait itself failed, and the work
+        // continues.
         error == vk::Result::ERROR_DEVICE_LOST || {
-            let _queue = fixed(&self.shared.queue);
-            // SAFETY: the device is alive, and its queue fixed as Vulkan demands.
+            let _queue = lock(&self.shared.queue);
+            // SAFETY: the device is alive, and its queue locked, as Vulkan requires.
             let idle = unsafe { self.shared.raw.device_wait_idle() };
             matches!(idle, Ok(()) | Err(vk::Result::ERROR_DEVICE_LOST))
         }
     }
 
-    /// Leaves out the next barrier, for the test that a missing one is found.
+    /// Omits the next barrier, to test that a missing one is detected.
     #[cfg(test)]
     pub(super) fn forget_hazards(&mut self) {
         self.hazards = Hazards::default();
@@ -343,16 +346,16 @@ impl Recorder {
     }
 
     fn copy(&mut self, from: &RawBuffer, to: &RawBuffer, bytes: usize, name: &'static str) -> Result<()> {
-        self.transfer(&[(from.id, Access::Read), (to.id, Access::Write)]);
+        self.barrier_before_transfer(&[(from.id, Access::Read), (to.id, Access::Write)]);
         let raw = self.shared.raw.clone();
         let region = [vk::BufferCopy::default().size(bytes as u64)];
-        // SAFETY: both buffers are at least `bytes` long; this recorder shares or owns them until the submission was
-        // waited for.
+        // SAFETY: both buffers are at least `bytes` long; this recorder shares or owns them until the
+        // submission was waited for.
         self.timed(name, |commands| unsafe { raw.cmd_copy_buffer(commands, from.handle, to.handle, &region) })
     }
 
-    /// The barrier before a copy or a fill, if it needs one.
-    fn transfer(&mut self, uses: &[(u64, Access)]) {
+    /// Records the barrier before a copy or a fill, if one is needed.
+    fn barrier_before_transfer(&mut self, uses: &[(u64, Access)]) {
         if let Some(b) = self.hazards.before(Stage::Transfer, uses, self.shared.full_barriers) {
             self.barrier(b);
         }
@@ -412,9 +415,9 @@ impl Recorder {
         Ok(())
     }
 
-    fn collect_times(&mut self) -> Result<()> {
+    fn collect_timings(&mut self) -> Result<()> {
         let (mask, tick) = (self.shared.timestamp_mask, f64::from(self.shared.info.limits.timestamp_ns));
-        let mut timings = fixed(&self.shared.timings);
+        let mut timings = lock(&self.shared.timings);
         for (chunk, names) in self.names.chunks(TIMED_PER_POOL as usize).enumerate() {
             let mut ticks = vec![0_u64; 2 * names.len()];
             if let Some(&pool) = self.query_pools.get(chunk) {
@@ -452,7 +455,7 @@ impl Recorder {
         let info = vk::DescriptorSetAllocateInfo::default()
             .descriptor_pool(self.descriptor_pools.last().copied().unwrap_or_default())
             .set_layouts(&layouts);
-        // SAFETY: the pool has room: it was sized for SETS_PER_POOL sets of the largest kernel.
+        // SAFETY: the pool has enough space: it was sized for SETS_PER_POOL sets of the largest kernel.
         let set = unsafe { raw.allocate_descriptor_sets(&info) }.map_err(failed)?;
         self.sets_left -= 1;
         let set = set.first().copied().unwrap_or_default();
@@ -480,7 +483,7 @@ impl Recorder {
 impl Drop for Recorder {
     fn drop(&mut self) {
         if self.running {
-            // Nobody can tell when the device will be done, so all this stays for good, and the device with it.
+            // The device may still use all this for an unknown time, so it is never freed, nor is the device.
             std::mem::forget(std::mem::take(&mut self.staging));
             std::mem::forget(std::mem::take(&mut self.buffers));
             std::mem::forget(std::mem::take(&mut self.pipelines));

@@ -1,7 +1,7 @@
-//! Which devices there are, whether each can be used, and which one to take.
+//! Lists the devices, checks which are usable, and chooses one.
 
+use super::errors::vk_error;
 use super::instance::Instance;
-use super::vk_error;
 use crate::{Error, Result};
 use ash::vk;
 use serde::Serialize;
@@ -73,16 +73,20 @@ pub fn list_devices() -> Result<Vec<DeviceInfo>> {
 pub(super) fn candidates(instance: &Instance) -> Result<Vec<Candidate>> {
     // SAFETY: the instance is alive; the call only reads.
     let handles = match unsafe { instance.raw.enumerate_physical_devices() } {
-        // The loader says so when no driver can be loaded at all.
+        // The loader returns this when it cannot load any driver.
         Err(vk::Result::ERROR_INITIALIZATION_FAILED) => Vec::new(),
         other => other.map_err(|e| vk_error("listing the devices", e))?,
     };
-    Ok(handles.into_iter().enumerate().map(|(index, handle)| candidate(instance, index, handle)).collect())
+    Ok(handles
+        .into_iter()
+        .enumerate()
+        .map(|(index, handle)| inspect_device(instance, index, handle))
+        .collect())
 }
 
-/// Takes the device that `wish` names: an index, `cpu`, `gpu`, or a part of the name; without a wish the first
-/// usable one, discrete before integrated before virtual before CPU.
-pub(super) fn choose(mut all: Vec<Candidate>, wish: Option<&str>) -> Result<Candidate> {
+/// Chooses the device that `wanted` names: an index, `cpu`, `gpu`, or a part of the name; without a name the
+/// first usable one, discrete before integrated before virtual before CPU.
+pub(super) fn choose(mut all: Vec<Candidate>, wanted: Option<&str>) -> Result<Candidate> {
     let remedy =
         "see `rtfmesh devices`, or install Mesa's lavapipe (Debian: apt install mesa-vulkan-drivers)";
     if all.is_empty() {
@@ -90,16 +94,16 @@ pub(super) fn choose(mut all: Vec<Candidate>, wish: Option<&str>) -> Result<Cand
     }
     let names =
         all.iter().map(|c| format!("{} {}", c.info.index, c.info.name)).collect::<Vec<_>>().join(", ");
-    all.retain(|c| wish.is_none_or(|w| matches(&c.info, w)));
-    all.sort_by_key(|c| rank(c.info.kind));
+    all.retain(|c| wanted.is_none_or(|name| matches(&c.info, name)));
+    all.sort_by_key(|c| preference(c.info.kind));
     let Some(best) = all.iter().position(|c| c.info.missing.is_empty()) else {
-        return Err(match (all.first(), wish) {
+        return Err(match (all.first(), wanted) {
             (Some(c), _) => Error::device(
                 format!("device '{}' cannot be used: {}", c.info.name, c.info.missing.join(", ")),
                 remedy,
             ),
-            (None, Some(wish)) => {
-                Error::device(format!("no device matches '{wish}'"), format!("there are: {names}"))
+            (None, Some(wanted)) => {
+                Error::device(format!("no device matches '{wanted}'"), format!("there are: {names}"))
             }
             (None, None) => Error::device("no Vulkan device on this machine", remedy),
         });
@@ -107,8 +111,8 @@ pub(super) fn choose(mut all: Vec<Candidate>, wish: Option<&str>) -> Result<Cand
     Ok(all.swap_remove(best))
 }
 
-fn matches(info: &DeviceInfo, wish: &str) -> bool {
-    match (wish.parse::<usize>(), wish) {
+fn matches(info: &DeviceInfo, wanted: &str) -> bool {
+    match (wanted.parse::<usize>(), wanted) {
         (Ok(index), _) => info.index == index,
         (_, "cpu") => info.kind == "cpu",
         (_, "gpu") => info.kind != "cpu",
@@ -116,11 +120,11 @@ fn matches(info: &DeviceInfo, wish: &str) -> bool {
     }
 }
 
-fn rank(kind: &str) -> usize {
+fn preference(kind: &str) -> usize {
     ["discrete", "integrated", "virtual", "cpu"].iter().position(|k| *k == kind).unwrap_or(4)
 }
 
-fn candidate(instance: &Instance, index: usize, handle: vk::PhysicalDevice) -> Candidate {
+fn inspect_device(instance: &Instance, index: usize, handle: vk::PhysicalDevice) -> Candidate {
     let mut driver = vk::PhysicalDeviceDriverProperties::default();
     let mut subgroup = vk::PhysicalDeviceSubgroupProperties::default();
     let mut all = vk::PhysicalDeviceProperties2::default().push_next(&mut driver).push_next(&mut subgroup);
@@ -155,8 +159,8 @@ fn candidate(instance: &Instance, index: usize, handle: vk::PhysicalDevice) -> C
             .unwrap_or(0),
         subgroup_size: subgroup.subgroup_size,
     };
-    let mut missing = missing(p.api_version, &limits, family.is_some());
-    // The neighbour lists vote within a subgroup.
+    let mut missing = missing_features(p.api_version, &limits, family.is_some());
+    // The kernel of the neighbour lists uses ballots within a subgroup.
     let votes = vk::SubgroupFeatureFlags::BASIC | vk::SubgroupFeatureFlags::BALLOT;
     if !subgroup.supported_operations.contains(votes)
         || !subgroup.supported_stages.contains(vk::ShaderStageFlags::COMPUTE)
@@ -180,21 +184,21 @@ fn candidate(instance: &Instance, index: usize, handle: vk::PhysicalDevice) -> C
             _ => "other",
         },
         driver: format!("{} {}", text(driver.driver_name_as_c_str()), text(driver.driver_info_as_c_str())),
-        api: version(p.api_version),
+        api: version_text(p.api_version),
         missing,
         limits,
     };
     Candidate { handle, queue_family: family.unwrap_or(0) as u32, timestamp_bits, info }
 }
 
-fn version(v: u32) -> String {
+fn version_text(v: u32) -> String {
     format!("{}.{}.{}", vk::api_version_major(v), vk::api_version_minor(v), vk::api_version_patch(v))
 }
 
-fn missing(api: u32, limits: &Limits, compute: bool) -> Vec<String> {
+fn missing_features(api: u32, limits: &Limits, compute: bool) -> Vec<String> {
     let mut list = Vec::new();
     if api < vk::API_VERSION_1_2 {
-        list.push(format!("Vulkan 1.2 (it has {})", version(api)));
+        list.push(format!("Vulkan 1.2 (it has {})", version_text(api)));
     }
     if !compute {
         list.push("a compute queue".to_owned());
@@ -250,8 +254,8 @@ mod tests {
         ]
     }
 
-    fn chosen(wish: Option<&str>) -> Result<usize> {
-        choose(three(), wish).map(|c| c.info.index)
+    fn chosen(wanted: Option<&str>) -> Result<usize> {
+        choose(three(), wanted).map(|c| c.info.index)
     }
 
     #[test]
@@ -264,8 +268,8 @@ mod tests {
     }
 
     #[test]
-    fn a_wish_that_cannot_be_met_says_why() {
-        let text = |wish| chosen(Some(wish)).unwrap_err().to_string();
+    fn a_device_that_cannot_be_chosen_says_why() {
+        let text = |wanted| chosen(Some(wanted)).unwrap_err().to_string();
         assert!(text("2").contains("Old Discrete") && text("2").contains("Vulkan 1.2"));
         assert!(text("radeon").contains("radeon") && text("radeon").contains("llvmpipe"));
         assert!(choose(Vec::new(), None).is_err());
@@ -274,9 +278,9 @@ mod tests {
     #[test]
     fn too_small_limits_are_named() {
         let mut limits = three().remove(0).info.limits;
-        assert!(missing(vk::API_VERSION_1_2, &limits, true).is_empty());
+        assert!(missing_features(vk::API_VERSION_1_2, &limits, true).is_empty());
         limits.shared_memory_bytes = 8 << 10;
-        assert!(missing(vk::API_VERSION_1_2, &limits, true)[0].contains("shared memory"));
-        assert!(missing(vk::API_VERSION_1_1, &limits, false).len() == 3);
+        assert!(missing_features(vk::API_VERSION_1_2, &limits, true)[0].contains("shared memory"));
+        assert!(missing_features(vk::API_VERSION_1_1, &limits, false).len() == 3);
     }
 }

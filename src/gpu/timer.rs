@@ -10,11 +10,12 @@ pub struct StageTime {
     pub name: String,
     /// Number of dispatches.
     pub calls: u64,
-    /// Their total time on the device in milliseconds; `None` where the device has no timestamps, or nobody asked for them.
+    /// Their total time on the device in milliseconds; `None` if the device has no timestamps, or
+    /// timings were not asked for.
     pub milliseconds: Option<f64>,
 }
 
-/// Sums by name.
+/// The time of all dispatches and copies, by name.
 #[derive(Debug, Default)]
 pub(super) struct Timings {
     by_name: BTreeMap<&'static str, (u64, f64, bool)>,

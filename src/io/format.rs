@@ -1,13 +1,14 @@
-//! What kinds of files there are, and how to tell them apart.
+//! The mesh formats, and how to tell them apart.
 
 use std::fmt;
 use std::path::Path;
 use std::str::FromStr;
 
-use super::{excerpt, stl};
+use super::checks::excerpt;
+use super::{off, stl};
 use crate::Error;
 
-/// A kind of mesh file.
+/// A mesh file format.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Format {
     /// Wavefront OBJ, text.
@@ -27,11 +28,11 @@ pub enum Format {
 }
 
 impl Format {
-    /// All of them.
+    /// All formats.
     pub const ALL: [Self; 7] =
         [Self::Obj, Self::Ply, Self::Stl, Self::Off, Self::Gltf, Self::Glb, Self::Medit];
 
-    /// Its name for people.
+    /// The usual name.
     pub fn name(self) -> &'static str {
         match self {
             Self::Obj => "OBJ",
@@ -57,42 +58,42 @@ impl Format {
         }
     }
 
-    /// By the extension in any case, or "medit".
-    fn of_word(word: &str) -> Option<Self> {
+    /// The format with this extension, in upper or lower case, or "medit".
+    fn from_word(word: &str) -> Option<Self> {
         let named = |format: &Self| word.eq_ignore_ascii_case(format.extension());
         let medit = word.eq_ignore_ascii_case("medit").then_some(Self::Medit);
         Self::ALL.into_iter().find(named).or(medit)
     }
 
-    /// Whether files of it can be shown in a terminal.
+    /// Whether it is written as text, which a terminal can show.
     pub fn is_written_as_text(self) -> bool {
         matches!(self, Self::Obj | Self::Off | Self::Medit)
     }
 }
 
-/// A format, plain or packed.
+/// A format, plain or compressed.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Encoding {
-    /// The format of the plain file.
+    /// The format of the uncompressed file.
     pub format: Format,
-    /// Whether it is packed by gzip.
+    /// Whether the file is compressed with gzip.
     pub gzip: bool,
 }
 
 impl Encoding {
-    /// What the name of a file says, `kitten.ply` or `kitten.ply.gz`; nothing if it says nothing known.
+    /// From the name of a file, such as `kitten.ply` or `kitten.ply.gz`; `None` if the extension is unknown.
     pub fn of_name(path: &Path) -> Option<Self> {
-        let plain = without_gz(path);
-        let format = Format::of_word(plain.extension()?.to_str()?)?;
-        Some(Self { format, gzip: plain != path })
+        let uncompressed = without_gz(path);
+        let format = Format::from_word(uncompressed.extension()?.to_str()?)?;
+        Some(Self { format, gzip: uncompressed != path })
     }
 }
 
-/// The path without a last `.gz`.
+/// The path without a final `.gz`.
 fn without_gz(path: &Path) -> &Path {
-    let packed = path.extension().is_some_and(|extension| extension.eq_ignore_ascii_case("gz"));
+    let compressed = path.extension().is_some_and(|extension| extension.eq_ignore_ascii_case("gz"));
     match path.file_stem() {
-        Some(stem) if packed => Path::new(stem),
+        Some(stem) if compressed => Path::new(stem),
         _ => path,
     }
 }
@@ -106,11 +107,11 @@ impl fmt::Display for Encoding {
 impl FromStr for Encoding {
     type Err = Error;
 
-    /// `ply`, `ply.gz` and the like, in any case; `medit` is `mesh`.
+    /// `ply`, `ply.gz` and the like, in upper or lower case; `medit` means `mesh`.
     fn from_str(text: &str) -> Result<Self, Error> {
         let plain = text.len().checked_sub(3).and_then(|at| text.split_at_checked(at));
         let plain = plain.filter(|(_, end)| end.eq_ignore_ascii_case(".gz")).map(|(plain, _)| plain);
-        match Format::of_word(plain.unwrap_or(text)) {
+        match Format::from_word(plain.unwrap_or(text)) {
             Some(format) => Ok(Self { format, gzip: plain.is_some() }),
             None => {
                 let problem = format!("there is no mesh format '{}'", excerpt(text));
@@ -120,7 +121,7 @@ impl FromStr for Encoding {
     }
 }
 
-/// "obj, ply or stl".
+/// The extensions as "obj, ply or stl".
 fn list(formats: &[Format]) -> String {
     let names: Vec<&str> = formats.iter().map(|format| format.extension()).collect();
     match names.as_slice() {
@@ -129,13 +130,13 @@ fn list(formats: &[Format]) -> String {
     }
 }
 
-/// The extensions that results can have: ".obj, .ply or .stl".
+/// The extensions of the formats that are written, as ".obj, .ply or .stl".
 pub(crate) fn written_extensions() -> String {
     let written: Vec<Format> = Format::ALL.into_iter().filter(|format| *format != Format::Gltf).collect();
     format!(".{}", list(&written).replace(", ", ", .").replace("or ", "or ."))
 }
 
-/// What is wrong with a name that tells no format.
+/// What is wrong with a name whose extension is not that of a format.
 pub(crate) fn extension_problem(path: &Path) -> String {
     match path.extension() {
         Some(extension) => format!("unknown file type '.{}'", extension.to_string_lossy()),
@@ -143,11 +144,11 @@ pub(crate) fn extension_problem(path: &Path) -> String {
     }
 }
 
-/// How much of a text is looked at.
-const START: usize = 4096;
+/// Bytes of a text file that are examined.
+const START_BYTES: usize = 4096;
 
-/// The format that the content shows beyond doubt; `None` where it could be anything.
-pub(crate) fn plain_format(bytes: &[u8]) -> Option<Format> {
+/// The format if the content leaves no doubt about it.
+pub(crate) fn format_of_content(bytes: &[u8]) -> Option<Format> {
     let bytes = bytes.strip_prefix(b"\xef\xbb\xbf").unwrap_or(bytes);
     if bytes.starts_with(b"ply\n") || bytes.starts_with(b"ply\r") {
         return Some(Format::Ply);
@@ -161,24 +162,24 @@ pub(crate) fn plain_format(bytes: &[u8]) -> Option<Format> {
     if bytes.trim_ascii_start().starts_with(b"{") {
         return Some(Format::Gltf);
     }
-    let start = String::from_utf8_lossy(bytes.get(..START).unwrap_or(bytes));
+    let start = String::from_utf8_lossy(bytes.get(..START_BYTES).unwrap_or(bytes));
     let lines = || {
-        let whole = |line: &&str| !line.is_empty() && !line.starts_with('#');
-        start.split(['\n', '\r']).map(str::trim).filter(whole)
+        let has_content = |line: &&str| !line.is_empty() && !line.starts_with('#');
+        start.split(['\n', '\r']).map(str::trim).filter(has_content)
     };
     let first_word = |line: &str| line.split_whitespace().next().unwrap_or_default().to_owned();
     let first = lines().next().map(first_word).unwrap_or_default();
     if first.eq_ignore_ascii_case("MeshVersionFormatted") {
         return Some(Format::Medit);
     }
-    if super::off::is_keyword(&first) {
+    if off::is_keyword(&first) {
         return Some(Format::Off);
     }
     let facet = |line: &str| ["facet", "endsolid"].iter().any(|w| first_word(line).eq_ignore_ascii_case(w));
     if first.eq_ignore_ascii_case("solid") && lines().any(facet) {
         return Some(Format::Stl);
     }
-    // Comments and names may come first; a line with three numbers after "v" is an OBJ's own.
+    // Comments and names may come first; only OBJ has lines of "v" and three numbers.
     let vertex_line = |line: &str| {
         let mut words = line.split_whitespace();
         words.next() == Some("v") && words.take(3).filter(|word| word.parse::<f64>().is_ok()).count() == 3

@@ -1,28 +1,29 @@
-//! Files packed by gzip.
+//! Decompression of gzip files.
 
 use std::io::Read;
 
 use flate2::read::MultiGzDecoder;
 
-use super::unfolds_too_far;
+use super::checks::expands_too_far;
 use crate::{Error, Result};
 
-/// Whether these bytes are packed.
-pub(crate) fn is_packed(bytes: &[u8]) -> bool {
+/// Whether these bytes are a gzip file.
+pub(crate) fn is_compressed(bytes: &[u8]) -> bool {
     bytes.starts_with(&[0x1f, 0x8b])
 }
 
-/// Bytes that are unpacked at once.
+/// Bytes decompressed at a time.
 const CHUNK: usize = 1 << 16;
 
-/// What was packed. A few bytes can stand for terabytes, so it must not be very much larger than the file.
-pub(crate) fn unpack(packed: &[u8]) -> Result<Vec<u8>> {
-    let mut decoder = MultiGzDecoder::new(packed);
+/// The decompressed content. A few bytes can stand for terabytes, so its size is limited relative to the
+/// file's.
+pub(crate) fn decompress(compressed: &[u8]) -> Result<Vec<u8>> {
+    let mut decoder = MultiGzDecoder::new(compressed);
     let (mut plain, mut chunk) = (Vec::new(), vec![0; CHUNK]);
     loop {
         let damaged = |error: std::io::Error| {
-            let place = format!("byte {} of the unpacked file", plain.len());
-            let remedy = "get the whole file or pack it again";
+            let place = format!("byte {} of the decompressed file", plain.len());
+            let remedy = "get the whole file or compress it again";
             Error::input(Some(place), format!("the gzip data is cut off or damaged ({error})"), remedy)
                 .caused_by(error)
         };
@@ -31,14 +32,14 @@ pub(crate) fn unpack(packed: &[u8]) -> Result<Vec<u8>> {
             return Ok(plain);
         }
         if plain.try_reserve(read).is_err() {
-            let problem = format!("there is no memory for the more than {} bytes in it", plain.len());
+            let problem = format!("there is not enough memory for its more than {} bytes", plain.len());
             return Err(Error::input(None, problem, "use a machine with more memory"));
         }
         plain.extend_from_slice(chunk.get(..read).unwrap_or_default());
-        if unfolds_too_far(plain.len() as u64, packed.len() as u64) {
+        if expands_too_far(plain.len() as u64, compressed.len() as u64) {
             let problem =
-                format!("{} bytes of gzip data unpack to more than {}", packed.len(), plain.len() - 1);
-            return Err(Error::input(None, problem, "unpack the file yourself if that is right"));
+                format!("{} bytes of gzip data expand to more than {}", compressed.len(), plain.len() - 1);
+            return Err(Error::input(None, problem, "decompress the file first if that is intended"));
         }
     }
 }

@@ -1,4 +1,4 @@
-//! MEDIT's text format `.mesh`: sections of vertices, triangles and quadrilaterals among others that are passed over.
+//! MEDIT's text format `.mesh`: reads vertices, triangles and quadrilaterals, and skips all other sections.
 
 use std::collections::BTreeSet;
 use std::io;
@@ -6,16 +6,16 @@ use std::io::Write;
 
 use glam::DVec3;
 
-use super::text::{Faces, Lines, check_promise, cut_off, number, refuse_binary, shown, vertex, whole};
-use super::write::write_number;
-use super::{Loaded, check_counts};
+use super::checks::{check_counts, check_declared_count, cut_off, excerpt_of_bytes, refuse_binary};
+use super::loaded::Loaded;
+use super::text::{Faces, Lines, number, unsigned_integer, vertex, write_number};
 use crate::mesh::attributes::{Attribute, Attributes, Kind, Role};
 use crate::{Error, Result, TriMesh};
 
-/// The name of the attribute that entries end with.
+/// The name of the attribute with which every vertex and face ends.
 pub(crate) const REFERENCE: &str = "reference";
 
-/// Words over all lines.
+/// The words of all lines.
 #[derive(Clone)]
 struct Words<'a> {
     lines: Lines<'a>,
@@ -23,8 +23,8 @@ struct Words<'a> {
 }
 
 impl<'a> Words<'a> {
-    fn left(&self) -> u64 {
-        self.lines.left() + self.line.len() as u64
+    fn bytes_left(&self) -> u64 {
+        self.lines.bytes_left() + self.line.len() as u64
     }
 
     fn place(&self) -> String {
@@ -47,20 +47,20 @@ impl<'a> Iterator for Words<'a> {
     }
 }
 
-/// A section: how many entries it declares, and where they begin.
+/// A section: how many entries it declares, and the words from the first entry on.
 struct Section<'a> {
     count: u64,
     place: String,
     words: Words<'a>,
 }
 
-/// The sections that matter.
+/// The sections that are read.
 #[derive(Default)]
 struct Sections<'a> {
     vertices: Option<Section<'a>>,
     triangles: Option<Section<'a>>,
     quadrilaterals: Option<Section<'a>>,
-    ended: bool,
+    has_end: bool,
     ignored: BTreeSet<String>,
 }
 
@@ -68,39 +68,42 @@ pub(crate) fn parse(bytes: &[u8]) -> Result<Loaded> {
     refuse_binary(bytes, "give a text file; binary .meshb files are not supported")?;
     let sections = find_sections(Words { lines: Lines::new(bytes), line: &[] })?;
     let count = |section: &Option<Section>| section.as_ref().map_or(0, |section| section.count);
-    let in_file = count(&sections.vertices);
-    let faces_in_file = count(&sections.triangles).saturating_add(count(&sections.quadrilaterals));
-    check_counts(in_file, faces_in_file)?;
-    let (vertices, of_vertices) = sections.vertices.map(read_vertices).transpose()?.unwrap_or_default();
-    let mut faces = Faces::new(1, in_file);
-    let mut of_faces = Vec::new();
+    let vertex_count = count(&sections.vertices);
+    let face_count = count(&sections.triangles).saturating_add(count(&sections.quadrilaterals));
+    check_counts(vertex_count, face_count)?;
+    let (vertices, vertex_references) = sections.vertices.map(read_vertices).transpose()?.unwrap_or_default();
+    let mut faces = Faces::new(1, vertex_count);
+    let mut face_references = Vec::new();
     for (section, corners, name) in
         [(sections.triangles, 3, "triangle"), (sections.quadrilaterals, 4, "quadrilateral")]
     {
         if let Some(section) = section {
-            read_faces(section, corners, name, (&mut faces, &mut of_faces))?;
+            read_faces(section, corners, name, (&mut faces, &mut face_references))?;
         }
     }
-    let mut notes: Vec<String> = faces.notes().into_iter().collect();
-    if !sections.ended {
-        notes.push("there is no 'End' at the end; sections may be missing".to_owned());
+    let mut notes: Vec<String> = faces.split_note().into_iter().collect();
+    if !sections.has_end {
+        notes.push("the file does not end with 'End'; sections may be missing".to_owned());
     }
     if !sections.ignored.is_empty() {
         let names: Vec<&str> = sections.ignored.iter().map(String::as_str).collect();
         notes.push(format!("these sections were ignored: {}", names.join(", ")));
     }
-    let mut left_out = false;
+    let mut out_of_range = false;
     let mut attribute = |values: Vec<f64>| {
         let fits = values.iter().all(|value| Kind::I32.holds(*value));
-        left_out |= !fits;
-        // Nothing but zeros says nothing.
-        let says = fits && values.iter().any(|value| *value != 0.0);
-        says.then(|| Attribute::new(REFERENCE, Role::Label, Kind::I32, 1, values)).into_iter().collect()
+        out_of_range |= !fits;
+        // Zeros only are the default.
+        let is_set = fits && values.iter().any(|value| *value != 0.0);
+        is_set.then(|| Attribute::new(REFERENCE, Role::Label, Kind::I32, 1, values)).into_iter().collect()
     };
-    let attributes =
-        Attributes { vertex: attribute(of_vertices), face: attribute(of_faces), ..Attributes::default() };
-    if left_out {
-        notes.push("references were ignored, for some are no whole numbers of 32 bits".to_owned());
+    let attributes = Attributes {
+        vertex: attribute(vertex_references),
+        face: attribute(face_references),
+        ..Attributes::default()
+    };
+    if out_of_range {
+        notes.push("references were ignored: some are not 32-bit integers".to_owned());
     }
     Ok(Loaded { mesh: TriMesh { vertices, triangles: faces.triangles }, attributes, notes })
 }
@@ -111,16 +114,16 @@ fn find_sections(mut words: Words) -> Result<Sections> {
         if !word.first().is_some_and(u8::is_ascii_alphabetic) || number(word).is_some() {
             continue;
         }
-        let keyword = shown(word).to_ascii_lowercase();
+        let keyword = excerpt_of_bytes(word).to_ascii_lowercase();
         let place = words.place();
         let refuse = |problem: String, remedy: &str| Err(Error::input(Some(place.clone()), problem, remedy));
         let slot = match keyword.as_str() {
             "meshversionformatted" => continue,
             "end" => {
-                found.ended = true;
+                found.has_end = true;
                 break;
             }
-            "dimension" => match words.next().and_then(whole) {
+            "dimension" => match words.next().and_then(unsigned_integer) {
                 Some(3) => continue,
                 _ => {
                     return refuse(
@@ -132,17 +135,20 @@ fn find_sections(mut words: Words) -> Result<Sections> {
             "vertices" => &mut found.vertices,
             "triangles" => &mut found.triangles,
             "quadrilaterals" => &mut found.quadrilaterals,
-            // Enough of them to tell what kind of file this is.
+            // Enough for the note.
             _ if found.ignored.len() < 8 => {
-                found.ignored.insert(shown(word));
+                found.ignored.insert(excerpt_of_bytes(word));
                 continue;
             }
             _ => continue,
         };
-        let counted = words.next().unwrap_or_default();
-        let Some(count) = whole(counted) else {
-            let problem = format!("the count '{}' after '{keyword}' is not a whole number", shown(counted));
-            return refuse(problem, "mend the file or write the mesh again");
+        let count_word = words.next().unwrap_or_default();
+        let Some(count) = unsigned_integer(count_word) else {
+            let problem = format!(
+                "the count '{}' after '{keyword}' is not a whole number",
+                excerpt_of_bytes(count_word)
+            );
+            return refuse(problem, "repair the file or write the mesh again");
         };
         if slot.is_some() {
             return refuse(format!("there is a second section '{keyword}'"), "join the sections");
@@ -152,15 +158,15 @@ fn find_sections(mut words: Words) -> Result<Sections> {
     Ok(found)
 }
 
-/// The positions and references.
+/// The positions and references of all vertices.
 fn read_vertices(section: Section) -> Result<(Vec<DVec3>, Vec<f64>)> {
     let Section { count, place, mut words } = section;
-    check_promise((count, "vertices"), 8, words.left(), place)?;
-    // The file is long enough for this many.
+    check_declared_count((count, "vertices"), 8, words.bytes_left(), place)?;
+    // `check_declared_count` has shown that the file is long enough for this many.
     let mut vertices = Vec::with_capacity(usize::try_from(count).unwrap_or(0));
     let mut references = Vec::with_capacity(vertices.capacity());
     for index in 1..=count {
-        // The words of a vertex are on the line of the first.
+        // Errors name the line of the vertex's first word.
         let mut next = words.clone();
         if next.next().is_none() {
             return Err(cut_off(words.place(), &format!("vertex {index} of {count} is missing")));
@@ -178,7 +184,7 @@ fn read_faces(
     (faces, references): (&mut Faces, &mut Vec<f64>),
 ) -> Result<()> {
     let Section { count, place, mut words } = section;
-    check_promise((count, &format!("{name}s")), 2 * (corners as u64 + 1), words.left(), place)?;
+    check_declared_count((count, &format!("{name}s")), 2 * (corners as u64 + 1), words.bytes_left(), place)?;
     let mut face = Vec::with_capacity(corners);
     for index in 1..=count {
         face.clear();
@@ -186,21 +192,21 @@ fn read_faces(
             let Some(word) = words.next() else {
                 return Err(cut_off(words.place(), &format!("{name} {index} of {count} is missing")));
             };
-            let Some(corner) = whole(word) else {
+            let Some(corner) = unsigned_integer(word) else {
                 let place = format!("{}, {name} {index}", words.place());
-                let problem = format!("the vertex index '{}' is not a whole number", shown(word));
-                return Err(Error::input(Some(place), problem, "mend the face or write the mesh again"));
+                let problem = format!("the vertex index '{}' is not a whole number", excerpt_of_bytes(word));
+                return Err(Error::input(Some(place), problem, "repair the face or write the mesh again"));
             };
             face.push(corner);
         }
         faces.push(&face, &|| format!("{}, {name} {index}", words.place()))?;
-        let of_face = reference(&mut words, name, index)?;
-        references.resize(faces.triangles.len(), of_face);
+        let face_reference = reference(&mut words, name, index)?;
+        references.resize(faces.triangles.len(), face_reference);
     }
     Ok(())
 }
 
-/// The reference that ends each entry.
+/// The reference at the end of an entry.
 fn reference(words: &mut Words, name: &str, index: u64) -> Result<f64> {
     if let Some(reference) = words.next().and_then(number) {
         return Ok(reference);
@@ -210,16 +216,16 @@ fn reference(words: &mut Words, name: &str, index: u64) -> Result<f64> {
     Err(Error::input(place, problem, "write a 0 there, or the mesh again"))
 }
 
-/// The attribute of the triangles that MEDIT's references can hold: its own, or else the first label.
+/// The face attribute that is written as MEDIT's references: the one of that name, or else the first label.
 pub(crate) fn face_label(attributes: &Attributes) -> Option<&Attribute> {
     let first = || attributes.face.iter().find(|a| a.role == Role::Label && a.components == 1);
     attributes.face_named(REFERENCE).or_else(first)
 }
 
-/// Writes a mesh, with references where there are some.
+/// Writes a mesh with its references, or zeros.
 pub(crate) fn write(file: &mut dyn Write, mesh: &TriMesh, attributes: &Attributes) -> io::Result<()> {
-    let of_vertices = attributes.vertex.iter().find(|attribute| attribute.name == REFERENCE);
-    let of_faces = face_label(attributes);
+    let vertex_reference = attributes.vertex.iter().find(|attribute| attribute.name == REFERENCE);
+    let triangle_reference = face_label(attributes);
     let reference = |attribute: Option<&Attribute>, index: usize| {
         attribute.and_then(|a| a.at(index).first()).map_or(0, |value| *value as i64)
     };
@@ -229,12 +235,12 @@ pub(crate) fn write(file: &mut dyn Write, mesh: &TriMesh, attributes: &Attribute
             write_number(file, value)?;
             file.write_all(b" ")?;
         }
-        writeln!(file, "{}", reference(of_vertices, v))?;
+        writeln!(file, "{}", reference(vertex_reference, v))?;
     }
     writeln!(file, "\nTriangles\n{}", mesh.triangles.len())?;
     for (t, triangle) in mesh.triangles.iter().enumerate() {
         let [a, b, c] = triangle.map(|vertex| u64::from(vertex) + 1);
-        writeln!(file, "{a} {b} {c} {}", reference(of_faces, t))?;
+        writeln!(file, "{a} {b} {c} {}", reference(triangle_reference, t))?;
     }
     writeln!(file, "\nEnd")
 }

@@ -1,13 +1,13 @@
-//! OFF: text, one vertex or face a line, with whatever colours, normals and textures behind the positions.
+//! OFF: text, one vertex or face per line, with colours, normals and texture coordinates after the positions.
 
 use std::io;
 use std::io::Write;
 
 use glam::DVec3;
 
-use super::text::{Faces, Lines, check_promise, cut_off, number, refuse_binary, shown, vertex, whole, words};
-use super::write::write_number;
-use super::{Loaded, check_counts};
+use super::checks::{check_counts, check_declared_count, cut_off, excerpt_of_bytes, refuse_binary};
+use super::loaded::Loaded;
+use super::text::{Faces, Lines, number, unsigned_integer, vertex, words, write_number};
 use crate::mesh::attributes::{Attribute, Attributes, Kind, Role};
 use crate::{Error, Result, TriMesh};
 
@@ -26,40 +26,42 @@ pub(crate) fn parse(bytes: &[u8]) -> Result<Loaded> {
     let ended = |lines: &Lines, what: &str| cut_off(lines.place(), what);
     let mut line = lines.next().ok_or_else(|| ended(&lines, "there is nothing but comments"))?;
     let first = words(line).next().unwrap_or_default();
-    let mut before_colour = None;
+    let mut colour_column = None;
     if let Some(keyword) = str::from_utf8(first).ok().filter(|word| is_keyword(word)) {
         check_kind(keyword, line, &lines.place())?;
-        // Normals stand before colours, and textures behind them.
+        // Normals come before colours, texture coordinates after them.
         let coloured = keyword.contains('C') && !keyword.starts_with("ST");
-        before_colour = coloured.then_some(if keyword.contains('N') { 3 } else { 0 });
+        colour_column = coloured.then_some(if keyword.contains('N') { 3 } else { 0 });
         line = line.get(first.len()..).unwrap_or_default().trim_ascii();
         if line.is_empty() {
             line = lines.next().ok_or_else(|| ended(&lines, "there is no line with the counts"))?;
         }
     }
     refuse_binary(bytes, "give a text file")?;
-    let mut counts = words(line).map_while(whole);
+    let mut counts = words(line).map_while(unsigned_integer);
     let (Some(vertices), Some(faces)) = (counts.next(), counts.next()) else {
-        let problem = format!("'{}' are no counts of vertices and faces", shown(line));
-        return Err(Error::input(Some(lines.place()), problem, "write them as two or three whole numbers"));
+        let problem =
+            format!("'{}' is not a line of the counts of vertices and faces", excerpt_of_bytes(line));
+        return Err(Error::input(Some(lines.place()), problem, "write two or three whole numbers"));
     };
     check_counts(vertices, faces)?;
-    // Three numbers of one digit; a count and one index.
-    check_promise((vertices, "vertices"), 6, lines.left(), lines.place())?;
-    check_promise((faces, "faces"), 4, lines.left(), lines.place())?;
-    let mut colours = before_colour.map(Colours::after);
+    // A vertex has at least three one-digit numbers, a face a count and one index, each with a separator.
+    check_declared_count((vertices, "vertices"), 6, lines.bytes_left(), lines.place())?;
+    check_declared_count((faces, "faces"), 4, lines.bytes_left(), lines.place())?;
+    let mut colours = colour_column.map(Colours::from_column);
     let positions = read_vertices(vertices, &mut lines, &mut colours)?;
-    let (faces, lesser) = read_faces(faces, vertices, &mut lines)?;
-    let mut notes: Vec<String> = faces.notes().into_iter().collect();
-    if lesser > 0 {
-        notes.push(format!("{lesser} faces with fewer than 3 vertices were ignored"));
+    let (faces, skipped) = read_faces(faces, vertices, &mut lines)?;
+    let mut notes: Vec<String> = faces.split_note().into_iter().collect();
+    if skipped > 0 {
+        notes.push(format!("{skipped} faces with fewer than 3 vertices were ignored"));
     }
     check_counts(vertices, faces.triangles.len() as u64)?;
-    let vertex = colours.and_then(|colours| colours.attribute(&mut notes)).into_iter().collect();
+    let vertex = colours.and_then(|colours| colours.into_attribute(&mut notes)).into_iter().collect();
     let attributes = Attributes { vertex, ..Attributes::default() };
     Ok(Loaded { mesh: TriMesh { vertices: positions, triangles: faces.triangles }, attributes, notes })
 }
 
+/// Refuses binary files and those of other dimensions than three.
 fn check_kind(keyword: &str, line: &[u8], place: &str) -> Result<()> {
     let refuse = |problem: &str, remedy: &str| Err(Error::input(Some(place.to_owned()), problem, remedy));
     if words(line).nth(1).is_some_and(|word| word.eq_ignore_ascii_case(b"BINARY")) {
@@ -71,45 +73,46 @@ fn check_kind(keyword: &str, line: &[u8], place: &str) -> Result<()> {
     Ok(())
 }
 
-/// Colours behind the coordinates: of whole numbers to 255, or of fractions to 1.
+/// Vertex colours after the coordinates: integers up to 255, or fractions up to 1.
 struct Colours {
-    before: usize,
+    /// Numbers between the coordinates and the colour.
+    column: usize,
     values: Vec<[f64; 4]>,
     components: usize,
-    whole: bool,
+    all_integers: bool,
 }
 
 impl Colours {
-    fn after(before: usize) -> Self {
-        Self { before, values: Vec::new(), components: 4, whole: true }
+    fn from_column(column: usize) -> Self {
+        Self { column, values: Vec::new(), components: 4, all_integers: true }
     }
 
-    fn vertex<'a>(&mut self, words: impl Iterator<Item = &'a [u8]>) {
+    fn read_vertex<'a>(&mut self, words: impl Iterator<Item = &'a [u8]>) {
         let mut colour = [1.0; 4];
         let mut count = 0;
-        for (value, word) in colour.iter_mut().zip(words.skip(self.before).map_while(number)) {
+        for (value, word) in colour.iter_mut().zip(words.skip(self.column).map_while(number)) {
             *value = word;
-            self.whole &= Kind::U8.holds(word);
+            self.all_integers &= Kind::U8.holds(word);
             count += 1;
         }
         self.components = self.components.min(count);
         self.values.push(colour);
     }
 
-    fn attribute(self, notes: &mut Vec<String>) -> Option<Attribute> {
+    fn into_attribute(self, notes: &mut Vec<String>) -> Option<Attribute> {
         if self.components < 3 {
-            notes.push("colours were ignored, for not all vertices have one".to_owned());
+            notes.push("colours were ignored: not all vertices have one".to_owned());
             return None;
         }
-        // Nothing above 1 may be either; fractions are what has a point.
-        let kind = if self.whole { Kind::U8 } else { Kind::F64 };
+        // Values up to 1 could be either; a decimal point makes them fractions.
+        let kind = if self.all_integers { Kind::U8 } else { Kind::F64 };
         let values = self.values.iter().flat_map(|colour| colour.iter().take(self.components).copied());
         Some(Attribute::new("colour", Role::Colour, kind, self.components, values.collect()))
     }
 }
 
 fn read_vertices(count: u64, lines: &mut Lines, colours: &mut Option<Colours>) -> Result<Vec<DVec3>> {
-    // `check_promise` has shown that the file is long enough for this many.
+    // `check_declared_count` has shown that the file is long enough for this many.
     let mut vertices = Vec::with_capacity(usize::try_from(count).unwrap_or(0));
     for index in 0..count {
         let line = lines.next();
@@ -118,49 +121,55 @@ fn read_vertices(count: u64, lines: &mut Lines, colours: &mut Option<Colours>) -
         let mut words = words(line);
         vertices.push(vertex(&mut words, &|| format!("{}, vertex {index}", lines.place()))?);
         if let Some(colours) = colours {
-            colours.vertex(words);
+            colours.read_vertex(words);
         }
     }
     Ok(vertices)
 }
 
-/// The faces, and how many were points or lines.
+/// The faces, and how many were skipped as points or lines.
 fn read_faces(count: u64, vertices: u64, lines: &mut Lines) -> Result<(Faces, u64)> {
     let mut faces = Faces::new(0, vertices);
-    let (mut corners, mut lesser) = (Vec::new(), 0);
+    let (mut corners, mut skipped) = (Vec::new(), 0);
     for index in 0..count {
         let line = lines.next();
         let line =
             line.ok_or_else(|| cut_off(lines.place(), &format!("face {index} of {count} is missing")))?;
         let place = || format!("{}, face {index}", lines.place());
         let refuse = |problem: String| {
-            Err(Error::input(Some(place()), problem, "mend the face or write the mesh again"))
+            Err(Error::input(Some(place()), problem, "repair the face or write the mesh again"))
         };
         let mut words = words(line);
         let first = words.next().unwrap_or_default();
-        let Some(size) = whole(first) else {
-            return refuse(format!("the number of vertices '{}' is not a whole number", shown(first)));
+        let Some(size) = unsigned_integer(first) else {
+            return refuse(format!(
+                "the number of vertices '{}' is not a whole number",
+                excerpt_of_bytes(first)
+            ));
         };
         corners.clear();
         for _ in 0..size {
             let Some(word) = words.next() else {
                 return refuse(format!("the face has {} of {size} vertices", corners.len()));
             };
-            let Some(corner) = whole(word) else {
-                return refuse(format!("the vertex index '{}' is not a whole number", shown(word)));
+            let Some(corner) = unsigned_integer(word) else {
+                return refuse(format!(
+                    "the vertex index '{}' is not a whole number",
+                    excerpt_of_bytes(word)
+                ));
             };
             corners.push(corner);
         }
         if size < 3 {
-            lesser += 1;
+            skipped += 1;
         } else {
             faces.push(&corners, &place)?;
         }
     }
-    Ok((faces, lesser))
+    Ok((faces, skipped))
 }
 
-/// Writes a mesh, with the colours of its vertices where there are some.
+/// Writes a mesh with the colours of its vertices, if it has them.
 pub(crate) fn write(file: &mut dyn Write, mesh: &TriMesh, attributes: &Attributes) -> io::Result<()> {
     let colour = attributes.vertex_role(Role::Colour).filter(|colour| colour.components >= 3);
     let keyword = if colour.is_some() { "COFF" } else { "OFF" };
@@ -175,7 +184,7 @@ pub(crate) fn write(file: &mut dyn Write, mesh: &TriMesh, attributes: &Attribute
             for (value, shade) in colour.at(v).iter().zip(shades) {
                 match colour.kind {
                     Kind::U8 => write!(file, " {value}")?,
-                    // With a point, so that it is no whole number.
+                    // Debug formatting writes a decimal point even for whole numbers.
                     _ => write!(file, " {shade:?}")?,
                 }
             }

@@ -1,9 +1,10 @@
 //! STL: text and binary.
 //!
-//! The reader is our own: `stl_io` 0.11 reads the decimal numbers of text files as 32-bit ones, and takes every file that
+//! The crate `stl_io` 0.11 is not used: it reads the numbers of text files as f32, and takes every file that
 //! begins with "solid " for text, although many programs write that into binary headers.
 //!
-//! STL has no vertices, only corners: equal ones become one vertex, numbered in the order in which they come.
+//! STL has no shared vertices, only corners: equal ones become one vertex, numbered in order of first
+//! appearance.
 
 use std::collections::HashMap;
 use std::io;
@@ -11,22 +12,23 @@ use std::io::Write;
 
 use glam::DVec3;
 
-use super::text::{Lines, cut_off, refuse_binary, shown, vertex, words};
-use super::{Loaded, check_counts};
+use super::checks::{check_counts, cut_off, excerpt_of_bytes, refuse_binary};
+use super::loaded::Loaded;
+use super::text::{Lines, vertex, words};
 use crate::mesh::attributes::Attributes;
 use crate::{Error, Result, TriMesh};
 
-/// Bytes before the count of a binary file, and of each of its triangles.
+/// Bytes before the count in a binary file, and bytes of each triangle.
 const HEADER: usize = 80;
 const FACET: usize = 50;
 
-/// Whether the file has exactly the size that a binary STL with this count has.
+/// Whether the file has exactly the size of a binary STL file with the count in its header.
 pub(crate) fn has_binary_size(bytes: &[u8]) -> bool {
-    let expected = count_of(bytes).and_then(|count| count.checked_mul(FACET)?.checked_add(HEADER + 4));
+    let expected = declared_count(bytes).and_then(|count| count.checked_mul(FACET)?.checked_add(HEADER + 4));
     expected.is_some_and(|expected| expected > HEADER + 4 && expected == bytes.len())
 }
 
-fn count_of(bytes: &[u8]) -> Option<usize> {
+fn declared_count(bytes: &[u8]) -> Option<usize> {
     let (count, _) = bytes.get(HEADER..)?.split_first_chunk::<4>()?;
     usize::try_from(u32::from_le_bytes(*count)).ok()
 }
@@ -37,15 +39,15 @@ pub(crate) fn parse(bytes: &[u8]) -> Result<Loaded> {
     if is_text && !has_binary_size(bytes) { parse_text(bytes) } else { parse_binary(bytes) }
 }
 
-/// Corners that become vertices.
+/// Builds the mesh: corners at the same position become one vertex.
 #[derive(Default)]
-struct Corners {
+struct MeshBuilder {
     mesh: TriMesh,
     known: HashMap<[u64; 3], u32>,
 }
 
-impl Corners {
-    /// The vertex at this place. STL files of more than 2^32 corners are refused before.
+impl MeshBuilder {
+    /// The vertex at this position. Files with more than 2^32 corners were refused before.
     fn vertex(&mut self, position: DVec3) -> u32 {
         // Adding zero turns -0.0 into 0.0 and changes nothing else.
         let key = position.to_array().map(|value| (value + 0.0).to_bits());
@@ -56,8 +58,8 @@ impl Corners {
         })
     }
 
-    /// A facet: a triangle, or a polygon that is split.
-    fn facet(&mut self, corners: &[DVec3]) {
+    /// Adds a triangle, or a polygon that is split into triangles.
+    fn add_facet(&mut self, corners: &[DVec3]) {
         let Some((first, others)) = corners.split_first() else { return };
         let first = self.vertex(*first);
         for pair in others.windows(2) {
@@ -70,7 +72,7 @@ impl Corners {
 }
 
 fn parse_binary(bytes: &[u8]) -> Result<Loaded> {
-    let Some(count) = count_of(bytes) else {
+    let Some(count) = declared_count(bytes) else {
         let missing = format!("a binary STL file has at least {} bytes", HEADER + 4);
         return Err(cut_off(format!("byte {}", bytes.len()), &missing));
     };
@@ -84,7 +86,7 @@ fn parse_binary(bytes: &[u8]) -> Result<Loaded> {
         ));
     };
     check_counts(3 * count as u64, count as u64)?;
-    let mut corners = Corners::default();
+    let mut builder = MeshBuilder::default();
     let mut attributes = false;
     for (index, facet) in facets.iter().enumerate() {
         let (numbers, attribute) = facet.as_chunks::<4>();
@@ -96,11 +98,11 @@ fn parse_binary(bytes: &[u8]) -> Result<Loaded> {
             return Err(Error::input(
                 Some(place),
                 "a coordinate is not finite",
-                "remove or mend the triangle",
+                "remove or repair the triangle",
             ));
         }
         attributes |= attribute.iter().any(|byte| *byte != 0);
-        corners.facet(&triangle);
+        builder.add_facet(&triangle);
     }
     let mut notes = Vec::new();
     if attributes {
@@ -110,25 +112,25 @@ fn parse_binary(bytes: &[u8]) -> Result<Loaded> {
     if surplus > 0 {
         notes.push(format!("{surplus} bytes after the last triangle were ignored"));
     }
-    Ok(Loaded { mesh: corners.mesh, attributes: Attributes::default(), notes })
+    Ok(Loaded { mesh: builder.mesh, attributes: Attributes::default(), notes })
 }
 
 fn parse_text(bytes: &[u8]) -> Result<Loaded> {
     refuse_binary(bytes, "give a whole STL file, text or binary")?;
     let mut lines = Lines::new(bytes);
-    let mut corners = Corners::default();
-    // Corners of the loop that is open.
-    let mut open: Option<Vec<DVec3>> = None;
+    let mut builder = MeshBuilder::default();
+    // Corners since the last "outer loop" line.
+    let mut open_loop: Option<Vec<DVec3>> = None;
     let (mut in_solid, mut polygons) = (false, 0_u64);
     while let Some(line) = lines.next() {
         let mut rest = words(line);
         let keyword = rest.next().unwrap_or_default().to_ascii_lowercase();
         let refuse = |problem: String, remedy: &str| Err(Error::input(Some(lines.place()), problem, remedy));
-        match (keyword.as_slice(), &mut open) {
+        match (keyword.as_slice(), &mut open_loop) {
             (b"solid", None) => in_solid = true,
             (b"endsolid", None) => in_solid = false,
             (b"facet" | b"endfacet", None) => {}
-            (b"outer", None) => open = Some(Vec::new()),
+            (b"outer", None) => open_loop = Some(Vec::new()),
             (b"vertex", Some(points)) => points.push(vertex(&mut rest, &|| lines.place())?),
             (b"endloop", Some(points)) => {
                 if points.len() < 3 {
@@ -136,19 +138,19 @@ fn parse_text(bytes: &[u8]) -> Result<Loaded> {
                     return refuse(problem, "remove the facet");
                 }
                 polygons += u64::from(points.len() > 3);
-                corners.facet(points);
-                open = None;
+                builder.add_facet(points);
+                open_loop = None;
             }
             _ => {
-                let problem = format!("'{}' does not belong here in an STL file", shown(&keyword));
-                return refuse(problem, "mend the line or write the mesh again");
+                let problem = format!("'{}' does not belong here in an STL file", excerpt_of_bytes(&keyword));
+                return refuse(problem, "repair the line or write the mesh again");
             }
         }
     }
-    if open.is_some() || in_solid {
+    if open_loop.is_some() || in_solid {
         return Err(cut_off(lines.place(), "there is no 'endsolid' line"));
     }
-    let mesh = corners.mesh;
+    let mesh = builder.mesh;
     if mesh.triangles.is_empty() {
         return Err(Error::input(None, "the file has no facets", "give a mesh with facets"));
     }
@@ -158,7 +160,7 @@ fn parse_text(bytes: &[u8]) -> Result<Loaded> {
     Ok(Loaded { mesh, attributes: Attributes::default(), notes })
 }
 
-/// Writes a binary file, with a header that no reader takes for text.
+/// Writes a binary file, with a header that readers do not take for text.
 pub(crate) fn write(file: &mut dyn Write, mesh: &TriMesh) -> io::Result<()> {
     let mut header = [0; HEADER];
     for (byte, text) in header.iter_mut().zip(b"binary STL") {
@@ -168,7 +170,7 @@ pub(crate) fn write(file: &mut dyn Write, mesh: &TriMesh) -> io::Result<()> {
     file.write_all(&(mesh.triangles.len() as u32).to_le_bytes())?;
     for t in 0..mesh.triangles.len() {
         let [a, b, c] = mesh.corners(t);
-        // Divided by the longest side first, so that neither small nor large triangles lose their normal.
+        // Divided by the longest side first, so that the cross product neither overflows nor underflows.
         let (u, v) = (b - a, c - a);
         let longest = u.abs().max_element().max(v.abs().max_element());
         let normal = (u / longest).cross(v / longest).normalize_or_zero();

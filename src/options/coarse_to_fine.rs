@@ -2,7 +2,7 @@
 
 use super::target_count::Length;
 use super::{MAX_GRADATION, MAX_GROWTH, MAX_ITERATIONS, check_range};
-use crate::io::{FeatureLine, read_lines};
+use crate::io::{FeatureLine, read_feature_lines};
 use crate::mesh::features::FeatureOptions;
 use crate::{Error, Result};
 use serde::{Deserialize, Serialize};
@@ -74,9 +74,9 @@ impl FeatureLines {
     /// The lines of an OBJ file.
     ///
     /// # Errors
-    /// As [`crate::io::read_lines`].
+    /// As [`crate::io::read_feature_lines`].
     pub fn read(file: &Path) -> Result<Self> {
-        Ok(Self { lines: read_lines(file)?, file: Some(file.to_owned()) })
+        Ok(Self { lines: read_feature_lines(file)?, file: Some(file.to_owned()) })
     }
 }
 

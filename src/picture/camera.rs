@@ -1,22 +1,22 @@
-//! From where a mesh is seen.
+//! The camera: where a mesh is seen from.
 
 use crate::mesh::unit_frame::UnitFrame;
 use crate::{Result, TriMesh};
 use glam::{DMat3, DVec3};
 
-/// Distance of the camera in radii of the mesh: perspective, but little of it.
+/// Distance of the camera in radii of the mesh: a weak perspective.
 const DISTANCE: f64 = 5.0;
-/// Room around the mesh, as a share of the panel.
+/// Margin around the mesh, as a share of the panel.
 const MARGIN: f64 = 0.04;
 
-/// Where the camera stands.
+/// The direction from which a mesh is seen.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct View {
-    /// Turn around the up axis in degrees; 0 looks along -z with y up, 90 from +x.
+    /// Rotation around the up axis in degrees; 0 looks along -z with y up, 90 from +x.
     pub azimuth: f64,
     /// Height above the horizon in degrees, -90 to 90.
     pub elevation: f64,
-    /// Larger than 1: nearer.
+    /// Enlargement; 1 shows the whole mesh.
     pub zoom: f64,
     /// Whether z is up, as in CAD, and not y.
     pub z_up: bool,
@@ -28,20 +28,20 @@ impl Default for View {
     }
 }
 
-/// Turns points into places on a panel.
+/// Projects points onto a panel.
 pub(super) struct Camera {
     frame: UnitFrame,
-    turn: DMat3,
-    /// Of a ball around the mesh in the unit-diagonal frame.
+    rotation: DMat3,
+    /// Radius of the ball around the mesh in the unit-diagonal frame.
     radius: f64,
-    /// Pixels of a radius at the centre.
+    /// Pixels per radius at the centre.
     pixels: f64,
     size: [f64; 2],
 }
 
-/// A point on a panel.
+/// A point projected onto a panel.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Seen {
+pub(super) struct Projected {
     /// Pixels to the right and down.
     pub at: [f64; 2],
     /// In radii, towards the camera.
@@ -49,7 +49,7 @@ pub(super) struct Seen {
 }
 
 impl Camera {
-    /// One that takes in the whole mesh.
+    /// A camera that sees the whole mesh.
     ///
     /// # Errors
     /// [`crate::Error::Input`] for a mesh without a size.
@@ -59,13 +59,13 @@ impl Camera {
             mesh.vertices.iter().map(|v| frame.to_unit(*v).length()).fold(f64::MIN_POSITIVE, f64::max);
         let upright =
             if view.z_up { DMat3::from_cols(DVec3::X, DVec3::NEG_Z, DVec3::Y) } else { DMat3::IDENTITY };
-        let turn = DMat3::from_rotation_x(view.elevation.to_radians())
+        let rotation = DMat3::from_rotation_x(view.elevation.to_radians())
             * DMat3::from_rotation_y(-view.azimuth.to_radians())
             * upright;
         let size = size.map(f64::from);
-        let mut camera = Self { frame, turn, radius, pixels: 1.0, size };
-        // What is seen may be narrower than a ball around it.
-        let ends = mesh.vertices.iter().map(|v| camera.see(*v).at);
+        let mut camera = Self { frame, rotation, radius, pixels: 1.0, size };
+        // The mesh may be narrower than the ball around it.
+        let ends = mesh.vertices.iter().map(|v| camera.project(*v).at);
         let most = ends.fold([f64::MIN_POSITIVE; 2], |most, at| {
             [0, 1].map(|k: usize| most[k].max((at[k] - 0.5 * size[k]).abs()))
         });
@@ -74,14 +74,14 @@ impl Camera {
         Ok(camera)
     }
 
-    pub fn see(&self, point: DVec3) -> Seen {
-        let p = self.turn * self.frame.to_unit(point) / self.radius;
+    pub fn project(&self, point: DVec3) -> Projected {
+        let p = self.rotation * self.frame.to_unit(point) / self.radius;
         let scale = self.pixels * DISTANCE / (DISTANCE - p.z).max(0.1);
-        Seen { at: [0.5 * self.size[0] + scale * p.x, 0.5 * self.size[1] - scale * p.y], depth: p.z }
+        Projected { at: [0.5 * self.size[0] + scale * p.x, 0.5 * self.size[1] - scale * p.y], depth: p.z }
     }
 
     /// A direction as the camera sees it: x to the right, y up, z towards it.
     pub fn direction(&self, direction: DVec3) -> DVec3 {
-        self.turn * direction
+        self.rotation * direction
     }
 }

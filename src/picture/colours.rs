@@ -1,4 +1,4 @@
-//! What colours of faces tell.
+//! Colours of faces by quality or by distance.
 
 use super::Colour;
 use crate::mesh::bvh::Bvh;
@@ -12,26 +12,27 @@ pub(crate) const WORST: f64 = 0.4;
 /// Distances below this share of the coordinates are rounding, as in files of 32-bit numbers.
 const ROUNDING: f64 = 1e-6;
 
-/// A colour for each face by its quality, [`TriangleQuality::q`]: light for equilateral ones, dark for slivers.
+/// A colour for each face by its quality, [`TriangleQuality::q`]: light for equilateral ones, dark for
+/// slivers.
 pub fn quality_colours(mesh: &TriMesh) -> Vec<Colour> {
     quality_shares(mesh).into_iter().map(quality_colour).collect()
 }
 
-/// The colour of a place on the scale of qualities, 0..=1.
+/// The colour for a position on the quality scale, 0..=1.
 pub(crate) fn quality_colour(share: f64) -> Colour {
-    coloured(colorous::VIRIDIS, share)
+    colour_at(colorous::VIRIDIS, share)
 }
 
 /// The colour of a share of the largest distance, 0..=1.
 pub(crate) fn distance_colour(share: f64) -> Colour {
-    coloured(colorous::YELLOW_ORANGE_RED, share)
+    colour_at(colorous::YELLOW_ORANGE_RED, share)
 }
 
-/// The place of each face on the scale of qualities: 0 at [`WORST`] or below, 1 if equilateral.
+/// The position of each face on the quality scale: 0 at [`WORST`] or below, 1 if equilateral.
 pub(crate) fn quality_shares(mesh: &TriMesh) -> Vec<f64> {
     let of = |t: usize| {
         let [a, b, c] = mesh.corners(t);
-        // Of a size whose powers are numbers.
+        // Scaled, so that powers of lengths neither overflow nor underflow.
         let size = [b - a, c - a]
             .map(|side| side.abs().max_element())
             .iter()
@@ -47,18 +48,18 @@ pub(crate) fn quality_shares(mesh: &TriMesh) -> Vec<f64> {
 pub struct DistanceColours {
     /// For each face.
     pub colours: Vec<Colour>,
-    /// The largest distance of a face's middle, in the meshes' units.
+    /// The largest distance of a face's centroid, in the meshes' units.
     pub largest: f64,
 }
 
-/// A colour for each face of each mesh by the distance of its middle from `reference`: pale at it, dark red where one of
-/// these meshes is farthest off, unless that is no more than rounding.
+/// A colour for each face of each mesh by the distance of its centroid from `reference`: pale at it, dark red
+/// where one of these meshes is farthest off, unless that is no more than rounding.
 ///
 /// # Errors
 /// [`crate::Error::Input`] if the reference has no faces.
 pub fn distance_colours(meshes: &[TriMesh], reference: &TriMesh) -> Result<Vec<DistanceColours>> {
     super::check(reference)?;
-    let distances: Vec<Vec<f64>> = meshes.iter().map(|mesh| middle_distances(mesh, reference)).collect();
+    let distances: Vec<Vec<f64>> = meshes.iter().map(|mesh| centre_distances(mesh, reference)).collect();
     let rounding =
         reference.bounds().map_or(0.0, |(low, high)| ROUNDING * low.abs().max(high.abs()).max_element());
     let darkest = distances.iter().flatten().copied().fold(rounding.max(f64::MIN_POSITIVE), f64::max);
@@ -69,8 +70,9 @@ pub fn distance_colours(meshes: &[TriMesh], reference: &TriMesh) -> Result<Vec<D
     Ok(distances.into_iter().map(of).collect())
 }
 
-/// The distance of each face's middle from `reference`, in the meshes' units. Panics if an index is out of range.
-pub(crate) fn middle_distances(mesh: &TriMesh, reference: &TriMesh) -> Vec<f64> {
+/// The distance of each face's centroid from `reference`, in the meshes' units. Panics if an index is out of
+/// range.
+pub(crate) fn centre_distances(mesh: &TriMesh, reference: &TriMesh) -> Vec<f64> {
     let tree = Bvh::new(reference);
     let of = |t: usize| {
         let [a, b, c] = mesh.corners(t);
@@ -79,7 +81,7 @@ pub(crate) fn middle_distances(mesh: &TriMesh, reference: &TriMesh) -> Vec<f64> 
     (0..mesh.triangles.len()).into_par_iter().map(of).collect()
 }
 
-fn coloured(scale: colorous::Gradient, share: f64) -> Colour {
+fn colour_at(scale: colorous::Gradient, share: f64) -> Colour {
     let colour = scale.eval_continuous(share.clamp(0.0, 1.0));
     [colour.r, colour.g, colour.b]
 }

@@ -1,4 +1,4 @@
-//! Pictures of meshes, drawn by the CPU: flat shaded, with edges, coloured by quality or by distance.
+//! Draws pictures of meshes on the CPU: flat shaded, with edges, coloured by quality or by distance.
 
 mod camera;
 mod colours;
@@ -7,7 +7,7 @@ mod paint;
 pub use camera::View;
 pub use colours::{DistanceColours, distance_colours, quality_colours};
 #[cfg(feature = "html")]
-pub(crate) use colours::{WORST, distance_colour, middle_distances, quality_colour, quality_shares};
+pub(crate) use colours::{WORST, centre_distances, distance_colour, quality_colour, quality_shares};
 
 use crate::{Error, Result, TriMesh};
 use camera::Camera;
@@ -20,14 +20,14 @@ pub const MAX_SIDE: u32 = 8192;
 /// A colour: red, green and blue.
 pub type Colour = [u8; 3];
 
-/// What is seen in one part of a picture.
+/// One of the meshes that a picture shows side by side.
 #[derive(Debug, Clone, Copy)]
 pub struct Panel<'a> {
     /// The mesh.
     pub mesh: &'a TriMesh,
-    /// The colour of each face; nothing for one colour.
+    /// The colour of each face; empty for one colour.
     pub colours: &'a [Colour],
-    /// Lines that are drawn over the mesh, by their ends, in its units.
+    /// Lines drawn over the mesh, by their end points, in its units.
     pub lines: &'a [[DVec3; 2]],
 }
 
@@ -36,7 +36,7 @@ pub struct Panel<'a> {
 pub struct PictureOptions {
     /// Width and height of each panel in pixels, 16 to [`MAX_SIDE`].
     pub size: [u32; 2],
-    /// From where.
+    /// The camera.
     pub view: View,
     /// Whether edges are drawn.
     pub edges: bool,
@@ -48,11 +48,11 @@ impl Default for PictureOptions {
     }
 }
 
-/// Draws panels side by side, all as seen by a camera that takes in the first mesh, into the bytes of a PNG.
+/// Draws panels side by side, all seen by the camera for the first mesh, into the bytes of a PNG.
 ///
 /// # Errors
-/// [`Error::Usage`] if there is no panel or the size is out of range, [`Error::Input`] for a mesh without faces or with
-/// vertices that are not finite.
+/// [`Error::Usage`] if there is no panel or the size is out of range, [`Error::Input`] for a mesh without
+/// faces or with vertices that are not finite.
 pub fn png(panels: &[Panel], options: &PictureOptions) -> Result<Vec<u8>> {
     let [width, height] = options.size;
     let count = u32::try_from(panels.len()).unwrap_or(u32::MAX);

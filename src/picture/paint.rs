@@ -1,6 +1,6 @@
-//! Faces and edges into pixels, the farthest first.
+//! Paints faces and edges into pixels, the farthest first.
 
-use super::camera::{Camera, Seen};
+use super::camera::{Camera, Projected};
 use super::{Colour, Panel};
 use crate::{Error, Result};
 use glam::DVec3;
@@ -8,28 +8,29 @@ use tiny_skia::{FillRule, Paint, PathBuilder, Pixmap, PixmapPaint, Shader, Strok
 
 /// Samples of a pixel along each side.
 const SAMPLES: u32 = 2;
-/// Faces longer than this many pixels are painted in parts: whole ones have no one place in the order.
+/// Faces longer than this many pixels are painted in parts, because a large face has no single depth.
 const LONGEST: f64 = 24.0;
-/// A face is halved at most so often.
+/// Most times that a face is halved.
 const MOST_HALVINGS: u32 = 16;
-/// A line has at most so many parts.
+/// Most parts of a line.
 const MOST_PARTS: f64 = 1000.0;
 const SURFACE: Colour = [128, 178, 230];
 const INSIDE: Colour = [205, 160, 120];
 const EDGE: Colour = [18, 28, 51];
 const LINE: Colour = [214, 60, 40];
 const LINE_PIXELS: f64 = 2.0;
-/// Lines are painted after the faces that they lie on, which are so many radii behind them.
+/// Lines are moved towards the camera by so many radii, so that they are painted after the faces that they
+/// lie on.
 const LIFT: f64 = 0.01;
-/// Directions to the lamps, as the camera sees them, and their power.
-const LAMPS: [(DVec3, f64); 2] = [(DVec3::new(-0.45, 0.65, 0.62), 0.62), (DVec3::new(0.8, 0.1, 0.45), 0.24)];
+/// Directions to the lights in camera coordinates, and their intensity.
+const LIGHTS: [(DVec3, f64); 2] = [(DVec3::new(-0.45, 0.65, 0.62), 0.62), (DVec3::new(0.8, 0.1, 0.45), 0.24)];
 const AMBIENT: f64 = 0.34;
 
 pub(super) struct Canvas {
     pixels: Pixmap,
 }
 
-/// What is painted in one go.
+/// A part of a face or line that is painted at once.
 struct Piece {
     corners: [[f32; 2]; 3],
     depth: f64,
@@ -50,7 +51,7 @@ impl Canvas {
     pub fn draw(&mut self, panel: &Panel, camera: &Camera, [left, width]: [u32; 2], edges: bool) {
         let mut pieces = pieces(panel, camera);
         pieces.sort_by(|a, b| a.depth.total_cmp(&b.depth));
-        // What sticks out of a panel must not be seen in the next one.
+        // Painted separately, so that nothing extends into the next panel.
         let Some(mut part) = Pixmap::new(SAMPLES * width, self.pixels.height()) else { return };
         let thickness = edge_width(&pieces);
         pieces.iter().for_each(|piece| paint(&mut part, piece, edges.then_some(thickness)));
@@ -88,12 +89,12 @@ fn pixmap(width: u32, height: u32) -> Result<Pixmap> {
 }
 
 fn pieces(panel: &Panel, camera: &Camera) -> Vec<Piece> {
-    let seen: Vec<Seen> = panel.mesh.vertices.iter().map(|v| camera.see(*v)).collect();
+    let seen: Vec<Projected> = panel.mesh.vertices.iter().map(|v| camera.project(*v)).collect();
     let mut pieces = Vec::with_capacity(panel.mesh.triangles.len());
     for (t, triangle) in panel.mesh.triangles.iter().enumerate() {
         let normal = camera.direction(panel.mesh.doubled_normal(t).normalize_or_zero());
         let corners = triangle.map(|v| seen[v as usize]);
-        let is_front = turn(corners) < 0.0;
+        let is_front = signed_area(corners) < 0.0;
         let base = match panel.colours.get(t) {
             Some(colour) => *colour,
             None if is_front => SURFACE,
@@ -107,10 +108,10 @@ fn pieces(panel: &Panel, camera: &Camera) -> Vec<Piece> {
         });
     }
     for line in panel.lines {
-        let [a, b] = line.map(|p| camera.see(p));
+        let [a, b] = line.map(|p| camera.project(p));
         let parts = (distance(a, b) / LONGEST).ceil().clamp(1.0, MOST_PARTS);
         for k in 0..parts as u32 {
-            let [from, to] = [k, k + 1].map(|k| between(a, b, f64::from(k) / parts));
+            let [from, to] = [k, k + 1].map(|k| interpolate(a, b, f64::from(k) / parts));
             let depth = 0.5 * (from.depth + to.depth) + LIFT;
             let corners = [from, to, to].map(on_canvas);
             let edges = [true, false, false];
@@ -120,28 +121,33 @@ fn pieces(panel: &Panel, camera: &Camera) -> Vec<Piece> {
     pieces
 }
 
-/// Twice the area on the panel: negative if the corners go round against the clock, since y is down.
-fn turn([a, b, c]: [Seen; 3]) -> f64 {
+/// Twice the area on the panel, negative if the corners are counter-clockwise, because y points down.
+fn signed_area([a, b, c]: [Projected; 3]) -> f64 {
     let ([ax, ay], [bx, by], [cx, cy]) = (a.at, b.at, c.at);
     (bx - ax) * (cy - ay) - (by - ay) * (cx - ax)
 }
 
-fn on_canvas(seen: Seen) -> [f32; 2] {
+fn on_canvas(seen: Projected) -> [f32; 2] {
     seen.at.map(|x| (f64::from(SAMPLES) * x) as f32)
 }
 
-/// On the panel, in pixels.
-fn distance(a: Seen, b: Seen) -> f64 {
+/// The distance on the panel, in pixels.
+fn distance(a: Projected, b: Projected) -> f64 {
     (b.at[0] - a.at[0]).hypot(b.at[1] - a.at[1])
 }
 
-fn between(a: Seen, b: Seen, share: f64) -> Seen {
+fn interpolate(a: Projected, b: Projected, share: f64) -> Projected {
     let mix = |a: f64, b: f64| a + share * (b - a);
-    Seen { at: [0, 1].map(|k: usize| mix(a.at[k], b.at[k])), depth: mix(a.depth, b.depth) }
+    Projected { at: [0, 1].map(|k: usize| mix(a.at[k], b.at[k])), depth: mix(a.depth, b.depth) }
 }
 
 /// Halves a triangle at its longest side until it is short.
-fn divide(corners: [Seen; 3], edges: [bool; 3], left: u32, paint: &mut dyn FnMut([Seen; 3], [bool; 3])) {
+fn divide(
+    corners: [Projected; 3],
+    edges: [bool; 3],
+    left: u32,
+    paint: &mut dyn FnMut([Projected; 3], [bool; 3]),
+) {
     let length = |k: usize| distance(corners[k], corners[(k + 1) % 3]);
     let longest = (1..3).fold(0, |best, k| if length(k) > length(best) { k } else { best });
     if left == 0 || length(longest) <= LONGEST {
@@ -150,23 +156,23 @@ fn divide(corners: [Seen; 3], edges: [bool; 3], left: u32, paint: &mut dyn FnMut
     let [a, b, c] = [0, 1, 2].map(|k| corners[(longest + k) % 3]);
     let [ab, bc, ca] = [0, 1, 2].map(|k| edges[(longest + k) % 3]);
     let middle =
-        Seen { at: [0, 1].map(|k: usize| 0.5 * (a.at[k] + b.at[k])), depth: 0.5 * (a.depth + b.depth) };
+        Projected { at: [0, 1].map(|k: usize| 0.5 * (a.at[k] + b.at[k])), depth: 0.5 * (a.depth + b.depth) };
     divide([a, middle, c], [ab, false, ca], left - 1, paint);
     divide([middle, b, c], [ab, bc, false], left - 1, paint);
 }
 
-/// The colour under the lamps, with a little gloss.
+/// The colour under the lights, with a weak highlight.
 fn shaded(base: Colour, normal: DVec3) -> Colour {
     let mut light = AMBIENT;
-    for (direction, power) in LAMPS {
-        let lamp = direction.normalize();
-        light += power * normal.dot(lamp).max(0.0);
-        light += 0.15 * power * normal.dot((lamp + DVec3::Z).normalize()).max(0.0).powi(40);
+    for (direction, power) in LIGHTS {
+        let light_direction = direction.normalize();
+        light += power * normal.dot(light_direction).max(0.0);
+        light += 0.15 * power * normal.dot((light_direction + DVec3::Z).normalize()).max(0.0).powi(40);
     }
     base.map(|c| (f64::from(c) * light).clamp(0.0, 255.0) as u8)
 }
 
-/// Thin enough that the colours of small faces are still seen; on the canvas.
+/// The width of edges on the canvas, thin enough that the colours of small faces stay visible.
 fn edge_width(pieces: &[Piece]) -> f32 {
     let sides = pieces.iter().filter(|piece| !piece.is_line).map(|piece| {
         let [[ax, ay], [bx, by], _] = piece.corners;
@@ -185,8 +191,8 @@ fn paint(pixels: &mut Pixmap, piece: &Piece, edges: Option<f32>) {
         path.line_to(c[0], c[1]);
         path.close();
         if let Some(path) = path.finish() {
-            // Without smoothing, for between two smooth sides what is behind shines through.
-            let colour = solid(piece.colour, false);
+            // Without anti-aliasing: between two anti-aliased faces the background would shine through.
+            let colour = solid_paint(piece.colour, false);
             pixels.fill_path(&path, &colour, FillRule::Winding, Transform::identity(), None);
         }
     }
@@ -201,11 +207,11 @@ fn paint(pixels: &mut Pixmap, piece: &Piece, edges: Option<f32>) {
     }
     if let Some(path) = path.finish() {
         let stroke = Stroke { width, line_cap: tiny_skia::LineCap::Round, ..Stroke::default() };
-        pixels.stroke_path(&path, &solid(colour, true), &stroke, Transform::identity(), None);
+        pixels.stroke_path(&path, &solid_paint(colour, true), &stroke, Transform::identity(), None);
     }
 }
 
-fn solid([r, g, b]: Colour, smooth: bool) -> Paint<'static> {
+fn solid_paint([r, g, b]: Colour, smooth: bool) -> Paint<'static> {
     let shader = Shader::SolidColor(tiny_skia::Color::from_rgba8(r, g, b, 255));
     Paint { shader, anti_alias: smooth, ..Paint::default() }
 }

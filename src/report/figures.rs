@@ -1,11 +1,11 @@
-//! Figures of a mesh and of a run, as rows of a name and a text for people.
+//! The figures of a mesh and of a run as text, in rows of a name and a value.
 
 use crate::gpu::DeviceInfo;
 use crate::measure::Measures;
 use crate::pipeline::Summary;
 use crate::sites::restricted_voronoi::Energy;
 
-/// A name, the same in every run, and its value.
+/// A name, the same in every run, and its value as text.
 pub type Row = (&'static str, String);
 
 /// What matters of a run.
@@ -60,7 +60,7 @@ pub fn measures(m: &Measures) -> Vec<Row> {
     rows
 }
 
-/// How a run ended, which features it kept, and on which device it ran.
+/// How a run ended, the features it found, and its device.
 pub fn course(s: &Summary, device: &DeviceInfo) -> Vec<Row> {
     let mut rows: Vec<Row> = s.energy.as_ref().map(energy).into_iter().collect();
     if let Some(disks) = &s.disks {
@@ -91,7 +91,7 @@ pub fn energy(energy: &Energy) -> Row {
     ("energy, excess over hexagons", format!("{energy:.4e}, {:.2} %", 100.0 * excess))
 }
 
-/// What a run took.
+/// The time and memory that a run took.
 pub fn cost(s: &Summary) -> Vec<Row> {
     let mebibytes = s.timings.peak_device_bytes as f64 / f64::from(1 << 20);
     vec![

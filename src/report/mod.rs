@@ -1,4 +1,4 @@
-//! The report of a run: everything that is needed to judge it and to repeat it, as JSON, as rows and as a page.
+//! The report of a run: everything needed to judge and to repeat it, as JSON, as rows of text and as a page.
 
 pub mod figures;
 #[cfg(feature = "html")]
@@ -33,8 +33,8 @@ pub struct Report<'a> {
     pub summary: &'a Summary,
 }
 
-/// Settings of a run as reports have them: of the method's own settings those of the method chosen, and of long lists the
-/// number of their entries.
+/// Settings of a run as reports have them: of the method's own settings those of the method chosen, and of
+/// long lists the number of their entries.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 #[serde(transparent)]
 pub struct Settings(Value);

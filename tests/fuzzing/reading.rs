@@ -4,7 +4,7 @@ use std::path::Path;
 
 use rtfmesh::Error;
 use rtfmesh::io::{
-    Encoding, Format, Loaded, encode, encode_with, precision_note, read_bytes, read_bytes_with_materials,
+    Encoding, Format, Loaded, encode, encode_with, lost_precision_note, read_bytes, read_bytes_with_materials,
 };
 
 /// Every kind of file, by what the first byte of the data says; the last is none, as on standard input.
@@ -61,7 +61,7 @@ fn check_loaded(loaded: &Loaded) {
         assert_eq!(again.mesh, *mesh, "{}", format.name());
     }
     let rounded = mesh.vertices.iter().any(|vertex| !vertex.as_vec3().is_finite());
-    if !rounded && precision_note(mesh, Format::Stl).is_none() {
+    if !rounded && lost_precision_note(mesh, Format::Stl).is_none() {
         assert_eq!(again(loaded, Format::Stl).mesh.triangles.len(), mesh.triangles.len());
     }
 }

@@ -3,7 +3,7 @@
 use crate::support::leave_glb;
 use crate::support::shapes::{mesh, plane};
 use rtfmesh::TriMesh;
-use rtfmesh::io::{Format, Loaded, encode_with, left_out, read_bytes};
+use rtfmesh::io::{Format, Loaded, encode_with, lost_attributes_note, read_bytes};
 use rtfmesh::mesh::attributes::{Attribute, Attributes, CornerUv, Kind, Role};
 use std::path::Path;
 
@@ -59,7 +59,10 @@ fn assert_kept(format: &str, attributes: &Attributes) {
     assert_eq!(loaded.mesh, square(), "{format}");
     assert_eq!(&loaded.attributes, attributes, "{format}");
     assert_eq!(loaded.notes, Vec::<String>::new(), "{format}");
-    assert_eq!(left_out(attributes, format.parse::<rtfmesh::io::Encoding>().unwrap().format), None);
+    assert_eq!(
+        lost_attributes_note(attributes, format.parse::<rtfmesh::io::Encoding>().unwrap().format),
+        None
+    );
 }
 
 #[test]
@@ -172,7 +175,7 @@ fn what_a_format_cannot_hold_is_said() {
         (Format::Medit, "colour of each vertex (3 x u8), heat"),
         (Format::Stl, "STL cannot hold these: colour"),
     ] {
-        let said = left_out(&attributes, format).unwrap();
+        let said = lost_attributes_note(&attributes, format).unwrap();
         assert!(said.contains(words), "{said}");
         if format != Format::Gltf {
             // What is dropped leaves a mesh that can be read.
@@ -180,7 +183,7 @@ fn what_a_format_cannot_hold_is_said() {
             assert_eq!(back.mesh.triangles.len(), 2, "{format:?}");
         }
     }
-    assert_eq!(left_out(&Attributes::default(), Format::Stl), None);
+    assert_eq!(lost_attributes_note(&Attributes::default(), Format::Stl), None);
 }
 
 #[test]
@@ -196,8 +199,8 @@ fn numbers_that_are_none_cost_the_attribute_and_not_the_mesh() {
     assert_eq!(
         notes,
         [
-            "the property 'red' of each vertex was ignored: '300' is no uchar",
-            "the property 'heat' of each vertex was ignored: 'hot' is no float",
+            "the property 'red' of each vertex was ignored: '300' is not of type uchar",
+            "the property 'heat' of each vertex was ignored: 'hot' is not of type float",
             "texture coordinates were ignored: 1 faces lack some",
         ]
     );

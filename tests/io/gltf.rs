@@ -146,7 +146,7 @@ fn what_is_no_triangle_is_noted() {
     let loaded = parse(&json);
     assert_eq!(loaded.mesh.triangles.len(), 12);
     let points = "1 primitives of points and lines were ignored";
-    assert_eq!(loaded.notes, [points, "1 skins were ignored; their meshes are as without pose"]);
+    assert_eq!(loaded.notes, [points, "1 skins were ignored; their meshes are in the rest pose"]);
 }
 
 #[test]
@@ -188,17 +188,17 @@ fn written_files_keep_what_32_bits_hold_wherever_and_however_large_the_mesh_is()
 fn json_that_lies_is_refused() {
     let good = boxed();
     for (pointer, value, place, problem) in [
-        ("/asset/version", json!("1.0"), "asset", "this is glTF 1.0, not 2"),
+        ("/asset/version", json!("1.0"), "asset", "this is glTF version 1.0, not 2"),
         ("/extensionsRequired", json!(["KHR_draco_mesh_compression"]), "extensionsRequired", "'KHR_draco"),
         ("/scene", json!(3), "scene 3", "no such scene"),
         ("/scenes/0/nodes/0", json!(9), "node 9", "no such node"),
-        ("/nodes/0/children", json!([0]), "node 0", "more than one place"),
+        ("/nodes/0/children", json!([0]), "node 0", "more than once in the scene"),
         ("/nodes/0/mesh", json!(1), "node 0", "no mesh 1"),
         ("/scenes/0/nodes", json!([]), "", "no vertices"),
         ("/meshes/0/primitives/0/attributes", json!({}), "mesh 0, primitive 0", "no positions"),
         ("/meshes/0/primitives/0/indices", json!(0), "accessor 0", "type is 'VEC3' instead of 'SCALAR'"),
         ("/meshes/0/primitives/0/indices", json!(7), "accessor 7", "no such accessor"),
-        ("/accessors/0/count", json!(7), "mesh 0, primitive 0", "no vertex 7, they count from 0 to 6"),
+        ("/accessors/0/count", json!(7), "mesh 0, primitive 0", "no vertex 7, indices go from 0 to 6"),
         ("/accessors/0/count", json!(9), "accessor 0", "cut off: 9 elements from byte 0 on do not fit"),
         ("/accessors/0/count", json!(1_000_000_000), "accessor 0", "cut off: 1000000000 elements"),
         ("/accessors/0/count", json!(u64::MAX), "accessor 0", "cut off"),
@@ -206,17 +206,17 @@ fn json_that_lies_is_refused() {
         ("/accessors/0/componentType", json!(5124), "accessor 0", "no component type 5124"),
         ("/accessors/0/sparse", json!({}), "accessor 0", "sparse or compressed"),
         ("/accessors/1/count", json!(35), "mesh 0, primitive 0", "35 corners"),
-        ("/accessors/1/componentType", json!(5122), "accessor 1", "no indices"),
+        ("/accessors/1/componentType", json!(5122), "accessor 1", "not unsigned integers"),
         ("/accessors/1/bufferView", json!(5), "buffer view 5", "no such buffer view"),
         ("/bufferViews/0/byteOffset", json!(u64::MAX), "buffer view 0", "cut off"),
         ("/bufferViews/0/byteStride", json!(0), "accessor 0", "are 0 bytes apart"),
         ("/bufferViews/0/buffer", json!(1), "buffer 1", "no such buffer"),
-        ("/buffers/0/uri", json!("data:;base64,????"), "buffer 0", "base64 data are damaged"),
+        ("/buffers/0/uri", json!("data:;base64,????"), "buffer 0", "base64 data is damaged"),
         ("/buffers/0/uri", json!("data:text/plain,hello"), "buffer 0", "not in base64"),
         ("/buffers/0/uri", json!("other.bin"), "buffer 0", "in another file, 'other.bin'"),
-        ("/buffers/0/uri", json!("/dev/zero"), "buffer 0", "not beside the file"),
-        ("/buffers/0/uri", json!("%2e%2e/secret"), "buffer 0", "not beside the file"),
-        ("/buffers/0/uri", json!("https://example.com/a.bin"), "buffer 0", "not beside the file"),
+        ("/buffers/0/uri", json!("/dev/zero"), "buffer 0", "outside the folder of the file"),
+        ("/buffers/0/uri", json!("%2e%2e/secret"), "buffer 0", "outside the folder of the file"),
+        ("/buffers/0/uri", json!("https://example.com/a.bin"), "buffer 0", "outside the folder of the file"),
         ("/buffers/0/byteLength", json!(1_000_000), "buffer 0", "of its 1000000 bytes"),
     ] {
         assert_refused(&with(&good, pointer, value), place, problem);
@@ -245,7 +245,7 @@ fn buffers_beside_the_file_must_be_there_and_whole() {
     assert!(missing.contains("a.gltf: buffer 0: none.bin: there is no such file"), "{missing}");
     std::fs::create_dir(folder.path().join("folder")).unwrap();
     let directory = refused(&with(&json, "/buffers/0/uri", json!("folder")));
-    assert!(directory.contains("folder: this is no file"), "{directory}");
+    assert!(directory.contains("folder: this is not a regular file"), "{directory}");
     let short = refused(&with(&json, "/buffers/0/byteLength", json!(104)));
     assert!(short.contains("has 103 of its 104 bytes"), "{short}");
 }
@@ -269,13 +269,13 @@ fn containers_that_lie_are_refused() {
         bytes[at..at + 4].copy_from_slice(&value.to_le_bytes());
         read_bytes(&bytes, None).unwrap_err().to_string()
     };
-    assert!(changed(4, 1).contains("this is glTF 1, not 2"));
+    assert!(changed(4, 1).contains("this is glTF version 1, not 2"));
     assert!(changed(8, 1_000_000_000).contains("header says 1000000000 bytes"));
     assert!(changed(8, 15).contains("cut off"));
-    assert!(changed(12, u32::MAX).contains("a part has 4294967295 bytes"));
+    assert!(changed(12, u32::MAX).contains("a chunk has 4294967295 bytes"));
     assert!(changed(16, 0).contains("not JSON"));
     let json = u32::from_le_bytes(good[12..16].try_into().unwrap()) as usize;
-    assert!(changed(20 + json, u32::MAX).contains("a part has 4294967295 bytes"));
+    assert!(changed(20 + json, u32::MAX).contains("a chunk has 4294967295 bytes"));
     assert!(changed(24 + json, 7).contains("the buffer has no data"));
     // Data behind the end are no part of the file.
     assert!(read_bytes(&[&good, &b"tail"[..]].concat(), None).is_ok());

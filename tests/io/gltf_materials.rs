@@ -141,8 +141,7 @@ fn extensions_of_looks_are_kept_and_others_noted() {
     assert_eq!(
         loaded.notes,
         [
-            "1 textures of materials were left out: their texture coordinates are not the first of the \
-             vertices",
+            "1 textures were left out: they use another than the first set of texture coordinates",
             "extensions of materials were left out: X_y",
         ]
     );
@@ -179,7 +178,7 @@ fn textures_need_texture_coordinates() {
     let whole = read(&json);
     json["meshes"][0]["primitives"][0]["attributes"].as_object_mut().unwrap().remove("TEXCOORD_0");
     let bare = read(&json);
-    assert_eq!(bare.notes, ["textures were left out, for want of texture coordinates"]);
+    assert_eq!(bare.notes, ["textures were left out: the mesh has no texture coordinates"]);
     let (_, json) = written(&bare);
     assert_eq!(json["materials"][0]["pbrMetallicRoughness"]["metallicFactor"], json!(0.25));
     assert_eq!((json.get("textures"), json.get("images")), (None, None));
@@ -203,7 +202,7 @@ fn assert_left_out(folder: &Path, image: Value, words: &str) {
     let loaded = read_with_materials(&path, None).unwrap();
     let [first, second] = loaded.notes.as_slice() else { panic!("{:?}", loaded.notes) };
     assert_eq!(first, &format!("image 0 was left out: {words}"));
-    assert_eq!(second, "texture 1 was left out: it has no picture that could be read");
+    assert_eq!(second, "texture 1 was left out: none of its images could be read");
     let materials = loaded.attributes.materials.as_ref().map(Materials::images);
     assert_eq!(materials, Some([].as_slice()));
     written(&Loaded { notes: Vec::new(), ..loaded });
@@ -217,15 +216,18 @@ fn pictures_that_cannot_be_had_are_noted() {
     std::fs::write(folder.path().join("secret.png"), checker(0)).unwrap();
     std::fs::write(inside.join("text.png"), "hello").unwrap();
     for (image, words) in [
-        (json!({ "uri": "../secret.png" }), "it is in '../secret.png', which is not beside the file"),
-        (json!({ "uri": "%2e%2e/secret.png" }), "it is in '%2e%2e/secret.png', which is not beside the file"),
-        (json!({ "uri": "/dev/zero" }), "it is in '/dev/zero', which is not beside the file"),
-        (json!({ "uri": "file:///a.png" }), "it is in 'file:///a.png', which is not beside the file"),
+        (json!({ "uri": "../secret.png" }), "it is in '../secret.png', outside the folder of the file"),
+        (
+            json!({ "uri": "%2e%2e/secret.png" }),
+            "it is in '%2e%2e/secret.png', outside the folder of the file",
+        ),
+        (json!({ "uri": "/dev/zero" }), "it is in '/dev/zero', outside the folder of the file"),
+        (json!({ "uri": "file:///a.png" }), "it is in 'file:///a.png', outside the folder of the file"),
         (json!({ "uri": "none.png" }), "none.png: there is no such file"),
-        (json!({ "uri": "folder" }), "folder: this is no file"),
+        (json!({ "uri": "folder" }), "folder: this is not a regular file"),
         (json!({ "uri": "text.png" }), "it is neither PNG nor JPEG"),
         (json!({ "uri": "data:image/png;base64," }), "it is empty"),
-        (json!({ "uri": "data:image/png,x" }), "its data are not in base64"),
+        (json!({ "uri": "data:image/png,x" }), "its data is not in base64"),
         (json!({ "bufferView": 99, "mimeType": "image/png" }), "there is no such buffer view"),
         (json!({}), "it has no data"),
     ] {
@@ -239,10 +241,7 @@ fn pictures_that_cannot_be_had_are_noted() {
     std::fs::write(&path, sphere(one, textured(json!({ "uri": "large.png" }))).to_string()).unwrap();
     match read_with_materials(&path, None) {
         Err(Error::Input { place: Some(place), problem, remedy, .. }) => {
-            assert_eq!(
-                (place.as_str(), problem.as_str()),
-                ("image 0", "the pictures have more than 256 MiB")
-            );
+            assert_eq!((place.as_str(), problem.as_str()), ("image 0", "the images have more than 256 MiB"));
             assert!(remedy.contains("without materials"));
         }
         other => panic!("{other:?}"),
@@ -295,9 +294,9 @@ fn odd_materials_do_no_harm() {
     let mut json = sphere(one, textured(json!({ "uri": picture })));
     json["materials"][0]["alphaMode"] = json!("SOME");
     let loaded = read(&json);
-    assert_eq!(loaded.notes, ["material 0 was left out: glTF has no such values"]);
+    assert_eq!(loaded.notes, ["material 0 was left out: its values are not valid in glTF"]);
     assert_eq!(loaded.attributes.materials.unwrap().images().len(), 0, "nothing refers to its picture");
     json["materials"][0]["alphaMode"] = json!("BLEND");
     json["samplers"][0]["wrapS"] = json!(3);
-    assert_eq!(read(&json).notes, ["sampler 0 was left out: glTF has no such values"]);
+    assert_eq!(read(&json).notes, ["sampler 0 was left out: its values are not valid in glTF"]);
 }

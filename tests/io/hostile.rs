@@ -163,7 +163,7 @@ fn counts_in_gltf() {
         }
     }
     let deep = format!("{}{}", "[".repeat(1 << 20), "]".repeat(1 << 20));
-    refused("a.gltf", format!("{{\"x\":{deep}}}").as_bytes(), "no glTF");
+    refused("a.gltf", format!("{{\"x\":{deep}}}").as_bytes(), "not glTF");
 }
 
 /// A few kilobytes that refer to the same data again and again.
@@ -199,7 +199,7 @@ fn packed_files_of_many_gibibytes() {
         ("a.glb.gz", "glTF\x02\0\0\0"),
         ("a.mesh.gz", "MeshVersionFormatted 2\n"),
     ] {
-        refused(name, &bomb(start.as_bytes(), 16 << 20, 64), "unpack to more than");
+        refused(name, &bomb(start.as_bytes(), 16 << 20, 64), "expand to more than");
     }
     // Large enough to pass for honest, and more than there is memory.
     refused("a.off.gz", &bomb(b"OFF\n", 16 << 20, 512), "memory");

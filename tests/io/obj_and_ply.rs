@@ -66,10 +66,10 @@ fn obj_polygons_groups_and_negative_indices() {
         [
             "1 faces with more than 3 vertices were split into triangles",
             "2 point and line elements were ignored",
-            "lines of these kinds were ignored: vp",
-            "colours were ignored, for not all vertices have one",
-            "normals were ignored, for not all corners have one",
-            "texture coordinates were ignored, for not all corners have them",
+            "lines with these keywords were ignored: vp",
+            "colours were ignored: not all vertices have one",
+            "normals were ignored: not all corners have one",
+            "texture coordinates were ignored: not all corners have them",
         ]
     );
     let material = attributes.face_named("material").unwrap();
@@ -89,7 +89,7 @@ fn obj_with_windows_line_ends_latin_names_and_unused_vertices() {
     let Loaded { mesh, notes, .. } = load("a.obj", text);
     assert_eq!(positions(&mesh), [[0.0, 1.0, 0.0], [0.0, 0.0, 0.0], [1.0, 0.0, 0.0]]);
     assert_eq!(mesh.triangles, [[0, 1, 2]]);
-    assert_eq!(notes, ["1 vertices are used by no face and were left out"]);
+    assert_eq!(notes, ["1 vertices that no face uses were left out"]);
 }
 
 #[test]
@@ -247,7 +247,7 @@ fn targets_that_cannot_be_written_are_refused_early() {
     for (path, expected) in [
         (folder.path().join("a.xyz"), "unknown file type '.xyz'"),
         (folder.path().join("a.xyz.gz"), "unknown file type '.gz'"),
-        (folder.path().join("a.gltf"), "glTF is written as .glb alone"),
+        (folder.path().join("a.gltf"), "glTF is written as .glb only"),
         (folder.path().join("a"), "the file name has no extension"),
         (folder.path().join("missing/a.obj"), "there is no folder"),
         (read_only.clone(), "the file is read-only"),
@@ -260,7 +260,7 @@ fn targets_that_cannot_be_written_are_refused_early() {
     }
     assert_eq!(std::fs::read(&read_only).unwrap(), b"old");
     assert_eq!(std::fs::read_dir(folder.path()).unwrap().count(), 2);
-    assert_eq!(output_problem(check_text_target(Path::new("/")).unwrap_err()), "this is no file name");
+    assert_eq!(output_problem(check_text_target(Path::new("/")).unwrap_err()), "this is not a file name");
 }
 
 #[cfg(target_os = "linux")]

@@ -109,7 +109,7 @@ fn ply_data_errors_name_line_and_element() {
     for (face, problem) in [
         ("2 0 1\n", "has 2 of at least 3"),
         ("0     \n", "has 0 of at least 3"),
-        ("3 0 1 3\n", "no vertex 3, they count from 0 to 2"),
+        ("3 0 1 3\n", "no vertex 3, indices go from 0 to 2"),
         ("3 0 -1 2\n", "no vertex -1"),
         ("4 0 1 2 1\n", "lists vertex 1 twice"),
         ("3 0 1 x\n", "'x' is not a number"),
@@ -143,9 +143,9 @@ fn ply_header_errors_name_the_line() {
         ("format ascii 1.0", "format utf8 1.0", "line 2", "unknown PLY format 'utf8'"),
         ("format ascii 1.0", "comment", "", "no 'format' line"),
         ("format ascii 1.0", "property int x", "line 2", "before any element"),
-        ("element vertex 3", "elemnt vertex 3", "line 3", "'elemnt vertex 3' is no PLY header line"),
+        ("element vertex 3", "elemnt vertex 3", "line 3", "'elemnt vertex 3' is not a PLY header line"),
         ("element vertex 3", "element vertex -3", "line 3", "'-3' is not a whole number"),
-        ("element vertex 3", "element vertex", "line 3", "is no PLY header line"),
+        ("element vertex 3", "element vertex", "line 3", "is not a PLY header line"),
         ("property float y", "property half y", "line 5", "unknown property type 'half'"),
         ("property float y", "property list y", "line 5", "unknown property type 'list'"),
         ("property float y", "property float", "line 5", "incomplete"),
@@ -156,7 +156,7 @@ fn ply_header_errors_name_the_line() {
         ("list char int", "list float int", "line 8", "list count type 'float'"),
         ("list char int", "list char float", "", "no integer list 'vertex_indices'"),
         ("vertex_indices", "vertices", "", "no integer list 'vertex_indices'"),
-        ("end_header", "", "line 10", "is no PLY header line"),
+        ("end_header", "", "line 10", "is not a PLY header line"),
         ("element vertex 3", "element vertex 0", "", "no vertices"),
         ("element face 1", "element face 0", "", "no faces"),
         ("element face 1", "element face 4294967296", "line 12", "declares 4294967296 elements 'face'"),
@@ -168,7 +168,7 @@ fn ply_header_errors_name_the_line() {
             "4294967295 vertices, more than the 4294967294",
         ),
         ("ply\n", "plywood\n", "byte 0", "does not start with a 'ply' line"),
-        ("ply\n", "ply\nply\n", "line 2", "'ply' is no PLY header line"),
+        ("ply\n", "ply\nply\n", "line 2", "'ply' is not a PLY header line"),
     ] {
         assert!(good.contains(old), "{old}");
         assert_refused("a.ply", good.replacen(old, new, 1), place, problem);

@@ -6,7 +6,7 @@ use std::path::Path;
 
 use glam::DVec3;
 use rtfmesh::TriMesh;
-use rtfmesh::io::{Encoding, Format, encode, precision_note, read, read_bytes, write};
+use rtfmesh::io::{Encoding, Format, encode, lost_precision_note, read, read_bytes, write};
 use rtfmesh::mesh::repair::repair;
 use rtfmesh::mesh::samples::sample;
 use rtfmesh::mesh::topology::topology;
@@ -74,7 +74,7 @@ fn hard_meshes_come_back_from_every_format() {
                 // Numbers of 32 bits cannot tell these vertices apart, or are not large or small enough.
                 let small = mesh.vertices.iter().all(|v| v.abs().max_element() < 1e-100);
                 if format == Format::Stl
-                    && (place.contains("e200") || small || precision_note(&mesh, format).is_some())
+                    && (place.contains("e200") || small || lost_precision_note(&mesh, format).is_some())
                 {
                     continue;
                 }

@@ -6,7 +6,7 @@ use std::time::{Duration, Instant};
 
 use glam::DVec3;
 use rtfmesh::Error;
-use rtfmesh::io::{Encoding, Loaded, encode, precision_note, read, read_bytes, write, write_as};
+use rtfmesh::io::{Encoding, Loaded, encode, lost_precision_note, read, read_bytes, write, write_as};
 use rtfmesh::mesh::samples::{names, sample};
 
 use super::obj_and_ply::file;
@@ -70,7 +70,7 @@ fn packed_files_that_lie_are_refused() {
     let cut = [2, 9, 20, whole.len() - 9, whole.len() - 1].map(|length| whole[..length].to_vec());
     for bytes in cut.into_iter().chain([[&whole, &b"more"[..]].concat()]) {
         let line = read_bytes(&bytes, None).unwrap_err().to_string();
-        assert!(line.contains("of the unpacked file: the gzip data is cut off or damaged"), "{line}");
+        assert!(line.contains("of the decompressed file: the gzip data is cut off or damaged"), "{line}");
     }
     assert_refused("a.off.gz", gz(b""), "", "the file is empty");
     // A few kilobytes for 200 megabytes of blanks.
@@ -78,7 +78,7 @@ fn packed_files_that_lie_are_refused() {
     packer.write_all(&vec![b' '; 200 << 20]).unwrap();
     let bomb = packer.finish().unwrap();
     let start = Instant::now();
-    assert_refused("a.off.gz", &bomb, "", "unpack to more than");
+    assert_refused("a.off.gz", &bomb, "", "expand to more than");
     assert!(start.elapsed() < Duration::from_secs(20));
 }
 
@@ -165,10 +165,10 @@ fn stl_text_in_capitals_with_polygons_and_several_solids() {
 fn stl_is_refused_or_noted_where_32_bits_are_too_few() {
     let mut mesh = sample("box").unwrap();
     let encoding = "stl".parse::<Encoding>().unwrap();
-    assert_eq!(precision_note(&mesh, encoding.format), None);
+    assert_eq!(lost_precision_note(&mesh, encoding.format), None);
     mesh.vertices.iter_mut().for_each(|v| *v += DVec3::splat(1e6 + 0.1));
-    assert!(precision_note(&mesh, encoding.format).unwrap().contains("32-bit"));
-    assert_eq!(precision_note(&mesh, "glb".parse::<Encoding>().unwrap().format), None);
+    assert!(lost_precision_note(&mesh, encoding.format).unwrap().contains("32-bit"));
+    assert_eq!(lost_precision_note(&mesh, "glb".parse::<Encoding>().unwrap().format), None);
     mesh.vertices[0].x = 1e39;
     assert!(matches!(encode(Path::new("x"), &mesh, encoding), Err(Error::Output { .. })));
 }
@@ -185,7 +185,7 @@ fn off_with_colours_normals_comments_and_counts_anywhere() {
         "4 3 0\n",
     ] {
         let Loaded { mesh, mut notes, .. } = load("a.off", format!("{head}{square}{faces}"));
-        let lacking = "colours were ignored, for not all vertices have one";
+        let lacking = "colours were ignored: not all vertices have one";
         assert_eq!(notes.pop_if(|note| note == lacking).is_some(), head.contains("COFF 4 3 0"), "{head}");
         assert_eq!(mesh.vertices[2].to_array(), [1.0, 1.0, 0.5], "{head}");
         assert_eq!(mesh.triangles, [[0, 1, 2], [0, 2, 3], [2, 1, 0]], "{head}");
@@ -203,7 +203,7 @@ fn off_with_colours_normals_comments_and_counts_anywhere() {
         ("4OFF\n1 1\n".into(), "line 1", "not in three dimensions"),
         ("nOFF\n2\n1 1\n".into(), "line 1", "not in three dimensions"),
         ("OFF\n".into(), "line 1", "no line with the counts"),
-        ("OFF\nx y\n".into(), "line 2", "'x y' are no counts"),
+        ("OFF\nx y\n".into(), "line 2", "'x y' is not a line of the counts"),
         ("OFF\n3 0 0\n".into(), "", "no faces"),
         (
             "OFF\n1000000000 1 0\n0 0 0\n".into(),
@@ -215,7 +215,7 @@ fn off_with_colours_normals_comments_and_counts_anywhere() {
         // A face where a vertex should be is read as one; then there is no face left.
         (format!("OFF\n4 1 0\n{three}3 0 1 2     "), "line 6", "face 0 of 1 is missing"),
         (format!("OFF\n3 2 0\n{three}3 0 1 2    \n"), "line 6", "face 1 of 2 is missing"),
-        (format!("OFF\n3 1 0\n{three}3 0 1 3\n"), "line 6, face 0", "no vertex 3, they count from 0 to 2"),
+        (format!("OFF\n3 1 0\n{three}3 0 1 3\n"), "line 6, face 0", "no vertex 3, indices go from 0 to 2"),
         (format!("OFF\n3 1 0\n{three}3 0 1 1\n"), "line 6, face 0", "vertex 1 twice"),
         (format!("OFF\n3 1 0\n{three}3 0 1\n"), "line 6, face 0", "has 2 of 3 vertices"),
         (
@@ -260,7 +260,7 @@ fn medit_sections_in_any_order_and_layout() {
         (
             format!("{start}{vertices}Triangles\n1\n0 1 2 0\nEnd"),
             "line 10, triangle 1",
-            "no vertex 0, they count from 1 to 3",
+            "no vertex 0, indices go from 1 to 3",
         ),
         (format!("{start}{vertices}Triangles\n1\n1 2 4 0\nEnd"), "line 10, triangle 1", "no vertex 4"),
         (format!("{start}{vertices}Triangles\n1\n1 2 2 0\nEnd"), "line 10, triangle 1", "vertex 2 twice"),
@@ -294,7 +294,7 @@ fn medit_sections_in_any_order_and_layout() {
         assert_refused("a.mesh", content, place, problem);
     }
     let open = load("a.mesh", format!("{start}{vertices}Triangles\n1\n1 2 3 0\n"));
-    assert_eq!(open.notes, ["there is no 'End' at the end; sections may be missing"]);
+    assert_eq!(open.notes, ["the file does not end with 'End'; sections may be missing"]);
 }
 
 #[test]

@@ -1,12 +1,13 @@
-//! Vulkan calls that fail when a test wants them to; compiled for unit tests alone.
+//! Makes Vulkan calls fail on request; compiled for unit tests only.
 //!
-//! Every command comes out of `vkGetInstanceProcAddr`, so the one that [`hooked`] puts in its place sees them all, those
-//! that the memory allocator calls included: no code that runs in earnest knows of it. What it hands out counts the call,
-//! asks [`Plan`], and fails or goes on to the real command.
+//! All commands are looked up through `vkGetInstanceProcAddr`, which [`hooked`] replaces, so that no other
+//! code is changed and the calls of the memory allocator are included. Each command returned counts its
+//! calls, and either fails as
+//! [`Plan`] says or calls the real command.
 
 mod tests;
 
-use super::device::fixed;
+use super::device::lock;
 use ash::vk;
 use std::cell::Cell;
 use std::collections::BTreeMap;
@@ -27,37 +28,36 @@ struct Fault {
     lasting: bool,
 }
 
-/// The fault to come, and what was called.
+/// The planned fault, and the calls so far.
 #[derive(Default)]
 struct Plan {
     fault: Option<Fault>,
     calls: BTreeMap<&'static str, u64>,
-    /// How many calls failed.
-    struck: u64,
+    failed_calls: u64,
 }
 
 impl Plan {
-    /// Counts a call; what it returns instead of being made, if it fails.
-    fn called(&mut self, command: &'static str) -> Option<vk::Result> {
+    /// Counts a call; returns its result if it is to fail.
+    fn count_call(&mut self, command: &'static str) -> Option<vk::Result> {
         let count = self.calls.entry(command).or_default();
         *count += 1;
         let fault = self.fault?;
         let lasting =
-            fault.lasting || (fault.result == vk::Result::ERROR_DEVICE_LOST && tells_of_loss(command));
+            fault.lasting || (fault.result == vk::Result::ERROR_DEVICE_LOST && reports_device_loss(command));
         let now = fault.command == command && *count == fault.at;
-        let fails = now || (self.struck > 0 && lasting);
-        self.struck += u64::from(fails);
+        let fails = now || (self.failed_calls > 0 && lasting);
+        self.failed_calls += u64::from(fails);
         fails.then_some(fault.result)
     }
 }
 
 /// The commands that fail on a lost device.
-fn tells_of_loss(command: &str) -> bool {
+fn reports_device_loss(command: &str) -> bool {
     matches!(command, "vkQueueSubmit" | "vkWaitForFences" | "vkDeviceWaitIdle" | "vkGetQueryPoolResults")
 }
 
-static PLAN: Mutex<Plan> = Mutex::new(Plan { fault: None, calls: BTreeMap::new(), struck: 0 });
-/// Held by a test while it uses the plan, which is one for all.
+static PLAN: Mutex<Plan> = Mutex::new(Plan { fault: None, calls: BTreeMap::new(), failed_calls: 0 });
+/// Locked by a test while it uses the plan, which all tests share.
 static TURN: Mutex<()> = Mutex::new(());
 /// `vkGetInstanceProcAddr` and `vkGetDeviceProcAddr`.
 static INSTANCE_PROC: AtomicUsize = AtomicUsize::new(0);
@@ -67,7 +67,7 @@ thread_local! {
     static HOOKING: Cell<bool> = const { Cell::new(false) };
 }
 
-/// Runs `open` such that an instance made in it goes through the plan, for as long as it lives.
+/// Runs `open`; all calls of instances created in it go through the plan.
 fn with_hooks<T>(open: impl FnOnce() -> T) -> T {
     HOOKING.set(true);
     let opened = open();
@@ -75,26 +75,26 @@ fn with_hooks<T>(open: impl FnOnce() -> T) -> T {
     opened
 }
 
-/// The plan for one test at a time.
-fn turn() -> MutexGuard<'static, ()> {
-    let turn = fixed(&TURN);
-    *fixed(&PLAN) = Plan::default();
+/// Waits until no other test uses the plan, and resets it.
+fn reserve_plan() -> MutexGuard<'static, ()> {
+    let turn = lock(&TURN);
+    *lock(&PLAN) = Plan::default();
     turn
 }
 
-/// Starts counting anew, with this fault to come.
-fn plan(fault: Option<Fault>) {
-    *fixed(&PLAN) = Plan { fault, ..Plan::default() };
+/// Resets the counts and plans a fault.
+fn plan_fault(fault: Option<Fault>) {
+    *lock(&PLAN) = Plan { fault, ..Plan::default() };
 }
 
-/// Calls by command since the last [`plan`].
+/// Calls by command since the last [`plan_fault`].
 fn calls() -> BTreeMap<&'static str, u64> {
-    fixed(&PLAN).calls.clone()
+    lock(&PLAN).calls.clone()
 }
 
-/// How many calls failed since the last [`plan`].
-fn struck() -> u64 {
-    fixed(&PLAN).struck
+/// How many calls failed since the last [`plan_fault`].
+fn failed_calls() -> u64 {
+    lock(&PLAN).failed_calls
 }
 
 /// The same entry, or within [`with_hooks`] one whose commands go through the plan.
@@ -103,10 +103,10 @@ pub(super) fn hooked(entry: ash::Entry) -> ash::Entry {
         return entry;
     }
     INSTANCE_PROC.store(entry.static_fn().get_instance_proc_addr as usize, Ordering::Relaxed);
-    // The new entry does not know the library that it calls; this keeps it loaded.
+    // The new entry does not own the library that it calls; this keeps it loaded.
     std::mem::forget(entry);
-    // SAFETY: `instance_proc` keeps the contract of vkGetInstanceProcAddr, for it passes on what that gives or a command
-    // of the same signature.
+    // SAFETY: `instance_proc` keeps the contract of vkGetInstanceProcAddr, because it returns the same
+    // function or one of the same signature.
     unsafe { ash::Entry::from_static_fn(ash::StaticFn { get_instance_proc_addr: instance_proc }) }
 }
 
@@ -114,7 +114,8 @@ unsafe extern "system" fn instance_proc(
     instance: vk::Instance,
     name: *const c_char,
 ) -> vk::PFN_vkVoidFunction {
-    // SAFETY: `hooked` stored this function before anyone can call; the caller keeps its contract, a valid name.
+    // SAFETY: `hooked` stored this function before anyone can call; the caller keeps its contract, a valid
+    // name.
     let (found, name) = unsafe {
         let real: vk::PFN_vkGetInstanceProcAddr = std::mem::transmute(INSTANCE_PROC.load(Ordering::Relaxed));
         (real(instance, name), CStr::from_ptr(name))
@@ -139,11 +140,11 @@ unsafe extern "system" fn device_proc(device: vk::Device, name: *const c_char) -
 
 type Pointer = *const c_void;
 
-/// Commands that return a result: their names and arguments, all pointers alike. All devices are opened with the same
-/// layers, so a command has one real address.
+/// Commands that return a result: their names and arguments, all pointers alike. All devices are opened with
+/// the same layers, so a command has one real address.
 macro_rules! commands {
     ($($name:ident($($argument:ident: $type:ty),*);)*) => {
-        /// What stands for the command, whose real address is `found`.
+        /// The replacement for the command whose real address is `found`.
         fn shim(name: &CStr, found: vk::PFN_vkVoidFunction) -> vk::PFN_vkVoidFunction {
             $(
                 if name.to_bytes() == stringify!($name).as_bytes() {
@@ -166,9 +167,9 @@ macro_rules! commands {
 
                 pub unsafe extern "system" fn shim($($argument: $type),*) -> vk::Result {
                     let command = stringify!($name);
-                    let fails = fixed(&PLAN).called(command);
-                    // What was lost does no more work, but here the device goes on.
-                    let ends = fails == Some(vk::Result::ERROR_DEVICE_LOST) && tells_of_loss(command);
+                    let fails = lock(&PLAN).count_call(command);
+                    // A lost device does no more work, but here the real device is still working.
+                    let ends = fails == Some(vk::Result::ERROR_DEVICE_LOST) && reports_device_loss(command);
                     if let (Some(result), false) = (fails, ends && command == "vkWaitForFences") {
                         return result;
                     }

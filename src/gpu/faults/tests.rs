@@ -1,5 +1,5 @@
-//! Every command fails once: opening and runs end in an error that says what to do, nothing is left alive, and the device
-//! can be used further.
+//! Every command fails once: opening and runs end in an error with a remedy, no object is leaked, and the
+//! device stays usable.
 
 use super::*;
 use crate::gpu::{Device, DeviceOptions};
@@ -29,7 +29,7 @@ fn small_run(device: &Device, input: &TriMesh) -> Result<Remeshed> {
 
 /// One line with a remedy, of a kind that fits the code.
 #[track_caller]
-fn assert_tells(error: &Error, fault: &Fault) {
+fn assert_has_remedy(error: &Error, fault: &Fault) {
     let line = error.to_string();
     assert!(!line.contains('\n') && line.len() < 300, "{fault:?}: {line}");
     assert!(line.contains("; ") || matches!(error, Error::DeviceLost(_)), "{fault:?}: {line}");
@@ -42,18 +42,18 @@ fn assert_tells(error: &Error, fault: &Fault) {
 
 #[test]
 fn a_device_that_fails_to_open_says_why() {
-    let _turn = turn();
-    plan(None);
+    let _turn = reserve_plan();
+    plan_fault(None);
     let device = open().unwrap();
     let opening = calls();
     let messages = device.messages();
     drop(device);
-    assert_eq!(*fixed(&messages), Vec::<String>::new());
+    assert_eq!(*lock(&messages), Vec::<String>::new());
     assert!(opening.len() >= 8, "{opening:?}");
     for (&command, &count) in &opening {
         for result in CODES {
             let fault = Fault { command, at: count, result, lasting: false };
-            plan(Some(fault));
+            plan_fault(Some(fault));
             match open() {
                 // Compiled pipelines, names and the list of devices are done without, if need be.
                 Ok(device) => {
@@ -61,14 +61,14 @@ fn a_device_that_fails_to_open_says_why() {
                     assert!(harmless.contains(&command), "{fault:?}");
                     let messages = device.messages();
                     drop(device);
-                    assert_eq!(*fixed(&messages), Vec::<String>::new(), "{fault:?}");
+                    assert_eq!(*lock(&messages), Vec::<String>::new(), "{fault:?}");
                 }
-                Err(error) => assert_tells(&error, &fault),
+                Err(error) => assert_has_remedy(&error, &fault),
             }
-            assert!(struck() > 0, "{fault:?}");
+            assert!(failed_calls() > 0, "{fault:?}");
         }
     }
-    plan(None);
+    plan_fault(None);
     assert!(open().is_ok());
 }
 
@@ -96,15 +96,15 @@ fn faults(calls: &BTreeMap<&'static str, u64>) -> Vec<Fault> {
 
 #[test]
 fn a_run_in_which_a_call_fails_ends_in_an_error_and_harms_no_later_run() {
-    let _turn = turn();
+    let _turn = reserve_plan();
     let input = sample("bumpy-sphere").unwrap();
     let device = open().unwrap();
     let messages = device.messages();
-    plan(None);
+    plan_fault(None);
     let whole = small_run(&device, &input).unwrap();
     let compiling = calls();
     assert!(compiling.len() >= 16, "{compiling:?}");
-    plan(None);
+    plan_fault(None);
     assert_eq!(small_run(&device, &input).unwrap().mesh, whole.mesh);
     let running = calls();
     let mut failed = 0;
@@ -112,9 +112,9 @@ fn a_run_in_which_a_call_fails_ends_in_an_error_and_harms_no_later_run() {
         // What the second run did not call, such as compilers, is called by a device without pipelines alone.
         let again = running.get(fault.command).is_some_and(|count| fault.at <= *count);
         let fresh = Device { pipelines: std::sync::Arc::default(), ..device.clone() };
-        plan(Some(fault));
+        plan_fault(Some(fault));
         let result = small_run(if again { &device } else { &fresh }, &input);
-        if struck() == 0 {
+        if failed_calls() == 0 {
             // Memory that the allocator keeps need not be asked for again.
             assert!(["vkAllocateMemory", "vkMapMemory"].contains(&fault.command), "{fault:?}");
             continue;
@@ -123,38 +123,38 @@ fn a_run_in_which_a_call_fails_ends_in_an_error_and_harms_no_later_run() {
             assert_eq!(result.unwrap().mesh, whole.mesh, "{fault:?}");
             continue;
         }
-        assert_tells(&result.err().unwrap_or_else(|| panic!("{fault:?} was not noticed")), &fault);
-        assert_eq!(*fixed(&messages), Vec::<String>::new(), "{fault:?}");
+        assert_has_remedy(&result.err().unwrap_or_else(|| panic!("{fault:?} was not noticed")), &fault);
+        assert_eq!(*lock(&messages), Vec::<String>::new(), "{fault:?}");
         failed += 1;
     }
     assert!(failed >= 40, "{failed}");
-    plan(None);
+    plan_fault(None);
     assert_eq!(small_run(&device, &input).unwrap().mesh, whole.mesh);
     drop(device);
-    assert_eq!(*fixed(&messages), Vec::<String>::new(), "what is left when the device goes");
+    assert_eq!(*lock(&messages), Vec::<String>::new(), "what is left when the device goes");
 }
 
 /// Memory is taken in large blocks, which a device that has run keeps; each of these is a new one.
 #[test]
 fn memory_that_is_refused_is_told_with_its_name() {
-    let _turn = turn();
+    let _turn = reserve_plan();
     let input = sample("bumpy-sphere").unwrap();
     for command in ["vkAllocateMemory", "vkMapMemory"] {
         for at in 1..=3 {
             let device = open().unwrap();
             let messages = device.messages();
             let fault = Fault { command, at, result: vk::Result::ERROR_OUT_OF_DEVICE_MEMORY, lasting: false };
-            plan(Some(fault));
+            plan_fault(Some(fault));
             match small_run(&device, &input) {
-                Ok(_) => assert_eq!(struck(), 0, "{fault:?}"),
+                Ok(_) => assert_eq!(failed_calls(), 0, "{fault:?}"),
                 Err(Error::OutOfMemory { what, bytes, .. }) => {
                     assert!(what.contains('.') && bytes > 0, "{what}")
                 }
                 Err(other) => panic!("{fault:?}: {other:?}"),
             }
-            plan(None);
+            plan_fault(None);
             drop(device);
-            assert_eq!(*fixed(&messages), Vec::<String>::new(), "{fault:?}");
+            assert_eq!(*lock(&messages), Vec::<String>::new(), "{fault:?}");
         }
     }
 }
@@ -162,17 +162,17 @@ fn memory_that_is_refused_is_told_with_its_name() {
 /// Nobody can tell then when the device is done with what it was given, so that must not be freed.
 #[test]
 fn what_the_device_may_still_use_stays_when_waiting_fails_for_good() {
-    let _turn = turn();
+    let _turn = reserve_plan();
     let input = sample("bumpy-sphere").unwrap();
     let device = open().unwrap();
     let messages = device.messages();
     let result = vk::Result::ERROR_OUT_OF_HOST_MEMORY;
     let fault = Fault { command: WAITING, at: 3, result, lasting: true };
-    plan(Some(fault));
-    assert_tells(&small_run(&device, &input).err().unwrap(), &fault);
+    plan_fault(Some(fault));
+    assert_has_remedy(&small_run(&device, &input).err().unwrap(), &fault);
     assert!(calls().contains_key("vkDeviceWaitIdle"), "{:?}", calls());
-    plan(None);
+    plan_fault(None);
     assert!(small_run(&device, &input).is_ok(), "the device is as good as before");
     drop(device);
-    assert_eq!(*fixed(&messages), Vec::<String>::new());
+    assert_eq!(*lock(&messages), Vec::<String>::new());
 }

@@ -1,4 +1,4 @@
-//! Numbers in buffers: bounds checked once for each accessor, then read.
+//! Reads numbers from buffers through accessors; bounds are checked once for each accessor.
 
 use std::borrow::Cow;
 use std::cell::OnceCell;
@@ -9,26 +9,27 @@ use base64::engine::general_purpose::STANDARD;
 use glam::DVec3;
 
 use super::model::{Accessor, Buffer, Model};
-use crate::io::{bytes_of, excerpt};
+use crate::io::checks::excerpt;
+use crate::io::file::read_file_bytes;
 use crate::{Error, Result};
 
-/// The buffers of a file, each fetched when it is first needed.
+/// The buffers of a file, each loaded when it is first needed.
 pub(crate) struct Buffers<'a> {
     model: &'a Model,
     binary: Option<&'a [u8]>,
     folder: Option<&'a Path>,
-    fetched: Vec<OnceCell<Cow<'a, [u8]>>>,
+    loaded: Vec<OnceCell<Cow<'a, [u8]>>>,
 }
 
 impl<'a> Buffers<'a> {
     pub fn new(model: &'a Model, binary: Option<&'a [u8]>, folder: Option<&'a Path>) -> Self {
-        let fetched = std::iter::repeat_with(OnceCell::new).take(model.buffers.len()).collect();
-        Self { model, binary, folder, fetched }
+        let loaded = std::iter::repeat_with(OnceCell::new).take(model.buffers.len()).collect();
+        Self { model, binary, folder, loaded }
     }
 
-    /// Bytes of all buffers fetched so far.
-    pub fn fetched_bytes(&self) -> u64 {
-        self.fetched.iter().filter_map(OnceCell::get).map(|buffer| buffer.len() as u64).sum()
+    /// Bytes of all buffers loaded so far.
+    pub fn loaded_bytes(&self) -> u64 {
+        self.loaded.iter().filter_map(OnceCell::get).map(|buffer| buffer.len() as u64).sum()
     }
 
     /// The elements of accessor `index`, which must have this type.
@@ -44,10 +45,10 @@ impl<'a> Buffers<'a> {
             return refuse(problem, "write the mesh again");
         }
         let (Some(view), None) = (accessor.buffer_view, &accessor.sparse) else {
-            let problem = "its data are sparse or compressed, which is not supported".to_owned();
+            let problem = "its data is sparse or compressed, which is not supported".to_owned();
             return refuse(problem, "write the mesh again without compression and sparse data");
         };
-        let Some(component) = Number::of(accessor.component_type) else {
+        let Some(component) = Number::from_code(accessor.component_type) else {
             return refuse(
                 format!("there is no component type {}", accessor.component_type),
                 "write the mesh again",
@@ -76,7 +77,7 @@ impl<'a> Buffers<'a> {
         Ok(Elements { bytes, stride, component, normalized: accessor.normalized, count: accessor.count })
     }
 
-    /// The bytes of a buffer view, and how far apart its elements are.
+    /// The bytes of a buffer view, and its stride.
     pub fn view(&self, index: usize) -> Result<(&[u8], Option<usize>)> {
         let refuse = |problem: String| {
             let remedy = "get the whole file or write the mesh again";
@@ -106,21 +107,21 @@ impl<'a> Buffers<'a> {
             }
             error
         };
-        let (Some(buffer), Some(cell)) = (self.model.buffers.get(index), self.fetched.get(index)) else {
+        let (Some(buffer), Some(cell)) = (self.model.buffers.get(index), self.loaded.get(index)) else {
             return Err(at(Error::input(None, "there is no such buffer", "write the mesh again")));
         };
         if cell.get().is_none() {
-            // A set cell stays as it is, and there is none here.
-            let _ = cell.set(self.fetch(index, buffer).map_err(at)?);
+            // Cannot fail: the cell is empty.
+            let _ = cell.set(self.load(index, buffer).map_err(at)?);
         }
         Ok(cell.get().map(AsRef::as_ref).unwrap_or_default())
     }
 
-    fn fetch(&self, index: usize, buffer: &'a Buffer) -> Result<Cow<'a, [u8]>> {
+    fn load(&self, index: usize, buffer: &'a Buffer) -> Result<Cow<'a, [u8]>> {
         let bytes = match (&buffer.uri, self.binary) {
             (Some(uri), _) => match uri.strip_prefix("data:") {
-                Some(data) => Cow::Owned(decoded(data)?),
-                None => Cow::Owned(read_beside(&self.beside(uri)?, uri)?),
+                Some(data) => Cow::Owned(decode_data_uri(data)?),
+                None => Cow::Owned(read_uri_file(&self.path_of_uri(uri)?, uri)?),
             },
             (None, Some(binary)) if index == 0 => Cow::Borrowed(binary),
             (None, _) => {
@@ -134,71 +135,70 @@ impl<'a> Buffers<'a> {
         Ok(bytes)
     }
 
-    /// The picture at an address; `None` if it has more than so many bytes.
-    pub fn picture(&self, uri: &str, most_bytes: u64) -> Result<Option<Vec<u8>>> {
+    /// The image at an address; `None` if it has more than so many bytes.
+    pub fn image(&self, uri: &str, most_bytes: u64) -> Result<Option<Vec<u8>>> {
         if let Some(data) = uri.strip_prefix("data:") {
-            return decoded(data).map(Some);
+            return decode_data_uri(data).map(Some);
         }
-        let whole = self.beside(uri)?;
-        if std::fs::metadata(&whole).is_ok_and(|file| file.len() > most_bytes) {
+        let path = self.path_of_uri(uri)?;
+        if std::fs::metadata(&path).is_ok_and(|file| file.len() > most_bytes) {
             return Ok(None);
         }
-        read_beside(&whole, uri).map(Some)
+        read_uri_file(&path, uri).map(Some)
     }
 
-    /// The path of the file that a relative address names.
-    fn beside(&self, uri: &str) -> Result<PathBuf> {
+    /// The path of the file that a relative address names, which must be in the folder or below it.
+    fn path_of_uri(&self, uri: &str) -> Result<PathBuf> {
         let name = percent_encoding::percent_decode_str(uri).decode_utf8_lossy();
-        let path = Path::new(name.as_ref());
+        let relative = Path::new(name.as_ref());
         let inside = |part: Component| matches!(part, Component::Normal(_) | Component::CurDir);
-        if uri.contains(':') || !path.components().all(inside) {
-            let problem = format!("it is in '{}', which is not beside the file", excerpt(uri));
+        if uri.contains(':') || !relative.components().all(inside) {
+            let problem = format!("it is in '{}', outside the folder of the file", excerpt(uri));
             return Err(Error::input(None, problem, "put it into the file's folder, or write a .glb file"));
         }
         let Some(folder) = self.folder else {
             let problem = format!("it is in another file, '{}'", excerpt(uri));
             return Err(Error::input(None, problem, "give the mesh by its file name, or as a .glb file"));
         };
-        let whole = folder.join(path);
-        // Anything else, such as a pipe, might never end.
-        if whole.exists() && !whole.is_file() {
-            let problem = format!("{}: this is no file", excerpt(&name));
+        let path = folder.join(relative);
+        // Reading anything else, such as a pipe, might never end.
+        if path.exists() && !path.is_file() {
+            let problem = format!("{}: this is not a regular file", excerpt(&name));
             return Err(Error::input(None, problem, "write a .glb file"));
         }
-        Ok(whole)
+        Ok(path)
     }
 }
 
-/// Reads the file of this path, which `uri` led to.
-fn read_beside(whole: &Path, uri: &str) -> Result<Vec<u8>> {
+/// The content of the file at `path`; errors name the address.
+fn read_uri_file(path: &Path, uri: &str) -> Result<Vec<u8>> {
     let name = percent_encoding::percent_decode_str(uri).decode_utf8_lossy();
-    bytes_of(whole).map_err(|mut error| {
-        if let Error::Input { problem, .. } = &mut error {
-            *problem = format!("{}: {problem}", excerpt(&name));
+    read_file_bytes(path).map_err(|error| match error {
+        Error::Input { problem, remedy, .. } => {
+            Error::input(None, format!("{}: {problem}", excerpt(&name)), remedy)
         }
         error
     })
 }
 
-/// What a data URI holds; `data` is what follows `data:`.
-fn decoded(data: &str) -> Result<Vec<u8>> {
+/// The content of a data URI; `data` is what follows `data:`.
+fn decode_data_uri(data: &str) -> Result<Vec<u8>> {
     let refuse = |problem: String| Error::input(None, problem, "get the whole file or write the mesh again");
     let Some((_, encoded)) = data.split_once(";base64,") else {
-        return Err(refuse("its data are not in base64".to_owned()));
+        return Err(refuse("its data is not in base64".to_owned()));
     };
-    let damaged = |error| refuse(format!("its base64 data are damaged ({error})")).caused_by(error);
-    STANDARD.decode(encoded).map_err(damaged)
+    STANDARD.decode(encoded).map_err(|error| refuse(format!("its base64 data is damaged ({error})")))
 }
 
-/// Bytes of the buffer view that an accessor needs; `None` if they cannot be counted.
+/// Bytes of the buffer view that an accessor needs; `None` on overflow.
 fn needed_bytes(accessor: &Accessor, size: usize, stride: usize) -> Option<usize> {
     match accessor.count.checked_sub(1) {
         None => Some(accessor.byte_offset),
-        Some(before) => before.checked_mul(stride)?.checked_add(size)?.checked_add(accessor.byte_offset),
+        Some(last) => last.checked_mul(stride)?.checked_add(size)?.checked_add(accessor.byte_offset),
     }
 }
 
-/// A number type.
+/// A number type of accessors.
 #[derive(Clone, Copy, PartialEq)]
 pub(crate) enum Number {
     I8,
@@ -210,7 +210,7 @@ pub(crate) enum Number {
 }
 
 impl Number {
-    fn of(code: u32) -> Option<Self> {
+    fn from_code(code: u32) -> Option<Self> {
         Some(match code {
             5120 => Self::I8,
             5121 => Self::U8,
@@ -241,7 +241,7 @@ pub(crate) struct Elements<'a> {
 }
 
 impl Elements<'_> {
-    /// Number `at` of element `index`; 0 out of range.
+    /// Component `at` of element `index`; 0 if out of range.
     pub fn number(&self, index: usize, at: usize) -> f64 {
         let size = self.component.size();
         let start = index * self.stride + at * size;
@@ -265,10 +265,10 @@ impl Elements<'_> {
         (0..self.count).map(|index| DVec3::from_array([0, 1, 2].map(|at| self.number(index, at))))
     }
 
-    /// The elements as indices; `None` if their type is not one of indices.
+    /// The elements as indices; `None` if they are not unsigned integers.
     pub fn indices(&self) -> Option<impl Iterator<Item = u32>> {
-        let known = matches!(self.component, Number::U8 | Number::U16 | Number::U32);
+        let is_unsigned = matches!(self.component, Number::U8 | Number::U16 | Number::U32);
         // Exact in f64.
-        known.then(|| (0..self.count).map(|index| self.number(index, 0) as u32))
+        is_unsigned.then(|| (0..self.count).map(|index| self.number(index, 0) as u32))
     }
 }

@@ -1,4 +1,4 @@
-//! Colours, normals, texture coordinates and materials of a scene's triangles.
+//! Gathers colours, normals, texture coordinates and materials of a scene's triangles.
 
 use glam::{DMat3, DMat4, DVec3};
 
@@ -7,24 +7,25 @@ use super::model::{Model, Primitive};
 use crate::mesh::attributes::{Attribute, Attributes, CornerUv, Kind, Role};
 use crate::{Error, Result};
 
-/// What has been gathered so far.
+/// The attributes gathered so far.
 #[derive(Default)]
-pub(crate) struct Beside {
-    /// Red, green, blue and opacity from 0 to 1 of each vertex; white where there is none.
+pub(crate) struct AttributeReader {
+    /// Red, green, blue and opacity from 0 to 1 of each vertex; white for those without a colour.
     colours: Vec<[f64; 4]>,
     colour_components: usize,
     colour_kind: Option<Kind>,
     normals: Vec<DVec3>,
-    /// Vertices and triangles without a normal, or without texture coordinates, where others have some.
+    /// Vertices without a normal.
     without_normal: usize,
+    /// Triangles without texture coordinates.
     without_uv: usize,
     uv: Vec<[f64; 2]>,
     materials: Vec<f64>,
     any_material: bool,
 }
 
-/// The elements of an accessor, one for each of so many vertices.
-fn of_vertices<'a>(
+/// The elements of an accessor, which must have one for each of `count` vertices.
+fn vertex_elements<'a>(
     buffers: &'a Buffers,
     accessor: usize,
     kind: &str,
@@ -39,9 +40,9 @@ fn of_vertices<'a>(
     Ok(elements)
 }
 
-impl Beside {
-    /// The vertices of a primitive.
-    pub fn vertices(
+impl AttributeReader {
+    /// Adds the vertices of a primitive.
+    pub fn add_vertices(
         &mut self,
         (model, buffers): (&Model, &Buffers),
         primitive: &Primitive,
@@ -53,7 +54,7 @@ impl Beside {
         if let Some(accessor) = primitive.attributes.colour {
             let opaque = model.accessors.get(accessor).is_none_or(|accessor| accessor.kind != "VEC4");
             let (kind, components) = if opaque { ("VEC3", 3) } else { ("VEC4", 4) };
-            let elements = of_vertices(buffers, accessor, kind, count, place)?;
+            let elements = vertex_elements(buffers, accessor, kind, count, place)?;
             for (index, colour) in self.colours.iter_mut().skip(first).enumerate() {
                 let shades = colour.iter_mut().take(components).enumerate();
                 shades.for_each(|(at, shade)| *shade = elements.number(index, at));
@@ -72,37 +73,37 @@ impl Beside {
                 self.without_normal += count;
             }
             Some(accessor) => {
-                let elements = of_vertices(buffers, accessor, "VEC3", count, place)?;
-                let moved = DMat3::from_mat4(transform);
-                // Turned as the surface is, whatever the axes are scaled by; as they are if nothing turns.
-                let turned = if moved == DMat3::IDENTITY {
+                let elements = vertex_elements(buffers, accessor, "VEC3", count, place)?;
+                let linear = DMat3::from_mat4(transform);
+                // Normals transform by the inverse transpose; unchanged, without rounding, by the identity.
+                let normal_matrix = if linear == DMat3::IDENTITY {
                     None
                 } else {
-                    Some(moved.inverse().transpose() * moved.determinant().signum())
+                    Some(linear.inverse().transpose() * linear.determinant().signum())
                 };
-                let normal = |n: DVec3| turned.map_or(n, |turned| (turned * n).normalize_or_zero());
+                let normal = |n: DVec3| normal_matrix.map_or(n, |matrix| (matrix * n).normalize_or_zero());
                 self.normals.extend(elements.positions().map(normal));
             }
         }
         Ok(())
     }
 
-    /// The triangles of a primitive, over its own vertices.
-    pub fn triangles(
+    /// Adds the triangles of a primitive, with indices into its own vertices.
+    pub fn add_triangles(
         &mut self,
         (model, buffers): (&Model, &Buffers),
         primitive: &Primitive,
         (count, triangles): (usize, &[[u32; 3]]),
         place: &str,
     ) -> Result<()> {
-        match primitive.attributes.texture {
+        match primitive.attributes.uv {
             None => {
                 self.uv.resize(self.uv.len() + 3 * triangles.len(), [0.0; 2]);
                 self.without_uv += triangles.len();
             }
             Some(accessor) => {
-                let elements = of_vertices(buffers, accessor, "VEC2", count, place)?;
-                // In glTF v grows downwards.
+                let elements = vertex_elements(buffers, accessor, "VEC2", count, place)?;
+                // In glTF, v points down.
                 let uv = |v: &u32| [elements.number(*v as usize, 0), 1.0 - elements.number(*v as usize, 1)];
                 self.uv.extend(triangles.as_flattened().iter().map(uv));
             }
@@ -117,8 +118,8 @@ impl Beside {
         Ok(())
     }
 
-    /// What was found, for all vertices and triangles.
-    pub fn attributes(self, model: &Model, notes: &mut Vec<String>) -> Attributes {
+    /// The attributes that all vertices or triangles have.
+    pub fn into_attributes(self, model: &Model, notes: &mut Vec<String>) -> Attributes {
         let mut found = Attributes::default();
         if let Some(kind) = self.colour_kind {
             let (components, largest) = (self.colour_components, kind.range().map_or(1.0, |(_, high)| high));
@@ -138,10 +139,10 @@ impl Beside {
             notes.push(format!("texture coordinates were ignored: {} triangles lack them", self.without_uv));
         }
         if self.any_material {
-            let given = |(index, material): (usize, &super::model::Material)| {
+            let name_of = |(index, material): (usize, &super::model::Material)| {
                 material.name.clone().unwrap_or_else(|| format!("material{index}"))
             };
-            let mut names: Vec<String> = model.materials.iter().enumerate().map(given).collect();
+            let mut names: Vec<String> = model.materials.iter().enumerate().map(name_of).collect();
             if self.materials.iter().any(|material| *material as usize == names.len()) {
                 names.push(String::new());
             }

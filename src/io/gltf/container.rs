@@ -1,9 +1,9 @@
-//! The parts of a file: JSON alone, or JSON and binary data behind a header.
+//! Splits a file into its JSON and, in a `.glb` file, its binary data.
 
-use crate::io::text::cut_off;
+use crate::io::checks::cut_off;
 use crate::{Error, Result};
 
-/// What a file consists of.
+/// The parts of a file.
 pub(crate) struct Parts<'a> {
     pub json: &'a [u8],
     /// The buffer of a `.glb`.
@@ -13,49 +13,49 @@ pub(crate) struct Parts<'a> {
 const JSON: u32 = 0x4E4F_534A;
 const BINARY: u32 = 0x004E_4942;
 
-pub(crate) fn parts(bytes: &[u8]) -> Result<Parts<'_>> {
+pub(crate) fn split_container(bytes: &[u8]) -> Result<Parts<'_>> {
     if !bytes.starts_with(b"glTF") {
         return Ok(Parts { json: bytes.strip_prefix(b"\xef\xbb\xbf").unwrap_or(bytes), binary: None });
     }
     let mut at = 4;
-    let version = word(bytes, &mut at)?;
+    let version = read_u32(bytes, &mut at)?;
     if version != 2 {
-        let problem = format!("this is glTF {version}, not 2");
+        let problem = format!("this is glTF version {version}, not 2");
         return Err(Error::input(Some("byte 4".to_owned()), problem, "write the mesh again as glTF 2.0"));
     }
-    let length = word(bytes, &mut at)? as usize;
-    // What follows is no part of the file.
+    let length = read_u32(bytes, &mut at)? as usize;
+    // Bytes beyond the declared length are ignored.
     let Some(file) = bytes.get(..length) else {
         let missing = format!("the header says {length} bytes, but there are {}", bytes.len());
         return Err(cut_off("byte 8".to_owned(), &missing));
     };
-    let (kind, json) = chunk(file, &mut at)?;
+    let (kind, json) = read_chunk(file, &mut at)?;
     if kind != JSON {
         let place = Some("byte 16".to_owned());
         return Err(Error::input(place, "the first chunk is not JSON", "write the mesh again"));
     }
     let mut binary = None;
     while binary.is_none() && at < file.len() {
-        let (kind, data) = chunk(file, &mut at)?;
+        let (kind, data) = read_chunk(file, &mut at)?;
         binary = (kind == BINARY).then_some(data);
     }
     Ok(Parts { json, binary })
 }
 
-fn word(bytes: &[u8], at: &mut usize) -> Result<u32> {
+fn read_u32(bytes: &[u8], at: &mut usize) -> Result<u32> {
     let Some((word, _)) = bytes.get(*at..).and_then(|rest| rest.split_first_chunk::<4>()) else {
-        return Err(cut_off(format!("byte {at}"), "the header of a part is missing"));
+        return Err(cut_off(format!("byte {at}"), "the header of a chunk is missing"));
     };
     *at += 4;
     Ok(u32::from_le_bytes(*word))
 }
 
-fn chunk<'a>(bytes: &'a [u8], at: &mut usize) -> Result<(u32, &'a [u8])> {
-    let length = word(bytes, at)? as usize;
-    let kind = word(bytes, at)?;
+fn read_chunk<'a>(bytes: &'a [u8], at: &mut usize) -> Result<(u32, &'a [u8])> {
+    let length = read_u32(bytes, at)? as usize;
+    let kind = read_u32(bytes, at)?;
     let rest = bytes.get(*at..).unwrap_or_default();
     let Some(data) = rest.get(..length) else {
-        let missing = format!("a part has {length} bytes, but {} are left", rest.len());
+        let missing = format!("a chunk has {length} bytes, but {} are left", rest.len());
         return Err(cut_off(format!("byte {at}"), &missing));
     };
     *at += length;

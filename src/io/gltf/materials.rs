@@ -1,4 +1,4 @@
-//! Materials with their textures and pictures, which are read only for those who ask.
+//! Reads materials with their textures and images, if asked for.
 
 use std::borrow::Cow;
 use std::collections::{BTreeSet, HashMap};
@@ -9,15 +9,16 @@ use serde::de::DeserializeOwned;
 use serde_json::{Map, Value, json};
 
 use super::accessors::Buffers;
-use crate::io::{Loaded, excerpt};
+use crate::io::checks::excerpt;
+use crate::io::loaded::Loaded;
 use crate::mesh::attributes::{Image, Materials};
 use crate::{Error, Result};
 
-/// Bytes of all pictures together.
-const MOST_BYTES: u64 = 256 << 20;
+/// Most bytes of all images together.
+const MAX_IMAGE_BYTES: u64 = 256 << 20;
 
-/// What of a material is kept.
-const KEPT: [&str; 9] = [
+/// The properties of a material that are read.
+const MATERIAL_KEYS: [&str; 9] = [
     "pbrMetallicRoughness",
     "normalTexture",
     "occlusionTexture",
@@ -38,12 +39,12 @@ struct Document {
     #[serde(default)]
     samplers: Vec<Value>,
     #[serde(default)]
-    images: Vec<Picture>,
+    images: Vec<ImageEntry>,
 }
 
 #[derive(Deserialize)]
 #[serde(rename_all = "camelCase")]
-struct Picture {
+struct ImageEntry {
     name: Option<String>,
     uri: Option<String>,
     buffer_view: Option<usize>,
@@ -51,9 +52,9 @@ struct Picture {
 }
 
 /// Adds the materials that triangles use. What cannot be read is noted; too many bytes are an error.
-pub(crate) fn add(json: &[u8], buffers: &Buffers, loaded: &mut Loaded) -> Result<()> {
+pub(crate) fn add_materials(json: &[u8], buffers: &Buffers, loaded: &mut Loaded) -> Result<()> {
     let Some(label) = loaded.attributes.face_named("material") else { return Ok(()) };
-    // The number after the last stands for none.
+    // The number after that of the last material stands for none.
     let used: BTreeSet<usize> = label.values.iter().map(|value| *value as usize).collect();
     let document: Document = match serde_json::from_slice(json) {
         Ok(document) => document,
@@ -62,27 +63,28 @@ pub(crate) fn add(json: &[u8], buffers: &Buffers, loaded: &mut Loaded) -> Result
             return Ok(());
         }
     };
-    let mut gathered = Gathered {
+    let mut reader = MaterialReader {
         document: &document,
         buffers,
         has_uv: loaded.attributes.uv.is_some(),
         materials: Materials::default(),
-        known: [const { None }; 3].map(|_: Option<()>| HashMap::new()),
-        bytes: 0,
-        without_uv: 0,
-        other_uv: 0,
+        new_indices: [const { None }; 3].map(|_: Option<()>| HashMap::new()),
+        image_bytes: 0,
+        textures_without_uv: 0,
+        textures_with_other_uv: 0,
         extensions: BTreeSet::new(),
         notes: &mut loaded.notes,
     };
     for (index, material) in document.materials.iter().enumerate() {
-        let kept = if used.contains(&index) { gathered.material(index, material)? } else { Value::Null };
-        gathered.materials.materials.push(kept);
+        let kept =
+            if used.contains(&index) { reader.convert_material(index, material)? } else { Value::Null };
+        reader.materials.materials.push(kept);
     }
-    loaded.attributes.materials = Some(gathered.end());
+    loaded.attributes.materials = Some(reader.finish());
     Ok(())
 }
 
-/// What textures refer to; each kind counts anew in the result.
+/// A kind of object that is referred to by index. Indices are new in the result, which has only what is used.
 #[derive(Clone, Copy)]
 enum Part {
     Texture,
@@ -90,43 +92,44 @@ enum Part {
     Image,
 }
 
-/// What has been gathered so far.
-struct Gathered<'a, 'b> {
+/// The materials read so far.
+struct MaterialReader<'a, 'b> {
     document: &'a Document,
     buffers: &'a Buffers<'b>,
     has_uv: bool,
     materials: Materials,
-    /// The new numbers of what was looked at, by [`Part`]; `None` for what cannot be had.
-    known: [HashMap<usize, Option<usize>>; 3],
-    bytes: u64,
-    without_uv: usize,
-    other_uv: usize,
-    /// Names of those that are left out.
+    /// For each [`Part`], the new index by the index in the file; `None` for what was left out.
+    new_indices: [HashMap<usize, Option<usize>>; 3],
+    image_bytes: u64,
+    textures_without_uv: usize,
+    /// Textures with another than the first set of texture coordinates.
+    textures_with_other_uv: usize,
+    /// Names of the extensions that were left out.
     extensions: BTreeSet<String>,
     notes: &'a mut Vec<String>,
 }
 
-impl Gathered<'_, '_> {
-    fn material(&mut self, index: usize, material: &Value) -> Result<Value> {
+impl MaterialReader<'_, '_> {
+    fn convert_material(&mut self, index: usize, material: &Value) -> Result<Value> {
         let known = |key: &str| Some((key.to_owned(), material.get(key)?.clone()));
-        let kept: Map<String, Value> = KEPT.into_iter().filter_map(known).collect();
+        let kept: Map<String, Value> = MATERIAL_KEYS.into_iter().filter_map(known).collect();
         let value = Value::Object(kept.clone());
-        if !is_sound::<gltf_json::Material>(&value) || !is_in_range(&value) {
-            self.notes.push(format!("material {index} was left out: glTF has no such values"));
+        if !has_valid_types::<gltf_json::Material>(&value) || !has_valid_factors(&value) {
+            self.notes.push(format!("material {index} was left out: its values are not valid in glTF"));
             return Ok(Value::Null);
         }
-        Ok(Value::Object(self.object(&kept)?))
+        Ok(Value::Object(self.convert_object(&kept)?))
     }
 
-    /// The object without what is not kept, with new numbers of textures.
-    fn object(&mut self, object: &Map<String, Value>) -> Result<Map<String, Value>> {
+    /// The object with the extensions that are kept and new texture indices.
+    fn convert_object(&mut self, object: &Map<String, Value>) -> Result<Map<String, Value>> {
         let mut kept = Map::new();
         for (key, value) in object {
             let value = match value {
                 _ if key == "extras" => continue,
-                Value::Object(inner) if key == "extensions" => self.extensions(inner)?,
-                Value::Object(inner) if key.ends_with("Texture") => self.use_of_texture(inner)?,
-                Value::Object(inner) => Some(self.object(inner)?),
+                Value::Object(inner) if key == "extensions" => self.convert_extensions(inner)?,
+                Value::Object(inner) if key.ends_with("Texture") => self.convert_texture_reference(inner)?,
+                Value::Object(inner) => Some(self.convert_object(inner)?),
                 other => {
                     kept.insert(key.clone(), other.clone());
                     continue;
@@ -139,88 +142,91 @@ impl Gathered<'_, '_> {
         Ok(kept)
     }
 
-    fn extensions(&mut self, object: &Map<String, Value>) -> Result<Option<Map<String, Value>>> {
+    fn convert_extensions(&mut self, object: &Map<String, Value>) -> Result<Option<Map<String, Value>>> {
         let (kept, dropped): (Map<_, _>, Map<_, _>) = object
             .clone()
             .into_iter()
             .partition(|(name, _)| name.starts_with("KHR_materials_") || name == "KHR_texture_transform");
         self.extensions.extend(dropped.into_iter().map(|(name, _)| excerpt(&name)));
-        let kept = self.object(&kept)?;
+        let kept = self.convert_object(&kept)?;
         Ok((!kept.is_empty()).then_some(kept))
     }
 
-    /// A material's reference to a texture.
-    fn use_of_texture(&mut self, reference: &Map<String, Value>) -> Result<Option<Map<String, Value>>> {
-        let moved = reference.get("extensions").and_then(|all| all.get("KHR_texture_transform"));
-        let uv = moved.and_then(|moved| moved.get("texCoord")).or(reference.get("texCoord"));
+    /// A material's reference to a texture, with the new index; `None` if the texture was left out.
+    fn convert_texture_reference(
+        &mut self,
+        reference: &Map<String, Value>,
+    ) -> Result<Option<Map<String, Value>>> {
+        let transform = reference.get("extensions").and_then(|all| all.get("KHR_texture_transform"));
+        let uv = transform.and_then(|transform| transform.get("texCoord")).or(reference.get("texCoord"));
         if !self.has_uv {
-            self.without_uv += 1;
+            self.textures_without_uv += 1;
             return Ok(None);
         }
         if uv.is_some_and(|uv| uv.as_u64() != Some(0)) {
-            self.other_uv += 1;
+            self.textures_with_other_uv += 1;
             return Ok(None);
         }
-        let Some(number) = self.number(reference.get("index"), Part::Texture)? else { return Ok(None) };
-        let mut kept = self.object(reference)?;
-        kept.insert("index".to_owned(), json!(number));
+        let Some(index) = self.new_index(reference.get("index"), Part::Texture)? else { return Ok(None) };
+        let mut kept = self.convert_object(reference)?;
+        kept.insert("index".to_owned(), json!(index));
         Ok(Some(kept))
     }
 
-    /// The new number of what `old` is the number of; `None` if it cannot be had.
-    fn number(&mut self, old: Option<&Value>, part: Part) -> Result<Option<usize>> {
+    /// The new index of the object with index `old`; `None` if it was left out.
+    fn new_index(&mut self, old: Option<&Value>, part: Part) -> Result<Option<usize>> {
         let Some(old) = old.and_then(Value::as_u64).and_then(|old| usize::try_from(old).ok()) else {
             return Ok(None);
         };
-        if let Some(known) = self.known[part as usize].get(&old) {
+        if let Some(known) = self.new_indices[part as usize].get(&old) {
             return Ok(*known);
         }
         let new = match part {
-            Part::Texture => self.texture(old)?,
-            Part::Sampler => self.sampler(old),
-            Part::Image => self.image(old)?,
+            Part::Texture => self.add_texture(old)?,
+            Part::Sampler => self.add_sampler(old),
+            Part::Image => self.add_image(old)?,
         };
-        self.known[part as usize].insert(old, new);
+        self.new_indices[part as usize].insert(old, new);
         Ok(new)
     }
 
-    fn texture(&mut self, index: usize) -> Result<Option<usize>> {
+    fn add_texture(&mut self, index: usize) -> Result<Option<usize>> {
         let Some(texture) = self.document.textures.get(index) else {
             self.notes.push(format!("texture {index} was left out: there is none"));
             return Ok(None);
         };
         let mut kept = Map::new();
-        let pictures = self.sources(texture)?;
-        if pictures.is_empty() {
-            self.notes.push(format!("texture {index} was left out: it has no picture that could be read"));
+        let images = self.image_sources(texture)?;
+        if images.is_empty() {
+            self.notes.push(format!("texture {index} was left out: none of its images could be read"));
             return Ok(None);
         }
-        for (extension, image) in &pictures {
+        for (extension, image) in &images {
             match extension {
                 None => kept.insert("source".to_owned(), json!(image)),
                 Some(name) => kept.insert("extensions".to_owned(), json!({ *name: { "source": image } })),
             };
         }
-        if let Some(sampler) = self.number(texture.get("sampler"), Part::Sampler)? {
+        if let Some(sampler) = self.new_index(texture.get("sampler"), Part::Sampler)? {
             kept.insert("sampler".to_owned(), json!(sampler));
         }
         self.materials.textures.push(Value::Object(kept));
         Ok(Some(self.materials.textures.len() - 1))
     }
 
-    /// The pictures of a texture: its own, and one in another packing with the extension that names it.
-    fn sources<'v>(&mut self, texture: &'v Value) -> Result<Vec<(Option<&'v str>, usize)>> {
+    /// The images of a texture: its own, and one of another type with the name of the extension for it.
+    fn image_sources<'v>(&mut self, texture: &'v Value) -> Result<Vec<(Option<&'v str>, usize)>> {
         let mut found = Vec::new();
-        if let Some(image) = self.number(texture.get("source"), Part::Image)? {
+        if let Some(image) = self.new_index(texture.get("source"), Part::Image)? {
             found.push((None, image));
         }
         for (name, extension) in texture.get("extensions").and_then(Value::as_object).into_iter().flatten() {
-            let packing =
+            let is_image_type =
                 matches!(name.as_str(), "EXT_texture_webp" | "EXT_texture_avif" | "KHR_texture_basisu");
-            if !packing {
+            if !is_image_type {
                 self.extensions.insert(excerpt(name));
             } else if found.iter().all(|(extension, _)| extension.is_none())
-                && let Some(image) = self.number(extension.get("source"), Part::Image)?
+                && let Some(image) = self.new_index(extension.get("source"), Part::Image)?
             {
                 found.push((Some(name.as_str()), image));
             }
@@ -228,28 +234,28 @@ impl Gathered<'_, '_> {
         Ok(found)
     }
 
-    fn sampler(&mut self, index: usize) -> Option<usize> {
+    fn add_sampler(&mut self, index: usize) -> Option<usize> {
         let sampler = self.document.samplers.get(index)?;
         let known = ["magFilter", "minFilter", "wrapS", "wrapT"].into_iter();
         let kept: Value = known.filter_map(|key| Some((key.to_owned(), sampler.get(key)?.clone()))).collect();
-        if !is_sound::<gltf_json::texture::Sampler>(&kept) {
-            self.notes.push(format!("sampler {index} was left out: glTF has no such values"));
+        if !has_valid_types::<gltf_json::texture::Sampler>(&kept) {
+            self.notes.push(format!("sampler {index} was left out: its values are not valid in glTF"));
             return None;
         }
         self.materials.samplers.push(kept);
         Some(self.materials.samplers.len() - 1)
     }
 
-    fn image(&mut self, index: usize) -> Result<Option<usize>> {
-        let picture = self.document.images.get(index);
-        match picture.ok_or_else(|| unusable("there is none")).and_then(|picture| self.read(picture)) {
+    fn add_image(&mut self, index: usize) -> Result<Option<usize>> {
+        let entry = self.document.images.get(index);
+        match entry.ok_or_else(|| unusable("there is none")).and_then(|entry| self.read_image(entry)) {
             Ok(image) => {
-                self.bytes += image.bytes.len() as u64;
+                self.image_bytes += image.bytes.len() as u64;
                 self.materials.images.push(image);
                 Ok(Some(self.materials.images.len() - 1))
             }
             Err(Missing::TooLarge) => {
-                let problem = format!("the pictures have more than {} MiB", MOST_BYTES >> 20);
+                let problem = format!("the images have more than {} MiB", MAX_IMAGE_BYTES >> 20);
                 let remedy = "make them smaller, or read the file without materials";
                 Err(Error::input(Some(format!("image {index}")), problem, remedy))
             }
@@ -260,11 +266,11 @@ impl Gathered<'_, '_> {
         }
     }
 
-    fn read(&self, picture: &Picture) -> std::result::Result<Image, Missing> {
-        let most = MOST_BYTES - self.bytes;
-        let bytes = match (&picture.uri, picture.buffer_view) {
+    fn read_image(&self, entry: &ImageEntry) -> std::result::Result<Image, Missing> {
+        let bytes_left = MAX_IMAGE_BYTES - self.image_bytes;
+        let bytes = match (&entry.uri, entry.buffer_view) {
             (Some(uri), _) => {
-                Cow::Owned(self.buffers.picture(uri, most).map_err(missing)?.ok_or(Missing::TooLarge)?)
+                Cow::Owned(self.buffers.image(uri, bytes_left).map_err(missing)?.ok_or(Missing::TooLarge)?)
             }
             (None, Some(view)) => Cow::Borrowed(self.buffers.view(view).map_err(missing)?.0),
             (None, None) => return Err(unusable("it has no data")),
@@ -272,25 +278,25 @@ impl Gathered<'_, '_> {
         if bytes.is_empty() {
             return Err(unusable("it is empty"));
         }
-        if bytes.len() as u64 > most {
+        if bytes.len() as u64 > bytes_left {
             return Err(Missing::TooLarge);
         }
-        let in_uri = picture.uri.as_deref().and_then(|uri| uri.strip_prefix("data:")?.split(';').next());
-        let declared = picture.mime_type.as_deref().or(in_uri).filter(|mime| mime.starts_with("image/"));
-        let Some(mime) = shown(&bytes).or(declared) else {
+        let in_uri = entry.uri.as_deref().and_then(|uri| uri.strip_prefix("data:")?.split(';').next());
+        let declared = entry.mime_type.as_deref().or(in_uri).filter(|mime| mime.starts_with("image/"));
+        let Some(mime) = mime_of_content(&bytes).or(declared) else {
             return Err(unusable("it is neither PNG nor JPEG"));
         };
-        Ok(Image { name: picture.name.clone(), mime: mime.to_owned(), bytes: bytes.into() })
+        Ok(Image { name: entry.name.clone(), mime: mime.to_owned(), bytes: bytes.into() })
     }
 
-    /// Notes what was left out once for all.
-    fn end(self) -> Materials {
-        if self.without_uv > 0 {
-            self.notes.push("textures were left out, for want of texture coordinates".to_owned());
+    /// Notes what was left out, and returns the materials.
+    fn finish(self) -> Materials {
+        if self.textures_without_uv > 0 {
+            self.notes.push("textures were left out: the mesh has no texture coordinates".to_owned());
         }
-        if self.other_uv > 0 {
-            let what = format!("{} textures of materials were left out", self.other_uv);
-            self.notes.push(format!("{what}: their texture coordinates are not the first of the vertices"));
+        if self.textures_with_other_uv > 0 {
+            let what = format!("{} textures were left out", self.textures_with_other_uv);
+            self.notes.push(format!("{what}: they use another than the first set of texture coordinates"));
         }
         if !self.extensions.is_empty() {
             let names: Vec<String> = self.extensions.into_iter().collect();
@@ -300,35 +306,37 @@ impl Gathered<'_, '_> {
     }
 }
 
-/// Whether the values of a part of a file have glTF's types, whatever they refer to; what extensions hold is theirs.
-fn is_sound<T: DeserializeOwned + Validate>(value: &Value) -> bool {
-    if !has_objects(value) {
+/// Whether the values have glTF's types. Indices and the contents of extensions are not checked.
+fn has_valid_types<T: DeserializeOwned + Validate>(value: &Value) -> bool {
+    if !has_valid_objects(value) {
         return false;
     }
     let Ok(part) = serde_json::from_value::<T>(value.clone()) else { return false };
-    let mut sound = true;
+    let mut valid = true;
     part.validate(&gltf_json::Root::default(), gltf_json::Path::new, &mut |_, fault| {
-        sound &= fault == Fault::IndexOutOfBounds;
+        valid &= fault == Fault::IndexOutOfBounds;
     });
-    sound
+    valid
 }
 
-/// Whether objects are where glTF has them, and nothing is null: serde takes lists, too, and null for what is not there.
-fn has_objects(value: &Value) -> bool {
-    let must = |key: &str| ["pbrMetallicRoughness", "extensions"].contains(&key) || key.ends_with("Texture");
+/// Whether objects are where glTF has them, and nothing is null. (serde accepts lists for objects, and null
+/// for absent.)
+fn has_valid_objects(value: &Value) -> bool {
+    let is_object_key =
+        |key: &str| ["pbrMetallicRoughness", "extensions"].contains(&key) || key.ends_with("Texture");
     match value {
         Value::Null => false,
-        Value::Array(values) => values.iter().all(has_objects),
-        Value::Object(all) => {
-            all.iter().all(|(key, value)| (value.is_object() || !must(key)) && has_objects(value))
-        }
+        Value::Array(values) => values.iter().all(has_valid_objects),
+        Value::Object(all) => all
+            .iter()
+            .all(|(key, value)| (value.is_object() || !is_object_key(key)) && has_valid_objects(value)),
         _ => true,
     }
 }
 
-/// Whether a material's factors are those that glTF allows.
-fn is_in_range(material: &Value) -> bool {
-    let most = [
+/// Whether a material's factors are in the ranges that glTF allows.
+fn has_valid_factors(material: &Value) -> bool {
+    let ranges = [
         ("/pbrMetallicRoughness/baseColorFactor", 1.0),
         ("/pbrMetallicRoughness/metallicFactor", 1.0),
         ("/pbrMetallicRoughness/roughnessFactor", 1.0),
@@ -336,7 +344,7 @@ fn is_in_range(material: &Value) -> bool {
         ("/emissiveFactor", 1.0),
         ("/alphaCutoff", f64::INFINITY),
     ];
-    most.iter().all(|(pointer, most)| {
+    ranges.iter().all(|(pointer, most)| {
         let value = material.pointer(pointer);
         let numbers = value.map(|value| value.as_array().map_or(std::slice::from_ref(value), Vec::as_slice));
         let fits = |number: &Value| number.as_f64().is_some_and(|number| (0.0..=*most).contains(&number));
@@ -344,7 +352,7 @@ fn is_in_range(material: &Value) -> bool {
     })
 }
 
-/// Why there are no bytes.
+/// Why an image cannot be read.
 enum Missing {
     TooLarge,
     Unusable(String),
@@ -361,8 +369,8 @@ fn missing(error: Error) -> Missing {
     }
 }
 
-/// What the bytes show themselves to be.
-fn shown(bytes: &[u8]) -> Option<&'static str> {
+/// The media type that the first bytes show.
+fn mime_of_content(bytes: &[u8]) -> Option<&'static str> {
     let kinds: [(&[u8], &str); 3] = [
         (b"\x89PNG\r\n\x1a\n", "image/png"),
         (b"\xff\xd8\xff", "image/jpeg"),

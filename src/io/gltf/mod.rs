@@ -1,8 +1,8 @@
 //! glTF 2.0: `.gltf` and `.glb` read, `.glb` written.
 //!
-//! Reader and writer are our own, over `serde_json`: the `gltf` crate, 1.4, has node transforms in 32 bits alone, which
-//! throws away what a mesh far from the origin keeps in them; it refuses files without the bounds of positions, and all
-//! that require an extension, be it for materials; and it does not know quantized positions.
+//! Both use `serde_json` directly, because the `gltf` crate, 1.4, has node transforms in f32 only, which
+//! loses precision for a mesh far from the origin; it refuses files without the bounds of positions, and all
+//! that require an extension, even one for materials; and it does not know quantized positions.
 
 mod accessors;
 mod attributes;
@@ -17,28 +17,29 @@ pub(crate) use write::{byte_length, write};
 
 use std::path::Path;
 
-use super::Loaded;
+use super::checks::excerpt;
+use super::loaded::Loaded;
 use crate::{Error, Result};
 use accessors::Buffers;
 use model::Model;
 
-/// Reads the default scene of a `.gltf` or `.glb` file, with its materials if `with_materials`. `folder` is where
-/// buffers and pictures beside it are, if there can be any.
+/// Reads the default scene of a `.gltf` or `.glb` file, with the materials if asked for. `folder` is where
+/// buffers and images in separate files are; `None` refuses them.
 pub(crate) fn parse(bytes: &[u8], folder: Option<&Path>, with_materials: bool) -> Result<Loaded> {
-    let parts = container::parts(bytes)?;
+    let parts = container::split_container(bytes)?;
     let model: Model = serde_json::from_slice(parts.json).map_err(|error| {
         let place = format!("line {}, column {} of the JSON", error.line(), error.column());
-        // The place stands at the end of the message, too.
+        // The message repeats the place at its end.
         let text = error.to_string();
         let text = text.split(" at line ").next().unwrap_or_default();
-        let problem = format!("this is no glTF ({})", super::excerpt(text));
-        Error::input(Some(place), problem, "get the whole file or write the mesh again").caused_by(error)
+        let problem = format!("this is not glTF ({})", excerpt(text));
+        Error::input(Some(place), problem, "get the whole file or write the mesh again")
     })?;
     model.check()?;
     let buffers = Buffers::new(&model, parts.binary, folder);
-    let mut loaded = scene::triangles(&model, &buffers, bytes.len() as u64)?;
+    let mut loaded = scene::merge_scene(&model, &buffers, bytes.len() as u64)?;
     if with_materials {
-        materials::add(parts.json, &buffers, &mut loaded)?;
+        materials::add_materials(parts.json, &buffers, &mut loaded)?;
     }
     Ok(loaded)
 }

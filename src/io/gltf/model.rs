@@ -1,9 +1,9 @@
-//! The JSON, as far as triangles need it.
+//! The parts of a glTF document that define triangles.
 
 use serde::Deserialize;
 use serde::de::IgnoredAny;
 
-use crate::io::excerpt;
+use crate::io::checks::excerpt;
 use crate::{Error, Result};
 
 #[derive(Deserialize)]
@@ -46,7 +46,7 @@ pub(crate) struct Node {
     pub children: Vec<usize>,
     pub mesh: Option<usize>,
     pub skin: Option<IgnoredAny>,
-    /// Column after column; instead of the three below.
+    /// By columns; replaces the three below.
     pub matrix: Option<[f64; 16]>,
     pub translation: Option<[f64; 3]>,
     /// x, y, z, w.
@@ -82,7 +82,7 @@ pub(crate) struct Attributes {
     #[serde(rename = "NORMAL")]
     pub normal: Option<usize>,
     #[serde(rename = "TEXCOORD_0")]
-    pub texture: Option<usize>,
+    pub uv: Option<usize>,
 }
 
 #[derive(Deserialize)]
@@ -118,13 +118,13 @@ pub(crate) struct Buffer {
 }
 
 impl Model {
-    /// Refuses other versions, and extensions without which the triangles cannot be known.
+    /// Refuses other versions, and required extensions that may define triangles.
     pub fn check(&self) -> Result<()> {
         if self.asset.version.split('.').next() != Some("2") {
-            let problem = format!("this is glTF {}, not 2", excerpt(&self.asset.version));
+            let problem = format!("this is glTF version {}, not 2", excerpt(&self.asset.version));
             return Err(Error::input(Some("asset".to_owned()), problem, "write the mesh again as glTF 2.0"));
         }
-        // Materials and light do not matter.
+        // Extensions for materials and lights do not affect triangles.
         let harmless = |name: &String| {
             let starts = ["KHR_materials_", "KHR_texture_", "EXT_texture_", "KHR_lights_", "EXT_lights_"];
             name == "KHR_mesh_quantization" || starts.iter().any(|start| name.starts_with(start))

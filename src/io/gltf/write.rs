@@ -1,4 +1,4 @@
-//! A mesh as one `.glb` file.
+//! Writes a mesh as one `.glb` file.
 
 use std::collections::HashMap;
 use std::io;
@@ -8,51 +8,52 @@ use glam::DVec3;
 use serde_json::{Value, json};
 
 use super::write_materials;
-use super::write_materials::materials_of;
+use super::write_materials::writable_materials;
 use crate::TriMesh;
-use crate::io::ply::write::put;
+use crate::io::binary::append_le;
 use crate::mesh::attributes::{Attribute, Attributes, Kind, Role};
 
-/// Positions further out than this many times the longest side of the bounding box lose digits in 32 bits, which a
-/// node's translation keeps.
+/// Positions farther from the origin than this many times the longest side of the bounding box need a node's
+/// translation, because they lose digits in f32.
 const FAR: f64 = 2.0;
-/// Half sides out of this range need a node's scale, so that products of lengths stay within 32 bits.
-const SMALL: f64 = 1e-9;
-const LARGE: f64 = 1e9;
+/// If half the longest side is out of this range, a node's scale keeps products of lengths within f32.
+const SMALLEST: f64 = 1e-9;
+const LARGEST: f64 = 1e9;
 
-/// Bytes before the JSON, and before the binary data.
+/// Bytes before the JSON, and of the header of the binary chunk.
 const HEADER: u64 = 20;
-const CHUNK: u64 = 8;
+const CHUNK_HEADER: u64 = 8;
 
-/// What buffer views are for.
+/// Targets of buffer views.
 const VERTICES: u32 = 34962;
 const INDICES: u32 = 34963;
-/// More labels without names than this are no materials.
-const MOST_MATERIALS: usize = 1 << 16;
+/// More labels without names than this are not taken for materials.
+const MAX_UNNAMED_MATERIALS: usize = 1 << 16;
 
-/// What the node does to the positions in the buffer.
-struct Placement {
+/// The transform of the node, from positions in the buffer to those of the mesh.
+struct NodeTransform {
     translation: DVec3,
     scale: f64,
 }
 
-impl Placement {
-    fn of(mesh: &TriMesh) -> Self {
+impl NodeTransform {
+    fn for_mesh(mesh: &TriMesh) -> Self {
         let (low, high) = mesh.bounds().unwrap_or_default();
         // Halved first, because the difference can overflow.
         let half = 0.5 * high - 0.5 * low;
         let largest = half.max_element();
-        let out = low.abs().max(high.abs()).max_element() > 2.0 * FAR * largest;
-        // Where every digit fits anyway, positions stay what they are.
-        let far = out && mesh.vertices.iter().any(|vertex| vertex.as_vec3().as_dvec3() != *vertex);
-        let odd = largest > 0.0 && !(SMALL..LARGE).contains(&largest);
-        let translation = if far || odd { 0.5 * low + 0.5 * high } else { DVec3::ZERO };
+        let is_far = low.abs().max(high.abs()).max_element() > 2.0 * FAR * largest;
+        // Positions that f32 holds exactly stay as they are.
+        let needs_translation =
+            is_far && mesh.vertices.iter().any(|vertex| vertex.as_vec3().as_dvec3() != *vertex);
+        let needs_scale = largest > 0.0 && !(SMALLEST..LARGEST).contains(&largest);
+        let translation = if needs_translation || needs_scale { 0.5 * low + 0.5 * high } else { DVec3::ZERO };
         // A power of two, so that no digit is lost.
-        let scale = if odd { largest.log2().floor().clamp(-1022.0, 1023.0).exp2() } else { 1.0 };
+        let scale = if needs_scale { largest.log2().floor().clamp(-1022.0, 1023.0).exp2() } else { 1.0 };
         Self { translation, scale }
     }
 
-    fn inverse(&self, position: DVec3) -> [f32; 3] {
+    fn to_buffer(&self, position: DVec3) -> [f32; 3] {
         ((position - self.translation) / self.scale).as_vec3().to_array()
     }
 
@@ -71,36 +72,36 @@ impl Placement {
 /// Bytes of the positions and of the indices, and at most those of attributes.
 fn data_bytes(mesh: &TriMesh, attributes: &Attributes) -> u64 {
     let (vertices, corners) = (mesh.vertices.len() as u64, 3 * mesh.triangles.len() as u64);
-    // Every corner may need a vertex of its own, where textures have seams.
+    // With texture seams, every corner may need a vertex of its own.
     let split = if attributes.uv.is_some() { vertices + corners } else { vertices };
     let colour = if attributes.vertex_role(Role::Colour).is_some() { 16 } else { 0 };
     let normal = if attributes.vertex_role(Role::Normal).is_some() { 12 } else { 0 };
     let uv = if attributes.uv.is_some() { 8 } else { 0 };
-    let materials = materials_of(attributes).map_or(0, write_materials::byte_length);
+    let materials = writable_materials(attributes).map_or(0, write_materials::byte_length);
     split * (12 + colour + normal + uv) + 4 * corners + materials
 }
 
-/// Bytes of the file to within those of its JSON, a few kilobytes; with texture coordinates it may be fewer.
+/// Upper bound for the bytes of the file, except for a few kilobytes of JSON.
 pub(crate) fn byte_length(mesh: &TriMesh, attributes: &Attributes) -> u64 {
-    HEADER + CHUNK + data_bytes(mesh, attributes)
+    HEADER + CHUNK_HEADER + data_bytes(mesh, attributes)
 }
 
-/// Vertices that have one texture coordinate each.
-struct Split {
-    /// The mesh's vertex that each stands for: first the mesh's own, then copies for other sides of seams.
-    of: Vec<u32>,
+/// The mesh with vertices split at texture seams, so that each has one texture coordinate.
+struct SplitMesh {
+    /// The mesh's vertex that each is a copy of: first all of the mesh's own, then the copies at seams.
+    original: Vec<u32>,
     /// Texture coordinates of each, if there are any.
     uv: Vec<[f64; 2]>,
     triangles: Vec<[u32; 3]>,
 }
 
-impl Split {
+impl SplitMesh {
     fn new(mesh: &TriMesh, attributes: &Attributes) -> Self {
-        let mut of: Vec<u32> = (0..mesh.vertices.len() as u32).collect();
+        let mut original: Vec<u32> = (0..mesh.vertices.len() as u32).collect();
         let Some(corners) = &attributes.uv else {
-            return Self { of, uv: Vec::new(), triangles: mesh.triangles.clone() };
+            return Self { original, uv: Vec::new(), triangles: mesh.triangles.clone() };
         };
-        let mut uv: Vec<Option<[f64; 2]>> = vec![None; of.len()];
+        let mut uv: Vec<Option<[f64; 2]>> = vec![None; original.len()];
         let mut copies: HashMap<(u32, [u64; 2]), u32> = HashMap::new();
         let mut triangles = mesh.triangles.clone();
         for (vertex, own) in triangles.as_flattened_mut().iter_mut().zip(&corners.values) {
@@ -108,19 +109,19 @@ impl Split {
             if *first.get_or_insert(*own) == *own {
                 continue;
             }
-            let original = *vertex;
-            *vertex = *copies.entry((original, own.map(f64::to_bits))).or_insert_with(|| {
-                of.push(original);
+            let own_vertex = *vertex;
+            *vertex = *copies.entry((own_vertex, own.map(f64::to_bits))).or_insert_with(|| {
+                original.push(own_vertex);
                 uv.push(Some(*own));
-                of.len() as u32 - 1
+                original.len() as u32 - 1
             });
         }
-        Self { of, uv: uv.into_iter().map(Option::unwrap_or_default).collect(), triangles }
+        Self { original, uv: uv.into_iter().map(Option::unwrap_or_default).collect(), triangles }
     }
 }
 
-/// The triangles of each material, with its number; all together without materials.
-fn by_material(attributes: &Attributes, triangles: usize) -> Vec<(Option<usize>, Vec<usize>)> {
+/// The triangles grouped by the number of their material; one group if the mesh has no materials.
+fn group_by_material(attributes: &Attributes, triangles: usize) -> Vec<(Option<usize>, Vec<usize>)> {
     let Some(label) = attributes.face_named("material").filter(|label| label.components == 1) else {
         return vec![(None, (0..triangles).collect())];
     };
@@ -132,17 +133,17 @@ fn by_material(attributes: &Attributes, triangles: usize) -> Vec<(Option<usize>,
     runs.map(|run| (material(run), run.to_vec())).collect()
 }
 
-/// The buffer, and what says what is where in it.
+/// The binary buffer with its views and accessors.
 #[derive(Default)]
-struct Data {
+struct BufferBuilder {
     bytes: Vec<u8>,
     views: Vec<Value>,
     accessors: Vec<Value>,
 }
 
-impl Data {
-    /// Adds what was written since `begin` as an accessor; gives its number.
-    fn accessor(&mut self, begin: usize, stride: Option<usize>, target: u32, accessor: Value) -> usize {
+impl BufferBuilder {
+    /// Adds an accessor for the bytes from `begin` on; returns its index.
+    fn add_accessor(&mut self, begin: usize, stride: Option<usize>, target: u32, accessor: Value) -> usize {
         let mut view = json!({
             "buffer": 0, "byteOffset": begin, "byteLength": self.bytes.len() - begin, "target": target,
         });
@@ -156,7 +157,7 @@ impl Data {
         self.accessors.len() - 1
     }
 
-    fn floats<const N: usize>(&mut self, values: impl Iterator<Item = [f32; N]>, bounds: bool) -> usize {
+    fn add_floats<const N: usize>(&mut self, values: impl Iterator<Item = [f32; N]>, bounds: bool) -> usize {
         let (mut low, mut high) = ([f32::INFINITY; N], [f32::NEG_INFINITY; N]);
         let (begin, mut count) = (self.bytes.len(), 0);
         for element in values {
@@ -172,10 +173,10 @@ impl Data {
             accessor["min"] = json!(low.map(f64::from).as_slice());
             accessor["max"] = json!(high.map(f64::from).as_slice());
         }
-        self.accessor(begin, None, VERTICES, accessor)
+        self.add_accessor(begin, None, VERTICES, accessor)
     }
 
-    fn colours(&mut self, colour: &Attribute, of: &[u32]) -> usize {
+    fn add_colours(&mut self, colour: &Attribute, of: &[u32]) -> usize {
         let (kind, code, size) = match colour.kind {
             Kind::U8 => (Kind::U8, 5121, 1),
             Kind::U16 => (Kind::U16, 5123, 2),
@@ -183,12 +184,12 @@ impl Data {
         };
         let largest = kind.range().map_or(1.0, |(_, high)| high);
         let begin = self.bytes.len();
-        // Elements begin at multiples of four bytes.
+        // glTF aligns vertex attributes to four bytes.
         let stride = (colour.components * size).next_multiple_of(4);
         for (index, v) in of.iter().enumerate() {
             let shades = colour.unit_colour(*v as usize);
             shades.iter().take(colour.components).for_each(|shade| {
-                put(&mut self.bytes, kind, kind.rounded(shade * largest));
+                append_le(&mut self.bytes, kind, kind.rounded(shade * largest));
             });
             self.bytes.resize(begin + (index + 1) * stride, 0);
         }
@@ -197,19 +198,19 @@ impl Data {
         if kind != Kind::F32 {
             accessor["normalized"] = json!(true);
         }
-        self.accessor(begin, Some(stride), VERTICES, accessor)
+        self.add_accessor(begin, Some(stride), VERTICES, accessor)
     }
 
-    fn indices(&mut self, triangles: impl Iterator<Item = [u32; 3]>) -> usize {
+    fn add_indices(&mut self, triangles: impl Iterator<Item = [u32; 3]>) -> usize {
         let begin = self.bytes.len();
         triangles.flatten().for_each(|index| self.bytes.extend(index.to_le_bytes()));
         let count = (self.bytes.len() - begin) / 4;
         let accessor = json!({ "componentType": 5125, "type": "SCALAR", "count": count });
-        self.accessor(begin, None, INDICES, accessor)
+        self.add_accessor(begin, None, INDICES, accessor)
     }
 
-    /// Adds bytes as they are; gives the number of their view.
-    fn plain(&mut self, bytes: &[u8]) -> usize {
+    /// Adds bytes unchanged; returns the index of their view.
+    fn add_bytes(&mut self, bytes: &[u8]) -> usize {
         let view = json!({ "buffer": 0, "byteOffset": self.bytes.len(), "byteLength": bytes.len() });
         self.views.push(view);
         self.bytes.extend(bytes);
@@ -218,80 +219,89 @@ impl Data {
     }
 }
 
-/// The names of the materials up to the last that is used; one without a name stands for none.
-fn materials(attributes: &Attributes, groups: &[(Option<usize>, Vec<usize>)]) -> Vec<String> {
+/// The names of the materials up to the last one used; an empty name stands for no material.
+fn material_names(attributes: &Attributes, groups: &[(Option<usize>, Vec<usize>)]) -> Vec<String> {
     let Some(label) = attributes.face_named("material") else { return Vec::new() };
     if !label.names.is_empty() {
         return label.names.clone();
     }
     let count = groups.iter().filter_map(|(number, _)| *number).max().map_or(0, |last| last + 1);
-    // Numbers that stand for something else would make any number of names.
-    if count > MOST_MATERIALS { Vec::new() } else { (0..count).map(|k| format!("material{k}")).collect() }
+    // Labels that are not materials can be of any size.
+    if count > MAX_UNNAMED_MATERIALS {
+        Vec::new()
+    } else {
+        (0..count).map(|k| format!("material{k}")).collect()
+    }
 }
 
-fn document(mesh: &TriMesh, attributes: &Attributes, placement: &Placement, data: &mut Data) -> Value {
-    let split = Split::new(mesh, attributes);
-    let of = |v: &u32| placement.inverse(mesh.vertices[*v as usize]);
-    let mut named = json!({ "POSITION": data.floats(split.of.iter().map(of), true) });
+fn document(
+    mesh: &TriMesh,
+    attributes: &Attributes,
+    transform: &NodeTransform,
+    buffer: &mut BufferBuilder,
+) -> Value {
+    let split = SplitMesh::new(mesh, attributes);
+    let of = |v: &u32| transform.to_buffer(mesh.vertices[*v as usize]);
+    let mut vertex_accessors = json!({ "POSITION": buffer.add_floats(split.original.iter().map(of), true) });
     if let Some(colour) = attributes.vertex_role(Role::Colour).filter(|c| (3..=4).contains(&c.components)) {
-        named["COLOR_0"] = json!(data.colours(colour, &split.of));
+        vertex_accessors["COLOR_0"] = json!(buffer.add_colours(colour, &split.original));
     }
     if let Some(normal) = attributes.vertex_role(Role::Normal).filter(|normal| normal.components == 3) {
         let of = |v: &u32| {
             let own = normal.at(*v as usize);
             [0, 1, 2].map(|k| own.get(k).map_or(0.0, |value| *value as f32))
         };
-        named["NORMAL"] = json!(data.floats(split.of.iter().map(of), false));
+        vertex_accessors["NORMAL"] = json!(buffer.add_floats(split.original.iter().map(of), false));
     }
     if !split.uv.is_empty() {
-        // In glTF v grows downwards.
+        // In glTF, v points down.
         let uv = split.uv.iter().map(|[u, v]| [*u as f32, (1.0 - v) as f32]);
-        named["TEXCOORD_0"] = json!(data.floats(uv, false));
+        vertex_accessors["TEXCOORD_0"] = json!(buffer.add_floats(uv, false));
     }
-    let groups = by_material(attributes, mesh.triangles.len());
-    let names = materials(attributes, &groups);
+    let groups = group_by_material(attributes, mesh.triangles.len());
+    let names = material_names(attributes, &groups);
     let mut primitives = Vec::new();
     for (number, group) in &groups {
-        let indices = data.indices(group.iter().filter_map(|t| split.triangles.get(*t).copied()));
-        let mut primitive = json!({ "attributes": named, "indices": indices, "mode": 4 });
+        let indices = buffer.add_indices(group.iter().filter_map(|t| split.triangles.get(*t).copied()));
+        let mut primitive = json!({ "attributes": vertex_accessors, "indices": indices, "mode": 4 });
         if let Some(number) = number.filter(|n| names.get(*n).is_some_and(|name| !name.is_empty())) {
             primitive["material"] = json!(number);
         }
         primitives.push(primitive);
     }
-    let materials = materials_of(attributes).filter(|_| !names.is_empty());
+    let materials = writable_materials(attributes).filter(|_| !names.is_empty());
     let views: Vec<usize> = materials
         .iter()
         .flat_map(|materials| &materials.images)
-        .map(|image| data.plain(&image.bytes))
+        .map(|image| buffer.add_bytes(&image.bytes))
         .collect();
     let mut document = json!({
         "asset": { "version": "2.0", "generator": concat!("rtfmesh ", env!("CARGO_PKG_VERSION")) },
         "scene": 0,
         "scenes": [{ "nodes": [0] }],
-        "nodes": [placement.node()],
+        "nodes": [transform.node()],
         "meshes": [{ "primitives": primitives }],
-        "accessors": data.accessors,
-        "bufferViews": data.views,
-        "buffers": [{ "byteLength": data.bytes.len() }],
+        "accessors": buffer.accessors,
+        "bufferViews": buffer.views,
+        "buffers": [{ "byteLength": buffer.bytes.len() }],
     });
-    let list = write_materials::materials(&names, materials);
+    let list = write_materials::material_entries(&names, materials);
     if !list.is_empty() {
         document["materials"] = Value::Array(list);
     }
     if let Some(materials) = materials {
-        write_materials::add(&mut document, materials, &views);
+        write_materials::add_textures(&mut document, materials, &views);
     }
     document
 }
 
-/// Writes `mesh`, which must have faces and fit into 4 GiB.
+/// Writes a mesh, which must have faces and fit into 4 GiB.
 pub(crate) fn write(file: &mut dyn Write, mesh: &TriMesh, attributes: &Attributes) -> io::Result<()> {
-    let placement = Placement::of(mesh);
-    let mut data = Data::default();
-    let mut json = document(mesh, attributes, &placement, &mut data).to_string().into_bytes();
+    let transform = NodeTransform::for_mesh(mesh);
+    let mut buffer = BufferBuilder::default();
+    let mut json = document(mesh, attributes, &transform, &mut buffer).to_string().into_bytes();
     json.resize(json.len().next_multiple_of(4), b' ');
-    let total = HEADER + json.len() as u64 + CHUNK + data.bytes.len() as u64;
+    let total = HEADER + json.len() as u64 + CHUNK_HEADER + buffer.bytes.len() as u64;
     let word = |value: u64| u32::try_from(value).map(u32::to_le_bytes).map_err(io::Error::other);
     file.write_all(b"glTF")?;
     file.write_all(&word(2)?)?;
@@ -299,7 +309,7 @@ pub(crate) fn write(file: &mut dyn Write, mesh: &TriMesh, attributes: &Attribute
     file.write_all(&word(json.len() as u64)?)?;
     file.write_all(b"JSON")?;
     file.write_all(&json)?;
-    file.write_all(&word(data.bytes.len() as u64)?)?;
+    file.write_all(&word(buffer.bytes.len() as u64)?)?;
     file.write_all(b"BIN\0")?;
-    file.write_all(&data.bytes)
+    file.write_all(&buffer.bytes)
 }

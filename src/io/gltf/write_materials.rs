@@ -1,4 +1,4 @@
-//! Materials, textures and pictures of a `.glb` file.
+//! Writes the materials, textures and images of a `.glb` file.
 
 use std::collections::BTreeSet;
 
@@ -6,26 +6,26 @@ use serde_json::{Map, Value, json};
 
 use crate::mesh::attributes::{Attributes, Image, Materials};
 
-/// The materials that the file can have: textures need texture coordinates.
-pub(crate) fn materials_of(attributes: &Attributes) -> Option<&Materials> {
+/// The materials, if they can be written: textures need texture coordinates.
+pub(crate) fn writable_materials(attributes: &Attributes) -> Option<&Materials> {
     let fits = |materials: &&Materials| attributes.uv.is_some() || materials.textures.is_empty();
     attributes.materials.as_ref().filter(fits)
 }
 
-/// Bytes that they take, in the buffer and in JSON, to within those of what refers to them.
+/// Bytes of the images in the buffer and of the materials and textures in JSON.
 pub(crate) fn byte_length(materials: &Materials) -> u64 {
-    let pictures: usize = materials.images.iter().map(|image| image.bytes.len().next_multiple_of(4)).sum();
-    let text = materials
+    let image_bytes: usize = materials.images.iter().map(|image| image.bytes.len().next_multiple_of(4)).sum();
+    let json_bytes = materials
         .materials
         .iter()
         .chain(&materials.textures)
         .map(|value| value.to_string().len())
         .sum::<usize>();
-    (pictures + text) as u64
+    (image_bytes + json_bytes) as u64
 }
 
-/// The materials of these names; one without a name at the end stands for none and is left out.
-pub(crate) fn materials(names: &[String], materials: Option<&Materials>) -> Vec<Value> {
+/// The entries of the materials with these names. An empty last name stands for no material and is left out.
+pub(crate) fn material_entries(names: &[String], materials: Option<&Materials>) -> Vec<Value> {
     let names = match names.split_last() {
         Some((last, others)) if last.is_empty() => others,
         _ => names,
@@ -39,8 +39,8 @@ pub(crate) fn materials(names: &[String], materials: Option<&Materials>) -> Vec<
     names.iter().enumerate().map(material).collect()
 }
 
-/// Adds what materials refer to; `views` are the buffer views of the pictures.
-pub(crate) fn add(document: &mut Value, materials: &Materials, views: &[usize]) {
+/// Adds the textures, samplers and images to the document; `views` are the buffer views of the images.
+pub(crate) fn add_textures(document: &mut Value, materials: &Materials, views: &[usize]) {
     let image = |(image, view): (&Image, &usize)| {
         let mut entry = json!({ "bufferView": view, "mimeType": image.mime });
         if let Some(name) = &image.name {
@@ -58,26 +58,30 @@ pub(crate) fn add(document: &mut Value, materials: &Materials, views: &[usize]) 
             document[key] = Value::Array(values);
         }
     }
-    let mut used = BTreeSet::new();
-    materials.materials.iter().chain(&materials.textures).for_each(|value| extensions(value, &mut used));
-    if !used.is_empty() {
-        document["extensionsUsed"] = json!(used);
+    let mut extensions_used = BTreeSet::new();
+    materials
+        .materials
+        .iter()
+        .chain(&materials.textures)
+        .for_each(|value| collect_extensions(value, &mut extensions_used));
+    if !extensions_used.is_empty() {
+        document["extensionsUsed"] = json!(extensions_used);
     }
-    // Whoever does not know them has no picture at all.
+    // Without these extensions a texture has no image at all.
     let mut required = BTreeSet::new();
-    let alone = materials.textures.iter().filter(|texture| texture.get("source").is_none());
-    alone.for_each(|value| extensions(value, &mut required));
+    let without_source = materials.textures.iter().filter(|texture| texture.get("source").is_none());
+    without_source.for_each(|value| collect_extensions(value, &mut required));
     if !required.is_empty() {
         document["extensionsRequired"] = json!(required);
     }
 }
 
-/// The names of the extensions in a value.
-fn extensions<'a>(value: &'a Value, names: &mut BTreeSet<&'a str>) {
+/// Adds the names of all extensions in a value.
+fn collect_extensions<'a>(value: &'a Value, names: &mut BTreeSet<&'a str>) {
     for (key, inner) in value.as_object().into_iter().flatten() {
         if key == "extensions" {
             names.extend(inner.as_object().into_iter().flat_map(Map::keys).map(String::as_str));
         }
-        extensions(inner, names);
+        collect_extensions(inner, names);
     }
 }

@@ -1,62 +1,62 @@
-//! The properties of a PLY element that are no shape, and the attributes that they make.
+//! Reads properties other than positions and corners, and makes attributes of them.
 
 use super::data::{Fault, Reading, Source};
 use super::header::{Element, Kind, Type};
 use crate::TriMesh;
-use crate::io::excerpt;
+use crate::io::checks::excerpt;
 use crate::mesh::attributes;
 use crate::mesh::attributes::{Attribute, Attributes, CornerUv, Role};
 
-/// Names that go together.
+/// Names of properties that make up one attribute.
 const COLOUR: [&str; 4] = ["red", "green", "blue", "alpha"];
 const NORMAL: [&str; 3] = ["nx", "ny", "nz"];
 const TEXTURE: [[&str; 2]; 3] = [["s", "t"], ["u", "v"], ["texture_u", "texture_v"]];
 
-/// One number of each vertex or face.
+/// The values of one scalar property.
 struct Column {
-    /// Its place among the element's properties.
-    at: usize,
+    /// Its index among the element's properties.
+    property: usize,
     name: String,
     kind: Type,
     values: Vec<f64>,
-    /// The first word that is no number of its type.
-    bad: Option<String>,
+    /// The first value that is not of the declared type.
+    invalid: Option<String>,
 }
 
-/// The numbers of an element that are no coordinates.
+/// The scalar properties of an element that become attributes.
 pub(crate) struct Columns {
     columns: Vec<Column>,
 }
 
 impl Columns {
-    /// The scalar properties but those at these places.
-    pub(crate) fn new(element: &Element, others: &[usize]) -> Self {
+    /// All scalar properties except those with these indices.
+    pub(crate) fn new(element: &Element, excluded: &[usize]) -> Self {
         let column = |(at, property): (usize, &super::header::Property)| match property.kind {
-            Kind::Scalar(kind) if !others.contains(&at) => {
+            Kind::Scalar(kind) if !excluded.contains(&at) => {
                 let name = property.name.clone();
-                Some(Column { at, name, kind, values: Vec::new(), bad: None })
+                Some(Column { property: at, name, kind, values: Vec::new(), invalid: None })
             }
             _ => None,
         };
         Self { columns: element.properties.iter().enumerate().filter_map(column).collect() }
     }
 
-    /// Reads the property at this place, if it is one of these; tells whether.
+    /// Reads the value of the property with this index, if it is one of these columns; false if not.
     pub(crate) fn read<S: Source>(&mut self, at: usize, source: &mut S) -> Reading<bool> {
-        // In their order, of which a hostile header may declare very many.
-        let place = self.columns.binary_search_by_key(&at, |column| column.at);
-        let Some(column) = place.ok().and_then(|place| self.columns.get_mut(place)) else { return Ok(false) };
-        let kind = column.kind.of_attribute();
+        // Sorted; binary search, because a malicious header may declare very many.
+        let found = self.columns.binary_search_by_key(&at, |column| column.property);
+        let Some(column) = found.ok().and_then(|index| self.columns.get_mut(index)) else { return Ok(false) };
+        let kind = column.kind.attribute_kind();
         let value = match source.value(column.kind) {
             Ok(value) if kind.holds(value) => value,
             Ok(value) => {
-                column.bad.get_or_insert(value.to_string());
+                column.invalid.get_or_insert(value.to_string());
                 0.0
             }
-            // As some programs spell what is no number.
+            // Some programs write "nan" with a sign or digits, such as "-nan(ind)".
             Err(Fault::NotANumber(word)) if kind.range().is_none() && is_nan(&word) => f64::NAN,
             Err(Fault::NotANumber(word)) => {
-                column.bad.get_or_insert(word);
+                column.invalid.get_or_insert(word);
                 0.0
             }
             Err(other) => return Err(other),
@@ -65,27 +65,27 @@ impl Columns {
         Ok(true)
     }
 
-    /// Makes `copies` of what was read last: a face that became so many triangles.
-    pub(crate) fn repeat(&mut self, copies: usize) {
+    /// Repeats the values read last so that there are `copies` of them: one for each triangle of a face.
+    pub(crate) fn repeat_last(&mut self, copies: usize) {
         for column in &mut self.columns {
             let last = column.values.last().copied().unwrap_or(0.0);
             column.values.resize(column.values.len() + copies.saturating_sub(1), last);
         }
     }
 
-    /// Drops what is not of its type, with a note.
-    fn sound(self, element: &str, notes: &mut Vec<String>) -> Vec<Column> {
-        let (sound, bad): (Vec<Column>, Vec<Column>) =
-            self.columns.into_iter().partition(|column| column.bad.is_none());
-        for Column { name, bad, kind, .. } in bad {
-            let word = bad.unwrap_or_default();
+    /// The columns whose values are all of the declared type; the others are noted.
+    fn valid_columns(self, element: &str, notes: &mut Vec<String>) -> Vec<Column> {
+        let (valid, invalid): (Vec<Column>, Vec<Column>) =
+            self.columns.into_iter().partition(|column| column.invalid.is_none());
+        for Column { name, invalid, kind, .. } in invalid {
+            let word = invalid.unwrap_or_default();
             notes.push(format!(
-                "the property '{}' of each {element} was ignored: '{word}' is no {}",
+                "the property '{}' of each {element} was ignored: '{word}' is not of type {}",
                 excerpt(&name),
                 kind.name()
             ));
         }
-        sound
+        valid
     }
 }
 
@@ -93,8 +93,8 @@ fn is_nan(word: &str) -> bool {
     word.trim_start_matches(['+', '-']).get(..3).is_some_and(|start| start.eq_ignore_ascii_case("nan"))
 }
 
-/// Takes the columns of these names out, if all are there and of one type.
-fn take(columns: &mut Vec<Column>, names: &[&str]) -> Option<(Type, Vec<Column>)> {
+/// Removes the columns with these names and returns them, if all exist and have the same type.
+fn take_columns(columns: &mut Vec<Column>, names: &[&str]) -> Option<(Type, Vec<Column>)> {
     let place = |name: &&str| columns.iter().position(|column| column.name == **name);
     let places: Vec<usize> = names.iter().map(place).collect::<Option<_>>()?;
     let kinds: Vec<Type> = places.iter().filter_map(|at| columns.get(*at)).map(|c| c.kind).collect();
@@ -110,78 +110,82 @@ fn take(columns: &mut Vec<Column>, names: &[&str]) -> Option<(Type, Vec<Column>)
     Some((kind, taken))
 }
 
-fn joined(name: &str, role: Role, (kind, columns): (Type, Vec<Column>)) -> Attribute {
+/// One attribute with a component for each column.
+fn join_columns(name: &str, role: Role, (kind, columns): (Type, Vec<Column>)) -> Attribute {
     let length = columns.first().map_or(0, |column| column.values.len());
     let value = |(index, column): (usize, &Column)| column.values.get(index).copied().unwrap_or(0.0);
     let values = (0..length).flat_map(|index| columns.iter().map(move |column| (index, column)));
-    Attribute::new(name, role, kind.of_attribute(), columns.len(), values.map(value).collect())
+    Attribute::new(name, role, kind.attribute_kind(), columns.len(), values.map(value).collect())
 }
 
-/// The attributes that columns make, colours and normals put together.
-fn attributes_of(mut columns: Vec<Column>, role: impl Fn(&Column) -> Role) -> Vec<Attribute> {
+/// One attribute for the colour, one for the normal, and one for each remaining column.
+fn join_attributes(mut columns: Vec<Column>, role: impl Fn(&Column) -> Role) -> Vec<Attribute> {
     let mut found = Vec::new();
-    let colour = take(&mut columns, &COLOUR).or_else(|| take(&mut columns, &COLOUR[..3]));
-    found.extend(colour.map(|colour| joined("colour", Role::Colour, colour)));
-    found.extend(take(&mut columns, &NORMAL).map(|normal| joined("normal", Role::Normal, normal)));
+    let colour = take_columns(&mut columns, &COLOUR).or_else(|| take_columns(&mut columns, &COLOUR[..3]));
+    found.extend(colour.map(|colour| join_columns("colour", Role::Colour, colour)));
+    found.extend(
+        take_columns(&mut columns, &NORMAL).map(|normal| join_columns("normal", Role::Normal, normal)),
+    );
     found.extend(columns.into_iter().map(|column| {
         let role = role(&column);
-        Attribute::new(&column.name, role, column.kind.of_attribute(), 1, column.values)
+        Attribute::new(&column.name, role, column.kind.attribute_kind(), 1, column.values)
     }));
     found
 }
 
-/// Texture coordinates in lists, two numbers for each corner of a face.
+/// Texture coordinates that faces have as lists, two numbers for each corner.
 #[derive(Default)]
 pub(crate) struct UvLists {
-    /// Those of the face that is read.
-    pub(crate) of_face: Vec<f64>,
-    /// Those of the triangles so far.
+    /// The list of the current face.
+    pub(crate) current_face: Vec<f64>,
+    /// For the corners of all triangles so far.
     corners: Vec<[f64; 2]>,
-    missing: u64,
+    /// Faces whose list does not fit their corners.
+    incomplete: u64,
 }
 
 impl UvLists {
-    /// Splits the list of a face of so many corners as the face is.
-    pub(crate) fn split(&mut self, corners: usize) {
-        let pairs = self.of_face.as_chunks::<2>().0;
-        let whole = pairs.len() == corners && self.of_face.len() == 2 * corners;
-        self.missing += u64::from(!whole);
-        let at = |k: usize| pairs.get(k).copied().filter(|_| whole).unwrap_or_default();
+    /// Splits the list of the current face, which has so many corners, in the same way as the face.
+    pub(crate) fn end_face(&mut self, corners: usize) {
+        let pairs = self.current_face.as_chunks::<2>().0;
+        let is_complete = pairs.len() == corners && self.current_face.len() == 2 * corners;
+        self.incomplete += u64::from(!is_complete);
+        let at = |k: usize| pairs.get(k).copied().filter(|_| is_complete).unwrap_or_default();
         let fan = (1..corners.saturating_sub(1)).flat_map(|k| [at(0), at(k), at(k + 1)]);
         self.corners.extend(fan);
     }
 }
 
-/// Puts together what was read beside the mesh; `uv` has the type of the lists, where there are any.
-pub(crate) fn attributes(
+/// The attributes of `mesh`; `uv` has the type of the lists of texture coordinates, if the file has them.
+pub(crate) fn build_attributes(
     mesh: &TriMesh,
     (vertex, face): (Columns, Columns),
     uv: Option<(Type, UvLists)>,
     notes: &mut Vec<String>,
 ) -> Attributes {
-    let mut vertex = vertex.sound("vertex", notes);
-    let face = face.sound("face", notes);
-    let texture = TEXTURE.iter().find_map(|names| take(&mut vertex, names));
+    let mut vertex = vertex.valid_columns("vertex", notes);
+    let face = face.valid_columns("face", notes);
+    let texture = TEXTURE.iter().find_map(|names| take_columns(&mut vertex, names));
     let by_vertex = texture.map(|texture| {
-        let flat = joined("", Role::Other, texture);
+        let flat = join_columns("", Role::Other, texture);
         let of_corner = |v: &u32| [flat.at(*v as usize)[0], flat.at(*v as usize)[1]];
         let values = mesh.triangles.as_flattened().iter().map(of_corner).collect();
         CornerUv { kind: flat.kind, values }
     });
     let by_corner = uv.and_then(|(kind, lists)| {
-        if lists.missing > 0 {
-            let count = lists.missing;
+        if lists.incomplete > 0 {
+            let count = lists.incomplete;
             notes.push(format!("texture coordinates were ignored: {count} faces lack some"));
             return None;
         }
-        Some(CornerUv { kind: kind.of_attribute(), values: lists.corners })
+        Some(CornerUv { kind: kind.attribute_kind(), values: lists.corners })
     });
-    let of_face = |column: &Column| {
-        if column.kind.of_attribute().range().is_some() { Role::Label } else { Role::Other }
+    let face_role = |column: &Column| {
+        if column.kind.attribute_kind().range().is_some() { Role::Label } else { Role::Other }
     };
     Attributes {
-        vertex: attributes_of(vertex, |_| Role::Other),
-        face: attributes_of(face, of_face),
+        vertex: join_attributes(vertex, |_| Role::Other),
+        face: join_attributes(face, face_role),
         uv: by_corner.or(by_vertex),
         libraries: Vec::new(),
         materials: None,
@@ -189,8 +193,8 @@ pub(crate) fn attributes(
 }
 
 impl Type {
-    /// The same type of attributes.
-    pub(crate) fn of_attribute(self) -> attributes::Kind {
+    /// The same type for attributes.
+    pub(crate) fn attribute_kind(self) -> attributes::Kind {
         match self {
             Self::I8 => attributes::Kind::I8,
             Self::U8 => attributes::Kind::U8,
@@ -203,8 +207,8 @@ impl Type {
         }
     }
 
-    /// Its usual name in headers.
+    /// The usual name in headers.
     pub(crate) fn name(self) -> &'static str {
-        super::write::type_name(self.of_attribute())
+        super::write::type_name(self.attribute_kind())
     }
 }

@@ -1,7 +1,7 @@
-//! The numbers of a PLY file's elements, from text or from bytes.
+//! Reads the numbers of a PLY file's elements, from text or binary data.
 
 use super::header::{Encoding, Type};
-use crate::io::excerpt;
+use crate::io::checks::excerpt;
 
 /// Why no number could be read.
 pub(crate) enum Fault {
@@ -9,7 +9,7 @@ pub(crate) enum Fault {
     End,
     /// The line of this element has too few numbers.
     ShortLine,
-    /// Not a number: this text.
+    /// This text is not a number.
     NotANumber(String),
 }
 
@@ -21,21 +21,21 @@ pub(crate) trait Source {
     fn begin(&mut self) -> Reading<()>;
     /// The next number.
     fn value(&mut self, kind: Type) -> Reading<f64>;
-    /// Passes over `count` numbers, whatever they are.
+    /// Skips `count` numbers.
     fn skip(&mut self, kind: Type, count: u64) -> Reading<()>;
     /// Ends the element.
     fn finish(&mut self) {}
     /// Bytes not yet read.
-    fn left(&self) -> u64;
+    fn bytes_left(&self) -> u64;
     /// Line or byte for an error message.
     fn place(&self) -> String;
-    /// What was odd but harmless.
-    fn notes(&self) -> Option<String> {
+    /// What was unusual but harmless.
+    fn note(&self) -> Option<String> {
         None
     }
 }
 
-/// One element a line, blank lines passed over.
+/// Text with one element per line; blank lines are skipped.
 pub(crate) struct Text<'a> {
     rest: &'a [u8],
     line: &'a [u8],
@@ -69,7 +69,7 @@ impl Source for Text<'_> {
             let is_end = |byte: &u8| matches!(byte, b'\n' | b'\r');
             let length = self.rest.iter().position(is_end).unwrap_or(self.rest.len());
             let (line, rest) = self.rest.split_at(length);
-            // A carriage return with a line feed is one line end, alone it is one too.
+            // CR LF is one line end, and so is each of them alone.
             self.rest = rest.strip_prefix(b"\r\n").or_else(|| rest.get(1..)).unwrap_or_default();
             self.line = line;
             self.number += 1;
@@ -98,7 +98,7 @@ impl Source for Text<'_> {
         }
     }
 
-    fn left(&self) -> u64 {
+    fn bytes_left(&self) -> u64 {
         // The last number needs no separator after it.
         self.rest.len() as u64 + 1
     }
@@ -107,31 +107,31 @@ impl Source for Text<'_> {
         format!("line {}", self.number)
     }
 
-    fn notes(&self) -> Option<String> {
+    fn note(&self) -> Option<String> {
         let line = self.first_long_line?;
         Some(format!("values beyond those that the header declares were ignored (first on line {line})"))
     }
 }
 
-/// Packed numbers of either byte order.
+/// Binary numbers in either byte order.
 pub(crate) struct Binary<'a> {
     rest: &'a [u8],
-    big: bool,
-    /// Length of the whole file, to tell the position.
-    total: usize,
+    big_endian: bool,
+    /// Bytes of the whole file, for the position in error messages.
+    file_bytes: usize,
 }
 
 impl<'a> Binary<'a> {
     pub(crate) fn new(file: &'a [u8], start: usize, encoding: Encoding) -> Self {
         let rest = file.get(start..).unwrap_or_default();
-        Self { rest, big: encoding == Encoding::Big, total: file.len() }
+        Self { rest, big_endian: encoding == Encoding::BigEndian, file_bytes: file.len() }
     }
 
     fn take<const N: usize>(&mut self) -> Reading<[u8; N]> {
         let (bytes, rest) = self.rest.split_first_chunk::<N>().ok_or(Fault::End)?;
         self.rest = rest;
         let mut bytes = *bytes;
-        if self.big {
+        if self.big_endian {
             bytes.reverse();
         }
         Ok(bytes)
@@ -162,11 +162,11 @@ impl Source for Binary<'_> {
         Ok(())
     }
 
-    fn left(&self) -> u64 {
+    fn bytes_left(&self) -> u64 {
         self.rest.len() as u64
     }
 
     fn place(&self) -> String {
-        format!("byte {}", self.total - self.rest.len())
+        format!("byte {}", self.file_bytes - self.rest.len())
     }
 }

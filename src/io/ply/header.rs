@@ -2,17 +2,17 @@
 
 use std::collections::HashSet;
 
-use crate::io::excerpt;
+use crate::io::checks::excerpt;
 use crate::{Error, Result};
 
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) enum Encoding {
     Ascii,
-    Little,
-    Big,
+    LittleEndian,
+    BigEndian,
 }
 
-/// A number type; each one's values are exact in f64.
+/// A number type; f64 holds the values of each exactly.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) enum Type {
     I8,
@@ -26,7 +26,7 @@ pub(crate) enum Type {
 }
 
 impl Type {
-    fn of(name: &str) -> Option<Self> {
+    fn from_name(name: &str) -> Option<Self> {
         Some(match name {
             "char" | "int8" => Self::I8,
             "uchar" | "uint8" => Self::U8,
@@ -75,10 +75,10 @@ pub(crate) struct Element {
 }
 
 impl Element {
-    /// The fewest bytes that one of these takes (its lists empty).
+    /// The fewest bytes that one element takes, with empty lists.
     pub(crate) fn least_bytes(&self, encoding: Encoding) -> u64 {
         let bytes = |property: &Property| match (encoding, property.kind) {
-            // One digit and one separator.
+            // At least one digit and one separator.
             (Encoding::Ascii, _) => 2,
             (_, Kind::Scalar(kind) | Kind::List { count: kind, .. }) => kind.size() as u64,
         };
@@ -91,7 +91,7 @@ pub(crate) struct Header {
     pub(crate) encoding: Encoding,
     pub(crate) elements: Vec<Element>,
     /// Byte at which the data starts.
-    pub(crate) body: usize,
+    pub(crate) data_start: usize,
     /// Lines up to and including `end_header`.
     pub(crate) lines: u64,
 }
@@ -102,25 +102,25 @@ impl Header {
     }
 
     pub(crate) fn parse(bytes: &[u8]) -> Result<Self> {
-        // Files from old Macintosh programs end their lines with a carriage return alone.
+        // Files from old Macintosh programs end their lines with CR alone.
         let end = match bytes.get(3..5) {
             Some([b'\r', next]) if *next != b'\n' => b'\r',
             _ => b'\n',
         };
         let mut encoding = None;
         let mut elements = Vec::new();
-        // Of elements, and of properties behind the number of their element.
+        // The names of elements, and those of properties with the number of their element.
         let mut names = HashSet::new();
-        let (mut body, mut lines) = (0, 0);
+        let (mut data_start, mut lines) = (0, 0);
         loop {
-            let rest = bytes.get(body..).unwrap_or_default();
+            let rest = bytes.get(data_start..).unwrap_or_default();
             let Some(length) = rest.iter().position(|byte| *byte == end) else {
-                let remedy = "the file is cut off or no PLY file; write the mesh again";
+                let remedy = "the file is cut off or not a PLY file; write the mesh again";
                 return Err(Error::input(None, "the PLY header has no 'end_header' line", remedy));
             };
             // Comments may be in any encoding.
             let line = String::from_utf8_lossy(rest.get(..length).unwrap_or_default());
-            body += length + 1;
+            data_start += length + 1;
             lines += 1;
             let line = line.trim();
             let words: Vec<&str> = line.split_whitespace().collect();
@@ -135,68 +135,74 @@ impl Header {
                     add_property((&mut elements, &mut names), words, lines)?
                 }
                 ["end_header"] if lines > 1 => break,
-                _ => return Err(bad(lines, format!("'{}' is no PLY header line", excerpt(line)))),
+                _ => {
+                    return Err(header_error(lines, format!("'{}' is not a PLY header line", excerpt(line))));
+                }
             }
         }
         let Some(encoding) = encoding else {
             let remedy = "add a line such as 'format ascii 1.0'";
             return Err(Error::input(None, "the PLY header has no 'format' line", remedy));
         };
-        Ok(Self { encoding, elements, body, lines })
+        Ok(Self { encoding, elements, data_start, lines })
     }
 }
 
-fn bad(line: u64, problem: String) -> Error {
-    Error::input(Some(format!("line {line}")), problem, "mend the header or write the mesh again")
+fn header_error(line: u64, problem: String) -> Error {
+    Error::input(Some(format!("line {line}")), problem, "repair the header or write the mesh again")
 }
 
 fn encoding_of(name: &str, version: &str, line: u64) -> Result<Encoding> {
     if version != "1.0" {
-        return Err(bad(line, format!("PLY version '{}' is not 1.0", excerpt(version))));
+        return Err(header_error(line, format!("PLY version '{}' is not 1.0", excerpt(version))));
     }
     match name {
         "ascii" => Ok(Encoding::Ascii),
-        "binary_little_endian" => Ok(Encoding::Little),
-        "binary_big_endian" => Ok(Encoding::Big),
-        _ => Err(bad(line, format!("unknown PLY format '{}'", excerpt(name)))),
+        "binary_little_endian" => Ok(Encoding::LittleEndian),
+        "binary_big_endian" => Ok(Encoding::BigEndian),
+        _ => Err(header_error(line, format!("unknown PLY format '{}'", excerpt(name)))),
     }
 }
 
-/// What the header has so far, and the names in it.
-type Known<'a> = (&'a mut Vec<Element>, &'a mut HashSet<(usize, String)>);
+/// The elements declared so far, and all names, to find duplicates.
+type Declared<'a> = (&'a mut Vec<Element>, &'a mut HashSet<(usize, String)>);
 
-fn add_element((elements, names): Known, name: &str, count: &str, line: u64) -> Result<()> {
+fn add_element((elements, names): Declared, name: &str, count: &str, line: u64) -> Result<()> {
     let Ok(count) = count.parse() else {
-        return Err(bad(line, format!("the count '{}' is not a whole number", excerpt(count))));
+        return Err(header_error(line, format!("the count '{}' is not a whole number", excerpt(count))));
     };
     if !names.insert((usize::MAX, name.to_owned())) {
-        return Err(bad(line, format!("the element '{}' is declared twice", excerpt(name))));
+        return Err(header_error(line, format!("the element '{}' is declared twice", excerpt(name))));
     }
     elements.push(Element { name: name.to_owned(), count, properties: Vec::new() });
     Ok(())
 }
 
-fn add_property((elements, names): Known, words: &[&str], line: u64) -> Result<()> {
+fn add_property((elements, names): Declared, words: &[&str], line: u64) -> Result<()> {
     let kind_of = |name: &str| {
-        Type::of(name).ok_or_else(|| bad(line, format!("unknown property type '{}'", excerpt(name))))
+        Type::from_name(name)
+            .ok_or_else(|| header_error(line, format!("unknown property type '{}'", excerpt(name))))
     };
     let (kind, name) = match words {
         ["list", count, item, name] => {
             let kind = kind_of(count)?;
             if !kind.is_integer() {
-                return Err(bad(line, format!("the list count type '{count}' is not an integer type")));
+                return Err(header_error(
+                    line,
+                    format!("the list count type '{count}' is not an integer type"),
+                ));
             }
             (Kind::List { count: kind, item: kind_of(item)? }, name)
         }
         [scalar, name] => (Kind::Scalar(kind_of(scalar)?), name),
-        _ => return Err(bad(line, "this property line is incomplete".to_owned())),
+        _ => return Err(header_error(line, "this property line is incomplete".to_owned())),
     };
     let number = elements.len();
     let Some(element) = elements.last_mut() else {
-        return Err(bad(line, "a property comes before any element".to_owned()));
+        return Err(header_error(line, "a property comes before any element".to_owned()));
     };
     if !names.insert((number, (*name).to_owned())) {
-        return Err(bad(line, format!("the property '{}' is declared twice", excerpt(name))));
+        return Err(header_error(line, format!("the property '{}' is declared twice", excerpt(name))));
     }
     element.properties.push(Property { name: (*name).to_owned(), kind });
     Ok(())

@@ -1,11 +1,11 @@
 //! Stanford PLY: text, binary little and big endian.
 //!
-//! The reader is our own. The maintained crate, `ply-rs-bw` 4.0, was tried and falls short on files that occur: its
-//! text grammar refuses "nan" in properties that nobody reads (MeshLab writes such normals), ".5", "1." and blank
-//! lines; its header refuses comments that are not UTF-8; a property declared twice silently shifts all that
-//! follows; and an element without properties keeps it busy for as many rounds as the header claims.
+//! The maintained crate, `ply-rs-bw` 4.0, is not used because it fails on files that occur: its text grammar
+//! refuses "nan" in properties that are not needed (MeshLab writes such normals), ".5", "1." and blank lines;
+//! its header refuses comments that are not UTF-8; a property declared twice silently shifts all that follow;
+//! and for an element without properties it loops as often as the header claims.
 //!
-//! Faces and vertices are counted from 0 in messages, as PLY's own indices are.
+//! Messages count faces and vertices from 0, as PLY's own indices do.
 
 pub(crate) mod attributes;
 mod data;
@@ -14,10 +14,11 @@ pub(crate) mod write;
 
 use glam::DVec3;
 
-use super::{Loaded, check_counts, repeated};
+use super::checks::{check_counts, excerpt, find_duplicate};
+use super::loaded::Loaded;
 use crate::mesh::attributes::Attributes;
 use crate::{Error, Result, TriMesh};
-use attributes::{Columns, UvLists, attributes};
+use attributes::{Columns, UvLists, build_attributes};
 use data::{Binary, Fault, Reading, Source, Text};
 use header::{Element, Encoding, Header, Kind, Type};
 
@@ -30,10 +31,10 @@ pub(crate) fn parse(bytes: &[u8]) -> Result<Loaded> {
     let layout = Layout::of(&header)?;
     match header.encoding {
         Encoding::Ascii => {
-            let body = bytes.get(header.body..).unwrap_or_default();
+            let body = bytes.get(header.data_start..).unwrap_or_default();
             read_elements(&header, &layout, Text::new(body, header.lines))
         }
-        binary => read_elements(&header, &layout, Binary::new(bytes, header.body, binary)),
+        binary => read_elements(&header, &layout, Binary::new(bytes, header.data_start, binary)),
     }
 }
 
@@ -41,11 +42,13 @@ fn at_byte(byte: usize) -> Option<String> {
     Some(format!("byte {byte}"))
 }
 
-/// Where the positions and the corners are among the properties.
+/// Which properties of the vertices and faces are the coordinates and the corners.
 struct Layout {
+    /// Of a vertex: x, y and z.
     axes: [usize; 3],
+    /// Of a face: the list of vertex indices.
     corners: usize,
-    /// Lists of texture coordinates.
+    /// Of a face: the list of texture coordinates.
     uv: Option<(usize, Type)>,
     vertices: u64,
 }
@@ -93,20 +96,20 @@ impl Layout {
 fn read_elements<S: Source>(header: &Header, layout: &Layout, mut source: S) -> Result<Loaded> {
     let mut mesh = TriMesh::default();
     let mut notes = Vec::new();
-    let (mut of_vertices, mut of_faces) = (None, None);
+    let (mut vertex_columns, mut face_columns) = (None, None);
     for element in &header.elements {
-        check_size(element, header.encoding, &source)?;
+        check_declared_size(element, header.encoding, &source)?;
         match element.name.as_str() {
             "vertex" => {
                 let mut columns = Columns::new(element, &layout.axes);
                 mesh.vertices = read_vertices(element, layout, &mut source, &mut columns)?;
-                of_vertices = Some(columns);
+                vertex_columns = Some(columns);
             }
             "face" => {
                 let polygons;
-                let mut beside = (Columns::new(element, &[]), UvLists::default());
-                (mesh.triangles, polygons) = read_faces(element, layout, &mut source, &mut beside)?;
-                of_faces = Some(beside);
+                let mut columns = (Columns::new(element, &[]), UvLists::default());
+                (mesh.triangles, polygons) = read_faces(element, layout, &mut source, &mut columns)?;
+                face_columns = Some(columns);
                 if polygons > 0 {
                     notes.push(format!(
                         "{polygons} faces with more than 3 vertices were split into triangles"
@@ -116,53 +119,49 @@ fn read_elements<S: Source>(header: &Header, layout: &Layout, mut source: S) -> 
             other => {
                 skip_element(element, &mut source)?;
                 if element.count > 0 {
-                    notes.push(format!(
-                        "{} elements '{}' were ignored",
-                        element.count,
-                        super::excerpt(other)
-                    ));
+                    notes.push(format!("{} elements '{}' were ignored", element.count, excerpt(other)));
                 }
             }
         }
-        let used = |name: &str| matches!(name, "vertex_indices" | "vertex_index" | "texcoord");
+        let is_read = |name: &str| matches!(name, "vertex_indices" | "vertex_index" | "texcoord");
         let lists = element.properties.iter().filter(|property| matches!(property.kind, Kind::List { .. }));
         let names = lists.map(|property| property.name.as_str());
-        let extra: Vec<&str> = names.filter(|name| !used(name)).take(8).collect();
-        if matches!(element.name.as_str(), "vertex" | "face") && !extra.is_empty() {
-            let names = super::excerpt(&extra.join(", "));
+        let ignored: Vec<&str> = names.filter(|name| !is_read(name)).take(8).collect();
+        if matches!(element.name.as_str(), "vertex" | "face") && !ignored.is_empty() {
+            let names = excerpt(&ignored.join(", "));
             notes.push(format!("these properties of each {} were ignored: {names}", element.name));
         }
-        // What follows the mesh cannot harm it.
+        // Whatever follows the mesh is not needed.
         if !mesh.vertices.is_empty() && !mesh.triangles.is_empty() {
             break;
         }
     }
-    let mut attributes_read = Attributes::default();
-    if let (Some(vertex), Some((face, uv))) = (of_vertices, of_faces) {
+    let mut attributes = Attributes::default();
+    if let (Some(vertex), Some((face, uv))) = (vertex_columns, face_columns) {
         let uv = layout.uv.map(|(_, kind)| (kind, uv));
-        attributes_read = attributes(&mesh, (vertex, face), uv, &mut notes);
+        attributes = build_attributes(&mesh, (vertex, face), uv, &mut notes);
     }
-    notes.extend(source.notes());
-    Ok(Loaded { mesh, attributes: attributes_read, notes })
+    notes.extend(source.note());
+    Ok(Loaded { mesh, attributes, notes })
 }
 
-/// Refuses a count that the rest of the file cannot hold, before any memory is set aside for it.
-fn check_size<S: Source>(element: &Element, encoding: Encoding, source: &S) -> Result<()> {
+/// Refuses a count that the rest of the file is too short for, before memory is allocated for it.
+fn check_declared_size<S: Source>(element: &Element, encoding: Encoding, source: &S) -> Result<()> {
     let least = element.count.saturating_mul(element.least_bytes(encoding));
-    if least <= source.left() {
+    if least <= source.bytes_left() {
         return Ok(());
     }
-    let (name, count) = (super::excerpt(&element.name), element.count);
+    let (name, count) = (excerpt(&element.name), element.count);
     let problem = format!(
         "the file is cut off: the header declares {count} elements '{name}', at least {least} bytes, but {} are left",
-        source.left()
+        source.bytes_left()
     );
     Err(Error::input(Some(source.place()), problem, "get the whole file or write the mesh again"))
 }
 
-/// Turns a fault in element `index` into an error that names the element and the place in the file.
-fn failed<S: Source>(fault: Fault, element: &Element, index: u64, source: &S) -> Error {
-    let name = super::excerpt(&element.name);
+/// The error for a fault in element `index`.
+fn element_error<S: Source>(fault: Fault, element: &Element, index: u64, source: &S) -> Error {
+    let name = excerpt(&element.name);
     let place = Some(format!("{}, {name} {index}", source.place()));
     let remedy = "get the whole file or write the mesh again";
     match fault {
@@ -183,16 +182,16 @@ fn read_vertices<S: Source>(
     source: &mut S,
     columns: &mut Columns,
 ) -> Result<Vec<DVec3>> {
-    // `check_size` has shown that the file is long enough for this many.
+    // `check_declared_size` has shown that the file is long enough for this many.
     let mut vertices = Vec::with_capacity(usize::try_from(element.count).unwrap_or(0));
     for index in 0..element.count {
         let vertex = read_vertex(element, layout, source, columns);
-        let vertex = vertex.map_err(|fault| failed(fault, element, index, source))?;
+        let vertex = vertex.map_err(|fault| element_error(fault, element, index, source))?;
         for (axis, value) in ["x", "y", "z"].iter().zip(vertex.to_array()) {
             if !value.is_finite() {
                 let place = Some(format!("{}, vertex {index}", source.place()));
                 let problem = format!("the {axis} coordinate {value} is not finite");
-                return Err(Error::input(place, problem, "remove or mend the vertex"));
+                return Err(Error::input(place, problem, "remove or repair the vertex"));
             }
         }
         vertices.push(vertex);
@@ -224,15 +223,15 @@ fn read_faces<S: Source>(
     element: &Element,
     layout: &Layout,
     source: &mut S,
-    beside: &mut (Columns, UvLists),
+    columns: &mut (Columns, UvLists),
 ) -> Result<(Vec<[u32; 3]>, u64)> {
     let mut triangles = Vec::with_capacity(usize::try_from(element.count).unwrap_or(0));
     let mut polygons = 0;
     let (mut corners, mut sorted) = (Vec::new(), Vec::new());
     for index in 0..element.count {
         corners.clear();
-        let face = read_face(element, layout, source, &mut corners, beside);
-        face.map_err(|fault| failed(fault, element, index, source))?;
+        let face = read_face(element, layout, source, &mut corners, columns);
+        face.map_err(|fault| element_error(fault, element, index, source))?;
         let problem = |problem: String, remedy: &str| {
             Err(Error::input(Some(format!("{}, face {index}", source.place())), problem, remedy))
         };
@@ -243,15 +242,15 @@ fn read_faces<S: Source>(
             );
         }
         if let Some(bad) = corners.iter().find(|corner| !(0.0..layout.vertices as f64).contains(*corner)) {
-            let range = layout.vertices - 1;
+            let last = layout.vertices - 1;
             return problem(
-                format!("there is no vertex {bad}, they count from 0 to {range}"),
-                "mend the face",
+                format!("there is no vertex {bad}, indices go from 0 to {last}"),
+                "repair the face",
             );
         }
-        // In range by the check above, so nothing is cut off.
+        // In range, as checked above.
         let fan: Vec<u32> = corners.iter().map(|corner| *corner as u32).collect();
-        if let Some(vertex) = repeated(&fan, &mut sorted) {
+        if let Some(vertex) = find_duplicate(&fan, &mut sorted) {
             let remedy = "remove the face or the repeated vertex";
             return problem(format!("the face lists vertex {vertex} twice"), remedy);
         }
@@ -261,9 +260,9 @@ fn read_faces<S: Source>(
                 _ => None,
             }));
         }
-        beside.0.repeat(fan.len() - 2);
+        columns.0.repeat_last(fan.len() - 2);
         if layout.uv.is_some() {
-            beside.1.split(fan.len());
+            columns.1.end_face(fan.len());
         }
         polygons += u64::from(fan.len() > 3);
     }
@@ -278,22 +277,22 @@ fn read_face<S: Source>(
     (columns, uv): &mut (Columns, UvLists),
 ) -> Reading<()> {
     source.begin()?;
-    uv.of_face.clear();
+    uv.current_face.clear();
     for (at, property) in element.properties.iter().enumerate() {
         match property.kind {
             Kind::List { count, item } if at == layout.corners => {
                 for _ in 0..list_count(count, source)? {
                     let corner = source.value(item)?;
-                    // Only text can hold a fraction here.
+                    // In text, an integer list can still contain a fraction.
                     if corner.fract() != 0.0 {
                         return Err(Fault::NotANumber(corner.to_string()));
                     }
                     corners.push(corner);
                 }
             }
-            Kind::List { count, item } if layout.uv.is_some_and(|(of_uv, _)| of_uv == at) => {
+            Kind::List { count, item } if layout.uv.is_some_and(|(uv, _)| uv == at) => {
                 for _ in 0..list_count(count, source)? {
-                    uv.of_face.push(source.value(item)?);
+                    uv.current_face.push(source.value(item)?);
                 }
             }
             Kind::Scalar(_) if columns.read(at, source)? => {}
@@ -323,13 +322,13 @@ fn skip_property<S: Source>(kind: Kind, source: &mut S) -> Reading<()> {
 }
 
 fn skip_element<S: Source>(element: &Element, source: &mut S) -> Result<()> {
-    // Without properties there is nothing to pass over, however many the header claims.
+    // Elements without properties take no bytes, however many the header claims.
     let count = if element.properties.is_empty() { 0 } else { element.count };
     for index in 0..count {
         let skipped = source.begin().and_then(|()| {
             element.properties.iter().try_for_each(|property| skip_property(property.kind, source))
         });
-        skipped.map_err(|fault| failed(fault, element, index, source))?;
+        skipped.map_err(|fault| element_error(fault, element, index, source))?;
     }
     Ok(())
 }

@@ -1,9 +1,10 @@
-//! PLY files: binary little endian, double coordinates, attributes in their own types.
+//! Writes PLY files: binary little endian, double coordinates, attributes in their own types.
 
 use std::io;
 use std::io::Write;
 
 use crate::TriMesh;
+use crate::io::binary::append_le;
 use crate::mesh::attributes::{Attribute, Attributes, CornerUv, Kind, Role};
 
 /// The name of a number type in headers.
@@ -20,35 +21,22 @@ pub(crate) fn type_name(kind: Kind) -> &'static str {
     }
 }
 
-/// A number in its type.
-pub(crate) fn put(bytes: &mut Vec<u8>, kind: Kind, value: f64) {
-    match kind {
-        Kind::I8 => bytes.extend((value as i8).to_le_bytes()),
-        Kind::U8 => bytes.extend((value as u8).to_le_bytes()),
-        Kind::I16 => bytes.extend((value as i16).to_le_bytes()),
-        Kind::U16 => bytes.extend((value as u16).to_le_bytes()),
-        Kind::I32 => bytes.extend((value as i32).to_le_bytes()),
-        Kind::U32 => bytes.extend((value as u32).to_le_bytes()),
-        Kind::F32 => bytes.extend((value as f32).to_le_bytes()),
-        Kind::F64 => bytes.extend(value.to_le_bytes()),
-    }
-}
-
-/// The type that an attribute has in the file: colours of 64 bits, which text files have, are unknown to most readers.
+/// The number type of an attribute in the file. Few readers know colours of 64 bits, which text formats give.
 fn kind_in_file(attribute: &Attribute) -> Kind {
     if attribute.role == Role::Colour && attribute.kind == Kind::F64 { Kind::U8 } else { attribute.kind }
 }
 
-fn put_attribute(bytes: &mut Vec<u8>, attribute: &Attribute, index: usize) {
+fn append_attribute(bytes: &mut Vec<u8>, attribute: &Attribute, index: usize) {
     let kind = kind_in_file(attribute);
     for value in attribute.at(index) {
         let value = if kind == attribute.kind { *value } else { kind.rounded(255.0 * value) };
-        put(bytes, kind, value);
+        append_le(bytes, kind, value);
     }
 }
 
-/// The header lines of an attribute. Words of a header have no blanks, and no element has one twice.
-fn declare(header: &mut String, attribute: &Attribute) {
+/// Adds the header lines of an attribute. Names get no blanks, and an underscore if the element has them
+/// already.
+fn declare_attribute(header: &mut String, attribute: &Attribute) {
     let name: String = attribute.name.split_whitespace().collect::<Vec<_>>().join("_");
     let components = match (attribute.role, attribute.components) {
         (Role::Colour, 3 | 4) => ["red", "green", "blue", "alpha"].map(str::to_owned),
@@ -68,7 +56,7 @@ fn declare(header: &mut String, attribute: &Attribute) {
 }
 
 pub(crate) fn write(file: &mut dyn Write, mesh: &TriMesh, attributes: &Attributes) -> io::Result<()> {
-    // Readers know `int` best; `uint` is for meshes that it cannot count.
+    // Most readers know `int`; `uint` is for meshes with too many vertices for it.
     let index = if i32::try_from(mesh.vertices.len()).is_ok() { "int" } else { "uint" };
     let (vertices, faces) = (mesh.vertices.len(), mesh.triangles.len());
     let uv = attributes.uv.as_ref();
@@ -82,22 +70,22 @@ pub(crate) fn write(file: &mut dyn Write, mesh: &TriMesh, attributes: &Attribute
         let kind = type_name(*kind);
         header += &format!("property {kind} s\nproperty {kind} t\n");
     }
-    attributes.vertex.iter().for_each(|attribute| declare(&mut header, attribute));
+    attributes.vertex.iter().for_each(|attribute| declare_attribute(&mut header, attribute));
     header += &format!("element face {faces}\nproperty list uchar {index} vertex_indices\n");
     if let Some(CornerUv { kind, .. }) = by_corner {
         header += &format!("property list uchar {} texcoord\n", type_name(*kind));
     }
-    attributes.face.iter().for_each(|attribute| declare(&mut header, attribute));
+    attributes.face.iter().for_each(|attribute| declare_attribute(&mut header, attribute));
     file.write_all(header.as_bytes())?;
     file.write_all(b"end_header\n")?;
     let mut row = Vec::new();
     for (v, vertex) in mesh.vertices.iter().enumerate() {
         row.clear();
-        vertex.to_array().iter().for_each(|value| put(&mut row, Kind::F64, *value));
+        vertex.to_array().iter().for_each(|value| append_le(&mut row, Kind::F64, *value));
         if let (Some(CornerUv { kind, .. }), Some(values)) = (uv, &by_vertex) {
-            values.get(v).into_iter().flatten().for_each(|value| put(&mut row, *kind, *value));
+            values.get(v).into_iter().flatten().for_each(|value| append_le(&mut row, *kind, *value));
         }
-        attributes.vertex.iter().for_each(|attribute| put_attribute(&mut row, attribute, v));
+        attributes.vertex.iter().for_each(|attribute| append_attribute(&mut row, attribute, v));
         file.write_all(&row)?;
     }
     for (t, triangle) in mesh.triangles.iter().enumerate() {
@@ -107,9 +95,9 @@ pub(crate) fn write(file: &mut dyn Write, mesh: &TriMesh, attributes: &Attribute
         if let Some(CornerUv { kind, values }) = by_corner {
             row.push(6);
             let own = values.iter().skip(3 * t).take(3);
-            own.flatten().for_each(|value| put(&mut row, *kind, *value));
+            own.flatten().for_each(|value| append_le(&mut row, *kind, *value));
         }
-        attributes.face.iter().for_each(|attribute| put_attribute(&mut row, attribute, t));
+        attributes.face.iter().for_each(|attribute| append_attribute(&mut row, attribute, t));
         file.write_all(&row)?;
     }
     Ok(())

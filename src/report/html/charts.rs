@@ -1,4 +1,4 @@
-//! Charts as numbers for an SVG: where bars, lines and marks stand.
+//! Charts as coordinates for an SVG: bars, lines, dots and labels.
 
 use askama::Template;
 
@@ -6,14 +6,14 @@ use crate::TriMesh;
 use crate::mesh::quality::{TriangleQuality, corner_points, power_of_two_scale};
 use std::collections::BTreeMap;
 
-/// Size of a chart, and of the part that has the bars: left, top, right, bottom.
+/// Size of a chart; left, top, right and bottom of its plot area.
 const SIZE: [f64; 2] = [400.0, 200.0];
 const AREA: [f64; 4] = [40.0, 10.0, 384.0, 174.0];
-/// Degrees a bar.
+/// Degrees per bar.
 const BIN: usize = 5;
-/// Valences up to the first share a bar, as do those from the last.
+/// Valences up to the first have one bar, as have those from the last on.
 const VALENCES: [u32; 2] = [3, 9];
-/// Share of a group of bars that is bars.
+/// Share of the width of a group that its bars take.
 const FILLED: f64 = 0.8;
 
 /// One chart, drawn by chart.html.
@@ -23,12 +23,12 @@ pub(super) struct Chart {
     pub size: [f64; 2],
     pub area: [f64; 4],
     pub bars: Vec<Bar>,
-    /// Path of a curve; empty without.
+    /// Path of a curve; may be empty.
     pub line: String,
     pub dots: Vec<Mark>,
-    /// Marks below; texts in the middle of `at`.
+    /// Labels below the plot area.
     pub below: Vec<Mark>,
-    /// Marks on the left, each with a line across.
+    /// Labels on the left, each with a grid line.
     pub beside: Vec<Mark>,
 }
 
@@ -42,7 +42,7 @@ pub(super) struct Bar {
     pub text: String,
 }
 
-/// A place with a text.
+/// A text at a point.
 pub(super) struct Mark {
     pub x: f64,
     pub y: f64,
@@ -62,9 +62,9 @@ pub(super) fn angles(meshes: [&TriMesh; 2]) -> Chart {
         shares(&counts)
     });
     let name = |k: usize| format!("{}° to {}°", BIN * k, BIN * (k + 1));
-    let mut chart = grouped(&shares, name);
+    let mut chart = bar_chart(&shares, name);
     chart.below = (0..=6)
-        .map(|k| Mark { x: along(f64::from(k) / 6.0), y: SIZE[1] - 8.0, text: format!("{}°", 30 * k) })
+        .map(|k| Mark { x: x_of(f64::from(k) / 6.0), y: SIZE[1] - 8.0, text: format!("{}°", 30 * k) })
         .collect();
     chart
 }
@@ -84,10 +84,10 @@ pub(super) fn valences(histograms: [&BTreeMap<u32, usize>; 2]) -> Chart {
         k if k == last => format!("≥ {k}"),
         k => k.to_string(),
     };
-    let mut chart = grouped(&shares, |k| format!("valence {}", name(k)));
+    let mut chart = bar_chart(&shares, |k| format!("valence {}", name(k)));
     let count = shares[0].len();
     chart.below = (0..count)
-        .map(|k| Mark { x: along((k as f64 + 0.5) / count as f64), y: SIZE[1] - 8.0, text: name(k) })
+        .map(|k| Mark { x: x_of((k as f64 + 0.5) / count as f64), y: SIZE[1] - 8.0, text: name(k) })
         .collect();
     chart
 }
@@ -102,8 +102,8 @@ pub(super) fn convergence(steps: &[f64]) -> Option<Chart> {
     let low = logs.iter().map(|(_, l)| l.floor()).fold(f64::INFINITY, f64::min);
     let high = logs.iter().map(|(_, l)| l.ceil()).fold(low + 1.0, f64::max);
     let last = steps.len();
-    let x = |k: usize| along((k as f64 - 0.5) / last as f64);
-    let y = |log: f64| above((log - low) / (high - low));
+    let x = |k: usize| x_of((k as f64 - 0.5) / last as f64);
+    let y = |log: f64| y_of((log - low) / (high - low));
     let dots: Vec<Mark> = logs
         .iter()
         .map(|(k, log)| Mark { x: x(*k), y: y(*log), text: format!("iteration {k}: {:.2e}", steps[k - 1]) })
@@ -125,26 +125,25 @@ pub(super) fn convergence(steps: &[f64]) -> Option<Chart> {
         dots: if last <= 60 { dots } else { Vec::new() },
         below: below.map(|k| Mark { x: x(k), y: SIZE[1] - 8.0, text: k.to_string() }).collect(),
         beside: decades.collect(),
-        ..bare()
+        ..empty_chart()
     })
 }
 
-fn bare() -> Chart {
-    let nothing = Vec::new;
+fn empty_chart() -> Chart {
     let line = String::new();
     Chart {
         size: SIZE,
         area: AREA,
         bars: Vec::new(),
         line,
-        dots: nothing(),
-        below: nothing(),
-        beside: nothing(),
+        dots: Vec::new(),
+        below: Vec::new(),
+        beside: Vec::new(),
     }
 }
 
-/// Pairs of bars side by side, shares of 1, with a scale in per cent.
-fn grouped(shares: &[Vec<f64>; 2], name: impl Fn(usize) -> String) -> Chart {
+/// Pairs of bars side by side for shares, 0..=1, with a scale in per cent.
+fn bar_chart(shares: &[Vec<f64>; 2], name: impl Fn(usize) -> String) -> Chart {
     let largest = shares.iter().flatten().copied().fold(0.0, f64::max);
     let step = [0.01, 0.02, 0.05, 0.1, 0.2].into_iter().find(|step| largest / step <= 5.0).unwrap_or(0.25);
     let top = step * (largest / step).ceil().max(1.0);
@@ -155,10 +154,10 @@ fn grouped(shares: &[Vec<f64>; 2], name: impl Fn(usize) -> String) -> Chart {
             let left = (k as f64 + 0.5 * (1.0 - FILLED) + 0.5 * FILLED * series as f64) * group;
             bars.push(Bar {
                 series,
-                x: along(left),
-                y: above(share / top),
-                width: along(left + 0.5 * FILLED * group) - along(left),
-                height: AREA[3] - above(share / top),
+                x: x_of(left),
+                y: y_of(share / top),
+                width: x_of(left + 0.5 * FILLED * group) - x_of(left),
+                height: AREA[3] - y_of(share / top),
                 text: format!("{}, {}: {:.2} %", ["input", "output"][series], name(k), 100.0 * share),
             });
         }
@@ -166,9 +165,9 @@ fn grouped(shares: &[Vec<f64>; 2], name: impl Fn(usize) -> String) -> Chart {
     let lines = (top / step).round() as u32;
     let beside = (0..=lines).map(|k| {
         let share = f64::from(k) / f64::from(lines);
-        Mark { x: AREA[0] - 5.0, y: above(share), text: format!("{:.0} %", 100.0 * top * share) }
+        Mark { x: AREA[0] - 5.0, y: y_of(share), text: format!("{:.0} %", 100.0 * top * share) }
     });
-    Chart { bars, beside: beside.collect(), ..bare() }
+    Chart { bars, beside: beside.collect(), ..empty_chart() }
 }
 
 fn shares(counts: &[usize]) -> Vec<f64> {
@@ -177,11 +176,11 @@ fn shares(counts: &[usize]) -> Vec<f64> {
 }
 
 /// From left to right, 0..=1.
-fn along(share: f64) -> f64 {
+fn x_of(share: f64) -> f64 {
     AREA[0] + share * (AREA[2] - AREA[0])
 }
 
 /// From the bottom up, 0..=1.
-fn above(share: f64) -> f64 {
+fn y_of(share: f64) -> f64 {
     AREA[3] - share * (AREA[3] - AREA[1])
 }

@@ -1,8 +1,8 @@
-//! The report as one page that needs nothing else: both meshes to turn and to compare, charts, figures and timings.
+//! The report as one self-contained page: both meshes to turn and compare, charts, figures and timings.
 
 mod charts;
+mod coarsen;
 mod scene;
-mod thin;
 
 use super::Report;
 use super::figures;
@@ -11,7 +11,7 @@ use crate::measure::{Crossing, Measures, measure_some};
 use crate::mesh::features::{Curve, FeatureOptions, find_features};
 use crate::mesh::repair::repair_with;
 use crate::mesh::unit_frame::UnitFrame;
-use crate::picture::{WORST, check, distance_colour, middle_distances, quality_colour, quality_shares};
+use crate::picture::{WORST, centre_distances, check, distance_colour, quality_colour, quality_shares};
 use crate::pipeline::{for_repaired, user_curve_edges};
 use crate::{Error, Method, Result, TriMesh};
 use askama::Template;
@@ -26,14 +26,14 @@ pub use scene::MOST_FACES;
 /// three.js as far as view.js needs it; see ci/vendor.sh.
 const THREE: &[u8] = include_bytes!("assets/three/three.min.js.gz");
 
-/// What a page tells.
+/// What a page shows.
 #[derive(Debug, Clone, Copy)]
 pub struct PageInput<'a> {
     /// The run.
     pub report: &'a Report<'a>,
     /// The mesh that was remeshed, as its file has it.
     pub input: &'a TriMesh,
-    /// What became of it.
+    /// The mesh that the run made.
     pub output: &'a TriMesh,
 }
 
@@ -46,7 +46,7 @@ struct Page<'a> {
     program: String,
     /// Names of both files.
     names: [String; 2],
-    /// What is odd, and what was done about it.
+    /// Problems of the run and other remarks.
     warnings: &'a [String],
     notes: Vec<&'a String>,
     panels: [Panel<'a>; 2],
@@ -89,22 +89,22 @@ struct Timed {
 
 /// The page, as HTML.
 ///
-/// The input is shown as the run saw it, cleaned. Above [`MOST_FACES`] faces a mesh is shown coarser, and the page says
-/// so; its figures are always those of the whole mesh.
+/// The input is shown as the run saw it, cleaned. Above [`MOST_FACES`] faces a mesh is shown coarser, and the
+/// page says so; its figures are always those of the whole mesh.
 ///
 /// # Errors
 /// [`Error::Input`] for a mesh without faces, with coordinates that are not finite or indices out of range.
 pub fn page(page: &PageInput) -> Result<String> {
     let Report { options, summary, device, .. } = page.report;
     let repaired = repair_with(page.input, &options.repairs())?;
-    let held = user_curve_edges(&repaired.mesh, &for_repaired(page.input, &repaired, options))?;
+    let user_edges = user_curve_edges(&repaired.mesh, &for_repaired(page.input, &repaired, options))?;
     let input = &repaired.mesh;
     let output = page.output;
     check(output)?;
     let known = summary.input_self_intersecting_faces.map_or(Crossing::Skip, Crossing::Known);
     let measures = measure_some(input, None, known, &AtomicBool::new(false))?;
 
-    let (there, back) = rayon::join(|| middle_distances(input, output), || middle_distances(output, input));
+    let (there, back) = rayon::join(|| centre_distances(input, output), || centre_distances(output, input));
     let largest = there.iter().chain(&back).copied().fold(0.0, f64::max);
     let space = Space::around([input, output]);
     let panel = |name, file, mesh: &TriMesh, distances: &[f64]| {
@@ -112,7 +112,7 @@ pub fn page(page: &PageInput) -> Result<String> {
         let packed = pack(mesh, &space, &quality_shares(mesh), &shares)?;
         Ok::<_, Error>(Panel::new(name, file, mesh, packed))
     };
-    let (curves, curves_note) = curves(page.report, input, held)?;
+    let (curves, curves_note) = curves(page.report, input, user_edges)?;
     let files = [page.report.input_file.as_str(), page.report.output_file.as_str()];
     let content = Page {
         style: include_str!("assets/page.css"),
@@ -131,10 +131,10 @@ pub fn page(page: &PageInput) -> Result<String> {
         lines: pack_lines(&curves, &space)?,
         line_count: curves.len(),
         curves_note,
-        tables: [table(quality_colour), table(distance_colour)],
+        tables: [colour_table(quality_colour), colour_table(distance_colour)],
         worst: WORST,
-        largest: told_distance(largest, UnitFrame::of(input)?.scale),
-        figures: side_by_side(&measures, &summary.output),
+        largest: distance_text(largest, UnitFrame::of(input)?.scale),
+        figures: figures_of_both(&measures, &summary.output),
         course: figures::course(summary, device).into_iter().chain(figures::cost(summary)).collect(),
         angles: charts::angles([input, output]),
         valences: charts::valences([&measures.valence.histogram, &summary.output.valence.histogram]),
@@ -143,7 +143,7 @@ pub fn page(page: &PageInput) -> Result<String> {
         stages: stages(page.report),
         options: super::to_json(&super::Settings::of(options))?,
     };
-    // The template loses the newline at its end.
+    // askama drops the newline at the end of the template.
     content.render().map(|text| text + "\n").map_err(|e| Error::Internal(e.to_string()))
 }
 
@@ -152,17 +152,17 @@ impl<'a> Panel<'a> {
         let note = if packed.faces < mesh.triangles.len() {
             format!(
                 "Drawn coarser here, with {} faces; the figures are of the whole mesh.",
-                spaced(packed.faces)
+                digits_in_groups(packed.faces)
             )
         } else {
             String::new()
         };
-        let [vertices, faces] = [mesh.vertices.len(), mesh.triangles.len()].map(spaced);
+        let [vertices, faces] = [mesh.vertices.len(), mesh.triangles.len()].map(digits_in_groups);
         Self { name, file, packed, vertices, faces, note }
     }
 }
 
-/// The edges of the curves that the run held, and what there is to say of them.
+/// The edges of the feature curves of the run, and a note on them.
 fn curves(report: &Report, mesh: &TriMesh, user_edges: Vec<[u32; 2]>) -> Result<(Vec<[DVec3; 2]>, String)> {
     let options = report.options;
     if options.method != Method::CoarseToFine {
@@ -190,17 +190,17 @@ fn curves(report: &Report, mesh: &TriMesh, user_edges: Vec<[u32; 2]>) -> Result<
     Ok((ends, note))
 }
 
-/// 256 colours of a scale: red, green and blue each, in base64.
-fn table(colour: impl Fn(f64) -> [u8; 3]) -> String {
+/// 256 colours of a scale as red, green and blue, in base64.
+fn colour_table(colour: impl Fn(f64) -> [u8; 3]) -> String {
     let bytes: Vec<u8> = (0..256).flat_map(|k| colour(f64::from(k) / 255.0)).collect();
     base64(&bytes)
 }
 
-fn told_distance(distance: f64, diagonal: f64) -> String {
+fn distance_text(distance: f64, diagonal: f64) -> String {
     format!("{distance:.3e} ({:.3} % of the diagonal)", 100.0 * distance / diagonal)
 }
 
-fn side_by_side(input: &Measures, output: &Measures) -> Vec<[String; 3]> {
+fn figures_of_both(input: &Measures, output: &Measures) -> Vec<[String; 3]> {
     let before = figures::measures(input);
     let of = |name: &str| before.iter().find(|row| row.0 == name).map_or(String::new(), |row| row.1.clone());
     figures::measures(output).into_iter().map(|(name, text)| [name.to_owned(), of(name), text]).collect()
@@ -218,7 +218,7 @@ fn phases(report: &Report) -> Vec<Timed> {
     timed.collect()
 }
 
-/// The kernels and copies with a time, the longest first.
+/// The timed kernels and copies, the longest first.
 fn stages(report: &Report) -> Vec<Timed> {
     let stages = report.summary.timings.stages.iter();
     let mut timed: Vec<_> = stages.filter_map(|stage| Some((stage, stage.milliseconds?))).collect();
@@ -238,8 +238,8 @@ fn file_name(path: &str) -> String {
     Path::new(path).file_name().map_or_else(|| path.to_owned(), |name| name.to_string_lossy().into_owned())
 }
 
-/// A count with a blank before each three digits.
-fn spaced(count: usize) -> String {
+/// A count with its digits in groups of three.
+fn digits_in_groups(count: usize) -> String {
     let digits = count.to_string();
     let mut text = String::new();
     for (k, digit) in digits.chars().enumerate() {

@@ -1,5 +1,5 @@
 "use strict";
-// Puts the meshes into their canvases, and makes the controls do what they say.
+// Shows the meshes in their canvases and connects the controls.
 
 async function start() {
   const script = document.createElement("script");
@@ -30,28 +30,30 @@ async function start() {
   connect(views, tables, place.dataset);
 }
 
-function connect(views, tables, told) {
+function connect(views, tables, data) {
   const controls = document.getElementById("controls");
-  const wanted = () => {
+  const settings = () => {
     const { colours, up, edges, curves, linked } = controls.elements;
-    return { colours: colours.value, up: up.value, edges: edges.checked, curves: curves.checked, linked: linked.checked };
+    return {
+      colours: colours.value, up: up.value, edges: edges.checked, curves: curves.checked, linked: linked.checked,
+    };
   };
   const apply = (name) => {
-    const state = wanted();
+    const state = settings();
     for (const view of views) {
       view.set(state);
       if (!name || name === "up") view.home(state.up);
     }
     if (name === "linked" && state.linked) views.slice(1).forEach((view) => view.follow(views[0]));
-    showScale(state.colours, tables, told);
+    showScale(state.colours, tables, data);
   };
   controls.addEventListener("change", (event) => apply(event.target.name));
-  // The elements change after the event.
+  // The controls are reset only after the event.
   controls.addEventListener("reset", () => setTimeout(apply));
   for (const view of views) {
     view.controls.addEventListener("change", () => {
       view.stale = true;
-      if (wanted().linked) views.filter((other) => other !== view).forEach((other) => other.follow(view));
+      if (settings().linked) views.filter((other) => other !== view).forEach((other) => other.follow(view));
     });
     new ResizeObserver(() => view.resize()).observe(view.canvas);
     view.resize();
@@ -66,12 +68,12 @@ function connect(views, tables, told) {
 }
 
 // What the colours mean.
-function showScale(colours, tables, told) {
+function showScale(colours, tables, data) {
   const scale = document.getElementById("scale");
   const texts = {
-    plain: ["", "", "Outsides are blue, insides brown."],
-    quality: [`${told.worst} or less`, "1", "Q of each triangle: 1 if equilateral, 0 without area"],
-    distance: ["0", told.largest, "from each triangle's middle to the other mesh"],
+    plain: ["", "", "Outer sides are blue, inner sides brown."],
+    quality: [`${data.worst} or less`, "1", "Q of each triangle: 1 if equilateral, 0 without area"],
+    distance: ["0", data.largest, "from each triangle's middle to the other mesh"],
   };
   ["from", "to", "meaning"].forEach((part, k) => {
     scale.querySelector(`.${part}`).textContent = texts[colours][k];
@@ -87,7 +89,8 @@ function showScale(colours, tables, told) {
 
 start().catch((problem) => {
   const trouble = document.getElementById("trouble");
-  trouble.textContent = `The views cannot be shown: ${problem.message}. They need a current browser with WebGL 2.`;
+  const remedy = "They need a current browser with WebGL 2.";
+  trouble.textContent = `The views cannot be shown: ${problem.message}. ${remedy}`;
   trouble.hidden = false;
   document.documentElement.dataset.state = "failed";
 });

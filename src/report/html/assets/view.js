@@ -1,5 +1,5 @@
 "use strict";
-// One mesh in one canvas. Lengths are in the longest sides of both meshes' bounding box.
+// One mesh in one canvas. Lengths are relative to the longest side of both meshes' bounding box.
 
 const MESH_VERTEX = `
 precision highp float;
@@ -15,7 +15,7 @@ void main() {
   shares = uint(position.w);
 }`;
 
-// The lamps and colours are those of src/picture/paint.rs.
+// Lights and colours are those of src/picture/paint.rs.
 const MESH_FRAGMENT = `
 precision highp float;
 precision highp int;
@@ -44,7 +44,7 @@ void main() {
     vec3 steps = fwidth(weights);
     vec3 pixels = weights / max(steps, vec3(1e-6)) / pixelRatio;
     float nearest = min(pixels.x, min(pixels.y, pixels.z));
-    // Fainter on small faces, whose colours would be hidden.
+    // Fainter on small faces, whose colours they would hide.
     float height = 1.0 / max(max(steps.x, max(steps.y, steps.z)), 1e-6) / pixelRatio;
     float strength = clamp(height / 14.0, 0.12, 0.8);
     colour = mix(vec3(0.05, 0.08, 0.16), colour, 1.0 - strength * (1.0 - smoothstep(0.2, 1.2, nearest)));
@@ -52,25 +52,29 @@ void main() {
   painted = vec4(colour, 1.0);
 }`;
 
-// Half the vertical angle of view, in degrees: perspective, but little of it.
+// Half the vertical angle of view, in degrees: a weak perspective.
 const HALF_ANGLE = 12;
 // Where the camera starts, in degrees.
 const AZIMUTH = 25;
 const ELEVATION = 15;
 
 class View {
-  // Of a mesh in a ball with this centre and radius.
+  // For a mesh in the ball with this centre and radius.
   constructor(canvas, centre, radius, tables) {
     this.canvas = canvas;
     this.centre = new THREE.Vector3(...centre);
     this.radius = radius;
-    // Kept, so that the picture can still be copied when it was drawn long ago.
-    this.renderer = new THREE.WebGLRenderer({ canvas, antialias: true, alpha: true, preserveDrawingBuffer: true });
+    // The drawing buffer is preserved, so that the image can be copied at any time.
+    this.renderer = new THREE.WebGLRenderer({
+      canvas, antialias: true, alpha: true, preserveDrawingBuffer: true,
+    });
     this.scene = new THREE.Scene();
     const far = 60 * this.radius;
     this.camera = new THREE.PerspectiveCamera(2 * HALF_ANGLE, 1, far / 2000, far);
     this.controls = new THREE.TrackballControls(this.camera, canvas);
-    Object.assign(this.controls, { staticMoving: true, rotateSpeed: 2.5, minDistance: 0.05 * this.radius, maxDistance: 30 * this.radius });
+    Object.assign(this.controls, {
+      staticMoving: true, rotateSpeed: 2.5, minDistance: 0.05 * this.radius, maxDistance: 30 * this.radius,
+    });
     this.uniforms = {
       tables: { value: tables }, colours: { value: 0 }, edges: { value: true }, pixelRatio: { value: 1 },
     };
@@ -82,19 +86,20 @@ class View {
     const geometry = new THREE.BufferGeometry();
     geometry.setAttribute("position", new THREE.BufferAttribute(corners, 4));
     const material = new THREE.RawShaderMaterial({
-      glslVersion: THREE.GLSL3, vertexShader: MESH_VERTEX, fragmentShader: MESH_FRAGMENT, uniforms: this.uniforms,
-      side: THREE.DoubleSide, polygonOffset: true, polygonOffsetFactor: 1, polygonOffsetUnits: 2,
+      glslVersion: THREE.GLSL3, vertexShader: MESH_VERTEX, fragmentShader: MESH_FRAGMENT,
+      uniforms: this.uniforms, side: THREE.DoubleSide, polygonOffset: true, polygonOffsetFactor: 1, polygonOffsetUnits: 2,
     });
     const mesh = new THREE.Mesh(geometry, material);
-    // The bounds that three.js would compute are of other units.
+    // The bounds that three.js would compute are in other units.
     mesh.frustumCulled = false;
     this.scene.add(mesh);
   }
 
-  showLines(places) {
+  showLines(coordinates) {
     const geometry = new THREE.LineSegmentsGeometry();
-    geometry.setPositions(Float32Array.from(places, (place) => place / 65535));
-    this.lines = new THREE.LineSegments2(geometry, new THREE.LineMaterial({ color: 0xd63c28, linewidth: 2.5 }));
+    geometry.setPositions(Float32Array.from(coordinates, (value) => value / 65535));
+    const material = new THREE.LineMaterial({ color: 0xd63c28, linewidth: 2.5 });
+    this.lines = new THREE.LineSegments2(geometry, material);
     this.scene.add(this.lines);
   }
 
@@ -105,7 +110,7 @@ class View {
     this.stale = true;
   }
 
-  // The camera to where all is seen, with this axis up.
+  // Moves the camera to where it sees everything, with this axis up.
   home(up) {
     const [turn, rise] = [AZIMUTH, ELEVATION].map((angle) => (angle * Math.PI) / 180);
     const aside = Math.sin(turn) * Math.cos(rise);

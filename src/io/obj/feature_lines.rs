@@ -1,4 +1,4 @@
-//! Lines in OBJ files: a user's feature edges in, a skeleton out.
+//! Feature lines as `l` elements of OBJ files: reads a user's, and writes those found on a mesh.
 
 use std::collections::HashMap;
 use std::io;
@@ -8,30 +8,31 @@ use std::path::Path;
 use glam::DVec3;
 use serde::{Deserialize, Serialize};
 
-use super::{at_line, logical_lines};
-use crate::io::write::{atomically, write_obj_vertex};
-use crate::io::{bytes_of, excerpt};
+use super::logical_lines::{at_line, logical_lines};
+use super::write::write_vertex;
+use crate::io::checks::excerpt;
+use crate::io::file::{read_file_bytes, write_atomically};
 use crate::mesh::TriMesh;
 use crate::mesh::features::Features;
 use crate::{Error, Result};
 
-/// One `l` element.
+/// One `l` element: a polyline.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct FeatureLine {
-    /// Its line in the file, from 1.
+    /// The line in the file, from 1.
     pub line: u64,
-    /// Its points in order, at least two, all finite.
+    /// The points in order, at least two, all finite.
     pub points: Vec<DVec3>,
 }
 
-/// Reads the `v` and `l` elements of an OBJ file, whatever its name; all other elements are passed over.
+/// Reads the `v` and `l` elements of an OBJ file, whatever its extension; all other elements are skipped.
 ///
 /// # Errors
 ///
-/// [`Error::Input`] with the path and the line: the file cannot be read, a coordinate or an index is none, a line has
-/// fewer than two points, or there is no line at all.
-pub fn read_lines(path: &Path) -> Result<Vec<FeatureLine>> {
-    bytes_of(path).and_then(|bytes| parse(&bytes)).map_err(|error| error.in_file(path))
+/// [`Error::Input`] with the path and the line: the file cannot be read, a coordinate or an index is invalid,
+/// an element has fewer than two points, or there is none.
+pub fn read_feature_lines(path: &Path) -> Result<Vec<FeatureLine>> {
+    read_file_bytes(path).and_then(|bytes| parse(&bytes)).map_err(|error| error.in_file(path))
 }
 
 fn parse(bytes: &[u8]) -> Result<Vec<FeatureLine>> {
@@ -45,7 +46,7 @@ fn parse(bytes: &[u8]) -> Result<Vec<FeatureLine>> {
             Some("v") => vertices.push(vertex(line, words)?),
             Some("l") => {
                 let numbers: Vec<usize> =
-                    words.map(|word| number(line, word, vertices.len())).collect::<Result<_>>()?;
+                    words.map(|word| vertex_number(line, word, vertices.len())).collect::<Result<_>>()?;
                 if numbers.len() < 2 {
                     let problem = format!("the line element has {} of at least 2 points", numbers.len());
                     return Err(Error::input(at_line(line), problem, "remove it or add points"));
@@ -62,7 +63,7 @@ fn parse(bytes: &[u8]) -> Result<Vec<FeatureLine>> {
     let point = |line: u64, number: usize| {
         vertices.get(number.wrapping_sub(1)).copied().ok_or_else(|| {
             let problem = format!("there is no vertex {number}, the file has {}", vertices.len());
-            Error::input(at_line(line), problem, "mend the line element")
+            Error::input(at_line(line), problem, "repair the line element")
         })
     };
     let line_of = |(line, numbers): (u64, Vec<usize>)| {
@@ -83,8 +84,8 @@ fn vertex<'a>(line: u64, words: impl Iterator<Item = &'a str>) -> Result<DVec3> 
     }
 }
 
-/// The vertex number from 1 that `word`, "7", "-2" or "7/1", stands for after `known` vertices.
-fn number(line: u64, word: &str, known: usize) -> Result<usize> {
+/// The vertex number from 1 that `word`, such as "7", "-2" or "7/1", stands for after `known` vertices.
+fn vertex_number(line: u64, word: &str, known: usize) -> Result<usize> {
     let index = word.split('/').next().unwrap_or(word);
     let number = match index.parse::<i64>() {
         Ok(index) if index > 0 => usize::try_from(index).ok(),
@@ -95,44 +96,45 @@ fn number(line: u64, word: &str, known: usize) -> Result<usize> {
         Err(_) => None,
     };
     number.ok_or_else(|| {
-        let problem = format!("'{}' is no vertex index", excerpt(word));
+        let problem = format!("'{}' is not a vertex index", excerpt(word));
         Error::input(at_line(line), problem, "indices count from 1, or back from -1")
     })
 }
 
-/// Writes the curves of a skeleton of `mesh` as `l` elements, in groups by kind, and its corners as `p` elements. An
-/// existing file is replaced only when the new one is complete.
+/// Writes the feature curves of `mesh` as `l` elements, in groups by kind, and its corners as `p` elements.
+/// An existing file is replaced only when the new one is complete.
 ///
 /// # Errors
 ///
-/// [`Error::Output`]: see [`crate::io::check_text_target`]; also a full disk. Panics if the skeleton is not of `mesh`.
-pub fn write_skeleton(path: &Path, mesh: &TriMesh, skeleton: &Features) -> Result<()> {
-    atomically(path, |file| write(file, mesh, skeleton))
+/// [`Error::Output`]: see [`crate::io::check_text_target`]; also a full disk. Panics if the features are not
+/// of `mesh`.
+pub fn write_features(path: &Path, mesh: &TriMesh, features: &Features) -> Result<()> {
+    write_atomically(path, |file| write(file, mesh, features))
 }
 
-fn write(file: &mut impl Write, mesh: &TriMesh, skeleton: &Features) -> io::Result<()> {
+fn write(file: &mut impl Write, mesh: &TriMesh, features: &Features) -> io::Result<()> {
     let mut numbers: HashMap<u32, usize> = HashMap::new();
-    for &vertex in skeleton.curves.iter().flat_map(|curve| &curve.vertices).chain(&skeleton.corners) {
+    for &vertex in features.curves.iter().flat_map(|curve| &curve.vertices).chain(&features.corners) {
         let next = numbers.len() + 1;
         if *numbers.entry(vertex).or_insert(next) == next {
-            write_obj_vertex(file, mesh.vertices[vertex as usize])?;
+            write_vertex(file, mesh.vertices[vertex as usize])?;
         }
     }
-    for (group, curves) in skeleton.curves_by_kind() {
+    for (group, curves) in features.curves_by_kind() {
         writeln!(file, "g {}", group.name())?;
         for curve in curves {
             write!(file, "l")?;
-            let first_again = curve.vertices.iter().take(usize::from(curve.closed));
-            for vertex in curve.vertices.iter().chain(first_again) {
+            let closing_vertex = curve.vertices.iter().take(usize::from(curve.closed));
+            for vertex in curve.vertices.iter().chain(closing_vertex) {
                 write!(file, " {}", numbers[vertex])?;
             }
             writeln!(file)?;
         }
     }
-    if !skeleton.corners.is_empty() {
+    if !features.corners.is_empty() {
         writeln!(file, "g corners")?;
     }
-    for corner in &skeleton.corners {
+    for corner in &features.corners {
         writeln!(file, "p {}", numbers[corner])?;
     }
     Ok(())

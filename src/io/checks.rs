@@ -1,0 +1,88 @@
+//! Checks that several readers make, and text from a file as an error message can show it.
+
+use crate::{Error, Result};
+
+/// Whether so many bytes are more than a file of `file_bytes` bytes can stand for in good faith: compressed
+/// data, and parts that a file refers to again and again, can claim any amount.
+pub(crate) fn expands_too_far(expanded_bytes: u64, file_bytes: u64) -> bool {
+    expanded_bytes > file_bytes.saturating_mul(256).saturating_add(64 << 20)
+}
+
+/// Refuses a mesh without vertices or faces, or with more vertices than can be indexed. `faces` counts the
+/// file's faces before triangulation.
+pub(crate) fn check_counts(vertices: u64, faces: u64) -> Result<()> {
+    if vertices == 0 {
+        return Err(Error::input(None, "the file has no vertices", "give a mesh with vertices and faces"));
+    }
+    // u32::MAX itself stands for "no vertex".
+    if vertices >= u64::from(u32::MAX) {
+        let problem = format!("the file has {vertices} vertices, more than the {} possible", u32::MAX - 1);
+        return Err(Error::input(None, problem, "split or simplify the mesh first"));
+    }
+    if faces == 0 {
+        let remedy = "give a surface mesh; point clouds need a surface reconstruction first";
+        return Err(Error::input(None, "the file has no faces", remedy));
+    }
+    Ok(())
+}
+
+/// Refuses a declared count of elements that the rest of the file is too short for, before memory is
+/// allocated for them. `bytes_each` is the least that one takes.
+pub(crate) fn check_declared_count(
+    (count, what): (u64, &str),
+    bytes_each: u64,
+    bytes_left: u64,
+    place: String,
+) -> Result<()> {
+    let least = count.saturating_mul(bytes_each);
+    if least <= bytes_left {
+        return Ok(());
+    }
+    let problem = format!(
+        "the file is cut off: it declares {count} {what}, at least {least} bytes, but {bytes_left} are left"
+    );
+    Err(Error::input(Some(place), problem, "get the whole file or write the mesh again"))
+}
+
+/// The error for a file that ends too early.
+pub(crate) fn cut_off(place: String, missing: &str) -> Error {
+    let problem = format!("the file is cut off: {missing}");
+    Error::input(Some(place), problem, "get the whole file or write the mesh again")
+}
+
+/// Refuses binary data where text is expected. `remedy` says what to give instead.
+pub(crate) fn refuse_binary(bytes: &[u8], remedy: &str) -> Result<()> {
+    let Some(at) = bytes.iter().position(|byte| *byte == 0) else { return Ok(()) };
+    let line = 1 + bytes.iter().take(at).filter(|byte| **byte == b'\n').count();
+    Err(Error::input(Some(format!("line {line}")), "binary data in a text format", remedy))
+}
+
+/// A value that occurs more than once in `values`; `sorted` is scratch space.
+pub(crate) fn find_duplicate<T: Copy + Ord>(values: &[T], sorted: &mut Vec<T>) -> Option<T> {
+    sorted.clear();
+    sorted.extend_from_slice(values);
+    sorted.sort_unstable();
+    sorted.windows(2).find_map(|pair| match pair {
+        [a, b] if a == b => Some(*a),
+        _ => None,
+    })
+}
+
+/// `text` shortened to fit into an error message, with control characters escaped.
+pub(crate) fn excerpt(text: &str) -> String {
+    const LONGEST: usize = 40;
+    let mut short = String::new();
+    for escaped in text.chars().map(char::escape_debug) {
+        if short.chars().count() + escaped.len() > LONGEST {
+            short.push_str("...");
+            break;
+        }
+        short.extend(escaped);
+    }
+    short
+}
+
+/// As [`excerpt`], for bytes that need not be UTF-8.
+pub(crate) fn excerpt_of_bytes(word: &[u8]) -> String {
+    excerpt(&String::from_utf8_lossy(word))
+}

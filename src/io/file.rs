@@ -1,0 +1,123 @@
+//! Files on disk: read as a whole; written whole or not at all, under a temporary name that is then renamed.
+
+use std::ffi::OsStr;
+use std::fs::File;
+use std::io;
+use std::io::{BufWriter, ErrorKind, Write};
+use std::path::{Path, PathBuf};
+
+use tempfile::NamedTempFile;
+
+use crate::{Error, Result};
+
+/// The content of the file at `path`.
+pub(crate) fn read_file_bytes(path: &Path) -> Result<Vec<u8>> {
+    let unreadable = |error: io::Error| match error.kind() {
+        ErrorKind::NotFound => Error::input(None, "there is no such file", "check the name and the folder"),
+        ErrorKind::PermissionDenied => {
+            Error::input(None, "the file may not be read", "check the permissions of the file and its folder")
+        }
+        _ => Error::input(None, format!("the file cannot be read ({error})"), "check the path and the disk"),
+    };
+    if std::fs::metadata(path).map_err(unreadable)?.is_dir() {
+        return Err(Error::input(None, "this is a directory", "give a mesh file"));
+    }
+    std::fs::read(path).map_err(unreadable)
+}
+
+/// Writes `text` to `path`, whatever its extension, replacing the file only when the new one is complete.
+///
+/// # Errors
+///
+/// [`Error::Output`]: see [`check_text_target`]; also a full disk.
+pub fn write_text(path: &Path, text: &str) -> Result<()> {
+    write_bytes(path, text.as_bytes())
+}
+
+/// As [`write_text`], for any bytes.
+///
+/// # Errors
+///
+/// See [`write_text`].
+pub fn write_bytes(path: &Path, bytes: &[u8]) -> Result<()> {
+    write_atomically(path, |file| file.write_all(bytes))
+}
+
+/// Checks in advance whether [`write_text`] can write to `path`, and leaves nothing behind.
+///
+/// # Errors
+///
+/// [`Error::Output`]: the folder is missing or may not be written to; the target is a directory, a device or
+/// read-only, or `-`, which stands for standard output and takes meshes only.
+pub fn check_text_target(path: &Path) -> Result<()> {
+    if path == Path::new("-") {
+        return Err(output_error(path, "- is standard output, which takes meshes only", "name a file"));
+    }
+    create_temporary(&final_path(path)?, path).map(drop)
+}
+
+pub(crate) fn output_error(path: &Path, problem: impl Into<String>, remedy: &str) -> Error {
+    Error::Output { path: path.to_owned(), problem: problem.into(), remedy: remedy.to_owned() }
+}
+
+/// The path to replace: `path` itself, or what it links to.
+fn final_path(path: &Path) -> Result<PathBuf> {
+    let Some(name) = path.file_name().filter(|name| *name != OsStr::new("")) else {
+        return Err(output_error(path, "this is not a file name", "give the name of a file to write"));
+    };
+    if let Ok(known) = std::fs::metadata(path) {
+        if known.is_dir() {
+            return Err(output_error(path, "this is a directory", "give the name of a file to write"));
+        }
+        // Renaming over a device would remove it.
+        if !known.is_file() {
+            return Err(output_error(path, "this is not a regular file", "give the name of a file to write"));
+        }
+        if known.permissions().readonly() {
+            return Err(output_error(path, "the file is read-only", "choose another name or allow writing"));
+        }
+        return std::fs::canonicalize(path).map_err(|error| unwritable(path, &error));
+    }
+    let folder = folder_of(path);
+    if !folder.is_dir() {
+        let problem = format!("there is no folder '{}'", folder.display());
+        return Err(output_error(path, problem, "make the folder first or choose another"));
+    }
+    Ok(folder.join(name))
+}
+
+fn folder_of(path: &Path) -> &Path {
+    path.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."))
+}
+
+pub(crate) fn unwritable(path: &Path, error: &io::Error) -> Error {
+    let remedy = match error.kind() {
+        ErrorKind::StorageFull | ErrorKind::QuotaExceeded => "free some space or choose another disk",
+        _ => "check the permissions of the folder or choose another",
+    };
+    output_error(path, format!("the file cannot be written ({error})"), remedy)
+}
+
+fn create_temporary(target: &Path, path: &Path) -> Result<NamedTempFile> {
+    let mut builder = tempfile::Builder::new();
+    builder.prefix(".rtfmesh-").suffix(".part");
+    // Temporary files are private by default; this one becomes an ordinary file, subject to the umask.
+    #[cfg(unix)]
+    builder.permissions(std::os::unix::fs::PermissionsExt::from_mode(0o666));
+    builder.tempfile_in(folder_of(target)).map_err(|error| unwritable(path, &error))
+}
+
+/// Replaces the file at `path` by what `fill` writes, once that is complete.
+pub(crate) fn write_atomically(
+    path: &Path,
+    fill: impl FnOnce(&mut BufWriter<&File>) -> io::Result<()>,
+) -> Result<()> {
+    let target = final_path(path)?;
+    let file = create_temporary(&target, path)?;
+    let mut buffer = BufWriter::new(file.as_file());
+    // Synced before the rename, or a power cut could leave the new name on an empty file.
+    let filled = fill(&mut buffer).and_then(|()| buffer.flush()).and_then(|()| file.as_file().sync_all());
+    drop(buffer);
+    filled.map_err(|error| unwritable(path, &error))?;
+    file.persist(&target).map(drop).map_err(|error| unwritable(path, &error.error))
+}

@@ -1,0 +1,16 @@
+//! What every reader returns.
+
+use crate::mesh::TriMesh;
+use crate::mesh::attributes::Attributes;
+
+/// A mesh as read from a file: triangulated, but not cleaned.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Loaded {
+    /// Vertices in the file's order (for OBJ and STL: in the order in which faces first use them), polygons
+    /// split into triangles, every index in range and every coordinate finite.
+    pub mesh: TriMesh,
+    /// Colours, texture coordinates, labels and the like.
+    pub attributes: Attributes,
+    /// What was left out of the file or changed, one sentence each.
+    pub notes: Vec<String>,
+}

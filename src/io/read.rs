@@ -1,0 +1,116 @@
+//! Reads mesh files: finds out the format, decompresses, and calls the format's reader.
+
+use std::borrow::Cow;
+use std::path::Path;
+
+use super::file::read_file_bytes;
+use super::format::{Encoding, Format, extension_problem, format_of_content, written_extensions};
+use super::loaded::Loaded;
+use super::{gltf, gzip, medit, obj, off, ply, stl};
+use crate::{Error, Result};
+
+/// Reads a mesh file. Its content decides on the format; where that is ambiguous, the extension does (in
+/// upper or lower case, with or without `.gz`).
+///
+/// # Errors
+///
+/// [`Error::Input`] with the path and, where there is one, the line, vertex, face or byte: the file is
+/// missing, unreadable, a directory, empty, truncated or of an unknown format; a face has fewer than three
+/// vertices, one vertex twice or one that does not exist; a coordinate is not a finite number; there is no
+/// vertex, no face, or more than `u32::MAX - 1` vertices; a buffer file of a glTF file cannot be read.
+pub fn read(path: &Path) -> Result<Loaded> {
+    read_as(path, None)
+}
+
+/// As [`read()`], with `declared` in place of what the extension says.
+///
+/// # Errors
+///
+/// See [`read()`].
+pub fn read_as(path: &Path, declared: Option<Encoding>) -> Result<Loaded> {
+    read_file(path, declared, false)
+}
+
+/// As [`read_as`], with the materials of a glTF file and their images in `attributes.materials`. What cannot
+/// be read of them, such as an image that is missing or lies outside the file's folder, is noted.
+///
+/// # Errors
+///
+/// See [`read()`]; also images of more than 256 MiB together.
+pub fn read_with_materials(path: &Path, declared: Option<Encoding>) -> Result<Loaded> {
+    read_file(path, declared, true)
+}
+
+fn read_file(path: &Path, declared: Option<Encoding>, with_materials: bool) -> Result<Loaded> {
+    let decoded = read_file_bytes(path).and_then(|bytes| {
+        let named = declared.or_else(|| Encoding::of_name(path));
+        // The parent of a bare file name is the empty path: the working directory.
+        let folder = path.parent().unwrap_or(Path::new(""));
+        decode(&bytes, named, Some((path, folder)), with_materials)
+    });
+    decoded.map_err(|error| error.in_file(path))
+}
+
+/// Reads a mesh from the bytes of a file, such as standard input; `declared` says what an extension would.
+///
+/// # Errors
+///
+/// See [`read()`], without a path; buffers in separate files of a glTF file are refused.
+pub fn read_bytes(bytes: &[u8], declared: Option<Encoding>) -> Result<Loaded> {
+    decode(bytes, declared, None, false)
+}
+
+/// As [`read_bytes`], with materials as in [`read_with_materials`].
+///
+/// # Errors
+///
+/// See [`read_bytes`] and [`read_with_materials`].
+pub fn read_bytes_with_materials(bytes: &[u8], declared: Option<Encoding>) -> Result<Loaded> {
+    decode(bytes, declared, None, true)
+}
+
+/// `file` is the path and its folder, if the bytes come from a file.
+fn decode(
+    bytes: &[u8],
+    declared: Option<Encoding>,
+    file: Option<(&Path, &Path)>,
+    with_materials: bool,
+) -> Result<Loaded> {
+    let mut notes = Vec::new();
+    let bytes =
+        if gzip::is_compressed(bytes) { Cow::Owned(gzip::decompress(bytes)?) } else { Cow::Borrowed(bytes) };
+    if bytes.is_empty() {
+        return Err(Error::input(None, "the file is empty", "write the mesh again"));
+    }
+    let declared_format = declared.map(|declared| declared.format);
+    let format = match (format_of_content(&bytes), declared_format, file) {
+        (Some(content), Some(other), _) if content != other => {
+            notes.push(format!("this is {} and not {}; read as such", content.name(), other.name()));
+            content
+        }
+        (Some(content), None, Some((path, _))) => {
+            notes.push(format!("{}; read as {}", extension_problem(path), content.name()));
+            content
+        }
+        (Some(content), ..) => content,
+        (None, Some(declared), _) => declared,
+        (None, None, Some((path, _))) => {
+            let remedy = format!("give {} or .gltf file, or declare the input format", written_extensions());
+            return Err(Error::input(None, extension_problem(path), remedy));
+        }
+        (None, None, None) => {
+            let remedy = "name its `format`";
+            return Err(Error::input(None, "the format cannot be told from the content", remedy));
+        }
+    };
+    let mut loaded = match format {
+        Format::Obj => obj::parse(&bytes),
+        Format::Ply => ply::parse(&bytes),
+        Format::Stl => stl::parse(&bytes),
+        Format::Off => off::parse(&bytes),
+        Format::Gltf | Format::Glb => gltf::parse(&bytes, file.map(|(_, folder)| folder), with_materials),
+        Format::Medit => medit::parse(&bytes),
+    }?;
+    notes.extend(std::mem::take(&mut loaded.notes));
+    Ok(Loaded { notes, ..loaded })
+}
