@@ -1,4 +1,4 @@
-// What can be wrong with a site's face, one bit each; src/stages/face.rs has the same list.
+// What can be wrong with a site's face, one bit each; src/stages/flags.rs has the same list.
 #ifndef COMMON_FLAGS_GLSL
 #define COMMON_FLAGS_GLSL
 

@@ -129,7 +129,11 @@ fn every_material_has_its_primitive() {
 #[test]
 fn extensions_of_looks_are_kept_and_others_noted() {
     let mut parts = textured(json!({ "uri": uri(&checker(0)) }));
-    parts["materials"][0]["extensions"] = json!({ "KHR_materials_ior": { "ior": 1.4 }, "KHR_materials_clearcoat": { "clearcoatTexture": { "index": 1 } }, "X_y": {} });
+    parts["materials"][0]["extensions"] = json!({
+        "KHR_materials_ior": { "ior": 1.4 },
+        "KHR_materials_clearcoat": { "clearcoatTexture": { "index": 1 } },
+        "X_y": {},
+    });
     parts["materials"][0]["occlusionTexture"] = json!({ "index": 1, "texCoord": 1 });
     parts["materials"][0]["pbrMetallicRoughness"]["baseColorTexture"]["extensions"] =
         json!({ "KHR_texture_transform": { "offset": [0.5, 0.25] } });
