@@ -24,7 +24,7 @@ fn main() -> ExitCode {
     }
 }
 
-/// All problems are gathered before failing, so that one build shows every broken shader.
+/// Collects all problems before failing, so that one build shows every invalid kernel.
 fn run() -> Result<(), Vec<String>> {
     let out =
         PathBuf::from(std::env::var_os("OUT_DIR").ok_or_else(|| vec!["OUT_DIR is not set".to_owned()])?);

@@ -1,8 +1,9 @@
-//! GLSL to SPIR-V through shaderc, with includes from `glsl/` and the house rule for kernel headers.
+//! Compiles GLSL to SPIR-V with shaderc, with includes from `glsl/`, and checks the header comments of
+//! kernels.
 
 use std::path::{Path, PathBuf};
 
-/// Lines that every kernel opens with, so that its contract is read before its code.
+/// Lines that the opening comment of every kernel must have.
 const HEADER: [&str; 4] = ["// Purpose:", "// Invocation:", "// Reads:", "// Writes:"];
 
 /// Every `*.comp` below `root`, sorted, so that the generated code is the same on every machine.
@@ -37,7 +38,7 @@ pub fn compile(file: &Path) -> Result<Vec<u32>, String> {
     options.set_target_env(shaderc::TargetEnv::Vulkan, shaderc::EnvVersion::Vulkan1_2 as u32);
     options.set_target_spirv(shaderc::SpirvVersion::V1_5);
     options.set_warnings_as_errors();
-    // Names are what reflection reads; drivers optimise anyway.
+    // Reflection needs the names; drivers optimise anyway.
     options.set_generate_debug_info();
     options.set_include_callback(|name, _, _, _| {
         let path = Path::new("glsl").join(name);

@@ -3,7 +3,7 @@
 use crate::reflect::Kernel;
 use std::fmt::Write;
 
-/// One module a stage, one a kernel inside it, and the list of all kernels.
+/// One module per stage with one module per kernel, and the list of all kernels.
 pub fn emit(kernels: &[Kernel]) -> String {
     let mut out = String::new();
     let mut stages: Vec<&str> = kernels.iter().map(|k| k.stage.as_str()).collect();

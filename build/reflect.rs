@@ -44,7 +44,7 @@ impl Kernel {
     }
 }
 
-/// Reflects `spirv`; refuses what the recorder could not bind or what Rust could not mirror exactly.
+/// Reflects `spirv`; refuses what the recorder cannot bind and types without a Rust equivalent.
 pub fn reflect(file: &Path, spirv: Vec<u32>) -> Result<Kernel, String> {
     let at = |problem: &str| format!("{}: {problem}", file.display());
     let entry = ReflectConfig::new()
@@ -102,7 +102,7 @@ fn binding(place: &DescriptorBinding, kind: &DescriptorType, ty: &Type) -> Resul
         return Err(format!("the block at {place} must hold one named array"));
     };
     let element =
-        rust_type(&array.element_ty).ok_or_else(|| format!("'{name}': no Rust twin of its element type"))?;
+        rust_type(&array.element_ty).ok_or_else(|| format!("'{name}': no Rust type for its elements"))?;
     let access = match *access & member.access_ty {
         Some(AccessType::ReadOnly) => "Read",
         Some(AccessType::WriteOnly) => "Write",
@@ -118,7 +118,7 @@ fn push_members(ty: &Type) -> Result<Vec<PushMember>, String> {
         .iter()
         .map(|m| match (&m.name, m.offset, rust_type(&m.ty)) {
             (Some(name), Some(offset), Some(ty)) => Ok(PushMember { name: name.clone(), offset, ty }),
-            (name, ..) => Err(format!("push constant {name:?} has no Rust twin")),
+            (name, ..) => Err(format!("push constant {name:?} has no Rust type")),
         })
         .collect()
 }

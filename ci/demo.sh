@@ -32,7 +32,7 @@ output=out/${name%.*}-remeshed.ply
 printf '\n==> rtfmesh remesh %s\n' "$input $output -n $count --report out/report.json $*"
 "$rtfmesh" remesh "$input" "$output" -n "$count" --report out/report.json "$@"
 
-# Rows are "name   value", with at least two blanks between; bytes that continue a character take no room.
+# Rows are "name   value", with at least two blanks between; bytes that continue a character have no width.
 side_by_side() {
   LC_ALL=C awk -v left="$1" -v right="$2" '
     function pad(text, width, bare) { bare = text; gsub(/[\200-\277]/, "", bare)

@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
-# Has the Khronos validator look at every GLB file that the tests left in target/tmp/gltf, and three.js open
-# it; fails if one of them finds an error or warns. Needs node, npm and the network.
+# Checks every GLB file that the tests stored in target/tmp/gltf with the Khronos validator and by opening it
+# in three.js; fails on any error or warning. Needs node, npm and the network.
 set -euo pipefail
 cd "$(dirname "$0")/.."
 
@@ -10,7 +10,7 @@ files=("$folder"/*.glb)
 work=$(mktemp -d)
 trap 'rm -r "$work"' EXIT
 
-# Unpacks version $2 of package $1 as $work/$1 if its integrity is $3.
+# Extracts version $2 of package $1 as $work/$1 if its integrity is $3.
 fetch() {
   local archive=$work/$1-$2.tgz found
   (cd "$work" && npm pack --silent "$1@$2" >/dev/null)
@@ -21,7 +21,7 @@ fetch() {
 }
 fetch gltf-validator 2.0.0-dev.3.10 \
   sha512-odJ4k0tRkGXiDGn78yDBg+fBbAIvBnXxh3RwAta0emSxGtyagFE8B4xELB1oYe3S5RD8Ci3uZAsZaascH2LAEQ==
-# The version that the pages have.
+# The version that the HTML pages use.
 source <(grep -E '^three(_integrity)?=' ci/vendor.sh)
 fetch three "$three" "$three_integrity"
 cp ci/gltf_check.mjs "$work"

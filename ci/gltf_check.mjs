@@ -1,16 +1,16 @@
-// gltf_check.mjs FILE...: tells what the Khronos validator finds wrong in GLB files, and which three.js does not open with
-// all their triangles; ends with 1 if that is anything.
+// gltf_check.mjs FILE...: prints the problems that the Khronos validator finds in GLB files, and the files that
+// three.js does not open with all their triangles; exits with 1 if there are any.
 import fs from "node:fs";
 import { validateBytes } from "gltf-validator";
 
-// What the loader expects of a browser; pictures are not decoded.
+// What the loader needs of a browser; images are not decoded.
 globalThis.self = globalThis;
 globalThis.ProgressEvent ??= class ProgressEvent extends Event {};
 globalThis.createImageBitmap = async (blob) => ({ width: 1, height: 1, size: blob.size, close() {} });
 const { GLTFLoader } = await import("three/examples/jsm/loaders/GLTFLoader.js");
 
-/** What is wrong with a file in the eyes of the validator. */
-async function invalid(file, bytes) {
+/** The problems of a file that the validator reports. */
+async function validatorProblems(file, bytes) {
   const { issues } = await validateBytes(bytes, { uri: file });
   // 0 is an error, 1 a warning; the rest are remarks.
   const wrong = issues.messages.filter((issue) => issue.severity < 2);
@@ -18,7 +18,7 @@ async function invalid(file, bytes) {
     `${severity === 0 ? "error" : "warning"} ${code} at ${pointer}: ${message}`);
 }
 
-/** The triangles that the accessors of a file's primitives have. */
+/** The number of triangles of a file's primitives. */
 function triangles(bytes) {
   const length = new DataView(bytes.buffer, bytes.byteOffset).getUint32(12, true);
   const json = JSON.parse(new TextDecoder().decode(bytes.subarray(20, 20 + length)));
@@ -26,8 +26,8 @@ function triangles(bytes) {
   return primitives.reduce((sum, { indices }) => sum + json.accessors[indices].count / 3, 0);
 }
 
-/** What is wrong with a file in the eyes of three.js. */
-async function unopened(bytes) {
+/** The problems of a file on opening it in three.js. */
+async function loaderProblems(bytes) {
   const { scene } = await new GLTFLoader().parseAsync(new Uint8Array(bytes).buffer, "");
   let found = 0;
   scene.traverse((part) => {
@@ -42,8 +42,8 @@ const files = process.argv.slice(2);
 let wrong = 0;
 for (const file of files) {
   const bytes = new Uint8Array(fs.readFileSync(file));
-  const opened = await unopened(bytes).catch((error) => [`three.js does not open it: ${error.message}`]);
-  const problems = [...(await invalid(file, bytes)), ...opened, ...warnings.splice(0)];
+  const opened = await loaderProblems(bytes).catch((error) => [`three.js does not open it: ${error.message}`]);
+  const problems = [...(await validatorProblems(file, bytes)), ...opened, ...warnings.splice(0)];
   problems.forEach((problem) => console.log(`${file}: ${problem}`));
   wrong += problems.length;
 }

@@ -1,12 +1,12 @@
-// Drives the page of `rtfmesh remesh --html` in a browser and tells the console what it found, ending with "page
-// check: passed" or "failed". ci/page.sh puts this before everything else of a page.
+// Tests the page of `rtfmesh remesh --html` in a browser and logs what it found, ending with "page check: passed"
+// or "failed". ci/page.sh inserts this before everything else in the page.
 "use strict";
 const problems = [];
 for (const name of ["error", "warn"]) {
-  const tell = console[name].bind(console);
+  const log = console[name].bind(console);
   console[name] = (...words) => {
     problems.push(`console.${name}: ${words.join(" ")}`);
-    tell(...words);
+    log(...words);
   };
 }
 addEventListener("error", (event) => problems.push(`error: ${event.message}`));
@@ -20,9 +20,10 @@ const expect = (holds, what) => {
   if (!holds) problems.push(what);
 };
 
-// What is seen in a canvas, as four bytes a pixel.
+// The pixels of a canvas, four bytes each.
 function pixels(canvas) {
-  const copy = new OffscreenCanvas(canvas.width, canvas.height).getContext("2d", { willReadFrequently: true });
+  const offscreen = new OffscreenCanvas(canvas.width, canvas.height);
+  const copy = offscreen.getContext("2d", { willReadFrequently: true });
   copy.drawImage(canvas, 0, 0);
   return copy.getImageData(0, 0, canvas.width, canvas.height).data;
 }
@@ -41,16 +42,16 @@ async function check() {
   await frames(3);
   const canvases = [...document.querySelectorAll("canvas")];
   expect(canvases.length === 2, "there are not two canvases");
-  const look = () => canvases.map(pixels);
-  const first = look();
+  const snapshot = () => canvases.map(pixels);
+  const first = snapshot();
   first.forEach((image, k) => expect(drawn(image) > 0.1 * (image.length / 4), `canvas ${k} is nearly empty`));
 
-  // Clicks what the selector finds; whether both views change by at least so many pixels, or not at all.
+  // Clicks the selected element; both views must change by at least so many pixels, or for 0 not at all.
   const click = async (selector, least) => {
-    const before = look();
+    const before = snapshot();
     document.querySelector(selector).click();
     await frames(3);
-    look().forEach((image, k) => {
+    snapshot().forEach((image, k) => {
       const count = differing(before[k], image);
       expect(least === 0 ? count === 0 : count >= least, `${selector} changes ${count} pixels of view ${k}`);
     });
@@ -64,18 +65,18 @@ async function check() {
   if (!document.querySelector("[name=curves]").disabled) await click("[name=curves]", 100);
   await click("[value=z]", 1000);
   await click("[type=reset]", 1000);
-  look().forEach((image, k) => expect(differing(image, first[k]) === 0, `reset does not restore view ${k}`));
+  snapshot().forEach((image, k) => expect(differing(image, first[k]) === 0, `reset does not restore view ${k}`));
 
-  // Both views turn when one is dragged; one alone when they are not linked.
+  // Both views rotate when one is dragged; only that one if they are not linked.
   const drag = async () => {
-    const before = look();
+    const before = snapshot();
     const [canvas] = canvases;
     const box = canvas.getBoundingClientRect();
     const send = (type, x) => canvas.dispatchEvent(new PointerEvent(type, {
       pointerId: 1, pointerType: "mouse", button: 0, buttons: 1, bubbles: true,
       clientX: box.left + x, clientY: box.top + 90, screenX: x,
     }));
-    // No pointer that could be captured is there.
+    // There is no pointer to capture.
     canvas.setPointerCapture = () => {};
     canvas.releasePointerCapture = () => {};
     send("pointerdown", 60);
@@ -85,7 +86,7 @@ async function check() {
     }
     send("pointerup", 140);
     await frames(3);
-    return look().map((image, k) => differing(before[k], image));
+    return snapshot().map((image, k) => differing(before[k], image));
   };
   const both = await drag();
   expect(both.every((count) => count > 1000), `a drag changes ${both} pixels`);

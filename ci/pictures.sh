@@ -12,7 +12,7 @@ trap 'rm -r "$work"' EXIT
 cd "$work"
 
 for model in genus3 bumpy-sphere box; do "$rtfmesh" sample $model $model.ply; done
-# Input, output, and how.
+# Arguments: input, output, options.
 remesh() { "$rtfmesh" remesh "$1.ply" "$2.ply" --quiet "${@:3}"; }
 rings=(--azimuth 0 --elevation 22)
 
@@ -32,15 +32,15 @@ remesh genus3 polished -n 500
 "$rtfmesh" render relaxed.ply polished.ply "$pictures/polished.png" --size 350x190 \
   --color quality "${rings[@]}"
 
-# Few sites first.
+# Levels from few sites to many.
 for n in 75 250 1000; do remesh genus3 level-$n -n $n; done
 "$rtfmesh" render level-75.ply level-250.ply level-1000.ply "$pictures/levels.png" --size 300x165 \
   "${rings[@]}"
 
 # Sharp edges, kept or not.
-remesh box held -n 400
+remesh box kept -n 400
 remesh box loose -n 400 --feature-angle 180
-"$rtfmesh" render held.ply loose.ply "$pictures/edges.png" --size 300x250
+"$rtfmesh" render kept.ply loose.ply "$pictures/edges.png" --size 300x250
 
 # Edges of one length, and shorter ones where the surface bends.
 remesh bumpy-sphere uniform -n 700

@@ -23,7 +23,7 @@ fn split_vertices_are_welded() {
 }
 
 #[test]
-fn welding_takes_zeros_of_both_signs_as_equal_and_nothing_else() {
+fn welding_merges_zeros_of_both_signs_and_nothing_else() {
     let near = f64::MIN_POSITIVE;
     let welded = weld(&mesh(&[[0.0; 3], [-0.0, 0.0, -0.0], [near, 0.0, 0.0]], &[[0, 1, 2]]));
     assert_eq!(welded.vertices, [DVec3::ZERO, DVec3::new(near, 0.0, 0.0)]);
@@ -31,7 +31,7 @@ fn welding_takes_zeros_of_both_signs_as_equal_and_nothing_else() {
 }
 
 #[test]
-fn volume_tells_outside_from_inside() {
+fn volume_has_the_sign_of_the_orientation() {
     let volume = |mesh: &TriMesh| measure(mesh, None).unwrap().relative_volume;
     let mut inverted = cube();
     inverted.triangles.iter_mut().for_each(|t| t.swap(0, 1));
@@ -46,7 +46,7 @@ fn volume_tells_outside_from_inside() {
 }
 
 #[test]
-fn folds_are_seen() {
+fn folded_edges_are_counted() {
     assert_eq!(measure(&cube(), None).unwrap().folded_edges, 0.0);
     let fold = mesh(&[[0.0; 3], [1.0, 0.0, 0.0], [0.5, 1.0, 0.0], [0.5, 1.0, 0.1]], &[[0, 1, 2], [1, 0, 3]]);
     assert_eq!(measure(&fold, None).unwrap().folded_edges, 1.0);

@@ -30,7 +30,7 @@ fn is_mostly(colour: Colour, part: usize) -> bool {
 }
 
 #[test]
-fn a_cube_fills_the_middle_and_nothing_else() {
+fn a_cube_fills_the_centre_only() {
     let cube = cube();
     let options = PictureOptions { size: SIZE, view: FRONT, edges: false };
     let picture = draw(&[plain(&cube)], &options);
@@ -49,8 +49,8 @@ fn a_cube_fills_the_middle_and_nothing_else() {
 }
 
 #[test]
-fn what_is_nearer_covers_what_is_behind_whatever_the_order() {
-    // A large face behind, many small ones before it.
+fn nearer_faces_cover_farther_ones_in_any_order() {
+    // A large face behind many small ones.
     let far = moved(&plane(1, 0.0), |v| 4.0 * v - DVec3::new(1.5, 1.5, 1.0));
     let near = moved(&plane(6, 0.0), |v| v + DVec3::Z);
     let options = PictureOptions { size: SIZE, view: FRONT, edges: false };
@@ -65,7 +65,7 @@ fn what_is_nearer_covers_what_is_behind_whatever_the_order() {
 }
 
 #[test]
-fn edges_lines_and_insides_are_told_apart() {
+fn edges_lines_and_back_sides_differ() {
     let sheet = plane(2, 0.0);
     let mut turned = sheet.clone();
     turned.triangles.iter_mut().for_each(|t| t.swap(0, 1));
@@ -83,7 +83,7 @@ fn edges_lines_and_insides_are_told_apart() {
 }
 
 #[test]
-fn panels_stand_side_by_side_and_keep_to_themselves() {
+fn panels_are_side_by_side_and_do_not_overlap() {
     let cube = cube();
     let options = PictureOptions { size: SIZE, view: View { zoom: 3.0, ..FRONT }, edges: false };
     let small = moved(&cube, |v| 0.01 * v + 0.5);
@@ -93,7 +93,7 @@ fn panels_stand_side_by_side_and_keep_to_themselves() {
 }
 
 #[test]
-fn views_turn_the_mesh() {
+fn views_rotate_the_mesh() {
     let flat = moved(&plane(1, 0.0), |v| DVec3::new(v.x, v.y, 0.0));
     let seen = |view: View| {
         let picture = draw(&[plain(&flat)], &PictureOptions { size: SIZE, view, edges: false });
@@ -107,7 +107,7 @@ fn views_turn_the_mesh() {
 }
 
 #[test]
-fn colours_tell_quality_and_distance() {
+fn colours_show_quality_and_distance() {
     let height = 0.75f64.sqrt();
     let vertices = [DVec3::ZERO, DVec3::X, DVec3::new(0.5, height, 0.0), DVec3::new(0.5, -0.01, 0.0)];
     for factor in [1.0, 1e-200, 1e200] {
@@ -130,7 +130,7 @@ fn colours_tell_quality_and_distance() {
 }
 
 #[test]
-fn what_cannot_be_drawn_is_refused() {
+fn invalid_meshes_and_sizes_are_refused() {
     let cube = cube();
     let options = PictureOptions { size: SIZE, view: FRONT, edges: true };
     for size in [[15, 90], [120, 8193], [4100, 90]] {

@@ -83,8 +83,8 @@ pub fn lost_precision_note(mesh: &TriMesh, format: Format) -> Option<String> {
     let rounding = |vertex: &DVec3| (vertex.as_vec3().as_dvec3() - *vertex).abs().max_element();
     let share = mesh.vertices.iter().map(rounding).fold(0.0, f64::max) / (high - low).length();
     let text = format!(
-        "STL stores 32-bit numbers, which moves vertices by up to {:.2e} of the bounding box's diagonal; another \
-         format keeps them in place",
+        "STL stores 32-bit numbers, which moves vertices by up to {:.2e} of the bounding box's \
+         diagonal; another format keeps them in place",
         share
     );
     (share > 1e-6).then_some(text)

@@ -7,7 +7,7 @@ use rtfmesh::io::{
     Encoding, Format, Loaded, encode, encode_with, lost_precision_note, read_bytes, read_bytes_with_materials,
 };
 
-/// Every kind of file, by what the first byte of the data says; the last is none, as on standard input.
+/// The format for the first byte of the data: each one in turn, then none, as for standard input.
 fn declared(kind: u8) -> Option<Format> {
     let kinds = Format::ALL.len() + 1;
     Format::ALL.get(usize::from(kind) % kinds).copied()
@@ -51,11 +51,11 @@ fn check_loaded(loaded: &Loaded) {
     for note in notes {
         assert!(!note.is_empty() && !note.contains('\n'), "{note:?}");
     }
-    // Lists of triangles, as in STL and glTF, may have a corner twice, which faces of polygons may not.
+    // Triangles of STL and glTF may have a vertex twice, which faces of the other formats may not.
     if mesh.triangles.iter().any(|[a, b, c]| a == b || b == c || c == a) {
         return;
     }
-    // What 64-bit text and bytes keep comes back to the bit; one of the others must not fail either.
+    // Formats with 64-bit numbers return the same bits; STL must at least not fail.
     for format in [Format::Ply, Format::Off, Format::Medit] {
         let again = again(loaded, format);
         assert_eq!(again.mesh, *mesh, "{}", format.name());
@@ -66,7 +66,7 @@ fn check_loaded(loaded: &Loaded) {
     }
 }
 
-/// What materials look like changes nothing else, and comes back from a GLB file.
+/// Materials change nothing else, and are the same after writing and reading a GLB file.
 fn check_materials(file: &[u8], plain: &Loaded) {
     let Ok(loaded) = read_bytes_with_materials(file, None) else { return };
     let Some(materials) = &loaded.attributes.materials else { return };
@@ -75,7 +75,7 @@ fn check_materials(file: &[u8], plain: &Loaded) {
     let Ok(bytes) = encode_with(Path::new("again"), &loaded.mesh, &loaded.attributes, glb) else { return };
     let again = read_bytes_with_materials(&bytes, Some(glb)).expect("what was written can be read");
     assert!(again.attributes.materials.is_none_or(|again| again.images().len() == materials.images().len()));
-    // What is written is as glTF has it.
+    // What is written is valid glTF.
     assert!(!again.notes.iter().any(|note| note.contains("left out")), "{:?}", again.notes);
 }
 

@@ -1,5 +1,5 @@
-//! Any bytes taken as a small mesh to repair. Its vertices lie on few places, so that many vertices and faces
-//! coincide.
+//! Any bytes taken as a small mesh to repair. Its vertices are at few positions, so that many vertices and
+//! faces coincide.
 
 use std::collections::HashSet;
 
@@ -8,11 +8,11 @@ use rtfmesh::mesh::repair::{RepairOptions, Repaired, repair, repair_with};
 use rtfmesh::mesh::topology::topology;
 use rtfmesh::{Error, TriMesh};
 
-/// Units of the file: ordinary ones, and those at whose ends squares and cubes of lengths vanish or overflow.
+/// Scales of the mesh: ordinary ones, and those for which squares or cubes of lengths underflow or overflow.
 const SCALES: [f64; 8] = [1.0, 1e-3, 1e6, 1e-100, 1e100, 1e-160, 1e160, 1e300];
 const TOLERANCES: [f64; 8] = [0.0, 1e-12, 1e-6, 1e-3, 0.02, 0.1, 0.4, 0.99];
 const SHARES: [f64; 4] = [0.0, 0.01, 0.3, 0.9];
-/// More would only be slower.
+/// More would only take longer.
 const MOST_TRIANGLES: usize = 64;
 
 /// A mesh and options of bytes: scale and tolerances, how many vertices, two bytes for each, and three for
@@ -25,7 +25,7 @@ fn decoded(data: &[u8]) -> Option<(TriMesh, RepairOptions)> {
     let (places, faces) = rest.split_at_checked(2 * usize::from(count))?;
     let step = f64::from(few % 5).exp2();
     let vertices = places.as_chunks::<2>().0.iter().map(|[low, high]| {
-        // Four steps a side, and for some a small step off.
+        // A grid of four steps per side, and for some vertices a small offset.
         let whole = DVec3::new(f64::from(low & 3), f64::from(low >> 2 & 3), f64::from(low >> 4 & 3));
         let off = DVec3::new(f64::from(high & 3), f64::from(high >> 2 & 3), f64::from(high >> 4 & 3));
         let share = [0.0, 1e-15, 1e-7, 0.1][usize::from(high >> 6)];
@@ -38,8 +38,7 @@ fn decoded(data: &[u8]) -> Option<(TriMesh, RepairOptions)> {
     Some((TriMesh { vertices: vertices.collect(), triangles }, RepairOptions { weld, min_component }))
 }
 
-/// Repairs the mesh that the data say. It must be refused with one line and a remedy, or come out as
-/// promised.
+/// Repairs the mesh of the data. It must be refused with one line and a remedy, or be repaired as documented.
 pub fn check(data: &[u8]) {
     let Some((mesh, options)) = decoded(data) else { return };
     match repair_with(&mesh, &options) {
@@ -73,14 +72,15 @@ fn check_repaired(input: &TriMesh, options: &RepairOptions, repaired: &Repaired)
     if counts.unorientable_components == 0 && found.nonmanifold_edges == 0 {
         assert_eq!(found.inconsistent_edges, 0);
     }
-    // Tolerances add nothing to what is wrong already.
+    // Tolerances must not add defects.
     let exact = repair(input).expect("less is asked for");
     let before = topology(&exact.mesh);
     assert!(found.nonmanifold_edges <= before.nonmanifold_edges, "{found:?} was {before:?}");
     if options.weld == 0.0 && options.min_component == 0.0 {
         assert_eq!(repaired, &exact);
     }
-    // Nothing is left to do. Joints are only looked for so often, and small faces may be left by them.
+    // A second repair changes nothing, unless edges were joined: the number of rounds of joining is limited,
+    // and they may leave small faces.
     if counts.edges_joined == 0 {
         let twice = repair(mesh).expect("a repaired mesh can be repaired");
         assert_eq!(twice.mesh, *mesh, "{:?}", twice.counts);

@@ -1,5 +1,5 @@
-//! The checks of `fuzz/` on its seeds and on some thousand corrupted copies of them, the same ones every
-//! time.
+//! The checks of `fuzz/` on its seeds and on some thousand corrupted copies of them, always the
+//! same ones.
 
 use std::path::Path;
 
@@ -16,7 +16,7 @@ fn seeds(target: &str) -> Vec<Vec<u8>> {
     files.iter().map(|file| std::fs::read(file).unwrap()).collect()
 }
 
-/// A copy with a few faults: bits and bytes changed, parts cut out, doubled, or put in from another seed.
+/// A copy with a few faults: bits and bytes changed, parts removed, repeated, or inserted from another seed.
 fn changed(seed: &[u8], other: &[u8], random: &mut impl Rng) -> Vec<u8> {
     let mut copy = seed.to_vec();
     for _ in 0..=random.random_range(0..4) {

@@ -34,9 +34,9 @@ fn copies_come_back_as_they_were() {
     assert_valid(device);
 }
 
-/// Between dispatches that write and read the same buffer, which full barriers would hide.
+/// Between dispatches that write and read the same buffer. Full barriers would hide a missing one.
 #[test]
-fn a_fill_waits_for_its_turn() {
+fn fills_are_ordered_with_dispatches() {
     let device = device();
     let gather =
         Pipeline::<gather_indices::Shader>::new(device, gather_indices::Constants::default()).unwrap();
@@ -75,13 +75,13 @@ fn a_recorder_keeps_what_it_uses() {
         let short_lived = Buffer::from_slice(device, "test.short_lived", &[7_u32; 100_000]).unwrap();
         recorder.download(&short_lived).unwrap()
     };
-    // Would take over the memory if it had been freed.
+    // Would reuse the memory if it had been freed.
     let _other = Buffer::from_slice(device, "test.other", &[9_u32; 100_000]).unwrap();
     assert_eq!(recorder.submit().unwrap().read(&copy).unwrap(), [7; 100_000]);
     assert_valid(device);
 }
 
-/// A workgroup of one, the default of the local size itself, would cost a multiple everywhere.
+/// The SPIR-V default of the local size, a workgroup of one, would be several times slower.
 #[test]
 fn defaults_are_those_of_the_shaders() {
     use rtfmesh::gpu::kernels::face::cell;

@@ -26,15 +26,19 @@ fn a_device_has_no_more_than_its_memory_or_the_limit() {
 }
 
 #[test]
-fn the_plan_tells_about_what_a_run_takes() {
+fn the_preview_estimates_the_memory_of_a_run() {
     let input = sample("torus").unwrap();
     for options in [options(4000), Options::rtf(1500).iterations(10)] {
         let device = Device::open(&DeviceOptions::from_env()).unwrap();
-        let told = preview(&input, &options).unwrap().device_bytes as f64;
+        let estimated = preview(&input, &options).unwrap().device_bytes as f64;
         remesh(&device, &input, &options).unwrap();
         let taken = device.peak_bytes() as f64;
-        // Copies to and from the host are not counted before.
-        assert!((0.6..1.2).contains(&(told / taken)), "{:?}: {told} told, {taken} taken", options.method);
+        // The estimate does not count copies to and from the host.
+        assert!(
+            (0.6..1.2).contains(&(estimated / taken)),
+            "{:?}: {estimated} estimated, {taken} taken",
+            options.method
+        );
     }
 }
 
@@ -43,16 +47,16 @@ fn what_does_not_fit_is_refused_before_it_begins() {
     let input = sample("torus").unwrap();
     let needed = preview(&input, &options(20_000)).unwrap().device_bytes;
     let device = limited(needed / 2);
-    let mut told = 0;
-    let error = remesh_with_progress(&device, &input, &options(20_000), |_| told += 1).unwrap_err();
+    let mut calls = 0;
+    let error = remesh_with_progress(&device, &input, &options(20_000), |_| calls += 1).unwrap_err();
     let Error::OutOfMemory { what, bytes, problem, remedy, .. } = &error else { panic!("{error:?}") };
     assert_eq!((what.as_str(), *bytes), ("the run", needed));
     assert!(
         problem.contains(&device.info().name) && problem.contains(&(needed / 2).to_string()),
         "{problem}"
     );
-    assert!(device.peak_bytes() < 1000, "nothing of that size was made");
-    // What it advises to ask for is what it lets pass.
+    assert!(device.peak_bytes() < 1000, "nothing of that size was allocated");
+    // The count that the remedy advises is the largest that is accepted.
     let advised = remedy.split_whitespace().find_map(|word| word.parse::<usize>().ok()).unwrap();
     assert!((9_000..10_000).contains(&advised), "{remedy}");
     let stop = |progress: Progress| {
@@ -69,8 +73,8 @@ fn what_does_not_fit_is_refused_before_it_begins() {
 }
 
 #[test]
-fn what_grows_with_the_count_is_in_the_advice() {
-    // Twelve triangles, which are divided for every site.
+fn memory_that_grows_with_the_count_is_in_the_remedy() {
+    // Twelve triangles, which are subdivided to the spacing of the sites.
     let input = sample("box").unwrap();
     let options = |vertices| Options::rtf(vertices).iterations(1);
     let needed = |vertices| preview(&input, &options(vertices)).unwrap().device_bytes;
@@ -84,7 +88,7 @@ fn what_grows_with_the_count_is_in_the_advice() {
 }
 
 #[test]
-fn no_buffer_passes_the_limit() {
+fn no_buffer_exceeds_the_limit() {
     let device = limited(1 << 20);
     let half = Buffer::<u32>::new(&device, "test.half", 1 << 17).unwrap();
     let error = Buffer::<u32>::new(&device, "test.more", (1 << 17) + 4).err().unwrap();

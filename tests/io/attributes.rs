@@ -1,7 +1,7 @@
 //! Colors, normals, texture coordinates, labels and other attributes in files of every format.
 
-use crate::support::leave_glb;
 use crate::support::shapes::{mesh, plane};
+use crate::support::store_glb;
 use rtfmesh::TriMesh;
 use rtfmesh::io::{Format, Loaded, encode_with, lost_attributes_note, read_bytes};
 use rtfmesh::mesh::attributes::{Attribute, Attributes, CornerUv, Kind, Role};
@@ -34,13 +34,13 @@ fn labels(name: &str, kind: Kind, values: [f64; 2], names: &[&str]) -> Attribute
     Attribute { names, ..Attribute::new(name, Role::Label, kind, 1, values.to_vec()) }
 }
 
-fn whole_uv(kind: Kind) -> CornerUv {
+fn uv_without_seam(kind: Kind) -> CornerUv {
     CornerUv { kind, values: vec![[0.25, 0.5], [1.0, 0.0], [1.0, 1.0], [0.25, 0.5], [1.0, 1.0], [-3.0, 1.5]] }
 }
 
-/// Cut along the diagonal at one of its ends.
-fn cut_uv(kind: Kind) -> CornerUv {
-    let mut uv = whole_uv(kind);
+/// With a seam along one half of the diagonal.
+fn uv_with_seam(kind: Kind) -> CornerUv {
+    let mut uv = uv_without_seam(kind);
     uv.values[3] = [0.125, 0.75];
     uv
 }
@@ -48,7 +48,7 @@ fn cut_uv(kind: Kind) -> CornerUv {
 fn through(format: &str, mesh: &TriMesh, attributes: &Attributes) -> Loaded {
     let bytes = encode_with(Path::new("x"), mesh, attributes, format.parse().unwrap()).unwrap();
     if format == "glb" {
-        leave_glb(&bytes);
+        store_glb(&bytes);
     }
     read_bytes(&bytes, None).unwrap()
 }
@@ -81,7 +81,7 @@ fn ply_keeps_every_number_in_its_type() {
     let mut face = vec![Attribute::new("colour", Role::Colour, Kind::U8, 3, vec![1., 2., 3., 4., 5., 6.])];
     face.push(labels("label", Kind::I32, [-7.0, 9.0], &[]));
     face.push(Attribute::new("heat", Role::Other, Kind::F32, 1, vec![0.5, 0.25]));
-    for uv in [None, Some(whole_uv(Kind::F32)), Some(cut_uv(Kind::F64))] {
+    for uv in [None, Some(uv_without_seam(Kind::F32)), Some(uv_with_seam(Kind::F64))] {
         assert_kept(
             "ply",
             &Attributes { vertex: vertex.clone(), face: face.clone(), uv, ..Default::default() },
@@ -98,7 +98,7 @@ fn obj_keeps_colours_normals_texture_materials_and_groups() {
         labels("object", Kind::U32, [0.0, 1.0], &["one", "two"]),
     ];
     let libraries = vec!["a b.mtl".to_owned(), "c.mtl".to_owned()];
-    for uv in [whole_uv(Kind::F64), cut_uv(Kind::F64)] {
+    for uv in [uv_without_seam(Kind::F64), uv_with_seam(Kind::F64)] {
         let vertex = vec![colour(Kind::F64, 3), normal(Kind::F64)];
         let attributes = Attributes {
             vertex,
@@ -131,15 +131,18 @@ fn glb_keeps_colours_normals_texture_and_materials() {
     for kind in [Kind::U8, Kind::U16, Kind::F32] {
         for components in [3, 4] {
             let vertex = vec![colour(kind, components), normal(Kind::F32)];
-            let uv = Some(whole_uv(Kind::F32));
+            let uv = Some(uv_without_seam(Kind::F32));
             assert_kept("glb", &Attributes { vertex, face: face.clone(), uv, ..Default::default() });
         }
     }
     let bare = vec![labels("material", Kind::U32, [0.0, 1.0], &["wood", ""])];
     assert_kept("glb", &Attributes { face: bare, ..Default::default() });
-    // One vertex is on both sides of the cut, and becomes two.
-    let attributes =
-        Attributes { vertex: vec![colour(Kind::U8, 3)], uv: Some(cut_uv(Kind::F32)), ..Default::default() };
+    // One vertex has both sides of the seam, and becomes two.
+    let attributes = Attributes {
+        vertex: vec![colour(Kind::U8, 3)],
+        uv: Some(uv_with_seam(Kind::F32)),
+        ..Default::default()
+    };
     let loaded = through("glb", &square(), &attributes);
     assert_eq!(loaded.mesh.vertices.len(), 5);
     assert_eq!(loaded.mesh.vertices[4], square().vertices[0]);
@@ -160,11 +163,11 @@ fn medit_keeps_references_and_off_keeps_colours() {
 }
 
 #[test]
-fn what_a_format_cannot_hold_is_said() {
+fn attributes_that_a_format_cannot_hold_are_named() {
     let attributes = Attributes {
         vertex: vec![colour(Kind::U8, 3), Attribute::new("heat", Role::Other, Kind::F32, 1, vec![0.0; 4])],
         face: vec![labels("material", Kind::U32, [0.0, 1.0], &["a", "b"])],
-        uv: Some(whole_uv(Kind::F32)),
+        uv: Some(uv_without_seam(Kind::F32)),
         ..Default::default()
     };
     for (format, words) in [
@@ -187,7 +190,7 @@ fn what_a_format_cannot_hold_is_said() {
 }
 
 #[test]
-fn numbers_that_are_none_cost_the_attribute_and_not_the_mesh() {
+fn invalid_numbers_lose_the_attribute_but_not_the_mesh() {
     let head =
         "ply\nformat ascii 1.0\nelement vertex 3\nproperty float x\nproperty float y\nproperty float z\n";
     let text = format!(
@@ -204,9 +207,9 @@ fn numbers_that_are_none_cost_the_attribute_and_not_the_mesh() {
             "texture coordinates were ignored: 1 faces lack some",
         ]
     );
-    // Names that are taken get another one.
+    // Attributes whose names are in use get another name.
     let twice = ["s", "x", "x"].map(|name| Attribute::new(name, Role::Other, Kind::F32, 1, vec![1.0; 4]));
-    let uv = Some(whole_uv(Kind::F32));
+    let uv = Some(uv_without_seam(Kind::F32));
     let loaded = through("ply", &square(), &Attributes { vertex: twice.to_vec(), uv, ..Default::default() });
     let names: Vec<&str> = loaded.attributes.vertex.iter().map(|a| a.name.as_str()).collect();
     assert_eq!(
@@ -214,6 +217,7 @@ fn numbers_that_are_none_cost_the_attribute_and_not_the_mesh() {
         (vec!["s_", "x_", "x__"], true, square())
     );
     let grid = plane(1, 0.0);
-    let loaded = through("glb", &grid, &Attributes { uv: Some(whole_uv(Kind::F32)), ..Default::default() });
+    let loaded =
+        through("glb", &grid, &Attributes { uv: Some(uv_without_seam(Kind::F32)), ..Default::default() });
     assert_eq!(loaded.attributes.uv.unwrap().values.len(), 3 * grid.triangles.len());
 }

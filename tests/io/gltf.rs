@@ -42,12 +42,12 @@ fn with(json: &Value, pointer: &str, value: Value) -> Value {
     changed
 }
 
-fn boxed() -> Value {
+fn box_scene() -> Value {
     serde_json::from_str(&gltf_of(&sample("box").unwrap())).unwrap()
 }
 
-/// Four points in a buffer beside the file: floats 20 bytes apart, the same as normalized bytes, and indices.
-fn beside() -> (tempfile::TempDir, Value) {
+/// Four points in a buffer of its own file: floats 20 bytes apart, the same as normalized bytes, and indices.
+fn with_buffer_file() -> (tempfile::TempDir, Value) {
     let folder = tempfile::tempdir().unwrap();
     let points = [[0_u8, 0, 0], [1, 0, 0], [0, 1, 0], [1, 1, 0]];
     let mut data = Vec::new();
@@ -80,7 +80,7 @@ fn beside() -> (tempfile::TempDir, Value) {
 }
 
 fn triangles(primitive: Value) -> Vec<[u32; 3]> {
-    let (folder, mut json) = beside();
+    let (folder, mut json) = with_buffer_file();
     json["meshes"][0]["primitives"][0] = primitive;
     let path = folder.path().join("a.gltf");
     std::fs::write(&path, json.to_string()).unwrap();
@@ -100,14 +100,14 @@ fn lists_strips_and_fans_with_and_without_indices() {
     let list = [[0, 1, 2], [3, 3, 2]];
     assert_eq!(triangles(json!({ "attributes": floats, "indices": 2 })), list);
     assert_eq!(triangles(json!({ "attributes": floats, "indices": 2, "mode": 4 })), list);
-    // 0 1 2 3 3 2: those with a vertex twice only turn the strip.
+    // 0 1 2 3 3 2: triangles with a vertex twice only join parts of the strip.
     assert_eq!(triangles(json!({ "attributes": floats, "indices": 2, "mode": 5 })), strip);
 }
 
 #[test]
-fn nodes_move_turn_mirror_and_share_meshes() {
+fn nodes_translate_rotate_mirror_and_share_meshes() {
     let half = 0.5_f64.sqrt();
-    let mut json = boxed();
+    let mut json = box_scene();
     json["nodes"] = json!([
         { "children": [1, 2], "translation": [1e9, 0.0, 0.0] },
         { "mesh": 0, "rotation": [0.0, 0.0, half, half], "scale": [2.0, 1.0, 1.0] },
@@ -130,15 +130,15 @@ fn nodes_move_turn_mirror_and_share_meshes() {
         assert_eq!(mesh.triangles[t], [*a, *b, *c]);
         assert_eq!(mesh.triangles[12 + t], [a + 8, c + 8, b + 8]);
     }
-    // Without scenes, nodes that are nobody's children are what there is.
+    // Without scenes, the nodes without a parent are the roots.
     json.as_object_mut().unwrap().remove("scene");
     json.as_object_mut().unwrap().remove("scenes");
     assert_eq!(parse(&json).mesh.triangles.len(), 36);
 }
 
 #[test]
-fn what_is_no_triangle_is_noted() {
-    let mut json = boxed();
+fn primitives_other_than_triangles_are_noted() {
+    let mut json = box_scene();
     json["extensionsRequired"] = json!(["KHR_materials_unlit", "KHR_mesh_quantization"]);
     json["nodes"][0]["skin"] = json!(3);
     let points = json!({ "attributes": { "POSITION": 0 }, "mode": 0 });
@@ -150,7 +150,7 @@ fn what_is_no_triangle_is_noted() {
 }
 
 #[test]
-fn written_files_keep_what_32_bits_hold_wherever_and_however_large_the_mesh_is() {
+fn written_files_are_exact_to_32_bits_at_any_position_and_size() {
     let encoding = "glb".parse().unwrap();
     for (scale, shift) in
         [(1.0, 0.0), (1.0, 1e9), (1e-30, 0.0), (1e30, 1e33), (1e200, 0.0), (1e-200, 1e-190), (0.0, 3.0)]
@@ -185,8 +185,8 @@ fn written_files_keep_what_32_bits_hold_wherever_and_however_large_the_mesh_is()
 }
 
 #[test]
-fn json_that_lies_is_refused() {
-    let good = boxed();
+fn invalid_json_values_are_refused() {
+    let good = box_scene();
     for (pointer, value, place, problem) in [
         ("/asset/version", json!("1.0"), "asset", "this is glTF version 1.0, not 2"),
         ("/extensionsRequired", json!(["KHR_draco_mesh_compression"]), "extensionsRequired", "'KHR_draco"),
@@ -233,8 +233,8 @@ fn json_that_lies_is_refused() {
 }
 
 #[test]
-fn buffers_beside_the_file_must_be_there_and_whole() {
-    let (folder, mut json) = beside();
+fn buffer_files_must_exist_and_be_complete() {
+    let (folder, mut json) = with_buffer_file();
     json["meshes"][0]["primitives"][0]["mode"] = json!(5);
     let path = folder.path().join("a.gltf");
     let refused = |json: &Value| {
@@ -262,7 +262,7 @@ fn a_small_file_cannot_stand_for_billions_of_triangles() {
 }
 
 #[test]
-fn containers_that_lie_are_refused() {
+fn invalid_containers_are_refused() {
     let good = encode(Path::new("x"), &sample("box").unwrap(), "glb".parse().unwrap()).unwrap();
     let changed = |at: usize, value: u32| {
         let mut bytes = good.clone();
@@ -277,6 +277,6 @@ fn containers_that_lie_are_refused() {
     let json = u32::from_le_bytes(good[12..16].try_into().unwrap()) as usize;
     assert!(changed(20 + json, u32::MAX).contains("a chunk has 4294967295 bytes"));
     assert!(changed(24 + json, 7).contains("the buffer has no data"));
-    // Data behind the end are no part of the file.
+    // Data after the declared end is ignored.
     assert!(read_bytes(&[&good, &b"tail"[..]].concat(), None).is_ok());
 }

@@ -9,19 +9,19 @@ use std::f64::consts::PI;
 use std::path::Path;
 
 use crate::support::files::base64;
-use crate::support::leave_glb;
 use crate::support::painted::{GLB, add, checker, halves, one, sphere, split, textured, uri};
 use crate::support::place::Place;
+use crate::support::store_glb;
 
 fn read(json: &Value) -> Loaded {
     read_bytes_with_materials(json.to_string().as_bytes(), None).unwrap()
 }
 
-/// The file that the mesh is written to, checked by the crate of others, and its JSON.
+/// The file that the mesh is written to, checked by the `gltf` crate, and its JSON.
 #[track_caller]
 fn written(loaded: &Loaded) -> (gltf::Gltf, Value) {
     let bytes = encode_with(Path::new("out"), &loaded.mesh, &loaded.attributes, GLB).unwrap();
-    leave_glb(&bytes);
+    store_glb(&bytes);
     let again = read_bytes_with_materials(&bytes, None).unwrap();
     assert_eq!(
         (again.attributes.materials.as_ref(), again.notes.len()),
@@ -30,7 +30,7 @@ fn written(loaded: &Loaded) -> (gltf::Gltf, Value) {
     (gltf::Gltf::from_slice(&bytes).unwrap(), split(&bytes).0)
 }
 
-/// The pictures in a file with their types.
+/// The images in a file with their types.
 fn pictures(file: &gltf::Gltf) -> Vec<(Vec<u8>, String)> {
     let blob = file.blob.as_deref().unwrap_or_default();
     let picture = |image: gltf::Image| match image.source() {
@@ -53,7 +53,7 @@ fn the_program_carries_a_texture_and_its_material() {
     let (_, notes) = place.run(&format!("remesh in.gltf out.glb {common} --keep-uv"));
     assert!(!notes.contains("note:"), "{notes}");
     let bytes = std::fs::read(place.path("out.glb")).unwrap();
-    leave_glb(&bytes);
+    store_glb(&bytes);
     let file = gltf::Gltf::from_slice(&bytes).unwrap();
     assert_eq!(pictures(&file), [(picture, "image/png".to_owned())]);
     assert_eq!(file.images().next().unwrap().name(), Some("board"));
@@ -76,11 +76,11 @@ fn the_program_carries_a_texture_and_its_material() {
         let north = f64::from(place[2]) / DVec3::from(place.map(f64::from)).length();
         assert!((north.asin() / PI + 0.5 - (1.0 - f64::from(v))).abs() < 0.02, "{place:?} {v}");
     }
-    // A GLB file in, the same picture out.
+    // From a GLB file, the same image.
     place.run(&format!("remesh out.glb again.glb {common} --keep-uv"));
     let again = gltf::Gltf::from_slice(&std::fs::read(place.path("again.glb")).unwrap()).unwrap();
     assert_eq!(pictures(&again), pictures(&file));
-    // Only those who ask get it, and not in every format.
+    // Only if asked for, and not in every format.
     place.run(&format!("remesh in.gltf plain.glb {common}"));
     let (plain, _) = split(&std::fs::read(place.path("plain.glb")).unwrap());
     assert_eq!((plain.get("images"), &plain["materials"]), (None, &json!([{ "name": "skin" }])));
@@ -99,7 +99,7 @@ fn every_material_has_its_primitive() {
         "normalTexture": { "index": 0, "scale": 0.5 }, "alphaMode": "MASK", "alphaCutoff": 0.25,
     });
     add(&mut parts["materials"], south);
-    // Nobody has the third, so its picture is not needed.
+    // No triangle has the third material, so its image is not needed.
     add(&mut parts["materials"], json!({ "normalTexture": { "index": 2 } }));
     add(&mut parts["textures"], json!({ "source": 2 }));
     add(&mut parts["images"], json!({ "uri": "none.png" }));
@@ -127,7 +127,7 @@ fn every_material_has_its_primitive() {
 }
 
 #[test]
-fn extensions_of_looks_are_kept_and_others_noted() {
+fn extensions_of_materials_are_kept_and_others_noted() {
     let mut parts = textured(json!({ "uri": uri(&checker(0)) }));
     parts["materials"][0]["extensions"] = json!({
         "KHR_materials_ior": { "ior": 1.4 },
@@ -146,7 +146,7 @@ fn extensions_of_looks_are_kept_and_others_noted() {
         ]
     );
     let bytes = encode_with(Path::new("out"), &loaded.mesh, &loaded.attributes, GLB).unwrap();
-    leave_glb(&bytes);
+    store_glb(&bytes);
     let (json, _) = split(&bytes);
     let used = ["KHR_materials_clearcoat", "KHR_materials_ior", "KHR_texture_transform"];
     assert_eq!(json["extensionsUsed"], json!(used));
@@ -160,7 +160,7 @@ fn extensions_of_looks_are_kept_and_others_noted() {
     let texture = material.pbr_metallic_roughness().base_color_texture().unwrap();
     assert!(material.unlit());
     assert_eq!(texture.texture_transform().unwrap().offset(), [0.5, 0.25]);
-    // Pictures that not everybody can read.
+    // Image types that not all programs can read.
     parts["textures"][1] = json!({ "extensions": { "EXT_texture_webp": { "source": 0 } } });
     parts["images"][0] = json!({ "uri": format!("data:;base64,{}", base64(b"RIFF\x04\0\0\0WEBP")) });
     let loaded = read(&sphere(one, parts));
@@ -182,7 +182,7 @@ fn textures_need_texture_coordinates() {
     let (_, json) = written(&bare);
     assert_eq!(json["materials"][0]["pbrMetallicRoughness"]["metallicFactor"], json!(0.25));
     assert_eq!((json.get("textures"), json.get("images")), (None, None));
-    // Not even if somebody takes them away later.
+    // Nor if they are removed later.
     let mut without = whole.clone();
     without.attributes.uv = None;
     let (json, _) = split(&encode_with(Path::new("out"), &whole.mesh, &without.attributes, GLB).unwrap());
@@ -194,7 +194,7 @@ fn textures_need_texture_coordinates() {
     assert_eq!(read(&json).attributes.materials, None);
 }
 
-/// What is noted of a picture, which is then left out with its texture.
+/// Checks the note on an image that is left out with its texture.
 #[track_caller]
 fn assert_left_out(folder: &Path, image: Value, words: &str) {
     let path = folder.join("in.gltf");
@@ -209,7 +209,7 @@ fn assert_left_out(folder: &Path, image: Value, words: &str) {
 }
 
 #[test]
-fn pictures_that_cannot_be_had_are_noted() {
+fn images_that_cannot_be_read_are_noted() {
     let folder = tempfile::tempdir().unwrap();
     let inside = folder.path().join("inside");
     std::fs::create_dir_all(inside.join("folder")).unwrap();
@@ -235,7 +235,7 @@ fn pictures_that_cannot_be_had_are_noted() {
     }
     let json = sphere(one, textured(json!({ "uri": "b.png" })));
     assert!(read(&json).notes[0].contains("it is in another file, 'b.png'"));
-    // A few lines cannot make much of little, nor claim what is not there.
+    // A small file cannot expand to a large one, nor refer to data that does not exist.
     let path = inside.join("in.gltf");
     std::fs::File::create(inside.join("large.png")).unwrap().set_len((256 << 20) + 1).unwrap();
     std::fs::write(&path, sphere(one, textured(json!({ "uri": "large.png" }))).to_string()).unwrap();
@@ -250,7 +250,7 @@ fn pictures_that_cannot_be_had_are_noted() {
 }
 
 #[test]
-fn odd_materials_do_no_harm() {
+fn invalid_materials_do_no_harm() {
     let picture = uri(&checker(0));
     for (pointer, value) in [
         ("/materials/0", json!(7)),
@@ -286,8 +286,8 @@ fn odd_materials_do_no_harm() {
         let loaded = read_bytes_with_materials(&bytes, None).unwrap();
         assert_eq!(loaded.mesh, plain.mesh, "{pointer} {value}");
         let bytes = encode_with(Path::new("out"), &loaded.mesh, &loaded.attributes, GLB).unwrap();
-        leave_glb(&bytes);
-        // The crate of others takes it, too.
+        store_glb(&bytes);
+        // The `gltf` crate accepts it, too.
         gltf::Gltf::from_slice(&bytes).unwrap();
         read_bytes_with_materials(&bytes, None).unwrap();
     }

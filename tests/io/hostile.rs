@@ -36,7 +36,7 @@ fn refused(name: &str, content: &[u8], problem: &str) {
     assert_eq!(place.files(), [name]);
 }
 
-/// More than memory holds, more than a signed number holds, the most there is, and more than that.
+/// More than fits memory, more than a signed number holds, the largest number, and more than that.
 const COUNTS: [&str; 4] =
     ["1000000000", "9223372036854775808", "18446744073709551615", "99999999999999999999"];
 
@@ -90,7 +90,7 @@ fn counts_in_ply_headers_and_lists() {
             }
         }
         // Lists of four billion, of a negative number and of as many as a byte says, in elements read and
-        // passed over.
+        // skipped.
         for (list, bytes) in [("uint", &[0xff; 4][..]), ("int", &[0x80; 4]), ("uchar", &[0xff])] {
             let size: &[u8] = match (format, list) {
                 ("ascii", "int") => b"-2147483648 0 1 2\n",
@@ -188,8 +188,8 @@ fn bomb(start: &[u8], blanks: usize, count: usize) -> Vec<u8> {
 }
 
 #[test]
-fn packed_files_of_many_gibibytes() {
-    // Sixteen mebibytes make some sixteen kibibytes.
+fn compressed_files_of_many_gibibytes() {
+    // Sixteen mebibytes compress to some sixteen kibibytes.
     for (name, start) in [
         ("a.obj.gz", "v 0 0 0\n"),
         ("a.ply.gz", "ply\nformat ascii 1.0\n"),
@@ -201,13 +201,13 @@ fn packed_files_of_many_gibibytes() {
     ] {
         refused(name, &bomb(start.as_bytes(), 16 << 20, 64), "expand to more than");
     }
-    // Large enough to pass for honest, and more than there is memory.
+    // A plausible ratio, but more than fits memory.
     refused("a.off.gz", &bomb(b"OFF\n", 16 << 20, 512), "memory");
 }
 
 /// Long lines and lists of names, for which work must not grow with the square of their number.
 #[test]
-fn many_pieces_take_no_time() {
+fn many_continued_lines_and_names_take_linear_time() {
     let pieces = format!("v 0 0 0 {}\nf 1 2 3\n", "\\\n".repeat(1 << 20));
     refused("a.obj", pieces.as_bytes(), "there is no vertex");
     let names = |kind: &str| (0..100_000).map(|k| format!("{kind} n{k}\n")).collect::<String>();

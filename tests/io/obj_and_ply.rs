@@ -1,4 +1,4 @@
-//! OBJ and PLY files: every variant of both, and what the writer promises.
+//! OBJ and PLY files: every variant of both, and what writers guarantee.
 
 use std::path::{Path, PathBuf};
 
@@ -133,7 +133,7 @@ fn ply_text_with_other_line_ends_and_comments_in_latin() {
 
 /// The square in binary: coordinates of this type and lists of these types, with extras in between.
 fn binary_square(big: bool, coordinate: &str, count: &str, index: &str) -> Vec<u8> {
-    fn put(bytes: &mut Vec<u8>, big: bool, kind: &str, value: f64) {
+    fn append_number(bytes: &mut Vec<u8>, big: bool, kind: &str, value: f64) {
         let mut raw = match kind {
             "char" => (value as i8).to_le_bytes().to_vec(),
             "uchar" => (value as u8).to_le_bytes().to_vec(),
@@ -158,21 +158,21 @@ fn binary_square(big: bool, coordinate: &str, count: &str, index: &str) -> Vec<u
     )
     .into_bytes();
     let out = &mut bytes;
-    put(out, big, "uchar", 2.0);
-    put(out, big, "int16", 1.0);
-    put(out, big, "int16", 2.0);
+    append_number(out, big, "uchar", 2.0);
+    append_number(out, big, "int16", 1.0);
+    append_number(out, big, "int16", 2.0);
     for [x, y, z] in SQUARE {
-        put(out, big, coordinate, 2.0 * y);
-        put(out, big, "int16", -1.0);
-        put(out, big, coordinate, 2.0 * x);
-        put(out, big, "uint32", 1.0);
-        put(out, big, "int", 77.0);
-        put(out, big, coordinate, 2.0 * z);
+        append_number(out, big, coordinate, 2.0 * y);
+        append_number(out, big, "int16", -1.0);
+        append_number(out, big, coordinate, 2.0 * x);
+        append_number(out, big, "uint32", 1.0);
+        append_number(out, big, "int", 77.0);
+        append_number(out, big, coordinate, 2.0 * z);
     }
     for face in [&[0.0, 1.0, 2.0, 3.0][..], &[3.0, 2.0, 1.0]] {
-        put(out, big, count, face.len() as f64);
-        face.iter().for_each(|vertex| put(out, big, index, *vertex));
-        put(out, big, "double", 0.25);
+        append_number(out, big, count, face.len() as f64);
+        face.iter().for_each(|vertex| append_number(out, big, index, *vertex));
+        append_number(out, big, "double", 0.25);
     }
     bytes
 }
@@ -193,7 +193,7 @@ fn ply_binary_in_every_type_and_byte_order() {
 }
 
 #[test]
-fn written_files_replace_whole_and_leave_nothing_else() {
+fn written_files_replace_old_ones_at_once_and_leave_nothing_else() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("out.ply");
     std::fs::write(&path, "old").unwrap();

@@ -11,7 +11,7 @@ use rtfmesh::mesh::samples::sample;
 use super::obj_and_ply::file;
 use crate::support::files::{gltf_of, text_stl};
 
-/// Place and problem of the error that reading this file gives; checks path and remedy.
+/// The place and problem of the error on reading this file; checks path and remedy.
 fn refused(name: &str, content: &[u8]) -> (String, String) {
     let (_folder, path) = file(name, content);
     refused_path(&path)
@@ -80,7 +80,7 @@ fn obj_errors_name_the_line() {
     ] {
         assert_refused("a.obj", format!("{THREE}f 1 2 3\n{face}\nf 3 2 1\n"), "line 5", problem);
     }
-    // The first face that no later vertex mends is named.
+    // The error names the first face with a vertex that is never defined.
     assert_refused("a.obj", format!("{THREE}f 1 2 4\nf 1 2 6\nf 1 2 5\nv 5 5 5\n"), "line 5", "no vertex 6");
     assert_refused("a.obj", format!("f 1 2 \\\n3 4\n{THREE}"), "line 1", "no vertex 4");
 }
@@ -178,7 +178,7 @@ fn ply_header_errors_name_the_line() {
 }
 
 #[test]
-fn ply_that_promises_more_than_it_holds() {
+fn ply_that_declares_more_than_it_holds() {
     for (format, least) in [("ascii", 6), ("binary_little_endian", 12), ("binary_big_endian", 12)] {
         let content = ply(CORNERS, "3 0 1 2\n").replace("ascii", format);
         let content = content.replace("element vertex 3", "element vertex 1000000000");
@@ -281,7 +281,7 @@ fn no_damage_panics_or_hangs() {
             assert!(start.elapsed() < Duration::from_secs(1), "{name}, round {round}");
         }
         // Both outcomes must occur, or the damage tests nothing.
-        // A packed file has a checksum.
+        // A compressed file has a checksum.
         let fewest = if name.ends_with(".gz") { 0 } else { 50 };
         assert!(accepted >= fewest && refused > 100, "{name}: {accepted} accepted, {refused} refused");
     }

@@ -16,11 +16,11 @@ use crate::support::generators::Shape;
 use crate::support::place::Place;
 use crate::support::shapes::{moved, plane, sphere, union};
 
-/// Surfaces with junctions, boundaries and several components, some of them in one.
+/// Surfaces with junctions, boundaries and several components, some of them in one mesh.
 fn shapes() -> Vec<(&'static str, TriMesh)> {
     let book = Shape::Book { pages: vec![0.0, 70.0, 200.0], parts: 3 }.mesh();
     let spheres = Shape::Spheres { radii: vec![1.0, 0.2] }.mesh();
-    // Two fans that share a vertex alone.
+    // Two fans that share only a vertex.
     let mut pinched = union(&sphere(1.0, 2), &moved(&sphere(1.0, 2), |v| v + DVec3::splat(5.0)));
     let other = pinched.vertices.len() as u32 / 2;
     pinched.triangles.as_flattened_mut().iter_mut().filter(|v| **v == other).for_each(|v| *v = 0);
@@ -43,9 +43,9 @@ fn placed(mesh: &TriMesh) -> Vec<(String, TriMesh)> {
     all.iter().map(|place| (format!("{place:?}"), at(*place))).collect()
 }
 
-/// Fails unless the triangles join the same vertices, whatever their numbers.
+/// Fails unless the triangles share vertices in the same way, whatever their indices.
 #[track_caller]
-fn assert_joined_alike(got: &TriMesh, want: &TriMesh, what: &str) {
+fn assert_same_connectivity(got: &TriMesh, want: &TriMesh, what: &str) {
     assert_eq!(got.triangles.len(), want.triangles.len(), "{what}");
     let (mut there, mut back) = (HashMap::new(), HashMap::new());
     for (a, b) in got.triangles.as_flattened().iter().zip(want.triangles.as_flattened()) {
@@ -80,7 +80,7 @@ fn hard_meshes_come_back_from_every_format() {
                 }
                 let got = through(&mesh, format, false);
                 assert_same(&got, &mesh, 1e-6, &what);
-                assert_joined_alike(&got, &mesh, &what);
+                assert_same_connectivity(&got, &mesh, &what);
                 assert_eq!(through(&mesh, format, true), got, "{what}.gz");
             }
         }
@@ -95,11 +95,11 @@ fn one_format_after_the_other_changes_nothing_more() {
         let formats = [Format::Stl, Format::Obj, Format::Glb, Format::Off, Format::Medit, Format::Ply];
         let last = formats.into_iter().fold(exact.clone(), |mesh, format| through(&mesh, format, false));
         assert_same(&last, &exact, 0.0, name);
-        assert_joined_alike(&last, &exact, name);
+        assert_same_connectivity(&last, &exact, name);
         for text in [text_stl(&exact), gltf_of(&exact)] {
             let got = read_bytes(text.as_bytes(), None).unwrap().mesh;
             assert_same(&got, &exact, 0.0, name);
-            assert_joined_alike(&got, &exact, name);
+            assert_same_connectivity(&got, &exact, name);
         }
     }
 }
@@ -128,6 +128,6 @@ fn runs_do_not_depend_on_the_files_that_they_read_and_write() {
         place.run(&format!("remesh in.ply {name} {run}"));
         let got = read(&place.path(name)).unwrap().mesh;
         assert_same(&got, &want, 1e-6, name);
-        assert_joined_alike(&got, &want, name);
+        assert_same_connectivity(&got, &want, name);
     }
 }

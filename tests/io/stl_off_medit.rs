@@ -40,7 +40,7 @@ fn every_model_round_trips_through_every_format() {
 }
 
 #[test]
-fn packed_files_are_smaller_and_always_the_same_bytes() {
+fn compressed_files_are_smaller_and_always_the_same_bytes() {
     let mesh = sample("genus3").unwrap();
     for extension in WRITTEN {
         let encoding: Encoding = format!("{extension}.GZ").parse().unwrap();
@@ -50,7 +50,7 @@ fn packed_files_are_smaller_and_always_the_same_bytes() {
         assert!(packed.len() < plain.len(), "{extension}: {} of {}", packed.len(), plain.len());
         assert_eq!(packed, encode(name, &mesh, encoding).unwrap());
         assert_same(&read_bytes(&packed, None).unwrap().mesh, &mesh, 1e-6, extension);
-        // gzip files one behind the other are one file.
+        // Concatenated gzip files are one file.
         let halves = plain.split_at(plain.len() / 2);
         let mut two = gz(halves.0);
         two.extend(gz(halves.1));
@@ -65,7 +65,7 @@ fn gz(plain: &[u8]) -> Vec<u8> {
 }
 
 #[test]
-fn packed_files_that_lie_are_refused() {
+fn damaged_and_huge_compressed_files_are_refused() {
     let whole = gz(text_stl(&sample("box").unwrap()).as_bytes());
     let cut = [2, 9, 20, whole.len() - 9, whole.len() - 1].map(|length| whole[..length].to_vec());
     for bytes in cut.into_iter().chain([[&whole, &b"more"[..]].concat()]) {
@@ -83,7 +83,7 @@ fn packed_files_that_lie_are_refused() {
 }
 
 #[test]
-fn content_counts_more_than_the_name() {
+fn content_decides_before_the_extension() {
     let mesh = sample("tetrahedron").unwrap();
     let folder = tempfile::tempdir().unwrap();
     for real in WRITTEN {
@@ -99,7 +99,7 @@ fn content_counts_more_than_the_name() {
             assert_eq!(told, usize::from(!name.ends_with(real)), "{real} as {name}: {:?}", loaded.notes);
         }
     }
-    // Without a name there is nothing to wonder about; with a wrong declaration there is.
+    // Without an extension there is no note; with a wrong declaration there is.
     let bytes = encode(Path::new("x"), &mesh, "off".parse().unwrap()).unwrap();
     assert_eq!(read_bytes(&bytes, None).unwrap().notes, Vec::<String>::new());
     assert_eq!(read_bytes(&bytes, Some("stl".parse().unwrap())).unwrap().notes.len(), 1);
@@ -162,7 +162,7 @@ fn stl_text_in_capitals_with_polygons_and_several_solids() {
 }
 
 #[test]
-fn stl_is_refused_or_noted_where_32_bits_are_too_few() {
+fn stl_is_refused_or_noted_where_32_bits_do_not_suffice() {
     let mut mesh = sample("box").unwrap();
     let encoding = "stl".parse::<Encoding>().unwrap();
     assert_eq!(lost_precision_note(&mesh, encoding.format), None);

@@ -12,7 +12,7 @@ use rtfmesh::{MeasureDepth, Options, Result, Summary, TriMesh, remesh};
 use std::io::Read;
 use std::sync::OnceLock;
 
-/// A run that pages can be about: a cube of 100 vertices.
+/// The run that the pages report: a cube of 100 vertices.
 fn run() -> &'static (Options, TriMesh, Summary) {
     static RUN: OnceLock<(Options, TriMesh, Summary)> = OnceLock::new();
     RUN.get_or_init(|| {
@@ -49,14 +49,14 @@ fn contents<'a>(page: &'a str, tag: &str, end: &str) -> Vec<&'a str> {
     page.split(tag).skip(1).map(|rest| rest.split(end).next().unwrap()).collect()
 }
 
-fn unpacked(base64: &str) -> Vec<u8> {
+fn decompressed(base64: &str) -> Vec<u8> {
     let mut bytes = Vec::new();
     ZlibDecoder::new(&STANDARD.decode(base64).unwrap()[..]).read_to_end(&mut bytes).unwrap();
     bytes
 }
 
 /// Coordinates in 65535ths.
-fn places(bytes: &[u8]) -> Vec<DVec3> {
+fn coordinates(bytes: &[u8]) -> Vec<DVec3> {
     let number = |k: &[u8]| f64::from(u16::from_le_bytes([k[0], k[1]])) / 65535.0;
     bytes.chunks(6).map(|p| DVec3::new(number(p), number(&p[2..]), number(&p[4..]))).collect()
 }
@@ -69,14 +69,14 @@ fn attribute(tag: &str, name: &str) -> usize {
 fn drawn(page: &str, which: usize) -> (TriMesh, [Vec<u8>; 2]) {
     let figure = contents(page, "<figure ", ">")[which];
     let [vertices, faces] = ["data-vertices", "data-faces"].map(|name| attribute(figure, name));
-    let bytes = unpacked(contents(page, "class=\"mesh\">", "<")[which]);
+    let bytes = decompressed(contents(page, "class=\"mesh\">", "<")[which]);
     assert_eq!(bytes.len(), 6 * vertices + 14 * faces);
     let (corners, rest) = bytes.split_at(12 * faces);
     let (points, shares) = rest.split_at(6 * vertices);
     let corners: Vec<u32> = corners.chunks(4).map(|k| u32::from_le_bytes(k.try_into().unwrap())).collect();
     let triangles = corners.chunks(3).map(|t| t.try_into().unwrap()).collect();
     let (quality, distance) = shares.split_at(faces);
-    (TriMesh { vertices: places(points), triangles }, [quality.to_vec(), distance.to_vec()])
+    (TriMesh { vertices: coordinates(points), triangles }, [quality.to_vec(), distance.to_vec()])
 }
 
 #[test]
@@ -99,7 +99,7 @@ fn meshes_curves_and_figures_are_in_the_page() {
         }
     }
     // The twelve edges of the cube, each as two ends.
-    let lines = places(&unpacked(contents(&text, "id=\"lines\">", "<")[0]));
+    let lines = coordinates(&decompressed(contents(&text, "id=\"lines\">", "<")[0]));
     assert!(lines.len() >= 24 && lines.len().is_multiple_of(2), "{}", lines.len());
     assert!(lines.iter().all(|p| p.to_array().iter().filter(|x| **x == 0.0 || **x == 1.0).count() >= 2));
     for word in [

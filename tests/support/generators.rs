@@ -1,4 +1,4 @@
-//! Surfaces of known topology from a few numbers, for tests that try many of them.
+//! Surfaces of known topology from a few parameters, for property tests.
 
 use super::shapes::{moved, plane, sphere, union};
 use glam::{DQuat, DVec3};
@@ -6,10 +6,10 @@ use rtfmesh::TriMesh;
 use rtfmesh::mesh::repair::repair;
 use std::collections::HashMap;
 
-/// A surface by its numbers.
+/// A surface and its parameters.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Shape {
-    /// A plate with this many holes through it, `thickness` of its width high; smoothed so often.
+    /// A plate with this many holes through it, `thickness` of its width high; smoothed in `rounds`.
     Plate { holes: u32, thickness: f64, parts: u32, rounds: u32 },
     /// A sheet with this many holes in it, bent by `bend`.
     Sheet { holes: u32, bend: f64, parts: u32 },
@@ -25,12 +25,12 @@ pub enum Shape {
 
 impl Shape {
     pub fn mesh(&self) -> TriMesh {
-        // Nothing lies along an axis by chance.
-        let turn = DQuat::from_axis_angle(DVec3::new(0.3, 0.9, 0.2).normalize(), 0.7);
-        moved(&self.straight(), |v| turn * v)
+        // Rotated, so that nothing is parallel to an axis.
+        let rotation = DQuat::from_axis_angle(DVec3::new(0.3, 0.9, 0.2).normalize(), 0.7);
+        moved(&self.axis_aligned(), |v| rotation * v)
     }
 
-    fn straight(&self) -> TriMesh {
+    fn axis_aligned(&self) -> TriMesh {
         match self {
             Self::Plate { holes, thickness, parts, rounds } => {
                 let all = (0..=2 * holes).flat_map(|x| (0..3).map(move |y| [x, y]));
@@ -50,7 +50,7 @@ impl Shape {
             }
             Self::Near { gap, closed: false } => union(&plane(12, 0.0), &plane(10, *gap)),
             Self::Near { gap, closed: true } => {
-                // The inner one faces inwards, as the hollow of a ball.
+                // The inner one faces inwards, as the inside of a hollow ball.
                 let mut inner = sphere(1.0 - gap, 4);
                 inner.triangles.iter_mut().for_each(|t| t.swap(1, 2));
                 union(&sphere(1.0, 4), &inner)
@@ -75,7 +75,7 @@ impl Shape {
     }
 }
 
-/// The skin of unit cells side by side, `parts` quads a side.
+/// The boundary of unit cells side by side, with `parts` quads per side.
 fn slab(cells: &[[u32; 2]], parts: u32) -> TriMesh {
     let mut quads: HashMap<[[u32; 3]; 4], [[u32; 3]; 4]> = HashMap::new();
     // No closure: rustc 1.95 lets one change the caller's copy of an argument in memory
@@ -98,7 +98,7 @@ fn slab(cells: &[[u32; 2]], parts: u32) -> TriMesh {
                     }
                     let mut key = quad;
                     key.sort_unstable();
-                    // Two cells share it: inside.
+                    // Shared by two cells: inside.
                     if quads.remove(&key).is_none() {
                         quads.insert(key, quad);
                     }
@@ -127,7 +127,7 @@ fn slab(cells: &[[u32; 2]], parts: u32) -> TriMesh {
     mesh
 }
 
-/// Every vertex goes half of the way to the mean of its neighbours.
+/// Every vertex moves half of the way to the mean of its neighbours.
 fn relaxed(mesh: &TriMesh) -> TriMesh {
     let mut sums = vec![(DVec3::ZERO, 0.0); mesh.vertices.len()];
     for [a, b, c] in &mesh.triangles {

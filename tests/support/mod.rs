@@ -28,14 +28,14 @@ pub fn device() -> &'static Device {
     })
 }
 
-/// Fails if the validation layers said anything so far.
+/// Fails if the validation layers have reported anything.
 pub fn assert_valid(device: &Device) {
     let messages = device.take_validation_messages();
     assert!(messages.is_empty(), "validation: {}", messages.join("\n"));
 }
 
-/// Leaves a GLB file for ci/gltf.sh to check.
-pub fn leave_glb(bytes: &[u8]) {
+/// Stores a GLB file for ci/gltf.sh to check.
+pub fn store_glb(bytes: &[u8]) {
     let mut hasher = DefaultHasher::new();
     bytes.hash(&mut hasher);
     let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join("gltf");
@@ -56,7 +56,7 @@ pub fn rounded(points: &[DVec3]) -> Vec<DVec3> {
     points.iter().map(|p| p.as_vec3().as_dvec3()).collect()
 }
 
-/// One list a query from `values[slot * queries + query]`, up to the first NONE.
+/// One list per query from `values[slot * queries + query]`, up to the first NONE.
 pub fn lists(values: &[u32], queries: usize) -> Vec<Vec<u32>> {
     let k = values.len().checked_div(queries).unwrap_or(0);
     (0..queries)
@@ -64,8 +64,8 @@ pub fn lists(values: &[u32], queries: usize) -> Vec<Vec<u32>> {
         .collect()
 }
 
-/// Lists as the kernels have them, `values[slot * queries + query]`: the first `slots` of each, NONE behind
-/// shorter ones.
+/// Lists as the kernels store them, `values[slot * queries + query]`: the first `slots` of each, padded with
+/// NONE.
 pub fn slots(lists: &[Vec<u32>], slots: usize) -> Vec<u32> {
     (0..slots).flat_map(|s| lists.iter().map(move |l| l.get(s).copied().unwrap_or(NONE))).collect()
 }
@@ -82,7 +82,7 @@ pub fn cloud(count: usize, size: f64, seed: u64) -> Vec<DVec3> {
         .collect()
 }
 
-/// Evenly scattered on a sphere of radius 0.4, with the outward normals.
+/// Uniformly random on a sphere of radius 0.4, with the outward normals.
 pub fn on_sphere(count: usize, seed: u64) -> (Vec<DVec3>, Vec<DVec3>) {
     let mut rng = rng(seed);
     let normals: Vec<DVec3> = std::iter::repeat_with(|| {

@@ -27,7 +27,7 @@ pub fn cube() -> TriMesh {
     mesh(&vertices, &triangles)
 }
 
-/// The unit sphere by longitude and latitude: the poles, then row after row from -z on, beginning at +x.
+/// The unit sphere by longitude and latitude: the poles, then row after row from -z up, starting at +x.
 pub fn globe(around: u32, along: u32) -> TriMesh {
     let mut mesh = TriMesh { vertices: vec![DVec3::NEG_Z, DVec3::Z], triangles: Vec::new() };
     for j in 1..along {
@@ -49,7 +49,7 @@ pub fn globe(around: u32, along: u32) -> TriMesh {
     mesh
 }
 
-/// A globe cut open along the meridian of +x, but for its poles; the vertices on the side of -y move by
+/// A globe cut open along the meridian of +x, except at its poles; the vertices on the side of -y move by
 /// `gap`.
 pub fn cut_open(globe: &TriMesh, gap: f64) -> TriMesh {
     let mut cut = globe.clone();
@@ -119,7 +119,7 @@ pub fn sphere(radius: f64, levels: u32) -> TriMesh {
     sphere
 }
 
-/// Both meshes in one, without a common vertex.
+/// Both meshes in one, without shared vertices.
 pub fn union(first: &TriMesh, second: &TriMesh) -> TriMesh {
     let mut both = first.clone();
     let offset = first.vertices.len() as u32;
@@ -148,12 +148,12 @@ impl Random {
         self.next() % n
     }
 
-    /// Even in 0..1.
+    /// Uniform in 0..1.
     pub fn unit(&mut self) -> f64 {
         (self.next() >> 11) as f64 / (1u64 << 53) as f64
     }
 
-    /// Even in the cube from -1 to 1.
+    /// Uniform in the cube from -1 to 1.
     pub fn point(&mut self) -> DVec3 {
         DVec3::new(self.unit(), self.unit(), self.unit()) * 2.0 - 1.0
     }

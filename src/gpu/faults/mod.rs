@@ -151,7 +151,9 @@ macro_rules! commands {
                     let real = found? as usize;
                     $name::REAL.store(real, Ordering::Relaxed);
                     // SAFETY: both are function pointers; the caller casts this one to what the name says.
-                    return unsafe { std::mem::transmute::<$name::Command, vk::PFN_vkVoidFunction>($name::shim) };
+                    return unsafe {
+                        std::mem::transmute::<$name::Command, vk::PFN_vkVoidFunction>($name::shim)
+                    };
                 }
             )*
             found
@@ -200,7 +202,9 @@ commands! {
     vkCreateDescriptorSetLayout(device: Pointer, info: Pointer, allocator: Pointer, made: Pointer);
     vkCreatePipelineLayout(device: Pointer, info: Pointer, allocator: Pointer, made: Pointer);
     vkCreateShaderModule(device: Pointer, info: Pointer, allocator: Pointer, made: Pointer);
-    vkCreateComputePipelines(device: Pointer, cache: u64, count: u32, infos: Pointer, allocator: Pointer, made: Pointer);
+    vkCreateComputePipelines(
+        device: Pointer, cache: u64, count: u32, infos: Pointer, allocator: Pointer, made: Pointer
+    );
     vkCreateBuffer(device: Pointer, info: Pointer, allocator: Pointer, made: Pointer);
     vkAllocateMemory(device: Pointer, info: Pointer, allocator: Pointer, made: Pointer);
     vkMapMemory(device: Pointer, memory: u64, offset: u64, size: u64, flags: u32, mapped: Pointer);
@@ -213,7 +217,8 @@ commands! {
     vkAllocateDescriptorSets(device: Pointer, info: Pointer, made: Pointer);
     vkCreateQueryPool(device: Pointer, info: Pointer, allocator: Pointer, made: Pointer);
     vkGetQueryPoolResults(
-        device: Pointer, pool: u64, first: u32, count: u32, bytes: usize, data: Pointer, stride: u64, flags: u32
+        device: Pointer, pool: u64, first: u32, count: u32, bytes: usize, data: Pointer, stride: u64,
+        flags: u32
     );
     vkCreateFence(device: Pointer, info: Pointer, allocator: Pointer, made: Pointer);
     vkQueueSubmit(queue: Pointer, count: u32, submits: Pointer, fence: u64);

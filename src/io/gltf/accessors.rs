@@ -66,7 +66,8 @@ impl<'a> Buffers<'a> {
         let needed = needed_bytes(accessor, size, stride);
         if needed.is_none_or(|needed| needed > bytes.len()) {
             let problem = format!(
-                "the file is cut off: {} elements from byte {} on do not fit into the {} bytes of buffer view {view}",
+                "the file is cut off: {} elements from byte {} on do not fit into the {} bytes of \
+                 buffer view {view}",
                 accessor.count,
                 accessor.byte_offset,
                 bytes.len()

@@ -153,7 +153,8 @@ fn check_declared_size<S: Source>(element: &Element, encoding: Encoding, source:
     }
     let (name, count) = (excerpt(&element.name), element.count);
     let problem = format!(
-        "the file is cut off: the header declares {count} elements '{name}', at least {least} bytes, but {} are left",
+        "the file is cut off: the header declares {count} elements '{name}', at least {least} bytes, \
+         but {} are left",
         source.bytes_left()
     );
     Err(Error::input(Some(source.place()), problem, "get the whole file or write the mesh again"))
