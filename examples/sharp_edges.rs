@@ -13,7 +13,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         .features(FeatureLines::new(vec![FeatureLine { line: 1, points }]));
     let device = Device::open(&DeviceOptions::from_env())?;
     let result = remesh(&device, &part, &options)?;
-    if let Some(skeleton) = result.summary.skeleton {
+    if let Some(skeleton) = result.summary.features {
         println!("{} vertices on {} curves", skeleton.curve_sites, skeleton.curves);
     }
     Ok(())

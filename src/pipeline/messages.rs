@@ -45,16 +45,21 @@ fn counted(count: usize, [one, many]: [&str; 2]) -> String {
     format!("{count} {}", if count == 1 { one } else { many })
 }
 
+/// What [`warnings`] are about.
+pub(crate) struct WarningInput<'a> {
+    pub options: &'a Options,
+    pub expected_vertices: usize,
+    /// The repaired input.
+    pub input: &'a Topology,
+    pub output: &'a Measures,
+    pub counts: &'a ConnectCounts,
+    pub flags: &'a FlagCounts,
+    pub fault: Option<String>,
+}
+
 /// What went wrong, one line each.
-pub(crate) fn warnings(
-    options: &Options,
-    expected: usize,
-    input: &Topology,
-    output: &Measures,
-    connected: &ConnectCounts,
-    flags: &FlagCounts,
-    fault: Option<String>,
-) -> Vec<String> {
+pub(crate) fn warnings(of: &WarningInput) -> Vec<String> {
+    let WarningInput { options, input, output, counts, flags, .. } = *of;
     let got = &output.topology;
     let mut list = Vec::new();
     let mut say = |bad: bool, text: String| {
@@ -72,13 +77,16 @@ pub(crate) fn warnings(
         "the input is not a closed manifold, but this kind of face supports closed surfaces only".into(),
     );
     say(
-        connected.unfilled_faces > 0,
+        counts.unfilled_faces > 0,
         format!(
             "{} not be triangulated and left open",
-            counted(connected.unfilled_faces, ["face could", "faces could"])
+            counted(counts.unfilled_faces, ["face could", "faces could"])
         ),
     );
-    say(got.vertices != expected, format!("the result has {} instead of {expected} vertices", got.vertices));
+    say(
+        got.vertices != of.expected_vertices,
+        format!("the result has {} instead of {} vertices", got.vertices, of.expected_vertices),
+    );
     say(
         input.is_closed_manifold() && !got.is_closed_manifold(),
         "the result is not a closed manifold".into(),
@@ -96,6 +104,6 @@ pub(crate) fn warnings(
             input.boundary_loops
         ),
     );
-    list.extend(fault);
+    list.extend(of.fault.clone());
     list
 }

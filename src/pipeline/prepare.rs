@@ -1,132 +1,140 @@
-//! The input made ready for a run: cleaned, divided into what cells can do and what is too small for them,
-//! uploaded.
+//! Preparation of the input: repaired, divided into small and large components, and uploaded.
 
-use super::coarse_to_fine::Ground;
 use super::coarse_to_fine::level::Level;
-use super::coarse_to_fine::size_field::{SizeRequest, size_field};
-use super::collapse::Wish;
-use super::collapse::components::{Divided, Parts};
+use super::coarse_to_fine::surface_model::{ModelInput, SurfaceModel};
+use super::collapse::components::{Components, Division};
+use super::collapse::simplify::SimplifyTarget;
 use super::memory::{MOST_HALVED, check_memory, longest_edge};
-use super::user_curves::{has_user_curves, user_curve_edges};
+use super::outcome::Outcome;
+use super::user_curves::has_user_curves;
 use crate::gpu::Device;
 use crate::mesh::correspondence::{CorrespondenceRequest, Search, half_edges_after, vertex_values_after};
-use crate::mesh::features::FeatureOptions;
 use crate::mesh::repair::{Repaired, repair_with};
 use crate::mesh::spacing;
 use crate::mesh::subdivide::halved;
-use crate::mesh::submesh::extract;
+use crate::mesh::submesh::{append, extract};
 use crate::mesh::topology::{Topology, topology};
 use crate::mesh::unit_frame::UnitFrame;
 use crate::options::{Method, Options, Shortage, Sizing};
 use crate::sites::surface::Surface;
-use crate::sites::surface_curves::SurfaceCurves;
 use crate::stages::face::planar::PlanarFaces;
 use crate::{Error, ProgressToken, Result, TriMesh};
 
 /// With [`Shortage::AddVertices`], each further try to divide the components has this many times the vertices
 /// of the last,
 const GROWTH: f64 = 1.5;
-/// in no more than so many tries.
+/// in at most so many tries.
 const GROWTHS: usize = 60;
+
 /// The input, ready for a run.
 pub(crate) struct Prepared {
     pub repaired: Repaired,
     pub frame: UnitFrame,
     /// Topology of the repaired input.
     pub input: Topology,
-    /// Components too small for cells, done, in the unit-diagonal frame.
+    /// Components too small for cells, simplified, in the unit-diagonal frame.
     pub small: Vec<TriMesh>,
-    /// The others, in the file's units, with their topology; nothing if there are no small ones.
-    rest: Option<(TriMesh, Topology)>,
-    /// The others on the device, in the unit-diagonal frame.
+    /// The other components, in the input's units; `None` if there are no small ones.
+    large: Option<(TriMesh, Topology)>,
+    /// The large components on the device, in the unit-diagonal frame.
     pub surface: Surface,
     /// For [`Method::CoarseToFine`] only.
-    pub ground: Option<Ground>,
-    /// As asked for, but for the vertices: those left for the others.
+    pub model: Option<SurfaceModel>,
+    /// The given options, with the vertices left for the large components.
     pub options: Options,
 }
 
 impl Prepared {
     /// # Errors
-    /// [`Error::Input`] for a mesh that [`repair_with`] cannot clean, [`Error::Usage`] for too few vertices,
+    /// [`Error::Input`] for a mesh that [`repair_with`] cannot repair, [`Error::Usage`] for too few vertices,
     /// [`Error::OutOfMemory`], [`Error::Cancelled`].
     pub fn new(
         device: &Device,
-        (mesh, repaired): (&TriMesh, Option<Repaired>),
+        mesh: &TriMesh,
+        repaired: Option<Repaired>,
         options: &Options,
         progress: &ProgressToken,
     ) -> Result<Self> {
-        let repaired = cleaned(mesh, repaired, options)?;
+        let repaired = repaired_for(mesh, repaired, options)?;
         progress.poll()?;
         let frame = UnitFrame::of(&repaired.mesh)?;
         check_memory(device, &repaired.mesh, options)?;
-        let halved = with_vertices_near(&repaired.mesh, options, progress)?;
+        let subdivided = subdivided(&repaired.mesh, options, progress)?;
         progress.poll()?;
-        let divided = divide(&repaired.mesh, &frame, options, progress)?;
+        let division = divide(&repaired.mesh, &frame, options, progress)?;
         progress.poll()?;
         let mut options = for_repaired(mesh, &repaired, options);
-        let (small, kept) = divided.map_or((Vec::new(), None), |divided| {
-            options.vertices = divided.left;
-            options.coarse_to_fine.coarsest = options.coarse_to_fine.coarsest.max(divided.coarsest);
-            let rest = (!divided.small.is_empty()).then(|| extract(&repaired.mesh, &divided.large));
-            if let (Some(rest), Sizing::Given(values)) = (&rest, &mut options.coarse_to_fine.sizing) {
-                *values = values_of_part(values, (&repaired.mesh, &divided.large), rest);
+        let (small, large) = division.map_or((Vec::new(), None), |division| {
+            let method = &mut options.coarse_to_fine;
+            options.vertices = division.vertices_left;
+            method.coarsest = method.coarsest.max(division.coarsest);
+            let large = (!division.small.is_empty()).then(|| extract(&repaired.mesh, &division.large));
+            if let (Some(large), Sizing::Given(values)) = (&large, &mut method.sizing) {
+                *values = submesh_values(values, &repaired.mesh, &division.large, large);
             }
-            (divided.small, rest)
+            (division.small, large)
         });
-        let rest = kept.map(|mesh| {
+        let large = large.map(|mesh| {
             let topology = topology(&mesh);
             (mesh, topology)
         });
-        let on = rest.as_ref().map(|(mesh, _)| mesh).or(halved.as_ref()).unwrap_or(&repaired.mesh);
+        let on = large.as_ref().map(|(mesh, _)| mesh).or(subdivided.as_ref()).unwrap_or(&repaired.mesh);
         let (input, surface) = rayon::join(|| topology(&repaired.mesh), || Surface::new(device, on, &frame));
         let surface = surface?;
         progress.poll()?;
-        let ground = match options.method {
-            Method::CoarseToFine => Some(ground(device, (on, &frame), &surface, &options, progress)?),
-            _ => None,
+        let model = match options.method {
+            Method::CoarseToFine => {
+                let input = ModelInput { device, mesh: on, frame: &frame, surface: &surface };
+                Some(SurfaceModel::new(input, &options, progress)?)
+            }
+            Method::AllAtOnce => None,
         };
-        Ok(Self { repaired, frame, input, small, rest, surface, ground, options })
+        Ok(Self { repaired, frame, input, small, large, surface, model, options })
     }
 
-    /// What is not too small for cells, in the file's units, and its topology.
+    /// The components that are not too small for cells, in the input's units, and their topology.
     pub fn large(&self) -> (&TriMesh, &Topology) {
-        self.rest.as_ref().map_or((&self.repaired.mesh, &self.input), |(mesh, topology)| (mesh, topology))
+        self.large.as_ref().map_or((&self.repaired.mesh, &self.input), |(mesh, topology)| (mesh, topology))
     }
 
-    /// The triangles of the repaired mesh in the unit-diagonal frame, ready for searches, as long as there is
-    /// the ground and the result's correspondence is asked for.
-    pub fn searched(&self) -> Option<Search> {
-        let ground = self
-            .ground
-            .as_ref()
-            .filter(|_| self.rest.is_none() && self.options.correspondence != CorrespondenceRequest::NONE);
-        ground.map(|ground| ground.target.searched())
+    /// A search over the repaired mesh in the unit-diagonal frame, if the result's correspondence is asked
+    /// for and the model has one.
+    pub fn search(&self) -> Option<Search> {
+        let is_needed = self.large.is_none() && self.options.correspondence != CorrespondenceRequest::NONE;
+        self.model.as_ref().filter(|_| is_needed).map(|model| model.target.searched())
     }
 
-    /// Vertices of the components that are done.
-    pub fn done(&self) -> usize {
+    /// Vertices of the small components.
+    pub fn small_vertices(&self) -> usize {
         self.small.iter().map(|part| part.vertices.len()).sum()
+    }
+
+    /// Takes the mesh of an outcome and adds the small components, in the input's units.
+    pub fn assemble(&self, outcome: &mut Outcome) -> TriMesh {
+        let mut mesh = std::mem::take(&mut outcome.mesh);
+        self.small.iter().for_each(|part| append(&mut mesh, part));
+        mesh.vertices.iter_mut().for_each(|p| *p = self.frame.from_unit(*p));
+        mesh
     }
 }
 
-/// The surface with edges of at most a spacing, for sites that look for triangles at vertices near them: of a
-/// long one they would miss the middle. Nothing if that is how it is, or nobody looks.
-fn with_vertices_near(
-    mesh: &TriMesh,
-    options: &Options,
-    progress: &ProgressToken,
-) -> Result<Option<TriMesh>> {
+/// The surface with edges of at most a spacing, for sites that search for triangles at nearby vertices and
+/// would miss the middle of long ones; `None` if it has no longer edges or there is no such search.
+fn subdivided(mesh: &TriMesh, options: &Options, progress: &ProgressToken) -> Result<Option<TriMesh>> {
     let Some(length) = longest_edge(mesh, options)? else { return Ok(None) };
     halved(mesh, length, mesh.triangles.len() + MOST_HALVED * options.vertices, progress)
 }
 
-/// The mesh as the options want it cleaned; `repaired` if there is one.
+/// The mesh repaired as the options say, or `repaired` if it is given.
 ///
 /// # Errors
-/// As [`repair_with`] and [`check_given`]; [`Error::Usage`] if `repaired` is another mesh.
-pub(crate) fn cleaned(mesh: &TriMesh, repaired: Option<Repaired>, options: &Options) -> Result<Repaired> {
-    check_given(mesh, options)?;
+/// As [`repair_with`] and [`check_given_sizes`]; [`Error::Usage`] if `repaired` is another mesh.
+pub(crate) fn repaired_for(
+    mesh: &TriMesh,
+    repaired: Option<Repaired>,
+    options: &Options,
+) -> Result<Repaired> {
+    check_given_sizes(mesh, options)?;
     let Some(repaired) = repaired else { return repair_with(mesh, &options.repairs()) };
     let is_of_mesh = |t: &u32| (*t as usize) < mesh.triangles.len();
     if repaired.origin.len() == repaired.mesh.triangles.len() && repaired.origin.iter().all(is_of_mesh) {
@@ -135,124 +143,91 @@ pub(crate) fn cleaned(mesh: &TriMesh, repaired: Option<Repaired>, options: &Opti
     Err(Error::usage("the repaired mesh was made from another one", "give what repair made of this mesh"))
 }
 
-/// The options for a mesh as repair leaves it: sides are those of its triangles, and lengths those at its
-/// vertices.
+/// The options for the repaired mesh: half-edges and sizes of the mesh become those of the repaired one.
 pub(crate) fn for_repaired(mesh: &TriMesh, repaired: &Repaired, options: &Options) -> Options {
     let mut options = options.clone();
-    options.coarse_to_fine.fixed_half_edges =
-        half_edges_after(mesh, repaired, &options.coarse_to_fine.fixed_half_edges);
-    if let Sizing::Given(values) = &mut options.coarse_to_fine.sizing {
+    let method = &mut options.coarse_to_fine;
+    method.fixed_half_edges = half_edges_after(mesh, repaired, &method.fixed_half_edges);
+    if let Sizing::Given(values) = &mut method.sizing {
         *values = vertex_values_after(mesh, repaired, values);
     }
     options
 }
 
-/// Refuses numbers of the input's vertices that are no lengths.
-fn check_given(mesh: &TriMesh, options: &Options) -> Result<()> {
+/// Refuses sizes that are not positive, or not one for each vertex.
+fn check_given_sizes(mesh: &TriMesh, options: &Options) -> Result<()> {
     let Sizing::Given(values) = &options.coarse_to_fine.sizing else { return Ok(()) };
     if values.len() != mesh.vertices.len() {
         let problem = format!("{} edge lengths for {} vertices", values.len(), mesh.vertices.len());
         return Err(Error::usage(problem, "give one for each vertex of the input"));
     }
     let Some(v) = values.iter().position(|value| !(*value > 0.0 && value.is_finite())) else { return Ok(()) };
-    let problem = format!("vertex {v} wants edges of length {}", values[v]);
+    let problem = format!("vertex {v} has edge length {}", values[v]);
     Err(Error::input(None, problem, "give lengths above 0"))
 }
 
-/// Numbers of the vertices of `mesh` as those of the part of it with these triangles.
-fn values_of_part(values: &[f64], (mesh, triangles): (&TriMesh, &[u32]), part: &TriMesh) -> Vec<f64> {
-    let mut of_part = vec![1.0; part.vertices.len()];
-    let whole = triangles.iter().flat_map(|t| mesh.triangles[*t as usize]);
-    for (from, to) in whole.zip(part.triangles.as_flattened()) {
-        of_part[*to as usize] = values[from as usize];
+/// Values at the vertices of `mesh` as those of `submesh`, which has these triangles of it.
+fn submesh_values(values: &[f64], mesh: &TriMesh, triangles: &[u32], submesh: &TriMesh) -> Vec<f64> {
+    let mut result = vec![1.0; submesh.vertices.len()];
+    let corners = triangles.iter().flat_map(|t| mesh.triangles[*t as usize]);
+    for (from, to) in corners.zip(submesh.triangles.as_flattened()) {
+        result[*to as usize] = values[from as usize];
     }
-    of_part
+    result
 }
 
-/// The components that are too small for cells; nothing if there is one, or if none may be.
+/// The small components and the others; `None` if there is only one, or if none may be simplified.
 fn divide(
     mesh: &TriMesh,
     frame: &UnitFrame,
     options: &Options,
     progress: &ProgressToken,
-) -> Result<Option<Divided>> {
-    // The user's lines may be on a small component, and the other methods are to stay what they are.
+) -> Result<Option<Division>> {
+    // The user's curves may be on a small component, and the other method's presets are never changed.
     if options.method != Method::CoarseToFine || has_user_curves(options) {
         return Ok(None);
     }
-    if Parts::new(mesh).count() == 1 {
+    if Components::new(mesh).count() == 1 {
         return Ok(None);
     }
     let mut unit = mesh.clone();
     unit.vertices.iter_mut().for_each(|p| *p = frame.to_unit(*p));
-    let parts = Parts::new(&unit);
+    let components = Components::new(&unit);
     let mut vertices = options.vertices;
     let mut tries = 0;
     loop {
-        let wish = Wish { vertices, ..Wish::of(options, spacing(parts.area(), vertices), progress) };
-        match parts.divide(&unit, &wish) {
+        let target = SimplifyTarget::new(options, vertices, spacing(components.area(), vertices), progress);
+        match components.divide(&unit, &target) {
             Err(Error::Usage { .. })
                 if options.coarse_to_fine.shortage == Shortage::AddVertices && tries < GROWTHS =>
             {
                 vertices = (GROWTH * vertices as f64).ceil() as usize;
                 tries += 1;
             }
-            divided => return divided.map(Some),
+            division => return division.map(Some),
         }
     }
 }
 
-/// What the default pipeline needs of a surface, which is that of `mesh`, for as many vertices.
+/// Compiles the kernels with which the default pipeline begins; the other method compiles its kernels itself.
 ///
 /// # Errors
-/// As [`Ground::new`].
-pub(crate) fn ground(
-    device: &Device,
-    (mesh, frame): (&TriMesh, &UnitFrame),
-    surface: &Surface,
-    options: &Options,
-    progress: &ProgressToken,
-) -> Result<Ground> {
-    let place = places_on(surface, mesh);
-    let wanted = user_curve_edges(mesh, options)?;
-    let user_edges = wanted.into_iter().map(|edge| edge.map(|v| place[v as usize])).collect();
-    let spacing = spacing(surface.area(), options.vertices);
-    let wanted = FeatureOptions { feature_angle: options.coarse_to_fine.feature_angle, spacing, user_edges };
-    let mut given = Vec::new();
-    if let Sizing::Given(values) = &options.coarse_to_fine.sizing {
-        given = vec![1.0; values.len()];
-        place.iter().zip(values).for_each(|(v, value)| given[*v as usize] = *value);
-    }
-    let sized = |curves: Option<&SurfaceCurves>| {
-        let wish = SizeRequest { options, given: &given, diagonal: frame.scale };
-        size_field(&surface.mesh(), curves, &wish)
-    };
-    Ground::new(device, surface, &wanted, sized, progress)
-}
-
-/// Where the mesh's vertices are on the surface, which has its triangles in their order, but not its
-/// vertices.
-fn places_on(surface: &Surface, mesh: &TriMesh) -> Vec<u32> {
-    let mut place = vec![0; mesh.vertices.len()];
-    for (from, to) in mesh.triangles.as_flattened().iter().zip(surface.triangles.as_flattened()) {
-        place[*from as usize] = *to;
-    }
-    place
-}
-
-/// Compiles the kernels with which the default pipeline begins; other methods compile theirs themselves.
+/// Those of the device.
 pub(crate) fn compile(device: &Device, method: Method) -> Result<()> {
     match method {
         Method::CoarseToFine => Level::compile(device),
-        _ => Ok(()),
+        Method::AllAtOnce => Ok(()),
     }
 }
 
-/// Compiles what the default pipeline needs later: the kernel for what lists do not decide, which takes as
-/// long as all others.
+/// Compiles what the default pipeline needs later: the kernel for faces that the lists do not decide, which
+/// takes as long as all others.
+///
+/// # Errors
+/// Those of the device.
 pub(crate) fn compile_later(device: &Device, method: Method) -> Result<()> {
     match method {
         Method::CoarseToFine => PlanarFaces::compile_exact(device),
-        _ => Ok(()),
+        Method::AllAtOnce => Ok(()),
     }
 }

@@ -3,7 +3,7 @@
 use super::coarse_to_fine::levels::{Extent, LevelPlan, enough, levels};
 use super::coarse_to_fine::size_field::{SizeRequest, size_field};
 use super::memory::bytes_needed;
-use super::prepare::{cleaned, for_repaired};
+use super::prepare::{for_repaired, repaired_for};
 use super::user_curves::{may_simplify, user_curve_edges};
 use crate::mesh::features::{FeatureOptions, Features, find_features};
 use crate::mesh::repair::{RepairCounts, Repaired};
@@ -67,7 +67,7 @@ pub fn preview(mesh: &TriMesh, options: &Options) -> Result<Preview> {
 /// See there.
 pub fn preview_repaired(mesh: &TriMesh, repaired: Option<Repaired>, options: &Options) -> Result<Preview> {
     options.validate()?;
-    let repaired = cleaned(mesh, repaired, options)?;
+    let repaired = repaired_for(mesh, repaired, options)?;
     let options = &for_repaired(mesh, &repaired, options);
     let frame = UnitFrame::of(&repaired.mesh)?;
     let unit = TriMesh {
@@ -77,18 +77,18 @@ pub fn preview_repaired(mesh: &TriMesh, repaired: Option<Repaired>, options: &Op
     let areas: Vec<f64> = (0..unit.triangles.len()).map(|t| unit.triangle_area(t)).collect();
     let whole: f64 = areas.iter().sum();
     let spacing = spacing(whole, options.vertices);
-    let (found, curves, field) = match options.method {
+    let (features, curves, field) = match options.method {
         Method::CoarseToFine => {
             let user_edges = user_curve_edges(&repaired.mesh, options)?;
-            let wanted =
+            let feature_options =
                 FeatureOptions { feature_angle: options.coarse_to_fine.feature_angle, spacing, user_edges };
-            let found = find_features(&unit, &wanted)?;
-            let curves = SurfaceCurves::new(&unit.vertices, &unit.triangles, &found);
+            let features = find_features(&unit, &feature_options)?;
+            let curves = SurfaceCurves::new(&unit.vertices, &unit.triangles, &features);
             let given =
                 if let Sizing::Given(values) = &options.coarse_to_fine.sizing { values } else { &Vec::new() };
-            let wish = SizeRequest { options, given, diagonal: frame.scale };
-            let field = size_field(&unit, curves.as_ref(), &wish)?;
-            (found, curves.map(|curves| curves.sized(&field)), field)
+            let request = SizeRequest { options, given, diagonal: frame.scale };
+            let field = size_field(&unit, curves.as_ref(), &request)?;
+            (features, curves.map(|curves| curves.sized(&field)), field)
         }
         _ => (Features::default(), None, SizeField::default()),
     };
@@ -124,17 +124,17 @@ pub fn preview_repaired(mesh: &TriMesh, repaired: Option<Repaired>, options: &Op
         spacing: spacing * frame.scale,
         collapses: plans.is_empty(),
         levels: plans.iter().map(level).collect(),
-        curves: found.curves.len(),
-        corners: found.corners.len(),
-        patches: by_patch(&found, &weighted, interior),
+        curves: features.curves.len(),
+        corners: features.corners.len(),
+        patches: by_patch(&features, &weighted, interior),
         device_bytes: bytes_needed(&repaired.mesh, options, curves.is_some())?,
     })
 }
 
 /// The `interior` vertices of each patch by its weighted area, largest first.
-fn by_patch(found: &Features, areas: &[f64], interior: usize) -> Vec<usize> {
-    let mut patches = vec![0.0; found.patch_count];
-    for (patch, area) in found.patches.iter().zip(areas) {
+fn by_patch(features: &Features, areas: &[f64], interior: usize) -> Vec<usize> {
+    let mut patches = vec![0.0; features.patch_count];
+    for (patch, area) in features.patches.iter().zip(areas) {
         if let Some(sum) = patches.get_mut(*patch as usize) {
             *sum += area;
         }

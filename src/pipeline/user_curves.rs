@@ -10,7 +10,8 @@ pub(crate) fn has_user_curves(options: &Options) -> bool {
     options.coarse_to_fine.features.is_some() || !options.coarse_to_fine.fixed_half_edges.is_empty()
 }
 
-/// Whether a surface may be simplified without its curves if there are too few vertices: not with curves of the user.
+/// Whether a surface may be simplified without its curves if there are too few vertices: not with curves of
+/// the user.
 pub(crate) fn may_simplify(options: &Options) -> bool {
     !has_user_curves(options) && options.coarse_to_fine.shortage != Shortage::AddVertices
 }

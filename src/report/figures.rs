@@ -74,7 +74,7 @@ pub fn course(s: &Summary, device: &DeviceInfo) -> Vec<Row> {
     if let Some([least, largest]) = s.edge_lengths {
         rows.push(("edge lengths asked for", format!("{least:.6} to {largest:.6} (input's units)")));
     }
-    if let Some(found) = s.skeleton.filter(|found| found.curves + found.corners > 0) {
+    if let Some(found) = s.features.filter(|found| found.curves + found.corners > 0) {
         rows.push((
             "curves, corners, patches",
             format!("{}, {}, {}", found.curves, found.corners, found.patches),

@@ -156,7 +156,7 @@ fn vertices_on_curves_lie_on_edges_and_held_sides_become_curves() {
         .correspondence(CorrespondenceRequest::ALL)
         .feature_angle(180.0);
     let result = remesh(device(), &input, &options).unwrap();
-    let found = result.summary.skeleton.unwrap();
+    let found = result.summary.features.unwrap();
     assert_eq!(found.curves, 12, "{found:?}");
     let correspondence = result.correspondence.unwrap();
     let on_side = |p: &&SurfacePoint| p.barycentric.contains(&0.0);

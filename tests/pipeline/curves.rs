@@ -40,7 +40,7 @@ fn a_box_and_a_thin_plate_come_back_exactly() {
         assert!((output.relative_volume.unwrap() - 1.0).abs() < 1e-5, "{name}: {:?}", output.relative_volume);
         assert!(output.distances.unwrap().hausdorff < 1e-4, "{name}: {:?}", output.distances);
         assert!(output.quality.theta_min > least, "{name}: {:?}", output.quality);
-        let found = result.summary.skeleton.unwrap();
+        let found = result.summary.features.unwrap();
         assert_eq!((found.curves, found.corners, found.patches), (12, 8, 6), "{name}");
         for corner in &input.vertices {
             let is_corner = input.bounds().is_some_and(|(lo, hi)| {
@@ -63,7 +63,7 @@ fn a_rim_stays_a_rim() {
     let output = &result.summary.output;
     assert!(output.quality.theta_min > 38.0 && output.quality.q_avg > 0.93, "{:?}", output.quality);
     assert!(output.distances.unwrap().hausdorff < 0.2, "{:?}", output.distances);
-    assert!(result.summary.skeleton.unwrap().curve_sites > 50);
+    assert!(result.summary.features.unwrap().curve_sites > 50);
 }
 
 #[test]
@@ -84,12 +84,12 @@ fn three_pages_stay_together() {
 fn sharp_edges_are_held_by_angle_or_by_name() {
     let input = sample("box").unwrap();
     let none = Options::new(400).feature_angle(180.0);
-    assert_eq!(run(&input, &none).summary.skeleton.unwrap().curve_sites, 0);
+    assert_eq!(run(&input, &none).summary.features.unwrap().curve_sites, 0);
     let (lo, hi) = input.bounds().unwrap();
     let line = FeatureLine { line: 1, points: vec![lo, DVec3::new(hi.x, lo.y, lo.z)] };
     let one = none.features(FeatureLines::new(vec![line]));
     let result = run(&input, &one);
-    let found = result.summary.skeleton.unwrap();
+    let found = result.summary.features.unwrap();
     assert_eq!((found.curves, found.corners), (1, 2));
     let on_edge = |v: &&DVec3| (v.y - lo.y).abs() + (v.z - lo.z).abs() < 1e-12;
     assert!(result.mesh.vertices.iter().filter(on_edge).count() >= found.curve_sites);

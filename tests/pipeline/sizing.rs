@@ -62,7 +62,7 @@ fn sharp_edges_follow() {
     let wished = |p: DVec3| 1.0 + 2.0 * p.z;
     let sizing = Sizing::Given(input.vertices.iter().map(|p| wished(*p)).collect());
     let result = run(&input, &Options::new(2500).sizing(sizing).growth(1.0));
-    let skeleton = result.summary.skeleton.unwrap();
+    let skeleton = result.summary.features.unwrap();
     assert_eq!((skeleton.curves, skeleton.corners), (12, 8));
     let shares = shares(&result.mesh, wished, 6);
     assert!(shares.iter().all(|share| (share - 1.0).abs() < 0.1), "{shares:?}");

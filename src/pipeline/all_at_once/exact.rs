@@ -5,8 +5,9 @@ use super::descent::Descent;
 use crate::gpu::{Buffer, Device, Recorder};
 use crate::mesh::bvh::Bvh;
 use crate::options::Options;
-use crate::pipeline::Connection;
 use crate::pipeline::near_sites::{LIST, near_sites};
+use crate::pipeline::outcome::Outcome;
+use crate::pipeline::result::ExactSummary;
 use crate::progress::ProgressReporter;
 use crate::sites::cells::{CellSites, CellSurface, connected_cells};
 use crate::sites::connect::{ConnectCounts, connect};
@@ -19,26 +20,12 @@ use crate::stages::step::Step;
 use crate::{Result, TriMesh};
 use glam::{DVec3, Vec2, Vec4};
 use rayon::prelude::*;
-use serde::Serialize;
 
 /// Lists are built again when a site has moved by more than this fraction of its reach. That is cheap
 /// compared with a search for every triangle that the lists do not decide.
 const MAX_RHO: f32 = 0.03;
 /// Longest move with momentum, in spacings. Without momentum, sites move to their centroids.
 const LARGEST_MOVE: f64 = 0.5;
-
-/// Figures of the exact cells of the last iteration.
-#[derive(Debug, Clone, Copy, Default, PartialEq, Serialize)]
-pub struct ExactSummary {
-    /// Sum of their areas relative to the surface's.
-    pub area: f64,
-    /// Sites without a cell: another one has the same position.
-    pub empty_cells: usize,
-    /// Pairs of a triangle and a site that may have a part of it.
-    pub pairs: usize,
-    /// Triangles left to the host, over all iterations, because they meet the cells of too many sites.
-    pub crowded: usize,
-}
 
 /// The stages of a run with their buffers.
 pub(crate) struct ExactRun<'a> {
@@ -127,10 +114,10 @@ impl<'a> ExactRun<'a> {
         let mut recorder = self.device.recorder()?;
         self.lists.record_refresh(&mut recorder, &self.sites, MAX_RHO)?;
         let parts = self.cells.record_parts(&mut recorder, &self.triangles, &self.sites, &self.lists)?;
-        let found = recorder.submit()?;
+        let downloads = recorder.submit()?;
         let mut recorder = self.device.recorder()?;
         let (on, sites) = (&self.triangles, &self.sites);
-        let counts = self.cells.record_cells(self.device, &mut recorder, on, sites, (&found, &parts))?;
+        let counts = self.cells.record_cells(self.device, &mut recorder, on, sites, (&downloads, &parts))?;
         if self.descent.is_some() {
             return Ok((counts, self.descend(recorder)?));
         }
@@ -146,8 +133,8 @@ impl<'a> ExactRun<'a> {
     fn descend(&mut self, mut recorder: Recorder) -> Result<f64> {
         let cells = recorder.download(&self.cells.cells)?;
         let energies = recorder.download(&self.cells.energies)?;
-        let found = recorder.submit()?;
-        let (cells, energies): (Vec<Vec4>, Vec<f32>) = (found.read(&cells)?, found.read(&energies)?);
+        let downloads = recorder.submit()?;
+        let (cells, energies): (Vec<Vec4>, Vec<f32>) = (downloads.read(&cells)?, downloads.read(&energies)?);
         let Some(descent) = &mut self.descent else { return Ok(0.0) };
         let trial = descent.next_trial(&cells, &energies).to_vec();
         let distance = descent.distance_to_centroids() / self.spacing;
@@ -180,7 +167,7 @@ impl<'a> ExactRun<'a> {
     ///
     /// # Errors
     /// Those of the device.
-    pub fn connect(&self, surface: &Surface, progress: &mut ProgressReporter) -> Result<Connection> {
+    pub fn connect(&self, surface: &Surface, progress: &mut ProgressReporter) -> Result<Outcome> {
         let positions: Vec<DVec3> =
             self.sites.to_vec(self.device)?.iter().map(|s: &Vec4| s.truncate().as_dvec3()).collect();
         let triangles = closest_triangles(surface, &positions);
@@ -202,16 +189,16 @@ pub(crate) fn connected(
     sites: SitesOnSurface,
     spacing: f64,
     progress: &mut ProgressReporter,
-) -> Result<Connection> {
+) -> Result<Outcome> {
     let near = near_sites(device, &sites.positions)?;
     let on = CellSurface::new(&surface.vertices, &surface.triangles, &surface.normals);
     let places = Place::inside(&sites.triangles);
     let of = CellSites { positions: &sites.positions, places: &places, near: &near, spacing, lengths: &[] };
     let cells = progress.during(|progress| connected_cells(&on, &of, progress))?;
     let (triangles, counts) = connect(&sites.positions, &cells.fans);
-    Ok(Connection {
+    Ok(Outcome {
         mesh: TriMesh { vertices: sites.positions, triangles },
         counts: ConnectCounts { cells: Some(cells.certificate), ..counts },
-        ..Connection::default()
+        ..Outcome::default()
     })
 }

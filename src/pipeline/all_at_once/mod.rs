@@ -1,14 +1,14 @@
 //! The pipelines that have all sites from the start.
 
-pub(crate) mod descent;
-pub(crate) mod exact;
-pub(crate) mod lbfgs;
-pub(crate) mod projection;
-pub(crate) mod rtf;
+mod descent;
+mod exact;
+mod lbfgs;
+mod projection;
+mod rtf;
 
-use super::coarse_to_fine::attempts::Settled;
+use super::clock::Clock;
 use super::cost::{AttemptCost, LevelWork};
-use super::{Clock, Connection};
+use super::outcome::Outcome;
 use crate::gpu::Device;
 use crate::mesh::sizing::SizeField;
 use crate::mesh::spacing;
@@ -20,6 +20,8 @@ use crate::sites::poisson::{DiskSummary, disks};
 use crate::sites::seed;
 use crate::sites::surface::Surface;
 use crate::{Phase, Result};
+use exact::ExactRun;
+use rtf::PlaneFacesRun;
 
 /// A run with all sites from the start.
 pub(crate) struct AllAtOnce<'a> {
@@ -33,7 +35,7 @@ pub(crate) struct AllAtOnce<'a> {
 impl AllAtOnce<'_> {
     /// # Errors
     /// Those of the device, and [`crate::Error::Cancelled`].
-    pub fn run(&self, progress: &mut ProgressReporter, clock: &mut Clock) -> Result<Settled> {
+    pub fn run(&self, progress: &mut ProgressReporter, clock: &mut Clock) -> Result<Outcome> {
         let Self { device, surface, input, options } = *self;
         let vertices = options.vertices;
         let spacing = spacing(surface.area(), vertices);
@@ -49,39 +51,38 @@ impl AllAtOnce<'_> {
             }
             Ok(())
         };
-        let (connection, steps) = if options.has_plane_faces() {
-            let run = rtf::PlaneFacesRun::new(device, options, surface, &seeds, spacing)?;
+        let outcome = if options.has_plane_faces() {
+            let run = PlaneFacesRun::new(device, options, surface, &seeds, spacing)?;
             clock.phase("compile");
             begin(progress)?;
             let steps = run.iterate(device, surface, options, progress)?;
             clock.phase("iterate");
-            (run.connect(device, surface, input, progress)?, steps)
+            Outcome { steps, ..run.connect(device, surface, input, progress)? }
         } else if options.iterations > 0 {
-            let mut run = exact::ExactRun::new(device, options, surface, &seeds, spacing)?;
+            let mut run = ExactRun::new(device, options, surface, &seeds, spacing)?;
             clock.phase("compile");
             begin(progress)?;
-            let (steps, summary) = run.iterate(surface, progress)?;
+            let (steps, exact) = run.iterate(surface, progress)?;
             clock.phase("iterate");
-            (Connection { exact: Some(summary), ..run.connect(surface, progress)? }, steps)
+            Outcome { steps, exact: Some(exact), ..run.connect(surface, progress)? }
         } else {
             begin(progress)?;
-            (exact::connected(device, surface, seeds, spacing, progress)?, Vec::new())
+            exact::connected(device, surface, seeds, spacing, progress)?
         };
-        // Once they move, they are no disks.
+        // Points that were moved are no longer a Poisson-disk sampling.
         let disks = disks.filter(|_| options.iterations == 0);
-        let connection = Connection { disks, ..connection };
-        Ok(Settled { connection, steps, skeleton: None, vertices, attempts: 1 })
+        Ok(Outcome { disks, vertices, attempts: 1, ..outcome })
     }
 
-    /// Where sites begin.
+    /// The initial sites, with the figures of a Poisson-disk sampling if they are one.
     fn seeds(&self, progress: &mut ProgressReporter) -> Result<(SitesOnSurface, Option<DiskSummary>)> {
         let Self { surface, options: Options { vertices, seed, .. }, .. } = *self;
         Ok(match self.options.all_at_once.seeding {
             Seeding::Random => (seed::random(surface, *vertices, *seed), None),
             Seeding::Stratified => (seed::stratified(surface, &SizeField::default(), *vertices, *seed), None),
             Seeding::Poisson => {
-                let found = progress.during(|progress| disks(surface, *vertices, *seed, progress))?;
-                (found.sites, Some(found.summary))
+                let sampling = progress.during(|progress| disks(surface, *vertices, *seed, progress))?;
+                (sampling.sites, Some(sampling.summary))
             }
         })
     }

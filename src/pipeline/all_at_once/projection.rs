@@ -52,7 +52,7 @@ struct Triangles {
 /// The nearest vertices of the input.
 struct NearVertices {
     tiles: TileBounds,
-    found: Nearest,
+    nearest: Nearest,
 }
 
 impl NearVertices {
@@ -60,7 +60,7 @@ impl NearVertices {
         let (sites, k) = (options.vertices, options.all_at_once.k_project);
         Ok(Self {
             tiles: TileBounds::new(device, "rtf.neighbours.vertex_tiles", surface.vertices.len())?,
-            found: Nearest::new(device, "rtf.neighbours.vertices", sites, k, false, None)?,
+            nearest: Nearest::new(device, "rtf.neighbours.vertices", sites, k, false, None)?,
         })
     }
 
@@ -70,7 +70,7 @@ impl NearVertices {
     }
 
     fn record(&self, recorder: &mut Recorder, targets: &Buffer<Vec4>, surface: &Surface) -> Result<()> {
-        self.found.record(recorder, targets, &surface.device.vertices, &self.tiles)
+        self.nearest.record(recorder, targets, &surface.device.vertices, &self.tiles)
     }
 }
 
@@ -144,7 +144,13 @@ impl Onto {
         match self {
             Self::Vertices(near, project) => {
                 near.record(recorder, targets, surface)?;
-                project.record(recorder, targets, &near.found.neighbours, &surface.device, site_triangles)?;
+                project.record(
+                    recorder,
+                    targets,
+                    &near.nearest.neighbours,
+                    &surface.device,
+                    site_triangles,
+                )?;
                 Ok(&project.projected)
             }
             Self::Triangles(triangles) => {
@@ -168,7 +174,8 @@ impl SiteProjection {
             Normals::Fit => {
                 let fit = PlaneFit::new(device, n, options.all_at_once.k_normal, None)?;
                 let onto = Onto::new(device, surface, options)?;
-                let onto = onto.ok_or_else(|| Error::Internal("planes that nobody makes".into()))?;
+                let onto = onto
+                    .ok_or_else(|| Error::Internal("no projection for planes that fit the sites".into()))?;
                 Planes::Sites(fit, onto)
             }
             Normals::Surface => {
@@ -235,7 +242,7 @@ impl SiteProjection {
             }
             Planes::Cloud(near, planes, onto) => {
                 near.record(recorder, targets, surface)?;
-                planes.record(recorder, targets, &near.found.neighbours, &surface.device)?;
+                planes.record(recorder, targets, &near.nearest.neighbours, &surface.device)?;
                 match onto {
                     None => Ok(&planes.projected),
                     Some(onto) => onto.record(recorder, surface, targets, site_triangles),

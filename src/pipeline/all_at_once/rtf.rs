@@ -6,7 +6,7 @@ use crate::gpu::{Buffer, Device, Recorder};
 use crate::mesh::topology::{Topology, topology};
 use crate::options::Options;
 use crate::options::{Face, Neighbours};
-use crate::pipeline::Connection;
+use crate::pipeline::outcome::Outcome;
 use crate::pipeline::submission::Pace;
 use crate::progress::ProgressReporter;
 use crate::sites::cells::{CellSites, CellSurface, connected_cells};
@@ -162,7 +162,7 @@ impl PlaneFacesRun {
         surface: &Surface,
         input: &Topology,
         progress: &mut ProgressReporter,
-    ) -> Result<Connection> {
+    ) -> Result<Outcome> {
         let faces = self.faces(device, surface)?;
         let errors = |triangles: &[[u32; 3]], counts: &ConnectCounts| {
             let got =
@@ -193,7 +193,7 @@ impl PlaneFacesRun {
             }
         }
         let mesh = TriMesh { vertices: faces.sites.positions, triangles };
-        Ok(Connection { mesh, counts, flags: faces.flags, ..Connection::default() })
+        Ok(Outcome { mesh, counts, flags: faces.flags, ..Outcome::default() })
     }
 
     /// The faces of the sites as they are now.

@@ -1,28 +1,29 @@
-//! What becomes of a surface that the vertices asked for do not suffice for: other random starts, then
-//! collapsed edges or more vertices.
+//! Attempts with different random starts and, if the vertices do not suffice, with simplified components or
+//! more vertices.
 
-use super::connect::Fault;
 use super::levels::enough;
-use super::{CoarseToFine, Ground};
+use super::shared::CoarseToFine;
+use super::surface_model::{ModelInput, SurfaceModel};
 use crate::gpu::Device;
 use crate::mesh::topology::Topology;
 use crate::mesh::unit_frame::UnitFrame;
 use crate::options::{Options, Shortage};
-use crate::pipeline::prepare::ground;
+use crate::pipeline::clock::Clock;
+use crate::pipeline::collapse::faulty::Fallback;
+use crate::pipeline::outcome::{Fault, Outcome};
 use crate::pipeline::user_curves::may_simplify;
-use crate::pipeline::{Clock, Connection, FeatureSummary};
 use crate::progress::ProgressReporter;
 use crate::sites::surface::Surface;
 use crate::{Error, Result, TriMesh};
 use std::sync::OnceLock;
 
-/// Random starts with as many vertices as asked for.
+/// Random starts with the given number of vertices.
 const STARTS: u64 = 3;
 /// Each further attempt has this many times the vertices of the last,
 const GROWTH: f64 = 1.5;
-/// up to so many times those asked for,
+/// up to so many times the given number,
 const MOST_GROWTH: usize = 4;
-/// or this many.
+/// or up to this number.
 const FEW: usize = 5000;
 
 /// What all attempts share.
@@ -33,148 +34,158 @@ pub(crate) struct Attempts<'a> {
     pub frame: &'a UnitFrame,
     pub surface: &'a Surface,
     pub input: &'a Topology,
-    /// Vertices of the components that are too small to be among these.
-    pub done: usize,
+    /// Vertices of the small components, which are not part of the surface.
+    pub small_vertices: usize,
     pub options: &'a Options,
-    /// Faces of the repaired input that run through others, once somebody asked.
-    pub crossing: &'a OnceLock<usize>,
+    /// Number of faces of the repaired input that intersect others, once counted.
+    pub input_intersections: &'a OnceLock<usize>,
 }
 
-/// The result of the attempt that counts.
-pub(crate) struct Settled {
-    pub connection: Connection,
-    /// Root mean square step of every iteration of the last level, in its spacings.
-    pub steps: Vec<f64>,
-    /// Of the default pipeline.
-    pub skeleton: Option<FeatureSummary>,
-    /// Vertices that the attempt was to have.
-    pub vertices: usize,
-    pub attempts: u32,
+/// Runs attempts and counts them.
+struct Runner<'a, 'p> {
+    shared: &'a Attempts<'a>,
+    attempts: u32,
+    progress: &'a mut ProgressReporter<'p>,
+    clock: &'a mut Clock,
 }
 
-impl Attempts<'_> {
-    /// The first attempt that comes out right.
-    ///
-    /// # Errors
-    /// [`Error::Input`] if none does with as many vertices as asked for and the options want no other.
-    pub fn run(&self, first: Ground, progress: &mut ProgressReporter, clock: &mut Clock) -> Result<Settled> {
-        let Options { vertices: asked, seed, .. } = *self.options;
-        let shortage = self.options.coarse_to_fine.shortage;
-        let (first, vertices) = match shortage {
-            Shortage::AddVertices => self.room(first, asked, progress)?,
-            Shortage::Refuse | Shortage::BestEffort => (first, asked),
-        };
-        let crossing = self.crossing;
-        let mut attempts = 0;
-        let mut run = |ground: &Ground,
-                       vertices: usize,
-                       seed: u64,
-                       progress: &mut ProgressReporter|
-         -> Result<Settled> {
-            attempts += 1;
-            progress.attempt(attempts);
-            let options = Options { vertices, seed, ..self.options.clone() };
-            let Self { device, mesh, frame, surface, input, .. } = *self;
-            let options = &options;
-            let run = CoarseToFine { device, surface, ground, mesh, frame, input, crossing, options };
-            let (connection, steps) = run.run(progress, clock)?;
-            Ok(Settled { connection, steps, skeleton: Some(ground.skeleton), vertices, attempts })
-        };
-        let begun = match run(&first, vertices, seed, progress) {
-            // Sharp edges need more than there are.
-            Err(error @ Error::Usage { .. }) if may_simplify(self.options) => {
-                let skeleton = first.skeleton;
-                let collapsed =
-                    progress.during(|progress| self.collapsed(skeleton, vertices, crossing, progress))?;
-                return collapsed.ok_or(error);
-            }
-            begun => begun?,
-        };
-        let Some(fault) = begun.connection.fault.clone() else { return Ok(begun) };
-        // Uneven triangles, but as many as asked for. Who gladly takes more gets even ones.
-        let mended = |progress: &mut ProgressReporter| {
-            progress.during(|progress| self.mended(&begun, crossing, progress))
-        };
-        // Of what is torn to begin with, other starts are unlikely to do better, and nobody waits for them.
-        let torn = !self.input.is_manifold();
-        if torn && let Some(mended) = mended(progress)? {
-            return Ok(mended);
-        }
-        for start in 1..STARTS {
-            let other = run(&first, vertices, seed.wrapping_add(start), progress)?;
-            if other.connection.fault.is_none() {
-                return Ok(other);
-            }
-        }
-        let spare = |progress: &mut ProgressReporter| if torn { Ok(None) } else { mended(progress) };
-        if shortage != Shortage::AddVertices
-            && let Some(mended) = spare(progress)?
-        {
-            return Ok(mended);
-        }
-        if shortage == Shortage::BestEffort {
-            return Ok(begun);
-        }
-        drop(first);
-        let mut more = vertices;
-        let enough = loop {
-            more = (GROWTH * more as f64).ceil() as usize;
-            if more > (MOST_GROWTH * vertices).max(FEW) {
-                break None;
-            }
-            let larger = run(&self.ground(more, progress)?, more, seed, progress)?;
-            if larger.connection.fault.is_none() {
-                break Some(larger);
-            }
-        };
-        match (enough, shortage) {
-            (Some(larger), Shortage::AddVertices) => Ok(larger),
-            (None, Shortage::AddVertices) => {
-                spare(progress)?.ok_or_else(|| self.refusal(&fault, more, false))
-            }
-            (enough, _) => Err(self.refusal(&fault, more, enough.is_some())),
-        }
+impl Runner<'_, '_> {
+    fn attempt(&mut self, model: &SurfaceModel, vertices: usize, seed: u64) -> Result<Outcome> {
+        self.attempts += 1;
+        self.progress.attempt(self.attempts);
+        let options = &Options { vertices, seed, ..self.shared.options.clone() };
+        let Attempts { device, mesh, frame, surface, input, input_intersections, .. } = *self.shared;
+        let run = CoarseToFine { device, surface, model, mesh, frame, input, input_intersections, options };
+        Ok(Outcome { attempts: self.attempts, ..run.run(self.progress, self.clock)? })
     }
 
-    fn ground(&self, vertices: usize, progress: &mut ProgressReporter) -> Result<Ground> {
-        let options = Options { vertices, ..self.options.clone() };
-        progress
-            .during(|progress| ground(self.device, (self.mesh, self.frame), self.surface, &options, progress))
+    /// The surface for another number of vertices.
+    fn model(&mut self, vertices: usize) -> Result<SurfaceModel> {
+        let Attempts { device, mesh, frame, surface, options, .. } = *self.shared;
+        let options = Options { vertices, ..options.clone() };
+        let input = ModelInput { device, mesh, frame, surface };
+        self.progress.during(|progress| SurfaceModel::new(input, &options, progress))
     }
 
     /// As many vertices, or more if curves leave too few of them. What counts as a curve depends on their
     /// number.
-    fn room(
-        &self,
-        mut ground: Ground,
+    fn with_enough_vertices(
+        &mut self,
+        mut model: SurfaceModel,
         mut vertices: usize,
-        progress: &mut ProgressReporter,
-    ) -> Result<(Ground, usize)> {
-        while let Some(curves) = &ground.curves {
-            let enough = enough(curves, self.surface.area(), vertices);
+    ) -> Result<(SurfaceModel, usize)> {
+        while let Some(curves) = &model.curves {
+            let enough = enough(curves, self.shared.surface.area(), vertices);
             if enough <= vertices {
                 break;
             }
             vertices = enough;
-            ground = self.ground(vertices, progress)?;
+            model = self.model(vertices)?;
         }
-        Ok((ground, vertices))
+        Ok((model, vertices))
     }
 
-    fn refusal(&self, fault: &Fault, more: usize, enough: bool) -> Error {
+    /// The first outcome without a fault with more than so many vertices, if any, and the number tried last.
+    fn with_more_vertices(&mut self, vertices: usize, seed: u64) -> Result<(Option<Outcome>, usize)> {
+        let mut more = vertices;
+        loop {
+            more = (GROWTH * more as f64).ceil() as usize;
+            if more > (MOST_GROWTH * vertices).max(FEW) {
+                return Ok((None, more));
+            }
+            let model = self.model(more)?;
+            let outcome = self.attempt(&model, more, seed)?;
+            if outcome.fault.is_none() {
+                return Ok((Some(outcome), more));
+            }
+        }
+    }
+}
+
+impl Attempts<'_> {
+    /// The first outcome without a fault.
+    ///
+    /// # Errors
+    /// [`Error::Input`] if there is none with the given number of vertices and the options allow no other.
+    pub fn run(
+        &self,
+        model: SurfaceModel,
+        progress: &mut ProgressReporter,
+        clock: &mut Clock,
+    ) -> Result<Outcome> {
+        let (seed, shortage) = (self.options.seed, self.options.coarse_to_fine.shortage);
+        let mut runner = Runner { shared: self, attempts: 0, progress, clock };
+        let (model, vertices) = match shortage {
+            Shortage::AddVertices => runner.with_enough_vertices(model, self.options.vertices)?,
+            Shortage::Refuse | Shortage::BestEffort => (model, self.options.vertices),
+        };
+        let fallback = self.fallback();
+        let first = match runner.attempt(&model, vertices, seed) {
+            // There are too few vertices for the curves.
+            Err(error @ Error::Usage { .. }) if may_simplify(self.options) => {
+                let features = model.features;
+                let whole = runner.progress.during(|p| fallback.whole(features, vertices, p))?;
+                return whole.ok_or(error);
+            }
+            first => first?,
+        };
+        let Some(fault) = first.fault.clone() else { return Ok(first) };
+        // Simplified components have less even triangles, but the given number of vertices. If vertices may
+        // be added, even triangles come first.
+        let repair =
+            |runner: &mut Runner| runner.progress.during(|progress| fallback.repaired(&first, progress));
+        // A defective input is unlikely to gain from other starts, and its user need not wait for them.
+        let is_defective = !self.input.is_manifold();
+        if is_defective && let Some(repaired) = repair(&mut runner)? {
+            return Ok(repaired);
+        }
+        for start in 1..STARTS {
+            let other = runner.attempt(&model, vertices, seed.wrapping_add(start))?;
+            if other.fault.is_none() {
+                return Ok(other);
+            }
+        }
+        let repair_once = |runner: &mut Runner| if is_defective { Ok(None) } else { repair(runner) };
+        if shortage != Shortage::AddVertices
+            && let Some(repaired) = repair_once(&mut runner)?
+        {
+            return Ok(repaired);
+        }
+        if shortage == Shortage::BestEffort {
+            return Ok(first);
+        }
+        drop(model);
+        let (larger, tried) = runner.with_more_vertices(vertices, seed)?;
+        match (larger, shortage) {
+            (Some(larger), Shortage::AddVertices) => Ok(larger),
+            (None, Shortage::AddVertices) => {
+                repair_once(&mut runner)?.ok_or_else(|| self.refusal(&fault, tried, false))
+            }
+            (larger, _) => Err(self.refusal(&fault, tried, larger.is_some())),
+        }
+    }
+
+    fn fallback(&self) -> Fallback<'_> {
+        let Self { mesh, frame, surface, options, input_intersections, .. } = *self;
+        Fallback { mesh, frame, surface, options, input_intersections }
+    }
+
+    /// The error for too few vertices; `tried` is the largest number tried, and `suffices` whether it is
+    /// enough.
+    fn refusal(&self, fault: &Fault, tried: usize, suffices: bool) -> Error {
         let problem = format!(
             "{} vertices are too few: {}",
-            self.options.vertices + self.done,
-            fault.in_words(self.frame)
+            self.options.vertices + self.small_vertices,
+            fault.describe(self.frame)
         );
-        let more = more + self.done;
-        let mend =
-            if self.input.is_manifold() { "" } else { "mend the input there (`weld` closes cracks), " };
-        let count = match enough {
-            true => format!("ask for {more}, let `shortage` add-vertices add them"),
-            false => format!("ask for more than {more}"),
+        let tried = tried + self.small_vertices;
+        let repair =
+            if self.input.is_manifold() { "" } else { "repair the input there (`weld` closes cracks), " };
+        let count = match suffices {
+            true => format!("ask for {tried}, let `shortage` add-vertices add them"),
+            false => format!("ask for more than {tried}"),
         };
-        let remedy = format!("{mend}{count}, or take what comes with `shortage` best-effort");
+        let remedy = format!("{repair}{count}, or accept a faulty result with `shortage` best-effort");
         Error::input(None, problem, remedy)
     }
 }

@@ -1,8 +1,10 @@
 //! Tests of the relaxation between curves, before anything is connected.
 
-use super::level::{Level, Moves};
+use super::Origin;
+use super::level::{Level, LevelOptions, Moves};
 use super::levels::{Extent, levels};
-use super::{CoarseToFine, Ground, Origin};
+use super::shared::CoarseToFine;
+use super::surface_model::SurfaceModel;
 use crate::gpu::{Device, DeviceOptions};
 use crate::mesh::NONE;
 use crate::mesh::features::FeatureOptions;
@@ -15,39 +17,42 @@ use crate::sites::surface::Surface;
 use crate::{Flow, Options, TriMesh};
 use std::sync::OnceLock;
 
-/// Relaxes `count` sites on the mesh, with the checks that hold for all; gives the steps in spacings.
+/// Relaxes `count` sites on the mesh, with the checks that hold for all; returns the steps in spacings.
 fn relaxed(mesh: &TriMesh, count: usize) -> Vec<f64> {
     let device = Device::open(&DeviceOptions { validation: true, ..DeviceOptions::from_env() }).unwrap();
     let frame = UnitFrame::of(mesh).unwrap();
     let surface = Surface::new(&device, mesh, &frame).unwrap();
-    let spacing = crate::pipeline::spacing(surface.area(), count);
+    let spacing = crate::mesh::spacing(surface.area(), count);
     let sized = |_: Option<&_>| Ok(SizeField::default());
     let progress = ProgressToken::default();
-    let ground = Ground::new(&device, &surface, &FeatureOptions::new(spacing), sized, &progress).unwrap();
+    let model =
+        SurfaceModel::with(&device, &surface, &FeatureOptions::new(spacing), sized, &progress).unwrap();
     let (input, options) = (topology(mesh), Options::new(count));
-    let curves = ground.curves.as_ref().unwrap();
+    let curves = model.curves.as_ref().unwrap();
     let extent = Extent { area: surface.area(), euler: input.euler, curves: Some(curves) };
     let plan = *levels(&extent, count, count).unwrap().last().unwrap();
     let run = CoarseToFine {
         device: &device,
         surface: &surface,
-        ground: &ground,
+        model: &model,
         mesh,
         frame: &frame,
         input: &input,
-        crossing: &OnceLock::new(),
+        input_intersections: &OnceLock::new(),
         options: &options,
     };
-    let (start, held) = run.start(Origin::Nothing, &plan);
-    let held = held.unwrap();
+    let (start, on_curves) = run.start(Origin::Scattered, &plan);
+    let pins = on_curves.unwrap().pins;
     assert_eq!(start.sites.len(), count);
-    let level = Level::new(&device, &start, (plan.spacing, false), 40, Moves::SCATTERED).unwrap();
+    let options =
+        LevelOptions { spacing: plan.spacing, has_sizes: false, iterations: 40, moves: Moves::SCATTERED };
+    let level = Level::new(&device, &start, &options).unwrap();
     let mut callback = |_| Flow::Continue;
     let mut progress = ProgressReporter::new(&mut callback);
-    let result = level.relax(&device, &start, &ground.on_device(), 0.0, &mut progress).unwrap();
+    let result = level.relax(&device, &start, &model.on_device(), 0.0, &mut progress).unwrap();
     let begin = start.pinned.unwrap().sites;
     for (i, begin) in begin.iter().enumerate() {
-        if held.pins[i] != NONE {
+        if pins[i] != NONE {
             assert_eq!(result.sites.positions[i].as_vec3(), begin.truncate(), "curve site {i} has moved");
             continue;
         }
@@ -58,7 +63,7 @@ fn relaxed(mesh: &TriMesh, count: usize) -> Vec<f64> {
             "site {i} left its patch"
         );
         let twin = |j: usize| {
-            held.pins[j] == NONE && patch(result.sites.triangles[j]) == patch(result.sites.triangles[i])
+            pins[j] == NONE && patch(result.sites.triangles[j]) == patch(result.sites.triangles[i])
         };
         let others = (0..count).filter(|j| *j != i && twin(*j));
         let nearest = others

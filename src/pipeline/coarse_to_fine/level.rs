@@ -1,4 +1,4 @@
-//! One level of the default pipeline: sites relaxed on the device at one count.
+//! One level of the default pipeline: a number of sites, relaxed on the device.
 
 use crate::Result;
 use crate::gpu::{Buffer, Device, Recorder};
@@ -17,19 +17,19 @@ use crate::stages::step::{KeepOff, Settle};
 use glam::{Vec2, Vec4};
 use rayon::prelude::*;
 
-/// Lists are made anew when a site has moved by more than this share of its reach.
+/// Lists are built again when a site has moved by more than this fraction of its reach.
 const MAX_RHO: f32 = 0.14;
-/// No face reaches farther than this many spacings from its site.
+/// Largest distance of a face's points from its site, in spacings.
 const WIDEST: f64 = 2.5;
-/// Iterations, the last ones of a level, whose faces are exact even where the lists do not decide them.
+/// Number of iterations at the end of a level whose faces are exact even where the lists do not decide them.
 const EXACT: u32 = 10;
 /// Iterations between two checks of the step size.
 const PER_CHECK: u32 = 10;
 
-/// How long the moves of a level may be.
+/// Limits on the moves of a level.
 ///
-/// A few sites at tips and folds never come to rest; what they move, all lists have to be made anew for. The
-/// longer a level takes, the less they are given.
+/// A few sites at tips and folds never come to rest, and their moves make it necessary to build all lists
+/// again. So the limits shrink with the iterations.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct Moves {
     /// Longest move of the first iteration, in spacings.
@@ -54,7 +54,17 @@ impl Moves {
 
 const MOMENTUM: f32 = 0.9;
 
-/// The stages at one count, with their buffers.
+/// How a level is relaxed.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct LevelOptions {
+    pub spacing: f64,
+    /// Whether edge lengths differ.
+    pub has_sizes: bool,
+    pub iterations: u32,
+    pub moves: Moves,
+}
+
+/// The stages for a number of sites, with their buffers.
 pub(crate) struct Level {
     sites: Buffer<Vec4>,
     site_triangle: Buffer<u32>,
@@ -65,22 +75,22 @@ pub(crate) struct Level {
     settle: Settle,
     /// On surfaces with curves.
     keep_off: Option<KeepOff>,
-    /// Where edge lengths differ.
+    /// If edge lengths differ.
     sizing: Option<Sizing>,
     spacing: f64,
     iterations: u32,
     moves: Moves,
 }
 
-/// The surface that sites move over.
+/// The surface on the device.
 #[derive(Clone, Copy)]
 pub(crate) struct DeviceSurface<'a> {
     pub records: &'a TriangleRecords,
-    /// Where edge lengths differ.
+    /// If edge lengths differ.
     pub sizes: Option<&'a DeviceSizes>,
 }
 
-/// Sites that a level begins with.
+/// The initial sites of a level.
 pub(crate) struct Start {
     /// All of them, in Morton order.
     pub sites: SitesOnSurface,
@@ -88,9 +98,10 @@ pub(crate) struct Start {
     pub pinned: Option<PinnedSites>,
 }
 
-/// Sites at rest.
+/// Relaxed sites.
 pub(crate) struct Relaxed {
     pub sites: SitesOnSurface,
+    /// As [`crate::sites::cells::CellSites::near`].
     pub near: Vec<u32>,
     /// Root mean square distance to the centroid of every iteration, in spacings.
     pub steps: Vec<f64>,
@@ -114,14 +125,8 @@ impl Level {
         parts.par_iter().try_for_each(|part| part())
     }
 
-    /// `spacing` is that of the sites; they are `sized` if edge lengths differ.
-    pub fn new(
-        device: &Device,
-        start: &Start,
-        (spacing, sized): (f64, bool),
-        iterations: u32,
-        moves: Moves,
-    ) -> Result<Self> {
+    pub fn new(device: &Device, start: &Start, options: &LevelOptions) -> Result<Self> {
+        let LevelOptions { spacing, has_sizes, iterations, moves } = *options;
         let Start { sites, pinned } = start;
         let n = sites.len();
         let curves = pinned.is_some();
@@ -133,8 +138,8 @@ impl Level {
             faces: PlanarFaces::new(device, n, &PlanarOptions::new(LIST, iterations))?,
             walk: Walk::new(device, n, None)?,
             settle: Settle::new(device, n, iterations, pinned.as_ref().map(|p| p.moving), None)?,
-            keep_off: curves.then(|| KeepOff::new(device, sized, None)).transpose()?,
-            sizing: sized.then(|| Sizing::new(device, n, curves, None)).transpose()?,
+            keep_off: curves.then(|| KeepOff::new(device, has_sizes, None)).transpose()?,
+            sizing: has_sizes.then(|| Sizing::new(device, n, curves, None)).transpose()?,
             spacing,
             iterations,
             moves,
@@ -237,15 +242,19 @@ impl Level {
         let triangles = recorder.download(&self.site_triangle)?;
         let near = recorder.download(&self.lists.neighbours)?;
         let insecure = recorder.download(&self.faces.insecure)?;
-        let done = recorder.submit()?;
-        let insecure: Vec<u32> = done.read(&insecure)?;
+        let downloads = recorder.submit()?;
+        let insecure: Vec<u32> = downloads.read(&insecure)?;
         let last = (steps.len() as u32).checked_sub(1);
         Ok(Relaxed {
             sites: SitesOnSurface {
-                positions: done.read(&positions)?.iter().map(|s: &Vec4| s.truncate().as_dvec3()).collect(),
-                triangles: done.read(&triangles)?,
+                positions: downloads
+                    .read(&positions)?
+                    .iter()
+                    .map(|s: &Vec4| s.truncate().as_dvec3())
+                    .collect(),
+                triangles: downloads.read(&triangles)?,
             },
-            near: done.read(&near)?,
+            near: downloads.read(&near)?,
             open: last.map_or(0, |l| self.faces.counts(&insecure, l).open),
             steps,
         })

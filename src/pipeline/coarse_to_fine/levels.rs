@@ -73,7 +73,7 @@ fn finest(curves: &SurfaceCurves, area: f64, count: usize) -> Result<LevelPlan> 
     }
     Err(Error::usage(
         format!(
-            "{} of {count} vertices would lie on sharp edges and boundaries, which leaves too few between them",
+            "{} of {count} vertices would lie on sharp edges and boundaries, leaving too few between them",
             plan.sites - plan.interior
         ),
         format!(

@@ -1,106 +1,135 @@
-//! Results that cells got wrong, mended by collapsing edges.
+//! Faulty results of cells, repaired by simplifying components or the whole surface.
 
-use super::Wish;
-use super::components::{Parts, Spread};
+use super::components::{Components, RepairInput, Spread};
+use super::simplify::SimplifyTarget;
 use crate::mesh::simplify::Site;
 use crate::mesh::spacing;
-use crate::pipeline::coarse_to_fine::attempts::{Attempts, Settled};
-use crate::pipeline::coarse_to_fine::connect::{crossing_faces, crossing_of_input};
+use crate::mesh::unit_frame::UnitFrame;
+use crate::options::{Options, Sizing};
+use crate::pipeline::intersections::{input_intersections, intersecting_in_units};
+use crate::pipeline::outcome::Outcome;
+use crate::pipeline::result::FeatureSummary;
 use crate::pipeline::user_curves::has_user_curves;
-use crate::pipeline::{Connection, FeatureSummary};
 use crate::sites::connect::ConnectCounts;
-use crate::{Error, ProgressToken, Result, Sizing};
+use crate::sites::surface::Surface;
+use crate::{Error, ProgressToken, Result, TriMesh};
 use std::sync::OnceLock;
 
-impl Attempts<'_> {
-    /// A result with its faulty components made anew, with as many vertices; nothing if that does not help.
-    /// `crossing` is the number of faces of the input that run through others, once somebody asked.
+/// The surface of a run, to be simplified where cells fail.
+#[derive(Clone, Copy)]
+pub(crate) struct Fallback<'a> {
+    /// The repaired input, in its units.
+    pub mesh: &'a TriMesh,
+    pub frame: &'a UnitFrame,
+    pub surface: &'a Surface,
+    pub options: &'a Options,
+    /// Number of faces of the repaired input that intersect others, once counted.
+    pub input_intersections: &'a OnceLock<usize>,
+}
+
+/// A mesh with simplified components.
+struct RepairedMesh {
+    mesh: TriMesh,
+    simplified_components: usize,
+    intersecting_faces: usize,
+}
+
+impl Fallback<'_> {
+    /// The outcome with its faulty components simplified to as many vertices; `None` if that does not help.
     ///
     /// # Errors
     /// [`Error::Cancelled`].
-    pub(crate) fn mended(
-        &self,
-        settled: &Settled,
-        crossing: &OnceLock<usize>,
-        progress: &ProgressToken,
-    ) -> Result<Option<Settled>> {
-        // Those curves are not known here.
+    pub fn repaired(&self, faulty: &Outcome, progress: &ProgressToken) -> Result<Option<Outcome>> {
+        // Edge collapses do not know the user's curves.
         if has_user_curves(self.options) {
             return Ok(None);
         }
-        let begun = &settled.connection;
-        let surface = self.surface.mesh();
-        let sites = begun.rested.iter().zip(&begun.under);
-        let sites: Vec<Site> = sites.map(|(at, triangle)| Site { at: *at, triangle: *triangle }).collect();
-        let through = crossing_faces(&begun.mesh, self.frame, progress)?;
-        let of_input = crossing_of_input(crossing, self.mesh, progress)?;
-        let torn = if through.len() > of_input { through.as_slice() } else { &[] };
-        let (wish, parts) = (self.wish(settled.vertices, progress), Parts::new(&surface));
-        let made = |spread: Spread| {
-            let mut mesh = begun.mesh.clone();
-            let mended = parts.mend(&surface, &mut mesh, (&sites, torn), &wish, spread);
-            let Some(collapsed) = if_enough(mended)? else { return Ok(None) };
-            let left = crossing_faces(&mesh, self.frame, progress)?.len();
-            Ok((collapsed > 0 && left <= of_input).then_some((mesh, collapsed, left)))
-        };
-        let mut found = made(Spread::AsBefore)?;
-        // Short edges where faces of the input run through others make more such faces.
-        if found.is_none() && self.options.coarse_to_fine.sizing != Sizing::Uniform {
-            found = made(Spread::Evenly)?;
+        let mut repaired = self.repaired_mesh(faulty, Spread::AsBefore, progress)?;
+        // Short edges where faces of the input intersect others make more faces that do so.
+        if repaired.is_none() && self.options.coarse_to_fine.sizing != Sizing::Uniform {
+            repaired = self.repaired_mesh(faulty, Spread::Evenly, progress)?;
         }
-        let Some((mesh, collapsed, left)) = found else { return Ok(None) };
-        // Faces that could not be filled were in those components, since a hole changes the topology.
-        let counts = ConnectCounts { unfilled_faces: 0, ..begun.counts };
-        let connection = Connection {
-            mesh,
-            counts,
-            collapsed,
-            crossing: Some(left),
-            curve_sites: begun.curve_sites,
-            flags: begun.flags,
-            edge_lengths: begun.edge_lengths,
-            ..Connection::default()
+        let Some(RepairedMesh { mesh, simplified_components, intersecting_faces }) = repaired else {
+            return Ok(None);
         };
-        Ok(Some(Settled { connection, steps: settled.steps.clone(), ..*settled }))
-    }
-
-    /// The whole surface by collapsing edges; nothing if that does not reach so few vertices.
-    ///
-    /// # Errors
-    /// [`Error::Cancelled`].
-    pub(crate) fn collapsed(
-        &self,
-        skeleton: FeatureSummary,
-        vertices: usize,
-        crossing: &OnceLock<usize>,
-        progress: &ProgressToken,
-    ) -> Result<Option<Settled>> {
-        let surface = self.surface.mesh();
-        let parts = Parts::new(&surface);
-        let whole = parts.whole(&surface, &self.wish(vertices, progress));
-        let Some(mesh) = if_enough(whole)? else { return Ok(None) };
-        let left = crossing_faces(&mesh, self.frame, progress)?.len();
-        let connection =
-            Connection { mesh, collapsed: parts.count(), crossing: Some(left), ..Connection::default() };
-        let fits = left <= crossing_of_input(crossing, self.mesh, progress)?;
-        Ok(fits.then_some(Settled {
-            connection,
-            steps: Vec::new(),
-            skeleton: Some(skeleton),
-            vertices,
-            attempts: 1,
+        Ok(Some(Outcome {
+            mesh,
+            // Faces that could not be filled were in those components, since a hole changes the topology.
+            counts: ConnectCounts { unfilled_faces: 0, ..faulty.counts },
+            simplified_components,
+            intersecting_faces: Some(intersecting_faces),
+            flags: faulty.flags,
+            edge_lengths: faulty.edge_lengths,
+            steps: faulty.steps.clone(),
+            features: faulty.features,
+            vertices: faulty.vertices,
+            attempts: faulty.attempts,
+            ..Outcome::default()
         }))
     }
 
-    fn wish<'a>(&self, vertices: usize, progress: &'a ProgressToken) -> Wish<'a> {
-        Wish { vertices, ..Wish::of(self.options, spacing(self.surface.area(), vertices), progress) }
+    fn repaired_mesh(
+        &self,
+        faulty: &Outcome,
+        spread: Spread,
+        progress: &ProgressToken,
+    ) -> Result<Option<RepairedMesh>> {
+        let surface = self.surface.mesh();
+        let sites = faulty.sites.positions.iter().zip(&faulty.sites.triangles);
+        let sites: Vec<Site> = sites.map(|(at, triangle)| Site { at: *at, triangle: *triangle }).collect();
+        let of_input = self.input_intersections(progress)?;
+        let intersecting = intersecting_in_units(&faulty.mesh, self.frame, progress)?;
+        let faulty_faces = if intersecting.len() > of_input { intersecting.as_slice() } else { &[] };
+        let mut mesh = faulty.mesh.clone();
+        let input = RepairInput { surface: &surface, sites: &sites, faulty_faces, spread };
+        let target = self.target(faulty.vertices, progress);
+        let repaired = Components::new(&surface).repair(&mut mesh, &input, &target);
+        let Some(simplified_components) = if_enough_vertices(repaired)? else { return Ok(None) };
+        let intersecting_faces = intersecting_in_units(&mesh, self.frame, progress)?.len();
+        let is_better = simplified_components > 0 && intersecting_faces <= of_input;
+        Ok(is_better.then_some(RepairedMesh { mesh, simplified_components, intersecting_faces }))
+    }
+
+    /// The whole surface simplified; `None` if that does not reach so few vertices.
+    ///
+    /// # Errors
+    /// [`Error::Cancelled`].
+    pub fn whole(
+        &self,
+        features: FeatureSummary,
+        vertices: usize,
+        progress: &ProgressToken,
+    ) -> Result<Option<Outcome>> {
+        let surface = self.surface.mesh();
+        let components = Components::new(&surface);
+        let simplified = components.simplify(&surface, &self.target(vertices, progress));
+        let Some(mesh) = if_enough_vertices(simplified)? else { return Ok(None) };
+        let intersecting_faces = intersecting_in_units(&mesh, self.frame, progress)?.len();
+        let is_valid = intersecting_faces <= self.input_intersections(progress)?;
+        Ok(is_valid.then_some(Outcome {
+            mesh,
+            simplified_components: components.count(),
+            intersecting_faces: Some(intersecting_faces),
+            features: Some(features),
+            vertices,
+            attempts: 1,
+            ..Outcome::default()
+        }))
+    }
+
+    fn target<'p>(&self, vertices: usize, progress: &'p ProgressToken) -> SimplifyTarget<'p> {
+        SimplifyTarget::new(self.options, vertices, spacing(self.surface.area(), vertices), progress)
+    }
+
+    fn input_intersections(&self, progress: &ProgressToken) -> Result<usize> {
+        input_intersections(self.input_intersections, self.mesh, progress)
     }
 }
 
-/// Nothing where the vertices do not suffice.
-fn if_enough<T>(made: Result<T>) -> Result<Option<T>> {
-    match made {
+/// `None` if there were too few vertices.
+fn if_enough_vertices<T>(simplified: Result<T>) -> Result<Option<T>> {
+    match simplified {
         Err(Error::Usage { .. }) => Ok(None),
-        made => made.map(Some),
+        simplified => simplified.map(Some),
     }
 }

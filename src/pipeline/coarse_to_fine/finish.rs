@@ -1,0 +1,149 @@
+//! The mesh of the last level: polished, fitted, and checked for faces that intersect others.
+
+use super::densify::{ConnectedSites, densify};
+use super::level_mesh::{LevelCurves, LevelMesh, LevelSites};
+use super::shared::CoarseToFine;
+use crate::mesh::NONE;
+use crate::mesh::polyline::Polyline;
+use crate::mesh::spacing;
+use crate::pipeline::clock::Clock;
+use crate::pipeline::cost::AttemptCost;
+use crate::pipeline::intersections::{input_intersections, intersecting_in_units};
+use crate::pipeline::near_sites::near_sites;
+use crate::pipeline::outcome::Fault;
+use crate::polish::{FitOptions, OutlierOptions, PolishOptions, SlidingCurve, fit, polish, reduce_outliers};
+use crate::progress::{ProgressReporter, ProgressToken};
+use crate::sites::cells::{BrokenCell, CellSurface};
+use crate::sites::curve_sites::CurvePosition;
+use crate::{Phase, Result, TriMesh};
+
+/// At most so many times sites are moved to faces that intersect others.
+const DENSIFICATIONS: u32 = 4;
+/// Further rounds of polish where vertices slide along curves.
+const ROUNDS_ON_CURVES: u32 = 10;
+
+/// What reports a run: its progress against the estimated cost, and its wall time.
+pub(crate) struct Reporting<'a, 'p> {
+    pub cost: &'a AttemptCost,
+    pub progress: &'a mut ProgressReporter<'p>,
+    pub clock: &'a mut Clock,
+}
+
+impl CoarseToFine<'_> {
+    /// The mesh polished and fitted, and what is wrong with it. If faces intersect others, sites are moved
+    /// there from elsewhere.
+    pub(crate) fn finish(
+        &self,
+        on: &CellSurface,
+        mut level: LevelMesh,
+        level_spacing: f64,
+        reporting: &mut Reporting,
+    ) -> Result<(LevelMesh, Option<Fault>)> {
+        let mut left = DENSIFICATIONS;
+        loop {
+            let faces = level.mesh.triangles.clone();
+            self.polish_and_fit(&mut level, reporting)?;
+            if !level.is_sound {
+                let what = "components, handles or boundary loops of the surface are lost".to_owned();
+                let fault = Fault { what, at: level.faulty_place };
+                return Ok((level, Some(fault)));
+            }
+            let Reporting { cost, progress, clock } = reporting;
+            progress.phase(Phase::Check, cost.check.until, cost.check.after)?;
+            let intersecting =
+                progress.during(|progress| intersecting_in_units(&level.mesh, self.frame, progress))?;
+            level.intersecting_faces = Some(intersecting.len());
+            clock.phase("check");
+            let of_input =
+                |progress: &ProgressToken| input_intersections(self.input_intersections, self.mesh, progress);
+            if intersecting.is_empty() || intersecting.len() <= progress.during(of_input)? {
+                return Ok((level, None));
+            }
+            let destinations: Vec<BrokenCell> =
+                intersecting.iter().filter_map(|t| self.beside(&level.mesh, *t)).collect();
+            let (fixed, sizes) = (level.fixed(), &self.model.sizes);
+            let of = ConnectedSites { faces: &faces, fixed: &fixed, spacing: level_spacing, sizes };
+            if left == 0 || !densify(&mut level.sites, &of, &destinations) {
+                let what = match intersecting.len() {
+                    1 => "1 face intersects others".to_owned(),
+                    count => format!("{count} faces intersect others"),
+                };
+                let at = destinations.first().map(|b| b.farthest.0);
+                return Ok((level, Some(Fault { what, at })));
+            }
+            left -= 1;
+            let near = near_sites(self.device, &level.sites.positions)?;
+            let moved = LevelSites { sites: level.sites, on_curves: level.on_curves, near };
+            level = self.connect(on, moved, level_spacing, progress)?;
+        }
+    }
+
+    /// Where another site would help a face that intersects others: on the surface beside its centre.
+    fn beside(&self, mesh: &TriMesh, t: u32) -> Option<BrokenCell> {
+        let [a, b, c] = mesh.corners(t as usize);
+        let (point, triangle) = self.model.target.nearest((a + b + c) / 3.0)?;
+        let [p, q, r] = self.surface.triangles[triangle as usize].map(|v| self.surface.vertices[v as usize]);
+        // Inside the triangle, since a curve may run along its edges.
+        let farthest = (point.lerp((p + q + r) / 3.0, 0.05), triangle);
+        Some(BrokenCell { site: mesh.triangles[t as usize][0], farthest })
+    }
+
+    /// Improves the triangles and fits them to the surface. Vertices on curves stay on their curve.
+    fn polish_and_fit(&self, level: &mut LevelMesh, reporting: &mut Reporting) -> Result<()> {
+        let Reporting { cost, progress, clock } = reporting;
+        let target = &self.model.target;
+        let fixed = level.fixed();
+        let patches = self.patches(level, &fixed);
+        progress.phase(Phase::Polish, cost.polish.until, cost.polish.after)?;
+        let sliding_curves =
+            level.on_curves.as_ref().map_or_else(Vec::new, |curves| self.sliding_curves(curves));
+        let more_rounds = if sliding_curves.is_empty() { 0 } else { ROUNDS_ON_CURVES };
+        let rounds = self.options.coarse_to_fine.polish_rounds + more_rounds;
+        let lengths = self.model.sizes.at_all(&level.sites.positions, &level.sites.triangles);
+        let mesh = &mut level.mesh;
+        let options = PolishOptions { rounds, fixed, patches, sliding_curves, lengths, ..Default::default() };
+        progress.during(|progress| polish(mesh, target, &options, progress))?;
+        clock.phase("polish");
+        let PolishOptions { fixed, patches, lengths, .. } = options;
+        if self.options.coarse_to_fine.fit {
+            let options = FitOptions { fixed, patches, ..Default::default() };
+            progress.phase(Phase::Fit, cost.fit.until, cost.fit.after)?;
+            progress.during(|progress| fit(mesh, target, &options, progress))?;
+            clock.phase("fit");
+            let FitOptions { fixed, patches, .. } = options;
+            let edge = spacing(self.surface.area(), mesh.vertices.len());
+            progress.phase(Phase::Outliers, cost.outliers.until, cost.outliers.after)?;
+            let options = OutlierOptions { fixed, patches, lengths, ..Default::default() };
+            progress.during(|progress| reduce_outliers(mesh, target, edge, &options, progress))?;
+            clock.phase("spots");
+        }
+        Ok(())
+    }
+
+    /// The curves with the sites that slide along them.
+    fn sliding_curves(&self, on_curves: &LevelCurves) -> Vec<SlidingCurve> {
+        let Some(curves) = &self.model.curves else { return Vec::new() };
+        let sliding_curve = |line: &Polyline| SlidingCurve { line: line.clone(), sliders: Vec::new() };
+        let mut sliding_curves: Vec<SlidingCurve> = curves.polylines().map(sliding_curve).collect();
+        let mut sliders: Vec<(usize, usize)> = on_curves.pinned().map(|(v, pin)| (pin, v)).collect();
+        // The curve sites are in order along each curve.
+        sliders.sort_unstable();
+        for (pin, v) in sliders {
+            let CurvePosition { curve, arc_length } = on_curves.sites.curve_positions[pin];
+            if let Some(sliding_curve) = sliding_curves.get_mut(curve as usize) {
+                sliding_curve.sliders.push((v as u32, arc_length));
+            }
+        }
+        sliding_curves
+    }
+
+    /// The patch of every face, [`NONE`] where all corners are on curves; empty on surfaces without curves.
+    fn patches(&self, level: &LevelMesh, on_curve: &[bool]) -> Vec<u32> {
+        let Some(curves) = &self.model.curves else { return Vec::new() };
+        let patch = |face: &[u32; 3]| {
+            let interior = face.iter().find(|v| !on_curve[**v as usize]);
+            interior.map_or(NONE, |v| curves.patches[level.sites.triangles[*v as usize] as usize])
+        };
+        level.mesh.triangles.iter().map(patch).collect()
+    }
+}

@@ -1,0 +1,87 @@
+//! The sites of a level, relaxed and connected.
+
+use crate::TriMesh;
+use crate::mesh::NONE;
+use crate::sites::connect::ConnectCounts;
+use crate::sites::curve_sites::CurveSites;
+use crate::sites::on_surface::SitesOnSurface;
+use glam::DVec3;
+
+/// Relaxed sites, in the unit-diagonal frame.
+pub(crate) struct LevelSites {
+    pub sites: SitesOnSurface,
+    /// On surfaces with curves.
+    pub on_curves: Option<LevelCurves>,
+    /// Near sites of each, as [`crate::sites::cells::CellSites::near`].
+    pub near: Vec<u32>,
+}
+
+impl LevelSites {
+    /// For each site whether it is on a curve; empty on surfaces without curves.
+    pub fn fixed(&self) -> Vec<bool> {
+        self.on_curves.as_ref().map_or_else(Vec::new, LevelCurves::fixed)
+    }
+}
+
+/// A level's mesh, in the unit-diagonal frame.
+pub(crate) struct LevelMesh {
+    /// The connected sites; polished on the last level.
+    pub mesh: TriMesh,
+    /// The same vertices before the polish.
+    pub sites: SitesOnSurface,
+    /// On surfaces with curves.
+    pub on_curves: Option<LevelCurves>,
+    pub counts: ConnectCounts,
+    /// Whether the mesh has the input's topology.
+    pub is_sound: bool,
+    /// A place where it has not.
+    pub faulty_place: Option<DVec3>,
+    /// Number of faces that intersect others, once it is known.
+    pub intersecting_faces: Option<usize>,
+    /// Faces of the last iteration that no site bounds.
+    pub unbounded: usize,
+    /// Root mean square step of every iteration, in spacings.
+    pub steps: Vec<f64>,
+}
+
+impl LevelMesh {
+    /// The interior sites in Morton order.
+    pub fn interior_sites(&self) -> SitesOnSurface {
+        let fixed = self.fixed();
+        let is_interior = |v: &u32| !fixed.get(*v as usize).copied().unwrap_or(false);
+        let interior: Vec<u32> = (0..self.sites.len() as u32).filter(is_interior).collect();
+        self.sites.select(&interior).in_morton_order()
+    }
+
+    /// For each site whether it is on a curve; empty on surfaces without curves.
+    pub fn fixed(&self) -> Vec<bool> {
+        self.on_curves.as_ref().map_or_else(Vec::new, LevelCurves::fixed)
+    }
+}
+
+/// The curve sites of a level, which stay in place.
+pub(crate) struct LevelCurves {
+    pub sites: CurveSites,
+    /// The index of each site of the level among these, [`NONE`] for an interior one.
+    pub pins: Vec<u32>,
+}
+
+impl LevelCurves {
+    /// Restores the positions of the curve sites.
+    pub fn restore(&self, positions: &mut [DVec3]) {
+        for (v, pin) in self.pinned() {
+            positions[v] = self.sites.positions[pin];
+        }
+    }
+
+    /// For each site of the level whether it is on a curve.
+    pub fn fixed(&self) -> Vec<bool> {
+        self.pins.iter().map(|pin| *pin != NONE).collect()
+    }
+
+    /// The sites on curves, with their index among the curve sites.
+    pub fn pinned(&self) -> impl Iterator<Item = (usize, usize)> {
+        let pins = self.pins.iter().enumerate();
+        pins.filter(|(_, pin)| **pin != NONE).map(|(v, pin)| (v, *pin as usize))
+    }
+}

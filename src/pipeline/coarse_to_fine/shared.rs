@@ -1,0 +1,26 @@
+//! What all levels of an attempt share.
+
+use super::surface_model::SurfaceModel;
+use crate::TriMesh;
+use crate::gpu::Device;
+use crate::mesh::topology::Topology;
+use crate::mesh::unit_frame::UnitFrame;
+use crate::options::Options;
+use crate::sites::surface::Surface;
+use std::sync::OnceLock;
+
+/// An attempt of the default pipeline.
+pub(crate) struct CoarseToFine<'a> {
+    pub device: &'a Device,
+    pub surface: &'a Surface,
+    pub model: &'a SurfaceModel,
+    /// The repaired input, in its units.
+    pub mesh: &'a TriMesh,
+    /// From the input's units to those of the surface.
+    pub frame: &'a UnitFrame,
+    /// Topology of the repaired input.
+    pub input: &'a Topology,
+    /// Number of faces of the repaired input that intersect others, once counted.
+    pub input_intersections: &'a OnceLock<usize>,
+    pub options: &'a Options,
+}

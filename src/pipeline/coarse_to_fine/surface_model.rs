@@ -1,0 +1,115 @@
+//! The surface in the forms that the default pipeline needs, with its features and its size field.
+
+use super::level::DeviceSurface;
+use super::size_field::{SizeRequest, size_field};
+use crate::gpu::Device;
+use crate::mesh::features::{FeatureOptions, find_features};
+use crate::mesh::sizing::SizeField;
+use crate::mesh::spacing;
+use crate::mesh::unit_frame::UnitFrame;
+use crate::options::{Options, Sizing};
+use crate::pipeline::result::FeatureSummary;
+use crate::pipeline::user_curves::user_curve_edges;
+use crate::polish::Target;
+use crate::sites::surface::Surface;
+use crate::sites::surface_curves::SurfaceCurves;
+use crate::stages::records::TriangleRecords;
+use crate::stages::sizing::DeviceSizes;
+use crate::{ProgressToken, Result, TriMesh};
+
+/// The surface for a number of vertices, on which its features and sizes depend.
+pub(crate) struct SurfaceModel {
+    records: TriangleRecords,
+    /// For projections on the host.
+    pub target: Target,
+    /// `None` without features.
+    pub curves: Option<SurfaceCurves>,
+    pub sizes: SizeField,
+    device_sizes: Option<DeviceSizes>,
+    /// Counts of the features, without sites.
+    pub features: FeatureSummary,
+}
+
+/// What a [`SurfaceModel`] is made from.
+#[derive(Clone, Copy)]
+pub(crate) struct ModelInput<'a> {
+    pub device: &'a Device,
+    /// The mesh that the surface was made from, in the input's units.
+    pub mesh: &'a TriMesh,
+    pub frame: &'a UnitFrame,
+    pub surface: &'a Surface,
+}
+
+impl SurfaceModel {
+    /// With features and sizes as the options have them.
+    ///
+    /// # Errors
+    /// As [`SurfaceModel::with`] and [`user_curve_edges`].
+    pub fn new(input: ModelInput, options: &Options, progress: &ProgressToken) -> Result<Self> {
+        let ModelInput { device, mesh, frame, surface } = input;
+        let on_surface = surface_vertices(surface, mesh);
+        let edges = user_curve_edges(mesh, options)?;
+        let user_edges = edges.into_iter().map(|edge| edge.map(|v| on_surface[v as usize])).collect();
+        let features = FeatureOptions {
+            feature_angle: options.coarse_to_fine.feature_angle,
+            spacing: spacing(surface.area(), options.vertices),
+            user_edges,
+        };
+        let mut given = Vec::new();
+        if let Sizing::Given(values) = &options.coarse_to_fine.sizing {
+            given = vec![1.0; values.len()];
+            on_surface.iter().zip(values).for_each(|(v, value)| given[*v as usize] = *value);
+        }
+        let sizes = |curves: Option<&SurfaceCurves>| {
+            let request = SizeRequest { options, given: &given, diagonal: frame.scale };
+            size_field(&surface.mesh(), curves, &request)
+        };
+        Self::with(device, surface, &features, sizes, progress)
+    }
+
+    /// With the features found by `options`, in the unit-diagonal frame, and the size field that `sizes`
+    /// makes for them.
+    ///
+    /// # Errors
+    /// [`crate::Error::OutOfMemory`] if the surface does not fit on the device, [`crate::Error::Cancelled`],
+    /// and those of [`find_features`] and `sizes`.
+    pub fn with(
+        device: &Device,
+        surface: &Surface,
+        options: &FeatureOptions,
+        sizes: impl Fn(Option<&SurfaceCurves>) -> Result<SizeField> + Sync,
+        progress: &ProgressToken,
+    ) -> Result<Self> {
+        let mesh = surface.mesh();
+        let parts = || -> Result<_> {
+            let features = find_features(&mesh, options)?;
+            progress.poll()?;
+            let curves = SurfaceCurves::new(&mesh.vertices, &mesh.triangles, &features);
+            let sizes = sizes(curves.as_ref())?;
+            progress.poll()?;
+            let curves = curves.map(|curves| curves.sized(&sizes));
+            let records = TriangleRecords::new(device, surface, curves.as_ref())?;
+            let device_sizes = DeviceSizes::new(device, &sizes)?;
+            Ok((records, curves, FeatureSummary::of(&features), sizes, device_sizes))
+        };
+        let (parts, target) = rayon::join(parts, || Target::new(&mesh));
+        let (records, curves, features, sizes, device_sizes) = parts?;
+        let patches = curves.as_ref().map_or_else(Vec::new, |curves| curves.patches.clone());
+        Ok(Self { records, target: target.in_patches(patches), curves, sizes, device_sizes, features })
+    }
+
+    /// The surface on the device.
+    pub fn on_device(&self) -> DeviceSurface<'_> {
+        DeviceSurface { records: &self.records, sizes: self.device_sizes.as_ref() }
+    }
+}
+
+/// For each vertex of the mesh its index on the surface, which has the mesh's triangles, but not the order of
+/// its vertices.
+fn surface_vertices(surface: &Surface, mesh: &TriMesh) -> Vec<u32> {
+    let mut on_surface = vec![0; mesh.vertices.len()];
+    for (from, to) in mesh.triangles.as_flattened().iter().zip(surface.triangles.as_flattened()) {
+        on_surface[*from as usize] = *to;
+    }
+    on_surface
+}

@@ -1,0 +1,70 @@
+//! What is measured of a result: its figures, and where it lies on the input.
+
+use crate::measure::{Crossing, Measures, measure_some};
+use crate::mesh::correspondence::{Correspondence, CorrespondenceRequest, Search, trace};
+use crate::mesh::intersections::intersecting_faces;
+use crate::mesh::repair::Repaired;
+use crate::options::{MeasureDepth, Options};
+use crate::sites::restricted_voronoi::{Energy, energy};
+use crate::{ProgressToken, Result, TriMesh};
+
+/// A result to be measured.
+pub(crate) struct Measuring<'a> {
+    pub result: &'a TriMesh,
+    /// The repaired input, if distances to it are to be measured.
+    pub reference: Option<&'a TriMesh>,
+    /// Number of faces of the result that intersect others, if it is known.
+    pub intersecting_faces: Option<usize>,
+    /// The same of the reference.
+    pub input_intersections: Option<usize>,
+    pub options: &'a Options,
+}
+
+/// Figures of a result.
+pub(crate) struct Measured {
+    pub output: Measures,
+    /// Only with exact faces and a reference.
+    pub energy: Option<Energy>,
+    /// Number of faces of the reference that intersect others.
+    pub input_intersections: Option<usize>,
+}
+
+impl Measuring<'_> {
+    /// # Errors
+    /// Those of [`measure_some`] and [`energy`].
+    pub fn measure(&self, progress: &ProgressToken) -> Result<Measured> {
+        let Self { result, reference, options, .. } = *self;
+        let intersections = match self.intersecting_faces {
+            Some(count) => Crossing::Known(count),
+            None if options.measures >= MeasureDepth::Intersections => Crossing::Find,
+            None => Crossing::Skip,
+        };
+        let with_energy = options.has_exact_faces() && options.iterations > 0;
+        let energy = reference.filter(|_| with_energy).map(|input| energy(input, &result.vertices));
+        let energy = energy.transpose()?;
+        let output = measure_some(result, reference, intersections, progress)?;
+        let count = |input| match self.input_intersections {
+            Some(count) => Ok(count),
+            None => Ok(intersecting_faces(input, progress)?.len()),
+        };
+        Ok(Measured { output, energy, input_intersections: reference.map(count).transpose()? })
+    }
+}
+
+/// Where the result lies on the input as it was given, which `repaired` was made from, if the options ask for
+/// it.
+///
+/// # Errors
+/// Those of [`trace`].
+pub(crate) fn correspondence_of(
+    result: &TriMesh,
+    input: &TriMesh,
+    repaired: &Repaired,
+    options: &Options,
+    search: Option<Search>,
+    progress: &ProgressToken,
+) -> Result<Option<Correspondence>> {
+    let request = options.correspondence;
+    let find = || trace(input, repaired, result, request, search, progress);
+    (request != CorrespondenceRequest::NONE).then(find).transpose()
+}

@@ -1,0 +1,140 @@
+//! The result of a run and its summary.
+
+use crate::TriMesh;
+use crate::gpu::StageTime;
+use crate::measure::Measures;
+use crate::mesh::correspondence::Correspondence;
+use crate::mesh::features::Features;
+use crate::mesh::repair::RepairCounts;
+use crate::mesh::topology::Topology;
+use crate::sites::connect::ConnectCounts;
+use crate::sites::poisson::DiskSummary;
+use crate::sites::restricted_voronoi::Energy;
+use crate::stages::flags::FlagCounts;
+use serde::Serialize;
+
+/// The result of a run.
+#[derive(Debug, Clone)]
+pub struct Remeshed {
+    /// The new mesh, in the input's frame.
+    pub mesh: TriMesh,
+    /// Where its vertices and faces lie on the input as it was given, if [`crate::Options::correspondence`]
+    /// asks for it.
+    pub correspondence: Option<Correspondence>,
+    /// Figures of the run.
+    pub summary: Summary,
+}
+
+/// Figures of a run, as the report has them.
+#[derive(Debug, Clone, Serialize)]
+pub struct Summary {
+    /// What was repaired of the input.
+    pub repaired: RepairCounts,
+    /// Topology of the repaired input.
+    pub input: Topology,
+    /// Faces of the repaired input that intersect others; `None` if those of the result are not counted
+    /// either.
+    pub input_self_intersecting_faces: Option<usize>,
+    /// Components that were simplified instead of remeshed: they had too few vertices for cells, or cells did
+    /// not give their topology.
+    pub collapsed_components: usize,
+    /// What was unusual about the input, and what was done about it.
+    pub remarks: Vec<String>,
+    /// Figures of the result, as far as [`crate::Options::measures`] asks for them; distances are to the
+    /// repaired input.
+    pub output: Measures,
+    /// Number of random starts and vertex counts that were tried; above 1 if there are hardly enough
+    /// vertices.
+    pub attempts: u32,
+    /// Iterations done.
+    pub iterations: u32,
+    /// Whether the step fell below the tolerance.
+    pub converged: bool,
+    /// Whether iterations or rounds were left out because the run was asked to finish early.
+    pub finished_early: bool,
+    /// Root mean square step of every iteration, in spacings.
+    pub steps: Vec<f64>,
+    /// Edge length of a perfect layout, in the input's units.
+    pub spacing: f64,
+    /// The smallest and the largest edge length in the size field, in the input's units; `None` if all are
+    /// equal.
+    pub edge_lengths: Option<[f64; 2]>,
+    /// Sites with special faces after the last iteration.
+    pub flags: FlagCounts,
+    /// Counts from connecting the sites.
+    pub connected: ConnectCounts,
+    /// Figures of the last exact cells; only with exact faces.
+    pub exact: Option<ExactSummary>,
+    /// Figures of the Poisson-disk sampling, in the input's units; only if its points were not moved.
+    pub disks: Option<DiskSummary>,
+    /// How evenly the vertices are spread over the repaired input; only with exact faces, if everything is
+    /// measured.
+    pub energy: Option<Energy>,
+    /// Features that were kept; only with [`crate::Method::CoarseToFine`].
+    #[serde(rename = "skeleton")]
+    pub features: Option<FeatureSummary>,
+    /// What is wrong with the result; empty if it is valid.
+    pub warnings: Vec<String>,
+    /// Time and memory.
+    pub timings: RunTimings,
+}
+
+/// Features of the input, and the vertices of the result on them.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize)]
+pub struct FeatureSummary {
+    /// Number of curves: chains of sharp edges, boundary edges and others that are kept.
+    pub curves: usize,
+    /// Number of corners, where curves end, branch or turn sharply.
+    pub corners: usize,
+    /// Patches of the surface between the curves.
+    pub patches: usize,
+    /// Vertices of the result on curves.
+    pub curve_sites: usize,
+}
+
+impl FeatureSummary {
+    /// The counts of these features, without sites.
+    pub(crate) fn of(features: &Features) -> Self {
+        Self {
+            curves: features.curves.len(),
+            corners: features.corners.len(),
+            patches: features.patch_count,
+            curve_sites: 0,
+        }
+    }
+}
+
+/// Time and memory of a run.
+#[derive(Debug, Clone, Serialize)]
+pub struct RunTimings {
+    /// Device time by kernel and kind of copy.
+    pub stages: Vec<StageTime>,
+    /// Host time by phase.
+    pub phases: Vec<PhaseTime>,
+    /// Wall time of all phases in milliseconds.
+    pub wall_milliseconds: f64,
+    /// Largest device memory in use at once, in bytes.
+    pub peak_device_bytes: u64,
+}
+
+/// Wall time of a phase of the run.
+#[derive(Debug, Clone, Serialize)]
+pub struct PhaseTime {
+    /// Name of the phase.
+    pub name: &'static str,
+    /// Wall time in milliseconds, with waiting for the device.
+    pub milliseconds: f64,
+}
+
+/// Figures of the exact cells of the last iteration.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Serialize)]
+pub struct ExactSummary {
+    /// Sum of their areas relative to the surface's.
+    pub area: f64,
+    /// Sites without a cell: another one has the same position.
+    pub empty_cells: usize,
+    /// Pairs of a triangle and a site that may have a part of it.
+    pub pairs: usize,
+    /// Triangles left to the host, over all iterations, because they meet the cells of too many sites.
+    pub crowded: usize,
+}
