@@ -1,4 +1,4 @@
-//! A scan into an even mesh: `cargo run --release --example remesh -- scan.ply even.ply 10000`
+//! A scan into a mesh of even triangles: `cargo run --release --example remesh -- scan.ply even.ply 10000`
 
 use rtfmesh::{Device, DeviceOptions, Options, io, remesh};
 
@@ -8,8 +8,10 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         return Err("give an input, an output and a number of vertices".into());
     };
     let scan = io::read(input.as_ref())?.mesh;
+    // The fastest device of the machine, or what RTFMESH_DEVICE names.
     let device = Device::open(&DeviceOptions::from_env())?;
     let result = remesh(&device, &scan, &Options::new(vertices.parse()?))?;
+    // What was odd about the input, and what could not be done.
     for line in result.summary.remarks.iter().chain(&result.summary.warnings) {
         eprintln!("{line}");
     }

@@ -9,6 +9,12 @@
 //! io::write("kitten-10k.ply".as_ref(), &result.mesh)?;
 //! # Ok::<(), rtfmesh::Error>(())
 //! ```
+//!
+//! Meshes are read and written by [`io`], cleaned by [`mesh::repair`], remeshed by [`remesh`] or a [`Remesher`] with
+//! [`Options`], and judged by [`measure`] and [`report`]. Positions are [`glam`] vectors.
+
+// With the feature everything inside can be seen, and what nobody uses is found.
+#![cfg_attr(not(feature = "internals"), allow(dead_code, unused_imports))]
 
 /// The example in README.md, which compiles.
 #[cfg(doctest)]
@@ -16,34 +22,56 @@
 struct Readme;
 
 mod error;
-pub mod gpu;
 pub mod io;
 pub mod measure;
 pub mod mesh;
-mod options;
+pub mod options;
 #[cfg(feature = "picture")]
 pub mod picture;
 mod pipeline;
-pub mod polish;
 mod progress;
 mod remesher;
 pub mod report;
-pub mod sites;
-pub mod stages;
 
+// How it is done, which may change at any time: seen by the project's own tests and benches alone.
+#[cfg(feature = "internals")]
+#[doc(hidden)]
+pub mod gpu;
+#[cfg(not(feature = "internals"))]
+mod gpu;
+#[cfg(feature = "internals")]
+#[doc(hidden)]
+pub mod polish;
+#[cfg(not(feature = "internals"))]
+mod polish;
+#[cfg(feature = "internals")]
+#[doc(hidden)]
+pub mod sites;
+#[cfg(not(feature = "internals"))]
+mod sites;
+#[cfg(feature = "internals")]
+#[doc(hidden)]
+pub mod stages;
+#[cfg(not(feature = "internals"))]
+mod stages;
+
+/// Vulkan devices: listed, opened, described.
+pub mod device {
+    pub use crate::gpu::{Device, DeviceInfo, DeviceOptions, Limits, list_devices};
+}
+
+pub use device::{Device, DeviceInfo, DeviceOptions, list_devices};
 pub use error::{Cause, Error, Result};
-pub use gpu::{Device, DeviceInfo, DeviceOptions, list_devices};
+pub use glam;
 pub use mesh::TriMesh;
 pub use mesh::correspondence::{Correspondence, CorrespondenceRequest, SurfacePoint};
 pub use options::{
-    AllAtOnceOptions, Centroid, CoarseToFineOptions, Face, FeatureLines, Length, MAX_GRADATION, MAX_GROWTH,
-    MAX_ITERATIONS, MAX_LBFGS, MAX_NEIGHBOURS, MAX_OFFSET, MeasureDepth, Method, Neighbours, Normals,
-    Options, Projection, Quality, Seeding, Shortage, Size, Sizing,
+    AllAtOnceOptions, Centroid, CoarseToFineOptions, Face, FeatureLines, Length, MeasureDepth, Method,
+    Neighbours, Normals, Options, Projection, Quality, Seeding, Shortage, Size, Sizing,
 };
 pub use pipeline::{
-    ExactSummary, FeatureSummary, PhaseTime, Preview, PreviewLevel, Remeshed, RunTimings, Summary, preview,
-    preview_repaired, remesh, remesh_repaired, remesh_with_progress,
+    Preview, PreviewLevel, Remeshed, Summary, preview, preview_repaired, remesh, remesh_repaired,
+    remesh_with_progress,
 };
 pub use progress::{Flow, Phase, Progress, ProgressToken};
 pub use remesher::Remesher;
-pub use sites::poisson::DiskSummary;

@@ -1,5 +1,7 @@
 //! Measures a mesh: the shape of its triangles, its topology, and its distance to a reference.
 
+pub use crate::sites::restricted_voronoi::{Energy, energy};
+
 use glam::DVec3;
 use rayon::slice::ParallelSliceMut;
 use serde::Serialize;

@@ -8,6 +8,7 @@ mod gpu;
 mod io;
 mod measure;
 mod mesh;
+mod options;
 mod picture;
 mod pipeline;
 mod polish;

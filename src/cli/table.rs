@@ -2,9 +2,9 @@
 
 use comfy_table::Table;
 use comfy_table::presets::NOTHING;
+use rtfmesh::measure::Energy;
 use rtfmesh::measure::Measures;
 use rtfmesh::report::figures;
-use rtfmesh::sites::restricted_voronoi::Energy;
 use rtfmesh::{DeviceInfo, Preview, Summary};
 
 pub(super) fn two_columns(rows: Vec<(&str, String)>) -> String {

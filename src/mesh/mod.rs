@@ -1,7 +1,6 @@
 //! Triangle meshes on the host: reading, cleaning, measuring, writing.
 
 pub mod attributes;
-pub mod bvh;
 pub mod correspondence;
 pub(crate) mod csr;
 pub mod distance;
@@ -10,18 +9,53 @@ pub(crate) mod half_edge_mesh;
 pub(crate) mod half_edges;
 pub(crate) mod hash_grid;
 pub mod intersections;
-pub mod kd_tree;
-pub mod polyline;
 pub mod quality;
 pub mod repair;
 pub mod samples;
-pub mod simplify;
-pub mod sizing;
-pub mod subdivide;
 pub(crate) mod submesh;
 pub mod topology;
+
+// Inner parts, as in lib.rs.
+#[cfg(feature = "internals")]
+#[doc(hidden)]
+pub mod bvh;
+#[cfg(not(feature = "internals"))]
+pub(crate) mod bvh;
+#[cfg(feature = "internals")]
+#[doc(hidden)]
+pub mod kd_tree;
+#[cfg(not(feature = "internals"))]
+pub(crate) mod kd_tree;
+#[cfg(feature = "internals")]
+#[doc(hidden)]
+pub mod polyline;
+#[cfg(not(feature = "internals"))]
+pub(crate) mod polyline;
+#[cfg(feature = "internals")]
+#[doc(hidden)]
+pub mod simplify;
+#[cfg(not(feature = "internals"))]
+pub(crate) mod simplify;
+#[cfg(feature = "internals")]
+#[doc(hidden)]
+pub mod sizing;
+#[cfg(not(feature = "internals"))]
+pub(crate) mod sizing;
+#[cfg(feature = "internals")]
+#[doc(hidden)]
+pub mod subdivide;
+#[cfg(not(feature = "internals"))]
+pub(crate) mod subdivide;
+#[cfg(feature = "internals")]
+#[doc(hidden)]
 pub mod triangle;
+#[cfg(not(feature = "internals"))]
+pub(crate) mod triangle;
+#[cfg(feature = "internals")]
+#[doc(hidden)]
 pub mod unit_frame;
+#[cfg(not(feature = "internals"))]
+pub(crate) mod unit_frame;
 
 use glam::DVec3;
 

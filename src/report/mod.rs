@@ -5,12 +5,17 @@ pub mod figures;
 pub mod html;
 
 use crate::gpu::DeviceInfo;
-use crate::pipeline::Summary;
 use crate::{Error, Method, Options, Result};
 use serde::{Serialize, Serializer};
 use serde_json::Value;
 
-/// What `--report` writes.
+pub use crate::gpu::StageTime;
+pub use crate::pipeline::{ExactSummary, FeatureSummary, PhaseTime, RunTimings, Summary};
+pub use crate::sites::connect::ConnectCounts;
+pub use crate::sites::poisson::DiskSummary;
+pub use crate::stages::flags::FlagCounts;
+
+/// A report of a run.
 #[derive(Debug, Serialize)]
 pub struct Report<'a> {
     /// `rtfmesh`.
