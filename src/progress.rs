@@ -1,4 +1,5 @@
-//! Progress of a long run: what it reports to its caller, and how the caller cancels it or makes it finish early.
+//! Progress of a long run: what it reports to its caller, and how the caller cancels it or makes it finish
+//! early.
 
 use crate::{Error, Result};
 use std::sync::Arc;
@@ -54,8 +55,8 @@ pub struct Progress {
     pub phase: Phase,
     /// The current attempt, from 1: each has another random start or vertex count.
     pub attempt: u32,
-    /// Estimated share of the attempt's work that is done, 0 to 1. It never falls within an attempt, and is 1 at the
-    /// end of the run.
+    /// Estimated share of the attempt's work that is done, 0 to 1. It never falls within an attempt, and is 1
+    /// at the end of the run.
     pub fraction: f64,
     /// Work that would remain if the run were told to [`Flow::Finish`] now, on the same scale.
     pub to_finish: f64,
@@ -73,8 +74,8 @@ pub enum Flow {
     /// Continue.
     #[default]
     Continue,
-    /// Finish early: few further iterations, a short polish, and still a valid mesh with the exact vertex count. This
-    /// cannot be taken back.
+    /// Finish early: few further iterations, a short polish, and still a valid mesh with the exact vertex
+    /// count. This cannot be taken back.
     Finish,
     /// Stop with [`Error::Cancelled`] and without a result.
     Cancel,
@@ -89,8 +90,8 @@ impl From<()> for Flow {
 /// Cost of connecting a level, in iterations, as measured on the CPU.
 pub(crate) const CONNECT: f64 = 12.0;
 
-/// Links a long computation with whoever waits for it: the computation reports the share of the work that is done and
-/// polls whether to stop, and any thread may cancel it or ask it to finish early.
+/// Links a long computation with whoever waits for it: the computation reports the share of the work that is
+/// done and polls whether to stop, and any thread may cancel it or ask it to finish early.
 ///
 /// Clones share their state. Use `&ProgressToken::default()` to neither watch nor stop the work.
 #[derive(Debug, Clone)]
@@ -179,7 +180,8 @@ impl ProgressToken {
         self.state.finishing.load(Ordering::Relaxed)
     }
 
-    /// Whether to leave out work that a valid result does not need; if so, [`ProgressToken::is_shortened`] from now on.
+    /// Whether to leave out work that a valid result does not need; if so, [`ProgressToken::is_shortened`]
+    /// from now on.
     pub fn leave_out(&self) -> bool {
         let finishing = self.is_finishing();
         if finishing {
@@ -223,7 +225,8 @@ impl<'a> ProgressReporter<'a> {
         self.token.restart();
     }
 
-    /// Begins a phase that ends at the fraction `until`. `to_finish` is what [`Progress::to_finish`] reports during it.
+    /// Begins a phase that ends at the fraction `until`. `to_finish` is what [`Progress::to_finish`] reports
+    /// during it.
     ///
     /// # Errors
     /// As [`ProgressReporter::poll`].
@@ -276,8 +279,9 @@ impl<'a> ProgressReporter<'a> {
         self.token.poll()
     }
 
-    /// Does long work on the host in the thread pool, and calls the callback meanwhile. On a thread of a pool, which
-    /// must not wait for the pool, the work is done in place, and the callback is called after it.
+    /// Does long work on the host in the thread pool, and calls the callback meanwhile. On a thread of a
+    /// pool, which must not wait for the pool, the work is done in place, and the callback is called after
+    /// it.
     ///
     /// # Errors
     /// As [`ProgressReporter::poll`], and those of `work`.

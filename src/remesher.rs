@@ -3,8 +3,8 @@
 use crate::pipeline::{compile, compile_later, remesh_with_progress};
 use crate::{Device, Flow, Options, Progress, Remeshed, Result, TriMesh};
 
-/// Remeshes any number of meshes with the same options on the same device. What was compiled for the first one, and the
-/// memory that it took, serve the next.
+/// Remeshes any number of meshes with the same options on the same device. What was compiled for the first
+/// one, and the memory that it took, serve the next.
 ///
 /// Threads may share one, or have a clone each; runs on one device then take turns in their work on it.
 ///

@@ -25,8 +25,8 @@ pub struct Args {
     /// Measure the distances to this mesh as well, both ways, in percent of its bounding box's diagonal
     #[arg(long, value_name = "REFERENCE")]
     against: Option<PathBuf>,
-    /// Measure how evenly the vertices cover the reference as well: the integral of the squared distance to the nearest
-    /// vertex
+    /// Measure how evenly the vertices cover the reference as well: the integral of the squared distance to
+    /// the nearest vertex
     #[arg(long, requires = "against")]
     energy: bool,
     #[command(flatten)]

@@ -40,8 +40,8 @@ const NOTES: &str = "Mesh files: .obj, .ply, .stl, .off, .gltf (read only), .glb
     with .gz; - is standard input or output.\n\
     Exit codes: 0 done, 2 usage, 3 input, 4 device or memory, 130 stopped by Ctrl-C, 1 anything else. An \
     error is one line that says what to do.\n\
-    Environment: RTFMESH_DEVICE as --device; RTFMESH_VALIDATION=1 runs under the Vulkan validation layers and \
-    fails on any message; RTFMESH_FULL_BARRIERS=1 orders every device command; RTFMESH_CACHE_DIR keeps \
+    Environment: RTFMESH_DEVICE as --device; RTFMESH_VALIDATION=1 runs under the Vulkan validation layers \
+    and fails on any message; RTFMESH_FULL_BARRIERS=1 orders every device command; RTFMESH_CACHE_DIR keeps \
     compiled kernels.";
 
 #[derive(Subcommand)]

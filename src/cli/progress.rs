@@ -11,7 +11,8 @@ use std::time::{Duration, Instant};
 
 /// Exit code of a run that was stopped, as shells have it for Ctrl-C.
 pub const CANCELLED: u8 = 130;
-/// A cancelled program that has not ended by itself after this long, for instance since it still reads, is ended.
+/// A cancelled program that has not ended by itself after this long, for instance since it still reads, is
+/// ended.
 const GRACE: Duration = Duration::from_millis(500);
 /// The time that finishing early takes is an estimate; this many times that is set aside.
 const SAFETY: f64 = 1.3;
@@ -31,9 +32,11 @@ static CANCEL_MESSAGE: Mutex<Option<String>> = Mutex::new(None);
 #[derive(clap::Args)]
 pub struct ProgressArgs {
     /// Finish within about this time, with the best mesh there is by then [default: none]
-    #[arg(long, value_name = "SECONDS", value_parser = seconds, help_heading = DEVICE, hide_short_help = true)]
+    #[arg(long, value_name = "SECONDS", value_parser = seconds, help_heading = DEVICE,
+        hide_short_help = true)]
     time_limit: Option<Duration>,
-    /// On Ctrl-C write the best mesh so far, with a warning; a second Ctrl-C stops. By default nothing is written
+    /// On Ctrl-C write the best mesh so far, with a warning; a second Ctrl-C stops. By default nothing is
+    /// written
     #[arg(long, help_heading = DEVICE, hide_short_help = true)]
     keep_partial: bool,
 }

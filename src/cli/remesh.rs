@@ -64,7 +64,8 @@ struct OutputArgs {
     format: Option<Encoding>,
     /// Write all figures as JSON: quality, distances, topology, timings
     ///
-    /// The options and the device are in it, too. Distances to the input are measured for it, and every kernel is timed, which takes a little time itself.
+    /// The options and the device are in it, too. Distances to the input are measured for it, and every
+    /// kernel is timed, which takes a little time itself.
     #[arg(long, value_name = "FILE.json")]
     report: Option<PathBuf>,
     /// Write a web page: both meshes to turn and compare, charts, figures

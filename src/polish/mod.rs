@@ -1,8 +1,8 @@
-//! The last touch on a connected mesh: better triangles ([`polish`]), a closer fit ([`fit`]), then the places that are
-//! still far off, one by one ([`reduce_outliers`]).
+//! The last touch on a connected mesh: better triangles ([`polish`]), a closer fit ([`fit`]), then the places
+//! that are still far off, one by one ([`reduce_outliers`]).
 //!
-//! All keep the number of vertices and the topology, work on one surface, the [`Target`], and give the same bytes for any
-//! number of threads.
+//! All keep the number of vertices and the topology, work on one surface, the [`Target`], and give the same
+//! bytes for any number of threads.
 
 mod fit;
 mod flip;
@@ -63,7 +63,8 @@ struct Point {
 }
 
 impl Target {
-    /// Prepares the surface, which must be in the frame of the meshes to come. Panics if an index is out of range.
+    /// Prepares the surface, which must be in the frame of the meshes to come. Panics if an index is out of
+    /// range.
     pub fn new(surface: &TriMesh) -> Self {
         let corners = |t| surface.corners(t);
         let normals: Vec<DVec3> = (0..surface.triangles.len()).map(|t| doubled_normal(corners(t))).collect();
@@ -116,8 +117,8 @@ impl Target {
 
     /// As [`Target::closest`], with the unit normal of the triangle it lies on.
     ///
-    /// A point close above the inside of the triangle at `rank` is taken to have its closest point there, which saves
-    /// the search; only sheets closer to each other than that could tell otherwise.
+    /// A point close above the inside of the triangle at `rank` is taken to have its closest point there,
+    /// which saves the search; only sheets closer to each other than that could tell otherwise.
     fn closest_with_normal(
         &self,
         p: DVec3,
@@ -147,11 +148,11 @@ impl Target {
 pub struct PolishOptions {
     /// Rounds of flips and relaxation.
     pub rounds: u32,
-    /// What one unit of valence energy is worth against the cotangents of the angles opposite an edge; 0 flips for
-    /// Delaunay triangles only.
+    /// What one unit of valence energy is worth against the cotangents of the angles opposite an edge; 0
+    /// flips for Delaunay triangles only.
     pub valence_weight: f64,
-    /// Vertices that stay where they are, besides those on a boundary; vertices beyond the end of the list are free.
-    /// An edge between two that stay is not flipped.
+    /// Vertices that stay where they are, besides those on a boundary; vertices beyond the end of the list
+    /// are free. An edge between two that stay is not flipped.
     pub fixed: Vec<bool>,
     /// The patch of each triangle, in which it stays; nothing if there is but one.
     pub patches: Vec<u32>,
@@ -187,9 +188,9 @@ pub struct PolishCounts {
 
 /// Improves the triangles of `mesh` by edge flips and by moving vertices over `target`.
 ///
-/// Vertices on a boundary and irregular ones (several fans, no triangles) stay, and boundary edges are not flipped. No
-/// flip repeats an edge; no triangle is turned over or flattened. To finish early, it does [`FEW_ROUNDS`] rounds. Panics
-/// if an index is out of range.
+/// Vertices on a boundary and irregular ones (several fans, no triangles) stay, and boundary edges are not
+/// flipped. No flip repeats an edge; no triangle is turned over or flattened. To finish early, it does
+/// [`FEW_ROUNDS`] rounds. Panics if an index is out of range.
 ///
 /// # Errors
 /// [`crate::Error::Cancelled`]; what was done until then stays.

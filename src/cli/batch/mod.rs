@@ -36,10 +36,10 @@ const SHORT_EXAMPLES: &str = "Examples:
 
 /// Remesh many files with the same options on one device
 ///
-/// The next mesh is read while one is worked on, and one that fails does not stop the others. The log has a JSON line for each:
-/// input, output, status (done, failed, skipped), vertices, q_avg, theta_min, rms and hausdorff with --distances, options,
-/// warnings, notes, seconds, error. The exit code is 1 if any failed. After Ctrl-C finished meshes remain, and --resume
-/// continues.
+/// The next mesh is read while one is worked on, and one that fails does not stop the others. The log has a
+/// JSON line for each: input, output, status (done, failed, skipped), vertices, q_avg, theta_min, rms and
+/// hausdorff with --distances, options, warnings, notes, seconds, error. The exit code is 1 if any failed.
+/// After Ctrl-C finished meshes remain, and --resume continues.
 #[derive(clap::Args)]
 #[command(after_help = SHORT_EXAMPLES, after_long_help = EXAMPLES, disable_help_flag = true)]
 pub struct Args {

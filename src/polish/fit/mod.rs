@@ -1,9 +1,9 @@
 //! Fit: vertices move so that the faces, not the vertices, lie close to the surface.
 //!
-//! Distances of sample points on the faces to their closest points on the surface, and of the surface's vertices to their
-//! closest points on the faces, are made small in the least-squares sense, weighted by area. Moves across the surface cost
-//! nothing but what neighbours would move differently: so vertices slide to where the surface bends, and whole
-//! neighbourhoods go along.
+//! Distances of sample points on the faces to their closest points on the surface, and of the surface's
+//! vertices to their closest points on the faces, are made small in the least-squares sense, weighted by
+//! area. Moves across the surface cost nothing but what neighbours would move differently: so vertices slide
+//! to where the surface bends, and whole neighbourhoods go along.
 
 mod samples;
 mod solve;
@@ -45,10 +45,11 @@ const SOLVED: f64 = 0.85;
 pub struct FitOptions {
     /// Times that distances are measured and vertices moved.
     pub rounds: u32,
-    /// Angles below this many degrees, or below the smallest that there is, may lose half a degree in a round at most,
-    /// and nothing below that smallest.
+    /// Angles below this many degrees, or below the smallest that there is, may lose half a degree in a round
+    /// at most, and nothing below that smallest.
     pub min_angle: f64,
-    /// Vertices that stay where they are, besides those on a boundary; vertices beyond the end of the list are free.
+    /// Vertices that stay where they are, besides those on a boundary; vertices beyond the end of the list
+    /// are free.
     pub fixed: Vec<bool>,
     /// The patch of each triangle, in which it stays; nothing if there is but one.
     pub patches: Vec<u32>,
@@ -67,10 +68,11 @@ pub struct FitCounts {
     pub held: usize,
 }
 
-/// Moves the vertices of `mesh` so that its faces fit `target`; vertices on a boundary and irregular ones stay.
+/// Moves the vertices of `mesh` so that its faces fit `target`; vertices on a boundary and irregular ones
+/// stay.
 ///
-/// No triangle folds over or gets a smaller angle than the options allow. The result does not depend on the number of
-/// threads. Panics if an index is out of range.
+/// No triangle folds over or gets a smaller angle than the options allow. The result does not depend on the
+/// number of threads. Panics if an index is out of range.
 ///
 /// # Errors
 /// [`crate::Error::Cancelled`]; the rounds that were completed until then stay.
@@ -124,8 +126,8 @@ fn fit_points(
 }
 
 impl Sheet<'_> {
-    /// Makes moves smaller where they are out of proportion or a triangle would suffer; gives the number of the
-    /// latter.
+    /// Makes moves smaller where they are out of proportion or a triangle would suffer; gives the number of
+    /// the latter.
     fn limit(&self, thirds: &[f64], min_angle: f64, moves: &mut [DVec3]) -> usize {
         for (step, area) in moves.iter_mut().zip(thirds) {
             *step = step.clamp_length_max(MAX_MOVE * area.sqrt());

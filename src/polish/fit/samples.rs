@@ -1,4 +1,5 @@
-//! What the fit measures: distances of points on the faces to the surface, and of the surface's vertices to the faces.
+//! What the fit measures: distances of points on the faces to the surface, and of the surface's vertices to
+//! the faces.
 
 use glam::DVec3;
 use rayon::prelude::*;
@@ -10,8 +11,9 @@ use crate::polish::Target;
 use crate::polish::relax::CHUNK;
 use crate::{ProgressToken, Result, TriMesh};
 
-/// What the sample at a face's middle, at the middle of one of its edges and at one of its corners count, over the
-/// face's area: exact for polynomials of degree three. Samples on edges and vertices stand for all faces there.
+/// What the sample at a face's middle, at the middle of one of its edges and at one of its corners count,
+/// over the face's area: exact for polynomials of degree three. Samples on edges and vertices stand for all
+/// faces there.
 const FACE_SHARE: f64 = 9.0 / 20.0;
 const EDGE_SHARE: f64 = 2.0 / 15.0;
 const CORNER_SHARE: f64 = 1.0 / 20.0;
@@ -28,8 +30,8 @@ const CORNERS: f64 = 0.15;
 /// and after the faces.
 const FACES: f64 = 0.8;
 
-/// A point of the mesh and the point of the surface that it should meet: their distance, along the direction in which
-/// it changes, both times the square root of what the sample counts.
+/// A point of the mesh and the point of the surface that it should meet: their distance, along the direction
+/// in which it changes, both times the square root of what the sample counts.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
 pub(crate) struct Sample {
     pub direction: DVec3,
@@ -63,7 +65,8 @@ pub(crate) struct Samples {
     pub inward: Vec<Inward>,
 }
 
-/// Where the searches of the samples ended: middle and edges of every face, vertices, and the surface's vertices.
+/// Where the searches of the samples ended: middle and edges of every face, vertices, and the surface's
+/// vertices.
 pub(crate) struct Ranks {
     faces: Vec<[usize; 4]>,
     corners: Vec<usize>,

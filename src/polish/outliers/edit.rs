@@ -142,8 +142,8 @@ impl<'a> Work<'a> {
         Ok(best)
     }
 
-    /// The places of the triangles of a region that are not as they were when its vertices were at `saved`. Near an edge
-    /// that turned, between the four vertices `turned`, samples may belong to other triangles.
+    /// The places of the triangles of a region that are not as they were when its vertices were at `saved`.
+    /// Near an edge that turned, between the four vertices `turned`, samples may belong to other triangles.
     fn changed(&self, region: &Region, saved: &[DVec3], turned: [u32; 4]) -> Vec<usize> {
         let moved: Vec<u32> = (region.vertices.iter().zip(saved))
             .filter(|(v, saved)| self.points[**v as usize] != **saved)

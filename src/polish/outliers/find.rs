@@ -23,7 +23,8 @@ pub(crate) struct Outlier {
     pub at: DVec3,
 }
 
-/// Where mesh and surface are far apart, the farthest first, and the surface's vertices nearest to each triangle.
+/// Where mesh and surface are far apart, the farthest first, and the surface's vertices nearest to each
+/// triangle.
 pub(crate) fn find(mesh: &TriMesh, ground: &Ground) -> Result<(Vec<Outlier>, Vec<Vec<u32>>)> {
     let Ground { target, options, edge, progress } = *ground;
     let bvh = Bvh::new(mesh);

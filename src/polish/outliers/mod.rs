@@ -1,9 +1,9 @@
 //! Outliers: what the fit leaves, the few places where mesh and surface are farthest apart, one by one.
 //!
-//! Evenly spread vertices meet a corner or the bottom of a fold by chance only. At each such place a few edits are tried:
-//! a vertex goes there, or an edge turns; the vertices around make room; and the best edit stays if what is far nearby
-//! becomes less, the largest distance does not grow, and no triangle suffers. Several spots are looked at together; where
-//! two get in each other's way, the second is looked at again.
+//! Evenly spread vertices meet a corner or the bottom of a fold by chance only. At each such place a few
+//! edits are tried: a vertex goes there, or an edge turns; the vertices around make room; and the best edit
+//! stays if what is far nearby becomes less, the largest distance does not grow, and no triangle suffers.
+//! Several spots are looked at together; where two get in each other's way, the second is looked at again.
 
 mod edit;
 mod find;
@@ -33,7 +33,8 @@ pub struct OutlierOptions {
     pub passes: u32,
     /// No angle may fall below this many degrees, unless it was smaller before.
     pub min_angle: f64,
-    /// Vertices that stay where they are, besides those on a boundary; vertices beyond the end of the list are free.
+    /// Vertices that stay where they are, besides those on a boundary; vertices beyond the end of the list
+    /// are free.
     pub fixed: Vec<bool>,
     /// The patch of each triangle, in which it stays; nothing if there is but one.
     pub patches: Vec<u32>,
@@ -47,8 +48,8 @@ impl Default for OutlierOptions {
     }
 }
 
-/// Brings `mesh` and `target` closer where they are farthest apart, and returns the number of edits. To finish early, it
-/// leaves out the edits that are left.
+/// Brings `mesh` and `target` closer where they are farthest apart, and returns the number of edits. To
+/// finish early, it leaves out the edits that are left.
 ///
 /// `edge` is the typical length of the mesh's edges. Keeps the topology. Panics if an index is out of range.
 ///
@@ -113,8 +114,8 @@ struct Mender<'a> {
     points_of: Vec<Vec<u32>>,
     /// The same mesh many times over.
     copies: Vec<Work<'a>>,
-    /// The number of the edit that last changed each triangle. Where nothing changed since a spot was tried, nothing can
-    /// be done.
+    /// The number of the edit that last changed each triangle. Where nothing changed since a spot was tried,
+    /// nothing can be done.
     changed: Vec<usize>,
     edits: usize,
 }
