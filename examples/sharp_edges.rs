@@ -12,7 +12,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     let options = Options::new(2000).feature_angle(30.0).features(FeatureLines::new(vec![line]));
     let device = Device::open(&DeviceOptions::from_env())?;
     let result = remesh(&device, &part, &options)?;
-    if let Some(kept) = result.summary.skeleton {
+    if let Some(kept) = result.summary.features {
         println!("{} vertices on {} curves", kept.curve_sites, kept.curves);
     }
     Ok(())

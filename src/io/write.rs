@@ -22,7 +22,7 @@ use crate::mesh::attributes::{Attribute, Attributes, Role};
 ///
 /// # Errors
 ///
-/// [`Error::Output`]: see [`check_target`]; also a full disk, or a mesh that the format cannot hold.
+/// [`crate::Error::Output`]: see [`check_target`]; also a full disk, or a mesh that the format cannot hold.
 pub fn write(path: &Path, mesh: &TriMesh) -> Result<()> {
     write_as(path, mesh, target_encoding(path)?)
 }
@@ -51,7 +51,7 @@ pub fn write_with(path: &Path, mesh: &TriMesh, attributes: &Attributes, encoding
 ///
 /// # Errors
 ///
-/// [`Error::Output`] for a mesh that the format cannot hold.
+/// [`crate::Error::Output`] for a mesh that the format cannot hold.
 pub fn encode(name: &Path, mesh: &TriMesh, encoding: Encoding) -> Result<Vec<u8>> {
     encode_with(name, mesh, &Attributes::default(), encoding)
 }
@@ -186,7 +186,7 @@ fn check_fits(path: &Path, (mesh, attributes): (&TriMesh, &Attributes), format: 
 ///
 /// # Errors
 ///
-/// [`Error::Output`]: what [`target_encoding`] or [`check_text_target`] finds.
+/// [`crate::Error::Output`]: what [`target_encoding`] or [`check_text_target`] finds.
 pub fn check_target(path: &Path) -> Result<()> {
     target_encoding(path)?;
     check_text_target(path)
@@ -196,7 +196,7 @@ pub fn check_target(path: &Path) -> Result<()> {
 ///
 /// # Errors
 ///
-/// [`Error::Output`]: no format that can be written has this extension.
+/// [`crate::Error::Output`]: no format that can be written has this extension.
 pub fn target_encoding(path: &Path) -> Result<Encoding> {
     let remedy = format!("name the result {}", written_extensions());
     match Encoding::of_name(path) {
