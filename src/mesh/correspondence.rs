@@ -13,8 +13,8 @@ use super::triangle::{closest_on_triangle, doubled_normal};
 use super::unit_frame::UnitFrame;
 use crate::{ProgressToken, Result};
 
-/// A triangle that faces the other way counts only if it is nearer than the nearest one that faces the same way by more
-/// than this share of the length of the edges there.
+/// A triangle that faces the other way counts only if it is nearer than the nearest one that faces the same
+/// way by more than this share of the length of the edges there.
 const OTHER_SIDE: f64 = 0.5;
 /// Weights below this share are rounding: the point is on the side, or at the corner.
 const ON_SIDE: f64 = 1e-11;
@@ -49,8 +49,8 @@ impl CorrespondenceRequest {
 /// Where a mesh lies on another one; lists that nobody asked for are empty.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Correspondence {
-    /// For each vertex the nearest point among triangles that face as the faces around the vertex do, unless one that
-    /// faces otherwise is much nearer. A vertex on a curve lies on an edge of that curve.
+    /// For each vertex the nearest point among triangles that face as the faces around the vertex do, unless
+    /// one that faces otherwise is much nearer. A vertex on a curve lies on an edge of that curve.
     pub vertices: Vec<SurfacePoint>,
     /// For the centre of each face the same.
     pub faces: Vec<SurfacePoint>,
@@ -65,8 +65,8 @@ impl SurfacePoint {
     }
 }
 
-/// Finds where `output`, as far as it is asked for, lies on `input`, which `repaired` was made from. `search` is the
-/// repaired mesh in its unit-diagonal frame; `None` makes a new one.
+/// Finds where `output`, as far as it is asked for, lies on `input`, which `repaired` was made from. `search`
+/// is the repaired mesh in its unit-diagonal frame; `None` makes a new one.
 ///
 /// # Errors
 /// [`crate::Error::Input`]: see [`UnitFrame::of`]; [`crate::Error::Cancelled`].
@@ -215,7 +215,8 @@ pub(crate) fn vertex_values_after(input: &TriMesh, repaired: &Repaired, values: 
     after
 }
 
-/// Half-edges `3 * triangle + k` of `input` as those of the repaired mesh; those that it does not have are left out.
+/// Half-edges `3 * triangle + k` of `input` as those of the repaired mesh; those that it does not have are
+/// left out.
 pub(crate) fn half_edges_after(input: &TriMesh, repaired: &Repaired, half_edges: &[u32]) -> Vec<u32> {
     if half_edges.is_empty() {
         return Vec::new();
@@ -235,7 +236,8 @@ pub(crate) fn half_edges_after(input: &TriMesh, repaired: &Repaired, half_edges:
     found
 }
 
-/// The side of triangle `t` that runs where side `side` of a triangle with these corners does, either way round.
+/// The side of triangle `t` that runs where side `side` of a triangle with these corners does, either way
+/// round.
 fn side_between(repaired: &Repaired, t: u32, corners: [DVec3; 3], side: usize) -> Option<u32> {
     let own = repaired.mesh.corners(t as usize);
     let nearest =

@@ -49,8 +49,8 @@ pub struct Distances {
 /// threads.
 ///
 /// Fails if either mesh has no faces or a coordinate that is not finite, if the reference has no extent, or
-/// if the mesh reaches 1e100 times as far as the reference, and with [`Error::Cancelled`]. Panics if an index is out
-/// of range.
+/// if the mesh reaches 1e100 times as far as the reference, and with [`Error::Cancelled`]. Panics if an index
+/// is out of range.
 pub fn distances(mesh: &TriMesh, reference: &TriMesh, progress: &ProgressToken) -> Result<Distances> {
     let vertices = mesh.vertices.len().max(reference.vertices.len());
     distances_sampled(mesh, reference, MIN_SAMPLES.max(SAMPLES_PER_VERTEX * vertices), progress)

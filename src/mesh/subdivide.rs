@@ -6,9 +6,9 @@ use super::triangle::doubled_normal;
 use crate::{ProgressToken, Result};
 use std::collections::HashMap;
 
-/// Halves all edges longer than `length`, which is above 0, again and again, in the triangles on both sides alike; `None`
-/// if there are none. The longest go first, and what would make more than `most` triangles is left as it is; so is an edge
-/// whose middle, rounded, is one of its ends.
+/// Halves all edges longer than `length`, which is above 0, again and again, in the triangles on both sides
+/// alike; `None` if there are none. The longest go first, and what would make more than `most` triangles is
+/// left as it is; so is an edge whose middle, rounded, is one of its ends.
 ///
 /// Vertices and the triangles without such edges keep their places; new ones follow.
 ///
@@ -78,7 +78,8 @@ fn round(mesh: &TriMesh, length: f64, most: usize) -> Option<TriMesh> {
     Some(TriMesh { vertices, triangles })
 }
 
-/// The parts of a triangle with vertices in the middle of some of its sides, that of side k between corners k and k + 1.
+/// The parts of a triangle with vertices in the middle of some of its sides, that of side k between corners k
+/// and k + 1.
 fn parts(
     [a, b, c]: [u32; 3],
     middles: [Option<u32>; 3],

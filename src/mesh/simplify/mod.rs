@@ -1,7 +1,7 @@
 //! A mesh of fewer vertices by collapsing edges, each only if the surface stays the same up to bending.
 //!
-//! Slower than cells and with worse triangles, but what comes out has the topology of what went in, however few vertices
-//! it gets: components, handles, rims and junctions smaller than an edge survive.
+//! Slower than cells and with worse triangles, but what comes out has the topology of what went in, however
+//! few vertices it gets: components, handles, rims and junctions smaller than an edge survive.
 
 use super::TriMesh;
 use super::half_edges::{EdgeTable, edge_key, twin_pair};
@@ -20,8 +20,8 @@ mod split;
 /// What must stay besides the topology.
 #[derive(Debug, Clone, Copy, Default)]
 pub struct Kept<'a> {
-    /// Of each half-edge `3 * triangle + side` whether it lies on a curve; saying so of one on the edge is enough. Empty
-    /// if there are no curves but those that the topology makes.
+    /// Of each half-edge `3 * triangle + side` whether it lies on a curve; saying so of one on the edge is
+    /// enough. Empty if there are no curves but those that the topology makes.
     pub curves: &'a [bool],
     /// Vertices that stay.
     pub corners: &'a [u32],
@@ -38,10 +38,10 @@ pub struct Simplified {
     pub fixed: Vec<bool>,
 }
 
-/// The surface with `count` vertices, all of them vertices of `mesh` if that has as many; else the longest edges are
-/// halved. If no mesh of so few vertices can be reached without changing the topology or running through
-/// itself, one with more comes back. Vertices
-/// move along curves only, and corners not at all. Panics if an index is out of range.
+/// The surface with `count` vertices, all of them vertices of `mesh` if that has as many; else the longest
+/// edges are halved. If no mesh of so few vertices can be reached without changing the topology or running
+/// through itself, one with more comes back. Vertices move along curves only, and corners not at all. Panics
+/// if an index is out of range.
 ///
 /// # Errors
 /// [`crate::Error::Cancelled`].
@@ -65,8 +65,8 @@ pub struct Site {
     pub triangle: u32,
 }
 
-/// As [`with_vertices`], but vertices are at `sites` as far as the topology allows: where it needs others, as at handles
-/// smaller than an edge, some sites are left out for them.
+/// As [`with_vertices`], but vertices are at `sites` as far as the topology allows: where it needs others, as
+/// at handles smaller than an edge, some sites are left out for them.
 ///
 /// # Errors
 /// As [`with_vertices`].
