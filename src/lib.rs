@@ -10,8 +10,8 @@
 //! # Ok::<(), rtfmesh::Error>(())
 //! ```
 //!
-//! Meshes are read and written by [`io`], cleaned by [`mesh::repair`], remeshed by [`remesh`] or a [`Remesher`] with
-//! [`Options`], and judged by [`measure`] and [`report`]. Positions are [`glam`] vectors.
+//! Meshes are read and written by [`io`], cleaned by [`mesh::repair`], remeshed by [`remesh`] or a
+//! [`Remesher`] with [`Options`], and judged by [`measure`] and [`report`]. Positions are [`glam`] vectors.
 
 // With the feature everything inside can be seen, and what nobody uses is found.
 #![cfg_attr(not(feature = "internals"), allow(dead_code, unused_imports))]

@@ -11,6 +11,7 @@ use super::half_edges::{EdgeTable, HalfEdge};
 /// All numbers are counts. A triangle that repeats a vertex has an edge from that vertex to itself, which
 /// counts as an edge like any other.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize)]
+#[non_exhaustive]
 pub struct Topology {
     /// Vertices that some triangle uses.
     pub vertices: usize,
