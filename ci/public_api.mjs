@@ -126,4 +126,6 @@ function item(of, name) {
 }
 
 item(index[root], paths[root].path[0]);
-console.log([...lines].sort().join("\n"));
+const named = (line) => line.slice(line.indexOf("rtfmesh"));
+const order = (a, b) => (named(a) < named(b) ? -1 : named(a) > named(b) ? 1 : a < b ? -1 : 1);
+console.log([...lines].sort(order).join("\n"));

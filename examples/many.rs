@@ -4,7 +4,7 @@ use rtfmesh::mesh::samples::{names, sample};
 use rtfmesh::{Device, DeviceOptions, MeasureDepth, Options, Remesher};
 
 fn main() -> Result<(), Box<dyn std::error::Error>> {
-    let device = Device::open(&DeviceOptions { timings: true, ..DeviceOptions::from_env() })?;
+    let device = Device::open(&DeviceOptions::from_env().timings(true))?;
     let remesher = Remesher::new(&device, Options::new(1000).measures(MeasureDepth::Basic))?;
     for (name, _) in names() {
         match remesher.remesh(&sample(name)?) {

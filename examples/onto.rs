@@ -1,5 +1,5 @@
-//! Carries a field of the input, here its height, over to the new vertices: `cargo run --release --example
-//! onto`
+//! Carries a field of the input, here its height, over to the new vertices:
+//! `cargo run --release --example onto`
 
 use rtfmesh::mesh::samples::sample;
 use rtfmesh::{CorrespondenceRequest, Device, DeviceOptions, Options, remesh};

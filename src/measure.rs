@@ -16,6 +16,7 @@ use crate::{Error, ProgressToken, Result, TriMesh};
 
 /// All measures of one mesh, taken after merging vertices at exactly the same position.
 #[derive(Debug, Clone, PartialEq, Serialize)]
+#[non_exhaustive]
 pub struct Measures {
     /// Vertices that some face uses.
     pub vertices: usize,

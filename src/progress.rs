@@ -12,6 +12,7 @@ const INTERVAL: Duration = Duration::from_millis(100);
 
 /// Part of a run.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Default)]
+#[non_exhaustive]
 pub enum Phase {
     /// Cleaning the input, finding its features, and compiling kernels.
     #[default]
@@ -50,6 +51,7 @@ impl Phase {
 
 /// Where a run is.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
+#[non_exhaustive]
 pub struct Progress {
     /// What the run is doing.
     pub phase: Phase,
@@ -70,6 +72,7 @@ pub struct Progress {
 
 /// What a run is to do next. A callback that returns nothing, `()`, lets it continue.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Default)]
+#[non_exhaustive]
 pub enum Flow {
     /// Continue.
     #[default]

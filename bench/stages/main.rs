@@ -73,7 +73,7 @@ fn main() -> Result<()> {
     ensure!(args.sizes.iter().all(|n| *n >= 100), "--sizes must be at least 100");
     ensure!((1.0..=100.0).contains(&args.density), "--density must be 1 to 100");
     let earlier = args.compare.as_deref().map(Report::read).transpose()?;
-    let mut options = DeviceOptions { timings: true, ..DeviceOptions::from_env() };
+    let mut options = DeviceOptions::from_env().timings(true);
     options.device = args.device.clone().or(options.device);
     let device = Device::open(&options)?;
     ensure!(device.info().limits.timestamp_ns > 0.0, "device '{}' has no timestamps", device.info().name);

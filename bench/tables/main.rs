@@ -118,7 +118,7 @@ fn main() -> Result<()> {
     let mut options = DeviceOptions::from_env();
     options.device = args.device.clone().or(options.device);
     let device = Device::open(&options)?;
-    let timing = Device::open(&DeviceOptions { timings: true, ..options.clone() })?;
+    let timing = Device::open(&options.clone().timings(true))?;
     let mut report = Report::new(device.info(), args.quick, args.runs);
     let mut bench =
         Bench::new([device, timing], Models::new(args.meshes.clone())?, presets(&args), args.runs)?;

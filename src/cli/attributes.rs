@@ -57,7 +57,7 @@ impl AttributeArgs {
         // Once a crack is closed, its edges can be seams and borders. The run itself reports what cannot be
         // repaired.
         let welding = options.weld > 0.0 && (self.keep_uv || self.keep_labels);
-        let repair = RepairOptions { weld: options.weld, min_component: 0.0 };
+        let repair = RepairOptions::default().weld(options.weld);
         let welded = welding.then(|| at_welded_places(mesh, &repair).ok()).flatten();
         let mesh = welded.as_ref().unwrap_or(mesh);
         if self.keep_uv {

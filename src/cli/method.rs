@@ -204,7 +204,7 @@ impl DeviceArgs {
     /// # Errors
     /// [`Error::Device`] if there is none.
     pub fn open(&self, timings: bool) -> rtfmesh::Result<Device> {
-        let mut wish = DeviceOptions { timings, ..DeviceOptions::from_env() };
+        let mut wish = DeviceOptions::from_env().timings(timings);
         if self.device.is_some() {
             wish.device.clone_from(&self.device);
         }

@@ -15,6 +15,7 @@ use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
 /// How to open a device.
 #[derive(Debug, Clone, Default, PartialEq, Eq)]
+#[non_exhaustive]
 pub struct DeviceOptions {
     /// An index, `cpu`, `gpu` or a part of the name; `None` takes the best usable one, discrete before
     /// integrated before virtual before CPU.
@@ -44,6 +45,36 @@ impl DeviceOptions {
             full_barriers: on("RTFMESH_FULL_BARRIERS"),
             timings: false,
         }
+    }
+
+    /// Sets [`DeviceOptions::device`].
+    #[must_use]
+    pub fn device(self, device: impl Into<Option<String>>) -> Self {
+        Self { device: device.into(), ..self }
+    }
+
+    /// Sets [`DeviceOptions::validation`].
+    #[must_use]
+    pub fn validation(self, validation: bool) -> Self {
+        Self { validation, ..self }
+    }
+
+    /// Sets [`DeviceOptions::memory_bytes`].
+    #[must_use]
+    pub fn memory_bytes(self, memory_bytes: impl Into<Option<u64>>) -> Self {
+        Self { memory_bytes: memory_bytes.into(), ..self }
+    }
+
+    /// Sets [`DeviceOptions::full_barriers`].
+    #[must_use]
+    pub fn full_barriers(self, full_barriers: bool) -> Self {
+        Self { full_barriers, ..self }
+    }
+
+    /// Sets [`DeviceOptions::timings`].
+    #[must_use]
+    pub fn timings(self, timings: bool) -> Self {
+        Self { timings, ..self }
     }
 }
 

@@ -8,6 +8,7 @@ use serde::Serialize;
 
 /// The limits that the kernels depend on, in bytes or counts.
 #[derive(Debug, Clone, PartialEq, Serialize)]
+#[non_exhaustive]
 pub struct Limits {
     /// Largest storage buffer that a kernel can be given.
     pub storage_buffer_bytes: u64,
@@ -31,6 +32,7 @@ pub struct Limits {
 
 /// One Vulkan device of this machine.
 #[derive(Debug, Clone, PartialEq, Serialize)]
+#[non_exhaustive]
 pub struct DeviceInfo {
     /// Position in the list; what [`crate::DeviceOptions::device`] takes.
     pub index: usize,

@@ -5,6 +5,7 @@ use std::collections::BTreeMap;
 
 /// Time of one kind of dispatch.
 #[derive(Debug, Clone, PartialEq, Serialize)]
+#[non_exhaustive]
 pub struct StageTime {
     /// Name of the kernel or copy.
     pub name: String,

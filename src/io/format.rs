@@ -10,6 +10,7 @@ use crate::Error;
 
 /// A mesh file format.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[non_exhaustive]
 pub enum Format {
     /// Wavefront OBJ, text.
     Obj,

@@ -69,7 +69,8 @@ impl SurfacePoint {
 /// is the repaired mesh in its unit-diagonal frame; `None` makes a new one.
 ///
 /// # Errors
-/// [`crate::Error::Input`]: see [`UnitFrame::of`]; [`crate::Error::Cancelled`].
+/// [`crate::Error::Input`]: no vertices, a coordinate that is not finite, or no extent;
+/// [`crate::Error::Cancelled`].
 pub fn trace(
     input: &TriMesh,
     repaired: &Repaired,

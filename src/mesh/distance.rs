@@ -26,6 +26,7 @@ const PLANE_SEQUENCE: [f64; 2] = [0.754_877_666_246_692_8, 0.569_840_290_998_053
 /// Distances in percent of the diagonal of the reference's bounding box, which spans all its vertices, used
 /// or not.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+#[non_exhaustive]
 pub struct Distances {
     /// Largest distance of a sample on the mesh to the reference.
     pub hausdorff_to_reference: f64,

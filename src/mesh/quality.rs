@@ -54,6 +54,7 @@ fn angle(opposite: f64, left: f64, right: f64) -> f64 {
 
 /// The triangles of a mesh in summary; independent of the mesh's size and unit.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+#[non_exhaustive]
 pub struct Quality {
     /// Smallest [`TriangleQuality::q`], 0..=1.
     pub q_min: f64,
@@ -111,6 +112,7 @@ pub fn quality(mesh: &TriMesh) -> Option<Quality> {
 
 /// How many edges meet at the vertices away from the boundary.
 #[derive(Debug, Clone, PartialEq, Serialize)]
+#[non_exhaustive]
 pub struct Valence {
     /// Vertices that some triangle uses and no boundary edge touches.
     pub interior_vertices: usize,

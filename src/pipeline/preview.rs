@@ -18,6 +18,7 @@ use serde::Serialize;
 
 /// The plan of a run.
 #[derive(Debug, Clone, Serialize)]
+#[non_exhaustive]
 pub struct Preview {
     /// What was repaired of the input.
     pub repaired: RepairCounts,
@@ -43,6 +44,7 @@ pub struct Preview {
 
 /// Vertices of one level of a [`Preview`].
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+#[non_exhaustive]
 pub struct PreviewLevel {
     /// All vertices of the level.
     pub vertices: usize,

@@ -15,6 +15,7 @@ use serde::Serialize;
 
 /// The result of a run.
 #[derive(Debug, Clone)]
+#[non_exhaustive]
 pub struct Remeshed {
     /// The new mesh, in the input's frame.
     pub mesh: TriMesh,
@@ -27,6 +28,7 @@ pub struct Remeshed {
 
 /// Figures of a run, as the report has them.
 #[derive(Debug, Clone, Serialize)]
+#[non_exhaustive]
 pub struct Summary {
     /// What was repaired of the input.
     pub repaired: RepairCounts,
@@ -81,6 +83,7 @@ pub struct Summary {
 
 /// Features of the input, and the vertices of the result on them.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize)]
+#[non_exhaustive]
 pub struct FeatureSummary {
     /// Number of curves: chains of sharp edges, boundary edges and others that are kept.
     pub curves: usize,
@@ -106,6 +109,7 @@ impl FeatureSummary {
 
 /// Time and memory of a run.
 #[derive(Debug, Clone, Serialize)]
+#[non_exhaustive]
 pub struct RunTimings {
     /// Device time by kernel and kind of copy.
     pub stages: Vec<StageTime>,
@@ -119,6 +123,7 @@ pub struct RunTimings {
 
 /// Wall time of a phase of the run.
 #[derive(Debug, Clone, Serialize)]
+#[non_exhaustive]
 pub struct PhaseTime {
     /// Name of the phase.
     pub name: &'static str,
@@ -128,6 +133,7 @@ pub struct PhaseTime {
 
 /// Figures of the exact cells of the last iteration.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Serialize)]
+#[non_exhaustive]
 pub struct ExactSummary {
     /// Sum of their areas relative to the surface's.
     pub area: f64,

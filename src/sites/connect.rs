@@ -16,6 +16,7 @@ use std::collections::HashSet;
 
 /// Counts of what [`connect`] found and did.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Serialize)]
+#[non_exhaustive]
 pub struct ConnectCounts {
     /// Fan entries without their counterpart, dropped.
     pub one_sided_edges: usize,

@@ -42,6 +42,7 @@ pub struct Disks {
 
 /// Figures of a Poisson-disk sampling.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Serialize)]
+#[non_exhaustive]
 pub struct DiskSummary {
     /// No two points are closer, in the surface's units.
     pub radius: f64,

@@ -201,6 +201,7 @@ fn moments(polygon: &[DVec3]) -> CellMoments {
 
 /// How evenly sites are spread over a mesh.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+#[non_exhaustive]
 pub struct Energy {
     /// Integral over the mesh of the squared distance to the nearest site, in the fourth power of the mesh's
     /// unit.

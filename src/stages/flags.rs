@@ -4,6 +4,7 @@ use serde::Serialize;
 
 /// How many sites have each flag.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize)]
+#[non_exhaustive]
 pub struct FlagCounts {
     /// More dual triangles than #T: no face.
     pub triangle_overflow: usize,

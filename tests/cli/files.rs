@@ -130,7 +130,7 @@ fn ratios_and_no_size_at_all_count_the_inputs_vertices() {
         .map(|size| place.run(&format!("remesh in.ply --dry-run {size}")).0);
     assert_eq!(plans[0], plans[1]);
     // Nor do components that the run leaves out.
-    let options = RepairOptions { min_component: 0.4, ..RepairOptions::default() };
+    let options = RepairOptions::default().min_component(0.4);
     let left = repair_with(&mesh, &options).unwrap().mesh.vertices.len();
     assert!((4..count).contains(&left));
     let plans = ["--ratio 1".to_owned(), format!("-n {left}")]

@@ -35,7 +35,10 @@ fn decoded(data: &[u8]) -> Option<(TriMesh, RepairOptions)> {
     // Some indices may be out of range.
     let wrapped = |v: u8| if v == 255 { 255 } else { u32::from(v) % u32::from(count.max(1)) };
     let triangles = faces.iter().take(MOST_TRIANGLES).map(|face| face.map(wrapped)).collect();
-    Some((TriMesh { vertices: vertices.collect(), triangles }, RepairOptions { weld, min_component }))
+    Some((
+        TriMesh { vertices: vertices.collect(), triangles },
+        RepairOptions::default().weld(weld).min_component(min_component),
+    ))
 }
 
 /// Repairs the mesh of the data. It must be refused with one line and a remedy, or be repaired as documented.

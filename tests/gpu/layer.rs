@@ -155,9 +155,9 @@ fn workgroups_beyond_the_limit_are_refused() {
 fn devices_are_listed_and_chosen() {
     let all = list_devices().unwrap();
     let usable = all.iter().find(|d| d.missing.is_empty()).expect("a usable device");
-    let by_index = DeviceOptions { device: Some(usable.index.to_string()), ..Default::default() };
+    let by_index = DeviceOptions::default().device(Some(usable.index.to_string()));
     assert_eq!(Device::open(&by_index).unwrap().info(), usable);
-    let none = DeviceOptions { device: Some("no such device".to_owned()), ..Default::default() };
+    let none = DeviceOptions::default().device(Some("no such device".to_owned()));
     let error = Device::open(&none).err().unwrap().to_string();
     assert!(error.contains("no such device") && error.contains(&usable.name), "{error}");
 }

@@ -9,7 +9,7 @@ use rtfmesh::{
 };
 
 fn limited(memory_bytes: u64) -> Device {
-    Device::open(&DeviceOptions { memory_bytes: Some(memory_bytes), ..DeviceOptions::from_env() }).unwrap()
+    Device::open(&DeviceOptions::from_env().memory_bytes(Some(memory_bytes))).unwrap()
 }
 
 fn options(vertices: usize) -> Options {

@@ -213,7 +213,7 @@ fn cracks_that_are_welded_stay_seams() {
     // Both sides of the meridian have vertices of their own, a hair apart.
     let input = cut_open(&whole, 1e-7);
     assert_eq!(uv_seams(&input, &attributes).len(), 0);
-    let welded = at_welded_places(&input, &RepairOptions { weld: 1e-6, ..Default::default() }).unwrap();
+    let welded = at_welded_places(&input, &RepairOptions::default().weld(1e-6)).unwrap();
     let seams = uv_seams(&welded, &attributes);
     assert_eq!(seams.len(), 2 * 12);
     for fixed_half_edges in [Vec::new(), seams] {

@@ -9,7 +9,7 @@ use rtfmesh::mesh::topology::topology;
 use rtfmesh::mesh::triangle::closest_on_triangle;
 
 fn welded(mesh: &TriMesh, weld: f64) -> Repaired {
-    repair_with(mesh, &RepairOptions { weld, ..RepairOptions::default() }).unwrap()
+    repair_with(mesh, &RepairOptions::default().weld(weld)).unwrap()
 }
 
 /// Every triangle with corners of its own, each a little off.
@@ -49,7 +49,7 @@ fn nearly_equal_vertices_become_one_within_the_tolerance_only() {
     // Coarse tolerances drop triangles, and never make a surface touch itself.
     for weld in [0.003, 0.03, 0.1, 0.3, 0.9] {
         for mesh in [&ball, &soup, &sample("thin-plate").unwrap(), &sample("genus3").unwrap()] {
-            if let Ok(repaired) = repair_with(mesh, &RepairOptions { weld, ..Default::default() }) {
+            if let Ok(repaired) = repair_with(mesh, &RepairOptions::default().weld(weld)) {
                 let got = topology(&repaired.mesh);
                 assert_eq!((got.nonmanifold_edges, got.duplicate_faces), (0, 0), "{weld}");
                 assert_eq!(repair(&repaired.mesh).unwrap().mesh, repaired.mesh, "{weld}");
@@ -135,14 +135,14 @@ fn small_components_are_dropped_but_never_all() {
     let far = |mesh: &TriMesh, x: f64| moved(mesh, |v| v + DVec3::X * x);
     let three = union(&union(&sphere(1.0, 2), &far(&sphere(0.1, 2), 3.0)), &far(&sphere(0.01, 2), 5.0));
     let left = |share: f64| {
-        let options = RepairOptions { min_component: share, ..RepairOptions::default() };
+        let options = RepairOptions::default().min_component(share);
         let Repaired { mesh, origin, counts } = repair_with(&three, &options).unwrap();
         assert_lies_on(&mesh, &origin, &three, 0.0);
         assert_eq!(topology(&mesh).components + counts.components_dropped, 3);
         topology(&mesh).components
     };
     assert_eq!([0.0, 1e-3, 0.5, 0.999].map(left), [3, 2, 1, 1]);
-    let options = RepairOptions { min_component: 1.0, ..RepairOptions::default() };
+    let options = RepairOptions::default().min_component(1.0);
     assert!(repair_with(&three, &options).unwrap_err().to_string().contains("`min_component` 1"));
     assert_eq!(repair(&three).unwrap().counts, RepairCounts::default());
 }
@@ -155,7 +155,7 @@ fn tolerances_and_areas_work_at_every_size() {
     for t in [3, 50, 51] {
         input.triangles[t].swap(1, 2);
     }
-    let options = RepairOptions { weld: 1e-3, min_component: 0.1 };
+    let options = RepairOptions::default().weld(1e-3).min_component(0.1);
     let want = repair_with(&input, &options).unwrap();
     assert!(want.counts.near_vertices_welded > 100 && want.counts.components_dropped == 1);
     assert_eq!(want.counts.faces_turned, 3);

@@ -43,7 +43,7 @@ fn reruns_give_the_same_bytes_and_barriers_do_not_matter() {
     let options = Options::new(1300).iterations(8).coarse_iterations(8).first_iterations(10);
     let first = run(&input, &options).mesh;
     assert_eq!(first, run(&input, &options).mesh);
-    let careful = Device::open(&DeviceOptions { full_barriers: true, ..DeviceOptions::from_env() }).unwrap();
+    let careful = Device::open(&DeviceOptions::from_env().full_barriers(true)).unwrap();
     assert_eq!(first, remesh(&careful, &input, &options).unwrap().mesh);
     assert_ne!(first, run(&input, &options.seed(2)).mesh);
 }

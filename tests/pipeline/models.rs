@@ -52,7 +52,7 @@ fn reruns_give_the_same_bytes_and_seeds_do_not() {
 #[test]
 fn full_barriers_change_nothing() {
     let input = sample("torus").unwrap();
-    let careful = Device::open(&DeviceOptions { full_barriers: true, ..DeviceOptions::from_env() }).unwrap();
+    let careful = Device::open(&DeviceOptions::from_env().full_barriers(true)).unwrap();
     let want = remesh(&careful, &input, &short(400)).unwrap().mesh;
     assert_eq!(run(&input, &short(400)).mesh, want);
 }
@@ -138,7 +138,7 @@ fn more_sites_than_memory_are_refused_before_anything_is_made() {
 #[test]
 fn the_summary_tells_where_the_time_went() {
     // A device of its own: others count their dispatches on the shared one.
-    let open = |timings| Device::open(&DeviceOptions { timings, ..DeviceOptions::from_env() }).unwrap();
+    let open = |timings| Device::open(&DeviceOptions::from_env().timings(timings)).unwrap();
     let device = open(true);
     let options = Options::rtf(200).iterations(7);
     let run = |device| remesh(device, &sample("torus").unwrap(), &options).unwrap();

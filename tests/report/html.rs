@@ -25,7 +25,8 @@ fn run() -> &'static (Options, TriMesh, Summary) {
 /// A page of that run, about other meshes, `factor` times as large as those of the run.
 fn page_about(meshes: [&TriMesh; 2], factor: f64, names: [&str; 2], note: &str) -> Result<String> {
     let (options, _, summary) = run();
-    let summary = Summary { spacing: factor * summary.spacing, ..summary.clone() };
+    let mut summary = summary.clone();
+    summary.spacing *= factor;
     let report = Report {
         program: "rtfmesh",
         version: "1",

@@ -23,7 +23,7 @@ use std::sync::OnceLock;
 pub fn device() -> &'static Device {
     static DEVICE: OnceLock<Device> = OnceLock::new();
     DEVICE.get_or_init(|| {
-        let options = DeviceOptions { validation: true, timings: true, ..DeviceOptions::from_env() };
+        let options = DeviceOptions::from_env().validation(true).timings(true);
         Device::open(&options).expect("tests need a Vulkan device with validation layers: run ci/setup.sh")
     })
 }

@@ -53,6 +53,7 @@ impl FeatureOptions {
 /// Why an edge is on a curve; where several reasons hold, the first.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Serialize)]
 #[serde(rename_all = "kebab-case")]
+#[non_exhaustive]
 pub enum CurveKind {
     /// It has one triangle.
     Boundary,
@@ -208,7 +209,7 @@ pub fn find_features(mesh: &TriMesh, options: &FeatureOptions) -> Result<Feature
 ///
 /// # Errors
 ///
-/// [`Error::Input`]: see [`UnitFrame::of`].
+/// [`Error::Input`]: no vertices, a coordinate that is not finite, or no extent.
 pub fn spacing_of(mesh: &TriMesh, vertices: usize) -> Result<f64> {
     let frame = UnitFrame::of(mesh)?;
     let area = |t: usize| area(mesh.corners(t).map(|corner| frame.to_unit(corner)));

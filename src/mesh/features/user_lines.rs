@@ -17,8 +17,8 @@ const NEAR: f64 = 1e-6;
 /// # Errors
 ///
 /// [`Error::Input`] with the line in the file: a point is not at a vertex (within a millionth of the bounding
-/// box's diagonal), or two points in a row are not joined by an edge. Also what [`UnitFrame::of`] finds wrong
-/// with the mesh.
+/// box's diagonal), or two points in a row are not joined by an edge. Also for a mesh without
+/// extent or with a coordinate that is not finite.
 pub fn user_edges(mesh: &TriMesh, lines: &[FeatureLine]) -> Result<Vec<[u32; 2]>> {
     let places = Places::new(mesh)?;
     let table = EdgeTable::new(&mesh.triangles);

@@ -36,6 +36,7 @@ pub struct Repaired {
 
 /// What [`repair`] may do beyond what is always right.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
+#[non_exhaustive]
 pub struct RepairOptions {
     /// Vertices closer than this share of the bounding box's diagonal become one, and open edges are joined
     /// to the open vertices on them; 0 to below 1, 0 for exact duplicates only.
@@ -44,8 +45,23 @@ pub struct RepairOptions {
     pub min_component: f64,
 }
 
+impl RepairOptions {
+    /// Sets [`RepairOptions::weld`].
+    #[must_use]
+    pub fn weld(self, weld: f64) -> Self {
+        Self { weld, ..self }
+    }
+
+    /// Sets [`RepairOptions::min_component`].
+    #[must_use]
+    pub fn min_component(self, min_component: f64) -> Self {
+        Self { min_component, ..self }
+    }
+}
+
 /// How many vertices and faces [`repair`] changed, by reason.
 #[derive(Serialize, Default, Clone, Copy, PartialEq, Debug)]
+#[non_exhaustive]
 pub struct RepairCounts {
     /// Vertices at exactly the position of an earlier one, replaced by it.
     pub duplicate_vertices_welded: usize,
