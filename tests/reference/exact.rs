@@ -25,7 +25,9 @@ fn cell(triangles: &[[DVec3; 3]], sites: &[DVec3], i: usize) -> Moments {
             if *other == sites[i] && j < i {
                 polygon.clear();
             }
-            polygon = kept(&polygon, behind);
+            if polygon.iter().any(|p| behind(*p) > 0.0) {
+                polygon = kept(&polygon, behind);
+            }
             if polygon.is_empty() {
                 break;
             }

@@ -59,6 +59,9 @@ impl Face {
     /// Keeps the part where `d · x <= limit`; the new edge has `label` behind it.
     pub fn clip(&mut self, d: DVec2, limit: f64, label: Option<u32>) {
         let side = |p: DVec2| d.dot(p) - limit;
+        if self.corners.iter().all(|p| side(*p) <= 0.0) {
+            return;
+        }
         let n = self.corners.len();
         let (mut kept, mut labels) = (Vec::new(), Vec::new());
         for m in 0..n {

@@ -1,7 +1,8 @@
 //! Connected restricted Voronoi cells: their certificate, the mesh they give, and sites in degenerate
 //! positions.
 
-use crate::support::rng;
+use crate::reference::knn::nearest;
+use crate::support::{rng, slots};
 use glam::DVec3;
 use rand::RngExt;
 use rtfmesh::mesh::samples::sample;
@@ -58,17 +59,7 @@ impl Scene {
 
     /// The nearest `k` of each site, as the device lists them.
     fn near(&self, k: usize) -> Vec<u32> {
-        let n = self.sites.len();
-        let mut near = vec![u32::MAX; k * n];
-        for i in 0..n {
-            let mut order: Vec<usize> = (0..n).filter(|j| *j != i).collect();
-            order.sort_by(|a, b| {
-                let d = |j: &usize| self.sites[*j].distance_squared(self.sites[i]);
-                d(a).total_cmp(&d(b))
-            });
-            order.iter().take(k).enumerate().for_each(|(slot, j)| near[slot * n + i] = *j as u32);
-        }
-        near
+        slots(&nearest(&self.sites, &self.sites, k, true), k)
     }
 
     fn cells(&self, near: &[u32]) -> ConnectedCells {

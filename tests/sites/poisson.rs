@@ -18,7 +18,7 @@ fn scattered(surface: &Surface, count: usize, seed: u64) -> Disks {
 }
 
 fn distance(p: DVec3, points: &[DVec3]) -> f64 {
-    points.iter().map(|q| p.distance(*q)).fold(f64::INFINITY, f64::min)
+    points.iter().map(|q| p.distance_squared(*q)).fold(f64::INFINITY, f64::min).sqrt()
 }
 
 /// Points of the surface with gaps of at most `step` between them.
