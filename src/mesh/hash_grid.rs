@@ -2,7 +2,8 @@
 
 use glam::DVec3;
 
-/// Items filed under points, by grid cell. Cells may share a bucket, so that searches also meet items farther away.
+/// Items filed under points, by grid cell. Cells may share a bucket, so that searches also meet items farther
+/// away.
 pub(crate) struct HashGrid<T> {
     side: f64,
     buckets: Vec<Vec<T>>,
@@ -31,8 +32,8 @@ impl<T: Copy> HashGrid<T> {
         self.buckets[bucket].push(item);
     }
 
-    /// Whether `accept` holds for any item within a side of `p`; it may be called for items farther away, and more than
-    /// once for an item.
+    /// Whether `accept` holds for any item within a side of `p`; it may be called for items farther away, and
+    /// more than once for an item.
     pub fn any(&self, p: DVec3, mut accept: impl FnMut(T) -> bool) -> bool {
         let [x, y, z] = self.cell(p);
         let mut around = (0..27).map(|i| [(x, i % 3), (y, i / 3 % 3), (z, i / 9)]);

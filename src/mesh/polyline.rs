@@ -2,8 +2,8 @@
 
 use glam::DVec3;
 
-/// A curve of straight edges, with the arc length from its beginning to each point. Lengths are in the unit of the
-/// points.
+/// A curve of straight edges, with the arc length from its beginning to each point. Lengths are in the unit
+/// of the points.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Polyline {
     points: Vec<DVec3>,
@@ -60,8 +60,8 @@ impl Polyline {
         (p.lerp(q, ((arc_length - from) / length).clamp(0.0, 1.0)), (q - p) / length)
     }
 
-    /// The curve's points between two arc lengths, which may lie beyond the ends of a closed curve: the arc length of each
-    /// and its distance from the chord.
+    /// The curve's points between two arc lengths, which may lie beyond the ends of a closed curve: the arc
+    /// length of each and its distance from the chord.
     pub fn deviations(&self, from: f64, to: f64) -> impl Iterator<Item = (f64, f64)> {
         let [p, q] = [from, to].map(|arc_length| self.at(arc_length).0);
         let length = self.length();

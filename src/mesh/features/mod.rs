@@ -147,8 +147,8 @@ impl Dropped {
 pub struct Features {
     /// The curves; every curve edge is in exactly one.
     pub curves: Vec<Curve>,
-    /// Vertices where curves end, branch or turn sharply, or where sheets of the surface meet in a point alone;
-    /// ascending.
+    /// Vertices where curves end, branch or turn sharply, or where sheets of the surface meet in a point
+    /// alone; ascending.
     pub corners: Vec<u32>,
     /// The patch of each triangle, counted from 0 in the order of the patches' first triangles.
     pub patches: Vec<u32>,
@@ -206,8 +206,8 @@ pub fn find_features(mesh: &TriMesh, options: &FeatureOptions) -> Result<Feature
     Ok(Features { curves, corners, patches, patch_count, dropped })
 }
 
-/// The spacing of `vertices` vertices on `mesh`: the edge length of a perfect hexagonal layout on its area, in the
-/// mesh's units.
+/// The spacing of `vertices` vertices on `mesh`: the edge length of a perfect hexagonal layout on its area,
+/// in the mesh's units.
 ///
 /// # Errors
 ///

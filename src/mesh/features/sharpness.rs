@@ -1,4 +1,5 @@
-//! How sharp edges are: by the two triangles at an edge, and by normals averaged over half a spacing on either side.
+//! How sharp edges are: by the two triangles at an edge, and by normals averaged over half a spacing on
+//! either side.
 
 use glam::DVec3;
 use rayon::prelude::*;

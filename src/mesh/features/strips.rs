@@ -1,9 +1,9 @@
-//! Drops edges of strips between curves that are much narrower than the output's edges are long: each triangle
-//! there would be a sliver.
+//! Drops edges of strips between curves that are much narrower than the output's edges are long: each
+//! triangle there would be a sliver.
 //!
-//! At a step the surface turns one way at one side and back at the other: it is invisible at this spacing, and both
-//! sides are dropped. At a chamfer it turns the same way at both sides: the sharper one stays. So it does at the side
-//! of a plate, but twice as far; there both stay, or the plate would lose its side.
+//! At a step the surface turns one way at one side and back at the other: it is invisible at this spacing,
+//! and both sides are dropped. At a chamfer it turns the same way at both sides: the sharper one stays. So it
+//! does at the side of a plate, but twice as far; there both stay, or the plate would lose its side.
 
 use super::graph::{CurveEdge, Graph};
 use super::patches::patches;
@@ -12,8 +12,8 @@ use super::{CurveKind, Dropped};
 
 /// A patch narrower than this many spacings is a strip.
 pub(super) const NARROW: f64 = 0.25;
-/// It is a step if it turns each way along at least this share of its boundary. No more of it may be other than
-/// sharp.
+/// It is a step if it turns each way along at least this share of its boundary. No more of it may be other
+/// than sharp.
 const EACH_WAY: f64 = 0.25;
 /// The sides of a chamfer turn less than this many degrees together.
 pub(super) const PLATE: f64 = 135.0;

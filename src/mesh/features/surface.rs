@@ -1,4 +1,5 @@
-//! The surface as the feature search sees it: triangles with trustworthy normals, and the twins of half-edges.
+//! The surface as the feature search sees it: triangles with trustworthy normals, and the twins of
+//! half-edges.
 
 use glam::DVec3;
 use rayon::prelude::*;
@@ -9,11 +10,11 @@ use crate::mesh::half_edges::{EdgeTable, edge_key, next, twin_pair};
 use crate::mesh::triangle::doubled_normal;
 use crate::{Error, Result};
 
-/// Triangles lower than this share of the spacing take the normal of the one across their longest edge: their own
-/// is as much rounding of coordinates as it is the surface's.
+/// Triangles lower than this share of the spacing take the normal of the one across their longest edge: their
+/// own is as much rounding of coordinates as it is the surface's.
 const NEEDLE: f64 = 1e-3;
-/// The same as a share of the bounding box's diagonal: with 32-bit coordinates the normal of such a triangle is
-/// right to 5 degrees.
+/// The same as a share of the bounding box's diagonal: with 32-bit coordinates the normal of such a triangle
+/// is right to 5 degrees.
 const NEEDLE_OF_DIAGONAL: f64 = 1e-6;
 
 /// Triangles and half-edges with what the search needs of them.
@@ -26,7 +27,8 @@ pub(super) struct FeatureSurface<'a> {
     pub(super) twins: Vec<u32>,
     /// Edges that are curves whatever their angle, by their first half-edge.
     pub(super) fixed: Vec<(u32, CurveKind)>,
-    /// Pairs of half-edges on one edge that are no twins; together they connect all half-edges of such an edge.
+    /// Pairs of half-edges on one edge that are no twins; together they connect all half-edges of such an
+    /// edge.
     pub(super) joined: Vec<[u32; 2]>,
     /// Whether a half-edge is on a fixed edge.
     pub(super) is_fixed: Vec<bool>,

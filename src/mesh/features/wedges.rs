@@ -1,5 +1,5 @@
-//! Drops edges of wedges, where two chains of sharp edges meet at an acute angle: until they are far enough apart,
-//! every triangle between them would be a sliver.
+//! Drops edges of wedges, where two chains of sharp edges meet at an acute angle: until they are far enough
+//! apart, every triangle between them would be a sliver.
 
 use glam::DVec3;
 
@@ -9,8 +9,8 @@ use super::strips::{NARROW, PLATE, length, mean_turn};
 use super::surface::FeatureSurface;
 use super::{CurveKind, Dropped};
 
-/// Two chains are a wedge if it takes them more than this many spacings to get as far apart as the sides of a strip:
-/// below 14 degrees, if they are straight.
+/// Two chains are a wedge if it takes them more than this many spacings to get as far apart as the sides of a
+/// strip: below 14 degrees, if they are straight.
 const LONG: f64 = 1.0;
 
 /// Consecutive sharp edges from a vertex to where curves meet or end, or back to the vertex.
@@ -40,8 +40,8 @@ impl Chain {
         self.points.truncate(edges + 1);
     }
 
-    /// The edges from the vertex to the last place where the chain is nearer to the other one than `width`, there and
-    /// on average, before it is twice as far from it.
+    /// The edges from the vertex to the last place where the chain is nearer to the other one than `width`,
+    /// there and on average, before it is twice as far from it.
     fn beside(&self, other: &Self, width: f64) -> &[u32] {
         let (mut gone, mut sum) = (0.0, 0.0);
         let mut near = 0;

@@ -21,7 +21,8 @@ const LIMITS: [Limits; 6] = [
     Limits { cosine: 0.0, height: 0.005, apart: true },
     Limits { cosine: -1.0, height: 1e-6, apart: true },
 ];
-/// With fewer vertices even small turns may fold the surface: then every collapse is checked for intersections.
+/// With fewer vertices even small turns may fold the surface: then every collapse is checked for
+/// intersections.
 const FEW: usize = 2000;
 /// Cosine of the normals of two triangles that are all but back to back: 2.5 degrees.
 const FOLDED: f64 = -0.999;

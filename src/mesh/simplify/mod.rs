@@ -20,8 +20,8 @@ mod split;
 /// What is preserved besides the topology.
 #[derive(Debug, Clone, Copy, Default)]
 pub struct Preserved<'a> {
-    /// Of each half-edge `3 * triangle + side` whether it lies on a curve; marking one half-edge of an edge is
-    /// enough. Empty if there are no curves but boundaries and junctions.
+    /// Of each half-edge `3 * triangle + side` whether it lies on a curve; marking one half-edge of an edge
+    /// is enough. Empty if there are no curves but boundaries and junctions.
     pub curves: &'a [bool],
     /// Vertices that stay where they are.
     pub corners: &'a [u32],

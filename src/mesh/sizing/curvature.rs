@@ -94,8 +94,8 @@ fn spread(edges: &[[u32; 2]], stops: &[bool], tensors: &mut [Tensor], areas: &mu
     }
 }
 
-/// The curvature of a curve at an arc length, taken over about an edge of a mesh of this `spacing`, in the inverse of the
-/// curve's unit; 0 too near to an end.
+/// The curvature of a curve at an arc length, taken over about an edge of a mesh of this `spacing`, in the
+/// inverse of the curve's unit; 0 too near to an end.
 pub fn along_curve(line: &Polyline, arc_length: f64, spacing: f64) -> f64 {
     let available =
         if line.is_closed() { 0.25 * line.length() } else { arc_length.min(line.length() - arc_length) };

@@ -6,7 +6,8 @@ use crate::mesh::csr::Csr;
 use std::cmp::Ordering;
 use std::collections::BinaryHeap;
 
-/// Relative error of the number of vertices at which the scale is good enough: scaling all lengths alike does the rest.
+/// Relative error of the number of vertices at which the scale is good enough: scaling all lengths alike does
+/// the rest.
 const CLOSE: f64 = 1e-3;
 /// Bisection steps to find the scale, at most.
 const TRIES: u32 = 40;
@@ -24,8 +25,9 @@ pub struct Bounds<'a> {
     pub growth: f64,
 }
 
-/// Edge lengths at the vertices of `surface`: the `targets` there, all above 0, times a common factor, but within
-/// `bounds`. The factor is such that the mesh has as many vertices as the uniform one. Panics if a list is too short.
+/// Edge lengths at the vertices of `surface`: the `targets` there, all above 0, times a common factor, but
+/// within `bounds`. The factor is such that the mesh has as many vertices as the uniform one. Panics if a
+/// list is too short.
 pub fn graded(surface: &TriMesh, targets: &[f64], bounds: &Bounds) -> Vec<f64> {
     let edges = Edges::new(surface);
     let areas: Vec<f64> = (0..surface.triangles.len()).map(|t| surface.triangle_area(t)).collect();

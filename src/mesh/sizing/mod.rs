@@ -98,8 +98,8 @@ impl SizeField {
         mean_density(corners)
     }
 
-    /// `[x, y, z, w]` for each triangle, such that the length at a point `p` of it is `xyz · p + w`; empty if lengths are
-    /// equal everywhere.
+    /// `[x, y, z, w]` for each triangle, such that the length at a point `p` of it is `xyz · p + w`; empty if
+    /// lengths are equal everywhere.
     pub fn slopes(&self) -> Vec<[f64; 4]> {
         if self.is_uniform() {
             return Vec::new();
@@ -121,7 +121,8 @@ impl SizeField {
     }
 }
 
-/// The mean of 1 / length along a path over which the length changes linearly from `a` to `b`: edges per unit of path.
+/// The mean of 1 / length along a path over which the length changes linearly from `a` to `b`: edges per unit
+/// of path.
 pub(crate) fn mean_inverse(a: f64, b: f64) -> f64 {
     if (b - a).abs() < EVEN * a { 2.0 / (a + b) } else { (b / a).ln() / (b - a) }
 }
