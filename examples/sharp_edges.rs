@@ -1,6 +1,6 @@
 //! A CAD part with its creases and a line of its user: `cargo run --release --example sharp_edges`
 
-use rtfmesh::io::FeatureLine;
+use rtfmesh::mesh::features::FeatureLine;
 use rtfmesh::mesh::samples::sample;
 use rtfmesh::{Device, DeviceOptions, FeatureLines, Options, remesh};
 

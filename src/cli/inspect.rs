@@ -160,10 +160,10 @@ fn rows(i: &Inspection) -> Vec<(&'static str, String)> {
         let text = format!("{} ({loops}), {edges}, length {:.6}", k.curves, k.length);
         rows.push(("curves", format!("{:12} {text}", k.kind)));
     }
-    if d.short_chains + d.twigs + d.strips > 0 {
+    if d.short_chains + d.dangling_chains + d.strips > 0 {
         let text = |count: usize, length: f64| format!("{count}, length {length:.6}");
         rows.push(("dropped short or rough chains", text(d.short_chains, d.short_length)));
-        rows.push(("dropped dangling chains", text(d.twigs, d.twig_length)));
+        rows.push(("dropped dangling chains", text(d.dangling_chains, d.dangling_length)));
         rows.push(("dropped at narrow strips", text(d.strips, d.strip_length)));
     }
     rows.extend(i.attributes.iter().map(|attribute| ("attribute", attribute.clone())));

@@ -19,7 +19,7 @@ mod write;
 pub use file::{check_text_target, write_bytes, write_text};
 pub use format::{Encoding, Format};
 pub use loaded::Loaded;
-pub use obj::feature_lines::{FeatureLine, read_feature_lines, write_features};
+pub use obj::feature_lines::{read_feature_lines, write_features};
 pub use read::{read, read_as, read_bytes, read_bytes_with_materials, read_with_materials};
 pub use write::{
     check_target, encode, encode_with, lost_attributes_note, lost_precision_note, target_encoding, write,

@@ -1,46 +1,45 @@
-//! Points that are found by their place.
+//! Points found by their position, in the buckets of a grid.
 
-use glam::{DVec3, IVec3};
-use std::collections::HashMap;
+use glam::DVec3;
 
-/// Points in cubes.
-pub(crate) struct HashGrid {
+/// Items filed under points, by grid cell. Cells may share a bucket, so that searches also meet items farther
+/// away.
+pub(crate) struct HashGrid<T> {
     side: f64,
-    cubes: HashMap<IVec3, Vec<DVec3>>,
+    buckets: Vec<Vec<T>>,
 }
 
-impl HashGrid {
-    pub fn new(side: f64, points: &[DVec3]) -> Self {
-        let mut grid = Self { side, cubes: HashMap::new() };
-        points.iter().for_each(|p| grid.insert(*p));
-        grid
+impl<T: Copy> HashGrid<T> {
+    /// Of cells of this side length, above 0; fast for up to about `expected` items.
+    pub fn new(side: f64, expected: usize) -> Self {
+        Self { side, buckets: vec![Vec::new(); expected.max(16).next_power_of_two()] }
     }
 
-    fn cube(&self, p: DVec3) -> IVec3 {
-        (p / self.side).floor().as_ivec3()
+    fn bucket(&self, cell: [i64; 3]) -> usize {
+        let mixed = cell
+            .iter()
+            .fold(0_u64, |hash, c| (hash ^ (*c as u64)).wrapping_mul(0x9e37_79b9_7f4a_7c15).rotate_left(29));
+        mixed as usize & (self.buckets.len() - 1)
     }
 
-    pub fn insert(&mut self, p: DVec3) {
-        self.cubes.entry(self.cube(p)).or_default().push(p);
+    fn cell(&self, p: DVec3) -> [i64; 3] {
+        (p / self.side).floor().to_array().map(|c| c as i64)
     }
 
-    /// The points in the cubes up to so many from that of `p`, the own cube first.
-    fn around(&self, p: DVec3, reach: i32) -> impl Iterator<Item = DVec3> {
-        let middle = self.cube(p);
-        let steps = -reach..=reach;
-        let all = steps.clone().flat_map(move |x| {
-            let steps = steps.clone();
-            steps.clone().flat_map(move |y| steps.clone().map(move |z| IVec3::new(x, y, z)))
-        });
-        std::iter::once(IVec3::ZERO)
-            .chain(all.filter(|step| *step != IVec3::ZERO))
-            .filter_map(move |step| self.cubes.get(&(middle + step)))
-            .flatten()
-            .copied()
+    /// Files `item` under `p`.
+    pub fn insert(&mut self, p: DVec3, item: T) {
+        let bucket = self.bucket(self.cell(p));
+        self.buckets[bucket].push(item);
     }
 
-    /// Whether a point is within a side length of `p`.
-    pub fn is_near(&self, p: DVec3) -> bool {
-        self.around(p, 1).any(|q| q.distance_squared(p) <= self.side * self.side)
+    /// Whether `accept` holds for any item within a side of `p`; it may be called for items farther away, and
+    /// more than once for an item.
+    pub fn any(&self, p: DVec3, mut accept: impl FnMut(T) -> bool) -> bool {
+        let [x, y, z] = self.cell(p);
+        let mut around = (0..27).map(|i| [(x, i % 3), (y, i / 3 % 3), (z, i / 9)]);
+        around.any(|cell| {
+            let bucket = self.bucket(cell.map(|(c, step)| c.saturating_add(step - 1)));
+            self.buckets[bucket].iter().any(|item| accept(*item))
+        })
     }
 }

@@ -1,8 +1,9 @@
-//! Points along a curve.
+//! Polylines with the arc length to each of their points.
 
 use glam::DVec3;
 
-/// A curve of straight edges, with the way from its beginning to each point.
+/// A curve of straight edges, with the arc length from its beginning to each point. Lengths are in the unit
+/// of the points.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Polyline {
     points: Vec<DVec3>,
@@ -13,60 +14,60 @@ pub struct Polyline {
 impl Polyline {
     /// Through at least two `points`; a `closed` one ends with its first.
     pub fn new(points: Vec<DVec3>, closed: bool) -> Self {
-        let mut way = 0.0;
+        let mut arc_length = 0.0;
         let rest = points.windows(2).map(|pair| {
-            way += pair[0].distance(pair[1]);
-            way
+            arc_length += pair[0].distance(pair[1]);
+            arc_length
         });
         let along = std::iter::once(0.0).chain(rest).collect();
         Self { points, along, closed }
     }
 
-    /// The whole way.
+    /// The length of the whole curve.
     pub fn length(&self) -> f64 {
         self.along.last().copied().unwrap_or(0.0)
     }
 
-    /// Whether its end is its beginning.
+    /// Whether it ends where it begins.
     pub fn is_closed(&self) -> bool {
         self.closed
     }
 
-    /// The way to point `k`. Panics if there is none.
-    pub fn way_to(&self, k: usize) -> f64 {
+    /// The arc length at point `k`. Panics if there is none.
+    pub fn arc_length_at(&self, k: usize) -> f64 {
         self.along[k]
     }
 
-    /// The ways to the points between two ways, both excluded.
-    pub fn ways_between(&self, from: f64, to: f64) -> &[f64] {
+    /// The arc lengths of the points between two arc lengths, both excluded.
+    pub fn arc_lengths_between(&self, from: f64, to: f64) -> &[f64] {
         let [first, last] =
             [self.along.partition_point(|a| *a <= from), self.along.partition_point(|a| *a < to)];
         &self.along[first..last.max(first)]
     }
 
-    /// The edge at a way, and the ways at which it begins and ends.
-    pub fn edge(&self, way: f64) -> (usize, [f64; 2]) {
-        let edge = self.along.partition_point(|a| *a <= way).clamp(1, self.along.len() - 1) - 1;
+    /// The edge at an arc length, and the arc lengths at which it begins and ends.
+    pub fn edge(&self, arc_length: f64) -> (usize, [f64; 2]) {
+        let edge = self.along.partition_point(|a| *a <= arc_length).clamp(1, self.along.len() - 1) - 1;
         (edge, [self.along[edge], self.along[edge + 1]])
     }
 
-    /// The point at a way, which may go round a closed one, and the direction there.
-    pub fn at(&self, way: f64) -> (DVec3, DVec3) {
-        let way = if self.closed { way.rem_euclid(self.length()) } else { way };
-        let (edge, [from, to]) = self.edge(way);
+    /// The point at an arc length and the direction there; arc lengths wrap around a closed curve.
+    pub fn at(&self, arc_length: f64) -> (DVec3, DVec3) {
+        let arc_length = if self.closed { arc_length.rem_euclid(self.length()) } else { arc_length };
+        let (edge, [from, to]) = self.edge(arc_length);
         let (p, q) = (self.points[edge], self.points[edge + 1]);
         let length = (to - from).max(f64::MIN_POSITIVE);
-        (p.lerp(q, ((way - from) / length).clamp(0.0, 1.0)), (q - p) / length)
+        (p.lerp(q, ((arc_length - from) / length).clamp(0.0, 1.0)), (q - p) / length)
     }
 
-    /// The points of the curve between two ways, which may go past the ends of a closed one, each with its
-    /// way and how far it is from the chord.
-    pub fn strays(&self, from: f64, to: f64) -> impl Iterator<Item = (f64, f64)> {
-        let [p, q] = [from, to].map(|way| self.at(way).0);
+    /// The curve's points between two arc lengths, which may lie beyond the ends of a closed curve: the arc
+    /// length of each and its distance from the chord.
+    pub fn deviations(&self, from: f64, to: f64) -> impl Iterator<Item = (f64, f64)> {
+        let [p, q] = [from, to].map(|arc_length| self.at(arc_length).0);
         let length = self.length();
-        let rounds = if self.closed { -1..=1 } else { 0..=0 };
-        rounds.flat_map(move |round| {
-            let begin = f64::from(round) * length;
+        let turns = if self.closed { -1..=1 } else { 0..=0 };
+        turns.flat_map(move |turn| {
+            let begin = f64::from(turn) * length;
             let first = self.along.partition_point(|a| a + begin <= from);
             let points = self.along[first..].iter().zip(&self.points[first..]);
             points.take_while(move |(a, _)| **a + begin < to).map(move |(a, point)| {
@@ -76,9 +77,9 @@ impl Polyline {
         })
     }
 
-    /// How far the curve is from the chord between two ways.
-    pub fn stray(&self, from: f64, to: f64) -> f64 {
-        self.strays(from, to).map(|(_, distance)| distance).fold(0.0, f64::max)
+    /// The largest distance of the curve from the chord between two arc lengths.
+    pub fn deviation(&self, from: f64, to: f64) -> f64 {
+        self.deviations(from, to).map(|(_, distance)| distance).fold(0.0, f64::max)
     }
 }
 
@@ -92,16 +93,16 @@ mod tests {
     }
 
     #[test]
-    fn points_lie_at_their_ways() {
+    fn points_lie_at_their_arc_lengths() {
         let square = square();
         assert_eq!(square.length(), 4.0);
-        for (way, x, y) in
+        for (arc_length, x, y) in
             [(0.0, 0.0, 0.0), (1.5, 1.0, 0.5), (3.75, 0.0, 0.25), (4.25, 0.25, 0.0), (-0.5, 0.0, 0.5)]
         {
-            assert!(square.at(way).0.distance(DVec3::new(x, y, 0.0)) < 1e-12, "{way}");
+            assert!(square.at(arc_length).0.distance(DVec3::new(x, y, 0.0)) < 1e-12, "{arc_length}");
         }
         let open = Polyline::new(vec![DVec3::ZERO, DVec3::X], false);
-        assert_eq!([-1.0, 2.0].map(|way| open.at(way).0), [DVec3::ZERO, DVec3::X]);
+        assert_eq!([-1.0, 2.0].map(|arc_length| open.at(arc_length).0), [DVec3::ZERO, DVec3::X]);
         assert_eq!(open.at(0.5).1, DVec3::X);
     }
 
@@ -109,12 +110,16 @@ mod tests {
     fn chords_miss_the_corners_between() {
         let square = square();
         let half = 0.125_f64.sqrt();
-        assert!((square.stray(0.5, 1.5) - half).abs() < 1e-12);
+        assert!((square.deviation(0.5, 1.5) - half).abs() < 1e-12);
         // Over the beginning, from either side.
         assert!(
-            (square.stray(3.5, 4.5) - half).abs() < 1e-12 && (square.stray(-0.5, 0.5) - half).abs() < 1e-12
+            (square.deviation(3.5, 4.5) - half).abs() < 1e-12
+                && (square.deviation(-0.5, 0.5) - half).abs() < 1e-12
         );
-        assert_eq!(square.stray(0.0, 1.0), 0.0);
-        assert_eq!(square.strays(0.5, 2.5).map(|(way, _)| way).collect::<Vec<_>>(), [1.0, 2.0]);
+        assert_eq!(square.deviation(0.0, 1.0), 0.0);
+        assert_eq!(
+            square.deviations(0.5, 2.5).map(|(arc_length, _)| arc_length).collect::<Vec<_>>(),
+            [1.0, 2.0]
+        );
     }
 }

@@ -1,4 +1,4 @@
-//! The same surface with shorter edges.
+//! Subdivision by halving long edges; the surface stays the same.
 
 use super::TriMesh;
 use super::half_edges::{EdgeTable, edge_key};

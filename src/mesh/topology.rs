@@ -1,4 +1,4 @@
-//! Counts that say whether a mesh is a manifold, and which: components, holes, handles, defects.
+//! Topology of a mesh: components, boundaries, handles, and the defects that keep it from being a manifold.
 
 use rayon::slice::ParallelSliceMut;
 use serde::Serialize;
@@ -18,7 +18,7 @@ pub struct Topology {
     pub edges: usize,
     /// Triangles.
     pub faces: usize,
-    /// Parts connected by shared vertices.
+    /// Components: faces connected by shared vertices.
     pub components: usize,
     /// `vertices - edges + faces`.
     pub euler: i64,
@@ -79,14 +79,14 @@ pub(crate) fn topology_of(mesh: &TriMesh, table: &EdgeTable) -> Topology {
         used[v as usize] = true;
     }
     let mut counts = EdgeCounts::default();
-    let mut parts = Partition::new(mesh.vertices.len());
+    let mut components = Partition::new(mesh.vertices.len());
     let mut loops = Partition::new(mesh.vertices.len());
     let mut on_boundary = vec![false; mesh.vertices.len()];
     let mut fans = Partition::new(3 * mesh.triangles.len());
     for edge in table.edges() {
         let (a, b) = edge[0].ends();
         counts.add(mesh, edge);
-        parts.join(a, b);
+        components.join(a, b);
         if edge.len() == 1 {
             loops.join(a, b);
             on_boundary[a as usize] = true;
@@ -102,7 +102,7 @@ pub(crate) fn topology_of(mesh: &TriMesh, table: &EdgeTable) -> Topology {
         vertices,
         edges: counts.edges,
         faces,
-        components: parts.count(&used),
+        components: components.count(&used),
         euler: vertices as i64 - counts.edges as i64 + faces as i64,
         genus: None,
         boundary_edges: counts.boundary,
@@ -152,7 +152,7 @@ fn join_fans(mesh: &TriMesh, edge: &[HalfEdge], fans: &mut Partition) {
     }
 }
 
-/// Vertices whose corners fall into more than one part.
+/// Vertices whose corners fall into more than one fan.
 fn split_vertices(mesh: &TriMesh, fans: &mut Partition) -> usize {
     let mut fans_at = vec![0u8; mesh.vertices.len()];
     for (corner, &v) in (0u32..).zip(mesh.triangles.as_flattened()) {

@@ -2,8 +2,8 @@
 
 use super::target_count::Length;
 use super::{MAX_GRADATION, MAX_GROWTH, MAX_ITERATIONS, check_range};
-use crate::io::{FeatureLine, read_feature_lines};
-use crate::mesh::features::FeatureOptions;
+use crate::io::read_feature_lines;
+use crate::mesh::features::{FeatureLine, FeatureOptions};
 use crate::{Error, Result};
 use serde::{Deserialize, Serialize};
 use std::path::{Path, PathBuf};

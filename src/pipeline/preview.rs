@@ -112,7 +112,7 @@ pub fn preview_repaired(mesh: &TriMesh, repaired: Option<Repaired>, options: &Op
         }
         _ => vec![LevelPlan { sites: options.vertices, interior: options.vertices, spacing }],
     };
-    let weighted: Vec<f64> = areas.iter().enumerate().map(|(t, area)| area * field.crowd(t)).collect();
+    let weighted: Vec<f64> = areas.iter().enumerate().map(|(t, area)| area * field.density(t)).collect();
     let interior = plans.last().map_or(0, |last| last.interior);
     let level = |plan: &LevelPlan| PreviewLevel {
         vertices: plan.sites,

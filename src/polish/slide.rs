@@ -111,7 +111,7 @@ impl SlidingCurves {
                     spoils(old, moved(*t, points, v, to), doubled_normal(old))
                 });
                 let strays = || {
-                    let stray = |way: f64| line.stray(before, way).max(line.stray(way, after));
+                    let stray = |way: f64| line.deviation(before, way).max(line.deviation(way, after));
                     stray(new) > (MAX_STRAY * gap).max(stray(way))
                 };
                 if new != way && !folds && !strays() {

@@ -5,9 +5,10 @@ use super::on_surface::SitesOnSurface;
 use super::seed::stratified;
 use super::surface::Surface;
 use super::surface_curves::SurfaceCurves;
+use crate::mesh::hash_grid::HashGrid;
 use crate::mesh::sizing::SizeField;
 use glam::DVec3;
-use std::collections::{BTreeMap, HashMap};
+use std::collections::BTreeMap;
 
 /// Least distance, in spacings, of an interior site from a curve site. A closer one would lie inside the
 /// circle over two neighbouring curve sites; a strip too narrow for this clearance is filled by the sites on
@@ -22,33 +23,28 @@ pub struct CurveClearance<'a> {
     sites: &'a CurveSites,
     radius: f64,
     /// Sites by the power of two of their edge length, and by grid cell.
-    cells: BTreeMap<i32, HashMap<[i64; 3], Vec<u32>>>,
+    grids: BTreeMap<i32, HashGrid<u32>>,
 }
 
 impl<'a> CurveClearance<'a> {
     /// Around `sites` of this spacing.
     pub fn new(curves: &'a SurfaceCurves, sites: &'a CurveSites, spacing: f64) -> Self {
         let radius = CLEARANCE * spacing;
-        let mut clearance = Self { curves, sites, radius, cells: BTreeMap::new() };
+        let mut grids = BTreeMap::new();
         for (i, (position, size)) in (0..).zip(sites.positions.iter().zip(&sites.sizes)) {
             let power = size.log2().ceil() as i32;
-            let cell = clearance.cell(*position, power);
-            clearance.cells.entry(power).or_default().entry(cell).or_default().push(i);
+            let new = || HashGrid::new(radius * f64::from(power).exp2(), sites.positions.len());
+            grids.entry(power).or_insert_with(new).insert(*position, i);
         }
-        clearance
-    }
-
-    fn cell(&self, point: DVec3, power: i32) -> [i64; 3] {
-        let side = self.radius * f64::from(power).exp2();
-        point.to_array().map(|x| (x / side).floor() as i64)
+        Self { curves, sites, radius, grids }
     }
 
     /// Whether a site at `point`, on or near triangle `t`, keeps its distance from all curve sites of its
     /// patch.
     pub fn is_clear(&self, point: DVec3, t: u32) -> bool {
         let patch = self.curves.patches[t as usize];
-        let close = |i: &u32| {
-            let site = *i as usize;
+        let close = |i: u32| {
+            let site = i as usize;
             self.sites.positions[site].distance(point) < self.radius * self.sites.sizes[site]
                 && self
                     .curves
@@ -56,13 +52,7 @@ impl<'a> CurveClearance<'a> {
                     .iter()
                     .any(|t| self.curves.patches[*t as usize] == patch)
         };
-        !self.cells.iter().any(|(power, cells)| {
-            let own = self.cell(point, *power);
-            (0..27).any(|offset: i64| {
-                let cell = std::array::from_fn(|axis| own[axis] + offset / [1, 3, 9][axis] % 3 - 1);
-                cells.get(&cell).is_some_and(|list| list.iter().any(close))
-            })
-        })
+        !self.grids.values().any(|grid| grid.any(point, close))
     }
 
     /// `count` scattered sites that are clear of the curves, as far as there is space for so many.

@@ -181,17 +181,19 @@ impl<'a> EvenStretch<'a> {
     fn bent_segments(&self) -> impl Iterator<Item = [f64; 2]> {
         let [from, to] = self.measures;
         let mut last = 0;
-        self.curve.line.ways_between(self.stretch[0], self.stretch[1]).iter().filter_map(move |arc_length| {
-            let share = (self.curve.measure(*arc_length) - from) / (to - from);
-            let mut k = ((share * self.count as f64).ceil() as usize).clamp(1, self.count);
-            while k > 1 && self.end(k - 1) >= *arc_length {
-                k -= 1;
-            }
-            while k < self.count && self.end(k) < *arc_length {
-                k += 1;
-            }
-            (std::mem::replace(&mut last, k) != k).then(|| [self.end(k - 1), self.end(k)])
-        })
+        self.curve.line.arc_lengths_between(self.stretch[0], self.stretch[1]).iter().filter_map(
+            move |arc_length| {
+                let share = (self.curve.measure(*arc_length) - from) / (to - from);
+                let mut k = ((share * self.count as f64).ceil() as usize).clamp(1, self.count);
+                while k > 1 && self.end(k - 1) >= *arc_length {
+                    k -= 1;
+                }
+                while k < self.count && self.end(k) < *arc_length {
+                    k += 1;
+                }
+                (std::mem::replace(&mut last, k) != k).then(|| [self.end(k - 1), self.end(k)])
+            },
+        )
     }
 }
 
@@ -211,7 +213,7 @@ fn split_at_bends<'a>(
     };
     let worst = even
         .bent_segments()
-        .flat_map(|[a, b]| curve.line.strays(a, b))
+        .flat_map(|[a, b]| curve.line.deviations(a, b))
         .filter(|(arc_length, stray)| cut_off(*arc_length, *stray))
         .reduce(|best, new| if new.1 > best.1 { new } else { best });
     match worst {

@@ -5,6 +5,7 @@
 
 use super::on_surface::SitesOnSurface;
 use super::surface::Surface;
+use crate::mesh::hash_grid::HashGrid;
 use crate::mesh::triangle::area;
 use crate::{ProgressToken, Result};
 use glam::DVec3;
@@ -105,7 +106,7 @@ pub fn disks(surface: &Surface, count: usize, seed: u64, progress: &ProgressToke
 struct Sampling {
     radius: f64,
     sites: SitesOnSurface,
-    grid: PointGrid,
+    grid: HashGrid<DVec3>,
 }
 
 /// A part of a triangle.
@@ -139,13 +140,13 @@ impl Fragment {
 
 impl Sampling {
     fn none(radius: f64) -> Self {
-        Self { radius, sites: SitesOnSurface::default(), grid: PointGrid::new(radius, 16) }
+        Self { radius, sites: SitesOnSurface::default(), grid: HashGrid::new(radius, 16) }
     }
 
     /// Random points, until no further one fits.
     fn maximal(surface: &Surface, radius: f64, rng: &mut Pcg64Mcg, progress: &ProgressToken) -> Result<Self> {
         let expected = DENSITY * surface.area() / (radius * radius);
-        let mut sampling = Self { grid: PointGrid::new(radius, expected as usize), ..Self::none(radius) };
+        let mut sampling = Self { grid: HashGrid::new(radius, expected as usize), ..Self::none(radius) };
         let mut gaps = whole(surface);
         sampling.throw(&gaps, (DARTS * expected).ceil() as usize, rng, progress)?;
         for _ in 0..ROUNDS {
@@ -192,7 +193,7 @@ impl Sampling {
     }
 
     fn push(&mut self, p: DVec3, triangle: u32) {
-        self.grid.insert(p);
+        self.grid.insert(p, p);
         self.sites.push(p, triangle);
     }
 
@@ -224,7 +225,7 @@ impl Sampling {
             }
             let middles: Vec<DVec3> = candidates.iter().map(Fragment::middle).collect();
             let mut distances: Vec<f64> =
-                middles.par_iter().map(|p| self.grid.nearest(*p, covered)).collect();
+                middles.par_iter().map(|p| nearest(&self.grid, *p, covered)).collect();
             covered = loop {
                 let farthest =
                     (0..middles.len()).max_by(|a, b| distances[*a].total_cmp(&distances[*b]).then(b.cmp(a)));
@@ -243,8 +244,8 @@ impl Sampling {
     }
 
     fn regrid(&mut self, side: f64) {
-        self.grid = PointGrid::new(side, self.sites.len());
-        self.sites.positions.iter().for_each(|p| self.grid.insert(*p));
+        self.grid = HashGrid::new(side, self.sites.len());
+        self.sites.positions.iter().for_each(|p| self.grid.insert(*p, *p));
     }
 }
 
@@ -255,48 +256,12 @@ fn whole(surface: &Surface) -> Vec<Fragment> {
     list.map(|(t, triangle)| Fragment { corners: corners(t), triangle }).collect()
 }
 
-/// Points by grid cell; cells may share a bucket.
-struct PointGrid {
-    side: f64,
-    buckets: Vec<Vec<DVec3>>,
-}
-
-impl PointGrid {
-    fn new(side: f64, expected: usize) -> Self {
-        Self { side, buckets: vec![Vec::new(); expected.max(16).next_power_of_two()] }
-    }
-
-    fn bucket(&self, cell: [i64; 3]) -> usize {
-        let mixed = cell
-            .iter()
-            .fold(0_u64, |hash, c| (hash ^ (*c as u64)).wrapping_mul(0x9e37_79b9_7f4a_7c15).rotate_left(29));
-        mixed as usize & (self.buckets.len() - 1)
-    }
-
-    fn cell(&self, p: DVec3) -> [i64; 3] {
-        (p / self.side).floor().to_array().map(|c| c as i64)
-    }
-
-    fn insert(&mut self, p: DVec3) {
-        let bucket = self.bucket(self.cell(p));
-        self.buckets[bucket].push(p);
-    }
-
-    /// Whether `accept` holds for any point within a side of `p`; it may be called for points farther away,
-    /// too.
-    fn any(&self, p: DVec3, mut accept: impl FnMut(DVec3) -> bool) -> bool {
-        let [x, y, z] = self.cell(p);
-        let around = (0..27).map(|i| [x + (i % 3) - 1, y + (i / 3 % 3) - 1, z + i / 9 - 1]);
-        around.into_iter().any(|cell| self.buckets[self.bucket(cell)].iter().any(|q| accept(*q)))
-    }
-
-    /// Distance of the nearest point if it is below `far`, which is at most a side; else `far`.
-    fn nearest(&self, p: DVec3, far: f64) -> f64 {
-        let mut nearest_sq = far * far;
-        self.any(p, |q| {
-            nearest_sq = nearest_sq.min(q.distance_squared(p));
-            false
-        });
-        nearest_sq.sqrt()
-    }
+/// Distance of the nearest point if it is below `far`, which is at most a side of the grid; else `far`.
+fn nearest(grid: &HashGrid<DVec3>, p: DVec3, far: f64) -> f64 {
+    let mut nearest_sq = far * far;
+    grid.any(p, |q| {
+        nearest_sq = nearest_sq.min(q.distance_squared(p));
+        false
+    });
+    nearest_sq.sqrt()
 }

@@ -43,7 +43,7 @@ pub fn stratified(surface: &Surface, sizes: &SizeField, count: usize, seed: u64)
         .iter()
         .map(|t| t.iter().map(|v| surface.vertices[*v as usize]).sum::<DVec3>() / 3.0)
         .collect();
-    let weight = |t: usize| surface.areas[t] * sizes.crowd(t);
+    let weight = |t: usize| surface.areas[t] * sizes.density(t);
     let share = (0..surface.areas.len()).map(weight).sum::<f64>() / count as f64;
     let mut sites = SitesOnSurface::with_capacity(count);
     let mut passed = 0.0;

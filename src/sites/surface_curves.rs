@@ -72,7 +72,7 @@ impl CurvePath {
         }
         let last = self.measured.len() - 1;
         let edge = self.measured.partition_point(|m| *m <= measure).clamp(1, last) - 1;
-        let [from, to] = [edge, edge + 1].map(|k| self.line.way_to(k));
+        let [from, to] = [edge, edge + 1].map(|k| self.line.arc_length_at(k));
         let (a, b) = (self.sizes[edge], self.sizes[edge + 1]);
         let (rest, length) = ((measure - self.measured[edge]).max(0.0), to - from);
         // The inverse of `measure`: the length grows by a constant share.
@@ -152,7 +152,7 @@ impl SurfaceCurves {
             path.sizes = path.vertices.iter().map(|v| field.at_vertex(*v)).collect();
             let mut measure = 0.0;
             let steps = (1..path.vertices.len()).map(|k| {
-                let length = path.line.way_to(k) - path.line.way_to(k - 1);
+                let length = path.line.arc_length_at(k) - path.line.arc_length_at(k - 1);
                 measure += length * mean_inverse(path.sizes[k - 1], path.sizes[k]);
                 measure
             });

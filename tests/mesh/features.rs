@@ -379,7 +379,7 @@ fn users_edges_are_curves_at_any_angle() {
 
 #[test]
 fn lines_are_matched_to_edges() {
-    let line = |line, points: &[[f64; 3]]| rtfmesh::io::FeatureLine {
+    let line = |line, points: &[[f64; 3]]| rtfmesh::mesh::features::FeatureLine {
         line,
         points: points.iter().map(|&p| DVec3::from_array(p)).collect(),
     };

@@ -4,7 +4,7 @@ use crate::support::shapes::{cube, moved, plane, sphere, torus, union};
 use glam::DVec3;
 use rtfmesh::mesh::repair::repair;
 use rtfmesh::mesh::samples::sample;
-use rtfmesh::mesh::simplify::{Kept, Site, at_sites, with_vertices};
+use rtfmesh::mesh::simplify::{Preserved, Site, at_sites, with_vertices};
 use rtfmesh::mesh::topology::{Topology, topology};
 use rtfmesh::{ProgressToken, TriMesh};
 
@@ -35,7 +35,7 @@ fn the_topology_stays_down_to_the_least_count() {
     for (k, (mesh, least)) in models.iter().enumerate() {
         let want = topology(mesh);
         for count in [0, 30, 60, want.vertices - 1, want.vertices, want.vertices + 1, 3 * want.vertices] {
-            let made = with_vertices(mesh, Kept::default(), count, &ProgressToken::default()).unwrap();
+            let made = with_vertices(mesh, Preserved::default(), count, &ProgressToken::default()).unwrap();
             let got = topology(&made.mesh);
             assert_eq!(figures(&got), figures(&want), "model {k} with {count}");
             assert_eq!(made.mesh.vertices.len(), got.vertices, "model {k} with {count}");
@@ -62,7 +62,7 @@ fn curves_and_corners_stay() {
     for count in [8, 9, 20, 100] {
         let made = with_vertices(
             &mesh,
-            Kept { curves: &curves, corners: &corners },
+            Preserved { curves: &curves, corners: &corners },
             count,
             &ProgressToken::default(),
         )
@@ -90,7 +90,8 @@ fn vertices_are_at_the_sites() {
             Site { at: a * 0.5 + b * 0.3 + c * 0.2, triangle: t }
         })
         .collect();
-    let made = at_sites(&mesh, Kept::default(), &sites, sites.len(), &ProgressToken::default()).unwrap().mesh;
+    let made =
+        at_sites(&mesh, Preserved::default(), &sites, sites.len(), &ProgressToken::default()).unwrap().mesh;
     assert!(topology(&made).is_closed_manifold());
     assert_eq!(made.vertices.len(), sites.len());
     for site in &sites {
@@ -101,7 +102,8 @@ fn vertices_are_at_the_sites() {
     let corner = |v: u32| Site { at: mesh.vertices[v as usize], triangle: 0 };
     let [a, b, c] = mesh.triangles[0].map(corner);
     let middle = Site { at: 0.5 * (a.at + b.at), triangle: 0 };
-    let made =
-        at_sites(&mesh, Kept::default(), &[a, b, c, middle, a], 4, &ProgressToken::default()).unwrap().mesh;
+    let made = at_sites(&mesh, Preserved::default(), &[a, b, c, middle, a], 4, &ProgressToken::default())
+        .unwrap()
+        .mesh;
     assert_eq!((topology(&made).euler, made.vertices.len()), (2, 4));
 }

@@ -3,7 +3,7 @@
 use crate::support::shapes::{moved, plane, union};
 use crate::support::{assert_valid, device};
 use glam::DVec3;
-use rtfmesh::io::FeatureLine;
+use rtfmesh::mesh::features::FeatureLine;
 use rtfmesh::mesh::repair::repair;
 use rtfmesh::mesh::samples::sample;
 use rtfmesh::mesh::topology::topology;

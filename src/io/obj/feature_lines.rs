@@ -6,24 +6,14 @@ use std::io::Write;
 use std::path::Path;
 
 use glam::DVec3;
-use serde::{Deserialize, Serialize};
 
 use super::logical_lines::{at_line, logical_lines};
 use super::write::write_vertex;
 use crate::io::checks::excerpt;
 use crate::io::file::{read_file_bytes, write_atomically};
 use crate::mesh::TriMesh;
-use crate::mesh::features::Features;
+use crate::mesh::features::{FeatureLine, Features};
 use crate::{Error, Result};
-
-/// One `l` element: a polyline.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-pub struct FeatureLine {
-    /// The line in the file, from 1.
-    pub line: u64,
-    /// The points in order, at least two, all finite.
-    pub points: Vec<DVec3>,
-}
 
 /// Reads the `v` and `l` elements of an OBJ file, whatever its extension; all other elements are skipped.
 ///

@@ -1,21 +1,21 @@
-//! Curve links in a row.
+//! Curve edges joined into curves.
 
 use super::Curve;
 use super::graph::Graph;
 
-/// All curve links as curves: open ones in the order of the corners they start from, then loops by their
+/// All curve edges as curves: open ones in the order of the corners they start from, then loops by their
 /// first vertex. Lengths are in the frame of the graph.
 pub(super) fn curves(graph: &Graph, corners: &[bool]) -> Vec<Curve> {
-    let mut used = vec![false; graph.links.len()];
+    let mut used = vec![false; graph.edges.len()];
     let mut curves = Vec::new();
     for at_corners in [true, false] {
         for vertex in 0..graph.points.len() as u32 {
             if graph.all_at(vertex).is_empty() || corners[vertex as usize] != at_corners {
                 continue;
             }
-            for link in graph.curves_at(vertex) {
-                if !used[link as usize] {
-                    curves.push(trace(graph, corners, &mut used, vertex, link));
+            for edge in graph.curves_at(vertex) {
+                if !used[edge as usize] {
+                    curves.push(trace(graph, corners, &mut used, vertex, edge));
                 }
             }
         }
@@ -25,13 +25,13 @@ pub(super) fn curves(graph: &Graph, corners: &[bool]) -> Vec<Curve> {
 
 fn trace(graph: &Graph, corners: &[bool], used: &mut [bool], from: u32, first: u32) -> Curve {
     let mut curve =
-        Curve { kind: graph.links[first as usize].kind, vertices: vec![from], closed: false, length: 0.0 };
+        Curve { kind: graph.edges[first as usize].kind, vertices: vec![from], closed: false, length: 0.0 };
     let (mut at, mut by) = (from, first);
     loop {
         used[by as usize] = true;
         curve.length += graph.length(by);
-        curve.kind = curve.kind.min(graph.links[by as usize].kind);
-        at = graph.links[by as usize].other(at);
+        curve.kind = curve.kind.min(graph.edges[by as usize].kind);
+        at = graph.edges[by as usize].other(at);
         if at == from && !corners[at as usize] {
             curve.closed = true;
             return curve;

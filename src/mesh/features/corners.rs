@@ -2,30 +2,29 @@
 
 use super::graph::Graph;
 use super::grow::behind;
-use super::surface::{Sides, degrees_between};
+use super::surface::{FeatureSurface, degrees_between};
 use crate::mesh::NONE;
 use crate::mesh::half_edges::{next, previous};
 use crate::mesh::topology::Partition;
 
-/// Turns of more degrees are corners.
+/// Turns sharper than this are corners; degrees.
 const TURN: f64 = 60.0;
-/// The turn is that between two vertices so many spacings away along the curve, so that noise makes no
-/// corners.
+/// A turn is measured between points this many spacings away on either side, so that noise makes no corners.
 const REACH: f64 = 0.5;
 
 /// Whether each vertex is a corner.
-pub(super) fn find(graph: &Graph, sides: &Sides, spacing: f64) -> Vec<bool> {
-    let mut corners = touching(sides, graph.points.len());
+pub(super) fn find(graph: &Graph, surface: &FeatureSurface, spacing: f64) -> Vec<bool> {
+    let mut corners = touching(surface, graph.points.len());
     let mut turns = Vec::new();
     for vertex in 0..graph.points.len() as u32 {
         if graph.all_at(vertex).is_empty() {
             continue;
         }
-        let mut links = graph.curves_at(vertex);
-        match (links.next(), links.next(), links.next()) {
+        let mut edges = graph.curves_at(vertex);
+        match (edges.next(), edges.next(), edges.next()) {
             (None, ..) => {}
             (Some(one), Some(two), None) => {
-                let kinds = [one, two].map(|link| graph.links[link as usize].kind);
+                let kinds = [one, two].map(|edge| graph.edges[edge as usize].kind);
                 corners[vertex as usize] |=
                     kinds[0] != kinds[1] && !kinds.iter().all(|kind| kind.has_two_sides());
                 turns.extend(bend(graph, vertex, spacing).map(|turn| (turn, vertex)));
@@ -33,7 +32,7 @@ pub(super) fn find(graph: &Graph, sides: &Sides, spacing: f64) -> Vec<bool> {
             _ => corners[vertex as usize] = true,
         }
     }
-    // The sharpest of those that see one and the same bend.
+    // Several vertices may see the same bend; the one with the sharpest turn is the corner.
     turns.sort_by(|a, b| b.0.total_cmp(&a.0).then(a.1.cmp(&b.1)));
     for (_, vertex) in turns {
         if !corner_near(graph, vertex, &corners, REACH * spacing) {
@@ -43,13 +42,13 @@ pub(super) fn find(graph: &Graph, sides: &Sides, spacing: f64) -> Vec<bool> {
     corners
 }
 
-/// The turn in degrees at a vertex between two curve links, if it is sharp.
+/// The turn in degrees at a vertex between two curve edges, if it is sharp.
 pub(super) fn bend(graph: &Graph, vertex: u32, spacing: f64) -> Option<f64> {
-    let mut links = graph.curves_at(vertex);
-    let (Some(one), Some(two), None) = (links.next(), links.next(), links.next()) else { return None };
+    let mut edges = graph.curves_at(vertex);
+    let (Some(one), Some(two), None) = (edges.next(), edges.next(), edges.next()) else { return None };
     let here = graph.points[vertex as usize];
     let [one, two] =
-        [one, two].map(|link| graph.points[behind(graph, vertex, link, REACH * spacing) as usize]);
+        [one, two].map(|edge| graph.points[behind(graph, vertex, edge, REACH * spacing) as usize]);
     Some(degrees_between(here - one, two - here)).filter(|turn| *turn > TURN)
 }
 
@@ -58,7 +57,7 @@ fn corner_near(graph: &Graph, vertex: u32, corners: &[bool], reach: f64) -> bool
     graph.curves_at(vertex).any(|first| {
         let (mut at, mut by, mut gone) = (vertex, first, 0.0);
         loop {
-            at = graph.links[by as usize].other(at);
+            at = graph.edges[by as usize].other(at);
             gone += graph.length(by);
             if gone >= reach || at == vertex {
                 return false;
@@ -72,9 +71,9 @@ fn corner_near(graph: &Graph, vertex: u32, corners: &[bool], reach: f64) -> bool
     })
 }
 
-/// Vertices whose triangles form more than one fan, so that parts of the surface meet in that point alone.
-fn touching(sides: &Sides, vertices: usize) -> Vec<bool> {
-    let corners = sides.triangles().as_flattened();
+/// Vertices whose triangles form more than one fan, so that sheets of the surface meet in that point alone.
+fn touching(surface: &FeatureSurface, vertices: usize) -> Vec<bool> {
+    let corners = surface.triangles().as_flattened();
     // Walks around each vertex from its first corner; a corner that no walk reaches begins another fan.
     let mut fan_of = vec![NONE; corners.len()];
     let mut vertex_of: Vec<u32> = Vec::with_capacity(vertices);
@@ -88,7 +87,7 @@ fn touching(sides: &Sides, vertices: usize) -> Vec<bool> {
         for forward in [true, false] {
             let mut half = first;
             loop {
-                let across = sides.twins[if forward { previous(half as u32) as usize } else { half }];
+                let across = surface.twins[if forward { previous(half as u32) as usize } else { half }];
                 if across == NONE {
                     break;
                 }
@@ -100,9 +99,9 @@ fn touching(sides: &Sides, vertices: usize) -> Vec<bool> {
             }
         }
     }
-    // Fans that hang together by edges without twins are one.
+    // Fans connected through edges without twins count as one.
     let mut fans = Partition::new(vertex_of.len());
-    for &[one, other] in &sides.joined {
+    for &[one, other] in &surface.joined {
         let same_way = corners[one as usize] == corners[other as usize];
         let ends = if same_way { [other, next(other)] } else { [next(other), other] };
         for (corner, end) in [one, next(one)].into_iter().zip(ends) {

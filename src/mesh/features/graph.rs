@@ -7,7 +7,7 @@ use crate::mesh::csr::Csr;
 
 /// An edge of the surface that is a curve or may become one.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Link {
+pub(super) struct CurveEdge {
     /// Its vertices.
     pub(super) ends: [u32; 2],
     /// Its first half-edge.
@@ -15,15 +15,15 @@ pub(super) struct Link {
     pub(super) kind: CurveKind,
     /// Degrees by which the surface turns at the edge itself.
     pub(super) turn: f64,
-    /// The same, seen from half a spacing away.
+    /// The same between normals averaged over half a spacing on either side.
     pub(super) seen: f64,
-    /// Whether it is a curve.
+    /// Whether it is on a curve.
     pub(super) on: bool,
     /// Whether it is sharp by itself, not as the continuation of a chain.
     pub(super) strong: bool,
 }
 
-impl Link {
+impl CurveEdge {
     pub(super) fn fixed(ends: [u32; 2], half: u32, kind: CurveKind) -> Self {
         Self { ends, half, kind, turn: 180.0, seen: 180.0, on: true, strong: true }
     }
@@ -34,44 +34,44 @@ impl Link {
     }
 }
 
-/// HalfEdgeMesh and the vertices they join.
+/// Curve edges and the vertices they join.
 pub(super) struct Graph<'a> {
     pub(super) points: &'a [DVec3],
-    pub(super) links: Vec<Link>,
-    /// The links at each vertex, rising.
+    pub(super) edges: Vec<CurveEdge>,
+    /// The edges at each vertex, ascending.
     at: Csr,
 }
 
 impl<'a> Graph<'a> {
-    pub(super) fn new(points: &'a [DVec3], links: Vec<Link>) -> Self {
-        let ends = (0..).zip(&links).flat_map(|(number, link)| link.ends.map(|end| (end, number)));
+    pub(super) fn new(points: &'a [DVec3], edges: Vec<CurveEdge>) -> Self {
+        let ends = (0..).zip(&edges).flat_map(|(number, edge)| edge.ends.map(|end| (end, number)));
         let at = Csr::group(points.len(), ends);
-        Self { points, links, at }
+        Self { points, edges, at }
     }
 
-    /// The links at a vertex, curves or not.
+    /// The edges at a vertex, curves or not.
     pub(super) fn all_at(&self, vertex: u32) -> &[u32] {
         self.at.of(vertex)
     }
 
-    /// The curve links at a vertex.
+    /// The curve edges at a vertex.
     pub(super) fn curves_at(&self, vertex: u32) -> impl Iterator<Item = u32> {
-        self.all_at(vertex).iter().copied().filter(|&link| self.links[link as usize].on)
+        self.all_at(vertex).iter().copied().filter(|&edge| self.edges[edge as usize].on)
     }
 
-    /// How many curve links end at a vertex.
+    /// How many curve edges end at a vertex.
     pub(super) fn degree(&self, vertex: u32) -> usize {
         self.curves_at(vertex).count()
     }
 
-    pub(super) fn length(&self, link: u32) -> f64 {
-        let [a, b] = self.links[link as usize].ends.map(|v| self.points[v as usize]);
+    pub(super) fn length(&self, edge: u32) -> f64 {
+        let [a, b] = self.edges[edge as usize].ends.map(|v| self.points[v as usize]);
         a.distance(b)
     }
 
-    /// The curve link by which one leaves `vertex` after coming by `link`, if exactly one more is there.
-    pub(super) fn onward(&self, vertex: u32, link: u32) -> Option<u32> {
-        let mut others = self.curves_at(vertex).filter(|&other| other != link);
+    /// The curve edge that continues from `edge` beyond `vertex`, if exactly one other is there.
+    pub(super) fn onward(&self, vertex: u32, edge: u32) -> Option<u32> {
+        let mut others = self.curves_at(vertex).filter(|&other| other != edge);
         others.next().filter(|_| others.next().is_none())
     }
 }

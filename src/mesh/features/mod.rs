@@ -1,4 +1,4 @@
-//! The surface's skeleton: what a remesher must keep of a surface besides its shape.
+//! Features: the curves, corners and patches that remeshing must preserve.
 //!
 //! *Curves* are chains of boundary, non-manifold, inconsistently oriented, sharp and user's edges; *corners*
 //! are where curves end, branch or turn sharply; *patches* are what is left when the surface is cut along its
@@ -24,8 +24,8 @@ use super::triangle::area;
 use super::unit_frame::UnitFrame;
 use crate::{Error, Result};
 use graph::Graph;
-use surface::Sides;
-pub use user_lines::user_edges;
+use surface::FeatureSurface;
+pub use user_lines::{FeatureLine, user_edges};
 
 /// What counts as a curve.
 #[derive(Debug, Clone, PartialEq)]
@@ -33,18 +33,18 @@ pub struct FeatureOptions {
     /// Least angle in degrees between the normals on both sides of a sharp edge, above 0 to 180; 180 turns
     /// sharp edges off. Chains are followed down to 0.4 of it.
     pub feature_angle: f64,
-    /// Typical edge length of the output in the mesh's units, above 0: what is shorter than a few of it is a
-    /// crumb, and normals are averaged over half of it.
+    /// Typical edge length of the output in the mesh's units, above 0: chains shorter than a few of it are
+    /// dropped, and normals are averaged over half of it.
     pub spacing: f64,
-    /// Edges that are curves because the user says so, each as its two vertices in either order.
+    /// Edges that the user marks as curves, each as its two vertices in either order.
     pub user_edges: Vec<[u32; 2]>,
 }
 
 impl FeatureOptions {
-    /// The usual feature angle in degrees.
+    /// The default feature angle in degrees.
     pub const FEATURE_ANGLE: f64 = 40.0;
 
-    /// The usual options for an output of this spacing.
+    /// The default options for an output of this spacing, in the mesh's units.
     pub fn new(spacing: f64) -> Self {
         Self { feature_angle: Self::FEATURE_ANGLE, spacing, user_edges: Vec::new() }
     }
@@ -55,13 +55,13 @@ impl FeatureOptions {
 #[serde(rename_all = "kebab-case")]
 #[non_exhaustive]
 pub enum CurveKind {
-    /// It has one triangle.
+    /// It has one triangle: the boundary of the surface.
     Boundary,
-    /// It has three or more.
+    /// It has three or more triangles.
     NonManifold,
-    /// Its two triangles run it the same way: their normals do not agree.
+    /// Its two triangles run along it in the same direction: their orientations disagree.
     Inconsistent,
-    /// The user says so.
+    /// The user marked it.
     User,
     /// The surface has a crease there.
     Sharp,
@@ -116,17 +116,19 @@ impl Curve {
     }
 }
 
-/// Sharp edges that were taken back, by reason.
+/// Sharp edges that were dropped again, by reason.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Serialize)]
 pub struct Dropped {
-    /// Connected bits too short to be a feature at this spacing.
+    /// Connected components of sharp edges too short to be a feature at this spacing.
     pub short_chains: usize,
     /// Their length in the mesh's units.
     pub short_length: f64,
-    /// Short chains with a free end that hung on a longer one.
-    pub twigs: usize,
+    /// Dangling chains: short ones with a free end, attached to longer ones.
+    #[serde(rename = "twigs")]
+    pub dangling_chains: usize,
     /// Their length in the mesh's units.
-    pub twig_length: f64,
+    #[serde(rename = "twig_length")]
+    pub dangling_length: f64,
     /// Patches too narrow for this spacing, or narrow where they end, that lost an edge or two.
     pub strips: usize,
     /// The length of these edges in the mesh's units.
@@ -135,7 +137,7 @@ pub struct Dropped {
 
 impl Dropped {
     fn in_units(&mut self, unit: f64) {
-        for length in [&mut self.short_length, &mut self.twig_length, &mut self.strip_length] {
+        for length in [&mut self.short_length, &mut self.dangling_length, &mut self.strip_length] {
             *length *= unit;
         }
     }
@@ -146,13 +148,14 @@ impl Dropped {
 pub struct Features {
     /// The curves; every curve edge is in exactly one.
     pub curves: Vec<Curve>,
-    /// Vertices where curves end, branch or turn sharply, or where the surface only touches itself, rising.
+    /// Vertices where curves end, branch or turn sharply, or where sheets of the surface meet in a point
+    /// alone; ascending.
     pub corners: Vec<u32>,
     /// The patch of each triangle, counted from 0 in the order of the patches' first triangles.
     pub patches: Vec<u32>,
     /// How many patches there are.
     pub patch_count: usize,
-    /// What was found sharp and taken back.
+    /// Sharp edges that were dropped again.
     pub dropped: Dropped,
 }
 
@@ -164,10 +167,10 @@ impl Features {
     }
 }
 
-/// A sharp chain is followed to where its angle is this share of the feature angle.
+/// Sharp chains are extended as long as their angle is at least this share of the feature angle.
 const FADE: f64 = 0.4;
 
-/// Finds the skeleton of `mesh`, which is as [`super::repair::repair`] leaves it.
+/// Finds the features of `mesh`, which must be as [`super::repair::repair`] leaves it.
 ///
 /// # Errors
 ///
@@ -182,30 +185,30 @@ pub fn find_features(mesh: &TriMesh, options: &FeatureOptions) -> Result<Feature
     let points: Vec<DVec3> = mesh.vertices.iter().map(|&v| frame.to_unit(v)).collect();
     let scale = Scale { feature: options.feature_angle, spacing: options.spacing / frame.scale };
 
-    let mut sides = Sides::new(&points, &mesh.triangles, scale.spacing);
-    sides.add_user_edges(&options.user_edges)?;
-    let candidates = sharpness::candidates(&points, &sides, scale);
+    let mut surface = FeatureSurface::new(&points, &mesh.triangles, scale.spacing);
+    surface.add_user_edges(&options.user_edges)?;
+    let candidates = sharpness::candidates(&points, &surface, scale);
     let mut graph = Graph::new(&points, candidates);
     grow::follow(&mut graph, scale);
     let mut dropped = Dropped::default();
     short_chains::drop_short_chains(&mut graph, scale.spacing, &mut dropped);
-    strips::drop_strips(&mut graph, &sides, scale.spacing, &mut dropped);
-    wedges::drop_wedges(&mut graph, &sides, scale.spacing, &mut dropped);
+    strips::drop_strips(&mut graph, &surface, scale.spacing, &mut dropped);
+    wedges::drop_wedges(&mut graph, &surface, scale.spacing, &mut dropped);
     if dropped.strips > 0 {
         short_chains::drop_short_chains(&mut graph, scale.spacing, &mut dropped);
     }
     dropped.in_units(frame.scale);
 
-    let corners = corners::find(&graph, &sides, scale.spacing);
+    let corners = corners::find(&graph, &surface, scale.spacing);
     let mut curves = chains::curves(&graph, &corners);
     curves.iter_mut().for_each(|curve| curve.length *= frame.scale);
-    let (patches, patch_count) = patches::patches(&graph, &sides);
+    let (patches, patch_count) = patches::patches(&graph, &surface);
     let corners = (0..).zip(&corners).filter(|(_, is)| **is).map(|(vertex, _)| vertex).collect();
     Ok(Features { curves, corners, patches, patch_count, dropped })
 }
 
-/// The edge length of an even mesh of `vertices` vertices on the surface `mesh`, in its units: the spacing of
-/// a hexagonal layout on its area.
+/// The spacing of `vertices` vertices on `mesh`: the edge length of a perfect hexagonal layout on its area,
+/// in the mesh's units.
 ///
 /// # Errors
 ///

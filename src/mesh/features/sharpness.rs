@@ -1,68 +1,77 @@
-//! How sharp the surface is at an edge: at the edge itself, and seen from half a spacing away.
+//! How sharp edges are: by the two triangles at an edge, and by normals averaged over half a spacing on
+//! either side.
 
 use glam::DVec3;
 use rayon::prelude::*;
 
-use super::graph::Link;
-use super::surface::{Sides, degrees_between};
+use super::graph::CurveEdge;
+use super::surface::{FeatureSurface, degrees_between};
 use super::{CurveKind, FADE, Scale};
 use crate::mesh::NONE;
 
 /// Normals are averaged this far from the edge's middle, in spacings.
 const REACH: f64 = 0.5;
-/// At least so many lengths of the edge: where the output is finer than the input, noise is of the input's
-/// size.
+/// But over at least this many lengths of the edge: where the output is finer than the input, noise is of the
+/// input's size.
 const REACH_OF_EDGE: f64 = 1.5;
-/// At most so many triangles a side: fine inputs do not need all of theirs.
+/// Triangles that are averaged on either side, at most: fine inputs do not need all of theirs.
 const MOST: usize = 48;
 
 /// All fixed curve edges, and those edges that may become sharp: at least [`FADE`] of the feature angle at
 /// the edge.
-pub(super) fn candidates(points: &[DVec3], sides: &Sides, scale: Scale) -> Vec<Link> {
-    let fixed = sides.fixed.iter().map(|&(half, kind)| Link::fixed(sides.ends(half), half, kind));
-    let mut links: Vec<Link> = fixed.collect();
+pub(super) fn candidates(points: &[DVec3], surface: &FeatureSurface, scale: Scale) -> Vec<CurveEdge> {
+    let fixed = surface.fixed.iter().map(|&(half, kind)| CurveEdge::fixed(surface.ends(half), half, kind));
+    let mut edges: Vec<CurveEdge> = fixed.collect();
     if scale.feature >= 180.0 {
-        return links;
+        return edges;
     }
-    // Most of the surface is smooth; the angle proper is for the rest.
+    // Most of the surface is smooth; the angle itself is computed for the rest only.
     let smooth = (FADE * scale.feature).to_radians().cos();
-    let turns: Vec<(u32, f64)> = (0..sides.twins.len())
+    let turns: Vec<(u32, f64)> = (0..surface.twins.len())
         .into_par_iter()
         .filter(|&half| {
-            let twin = sides.twins[half];
+            let twin = surface.twins[half];
             twin != NONE
                 && (half as u32) < twin
-                && !sides.is_fixed[half]
-                && sides.normals[half / 3].dot(sides.normals[twin as usize / 3]) < smooth
+                && !surface.is_fixed[half]
+                && surface.normals[half / 3].dot(surface.normals[twin as usize / 3]) < smooth
         })
-        .map(|half| (half as u32, sides.turn(half as u32)))
+        .map(|half| (half as u32, surface.turn(half as u32)))
         .collect();
-    let mut stops = sides.is_fixed.clone();
+    let mut stops = surface.is_fixed.clone();
     for &(half, _) in turns.iter().filter(|(_, turn)| *turn >= scale.feature) {
         stops[half as usize] = true;
-        stops[sides.twins[half as usize] as usize] = true;
+        stops[surface.twins[half as usize] as usize] = true;
     }
-    let sharp: Vec<Link> = turns
+    let sharp: Vec<CurveEdge> = turns
         .into_par_iter()
         .map(|(half, turn)| {
-            let seen = seen_turn(points, sides, &stops, half, scale.spacing);
+            let seen = seen_turn(points, surface, &stops, half, scale.spacing);
             let strong = turn >= scale.feature && seen >= scale.feature;
-            Link { ends: sides.ends(half), half, kind: CurveKind::Sharp, turn, seen, on: strong, strong }
+            CurveEdge {
+                ends: surface.ends(half),
+                half,
+                kind: CurveKind::Sharp,
+                turn,
+                seen,
+                on: strong,
+                strong,
+            }
         })
         .collect();
-    links.extend(sharp);
-    links
+    edges.extend(sharp);
+    edges
 }
 
 /// The angle in degrees between the mean normals on the two sides of an edge, within [`REACH`] and up to the
 /// next crease.
-fn seen_turn(points: &[DVec3], sides: &Sides, stops: &[bool], half: u32, spacing: f64) -> f64 {
-    let [a, b] = sides.ends(half).map(|v| points[v as usize]);
+fn seen_turn(points: &[DVec3], surface: &FeatureSurface, stops: &[bool], half: u32, spacing: f64) -> f64 {
+    let [a, b] = surface.ends(half).map(|v| points[v as usize]);
     let reach = (REACH * spacing).max(REACH_OF_EDGE * a.distance(b));
     let middle = 0.5 * (a + b);
-    let (one, other) = (half as usize / 3, sides.twins[half as usize] as usize / 3);
+    let (one, other) = (half as usize / 3, surface.twins[half as usize] as usize / 3);
     // Points from the other side to this one, along the surface.
-    let across = (sides.normals[one] + sides.normals[other]).cross(b - a);
+    let across = (surface.normals[one] + surface.normals[other]).cross(b - a);
     let mean = |start: usize, across: DVec3| {
         let mut reached = Vec::with_capacity(MOST);
         reached.push(start as u32);
@@ -71,9 +80,9 @@ fn seen_turn(points: &[DVec3], sides: &Sides, stops: &[bool], half: u32, spacing
         while next < reached.len() {
             let t = reached[next] as usize;
             next += 1;
-            sum += sides.areas[t] * sides.normals[t];
+            sum += surface.areas[t] * surface.normals[t];
             for half in [3 * t, 3 * t + 1, 3 * t + 2] {
-                let twin = sides.twins[half];
+                let twin = surface.twins[half];
                 if twin == NONE || stops[half] {
                     continue;
                 }
@@ -81,7 +90,7 @@ fn seen_turn(points: &[DVec3], sides: &Sides, stops: &[bool], half: u32, spacing
                 if reached.len() == MOST || reached.contains(&t) {
                     continue;
                 }
-                let [p, q, r] = sides.triangles()[t as usize].map(|v| points[v as usize]);
+                let [p, q, r] = surface.triangles()[t as usize].map(|v| points[v as usize]);
                 let from_middle = (p + q + r) / 3.0 - middle;
                 if from_middle.dot(across) > 0.0 && from_middle.length() < reach {
                     reached.push(t);

@@ -1,5 +1,5 @@
-//! The surface as the search sees it: triangles with trustworthy normals, and what lies across each of their
-//! sides.
+//! The surface as the feature search sees it: triangles with trustworthy normals, and the twins of
+//! half-edges.
 
 use glam::DVec3;
 use rayon::prelude::*;
@@ -10,32 +10,31 @@ use crate::mesh::half_edges::{EdgeTable, edge_key, next, twin_pair};
 use crate::mesh::triangle::doubled_normal;
 use crate::{Error, Result};
 
-/// Triangles lower than this share of the spacing take the normal of the one across their longest side: their
-/// own is the rounding of their coordinates as much as the surface's.
+/// Triangles lower than this share of the spacing take the normal of the one across their longest edge: their
+/// own is as much rounding of coordinates as it is the surface's.
 const NEEDLE: f64 = 1e-3;
-/// The same in shares of the bounding box's diagonal: coordinates of 32 bits give such a triangle's normal to
-/// 5 degrees.
+/// The same as a share of the bounding box's diagonal: with 32-bit coordinates the normal of such a triangle
+/// is right to 5 degrees.
 const NEEDLE_OF_DIAGONAL: f64 = 1e-6;
 
-/// Half-edges `3 * triangle + k`, from corner `k` to the next.
-pub(super) struct Sides<'a> {
+/// Triangles and half-edges with what the search needs of them.
+pub(super) struct FeatureSurface<'a> {
     triangles: &'a [[u32; 3]],
     /// Unit normals (zero where there is none) and areas of the triangles.
     pub(super) normals: Vec<DVec3>,
     pub(super) areas: Vec<f64>,
-    /// For each half-edge the one that runs against it, [`NONE`] where the edge does not have just two
-    /// triangles of one orientation.
+    /// See [`EdgeTable::twins`].
     pub(super) twins: Vec<u32>,
     /// Edges that are curves whatever their angle, by their first half-edge.
     pub(super) fixed: Vec<(u32, CurveKind)>,
-    /// Pairs of half-edges on one edge that are no twins of each other; all on one such edge are linked by
-    /// them.
+    /// Pairs of half-edges on one edge that are no twins; together they connect all half-edges of such an
+    /// edge.
     pub(super) joined: Vec<[u32; 2]>,
-    /// Whether a half-edge is on one of them.
+    /// Whether a half-edge is on a fixed edge.
     pub(super) is_fixed: Vec<bool>,
 }
 
-impl<'a> Sides<'a> {
+impl<'a> FeatureSurface<'a> {
     pub(super) fn new(points: &[DVec3], triangles: &'a [[u32; 3]], spacing: f64) -> Self {
         let table = EdgeTable::new(triangles);
         let twins = table.twins(triangles);
@@ -71,13 +70,13 @@ impl<'a> Sides<'a> {
         if edges.is_empty() {
             return Ok(());
         }
-        let mut wanted: Vec<(u32, u32)> = edges.iter().map(|&[a, b]| edge_key(a, b)).collect();
-        wanted.sort_unstable();
-        wanted.dedup();
-        let mut met = vec![false; wanted.len()];
+        let mut asked: Vec<(u32, u32)> = edges.iter().map(|&[a, b]| edge_key(a, b)).collect();
+        asked.sort_unstable();
+        asked.dedup();
+        let mut met = vec![false; asked.len()];
         for half in 0..self.twins.len() as u32 {
             let [a, b] = self.ends(half);
-            let Ok(found) = wanted.binary_search(&edge_key(a, b)) else { continue };
+            let Ok(found) = asked.binary_search(&edge_key(a, b)) else { continue };
             met[found] = true;
             let twin = self.twins[half as usize];
             // An edge without a twin is a curve already.
@@ -87,7 +86,7 @@ impl<'a> Sides<'a> {
                 self.is_fixed[twin as usize] = true;
             }
         }
-        let missing = met.iter().position(|met| !met).map(|missing| wanted[missing]);
+        let missing = met.iter().position(|met| !met).map(|missing| asked[missing]);
         missing.map_or(Ok(()), |(a, b)| {
             let problem = format!("no edge joins vertices {a} and {b}");
             Err(Error::input(None, problem, "name only pairs of vertices that share a triangle"))
@@ -122,7 +121,7 @@ pub(super) fn degrees_between(a: DVec3, b: DVec3) -> f64 {
     a.cross(b).length().atan2(a.dot(b)).to_degrees()
 }
 
-/// Gives each needle the normal of the first triangle that is none, going across longest sides.
+/// Gives each needle the normal of the first triangle that is none, walking across longest edges.
 fn borrow_normals(
     points: &[DVec3],
     triangles: &[[u32; 3]],
@@ -133,7 +132,7 @@ fn borrow_normals(
 ) {
     // Needles come in fans and rows, but not in long ones.
     const FARTHEST: usize = 8;
-    // The longest side of a triangle, the given one left out, and its length.
+    // The longest half-edge of a triangle, the given one left out, and its length.
     let longest = |t: usize, but: usize| {
         let corners = triangles.as_flattened();
         let length = |half: usize| {

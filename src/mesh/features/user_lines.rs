@@ -1,16 +1,25 @@
 //! A user's lines, matched to the edges of a mesh.
 
 use glam::DVec3;
-use rayon::slice::ParallelSliceMut;
+use serde::{Deserialize, Serialize};
 
-use crate::io::FeatureLine;
 use crate::mesh::TriMesh;
 use crate::mesh::half_edges::{EdgeTable, edge_key};
+use crate::mesh::hash_grid::HashGrid;
 use crate::mesh::unit_frame::UnitFrame;
 use crate::{Error, Result};
 
 /// Points match a vertex within this share of the bounding box's diagonal.
 const NEAR: f64 = 1e-6;
+
+/// A line that the user draws along edges of a mesh.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct FeatureLine {
+    /// Its line in the file, from 1.
+    pub line: u64,
+    /// Its points in order, at least two, all finite; in the mesh's units.
+    pub points: Vec<DVec3>,
+}
 
 /// The edges of `mesh` along the lines, as pairs of vertices.
 ///
@@ -50,42 +59,32 @@ pub fn user_edges(mesh: &TriMesh, lines: &[FeatureLine]) -> Result<Vec<[u32; 2]>
     Ok(found)
 }
 
-/// Vertices by the small cell they are in.
+/// Vertices found by their position.
 struct Places<'a> {
     mesh: &'a TriMesh,
     frame: UnitFrame,
-    cells: Vec<([i64; 3], u32)>,
+    grid: HashGrid<u32>,
 }
 
 impl<'a> Places<'a> {
     fn new(mesh: &'a TriMesh) -> Result<Self> {
         let frame = UnitFrame::of(mesh)?;
-        let mut cells: Vec<([i64; 3], u32)> =
-            (0..).zip(&mesh.vertices).map(|(number, &v)| (cell(frame.to_unit(v)), number)).collect();
-        cells.par_sort_unstable();
-        Ok(Self { mesh, frame, cells })
+        let mut grid = HashGrid::new(NEAR, mesh.vertices.len());
+        (0..).zip(&mesh.vertices).for_each(|(v, at)| grid.insert(frame.to_unit(*at), v));
+        Ok(Self { mesh, frame, grid })
     }
 
-    /// The nearest vertex that is near enough; of several the first.
+    /// The nearest vertex within [`NEAR`]; of equally near ones the first.
     fn vertex_at(&self, point: DVec3) -> Option<u32> {
         let at = self.frame.to_unit(point);
-        let own = cell(at);
-        let mut best: Option<(f64, u32)> = None;
-        for offset in 0..27 {
-            let wanted: [i64; 3] =
-                std::array::from_fn(|axis| own[axis].saturating_add(offset / [1, 3, 9][axis] % 3 - 1));
-            let from = self.cells.partition_point(|(cell, _)| *cell < wanted);
-            for &(_, number) in self.cells[from..].iter().take_while(|(cell, _)| *cell == wanted) {
-                let distance = at.distance(self.frame.to_unit(self.mesh.vertices[number as usize]));
-                if distance <= NEAR && best.is_none_or(|(least, n)| (distance, number) < (least, n)) {
-                    best = Some((distance, number));
-                }
+        let mut nearest: Option<(f64, u32)> = None;
+        self.grid.any(at, |v| {
+            let distance = at.distance(self.frame.to_unit(self.mesh.vertices[v as usize]));
+            if distance <= NEAR && nearest.is_none_or(|best| (distance, v) < best) {
+                nearest = Some((distance, v));
             }
-        }
-        best.map(|(_, number)| number)
+            false
+        });
+        nearest.map(|(_, v)| v)
     }
-}
-
-fn cell(point: DVec3) -> [i64; 3] {
-    point.to_array().map(|value| (value / NEAR).floor() as i64)
 }

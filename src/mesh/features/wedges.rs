@@ -1,21 +1,21 @@
-//! Takes back edges beside others from where both meet at an acute angle: until they are far enough apart,
-//! every triangle between them would be a sliver.
+//! Drops edges of wedges, where two chains of sharp edges meet at an acute angle: until they are far enough
+//! apart, every triangle between them would be a sliver.
 
 use glam::DVec3;
 
 use super::corners::bend;
 use super::graph::Graph;
 use super::strips::{NARROW, PLATE, length, mean_turn};
-use super::surface::Sides;
+use super::surface::FeatureSurface;
 use super::{CurveKind, Dropped};
 
-/// Two sharp edges are a wedge if they need more than so many spacings to get as far apart as the sides of a
-/// strip are: below 14 degrees, if they are straight.
+/// Two chains are a wedge if it takes them more than this many spacings to get as far apart as the sides of a
+/// strip: below 14 degrees, if they are straight.
 const LONG: f64 = 1.0;
 
-/// Sharp links in a row from a vertex to where curves meet or end, or back.
+/// Consecutive sharp edges from a vertex to where curves meet or end, or back to the vertex.
 struct Chain {
-    links: Vec<u32>,
+    edges: Vec<u32>,
     /// The vertex first.
     points: Vec<DVec3>,
 }
@@ -23,32 +23,32 @@ struct Chain {
 impl Chain {
     fn new(graph: &Graph, vertex: u32, first: u32) -> Self {
         let point = |v: u32| graph.points[v as usize];
-        let mut chain = Self { links: Vec::new(), points: vec![point(vertex)] };
+        let mut chain = Self { edges: Vec::new(), points: vec![point(vertex)] };
         let (mut at, mut next) = (vertex, Some(first));
-        while let Some(link) = next.filter(|link| graph.links[*link as usize].kind == CurveKind::Sharp) {
-            at = graph.links[link as usize].other(at);
-            chain.links.push(link);
+        while let Some(edge) = next.filter(|edge| graph.edges[*edge as usize].kind == CurveKind::Sharp) {
+            at = graph.edges[edge as usize].other(at);
+            chain.edges.push(edge);
             chain.points.push(point(at));
-            next = graph.onward(at, link).filter(|_| at != vertex);
+            next = graph.onward(at, edge).filter(|_| at != vertex);
         }
         chain
     }
 
     fn halve(&mut self) {
-        let links = self.links.len() / 2;
-        self.links.truncate(links);
-        self.points.truncate(links + 1);
+        let edges = self.edges.len() / 2;
+        self.edges.truncate(edges);
+        self.points.truncate(edges + 1);
     }
 
-    /// The links from the vertex on to where it is nearer to the other chain than `width` for the last time
-    /// before it is twice as far, and nearer on average.
+    /// The edges from the vertex to the last place where the chain is nearer to the other one than `width`,
+    /// there and on average, before it is twice as far from it.
     fn beside(&self, other: &Self, width: f64) -> &[u32] {
         let (mut gone, mut sum) = (0.0, 0.0);
         let mut near = 0;
         for (k, ends) in self.points.windows(2).enumerate() {
             let length = ends[0].distance(ends[1]);
             gone += length;
-            // Farther along the other one is farther away, but for one that comes back.
+            // Farther parts of the other chain are farther away, unless it comes back.
             let distance = other.distance(ends[1], 2.0 * gone + width);
             sum += length * distance;
             if distance > 2.0 * width {
@@ -58,18 +58,18 @@ impl Chain {
                 near = k + 1;
             }
         }
-        &self.links[..near]
+        &self.edges[..near]
     }
 
-    /// How far a point is from what the chain is up to `until` along it.
+    /// The distance of a point from the chain up to arc length `until`.
     fn distance(&self, from: DVec3, until: f64) -> f64 {
         let mut gone = 0.0;
         let mut least = f64::INFINITY;
         for ends in self.points.windows(2) {
-            let way = ends[1] - ends[0];
-            let along = (from - ends[0]).dot(way) / way.length_squared();
-            least = least.min(from.distance(ends[0] + along.clamp(0.0, 1.0) * way));
-            gone += way.length();
+            let edge = ends[1] - ends[0];
+            let along = (from - ends[0]).dot(edge) / edge.length_squared();
+            least = least.min(from.distance(ends[0] + along.clamp(0.0, 1.0) * edge));
+            gone += edge.length();
             if gone > until {
                 break;
             }
@@ -79,29 +79,29 @@ impl Chain {
 }
 
 /// Switches off the weaker sides of wedges as far as they are narrow; lengths are in the frame of the graph.
-pub(super) fn drop_wedges(graph: &mut Graph, sides: &Sides, spacing: f64, dropped: &mut Dropped) {
+pub(super) fn drop_wedges(graph: &mut Graph, surface: &FeatureSurface, spacing: f64, dropped: &mut Dropped) {
     for vertex in 0..graph.points.len() as u32 {
         if graph.all_at(vertex).len() < 2 {
             continue;
         }
-        while let Some(links) = wedge_at(graph, sides, vertex, spacing) {
+        while let Some(edges) = wedge_at(graph, surface, vertex, spacing) {
             dropped.strips += 1;
-            dropped.strip_length += length(graph, &links);
-            links.iter().for_each(|link| graph.links[*link as usize].on = false);
+            dropped.strip_length += length(graph, &edges);
+            edges.iter().for_each(|edge| graph.edges[*edge as usize].on = false);
         }
     }
 }
 
-/// What the first wedge at a vertex can do without.
-fn wedge_at(graph: &Graph, sides: &Sides, vertex: u32, spacing: f64) -> Option<Vec<u32>> {
-    let is_sharp = |link: &u32| graph.links[*link as usize].kind == CurveKind::Sharp;
+/// The edges to drop of the first wedge at a vertex.
+fn wedge_at(graph: &Graph, surface: &FeatureSurface, vertex: u32, spacing: f64) -> Option<Vec<u32>> {
+    let is_sharp = |edge: &u32| graph.edges[*edge as usize].kind == CurveKind::Sharp;
     let first: Vec<u32> = graph.curves_at(vertex).filter(is_sharp).collect();
     // Most vertices have a curve that goes straight on.
     if first.len() < 2 || (graph.degree(vertex) == 2 && bend(graph, vertex, spacing).is_none()) {
         return None;
     }
-    let mut chains: Vec<Chain> = first.iter().map(|link| Chain::new(graph, vertex, *link)).collect();
-    // Both ways around a loop, each to the middle.
+    let mut chains: Vec<Chain> = first.iter().map(|edge| Chain::new(graph, vertex, *edge)).collect();
+    // Of a loop, both directions up to its middle.
     chains.iter_mut().filter(|chain| chain.points.last() == chain.points.first()).for_each(Chain::halve);
     let pairs = (0..chains.len()).flat_map(|k| (0..k).map(move |m| [m, k]));
     pairs.map(|pair| pair.map(|k| &chains[k])).find_map(|[one, other]| {
@@ -110,7 +110,7 @@ fn wedge_at(graph: &Graph, sides: &Sides, vertex: u32, spacing: f64) -> Option<V
             return None;
         }
         let turns = parts.map(|part| mean_turn(graph, part));
-        let down = parts.map(|part| sides.turns_down(graph.points, graph.links[part[0] as usize].half));
+        let down = parts.map(|part| surface.turns_down(graph.points, graph.edges[part[0] as usize].half));
         let is_plate = down[0] == down[1] && turns[0] + turns[1] >= PLATE;
         (!is_plate).then(|| parts[usize::from(turns[1] < turns[0])].to_vec())
     })

@@ -1,8 +1,9 @@
-//! Vertices that are nearly at one place become one, except where the surface would touch itself.
+//! Welds vertices that are close to each other, except where the surface would touch itself.
 
 use super::{RepairCounts, clean};
 use crate::TriMesh;
 use crate::mesh::half_edges::{EdgeTable, edge_key};
+use crate::mesh::hash_grid::HashGrid;
 use crate::mesh::submesh::without_unused_vertices;
 use glam::DVec3;
 use std::collections::{HashMap, HashSet};
@@ -10,27 +11,27 @@ use std::collections::{HashMap, HashSet};
 /// Welds vertices within `reach` of an earlier one to it. Welds that would put three faces at an edge, or two
 /// faces back to back, are left out.
 pub(super) fn weld(mesh: &mut TriMesh, origin: &mut Vec<u32>, reach: f64, counts: &mut RepairCounts) {
-    let mut kept = nearest_earlier(&mesh.vertices, reach);
+    let mut to = nearest_earlier(&mesh.vertices, reach);
     let crowded: HashSet<(u32, u32)> = crowded_edges(&mesh.triangles).collect();
-    // Each round takes back at least one weld, or is the last.
+    // Each round undoes at least one weld, or is the last.
     loop {
         let mut counts_of_it = *counts;
-        let (triangles, number) = clean(mesh, |v| kept[v as usize], &mut counts_of_it);
+        let (triangles, number) = clean(mesh, |v| to[v as usize], &mut counts_of_it);
         let was_crowded: HashSet<(u32, u32)> =
-            crowded.iter().map(|(a, b)| edge_key(kept[*a as usize], kept[*b as usize])).collect();
+            crowded.iter().map(|(a, b)| edge_key(to[*a as usize], to[*b as usize])).collect();
         let edges = crowded_edges(&triangles).filter(|edge| !was_crowded.contains(edge));
         let mut wrong: HashSet<u32> = edges.flat_map(|(a, b)| [a, b]).collect();
-        wrong.extend(back_to_back(mesh, &kept));
-        let mut taken_back = false;
-        for (v, to) in (0..).zip(&mut kept) {
+        wrong.extend(back_to_back(mesh, &to));
+        let mut undone = false;
+        for (v, to) in (0..).zip(&mut to) {
             if *to != v && wrong.contains(to) {
                 *to = v;
-                taken_back = true;
+                undone = true;
             }
         }
-        if !taken_back {
+        if !undone {
             *counts = counts_of_it;
-            counts.near_vertices_welded = (0..).zip(&kept).filter(|(v, to)| *v != **to).count();
+            counts.near_vertices_welded = (0..).zip(&to).filter(|(v, to)| *v != **to).count();
             let before = mesh.vertices.len() - counts.near_vertices_welded;
             *mesh = without_unused_vertices(mesh, triangles);
             *origin = number.iter().map(|t| origin[*t as usize]).collect();
@@ -40,26 +41,25 @@ pub(super) fn weld(mesh: &mut TriMesh, origin: &mut Vec<u32>, reach: f64, counts
     }
 }
 
-/// For each vertex the nearest of the earlier ones that stay, if it is within `reach`, else itself.
+/// For each vertex the nearest of the earlier ones that stay, if it is within `reach`; else itself.
 fn nearest_earlier(vertices: &[DVec3], reach: f64) -> Vec<u32> {
-    let cell = |p: DVec3| p.to_array().map(|x| (x / reach).floor() as i64);
-    let mut cells: HashMap<[i64; 3], Vec<u32>> = HashMap::new();
-    let mut kept = Vec::with_capacity(vertices.len());
+    let mut grid = HashGrid::new(reach, vertices.len());
+    let mut welded = Vec::with_capacity(vertices.len());
     for (v, at) in (0..).zip(vertices) {
-        let own = cell(*at);
-        let around = (0..27).map(|k: i64| [k % 3 - 1, k / 3 % 3 - 1, k / 9 - 1]);
-        let near = around
-            .filter_map(|step| cells.get(&[0, 1, 2].map(|axis| own[axis].saturating_add(step[axis]))))
-            .flatten()
-            .map(|w| (vertices[*w as usize].distance_squared(*at), *w))
-            .filter(|(distance_sq, _)| *distance_sq <= reach * reach)
-            .min_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
-        if near.is_none() {
-            cells.entry(own).or_default().push(v);
+        let mut nearest: Option<(f64, u32)> = None;
+        grid.any(*at, |w: u32| {
+            let distance_sq = vertices[w as usize].distance_squared(*at);
+            if distance_sq <= reach * reach && nearest.is_none_or(|best| (distance_sq, w) < best) {
+                nearest = Some((distance_sq, w));
+            }
+            false
+        });
+        if nearest.is_none() {
+            grid.insert(*at, v);
         }
-        kept.push(near.map_or(v, |(_, w)| w));
+        welded.push(nearest.map_or(v, |(_, w)| w));
     }
-    kept
+    welded
 }
 
 fn crowded_edges(triangles: &[[u32; 3]]) -> impl Iterator<Item = (u32, u32)> {
@@ -69,12 +69,12 @@ fn crowded_edges(triangles: &[[u32; 3]]) -> impl Iterator<Item = (u32, u32)> {
     crowded.into_iter()
 }
 
-/// The vertices of faces that lie on each other the opposite way round, and did not before.
-fn back_to_back(mesh: &TriMesh, kept: &[u32]) -> Vec<u32> {
+/// The vertices of faces that would lie on each other with opposite orientations.
+fn back_to_back(mesh: &TriMesh, to: &[u32]) -> Vec<u32> {
     let mut first: HashMap<[u32; 3], bool> = HashMap::new();
     let mut wrong = Vec::new();
     for triangle in &mesh.triangles {
-        let welded = triangle.map(|v| kept[v as usize]);
+        let welded = triangle.map(|v| to[v as usize]);
         let mut key = welded;
         key.sort_unstable();
         if key[0] == key[1] || key[1] == key[2] {

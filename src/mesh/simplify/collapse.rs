@@ -1,4 +1,4 @@
-//! Fewer vertices: edges collapse onto one of their ends, short ones where the surface is flat first.
+//! Edge collapses onto one end of the edge, short edges of flat parts first.
 
 use super::Graph;
 use super::flip::flip;
@@ -10,31 +10,32 @@ use glam::{DMat3, DVec3};
 use std::cmp::Reverse;
 use std::collections::BinaryHeap;
 
-/// What a squared distance from the old surface costs, over the squared length of the edge.
+/// Cost of a squared distance from the old surface, relative to the squared length of the edge.
 const DISTANCE: f64 = 4.0;
-/// How careful collapses are, one after the other.
-const CARE: [Care; 6] = [
-    Care { cosine: 0.8, height: 0.3, apart: false },
-    Care { cosine: 0.6, height: 0.15, apart: false },
-    Care { cosine: 0.4, height: 0.08, apart: true },
-    Care { cosine: 0.2, height: 0.03, apart: true },
-    Care { cosine: 0.0, height: 0.005, apart: true },
-    Care { cosine: -1.0, height: 1e-6, apart: true },
+/// Limits of collapses, from strict to loose; each is tried in turn.
+const LIMITS: [Limits; 6] = [
+    Limits { cosine: 0.8, height: 0.3, apart: false },
+    Limits { cosine: 0.6, height: 0.15, apart: false },
+    Limits { cosine: 0.4, height: 0.08, apart: true },
+    Limits { cosine: 0.2, height: 0.03, apart: true },
+    Limits { cosine: 0.0, height: 0.005, apart: true },
+    Limits { cosine: -1.0, height: 1e-6, apart: true },
 ];
-/// Of so few vertices, even small turns may fold the surface: then all triangles are looked at.
+/// With fewer vertices even small turns may fold the surface: then every collapse is checked for
+/// intersections.
 const FEW: usize = 2000;
 /// Cosine of the normals of two triangles that are all but back to back: 2.5 degrees.
 const FOLDED: f64 = -0.999;
-/// Collapses over all edges at each care.
+/// Passes over all edges at each limit.
 const PASSES: usize = 4;
 
 #[derive(Clone, Copy)]
-struct Care {
+struct Limits {
     /// The least cosine between a triangle's normals before and after.
     cosine: f64,
     /// The least height over the longest side, unless the triangle was worse.
     height: f64,
-    /// Whether triangles around that did not intersect are looked at, so that they do not.
+    /// Whether triangles nearby are checked, so that no more of them intersect.
     apart: bool,
 }
 
@@ -83,7 +84,7 @@ pub(super) struct Collapser<'a> {
     progress: &'a ProgressToken,
 }
 
-/// A vertex that would go to another, by its cost.
+/// A collapse of one vertex onto another, by cost.
 type Move = Reverse<(u64, u32, u32, [u32; 2])>;
 
 impl<'a> Collapser<'a> {
@@ -99,11 +100,11 @@ impl<'a> Collapser<'a> {
 
     /// Collapses edges until there are `count` vertices, or no edge is left that may collapse.
     pub fn collapse(&mut self, count: usize) -> Result<()> {
-        for care in CARE {
+        for limits in LIMITS {
             for _ in 0..PASSES {
                 let before = self.graph.used;
                 if before > count {
-                    self.pass(count, care)?;
+                    self.pass(count, limits)?;
                 }
                 flip(self.graph);
                 if self.graph.used <= count {
@@ -117,7 +118,7 @@ impl<'a> Collapser<'a> {
         Ok(())
     }
 
-    fn pass(&mut self, count: usize, care: Care) -> Result<()> {
+    fn pass(&mut self, count: usize, limits: Limits) -> Result<()> {
         let mut moves: BinaryHeap<Move> = BinaryHeap::new();
         for v in 0..self.graph.points.len() as u32 {
             for u in self.graph.neighbours(v) {
@@ -128,7 +129,7 @@ impl<'a> Collapser<'a> {
             self.progress.poll()?;
             let Some(Reverse((_, v, u, versions))) = moves.pop() else { return Ok(()) };
             let current = [v, u].map(|w| self.version[w as usize]);
-            if versions != current || !self.keeps_topology(v, u) || !self.keeps_shape(v, u, care)? {
+            if versions != current || !self.keeps_topology(v, u) || !self.keeps_shape(v, u, limits)? {
                 continue;
             }
             self.apply(v, u);
@@ -148,9 +149,9 @@ impl<'a> Collapser<'a> {
         let [at, to] = [v, u].map(|w| self.graph.points[w as usize]);
         let mut off = self.quadrics[v as usize].mean(to);
         for w in on_curve.iter().filter(|w| **w != u) {
-            let way = self.graph.points[*w as usize] - to;
-            let share = ((at - to).dot(way) / way.length_squared()).clamp(0.0, 1.0);
-            off += (to + share * way).distance_squared(at);
+            let edge = self.graph.points[*w as usize] - to;
+            let share = ((at - to).dot(edge) / edge.length_squared()).clamp(0.0, 1.0);
+            off += (to + share * edge).distance_squared(at);
         }
         let cost = at.distance_squared(to) + DISTANCE * off;
         Some(Reverse((cost.to_bits(), v, u, [v, u].map(|w| self.version[w as usize]))))
@@ -205,15 +206,15 @@ impl<'a> Collapser<'a> {
             .map(move |(t, triangle)| (t, triangle.map(|w| if w == v { u } else { w })))
     }
 
-    fn keeps_shape(&self, v: u32, u: u32, care: Care) -> Result<bool> {
+    fn keeps_shape(&self, v: u32, u: u32, limits: Limits) -> Result<bool> {
         let good = self.moved(v, u).all(|(t, new)| {
             let [before, after] = [self.graph.triangles[t as usize], new].map(|t| self.graph.corners(t));
             let [n, m] = [before, after].map(doubled_normal);
-            let turned = n.dot(m) < care.cosine * n.length() * m.length();
+            let turned = n.dot(m) < limits.cosine * n.length() * m.length();
             let [old, new] = [height_of(before), height_of(after)];
-            !turned && new >= care.height.min(old)
+            !turned && new >= limits.height.min(old)
         });
-        let compare = care.apart || self.graph.used < FEW;
+        let compare = limits.apart || self.graph.used < FEW;
         Ok(good && (!compare || self.stays_apart(v, u)?))
     }
 

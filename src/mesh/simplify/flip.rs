@@ -1,4 +1,4 @@
-//! Edges turned within their two triangles, so that collapses do not leave fans of needles.
+//! Edge flips, so that collapses do not leave fans of needles.
 
 use super::Graph;
 use crate::mesh::half_edges::edge_key;
@@ -64,7 +64,7 @@ fn is_better([a, b, c]: [DVec3; 3], d: DVec3) -> bool {
     let agree = |n: DVec3, m: DVec3| n.dot(m) > FLAT;
     // A needle's normal is rounding, so it may be missing.
     let flat = before.contains(&DVec3::ZERO) || agree(before[0], before[1]);
-    let kept = agree(after[0], after[1])
+    let agrees = agree(after[0], after[1])
         && before.iter().filter(|n| **n != DVec3::ZERO).all(|n| after.iter().all(|m| agree(*n, *m)));
-    flat && kept && cotangent(c, a, b) + cotangent(d, a, b) < -1e-6
+    flat && agrees && cotangent(c, a, b) + cotangent(d, a, b) < -1e-6
 }

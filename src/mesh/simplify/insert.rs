@@ -1,4 +1,4 @@
-//! Vertices at given points of the surface.
+//! Inserts vertices at given points of the surface.
 
 use super::split::split_edge;
 use super::{Graph, Site};

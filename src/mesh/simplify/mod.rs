@@ -1,7 +1,7 @@
-//! A mesh of fewer vertices by collapsing edges, each only if the surface stays the same up to bending.
+//! Meshes of fewer vertices by edge collapses that preserve the topology.
 //!
-//! Slower than cells and with worse triangles, but what comes out has the topology of what went in, however
-//! few vertices it gets: components, handles, rims and junctions smaller than an edge survive.
+//! Slower than cells and with worse triangles, but the result has the topology of the input, however few
+//! vertices it gets: components, handles, boundaries and junctions smaller than an edge survive.
 
 use super::TriMesh;
 use super::half_edges::{EdgeTable, edge_key, twin_pair};
@@ -17,13 +17,13 @@ mod flip;
 mod insert;
 mod split;
 
-/// What must stay besides the topology.
+/// What is preserved besides the topology.
 #[derive(Debug, Clone, Copy, Default)]
-pub struct Kept<'a> {
-    /// Of each half-edge `3 * triangle + side` whether it lies on a curve; saying so of one on the edge is
-    /// enough. Empty if there are no curves but those that the topology makes.
+pub struct Preserved<'a> {
+    /// Of each half-edge `3 * triangle + side` whether it lies on a curve; marking one half-edge of an edge
+    /// is enough. Empty if there are no curves but boundaries and junctions.
     pub curves: &'a [bool],
-    /// Vertices that stay.
+    /// Vertices that stay where they are.
     pub corners: &'a [u32],
 }
 
@@ -32,7 +32,7 @@ pub struct Kept<'a> {
 pub struct Simplified {
     /// The mesh.
     pub mesh: TriMesh,
-    /// The triangle of the input that each triangle was.
+    /// The triangle of the input that each triangle comes from.
     pub origin: Vec<u32>,
     /// Of each vertex, whether it is on a curve, a boundary or a junction.
     pub fixed: Vec<bool>,
@@ -47,11 +47,11 @@ pub struct Simplified {
 /// [`crate::Error::Cancelled`].
 pub fn with_vertices(
     mesh: &TriMesh,
-    kept: Kept,
+    preserved: Preserved,
     count: usize,
     progress: &ProgressToken,
 ) -> Result<Simplified> {
-    let mut graph = Graph::new(mesh, kept);
+    let mut graph = Graph::new(mesh, preserved);
     graph.reach(count, progress)?;
     Ok(graph.into_mesh())
 }
@@ -72,12 +72,12 @@ pub struct Site {
 /// As [`with_vertices`].
 pub fn at_sites(
     mesh: &TriMesh,
-    kept: Kept,
+    preserved: Preserved,
     sites: &[Site],
     count: usize,
     progress: &ProgressToken,
 ) -> Result<Simplified> {
-    let mut graph = Graph::new(mesh, kept);
+    let mut graph = Graph::new(mesh, preserved);
     let fixed = graph.fixed.clone();
     for v in insert::insert(&mut graph, sites) {
         graph.fixed[v as usize] = true;
@@ -90,15 +90,15 @@ pub fn at_sites(
     Ok(graph.into_mesh())
 }
 
-/// Triangles with what hangs together.
+/// Triangles with their connectivity.
 struct Graph {
     points: Vec<DVec3>,
     triangles: Vec<[u32; 3]>,
     alive: Vec<bool>,
     origin: Vec<u32>,
-    /// The living triangles around each vertex.
+    /// The triangles left around each vertex.
     star: Vec<Vec<u32>>,
-    /// Edges on curves, rims and junctions, the smaller vertex first.
+    /// Edges on curves, boundaries and junctions, the smaller vertex first.
     curves: HashSet<(u32, u32)>,
     /// Vertices that stay.
     fixed: Vec<bool>,
@@ -107,7 +107,7 @@ struct Graph {
 }
 
 impl Graph {
-    fn new(mesh: &TriMesh, kept: Kept) -> Self {
+    fn new(mesh: &TriMesh, preserved: Preserved) -> Self {
         let mut star = vec![Vec::new(); mesh.vertices.len()];
         for (t, triangle) in (0..).zip(&mesh.triangles) {
             triangle.iter().for_each(|v| star[*v as usize].push(t));
@@ -121,7 +121,7 @@ impl Graph {
             let (a, b) = sides[0].ends();
             let half = |k: usize| sides[k].corners();
             let plain = twin_pair(&mesh.triangles, sides).is_some();
-            let named = sides.iter().any(|side| kept.curves.get(side.corners().0).is_some_and(|on| *on));
+            let named = sides.iter().any(|side| preserved.curves.get(side.corners().0).is_some_and(|on| *on));
             if !plain || named {
                 curves.insert((a, b));
                 [a, b].iter().for_each(|v| ends[*v as usize].push(sides.len()));
@@ -139,7 +139,7 @@ impl Graph {
             .iter()
             .map(|ends| !matches!(ends.as_slice(), [] | [_, _]) || ends.windows(2).any(|e| e[0] != e[1]))
             .collect();
-        kept.corners.iter().for_each(|v| fixed[*v as usize] = true);
+        preserved.corners.iter().for_each(|v| fixed[*v as usize] = true);
         let mut met = vec![false; mesh.vertices.len()];
         for (corner, v) in (0..).zip(corners) {
             if fans.root(corner) == corner {
@@ -159,7 +159,7 @@ impl Graph {
         }
     }
 
-    /// Takes away or adds vertices.
+    /// Removes or adds vertices until there are `count`.
     fn reach(&mut self, count: usize, progress: &ProgressToken) -> Result<()> {
         if self.used > count {
             return Collapser::new(self, progress).collapse(count);
@@ -172,7 +172,7 @@ impl Graph {
         self.curves.contains(&edge_key(a, b))
     }
 
-    /// The other vertices of the triangles around one, rising.
+    /// The other vertices of the triangles around one, ascending.
     fn neighbours(&self, v: u32) -> Vec<u32> {
         let around = self.star[v as usize].iter().flat_map(|t| self.triangles[*t as usize]);
         let mut list: Vec<u32> = around.filter(|w| *w != v).collect();
@@ -185,7 +185,7 @@ impl Graph {
         triangle.map(|v| self.points[v as usize])
     }
 
-    /// The living triangles with both vertices.
+    /// The triangles left at both vertices.
     fn at_edge(&self, a: u32, b: u32) -> impl Iterator<Item = u32> {
         self.star[a as usize].iter().copied().filter(move |t| self.triangles[*t as usize].contains(&b))
     }
@@ -195,9 +195,9 @@ impl Graph {
         self.curves.iter().for_each(|(a, b)| [a, b].iter().for_each(|v| on_curve[**v as usize] = true));
         let used: Vec<bool> = self.star.iter().map(|star| !star.is_empty()).collect();
         let (new, old) = renumbered(&used);
-        let living = (0..self.triangles.len()).filter(|t| self.alive[*t]);
+        let left = (0..self.triangles.len()).filter(|t| self.alive[*t]);
         let (triangles, origin) =
-            living.map(|t| (self.triangles[t].map(|v| new[v as usize]), self.origin[t])).unzip();
+            left.map(|t| (self.triangles[t].map(|v| new[v as usize]), self.origin[t])).unzip();
         let vertices = old.iter().map(|v| self.points[*v as usize]).collect();
         let fixed = old.iter().map(|v| on_curve[*v as usize]).collect();
         Simplified { mesh: TriMesh { vertices, triangles }, origin, fixed }
@@ -215,10 +215,10 @@ mod tests {
         let mesh = sample("torus").unwrap();
         let progress = ProgressToken::default();
         progress.cancel();
-        let made = with_vertices(&mesh, Kept::default(), 50, &progress);
+        let made = with_vertices(&mesh, Preserved::default(), 50, &progress);
         assert_eq!(made, Err(Error::Cancelled));
         let site = Site { at: mesh.corners(0).iter().sum::<DVec3>() / 3.0, triangle: 0 };
-        let made = at_sites(&mesh, Kept::default(), &[site], 50, &progress);
+        let made = at_sites(&mesh, Preserved::default(), &[site], 50, &progress);
         assert_eq!(made, Err(Error::Cancelled));
     }
 }

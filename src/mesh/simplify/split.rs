@@ -1,4 +1,4 @@
-//! More vertices: the longest edges are halved.
+//! Adds vertices by halving the longest edges.
 
 use super::Graph;
 use crate::mesh::half_edges::edge_key;

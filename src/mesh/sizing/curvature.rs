@@ -1,4 +1,4 @@
-//! How much a surface bends, as a mesh of a given edge length sees it.
+//! Curvature of surfaces and curves, averaged at the scale of a mesh of a given edge length.
 //!
 //! The curvature tensor is that of the normal cycle (Cohen-Steiner and Morvan 2003): every edge bends by the
 //! angle between its triangles, along itself. Summed over a neighbourhood, what noise adds one way it takes
@@ -9,11 +9,11 @@ use crate::mesh::half_edges::EdgeTable;
 use crate::mesh::polyline::Polyline;
 use glam::DVec3;
 
-/// Tensors are spread so far, in edge lengths of the mesh to come.
+/// Radius over which tensors are averaged, in edge lengths of the output.
 const REACH: f64 = 0.5;
-/// Rounds of spreading at the most.
+/// Rounds of averaging, at most.
 const MOST_ROUNDS: f64 = 60.0;
-/// Half the stretch over which the bend of a curve is taken, in edge lengths of the mesh to come.
+/// Half the arc length over which a curve's curvature is taken, in edge lengths of the output.
 const HALF_STRETCH: f64 = 0.75;
 
 /// The tensor's xx, yy, zz, xy, yz and zx, times the area.
@@ -38,12 +38,12 @@ pub fn curvature(surface: &TriMesh, on_curve: &[bool], spacing: f64) -> Vec<f64>
         let along = surface.vertices[b as usize] - surface.vertices[a as usize];
         edges.push([a, b]);
         length_sum += along.length();
-        let held = sides.iter().any(|side| on_curve.get(side.corners().0).is_some_and(|on| *on));
+        let fixed = sides.iter().any(|side| on_curve.get(side.corners().0).is_some_and(|on| *on));
         let &[one, two] = sides else {
             [a, b].iter().for_each(|v| stops[*v as usize] = true);
             continue;
         };
-        if held {
+        if fixed {
             [a, b].iter().for_each(|v| stops[*v as usize] = true);
             continue;
         }
@@ -94,15 +94,17 @@ fn spread(edges: &[[u32; 2]], stops: &[bool], tensors: &mut [Tensor], areas: &mu
     }
 }
 
-/// The curvature of a curve at a way along it, over about an edge of a mesh of this `spacing`.
-pub fn along_curve(line: &Polyline, way: f64, spacing: f64) -> f64 {
-    let room = if line.is_closed() { 0.25 * line.length() } else { way.min(line.length() - way) };
-    let half = (HALF_STRETCH * spacing).min(room);
+/// The curvature of a curve at an arc length, taken over about an edge of a mesh of this `spacing`, in the
+/// inverse of the curve's unit; 0 too near to an end.
+pub fn along_curve(line: &Polyline, arc_length: f64, spacing: f64) -> f64 {
+    let available =
+        if line.is_closed() { 0.25 * line.length() } else { arc_length.min(line.length() - arc_length) };
+    let half = (HALF_STRETCH * spacing).min(available);
     // Too near to an end to tell.
     if half < 0.1 * spacing {
         return 0.0;
     }
-    let [before, here, after] = [way - half, way, way + half].map(|way| line.at(way).0);
+    let [before, here, after] = [arc_length - half, arc_length, arc_length + half].map(|a| line.at(a).0);
     (before + after - 2.0 * here).length() / (half * half)
 }
 
@@ -115,7 +117,7 @@ mod tests {
     fn a_sphere_bends_alike_everywhere() {
         let mesh = sample("sphere").unwrap();
         let radius = mesh.vertices[0].length();
-        // Vertices with five neighbours are off by more at themselves than over some way.
+        // Vertices with five neighbours are off by more at themselves than over a neighbourhood.
         for (spacing, tolerance) in [(0.01, 0.2), (0.4, 0.12)] {
             for (v, k) in curvature(&mesh, &[], spacing).iter().enumerate() {
                 let expected = 2f64.sqrt() / radius;
@@ -161,8 +163,8 @@ mod tests {
     #[test]
     fn edges_on_curves_do_not_bend() {
         let mesh = sample("box").unwrap();
-        let held = curvature(&mesh, &vec![true; 3 * mesh.triangles.len()], 0.1);
-        assert!(held.iter().all(|k| *k == 0.0));
+        let fixed = curvature(&mesh, &vec![true; 3 * mesh.triangles.len()], 0.1);
+        assert!(fixed.iter().all(|k| *k == 0.0));
         let bent = curvature(&mesh, &[], 1e-3);
         assert!(bent.iter().all(|k| *k > 1.0), "{bent:?}");
     }
@@ -172,10 +174,10 @@ mod tests {
         let angle = |k: u32| std::f64::consts::TAU * f64::from(k % 90) / 90.0;
         let points = (0..=90).map(|k| 3.0 * DVec3::new(angle(k).cos(), angle(k).sin(), 0.0)).collect();
         let circle = Polyline::new(points, true);
-        for way in [0.0, 3.3, 18.0] {
-            assert!((along_curve(&circle, way, 1.0) * 3.0 - 1.0).abs() < 0.05);
+        for arc_length in [0.0, 3.3, 18.0] {
+            assert!((along_curve(&circle, arc_length, 1.0) * 3.0 - 1.0).abs() < 0.05);
         }
         let straight = Polyline::new(vec![DVec3::ZERO, DVec3::X, 2.0 * DVec3::X], false);
-        assert_eq!([0.0, 0.5, 1.0].map(|way| along_curve(&straight, way, 0.5)), [0.0; 3]);
+        assert_eq!([0.0, 0.5, 1.0].map(|a| along_curve(&straight, a, 0.5)), [0.0; 3]);
     }
 }

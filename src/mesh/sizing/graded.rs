@@ -1,19 +1,18 @@
-//! Wished edge lengths made fit for a mesh: within bounds, no longer than the next ones allow, and for a
-//! number of vertices.
+//! Grades target edge lengths: within bounds, of limited growth, and scaled to a number of vertices.
 
-use super::mean_crowd;
+use super::mean_density;
 use crate::TriMesh;
 use crate::mesh::csr::Csr;
 use std::cmp::Ordering;
 use std::collections::BinaryHeap;
 
-/// Within this share of the number of vertices the scale is good enough: what is left is taken from all
-/// lengths alike.
+/// Relative error of the number of vertices at which the scale is good enough: scaling all lengths alike does
+/// the rest.
 const CLOSE: f64 = 1e-3;
-/// Tries to find the scale.
+/// Bisection steps to find the scale, at most.
 const TRIES: u32 = 40;
 
-/// What edge lengths have to keep to.
+/// Limits of edge lengths, all in the unit of the surface.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Bounds<'a> {
     /// Edge length of the uniform mesh with as many vertices.
@@ -22,28 +21,30 @@ pub struct Bounds<'a> {
     pub least: f64,
     /// Largest length at each vertex; nowhere less than the spacing.
     pub largest: &'a [f64],
-    /// How much longer edges may be for each unit of way along the surface.
+    /// Largest growth of edge length per unit of distance along the surface, above 0.
     pub growth: f64,
 }
 
-/// Lengths at the vertices of `surface` in proportion to `wished` ones, all above 0, but within `bounds`, for
-/// as many vertices as the uniform mesh has.
-pub fn graded(surface: &TriMesh, wished: &[f64], bounds: &Bounds) -> Vec<f64> {
+/// Edge lengths at the vertices of `surface`: the `targets` there, all above 0, times a common factor, but
+/// within `bounds`. The factor is such that the mesh has as many vertices as the uniform one. Panics if a
+/// list is too short.
+pub fn graded(surface: &TriMesh, targets: &[f64], bounds: &Bounds) -> Vec<f64> {
     let edges = Edges::new(surface);
     let areas: Vec<f64> = (0..surface.triangles.len()).map(|t| surface.triangle_area(t)).collect();
     let whole: f64 = areas.iter().sum();
     let at_scale = |scale: f64| {
-        let both = wished.iter().zip(bounds.largest);
-        let lengths = both.map(|(wish, most)| (scale * wish).clamp(bounds.least, *most)).collect();
+        let both = targets.iter().zip(bounds.largest);
+        let lengths = both.map(|(target, most)| (scale * target).clamp(bounds.least, *most)).collect();
         edges.limited(lengths, bounds.growth)
     };
     // Vertices over those of the uniform mesh.
     let share = |lengths: &[f64]| {
-        let crowd =
-            |(triangle, area): (&[u32; 3], &f64)| area * mean_crowd(triangle.map(|v| lengths[v as usize]));
-        surface.triangles.iter().zip(&areas).map(crowd).sum::<f64>() * bounds.spacing.powi(2) / whole
+        let density =
+            |(triangle, area): (&[u32; 3], &f64)| area * mean_density(triangle.map(|v| lengths[v as usize]));
+        surface.triangles.iter().zip(&areas).map(density).sum::<f64>() * bounds.spacing.powi(2) / whole
     };
-    let (shortest, longest) = wished.iter().fold((f64::INFINITY, 0.0f64), |(l, h), w| (l.min(*w), h.max(*w)));
+    let (shortest, longest) =
+        targets.iter().fold((f64::INFINITY, 0.0f64), |(l, h), w| (l.min(*w), h.max(*w)));
     let most = bounds.largest.iter().copied().fold(bounds.spacing, f64::max);
     // All at the least length, and all at the largest.
     let (mut low, mut high) = (bounds.least / longest, most / shortest);
@@ -64,7 +65,7 @@ pub fn graded(surface: &TriMesh, wished: &[f64], bounds: &Bounds) -> Vec<f64> {
 /// twice.
 struct Edges(Csr<(u32, f64)>);
 
-/// A vertex that may shorten those around it; the one with the shortest length comes first.
+/// A vertex that may shorten the lengths around it; the one with the shortest length comes first.
 #[derive(PartialEq)]
 struct Next(f64, u32);
 
@@ -91,12 +92,14 @@ impl Edges {
     }
 
     /// The largest lengths, none above the given ones, that grow by no more than `growth` for each unit of
-    /// way along edges.
+    /// length along edges.
     fn limited(&self, mut lengths: Vec<f64>, growth: f64) -> Vec<f64> {
         let around = |v: u32| self.0.of(v);
         let mut heap: BinaryHeap<Next> = (0..lengths.len() as u32)
             .filter(|v| {
-                around(*v).iter().any(|(w, way)| lengths[*v as usize] + growth * way < lengths[*w as usize])
+                around(*v)
+                    .iter()
+                    .any(|(w, distance)| lengths[*v as usize] + growth * distance < lengths[*w as usize])
             })
             .map(|v| Next(lengths[v as usize], v))
             .collect();
@@ -104,8 +107,8 @@ impl Edges {
             if length > lengths[v as usize] {
                 continue;
             }
-            for (w, way) in around(v) {
-                let most = length + growth * way;
+            for (w, distance) in around(v) {
+                let most = length + growth * distance;
                 if most < lengths[*w as usize] {
                     lengths[*w as usize] = most;
                     heap.push(Next(most, *w));
@@ -125,17 +128,17 @@ mod tests {
     #[test]
     fn lengths_keep_to_bounds_growth_and_count() {
         let mesh = sample("sphere").unwrap();
-        let wished: Vec<f64> = mesh.vertices.iter().map(|p| if p.z > 0.9 { 1e-4 } else { 1.0 }).collect();
+        let targets: Vec<f64> = mesh.vertices.iter().map(|p| if p.z > 0.9 { 1e-4 } else { 1.0 }).collect();
         let h = spacing(mesh.area(), 2000);
-        let largest = vec![6.0 * h; wished.len()];
+        let largest = vec![6.0 * h; targets.len()];
         let bounds = Bounds { spacing: h, least: 0.2 * h, largest: &largest, growth: 0.2 };
-        let got = graded(&mesh, &wished, &bounds);
+        let got = graded(&mesh, &targets, &bounds);
         let mut share = 0.0;
         for (t, triangle) in mesh.triangles.iter().enumerate() {
-            share += mesh.triangle_area(t) * mean_crowd(triangle.map(|v| got[v as usize])) * h * h;
+            share += mesh.triangle_area(t) * mean_density(triangle.map(|v| got[v as usize])) * h * h;
             for [v, w] in [[0, 1], [1, 2], [2, 0]].map(|pair| pair.map(|k| triangle[k] as usize)) {
-                let way = mesh.vertices[v].distance(mesh.vertices[w]);
-                assert!((got[v] - got[w]).abs() <= 0.2 * way + 1e-12);
+                let distance = mesh.vertices[v].distance(mesh.vertices[w]);
+                assert!((got[v] - got[w]).abs() <= 0.2 * distance + 1e-12);
             }
         }
         assert!((share / mesh.area() - 1.0).abs() < 2.0 * CLOSE, "{share}");
@@ -144,7 +147,7 @@ mod tests {
     }
 
     #[test]
-    fn the_same_wish_everywhere_is_a_uniform_mesh() {
+    fn equal_targets_give_a_uniform_mesh() {
         let mesh = sample("torus").unwrap();
         let h = spacing(mesh.area(), 500);
         let largest = vec![8.0 * h; mesh.vertices.len()];

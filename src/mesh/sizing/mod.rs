@@ -15,16 +15,16 @@ use super::triangle::{closest_on_triangle, doubled_normal};
 use crate::TriMesh;
 use glam::DVec3;
 
-/// Lengths that differ by less than this share are as good as equal,
+/// Lengths whose relative difference is below this count as equal along an edge,
 pub(crate) const EVEN: f64 = 1e-6;
-/// and those in a triangle by less than this one.
+/// and within a triangle below this.
 const ALIKE: f64 = 1e-3;
 
-/// Relative edge lengths over a surface.
+/// Relative target edge lengths over a surface, linear in its triangles. 1 is the spacing.
 #[derive(Debug, Clone, Default)]
 pub struct SizeField {
     surface: TriMesh,
-    /// One a vertex; nothing if edges are equally long everywhere.
+    /// One a vertex; empty if edges are equally long everywhere.
     lengths: Vec<f64>,
 }
 
@@ -33,14 +33,14 @@ impl SizeField {
     /// that the mean of 1 / length² over the area is 1. Panics if there are fewer lengths than vertices.
     pub fn new(surface: TriMesh, lengths: Vec<f64>) -> Self {
         let mut field = Self { surface, lengths };
-        let (mut crowd, mut area) = (0.0, 0.0);
+        let (mut density, mut area) = (0.0, 0.0);
         for t in 0..field.surface.triangles.len() {
             let of_triangle = field.surface.triangle_area(t);
             area += of_triangle;
-            crowd += of_triangle * field.crowd(t);
+            density += of_triangle * field.density(t);
         }
         if area > 0.0 {
-            let scale = (crowd / area).sqrt();
+            let scale = (density / area).sqrt();
             field.lengths.iter_mut().for_each(|length| *length *= scale);
         }
         field
@@ -74,7 +74,7 @@ impl SizeField {
             .fold(f64::INFINITY, f64::min)
     }
 
-    /// The lengths at points on triangles; nothing if they are equal everywhere.
+    /// The lengths at points on triangles; empty if they are equal everywhere.
     pub fn at_all(&self, points: &[DVec3], triangles: &[u32]) -> Vec<f64> {
         if self.is_uniform() {
             return Vec::new();
@@ -88,16 +88,18 @@ impl SizeField {
         self.lengths.iter().fold([*first; 2], |[low, high], length| [low.min(*length), high.max(*length)])
     }
 
-    /// The mean of 1 / length² over a triangle: how many more vertices it gets than in a uniform mesh.
-    pub fn crowd(&self, triangle: usize) -> f64 {
+    /// The mean of 1 / length² over a triangle: the density of vertices relative to a
+    /// uniform mesh.
+    pub fn density(&self, triangle: usize) -> f64 {
         if self.is_uniform() {
             return 1.0;
         }
         let corners = self.surface.triangles[triangle].map(|v| self.lengths[v as usize]);
-        mean_crowd(corners)
+        mean_density(corners)
     }
 
-    /// Length = `xyz · p + w` in each triangle's plane; nothing if they are equal everywhere.
+    /// `[x, y, z, w]` for each triangle, such that the length at a point `p` of it is `xyz · p + w`; empty if
+    /// lengths are equal everywhere.
     pub fn slopes(&self) -> Vec<[f64; 4]> {
         if self.is_uniform() {
             return Vec::new();
@@ -106,9 +108,9 @@ impl SizeField {
             let [a, b, c] = self.surface.corners(t);
             let [at_a, at_b, at_c] = self.surface.triangles[t].map(|v| self.lengths[v as usize]);
             let normal = doubled_normal([a, b, c]);
-            let twice_area_sq = normal.length_squared();
+            let doubled_area_sq = normal.length_squared();
             let turned = normal.cross(c - b) * at_a + normal.cross(a - c) * at_b + normal.cross(b - a) * at_c;
-            let slope = turned / twice_area_sq;
+            let slope = turned / doubled_area_sq;
             // A triangle without area has no slope; the mean will do.
             if !slope.is_finite() {
                 return [0.0, 0.0, 0.0, (at_a + at_b + at_c) / 3.0];
@@ -119,19 +121,19 @@ impl SizeField {
     }
 }
 
-/// The mean of 1 / length on a way over which the length changes from `a` to `b`: how many edges a unit of
-/// way takes.
+/// The mean of 1 / length along a path over which the length changes linearly from `a` to `b`: edges per unit
+/// of path.
 pub(crate) fn mean_inverse(a: f64, b: f64) -> f64 {
     if (b - a).abs() < EVEN * a { 2.0 / (a + b) } else { (b / a).ln() / (b - a) }
 }
 
 /// The mean of 1 / length² over a triangle in which the length is linear between its corners: twice the
 /// divided difference of -ln, by the formula of Hermite and Genocchi.
-fn mean_crowd(mut corners: [f64; 3]) -> f64 {
+fn mean_density(mut corners: [f64; 3]) -> f64 {
     corners.sort_by(f64::total_cmp);
     let [a, b, c] = corners;
     if c - a < ALIKE * a {
-        // Where the difference would lose its digits.
+        // The divided difference would lose its digits here.
         return ((a + b + c) / 3.0).powi(-2);
     }
     2.0 * (mean_inverse(a, b) - mean_inverse(b, c)) / (c - a)
@@ -148,15 +150,15 @@ mod tests {
     }
 
     #[test]
-    fn the_mean_of_the_crowds_is_one() {
+    fn the_mean_density_is_one() {
         assert_eq!(square([3.0; 4]).range(), [1.0, 1.0]);
         let field = square([1.0, 4.0, 4.0, 1.0]);
         let [low, high] = field.range();
         assert!((high / low - 4.0).abs() < 1e-12);
         // Over x from 0 to 1, lengths from a to 4 a: the mean of 1 / length² is 1 / (4 a²).
         assert!((low - 0.5).abs() < 1e-9, "{low}");
-        let crowds = 0.5 * (field.crowd(0) + field.crowd(1));
-        assert!((crowds - 1.0).abs() < 1e-12, "{crowds}");
+        let densities = 0.5 * (field.density(0) + field.density(1));
+        assert!((densities - 1.0).abs() < 1e-12, "{densities}");
     }
 
     #[test]
@@ -176,7 +178,7 @@ mod tests {
     fn a_uniform_one_is_one_everywhere() {
         let field = SizeField::default();
         assert!(field.is_uniform() && field.slopes().is_empty());
-        assert_eq!((field.at(DVec3::ONE, 7), field.at_vertex(3), field.crowd(9)), (1.0, 1.0, 1.0));
+        assert_eq!((field.at(DVec3::ONE, 7), field.at_vertex(3), field.density(9)), (1.0, 1.0, 1.0));
         assert!(field.at_all(&[DVec3::ONE], &[7]).is_empty());
     }
 }

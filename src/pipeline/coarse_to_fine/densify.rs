@@ -30,10 +30,12 @@ pub(crate) struct ConnectedSites<'a> {
 pub(crate) fn densify(sites: &mut SitesOnSurface, of: &ConnectedSites, broken: &[BrokenCell]) -> bool {
     let mut destinations: Vec<(DVec3, u32)> = Vec::new();
     let own: Vec<DVec3> = broken.iter().map(|b| sites.positions[b.site as usize]).collect();
-    let mut taken = HashGrid::new(APART * of.spacing * of.sizes.range()[0], &own);
+    let apart = APART * of.spacing * of.sizes.range()[0];
+    let mut taken = HashGrid::new(apart, 2 * own.len());
+    own.iter().for_each(|p| taken.insert(*p, *p));
     for BrokenCell { farthest, .. } in broken {
-        if !taken.is_near(farthest.0) {
-            taken.insert(farthest.0);
+        if !taken.any(farthest.0, |q: DVec3| q.distance_squared(farthest.0) <= apart * apart) {
+            taken.insert(farthest.0, farthest.0);
             destinations.push(*farthest);
         }
     }

@@ -99,7 +99,7 @@ fn bends(surface: &TriMesh, curves: Option<&SurfaceCurves>, spacing: f64) -> Vec
     for (line, vertices) in curves.polylines().zip(curves.vertices()) {
         for (k, v) in vertices.iter().enumerate() {
             let bend = &mut bends[*v as usize];
-            *bend = bend.max(along_curve(line, line.way_to(k), spacing));
+            *bend = bend.max(along_curve(line, line.arc_length_at(k), spacing));
         }
     }
     bends

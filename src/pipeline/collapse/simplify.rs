@@ -3,7 +3,7 @@
 use crate::mesh::features::{Curve, FeatureOptions, Features, find_features};
 use crate::mesh::half_edges::{edge_key, next};
 use crate::mesh::intersections::intersecting_faces;
-use crate::mesh::simplify::{Kept, Simplified, Site, at_sites, with_vertices};
+use crate::mesh::simplify::{Preserved, Simplified, Site, at_sites, with_vertices};
 use crate::mesh::topology::topology;
 use crate::polish::{FitOptions, PolishOptions, Target, fit, polish};
 use crate::{Options, ProgressToken, Result, TriMesh};
@@ -74,21 +74,21 @@ pub(crate) fn simplified_and_polished(
 /// # Errors
 /// [`crate::Error::Cancelled`].
 pub(crate) fn simplified(surface: &TriMesh, sites: &[Site], target: &SimplifyTarget) -> Result<Simplified> {
-    let simplify = |kept: Kept| match sites {
-        [] => with_vertices(surface, kept, target.vertices, target.progress),
-        sites => at_sites(surface, kept, sites, target.vertices, target.progress),
+    let simplify = |preserved: Preserved| match sites {
+        [] => with_vertices(surface, preserved, target.vertices, target.progress),
+        sites => at_sites(surface, preserved, sites, target.vertices, target.progress),
     };
     let options =
         FeatureOptions { feature_angle: target.feature_angle, ..FeatureOptions::new(target.spacing) };
     if let Ok(features) = find_features(surface, &options) {
         let curves = curve_half_edges(surface, &features);
-        let with_curves = simplify(Kept { curves: &curves, corners: &features.corners })?;
+        let with_curves = simplify(Preserved { curves: &curves, corners: &features.corners })?;
         if with_curves.mesh.vertices.len() <= target.vertices {
             return Ok(with_curves);
         }
     }
     // The number of vertices comes before sharp edges, but not before the topology.
-    simplify(Kept::default())
+    simplify(Preserved::default())
 }
 
 /// For each half-edge whether it is on a curve.
