@@ -1,7 +1,7 @@
 //! What a run is asked to do: the same after writing and reading, and refused where it cannot be.
 
 use glam::DVec3;
-use rtfmesh::io::FeatureLine;
+use rtfmesh::mesh::features::FeatureLine;
 use rtfmesh::{
     CorrespondenceRequest, Error, Face, FeatureLines, Length, MeasureDepth, Method, Options, Quality,
     Shortage, Sizing,

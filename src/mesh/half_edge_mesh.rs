@@ -103,7 +103,7 @@ impl HalfEdgeMesh {
         self.valence[v as usize]
     }
 
-    pub(crate) fn half_edges(&self) -> u32 {
+    pub(crate) fn half_edge_count(&self) -> u32 {
         self.twin.len() as u32
     }
 

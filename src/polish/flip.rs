@@ -1,4 +1,4 @@
-//! Edge flips: towards Delaunay triangles and six edges a vertex.
+//! Edge flips towards Delaunay triangles and six edges per vertex.
 
 use glam::DVec3;
 use rayon::prelude::*;
@@ -6,47 +6,40 @@ use rayon::prelude::*;
 use crate::mesh::half_edge_mesh::{HalfEdgeMesh, VertexKind};
 use crate::mesh::triangle::doubled_normal;
 
-/// Fewest edges of a vertex that may lose one.
+/// Least valence of a vertex that may lose an edge.
 const MIN_VALENCE: u32 = 4;
 /// Least cosine between the normal of a new triangle and that of the old pair.
 const MIN_AGREEMENT: f64 = 0.5;
 /// Least cosine between the two new triangles, unless the old ones turned more sharply.
 const MIN_DIHEDRAL: f64 = 0.8;
-/// Cosine of the largest angle that a flip may make: about 127°.
+/// Cosine of the largest angle that a flip may create: about 127°.
 const MIN_COSINE: f64 = -0.6;
-/// What a flip must gain, so that rounding cannot turn an edge to and fro.
+/// Least gain of a flip, so that rounding errors cannot flip an edge back and forth.
 const MIN_GAIN: f64 = 1e-6;
 
-/// What a flip is good for.
-#[derive(Debug, Clone, Copy)]
-pub(crate) struct Rule {
-    /// What one unit of valence energy (see [`valence_gain`]) is worth, in cotangents.
-    pub(crate) valence_weight: f64,
-}
-
-/// Flips edges of `links` while that pays, in a fixed order and at most `sweeps` times over all; gives the
-/// number.
+/// Flips edges where that is a gain, in a fixed order and in at most `sweeps` passes over all edges; returns
+/// the number of flips. `valence_weight` is the weight of valences (see [`valence_gain`]) against cotangents.
 pub(crate) fn flip_edges(
-    links: &mut HalfEdgeMesh,
+    half_edges: &mut HalfEdgeMesh,
     points: &[DVec3],
     fixed: &[bool],
-    rule: &Rule,
+    valence_weight: f64,
     sweeps: u32,
 ) -> usize {
     let mut total = 0;
     for _ in 0..sweeps {
-        let wanted: Vec<u32> = (0..links.half_edges())
+        let wanted: Vec<u32> = (0..half_edges.half_edge_count())
             .into_par_iter()
             .with_min_len(4096)
-            .filter(|&h| pays(links, points, fixed, rule, h))
+            .filter(|&h| pays(half_edges, points, fixed, valence_weight, h))
             .collect();
         let mut flipped = 0;
         for h in wanted {
-            // An earlier flip may have changed what this one was worth.
-            if pays(links, points, fixed, rule, h)
-                && let Some(twin) = links.twin(h)
+            // An earlier flip may have changed the gain of this one.
+            if pays(half_edges, points, fixed, valence_weight, h)
+                && let Some(twin) = half_edges.twin(h)
             {
-                links.flip(h, twin);
+                half_edges.flip(h, twin);
                 flipped += 1;
             }
         }
@@ -58,29 +51,28 @@ pub(crate) fn flip_edges(
     total
 }
 
-/// Whether the edge of `h` may be flipped and should be. False for one of its two half-edges.
-fn pays(links: &HalfEdgeMesh, points: &[DVec3], fixed: &[bool], rule: &Rule, h: u32) -> bool {
-    let Some(twin) = links.twin(h).filter(|&twin| h < twin) else { return false };
-    let ring @ [a, b, c, d] = links.diamond(h, twin);
+/// Whether the edge of `h` may and should be flipped; false for the second of its two half-edges.
+fn pays(half_edges: &HalfEdgeMesh, points: &[DVec3], fixed: &[bool], valence_weight: f64, h: u32) -> bool {
+    let Some(twin) = half_edges.twin(h).filter(|&twin| h < twin) else { return false };
+    let ring @ [a, b, c, d] = half_edges.diamond(h, twin);
     let corners = ring.map(|v| points[v as usize]);
     let delaunay = angle_gain(corners);
-    let valence = valence_gain(links, ring);
-    // Neither gains anything: most edges end here.
-    if delaunay + rule.valence_weight * valence <= MIN_GAIN {
+    let valence = valence_gain(half_edges, ring);
+    // This decides most edges, so it comes first.
+    if delaunay + valence_weight * valence <= MIN_GAIN {
         return false;
     }
     c != d
-        && ring.iter().all(|&v| links.kind(v) != VertexKind::Irregular)
-        && links.valence(a) >= MIN_VALENCE
-        && links.valence(b) >= MIN_VALENCE
+        && ring.iter().all(|&v| half_edges.kind(v) != VertexKind::Irregular)
+        && half_edges.valence(a) >= MIN_VALENCE
+        && half_edges.valence(b) >= MIN_VALENCE
         && !(fixed[a as usize] && fixed[b as usize])
-        && !links.joined(c, d)
-        && links.patch(h / 3) == links.patch(twin / 3)
+        && !half_edges.joined(c, d)
+        && half_edges.patch(h / 3) == half_edges.patch(twin / 3)
         && keeps_shape(corners)
 }
 
-/// The cotangent sum of the two angles opposite the edge, negated: positive if they exceed a half-turn
-/// together.
+/// Negated sum of the cotangents of the two angles opposite the edge: positive if they exceed 180° together.
 fn angle_gain([a, b, c, d]: [DVec3; 4]) -> f64 {
     -(cotangent(c, a, b) + cotangent(d, b, a))
 }
@@ -90,18 +82,17 @@ fn cotangent(at: DVec3, p: DVec3, q: DVec3) -> f64 {
     u.dot(v) / u.cross(v).length().max(f64::MIN_POSITIVE)
 }
 
-/// By how much the sum of squared differences to the ideal valences falls, halved and with the neutral flip
-/// at 0.
-fn valence_gain(links: &HalfEdgeMesh, [a, b, c, d]: [u32; 4]) -> f64 {
+/// Half the decrease of the sum of squared differences to the ideal valences.
+fn valence_gain(half_edges: &HalfEdgeMesh, [a, b, c, d]: [u32; 4]) -> f64 {
     let excess = |v: u32| {
-        let ideal = if links.kind(v) == VertexKind::Boundary { 4.0 } else { 6.0 };
-        f64::from(links.valence(v)) - ideal
+        let ideal = if half_edges.kind(v) == VertexKind::Boundary { 4.0 } else { 6.0 };
+        f64::from(half_edges.valence(v)) - ideal
     };
     excess(a) + excess(b) - excess(c) - excess(d) - 2.0
 }
 
-/// Whether the triangles after the flip face as those before, do not form a sharper edge, and are not too
-/// flat.
+/// Whether the triangles after the flip face the same way as those before, do not form a sharper edge, and
+/// are not too flat.
 fn keeps_shape([a, b, c, d]: [DVec3; 4]) -> bool {
     let (old, other) = (doubled_normal([a, b, c]), doubled_normal([b, a, d]));
     let (new, next) = (doubled_normal([d, c, a]), doubled_normal([c, d, b]));

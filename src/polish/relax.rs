@@ -1,4 +1,4 @@
-//! Tangential relaxation: every vertex towards the mean of its ring, all at once.
+//! Tangential relaxation: all vertices move at once towards the mean of their neighbours.
 
 use glam::DVec3;
 use rayon::prelude::*;
@@ -8,23 +8,24 @@ use crate::mesh::half_edge_mesh::HalfEdgeMesh;
 use crate::mesh::half_edges::{next, previous};
 use crate::mesh::triangle::doubled_normal;
 
-/// Share of the way to the ring's mean that a vertex goes. Above 1, since the vertices around go the same
-/// way; on a regular mesh 4/3 would be the limit of stability.
+/// Step towards the mean of the neighbours, as a share of the distance. Above 1, since neighbours move in
+/// similar directions; on a regular mesh the limit of stability is 4/3.
 const STRIDE: f64 = 1.1;
 /// Least cosine between a triangle's normal and those of its vertices.
 const MIN_AGREEMENT: f64 = 0.5;
 /// Squared ratio of doubled area to squared longest edge below which a triangle may not shrink: heights of a
 /// fifth.
 const FLAT_SQ: f64 = 0.04;
-/// Times that moves are taken back triangle by triangle before all are.
+/// Times that the moves of single triangles are undone before all moves are.
 const REPAIRS: u32 = 8;
-/// Vertices and triangles that a thread takes at the least.
+/// Least number of vertices or triangles for a thread.
 pub(crate) const CHUNK: usize = 512;
 
-/// One step of all vertices that are not fixed, with the edge `lengths` wanted at all, or nothing if they are
-/// equal; gives how many did not move because a triangle would have suffered.
+/// Moves all vertices that are not fixed by one step, and returns how many of these moves were undone because
+/// a triangle would have folded or become flat. `lengths` are the target edge lengths at the vertices, empty
+/// if they are all equal.
 pub(crate) fn relax(
-    links: &HalfEdgeMesh,
+    half_edges: &HalfEdgeMesh,
     points: &mut Vec<DVec3>,
     ranks: &mut [usize],
     (fixed, lengths): (&[bool], &[f64]),
@@ -37,34 +38,34 @@ pub(crate) fn relax(
         .with_min_len(CHUNK)
         .map(|(v, rank)| {
             let here = old[v];
-            let (mean, normal) = ring(links, old, lengths, v as u32);
+            let (mean, normal) = ring(half_edges, old, lengths, v as u32);
             if fixed[v] {
                 return (here, normal);
             }
             let step = mean - here;
             let goal = here + (step - normal * step.dot(normal)) * STRIDE;
-            (target.closest(goal, normal, links.patch_at(v as u32), rank).unwrap_or(here), normal)
+            (target.closest(goal, normal, half_edges.patch_at(v as u32), rank).unwrap_or(here), normal)
         })
         .unzip();
-    let undone = take_back(links, points, &normals, &mut moved);
+    let undone = undo_bad_moves(half_edges, points, &normals, &mut moved);
     *points = moved;
     undone
 }
 
-/// The mean of the neighbours of a vertex, and its unit normal; the vertex and 0 if it is irregular.
+/// The mean of a vertex's neighbours, and its unit normal; its own position and 0 if it is irregular.
 ///
-/// Where lengths differ, neighbours count the less the longer the edge to them is to be: a vertex whose edges
-/// are as long as wanted is then at rest.
-fn ring(links: &HalfEdgeMesh, points: &[DVec3], lengths: &[f64], v: u32) -> (DVec3, DVec3) {
+/// Where target lengths differ, a neighbour has less weight if the edge to it is to be longer, so that a
+/// vertex whose edges have their target lengths is at rest.
+fn ring(half_edges: &HalfEdgeMesh, points: &[DVec3], lengths: &[f64], v: u32) -> (DVec3, DVec3) {
     let here = points[v as usize];
     let (mut sum, mut count, mut normal) = (DVec3::ZERO, 0.0, DVec3::ZERO);
-    for h in links.ring(v) {
-        let p = points[links.origin(next(h)) as usize] - here;
-        let q = points[links.origin(previous(h)) as usize] - here;
+    for h in half_edges.ring(v) {
+        let p = points[half_edges.origin(next(h)) as usize] - here;
+        let q = points[half_edges.origin(previous(h)) as usize] - here;
         normal += p.cross(q);
         let weight = lengths
             .get(v as usize)
-            .map_or(1.0, |here| 2.0 * here / (here + lengths[links.origin(next(h)) as usize]));
+            .map_or(1.0, |here| 2.0 * here / (here + lengths[half_edges.origin(next(h)) as usize]));
         sum += weight * p;
         count += weight;
     }
@@ -72,24 +73,29 @@ fn ring(links: &HalfEdgeMesh, points: &[DVec3], lengths: &[f64], v: u32) -> (DVe
     (mean, normal.normalize_or_zero())
 }
 
-/// The unit normal of a vertex, 0 if it is irregular.
-pub(crate) fn vertex_normal(links: &HalfEdgeMesh, points: &[DVec3], v: u32) -> DVec3 {
-    ring(links, points, &[], v).1
+/// The unit normal of a vertex; 0 if it is irregular.
+pub(crate) fn vertex_normal(half_edges: &HalfEdgeMesh, points: &[DVec3], v: u32) -> DVec3 {
+    ring(half_edges, points, &[], v).1
 }
 
-/// Puts the vertices of triangles that `moved` folds or flattens back to `points`, until there is none; gives
-/// how many vertices were put back. `normals` are those of the vertices.
-fn take_back(links: &HalfEdgeMesh, points: &[DVec3], normals: &[DVec3], moved: &mut [DVec3]) -> usize {
+/// Moves vertices from `moved` back to `points` until no triangle folds or becomes flat; returns how many.
+/// `normals` are those of the vertices.
+fn undo_bad_moves(
+    half_edges: &HalfEdgeMesh,
+    points: &[DVec3],
+    normals: &[DVec3],
+    moved: &mut [DVec3],
+) -> usize {
     let mut undone = 0;
     for _ in 0..REPAIRS {
-        let bad: Vec<[u32; 3]> = links
+        let bad: Vec<[u32; 3]> = half_edges
             .triangles
             .par_iter()
             .with_min_len(CHUNK)
             .filter(|triangle| {
                 let at = |points: &[DVec3]| triangle.map(|v| points[v as usize]);
                 let up = triangle.map(|v| normals[v as usize]).iter().sum();
-                spoils(at(points), at(moved), up)
+                folds_or_flattens(at(points), at(moved), up)
             })
             .copied()
             .collect();
@@ -105,9 +111,9 @@ fn take_back(links: &HalfEdgeMesh, points: &[DVec3], normals: &[DVec3], moved: &
     points.len()
 }
 
-/// Whether a triangle turns away from `up`, the direction of its vertices' normals, or becomes flat. One that
-/// was so before may stay so.
-pub(crate) fn spoils(old: [DVec3; 3], new: [DVec3; 3], up: DVec3) -> bool {
+/// Whether a triangle turns away from `up`, the direction of its vertices' normals, or becomes flat by a
+/// move. A triangle that was so before may stay so.
+pub(crate) fn folds_or_flattens(old: [DVec3; 3], new: [DVec3; 3], up: DVec3) -> bool {
     if old == new {
         return false;
     }

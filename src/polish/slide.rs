@@ -1,22 +1,24 @@
-//! Vertices on curves, relaxed along their curve.
+//! Relaxation of vertices along their curves.
 
 use glam::DVec3;
 
-use super::relax::spoils;
+use super::relax::folds_or_flattens;
 use super::worst::score;
+use crate::mesh::NONE;
 use crate::mesh::polyline::Polyline;
 use crate::mesh::triangle::doubled_normal;
 
-/// Share of the way to the mean of the neighbours that a vertex goes.
+/// Step towards the mean of the neighbours, as a share of the distance.
 const STRIDE: f64 = 1.0;
-/// No nearer to the next vertex on the curve than this share of the way between the two beside it.
+/// Least distance to the next vertex on the curve, as a share of the arc length between the vertices before
+/// and after.
 const LEAST_GAP: f64 = 0.3;
-/// Trial steps, over the way between the two beside it, for the sake of the worst triangle.
+/// Trial steps for the worst triangle, as shares of that arc length.
 const TRIALS: [f64; 6] = [0.08, -0.08, 0.04, -0.04, 0.02, -0.02];
-/// Of a curve's bends, a vertex leaves none farther from the chords than this share of the way between the
-/// two beside it.
-const MAX_STRAY: f64 = 0.01;
-/// What a move for the sake of the worst triangle must gain, in its score.
+/// Largest distance of the curve from the chords to the vertices before and after, as a share of that arc
+/// length.
+const MAX_DEVIATION: f64 = 0.01;
+/// Least gain of a move for the worst triangle, in its score.
 const MIN_GAIN: f64 = 1e-4;
 
 /// A curve and the vertices that may slide along it.
@@ -24,27 +26,27 @@ const MIN_GAIN: f64 = 1e-4;
 pub struct SlidingCurve {
     /// The curve.
     pub line: Polyline,
-    /// Vertices on it, in order from its beginning to its end, with the way along it to each.
+    /// Vertices on it, in order from its beginning to its end, with the arc length of each.
     pub sliders: Vec<(u32, f64)>,
 }
 
-/// The sliding_curves of a mesh with what is known of them.
+/// The sliding curves of a mesh.
 pub(crate) struct SlidingCurves {
-    sliding_curves: Vec<SlidingCurve>,
-    /// Which of all sliders each vertex is, or `u32::MAX`.
+    curves: Vec<SlidingCurve>,
+    /// The number of each vertex among all sliders, or [`NONE`].
     slider: Vec<u32>,
     sliders: usize,
 }
 
 impl SlidingCurves {
-    pub(crate) fn new(sliding_curves: &[SlidingCurve], vertices: usize) -> Self {
-        let mut slider = vec![u32::MAX; vertices];
-        let all = sliding_curves.iter().flat_map(|sliding_curve| &sliding_curve.sliders);
+    pub(crate) fn new(curves: &[SlidingCurve], vertices: usize) -> Self {
+        let mut slider = vec![NONE; vertices];
+        let all = curves.iter().flat_map(|curve| &curve.sliders);
         let sliders = (0..).zip(all).map(|(k, (v, _))| slider[*v as usize] = k).count();
-        Self { sliding_curves: sliding_curves.to_vec(), slider, sliders }
+        Self { curves: curves.to_vec(), slider, sliders }
     }
 
-    /// The triangles of each slider.
+    /// The triangles around each slider.
     fn stars(&self, triangles: &[[u32; 3]]) -> Vec<Vec<[u32; 3]>> {
         let mut stars = vec![Vec::new(); self.sliders];
         for triangle in triangles {
@@ -57,8 +59,8 @@ impl SlidingCurves {
         stars
     }
 
-    /// Moves every slider once towards the mean of its neighbours, or, if `lift`, to where its worst triangle
-    /// is best.
+    /// Moves every slider once: towards the mean of its neighbours, or, if `lift`, to where the lowest score
+    /// of its triangles is highest.
     pub(crate) fn slide(
         &mut self,
         triangles: &[[u32; 3]],
@@ -66,24 +68,25 @@ impl SlidingCurves {
         lengths: &[f64],
         lift: bool,
     ) {
-        if self.sliding_curves.is_empty() {
+        if self.curves.is_empty() {
             return;
         }
         let stars = self.stars(triangles);
         let mut star = stars.iter();
-        for SlidingCurve { line, sliders } in &mut self.sliding_curves {
+        for SlidingCurve { line, sliders } in &mut self.curves {
             for k in 0..sliders.len() {
                 let Some(star) = star.next() else { return };
-                let (v, way) = sliders[k];
+                let (v, arc_length) = sliders[k];
                 let [before, after] = beside(line, sliders, k);
                 let gap = after - before;
-                let bounded = |way: f64| way.clamp(before + LEAST_GAP * gap, after - LEAST_GAP * gap);
+                let bounded =
+                    |arc_length: f64| arc_length.clamp(before + LEAST_GAP * gap, after - LEAST_GAP * gap);
                 let new = if lift {
                     let worst =
                         |p: DVec3| star.iter().map(|t| score(moved(*t, points, v, p))).fold(1.0, f64::min);
-                    let mut best = (worst(points[v as usize]) + MIN_GAIN, way);
+                    let mut best = (worst(points[v as usize]) + MIN_GAIN, arc_length);
                     for step in TRIALS {
-                        let trial = bounded(way + step * gap);
+                        let trial = bounded(arc_length + step * gap);
                         let reached = worst(line.at(trial).0);
                         if reached > best.0 {
                             best = (reached, trial);
@@ -102,19 +105,21 @@ impl SlidingCurves {
                     let (weights, sum) =
                         weighted.fold((0.0, DVec3::ZERO), |(w, s), (weight, p)| (w + weight, s + p));
                     let mean = sum / f64::max(weights, f64::MIN_POSITIVE);
-                    let (here, direction) = line.at(way);
-                    bounded(way + STRIDE * (mean - here).dot(direction))
+                    let (here, direction) = line.at(arc_length);
+                    bounded(arc_length + STRIDE * (mean - here).dot(direction))
                 };
                 let to = line.at(new).0;
                 let folds = star.iter().any(|t| {
                     let old = t.map(|w| points[w as usize]);
-                    spoils(old, moved(*t, points, v, to), doubled_normal(old))
+                    folds_or_flattens(old, moved(*t, points, v, to), doubled_normal(old))
                 });
-                let strays = || {
-                    let stray = |way: f64| line.deviation(before, way).max(line.deviation(way, after));
-                    stray(new) > (MAX_STRAY * gap).max(stray(way))
+                let cuts_off = || {
+                    let deviation = |arc_length: f64| {
+                        line.deviation(before, arc_length).max(line.deviation(arc_length, after))
+                    };
+                    deviation(new) > (MAX_DEVIATION * gap).max(deviation(arc_length))
                 };
-                if new != way && !folds && !strays() {
+                if new != arc_length && !folds && !cuts_off() {
                     points[v as usize] = to;
                     sliders[k].1 = new;
                 }
@@ -123,10 +128,10 @@ impl SlidingCurves {
     }
 }
 
-/// The ways to the vertices before and after a slider, or to the ends of the curve.
+/// Arc lengths of the vertices before and after a slider, or of the ends of the curve.
 fn beside(line: &Polyline, sliders: &[(u32, f64)], k: usize) -> [f64; 2] {
     let [first, last] = if line.is_closed() {
-        // Round the whole way.
+        // Once around the curve.
         [sliders[sliders.len() - 1].1 - line.length(), sliders[0].1 + line.length()]
     } else {
         [0.0, line.length()]
@@ -137,7 +142,7 @@ fn beside(line: &Polyline, sliders: &[(u32, f64)], k: usize) -> [f64; 2] {
     ]
 }
 
-/// The corners of a triangle if `v` stood at `p`.
+/// The corners of a triangle if `v` were at `p`.
 fn moved(triangle: [u32; 3], points: &[DVec3], v: u32, p: DVec3) -> [DVec3; 3] {
     triangle.map(|w| if w == v { p } else { points[w as usize] })
 }

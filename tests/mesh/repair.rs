@@ -60,6 +60,8 @@ fn each_fault_is_counted_and_the_order_kept() {
     assert_eq!(counts.duplicate_faces_dropped, 2);
     // The last disagrees with both others.
     assert_eq!(counts.faces_turned, 1);
+    let others = [counts.near_vertices_welded, counts.edges_joined, counts.components_dropped];
+    assert_eq!((others, counts.unorientable_components), ([0; 3], 0));
     let json = serde_json::to_value(repaired.counts).unwrap();
     assert_eq!(json["unreferenced_vertices_dropped"], 2);
 }

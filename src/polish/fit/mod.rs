@@ -1,9 +1,9 @@
-//! Fit: vertices move so that the faces, not the vertices, lie close to the surface.
+//! Fit: moves vertices so that the faces, not the vertices, lie close to the surface.
 //!
-//! Distances of sample points on the faces to their closest points on the surface, and of the surface's
-//! vertices to their closest points on the faces, are made small in the least-squares sense, weighted by
-//! area. Moves across the surface cost nothing but what neighbours would move differently: so vertices slide
-//! to where the surface bends, and whole neighbourhoods go along.
+//! Distances from sample points on the faces to the surface, and from the surface's vertices to the faces,
+//! are minimized in the least-squares sense, weighted by area. Motion along the surface costs only as far as
+//! neighbours move differently, so vertices slide to where the surface bends, and their neighbourhoods
+//! follow.
 
 mod samples;
 mod solve;
@@ -11,47 +11,47 @@ mod solve;
 use glam::DVec3;
 use rayon::prelude::*;
 
-use super::relax::{CHUNK, spoils, vertex_normal};
+use super::relax::{CHUNK, folds_or_flattens, vertex_normal};
 use super::{Target, is_fixed};
 use crate::mesh::half_edge_mesh::HalfEdgeMesh;
 use crate::mesh::quality::TriangleQuality;
 use crate::mesh::triangle::doubled_normal;
 use crate::{ProgressToken, Result, TriMesh};
-use samples::{Ranks, Sheet};
+use samples::{FitMesh, Ranks};
 use solve::System;
 
-/// What a move costs, over what a distance does.
+/// Weight of squared moves against squared distances.
 const STIFFNESS: f64 = 1e-2;
-/// What the difference of two neighbours' moves costs, in each of their triangles, over what a distance does.
+/// Weight of squared differences between neighbours' moves, in each of their triangles.
 const COUPLING: f64 = 0.07;
 /// Steps of the solver.
 const SOLVER_STEPS: u32 = 12;
 /// Largest move over the size of the faces around (the square root of a third of their area).
 const MAX_MOVE: f64 = 0.5;
-/// Times that moves at suffering triangles are halved before they become 0.
+/// Times that moves at spoiled triangles are halved before they are set to 0.
 const HALVINGS: u32 = 4;
-/// Times that this may spread before all moves become 0.
+/// Times that setting moves to 0 may spread before all moves are.
 const STOPS: u32 = 20;
-/// Degrees that an angle may lose below the bound, or gain above 90, in a round.
+/// Degrees that an angle below the bound may lose, or one above 90 gain, in a round.
 const LOSS: f64 = 0.5;
 
-/// Share of a round that measuring takes,
+/// Share of a round that is done after measuring.
 const MEASURED: f64 = 0.7;
-/// and solving with it.
+/// Share of a round that is done after solving.
 const SOLVED: f64 = 0.85;
 
 /// Settings of [`fit`].
 #[derive(Debug, Clone, PartialEq)]
 pub struct FitOptions {
-    /// Times that distances are measured and vertices moved.
+    /// Number of rounds, each of which measures distances and moves vertices.
     pub rounds: u32,
-    /// Angles below this many degrees, or below the smallest that there is, may lose half a degree in a round
-    /// at most, and nothing below that smallest.
+    /// In degrees: angles below this, or below the mesh's smallest angle, lose at most half a degree in a
+    /// round, and never fall below that smallest angle.
     pub min_angle: f64,
-    /// Vertices that stay where they are, besides those on a boundary; vertices beyond the end of the list
-    /// are free.
+    /// Whether each vertex stays where it is, as boundary vertices do; vertices beyond the end of the list do
+    /// not.
     pub fixed: Vec<bool>,
-    /// The patch of each triangle, in which it stays; nothing if there is but one.
+    /// The patch of each triangle, in which it stays; empty if there is only one.
     pub patches: Vec<u32>,
 }
 
@@ -61,10 +61,10 @@ impl Default for FitOptions {
     }
 }
 
-/// What [`fit`] met.
+/// What [`fit`] did.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
 pub struct FitCounts {
-    /// Vertices, counted in each round, that did not go all the way because a triangle would have suffered.
+    /// Moves, in all rounds, that were shortened because a triangle would have been spoiled.
     pub held: usize,
 }
 
@@ -82,22 +82,23 @@ pub fn fit(
     options: &FitOptions,
     progress: &ProgressToken,
 ) -> Result<FitCounts> {
-    let links = HalfEdgeMesh::new(std::mem::take(&mut mesh.triangles), mesh.vertices.len(), &options.patches);
-    let counts = fit_points(&links, &mut mesh.vertices, target, options, progress);
-    mesh.triangles = links.triangles;
+    let half_edges =
+        HalfEdgeMesh::new(std::mem::take(&mut mesh.triangles), mesh.vertices.len(), &options.patches);
+    let counts = fit_points(&half_edges, &mut mesh.vertices, target, options, progress);
+    mesh.triangles = half_edges.triangles;
     counts
 }
 
 fn fit_points(
-    links: &HalfEdgeMesh,
+    half_edges: &HalfEdgeMesh,
     points: &mut [DVec3],
     target: &Target,
     options: &FitOptions,
     progress: &ProgressToken,
 ) -> Result<FitCounts> {
     let mut counts = FitCounts::default();
-    let fixed: Vec<bool> = (0..points.len()).map(|v| is_fixed(links, &options.fixed, v)).collect();
-    let mut ranks = Ranks::new(links.triangles.len(), fixed.len(), target);
+    let fixed: Vec<bool> = (0..points.len()).map(|v| is_fixed(half_edges, &options.fixed, v)).collect();
+    let mut ranks = Ranks::new(half_edges.triangles.len(), fixed.len(), target);
     for round in 0..options.rounds {
         let [begin, end] = [round, round + 1].map(|k| f64::from(k) / f64::from(options.rounds));
         let progress = progress.part(begin, end);
@@ -105,19 +106,24 @@ fn fit_points(
         let normals: Vec<DVec3> = (0..points.len() as u32)
             .into_par_iter()
             .with_min_len(CHUNK)
-            .map(|v| if fixed[v as usize] { DVec3::ZERO } else { vertex_normal(links, points, v) })
+            .map(|v| if fixed[v as usize] { DVec3::ZERO } else { vertex_normal(half_edges, points, v) })
             .collect();
-        let sheet = Sheet { links, points, normals: &normals };
-        let areas = sheet.areas();
-        let thirds = sheet.thirds(&areas);
-        let samples = sheet.measure(&thirds, target, &mut ranks, &progress.part(0.0, MEASURED))?;
+        let state = FitMesh { half_edges, points, normals: &normals };
+        let areas = state.areas();
+        let thirds = state.thirds(&areas);
+        let samples = state.measure(&thirds, target, &mut ranks, &progress.part(0.0, MEASURED))?;
         let stiffness: Vec<f64> = thirds.iter().map(|third| STIFFNESS * third).collect();
         let coupling: Vec<f64> = areas.iter().map(|area| COUPLING * area).collect();
-        let system =
-            System { links, samples: &samples, stiffness: &stiffness, coupling: &coupling, fixed: &fixed };
+        let system = System {
+            half_edges,
+            samples: &samples,
+            stiffness: &stiffness,
+            coupling: &coupling,
+            fixed: &fixed,
+        };
         let mut moves = system.solve(SOLVER_STEPS);
         progress.done(SOLVED)?;
-        counts.held += sheet.limit(&thirds, options.min_angle, &mut moves);
+        counts.held += state.limit(&thirds, options.min_angle, &mut moves);
         for (p, step) in points.iter_mut().zip(&moves) {
             *p += *step;
         }
@@ -125,40 +131,39 @@ fn fit_points(
     Ok(counts)
 }
 
-impl Sheet<'_> {
-    /// Makes moves smaller where they are out of proportion or a triangle would suffer; gives the number of
-    /// the latter.
+impl FitMesh<'_> {
+    /// Shortens moves that are too long or would spoil a triangle; returns the number of the latter.
     fn limit(&self, thirds: &[f64], min_angle: f64, moves: &mut [DVec3]) -> usize {
         for (step, area) in moves.iter_mut().zip(thirds) {
             *step = step.clamp_length_max(MAX_MOVE * area.sqrt());
         }
-        let angles = self.links.triangles.par_iter().with_min_len(CHUNK);
+        let angles = self.half_edges.triangles.par_iter().with_min_len(CHUNK);
         let (smallest, largest) = angles
             .map(|t| TriangleQuality::new(self.corners(*t)))
             .map(|shape| (shape.min_angle(), shape.max_angle()))
             .reduce(|| (f64::INFINITY, 90.0), |a, b| (a.0.min(b.0), a.1.max(b.1)));
         let bounds = Bounds { smallest, floor: smallest.max(min_angle), largest };
         let mut held = vec![false; self.points.len()];
-        // Only what a change of moves can have changed is looked at again.
+        // Only triangles with changed moves are checked again.
         let mut changed = vec![true; self.points.len()];
         for round in 0..=HALVINGS + STOPS {
-            let suffering: Vec<[u32; 3]> = self
-                .links
+            let spoiled: Vec<[u32; 3]> = self
+                .half_edges
                 .triangles
                 .par_iter()
                 .with_min_len(CHUNK)
                 .filter(|triangle| triangle.iter().any(|v| changed[*v as usize]))
-                .filter(|triangle| self.suffers(**triangle, moves, &bounds))
+                .filter(|triangle| self.is_spoiled(**triangle, moves, &bounds))
                 .copied()
                 .collect();
-            if suffering.is_empty() {
+            if spoiled.is_empty() {
                 break;
             }
             if round == HALVINGS + STOPS {
                 moves.fill(DVec3::ZERO);
             }
             changed.fill(false);
-            let mut vertices: Vec<u32> = suffering.into_iter().flatten().collect();
+            let mut vertices: Vec<u32> = spoiled.into_iter().flatten().collect();
             vertices.sort_unstable();
             vertices.dedup();
             for v in vertices {
@@ -170,8 +175,8 @@ impl Sheet<'_> {
         held.iter().filter(|held| **held).count()
     }
 
-    /// Whether the moves fold a triangle or make its angles worse than the bounds allow.
-    fn suffers(&self, triangle: [u32; 3], moves: &[DVec3], bounds: &Bounds) -> bool {
+    /// Whether the moves fold or flatten a triangle, or make its angles worse than the bounds allow.
+    fn is_spoiled(&self, triangle: [u32; 3], moves: &[DVec3], bounds: &Bounds) -> bool {
         let old = self.corners(triangle);
         let new = triangle.map(|v| v as usize).map(|v| self.points[v] + moves[v]);
         if new == old {
@@ -182,16 +187,16 @@ impl Sheet<'_> {
             ((after.min_angle(), after.max_angle()), (before.min_angle(), before.max_angle()));
         let flatter = small < bounds.floor && small < bounds.smallest.max(was_small - LOSS).min(was_small);
         let wider = large > 90.0 && large > bounds.largest.min(was_large + LOSS).max(was_large);
-        flatter || wider || spoils(old, new, doubled_normal(old))
+        flatter || wider || folds_or_flattens(old, new, doubled_normal(old))
     }
 }
 
-/// What the angles of a mesh may become, in degrees.
+/// Bounds of the angles of a mesh, in degrees.
 struct Bounds {
-    /// The smallest angle that there is, or was before the moves.
+    /// The smallest angle before the moves.
     smallest: f64,
-    /// An angle below this may lose little.
+    /// Angles below this may lose little.
     floor: f64,
-    /// The largest angle that there is, or 90.
+    /// The largest angle before the moves, at least 90.
     largest: f64,
 }

@@ -1,4 +1,4 @@
-//! What the fit measures: distances of points on the faces to the surface, and of the surface's vertices to
+//! Samples of the fit: distances from points on the faces to the surface, and from the surface's vertices to
 //! the faces.
 
 use glam::DVec3;
@@ -11,27 +11,27 @@ use crate::polish::Target;
 use crate::polish::relax::CHUNK;
 use crate::{ProgressToken, Result, TriMesh};
 
-/// What the sample at a face's middle, at the middle of one of its edges and at one of its corners count,
-/// over the face's area: exact for polynomials of degree three. Samples on edges and vertices stand for all
+/// Weights of the samples at a face's centroid, edge midpoints and corners, over the face's area: a
+/// quadrature that is exact for polynomials of degree three. Samples on edges and at vertices stand for all
 /// faces there.
 const FACE_SHARE: f64 = 9.0 / 20.0;
 const EDGE_SHARE: f64 = 2.0 / 15.0;
 const CORNER_SHARE: f64 = 1.0 / 20.0;
-/// What the surface's vertices count, over their areas; as many samples again as the faces have.
+/// Weight of the samples at the surface's vertices, over the area around each.
 const INWARD_SHARE: f64 = 0.4;
-/// Distances below this share of a face's size have no direction of their own; the surface's normal serves.
+/// Distances below this share of a face's size have no reliable direction; the surface's normal is used.
 const NO_DIRECTION: f64 = 1e-3;
 
-/// Stands for a search that has not been made yet.
-const NOWHERE: usize = usize::MAX;
+/// Rank of a search that has not been made yet.
+const UNKNOWN: usize = usize::MAX;
 
-/// Share of the measuring that is done after the corners,
+/// Share of measuring that is done after the corners.
 const CORNERS: f64 = 0.15;
-/// and after the faces.
+/// Share of measuring that is done after the faces.
 const FACES: f64 = 0.8;
 
-/// A point of the mesh and the point of the surface that it should meet: their distance, along the direction
-/// in which it changes, both times the square root of what the sample counts.
+/// The distance of a point of the mesh to its closest point on the surface, and the direction in which it
+/// changes; both times the square root of the sample's weight.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
 pub(crate) struct Sample {
     pub direction: DVec3,
@@ -47,7 +47,7 @@ impl Sample {
     }
 }
 
-/// The closest point of a surface's vertex: in this triangle of the mesh, at these weights of its corners.
+/// The sample of a vertex of the surface: its closest point on the mesh, by triangle and barycentric weights.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Inward {
     pub triangle: u32,
@@ -57,16 +57,16 @@ pub(crate) struct Inward {
 
 /// All samples of a round.
 pub(crate) struct Samples {
-    /// On every vertex.
+    /// At every vertex.
     pub corners: Vec<Sample>,
-    /// On the three edges of every face, where no face before it has them, and in its middle.
+    /// At the midpoints of the three edges of every face, unless an earlier face has them, and at its
+    /// centroid.
     pub faces: Vec<[Sample; 4]>,
-    /// Of the surface's vertices.
+    /// At the surface's vertices.
     pub inward: Vec<Inward>,
 }
 
-/// Where the searches of the samples ended: middle and edges of every face, vertices, and the surface's
-/// vertices.
+/// The ranks at which the searches for the closest points ended, where those of the next round begin.
 pub(crate) struct Ranks {
     faces: Vec<[usize; 4]>,
     corners: Vec<usize>,
@@ -76,38 +76,38 @@ pub(crate) struct Ranks {
 impl Ranks {
     pub fn new(faces: usize, vertices: usize, target: &Target) -> Self {
         Self {
-            faces: vec![[NOWHERE; 4]; faces],
-            corners: vec![NOWHERE; vertices],
-            inward: vec![NOWHERE; target.points.len()],
+            faces: vec![[UNKNOWN; 4]; faces],
+            corners: vec![UNKNOWN; vertices],
+            inward: vec![UNKNOWN; target.vertices.len()],
         }
     }
 }
 
-/// A mesh with its vertices' normals, 0 for those that may not move.
-pub(crate) struct Sheet<'a> {
-    pub links: &'a HalfEdgeMesh,
+/// The mesh during a round, with its vertices' normals, which are 0 for fixed vertices.
+pub(crate) struct FitMesh<'a> {
+    pub half_edges: &'a HalfEdgeMesh,
     pub points: &'a [DVec3],
     pub normals: &'a [DVec3],
 }
 
-impl Sheet<'_> {
+impl FitMesh<'_> {
     pub fn corners(&self, triangle: [u32; 3]) -> [DVec3; 3] {
         triangle.map(|v| self.points[v as usize])
     }
 
     fn normal(&self, h: u32) -> DVec3 {
-        doubled_normal(self.corners(self.links.triangles[h as usize / 3]))
+        doubled_normal(self.corners(self.half_edges.triangles[h as usize / 3]))
     }
 
-    /// The triangles' areas.
+    /// The areas of the triangles.
     pub fn areas(&self) -> Vec<f64> {
-        self.links.triangles.iter().map(|t| 0.5 * doubled_normal(self.corners(*t)).length()).collect()
+        self.half_edges.triangles.iter().map(|t| 0.5 * doubled_normal(self.corners(*t)).length()).collect()
     }
 
     /// A third of the area of the triangles around each vertex.
     pub fn thirds(&self, areas: &[f64]) -> Vec<f64> {
         let mut thirds = vec![0.0; self.points.len()];
-        for (triangle, area) in self.links.triangles.iter().zip(areas) {
+        for (triangle, area) in self.half_edges.triangles.iter().zip(areas) {
             triangle.iter().for_each(|&v| thirds[v as usize] += area / 3.0);
         }
         thirds
@@ -131,8 +131,8 @@ impl Sheet<'_> {
     }
 
     fn measure_corners(&self, thirds: &[f64], ranks: &mut [usize], target: &Target) -> Vec<Sample> {
-        one_after_another(ranks, |v, rank| {
-            let (area, patch) = (thirds[v], self.links.patch_at(v as u32));
+        search_each(ranks, |v, rank| {
+            let (area, patch) = (thirds[v], self.half_edges.patch_at(v as u32));
             let on = Search { target, normal: self.normals[v], patch, size_sq: area };
             Some(on.sample(self.points[v], rank, 3.0 * CORNER_SHARE * area))
         })
@@ -144,20 +144,20 @@ impl Sheet<'_> {
             .enumerate()
             .with_min_len(CHUNK)
             .map(|(t, ranks)| {
-                let triangle = self.links.triangles[t];
-                for rank in ranks.iter_mut().filter(|rank| **rank == NOWHERE) {
-                    // Not far from there.
+                let triangle = self.half_edges.triangles[t];
+                for rank in ranks.iter_mut().filter(|rank| **rank == UNKNOWN) {
+                    // It is close to where the search of that corner ended.
                     *rank = at[triangle[0] as usize];
                 }
                 let [a, b, c] = self.corners(triangle);
                 let normal = doubled_normal([a, b, c]);
                 let area = 0.5 * normal.length();
-                let on = Search { target, normal, patch: self.links.patch(t as u32), size_sq: area };
+                let on = Search { target, normal, patch: self.half_edges.patch(t as u32), size_sq: area };
                 let mut samples = [Sample::default(); 4];
                 samples[3] = on.sample((a + b + c) / 3.0, &mut ranks[3], FACE_SHARE * area);
                 for (k, middle) in [(a + b) * 0.5, (b + c) * 0.5, (c + a) * 0.5].into_iter().enumerate() {
                     let h = 3 * t as u32 + k as u32;
-                    let other = match self.links.twin(h) {
+                    let other = match self.half_edges.twin(h) {
                         Some(twin) if twin < h => continue,
                         Some(twin) => self.normal(twin),
                         None => DVec3::ZERO,
@@ -172,32 +172,30 @@ impl Sheet<'_> {
     }
 
     fn measure_inward(&self, ranks: &mut [usize], target: &Target) -> Vec<Inward> {
-        let mesh = TriMesh { vertices: self.points.to_vec(), triangles: self.links.triangles.clone() };
+        let mesh = TriMesh { vertices: self.points.to_vec(), triangles: self.half_edges.triangles.clone() };
         let bvh = Bvh::new(&mesh);
-        one_after_another(ranks, |v, rank| {
-            let point = &target.points[v];
-            let found = bvh.closest_from(point.at, rank)?;
+        search_each(ranks, |v, rank| {
+            let vertex = &target.vertices[v];
+            let found = bvh.closest_from(vertex.position, rank)?;
             let normal = self.normal(3 * found.triangle);
-            if normal.dot(point.normal) <= 0.0 {
+            if normal.dot(vertex.normal) <= 0.0 {
                 return None;
             }
             let facing = normal.normalize_or_zero();
             let size_sq = 0.5 * normal.length();
-            let sample = Sample::new(point.at - found.point, facing, size_sq, INWARD_SHARE * point.area);
+            let sample =
+                Sample::new(vertex.position - found.point, facing, size_sq, INWARD_SHARE * vertex.area);
             Some(Inward { triangle: found.triangle, weights: found.barycentric, sample })
         })
     }
 }
 
-/// What `find` finds for each search, one that was not made yet beginning where the one before it ended.
-fn one_after_another<T: Send>(
-    ranks: &mut [usize],
-    find: impl Fn(usize, &mut usize) -> Option<T> + Sync,
-) -> Vec<T> {
+/// The results of `find` for each search; one with an unknown rank begins where the one before it ended.
+fn search_each<T: Send>(ranks: &mut [usize], find: impl Fn(usize, &mut usize) -> Option<T> + Sync) -> Vec<T> {
     let of_chunk = |(c, chunk): (usize, &mut [usize])| {
-        let mut last = NOWHERE;
+        let mut last = UNKNOWN;
         let of_one = |(k, rank): (usize, &mut usize)| {
-            if *rank == NOWHERE {
+            if *rank == UNKNOWN {
                 *rank = last;
             }
             let found = find(c * CHUNK + k, rank);
@@ -209,7 +207,7 @@ fn one_after_another<T: Send>(
     ranks.par_chunks_mut(CHUNK).enumerate().flat_map_iter(of_chunk).collect()
 }
 
-/// Where the point that a sample should meet is looked for.
+/// Parameters of the search for the closest point of a sample.
 #[derive(Clone, Copy)]
 struct Search<'a> {
     target: &'a Target,
@@ -219,7 +217,7 @@ struct Search<'a> {
 }
 
 impl Search<'_> {
-    /// The sample at `p`; nothing where no part of the patch faces as the normal does.
+    /// The sample at `p`; without weight if no triangle of the patch faces the same way as the normal.
     fn sample(&self, p: DVec3, rank: &mut usize, weight: f64) -> Sample {
         match self.target.closest_with_normal(p, self.normal, self.patch, rank) {
             Some((closest, facing)) => Sample::new(closest - p, facing, self.size_sq, weight),

@@ -1,4 +1,4 @@
-//! The normal equations of the fit, by conjugate gradients.
+//! The normal equations of the fit, solved by conjugate gradients.
 
 use std::ops::AddAssign;
 
@@ -8,36 +8,36 @@ use super::samples::{Inward, Sample, Samples};
 use crate::mesh::half_edge_mesh::HalfEdgeMesh;
 use crate::mesh::half_edges::next;
 
-/// Weights of a face's corners at the samples on its edges and in its middle.
+/// Barycentric weights of the samples at a face's edge midpoints and centroid.
 const WEIGHTS: [[f64; 3]; 4] = [[0.5, 0.5, 0.0], [0.0, 0.5, 0.5], [0.5, 0.0, 0.5], [1.0 / 3.0; 3]];
 
-/// What is to be as small as possible.
+/// The sum of squares that is minimized.
 pub(crate) struct System<'a> {
-    pub links: &'a HalfEdgeMesh,
+    pub half_edges: &'a HalfEdgeMesh,
     pub samples: &'a Samples,
-    /// What the square of a move costs, for each vertex.
+    /// Weight of the squared move of each vertex.
     pub stiffness: &'a [f64],
-    /// What the squared difference of the moves of two corners costs, for each triangle.
+    /// Weight of the squared differences between the moves of each triangle's corners.
     pub coupling: &'a [f64],
     /// Vertices that stay.
     pub fixed: &'a [bool],
 }
 
 impl System<'_> {
-    /// The moves after at most `steps` steps from none, with the 3 × 3 blocks of the diagonal as
-    /// preconditioner. In one thread, so that the order of the sums is always the same.
+    /// The moves after at most `steps` steps from zero, preconditioned by the 3 × 3 blocks on the diagonal.
+    /// In one thread, so that the order of summation is always the same.
     pub fn solve(&self, steps: u32) -> Vec<DVec3> {
         let matrix = self.matrix();
         let inverse: Vec<DMat3> = matrix.vertices.iter().map(Symmetric::inverse).collect();
         let dot = |x: &[DVec3], y: &[DVec3]| -> f64 { x.iter().zip(y).map(|(a, b)| a.dot(*b)).sum() };
         let scaled = |r: &[DVec3]| -> Vec<DVec3> { r.iter().zip(&inverse).map(|(r, m)| *m * *r).collect() };
-        let mut residual = self.right();
+        let mut residual = self.right_hand_side();
         let mut moves = vec![DVec3::ZERO; residual.len()];
         let mut z = scaled(&residual);
         let mut direction = z.clone();
         let mut rho = dot(&residual, &z);
         for _ in 0..steps {
-            let product = self.hold(matrix.apply(&direction));
+            let product = self.zero_fixed(matrix.apply(&direction));
             let curvature = dot(&direction, &product);
             if rho <= 0.0 || curvature <= 0.0 {
                 break;
@@ -57,11 +57,12 @@ impl System<'_> {
         moves
     }
 
-    /// Calls `visit` with the triangle, the weights of its corners, and each sample on faces.
+    /// Calls `visit` with the triangle and barycentric weights of each sample that is not at a vertex of the
+    /// mesh.
     fn each(&self, mut visit: impl FnMut(usize, [f64; 3], &Sample)) {
         for (triangle, samples) in self.samples.faces.iter().enumerate() {
             for (sample, weights) in samples.iter().zip(WEIGHTS) {
-                // Edges have theirs in one of their triangles.
+                // The sample of an edge is in only one of its triangles.
                 if sample.direction != DVec3::ZERO {
                     visit(triangle, weights, sample);
                 }
@@ -72,23 +73,23 @@ impl System<'_> {
         }
     }
 
-    fn right(&self) -> Vec<DVec3> {
+    fn right_hand_side(&self) -> Vec<DVec3> {
         let mut right: Vec<DVec3> = self.samples.corners.iter().map(|s| s.direction * s.distance).collect();
         self.each(|triangle, weights, s| {
-            for (v, w) in self.links.triangles[triangle].into_iter().zip(weights) {
+            for (v, w) in self.half_edges.triangles[triangle].into_iter().zip(weights) {
                 right[v as usize] += s.direction * (s.distance * w);
             }
         });
-        self.hold(right)
+        self.zero_fixed(right)
     }
 
-    fn hold(&self, mut x: Vec<DVec3>) -> Vec<DVec3> {
+    fn zero_fixed(&self, mut x: Vec<DVec3>) -> Vec<DVec3> {
         x.iter_mut().zip(self.fixed).filter(|(_, fixed)| **fixed).for_each(|(x, _)| *x = DVec3::ZERO);
         x
     }
 
     fn matrix(&self) -> Matrix {
-        let triangles = &self.links.triangles;
+        let triangles = &self.half_edges.triangles;
         let (edges, of_half_edges) = self.edges();
         let on_vertices = self.samples.corners.iter().zip(self.stiffness);
         let vertices = on_vertices.map(|(s, k)| {
@@ -114,13 +115,13 @@ impl System<'_> {
         matrix
     }
 
-    /// The edges, still without blocks, and that of each half-edge.
+    /// The edges with empty blocks, and the edge of each half-edge.
     fn edges(&self) -> (Vec<([u32; 2], Symmetric)>, Vec<u32>) {
-        let corners = self.links.triangles.as_flattened();
+        let corners = self.half_edges.triangles.as_flattened();
         let mut edges = Vec::with_capacity(corners.len() / 2);
         let mut of_half_edges: Vec<u32> = Vec::with_capacity(corners.len());
         for h in 0..corners.len() as u32 {
-            let edge = match self.links.twin(h) {
+            let edge = match self.half_edges.twin(h) {
                 Some(twin) if twin < h => of_half_edges[twin as usize],
                 _ => {
                     edges.push(([h, next(h)].map(|h| corners[h as usize]), Symmetric::default()));
@@ -133,8 +134,7 @@ impl System<'_> {
     }
 }
 
-/// A symmetric matrix of 3 × 3 blocks: those of vertices on the diagonal, and of the edges between two of
-/// them.
+/// A symmetric matrix of 3 × 3 blocks: one on the diagonal for each vertex, and one for each edge.
 struct Matrix {
     vertices: Vec<Symmetric>,
     edges: Vec<([u32; 2], Symmetric)>,
@@ -156,29 +156,29 @@ impl Matrix {
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
 struct Symmetric {
     /// xx, yy and zz.
-    on: DVec3,
+    diagonal: DVec3,
     /// yz, zx and xy.
-    off: DVec3,
+    off_diagonal: DVec3,
 }
 
 impl Symmetric {
     /// `weight` times the product of `d` with itself.
     fn outer(d: DVec3, weight: f64) -> Self {
         let scaled = d * weight;
-        Self { on: scaled * d, off: scaled.yzx() * d.zxy() }
+        Self { diagonal: scaled * d, off_diagonal: scaled.yzx() * d.zxy() }
     }
 
     fn scale(factor: f64) -> Self {
-        Self { on: DVec3::splat(factor), off: DVec3::ZERO }
+        Self { diagonal: DVec3::splat(factor), off_diagonal: DVec3::ZERO }
     }
 
     fn apply(&self, x: DVec3) -> DVec3 {
-        self.on * x + self.off.zxy() * x.yzx() + self.off.yzx() * x.zxy()
+        self.diagonal * x + self.off_diagonal.zxy() * x.yzx() + self.off_diagonal.yzx() * x.zxy()
     }
 
     /// The inverse; 0 for a matrix that is not positive definite.
     fn inverse(&self) -> DMat3 {
-        let (on, off) = (self.on, self.off);
+        let (on, off) = (self.diagonal, self.off_diagonal);
         let full = DMat3::from_cols(
             DVec3::new(on.x, off.z, off.y),
             DVec3::new(off.z, on.y, off.x),
@@ -190,8 +190,8 @@ impl Symmetric {
 
 impl AddAssign for Symmetric {
     fn add_assign(&mut self, other: Self) {
-        self.on += other.on;
-        self.off += other.off;
+        self.diagonal += other.diagonal;
+        self.off_diagonal += other.off_diagonal;
     }
 }
 
@@ -200,11 +200,11 @@ mod tests {
     use super::*;
     use rand::{RngExt, SeedableRng};
 
-    /// The matrix is that of the sum of squares that the fit is to make small.
+    /// The matrix is that of the sum of squares that the fit minimizes.
     #[test]
     fn the_matrix_is_that_of_the_costs() {
         // The face 0 1 2 has a neighbour at one edge only.
-        let links = HalfEdgeMesh::new(vec![[0, 1, 2], [2, 1, 3]], 4, &[]);
+        let half_edges = HalfEdgeMesh::new(vec![[0, 1, 2], [2, 1, 3]], 4, &[]);
         let mut random = rand_pcg::Pcg64::seed_from_u64(7);
         let mut vector = || DVec3::from_array(std::array::from_fn(|_| random.random_range(-1.0..1.0)));
         let mut sample = || Sample { direction: vector(), distance: 0.5 };
@@ -215,7 +215,7 @@ mod tests {
         };
         samples.faces[1][0] = Sample::default();
         let system = System {
-            links: &links,
+            half_edges: &half_edges,
             samples: &samples,
             stiffness: &[0.1, 0.2, 0.3, 0.4],
             coupling: &[0.5, 0.6],
@@ -227,18 +227,18 @@ mod tests {
             cost += s.direction.dot(*x).powi(2) + k * x.length_squared();
         }
         system.each(|t, weights, s| {
-            let moved: DVec3 = (0..3).map(|k| x[links.triangles[t][k] as usize] * weights[k]).sum();
+            let moved: DVec3 = (0..3).map(|k| x[half_edges.triangles[t][k] as usize] * weights[k]).sum();
             cost += s.direction.dot(moved).powi(2);
         });
         for (t, coupling) in system.coupling.iter().enumerate() {
-            let [a, b, c] = links.triangles[t].map(|v| x[v as usize]);
+            let [a, b, c] = half_edges.triangles[t].map(|v| x[v as usize]);
             cost +=
                 coupling * ((a - b).length_squared() + (b - c).length_squared() + (c - a).length_squared());
         }
         let matrix = system.matrix();
         let product: f64 = matrix.apply(&x).iter().zip(&x).map(|(y, x)| y.dot(*x)).sum();
         assert!((product - cost).abs() < 1e-12 * cost, "{product} {cost}");
-        // Not only along one direction: the diagonal's blocks are those that units meet.
+        // In every direction, not only along `x`: the blocks on the diagonal.
         for v in 0..4 {
             for unit in [DVec3::X, DVec3::Y, DVec3::Z] {
                 let mut x = vec![DVec3::ZERO; 4];

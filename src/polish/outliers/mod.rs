@@ -1,9 +1,9 @@
-//! Outliers: what the fit leaves, the few places where mesh and surface are farthest apart, one by one.
+//! Outliers: the few places where mesh and surface are still far apart after the fit, one by one.
 //!
-//! Evenly spread vertices meet a corner or the bottom of a fold by chance only. At each such place a few
-//! edits are tried: a vertex goes there, or an edge turns; the vertices around make room; and the best edit
-//! stays if what is far nearby becomes less, the largest distance does not grow, and no triangle suffers.
-//! Several spots are looked at together; where two get in each other's way, the second is looked at again.
+//! Evenly spread vertices meet a corner or the bottom of a fold only by chance. At each outlier a few edits
+//! are tried: a vertex moves there, or an edge flips, and the vertices around are relaxed. The best edit
+//! stays if it reduces the deviations nearby without a larger maximum or a worse triangle. Several outliers
+//! are edited at the same time; where two edits overlap, the second is tried again.
 
 mod edit;
 mod find;
@@ -15,30 +15,31 @@ use rayon::prelude::*;
 
 use super::Target;
 use crate::{ProgressToken, Result, TriMesh};
-use edit::{Change, Ground, Work};
+use edit::{Change, MeshCopy, OutlierContext};
 use find::{Outlier, find};
 use region::Region;
 
-/// Distances below this share of the typical edge are left.
+/// Tolerated distance, as a share of the typical edge length.
 const FAR: f64 = 0.15;
-/// Edits in a row at one spot: what is too far for one, some can do.
+/// Most edits in a row at one outlier, since one may not suffice.
 const STEPS: u32 = 4;
-/// Outliers that are looked at together; a constant, for the result must not depend on the number of threads.
+/// Outliers that are edited at the same time; a constant, since the result must not depend on the number of
+/// threads.
 const TOGETHER: usize = 8;
 
 /// Settings of [`reduce_outliers`].
 #[derive(Debug, Clone, PartialEq)]
 pub struct OutlierOptions {
-    /// Times that all spots are tried; those around which nothing has changed since are left out.
+    /// Passes over all outliers; one around which nothing has changed since it was tried is left out.
     pub passes: u32,
     /// No angle may fall below this many degrees, unless it was smaller before.
     pub min_angle: f64,
-    /// Vertices that stay where they are, besides those on a boundary; vertices beyond the end of the list
-    /// are free.
+    /// Whether each vertex stays where it is, as boundary vertices do; vertices beyond the end of the list do
+    /// not.
     pub fixed: Vec<bool>,
-    /// The patch of each triangle, in which it stays; nothing if there is but one.
+    /// The patch of each triangle, in which it stays; empty if there is only one.
     pub patches: Vec<u32>,
-    /// The edge length wanted at each vertex, relative to the typical one; nothing if they are equal.
+    /// The target edge length at each vertex, relative to the typical one; empty if they are all equal.
     pub lengths: Vec<f64>,
 }
 
@@ -49,9 +50,9 @@ impl Default for OutlierOptions {
 }
 
 /// Brings `mesh` and `target` closer where they are farthest apart, and returns the number of edits. To
-/// finish early, it leaves out the edits that are left.
+/// finish early, the remaining outliers are left as they are.
 ///
-/// `edge` is the typical length of the mesh's edges. Keeps the topology. Panics if an index is out of range.
+/// `edge` is the typical edge length of the mesh. The topology stays. Panics if an index is out of range.
 ///
 /// # Errors
 /// [`crate::Error::Cancelled`]; `mesh` is then as before.
@@ -65,84 +66,92 @@ pub fn reduce_outliers(
     if progress.leave_out() {
         return Ok(0);
     }
-    let ground = Ground { target, options, edge, progress };
-    let (spots, points_of) = find(mesh, &ground)?;
-    if spots.is_empty() {
+    let context = OutlierContext { target, options, edge, progress };
+    let (outliers, points_of) = find(mesh, &context)?;
+    if outliers.is_empty() {
         return Ok(0);
     }
-    let first = Work::new(mesh, &ground);
-    let copies = rayon::current_num_threads().clamp(1, TOGETHER.min(spots.len()));
-    let mut mender =
-        Mender { changed: vec![1; mesh.triangles.len()], edits: 0, points_of, spots, copies: Vec::new() };
-    mender.copies.extend((1..copies).map(|_| first.clone()));
-    mender.copies.push(first);
-    let all = (options.passes as usize * mender.spots.len()) as f64;
-    let mut tried = vec![0; mender.spots.len()];
+    let first = MeshCopy::new(mesh, &context);
+    let copies = rayon::current_num_threads().clamp(1, TOGETHER.min(outliers.len()));
+    let mut reducer = OutlierReducer {
+        changed: vec![1; mesh.triangles.len()],
+        edits: 0,
+        points_of,
+        outliers,
+        copies: Vec::new(),
+    };
+    reducer.copies.extend((1..copies).map(|_| first.clone()));
+    reducer.copies.push(first);
+    let all = (options.passes as usize * reducer.outliers.len()) as f64;
+    let mut tried = vec![0; reducer.outliers.len()];
     'passes: for pass in 0..options.passes as usize {
-        let before = mender.edits;
-        let mut tasks: Vec<Task> = (0..mender.spots.len()).map(|spot| Task { spot, step: 0 }).collect();
+        let before = reducer.edits;
+        let mut tasks: Vec<Task> =
+            (0..reducer.outliers.len()).map(|outlier| Task { outlier, step: 0 }).collect();
         while !tasks.is_empty() {
-            let done = (pass + 1) * mender.spots.len() - tasks.len();
+            let done = (pass + 1) * reducer.outliers.len() - tasks.len();
             progress.done(done as f64 / all)?;
             if progress.leave_out() {
                 break 'passes;
             }
-            mender.round(&mut tasks, &mut tried)?;
+            reducer.round(&mut tasks, &mut tried)?;
         }
-        if mender.edits == before {
+        if reducer.edits == before {
             break;
         }
     }
-    let edits = mender.edits;
-    if let Some(work) = mender.copies.pop() {
-        work.into_mesh(mesh);
+    let edits = reducer.edits;
+    if let Some(copy) = reducer.copies.pop() {
+        copy.into_mesh(mesh);
     }
     Ok(edits)
 }
 
-/// A spot that waits for its next edit.
+/// An outlier that waits for its next edit.
 struct Task {
-    spot: usize,
+    outlier: usize,
     /// Edits made so far.
     step: u32,
 }
 
-/// The mesh under repair.
-struct Mender<'a> {
-    spots: Vec<Outlier>,
-    /// The surface's vertices nearest to each triangle.
+/// The mesh that is edited.
+struct OutlierReducer<'a> {
+    outliers: Vec<Outlier>,
+    /// For each triangle, the surface's vertices to which it is the closest.
     points_of: Vec<Vec<u32>>,
-    /// The same mesh many times over.
-    copies: Vec<Work<'a>>,
-    /// The number of the edit that last changed each triangle. Where nothing changed since a spot was tried,
-    /// nothing can be done.
+    /// Copies of the same mesh, for edits that are tried at the same time.
+    copies: Vec<MeshCopy<'a>>,
+    /// The number of the last edit that changed each triangle. If none did since an outlier was tried, trying
+    /// it again is of no use.
     changed: Vec<usize>,
     edits: usize,
 }
 
-impl Mender<'_> {
-    /// Tries one edit at each of the first spots. Those leave `tasks` unless there is more to do.
+impl OutlierReducer<'_> {
+    /// Makes one edit at each of the first outliers. They leave `tasks` unless another edit may follow.
     fn round(&mut self, tasks: &mut Vec<Task>, tried: &mut [usize]) -> Result<()> {
         let later = tasks.split_off(tasks.len().min(TOGETHER));
         let mut chosen = Vec::new();
         for task in tasks.drain(..) {
-            let region = self.copies[0].region(self.spots[task.spot].triangle, &self.points_of);
-            if task.step > 0 || !self.as_before(&region.triangles, tried[task.spot]) {
+            let region = self.copies[0].region(self.outliers[task.outlier].triangle, &self.points_of);
+            if task.step > 0 || !self.unchanged_since(&region.triangles, tried[task.outlier]) {
                 chosen.push((task, region));
             }
         }
         let start = self.edits + 1;
         let changes = self.changes(&chosen)?;
         for ((task, region), change) in chosen.into_iter().zip(changes) {
-            if !self.as_before(&region.triangles, start) || !self.as_before(&region.rim, start) {
+            if !self.unchanged_since(&region.triangles, start)
+                || !self.unchanged_since(&region.adjacent, start)
+            {
                 tasks.push(task);
                 continue;
             }
-            tried[task.spot] = start;
+            tried[task.outlier] = start;
             if let Some(change) = change {
                 self.commit(&region, &change);
                 if task.step + 1 < STEPS {
-                    tasks.push(Task { spot: task.spot, step: task.step + 1 });
+                    tasks.push(Task { outlier: task.outlier, step: task.step + 1 });
                 }
             }
         }
@@ -150,23 +159,23 @@ impl Mender<'_> {
         Ok(())
     }
 
-    /// Whether triangles were last changed by an edit up to one of that number.
-    fn as_before(&self, triangles: &[u32], edit: usize) -> bool {
+    /// Whether no edit after the one with the number `edit` changed any of the triangles.
+    fn unchanged_since(&self, triangles: &[u32], edit: usize) -> bool {
         triangles.iter().all(|t| self.changed[*t as usize] <= edit)
     }
 
-    /// What is to be changed at each spot, as if it were the only one.
+    /// The best change at each outlier, each as if it were the only one.
     fn changes(&mut self, chosen: &[(Task, Region)]) -> Result<Vec<Option<Change>>> {
-        let (spots, next) = (&self.spots, AtomicUsize::new(0));
-        let mend = |work: &mut Work| {
+        let (outliers, next) = (&self.outliers, AtomicUsize::new(0));
+        let best_changes = |copy: &mut MeshCopy| {
             let mut found = Vec::new();
             loop {
                 let k = next.fetch_add(1, Ordering::Relaxed);
                 let Some((task, region)) = chosen.get(k) else { break found };
-                found.push((k, work.mend(&spots[task.spot], region)));
+                found.push((k, copy.best_change(&outliers[task.outlier], region)));
             }
         };
-        let mut found: Vec<_> = self.copies.par_iter_mut().flat_map_iter(mend).collect();
+        let mut found: Vec<_> = self.copies.par_iter_mut().flat_map_iter(best_changes).collect();
         found.sort_unstable_by_key(|(k, _)| *k);
         found.into_iter().map(|(_, change)| change).collect()
     }
@@ -174,7 +183,7 @@ impl Mender<'_> {
     fn commit(&mut self, region: &Region, change: &Change) {
         self.edits += 1;
         region.triangles.iter().for_each(|t| self.changed[*t as usize] = self.edits + 1);
-        self.copies.iter_mut().for_each(|work| work.change(region, change));
+        self.copies.iter_mut().for_each(|copy| copy.apply_change(region, change));
         self.copies[0].share_points(change, &mut self.points_of);
     }
 }

@@ -1,76 +1,76 @@
-//! What is around a spot: how far mesh and surface are from each other there, and whether the triangles are
-//! sound. All of it is found out once; after an edit, only where that changed something.
+//! The surroundings of an outlier: the deviation between mesh and surface there, and whether the triangles
+//! are sound. It is computed once, and after an edit only where that may have changed it.
 
 use glam::DVec3;
 
-use super::edit::Work;
+use super::edit::MeshCopy;
 use crate::mesh::half_edges::next;
 use crate::mesh::quality::TriangleQuality;
 use crate::mesh::triangle::{closest_on_triangle, doubled_normal};
 
-/// Rings of vertices that make room.
+/// Rings of vertices around a triangle that are relaxed.
 const RINGS: u32 = 2;
-/// Least cosine between a triangle and the surface under it, and between two neighbouring triangles.
+/// Least cosine between the normals of a triangle and of the surface under it.
 const FACING: f64 = 0.1;
+/// Least cosine between the normals of two neighbouring triangles.
 const DIHEDRAL: f64 = -0.4;
-/// Points of the surface that are looked at around a spot.
+/// Most points of the surface in a region; of more, evenly spaced ones are taken.
 const MOST_POINTS: usize = 400;
 
-/// Where the searches of a triangle's samples ended: at the corners, on the edges, and inside.
+/// Ranks at which the searches of a triangle's samples ended: at the corners, on the edges, and inside.
 type Ranks = [usize; 16];
-/// That of the sample in the middle.
+/// Index of the sample at the centroid.
 const MIDDLE: usize = 12;
 
-/// What is looked at around a spot.
+/// The surroundings of an outlier.
 pub(crate) struct Region {
-    /// Those that make room, in ascending order.
+    /// Vertices that are relaxed, in ascending order.
     pub vertices: Vec<u32>,
-    /// In ascending order. All that may change.
+    /// All triangles that may change, in ascending order.
     pub triangles: Vec<u32>,
-    /// Triangles with an edge in common with them. Nothing beyond them is looked at.
-    pub rim: Vec<u32>,
-    /// The surface's vertices that were nearest to the triangles, with the place of that triangle in the
+    /// Triangles outside that share an edge with them. Nothing beyond matters.
+    pub adjacent: Vec<u32>,
+    /// The surface's vertices that are closest to these triangles, with the index of that triangle in the
     /// list.
     points: Vec<(u32, usize)>,
-    /// The square of the distance below which nothing is far.
-    least_sq: f64,
+    /// The square of the tolerated distance.
+    tolerance_sq: f64,
 }
 
-/// What a region is like before it is edited.
-pub(crate) struct Before {
-    /// How far all is, see [`Far`].
-    pub far: Far,
-    /// Of each point of the surface, the squared distance to the nearest triangle, or to any that is not far,
-    /// and that one's place in the list.
+/// A region before it is edited.
+pub(crate) struct RegionState {
+    pub deviation: Deviation,
+    /// For each point of the surface, the squared distance to the closest triangle, or to any within the
+    /// tolerance, and the index of that triangle in the list.
     nearest: Vec<(f64, usize)>,
-    /// The squared distances of each triangle's samples that are far.
+    /// The squared distances of each triangle's samples that exceed the tolerance.
     samples: Vec<Vec<f64>>,
     sound: Vec<bool>,
     ranks: Vec<Ranks>,
 }
 
-/// What is far in a region, both ways.
+/// Deviation of mesh and surface from each other in a region.
 #[derive(Debug, Clone, Copy, Default)]
-pub(crate) struct Far {
-    /// Sum of how much the squared distances exceed what is allowed.
+pub(crate) struct Deviation {
+    /// Sum of the squared excesses of squared distances over the tolerance, relative to it.
     pub sum: f64,
     /// The largest squared distance.
     pub largest_sq: f64,
 }
 
-impl Far {
-    fn add(&mut self, distance_sq: f64, least_sq: f64) {
-        self.sum += ((distance_sq - least_sq).max(0.0) / least_sq).powi(2);
+impl Deviation {
+    fn add(&mut self, distance_sq: f64, tolerance_sq: f64) {
+        self.sum += ((distance_sq - tolerance_sq).max(0.0) / tolerance_sq).powi(2);
         self.largest_sq = self.largest_sq.max(distance_sq);
     }
 }
 
-impl Work<'_> {
-    /// All triangles at the vertices around one, with the surface's points there: those of `points_of`, which
-    /// has the surface's vertices nearest to each triangle.
+impl MeshCopy<'_> {
+    /// The region around a triangle. `points_of` has for each triangle the surface's vertices to which it is
+    /// the closest.
     pub fn region(&self, t: u32, points_of: &[Vec<u32>]) -> Region {
         let vertices = self.around(t);
-        let at_vertex = |v: &u32| self.links.ring(*v).map(|h| h / 3);
+        let at_vertex = |v: &u32| self.half_edges.ring(*v).map(|h| h / 3);
         let mut triangles: Vec<u32> = vertices.iter().flat_map(at_vertex).collect();
         triangles.sort_unstable();
         triangles.dedup();
@@ -80,19 +80,19 @@ impl Work<'_> {
             .collect();
         let every = points.len().div_ceil(MOST_POINTS).max(1);
         points = points.into_iter().step_by(every).collect();
-        let across = |t: &u32| (3 * t..3 * t + 3).filter_map(|h| self.links.twin(h)).map(|h| h / 3);
+        let across = |t: &u32| (3 * t..3 * t + 3).filter_map(|h| self.half_edges.twin(h)).map(|h| h / 3);
         let outside = |t: &u32| triangles.binary_search(t).is_err();
-        let rim = triangles.iter().flat_map(across).filter(outside).collect();
-        let least_sq = self.ground.least_sq(self.links.triangles[t as usize]);
-        Region { vertices, triangles, rim, points, least_sq }
+        let adjacent = triangles.iter().flat_map(across).filter(outside).collect();
+        let tolerance_sq = self.context.tolerance_sq(self.half_edges.triangles[t as usize]);
+        Region { vertices, triangles, adjacent, points, tolerance_sq }
     }
 
     /// The corners of a triangle and the rings of vertices around it, in ascending order.
     fn around(&self, t: u32) -> Vec<u32> {
-        let mut around: Vec<u32> = self.links.triangles[t as usize].to_vec();
+        let mut around: Vec<u32> = self.half_edges.triangles[t as usize].to_vec();
         for _ in 0..RINGS {
             for k in 0..around.len() {
-                around.extend(self.links.ring(around[k]).map(|h| self.links.origin(next(h))));
+                around.extend(self.half_edges.ring(around[k]).map(|h| self.half_edges.origin(next(h))));
             }
             around.sort_unstable();
             around.dedup();
@@ -100,11 +100,11 @@ impl Work<'_> {
         around
     }
 
-    /// What a region is like as it is.
-    pub fn before(&self, region: &Region) -> Before {
+    /// The present state of a region.
+    pub fn before(&self, region: &Region) -> RegionState {
         let corners: Vec<[DVec3; 3]> = region.triangles.iter().map(|t| self.corners(*t)).collect();
         let nearest: Vec<_> =
-            region.points.iter().map(|(p, k)| self.nearest(*p, *k, &corners, region.least_sq)).collect();
+            region.points.iter().map(|(p, k)| self.nearest(*p, *k, &corners, region.tolerance_sq)).collect();
         let (mut samples, mut sound, mut ranks) = (Vec::new(), Vec::new(), Vec::new());
         // Where one search ends, the next one begins.
         let mut near = 0;
@@ -115,28 +115,28 @@ impl Work<'_> {
             ranks.push(ends);
             near = ends[MIDDLE];
         }
-        let mut far = Far::default();
+        let mut deviation = Deviation::default();
         let distances = nearest.iter().map(|n| n.0).chain(samples.iter().flatten().copied());
-        distances.for_each(|distance_sq| far.add(distance_sq, region.least_sq));
-        Before { far, nearest, samples, sound, ranks }
+        distances.for_each(|distance_sq| deviation.add(distance_sq, region.tolerance_sq));
+        RegionState { deviation, nearest, samples, sound, ranks }
     }
 
-    /// What is far in a region after an edit that changed the triangles at the places `changed` of its list;
-    /// nothing if one of these is unsound or flatter than `floor` degrees, or if the sum reaches `most`.
+    /// The deviation of a region after an edit that changed the triangles with the indices `changed`; `None`
+    /// if one of these is unsound or has an angle below `floor` degrees, or if the sum reaches `most`.
     pub fn after(
         &self,
         region: &Region,
-        before: &mut Before,
+        before: &mut RegionState,
         changed: &[usize],
         (floor, most): (f64, f64),
-    ) -> Option<Far> {
+    ) -> Option<Deviation> {
         let is_changed = {
             let mut is_changed = vec![false; region.triangles.len()];
             changed.iter().for_each(|k| is_changed[*k] = true);
             is_changed
         };
         let corners: Vec<[DVec3; 3]> = region.triangles.iter().map(|t| self.corners(*t)).collect();
-        let least_sq = region.least_sq;
+        let tolerance_sq = region.tolerance_sq;
         let shaped = |k: &usize| {
             let shape = TriangleQuality::new(corners[*k]);
             shape.min_angle() >= floor && shape.max_angle() <= 90.0
@@ -149,42 +149,42 @@ impl Work<'_> {
         if !sound {
             return None;
         }
-        let mut far = Far::default();
-        // What is known already first, then what is cheap.
+        let mut deviation = Deviation::default();
+        // First what is known, then what is cheap.
         for (samples, _) in before.samples.iter().zip(&is_changed).filter(|(_, changed)| !*changed) {
-            samples.iter().for_each(|distance_sq| far.add(*distance_sq, least_sq));
+            samples.iter().for_each(|distance_sq| deviation.add(*distance_sq, tolerance_sq));
         }
         for ((p, _), (was, k)) in region.points.iter().zip(&before.nearest) {
             let distance_sq = if is_changed[*k] {
-                self.nearest(*p, *k, &corners, least_sq).0
-            } else if *was > least_sq {
-                let at = self.ground.target.points[*p as usize].at;
+                self.nearest(*p, *k, &corners, tolerance_sq).0
+            } else if *was > tolerance_sq {
+                let at = self.context.target.vertices[*p as usize].position;
                 changed.iter().map(|k| distance_sq(at, corners[*k])).fold(*was, f64::min)
             } else {
                 continue;
             };
-            far.add(distance_sq, least_sq);
-            if far.sum >= most {
+            deviation.add(distance_sq, tolerance_sq);
+            if deviation.sum >= most {
                 return None;
             }
         }
         for k in changed {
             let samples = self.samples(region.triangles[*k], region, &mut before.ranks[*k]);
-            samples.into_iter().for_each(|distance_sq| far.add(distance_sq, least_sq));
-            if far.sum >= most {
+            samples.into_iter().for_each(|distance_sq| deviation.add(distance_sq, tolerance_sq));
+            if deviation.sum >= most {
                 return None;
             }
         }
-        (far.sum < most).then_some(far)
+        (deviation.sum < most).then_some(deviation)
     }
 
-    /// The squared distance of a point of the surface to the nearest triangle, or to any that is not far, and
-    /// that one's place in the list; the triangle at `first` is looked at first.
-    fn nearest(&self, p: u32, first: usize, corners: &[[DVec3; 3]], least_sq: f64) -> (f64, usize) {
-        let at = self.ground.target.points[p as usize].at;
+    /// The squared distance of a point of the surface to the closest triangle, or to any within the
+    /// tolerance, and the index of that triangle; the search begins with `first`.
+    fn nearest(&self, p: u32, first: usize, corners: &[[DVec3; 3]], tolerance_sq: f64) -> (f64, usize) {
+        let at = self.context.target.vertices[p as usize].position;
         let mut nearest = (distance_sq(at, corners[first]), first);
         for (k, corners) in corners.iter().enumerate() {
-            if nearest.0 <= least_sq {
+            if nearest.0 <= tolerance_sq {
                 break;
             }
             let distance_sq = distance_sq(at, *corners);
@@ -195,33 +195,33 @@ impl Work<'_> {
         nearest
     }
 
-    /// The squared distances of a triangle's samples that are far. Of those on vertices and edges each
-    /// belongs to one triangle of the region.
+    /// The squared distances of a triangle's samples that exceed the tolerance. Samples at vertices and on
+    /// edges belong to one triangle of the region.
     fn samples(&self, t: u32, region: &Region, ranks: &mut Ranks) -> Vec<f64> {
         let [a, b, c] = self.corners(t);
         let middle = (a + b + c) / 3.0;
         let inside = [middle, (a + middle) * 0.5, (b + middle) * 0.5, (c + middle) * 0.5];
         // All triangles around are of the region, or none of its vertices moves there.
         let vertices = [(0, a), (1, b), (2, c)].into_iter().filter(|(k, _): &(usize, DVec3)| {
-            let v = self.links.triangles[t as usize][*k];
-            self.links.ring(v).map(|h| h / 3).min() == Some(t)
+            let v = self.half_edges.triangles[t as usize][*k];
+            self.half_edges.ring(v).map(|h| h / 3).min() == Some(t)
         });
         let edges =
             [(0, a, b), (1, b, c), (2, c, a)].into_iter().filter(|(k, ..): &(usize, DVec3, DVec3)| {
                 let h = 3 * t + *k as u32;
                 let within = |twin: u32| region.triangles.binary_search(&(twin / 3)).is_ok();
-                self.links.twin(h).is_none_or(|twin| h < twin || !within(twin))
+                self.half_edges.twin(h).is_none_or(|twin| h < twin || !within(twin))
             });
         let on_edges =
             edges.flat_map(|(k, p, q)| [1, 2, 3].map(|m| (3 + 3 * k + m - 1, p.lerp(q, m as f64 / 4.0))));
         let inside = inside.into_iter().enumerate().map(|(k, p)| (MIDDLE + k, p));
-        let bvh = &self.ground.target.bvh;
+        let bvh = &self.context.target.bvh;
         let distances = vertices
             .chain(on_edges)
             .chain(inside)
-            .filter_map(|(k, p)| bvh.closest_or_near(p, &mut ranks[k], region.least_sq))
+            .filter_map(|(k, p)| bvh.closest_or_near(p, &mut ranks[k], region.tolerance_sq))
             .map(|found| found.distance_sq);
-        distances.filter(|distance_sq| *distance_sq > region.least_sq).collect()
+        distances.filter(|distance_sq| *distance_sq > region.tolerance_sq).collect()
     }
 
     /// Whether a triangle neither faces away from the surface nor folds onto its neighbours.
@@ -229,13 +229,14 @@ impl Work<'_> {
         let corners = self.corners(t);
         let normal = doubled_normal(corners).normalize_or_zero();
         let middle = (corners[0] + corners[1] + corners[2]) / 3.0;
-        let edge = self.ground.edge_at(self.links.triangles[t as usize]);
-        let across = |h| self.links.twin(h).map(|g| doubled_normal(self.corners(g / 3)).normalize_or_zero());
+        let edge = self.context.edge_at(self.half_edges.triangles[t as usize]);
+        let across =
+            |h| self.half_edges.twin(h).map(|g| doubled_normal(self.corners(g / 3)).normalize_or_zero());
         (3 * t..3 * t + 3).filter_map(across).all(|neighbour| neighbour.dot(normal) > DIHEDRAL)
             && self
-                .ground
+                .context
                 .target
-                .closest_with_normal(middle, normal, self.links.patch(t), &mut ranks[MIDDLE])
+                .closest_with_normal(middle, normal, self.half_edges.patch(t), &mut ranks[MIDDLE])
                 .is_some_and(|(at, facing)| facing.dot(normal) > FACING && at.distance(middle) < edge)
     }
 }
