@@ -35,10 +35,10 @@ impl HalfEdgeMesh {
     /// if an index is out of range.
     pub(crate) fn new(triangles: Vec<[u32; 3]>, vertices: usize, patches: &[u32]) -> Self {
         let mut twin = twins(&triangles);
-        for h in 0..twin.len() {
+        for (h, twin) in (0u32..).zip(&mut twin) {
             // Two half-edges of one triangle, which then repeats a vertex, are not an edge between two.
-            if twin[h] != NONE && twin[h] as usize / 3 == h / 3 {
-                twin[h] = NONE;
+            if *twin != NONE && *twin / 3 == h / 3 {
+                *twin = NONE;
             }
         }
         let mut mesh = Self {

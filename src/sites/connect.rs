@@ -14,7 +14,7 @@ use glam::DVec3;
 use serde::Serialize;
 use std::collections::HashSet;
 
-/// Counts of what [`connect`] found and did.
+/// Counts of what joining the fans to triangles found and did.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Serialize)]
 #[non_exhaustive]
 pub struct ConnectCounts {

@@ -11,9 +11,9 @@ use rtfmesh::stages::flags::FlagCounts;
 fn assert_faces(sites: &[DVec3], normals: &[DVec3], options: &CellOptions) -> FlagCounts {
     let (sites, normals) = (rounded(sites), rounded(normals));
     let got = device_faces(&sites, &normals, options);
-    for i in 0..sites.len() {
+    for (i, normal) in normals.iter().enumerate() {
         assert_eq!(got.flags[i] & 0b1111, 0, "site {i} has no face");
-        let (u, v) = frame(normals[i]);
+        let (u, v) = frame(*normal);
         let want = face(&sites, i, u, v, BOX_HALF * options.spacing);
         let unbounded = want.behind.iter().any(Option::is_none);
         assert_eq!(got.flags[i] & 64 != 0, unbounded, "site {i}: unbounded flag");
