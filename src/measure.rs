@@ -64,11 +64,11 @@ pub(crate) fn measure_some(
     crossing: Crossing,
     progress: &ProgressToken,
 ) -> Result<Measures> {
-    check(mesh, "mesh")?;
+    check_mesh(mesh, "mesh")?;
     let mesh = weld(mesh);
     let distances = match reference {
         Some(reference) => {
-            check(reference, "reference mesh")?;
+            check_mesh(reference, "reference mesh")?;
             Some(distances(&mesh, &weld(reference), progress)?)
         }
         None => None,
@@ -97,7 +97,7 @@ fn no_faces(name: &str) -> Error {
     Error::input(None, format!("the {name} has no faces"), "give a mesh with at least one triangle")
 }
 
-fn check(mesh: &TriMesh, name: &str) -> Result<()> {
+fn check_mesh(mesh: &TriMesh, name: &str) -> Result<()> {
     if mesh.triangles.is_empty() {
         return Err(no_faces(name));
     }

@@ -1,7 +1,8 @@
 //! One mesh after another on one device.
 
-use crate::pipeline::{compile, compile_later, remesh_with_progress};
-use crate::{Device, Flow, Options, Progress, Remeshed, Result, TriMesh};
+use crate::mesh::repair::repair_with;
+use crate::pipeline::{compile, compile_later, remesh_repaired};
+use crate::{Device, Flow, Options, Progress, Remeshed, Result, Size, TriMesh};
 
 /// Remeshes any number of meshes with the same options on the same device. What was compiled for the first
 /// one, and the memory that it took, serve the next.
@@ -23,6 +24,8 @@ use crate::{Device, Flow, Options, Progress, Remeshed, Result, TriMesh};
 pub struct Remesher {
     device: Device,
     options: Options,
+    /// The size of every result; `None` stands for the options' vertices.
+    size: Option<Size>,
 }
 
 impl Remesher {
@@ -34,7 +37,16 @@ impl Remesher {
         options.validate()?;
         compile(device, options.method)?;
         compile_later(device, options.method)?;
-        Ok(Self { device: device.clone(), options })
+        Ok(Self { device: device.clone(), options, size: None })
+    }
+
+    /// With results of this size, which may depend on the mesh, in place of [`Options::vertices`].
+    ///
+    /// # Errors
+    /// [`crate::Error::Usage`] as [`Size::validate`].
+    pub fn with_size(self, size: Size) -> Result<Self> {
+        size.validate()?;
+        Ok(Self { size: Some(size), ..self })
     }
 
     /// The device.
@@ -55,15 +67,21 @@ impl Remesher {
         self.remesh_with_progress(mesh, |_| {})
     }
 
-    /// As [`remesh_with_progress`].
+    /// As [`crate::remesh_with_progress`].
     ///
     /// # Errors
-    /// See there.
+    /// See there; also those of [`Size::vertices`] for this mesh.
     pub fn remesh_with_progress<F: Into<Flow>>(
         &self,
         mesh: &TriMesh,
         progress: impl FnMut(Progress) -> F,
     ) -> Result<Remeshed> {
-        remesh_with_progress(&self.device, mesh, &self.options, progress)
+        let Some(size) = self.size else {
+            return remesh_repaired(&self.device, mesh, None, &self.options, progress);
+        };
+        // Ratios and edge lengths refer to what is left after the repair.
+        let repaired = repair_with(mesh, &self.options.repairs())?;
+        let options = self.options.clone().vertices(size.vertices(&repaired.mesh)?);
+        remesh_repaired(&self.device, mesh, Some(repaired), &options, progress)
     }
 }

@@ -46,7 +46,7 @@ impl AttributeArgs {
 
     /// Sets what a run must do for attributes to reach a file of this format; returns notes on what cannot be
     /// kept.
-    pub fn ask(&self, loaded: &Loaded, format: Option<Format>, options: &mut Options) -> Vec<String> {
+    pub fn request(&self, loaded: &Loaded, format: Option<Format>, options: &mut Options) -> Vec<String> {
         let Loaded { mesh, attributes, .. } = loaded;
         options.correspondence = match self.no_attributes || format == Some(Format::Stl) {
             true => CorrespondenceRequest::NONE,

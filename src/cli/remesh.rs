@@ -118,7 +118,7 @@ pub fn run(args: &Args) -> Result<()> {
     let (loaded, device) = rayon::join(|| load(args), || args.device.open(wants_report));
     let loaded = loaded?;
     let repaired = count(size, &args.input, &loaded.mesh, &mut options, args.out.quiet)?;
-    ask(args, &loaded, Some(target.format()), &mut options)?;
+    request_attributes(args, &loaded, Some(target.format()), &mut options)?;
     let device = device?;
     if !args.out.quiet {
         progress.show_bar();
@@ -161,8 +161,13 @@ fn load(args: &Args) -> rtfmesh::Result<Loaded> {
 }
 
 /// Prepares to carry attributes over, and reads those that options refer to.
-fn ask(args: &Args, loaded: &Loaded, format: Option<Format>, options: &mut Options) -> rtfmesh::Result<()> {
-    let notes = args.attributes.ask(loaded, format, options);
+fn request_attributes(
+    args: &Args,
+    loaded: &Loaded,
+    format: Option<Format>,
+    options: &mut Options,
+) -> rtfmesh::Result<()> {
+    let notes = args.attributes.request(loaded, format, options);
     if !args.out.quiet {
         tell_notes(&args.input, &notes);
     }
@@ -174,7 +179,7 @@ fn ask(args: &Args, loaded: &Loaded, format: Option<Format>, options: &mut Optio
 fn dry_run(args: &Args, size: Size, mut options: Options) -> Result<()> {
     let loaded = load(args)?;
     let repaired = count(size, &args.input, &loaded.mesh, &mut options, args.out.quiet)?;
-    ask(args, &loaded, None, &mut options)?;
+    request_attributes(args, &loaded, None, &mut options)?;
     let plan = preview_repaired(&loaded.mesh, repaired, &options);
     let plan = plan.map_err(|e| e.in_file(input_name(&args.input)))?;
     let text = table::preview(&plan);

@@ -43,6 +43,17 @@ fn a_mesh_comes_out_the_same_whatever_came_before() {
 }
 
 #[test]
+fn the_size_may_depend_on_the_mesh() {
+    let remesher = Remesher::new(device(), options(300)).unwrap().with_size(Size::Ratio(0.5)).unwrap();
+    for mesh in [sphere(1.0, 3), sample("torus").unwrap()] {
+        let result = remesher.remesh(&mesh).unwrap();
+        assert_eq!(result.mesh.vertices.len(), (mesh.vertices.len() as f64 / 2.0).round() as usize);
+    }
+    let wrong = remesher.with_size(Size::EdgeLength(-1.0)).err().unwrap();
+    assert!(matches!(wrong, Error::Usage { .. }), "{wrong}");
+}
+
+#[test]
 fn threads_may_share_one() {
     let remesher = Remesher::new(device(), options(300)).unwrap();
     let balls: Vec<_> = (1..4).map(|k| moved(&sphere(1.0, 3), |v| v + DVec3::X * f64::from(k))).collect();

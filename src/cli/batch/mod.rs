@@ -236,7 +236,7 @@ impl Batch<'_> {
             let target = Target::new(&job.output, Some(self.args.output.format))?;
             let mut options = self.options.clone();
             let repaired = count(self.size, &job.input, &loaded.mesh, &mut options, true)?;
-            entry.notes.extend(self.args.attributes.ask(&loaded, Some(target.format()), &mut options));
+            entry.notes.extend(self.args.attributes.request(&loaded, Some(target.format()), &mut options));
             let read = self.args.method.read_attributes(&loaded.attributes, &mut options);
             read.map_err(|error| error.in_file(&job.input))?;
             entry.options = Some(Settings::of(&options));

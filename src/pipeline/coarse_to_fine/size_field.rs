@@ -41,10 +41,10 @@ pub(crate) fn size_field(
         return Ok(SizeField::default());
     }
     let spacing = spacing(surface.area(), options.vertices);
-    let bends = bends(surface, curves, spacing);
+    let curvatures = largest_curvatures(surface, curves, spacing);
     let desired = match options.coarse_to_fine.sizing {
         Sizing::Curvature { gradation } => {
-            bends.iter().map(|bend| bend.max(FLAT).powf(-0.5 * gradation)).collect()
+            curvatures.iter().map(|curvature| curvature.max(FLAT).powf(-0.5 * gradation)).collect()
         }
         Sizing::Given(_) | Sizing::Uniform => given.to_vec(),
     };
@@ -74,7 +74,7 @@ pub(crate) fn size_field(
             format!("ask for another number of vertices, or set another `{name}`"),
         ));
     }
-    let mut most = fit_for_cells(surface, &bends, spacing);
+    let mut most = fit_for_cells(surface, &curvatures, spacing);
     most.iter_mut().for_each(|most| *most = most.min(largest));
     let bounds = Bounds { spacing, least, largest: &most, growth: options.coarse_to_fine.growth };
     Ok(SizeField::new(surface.clone(), graded(surface, &desired, &bounds)))
@@ -82,9 +82,10 @@ pub(crate) fn size_field(
 
 /// The largest size at each vertex with which components have enough vertices, and tubes are round; nowhere
 /// below the spacing, since a uniform mesh has no smaller sizes either.
-fn fit_for_cells(surface: &TriMesh, bends: &[f64], spacing: f64) -> Vec<f64> {
+fn fit_for_cells(surface: &TriMesh, curvatures: &[f64], spacing: f64) -> Vec<f64> {
     let (of_triangle, areas) = connected_components(surface);
-    let mut most: Vec<f64> = bends.iter().map(|bend| (TURN / bend.max(FLAT)).max(spacing)).collect();
+    let mut most: Vec<f64> =
+        curvatures.iter().map(|curvature| (TURN / curvature.max(FLAT)).max(spacing)).collect();
     for (triangle, part) in surface.triangles.iter().zip(of_triangle) {
         let enough = crate::mesh::spacing(areas[part as usize], ENOUGH).max(spacing);
         triangle.iter().for_each(|v| most[*v as usize] = most[*v as usize].min(enough));
@@ -93,14 +94,14 @@ fn fit_for_cells(surface: &TriMesh, bends: &[f64], spacing: f64) -> Vec<f64> {
 }
 
 /// Curvature of the surface, or of a curve on it if that is larger, at each vertex.
-fn bends(surface: &TriMesh, curves: Option<&SurfaceCurves>, spacing: f64) -> Vec<f64> {
+fn largest_curvatures(surface: &TriMesh, curves: Option<&SurfaceCurves>, spacing: f64) -> Vec<f64> {
     let Some(curves) = curves else { return curvature(surface, &[], spacing) };
-    let mut bends = curvature(surface, &curves.on_curve, spacing);
+    let mut curvatures = curvature(surface, &curves.on_curve, spacing);
     for (line, vertices) in curves.polylines().zip(curves.vertices()) {
         for (k, v) in vertices.iter().enumerate() {
-            let bend = &mut bends[*v as usize];
-            *bend = bend.max(along_curve(line, line.arc_length_at(k), spacing));
+            let largest = &mut curvatures[*v as usize];
+            *largest = largest.max(along_curve(line, line.arc_length_at(k), spacing));
         }
     }
-    bends
+    curvatures
 }

@@ -82,7 +82,7 @@ impl Fallback<'_> {
         let faulty_faces = if intersecting.len() > of_input { intersecting.as_slice() } else { &[] };
         let mut mesh = faulty.mesh.clone();
         let input = RepairInput { surface: &surface, sites: &sites, faulty_faces, spread };
-        let target = self.target(faulty.vertices, progress);
+        let target = self.simplify_target(faulty.vertices, progress);
         let repaired = Components::new(&surface).repair(&mut mesh, &input, &target);
         let Some(simplified_components) = if_enough_vertices(repaired)? else { return Ok(None) };
         let intersecting_faces = intersecting_in_units(&mesh, self.frame, progress)?.len();
@@ -102,7 +102,7 @@ impl Fallback<'_> {
     ) -> Result<Option<Outcome>> {
         let surface = self.surface.mesh();
         let components = Components::new(&surface);
-        let simplified = components.simplify(&surface, &self.target(vertices, progress));
+        let simplified = components.simplify(&surface, &self.simplify_target(vertices, progress));
         let Some(mesh) = if_enough_vertices(simplified)? else { return Ok(None) };
         let intersecting_faces = intersecting_in_units(&mesh, self.frame, progress)?.len();
         let is_valid = intersecting_faces <= self.input_intersections(progress)?;
@@ -117,7 +117,7 @@ impl Fallback<'_> {
         }))
     }
 
-    fn target<'p>(&self, vertices: usize, progress: &'p ProgressToken) -> SimplifyTarget<'p> {
+    fn simplify_target<'p>(&self, vertices: usize, progress: &'p ProgressToken) -> SimplifyTarget<'p> {
         SimplifyTarget::new(self.options, vertices, spacing(self.surface.area(), vertices), progress)
     }
 

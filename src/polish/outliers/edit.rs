@@ -40,7 +40,7 @@ pub(crate) struct OutlierContext<'a> {
 
 impl OutlierContext<'_> {
     /// The typical edge length at a triangle.
-    pub fn edge_at(&self, triangle: [u32; 3]) -> f64 {
+    pub fn typical_edge_length(&self, triangle: [u32; 3]) -> f64 {
         let lengths = &self.options.lengths;
         if lengths.is_empty() {
             return self.edge;
@@ -50,7 +50,7 @@ impl OutlierContext<'_> {
 
     /// The square of the tolerated distance at a triangle.
     pub fn tolerance_sq(&self, triangle: [u32; 3]) -> f64 {
-        (FAR * self.edge_at(triangle)).powi(2)
+        (FAR * self.typical_edge_length(triangle)).powi(2)
     }
 }
 
@@ -220,7 +220,7 @@ impl<'a> MeshCopy<'a> {
         if let Some((v, here)) = saved {
             self.points[v] = here;
         }
-        near / self.context.edge_at(self.half_edges.triangles[outlier.triangle as usize])
+        near / self.context.typical_edge_length(self.half_edges.triangles[outlier.triangle as usize])
             + (self.context.options.min_angle - angle).max(0.0) * ANGLE_COST
     }
 

@@ -229,7 +229,7 @@ impl MeshCopy<'_> {
         let corners = self.corners(t);
         let normal = doubled_normal(corners).normalize_or_zero();
         let middle = (corners[0] + corners[1] + corners[2]) / 3.0;
-        let edge = self.context.edge_at(self.half_edges.triangles[t as usize]);
+        let edge = self.context.typical_edge_length(self.half_edges.triangles[t as usize]);
         let across =
             |h| self.half_edges.twin(h).map(|g| doubled_normal(self.corners(g / 3)).normalize_or_zero());
         (3 * t..3 * t + 3).filter_map(across).all(|neighbour| neighbour.dot(normal) > DIHEDRAL)

@@ -118,7 +118,7 @@ impl<'a> PatchBoundary<'a> {
     }
 
     /// The stretches of a cell's outline that lie on the boundary; false if some of them have no end.
-    pub fn runs(&self, sector: usize, cell: &Cell) -> (Vec<BoundaryRun>, bool) {
+    pub fn runs_of_cell(&self, sector: usize, cell: &Cell) -> (Vec<BoundaryRun>, bool) {
         let mut complete = cell.exits.len() == cell.entries.len();
         let mut runs = Vec::with_capacity(cell.exits.len());
         for &from in &cell.exits {

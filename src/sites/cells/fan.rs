@@ -59,7 +59,7 @@ fn ring(
     encroached: &mut Vec<Encroached>,
 ) -> Ring {
     let mut links = cell.corners.clone();
-    let (runs, mut is_sound) = boundary.runs(s, cell);
+    let (runs, mut is_sound) = boundary.runs_of_cell(s, cell);
     let mut first = None;
     let spans_boundary = boundary.is_free() && runs.len() == 1;
     for run in &runs {
