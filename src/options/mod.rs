@@ -51,7 +51,8 @@ pub enum Method {
 ///
 /// let options = Options::new(10_000).feature_angle(30.0).seed(7);
 /// assert_eq!(options.coarse_to_fine.feature_angle, 30.0);
-/// # Ok::<(), rtfmesh::Error>(options.validate()?)
+/// options.validate()?;
+/// # Ok::<(), rtfmesh::Error>(())
 /// ```
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[non_exhaustive]
