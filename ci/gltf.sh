@@ -22,7 +22,7 @@ fetch() {
 fetch gltf-validator 2.0.0-dev.3.10 \
   sha512-odJ4k0tRkGXiDGn78yDBg+fBbAIvBnXxh3RwAta0emSxGtyagFE8B4xELB1oYe3S5RD8Ci3uZAsZaascH2LAEQ==
 # The version that the HTML pages use.
-source <(grep -E '^three(_integrity)?=' ci/vendor.sh)
-fetch three "$three" "$three_integrity"
+source <(grep -E '^three(_sri)?=' ci/vendor.sh)
+fetch three "$three" "$three_sri"
 cp ci/gltf_check.mjs "$work"
 node "$work/gltf_check.mjs" "${files[@]}"

@@ -5,8 +5,7 @@ set -euo pipefail
 cd "$(dirname "$0")/.."
 
 three=0.187.0
-three_integrity=sha512-Qiu7R+Cmh8CstZsY1uJOSWnVlfo7ZtNLV7mF8Jltk3LB3AtDu9cRZlcnRKkAk8Y4z6KKw35z7Y7Ur\
-d7jWY8etA==
+three_sri=sha512-Qiu7R+Cmh8CstZsY1uJOSWnVlfo7ZtNLV7mF8Jltk3LB3AtDu9cRZlcnRKkAk8Y4z6KKw35z7Y7Urd7jWY8etA==
 esbuild=0.28.2
 
 target=$PWD/src/report/html/assets/three
@@ -17,7 +16,7 @@ cd "$work"
 
 npm pack --silent "three@$three" >/dev/null
 found=sha512-$(openssl dgst -sha512 -binary "three-$three.tgz" | base64 -w0)
-if [ "$found" != "$three_integrity" ]; then
+if [ "$found" != "$three_sri" ]; then
   echo "vendor: three-$three.tgz has the integrity $found" >&2
   exit 1
 fi
