@@ -15,7 +15,7 @@ pub(crate) enum VertexKind {
 }
 
 /// The half-edges of a mesh with their twins, kept up to date by flips.
-#[derive(Debug, Clone)]
+#[derive(Debug, Clone, PartialEq, Eq)]
 pub(crate) struct HalfEdgeMesh {
     pub(crate) triangles: Vec<[u32; 3]>,
     /// The half-edge that runs against each; [`NONE`] where there is not exactly one.
@@ -28,6 +28,16 @@ pub(crate) struct HalfEdgeMesh {
     valence: Vec<u32>,
     /// The patch of each triangle; empty if there is but one.
     patches: Vec<u32>,
+}
+
+/// A flip that can be undone.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Flip {
+    half_edge: u32,
+    /// The vertices around the edge before it, as of [`HalfEdgeMesh::diamond`].
+    pub vertices: [u32; 4],
+    /// Where their rings began.
+    first: [u32; 4],
 }
 
 impl HalfEdgeMesh {
@@ -136,8 +146,9 @@ impl HalfEdgeMesh {
 
     /// Replaces edge a–b of triangles `abc` and `bad` by c–d. The caller sees to it that no edge joins c and
     /// d yet and that a and b keep enough edges.
-    pub(crate) fn flip(&mut self, h: u32, g: u32) {
-        let [a, b, c, d] = self.diamond(h, g);
+    pub(crate) fn flip(&mut self, h: u32, g: u32) -> Flip {
+        let vertices @ [a, b, c, d] = self.diamond(h, g);
+        let flip = Flip { half_edge: h, vertices, first: vertices.map(|v| self.first[v as usize]) };
         let (h_next, h_previous, g_next, g_previous) = (next(h), previous(h), next(g), previous(g));
         let [bc, ca, ad, db] = [h_next, h_previous, g_next, g_previous].map(|s| self.twin[s as usize]);
         let corners = self.triangles.as_flattened_mut();
@@ -175,6 +186,20 @@ impl HalfEdgeMesh {
         self.valence[b as usize] -= 1;
         self.valence[c as usize] += 1;
         self.valence[d as usize] += 1;
+        flip
+    }
+
+    /// Undoes the last flip without a trace: the triangles get their numbers back and rings begin where they
+    /// did, so that whoever sums around a vertex afterwards rounds as if there had been no flip.
+    pub(crate) fn undo(&mut self, flip: &Flip) {
+        // One flip back would restore the edge, but swap the numbers of its triangles.
+        for _ in 0..3 {
+            let twin = self.twin[flip.half_edge as usize];
+            self.flip(flip.half_edge, twin);
+        }
+        for (v, first) in flip.vertices.into_iter().zip(flip.first) {
+            self.first[v as usize] = first;
+        }
     }
 }
 
@@ -196,5 +221,30 @@ impl Iterator for Ring<'_> {
         let following = self.mesh.twin[previous(h) as usize];
         self.at = if following == self.first { NONE } else { following };
         Some(h)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::mesh::samples::sample;
+
+    #[test]
+    fn flips_that_are_undone_leave_no_trace() {
+        for name in ["thin-plate", "open-hemisphere"] {
+            let input = sample(name).unwrap_or_default();
+            let before = HalfEdgeMesh::new(input.triangles, input.vertices.len(), &[]);
+            let mut mesh = before.clone();
+            let mut flips = 0;
+            for h in 0..mesh.half_edge_count() {
+                let Some(twin) = mesh.twin(h) else { continue };
+                let flip = mesh.flip(h, twin);
+                assert_ne!(mesh, before);
+                mesh.undo(&flip);
+                assert_eq!(mesh, before, "half-edge {h} of {name}");
+                flips += 1;
+            }
+            assert!(flips > 1000, "{flips} flips of {name}");
+        }
     }
 }

@@ -8,7 +8,7 @@ use super::find::Outlier;
 use super::region::{Deviation, Region};
 use super::{FAR, OutlierOptions};
 use crate::mesh::NONE;
-use crate::mesh::half_edge_mesh::{HalfEdgeMesh, VertexKind};
+use crate::mesh::half_edge_mesh::{Flip, HalfEdgeMesh, VertexKind};
 use crate::mesh::half_edges::previous;
 use crate::mesh::intersections::intersecting_faces;
 use crate::mesh::quality::TriangleQuality;
@@ -125,7 +125,8 @@ impl<'a> MeshCopy<'a> {
         let mut least = sum * GAIN;
         let mut best = None;
         for (_, edit) in edits.into_iter().take(TRIALS) {
-            let flipped = self.apply(edit);
+            let flip = self.apply(edit);
+            let flipped = flipped_vertices(flip.as_ref());
             self.relax_around(&region.vertices, edit);
             let changed = self.changed(region, &saved, flipped);
             let deviation = self.after(region, &mut before, &changed, (floor, least));
@@ -135,7 +136,7 @@ impl<'a> MeshCopy<'a> {
                 best = Some(Change { edit, positions: self.positions(region) });
                 least = deviation.sum;
             }
-            self.undo(edit);
+            self.undo(flip.as_ref());
             self.set_positions(region, &saved);
             if least < ENOUGH * sum {
                 break;
@@ -206,7 +207,8 @@ impl<'a> MeshCopy<'a> {
             Edit::Move(v, _) => Some((v as usize, self.points[v as usize])),
             Edit::Flip(_) => None,
         };
-        let flipped = self.apply(edit);
+        let flip = self.apply(edit);
+        let flipped = flipped_vertices(flip.as_ref());
         let (mut near, mut angle) = (f64::INFINITY, 60.0f64);
         for (t, shape) in region.triangles.iter().zip(shapes) {
             let corners = self.half_edges.triangles[*t as usize];
@@ -216,7 +218,7 @@ impl<'a> MeshCopy<'a> {
             near = near.min(shape.distance);
             angle = angle.min(shape.min_angle);
         }
-        self.undo(edit);
+        self.undo(flip.as_ref());
         if let Some((v, here)) = saved {
             self.points[v] = here;
         }
@@ -237,31 +239,20 @@ impl<'a> MeshCopy<'a> {
             && self.half_edges.patch(h / 3) == self.half_edges.patch(twin / 3)
     }
 
-    /// Carries out an edit; returns the four vertices around an edge that was flipped.
-    fn apply(&mut self, edit: Edit) -> [u32; 4] {
+    /// Carries out an edit; returns the flip if it is one. Moves are undone by the caller.
+    fn apply(&mut self, edit: Edit) -> Option<Flip> {
         match edit {
             Edit::Move(v, to) => {
                 self.points[v as usize] = to;
-                [NONE; 4]
+                None
             }
-            Edit::Flip(h) => self.flip(h),
+            Edit::Flip(h) => self.half_edges.twin(h).map(|twin| self.half_edges.flip(h, twin)),
         }
     }
 
-    fn flip(&mut self, h: u32) -> [u32; 4] {
-        let Some(twin) = self.half_edges.twin(h) else { return [NONE; 4] };
-        let diamond = self.half_edges.diamond(h, twin);
-        self.half_edges.flip(h, twin);
-        diamond
-    }
-
-    /// Undoes a flip; moves are undone by the caller.
-    fn undo(&mut self, edit: Edit) {
-        if let Edit::Flip(h) = edit {
-            // One flip back would restore the edge, but swap the numbers of its triangles.
-            for _ in 0..3 {
-                self.flip(h);
-            }
+    fn undo(&mut self, flip: Option<&Flip>) {
+        if let Some(flip) = flip {
+            self.half_edges.undo(flip);
         }
     }
 
@@ -305,4 +296,9 @@ impl<'a> MeshCopy<'a> {
         let vertices = names.iter().map(|v| self.points[*v as usize]).collect();
         Ok(intersecting_faces(&TriMesh { vertices, triangles }, self.context.progress)?.len())
     }
+}
+
+/// The four vertices around an edge that was flipped.
+fn flipped_vertices(flip: Option<&Flip>) -> [u32; 4] {
+    flip.map_or([NONE; 4], |flip| flip.vertices)
 }
