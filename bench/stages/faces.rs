@@ -9,8 +9,9 @@ use crate::results::Row;
 use anyhow::{Result, ensure};
 use glam::{DVec2, Vec2};
 use rtfmesh::gpu::Buffer;
-use rtfmesh::stages::face::planar::{NEAR, PlanarFaces, PlanarInputs, PlanarOptions};
+use rtfmesh::stages::face::planar::{PlanarFaces, PlanarInputs, PlanarOptions};
 use rtfmesh::stages::face::polygons::PlanarPolygons;
+use rtfmesh::stages::neighbours::lists::NEAR;
 
 /// The faces of the default pipeline, and their polygons.
 pub const GROUPS: [Group; 2] = [

@@ -8,7 +8,7 @@ use anyhow::{Result, ensure};
 use glam::{DVec3, Vec4};
 use rtfmesh::gpu::Buffer;
 use rtfmesh::mesh::NONE;
-use rtfmesh::stages::face::planar::NEAR;
+use rtfmesh::stages::neighbours::lists::NEAR;
 use rtfmesh::stages::normals::SmoothNormals;
 
 /// In the order of the iteration.

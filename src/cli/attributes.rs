@@ -2,7 +2,7 @@
 
 use super::heading::ATTRIBUTES;
 use rtfmesh::io::{Format, Loaded};
-use rtfmesh::mesh::attributes::{Attributes, label_borders, transfer, uv_seams};
+use rtfmesh::mesh::attributes::{Attributes, label_boundaries, transfer, uv_seams};
 use rtfmesh::mesh::repair::{RepairOptions, at_welded_places};
 use rtfmesh::{CorrespondenceRequest, Error, Method, Options, Remeshed, TriMesh};
 
@@ -67,7 +67,7 @@ impl AttributeArgs {
             }
         }
         if self.keep_labels {
-            let borders = label_borders(mesh, attributes);
+            let borders = label_boundaries(mesh, attributes);
             if borders.is_empty() {
                 notes.push("there are no labels whose borders could be kept".to_owned());
             }

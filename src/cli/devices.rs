@@ -1,6 +1,7 @@
 //! `rtfmesh devices`.
 
-use super::{print, table};
+use super::table;
+use super::terminal::print;
 use anyhow::Result;
 use rtfmesh::report::to_json;
 use rtfmesh::{Error, list_devices};

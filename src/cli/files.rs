@@ -1,7 +1,7 @@
 //! Mesh files as commands name them: by a path, or `-` for standard input and output.
 
 use super::heading::INPUT;
-use super::tell;
+use super::terminal::tell;
 use anyhow::Result;
 use rtfmesh::io;
 use rtfmesh::io::{Encoding, Format, Loaded};

@@ -2,8 +2,9 @@
 
 use super::files::{InputFormat, input_name};
 use super::heading::{FEATURES, OUTPUT, SIZE};
+use super::table;
 use super::target_count::vertex_count;
-use super::{print, table};
+use super::terminal::print;
 use anyhow::Result;
 use rtfmesh::Error;
 use rtfmesh::io;

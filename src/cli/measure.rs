@@ -2,7 +2,8 @@
 
 use super::files::{InputFormat, input_name, is_standard, tell_notes};
 use super::heading::OUTPUT;
-use super::{print, table};
+use super::table;
+use super::terminal::print;
 use anyhow::Result;
 use rtfmesh::io::Loaded;
 use rtfmesh::measure::{Energy, energy};

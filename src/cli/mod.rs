@@ -18,12 +18,13 @@ mod shell;
 mod sizing;
 mod table;
 mod target_count;
+mod terminal;
 mod words;
 
-use anyhow::Result;
-use clap::{Parser, Subcommand};
+use clap::{CommandFactory, Parser, Subcommand};
 use rtfmesh::Error;
 use std::process::ExitCode;
+use terminal::tell;
 
 /// Remesh surfaces on any Vulkan device: well-shaped triangles, exactly as many vertices as you want.
 #[derive(Parser)]
@@ -71,8 +72,8 @@ pub fn main() -> ExitCode {
         Command::Render(args) => render::run(&args),
         Command::Sample(args) => sample::run(&args),
         Command::Devices(args) => devices::run(&args),
-        Command::Completions(args) => shell::completions(&args),
-        Command::Man(args) => shell::man(&args),
+        Command::Completions(args) => shell::completions(&args, Cli::command()),
+        Command::Man(args) => shell::man(&args, Cli::command()),
     };
     match outcome {
         Ok(()) => ExitCode::SUCCESS,
@@ -114,18 +115,4 @@ fn exit_code(error: &anyhow::Error) -> u8 {
 /// Whoever reads standard output may stop reading (`| head`); that is no failure.
 fn is_closed_pipe(error: &anyhow::Error) -> bool {
     error.downcast_ref::<std::io::Error>().is_some_and(|e| e.kind() == std::io::ErrorKind::BrokenPipe)
-}
-
-/// Prints to standard error. Where nobody can be told, there is nothing left to do about it.
-fn tell(text: &str) {
-    use std::io::Write;
-    let _ = std::io::stderr().lock().write_all(text.as_bytes());
-}
-
-/// Prints to standard output, with errors instead of panics.
-fn print(text: &str) -> Result<()> {
-    use std::io::Write;
-    let mut out = std::io::stdout().lock();
-    out.write_all(text.as_bytes())?;
-    Ok(out.flush()?)
 }

@@ -1,7 +1,7 @@
 //! Progress of the program: its progress bar, Ctrl-C and the time limit.
 
 use super::heading::DEVICE;
-use super::tell;
+use super::terminal::tell;
 use anyhow::Result;
 use indicatif::{ProgressBar, ProgressStyle};
 use rtfmesh::{Error, Flow, Phase, Progress, Summary};

@@ -3,7 +3,7 @@
 use super::files::{InputFormat, input_name, is_standard, tell_notes};
 use super::heading::{CAMERA, COLOURS};
 use super::remesh::same_file;
-use super::tell;
+use super::terminal::tell;
 use anyhow::Result;
 use glam::DVec3;
 use rtfmesh::io;

@@ -1,7 +1,7 @@
 //! `rtfmesh sample`.
 
 use super::files::Target;
-use super::print;
+use super::terminal::print;
 use anyhow::Result;
 use rtfmesh::io::Encoding;
 use rtfmesh::mesh::attributes::Attributes;

@@ -1,9 +1,9 @@
 //! `rtfmesh completions` and `rtfmesh man`: what shells and `man` are told, made from the declarations of the
 //! commands.
 
-use super::{Cli, markdown, print};
+use super::markdown;
+use super::terminal::print;
 use anyhow::Result;
-use clap::CommandFactory;
 use clap_complete::Shell;
 use clap_mangen::Man;
 use clap_mangen::roff::{Roff, roman};
@@ -41,16 +41,16 @@ pub struct ManArgs {
 }
 
 /// Prints the script.
-pub fn completions(args: &CompletionsArgs) -> Result<()> {
+pub fn completions(args: &CompletionsArgs, mut program: clap::Command) -> Result<()> {
     let mut script = Vec::new();
-    clap_complete::generate(args.shell, &mut Cli::command(), env!("CARGO_PKG_NAME"), &mut script);
+    clap_complete::generate(args.shell, &mut program, env!("CARGO_PKG_NAME"), &mut script);
     print(&String::from_utf8(script)?)
 }
 
 /// Prints or writes pages.
-pub fn man(args: &ManArgs) -> Result<()> {
+pub fn man(args: &ManArgs, program: clap::Command) -> Result<()> {
     // `rtfmesh help remesh` needs no page; `build` gives commands their full names.
-    let mut program = Cli::command().disable_help_subcommand(true);
+    let mut program = program.disable_help_subcommand(true);
     program.build();
     if args.markdown {
         return print(&markdown::page(&program));

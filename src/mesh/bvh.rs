@@ -136,8 +136,8 @@ impl Bvh {
         self.closest_accepted(p, rank, |_| true)
     }
 
-    /// As [`Bvh::closest_from`], but content with the triangle at `rank` if that is within `enough` of `p`,
-    /// squared.
+    /// As [`Bvh::closest_from`], but stops at the triangle at `rank` if its squared distance from `p`
+    /// is at most `enough`.
     pub fn closest_or_near(&self, p: DVec3, rank: &mut usize, enough: f64) -> Option<Closest> {
         self.closest_at(*rank, p)
             .filter(|near| near.distance_sq <= enough)

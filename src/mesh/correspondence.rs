@@ -30,7 +30,7 @@ pub struct SurfacePoint {
     pub barycentric: [f64; 3],
 }
 
-/// What of a mesh is looked for on another one.
+/// The parts of a mesh whose places on another one are wanted.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
 pub struct CorrespondenceRequest {
     /// Its vertices.
@@ -46,7 +46,7 @@ impl CorrespondenceRequest {
     pub const ALL: Self = Self { vertices: true, faces: true };
 }
 
-/// Where a mesh lies on another one; lists that nobody asked for are empty.
+/// Where a mesh lies on another one; lists that were not requested are empty.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Correspondence {
     /// For each vertex the nearest point among triangles that face as the faces around the vertex do, unless
@@ -65,17 +65,17 @@ impl SurfacePoint {
     }
 }
 
-/// Finds where `output`, as far as it is asked for, lies on `input`, which `repaired` was made from. `search`
-/// is the repaired mesh in its unit-diagonal frame; `None` makes a new one.
+/// Finds where the requested parts of `output` lie on `input`, which `repaired` was made from. `search` is
+/// the repaired mesh in its unit frame; `None` makes a new one.
 ///
 /// # Errors
 /// [`crate::Error::Input`]: no vertices, a coordinate that is not finite, or no extent;
 /// [`crate::Error::Cancelled`].
-pub fn trace(
+pub fn find_correspondence(
     input: &TriMesh,
     repaired: &Repaired,
     output: &TriMesh,
-    asked: CorrespondenceRequest,
+    request: CorrespondenceRequest,
     search: Option<Search>,
     progress: &ProgressToken,
 ) -> Result<Correspondence> {
@@ -84,21 +84,21 @@ pub fn trace(
         vertices: mesh.vertices.iter().map(|p| frame.to_unit(*p)).collect(),
         triangles: mesh.triangles.clone(),
     };
-    let (search, wanted) = rayon::join(
+    let (search, points) = rayon::join(
         || search.unwrap_or_else(|| Search::new(&unit(&repaired.mesh))),
-        || wanted(&unit(output), asked),
+        || query_points(&unit(output), request),
     );
     // Each point is looked for where `first` says, or else where the one before it was found.
-    let find = |wanted: &[Wanted], first: &(dyn Fn(usize) -> Option<usize> + Sync)| -> Result<Found> {
-        let chunks = wanted.par_chunks(CHUNK).zip((0..wanted.len()).into_par_iter().step_by(CHUNK));
+    let find = |points: &[QueryPoint], first: &(dyn Fn(usize) -> Option<usize> + Sync)| -> Result<Found> {
+        let chunks = points.par_chunks(CHUNK).zip((0..points.len()).into_par_iter().step_by(CHUNK));
         let found = chunks.take_any_while(|_| !progress.is_cancelled()).flat_map_iter(|(chunk, start)| {
             let mut rank = 0;
-            let of_input = |(at, wanted): (usize, &Wanted)| {
-                rank = first(at).unwrap_or(rank);
-                let triangle = repaired.origin[search.find(wanted, &mut rank) as usize];
+            let of_input = |(index, point): (usize, &QueryPoint)| {
+                rank = first(index).unwrap_or(rank);
+                let triangle = repaired.origin[search.find(point, &mut rank) as usize];
                 // Of the input's own triangle, whose corners repair may have in another order.
                 let corners = input.corners(triangle as usize).map(|p| frame.to_unit(p));
-                let barycentric = snapped(closest_on_triangle(wanted.at, corners).barycentric);
+                let barycentric = snapped(closest_on_triangle(point.at, corners).barycentric);
                 (SurfacePoint { triangle, barycentric }, rank)
             };
             (start..).zip(chunk).map(of_input).collect::<Vec<_>>()
@@ -107,7 +107,7 @@ pub fn trace(
         progress.poll()?;
         Ok(found)
     };
-    let (vertices, faces) = wanted.split_at(if asked.vertices { output.vertices.len() } else { 0 });
+    let (vertices, faces) = points.split_at(if request.vertices { output.vertices.len() } else { 0 });
     let (vertices, ranks) = find(vertices, &|_| None)?;
     let beside = |t: usize| ranks.get(output.triangles[t][0] as usize).copied();
     let (faces, _) = find(faces, &beside)?;
@@ -118,7 +118,7 @@ pub fn trace(
 type Found = (Vec<SurfacePoint>, Vec<usize>);
 
 /// A point to be found.
-struct Wanted {
+struct QueryPoint {
     at: DVec3,
     /// Along the normal there, of any length.
     normal: DVec3,
@@ -126,11 +126,11 @@ struct Wanted {
     margin: f64,
 }
 
-/// The vertices of a mesh, then the centres of its faces, as far as they are asked for.
-fn wanted(mesh: &TriMesh, asked: CorrespondenceRequest) -> Vec<Wanted> {
+/// The vertices of a mesh, then the centres of its faces, as far as they are requested.
+fn query_points(mesh: &TriMesh, request: CorrespondenceRequest) -> Vec<QueryPoint> {
     let mut normals = vec![DVec3::ZERO; mesh.vertices.len()];
     let mut lengths = vec![(0.0, 0.0); mesh.vertices.len()];
-    let mut centres = Vec::with_capacity(if asked.faces { mesh.triangles.len() } else { 0 });
+    let mut centres = Vec::with_capacity(if request.faces { mesh.triangles.len() } else { 0 });
     for (t, triangle) in mesh.triangles.iter().enumerate() {
         let [a, b, c] = mesh.corners(t);
         let normal = doubled_normal([a, b, c]);
@@ -141,25 +141,25 @@ fn wanted(mesh: &TriMesh, asked: CorrespondenceRequest) -> Vec<Wanted> {
             *sum += around;
             *count += 3.0;
         }
-        if asked.faces {
-            centres.push(Wanted { at: (a + b + c) / 3.0, normal, margin: OTHER_SIDE * around / 3.0 });
+        if request.faces {
+            centres.push(QueryPoint { at: (a + b + c) / 3.0, normal, margin: OTHER_SIDE * around / 3.0 });
         }
     }
-    if !asked.vertices {
+    if !request.vertices {
         return centres;
     }
     let at_vertices = mesh.vertices.iter().zip(normals).zip(lengths);
-    let mut wanted: Vec<Wanted> = at_vertices
+    let mut points: Vec<QueryPoint> = at_vertices
         .map(|((at, normal), (sum, count))| {
             let margin = if count > 0.0 { OTHER_SIDE * sum / count } else { 0.0 };
-            Wanted { at: *at, normal, margin }
+            QueryPoint { at: *at, normal, margin }
         })
         .collect();
-    wanted.append(&mut centres);
-    wanted
+    points.append(&mut centres);
+    points
 }
 
-/// A surface prepared for [`trace`].
+/// A surface prepared for [`find_correspondence`].
 pub struct Search {
     /// Of its triangles.
     pub(crate) bvh: Arc<Bvh>,
@@ -174,14 +174,14 @@ impl Search {
     }
 
     /// The triangle that a point lies on. `rank` is where to look first, and then where it was.
-    fn find(&self, wanted: &Wanted, rank: &mut usize) -> u32 {
-        let faces_so = |t: u32| self.normals[t as usize].dot(wanted.normal) > 0.0;
-        let same = self.bvh.closest_accepted(wanted.at, rank, faces_so);
-        if let Some(near) = same.filter(|near| near.distance_sq <= wanted.margin * wanted.margin) {
+    fn find(&self, point: &QueryPoint, rank: &mut usize) -> u32 {
+        let faces_so = |t: u32| self.normals[t as usize].dot(point.normal) > 0.0;
+        let same = self.bvh.closest_accepted(point.at, rank, faces_so);
+        if let Some(near) = same.filter(|near| near.distance_sq <= point.margin * point.margin) {
             return near.triangle;
         }
-        let any = self.bvh.closest_from(wanted.at, rank);
-        let much_nearer = |any: f64, same: f64| same.sqrt() > any.sqrt() + wanted.margin;
+        let any = self.bvh.closest_from(point.at, rank);
+        let much_nearer = |any: f64, same: f64| same.sqrt() > any.sqrt() + point.margin;
         match (same, any) {
             (Some(same), Some(any)) if !much_nearer(any.distance_sq, same.distance_sq) => same.triangle,
             (_, Some(any)) => any.triangle,
@@ -191,14 +191,14 @@ impl Search {
     }
 }
 
-/// Weights without the traces of rounding beside a side or a corner.
+/// Weights that rounding left just beside a side or a corner, moved onto it.
 fn snapped(weights: [f64; 3]) -> [f64; 3] {
     let kept = weights.map(|w| if w < ON_SIDE { 0.0 } else { w });
     let sum: f64 = kept.iter().sum();
     kept.map(|w| w / sum)
 }
 
-/// Numbers of the vertices of `input` as those of the repaired mesh's.
+/// Values at the vertices of `input`, carried over to those of the repaired mesh.
 pub(crate) fn vertex_values_after(input: &TriMesh, repaired: &Repaired, values: &[f64]) -> Vec<f64> {
     let mut after = vec![f64::NAN; repaired.mesh.vertices.len()];
     for (triangle, origin) in repaired.mesh.triangles.iter().zip(&repaired.origin) {
@@ -216,8 +216,8 @@ pub(crate) fn vertex_values_after(input: &TriMesh, repaired: &Repaired, values: 
     after
 }
 
-/// Half-edges `3 * triangle + k` of `input` as those of the repaired mesh; those that it does not have are
-/// left out.
+/// The half-edges of the repaired mesh where the given ones of `input` are, each `3 * triangle + k`; those
+/// that it does not have are left out.
 pub(crate) fn half_edges_after(input: &TriMesh, repaired: &Repaired, half_edges: &[u32]) -> Vec<u32> {
     if half_edges.is_empty() {
         return Vec::new();
@@ -261,7 +261,8 @@ mod tests {
         let repaired = repair(&mesh).unwrap();
         let progress = ProgressToken::default();
         progress.cancel();
-        let stopped = trace(&mesh, &repaired, &mesh, CorrespondenceRequest::ALL, None, &progress);
+        let stopped =
+            find_correspondence(&mesh, &repaired, &mesh, CorrespondenceRequest::ALL, None, &progress);
         assert_eq!(stopped, Err(Error::Cancelled));
     }
 }

@@ -1,11 +1,11 @@
-//! Points by their place: the nearest one, and all within a distance.
+//! k-d tree over points: the nearest one, and all within a distance.
 
 use glam::DVec3;
 
 /// Points in a leaf.
 const LEAF: usize = 8;
 
-/// A balanced tree of planes over points; any points will do, also many on one spot.
+/// A balanced k-d tree; any points will do, also many at one position.
 pub struct KdTree<'a> {
     points: &'a [DVec3],
     /// Indices; every range of a node is halved by the median of its widest axis.
@@ -105,10 +105,10 @@ mod tests {
     use rand_pcg::Pcg64Mcg;
 
     #[test]
-    fn finds_what_a_look_at_all_finds() {
+    fn finds_what_a_search_of_all_points_finds() {
         let mut rng = Pcg64Mcg::seed_from_u64(5);
         for count in [0, 1, 8, 9, 17, 100, 1000] {
-            // On a grid: many ties, many on one spot.
+            // On a grid: many ties, many at one position.
             let mut point = || DVec3::from_array(std::array::from_fn(|_| f64::from(rng.random_range(0..6))));
             let points: Vec<DVec3> = (0..count).map(|_| point()).collect();
             let tree = KdTree::new(&points);

@@ -1,11 +1,14 @@
 //! Colours of faces by quality or by distance.
 
-use super::Colour;
+use super::drawable::check;
 use crate::mesh::bvh::Bvh;
 use crate::mesh::quality::TriangleQuality;
 use crate::{Result, TriMesh};
 use glam::DVec3;
 use rayon::prelude::*;
+
+/// A colour: red, green and blue.
+pub type Colour = [u8; 3];
 
 /// The quality that the darkest colour stands for; 1 is the lightest.
 pub(crate) const WORST: f64 = 0.4;
@@ -58,7 +61,7 @@ pub struct DistanceColours {
 /// # Errors
 /// [`crate::Error::Input`] if the reference has no faces.
 pub fn distance_colours(meshes: &[TriMesh], reference: &TriMesh) -> Result<Vec<DistanceColours>> {
-    super::check(reference)?;
+    check(reference)?;
     let distances: Vec<Vec<f64>> = meshes.iter().map(|mesh| centre_distances(mesh, reference)).collect();
     let rounding =
         reference.bounds().map_or(0.0, |(low, high)| ROUNDING * low.abs().max(high.abs()).max_element());

@@ -2,34 +2,22 @@
 
 mod camera;
 mod colours;
+mod drawable;
 mod paint;
 
 pub use camera::View;
-pub use colours::{DistanceColours, distance_colours, quality_colours};
+pub use colours::{Colour, DistanceColours, distance_colours, quality_colours};
 #[cfg(feature = "html")]
 pub(crate) use colours::{WORST, centre_distances, distance_colour, quality_colour, quality_shares};
 
-use crate::{Error, Result, TriMesh};
+use crate::{Error, Result};
 use camera::Camera;
-use glam::DVec3;
+pub(crate) use drawable::check;
 use paint::Canvas;
+pub use paint::Panel;
 
 /// Most pixels of a picture along a side.
 pub const MAX_SIDE: u32 = 8192;
-
-/// A colour: red, green and blue.
-pub type Colour = [u8; 3];
-
-/// One of the meshes that a picture shows side by side.
-#[derive(Debug, Clone, Copy)]
-pub struct Panel<'a> {
-    /// The mesh.
-    pub mesh: &'a TriMesh,
-    /// The colour of each face; empty for one colour.
-    pub colours: &'a [Colour],
-    /// Lines drawn over the mesh, by their end points, in its units.
-    pub lines: &'a [[DVec3; 2]],
-}
 
 /// How a picture is drawn.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -75,23 +63,4 @@ pub fn png(panels: &[Panel], options: &PictureOptions) -> Result<Vec<u8>> {
         canvas.draw(panel, &camera, [k * width, width], options.edges);
     }
     canvas.png()
-}
-
-/// Refuses a mesh without faces, with vertices that are not finite, or with indices out of range.
-pub(crate) fn check(mesh: &TriMesh) -> Result<()> {
-    if mesh.triangles.is_empty() {
-        return Err(Error::input(None, "the mesh has no faces to draw", "give one with triangles"));
-    }
-    if let Some(v) = mesh.vertices.iter().position(|v| !v.is_finite()) {
-        return Err(Error::input(None, format!("vertex {v} is not finite"), "repair the file"));
-    }
-    let corners = mesh.triangles.as_flattened();
-    if let Some(v) = corners.iter().find(|v| **v as usize >= mesh.vertices.len()) {
-        return Err(Error::input(
-            None,
-            format!("a face uses vertex {v}, which is not there"),
-            "repair the file",
-        ));
-    }
-    Ok(())
 }

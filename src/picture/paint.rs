@@ -1,10 +1,21 @@
 //! Paints faces and edges into pixels, the farthest first.
 
 use super::camera::{Camera, Projected};
-use super::{Colour, Panel};
-use crate::{Error, Result};
+use super::colours::Colour;
+use crate::{Error, Result, TriMesh};
 use glam::DVec3;
 use tiny_skia::{FillRule, Paint, PathBuilder, Pixmap, PixmapPaint, Shader, Stroke, Transform};
+
+/// One of the meshes that a picture shows side by side.
+#[derive(Debug, Clone, Copy)]
+pub struct Panel<'a> {
+    /// The mesh.
+    pub mesh: &'a TriMesh,
+    /// The colour of each face; empty for one colour.
+    pub colours: &'a [Colour],
+    /// Lines drawn over the mesh, by their end points, in its units.
+    pub lines: &'a [[DVec3; 2]],
+}
 
 /// Samples of a pixel along each side.
 const SAMPLES: u32 = 2;

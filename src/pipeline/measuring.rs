@@ -1,7 +1,7 @@
 //! What is measured of a result: its figures, and where it lies on the input.
 
 use crate::measure::{Crossing, Measures, measure_some};
-use crate::mesh::correspondence::{Correspondence, CorrespondenceRequest, Search, trace};
+use crate::mesh::correspondence::{Correspondence, CorrespondenceRequest, Search, find_correspondence};
 use crate::mesh::intersections::intersecting_faces;
 use crate::mesh::repair::Repaired;
 use crate::options::{MeasureDepth, Options};
@@ -55,7 +55,7 @@ impl Measuring<'_> {
 /// it.
 ///
 /// # Errors
-/// Those of [`trace`].
+/// Those of [`find_correspondence`].
 pub(crate) fn correspondence_of(
     result: &TriMesh,
     input: &TriMesh,
@@ -65,6 +65,6 @@ pub(crate) fn correspondence_of(
     progress: &ProgressToken,
 ) -> Result<Option<Correspondence>> {
     let request = options.correspondence;
-    let find = || trace(input, repaired, result, request, search, progress);
+    let find = || find_correspondence(input, repaired, result, request, search, progress);
     (request != CorrespondenceRequest::NONE).then(find).transpose()
 }

@@ -72,7 +72,7 @@ impl Target {
         Self { patches, ..self }
     }
 
-    /// The same triangles for [`crate::mesh::correspondence::trace`].
+    /// The same triangles for [`crate::mesh::correspondence::find_correspondence`].
     pub(crate) fn searched(&self) -> Search {
         Search { bvh: Arc::clone(&self.bvh), normals: Arc::clone(&self.normals) }
     }

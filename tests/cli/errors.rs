@@ -279,7 +279,7 @@ fn a_machine_without_vulkan() {
 }
 
 #[test]
-fn sharp_edges_that_cannot_be_held() {
+fn sharp_edges_that_cannot_be_kept() {
     let place = Place::with("box");
     refused(&place, "remesh in.ply out.ply -n 100 --feature-angle 0", 2, &["--feature-angle 0", "180"]);
     refused(&place, "remesh in.ply out.ply -n 100 --feature-angle 181", 2, &["--feature-angle 181"]);

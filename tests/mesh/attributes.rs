@@ -4,7 +4,7 @@ use crate::support::device;
 use crate::support::shapes::{cut_open, globe, plane};
 use glam::DVec3;
 use rtfmesh::mesh::attributes::{
-    Attribute, Attributes, CornerUv, Kind, Role, label_borders, transfer, uv_seams,
+    Attribute, Attributes, CornerUv, Kind, Role, label_boundaries, transfer, uv_seams,
 };
 use rtfmesh::mesh::quality::quality;
 use rtfmesh::mesh::repair::{RepairOptions, at_welded_places};
@@ -281,7 +281,7 @@ fn the_sides_of_a_box_keep_their_labels() {
         away.iter().position(|d| d.abs() < 1e-9).map_or(9.0, |k| k as f64)
     };
     let attributes = labelled(&input, side);
-    assert_eq!(label_borders(&input, &attributes).len(), 24);
+    assert_eq!(label_boundaries(&input, &attributes).len(), 24);
     let (output, carried) = run(&input, &attributes, Options::new(400));
     for t in 0..output.triangles.len() {
         assert_eq!(carried.face[0].at(t), [side(centre(&output, t))], "{t}");
@@ -295,7 +295,7 @@ fn borders_that_are_kept_are_not_run_over() {
     let label = |v: DVec3| f64::from(u8::from(v.x > if v.y > 0.5 { 0.25 } else { 0.75 }));
     let attributes = labelled(&input, label);
     let free = run(&input, &attributes, Options::new(500));
-    let fixed_half_edges = label_borders(&input, &attributes);
+    let fixed_half_edges = label_boundaries(&input, &attributes);
     assert_eq!(fixed_half_edges.len(), 36);
     let kept = run(&input, &attributes, Options::new(500).fixed_half_edges(fixed_half_edges));
     for (name, (output, carried)) in [("free", free), ("kept", kept)] {

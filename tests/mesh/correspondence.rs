@@ -3,7 +3,7 @@
 use crate::support::device;
 use crate::support::shapes::{moved, union};
 use glam::DVec3;
-use rtfmesh::mesh::correspondence::trace;
+use rtfmesh::mesh::correspondence::find_correspondence;
 use rtfmesh::mesh::repair::repair;
 use rtfmesh::mesh::samples::sample;
 use rtfmesh::{Correspondence, CorrespondenceRequest, Options, ProgressToken, SurfacePoint, TriMesh, remesh};
@@ -44,9 +44,15 @@ fn a_mesh_lies_on_itself_by_the_inputs_own_triangles() {
     let input = littered(&clean);
     let repaired = repair(&input).unwrap();
     assert_eq!(repaired.origin.len(), clean.triangles.len());
-    let correspondence =
-        trace(&input, &repaired, &clean, CorrespondenceRequest::ALL, None, &ProgressToken::default())
-            .unwrap();
+    let correspondence = find_correspondence(
+        &input,
+        &repaired,
+        &clean,
+        CorrespondenceRequest::ALL,
+        None,
+        &ProgressToken::default(),
+    )
+    .unwrap();
     check(&correspondence, &input, &clean);
     for (point, vertex) in correspondence.vertices.iter().zip(&clean.vertices) {
         assert!(point.position(&input).distance(*vertex) < 1e-14);
@@ -70,7 +76,7 @@ fn sheets_that_are_close_are_told_apart_by_their_sides() {
     let (low, high) = input.bounds().unwrap();
     let middle = 0.5 * (low.z + high.z);
     let output = moved(&input, |v| DVec3::new(v.x, v.y, middle - 0.2 * (v.z - middle)));
-    let correspondence = trace(
+    let correspondence = find_correspondence(
         &input,
         &repair(&input).unwrap(),
         &output,
@@ -102,7 +108,7 @@ fn what_is_not_asked_for_is_not_looked_for() {
     let input = littered(&sample("sphere").unwrap());
     let (repaired, output) = (repair(&input).unwrap(), sample("sphere").unwrap());
     let traced = |vertices, faces| {
-        trace(
+        find_correspondence(
             &input,
             &repaired,
             &output,
@@ -137,7 +143,7 @@ fn runs_tell_it_only_when_asked() {
 }
 
 #[test]
-fn vertices_on_curves_lie_on_edges_and_held_sides_become_curves() {
+fn vertices_on_curves_lie_on_edges_and_fixed_half_edges_become_curves() {
     let cube = sample("box").unwrap();
     let input = littered(&union(&cube, &moved(&cube, |v| v + DVec3::new(3.0, 0.0, 0.0))));
     // The diagonals of the sides of both boxes, found by their length; nothing else is held.

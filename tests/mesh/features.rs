@@ -129,7 +129,7 @@ fn cubes_have_twelve_creases() {
 }
 
 #[test]
-fn plates_of_any_thickness_keep_their_rims() {
+fn plates_of_any_thickness_keep_their_edges() {
     let plate = sample("thin-plate").unwrap();
     for vertices in [30, 300, 30_000] {
         assert_eq!(counts(&found(&plate, vertices)), [6, 8, 12, 0], "{vertices}");
@@ -184,7 +184,7 @@ fn opening(angle: f64) -> TriMesh {
 }
 
 #[test]
-fn edges_that_part_at_an_acute_angle_begin_where_there_is_room() {
+fn edges_that_part_at_an_acute_angle_begin_where_they_are_wide_enough() {
     for (angle, parts_at_once) in [(3.0, false), (8.0, false), (16.0, true), (25.0, true)] {
         let mesh = opening(angle);
         for vertices in [1000, 4000] {
@@ -206,7 +206,7 @@ fn edges_that_part_at_an_acute_angle_begin_where_there_is_room() {
 }
 
 #[test]
-fn a_hole_in_a_box_has_two_rims() {
+fn a_hole_in_a_box_has_two_closed_curves() {
     const AROUND: u32 = 24;
     // A square frame with a round hole, above and below, and the two walls.
     let ring = |step: u32| {

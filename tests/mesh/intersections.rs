@@ -34,12 +34,12 @@ fn axes_to(order: [usize; 3]) -> DMat3 {
 }
 
 /// A right triangle with legs of 4 in the ground plane, and three more points.
-fn over_ground(others: [[f64; 3]; 3]) -> Vec<[f64; 3]> {
+fn over_a_triangle(others: [[f64; 3]; 3]) -> Vec<[f64; 3]> {
     [[[0.0; 3], [4.0, 0.0, 0.0], [0.0, 4.0, 0.0]], others].concat()
 }
 
 fn apart(others: [[f64; 3]; 3]) -> bool {
-    pair(&over_ground(others), [0, 1, 2], [3, 4, 5])
+    pair(&over_a_triangle(others), [0, 1, 2], [3, 4, 5])
 }
 
 #[test]
@@ -67,7 +67,7 @@ fn coplanar_pairs_without_a_common_vertex() {
 
 /// Faces `0 1 2` and `0 3 4` around the origin.
 fn at_origin(others: [[f64; 3]; 2]) -> bool {
-    let vertices = [over_ground([[0.0; 3]; 3])[..3].to_vec(), others.to_vec()].concat();
+    let vertices = [over_a_triangle([[0.0; 3]; 3])[..3].to_vec(), others.to_vec()].concat();
     pair(&vertices, [0, 1, 2], [0, 3, 4])
 }
 
@@ -97,7 +97,7 @@ fn coplanar_pairs_with_one_common_vertex() {
 #[test]
 fn pairs_with_a_common_edge() {
     let hinge = |apex: [f64; 3]| {
-        let vertices = [over_ground([[0.0; 3]; 3])[..3].to_vec(), vec![apex]].concat();
+        let vertices = [over_a_triangle([[0.0; 3]; 3])[..3].to_vec(), vec![apex]].concat();
         pair(&vertices, [0, 1, 2], [1, 0, 3])
     };
     assert!(!hinge([1.0, -1.0, 0.0]), "flat");
@@ -108,7 +108,7 @@ fn pairs_with_a_common_edge() {
 
 #[test]
 fn pairs_with_three_common_vertices() {
-    assert!(pair(&over_ground([[0.0; 3]; 3]), [0, 1, 2], [0, 1, 2]));
+    assert!(pair(&over_a_triangle([[0.0; 3]; 3]), [0, 1, 2], [0, 1, 2]));
 }
 
 #[test]
@@ -122,7 +122,7 @@ fn faces_without_area() {
     );
     // The cap's corner splits the large face's edge, along which the faces beyond the cap touch it.
     assert_eq!(intersecting_faces(&cap, &ProgressToken::default()).unwrap(), [0u32; 0]);
-    assert!(!pair(&over_ground([[1.0, 1.0, 1.0]; 3]), [0, 1, 2], [0, 0, 3]), "a repeated vertex");
+    assert!(!pair(&over_a_triangle([[1.0, 1.0, 1.0]; 3]), [0, 1, 2], [0, 0, 3]), "a repeated vertex");
 }
 
 #[test]
@@ -132,7 +132,7 @@ fn sound_meshes_have_none() {
     }
     assert_eq!(intersecting_faces(&TriMesh::default(), &ProgressToken::default()).unwrap(), [0u32; 0]);
     assert_eq!(
-        intersecting_faces(&mesh(&over_ground([[0.0; 3]; 3]), &[[0, 1, 2]]), &ProgressToken::default())
+        intersecting_faces(&mesh(&over_a_triangle([[0.0; 3]; 3]), &[[0, 1, 2]]), &ProgressToken::default())
             .unwrap(),
         [0u32; 0]
     );

@@ -165,7 +165,7 @@ fn the_torus_and_the_blob_are_uneven() {
 }
 
 #[test]
-fn the_hemisphere_has_one_flat_rim() {
+fn the_hemisphere_has_one_flat_boundary() {
     let mesh = sample("open-hemisphere").unwrap();
     assert_eq!(boundary_loop(&mesh), 64);
     assert_eq!(mesh.vertices.iter().filter(|vertex| vertex.z == 0.0).count(), 64);

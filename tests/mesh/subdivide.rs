@@ -89,7 +89,7 @@ fn nothing_to_do_gives_nothing() {
 }
 
 #[test]
-fn the_longest_go_first_while_there_is_room() {
+fn the_longest_go_first_up_to_the_limit() {
     let mesh = torus(40, 3);
     let whole = longest(&mesh);
     let mut last = f64::INFINITY;

@@ -58,7 +58,7 @@ fn a_box_and_a_thin_plate_come_back_exactly() {
 }
 
 #[test]
-fn a_rim_stays_a_rim() {
+fn a_boundary_stays_a_boundary() {
     let result = run(&sample("open-hemisphere").unwrap(), &Options::new(900));
     let output = &result.summary.output;
     assert!(output.quality.theta_min > 38.0 && output.quality.q_avg > 0.93, "{:?}", output.quality);
@@ -81,7 +81,7 @@ fn three_pages_stay_together() {
 }
 
 #[test]
-fn sharp_edges_are_held_by_angle_or_by_name() {
+fn sharp_edges_are_kept_by_angle_or_by_name() {
     let input = sample("box").unwrap();
     let none = Options::new(400).feature_angle(180.0);
     assert_eq!(run(&input, &none).summary.features.unwrap().curve_sites, 0);

@@ -72,7 +72,7 @@ fn a_run_that_is_to_finish_has_every_vertex_and_the_topology() {
 }
 
 #[test]
-fn a_late_wish_to_finish_shortens_what_is_left() {
+fn finishing_early_shortens_what_is_left() {
     let input = sample("torus").unwrap();
     let options = Options::new(600).polish_rounds(30);
     for phase in [Phase::Polish, Phase::Fit, Phase::Outliers] {

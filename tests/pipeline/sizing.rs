@@ -44,7 +44,7 @@ fn shares(mesh: &TriMesh, wished: impl Fn(DVec3) -> f64, parts: usize) -> Vec<f6
 }
 
 #[test]
-fn edges_are_as_long_as_was_wished() {
+fn edges_are_as_long_as_requested() {
     let input = sample("torus").unwrap();
     // Four times longer on one side than on the other.
     let wished = |p: DVec3| 2.5 + 1.5 * (p.x / 1.3).clamp(-1.0, 1.0);
@@ -126,7 +126,7 @@ fn lengths_keep_to_bounds() {
 }
 
 #[test]
-fn equal_wishes_and_reruns_give_the_same_mesh() {
+fn equal_sizes_and_reruns_give_the_same_mesh() {
     let input = sample("bumpy-sphere").unwrap();
     let sizing = Sizing::Curvature { gradation: 2.0 };
     let options = Options::new(900).sizing(sizing).iterations(8);

@@ -279,7 +279,7 @@ fn cubes_and_plates_keep_their_creases() {
 }
 
 #[test]
-fn open_surfaces_keep_their_rims() {
+fn open_surfaces_keep_their_boundaries() {
     assert_same_topology("square", &plane(1, 0.0), 300);
     assert_same_topology("fine square", &plane(40, 0.0), 300);
     assert_same_topology("cylinder", &cylinder(40, 10), 500);

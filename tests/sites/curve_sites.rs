@@ -201,7 +201,7 @@ fn bends_that_even_sites_cut_off_get_one() {
 }
 
 #[test]
-fn ragged_rims_are_followed_closer_than_smooth_ones() {
+fn ragged_boundaries_are_followed_closer_than_smooth_ones() {
     // Teeth a third of a spacing wide on the rim of a disc.
     let spacing = 0.3;
     let rim = (0..7).flat_map(|tooth| {

@@ -216,7 +216,7 @@ fn moved_sites_keep_what_is_known() {
 }
 
 #[test]
-fn sizes_room_and_hosts_do_not_change_results() {
+fn sizes_capacity_and_threads_do_not_change_results() {
     for count in [1, 15, 16, 17, 63, 64, 65] {
         let model = Model::of("torus", count);
         let sites = model.scattered(count, 0.1, 14);

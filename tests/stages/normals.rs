@@ -105,7 +105,7 @@ fn sizes_around_the_workgroup() {
 }
 
 #[test]
-fn lines_and_single_spots_take_the_normal_of_the_surface() {
+fn collinear_and_single_points_take_the_normal_of_the_surface() {
     let surface = DVec3::new(0.0, 0.6, 0.8);
     let line: Vec<_> = (0..40).map(|i| DVec3::new(0.01 * f64::from(i), 0.0, 0.0)).collect();
     let spot = vec![DVec3::splat(0.1); 40];

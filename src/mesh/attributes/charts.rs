@@ -62,7 +62,7 @@ impl<'a> Charts<'a> {
         let (low, high) = input.bounds().unwrap_or_default();
         let (centre, size) = (0.5 * low + 0.5 * high, (0.5 * high - 0.5 * low).max_element());
         let size = if size > 0.0 { size } else { 1.0 };
-        // Open edges too: what is beyond a crack that was closed is another piece of texture.
+        // Boundary edges too: what is beyond a crack that was closed is another piece of texture.
         let cuts: Vec<u32> =
             (0..).zip(&twins).filter(|(_, twin)| **twin == NONE).map(|(half, _)| half).collect();
         let corners = input.triangles.as_flattened();

@@ -1,4 +1,4 @@
-//! What a mesh carries beside its shape: colours, normals and other numbers of its vertices, texture
+//! What a mesh has besides its shape: colours, normals and other numbers of its vertices, texture
 //! coordinates of its corners, labels and colours of its faces.
 
 mod charts;
@@ -7,7 +7,7 @@ mod seams;
 mod transfer;
 
 pub use materials::{Image, Materials};
-pub use seams::{label_borders, uv_seams};
+pub use seams::{label_boundaries, uv_seams};
 pub use transfer::transfer;
 
 use super::TriMesh;

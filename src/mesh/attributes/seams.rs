@@ -1,4 +1,4 @@
-//! Edges where what is carried over breaks off: seams of the texture, borders between labels.
+//! Edges where attributes are discontinuous: texture seams and boundaries between labels.
 
 use std::collections::{HashMap, HashSet};
 
@@ -8,8 +8,8 @@ use crate::mesh::half_edges::{EdgeTable, HalfEdge};
 
 /// Texture coordinates nearer than this, in textures, are the same.
 const SAME_UV: f64 = 1e-6;
-/// Edges at a pole, at least, that break off there and not at their other ends. A cut that ends inside the
-/// texture has one, the tip of a pyramid that is unfolded as a star three or four.
+/// A pole has at least this many edges with a discontinuity there and none at their other ends. A cut that
+/// ends inside the texture has one; the tip of a pyramid unfolded as a star has three or four.
 const POLE: usize = 5;
 
 /// The triangles over the first vertex at each place, so that triangles with vertices of their own are
@@ -24,9 +24,9 @@ pub(crate) fn joined(mesh: &TriMesh) -> Vec<[u32; 3]> {
     mesh.triangles.iter().map(|triangle| triangle.map(|v| first[v as usize])).collect()
 }
 
-/// Sides of triangles, `3 * triangle + k`, across which `breaks` holds, rising. `triangles` are [`joined`]
+/// Half-edges across which `breaks` holds, in ascending order. `triangles` are [`joined`]
 /// ones.
-fn sides_where(triangles: &[[u32; 3]], breaks: impl Fn(HalfEdge, HalfEdge) -> bool) -> Vec<u32> {
+fn half_edges_where(triangles: &[[u32; 3]], breaks: impl Fn(HalfEdge, HalfEdge) -> bool) -> Vec<u32> {
     let mut found = Vec::new();
     for sides in EdgeTable::new(triangles).edges() {
         let [first, others @ ..] = sides else { continue };
@@ -38,8 +38,7 @@ fn sides_where(triangles: &[[u32; 3]], breaks: impl Fn(HalfEdge, HalfEdge) -> bo
     found
 }
 
-/// Whether the texture breaks off at the ends of an edge between two sides, those of the first side in its
-/// order.
+/// Whether the texture is discontinuous at the ends of an edge, in the order of its first half-edge.
 fn broken_ends(triangles: &[[u32; 3]], uv: &CornerUv, one: HalfEdge, other: HalfEdge) -> [bool; 2] {
     let corners = triangles.as_flattened();
     let differ = |a: usize, b: usize| {
@@ -52,12 +51,13 @@ fn broken_ends(triangles: &[[u32; 3]], uv: &CornerUv, one: HalfEdge, other: Half
     [differ(a, c), differ(b, d)]
 }
 
-/// The sides across which the texture does not go on.
+/// The half-edges across which the texture is discontinuous.
 pub(crate) fn seams_of(triangles: &[[u32; 3]], uv: &CornerUv) -> Vec<u32> {
-    sides_where(triangles, |one, other| broken_ends(triangles, uv, one, other).contains(&true))
+    half_edges_where(triangles, |one, other| broken_ends(triangles, uv, one, other).contains(&true))
 }
 
-/// The vertices at which all edges break the texture off, and many hold it at their other ends.
+/// The vertices at which the texture is discontinuous across all edges, many of which it crosses smoothly at
+/// their other ends.
 fn poles(triangles: &[[u32; 3]], uv: &CornerUv) -> HashSet<u32> {
     let corners = triangles.as_flattened();
     let mut ends = HashMap::<u32, usize>::new();
@@ -78,17 +78,18 @@ fn poles(triangles: &[[u32; 3]], uv: &CornerUv) -> HashSet<u32> {
     ends.into_iter().filter(is_pole).map(|(vertex, _)| vertex).collect()
 }
 
-/// Sides `3 * triangle + k` of `mesh` along which its texture is cut, for
+/// Half-edges `3 * triangle + k` of `mesh` along which its texture is cut, for
 /// [`crate::CoarseToFineOptions::fixed_half_edges`].
 ///
-/// Edges that end at a pole, where a texture is drawn together in a point, are none if the texture goes on at
-/// their other ends: it would cut the surface into as many wedges as there are triangles around the pole.
+/// Edges that end at a pole, where a texture is drawn together in a point, are none if the texture is
+/// continuous at their other ends: it would cut the surface into as many wedges as there are triangles
+/// around the pole.
 pub fn uv_seams(mesh: &TriMesh, attributes: &Attributes) -> Vec<u32> {
     let Some(uv) = &attributes.uv else { return Vec::new() };
     let triangles = joined(mesh);
     let poles = poles(&triangles, uv);
     let at_pole = |corner: usize| poles.contains(&triangles.as_flattened()[corner]);
-    sides_where(&triangles, |one, other| {
+    half_edges_where(&triangles, |one, other| {
         let (a, b) = one.corners();
         match broken_ends(&triangles, uv, one, other) {
             [false, false] => false,
@@ -99,13 +100,13 @@ pub fn uv_seams(mesh: &TriMesh, attributes: &Attributes) -> Vec<u32> {
     })
 }
 
-/// Sides `3 * triangle + k` of `mesh` between triangles with different labels, for
+/// Half-edges `3 * triangle + k` of `mesh` between triangles with different labels, for
 /// [`crate::CoarseToFineOptions::fixed_half_edges`].
-pub fn label_borders(mesh: &TriMesh, attributes: &Attributes) -> Vec<u32> {
+pub fn label_boundaries(mesh: &TriMesh, attributes: &Attributes) -> Vec<u32> {
     let labels: Vec<_> = attributes.face.iter().filter(|attribute| attribute.role == Role::Label).collect();
     if labels.is_empty() {
         return Vec::new();
     }
     let differ = |a: usize, b: usize| labels.iter().any(|label| label.at(a) != label.at(b));
-    sides_where(&joined(mesh), |one, other| differ(one.triangle(), other.triangle()))
+    half_edges_where(&joined(mesh), |one, other| differ(one.triangle(), other.triangle()))
 }

@@ -1,4 +1,4 @@
-//! Attributes of a mesh for another one that lies on it.
+//! Transfers attributes of a mesh to another one that lies on it.
 
 use super::charts::corner_uv;
 use super::{Attribute, Attributes, Role};

@@ -1,6 +1,6 @@
 //! Curve edges joined into curves.
 
-use super::Curve;
+use super::curve::Curve;
 use super::graph::Graph;
 
 /// All curve edges as curves: open ones in the order of the corners they start from, then loops by their

@@ -2,7 +2,7 @@
 
 use glam::DVec3;
 
-use super::CurveKind;
+use super::curve::CurveKind;
 use crate::mesh::csr::Csr;
 
 /// An edge of the surface that is a curve or may become one.

@@ -2,8 +2,9 @@
 
 use glam::DVec3;
 
+use super::curve::CurveKind;
 use super::graph::Graph;
-use super::{CurveKind, Scale};
+use super::scale::Scale;
 
 /// Cosine of the largest turn that a chain may make from its direction over the last spacing.
 const STRAIGHT: f64 = 0.7;

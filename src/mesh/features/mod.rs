@@ -6,9 +6,12 @@
 
 mod chains;
 mod corners;
+mod curve;
+mod dropped;
 mod graph;
 mod grow;
 mod patches;
+mod scale;
 mod sharpness;
 mod short_chains;
 mod strips;
@@ -17,13 +20,15 @@ mod user_lines;
 mod wedges;
 
 use glam::DVec3;
-use serde::Serialize;
 
 use super::TriMesh;
 use super::triangle::area;
 use super::unit_frame::UnitFrame;
 use crate::{Error, Result};
+pub use curve::{Curve, CurveKind};
+pub use dropped::Dropped;
 use graph::Graph;
+use scale::Scale;
 use surface::FeatureSurface;
 pub use user_lines::{FeatureLine, user_edges};
 
@@ -50,99 +55,6 @@ impl FeatureOptions {
     }
 }
 
-/// Why an edge is on a curve; where several reasons hold, the first.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Serialize)]
-#[serde(rename_all = "kebab-case")]
-#[non_exhaustive]
-pub enum CurveKind {
-    /// It has one triangle: the boundary of the surface.
-    Boundary,
-    /// It has three or more triangles.
-    NonManifold,
-    /// Its two triangles run along it in the same direction: their orientations disagree.
-    Inconsistent,
-    /// The user marked it.
-    User,
-    /// The surface has a crease there.
-    Sharp,
-}
-
-impl CurveKind {
-    /// All kinds, in order.
-    pub const ALL: [Self; 5] =
-        [Self::Boundary, Self::NonManifold, Self::Inconsistent, Self::User, Self::Sharp];
-
-    /// The name in reports and files.
-    pub fn name(self) -> &'static str {
-        match self {
-            Self::Boundary => "boundary",
-            Self::NonManifold => "non-manifold",
-            Self::Inconsistent => "inconsistent",
-            Self::User => "user",
-            Self::Sharp => "sharp",
-        }
-    }
-
-    /// Whether two triangles meet there, so that a curve may go from one such kind into another.
-    fn has_two_sides(self) -> bool {
-        matches!(self, Self::Inconsistent | Self::User | Self::Sharp)
-    }
-}
-
-/// A chain of edges without a corner inside.
-#[derive(Debug, Clone, PartialEq)]
-pub struct Curve {
-    /// Why it is there; the first kind in [`CurveKind::ALL`] that one of its edges has.
-    pub kind: CurveKind,
-    /// Its vertices in order. An open curve ends in corners, which may be the same one; a closed curve has no
-    /// corner, and its first vertex is not repeated.
-    pub vertices: Vec<u32>,
-    /// Whether it is a loop without a corner.
-    pub closed: bool,
-    /// Its length in the mesh's units.
-    pub length: f64,
-}
-
-impl Curve {
-    /// How many edges it has.
-    pub fn edges(&self) -> usize {
-        self.vertices.len() - usize::from(!self.closed)
-    }
-
-    /// The two vertices of each edge, in order along the curve.
-    pub fn edge_ends(&self) -> impl Iterator<Item = [u32; 2]> {
-        let next = self.vertices.iter().cycle().skip(1);
-        self.vertices.iter().zip(next).take(self.edges()).map(|(a, b)| [*a, *b])
-    }
-}
-
-/// Sharp edges that were dropped again, by reason.
-#[derive(Debug, Clone, Copy, Default, PartialEq, Serialize)]
-pub struct Dropped {
-    /// Connected components of sharp edges too short to be a feature at this spacing.
-    pub short_chains: usize,
-    /// Their length in the mesh's units.
-    pub short_length: f64,
-    /// Dangling chains: short ones with a free end, attached to longer ones.
-    #[serde(rename = "twigs")]
-    pub dangling_chains: usize,
-    /// Their length in the mesh's units.
-    #[serde(rename = "twig_length")]
-    pub dangling_length: f64,
-    /// Patches too narrow for this spacing, or narrow where they end, that lost an edge or two.
-    pub strips: usize,
-    /// The length of these edges in the mesh's units.
-    pub strip_length: f64,
-}
-
-impl Dropped {
-    fn in_units(&mut self, unit: f64) {
-        for length in [&mut self.short_length, &mut self.dangling_length, &mut self.strip_length] {
-            *length *= unit;
-        }
-    }
-}
-
 /// Curves, corners and patches of a surface.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct Features {
@@ -166,9 +78,6 @@ impl Features {
         CurveKind::ALL.into_iter().map(of).filter(|(_, curves)| !curves.is_empty())
     }
 }
-
-/// Sharp chains are extended as long as their angle is at least this share of the feature angle.
-const FADE: f64 = 0.4;
 
 /// Finds the features of `mesh`, which must be as [`super::repair::repair`] leaves it.
 ///
@@ -218,15 +127,6 @@ pub fn spacing_of(mesh: &TriMesh, vertices: usize) -> Result<f64> {
     let area = |t: usize| area(mesh.corners(t).map(|corner| frame.to_unit(corner)));
     let area: f64 = (0..mesh.triangles.len()).map(area).sum();
     Ok(frame.scale * super::spacing(area, vertices))
-}
-
-/// The options in the frame and units of the search.
-#[derive(Debug, Clone, Copy)]
-struct Scale {
-    /// Degrees.
-    feature: f64,
-    /// In the unit-diagonal frame.
-    spacing: f64,
 }
 
 fn check(options: &FeatureOptions) -> Result<()> {

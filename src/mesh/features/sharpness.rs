@@ -4,10 +4,14 @@
 use glam::DVec3;
 use rayon::prelude::*;
 
+use super::curve::CurveKind;
 use super::graph::CurveEdge;
+use super::scale::Scale;
 use super::surface::{FeatureSurface, degrees_between};
-use super::{CurveKind, FADE, Scale};
 use crate::mesh::NONE;
+
+/// Sharp chains are extended as long as their angle is at least this share of the feature angle.
+const FADE: f64 = 0.4;
 
 /// Normals are averaged this far from the edge's middle, in spacings.
 const REACH: f64 = 0.5;

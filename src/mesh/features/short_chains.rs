@@ -1,8 +1,9 @@
 //! Drops chains of sharp edges that are too short to be a feature.
 
 use super::corners::bend;
+use super::curve::CurveKind;
+use super::dropped::Dropped;
 use super::graph::Graph;
-use super::{CurveKind, Dropped};
 
 /// Connected sharp edges are dropped below this many spacings of total length,
 const SHORTEST: f64 = 2.0;

@@ -5,10 +5,11 @@
 //! and both sides are dropped. At a chamfer it turns the same way at both sides: the sharper one stays. So it
 //! does at the side of a plate, but twice as far; there both stay, or the plate would lose its side.
 
+use super::curve::CurveKind;
+use super::dropped::Dropped;
 use super::graph::{CurveEdge, Graph};
 use super::patches::patches;
 use super::surface::FeatureSurface;
-use super::{CurveKind, Dropped};
 
 /// A patch narrower than this many spacings is a strip.
 pub(super) const NARROW: f64 = 0.25;

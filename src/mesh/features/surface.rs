@@ -4,7 +4,7 @@
 use glam::DVec3;
 use rayon::prelude::*;
 
-use super::CurveKind;
+use super::curve::CurveKind;
 use crate::mesh::NONE;
 use crate::mesh::half_edges::{EdgeTable, edge_key, next, twin_pair};
 use crate::mesh::triangle::doubled_normal;

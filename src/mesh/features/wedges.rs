@@ -4,10 +4,11 @@
 use glam::DVec3;
 
 use super::corners::bend;
+use super::curve::CurveKind;
+use super::dropped::Dropped;
 use super::graph::Graph;
 use super::strips::{NARROW, PLATE, length, mean_turn};
 use super::surface::FeatureSurface;
-use super::{CurveKind, Dropped};
 
 /// Two chains are a wedge if it takes them more than this many spacings to get as far apart as the sides of a
 /// strip: below 14 degrees, if they are straight.

@@ -1,6 +1,6 @@
-//! Components: what hangs together by shared vertices.
+//! Components: triangles connected by shared vertices.
 
-use super::RepairCounts;
+use super::counts::RepairCounts;
 use crate::TriMesh;
 use crate::mesh::submesh::without_unused_vertices;
 use crate::mesh::topology::Partition;

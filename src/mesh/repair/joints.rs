@@ -1,24 +1,25 @@
-//! Joins open edges to the open vertices that lie on them, as where a long edge meets two short ones.
+//! Joins boundary edges to the boundary vertices that lie on them (T-junctions), as where a long edge meets
+//! two short ones.
 
-use super::RepairCounts;
+use super::counts::RepairCounts;
 use crate::TriMesh;
 use crate::mesh::half_edges::{EdgeTable, edge_key};
 use glam::DVec3;
 use std::collections::{HashMap, HashSet};
 
-/// Times that all open edges are looked at: a triangle may have three.
+/// Passes over all boundary edges: a triangle may have three.
 const ROUNDS: usize = 4;
 
-/// An open edge from `from` to `to` of its triangle.
-struct Open {
+/// A boundary edge from `from` to `to` of its triangle.
+struct BoundaryEdge {
     triangle: usize,
     from: u32,
     to: u32,
     apex: u32,
 }
 
-/// Splits triangles at open vertices within `reach` of their open edges, where that closes a stretch of an
-/// edge and puts no third face at one.
+/// Splits triangles at boundary vertices within `reach` of their boundary edges, where that closes a part of
+/// an edge and puts no third face at one.
 pub(super) fn join(mesh: &mut TriMesh, origin: &mut Vec<u32>, reach: f64, counts: &mut RepairCounts) {
     for _ in 0..ROUNDS {
         let mut faces: HashMap<(u32, u32), u32> = HashMap::new();
@@ -30,23 +31,28 @@ pub(super) fn join(mesh: &mut TriMesh, origin: &mut Vec<u32>, reach: f64, counts
                 let (from, to) = side.corners();
                 let [a, b, c] = mesh.triangles[side.triangle()];
                 let apex = a ^ b ^ c ^ corners[from] ^ corners[to];
-                open.push(Open { triangle: side.triangle(), from: corners[from], to: corners[to], apex });
+                open.push(BoundaryEdge {
+                    triangle: side.triangle(),
+                    from: corners[from],
+                    to: corners[to],
+                    apex,
+                });
             }
         }
-        let mut rim: Vec<u32> = open.iter().flat_map(|edge| [edge.from, edge.to]).collect();
-        rim.sort_unstable();
-        rim.dedup();
-        rim.sort_by(|a, b| mesh.vertices[*a as usize].x.total_cmp(&mesh.vertices[*b as usize].x));
+        let mut boundary: Vec<u32> = open.iter().flat_map(|edge| [edge.from, edge.to]).collect();
+        boundary.sort_unstable();
+        boundary.dedup();
+        boundary.sort_by(|a, b| mesh.vertices[*a as usize].x.total_cmp(&mesh.vertices[*b as usize].x));
         let mut split = HashSet::new();
         let before = counts.edges_joined;
         for edge in &open {
             if split.contains(&edge.triangle) || faces.get(&edge_key(edge.from, edge.to)) != Some(&1) {
                 continue;
             }
-            let on_it = vertices_on(mesh, edge, &rim, reach);
-            if let Some(new) = parts_of(edge, &on_it, &faces) {
+            let inside = vertices_on(mesh, edge, &boundary, reach);
+            if let Some(new) = parts_of(edge, &inside, &faces) {
                 split.insert(edge.triangle);
-                counts.edges_joined += on_it.len();
+                counts.edges_joined += inside.len();
                 replace(mesh, edge, new, &mut faces);
                 // Parts of a triangle are where it was.
                 origin.resize(mesh.triangles.len(), origin[edge.triangle]);
@@ -58,22 +64,22 @@ pub(super) fn join(mesh: &mut TriMesh, origin: &mut Vec<u32>, reach: f64, counts
     }
 }
 
-/// The open vertices near the inside of an edge, in their order along it.
-fn vertices_on(mesh: &TriMesh, edge: &Open, rim: &[u32], reach: f64) -> Vec<u32> {
+/// The boundary vertices near the inside of an edge, in their order along it.
+fn vertices_on(mesh: &TriMesh, edge: &BoundaryEdge, boundary: &[u32], reach: f64) -> Vec<u32> {
     let at = |v: u32| mesh.vertices[v as usize];
     let [a, b] = [edge.from, edge.to].map(at);
-    let way = b - a;
-    let length = way.length();
+    let direction = b - a;
+    let length = direction.length();
     let (low, high) = (a.min(b) - DVec3::splat(reach), a.max(b) + DVec3::splat(reach));
-    let first = rim.partition_point(|v| at(*v).x < low.x);
-    let mut found: Vec<(f64, u32)> = rim[first..]
+    let first = boundary.partition_point(|v| at(*v).x < low.x);
+    let mut found: Vec<(f64, u32)> = boundary[first..]
         .iter()
         .take_while(|v| at(**v).x <= high.x)
         .filter(|v| at(**v).cmpge(low).all() && at(**v).cmple(high).all())
         .filter(|v| ![edge.from, edge.to, edge.apex].contains(v))
         .filter_map(|v| {
-            let along = (at(*v) - a).dot(way) / length;
-            let off = (at(*v) - a - way * (along / length)).length();
+            let along = (at(*v) - a).dot(direction) / length;
+            let off = (at(*v) - a - direction * (along / length)).length();
             (off <= reach && along > reach && along < length - reach).then_some((along, *v))
         })
         .collect();
@@ -82,17 +88,22 @@ fn vertices_on(mesh: &TriMesh, edge: &Open, rim: &[u32], reach: f64) -> Vec<u32>
 }
 
 /// The triangles in place of an edge's, or `None` if they close nothing or crowd an edge.
-fn parts_of(edge: &Open, on_it: &[u32], faces: &HashMap<(u32, u32), u32>) -> Option<Vec<[u32; 3]>> {
-    let chain: Vec<u32> = [edge.from].into_iter().chain(on_it.iter().copied()).chain([edge.to]).collect();
+fn parts_of(edge: &BoundaryEdge, inside: &[u32], faces: &HashMap<(u32, u32), u32>) -> Option<Vec<[u32; 3]>> {
+    let chain: Vec<u32> = [edge.from].into_iter().chain(inside.iter().copied()).chain([edge.to]).collect();
     let count = |a: u32, b: u32| faces.get(&edge_key(a, b)).copied().unwrap_or(0);
     let along: Vec<u32> = chain.windows(2).map(|pair| count(pair[0], pair[1])).collect();
-    let free = along.iter().all(|count| *count < 2) && on_it.iter().all(|v| count(*v, edge.apex) == 0);
+    let free = along.iter().all(|count| *count < 2) && inside.iter().all(|v| count(*v, edge.apex) == 0);
     let closes = along.contains(&1);
-    (!on_it.is_empty() && free && closes)
+    (!inside.is_empty() && free && closes)
         .then(|| chain.windows(2).map(|pair| [pair[0], pair[1], edge.apex]).collect())
 }
 
-fn replace(mesh: &mut TriMesh, edge: &Open, new: Vec<[u32; 3]>, faces: &mut HashMap<(u32, u32), u32>) {
+fn replace(
+    mesh: &mut TriMesh,
+    edge: &BoundaryEdge,
+    new: Vec<[u32; 3]>,
+    faces: &mut HashMap<(u32, u32), u32>,
+) {
     faces.remove(&edge_key(edge.from, edge.to));
     for [a, b, apex] in &new {
         *faces.entry(edge_key(*a, *b)).or_default() += 1;

@@ -1,27 +1,25 @@
-//! What is wrong with a mesh in ways that have one obvious answer: duplicates, zero areas, leftovers, faces
-//! turned over; and, where the caller gives a tolerance, cracks and crumbs.
+//! Repairs what has one obvious remedy: duplicates, faces without an area, unused vertices, faces turned
+//! over; and, where the caller gives a tolerance, cracks and small components.
 
+mod clean;
 mod components;
+mod counts;
 mod joints;
 mod orient;
 mod weld;
 
+use std::collections::HashMap;
 use std::collections::hash_map::Entry;
-use std::collections::{HashMap, HashSet};
 
 use glam::DVec3;
-use serde::Serialize;
 
 use super::TriMesh;
 use super::kd_tree::KdTree;
 use super::submesh::without_unused_vertices;
 use crate::{Error, Result};
+use clean::clean;
 pub(crate) use components::connected_components;
-
-/// A triangle counts as flat when twice its area is at most this share of its longest edge squared. Edges
-/// computed in f64 are exact to about 1e-16, so below some 1e-15 the area is rounding alone; the rest is a
-/// margin.
-const FLAT: f64 = 1e-14;
+pub use counts::RepairCounts;
 
 /// A mesh after [`repair`], with what was done to it.
 #[derive(Debug, Clone, PartialEq)]
@@ -34,12 +32,12 @@ pub struct Repaired {
     pub counts: RepairCounts,
 }
 
-/// What [`repair`] may do beyond what is always right.
+/// What [`repair_with`] may do besides.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 #[non_exhaustive]
 pub struct RepairOptions {
-    /// Vertices closer than this share of the bounding box's diagonal become one, and open edges are joined
-    /// to the open vertices on them; 0 to below 1, 0 for exact duplicates only.
+    /// Vertices closer than this share of the bounding box's diagonal become one, and boundary edges are
+    /// joined to the boundary vertices on them; 0 to below 1, 0 for exact duplicates only.
     pub weld: f64,
     /// Components with less than this share of the area are dropped, but never the largest; 0 to below 1.
     pub min_component: f64,
@@ -56,46 +54,6 @@ impl RepairOptions {
     #[must_use]
     pub fn min_component(self, min_component: f64) -> Self {
         Self { min_component, ..self }
-    }
-}
-
-/// How many vertices and faces [`repair`] changed, by reason.
-#[derive(Serialize, Default, Clone, Copy, PartialEq, Debug)]
-#[non_exhaustive]
-pub struct RepairCounts {
-    /// Vertices at exactly the position of an earlier one, replaced by it.
-    pub duplicate_vertices_welded: usize,
-    /// Vertices within the tolerance of an earlier one, replaced by it.
-    pub near_vertices_welded: usize,
-    /// Open vertices on open edges, which were split there.
-    pub edges_joined: usize,
-    /// Vertices that no face uses, after the faces below were dropped.
-    pub unreferenced_vertices_dropped: usize,
-    /// Faces with a vertex twice or without an area.
-    pub degenerate_faces_dropped: usize,
-    /// Faces over the same three vertices as an earlier one, in any order or orientation.
-    pub duplicate_faces_dropped: usize,
-    /// Components below the least area.
-    pub components_dropped: usize,
-    /// Faces turned over to agree with the larger part of their component.
-    pub faces_turned: usize,
-    /// Components that no turning makes agree.
-    pub unorientable_components: usize,
-}
-
-impl RepairCounts {
-    /// What a user should know of, in words; nothing for a mesh that needed no more than exact welding.
-    pub fn notes(&self) -> Vec<String> {
-        let lines = [
-            (self.near_vertices_welded, "vertices within the tolerance of others were welded to them"),
-            (self.edges_joined, "open edges were joined to vertices on them"),
-            (self.degenerate_faces_dropped, "faces without an area were dropped"),
-            (self.duplicate_faces_dropped, "duplicate faces were dropped"),
-            (self.components_dropped, "components were dropped as too small"),
-            (self.faces_turned, "faces were turned over to agree with those around"),
-            (self.unorientable_components, "components have no two sides; they stay as they are"),
-        ];
-        lines.iter().filter(|(count, _)| *count > 0).map(|(count, text)| format!("{count} {text}")).collect()
     }
 }
 
@@ -191,32 +149,6 @@ fn unit_of(mesh: &TriMesh) -> f64 {
     }
 }
 
-/// The triangles with other vertices for theirs, without those that are flat or repeat an earlier one, and
-/// the number that each had.
-fn clean(
-    mesh: &TriMesh,
-    vertex: impl Fn(u32) -> u32,
-    counts: &mut RepairCounts,
-) -> (Vec<[u32; 3]>, Vec<u32>) {
-    let mut seen = HashSet::with_capacity(mesh.triangles.len());
-    let mut triangles = Vec::with_capacity(mesh.triangles.len());
-    let mut origin = Vec::with_capacity(mesh.triangles.len());
-    for (number, triangle) in (0..).zip(&mesh.triangles) {
-        let welded = triangle.map(&vertex);
-        let mut key = welded;
-        key.sort_unstable();
-        if is_flat(welded.map(|vertex| mesh.vertices[vertex as usize])) {
-            counts.degenerate_faces_dropped += 1;
-        } else if seen.insert(key) {
-            triangles.push(welded);
-            origin.push(number);
-        } else {
-            counts.duplicate_faces_dropped += 1;
-        }
-    }
-    (triangles, origin)
-}
-
 fn check(mesh: &TriMesh) -> Result<()> {
     let count = mesh.vertices.len();
     if u32::try_from(count).map_or(true, |count| count == u32::MAX) {
@@ -247,23 +179,4 @@ fn same_places(vertices: &[DVec3]) -> Vec<u32> {
         }
     };
     (0..).zip(vertices).map(first_of).collect()
-}
-
-fn is_flat(corners: [DVec3; 3]) -> bool {
-    let edges = |[a, b, c]: [DVec3; 3]| [b - a, c - b, a - c];
-    let largest = |edges: &[DVec3; 3]| edges.iter().map(|edge| edge.abs().max_element()).fold(0.0, f64::max);
-    let mut sides = edges(corners);
-    if !largest(&sides).is_finite() {
-        // Only coordinates near the end of f64's range get here; halving loses nothing there.
-        sides = edges(corners.map(|corner| 0.5 * corner));
-    }
-    let unit = largest(&sides);
-    if unit == 0.0 {
-        return true;
-    }
-    // Sides of about 1: their products neither overflow nor vanish, whatever the units of the file.
-    let mut sides = sides.map(|side| side / unit);
-    sides.sort_by(|a, b| a.length_squared().total_cmp(&b.length_squared()));
-    let [shortest, middle, longest] = sides;
-    shortest.cross(middle).length() <= FLAT * longest.length_squared()
 }

@@ -1,6 +1,6 @@
 //! Turns faces over that disagree with those around them.
 
-use super::RepairCounts;
+use super::counts::RepairCounts;
 use crate::TriMesh;
 use crate::mesh::half_edges::EdgeTable;
 

@@ -1,6 +1,7 @@
 //! Welds vertices that are close to each other, except where the surface would touch itself.
 
-use super::{RepairCounts, clean};
+use super::clean::clean;
+use super::counts::RepairCounts;
 use crate::TriMesh;
 use crate::mesh::half_edges::{EdgeTable, edge_key};
 use crate::mesh::hash_grid::HashGrid;

@@ -1,4 +1,4 @@
-//! Models made by the program, so that it can be tried and tested without files.
+//! Built-in models, so that the program can be tried and tested without files.
 //!
 //! The same name gives the same mesh each time. The closed ones are manifold and face outward.
 
@@ -7,7 +7,7 @@ mod tetrahedra;
 
 use glam::DVec3;
 
-use super::TriMesh;
+use crate::TriMesh;
 use crate::{Error, Result};
 
 struct Sample {

@@ -1,11 +1,11 @@
-//! Shapes with a known arrangement of their vertices.
+//! Shapes with vertices in a known order.
 
 use std::collections::HashMap;
 use std::f64::consts::{FRAC_PI_2, TAU};
 
 use glam::DVec3;
 
-use super::TriMesh;
+use crate::TriMesh;
 use crate::mesh::half_edges::edge_key;
 use crate::mesh::triangle::doubled_normal;
 
@@ -114,7 +114,7 @@ pub(super) fn hemisphere(rings: u32, around: u32) -> TriMesh {
     let at = |ring: u32, step: u32| 1 + (ring - 1) * around + step % around;
     for ring in 1..=rings {
         let (height, radius) = if ring == rings {
-            // The rim lies in the plane exactly.
+            // The boundary lies in the plane exactly.
             (0.0, 1.0)
         } else {
             let from_pole = FRAC_PI_2 * f64::from(ring) / f64::from(rings);

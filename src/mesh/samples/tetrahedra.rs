@@ -4,7 +4,7 @@ use std::collections::HashMap;
 
 use glam::DVec3;
 
-use super::TriMesh;
+use crate::TriMesh;
 use crate::mesh::triangle::doubled_normal;
 
 /// Six tetrahedra that fill a cube along its diagonal from corner 0 to 7 (bit 0 is x, bit 1 y, bit 2 z): one

@@ -1,7 +1,7 @@
 //! Edge collapses onto one end of the edge, short edges of flat parts first.
 
-use super::Graph;
 use super::flip::flip;
+use super::graph::Graph;
 use crate::mesh::half_edges::{EdgeTable, HalfEdge, edge_key};
 use crate::mesh::intersections::intersecting_faces;
 use crate::mesh::triangle::doubled_normal;

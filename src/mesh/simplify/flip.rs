@@ -1,6 +1,6 @@
 //! Edge flips, so that collapses do not leave fans of needles.
 
-use super::Graph;
+use super::graph::Graph;
 use crate::mesh::half_edges::edge_key;
 use crate::mesh::triangle::doubled_normal;
 use glam::DVec3;

@@ -1,9 +1,18 @@
 //! Inserts vertices at given points of the surface.
 
+use super::graph::Graph;
 use super::split::split_edge;
-use super::{Graph, Site};
 use crate::mesh::triangle::closest_on_triangle;
 use glam::DVec3;
+
+/// A point on a triangle of the surface.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Site {
+    /// Where it is; what is off the triangle is moved onto it.
+    pub at: DVec3,
+    /// The triangle.
+    pub triangle: u32,
+}
 
 /// A point whose barycentric coordinate is below this is on the side across.
 const NEAR: f64 = 1e-3;

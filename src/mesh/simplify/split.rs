@@ -1,6 +1,6 @@
 //! Adds vertices by halving the longest edges.
 
-use super::Graph;
+use super::graph::Graph;
 use crate::mesh::half_edges::edge_key;
 use glam::DVec3;
 use std::collections::BinaryHeap;

@@ -1,21 +1,18 @@
 //! Edits at one outlier, tried on a copy of the mesh.
 
-use std::sync::Arc;
-
 use glam::DVec3;
 
 use super::find::Outlier;
+use super::mesh_copy::MeshCopy;
 use super::region::{Deviation, Region};
-use super::{FAR, OutlierOptions};
 use crate::mesh::NONE;
-use crate::mesh::half_edge_mesh::{Flip, HalfEdgeMesh, VertexKind};
+use crate::mesh::half_edge_mesh::{Flip, VertexKind};
 use crate::mesh::half_edges::previous;
 use crate::mesh::intersections::intersecting_faces;
 use crate::mesh::quality::TriangleQuality;
 use crate::mesh::triangle::closest_on_triangle;
 use crate::polish::worst::lift_freely;
-use crate::polish::{Target, is_fixed};
-use crate::{ProgressToken, Result, TriMesh};
+use crate::{Result, TriMesh};
 
 /// Most promising edits at an outlier, which are tried in full.
 const TRIALS: usize = 10;
@@ -27,32 +24,6 @@ const GAIN: f64 = 0.95;
 const ANGLE_COST: f64 = 0.02;
 /// Passes of relaxation over the vertices around an edit.
 const SWEEPS: u32 = 3;
-
-/// What all copies of the mesh share.
-#[derive(Clone, Copy)]
-pub(crate) struct OutlierContext<'a> {
-    pub target: &'a Target,
-    pub options: &'a OutlierOptions,
-    /// The typical edge length.
-    pub edge: f64,
-    pub progress: &'a ProgressToken,
-}
-
-impl OutlierContext<'_> {
-    /// The typical edge length at a triangle.
-    pub fn typical_edge_length(&self, triangle: [u32; 3]) -> f64 {
-        let lengths = &self.options.lengths;
-        if lengths.is_empty() {
-            return self.edge;
-        }
-        self.edge * triangle.iter().map(|v| lengths[*v as usize]).sum::<f64>() / 3.0
-    }
-
-    /// The square of the tolerated distance at a triangle.
-    pub fn tolerance_sq(&self, triangle: [u32; 3]) -> f64 {
-        (FAR * self.typical_edge_length(triangle)).powi(2)
-    }
-}
 
 /// A change of the mesh.
 #[derive(Debug, Clone, Copy)]
@@ -76,34 +47,7 @@ struct Shape {
     min_angle: f64,
 }
 
-/// A copy of the mesh.
-#[derive(Clone)]
-pub(crate) struct MeshCopy<'a> {
-    pub context: OutlierContext<'a>,
-    pub half_edges: HalfEdgeMesh,
-    points: Vec<DVec3>,
-    /// Whether each vertex is fixed; the same for all copies.
-    fixed: Arc<[bool]>,
-}
-
-impl<'a> MeshCopy<'a> {
-    pub fn new(mesh: &TriMesh, context: &OutlierContext<'a>) -> Self {
-        let half_edges =
-            HalfEdgeMesh::new(mesh.triangles.clone(), mesh.vertices.len(), &context.options.patches);
-        let fixed =
-            (0..mesh.vertices.len()).map(|v| is_fixed(&half_edges, &context.options.fixed, v)).collect();
-        Self { context: *context, half_edges, points: mesh.vertices.clone(), fixed }
-    }
-
-    pub fn into_mesh(self, mesh: &mut TriMesh) {
-        mesh.vertices = self.points;
-        mesh.triangles = self.half_edges.triangles;
-    }
-
-    pub fn corners(&self, t: u32) -> [DVec3; 3] {
-        self.half_edges.triangles[t as usize].map(|v| self.points[v as usize])
-    }
-
+impl MeshCopy<'_> {
     /// The best change at an outlier, if any is good enough; the mesh stays as it is.
     pub fn best_change(&mut self, outlier: &Outlier, region: &Region) -> Result<Option<Change>> {
         let mut before = self.before(region);

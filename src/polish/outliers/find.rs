@@ -3,8 +3,7 @@
 use glam::DVec3;
 use rayon::prelude::*;
 
-use super::FAR;
-use super::edit::OutlierContext;
+use super::context::{FAR, OutlierContext};
 use crate::mesh::bvh::Bvh;
 use crate::polish::relax::CHUNK;
 use crate::{Result, TriMesh};

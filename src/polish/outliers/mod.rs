@@ -5,8 +5,10 @@
 //! stays if it reduces the deviations nearby without a larger maximum or a worse triangle. Several outliers
 //! are edited at the same time; where two edits overlap, the second is tried again.
 
+mod context;
 mod edit;
 mod find;
+mod mesh_copy;
 mod region;
 
 use std::sync::atomic::{AtomicUsize, Ordering};
@@ -15,39 +17,18 @@ use rayon::prelude::*;
 
 use super::Target;
 use crate::{ProgressToken, Result, TriMesh};
-use edit::{Change, MeshCopy, OutlierContext};
+use context::OutlierContext;
+pub use context::OutlierOptions;
+use edit::Change;
 use find::{Outlier, find};
+use mesh_copy::MeshCopy;
 use region::Region;
 
-/// Tolerated distance, as a share of the typical edge length.
-const FAR: f64 = 0.15;
 /// Most edits in a row at one outlier, since one may not suffice.
 const STEPS: u32 = 4;
 /// Outliers that are edited at the same time; a constant, since the result must not depend on the number of
 /// threads.
 const TOGETHER: usize = 8;
-
-/// Settings of [`reduce_outliers`].
-#[derive(Debug, Clone, PartialEq)]
-pub struct OutlierOptions {
-    /// Passes over all outliers; one around which nothing has changed since it was tried is left out.
-    pub passes: u32,
-    /// No angle may fall below this many degrees, unless it was smaller before.
-    pub min_angle: f64,
-    /// Whether each vertex stays where it is, as boundary vertices do; vertices beyond the end of the list do
-    /// not.
-    pub fixed: Vec<bool>,
-    /// The patch of each triangle, in which it stays; empty if there is only one.
-    pub patches: Vec<u32>,
-    /// The target edge length at each vertex, relative to the typical one; empty if they are all equal.
-    pub lengths: Vec<f64>,
-}
-
-impl Default for OutlierOptions {
-    fn default() -> Self {
-        Self { passes: 2, min_angle: 38.0, fixed: Vec::new(), patches: Vec::new(), lengths: Vec::new() }
-    }
-}
 
 /// Brings `mesh` and `target` closer where they are farthest apart, and returns the number of edits. To
 /// finish early, the remaining outliers are left as they are.

@@ -3,7 +3,7 @@
 
 use glam::DVec3;
 
-use super::edit::MeshCopy;
+use super::mesh_copy::MeshCopy;
 use crate::mesh::half_edges::next;
 use crate::mesh::quality::TriangleQuality;
 use crate::mesh::triangle::{closest_on_triangle, doubled_normal};

@@ -8,11 +8,8 @@
 use crate::Result;
 use crate::gpu::kernels::face::{planar, planar_exact, planar_rest};
 use crate::gpu::{Buffer, Device, Pipeline, Recorder, Threads};
-use crate::stages::neighbours::lists::{BoxTree, Lists};
+use crate::stages::neighbours::lists::{BoxTree, Lists, NEAR};
 use glam::{Vec2, Vec4};
-
-/// Neighbours that the first round looks at: more than the faces of relaxed sites need.
-pub const NEAR: u32 = 14;
 
 /// What the kernels read of the sites.
 #[derive(Clone, Copy)]

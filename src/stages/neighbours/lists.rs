@@ -5,6 +5,9 @@ use crate::gpu::{Buffer, Device, Pipeline, Recorder, Threads};
 use crate::{Error, Result};
 use glam::{UVec4, Vec2, Vec4};
 
+/// Neighbours that a face is first cut by: more than the faces of relaxed sites need.
+pub const NEAR: u32 = 14;
+
 /// Sites in a leaf and boxes in a box: fixed in the kernels.
 const BRANCH: usize = 8;
 /// Levels that the kernel's push constants and its stack have room for.
@@ -72,7 +75,7 @@ pub struct Lists {
     /// `neighbours[slot * sites + site]`, nearest first, ties by index; [`crate::mesh::NONE`] where there are
     /// fewer.
     pub neighbours: Buffer<u32>,
-    /// Distances of the nearest site after the first [`crate::stages::face::planar::NEAR`] (x) and outside
+    /// Distances of the nearest site after the first [`NEAR`] (x) and outside
     /// the list (y) when it was made; infinity if there is none.
     pub reach: Buffer<Vec2>,
     /// Where the sites were when the lists were made, w = 0.
@@ -103,7 +106,7 @@ impl Lists {
             k: options.k,
             lanes: if known { subgroup } else { 0 },
             window: options.window,
-            near: crate::stages::face::planar::NEAR,
+            near: NEAR,
         };
         let box_count = levels.iter().map(|l| l.padded as usize).sum::<usize>();
         let (boxes_kernel, lists_kernel) =

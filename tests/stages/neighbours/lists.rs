@@ -6,7 +6,7 @@ use crate::support::{assert_valid, cloud, device, lattice, lists, on_sphere, rng
 use glam::{DVec3, Vec2, Vec4};
 use rand::RngExt;
 use rtfmesh::gpu::Buffer;
-use rtfmesh::stages::face::planar::NEAR;
+use rtfmesh::stages::neighbours::lists::NEAR;
 use rtfmesh::stages::neighbours::lists::{ListOptions, Lists};
 use rtfmesh::stages::spatial::SpatialOrder;
 

@@ -1,0 +1,30 @@
+//! What became of sharp edges that are no features at the spacing asked for.
+
+use serde::Serialize;
+
+/// Sharp edges that were dropped again, by reason.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Serialize)]
+pub struct Dropped {
+    /// Connected components of sharp edges too short to be a feature at this spacing.
+    pub short_chains: usize,
+    /// Their length in the mesh's units.
+    pub short_length: f64,
+    /// Dangling chains: short ones with a free end, attached to longer ones.
+    #[serde(rename = "twigs")]
+    pub dangling_chains: usize,
+    /// Their length in the mesh's units.
+    #[serde(rename = "twig_length")]
+    pub dangling_length: f64,
+    /// Patches too narrow for this spacing, or narrow where they end, that lost an edge or two.
+    pub strips: usize,
+    /// The length of these edges in the mesh's units.
+    pub strip_length: f64,
+}
+
+impl Dropped {
+    pub(super) fn in_units(&mut self, unit: f64) {
+        for length in [&mut self.short_length, &mut self.dangling_length, &mut self.strip_length] {
+            *length *= unit;
+        }
+    }
+}

@@ -1,0 +1,136 @@
+//! Triangles that can be collapsed, split and flipped, with their curves.
+
+use std::collections::HashSet;
+
+use glam::DVec3;
+
+use crate::TriMesh;
+use crate::mesh::half_edges::{EdgeTable, edge_key, twin_pair};
+use crate::mesh::submesh::renumbered;
+use crate::mesh::topology::Partition;
+
+/// What is preserved besides the topology.
+#[derive(Debug, Clone, Copy, Default)]
+pub struct Preserved<'a> {
+    /// Of each half-edge `3 * triangle + side` whether it lies on a curve; marking one half-edge of an edge
+    /// is enough. Empty if there are no curves but boundaries and junctions.
+    pub curves: &'a [bool],
+    /// Vertices that stay where they are.
+    pub corners: &'a [u32],
+}
+
+/// A mesh from [`with_vertices`].
+#[derive(Debug, Clone, PartialEq)]
+pub struct Simplified {
+    /// The mesh.
+    pub mesh: TriMesh,
+    /// The triangle of the input that each triangle comes from.
+    pub origin: Vec<u32>,
+    /// Of each vertex, whether it is on a curve, a boundary or a junction.
+    pub fixed: Vec<bool>,
+}
+
+/// Triangles with their connectivity.
+pub(super) struct Graph {
+    pub points: Vec<DVec3>,
+    pub triangles: Vec<[u32; 3]>,
+    pub alive: Vec<bool>,
+    pub origin: Vec<u32>,
+    /// The triangles left around each vertex.
+    pub star: Vec<Vec<u32>>,
+    /// Edges on curves, boundaries and junctions, the smaller vertex first.
+    pub curves: HashSet<(u32, u32)>,
+    /// Vertices that stay.
+    pub fixed: Vec<bool>,
+    /// Vertices with triangles.
+    pub used: usize,
+}
+
+impl Graph {
+    pub fn new(mesh: &TriMesh, preserved: Preserved) -> Self {
+        let mut star = vec![Vec::new(); mesh.vertices.len()];
+        for (t, triangle) in (0..).zip(&mesh.triangles) {
+            triangle.iter().for_each(|v| star[*v as usize].push(t));
+        }
+        let corners = mesh.triangles.as_flattened();
+        let mut curves = HashSet::new();
+        let mut fans = Partition::new(corners.len());
+        // Faces at the curve edges of each vertex; a curve goes on only where they are as many.
+        let mut ends: Vec<Vec<usize>> = vec![Vec::new(); mesh.vertices.len()];
+        for sides in EdgeTable::new(&mesh.triangles).edges() {
+            let (a, b) = sides[0].ends();
+            let half = |k: usize| sides[k].corners();
+            let plain = twin_pair(&mesh.triangles, sides).is_some();
+            let named = sides.iter().any(|side| preserved.curves.get(side.corners().0).is_some_and(|on| *on));
+            if !plain || named {
+                curves.insert((a, b));
+                [a, b].iter().for_each(|v| ends[*v as usize].push(sides.len()));
+            }
+            let at_ends = |k: usize| {
+                let (from, to) = half(k);
+                if corners[from] == a { (from, to) } else { (to, from) }
+            };
+            for k in 1..sides.len() {
+                fans.join(at_ends(0).0 as u32, at_ends(k).0 as u32);
+                fans.join(at_ends(0).1 as u32, at_ends(k).1 as u32);
+            }
+        }
+        let mut fixed: Vec<bool> = ends
+            .iter()
+            .map(|ends| !matches!(ends.as_slice(), [] | [_, _]) || ends.windows(2).any(|e| e[0] != e[1]))
+            .collect();
+        preserved.corners.iter().for_each(|v| fixed[*v as usize] = true);
+        let mut met = vec![false; mesh.vertices.len()];
+        for (corner, v) in (0..).zip(corners) {
+            if fans.root(corner) == corner {
+                fixed[*v as usize] |= std::mem::replace(&mut met[*v as usize], true);
+            }
+        }
+        let used = star.iter().filter(|star| !star.is_empty()).count();
+        Self {
+            points: mesh.vertices.clone(),
+            triangles: mesh.triangles.clone(),
+            alive: vec![true; mesh.triangles.len()],
+            origin: (0..mesh.triangles.len() as u32).collect(),
+            star,
+            curves,
+            fixed,
+            used,
+        }
+    }
+
+    pub fn is_curve(&self, a: u32, b: u32) -> bool {
+        self.curves.contains(&edge_key(a, b))
+    }
+
+    /// The other vertices of the triangles around one, ascending.
+    pub fn neighbours(&self, v: u32) -> Vec<u32> {
+        let around = self.star[v as usize].iter().flat_map(|t| self.triangles[*t as usize]);
+        let mut list: Vec<u32> = around.filter(|w| *w != v).collect();
+        list.sort_unstable();
+        list.dedup();
+        list
+    }
+
+    pub fn corners(&self, triangle: [u32; 3]) -> [DVec3; 3] {
+        triangle.map(|v| self.points[v as usize])
+    }
+
+    /// The triangles left at both vertices.
+    pub fn at_edge(&self, a: u32, b: u32) -> impl Iterator<Item = u32> {
+        self.star[a as usize].iter().copied().filter(move |t| self.triangles[*t as usize].contains(&b))
+    }
+
+    pub fn into_mesh(self) -> Simplified {
+        let mut on_curve = self.fixed;
+        self.curves.iter().for_each(|(a, b)| [a, b].iter().for_each(|v| on_curve[**v as usize] = true));
+        let used: Vec<bool> = self.star.iter().map(|star| !star.is_empty()).collect();
+        let (new, old) = renumbered(&used);
+        let left = (0..self.triangles.len()).filter(|t| self.alive[*t]);
+        let (triangles, origin) =
+            left.map(|t| (self.triangles[t].map(|v| new[v as usize]), self.origin[t])).unzip();
+        let vertices = old.iter().map(|v| self.points[*v as usize]).collect();
+        let fixed = old.iter().map(|v| on_curve[*v as usize]).collect();
+        Simplified { mesh: TriMesh { vertices, triangles }, origin, fixed }
+    }
+}
