@@ -8,7 +8,7 @@ use rtfmesh::mesh::topology::topology;
 use rtfmesh::polish::{OutlierOptions, Target, reduce_outliers};
 use rtfmesh::{ProgressToken, TriMesh};
 
-use super::angles::{in_threads, odd_meshes};
+use super::angles::{in_threads, odd_meshes, shaken};
 use crate::support::shapes::sphere;
 
 /// The typical edge of a mesh with even triangles.
@@ -100,23 +100,23 @@ fn what_is_met_or_fixed_stays() {
 
 #[test]
 fn the_number_of_threads_does_not_show() {
-    let (mesh, surface) = dented(0.6);
+    // Many outliers, so that there is work for all threads and edits are tried in vain.
+    let (mesh, mut surface) = (shaken(&sphere(1.0, 4), 0.03), sphere(1.0, 5));
+    surface.vertices.iter_mut().step_by(23).for_each(|v| *v *= 1.0 + 0.5 * edge(&mesh));
     let target = Target::new(&surface);
     let run = |threads| {
         let mut reached = mesh.clone();
-        in_threads(threads, || {
-            reduce_outliers(
-                &mut reached,
-                &target,
-                edge(&mesh),
-                &OutlierOptions::default(),
-                &ProgressToken::default(),
-            )
-            .unwrap()
-        });
-        reached
+        let reduce = || {
+            let options = OutlierOptions { min_angle: 30.0, ..OutlierOptions::default() };
+            reduce_outliers(&mut reached, &target, edge(&mesh), &options, &ProgressToken::default()).unwrap()
+        };
+        (in_threads(threads, reduce), reached)
     };
-    assert_eq!(run(1), run(2));
+    let alone = run(1);
+    assert!(alone.0 > 20, "{} edits", alone.0);
+    for threads in [2, 3, 8] {
+        assert!(run(threads) == alone, "{threads} threads");
+    }
 }
 
 #[test]

@@ -6,6 +6,7 @@ use rayon::prelude::*;
 use super::context::{FAR, OutlierContext};
 use crate::mesh::bvh::Bvh;
 use crate::polish::relax::CHUNK;
+use crate::polish::target::SurfaceVertex;
 use crate::{Result, TriMesh};
 
 /// Most outliers of a mesh with no vertices,
@@ -30,10 +31,13 @@ pub(crate) fn find(mesh: &TriMesh, context: &OutlierContext) -> Result<(Vec<Outl
     progress.poll()?;
     let shortest = options.lengths.iter().copied().reduce(f64::min).unwrap_or(1.0);
     let least = (FAR * edge * shortest).powi(2);
-    let inward: Vec<_> = (target.vertices.par_iter())
-        .with_min_len(CHUNK)
-        .map_init(|| 0, |rank, vertex| bvh.closest_or_near(vertex.position, rank, least))
-        .collect();
+    // Which triangle is near enough depends on where a search begins, so the chunks are fixed.
+    let near = |vertices: &[SurfaceVertex]| {
+        let mut rank = 0;
+        let near = |vertex: &SurfaceVertex| bvh.closest_or_near(vertex.position, &mut rank, least);
+        vertices.iter().map(near).collect::<Vec<_>>()
+    };
+    let inward: Vec<_> = target.vertices.par_chunks(CHUNK).flat_map_iter(near).collect();
     let mut points_of = vec![Vec::new(); mesh.triangles.len()];
     let mut outliers = Vec::new();
     for (p, found) in inward.iter().enumerate() {
@@ -72,4 +76,37 @@ fn outward(mesh: &TriMesh, context: &OutlierContext, t: u32, rank: &mut usize) -
 /// The sample points of a triangle.
 fn samples([a, b, c]: [DVec3; 3]) -> [DVec3; 7] {
     [a, b, c, (a + b) * 0.5, (b + c) * 0.5, (c + a) * 0.5, (a + b + c) / 3.0]
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::mesh::samples::sample;
+    use crate::polish::Target;
+    use crate::polish::outliers::context::OutlierOptions;
+    use crate::{ProgressToken, mesh};
+
+    #[test]
+    fn the_number_of_threads_does_not_show() {
+        // Vertices in order along the surface, so that each search begins near its end.
+        let surface = sample("genus3").unwrap();
+        let coarse = mesh::simplify::with_vertices(
+            &surface,
+            mesh::simplify::Preserved::default(),
+            300,
+            &ProgressToken::default(),
+        );
+        let coarse = coarse.unwrap().mesh;
+        let (target, options) = (Target::new(&surface), OutlierOptions::default());
+        let progress = ProgressToken::default();
+        let context = OutlierContext { target: &target, options: &options, edge: 1.0, progress: &progress };
+        let points_of = |threads| {
+            let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
+            pool.install(|| find(&coarse, &context)).unwrap().1
+        };
+        let alone = points_of(1);
+        for threads in [2, 3, 8] {
+            assert_eq!(points_of(threads), alone, "{threads} threads");
+        }
+    }
 }
