@@ -52,7 +52,7 @@ impl Hazards {
     ///
     /// Two uses conflict when one of them writes. One global barrier clears everything before it, which costs
     /// less than one barrier a buffer. With `always` there is a barrier before every command.
-    pub fn before(&mut self, stage: Stage, uses: &[(u64, Access)], always: bool) -> Option<Barrier> {
+    pub fn barrier_before(&mut self, stage: Stage, uses: &[(u64, Access)], always: bool) -> Option<Barrier> {
         let conflict = uses.iter().any(|(id, access)| {
             self.pending.get(id).is_some_and(|&written| written || *access != Access::Read)
         });
@@ -90,20 +90,20 @@ mod tests {
     #[test]
     fn only_conflicts_get_a_barrier() {
         let mut h = Hazards::default();
-        assert_eq!(h.before(Compute, &[(1, Write), (2, Read)], false), None);
-        assert_eq!(h.before(Compute, &[(2, Read), (3, Write)], false), None, "two readers");
-        assert!(h.before(Compute, &[(1, Read)], false).is_some(), "read after write");
-        assert_eq!(h.before(Compute, &[(3, Read)], false), None, "cleared by the same barrier");
-        assert!(h.before(Compute, &[(3, Write)], false).is_some(), "write after read");
-        assert!(h.before(Compute, &[(3, ReadWrite)], false).is_some(), "write after write");
+        assert_eq!(h.barrier_before(Compute, &[(1, Write), (2, Read)], false), None);
+        assert_eq!(h.barrier_before(Compute, &[(2, Read), (3, Write)], false), None, "two readers");
+        assert!(h.barrier_before(Compute, &[(1, Read)], false).is_some(), "read after write");
+        assert_eq!(h.barrier_before(Compute, &[(3, Read)], false), None, "cleared by the same barrier");
+        assert!(h.barrier_before(Compute, &[(3, Write)], false).is_some(), "write after read");
+        assert!(h.barrier_before(Compute, &[(3, ReadWrite)], false).is_some(), "write after write");
     }
 
     #[test]
     fn scopes_name_what_happened() {
         let mut h = Hazards::default();
-        h.before(Transfer, &[(1, Write)], false);
-        h.before(Compute, &[(2, Write)], false);
-        let b = h.before(Transfer, &[(2, Read)], false).unwrap();
+        h.barrier_before(Transfer, &[(1, Write)], false);
+        h.barrier_before(Compute, &[(2, Write)], false);
+        let b = h.barrier_before(Transfer, &[(2, Read)], false).unwrap();
         assert_eq!(b.from, vk::PipelineStageFlags::COMPUTE_SHADER | vk::PipelineStageFlags::TRANSFER);
         assert_eq!(b.available, vk::AccessFlags::SHADER_WRITE | vk::AccessFlags::TRANSFER_WRITE);
     }
@@ -111,16 +111,16 @@ mod tests {
     #[test]
     fn the_size_of_a_dispatch_is_read_before_it() {
         let mut h = Hazards::default();
-        h.before(Compute, &[(1, Write)], false);
-        assert!(h.before(Stage::Indirect, &[(2, Write), (1, Read)], false).is_some(), "read after write");
-        let b = h.before(Compute, &[(1, Write)], false).unwrap();
+        h.barrier_before(Compute, &[(1, Write)], false);
+        assert!(h.barrier_before(Stage::Indirect, &[(2, Write), (1, Read)], false).is_some(), "read after write");
+        let b = h.barrier_before(Compute, &[(1, Write)], false).unwrap();
         assert!(b.from.contains(vk::PipelineStageFlags::DRAW_INDIRECT), "write after read");
     }
 
     #[test]
     fn the_debug_mode_orders_everything() {
         let mut h = Hazards::default();
-        assert_eq!(h.before(Compute, &[(1, Read)], true), None, "nothing before the first command");
-        assert!(h.before(Compute, &[(2, Read)], true).is_some());
+        assert_eq!(h.barrier_before(Compute, &[(1, Read)], true), None, "nothing before the first command");
+        assert!(h.barrier_before(Compute, &[(2, Read)], true).is_some());
     }
 }

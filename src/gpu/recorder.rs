@@ -177,7 +177,7 @@ impl Recorder {
                 )));
             }
         }
-        if let Some(b) = self.hazards.before(stage, &uses, self.shared.full_barriers) {
+        if let Some(b) = self.hazards.barrier_before(stage, &uses, self.shared.full_barriers) {
             self.barrier(b);
         }
         self.pipelines.push(pipeline.raw.clone());
@@ -356,7 +356,7 @@ impl Recorder {
 
     /// Records the barrier before a copy or a fill, if one is needed.
     fn barrier_before_transfer(&mut self, uses: &[(u64, Access)]) {
-        if let Some(b) = self.hazards.before(Stage::Transfer, uses, self.shared.full_barriers) {
+        if let Some(b) = self.hazards.barrier_before(Stage::Transfer, uses, self.shared.full_barriers) {
             self.barrier(b);
         }
     }

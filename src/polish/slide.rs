@@ -83,7 +83,7 @@ impl SlidingCurves {
                     |arc_length: f64| arc_length.clamp(before + LEAST_GAP * gap, after - LEAST_GAP * gap);
                 let new = if lift {
                     let worst =
-                        |p: DVec3| star.iter().map(|t| score(moved(*t, points, v, p))).fold(1.0, f64::min);
+                        |p: DVec3| star.iter().map(|t| score(corners_with(*t, points, v, p))).fold(1.0, f64::min);
                     let mut best = (worst(points[v as usize]) + MIN_GAIN, arc_length);
                     for step in TRIALS {
                         let trial = bounded(arc_length + step * gap);
@@ -111,7 +111,7 @@ impl SlidingCurves {
                 let to = line.at(new).0;
                 let folds = star.iter().any(|t| {
                     let old = t.map(|w| points[w as usize]);
-                    folds_or_flattens(old, moved(*t, points, v, to), doubled_normal(old))
+                    folds_or_flattens(old, corners_with(*t, points, v, to), doubled_normal(old))
                 });
                 let cuts_off = || {
                     let deviation = |arc_length: f64| {
@@ -143,6 +143,6 @@ fn beside(line: &Polyline, sliders: &[(u32, f64)], k: usize) -> [f64; 2] {
 }
 
 /// The corners of a triangle if `v` were at `p`.
-fn moved(triangle: [u32; 3], points: &[DVec3], v: u32, p: DVec3) -> [DVec3; 3] {
+fn corners_with(triangle: [u32; 3], points: &[DVec3], v: u32, p: DVec3) -> [DVec3; 3] {
     triangle.map(|w| if w == v { p } else { points[w as usize] })
 }

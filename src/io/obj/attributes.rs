@@ -21,7 +21,7 @@ struct Labels {
 }
 
 impl Labels {
-    fn number(&mut self, name: &str) -> u32 {
+    fn index_of(&mut self, name: &str) -> u32 {
         let names = &mut self.names;
         *self.numbers.entry(name.to_owned()).or_insert_with(|| {
             names.push(name.to_owned());
@@ -47,7 +47,7 @@ pub(crate) struct AttributeReader {
     face: Vec<[u64; 3]>,
 }
 
-fn number(word: Option<&str>) -> f64 {
+fn parse_or_nan(word: Option<&str>) -> f64 {
     word.and_then(|word| word.parse().ok()).unwrap_or(f64::NAN)
 }
 
@@ -57,7 +57,7 @@ impl AttributeReader {
         let mut colour = [1.0; 4];
         let mut count = 0;
         for (value, word) in colour.iter_mut().zip(words) {
-            *value = number(Some(word));
+            *value = parse_or_nan(Some(word));
             count += usize::from(value.is_finite());
         }
         // A single number is a weight.
@@ -71,19 +71,19 @@ impl AttributeReader {
     pub(crate) fn read_line<'a>(&mut self, keyword: &str, mut words: impl Iterator<Item = &'a str>) -> bool {
         match keyword {
             "vt" => {
-                let u = number(words.next());
+                let u = parse_or_nan(words.next());
                 // A single number is a one-dimensional texture coordinate.
-                let v = words.next().map_or(0.0, |word| number(Some(word)));
+                let v = words.next().map_or(0.0, |word| parse_or_nan(Some(word)));
                 self.uvs.push([u, v]);
             }
-            "vn" => self.normals.push([0; 3].map(|_| number(words.next()))),
+            "vn" => self.normals.push([0; 3].map(|_| parse_or_nan(words.next()))),
             "mtllib" => self.libraries.push(words.collect::<Vec<_>>().join(" ")),
             _ => {
                 let kinds = LABELS.iter().zip(&mut self.labels);
                 let Some((_, labels)) = kinds.into_iter().find(|((word, _), _)| *word == keyword) else {
                     return false;
                 };
-                labels.current = Some(labels.number(&words.collect::<Vec<_>>().join(" ")));
+                labels.current = Some(labels.index_of(&words.collect::<Vec<_>>().join(" ")));
             }
         }
         true
@@ -112,7 +112,7 @@ impl AttributeReader {
             }));
         }
         for labels in &mut self.labels {
-            let current = labels.current.unwrap_or_else(|| labels.number(""));
+            let current = labels.current.unwrap_or_else(|| labels.index_of(""));
             labels.current = Some(current);
             labels.values.resize(labels.values.len() + triangles, f64::from(current));
         }

@@ -102,17 +102,17 @@ impl Sectors {
 /// Finds the half-edges and corners at places on edges and vertices.
 struct PlaceLookup {
     /// The boundary's half-edges, sorted by the edge they lie on.
-    halves: Vec<u32>,
+    half_edges: Vec<u32>,
     /// The corners `3 * triangle + k` at vertices with sites.
     corners: HashMap<u32, Vec<u32>>,
 }
 
 impl PlaceLookup {
     fn new(surface: &CellSurface, places: &[Place]) -> Self {
-        let mut halves = Vec::new();
+        let mut half_edges = Vec::new();
         if places.iter().any(|place| matches!(place, Place::Edge(..))) {
-            halves.extend((0..surface.twins.len() as u32).filter(|h| surface.is_boundary(*h)));
-            halves.sort_by_key(|h| surface.edge(*h));
+            half_edges.extend((0..surface.twins.len() as u32).filter(|h| surface.is_boundary(*h)));
+            half_edges.sort_by_key(|h| surface.edge(*h));
         }
         let mut corners: HashMap<u32, Vec<u32>> = HashMap::new();
         corners.extend(places.iter().filter_map(|place| match place {
@@ -126,15 +126,15 @@ impl PlaceLookup {
                 }
             }
         }
-        Self { halves, corners }
+        Self { half_edges, corners }
     }
 
     /// The boundary's half-edges on the edge of one of them.
     fn halves_along(&self, surface: &CellSurface, half: u32) -> &[u32] {
         let edge = surface.edge(half);
-        let from = self.halves.partition_point(|h| surface.edge(*h) < edge);
-        let count = self.halves[from..].partition_point(|h| surface.edge(*h) == edge);
-        &self.halves[from..from + count]
+        let from = self.half_edges.partition_point(|h| surface.edge(*h) < edge);
+        let count = self.half_edges[from..].partition_point(|h| surface.edge(*h) == edge);
+        &self.half_edges[from..from + count]
     }
 
     /// The fans of triangles around a vertex between boundary edges, counter-clockwise, each with the
