@@ -23,6 +23,7 @@ struct Readme;
 
 mod error;
 pub mod io;
+mod local;
 pub mod measure;
 pub mod mesh;
 pub mod options;

@@ -1,7 +1,7 @@
 //! What the commands that remesh have in common: the settings of the method, and the device.
 
 use super::all_at_once::ResearchArgs;
-use super::heading::{DEVICE, FEATURES, INPUT, SHAPE, SIZE};
+use super::heading::{DEVICE, FEATURES, INPUT, RESEARCH, SHAPE, SIZE};
 use super::sizing::SizingArgs;
 use rtfmesh::mesh::attributes::Attributes;
 use rtfmesh::{
@@ -21,6 +21,9 @@ pub struct MethodArgs {
     /// By default they leave it slightly, so that the triangles fit the surface better.
     #[arg(long, help_heading = SHAPE)]
     no_fit: bool,
+    /// Remesh by splits, collapses and flips of edges on the CPU, as is done where cells fail
+    #[arg(long, help_heading = RESEARCH, hide_short_help = true)]
+    local: bool,
     /// Most iterations with all vertices [default: 10, or as --quality says; other presets: 160, mps: 0]
     #[arg(long, value_name = "COUNT", help_heading = SHAPE, hide_short_help = true)]
     iterations: Option<u32>,
@@ -91,6 +94,7 @@ impl MethodArgs {
         let given = [
             ("--quality", DEFAULT, coarse, self.quality.is_some()),
             ("--no-fit", DEFAULT, coarse, self.no_fit),
+            ("--local", DEFAULT, coarse, self.local),
             ("--feature-angle", DEFAULT, coarse, self.feature_angle.is_some()),
             ("--features", DEFAULT, coarse, self.features.is_some()),
             ("--vertices-at-least", DEFAULT, coarse, self.vertices_at_least),
@@ -147,6 +151,7 @@ impl MethodArgs {
         options.seed = self.seed.unwrap_or(options.seed);
         let coarse = &mut options.coarse_to_fine;
         coarse.fit &= !self.no_fit;
+        coarse.local = self.local;
         put(self.feature_angle, &mut coarse.feature_angle);
         coarse.shortage = match (self.vertices_at_least, self.best_effort) {
             (true, _) => Shortage::AddVertices,

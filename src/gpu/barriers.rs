@@ -112,7 +112,10 @@ mod tests {
     fn the_size_of_a_dispatch_is_read_before_it() {
         let mut h = Hazards::default();
         h.barrier_before(Compute, &[(1, Write)], false);
-        assert!(h.barrier_before(Stage::Indirect, &[(2, Write), (1, Read)], false).is_some(), "read after write");
+        assert!(
+            h.barrier_before(Stage::Indirect, &[(2, Write), (1, Read)], false).is_some(),
+            "read after write"
+        );
         let b = h.barrier_before(Compute, &[(1, Write)], false).unwrap();
         assert!(b.from.contains(vk::PipelineStageFlags::DRAW_INDIRECT), "write after read");
     }

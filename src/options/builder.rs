@@ -40,6 +40,7 @@ impl Options {
         first_iterations: u32,
         coarse_iterations: u32,
         polish_rounds: u32,
+        local: bool,
         fit: bool,
         feature_angle: f64,
         fixed_half_edges: Vec<u32>,

@@ -94,6 +94,9 @@ pub struct CoarseToFineOptions {
     pub coarse_iterations: u32,
     /// Rounds of edge flips and relaxation of the connected mesh.
     pub polish_rounds: u32,
+    /// Whether to remesh by local operations on the host instead of with cells: splits, collapses and flips of
+    /// edges. That is what components get where cells fail.
+    pub local: bool,
     /// Whether vertices leave the surface by a little so that the faces fit it better.
     pub fit: bool,
     /// Edges where the surface turns by at least this angle in degrees are sharp and kept; above 0 to 180,
@@ -125,6 +128,7 @@ impl Default for CoarseToFineOptions {
             first_iterations: 60,
             coarse_iterations: 40,
             polish_rounds: 15,
+            local: false,
             fit: true,
             feature_angle: FeatureOptions::FEATURE_ANGLE,
             features: None,

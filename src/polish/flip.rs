@@ -73,7 +73,7 @@ fn pays(half_edges: &HalfEdgeMesh, points: &[DVec3], fixed: &[bool], valence_wei
 }
 
 /// Negated sum of the cotangents of the two angles opposite the edge: positive if they exceed 180° together.
-fn angle_gain([a, b, c, d]: [DVec3; 4]) -> f64 {
+pub(crate) fn angle_gain([a, b, c, d]: [DVec3; 4]) -> f64 {
     -(cotangent(c, a, b) + cotangent(d, b, a))
 }
 
@@ -93,7 +93,7 @@ fn valence_gain(half_edges: &HalfEdgeMesh, [a, b, c, d]: [u32; 4]) -> f64 {
 
 /// Whether the triangles after the flip face the same way as those before, do not form a sharper edge, and
 /// are not too flat.
-fn keeps_shape([a, b, c, d]: [DVec3; 4]) -> bool {
+pub(crate) fn keeps_shape([a, b, c, d]: [DVec3; 4]) -> bool {
     let (old, other) = (doubled_normal([a, b, c]), doubled_normal([b, a, d]));
     let (new, next) = (doubled_normal([d, c, a]), doubled_normal([c, d, b]));
     let pair = old + other;

@@ -22,6 +22,8 @@ use glam::DVec3;
 use crate::mesh::half_edge_mesh::{HalfEdgeMesh, VertexKind};
 use crate::{ProgressToken, Result, TriMesh};
 use flip::flip_edges;
+pub(crate) use flip::{angle_gain, keeps_shape};
+pub(crate) use relax::folds_or_flattens;
 use slide::SlidingCurves;
 
 /// Rounds of [`polish`] that are left when a run finishes early.

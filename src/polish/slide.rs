@@ -82,8 +82,9 @@ impl SlidingCurves {
                 let bounded =
                     |arc_length: f64| arc_length.clamp(before + LEAST_GAP * gap, after - LEAST_GAP * gap);
                 let new = if lift {
-                    let worst =
-                        |p: DVec3| star.iter().map(|t| score(corners_with(*t, points, v, p))).fold(1.0, f64::min);
+                    let worst = |p: DVec3| {
+                        star.iter().map(|t| score(corners_with(*t, points, v, p))).fold(1.0, f64::min)
+                    };
                     let mut best = (worst(points[v as usize]) + MIN_GAIN, arc_length);
                     for step in TRIALS {
                         let trial = bounded(arc_length + step * gap);

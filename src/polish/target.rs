@@ -84,7 +84,7 @@ impl Target {
 
     /// The closest point on the triangles of a patch that face the same way as `normal`. The search begins at
     /// `rank`, which becomes the rank of the triangle found.
-    pub(super) fn closest(&self, p: DVec3, normal: DVec3, patch: u32, rank: &mut usize) -> Option<DVec3> {
+    pub(crate) fn closest(&self, p: DVec3, normal: DVec3, patch: u32, rank: &mut usize) -> Option<DVec3> {
         self.closest_with_normal(p, normal, patch, rank).map(|(point, _)| point)
     }
 

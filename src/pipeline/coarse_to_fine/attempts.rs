@@ -120,6 +120,12 @@ impl Attempts<'_> {
             Shortage::Refuse | Shortage::BestEffort => (model, self.options.vertices),
         };
         let fallback = self.fallback();
+        if self.options.coarse_to_fine.local {
+            let features = model.features;
+            let whole = runner.progress.during(|p| fallback.whole(features, vertices, p))?;
+            let fault = Fault { what: "local operations do not reach so few".to_owned(), at: None };
+            return whole.ok_or_else(|| self.refusal(&fault, vertices, false));
+        }
         let first = match runner.attempt(&model, vertices, seed) {
             // There are too few vertices for the curves.
             Err(error @ Error::Usage { .. }) if may_simplify(self.options) => {

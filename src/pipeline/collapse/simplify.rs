@@ -1,11 +1,13 @@
 //! One surface simplified to a number of vertices.
 
+use crate::local::{LocalMesh, LocalOptions, remesh_locally};
 use crate::mesh::features::{Curve, FeatureOptions, Features, find_features};
 use crate::mesh::half_edges::{edge_key, next};
 use crate::mesh::intersections::intersecting_faces;
 use crate::mesh::simplify::{Preserved, Simplified, Site, at_sites, with_vertices};
 use crate::mesh::topology::topology;
-use crate::polish::{FitOptions, PolishOptions, Target, fit, polish};
+use crate::options::Sizing;
+use crate::polish::{FitOptions, OutlierOptions, PolishOptions, Target, fit, polish, reduce_outliers};
 use crate::{Options, ProgressToken, Result, TriMesh};
 
 /// What to simplify to, and how.
@@ -20,6 +22,8 @@ pub(crate) struct SimplifyTarget<'a> {
     pub fit: bool,
     /// Edge length of the whole mesh.
     pub spacing: f64,
+    /// Whether edges are equally long everywhere.
+    pub is_uniform: bool,
     pub progress: &'a ProgressToken,
 }
 
@@ -33,6 +37,7 @@ impl<'a> SimplifyTarget<'a> {
             polish_rounds: method.polish_rounds,
             fit: method.fit,
             spacing,
+            is_uniform: method.sizing == Sizing::Uniform,
             progress,
         }
     }
@@ -43,7 +48,10 @@ impl<'a> SimplifyTarget<'a> {
     }
 }
 
-/// A simplified and polished mesh with the target number of vertices, or more if the topology needs more;
+/// Rounds of polish beyond those of a mesh from cells, whose triangles are more even from the start.
+const MORE_ROUNDS: u32 = 10;
+
+/// A remeshed or simplified, and polished, mesh with the target number of vertices, or more if the topology needs more;
 /// with vertices at `sites` as far as possible, if there are any.
 ///
 /// # Errors
@@ -55,6 +63,11 @@ pub(crate) fn simplified_and_polished(
 ) -> Result<TriMesh> {
     // The share of the phase that this is of is unknown.
     let progress = &target.progress.silent();
+    if (sites.is_empty() || target.is_uniform)
+        && let Some(mesh) = remeshed_locally(surface, target, progress)?
+    {
+        return Ok(mesh);
+    }
     let raw = simplified(surface, sites, target)?;
     let mut better = raw.mesh.clone();
     let surface = Target::new(surface);
@@ -67,6 +80,46 @@ pub(crate) fn simplified_and_polished(
     let intersections = |mesh| Ok(intersecting_faces(mesh, progress)?.len());
     let is_sound = topology(&better).matches(&topology(&raw.mesh));
     Ok(if is_sound && intersections(&better)? <= intersections(&raw.mesh)? { better } else { raw.mesh })
+}
+
+/// The surface remeshed by local operations and polished; `None` if that does not reach the number of vertices,
+/// or if more faces intersect than before.
+fn remeshed_locally(
+    surface: &TriMesh,
+    target: &SimplifyTarget,
+    progress: &ProgressToken,
+) -> Result<Option<TriMesh>> {
+    let options =
+        FeatureOptions { feature_angle: target.feature_angle, ..FeatureOptions::new(target.spacing) };
+    let Ok(features) = find_features(surface, &options) else { return Ok(None) };
+    let on = Target::new(surface).in_patches(features.patches.clone());
+    let options = LocalOptions { vertices: target.vertices, lengths: &[] };
+    let LocalMesh { mesh: raw, patches, fixed, sliding_curves, lengths } =
+        remesh_locally(surface, &features, &on, &options, progress)?;
+    if raw.vertices.len() != target.vertices {
+        return Ok(None);
+    }
+    let mut better = raw.clone();
+    let rounds = target.polish_rounds + MORE_ROUNDS;
+    let options = PolishOptions { rounds, fixed, patches, sliding_curves, lengths, ..Default::default() };
+    polish(&mut better, &on, &options, progress)?;
+    let PolishOptions { fixed, patches, lengths, .. } = options;
+    if target.fit {
+        let options = FitOptions { fixed, patches, ..Default::default() };
+        fit(&mut better, &on, &options, progress)?;
+        let FitOptions { fixed, patches, .. } = options;
+        let options = OutlierOptions { fixed, patches, lengths, ..Default::default() };
+        reduce_outliers(&mut better, &on, target.spacing, &options, progress)?;
+    }
+    let intersections = |mesh: &TriMesh| -> Result<usize> { Ok(intersecting_faces(mesh, progress)?.len()) };
+    let is_sound = topology(&better).matches(&topology(surface));
+    let most = intersections(surface)?;
+    for mesh in [better, raw] {
+        if is_sound && intersections(&mesh)? <= most {
+            return Ok(Some(mesh));
+        }
+    }
+    Ok(None)
 }
 
 /// The same without the polish.

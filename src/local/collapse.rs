@@ -1,0 +1,297 @@
+//! Edge collapses that keep the topology, the curves and the shape.
+
+use std::cmp::Reverse;
+use std::collections::BinaryHeap;
+
+use glam::DVec3;
+
+use super::curve_edges::CurvePart;
+use super::star_mesh::{Place, StarMesh};
+use crate::mesh::polyline::Polyline;
+use crate::mesh::triangle::{closest_on_triangle, doubled_normal};
+use crate::{ProgressToken, Result};
+
+/// An edge between vertices inside patches becomes its midpoint if it is longer than this share of the target
+/// length; of a shorter one, either end is as good.
+const SHORT: f64 = 0.3;
+/// Collapses between two looks at whether to go on.
+const BETWEEN_POLLS: u32 = 256;
+
+/// What a collapse must not do.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Limits {
+    /// The target edge length.
+    length: f64,
+    /// Least cosine between a triangle's normals before and after.
+    cosine: f64,
+    /// Least height of a triangle over its longest side, unless it was lower before.
+    height: f64,
+    /// Longest edge that it may make, in target lengths, unless it was longer before.
+    longest: f64,
+    /// Largest distance of a vertex from the triangles that take its place, in target lengths.
+    distance: f64,
+    /// Largest distance of a curve from its edges, in target lengths.
+    deviation: f64,
+}
+
+impl Limits {
+    /// For edges that are too short.
+    pub fn regular(length: f64) -> Self {
+        Self { length, cosine: 0.7, height: 0.1, longest: 4.0 / 3.0, distance: 0.1, deviation: 0.1 }
+    }
+
+    /// From strict to loose, for an exact number of vertices; the last ones keep the topology alone.
+    fn series(length: f64) -> [Self; 6] {
+        let limits = |cosine, height, longest, distance, deviation| Self {
+            length,
+            cosine,
+            height,
+            longest,
+            distance,
+            deviation,
+        };
+        [
+            limits(0.7, 0.2, 1.6, 0.1, 0.1),
+            limits(0.5, 0.1, 2.0, 0.2, 0.2),
+            limits(0.3, 0.05, 3.0, 0.3, 0.3),
+            limits(0.1, 0.02, 6.0, 0.5, 0.5),
+            limits(0.0, 0.005, f64::INFINITY, 1.0, 1.0),
+            limits(-1.0, 1e-6, f64::INFINITY, f64::INFINITY, f64::INFINITY),
+        ]
+    }
+}
+
+/// A collapse: which vertex goes, which one stays, and where that is then.
+#[derive(Debug, Clone, Copy)]
+struct Collapse {
+    gone: u32,
+    kept: u32,
+    to: DVec3,
+    /// On a curve, the shifts of the arc lengths of the vertex that goes and of the one that stays.
+    shifts: Option<[f64; 2]>,
+}
+
+/// An edge by its relative length.
+type Entry = Reverse<(u64, (u32, u32))>;
+
+impl StarMesh {
+    /// Collapses edges shorter than `shortest`, the shortest first.
+    pub fn collapse_short(
+        &mut self,
+        shortest: f64,
+        limits: &Limits,
+        polylines: &[Polyline],
+        progress: &ProgressToken,
+    ) -> Result<()> {
+        self.collapse_edges(shortest, 0, limits, polylines, progress)
+    }
+
+    /// Collapses the shortest edges until there are `count` vertices, or none may collapse.
+    pub fn collapse_to(
+        &mut self,
+        count: usize,
+        length: f64,
+        polylines: &[Polyline],
+        progress: &ProgressToken,
+    ) -> Result<()> {
+        for limits in Limits::series(length) {
+            if self.used() <= count {
+                break;
+            }
+            self.collapse_edges(f64::INFINITY, count, &limits, polylines, progress)?;
+            self.flip(progress)?;
+        }
+        Ok(())
+    }
+
+    fn collapse_edges(
+        &mut self,
+        shortest: f64,
+        count: usize,
+        limits: &Limits,
+        polylines: &[Polyline],
+        progress: &ProgressToken,
+    ) -> Result<()> {
+        let entry = |mesh: &Self, a: u32, b: u32| -> Option<Entry> {
+            let length = mesh.relative_length(a, b);
+            (length < shortest).then(|| Reverse((length.to_bits(), (a.min(b), a.max(b)))))
+        };
+        let mut edges: BinaryHeap<Entry> =
+            self.edges().into_iter().filter_map(|(a, b)| entry(self, a, b)).collect();
+        let mut polls = 0;
+        while self.used() > count {
+            let Some(Reverse((bits, (a, b)))) = edges.pop() else { return Ok(()) };
+            // An end may have moved or gone since.
+            if self.at_edge(a, b).next().is_none() || self.relative_length(a, b).to_bits() != bits {
+                continue;
+            }
+            let Some(collapse) = self.collapse(a, b, limits, polylines) else { continue };
+            if !self.keeps_topology(collapse.gone, collapse.kept) || !self.keeps_shape(&collapse, limits) {
+                continue;
+            }
+            self.apply(&collapse);
+            for w in self.neighbours(collapse.kept) {
+                edges.extend(entry(self, collapse.kept, w));
+            }
+            polls += 1;
+            if polls % BETWEEN_POLLS == 0 {
+                progress.poll()?;
+            }
+        }
+        Ok(())
+    }
+
+    /// How an edge collapses; `None` if that would pull a vertex off its curve or corner.
+    fn collapse(&self, a: u32, b: u32, limits: &Limits, polylines: &[Polyline]) -> Option<Collapse> {
+        let part = self.curves.get(a, b);
+        let [at, bt] = [a, b].map(|v| self.places[v as usize]);
+        let (gone, kept) = if at <= bt { (a, b) } else { (b, a) };
+        let [p, q] = [gone, kept].map(|v| self.points[v as usize]);
+        match (self.places[gone as usize], self.places[kept as usize]) {
+            (Place::Inside, Place::Inside) => {
+                let is_short = p.distance(q) < SHORT * limits.length * self.size(a, b);
+                let to = if is_short { q } else { 0.5 * (p + q) };
+                Some(Collapse { gone, kept, to, shifts: None })
+            }
+            (Place::Inside, _) => Some(Collapse { gone, kept, to: q, shifts: None }),
+            (Place::Curve, Place::Curve) => {
+                part?;
+                let CurvePart { curve, from, to } = self.curves.get(gone, kept)?;
+                let middle = 0.5 * (from + to);
+                let collapse = Collapse {
+                    gone,
+                    kept,
+                    to: polylines[curve as usize].at(middle).0,
+                    shifts: Some([middle - from, middle - to]),
+                };
+                self.keeps_curve(&collapse, limits, polylines).then_some(collapse)
+            }
+            (Place::Curve, Place::Corner) => {
+                part?;
+                let CurvePart { from, to, .. } = self.curves.get(gone, kept)?;
+                let collapse = Collapse { gone, kept, to: q, shifts: Some([to - from, 0.0]) };
+                self.keeps_curve(&collapse, limits, polylines).then_some(collapse)
+            }
+            _ => None,
+        }
+    }
+
+    /// The parts of curves that the edges at a vertex on a curve stand for after a collapse, without the
+    /// edge that collapses: each with the vertex at its other end.
+    fn parts_after(&self, v: u32, other: u32, shift: f64) -> Vec<(u32, CurvePart)> {
+        let parts = self.neighbours(v).into_iter().filter(|w| *w != other);
+        parts
+            .filter_map(|w| Some((w, self.curves.get(v, w)?)))
+            .map(|(w, part)| (w, CurvePart { from: part.from + shift, ..part }))
+            .collect()
+    }
+
+    /// Whether the curve stays close to its edges.
+    fn keeps_curve(&self, collapse: &Collapse, limits: &Limits, polylines: &[Polyline]) -> bool {
+        let Collapse { gone, kept, shifts: Some([shift, kept_shift]), .. } = *collapse else { return true };
+        let limit = limits.deviation * limits.length * self.size(gone, kept);
+        let mut parts = self.parts_after(gone, kept, shift);
+        if self.places[kept as usize] == Place::Curve {
+            parts.extend(self.parts_after(kept, gone, kept_shift));
+        }
+        parts.iter().all(|(_, part)| part.deviation(polylines) <= limit)
+    }
+
+    /// The link condition: what the two vertices have in common is what lies at their edge.
+    fn keeps_topology(&self, gone: u32, kept: u32) -> bool {
+        let theirs = self.neighbours(kept);
+        let mut apexes: Vec<u32> = self
+            .at_edge(gone, kept)
+            .flat_map(|t| self.triangles[t as usize])
+            .filter(|w| *w != gone && *w != kept)
+            .collect();
+        apexes.sort_unstable();
+        let distinct = apexes.windows(2).all(|pair| pair[0] != pair[1]);
+        let own = self.neighbours(gone);
+        let common = own.iter().copied().filter(|w| theirs.binary_search(w).is_ok());
+        if !distinct || !common.eq(apexes.iter().copied()) {
+            return false;
+        }
+        // A curve of three edges stays one, and so does a surface of four triangles.
+        let doubles_curve =
+            apexes.iter().any(|w| self.curves.contains(gone, *w) && self.curves.contains(kept, *w));
+        let doubles_face = self.moved(gone, kept).any(|(_, triangle)| {
+            let others = triangle.map(|w| if w == gone { kept } else { w });
+            self.star[kept as usize]
+                .iter()
+                .any(|t| others.iter().all(|w| self.triangles[*t as usize].contains(w)))
+        });
+        !doubles_curve && !doubles_face
+    }
+
+    /// The triangles of `v` without `other`.
+    fn moved(&self, v: u32, other: u32) -> impl Iterator<Item = (u32, [u32; 3])> {
+        let of = move |t: &u32| (*t, self.triangles[*t as usize]);
+        self.star[v as usize].iter().map(of).filter(move |(_, triangle)| !triangle.contains(&other))
+    }
+
+    fn keeps_shape(&self, collapse: &Collapse, limits: &Limits) -> bool {
+        let Collapse { gone, kept, to, .. } = *collapse;
+        let length = limits.length * self.size(gone, kept);
+        let [p, q] = [gone, kept].map(|v| self.points[v as usize]);
+        let mut nearest = [f64::INFINITY; 2];
+        let at = |w: u32| if w == gone || w == kept { to } else { self.points[w as usize] };
+        for (_, triangle) in self.moved(gone, kept).chain(self.moved(kept, gone)) {
+            let [old, new] = [self.corners(triangle), triangle.map(at)];
+            let [n, m] = [old, new].map(doubled_normal);
+            if n.dot(m) < limits.cosine * n.length() * m.length() {
+                return false;
+            }
+            let [low, lower] = [old, new].map(height_of);
+            if lower < limits.height.min(low) {
+                return false;
+            }
+            let [long, longer] = [old, new].map(longest_side);
+            if longer > (limits.longest * length).max(long) {
+                return false;
+            }
+            for (nearest, p) in nearest.iter_mut().zip([p, q]) {
+                *nearest = nearest.min(closest_on_triangle(p, new).point.distance_squared(p));
+            }
+        }
+        nearest.iter().all(|distance| distance.sqrt() <= limits.distance * length)
+    }
+
+    fn apply(&mut self, collapse: &Collapse) {
+        let Collapse { gone, kept, to, shifts } = *collapse;
+        if let Some([shift, kept_shift]) = shifts {
+            let moved = self.parts_after(gone, kept, shift);
+            let own = self.parts_after(kept, gone, kept_shift);
+            self.curves.remove(gone, kept);
+            for (w, part) in moved {
+                self.curves.remove(gone, w);
+                self.curves.insert(kept, w, part);
+            }
+            // A corner stays where it is on all of its curves.
+            if self.places[kept as usize] == Place::Curve {
+                own.into_iter().for_each(|(w, part)| self.curves.insert(kept, w, part));
+            }
+        }
+        let dead: Vec<u32> = self.at_edge(gone, kept).collect();
+        dead.into_iter().for_each(|t| self.remove_triangle(t));
+        let moved: Vec<(u32, [u32; 3])> = self.moved(gone, kept).collect();
+        for (t, triangle) in moved {
+            self.replace(t, triangle.map(|w| if w == gone { kept } else { w }));
+        }
+        if !self.sizes.is_empty() && to != self.points[kept as usize] {
+            self.sizes[kept as usize] = self.size(gone, kept);
+        }
+        self.points[kept as usize] = to;
+        self.vertex_removed();
+    }
+}
+
+/// The height of a triangle over its longest side, as a share of that.
+fn height_of(corners: [DVec3; 3]) -> f64 {
+    let longest = longest_side(corners);
+    doubled_normal(corners).length() / (longest * longest).max(f64::MIN_POSITIVE)
+}
+
+fn longest_side([a, b, c]: [DVec3; 3]) -> f64 {
+    a.distance_squared(b).max(b.distance_squared(c)).max(c.distance_squared(a)).sqrt()
+}

@@ -1,0 +1,93 @@
+//! Edge flips towards Delaunay triangles and six edges per vertex.
+
+use super::star_mesh::{Place, StarMesh};
+use crate::mesh::triangle::doubled_normal;
+use crate::polish::{angle_gain, keeps_shape};
+use crate::{ProgressToken, Result};
+
+/// Passes over all edges.
+const PASSES: u32 = 3;
+/// Weight of valences against cotangents.
+const VALENCE_WEIGHT: f64 = 0.5;
+/// Least gain of a flip, so that rounding errors cannot flip an edge back and forth.
+const MIN_GAIN: f64 = 1e-6;
+/// A triangle whose height is below this share of its longest edge has no normal to speak of.
+const SLIVER: f64 = 1e-3;
+
+impl StarMesh {
+    /// Flips edges off the curves where that is a gain, in ascending order.
+    pub fn flip(&mut self, progress: &ProgressToken) -> Result<()> {
+        for _ in 0..PASSES {
+            progress.poll()?;
+            let mut flips = 0;
+            for (a, b) in self.edges() {
+                flips += u32::from(self.flip_edge(a, b));
+            }
+            if flips == 0 {
+                break;
+            }
+        }
+        Ok(())
+    }
+
+    fn flip_edge(&mut self, a: u32, b: u32) -> bool {
+        if self.curves.contains(a, b) {
+            return false;
+        }
+        let mut at_edge = self.at_edge(a, b);
+        let (Some(t), Some(s), None) = (at_edge.next(), at_edge.next(), at_edge.next()) else { return false };
+        drop(at_edge);
+        // Triangle a b c, and b a d on the other side.
+        let runs = |triangle: [u32; 3], from: u32, to: u32| {
+            let k = triangle.iter().position(|v| *v == from)?;
+            (triangle[(k + 1) % 3] == to).then(|| triangle[(k + 2) % 3])
+        };
+        let [first, second] = [t, s].map(|t| self.triangles[t as usize]);
+        let (c, d, t, s) = match (runs(first, a, b), runs(second, b, a)) {
+            (Some(c), Some(d)) => (c, d, t, s),
+            _ => match (runs(second, a, b), runs(first, b, a)) {
+                (Some(c), Some(d)) => (c, d, s, t),
+                _ => return false,
+            },
+        };
+        if c == d || self.at_edge(c, d).next().is_some() {
+            return false;
+        }
+        let points = [a, b, c, d].map(|v| self.points[v as usize]);
+        let gain = angle_gain(points) + VALENCE_WEIGHT * self.valence_gain([a, b, c, d]);
+        if gain <= MIN_GAIN {
+            return false;
+        }
+        let [p, q, r, o] = points;
+        let is_sliver = [[p, q, r], [q, p, o]].into_iter().any(|corners| {
+            let [a, b, c] = corners;
+            let longest = a.distance_squared(b).max(b.distance_squared(c)).max(c.distance_squared(a));
+            doubled_normal(corners).length() < SLIVER * longest
+        });
+        if !keeps_shape(points) && !(is_sliver && faces_alike(points)) {
+            return false;
+        }
+        self.replace(t, [d, c, a]);
+        self.replace(s, [c, d, b]);
+        true
+    }
+
+    /// Half the decrease of the sum of squared differences to the ideal valences.
+    fn valence_gain(&self, [a, b, c, d]: [u32; 4]) -> f64 {
+        let excess = |v: u32| {
+            // What a vertex on a curve should have depends on the angle there.
+            let is_inside = self.places[v as usize] == Place::Inside;
+            if is_inside { self.star[v as usize].len() as f64 - 6.0 } else { 0.0 }
+        };
+        let moves = [a, b, c, d].map(|v| f64::from(u8::from(self.places[v as usize] == Place::Inside)));
+        let [ea, eb, ec, ed] = [a, b, c, d].map(excess);
+        ea + eb - ec - ed - 0.5 * moves.iter().sum::<f64>()
+    }
+}
+
+/// Whether the two triangles after the flip of a sliver's edge face the same way.
+fn faces_alike([a, b, c, d]: [glam::DVec3; 4]) -> bool {
+    let pair = doubled_normal([a, b, c]) + doubled_normal([b, a, d]);
+    let (new, next) = (doubled_normal([d, c, a]), doubled_normal([c, d, b]));
+    new.dot(pair) > 0.0 && next.dot(pair) > 0.0 && new.dot(next) > 0.5 * new.length() * next.length()
+}

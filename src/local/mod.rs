@@ -1,0 +1,110 @@
+//! Remeshing by local operations on the host: edges are split, collapsed and flipped, and vertices relaxed,
+//! until all edges are about as long as asked for and there are exactly as many vertices.
+//!
+//! Slower than cells on the device and with somewhat less even triangles, but every operation keeps the
+//! topology, so that any mesh will do: narrow parts, touching sheets, boundaries, non-manifold edges. After
+//! Botsch and Kobbelt, "A remeshing approach to multiresolution modeling", SGP 2004, with curves as in
+//! Dunyach et al., "Adaptive remeshing for real-time mesh deformation", Eurographics 2013.
+
+mod collapse;
+mod curve_edges;
+mod flip;
+mod relax;
+mod split;
+mod star_mesh;
+
+use crate::mesh::features::Features;
+use crate::mesh::polyline::Polyline;
+use crate::mesh::spacing;
+use crate::polish::{SlidingCurve, Target};
+use crate::{ProgressToken, Result, TriMesh};
+use collapse::Limits;
+use star_mesh::StarMesh;
+
+/// Edges longer than this are split, in target lengths.
+const LONG: f64 = 4.0 / 3.0;
+/// Edges shorter than this are collapsed, in target lengths.
+const SHORT: f64 = 4.0 / 5.0;
+/// Rounds of all operations, in which the target length is adjusted to the number of vertices.
+const ROUNDS: u32 = 6;
+/// Largest change of the target length between two rounds.
+const MOST_CHANGE: f64 = 1.25;
+/// Flips and relaxations once the number of vertices is right.
+const LAST_ROUNDS: u32 = 4;
+/// Vertices that splits may reach, over the number asked for.
+const MOST_SPLIT: usize = 3;
+
+/// What [`remesh_locally`] is to make.
+#[derive(Debug, Clone, Copy)]
+pub struct LocalOptions<'a> {
+    /// The number of vertices.
+    pub vertices: usize,
+    /// The relative target edge length at each vertex of the surface; empty if they are all equal.
+    pub lengths: &'a [f64],
+}
+
+/// A mesh from [`remesh_locally`], with what the polish needs of it.
+#[derive(Debug, Clone, Default)]
+pub struct LocalMesh {
+    /// The mesh.
+    pub mesh: TriMesh,
+    /// The patch of each triangle.
+    pub patches: Vec<u32>,
+    /// Of each vertex, whether it is on a curve, at a corner or at a tip.
+    pub fixed: Vec<bool>,
+    /// The curves, with the vertices on them.
+    pub sliding_curves: Vec<SlidingCurve>,
+    /// The relative target edge length at each vertex; empty if they are all equal.
+    pub lengths: Vec<f64>,
+}
+
+/// Remeshes `surface`, which has these features, to exactly as many vertices as asked for; to more if the
+/// topology and the features need more, to fewer if the surface has no area. `target` is the same surface in
+/// the same patches. The result has the topology of the surface. Panics if an index is out of range.
+///
+/// # Errors
+/// [`crate::Error::Cancelled`].
+pub fn remesh_locally(
+    surface: &TriMesh,
+    features: &Features,
+    target: &Target,
+    options: &LocalOptions,
+    progress: &ProgressToken,
+) -> Result<LocalMesh> {
+    let area: f64 = (0..surface.triangles.len()).map(|t| surface.triangle_area(t)).sum();
+    let count = options.vertices;
+    let polylines = polylines(surface, features);
+    let mut mesh = StarMesh::new(surface, features, &polylines, options.lengths);
+    let mut length = spacing(area, count);
+    if !(length > 0.0 && length.is_finite()) {
+        return Ok(mesh.into_local_mesh(&polylines));
+    }
+    for _ in 0..ROUNDS {
+        progress.poll()?;
+        mesh.split_long(LONG * length, (MOST_SPLIT * count).max(mesh.used()), &polylines);
+        mesh.collapse_short(SHORT * length, &Limits::regular(length), &polylines, progress)?;
+        mesh.flip(progress)?;
+        mesh.relax(target, &polylines, progress)?;
+        mesh.refresh_sizes(surface, target, options.lengths);
+        let ratio = (mesh.used() as f64 / count as f64).sqrt();
+        length *= ratio.clamp(1.0 / MOST_CHANGE, MOST_CHANGE);
+    }
+    mesh.collapse_to(count, spacing(area, count), &polylines, progress)?;
+    mesh.split_to(count, &polylines);
+    for _ in 0..LAST_ROUNDS {
+        mesh.flip(progress)?;
+        mesh.relax(target, &polylines, progress)?;
+    }
+    mesh.refresh_sizes(surface, target, options.lengths);
+    Ok(mesh.into_local_mesh(&polylines))
+}
+
+/// The curves of the surface as points; a closed one ends with its first.
+fn polylines(surface: &TriMesh, features: &Features) -> Vec<Polyline> {
+    let line = |curve: &crate::mesh::features::Curve| {
+        let again = curve.vertices.first().filter(|_| curve.closed);
+        let points = curve.vertices.iter().chain(again).map(|v| surface.vertices[*v as usize]);
+        Polyline::new(points.collect(), curve.closed)
+    };
+    features.curves.iter().map(line).collect()
+}

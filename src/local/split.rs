@@ -1,0 +1,73 @@
+//! Edge splits.
+
+use std::cmp::Reverse;
+use std::collections::BinaryHeap;
+
+use super::curve_edges::CurvePart;
+use super::star_mesh::{Place, StarMesh};
+use crate::mesh::polyline::Polyline;
+
+/// An edge by its relative length. Lengths are not negative, so their bits have their order.
+type Entry = (u64, Reverse<(u32, u32)>);
+
+impl StarMesh {
+    /// Splits edges longer than `longest`, the longest first, up to `most` vertices.
+    pub fn split_long(&mut self, longest: f64, most: usize, polylines: &[Polyline]) {
+        self.split(longest, most, polylines);
+    }
+
+    /// Splits the longest edges until there are `count` vertices.
+    pub fn split_to(&mut self, count: usize, polylines: &[Polyline]) {
+        self.split(0.0, count, polylines);
+    }
+
+    fn split(&mut self, longest: f64, most: usize, polylines: &[Polyline]) {
+        let entry = |mesh: &Self, a: u32, b: u32| -> Option<Entry> {
+            let length = mesh.relative_length(a, b);
+            (length > longest).then(|| (length.to_bits(), Reverse((a.min(b), a.max(b)))))
+        };
+        if self.used() >= most {
+            return;
+        }
+        let mut edges: BinaryHeap<Entry> =
+            self.edges().into_iter().filter_map(|(a, b)| entry(self, a, b)).collect();
+        while self.used() < most {
+            let Some((_, Reverse((a, b)))) = edges.pop() else { return };
+            if self.at_edge(a, b).next().is_none() {
+                continue;
+            }
+            let middle = self.split_edge(a, b, polylines);
+            for w in self.neighbours(middle) {
+                edges.extend(entry(self, middle, w));
+            }
+        }
+    }
+
+    /// Puts a vertex into the middle of an edge, or of the part of a curve that it stands for.
+    fn split_edge(&mut self, a: u32, b: u32, polylines: &[Polyline]) -> u32 {
+        let part = self.curves.remove(a, b);
+        let size = self.size(a, b);
+        let middle = match part {
+            Some(CurvePart { curve, from, to }) => {
+                let arc_length = 0.5 * (from + to);
+                let at = polylines[curve as usize].at(arc_length).0;
+                let middle = self.add_vertex(at, Place::Curve, size);
+                self.curves.insert(a, middle, CurvePart { curve, from, to: arc_length });
+                self.curves.insert(middle, b, CurvePart { curve, from: arc_length, to });
+                middle
+            }
+            None => {
+                let at = 0.5 * (self.points[a as usize] + self.points[b as usize]);
+                self.add_vertex(at, Place::Inside, size)
+            }
+        };
+        let triangles: Vec<u32> = self.at_edge(a, b).collect();
+        for t in triangles {
+            let old = self.triangles[t as usize];
+            let patch = self.patches[t as usize];
+            self.replace(t, old.map(|v| if v == b { middle } else { v }));
+            self.add_triangle(old.map(|v| if v == a { middle } else { v }), patch);
+        }
+        middle
+    }
+}

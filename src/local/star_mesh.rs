@@ -1,0 +1,246 @@
+//! Triangles with those around each vertex: any mesh, manifold or not.
+
+use glam::DVec3;
+
+use super::LocalMesh;
+use super::curve_edges::{CurveEdges, CurvePart};
+use crate::TriMesh;
+use crate::mesh::NONE;
+use crate::mesh::features::Features;
+use crate::mesh::polyline::Polyline;
+use crate::mesh::submesh::renumbered;
+use crate::mesh::triangle::{closest_on_triangle, doubled_normal};
+use crate::polish::{SlidingCurve, Target};
+
+/// Where a vertex may go.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+pub(super) enum Place {
+    /// Anywhere in its patch.
+    Inside,
+    /// Along its curve.
+    Curve,
+    /// Nowhere.
+    Corner,
+}
+
+/// A mesh whose edges can be split, collapsed and flipped.
+#[derive(Debug, Clone)]
+pub(super) struct StarMesh {
+    pub points: Vec<DVec3>,
+    /// [`NONE`] three times for one that is gone.
+    pub triangles: Vec<[u32; 3]>,
+    /// The patch of each triangle.
+    pub patches: Vec<u32>,
+    /// The triangles around each vertex.
+    pub star: Vec<Vec<u32>>,
+    pub places: Vec<Place>,
+    pub curves: CurveEdges,
+    /// The relative target edge length at each vertex; empty if they are all equal.
+    pub sizes: Vec<f64>,
+    /// Where the search for the surface below each vertex ended.
+    pub ranks: Vec<usize>,
+    used: usize,
+}
+
+impl StarMesh {
+    pub fn new(surface: &TriMesh, features: &Features, polylines: &[Polyline], lengths: &[f64]) -> Self {
+        let mut star = vec![Vec::new(); surface.vertices.len()];
+        for (t, triangle) in (0..).zip(&surface.triangles) {
+            triangle.iter().for_each(|v| star[*v as usize].push(t));
+        }
+        let mut places = vec![Place::Inside; star.len()];
+        let mut curves = CurveEdges::default();
+        for ((number, curve), line) in (0..).zip(&features.curves).zip(polylines) {
+            for (k, [a, b]) in curve.edge_ends().enumerate() {
+                let [from, to] = [k, k + 1].map(|k| line.arc_length_at(k));
+                curves.insert(a, b, CurvePart { curve: number, from, to });
+                places[a as usize] = Place::Curve;
+                places[b as usize] = Place::Curve;
+            }
+        }
+        features.corners.iter().for_each(|v| places[*v as usize] = Place::Corner);
+        let used = star.iter().filter(|star| !star.is_empty()).count();
+        Self {
+            points: surface.vertices.clone(),
+            triangles: surface.triangles.clone(),
+            patches: features.patches.clone(),
+            ranks: vec![0; star.len()],
+            star,
+            places,
+            curves,
+            sizes: lengths.to_vec(),
+            used,
+        }
+    }
+
+    /// The number of vertices with triangles.
+    pub fn used(&self) -> usize {
+        self.used
+    }
+
+    pub fn is_used(&self, v: u32) -> bool {
+        !self.star[v as usize].is_empty()
+    }
+
+    pub fn is_alive(&self, t: u32) -> bool {
+        self.triangles[t as usize][0] != NONE
+    }
+
+    pub fn corners(&self, triangle: [u32; 3]) -> [DVec3; 3] {
+        triangle.map(|v| self.points[v as usize])
+    }
+
+    /// The other vertices of the triangles around one, ascending.
+    pub fn neighbours(&self, v: u32) -> Vec<u32> {
+        let around = self.star[v as usize].iter().flat_map(|t| self.triangles[*t as usize]);
+        let mut list: Vec<u32> = around.filter(|w| *w != v).collect();
+        list.sort_unstable();
+        list.dedup();
+        list
+    }
+
+    /// The triangles at both vertices.
+    pub fn at_edge(&self, a: u32, b: u32) -> impl Iterator<Item = u32> {
+        self.star[a as usize].iter().copied().filter(move |t| self.triangles[*t as usize].contains(&b))
+    }
+
+    /// All edges, each once, the smaller vertex first; ascending.
+    pub fn edges(&self) -> Vec<(u32, u32)> {
+        let alive = self.triangles.iter().filter(|triangle| triangle[0] != NONE);
+        let mut edges: Vec<(u32, u32)> = alive
+            .flat_map(|[a, b, c]| [(a, b), (b, c), (c, a)])
+            .map(|(a, b)| (*a.min(b), *a.max(b)))
+            .collect();
+        rayon::slice::ParallelSliceMut::par_sort_unstable(edges.as_mut_slice());
+        edges.dedup();
+        edges
+    }
+
+    /// The relative target length of an edge.
+    pub fn size(&self, a: u32, b: u32) -> f64 {
+        if self.sizes.is_empty() {
+            return 1.0;
+        }
+        0.5 * (self.sizes[a as usize] + self.sizes[b as usize])
+    }
+
+    /// The length of an edge over its relative target length.
+    pub fn relative_length(&self, a: u32, b: u32) -> f64 {
+        self.points[a as usize].distance(self.points[b as usize]) / self.size(a, b)
+    }
+
+    /// The sum of the normals around a vertex, and the share of their lengths that is left of it: 1 where the
+    /// surface is flat, near 0 at the tip of a needle.
+    pub fn normal(&self, v: u32) -> (DVec3, f64) {
+        let (mut sum, mut lengths) = (DVec3::ZERO, 0.0);
+        for t in &self.star[v as usize] {
+            let normal = doubled_normal(self.corners(self.triangles[*t as usize]));
+            sum += normal;
+            lengths += normal.length();
+        }
+        (sum, if lengths > 0.0 { sum.length() / lengths } else { 1.0 })
+    }
+
+    /// The patch of a vertex inside one.
+    pub fn patch_at(&self, v: u32) -> u32 {
+        self.star[v as usize].first().map_or(0, |t| self.patches[*t as usize])
+    }
+
+    pub fn add_vertex(&mut self, at: DVec3, place: Place, size: f64) -> u32 {
+        self.points.push(at);
+        self.star.push(Vec::new());
+        self.places.push(place);
+        self.ranks.push(0);
+        if !self.sizes.is_empty() {
+            self.sizes.push(size);
+        }
+        self.used += 1;
+        self.points.len() as u32 - 1
+    }
+
+    pub fn add_triangle(&mut self, triangle: [u32; 3], patch: u32) {
+        let new = self.triangles.len() as u32;
+        self.triangles.push(triangle);
+        self.patches.push(patch);
+        triangle.iter().for_each(|v| self.star[*v as usize].push(new));
+    }
+
+    /// Replaces a triangle by another one.
+    pub fn replace(&mut self, t: u32, triangle: [u32; 3]) {
+        let old = std::mem::replace(&mut self.triangles[t as usize], triangle);
+        old.iter().filter(|v| !triangle.contains(v)).for_each(|v| self.star[*v as usize].retain(|s| *s != t));
+        triangle.iter().filter(|v| !old.contains(v)).for_each(|v| self.star[*v as usize].push(t));
+    }
+
+    pub fn remove_triangle(&mut self, t: u32) {
+        let old = std::mem::replace(&mut self.triangles[t as usize], [NONE; 3]);
+        old.iter().for_each(|v| self.star[*v as usize].retain(|s| *s != t));
+    }
+
+    /// Notes that a vertex has lost all its triangles.
+    pub fn vertex_removed(&mut self) {
+        self.used -= 1;
+    }
+
+    /// Brings the target lengths up to date with the places of the vertices; `lengths` are those at the
+    /// vertices of the surface.
+    pub fn refresh_sizes(&mut self, surface: &TriMesh, target: &Target, lengths: &[f64]) {
+        if lengths.is_empty() {
+            return;
+        }
+        for v in 0..self.points.len() {
+            if self.star[v].is_empty() {
+                continue;
+            }
+            let Some((point, t)) = target.nearest(self.points[v]) else { continue };
+            let weights = closest_on_triangle(point, surface.corners(t as usize)).barycentric;
+            let corners = surface.triangles[t as usize];
+            self.sizes[v] = (0..3).map(|k| weights[k] * lengths[corners[k] as usize]).sum();
+        }
+    }
+
+    /// The vertices of each curve, in order along it, with their arc lengths.
+    fn sliding_curves(&self, new: &[u32]) -> Vec<SlidingCurve> {
+        let mut sliding: Vec<SlidingCurve> = Vec::new();
+        for v in (0..self.points.len() as u32).filter(|v| self.is_used(*v)) {
+            if self.places[v as usize] != Place::Curve {
+                continue;
+            }
+            let part = self.neighbours(v).into_iter().find_map(|w| self.curves.get(v, w));
+            let Some(CurvePart { curve, from, .. }) = part else { continue };
+            let curve = curve as usize;
+            if sliding.len() <= curve {
+                sliding.resize(curve + 1, SlidingCurve { line: Polyline::default(), sliders: Vec::new() });
+            }
+            sliding[curve].sliders.push((new[v as usize], from));
+        }
+        sliding
+    }
+
+    /// The mesh without what is gone; the curves are without their lines.
+    pub fn into_local_mesh(self, polylines: &[Polyline]) -> LocalMesh {
+        let used: Vec<bool> = self.star.iter().map(|star| !star.is_empty()).collect();
+        let (new, old) = renumbered(&used);
+        let mut sliding_curves = self.sliding_curves(&new);
+        sliding_curves
+            .resize(polylines.len(), SlidingCurve { line: Polyline::default(), sliders: Vec::new() });
+        for (curve, line) in sliding_curves.iter_mut().zip(polylines) {
+            curve.line = line.clone();
+            if line.is_closed() {
+                curve.sliders.iter_mut().for_each(|(_, arc)| *arc = arc.rem_euclid(line.length()));
+            }
+            curve.sliders.sort_by(|a, b| a.1.total_cmp(&b.1));
+        }
+        let alive = (0..self.triangles.len()).filter(|t| self.triangles[*t][0] != NONE);
+        let (triangles, patches) =
+            alive.map(|t| (self.triangles[t].map(|v| new[v as usize]), self.patches[t])).unzip();
+        let vertices = old.iter().map(|v| self.points[*v as usize]).collect();
+        let fixed = old.iter().map(|v| self.places[*v as usize] != Place::Inside).collect();
+        let lengths = if self.sizes.is_empty() {
+            Vec::new()
+        } else {
+            old.iter().map(|v| self.sizes[*v as usize]).collect()
+        };
+        LocalMesh { mesh: TriMesh { vertices, triangles }, patches, fixed, sliding_curves, lengths }
+    }
+}
