@@ -40,6 +40,11 @@ impl Limits {
         Self { length, cosine: 0.7, height: 0.1, longest: 4.0 / 3.0, distance: 0.1, deviation: 0.1 }
     }
 
+    /// For edges on curves that are closer together than they should be.
+    pub fn on_curves(length: f64) -> Self {
+        Self { longest: 2.0, ..Self::regular(length) }
+    }
+
     /// From strict to loose, for an exact number of vertices; the last ones keep the topology alone.
     fn series(length: f64) -> [Self; 6] {
         let limits = |cosine, height, longest, distance, deviation| Self {
@@ -125,13 +130,9 @@ impl StarMesh {
             if self.at_edge(a, b).next().is_none() || self.relative_length(a, b).to_bits() != bits {
                 continue;
             }
-            let Some(collapse) = self.collapse(a, b, limits, polylines) else { continue };
-            if !self.keeps_topology(collapse.gone, collapse.kept) || !self.keeps_shape(&collapse, limits) {
-                continue;
-            }
-            self.apply(&collapse);
-            for w in self.neighbours(collapse.kept) {
-                edges.extend(entry(self, collapse.kept, w));
+            let Some(kept) = self.collapse_edge(a, b, limits, polylines) else { continue };
+            for w in self.neighbours(kept) {
+                edges.extend(entry(self, kept, w));
             }
             polls += 1;
             if polls % BETWEEN_POLLS == 0 {
@@ -139,6 +140,16 @@ impl StarMesh {
             }
         }
         Ok(())
+    }
+
+    /// Collapses an edge if the limits allow it; returns the vertex that is left.
+    pub fn collapse_edge(&mut self, a: u32, b: u32, limits: &Limits, polylines: &[Polyline]) -> Option<u32> {
+        let collapse = self.collapse(a, b, limits, polylines)?;
+        if !self.keeps_topology(collapse.gone, collapse.kept) || !self.keeps_shape(&collapse, limits) {
+            return None;
+        }
+        self.apply(&collapse);
+        Some(collapse.kept)
     }
 
     /// How an edge collapses; `None` if that would pull a vertex off its curve or corner.

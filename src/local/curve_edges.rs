@@ -33,12 +33,21 @@ impl CurvePart {
 pub(super) struct CurveEdges(HashMap<(u32, u32), CurvePart>);
 
 impl CurveEdges {
-    pub fn is_empty(&self) -> bool {
-        self.0.is_empty()
-    }
-
     pub fn contains(&self, a: u32, b: u32) -> bool {
         !self.0.is_empty() && self.0.contains_key(&edge_key(a, b))
+    }
+
+    /// All edges by curve, in order along each.
+    pub fn by_curve(&self, curves: usize) -> Vec<Vec<(u32, u32, CurvePart)>> {
+        let mut list = vec![Vec::new(); curves];
+        for ((a, b), part) in &self.0 {
+            list[part.curve as usize].push((*a, *b, *part));
+        }
+        for edges in &mut list {
+            let start = |part: &CurvePart| part.from.min(part.to);
+            edges.sort_by(|(a, b, p), (c, d, q)| start(p).total_cmp(&start(q)).then((a, b).cmp(&(c, d))));
+        }
+        list
     }
 
     /// The part of a curve from `a` to `b`, if their edge is on one.

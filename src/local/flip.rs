@@ -8,7 +8,7 @@ use crate::{ProgressToken, Result};
 /// Passes over all edges.
 const PASSES: u32 = 3;
 /// Weight of valences against cotangents.
-const VALENCE_WEIGHT: f64 = 0.5;
+const VALENCE_WEIGHT: f64 = 1.0;
 /// Least gain of a flip, so that rounding errors cannot flip an edge back and forth.
 const MIN_GAIN: f64 = 1e-6;
 /// A triangle whose height is below this share of its longest edge has no normal to speak of.
@@ -54,7 +54,8 @@ impl StarMesh {
             return false;
         }
         let points = [a, b, c, d].map(|v| self.points[v as usize]);
-        let gain = angle_gain(points) + VALENCE_WEIGHT * self.valence_gain([a, b, c, d]);
+        let gain =
+            angle_gain(points) + VALENCE_WEIGHT * self.valence_gain([a, b, c, d], self.patches[t as usize]);
         if gain <= MIN_GAIN {
             return false;
         }
@@ -72,16 +73,33 @@ impl StarMesh {
         true
     }
 
-    /// Half the decrease of the sum of squared differences to the ideal valences.
-    fn valence_gain(&self, [a, b, c, d]: [u32; 4]) -> f64 {
-        let excess = |v: u32| {
-            // What a vertex on a curve should have depends on the angle there.
-            let is_inside = self.places[v as usize] == Place::Inside;
-            if is_inside { self.star[v as usize].len() as f64 - 6.0 } else { 0.0 }
-        };
-        let moves = [a, b, c, d].map(|v| f64::from(u8::from(self.places[v as usize] == Place::Inside)));
-        let [ea, eb, ec, ed] = [a, b, c, d].map(excess);
-        ea + eb - ec - ed - 0.5 * moves.iter().sum::<f64>()
+    /// Half the decrease of the sum of squared differences to the ideal valences; `patch` is that of the two
+    /// triangles.
+    fn valence_gain(&self, corners: [u32; 4], patch: u32) -> f64 {
+        let [a, b, c, d] = corners.map(|v| self.valence_excess(v, patch));
+        let change = |excess: Option<f64>, by: f64| excess.map_or(0.0, |excess| by * excess - 0.5);
+        change(a, 1.0) + change(b, 1.0) + change(c, -1.0) + change(d, -1.0)
+    }
+
+    /// Triangles of a vertex beyond six inside a patch, or beyond three on the side of a curve; `None` at
+    /// corners, where it depends on the angle.
+    fn valence_excess(&self, v: u32, patch: u32) -> Option<f64> {
+        let star = &self.star[v as usize];
+        match self.places[v as usize] {
+            Place::Inside => Some(star.len() as f64 - 6.0),
+            Place::Curve => {
+                let in_patch = star.iter().filter(|t| self.patches[**t as usize] == patch).count();
+                // With the same patch on both sides, all triangles count.
+                let sides = if in_patch < star.len() || self.is_boundary(v) { 1.0 } else { 2.0 };
+                Some(in_patch as f64 - 3.0 * sides)
+            }
+            Place::Corner => None,
+        }
+    }
+
+    /// Whether a vertex has an edge with one triangle.
+    fn is_boundary(&self, v: u32) -> bool {
+        self.neighbours(v).into_iter().any(|w| self.at_edge(v, w).count() == 1)
     }
 }
 

@@ -8,6 +8,7 @@
 
 mod collapse;
 mod curve_edges;
+mod curves;
 mod flip;
 mod relax;
 mod split;
@@ -22,11 +23,11 @@ use collapse::Limits;
 use star_mesh::StarMesh;
 
 /// Edges longer than this are split, in target lengths.
-const LONG: f64 = 4.0 / 3.0;
+const LONG: f64 = 1.25;
 /// Edges shorter than this are collapsed, in target lengths.
-const SHORT: f64 = 4.0 / 5.0;
+const SHORT: f64 = 0.85;
 /// Rounds of all operations, in which the target length is adjusted to the number of vertices.
-const ROUNDS: u32 = 6;
+const ROUNDS: u32 = 10;
 /// Largest change of the target length between two rounds.
 const MOST_CHANGE: f64 = 1.25;
 /// Flips and relaxations once the number of vertices is right.
@@ -82,6 +83,7 @@ pub fn remesh_locally(
     for _ in 0..ROUNDS {
         progress.poll()?;
         mesh.split_long(LONG * length, (MOST_SPLIT * count).max(mesh.used()), &polylines);
+        mesh.space_curves(spacing(area, count), &polylines);
         mesh.collapse_short(SHORT * length, &Limits::regular(length), &polylines, progress)?;
         mesh.flip(progress)?;
         mesh.relax(target, &polylines, progress)?;

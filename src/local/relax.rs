@@ -10,11 +10,13 @@ use crate::polish::{Target, folds_or_flattens};
 use crate::{ProgressToken, Result};
 
 /// Passes over all vertices.
-const PASSES: u32 = 2;
+const PASSES: u32 = 4;
 /// Vertices around which less than this share of the normals is left of their sum are tips, which stay.
 const TIP: f64 = 0.5;
 /// Largest distance of the curve from an edge after a slide, as a share of the edge's length.
 const MAX_DEVIATION: f64 = 0.05;
+/// Longest slide, as a share of the way to the next vertex.
+const MOST_SLIDE: f64 = 0.4;
 /// Steps of a move that are tried, as shares of it.
 const SHARES: [f64; 3] = [1.0, 0.5, 0.25];
 
@@ -22,6 +24,7 @@ impl StarMesh {
     /// Moves vertices one by one towards the mean of their neighbours, over the surface or along their curve.
     pub fn relax(&mut self, target: &Target, polylines: &[Polyline], progress: &ProgressToken) -> Result<()> {
         for _ in 0..PASSES {
+            self.slide_all(polylines);
             for v in 0..self.points.len() as u32 {
                 if v % 4096 == 0 {
                     progress.poll()?;
@@ -29,10 +32,8 @@ impl StarMesh {
                 if !self.is_used(v) {
                     continue;
                 }
-                match self.places[v as usize] {
-                    Place::Inside => self.relax_inside(v, target),
-                    Place::Curve => self.slide(v, polylines),
-                    Place::Corner => {}
+                if self.places[v as usize] == Place::Inside {
+                    self.relax_inside(v, target);
                 }
             }
         }
@@ -83,21 +84,52 @@ impl StarMesh {
     }
 
     /// The two parts of the curve from a vertex on it.
-    pub fn parts_at(&self, v: u32) -> Option<[(u32, CurvePart); 2]> {
+    fn parts_at(&self, v: u32) -> Option<[(u32, CurvePart); 2]> {
         let mut parts = self.neighbours(v).into_iter().filter_map(|w| Some((w, self.curves.get(v, w)?)));
         let both = [parts.next()?, parts.next()?];
         parts.next().is_none().then_some(both)
     }
 
-    fn slide(&mut self, v: u32, polylines: &[Polyline]) {
+    /// Moves vertices along their curve towards where its edges have their target lengths; one after the
+    /// other, so that nothing folds on the way.
+    fn slide_all(&mut self, polylines: &[Polyline]) {
+        for edges in self.curves.by_curve(polylines.len()) {
+            for (v, shift) in self.shifts(&edges) {
+                self.slide(v, shift, polylines);
+            }
+        }
+    }
+
+    /// How far each vertex inside a curve is from where it should be, in arc length.
+    fn shifts(&self, edges: &[(u32, u32, CurvePart)]) -> Vec<(u32, f64)> {
+        let length: f64 = edges.iter().map(|(_, _, part)| (part.to - part.from).abs()).sum();
+        let sizes: f64 = edges.iter().map(|(a, b, _)| self.size(*a, *b)).sum();
+        let (mut is, mut should) = (0.0, 0.0);
+        let mut shifts: Vec<(u32, f64)> = Vec::with_capacity(edges.len());
+        for (a, b, part) in edges {
+            is += (part.to - part.from).abs();
+            should += self.size(*a, *b) * length / sizes;
+            // The end of the edge.
+            let v = if part.from < part.to { *b } else { *a };
+            shifts.push((v, should - is));
+        }
+        if shifts.iter().all(|(v, _)| self.places[*v as usize] == Place::Curve) {
+            // A closed curve has no end to count from.
+            let mean = shifts.iter().map(|(_, shift)| shift).sum::<f64>() / shifts.len().max(1) as f64;
+            shifts.iter_mut().for_each(|(_, shift)| *shift -= mean);
+        }
+        shifts.retain(|(v, _)| self.places[*v as usize] == Place::Curve);
+        shifts
+    }
+
+    fn slide(&mut self, v: u32, shift: f64, polylines: &[Polyline]) {
         let Some([(w, there), (x, other)]) = self.parts_at(v) else { return };
         if there.curve != other.curve {
             return;
         }
-        // The middle between the two neighbours, by their target lengths.
-        let [to_w, to_x] = [there.to - there.from, other.to - other.from];
-        let [at_w, at_x] = [self.size(v, w), self.size(v, x)];
-        let shift = (to_w * at_x + to_x * at_w) / (at_w + at_x);
+        // No farther than half-way to the next vertex.
+        let [one, two] = [there.to - there.from, other.to - other.from].map(|to| MOST_SLIDE * to);
+        let shift = shift.clamp(one.min(two).min(0.0), one.max(two).max(0.0));
         let line = &polylines[there.curve as usize];
         for share in SHARES {
             let shift = share * shift;

@@ -44,7 +44,7 @@ impl StarMesh {
     }
 
     /// Puts a vertex into the middle of an edge, or of the part of a curve that it stands for.
-    fn split_edge(&mut self, a: u32, b: u32, polylines: &[Polyline]) -> u32 {
+    pub fn split_edge(&mut self, a: u32, b: u32, polylines: &[Polyline]) -> u32 {
         let part = self.curves.remove(a, b);
         let size = self.size(a, b);
         let middle = match part {
