@@ -50,13 +50,13 @@ pub struct MethodArgs {
     #[arg(long, value_name = "SHARE", help_heading = INPUT, hide_short_help = true)]
     min_component: Option<f64>,
     /// Add vertices if the number asked for is too small for a valid mesh (preset default)
-    #[arg(long, conflicts_with = "best_effort", help_heading = SIZE, hide_short_help = true)]
+    #[arg(long, conflicts_with = "strict", help_heading = SIZE, hide_short_help = true)]
     vertices_at_least: bool,
-    /// Write the best mesh there is, with a warning, if the number asked for is too small for a valid one
+    /// Fail if parts of the surface would be lost or faces intersect that did not in the input
     ///
-    /// By default that is an error (preset default; the others always write what there is).
+    /// By default the best mesh there is is written, with a warning (preset default; the others always do).
     #[arg(long, help_heading = SIZE, hide_short_help = true)]
-    best_effort: bool,
+    strict: bool,
 }
 
 #[derive(Clone, Copy, clap::ValueEnum)]
@@ -98,7 +98,7 @@ impl MethodArgs {
             ("--feature-angle", DEFAULT, coarse, self.feature_angle.is_some()),
             ("--features", DEFAULT, coarse, self.features.is_some()),
             ("--vertices-at-least", DEFAULT, coarse, self.vertices_at_least),
-            ("--best-effort", DEFAULT, coarse, self.best_effort),
+            ("--strict", DEFAULT, coarse, self.strict),
             ("--sizing", DEFAULT, coarse, self.sizing.differs()),
             ("--centroid", PLANES, planes, research.centroid.is_some()),
             (
@@ -153,10 +153,10 @@ impl MethodArgs {
         coarse.fit &= !self.no_fit;
         coarse.local = self.local;
         put(self.feature_angle, &mut coarse.feature_angle);
-        coarse.shortage = match (self.vertices_at_least, self.best_effort) {
+        coarse.shortage = match (self.vertices_at_least, self.strict) {
             (true, _) => Shortage::AddVertices,
-            (false, true) => Shortage::BestEffort,
-            (false, false) => Shortage::Refuse,
+            (false, true) => Shortage::Refuse,
+            (false, false) => Shortage::BestEffort,
         };
         self.sizing.put(&mut options)?;
         options.validate()?;

@@ -3,7 +3,7 @@
 /// What the library says, and what the command line has for it; other fields are options of their own name.
 const PHRASES: [(&str, &str); 5] = [
     ("`shortage` add-vertices", "--vertices-at-least"),
-    ("`shortage` best-effort", "--best-effort"),
+    ("accept it with `shortage` best-effort", "leave out --strict"),
     ("`memory_bytes`", "--device-memory"),
     ("name its `format`", "name its format by --input-format"),
     ("read the file without materials", "leave out --keep-uv"),

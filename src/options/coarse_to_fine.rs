@@ -21,17 +21,17 @@ pub enum Quality {
     Best,
 }
 
-/// What happens if the vertices asked for are too few for a valid mesh: handles, components or boundary loops
-/// would be lost, or faces intersect.
+/// What happens if there is no mesh of the vertices asked for without a fault: handles, components or boundary
+/// loops are lost, or faces intersect that did not in the input.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
 #[non_exhaustive]
 #[serde(rename_all = "kebab-case")]
 pub enum Shortage {
-    /// An error that says how many would do.
+    /// The mesh with the least fault, and a warning.
     #[default]
-    Refuse,
-    /// The mesh as it is, with a warning.
     BestEffort,
+    /// An error that says what is wrong and where.
+    Refuse,
     /// As many more vertices as it takes.
     AddVertices,
 }
@@ -133,7 +133,7 @@ impl Default for CoarseToFineOptions {
             feature_angle: FeatureOptions::FEATURE_ANGLE,
             features: None,
             fixed_half_edges: Vec::new(),
-            shortage: Shortage::Refuse,
+            shortage: Shortage::BestEffort,
             sizing: Sizing::Uniform,
             min_edge: None,
             max_edge: None,

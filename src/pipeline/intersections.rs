@@ -1,36 +1,72 @@
 //! Faces that intersect others, in the input and in a result.
 
+use crate::mesh::bvh::Bvh;
 use crate::mesh::intersections::intersecting_faces;
+use crate::mesh::submesh::extract;
 use crate::mesh::unit_frame::UnitFrame;
 use crate::{ProgressToken, Result, TriMesh};
 use std::sync::OnceLock;
 
-/// The faces of a mesh in the unit-diagonal frame that intersect others in the input's units, since rounding
-/// to these may fold thin parts.
-///
-/// # Errors
-/// [`crate::Error::Cancelled`].
-pub(crate) fn intersecting_in_units(
-    mesh: &TriMesh,
-    frame: &UnitFrame,
-    progress: &ProgressToken,
-) -> Result<Vec<u32>> {
-    let vertices = mesh.vertices.iter().map(|p| frame.from_unit(*p)).collect();
-    intersecting_faces(&TriMesh { vertices, triangles: mesh.triangles.clone() }, progress)
+/// The faces of the repaired input that intersect others, found when they are first asked for.
+#[derive(Default)]
+pub(crate) struct InputIntersections {
+    known: OnceLock<Known>,
 }
 
-/// The number of faces of the input that intersect others, counted only if it is not known yet.
-///
-/// # Errors
-/// [`crate::Error::Cancelled`].
-pub(crate) fn input_intersections(
-    known: &OnceLock<usize>,
-    input: &TriMesh,
-    progress: &ProgressToken,
-) -> Result<usize> {
-    if let Some(count) = known.get() {
-        return Ok(*count);
+struct Known {
+    count: usize,
+    /// Over these faces, in the unit-diagonal frame.
+    bvh: Bvh,
+}
+
+/// Faces of a result that intersect others.
+pub(crate) struct Intersections {
+    pub count: usize,
+    /// Those of them that are not where faces of the input intersect others.
+    pub new: Vec<u32>,
+}
+
+impl InputIntersections {
+    /// How many they are, if they have been asked for.
+    pub fn count(&self) -> Option<usize> {
+        self.known.get().map(|known| known.count)
     }
-    let count = intersecting_faces(input, progress)?.len();
-    Ok(*known.get_or_init(|| count))
+
+    /// Compares `mesh`, which is in the unit-diagonal frame and has edges of about `spacing`, with the input.
+    /// Intersections are found in the input's units, since rounding to these may fold thin parts.
+    ///
+    /// # Errors
+    /// [`crate::Error::Cancelled`].
+    pub fn compare(
+        &self,
+        input: &TriMesh,
+        frame: &UnitFrame,
+        (mesh, spacing): (&TriMesh, f64),
+        progress: &ProgressToken,
+    ) -> Result<Intersections> {
+        let vertices = mesh.vertices.iter().map(|p| frame.from_unit(*p)).collect();
+        let in_units = TriMesh { vertices, triangles: mesh.triangles.clone() };
+        let mut new = intersecting_faces(&in_units, progress)?;
+        let count = new.len();
+        if count > 0 {
+            let known = self.known(input, frame, progress)?;
+            // The more faces a result has, the more of them run through others at the same place.
+            new.retain(|t| {
+                let [a, b, c] = mesh.corners(*t as usize);
+                let nearest = known.bvh.closest((a + b + c) / 3.0);
+                nearest.is_none_or(|nearest| nearest.distance_sq > spacing * spacing)
+            });
+        }
+        Ok(Intersections { count, new })
+    }
+
+    fn known(&self, input: &TriMesh, frame: &UnitFrame, progress: &ProgressToken) -> Result<&Known> {
+        if let Some(known) = self.known.get() {
+            return Ok(known);
+        }
+        let faces = intersecting_faces(input, progress)?;
+        let mut crossing = extract(input, &faces);
+        crossing.vertices.iter_mut().for_each(|p| *p = frame.to_unit(*p));
+        Ok(self.known.get_or_init(|| Known { count: faces.len(), bvh: Bvh::new(&crossing) }))
+    }
 }

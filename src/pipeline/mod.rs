@@ -26,11 +26,11 @@ use crate::{Error, Flow, Phase, Progress, Result, TriMesh};
 use all_at_once::AllAtOnce;
 use clock::Clock;
 use coarse_to_fine::attempts::Attempts;
+use intersections::InputIntersections;
 use measuring::{Measuring, correspondence_of};
 use messages::{WarningInput, remarks, warnings};
 use outcome::Outcome;
 use prepare::Prepared;
-use std::sync::OnceLock;
 
 #[cfg(feature = "html")]
 pub(crate) use prepare::for_repaired;
@@ -101,7 +101,7 @@ fn run(
     })?;
     clock.phase("prepare");
     let search = prepared.search();
-    let input_intersections = OnceLock::new();
+    let input_intersections = InputIntersections::default();
     let mut outcome = attempt(device, &mut prepared, &input_intersections, progress, &mut clock)?;
     let result = prepared.assemble(&mut outcome);
     let Prepared { repaired, frame, input, small, surface, .. } = prepared;
@@ -117,7 +117,7 @@ fn run(
         reference: (options.measures >= MeasureDepth::Full).then_some(&repaired.mesh),
         // Those of small components are not among the known ones.
         intersecting_faces: outcome.intersecting_faces.filter(|_| small.is_empty()),
-        input_intersections: input_intersections.into_inner().filter(|_| small.is_empty()),
+        input_intersections: input_intersections.count().filter(|_| small.is_empty()),
         options,
     };
     let measured = progress.during(|progress| measuring.measure(progress))?;
@@ -164,7 +164,7 @@ fn run(
 fn attempt(
     device: &Device,
     prepared: &mut Prepared,
-    input_intersections: &OnceLock<usize>,
+    input_intersections: &InputIntersections,
     progress: &mut ProgressReporter,
     clock: &mut Clock,
 ) -> Result<Outcome> {

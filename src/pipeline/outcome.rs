@@ -17,7 +17,7 @@ pub(crate) struct Outcome {
     pub sites: SitesOnSurface,
     pub counts: ConnectCounts,
     pub flags: FlagCounts,
-    /// What is wrong with the mesh for lack of vertices.
+    /// What is wrong with the mesh.
     pub fault: Option<Fault>,
     /// Number of faces that intersect others, if it is known.
     pub intersecting_faces: Option<usize>,
@@ -39,20 +39,34 @@ pub(crate) struct Outcome {
     pub attempts: u32,
 }
 
-/// What is wrong with a mesh for lack of vertices.
+/// What is wrong with a mesh.
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) struct Fault {
-    pub what: String,
+    pub kind: FaultKind,
     /// A place where it is, in the unit-diagonal frame.
     pub at: Option<DVec3>,
+}
+
+/// Kinds of faults, from the least to the worst.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+pub(crate) enum FaultKind {
+    /// So many faces intersect others where none of the input did.
+    Intersections(usize),
+    /// The topology differs from the input's.
+    Topology,
 }
 
 impl Fault {
     /// As text, with the place in the input's units.
     pub fn describe(&self, frame: &UnitFrame) -> String {
-        let Some(at) = self.at else { return self.what.clone() };
+        let what = match self.kind {
+            FaultKind::Topology => "components, handles or boundary loops of the surface are lost".to_owned(),
+            FaultKind::Intersections(1) => "1 face intersects others".to_owned(),
+            FaultKind::Intersections(count) => format!("{count} faces intersect others"),
+        };
+        let Some(at) = self.at else { return what };
         let decimals = decimals(frame.scale);
         let [x, y, z] = frame.from_unit(at).to_array();
-        format!("{} near ({x:.decimals$}, {y:.decimals$}, {z:.decimals$})", self.what)
+        format!("{what} near ({x:.decimals$}, {y:.decimals$}, {z:.decimals$})")
     }
 }

@@ -288,7 +288,7 @@ fn sharp_edges_that_cannot_be_kept() {
     refused(&place, rtf, 2, &["--feature-angle", "preset default"]);
     refused(
         &place,
-        "remesh in.ply out.ply -n 99 --best-effort --vertices-at-least",
+        "remesh in.ply out.ply -n 99 --strict --vertices-at-least",
         2,
         &["cannot be used with"],
     );

@@ -28,12 +28,12 @@ use std::time::Instant;
 const EXAMPLES: &str = "Examples:
   rtfmesh batch scans --out remeshed -n 10k
   rtfmesh batch a.stl b.obj parts --out remeshed --edge-length 1% --format obj
-  rtfmesh batch @all.txt --out remeshed --ratio 0.1 --best-effort --resume
+  rtfmesh batch @all.txt --out remeshed --ratio 0.1 --resume
   rtfmesh batch scans --out remeshed -n 10k --shard 3/16 --log logs/3.jsonl";
 
 const SHORT_EXAMPLES: &str = "Examples:
   rtfmesh batch scans --out remeshed -n 10k
-  rtfmesh batch @all.txt --out remeshed --ratio 0.1 --best-effort --resume";
+  rtfmesh batch @all.txt --out remeshed --ratio 0.1 --resume";
 
 /// Remesh many files with the same options on one device
 ///

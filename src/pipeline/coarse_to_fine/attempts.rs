@@ -9,16 +9,16 @@ use crate::mesh::topology::Topology;
 use crate::mesh::unit_frame::UnitFrame;
 use crate::options::{Options, Shortage};
 use crate::pipeline::clock::Clock;
-use crate::pipeline::collapse::faulty::Fallback;
+use crate::pipeline::collapse::faulty::{Fallback, better};
+use crate::pipeline::intersections::InputIntersections;
 use crate::pipeline::outcome::{Fault, Outcome};
 use crate::pipeline::user_curves::may_simplify;
 use crate::progress::ProgressReporter;
 use crate::sites::surface::Surface;
 use crate::{Error, Result, TriMesh};
-use std::sync::OnceLock;
 
 /// Random starts with the given number of vertices.
-const STARTS: u64 = 3;
+const STARTS: u64 = 2;
 /// Each further attempt has this many times the vertices of the last,
 const GROWTH: f64 = 1.5;
 /// up to so many times the given number,
@@ -37,8 +37,8 @@ pub(crate) struct Attempts<'a> {
     /// Vertices of the small components, which are not part of the surface.
     pub small_vertices: usize,
     pub options: &'a Options,
-    /// Number of faces of the repaired input that intersect others, once counted.
-    pub input_intersections: &'a OnceLock<usize>,
+    /// Faces of the repaired input that intersect others.
+    pub input_intersections: &'a InputIntersections,
 }
 
 /// Runs attempts and counts them.
@@ -103,10 +103,11 @@ impl Runner<'_, '_> {
 }
 
 impl Attempts<'_> {
-    /// The first outcome without a fault.
+    /// The first outcome without a fault; or that with the least one, if the options allow it.
     ///
     /// # Errors
-    /// [`Error::Input`] if there is none with the given number of vertices and the options allow no other.
+    /// [`Error::Input`] if there is none with the given number of vertices and the options allow no other;
+    /// [`Error::Usage`] if there are too few vertices for the curves.
     pub fn run(
         &self,
         model: SurfaceModel,
@@ -120,54 +121,61 @@ impl Attempts<'_> {
             Shortage::Refuse | Shortage::BestEffort => (model, self.options.vertices),
         };
         let fallback = self.fallback();
-        if self.options.coarse_to_fine.local {
-            let features = model.features;
-            let whole = runner.progress.during(|p| fallback.whole(features, vertices, p))?;
-            let fault = Fault { what: "local operations do not reach so few".to_owned(), at: None };
-            return whole.ok_or_else(|| self.refusal(&fault, vertices, false));
+        let features = model.features;
+        let whole = |runner: &mut Runner| {
+            runner.progress.during(|progress| fallback.whole(features, vertices, progress))
+        };
+        if self.options.coarse_to_fine.local
+            && let Some(whole) = whole(&mut runner)?
+        {
+            return self.accepted(whole);
         }
         let first = match runner.attempt(&model, vertices, seed) {
             // There are too few vertices for the curves.
             Err(error @ Error::Usage { .. }) if may_simplify(self.options) => {
-                let features = model.features;
-                let whole = runner.progress.during(|p| fallback.whole(features, vertices, p))?;
-                return whole.ok_or(error);
+                return whole(&mut runner)?.ok_or(error).and_then(|whole| self.accepted(whole));
             }
             first => first?,
         };
         let Some(fault) = first.fault.clone() else { return Ok(first) };
-        // Simplified components have less even triangles, but the given number of vertices. If vertices may
-        // be added, even triangles come first.
-        let repair =
-            |runner: &mut Runner| runner.progress.during(|progress| fallback.repaired(&first, progress));
-        // A defective input is unlikely to gain from other starts, and its user need not wait for them.
-        let is_defective = !self.input.is_manifold();
-        if is_defective && let Some(repaired) = repair(&mut runner)? {
-            return Ok(repaired);
+        // If vertices may be added, even triangles come first.
+        if shortage == Shortage::AddVertices {
+            drop(model);
+            let (larger, tried) = runner.with_more_vertices(vertices, seed)?;
+            let repair = |runner: &mut Runner| runner.progress.during(|p| fallback.repaired(&first, p));
+            return match larger {
+                Some(larger) => Ok(larger),
+                None => repair(&mut runner)?
+                    .filter(|repaired| repaired.fault.is_none())
+                    .ok_or_else(|| self.refusal(&fault, Some(tried))),
+            };
         }
-        for start in 1..STARTS {
-            let other = runner.attempt(&model, vertices, seed.wrapping_add(start))?;
-            if other.fault.is_none() {
-                return Ok(other);
+        // A defective input is unlikely to gain from another start, and its user need not wait for it.
+        if self.input.is_manifold() {
+            for start in 1..STARTS {
+                let other = runner.attempt(&model, vertices, seed.wrapping_add(start))?;
+                if other.fault.is_none() {
+                    return Ok(other);
+                }
             }
-        }
-        let repair_once = |runner: &mut Runner| if is_defective { Ok(None) } else { repair(runner) };
-        if shortage != Shortage::AddVertices
-            && let Some(repaired) = repair_once(&mut runner)?
-        {
-            return Ok(repaired);
-        }
-        if shortage == Shortage::BestEffort {
-            return Ok(first);
         }
         drop(model);
-        let (larger, tried) = runner.with_more_vertices(vertices, seed)?;
-        match (larger, shortage) {
-            (Some(larger), Shortage::AddVertices) => Ok(larger),
-            (None, Shortage::AddVertices) => {
-                repair_once(&mut runner)?.ok_or_else(|| self.refusal(&fault, tried, false))
+        let attempts = runner.attempts;
+        let mut best = runner.progress.during(|progress| fallback.repaired(&first, progress))?;
+        if best.as_ref().is_none_or(|repaired| repaired.fault.is_some()) && may_simplify(self.options) {
+            best = better(best, whole(&mut runner)?);
+        }
+        let best = better(best, Some(first)).map(|best| Outcome { attempts, ..best });
+        best.ok_or_else(|| self.refusal(&fault, None)).and_then(|best| self.accepted(best))
+    }
+
+    /// An outcome with a fault, unless the options refuse it.
+    fn accepted(&self, outcome: Outcome) -> Result<Outcome> {
+        match &outcome.fault {
+            Some(fault) if self.options.coarse_to_fine.shortage == Shortage::Refuse => {
+                Err(self.refusal(fault, None))
             }
-            (larger, _) => Err(self.refusal(&fault, tried, larger.is_some())),
+            _ => Ok(outcome),
         }
     }
 
@@ -176,22 +184,15 @@ impl Attempts<'_> {
         Fallback { mesh, frame, surface, options, input_intersections }
     }
 
-    /// The error for too few vertices; `tried` is the largest number tried, and `suffices` whether it is
-    /// enough.
-    fn refusal(&self, fault: &Fault, tried: usize, suffices: bool) -> Error {
-        let problem = format!(
-            "{} vertices are too few: {}",
-            self.options.vertices + self.small_vertices,
-            fault.describe(self.frame)
-        );
-        let tried = tried + self.small_vertices;
+    /// The error for a faulty result; `tried` is the largest number of vertices tried.
+    fn refusal(&self, fault: &Fault, tried: Option<usize>) -> Error {
+        let vertices = self.options.vertices + self.small_vertices;
+        let problem =
+            format!("no mesh of {vertices} vertices without a fault: {}", fault.describe(self.frame));
         let repair =
             if self.input.is_manifold() { "" } else { "repair the input there (`weld` closes cracks), " };
-        let count = match suffices {
-            true => format!("ask for {tried}, let `shortage` add-vertices add them"),
-            false => format!("ask for more than {tried}"),
-        };
-        let remedy = format!("{repair}{count}, or accept a faulty result with `shortage` best-effort");
+        let more = tried.map_or(vertices, |tried| tried + self.small_vertices);
+        let remedy = format!("{repair}ask for more than {more}, or accept it with `shortage` best-effort");
         Error::input(None, problem, remedy)
     }
 }

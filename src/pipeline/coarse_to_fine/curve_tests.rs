@@ -12,10 +12,10 @@ use crate::mesh::samples::sample;
 use crate::mesh::sizing::SizeField;
 use crate::mesh::topology::topology;
 use crate::mesh::unit_frame::UnitFrame;
+use crate::pipeline::intersections::InputIntersections;
 use crate::progress::{ProgressReporter, ProgressToken};
 use crate::sites::surface::Surface;
 use crate::{Flow, Options, TriMesh};
-use std::sync::OnceLock;
 
 /// Relaxes `count` sites on the mesh, with the checks that hold for all; returns the steps in spacings.
 fn relaxed(mesh: &TriMesh, count: usize) -> Vec<f64> {
@@ -38,7 +38,7 @@ fn relaxed(mesh: &TriMesh, count: usize) -> Vec<f64> {
         mesh,
         frame: &frame,
         input: &input,
-        input_intersections: &OnceLock::new(),
+        input_intersections: &InputIntersections::default(),
         options: &options,
     };
     let (start, on_curves) = run.start(Origin::Scattered, &plan);

@@ -8,11 +8,11 @@ use crate::mesh::polyline::Polyline;
 use crate::mesh::spacing;
 use crate::pipeline::clock::Clock;
 use crate::pipeline::cost::AttemptCost;
-use crate::pipeline::intersections::{input_intersections, intersecting_in_units};
+use crate::pipeline::intersections::Intersections;
 use crate::pipeline::near_sites::near_sites;
-use crate::pipeline::outcome::Fault;
+use crate::pipeline::outcome::{Fault, FaultKind};
 use crate::polish::{FitOptions, OutlierOptions, PolishOptions, SlidingCurve, fit, polish, reduce_outliers};
-use crate::progress::{ProgressReporter, ProgressToken};
+use crate::progress::ProgressReporter;
 use crate::sites::cells::{BrokenCell, CellSurface};
 use crate::sites::curve_sites::CurvePosition;
 use crate::{Phase, Result, TriMesh};
@@ -44,19 +44,18 @@ impl CoarseToFine<'_> {
             let faces = level.mesh.triangles.clone();
             self.polish_and_fit(&mut level, reporting)?;
             if !level.is_sound {
-                let what = "components, handles or boundary loops of the surface are lost".to_owned();
-                let fault = Fault { what, at: level.faulty_place };
+                let fault = Fault { kind: FaultKind::Topology, at: level.faulty_place };
                 return Ok((level, Some(fault)));
             }
             let Reporting { cost, progress, clock } = reporting;
             progress.phase(Phase::Check, cost.check.until, cost.check.after)?;
-            let intersecting =
-                progress.during(|progress| intersecting_in_units(&level.mesh, self.frame, progress))?;
-            level.intersecting_faces = Some(intersecting.len());
+            let result = (&level.mesh, level_spacing);
+            let compare =
+                |progress: &_| self.input_intersections.compare(self.mesh, self.frame, result, progress);
+            let Intersections { count, new: intersecting } = progress.during(compare)?;
+            level.intersecting_faces = Some(count);
             clock.phase("check");
-            let of_input =
-                |progress: &ProgressToken| input_intersections(self.input_intersections, self.mesh, progress);
-            if intersecting.is_empty() || intersecting.len() <= progress.during(of_input)? {
+            if intersecting.is_empty() {
                 return Ok((level, None));
             }
             let destinations: Vec<BrokenCell> =
@@ -64,12 +63,9 @@ impl CoarseToFine<'_> {
             let (fixed, sizes) = (level.fixed(), &self.model.sizes);
             let of = ConnectedSites { faces: &faces, fixed: &fixed, spacing: level_spacing, sizes };
             if left == 0 || !densify(&mut level.sites, &of, &destinations) {
-                let what = match intersecting.len() {
-                    1 => "1 face intersects others".to_owned(),
-                    count => format!("{count} faces intersect others"),
-                };
+                let kind = FaultKind::Intersections(intersecting.len());
                 let at = destinations.first().map(|b| b.farthest.0);
-                return Ok((level, Some(Fault { what, at })));
+                return Ok((level, Some(Fault { kind, at })));
             }
             left -= 1;
             let near = near_sites(self.device, &level.sites.positions)?;

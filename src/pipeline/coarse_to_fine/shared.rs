@@ -6,8 +6,8 @@ use crate::gpu::Device;
 use crate::mesh::topology::Topology;
 use crate::mesh::unit_frame::UnitFrame;
 use crate::options::Options;
+use crate::pipeline::intersections::InputIntersections;
 use crate::sites::surface::Surface;
-use std::sync::OnceLock;
 
 /// An attempt of the default pipeline.
 pub(crate) struct CoarseToFine<'a> {
@@ -20,7 +20,7 @@ pub(crate) struct CoarseToFine<'a> {
     pub frame: &'a UnitFrame,
     /// Topology of the repaired input.
     pub input: &'a Topology,
-    /// Number of faces of the repaired input that intersect others, once counted.
-    pub input_intersections: &'a OnceLock<usize>,
+    /// Faces of the repaired input that intersect others.
+    pub input_intersections: &'a InputIntersections,
     pub options: &'a Options,
 }

@@ -1,4 +1,4 @@
-//! Faulty results of cells, repaired by simplifying components or the whole surface.
+//! Faulty results of cells, whose components are remeshed by local operations; or the whole surface is.
 
 use super::components::{Components, RepairInput, Spread};
 use super::simplify::SimplifyTarget;
@@ -6,16 +6,15 @@ use crate::mesh::simplify::Site;
 use crate::mesh::spacing;
 use crate::mesh::unit_frame::UnitFrame;
 use crate::options::{Options, Sizing};
-use crate::pipeline::intersections::{input_intersections, intersecting_in_units};
-use crate::pipeline::outcome::Outcome;
+use crate::pipeline::intersections::{InputIntersections, Intersections};
+use crate::pipeline::outcome::{Fault, FaultKind, Outcome};
 use crate::pipeline::result::FeatureSummary;
 use crate::pipeline::user_curves::has_user_curves;
 use crate::sites::connect::ConnectCounts;
 use crate::sites::surface::Surface;
 use crate::{Error, ProgressToken, Result, TriMesh};
-use std::sync::OnceLock;
 
-/// The surface of a run, to be simplified where cells fail.
+/// The surface of a run, for other ways where cells fail.
 #[derive(Clone, Copy)]
 pub(crate) struct Fallback<'a> {
     /// The repaired input, in its units.
@@ -23,41 +22,54 @@ pub(crate) struct Fallback<'a> {
     pub frame: &'a UnitFrame,
     pub surface: &'a Surface,
     pub options: &'a Options,
-    /// Number of faces of the repaired input that intersect others, once counted.
-    pub input_intersections: &'a OnceLock<usize>,
-}
-
-/// A mesh with simplified components.
-struct RepairedMesh {
-    mesh: TriMesh,
-    simplified_components: usize,
-    intersecting_faces: usize,
+    /// Faces of the repaired input that intersect others.
+    pub input_intersections: &'a InputIntersections,
 }
 
 impl Fallback<'_> {
-    /// The outcome with its faulty components simplified to as many vertices; `None` if that does not help.
+    /// The outcome with its faulty components made anew with as many vertices; with a fault if faces still
+    /// intersect, `None` if there are too few vertices or nothing could be replaced.
     ///
     /// # Errors
     /// [`Error::Cancelled`].
     pub fn repaired(&self, faulty: &Outcome, progress: &ProgressToken) -> Result<Option<Outcome>> {
-        // Edge collapses do not know the user's curves.
+        // Local operations do not know the user's curves.
         if has_user_curves(self.options) {
             return Ok(None);
         }
-        let mut repaired = self.repaired_mesh(faulty, Spread::AsBefore, progress)?;
+        let repaired = self.repaired_once(faulty, Spread::AsBefore, progress)?;
         // Short edges where faces of the input intersect others make more faces that do so.
-        if repaired.is_none() && self.options.coarse_to_fine.sizing != Sizing::Uniform {
-            repaired = self.repaired_mesh(faulty, Spread::Evenly, progress)?;
+        let is_sized = self.options.coarse_to_fine.sizing != Sizing::Uniform;
+        if is_sized && repaired.as_ref().is_none_or(|repaired| repaired.fault.is_some()) {
+            let evenly = self.repaired_once(faulty, Spread::Evenly, progress)?;
+            return Ok(better(repaired, evenly));
         }
-        let Some(RepairedMesh { mesh, simplified_components, intersecting_faces }) = repaired else {
+        Ok(repaired)
+    }
+
+    fn repaired_once(
+        &self,
+        faulty: &Outcome,
+        spread: Spread,
+        progress: &ProgressToken,
+    ) -> Result<Option<Outcome>> {
+        let surface = self.surface.mesh();
+        let sites = faulty.sites.positions.iter().zip(&faulty.sites.triangles);
+        let sites: Vec<Site> = sites.map(|(at, triangle)| Site { at: *at, triangle: *triangle }).collect();
+        let intersections = self.intersections(&faulty.mesh, progress)?;
+        let mut mesh = faulty.mesh.clone();
+        let input =
+            RepairInput { surface: &surface, sites: &sites, faulty_faces: &intersections.new, spread };
+        let target = self.simplify_target(faulty.vertices, progress);
+        let repaired = Components::new(&surface).repair(&mut mesh, &input, &target);
+        let Some(simplified_components) = if_enough_vertices(repaired)? else { return Ok(None) };
+        if simplified_components == 0 {
             return Ok(None);
-        };
-        Ok(Some(Outcome {
-            mesh,
+        }
+        let outcome = Outcome {
             // Faces that could not be filled were in those components, since a hole changes the topology.
             counts: ConnectCounts { unfilled_faces: 0, ..faulty.counts },
             simplified_components,
-            intersecting_faces: Some(intersecting_faces),
             flags: faulty.flags,
             edge_lengths: faulty.edge_lengths,
             steps: faulty.steps.clone(),
@@ -65,32 +77,12 @@ impl Fallback<'_> {
             vertices: faulty.vertices,
             attempts: faulty.attempts,
             ..Outcome::default()
-        }))
+        };
+        self.checked(mesh, outcome, progress).map(Some)
     }
 
-    fn repaired_mesh(
-        &self,
-        faulty: &Outcome,
-        spread: Spread,
-        progress: &ProgressToken,
-    ) -> Result<Option<RepairedMesh>> {
-        let surface = self.surface.mesh();
-        let sites = faulty.sites.positions.iter().zip(&faulty.sites.triangles);
-        let sites: Vec<Site> = sites.map(|(at, triangle)| Site { at: *at, triangle: *triangle }).collect();
-        let of_input = self.input_intersections(progress)?;
-        let intersecting = intersecting_in_units(&faulty.mesh, self.frame, progress)?;
-        let faulty_faces = if intersecting.len() > of_input { intersecting.as_slice() } else { &[] };
-        let mut mesh = faulty.mesh.clone();
-        let input = RepairInput { surface: &surface, sites: &sites, faulty_faces, spread };
-        let target = self.simplify_target(faulty.vertices, progress);
-        let repaired = Components::new(&surface).repair(&mut mesh, &input, &target);
-        let Some(simplified_components) = if_enough_vertices(repaired)? else { return Ok(None) };
-        let intersecting_faces = intersecting_in_units(&mesh, self.frame, progress)?.len();
-        let is_better = simplified_components > 0 && intersecting_faces <= of_input;
-        Ok(is_better.then_some(RepairedMesh { mesh, simplified_components, intersecting_faces }))
-    }
-
-    /// The whole surface simplified; `None` if that does not reach so few vertices.
+    /// The whole surface remeshed by local operations; with a fault if faces intersect that did not in the
+    /// input, `None` if that does not reach so few vertices.
     ///
     /// # Errors
     /// [`Error::Cancelled`].
@@ -104,25 +96,41 @@ impl Fallback<'_> {
         let components = Components::new(&surface);
         let simplified = components.simplify(&surface, &self.simplify_target(vertices, progress));
         let Some(mesh) = if_enough_vertices(simplified)? else { return Ok(None) };
-        let intersecting_faces = intersecting_in_units(&mesh, self.frame, progress)?.len();
-        let is_valid = intersecting_faces <= self.input_intersections(progress)?;
-        Ok(is_valid.then_some(Outcome {
-            mesh,
+        let outcome = Outcome {
             simplified_components: components.count(),
-            intersecting_faces: Some(intersecting_faces),
             features: Some(features),
             vertices,
             attempts: 1,
             ..Outcome::default()
-        }))
+        };
+        self.checked(mesh, outcome, progress).map(Some)
+    }
+
+    /// The outcome with this mesh, and with a fault if its faces intersect more than those of the input.
+    fn checked(&self, mesh: TriMesh, outcome: Outcome, progress: &ProgressToken) -> Result<Outcome> {
+        let Intersections { count, new } = self.intersections(&mesh, progress)?;
+        let centre = |t: &u32| mesh.corners(*t as usize).into_iter().sum::<glam::DVec3>() / 3.0;
+        let fault =
+            new.first().map(|t| Fault { kind: FaultKind::Intersections(new.len()), at: Some(centre(t)) });
+        Ok(Outcome { fault, mesh, intersecting_faces: Some(count), ..outcome })
+    }
+
+    fn intersections(&self, mesh: &TriMesh, progress: &ProgressToken) -> Result<Intersections> {
+        let spacing = spacing(self.surface.area(), mesh.vertices.len());
+        self.input_intersections.compare(self.mesh, self.frame, (mesh, spacing), progress)
     }
 
     fn simplify_target<'p>(&self, vertices: usize, progress: &'p ProgressToken) -> SimplifyTarget<'p> {
         SimplifyTarget::new(self.options, vertices, spacing(self.surface.area(), vertices), progress)
     }
+}
 
-    fn input_intersections(&self, progress: &ProgressToken) -> Result<usize> {
-        input_intersections(self.input_intersections, self.mesh, progress)
+/// The one with the lesser fault, of equals the first.
+pub(crate) fn better(one: Option<Outcome>, other: Option<Outcome>) -> Option<Outcome> {
+    let severity = |outcome: &Outcome| outcome.fault.as_ref().map(|fault| fault.kind);
+    match (one, other) {
+        (Some(one), Some(other)) => Some(if severity(&other) < severity(&one) { other } else { one }),
+        (one, other) => one.or(other),
     }
 }
 
