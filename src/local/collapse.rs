@@ -7,13 +7,20 @@ use glam::DVec3;
 
 use super::curve_edges::CurvePart;
 use super::star_mesh::{Place, StarMesh};
+use crate::mesh::intersections::intersecting_faces;
 use crate::mesh::polyline::Polyline;
 use crate::mesh::triangle::{closest_on_triangle, doubled_normal};
-use crate::{ProgressToken, Result};
+use crate::{ProgressToken, Result, TriMesh};
 
 /// An edge between vertices inside patches becomes its midpoint if it is longer than this share of the target
 /// length; of a shorter one, either end is as good.
 const SHORT: f64 = 0.3;
+/// Lengths, in target lengths, up to which edges collapse for an exact number of vertices, and how many of the
+/// limits are tried for them.
+const CAPS: [(f64, usize); 8] =
+    [(0.3, 5), (0.5, 4), (0.7, 3), (0.9, 3), (1.2, 3), (1.6, 4), (f64::INFINITY, 5), (f64::INFINITY, 6)];
+/// Below this cosine of the normals before and after, triangles may run into others.
+const APART: f64 = 0.6;
 /// Collapses between two looks at whether to go on.
 const BETWEEN_POLLS: u32 = 256;
 
@@ -32,12 +39,27 @@ pub(super) struct Limits {
     distance: f64,
     /// Largest distance of a curve from its edges, in target lengths.
     deviation: f64,
+    /// Whether triangles nearby are checked, so that no more of them intersect.
+    apart: bool,
 }
 
 impl Limits {
     /// For edges that are too short.
     pub fn regular(length: f64) -> Self {
-        Self { length, cosine: 0.7, height: 0.1, longest: 4.0 / 3.0, distance: 0.1, deviation: 0.1 }
+        Self {
+            length,
+            cosine: 0.7,
+            height: 0.1,
+            longest: 4.0 / 3.0,
+            distance: 0.1,
+            deviation: 0.1,
+            apart: false,
+        }
+    }
+
+    /// For edges of details smaller than the target length.
+    pub fn of_details(length: f64) -> Self {
+        Self { cosine: 0.1, height: 0.02, longest: 1.6, distance: 0.4, deviation: 0.4, length, apart: true }
     }
 
     /// For edges on curves that are closer together than they should be.
@@ -54,6 +76,7 @@ impl Limits {
             longest,
             distance,
             deviation,
+            apart: cosine < APART,
         };
         [
             limits(0.7, 0.2, 1.6, 0.1, 0.1),
@@ -99,11 +122,15 @@ impl StarMesh {
         polylines: &[Polyline],
         progress: &ProgressToken,
     ) -> Result<()> {
-        for limits in Limits::series(length) {
-            if self.used() <= count {
-                break;
+        let series = Limits::series(length);
+        // The shorter an edge, the more shape may be lost for it.
+        for (cap, levels) in CAPS {
+            for limits in &series[..levels] {
+                if self.used() <= count {
+                    return Ok(());
+                }
+                self.collapse_edges(cap * length, count, limits, polylines, progress)?;
             }
-            self.collapse_edges(f64::INFINITY, count, &limits, polylines, progress)?;
             self.flip(progress)?;
         }
         Ok(())
@@ -145,7 +172,10 @@ impl StarMesh {
     /// Collapses an edge if the limits allow it; returns the vertex that is left.
     pub fn collapse_edge(&mut self, a: u32, b: u32, limits: &Limits, polylines: &[Polyline]) -> Option<u32> {
         let collapse = self.collapse(a, b, limits, polylines)?;
-        if !self.keeps_topology(collapse.gone, collapse.kept) || !self.keeps_shape(&collapse, limits) {
+        let keeps = self.keeps_topology(collapse.gone, collapse.kept)
+            && self.keeps_shape(&collapse, limits)
+            && (!limits.apart || self.stays_apart(&collapse));
+        if !keeps {
             return None;
         }
         self.apply(&collapse);
@@ -268,6 +298,20 @@ impl StarMesh {
         nearest.iter().all(|distance| distance.sqrt() <= limits.distance * length)
     }
 
+    /// Whether no more triangles around intersect after the collapse.
+    fn stays_apart(&self, collapse: &Collapse) -> bool {
+        let Collapse { gone, kept, to, .. } = *collapse;
+        let near = [gone, kept].into_iter().flat_map(|v| self.neighbours(v));
+        let mut around: Vec<u32> = near.flat_map(|w| self.star[w as usize].iter().copied()).collect();
+        around.sort_unstable();
+        around.dedup();
+        let before: Vec<[u32; 3]> = around.iter().map(|t| self.triangles[*t as usize]).collect();
+        let there = before.iter().filter(|t| !(t.contains(&gone) && t.contains(&kept)));
+        let after: Vec<[u32; 3]> = there.map(|t| t.map(|w| if w == gone { kept } else { w })).collect();
+        let at = |w: u32| if w == kept { to } else { self.points[w as usize] };
+        intersecting(&after, at) <= intersecting(&before, |w| self.points[w as usize])
+    }
+
     fn apply(&mut self, collapse: &Collapse) {
         let Collapse { gone, kept, to, shifts } = *collapse;
         if let Some([shift, kept_shift]) = shifts {
@@ -295,6 +339,20 @@ impl StarMesh {
         self.points[kept as usize] = to;
         self.vertex_removed();
     }
+}
+
+/// How many of these triangles intersect others of them.
+fn intersecting(triangles: &[[u32; 3]], at: impl Fn(u32) -> DVec3) -> usize {
+    let mut order: Vec<u32> = triangles.as_flattened().to_vec();
+    order.sort_unstable();
+    order.dedup();
+    let number = |v: u32| order.binary_search(&v).unwrap_or(0) as u32;
+    let mesh = TriMesh {
+        vertices: order.iter().map(|v| at(*v)).collect(),
+        triangles: triangles.iter().map(|t| t.map(number)).collect(),
+    };
+    // So few need no cancelling.
+    intersecting_faces(&mesh, &ProgressToken::default()).map_or(0, |faces| faces.len())
 }
 
 /// The height of a triangle over its longest side, as a share of that.

@@ -1,18 +1,20 @@
 //! Edge flips towards Delaunay triangles and six edges per vertex.
 
+use glam::DVec3;
+
 use super::star_mesh::{Place, StarMesh};
 use crate::mesh::triangle::doubled_normal;
 use crate::polish::{angle_gain, keeps_shape};
 use crate::{ProgressToken, Result};
 
 /// Passes over all edges.
-const PASSES: u32 = 3;
+const PASSES: u32 = 6;
 /// Weight of valences against cotangents.
 const VALENCE_WEIGHT: f64 = 1.0;
 /// Least gain of a flip, so that rounding errors cannot flip an edge back and forth.
 const MIN_GAIN: f64 = 1e-6;
-/// A triangle whose height is below this share of its longest edge has no normal to speak of.
-const SLIVER: f64 = 1e-3;
+/// Four points are flat if their height over their mean plane is below this share of their longest distance.
+const FLAT: f64 = 0.01;
 
 impl StarMesh {
     /// Flips edges off the curves where that is a gain, in ascending order.
@@ -59,13 +61,7 @@ impl StarMesh {
         if gain <= MIN_GAIN {
             return false;
         }
-        let [p, q, r, o] = points;
-        let is_sliver = [[p, q, r], [q, p, o]].into_iter().any(|corners| {
-            let [a, b, c] = corners;
-            let longest = a.distance_squared(b).max(b.distance_squared(c)).max(c.distance_squared(a));
-            doubled_normal(corners).length() < SLIVER * longest
-        });
-        if !keeps_shape(points) && !(is_sliver && faces_alike(points)) {
+        if !keeps_shape(points) && !is_flat(points) {
             return false;
         }
         self.replace(t, [d, c, a]);
@@ -103,9 +99,16 @@ impl StarMesh {
     }
 }
 
-/// Whether the two triangles after the flip of a sliver's edge face the same way.
-fn faces_alike([a, b, c, d]: [glam::DVec3; 4]) -> bool {
+/// Whether the four points are so nearly in a plane, and the flipped triangles inside their quadrilateral, that
+/// angles alone decide: slivers may then get worse on the way to what is better.
+fn is_flat([a, b, c, d]: [DVec3; 4]) -> bool {
     let pair = doubled_normal([a, b, c]) + doubled_normal([b, a, d]);
+    let up = pair.normalize_or_zero();
     let (new, next) = (doubled_normal([d, c, a]), doubled_normal([c, d, b]));
-    new.dot(pair) > 0.0 && next.dot(pair) > 0.0 && new.dot(next) > 0.5 * new.length() * next.length()
+    let longest = a.distance(b).max(c.distance(d));
+    let high = [a, b, c, d].map(|p| (p - a).dot(up));
+    let height = high.iter().fold(f64::MIN, |m, h| m.max(*h)) - high.iter().fold(f64::MAX, |m, h| m.min(*h));
+    // A triangle without an area has no direction, but must not be turned over by much either.
+    let least = 1e-9 * longest * longest;
+    new.dot(up) > least && next.dot(up) > least && height <= FLAT * longest
 }

@@ -28,12 +28,18 @@ const LONG: f64 = 1.25;
 const SHORT: f64 = 0.85;
 /// Rounds of all operations, in which the target length is adjusted to the number of vertices.
 const ROUNDS: u32 = 10;
-/// Largest change of the target length between two rounds.
+/// Largest change of the target length between two rounds,
 const MOST_CHANGE: f64 = 1.25;
+/// and its range, in spacings. Details that must keep their vertices do not make all other edges longer.
+const RANGE: [f64; 2] = [0.75, 1.25];
+/// Edges shorter than this, in target lengths, are collapsed at a greater cost in shape.
+const TINY: f64 = 0.4;
 /// Flips and relaxations once the number of vertices is right.
 const LAST_ROUNDS: u32 = 4;
+/// Lengths, in target lengths, to which edges are split at first, one after the other.
+const COARSE: [f64; 4] = [16.0, 8.0, 4.0, 2.0];
 /// Vertices that splits may reach, over the number asked for.
-const MOST_SPLIT: usize = 3;
+const MOST_SPLIT: usize = 8;
 
 /// What [`remesh_locally`] is to make.
 #[derive(Debug, Clone, Copy)]
@@ -76,22 +82,31 @@ pub fn remesh_locally(
     let count = options.vertices;
     let polylines = polylines(surface, features);
     let mut mesh = StarMesh::new(surface, features, &polylines, options.lengths);
-    let mut length = spacing(area, count);
+    let spacing = spacing(area, count);
+    let mut length = spacing;
     if !(length > 0.0 && length.is_finite()) {
         return Ok(mesh.into_local_mesh(&polylines));
+    }
+    // Long needles, as in CAD models, are flipped away where the surface is flat before they are cut up.
+    mesh.flip(progress)?;
+    for factor in COARSE {
+        mesh.split_long(factor * length, (MOST_SPLIT * count).max(mesh.used()), &polylines);
+        mesh.flip(progress)?;
     }
     for _ in 0..ROUNDS {
         progress.poll()?;
         mesh.split_long(LONG * length, (MOST_SPLIT * count).max(mesh.used()), &polylines);
-        mesh.space_curves(spacing(area, count), &polylines);
+        mesh.space_curves(length, &polylines);
         mesh.collapse_short(SHORT * length, &Limits::regular(length), &polylines, progress)?;
+        mesh.collapse_short(TINY * length, &Limits::of_details(length), &polylines, progress)?;
         mesh.flip(progress)?;
         mesh.relax(target, &polylines, progress)?;
         mesh.refresh_sizes(surface, target, options.lengths);
         let ratio = (mesh.used() as f64 / count as f64).sqrt();
         length *= ratio.clamp(1.0 / MOST_CHANGE, MOST_CHANGE);
+        length = length.clamp(RANGE[0] * spacing, RANGE[1] * spacing);
     }
-    mesh.collapse_to(count, spacing(area, count), &polylines, progress)?;
+    mesh.collapse_to(count, spacing, &polylines, progress)?;
     mesh.split_to(count, &polylines);
     for _ in 0..LAST_ROUNDS {
         mesh.flip(progress)?;

@@ -286,12 +286,7 @@ fn sharp_edges_that_cannot_be_kept() {
     refused(&place, "remesh in.ply out.ply -n 100 --features none.obj", 3, &["none.obj", "no such file"]);
     let rtf = "remesh in.ply out.ply -n 100 --preset rtf --feature-angle 30";
     refused(&place, rtf, 2, &["--feature-angle", "preset default"]);
-    refused(
-        &place,
-        "remesh in.ply out.ply -n 99 --strict --vertices-at-least",
-        2,
-        &["cannot be used with"],
-    );
+    refused(&place, "remesh in.ply out.ply -n 99 --strict --vertices-at-least", 2, &["cannot be used with"]);
     for option in ["--weld 1", "--weld=-1", "--min-component nan", "--min-component 1"] {
         let line = format!("remesh in.ply out.ply -n 100 {option}");
         refused(&place, &line, 2, &[option.split([' ', '=']).next().unwrap()]);

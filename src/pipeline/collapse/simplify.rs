@@ -96,6 +96,15 @@ fn remeshed_locally(
     let options = LocalOptions { vertices: target.vertices, lengths: &[] };
     let LocalMesh { mesh: raw, patches, fixed, sliding_curves, lengths } =
         remesh_locally(surface, &features, &on, &options, progress)?;
+    eprintln!(
+        "DBG local {} of {} curves {} corners {} patches {} spacing {}",
+        raw.vertices.len(),
+        target.vertices,
+        features.curves.len(),
+        features.corners.len(),
+        features.patch_count,
+        target.spacing
+    );
     if raw.vertices.len() != target.vertices {
         return Ok(None);
     }
@@ -114,6 +123,14 @@ fn remeshed_locally(
     let intersections = |mesh: &TriMesh| -> Result<usize> { Ok(intersecting_faces(mesh, progress)?.len()) };
     let is_sound = topology(&better).matches(&topology(surface));
     let most = intersections(surface)?;
+    eprintln!(
+        "DBG sound {is_sound} most {most} better {:?} raw {:?}",
+        intersections(&better),
+        intersections(&raw)
+    );
+    if let Ok(p) = std::env::var("RAWOUT") {
+        crate::io::write(p.as_ref(), &better).unwrap();
+    }
     for mesh in [better, raw] {
         if is_sound && intersections(&mesh)? <= most {
             return Ok(Some(mesh));
