@@ -5,12 +5,12 @@ use std::collections::BinaryHeap;
 
 use glam::DVec3;
 
+use super::apart::intersecting;
 use super::curve_edges::CurvePart;
 use super::star_mesh::{Place, StarMesh};
-use crate::mesh::intersections::intersecting_faces;
 use crate::mesh::polyline::Polyline;
 use crate::mesh::triangle::{closest_on_triangle, doubled_normal};
-use crate::{ProgressToken, Result, TriMesh};
+use crate::{ProgressToken, Result};
 
 /// An edge between vertices inside patches becomes its midpoint if it is longer than this share of the target
 /// length; of a shorter one, either end is as good.
@@ -301,11 +301,7 @@ impl StarMesh {
     /// Whether no more triangles around intersect after the collapse.
     fn stays_apart(&self, collapse: &Collapse) -> bool {
         let Collapse { gone, kept, to, .. } = *collapse;
-        let near = [gone, kept].into_iter().flat_map(|v| self.neighbours(v));
-        let mut around: Vec<u32> = near.flat_map(|w| self.star[w as usize].iter().copied()).collect();
-        around.sort_unstable();
-        around.dedup();
-        let before: Vec<[u32; 3]> = around.iter().map(|t| self.triangles[*t as usize]).collect();
+        let before = self.around(&[gone, kept]);
         let there = before.iter().filter(|t| !(t.contains(&gone) && t.contains(&kept)));
         let after: Vec<[u32; 3]> = there.map(|t| t.map(|w| if w == gone { kept } else { w })).collect();
         let at = |w: u32| if w == kept { to } else { self.points[w as usize] };
@@ -339,20 +335,6 @@ impl StarMesh {
         self.points[kept as usize] = to;
         self.vertex_removed();
     }
-}
-
-/// How many of these triangles intersect others of them.
-fn intersecting(triangles: &[[u32; 3]], at: impl Fn(u32) -> DVec3) -> usize {
-    let mut order: Vec<u32> = triangles.as_flattened().to_vec();
-    order.sort_unstable();
-    order.dedup();
-    let number = |v: u32| order.binary_search(&v).unwrap_or(0) as u32;
-    let mesh = TriMesh {
-        vertices: order.iter().map(|v| at(*v)).collect(),
-        triangles: triangles.iter().map(|t| t.map(number)).collect(),
-    };
-    // So few need no cancelling.
-    intersecting_faces(&mesh, &ProgressToken::default()).map_or(0, |faces| faces.len())
 }
 
 /// The height of a triangle over its longest side, as a share of that.

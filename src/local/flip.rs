@@ -2,6 +2,7 @@
 
 use glam::DVec3;
 
+use super::apart::intersecting;
 use super::star_mesh::{Place, StarMesh};
 use crate::mesh::triangle::doubled_normal;
 use crate::polish::{angle_gain, keeps_shape};
@@ -13,8 +14,10 @@ const PASSES: u32 = 6;
 const VALENCE_WEIGHT: f64 = 1.0;
 /// Least gain of a flip, so that rounding errors cannot flip an edge back and forth.
 const MIN_GAIN: f64 = 1e-6;
-/// Four points are flat if their height over their mean plane is below this share of their longest distance.
-const FLAT: f64 = 0.01;
+/// Cosine between two triangles above which a flip does not run into others.
+const SMOOTH: f64 = 0.9;
+/// Four points are flat if their height over their mean plane is below this share of the shorter diagonal.
+const FLAT: f64 = 1e-3;
 
 impl StarMesh {
     /// Flips edges off the curves where that is a gain, in ascending order.
@@ -61,12 +64,24 @@ impl StarMesh {
         if gain <= MIN_GAIN {
             return false;
         }
-        if !keeps_shape(points) && !is_flat(points) {
+        let is_flat = is_flat(points);
+        if !is_flat && !(keeps_shape(points) && (is_smooth(points) || self.flip_stays_apart([a, b, c, d]))) {
             return false;
         }
         self.replace(t, [d, c, a]);
         self.replace(s, [c, d, b]);
         true
+    }
+
+    /// Whether no more triangles around intersect after the flip of a–b.
+    fn flip_stays_apart(&self, [a, b, c, d]: [u32; 4]) -> bool {
+        let before = self.around(&[a, b]);
+        let pair = |t: &&[u32; 3]| t.contains(&a) && t.contains(&b);
+        let mut after: Vec<[u32; 3]> = before.iter().filter(|t| !pair(t)).copied().collect();
+        after.extend([[d, c, a], [c, d, b]]);
+        let at = |w: u32| self.points[w as usize];
+        let after = intersecting(&after, at);
+        after == 0 || after <= intersecting(&before, at)
     }
 
     /// Half the decrease of the sum of squared differences to the ideal valences; `patch` is that of the two
@@ -99,16 +114,22 @@ impl StarMesh {
     }
 }
 
+/// Whether the two triangles turn against each other by little.
+fn is_smooth([a, b, c, d]: [DVec3; 4]) -> bool {
+    let (old, other) = (doubled_normal([a, b, c]), doubled_normal([b, a, d]));
+    old.dot(other) > SMOOTH * old.length() * other.length()
+}
+
 /// Whether the four points are so nearly in a plane, and the flipped triangles inside their quadrilateral, that
 /// angles alone decide: slivers may then get worse on the way to what is better.
 fn is_flat([a, b, c, d]: [DVec3; 4]) -> bool {
     let pair = doubled_normal([a, b, c]) + doubled_normal([b, a, d]);
     let up = pair.normalize_or_zero();
     let (new, next) = (doubled_normal([d, c, a]), doubled_normal([c, d, b]));
-    let longest = a.distance(b).max(c.distance(d));
+    let (longest, shortest) = (a.distance(b).max(c.distance(d)), a.distance(b).min(c.distance(d)));
     let high = [a, b, c, d].map(|p| (p - a).dot(up));
     let height = high.iter().fold(f64::MIN, |m, h| m.max(*h)) - high.iter().fold(f64::MAX, |m, h| m.min(*h));
     // A triangle without an area has no direction, but must not be turned over by much either.
     let least = 1e-9 * longest * longest;
-    new.dot(up) > least && next.dot(up) > least && height <= FLAT * longest
+    new.dot(up) > least && next.dot(up) > least && height <= FLAT * shortest
 }

@@ -13,6 +13,8 @@ use crate::{ProgressToken, Result};
 const PASSES: u32 = 4;
 /// Vertices around which less than this share of the normals is left of their sum are tips, which stay.
 const TIP: f64 = 0.5;
+/// Where more than this share of the normals is left, triangles around a vertex do not run into others.
+const FLAT: f64 = 0.9;
 /// Largest distance of the curve from an edge after a slide, as a share of the edge's length.
 const MAX_DEVIATION: f64 = 0.05;
 /// Longest slide, as a share of the way to the next vertex.
@@ -60,7 +62,7 @@ impl StarMesh {
             let rank = &mut self.ranks[v as usize];
             let patch = self.star[v as usize].first().map_or(0, |t| self.patches[*t as usize]);
             let Some(to) = target.closest(goal, up, patch, rank) else { return };
-            if !self.folds(v, to, normal) {
+            if !self.folds(v, to, normal) && (left > FLAT || self.stays_apart_at(v, to)) {
                 self.points[v as usize] = to;
                 return;
             }

@@ -1,0 +1,39 @@
+//! Whether triangles near each other intersect.
+
+use glam::DVec3;
+
+use super::star_mesh::StarMesh;
+use crate::mesh::intersections::intersecting_faces;
+use crate::{ProgressToken, TriMesh};
+
+impl StarMesh {
+    /// The triangles around the neighbours of some vertices.
+    pub fn around(&self, vertices: &[u32]) -> Vec<[u32; 3]> {
+        let near = vertices.iter().flat_map(|v| self.neighbours(*v));
+        let mut around: Vec<u32> = near.flat_map(|w| self.star[w as usize].iter().copied()).collect();
+        around.sort_unstable();
+        around.dedup();
+        around.into_iter().map(|t| self.triangles[t as usize]).collect()
+    }
+
+    /// Whether no more triangles around `v` intersect once it is at `to`.
+    pub fn stays_apart_at(&self, v: u32, to: DVec3) -> bool {
+        let around = self.around(&[v]);
+        let after = intersecting(&around, |w| if w == v { to } else { self.points[w as usize] });
+        after == 0 || after <= intersecting(&around, |w| self.points[w as usize])
+    }
+}
+
+/// How many of these triangles intersect others of them.
+pub(super) fn intersecting(triangles: &[[u32; 3]], at: impl Fn(u32) -> DVec3) -> usize {
+    let mut order: Vec<u32> = triangles.as_flattened().to_vec();
+    order.sort_unstable();
+    order.dedup();
+    let number = |v: u32| order.binary_search(&v).unwrap_or(0) as u32;
+    let mesh = TriMesh {
+        vertices: order.iter().map(|v| at(*v)).collect(),
+        triangles: triangles.iter().map(|t| t.map(number)).collect(),
+    };
+    // So few need no cancelling.
+    intersecting_faces(&mesh, &ProgressToken::default()).map_or(0, |faces| faces.len())
+}
