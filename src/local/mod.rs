@@ -31,8 +31,8 @@ const SHORT: f64 = 0.85;
 const ROUNDS: u32 = 10;
 /// Largest change of the target length between two rounds,
 const MOST_CHANGE: f64 = 1.25;
-/// and its range, in spacings. Details that must keep their vertices do not make all other edges longer.
-const RANGE: [f64; 2] = [0.75, 1.25];
+/// and its least, in spacings.
+const LEAST: f64 = 0.85;
 /// Edges shorter than this, in target lengths, are collapsed at a greater cost in shape.
 const TINY: f64 = 0.4;
 /// Flips and relaxations once the number of vertices is right.
@@ -49,6 +49,9 @@ pub struct LocalOptions<'a> {
     pub vertices: usize,
     /// The relative target edge length at each vertex of the surface; empty if they are all equal.
     pub lengths: &'a [f64],
+    /// The longest that target lengths may become, in spacings, where details keep more than their share of the
+    /// vertices; above 1.
+    pub longest: f64,
 }
 
 /// A mesh from [`remesh_locally`], with what the polish needs of it.
@@ -97,7 +100,7 @@ pub fn remesh_locally(
     for _ in 0..ROUNDS {
         progress.poll()?;
         mesh.split_long(LONG * length, (MOST_SPLIT * count).max(mesh.used()), &polylines);
-        mesh.space_curves(length, &polylines);
+        mesh.space_curves(spacing, &polylines);
         mesh.collapse_short(SHORT * length, &Limits::regular(length), &polylines, progress)?;
         mesh.collapse_short(TINY * length, &Limits::of_details(length), &polylines, progress)?;
         mesh.flip(progress)?;
@@ -105,7 +108,7 @@ pub fn remesh_locally(
         mesh.refresh_sizes(surface, target, options.lengths);
         let ratio = (mesh.used() as f64 / count as f64).sqrt();
         length *= ratio.clamp(1.0 / MOST_CHANGE, MOST_CHANGE);
-        length = length.clamp(RANGE[0] * spacing, RANGE[1] * spacing);
+        length = length.clamp(LEAST * spacing, options.longest * spacing);
     }
     mesh.collapse_to(count, spacing, &polylines, progress)?;
     mesh.split_to(count, &polylines);

@@ -48,6 +48,8 @@ impl<'a> SimplifyTarget<'a> {
     }
 }
 
+/// Longest target lengths, in spacings, that are tried one after the other.
+const LONGEST: [f64; 2] = [1.06, 1.25];
 /// Rounds of polish beyond those of a mesh from cells, whose triangles are more even from the start.
 const MORE_ROUNDS: u32 = 10;
 
@@ -93,50 +95,55 @@ fn remeshed_locally(
         FeatureOptions { feature_angle: target.feature_angle, ..FeatureOptions::new(target.spacing) };
     let Ok(features) = find_features(surface, &options) else { return Ok(None) };
     let on = Target::new(surface).in_patches(features.patches.clone());
-    let options = LocalOptions { vertices: target.vertices, lengths: &[] };
-    let LocalMesh { mesh: raw, patches, fixed, sliding_curves, lengths } =
-        remesh_locally(surface, &features, &on, &options, progress)?;
-    eprintln!(
-        "DBG local {} of {} curves {} corners {} patches {} spacing {}",
-        raw.vertices.len(),
-        target.vertices,
-        features.curves.len(),
-        features.corners.len(),
-        features.patch_count,
-        target.spacing
-    );
-    if raw.vertices.len() != target.vertices {
-        return Ok(None);
-    }
-    let mut better = raw.clone();
-    let rounds = target.polish_rounds + MORE_ROUNDS;
-    let options = PolishOptions { rounds, fixed, patches, sliding_curves, lengths, ..Default::default() };
-    polish(&mut better, &on, &options, progress)?;
-    let PolishOptions { fixed, patches, lengths, .. } = options;
-    if target.fit {
-        let options = FitOptions { fixed, patches, ..Default::default() };
-        fit(&mut better, &on, &options, progress)?;
-        let FitOptions { fixed, patches, .. } = options;
-        let options = OutlierOptions { fixed, patches, lengths, ..Default::default() };
-        reduce_outliers(&mut better, &on, target.spacing, &options, progress)?;
-    }
-    let intersections = |mesh: &TriMesh| -> Result<usize> { Ok(intersecting_faces(mesh, progress)?.len()) };
-    let is_sound = topology(&better).matches(&topology(surface));
-    let most = intersections(surface)?;
-    eprintln!(
-        "DBG sound {is_sound} most {most} better {:?} raw {:?}",
-        intersections(&better),
-        intersections(&raw)
-    );
-    if let Ok(p) = std::env::var("RAWOUT") {
-        crate::io::write(p.as_ref(), &better).unwrap();
-    }
-    for mesh in [better, raw] {
-        if is_sound && intersections(&mesh)? <= most {
-            return Ok(Some(mesh));
+    for longest in LONGEST {
+        let options = LocalOptions { vertices: target.vertices, lengths: &[], longest };
+        let local = remesh_locally(surface, &features, &on, &options, progress)?;
+        if local.mesh.vertices.len() != target.vertices {
+            return Ok(None);
+        }
+        let polished = polished(local, surface, &on, target, progress)?;
+        if polished.is_some() {
+            return Ok(polished);
         }
     }
     Ok(None)
+}
+
+/// A mesh made by local operations, polished as far as its faces do not intersect more than the surface's;
+/// `None` if they do so from the beginning.
+fn polished(
+    local: LocalMesh,
+    surface: &TriMesh,
+    on: &Target,
+    target: &SimplifyTarget,
+    progress: &ProgressToken,
+) -> Result<Option<TriMesh>> {
+    let LocalMesh { mesh: raw, patches, fixed, sliding_curves, lengths } = local;
+    let most = intersecting_faces(surface, progress)?.len();
+    let is_accepted = |mesh: &TriMesh| -> Result<bool> {
+        Ok(topology(mesh).matches(&topology(surface)) && intersecting_faces(mesh, progress)?.len() <= most)
+    };
+    // The last of the steps after which faces do not intersect more than before.
+    let mut best = is_accepted(&raw)?.then(|| raw.clone());
+    let mut mesh = raw;
+    let rounds = target.polish_rounds + MORE_ROUNDS;
+    let options = PolishOptions { rounds, fixed, patches, sliding_curves, lengths, ..Default::default() };
+    polish(&mut mesh, on, &options, progress)?;
+    if is_accepted(&mesh)? {
+        best = Some(mesh.clone());
+    }
+    let PolishOptions { fixed, patches, lengths, .. } = options;
+    if target.fit {
+        let options = FitOptions { fixed, patches, ..Default::default() };
+        fit(&mut mesh, on, &options, progress)?;
+        let FitOptions { fixed, patches, .. } = options;
+        let options = OutlierOptions { fixed, patches, lengths, ..Default::default() };
+        reduce_outliers(&mut mesh, on, target.spacing, &options, progress)?;
+        if is_accepted(&mesh)? {
+            best = Some(mesh);
+        }
+    }
+    Ok(best)
 }
 
 /// The same without the polish.
