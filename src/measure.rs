@@ -138,7 +138,7 @@ pub fn weld(mesh: &TriMesh) -> TriMesh {
     TriMesh { vertices, triangles }
 }
 
-fn relative_volume(mesh: &TriMesh) -> f64 {
+pub(crate) fn relative_volume(mesh: &TriMesh) -> f64 {
     let scale = power_of_two_scale(corner_points(mesh));
     let (lo, hi) = corner_points(mesh)
         .map(|p| p * scale)

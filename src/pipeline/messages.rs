@@ -55,7 +55,18 @@ pub(crate) struct WarningInput<'a> {
     pub counts: &'a ConnectCounts,
     pub flags: &'a FlagCounts,
     pub fault: Option<String>,
+    /// Faces of the input that intersect others, if they were counted.
+    pub input_intersections: Option<usize>,
+    /// As [`Measures::relative_volume`], of the input.
+    pub input_volume: Option<f64>,
+    /// The longest edges asked for, in percent of the diagonal of the input's bounding box.
+    pub edge: f64,
 }
+
+/// Parts of the input farther from the result than this many edge lengths are missing there.
+const MISSING: f64 = 1.5;
+/// Volumes below this share of the bounding box have no sign to speak of.
+const FLAT: f64 = 1e-3;
 
 /// What went wrong, one line each.
 pub(crate) fn warnings(of: &WarningInput) -> Vec<String> {
@@ -102,6 +113,27 @@ pub(crate) fn warnings(of: &WarningInput) -> Vec<String> {
             input.euler,
             counted(got.boundary_loops, ["boundary loop", "boundary loops"]),
             input.boundary_loops
+        ),
+    );
+    let far = output.distances.map_or(0.0, |distances| distances.hausdorff_from_reference);
+    say(
+        far > MISSING * of.edge,
+        format!(
+            "parts of the input are missing, up to {far:.1} % of the diagonal of its bounding box away: ask for \
+             more vertices"
+        ),
+    );
+    let volume = |volume: Option<f64>| volume.filter(|volume| volume.abs() > FLAT).map(f64::signum);
+    say(
+        volume(of.input_volume).zip(volume(output.relative_volume)).is_some_and(|(one, other)| one != other),
+        "the result is inside out: ask for more vertices".into(),
+    );
+    let intersecting = output.self_intersecting_faces.unwrap_or(0);
+    say(
+        intersecting > 0 && of.input_intersections == Some(0) && of.fault.is_none(),
+        format!(
+            "{} others, none of the input does: ask for more vertices",
+            counted(intersecting, ["face intersects", "faces intersect"])
         ),
     );
     list.extend(of.fault.clone());

@@ -18,6 +18,7 @@ mod submission;
 mod user_curves;
 
 use crate::gpu::Device;
+use crate::measure::relative_volume;
 use crate::mesh::repair::Repaired;
 use crate::mesh::spacing;
 use crate::options::{MeasureDepth, Options};
@@ -132,6 +133,10 @@ fn run(
         counts: &outcome.counts,
         flags: &outcome.flags,
         fault: outcome.fault.map(|fault| fault.describe(&frame)),
+        input_intersections: measured.input_intersections,
+        input_volume: (input.boundary_edges == 0).then(|| relative_volume(&repaired.mesh)),
+        edge: 100.0
+            * outcome.edge_lengths.map_or(spacing(surface.area(), outcome.vertices), |[_, longest]| longest),
     });
     let simplified = outcome.simplified_components + small.len();
     let summary = Summary {

@@ -8,6 +8,7 @@ use super::memory::{MOST_HALVED, check_memory, longest_edge};
 use super::outcome::Outcome;
 use super::user_curves::has_user_curves;
 use crate::gpu::Device;
+use crate::mesh::coincident::separate_coincident;
 use crate::mesh::correspondence::{CorrespondenceRequest, Search, half_edges_after, vertex_values_after};
 use crate::mesh::repair::{Repaired, repair_with};
 use crate::mesh::spacing;
@@ -114,6 +115,7 @@ impl Prepared {
         let mut mesh = std::mem::take(&mut outcome.mesh);
         self.small.iter().for_each(|part| append(&mut mesh, part));
         mesh.vertices.iter_mut().for_each(|p| *p = self.frame.from_unit(*p));
+        separate_coincident(&mut mesh);
         mesh
     }
 }

@@ -1,0 +1,48 @@
+//! Vertices of different parts of a surface that are at exactly the same place.
+
+use std::collections::HashMap;
+
+use glam::DVec3;
+
+use super::TriMesh;
+
+/// How far a vertex moves towards the mean of its neighbours, as a share of the distance: more than what
+/// 32-bit coordinates round to on meshes of up to some million vertices, and less than anybody sees.
+const STEP: f64 = 1e-4;
+
+/// Moves all but the first of the vertices at one place towards their neighbours by a little: readers weld
+/// vertices at the same place, and parts of a surface that only touch would become one. Returns how many moved.
+pub(crate) fn separate_coincident(mesh: &mut TriMesh) -> usize {
+    // Adding zero turns -0.0 into 0.0.
+    let key = |p: &DVec3| p.to_array().map(|value| (value + 0.0).to_bits());
+    let mut first: HashMap<[u64; 3], u32> = HashMap::with_capacity(mesh.vertices.len());
+    let later: Vec<u32> = (0..)
+        .zip(&mesh.vertices)
+        .filter(|(v, p)| *first.entry(key(p)).or_insert(*v) != *v)
+        .map(|(v, _)| v)
+        .collect();
+    if later.is_empty() {
+        return 0;
+    }
+    let mut sums: HashMap<u32, (DVec3, f64)> = later.iter().map(|v| (*v, (DVec3::ZERO, 0.0))).collect();
+    for triangle in &mesh.triangles {
+        for (k, v) in triangle.iter().enumerate() {
+            if let Some((sum, count)) = sums.get_mut(v) {
+                for other in [triangle[(k + 1) % 3], triangle[(k + 2) % 3]] {
+                    *sum += mesh.vertices[other as usize];
+                    *count += 1.0;
+                }
+            }
+        }
+    }
+    let mut moved = 0;
+    for v in later {
+        let (sum, count) = sums[&v];
+        let here = mesh.vertices[v as usize];
+        // A vertex without triangles is nobody's.
+        let to = if count > 0.0 { here.lerp(sum / count, STEP) } else { here };
+        moved += usize::from(to != here);
+        mesh.vertices[v as usize] = to;
+    }
+    moved
+}
