@@ -4,6 +4,7 @@ use crate::measure::Measures;
 use crate::mesh::repair::RepairCounts;
 use crate::mesh::topology::Topology;
 use crate::options::Options;
+use crate::pipeline::missing::MISSING;
 use crate::sites::connect::ConnectCounts;
 use crate::stages::flags::FlagCounts;
 
@@ -63,8 +64,6 @@ pub(crate) struct WarningInput<'a> {
     pub edge: f64,
 }
 
-/// Parts of the input farther from the result than this many edge lengths are missing there.
-const MISSING: f64 = 1.5;
 /// Volumes below this share of the bounding box have no sign to speak of.
 const FLAT: f64 = 1e-3;
 
@@ -117,7 +116,7 @@ pub(crate) fn warnings(of: &WarningInput) -> Vec<String> {
     );
     let far = output.distances.map_or(0.0, |distances| distances.hausdorff_from_reference);
     say(
-        far > MISSING * of.edge,
+        far > MISSING * of.edge && of.fault.is_none(),
         format!(
             "parts of the input are missing, up to {far:.1} % of the diagonal of its bounding box away: ask for \
              more vertices"

@@ -9,6 +9,7 @@ mod intersections;
 mod measuring;
 mod memory;
 mod messages;
+mod missing;
 mod near_sites;
 mod outcome;
 mod prepare;

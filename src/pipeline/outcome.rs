@@ -52,6 +52,8 @@ pub(crate) struct Fault {
 pub(crate) enum FaultKind {
     /// So many faces intersect others where none of the input did.
     Intersections(usize),
+    /// A part of the surface is left out.
+    Missing,
     /// The topology differs from the input's.
     Topology,
 }
@@ -61,6 +63,7 @@ impl Fault {
     pub fn describe(&self, frame: &UnitFrame) -> String {
         let what = match self.kind {
             FaultKind::Topology => "components, handles or boundary loops of the surface are lost".to_owned(),
+            FaultKind::Missing => "a part of the surface is left out".to_owned(),
             FaultKind::Intersections(1) => "1 face intersects others".to_owned(),
             FaultKind::Intersections(count) => format!("{count} faces intersect others"),
         };

@@ -5,6 +5,7 @@ use super::levels::enough;
 use super::shared::CoarseToFine;
 use super::surface_model::{ModelInput, SurfaceModel};
 use crate::gpu::Device;
+use crate::mesh::sizing::SizeField;
 use crate::mesh::topology::Topology;
 use crate::mesh::unit_frame::UnitFrame;
 use crate::options::{Options, Shortage};
@@ -120,7 +121,8 @@ impl Attempts<'_> {
             Shortage::AddVertices => runner.with_enough_vertices(model, self.options.vertices)?,
             Shortage::Refuse | Shortage::BestEffort => (model, self.options.vertices),
         };
-        let fallback = self.fallback();
+        let sizes = model.sizes.clone();
+        let fallback = self.fallback(&sizes);
         let features = model.features;
         let whole = |runner: &mut Runner| {
             runner.progress.during(|progress| fallback.whole(features, vertices, progress))
@@ -179,9 +181,9 @@ impl Attempts<'_> {
         }
     }
 
-    fn fallback(&self) -> Fallback<'_> {
+    fn fallback<'f>(&'f self, sizes: &'f SizeField) -> Fallback<'f> {
         let Self { mesh, frame, surface, options, input_intersections, .. } = *self;
-        Fallback { mesh, frame, surface, options, input_intersections }
+        Fallback { mesh, frame, surface, options, input_intersections, sizes }
     }
 
     /// The error for a faulty result; `tried` is the largest number of vertices tried.

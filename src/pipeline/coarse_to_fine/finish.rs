@@ -9,10 +9,11 @@ use crate::mesh::spacing;
 use crate::pipeline::clock::Clock;
 use crate::pipeline::cost::AttemptCost;
 use crate::pipeline::intersections::Intersections;
+use crate::pipeline::missing::missing_vertices;
 use crate::pipeline::near_sites::near_sites;
 use crate::pipeline::outcome::{Fault, FaultKind};
 use crate::polish::{FitOptions, OutlierOptions, PolishOptions, SlidingCurve, fit, polish, reduce_outliers};
-use crate::progress::ProgressReporter;
+use crate::progress::{ProgressReporter, ProgressToken};
 use crate::sites::cells::{BrokenCell, CellSurface};
 use crate::sites::curve_sites::CurvePosition;
 use crate::{Phase, Result, TriMesh};
@@ -56,7 +57,8 @@ impl CoarseToFine<'_> {
             level.intersecting_faces = Some(count);
             clock.phase("check");
             if intersecting.is_empty() {
-                return Ok((level, None));
+                let fault = progress.during(|progress| self.missing_part(&level, level_spacing, progress))?;
+                return Ok((level, fault));
             }
             let destinations: Vec<BrokenCell> =
                 intersecting.iter().filter_map(|t| self.beside(&level.mesh, *t)).collect();
@@ -72,6 +74,19 @@ impl CoarseToFine<'_> {
             let moved = LevelSites { sites: level.sites, on_curves: level.on_curves, near };
             level = self.connect(on, moved, level_spacing, progress)?;
         }
+    }
+
+    /// The fault of a mesh that leaves out a part of the surface, as a pin that is over one cell.
+    fn missing_part(
+        &self,
+        level: &LevelMesh,
+        level_spacing: f64,
+        progress: &ProgressToken,
+    ) -> Result<Option<Fault>> {
+        let edges = (level_spacing, &self.model.sizes);
+        let missing = missing_vertices(&self.surface.mesh(), &level.mesh, edges, progress)?;
+        let at = |v: &u32| Some(self.surface.vertices[*v as usize]);
+        Ok(missing.first().map(|v| Fault { kind: FaultKind::Missing, at: at(v) }))
     }
 
     /// Where another site would help a face that intersects others: on the surface beside its centre.

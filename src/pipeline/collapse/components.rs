@@ -6,6 +6,7 @@ use crate::mesh::simplify::Site;
 use crate::mesh::submesh::{append, extract};
 use crate::mesh::topology::topology;
 use crate::{Error, Result, TriMesh};
+use std::collections::HashSet;
 
 /// A component with a smaller share of the vertices than this is simplified, unless it is the largest.
 const SMALL: f64 = 32.0;
@@ -118,6 +119,8 @@ pub(crate) struct RepairInput<'a> {
     pub sites: &'a [Site],
     /// Faces of the result whose components are replaced in any case.
     pub faulty_faces: &'a [u32],
+    /// Vertices of the surface whose components are replaced in any case.
+    pub missing: &'a [u32],
     pub spread: Spread,
 }
 
@@ -141,8 +144,8 @@ impl Components {
         input: &RepairInput,
         target: &SimplifyTarget,
     ) -> Result<usize> {
-        let RepairInput { surface, sites, faulty_faces, spread } = *input;
-        if self.count() == 1 && faulty_faces.is_empty() {
+        let RepairInput { surface, sites, faulty_faces, missing, spread } = *input;
+        if self.count() == 1 && faulty_faces.is_empty() && missing.is_empty() {
             let got = topology(result);
             if got.vertices == result.vertices.len() && got.matches(&topology(surface)) {
                 return Ok(0);
@@ -153,6 +156,12 @@ impl Components {
         let Comparison { mut is_right, triangles, vertices } = self.compare(&submeshes, result, &part_of);
         let faulty = faulty_faces.iter().flat_map(|t| result.triangles[*t as usize]);
         faulty.for_each(|v| is_right[part_of(v)] = false);
+        if !missing.is_empty() {
+            let missing: HashSet<u32> = missing.iter().copied().collect();
+            for (triangle, part) in surface.triangles.iter().zip(&self.of_triangle) {
+                is_right[*part as usize] &= !triangle.iter().any(|v| missing.contains(v));
+            }
+        }
         let wrong: Vec<usize> = (0..self.count()).filter(|part| !is_right[*part]).collect();
         if wrong.is_empty() {
             return Ok(0);

@@ -3,10 +3,12 @@
 use super::components::{Components, RepairInput, Spread};
 use super::simplify::SimplifyTarget;
 use crate::mesh::simplify::Site;
+use crate::mesh::sizing::SizeField;
 use crate::mesh::spacing;
 use crate::mesh::unit_frame::UnitFrame;
 use crate::options::{Options, Sizing};
 use crate::pipeline::intersections::{InputIntersections, Intersections};
+use crate::pipeline::missing::missing_vertices;
 use crate::pipeline::outcome::{Fault, FaultKind, Outcome};
 use crate::pipeline::result::FeatureSummary;
 use crate::pipeline::user_curves::has_user_curves;
@@ -24,6 +26,7 @@ pub(crate) struct Fallback<'a> {
     pub options: &'a Options,
     /// Faces of the repaired input that intersect others.
     pub input_intersections: &'a InputIntersections,
+    pub sizes: &'a SizeField,
 }
 
 impl Fallback<'_> {
@@ -57,9 +60,15 @@ impl Fallback<'_> {
         let sites = faulty.sites.positions.iter().zip(&faulty.sites.triangles);
         let sites: Vec<Site> = sites.map(|(at, triangle)| Site { at: *at, triangle: *triangle }).collect();
         let intersections = self.intersections(&faulty.mesh, progress)?;
+        let missing = self.missing(&surface, &faulty.mesh, progress)?;
         let mut mesh = faulty.mesh.clone();
-        let input =
-            RepairInput { surface: &surface, sites: &sites, faulty_faces: &intersections.new, spread };
+        let input = RepairInput {
+            surface: &surface,
+            sites: &sites,
+            faulty_faces: &intersections.new,
+            missing: &missing,
+            spread,
+        };
         let target = self.simplify_target(faulty.vertices, progress);
         let repaired = Components::new(&surface).repair(&mut mesh, &input, &target);
         let Some(simplified_components) = if_enough_vertices(repaired)? else { return Ok(None) };
@@ -110,9 +119,18 @@ impl Fallback<'_> {
     fn checked(&self, mesh: TriMesh, outcome: Outcome, progress: &ProgressToken) -> Result<Outcome> {
         let Intersections { count, new } = self.intersections(&mesh, progress)?;
         let centre = |t: &u32| mesh.corners(*t as usize).into_iter().sum::<glam::DVec3>() / 3.0;
-        let fault =
+        let mut fault =
             new.first().map(|t| Fault { kind: FaultKind::Intersections(new.len()), at: Some(centre(t)) });
+        let surface = self.surface.mesh();
+        if let Some(v) = self.missing(&surface, &mesh, progress)?.first() {
+            fault = Some(Fault { kind: FaultKind::Missing, at: Some(surface.vertices[*v as usize]) });
+        }
         Ok(Outcome { fault, mesh, intersecting_faces: Some(count), ..outcome })
+    }
+
+    fn missing(&self, surface: &TriMesh, mesh: &TriMesh, progress: &ProgressToken) -> Result<Vec<u32>> {
+        let spacing = spacing(self.surface.area(), mesh.vertices.len());
+        missing_vertices(surface, mesh, (spacing, self.sizes), progress)
     }
 
     fn intersections(&self, mesh: &TriMesh, progress: &ProgressToken) -> Result<Intersections> {
