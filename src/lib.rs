@@ -23,7 +23,6 @@ struct Readme;
 
 mod error;
 pub mod io;
-mod local;
 pub mod measure;
 pub mod mesh;
 pub mod options;
@@ -40,6 +39,11 @@ pub mod report;
 pub mod gpu;
 #[cfg(not(feature = "internals"))]
 mod gpu;
+#[cfg(feature = "internals")]
+#[doc(hidden)]
+pub mod local;
+#[cfg(not(feature = "internals"))]
+mod local;
 #[cfg(feature = "internals")]
 #[doc(hidden)]
 pub mod polish;

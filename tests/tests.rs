@@ -6,6 +6,7 @@ mod cli;
 mod fuzzing;
 mod gpu;
 mod io;
+mod local;
 mod measure;
 mod mesh;
 mod options;

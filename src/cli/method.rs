@@ -1,7 +1,7 @@
 //! What the commands that remesh have in common: the settings of the method, and the device.
 
 use super::all_at_once::ResearchArgs;
-use super::heading::{DEVICE, FEATURES, INPUT, RESEARCH, SHAPE, SIZE};
+use super::heading::{DEVICE, FEATURES, INPUT, SHAPE, SIZE};
 use super::sizing::SizingArgs;
 use rtfmesh::mesh::attributes::Attributes;
 use rtfmesh::{
@@ -22,7 +22,7 @@ pub struct MethodArgs {
     #[arg(long, help_heading = SHAPE)]
     no_fit: bool,
     /// Remesh by splits, collapses and flips of edges on the CPU, as is done where cells fail
-    #[arg(long, help_heading = RESEARCH, hide_short_help = true)]
+    #[arg(long, help_heading = SHAPE, hide_short_help = true)]
     local: bool,
     /// Most iterations with all vertices [default: 10, or as --quality says; other presets: 160, mps: 0]
     #[arg(long, value_name = "COUNT", help_heading = SHAPE, hide_short_help = true)]

@@ -15,8 +15,8 @@ use crate::{ProgressToken, Result};
 /// An edge between vertices inside patches becomes its midpoint if it is longer than this share of the target
 /// length; of a shorter one, either end is as good.
 const SHORT: f64 = 0.3;
-/// Lengths, in target lengths, up to which edges collapse for an exact number of vertices, and how many of the
-/// limits are tried for them.
+/// Lengths, in target lengths, up to which edges collapse for an exact number of vertices, and how many of
+/// the limits are tried for them.
 const CAPS: [(f64, usize); 8] =
     [(0.3, 5), (0.5, 4), (0.7, 3), (0.9, 3), (1.2, 3), (1.6, 4), (f64::INFINITY, 5), (f64::INFINITY, 6)];
 /// Below this cosine of the normals before and after, triangles may run into others.

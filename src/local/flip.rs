@@ -120,8 +120,8 @@ fn is_smooth([a, b, c, d]: [DVec3; 4]) -> bool {
     old.dot(other) > SMOOTH * old.length() * other.length()
 }
 
-/// Whether the four points are so nearly in a plane, and the flipped triangles inside their quadrilateral, that
-/// angles alone decide: slivers may then get worse on the way to what is better.
+/// Whether the four points are so nearly in a plane, and the flipped triangles inside their quadrilateral,
+/// that angles alone decide: slivers may then get worse on the way to what is better.
 fn is_flat([a, b, c, d]: [DVec3; 4]) -> bool {
     let pair = doubled_normal([a, b, c]) + doubled_normal([b, a, d]);
     let up = pair.normalize_or_zero();

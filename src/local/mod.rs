@@ -49,8 +49,8 @@ pub struct LocalOptions<'a> {
     pub vertices: usize,
     /// The relative target edge length at each vertex of the surface; empty if they are all equal.
     pub lengths: &'a [f64],
-    /// The longest that target lengths may become, in spacings, where details keep more than their share of the
-    /// vertices; above 1.
+    /// The longest that target lengths may become, in spacings, where details keep more than their share of
+    /// the vertices; above 1.
     pub longest: f64,
 }
 

@@ -59,8 +59,8 @@ impl StarMesh {
         let step = step - up * step.dot(up);
         for share in SHARES {
             let goal = here + share * step;
+            let patch = self.patch_at(v);
             let rank = &mut self.ranks[v as usize];
-            let patch = self.star[v as usize].first().map_or(0, |t| self.patches[*t as usize]);
             let Some(to) = target.closest(goal, up, patch, rank) else { return };
             if !self.folds(v, to, normal) && (left > FLAT || self.stays_apart_at(v, to)) {
                 self.points[v as usize] = to;

@@ -82,10 +82,6 @@ impl StarMesh {
         !self.star[v as usize].is_empty()
     }
 
-    pub fn is_alive(&self, t: u32) -> bool {
-        self.triangles[t as usize][0] != NONE
-    }
-
     pub fn corners(&self, triangle: [u32; 3]) -> [DVec3; 3] {
         triangle.map(|v| self.points[v as usize])
     }

@@ -11,7 +11,8 @@ use super::TriMesh;
 const STEP: f64 = 1e-4;
 
 /// Moves all but the first of the vertices at one place towards their neighbours by a little: readers weld
-/// vertices at the same place, and parts of a surface that only touch would become one. Returns how many moved.
+/// vertices at the same place, and parts of a surface that only touch would become one. Returns how many
+/// moved.
 pub(crate) fn separate_coincident(mesh: &mut TriMesh) -> usize {
     // Adding zero turns -0.0 into 0.0.
     let key = |p: &DVec3| p.to_array().map(|value| (value + 0.0).to_bits());

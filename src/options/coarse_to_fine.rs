@@ -21,8 +21,8 @@ pub enum Quality {
     Best,
 }
 
-/// What happens if there is no mesh of the vertices asked for without a fault: handles, components or boundary
-/// loops are lost, or faces intersect that did not in the input.
+/// What happens if there is no mesh of the vertices asked for without a fault: handles, components or
+/// boundary loops are lost, or faces intersect that did not in the input.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
 #[non_exhaustive]
 #[serde(rename_all = "kebab-case")]
@@ -94,8 +94,8 @@ pub struct CoarseToFineOptions {
     pub coarse_iterations: u32,
     /// Rounds of edge flips and relaxation of the connected mesh.
     pub polish_rounds: u32,
-    /// Whether to remesh by local operations on the host instead of with cells: splits, collapses and flips of
-    /// edges. That is what components get where cells fail.
+    /// Whether to remesh by local operations on the host instead of with cells: splits, collapses and flips
+    /// of edges. That is what components get where cells fail.
     pub local: bool,
     /// Whether vertices leave the surface by a little so that the faces fit it better.
     pub fit: bool,

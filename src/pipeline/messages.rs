@@ -118,8 +118,7 @@ pub(crate) fn warnings(of: &WarningInput) -> Vec<String> {
     say(
         far > MISSING * of.edge && of.fault.is_none(),
         format!(
-            "parts of the input are missing, up to {far:.1} % of the diagonal of its bounding box away: ask for \
-             more vertices"
+            "parts of the input are missing, up to {far:.1} % of its diagonal away: ask for more vertices"
         ),
     );
     let volume = |volume: Option<f64>| volume.filter(|volume| volume.abs() > FLAT).map(f64::signum);

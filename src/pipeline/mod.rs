@@ -90,16 +90,14 @@ fn run(
     options: &Options,
     progress: &mut ProgressReporter,
 ) -> Result<Remeshed> {
-    progress.poll()?;
     // Earlier runs on the same device do not count.
     device.take_timings();
     let mut clock = Clock::new();
-    // Compiling kernels does not depend on the mesh.
     let mut prepared = progress.during(|progress| {
         let prepare = || Prepared::new(device, mesh, repaired, options, progress);
+        // Compiling kernels does not depend on the mesh.
         let (compiled, prepared) = rayon::join(|| compile(device, options.method), prepare);
-        let prepared = prepared?;
-        compiled.map(|()| prepared)
+        prepared.and_then(|prepared| compiled.map(|()| prepared))
     })?;
     clock.phase("prepare");
     let search = prepared.search();
@@ -109,8 +107,8 @@ fn run(
     let Prepared { repaired, frame, input, small, surface, .. } = prepared;
     clock.phase("connect");
     progress.phase(Phase::Measure, 1.0, 0.0)?;
-    let correspondence =
-        progress.during(|progress| correspondence_of(&result, mesh, &repaired, options, search, progress))?;
+    let find = |progress: &_| correspondence_of(&result, mesh, &repaired, options, search, progress);
+    let correspondence = progress.during(find)?;
     if correspondence.is_some() {
         clock.phase("source");
     }
@@ -125,10 +123,10 @@ fn run(
     let measured = progress.during(|progress| measuring.measure(progress))?;
     clock.phase("measure");
     progress.done(1.0)?;
-    let small_vertices: usize = small.iter().map(|part| part.vertices.len()).sum();
+    let unit_spacing = spacing(surface.area(), outcome.vertices);
     let warnings = warnings(&WarningInput {
         options,
-        expected_vertices: outcome.vertices + small_vertices,
+        expected_vertices: outcome.vertices + small.iter().map(|part| part.vertices.len()).sum::<usize>(),
         input: &input,
         output: &measured.output,
         counts: &outcome.counts,
@@ -136,8 +134,7 @@ fn run(
         fault: outcome.fault.map(|fault| fault.describe(&frame)),
         input_intersections: measured.input_intersections,
         input_volume: (input.boundary_edges == 0).then(|| relative_volume(&repaired.mesh)),
-        edge: 100.0
-            * outcome.edge_lengths.map_or(spacing(surface.area(), outcome.vertices), |[_, longest]| longest),
+        edge: 100.0 * outcome.edge_lengths.map_or(unit_spacing, |[_, longest]| longest),
     });
     let simplified = outcome.simplified_components + small.len();
     let summary = Summary {
@@ -153,7 +150,7 @@ fn run(
         converged: outcome.steps.last().is_some_and(|s| *s < options.tolerance),
         finished_early: progress.is_shortened(),
         steps: outcome.steps,
-        spacing: spacing(surface.area(), outcome.vertices) * frame.scale,
+        spacing: unit_spacing * frame.scale,
         edge_lengths: outcome.edge_lengths.map(|range| range.map(|length| length * frame.scale)),
         flags: outcome.flags,
         connected: outcome.counts,

@@ -53,8 +53,8 @@ const LONGEST: [f64; 2] = [1.06, 1.25];
 /// Rounds of polish beyond those of a mesh from cells, whose triangles are more even from the start.
 const MORE_ROUNDS: u32 = 10;
 
-/// A remeshed or simplified, and polished, mesh with the target number of vertices, or more if the topology needs more;
-/// with vertices at `sites` as far as possible, if there are any.
+/// A remeshed or simplified, and polished, mesh with the target number of vertices, or more if the topology
+/// needs more; with vertices at `sites` as far as possible, if there are any.
 ///
 /// # Errors
 /// [`crate::Error::Cancelled`].
@@ -84,8 +84,8 @@ pub(crate) fn simplified_and_polished(
     Ok(if is_sound && intersections(&better)? <= intersections(&raw.mesh)? { better } else { raw.mesh })
 }
 
-/// The surface remeshed by local operations and polished; `None` if that does not reach the number of vertices,
-/// or if more faces intersect than before.
+/// The surface remeshed by local operations and polished; `None` if that does not reach the number of
+/// vertices, or if more faces intersect than before.
 fn remeshed_locally(
     surface: &TriMesh,
     target: &SimplifyTarget,
