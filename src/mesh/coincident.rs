@@ -47,3 +47,29 @@ pub(crate) fn separate_coincident(mesh: &mut TriMesh) -> usize {
     }
     moved
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::mesh::samples::sample;
+    use crate::mesh::submesh::append;
+
+    #[test]
+    fn vertices_at_one_place_part_by_little_and_others_stay() {
+        let cube = sample("box").unwrap();
+        let mut both = cube.clone();
+        let mut beside = cube.clone();
+        beside.vertices.iter_mut().for_each(|v| *v += DVec3::X);
+        append(&mut both, &beside);
+        // Not part of any triangle.
+        both.vertices.push(DVec3::ZERO);
+        let before = both.clone();
+        assert_eq!(separate_coincident(&mut both), 4);
+        assert_eq!(both.vertices[..8], before.vertices[..8]);
+        let moves = both.vertices.iter().zip(&before.vertices).map(|(a, b)| a.distance(*b));
+        let moves: Vec<f64> = moves.filter(|distance| *distance > 0.0).collect();
+        assert!(moves.len() == 4 && moves.iter().all(|m| (1e-6..1e-3).contains(m)), "{moves:?}");
+        let once = both.clone();
+        assert_eq!((separate_coincident(&mut both), both), (0, once));
+    }
+}

@@ -33,7 +33,7 @@ pub(crate) fn remarks(
         (
             collapsed,
             ["component was too small or too detailed", "components were too small or too detailed"],
-            "to remesh, and simplified instead",
+            "for cells, and remeshed by local operations",
         ),
     ];
     let present = lines.iter().filter(|(count, ..)| *count > 0);

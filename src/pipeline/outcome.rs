@@ -21,7 +21,7 @@ pub(crate) struct Outcome {
     pub fault: Option<Fault>,
     /// Number of faces that intersect others, if it is known.
     pub intersecting_faces: Option<usize>,
-    /// Number of components that were simplified instead of remeshed.
+    /// Number of components that were remeshed by local operations or simplified.
     pub simplified_components: usize,
     /// The smallest and the largest edge length in the size field; `None` if all are equal.
     pub edge_lengths: Option<[f64; 2]>,

@@ -36,7 +36,7 @@ pub struct Preview {
     pub corners: usize,
     /// Estimated number of vertices inside each patch between the curves, largest first.
     pub patches: Vec<usize>,
-    /// Whether the curves need so many vertices that the surface will be simplified instead.
+    /// Whether the curves need so many vertices that the surface will be remeshed by local operations.
     pub collapses: bool,
     /// Estimated device memory, in bytes.
     pub device_bytes: u64,

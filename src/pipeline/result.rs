@@ -37,8 +37,8 @@ pub struct Summary {
     /// Faces of the repaired input that intersect others; `None` if those of the result are not counted
     /// either.
     pub input_self_intersecting_faces: Option<usize>,
-    /// Components that were simplified instead of remeshed: they had too few vertices for cells, or cells did
-    /// not give their topology.
+    /// Components that were remeshed by local operations or simplified: they had too few vertices for cells,
+    /// or cells did not give their topology.
     pub collapsed_components: usize,
     /// What was unusual about the input, and what was done about it.
     pub remarks: Vec<String>,

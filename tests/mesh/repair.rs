@@ -151,3 +151,35 @@ fn frames_without_a_size_are_refused() {
     assert_eq!(problem(&[[0.0; 3], [f64::NAN, 0.0, 0.0]]), "a coordinate is not finite");
     assert_eq!(problem(&[[-1.7e308; 3], [1.7e308; 3]]), "the mesh is too large for numbers of 64 bits");
 }
+
+fn six_volumes(mesh: &TriMesh) -> f64 {
+    (0..mesh.triangles.len())
+        .map(|t| {
+            let [a, b, c] = mesh.corners(t);
+            a.dot(b.cross(c))
+        })
+        .sum()
+}
+
+#[test]
+fn a_closed_body_with_half_of_its_faces_turned_over_faces_outwards() {
+    let cube = sample("box").unwrap();
+    for turned in [[0, 1, 2, 3, 4, 5], [6, 7, 8, 9, 10, 11], [1, 3, 5, 7, 9, 11], [0, 2, 4, 6, 8, 10]] {
+        let mut mesh = cube.clone();
+        turned.iter().for_each(|t| mesh.triangles[*t].swap(1, 2));
+        let repaired = repair(&mesh).unwrap();
+        assert_eq!(repaired.counts.faces_turned, 6);
+        assert!((six_volumes(&repaired.mesh) - 6.0).abs() < 1e-12, "{turned:?}");
+    }
+}
+
+#[test]
+fn a_cavity_with_one_face_turned_over_stays_one() {
+    let mut cavity = sample("sphere").unwrap();
+    cavity.triangles.iter_mut().for_each(|t| t.swap(1, 2));
+    let volume = six_volumes(&cavity);
+    cavity.triangles[7].swap(1, 2);
+    let repaired = repair(&cavity).unwrap();
+    assert_eq!(repaired.counts.faces_turned, 1);
+    assert!((six_volumes(&repaired.mesh) - volume).abs() < 1e-12 && volume < 0.0);
+}

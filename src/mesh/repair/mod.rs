@@ -85,9 +85,9 @@ pub fn at_welded_places(mesh: &TriMesh, options: &RepairOptions) -> Result<TriMe
 
 /// Welds vertices at exactly equal positions (-0.0 equals 0.0), then drops faces without an area, repeated
 /// faces (the first is kept) and unused vertices. Areas are judged relative to the triangle's own longest
-/// edge, so neither size nor position of the mesh matters. Then closes cracks and drops small components as
-/// far as `options` say, and turns faces over that disagree with the larger part of their component by area;
-/// what is inside out stays so.
+/// edge, so neither size nor position of the mesh matters; edges that a flat face joined are split at its
+/// vertex. Then closes cracks and drops small components as far as `options` say, and turns faces over that
+/// disagree with the larger part of their component by area; what is inside out stays so.
 ///
 /// # Errors
 ///
@@ -113,6 +113,11 @@ pub fn repair_with(mesh: &TriMesh, options: &RepairOptions) -> Result<Repaired> 
         mesh.vertices.len() - counts.duplicate_vertices_welded - kept.vertices.len();
     let unit = unit_of(&kept);
     kept.vertices.iter_mut().for_each(|vertex| *vertex /= unit);
+    if counts.degenerate_faces_dropped > 0 {
+        // A flat face between a long edge and two short ones held them together.
+        let reach = kept.bounds().map_or(0.0, |(low, high)| FLAT_REACH * (high - low).length());
+        joints::join(&mut kept, &mut origin, reach, &mut counts);
+    }
     if options.weld > 0.0 {
         let reach = kept.bounds().map_or(0.0, |(low, high)| options.weld * (high - low).length());
         weld::weld(&mut kept, &mut origin, reach, &mut counts);
@@ -129,6 +134,9 @@ pub fn repair_with(mesh: &TriMesh, options: &RepairOptions) -> Result<Repaired> 
     kept.vertices.iter_mut().for_each(|vertex| *vertex *= unit);
     Ok(Repaired { mesh: kept, origin, counts })
 }
+
+/// Vertices of flat faces are closer to the opposite edges than this share of the bounding box's diagonal.
+const FLAT_REACH: f64 = 1e-9;
 
 /// Extents beyond this, and below its inverse, have squares that overflow or vanish.
 const FAR: f64 = 1e60;
