@@ -2,6 +2,7 @@
 
 use super::result::{ExactSummary, FeatureSummary};
 use crate::TriMesh;
+use crate::mesh::quality::{TriangleQuality, quality};
 use crate::mesh::unit_frame::{UnitFrame, decimals};
 use crate::sites::connect::ConnectCounts;
 use crate::sites::on_surface::SitesOnSurface;
@@ -39,6 +40,9 @@ pub(crate) struct Outcome {
     pub attempts: u32,
 }
 
+/// Angles below this many degrees are slivers, unless the input has some of that kind.
+const SLIVER: f64 = 1.0;
+
 /// What is wrong with a mesh.
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) struct Fault {
@@ -50,6 +54,8 @@ pub(crate) struct Fault {
 /// Kinds of faults, from the least to the worst.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 pub(crate) enum FaultKind {
+    /// There are angles that a mesh should not have, and the input has not. No reason to refuse it.
+    Slivers,
     /// So many faces intersect others where none of the input did.
     Intersections(usize),
     /// A part of the surface is left out.
@@ -58,10 +64,26 @@ pub(crate) enum FaultKind {
     Topology,
 }
 
+/// The triangles of a mesh with an angle that makes them slivers: the angle in degrees and the index.
+pub(crate) fn slivers(mesh: &TriMesh) -> impl Iterator<Item = (f64, u32)> {
+    let angle = |t: u32| TriangleQuality::new(mesh.corners(t as usize)).min_angle();
+    (0..mesh.triangles.len() as u32).map(move |t| (angle(t), t)).filter(|(angle, _)| *angle < SLIVER)
+}
+
 impl Fault {
+    /// The worst sliver of a mesh on a surface, if there is any.
+    pub fn sliver(mesh: &TriMesh, surface: &TriMesh) -> Option<Self> {
+        let (_, worst) = slivers(mesh).min_by(|a, b| a.0.total_cmp(&b.0))?;
+        // Twice, because a result may be a little worse than an input of that kind.
+        let of_surface = || quality(surface).is_some_and(|quality| quality.theta_min > 2.0 * SLIVER);
+        let at = mesh.corners(worst as usize).into_iter().sum::<DVec3>() / 3.0;
+        of_surface().then_some(Self { kind: FaultKind::Slivers, at: Some(at) })
+    }
+
     /// As text, with the place in the input's units.
     pub fn describe(&self, frame: &UnitFrame) -> String {
         let what = match self.kind {
+            FaultKind::Slivers => format!("there are angles below {SLIVER} degree"),
             FaultKind::Topology => "components, handles or boundary loops of the surface are lost".to_owned(),
             FaultKind::Missing => "a part of the surface is left out".to_owned(),
             FaultKind::Intersections(1) => "1 face intersects others".to_owned(),

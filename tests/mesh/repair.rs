@@ -3,6 +3,7 @@
 use glam::DVec3;
 use rtfmesh::mesh::repair::{RepairCounts, repair};
 use rtfmesh::mesh::samples::sample;
+use rtfmesh::mesh::topology::topology;
 use rtfmesh::mesh::unit_frame::UnitFrame;
 use rtfmesh::{Error, TriMesh};
 
@@ -182,4 +183,26 @@ fn a_cavity_with_one_face_turned_over_stays_one() {
     let repaired = repair(&cavity).unwrap();
     assert_eq!(repaired.counts.faces_turned, 1);
     assert!((six_volumes(&repaired.mesh) - volume).abs() < 1e-12 && volume < 0.0);
+}
+
+#[test]
+fn a_flat_face_that_holds_its_neighbours_together_leaves_no_slit() {
+    // A tetrahedron with a vertex in the middle of an edge, on one side only; a flat face closes the gap.
+    let vertices = [[0.0, 0.0, 0.0], [2.0, 0.0, 0.0], [0.0, 2.0, 0.0], [0.0, 0.0, 2.0], [1.0, 0.0, 0.0]];
+    let triangles = [[0, 2, 4], [4, 2, 1], [0, 1, 3], [0, 3, 2], [1, 2, 3], [0, 4, 1]];
+    let closed = mesh(&vertices, &triangles);
+    assert!(topology(&closed).is_closed_manifold());
+    for scale in [1.0, 1e-30, 1e30] {
+        let mut scaled = closed.clone();
+        scaled.vertices.iter_mut().for_each(|v| *v *= scale);
+        let repaired = repair(&scaled).unwrap();
+        assert_eq!((repaired.counts.degenerate_faces_dropped, repaired.counts.edges_joined), (1, 1));
+        let got = topology(&repaired.mesh);
+        assert!(got.is_closed_manifold() && got.vertices == 5 && got.faces == 6, "{scale}: {got:?}");
+    }
+    // Elsewhere a vertex on an edge stays as it is.
+    let mut open = closed.clone();
+    open.triangles.pop();
+    let repaired = repair(&open).unwrap();
+    assert_eq!((repaired.counts, topology(&repaired.mesh).boundary_loops), (RepairCounts::default(), 1));
 }

@@ -12,13 +12,18 @@ use crate::TriMesh;
 /// margin.
 const FLAT: f64 = 1e-14;
 
-/// The triangles with other vertices for theirs, without those that are flat or repeat an earlier one, and
-/// the number that each had.
-pub(super) fn clean(
-    mesh: &TriMesh,
-    vertex: impl Fn(u32) -> u32,
-    counts: &mut RepairCounts,
-) -> (Vec<[u32; 3]>, Vec<u32>) {
+/// What [`clean`] leaves.
+pub(super) struct Cleaned {
+    pub triangles: Vec<[u32; 3]>,
+    /// The number that each had.
+    pub origin: Vec<u32>,
+    /// The vertices of those dropped as flat.
+    pub flat: Vec<u32>,
+}
+
+/// The triangles with other vertices for theirs, without those that are flat or repeat an earlier one.
+pub(super) fn clean(mesh: &TriMesh, vertex: impl Fn(u32) -> u32, counts: &mut RepairCounts) -> Cleaned {
+    let mut flat = Vec::new();
     let mut seen = HashSet::with_capacity(mesh.triangles.len());
     let mut triangles = Vec::with_capacity(mesh.triangles.len());
     let mut origin = Vec::with_capacity(mesh.triangles.len());
@@ -28,6 +33,7 @@ pub(super) fn clean(
         key.sort_unstable();
         if is_flat(welded.map(|vertex| mesh.vertices[vertex as usize])) {
             counts.degenerate_faces_dropped += 1;
+            flat.extend(welded);
         } else if seen.insert(key) {
             triangles.push(welded);
             origin.push(number);
@@ -35,7 +41,7 @@ pub(super) fn clean(
             counts.duplicate_faces_dropped += 1;
         }
     }
-    (triangles, origin)
+    Cleaned { triangles, origin, flat }
 }
 
 fn is_flat(corners: [DVec3; 3]) -> bool {

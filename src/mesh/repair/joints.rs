@@ -18,9 +18,15 @@ struct BoundaryEdge {
     apex: u32,
 }
 
-/// Splits triangles at boundary vertices within `reach` of their boundary edges, where that closes a part of
-/// an edge and puts no third face at one.
-pub(super) fn join(mesh: &mut TriMesh, origin: &mut Vec<u32>, reach: f64, counts: &mut RepairCounts) {
+/// Splits triangles at boundary vertices that `may_join`, within `reach` of their boundary edges, where that
+/// closes a part of an edge and puts no third face at one.
+pub(super) fn join(
+    mesh: &mut TriMesh,
+    origin: &mut Vec<u32>,
+    reach: f64,
+    may_join: impl Fn(u32) -> bool,
+    counts: &mut RepairCounts,
+) {
     for _ in 0..ROUNDS {
         let mut faces: HashMap<(u32, u32), u32> = HashMap::new();
         let mut open = Vec::new();
@@ -40,6 +46,7 @@ pub(super) fn join(mesh: &mut TriMesh, origin: &mut Vec<u32>, reach: f64, counts
             }
         }
         let mut boundary: Vec<u32> = open.iter().flat_map(|edge| [edge.from, edge.to]).collect();
+        boundary.retain(|v| may_join(*v));
         boundary.sort_unstable();
         boundary.dedup();
         boundary.sort_by(|a, b| mesh.vertices[*a as usize].x.total_cmp(&mesh.vertices[*b as usize].x));

@@ -8,8 +8,8 @@ mod joints;
 mod orient;
 mod weld;
 
-use std::collections::HashMap;
 use std::collections::hash_map::Entry;
+use std::collections::{HashMap, HashSet};
 
 use glam::DVec3;
 
@@ -17,7 +17,7 @@ use super::TriMesh;
 use super::kd_tree::KdTree;
 use super::submesh::without_unused_vertices;
 use crate::{Error, Result};
-use clean::clean;
+use clean::{Cleaned, clean};
 pub(crate) use components::connected_components;
 pub use counts::RepairCounts;
 
@@ -104,24 +104,27 @@ pub fn repair_with(mesh: &TriMesh, options: &RepairOptions) -> Result<Repaired> 
     let mut counts = RepairCounts::default();
     let first_there = same_places(&mesh.vertices);
     counts.duplicate_vertices_welded = (0..).zip(&first_there).filter(|(own, first)| *own != **first).count();
-    let (triangles, mut origin) = clean(mesh, |v| first_there[v as usize], &mut counts);
+    let Cleaned { triangles, mut origin, flat } = clean(mesh, |v| first_there[v as usize], &mut counts);
     if triangles.is_empty() {
         return Err(Error::input(None, "the mesh has no faces with an area", "give a surface mesh"));
     }
     let mut kept = without_unused_vertices(mesh, triangles);
     counts.unreferenced_vertices_dropped =
         mesh.vertices.len() - counts.duplicate_vertices_welded - kept.vertices.len();
+    let places: HashSet<[u64; 3]> = flat.iter().map(|v| place(&mesh.vertices[*v as usize])).collect();
+    let at_flat: Vec<bool> =
+        kept.vertices.iter().map(|p| !flat.is_empty() && places.contains(&place(p))).collect();
     let unit = unit_of(&kept);
     kept.vertices.iter_mut().for_each(|vertex| *vertex /= unit);
-    if counts.degenerate_faces_dropped > 0 {
+    if !flat.is_empty() {
         // A flat face between a long edge and two short ones held them together.
         let reach = kept.bounds().map_or(0.0, |(low, high)| FLAT_REACH * (high - low).length());
-        joints::join(&mut kept, &mut origin, reach, &mut counts);
+        joints::join(&mut kept, &mut origin, reach, |v| at_flat[v as usize], &mut counts);
     }
     if options.weld > 0.0 {
         let reach = kept.bounds().map_or(0.0, |(low, high)| options.weld * (high - low).length());
         weld::weld(&mut kept, &mut origin, reach, &mut counts);
-        joints::join(&mut kept, &mut origin, reach, &mut counts);
+        joints::join(&mut kept, &mut origin, reach, |_| true, &mut counts);
         if kept.triangles.is_empty() {
             let problem = format!("`weld` {} leaves no face", options.weld);
             return Err(Error::input(None, problem, "use a smaller tolerance"));
@@ -176,15 +179,18 @@ fn check(mesh: &TriMesh) -> Result<()> {
     Ok(())
 }
 
+/// A position to look others up by.
+fn place(position: &DVec3) -> [u64; 3] {
+    // Adding zero turns -0.0 into 0.0 and changes nothing else.
+    position.to_array().map(|value| (value + 0.0).to_bits())
+}
+
 /// For each vertex the first one at the same position.
 fn same_places(vertices: &[DVec3]) -> Vec<u32> {
     let mut firsts: HashMap<[u64; 3], u32> = HashMap::with_capacity(vertices.len());
-    let first_of = |(own, position): (u32, &DVec3)| {
-        // Adding zero turns -0.0 into 0.0 and changes nothing else.
-        match firsts.entry(position.to_array().map(|value| (value + 0.0).to_bits())) {
-            Entry::Occupied(first) => *first.get(),
-            Entry::Vacant(free) => *free.insert(own),
-        }
+    let first_of = |(own, position): (u32, &DVec3)| match firsts.entry(place(position)) {
+        Entry::Occupied(first) => *first.get(),
+        Entry::Vacant(free) => *free.insert(own),
     };
     (0..).zip(vertices).map(first_of).collect()
 }

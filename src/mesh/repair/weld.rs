@@ -1,6 +1,6 @@
 //! Welds vertices that are close to each other, except where the surface would touch itself.
 
-use super::clean::clean;
+use super::clean::{Cleaned, clean};
 use super::counts::RepairCounts;
 use crate::TriMesh;
 use crate::mesh::half_edges::{EdgeTable, edge_key};
@@ -17,7 +17,7 @@ pub(super) fn weld(mesh: &mut TriMesh, origin: &mut Vec<u32>, reach: f64, counts
     // Each round undoes at least one weld, or is the last.
     loop {
         let mut counts_of_it = *counts;
-        let (triangles, number) = clean(mesh, |v| to[v as usize], &mut counts_of_it);
+        let Cleaned { triangles, origin: number, .. } = clean(mesh, |v| to[v as usize], &mut counts_of_it);
         let was_crowded: HashSet<(u32, u32)> =
             crowded.iter().map(|(a, b)| edge_key(to[*a as usize], to[*b as usize])).collect();
         let edges = crowded_edges(&triangles).filter(|edge| !was_crowded.contains(edge));

@@ -12,7 +12,7 @@ use crate::options::{Options, Shortage};
 use crate::pipeline::clock::Clock;
 use crate::pipeline::collapse::faulty::{Fallback, better};
 use crate::pipeline::intersections::InputIntersections;
-use crate::pipeline::outcome::{Fault, Outcome};
+use crate::pipeline::outcome::{Fault, FaultKind, Outcome};
 use crate::pipeline::user_curves::may_simplify;
 use crate::progress::ProgressReporter;
 use crate::sites::surface::Surface;
@@ -152,8 +152,10 @@ impl Attempts<'_> {
                     .ok_or_else(|| self.refusal(&fault, Some(tried))),
             };
         }
-        // A defective input is unlikely to gain from another start, and its user need not wait for it.
-        if self.input.is_manifold() {
+        // A defective input is unlikely to gain from another start, and its user need not wait for it; nor
+        // are pins and narrow places.
+        let is_chance = matches!(fault.kind, FaultKind::Topology | FaultKind::Intersections(_));
+        if self.input.is_manifold() && is_chance {
             for start in 1..STARTS {
                 let other = runner.attempt(&model, vertices, seed.wrapping_add(start))?;
                 if other.fault.is_none() {
@@ -164,17 +166,23 @@ impl Attempts<'_> {
         drop(model);
         let attempts = runner.attempts;
         let mut best = runner.progress.during(|progress| fallback.repaired(&first, progress))?;
-        if best.as_ref().is_none_or(|repaired| repaired.fault.is_some()) && may_simplify(self.options) {
+        if best.as_ref().is_none_or(|repaired| repaired.fault.is_some())
+            && may_simplify(self.options)
+            && fault.kind != FaultKind::Slivers
+        {
             best = better(best, whole(&mut runner)?);
         }
-        let best = better(best, Some(first)).map(|best| Outcome { attempts, ..best });
+        let best = better(Some(first), best).map(|best| Outcome { attempts, ..best });
         best.ok_or_else(|| self.refusal(&fault, None)).and_then(|best| self.accepted(best))
     }
 
     /// An outcome with a fault, unless the options refuse it.
     fn accepted(&self, outcome: Outcome) -> Result<Outcome> {
         match &outcome.fault {
-            Some(fault) if self.options.coarse_to_fine.shortage == Shortage::Refuse => {
+            Some(fault)
+                if self.options.coarse_to_fine.shortage == Shortage::Refuse
+                    && fault.kind != FaultKind::Slivers =>
+            {
                 Err(self.refusal(fault, None))
             }
             _ => Ok(outcome),

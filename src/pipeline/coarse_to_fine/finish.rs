@@ -57,7 +57,8 @@ impl CoarseToFine<'_> {
             level.intersecting_faces = Some(count);
             clock.phase("check");
             if intersecting.is_empty() {
-                let fault = progress.during(|progress| self.missing_part(&level, level_spacing, progress))?;
+                let fault =
+                    progress.during(|progress| self.fault_of_shape(&level, level_spacing, progress))?;
                 return Ok((level, fault));
             }
             let destinations: Vec<BrokenCell> =
@@ -76,8 +77,9 @@ impl CoarseToFine<'_> {
         }
     }
 
-    /// The fault of a mesh that leaves out a part of the surface, as a pin that is over one cell.
-    fn missing_part(
+    /// The fault of a mesh that leaves out a part of the surface, such as a pin in a single cell, or has
+    /// slivers.
+    fn fault_of_shape(
         &self,
         level: &LevelMesh,
         level_spacing: f64,
@@ -86,7 +88,8 @@ impl CoarseToFine<'_> {
         let edges = (level_spacing, &self.model.sizes);
         let missing = missing_vertices(&self.surface.mesh(), &level.mesh, edges, progress)?;
         let at = |v: &u32| Some(self.surface.vertices[*v as usize]);
-        Ok(missing.first().map(|v| Fault { kind: FaultKind::Missing, at: at(v) }))
+        let missing = missing.first().map(|v| Fault { kind: FaultKind::Missing, at: at(v) });
+        Ok(missing.or_else(|| Fault::sliver(&level.mesh, &self.surface.mesh())))
     }
 
     /// Where another site would help a face that intersects others: on the surface beside its centre.

@@ -9,7 +9,7 @@ use crate::mesh::unit_frame::UnitFrame;
 use crate::options::{Options, Sizing};
 use crate::pipeline::intersections::{InputIntersections, Intersections};
 use crate::pipeline::missing::missing_vertices;
-use crate::pipeline::outcome::{Fault, FaultKind, Outcome};
+use crate::pipeline::outcome::{Fault, FaultKind, Outcome, slivers};
 use crate::pipeline::result::FeatureSummary;
 use crate::pipeline::user_curves::has_user_curves;
 use crate::sites::connect::ConnectCounts;
@@ -59,13 +59,16 @@ impl Fallback<'_> {
         let surface = self.surface.mesh();
         let sites = faulty.sites.positions.iter().zip(&faulty.sites.triangles);
         let sites: Vec<Site> = sites.map(|(at, triangle)| Site { at: *at, triangle: *triangle }).collect();
-        let intersections = self.intersections(&faulty.mesh, progress)?;
+        let mut faulty_faces = self.intersections(&faulty.mesh, progress)?.new;
+        if faulty.fault.as_ref().is_some_and(|fault| fault.kind == FaultKind::Slivers) {
+            faulty_faces.extend(slivers(&faulty.mesh).map(|(_, t)| t));
+        }
         let missing = self.missing(&surface, &faulty.mesh, progress)?;
         let mut mesh = faulty.mesh.clone();
         let input = RepairInput {
             surface: &surface,
             sites: &sites,
-            faulty_faces: &intersections.new,
+            faulty_faces: &faulty_faces,
             missing: &missing,
             spread,
         };
@@ -125,6 +128,7 @@ impl Fallback<'_> {
         if let Some(v) = self.missing(&surface, &mesh, progress)?.first() {
             fault = Some(Fault { kind: FaultKind::Missing, at: Some(surface.vertices[*v as usize]) });
         }
+        let fault = fault.or_else(|| Fault::sliver(&mesh, &surface));
         Ok(Outcome { fault, mesh, intersecting_faces: Some(count), ..outcome })
     }
 
