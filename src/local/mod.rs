@@ -61,7 +61,7 @@ pub struct LocalMesh {
     pub mesh: TriMesh,
     /// The patch of each triangle.
     pub patches: Vec<u32>,
-    /// Of each vertex, whether it is on a curve, at a corner or at a tip.
+    /// Of each vertex, whether it is on a curve or at a corner.
     pub fixed: Vec<bool>,
     /// The curves, with the vertices on them.
     pub sliding_curves: Vec<SlidingCurve>,
@@ -82,7 +82,7 @@ pub fn remesh_locally(
     options: &LocalOptions,
     progress: &ProgressToken,
 ) -> Result<LocalMesh> {
-    let area: f64 = (0..surface.triangles.len()).map(|t| surface.triangle_area(t)).sum();
+    let area: f64 = (0..surface.triangles.len()).map(|t| weighted_area(surface, t, options.lengths)).sum();
     let count = options.vertices;
     let polylines = polylines(surface, features);
     let mut mesh = StarMesh::new(surface, features, &polylines, options.lengths);
@@ -118,6 +118,17 @@ pub fn remesh_locally(
     }
     mesh.refresh_sizes(surface, target, options.lengths);
     Ok(mesh.into_local_mesh(&polylines))
+}
+
+/// The area of a triangle over the square of the relative target length there: proportional to the vertices
+/// that it gets.
+fn weighted_area(surface: &TriMesh, t: usize, lengths: &[f64]) -> f64 {
+    let area = surface.triangle_area(t);
+    if lengths.is_empty() {
+        return area;
+    }
+    let mean = surface.triangles[t].iter().map(|v| lengths[*v as usize]).sum::<f64>() / 3.0;
+    area / (mean * mean)
 }
 
 /// The curves of the surface as points; a closed one ends with its first.

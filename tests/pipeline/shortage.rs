@@ -7,7 +7,7 @@ use rtfmesh::mesh::features::FeatureLine;
 use rtfmesh::mesh::repair::repair;
 use rtfmesh::mesh::samples::sample;
 use rtfmesh::mesh::topology::topology;
-use rtfmesh::{Error, FeatureLines, Options, Remeshed, Result, Shortage, TriMesh, remesh};
+use rtfmesh::{Error, FeatureLines, Options, Remeshed, Result, Shortage, Sizing, TriMesh, remesh};
 
 fn run(mesh: &TriMesh, vertices: usize, shortage: Shortage) -> Result<Remeshed> {
     let result = remesh(device(), mesh, &Options::new(vertices).shortage(shortage));
@@ -182,4 +182,17 @@ fn local_operations_alone_do_the_same_work() {
         assert!(result.summary.output.quality.q_avg > 0.9, "{name}: {:?}", result.summary.output.quality);
         assert_eq!(result.summary.iterations, 0);
     }
+}
+
+#[test]
+fn local_operations_follow_the_size_field() {
+    let input = sample("genus3").unwrap();
+    let made = |options: Options| {
+        let result = remesh(device(), &input, &options.local(true)).unwrap();
+        assert_like(&input, &result, 1500);
+        result.summary.output.quality.edge_cv
+    };
+    let even = made(Options::new(1500));
+    let sized = made(Options::new(1500).sizing(Sizing::Curvature { gradation: 1.0 }));
+    assert!(even < 0.15 && sized > 0.25, "{even} {sized}");
 }

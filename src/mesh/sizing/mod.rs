@@ -66,12 +66,14 @@ impl SizeField {
         self.lengths.get(v as usize).copied().unwrap_or(1.0)
     }
 
+    /// The lengths at the corners of a triangle.
+    pub fn at_corners(&self, triangle: u32) -> [f64; 3] {
+        self.surface.triangles[triangle as usize].map(|v| self.at_vertex(v))
+    }
+
     /// The smallest length in a triangle.
     pub fn least_in(&self, triangle: u32) -> f64 {
-        self.surface.triangles[triangle as usize]
-            .map(|v| self.at_vertex(v))
-            .into_iter()
-            .fold(f64::INFINITY, f64::min)
+        self.at_corners(triangle).into_iter().fold(f64::INFINITY, f64::min)
     }
 
     /// The lengths at points on triangles; empty if they are equal everywhere.

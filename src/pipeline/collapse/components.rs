@@ -3,6 +3,7 @@
 use super::simplify::{SimplifyTarget, simplified, simplified_and_polished};
 use crate::mesh::repair::connected_components;
 use crate::mesh::simplify::Site;
+use crate::mesh::sizing::SizeField;
 use crate::mesh::submesh::{append, extract};
 use crate::mesh::topology::topology;
 use crate::{Error, Result, TriMesh};
@@ -77,7 +78,7 @@ impl Components {
             small
                 .map(|part| {
                     let target = target.with_vertices(vertices(part));
-                    simplified_and_polished(&self.submesh(mesh, part), &[], &target)
+                    simplified_and_polished(&self.submesh(mesh, part), (&[], &[]), &target)
                 })
                 .collect()
         };
@@ -177,9 +178,8 @@ impl Components {
             own.map(|(_, s)| Site { triangle: index_in_part[s.triangle as usize], ..*s }).collect()
         };
         let part = |part: usize| Part {
-            surface: &submeshes[part],
-            area: self.areas[part],
             sites: if spread == Spread::AsBefore { sites_of(part) } else { Vec::new() },
+            ..self.sized_part(&submeshes[part], part, target.sizes)
         };
         let parts: Vec<Part> = wrong.iter().map(|number| part(*number)).collect();
         let simplified = simplify_all(&parts, &target.with_vertices(result.vertices.len() - kept))?;
@@ -210,13 +210,30 @@ impl Components {
         Comparison { is_right, triangles, vertices }
     }
 
+    /// A component with its target lengths.
+    fn sized_part<'s>(&self, submesh: &'s TriMesh, part: usize, sizes: Option<&SizeField>) -> Part<'s> {
+        let Some(sizes) = sizes.filter(|sizes| !sizes.is_uniform()) else {
+            return Part::new((submesh, self.areas[part]));
+        };
+        let mut lengths = vec![1.0; submesh.vertices.len()];
+        let mut area = 0.0;
+        for (k, t) in self.triangles[part].iter().enumerate() {
+            let at_corners = sizes.at_corners(*t);
+            submesh.triangles[k].iter().zip(at_corners).for_each(|(v, length)| lengths[*v as usize] = length);
+            area += submesh.triangle_area(k) * sizes.density(*t as usize);
+        }
+        Part { lengths, ..Part::new((submesh, area)) }
+    }
+
     /// The whole surface simplified.
     ///
     /// # Errors
     /// [`Error::Usage`] with the least number of vertices if there are too few, [`Error::Cancelled`].
     pub fn simplify(&self, surface: &TriMesh, target: &SimplifyTarget) -> Result<TriMesh> {
         let submeshes = self.submeshes(surface);
-        let parts: Vec<Part> = submeshes.iter().zip(self.areas.iter().copied()).map(Part::new).collect();
+        let parts: Vec<Part> = (submeshes.iter().enumerate())
+            .map(|(part, submesh)| self.sized_part(submesh, part, target.sizes))
+            .collect();
         let mut result = TriMesh::default();
         simplify_all(&parts, target)?.iter().for_each(|part| append(&mut result, part));
         Ok(result)
@@ -226,14 +243,17 @@ impl Components {
 /// A component to be simplified.
 struct Part<'a> {
     surface: &'a TriMesh,
+    /// By which the vertices are shared out: more than the area where edges are shorter.
     area: f64,
+    /// The relative target length at each vertex; empty if they are all equal.
+    lengths: Vec<f64>,
     /// Where its vertices should be; empty if anywhere.
     sites: Vec<Site>,
 }
 
 impl<'a> Part<'a> {
     fn new((surface, area): (&'a TriMesh, f64)) -> Self {
-        Self { surface, area, sites: Vec::new() }
+        Self { surface, area, lengths: Vec::new(), sites: Vec::new() }
     }
 }
 
@@ -245,7 +265,8 @@ fn simplify_all(parts: &[Part], target: &SimplifyTarget) -> Result<Vec<TriMesh>>
     let simplify = |counts: &[usize]| -> Result<Vec<TriMesh>> {
         let each = parts.iter().zip(counts);
         each.map(|(part, count)| {
-            simplified_and_polished(part.surface, &part.sites, &target.with_vertices(*count))
+            let wanted = (part.lengths.as_slice(), part.sites.as_slice());
+            simplified_and_polished(part.surface, wanted, &target.with_vertices(*count))
         })
         .collect()
     };

@@ -142,8 +142,10 @@ impl Fallback<'_> {
         self.input_intersections.compare(self.mesh, self.frame, (mesh, spacing), progress)
     }
 
-    fn simplify_target<'p>(&self, vertices: usize, progress: &'p ProgressToken) -> SimplifyTarget<'p> {
-        SimplifyTarget::new(self.options, vertices, spacing(self.surface.area(), vertices), progress)
+    fn simplify_target<'p>(&'p self, vertices: usize, progress: &'p ProgressToken) -> SimplifyTarget<'p> {
+        let spacing = spacing(self.surface.area(), vertices);
+        let target = SimplifyTarget::new(self.options, vertices, spacing, progress);
+        SimplifyTarget { sizes: Some(self.sizes), ..target }
     }
 }
 

@@ -5,8 +5,8 @@ use crate::mesh::features::{Curve, FeatureOptions, Features, find_features};
 use crate::mesh::half_edges::{edge_key, next};
 use crate::mesh::intersections::intersecting_faces;
 use crate::mesh::simplify::{Preserved, Simplified, Site, at_sites, with_vertices};
+use crate::mesh::sizing::SizeField;
 use crate::mesh::topology::topology;
-use crate::options::Sizing;
 use crate::polish::{FitOptions, OutlierOptions, PolishOptions, Target, fit, polish, reduce_outliers};
 use crate::{Options, ProgressToken, Result, TriMesh};
 
@@ -22,8 +22,8 @@ pub(crate) struct SimplifyTarget<'a> {
     pub fit: bool,
     /// Edge length of the whole mesh.
     pub spacing: f64,
-    /// Whether edges are equally long everywhere.
-    pub is_uniform: bool,
+    /// Over the whole surface; `None` if edges are equally long everywhere.
+    pub sizes: Option<&'a SizeField>,
     pub progress: &'a ProgressToken,
 }
 
@@ -37,7 +37,7 @@ impl<'a> SimplifyTarget<'a> {
             polish_rounds: method.polish_rounds,
             fit: method.fit,
             spacing,
-            is_uniform: method.sizing == Sizing::Uniform,
+            sizes: None,
             progress,
         }
     }
@@ -60,14 +60,12 @@ const MORE_ROUNDS: u32 = 10;
 /// [`crate::Error::Cancelled`].
 pub(crate) fn simplified_and_polished(
     surface: &TriMesh,
-    sites: &[Site],
+    (lengths, sites): (&[f64], &[Site]),
     target: &SimplifyTarget,
 ) -> Result<TriMesh> {
     // The share of the phase that this is of is unknown.
     let progress = &target.progress.silent();
-    if (sites.is_empty() || target.is_uniform)
-        && let Some(mesh) = remeshed_locally(surface, target, progress)?
-    {
+    if let Some(mesh) = remeshed_locally(surface, lengths, target, progress)? {
         return Ok(mesh);
     }
     let raw = simplified(surface, sites, target)?;
@@ -88,6 +86,7 @@ pub(crate) fn simplified_and_polished(
 /// vertices, or if more faces intersect than before.
 fn remeshed_locally(
     surface: &TriMesh,
+    lengths: &[f64],
     target: &SimplifyTarget,
     progress: &ProgressToken,
 ) -> Result<Option<TriMesh>> {
@@ -96,7 +95,7 @@ fn remeshed_locally(
     let Ok(features) = find_features(surface, &options) else { return Ok(None) };
     let on = Target::new(surface).in_patches(features.patches.clone());
     for longest in LONGEST {
-        let options = LocalOptions { vertices: target.vertices, lengths: &[], longest };
+        let options = LocalOptions { vertices: target.vertices, lengths, longest };
         let local = remesh_locally(surface, &features, &on, &options, progress)?;
         if local.mesh.vertices.len() != target.vertices {
             return Ok(None);
