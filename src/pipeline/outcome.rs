@@ -40,6 +40,13 @@ pub(crate) struct Outcome {
     pub attempts: u32,
 }
 
+impl Outcome {
+    /// Whether the mesh has a fault for which it may be refused: slivers are none.
+    pub fn is_refused(&self) -> bool {
+        self.fault.as_ref().is_some_and(|fault| fault.kind != FaultKind::Slivers)
+    }
+}
+
 /// Angles below this many degrees are slivers, unless the input has some of that kind.
 const SLIVER: f64 = 1.0;
 

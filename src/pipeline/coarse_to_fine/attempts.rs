@@ -96,7 +96,7 @@ impl Runner<'_, '_> {
             }
             let model = self.model(more)?;
             let outcome = self.attempt(&model, more, seed)?;
-            if outcome.fault.is_none() {
+            if !outcome.is_refused() {
                 return Ok((Some(outcome), more));
             }
         }
@@ -127,10 +127,10 @@ impl Attempts<'_> {
         let whole = |runner: &mut Runner| {
             runner.progress.during(|progress| fallback.whole(features, vertices, progress))
         };
-        if self.options.coarse_to_fine.local
-            && let Some(whole) = whole(&mut runner)?
-        {
-            return self.accepted(whole);
+        if self.options.coarse_to_fine.local {
+            let lost = Fault { kind: FaultKind::Topology, at: None };
+            let whole = whole(&mut runner)?.ok_or_else(|| self.refusal(&lost, None));
+            return whole.and_then(|whole| self.accepted(whole));
         }
         let first = match runner.attempt(&model, vertices, seed) {
             // There are too few vertices for the curves.
@@ -141,14 +141,14 @@ impl Attempts<'_> {
         };
         let Some(fault) = first.fault.clone() else { return Ok(first) };
         // If vertices may be added, even triangles come first.
-        if shortage == Shortage::AddVertices {
+        if shortage == Shortage::AddVertices && first.is_refused() {
             drop(model);
             let (larger, tried) = runner.with_more_vertices(vertices, seed)?;
             let repair = |runner: &mut Runner| runner.progress.during(|p| fallback.repaired(&first, p));
             return match larger {
                 Some(larger) => Ok(larger),
                 None => repair(&mut runner)?
-                    .filter(|repaired| repaired.fault.is_none())
+                    .filter(|repaired| !repaired.is_refused())
                     .ok_or_else(|| self.refusal(&fault, Some(tried))),
             };
         }
@@ -158,7 +158,7 @@ impl Attempts<'_> {
         if self.input.is_manifold() && is_chance {
             for start in 1..STARTS {
                 let other = runner.attempt(&model, vertices, seed.wrapping_add(start))?;
-                if other.fault.is_none() {
+                if !other.is_refused() {
                     return Ok(other);
                 }
             }
@@ -180,8 +180,7 @@ impl Attempts<'_> {
     fn accepted(&self, outcome: Outcome) -> Result<Outcome> {
         match &outcome.fault {
             Some(fault)
-                if self.options.coarse_to_fine.shortage == Shortage::Refuse
-                    && fault.kind != FaultKind::Slivers =>
+                if outcome.is_refused() && self.options.coarse_to_fine.shortage == Shortage::Refuse =>
             {
                 Err(self.refusal(fault, None))
             }
