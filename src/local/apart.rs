@@ -19,13 +19,20 @@ impl StarMesh {
     /// Whether no more triangles around `v` intersect once it is at `to`.
     pub fn stays_apart_at(&self, v: u32, to: DVec3) -> bool {
         let around = self.around(&[v]);
-        let after = intersecting(&around, |w| if w == v { to } else { self.points[w as usize] });
-        after == 0 || after <= intersecting(&around, |w| self.points[w as usize])
+        self.stays_apart(&around, &around, |w| if w == v { to } else { self.points[w as usize] })
+    }
+
+    /// Whether no more of the triangles `after`, with their vertices `at` new places, intersect than of those
+    /// `before`.
+    pub fn stays_apart(&self, before: &[[u32; 3]], after: &[[u32; 3]], at: impl Fn(u32) -> DVec3) -> bool {
+        // Mostly none do, and then those before need not be looked at.
+        let after = intersecting(after, at);
+        after == 0 || after <= intersecting(before, |w| self.points[w as usize])
     }
 }
 
 /// How many of these triangles intersect others of them.
-pub(super) fn intersecting(triangles: &[[u32; 3]], at: impl Fn(u32) -> DVec3) -> usize {
+fn intersecting(triangles: &[[u32; 3]], at: impl Fn(u32) -> DVec3) -> usize {
     let mut order: Vec<u32> = triangles.as_flattened().to_vec();
     order.sort_unstable();
     order.dedup();

@@ -5,7 +5,6 @@ use std::collections::BinaryHeap;
 
 use glam::DVec3;
 
-use super::apart::intersecting;
 use super::curve_edges::CurvePart;
 use super::star_mesh::{Place, StarMesh};
 use crate::mesh::polyline::Polyline;
@@ -174,7 +173,7 @@ impl StarMesh {
         let collapse = self.collapse(a, b, limits, polylines)?;
         let keeps = self.keeps_topology(collapse.gone, collapse.kept)
             && self.keeps_shape(&collapse, limits)
-            && (!limits.apart || self.stays_apart(&collapse));
+            && (!limits.apart || self.collapse_stays_apart(&collapse));
         if !keeps {
             return None;
         }
@@ -184,7 +183,6 @@ impl StarMesh {
 
     /// How an edge collapses; `None` if that would pull a vertex off its curve or corner.
     fn collapse(&self, a: u32, b: u32, limits: &Limits, polylines: &[Polyline]) -> Option<Collapse> {
-        let part = self.curves.get(a, b);
         let [at, bt] = [a, b].map(|v| self.places[v as usize]);
         let (gone, kept) = if at <= bt { (a, b) } else { (b, a) };
         let [p, q] = [gone, kept].map(|v| self.points[v as usize]);
@@ -196,7 +194,6 @@ impl StarMesh {
             }
             (Place::Inside, _) => Some(Collapse { gone, kept, to: q, shifts: None }),
             (Place::Curve, Place::Curve) => {
-                part?;
                 let CurvePart { curve, from, to } = self.curves.get(gone, kept)?;
                 let middle = 0.5 * (from + to);
                 let collapse = Collapse {
@@ -208,7 +205,6 @@ impl StarMesh {
                 self.keeps_curve(&collapse, limits, polylines).then_some(collapse)
             }
             (Place::Curve, Place::Corner) => {
-                part?;
                 let CurvePart { from, to, .. } = self.curves.get(gone, kept)?;
                 let collapse = Collapse { gone, kept, to: q, shifts: Some([to - from, 0.0]) };
                 self.keeps_curve(&collapse, limits, polylines).then_some(collapse)
@@ -299,13 +295,12 @@ impl StarMesh {
     }
 
     /// Whether no more triangles around intersect after the collapse.
-    fn stays_apart(&self, collapse: &Collapse) -> bool {
+    fn collapse_stays_apart(&self, collapse: &Collapse) -> bool {
         let Collapse { gone, kept, to, .. } = *collapse;
         let before = self.around(&[gone, kept]);
         let there = before.iter().filter(|t| !(t.contains(&gone) && t.contains(&kept)));
         let after: Vec<[u32; 3]> = there.map(|t| t.map(|w| if w == gone { kept } else { w })).collect();
-        let at = |w: u32| if w == kept { to } else { self.points[w as usize] };
-        intersecting(&after, at) <= intersecting(&before, |w| self.points[w as usize])
+        self.stays_apart(&before, &after, |w| if w == kept { to } else { self.points[w as usize] })
     }
 
     fn apply(&mut self, collapse: &Collapse) {

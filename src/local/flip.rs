@@ -2,7 +2,6 @@
 
 use glam::DVec3;
 
-use super::apart::intersecting;
 use super::star_mesh::{Place, StarMesh};
 use crate::mesh::triangle::doubled_normal;
 use crate::polish::{angle_gain, keeps_shape};
@@ -79,9 +78,7 @@ impl StarMesh {
         let pair = |t: &&[u32; 3]| t.contains(&a) && t.contains(&b);
         let mut after: Vec<[u32; 3]> = before.iter().filter(|t| !pair(t)).copied().collect();
         after.extend([[d, c, a], [c, d, b]]);
-        let at = |w: u32| self.points[w as usize];
-        let after = intersecting(&after, at);
-        after == 0 || after <= intersecting(&before, at)
+        self.stays_apart(&before, &after, |w| self.points[w as usize])
     }
 
     /// Half the decrease of the sum of squared differences to the ideal valences; `patch` is that of the two

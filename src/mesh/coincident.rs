@@ -4,7 +4,7 @@ use std::collections::HashMap;
 
 use glam::DVec3;
 
-use super::TriMesh;
+use super::{TriMesh, position_key};
 
 /// How far a vertex moves towards the mean of its neighbours, as a share of the distance: more than what
 /// 32-bit coordinates round to on meshes of up to some million vertices, and less than anybody sees.
@@ -14,12 +14,10 @@ const STEP: f64 = 1e-4;
 /// vertices at the same place, and parts of a surface that only touch would become one. Returns how many
 /// moved.
 pub(crate) fn separate_coincident(mesh: &mut TriMesh) -> usize {
-    // Adding zero turns -0.0 into 0.0.
-    let key = |p: &DVec3| p.to_array().map(|value| (value + 0.0).to_bits());
     let mut first: HashMap<[u64; 3], u32> = HashMap::with_capacity(mesh.vertices.len());
     let later: Vec<u32> = (0..)
         .zip(&mesh.vertices)
-        .filter(|(v, p)| *first.entry(key(p)).or_insert(*v) != *v)
+        .filter(|(v, p)| *first.entry(position_key(**p)).or_insert(*v) != *v)
         .map(|(v, _)| v)
         .collect();
     if later.is_empty() {

@@ -60,6 +60,12 @@ pub(crate) mod unit_frame;
 
 use glam::DVec3;
 
+/// What two equal positions have in common, whatever the signs of their zeros.
+pub(crate) fn position_key(position: DVec3) -> [u64; 3] {
+    // Adding zero turns -0.0 into 0.0 and changes nothing else.
+    position.to_array().map(|value| (value + 0.0).to_bits())
+}
+
 /// The index that stands for none: no vertex, half-edge, triangle or site. The kernels have the same.
 pub const NONE: u32 = u32::MAX;
 

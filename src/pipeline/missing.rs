@@ -27,11 +27,10 @@ pub(crate) fn missing_vertices(
         let mut rank = 0;
         let mut far = Vec::new();
         for (v, point) in (chunk * CHUNK..).zip(points) {
-            let size = if sizes.is_uniform() { 1.0 } else { sizes.at_vertex(v as u32) };
-            let most = (MISSING * spacing * size).powi(2);
+            let most = (MISSING * spacing * sizes.at_vertex(v as u32)).powi(2);
             let nearest = bvh.closest_or_near(*point, &mut rank, most);
             if let Some(nearest) = nearest.filter(|nearest| nearest.distance_sq > most) {
-                far.push((nearest.distance_sq / size, v as u32));
+                far.push((nearest.distance_sq / most, v as u32));
             }
         }
         far

@@ -142,7 +142,7 @@ fn a_pin_is_kept() {
     let result = remesh(device(), &input, &Options::new(400).feature_angle(180.0)).unwrap();
     assert_like(&input, &result, 400);
     let missing = result.summary.output.distances.unwrap().hausdorff_from_reference;
-    assert!(missing < 8.0, "{missing}");
+    assert!(missing < 3.0, "{missing}");
     assert_eq!(result.summary.collapsed_components, 1);
 }
 

@@ -3,8 +3,8 @@
 use std::collections::{HashMap, HashSet};
 
 use super::{Attributes, CornerUv, Role};
-use crate::mesh::TriMesh;
 use crate::mesh::half_edges::{EdgeTable, HalfEdge};
+use crate::mesh::{TriMesh, position_key};
 
 /// Texture coordinates nearer than this, in textures, are the same.
 const SAME_UV: f64 = 1e-6;
@@ -16,10 +16,8 @@ const POLE: usize = 5;
 /// joined.
 pub(crate) fn joined(mesh: &TriMesh) -> Vec<[u32; 3]> {
     let mut firsts = HashMap::with_capacity(mesh.vertices.len());
-    let first_there = |(own, position): (u32, &glam::DVec3)| {
-        // Adding zero turns -0.0 into 0.0.
-        *firsts.entry(position.to_array().map(|value| (value + 0.0).to_bits())).or_insert(own)
-    };
+    let first_there =
+        |(own, position): (u32, &glam::DVec3)| *firsts.entry(position_key(*position)).or_insert(own);
     let first: Vec<u32> = (0..).zip(&mesh.vertices).map(first_there).collect();
     mesh.triangles.iter().map(|triangle| triangle.map(|v| first[v as usize])).collect()
 }

@@ -13,9 +13,9 @@ use std::collections::{HashMap, HashSet};
 
 use glam::DVec3;
 
-use super::TriMesh;
 use super::kd_tree::KdTree;
 use super::submesh::without_unused_vertices;
+use super::{TriMesh, position_key};
 use crate::{Error, Result};
 use clean::{Cleaned, clean};
 pub(crate) use components::connected_components;
@@ -111,9 +111,9 @@ pub fn repair_with(mesh: &TriMesh, options: &RepairOptions) -> Result<Repaired> 
     let mut kept = without_unused_vertices(mesh, triangles);
     counts.unreferenced_vertices_dropped =
         mesh.vertices.len() - counts.duplicate_vertices_welded - kept.vertices.len();
-    let places: HashSet<[u64; 3]> = flat.iter().map(|v| place(&mesh.vertices[*v as usize])).collect();
+    let places: HashSet<[u64; 3]> = flat.iter().map(|v| position_key(mesh.vertices[*v as usize])).collect();
     let at_flat: Vec<bool> =
-        kept.vertices.iter().map(|p| !flat.is_empty() && places.contains(&place(p))).collect();
+        kept.vertices.iter().map(|p| !flat.is_empty() && places.contains(&position_key(*p))).collect();
     let unit = unit_of(&kept);
     kept.vertices.iter_mut().for_each(|vertex| *vertex /= unit);
     if !flat.is_empty() {
@@ -179,16 +179,10 @@ fn check(mesh: &TriMesh) -> Result<()> {
     Ok(())
 }
 
-/// A position to look others up by.
-fn place(position: &DVec3) -> [u64; 3] {
-    // Adding zero turns -0.0 into 0.0 and changes nothing else.
-    position.to_array().map(|value| (value + 0.0).to_bits())
-}
-
 /// For each vertex the first one at the same position.
 fn same_places(vertices: &[DVec3]) -> Vec<u32> {
     let mut firsts: HashMap<[u64; 3], u32> = HashMap::with_capacity(vertices.len());
-    let first_of = |(own, position): (u32, &DVec3)| match firsts.entry(place(position)) {
+    let first_of = |(own, position): (u32, &DVec3)| match firsts.entry(position_key(*position)) {
         Entry::Occupied(first) => *first.get(),
         Entry::Vacant(free) => *free.insert(own),
     };
