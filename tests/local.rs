@@ -23,7 +23,7 @@ fn with_progress(surface: &TriMesh, vertices: usize, progress: &ProgressToken) -
     let spacing = spacing_of(surface, vertices).unwrap();
     let features = find_features(surface, &FeatureOptions::new(spacing)).unwrap();
     let target = Target::new(surface).in_patches(features.patches.clone());
-    let options = LocalOptions { vertices, lengths: &[], longest: 1.06 };
+    let options = LocalOptions { vertices, lengths: &[], longest: 1.06, guarded: false };
     remesh_locally(surface, &features, &target, &options, progress)
 }
 
@@ -216,7 +216,7 @@ fn lengths_that_differ_are_followed() {
     let lengths: Vec<f64> = surface.vertices.iter().map(|v| if v.z > 0.0 { 0.5 } else { 1.0 }).collect();
     let features = find_features(&surface, &FeatureOptions::new(0.1)).unwrap();
     let target = Target::new(&surface).in_patches(features.patches.clone());
-    let options = LocalOptions { vertices: 1000, lengths: &lengths, longest: 1.5 };
+    let options = LocalOptions { vertices: 1000, lengths: &lengths, longest: 1.5, guarded: false };
     let made = remesh_locally(&surface, &features, &target, &options, &ProgressToken::default()).unwrap();
     assert_eq!((made.mesh.vertices.len(), made.lengths.len()), (1000, 1000));
     let above = made.mesh.vertices.iter().filter(|v| v.z > 0.0).count();
@@ -244,7 +244,7 @@ fn odd_meshes_survive_and_reruns_agree() {
             assert_eq!(remeshed(&odd, vertices).mesh, made.mesh, "{name}");
         }
     }
-    let nothing = LocalOptions { vertices: 10, lengths: &[], longest: 1.06 };
+    let nothing = LocalOptions { vertices: 10, lengths: &[], longest: 1.06, guarded: false };
     let empty = TriMesh::default();
     let target = Target::new(&empty);
     let made = remesh_locally(&empty, &Features::default(), &target, &nothing, &ProgressToken::default());

@@ -6,6 +6,7 @@ use std::collections::BinaryHeap;
 use glam::DVec3;
 
 use super::curve_edges::CurvePart;
+use super::guard::Guard;
 use super::star_mesh::{Place, StarMesh};
 use crate::mesh::polyline::Polyline;
 use crate::mesh::triangle::{closest_on_triangle, doubled_normal};
@@ -19,7 +20,7 @@ const SHORT: f64 = 0.3;
 const CAPS: [(f64, usize); 8] =
     [(0.3, 5), (0.5, 4), (0.7, 3), (0.9, 3), (1.2, 3), (1.6, 4), (f64::INFINITY, 5), (f64::INFINITY, 6)];
 /// Below this cosine of the normals before and after, triangles may run into others.
-const APART: f64 = 0.6;
+const APART: f64 = 0.95;
 /// Collapses between two looks at whether to go on.
 const BETWEEN_POLLS: u32 = 256;
 
@@ -30,7 +31,7 @@ pub(super) struct Limits {
     length: f64,
     /// Least cosine between a triangle's normals before and after.
     cosine: f64,
-    /// Least height of a triangle over its longest side, unless it was lower before.
+    /// Least height of a triangle over its longest side, unless one around was lower before.
     height: f64,
     /// Longest edge that it may make, in target lengths, unless it was longer before.
     longest: f64,
@@ -38,27 +39,17 @@ pub(super) struct Limits {
     distance: f64,
     /// Largest distance of a curve from its edges, in target lengths.
     deviation: f64,
-    /// Whether triangles nearby are checked, so that no more of them intersect.
-    apart: bool,
 }
 
 impl Limits {
     /// For edges that are too short.
     pub fn regular(length: f64) -> Self {
-        Self {
-            length,
-            cosine: 0.7,
-            height: 0.1,
-            longest: 4.0 / 3.0,
-            distance: 0.1,
-            deviation: 0.1,
-            apart: false,
-        }
+        Self { length, cosine: 0.7, height: 0.1, longest: 4.0 / 3.0, distance: 0.1, deviation: 0.1 }
     }
 
     /// For edges of details smaller than the target length.
     pub fn of_details(length: f64) -> Self {
-        Self { cosine: 0.1, height: 0.02, longest: 1.6, distance: 0.4, deviation: 0.4, length, apart: true }
+        Self { cosine: 0.1, height: 0.02, longest: 1.6, distance: 0.4, deviation: 0.4, length }
     }
 
     /// For edges on curves that are closer together than they should be.
@@ -75,7 +66,6 @@ impl Limits {
             longest,
             distance,
             deviation,
-            apart: cosine < APART,
         };
         [
             limits(0.7, 0.2, 1.6, 0.1, 0.1),
@@ -119,7 +109,7 @@ impl StarMesh {
         count: usize,
         length: f64,
         polylines: &[Polyline],
-        progress: &ProgressToken,
+        guard: Guard,
     ) -> Result<()> {
         let series = Limits::series(length);
         // The shorter an edge, the more shape may be lost for it.
@@ -128,9 +118,11 @@ impl StarMesh {
                 if self.used() <= count {
                     return Ok(());
                 }
-                self.collapse_edges(cap * length, count, limits, polylines, progress)?;
+                guard.run(self, |mesh| {
+                    mesh.collapse_edges(cap * length, count, limits, polylines, guard.progress)
+                })?;
             }
-            self.flip(progress)?;
+            guard.run(self, |mesh| mesh.flip(guard.progress))?;
         }
         Ok(())
     }
@@ -173,7 +165,7 @@ impl StarMesh {
         let collapse = self.collapse(a, b, limits, polylines)?;
         let keeps = self.keeps_topology(collapse.gone, collapse.kept)
             && self.keeps_shape(&collapse, limits)
-            && (!limits.apart || self.collapse_stays_apart(&collapse));
+            && (self.turns_little(&collapse) || self.collapse_stays_apart(&collapse));
         if !keeps {
             return None;
         }
@@ -181,8 +173,11 @@ impl StarMesh {
         Some(collapse.kept)
     }
 
-    /// How an edge collapses; `None` if that would pull a vertex off its curve or corner.
+    /// How an edge collapses; `None` if that would pull a vertex off its curve or corner, or if it is frozen.
     fn collapse(&self, a: u32, b: u32, limits: &Limits, polylines: &[Polyline]) -> Option<Collapse> {
+        if self.is_frozen(a) || self.is_frozen(b) {
+            return None;
+        }
         let [at, bt] = [a, b].map(|v| self.places[v as usize]);
         let (gone, kept) = if at <= bt { (a, b) } else { (b, a) };
         let [p, q] = [gone, kept].map(|v| self.points[v as usize]);
@@ -273,14 +268,17 @@ impl StarMesh {
         let [p, q] = [gone, kept].map(|v| self.points[v as usize]);
         let mut nearest = [f64::INFINITY; 2];
         let at = |w: u32| if w == gone || w == kept { to } else { self.points[w as usize] };
+        // Where a triangle is lower already, even one of those that go, others may become as low.
+        let around = [gone, kept].into_iter().flat_map(|v| self.star[v as usize].iter());
+        let heights = around.map(|t| height_of(self.corners(self.triangles[*t as usize])));
+        let least_height = heights.fold(limits.height, f64::min);
         for (_, triangle) in self.moved(gone, kept).chain(self.moved(kept, gone)) {
             let [old, new] = [self.corners(triangle), triangle.map(at)];
             let [n, m] = [old, new].map(doubled_normal);
             if n.dot(m) < limits.cosine * n.length() * m.length() {
                 return false;
             }
-            let [low, lower] = [old, new].map(height_of);
-            if lower < limits.height.min(low) {
+            if height_of(new) < least_height {
                 return false;
             }
             let [long, longer] = [old, new].map(longest_side);
@@ -292,6 +290,16 @@ impl StarMesh {
             }
         }
         nearest.iter().all(|distance| distance.sqrt() <= limits.distance * length)
+    }
+
+    /// Whether all triangles keep about their direction, so that they cannot run into others around.
+    fn turns_little(&self, collapse: &Collapse) -> bool {
+        let Collapse { gone, kept, to, .. } = *collapse;
+        let at = |w: u32| if w == gone || w == kept { to } else { self.points[w as usize] };
+        self.moved(gone, kept).chain(self.moved(kept, gone)).all(|(_, triangle)| {
+            let [n, m] = [self.corners(triangle), triangle.map(at)].map(doubled_normal);
+            n.dot(m) >= APART * n.length() * m.length()
+        })
     }
 
     /// Whether no more triangles around intersect after the collapse.

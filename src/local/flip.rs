@@ -35,7 +35,7 @@ impl StarMesh {
     }
 
     fn flip_edge(&mut self, a: u32, b: u32) -> bool {
-        if self.curves.contains(a, b) {
+        if self.curves.contains(a, b) || (self.is_frozen(a) && self.is_frozen(b)) {
             return false;
         }
         let mut at_edge = self.at_edge(a, b);

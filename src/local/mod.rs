@@ -11,6 +11,7 @@ mod collapse;
 mod curve_edges;
 mod curves;
 mod flip;
+mod guard;
 mod relax;
 mod split;
 mod star_mesh;
@@ -21,6 +22,7 @@ use crate::mesh::spacing;
 use crate::polish::{SlidingCurve, Target};
 use crate::{ProgressToken, Result, TriMesh};
 use collapse::Limits;
+use guard::Guard;
 use star_mesh::StarMesh;
 
 /// Edges longer than this are split, in target lengths.
@@ -52,6 +54,9 @@ pub struct LocalOptions<'a> {
     /// The longest that target lengths may become, in spacings, where details keep more than their share of
     /// the vertices; above 1.
     pub longest: f64,
+    /// Whether operations are undone where they make triangles run into others that are near, but not around
+    /// the same vertices, as at thin walls. Costs time.
+    pub guarded: bool,
 }
 
 /// A mesh from [`remesh_locally`], with what the polish needs of it.
@@ -91,6 +96,7 @@ pub fn remesh_locally(
     if !(length > 0.0 && length.is_finite()) {
         return Ok(mesh.into_local_mesh(&polylines));
     }
+    let guard = Guard { looks: options.guarded, progress };
     // Long needles, as in CAD models, are flipped away where the surface is flat before they are cut up.
     mesh.flip(progress)?;
     for factor in COARSE {
@@ -100,22 +106,27 @@ pub fn remesh_locally(
     for _ in 0..ROUNDS {
         progress.poll()?;
         mesh.split_long(LONG * length, (MOST_SPLIT * count).max(mesh.used()), &polylines);
-        mesh.space_curves(spacing, &polylines);
-        mesh.collapse_short(SHORT * length, &Limits::regular(length), &polylines, progress)?;
-        mesh.collapse_short(TINY * length, &Limits::of_details(length), &polylines, progress)?;
-        mesh.flip(progress)?;
-        mesh.relax(target, &polylines, progress)?;
+        guard.run(&mut mesh, |mesh| {
+            mesh.space_curves(spacing, &polylines);
+            mesh.collapse_short(SHORT * length, &Limits::regular(length), &polylines, progress)?;
+            mesh.collapse_short(TINY * length, &Limits::of_details(length), &polylines, progress)?;
+            mesh.flip(progress)?;
+            mesh.relax(target, &polylines, progress)
+        })?;
         mesh.refresh_sizes(surface, target, options.lengths);
         let ratio = (mesh.used() as f64 / count as f64).sqrt();
         length *= ratio.clamp(1.0 / MOST_CHANGE, MOST_CHANGE);
         length = length.clamp(LEAST * spacing, options.longest * spacing);
     }
-    mesh.collapse_to(count, spacing, &polylines, progress)?;
+    mesh.collapse_to(count, spacing, &polylines, guard)?;
     mesh.split_to(count, &polylines);
-    for _ in 0..LAST_ROUNDS {
-        mesh.flip(progress)?;
-        mesh.relax(target, &polylines, progress)?;
-    }
+    guard.run(&mut mesh, |mesh| {
+        for _ in 0..LAST_ROUNDS {
+            mesh.flip(progress)?;
+            mesh.relax(target, &polylines, progress)?;
+        }
+        Ok(())
+    })?;
     mesh.refresh_sizes(surface, target, options.lengths);
     Ok(mesh.into_local_mesh(&polylines))
 }

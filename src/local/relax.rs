@@ -31,7 +31,7 @@ impl StarMesh {
                 if v % 4096 == 0 {
                     progress.poll()?;
                 }
-                if !self.is_used(v) {
+                if !self.is_used(v) || self.is_frozen(v) {
                     continue;
                 }
                 if self.places[v as usize] == Place::Inside {
@@ -120,7 +120,7 @@ impl StarMesh {
             let mean = shifts.iter().map(|(_, shift)| shift).sum::<f64>() / shifts.len().max(1) as f64;
             shifts.iter_mut().for_each(|(_, shift)| *shift -= mean);
         }
-        shifts.retain(|(v, _)| self.places[*v as usize] == Place::Curve);
+        shifts.retain(|(v, _)| self.places[*v as usize] == Place::Curve && !self.is_frozen(*v));
         shifts
     }
 

@@ -39,6 +39,8 @@ pub(super) struct StarMesh {
     pub sizes: Vec<f64>,
     /// Where the search for the surface below each vertex ended.
     pub ranks: Vec<usize>,
+    /// Vertices that stay where they are, with the triangles around them.
+    pub frozen: Vec<bool>,
     used: usize,
 }
 
@@ -65,6 +67,7 @@ impl StarMesh {
             triangles: surface.triangles.clone(),
             patches: features.patches.clone(),
             ranks: vec![0; star.len()],
+            frozen: vec![false; star.len()],
             star,
             places,
             curves,
@@ -80,6 +83,10 @@ impl StarMesh {
 
     pub fn is_used(&self, v: u32) -> bool {
         !self.star[v as usize].is_empty()
+    }
+
+    pub fn is_frozen(&self, v: u32) -> bool {
+        self.frozen[v as usize]
     }
 
     pub fn corners(&self, triangle: [u32; 3]) -> [DVec3; 3] {
@@ -147,6 +154,7 @@ impl StarMesh {
         self.star.push(Vec::new());
         self.places.push(place);
         self.ranks.push(0);
+        self.frozen.push(false);
         if !self.sizes.is_empty() {
             self.sizes.push(size);
         }

@@ -3,8 +3,8 @@
 mod all_at_once;
 mod clock;
 mod coarse_to_fine;
-mod collapse;
 mod cost;
+mod fallback;
 mod intersections;
 mod measuring;
 mod memory;

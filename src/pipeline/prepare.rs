@@ -2,8 +2,8 @@
 
 use super::coarse_to_fine::level::Level;
 use super::coarse_to_fine::surface_model::{ModelInput, SurfaceModel};
-use super::collapse::components::{Components, Division};
-use super::collapse::simplify::SimplifyTarget;
+use super::fallback::components::{Components, Division};
+use super::fallback::remesh::ComponentTarget;
 use super::memory::{MOST_HALVED, check_memory, longest_edge};
 use super::outcome::Outcome;
 use super::user_curves::has_user_curves;
@@ -198,7 +198,7 @@ fn divide(
     let mut vertices = options.vertices;
     let mut tries = 0;
     loop {
-        let target = SimplifyTarget::new(options, vertices, spacing(components.area(), vertices), progress);
+        let target = ComponentTarget::new(options, vertices, spacing(components.area(), vertices), progress);
         match components.divide(&unit, &target) {
             Err(Error::Usage { .. })
                 if options.coarse_to_fine.shortage == Shortage::AddVertices && tries < GROWTHS =>

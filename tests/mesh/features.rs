@@ -167,6 +167,62 @@ fn strips_narrower_than_triangles_lose_what_nobody_sees() {
     assert!(kept.vertices.iter().all(|v| uneven.vertices[*v as usize].z == 0.0));
 }
 
+/// A cube of edge length 2 with chamfers of this width, along the faces, at all its edges.
+fn chamfered_cube(width: f64) -> TriMesh {
+    let mut mesh = TriMesh::default();
+    let signs = [1.0, -1.0];
+    // The corner of the face across `axis`, next to the cube's corner with these signs.
+    let at = |axis: usize, corner: [f64; 3]| {
+        let in_from_edge = |k: usize| if k == axis { 1.0 } else { 1.0 - width };
+        DVec3::from_array([0, 1, 2].map(|k| corner[k] * in_from_edge(k)))
+    };
+    let mut polygon = |points: &[DVec3]| {
+        let first = mesh.vertices.len() as u32;
+        mesh.vertices.extend(points);
+        let out = (points[1] - points[0]).cross(points[2] - points[0]).dot(points[0]) > 0.0;
+        for k in 1..points.len() as u32 - 1 {
+            let [a, b] = if out { [k, k + 1] } else { [k + 1, k] };
+            mesh.triangles.push([first, first + a, first + b]);
+        }
+    };
+    let axes = |axis: usize| [(axis + 1) % 3, (axis + 2) % 3];
+    for axis in 0..3 {
+        let [u, v] = axes(axis);
+        for s in signs {
+            let corner = |a: f64, b: f64| {
+                let mut corner = [s; 3];
+                (corner[u], corner[v]) = (a, b);
+                at(axis, corner)
+            };
+            polygon(&[corner(1.0, 1.0), corner(-1.0, 1.0), corner(-1.0, -1.0), corner(1.0, -1.0)]);
+        }
+        for (a, b) in [(1.0, 1.0), (1.0, -1.0), (-1.0, 1.0), (-1.0, -1.0)] {
+            let corner = |face: usize, s: f64| {
+                let mut corner = [s; 3];
+                (corner[u], corner[v]) = (a, b);
+                at(face, corner)
+            };
+            polygon(&[corner(u, 1.0), corner(u, -1.0), corner(v, -1.0), corner(v, 1.0)]);
+        }
+    }
+    for corner in (0..8).map(|k| [k & 1, k >> 1 & 1, k >> 2].map(|bit| signs[bit as usize])) {
+        polygon(&[at(0, corner), at(1, corner), at(2, corner)]);
+    }
+    repair(&mesh).unwrap().mesh
+}
+
+#[test]
+fn narrow_chamfers_that_meet_become_one_edge_each() {
+    let mesh = chamfered_cube(0.01);
+    let length = |vertices| -> f64 {
+        let features = found(&mesh, vertices);
+        features.curves.iter().filter(|c| c.kind == CurveKind::Sharp).map(|c| c.length).sum()
+    };
+    // Both sides of each where they are wide enough, one elsewhere.
+    assert!((length(200_000) - 24.0 * 1.98).abs() < 0.2, "{}", length(200_000));
+    assert!((length(500) - 12.0 * 1.98).abs() < 0.2, "{}", length(500));
+}
+
 /// A sheet with a crease that becomes a chamfer at y = 0.3, whose edges part at about this angle in degrees.
 fn opening(angle: f64) -> TriMesh {
     const N: u32 = 40;

@@ -4,7 +4,7 @@ use crate::support::shapes::{cube, moved, plane, sphere, torus, union};
 use glam::DVec3;
 use rtfmesh::mesh::repair::repair;
 use rtfmesh::mesh::samples::sample;
-use rtfmesh::mesh::simplify::{Preserved, Site, at_sites, with_vertices};
+use rtfmesh::mesh::simplify::{Preserved, with_vertices};
 use rtfmesh::mesh::topology::{Topology, topology};
 use rtfmesh::{ProgressToken, TriMesh};
 
@@ -78,32 +78,4 @@ fn curves_and_corners_stay() {
         let size = high - low;
         assert!((volume / (size.x * size.y * size.z) - 1.0).abs() < 1e-9, "{count}: {volume}");
     }
-}
-
-#[test]
-fn vertices_are_at_the_sites() {
-    let mesh = sphere(1.0, 4);
-    let sites: Vec<Site> = (0..mesh.triangles.len() as u32)
-        .step_by(9)
-        .map(|t| {
-            let [a, b, c] = mesh.corners(t as usize);
-            Site { at: a * 0.5 + b * 0.3 + c * 0.2, triangle: t }
-        })
-        .collect();
-    let made =
-        at_sites(&mesh, Preserved::default(), &sites, sites.len(), &ProgressToken::default()).unwrap().mesh;
-    assert!(topology(&made).is_closed_manifold());
-    assert_eq!(made.vertices.len(), sites.len());
-    for site in &sites {
-        let nearest = made.vertices.iter().map(|v| v.distance(site.at)).fold(f64::INFINITY, f64::min);
-        assert!(nearest < 1e-12, "{site:?}");
-    }
-    // Sites on edges and vertices, and fewer vertices than sites.
-    let corner = |v: u32| Site { at: mesh.vertices[v as usize], triangle: 0 };
-    let [a, b, c] = mesh.triangles[0].map(corner);
-    let middle = Site { at: 0.5 * (a.at + b.at), triangle: 0 };
-    let made = at_sites(&mesh, Preserved::default(), &[a, b, c, middle, a], 4, &ProgressToken::default())
-        .unwrap()
-        .mesh;
-    assert_eq!((topology(&made).euler, made.vertices.len()), (2, 4));
 }

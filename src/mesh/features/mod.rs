@@ -10,6 +10,7 @@ mod curve;
 mod dropped;
 mod graph;
 mod grow;
+mod network;
 mod patches;
 mod scale;
 mod sharpness;

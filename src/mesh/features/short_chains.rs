@@ -4,6 +4,7 @@ use super::corners::bend;
 use super::curve::CurveKind;
 use super::dropped::Dropped;
 use super::graph::Graph;
+use super::strips::NARROW;
 
 /// Connected sharp edges are dropped below this many spacings of total length,
 const SHORTEST: f64 = 2.0;
@@ -23,6 +24,15 @@ const DANGLING: f64 = 3.0;
 pub(super) fn drop_short_chains(graph: &mut Graph, spacing: f64, dropped: &mut Dropped) {
     drop_dangling(graph, DANGLING * spacing, dropped);
     drop_short(graph, spacing, dropped);
+}
+
+/// Whether a chain that ends at `vertex` ends at another one all the same, but for the width of a narrow
+/// strip.
+fn ends_at_other(graph: &Graph, vertex: u32, spacing: f64) -> bool {
+    let at = graph.points[vertex as usize];
+    let is_near = |v: u32| graph.points[v as usize].distance(at) < NARROW * spacing;
+    let others = graph.edges.iter().filter(|edge| edge.on && !edge.ends.contains(&vertex));
+    others.flat_map(|edge| edge.ends).any(is_near)
 }
 
 fn is_sharp(graph: &Graph, edge: u32) -> bool {
@@ -150,7 +160,10 @@ impl Component {
     }
 
     fn is_too_short(&self, graph: &Graph, spacing: f64) -> bool {
-        let is_flaw = |vertex: u32| graph.degree(vertex) == 1 || bend(graph, vertex, spacing).is_some();
+        let is_flaw = |vertex: u32| match graph.degree(vertex) {
+            1 => !ends_at_other(graph, vertex, spacing),
+            _ => bend(graph, vertex, spacing).is_some(),
+        };
         let flaws = self.vertices.iter().filter(|&&vertex| is_flaw(vertex)).count();
         let is_branch =
             |vertex: u32| graph.curves_at(vertex).filter(|&edge| is_sharp(graph, edge)).count() > 2;

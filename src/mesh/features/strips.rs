@@ -3,11 +3,13 @@
 //!
 //! At a step the surface turns one way at one side and back at the other: it is invisible at this spacing,
 //! and both sides are dropped. At a chamfer it turns the same way at both sides: the sharper one stays. So it
-//! does at the side of a plate, but twice as far; there both stay, or the plate would lose its side.
+//! does at the side of a plate, but twice as far; there both stay, or the plate would lose its side. Strips
+//! that branch are taken apart first (`network.rs`).
 
 use super::curve::CurveKind;
 use super::dropped::Dropped;
 use super::graph::{CurveEdge, Graph};
+use super::network::{Side, weaker_sides};
 use super::patches::patches;
 use super::surface::FeatureSurface;
 
@@ -24,7 +26,7 @@ pub(super) const PLATE: f64 = 135.0;
 struct Strip {
     area: f64,
     /// Its sharp edges, but for those that have the patch on both sides; ascending.
-    boundary: Vec<u32>,
+    boundary: Vec<Side>,
     /// Length of these where the surface turns down from it, and where it turns up.
     down: f64,
     up: f64,
@@ -40,24 +42,31 @@ impl Strip {
     }
 
     /// The edges to switch off if the strip is narrow.
-    fn to_drop(&self, graph: &Graph) -> Vec<u32> {
+    fn to_drop(&self, graph: &Graph, spacing: f64) -> Vec<u32> {
         if self.down.min(self.up) > EACH_WAY * (self.down + self.up) {
-            return self.boundary.clone();
+            return self.edges().collect();
         }
         let mut chains = self.chains(graph);
         chains.sort_by(|a, b| length(graph, b).total_cmp(&length(graph, a)));
         let [one, other, ends @ ..] = &chains[..] else { return Vec::new() };
         let ends: f64 = ends.iter().map(|end| length(graph, end)).sum();
         let turns = [one, other].map(|chain| mean_turn(graph, chain));
-        if ends > EACH_WAY * (self.down + self.up) || turns[0] + turns[1] >= PLATE {
+        if ends > EACH_WAY * (self.down + self.up) {
+            return weaker_sides(graph, &self.boundary, 2.0 * NARROW * spacing);
+        }
+        if turns[0] + turns[1] >= PLATE {
             return Vec::new();
         }
         if turns[0] < turns[1] { one.clone() } else { other.clone() }
     }
 
+    fn edges(&self) -> impl Iterator<Item = u32> {
+        self.boundary.iter().map(|side| side.edge)
+    }
+
     /// The boundary in chains from corner to corner.
     fn chains(&self, graph: &Graph) -> Vec<Vec<u32>> {
-        let mut left = self.boundary.clone();
+        let mut left: Vec<u32> = self.edges().collect();
         let mut chains = Vec::new();
         while let Some(first) = left.first().copied() {
             let mut chain = vec![first];
@@ -96,9 +105,9 @@ pub(super) fn drop_strips(graph: &mut Graph, surface: &FeatureSurface, spacing: 
         return;
     }
     for strip in strips(graph, surface).iter().filter(|strip| strip.is_narrow(spacing)) {
-        let edges = strip.to_drop(graph);
+        let edges = strip.to_drop(graph, spacing);
         // A neighbouring strip may have lost one of them.
-        if edges.is_empty() || strip.boundary.iter().any(|edge| !graph.edges[*edge as usize].on) {
+        if edges.is_empty() || strip.edges().any(|edge| !graph.edges[edge as usize].on) {
             continue;
         }
         dropped.strips += 1;
@@ -128,9 +137,9 @@ fn strips(graph: &Graph, surface: &FeatureSurface) -> Vec<Strip> {
             continue;
         }
         let (length, down) = (graph.length(number), surface.turns_down(graph.points, edge.half));
-        for strip in both {
+        for (strip, beyond) in [(both[0], both[1]), (both[1], both[0])] {
             let strip = &mut strips[strip];
-            strip.boundary.push(number);
+            strip.boundary.push(Side { edge: number, beyond: beyond as u32, down });
             *if down { &mut strip.down } else { &mut strip.up } += length;
         }
     }

@@ -8,12 +8,10 @@ use crate::{ProgressToken, Result};
 use collapse::Collapser;
 use graph::Graph;
 pub use graph::{Preserved, Simplified};
-pub use insert::Site;
 
 mod collapse;
 mod flip;
 mod graph;
-mod insert;
 mod split;
 
 /// The surface with `count` vertices, all of them vertices of `mesh` if that has as many; else the longest
@@ -34,31 +32,6 @@ pub fn with_vertices(
     Ok(graph.into_mesh())
 }
 
-/// As [`with_vertices`], but vertices are at `sites` as far as the topology allows: where it needs others, as
-/// at handles smaller than an edge, some sites are left out for them.
-///
-/// # Errors
-/// As [`with_vertices`].
-pub fn at_sites(
-    mesh: &TriMesh,
-    preserved: Preserved,
-    sites: &[Site],
-    count: usize,
-    progress: &ProgressToken,
-) -> Result<Simplified> {
-    let mut graph = Graph::new(mesh, preserved);
-    let fixed = graph.fixed.clone();
-    for v in insert::insert(&mut graph, sites) {
-        graph.fixed[v as usize] = true;
-    }
-    let inserted = graph.fixed.len();
-    Collapser::new(&mut graph, progress).collapse(count)?;
-    graph.fixed = fixed;
-    graph.fixed.resize(inserted, false);
-    reach(&mut graph, count, progress)?;
-    Ok(graph.into_mesh())
-}
-
 /// Removes or adds vertices until there are `count`.
 fn reach(graph: &mut Graph, count: usize, progress: &ProgressToken) -> Result<()> {
     if graph.used > count {
@@ -73,7 +46,6 @@ mod tests {
     use super::*;
     use crate::Error;
     use crate::mesh::samples::sample;
-    use glam::DVec3;
 
     #[test]
     fn cancelled_work_gives_no_mesh() {
@@ -81,9 +53,6 @@ mod tests {
         let progress = ProgressToken::default();
         progress.cancel();
         let made = with_vertices(&mesh, Preserved::default(), 50, &progress);
-        assert_eq!(made, Err(Error::Cancelled));
-        let site = Site { at: mesh.corners(0).iter().sum::<DVec3>() / 3.0, triangle: 0 };
-        let made = at_sites(&mesh, Preserved::default(), &[site], 50, &progress);
         assert_eq!(made, Err(Error::Cancelled));
     }
 }

@@ -10,7 +10,7 @@ use crate::mesh::topology::Topology;
 use crate::mesh::unit_frame::UnitFrame;
 use crate::options::{Options, Shortage};
 use crate::pipeline::clock::Clock;
-use crate::pipeline::collapse::faulty::{Fallback, better};
+use crate::pipeline::fallback::faulty::{Fallback, better};
 use crate::pipeline::intersections::InputIntersections;
 use crate::pipeline::outcome::{Fault, FaultKind, Outcome};
 use crate::pipeline::user_curves::may_simplify;

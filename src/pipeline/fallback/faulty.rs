@@ -1,12 +1,11 @@
 //! Faulty results of cells, whose components are remeshed by local operations; or the whole surface is.
 
-use super::components::{Components, RepairInput, Spread};
-use super::simplify::SimplifyTarget;
-use crate::mesh::simplify::Site;
+use super::components::{Components, RepairInput};
+use super::remesh::ComponentTarget;
 use crate::mesh::sizing::SizeField;
 use crate::mesh::spacing;
 use crate::mesh::unit_frame::UnitFrame;
-use crate::options::{Options, Sizing};
+use crate::options::Options;
 use crate::pipeline::intersections::{InputIntersections, Intersections};
 use crate::pipeline::missing::missing_vertices;
 use crate::pipeline::outcome::{Fault, FaultKind, Outcome, slivers};
@@ -40,25 +39,7 @@ impl Fallback<'_> {
         if has_user_curves(self.options) {
             return Ok(None);
         }
-        let repaired = self.repaired_once(faulty, Spread::AsBefore, progress)?;
-        // Short edges where faces of the input intersect others make more faces that do so.
-        let is_sized = self.options.coarse_to_fine.sizing != Sizing::Uniform;
-        if is_sized && repaired.as_ref().is_none_or(|repaired| repaired.fault.is_some()) {
-            let evenly = self.repaired_once(faulty, Spread::Evenly, progress)?;
-            return Ok(better(repaired, evenly));
-        }
-        Ok(repaired)
-    }
-
-    fn repaired_once(
-        &self,
-        faulty: &Outcome,
-        spread: Spread,
-        progress: &ProgressToken,
-    ) -> Result<Option<Outcome>> {
         let surface = self.surface.mesh();
-        let sites = faulty.sites.positions.iter().zip(&faulty.sites.triangles);
-        let sites: Vec<Site> = sites.map(|(at, triangle)| Site { at: *at, triangle: *triangle }).collect();
         let mut faulty_faces = self.intersections(&faulty.mesh, progress)?.new;
         if faulty.fault.as_ref().is_some_and(|fault| fault.kind == FaultKind::Slivers) {
             faulty_faces.extend(slivers(&faulty.mesh).map(|(_, t)| t));
@@ -67,12 +48,11 @@ impl Fallback<'_> {
         let mut mesh = faulty.mesh.clone();
         let input = RepairInput {
             surface: &surface,
-            sites: &sites,
+            under: &faulty.sites.triangles,
             faulty_faces: &faulty_faces,
             missing: &missing,
-            spread,
         };
-        let target = self.simplify_target(faulty.vertices, progress);
+        let target = self.component_target(faulty.vertices, progress);
         let repaired = Components::new(&surface).repair(&mut mesh, &input, &target);
         let Some(simplified_components) = if_enough_vertices(repaired)? else { return Ok(None) };
         if simplified_components == 0 {
@@ -106,7 +86,7 @@ impl Fallback<'_> {
     ) -> Result<Option<Outcome>> {
         let surface = self.surface.mesh();
         let components = Components::new(&surface);
-        let simplified = components.simplify(&surface, &self.simplify_target(vertices, progress));
+        let simplified = components.remesh(&surface, &self.component_target(vertices, progress));
         let Some(mesh) = if_enough_vertices(simplified)? else { return Ok(None) };
         let outcome = Outcome {
             simplified_components: components.count(),
@@ -142,10 +122,10 @@ impl Fallback<'_> {
         self.input_intersections.compare(self.mesh, self.frame, (mesh, spacing), progress)
     }
 
-    fn simplify_target<'p>(&'p self, vertices: usize, progress: &'p ProgressToken) -> SimplifyTarget<'p> {
+    fn component_target<'p>(&'p self, vertices: usize, progress: &'p ProgressToken) -> ComponentTarget<'p> {
         let spacing = spacing(self.surface.area(), vertices);
-        let target = SimplifyTarget::new(self.options, vertices, spacing, progress);
-        SimplifyTarget { sizes: Some(self.sizes), ..target }
+        let target = ComponentTarget::new(self.options, vertices, spacing, progress);
+        ComponentTarget { sizes: Some(self.sizes), ..target }
     }
 }
 

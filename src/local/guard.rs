@@ -1,0 +1,59 @@
+//! Operations that are undone where they make triangles run into others.
+
+use super::star_mesh::StarMesh;
+use crate::mesh::NONE;
+use crate::mesh::intersections::intersecting_faces;
+use crate::{ProgressToken, Result, TriMesh};
+
+/// At most so many times operations are done anew, with more vertices frozen.
+const TRIES: u32 = 4;
+
+/// Does operations on a mesh; looks for intersections after each, if it is to.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Guard<'a> {
+    pub looks: bool,
+    pub progress: &'a ProgressToken,
+}
+
+impl Guard<'_> {
+    /// Does what `operations` does. If more triangles intersect after it than before, it is undone, the
+    /// vertices there are frozen, and it is done anew; as a last resort, not at all.
+    ///
+    /// # Errors
+    /// [`crate::Error::Cancelled`].
+    pub fn run(&self, mesh: &mut StarMesh, operations: impl Fn(&mut StarMesh) -> Result<()>) -> Result<()> {
+        if !self.looks {
+            return operations(mesh);
+        }
+        let before = mesh.clone();
+        let most = before.intersecting(self.progress)?.len();
+        let mut frozen = vec![false; before.points.len()];
+        for _ in 0..TRIES {
+            mesh.frozen.clone_from(&frozen);
+            operations(mesh)?;
+            let intersecting = mesh.intersecting(self.progress)?;
+            mesh.frozen.iter_mut().for_each(|frozen| *frozen = false);
+            if intersecting.len() <= most {
+                return Ok(());
+            }
+            // Vertices that were not there before have gone with what made them.
+            let count = frozen.len() as u32;
+            for v in intersecting.into_iter().filter(|v| *v < count) {
+                frozen[v as usize] = true;
+                before.neighbours(v).into_iter().for_each(|w| frozen[w as usize] = true);
+            }
+            *mesh = before.clone();
+        }
+        Ok(())
+    }
+}
+
+impl StarMesh {
+    /// The vertices of triangles that intersect others, with repetitions.
+    fn intersecting(&self, progress: &ProgressToken) -> Result<Vec<u32>> {
+        let alive: Vec<[u32; 3]> = self.triangles.iter().filter(|t| t[0] != NONE).copied().collect();
+        let mesh = TriMesh { vertices: self.points.clone(), triangles: alive };
+        let faces = intersecting_faces(&mesh, progress)?;
+        Ok(faces.into_iter().flat_map(|t| mesh.triangles[t as usize]).collect())
+    }
+}

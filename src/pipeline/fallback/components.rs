@@ -1,0 +1,339 @@
+//! The components of the input: how many vertices each gets, and which of them are too small for cells.
+
+use super::allot::{Claim, SMALL, allotted, too_few};
+use super::remesh::{ComponentTarget, least_vertices, remeshed_component};
+use crate::mesh::intersections::intersecting_faces;
+use crate::mesh::repair::connected_components;
+use crate::mesh::sizing::SizeField;
+use crate::mesh::submesh::{append, extract};
+use crate::mesh::topology::topology;
+use crate::{Result, TriMesh};
+use std::collections::HashSet;
+
+/// Vertices that the largest component gets, however many others there are, if it has as many in the input.
+const ENOUGH: usize = 32;
+/// At most so many times the vertices of small components that run into others are doubled.
+const DOUBLINGS: u32 = 4;
+/// Vertices of the smallest other component on the coarsest level.
+const ON_COARSEST: f64 = 12.0;
+
+/// The components of a mesh, in the unit-diagonal frame.
+pub(crate) struct Components {
+    /// The component of each triangle.
+    of_triangle: Vec<u32>,
+    areas: Vec<f64>,
+    /// The triangles of each component.
+    triangles: Vec<Vec<u32>>,
+}
+
+/// Components that are too small for cells, and the others.
+pub(crate) struct Division {
+    /// Indices of the triangles that are not in small components.
+    pub large: Vec<u32>,
+    /// The small components, remeshed.
+    pub small: Vec<TriMesh>,
+    /// Vertices left for the large ones.
+    pub vertices_left: usize,
+    /// Least number of vertices of the coarsest level.
+    pub coarsest: usize,
+}
+
+impl Components {
+    pub fn new(mesh: &TriMesh) -> Self {
+        let (of_triangle, areas) = connected_components(mesh);
+        let mut triangles = vec![Vec::new(); areas.len()];
+        (0..).zip(&of_triangle).for_each(|(t, part)| triangles[*part as usize].push(t));
+        Self { of_triangle, areas, triangles }
+    }
+
+    /// Number of components.
+    pub fn count(&self) -> usize {
+        self.areas.len()
+    }
+
+    /// Total area.
+    pub fn area(&self) -> f64 {
+        self.areas.iter().sum()
+    }
+
+    /// A component of the mesh by itself.
+    fn submesh(&self, mesh: &TriMesh, part: usize) -> TriMesh {
+        extract(mesh, &self.triangles[part])
+    }
+
+    /// The number of vertices of a component.
+    fn vertices(&self, mesh: &TriMesh, part: usize) -> usize {
+        let corners = self.triangles[part].iter().flat_map(|t| mesh.triangles[*t as usize]);
+        corners.collect::<HashSet<u32>>().len()
+    }
+
+    fn submeshes(&self, mesh: &TriMesh) -> Vec<TriMesh> {
+        (0..self.count()).map(|part| self.submesh(mesh, part)).collect()
+    }
+
+    /// Remeshes the small components by themselves and counts the vertices left for the others. A small one
+    /// that runs through itself or others, though it does not in the input, gets more vertices.
+    ///
+    /// # Errors [`crate::Error::Usage`] with the least number of vertices if there are too few,
+    /// [`crate::Error::Cancelled`].
+    pub fn divide(&self, mesh: &TriMesh, target: &ComponentTarget) -> Result<Division> {
+        let whole = self.area();
+        let share = |part: usize| target.vertices as f64 * self.areas[part] / whole;
+        let largest = (0..self.count()).max_by(|a, b| self.areas[*a].total_cmp(&self.areas[*b])).unwrap_or(0);
+        let (small, large): (Vec<usize>, Vec<usize>) =
+            (0..self.count()).partition(|part| *part != largest && share(*part) < SMALL);
+        let of_small: Vec<TriMesh> = small.iter().map(|part| self.submesh(mesh, *part)).collect();
+        let remesh = |counts: &[usize]| -> Result<Vec<TriMesh>> {
+            let each = of_small.iter().zip(counts);
+            each.map(|(part, count)| remeshed_component(part, &[], &target.with_vertices(*count))).collect()
+        };
+        let mut claims: Vec<Claim> = (0..self.count())
+            .map(|part| Claim { area: self.areas[part], vertices: self.vertices(mesh, part), least: 0 })
+            .collect();
+        claims[largest].least = claims[largest].vertices.min(ENOUGH);
+        let of_large = |counts: &[usize]| large.iter().map(|part| counts[*part]).sum::<usize>();
+        let counts_of = |counts: &[usize]| small.iter().map(|part| counts[*part]).collect::<Vec<usize>>();
+        let left = |meshes: &[TriMesh]| {
+            target.vertices.saturating_sub(meshes.iter().map(|part| part.vertices.len()).sum())
+        };
+        let counts = match allotted(&claims, target.vertices) {
+            Ok(counts) => counts,
+            Err(_) => self.above_least(mesh, &claims, target)?,
+        };
+        let mut meshes = remesh(&counts_of(&counts))?;
+        // Their topology may need more than that.
+        if 2 * left(&meshes) < of_large(&counts) {
+            let counts = self.above_least(mesh, &claims, target)?;
+            meshes = remesh(&counts_of(&counts))?;
+        }
+        let least_left = left(&meshes) / 2;
+        for _ in 0..DOUBLINGS {
+            let crossing = self.crossing(mesh, &small, &meshes, target)?;
+            if crossing.is_empty() {
+                break;
+            }
+            let mut apart = meshes.clone();
+            for k in crossing {
+                let target = target.with_vertices(2 * meshes[k].vertices.len());
+                apart[k] = remeshed_component(&of_small[k], &[], &target)?;
+            }
+            if left(&apart) < least_left.max(3) {
+                break;
+            }
+            meshes = apart;
+        }
+        let area: f64 = large.iter().map(|part| self.areas[*part]).sum();
+        let smallest = large.iter().map(|part| self.areas[*part]).fold(area, f64::min);
+        let coarsest = if large.len() > 1 { (ON_COARSEST * area / smallest) as usize } else { 0 };
+        let is_large: HashSet<usize> = large.into_iter().collect();
+        let triangles =
+            (0..).zip(&self.of_triangle).filter(|(_, part)| is_large.contains(&(**part as usize)));
+        Ok(Division {
+            large: triangles.map(|(t, _)| t).collect(),
+            vertices_left: left(&meshes),
+            small: meshes,
+            coarsest,
+        })
+    }
+
+    /// Vertices for each component: the least number that it needs, and a share of the others.
+    fn above_least(&self, mesh: &TriMesh, claims: &[Claim], target: &ComponentTarget) -> Result<Vec<usize>> {
+        let with_least = |(part, claim): (usize, &Claim)| -> Result<Claim> {
+            Ok(Claim { least: least_vertices(&self.submesh(mesh, part), target)?, ..*claim })
+        };
+        let claims: Vec<Claim> = claims.iter().enumerate().map(with_least).collect::<Result<_>>()?;
+        allotted(&claims, target.vertices)
+    }
+
+    /// Which of the remeshed small components run through themselves or others, other than in the input.
+    fn crossing(
+        &self,
+        mesh: &TriMesh,
+        small: &[usize],
+        meshes: &[TriMesh],
+        target: &ComponentTarget,
+    ) -> Result<Vec<usize>> {
+        let is_small: HashSet<usize> = small.iter().copied().collect();
+        let large = (0..).zip(&self.of_triangle).filter(|(_, part)| !is_small.contains(&(**part as usize)));
+        let mut all = extract(mesh, &large.map(|(t, _)| t).collect::<Vec<u32>>());
+        let mut ends = vec![all.triangles.len()];
+        for part in meshes {
+            append(&mut all, part);
+            ends.push(all.triangles.len());
+        }
+        let crossing = intersecting_faces(&all, target.progress)?;
+        let of = |t: u32| ends.partition_point(|end| *end <= t as usize);
+        let mut list: Vec<usize> = crossing.into_iter().filter_map(|t| of(t).checked_sub(1)).collect();
+        list.dedup();
+        if list.is_empty() {
+            return Ok(list);
+        }
+        let in_input = intersecting_faces(mesh, target.progress)?;
+        let already: HashSet<u32> = in_input.iter().map(|t| self.of_triangle[*t as usize]).collect();
+        list.retain(|k| !already.contains(&(small[*k] as u32)));
+        Ok(list)
+    }
+}
+
+/// What [`Components::repair`] has to know of the surface and of the faulty result on it.
+pub(crate) struct RepairInput<'a> {
+    pub surface: &'a TriMesh,
+    /// The triangle of the surface under each vertex of the result.
+    pub under: &'a [u32],
+    /// Faces of the result whose components are replaced in any case.
+    pub faulty_faces: &'a [u32],
+    /// Vertices of the surface whose components are replaced in any case.
+    pub missing: &'a [u32],
+}
+
+/// A result by the components of the surface.
+struct Comparison {
+    /// Whether the result has the component's topology.
+    is_right: Vec<bool>,
+    triangles: Vec<Vec<u32>>,
+    vertices: Vec<usize>,
+}
+
+impl Components {
+    /// Replaces the components of `result` that do not have the topology of the surface by new ones, with
+    /// as many vertices in all; returns the number of components replaced.
+    ///
+    /// # Errors [`crate::Error::Usage`] with the least number of vertices if there are too few,
+    /// [`crate::Error::Cancelled`].
+    pub fn repair(
+        &self,
+        result: &mut TriMesh,
+        input: &RepairInput,
+        target: &ComponentTarget,
+    ) -> Result<usize> {
+        let RepairInput { surface, under, faulty_faces, missing } = *input;
+        if self.count() == 1 && faulty_faces.is_empty() && missing.is_empty() {
+            let got = topology(result);
+            if got.vertices == result.vertices.len() && got.matches(&topology(surface)) {
+                return Ok(0);
+            }
+        }
+        let part_of = |v: u32| self.of_triangle[under[v as usize] as usize] as usize;
+        let submeshes = self.submeshes(surface);
+        let Comparison { mut is_right, triangles, vertices } = self.compare(&submeshes, result, &part_of);
+        let faulty = faulty_faces.iter().flat_map(|t| result.triangles[*t as usize]);
+        faulty.for_each(|v| is_right[part_of(v)] = false);
+        if !missing.is_empty() {
+            let missing: HashSet<u32> = missing.iter().copied().collect();
+            for (triangle, part) in surface.triangles.iter().zip(&self.of_triangle) {
+                is_right[*part as usize] &= !triangle.iter().any(|v| missing.contains(v));
+            }
+        }
+        let wrong: Vec<usize> = (0..self.count()).filter(|part| !is_right[*part]).collect();
+        if wrong.is_empty() {
+            return Ok(0);
+        }
+        let kept: usize = (0..self.count()).filter(|part| is_right[*part]).map(|part| vertices[part]).sum();
+        let parts: Vec<Part> =
+            wrong.iter().map(|part| self.sized_part(&submeshes[*part], *part, target.sizes)).collect();
+        let remeshed = remesh_all(&parts, &target.with_vertices(result.vertices.len() - kept))?;
+        let right = (0..self.count()).filter(|part| is_right[*part]);
+        let keep: Vec<u32> = right.flat_map(|part| triangles[part].clone()).collect();
+        *result = extract(result, &keep);
+        remeshed.iter().for_each(|part| append(result, part));
+        Ok(wrong.len())
+    }
+
+    /// Compares the components of a result with those of the surface.
+    fn compare(&self, submeshes: &[TriMesh], result: &TriMesh, part_of: &dyn Fn(u32) -> usize) -> Comparison {
+        let mut triangles = vec![Vec::new(); self.count()];
+        let mut is_right = vec![true; self.count()];
+        for (t, triangle) in (0..).zip(&result.triangles) {
+            let [a, b, c] = triangle.map(part_of);
+            triangles[a].push(t);
+            if a != b || b != c {
+                [a, b, c].iter().for_each(|part| is_right[*part] = false);
+            }
+        }
+        let mut vertices = vec![0; self.count()];
+        (0..result.vertices.len() as u32).for_each(|v| vertices[part_of(v)] += 1);
+        for (part, right) in is_right.iter_mut().enumerate().filter(|(_, right)| **right) {
+            let got = topology(&extract(result, &triangles[part]));
+            *right = got.vertices == vertices[part] && got.matches(&topology(&submeshes[part]));
+        }
+        Comparison { is_right, triangles, vertices }
+    }
+
+    /// A component with its target lengths.
+    fn sized_part<'s>(&self, submesh: &'s TriMesh, part: usize, sizes: Option<&SizeField>) -> Part<'s> {
+        let Some(sizes) = sizes.filter(|sizes| !sizes.is_uniform()) else {
+            return Part::new((submesh, self.areas[part]));
+        };
+        let mut lengths = vec![1.0; submesh.vertices.len()];
+        let mut area = 0.0;
+        for (k, t) in self.triangles[part].iter().enumerate() {
+            let at_corners = sizes.at_corners(*t);
+            submesh.triangles[k].iter().zip(at_corners).for_each(|(v, length)| lengths[*v as usize] = length);
+            area += submesh.triangle_area(k) * sizes.density(*t as usize);
+        }
+        Part { lengths, ..Part::new((submesh, area)) }
+    }
+
+    /// The whole surface remeshed.
+    ///
+    /// # Errors [`crate::Error::Usage`] with the least number of vertices if there are too few,
+    /// [`crate::Error::Cancelled`].
+    pub fn remesh(&self, surface: &TriMesh, target: &ComponentTarget) -> Result<TriMesh> {
+        let submeshes = self.submeshes(surface);
+        let parts: Vec<Part> = (submeshes.iter().enumerate())
+            .map(|(part, submesh)| self.sized_part(submesh, part, target.sizes))
+            .collect();
+        let mut result = TriMesh::default();
+        remesh_all(&parts, target)?.iter().for_each(|part| append(&mut result, part));
+        Ok(result)
+    }
+}
+
+/// A component to be remeshed.
+struct Part<'a> {
+    surface: &'a TriMesh,
+    /// By which the vertices are shared out: more than the area where edges are shorter.
+    area: f64,
+    /// The relative target length at each vertex; empty if they are all equal.
+    lengths: Vec<f64>,
+}
+
+impl<'a> Part<'a> {
+    fn new((surface, area): (&'a TriMesh, f64)) -> Self {
+        Self { surface, area, lengths: Vec::new() }
+    }
+}
+
+/// The components remeshed, each with its share of the vertices, or with more if a small one needs them.
+///
+/// # Errors [`crate::Error::Usage`] with the least number of vertices if there are too few,
+/// [`crate::Error::Cancelled`].
+fn remesh_all(parts: &[Part], target: &ComponentTarget) -> Result<Vec<TriMesh>> {
+    let remesh = |counts: &[usize]| -> Result<Vec<TriMesh>> {
+        let each = parts.iter().zip(counts);
+        each.map(|(part, count)| {
+            remeshed_component(part.surface, &part.lengths, &target.with_vertices(*count))
+        })
+        .collect()
+    };
+    let fits = |meshes: &[TriMesh], counts: &[usize]| {
+        meshes.iter().zip(counts).all(|(mesh, count)| mesh.vertices.len() == *count)
+    };
+    let claim = |part: &Part| Claim { area: part.area, vertices: part.surface.vertices.len(), least: 0 };
+    let mut claims: Vec<Claim> = parts.iter().map(claim).collect();
+    let counts = allotted(&claims, target.vertices)?;
+    let meshes = remesh(&counts)?;
+    if fits(&meshes, &counts) {
+        return Ok(meshes);
+    }
+    for (claim, part) in claims.iter_mut().zip(parts) {
+        claim.least = least_vertices(part.surface, target)?;
+    }
+    let counts = allotted(&claims, target.vertices)?;
+    let meshes = remesh(&counts)?;
+    if fits(&meshes, &counts) {
+        return Ok(meshes);
+    }
+    // With sharp edges, the least number of vertices is not always reached.
+    Err(too_few(target.vertices, parts.len(), 2 * target.vertices))
+}

@@ -1,0 +1,268 @@
+//! One component remeshed by local operations, or simplified where they fail, to a number of vertices.
+
+use crate::local::{LocalMesh, LocalOptions, remesh_locally};
+use crate::mesh::bvh::Bvh;
+use crate::mesh::features::{Curve, FeatureOptions, Features, find_features};
+use crate::mesh::half_edges::{edge_key, next};
+use crate::mesh::intersections::intersecting_faces;
+use crate::mesh::simplify::{Preserved, Simplified, with_vertices};
+use crate::mesh::sizing::SizeField;
+use crate::mesh::topology::topology;
+use crate::pipeline::missing::MISSING;
+use crate::polish::{FitOptions, OutlierOptions, PolishOptions, Target, fit, polish, reduce_outliers};
+use crate::{Options, ProgressToken, Result, TriMesh};
+use rayon::prelude::*;
+
+/// What is to be made of a component, and how.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct ComponentTarget<'a> {
+    pub vertices: usize,
+    /// Edges that turn by more than so many degrees are kept, as far as there are vertices for it.
+    pub feature_angle: f64,
+    /// Rounds of the polish.
+    pub polish_rounds: u32,
+    /// Whether vertices may leave the surface for a closer fit.
+    pub fit: bool,
+    /// Edge length of the whole mesh.
+    pub spacing: f64,
+    /// Over the whole surface; `None` if edges are equally long everywhere.
+    pub sizes: Option<&'a SizeField>,
+    pub progress: &'a ProgressToken,
+}
+
+impl<'a> ComponentTarget<'a> {
+    /// From the options, for a mesh with this spacing.
+    pub fn new(options: &Options, vertices: usize, spacing: f64, progress: &'a ProgressToken) -> Self {
+        let method = &options.coarse_to_fine;
+        Self {
+            vertices,
+            feature_angle: method.feature_angle,
+            polish_rounds: method.polish_rounds,
+            fit: method.fit,
+            spacing,
+            sizes: None,
+            progress,
+        }
+    }
+
+    /// The same with another number of vertices.
+    pub fn with_vertices(self, vertices: usize) -> Self {
+        Self { vertices, ..self }
+    }
+}
+
+/// Longest target lengths, in spacings, of the tries, and whether these are guarded against intersections:
+/// where more corners are kept, the rest has fewer vertices.
+const TRIES: [(f64, bool); 4] = [(1.06, false), (1.06, true), (1.25, true), (1.25, true)];
+/// At most so many times the polish begins anew, with vertices fixed where faces came to intersect,
+const POLISHES: u32 = 4;
+/// and so many rings around.
+const RINGS: u32 = 2;
+/// Rounds of polish beyond those of a mesh from cells, whose triangles are more even from the start.
+const MORE_ROUNDS: u32 = 10;
+
+/// A remeshed or simplified, and polished, mesh with the target number of vertices, or more if the topology
+/// needs more. `lengths` are relative target edge lengths at the vertices; empty if they are all equal.
+///
+/// # Errors
+/// [`crate::Error::Cancelled`].
+pub(crate) fn remeshed_component(
+    surface: &TriMesh,
+    lengths: &[f64],
+    target: &ComponentTarget,
+) -> Result<TriMesh> {
+    // The share of the phase that this is of is unknown.
+    let progress = &target.progress.silent();
+    if let Some(mesh) = remeshed_locally(surface, lengths, target, progress)? {
+        return Ok(mesh);
+    }
+    let raw = simplified(surface, target)?;
+    let mut better = raw.mesh.clone();
+    let surface = Target::new(surface);
+    let fixed = raw.fixed;
+    let options = PolishOptions { rounds: target.polish_rounds, fixed: fixed.clone(), ..Default::default() };
+    polish(&mut better, &surface, &options, progress)?;
+    if target.fit {
+        fit(&mut better, &surface, &FitOptions { fixed, ..Default::default() }, progress)?;
+    }
+    let intersections = |mesh| Ok(intersecting_faces(mesh, progress)?.len());
+    let is_sound = topology(&better).matches(&topology(&raw.mesh));
+    Ok(if is_sound && intersections(&better)? <= intersections(&raw.mesh)? { better } else { raw.mesh })
+}
+
+/// The surface remeshed by local operations and polished; `None` if that does not reach the number of
+/// vertices, or if more faces intersect than before. Where a try leaves a vertex of the surface out, the
+/// next one keeps it as a corner.
+fn remeshed_locally(
+    surface: &TriMesh,
+    lengths: &[f64],
+    target: &ComponentTarget,
+    progress: &ProgressToken,
+) -> Result<Option<TriMesh>> {
+    let options =
+        FeatureOptions { feature_angle: target.feature_angle, ..FeatureOptions::new(target.spacing) };
+    let Ok(mut features) = find_features(surface, &options) else { return Ok(None) };
+    let on = Target::new(surface).in_patches(features.patches.clone());
+    let mut best: Option<(f64, TriMesh)> = None;
+    for (longest, guarded) in TRIES {
+        let options = LocalOptions { vertices: target.vertices, lengths, longest, guarded };
+        let local = remesh_locally(surface, &features, &on, &options, progress)?;
+        if local.mesh.vertices.len() != target.vertices {
+            break;
+        }
+        let Some(mesh) = polished(local, surface, &on, target, progress)? else { continue };
+        let left_out = left_out(surface, &mesh, lengths, target.spacing, progress)?;
+        let farthest = left_out.first().map_or(0.0, |(distance, _)| *distance);
+        if best.as_ref().is_none_or(|(least, _)| farthest < *least) {
+            best = Some((farthest, mesh));
+        }
+        if left_out.is_empty() {
+            break;
+        }
+        features.corners.extend(spread_out(surface, &left_out, target.spacing));
+        features.corners.sort_unstable();
+        features.corners.dedup();
+    }
+    Ok(best.map(|(_, mesh)| mesh))
+}
+
+/// The vertices of the surface that the mesh leaves out, with their distances in edge lengths, the farthest
+/// first.
+fn left_out(
+    surface: &TriMesh,
+    mesh: &TriMesh,
+    lengths: &[f64],
+    spacing: f64,
+    progress: &ProgressToken,
+) -> Result<Vec<(f64, u32)>> {
+    progress.poll()?;
+    let bvh = Bvh::new(mesh);
+    let far = |v: u32| {
+        let edge = spacing * lengths.get(v as usize).copied().unwrap_or(1.0);
+        let nearest = bvh.closest(surface.vertices[v as usize])?;
+        let distance = nearest.distance_sq.sqrt() / edge;
+        (distance > MISSING).then_some((distance, v))
+    };
+    let mut far: Vec<(f64, u32)> =
+        (0..surface.vertices.len() as u32).into_par_iter().filter_map(far).collect();
+    far.sort_unstable_by(|a, b| b.0.total_cmp(&a.0).then(a.1.cmp(&b.1)));
+    Ok(far)
+}
+
+/// Of these vertices, the farthest ones that are not close together.
+fn spread_out(surface: &TriMesh, far: &[(f64, u32)], spacing: f64) -> Vec<u32> {
+    let at = |v: u32| surface.vertices[v as usize];
+    let mut list: Vec<u32> = Vec::new();
+    for (_, v) in far {
+        if list.iter().all(|w| at(*v).distance(at(*w)) > MISSING * spacing) {
+            list.push(*v);
+        }
+    }
+    list
+}
+
+/// A mesh made by local operations, polished as far as its faces do not intersect more than the surface's:
+/// where they would, vertices stay. `None` if they do so from the beginning.
+fn polished(
+    local: LocalMesh,
+    surface: &TriMesh,
+    on: &Target,
+    target: &ComponentTarget,
+    progress: &ProgressToken,
+) -> Result<Option<TriMesh>> {
+    let LocalMesh { mesh: raw, patches, mut fixed, sliding_curves, lengths } = local;
+    let most = intersecting_faces(surface, progress)?.len();
+    // The last of the steps after which faces do not intersect more than before.
+    let mut best = None;
+    let mut check = |mesh: &TriMesh| -> Result<Vec<u32>> {
+        let crossing = intersecting_faces(mesh, progress)?;
+        if crossing.len() <= most && topology(mesh).matches(&topology(surface)) {
+            best = Some(mesh.clone());
+            return Ok(Vec::new());
+        }
+        Ok(crossing)
+    };
+    check(&raw)?;
+    let rounds = target.polish_rounds + MORE_ROUNDS;
+    for _ in 0..POLISHES {
+        let mut mesh = raw.clone();
+        let options = PolishOptions {
+            rounds,
+            fixed: fixed.clone(),
+            patches: patches.clone(),
+            sliding_curves: sliding_curves.clone(),
+            lengths: lengths.clone(),
+            ..Default::default()
+        };
+        polish(&mut mesh, on, &options, progress)?;
+        let mut crossing = check(&mesh)?;
+        let PolishOptions { patches, lengths, .. } = options;
+        if target.fit && crossing.is_empty() {
+            let options = FitOptions { fixed: fixed.clone(), patches, ..Default::default() };
+            fit(&mut mesh, on, &options, progress)?;
+            crossing = check(&mesh)?;
+            if crossing.is_empty() {
+                let FitOptions { fixed, patches, .. } = options;
+                let options = OutlierOptions { fixed, patches, lengths, ..Default::default() };
+                reduce_outliers(&mut mesh, on, target.spacing, &options, progress)?;
+                check(&mesh)?;
+            }
+        }
+        if crossing.is_empty() {
+            break;
+        }
+        fix_around(&mut fixed, &mesh, &crossing);
+    }
+    Ok(best)
+}
+
+/// Fixes the vertices of these faces and [`RINGS`] rings around them.
+fn fix_around(fixed: &mut [bool], mesh: &TriMesh, faces: &[u32]) {
+    let mut near = vec![false; fixed.len()];
+    faces.iter().flat_map(|t| mesh.triangles[*t as usize]).for_each(|v| near[v as usize] = true);
+    for _ in 0..RINGS {
+        let touched: Vec<u32> = (mesh.triangles.iter().filter(|t| t.iter().any(|v| near[*v as usize])))
+            .flatten()
+            .copied()
+            .collect();
+        touched.into_iter().for_each(|v| near[v as usize] = true);
+    }
+    fixed.iter_mut().zip(near).for_each(|(fixed, near)| *fixed |= near);
+}
+
+/// The least number of vertices that a component can have.
+///
+/// # Errors
+/// [`crate::Error::Cancelled`].
+pub(crate) fn least_vertices(surface: &TriMesh, target: &ComponentTarget) -> Result<usize> {
+    simplified(surface, &target.with_vertices(0)).map(|least| least.mesh.vertices.len())
+}
+
+/// The component simplified, without the polish.
+///
+/// # Errors
+/// [`crate::Error::Cancelled`].
+fn simplified(surface: &TriMesh, target: &ComponentTarget) -> Result<Simplified> {
+    let simplify = |preserved: Preserved| with_vertices(surface, preserved, target.vertices, target.progress);
+    let options =
+        FeatureOptions { feature_angle: target.feature_angle, ..FeatureOptions::new(target.spacing) };
+    if let Ok(features) = find_features(surface, &options) {
+        let curves = curve_half_edges(surface, &features);
+        let with_curves = simplify(Preserved { curves: &curves, corners: &features.corners })?;
+        if with_curves.mesh.vertices.len() <= target.vertices {
+            return Ok(with_curves);
+        }
+    }
+    // The number of vertices comes before sharp edges, but not before the topology.
+    simplify(Preserved::default())
+}
+
+/// For each half-edge whether it is on a curve.
+fn curve_half_edges(surface: &TriMesh, features: &Features) -> Vec<bool> {
+    let ends = features.curves.iter().flat_map(Curve::edge_ends);
+    let mut edges: Vec<(u32, u32)> = ends.map(|[a, b]| edge_key(a, b)).collect();
+    edges.sort_unstable();
+    let corners = surface.triangles.as_flattened();
+    let key = |h: u32| edge_key(corners[h as usize], corners[next(h) as usize]);
+    (0..corners.len() as u32).map(|h| edges.binary_search(&key(h)).is_ok()).collect()
+}
