@@ -19,6 +19,20 @@ struct Known {
     bvh: Bvh,
 }
 
+/// The faces of a mesh in the unit-diagonal frame that intersect others once it is in the input's units, since
+/// rounding to these may fold thin parts.
+///
+/// # Errors
+/// [`crate::Error::Cancelled`].
+pub(crate) fn intersecting_in_units(
+    mesh: &TriMesh,
+    frame: &UnitFrame,
+    progress: &ProgressToken,
+) -> Result<Vec<u32>> {
+    let vertices = mesh.vertices.iter().map(|p| frame.from_unit(*p)).collect();
+    intersecting_faces(&TriMesh { vertices, triangles: mesh.triangles.clone() }, progress)
+}
+
 /// Faces of a result that intersect others.
 pub(crate) struct Intersections {
     pub count: usize,
@@ -33,7 +47,6 @@ impl InputIntersections {
     }
 
     /// Compares `mesh`, which is in the unit-diagonal frame and has edges of about `spacing`, with the input.
-    /// Intersections are found in the input's units, since rounding to these may fold thin parts.
     ///
     /// # Errors
     /// [`crate::Error::Cancelled`].
@@ -44,9 +57,7 @@ impl InputIntersections {
         (mesh, spacing): (&TriMesh, f64),
         progress: &ProgressToken,
     ) -> Result<Intersections> {
-        let vertices = mesh.vertices.iter().map(|p| frame.from_unit(*p)).collect();
-        let in_units = TriMesh { vertices, triangles: mesh.triangles.clone() };
-        let mut new = intersecting_faces(&in_units, progress)?;
+        let mut new = intersecting_in_units(mesh, frame, progress)?;
         let count = new.len();
         if count > 0 {
             let known = self.known(input, frame, progress)?;

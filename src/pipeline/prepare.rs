@@ -198,7 +198,8 @@ fn divide(
     let mut vertices = options.vertices;
     let mut tries = 0;
     loop {
-        let target = ComponentTarget::new(options, vertices, spacing(components.area(), vertices), progress);
+        let spacing = spacing(components.area(), vertices);
+        let target = ComponentTarget::new(options, (vertices, spacing), frame, progress);
         match components.divide(&unit, &target) {
             Err(Error::Usage { .. })
                 if options.coarse_to_fine.shortage == Shortage::AddVertices && tries < GROWTHS =>

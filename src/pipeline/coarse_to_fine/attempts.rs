@@ -166,7 +166,9 @@ impl Attempts<'_> {
         drop(model);
         let attempts = runner.attempts;
         let mut best = runner.progress.during(|progress| fallback.repaired(&first, progress))?;
-        if best.as_ref().is_none_or(|repaired| repaired.fault.is_some())
+        // Where all components were faulty, the whole would be the same once more.
+        let is_whole = |repaired: &Outcome| repaired.simplified_components == fallback.components();
+        if best.as_ref().is_none_or(|repaired| repaired.fault.is_some() && !is_whole(repaired))
             && may_simplify(self.options)
             && fault.kind != FaultKind::Slivers
         {

@@ -2,11 +2,11 @@
 
 use super::allot::{Claim, SMALL, allotted, too_few};
 use super::remesh::{ComponentTarget, least_vertices, remeshed_component};
-use crate::mesh::intersections::intersecting_faces;
 use crate::mesh::repair::connected_components;
 use crate::mesh::sizing::SizeField;
 use crate::mesh::submesh::{append, extract};
 use crate::mesh::topology::topology;
+use crate::pipeline::intersections::intersecting_in_units;
 use crate::{Result, TriMesh};
 use std::collections::HashSet;
 
@@ -161,14 +161,14 @@ impl Components {
             append(&mut all, part);
             ends.push(all.triangles.len());
         }
-        let crossing = intersecting_faces(&all, target.progress)?;
+        let crossing = intersecting_in_units(&all, target.frame, target.progress)?;
         let of = |t: u32| ends.partition_point(|end| *end <= t as usize);
         let mut list: Vec<usize> = crossing.into_iter().filter_map(|t| of(t).checked_sub(1)).collect();
         list.dedup();
         if list.is_empty() {
             return Ok(list);
         }
-        let in_input = intersecting_faces(mesh, target.progress)?;
+        let in_input = intersecting_in_units(mesh, target.frame, target.progress)?;
         let already: HashSet<u32> = in_input.iter().map(|t| self.of_triangle[*t as usize]).collect();
         list.retain(|k| !already.contains(&(small[*k] as u32)));
         Ok(list)

@@ -73,6 +73,11 @@ impl Fallback<'_> {
         self.checked(mesh, outcome, progress).map(Some)
     }
 
+    /// Number of components.
+    pub fn components(&self) -> usize {
+        Components::new(&self.surface.mesh()).count()
+    }
+
     /// The whole surface remeshed by local operations; with a fault if faces intersect that did not in the
     /// input, `None` if that does not reach so few vertices.
     ///
@@ -124,7 +129,7 @@ impl Fallback<'_> {
 
     fn component_target<'p>(&'p self, vertices: usize, progress: &'p ProgressToken) -> ComponentTarget<'p> {
         let spacing = spacing(self.surface.area(), vertices);
-        let target = ComponentTarget::new(self.options, vertices, spacing, progress);
+        let target = ComponentTarget::new(self.options, (vertices, spacing), self.frame, progress);
         ComponentTarget { sizes: Some(self.sizes), ..target }
     }
 }

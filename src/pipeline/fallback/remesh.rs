@@ -4,10 +4,11 @@ use crate::local::{LocalMesh, LocalOptions, remesh_locally};
 use crate::mesh::bvh::Bvh;
 use crate::mesh::features::{Curve, FeatureOptions, Features, find_features};
 use crate::mesh::half_edges::{edge_key, next};
-use crate::mesh::intersections::intersecting_faces;
 use crate::mesh::simplify::{Preserved, Simplified, with_vertices};
 use crate::mesh::sizing::SizeField;
 use crate::mesh::topology::topology;
+use crate::mesh::unit_frame::UnitFrame;
+use crate::pipeline::intersections::intersecting_in_units;
 use crate::pipeline::missing::MISSING;
 use crate::polish::{FitOptions, OutlierOptions, PolishOptions, Target, fit, polish, reduce_outliers};
 use crate::{Options, ProgressToken, Result, TriMesh};
@@ -25,6 +26,8 @@ pub(crate) struct ComponentTarget<'a> {
     pub fit: bool,
     /// Edge length of the whole mesh.
     pub spacing: f64,
+    /// From the input's units to those of the component.
+    pub frame: &'a UnitFrame,
     /// Over the whole surface; `None` if edges are equally long everywhere.
     pub sizes: Option<&'a SizeField>,
     pub progress: &'a ProgressToken,
@@ -32,7 +35,12 @@ pub(crate) struct ComponentTarget<'a> {
 
 impl<'a> ComponentTarget<'a> {
     /// From the options, for a mesh with this spacing.
-    pub fn new(options: &Options, vertices: usize, spacing: f64, progress: &'a ProgressToken) -> Self {
+    pub fn new(
+        options: &Options,
+        (vertices, spacing): (usize, f64),
+        frame: &'a UnitFrame,
+        progress: &'a ProgressToken,
+    ) -> Self {
         let method = &options.coarse_to_fine;
         Self {
             vertices,
@@ -40,6 +48,7 @@ impl<'a> ComponentTarget<'a> {
             polish_rounds: method.polish_rounds,
             fit: method.fit,
             spacing,
+            frame,
             sizes: None,
             progress,
         }
@@ -85,7 +94,7 @@ pub(crate) fn remeshed_component(
     if target.fit {
         fit(&mut better, &surface, &FitOptions { fixed, ..Default::default() }, progress)?;
     }
-    let intersections = |mesh| Ok(intersecting_faces(mesh, progress)?.len());
+    let intersections = |mesh: &TriMesh| Ok(intersecting_in_units(mesh, target.frame, progress)?.len());
     let is_sound = topology(&better).matches(&topology(&raw.mesh));
     Ok(if is_sound && intersections(&better)? <= intersections(&raw.mesh)? { better } else { raw.mesh })
 }
@@ -171,11 +180,12 @@ fn polished(
     progress: &ProgressToken,
 ) -> Result<Option<TriMesh>> {
     let LocalMesh { mesh: raw, patches, mut fixed, sliding_curves, lengths } = local;
-    let most = intersecting_faces(surface, progress)?.len();
+    let intersecting = |mesh: &TriMesh| intersecting_in_units(mesh, target.frame, progress);
+    let most = intersecting(surface)?.len();
     // The last of the steps after which faces do not intersect more than before.
     let mut best = None;
     let mut check = |mesh: &TriMesh| -> Result<Vec<u32>> {
-        let crossing = intersecting_faces(mesh, progress)?;
+        let crossing = intersecting(mesh)?;
         if crossing.len() <= most && topology(mesh).matches(&topology(surface)) {
             best = Some(mesh.clone());
             return Ok(Vec::new());
