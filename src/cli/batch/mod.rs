@@ -259,9 +259,13 @@ impl Batch<'_> {
 
 /// The line about a mesh for people.
 fn line(entry: &Entry, place: usize, of: usize) -> String {
-    let seconds = entry.seconds;
+    let (seconds, input) = (entry.seconds, &entry.input);
     let mut line = match (&entry.error, entry.vertices) {
-        (Some(error), _) => format!("{place}/{of} failed: {error}"),
+        // Some errors begin with the file's name, others have none.
+        (Some(error), _) => {
+            let error = error.strip_prefix(&format!("{input}: ")).unwrap_or(error);
+            format!("{place}/{of} {input} failed: {error}")
+        }
         (None, vertices) => format!(
             "{place}/{of} {} -> {}: {} vertices, Q {:.4}, smallest angle {:.2}°, {seconds:.2} s",
             entry.input,
