@@ -5,6 +5,7 @@ use super::attributes::{AttributeArgs, carried};
 use super::files::{InputFormat, Target, input_name, is_standard, tell_notes};
 use super::heading::OUTPUT;
 use super::method::{DeviceArgs, MethodArgs, refuse_messages};
+use super::progress;
 use super::progress::{ProgressArgs, RunProgress, begin_writing};
 use super::table;
 use super::target_count::{SizeArgs, count};
@@ -18,6 +19,7 @@ use rtfmesh::report::html::{PageInput, page};
 use rtfmesh::{Device, Error, MeasureDepth, Options, Remeshed, Size, preview_repaired, remesh_repaired};
 use std::path::{Path, PathBuf};
 
+use std::process::ExitCode;
 const EXAMPLES: &str = "Examples:
   rtfmesh remesh scan.ply scan-10k.ply -n 10k
   rtfmesh remesh part.stl part.ply --edge-length 1% --feature-angle 30";
@@ -88,8 +90,8 @@ struct OutputArgs {
     help: Option<bool>,
 }
 
-/// Reads, remeshes, writes. Nothing is written unless everything before succeeded.
-pub fn run(args: &Args) -> Result<()> {
+/// Reads, remeshes, writes. Nothing is written unless everything before succeeded. Returns the exit code.
+pub fn run(args: &Args) -> Result<ExitCode> {
     let size = args.size.size()?;
     // All other options are checked before anything is read.
     let wants_report = args.out.report.is_some() || args.out.html.is_some();
@@ -107,7 +109,7 @@ pub fn run(args: &Args) -> Result<()> {
     }
     options.coarse_to_fine.features = args.method.read_features()?;
     let Some(target) = target.filter(|_| !args.out.dry_run) else {
-        return dry_run(args, size, options);
+        return dry_run(args, size, options).map(|()| ExitCode::SUCCESS);
     };
     if let Some(output) = args.output.as_deref().filter(|_| !args.out.quiet)
         && same_file(output, &args.input)
@@ -115,20 +117,20 @@ pub fn run(args: &Args) -> Result<()> {
     {
         tell(&format!("note: {} will be replaced by the result\n", output.display()));
     }
-    let mut progress = RunProgress::new(&args.progress)?;
+    let mut run = RunProgress::new(&args.progress)?;
     let (loaded, device) = rayon::join(|| load(args), || args.device.open(wants_report));
     let loaded = loaded?;
     let repaired = count(size, &args.input, &loaded.mesh, &mut options, args.out.quiet)?;
     request_attributes(args, &loaded, Some(target.format()), &mut options)?;
     let device = device?;
     if !args.out.quiet {
-        progress.show_bar();
+        run.show_bar();
     }
-    let result = remesh_repaired(&device, &loaded.mesh, repaired, &options, |now| progress.update(now));
-    progress.end();
+    let result = remesh_repaired(&device, &loaded.mesh, repaired, &options, |now| run.update(now));
+    run.end();
     let mut result = result.map_err(|e| e.in_file(input_name(&args.input)))?;
     refuse_messages(&device)?;
-    progress.warn(&mut result.summary);
+    let is_cut_short = run.warn(&mut result.summary);
     if !args.out.quiet {
         tell_notes(&args.input, &result.summary.remarks);
     }
@@ -150,7 +152,7 @@ pub fn run(args: &Args) -> Result<()> {
             table::outcome(&result.summary)
         });
     }
-    Ok(())
+    Ok(if is_cut_short { ExitCode::from(progress::CANCELLED) } else { ExitCode::SUCCESS })
 }
 
 fn load(args: &Args) -> rtfmesh::Result<Loaded> {
