@@ -117,6 +117,21 @@ fn torn_surfaces_are_closed_or_it_is_said_how() {
     }
 }
 
+#[test]
+fn too_many_components_are_blamed_on_cracks() {
+    let ball = globe(16, 8);
+    let corners = ball.triangles.as_flattened().iter().enumerate();
+    let off = |k: usize| 1e-4 * DVec3::new((k % 7) as f64, (k % 5) as f64, (k % 3) as f64) / 7.0;
+    let vertices = corners.map(|(k, v)| ball.vertices[*v as usize] + off(k)).collect();
+    let triangles = (0..ball.triangles.len() as u32).map(|t| [3 * t, 3 * t + 1, 3 * t + 2]).collect();
+    let soup = TriMesh { vertices, triangles };
+    let text = run(&soup, 200, Shortage::BestEffort).unwrap_err().to_string();
+    assert!(text.contains("the input has cracks") && text.contains("`weld` "), "{text}");
+    let weld: f64 = text.split("`weld` ").nth(1).unwrap().split(' ').next().unwrap().parse().unwrap();
+    let closed = remesh(device(), &soup, &Options::new(200).weld(weld)).unwrap();
+    assert_eq!((topology(&closed.mesh).components, topology(&closed.mesh).boundary_edges), (1, 0));
+}
+
 /// A cube with a needle on top, far thinner than the edges of a few hundred vertices.
 fn cube_with_a_pin() -> TriMesh {
     let mut body = remesh(device(), &sample("box").unwrap(), &Options::new(300)).unwrap().mesh;
