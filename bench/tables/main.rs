@@ -7,6 +7,7 @@ mod fig12;
 mod fig14;
 mod fig7;
 mod fig8;
+mod many;
 mod markdown;
 mod models;
 mod paper;
@@ -91,6 +92,8 @@ enum Part {
     Fig12,
     /// Limits of the paper's method
     Fig14,
+    /// Many small meshes on one device
+    Many,
     /// Other programs
     Peers,
 }
@@ -105,6 +108,7 @@ impl Part {
             Self::Fig10 => fig10::section(bench),
             Self::Fig12 => fig12::section(bench),
             Self::Fig14 => fig14::section(bench),
+            Self::Many => many::section(bench),
             Self::Peers => peers::section(bench, device),
         }
     }

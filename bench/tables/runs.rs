@@ -22,9 +22,9 @@ const QUICK_ITERATIONS: u32 = 60;
 /// The state that all tables share.
 pub struct Bench {
     /// The device that runs everything.
-    device: Device,
+    pub device: Device,
     /// The same device, but with timed kernels.
-    timing: Device,
+    pub timing: Device,
     /// Source of the meshes.
     pub models: Models,
     /// The paper's figures.

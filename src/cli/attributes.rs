@@ -3,7 +3,7 @@
 use super::heading::ATTRIBUTES;
 use rtfmesh::io::{Format, Loaded};
 use rtfmesh::mesh::attributes::{Attributes, label_boundaries, transfer, uv_seams};
-use rtfmesh::mesh::repair::{RepairOptions, at_welded_places};
+use rtfmesh::mesh::repair::{Repaired, repair_with};
 use rtfmesh::{CorrespondenceRequest, Error, Method, Options, Remeshed, TriMesh};
 
 /// Which attributes a result gets from its input.
@@ -44,21 +44,30 @@ impl AttributeArgs {
         self.keep_uv
     }
 
-    /// Sets what a run must do for attributes to reach a file of this format; returns notes on what cannot be
-    /// kept.
-    pub fn request(&self, loaded: &Loaded, format: Option<Format>, options: &mut Options) -> Vec<String> {
+    /// Sets what a run must do for attributes to reach a file of the options' format; adds notes on what
+    /// cannot be kept. Returns the repaired input, where it had to be made or is given.
+    ///
+    /// # Errors
+    /// Those of [`repair_with`].
+    pub fn request(
+        &self,
+        loaded: &Loaded,
+        repaired: Option<Repaired>,
+        options: &mut Options,
+        notes: &mut Vec<String>,
+    ) -> rtfmesh::Result<Option<Repaired>> {
         let Loaded { mesh, attributes, .. } = loaded;
-        options.correspondence = match self.no_attributes || format == Some(Format::Stl) {
+        options.correspondence = match self.no_attributes || options.format == Some(Format::Stl) {
             true => CorrespondenceRequest::NONE,
             false => attributes.required_correspondence(),
         };
         options.coarse_to_fine.fixed_half_edges.clear();
-        let mut notes = Vec::new();
-        // Once a crack is closed, its edges can be seams and borders. The run itself reports what cannot be
-        // repaired.
-        let welding = options.weld > 0.0 && (self.keep_uv || self.keep_labels);
-        let repair = RepairOptions::default().weld(options.weld);
-        let welded = welding.then(|| at_welded_places(mesh, &repair).ok()).flatten();
+        // Once a crack is closed, its edges can be seams and borders.
+        let repaired = match repaired {
+            None if self.keep_uv || self.keep_labels => Some(repair_with(mesh, &options.repairs())?),
+            given => given,
+        };
+        let welded = repaired.as_ref().and_then(|repaired| repaired.at_welded_places(mesh));
         let mesh = welded.as_ref().unwrap_or(mesh);
         if self.keep_uv {
             options.coarse_to_fine.fixed_half_edges.extend(uv_seams(mesh, attributes));
@@ -75,7 +84,20 @@ impl AttributeArgs {
         } else if attributes.materials.as_ref().is_some_and(|materials| materials.used() > 1) {
             notes.push("borders between materials are not kept; --keep-labels keeps them".to_owned());
         }
-        notes
+        if loaded.unread_images > 0
+            && !self.no_attributes
+            && options.format.is_some_and(|format| format != Format::Glb)
+        {
+            notes.push("the texture is not kept: only .glb holds it, with --keep-uv".to_owned());
+        }
+        Ok(repaired)
+    }
+
+    /// The warning that a file of this format lacks a texture which it could hold. Its seams would become
+    /// curves with vertices on them, and so the result another one, which nobody gets unasked.
+    pub fn texture_warning(&self, loaded: &Loaded, format: Format) -> Option<String> {
+        let is_lost = loaded.unread_images > 0 && !self.no_attributes && format == Format::Glb;
+        is_lost.then(|| "the texture is not kept: --keep-uv keeps it, with vertices on its seams".to_owned())
     }
 }
 

@@ -39,7 +39,8 @@ const SEE_MORE: &str =
 
 const NOTES: &str = "Mesh files: .obj, .ply, .stl, .off, .gltf (read only), .glb, MEDIT's .mesh, each also \
     with .gz; - is standard input or output.\n\
-    Exit codes: 0 done, 2 usage, 3 input, 4 device or memory, 130 stopped by Ctrl-C, 1 anything else. An \
+    Exit codes: 0 done, 2 usage, 3 input, 4 device or memory, 130 stopped by Ctrl-C (also \
+    where --keep-partial wrote a mesh), 1 anything else. An \
     error is one line that says what to do.\n\
     Environment: RTFMESH_DEVICE as --device; RTFMESH_VALIDATION=1 runs under the Vulkan validation layers \
     and fails on any message; RTFMESH_FULL_BARRIERS=1 orders every device command; RTFMESH_CACHE_DIR keeps \
@@ -65,7 +66,7 @@ pub fn main() -> ExitCode {
         Err(error) => return no_command(&error),
     };
     let outcome = match cli.command {
-        Command::Remesh(args) => remesh::run(&args),
+        Command::Remesh(args) => return ended(remesh::run(&args)),
         Command::Batch(args) => batch::run(&args),
         Command::Measure(args) => measure::run(&args),
         Command::Inspect(args) => inspect::run(&args),
@@ -75,8 +76,13 @@ pub fn main() -> ExitCode {
         Command::Completions(args) => shell::completions(&args, Cli::command()),
         Command::Man(args) => shell::man(&args, Cli::command()),
     };
+    ended(outcome.map(|()| ExitCode::SUCCESS))
+}
+
+/// The exit code, after telling of an error.
+fn ended(outcome: anyhow::Result<ExitCode>) -> ExitCode {
     match outcome {
-        Ok(()) => ExitCode::SUCCESS,
+        Ok(code) => code,
         Err(error) if is_closed_pipe(&error) => ExitCode::SUCCESS,
         Err(error) => {
             tell(&format!("error: {}\n", words::line(&error)));

@@ -37,6 +37,8 @@ pub struct ProgressArgs {
     time_limit: Option<Duration>,
     /// On Ctrl-C write the best mesh so far, with a warning; a second Ctrl-C stops. By default nothing is
     /// written
+    ///
+    /// The exit code is 130 either way.
     #[arg(long, help_heading = DEVICE, hide_short_help = true)]
     keep_partial: bool,
 }
@@ -120,16 +122,17 @@ impl<'a> RunProgress<'a> {
         self.bar.finish_and_clear();
     }
 
-    /// Adds a warning to the summary of a run that finished early.
-    pub fn warn(&self, summary: &mut Summary) {
+    /// Adds a warning to the summary of a run that finished early; returns whether Ctrl-C cut it short.
+    pub fn warn(&self, summary: &mut Summary) -> bool {
         if !summary.finished_early {
-            return;
+            return false;
         }
         let text = match self.args.time_limit.filter(|_| self.out_of_time) {
             Some(limit) => format!("the time limit of {} s cut the run short", limit.as_secs_f64()),
             None => "the run was cut short".to_owned(),
         };
         summary.warnings.push(format!("{text}: more time makes better triangles"));
+        !self.out_of_time
     }
 }
 

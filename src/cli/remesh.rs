@@ -5,18 +5,21 @@ use super::attributes::{AttributeArgs, carried};
 use super::files::{InputFormat, Target, input_name, is_standard, tell_notes};
 use super::heading::OUTPUT;
 use super::method::{DeviceArgs, MethodArgs, refuse_messages};
+use super::progress;
 use super::progress::{ProgressArgs, RunProgress, begin_writing};
-use super::table;
 use super::target_count::{SizeArgs, count};
 use super::terminal::{print, tell};
+use super::{table, words};
 use anyhow::Result;
 use clap::ArgAction;
 use rtfmesh::io;
-use rtfmesh::io::{Encoding, Format, Loaded};
+use rtfmesh::io::{Encoding, Loaded};
+use rtfmesh::mesh::repair::Repaired;
 use rtfmesh::report::Report;
 use rtfmesh::report::html::{PageInput, page};
 use rtfmesh::{Device, Error, MeasureDepth, Options, Remeshed, Size, preview_repaired, remesh_repaired};
 use std::path::{Path, PathBuf};
+use std::process::ExitCode;
 
 const EXAMPLES: &str = "Examples:
   rtfmesh remesh scan.ply scan-10k.ply -n 10k
@@ -88,8 +91,8 @@ struct OutputArgs {
     help: Option<bool>,
 }
 
-/// Reads, remeshes, writes. Nothing is written unless everything before succeeded.
-pub fn run(args: &Args) -> Result<()> {
+/// Reads, remeshes, writes. Nothing is written unless everything before succeeded. Returns the exit code.
+pub fn run(args: &Args) -> Result<ExitCode> {
     let size = args.size.size()?;
     // All other options are checked before anything is read.
     let wants_report = args.out.report.is_some() || args.out.html.is_some();
@@ -107,7 +110,7 @@ pub fn run(args: &Args) -> Result<()> {
     }
     options.coarse_to_fine.features = args.method.read_features()?;
     let Some(target) = target.filter(|_| !args.out.dry_run) else {
-        return dry_run(args, size, options);
+        return dry_run(args, size, options).map(|()| ExitCode::SUCCESS);
     };
     if let Some(output) = args.output.as_deref().filter(|_| !args.out.quiet)
         && same_file(output, &args.input)
@@ -115,20 +118,23 @@ pub fn run(args: &Args) -> Result<()> {
     {
         tell(&format!("note: {} will be replaced by the result\n", output.display()));
     }
-    let mut progress = RunProgress::new(&args.progress)?;
+    let mut run = RunProgress::new(&args.progress)?;
     let (loaded, device) = rayon::join(|| load(args), || args.device.open(wants_report));
     let loaded = loaded?;
     let repaired = count(size, &args.input, &loaded.mesh, &mut options, args.out.quiet)?;
-    request_attributes(args, &loaded, Some(target.format()), &mut options)?;
+    options.format = Some(target.format());
+    let repaired = request_attributes(args, &loaded, repaired, &mut options)?;
     let device = device?;
     if !args.out.quiet {
-        progress.show_bar();
+        run.show_bar();
     }
-    let result = remesh_repaired(&device, &loaded.mesh, repaired, &options, |now| progress.update(now));
-    progress.end();
+    let result = remesh_repaired(&device, &loaded.mesh, repaired, &options, |now| run.update(now));
+    run.end();
     let mut result = result.map_err(|e| e.in_file(input_name(&args.input)))?;
     refuse_messages(&device)?;
-    progress.warn(&mut result.summary);
+    let is_cut_short = run.warn(&mut result.summary);
+    words::warnings(&mut result.summary.warnings);
+    result.summary.warnings.extend(args.attributes.texture_warning(&loaded, target.format()));
     if !args.out.quiet {
         tell_notes(&args.input, &result.summary.remarks);
     }
@@ -150,7 +156,7 @@ pub fn run(args: &Args) -> Result<()> {
             table::outcome(&result.summary)
         });
     }
-    Ok(())
+    Ok(if is_cut_short { ExitCode::from(progress::CANCELLED) } else { ExitCode::SUCCESS })
 }
 
 fn load(args: &Args) -> rtfmesh::Result<Loaded> {
@@ -161,26 +167,29 @@ fn load(args: &Args) -> rtfmesh::Result<Loaded> {
     Ok(loaded)
 }
 
-/// Prepares to carry attributes over, and reads those that options refer to.
+/// Prepares to carry attributes over, and reads those that options refer to. Returns the repaired input,
+/// where it had to be made or is given.
 fn request_attributes(
     args: &Args,
     loaded: &Loaded,
-    format: Option<Format>,
+    repaired: Option<Repaired>,
     options: &mut Options,
-) -> rtfmesh::Result<()> {
-    let notes = args.attributes.request(loaded, format, options);
+) -> rtfmesh::Result<Option<Repaired>> {
+    let in_file = |e: Error| e.in_file(input_name(&args.input));
+    let mut notes = Vec::new();
+    let repaired = args.attributes.request(loaded, repaired, options, &mut notes).map_err(in_file)?;
     if !args.out.quiet {
         tell_notes(&args.input, &notes);
     }
-    let read = args.method.read_attributes(&loaded.attributes, options);
-    read.map_err(|e| e.in_file(input_name(&args.input)))
+    args.method.read_attributes(&loaded.attributes, options).map_err(in_file)?;
+    Ok(repaired)
 }
 
 /// Prints the plan.
 fn dry_run(args: &Args, size: Size, mut options: Options) -> Result<()> {
     let loaded = load(args)?;
     let repaired = count(size, &args.input, &loaded.mesh, &mut options, args.out.quiet)?;
-    request_attributes(args, &loaded, None, &mut options)?;
+    let repaired = request_attributes(args, &loaded, repaired, &mut options)?;
     let plan = preview_repaired(&loaded.mesh, repaired, &options);
     let plan = plan.map_err(|e| e.in_file(input_name(&args.input)))?;
     let text = table::preview(&plan);

@@ -42,8 +42,6 @@ pub fn run(s: &Summary, device: &DeviceInfo) -> String {
 
 /// The plan of a run.
 pub fn preview(p: &Preview) -> String {
-    /// More patches than these are not listed.
-    const MOST_PATCHES: usize = 12;
     let r = &p.repaired;
     let mut rows = vec![
         ("input vertices, faces", format!("{}, {}", p.input[0], p.input[1])),
@@ -67,16 +65,24 @@ pub fn preview(p: &Preview) -> String {
     if p.collapses {
         rows.push(("method", "collapsed edges: too few vertices to remesh between the features".to_owned()));
     }
+    if !p.curve_vertices.is_empty() {
+        let total: usize = p.curve_vertices.iter().sum();
+        let text = format!("{total} and {} corners: {}", p.corners, first_of(&p.curve_vertices));
+        rows.push(("on curves", text));
+    }
     if p.patches.len() > 1 && !p.collapses {
-        let mut counts: Vec<String> = p.patches.iter().take(MOST_PATCHES).map(usize::to_string).collect();
-        if p.patches.len() > MOST_PATCHES {
-            counts.push("...".to_owned());
-        }
-        rows.push(("inside each patch, about", counts.join("  ")));
+        rows.push(("inside each patch, about", first_of(&p.patches)));
     }
     let mebibytes = p.device_bytes as f64 / f64::from(1 << 20);
     rows.push(("device memory, about", format!("{mebibytes:.1} MiB")));
     two_columns(rows)
+}
+
+/// The first of many counts.
+fn first_of(counts: &[usize]) -> String {
+    const MOST: usize = 12;
+    let first: Vec<String> = counts.iter().take(MOST).map(usize::to_string).collect();
+    first.join("  ") + if counts.len() > MOST { "  ..." } else { "" }
 }
 
 /// The devices of this machine.

@@ -17,6 +17,11 @@ pub fn line(error: &anyhow::Error) -> String {
     }
 }
 
+/// What the library warns of.
+pub fn warnings(list: &mut [String]) {
+    list.iter_mut().for_each(|text| *text = with_options(text));
+}
+
 /// The text with options in place of fields, which the library puts between backticks: `--k-clip` for
 /// `k_clip`.
 fn with_options(text: &str) -> String {

@@ -4,13 +4,16 @@ use std::fmt;
 use std::path::Path;
 use std::str::FromStr;
 
+use serde::{Deserialize, Serialize};
+
 use super::checks::excerpt;
 use super::{off, stl};
 use crate::Error;
 
 /// A mesh file format.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[non_exhaustive]
+#[serde(rename_all = "lowercase")]
 pub enum Format {
     /// Wavefront OBJ, text.
     Obj,

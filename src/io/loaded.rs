@@ -4,7 +4,7 @@ use crate::mesh::TriMesh;
 use crate::mesh::attributes::Attributes;
 
 /// A mesh as read from a file: triangulated, but not cleaned.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Default)]
 pub struct Loaded {
     /// Vertices in the file's order (for OBJ and STL: in the order in which faces first use them), polygons
     /// split into triangles, every index in range and every coordinate finite.
@@ -13,4 +13,7 @@ pub struct Loaded {
     pub attributes: Attributes,
     /// What was left out of the file or changed, one sentence each.
     pub notes: Vec<String>,
+    /// Images that glTF materials lay onto the mesh by its texture coordinates and that were not read;
+    /// [`crate::io::read_with_materials`] reads them.
+    pub unread_images: usize,
 }

@@ -105,7 +105,12 @@ pub(crate) fn parse(bytes: &[u8]) -> Result<Loaded> {
     if out_of_range {
         notes.push("references were ignored: some are not 32-bit integers".to_owned());
     }
-    Ok(Loaded { mesh: TriMesh { vertices, triangles: faces.triangles }, attributes, notes })
+    Ok(Loaded {
+        mesh: TriMesh { vertices, triangles: faces.triangles },
+        attributes,
+        notes,
+        ..Loaded::default()
+    })
 }
 
 fn find_sections(mut words: Words) -> Result<Sections> {

@@ -12,6 +12,7 @@ mod obj;
 mod off;
 mod ply;
 mod read;
+mod rounding;
 mod stl;
 mod text;
 mod write;
@@ -21,7 +22,8 @@ pub use format::{Encoding, Format};
 pub use loaded::Loaded;
 pub use obj::feature_lines::{read_feature_lines, write_features};
 pub use read::{read, read_as, read_bytes, read_bytes_with_materials, read_with_materials};
+pub(crate) use rounding::KEEPING_64_BITS;
+pub use rounding::{lost_precision_note, rounded};
 pub use write::{
-    check_target, encode, encode_with, lost_attributes_note, lost_precision_note, target_encoding, write,
-    write_as, write_with,
+    check_target, encode, encode_with, lost_attributes_note, target_encoding, write, write_as, write_with,
 };

@@ -58,7 +58,12 @@ pub(crate) fn parse(bytes: &[u8]) -> Result<Loaded> {
     check_counts(vertices, faces.triangles.len() as u64)?;
     let vertex = colours.and_then(|colours| colours.into_attribute(&mut notes)).into_iter().collect();
     let attributes = Attributes { vertex, ..Attributes::default() };
-    Ok(Loaded { mesh: TriMesh { vertices: positions, triangles: faces.triangles }, attributes, notes })
+    Ok(Loaded {
+        mesh: TriMesh { vertices: positions, triangles: faces.triangles },
+        attributes,
+        notes,
+        ..Loaded::default()
+    })
 }
 
 /// Refuses binary files and those of other dimensions than three.

@@ -15,7 +15,6 @@ use glam::DVec3;
 use super::checks::{check_counts, cut_off, excerpt_of_bytes, refuse_binary};
 use super::loaded::Loaded;
 use super::text::{Lines, vertex, words};
-use crate::mesh::attributes::Attributes;
 use crate::{Error, Result, TriMesh};
 
 /// Bytes before the count in a binary file, and bytes of each triangle.
@@ -112,7 +111,7 @@ fn parse_binary(bytes: &[u8]) -> Result<Loaded> {
     if surplus > 0 {
         notes.push(format!("{surplus} bytes after the last triangle were ignored"));
     }
-    Ok(Loaded { mesh: builder.mesh, attributes: Attributes::default(), notes })
+    Ok(Loaded { mesh: builder.mesh, notes, ..Loaded::default() })
 }
 
 fn parse_text(bytes: &[u8]) -> Result<Loaded> {
@@ -157,7 +156,7 @@ fn parse_text(bytes: &[u8]) -> Result<Loaded> {
     check_counts(mesh.vertices.len() as u64, mesh.triangles.len() as u64)?;
     let note = format!("{polygons} facets with more than 3 vertices were split into triangles");
     let notes = (polygons > 0).then_some(note).into_iter().collect();
-    Ok(Loaded { mesh, attributes: Attributes::default(), notes })
+    Ok(Loaded { mesh, notes, ..Loaded::default() })
 }
 
 /// Writes a binary file, with a header that readers do not take for text.

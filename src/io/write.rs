@@ -6,7 +6,6 @@ use std::path::Path;
 
 use flate2::Compression;
 use flate2::write::GzEncoder;
-use glam::DVec3;
 
 use super::file::{check_text_target, output_error, unwritable, write_atomically};
 use super::format::{Encoding, Format, extension_problem, written_extensions};
@@ -71,23 +70,6 @@ pub fn encode_with(
     let mut bytes = Vec::new();
     write_encoded(&mut bytes, (mesh, attributes), encoding).map_err(|error| unwritable(name, error))?;
     Ok(bytes)
-}
-
-/// How far the format's rounding moves vertices, as a sentence; `None` up to a millionth of the bounding
-/// box's diagonal.
-pub fn lost_precision_note(mesh: &TriMesh, format: Format) -> Option<String> {
-    if format != Format::Stl {
-        return None;
-    }
-    let (low, high) = mesh.bounds()?;
-    let rounding = |vertex: &DVec3| (vertex.as_vec3().as_dvec3() - *vertex).abs().max_element();
-    let share = mesh.vertices.iter().map(rounding).fold(0.0, f64::max) / (high - low).length();
-    let text = format!(
-        "STL stores 32-bit numbers, which moves vertices by up to {:.2e} of the bounding box's \
-         diagonal; another format keeps them in place",
-        share
-    );
-    (share > 1e-6).then_some(text)
 }
 
 /// The attributes that the format cannot hold, as a sentence; `None` if it holds all.

@@ -4,6 +4,7 @@ use super::{
     Centroid, Face, FeatureLines, Length, MeasureDepth, Method, Neighbours, Normals, Options, Projection,
     Seeding, Shortage, Sizing,
 };
+use crate::io::Format;
 use crate::mesh::correspondence::CorrespondenceRequest;
 
 macro_rules! setters {
@@ -63,6 +64,13 @@ impl Options {
         momentum: f64,
         lbfgs: u32,
         offset: f64,
+    }
+
+    /// Sets [`crate::Options::format`].
+    #[must_use]
+    pub fn format(mut self, format: impl Into<Option<Format>>) -> Self {
+        self.format = format.into();
+        self
     }
 
     /// Sets [`crate::CoarseToFineOptions::features`].

@@ -5,6 +5,7 @@ mod builder;
 pub(crate) mod coarse_to_fine;
 pub(crate) mod target_count;
 
+use crate::io::Format;
 use crate::mesh::correspondence::CorrespondenceRequest;
 use crate::mesh::repair::RepairOptions;
 use crate::{Error, Result};
@@ -77,6 +78,10 @@ pub struct Options {
     pub measures: MeasureDepth,
     /// For what to compute where it lies on the input: [`crate::Remeshed::correspondence`].
     pub correspondence: CorrespondenceRequest,
+    /// The format in which the result is to be written: its positions are those that the file will hold
+    /// ([`crate::io::rounded`]), so that its figures are the file's, and a warning says where 32-bit numbers
+    /// do not suffice. `None` for 64-bit numbers.
+    pub format: Option<Format>,
     /// Settings of [`Method::CoarseToFine`]; the default ones with any other method.
     pub coarse_to_fine: CoarseToFineOptions,
     /// Settings of [`Method::AllAtOnce`]; the default ones with any other method.
@@ -114,6 +119,7 @@ impl Options {
             min_component: 0.0,
             measures: MeasureDepth::Full,
             correspondence: CorrespondenceRequest::NONE,
+            format: None,
             coarse_to_fine: CoarseToFineOptions::default(),
             all_at_once: AllAtOnceOptions::default(),
         }

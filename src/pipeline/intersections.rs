@@ -19,8 +19,8 @@ struct Known {
     bvh: Bvh,
 }
 
-/// The faces of a mesh in the unit-diagonal frame that intersect others once it is in the input's units, since
-/// rounding to these may fold thin parts.
+/// The faces of a mesh in the unit-diagonal frame that intersect others once it is in the input's units, to
+/// which rounding may fold thin parts.
 ///
 /// # Errors
 /// [`crate::Error::Cancelled`].

@@ -5,6 +5,7 @@ use crate::mesh::correspondence::{Correspondence, CorrespondenceRequest, Search,
 use crate::mesh::intersections::intersecting_faces;
 use crate::mesh::repair::Repaired;
 use crate::options::{MeasureDepth, Options};
+use crate::pipeline::rounding::Rounding;
 use crate::sites::restricted_voronoi::{Energy, energy};
 use crate::{ProgressToken, Result, TriMesh};
 
@@ -13,7 +14,9 @@ pub(crate) struct Measuring<'a> {
     pub result: &'a TriMesh,
     /// The repaired input, if distances to it are to be measured.
     pub reference: Option<&'a TriMesh>,
-    /// Number of faces of the result that intersect others, if it is known.
+    /// What rounding changed of the result, to be told of its intersections.
+    pub rounding: Option<&'a mut Rounding>,
+    /// Number of faces of the result that intersected others before rounding, if it is known.
     pub intersecting_faces: Option<usize>,
     /// The same of the reference.
     pub input_intersections: Option<usize>,
@@ -32,17 +35,21 @@ pub(crate) struct Measured {
 impl Measuring<'_> {
     /// # Errors
     /// Those of [`measure_some`] and [`energy`].
-    pub fn measure(&self, progress: &ProgressToken) -> Result<Measured> {
-        let Self { result, reference, options, .. } = *self;
-        let intersections = match self.intersecting_faces {
-            Some(count) => Crossing::Known(count),
-            None if options.measures >= MeasureDepth::Intersections => Crossing::Find,
-            None => Crossing::Skip,
+    pub fn measure(self, progress: &ProgressToken) -> Result<Measured> {
+        let Self { result, reference, options, .. } = self;
+        let intersections = match (self.intersecting_faces, &self.rounding) {
+            (Some(count), None) => Crossing::Known(count),
+            (Some(_), Some(_)) => Crossing::Find,
+            (None, _) if options.measures >= MeasureDepth::Intersections => Crossing::Find,
+            (None, _) => Crossing::Skip,
         };
         let with_energy = options.has_exact_faces() && options.iterations > 0;
         let energy = reference.filter(|_| with_energy).map(|input| energy(input, &result.vertices));
         let energy = energy.transpose()?;
         let output = measure_some(result, reference, intersections, progress)?;
+        if let Some(rounding) = self.rounding {
+            rounding.compare(output.self_intersecting_faces, self.intersecting_faces, progress)?;
+        }
         let count = |input| match self.input_intersections {
             Some(count) => Ok(count),
             None => Ok(intersecting_faces(input, progress)?.len()),

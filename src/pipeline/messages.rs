@@ -1,10 +1,12 @@
 //! Remarks and warnings of a run, for its user.
 
-use crate::measure::Measures;
-use crate::mesh::repair::RepairCounts;
+use crate::TriMesh;
+use crate::measure::{Measures, relative_volume};
+use crate::mesh::repair::{Cracks, RepairCounts, cracks};
 use crate::mesh::topology::Topology;
 use crate::options::Options;
 use crate::pipeline::missing::MISSING;
+use crate::pipeline::rounding::Rounding;
 use crate::sites::connect::ConnectCounts;
 use crate::stages::flags::FlagCounts;
 
@@ -14,6 +16,7 @@ pub(crate) fn remarks(
     input: &Topology,
     crossing: Option<usize>,
     collapsed: usize,
+    rounding: Option<&Rounding>,
 ) -> Vec<String> {
     let mut list = repaired.notes();
     let opposed = input.inconsistent_edges.saturating_sub(input.nonmanifold_edges);
@@ -38,12 +41,19 @@ pub(crate) fn remarks(
     ];
     let present = lines.iter().filter(|(count, ..)| *count > 0);
     list.extend(present.map(|(count, words, rest)| format!("{} {rest}", counted(*count, *words))));
+    list.extend(rounding.and_then(Rounding::remark));
     list
 }
 
 /// `count` with the singular or the plural of a noun.
-fn counted(count: usize, [one, many]: [&str; 2]) -> String {
+pub(crate) fn counted(count: usize, [one, many]: [&str; 2]) -> String {
     format!("{count} {}", if count == 1 { one } else { many })
+}
+
+/// Cracks of the input, with what closes them.
+pub(crate) fn describe_cracks(cracks: &Cracks) -> String {
+    let edges = counted(cracks.edges, ["boundary edge lies", "boundary edges lie"]);
+    format!("the input has cracks: {edges} close to others, and `weld` {:e} closes them", cracks.weld)
 }
 
 /// What [`warnings`] are about.
@@ -58,8 +68,10 @@ pub(crate) struct WarningInput<'a> {
     pub fault: Option<String>,
     /// Faces of the input that intersect others, if they were counted.
     pub input_intersections: Option<usize>,
-    /// As [`Measures::relative_volume`], of the input.
-    pub input_volume: Option<f64>,
+    /// What rounding to the format of the file changed, if anything.
+    pub rounding: Option<&'a Rounding>,
+    /// The repaired input itself.
+    pub input_mesh: &'a TriMesh,
     /// The longest edges asked for, in percent of the diagonal of the input's bounding box.
     pub edge: f64,
 }
@@ -71,7 +83,8 @@ const FLAT: f64 = 1e-3;
 pub(crate) fn warnings(of: &WarningInput) -> Vec<String> {
     let WarningInput { options, input, output, counts, flags, .. } = *of;
     let got = &output.topology;
-    let mut list = Vec::new();
+    // First, since the others may follow from it.
+    let mut list: Vec<String> = of.rounding.and_then(Rounding::warning).into_iter().collect();
     let mut say = |bad: bool, text: String| {
         if bad {
             list.push(text);
@@ -121,19 +134,25 @@ pub(crate) fn warnings(of: &WarningInput) -> Vec<String> {
             "parts of the input are missing, up to {far:.1} % of its diagonal away: ask for more vertices"
         ),
     );
+    let input_volume = (input.boundary_edges == 0).then(|| relative_volume(of.input_mesh));
     let volume = |volume: Option<f64>| volume.filter(|volume| volume.abs() > FLAT).map(f64::signum);
     say(
-        volume(of.input_volume).zip(volume(output.relative_volume)).is_some_and(|(one, other)| one != other),
+        volume(input_volume).zip(volume(output.relative_volume)).is_some_and(|(one, other)| one != other),
         "the result is inside out: ask for more vertices".into(),
     );
     let intersecting = output.self_intersecting_faces.unwrap_or(0);
     say(
-        intersecting > 0 && of.input_intersections == Some(0) && of.fault.is_none(),
+        intersecting > of.rounding.map_or(0, |rounding| rounding.crossing)
+            && of.input_intersections == Some(0)
+            && of.fault.is_none(),
         format!(
             "{} others, none of the input does: ask for more vertices",
             counted(intersecting, ["face intersects", "faces intersect"])
         ),
     );
     list.extend(of.fault.clone());
+    if input.boundary_edges > 0 {
+        list.extend(cracks(of.input_mesh).as_ref().map(describe_cracks));
+    }
     list
 }

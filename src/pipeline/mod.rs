@@ -15,16 +15,16 @@ mod outcome;
 mod prepare;
 mod preview;
 mod result;
+mod rounding;
 mod submission;
 mod user_curves;
 
 use crate::gpu::Device;
-use crate::measure::relative_volume;
 use crate::mesh::repair::Repaired;
 use crate::mesh::spacing;
 use crate::options::{MeasureDepth, Options};
 use crate::progress::ProgressReporter;
-use crate::{Error, Flow, Phase, Progress, Result, TriMesh};
+use crate::{Error, Flow, Phase, Progress, ProgressToken, Result, TriMesh};
 use all_at_once::AllAtOnce;
 use clock::Clock;
 use coarse_to_fine::attempts::Attempts;
@@ -33,6 +33,7 @@ use measuring::{Measuring, correspondence_of};
 use messages::{WarningInput, remarks, warnings};
 use outcome::Outcome;
 use prepare::Prepared;
+use rounding::Rounding;
 
 #[cfg(feature = "html")]
 pub(crate) use prepare::for_repaired;
@@ -93,18 +94,14 @@ fn run(
     // Earlier runs on the same device do not count.
     device.take_timings();
     let mut clock = Clock::new();
-    let mut prepared = progress.during(|progress| {
-        let prepare = || Prepared::new(device, mesh, repaired, options, progress);
-        // Compiling kernels does not depend on the mesh.
-        let (compiled, prepared) = rayon::join(|| compile(device, options.method), prepare);
-        prepared.and_then(|prepared| compiled.map(|()| prepared))
-    })?;
+    let mut prepared = progress.during(|progress| prepare(device, mesh, repaired, options, progress))?;
     clock.phase("prepare");
     let search = prepared.search();
     let input_intersections = InputIntersections::default();
     let mut outcome = attempt(device, &mut prepared, &input_intersections, progress, &mut clock)?;
-    let result = prepared.assemble(&mut outcome);
+    let mut result = prepared.assemble(&mut outcome);
     let Prepared { repaired, frame, input, small, surface, .. } = prepared;
+    let mut rounding = options.format.and_then(|format| Rounding::apply(&mut result, &frame, format));
     clock.phase("connect");
     progress.phase(Phase::Measure, 1.0, 0.0)?;
     let find = |progress: &_| correspondence_of(&result, mesh, &repaired, options, search, progress);
@@ -115,6 +112,7 @@ fn run(
     let measuring = Measuring {
         result: &result,
         reference: (options.measures >= MeasureDepth::Full).then_some(&repaired.mesh),
+        rounding: rounding.as_mut(),
         // Those of small components are not among the known ones.
         intersecting_faces: outcome.intersecting_faces.filter(|_| small.is_empty()),
         input_intersections: input_intersections.count().filter(|_| small.is_empty()),
@@ -133,13 +131,15 @@ fn run(
         flags: &outcome.flags,
         fault: outcome.fault.map(|fault| fault.describe(&frame)),
         input_intersections: measured.input_intersections,
-        input_volume: (input.boundary_edges == 0).then(|| relative_volume(&repaired.mesh)),
+        rounding: rounding.as_ref(),
+        input_mesh: &repaired.mesh,
         edge: 100.0 * outcome.edge_lengths.map_or(unit_spacing, |[_, longest]| longest),
     });
     let simplified = outcome.simplified_components + small.len();
+    let crossing = measured.input_intersections;
     let summary = Summary {
-        remarks: remarks(&repaired.counts, &input, measured.input_intersections, simplified),
-        input_self_intersecting_faces: measured.input_intersections,
+        remarks: remarks(&repaired.counts, &input, crossing, simplified, rounding.as_ref()),
+        input_self_intersecting_faces: crossing,
         collapsed_components: simplified,
         repaired: repaired.counts,
         warnings,
@@ -161,6 +161,19 @@ fn run(
         timings: clock.timings(device),
     };
     Ok(Remeshed { mesh: result, correspondence, summary })
+}
+
+/// Prepares the input while kernels are compiled, which do not depend on it.
+fn prepare(
+    device: &Device,
+    mesh: &TriMesh,
+    repaired: Option<Repaired>,
+    options: &Options,
+    progress: &ProgressToken,
+) -> Result<Prepared> {
+    let prepare = || Prepared::new(device, mesh, repaired, options, progress);
+    let (compiled, prepared) = rayon::join(|| compile(device, options.method), prepare);
+    prepared.and_then(|prepared| compiled.map(|()| prepared))
 }
 
 /// The mesh of all but the small components.

@@ -5,12 +5,13 @@ use super::coarse_to_fine::surface_model::{ModelInput, SurfaceModel};
 use super::fallback::components::{Components, Division};
 use super::fallback::remesh::ComponentTarget;
 use super::memory::{MOST_HALVED, check_memory, longest_edge};
+use super::messages::describe_cracks;
 use super::outcome::Outcome;
 use super::user_curves::has_user_curves;
 use crate::gpu::Device;
 use crate::mesh::coincident::separate_coincident;
 use crate::mesh::correspondence::{CorrespondenceRequest, Search, half_edges_after, vertex_values_after};
-use crate::mesh::repair::{Repaired, repair_with};
+use crate::mesh::repair::{Repaired, cracks, repair_with};
 use crate::mesh::spacing;
 use crate::mesh::subdivide::halved;
 use crate::mesh::submesh::{append, extract};
@@ -62,7 +63,8 @@ impl Prepared {
         check_memory(device, &repaired.mesh, options)?;
         let subdivided = subdivided(&repaired.mesh, options, progress)?;
         progress.poll()?;
-        let division = divide(&repaired.mesh, &frame, options, progress)?;
+        let division = divide(&repaired.mesh, &frame, options, progress);
+        let division = division.map_err(|error| name_cracks(error, &repaired.mesh))?;
         progress.poll()?;
         let mut options = for_repaired(mesh, &repaired, options);
         let (small, large) = division.map_or((Vec::new(), None), |division| {
@@ -210,6 +212,14 @@ fn divide(
             division => return division.map(Some),
         }
     }
+}
+
+/// Says of too few vertices for many components that they may be one with cracks.
+fn name_cracks(error: Error, mesh: &TriMesh) -> Error {
+    let (Error::Usage { problem, remedy, field: None }, Some(cracks)) = (&error, cracks(mesh)) else {
+        return error;
+    };
+    Error::usage(format!("{problem}; {}", describe_cracks(&cracks)), remedy)
 }
 
 /// Compiles the kernels with which the default pipeline begins; the other method compiles its kernels itself.

@@ -32,6 +32,9 @@ pub struct Preview {
     pub levels: Vec<PreviewLevel>,
     /// Number of curves: chains of sharp edges, boundary edges and others that are kept.
     pub curves: usize,
+    /// Number of vertices on each of them, corners not included, largest first; none where edges are
+    /// collapsed.
+    pub curve_vertices: Vec<usize>,
     /// Number of corners, where curves end, branch or turn sharply; each gets a vertex of the result.
     pub corners: usize,
     /// Estimated number of vertices inside each patch between the curves, largest first.
@@ -114,6 +117,10 @@ pub fn preview_repaired(mesh: &TriMesh, repaired: Option<Repaired>, options: &Op
     };
     let weighted: Vec<f64> = areas.iter().enumerate().map(|(t, area)| area * field.density(t)).collect();
     let interior = plans.last().map_or(0, |last| last.interior);
+    let curve_vertices = match (&curves, plans.last()) {
+        (Some(curves), Some(last)) => largest_first(curves.counts_by_curve(last.spacing)),
+        _ => Vec::new(),
+    };
     let level = |plan: &LevelPlan| PreviewLevel {
         vertices: plan.sites,
         on_curves: plan.sites - plan.interior,
@@ -127,6 +134,7 @@ pub fn preview_repaired(mesh: &TriMesh, repaired: Option<Repaired>, options: &Op
         collapses: plans.is_empty(),
         levels: plans.iter().map(level).collect(),
         curves: features.curves.len(),
+        curve_vertices,
         corners: features.corners.len(),
         patches: by_patch(&features, &weighted, interior),
         device_bytes: bytes_needed(&repaired.mesh, options, curves.is_some())?,
@@ -142,8 +150,10 @@ fn by_patch(features: &Features, areas: &[f64], interior: usize) -> Vec<usize> {
         }
     }
     let whole: f64 = areas.iter().sum();
-    let mut counts: Vec<usize> =
-        patches.iter().map(|area| (interior as f64 * area / whole).round() as usize).collect();
+    largest_first(patches.iter().map(|area| (interior as f64 * area / whole).round() as usize).collect())
+}
+
+fn largest_first(mut counts: Vec<usize>) -> Vec<usize> {
     counts.sort_unstable_by(|a, b| b.cmp(a));
     counts
 }

@@ -61,12 +61,17 @@ impl SurfaceCurves {
         let mut counts = CurveCounts { sites: self.corners.len(), ..Default::default() };
         for curve in &self.curves {
             let segments = segments(curve, spacing);
-            let sites = if curve.line.is_closed() { segments } else { segments - 1 };
+            let sites = inner_sites(curve, segments);
             counts.sites = counts.sites.saturating_add(sites);
             counts.segments = counts.segments.saturating_add(segments);
             counts.sides = counts.sides.saturating_add(curve.sides.saturating_mul(segments));
         }
         counts
+    }
+
+    /// The sites on each curve at this spacing, corners not included.
+    pub fn counts_by_curve(&self, spacing: f64) -> Vec<usize> {
+        self.curves.iter().map(|curve| inner_sites(curve, segments(curve, spacing))).collect()
     }
 
     /// The corners, and on each curve sites at its bends and between them at equal distances close to
@@ -125,6 +130,11 @@ impl SurfaceCurves {
         let half = self.half_edges(a, b).first().copied().unwrap_or(0);
         (p.lerp(q, (arc_length - from) / (to - from)), Place::Edge(half / 3, (half % 3) as u8))
     }
+}
+
+/// Sites between so many segments of a curve, but for corners at its ends.
+fn inner_sites(curve: &CurvePath, segments: usize) -> usize {
+    if curve.line.is_closed() { segments } else { segments - 1 }
 }
 
 /// Arc lengths of the sites on a curve, from its beginning to its end, both included.

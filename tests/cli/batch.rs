@@ -50,6 +50,20 @@ fn names_in(place: &Place, folder: &str) -> Vec<String> {
 }
 
 #[test]
+fn every_failure_names_its_file() {
+    let place = with_meshes();
+    // Neither error is about a file.
+    for options in ["-n 500000000", "--edge-length 1e-7"] {
+        let errors = ends(&place, &format!("batch in --out out {options} --iterations 1"), 1);
+        let failed: Vec<&str> = errors.lines().filter(|line| line.contains(" failed: ")).collect();
+        assert_eq!(failed.len(), 4, "{errors}");
+        for (line, name) in failed.iter().zip(["box.stl", "broken.off", "sphere.obj", "torus.ply.gz"]) {
+            assert_eq!(line.matches(&format!("in/{name}")).count(), 1, "{line}");
+        }
+    }
+}
+
+#[test]
 fn a_broken_mesh_stops_no_other_and_is_tried_again() {
     let place = with_meshes();
     let batch = format!("batch in --out made/out {QUICK} --distances");
@@ -57,7 +71,7 @@ fn a_broken_mesh_stops_no_other_and_is_tried_again() {
     let lines: Vec<_> = errors.lines().collect();
     assert_eq!(lines.len(), 5, "a line for each mesh and one at the end: {errors}");
     assert!(lines[0].starts_with("1/4 in/box.stl -> made/out/box.ply: 120 vertices, Q 0."), "{errors}");
-    assert!(lines[1].starts_with("2/4 failed: in/broken.off: "), "{errors}");
+    assert!(lines[1].starts_with("2/4 in/broken.off failed: "), "{errors}");
     assert!(lines[4].starts_with("error: 3 done, 1 failed, 0 skipped in "), "{errors}");
     assert_eq!(names_in(&place, "made/out"), ["batch.jsonl", "box.ply", "sphere.ply", "torus.ply"]);
     let log = entries(&place, "made/out/batch.jsonl");

@@ -77,7 +77,7 @@ fn the_report_says_what_was_asked_and_what_came_out() {
     assert_eq!((&r["input_file"], &r["output_file"]), (&"in.ply".into(), &"out.ply".into()));
     let asked = serde_json::json!({
         "method": "all-at-once", "vertices": 200, "iterations": 10, "tolerance": 0.002, "seed": 7,
-        "weld": 0.0, "min_component": 0.0, "measures": "full",
+        "weld": 0.0, "min_component": 0.0, "measures": "full", "format": "ply",
         "correspondence": {"vertices": false, "faces": false},
         "all_at_once": {
             "face": "tangent", "normals": "fit", "projection": "nearest-vertices", "seeding": "random",

@@ -162,6 +162,12 @@ fn a_dry_run_tells_the_plan_and_writes_nothing() {
     let report: serde_json::Value =
         serde_json::from_slice(&std::fs::read(place.path("r.json")).unwrap()).unwrap();
     assert_eq!(report["skeleton"]["curve_sites"], on_curves, "{text}");
+    let row = text.lines().find(|line| line.trim_start().starts_with("on curves")).unwrap();
+    let (totals, each) = row.split_once(": ").unwrap();
+    let each: Vec<usize> = each.split_whitespace().map(|count| count.parse().unwrap()).collect();
+    let sum: usize = each.iter().sum();
+    assert_eq!((each.len(), sum + 8), (12, on_curves), "{text}");
+    assert!(totals.ends_with(&format!("{sum} and 8 corners")), "{text}");
     // No target is needed, no device, and standard output is for meshes.
     let (text, _) = place.run("remesh in.ply --dry-run --edge-length 2% -q");
     assert!(text.contains("vertices, spacing"), "{text}");

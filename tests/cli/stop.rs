@@ -95,7 +95,7 @@ mod signals {
         let child = start(&place, "-n 3000 --keep-partial -q");
         signal(&child, "INT");
         let (code, told) = ended(child);
-        assert_eq!(code, Some(0), "{told}");
+        assert_eq!(code, Some(130), "{told}");
         assert!(told.contains("warning: the run was cut short"), "{told}");
         assert_eq!(place.files(), ["in.ply", "out.ply"]);
         let mesh = read(&place.path("out.ply")).unwrap().mesh;

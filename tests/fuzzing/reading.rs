@@ -35,7 +35,7 @@ pub fn check(data: &[u8]) {
 }
 
 fn check_loaded(loaded: &Loaded) {
-    let Loaded { mesh, attributes, notes } = loaded;
+    let Loaded { mesh, attributes, notes, .. } = loaded;
     let count = mesh.vertices.len();
     assert!(count > 0 && !mesh.triangles.is_empty());
     assert!(mesh.vertices.iter().all(|vertex| vertex.is_finite()));

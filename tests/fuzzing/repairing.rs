@@ -55,7 +55,7 @@ pub fn check(data: &[u8]) {
 }
 
 fn check_repaired(input: &TriMesh, options: &RepairOptions, repaired: &Repaired) {
-    let Repaired { mesh, origin, counts } = repaired;
+    let Repaired { mesh, origin, counts, .. } = repaired;
     assert!(!mesh.triangles.is_empty());
     assert!(mesh.vertices.iter().all(|vertex| vertex.is_finite()));
     let mut used = vec![false; mesh.vertices.len()];

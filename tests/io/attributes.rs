@@ -197,7 +197,7 @@ fn invalid_numbers_lose_the_attribute_but_not_the_mesh() {
         "{head}property uchar red\nproperty float heat\nelement face 1\nproperty list uchar int vertex_indices\n\
          property list uchar float texcoord\nend_header\n0 0 0 300 1\n1 0 0 4 hot\n0 1 0 5 2\n3 0 1 2 2 0 0\n"
     );
-    let Loaded { attributes, notes, mesh } = read_bytes(text.as_bytes(), None).unwrap();
+    let Loaded { attributes, notes, mesh, .. } = read_bytes(text.as_bytes(), None).unwrap();
     assert!(attributes.is_empty() && mesh.triangles.len() == 1);
     assert_eq!(
         notes,

@@ -80,8 +80,18 @@ fn the_program_carries_a_texture_and_its_material() {
     place.run(&format!("remesh out.glb again.glb {common} --keep-uv"));
     let again = gltf::Gltf::from_slice(&std::fs::read(place.path("again.glb")).unwrap()).unwrap();
     assert_eq!(pictures(&again), pictures(&file));
-    // Only if asked for, and not in every format.
-    place.run(&format!("remesh in.gltf plain.glb {common}"));
+    // Only if asked for, and not in every format, which is said.
+    let (_, told) = place.run(&format!("remesh in.gltf plain.glb {common} -q --report r.json"));
+    let warning = "the texture is not kept: --keep-uv keeps it, with vertices on its seams";
+    assert_eq!(told, format!("warning: {warning}\n"));
+    assert_eq!(place.json("r.json")["warnings"], json!([warning]));
+    place.run(&format!("batch in.gltf --out many --format glb {common} -q"));
+    assert_eq!(place.json("many/batch.jsonl")["warnings"], json!([warning]));
+    let (_, told) = place.run(&format!("remesh in.gltf plain.obj {common}"));
+    assert!(told.contains("note: in.gltf: the texture is not kept: only .glb holds it, with --keep-uv\n"));
+    let (_, told) = place.run(&format!("remesh in.gltf bare.glb {common} --no-attributes"));
+    assert!(!told.contains("texture"), "{told}");
+    assert_eq!(place.run("measure in.gltf").1, "");
     let (plain, _) = split(&std::fs::read(place.path("plain.glb")).unwrap());
     assert_eq!((plain.get("images"), &plain["materials"]), (None, &json!([{ "name": "skin" }])));
     let (_, notes) = place.run(&format!("remesh in.gltf out.ply {common} --keep-uv"));

@@ -55,7 +55,7 @@ fn obj_polygons_groups_and_negative_indices() {
     let text = "\u{feff}# caf\u{e9}\nmtllib missing.mtl\no first\nv 0 0 0\nv 1 0 0 0.5 0.5 0.5 1\nv 1 1 .5\nv 0 1 0 1.0\n\
                 vt 0 0\nvn 0 0 1\nusemtl none\ng a b\nf 1/1/-99 2//1 3/7 4 # quad\ng c\nv 0 0 1\n\
                 f -1 \\\n -5 -4\nf 5 6 1\nl 1 2\np 3\nv 2 2 2\nvp 1 2\ns off\n";
-    let Loaded { mesh, notes, attributes } = load("a.obj", text);
+    let Loaded { mesh, notes, attributes, .. } = load("a.obj", text);
     let mut expected = SQUARE.to_vec();
     expected.extend([[0.0, 0.0, 1.0], [2.0, 2.0, 2.0]]);
     assert_eq!(positions(&mesh), expected);
@@ -99,7 +99,7 @@ fn ply_text_with_any_order_types_extras_and_polygons() {
                 element vertex 4\nproperty float nx\nproperty double z\nproperty list uchar int ring\nproperty int x\n\
                 property float y\nelement edge 1\nproperty int a\nend_header\n7\n8\n\n1 4 0 1 2 3 2 .5 1.\n\n0 3 2 1 0 0\n\
                 nan 0 2 5 6 0 0\n-nan(ind) 0 0 1 0\n0 .5 0 1 1. 99 99\n0 0e0 0 +0 1\n";
-    let Loaded { mesh, notes, attributes } = load("a.ply", text);
+    let Loaded { mesh, notes, attributes, .. } = load("a.ply", text);
     assert_eq!(positions(&mesh), SQUARE);
     assert_eq!(mesh.triangles, [[0, 1, 2], [0, 2, 3], [2, 1, 0]]);
     assert_eq!(

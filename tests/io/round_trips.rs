@@ -6,12 +6,12 @@ use std::path::Path;
 
 use glam::DVec3;
 use rtfmesh::TriMesh;
-use rtfmesh::io::{Encoding, Format, encode, lost_precision_note, read, read_bytes, write};
+use rtfmesh::io::{Encoding, Format, encode, lost_precision_note, read, read_bytes, rounded, write};
 use rtfmesh::mesh::repair::repair;
 use rtfmesh::mesh::samples::sample;
 use rtfmesh::mesh::topology::topology;
 
-use crate::support::files::{assert_same, gltf_of, text_stl};
+use crate::support::files::{assert_same, corners, gltf_of, text_stl};
 use crate::support::generators::Shape;
 use crate::support::place::Place;
 use crate::support::shapes::{moved, plane, sphere, union};
@@ -82,6 +82,25 @@ fn hard_meshes_come_back_from_every_format() {
                 assert_same(&got, &mesh, 1e-6, &what);
                 assert_same_connectivity(&got, &mesh, &what);
                 assert_eq!(through(&mesh, format, true), got, "{what}.gz");
+            }
+        }
+    }
+}
+
+#[test]
+fn files_hold_the_positions_that_rounding_says() {
+    for (name, mesh) in shapes() {
+        for (place, mesh) in placed(&mesh) {
+            for format in WRITTEN {
+                let want = rounded(&mesh, format);
+                if want.vertices.iter().any(|v| !v.is_finite()) {
+                    continue;
+                }
+                let what = format!("{name} at {place} as {}", format.name());
+                assert_eq!(rounded(&want, format), want, "{what}: rounding once is enough");
+                for mesh in [&mesh, &want] {
+                    assert_eq!(corners(&through(mesh, format, false)), corners(&want), "{what}");
+                }
             }
         }
     }

@@ -234,7 +234,7 @@ fn off_with_colours_normals_comments_and_counts_anywhere() {
 fn medit_sections_in_any_order_and_layout() {
     let text = "MeshVersionFormatted 2\nDimension\n3\n# comment\nTriangles 1\n3 2 1 7\nCorners\n2\n1 2\n\
                 Vertices\n4\n0 0 0 0 1 0 0 0\n1 1 .5\n0\n0 1 0 1\nQuadrilaterals\n1\n1 2 3 4 0\nTetrahedra\n0\nEnd\n9 z";
-    let Loaded { mesh, notes, attributes } = load("a.mesh", text);
+    let Loaded { mesh, notes, attributes, .. } = load("a.mesh", text);
     assert_eq!(attributes.face_named("reference").unwrap().values, [7.0, 0.0, 0.0]);
     assert_eq!(attributes.vertex[0].values, [0.0, 0.0, 0.0, 1.0]);
     assert_eq!(mesh.vertices[2].to_array(), [1.0, 1.0, 0.5]);

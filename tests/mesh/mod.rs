@@ -2,6 +2,7 @@
 
 pub mod attributes;
 pub mod correspondence;
+pub mod cracks;
 pub mod distance;
 pub mod features;
 pub mod intersections;

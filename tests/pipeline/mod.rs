@@ -9,5 +9,6 @@ pub mod presets;
 pub mod progress;
 pub mod properties;
 pub mod remesher;
+pub mod rounding;
 pub mod shortage;
 pub mod sizing;

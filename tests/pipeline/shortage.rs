@@ -4,10 +4,10 @@ use crate::support::shapes::{globe, moved, union};
 use crate::support::{assert_valid, device};
 use glam::DVec3;
 use rtfmesh::mesh::features::FeatureLine;
-use rtfmesh::mesh::repair::repair;
 use rtfmesh::mesh::samples::sample;
 use rtfmesh::mesh::topology::topology;
 use rtfmesh::{Error, FeatureLines, Options, Remeshed, Result, Shortage, Sizing, TriMesh, remesh};
+use std::f64::consts::FRAC_PI_2;
 
 fn run(mesh: &TriMesh, vertices: usize, shortage: Shortage) -> Result<Remeshed> {
     let result = remesh(device(), mesh, &Options::new(vertices).shortage(shortage));
@@ -86,13 +86,14 @@ fn the_lines_of_a_user_do_not_give_way() {
     assert_like(&input, &refused(enough).unwrap(), enough);
 }
 
-/// A globe whose triangles at the poles have vertices of their own there, apart by less than anybody sees.
-fn slit_at_the_poles() -> TriMesh {
+/// A globe whose triangles at the poles have vertices of their own there, this far apart, one for every
+/// fourth.
+fn slit_at_the_poles(width: f64) -> TriMesh {
     let mut mesh = globe(16, 8);
-    for triangle in &mut mesh.triangles {
-        let other = mesh.vertices[triangle[2] as usize];
+    for (k, triangle) in mesh.triangles.iter_mut().enumerate() {
+        let (sin, cos) = (FRAC_PI_2 * (k % 4) as f64).sin_cos();
         for v in triangle.iter_mut().filter(|v| **v < 2) {
-            mesh.vertices.push(mesh.vertices[*v as usize] + 1e-16 * other);
+            mesh.vertices.push(mesh.vertices[*v as usize] + width * DVec3::new(cos, sin, 0.0));
             *v = mesh.vertices.len() as u32 - 1;
         }
     }
@@ -100,19 +101,35 @@ fn slit_at_the_poles() -> TriMesh {
 }
 
 #[test]
-fn torn_surfaces_are_refused_rather_than_torn_further() {
-    let one = slit_at_the_poles();
-    let touching = union(&one, &moved(&one, |v| v * DVec3::new(2.0, 1.0, 1.0) + 3.0 * DVec3::X));
-    assert!(!topology(&repair(&touching).unwrap().mesh).is_manifold());
-    match run(&touching, 600, Shortage::Refuse) {
-        Err(Error::Input { remedy, .. }) => assert!(remedy.contains("`weld`"), "{remedy}"),
-        other => panic!("{other:?}"),
+fn torn_surfaces_are_closed_or_it_is_said_how() {
+    for width in [1e-16, 1e-4] {
+        let one = slit_at_the_poles(width);
+        let two = union(&one, &moved(&one, |v| v * DVec3::new(2.0, 1.0, 1.0) + 3.0 * DVec3::X));
+        let result = run(&two, 600, Shortage::Refuse).unwrap();
+        let [warning] = result.summary.warnings.as_slice() else {
+            assert_eq!((width, &result.summary.warnings), (1e-16, &vec![]));
+            assert!(topology(&result.mesh).is_closed_manifold());
+            continue;
+        };
+        assert!(width > 1e-16 && warning.ends_with("`weld` 2e-4 closes them"), "{width:e}: {warning}");
+        let closed = remesh(device(), &one, &Options::new(600).weld(2e-4)).unwrap();
+        assert_like(&globe(16, 8), &closed, 600);
     }
-    let rest = run(&touching, 600, Shortage::BestEffort).unwrap();
-    let warnings = &rest.summary.warnings;
-    assert!(warnings.iter().any(|warning| warning.contains("intersect")), "{warnings:?}");
-    let closed = remesh(device(), &one, &Options::new(600).weld(1e-9)).unwrap();
-    assert_like(&globe(16, 8), &closed, 600);
+}
+
+#[test]
+fn too_many_components_are_blamed_on_cracks() {
+    let ball = globe(16, 8);
+    let corners = ball.triangles.as_flattened().iter().enumerate();
+    let off = |k: usize| 1e-4 * DVec3::new((k % 7) as f64, (k % 5) as f64, (k % 3) as f64) / 7.0;
+    let vertices = corners.map(|(k, v)| ball.vertices[*v as usize] + off(k)).collect();
+    let triangles = (0..ball.triangles.len() as u32).map(|t| [3 * t, 3 * t + 1, 3 * t + 2]).collect();
+    let soup = TriMesh { vertices, triangles };
+    let text = run(&soup, 200, Shortage::BestEffort).unwrap_err().to_string();
+    assert!(text.contains("the input has cracks") && text.contains("`weld` "), "{text}");
+    let weld: f64 = text.split("`weld` ").nth(1).unwrap().split(' ').next().unwrap().parse().unwrap();
+    let closed = remesh(device(), &soup, &Options::new(200).weld(weld)).unwrap();
+    assert_eq!((topology(&closed.mesh).components, topology(&closed.mesh).boundary_edges), (1, 0));
 }
 
 /// A cube with a needle on top, far thinner than the edges of a few hundred vertices.

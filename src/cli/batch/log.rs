@@ -44,7 +44,7 @@ pub struct Entry {
     pub options: Option<Settings>,
     /// What could not be done.
     pub warnings: Vec<String>,
-    /// What reading left out, and what writing rounded.
+    /// What reading left out, what was repaired, and what writing dropped.
     pub notes: Vec<String>,
     /// Reading, remeshing and writing.
     pub seconds: f64,
@@ -80,6 +80,7 @@ impl Entry {
         self.theta_min = Some(measures.quality.theta_min);
         self.rms = measures.distances.as_ref().map(|distances| distances.rms);
         self.hausdorff = measures.distances.as_ref().map(|distances| distances.hausdorff);
+        self.notes.extend(result.summary.remarks);
         self.warnings = result.summary.warnings;
     }
 }

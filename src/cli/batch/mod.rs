@@ -237,19 +237,25 @@ impl Batch<'_> {
             let target = Target::new(&job.output, Some(self.args.output.format))?;
             let mut options = self.options.clone();
             let repaired = count(self.size, &job.input, &loaded.mesh, &mut options, true)?;
-            entry.notes.extend(self.args.attributes.request(&loaded, Some(target.format()), &mut options));
+            options.format = Some(target.format());
+            let in_file = |error: Error| error.in_file(&job.input);
+            let attributes = &self.args.attributes;
+            let repaired = attributes.request(&loaded, repaired, &mut options, &mut entry.notes);
+            let repaired = repaired.map_err(in_file)?;
             let read = self.args.method.read_attributes(&loaded.attributes, &mut options);
-            read.map_err(|error| error.in_file(&job.input))?;
+            read.map_err(in_file)?;
             entry.options = Some(Settings::of(&options));
             let flow = |_| if progress::is_cancelled() { Flow::Cancel } else { Flow::Continue };
             let result = remesh_repaired(device, &loaded.mesh, repaired, &options, flow);
-            let result = result.map_err(|error| error.in_file(&job.input))?;
+            let result = result.map_err(in_file)?;
             refuse_messages(device)?;
             let attributes = carried(&loaded.mesh, &loaded.attributes, &result);
             let writing = progress::begin_writing()?;
             target.write(&result.mesh, &attributes, true)?;
             entry.notes.extend(target.notes(&result.mesh, &attributes));
             entry.tell_of(result);
+            words::warnings(&mut entry.warnings);
+            entry.warnings.extend(self.args.attributes.texture_warning(&loaded, target.format()));
             Ok(writing)
         });
         entry.seconds = reading + begin.elapsed().as_secs_f64();
@@ -259,9 +265,13 @@ impl Batch<'_> {
 
 /// The line about a mesh for people.
 fn line(entry: &Entry, place: usize, of: usize) -> String {
-    let seconds = entry.seconds;
+    let (seconds, input) = (entry.seconds, &entry.input);
     let mut line = match (&entry.error, entry.vertices) {
-        (Some(error), _) => format!("{place}/{of} failed: {error}"),
+        // Some errors begin with the file's name, others have none.
+        (Some(error), _) => {
+            let error = error.strip_prefix(&format!("{input}: ")).unwrap_or(error);
+            format!("{place}/{of} {input} failed: {error}")
+        }
         (None, vertices) => format!(
             "{place}/{of} {} -> {}: {} vertices, Q {:.4}, smallest angle {:.2}°, {seconds:.2} s",
             entry.input,

@@ -13,7 +13,7 @@ mod scene;
 mod write;
 mod write_materials;
 
-pub(crate) use write::{byte_length, write};
+pub(crate) use write::{byte_length, rounded_positions, write};
 
 use std::path::Path;
 
@@ -40,6 +40,8 @@ pub(crate) fn parse(bytes: &[u8], folder: Option<&Path>, with_materials: bool) -
     let mut loaded = scene::merge_scene(&model, &buffers, bytes.len() as u64)?;
     if with_materials {
         materials::add_materials(parts.json, &buffers, &mut loaded)?;
+    } else if loaded.attributes.uv.is_some() {
+        loaded.unread_images = model.image_count();
     }
     Ok(loaded)
 }

@@ -2,6 +2,7 @@
 
 use serde::Deserialize;
 use serde::de::IgnoredAny;
+use serde_json::Value;
 
 use crate::io::checks::excerpt;
 use crate::{Error, Result};
@@ -25,6 +26,9 @@ pub(crate) struct Model {
     pub buffers: Vec<Buffer>,
     #[serde(default)]
     pub materials: Vec<Material>,
+    /// Not of a type that would refuse what only materials need.
+    #[serde(default)]
+    images: Value,
     #[serde(default)]
     extensions_required: Vec<String>,
 }
@@ -118,6 +122,11 @@ pub(crate) struct Buffer {
 }
 
 impl Model {
+    /// The images of all materials.
+    pub fn image_count(&self) -> usize {
+        self.images.as_array().map_or(0, Vec::len)
+    }
+
     /// Refuses other versions, and required extensions that may define triangles.
     pub fn check(&self) -> Result<()> {
         if self.asset.version.split('.').next() != Some("2") {

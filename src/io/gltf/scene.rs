@@ -56,7 +56,7 @@ pub(crate) fn merge_scene<'a>(model: &'a Model, buffers: &'a Buffers<'a>, file_b
         notes.push(format!("{} skins were ignored; their meshes are in the rest pose", merged.ignored_skins));
     }
     let attributes = merged.attributes.into_attributes(model, &mut notes);
-    Ok(Loaded { mesh, attributes, notes })
+    Ok(Loaded { mesh, attributes, notes, ..Loaded::default() })
 }
 
 /// The root nodes of the default scene; in a file without scenes, the nodes without a parent.

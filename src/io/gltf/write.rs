@@ -47,7 +47,11 @@ impl NodeTransform {
         let needs_translation =
             is_far && mesh.vertices.iter().any(|vertex| vertex.as_vec3().as_dvec3() != *vertex);
         let needs_scale = largest > 0.0 && !(SMALLEST..LARGEST).contains(&largest);
-        let translation = if needs_translation || needs_scale { 0.5 * low + 0.5 * high } else { DVec3::ZERO };
+        let translation = if needs_translation || needs_scale {
+            round_centre(0.5 * low + 0.5 * high, largest)
+        } else {
+            DVec3::ZERO
+        };
         // A power of two, so that no digit is lost.
         let scale = if needs_scale { largest.log2().floor().clamp(-1022.0, 1023.0).exp2() } else { 1.0 };
         Self { translation, scale }
@@ -55,6 +59,11 @@ impl NodeTransform {
 
     fn to_buffer(&self, position: DVec3) -> [f32; 3] {
         ((position - self.translation) / self.scale).as_vec3().to_array()
+    }
+
+    /// The position that readers get for one in the buffer.
+    fn apply(&self, position: [f32; 3]) -> DVec3 {
+        DVec3::from_array(position.map(f64::from)) * self.scale + self.translation
     }
 
     fn node(&self) -> Value {
@@ -67,6 +76,22 @@ impl NodeTransform {
         }
         node
     }
+}
+
+/// The centre on a grid about as fine as the mesh is large: it stays the same when positions are rounded, and
+/// has few digits, so that adding it to them loses none.
+fn round_centre(centre: DVec3, half_size: f64) -> DVec3 {
+    /// Beyond, there is nothing left to round.
+    const INTEGERS: f64 = (1_u64 << 52) as f64;
+    let step = (0.5 * half_size).log2().floor().exp2();
+    let round = |x: f64| if (x / step).abs() < INTEGERS { (x / step).round() * step } else { x };
+    if step > 0.0 { DVec3::from_array(centre.to_array().map(round)) } else { centre }
+}
+
+/// The positions as readers of the file get them.
+pub(crate) fn rounded_positions(mesh: &TriMesh) -> Vec<DVec3> {
+    let transform = NodeTransform::for_mesh(mesh);
+    mesh.vertices.iter().map(|vertex| transform.apply(transform.to_buffer(*vertex))).collect()
 }
 
 /// Bytes of the positions and of the indices, and at most those of attributes.

@@ -37,7 +37,7 @@ pub(crate) fn parse(bytes: &[u8]) -> Result<Loaded> {
         notes.push(format!("{unused} vertices that no face uses were left out"));
     }
     let attributes = scan.attributes.into_attributes(&mesh, &mut notes);
-    Ok(Loaded { mesh, attributes, notes })
+    Ok(Loaded { mesh, attributes, notes, ..Loaded::default() })
 }
 
 /// The checked lines so far: those for `tobj` as text, all else counted or passed to the attributes.

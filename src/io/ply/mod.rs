@@ -142,7 +142,7 @@ fn read_elements<S: Source>(header: &Header, layout: &Layout, mut source: S) -> 
         attributes = build_attributes(&mesh, (vertex, face), uv, &mut notes);
     }
     notes.extend(source.note());
-    Ok(Loaded { mesh, attributes, notes })
+    Ok(Loaded { mesh, attributes, notes, ..Loaded::default() })
 }
 
 /// Refuses a count that the rest of the file is too short for, before memory is allocated for it.

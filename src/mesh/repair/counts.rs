@@ -8,6 +8,8 @@ use serde::Serialize;
 pub struct RepairCounts {
     /// Vertices at exactly the position of an earlier one, replaced by it.
     pub duplicate_vertices_welded: usize,
+    /// Boundary vertices that differed by no more than rounding from an earlier one, replaced by it.
+    pub crack_vertices_welded: usize,
     /// Vertices within the tolerance of an earlier one, replaced by it.
     pub near_vertices_welded: usize,
     /// Boundary vertices on boundary edges, which were split there.
@@ -30,6 +32,7 @@ impl RepairCounts {
     /// What a user should know of, in words; nothing for a mesh that needed no more than exact welding.
     pub fn notes(&self) -> Vec<String> {
         let lines = [
+            (self.crack_vertices_welded, "vertices of cracks no wider than rounding were welded"),
             (self.near_vertices_welded, "vertices within the tolerance of others were welded to them"),
             (self.edges_joined, "boundary edges were joined to vertices on them"),
             (self.degenerate_faces_dropped, "faces without an area were dropped"),

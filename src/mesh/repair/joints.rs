@@ -1,22 +1,16 @@
 //! Joins boundary edges to the boundary vertices that lie on them (T-junctions), as where a long edge meets
 //! two short ones.
 
+use super::boundary::{BoundaryEdge, boundary_edges, vertices_of};
 use super::counts::RepairCounts;
 use crate::TriMesh;
 use crate::mesh::half_edges::{EdgeTable, edge_key};
+use crate::mesh::kd_tree::KdTree;
 use glam::DVec3;
 use std::collections::{HashMap, HashSet};
 
 /// Passes over all boundary edges: a triangle may have three.
 const ROUNDS: usize = 4;
-
-/// A boundary edge from `from` to `to` of its triangle.
-struct BoundaryEdge {
-    triangle: usize,
-    from: u32,
-    to: u32,
-    apex: u32,
-}
 
 /// Splits triangles at boundary vertices that `may_join`, within `reach` of their boundary edges, where that
 /// closes a part of an edge and puts no third face at one.
@@ -29,34 +23,21 @@ pub(super) fn join(
 ) {
     for _ in 0..ROUNDS {
         let mut faces: HashMap<(u32, u32), u32> = HashMap::new();
-        let mut open = Vec::new();
-        for sides in EdgeTable::new(&mesh.triangles).edges() {
+        let table = EdgeTable::new(&mesh.triangles);
+        for sides in table.edges() {
             faces.insert(sides[0].ends(), sides.len() as u32);
-            if let [side] = sides {
-                let corners = mesh.triangles.as_flattened();
-                let (from, to) = side.corners();
-                let [a, b, c] = mesh.triangles[side.triangle()];
-                let apex = a ^ b ^ c ^ corners[from] ^ corners[to];
-                open.push(BoundaryEdge {
-                    triangle: side.triangle(),
-                    from: corners[from],
-                    to: corners[to],
-                    apex,
-                });
-            }
         }
-        let mut boundary: Vec<u32> = open.iter().flat_map(|edge| [edge.from, edge.to]).collect();
-        boundary.retain(|v| may_join(*v));
-        boundary.sort_unstable();
-        boundary.dedup();
-        boundary.sort_by(|a, b| mesh.vertices[*a as usize].x.total_cmp(&mesh.vertices[*b as usize].x));
+        let open = boundary_edges(mesh, &table);
+        let boundary: Vec<u32> = vertices_of(&open).into_iter().filter(|v| may_join(*v)).collect();
+        let points: Vec<DVec3> = boundary.iter().map(|v| mesh.vertices[*v as usize]).collect();
+        let tree = KdTree::new(&points);
         let mut split = HashSet::new();
         let before = counts.edges_joined;
         for edge in &open {
             if split.contains(&edge.triangle) || faces.get(&edge_key(edge.from, edge.to)) != Some(&1) {
                 continue;
             }
-            let inside = vertices_on(mesh, edge, &boundary, reach);
+            let inside = vertices_on(mesh, edge, (&tree, &boundary), reach);
             if let Some(new) = parts_of(edge, &inside, &faces) {
                 split.insert(edge.triangle);
                 counts.edges_joined += inside.len();
@@ -72,22 +53,26 @@ pub(super) fn join(
 }
 
 /// The boundary vertices near the inside of an edge, in their order along it.
-fn vertices_on(mesh: &TriMesh, edge: &BoundaryEdge, boundary: &[u32], reach: f64) -> Vec<u32> {
+fn vertices_on(
+    mesh: &TriMesh,
+    edge: &BoundaryEdge,
+    (tree, boundary): (&KdTree, &[u32]),
+    reach: f64,
+) -> Vec<u32> {
     let at = |v: u32| mesh.vertices[v as usize];
     let [a, b] = [edge.from, edge.to].map(at);
     let direction = b - a;
     let length = direction.length();
-    let (low, high) = (a.min(b) - DVec3::splat(reach), a.max(b) + DVec3::splat(reach));
-    let first = boundary.partition_point(|v| at(*v).x < low.x);
-    let mut found: Vec<(f64, u32)> = boundary[first..]
+    let mut near = Vec::new();
+    tree.within(a.midpoint(b), 0.5 * length + reach, usize::MAX, &mut near);
+    let mut found: Vec<(f64, u32)> = near
         .iter()
-        .take_while(|v| at(**v).x <= high.x)
-        .filter(|v| at(**v).cmpge(low).all() && at(**v).cmple(high).all())
+        .map(|place| boundary[*place as usize])
         .filter(|v| ![edge.from, edge.to, edge.apex].contains(v))
         .filter_map(|v| {
-            let along = (at(*v) - a).dot(direction) / length;
-            let off = (at(*v) - a - direction * (along / length)).length();
-            (off <= reach && along > reach && along < length - reach).then_some((along, *v))
+            let along = (at(v) - a).dot(direction) / length;
+            let off = (at(v) - a - direction * (along / length)).length();
+            (off <= reach && along > reach && along < length - reach).then_some((along, v))
         })
         .collect();
     found.sort_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));

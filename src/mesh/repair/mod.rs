@@ -1,9 +1,12 @@
 //! Repairs what has one obvious remedy: duplicates, faces without an area, unused vertices, faces turned
-//! over; and, where the caller gives a tolerance, cracks and small components.
+//! over, cracks no wider than rounding; and, where the caller gives a tolerance, wider cracks and small
+//! components.
 
+mod boundary;
 mod clean;
 mod components;
 mod counts;
+mod cracks;
 mod joints;
 mod orient;
 mod weld;
@@ -20,9 +23,11 @@ use crate::{Error, Result};
 use clean::{Cleaned, clean};
 pub(crate) use components::connected_components;
 pub use counts::RepairCounts;
+pub use cracks::{Cracks, cracks};
 
 /// A mesh after [`repair`], with what was done to it.
 #[derive(Debug, Clone, PartialEq)]
+#[non_exhaustive]
 pub struct Repaired {
     /// The mesh that is left; vertices and triangles in their old order.
     pub mesh: TriMesh,
@@ -30,6 +35,26 @@ pub struct Repaired {
     pub origin: Vec<u32>,
     /// How much was changed.
     pub counts: RepairCounts,
+    /// How far a vertex may have gone to another.
+    reach: f64,
+}
+
+impl Repaired {
+    /// The mesh that this was made of with its vertices where they were welded to; faces keep their numbers,
+    /// those that were dropped too. What attributes say of edges then holds for cracks that are closed.
+    /// `None` if only vertices at exactly equal positions were welded.
+    pub fn at_welded_places(&self, mesh: &TriMesh) -> Option<TriMesh> {
+        if self.counts.crack_vertices_welded + self.counts.near_vertices_welded == 0 {
+            return None;
+        }
+        let tree = KdTree::new(&self.mesh.vertices);
+        let welded = |p: &DVec3| {
+            let nearest = tree.nearest(*p).map(|v| self.mesh.vertices[v as usize]);
+            nearest.filter(|place| place.distance(*p) <= self.reach).unwrap_or(*p)
+        };
+        let vertices = mesh.vertices.iter().map(welded).collect();
+        Some(TriMesh { vertices, triangles: mesh.triangles.clone() })
+    }
 }
 
 /// What [`repair_with`] may do besides.
@@ -66,28 +91,12 @@ pub fn repair(mesh: &TriMesh) -> Result<Repaired> {
     repair_with(mesh, &RepairOptions::default())
 }
 
-/// The mesh with its vertices where [`repair_with`] welds them to; faces keep their numbers, those that it
-/// drops too. What attributes say of edges then holds for cracks that are closed.
-///
-/// # Errors
-///
-/// As [`repair_with`].
-pub fn at_welded_places(mesh: &TriMesh, options: &RepairOptions) -> Result<TriMesh> {
-    let repaired = repair_with(mesh, options)?.mesh;
-    let tree = KdTree::new(&repaired.vertices);
-    let reach = mesh.bounds().map_or(0.0, |(low, high)| options.weld * (high - low).length());
-    let welded = |p: &DVec3| {
-        let nearest = tree.nearest(*p).map(|v| repaired.vertices[v as usize]);
-        nearest.filter(|place| place.distance(*p) <= reach).unwrap_or(*p)
-    };
-    Ok(TriMesh { vertices: mesh.vertices.iter().map(welded).collect(), triangles: mesh.triangles.clone() })
-}
-
 /// Welds vertices at exactly equal positions (-0.0 equals 0.0), then drops faces without an area, repeated
 /// faces (the first is kept) and unused vertices. Areas are judged relative to the triangle's own longest
 /// edge, so neither size nor position of the mesh matters; edges that a flat face joined are split at its
-/// vertex. Then closes cracks and drops small components as far as `options` say, and turns faces over that
-/// disagree with the larger part of their component by area; what is inside out stays so.
+/// vertex. Then closes cracks no wider than eight units of 32-bit rounding of the largest coordinate and a
+/// hundredth of the edges there, closes others and drops small components as far as `options` say, and turns
+/// faces over that disagree with the larger part of their component by area; what is inside out stays so.
 ///
 /// # Errors
 ///
@@ -121,10 +130,12 @@ pub fn repair_with(mesh: &TriMesh, options: &RepairOptions) -> Result<Repaired> 
         let reach = kept.bounds().map_or(0.0, |(low, high)| FLAT_REACH * (high - low).length());
         joints::join(&mut kept, &mut origin, reach, |v| at_flat[v as usize], &mut counts);
     }
+    let mut reach = cracks::close(&mut kept, &mut origin, &mut counts);
     if options.weld > 0.0 {
-        let reach = kept.bounds().map_or(0.0, |(low, high)| options.weld * (high - low).length());
-        weld::weld(&mut kept, &mut origin, reach, &mut counts);
-        joints::join(&mut kept, &mut origin, reach, |_| true, &mut counts);
+        let wide = kept.bounds().map_or(0.0, |(low, high)| options.weld * (high - low).length());
+        weld::weld(&mut kept, &mut origin, wide, &mut counts);
+        joints::join(&mut kept, &mut origin, wide, |_| true, &mut counts);
+        reach = reach.max(wide);
         if kept.triangles.is_empty() {
             let problem = format!("`weld` {} leaves no face", options.weld);
             return Err(Error::input(None, problem, "use a smaller tolerance"));
@@ -133,9 +144,13 @@ pub fn repair_with(mesh: &TriMesh, options: &RepairOptions) -> Result<Repaired> 
     if options.min_component > 0.0 {
         components::drop_small(&mut kept, &mut origin, options.min_component, &mut counts);
     }
+    if options.weld > 0.0 || options.min_component > 0.0 {
+        // A third face may be gone from edges that had too many.
+        cracks::close(&mut kept, &mut origin, &mut counts);
+    }
     orient::orient(&mut kept, &mut counts);
     kept.vertices.iter_mut().for_each(|vertex| *vertex *= unit);
-    Ok(Repaired { mesh: kept, origin, counts })
+    Ok(Repaired { mesh: kept, origin, counts, reach: reach * unit })
 }
 
 /// Vertices of flat faces are closer to the opposite edges than this share of the bounding box's diagonal.
