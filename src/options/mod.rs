@@ -73,6 +73,8 @@ pub struct Options {
     pub weld: f64,
     /// Components of the input with less than this share of its area are dropped; 0 to below 1.
     pub min_component: f64,
+    /// What happens if the vertices are too few.
+    pub shortage: Shortage,
     /// What is measured of the result.
     pub measures: MeasureDepth,
     /// For what to compute where it lies on the input: [`crate::Remeshed::correspondence`].
@@ -112,6 +114,7 @@ impl Options {
             seed: 1,
             weld: 0.0,
             min_component: 0.0,
+            shortage: Shortage::BestEffort,
             measures: MeasureDepth::Full,
             correspondence: CorrespondenceRequest::NONE,
             coarse_to_fine: CoarseToFineOptions::default(),
@@ -219,6 +222,10 @@ impl Options {
             }
             Method::AllAtOnce if self.coarse_to_fine != CoarseToFineOptions::default() => {
                 foreign("coarse_to_fine", "Method::CoarseToFine")
+            }
+            Method::AllAtOnce if self.shortage == Shortage::AddVertices => {
+                let problem = "`shortage` add-vertices works only with Method::CoarseToFine";
+                Err(Error::option("shortage", problem, "use `shortage` best-effort or refuse"))
             }
             Method::CoarseToFine => Ok(()),
             Method::AllAtOnce => self.all_at_once.check_combination(self.iterations),

@@ -200,9 +200,7 @@ fn divide(
     loop {
         let target = SimplifyTarget::new(options, vertices, spacing(components.area(), vertices), progress);
         match components.divide(&unit, &target) {
-            Err(Error::Usage { .. })
-                if options.coarse_to_fine.shortage == Shortage::AddVertices && tries < GROWTHS =>
-            {
+            Err(Error::Usage { .. }) if options.shortage == Shortage::AddVertices && tries < GROWTHS => {
                 vertices = (GROWTH * vertices as f64).ceil() as usize;
                 tries += 1;
             }

@@ -26,7 +26,8 @@ pub struct ConnectCounts {
     pub unfilled_faces: usize,
     /// Sites that no triangle uses.
     pub unconnected_sites: usize,
-    /// What certifies the exact cells; `None` if the faces' fans were enough.
+    /// What certifies the exact cells; `None` if the result is not made of them alone: the faces' fans were
+    /// enough, or components were remeshed by local operations.
     pub cells: Option<Certificate>,
 }
 

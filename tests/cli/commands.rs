@@ -77,7 +77,7 @@ fn the_report_says_what_was_asked_and_what_came_out() {
     assert_eq!((&r["input_file"], &r["output_file"]), (&"in.ply".into(), &"out.ply".into()));
     let asked = serde_json::json!({
         "method": "all-at-once", "vertices": 200, "iterations": 10, "tolerance": 0.002, "seed": 7,
-        "weld": 0.0, "min_component": 0.0, "measures": "full",
+        "weld": 0.0, "min_component": 0.0, "shortage": "best-effort", "measures": "full",
         "correspondence": {"vertices": false, "faces": false},
         "all_at_once": {
             "face": "tangent", "normals": "fit", "projection": "nearest-vertices", "seeding": "random",
@@ -122,7 +122,7 @@ fn the_report_tells_where_time_and_memory_went() {
     assert!(table.contains("wall time") && !table.contains("device time"), "{table}");
     let phases = r["timings"]["phases"].as_array().unwrap();
     let names: Vec<_> = phases.iter().filter_map(|p| p["name"].as_str()).collect();
-    assert_eq!(names, ["prepare", "seed", "compile", "iterate", "connect", "measure"]);
+    assert_eq!(names, ["prepare", "seed", "compile", "iterate", "connect", "check", "connect", "measure"]);
     let sum: f64 = phases.iter().filter_map(|p| p["milliseconds"].as_f64()).sum();
     assert!((number(&r, "/timings/wall_milliseconds") - sum).abs() < 1e-6 * sum);
     // At least the sites and the lists of their neighbours.

@@ -6,7 +6,7 @@ use crate::gpu::{Buffer, Device, Recorder};
 use crate::mesh::topology::{Topology, topology};
 use crate::options::Options;
 use crate::options::{Face, Neighbours};
-use crate::pipeline::outcome::Outcome;
+use crate::pipeline::outcome::{Fault, Outcome};
 use crate::pipeline::submission::Pace;
 use crate::progress::ProgressReporter;
 use crate::sites::cells::{CellSites, CellSurface, connected_cells};
@@ -175,6 +175,7 @@ impl PlaneFacesRun {
                 + counts.unconnected_sites
         };
         let (mut triangles, mut counts) = connect(&faces.sites.positions, &faces.fans);
+        let mut faulty_place = None;
         let errors_by_fans = errors(&triangles, &counts);
         if errors_by_fans > 0 {
             let on = CellSurface::new(&surface.vertices, &surface.triangles, &surface.normals);
@@ -186,6 +187,7 @@ impl PlaneFacesRun {
                 lengths: &[],
             };
             let cells = progress.during(|progress| connected_cells(&on, &sites, progress))?;
+            faulty_place = cells.broken.first().map(|broken| broken.farthest.0);
             let (by_cells, cell_counts) = connect(&faces.sites.positions, &cells.fans);
             if errors(&by_cells, &cell_counts) < errors_by_fans {
                 triangles = by_cells;
@@ -193,7 +195,8 @@ impl PlaneFacesRun {
             }
         }
         let mesh = TriMesh { vertices: faces.sites.positions, triangles };
-        Ok(Outcome { mesh, counts, flags: faces.flags, ..Outcome::default() })
+        let fault = Fault::topology(&mesh, input, faulty_place);
+        Ok(Outcome { mesh, fault, counts, flags: faces.flags, ..Outcome::default() })
     }
 
     /// The faces of the sites as they are now.
