@@ -121,3 +121,21 @@ fn presets_find_the_faults_that_the_default_finds() {
     let input = union(&shell, &moved(&beside, |v| v + 4.0 * DVec3::X));
     assert_fault(&input, 250, "intersect others", &[Options::rtf, Options::rpf, Options::mps]);
 }
+
+#[test]
+fn planes_of_a_cloud_stay_on_their_sheet() {
+    // Walls closer together than the 16 nearest vertices reach: one plane would fit both.
+    for inner in [0.9, 0.85] {
+        let shell = union(&sphere(1.0, 4), &moved(&sphere(inner, 4), |v| -v));
+        let result = run(&shell, &Options::rvc(600).iterations(40));
+        assert_eq!(result.summary.warnings, Vec::<String>::new(), "{inner}");
+        let got = &result.summary.output.topology;
+        assert_eq!((got.vertices, got.components, got.euler), (600, 2, 4), "{inner}");
+    }
+    // Beyond the rim a plane goes on, and the surface does not.
+    let input = sample("open-hemisphere").unwrap();
+    for n in [200, 500] {
+        let got = run(&input, &Options::rvc(n).iterations(40)).summary.output.topology;
+        assert_eq!((got.vertices, got.components, got.euler, got.boundary_loops), (n, 1, 1, 1));
+    }
+}

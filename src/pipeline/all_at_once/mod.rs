@@ -5,6 +5,7 @@ mod exact;
 mod lbfgs;
 mod projection;
 mod rtf;
+mod unused;
 
 use super::clock::Clock;
 use super::collapse::faulty::Fallback;

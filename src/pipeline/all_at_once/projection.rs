@@ -3,6 +3,7 @@
 
 use crate::gpu::{Buffer, Device, Recorder};
 use crate::mesh::bvh::Bvh;
+use crate::mesh::spacing;
 use crate::options::Options;
 use crate::options::{Normals, Projection};
 use crate::sites::on_surface::SitesOnSurface;
@@ -184,7 +185,8 @@ impl SiteProjection {
             }
             Normals::Cloud => {
                 let near = NearVertices::new(device, surface, options)?;
-                let fit = BestFit::new(device, surface, n, options.all_at_once.k_project, None)?;
+                let of = (options.all_at_once.k_project, spacing(surface.area(), n));
+                let fit = BestFit::new(device, surface, n, of, None)?;
                 Planes::Cloud(near, fit, Onto::new(device, surface, options)?)
             }
         };
