@@ -142,7 +142,7 @@ impl Options {
     }
 
     /// The paper's settings (Sect. 5): k = 16, 32, 16 and 160 iterations of Lloyd from a uniformly random
-    /// start.
+    /// start. Only the weights of [`Centroid::WeightedCorners`] are not in the paper.
     pub fn rtf(vertices: usize) -> Self {
         Self { method: Method::AllAtOnce, iterations: 160, ..Self::new(vertices) }
     }
