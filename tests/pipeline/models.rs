@@ -16,7 +16,7 @@ fn run(mesh: &TriMesh, options: &Options) -> Remeshed {
     result
 }
 
-/// The run has no warnings, and the result is a closed manifold with the input's topology, the exact count and
+/// The run has no warnings, and the result is a closed manifold with the input's topology, the exact count,
 /// triangles of at least this mean quality and angles of at least so many degrees.
 fn assert_sound(name: &str, options: &Options, least_quality: f64, least_angle: f64) {
     let input = sample(name).unwrap();

@@ -288,6 +288,20 @@ impl SiteProjection {
         }
     }
 
+    /// How many sites' walks were stopped in the last iteration.
+    ///
+    /// # Errors
+    /// Those of the device.
+    pub fn stopped_walks(&self, device: &Device) -> Result<usize> {
+        let onto = match &self.planes {
+            Planes::Surface(triangles, _) => Some(triangles),
+            Planes::Sites(_, Onto::Triangles(triangles))
+            | Planes::Cloud(_, _, Some(Onto::Triangles(triangles))) => Some(triangles),
+            Planes::Sites(..) | Planes::Cloud(..) => None,
+        };
+        onto.map_or(Ok(0), |triangles| Ok(Walk::stopped(&triangles.walk.normals.to_vec(device)?)))
+    }
+
     /// The triangles that `sites`, the current ones, lie on.
     ///
     /// # Errors

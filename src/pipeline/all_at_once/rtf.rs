@@ -233,7 +233,10 @@ impl PlaneFacesRun {
         Ok(SiteFaces {
             sites: SitesOnSurface { positions, triangles },
             fans,
-            flags: FlagCounts::of(&downloads.read(&flags)?),
+            flags: FlagCounts {
+                walk_stopped: self.projection.stopped_walks(device)?,
+                ..FlagCounts::of(&downloads.read(&flags)?)
+            },
         })
     }
 }
