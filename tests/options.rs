@@ -45,6 +45,7 @@ fn settings_of_another_method_are_refused() {
         (Options::rtf(100).feature_angle(30.0), "coarse_to_fine"),
         (Options::new(100).face(Face::Power), "all_at_once"),
         (Options::cvd(100).method(Method::CoarseToFine), "all_at_once"),
+        (Options::rtf(100).shortage(Shortage::AddVertices), "shortage"),
         (Options::new(100).growth(-1.0), "growth"),
         (Options::rtf(100).momentum(1.2), "momentum"),
     ];

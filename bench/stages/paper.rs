@@ -5,7 +5,7 @@ use crate::context::{Context, Group, SMALL, Work};
 use crate::iteration::LIST;
 use crate::moves;
 use crate::polygons::{assert_same_polygon, frame};
-use crate::reference::centroid::{area_centroid, vertex_mean};
+use crate::reference::centroid::{area_centroid, corner_mean, weighted_corner_mean};
 use crate::reference::knn::nearest;
 use crate::reference::nearest_vertices::distance;
 use crate::reference::plane_fit::plane_fit;
@@ -27,7 +27,11 @@ pub const GROUPS: [Group; 5] = [
     Group { kernels: &["neighbours.tile_bounds", "neighbours.knn"], most_sites: SMALL, run: knn },
     Group { kernels: &["normals.plane_fit"], most_sites: usize::MAX, run: fit },
     Group { kernels: &["face.cell"], most_sites: SMALL, run: cell },
-    Group { kernels: &["centroid.vertex", "centroid.area"], most_sites: usize::MAX, run: centroids },
+    Group {
+        kernels: &["centroid.corners", "centroid.weighted_corners", "centroid.area"],
+        most_sites: usize::MAX,
+        run: centroids,
+    },
     Group { kernels: &["project.nearest_vertices"], most_sites: SMALL, run: nearest_vertices },
 ];
 
@@ -150,18 +154,18 @@ fn centroids(context: &Context) -> Result<Vec<Row>> {
         },
         0,
     )?;
-    let vertex = Centroids::new(device, n, Centroid::Vertex, None)?;
-    let area = Centroids::new(device, n, Centroid::Area, None)?;
+    let stage = |kind| Centroids::new(device, n, kind, None);
+    let stages = [
+        ("centroid.corners", corner_mean as fn(&[DVec2]) -> DVec2, stage(Centroid::Corners)?),
+        ("centroid.weighted_corners", weighted_corner_mean, stage(Centroid::WeightedCorners)?),
+        ("centroid.area", area_centroid, stage(Centroid::Area)?),
+    ];
     let mut record = |recorder: &mut _, _| {
-        vertex.record(recorder, &it.sites, &normals, &faces)?;
-        area.record(recorder, &it.sites, &normals, &faces)
+        stages.iter().try_for_each(|(_, _, stage)| stage.record(recorder, &it.sites, &normals, &faces))
     };
     context.submit(&mut record, 0)?;
-    for (name, middle, targets) in [
-        ("vertex", vertex_mean as fn(&[DVec2]) -> DVec2, &vertex.targets),
-        ("area", area_centroid, &area.targets),
-    ] {
-        let targets = targets.to_vec(device)?;
+    for (name, middle, stage) in &stages {
+        let targets = stage.targets.to_vec(device)?;
         let mut off_count = 0;
         for &i in context.samples.iter().filter(|i| count[**i] > 2) {
             let own: Vec<DVec2> = (0..count[i] as usize).map(|s| corners[s * n + i].as_dvec2()).collect();
@@ -171,10 +175,14 @@ fn centroids(context: &Context) -> Result<Vec<Row>> {
             off_count += usize::from(off > 1e-3 * context.spacing);
         }
         // The weight of close corners has a threshold, which rounding may cross.
-        ensure!(off_count <= usize::from(name == "vertex"), "{off_count} {name} centroids are off");
+        ensure!(
+            off_count <= usize::from(*name == "centroid.weighted_corners"),
+            "{off_count} of {name} are off"
+        );
     }
     let bytes = n * (16 + 16 + 4 + 16) + 8 * count.iter().map(|c| *c as usize).sum::<usize>();
-    context.time(&[Work::new("centroid.vertex", bytes), Work::new("centroid.area", bytes)], &mut record)
+    let work = stages.each_ref().map(|(name, ..)| Work::new(name, bytes));
+    context.time(&work, &mut record)
 }
 
 fn nearest_vertices(context: &Context) -> Result<Vec<Row>> {

@@ -10,7 +10,7 @@ use crate::search::TOLERANCE;
 use crate::section::Section;
 use anyhow::Result;
 use rtfmesh::io;
-use rtfmesh::measure::measure;
+use rtfmesh::measure::{energy, measure};
 use rtfmesh::mesh::topology::topology;
 use std::path::Path;
 
@@ -48,6 +48,7 @@ pub fn section(bench: &mut Bench, device: Option<&str>) -> Result<Section> {
         "θ>90°",
         "dH %",
         "RMS %",
+        "energy %",
         "val 6",
         "cut",
         "topology",
@@ -156,9 +157,12 @@ fn judged(entry: &mut Entry, model: &Model, task: &Task) -> Row {
     if let Some(failed) = &entry.failed {
         return Row::refused(&model.title, &name, task.vertices, failed.clone());
     }
-    let measured = io::read(&entry.contestant.result(task)).and_then(|l| measure(&l.mesh, Some(&model.mesh)));
+    let measured = io::read(&entry.contestant.result(task)).and_then(|loaded| {
+        let measures = measure(&loaded.mesh, Some(&model.mesh))?;
+        Ok((measures, energy(&model.mesh, &loaded.mesh.vertices)?))
+    });
     let figures = match measured {
-        Ok(measures) => Figures::of(&measures, &topology(&model.mesh)),
+        Ok((measures, energy)) => Figures::of(&measures, &topology(&model.mesh), Some(energy)),
         Err(error) => return Row::refused(&model.title, &name, task.vertices, error.to_string()),
     };
     let off = figures.vertices as f64 / task.vertices as f64 - 1.0;
@@ -192,6 +196,7 @@ fn cells(row: &Row, process: Option<f64>, searched: usize) -> Vec<String> {
         figure(|f| f.above_90, 3),
         maybe(|f| f.hausdorff, 3),
         maybe(|f| f.rms, 4),
+        maybe(|f| f.energy_excess.map(|share| 100.0 * share), 2),
         maybe(|f| f.valence_6, 3),
         maybe(|f| f.self_intersecting.map(|n| n as f64), 0),
         figures.map_or(String::new(), |f| f.topology.clone()),

@@ -6,7 +6,7 @@ use crate::paper::Paper;
 use crate::preset::Preset;
 use crate::row::{COLUMNS, Figures, Row};
 use anyhow::Result;
-use rtfmesh::measure::measure;
+use rtfmesh::measure::{energy, measure};
 use rtfmesh::mesh::topology::topology;
 use rtfmesh::{Device, Error, MeasureDepth, Options, Remesher, Summary};
 use std::collections::{BTreeMap, HashMap};
@@ -114,7 +114,9 @@ impl Bench {
     }
 
     fn timed(&self, model: &Model, method: &str, options: &Options) -> rtfmesh::Result<Row> {
-        let first = Remesher::new(&self.timing, options.clone())?.remesh(&model.mesh)?.summary;
+        let result = Remesher::new(&self.timing, options.clone())?.remesh(&model.mesh)?;
+        let energy = energy(&model.mesh, &result.mesh.vertices)?;
+        let first = result.summary;
         let mut seconds = Vec::new();
         // Timing kernels slows short runs down.
         let enough = if time_of(&first) < LONG { self.runs } else { 0 };
@@ -131,7 +133,7 @@ impl Bench {
             method: method.to_owned(),
             wanted: options.vertices,
             iterations: (first.iterations > 0).then_some(first.iterations),
-            figures: Some(Figures::of(&first.output, &first.input)),
+            figures: Some(Figures::of(&first.output, &first.input, Some(energy))),
             runs: seconds.len(),
             seconds: median(&mut seconds),
             stages: stages_of(&first),
@@ -146,7 +148,8 @@ impl Bench {
     /// If it cannot be measured.
     pub fn input(&self, model: &Model) -> Result<Row> {
         let measures = measure(&model.mesh, None)?;
-        let figures = Figures { topology: String::new(), ..Figures::of(&measures, &topology(&model.mesh)) };
+        let figures =
+            Figures { topology: String::new(), ..Figures::of(&measures, &topology(&model.mesh), None) };
         let method = "input".to_owned();
         Ok(Row { model: model.title.clone(), method, figures: Some(figures), ..Row::default() })
     }

@@ -10,7 +10,7 @@ const uint FLAG_SECURITY = 16u;   // k neighbours did not reach the radius of se
 const uint FLAG_COINCIDENT = 32u; // another site at the same point; separated by index
 const uint FLAG_UNBOUNDED = 64u;  // the face reaches the cube that its cell started from
 const uint FLAG_NORMAL = 128u;    // no plane fits neighbours and surface; the surface's normal was taken
-const uint FLAG_INCOMPLETE = 256u; // completing it failed; the face by the k neighbours was kept
+const uint FLAG_INCOMPLETE = 256u; // it was not completed; the face by the k neighbours was kept
 const uint FLAG_HIDDEN = 512u;    // the shadow sites of others cut off all of it; no face
 
 #endif

@@ -19,6 +19,8 @@ layout(constant_id = 1) const uint MAX_TRIANGLES = 96;
 layout(constant_id = 2) const uint MAX_PLANES = 64;
 layout(constant_id = 3) const uint MAX_CORNERS = 24;
 layout(constant_id = 4) const uint K = 32;
+// One for the list, one for all sites within reach, the rest for thinner slabs.
+layout(constant_id = 5) const uint MAX_ATTEMPTS = 5;
 
 layout(push_constant) uniform Push {
     uint site_count;
@@ -49,8 +51,6 @@ shared uint links[((MAX_PLANES + 3u) / 4u) * WORKGROUP];
 // once.
 const float ON_PLANE = 2e-6;
 const uint UNLINKED = 0xffu;
-// One for the list, one for all sites within reach, the rest for thinner slabs.
-const uint MAX_ATTEMPTS = 5u;
 
 uint lane;
 uint triangle_count;
@@ -262,6 +262,7 @@ void main() {
     float reach_sq = -1.0;
     float offset = virtual_offset;
     uint found = 0u; // flags of the face that stands so far
+    bool secure = false;
     corner_count[site] = 0u;
     for (uint attempt = 0u; attempt < MAX_ATTEMPTS; ++attempt) {
         trouble = 0u;
@@ -285,13 +286,16 @@ void main() {
         if (trouble != 0u) break;
         found = notes;
         // Radius of security: a site farther than twice the face's radius cannot cut it.
-        if (farthest == NONE || reach_sq > 0.0) break;
-        vec3 d = (sites[farthest].xyz - at) / spacing;
-        if (dot(d, d) >= 4.0 * radius_sq) break;
+        secure = farthest == NONE || reach_sq > 0.0;
+        if (!secure) {
+            vec3 d = (sites[farthest].xyz - at) / spacing;
+            secure = dot(d, d) >= 4.0 * radius_sq;
+        }
+        if (secure) break;
         reach_sq = 4.0001 * radius_sq;
     }
-    // A list's face stands where completing it failed.
-    if (trouble != 0u && reach_sq > 0.0) found |= FLAG_SECURITY | FLAG_INCOMPLETE;
+    // A list's face stands where completing it failed, or no attempt was left for that.
+    if (!secure && reach_sq > 0.0) found |= FLAG_SECURITY | FLAG_INCOMPLETE;
     else if (trouble != 0u) found |= trouble;
     flags[site] |= found;
 }

@@ -114,6 +114,6 @@ void main() {
     }
     if (best_rank == NONE) return;
     projected[site] = vec4(at + best.offset, sqrt(best.sq));
-    normals[site] = vec4(surface_normal(best_rank, best.weights), 0.0);
+    normals[site] = vec4(surface_normal(best_rank, best.weights), normals[site].w);
     site_triangle[site] = order[best_rank];
 }

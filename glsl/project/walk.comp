@@ -2,8 +2,8 @@
 // downhill.
 // Invocation: one site.
 // Reads: targets, site_triangle (where the walk starts), rank, order, records, corner_normals.
-// Writes: projected (xyz on the surface, w = distance of the projection), normals (unit, w = 0),
-// site_triangle.
+// Writes: projected (xyz on the surface, w = distance of the projection), normals (unit, w = 1 where the walk
+// was stopped after max_steps triangles, otherwise 0), site_triangle.
 // Filled by centroid/* and the upload of the surface; consumed by step/step, face/* and project/closest. The
 // distance falls with every step, so a walk stays on its sheet and ends. Where it ends, no triangle across
 // the side, or around the corner, that the point lies on is nearer.
@@ -84,6 +84,7 @@ void main() {
         }
     }
     projected[site] = vec4(at + best.offset, sqrt(best.sq));
-    normals[site] = vec4(surface_normal(best_rank, best.weights), 0.0);
+    bool stopped = half_edge != NONE;
+    normals[site] = vec4(surface_normal(best_rank, best.weights), stopped ? 1.0 : 0.0);
     site_triangle[site] = order[best_rank];
 }

@@ -28,7 +28,8 @@ pub struct ResearchArgs {
     /// brute]
     #[arg(long, value_enum, hide_short_help = true)]
     neighbours: Option<NeighboursName>,
-    /// Point of its cell that a vertex moves to, with tangent and power cells [preset rtf: vertex]
+    /// Point of its cell that a vertex moves to, with tangent and power cells [preset rtf:
+    /// weighted-corners]
     #[arg(long, value_enum, hide_short_help = true)]
     pub centroid: Option<CentroidName>,
     /// Number of nearest vertices, itself included, whose plane gives a vertex its normal, with --normals
@@ -92,8 +93,10 @@ impl Preset {
 /// Where a vertex moves to.
 #[derive(Clone, Copy, clap::ValueEnum)]
 pub enum CentroidName {
-    /// Mean of the cell's corners, close ones weighted less (Eq. 7 of the paper)
-    Vertex,
+    /// Mean of the cell's corners (Eq. 7 of the paper)
+    Corners,
+    /// The same, but corners close together count less, which comes closest to the paper's figures
+    WeightedCorners,
     /// Centroid of the cell's area (Eq. 3)
     Area,
 }
@@ -192,7 +195,8 @@ impl ResearchArgs {
             NeighboursName::Lists => Neighbours::Lists,
         });
         options.centroid = self.centroid.map_or(options.centroid, |name| match name {
-            CentroidName::Vertex => Centroid::Vertex,
+            CentroidName::Corners => Centroid::Corners,
+            CentroidName::WeightedCorners => Centroid::WeightedCorners,
             CentroidName::Area => Centroid::Area,
         });
         options.k_normal = self.k_normal.unwrap_or(options.k_normal);

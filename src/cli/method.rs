@@ -54,7 +54,7 @@ pub struct MethodArgs {
     vertices_at_least: bool,
     /// Fail if parts of the surface would be lost or faces intersect that did not in the input
     ///
-    /// By default the best mesh there is is written, with a warning (preset default; the others always do).
+    /// By default the best mesh there is is written, with a warning.
     #[arg(long, help_heading = SIZE, hide_short_help = true)]
     strict: bool,
 }
@@ -98,7 +98,6 @@ impl MethodArgs {
             ("--feature-angle", DEFAULT, coarse, self.feature_angle.is_some()),
             ("--features", DEFAULT, coarse, self.features.is_some()),
             ("--vertices-at-least", DEFAULT, coarse, self.vertices_at_least),
-            ("--strict", DEFAULT, coarse, self.strict),
             ("--sizing", DEFAULT, coarse, self.sizing.differs()),
             ("--centroid", PLANES, planes, research.centroid.is_some()),
             (
@@ -153,7 +152,7 @@ impl MethodArgs {
         coarse.fit &= !self.no_fit;
         coarse.local = self.local;
         put(self.feature_angle, &mut coarse.feature_angle);
-        coarse.shortage = match (self.vertices_at_least, self.strict) {
+        options.shortage = match (self.vertices_at_least, self.strict) {
             (true, _) => Shortage::AddVertices,
             (false, true) => Shortage::Refuse,
             (false, false) => Shortage::BestEffort,

@@ -79,17 +79,21 @@ pub enum Neighbours {
 /// Which point of its face a site moves to.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
 #[non_exhaustive]
-#[serde(rename_all = "lowercase")]
+#[serde(rename_all = "kebab-case")]
 pub enum Centroid {
-    /// The mean of the face's corners, close ones counting less (Eq. 7 of the paper, see docs/presets.md).
+    /// The mean of the face's corners (Eq. 7 of the paper as it is written).
+    Corners,
+    /// The same, but corners close together count less. This comes closest to the paper's figures, see
+    /// docs/presets.md.
     #[default]
-    Vertex,
+    WeightedCorners,
     /// The centroid of the face's area (Eq. 3).
     Area,
 }
 
-/// Settings of [`Method::AllAtOnce`](super::Method::AllAtOnce). The default ones are the paper's, as of
-/// [`rtf`](super::Options::rtf); which go together is checked by [`validate`](super::Options::validate).
+/// Settings of [`Method::AllAtOnce`](super::Method::AllAtOnce). The default ones are the paper's but for
+/// `centroid`, as of [`rtf`](super::Options::rtf); which go together is checked by
+/// [`validate`](super::Options::validate).
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[non_exhaustive]
 #[serde(default, deny_unknown_fields)]
@@ -136,7 +140,7 @@ impl Default for AllAtOnceOptions {
             k_normal: 16,
             k_clip: 32,
             k_project: 16,
-            centroid: Centroid::Vertex,
+            centroid: Centroid::WeightedCorners,
             momentum: 0.0,
             lbfgs: 0,
             offset: 0.5,

@@ -31,6 +31,7 @@ impl Options {
         seed: u64,
         weld: f64,
         min_component: f64,
+        shortage: Shortage,
         measures: MeasureDepth,
         correspondence: CorrespondenceRequest,
     }
@@ -45,7 +46,6 @@ impl Options {
         fit: bool,
         feature_angle: f64,
         fixed_half_edges: Vec<u32>,
-        shortage: Shortage,
         sizing: Sizing,
         growth: f64,
     }

@@ -32,7 +32,7 @@ pub enum Shortage {
     BestEffort,
     /// An error that says what is wrong and where.
     Refuse,
-    /// As many more vertices as it takes.
+    /// As many more vertices as it takes; only with [`Method::CoarseToFine`](super::Method::CoarseToFine).
     AddVertices,
 }
 
@@ -107,8 +107,6 @@ pub struct CoarseToFineOptions {
     /// Half-edges `3 * triangle + k` of the input, from corner k of the triangle to the next, that are kept
     /// as well. Those of triangles that repair drops do not count.
     pub fixed_half_edges: Vec<u32>,
-    /// What happens if the vertices are too few.
-    pub shortage: Shortage,
     /// How long edges are in different places.
     pub sizing: Sizing,
     /// Unless edges are equally long: the least length that is wanted anywhere; at most that of a uniform
@@ -133,7 +131,6 @@ impl Default for CoarseToFineOptions {
             feature_angle: FeatureOptions::FEATURE_ANGLE,
             features: None,
             fixed_half_edges: Vec::new(),
-            shortage: Shortage::BestEffort,
             sizing: Sizing::Uniform,
             min_edge: None,
             max_edge: None,

@@ -74,6 +74,8 @@ pub struct Options {
     pub weld: f64,
     /// Components of the input with less than this share of its area are dropped; 0 to below 1.
     pub min_component: f64,
+    /// What happens if the vertices are too few.
+    pub shortage: Shortage,
     /// What is measured of the result.
     pub measures: MeasureDepth,
     /// For what to compute where it lies on the input: [`crate::Remeshed::correspondence`].
@@ -117,6 +119,7 @@ impl Options {
             seed: 1,
             weld: 0.0,
             min_component: 0.0,
+            shortage: Shortage::BestEffort,
             measures: MeasureDepth::Full,
             correspondence: CorrespondenceRequest::NONE,
             format: None,
@@ -145,7 +148,7 @@ impl Options {
     }
 
     /// The paper's settings (Sect. 5): k = 16, 32, 16 and 160 iterations of Lloyd from a uniformly random
-    /// start.
+    /// start. Only the weights of [`Centroid::WeightedCorners`] are not in the paper.
     pub fn rtf(vertices: usize) -> Self {
         Self { method: Method::AllAtOnce, iterations: 160, ..Self::new(vertices) }
     }
@@ -225,6 +228,10 @@ impl Options {
             }
             Method::AllAtOnce if self.coarse_to_fine != CoarseToFineOptions::default() => {
                 foreign("coarse_to_fine", "Method::CoarseToFine")
+            }
+            Method::AllAtOnce if self.shortage == Shortage::AddVertices => {
+                let problem = "`shortage` add-vertices works only with Method::CoarseToFine";
+                Err(Error::option("shortage", problem, "use `shortage` best-effort or refuse"))
             }
             Method::CoarseToFine => Ok(()),
             Method::AllAtOnce => self.all_at_once.check_combination(self.iterations),

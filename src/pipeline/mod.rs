@@ -189,7 +189,8 @@ fn attempt(
     let small_vertices = prepared.small_vertices();
     let Prepared { frame, surface, options, .. } = &*prepared;
     let outcome = match model {
-        None => AllAtOnce { device, surface, input, options }.run(progress, clock)?,
+        None => AllAtOnce { device, mesh, frame, surface, input, options, input_intersections }
+            .run(progress, clock)?,
         Some(model) => std::thread::scope(|scope| {
             let later = scope.spawn(|| compile_later(device, options.method));
             let attempts = Attempts {

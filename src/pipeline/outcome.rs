@@ -1,13 +1,14 @@
 //! The outcome of an attempt.
 
 use super::result::{ExactSummary, FeatureSummary};
-use crate::TriMesh;
 use crate::mesh::quality::{TriangleQuality, quality};
+use crate::mesh::topology::{Topology, topology};
 use crate::mesh::unit_frame::{UnitFrame, decimals};
 use crate::sites::connect::ConnectCounts;
 use crate::sites::on_surface::SitesOnSurface;
 use crate::sites::poisson::DiskSummary;
 use crate::stages::flags::FlagCounts;
+use crate::{Error, TriMesh};
 use glam::DVec3;
 
 /// The mesh of an attempt, in the unit-diagonal frame, with its figures.
@@ -78,6 +79,14 @@ pub(crate) fn slivers(mesh: &TriMesh) -> impl Iterator<Item = (f64, u32)> {
 }
 
 impl Fault {
+    /// The fault of a mesh without the topology of the input, or with vertices that no triangle uses; `at` is
+    /// a place where it is.
+    pub fn topology(mesh: &TriMesh, input: &Topology, at: Option<DVec3>) -> Option<Self> {
+        let got = topology(mesh);
+        let is_sound = got.matches(input) && got.vertices == mesh.vertices.len();
+        (!is_sound).then_some(Self { kind: FaultKind::Topology, at })
+    }
+
     /// The worst sliver of a mesh on a surface, if there is any.
     pub fn sliver(mesh: &TriMesh, surface: &TriMesh) -> Option<Self> {
         let (_, worst) = slivers(mesh).min_by(|a, b| a.0.total_cmp(&b.0))?;
@@ -85,6 +94,15 @@ impl Fault {
         let of_surface = || quality(surface).is_some_and(|quality| quality.theta_min > 2.0 * SLIVER);
         let at = mesh.corners(worst as usize).into_iter().sum::<DVec3>() / 3.0;
         of_surface().then_some(Self { kind: FaultKind::Slivers, at: Some(at) })
+    }
+
+    /// The error for a mesh with this fault: `vertices` is the number asked for, and `tried` the largest that
+    /// was tried.
+    pub fn refusal(&self, [vertices, tried]: [usize; 2], input: &Topology, frame: &UnitFrame) -> Error {
+        let problem = format!("no mesh of {vertices} vertices without a fault: {}", self.describe(frame));
+        let repair = if input.is_manifold() { "" } else { "repair the input there (`weld` closes cracks), " };
+        let remedy = format!("{repair}ask for more than {tried}, or accept it with `shortage` best-effort");
+        Error::input(None, problem, remedy)
     }
 
     /// As text, with the place in the input's units.

@@ -203,9 +203,7 @@ fn divide(
         let spacing = spacing(components.area(), vertices);
         let target = ComponentTarget::new(options, (vertices, spacing), frame, progress);
         match components.divide(&unit, &target) {
-            Err(Error::Usage { .. })
-                if options.coarse_to_fine.shortage == Shortage::AddVertices && tries < GROWTHS =>
-            {
+            Err(Error::Usage { .. }) if options.shortage == Shortage::AddVertices && tries < GROWTHS => {
                 vertices = (GROWTH * vertices as f64).ceil() as usize;
                 tries += 1;
             }

@@ -102,9 +102,7 @@ pub fn preview_repaired(mesh: &TriMesh, repaired: Option<Repaired>, options: &Op
             let extent = Extent { area: whole, euler: topology(&unit).euler, curves: curves.as_ref() };
             match (levels(&extent, options.vertices, options.coarse_to_fine.coarsest), &curves) {
                 // As a run would.
-                (Err(Error::Usage { .. }), Some(curves))
-                    if options.coarse_to_fine.shortage == Shortage::AddVertices =>
-                {
+                (Err(Error::Usage { .. }), Some(curves)) if options.shortage == Shortage::AddVertices => {
                     let vertices = enough(curves, whole, options.vertices);
                     return preview(&repaired.mesh, &options.clone().vertices(vertices));
                 }

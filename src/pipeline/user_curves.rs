@@ -13,7 +13,7 @@ pub(crate) fn has_user_curves(options: &Options) -> bool {
 /// Whether a surface may be simplified without its curves if there are too few vertices: not with curves of
 /// the user.
 pub(crate) fn may_simplify(options: &Options) -> bool {
-    !has_user_curves(options) && options.coarse_to_fine.shortage != Shortage::AddVertices
+    !has_user_curves(options) && options.shortage != Shortage::AddVertices
 }
 
 /// The edges of `mesh`, which is repaired, on the user's curves.

@@ -24,9 +24,10 @@ pub struct ConnectCounts {
     pub split_faces: usize,
     /// Traced faces that could not be filled without repeating an edge; they are holes in the result.
     pub unfilled_faces: usize,
-    /// Sites that no triangle uses.
+    /// Sites that no triangle uses; in runs with tangent and power faces they are moved into large triangles.
     pub unconnected_sites: usize,
-    /// What certifies the exact cells; `None` if the faces' fans were enough.
+    /// What certifies the exact cells; `None` if the result is not made of them alone: the faces' fans were
+    /// enough, or components were remeshed by local operations.
     pub cells: Option<Certificate>,
 }
 

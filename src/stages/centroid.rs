@@ -2,12 +2,12 @@
 
 use super::face::cell::CellFaces;
 use crate::Result;
-use crate::gpu::kernels::centroid::{area, vertex};
+use crate::gpu::kernels::centroid::{area, corners, weighted_corners};
 use crate::gpu::{Buffer, Device, Pipeline, Recorder, Threads};
 use crate::options::Centroid;
 use glam::Vec4;
 
-/// Either centroid kernel and its result.
+/// One of the centroid kernels and its result.
 pub struct Centroids {
     pipeline: Which,
     /// The centroid of each face, not on the surface; w = 0.
@@ -15,7 +15,8 @@ pub struct Centroids {
 }
 
 enum Which {
-    Vertex(Pipeline<vertex::Shader>),
+    Corners(Pipeline<corners::Shader>),
+    WeightedCorners(Pipeline<weighted_corners::Shader>),
     Area(Pipeline<area::Shader>),
 }
 
@@ -26,10 +27,16 @@ impl Centroids {
     /// [`crate::Error::OutOfMemory`] or [`crate::Error::Device`].
     pub fn new(device: &Device, sites: usize, kind: Centroid, workgroup: Option<u32>) -> Result<Self> {
         let pipeline = match kind {
-            Centroid::Vertex => {
-                let default = vertex::Constants::default();
-                let constants = vertex::Constants { workgroup: workgroup.unwrap_or(default.workgroup) };
-                Which::Vertex(Pipeline::new(device, constants)?)
+            Centroid::Corners => {
+                let default = corners::Constants::default();
+                let constants = corners::Constants { workgroup: workgroup.unwrap_or(default.workgroup) };
+                Which::Corners(Pipeline::new(device, constants)?)
+            }
+            Centroid::WeightedCorners => {
+                let default = weighted_corners::Constants::default();
+                let constants =
+                    weighted_corners::Constants { workgroup: workgroup.unwrap_or(default.workgroup) };
+                Which::WeightedCorners(Pipeline::new(device, constants)?)
             }
             Centroid::Area => {
                 let default = area::Constants::default();
@@ -56,9 +63,13 @@ impl Centroids {
         let CellFaces { corner_count, corners, .. } = faces;
         let targets = &self.targets;
         match &self.pipeline {
-            Which::Vertex(pipeline) => {
-                let bindings = vertex::Bindings { sites, normals, corner_count, corners, targets };
-                recorder.dispatch(pipeline, threads, &vertex::Push { site_count }, &bindings)
+            Which::Corners(pipeline) => {
+                let bindings = corners::Bindings { sites, normals, corner_count, corners, targets };
+                recorder.dispatch(pipeline, threads, &corners::Push { site_count }, &bindings)
+            }
+            Which::WeightedCorners(pipeline) => {
+                let bindings = weighted_corners::Bindings { sites, normals, corner_count, corners, targets };
+                recorder.dispatch(pipeline, threads, &weighted_corners::Push { site_count }, &bindings)
             }
             Which::Area(pipeline) => {
                 let bindings = area::Bindings { sites, normals, corner_count, corners, targets };

@@ -23,10 +23,14 @@ pub struct FlagCounts {
     /// No plane fits the neighbours, or it stands more than 37 degrees off the surface: the surface's normal
     /// was taken.
     pub surface_normal_taken: usize,
-    /// Completing the face overflowed: it is clipped by its k neighbours only.
+    /// Completing the face overflowed, or took more attempts than there are: it is clipped by its k
+    /// neighbours only.
     pub incomplete: usize,
     /// The shadow sites of others clip the whole face away: the site stays where it is.
     pub hidden: usize,
+    /// The walk over the surface was stopped after as many triangles as it may visit: the site is where it
+    /// was then. Not a bit of the flags, but a mark that the walk leaves.
+    pub walk_stopped: usize,
 }
 
 impl FlagCounts {
@@ -44,6 +48,7 @@ impl FlagCounts {
             surface_normal_taken: count(128),
             incomplete: count(256),
             hidden: count(512),
+            walk_stopped: 0,
         }
     }
 }

@@ -77,7 +77,7 @@ fn the_report_says_what_was_asked_and_what_came_out() {
     assert_eq!((&r["input_file"], &r["output_file"]), (&"in.ply".into(), &"out.ply".into()));
     let asked = serde_json::json!({
         "method": "all-at-once", "vertices": 200, "iterations": 10, "tolerance": 0.002, "seed": 7,
-        "weld": 0.0, "min_component": 0.0, "measures": "full", "format": "ply",
+        "weld": 0.0, "min_component": 0.0, "shortage": "best-effort", "measures": "full", "format": "ply",
         "correspondence": {"vertices": false, "faces": false},
         "all_at_once": {
             "face": "tangent", "normals": "fit", "projection": "nearest-vertices", "seeding": "random",
@@ -108,7 +108,9 @@ fn the_report_tells_where_time_and_memory_went() {
     place.run("remesh in.ply out.ply -n 100 --preset rtf --iterations 3 --report r.json -q");
     let r = place.json("r.json");
     let kernels = r["timings"]["stages"].as_array().unwrap();
-    for (name, calls) in [("step.step", 3), ("face.cell", 4), ("centroid.vertex", 3), ("neighbours.knn", 7)] {
+    for (name, calls) in
+        [("step.step", 3), ("face.cell", 4), ("centroid.weighted_corners", 3), ("neighbours.knn", 7)]
+    {
         let kernel = kernels.iter().find(|k| k["name"] == name).unwrap_or_else(|| panic!("no {name}"));
         assert_eq!(kernel["calls"], calls, "{name}");
         // A device without timestamps says null.
@@ -122,7 +124,7 @@ fn the_report_tells_where_time_and_memory_went() {
     assert!(table.contains("wall time") && !table.contains("device time"), "{table}");
     let phases = r["timings"]["phases"].as_array().unwrap();
     let names: Vec<_> = phases.iter().filter_map(|p| p["name"].as_str()).collect();
-    assert_eq!(names, ["prepare", "seed", "compile", "iterate", "connect", "measure"]);
+    assert_eq!(names, ["prepare", "seed", "compile", "iterate", "connect", "check", "connect", "measure"]);
     let sum: f64 = phases.iter().filter_map(|p| p["milliseconds"].as_f64()).sum();
     assert!((number(&r, "/timings/wall_milliseconds") - sum).abs() < 1e-6 * sum);
     // At least the sites and the lists of their neighbours.

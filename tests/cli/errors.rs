@@ -295,3 +295,21 @@ fn sharp_edges_that_cannot_be_kept() {
     refused(&place, "remesh in.ply out.ply -n 100 --features f.obj", 3, &["f.obj", "line 4"]);
     refused(&place, "remesh in.ply f.obj -n 100 --features f.obj", 2, &["f.obj", "overwritten"]);
 }
+
+#[test]
+fn presets_refuse_a_faulty_mesh_if_asked_to() {
+    let place = Place::with("genus3");
+    let line = "remesh in.ply out.ply -n 20 --iterations 5 --preset";
+    for preset in ["rtf", "rvd"] {
+        let words = ["no mesh of 20 vertices", "leave out --strict"];
+        refused(&place, &format!("{line} {preset} --strict"), 3, &words);
+        place.program(&format!("{line} {preset}")).assert().success();
+        std::fs::remove_file(place.path("out.ply")).unwrap();
+    }
+    refused(
+        &place,
+        &format!("{line} rtf --vertices-at-least"),
+        2,
+        &["--vertices-at-least", "preset default"],
+    );
+}

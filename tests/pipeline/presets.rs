@@ -1,9 +1,12 @@
 //! Whole runs of the presets that stand for methods the paper compares with: mps, rpf, rvc.
 
+use super::shortage::cube_with_a_pin;
+use crate::support::shapes::{moved, sphere, union};
 use crate::support::{assert_valid, device};
+use glam::DVec3;
 use rtfmesh::mesh::samples::sample;
 use rtfmesh::mesh::topology::topology;
-use rtfmesh::{Error, Options, Remeshed, TriMesh, preview, remesh};
+use rtfmesh::{Error, MeasureDepth, Options, Remeshed, Shortage, TriMesh, preview, remesh};
 
 fn run(mesh: &TriMesh, options: &Options) -> Remeshed {
     let result = remesh(device(), mesh, options).unwrap();
@@ -80,5 +83,59 @@ fn the_offset_has_a_range() {
     for offset in [-0.1, 21.0, f64::NAN] {
         let wrong = remesh(device(), &input, &Options::rpf(100).offset(offset));
         assert!(matches!(wrong, Err(Error::Usage { .. })), "{offset}");
+    }
+}
+
+type Preset = fn(usize) -> Options;
+
+/// The presets warn of the fault, with its place, though nothing is measured for it, and refuse it if asked
+/// to.
+fn assert_fault(input: &TriMesh, vertices: usize, fault: &str, presets: &[Preset]) {
+    for preset in presets {
+        let options = preset(vertices).measures(MeasureDepth::Basic);
+        let options = options.clone().iterations(options.iterations.min(15));
+        let warnings = run(input, &options).summary.warnings;
+        let is_said = |text: &String| text.contains(fault) && text.contains("near (");
+        assert!(warnings.iter().any(is_said), "{options:?}: {warnings:?}");
+        match remesh(device(), input, &options.shortage(Shortage::Refuse)) {
+            Err(Error::Input { problem, .. }) => assert!(is_said(&problem), "{problem}"),
+            other => panic!("{:?}", other.map(|result| result.summary.warnings)),
+        }
+    }
+}
+
+#[test]
+fn presets_find_the_faults_that_the_default_finds() {
+    let all: &[Preset] =
+        &[Options::rtf, Options::rpf, Options::rvc, Options::rvd, Options::cvd, Options::mps];
+    let lost = "components, handles or boundary loops of the surface are lost";
+    assert_fault(&sample("genus3").unwrap(), 20, lost, all);
+    // So thin that no random point is on it.
+    let pin = cube_with_a_pin(1000.0);
+    assert_fault(&pin, 400, "a part of the surface is left out", &[Options::rpf, Options::rvd, Options::cvd]);
+    // Edges of a ball cut through the ball inside it; beside them two balls run through each other, so that
+    // it is not enough to count.
+    let ball = |radius| sphere(radius, 4);
+    let beside = union(&ball(0.5), &moved(&ball(0.5), |v| v + 0.6 * DVec3::X));
+    let shell = union(&ball(1.0), &moved(&ball(0.98), |v| -v));
+    let input = union(&shell, &moved(&beside, |v| v + 4.0 * DVec3::X));
+    assert_fault(&input, 250, "intersect others", &[Options::rtf, Options::rpf, Options::mps]);
+}
+
+#[test]
+fn planes_of_a_cloud_stay_on_their_sheet() {
+    // Walls closer together than the 16 nearest vertices reach: one plane would fit both.
+    for inner in [0.9, 0.85] {
+        let shell = union(&sphere(1.0, 4), &moved(&sphere(inner, 4), |v| -v));
+        let result = run(&shell, &Options::rvc(600).iterations(40));
+        assert_eq!(result.summary.warnings, Vec::<String>::new(), "{inner}");
+        let got = &result.summary.output.topology;
+        assert_eq!((got.vertices, got.components, got.euler), (600, 2, 4), "{inner}");
+    }
+    // Beyond the rim a plane goes on, and the surface does not.
+    let input = sample("open-hemisphere").unwrap();
+    for n in [200, 500] {
+        let got = run(&input, &Options::rvc(n).iterations(40)).summary.output.topology;
+        assert_eq!((got.vertices, got.components, got.euler, got.boundary_loops), (n, 1, 1, 1));
     }
 }

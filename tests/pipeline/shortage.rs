@@ -132,8 +132,8 @@ fn too_many_components_are_blamed_on_cracks() {
     assert_eq!((topology(&closed.mesh).components, topology(&closed.mesh).boundary_edges), (1, 0));
 }
 
-/// A cube with a needle on top, far thinner than the edges of a few hundred vertices.
-fn cube_with_a_pin() -> TriMesh {
+/// A cube with a needle on top, this many times thinner than the edges of a few hundred vertices.
+pub fn cube_with_a_pin(times: f64) -> TriMesh {
     let mut body = remesh(device(), &sample("box").unwrap(), &Options::new(300)).unwrap().mesh;
     let is_on_top = |t: &usize| body.triangles[*t].iter().all(|v| body.vertices[*v as usize].z == 1.0);
     let top = (0..body.triangles.len()).find(is_on_top).unwrap();
@@ -141,7 +141,7 @@ fn cube_with_a_pin() -> TriMesh {
     let centre = corners.iter().sum::<DVec3>() / 3.0;
     let first = body.vertices.len() as u32;
     // A small triangle inside, and the tip.
-    body.vertices.extend(corners.map(|p| centre.lerp(p, 0.01)));
+    body.vertices.extend(corners.map(|p| centre.lerp(p, 1.0 / times)));
     body.vertices.push(centre + DVec3::Z);
     let [a, b, c] = body.triangles[top];
     let [p, q, r, tip] = [0, 1, 2, 3].map(|k| first + k);
@@ -153,7 +153,7 @@ fn cube_with_a_pin() -> TriMesh {
 
 #[test]
 fn a_pin_is_kept() {
-    let input = cube_with_a_pin();
+    let input = cube_with_a_pin(100.0);
     assert!(topology(&input).is_closed_manifold());
     // Without features nothing else would hold the tip.
     let result = remesh(device(), &input, &Options::new(400).feature_angle(180.0)).unwrap();
@@ -161,6 +161,8 @@ fn a_pin_is_kept() {
     let missing = result.summary.output.distances.unwrap().hausdorff_from_reference;
     assert!(missing < 3.0, "{missing}");
     assert_eq!(result.summary.collapsed_components, 1);
+    // They were those of the cells that left the pin out.
+    assert_eq!(result.summary.connected.cells, None);
 }
 
 #[test]

@@ -1,10 +1,15 @@
-//! Two centroids of a polygon: the mean of its corners, and that of its area.
+//! Centroids of a polygon: two means of its corners, and that of its area.
 
 use glam::DVec2;
 
-/// The mean of the corners. One that is nearer to a neighbour than 0.3 of the farthest corner's distance
-/// counts for as much less as it is nearer, half for each neighbour.
-pub fn vertex_mean(corners: &[DVec2]) -> DVec2 {
+/// The mean of the corners.
+pub fn corner_mean(corners: &[DVec2]) -> DVec2 {
+    corners.iter().sum::<DVec2>() / corners.len() as f64
+}
+
+/// The weighted mean of the corners. One that is nearer to a neighbour than 0.3 of the farthest corner's
+/// distance counts for as much less as it is nearer, half for each neighbour.
+pub fn weighted_corner_mean(corners: &[DVec2]) -> DVec2 {
     let (n, radius) = (corners.len(), corners.iter().map(|c| c.length()).fold(0.0, f64::max));
     let share =
         |m: usize, other: usize| 0.5 * (corners[m].distance(corners[other]) / (0.3 * radius)).min(1.0);

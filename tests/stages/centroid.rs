@@ -1,6 +1,6 @@
-//! `centroid/{vertex, area}` against both middles of the faces in f64.
+//! `centroid/{corners, weighted_corners, area}` against the means and middles of the faces in f64.
 
-use crate::reference::centroid::{area_centroid, vertex_mean};
+use crate::reference::centroid::{area_centroid, corner_mean, weighted_corner_mean};
 use crate::reference::face::face;
 use crate::support::cell_faces::{DeviceFaces, device_faces};
 use crate::support::polygons::frame;
@@ -23,7 +23,8 @@ fn targets(of: &DeviceFaces, kind: Centroid) -> Vec<DVec3> {
 fn assert_centroids(sites: &[DVec3], normals: &[DVec3], options: &CellOptions) {
     let (sites, normals) = (rounded(sites), rounded(normals));
     let faces = device_faces(&sites, &normals, options);
-    let (vertex, area) = (targets(&faces, Centroid::Vertex), targets(&faces, Centroid::Area));
+    let [corners_of, weighted, area] =
+        [Centroid::Corners, Centroid::WeightedCorners, Centroid::Area].map(|kind| targets(&faces, kind));
     for i in 0..sites.len() {
         let (u, v) = frame(normals[i]);
         let want = face(&sites, i, u, v, BOX_HALF * options.spacing);
@@ -32,13 +33,10 @@ fn assert_centroids(sites: &[DVec3], normals: &[DVec3], options: &CellOptions) {
         }
         let at = |c: DVec2| sites[i] + u * c.x + v * c.y;
         let (size, corners) = (want.radius(), &faces.corners[i]);
-        let mean = at(vertex_mean(corners));
-        // Whether two corners count as one is a threshold, which rounding may pass.
-        let close_call = (0..corners.len()).any(|m| {
-            let before = corners[(m + corners.len() - 1) % corners.len()];
-            (corners[m].distance(before) / (0.2 * size) - 1.0).abs() < 1e-4
-        });
-        assert!(close_call || vertex[i].distance(mean) < 1e-5 * size + 1e-7, "site {i}: vertex mean");
+        // Means of the corners that the kernel got: rounding may split one of them in two.
+        for (got, mean) in [(&corners_of, corner_mean(corners)), (&weighted, weighted_corner_mean(corners))] {
+            assert!(got[i].distance(at(mean)) < 1e-5 * size + 1e-7, "site {i}: mean of the corners");
+        }
         let middle = at(area_centroid(&want.corners));
         assert!(area[i].distance(middle) < 3e-5 * size + 1e-7, "site {i}: area centroid");
     }
@@ -74,8 +72,10 @@ fn coincident_sites_part() {
     normals[150] = normals[20];
     let spacing = spacing_on_sphere(200);
     let faces = device_faces(&rounded(&sites), &rounded(&normals), &CellOptions::paper(32, spacing));
-    let vertex = targets(&faces, Centroid::Vertex);
-    assert!(vertex[20].distance(vertex[150]) > 0.2 * spacing, "they stay together");
+    for kind in [Centroid::Corners, Centroid::WeightedCorners] {
+        let got = targets(&faces, kind);
+        assert!(got[20].distance(got[150]) > 0.2 * spacing, "{kind:?}: they stay together");
+    }
 }
 
 #[test]
@@ -85,9 +85,32 @@ fn sites_without_a_face_stay_in_place() {
     let paper = CellOptions::paper(32, spacing_on_sphere(200));
     for options in [CellOptions { max_planes: 10, ..paper }, CellOptions { max_triangles: 8, ..paper }] {
         let faces = device_faces(&sites, &normals, &options);
-        let (vertex, area) = (targets(&faces, Centroid::Vertex), targets(&faces, Centroid::Area));
         let without: Vec<usize> = (0..200).filter(|i| faces.flags[*i] & 3 != 0).collect();
         assert!(without.len() > 150);
-        assert!(without.iter().all(|i| vertex[*i] == sites[*i] && area[*i] == sites[*i]));
+        for kind in [Centroid::Corners, Centroid::WeightedCorners, Centroid::Area] {
+            let got = targets(&faces, kind);
+            assert!(without.iter().all(|i| got[*i] == sites[*i]), "{kind:?}");
+        }
     }
+}
+
+#[test]
+fn corners_close_together_count_twice_or_less() {
+    // Of the four sites around a corner, one is a little nearer: the corner splits in two.
+    let mut sites: Vec<DVec3> = (0..81)
+        .map(|i| DVec3::new(f64::from(i % 9) / 16.0 - 0.25, f64::from(i / 9) / 16.0 - 0.25, 0.0))
+        .collect();
+    sites[50] -= DVec3::new(2e-4, 2e-4, 0.0);
+    let sites = rounded(&sites);
+    let faces = device_faces(&sites, &[DVec3::Z; 81], &CellOptions::paper(32, 1.0 / 16.0));
+    let split = &faces.corners[40];
+    assert_eq!(split.len(), 5, "{split:?}");
+    let [mean, weighted] =
+        [Centroid::Corners, Centroid::WeightedCorners].map(|kind| targets(&faces, kind)[40]);
+    let (u, v) = frame(DVec3::Z);
+    let literal = split.iter().sum::<DVec2>() / 5.0;
+    assert!(mean.distance(sites[40] + u * literal.x + v * literal.y) < 1e-6);
+    // The corner at (1/32, 1/32) is counted twice, which moves the mean by a fifth of it.
+    assert!((mean - sites[40]).length() > 0.19 / 32.0 * 2_f64.sqrt());
+    assert!((weighted - sites[40]).length() < 0.02 / 32.0 * 2_f64.sqrt());
 }

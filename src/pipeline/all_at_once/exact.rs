@@ -4,9 +4,10 @@
 use super::descent::Descent;
 use crate::gpu::{Buffer, Device, Recorder};
 use crate::mesh::bvh::Bvh;
+use crate::mesh::topology::Topology;
 use crate::options::Options;
 use crate::pipeline::near_sites::{LIST, near_sites};
-use crate::pipeline::outcome::Outcome;
+use crate::pipeline::outcome::{Fault, Outcome};
 use crate::pipeline::result::ExactSummary;
 use crate::progress::ProgressReporter;
 use crate::sites::cells::{CellSites, CellSurface, connected_cells};
@@ -167,11 +168,17 @@ impl<'a> ExactRun<'a> {
     ///
     /// # Errors
     /// Those of the device.
-    pub fn connect(&self, surface: &Surface, progress: &mut ProgressReporter) -> Result<Outcome> {
+    pub fn connect(
+        &self,
+        surface: &Surface,
+        input: &Topology,
+        progress: &mut ProgressReporter,
+    ) -> Result<Outcome> {
         let positions: Vec<DVec3> =
             self.sites.to_vec(self.device)?.iter().map(|s: &Vec4| s.truncate().as_dvec3()).collect();
         let triangles = closest_triangles(surface, &positions);
-        connected(self.device, surface, SitesOnSurface { positions, triangles }, self.spacing, progress)
+        let sites = SitesOnSurface { positions, triangles };
+        connected(self.device, surface, input, (sites, self.spacing), progress)
     }
 }
 
@@ -182,12 +189,12 @@ fn closest_triangles(surface: &Surface, sites: &[DVec3]) -> Vec<u32> {
     sites.par_iter().map_init(|| 0, closest).collect()
 }
 
-/// The dual of the exact connected cells of `sites`.
+/// The dual of the exact connected cells of `sites`, compared with the topology of the input.
 pub(crate) fn connected(
     device: &Device,
     surface: &Surface,
-    sites: SitesOnSurface,
-    spacing: f64,
+    input: &Topology,
+    (sites, spacing): (SitesOnSurface, f64),
     progress: &mut ProgressReporter,
 ) -> Result<Outcome> {
     let near = near_sites(device, &sites.positions)?;
@@ -196,8 +203,10 @@ pub(crate) fn connected(
     let of = CellSites { positions: &sites.positions, places: &places, near: &near, spacing, lengths: &[] };
     let cells = progress.during(|progress| connected_cells(&on, &of, progress))?;
     let (triangles, counts) = connect(&sites.positions, &cells.fans);
+    let mesh = TriMesh { vertices: sites.positions, triangles };
     Ok(Outcome {
-        mesh: TriMesh { vertices: sites.positions, triangles },
+        fault: Fault::topology(&mesh, input, cells.broken.first().map(|broken| broken.farthest.0)),
+        mesh,
         counts: ConnectCounts { cells: Some(cells.certificate), ..counts },
         ..Outcome::default()
     })

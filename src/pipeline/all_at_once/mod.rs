@@ -5,38 +5,50 @@ mod exact;
 mod lbfgs;
 mod projection;
 mod rtf;
+mod unused;
 
 use super::clock::Clock;
 use super::cost::{AttemptCost, LevelWork};
+use super::fallback::faulty::Fallback;
+use super::intersections::InputIntersections;
 use super::outcome::Outcome;
 use crate::gpu::Device;
 use crate::mesh::sizing::SizeField;
 use crate::mesh::spacing;
 use crate::mesh::topology::Topology;
-use crate::options::{Options, Seeding};
+use crate::mesh::unit_frame::UnitFrame;
+use crate::options::{Options, Seeding, Shortage};
 use crate::progress::ProgressReporter;
 use crate::sites::on_surface::SitesOnSurface;
 use crate::sites::poisson::{DiskSummary, disks};
 use crate::sites::seed;
 use crate::sites::surface::Surface;
-use crate::{Phase, Result};
+use crate::{Phase, Result, TriMesh};
 use exact::ExactRun;
 use rtf::PlaneFacesRun;
 
 /// A run with all sites from the start.
 pub(crate) struct AllAtOnce<'a> {
     pub device: &'a Device,
+    /// The repaired input.
+    pub mesh: &'a TriMesh,
+    pub frame: &'a UnitFrame,
     pub surface: &'a Surface,
     /// Topology of the surface.
     pub input: &'a Topology,
     pub options: &'a Options,
+    /// Faces of the repaired input that intersect others.
+    pub input_intersections: &'a InputIntersections,
 }
 
 impl AllAtOnce<'_> {
+    /// The mesh, with what is wrong with it.
+    ///
     /// # Errors
-    /// Those of the device, and [`crate::Error::Cancelled`].
+    /// Those of the device, [`crate::Error::Input`] for a fault that the options refuse, and
+    /// [`crate::Error::Cancelled`].
     pub fn run(&self, progress: &mut ProgressReporter, clock: &mut Clock) -> Result<Outcome> {
-        let Self { device, surface, input, options } = *self;
+        let Self { device, surface, input, options, .. } = *self;
         let vertices = options.vertices;
         let spacing = spacing(surface.area(), vertices);
         let work = LevelWork { sites: vertices, iterations: options.iterations };
@@ -64,14 +76,35 @@ impl AllAtOnce<'_> {
             begin(progress)?;
             let (steps, exact) = run.iterate(surface, progress)?;
             clock.phase("iterate");
-            Outcome { steps, exact: Some(exact), ..run.connect(surface, progress)? }
+            Outcome { steps, exact: Some(exact), ..run.connect(surface, input, progress)? }
         } else {
             begin(progress)?;
-            exact::connected(device, surface, seeds, spacing, progress)?
+            exact::connected(device, surface, input, (seeds, spacing), progress)?
         };
         // Points that were moved are no longer a Poisson-disk sampling.
         let disks = disks.filter(|_| options.iterations == 0);
-        Ok(Outcome { disks, vertices, attempts: 1, ..outcome })
+        clock.phase("connect");
+        progress.phase(Phase::Check, cost.check.until, cost.check.after)?;
+        let outcome = self.checked(Outcome { disks, vertices, attempts: 1, ..outcome }, progress)?;
+        clock.phase("check");
+        Ok(outcome)
+    }
+
+    /// The outcome with its fault, found as the default pipeline finds it.
+    fn checked(&self, mut outcome: Outcome, progress: &mut ProgressReporter) -> Result<Outcome> {
+        let Self { mesh, frame, surface, input, options, input_intersections, .. } = *self;
+        let sizes = &SizeField::default();
+        let checks = Fallback { mesh, frame, surface, options, input_intersections, sizes };
+        if outcome.fault.is_none() {
+            let mesh = std::mem::take(&mut outcome.mesh);
+            outcome = progress.during(|progress| checks.checked(mesh, outcome, progress))?;
+        }
+        match &outcome.fault {
+            Some(fault) if outcome.is_refused() && options.shortage == Shortage::Refuse => {
+                Err(fault.refusal([options.vertices; 2], input, frame))
+            }
+            _ => Ok(outcome),
+        }
     }
 
     /// The initial sites, with the figures of a Poisson-disk sampling if they are one.

@@ -3,6 +3,7 @@
 
 use crate::gpu::{Buffer, Device, Recorder};
 use crate::mesh::bvh::Bvh;
+use crate::mesh::spacing;
 use crate::options::Options;
 use crate::options::{Normals, Projection};
 use crate::sites::on_surface::SitesOnSurface;
@@ -184,7 +185,8 @@ impl SiteProjection {
             }
             Normals::Cloud => {
                 let near = NearVertices::new(device, surface, options)?;
-                let fit = BestFit::new(device, surface, n, options.all_at_once.k_project, None)?;
+                let of = (options.all_at_once.k_project, spacing(surface.area(), n));
+                let fit = BestFit::new(device, surface, n, of, None)?;
                 Planes::Cloud(near, fit, Onto::new(device, surface, options)?)
             }
         };
@@ -284,6 +286,20 @@ impl SiteProjection {
             Planes::Surface(_, flags) => flags,
             Planes::Cloud(_, planes, _) => &planes.flags,
         }
+    }
+
+    /// How many sites' walks were stopped in the last iteration.
+    ///
+    /// # Errors
+    /// Those of the device.
+    pub fn stopped_walks(&self, device: &Device) -> Result<usize> {
+        let onto = match &self.planes {
+            Planes::Surface(triangles, _) => Some(triangles),
+            Planes::Sites(_, Onto::Triangles(triangles))
+            | Planes::Cloud(_, _, Some(Onto::Triangles(triangles))) => Some(triangles),
+            Planes::Sites(..) | Planes::Cloud(..) => None,
+        };
+        onto.map_or(Ok(0), |triangles| Ok(Walk::stopped(&triangles.walk.normals.to_vec(device)?)))
     }
 
     /// The triangles that `sites`, the current ones, lie on.

@@ -2,11 +2,14 @@
 //! stages.
 
 use super::projection::SiteProjection;
+use super::unused::place_unused;
 use crate::gpu::{Buffer, Device, Recorder};
 use crate::mesh::topology::{Topology, topology};
+use crate::mesh::triangle::closest_on_triangle;
 use crate::options::Options;
 use crate::options::{Face, Neighbours};
-use crate::pipeline::outcome::Outcome;
+use crate::pipeline::near_sites::near_sites;
+use crate::pipeline::outcome::{Fault, Outcome};
 use crate::pipeline::submission::Pace;
 use crate::progress::ProgressReporter;
 use crate::sites::cells::{CellSites, CellSurface, connected_cells};
@@ -175,25 +178,34 @@ impl PlaneFacesRun {
                 + counts.unconnected_sites
         };
         let (mut triangles, mut counts) = connect(&faces.sites.positions, &faces.fans);
+        let mut faulty_place = None;
         let errors_by_fans = errors(&triangles, &counts);
         if errors_by_fans > 0 {
             let on = CellSurface::new(&surface.vertices, &surface.triangles, &surface.normals);
+            // Sites on planes may be so far from the surface that another one is nearer to the point under
+            // them; their cells would be empty, and they would be lost.
+            let positions = &on_triangles(surface, &faces.sites);
             let sites = CellSites {
-                positions: &faces.sites.positions,
+                positions,
                 places: &Place::inside(&faces.sites.triangles),
-                near: &faces.near,
+                near: &near_sites(device, positions)?,
                 spacing: self.spacing,
                 lengths: &[],
             };
             let cells = progress.during(|progress| connected_cells(&on, &sites, progress))?;
+            faulty_place = cells.broken.first().map(|broken| broken.farthest.0);
             let (by_cells, cell_counts) = connect(&faces.sites.positions, &cells.fans);
             if errors(&by_cells, &cell_counts) < errors_by_fans {
                 triangles = by_cells;
                 counts = ConnectCounts { cells: Some(cells.certificate), ..cell_counts };
             }
         }
-        let mesh = TriMesh { vertices: faces.sites.positions, triangles };
-        Ok(Outcome { mesh, counts, flags: faces.flags, ..Outcome::default() })
+        let mut mesh = TriMesh { vertices: faces.sites.positions, triangles };
+        if counts.unconnected_sites > 0 {
+            place_unused(&mut mesh, &surface.mesh(), &surface.normals);
+        }
+        let fault = Fault::topology(&mesh, input, faulty_place);
+        Ok(Outcome { mesh, fault, counts, flags: faces.flags, ..Outcome::default() })
     }
 
     /// The faces of the sites as they are now.
@@ -201,7 +213,6 @@ impl PlaneFacesRun {
         let mut recorder = device.recorder()?;
         self.record_faces(&mut recorder, surface)?;
         let positions = recorder.download(&self.sites)?;
-        let near = recorder.download(self.near_sites.neighbours())?;
         let counts = recorder.download(&self.faces.corner_count)?;
         let corners = recorder.download(&self.faces.corners)?;
         let fan = recorder.download(&self.faces.fan)?;
@@ -221,17 +232,25 @@ impl PlaneFacesRun {
         let triangles = self.projection.triangles(device, surface, &positions)?;
         Ok(SiteFaces {
             sites: SitesOnSurface { positions, triangles },
-            near: downloads.read(&near)?,
             fans,
-            flags: FlagCounts::of(&downloads.read(&flags)?),
+            flags: FlagCounts {
+                walk_stopped: self.projection.stopped_walks(device)?,
+                ..FlagCounts::of(&downloads.read(&flags)?)
+            },
         })
     }
+}
+
+/// The points of the sites' triangles closest to them.
+fn on_triangles(surface: &Surface, sites: &SitesOnSurface) -> Vec<DVec3> {
+    let corners = |t: u32| surface.triangles[t as usize].map(|v| surface.vertices[v as usize]);
+    let closest = |(p, t): (&DVec3, &u32)| closest_on_triangle(*p, corners(*t)).point;
+    sites.positions.iter().zip(&sites.triangles).map(closest).collect()
 }
 
 /// The sites with their faces, to be connected.
 struct SiteFaces {
     sites: SitesOnSurface,
-    near: Vec<u32>,
     fans: Fans,
     flags: FlagCounts,
 }

@@ -115,7 +115,7 @@ impl Attempts<'_> {
         progress: &mut ProgressReporter,
         clock: &mut Clock,
     ) -> Result<Outcome> {
-        let (seed, shortage) = (self.options.seed, self.options.coarse_to_fine.shortage);
+        let (seed, shortage) = (self.options.seed, self.options.shortage);
         let mut runner = Runner { shared: self, attempts: 0, progress, clock };
         let (model, vertices) = match shortage {
             Shortage::AddVertices => runner.with_enough_vertices(model, self.options.vertices)?,
@@ -181,9 +181,7 @@ impl Attempts<'_> {
     /// An outcome with a fault, unless the options refuse it.
     fn accepted(&self, outcome: Outcome) -> Result<Outcome> {
         match &outcome.fault {
-            Some(fault)
-                if outcome.is_refused() && self.options.coarse_to_fine.shortage == Shortage::Refuse =>
-            {
+            Some(fault) if outcome.is_refused() && self.options.shortage == Shortage::Refuse => {
                 Err(self.refusal(fault, None))
             }
             _ => Ok(outcome),
@@ -198,12 +196,7 @@ impl Attempts<'_> {
     /// The error for a faulty result; `tried` is the largest number of vertices tried.
     fn refusal(&self, fault: &Fault, tried: Option<usize>) -> Error {
         let vertices = self.options.vertices + self.small_vertices;
-        let problem =
-            format!("no mesh of {vertices} vertices without a fault: {}", fault.describe(self.frame));
-        let repair =
-            if self.input.is_manifold() { "" } else { "repair the input there (`weld` closes cracks), " };
         let more = tried.map_or(vertices, |tried| tried + self.small_vertices);
-        let remedy = format!("{repair}ask for more than {more}, or accept it with `shortage` best-effort");
-        Error::input(None, problem, remedy)
+        fault.refusal([vertices, more], self.input, self.frame)
     }
 }

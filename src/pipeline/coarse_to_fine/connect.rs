@@ -10,6 +10,7 @@ use crate::sites::cells::{BrokenCell, CellSites, CellSurface, connected_cells};
 use crate::sites::connect::{ConnectCounts, connect};
 use crate::sites::on_surface::SitesOnSurface;
 use crate::sites::place::Place;
+use crate::stages::flags::FlagCounts;
 use crate::{Result, TriMesh};
 
 /// At most so many times sites are moved into broken cells,
@@ -56,7 +57,7 @@ impl CoarseToFine<'_> {
                     is_sound,
                     faulty_place: broken.first().map(|b| b.farthest.0),
                     intersecting_faces: None,
-                    unbounded: 0,
+                    flags: FlagCounts::default(),
                     steps: Vec::new(),
                 });
             }

@@ -7,6 +7,7 @@ use crate::pipeline::submission::Pace;
 use crate::progress::ProgressReporter;
 use crate::sites::on_surface::SitesOnSurface;
 use crate::stages::face::planar::{PlanarFaces, PlanarInputs, PlanarMove, PlanarOptions};
+use crate::stages::flags::FlagCounts;
 use crate::stages::neighbours::lists::{ListOptions, Lists};
 use crate::stages::normals::SmoothNormals;
 use crate::stages::pins::PinnedSites;
@@ -105,8 +106,8 @@ pub(crate) struct Relaxed {
     pub near: Vec<u32>,
     /// Root mean square distance to the centroid of every iteration, in spacings.
     pub steps: Vec<f64>,
-    /// Faces of the last iteration that no site bounds within `WIDEST` spacings.
-    pub open: usize,
+    /// Of the last iteration: faces that no site bounds within `WIDEST` spacings, walks that were stopped.
+    pub flags: FlagCounts,
 }
 
 impl Level {
@@ -242,6 +243,7 @@ impl Level {
         let triangles = recorder.download(&self.site_triangle)?;
         let near = recorder.download(&self.lists.neighbours)?;
         let insecure = recorder.download(&self.faces.insecure)?;
+        let walked = recorder.download(&self.walk.normals)?;
         let downloads = recorder.submit()?;
         let insecure: Vec<u32> = downloads.read(&insecure)?;
         let last = (steps.len() as u32).checked_sub(1);
@@ -255,7 +257,11 @@ impl Level {
                 triangles: downloads.read(&triangles)?,
             },
             near: downloads.read(&near)?,
-            open: last.map_or(0, |l| self.faces.counts(&insecure, l).open),
+            flags: FlagCounts {
+                unbounded: last.map_or(0, |l| self.faces.counts(&insecure, l).open),
+                walk_stopped: Walk::stopped(&downloads.read(&walked)?),
+                ..FlagCounts::default()
+            },
             steps,
         })
     }

@@ -5,6 +5,7 @@ use crate::mesh::NONE;
 use crate::sites::connect::ConnectCounts;
 use crate::sites::curve_sites::CurveSites;
 use crate::sites::on_surface::SitesOnSurface;
+use crate::stages::flags::FlagCounts;
 use glam::DVec3;
 
 /// Relaxed sites, in the unit-diagonal frame.
@@ -38,8 +39,8 @@ pub(crate) struct LevelMesh {
     pub faulty_place: Option<DVec3>,
     /// Number of faces that intersect others, once it is known.
     pub intersecting_faces: Option<usize>,
-    /// Faces of the last iteration that no site bounds.
-    pub unbounded: usize,
+    /// Of the last iteration.
+    pub flags: FlagCounts,
     /// Root mean square step of every iteration, in spacings.
     pub steps: Vec<f64>,
 }

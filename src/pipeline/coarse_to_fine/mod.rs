@@ -26,7 +26,6 @@ use crate::sites::cells::CellSurface;
 use crate::sites::curve_clearance::CurveClearance;
 use crate::sites::on_surface::SitesOnSurface;
 use crate::sites::seed;
-use crate::stages::flags::FlagCounts;
 use crate::stages::pins::PinnedSites;
 use crate::{Error, Phase, Result};
 use finish::Reporting;
@@ -73,7 +72,7 @@ impl CoarseToFine<'_> {
         let mut reporting = Reporting { cost, progress, clock };
         let mut level = self.run_levels(&on, &plans, &mut reporting)?;
         let steps = std::mem::take(&mut level.steps);
-        let flags = FlagCounts { unbounded: level.unbounded, ..Default::default() };
+        let flags = level.flags;
         let (level, fault) = self.finish(&on, level, last.spacing, &mut reporting)?;
         let curve_sites = level.on_curves.map_or(0, |on_curves| on_curves.sites.positions.len());
         Ok(Outcome {
@@ -222,13 +221,13 @@ impl CoarseToFine<'_> {
         progress.poll()?;
         let level = Level::new(self.device, start, options)?;
         let tolerance = self.options.tolerance;
-        let Relaxed { mut sites, near, steps, open } =
+        let Relaxed { mut sites, near, steps, flags } =
             level.relax(self.device, start, &self.model.on_device(), tolerance, progress)?;
         if let Some(on_curves) = &on_curves {
             // In f64, not rounded to f32 as on the device.
             on_curves.restore(&mut sites.positions);
         }
         let sites = LevelSites { sites, on_curves, near };
-        Ok(LevelMesh { steps, unbounded: open, ..self.connect(on, sites, options.spacing, progress)? })
+        Ok(LevelMesh { steps, flags, ..self.connect(on, sites, options.spacing, progress)? })
     }
 }

@@ -60,7 +60,7 @@ impl Fallback<'_> {
         }
         let outcome = Outcome {
             // Faces that could not be filled were in those components, since a hole changes the topology.
-            counts: ConnectCounts { unfilled_faces: 0, ..faulty.counts },
+            counts: ConnectCounts { unfilled_faces: 0, cells: None, ..faulty.counts },
             simplified_components,
             flags: faulty.flags,
             edge_lengths: faulty.edge_lengths,
@@ -104,7 +104,7 @@ impl Fallback<'_> {
     }
 
     /// The outcome with this mesh, and with a fault if its faces intersect more than those of the input.
-    fn checked(&self, mesh: TriMesh, outcome: Outcome, progress: &ProgressToken) -> Result<Outcome> {
+    pub fn checked(&self, mesh: TriMesh, outcome: Outcome, progress: &ProgressToken) -> Result<Outcome> {
         let Intersections { count, new } = self.intersections(&mesh, progress)?;
         let centre = |t: &u32| mesh.corners(*t as usize).into_iter().sum::<glam::DVec3>() / 3.0;
         let mut fault =

@@ -38,6 +38,8 @@ pub struct CellOptions {
     pub max_triangles: u32,
     /// Planes of a cell (the paper's #P), at most 255.
     pub max_planes: u32,
+    /// Attempts at a cell: one by its list, one by all sites within reach, the others in thinner slabs.
+    pub max_attempts: u32,
     /// Invocations of a workgroup; halved until its cells fit the device's shared memory.
     pub workgroup: u32,
 }
@@ -52,6 +54,7 @@ impl CellOptions {
             virtual_offset: 2.0,
             max_triangles: c.max_triangles,
             max_planes: c.max_planes,
+            max_attempts: c.max_attempts,
             workgroup: c.workgroup,
         }
     }
@@ -82,6 +85,7 @@ impl CellFaces {
             max_triangles: options.max_triangles,
             max_planes: options.max_planes,
             k: options.k,
+            max_attempts: options.max_attempts,
             ..Default::default()
         };
         let push = cell::Push {

@@ -13,7 +13,10 @@ use glam::{DVec3, Vec4};
 /// those planes. It is read here as one plane for each site, through the mean of its `k` nearest points; a
 /// site is pulled to the plane at its target, and its next cell is cut by the plane through the site with
 /// that plane's normal, so that a site lies in its face. The points are the surface's vertices, with the
-/// normals of the mesh, as an oriented point cloud has its own; nothing else of the triangles is used.
+/// normals of the mesh, as an oriented point cloud has its own; nothing else of the triangles is used. Of the
+/// `k` nearest, those that face away from the nearest one do not count: a plane through points of two sheets
+/// lies between them, and so would the site. A plane has no end; a site stays as close to the nearest point
+/// as every point of the surface is.
 pub struct BestFit {
     pipeline: Pipeline<best_fit::Shader>,
     vertex_normals: Buffer<Vec4>,
@@ -24,10 +27,11 @@ pub struct BestFit {
     /// Flags ([`crate::stages::flags`]), begun anew.
     pub flags: Buffer<u32>,
     k: u32,
+    reach: f64,
 }
 
 impl BestFit {
-    /// For `sites` sites and lists of `k` vertices of the surface.
+    /// For `sites` sites and lists of `k` vertices of the surface, whose edges are at most `longest_edge`.
     ///
     /// # Errors
     /// [`crate::Error::OutOfMemory`] or [`crate::Error::Device`].
@@ -35,7 +39,7 @@ impl BestFit {
         device: &Device,
         surface: &Surface,
         sites: usize,
-        k: u32,
+        (k, longest_edge): (u32, f64),
         workgroup: Option<u32>,
     ) -> Result<Self> {
         let default = best_fit::Constants::default();
@@ -48,6 +52,8 @@ impl BestFit {
             normals: Buffer::new(device, "rvc.normals", sites)?,
             flags: Buffer::new(device, "rvc.flags", sites)?,
             k,
+            // A triangle lies in discs of this radius around its corners.
+            reach: longest_edge / 3_f64.sqrt(),
         })
     }
 
@@ -63,7 +69,7 @@ impl BestFit {
         neighbours: &Buffer<u32>,
         SurfaceBuffers { vertices, .. }: &SurfaceBuffers,
     ) -> Result<()> {
-        let push = best_fit::Push { site_count: targets.len() as u32, k: self.k };
+        let push = best_fit::Push { site_count: targets.len() as u32, k: self.k, reach: self.reach as f32 };
         let Self { vertex_normals, projected, normals, flags, .. } = self;
         let bindings =
             best_fit::Bindings { targets, neighbours, vertices, vertex_normals, projected, normals, flags };

@@ -15,7 +15,8 @@ pub struct Walk {
     pipeline: Pipeline<walk::Shader>,
     /// Points on the surface; w = distance of the projection.
     pub projected: Buffer<Vec4>,
-    /// Unit normals of the surface there, interpolated between its vertices, on the triangle's side; w = 0.
+    /// Unit normals of the surface there, interpolated between its vertices, on the triangle's side; w = 1
+    /// where the walk was stopped, otherwise 0.
     pub normals: Buffer<Vec4>,
 }
 
@@ -36,6 +37,11 @@ impl Walk {
             projected: Buffer::new(device, "default.walk.projected", sites)?,
             normals: Buffer::new(device, "default.walk.normals", sites)?,
         })
+    }
+
+    /// How many walks were stopped before they ended; `normals` are those downloaded.
+    pub fn stopped(normals: &[Vec4]) -> usize {
+        normals.iter().filter(|normal| normal.w != 0.0).count()
     }
 
     /// Records the walks of `targets` from the triangles in `site_triangle`, which become those under the

@@ -67,10 +67,50 @@ fn lattices_with_four_sites_on_every_circle() {
 
 #[test]
 fn the_distance_of_the_virtual_points_does_not_matter() {
-    let (sites, normals) = on_sphere(300, 7);
-    for virtual_offset in [2.0, 20.0, 500.0] {
-        let options = CellOptions { virtual_offset, ..CellOptions::paper(32, spacing_on_sphere(300)) };
-        assert_faces(&sites, &normals, &options);
+    // The centre of the sphere, where all bisectors meet, is outside the cubes.
+    let (sites, normals) = on_sphere(1200, 7);
+    let (sites, normals) = (rounded(&sites), rounded(&normals));
+    let paper = CellOptions::paper(48, spacing_on_sphere(1200));
+    for virtual_offset in [0.25, 2.0, 20.0, 500.0] {
+        // A second attempt could be in another slab.
+        let options = CellOptions { virtual_offset, max_attempts: 1, ..paper };
+        let got = device_faces(&sites, &normals, &options);
+        let flags = FlagCounts::of(&got.flags);
+        assert!(flags.badly_closed == 0 && flags.incomplete < 12, "{virtual_offset}: {flags:?}");
+        for i in (0..1200).filter(|i| got.flags[*i] == 0) {
+            let (u, v) = frame(normals[i]);
+            let want = face(&sites, i, u, v, BOX_HALF * paper.spacing);
+            assert_same_polygon(i, &got.corners[i], &got.fans[i], &want);
+        }
+    }
+}
+
+#[test]
+fn where_bisectors_meet_in_a_point_a_thinner_slab_helps() {
+    let (sites, normals) = on_sphere(200, 7);
+    let options = CellOptions { virtual_offset: 20.0, ..CellOptions::paper(32, spacing_on_sphere(200)) };
+    let (on, along) = (rounded(&sites), rounded(&normals));
+    let open = |virtual_offset| {
+        let once = CellOptions { max_attempts: 1, virtual_offset, ..options };
+        FlagCounts::of(&device_faces(&on, &along, &once).flags).badly_closed
+    };
+    assert!(open(20.0) > 20 && open(2.0) == 0, "{} {}", open(20.0), open(2.0));
+    assert_faces(&sites, &normals, &options);
+}
+
+#[test]
+fn faces_that_are_not_completed_for_lack_of_attempts_are_flagged() {
+    let (sites, normals) = on_sphere(300, 2);
+    let (sites, normals) = (rounded(&sites), rounded(&normals));
+    let paper = CellOptions::paper(4, spacing_on_sphere(300));
+    let whole = device_faces(&sites, &normals, &paper);
+    let by_list = device_faces(&sites, &normals, &CellOptions { max_attempts: 1, ..paper });
+    let [complete, not] = [&whole, &by_list].map(|faces| FlagCounts::of(&faces.flags));
+    assert_eq!((complete.incomplete, not.incomplete), (0, complete.security_missed));
+    assert_eq!(not.security_missed, complete.security_missed);
+    // What is not flagged is whole.
+    for i in (0..300).filter(|i| by_list.flags[*i] == 0) {
+        assert_eq!(by_list.corners[i], whole.corners[i], "site {i}");
     }
 }
 

@@ -3,6 +3,8 @@
 use super::model::{Model, ROUNDING, fan};
 use crate::reference::closest::onto_triangle;
 use crate::support::{assert_valid, cloud, device, rounded, upload};
+use glam::DVec3;
+use rtfmesh::TriMesh;
 use rtfmesh::gpu::Buffer;
 use rtfmesh::mesh::features::{FeatureOptions, find_features};
 use rtfmesh::mesh::samples::sample;
@@ -86,4 +88,24 @@ fn walks_end_in_their_patch_with_its_normal() {
         let normal = normals[i].truncate().as_dvec3();
         assert!(normal.distance(surface.normals[*t as usize]) < 1e-4, "site {i}: {normal}");
     }
+}
+
+/// A strip of triangles along x.
+fn strip(length: u32) -> TriMesh {
+    let at = |i: u32| DVec3::new(0.5 * f64::from(i), f64::from(i % 2), 0.0);
+    let triangle = |i: u32| if i.is_multiple_of(2) { [i, i + 2, i + 1] } else { [i, i + 1, i + 2] };
+    TriMesh { vertices: (0..length + 2).map(at).collect(), triangles: (0..length).map(triangle).collect() }
+}
+
+#[test]
+fn walks_that_are_stopped_are_counted() {
+    let model = Model::new(&strip(1000));
+    let middle = |t: u32| model.corners[t as usize].into_iter().sum::<DVec3>() / 3.0;
+    // From the first triangle to one that is near, to one as far as a walk may go, and to two beyond.
+    let targets: Vec<DVec3> = [3, 200, 300, 999].map(middle).to_vec();
+    let [walked, _] = model.project(&targets, &[0; 4], 64);
+    assert_eq!(walked.normals.iter().map(|n| n.w).collect::<Vec<_>>(), [0.0, 0.0, 1.0, 1.0]);
+    assert_eq!(Walk::stopped(&walked.normals), 2);
+    assert!(walked.under[3] > 200 && walked.under[3] < 300, "{:?}", walked.under);
+    assert_eq!(walked.under[1], 200);
 }
