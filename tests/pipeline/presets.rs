@@ -67,6 +67,16 @@ fn power_faces_relax_as_tangent_faces_do() {
 }
 
 #[test]
+fn cells_connect_where_fans_have_the_topology_but_fold() {
+    let options = Options::rpf(150).iterations(20).seed(2);
+    let result = run(&sample("genus3").unwrap(), &options).summary;
+    assert_eq!(result.warnings, Vec::<String>::new());
+    assert!(result.connected.cells.is_some(), "{:?}", result.connected);
+    // 23.7 degrees by the fans.
+    assert!(result.output.quality.theta_min > 25.5, "{}", result.output.quality.theta_min);
+}
+
+#[test]
 fn planes_of_a_cloud_hold_the_sites() {
     for (name, n) in [("torus", 500), ("bumpy-sphere", 400), ("two-components", 400)] {
         let result = assert_sound(name, &Options::rvc(n).iterations(40));

@@ -5,7 +5,7 @@ use super::projection::SiteProjection;
 use super::unused::place_unused;
 use crate::gpu::{Buffer, Device, Recorder};
 use crate::mesh::topology::{Topology, topology};
-use crate::mesh::triangle::closest_on_triangle;
+use crate::mesh::triangle::{closest_on_triangle, doubled_normal};
 use crate::options::Options;
 use crate::options::{Face, Neighbours};
 use crate::pipeline::near_sites::near_sites;
@@ -156,9 +156,9 @@ impl PlaneFacesRun {
         self.faces.record(recorder, &self.sites, normals, neighbours, &self.site_tiles, flags)
     }
 
-    /// Connects the sites by the fans of their faces. If that gives a wrong topology, as it may at creases,
-    /// which tangent planes do not describe, exact connected cells are tried, and the result closer to the
-    /// input's topology is taken.
+    /// Connects the sites by the fans of their faces. If that gives a wrong topology or folds, as it may at
+    /// creases, which tangent planes do not describe, exact connected cells are tried, and the result with
+    /// fewer errors is taken.
     pub fn connect(
         &self,
         device: &Device,
@@ -168,19 +168,21 @@ impl PlaneFacesRun {
     ) -> Result<Outcome> {
         let faces = self.faces(device, surface)?;
         let errors = |triangles: &[[u32; 3]], counts: &ConnectCounts| {
-            let got =
-                topology(&TriMesh { vertices: faces.sites.positions.clone(), triangles: triangles.to_vec() });
-            (got.euler - input.euler).unsigned_abs() as usize
+            let mesh = TriMesh { vertices: faces.sites.positions.clone(), triangles: triangles.to_vec() };
+            let got = topology(&mesh);
+            let of_topology = (got.euler - input.euler).unsigned_abs() as usize
                 + got.components.abs_diff(input.components)
                 + got.boundary_loops.abs_diff(input.boundary_loops)
                 + got.nonmanifold_edges
                 + got.nonmanifold_vertices
-                + counts.unconnected_sites
+                + counts.unconnected_sites;
+            // Compared in this order.
+            (of_topology, folded_triangles(&mesh, surface, &faces.sites.triangles))
         };
         let (mut triangles, mut counts) = connect(&faces.sites.positions, &faces.fans);
         let mut faulty_place = None;
         let errors_by_fans = errors(&triangles, &counts);
-        if errors_by_fans > 0 {
+        if errors_by_fans > (0, 0) {
             let on = CellSurface::new(&surface.vertices, &surface.triangles, &surface.normals);
             // Sites on planes may be so far from the surface that another one is nearer to the point under
             // them; their cells would be empty, and they would be lost.
@@ -195,7 +197,7 @@ impl PlaneFacesRun {
             let cells = progress.during(|progress| connected_cells(&on, &sites, progress))?;
             faulty_place = cells.broken.first().map(|broken| broken.farthest.0);
             let (by_cells, cell_counts) = connect(&faces.sites.positions, &cells.fans);
-            if errors(&by_cells, &cell_counts) < errors_by_fans {
+            if errors(&by_cells, &cell_counts) <= errors_by_fans {
                 triangles = by_cells;
                 counts = ConnectCounts { cells: Some(cells.certificate), ..cell_counts };
             }
@@ -239,6 +241,15 @@ impl PlaneFacesRun {
             },
         })
     }
+}
+
+/// The triangles of a mesh of sites that face away from the surface's triangle under one of their corners.
+fn folded_triangles(mesh: &TriMesh, surface: &Surface, under: &[u32]) -> usize {
+    let is_folded = |t: &usize| {
+        let normal = doubled_normal(mesh.corners(*t));
+        mesh.triangles[*t].iter().any(|v| normal.dot(surface.normals[under[*v as usize] as usize]) < 0.0)
+    };
+    (0..mesh.triangles.len()).filter(is_folded).count()
 }
 
 /// The points of the sites' triangles closest to them.
