@@ -86,7 +86,7 @@ fn per_iteration(few: &Row, more: &Row) -> Option<f64> {
 fn note(row: &Row, seconds: Option<f64>) -> String {
     match (&row.figures, seconds) {
         (None, _) => row.note.clone(),
-        (Some(_), None) => "too fast to tell".to_owned(),
+        (Some(_), None) => "the runs differ too little".to_owned(),
         _ => String::new(),
     }
 }

@@ -172,7 +172,7 @@ fn options_out_of_range_and_unknown_words() {
         ("--iterations -1", ["-1", "--help"]),
         ("--seed x", ["--seed", "--help"]),
         ("--preset best", ["best", "rtf"]),
-        ("--centroid middle", ["middle", "vertex, area"]),
+        ("--centroid middle", ["middle", "corners, weighted-corners, area"]),
         ("--colour", ["--colour", "--help"]),
     ] {
         refused(&place, &format!("remesh in.ply out.ply -n 100 --report r.json {option}"), 2, &words);
