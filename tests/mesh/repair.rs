@@ -175,6 +175,19 @@ fn a_closed_body_with_half_of_its_faces_turned_over_faces_outwards() {
 }
 
 #[test]
+fn a_closed_body_faces_outwards_even_if_most_of_its_faces_do_not_but_a_cavity_inwards() {
+    let mut body = sample("box").unwrap();
+    (0..9).for_each(|t| body.triangles[t].swap(1, 2));
+    assert!((six_volumes(&repair(&body).unwrap().mesh) - 6.0).abs() < 1e-12);
+    // The same in a larger body.
+    let mut outer = sample("box").unwrap();
+    outer.vertices.iter_mut().for_each(|v| *v = 3.0 * *v - DVec3::ONE);
+    outer.triangles.extend(body.triangles.iter().map(|t| t.map(|v| v + outer.vertices.len() as u32)));
+    outer.vertices.extend(&body.vertices);
+    assert!((six_volumes(&repair(&outer).unwrap().mesh) - 6.0 * 26.0).abs() < 1e-9);
+}
+
+#[test]
 fn a_cavity_with_one_face_turned_over_stays_one() {
     let mut cavity = sample("sphere").unwrap();
     cavity.triangles.iter_mut().for_each(|t| t.swap(1, 2));

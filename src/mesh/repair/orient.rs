@@ -1,61 +1,96 @@
 //! Turns faces over that disagree with those around them.
 
+use glam::DVec3;
+
 use super::counts::RepairCounts;
 use crate::TriMesh;
 use crate::mesh::half_edges::EdgeTable;
 
-/// Where the smaller part of a closed component has more than this share of the area, the larger one says too
-/// little, and outwards is right.
-const UNDECIDED: f64 = 0.4;
+/// Faces of a closed component that disagree with the others say something about it from this share of the
+/// area on.
+const STRAY: f64 = 0.02;
 
-/// Makes the faces of each orientable component agree with the larger part of it by area, or, if it is closed
-/// and the parts are about equal, face outwards. A component is connected by edges of two faces: where more
-/// meet, or only a vertex, either side is right.
+/// Triangles connected by edges of two faces.
+struct Component {
+    triangles: Vec<usize>,
+    orientable: bool,
+    is_closed: bool,
+    low: DVec3,
+    high: DVec3,
+}
+
+impl Component {
+    /// Whether its bounding box is inside that of the other one, as a cavity's is.
+    fn is_within(&self, other: &Self) -> bool {
+        other.low.cmplt(self.low).all() && self.high.cmplt(other.high).all()
+    }
+}
+
+/// Makes the faces of each orientable component agree, if some do not: closed ones face outwards, unless they
+/// are inside another one, and may be a cavity. These, open ones and those with few stray faces are as the
+/// larger part of them by area.
+/// A component is connected by edges of two faces: where more meet, or only a vertex, either side is right.
 pub(super) fn orient(mesh: &mut TriMesh, counts: &mut RepairCounts) {
     let across = neighbours(&mesh.triangles);
     if !across.iter().flatten().any(|(_, agrees)| !agrees) {
         return;
     }
+    let (components, turned) = components(mesh, &across);
+    for component in &components {
+        if !component.orientable {
+            counts.unorientable_components += 1;
+            continue;
+        }
+        let mut areas = [0.0; 2];
+        let triangles = &component.triangles;
+        triangles.iter().for_each(|t| areas[usize::from(turned[*t])] += mesh.doubled_normal(*t).length());
+        let disagree = areas[0].min(areas[1]) > STRAY * (areas[0] + areas[1]);
+        let is_cavity = || components.iter().any(|other| other.is_closed && component.is_within(other));
+        let wrong = if disagree && component.is_closed && !is_cavity() {
+            inward(mesh, triangles, &turned)
+        } else {
+            u8::from(areas[0] >= areas[1])
+        };
+        for t in triangles.iter().filter(|t| turned[**t] == wrong) {
+            mesh.triangles[*t].swap(1, 2);
+            counts.faces_turned += 1;
+        }
+    }
+}
+
+/// The components, and for each triangle whether it has to be turned over (1) to agree with the first one of
+/// its component (0).
+fn components(mesh: &TriMesh, across: &[Vec<(usize, bool)>]) -> (Vec<Component>, Vec<u8>) {
     const UNSEEN: u8 = 2;
+    let mut components = Vec::new();
     let mut turned = vec![UNSEEN; mesh.triangles.len()];
     for first in 0..turned.len() {
         if turned[first] != UNSEEN {
             continue;
         }
         turned[first] = 0;
-        let mut part = vec![first];
+        let mut triangles = vec![first];
         let (mut next, mut orientable) = (0, true);
-        while next < part.len() {
-            let t = part[next];
+        while next < triangles.len() {
+            let t = triangles[next];
             next += 1;
             for &(other, agrees) in &across[t] {
                 let want = turned[t] ^ u8::from(!agrees);
                 if turned[other] == UNSEEN {
                     turned[other] = want;
-                    part.push(other);
+                    triangles.push(other);
                 } else {
                     orientable &= turned[other] == want;
                 }
             }
         }
-        if !orientable {
-            counts.unorientable_components += 1;
-            continue;
-        }
-        let mut areas = [0.0; 2];
-        part.iter().for_each(|t| areas[usize::from(turned[*t])] += mesh.doubled_normal(*t).length());
-        let mut smaller = u8::from(areas[0] >= areas[1]);
-        let is_closed = part.iter().all(|t| across[*t].len() == 3);
-        if is_closed && areas[usize::from(smaller)] > UNDECIDED * (areas[0] + areas[1]) {
-            smaller = inward(mesh, &part, &turned);
-        }
-        for t in part {
-            if turned[t] == smaller {
-                mesh.triangles[t].swap(1, 2);
-                counts.faces_turned += 1;
-            }
-        }
+        let is_closed = triangles.iter().all(|t| across[*t].len() == 3);
+        let corners = || triangles.iter().flat_map(|t| mesh.corners(*t));
+        let low = corners().fold(DVec3::INFINITY, DVec3::min);
+        let high = corners().fold(DVec3::NEG_INFINITY, DVec3::max);
+        components.push(Component { triangles, orientable, is_closed, low, high });
     }
+    (components, turned)
 }
 
 /// Which of the two orientations has to be turned over so that a closed component faces outwards.
