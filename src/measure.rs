@@ -6,7 +6,7 @@ use glam::DVec3;
 use rayon::slice::ParallelSliceMut;
 use serde::Serialize;
 
-use crate::mesh::distance::{Distances, distances};
+use crate::mesh::distance::{DEFAULT_ACCURACY, Distances, check_accuracy, distances_within};
 use crate::mesh::half_edges::EdgeTable;
 use crate::mesh::intersections::intersecting_faces;
 use crate::mesh::quality::{Quality, Valence, corner_points, folded_share, power_of_two_scale};
@@ -44,7 +44,24 @@ pub struct Measures {
 /// Fails with [`Error::Input`] if either mesh has no faces, a coordinate that is not a finite number, or an
 /// index without a vertex, and if the reference has no extent.
 pub fn measure(mesh: &TriMesh, reference: Option<&TriMesh>) -> Result<Measures> {
+    measure_within(mesh, reference, DEFAULT_ACCURACY)
+}
+
+/// As [`measure`], with Hausdorff distances as close as `accuracy` asks for; see [`distances_within`].
+///
+/// Fails with [`Error::Usage`] as well, if that is out of range.
+pub fn measure_within(mesh: &TriMesh, reference: Option<&TriMesh>, accuracy: f64) -> Result<Measures> {
+    check_accuracy(accuracy)?;
+    let reference = reference.map(|mesh| Reference { mesh, accuracy });
     measure_some(mesh, reference, Crossing::Find, &ProgressToken::default())
+}
+
+/// What distances are measured to.
+#[derive(Clone, Copy)]
+pub(crate) struct Reference<'a> {
+    pub mesh: &'a TriMesh,
+    /// As in [`distances_within`].
+    pub accuracy: f64,
 }
 
 /// What to do about faces that intersect others.
@@ -60,7 +77,7 @@ pub(crate) enum Crossing {
 /// As [`measure`], looking for intersections only if asked to; also fails with [`Error::Cancelled`].
 pub(crate) fn measure_some(
     mesh: &TriMesh,
-    reference: Option<&TriMesh>,
+    reference: Option<Reference>,
     crossing: Crossing,
     progress: &ProgressToken,
 ) -> Result<Measures> {
@@ -68,8 +85,8 @@ pub(crate) fn measure_some(
     let mesh = weld(mesh);
     let distances = match reference {
         Some(reference) => {
-            check_mesh(reference, "reference mesh")?;
-            Some(distances(&mesh, &weld(reference), progress)?)
+            check_mesh(reference.mesh, "reference mesh")?;
+            Some(distances_within(&mesh, &weld(reference.mesh), reference.accuracy, progress)?)
         }
         None => None,
     };

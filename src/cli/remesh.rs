@@ -77,6 +77,12 @@ struct OutputArgs {
     /// It is one file that needs no network. Distances to the input are measured for it.
     #[arg(long, value_name = "FILE.html")]
     html: Option<PathBuf>,
+    /// How closely the report bounds the Hausdorff distances: gap between the ends, relative to the upper end
+    /// [default: 0.01]
+    ///
+    /// 1e-6 to 0.5. Gaps below 5e-7 of the diagonal are small enough in any case.
+    #[arg(long, value_name = "SHARE", hide_short_help = true)]
+    accuracy: Option<f64>,
     /// Print the plan and write nothing; needs no device
     #[arg(long, hide_short_help = true)]
     dry_run: bool,
@@ -102,6 +108,14 @@ pub fn run(args: &Args) -> Result<ExitCode> {
         (false, true) => MeasureDepth::Basic,
     };
     let mut options = args.method.options(&args.research, size, measures)?;
+    if let Some(accuracy) = args.out.accuracy {
+        if !wants_report {
+            let problem = "--accuracy works only with --report and --html";
+            return Err(Error::usage(problem, "leave it out, or add one of them").into());
+        }
+        options.accuracy = accuracy;
+        options.validate()?;
+    }
     args.attributes.check(options.method)?;
     let target = args.output.as_deref().map(|path| Target::new(path, args.out.format)).transpose()?;
     refuse_overwriting(args)?;

@@ -42,8 +42,13 @@ impl Aabb {
         self.min.cmple(other.max).all() && other.min.cmple(self.max).all()
     }
 
-    fn distance_sq(&self, p: DVec3) -> f64 {
+    pub(super) fn distance_sq(&self, p: DVec3) -> f64 {
         (self.min - p).max(p - self.max).max(DVec3::ZERO).length_squared()
+    }
+
+    /// The least distance between points of both boxes.
+    pub fn distance_to(&self, other: &Self) -> f64 {
+        (self.min - other.max).max(other.min - self.max).max(DVec3::ZERO).length()
     }
 
     /// Half the surface, in the unit of the coordinates squared; 0 for [`Aabb::EMPTY`].
@@ -115,6 +120,11 @@ impl Bvh {
         let corners = |&t: &u32| mesh.corners(t as usize);
         let triangles = order.iter().map(corners).map(|at| Corners { at, sliver: is_sliver(at) }).collect();
         Self { nodes, order, triangles }
+    }
+
+    /// The box of all triangles; [`Aabb::EMPTY`] without any.
+    pub fn bounds(&self) -> Aabb {
+        self.nodes.first().map_or(Aabb::EMPTY, |root| root.bounds)
     }
 
     /// The triangles' indices in leaf order: neighbours in this list are near each other in space.
@@ -207,6 +217,11 @@ impl Bvh {
         (rank < self.order.len()).then(|| self.on_triangle(rank, p))
     }
 
+    /// The corners of the triangle at `rank` of [`Bvh::leaf_order`]; `None` if that is out of range.
+    pub fn corners_at(&self, rank: usize) -> Option<[DVec3; 3]> {
+        self.triangles.get(rank).map(|corners| corners.at)
+    }
+
     fn on_triangle(&self, rank: usize, p: DVec3) -> Closest {
         let Corners { at, sliver } = self.triangles[rank];
         let found = if sliver { closest_on_sliver(p, at) } else { closest_on_regular(p, at) };
@@ -220,6 +235,15 @@ impl Bvh {
 
     /// Calls `visit` with each triangle whose box overlaps or touches `bounds`, in a fixed order.
     pub fn overlapping(&self, bounds: &Aabb, mut visit: impl FnMut(u32)) {
+        self.overlapping_ranks(bounds, |rank| visit(self.order[rank]));
+    }
+
+    /// As [`Bvh::overlapping`], with the triangles' corners.
+    pub fn overlapping_corners(&self, bounds: &Aabb, mut visit: impl FnMut([DVec3; 3])) {
+        self.overlapping_ranks(bounds, |rank| visit(self.triangles[rank].at));
+    }
+
+    fn overlapping_ranks(&self, bounds: &Aabb, mut visit: impl FnMut(usize)) {
         if self.nodes.is_empty() {
             return;
         }
@@ -236,7 +260,7 @@ impl Bvh {
                 let start = node.start_or_skip as usize;
                 for rank in start..start + node.count as usize {
                     if Aabb::of(self.triangles[rank].at).overlaps(bounds) {
-                        visit(self.order[rank]);
+                        visit(rank);
                     }
                 }
             } else {

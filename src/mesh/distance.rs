@@ -1,4 +1,6 @@
-//! Hausdorff and root-mean-square distance between two surfaces.
+//! Certified Hausdorff distances and sampled root mean square distances between two surfaces.
+
+use std::ops::{Range, RangeInclusive};
 
 use glam::DVec3;
 use rayon::prelude::*;
@@ -7,16 +9,27 @@ use serde::Serialize;
 use super::TriMesh;
 use super::bvh::Bvh;
 use super::half_edges::EdgeTable;
+use super::hausdorff::{Effort, Indexed, one_sided};
 use super::quality::power_of_two_scale;
 use super::triangle::doubled_normal;
 use crate::{Error, ProgressToken, Result};
 
+/// Gap between the ends of a Hausdorff distance over the upper end, unless another one is asked for.
+pub const DEFAULT_ACCURACY: f64 = 0.01;
+/// Gaps that can be asked for.
+pub const ACCURACIES: RangeInclusive<f64> = 1e-6..=0.5;
+
+/// A gap of this share of the diagonal is small enough, whatever the accuracy: half of the last digit that is
+/// printed.
+const FLOOR: f64 = 5e-7;
 /// Samples on the edges and as many on the faces of either mesh, at the least.
-const MIN_SAMPLES: usize = 200_000;
+const MIN_SAMPLES: usize = 50_000;
 /// Samples of each kind per vertex of the larger mesh, at the least.
-const SAMPLES_PER_VERTEX: usize = 4;
-/// How far beyond the reference's size a mesh may reach.
-const MAX_RATIO: f64 = 1e100;
+const SAMPLES_PER_VERTEX: usize = 1;
+/// How far beyond the reference's size a mesh may reach: fourth powers must stay in the range of f64.
+const MAX_RATIO: f64 = 1e60;
+/// Distances that differ by this share of them are as good as equal.
+const NEGLIGIBLE: f64 = 1e-6;
 /// Samples that one thread takes in a row, each starting its search where the last one ended.
 const CHUNK: usize = 2048;
 /// Multiples of these, without their integer part, fill the unit square evenly: the inverse powers of the
@@ -25,15 +38,28 @@ const PLANE_SEQUENCE: [f64; 2] = [0.754_877_666_246_692_8, 0.569_840_290_998_053
 
 /// Distances in percent of the diagonal of the reference's bounding box, which spans all its vertices, used
 /// or not.
+///
+/// Hausdorff distances are certified: each is an interval that contains the distance between the surfaces, in
+/// every point of them. Root mean squares are of samples, half of them evenly along the edges and half evenly
+/// over the faces, as in Cignoni, Rocchini and Scopigno, "Metro", 1998.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 #[non_exhaustive]
 pub struct Distances {
-    /// Largest distance of a sample on the mesh to the reference.
+    /// Upper end of the Hausdorff distance to the reference: no point of the mesh is farther from it.
     pub hausdorff_to_reference: f64,
-    /// Largest distance of a sample on the reference to the mesh.
+    /// Lower end: some point of the mesh is so far from the reference.
+    pub hausdorff_to_reference_lower: f64,
+    /// Upper end of the Hausdorff distance from the reference: no point of it is farther from the mesh.
     pub hausdorff_from_reference: f64,
-    /// The larger of the two.
+    /// Lower end: some point of the reference is so far from the mesh.
+    pub hausdorff_from_reference_lower: f64,
+    /// The larger upper end.
     pub hausdorff: f64,
+    /// The larger lower end.
+    pub hausdorff_lower: f64,
+    /// Whether the ends are as close as asked for; if not, the budget of subdivisions ran out: 2 million, and
+    /// 30 for each triangle of both meshes.
+    pub hausdorff_close: bool,
     /// Root mean square distance of the samples on the mesh to the reference.
     pub rms_to_reference: f64,
     /// Root mean square distance of the samples on the reference to the mesh.
@@ -42,28 +68,102 @@ pub struct Distances {
     pub rms: f64,
 }
 
-/// Distances between `mesh` and `reference`, both ways, from at least 400,000 samples on each.
+/// Distances between `mesh` and `reference`, both ways, with the [`DEFAULT_ACCURACY`].
 ///
-/// A mesh is sampled at all vertices that a face uses, evenly along its edges and evenly over its faces; all
-/// samples count alike, as in Cignoni, Rocchini and Scopigno, "Metro", 1998. From a sample, the distance to
-/// the other surface is exact up to rounding. The result is the same on every run and for every number of
-/// threads.
-///
-/// Fails if either mesh has no faces or a coordinate that is not finite, if the reference has no extent, or
-/// if the mesh reaches 1e100 times as far as the reference, and with [`Error::Cancelled`]. Panics if an index
-/// is out of range.
+/// # Errors
+/// As [`distances_within`].
 pub fn distances(mesh: &TriMesh, reference: &TriMesh, progress: &ProgressToken) -> Result<Distances> {
+    distances_within(mesh, reference, DEFAULT_ACCURACY, progress)
+}
+
+/// Distances between `mesh` and `reference`, both ways.
+///
+/// The ends of the Hausdorff distances are apart by at most `accuracy` of the upper end, or by 5e-7 of the
+/// diagonal, whichever is more. They contain the distance even if all roundings of f64 add up, for which they
+/// leave 1e-12 of the size of both meshes together. At least 100,000 samples on either mesh make up the root
+/// mean squares. The result is the same on every run and for every number of threads.
+///
+/// # Errors
+/// [`Error::Usage`] if `accuracy` is not among the [`ACCURACIES`]. [`Error::Input`] if either mesh has no
+/// faces or a coordinate that is not finite, if the reference has no extent, or if the mesh reaches 1e60
+/// times as far as the reference. [`Error::Cancelled`]. Panics if an index is out of range.
+pub fn distances_within(
+    mesh: &TriMesh,
+    reference: &TriMesh,
+    accuracy: f64,
+    progress: &ProgressToken,
+) -> Result<Distances> {
+    check_accuracy(accuracy)?;
     let vertices = mesh.vertices.len().max(reference.vertices.len());
-    distances_sampled(mesh, reference, MIN_SAMPLES.max(SAMPLES_PER_VERTEX * vertices), progress)
+    measure(mesh, reference, accuracy, MIN_SAMPLES.max(SAMPLES_PER_VERTEX * vertices), progress)
 }
 
 /// As [`distances`], with `samples` samples on the edges and as many on the faces of either mesh.
+///
+/// # Errors
+/// As [`distances_within`].
 pub fn distances_sampled(
     mesh: &TriMesh,
     reference: &TriMesh,
     samples: usize,
     progress: &ProgressToken,
 ) -> Result<Distances> {
+    measure(mesh, reference, DEFAULT_ACCURACY, samples, progress)
+}
+
+/// Whether Hausdorff distances can be so close.
+///
+/// # Errors
+/// [`Error::Usage`].
+pub(crate) fn check_accuracy(accuracy: f64) -> Result<()> {
+    if ACCURACIES.contains(&accuracy) {
+        return Ok(());
+    }
+    let problem = format!("`accuracy` {accuracy} is out of range");
+    let remedy = format!("use {:e} to {}", ACCURACIES.start(), ACCURACIES.end());
+    Err(Error::option("accuracy", problem, remedy))
+}
+
+fn measure(
+    mesh: &TriMesh,
+    reference: &TriMesh,
+    accuracy: f64,
+    samples: usize,
+    progress: &ProgressToken,
+) -> Result<Distances> {
+    let (mesh, reference, diagonal) = placed(mesh, reference)?;
+    let (mesh_bvh, reference_bvh) = (Bvh::new(&mesh), Bvh::new(&reference));
+    let mesh = Indexed { mesh: &mesh, bvh: &mesh_bvh };
+    let reference = Indexed { mesh: &reference, bvh: &reference_bvh };
+    let steps = Effort::usual_steps(mesh.mesh, reference.mesh);
+    let effort = Effort { relative: accuracy, absolute: FLOOR * diagonal, steps };
+    let to = one_sided(mesh, reference, effort, progress)?;
+    let from = one_sided(reference, mesh, effort, progress)?;
+    // Very far apart, all points are equally far.
+    let least = mesh_bvh.bounds().distance_to(&reference_bvh.bounds());
+    let rms = |from: Indexed, to: Indexed, upper: f64| {
+        let alike = upper - least <= NEGLIGIBLE * upper && upper > 0.0;
+        if alike { Ok(upper) } else { Samples::new(from, samples).rms(to.bvh, progress) }
+    };
+    let (rms_to, rms_from) = (rms(mesh, reference, to.upper)?, rms(reference, mesh, from.upper)?);
+    let percent = 100.0 / diagonal;
+    Ok(Distances {
+        hausdorff_to_reference: to.upper * percent,
+        hausdorff_to_reference_lower: to.lower * percent,
+        hausdorff_from_reference: from.upper * percent,
+        hausdorff_from_reference_lower: from.lower * percent,
+        hausdorff: to.upper.max(from.upper) * percent,
+        hausdorff_lower: to.lower.max(from.lower) * percent,
+        hausdorff_close: to.close && from.close,
+        rms_to_reference: rms_to * percent,
+        rms_from_reference: rms_from * percent,
+        rms: rms_to.max(rms_from) * percent,
+    })
+}
+
+/// Both meshes with the reference at the origin and of a size of about one, so that squares stay in range and
+/// roundings are small, and its diagonal then.
+fn placed(mesh: &TriMesh, reference: &TriMesh) -> Result<(TriMesh, TriMesh, f64)> {
     for (name, mesh) in [("mesh", mesh), ("reference mesh", reference)] {
         if mesh.triangles.is_empty() {
             let problem = format!("the {name} has no faces to measure distances to");
@@ -75,50 +175,23 @@ pub fn distances_sampled(
         }
     }
     let scale = power_of_two_scale(reference.vertices.iter().copied());
-    let place = Placement { origin: reference.vertices[0] * scale, scale };
-    let (mesh, reference) = (place.apply(mesh), place.apply(reference));
+    let origin = reference.vertices[0] * scale;
+    let place = |mesh: &TriMesh| TriMesh {
+        vertices: mesh.vertices.iter().map(|&v| v * scale - origin).collect(),
+        triangles: mesh.triangles.clone(),
+    };
+    let (mesh, reference) = (place(mesh), place(reference));
     let diagonal = reference.bounds().map_or(0.0, |(lo, hi)| lo.distance(hi));
     if diagonal == 0.0 {
         let problem = "all vertices of the reference mesh are at one point";
         return Err(Error::input(None, problem, "give a reference with some extent"));
     }
-    // The reference is of about size one now; far beyond this, sums of squares would leave the range of f64.
     let largest = mesh.vertices.iter().fold(0.0, |m: f64, v| m.max(v.abs().max_element()));
     if largest > MAX_RATIO {
         let problem = "the mesh and its reference differ too much in size or place to measure distances";
         return Err(Error::input(None, problem, "check that both are in the same unit"));
     }
-    let (mesh_bvh, reference_bvh) = (Bvh::new(&mesh), Bvh::new(&reference));
-    let to = Samples::new(&mesh, &mesh_bvh, samples).measure(&reference_bvh, progress)?;
-    let from = Samples::new(&reference, &reference_bvh, samples).measure(&mesh_bvh, progress)?;
-    let percent = 100.0 / diagonal;
-    Ok(Distances {
-        hausdorff_to_reference: to.hausdorff * percent,
-        hausdorff_from_reference: from.hausdorff * percent,
-        hausdorff: to.hausdorff.max(from.hausdorff) * percent,
-        rms_to_reference: to.rms * percent,
-        rms_from_reference: from.rms * percent,
-        rms: to.rms.max(from.rms) * percent,
-    })
-}
-
-/// Brings the reference to the origin and to a size of about one, so that squares stay in range.
-struct Placement {
-    origin: DVec3,
-    scale: f64,
-}
-
-impl Placement {
-    fn apply(&self, mesh: &TriMesh) -> TriMesh {
-        let vertices = mesh.vertices.iter().map(|&v| v * self.scale - self.origin).collect();
-        TriMesh { vertices, triangles: mesh.triangles.clone() }
-    }
-}
-
-/// Distances in the unit of the placed meshes.
-struct OneWay {
-    hausdorff: f64,
-    rms: f64,
+    Ok((mesh, reference, diagonal))
 }
 
 /// Where to sample a mesh. Vertices, edges and faces are listed in the leaf order of its hierarchy, so that
@@ -136,7 +209,7 @@ struct Samples {
 }
 
 impl Samples {
-    fn new(mesh: &TriMesh, bvh: &Bvh, count: usize) -> Self {
+    fn new(Indexed { mesh, bvh }: Indexed, count: usize) -> Self {
         let mut renamed = vec![u32::MAX; mesh.vertices.len()];
         let mut vertices = Vec::with_capacity(mesh.vertices.len());
         let mut triangles = Vec::with_capacity(mesh.triangles.len());
@@ -158,26 +231,28 @@ impl Samples {
         Self { vertices, edges, triangles, edge_sums, area_sums, count }
     }
 
-    fn measure(&self, target: &Bvh, progress: &ProgressToken) -> Result<OneWay> {
-        let on_vertices = gather(self.vertices.len(), progress, |range, visit| {
-            self.vertices[range].iter().for_each(|&p| visit(p, target));
-        })?;
-        let on_edges = gather(self.count, progress, |range, visit| {
-            walk(&self.edge_sums, self.count, range, |_, edge, (k, n)| {
+    /// The root mean square distance of the samples; of the vertices, if all triangles are points.
+    fn rms(&self, target: &Bvh, progress: &ProgressToken) -> Result<f64> {
+        let on_edges = gather(self.count, target, progress, |range, visit| {
+            walk(&self.edge_sums, self.count, range, |_, edge, share| {
                 let [a, b] = self.edges[edge].map(|v| self.vertices[v as usize]);
-                // The ends are sampled already, so the edge's samples keep clear of them.
-                visit(a + (b - a) * ((k + 1) as f64 / (n + 1) as f64), target);
+                visit(a + (b - a) * share);
             });
         })?;
-        let on_faces = gather(self.count, progress, |range, visit| {
+        let on_faces = gather(self.count, target, progress, |range, visit| {
             walk(&self.area_sums, self.count, range, |sample, face, _| {
                 let [a, b, c] = self.triangles[face].map(|v| self.vertices[v as usize]);
                 let [across, along] = PLANE_SEQUENCE.map(|step| (sample as f64 * step).fract());
-                visit(a + ((b - a) * (1.0 - along) + (c - a) * along) * across.sqrt(), target);
+                visit(a + ((b - a) * (1.0 - along) + (c - a) * along) * across.sqrt());
             });
         })?;
-        let total = on_vertices.join(on_edges).join(on_faces);
-        Ok(OneWay { hausdorff: total.max_sq.sqrt(), rms: (total.sum_sq / total.count as f64).sqrt() })
+        let mut total = on_edges.join(on_faces);
+        if total.count == 0 {
+            total = gather(self.vertices.len(), target, progress, |range, visit| {
+                self.vertices[range].iter().for_each(|&p| visit(p));
+            })?;
+        }
+        Ok((total.sum_sq / total.count as f64).sqrt())
     }
 }
 
@@ -190,45 +265,35 @@ fn running_sums(sizes: impl Iterator<Item = f64>) -> Vec<f64> {
         .collect()
 }
 
-/// Calls `visit(sample, element, (k, n))` for the samples in `range` of `count` that are shared out among
-/// elements by size, `sums` being the running sums of the sizes; `k` is the sample's number among the `n` of
-/// its element. Nothing is visited where all sizes are zero.
-fn walk(
-    sums: &[f64],
-    count: usize,
-    range: std::ops::Range<usize>,
-    mut visit: impl FnMut(usize, usize, (usize, usize)),
-) {
+/// Calls `visit(sample, element, share)` for the samples in `range` of `count` that are shared out among
+/// elements by size, `sums` being the running sums of the sizes; `share` is how much of its element lies
+/// before the sample, 0..=1. Nothing is visited where all sizes are zero.
+fn walk(sums: &[f64], count: usize, range: Range<usize>, mut visit: impl FnMut(usize, usize, f64)) {
     let total = sums.last().copied().unwrap_or(0.0);
     if total <= 0.0 {
         return;
     }
-    // The samples stand at (sample + 1/2) / count of the total; this many of them lie below a running sum.
-    let below = |sum: f64| (sum / total * count as f64 - 0.5).ceil().max(0.0) as usize;
-    let mut element = sums.partition_point(|&sum| below(sum) <= range.start);
+    let stand = |sample: usize| ((sample as f64 + 0.5) / count as f64) * total;
+    let mut element = sums.partition_point(|&sum| sum < stand(range.start));
     for sample in range {
-        while below(sums[element]) <= sample {
+        let place = stand(sample);
+        while sums[element] < place {
             element += 1;
         }
-        let first = if element == 0 { 0 } else { below(sums[element - 1]) };
-        visit(sample, element, (sample - first, below(sums[element]) - first));
+        let before = if element == 0 { 0.0 } else { sums[element - 1] };
+        visit(sample, element, ((place - before) / (sums[element] - before)).min(1.0));
     }
 }
 
 #[derive(Clone, Copy, Default)]
 struct Tally {
-    max_sq: f64,
     sum_sq: f64,
     count: usize,
 }
 
 impl Tally {
     fn join(self, other: Self) -> Self {
-        Self {
-            max_sq: self.max_sq.max(other.max_sq),
-            sum_sq: self.sum_sq + other.sum_sq,
-            count: self.count + other.count,
-        }
+        Self { sum_sq: self.sum_sq + other.sum_sq, count: self.count + other.count }
     }
 }
 
@@ -236,17 +301,17 @@ impl Tally {
 /// the number of threads. `samples` hands each of its points to the function that it is given.
 fn gather(
     count: usize,
+    target: &Bvh,
     progress: &ProgressToken,
-    samples: impl Fn(std::ops::Range<usize>, &mut dyn FnMut(DVec3, &Bvh)) + Sync,
+    samples: impl Fn(Range<usize>, &mut dyn FnMut(DVec3)) + Sync,
 ) -> Result<Tally> {
     let tallies: Vec<Tally> = (0..count.div_ceil(CHUNK))
         .into_par_iter()
         .map(|chunk| {
             let (mut tally, mut rank) = (Tally::default(), 0);
             progress.poll()?;
-            samples(chunk * CHUNK..count.min((chunk + 1) * CHUNK), &mut |point, target| {
+            samples(chunk * CHUNK..count.min((chunk + 1) * CHUNK), &mut |point| {
                 if let Some(found) = target.closest_from(point, &mut rank) {
-                    tally.max_sq = tally.max_sq.max(found.distance_sq);
                     tally.sum_sq += found.distance_sq;
                     tally.count += 1;
                 }

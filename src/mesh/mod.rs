@@ -24,6 +24,11 @@ pub mod bvh;
 pub(crate) mod bvh;
 #[cfg(feature = "internals")]
 #[doc(hidden)]
+pub mod hausdorff;
+#[cfg(not(feature = "internals"))]
+pub(crate) mod hausdorff;
+#[cfg(feature = "internals")]
+#[doc(hidden)]
 pub mod kd_tree;
 #[cfg(not(feature = "internals"))]
 pub(crate) mod kd_tree;

@@ -33,6 +33,7 @@ impl Options {
         min_component: f64,
         shortage: Shortage,
         measures: MeasureDepth,
+        accuracy: f64,
         correspondence: CorrespondenceRequest,
     }
 

@@ -7,6 +7,7 @@ pub(crate) mod target_count;
 
 use crate::io::Format;
 use crate::mesh::correspondence::CorrespondenceRequest;
+use crate::mesh::distance::{DEFAULT_ACCURACY, check_accuracy};
 use crate::mesh::repair::RepairOptions;
 use crate::{Error, Result};
 use serde::{Deserialize, Serialize};
@@ -78,6 +79,9 @@ pub struct Options {
     pub shortage: Shortage,
     /// What is measured of the result.
     pub measures: MeasureDepth,
+    /// Largest gap between the ends of the Hausdorff distances, relative to the upper one; 1e-6 to 0.5. See
+    /// [`distances_within`](crate::mesh::distance::distances_within).
+    pub accuracy: f64,
     /// For what to compute where it lies on the input: [`crate::Remeshed::correspondence`].
     pub correspondence: CorrespondenceRequest,
     /// The format in which the result is to be written: its positions are those that the file will hold
@@ -121,6 +125,7 @@ impl Options {
             min_component: 0.0,
             shortage: Shortage::BestEffort,
             measures: MeasureDepth::Full,
+            accuracy: DEFAULT_ACCURACY,
             correspondence: CorrespondenceRequest::NONE,
             format: None,
             coarse_to_fine: CoarseToFineOptions::default(),
@@ -217,6 +222,7 @@ impl Options {
             let problem = format!("`tolerance` {} is out of range", self.tolerance);
             return Err(Error::option("tolerance", problem, "use 0 or a small number such as 1e-4"));
         }
+        check_accuracy(self.accuracy)?;
         // Settings that do nothing would go unnoticed.
         let foreign = |group, method| {
             let problem = format!("`{group}` has settings of another method than the one chosen");

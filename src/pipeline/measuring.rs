@@ -1,6 +1,6 @@
 //! What is measured of a result: its figures, and where it lies on the input.
 
-use crate::measure::{Crossing, Measures, measure_some};
+use crate::measure::{Crossing, Measures, Reference, measure_some};
 use crate::mesh::correspondence::{Correspondence, CorrespondenceRequest, Search, find_correspondence};
 use crate::mesh::intersections::intersecting_faces;
 use crate::mesh::repair::Repaired;
@@ -46,7 +46,8 @@ impl Measuring<'_> {
         let with_energy = options.has_exact_faces() && options.iterations > 0;
         let energy = reference.filter(|_| with_energy).map(|input| energy(input, &result.vertices));
         let energy = energy.transpose()?;
-        let output = measure_some(result, reference, intersections, progress)?;
+        let of = |mesh| Reference { mesh, accuracy: options.accuracy };
+        let output = measure_some(result, reference.map(of), intersections, progress)?;
         if let Some(rounding) = self.rounding {
             rounding.compare(output.self_intersecting_faces, self.intersecting_faces, progress)?;
         }

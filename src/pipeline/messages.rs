@@ -127,7 +127,7 @@ pub(crate) fn warnings(of: &WarningInput) -> Vec<String> {
             input.boundary_loops
         ),
     );
-    let far = output.distances.map_or(0.0, |distances| distances.hausdorff_from_reference);
+    let far = output.distances.map_or(0.0, |distances| distances.hausdorff_from_reference_lower);
     say(
         far > MISSING * of.edge && of.fault.is_none(),
         format!(

@@ -17,7 +17,7 @@ pub fn outcome(s: &Summary) -> Vec<Row> {
         ("mean quality", format!("{:.3} (1: all equilateral)", m.quality.q_avg)),
     ];
     if let Some(d) = &m.distances {
-        let text = format!("RMS {:.4} %, Hausdorff {:.4} % of the diagonal", d.rms, d.hausdorff);
+        let text = format!("RMS {:.4} %, at most {:.4} % of the diagonal", d.rms, d.hausdorff);
         rows.push(("deviation from the input", text));
     }
     rows.push(("time", seconds(s.timings.wall_milliseconds)));
@@ -50,12 +50,15 @@ pub fn measures(m: &Measures) -> Vec<Row> {
         rows.push(("self-intersecting faces", count.to_string()));
     }
     if let Some(d) = &m.distances {
-        let pair = |to: f64, from: f64| format!("{to:.4} %, {from:.4} %");
-        rows.push((
-            "Hausdorff to, from reference",
-            pair(d.hausdorff_to_reference, d.hausdorff_from_reference),
-        ));
-        rows.push(("RMS to, from reference", pair(d.rms_to_reference, d.rms_from_reference)));
+        let [to, from] = [
+            [d.hausdorff_to_reference_lower, d.hausdorff_to_reference],
+            [d.hausdorff_from_reference_lower, d.hausdorff_from_reference],
+        ]
+        .map(|[lower, upper]| format!("{lower:.4} to {upper:.4} %"));
+        let note = if d.hausdorff_close { "" } else { " (wider than asked for: subdivisions ran out)" };
+        rows.push(("Hausdorff to, from reference", format!("{to}, {from}{note}")));
+        let rms = format!("{:.4} %, {:.4} %", d.rms_to_reference, d.rms_from_reference);
+        rows.push(("RMS to, from reference (sampled)", rms));
     }
     rows
 }

@@ -77,7 +77,8 @@ fn the_report_says_what_was_asked_and_what_came_out() {
     assert_eq!((&r["input_file"], &r["output_file"]), (&"in.ply".into(), &"out.ply".into()));
     let asked = serde_json::json!({
         "method": "all-at-once", "vertices": 200, "iterations": 10, "tolerance": 0.002, "seed": 7,
-        "weld": 0.0, "min_component": 0.0, "shortage": "best-effort", "measures": "full", "format": "ply",
+        "weld": 0.0, "min_component": 0.0, "shortage": "best-effort", "measures": "full", "accuracy": 0.01,
+        "format": "ply",
         "correspondence": {"vertices": false, "faces": false},
         "all_at_once": {
             "face": "tangent", "normals": "fit", "projection": "nearest-vertices", "seeding": "random",
@@ -100,6 +101,24 @@ fn the_report_says_what_was_asked_and_what_came_out() {
     assert_eq!(r["steps"].as_array().map(Vec::len), Some(10));
     assert_eq!(number(&r, "/iterations"), 10.0);
     assert_eq!((&r["warnings"], &r["notes"]), (&serde_json::json!([]), &serde_json::json!([])));
+}
+
+#[test]
+fn hausdorff_distances_are_as_close_as_asked_for() {
+    let place = Place::with("torus");
+    let gap = |distances: &Value| {
+        let [lower, upper] = ["/hausdorff_lower", "/hausdorff"].map(|end| number(distances, end));
+        assert!(lower > 0.01 && lower <= upper, "{lower} {upper}");
+        upper / lower - 1.0
+    };
+    place.run("remesh in.ply out.ply -n 150 --report r.json --accuracy 0.0001 -q");
+    assert!(gap(&place.json("r.json")["output"]["distances"]) < 1.5e-4);
+    let measured = |accuracy: &str| -> Value {
+        let text = place.run(&format!("measure out.ply --against in.ply --json {accuracy}")).0;
+        serde_json::from_str::<Value>(&text).unwrap()["distances"].clone()
+    };
+    assert!(gap(&measured("--accuracy 0.0001")) < 1.5e-4);
+    assert!((1.5e-4..0.02).contains(&gap(&measured(""))));
 }
 
 #[test]

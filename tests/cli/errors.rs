@@ -193,6 +193,8 @@ fn options_out_of_range_and_unknown_words() {
         refused(&place, &format!("remesh in.ply out.ply {sizes}"), 2, &words);
     }
     refused(&place, "remesh in.ply - -n 100", 2, &["standard output", "--format"]);
+    refused(&place, "measure in.ply --against in.ply --accuracy 0", 2, &["accuracy", "use 1e-6 to 0.5"]);
+    refused(&place, "remesh in.ply out.ply -n 9 --accuracy 0.1", 2, &["--report"]);
     refused(&place, "measure - --against -", 2, &["both"]);
     refused(&place, "remesh", 2, &["<INPUT>", "<OUTPUT>"]);
     refused(&place, "sample torus", 2, &["<OUTPUT>"]);

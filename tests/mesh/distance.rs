@@ -171,6 +171,12 @@ fn an_empty_mesh_has_no_closest_point() {
     bvh.overlapping(&Aabb { min: -DVec3::ONE, max: DVec3::ONE }, |_| panic!("there is nothing to visit"));
 }
 
+/// The Hausdorff distance is between its ends, which are close.
+fn assert_hausdorff(found: &Distances, expected: f64) {
+    let [lower, upper] = [found.hausdorff_lower, found.hausdorff];
+    assert!(lower <= expected && expected <= upper && upper <= 1.01 * lower + 1e-4, "{expected}: {found:?}");
+}
+
 fn close(found: f64, expected: f64, tolerance: f64) {
     assert!((found - expected).abs() <= tolerance * expected.abs(), "{found} instead of {expected}");
 }
@@ -179,8 +185,12 @@ fn close(found: f64, expected: f64, tolerance: f64) {
 fn parallel_planes() {
     let found = distances_sampled(&plane(3, 0.25), &plane(5, 0.0), 2000, &ProgressToken::default()).unwrap();
     let expected = 100.0 * 0.25 / 2f64.sqrt();
-    for distance in [found.hausdorff, found.hausdorff_to_reference, found.hausdorff_from_reference] {
-        close(distance, expected, 1e-12);
+    assert_hausdorff(&found, expected);
+    for (lower, upper) in [
+        (found.hausdorff_to_reference_lower, found.hausdorff_to_reference),
+        (found.hausdorff_from_reference_lower, found.hausdorff_from_reference),
+    ] {
+        assert!(lower <= expected && expected <= upper, "{found:?}");
     }
     for distance in [found.rms, found.rms_to_reference, found.rms_from_reference] {
         close(distance, expected, 1e-12);
@@ -191,8 +201,8 @@ fn parallel_planes() {
 fn a_part_is_near_the_whole_but_not_the_other_way() {
     let half = moved(&plane(8, 0.0), |v| v * DVec3::new(0.5, 1.0, 1.0));
     let found = distances_sampled(&half, &plane(8, 0.0), 20_000, &ProgressToken::default()).unwrap();
-    assert!(found.hausdorff_to_reference < 1e-12);
-    close(found.hausdorff_from_reference, 50.0 / 2f64.sqrt(), 1e-12);
+    assert!(found.hausdorff_to_reference < 1e-4);
+    assert_hausdorff(&found, 50.0 / 2f64.sqrt());
     assert_eq!(found.hausdorff, found.hausdorff_from_reference);
     // Half of the samples are 0 to 0.5 away: the mean square is 1/2 * 1/12.
     close(found.rms_from_reference, 100.0 * (1.0f64 / 24.0).sqrt() / 2f64.sqrt(), 0.02);
@@ -220,9 +230,9 @@ fn a_peak_inside_a_face_is_found() {
     );
     let found = distances_sampled(&tent, &floor, 5000, &ProgressToken::default()).unwrap();
     let (lo, hi) = floor.bounds().unwrap();
-    close(found.hausdorff_to_reference, 100.0 / lo.distance(hi), 1e-12);
+    assert_hausdorff(&found, 100.0 / lo.distance(hi));
     let reach = tent_distance(&tent, DVec3::ZERO);
-    assert!(found.hausdorff_from_reference >= 100.0 * 0.98 * reach / lo.distance(hi));
+    assert!(found.hausdorff_from_reference >= 100.0 * reach / lo.distance(hi), "{found:?}");
 }
 
 fn tent_distance(tent: &TriMesh, p: DVec3) -> f64 {
@@ -256,7 +266,7 @@ fn sample_pair() -> (TriMesh, TriMesh) {
 #[test]
 fn a_mesh_is_at_no_distance_from_itself() {
     let found = distances(&torus(9, 7), &torus(9, 7), &ProgressToken::default()).unwrap();
-    assert!(found.hausdorff < 1e-12 && found.rms < 1e-12, "{found:?}");
+    assert!(found.hausdorff < 1e-9 && found.rms < 1e-12, "{found:?}");
 }
 
 #[test]
@@ -299,7 +309,7 @@ fn unused_vertices_widen_the_reference_box_only() {
     let mut padded = plane(2, 0.0);
     padded.vertices.push(DVec3::new(2.0, 2.0, 1.0));
     let found = distances_sampled(&plane(3, 0.3), &padded, 1000, &ProgressToken::default()).unwrap();
-    close(found.hausdorff, 100.0 * 0.3 / 3.0, 1e-12);
+    assert_hausdorff(&found, 100.0 * 0.3 / 3.0);
 }
 
 #[test]
@@ -307,7 +317,7 @@ fn one_triangle_against_another() {
     let low = mesh(&[[0.0; 3], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]], &[[0, 1, 2]]);
     let found =
         distances_sampled(&moved(&low, |v| v + DVec3::Z), &low, 100, &ProgressToken::default()).unwrap();
-    close(found.hausdorff, 100.0 / 2f64.sqrt(), 1e-12);
+    assert_hausdorff(&found, 100.0 / 2f64.sqrt());
     assert!(distances(&TriMesh::default(), &low, &ProgressToken::default()).is_err());
     assert!(distances(&low, &TriMesh::default(), &ProgressToken::default()).is_err());
     let broken = moved(&low, |v| v / 0.0);

@@ -1,9 +1,11 @@
-//! The kernels' results in plain f64, from the maths: slow, sequential, without any trick of the shaders.
+//! The kernels' results in plain f64, from the maths: slow, sequential, without any trick of the shaders. And
+//! what host geometry is compared with.
 
 pub mod centroid;
 pub mod closest;
 pub mod exact;
 pub mod face;
+pub mod hausdorff;
 pub mod knn;
 pub mod nearest_vertices;
 pub mod octahedral;

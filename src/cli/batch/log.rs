@@ -36,9 +36,9 @@ pub struct Entry {
     pub q_avg: Option<f64>,
     /// Its smallest angle in degrees.
     pub theta_min: Option<f64>,
-    /// Distance to the input, both ways, in percent of the input's diagonal.
+    /// Distance to the input, both ways, in percent of the input's diagonal: the root mean square of samples.
     pub rms: Option<f64>,
-    /// The same, the largest.
+    /// The same, at most: upper end of the Hausdorff distance.
     pub hausdorff: Option<f64>,
     /// How it was made, as in the report of a single mesh.
     pub options: Option<Settings>,

@@ -89,6 +89,12 @@ struct OutputArgs {
     /// Measure the distances between each result and its input
     #[arg(long, hide_short_help = true)]
     distances: bool,
+    /// How closely to bound the Hausdorff distances: gap between the ends, relative to the upper end
+    /// [default: 0.01]
+    ///
+    /// 1e-6 to 0.5. Gaps below 5e-7 of the diagonal are small enough in any case.
+    #[arg(long, value_name = "SHARE", requires = "distances", hide_short_help = true)]
+    accuracy: Option<f64>,
     /// Print no line for each mesh; the log has them
     #[arg(long, short)]
     quiet: bool,
@@ -110,6 +116,8 @@ pub fn run(args: &Args) -> Result<()> {
     let size = args.size.size()?;
     let measures = if args.output.distances { MeasureDepth::Full } else { MeasureDepth::Basic };
     let mut options = args.method.options(&args.research, size, measures)?;
+    options.accuracy = args.output.accuracy.unwrap_or(options.accuracy);
+    options.validate()?;
     args.attributes.check(options.method)?;
     io::target_encoding(Path::new(&format!("result.{}", args.output.format)))?;
     let jobs = inputs::jobs(&args.inputs, &args.output.out, args.output.format)?;
