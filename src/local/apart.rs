@@ -3,8 +3,11 @@
 use glam::DVec3;
 
 use super::star_mesh::StarMesh;
-use crate::mesh::intersections::intersecting_faces;
+use crate::mesh::intersections::{count_intersecting, intersecting_faces};
 use crate::{ProgressToken, TriMesh};
+
+/// Triangles up to which each is compared with each.
+const FEW: usize = 150;
 
 impl StarMesh {
     /// The triangles around the neighbours of some vertices.
@@ -24,7 +27,12 @@ impl StarMesh {
 
     /// Whether no more of the triangles `after`, with their vertices `at` new places, intersect than of those
     /// `before`.
-    pub fn stays_apart(&self, before: &[[u32; 3]], after: &[[u32; 3]], at: impl Fn(u32) -> DVec3) -> bool {
+    pub fn stays_apart(
+        &self,
+        before: &[[u32; 3]],
+        after: &[[u32; 3]],
+        at: impl Fn(u32) -> DVec3 + Copy,
+    ) -> bool {
         // Mostly none do, and then those before need not be looked at.
         let after = intersecting(after, at);
         after == 0 || after <= intersecting(before, |w| self.points[w as usize])
@@ -32,7 +40,10 @@ impl StarMesh {
 }
 
 /// How many of these triangles intersect others of them.
-fn intersecting(triangles: &[[u32; 3]], at: impl Fn(u32) -> DVec3) -> usize {
+fn intersecting(triangles: &[[u32; 3]], at: impl Fn(u32) -> DVec3 + Copy) -> usize {
+    if triangles.len() <= FEW {
+        return count_intersecting(triangles, at);
+    }
     let mut order: Vec<u32> = triangles.as_flattened().to_vec();
     order.sort_unstable();
     order.dedup();
@@ -41,6 +52,6 @@ fn intersecting(triangles: &[[u32; 3]], at: impl Fn(u32) -> DVec3) -> usize {
         vertices: order.iter().map(|v| at(*v)).collect(),
         triangles: triangles.iter().map(|t| t.map(number)).collect(),
     };
-    // So few need no cancelling.
+    // So small a mesh needs no cancelling.
     intersecting_faces(&mesh, &ProgressToken::default()).map_or(0, |faces| faces.len())
 }

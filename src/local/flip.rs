@@ -2,7 +2,7 @@
 
 use glam::DVec3;
 
-use super::star_mesh::{Place, StarMesh};
+use super::star_mesh::{Place, StarMesh, edges_of};
 use crate::mesh::triangle::doubled_normal;
 use crate::polish::{angle_gain, keeps_shape};
 use crate::{ProgressToken, Result};
@@ -21,25 +21,31 @@ const FLAT: f64 = 1e-3;
 impl StarMesh {
     /// Flips edges off the curves where that is a gain, in ascending order.
     pub fn flip(&mut self, progress: &ProgressToken) -> Result<()> {
+        let mut edges = self.edges();
         for _ in 0..PASSES {
             progress.poll()?;
-            let mut flips = 0;
-            for (a, b) in self.edges() {
-                flips += u32::from(self.flip_edge(a, b));
-            }
-            if flips == 0 {
+            let mut changed: Vec<u32> =
+                edges.iter().filter_map(|(a, b)| self.flip_edge(*a, *b)).flatten().collect();
+            if changed.is_empty() {
                 break;
             }
+            changed.sort_unstable();
+            changed.dedup();
+            // What a flip gains elsewhere is as before.
+            edges = edges_of(
+                changed.iter().flat_map(|v| &self.star[*v as usize]).map(|t| self.triangles[*t as usize]),
+            );
         }
         Ok(())
     }
 
-    fn flip_edge(&mut self, a: u32, b: u32) -> bool {
+    /// Flips an edge if that is a gain; returns the four vertices then.
+    fn flip_edge(&mut self, a: u32, b: u32) -> Option<[u32; 4]> {
         if self.curves.contains(a, b) || (self.is_frozen(a) && self.is_frozen(b)) {
-            return false;
+            return None;
         }
         let mut at_edge = self.at_edge(a, b);
-        let (Some(t), Some(s), None) = (at_edge.next(), at_edge.next(), at_edge.next()) else { return false };
+        let (Some(t), Some(s), None) = (at_edge.next(), at_edge.next(), at_edge.next()) else { return None };
         drop(at_edge);
         // Triangle a b c, and b a d on the other side.
         let runs = |triangle: [u32; 3], from: u32, to: u32| {
@@ -51,25 +57,25 @@ impl StarMesh {
             (Some(c), Some(d)) => (c, d, t, s),
             _ => match (runs(second, a, b), runs(first, b, a)) {
                 (Some(c), Some(d)) => (c, d, s, t),
-                _ => return false,
+                _ => return None,
             },
         };
         if c == d || self.at_edge(c, d).next().is_some() {
-            return false;
+            return None;
         }
         let points = [a, b, c, d].map(|v| self.points[v as usize]);
         let gain =
             angle_gain(points) + VALENCE_WEIGHT * self.valence_gain([a, b, c, d], self.patches[t as usize]);
         if gain <= MIN_GAIN {
-            return false;
+            return None;
         }
         let is_flat = is_flat(points);
         if !is_flat && !(keeps_shape(points) && (is_smooth(points) || self.flip_stays_apart([a, b, c, d]))) {
-            return false;
+            return None;
         }
         self.replace(t, [d, c, a]);
         self.replace(s, [c, d, b]);
-        true
+        Some([a, b, c, d])
     }
 
     /// Whether no more triangles around intersect after the flip of a–b.

@@ -15,6 +15,8 @@ const PASSES: u32 = 4;
 const TIP: f64 = 0.5;
 /// Where more than this share of the normals is left, triangles around a vertex do not run into others.
 const FLAT: f64 = 0.9;
+/// Above this cosine of the normals before and after, triangles around a vertex do not run into others either.
+const APART: f64 = 0.95;
 /// Largest distance of the curve from an edge after a slide, as a share of the edge's length.
 const MAX_DEVIATION: f64 = 0.05;
 /// Longest slide, as a share of the way to the next vertex.
@@ -62,11 +64,23 @@ impl StarMesh {
             let patch = self.patch_at(v);
             let rank = &mut self.ranks[v as usize];
             let Some(to) = target.closest(goal, up, patch, rank) else { return };
-            if !self.folds(v, to, normal) && (left > FLAT || self.stays_apart_at(v, to)) {
+            if !self.folds(v, to, normal)
+                && (left > FLAT || self.turns_little_at(v, to) || self.stays_apart_at(v, to))
+            {
                 self.points[v as usize] = to;
                 return;
             }
         }
+    }
+
+    /// Whether all triangles around `v` keep about their direction, so that they cannot run into others there.
+    fn turns_little_at(&self, v: u32, to: DVec3) -> bool {
+        self.star[v as usize].iter().all(|t| {
+            let triangle = self.triangles[*t as usize];
+            let new = triangle.map(|w| if w == v { to } else { self.points[w as usize] });
+            let [n, m] = [self.corners(triangle), new].map(doubled_normal);
+            n.dot(m) >= APART * n.length() * m.length()
+        })
     }
 
     fn size_at(&self, v: u32) -> f64 {

@@ -109,14 +109,7 @@ impl StarMesh {
 
     /// All edges, each once, the smaller vertex first; ascending.
     pub fn edges(&self) -> Vec<(u32, u32)> {
-        let alive = self.triangles.iter().filter(|triangle| triangle[0] != NONE);
-        let mut edges: Vec<(u32, u32)> = alive
-            .flat_map(|[a, b, c]| [(a, b), (b, c), (c, a)])
-            .map(|(a, b)| (*a.min(b), *a.max(b)))
-            .collect();
-        rayon::slice::ParallelSliceMut::par_sort_unstable(edges.as_mut_slice());
-        edges.dedup();
-        edges
+        edges_of(self.triangles.iter().copied().filter(|triangle| triangle[0] != NONE))
     }
 
     /// The relative target length of an edge.
@@ -247,4 +240,13 @@ impl StarMesh {
         };
         LocalMesh { mesh: TriMesh { vertices, triangles }, patches, fixed, sliding_curves, lengths }
     }
+}
+
+/// The edges of some triangles, as [`StarMesh::edges`] has them.
+pub(super) fn edges_of(triangles: impl Iterator<Item = [u32; 3]>) -> Vec<(u32, u32)> {
+    let mut edges: Vec<(u32, u32)> =
+        triangles.flat_map(|[a, b, c]| [(a, b), (b, c), (c, a)]).map(|(a, b)| (a.min(b), a.max(b))).collect();
+    rayon::slice::ParallelSliceMut::par_sort_unstable(edges.as_mut_slice());
+    edges.dedup();
+    edges
 }

@@ -31,13 +31,14 @@ pub fn intersecting_faces(mesh: &TriMesh, progress: &ProgressToken) -> Result<Ve
         triangles: mesh.triangles.clone(),
     };
     let bvh = Bvh::new(&mesh);
+    let at = |v: u32| mesh.vertices[v as usize];
     let hit: Vec<AtomicBool> = mesh.triangles.iter().map(|_| AtomicBool::new(false)).collect();
     bvh.leaf_order().par_iter().try_for_each(|&s| {
         progress.poll()?;
         bvh.overlapping(&Aabb::of(mesh.corners(s as usize)), |t| {
             let (s, t) = (s as usize, t as usize);
             let known = || hit[s].load(Ordering::Relaxed) && hit[t].load(Ordering::Relaxed);
-            if s < t && !known() && faces_intersect(&mesh, s, t) {
+            if s < t && !known() && faces_intersect(mesh.triangles[s], mesh.triangles[t], at) {
                 hit[s].store(true, Ordering::Relaxed);
                 hit[t].store(true, Ordering::Relaxed);
             }
@@ -47,18 +48,47 @@ pub fn intersecting_faces(mesh: &TriMesh, progress: &ProgressToken) -> Result<Ve
     Ok((0u32..).zip(&hit).filter(|(_, hit)| hit.load(Ordering::Relaxed)).map(|(t, _)| t).collect())
 }
 
-fn faces_intersect(mesh: &TriMesh, s: usize, t: usize) -> bool {
-    let (first, second) = (mesh.triangles[s], mesh.triangles[t]);
+/// How many of a few triangles intersect others of them, as [`intersecting_faces`] has it. `at` is where the
+/// vertices are. Takes the square of their number in time.
+pub(crate) fn count_intersecting(triangles: &[[u32; 3]], at: impl Fn(u32) -> DVec3 + Copy) -> usize {
+    let boxes: Vec<Aabb> = triangles.iter().map(|t| Aabb::of(t.map(at))).collect();
+    let mut hit = vec![false; triangles.len()];
+    for s in 0..triangles.len() {
+        for t in 0..s {
+            if !(hit[s] && hit[t])
+                && boxes[s].overlaps(&boxes[t])
+                && faces_intersect(triangles[s], triangles[t], at)
+            {
+                (hit[s], hit[t]) = (true, true);
+            }
+        }
+    }
+    hit.into_iter().filter(|hit| *hit).count()
+}
+
+fn faces_intersect(first: [u32; 3], second: [u32; 3], at: impl Fn(u32) -> DVec3) -> bool {
     if repeats_vertex(first) || repeats_vertex(second) {
         return false;
     }
-    let (shared_first, own_first): (Vec<u32>, Vec<u32>) = first.iter().partition(|v| second.contains(v));
-    let own_second: Vec<u32> = second.into_iter().filter(|v| !first.contains(v)).collect();
-    let at = |v: u32| mesh.vertices[v as usize];
-    match (shared_first.as_slice(), own_first.as_slice(), own_second.as_slice()) {
-        ([], _, _) => apart_intersect(mesh.corners(s), mesh.corners(t)),
-        (&[v], &[p, q], &[r, s]) => vertex_sharing_intersect(at(v), [at(p), at(q)], [at(r), at(s)]),
-        (&[a, b], &[c], &[d]) => folded([at(a), at(b)], at(c), at(d)),
+    let shared = first.map(|v| second.contains(&v));
+    // The places of a corner with the two after it.
+    let around = |k: usize| [k, (k + 1) % 3, (k + 2) % 3];
+    let [first_corners, second_corners] = [first, second].map(|triangle| triangle.map(&at));
+    match shared.iter().filter(|shared| **shared).count() {
+        0 => apart_intersect(first_corners, second_corners),
+        1 => {
+            let k = shared.iter().position(|shared| *shared).unwrap_or(0);
+            let j = second.iter().position(|v| *v == first[k]).unwrap_or(0);
+            let [v, p, q] = around(k).map(|k| first_corners[k]);
+            let [_, r, s] = around(j).map(|j| second_corners[j]);
+            vertex_sharing_intersect(v, [p, q], [r, s])
+        }
+        2 => {
+            let k = shared.iter().position(|shared| !*shared).unwrap_or(0);
+            let j = second.iter().position(|v| !first.contains(v)).unwrap_or(0);
+            let [c, a, b] = around(k).map(|k| first_corners[k]);
+            folded([a, b], c, second_corners[j])
+        }
         _ => true,
     }
 }
@@ -112,12 +142,19 @@ fn segment_meets([p, q]: [DVec3; 2], sides: [i8; 2], triangle: Triangle, view: V
 /// Triangles `v, p, q` and `v, r, s` that have just `v` in common.
 fn vertex_sharing_intersect(v: DVec3, [p, q]: [DVec3; 2], [r, s]: [DVec3; 2]) -> bool {
     let (first, second) = ([v, p, q], [v, r, s]);
-    let (Some(first_view), Some(second_view)) = (View::onto(first), View::onto(second)) else { return false };
     let first_sides = [side(second, p), side(second, q)];
+    // Beyond the plane of the one, the other only touches it in the vertex; mostly so between neighbours.
+    if first_sides[0] * first_sides[1] > 0 {
+        return false;
+    }
+    let second_sides = [side(first, r), side(first, s)];
+    if second_sides[0] * second_sides[1] > 0 {
+        return false;
+    }
+    let (Some(first_view), Some(second_view)) = (View::onto(first), View::onto(second)) else { return false };
     if first_sides == [0, 0] {
         return first_view.wedges_overlap(v, [p, q], [r, s]);
     }
-    let second_sides = [side(first, r), side(first, s)];
     // Both edges then lie on the line where the planes meet: neighbours around a vertex that touch, not
     // intersect.
     let only_edges_touch = first_sides.contains(&0) && second_sides.contains(&0);

@@ -8,10 +8,12 @@ use crate::mesh::polyline::Polyline;
 use crate::mesh::spacing;
 use crate::pipeline::clock::Clock;
 use crate::pipeline::cost::AttemptCost;
+use crate::pipeline::fallback::components::Components;
 use crate::pipeline::intersections::Intersections;
 use crate::pipeline::missing::missing_vertices;
 use crate::pipeline::near_sites::near_sites;
 use crate::pipeline::outcome::{Fault, FaultKind};
+use crate::pipeline::user_curves::has_user_curves;
 use crate::polish::{FitOptions, OutlierOptions, PolishOptions, SlidingCurve, fit, polish, reduce_outliers};
 use crate::progress::{ProgressReporter, ProgressToken};
 use crate::sites::cells::{BrokenCell, CellSurface};
@@ -43,11 +45,15 @@ impl CoarseToFine<'_> {
         let mut left = DENSIFICATIONS;
         loop {
             let faces = level.mesh.triangles.clone();
-            self.polish_and_fit(&mut level, reporting)?;
             if !level.is_sound {
+                // Of a single component nothing will be left.
+                if !self.is_replaced_as_a_whole() {
+                    self.polish_and_fit(&mut level, reporting)?;
+                }
                 let fault = Fault { kind: FaultKind::Topology, at: level.faulty_place };
                 return Ok((level, Some(fault)));
             }
+            self.polish_and_fit(&mut level, reporting)?;
             let Reporting { cost, progress, clock } = reporting;
             progress.phase(Phase::Check, cost.check.until, cost.check.after)?;
             let result = (&level.mesh, level_spacing);
@@ -75,6 +81,11 @@ impl CoarseToFine<'_> {
             let moved = LevelSites { sites: level.sites, on_curves: level.on_curves, near };
             level = self.connect(on, moved, level_spacing, progress)?;
         }
+    }
+
+    /// Whether a mesh of another topology is replaced as a whole by local operations.
+    fn is_replaced_as_a_whole(&self) -> bool {
+        !has_user_curves(self.options) && Components::new(&self.surface.mesh()).count() == 1
     }
 
     /// The fault of a mesh that leaves out a part of the surface, such as a pin in a single cell, or has
