@@ -60,13 +60,14 @@ impl<'a> ComponentTarget<'a> {
     }
 }
 
-/// Longest target lengths, in spacings, of the tries, and whether these are guarded against intersections:
-/// where more corners are kept, the rest has fewer vertices.
-const TRIES: [(f64, bool); 4] = [(1.06, false), (1.06, true), (1.25, true), (1.25, true)];
+/// Longest target lengths, in spacings, of the tries: where more corners are kept, the rest has fewer vertices.
+const TRIES: [f64; 4] = [1.06, 1.06, 1.25, 1.25];
 /// At most so many times the polish begins anew, with vertices fixed where faces came to intersect,
 const POLISHES: u32 = 4;
 /// and so many rings around.
 const RINGS: u32 = 2;
+/// Vertices of the surface at a larger distance, in edge lengths, are left out.
+const LEFT_OUT: f64 = 0.5;
 /// Rounds of polish beyond those of a mesh from cells, whose triangles are more even from the start.
 const MORE_ROUNDS: u32 = 10;
 
@@ -113,19 +114,24 @@ fn remeshed_locally(
     let Ok(mut features) = find_features(surface, &options) else { return Ok(None) };
     let on = Target::new(surface).in_patches(features.patches.clone());
     let mut best: Option<(f64, TriMesh)> = None;
-    for (longest, guarded) in TRIES {
+    let mut guarded = false;
+    for longest in TRIES {
         let options = LocalOptions { vertices: target.vertices, lengths, longest, guarded };
         let local = remesh_locally(surface, &features, &on, &options, progress)?;
         if local.mesh.vertices.len() != target.vertices {
             break;
         }
-        let Some(mesh) = polished(local, surface, &on, target, progress)? else { continue };
+        let Some(mesh) = polished(local, surface, &on, target, progress)? else {
+            guarded = true;
+            continue;
+        };
         let left_out = left_out(surface, &mesh, lengths, target.spacing, progress)?;
         let farthest = left_out.first().map_or(0.0, |(distance, _)| *distance);
+        let is_again = best.is_some();
         if best.as_ref().is_none_or(|(least, _)| farthest < *least) {
             best = Some((farthest, mesh));
         }
-        if left_out.is_empty() {
+        if left_out.is_empty() || (is_again && farthest <= MISSING) {
             break;
         }
         features.corners.extend(spread_out(surface, &left_out, target.spacing));
@@ -150,7 +156,7 @@ fn left_out(
         let edge = spacing * lengths.get(v as usize).copied().unwrap_or(1.0);
         let nearest = bvh.closest(surface.vertices[v as usize])?;
         let distance = nearest.distance_sq.sqrt() / edge;
-        (distance > MISSING).then_some((distance, v))
+        (distance > LEFT_OUT).then_some((distance, v))
     };
     let mut far: Vec<(f64, u32)> =
         (0..surface.vertices.len() as u32).into_par_iter().filter_map(far).collect();
