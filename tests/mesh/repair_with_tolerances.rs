@@ -37,7 +37,7 @@ fn assert_lies_on(mesh: &TriMesh, origin: &[u32], input: &TriMesh, off: f64) {
 #[test]
 fn nearly_equal_vertices_become_one_within_the_tolerance_only() {
     let ball = sphere(1.0, 3);
-    let soup = shattered(&ball, 1e-5);
+    let soup = shattered(&ball, 3e-5);
     assert!(topology(&repair(&soup).unwrap().mesh).components > 200);
     let Repaired { mesh, origin, counts, .. } = welded(&soup, 1e-4);
     assert_lies_on(&mesh, &origin, &soup, 1e-4);

@@ -12,9 +12,9 @@ use crate::mesh::triangle::closest_on_triangle;
 use glam::DVec3;
 use std::collections::HashMap;
 
-/// Vertices this close may differ by rounding alone, as a share of the largest coordinate: eight units in the
+/// Vertices this close may differ by rounding alone, as a share of the largest coordinate: 32 units in the
 /// last of 24 binary digits.
-const ROUNDING: f64 = 8.0 * f32::EPSILON as f64;
+const ROUNDING: f64 = 32.0 * f32::EPSILON as f64;
 /// Vertices closer than this share of the shortest edge at them may become one.
 const OF_SHORTEST_EDGE: f64 = 0.01;
 /// More vertices at one place are no crack.

@@ -94,7 +94,7 @@ pub fn repair(mesh: &TriMesh) -> Result<Repaired> {
 /// Welds vertices at exactly equal positions (-0.0 equals 0.0), then drops faces without an area, repeated
 /// faces (the first is kept) and unused vertices. Areas are judged relative to the triangle's own longest
 /// edge, so neither size nor position of the mesh matters; edges that a flat face joined are split at its
-/// vertex. Then closes cracks no wider than eight units of 32-bit rounding of the largest coordinate and a
+/// vertex. Then closes cracks no wider than 32 units of 32-bit rounding of the largest coordinate and a
 /// hundredth of the edges there, closes others and drops small components as far as `options` say, and turns
 /// faces over that disagree with others of their component: closed ones face outwards then. What is inside
 /// out as a whole stays so.

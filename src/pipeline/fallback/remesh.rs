@@ -60,7 +60,8 @@ impl<'a> ComponentTarget<'a> {
     }
 }
 
-/// Longest target lengths, in spacings, of the tries: where more corners are kept, the rest has fewer vertices.
+/// Longest target lengths, in spacings, of the tries: where more corners are kept, the rest has fewer
+/// vertices.
 const TRIES: [f64; 4] = [1.06, 1.06, 1.25, 1.25];
 /// At most so many times the polish begins anew, with vertices fixed where faces came to intersect,
 const POLISHES: u32 = 4;
