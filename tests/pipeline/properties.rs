@@ -48,7 +48,7 @@ fn check(shape: &Shape, n: usize, seed: u64) {
 }
 
 /// The same cases every day, unless the environment says otherwise.
-fn config(cases: u32) -> ProptestConfig {
+pub fn config(cases: u32) -> ProptestConfig {
     let given = ProptestConfig::default();
     let asked = |name: &str| std::env::var_os(name).is_some();
     ProptestConfig {

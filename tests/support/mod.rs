@@ -2,6 +2,7 @@
 
 pub mod cell_faces;
 pub mod curve_scene;
+pub mod dirty;
 pub mod files;
 pub mod generators;
 pub mod painted;
