@@ -84,6 +84,12 @@ fn vertices_on_edges_but_for_rounding_are_joined_to_them() {
 }
 
 #[test]
+fn small_parts_far_from_the_origin_are_joined_within_a_share_of_their_own_edges() {
+    let far = |off: f64| repair(&moved(&strips(off), |v| 1e-4 * v + 100.0)).unwrap().counts.edges_joined;
+    assert_eq!((far(0.0), far(0.01)), (4, 0));
+}
+
+#[test]
 fn wider_cracks_are_found_with_what_closes_them() {
     let want = topology(&sphere(1.0, 2));
     for jitter in [3e-6, 1e-5, 4e-5] {

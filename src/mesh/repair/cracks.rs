@@ -57,7 +57,7 @@ pub(super) fn close(mesh: &mut TriMesh, origin: &mut Vec<u32>, counts: &mut Repa
             counts.crack_vertices_welded += weld::merge(mesh, origin, to, Some(&open), counts);
         }
         let reach = reaches(mesh, rounding);
-        joints::join(mesh, origin, rounding, |v| reach[v as usize] >= rounding, counts);
+        joints::join(mesh, origin, rounding, |v| Some(reach[v as usize]), counts);
         if counts.crack_vertices_welded + counts.edges_joined == before {
             break;
         }

@@ -12,13 +12,14 @@ use std::collections::{HashMap, HashSet};
 /// Passes over all boundary edges: a triangle may have three.
 const ROUNDS: usize = 4;
 
-/// Splits triangles at boundary vertices that `may_join`, within `reach` of their boundary edges, where that
-/// closes a part of an edge and puts no third face at one.
+/// Splits triangles at boundary vertices on their boundary edges, where that closes a part of an edge and puts
+/// no third face at one. A vertex is on an edge within its `reach`, of `farthest` at most; never if it has
+/// none.
 pub(super) fn join(
     mesh: &mut TriMesh,
     origin: &mut Vec<u32>,
-    reach: f64,
-    may_join: impl Fn(u32) -> bool,
+    farthest: f64,
+    reach: impl Fn(u32) -> Option<f64>,
     counts: &mut RepairCounts,
 ) {
     for _ in 0..ROUNDS {
@@ -28,7 +29,7 @@ pub(super) fn join(
             faces.insert(sides[0].ends(), sides.len() as u32);
         }
         let open = boundary_edges(mesh, &table);
-        let boundary: Vec<u32> = vertices_of(&open).into_iter().filter(|v| may_join(*v)).collect();
+        let boundary: Vec<u32> = vertices_of(&open).into_iter().filter(|v| reach(*v).is_some()).collect();
         let points: Vec<DVec3> = boundary.iter().map(|v| mesh.vertices[*v as usize]).collect();
         let tree = KdTree::new(&points);
         let mut split = HashSet::new();
@@ -37,7 +38,7 @@ pub(super) fn join(
             if split.contains(&edge.triangle) || faces.get(&edge_key(edge.from, edge.to)) != Some(&1) {
                 continue;
             }
-            let inside = vertices_on(mesh, edge, (&tree, &boundary), reach);
+            let inside = vertices_on(mesh, edge, (&tree, &boundary), farthest, &reach);
             if let Some(new) = parts_of(edge, &inside, &faces) {
                 split.insert(edge.triangle);
                 counts.edges_joined += inside.len();
@@ -57,19 +58,21 @@ fn vertices_on(
     mesh: &TriMesh,
     edge: &BoundaryEdge,
     (tree, boundary): (&KdTree, &[u32]),
-    reach: f64,
+    farthest: f64,
+    reach: impl Fn(u32) -> Option<f64>,
 ) -> Vec<u32> {
     let at = |v: u32| mesh.vertices[v as usize];
     let [a, b] = [edge.from, edge.to].map(at);
     let direction = b - a;
     let length = direction.length();
     let mut near = Vec::new();
-    tree.within(a.midpoint(b), 0.5 * length + reach, usize::MAX, &mut near);
+    tree.within(a.midpoint(b), 0.5 * length + farthest, usize::MAX, &mut near);
     let mut found: Vec<(f64, u32)> = near
         .iter()
         .map(|place| boundary[*place as usize])
         .filter(|v| ![edge.from, edge.to, edge.apex].contains(v))
         .filter_map(|v| {
+            let reach = reach(v)?.min(farthest);
             let along = (at(v) - a).dot(direction) / length;
             let off = (at(v) - a - direction * (along / length)).length();
             (off <= reach && along > reach && along < length - reach).then_some((along, v))
