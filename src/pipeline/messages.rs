@@ -7,6 +7,7 @@ use crate::mesh::topology::Topology;
 use crate::options::Options;
 use crate::pipeline::missing::MISSING;
 use crate::pipeline::rounding::Rounding;
+use crate::pipeline::sides::are_opposite;
 use crate::sites::connect::ConnectCounts;
 use crate::stages::flags::FlagCounts;
 
@@ -76,9 +77,6 @@ pub(crate) struct WarningInput<'a> {
     pub edge: f64,
 }
 
-/// Volumes below this share of the bounding box have no sign to speak of.
-const FLAT: f64 = 1e-3;
-
 /// What went wrong, one line each.
 pub(crate) fn warnings(of: &WarningInput) -> Vec<String> {
     let WarningInput { options, input, output, counts, flags, .. } = *of;
@@ -135,9 +133,8 @@ pub(crate) fn warnings(of: &WarningInput) -> Vec<String> {
         ),
     );
     let input_volume = (input.boundary_edges == 0).then(|| relative_volume(of.input_mesh));
-    let volume = |volume: Option<f64>| volume.filter(|volume| volume.abs() > FLAT).map(f64::signum);
     say(
-        volume(input_volume).zip(volume(output.relative_volume)).is_some_and(|(one, other)| one != other),
+        input_volume.zip(output.relative_volume).is_some_and(|(one, other)| are_opposite(one, other)),
         "the result is inside out: ask for more vertices".into(),
     );
     let intersecting = output.self_intersecting_faces.unwrap_or(0);

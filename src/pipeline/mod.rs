@@ -16,6 +16,7 @@ mod prepare;
 mod preview;
 mod result;
 mod rounding;
+mod sides;
 mod submission;
 mod user_curves;
 

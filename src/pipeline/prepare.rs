@@ -7,6 +7,7 @@ use super::fallback::remesh::ComponentTarget;
 use super::memory::{MOST_HALVED, check_memory, longest_edge};
 use super::messages::describe_cracks;
 use super::outcome::Outcome;
+use super::sides::face_as;
 use super::user_curves::has_user_curves;
 use crate::gpu::Device;
 use crate::mesh::coincident::separate_coincident;
@@ -115,6 +116,7 @@ impl Prepared {
     /// Takes the mesh of an outcome and adds the small components, in the input's units.
     pub fn assemble(&self, outcome: &mut Outcome) -> TriMesh {
         let mut mesh = std::mem::take(&mut outcome.mesh);
+        face_as(&mut mesh, &self.surface.mesh());
         self.small.iter().for_each(|part| append(&mut mesh, part));
         mesh.vertices.iter_mut().for_each(|p| *p = self.frame.from_unit(*p));
         separate_coincident(&mut mesh);

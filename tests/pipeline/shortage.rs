@@ -2,7 +2,7 @@
 
 use crate::support::shapes::{globe, moved, union};
 use crate::support::{assert_valid, device};
-use glam::DVec3;
+use glam::{DQuat, DVec3};
 use rtfmesh::mesh::features::FeatureLine;
 use rtfmesh::mesh::samples::sample;
 use rtfmesh::mesh::topology::topology;
@@ -214,4 +214,21 @@ fn local_operations_follow_the_size_field() {
     let even = made(Options::new(1500));
     let sized = made(Options::new(1500).sizing(Sizing::Curvature { gradation: 1.0 }));
     assert!(even < 0.15 && sized > 0.25, "{even} {sized}");
+}
+
+#[test]
+fn dented_bodies_of_few_vertices_face_outwards() {
+    for (turn, depth) in [(0.9, 1.2), (1.3, 1.5)] {
+        let dent =
+            |v: DVec3| DVec3::new(v.x, v.y, if v.z > 0.3 { v.z - depth * (v.z - 0.3) * 2.0 } else { v.z });
+        let input = moved(&moved(&globe(24, 12), dent), |v| DQuat::from_axis_angle(DVec3::X, turn) * v);
+        for vertices in [4, 5] {
+            for seed in 0..3 {
+                let result = remesh(device(), &input, &Options::new(vertices).seed(seed)).unwrap();
+                assert_valid(device());
+                let volume = result.summary.output.relative_volume.unwrap();
+                assert!(volume > -1e-3, "{volume}: {turn} {depth}, {vertices} vertices, seed {seed}");
+            }
+        }
+    }
 }

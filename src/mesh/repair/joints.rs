@@ -12,9 +12,9 @@ use std::collections::{HashMap, HashSet};
 /// Passes over all boundary edges: a triangle may have three.
 const ROUNDS: usize = 4;
 
-/// Splits triangles at boundary vertices on their boundary edges, where that closes a part of an edge and puts
-/// no third face at one. A vertex is on an edge within its `reach`, of `farthest` at most; never if it has
-/// none.
+/// Splits triangles at boundary vertices on their boundary edges, where that closes a part of an edge and
+/// puts no third face at one. A vertex is on an edge within its `reach`, of `farthest` at most; never if it
+/// has none.
 pub(super) fn join(
     mesh: &mut TriMesh,
     origin: &mut Vec<u32>,

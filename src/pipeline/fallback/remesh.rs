@@ -10,6 +10,7 @@ use crate::mesh::topology::topology;
 use crate::mesh::unit_frame::UnitFrame;
 use crate::pipeline::intersections::intersecting_in_units;
 use crate::pipeline::missing::MISSING;
+use crate::pipeline::sides::face_as;
 use crate::polish::{FitOptions, OutlierOptions, PolishOptions, Target, fit, polish, reduce_outliers};
 use crate::{Options, ProgressToken, Result, TriMesh};
 use rayon::prelude::*;
@@ -84,7 +85,8 @@ pub(crate) fn remeshed_component(
 ) -> Result<TriMesh> {
     // The share of the phase that this is of is unknown.
     let progress = &target.progress.silent();
-    if let Some(mesh) = remeshed_locally(surface, lengths, target, progress)? {
+    if let Some(mut mesh) = remeshed_locally(surface, lengths, target, progress)? {
+        face_as(&mut mesh, surface);
         return Ok(mesh);
     }
     let raw = simplified(surface, target)?;
