@@ -41,13 +41,19 @@ pub struct Cracks {
 }
 
 /// Closes cracks no wider than rounding: makes one of boundary vertices where that puts two boundary edges on
-/// each other, and joins boundary edges to the boundary vertices on them. Returns how far apart they may be.
-pub(super) fn close(mesh: &mut TriMesh, origin: &mut Vec<u32>, counts: &mut RepairCounts) -> f64 {
+/// each other, and joins boundary edges to the boundary vertices on them. Returns how far apart they may be,
+/// and the edges then.
+pub(super) fn close(
+    mesh: &mut TriMesh,
+    origin: &mut Vec<u32>,
+    counts: &mut RepairCounts,
+) -> (f64, EdgeTable) {
     let largest = mesh.vertices.iter().map(|p| p.abs().max_element()).fold(0.0, f64::max);
     let rounding = ROUNDING * largest;
     // An edge that is joined to vertices may become one with others.
+    let mut table = EdgeTable::new(&mesh.triangles);
     for _ in 0..ROUNDS {
-        let open = boundary_edges(mesh, &EdgeTable::new(&mesh.triangles));
+        let open = boundary_edges(mesh, &table);
         if open.is_empty() {
             break;
         }
@@ -61,8 +67,9 @@ pub(super) fn close(mesh: &mut TriMesh, origin: &mut Vec<u32>, counts: &mut Repa
         if counts.crack_vertices_welded + counts.edges_joined == before {
             break;
         }
+        table = EdgeTable::new(&mesh.triangles);
     }
-    rounding
+    (rounding, table)
 }
 
 /// How far off each vertex may be from another that it becomes one with.

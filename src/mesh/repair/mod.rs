@@ -131,7 +131,7 @@ pub fn repair_with(mesh: &TriMesh, options: &RepairOptions) -> Result<Repaired> 
         let reach = kept.bounds().map_or(0.0, |(low, high)| FLAT_REACH * (high - low).length());
         joints::join(&mut kept, &mut origin, reach, |v| at_flat[v as usize].then_some(reach), &mut counts);
     }
-    let mut reach = cracks::close(&mut kept, &mut origin, &mut counts);
+    let (mut reach, mut table) = cracks::close(&mut kept, &mut origin, &mut counts);
     if options.weld > 0.0 {
         let wide = kept.bounds().map_or(0.0, |(low, high)| options.weld * (high - low).length());
         weld::weld(&mut kept, &mut origin, wide, &mut counts);
@@ -147,9 +147,9 @@ pub fn repair_with(mesh: &TriMesh, options: &RepairOptions) -> Result<Repaired> 
     }
     if options.weld > 0.0 || options.min_component > 0.0 {
         // A third face may be gone from edges that had too many.
-        cracks::close(&mut kept, &mut origin, &mut counts);
+        (_, table) = cracks::close(&mut kept, &mut origin, &mut counts);
     }
-    orient::orient(&mut kept, &mut counts);
+    orient::orient(&mut kept, &table, &mut counts);
     kept.vertices.iter_mut().for_each(|vertex| *vertex *= unit);
     Ok(Repaired { mesh: kept, origin, counts, reach: reach * unit })
 }

@@ -30,11 +30,12 @@ impl Component {
 /// are inside another one, and may be a cavity. These, open ones and those with few stray faces are as the
 /// larger part of them by area.
 /// A component is connected by edges of two faces: where more meet, or only a vertex, either side is right.
-pub(super) fn orient(mesh: &mut TriMesh, counts: &mut RepairCounts) {
-    let across = neighbours(&mesh.triangles);
-    if !across.iter().flatten().any(|(_, agrees)| !agrees) {
+/// `table` is that of the mesh.
+pub(super) fn orient(mesh: &mut TriMesh, table: &EdgeTable, counts: &mut RepairCounts) {
+    if pairs(&mesh.triangles, table).all(|(_, agrees)| agrees) {
         return;
     }
+    let across = neighbours(&mesh.triangles, table);
     let (components, turned) = components(mesh, &across);
     for component in &components {
         if !component.orientable {
@@ -109,15 +110,21 @@ fn inward(mesh: &TriMesh, part: &[usize], turned: &[u8]) -> u8 {
 }
 
 /// The faces across the edges of two, each with whether the two agree.
-fn neighbours(triangles: &[[u32; 3]]) -> Vec<Vec<(usize, bool)>> {
-    let corners = triangles.as_flattened();
+fn neighbours(triangles: &[[u32; 3]], table: &EdgeTable) -> Vec<Vec<(usize, bool)>> {
     let mut across = vec![Vec::new(); triangles.len()];
-    for sides in EdgeTable::new(triangles).edges() {
-        if let [one, two] = sides {
-            let agrees = corners[one.corners().0] != corners[two.corners().0];
-            across[one.triangle()].push((two.triangle(), agrees));
-            across[two.triangle()].push((one.triangle(), agrees));
-        }
+    for ([one, two], agrees) in pairs(triangles, table) {
+        across[one].push((two, agrees));
+        across[two].push((one, agrees));
     }
     across
+}
+
+/// Triangles with an edge between them, and whether they run through it in opposite directions.
+fn pairs(triangles: &[[u32; 3]], table: &EdgeTable) -> impl Iterator<Item = ([usize; 2], bool)> {
+    let corners = triangles.as_flattened();
+    table.edges().filter_map(|sides| {
+        let [one, two] = sides else { return None };
+        let agrees = corners[one.corners().0] != corners[two.corners().0];
+        Some(([one.triangle(), two.triangle()], agrees))
+    })
 }
