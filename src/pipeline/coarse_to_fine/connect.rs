@@ -18,6 +18,10 @@ const DENSIFICATIONS: u32 = 12;
 /// and at most so many times in a row without fewer broken cells than ever before.
 const PATIENCE: u32 = 4;
 
+/// Nor on a defective surface once there are more broken cells than the fewest times this: on others that
+/// often comes right.
+const WORSE: f64 = 1.4;
+
 /// The faces over some sites.
 struct Connection {
     faces: Vec<[u32; 3]>,
@@ -45,8 +49,9 @@ impl CoarseToFine<'_> {
                 progress.during(|progress| self.connect_once(on, &mut level, spacing, progress))?;
             let Connection { broken, faces, counts, is_sound } = connection;
             patience = if broken.len() < fewest { PATIENCE } else { patience - 1 };
+            let is_hopeless = !self.input.is_manifold() && broken.len() as f64 > WORSE * fewest as f64;
             fewest = fewest.min(broken.len());
-            let is_over = is_sound || left == 0 || patience == 0;
+            let is_over = is_sound || left == 0 || patience == 0 || is_hopeless;
             let of = ConnectedSites { faces: &faces, fixed: &fixed, spacing, sizes };
             if is_over || !densify(&mut level.sites, &of, &broken) {
                 return Ok(LevelMesh {

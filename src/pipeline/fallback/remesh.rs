@@ -69,7 +69,7 @@ const POLISHES: u32 = 4;
 /// and so many rings around.
 const RINGS: u32 = 2;
 /// Vertices of the surface at a larger distance, in edge lengths, are left out.
-const LEFT_OUT: f64 = 0.5;
+const LEFT_OUT: f64 = 1.0;
 /// Rounds of polish beyond those of a mesh from cells, whose triangles are more even from the start.
 const MORE_ROUNDS: u32 = 10;
 
