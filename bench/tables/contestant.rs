@@ -142,7 +142,7 @@ impl Contestant {
             return Ok(Round { call: said.seconds, process });
         };
         let mut command = Command::new(env!("CARGO_BIN_EXE_rtfmesh"));
-        command.args(["remesh", "-n", &task.vertices.to_string()]).args(arguments);
+        command.args(["remesh", "--verbose", "-n", &task.vertices.to_string()]).args(arguments);
         command.arg(&task.input).arg(self.result(task));
         if let Some(device) = device {
             command.args(["--device", device]);

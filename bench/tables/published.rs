@@ -65,8 +65,8 @@ fn section(bench: &mut Bench, number: u8, name: &'static str, title: &str) -> Re
     }
     let mut text = vec![
         format!("Rows of the paper: {}, on {}.", bench.paper.source, bench.paper.machine),
-        "dH is the larger of both Hausdorff distances, RMS of both root mean square distances, \
-         in % of the diagonal."
+        "dH is the larger of both Hausdorff distances (upper end of its interval), RMS of both root \
+         mean square distances, in % of the diagonal."
             .to_owned(),
         "`it` counts iterations with all vertices, `cut` faces that cut others.".to_owned(),
     ];

@@ -52,7 +52,7 @@ pub struct Figures {
     pub below_30: f64,
     /// Share of triangles with an angle above 90 degrees.
     pub above_90: f64,
-    /// The larger of both Hausdorff distances in percent of the input's diagonal.
+    /// The larger of both Hausdorff distances, its upper end, in percent of the input's diagonal.
     pub hausdorff: Option<f64>,
     /// The larger of both root mean square distances in percent of the input's diagonal.
     pub rms: Option<f64>,

@@ -57,8 +57,8 @@ pub struct Distances {
     pub hausdorff: f64,
     /// The larger lower end.
     pub hausdorff_lower: f64,
-    /// Whether the ends are as close as asked for; if not, the budget of subdivisions ran out: 2 million, and
-    /// 30 for each triangle of both meshes.
+    /// Whether the ends are as close as asked for. If not, the budget of subdivisions ran out (2 million, and
+    /// 30 for each triangle of both meshes), or one mesh is so much larger that rounding is more than that.
     pub hausdorff_close: bool,
     /// Root mean square distance of the samples on the mesh to the reference.
     pub rms_to_reference: f64,
@@ -79,9 +79,10 @@ pub fn distances(mesh: &TriMesh, reference: &TriMesh, progress: &ProgressToken) 
 /// Distances between `mesh` and `reference`, both ways.
 ///
 /// The ends of the Hausdorff distances are apart by at most `accuracy` of the upper end, or by 5e-7 of the
-/// diagonal, whichever is more. They contain the distance even if all roundings of f64 add up, for which they
-/// leave 1e-12 of the size of both meshes together. At least 100,000 samples on either mesh make up the root
-/// mean squares. The result is the same on every run and for every number of threads.
+/// diagonal, whichever is more, unless [`Distances::hausdorff_close`] is false. They contain the distance
+/// even if all roundings of f64 add up, for which they leave 1e-12 of the size of both meshes together. At
+/// least 100,000 samples on either mesh make up the root mean squares. The result is the same on every run
+/// and for every number of threads.
 ///
 /// # Errors
 /// [`Error::Usage`] if `accuracy` is not among the [`ACCURACIES`]. [`Error::Input`] if either mesh has no

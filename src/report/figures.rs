@@ -55,7 +55,7 @@ pub fn measures(m: &Measures) -> Vec<Row> {
             [d.hausdorff_from_reference_lower, d.hausdorff_from_reference],
         ]
         .map(|[lower, upper]| format!("{lower:.4} to {upper:.4} %"));
-        let note = if d.hausdorff_close { "" } else { " (wider than asked for: subdivisions ran out)" };
+        let note = if d.hausdorff_close { "" } else { " (wider than asked for)" };
         rows.push(("Hausdorff to, from reference", format!("{to}, {from}{note}")));
         let rms = format!("{:.4} %, {:.4} %", d.rms_to_reference, d.rms_from_reference);
         rows.push(("RMS to, from reference (sampled)", rms));

@@ -20,9 +20,10 @@ fn unsaid(dirty: &Dirty, vertices: usize) -> Vec<String> {
     let input = dirty.mesh();
     let result = match remesh(device(), &input, &Options::new(vertices)) {
         Ok(result) => result,
-        // Every component needs four vertices, and seven if it is a torus.
+        // Every component needs four vertices, seven if it is a torus, and three for each hole.
         Err(Error::Usage { problem, .. }) if problem.contains("too few") => {
-            let least = 7 * topology(&repair(&input).unwrap().mesh).components;
+            let of = topology(&repair(&input).unwrap().mesh);
+            let least = 7 * of.components + 3 * of.boundary_loops;
             return if least > vertices { Vec::new() } else { vec![problem] };
         }
         Err(error) => return vec![format!("refused: {error}")],
@@ -34,17 +35,16 @@ fn unsaid(dirty: &Dirty, vertices: usize) -> Vec<String> {
     if count != vertices {
         list.push(format!("{count} vertices"));
     }
-    if summary.warnings.iter().all(|warning| warning.contains("cracks")) {
-        let repaired = repair(&input).unwrap().mesh;
-        list.extend(worse(&summary.output, &measure(&repaired, None).unwrap()));
-        let (low, high) = repaired.bounds().unwrap();
-        let percent =
-            summary.output.distances.map_or(0.0, |distances| distances.hausdorff_from_reference_lower);
-        let edges = percent / 100.0 * low.distance(high) / summary.spacing;
-        if edges > MISSING {
-            list.push(format!("parts are missing, {edges} edges away"));
-        }
+    let repaired = repair(&input).unwrap().mesh;
+    let mut found = worse(&summary.output, &measure(&repaired, None).unwrap());
+    let (low, high) = repaired.bounds().unwrap();
+    let percent = summary.output.distances.map_or(0.0, |distances| distances.hausdorff_from_reference_lower);
+    let edges = percent / 100.0 * low.distance(high) / summary.spacing;
+    if edges > MISSING {
+        found.push((format!("parts are missing, {edges} edges away"), &["missing", "left out"]));
     }
+    let is_said = |words: &[&str]| summary.warnings.iter().any(|said| words.iter().any(|w| said.contains(w)));
+    list.extend(found.into_iter().filter(|(_, words)| !is_said(words)).map(|(wrong, _)| wrong));
     list
 }
 
@@ -65,8 +65,8 @@ fn untrue(report: &Measures, mesh: &TriMesh) -> Vec<String> {
     list
 }
 
-/// In what a result is worse than its input, and ought not to be.
-fn worse(result: &Measures, input: &Measures) -> Vec<String> {
+/// In what a result is worse than its input, each with words of the warnings that say so.
+fn worse(result: &Measures, input: &Measures) -> Vec<(String, &'static [&'static str])> {
     let (got, want) = (&result.topology, &input.topology);
     let figures = [
         ("components", got.components as i64, want.components as i64),
@@ -77,13 +77,19 @@ fn worse(result: &Measures, input: &Measures) -> Vec<String> {
         ("junctions", i64::from(got.nonmanifold_edges > 0), i64::from(want.nonmanifold_edges > 0)),
         ("inconsistent", i64::from(got.inconsistent_edges > 0), i64::from(want.inconsistent_edges > 0)),
     ];
-    let wrong = figures.iter().filter(|(_, got, want)| got != want);
-    let mut list: Vec<String> = wrong.map(|(name, got, want)| format!("{name}: {got} for {want}")).collect();
+    let mut list: Vec<(String, &'static [&'static str])> = Vec::new();
+    for (name, got, want) in figures.into_iter().filter(|(_, got, want)| got != want) {
+        list.push((format!("{name}: {got} for {want}"), &["topology differs", "are lost"]));
+    }
     if input.self_intersecting_faces == Some(0) && result.self_intersecting_faces != Some(0) {
-        list.push(format!("{:?} intersecting faces", result.self_intersecting_faces));
+        list.push((format!("{:?} intersecting faces", result.self_intersecting_faces), &["intersect"]));
     }
     if input.quality.theta_min > 2.0 && result.quality.theta_min < 1.0 {
-        list.push(format!("an angle of {} degrees", result.quality.theta_min));
+        list.push((format!("an angle of {} degrees", result.quality.theta_min), &["angles below"]));
+    }
+    let volumes = result.relative_volume.zip(input.relative_volume);
+    if volumes.is_some_and(|(got, want)| got * want < 0.0 && got.abs().min(want.abs()) > 1e-3) {
+        list.push((format!("inside out: {volumes:?}"), &["inside out"]));
     }
     list
 }

@@ -30,7 +30,7 @@ const BATCH: usize = 1 << 13;
 const CHUNKS: usize = 1 << 7;
 /// Steps of a batch, at most; each leaves a few pieces behind.
 const BATCH_STEPS: usize = 1 << 17;
-/// So many pieces that wait, of 96 bytes each, come before further triangles.
+/// So many pieces that wait, of 112 bytes each, come before further triangles.
 const MANY: usize = 1 << 18;
 /// Share of the tolerance that the search uses; the rest is for the roundings that the ends leave room for.
 const USED: f64 = 0.999;
@@ -74,7 +74,7 @@ pub struct Interval {
     pub upper: f64,
     /// A point at a distance of at least [`Interval::lower`].
     pub farthest: DVec3,
-    /// Whether the ends are as close as asked for; if not, the steps did not suffice.
+    /// Whether the ends are as close as asked for; if not, the steps did not suffice, or rounding is more.
     pub close: bool,
 }
 

@@ -41,8 +41,9 @@ impl Polygon {
         self.count += 1;
     }
 
-    /// The parts where a linear function is below and above zero, if there are both. It has `value(k)` at
-    /// corner `k`; up to `tiny` counts as zero. Corners that the cut makes are near the triangle at `near`.
+    /// The parts where a linear function is below and above zero, if there are both and it is finite. It has
+    /// `value(k)` at corner `k`; up to `tiny` counts as zero. Corners that the cut makes are near the
+    /// triangle at `near`.
     pub fn cut(&self, value: impl Fn(usize) -> f64, tiny: f64, near: u32) -> Option<[Self; 2]> {
         let mut values = [0.0; MOST_CORNERS];
         for (k, v) in values.iter_mut().enumerate().take(self.count) {
@@ -52,6 +53,9 @@ impl Polygon {
             }
         }
         let values = &values[..self.count];
+        if values.iter().any(|v| !v.is_finite()) {
+            return None;
+        }
         let crossings = (0..self.count).filter(|&k| values[k] * values[(k + 1) % self.count] < 0.0).count();
         let both = values.iter().any(|v| *v < 0.0) && values.iter().any(|v| *v > 0.0);
         if !both || crossings > 2 || (crossings == 2 && self.count == MOST_CORNERS) {

@@ -46,7 +46,8 @@ impl CoarseToFine<'_> {
         loop {
             let faces = level.mesh.triangles.clone();
             if !level.is_sound {
-                // Of a single component nothing will be left.
+                // Of a single component nothing will be left; if local operations fail too, what there is has
+                // worse faults than uneven triangles.
                 if !self.is_replaced_as_a_whole() {
                     self.polish_and_fit(&mut level, reporting)?;
                 }

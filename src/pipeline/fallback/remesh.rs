@@ -85,10 +85,19 @@ pub(crate) fn remeshed_component(
 ) -> Result<TriMesh> {
     // The share of the phase that this is of is unknown.
     let progress = &target.progress.silent();
-    if let Some(mut mesh) = remeshed_locally(surface, lengths, target, progress)? {
-        face_as(&mut mesh, surface);
-        return Ok(mesh);
-    }
+    let mut mesh = match remeshed_locally(surface, lengths, target, progress)? {
+        Some(mesh) => mesh,
+        None => simplified_and_polished(surface, target, progress)?,
+    };
+    face_as(&mut mesh, surface);
+    Ok(mesh)
+}
+
+fn simplified_and_polished(
+    surface: &TriMesh,
+    target: &ComponentTarget,
+    progress: &ProgressToken,
+) -> Result<TriMesh> {
     let raw = simplified(surface, target)?;
     let mut better = raw.mesh.clone();
     let surface = Target::new(surface);
