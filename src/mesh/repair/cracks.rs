@@ -64,10 +64,11 @@ pub(super) fn close(
         }
         let reach = reaches(mesh, rounding);
         joints::join(mesh, origin, rounding, |v| Some(reach[v as usize]), counts);
+        // Faces may be gone even if nothing is closed.
+        table = EdgeTable::new(&mesh.triangles);
         if counts.crack_vertices_welded + counts.edges_joined == before {
             break;
         }
-        table = EdgeTable::new(&mesh.triangles);
     }
     (rounding, table)
 }

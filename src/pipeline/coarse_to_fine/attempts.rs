@@ -13,13 +13,11 @@ use crate::pipeline::clock::Clock;
 use crate::pipeline::fallback::faulty::{Fallback, better};
 use crate::pipeline::intersections::InputIntersections;
 use crate::pipeline::outcome::{Fault, FaultKind, Outcome};
-use crate::pipeline::user_curves::may_simplify;
+use crate::pipeline::user_curves::{has_user_curves, may_simplify};
 use crate::progress::ProgressReporter;
 use crate::sites::surface::Surface;
 use crate::{Error, Result, TriMesh};
 
-/// Random starts with the given number of vertices.
-const STARTS: u64 = 2;
 /// Each further attempt has this many times the vertices of the last,
 const GROWTH: f64 = 1.5;
 /// up to so many times the given number,
@@ -152,15 +150,11 @@ impl Attempts<'_> {
                     .ok_or_else(|| self.refusal(&fault, Some(tried))),
             };
         }
-        // A defective input is unlikely to gain from another start, and its user need not wait for it; nor
-        // are pins and narrow places.
-        let is_chance = matches!(fault.kind, FaultKind::Topology | FaultKind::Intersections(_));
-        if self.input.is_manifold() && is_chance {
-            for start in 1..STARTS {
-                let other = runner.attempt(&model, vertices, seed.wrapping_add(start))?;
-                if !other.is_refused() {
-                    return Ok(other);
-                }
+        // Local operations do not know the user's curves, but another start may do.
+        if has_user_curves(self.options) {
+            let other = runner.attempt(&model, vertices, seed.wrapping_add(1))?;
+            if !other.is_refused() {
+                return Ok(other);
             }
         }
         drop(model);
