@@ -3,7 +3,7 @@
 //!
 //! `PROPTEST_CASES=2000 cargo test --release --test tests -- dirty` tries many, and names those that fail.
 
-use super::properties::config;
+use super::properties::{config, differences};
 use crate::support::dirty::{Arrangement, Defect, Dirty};
 use crate::support::{assert_valid, device};
 use proptest::prelude::*;
@@ -67,19 +67,9 @@ fn untrue(report: &Measures, mesh: &TriMesh) -> Vec<String> {
 
 /// In what a result is worse than its input, each with words of the warnings that say so.
 fn worse(result: &Measures, input: &Measures) -> Vec<(String, &'static [&'static str])> {
-    let (got, want) = (&result.topology, &input.topology);
-    let figures = [
-        ("components", got.components as i64, want.components as i64),
-        ("Euler characteristic", got.euler, want.euler),
-        ("boundary loops", got.boundary_loops as i64, want.boundary_loops as i64),
-        ("duplicate faces", got.duplicate_faces as i64, 0),
-        ("irregular vertices", got.nonmanifold_vertices as i64, want.nonmanifold_vertices as i64),
-        ("junctions", i64::from(got.nonmanifold_edges > 0), i64::from(want.nonmanifold_edges > 0)),
-        ("inconsistent", i64::from(got.inconsistent_edges > 0), i64::from(want.inconsistent_edges > 0)),
-    ];
     let mut list: Vec<(String, &'static [&'static str])> = Vec::new();
-    for (name, got, want) in figures.into_iter().filter(|(_, got, want)| got != want) {
-        list.push((format!("{name}: {got} for {want}"), &["topology differs", "are lost"]));
+    for difference in differences(&result.topology, &input.topology) {
+        list.push((difference, &["topology differs", "are lost"]));
     }
     if input.self_intersecting_faces == Some(0) && result.self_intersecting_faces != Some(0) {
         list.push((format!("{:?} intersecting faces", result.self_intersecting_faces), &["intersect"]));

@@ -9,8 +9,23 @@ use glam::DVec3;
 use proptest::prelude::*;
 use proptest::test_runner::RngSeed;
 use rtfmesh::mesh::repair::repair;
-use rtfmesh::mesh::topology::topology;
+use rtfmesh::mesh::topology::{Topology, topology};
 use rtfmesh::{MeasureDepth, Options, remesh};
+
+/// In what the topology of a result differs from that of its input.
+pub fn differences(got: &Topology, want: &Topology) -> Vec<String> {
+    let figures = [
+        ("components", got.components as i64, want.components as i64),
+        ("Euler characteristic", got.euler, want.euler),
+        ("boundary loops", got.boundary_loops as i64, want.boundary_loops as i64),
+        ("duplicate faces", got.duplicate_faces as i64, 0),
+        ("irregular vertices", got.nonmanifold_vertices as i64, want.nonmanifold_vertices as i64),
+        ("junctions", i64::from(got.nonmanifold_edges > 0), i64::from(want.nonmanifold_edges > 0)),
+        ("inconsistent", i64::from(got.inconsistent_edges > 0), i64::from(want.inconsistent_edges > 0)),
+    ];
+    let wrong = figures.iter().filter(|(_, got, want)| got != want);
+    wrong.map(|(name, got, want)| format!("{name}: {got} for {want}")).collect()
+}
 
 /// What is wrong with the result; nothing for a valid one.
 fn faults(shape: &Shape, n: usize, seed: u64) -> Vec<String> {
@@ -22,20 +37,15 @@ fn faults(shape: &Shape, n: usize, seed: u64) -> Vec<String> {
     };
     assert_valid(device());
     let mut list = result.summary.warnings.clone();
-    let (got, want) = (topology(&result.mesh), topology(&input));
-    let figures = [
-        ("vertices", got.vertices as i64, n as i64),
-        ("components", got.components as i64, want.components as i64),
-        ("Euler characteristic", got.euler, want.euler),
-        ("boundary loops", got.boundary_loops as i64, want.boundary_loops as i64),
-        ("duplicate faces", got.duplicate_faces as i64, 0),
-        ("irregular vertices", got.nonmanifold_vertices as i64, want.nonmanifold_vertices as i64),
-        ("junctions", i64::from(got.nonmanifold_edges > 0), i64::from(want.nonmanifold_edges > 0)),
-        ("inconsistent", i64::from(got.inconsistent_edges > 0), i64::from(want.inconsistent_edges > 0)),
-        ("intersecting faces", result.summary.output.self_intersecting_faces.unwrap_or(0) as i64, 0),
-    ];
-    let wrong = figures.iter().filter(|(_, got, want)| got != want);
-    list.extend(wrong.map(|(name, got, want)| format!("{name}: {got} for {want}")));
+    let got = topology(&result.mesh);
+    list.extend(differences(&got, &topology(&input)));
+    if got.vertices != n {
+        list.push(format!("{} vertices in use", got.vertices));
+    }
+    let intersecting = result.summary.output.self_intersecting_faces;
+    if intersecting != Some(0) {
+        list.push(format!("intersecting faces: {intersecting:?}"));
+    }
     if result.mesh.vertices.len() != n {
         list.push(format!("{} vertices in the list", result.mesh.vertices.len()));
     }
