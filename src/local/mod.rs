@@ -17,6 +17,7 @@ mod split;
 mod star_mesh;
 
 use crate::mesh::features::Features;
+use crate::mesh::half_edges::EdgeSet;
 use crate::mesh::polyline::Polyline;
 use crate::mesh::spacing;
 use crate::polish::{SlidingCurve, Target};
@@ -68,6 +69,8 @@ pub struct LocalMesh {
     pub patches: Vec<u32>,
     /// Of each vertex, whether it is on a curve or at a corner.
     pub fixed: Vec<bool>,
+    /// Its edges on curves.
+    pub curve_edges: EdgeSet,
     /// The curves, with the vertices on them.
     pub sliding_curves: Vec<SlidingCurve>,
     /// The relative target edge length at each vertex; empty if they are all equal.

@@ -7,6 +7,7 @@ use super::curve_edges::{CurveEdges, CurvePart};
 use crate::TriMesh;
 use crate::mesh::NONE;
 use crate::mesh::features::Features;
+use crate::mesh::half_edges::edge_key;
 use crate::mesh::polyline::Polyline;
 use crate::mesh::submesh::renumbered;
 use crate::mesh::triangle::{closest_on_triangle, doubled_normal};
@@ -238,7 +239,10 @@ impl StarMesh {
         } else {
             old.iter().map(|v| self.sizes[*v as usize]).collect()
         };
-        LocalMesh { mesh: TriMesh { vertices, triangles }, patches, fixed, sliding_curves, lengths }
+        let curve_edges =
+            self.curves.ends().map(|(a, b)| edge_key(new[a as usize], new[b as usize])).collect();
+        let mesh = TriMesh { vertices, triangles };
+        LocalMesh { mesh, patches, fixed, curve_edges, sliding_curves, lengths }
     }
 }
 

@@ -4,6 +4,7 @@
 //! corner that it leaves have the same number.
 
 use rayon::slice::ParallelSliceMut;
+use std::collections::HashSet;
 
 use super::NONE;
 
@@ -16,6 +17,9 @@ pub(crate) fn next(h: u32) -> u32 {
 pub(crate) fn previous(h: u32) -> u32 {
     if h.is_multiple_of(3) { h + 2 } else { h - 1 }
 }
+
+/// Undirected edges, each as its [`edge_key`].
+pub(crate) type EdgeSet = HashSet<(u32, u32)>;
 
 /// The undirected edge between two vertices: the smaller index first.
 pub(crate) fn edge_key(a: u32, b: u32) -> (u32, u32) {

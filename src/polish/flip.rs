@@ -3,6 +3,7 @@
 use glam::DVec3;
 use rayon::prelude::*;
 
+use super::locked::Locked;
 use crate::mesh::half_edge_mesh::{HalfEdgeMesh, VertexKind};
 use crate::mesh::triangle::doubled_normal;
 
@@ -22,7 +23,7 @@ const MIN_GAIN: f64 = 1e-6;
 pub(crate) fn flip_edges(
     half_edges: &mut HalfEdgeMesh,
     points: &[DVec3],
-    fixed: &[bool],
+    locked: Locked,
     valence_weight: f64,
     sweeps: u32,
 ) -> usize {
@@ -31,12 +32,12 @@ pub(crate) fn flip_edges(
         let wanted: Vec<u32> = (0..half_edges.half_edge_count())
             .into_par_iter()
             .with_min_len(4096)
-            .filter(|&h| pays(half_edges, points, fixed, valence_weight, h))
+            .filter(|&h| pays(half_edges, points, locked, valence_weight, h))
             .collect();
         let mut flipped = 0;
         for h in wanted {
             // An earlier flip may have changed the gain of this one.
-            if pays(half_edges, points, fixed, valence_weight, h)
+            if pays(half_edges, points, locked, valence_weight, h)
                 && let Some(twin) = half_edges.twin(h)
             {
                 half_edges.flip(h, twin);
@@ -52,7 +53,7 @@ pub(crate) fn flip_edges(
 }
 
 /// Whether the edge of `h` may and should be flipped; false for the second of its two half-edges.
-fn pays(half_edges: &HalfEdgeMesh, points: &[DVec3], fixed: &[bool], valence_weight: f64, h: u32) -> bool {
+fn pays(half_edges: &HalfEdgeMesh, points: &[DVec3], locked: Locked, valence_weight: f64, h: u32) -> bool {
     let Some(twin) = half_edges.twin(h).filter(|&twin| h < twin) else { return false };
     let ring @ [a, b, c, d] = half_edges.diamond(h, twin);
     let corners = ring.map(|v| points[v as usize]);
@@ -66,7 +67,7 @@ fn pays(half_edges: &HalfEdgeMesh, points: &[DVec3], fixed: &[bool], valence_wei
         && ring.iter().all(|&v| half_edges.kind(v) != VertexKind::Irregular)
         && half_edges.valence(a) >= MIN_VALENCE
         && half_edges.valence(b) >= MIN_VALENCE
-        && !(fixed[a as usize] && fixed[b as usize])
+        && !locked.holds(a, b)
         && !half_edges.joined(c, d)
         && half_edges.patch(h / 3) == half_edges.patch(twin / 3)
         && keeps_shape(corners)

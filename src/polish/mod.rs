@@ -6,6 +6,7 @@
 
 mod fit;
 mod flip;
+mod locked;
 mod outliers;
 mod relax;
 mod slide;
@@ -18,11 +19,13 @@ pub use slide::SlidingCurve;
 pub use target::Target;
 
 use glam::DVec3;
+use std::collections::HashSet;
 
 use crate::mesh::half_edge_mesh::{HalfEdgeMesh, VertexKind};
 use crate::{ProgressToken, Result, TriMesh};
 use flip::flip_edges;
 pub(crate) use flip::{angle_gain, keeps_shape};
+use locked::Locked;
 pub(crate) use relax::folds_or_flattens;
 use slide::SlidingCurves;
 
@@ -44,8 +47,11 @@ pub struct PolishOptions {
     /// Delaunay triangles only.
     pub valence_weight: f64,
     /// Whether each vertex stays where it is, as boundary vertices do; vertices beyond the end of the list do
-    /// not. An edge between two fixed vertices is not flipped.
+    /// not.
     pub fixed: Vec<bool>,
+    /// Edges on curves, the smaller vertex first, which are not flipped. If there are none, no edge between
+    /// two fixed vertices is.
+    pub curve_edges: HashSet<(u32, u32)>,
     /// The patch of each triangle, in which it stays; empty if there is only one.
     pub patches: Vec<u32>,
     /// Curves along which fixed vertices may slide.
@@ -60,6 +66,7 @@ impl Default for PolishOptions {
             rounds: 10,
             valence_weight: 1.0,
             fixed: Vec::new(),
+            curve_edges: HashSet::new(),
             patches: Vec::new(),
             sliding_curves: Vec::new(),
             lengths: Vec::new(),
@@ -109,6 +116,7 @@ fn polish_half_edges(
 ) -> Result<PolishCounts> {
     let mut counts = PolishCounts::default();
     let fixed: Vec<bool> = (0..points.len()).map(|v| is_fixed(half_edges, &options.fixed, v)).collect();
+    let locked = Locked { fixed: &fixed, curve_edges: &options.curve_edges };
     let mut ranks = vec![0; points.len()];
     let mut sliding_curves = SlidingCurves::new(&options.sliding_curves, points.len());
     let rounds = progress.at_most(FEW_ROUNDS, options.rounds);
@@ -119,12 +127,15 @@ fn polish_half_edges(
         }
         let late = round + ANGLE_ROUNDS >= rounds;
         let valence_weight = if late { 0.0 } else { options.valence_weight };
-        counts.flips += flip_edges(half_edges, points, &fixed, valence_weight, SWEEPS);
+        counts.flips += flip_edges(half_edges, points, locked, valence_weight, SWEEPS);
         counts.taken_back += relax::relax(half_edges, points, &mut ranks, (&fixed, &options.lengths), target);
         sliding_curves.slide(&half_edges.triangles, points, &options.lengths, false);
     }
     if rounds > 0 {
         sliding_curves.slide(&half_edges.triangles, points, &options.lengths, true);
+        if !options.curve_edges.is_empty() {
+            counts.flips += flip_edges(half_edges, points, locked, 0.0, SWEEPS);
+        }
         progress.done(1.0)?;
         counts.lifted = worst::improve(half_edges, points, &mut ranks, &fixed, target, WORST_PASSES);
     }

@@ -4,4 +4,5 @@ pub mod cells;
 pub mod cells_at_curves;
 pub mod connect;
 pub mod curve_sites;
+pub mod ears;
 pub mod poisson;

@@ -8,6 +8,7 @@ use crate::pipeline::near_sites::near_sites;
 use crate::progress::{ProgressReporter, ProgressToken};
 use crate::sites::cells::{BrokenCell, CellSites, CellSurface, connected_cells};
 use crate::sites::connect::{ConnectCounts, connect};
+use crate::sites::ears::turn_ears;
 use crate::sites::on_surface::SitesOnSurface;
 use crate::sites::place::Place;
 use crate::stages::flags::FlagCounts;
@@ -87,7 +88,10 @@ impl CoarseToFine<'_> {
         let lengths = &self.model.sizes.at_all(positions, triangles);
         let cells =
             connected_cells(on, &CellSites { positions, places: &places, near, spacing, lengths }, progress)?;
-        let (triangles, counts) = connect(positions, &cells.fans);
+        let (mut triangles, counts) = connect(positions, &cells.fans);
+        if let Some(curves) = on_curves {
+            turn_ears(&mut triangles, positions, &curves.edges());
+        }
         progress.poll()?;
         let mesh = TriMesh { vertices: std::mem::take(positions), triangles };
         let got = topology(&mesh);

@@ -4,6 +4,7 @@ use super::densify::{ConnectedSites, densify};
 use super::level_mesh::{LevelCurves, LevelMesh, LevelSites};
 use super::shared::CoarseToFine;
 use crate::mesh::NONE;
+use crate::mesh::half_edges::{EdgeSet, edge_key};
 use crate::mesh::polyline::Polyline;
 use crate::mesh::spacing;
 use crate::pipeline::clock::Clock;
@@ -19,6 +20,7 @@ use crate::progress::{ProgressReporter, ProgressToken};
 use crate::sites::cells::{BrokenCell, CellSurface};
 use crate::sites::curve_sites::CurvePosition;
 use crate::{Phase, Result, TriMesh};
+use std::collections::HashMap;
 
 /// At most so many times sites are moved to faces that intersect others.
 const DENSIFICATIONS: u32 = 4;
@@ -119,7 +121,8 @@ impl CoarseToFine<'_> {
         let Reporting { cost, progress, clock } = reporting;
         let target = &self.model.target;
         let fixed = level.fixed();
-        let patches = self.patches(level, &fixed);
+        let curve_edges = level.curve_edges();
+        let patches = self.patches(level, &fixed, &curve_edges);
         progress.phase(Phase::Polish, cost.polish.until, cost.polish.after)?;
         let sliding_curves =
             level.on_curves.as_ref().map_or_else(Vec::new, |curves| self.sliding_curves(curves));
@@ -127,10 +130,18 @@ impl CoarseToFine<'_> {
         let rounds = self.options.coarse_to_fine.polish_rounds + more_rounds;
         let lengths = self.model.sizes.at_all(&level.sites.positions, &level.sites.triangles);
         let mesh = &mut level.mesh;
-        let options = PolishOptions { rounds, fixed, patches, sliding_curves, lengths, ..Default::default() };
+        let options = PolishOptions {
+            rounds,
+            fixed,
+            curve_edges,
+            patches,
+            sliding_curves,
+            lengths,
+            ..Default::default()
+        };
         progress.during(|progress| polish(mesh, target, &options, progress))?;
         clock.phase("polish");
-        let PolishOptions { fixed, patches, lengths, .. } = options;
+        let PolishOptions { fixed, curve_edges, patches, lengths, .. } = options;
         if self.options.coarse_to_fine.fit {
             let options = FitOptions { fixed, patches, ..Default::default() };
             progress.phase(Phase::Fit, cost.fit.until, cost.fit.after)?;
@@ -139,7 +150,7 @@ impl CoarseToFine<'_> {
             let FitOptions { fixed, patches, .. } = options;
             let edge = spacing(self.surface.area(), mesh.vertices.len());
             progress.phase(Phase::Outliers, cost.outliers.until, cost.outliers.after)?;
-            let options = OutlierOptions { fixed, patches, lengths, ..Default::default() };
+            let options = OutlierOptions { fixed, curve_edges, patches, lengths, ..Default::default() };
             progress.during(|progress| reduce_outliers(mesh, target, edge, &options, progress))?;
             clock.phase("spots");
         }
@@ -163,13 +174,51 @@ impl CoarseToFine<'_> {
         sliding_curves
     }
 
-    /// The patch of every face, [`NONE`] where all corners are on curves; empty on surfaces without curves.
-    fn patches(&self, level: &LevelMesh, on_curve: &[bool]) -> Vec<u32> {
+    /// The patch of every face; empty on surfaces without curves. Faces with all corners on curves have that
+    /// of the faces beside them, [`NONE`] if all of these are such faces too.
+    fn patches(&self, level: &LevelMesh, on_curve: &[bool], curve_edges: &EdgeSet) -> Vec<u32> {
         let Some(curves) = &self.model.curves else { return Vec::new() };
         let patch = |face: &[u32; 3]| {
             let interior = face.iter().find(|v| !on_curve[**v as usize]);
             interior.map_or(NONE, |v| curves.patches[level.sites.triangles[*v as usize] as usize])
         };
-        level.mesh.triangles.iter().map(patch).collect()
+        let mut patches: Vec<u32> = level.mesh.triangles.iter().map(patch).collect();
+        spread(&mut patches, &level.mesh.triangles, curve_edges);
+        patches
+    }
+}
+
+/// Gives faces without a patch that of the faces beside them, across edges that are not on curves.
+fn spread(patches: &mut [u32], faces: &[[u32; 3]], curve_edges: &EdgeSet) {
+    let mut unknown: Vec<usize> = (0..faces.len()).filter(|t| patches[*t] == NONE).collect();
+    if unknown.is_empty() {
+        return;
+    }
+    let edges = |t: usize| {
+        let [a, b, c] = faces[t];
+        [(a, b), (b, c), (c, a)].map(|(a, b)| edge_key(a, b))
+    };
+    let mut beside: HashMap<(u32, u32), Vec<usize>> = HashMap::new();
+    for edge in unknown.iter().flat_map(|t| edges(*t)).filter(|edge| !curve_edges.contains(edge)) {
+        beside.entry(edge).or_default();
+    }
+    for t in 0..faces.len() {
+        for edge in edges(t) {
+            if let Some(list) = beside.get_mut(&edge) {
+                list.push(t);
+            }
+        }
+    }
+    loop {
+        let known = |t: &usize| {
+            let around = edges(*t).into_iter().filter_map(|edge| beside.get(&edge)).flatten();
+            around.map(|s| patches[*s]).find(|patch| *patch != NONE).map(|patch| (*t, patch))
+        };
+        let found: Vec<(usize, u32)> = unknown.iter().filter_map(known).collect();
+        if found.is_empty() {
+            return;
+        }
+        found.into_iter().for_each(|(t, patch)| patches[t] = patch);
+        unknown.retain(|t| patches[*t] == NONE);
     }
 }

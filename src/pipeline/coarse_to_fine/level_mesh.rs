@@ -2,6 +2,7 @@
 
 use crate::TriMesh;
 use crate::mesh::NONE;
+use crate::mesh::half_edges::{EdgeSet, edge_key};
 use crate::sites::connect::ConnectCounts;
 use crate::sites::curve_sites::CurveSites;
 use crate::sites::on_surface::SitesOnSurface;
@@ -58,6 +59,11 @@ impl LevelMesh {
     pub fn fixed(&self) -> Vec<bool> {
         self.on_curves.as_ref().map_or_else(Vec::new, LevelCurves::fixed)
     }
+
+    /// Edges between neighbours along a curve.
+    pub fn curve_edges(&self) -> EdgeSet {
+        self.on_curves.as_ref().map_or_else(EdgeSet::new, LevelCurves::edges)
+    }
 }
 
 /// The curve sites of a level, which stay in place.
@@ -73,6 +79,15 @@ impl LevelCurves {
         for (v, pin) in self.pinned() {
             positions[v] = self.sites.positions[pin];
         }
+    }
+
+    /// Pairs of sites of the level that are neighbours along a curve.
+    pub fn edges(&self) -> EdgeSet {
+        let mut sites = vec![NONE; self.sites.positions.len()];
+        self.pinned().for_each(|(v, pin)| sites[pin] = v as u32);
+        let at = |pin: u32| sites.get(pin as usize).copied().unwrap_or(NONE);
+        let edges = self.sites.segments.iter().map(|pair| pair.map(at));
+        edges.filter(|[a, b]| *a != NONE && *b != NONE).map(|[a, b]| edge_key(a, b)).collect()
     }
 
     /// For each site of the level whether it is on a curve.

@@ -197,7 +197,7 @@ fn polished(
     target: &ComponentTarget,
     progress: &ProgressToken,
 ) -> Result<Option<TriMesh>> {
-    let LocalMesh { mesh: raw, patches, mut fixed, sliding_curves, lengths } = local;
+    let LocalMesh { mesh: raw, patches, mut fixed, mut curve_edges, sliding_curves, lengths } = local;
     let intersecting = |mesh: &TriMesh| intersecting_in_units(mesh, target.frame, progress);
     let most = intersecting(surface)?.len();
     // The last of the steps after which faces do not intersect more than before.
@@ -217,6 +217,7 @@ fn polished(
         let options = PolishOptions {
             rounds,
             fixed: fixed.clone(),
+            curve_edges: curve_edges.clone(),
             patches: patches.clone(),
             sliding_curves: sliding_curves.clone(),
             lengths: lengths.clone(),
@@ -224,14 +225,15 @@ fn polished(
         };
         polish(&mut mesh, on, &options, progress)?;
         let mut crossing = check(&mesh)?;
-        let PolishOptions { patches, lengths, .. } = options;
+        let PolishOptions { patches, lengths, curve_edges: edges, .. } = options;
         if target.fit && crossing.is_empty() {
             let options = FitOptions { fixed: fixed.clone(), patches, ..Default::default() };
             fit(&mut mesh, on, &options, progress)?;
             crossing = check(&mesh)?;
             if crossing.is_empty() {
                 let FitOptions { fixed, patches, .. } = options;
-                let options = OutlierOptions { fixed, patches, lengths, ..Default::default() };
+                let options =
+                    OutlierOptions { fixed, curve_edges: edges, patches, lengths, ..Default::default() };
                 reduce_outliers(&mut mesh, on, target.spacing, &options, progress)?;
                 check(&mesh)?;
             }
@@ -240,6 +242,8 @@ fn polished(
             break;
         }
         fix_around(&mut fixed, &mesh, &crossing);
+        // Then no edge between two fixed vertices flips.
+        curve_edges.clear();
     }
     Ok(best)
 }

@@ -1,5 +1,7 @@
 //! Settings of the edits at outliers, and what all of them share.
 
+use std::collections::HashSet;
+
 use crate::ProgressToken;
 use crate::polish::Target;
 
@@ -15,6 +17,9 @@ pub struct OutlierOptions {
     /// Whether each vertex stays where it is, as boundary vertices do; vertices beyond the end of the list do
     /// not.
     pub fixed: Vec<bool>,
+    /// Edges on curves, the smaller vertex first, which are not flipped. If there are none, no edge between
+    /// two fixed vertices is.
+    pub curve_edges: HashSet<(u32, u32)>,
     /// The patch of each triangle, in which it stays; empty if there is only one.
     pub patches: Vec<u32>,
     /// The target edge length at each vertex, relative to the typical one; empty if they are all equal.
@@ -23,7 +28,14 @@ pub struct OutlierOptions {
 
 impl Default for OutlierOptions {
     fn default() -> Self {
-        Self { passes: 2, min_angle: 38.0, fixed: Vec::new(), patches: Vec::new(), lengths: Vec::new() }
+        Self {
+            passes: 2,
+            min_angle: 38.0,
+            fixed: Vec::new(),
+            curve_edges: HashSet::new(),
+            patches: Vec::new(),
+            lengths: Vec::new(),
+        }
     }
 }
 

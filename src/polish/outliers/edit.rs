@@ -170,15 +170,15 @@ impl MeshCopy<'_> {
             + (self.context.options.min_angle - angle).max(0.0) * ANGLE_COST
     }
 
-    /// Whether an edge may flip: its vertices are inner ones, not both fixed, and keep five to seven
-    /// neighbours.
+    /// Whether an edge may flip: it does not stay, and its vertices are inner ones and keep five
+    /// to seven neighbours.
     fn may_flip(&self, h: u32) -> bool {
         let Some(twin) = self.half_edges.twin(h) else { return false };
         let ends @ [a, b, c, d] = self.half_edges.diamond(h, twin);
         ends.iter().all(|v| self.half_edges.kind(*v) == VertexKind::Inner)
             && self.half_edges.valence(a).min(self.half_edges.valence(b)) > 5
             && self.half_edges.valence(c).max(self.half_edges.valence(d)) < 7
-            && !(self.fixed[a as usize] && self.fixed[b as usize])
+            && !self.locked().holds(a, b)
             && !self.half_edges.joined(c, d)
             && self.half_edges.patch(h / 3) == self.half_edges.patch(twin / 3)
     }

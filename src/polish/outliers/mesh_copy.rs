@@ -8,6 +8,7 @@ use super::context::OutlierContext;
 use crate::TriMesh;
 use crate::mesh::half_edge_mesh::HalfEdgeMesh;
 use crate::polish::is_fixed;
+use crate::polish::locked::Locked;
 
 /// A copy of the mesh.
 #[derive(Clone)]
@@ -31,6 +32,10 @@ impl<'a> MeshCopy<'a> {
     pub fn into_mesh(self, mesh: &mut TriMesh) {
         mesh.vertices = self.points;
         mesh.triangles = self.half_edges.triangles;
+    }
+
+    pub fn locked(&self) -> Locked<'_> {
+        Locked { fixed: &self.fixed, curve_edges: &self.context.options.curve_edges }
     }
 
     pub fn corners(&self, t: u32) -> [DVec3; 3] {
