@@ -37,11 +37,6 @@ impl CurveEdges {
         !self.0.is_empty() && self.0.contains_key(&edge_key(a, b))
     }
 
-    /// All edges, the smaller vertex first.
-    pub fn ends(&self) -> impl Iterator<Item = (u32, u32)> {
-        self.0.keys().copied()
-    }
-
     /// All edges by curve, in order along each.
     pub fn by_curve(&self, curves: usize) -> Vec<Vec<(u32, u32, CurvePart)>> {
         let mut list = vec![Vec::new(); curves];

@@ -18,6 +18,13 @@ const SMOOTH: f64 = 0.9;
 /// Four points are flat if their height over their mean plane is below this share of the shorter diagonal.
 const FLAT: f64 = 1e-3;
 
+/// An edge a–b with triangles a b c, and b a d on the other side.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Diamond {
+    pub ring: [u32; 4],
+    pub triangles: [u32; 2],
+}
+
 impl StarMesh {
     /// Flips edges off the curves where that is a gain, in ascending order.
     pub fn flip(&mut self, progress: &ProgressToken) -> Result<()> {
@@ -41,13 +48,39 @@ impl StarMesh {
 
     /// Flips an edge if that is a gain; returns the four vertices then.
     fn flip_edge(&mut self, a: u32, b: u32) -> Option<[u32; 4]> {
+        let Diamond { ring, triangles } = self.diamond(a, b)?;
+        let points = ring.map(|v| self.points[v as usize]);
+        let patch = self.patches[triangles[0] as usize];
+        let gain = angle_gain(points) + VALENCE_WEIGHT * self.valence_gain(ring, patch);
+        if gain <= MIN_GAIN {
+            return None;
+        }
+        self.turn_edge(a, b).then_some(ring)
+    }
+
+    /// Flips an edge, whether or not that is a gain, if that keeps curves and shape; whether it has.
+    pub fn turn_edge(&mut self, a: u32, b: u32) -> bool {
+        let Some(Diamond { ring: ring @ [a, b, c, d], triangles: [t, s] }) = self.diamond(a, b) else {
+            return false;
+        };
+        let points = ring.map(|v| self.points[v as usize]);
+        if !is_flat(points)
+            && !(keeps_shape(points) && (is_smooth(points) || self.flip_stays_apart([a, b, c, d])))
+        {
+            return false;
+        }
+        self.replace(t, [d, c, a]);
+        self.replace(s, [c, d, b]);
+        true
+    }
+
+    /// What is around an edge that may be flipped as far as curves and connectivity go.
+    pub fn diamond(&self, a: u32, b: u32) -> Option<Diamond> {
         if self.curves.contains(a, b) || (self.is_frozen(a) && self.is_frozen(b)) {
             return None;
         }
         let mut at_edge = self.at_edge(a, b);
         let (Some(t), Some(s), None) = (at_edge.next(), at_edge.next(), at_edge.next()) else { return None };
-        drop(at_edge);
-        // Triangle a b c, and b a d on the other side.
         let runs = |triangle: [u32; 3], from: u32, to: u32| {
             let k = triangle.iter().position(|v| *v == from)?;
             (triangle[(k + 1) % 3] == to).then(|| triangle[(k + 2) % 3])
@@ -60,22 +93,8 @@ impl StarMesh {
                 _ => return None,
             },
         };
-        if c == d || self.at_edge(c, d).next().is_some() {
-            return None;
-        }
-        let points = [a, b, c, d].map(|v| self.points[v as usize]);
-        let gain =
-            angle_gain(points) + VALENCE_WEIGHT * self.valence_gain([a, b, c, d], self.patches[t as usize]);
-        if gain <= MIN_GAIN {
-            return None;
-        }
-        let is_flat = is_flat(points);
-        if !is_flat && !(keeps_shape(points) && (is_smooth(points) || self.flip_stays_apart([a, b, c, d]))) {
-            return None;
-        }
-        self.replace(t, [d, c, a]);
-        self.replace(s, [c, d, b]);
-        Some([a, b, c, d])
+        let is_free = c != d && self.at_edge(c, d).next().is_none();
+        is_free.then_some(Diamond { ring: [a, b, c, d], triangles: [t, s] })
     }
 
     /// Whether no more triangles around intersect after the flip of a–b.

@@ -12,18 +12,21 @@ mod curve_edges;
 mod curves;
 mod flip;
 mod guard;
+mod mend;
+mod part;
 mod relax;
 mod split;
 mod star_mesh;
 
 use crate::mesh::features::Features;
-use crate::mesh::half_edges::EdgeSet;
+use crate::mesh::half_edges::{EdgeSet, edge_key};
 use crate::mesh::polyline::Polyline;
 use crate::mesh::spacing;
 use crate::polish::{SlidingCurve, Target};
 use crate::{ProgressToken, Result, TriMesh};
 use collapse::Limits;
 use guard::Guard;
+pub use mend::{MendOptions, Mended, mend_angles};
 use star_mesh::StarMesh;
 
 /// Edges longer than this are split, in target lengths.
@@ -69,12 +72,53 @@ pub struct LocalMesh {
     pub patches: Vec<u32>,
     /// Of each vertex, whether it is on a curve or at a corner.
     pub fixed: Vec<bool>,
-    /// Its edges on curves.
-    pub curve_edges: EdgeSet,
+    /// Its edges on curves, in order along each.
+    pub curve_edges: Vec<CurveEdge>,
     /// The curves, with the vertices on them.
     pub sliding_curves: Vec<SlidingCurve>,
     /// The relative target edge length at each vertex; empty if they are all equal.
     pub lengths: Vec<f64>,
+}
+
+/// An edge of a mesh that lies on a curve.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct CurveEdge {
+    /// Its vertices.
+    pub ends: [u32; 2],
+    /// The curve's number among [`LocalMesh::sliding_curves`].
+    pub curve: u32,
+    /// The arc length at the first vertex. On a closed curve, arc lengths may lie beyond its ends.
+    pub from: f64,
+    /// The arc length at the second vertex.
+    pub to: f64,
+}
+
+impl LocalMesh {
+    /// The edges on curves, as the polish wants them.
+    pub fn edge_set(&self) -> EdgeSet {
+        self.curve_edges.iter().map(|CurveEdge { ends: [a, b], .. }| edge_key(*a, *b)).collect()
+    }
+
+    /// Takes over where vertices on curves are after they have slid.
+    pub fn slide_to(&mut self, curves: Vec<SlidingCurve>) {
+        let mut arc_lengths = vec![f64::NAN; self.mesh.vertices.len()];
+        curves.iter().flat_map(|curve| &curve.sliders).for_each(|(v, arc)| arc_lengths[*v as usize] = *arc);
+        for CurveEdge { ends, curve, from, to } in &mut self.curve_edges {
+            let line = &curves[*curve as usize].line;
+            let runs_on = *from < *to;
+            for (v, arc_length) in ends.iter().zip([&mut *from, &mut *to]) {
+                let new = arc_lengths[*v as usize];
+                // A corner is at its end of the curve.
+                if !new.is_nan() {
+                    *arc_length = new;
+                }
+            }
+            if line.is_closed() && runs_on != (*from < *to) {
+                *to += if runs_on { line.length() } else { -line.length() };
+            }
+        }
+        self.sliding_curves = curves;
+    }
 }
 
 /// Remeshes `surface`, which has these features, to exactly as many vertices as asked for; to more if the

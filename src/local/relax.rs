@@ -45,7 +45,7 @@ impl StarMesh {
         Ok(())
     }
 
-    fn relax_inside(&mut self, v: u32, target: &Target) {
+    pub fn relax_inside(&mut self, v: u32, target: &Target) {
         let here = self.points[v as usize];
         let (normal, left) = self.normal(v);
         if left < TIP {
@@ -91,7 +91,7 @@ impl StarMesh {
     }
 
     /// Whether a triangle around `v` folds over or becomes flat once it is at `to`.
-    fn folds(&self, v: u32, to: DVec3, up: DVec3) -> bool {
+    pub fn folds(&self, v: u32, to: DVec3, up: DVec3) -> bool {
         self.star[v as usize].iter().any(|t| {
             let triangle = self.triangles[*t as usize];
             let old = self.corners(triangle);
@@ -103,7 +103,7 @@ impl StarMesh {
     }
 
     /// The two parts of the curve from a vertex on it.
-    fn parts_at(&self, v: u32) -> Option<[(u32, CurvePart); 2]> {
+    pub fn parts_at(&self, v: u32) -> Option<[(u32, CurvePart); 2]> {
         let mut parts = self.neighbours(v).into_iter().filter_map(|w| Some((w, self.curves.get(v, w)?)));
         let both = [parts.next()?, parts.next()?];
         parts.next().is_none().then_some(both)

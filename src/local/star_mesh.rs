@@ -2,12 +2,11 @@
 
 use glam::DVec3;
 
-use super::LocalMesh;
+use super::{CurveEdge, LocalMesh};
 use super::curve_edges::{CurveEdges, CurvePart};
 use crate::TriMesh;
 use crate::mesh::NONE;
 use crate::mesh::features::Features;
-use crate::mesh::half_edges::edge_key;
 use crate::mesh::polyline::Polyline;
 use crate::mesh::submesh::renumbered;
 use crate::mesh::triangle::{closest_on_triangle, doubled_normal};
@@ -25,7 +24,7 @@ pub(super) enum Place {
 }
 
 /// A mesh whose edges can be split, collapsed and flipped.
-#[derive(Debug, Clone)]
+#[derive(Debug, Clone, Default)]
 pub(super) struct StarMesh {
     pub points: Vec<DVec3>,
     /// [`NONE`] three times for one that is gone.
@@ -42,7 +41,7 @@ pub(super) struct StarMesh {
     pub ranks: Vec<usize>,
     /// Vertices that stay where they are, with the triangles around them.
     pub frozen: Vec<bool>,
-    used: usize,
+    pub(super) used: usize,
 }
 
 impl StarMesh {
@@ -74,6 +73,37 @@ impl StarMesh {
             curves,
             sizes: lengths.to_vec(),
             used,
+        }
+    }
+
+    /// The same mesh again.
+    pub fn from_local(local: &LocalMesh) -> Self {
+        let LocalMesh { mesh, patches, fixed, curve_edges, sliding_curves, lengths } = local;
+        let count = mesh.vertices.len();
+        let mut star = vec![Vec::new(); count];
+        for (t, triangle) in (0..).zip(&mesh.triangles) {
+            triangle.iter().for_each(|v| star[*v as usize].push(t));
+        }
+        let is_fixed = |v: usize| fixed.get(v).copied().unwrap_or(false);
+        let mut places: Vec<Place> =
+            (0..count).map(|v| if is_fixed(v) { Place::Corner } else { Place::Inside }).collect();
+        let sliders = sliding_curves.iter().flat_map(|curve| &curve.sliders);
+        sliders.for_each(|(v, _)| places[*v as usize] = Place::Curve);
+        let mut curves = CurveEdges::default();
+        for CurveEdge { ends: [a, b], curve, from, to } in curve_edges.iter().copied() {
+            curves.insert(a, b, CurvePart { curve, from, to });
+        }
+        Self {
+            points: mesh.vertices.clone(),
+            triangles: mesh.triangles.clone(),
+            patches: if patches.is_empty() { vec![0; mesh.triangles.len()] } else { patches.clone() },
+            ranks: vec![0; count],
+            frozen: vec![false; count],
+            used: star.iter().filter(|star| !star.is_empty()).count(),
+            star,
+            places,
+            curves,
+            sizes: lengths.clone(),
         }
     }
 
@@ -239,8 +269,12 @@ impl StarMesh {
         } else {
             old.iter().map(|v| self.sizes[*v as usize]).collect()
         };
+        let renamed = |(a, b, CurvePart { curve, from, to })| {
+            let ends = [a, b].map(|v: u32| new[v as usize]);
+            CurveEdge { ends, curve, from, to }
+        };
         let curve_edges =
-            self.curves.ends().map(|(a, b)| edge_key(new[a as usize], new[b as usize])).collect();
+            self.curves.by_curve(polylines.len()).into_iter().flatten().map(renamed).collect();
         let mesh = TriMesh { vertices, triangles };
         LocalMesh { mesh, patches, fixed, curve_edges, sliding_curves, lengths }
     }

@@ -8,6 +8,9 @@ use crate::{Error, Result};
 use serde::{Deserialize, Serialize};
 use std::path::{Path, PathBuf};
 
+/// Largest [`CoarseToFineOptions::min_angle`].
+pub const MAX_MIN_ANGLE: f64 = 40.0;
+
 /// Speed or quality.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 #[non_exhaustive]
@@ -99,6 +102,8 @@ pub struct CoarseToFineOptions {
     pub local: bool,
     /// Whether vertices leave the surface by a little so that the faces fit it better.
     pub fit: bool,
+    /// Triangles with an angle below this, in degrees, are mended by local edits; 0 to 40, 0 for none.
+    pub min_angle: f64,
     /// Edges where the surface turns by at least this angle in degrees are sharp and kept; above 0 to 180,
     /// which is none.
     pub feature_angle: f64,
@@ -128,6 +133,7 @@ impl Default for CoarseToFineOptions {
             polish_rounds: 15,
             local: false,
             fit: true,
+            min_angle: 30.0,
             feature_angle: FeatureOptions::FEATURE_ANGLE,
             features: None,
             fixed_half_edges: Vec::new(),
@@ -151,6 +157,10 @@ impl CoarseToFineOptions {
             let problem = format!("`feature_angle` {} is out of range", self.feature_angle);
             let remedy = "use more than 0 to 180 degrees, 180 for no sharp edges";
             return Err(Error::option("feature_angle", problem, remedy));
+        }
+        if !(0.0..=MAX_MIN_ANGLE).contains(&self.min_angle) {
+            let problem = format!("`min_angle` {} is out of range", self.min_angle);
+            return Err(Error::option("min_angle", problem, format!("use 0 to {MAX_MIN_ANGLE}, such as 30")));
         }
         if let Sizing::Curvature { gradation } = self.sizing
             && !(0.0..=MAX_GRADATION).contains(&gradation)

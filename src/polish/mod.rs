@@ -75,8 +75,8 @@ impl Default for PolishOptions {
 }
 
 /// What [`polish`] did.
-#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
-pub struct PolishCounts {
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct Polished {
     /// Edges flipped.
     pub flips: usize,
     /// Moves of the relaxation, in all rounds, that were undone because a triangle would have folded or
@@ -84,6 +84,8 @@ pub struct PolishCounts {
     pub taken_back: usize,
     /// Moves that improved the worst triangles.
     pub lifted: usize,
+    /// [`PolishOptions::sliding_curves`] with the vertices where they are now.
+    pub sliding_curves: Vec<SlidingCurve>,
 }
 
 /// Improves the triangles of `mesh` by edge flips and by moving vertices over `target`.
@@ -99,12 +101,12 @@ pub fn polish(
     target: &Target,
     options: &PolishOptions,
     progress: &ProgressToken,
-) -> Result<PolishCounts> {
+) -> Result<Polished> {
     let mut half_edges =
         HalfEdgeMesh::new(std::mem::take(&mut mesh.triangles), mesh.vertices.len(), &options.patches);
-    let counts = polish_half_edges(&mut half_edges, &mut mesh.vertices, target, options, progress);
+    let polished = polish_half_edges(&mut half_edges, &mut mesh.vertices, target, options, progress);
     mesh.triangles = half_edges.triangles;
-    counts
+    polished
 }
 
 fn polish_half_edges(
@@ -113,8 +115,8 @@ fn polish_half_edges(
     target: &Target,
     options: &PolishOptions,
     progress: &ProgressToken,
-) -> Result<PolishCounts> {
-    let mut counts = PolishCounts::default();
+) -> Result<Polished> {
+    let mut polished = Polished::default();
     let fixed: Vec<bool> = (0..points.len()).map(|v| is_fixed(half_edges, &options.fixed, v)).collect();
     let locked = Locked { fixed: &fixed, curve_edges: &options.curve_edges };
     let mut ranks = vec![0; points.len()];
@@ -127,19 +129,20 @@ fn polish_half_edges(
         }
         let late = round + ANGLE_ROUNDS >= rounds;
         let valence_weight = if late { 0.0 } else { options.valence_weight };
-        counts.flips += flip_edges(half_edges, points, locked, valence_weight, SWEEPS);
-        counts.taken_back += relax::relax(half_edges, points, &mut ranks, (&fixed, &options.lengths), target);
+        polished.flips += flip_edges(half_edges, points, locked, valence_weight, SWEEPS);
+        polished.taken_back += relax::relax(half_edges, points, &mut ranks, (&fixed, &options.lengths), target);
         sliding_curves.slide(&half_edges.triangles, points, &options.lengths, false);
     }
     if rounds > 0 {
         sliding_curves.slide(&half_edges.triangles, points, &options.lengths, true);
         if !options.curve_edges.is_empty() {
-            counts.flips += flip_edges(half_edges, points, locked, 0.0, SWEEPS);
+            polished.flips += flip_edges(half_edges, points, locked, 0.0, SWEEPS);
         }
         progress.done(1.0)?;
-        counts.lifted = worst::improve(half_edges, points, &mut ranks, &fixed, target, WORST_PASSES);
+        polished.lifted = worst::improve(half_edges, points, &mut ranks, &fixed, target, WORST_PASSES);
     }
-    Ok(counts)
+    polished.sliding_curves = sliding_curves.curves;
+    Ok(polished)
 }
 
 /// Whether vertex `v` may not move: it is in `fixed`, on a boundary, or irregular.

@@ -32,7 +32,7 @@ pub struct SlidingCurve {
 
 /// The sliding curves of a mesh.
 pub(crate) struct SlidingCurves {
-    curves: Vec<SlidingCurve>,
+    pub(super) curves: Vec<SlidingCurve>,
     /// The number of each vertex among all sliders, or [`NONE`].
     slider: Vec<u32>,
     sliders: usize,

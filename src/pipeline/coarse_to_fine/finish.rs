@@ -2,6 +2,7 @@
 
 use super::densify::{ConnectedSites, densify};
 use super::level_mesh::{LevelCurves, LevelMesh, LevelSites};
+use super::mend::Surroundings;
 use super::shared::CoarseToFine;
 use crate::mesh::NONE;
 use crate::mesh::half_edges::{EdgeSet, edge_key};
@@ -51,23 +52,21 @@ impl CoarseToFine<'_> {
                 // Of a single component nothing will be left; if local operations fail too, what there is has
                 // worse faults than uneven triangles.
                 if !self.is_replaced_as_a_whole() {
-                    self.polish_and_fit(&mut level, reporting)?;
+                    let around = self.polish_and_fit(&mut level, reporting)?;
+                    self.mend_and_count(&mut level, around, level_spacing, reporting)?;
                 }
                 let fault = Fault { kind: FaultKind::Topology, at: level.faulty_place };
                 return Ok((level, Some(fault)));
             }
-            self.polish_and_fit(&mut level, reporting)?;
-            let Reporting { cost, progress, clock } = reporting;
+            let around = self.polish_and_fit(&mut level, reporting)?;
+            let Reporting { cost, progress, clock } = &mut *reporting;
             progress.phase(Phase::Check, cost.check.until, cost.check.after)?;
-            let result = (&level.mesh, level_spacing);
-            let compare =
-                |progress: &_| self.input_intersections.compare(self.mesh, self.frame, result, progress);
-            let Intersections { count, new: intersecting } = progress.during(compare)?;
-            level.intersecting_faces = Some(count);
+            let intersecting = progress.during(|p| self.new_intersections(&mut level, level_spacing, p))?;
             clock.phase("check");
             if intersecting.is_empty() {
+                self.mend_and_count(&mut level, around, level_spacing, reporting)?;
                 let fault =
-                    progress.during(|progress| self.fault_of_shape(&level, level_spacing, progress))?;
+                    reporting.progress.during(|p| self.fault_of_shape(&level, level_spacing, p))?;
                 return Ok((level, fault));
             }
             let destinations: Vec<BrokenCell> =
@@ -75,6 +74,7 @@ impl CoarseToFine<'_> {
             let (fixed, sizes) = (level.fixed(), &self.model.sizes);
             let of = ConnectedSites { faces: &faces, fixed: &fixed, spacing: level_spacing, sizes };
             if left == 0 || !densify(&mut level.sites, &of, &destinations) {
+                self.mend_and_count(&mut level, around, level_spacing, reporting)?;
                 let kind = FaultKind::Intersections(intersecting.len());
                 let at = destinations.first().map(|b| b.farthest.0);
                 return Ok((level, Some(Fault { kind, at })));
@@ -82,8 +82,39 @@ impl CoarseToFine<'_> {
             left -= 1;
             let near = near_sites(self.device, &level.sites.positions)?;
             let moved = LevelSites { sites: level.sites, on_curves: level.on_curves, near };
-            level = self.connect(on, moved, level_spacing, progress)?;
+            level = self.connect(on, moved, level_spacing, reporting.progress)?;
         }
+    }
+
+    /// Faces that intersect others and do so at no such place of the input; the level knows how many all are.
+    fn new_intersections(
+        &self,
+        level: &mut LevelMesh,
+        level_spacing: f64,
+        progress: &ProgressToken,
+    ) -> Result<Vec<u32>> {
+        let result = (&level.mesh, level_spacing);
+        let Intersections { count, new } =
+            self.input_intersections.compare(self.mesh, self.frame, result, progress)?;
+        level.intersecting_faces = Some(count);
+        Ok(new)
+    }
+
+    /// Mends what angles are too small, and counts the faces that intersect again.
+    fn mend_and_count(
+        &self,
+        level: &mut LevelMesh,
+        around: Surroundings,
+        level_spacing: f64,
+        reporting: &mut Reporting,
+    ) -> Result<()> {
+        let Reporting { progress, clock, .. } = reporting;
+        if progress.during(|p| self.mend(level, around, level_spacing, p))? && level.intersecting_faces.is_some()
+        {
+            progress.during(|p| self.new_intersections(level, level_spacing, p))?;
+        }
+        clock.phase("mend");
+        Ok(())
     }
 
     /// Whether a mesh of another topology is replaced as a whole by local operations.
@@ -117,7 +148,7 @@ impl CoarseToFine<'_> {
     }
 
     /// Improves the triangles and fits them to the surface. Vertices on curves stay on their curve.
-    fn polish_and_fit(&self, level: &mut LevelMesh, reporting: &mut Reporting) -> Result<()> {
+    fn polish_and_fit(&self, level: &mut LevelMesh, reporting: &mut Reporting) -> Result<Surroundings> {
         let Reporting { cost, progress, clock } = reporting;
         let target = &self.model.target;
         let fixed = level.fixed();
@@ -139,9 +170,11 @@ impl CoarseToFine<'_> {
             lengths,
             ..Default::default()
         };
-        progress.during(|progress| polish(mesh, target, &options, progress))?;
+        let polished = progress.during(|progress| polish(mesh, target, &options, progress))?;
         clock.phase("polish");
         let PolishOptions { fixed, curve_edges, patches, lengths, .. } = options;
+        let sliding_curves = polished.sliding_curves;
+        let around = Surroundings { patches: patches.clone(), sliding_curves, lengths: lengths.clone() };
         if self.options.coarse_to_fine.fit {
             let options = FitOptions { fixed, patches, ..Default::default() };
             progress.phase(Phase::Fit, cost.fit.until, cost.fit.after)?;
@@ -154,7 +187,7 @@ impl CoarseToFine<'_> {
             progress.during(|progress| reduce_outliers(mesh, target, edge, &options, progress))?;
             clock.phase("spots");
         }
-        Ok(())
+        Ok(around)
     }
 
     /// The curves with the sites that slide along them.

@@ -11,6 +11,7 @@ mod finish;
 pub(crate) mod level;
 mod level_mesh;
 pub(crate) mod levels;
+mod mend;
 mod refine;
 mod shared;
 pub(crate) mod size_field;

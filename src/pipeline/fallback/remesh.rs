@@ -1,6 +1,6 @@
 //! One component remeshed by local operations, or simplified where they fail, to a number of vertices.
 
-use crate::local::{LocalMesh, LocalOptions, remesh_locally};
+use crate::local::{LocalMesh, LocalOptions, MendOptions, mend_angles, remesh_locally};
 use crate::mesh::bvh::Bvh;
 use crate::mesh::features::{Curve, FeatureOptions, Features, find_features};
 use crate::mesh::half_edges::{edge_key, next};
@@ -25,6 +25,8 @@ pub(crate) struct ComponentTarget<'a> {
     pub polish_rounds: u32,
     /// Whether vertices may leave the surface for a closer fit.
     pub fit: bool,
+    /// Triangles with a smaller angle are mended.
+    pub min_angle: f64,
     /// Edge length of the whole mesh.
     pub spacing: f64,
     /// From the input's units to those of the component.
@@ -48,6 +50,7 @@ impl<'a> ComponentTarget<'a> {
             feature_angle: method.feature_angle,
             polish_rounds: method.polish_rounds,
             fit: method.fit,
+            min_angle: method.min_angle,
             spacing,
             frame,
             sizes: None,
@@ -197,7 +200,10 @@ fn polished(
     target: &ComponentTarget,
     progress: &ProgressToken,
 ) -> Result<Option<TriMesh>> {
-    let LocalMesh { mesh: raw, patches, mut fixed, mut curve_edges, sliding_curves, lengths } = local;
+    let mut curve_edges = local.edge_set();
+    let curves = local.curve_edges.clone();
+    let LocalMesh { mesh: raw, patches, mut fixed, sliding_curves, lengths, .. } = local;
+    let all_fixed = fixed.clone();
     let intersecting = |mesh: &TriMesh| intersecting_in_units(mesh, target.frame, progress);
     let most = intersecting(surface)?.len();
     // The last of the steps after which faces do not intersect more than before.
@@ -223,7 +229,7 @@ fn polished(
             lengths: lengths.clone(),
             ..Default::default()
         };
-        polish(&mut mesh, on, &options, progress)?;
+        let polished = polish(&mut mesh, on, &options, progress)?;
         let mut crossing = check(&mesh)?;
         let PolishOptions { patches, lengths, curve_edges: edges, .. } = options;
         if target.fit && crossing.is_empty() {
@@ -236,6 +242,20 @@ fn polished(
                     OutlierOptions { fixed, curve_edges: edges, patches, lengths, ..Default::default() };
                 reduce_outliers(&mut mesh, on, target.spacing, &options, progress)?;
                 check(&mesh)?;
+                let OutlierOptions { patches, lengths, .. } = options;
+                let mut local = LocalMesh {
+                    mesh,
+                    patches,
+                    fixed: all_fixed.clone(),
+                    curve_edges: curves.clone(),
+                    sliding_curves: Vec::new(),
+                    lengths,
+                };
+                local.slide_to(polished.sliding_curves);
+                let options = MendOptions { min_angle: target.min_angle, spacing: target.spacing };
+                mend_angles(&mut local, on, &options, progress)?;
+                check(&local.mesh)?;
+                break;
             }
         }
         if crossing.is_empty() {

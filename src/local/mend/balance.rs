@@ -1,0 +1,71 @@
+//! The number of vertices restored after edits have changed it.
+
+use super::Mending;
+use super::edits::Edit;
+use crate::Result;
+use crate::local::star_mesh::{Place, StarMesh};
+
+/// Costs of angles that taking a vertex away, or adding one, may lead to; those without come first.
+const COSTS: [f64; 4] = [0.003, 0.02, 0.1, 0.4];
+/// Relaxations around a changed edge.
+const RELAXATIONS: u32 = 2;
+
+impl Mending<'_> {
+    /// Collapses the shortest edges inside patches, or splits the longest, where it does the least harm, until
+    /// there are so many vertices.
+    pub fn balance(&self, mesh: &mut StarMesh, vertices: usize) -> Result<()> {
+        for cost in COSTS {
+            if mesh.used() == vertices {
+                return Ok(());
+            }
+            let too_many = mesh.used() > vertices;
+            let mut edges: Vec<(f64, u32, u32)> = mesh
+                .edges()
+                .into_iter()
+                .filter(|(a, b)| [a, b].iter().any(|v| mesh.places[**v as usize] == Place::Inside))
+                .map(|(a, b)| (mesh.relative_length(a, b), a, b))
+                .collect();
+            edges.sort_by(|p, q| p.0.total_cmp(&q.0).then((p.1, p.2).cmp(&(q.1, q.2))));
+            if !too_many {
+                edges.reverse();
+            }
+            let mut touched = vec![false; mesh.points.len()];
+            for (_, a, b) in edges {
+                if mesh.used() == vertices {
+                    return Ok(());
+                }
+                if touched[a as usize] || touched[b as usize] || mesh.at_edge(a, b).next().is_none() {
+                    continue;
+                }
+                self.progress.poll()?;
+                let ends = [a, b];
+                let part = mesh.part_around(&ends);
+                let mut trial = part.clone();
+                let Some([p, q]) = part.numbers(ends) else { continue };
+                let edit = if too_many { Edit::Collapse(p, q) } else { Edit::Split(p, q) };
+                if !self.apply(&mut trial.mesh, edit) {
+                    continue;
+                }
+                for _ in 0..RELAXATIONS {
+                    trial.mesh.flip(self.progress)?;
+                    self.relax(&mut trial.mesh);
+                }
+                self.settle(&mut trial.mesh);
+                let harm = self.least.whole(&trial.mesh) - self.least.whole(&part.mesh);
+                if harm <= cost && trial.stays_apart_from(&part) && self.stays_close(&part, &trial) && mesh.put_back(&trial).is_some() {
+                    part.vertices().iter().for_each(|v| touched[*v as usize] = true);
+                }
+            }
+        }
+        Ok(())
+    }
+
+    /// Moves the vertices inside patches towards the mean of their neighbours.
+    fn relax(&self, mesh: &mut StarMesh) {
+        for v in 0..mesh.points.len() as u32 {
+            if mesh.is_used(v) && !mesh.is_frozen(v) && mesh.places[v as usize] == Place::Inside {
+                mesh.relax_inside(v, self.target);
+            }
+        }
+    }
+}

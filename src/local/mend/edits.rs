@@ -1,0 +1,120 @@
+//! Edits of a part of a mesh, and what follows from them.
+
+use super::Mending;
+use crate::local::collapse::Limits;
+use crate::local::flip::Diamond;
+use crate::local::part::Part;
+use crate::local::star_mesh::{Place, StarMesh};
+use crate::mesh::NONE;
+
+/// Rounds of flips and moves after an edit.
+const ROUNDS: u32 = 3;
+/// Least gain of a flip.
+const MIN_GAIN: f64 = 1e-4;
+/// No edge shorter than this is made, in spacings.
+const SHORTEST: f64 = 0.12;
+
+/// A change of the connectivity at one edge, or none.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) enum Edit {
+    None,
+    Flip(u32, u32),
+    Collapse(u32, u32),
+    Split(u32, u32),
+}
+
+impl Mending<'_> {
+    /// What may help a triangle of a part.
+    pub fn edits(mesh: &StarMesh, [a, b, c]: [u32; 3]) -> Vec<Edit> {
+        let mut sides = [(a, b), (b, c), (c, a)].map(|(a, b)| {
+            let length = mesh.points[a as usize].distance(mesh.points[b as usize]);
+            (length, a, b)
+        });
+        sides.sort_by(|p, q| p.0.total_cmp(&q.0));
+        let [short, middle, long] = sides.map(|(_, a, b)| (a, b));
+        let mut edits = vec![Edit::None];
+        edits.extend([long, middle, short].map(|(a, b)| Edit::Flip(a, b)));
+        edits.push(Edit::Collapse(short.0, short.1));
+        edits.extend([long, middle].map(|(a, b)| Edit::Split(a, b)));
+        edits.push(Edit::Collapse(middle.0, middle.1));
+        edits
+    }
+
+    /// Whether an edit could be done; flips and moves follow it.
+    pub fn apply(&self, mesh: &mut StarMesh, edit: Edit) -> bool {
+        let done = match edit {
+            Edit::None => true,
+            Edit::Flip(a, b) => mesh.turn_edge(a, b),
+            Edit::Collapse(a, b) => self.collapse(mesh, a, b),
+            Edit::Split(a, b) => self.split(mesh, a, b),
+        };
+        if done {
+            self.settle(mesh);
+        }
+        done
+    }
+
+    fn collapse(&self, mesh: &mut StarMesh, a: u32, b: u32) -> bool {
+        let limits = Limits::of_mending(self.spacing, self.stray);
+        let Some(kept) = mesh.collapse_edge(a, b, &limits, self.polylines) else { return false };
+        self.bring_down(mesh, kept);
+        true
+    }
+
+    fn split(&self, mesh: &mut StarMesh, a: u32, b: u32) -> bool {
+        if (mesh.is_frozen(a) && mesh.is_frozen(b)) || mesh.relative_length(a, b) < 2.0 * SHORTEST * self.spacing {
+            return false;
+        }
+        let new = mesh.split_edge(a, b, self.polylines);
+        self.bring_down(mesh, new);
+        true
+    }
+
+    /// Moves a vertex inside a patch onto the surface.
+    fn bring_down(&self, mesh: &mut StarMesh, v: u32) {
+        if mesh.places[v as usize] != Place::Inside {
+            return;
+        }
+        let (normal, _) = mesh.normal(v);
+        let (at, patch) = (mesh.points[v as usize], mesh.patch_at(v));
+        let rank = &mut mesh.ranks[v as usize];
+        if let Some(to) = self.target.closest(at, normal.normalize_or_zero(), patch, rank)
+            && !mesh.folds(v, to, normal)
+        {
+            mesh.points[v as usize] = to;
+        }
+    }
+
+    /// Flips edges and moves vertices where that is better.
+    pub fn settle(&self, mesh: &mut StarMesh) {
+        for _ in 0..ROUNDS {
+            for t in 0..mesh.triangles.len() {
+                let [a, b, c] = mesh.triangles[t];
+                if a == NONE || self.least.penalty(mesh.corners([a, b, c])) < MIN_GAIN {
+                    continue;
+                }
+                for (a, b) in [(a, b), (b, c), (c, a)] {
+                    if mesh.triangles[t].contains(&a) && mesh.triangles[t].contains(&b) {
+                        self.flip_if_better(mesh, a, b);
+                    }
+                }
+            }
+            self.smooth(mesh);
+        }
+    }
+
+    fn flip_if_better(&self, mesh: &mut StarMesh, a: u32, b: u32) {
+        let Some(Diamond { ring: [a, b, c, d], .. }) = mesh.diamond(a, b) else { return };
+        let cost = |pair: [[u32; 3]; 2]| {
+            pair.iter().map(|triangle| self.least.penalty(mesh.corners(*triangle))).sum::<f64>()
+        };
+        if cost([[d, c, a], [c, d, b]]) < cost([[a, b, c], [b, a, d]]) - MIN_GAIN {
+            mesh.turn_edge(a, b);
+        }
+    }
+
+    /// How many vertices a part has gained since it was cut out.
+    pub fn gained(before: &Part, after: &Part) -> i64 {
+        after.mesh.used() as i64 - before.mesh.used() as i64
+    }
+}

@@ -1,0 +1,62 @@
+//! What bad angles cost.
+
+use glam::DVec3;
+
+use crate::local::star_mesh::StarMesh;
+use crate::mesh::NONE;
+
+/// Angles below this, in degrees, cost something, so that those that are too small pull their neighbours
+/// along.
+const NARROW: f64 = 40.0;
+/// Angles above this, in degrees, cost something.
+const WIDE: f64 = 100.0;
+/// Of an angle of 180 degrees.
+const COST_OF_WIDE: f64 = 0.5;
+/// Of an angle below the least one, besides.
+const COST_OF_BAD: f64 = 0.1;
+
+/// The least angle that triangles are to have, in radians.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct LeastAngle(pub f64);
+
+impl LeastAngle {
+    /// The smallest and the largest angle of a triangle; 0 and 180 degrees if it has no area.
+    pub fn range([a, b, c]: [DVec3; 3]) -> [f64; 2] {
+        let sides = [b - a, c - b, a - c];
+        let lengths = sides.map(DVec3::length);
+        let cosine = |k: usize, l: usize| -sides[k].dot(sides[l]) / (lengths[k] * lengths[l]);
+        let cosines = [cosine(2, 0), cosine(0, 1), cosine(1, 2)];
+        if cosines.iter().any(|cosine| !cosine.is_finite()) {
+            return [0.0, std::f64::consts::PI];
+        }
+        let [low, high] = [cosines.iter().copied().fold(1.0, f64::min), cosines.iter().copied().fold(-1.0, f64::max)];
+        [high.clamp(-1.0, 1.0).acos(), low.clamp(-1.0, 1.0).acos()]
+    }
+
+    /// Whether a triangle has a smaller angle.
+    pub fn is_missed(self, corners: [DVec3; 3]) -> bool {
+        Self::range(corners)[0] < self.0
+    }
+
+    /// What a triangle costs: 0 if all its angles are good.
+    pub fn penalty(self, corners: [DVec3; 3]) -> f64 {
+        let [smallest, largest] = Self::range(corners);
+        let narrow = (NARROW.to_radians() - smallest).max(0.0) / NARROW.to_radians();
+        let wide = (largest - WIDE.to_radians()).max(0.0) / (180.0 - WIDE).to_radians();
+        let bad = if smallest < self.0 { COST_OF_BAD } else { 0.0 };
+        narrow * narrow + COST_OF_WIDE * wide * wide + bad
+    }
+
+    /// What all triangles cost.
+    pub fn whole(self, mesh: &StarMesh) -> f64 {
+        let alive = mesh.triangles.iter().filter(|t| t[0] != NONE);
+        alive.map(|t| self.penalty(mesh.corners(*t))).sum()
+    }
+
+    /// What the triangles around a vertex cost if it were at `to`.
+    pub fn around(self, mesh: &StarMesh, v: u32, to: DVec3) -> f64 {
+        let corners =
+            |t: &u32| mesh.triangles[*t as usize].map(|w| if w == v { to } else { mesh.points[w as usize] });
+        mesh.star[v as usize].iter().map(|t| self.penalty(corners(t))).sum()
+    }
+}

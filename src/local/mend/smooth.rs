@@ -1,0 +1,111 @@
+//! Moves of vertices, over the surface and along curves, that lower the cost of the triangles around.
+
+use glam::DVec3;
+
+use super::Mending;
+use crate::local::curve_edges::CurvePart;
+use crate::local::star_mesh::{Place, StarMesh};
+
+/// Directions that are tried from a position.
+const DIRECTIONS: u32 = 8;
+/// First trial steps over the shortest edge, halved between series of trials.
+const FIRST_STEP: f64 = 0.24;
+const SERIES: u32 = 4;
+/// Trial steps along a curve, as shares of the distance to the next vertex that way.
+const SLIDES: [f64; 5] = [0.4, 0.2, 0.1, 0.05, 0.025];
+/// Least gain of a move.
+const MIN_GAIN: f64 = 1e-5;
+/// Below this share of the lengths of its normals, a vertex is at the tip of a needle and stays.
+const TIP: f64 = 0.3;
+
+impl Mending<'_> {
+    /// Moves every vertex once that is not frozen and has bad triangles around it.
+    pub fn smooth(&self, mesh: &mut StarMesh) {
+        for v in 0..mesh.points.len() as u32 {
+            if mesh.is_frozen(v) || !mesh.is_used(v) {
+                continue;
+            }
+            match mesh.places[v as usize] {
+                Place::Inside => self.move_inside(mesh, v),
+                Place::Curve => self.move_along(mesh, v),
+                Place::Corner => (),
+            }
+        }
+    }
+
+    fn move_inside(&self, mesh: &mut StarMesh, v: u32) {
+        let here = mesh.points[v as usize];
+        let cost = |to: DVec3| self.least.around(mesh, v, to);
+        let start = cost(here);
+        if start < MIN_GAIN {
+            return;
+        }
+        let (normal, left) = mesh.normal(v);
+        if left < TIP {
+            return;
+        }
+        let up = normal.normalize_or_zero();
+        let across = up.any_orthonormal_vector();
+        let along = up.cross(across);
+        let lengths = mesh.neighbours(v).into_iter().map(|w| mesh.points[w as usize].distance(here));
+        let mut step = FIRST_STEP * lengths.fold(f64::INFINITY, f64::min);
+        let (mut to, mut best) = (here, start);
+        for _ in 0..SERIES {
+            for k in 0..DIRECTIONS {
+                let (sin, cos) = (f64::from(k) * std::f64::consts::TAU / f64::from(DIRECTIONS)).sin_cos();
+                let trial = to + (across * cos + along * sin) * step;
+                let reached = cost(trial);
+                if reached < best {
+                    (to, best) = (trial, reached);
+                }
+            }
+            step *= 0.5;
+        }
+        if best > start - MIN_GAIN {
+            return;
+        }
+        let patch = mesh.patch_at(v);
+        let mut rank = mesh.ranks[v as usize];
+        let Some(to) = self.target.closest(to, up, patch, &mut rank) else { return };
+        if self.least.around(mesh, v, to) <= start - MIN_GAIN && !mesh.folds(v, to, normal) {
+            mesh.points[v as usize] = to;
+            mesh.ranks[v as usize] = rank;
+        }
+    }
+
+    fn move_along(&self, mesh: &mut StarMesh, v: u32) {
+        let start = self.least.around(mesh, v, mesh.points[v as usize]);
+        if start < MIN_GAIN {
+            return;
+        }
+        let Some([(w, there), (x, other)]) = mesh.parts_at(v) else { return };
+        if there.curve != other.curve {
+            return;
+        }
+        let line = &self.polylines[there.curve as usize];
+        let moved = |part: CurvePart, shift: f64| CurvePart { from: part.from + shift, ..part };
+        let mut best = (start - MIN_GAIN, 0.0);
+        for share in SLIDES {
+            for part in [there, other] {
+                let shift = share * (part.to - part.from);
+                let to = line.at(there.from + shift).0;
+                let reached = self.least.around(mesh, v, to);
+                let strays = || {
+                    [there, other].iter().any(|part| {
+                        let deviation = moved(*part, shift).deviation(self.polylines);
+                        deviation > (self.stray * mesh.size(v, w)).max(part.deviation(self.polylines))
+                    })
+                };
+                if reached < best.0 && !mesh.folds(v, to, DVec3::ZERO) && !strays() {
+                    best = (reached, shift);
+                }
+            }
+        }
+        let shift = best.1;
+        if shift != 0.0 {
+            mesh.points[v as usize] = line.at(there.from + shift).0;
+            mesh.curves.insert(v, w, moved(there, shift));
+            mesh.curves.insert(v, x, moved(other, shift));
+        }
+    }
+}

@@ -1,0 +1,84 @@
+//! Small angles of the last level's mesh mended by local edits.
+
+use super::level_mesh::{LevelCurves, LevelMesh};
+use super::shared::CoarseToFine;
+use crate::local::{CurveEdge, LocalMesh, MendOptions, mend_angles};
+use crate::mesh::NONE;
+use crate::mesh::polyline::Polyline;
+use crate::polish::SlidingCurve;
+use crate::sites::on_surface::SitesOnSurface;
+use crate::{ProgressToken, Result};
+
+/// What the polish knows of a mesh besides its triangles.
+pub(crate) struct Surroundings {
+    /// The patch of each triangle.
+    pub patches: Vec<u32>,
+    pub sliding_curves: Vec<SlidingCurve>,
+    /// The relative target edge length at each vertex.
+    pub lengths: Vec<f64>,
+}
+
+impl CoarseToFine<'_> {
+    /// Mends triangles with angles that are too small; whether anything has changed. The sites of the level
+    /// are then the mesh's vertices.
+    pub(crate) fn mend(
+        &self,
+        level: &mut LevelMesh,
+        around: Surroundings,
+        level_spacing: f64,
+        progress: &ProgressToken,
+    ) -> Result<bool> {
+        let options = MendOptions { min_angle: self.options.coarse_to_fine.min_angle, spacing: level_spacing };
+        let Surroundings { patches, sliding_curves, lengths } = around;
+        let curve_edges = match (&level.on_curves, &self.model.curves) {
+            (Some(on_curves), Some(curves)) => on_curves.curve_edges(curves.polylines()),
+            _ => Vec::new(),
+        };
+        let mesh = std::mem::take(&mut level.mesh);
+        let fixed = level.fixed();
+        let mut local =
+            LocalMesh { mesh, patches, fixed, curve_edges, sliding_curves: Vec::new(), lengths };
+        local.slide_to(sliding_curves);
+        let mended = mend_angles(&mut local, &self.model.target, &options, progress)?;
+        level.mesh = local.mesh;
+        if mended.origins.is_empty() {
+            return Ok(false);
+        }
+        let triangle = |(v, origin): (usize, &u32)| match *origin {
+            NONE => self.model.target.nearest(level.mesh.vertices[v]).map_or(0, |(_, t)| t),
+            origin => level.sites.triangles[origin as usize],
+        };
+        let triangles = mended.origins.iter().enumerate().map(triangle).collect();
+        level.sites = SitesOnSurface { positions: level.mesh.vertices.clone(), triangles };
+        level.on_curves = None;
+        Ok(true)
+    }
+}
+
+impl LevelCurves {
+    /// The edges along these curves, with the arc lengths of the sites before they slide.
+    fn curve_edges<'a>(&self, polylines: impl Iterator<Item = &'a Polyline>) -> Vec<CurveEdge> {
+        let mut vertices = vec![NONE; self.sites.positions.len()];
+        self.pinned().for_each(|(v, pin)| vertices[pin] = v as u32);
+        let lines: Vec<&Polyline> = polylines.collect();
+        let mut inner = vec![0usize; lines.len()];
+        for position in &self.sites.curve_positions {
+            if let Some(count) = inner.get_mut(position.curve as usize) {
+                *count += 1;
+            }
+        }
+        let mut edges: Vec<CurveEdge> = Vec::with_capacity(self.sites.segments.len());
+        let mut segments = self.sites.segments.iter();
+        for ((curve, line), inner) in (0..).zip(lines).zip(inner) {
+            let count = if line.is_closed() { inner } else { inner + 1 };
+            let mut from = 0.0;
+            for (k, pair) in segments.by_ref().take(count).enumerate() {
+                let end = self.sites.curve_positions[pair[1] as usize].arc_length;
+                let to = if k + 1 < count { end } else { line.length() };
+                edges.push(CurveEdge { ends: pair.map(|site| vertices[site as usize]), curve, from, to });
+                from = to;
+            }
+        }
+        edges
+    }
+}
