@@ -8,7 +8,7 @@ use crate::local::star_mesh::{Place, StarMesh};
 use crate::mesh::NONE;
 
 /// Rounds of flips and moves after an edit.
-const ROUNDS: u32 = 3;
+const ROUNDS: u32 = 4;
 /// Least gain of a flip.
 const MIN_GAIN: f64 = 1e-4;
 /// No edge shorter than this is made, in spacings.
@@ -21,6 +21,8 @@ pub(super) enum Edit {
     Flip(u32, u32),
     Collapse(u32, u32),
     Split(u32, u32),
+    /// In three.
+    SplitTwice(u32, u32),
 }
 
 impl Mending<'_> {
@@ -36,6 +38,7 @@ impl Mending<'_> {
         edits.extend([long, middle, short].map(|(a, b)| Edit::Flip(a, b)));
         edits.push(Edit::Collapse(short.0, short.1));
         edits.extend([long, middle].map(|(a, b)| Edit::Split(a, b)));
+        edits.extend([long, middle].map(|(a, b)| Edit::SplitTwice(a, b)));
         edits.push(Edit::Collapse(middle.0, middle.1));
         edits
     }
@@ -46,7 +49,10 @@ impl Mending<'_> {
             Edit::None => true,
             Edit::Flip(a, b) => mesh.turn_edge(a, b),
             Edit::Collapse(a, b) => self.collapse(mesh, a, b),
-            Edit::Split(a, b) => self.split(mesh, a, b),
+            Edit::Split(a, b) => self.split(mesh, a, b).is_some(),
+            Edit::SplitTwice(a, b) => {
+                self.split(mesh, a, b).is_some_and(|middle| self.split(mesh, middle, b).is_some())
+            }
         };
         if done {
             self.settle(mesh);
@@ -61,13 +67,13 @@ impl Mending<'_> {
         true
     }
 
-    fn split(&self, mesh: &mut StarMesh, a: u32, b: u32) -> bool {
+    fn split(&self, mesh: &mut StarMesh, a: u32, b: u32) -> Option<u32> {
         if (mesh.is_frozen(a) && mesh.is_frozen(b)) || mesh.relative_length(a, b) < 2.0 * SHORTEST * self.spacing {
-            return false;
+            return None;
         }
         let new = mesh.split_edge(a, b, self.polylines);
         self.bring_down(mesh, new);
-        true
+        Some(new)
     }
 
     /// Moves a vertex inside a patch onto the surface.

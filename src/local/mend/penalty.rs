@@ -9,9 +9,9 @@ use crate::mesh::NONE;
 /// along.
 const NARROW: f64 = 40.0;
 /// Angles above this, in degrees, cost something.
-const WIDE: f64 = 100.0;
+const WIDE: f64 = 90.0;
 /// Of an angle of 180 degrees.
-const COST_OF_WIDE: f64 = 0.5;
+const COST_OF_WIDE: f64 = 1.0;
 /// Of an angle below the least one, besides.
 const COST_OF_BAD: f64 = 0.1;
 
