@@ -51,7 +51,7 @@ impl Mending<'_> {
                     self.relax(&mut trial.mesh);
                 }
                 self.settle(&mut trial.mesh);
-                let harm = self.least.whole(&trial.mesh) - self.least.whole(&part.mesh);
+                let harm = self.cost.whole(&trial.mesh) - self.cost.whole(&part.mesh);
                 if harm <= cost && trial.stays_apart_from(&part) && self.stays_close(&part, &trial) && mesh.put_back(&trial).is_some() {
                     part.vertices().iter().for_each(|v| touched[*v as usize] = true);
                 }

@@ -3,7 +3,6 @@
 use super::Mending;
 use crate::local::collapse::Limits;
 use crate::local::flip::Diamond;
-use crate::local::part::Part;
 use crate::local::star_mesh::{Place, StarMesh};
 use crate::mesh::NONE;
 
@@ -96,7 +95,7 @@ impl Mending<'_> {
         for _ in 0..ROUNDS {
             for t in 0..mesh.triangles.len() {
                 let [a, b, c] = mesh.triangles[t];
-                if a == NONE || self.least.penalty(mesh.corners([a, b, c])) < MIN_GAIN {
+                if a == NONE || self.cost.of(mesh.corners([a, b, c])) < MIN_GAIN {
                     continue;
                 }
                 for (a, b) in [(a, b), (b, c), (c, a)] {
@@ -112,15 +111,10 @@ impl Mending<'_> {
     fn flip_if_better(&self, mesh: &mut StarMesh, a: u32, b: u32) {
         let Some(Diamond { ring: [a, b, c, d], .. }) = mesh.diamond(a, b) else { return };
         let cost = |pair: [[u32; 3]; 2]| {
-            pair.iter().map(|triangle| self.least.penalty(mesh.corners(*triangle))).sum::<f64>()
+            pair.iter().map(|triangle| self.cost.of(mesh.corners(*triangle))).sum::<f64>()
         };
         if cost([[d, c, a], [c, d, b]]) < cost([[a, b, c], [b, a, d]]) - MIN_GAIN {
             mesh.turn_edge(a, b);
         }
-    }
-
-    /// How many vertices a part has gained since it was cut out.
-    pub fn gained(before: &Part, after: &Part) -> i64 {
-        after.mesh.used() as i64 - before.mesh.used() as i64
     }
 }

@@ -16,12 +16,15 @@ use std::collections::BinaryHeap;
 
 use super::LocalMesh;
 use super::guard::Guard;
+use super::part::Part;
 use super::star_mesh::StarMesh;
 use crate::mesh::NONE;
 use crate::mesh::polyline::Polyline;
 use crate::polish::Target;
-use crate::{ProgressToken, Result};
-use penalty::LeastAngle;
+use crate::{ProgressToken, Result, TriMesh};
+use rayon::prelude::*;
+use edits::Edit;
+use penalty::AngleCost;
 
 /// Least gain of an edit.
 const MIN_GAIN: f64 = 0.01;
@@ -60,7 +63,7 @@ pub struct Mended {
 
 /// What all edits share.
 struct Mending<'a> {
-    least: LeastAngle,
+    cost: AngleCost,
     target: &'a Target,
     polylines: &'a [Polyline],
     spacing: f64,
@@ -80,16 +83,16 @@ pub fn mend_angles(
     options: &MendOptions,
     progress: &ProgressToken,
 ) -> Result<Mended> {
-    let least = LeastAngle(options.min_angle.to_radians());
-    let is_bad = |mesh: &crate::TriMesh, t: &usize| least.is_missed(mesh.corners(*t));
-    let count = |mesh: &crate::TriMesh| (0..mesh.triangles.len()).filter(|t| is_bad(mesh, t)).count();
+    let cost = AngleCost::new(options.min_angle);
+    let is_bad = |mesh: &TriMesh, t: &usize| cost.missed(mesh.corners(*t)).is_some();
+    let count = |mesh: &TriMesh| (0..mesh.triangles.len()).filter(|t| is_bad(mesh, t)).count();
     let mut mended = Mended { before: count(&local.mesh), ..Default::default() };
     if mended.before == 0 {
         return Ok(mended);
     }
     let polylines: Vec<Polyline> = local.sliding_curves.iter().map(|curve| curve.line.clone()).collect();
     let mending = Mending {
-        least,
+        cost,
         target,
         polylines: &polylines,
         spacing: options.spacing,
@@ -110,7 +113,8 @@ pub fn mend_angles(
         }
         gained += mesh.used() as i64 - vertices as i64;
         done.set((edits, gained));
-        if std::env::var("MENDLOG").is_ok() { eprintln!("pre-balance edits {edits} gained {gained} bad {}", mesh.triangles.iter().filter(|t| t[0]!=NONE && least.is_missed(mesh.corners(**t))).count()); }
+        if std::env::var("MENDLOG").is_ok() { eprintln!("pre-balance edits {edits} gained {gained} bad {}", mesh.triangles.iter().filter(|t| t[0]!=NONE && cost.missed(mesh.corners(**t)).is_some()).count()); }
+        if std::env::var("NOBAL").is_ok() { return Ok(()); }
         mending.balance(mesh, vertices)
     })?;
     (mended.edits, mended.gained) = done.get();
@@ -134,8 +138,7 @@ impl Mending<'_> {
             if triangle[0] == NONE {
                 return None;
             }
-            let corners = mesh.corners(triangle);
-            self.least.is_missed(corners).then(|| Reverse((LeastAngle::range(corners)[0].to_bits(), t)))
+            self.cost.missed(mesh.corners(triangle)).map(|angle| Reverse((angle.to_bits(), t)))
         };
         let all = 0..mesh.triangles.len() as u32;
         let mut bad: BinaryHeap<Reverse<(u64, u32)>> = all.filter_map(|t| entry(mesh, t)).collect();
@@ -156,26 +159,27 @@ impl Mending<'_> {
     fn mend(&self, mesh: &mut StarMesh, t: u32, vertices: usize) -> Option<Vec<u32>> {
         let part = mesh.part_around(&mesh.triangles[t as usize]);
         let triangle = part.find(t)?;
-        let before = self.least.whole(&part.mesh);
+        let before = self.cost.whole(&part.mesh);
         let surplus = mesh.used() as i64 - vertices as i64;
-        let mut best = None;
-        let mut least_gain = MIN_GAIN;
-        for edit in Self::edits(&part.mesh, triangle) {
+        let trial = |edit: &Edit| {
             let mut trial = part.clone();
-            if !self.apply(&mut trial.mesh, edit) {
-                continue;
+            if !self.apply(&mut trial.mesh, *edit) {
+                return None;
             }
-            let gained = Self::gained(&part, &trial);
-            let cost = COST_OF_VERTEX * ((surplus + gained).abs() - surplus.abs()) as f64;
-            let left = self.least.whole(&trial.mesh);
-            let gain = before - left - cost;
-            if gain > least_gain && trial.stays_apart_from(&part) && self.stays_close(&part, &trial) {
-                (best, least_gain) = (Some(trial), gain);
-                if left + cost < ENOUGH * before {
-                    break;
-                }
-            }
-        }
-        mesh.put_back(&best?)
+            let gained = trial.mesh.used() as i64 - part.mesh.used() as i64;
+            let of_vertices = COST_OF_VERTEX * ((surplus + gained).abs() - surplus.abs()) as f64;
+            let cost = self.cost.whole(&trial.mesh) + of_vertices;
+            (cost < before - MIN_GAIN).then_some((cost, trial))
+        };
+        let is_fine = |(_, trial): &(f64, Part)| trial.stays_apart_from(&part) && self.stays_close(&part, trial);
+        // Moves alone are often enough.
+        let moved = trial(&Edit::None).filter(|(cost, _)| *cost < ENOUGH * before).filter(is_fine);
+        let best = moved.or_else(|| {
+            let edits = Self::edits(&part.mesh, triangle);
+            let mut trials: Vec<(f64, Part)> = edits.par_iter().filter_map(trial).collect();
+            trials.sort_by(|p, q| p.0.total_cmp(&q.0));
+            trials.into_iter().find(is_fine)
+        });
+        mesh.put_back(&best?.1)
     }
 }

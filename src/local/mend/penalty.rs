@@ -15,48 +15,67 @@ const COST_OF_WIDE: f64 = 1.0;
 /// Of an angle below the least one, besides.
 const COST_OF_BAD: f64 = 0.1;
 
-/// The least angle that triangles are to have, in radians.
+/// What angles cost, and the least one that triangles are to have.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct LeastAngle(pub f64);
+pub(super) struct AngleCost {
+    /// In radians.
+    least: f64,
+    /// The squared cosine of [`NARROW`].
+    narrow_sq: f64,
+}
 
-impl LeastAngle {
-    /// The smallest and the largest angle of a triangle; 0 and 180 degrees if it has no area.
-    pub fn range([a, b, c]: [DVec3; 3]) -> [f64; 2] {
-        let sides = [b - a, c - b, a - c];
-        let lengths = sides.map(DVec3::length);
-        let cosine = |k: usize, l: usize| -sides[k].dot(sides[l]) / (lengths[k] * lengths[l]);
-        let cosines = [cosine(2, 0), cosine(0, 1), cosine(1, 2)];
-        if cosines.iter().any(|cosine| !cosine.is_finite()) {
-            return [0.0, std::f64::consts::PI];
-        }
-        let [low, high] = [cosines.iter().copied().fold(1.0, f64::min), cosines.iter().copied().fold(-1.0, f64::max)];
-        [high.clamp(-1.0, 1.0).acos(), low.clamp(-1.0, 1.0).acos()]
+impl AngleCost {
+    /// For a least angle in degrees.
+    pub fn new(least: f64) -> Self {
+        Self { least: least.to_radians(), narrow_sq: NARROW.max(least).to_radians().cos().powi(2) }
     }
 
-    /// Whether a triangle has a smaller angle.
-    pub fn is_missed(self, corners: [DVec3; 3]) -> bool {
-        Self::range(corners)[0] < self.0
+    /// The smallest angle of a triangle if it is below the least one, in radians; 0 without area.
+    pub fn missed(&self, corners: [DVec3; 3]) -> Option<f64> {
+        let [smallest, _] = angles(corners);
+        (smallest < self.least).then_some(smallest)
     }
 
     /// What a triangle costs: 0 if all its angles are good.
-    pub fn penalty(self, corners: [DVec3; 3]) -> f64 {
-        let [smallest, largest] = Self::range(corners);
+    pub fn of(&self, [a, b, c]: [DVec3; 3]) -> f64 {
+        let (u, v, w) = (b - a, c - b, a - c);
+        let [x, y, z] = [u, v, w].map(DVec3::length_squared);
+        // Most have no bad angle, which takes no roots to see.
+        let is_good = |dot: f64, lengths: f64| dot >= 0.0 && dot * dot <= self.narrow_sq * lengths;
+        if is_good(-w.dot(u), z * x) && is_good(-u.dot(v), x * y) && is_good(-v.dot(w), y * z) {
+            return 0.0;
+        }
+        let [smallest, largest] = angles([a, b, c]);
         let narrow = (NARROW.to_radians() - smallest).max(0.0) / NARROW.to_radians();
         let wide = (largest - WIDE.to_radians()).max(0.0) / (180.0 - WIDE).to_radians();
-        let bad = if smallest < self.0 { COST_OF_BAD } else { 0.0 };
+        let bad = if smallest < self.least { COST_OF_BAD } else { 0.0 };
         narrow * narrow + COST_OF_WIDE * wide * wide + bad
     }
 
     /// What all triangles cost.
-    pub fn whole(self, mesh: &StarMesh) -> f64 {
+    pub fn whole(&self, mesh: &StarMesh) -> f64 {
         let alive = mesh.triangles.iter().filter(|t| t[0] != NONE);
-        alive.map(|t| self.penalty(mesh.corners(*t))).sum()
+        alive.map(|t| self.of(mesh.corners(*t))).sum()
     }
 
     /// What the triangles around a vertex cost if it were at `to`.
-    pub fn around(self, mesh: &StarMesh, v: u32, to: DVec3) -> f64 {
+    pub fn around(&self, mesh: &StarMesh, v: u32, to: DVec3) -> f64 {
         let corners =
             |t: &u32| mesh.triangles[*t as usize].map(|w| if w == v { to } else { mesh.points[w as usize] });
-        mesh.star[v as usize].iter().map(|t| self.penalty(corners(t))).sum()
+        mesh.star[v as usize].iter().map(|t| self.of(corners(t))).sum()
     }
+}
+
+/// The smallest and the largest angle of a triangle, in radians; 0 and 180 degrees if it has no area.
+fn angles([a, b, c]: [DVec3; 3]) -> [f64; 2] {
+    let sides = [b - a, c - b, a - c];
+    let lengths = sides.map(DVec3::length);
+    let cosine = |k: usize, l: usize| -sides[k].dot(sides[l]) / (lengths[k] * lengths[l]);
+    let cosines = [cosine(2, 0), cosine(0, 1), cosine(1, 2)];
+    if cosines.iter().any(|cosine| !cosine.is_finite()) {
+        return [0.0, std::f64::consts::PI];
+    }
+    let low = cosines.iter().copied().fold(1.0, f64::min);
+    let high = cosines.iter().copied().fold(-1.0, f64::max);
+    [high.clamp(-1.0, 1.0).acos(), low.clamp(-1.0, 1.0).acos()]
 }

@@ -35,7 +35,7 @@ impl Mending<'_> {
 
     fn move_inside(&self, mesh: &mut StarMesh, v: u32) {
         let here = mesh.points[v as usize];
-        let cost = |to: DVec3| self.least.around(mesh, v, to);
+        let cost = |to: DVec3| self.cost.around(mesh, v, to);
         let start = cost(here);
         if start < MIN_GAIN {
             return;
@@ -67,14 +67,14 @@ impl Mending<'_> {
         let patch = mesh.patch_at(v);
         let mut rank = mesh.ranks[v as usize];
         let Some(to) = self.target.closest(to, up, patch, &mut rank) else { return };
-        if self.least.around(mesh, v, to) <= start - MIN_GAIN && !mesh.folds(v, to, normal) {
+        if self.cost.around(mesh, v, to) <= start - MIN_GAIN && !mesh.folds(v, to, normal) {
             mesh.points[v as usize] = to;
             mesh.ranks[v as usize] = rank;
         }
     }
 
     fn move_along(&self, mesh: &mut StarMesh, v: u32) {
-        let start = self.least.around(mesh, v, mesh.points[v as usize]);
+        let start = self.cost.around(mesh, v, mesh.points[v as usize]);
         if start < MIN_GAIN {
             return;
         }
@@ -89,7 +89,7 @@ impl Mending<'_> {
             for part in [there, other] {
                 let shift = share * (part.to - part.from);
                 let to = line.at(there.from + shift).0;
-                let reached = self.least.around(mesh, v, to);
+                let reached = self.cost.around(mesh, v, to);
                 let strays = || {
                     [there, other].iter().any(|part| {
                         let deviation = moved(*part, shift).deviation(self.polylines);
