@@ -57,9 +57,9 @@ impl Limits {
         Self { longest: 2.0, ..Self::regular(length) }
     }
 
-    /// Where angles are mended: `stray` is the largest distance of a curve from its edges.
+    /// Where angles are mended: `stray` is the largest distance of a curve from its edges, in target lengths.
     pub fn of_mending(length: f64, stray: f64) -> Self {
-        Self { height: 0.02, longest: 2.0, deviation: stray / length, ..Self::regular(length) }
+        Self { height: 0.02, longest: 2.0, deviation: stray, ..Self::regular(length) }
     }
 
     /// From strict to loose, for an exact number of vertices; the last ones keep the topology alone.

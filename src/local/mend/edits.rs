@@ -60,7 +60,7 @@ impl Mending<'_> {
     }
 
     fn collapse(&self, mesh: &mut StarMesh, a: u32, b: u32) -> bool {
-        let limits = Limits::of_mending(self.spacing, self.stray);
+        let limits = Limits::of_mending(self.spacing, self.stray(mesh.curves.get(a, b)));
         let Some(kept) = mesh.collapse_edge(a, b, &limits, self.polylines) else { return false };
         self.bring_down(mesh, kept);
         true

@@ -14,7 +14,8 @@ mod smooth;
 use std::cmp::Reverse;
 use std::collections::BinaryHeap;
 
-use super::LocalMesh;
+use super::curve_edges::CurvePart;
+use super::{CurveEdge, LocalMesh};
 use super::guard::Guard;
 use super::part::Part;
 use super::star_mesh::StarMesh;
@@ -34,8 +35,10 @@ const COST_OF_VERTEX: f64 = 0.04;
 const PASSES: u32 = 3;
 /// An edit that leaves at most this share of the cost is taken at once.
 const ENOUGH: f64 = 0.1;
-/// Largest distance of a curve from its edges that a change may lead to, in spacings.
+/// Largest distance of a curve from its edges that a change may lead to, in spacings,
 const STRAY: f64 = 0.03;
+/// and of a boundary, which is ragged on scans.
+const STRAY_OF_BOUNDARY: f64 = 0.12;
 
 /// What [`mend_angles`] is to reach.
 #[derive(Debug, Clone, Copy)]
@@ -67,8 +70,8 @@ struct Mending<'a> {
     target: &'a Target,
     polylines: &'a [Polyline],
     spacing: f64,
-    /// [`STRAY`] in the unit of the mesh.
-    stray: f64,
+    /// Of each curve, in spacings.
+    strays: Vec<f64>,
     progress: &'a ProgressToken,
 }
 
@@ -91,15 +94,21 @@ pub fn mend_angles(
         return Ok(mended);
     }
     let polylines: Vec<Polyline> = local.sliding_curves.iter().map(|curve| curve.line.clone()).collect();
+    let mut mesh = StarMesh::from_local(local);
+    let mut strays = vec![STRAY; polylines.len()];
+    for CurveEdge { ends: [a, b], curve, .. } in &local.curve_edges {
+        if mesh.at_edge(*a, *b).count() == 1 {
+            strays[*curve as usize] = STRAY_OF_BOUNDARY;
+        }
+    }
     let mending = Mending {
+        strays,
         cost,
         target,
         polylines: &polylines,
         spacing: options.spacing,
-        stray: STRAY * options.spacing,
         progress,
     };
-    let mut mesh = StarMesh::from_local(local);
     let (vertices, former) = (mesh.used(), mesh.points.len() as u32);
     let done = std::cell::Cell::new((0, 0));
     Guard { looks: true, progress }.run(&mut mesh, |mesh| {
@@ -131,6 +140,11 @@ pub fn mend_angles(
 }
 
 impl Mending<'_> {
+    /// How far a curve may be from an edge that stands for a part of it, in spacings.
+    fn stray(&self, part: Option<CurvePart>) -> f64 {
+        part.and_then(|part| self.strays.get(part.curve as usize)).copied().unwrap_or(STRAY)
+    }
+
     /// Tries each bad triangle once, the worst first; returns the number of edits.
     fn pass(&self, mesh: &mut StarMesh, vertices: usize) -> Result<usize> {
         let entry = |mesh: &StarMesh, t: u32| {

@@ -82,6 +82,7 @@ impl Mending<'_> {
         if there.curve != other.curve {
             return;
         }
+        let stray = self.spacing * self.stray(Some(there));
         let line = &self.polylines[there.curve as usize];
         let moved = |part: CurvePart, shift: f64| CurvePart { from: part.from + shift, ..part };
         let mut best = (start - MIN_GAIN, 0.0);
@@ -93,7 +94,7 @@ impl Mending<'_> {
                 let strays = || {
                     [there, other].iter().any(|part| {
                         let deviation = moved(*part, shift).deviation(self.polylines);
-                        deviation > (self.stray * mesh.size(v, w)).max(part.deviation(self.polylines))
+                        deviation > (stray * mesh.size(v, w)).max(part.deviation(self.polylines))
                     })
                 };
                 if reached < best.0 && !mesh.folds(v, to, DVec3::ZERO) && !strays() {
