@@ -19,6 +19,8 @@ const SHORT: f64 = 0.3;
 /// the limits are tried for them.
 const CAPS: [(f64, usize); 8] =
     [(0.3, 5), (0.5, 4), (0.7, 3), (0.9, 3), (1.2, 3), (1.6, 4), (f64::INFINITY, 5), (f64::INFINITY, 6)];
+/// Edges up to this length may take a corner along where angles are mended, in target lengths.
+const CORNERS: f64 = 0.05;
 /// Below this cosine of the normals before and after, triangles may run into others.
 const APART: f64 = 0.95;
 /// Collapses between two looks at whether to go on.
@@ -39,17 +41,19 @@ pub(super) struct Limits {
     distance: f64,
     /// Largest distance of a curve from its edges, in target lengths.
     deviation: f64,
+    /// Longest edge by which a corner may move, in target lengths.
+    corners: f64,
 }
 
 impl Limits {
     /// For edges that are too short.
     pub fn regular(length: f64) -> Self {
-        Self { length, cosine: 0.7, height: 0.1, longest: 4.0 / 3.0, distance: 0.1, deviation: 0.1 }
+        Self { length, cosine: 0.7, height: 0.1, longest: 4.0 / 3.0, distance: 0.1, deviation: 0.1, corners: 0.0 }
     }
 
     /// For edges of details smaller than the target length.
     pub fn of_details(length: f64) -> Self {
-        Self { cosine: 0.1, height: 0.02, longest: 1.6, distance: 0.4, deviation: 0.4, length }
+        Self { cosine: 0.1, height: 0.02, longest: 1.6, distance: 0.4, deviation: 0.4, corners: 0.0, length }
     }
 
     /// For edges on curves that are closer together than they should be.
@@ -59,7 +63,7 @@ impl Limits {
 
     /// Where angles are mended: `stray` is the largest distance of a curve from its edges, in target lengths.
     pub fn of_mending(length: f64, stray: f64) -> Self {
-        Self { height: 0.02, longest: 2.0, deviation: stray, ..Self::regular(length) }
+        Self { height: 0.02, longest: 2.0, deviation: stray, distance: stray.max(0.1), corners: CORNERS, ..Self::regular(length) }
     }
 
     /// From strict to loose, for an exact number of vertices; the last ones keep the topology alone.
@@ -71,6 +75,7 @@ impl Limits {
             longest,
             distance,
             deviation,
+            corners: 0.0,
         };
         [
             limits(0.7, 0.2, 1.6, 0.1, 0.1),
@@ -207,10 +212,35 @@ impl StarMesh {
             (Place::Curve, Place::Corner) => {
                 let CurvePart { from, to, .. } = self.curves.get(gone, kept)?;
                 let collapse = Collapse { gone, kept, to: q, shifts: Some([to - from, 0.0]) };
-                self.keeps_curve(&collapse, limits, polylines).then_some(collapse)
+                if self.keeps_curve(&collapse, limits, polylines) {
+                    return Some(collapse);
+                }
+                // Perhaps the corner may move instead.
+                self.corner_moves(kept, gone, limits)
+            }
+            (Place::Corner, Place::Corner) => {
+                self.corner_moves(gone, kept, limits).or_else(|| self.corner_moves(kept, gone, limits))
             }
             _ => None,
         }
+    }
+
+    /// The collapse by which a corner moves along a curve to the next vertex: on a boundary with two edges if
+    /// that cuts off little, elsewhere if it is near.
+    fn corner_moves(&self, gone: u32, kept: u32, limits: &Limits) -> Option<Collapse> {
+        self.curves.get(gone, kept)?;
+        let length = limits.length * self.size(gone, kept);
+        let [p, q] = [gone, kept].map(|v| self.points[v as usize]);
+        let mut others = self.neighbours(gone).into_iter().filter(|w| *w != kept && self.curves.contains(gone, *w));
+        let is_near = match (others.next(), others.next()) {
+            (Some(w), None) if self.at_edge(gone, kept).count() == 1 => {
+                let r = self.points[w as usize];
+                let share = (p - q).dot(r - q) / (r - q).length_squared().max(f64::MIN_POSITIVE);
+                p.distance(q.lerp(r, share.clamp(0.0, 1.0))) <= limits.deviation * length
+            }
+            _ => p.distance(q) <= limits.corners * length,
+        };
+        is_near.then_some(Collapse { gone, kept, to: q, shifts: Some([0.0; 2]) })
     }
 
     /// The parts of curves that the edges at a vertex on a curve stand for after a collapse, without the
@@ -330,6 +360,9 @@ impl StarMesh {
             if self.places[kept as usize] == Place::Curve {
                 own.into_iter().for_each(|(w, part)| self.curves.insert(kept, w, part));
             }
+        }
+        if self.places[gone as usize] == Place::Corner {
+            self.places[kept as usize] = Place::Corner;
         }
         let dead: Vec<u32> = self.at_edge(gone, kept).collect();
         dead.into_iter().for_each(|t| self.remove_triangle(t));

@@ -2,7 +2,7 @@
 
 use glam::DVec3;
 
-use super::Mending;
+use super::{Mending, STRAY_OF_BOUNDARY};
 use crate::local::part::Part;
 use crate::local::star_mesh::StarMesh;
 use crate::mesh::NONE;
@@ -16,7 +16,9 @@ impl Mending<'_> {
     pub fn stays_close(&self, before: &Part, after: &Part) -> bool {
         let unchanged: Vec<[DVec3; 3]> = alive(&before.mesh).map(|t| before.mesh.corners(t)).collect();
         let new: Vec<[DVec3; 3]> = alive(&after.mesh).map(|t| after.mesh.corners(t)).collect();
-        let near = NEAR * self.spacing * before.mesh.largest_size();
+        let unit = self.spacing * before.mesh.largest_size();
+        // Boundaries may be cut off.
+        let near = unit * if before.mesh.has_boundary() { NEAR.max(STRAY_OF_BOUNDARY) } else { NEAR };
         let is_new = |corners: &&[DVec3; 3]| !unchanged.contains(corners);
         let is_gone = |corners: &&[DVec3; 3]| !new.contains(corners);
         let farthest = |list: &mut dyn Iterator<Item = &[DVec3; 3]>| {
@@ -36,6 +38,15 @@ impl Mending<'_> {
 }
 
 impl StarMesh {
+    /// Whether a curve edge has one triangle.
+    fn has_boundary(&self) -> bool {
+        let on_curve = self.edges().into_iter().filter(|(a, b)| self.curves.contains(*a, *b));
+        on_curve.into_iter().any(|(a, b)| {
+            let is_whole = !self.is_frozen(a) || !self.is_frozen(b);
+            is_whole && self.at_edge(a, b).count() == 1
+        })
+    }
+
     /// The largest relative target length.
     fn largest_size(&self) -> f64 {
         if self.sizes.is_empty() { 1.0 } else { self.sizes.iter().copied().fold(0.0, f64::max) }

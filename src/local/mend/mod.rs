@@ -38,7 +38,7 @@ const ENOUGH: f64 = 0.1;
 /// Largest distance of a curve from its edges that a change may lead to, in spacings,
 const STRAY: f64 = 0.03;
 /// and of a boundary, which is ragged on scans.
-const STRAY_OF_BOUNDARY: f64 = 0.12;
+const STRAY_OF_BOUNDARY: f64 = 0.2;
 
 /// What [`mend_angles`] is to reach.
 #[derive(Debug, Clone, Copy)]
