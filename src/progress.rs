@@ -29,6 +29,8 @@ pub enum Phase {
     Outliers,
     /// Looking for self-intersections.
     Check,
+    /// Mending small angles.
+    Mend,
     /// Measuring the result.
     Measure,
 }
@@ -44,6 +46,7 @@ impl Phase {
             Self::Fit => "fit",
             Self::Outliers => "spots",
             Self::Check => "check",
+            Self::Mend => "mend",
             Self::Measure => "measure",
         }
     }

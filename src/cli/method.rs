@@ -21,6 +21,12 @@ pub struct MethodArgs {
     /// By default they leave it slightly, so that the triangles fit the surface better.
     #[arg(long, help_heading = SHAPE)]
     no_fit: bool,
+    /// Mend triangles with a smaller angle by local edits [default: 30]
+    ///
+    /// 0 to 40; 0 mends none. The number of vertices stays. Angles of the input's own sharp corners
+    /// stay as they are.
+    #[arg(long, value_name = "DEGREES", help_heading = SHAPE, hide_short_help = true)]
+    min_angle: Option<f64>,
     /// Remesh by splits, collapses and flips of edges on the CPU, as is done where cells fail
     #[arg(long, help_heading = SHAPE, hide_short_help = true)]
     local: bool,
@@ -94,6 +100,7 @@ impl MethodArgs {
         let given = [
             ("--quality", DEFAULT, coarse, self.quality.is_some()),
             ("--no-fit", DEFAULT, coarse, self.no_fit),
+            ("--min-angle", DEFAULT, coarse, self.min_angle.is_some()),
             ("--local", DEFAULT, coarse, self.local),
             ("--feature-angle", DEFAULT, coarse, self.feature_angle.is_some()),
             ("--features", DEFAULT, coarse, self.features.is_some()),
@@ -151,6 +158,7 @@ impl MethodArgs {
         let coarse = &mut options.coarse_to_fine;
         coarse.fit &= !self.no_fit;
         coarse.local = self.local;
+        put(self.min_angle, &mut coarse.min_angle);
         put(self.feature_angle, &mut coarse.feature_angle);
         options.shortage = match (self.vertices_at_least, self.strict) {
             (true, _) => Shortage::AddVertices,

@@ -48,7 +48,15 @@ pub(super) struct Limits {
 impl Limits {
     /// For edges that are too short.
     pub fn regular(length: f64) -> Self {
-        Self { length, cosine: 0.7, height: 0.1, longest: 4.0 / 3.0, distance: 0.1, deviation: 0.1, corners: 0.0 }
+        Self {
+            length,
+            cosine: 0.7,
+            height: 0.1,
+            longest: 4.0 / 3.0,
+            distance: 0.1,
+            deviation: 0.1,
+            corners: 0.0,
+        }
     }
 
     /// For edges of details smaller than the target length.
@@ -63,7 +71,14 @@ impl Limits {
 
     /// Where angles are mended: `stray` is the largest distance of a curve from its edges, in target lengths.
     pub fn of_mending(length: f64, stray: f64) -> Self {
-        Self { height: 0.02, longest: 2.0, deviation: stray, distance: stray.max(0.1), corners: CORNERS, ..Self::regular(length) }
+        Self {
+            height: 0.02,
+            longest: 2.0,
+            deviation: stray,
+            distance: stray.max(0.1),
+            corners: CORNERS,
+            ..Self::regular(length)
+        }
     }
 
     /// From strict to loose, for an exact number of vertices; the last ones keep the topology alone.
@@ -231,7 +246,8 @@ impl StarMesh {
         self.curves.get(gone, kept)?;
         let length = limits.length * self.size(gone, kept);
         let [p, q] = [gone, kept].map(|v| self.points[v as usize]);
-        let mut others = self.neighbours(gone).into_iter().filter(|w| *w != kept && self.curves.contains(gone, *w));
+        let mut others =
+            self.neighbours(gone).into_iter().filter(|w| *w != kept && self.curves.contains(gone, *w));
         let is_near = match (others.next(), others.next()) {
             (Some(w), None) if self.at_edge(gone, kept).count() == 1 => {
                 let r = self.points[w as usize];

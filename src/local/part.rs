@@ -55,8 +55,9 @@ impl StarMesh {
     /// already elsewhere.
     pub fn put_back(&mut self, part: &Part) -> Option<Vec<u32>> {
         let Part { mesh, vertices, triangles } = part;
-        let old: Vec<(u32, u32)> =
-            sorted(triangles.iter().flat_map(|t| sides(self.triangles[*t as usize])).map(|(a, b)| edge_key(a, b)));
+        let old: Vec<(u32, u32)> = sorted(
+            triangles.iter().flat_map(|t| sides(self.triangles[*t as usize])).map(|(a, b)| edge_key(a, b)),
+        );
         let given = |v: u32| vertices.get(v as usize).copied();
         let doubles = |(a, b): (u32, u32)| {
             let (Some(a), Some(b)) = (given(a), given(b)) else { return false };

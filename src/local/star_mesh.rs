@@ -2,11 +2,12 @@
 
 use glam::DVec3;
 
-use super::{CurveEdge, LocalMesh};
 use super::curve_edges::{CurveEdges, CurvePart};
+use super::{CurveEdge, LocalMesh};
 use crate::TriMesh;
 use crate::mesh::NONE;
 use crate::mesh::features::Features;
+use crate::mesh::half_edges::{EdgeTable, HalfEdge};
 use crate::mesh::polyline::Polyline;
 use crate::mesh::submesh::renumbered;
 use crate::mesh::triangle::{closest_on_triangle, doubled_normal};
@@ -89,6 +90,15 @@ impl StarMesh {
             (0..count).map(|v| if is_fixed(v) { Place::Corner } else { Place::Inside }).collect();
         let sliders = sliding_curves.iter().flat_map(|curve| &curve.sliders);
         sliders.for_each(|(v, _)| places[*v as usize] = Place::Curve);
+        // Where no curve is known, boundaries and junctions stay.
+        let is_odd = |edge: &&[HalfEdge]| edge.len() != 2;
+        for edge in EdgeTable::new(&mesh.triangles).edges().filter(is_odd) {
+            for v in <[u32; 2]>::from(edge[0].ends()).map(|v| v as usize) {
+                if places[v] == Place::Inside {
+                    places[v] = Place::Corner;
+                }
+            }
+        }
         let mut curves = CurveEdges::default();
         for CurveEdge { ends: [a, b], curve, from, to } in curve_edges.iter().copied() {
             curves.insert(a, b, CurvePart { curve, from, to });
@@ -273,8 +283,7 @@ impl StarMesh {
             let ends = [a, b].map(|v: u32| new[v as usize]);
             CurveEdge { ends, curve, from, to }
         };
-        let curve_edges =
-            self.curves.by_curve(polylines.len()).into_iter().flatten().map(renamed).collect();
+        let curve_edges = self.curves.by_curve(polylines.len()).into_iter().flatten().map(renamed).collect();
         let mesh = TriMesh { vertices, triangles };
         LocalMesh { mesh, patches, fixed, curve_edges, sliding_curves, lengths }
     }

@@ -47,6 +47,7 @@ pub(crate) mod simplify;
 pub mod sizing;
 #[cfg(not(feature = "internals"))]
 pub(crate) mod sizing;
+pub mod small_angles;
 #[cfg(feature = "internals")]
 #[doc(hidden)]
 pub mod subdivide;

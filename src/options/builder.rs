@@ -45,6 +45,7 @@ impl Options {
         polish_rounds: u32,
         local: bool,
         fit: bool,
+        min_angle: f64,
         feature_angle: f64,
         fixed_half_edges: Vec<u32>,
         sizing: Sizing,

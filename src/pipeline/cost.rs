@@ -12,6 +12,7 @@ const ROUND: f64 = 0.4;
 const FIT: f64 = 12.0;
 const OUTLIERS: f64 = 6.0;
 const CHECK: f64 = 3.0;
+const MEND: f64 = 1.0;
 const MEASURE: f64 = 5.0;
 /// Cost for each triangle of the input.
 const PREPARE: f64 = 3.0;
@@ -26,6 +27,7 @@ pub(crate) struct AttemptCost {
     pub fit: PhaseCost,
     pub outliers: PhaseCost,
     pub check: PhaseCost,
+    pub mend: PhaseCost,
 }
 
 /// Work on one level.
@@ -53,6 +55,8 @@ impl AttemptCost {
             Method::AllAtOnce => (0, false),
         };
         let fit = if fit { sites } else { 0.0 };
+        let mends = options.method == Method::CoarseToFine && options.coarse_to_fine.min_angle > 0.0;
+        let mend = if mends { MEND * sites } else { 0.0 };
         let polish = |rounds: u32| sites * ROUND * f64::from(rounds);
         let level =
             |level: &LevelWork, iterations: u32| level.sites as f64 * (CONNECT + f64::from(iterations));
@@ -65,6 +69,7 @@ impl AttemptCost {
             (FIT * fit, FIT * fit),
             (OUTLIERS * fit, 0.0),
             (CHECK * sites, CHECK * sites),
+            (mend, mend),
         ]);
         let (prepare, measure) = (PREPARE * triangles as f64, MEASURE * sites);
         let total = prepare + costs.iter().map(|(cost, _)| cost).sum::<f64>() + measure;
@@ -84,6 +89,7 @@ impl AttemptCost {
             fit: phases.next().unwrap_or_default(),
             outliers: phases.next().unwrap_or_default(),
             check: phases.next().unwrap_or_default(),
+            mend: phases.next().unwrap_or_default(),
         }
     }
 }
@@ -98,7 +104,7 @@ mod tests {
             [(100, 60), (400, 40), (1600, 10)].map(|(sites, iterations)| LevelWork { sites, iterations });
         let cost = AttemptCost::new(&levels, 5000, &Options::new(1600));
         assert_eq!(cost.levels.len(), 3);
-        let ends = [cost.polish, cost.fit, cost.outliers, cost.check];
+        let ends = [cost.polish, cost.fit, cost.outliers, cost.check, cost.mend];
         let ends: Vec<PhaseCost> = cost.levels.iter().copied().chain(ends).collect();
         assert!(cost.prepared > 0.0 && cost.prepared < ends[0].until);
         for pair in ends.windows(2) {

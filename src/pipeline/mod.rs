@@ -17,6 +17,7 @@ mod preview;
 mod result;
 mod rounding;
 mod sides;
+mod small_angles;
 mod submission;
 mod user_curves;
 
@@ -41,6 +42,7 @@ pub(crate) use prepare::for_repaired;
 pub(crate) use prepare::{compile, compile_later};
 pub use preview::{Preview, PreviewLevel, preview, preview_repaired};
 pub use result::{ExactSummary, FeatureSummary, PhaseTime, Remeshed, RunTimings, Summary};
+pub use small_angles::SmallAngleSummary;
 #[cfg(feature = "html")]
 pub(crate) use user_curves::user_curve_edges;
 
@@ -159,6 +161,7 @@ fn run(
         disks: outcome.disks.map(|disks| disks.scaled(frame.scale)),
         energy: measured.energy,
         features: outcome.features,
+        small_angles: SmallAngleSummary::new(&result, outcome.mended, options),
         timings: clock.timings(device),
     };
     Ok(Remeshed { mesh: result, correspondence, summary })

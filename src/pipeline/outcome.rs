@@ -1,6 +1,7 @@
 //! The outcome of an attempt.
 
 use super::result::{ExactSummary, FeatureSummary};
+use super::small_angles::MendingCounts;
 use crate::mesh::quality::{TriangleQuality, quality};
 use crate::mesh::topology::{Topology, topology};
 use crate::mesh::unit_frame::{UnitFrame, decimals};
@@ -37,6 +38,8 @@ pub(crate) struct Outcome {
     pub features: Option<FeatureSummary>,
     /// Number of vertices that the attempt was to have.
     pub vertices: usize,
+    /// What was done about small angles.
+    pub mended: MendingCounts,
     /// Number of attempts up to this one.
     pub attempts: u32,
 }

@@ -75,6 +75,8 @@ pub struct Summary {
     /// Features that were kept; only with [`crate::Method::CoarseToFine`].
     #[serde(rename = "skeleton")]
     pub features: Option<FeatureSummary>,
+    /// Small angles of the result; only with [`crate::Method::CoarseToFine`], if they are to be mended.
+    pub small_angles: Option<super::SmallAngleSummary>,
     /// What is wrong with the result; empty if it is valid.
     pub warnings: Vec<String>,
     /// Time and memory.

@@ -130,7 +130,8 @@ fn polish_half_edges(
         let late = round + ANGLE_ROUNDS >= rounds;
         let valence_weight = if late { 0.0 } else { options.valence_weight };
         polished.flips += flip_edges(half_edges, points, locked, valence_weight, SWEEPS);
-        polished.taken_back += relax::relax(half_edges, points, &mut ranks, (&fixed, &options.lengths), target);
+        polished.taken_back +=
+            relax::relax(half_edges, points, &mut ranks, (&fixed, &options.lengths), target);
         sliding_curves.slide(&half_edges.triangles, points, &options.lengths, false);
     }
     if rounds > 0 {

@@ -84,6 +84,15 @@ pub fn course(s: &Summary, device: &DeviceInfo) -> Vec<Row> {
         ));
         rows.push(("vertices on curves", found.curve_sites.to_string()));
     }
+    if let Some(small) = s.small_angles.filter(|small| small.left + small.edits > 0) {
+        let text = format!("{} edits, {} vertices from elsewhere", small.edits, small.vertices);
+        rows.push(("small angles mended", text));
+        let text = format!(
+            "{}: {} at sharp corners, {} between close features",
+            small.left, small.at_corners, small.between_curves
+        );
+        rows.push(("small angles left", text));
+    }
     rows.push(("device", format!("{} ({})", device.name, device.driver.trim())));
     rows
 }

@@ -12,13 +12,13 @@ const RELAXATIONS: u32 = 2;
 
 impl Mending<'_> {
     /// Collapses the shortest edges inside patches, or splits the longest, where it does the least harm, until
-    /// there are so many vertices.
-    pub fn balance(&self, mesh: &mut StarMesh, vertices: usize) -> Result<()> {
+    /// there are as many vertices as before.
+    pub fn balance(&self, mesh: &mut StarMesh) -> Result<()> {
         for cost in COSTS {
-            if mesh.used() == vertices {
+            if self.surplus(mesh) == 0 {
                 return Ok(());
             }
-            let too_many = mesh.used() > vertices;
+            let too_many = self.surplus(mesh) > 0;
             let mut edges: Vec<(f64, u32, u32)> = mesh
                 .edges()
                 .into_iter()
@@ -31,7 +31,7 @@ impl Mending<'_> {
             }
             let mut touched = vec![false; mesh.points.len()];
             for (_, a, b) in edges {
-                if mesh.used() == vertices {
+                if self.surplus(mesh) == 0 {
                     return Ok(());
                 }
                 if touched[a as usize] || touched[b as usize] || mesh.at_edge(a, b).next().is_none() {
@@ -51,8 +51,8 @@ impl Mending<'_> {
                     self.relax(&mut trial.mesh);
                 }
                 self.settle(&mut trial.mesh);
-                let harm = self.cost.whole(&trial.mesh) - self.cost.whole(&part.mesh);
-                if harm <= cost && trial.stays_apart_from(&part) && self.stays_close(&part, &trial) && mesh.put_back(&trial).is_some() {
+                let harm = self.cost.of_all(&trial.mesh) - self.cost.of_all(&part.mesh);
+                if harm <= cost && self.is_sound(&part, &trial) && mesh.put_back(&trial).is_some() {
                     part.vertices().iter().for_each(|v| touched[*v as usize] = true);
                 }
             }

@@ -31,7 +31,8 @@ impl Mending<'_> {
             return false;
         }
         let is_covered = |p: DVec3| {
-            new.iter().any(|corners| closest_on_triangle(p, *corners).point.distance_squared(p) <= limit * limit)
+            new.iter()
+                .any(|corners| closest_on_triangle(p, *corners).point.distance_squared(p) <= limit * limit)
         };
         unchanged.iter().filter(is_gone).flat_map(|corners| samples(*corners)).all(is_covered)
     }

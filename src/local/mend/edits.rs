@@ -24,24 +24,26 @@ pub(super) enum Edit {
     SplitTwice(u32, u32),
 }
 
-impl Mending<'_> {
-    /// What may help a triangle of a part.
-    pub fn edits(mesh: &StarMesh, [a, b, c]: [u32; 3]) -> Vec<Edit> {
+impl Edit {
+    /// What may help a triangle.
+    pub fn at(mesh: &StarMesh, [a, b, c]: [u32; 3]) -> Vec<Self> {
         let mut sides = [(a, b), (b, c), (c, a)].map(|(a, b)| {
             let length = mesh.points[a as usize].distance(mesh.points[b as usize]);
             (length, a, b)
         });
         sides.sort_by(|p, q| p.0.total_cmp(&q.0));
         let [short, middle, long] = sides.map(|(_, a, b)| (a, b));
-        let mut edits = vec![Edit::None];
-        edits.extend([long, middle, short].map(|(a, b)| Edit::Flip(a, b)));
-        edits.push(Edit::Collapse(short.0, short.1));
-        edits.extend([long, middle].map(|(a, b)| Edit::Split(a, b)));
-        edits.extend([long, middle].map(|(a, b)| Edit::SplitTwice(a, b)));
-        edits.push(Edit::Collapse(middle.0, middle.1));
+        let mut edits = vec![Self::None];
+        edits.extend([long, middle, short].map(|(a, b)| Self::Flip(a, b)));
+        edits.push(Self::Collapse(short.0, short.1));
+        edits.extend([long, middle].map(|(a, b)| Self::Split(a, b)));
+        edits.extend([long, middle].map(|(a, b)| Self::SplitTwice(a, b)));
+        edits.push(Self::Collapse(middle.0, middle.1));
         edits
     }
+}
 
+impl Mending<'_> {
     /// Whether an edit could be done; flips and moves follow it.
     pub fn apply(&self, mesh: &mut StarMesh, edit: Edit) -> bool {
         let done = match edit {
@@ -67,7 +69,9 @@ impl Mending<'_> {
     }
 
     fn split(&self, mesh: &mut StarMesh, a: u32, b: u32) -> Option<u32> {
-        if (mesh.is_frozen(a) && mesh.is_frozen(b)) || mesh.relative_length(a, b) < 2.0 * SHORTEST * self.spacing {
+        if (mesh.is_frozen(a) && mesh.is_frozen(b))
+            || mesh.relative_length(a, b) < 2.0 * SHORTEST * self.spacing
+        {
             return None;
         }
         let new = mesh.split_edge(a, b, self.polylines);

@@ -53,7 +53,7 @@ impl CoarseToFine<'_> {
                 // worse faults than uneven triangles.
                 if !self.is_replaced_as_a_whole() {
                     let around = self.polish_and_fit(&mut level, reporting)?;
-                    self.mend_and_count(&mut level, around, level_spacing, reporting)?;
+                    self.mend(&mut level, (around, 0), level_spacing, reporting)?;
                 }
                 let fault = Fault { kind: FaultKind::Topology, at: level.faulty_place };
                 return Ok((level, Some(fault)));
@@ -64,9 +64,8 @@ impl CoarseToFine<'_> {
             let intersecting = progress.during(|p| self.new_intersections(&mut level, level_spacing, p))?;
             clock.phase("check");
             if intersecting.is_empty() {
-                self.mend_and_count(&mut level, around, level_spacing, reporting)?;
-                let fault =
-                    reporting.progress.during(|p| self.fault_of_shape(&level, level_spacing, p))?;
+                self.mend(&mut level, (around, 0), level_spacing, reporting)?;
+                let fault = reporting.progress.during(|p| self.fault_of_shape(&level, level_spacing, p))?;
                 return Ok((level, fault));
             }
             let destinations: Vec<BrokenCell> =
@@ -74,7 +73,7 @@ impl CoarseToFine<'_> {
             let (fixed, sizes) = (level.fixed(), &self.model.sizes);
             let of = ConnectedSites { faces: &faces, fixed: &fixed, spacing: level_spacing, sizes };
             if left == 0 || !densify(&mut level.sites, &of, &destinations) {
-                self.mend_and_count(&mut level, around, level_spacing, reporting)?;
+                self.mend(&mut level, (around, intersecting.len()), level_spacing, reporting)?;
                 let kind = FaultKind::Intersections(intersecting.len());
                 let at = destinations.first().map(|b| b.farthest.0);
                 return Ok((level, Some(Fault { kind, at })));
@@ -87,7 +86,7 @@ impl CoarseToFine<'_> {
     }
 
     /// Faces that intersect others and do so at no such place of the input; the level knows how many all are.
-    fn new_intersections(
+    pub(super) fn new_intersections(
         &self,
         level: &mut LevelMesh,
         level_spacing: f64,
@@ -98,23 +97,6 @@ impl CoarseToFine<'_> {
             self.input_intersections.compare(self.mesh, self.frame, result, progress)?;
         level.intersecting_faces = Some(count);
         Ok(new)
-    }
-
-    /// Mends what angles are too small, and counts the faces that intersect again.
-    fn mend_and_count(
-        &self,
-        level: &mut LevelMesh,
-        around: Surroundings,
-        level_spacing: f64,
-        reporting: &mut Reporting,
-    ) -> Result<()> {
-        let Reporting { progress, clock, .. } = reporting;
-        if progress.during(|p| self.mend(level, around, level_spacing, p))? && level.intersecting_faces.is_some()
-        {
-            progress.during(|p| self.new_intersections(level, level_spacing, p))?;
-        }
-        clock.phase("mend");
-        Ok(())
     }
 
     /// Whether a mesh of another topology is replaced as a whole by local operations.

@@ -1,6 +1,7 @@
 //! The sites of a level, relaxed and connected.
 
 use crate::TriMesh;
+use crate::local::Mended;
 use crate::mesh::NONE;
 use crate::mesh::half_edges::{EdgeSet, edge_key};
 use crate::sites::connect::ConnectCounts;
@@ -44,6 +45,8 @@ pub(crate) struct LevelMesh {
     pub flags: FlagCounts,
     /// Root mean square step of every iteration, in spacings.
     pub steps: Vec<f64>,
+    /// What was done about small angles; the sites are the mesh's vertices then.
+    pub mended: Option<Mended>,
 }
 
 impl LevelMesh {

@@ -1,13 +1,14 @@
 //! Small angles of the last level's mesh mended by local edits.
 
+use super::finish::Reporting;
 use super::level_mesh::{LevelCurves, LevelMesh};
 use super::shared::CoarseToFine;
-use crate::local::{CurveEdge, LocalMesh, MendOptions, mend_angles};
+use crate::local::{CurveEdge, LocalMesh, MendOptions, Mended, mend_angles};
 use crate::mesh::NONE;
 use crate::mesh::polyline::Polyline;
 use crate::polish::SlidingCurve;
 use crate::sites::on_surface::SitesOnSurface;
-use crate::{ProgressToken, Result};
+use crate::{Phase, ProgressToken, Result};
 
 /// What the polish knows of a mesh besides its triangles.
 pub(crate) struct Surroundings {
@@ -19,39 +20,68 @@ pub(crate) struct Surroundings {
 }
 
 impl CoarseToFine<'_> {
-    /// Mends triangles with angles that are too small; whether anything has changed. The sites of the level
-    /// are then the mesh's vertices.
+    /// Mends small angles, unless more faces then intersect in the input's units where none of the input do:
+    /// `intersecting` do now. The sites of the level are then the mesh's vertices.
     pub(crate) fn mend(
+        &self,
+        level: &mut LevelMesh,
+        (around, intersecting): (Surroundings, usize),
+        level_spacing: f64,
+        reporting: &mut Reporting,
+    ) -> Result<()> {
+        let Reporting { cost, progress, clock } = reporting;
+        progress.phase(Phase::Mend, cost.mend.until, cost.mend.after)?;
+        let before = level.mesh.clone();
+        let mended = progress.during(|p| self.mend_mesh(level, around, level_spacing, p))?;
+        if !mended.origins.is_empty() {
+            let count = level.intersecting_faces;
+            let new = match count {
+                Some(_) => progress.during(|p| self.new_intersections(level, level_spacing, p))?.len(),
+                None => 0,
+            };
+            if new > intersecting {
+                (level.mesh, level.intersecting_faces) = (before, count);
+            } else {
+                self.renew_sites(level, &mended.origins);
+                level.mended = Some(mended);
+            }
+        }
+        clock.phase("mend");
+        Ok(())
+    }
+
+    fn mend_mesh(
         &self,
         level: &mut LevelMesh,
         around: Surroundings,
         level_spacing: f64,
         progress: &ProgressToken,
-    ) -> Result<bool> {
-        let options = MendOptions { min_angle: self.options.coarse_to_fine.min_angle, spacing: level_spacing };
+    ) -> Result<Mended> {
+        let min_angle = self.options.coarse_to_fine.min_angle;
         let Surroundings { patches, sliding_curves, lengths } = around;
         let curve_edges = match (&level.on_curves, &self.model.curves) {
             (Some(on_curves), Some(curves)) => on_curves.curve_edges(curves.polylines()),
             _ => Vec::new(),
         };
-        let mesh = std::mem::take(&mut level.mesh);
         let fixed = level.fixed();
-        let mut local =
-            LocalMesh { mesh, patches, fixed, curve_edges, sliding_curves: Vec::new(), lengths };
+        let mesh = std::mem::take(&mut level.mesh);
+        let mut local = LocalMesh { mesh, patches, fixed, curve_edges, sliding_curves: Vec::new(), lengths };
         local.slide_to(sliding_curves);
-        let mended = mend_angles(&mut local, &self.model.target, &options, progress)?;
+        let options = MendOptions { min_angle, spacing: level_spacing };
+        let mended = mend_angles(&mut local, &self.model.target, &options, progress);
         level.mesh = local.mesh;
-        if mended.origins.is_empty() {
-            return Ok(false);
-        }
+        mended
+    }
+
+    /// Makes the mesh's vertices the sites; `origins` are the sites that they were, [`NONE`] for new ones.
+    fn renew_sites(&self, level: &mut LevelMesh, origins: &[u32]) {
+        let positions = level.mesh.vertices.clone();
         let triangle = |(v, origin): (usize, &u32)| match *origin {
-            NONE => self.model.target.nearest(level.mesh.vertices[v]).map_or(0, |(_, t)| t),
+            NONE => self.model.target.nearest(positions[v]).map_or(0, |(_, t)| t),
             origin => level.sites.triangles[origin as usize],
         };
-        let triangles = mended.origins.iter().enumerate().map(triangle).collect();
-        level.sites = SitesOnSurface { positions: level.mesh.vertices.clone(), triangles };
-        level.on_curves = None;
-        Ok(true)
+        let triangles = origins.iter().enumerate().map(triangle).collect();
+        level.sites = SitesOnSurface { positions, triangles };
     }
 }
 

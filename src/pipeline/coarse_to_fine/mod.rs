@@ -22,6 +22,7 @@ use super::clock::Clock;
 use super::cost::{AttemptCost, FEW_ITERATIONS, LevelWork};
 use super::outcome::Outcome;
 use super::result::FeatureSummary;
+use super::small_angles::MendingCounts;
 use crate::progress::ProgressReporter;
 use crate::sites::cells::CellSurface;
 use crate::sites::curve_clearance::CurveClearance;
@@ -75,7 +76,11 @@ impl CoarseToFine<'_> {
         let steps = std::mem::take(&mut level.steps);
         let flags = level.flags;
         let (level, fault) = self.finish(&on, level, last.spacing, &mut reporting)?;
-        let curve_sites = level.on_curves.map_or(0, |on_curves| on_curves.sites.positions.len());
+        let curve_sites = match &level.mended {
+            Some(mended) => mended.curve_vertices,
+            None => level.on_curves.map_or(0, |on_curves| on_curves.sites.positions.len()),
+        };
+        let mended = level.mended.map_or_else(MendingCounts::default, |mended| MendingCounts::of(&mended));
         Ok(Outcome {
             mesh: level.mesh,
             sites: level.sites,
@@ -88,6 +93,7 @@ impl CoarseToFine<'_> {
             features: Some(FeatureSummary { curve_sites, ..self.model.features }),
             vertices: options.vertices,
             attempts: 1,
+            mended,
             ..Outcome::default()
         })
     }

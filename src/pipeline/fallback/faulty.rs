@@ -67,6 +67,7 @@ impl Fallback<'_> {
             steps: faulty.steps.clone(),
             features: faulty.features,
             vertices: faulty.vertices,
+            mended: faulty.mended,
             attempts: faulty.attempts,
             ..Outcome::default()
         };

@@ -11,7 +11,9 @@ use crate::mesh::unit_frame::UnitFrame;
 use crate::pipeline::intersections::intersecting_in_units;
 use crate::pipeline::missing::MISSING;
 use crate::pipeline::sides::face_as;
-use crate::polish::{FitOptions, OutlierOptions, PolishOptions, Target, fit, polish, reduce_outliers};
+use crate::polish::{
+    FitOptions, OutlierOptions, PolishOptions, SlidingCurve, Target, fit, polish, reduce_outliers,
+};
 use crate::{Options, ProgressToken, Result, TriMesh};
 use rayon::prelude::*;
 
@@ -201,9 +203,8 @@ fn polished(
     progress: &ProgressToken,
 ) -> Result<Option<TriMesh>> {
     let mut curve_edges = local.edge_set();
-    let curves = local.curve_edges.clone();
-    let LocalMesh { mesh: raw, patches, mut fixed, sliding_curves, lengths, .. } = local;
-    let all_fixed = fixed.clone();
+    let raw = local.mesh.clone();
+    let mut fixed = local.fixed.clone();
     let intersecting = |mesh: &TriMesh| intersecting_in_units(mesh, target.frame, progress);
     let most = intersecting(surface)?.len();
     // The last of the steps after which faces do not intersect more than before.
@@ -224,41 +225,34 @@ fn polished(
             rounds,
             fixed: fixed.clone(),
             curve_edges: curve_edges.clone(),
-            patches: patches.clone(),
-            sliding_curves: sliding_curves.clone(),
-            lengths: lengths.clone(),
+            patches: local.patches.clone(),
+            sliding_curves: local.sliding_curves.clone(),
+            lengths: local.lengths.clone(),
             ..Default::default()
         };
         let polished = polish(&mut mesh, on, &options, progress)?;
+        let PolishOptions { curve_edges: edges, .. } = options;
         let mut crossing = check(&mesh)?;
-        let PolishOptions { patches, lengths, curve_edges: edges, .. } = options;
         if target.fit && crossing.is_empty() {
+            let patches = local.patches.clone();
             let options = FitOptions { fixed: fixed.clone(), patches, ..Default::default() };
             fit(&mut mesh, on, &options, progress)?;
             crossing = check(&mesh)?;
             if crossing.is_empty() {
                 let FitOptions { fixed, patches, .. } = options;
+                let lengths = local.lengths.clone();
                 let options =
                     OutlierOptions { fixed, curve_edges: edges, patches, lengths, ..Default::default() };
+                let fitted = mesh.clone();
                 reduce_outliers(&mut mesh, on, target.spacing, &options, progress)?;
-                check(&mesh)?;
-                let OutlierOptions { patches, lengths, .. } = options;
-                let mut local = LocalMesh {
-                    mesh,
-                    patches,
-                    fixed: all_fixed.clone(),
-                    curve_edges: curves.clone(),
-                    sliding_curves: Vec::new(),
-                    lengths,
-                };
-                local.slide_to(polished.sliding_curves);
-                let options = MendOptions { min_angle: target.min_angle, spacing: target.spacing };
-                mend_angles(&mut local, on, &options, progress)?;
-                check(&local.mesh)?;
-                break;
+                if !check(&mesh)?.is_empty() {
+                    mesh = fitted;
+                }
             }
         }
         if crossing.is_empty() {
+            let local = LocalMesh { mesh, ..local };
+            check(&mended(local, polished.sliding_curves, on, target, progress)?)?;
             break;
         }
         fix_around(&mut fixed, &mesh, &crossing);
@@ -266,6 +260,20 @@ fn polished(
         curve_edges.clear();
     }
     Ok(best)
+}
+
+/// The mesh with its small angles mended, once its curves have slid.
+fn mended(
+    mut local: LocalMesh,
+    curves: Vec<SlidingCurve>,
+    on: &Target,
+    target: &ComponentTarget,
+    progress: &ProgressToken,
+) -> Result<TriMesh> {
+    local.slide_to(curves);
+    let options = MendOptions { min_angle: target.min_angle, spacing: target.spacing };
+    mend_angles(&mut local, on, &options, progress)?;
+    Ok(local.mesh)
 }
 
 /// Fixes the vertices of these faces and [`RINGS`] rings around them.

@@ -1,19 +1,19 @@
-//! What bad angles cost.
+//! What small and large angles cost.
 
 use glam::DVec3;
 
 use crate::local::star_mesh::StarMesh;
 use crate::mesh::NONE;
 
-/// Angles below this, in degrees, cost something, so that those that are too small pull their neighbours
-/// along.
+/// Angles below this, in degrees, cost something: more than the least angle, so that what is mended does not
+/// fall back.
 const NARROW: f64 = 40.0;
 /// Angles above this, in degrees, cost something.
 const WIDE: f64 = 90.0;
 /// Of an angle of 180 degrees.
 const COST_OF_WIDE: f64 = 1.0;
 /// Of an angle below the least one, besides.
-const COST_OF_BAD: f64 = 0.1;
+const COST_OF_SMALL: f64 = 0.1;
 
 /// What angles cost, and the least one that triangles are to have.
 #[derive(Debug, Clone, Copy)]
@@ -30,8 +30,8 @@ impl AngleCost {
         Self { least: least.to_radians(), narrow_sq: NARROW.max(least).to_radians().cos().powi(2) }
     }
 
-    /// The smallest angle of a triangle if it is below the least one, in radians; 0 without area.
-    pub fn missed(&self, corners: [DVec3; 3]) -> Option<f64> {
+    /// The smallest angle of a triangle if it is below the least one, in radians; 0 if it has no area.
+    pub fn small_angle(&self, corners: [DVec3; 3]) -> Option<f64> {
         let [smallest, _] = angles(corners);
         (smallest < self.least).then_some(smallest)
     }
@@ -48,12 +48,12 @@ impl AngleCost {
         let [smallest, largest] = angles([a, b, c]);
         let narrow = (NARROW.to_radians() - smallest).max(0.0) / NARROW.to_radians();
         let wide = (largest - WIDE.to_radians()).max(0.0) / (180.0 - WIDE).to_radians();
-        let bad = if smallest < self.least { COST_OF_BAD } else { 0.0 };
-        narrow * narrow + COST_OF_WIDE * wide * wide + bad
+        let small = if smallest < self.least { COST_OF_SMALL } else { 0.0 };
+        narrow * narrow + COST_OF_WIDE * wide * wide + small
     }
 
-    /// What all triangles cost.
-    pub fn whole(&self, mesh: &StarMesh) -> f64 {
+    /// What all triangles of a mesh cost.
+    pub fn of_all(&self, mesh: &StarMesh) -> f64 {
         let alive = mesh.triangles.iter().filter(|t| t[0] != NONE);
         alive.map(|t| self.of(mesh.corners(*t))).sum()
     }

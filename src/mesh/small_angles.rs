@@ -1,0 +1,52 @@
+//! Triangles with small angles, and why they may be hard to avoid.
+
+use super::half_edges::{EdgeTable, HalfEdge, edge_key};
+use super::quality::TriangleQuality;
+use super::triangle::doubled_normal;
+use crate::TriMesh;
+use std::collections::HashSet;
+
+/// Triangles with an angle below a limit.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+pub struct SmallAngles {
+    /// All of them.
+    pub faces: usize,
+    /// Where two sharp or boundary edges meet at that angle.
+    pub at_corners: usize,
+    /// Others with all vertices on such edges, as where these come close to each other.
+    pub between_curves: usize,
+}
+
+/// The triangles of a mesh with an angle below `limit`. Edges are sharp where the surface turns by at least
+/// `feature_angle`. Both are in degrees. Panics if an index is out of range.
+pub fn small_angles(mesh: &TriMesh, limit: f64, feature_angle: f64) -> SmallAngles {
+    let is_small = |t: &usize| TriangleQuality::new(mesh.corners(*t)).min_angle() < limit;
+    let small: Vec<usize> = (0..mesh.triangles.len()).filter(is_small).collect();
+    let mut found = SmallAngles { faces: small.len(), ..SmallAngles::default() };
+    if small.is_empty() {
+        return found;
+    }
+    let least = feature_angle.to_radians().cos();
+    let turns = |edge: &&[HalfEdge]| match edge {
+        [one, two] => {
+            let [n, m] = [one, two].map(|h| doubled_normal(mesh.corners(h.triangle())));
+            n.dot(m) <= least * n.length() * m.length()
+        }
+        _ => true,
+    };
+    let sharp: HashSet<(u32, u32)> =
+        EdgeTable::new(&mesh.triangles).edges().filter(turns).map(|edge| edge[0].ends()).collect();
+    let on_sharp: HashSet<u32> = sharp.iter().flat_map(|(a, b)| [*a, *b]).collect();
+    for t in small {
+        let triangle = mesh.triangles[t];
+        let angles = TriangleQuality::new(mesh.corners(t)).angles;
+        let k = (0..3).min_by(|a, b| angles[*a].total_cmp(&angles[*b])).unwrap_or(0);
+        let [a, b, c] = [k, k + 1, k + 2].map(|k| triangle[k % 3]);
+        if sharp.contains(&edge_key(a, b)) && sharp.contains(&edge_key(a, c)) {
+            found.at_corners += 1;
+        } else if triangle.iter().all(|v| on_sharp.contains(v)) {
+            found.between_curves += 1;
+        }
+    }
+    found
+}

@@ -1,0 +1,54 @@
+//! Small angles of a run's result, and what was done about them.
+
+use crate::TriMesh;
+use crate::local::Mended;
+use crate::mesh::small_angles::{SmallAngles, small_angles};
+use crate::options::{Method, Options};
+use serde::Serialize;
+
+/// What was done about small angles.
+#[derive(Debug, Clone, Copy, Default)]
+pub(crate) struct MendingCounts {
+    pub edits: usize,
+    /// Vertices that went there from elsewhere.
+    pub vertices: usize,
+}
+
+impl MendingCounts {
+    pub fn of(mended: &Mended) -> Self {
+        Self { edits: mended.edits, vertices: usize::try_from(mended.added).unwrap_or(0) }
+    }
+}
+
+/// Small angles: what was done about them, and which are left.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Serialize)]
+#[non_exhaustive]
+pub struct SmallAngleSummary {
+    /// The least angle that was asked for, in degrees.
+    pub min_angle: f64,
+    /// Edits that mended some; those of components that were remeshed by local operations are not counted.
+    pub edits: usize,
+    /// Vertices that these edits took from elsewhere.
+    pub vertices: usize,
+    /// Triangles of the result with a smaller angle.
+    pub left: usize,
+    /// Those of them where two sharp edges or boundaries meet at that angle.
+    pub at_corners: usize,
+    /// Others of them with all vertices on such edges, as where these come close to each other.
+    pub between_curves: usize,
+}
+
+impl SmallAngleSummary {
+    /// For a result, if its small angles were to be mended.
+    pub(crate) fn new(result: &TriMesh, mended: MendingCounts, options: &Options) -> Option<Self> {
+        let (min_angle, feature_angle) =
+            (options.coarse_to_fine.min_angle, options.coarse_to_fine.feature_angle);
+        if options.method != Method::CoarseToFine || min_angle == 0.0 {
+            return None;
+        }
+        let MendingCounts { edits, vertices } = mended;
+        let SmallAngles { faces, at_corners, between_curves } =
+            small_angles(result, min_angle, feature_angle);
+        Some(Self { min_angle, edits, vertices, left: faces, at_corners, between_curves })
+    }
+}

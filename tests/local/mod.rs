@@ -1,0 +1,4 @@
+//! Local operations on the host: remeshing, and mending small angles.
+
+mod mend;
+mod remesh;
