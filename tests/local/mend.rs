@@ -124,7 +124,8 @@ fn what_is_collapsed_in_one_place_is_split_in_another() {
     assert_eq!(topology(&local.mesh), topology(&bad));
     assert_eq!(intersecting_faces(&local.mesh, &ProgressToken::default()).unwrap(), Vec::<u32>::new());
     let off = local.mesh.vertices.iter().map(|p| (p.length() - 1.0).abs()).fold(0.0, f64::max);
-    let depth = (0..ball.triangles.len()).map(|t| 1.0 - (ball.corners(t).iter().sum::<DVec3>() / 3.0).length());
+    let depth =
+        (0..ball.triangles.len()).map(|t| 1.0 - (ball.corners(t).iter().sum::<DVec3>() / 3.0).length());
     let depth = depth.fold(0.0, f64::max);
     assert!(off <= depth + 1e-9, "off the sphere by {off}, {depth} deep");
     assert_eq!(done.origins.len(), bad.vertices.len());

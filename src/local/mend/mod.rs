@@ -13,7 +13,7 @@ mod smooth;
 
 use std::cell::Cell;
 use std::cmp::Reverse;
-use std::collections::BinaryHeap;
+use std::collections::{BinaryHeap, HashMap};
 
 use super::curve_edges::CurvePart;
 use super::guard::Guard;
@@ -30,9 +30,11 @@ use rayon::prelude::*;
 
 /// Least gain of an edit.
 const MIN_GAIN: f64 = 0.01;
-/// What another vertex costs, since one goes elsewhere for it; at the second try, where that was not possible,
-/// more than any edit gains.
-const COSTS_OF_VERTEX: [f64; 2] = [0.04, 100.0];
+/// What another vertex costs, since one goes elsewhere for it.
+const COST_OF_VERTEX: f64 = 0.04;
+/// Largest shares of the vertices that may come from elsewhere; at the second try none, since the first did not
+/// get rid of them elsewhere.
+const MOST_ADDED: [f64; 2] = [0.05, 0.0];
 /// Passes over all triangles with small angles.
 const PASSES: u32 = 3;
 /// Moves alone that leave at most this share of the cost are enough.
@@ -74,7 +76,8 @@ struct Mending<'a> {
     spacing: f64,
     /// The number of vertices to end with.
     vertices: usize,
-    cost_of_vertex: f64,
+    /// By how many their number may differ meanwhile.
+    most_added: i64,
     progress: &'a ProgressToken,
 }
 
@@ -98,7 +101,7 @@ pub fn mend_angles(
     let polylines: Vec<Polyline> = local.sliding_curves.iter().map(|curve| curve.line.clone()).collect();
     let start = StarMesh::from_local(local);
     let strays = strays(&start, &local.curve_edges, polylines.len());
-    for cost_of_vertex in COSTS_OF_VERTEX {
+    for most_added in MOST_ADDED {
         let mending = Mending {
             cost,
             target,
@@ -106,7 +109,7 @@ pub fn mend_angles(
             strays: &strays,
             spacing: options.spacing,
             vertices: start.used(),
-            cost_of_vertex,
+            most_added: (most_added * start.used() as f64) as i64,
             progress,
         };
         let mut mesh = start.clone();
@@ -155,19 +158,20 @@ impl Mending<'_> {
 
     /// Passes over all triangles with small angles; returns the number of edits and the surplus of vertices.
     fn mend_all(&self, mesh: &mut StarMesh) -> Result<(usize, i64)> {
-        let mut edits = 0;
+        let mut history = History::default();
         for _ in 0..PASSES {
-            let of_pass = self.pass(mesh)?;
-            edits += of_pass;
-            if of_pass == 0 {
+            let before = history.edits;
+            self.pass(mesh, &mut history)?;
+            if history.edits == before {
                 break;
             }
         }
-        Ok((edits, self.surplus(mesh)))
+        Ok((history.edits, self.surplus(mesh)))
     }
 
-    /// Tries each triangle with a small angle once, the smallest first; returns the number of edits.
-    fn pass(&self, mesh: &mut StarMesh) -> Result<usize> {
+    /// Tries each triangle with a small angle once, the smallest first, but for those around which nothing has
+    /// changed since they were tried last.
+    fn pass(&self, mesh: &mut StarMesh, history: &mut History) -> Result<()> {
         let entry = |mesh: &StarMesh, t: u32| {
             let triangle = mesh.triangles[t as usize];
             if triangle[0] == NONE {
@@ -177,36 +181,40 @@ impl Mending<'_> {
         };
         let all = 0..mesh.triangles.len() as u32;
         let mut small: BinaryHeap<Reverse<(u64, u32)>> = all.filter_map(|t| entry(mesh, t)).collect();
-        let mut edits = 0;
         while let Some(Reverse((_, t))) = small.pop() {
             if mesh.triangles[t as usize][0] == NONE {
                 continue;
             }
             self.progress.poll()?;
-            let Some(new) = self.mend(mesh, t) else { continue };
-            edits += 1;
-            small.extend(new.into_iter().filter_map(|t| entry(mesh, t)));
+            let part = mesh.part_around(&mesh.triangles[t as usize]);
+            if history.is_known(t, &part) {
+                continue;
+            }
+            match self.mended(&part, t, self.surplus(mesh)).and_then(|mended| mesh.put_back(&mended)) {
+                Some(new) => {
+                    history.edited(&part);
+                    small.extend(new.into_iter().filter_map(|t| entry(mesh, t)));
+                }
+                None => history.failed(t),
+            }
         }
-        Ok(edits)
+        Ok(())
     }
 
-    /// Mends what is around a triangle; returns the triangles there, if it could.
-    fn mend(&self, mesh: &mut StarMesh, t: u32) -> Option<Vec<u32>> {
-        let part = mesh.part_around(&mesh.triangles[t as usize]);
+    /// The part around a triangle after the best edit, if any is good enough; `surplus` is that of the mesh.
+    fn mended(&self, part: &Part, t: u32, surplus: i64) -> Option<Part> {
         let triangle = part.find(t)?;
         let before = self.cost.of_all(&part.mesh);
-        let surplus = self.surplus(mesh);
         let trial = |edit: &Edit| {
             let mut trial = part.clone();
             if !self.apply(&mut trial.mesh, *edit) {
                 return None;
             }
             let gained = trial.mesh.used() as i64 - part.mesh.used() as i64;
-            let of_vertices = self.cost_of_vertex * ((surplus + gained).abs() - surplus.abs()) as f64;
-            let cost = self.cost.of_all(&trial.mesh) + of_vertices;
+            let cost = self.cost.of_all(&trial.mesh) + self.cost_of_vertices(surplus, gained);
             (cost < before - MIN_GAIN).then_some((cost, trial))
         };
-        let is_sound = |(_, trial): &(f64, Part)| self.is_sound(&part, trial);
+        let is_sound = |(_, trial): &(f64, Part)| self.is_sound(part, trial);
         let moved = trial(&Edit::None).filter(|(cost, _)| *cost < ENOUGH * before).filter(is_sound);
         let best = moved.or_else(|| {
             let edits = Edit::at(&part.mesh, triangle);
@@ -215,11 +223,47 @@ impl Mending<'_> {
             trials.sort_by(|p, q| p.0.total_cmp(&q.0));
             trials.into_iter().find(is_sound)
         });
-        mesh.put_back(&best?.1)
+        best.map(|(_, part)| part)
+    }
+
+    /// What vertices cost that an edit adds, or takes away.
+    fn cost_of_vertices(&self, surplus: i64, gained: i64) -> f64 {
+        let further = (surplus + gained).abs() - surplus.abs();
+        if further > 0 && (surplus + gained).abs() > self.most_added {
+            return f64::INFINITY;
+        }
+        COST_OF_VERTEX * further as f64
     }
 
     /// Whether a changed part stays close to the surface, and no more of its triangles intersect.
     fn is_sound(&self, before: &Part, after: &Part) -> bool {
         after.stays_apart_from(before) && self.stays_close(before, after)
+    }
+}
+
+/// What was tried where.
+#[derive(Default)]
+struct History {
+    edits: usize,
+    /// How many edits had been kept when a triangle was last tried in vain,
+    failed: HashMap<u32, usize>,
+    /// and when one changed something at a vertex.
+    changed: HashMap<u32, usize>,
+}
+
+impl History {
+    /// Whether a triangle was tried in vain and nothing has changed in the part around it since.
+    fn is_known(&self, t: u32, part: &Part) -> bool {
+        let Some(failed) = self.failed.get(&t) else { return false };
+        part.vertices().iter().all(|v| self.changed.get(v).is_none_or(|changed| changed <= failed))
+    }
+
+    fn failed(&mut self, t: u32) {
+        self.failed.insert(t, self.edits);
+    }
+
+    fn edited(&mut self, part: &Part) {
+        self.edits += 1;
+        self.changed.extend(part.vertices().iter().map(|v| (*v, self.edits)));
     }
 }

@@ -11,9 +11,7 @@ use crate::mesh::unit_frame::UnitFrame;
 use crate::pipeline::intersections::intersecting_in_units;
 use crate::pipeline::missing::MISSING;
 use crate::pipeline::sides::face_as;
-use crate::polish::{
-    FitOptions, OutlierOptions, PolishOptions, SlidingCurve, Target, fit, polish, reduce_outliers,
-};
+use crate::polish::{FitOptions, OutlierOptions, PolishOptions, Target, fit, polish, reduce_outliers};
 use crate::{Options, ProgressToken, Result, TriMesh};
 use rayon::prelude::*;
 
@@ -130,7 +128,7 @@ fn remeshed_locally(
         FeatureOptions { feature_angle: target.feature_angle, ..FeatureOptions::new(target.spacing) };
     let Ok(mut features) = find_features(surface, &options) else { return Ok(None) };
     let on = Target::new(surface).in_patches(features.patches.clone());
-    let mut best: Option<(f64, TriMesh)> = None;
+    let mut best: Option<(f64, LocalMesh)> = None;
     let mut guarded = false;
     for longest in TRIES {
         let options = LocalOptions { vertices: target.vertices, lengths, longest, guarded };
@@ -138,15 +136,15 @@ fn remeshed_locally(
         if local.mesh.vertices.len() != target.vertices {
             break;
         }
-        let Some(mesh) = polished(local, surface, &on, target, progress)? else {
+        let Some(local) = polished(local, surface, &on, target, progress)? else {
             guarded = true;
             continue;
         };
-        let left_out = left_out(surface, &mesh, lengths, target.spacing, progress)?;
+        let left_out = left_out(surface, &local.mesh, lengths, target.spacing, progress)?;
         let farthest = left_out.first().map_or(0.0, |(distance, _)| *distance);
         let is_again = best.is_some();
         if best.as_ref().is_none_or(|(least, _)| farthest < *least) {
-            best = Some((farthest, mesh));
+            best = Some((farthest, local));
         }
         if left_out.is_empty() || (is_again && farthest <= MISSING) {
             break;
@@ -155,7 +153,7 @@ fn remeshed_locally(
         features.corners.sort_unstable();
         features.corners.dedup();
     }
-    Ok(best.map(|(_, mesh)| mesh))
+    best.map(|(_, local)| mended(local, surface, &on, target, progress)).transpose()
 }
 
 /// The vertices of the surface that the mesh leaves out, with their distances in edge lengths, the farthest
@@ -201,26 +199,21 @@ fn polished(
     on: &Target,
     target: &ComponentTarget,
     progress: &ProgressToken,
-) -> Result<Option<TriMesh>> {
+) -> Result<Option<LocalMesh>> {
     let mut curve_edges = local.edge_set();
-    let raw = local.mesh.clone();
     let mut fixed = local.fixed.clone();
-    let intersecting = |mesh: &TriMesh| intersecting_in_units(mesh, target.frame, progress);
-    let most = intersecting(surface)?.len();
-    // The last of the steps after which faces do not intersect more than before.
-    let mut best = None;
-    let mut check = |mesh: &TriMesh| -> Result<Vec<u32>> {
-        let crossing = intersecting(mesh)?;
-        if crossing.len() <= most && topology(mesh).matches(&topology(surface)) {
-            best = Some(mesh.clone());
-            return Ok(Vec::new());
-        }
-        Ok(crossing)
+    let most = intersecting_in_units(surface, target.frame, progress)?.len();
+    // The faces that intersect, if they are more than before or the topology is another.
+    let crossing_in = |mesh: &TriMesh| -> Result<Option<Vec<u32>>> {
+        let crossing = intersecting_in_units(mesh, target.frame, progress)?;
+        let is_sound = crossing.len() <= most && topology(mesh).matches(&topology(surface));
+        Ok((!is_sound).then_some(crossing))
     };
-    check(&raw)?;
+    // After the last of the steps that leaves it sound.
+    let mut best = crossing_in(&local.mesh)?.is_none().then(|| local.clone());
     let rounds = target.polish_rounds + MORE_ROUNDS;
     for _ in 0..POLISHES {
-        let mut mesh = raw.clone();
+        let mut polishing = local.clone();
         let options = PolishOptions {
             rounds,
             fixed: fixed.clone(),
@@ -230,50 +223,52 @@ fn polished(
             lengths: local.lengths.clone(),
             ..Default::default()
         };
-        let polished = polish(&mut mesh, on, &options, progress)?;
-        let PolishOptions { curve_edges: edges, .. } = options;
-        let mut crossing = check(&mesh)?;
-        if target.fit && crossing.is_empty() {
+        let polished = polish(&mut polishing.mesh, on, &options, progress)?;
+        polishing.slide_to(polished.sliding_curves);
+        let mut crossing = crossing_in(&polishing.mesh)?;
+        if crossing.is_none() {
+            best = Some(polishing.clone());
+            if !target.fit {
+                break;
+            }
             let patches = local.patches.clone();
-            let options = FitOptions { fixed: fixed.clone(), patches, ..Default::default() };
-            fit(&mut mesh, on, &options, progress)?;
-            crossing = check(&mesh)?;
-            if crossing.is_empty() {
-                let FitOptions { fixed, patches, .. } = options;
-                let lengths = local.lengths.clone();
-                let options =
-                    OutlierOptions { fixed, curve_edges: edges, patches, lengths, ..Default::default() };
-                let fitted = mesh.clone();
-                reduce_outliers(&mut mesh, on, target.spacing, &options, progress)?;
-                if !check(&mesh)?.is_empty() {
-                    mesh = fitted;
+            let fit_options = FitOptions { fixed: fixed.clone(), patches, ..Default::default() };
+            fit(&mut polishing.mesh, on, &fit_options, progress)?;
+            crossing = crossing_in(&polishing.mesh)?;
+            if crossing.is_none() {
+                best = Some(polishing.clone());
+                let FitOptions { fixed, patches, .. } = fit_options;
+                let PolishOptions { curve_edges, lengths, .. } = options;
+                let options = OutlierOptions { fixed, curve_edges, patches, lengths, ..Default::default() };
+                reduce_outliers(&mut polishing.mesh, on, target.spacing, &options, progress)?;
+                if crossing_in(&polishing.mesh)?.is_none() {
+                    best = Some(polishing);
                 }
+                break;
             }
         }
-        if crossing.is_empty() {
-            let local = LocalMesh { mesh, ..local };
-            check(&mended(local, polished.sliding_curves, on, target, progress)?)?;
-            break;
-        }
-        fix_around(&mut fixed, &mesh, &crossing);
+        fix_around(&mut fixed, &polishing.mesh, &crossing.unwrap_or_default());
         // Then no edge between two fixed vertices flips.
         curve_edges.clear();
     }
     Ok(best)
 }
 
-/// The mesh with its small angles mended, once its curves have slid.
+/// The mesh with its small angles mended, unless more faces then intersect than in the surface.
 fn mended(
     mut local: LocalMesh,
-    curves: Vec<SlidingCurve>,
+    surface: &TriMesh,
     on: &Target,
     target: &ComponentTarget,
     progress: &ProgressToken,
 ) -> Result<TriMesh> {
-    local.slide_to(curves);
+    let before = local.mesh.clone();
     let options = MendOptions { min_angle: target.min_angle, spacing: target.spacing };
-    mend_angles(&mut local, on, &options, progress)?;
-    Ok(local.mesh)
+    let mended = mend_angles(&mut local, on, &options, progress)?;
+    let count = |mesh: &TriMesh| Ok(intersecting_in_units(mesh, target.frame, progress)?.len());
+    let is_worse = mended.edits > 0
+        && (count(&local.mesh)? > count(&before)? || !topology(&local.mesh).matches(&topology(surface)));
+    Ok(if is_worse { before } else { local.mesh })
 }
 
 /// Fixes the vertices of these faces and [`RINGS`] rings around them.
