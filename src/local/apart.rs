@@ -40,7 +40,7 @@ impl StarMesh {
 }
 
 /// How many of these triangles intersect others of them.
-fn intersecting(triangles: &[[u32; 3]], at: impl Fn(u32) -> DVec3 + Copy) -> usize {
+pub(super) fn intersecting(triangles: &[[u32; 3]], at: impl Fn(u32) -> DVec3 + Copy) -> usize {
     if triangles.len() <= FEW {
         return count_intersecting(triangles, at);
     }

@@ -115,8 +115,18 @@ impl Part {
 
     /// The part's names of two vertices of the whole mesh.
     pub fn numbers(&self, vertices: [u32; 2]) -> Option<[u32; 2]> {
-        let [a, b] = vertices.map(|v| self.vertices.binary_search(&v).ok());
-        Some([a? as u32, b? as u32])
+        let [a, b] = vertices.map(|v| self.number(v));
+        Some([a?, b?])
+    }
+
+    /// Whether it has a triangle of the whole mesh.
+    pub fn has(&self, t: u32) -> bool {
+        self.triangles.binary_search(&t).is_ok()
+    }
+
+    /// The part's name of a vertex of the whole mesh.
+    pub fn number(&self, v: u32) -> Option<u32> {
+        self.vertices.binary_search(&v).ok().map(|k| k as u32)
     }
 
     /// The vertices of the whole mesh that it has, as it was cut out.

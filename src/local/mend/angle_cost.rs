@@ -32,7 +32,9 @@ impl AngleCost {
 
     /// The smallest angle of a triangle if it is below the least one, in radians; 0 if it has no area.
     pub fn small_angle(&self, corners: [DVec3; 3]) -> Option<f64> {
-        let [smallest, _] = angles(corners);
+        let [a, b, c] = corners;
+        let sides = [b - a, c - b, a - c];
+        let smallest = cosines(sides, sides.map(DVec3::length_squared))[0].acos();
         (smallest < self.least).then_some(smallest)
     }
 
@@ -45,10 +47,16 @@ impl AngleCost {
         if is_good(-w.dot(u), z * x) && is_good(-u.dot(v), x * y) && is_good(-v.dot(w), y * z) {
             return 0.0;
         }
-        let [smallest, largest] = angles([a, b, c]);
-        let narrow = (NARROW.to_radians() - smallest).max(0.0) / NARROW.to_radians();
-        let wide = (largest - WIDE.to_radians()).max(0.0) / (180.0 - WIDE).to_radians();
-        let small = if smallest < self.least { COST_OF_SMALL } else { 0.0 };
+        let [high, low] = cosines([u, v, w], [x, y, z]);
+        let (mut narrow, mut wide, mut small) = (0.0, 0.0, 0.0);
+        if high * high > self.narrow_sq {
+            let smallest = high.acos();
+            narrow = (NARROW.to_radians() - smallest).max(0.0) / NARROW.to_radians();
+            small = if smallest < self.least { COST_OF_SMALL } else { 0.0 };
+        }
+        if low < 0.0 {
+            wide = (low.acos() - WIDE.to_radians()).max(0.0) / (180.0 - WIDE).to_radians();
+        }
         narrow * narrow + COST_OF_WIDE * wide * wide + small
     }
 
@@ -66,16 +74,14 @@ impl AngleCost {
     }
 }
 
-/// The smallest and the largest angle of a triangle, in radians; 0 and 180 degrees if it has no area.
-fn angles([a, b, c]: [DVec3; 3]) -> [f64; 2] {
-    let sides = [b - a, c - b, a - c];
-    let lengths = sides.map(DVec3::length);
-    let cosine = |k: usize, l: usize| -sides[k].dot(sides[l]) / (lengths[k] * lengths[l]);
-    let cosines = [cosine(2, 0), cosine(0, 1), cosine(1, 2)];
-    if cosines.iter().any(|cosine| !cosine.is_finite()) {
-        return [0.0, std::f64::consts::PI];
+/// The largest and the smallest cosine of a triangle's angles from its sides, in order, and their squared
+/// lengths; 1 and -1 if it has no area.
+fn cosines([u, v, w]: [DVec3; 3], [x, y, z]: [f64; 3]) -> [f64; 2] {
+    let all = [-w.dot(u) / (z * x).sqrt(), -u.dot(v) / (x * y).sqrt(), -v.dot(w) / (y * z).sqrt()];
+    if all.iter().any(|cosine| !cosine.is_finite()) {
+        return [1.0, -1.0];
     }
-    let low = cosines.iter().copied().fold(1.0, f64::min);
-    let high = cosines.iter().copied().fold(-1.0, f64::max);
-    [high.clamp(-1.0, 1.0).acos(), low.clamp(-1.0, 1.0).acos()]
+    let high = all.iter().copied().fold(-1.0, f64::max);
+    let low = all.iter().copied().fold(1.0, f64::min);
+    [high.min(1.0), low.max(-1.0)]
 }

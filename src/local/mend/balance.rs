@@ -1,7 +1,7 @@
 //! The number of vertices restored after edits have changed it.
 
-use super::Mending;
 use super::edits::Edit;
+use super::{Mending, State};
 use crate::Result;
 use crate::local::star_mesh::{Place, StarMesh};
 
@@ -13,7 +13,7 @@ const RELAXATIONS: u32 = 2;
 impl Mending<'_> {
     /// Collapses the shortest edges inside patches, or splits the longest, where it does the least harm, until
     /// there are as many vertices as before.
-    pub fn balance(&self, mesh: &mut StarMesh) -> Result<()> {
+    pub fn balance(&self, mesh: &mut StarMesh, state: &mut State) -> Result<()> {
         for cost in COSTS {
             if self.surplus(mesh) == 0 {
                 return Ok(());
@@ -52,7 +52,11 @@ impl Mending<'_> {
                 }
                 self.settle(&mut trial.mesh);
                 let harm = self.cost.of_all(&trial.mesh) - self.cost.of_all(&part.mesh);
-                if harm <= cost && self.is_sound(&part, &trial) && mesh.put_back(&trial).is_some() {
+                if harm > cost || !self.is_sound(mesh, &state.nearby, &part, &trial) {
+                    continue;
+                }
+                if let Some(new) = mesh.put_back(&trial) {
+                    new.iter().for_each(|t| state.nearby.add(mesh, *t));
                     part.vertices().iter().for_each(|v| touched[*v as usize] = true);
                 }
             }

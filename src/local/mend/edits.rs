@@ -25,21 +25,23 @@ pub(super) enum Edit {
 }
 
 impl Edit {
-    /// What may help a triangle.
-    pub fn at(mesh: &StarMesh, [a, b, c]: [u32; 3]) -> Vec<Self> {
+    /// What may help a triangle, in groups: what helps most often comes first.
+    pub fn at(mesh: &StarMesh, [a, b, c]: [u32; 3]) -> [Vec<Self>; 3] {
         let mut sides = [(a, b), (b, c), (c, a)].map(|(a, b)| {
             let length = mesh.points[a as usize].distance(mesh.points[b as usize]);
             (length, a, b)
         });
         sides.sort_by(|p, q| p.0.total_cmp(&q.0));
         let [short, middle, long] = sides.map(|(_, a, b)| (a, b));
-        let mut edits = vec![Self::None];
-        edits.extend([long, middle, short].map(|(a, b)| Self::Flip(a, b)));
-        edits.push(Self::Collapse(short.0, short.1));
-        edits.extend([long, middle].map(|(a, b)| Self::Split(a, b)));
-        edits.extend([long, middle].map(|(a, b)| Self::SplitTwice(a, b)));
-        edits.push(Self::Collapse(middle.0, middle.1));
-        edits
+        let flips = [long, middle, short].map(|(a, b)| Self::Flip(a, b));
+        let collapses = [short, middle].map(|(a, b)| Self::Collapse(a, b));
+        let splits = [long, middle].map(|(a, b)| Self::Split(a, b));
+        let thirds = [long, middle].map(|(a, b)| Self::SplitTwice(a, b));
+        [
+            vec![Self::None, flips[0]],
+            [&flips[1..], &collapses[..1], &splits].concat(),
+            [&thirds[..], &collapses[1..]].concat(),
+        ]
     }
 }
 
@@ -97,6 +99,7 @@ impl Mending<'_> {
     /// Flips edges and moves vertices where that is better.
     pub fn settle(&self, mesh: &mut StarMesh) {
         for _ in 0..ROUNDS {
+            let mut changes = 0;
             for t in 0..mesh.triangles.len() {
                 let [a, b, c] = mesh.triangles[t];
                 if a == NONE || self.cost.of(mesh.corners([a, b, c])) < MIN_GAIN {
@@ -104,21 +107,22 @@ impl Mending<'_> {
                 }
                 for (a, b) in [(a, b), (b, c), (c, a)] {
                     if mesh.triangles[t].contains(&a) && mesh.triangles[t].contains(&b) {
-                        self.flip_if_better(mesh, a, b);
+                        changes += usize::from(self.flip_if_better(mesh, a, b));
                     }
                 }
             }
-            self.smooth(mesh);
+            changes += self.smooth(mesh);
+            if changes == 0 {
+                return;
+            }
         }
     }
 
-    fn flip_if_better(&self, mesh: &mut StarMesh, a: u32, b: u32) {
-        let Some(Diamond { ring: [a, b, c, d], .. }) = mesh.diamond(a, b) else { return };
+    fn flip_if_better(&self, mesh: &mut StarMesh, a: u32, b: u32) -> bool {
+        let Some(Diamond { ring: [a, b, c, d], .. }) = mesh.diamond(a, b) else { return false };
         let cost = |pair: [[u32; 3]; 2]| {
             pair.iter().map(|triangle| self.cost.of(mesh.corners(*triangle))).sum::<f64>()
         };
-        if cost([[d, c, a], [c, d, b]]) < cost([[a, b, c], [b, a, d]]) - MIN_GAIN {
-            mesh.turn_edge(a, b);
-        }
+        cost([[d, c, a], [c, d, b]]) < cost([[a, b, c], [b, a, d]]) - MIN_GAIN && mesh.turn_edge(a, b)
     }
 }

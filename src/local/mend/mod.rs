@@ -9,14 +9,13 @@ mod angle_cost;
 mod balance;
 mod closeness;
 mod edits;
+mod nearby;
 mod smooth;
 
-use std::cell::Cell;
 use std::cmp::Reverse;
 use std::collections::{BinaryHeap, HashMap};
 
 use super::curve_edges::CurvePart;
-use super::guard::Guard;
 use super::part::Part;
 use super::star_mesh::StarMesh;
 use super::{CurveEdge, LocalMesh};
@@ -26,6 +25,7 @@ use crate::polish::Target;
 use crate::{ProgressToken, Result, TriMesh};
 use angle_cost::AngleCost;
 use edits::Edit;
+use nearby::Nearby;
 use rayon::prelude::*;
 
 /// Least gain of an edit.
@@ -37,7 +37,7 @@ const COST_OF_VERTEX: f64 = 0.04;
 const MOST_ADDED: [f64; 2] = [0.05, 0.0];
 /// Passes over all triangles with small angles.
 const PASSES: u32 = 3;
-/// Moves alone that leave at most this share of the cost are enough.
+/// Edits that leave at most this share of the cost are enough.
 const ENOUGH: f64 = 0.1;
 /// Largest distance of a curve from its edges that a change may lead to, in spacings,
 const STRAY: f64 = 0.03;
@@ -113,12 +113,10 @@ pub fn mend_angles(
             progress,
         };
         let mut mesh = start.clone();
-        let done = Cell::new((0, 0));
-        Guard { looks: true, progress }.run(&mut mesh, |mesh| {
-            done.set(mending.mend_all(mesh)?);
-            mending.balance(mesh)
-        })?;
-        let (edits, added) = done.get();
+        let mut state = State::new(&mesh, options.spacing);
+        mending.mend_all(&mut mesh, &mut state)?;
+        let (edits, added) = (state.edits, mending.surplus(&mesh));
+        mending.balance(&mut mesh, &mut state)?;
         if edits == 0 {
             break;
         }
@@ -156,22 +154,21 @@ impl Mending<'_> {
         mesh.used() as i64 - self.vertices as i64
     }
 
-    /// Passes over all triangles with small angles; returns the number of edits and the surplus of vertices.
-    fn mend_all(&self, mesh: &mut StarMesh) -> Result<(usize, i64)> {
-        let mut history = History::default();
+    /// Passes over all triangles with small angles.
+    fn mend_all(&self, mesh: &mut StarMesh, state: &mut State) -> Result<()> {
         for _ in 0..PASSES {
-            let before = history.edits;
-            self.pass(mesh, &mut history)?;
-            if history.edits == before {
+            let before = state.edits;
+            self.pass(mesh, state)?;
+            if state.edits == before {
                 break;
             }
         }
-        Ok((history.edits, self.surplus(mesh)))
+        Ok(())
     }
 
     /// Tries each triangle with a small angle once, the smallest first, but for those around which nothing has
     /// changed since they were tried last.
-    fn pass(&self, mesh: &mut StarMesh, history: &mut History) -> Result<()> {
+    fn pass(&self, mesh: &mut StarMesh, state: &mut State) -> Result<()> {
         let entry = |mesh: &StarMesh, t: u32| {
             let triangle = mesh.triangles[t as usize];
             if triangle[0] == NONE {
@@ -187,23 +184,25 @@ impl Mending<'_> {
             }
             self.progress.poll()?;
             let part = mesh.part_around(&mesh.triangles[t as usize]);
-            if history.is_known(t, &part) {
+            if state.is_known(t, &part) {
                 continue;
             }
-            match self.mended(&part, t, self.surplus(mesh)).and_then(|mended| mesh.put_back(&mended)) {
+            let mended = self.mended(mesh, &part, t, &state.nearby);
+            match mended.and_then(|mended| mesh.put_back(&mended)) {
                 Some(new) => {
-                    history.edited(&part);
+                    state.edited(mesh, &part, &new);
                     small.extend(new.into_iter().filter_map(|t| entry(mesh, t)));
                 }
-                None => history.failed(t),
+                None => state.failed(t),
             }
         }
         Ok(())
     }
 
-    /// The part around a triangle after the best edit, if any is good enough; `surplus` is that of the mesh.
-    fn mended(&self, part: &Part, t: u32, surplus: i64) -> Option<Part> {
+    /// The part around a triangle after the best edit, if any is good enough.
+    fn mended(&self, mesh: &StarMesh, part: &Part, t: u32, nearby: &Nearby) -> Option<Part> {
         let triangle = part.find(t)?;
+        let surplus = self.surplus(mesh);
         let before = self.cost.of_all(&part.mesh);
         let trial = |edit: &Edit| {
             let mut trial = part.clone();
@@ -214,15 +213,20 @@ impl Mending<'_> {
             let cost = self.cost.of_all(&trial.mesh) + self.cost_of_vertices(surplus, gained);
             (cost < before - MIN_GAIN).then_some((cost, trial))
         };
-        let is_sound = |(_, trial): &(f64, Part)| self.is_sound(part, trial);
-        let moved = trial(&Edit::None).filter(|(cost, _)| *cost < ENOUGH * before).filter(is_sound);
-        let best = moved.or_else(|| {
-            let edits = Edit::at(&part.mesh, triangle);
+        let is_sound = |(_, trial): &(f64, Part)| self.is_sound(mesh, nearby, part, trial);
+        let mut best: Option<(f64, Part)> = None;
+        for edits in Edit::at(&part.mesh, triangle) {
             let mut trials: Vec<(f64, Part)> = edits.par_iter().filter_map(trial).collect();
             // Stable, so that the order of the edits decides between equal ones.
             trials.sort_by(|p, q| p.0.total_cmp(&q.0));
-            trials.into_iter().find(is_sound)
-        });
+            let better = |(cost, _): &(f64, Part)| best.as_ref().is_none_or(|(least, _)| cost < least);
+            if let Some(found) = trials.into_iter().take_while(better).find(is_sound) {
+                best = Some(found);
+            }
+            if best.as_ref().is_some_and(|(cost, _)| *cost < ENOUGH * before) {
+                break;
+            }
+        }
         best.map(|(_, part)| part)
     }
 
@@ -236,14 +240,14 @@ impl Mending<'_> {
     }
 
     /// Whether a changed part stays close to the surface, and no more of its triangles intersect.
-    fn is_sound(&self, before: &Part, after: &Part) -> bool {
-        after.stays_apart_from(before) && self.stays_close(before, after)
+    fn is_sound(&self, mesh: &StarMesh, nearby: &Nearby, before: &Part, after: &Part) -> bool {
+        nearby.stays_apart(mesh, before, after) && self.stays_close(before, after)
     }
 }
 
 /// What was tried where.
-#[derive(Default)]
-struct History {
+struct State {
+    nearby: Nearby,
     edits: usize,
     /// How many edits had been kept when a triangle was last tried in vain,
     failed: HashMap<u32, usize>,
@@ -251,7 +255,12 @@ struct History {
     changed: HashMap<u32, usize>,
 }
 
-impl History {
+impl State {
+    fn new(mesh: &StarMesh, spacing: f64) -> Self {
+        let nearby = Nearby::new(mesh, spacing);
+        Self { nearby, edits: 0, failed: HashMap::new(), changed: HashMap::new() }
+    }
+
     /// Whether a triangle was tried in vain and nothing has changed in the part around it since.
     fn is_known(&self, t: u32, part: &Part) -> bool {
         let Some(failed) = self.failed.get(&t) else { return false };
@@ -262,8 +271,10 @@ impl History {
         self.failed.insert(t, self.edits);
     }
 
-    fn edited(&mut self, part: &Part) {
+    /// Notes that a part was put back changed, with these triangles.
+    fn edited(&mut self, mesh: &StarMesh, part: &Part, new: &[u32]) {
         self.edits += 1;
         self.changed.extend(part.vertices().iter().map(|v| (*v, self.edits)));
+        new.iter().for_each(|t| self.nearby.add(mesh, *t));
     }
 }

@@ -19,30 +19,32 @@ const MIN_GAIN: f64 = 1e-5;
 const TIP: f64 = 0.3;
 
 impl Mending<'_> {
-    /// Moves every vertex once that is not frozen and has bad triangles around it.
-    pub fn smooth(&self, mesh: &mut StarMesh) {
+    /// Moves every vertex once that is not frozen and has bad triangles around it; returns how many moved.
+    pub fn smooth(&self, mesh: &mut StarMesh) -> usize {
+        let mut moves = 0;
         for v in 0..mesh.points.len() as u32 {
             if mesh.is_frozen(v) || !mesh.is_used(v) {
                 continue;
             }
-            match mesh.places[v as usize] {
+            moves += usize::from(match mesh.places[v as usize] {
                 Place::Inside => self.move_inside(mesh, v),
                 Place::Curve => self.move_along(mesh, v),
-                Place::Corner => (),
-            }
+                Place::Corner => false,
+            });
         }
+        moves
     }
 
-    fn move_inside(&self, mesh: &mut StarMesh, v: u32) {
+    fn move_inside(&self, mesh: &mut StarMesh, v: u32) -> bool {
         let here = mesh.points[v as usize];
         let cost = |to: DVec3| self.cost.around(mesh, v, to);
         let start = cost(here);
         if start < MIN_GAIN {
-            return;
+            return false;
         }
         let (normal, left) = mesh.normal(v);
         if left < TIP {
-            return;
+            return false;
         }
         let up = normal.normalize_or_zero();
         let across = up.any_orthonormal_vector();
@@ -62,25 +64,27 @@ impl Mending<'_> {
             step *= 0.5;
         }
         if best > start - MIN_GAIN {
-            return;
+            return false;
         }
         let patch = mesh.patch_at(v);
         let mut rank = mesh.ranks[v as usize];
-        let Some(to) = self.target.closest(to, up, patch, &mut rank) else { return };
+        let Some(to) = self.target.closest(to, up, patch, &mut rank) else { return false };
         if self.cost.around(mesh, v, to) <= start - MIN_GAIN && !mesh.folds(v, to, normal) {
             mesh.points[v as usize] = to;
             mesh.ranks[v as usize] = rank;
+            return true;
         }
+        false
     }
 
-    fn move_along(&self, mesh: &mut StarMesh, v: u32) {
+    fn move_along(&self, mesh: &mut StarMesh, v: u32) -> bool {
         let start = self.cost.around(mesh, v, mesh.points[v as usize]);
         if start < MIN_GAIN {
-            return;
+            return false;
         }
-        let Some([(w, there), (x, other)]) = mesh.parts_at(v) else { return };
+        let Some([(w, there), (x, other)]) = mesh.parts_at(v) else { return false };
         if there.curve != other.curve {
-            return;
+            return false;
         }
         let stray = self.spacing * self.stray(Some(there));
         let line = &self.polylines[there.curve as usize];
@@ -108,5 +112,6 @@ impl Mending<'_> {
             mesh.curves.insert(v, w, moved(there, shift));
             mesh.curves.insert(v, x, moved(other, shift));
         }
+        shift != 0.0
     }
 }
