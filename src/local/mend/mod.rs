@@ -17,7 +17,7 @@ use std::collections::{BinaryHeap, HashMap};
 
 use super::curve_edges::CurvePart;
 use super::part::Part;
-use super::star_mesh::StarMesh;
+use super::star_mesh::{Place, StarMesh};
 use super::{CurveEdge, LocalMesh};
 use crate::mesh::NONE;
 use crate::mesh::polyline::Polyline;
@@ -37,12 +37,18 @@ const COST_OF_VERTEX: f64 = 0.04;
 const MOST_ADDED: [f64; 2] = [0.05, 0.0];
 /// Passes over all triangles with small angles.
 const PASSES: u32 = 3;
+/// No more triangles are tried once so many, and as many as there were edits, were tried in vain: then the
+/// surface has more details than the mesh has vertices for.
+const IN_VAIN: usize = 100;
 /// Edits that leave at most this share of the cost are enough.
 const ENOUGH: f64 = 0.1;
 /// Largest distance of a curve from its edges that a change may lead to, in spacings,
 const STRAY: f64 = 0.03;
 /// and of a boundary, which is ragged on scans.
 const STRAY_OF_BOUNDARY: f64 = 0.2;
+
+/// Angles whose difference is below this are the same, in radians.
+const SAME: f64 = 1e-9;
 
 /// What [`mend_angles`] is to reach.
 #[derive(Debug, Clone, Copy)]
@@ -179,8 +185,11 @@ impl Mending<'_> {
         let all = 0..mesh.triangles.len() as u32;
         let mut small: BinaryHeap<Reverse<(u64, u32)>> = all.filter_map(|t| entry(mesh, t)).collect();
         while let Some(Reverse((_, t))) = small.pop() {
-            if mesh.triangles[t as usize][0] == NONE {
+            if mesh.triangles[t as usize][0] == NONE || self.is_corner_of_curves(mesh, t) {
                 continue;
+            }
+            if state.in_vain > IN_VAIN + state.edits {
+                break;
             }
             self.progress.poll()?;
             let part = mesh.part_around(&mesh.triangles[t as usize]);
@@ -197,6 +206,23 @@ impl Mending<'_> {
             }
         }
         Ok(())
+    }
+
+    /// Whether the smallest angle of a triangle is that of two curves at a corner, which no edit changes.
+    fn is_corner_of_curves(&self, mesh: &StarMesh, t: u32) -> bool {
+        let triangle = mesh.triangles[t as usize];
+        let is_at = |k: usize| {
+            let [v, a, b] = [k, k + 1, k + 2].map(|k| triangle[k % 3]);
+            let [p, q, r] = mesh.corners([v, a, b]);
+            mesh.places[v as usize] == Place::Corner
+                && mesh.curves.contains(v, a)
+                && mesh.curves.contains(v, b)
+                && self
+                    .cost
+                    .small_angle([p, q, r])
+                    .is_some_and(|least| (q - p).angle_between(r - p) <= least + SAME)
+        };
+        (0..3).any(is_at)
     }
 
     /// The part around a triangle after the best edit, if any is good enough.
@@ -249,6 +275,8 @@ impl Mending<'_> {
 struct State {
     nearby: Nearby,
     edits: usize,
+    /// Triangles tried in vain.
+    in_vain: usize,
     /// How many edits had been kept when a triangle was last tried in vain,
     failed: HashMap<u32, usize>,
     /// and when one changed something at a vertex.
@@ -258,7 +286,7 @@ struct State {
 impl State {
     fn new(mesh: &StarMesh, spacing: f64) -> Self {
         let nearby = Nearby::new(mesh, spacing);
-        Self { nearby, edits: 0, failed: HashMap::new(), changed: HashMap::new() }
+        Self { nearby, edits: 0, in_vain: 0, failed: HashMap::new(), changed: HashMap::new() }
     }
 
     /// Whether a triangle was tried in vain and nothing has changed in the part around it since.
@@ -268,6 +296,7 @@ impl State {
     }
 
     fn failed(&mut self, t: u32) {
+        self.in_vain += 1;
         self.failed.insert(t, self.edits);
     }
 
