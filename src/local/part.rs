@@ -51,8 +51,8 @@ impl StarMesh {
         Part { mesh, vertices, triangles }
     }
 
-    /// Puts a changed part back; returns its triangles. None, and nothing is changed, if it has an edge that is
-    /// already elsewhere.
+    /// Puts a changed part back; returns its triangles. None, and nothing is changed, if it has an edge that
+    /// is already elsewhere.
     pub fn put_back(&mut self, part: &Part) -> Option<Vec<u32>> {
         let Part { mesh, vertices, triangles } = part;
         let old: Vec<(u32, u32)> = sorted(

@@ -135,8 +135,8 @@ fn what_is_collapsed_in_one_place_is_split_in_another() {
     assert_eq!(again.mesh, local.mesh);
 }
 
-/// A strip of this width and a length of 12, whose long sides are curves with vertices at distances of 1, those
-/// of one side above those of the other. A coarse field of triangles is beside it.
+/// A strip of this width and a length of 12, whose long sides are curves with vertices at distances of 1,
+/// those of one side above those of the other. A coarse field of triangles is beside it.
 fn strip(width: f64) -> (LocalMesh, TriMesh) {
     let length = 12u32;
     let row = |y: f64| (0..=length).map(move |x| DVec3::new(f64::from(x), y, 0.0));

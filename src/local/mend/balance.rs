@@ -11,8 +11,8 @@ const COSTS: [f64; 4] = [0.003, 0.02, 0.1, 0.4];
 const RELAXATIONS: u32 = 2;
 
 impl Mending<'_> {
-    /// Collapses the shortest edges inside patches, or splits the longest, where it does the least harm, until
-    /// there are as many vertices as before.
+    /// Collapses the shortest edges inside patches, or splits the longest, where it does the least harm,
+    /// until there are as many vertices as before.
     pub fn balance(&self, mesh: &mut StarMesh, state: &mut State) -> Result<()> {
         for cost in COSTS {
             if self.surplus(mesh) == 0 {

@@ -32,8 +32,8 @@ use rayon::prelude::*;
 const MIN_GAIN: f64 = 0.01;
 /// What another vertex costs, since one goes elsewhere for it.
 const COST_OF_VERTEX: f64 = 0.04;
-/// Largest shares of the vertices that may come from elsewhere; at the second try none, since the first did not
-/// get rid of them elsewhere.
+/// Largest shares of the vertices that may come from elsewhere; at the second try none, since the first did
+/// not get rid of them elsewhere.
 const MOST_ADDED: [f64; 2] = [0.05, 0.0];
 /// Passes over all triangles with small angles.
 const PASSES: u32 = 3;
@@ -172,8 +172,8 @@ impl Mending<'_> {
         Ok(())
     }
 
-    /// Tries each triangle with a small angle once, the smallest first, but for those around which nothing has
-    /// changed since they were tried last.
+    /// Tries each triangle with a small angle once, the smallest first, but for those around which nothing
+    /// has changed since they were tried last.
     fn pass(&self, mesh: &mut StarMesh, state: &mut State) -> Result<()> {
         let entry = |mesh: &StarMesh, t: u32| {
             let triangle = mesh.triangles[t as usize];
