@@ -69,7 +69,7 @@ impl AttemptCost {
             (FIT * fit, FIT * fit),
             (OUTLIERS * fit, 0.0),
             (CHECK * sites, CHECK * sites),
-            (mend, mend),
+            (mend, 0.0),
         ]);
         let (prepare, measure) = (PREPARE * triangles as f64, MEASURE * sites);
         let total = prepare + costs.iter().map(|(cost, _)| cost).sum::<f64>() + measure;

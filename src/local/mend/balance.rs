@@ -1,6 +1,8 @@
 //! The number of vertices restored after edits have changed it.
 
 use super::edits::Edit;
+use std::collections::HashSet;
+
 use super::{Mending, State};
 use crate::Result;
 use crate::local::star_mesh::{Place, StarMesh};
@@ -29,12 +31,12 @@ impl Mending<'_> {
             if !too_many {
                 edges.reverse();
             }
-            let mut touched = vec![false; mesh.points.len()];
+            let mut touched: HashSet<u32> = HashSet::new();
             for (_, a, b) in edges {
                 if self.surplus(mesh) == 0 {
                     return Ok(());
                 }
-                if touched[a as usize] || touched[b as usize] || mesh.at_edge(a, b).next().is_none() {
+                if touched.contains(&a) || touched.contains(&b) || mesh.at_edge(a, b).next().is_none() {
                     continue;
                 }
                 self.progress.poll()?;
@@ -57,7 +59,7 @@ impl Mending<'_> {
                 }
                 if let Some(new) = mesh.put_back(&trial) {
                     new.iter().for_each(|t| state.nearby.add(mesh, *t));
-                    part.vertices().iter().for_each(|v| touched[*v as usize] = true);
+                    touched.extend(part.vertices());
                 }
             }
         }

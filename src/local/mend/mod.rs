@@ -38,8 +38,12 @@ const MOST_ADDED: [f64; 2] = [0.05, 0.0];
 /// Passes over all triangles with small angles.
 const PASSES: u32 = 3;
 /// No more triangles are tried once so many, and as many as there were edits, were tried in vain: then the
-/// surface has more details than the mesh has vertices for.
-const IN_VAIN: usize = 100;
+/// surface has more details than the mesh has vertices for. For a mesh with no vertices,
+const IN_VAIN: usize = 20;
+/// for each vertex besides,
+const IN_VAIN_PER_VERTEX: f64 = 0.02;
+/// and at most.
+const MOST_IN_VAIN: usize = 300;
 /// Edits that leave at most this share of the cost are enough.
 const ENOUGH: f64 = 0.1;
 /// Largest distance of a curve from its edges that a change may lead to, in spacings,
@@ -183,12 +187,14 @@ impl Mending<'_> {
             self.cost.small_angle(mesh.corners(triangle)).map(|angle| Reverse((angle.to_bits(), t)))
         };
         let all = 0..mesh.triangles.len() as u32;
+        let in_vain = IN_VAIN + (IN_VAIN_PER_VERTEX * self.vertices as f64) as usize;
+        let in_vain = in_vain.min(MOST_IN_VAIN);
         let mut small: BinaryHeap<Reverse<(u64, u32)>> = all.filter_map(|t| entry(mesh, t)).collect();
         while let Some(Reverse((_, t))) = small.pop() {
             if mesh.triangles[t as usize][0] == NONE || self.is_corner_of_curves(mesh, t) {
                 continue;
             }
-            if state.in_vain > IN_VAIN + state.edits {
+            if state.in_vain > in_vain + state.edits || self.progress.leave_out() {
                 break;
             }
             self.progress.poll()?;

@@ -8,7 +8,7 @@ use crate::mesh::NONE;
 use crate::mesh::polyline::Polyline;
 use crate::polish::SlidingCurve;
 use crate::sites::on_surface::SitesOnSurface;
-use crate::{Phase, ProgressToken, Result};
+use crate::{Phase, ProgressToken, Result, TriMesh};
 
 /// What the polish knows of a mesh besides its triangles.
 pub(crate) struct Surroundings {
@@ -32,8 +32,12 @@ impl CoarseToFine<'_> {
         let Reporting { cost, progress, clock } = reporting;
         progress.phase(Phase::Mend, cost.mend.until, cost.mend.after)?;
         let before = level.mesh.clone();
-        let mended = progress.during(|p| self.mend_mesh(level, around, level_spacing, p))?;
+        let mut mended = progress.during(|p| self.mend_mesh(level, around, level_spacing, p))?;
         if !mended.origins.is_empty() {
+            // Sites without a triangle, in a component that local operations replace, are counted on.
+            let unused = unused_vertices(&before);
+            level.mesh.vertices.extend(unused.iter().map(|v| before.vertices[*v as usize]));
+            mended.origins.extend(unused);
             let count = level.intersecting_faces;
             let new = match count {
                 Some(_) => progress.during(|p| self.new_intersections(level, level_spacing, p))?.len(),
@@ -83,6 +87,13 @@ impl CoarseToFine<'_> {
         let triangles = origins.iter().enumerate().map(triangle).collect();
         level.sites = SitesOnSurface { positions, triangles };
     }
+}
+
+/// The vertices that no triangle uses.
+fn unused_vertices(mesh: &TriMesh) -> Vec<u32> {
+    let mut is_used = vec![false; mesh.vertices.len()];
+    mesh.triangles.as_flattened().iter().for_each(|v| is_used[*v as usize] = true);
+    (0..).zip(is_used).filter(|(_, used)| !used).map(|(v, _)| v).collect()
 }
 
 impl LevelCurves {
