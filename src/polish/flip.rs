@@ -58,7 +58,9 @@ fn pays(half_edges: &HalfEdgeMesh, points: &[DVec3], locked: Locked, valence_wei
     let ring @ [a, b, c, d] = half_edges.diamond(h, twin);
     let corners = ring.map(|v| points[v as usize]);
     let delaunay = angle_gain(corners);
-    let valence = valence_gain(half_edges, ring);
+    // Six neighbours are not what vertices on curves are to have.
+    let is_chord = locked.fixed[a as usize] && locked.fixed[b as usize];
+    let valence = if is_chord { 0.0 } else { valence_gain(half_edges, ring) };
     // This decides most edges, so it comes first.
     if delaunay + valence_weight * valence <= MIN_GAIN {
         return false;

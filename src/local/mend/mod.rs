@@ -34,7 +34,7 @@ const MIN_GAIN: f64 = 0.01;
 const COST_OF_VERTEX: f64 = 0.04;
 /// Largest shares of the vertices that may come from elsewhere; at the second try none, since the first did
 /// not get rid of them elsewhere.
-const MOST_ADDED: [f64; 2] = [0.05, 0.0];
+const MOST_ADDED: [f64; 2] = [0.1, 0.0];
 /// Passes over all triangles with small angles.
 const PASSES: u32 = 3;
 /// No more triangles are tried once so many, and as many as there were edits, were tried in vain: then the
