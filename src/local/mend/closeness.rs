@@ -14,18 +14,18 @@ const NEAR: f64 = 0.1;
 impl Mending<'_> {
     /// Whether no triangle is farther from the surface than one was before, nor the part before from it.
     pub fn stays_close(&self, before: &Part, after: &Part) -> bool {
-        let unchanged: Vec<[DVec3; 3]> = alive(&before.mesh).map(|t| before.mesh.corners(t)).collect();
+        let old: Vec<[DVec3; 3]> = alive(&before.mesh).map(|t| before.mesh.corners(t)).collect();
         let new: Vec<[DVec3; 3]> = alive(&after.mesh).map(|t| after.mesh.corners(t)).collect();
         let unit = self.spacing * before.mesh.largest_size();
         // Boundaries may be cut off.
         let near = unit * if before.mesh.has_boundary() { NEAR.max(STRAY_OF_BOUNDARY) } else { NEAR };
-        let is_new = |corners: &&[DVec3; 3]| !unchanged.contains(corners);
+        let is_new = |corners: &&[DVec3; 3]| !old.contains(corners);
         let is_gone = |corners: &&[DVec3; 3]| !new.contains(corners);
         let farthest = |list: &mut dyn Iterator<Item = &[DVec3; 3]>| {
             let samples = list.flat_map(|corners| samples(*corners));
             samples.map(|p| self.target.nearest(p).map_or(0.0, |(q, _)| q.distance(p))).fold(0.0, f64::max)
         };
-        let was = farthest(&mut unchanged.iter().filter(is_gone));
+        let was = farthest(&mut old.iter().filter(is_gone));
         let limit = near.max(was);
         if farthest(&mut new.iter().filter(is_new)) > limit {
             return false;
@@ -34,7 +34,7 @@ impl Mending<'_> {
             new.iter()
                 .any(|corners| closest_on_triangle(p, *corners).point.distance_squared(p) <= limit * limit)
         };
-        unchanged.iter().filter(is_gone).flat_map(|corners| samples(*corners)).all(is_covered)
+        old.iter().filter(is_gone).flat_map(|corners| samples(*corners)).all(is_covered)
     }
 }
 

@@ -19,7 +19,7 @@ const MIN_GAIN: f64 = 1e-5;
 const TIP: f64 = 0.3;
 
 impl Mending<'_> {
-    /// Moves every vertex once that is not frozen and has bad triangles around it; returns how many moved.
+    /// Moves every vertex once that is not frozen and has bad angles around it; returns how many moved.
     pub fn smooth(&self, mesh: &mut StarMesh) -> usize {
         let mut moves = 0;
         for v in 0..mesh.points.len() as u32 {
