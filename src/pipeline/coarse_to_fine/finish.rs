@@ -46,19 +46,20 @@ impl CoarseToFine<'_> {
         reporting: &mut Reporting,
     ) -> Result<(LevelMesh, Option<Fault>)> {
         let mut left = DENSIFICATIONS;
+        let mut flips_chords = level.on_curves.is_some();
         loop {
             let faces = level.mesh.triangles.clone();
             if !level.is_sound {
                 // Of a single component nothing will be left; if local operations fail too, what there is has
                 // worse faults than uneven triangles.
                 if !self.is_replaced_as_a_whole() {
-                    let around = self.polish_and_fit(&mut level, reporting)?;
+                    let around = self.polish_and_fit(&mut level, flips_chords, reporting)?;
                     self.mend(&mut level, (around, 0), level_spacing, reporting)?;
                 }
                 let fault = Fault { kind: FaultKind::Topology, at: level.faulty_place };
                 return Ok((level, Some(fault)));
             }
-            let around = self.polish_and_fit(&mut level, reporting)?;
+            let around = self.polish_and_fit(&mut level, flips_chords, reporting)?;
             let Reporting { cost, progress, clock } = &mut *reporting;
             progress.phase(Phase::Check, cost.check.until, cost.check.after)?;
             let intersecting = progress.during(|p| self.new_intersections(&mut level, level_spacing, p))?;
@@ -68,12 +69,20 @@ impl CoarseToFine<'_> {
                 let fault = reporting.progress.during(|p| self.fault_of_shape(&level, level_spacing, p))?;
                 return Ok((level, fault));
             }
+            if flips_chords {
+                // In thin walls, flips between curves may be what made faces intersect.
+                flips_chords = false;
+                level.mesh = TriMesh { vertices: level.sites.positions.clone(), triangles: faces };
+                continue;
+            }
             let destinations: Vec<BrokenCell> =
                 intersecting.iter().filter_map(|t| self.beside(&level.mesh, *t)).collect();
             let (fixed, sizes) = (level.fixed(), &self.model.sizes);
             let of = ConnectedSites { faces: &faces, fixed: &fixed, spacing: level_spacing, sizes };
             if left == 0 || !densify(&mut level.sites, &of, &destinations) {
-                self.mend(&mut level, (around, intersecting.len()), level_spacing, reporting)?;
+                if !self.is_replaced_as_a_whole() {
+                    self.mend(&mut level, (around, intersecting.len()), level_spacing, reporting)?;
+                }
                 let kind = FaultKind::Intersections(intersecting.len());
                 let at = destinations.first().map(|b| b.farthest.0);
                 return Ok((level, Some(Fault { kind, at })));
@@ -129,13 +138,20 @@ impl CoarseToFine<'_> {
         Some(BrokenCell { site: mesh.triangles[t as usize][0], farthest })
     }
 
-    /// Improves the triangles and fits them to the surface. Vertices on curves stay on their curve.
-    fn polish_and_fit(&self, level: &mut LevelMesh, reporting: &mut Reporting) -> Result<Surroundings> {
+    /// Improves the triangles and fits them to the surface. Vertices on curves stay on their curve. Whether edges
+    /// between two of them are flipped is up to the caller.
+    fn polish_and_fit(
+        &self,
+        level: &mut LevelMesh,
+        flips_chords: bool,
+        reporting: &mut Reporting,
+    ) -> Result<Surroundings> {
         let Reporting { cost, progress, clock } = reporting;
         let target = &self.model.target;
         let fixed = level.fixed();
         let curve_edges = level.curve_edges();
         let patches = self.patches(level, &fixed, &curve_edges);
+        let curve_edges = if flips_chords { curve_edges } else { EdgeSet::new() };
         progress.phase(Phase::Polish, cost.polish.until, cost.polish.after)?;
         let sliding_curves =
             level.on_curves.as_ref().map_or_else(Vec::new, |curves| self.sliding_curves(curves));
