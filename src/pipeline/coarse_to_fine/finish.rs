@@ -138,8 +138,8 @@ impl CoarseToFine<'_> {
         Some(BrokenCell { site: mesh.triangles[t as usize][0], farthest })
     }
 
-    /// Improves the triangles and fits them to the surface. Vertices on curves stay on their curve. Whether edges
-    /// between two of them are flipped is up to the caller.
+    /// Improves the triangles and fits them to the surface. Vertices on curves stay on their curve. Whether
+    /// edges between two of them are flipped is up to the caller.
     fn polish_and_fit(
         &self,
         level: &mut LevelMesh,
