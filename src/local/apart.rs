@@ -4,12 +4,30 @@ use glam::DVec3;
 
 use super::star_mesh::StarMesh;
 use crate::mesh::intersections::{count_intersecting, intersecting_faces};
+use crate::mesh::triangle::doubled_normal;
 use crate::{ProgressToken, TriMesh};
 
 /// Triangles up to which each is compared with each.
 const FEW: usize = 150;
 
+/// Below this cosine of the normals before and after, triangles may run into others around.
+const APART: f64 = 0.95;
+
 impl StarMesh {
+    /// Whether all these triangles keep about their direction with their vertices `at` new places, so that
+    /// they hardly run into others around.
+    pub fn turn_little(
+        &self,
+        mut triangles: impl Iterator<Item = [u32; 3]>,
+        at: impl Fn(u32) -> DVec3,
+    ) -> bool {
+        triangles.all(|triangle| {
+            let [n, m] = [self.corners(triangle), triangle.map(&at)].map(doubled_normal);
+            let lengths = n.length() * m.length();
+            lengths > 0.0 && n.dot(m) >= APART * lengths
+        })
+    }
+
     /// The triangles around the neighbours of some vertices.
     pub fn around(&self, vertices: &[u32]) -> Vec<[u32; 3]> {
         let near = vertices.iter().flat_map(|v| self.neighbours(*v));

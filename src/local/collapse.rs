@@ -21,8 +21,6 @@ const CAPS: [(f64, usize); 8] =
     [(0.3, 5), (0.5, 4), (0.7, 3), (0.9, 3), (1.2, 3), (1.6, 4), (f64::INFINITY, 5), (f64::INFINITY, 6)];
 /// Edges up to this length may take a corner along where angles are mended, in target lengths.
 const CORNERS: f64 = 0.05;
-/// Below this cosine of the normals before and after, triangles may run into others.
-const APART: f64 = 0.95;
 /// Collapses between two looks at whether to go on.
 const BETWEEN_POLLS: u32 = 256;
 
@@ -41,7 +39,7 @@ pub(super) struct Limits {
     distance: f64,
     /// Largest distance of a curve from its edges, in target lengths.
     deviation: f64,
-    /// Longest edge by which a corner may move, in target lengths.
+    /// Longest edge by which a corner may move, in target lengths; 0 if none may.
     corners: f64,
 }
 
@@ -190,7 +188,7 @@ impl StarMesh {
         let collapse = self.collapse(a, b, limits, polylines)?;
         let keeps = self.keeps_topology(collapse.gone, collapse.kept)
             && self.keeps_shape(&collapse, limits)
-            && (self.turns_little(&collapse) || self.collapse_stays_apart(&collapse));
+            && (self.collapse_turns_little(&collapse) || self.collapse_stays_apart(&collapse));
         if !keeps {
             return None;
         }
@@ -240,9 +238,12 @@ impl StarMesh {
         }
     }
 
-    /// The collapse by which a corner moves along a curve to the next vertex: on a boundary with two edges if
-    /// that cuts off little, elsewhere if it is near.
+    /// The collapse by which a corner moves along a curve to the next vertex, if the limits let corners move:
+    /// on a boundary with two edges if that cuts off little, elsewhere if it is near.
     fn corner_moves(&self, gone: u32, kept: u32, limits: &Limits) -> Option<Collapse> {
+        if limits.corners == 0.0 {
+            return None;
+        }
         self.curves.get(gone, kept)?;
         let length = limits.length * self.size(gone, kept);
         let [p, q] = [gone, kept].map(|v| self.points[v as usize]);
@@ -343,14 +344,11 @@ impl StarMesh {
         nearest.iter().all(|distance| distance.sqrt() <= limits.distance * length)
     }
 
-    /// Whether all triangles keep about their direction, so that they cannot run into others around.
-    fn turns_little(&self, collapse: &Collapse) -> bool {
+    fn collapse_turns_little(&self, collapse: &Collapse) -> bool {
         let Collapse { gone, kept, to, .. } = *collapse;
         let at = |w: u32| if w == gone || w == kept { to } else { self.points[w as usize] };
-        self.moved(gone, kept).chain(self.moved(kept, gone)).all(|(_, triangle)| {
-            let [n, m] = [self.corners(triangle), triangle.map(at)].map(doubled_normal);
-            n.dot(m) >= APART * n.length() * m.length()
-        })
+        let moved = self.moved(gone, kept).chain(self.moved(kept, gone));
+        self.turn_little(moved.map(|(_, triangle)| triangle), at)
     }
 
     /// Whether no more triangles around intersect after the collapse.

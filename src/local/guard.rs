@@ -1,7 +1,6 @@
 //! Operations that are undone where they make triangles run into others.
 
 use super::star_mesh::StarMesh;
-use crate::mesh::NONE;
 use crate::mesh::intersections::intersecting_faces;
 use crate::{ProgressToken, Result, TriMesh};
 
@@ -51,7 +50,7 @@ impl Guard<'_> {
 impl StarMesh {
     /// The vertices of triangles that intersect others, with repetitions.
     fn intersecting(&self, progress: &ProgressToken) -> Result<Vec<u32>> {
-        let alive: Vec<[u32; 3]> = self.triangles.iter().filter(|t| t[0] != NONE).copied().collect();
+        let alive: Vec<[u32; 3]> = self.alive().collect();
         let mesh = TriMesh { vertices: self.points.clone(), triangles: alive };
         let faces = intersecting_faces(&mesh, progress)?;
         Ok(faces.into_iter().flat_map(|t| mesh.triangles[t as usize]).collect())

@@ -75,6 +75,7 @@ impl StarMesh {
             if let Some(name) = names.get(v).copied() {
                 let name = name as usize;
                 self.points[name] = mesh.points[v];
+                self.places[name] = mesh.places[v];
                 self.ranks[name] = mesh.ranks[v];
                 if !self.sizes.is_empty() {
                     self.sizes[name] = mesh.sizes[v];
@@ -136,10 +137,8 @@ impl Part {
 
     /// Whether no more triangles intersect than before.
     pub fn stays_apart_from(&self, before: &Self) -> bool {
-        let alive = |mesh: &StarMesh| -> Vec<[u32; 3]> {
-            mesh.triangles.iter().filter(|t| t[0] != NONE).copied().collect()
-        };
-        before.mesh.stays_apart(&alive(&before.mesh), &alive(&self.mesh), |v| self.mesh.points[v as usize])
+        let [old, new] = [before, self].map(|part| part.mesh.alive().collect::<Vec<_>>());
+        before.mesh.stays_apart(&old, &new, |v| self.mesh.points[v as usize])
     }
 }
 
@@ -152,4 +151,79 @@ fn sorted<T: Ord>(list: impl Iterator<Item = T>) -> Vec<T> {
     list.sort_unstable();
     list.dedup();
     list
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::local::collapse::Limits;
+    use crate::local::star_mesh::Place;
+    use crate::local::{CurveEdge, LocalMesh};
+    use crate::mesh::polyline::Polyline;
+    use crate::polish::SlidingCurve;
+    use crate::{TriMesh, mesh::topology::topology};
+    use glam::DVec3;
+
+    /// A square of 6 x 6 cells, with a curve along its middle row that bends up sharply at its second vertex,
+    /// close to its end.
+    fn bent() -> (StarMesh, Vec<Polyline>) {
+        let at = |i: u32, j: u32| match (i, j) {
+            (2, 3) => DVec3::new(1.03, 3.0, 0.0),
+            (3, 3) => DVec3::new(1.5, 3.7, 0.0),
+            _ => DVec3::new(f64::from(i), f64::from(j), 0.0),
+        };
+        let vertices = (0..7).flat_map(|j| (0..7).map(move |i| at(i, j))).collect();
+        let cell = |i: u32, j: u32| {
+            [[i + 7 * j, i + 1 + 7 * j, i + 7 * j + 7], [i + 1 + 7 * j, i + 8 + 7 * j, i + 7 * j + 7]]
+        };
+        let triangles = (0..6).flat_map(|j| (0..6).flat_map(move |i| cell(i, j))).collect();
+        let on_curve: Vec<u32> = (22..=26).collect();
+        let mesh = TriMesh { vertices, triangles };
+        let line = Polyline::new(on_curve.iter().map(|v| mesh.vertices[*v as usize]).collect(), false);
+        let arc = |k: usize| line.arc_length_at(k);
+        let edge = |k: usize| CurveEdge {
+            ends: [on_curve[k], on_curve[k + 1]],
+            curve: 0,
+            from: arc(k),
+            to: arc(k + 1),
+        };
+        let curve_edges = (0..4).map(edge).collect();
+        let sliders = (1..4).map(|k| (on_curve[k], arc(k))).collect();
+        let mut fixed = vec![false; 49];
+        on_curve.iter().for_each(|v| fixed[*v as usize] = true);
+        let sliding_curves = vec![SlidingCurve { line: line.clone(), sliders }];
+        let local = LocalMesh { mesh, fixed, curve_edges, sliding_curves, ..LocalMesh::default() };
+        (StarMesh::from_local(&local), vec![line])
+    }
+
+    #[test]
+    fn an_unchanged_part_changes_nothing() {
+        let (mut mesh, lines) = bent();
+        let before = mesh.clone().into_local_mesh(&lines);
+        let part = mesh.part_around(&[24]);
+        let new = mesh.put_back(&part).unwrap();
+        assert_eq!(new.len(), part.mesh.triangles.len());
+        let after = mesh.into_local_mesh(&lines);
+        assert_eq!(after.mesh.vertices, before.mesh.vertices);
+        let in_order = |mesh: &TriMesh| sorted(mesh.triangles.iter().copied());
+        assert_eq!(in_order(&after.mesh), in_order(&before.mesh));
+        assert_eq!((after.curve_edges, after.fixed), (before.curve_edges, before.fixed));
+    }
+
+    #[test]
+    fn a_vertex_that_takes_over_a_corner_is_one() {
+        let (mut mesh, lines) = bent();
+        let mut part = mesh.part_around(&[23]);
+        let [corner, bend] = part.numbers([22, 23]).unwrap();
+        assert_eq!([corner, bend].map(|v| part.mesh.places[v as usize]), [Place::Corner, Place::Curve]);
+        let kept = part.mesh.collapse_edge(corner, bend, &Limits::of_mending(1.0, 1e-3), &lines);
+        assert_eq!(kept, Some(bend));
+        mesh.put_back(&part).unwrap();
+        assert_eq!((mesh.places[23], mesh.used()), (Place::Corner, 48));
+        let after = mesh.into_local_mesh(&lines);
+        let topology = topology(&after.mesh);
+        assert_eq!((topology.euler, topology.boundary_edges, topology.faces), (1, 24, 70));
+        assert_eq!(after.sliding_curves[0].sliders.len(), 2);
+        assert_eq!(after.curve_edges.len(), 3);
+    }
 }

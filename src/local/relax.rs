@@ -15,9 +15,6 @@ const PASSES: u32 = 4;
 const TIP: f64 = 0.5;
 /// Where more than this share of the normals is left, triangles around a vertex do not run into others.
 const FLAT: f64 = 0.9;
-/// Above this cosine of the normals before and after, triangles around a vertex hardly run into
-/// others.
-const APART: f64 = 0.95;
 /// Largest distance of the curve from an edge after a slide, as a share of the edge's length.
 const MAX_DEVIATION: f64 = 0.05;
 /// Longest slide, as a share of the way to the next vertex.
@@ -74,16 +71,9 @@ impl StarMesh {
         }
     }
 
-    /// Whether all triangles around `v` keep about their direction, so that they hardly run into
-    /// others there.
     fn turns_little_at(&self, v: u32, to: DVec3) -> bool {
-        self.star[v as usize].iter().all(|t| {
-            let triangle = self.triangles[*t as usize];
-            let new = triangle.map(|w| if w == v { to } else { self.points[w as usize] });
-            let [n, m] = [self.corners(triangle), new].map(doubled_normal);
-            let lengths = n.length() * m.length();
-            lengths > 0.0 && n.dot(m) >= APART * lengths
-        })
+        let around = self.star[v as usize].iter().map(|t| self.triangles[*t as usize]);
+        self.turn_little(around, |w| if w == v { to } else { self.points[w as usize] })
     }
 
     fn size_at(&self, v: u32) -> f64 {

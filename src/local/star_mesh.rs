@@ -148,9 +148,14 @@ impl StarMesh {
         self.star[a as usize].iter().copied().filter(move |t| self.triangles[*t as usize].contains(&b))
     }
 
+    /// The triangles that are not gone.
+    pub fn alive(&self) -> impl Iterator<Item = [u32; 3]> {
+        self.triangles.iter().copied().filter(|triangle| triangle[0] != NONE)
+    }
+
     /// All edges, each once, the smaller vertex first; ascending.
     pub fn edges(&self) -> Vec<(u32, u32)> {
-        edges_of(self.triangles.iter().copied().filter(|triangle| triangle[0] != NONE))
+        edges_of(self.alive())
     }
 
     /// The relative target length of an edge.

@@ -3,7 +3,6 @@
 use glam::DVec3;
 
 use crate::local::star_mesh::StarMesh;
-use crate::mesh::NONE;
 
 /// Angles below this, in degrees, cost something: more than the least angle, so that what is mended does not
 /// fall back.
@@ -25,9 +24,9 @@ pub(super) struct AngleCost {
 }
 
 impl AngleCost {
-    /// For a least angle in degrees.
+    /// For a least angle in degrees, at most [`NARROW`].
     pub fn new(least: f64) -> Self {
-        Self { least: least.to_radians(), narrow_sq: NARROW.max(least).to_radians().cos().powi(2) }
+        Self { least: least.to_radians(), narrow_sq: NARROW.to_radians().cos().powi(2) }
     }
 
     /// The smallest angle of a triangle if it is below the least one, in radians; 0 if it has no area.
@@ -62,8 +61,7 @@ impl AngleCost {
 
     /// What all triangles of a mesh cost.
     pub fn of_all(&self, mesh: &StarMesh) -> f64 {
-        let alive = mesh.triangles.iter().filter(|t| t[0] != NONE);
-        alive.map(|t| self.of(mesh.corners(*t))).sum()
+        mesh.alive().map(|t| self.of(mesh.corners(t))).sum()
     }
 
     /// What the triangles around a vertex cost if it were at `to`.

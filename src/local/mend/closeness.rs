@@ -5,7 +5,6 @@ use glam::DVec3;
 use super::{Mending, STRAY_OF_BOUNDARY};
 use crate::local::part::Part;
 use crate::local::star_mesh::StarMesh;
-use crate::mesh::NONE;
 use crate::mesh::triangle::closest_on_triangle;
 
 /// Distance from the surface, and of the part before from that after, that does not count, in target lengths.
@@ -14,8 +13,8 @@ const NEAR: f64 = 0.1;
 impl Mending<'_> {
     /// Whether no triangle is farther from the surface than one was before, nor the part before from it.
     pub fn stays_close(&self, before: &Part, after: &Part) -> bool {
-        let old: Vec<[DVec3; 3]> = alive(&before.mesh).map(|t| before.mesh.corners(t)).collect();
-        let new: Vec<[DVec3; 3]> = alive(&after.mesh).map(|t| after.mesh.corners(t)).collect();
+        let old: Vec<[DVec3; 3]> = before.mesh.alive().map(|t| before.mesh.corners(t)).collect();
+        let new: Vec<[DVec3; 3]> = after.mesh.alive().map(|t| after.mesh.corners(t)).collect();
         let unit = self.spacing * before.mesh.largest_size();
         // Boundaries may be cut off.
         let near = unit * if before.mesh.has_boundary() { NEAR.max(STRAY_OF_BOUNDARY) } else { NEAR };
@@ -52,10 +51,6 @@ impl StarMesh {
     fn largest_size(&self) -> f64 {
         if self.sizes.is_empty() { 1.0 } else { self.sizes.iter().copied().fold(0.0, f64::max) }
     }
-}
-
-fn alive(mesh: &StarMesh) -> impl Iterator<Item = [u32; 3]> {
-    mesh.triangles.iter().filter(|t| t[0] != NONE).copied()
 }
 
 /// Corners, middles of sides and the centre.

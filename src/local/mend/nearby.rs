@@ -57,8 +57,8 @@ impl Nearby {
     /// Whether no more triangles intersect once a part of the mesh has changed, those near it included.
     pub fn stays_apart(&self, mesh: &StarMesh, before: &Part, after: &Part) -> bool {
         let mut near = self.large.clone();
-        for triangle in after.mesh.triangles.iter().filter(|t| t[0] != NONE) {
-            match self.cells_of(&after.mesh.corners(*triangle)) {
+        for triangle in after.mesh.alive() {
+            match self.cells_of(&after.mesh.corners(triangle)) {
                 Some(cells) => near.extend(cells.filter_map(|cell| self.cells.get(&cell)).flatten()),
                 None => return after.stays_apart_from(before),
             }
@@ -70,10 +70,8 @@ impl Nearby {
         let count = after.mesh.points.len().max(before.mesh.points.len()) as u32;
         let number = |v: u32| before.number(v).unwrap_or(count + v);
         let others: Vec<[u32; 3]> = near.iter().map(|t| mesh.triangles[*t as usize].map(number)).collect();
-        let with = |part: &Part| -> Vec<[u32; 3]> {
-            let alive = part.mesh.triangles.iter().filter(|t| t[0] != NONE);
-            alive.chain(&others).copied().collect()
-        };
+        let with =
+            |part: &Part| -> Vec<[u32; 3]> { part.mesh.alive().chain(others.iter().copied()).collect() };
         let at = |part: &StarMesh, v: u32| match v.checked_sub(count) {
             Some(v) => mesh.points[v as usize],
             None => part.points[v as usize],
