@@ -19,7 +19,7 @@ pub struct MethodArgs {
     /// Keep vertices exactly on the input surface
     ///
     /// By default they leave it slightly, so that the triangles fit the surface better.
-    #[arg(long, help_heading = SHAPE)]
+    #[arg(long, help_heading = SHAPE, hide_short_help = true)]
     no_fit: bool,
     /// Mend triangles with a smaller angle by local edits [default: 30]
     ///

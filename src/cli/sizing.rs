@@ -14,6 +14,13 @@ pub struct SizingArgs {
     /// vertex.
     #[arg(long, value_name = "HOW", value_parser = how)]
     sizing: Option<How>,
+    /// Largest distance between the meshes, as 0.02 or 0.1%; sets edge lengths
+    ///
+    /// In the input's units, or in percent of its diagonal. No point of either mesh is farther than that from
+    /// the other one, which is certified. Without -n the result has as few vertices as that takes, in several
+    /// runs; with it, as small a distance as so many vertices allow.
+    #[arg(long, value_name = "LENGTH", value_parser = length, conflicts_with = "sizing")]
+    max_deviation: Option<Length>,
     /// How strongly curvature shortens edges, with --sizing curvature: 0 to 3 [default: 1]
     ///
     /// 0: not at all; 1: faces deviate equally far everywhere; 2: faces meet at equal angles everywhere.
@@ -61,7 +68,7 @@ fn length(text: &str) -> Result<Length, String> {
 impl SizingArgs {
     /// Whether edge lengths are to differ.
     pub fn differs(&self) -> bool {
-        self.sizing.as_ref().is_some_and(|how| *how != How::Uniform)
+        self.max_deviation.is_some() || self.sizing.as_ref().is_some_and(|how| *how != How::Uniform)
     }
 
     /// Puts what was asked for into the options; numbers of the vertices come with [`SizingArgs::read`].
@@ -70,20 +77,23 @@ impl SizingArgs {
     /// [`Error::Usage`] for options that do nothing.
     pub fn put(&self, options: &mut Options) -> rtfmesh::Result<()> {
         let how = self.sizing.as_ref().unwrap_or(&How::Uniform);
+        let differ = *how != How::Uniform || self.max_deviation.is_some();
+        let others = "curvature or property:NAME, or --max-deviation";
         let given = [
             ("--gradation", self.gradation.is_some(), *how == How::Curvature, "curvature"),
-            ("--min-edge", self.min_edge.is_some(), *how != How::Uniform, "curvature or property:NAME"),
-            ("--max-edge", self.max_edge.is_some(), *how != How::Uniform, "curvature or property:NAME"),
-            ("--growth", self.growth.is_some(), *how != How::Uniform, "curvature or property:NAME"),
+            ("--min-edge", self.min_edge.is_some(), differ, others),
+            ("--max-edge", self.max_edge.is_some(), differ, others),
+            ("--growth", self.growth.is_some(), differ, others),
         ];
         if let Some((name, .., of)) = given.iter().find(|(_, given, does, _)| *given && !does) {
             let problem = format!("{name} needs --sizing {of}");
             return Err(Error::usage(problem, "leave it out, or add that"));
         }
-        options.coarse_to_fine.sizing = match how {
-            How::Uniform => Sizing::Uniform,
-            How::Curvature => Sizing::Curvature { gradation: self.gradation.unwrap_or(1.0) },
-            How::Property(_) => Sizing::Given(Vec::new()),
+        options.coarse_to_fine.sizing = match (how, self.max_deviation) {
+            (_, Some(most)) => Sizing::Deviation(most),
+            (How::Uniform, None) => Sizing::Uniform,
+            (How::Curvature, None) => Sizing::Curvature { gradation: self.gradation.unwrap_or(1.0) },
+            (How::Property(_), None) => Sizing::Given(Vec::new()),
         };
         (options.coarse_to_fine.min_edge, options.coarse_to_fine.max_edge) = (self.min_edge, self.max_edge);
         options.coarse_to_fine.growth = self.growth.unwrap_or(options.coarse_to_fine.growth);

@@ -3,7 +3,7 @@
 use super::files::{input_name, tell_notes};
 use super::heading::SIZE;
 use rtfmesh::mesh::repair::{Repaired, repair_with};
-use rtfmesh::{Options, Result, Size, TriMesh};
+use rtfmesh::{Options, Result, Size, Sizing, TriMesh};
 use std::path::Path;
 
 /// At most one of these; none means as many vertices as the input has.
@@ -97,6 +97,10 @@ pub fn count(
 ) -> Result<Option<Repaired>> {
     if let Size::Vertices(count) = size {
         options.vertices = count;
+        return Ok(None);
+    }
+    if size == Size::AsInput && matches!(options.coarse_to_fine.sizing, Sizing::Deviation(_)) {
+        options.vertices = 0;
         return Ok(None);
     }
     let in_file = |error: rtfmesh::Error| error.in_file(input_name(path));

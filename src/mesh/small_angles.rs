@@ -17,14 +17,38 @@ pub struct SmallAngles {
     pub between_curves: usize,
 }
 
+/// Where a triangle with a small angle is.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) enum SmallAnglePlace {
+    /// Two sharp or boundary edges meet at that angle.
+    Corner,
+    /// All vertices are on such edges.
+    BetweenCurves,
+    Elsewhere,
+}
+
 /// The triangles of a mesh with an angle below `limit`. Edges are sharp where the surface turns by at least
 /// `feature_angle`. Both are in degrees. Panics if an index is out of range.
 pub fn small_angles(mesh: &TriMesh, limit: f64, feature_angle: f64) -> SmallAngles {
+    let places = small_angle_places(mesh, limit, feature_angle);
+    let count = |place| places.iter().filter(|(_, other)| *other == place).count();
+    SmallAngles {
+        faces: places.len(),
+        at_corners: count(SmallAnglePlace::Corner),
+        between_curves: count(SmallAnglePlace::BetweenCurves),
+    }
+}
+
+/// The triangles that [`small_angles`] counts.
+pub(crate) fn small_angle_places(
+    mesh: &TriMesh,
+    limit: f64,
+    feature_angle: f64,
+) -> Vec<(usize, SmallAnglePlace)> {
     let is_small = |t: &usize| TriangleQuality::new(mesh.corners(*t)).min_angle() < limit;
     let small: Vec<usize> = (0..mesh.triangles.len()).filter(is_small).collect();
-    let mut found = SmallAngles { faces: small.len(), ..SmallAngles::default() };
     if small.is_empty() {
-        return found;
+        return Vec::new();
     }
     let least = feature_angle.to_radians().cos();
     let turns = |edge: &&[HalfEdge]| match edge {
@@ -37,16 +61,18 @@ pub fn small_angles(mesh: &TriMesh, limit: f64, feature_angle: f64) -> SmallAngl
     let sharp: HashSet<(u32, u32)> =
         EdgeTable::new(&mesh.triangles).edges().filter(turns).map(|edge| edge[0].ends()).collect();
     let on_sharp: HashSet<u32> = sharp.iter().flat_map(|(a, b)| [*a, *b]).collect();
-    for t in small {
+    let place = |t: usize| {
         let triangle = mesh.triangles[t];
         let angles = TriangleQuality::new(mesh.corners(t)).angles;
         let k = (0..3).min_by(|a, b| angles[*a].total_cmp(&angles[*b])).unwrap_or(0);
         let [a, b, c] = [k, k + 1, k + 2].map(|k| triangle[k % 3]);
         if sharp.contains(&edge_key(a, b)) && sharp.contains(&edge_key(a, c)) {
-            found.at_corners += 1;
+            (t, SmallAnglePlace::Corner)
         } else if triangle.iter().all(|v| on_sharp.contains(v)) {
-            found.between_curves += 1;
+            (t, SmallAnglePlace::BetweenCurves)
+        } else {
+            (t, SmallAnglePlace::Elsewhere)
         }
-    }
-    found
+    };
+    small.into_iter().map(place).collect()
 }

@@ -56,6 +56,10 @@ pub enum Sizing {
     },
     /// In proportion to these numbers, one for each vertex of the input, all above 0.
     Given(Vec<f64>),
+    /// As long as it takes for no point of the result to be farther than this from the input, nor the other
+    /// way round, in several runs. With [`Options::vertices`](crate::Options::vertices) 0 the result has as
+    /// few vertices as that takes, else as many as asked for and the smallest distance that these allow.
+    Deviation(Length),
 }
 
 /// Lines along edges of the input that the result keeps.
@@ -167,6 +171,16 @@ impl CoarseToFineOptions {
         {
             let problem = format!("`gradation` {gradation} is out of range");
             return Err(Error::option("sizing", problem, format!("use 0 to {MAX_GRADATION}, such as 1")));
+        }
+        if let Sizing::Deviation(Length::Units(most) | Length::OfDiagonal(most)) = self.sizing
+            && !(most > 0.0 && most.is_finite())
+        {
+            let problem = format!("the largest deviation {most} is out of range");
+            return Err(Error::option(
+                "sizing",
+                problem,
+                "give a length above 0, such as 0.1 % of the diagonal",
+            ));
         }
         if !(self.growth > 0.0 && self.growth <= MAX_GROWTH) {
             let problem = format!("`growth` {} is out of range", self.growth);

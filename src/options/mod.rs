@@ -60,7 +60,7 @@ pub enum Method {
 #[non_exhaustive]
 #[serde(default = "Options::without_vertices", deny_unknown_fields)]
 pub struct Options {
-    /// Vertices of the result, at least 4.
+    /// Vertices of the result, at least 4; with [`Sizing::Deviation`] also 0, for as few as that takes.
     pub vertices: usize,
     /// Which method.
     pub method: Method,
@@ -207,7 +207,8 @@ impl Options {
     /// # Errors
     /// [`Error::Usage`] that names the field.
     pub fn validate(&self) -> Result<()> {
-        if self.vertices < 4 {
+        let are_counted = self.vertices > 0 || !matches!(self.coarse_to_fine.sizing, Sizing::Deviation(_));
+        if are_counted && self.vertices < 4 {
             let problem = format!("{} vertices cannot make a closed surface", self.vertices);
             return Err(Error::option("vertices", problem, "ask for at least 4"));
         }

@@ -5,6 +5,7 @@ use crate::measure::{Measures, relative_volume};
 use crate::mesh::repair::{Cracks, RepairCounts, cracks};
 use crate::mesh::topology::Topology;
 use crate::options::Options;
+use crate::pipeline::deviation::DeviationSummary;
 use crate::pipeline::missing::MISSING;
 use crate::pipeline::rounding::Rounding;
 use crate::pipeline::sides::are_opposite;
@@ -73,6 +74,8 @@ pub(crate) struct WarningInput<'a> {
     pub rounding: Option<&'a Rounding>,
     /// The repaired input itself.
     pub input_mesh: &'a TriMesh,
+    /// What a largest deviation led to, if one was asked for.
+    pub deviation: Option<DeviationSummary>,
     /// The longest edges asked for, in percent of the diagonal of the input's bounding box.
     pub edge: f64,
 }
@@ -147,6 +150,7 @@ pub(crate) fn warnings(of: &WarningInput) -> Vec<String> {
             counted(intersecting, ["face intersects", "faces intersect"])
         ),
     );
+    list.extend(of.deviation.and_then(|deviation| deviation.warning(options.vertices)));
     list.extend(of.fault.clone());
     if input.boundary_edges > 0 {
         list.extend(cracks(of.input_mesh).as_ref().map(describe_cracks));

@@ -4,6 +4,7 @@ mod all_at_once;
 mod clock;
 mod coarse_to_fine;
 mod cost;
+mod deviation;
 mod fallback;
 mod intersections;
 mod measuring;
@@ -24,12 +25,14 @@ mod user_curves;
 use crate::gpu::Device;
 use crate::mesh::repair::Repaired;
 use crate::mesh::spacing;
-use crate::options::{MeasureDepth, Options};
+use crate::mesh::submesh::append;
+use crate::options::{MeasureDepth, Options, Sizing};
 use crate::progress::ProgressReporter;
 use crate::{Error, Flow, Phase, Progress, ProgressToken, Result, TriMesh};
 use all_at_once::AllAtOnce;
 use clock::Clock;
 use coarse_to_fine::attempts::Attempts;
+use deviation::{Course, make_within, with_measures};
 use intersections::InputIntersections;
 use measuring::{Measuring, correspondence_of};
 use messages::{WarningInput, remarks, warnings};
@@ -37,6 +40,7 @@ use outcome::Outcome;
 use prepare::Prepared;
 use rounding::Rounding;
 
+pub use deviation::DeviationSummary;
 #[cfg(feature = "html")]
 pub(crate) use prepare::for_repaired;
 pub(crate) use prepare::{compile, compile_later};
@@ -84,6 +88,7 @@ pub fn remesh_repaired<F: Into<Flow>>(
 ) -> Result<Remeshed> {
     options.validate()?;
     let mut callback = |now| progress(now).into();
+    let options = &with_measures(options);
     run(device, mesh, repaired, options, &mut ProgressReporter::new(&mut callback))
 }
 
@@ -97,11 +102,20 @@ fn run(
     // Earlier runs on the same device do not count.
     device.take_timings();
     let mut clock = Clock::new();
-    let mut prepared = progress.during(|progress| prepare(device, mesh, repaired, options, progress))?;
-    clock.phase("prepare");
+    let input = RunInput { mesh, repaired, options, lengths: None, deviation: None, attempts: 0 };
+    let made = make_as_asked(device, input, progress, &mut clock)?;
+    finish((device, mesh, options), made, clock, progress)
+}
+
+/// What is made and measured of a mesh in the end.
+fn finish(
+    (device, mesh, options): (&Device, &TriMesh, &Options),
+    (made, course): (Made, Course),
+    mut clock: Clock,
+    progress: &mut ProgressReporter,
+) -> Result<Remeshed> {
+    let Made { prepared, mut outcome, input_intersections } = made;
     let search = prepared.search();
-    let input_intersections = InputIntersections::default();
-    let mut outcome = attempt(device, &mut prepared, &input_intersections, progress, &mut clock)?;
     let mut result = prepared.assemble(&mut outcome);
     let Prepared { repaired, frame, input, small, surface, .. } = prepared;
     let mut rounding = options.format.and_then(|format| Rounding::apply(&mut result, &frame, format));
@@ -124,6 +138,7 @@ fn run(
     let measured = progress.during(|progress| measuring.measure(progress))?;
     clock.phase("measure");
     progress.done(1.0)?;
+    let deviation = course.summary(measured.output.distances);
     let unit_spacing = spacing(surface.area(), outcome.vertices);
     let warnings = warnings(&WarningInput {
         options,
@@ -136,6 +151,7 @@ fn run(
         input_intersections: measured.input_intersections,
         rounding: rounding.as_ref(),
         input_mesh: &repaired.mesh,
+        deviation,
         edge: 100.0 * outcome.edge_lengths.map_or(unit_spacing, |[_, longest]| longest),
     });
     let simplified = outcome.simplified_components + small.len();
@@ -162,21 +178,75 @@ fn run(
         energy: measured.energy,
         features: outcome.features,
         small_angles: SmallAngleSummary::new(&result, outcome.mended, options),
+        deviation,
         timings: clock.timings(device),
     };
     Ok(Remeshed { mesh: result, correspondence, summary })
 }
 
-/// Prepares the input while kernels are compiled, which do not depend on it.
-fn prepare(
-    device: &Device,
-    mesh: &TriMesh,
+/// What a mesh is made from.
+struct RunInput<'a> {
+    mesh: &'a TriMesh,
     repaired: Option<Repaired>,
-    options: &Options,
-    progress: &ProgressToken,
-) -> Result<Prepared> {
-    let prepare = || Prepared::new(device, mesh, repaired, options, progress);
-    let (compiled, prepared) = rayon::join(|| compile(device, options.method), prepare);
+    options: &'a Options,
+    /// Edge lengths at the vertices of the repaired mesh, in any unit, instead of what the options say.
+    lengths: Option<&'a [f64]>,
+    /// Vertices are inserted where the mesh is farther than this from the surface, in diagonals.
+    deviation: Option<f64>,
+    /// Attempts made before.
+    attempts: u32,
+}
+
+/// A mesh, with what it was made from.
+struct Made {
+    prepared: Prepared,
+    outcome: Outcome,
+    input_intersections: InputIntersections,
+}
+
+impl Made {
+    /// The whole mesh in the unit-diagonal frame.
+    fn unit_mesh(&self) -> TriMesh {
+        let mut mesh = self.outcome.mesh.clone();
+        self.prepared.small.iter().for_each(|part| append(&mut mesh, part));
+        mesh
+    }
+}
+
+/// Prepares the input and remeshes it, several times if there is a largest deviation.
+fn make_as_asked(
+    device: &Device,
+    input: RunInput,
+    progress: &mut ProgressReporter,
+    clock: &mut Clock,
+) -> Result<(Made, Course)> {
+    match input.options.coarse_to_fine.sizing {
+        Sizing::Deviation(most) => make_within(device, input, most, progress, clock),
+        _ => Ok((make(device, input, progress, clock)?, Course::default())),
+    }
+}
+
+/// Prepares the input and remeshes it.
+fn make(
+    device: &Device,
+    input: RunInput,
+    progress: &mut ProgressReporter,
+    clock: &mut Clock,
+) -> Result<Made> {
+    let (attempts, deviation) = (input.attempts, input.deviation);
+    let mut prepared = progress.during(|progress| prepare(device, input, progress))?;
+    clock.phase("prepare");
+    let input_intersections = InputIntersections::default();
+    let outcome =
+        attempt(device, &mut prepared, (attempts, deviation, &input_intersections), progress, clock)?;
+    Ok(Made { prepared, outcome, input_intersections })
+}
+
+/// Prepares the input while kernels are compiled, which do not depend on it.
+fn prepare(device: &Device, input: RunInput, progress: &ProgressToken) -> Result<Prepared> {
+    let method = input.options.method;
+    let prepare = || Prepared::new(device, input, progress);
+    let (compiled, prepared) = rayon::join(|| compile(device, method), prepare);
     prepared.and_then(|prepared| compiled.map(|()| prepared))
 }
 
@@ -184,7 +254,7 @@ fn prepare(
 fn attempt(
     device: &Device,
     prepared: &mut Prepared,
-    input_intersections: &InputIntersections,
+    (attempts_before, deviation, input_intersections): (u32, Option<f64>, &InputIntersections),
     progress: &mut ProgressReporter,
     clock: &mut Clock,
 ) -> Result<Outcome> {
@@ -206,6 +276,8 @@ fn attempt(
                 small_vertices,
                 options,
                 input_intersections,
+                deviation,
+                attempts_before,
             };
             let outcome = attempts.run(model, progress, clock);
             later.join().unwrap_or_else(|panic| std::panic::resume_unwind(panic))?;

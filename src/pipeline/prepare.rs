@@ -1,5 +1,6 @@
 //! Preparation of the input: repaired, divided into small and large components, and uploaded.
 
+use super::RunInput;
 use super::coarse_to_fine::level::Level;
 use super::coarse_to_fine::surface_model::{ModelInput, SurfaceModel};
 use super::fallback::components::{Components, Division};
@@ -51,13 +52,8 @@ impl Prepared {
     /// # Errors
     /// [`Error::Input`] for a mesh that [`repair_with`] cannot repair, [`Error::Usage`] for too few vertices,
     /// [`Error::OutOfMemory`], [`Error::Cancelled`].
-    pub fn new(
-        device: &Device,
-        mesh: &TriMesh,
-        repaired: Option<Repaired>,
-        options: &Options,
-        progress: &ProgressToken,
-    ) -> Result<Self> {
+    pub fn new(device: &Device, input: RunInput, progress: &ProgressToken) -> Result<Self> {
+        let RunInput { mesh, repaired, options, lengths, .. } = input;
         let repaired = repaired_for(mesh, repaired, options)?;
         progress.poll()?;
         let frame = UnitFrame::of(&repaired.mesh)?;
@@ -68,6 +64,9 @@ impl Prepared {
         let division = division.map_err(|error| name_cracks(error, &repaired.mesh))?;
         progress.poll()?;
         let mut options = for_repaired(mesh, &repaired, options);
+        if let Some(lengths) = lengths {
+            options.coarse_to_fine.sizing = Sizing::Given(lengths.to_vec());
+        }
         let (small, large) = division.map_or((Vec::new(), None), |division| {
             let method = &mut options.coarse_to_fine;
             options.vertices = division.vertices_left;

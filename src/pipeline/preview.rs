@@ -72,6 +72,10 @@ pub fn preview(mesh: &TriMesh, options: &Options) -> Result<Preview> {
 /// See there.
 pub fn preview_repaired(mesh: &TriMesh, repaired: Option<Repaired>, options: &Options) -> Result<Preview> {
     options.validate()?;
+    if let Sizing::Deviation(_) = options.coarse_to_fine.sizing {
+        let problem = "edge lengths for a largest deviation follow from several runs, and so does the plan";
+        return Err(Error::option("sizing", problem, "run it, or plan with another `sizing`"));
+    }
     let repaired = repaired_for(mesh, repaired, options)?;
     let options = &for_repaired(mesh, &repaired, options);
     let frame = UnitFrame::of(&repaired.mesh)?;

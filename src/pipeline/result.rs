@@ -77,6 +77,8 @@ pub struct Summary {
     pub features: Option<FeatureSummary>,
     /// Small angles of the result; only with [`crate::Method::CoarseToFine`], if they are to be mended.
     pub small_angles: Option<super::SmallAngleSummary>,
+    /// What [`crate::Sizing::Deviation`] led to, if that was asked for.
+    pub deviation: Option<super::DeviationSummary>,
     /// What is wrong with the result; empty if it is valid.
     pub warnings: Vec<String>,
     /// Time and memory.

@@ -77,6 +77,11 @@ impl Target {
         Search { bvh: Arc::clone(&self.bvh), normals: Arc::clone(&self.normals) }
     }
 
+    /// The hierarchy over the surface's triangles.
+    pub(crate) fn bvh(&self) -> &Bvh {
+        &self.bvh
+    }
+
     /// The closest point of the whole surface, with its triangle; `None` for a point that is not finite.
     pub fn nearest(&self, p: DVec3) -> Option<(DVec3, u32)> {
         self.bvh.closest(p).map(|closest| (closest.point, closest.triangle))

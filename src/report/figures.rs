@@ -84,6 +84,13 @@ pub fn course(s: &Summary, device: &DeviceInfo) -> Vec<Row> {
         ));
         rows.push(("vertices on curves", found.curve_sites.to_string()));
     }
+    if let Some(found) = s.deviation {
+        let reached = if found.is_reached { "reached" } else { "not reached" };
+        rows.push((
+            "largest deviation asked for",
+            format!("{:.4} %: {reached}, {} runs", found.asked, found.runs),
+        ));
+    }
     if let Some(small) = s.small_angles.filter(|small| small.left + small.edits > 0) {
         let text = format!("{} edits, {} vertices from elsewhere", small.edits, small.vertices);
         rows.push(("small angles mended", text));

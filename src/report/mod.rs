@@ -10,7 +10,9 @@ use serde::{Serialize, Serializer};
 use serde_json::Value;
 
 pub use crate::gpu::StageTime;
-pub use crate::pipeline::{ExactSummary, FeatureSummary, PhaseTime, RunTimings, SmallAngleSummary, Summary};
+pub use crate::pipeline::{
+    DeviationSummary, ExactSummary, FeatureSummary, PhaseTime, RunTimings, SmallAngleSummary, Summary,
+};
 pub use crate::sites::connect::ConnectCounts;
 pub use crate::sites::poisson::DiskSummary;
 pub use crate::stages::flags::FlagCounts;

@@ -51,6 +51,26 @@ fn curvature_and_batch_work_likewise() {
 }
 
 #[test]
+fn a_largest_deviation_takes_as_many_vertices_as_it_needs() {
+    let place = place();
+    place.run("sample torus torus.ply");
+    let (_, text) = place.run("remesh torus.ply out.ply --max-deviation 1% --report out.json -v");
+    assert!(text.contains("largest deviation asked for") && text.contains("1.0000 %: reached"), "{text}");
+    let count = read(&place.path("out.ply")).unwrap().mesh.vertices.len();
+    assert!((100..800).contains(&count), "{count}");
+    let report = std::fs::read_to_string(place.path("out.json")).unwrap();
+    let report: serde_json::Value = serde_json::from_str(&report).unwrap();
+    assert_eq!(report["deviation"]["is_reached"], true);
+    assert!(report["deviation"]["reached"].as_f64().unwrap() <= 1.0);
+    assert_eq!(report["deviation"]["reached"], report["output"]["distances"]["hausdorff"]);
+    // In the input's units, and with a number of vertices.
+    place.run("remesh torus.ply other.ply --max-deviation 0.5 -n 300");
+    assert_eq!(read(&place.path("other.ply")).unwrap().mesh.vertices.len(), 300);
+    place.run("batch torus.ply --out many --max-deviation 1%");
+    assert_eq!(read(&place.path("many/torus.ply")).unwrap().mesh.vertices.len(), count);
+}
+
+#[test]
 fn errors_say_what_to_do() {
     let place = place();
     place.run("sample torus plain.obj");
@@ -67,6 +87,10 @@ fn errors_say_what_to_do() {
         ("in.ply out.ply --sizing curvature --gradation 9", "use 0 to 3"),
         ("in.ply out.ply --sizing curvature --min-edge 90%", "does not suit"),
         ("in.ply out.ply --sizing curvature --preset rtf", "--preset default"),
+        ("in.ply out.ply --max-deviation 1% --sizing curvature", "cannot be used with"),
+        ("in.ply out.ply --max-deviation 0", "out of range"),
+        ("in.ply out.ply --max-deviation 1% --preset rtf", "--preset default"),
+        ("in.ply --max-deviation 1% --dry-run", "several runs"),
     ] {
         let done = place.program(&format!("remesh {arguments} -n 500")).assert().failure();
         let text = String::from_utf8(done.get_output().stderr.clone()).unwrap();

@@ -22,7 +22,7 @@ fn smallest(mesh: &TriMesh) -> f64 {
 }
 
 fn mended(local: &mut LocalMesh, surface: &TriMesh, spacing: f64) -> Mended {
-    let options = MendOptions { min_angle: 30.0, spacing };
+    let options = MendOptions { min_angle: 30.0, spacing, deviation: None };
     mend_angles(local, &Target::new(surface), &options, &ProgressToken::default()).unwrap()
 }
 
@@ -181,7 +181,7 @@ fn narrow_strips_get_vertices_on_their_curves() {
         let (mut local, surface) = strip(width);
         assert!(smallest(&surface) < 27.0);
         let target = Target::new(&surface).in_patches(local.patches.clone());
-        let options = MendOptions { min_angle: 30.0, spacing: 1.0 };
+        let options = MendOptions { min_angle: 30.0, spacing: 1.0, deviation: None };
         let done = mend_angles(&mut local, &target, &options, &ProgressToken::default()).unwrap();
         let before = small_angles(&surface, 30.0, 180.0).faces;
         let after = small_angles(&local.mesh, 30.0, 180.0).faces;
@@ -206,11 +206,24 @@ fn narrow_strips_get_vertices_on_their_curves() {
 }
 
 #[test]
+fn with_a_deviation_the_number_of_vertices_is_free() {
+    let (mut local, surface) = strip(0.3);
+    let target = Target::new(&surface).in_patches(local.patches.clone());
+    let options = MendOptions { min_angle: 30.0, spacing: 1.0, deviation: Some(1e-6) };
+    let done = mend_angles(&mut local, &target, &options, &ProgressToken::default()).unwrap();
+    assert!(done.added > 0, "{done:?}");
+    assert_eq!(local.mesh.vertices.len() as i64, surface.vertices.len() as i64 + done.added);
+    let after = small_angles(&local.mesh, 30.0, 180.0).faces;
+    assert!(after * 10 < small_angles(&surface, 30.0, 180.0).faces, "{after}");
+    assert!(local.mesh.vertices.iter().all(|p| p.z.abs() < 1e-12));
+}
+
+#[test]
 fn it_can_be_cancelled() {
     let mut local = LocalMesh { mesh: pinched(), ..LocalMesh::default() };
     let progress = ProgressToken::default();
     progress.cancel();
-    let options = MendOptions { min_angle: 30.0, spacing: 0.2 };
+    let options = MendOptions { min_angle: 30.0, spacing: 0.2, deviation: None };
     let result = mend_angles(&mut local, &Target::new(&sphere(1.0, 5)), &options, &progress);
     assert!(matches!(result, Err(Error::Cancelled)));
 }

@@ -2,3 +2,4 @@
 
 mod mend;
 mod remesh;
+mod split;

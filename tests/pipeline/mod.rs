@@ -3,6 +3,7 @@
 pub mod choices;
 pub mod coarse_to_fine;
 pub mod curves;
+pub mod deviation;
 pub mod dirty;
 pub mod exact;
 pub mod models;

@@ -31,9 +31,7 @@ impl AngleCost {
 
     /// The smallest angle of a triangle if it is below the least one, in radians; 0 if it has no area.
     pub fn small_angle(&self, corners: [DVec3; 3]) -> Option<f64> {
-        let [a, b, c] = corners;
-        let sides = [b - a, c - b, a - c];
-        let smallest = cosines(sides, sides.map(DVec3::length_squared))[0].acos();
+        let smallest = smallest(corners);
         (smallest < self.least).then_some(smallest)
     }
 
@@ -70,6 +68,12 @@ impl AngleCost {
             |t: &u32| mesh.triangles[*t as usize].map(|w| if w == v { to } else { mesh.points[w as usize] });
         mesh.star[v as usize].iter().map(|t| self.of(corners(t))).sum()
     }
+}
+
+/// The smallest angle of a triangle in radians; 0 if it has no area.
+fn smallest([a, b, c]: [DVec3; 3]) -> f64 {
+    let sides = [b - a, c - b, a - c];
+    cosines(sides, sides.map(DVec3::length_squared))[0].acos()
 }
 
 /// The largest and the smallest cosine of a triangle's angles from its sides, in order, and their squared

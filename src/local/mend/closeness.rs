@@ -17,7 +17,11 @@ impl Mending<'_> {
         let new: Vec<[DVec3; 3]> = after.mesh.alive().map(|t| after.mesh.corners(t)).collect();
         let unit = self.spacing * before.mesh.largest_size();
         // Boundaries may be cut off.
-        let near = unit * if before.mesh.has_boundary() { NEAR.max(STRAY_OF_BOUNDARY) } else { NEAR };
+        let near = match self.deviation {
+            Some(deviation) => deviation,
+            None if before.mesh.has_boundary() => unit * NEAR.max(STRAY_OF_BOUNDARY),
+            None => unit * NEAR,
+        };
         let is_new = |corners: &&[DVec3; 3]| !old.contains(corners);
         let is_gone = |corners: &&[DVec3; 3]| !new.contains(corners);
         let farthest = |list: &mut dyn Iterator<Item = &[DVec3; 3]>| {

@@ -77,7 +77,13 @@ impl Mending<'_> {
             return None;
         }
         let new = mesh.split_edge(a, b, self.polylines);
+        let heights =
+            if self.deviation.is_some() { [a, b].map(|v| self.height_at(mesh, v)) } else { [0.0; 2] };
         self.bring_down(mesh, new);
+        if heights != [0.0; 2] && mesh.places[new as usize] == Place::Inside {
+            let (normal, _) = mesh.normal(new);
+            mesh.points[new as usize] += 0.5 * (heights[0] + heights[1]) * normal.normalize_or_zero();
+        }
         Some(new)
     }
 

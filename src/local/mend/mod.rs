@@ -61,6 +61,9 @@ pub struct MendOptions {
     pub min_angle: f64,
     /// The typical edge length.
     pub spacing: f64,
+    /// The distance from the surface that a change may lead to, if not 0.1 edge lengths; the number of
+    /// vertices may change then.
+    pub deviation: Option<f64>,
 }
 
 /// What [`mend_angles`] did.
@@ -84,6 +87,7 @@ struct Mending<'a> {
     /// Largest distance of each curve from its edges, in spacings.
     strays: &'a [f64],
     spacing: f64,
+    deviation: Option<f64>,
     /// The number of vertices to end with.
     vertices: usize,
     /// By how many their number may differ meanwhile.
@@ -118,6 +122,7 @@ pub fn mend_angles(
             polylines: &polylines,
             strays: &strays,
             spacing: options.spacing,
+            deviation: options.deviation,
             vertices: start.used(),
             most_added: (most_added * start.used() as f64) as i64,
             progress,
@@ -126,11 +131,13 @@ pub fn mend_angles(
         let mut state = State::new(&mesh, options.spacing);
         mending.mend_all(&mut mesh, &mut state)?;
         let (edits, added) = (state.edits, mending.surplus(&mesh));
-        mending.balance(&mut mesh, &mut state)?;
+        if options.deviation.is_none() {
+            mending.balance(&mut mesh, &mut state)?;
+        }
         if edits == 0 {
             break;
         }
-        if mesh.used() == mending.vertices {
+        if mesh.used() == mending.vertices || options.deviation.is_some() {
             let former = start.points.len() as u32;
             let origin = |v: u32| if v < former { v } else { NONE };
             let origins = (0..mesh.points.len() as u32).filter(|v| mesh.is_used(*v)).map(origin).collect();

@@ -68,13 +68,33 @@ impl Mending<'_> {
         }
         let patch = mesh.patch_at(v);
         let mut rank = mesh.ranks[v as usize];
-        let Some(to) = self.target.closest(to, up, patch, &mut rank) else { return false };
+        let height = self.height(mesh, v, up, patch);
+        let Some(below) = self.target.closest(to, up, patch, &mut rank) else { return false };
+        let to = below + height * up;
         if self.cost.around(mesh, v, to) <= start - MIN_GAIN && !mesh.folds(v, to, normal) {
             mesh.points[v as usize] = to;
             mesh.ranks[v as usize] = rank;
             return true;
         }
         false
+    }
+
+    /// How high a vertex stays over the surface, where a fit has put it.
+    fn height(&self, mesh: &StarMesh, v: u32, up: DVec3, patch: u32) -> f64 {
+        if self.deviation.is_none() {
+            return 0.0;
+        }
+        let here = mesh.points[v as usize];
+        let mut rank = mesh.ranks[v as usize];
+        self.target.closest(here, up, patch, &mut rank).map_or(0.0, |below| (here - below).dot(up))
+    }
+
+    /// How high a vertex inside a patch is over the surface.
+    pub fn height_at(&self, mesh: &StarMesh, v: u32) -> f64 {
+        if mesh.places[v as usize] != Place::Inside {
+            return 0.0;
+        }
+        self.height(mesh, v, mesh.normal(v).0.normalize_or_zero(), mesh.patch_at(v))
     }
 
     fn move_along(&self, mesh: &mut StarMesh, v: u32) -> bool {

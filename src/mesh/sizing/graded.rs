@@ -61,6 +61,21 @@ pub fn graded(surface: &TriMesh, targets: &[f64], bounds: &Bounds) -> Vec<f64> {
     }
 }
 
+/// The largest edge lengths at the vertices of `surface`, none above `lengths`, all above 0, that grow by no
+/// more than `growth` per unit of distance along it. Panics if the list is too short.
+pub fn grown(surface: &TriMesh, lengths: Vec<f64>, growth: f64) -> Vec<f64> {
+    Edges::new(surface).limited(lengths, growth)
+}
+
+/// How many vertices a mesh has with edges of these `lengths`, above 0, at the vertices of `surface`. Panics
+/// if the list is too short.
+pub fn vertices_with(surface: &TriMesh, lengths: &[f64]) -> f64 {
+    let density = |(t, triangle): (usize, &[u32; 3])| {
+        surface.triangle_area(t) * mean_density(triangle.map(|v| lengths[v as usize]))
+    };
+    surface.triangles.iter().enumerate().map(density).sum::<f64>() * 2.0 / 3f64.sqrt()
+}
+
 /// The edges from each vertex of a surface: the other end and the length of each, those between two triangles
 /// twice.
 struct Edges(Csr<(u32, f64)>);
@@ -144,6 +159,25 @@ mod tests {
         assert!((share / mesh.area() - 1.0).abs() < 2.0 * CLOSE, "{share}");
         let (low, high) = got.iter().fold((9.0f64, 0.0f64), |(l, h), x| (l.min(*x), h.max(*x)));
         assert!(low >= 0.2 * h && high > 4.0 * low && high <= 6.0 * h, "{low} {high} {h}");
+    }
+
+    #[test]
+    fn lengths_that_grow_take_more_vertices() {
+        let mesh = sample("sphere").unwrap();
+        let h = spacing(mesh.area(), 2000);
+        let even = vec![h; mesh.vertices.len()];
+        assert!((vertices_with(&mesh, &even) / 2000.0 - 1.0).abs() < 1e-9);
+        assert_eq!(grown(&mesh, even.clone(), 0.1), even);
+        let mut short = even;
+        short[0] = 0.1 * h;
+        let lengths = grown(&mesh, short, 0.1);
+        assert!(lengths.iter().all(|length| *length <= h) && lengths[0] == 0.1 * h);
+        for [v, w] in mesh.triangles.iter().flat_map(|[a, b, c]| [[a, b], [b, c], [c, a]]) {
+            let [v, w] = [*v as usize, *w as usize];
+            let distance = mesh.vertices[v].distance(mesh.vertices[w]);
+            assert!((lengths[v] - lengths[w]).abs() <= 0.1 * distance + 1e-12);
+        }
+        assert!(vertices_with(&mesh, &lengths) > 2010.0);
     }
 
     #[test]

@@ -38,6 +38,10 @@ pub(crate) struct Attempts<'a> {
     pub options: &'a Options,
     /// Faces of the repaired input that intersect others.
     pub input_intersections: &'a InputIntersections,
+    /// As [`CoarseToFine::deviation`].
+    pub deviation: Option<f64>,
+    /// Attempts that other runs have made.
+    pub attempts_before: u32,
 }
 
 /// Runs attempts and counts them.
@@ -53,8 +57,19 @@ impl Runner<'_, '_> {
         self.attempts += 1;
         self.progress.attempt(self.attempts);
         let options = &Options { vertices, seed, ..self.shared.options.clone() };
-        let Attempts { device, mesh, frame, surface, input, input_intersections, .. } = *self.shared;
-        let run = CoarseToFine { device, surface, model, mesh, frame, input, input_intersections, options };
+        let Attempts { device, mesh, frame, surface, input, input_intersections, deviation, .. } =
+            *self.shared;
+        let run = CoarseToFine {
+            device,
+            surface,
+            model,
+            mesh,
+            frame,
+            input,
+            input_intersections,
+            options,
+            deviation,
+        };
         Ok(Outcome { attempts: self.attempts, ..run.run(self.progress, self.clock)? })
     }
 
@@ -114,7 +129,7 @@ impl Attempts<'_> {
         clock: &mut Clock,
     ) -> Result<Outcome> {
         let (seed, shortage) = (self.options.seed, self.options.shortage);
-        let mut runner = Runner { shared: self, attempts: 0, progress, clock };
+        let mut runner = Runner { shared: self, attempts: self.attempts_before, progress, clock };
         let (model, vertices) = match shortage {
             Shortage::AddVertices => runner.with_enough_vertices(model, self.options.vertices)?,
             Shortage::Refuse | Shortage::BestEffort => (model, self.options.vertices),

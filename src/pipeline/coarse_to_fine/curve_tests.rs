@@ -40,6 +40,7 @@ fn relaxed(mesh: &TriMesh, count: usize) -> Vec<f64> {
         input: &input,
         input_intersections: &InputIntersections::default(),
         options: &options,
+        deviation: None,
     };
     let (start, on_curves) = run.start(Origin::Scattered, &plan);
     let pins = on_curves.unwrap().pins;

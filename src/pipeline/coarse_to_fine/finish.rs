@@ -181,7 +181,9 @@ impl CoarseToFine<'_> {
             let FitOptions { fixed, patches, .. } = options;
             let edge = spacing(self.surface.area(), mesh.vertices.len());
             progress.phase(Phase::Outliers, cost.outliers.until, cost.outliers.after)?;
-            let options = OutlierOptions { fixed, curve_edges, patches, lengths, ..Default::default() };
+            let tolerance = self.deviation.unwrap_or(f64::INFINITY);
+            let options =
+                OutlierOptions { fixed, curve_edges, patches, lengths, tolerance, ..Default::default() };
             progress.during(|progress| reduce_outliers(mesh, target, edge, &options, progress))?;
             clock.phase("spots");
         }

@@ -71,10 +71,18 @@ impl CoarseToFine<'_> {
         let mesh = std::mem::take(&mut level.mesh);
         let mut local = LocalMesh { mesh, patches, fixed, curve_edges, sliding_curves: Vec::new(), lengths };
         local.slide_to(sliding_curves);
-        let options = MendOptions { min_angle, spacing: level_spacing };
+        let options = MendOptions { min_angle, spacing: level_spacing, deviation: self.deviation };
         let mended = mend_angles(&mut local, &self.model.target, &options, progress);
+        let changed = mended.and_then(|mended| {
+            let inserted = self.insert(&mut local, level_spacing, progress)?;
+            if inserted.is_empty() {
+                return Ok(mended);
+            }
+            let curve_vertices = local.fixed.iter().filter(|fixed| **fixed).count();
+            Ok(Mended { curve_vertices, origins: after_both(&mended.origins, inserted), ..mended })
+        });
         level.mesh = local.mesh;
-        mended
+        changed
     }
 
     /// Makes the mesh's vertices the sites; `origins` are the sites that they were, [`NONE`] for new ones.
@@ -87,6 +95,14 @@ impl CoarseToFine<'_> {
         let triangles = origins.iter().enumerate().map(triangle).collect();
         level.sites = SitesOnSurface { positions, triangles };
     }
+}
+
+/// The origins after two changes; an empty list means that the first one changed nothing.
+pub(super) fn after_both(first: &[u32], second: Vec<u32>) -> Vec<u32> {
+    if first.is_empty() {
+        return second;
+    }
+    second.into_iter().map(|v| if v == NONE { NONE } else { first[v as usize] }).collect()
 }
 
 /// The vertices that no triangle uses.

@@ -8,6 +8,7 @@ mod connect;
 mod curve_tests;
 mod densify;
 mod finish;
+mod insert;
 pub(crate) mod level;
 mod level_mesh;
 pub(crate) mod levels;
@@ -80,6 +81,7 @@ impl CoarseToFine<'_> {
             Some(mended) => mended.curve_vertices,
             None => level.on_curves.map_or(0, |on_curves| on_curves.sites.positions.len()),
         };
+        let vertices = level.mesh.vertices.len();
         let mended = level.mended.map_or_else(MendingCounts::default, |mended| MendingCounts::of(&mended));
         Ok(Outcome {
             mesh: level.mesh,
@@ -91,7 +93,7 @@ impl CoarseToFine<'_> {
             edge_lengths: self.edge_lengths(last.spacing),
             steps,
             features: Some(FeatureSummary { curve_sites, ..self.model.features }),
-            vertices: options.vertices,
+            vertices: if self.deviation.is_some() { vertices } else { options.vertices },
             attempts: 1,
             mended,
             ..Outcome::default()

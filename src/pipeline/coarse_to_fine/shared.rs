@@ -23,4 +23,6 @@ pub(crate) struct CoarseToFine<'a> {
     /// Faces of the repaired input that intersect others.
     pub input_intersections: &'a InputIntersections,
     pub options: &'a Options,
+    /// Vertices are inserted where the mesh is farther than this from the surface, in diagonals.
+    pub deviation: Option<f64>,
 }

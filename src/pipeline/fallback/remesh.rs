@@ -263,7 +263,7 @@ fn mended(
     progress: &ProgressToken,
 ) -> Result<TriMesh> {
     let before = local.mesh.clone();
-    let options = MendOptions { min_angle: target.min_angle, spacing: target.spacing };
+    let options = MendOptions { min_angle: target.min_angle, spacing: target.spacing, deviation: None };
     let mended = mend_angles(&mut local, on, &options, progress)?;
     let count = |mesh: &TriMesh| Ok(intersecting_in_units(mesh, target.frame, progress)?.len());
     let is_worse = mended.edits > 0

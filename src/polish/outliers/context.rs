@@ -24,6 +24,8 @@ pub struct OutlierOptions {
     pub patches: Vec<u32>,
     /// The target edge length at each vertex, relative to the typical one; empty if they are all equal.
     pub lengths: Vec<f64>,
+    /// Largest distance that is tolerated, if that is less than 0.15 edge lengths.
+    pub tolerance: f64,
 }
 
 impl Default for OutlierOptions {
@@ -35,6 +37,7 @@ impl Default for OutlierOptions {
             curve_edges: HashSet::new(),
             patches: Vec::new(),
             lengths: Vec::new(),
+            tolerance: f64::INFINITY,
         }
     }
 }
@@ -61,6 +64,6 @@ impl OutlierContext<'_> {
 
     /// The square of the tolerated distance at a triangle.
     pub fn tolerance_sq(&self, triangle: [u32; 3]) -> f64 {
-        (FAR * self.typical_edge_length(triangle)).powi(2)
+        (FAR * self.typical_edge_length(triangle)).min(self.options.tolerance).powi(2)
     }
 }

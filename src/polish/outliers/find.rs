@@ -30,7 +30,7 @@ pub(crate) fn find(mesh: &TriMesh, context: &OutlierContext) -> Result<(Vec<Outl
     let bvh = Bvh::new(mesh);
     progress.poll()?;
     let shortest = options.lengths.iter().copied().reduce(f64::min).unwrap_or(1.0);
-    let least = (FAR * edge * shortest).powi(2);
+    let least = (FAR * edge * shortest).min(options.tolerance).powi(2);
     // Which triangle is near enough depends on where a search begins, so the chunks are fixed.
     let near = |vertices: &[SurfaceVertex]| {
         let mut rank = 0;
@@ -58,7 +58,8 @@ pub(crate) fn find(mesh: &TriMesh, context: &OutlierContext) -> Result<(Vec<Outl
         .collect();
     outliers.extend(outward);
     outliers.sort_by(|a, b| b.distance.total_cmp(&a.distance).then(a.triangle.cmp(&b.triangle)));
-    outliers.truncate(MOST_OUTLIERS + mesh.vertices.len() / VERTICES_PER_OUTLIER);
+    let per_outlier = if options.tolerance.is_finite() { 10 } else { VERTICES_PER_OUTLIER };
+    outliers.truncate(MOST_OUTLIERS + mesh.vertices.len() / per_outlier);
     Ok((outliers, points_of))
 }
 

@@ -1,0 +1,208 @@
+//! Edge lengths for a largest deviation, found in several runs: each shortens edges where the mesh of the
+//! last one was too far from the surface, and lengthens them where it was closer than need be. Where some
+//! places are still too far, vertices are inserted (`coarse_to_fine/insert`).
+
+mod lengths;
+pub(super) mod measured;
+
+use super::clock::Clock;
+use super::{Made, RunInput, make};
+use crate::gpu::Device;
+use crate::mesh::bvh::Bvh;
+use crate::mesh::distance::Distances;
+use crate::mesh::small_angles::{SmallAnglePlace, small_angle_places};
+use crate::mesh::spacing;
+use crate::mesh::unit_frame::UnitFrame;
+use crate::options::{Length, MeasureDepth, Options, Sizing};
+use crate::pipeline::prepare::repaired_for;
+use crate::progress::ProgressReporter;
+use crate::{Error, Result, TriMesh};
+use lengths::Lengths;
+use measured::{ACCURACY, Depth, Reference};
+use serde::Serialize;
+use std::borrow::Cow;
+
+/// Runs in which no vertices are inserted, since edge lengths still change much,
+const ROUGH: u32 = 2;
+/// and all, at most.
+const ROUNDS: u32 = 6;
+/// A run must do with this share of the vertices of the best one for another to follow.
+const GAIN: f64 = 0.95;
+/// Vertices that a mesh may have more for each small angle less.
+const VERTICES_PER_ANGLE: usize = 100;
+/// Faces with small angles count as so many largest deviations from the surface.
+const NARROW: f64 = 1.5;
+/// Share of the largest deviation that is made use of; the rest is for the rounding of what is written.
+const USED: f64 = 0.999;
+/// The least edge length of a run, in its spacings, if none is given.
+const LEAST: f64 = 0.125;
+
+/// What [`Sizing::Deviation`] led to.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+#[non_exhaustive]
+pub struct DeviationSummary {
+    /// The largest deviation that was asked for, in percent of the diagonal of the input's bounding box.
+    pub asked: f64,
+    /// The larger one of the two Hausdorff distances, likewise: no point of the result is farther from the
+    /// input, nor the other way round.
+    pub reached: f64,
+    /// Whether that is as small as asked for.
+    pub is_reached: bool,
+    /// Runs that it took.
+    pub runs: u32,
+    /// About how many vertices would do; only if they do not.
+    pub enough: Option<usize>,
+}
+
+impl DeviationSummary {
+    /// If it is not as small as asked for; with a number of vertices given, what would do.
+    pub(super) fn warning(&self, vertices: usize) -> Option<String> {
+        let Self { asked, reached, enough, .. } = self;
+        let remedy = match vertices {
+            0 => String::new(),
+            _ => format!(": with as many vertices as it takes, about {}, it can be", (*enough)?),
+        };
+        let problem =
+            format!("the deviation is {reached:.4} % of the input's diagonal instead of {asked:.4} %");
+        (!self.is_reached).then(|| problem + &remedy)
+    }
+}
+
+/// How a largest deviation was reached, or not.
+#[derive(Default)]
+pub(super) struct Course {
+    /// In diagonals; `None` if there is none.
+    most: Option<f64>,
+    runs: u32,
+    enough: usize,
+}
+
+impl Course {
+    /// With what was measured of the result.
+    pub fn summary(&self, distances: Option<Distances>) -> Option<DeviationSummary> {
+        let asked = 100.0 * self.most?;
+        let reached = distances.map_or(f64::INFINITY, |distances| distances.hausdorff);
+        let is_reached = reached <= asked;
+        let enough = (!is_reached).then_some(self.enough);
+        Some(DeviationSummary { asked, reached, is_reached, runs: self.runs, enough })
+    }
+}
+
+/// The options with what tells whether a largest deviation is reached, if there is one.
+pub(super) fn with_measures(options: &Options) -> Cow<'_, Options> {
+    if !matches!(options.coarse_to_fine.sizing, Sizing::Deviation(_)) {
+        return Cow::Borrowed(options);
+    }
+    let accuracy = options.accuracy.min(ACCURACY);
+    Cow::Owned(Options { measures: MeasureDepth::Full, accuracy, ..options.clone() })
+}
+
+/// A run and how far its mesh is from the surface, in diagonals.
+struct Candidate {
+    made: Made,
+    vertices: usize,
+    /// Triangles with an angle below the least one.
+    small: usize,
+    upper: f64,
+    enough: usize,
+}
+
+impl Candidate {
+    fn cost(&self) -> usize {
+        self.vertices + VERTICES_PER_ANGLE * self.small
+    }
+
+    /// Whether it is better than another one: closer, or close enough with fewer vertices.
+    fn is_better_than(&self, other: &Self, most: f64) -> bool {
+        match (self.upper <= most, other.upper <= most) {
+            (true, true) => self.cost() < other.cost(),
+            (close, other_close) => close || (!other_close && self.upper < other.upper),
+        }
+    }
+}
+
+/// The mesh with the fewest vertices that is close enough, or the closest one.
+///
+/// # Errors
+/// As [`make`].
+pub(super) fn make_within(
+    device: &Device,
+    input: RunInput,
+    most: Length,
+    progress: &mut ProgressReporter,
+    clock: &mut Clock,
+) -> Result<(Made, Course)> {
+    let RunInput { mesh, repaired, options, .. } = input;
+    let repaired = repaired_for(mesh, repaired, options)?;
+    let frame = UnitFrame::of(&repaired.mesh)?;
+    let vertices = repaired.mesh.vertices.iter().map(|p| frame.to_unit(*p)).collect();
+    let surface = TriMesh { vertices, triangles: repaired.mesh.triangles.clone() };
+    let bvh = Bvh::new(&surface);
+    let method = &options.coarse_to_fine;
+    let given = [method.min_edge, method.max_edge].map(|length| length.map(|l| l.share_of(frame.scale)));
+    let most = most.share_of(frame.scale);
+    let used = USED * most;
+    let reference = Reference { surface: &surface, bvh: &bvh, most: used };
+    let mut lengths = progress.during(|_| Ok(Lengths::new(&surface, most, given, options)))?;
+    clock.phase("prepare");
+    let is_free = options.vertices == 0;
+    if !is_free {
+        lengths.scale_to(options.vertices);
+    }
+    let mut best: Option<Candidate> = None;
+    let (mut runs, mut attempts) = (0, 0);
+    while runs < ROUNDS {
+        let vertices = if is_free { count(lengths.vertices())? } else { options.vertices };
+        let mut options = Options { vertices, ..options.clone() };
+        let shortest = lengths.least().min(LEAST * spacing(surface.area(), vertices));
+        options.coarse_to_fine.min_edge.get_or_insert(Length::OfDiagonal(shortest));
+        let run = RunInput {
+            mesh,
+            repaired: Some(repaired.clone()),
+            options: &options,
+            lengths: Some(&lengths.values),
+            deviation: (is_free && runs >= ROUGH).then_some(used),
+            attempts,
+        };
+        let made = make(device, run, progress, clock)?;
+        attempts = made.outcome.attempts;
+        let result = made.unit_mesh();
+        let (mut found, upper) = progress.during(|progress| {
+            let found = reference.measured(&result, &lengths.values, Depth::Coarse, progress)?;
+            Ok((found, reference.largest(&result, progress)?.upper))
+        })?;
+        clock.phase("deviation");
+        let enough = count(lengths.enough(&result, &found))?;
+        let method = &options.coarse_to_fine;
+        let small = small_angle_places(&result, method.min_angle, method.feature_angle);
+        let now = Candidate { made, vertices: result.vertices.len(), small: small.len(), upper, enough };
+        let was_close = best.as_ref().filter(|best| best.upper <= used).map(|best| best.vertices);
+        let gains = was_close.is_none_or(|was| (now.vertices as f64) < GAIN * was as f64);
+        if best.as_ref().is_none_or(|best| now.is_better_than(best, used)) {
+            best = Some(now);
+        }
+        // Where curves come close to each other, shorter edges make better angles.
+        let narrow = small.iter().filter(|(_, place)| *place != SmallAnglePlace::Corner);
+        narrow.for_each(|(t, _)| found.of_face[*t].distance = found.of_face[*t].distance.max(NARROW * most));
+        lengths.follow(&result, &found, runs, if is_free { 0 } else { options.vertices });
+        runs += 1;
+        let is_enough = upper <= used && !is_free;
+        if is_enough || !gains || progress.is_shortened() {
+            break;
+        }
+    }
+    let Some(best) = best else { return Err(Error::Internal("no run was made".to_owned())) };
+    Ok((best.made, Course { most: Some(most), runs, enough: best.enough }))
+}
+
+/// A number of vertices.
+///
+/// # Errors
+/// [`Error::Usage`] if it is too large.
+fn count(vertices: f64) -> Result<usize> {
+    if vertices >= f64::from(u32::MAX) {
+        let problem = format!("so small a deviation takes {vertices:.3e} vertices, more than can be counted");
+        return Err(Error::option("sizing", problem, "ask for a larger deviation"));
+    }
+    Ok((vertices.ceil() as usize).max(4))
+}
