@@ -58,7 +58,7 @@ impl Phase {
 pub struct Progress {
     /// What the run is doing.
     pub phase: Phase,
-    /// The current attempt, from 1: each has another random start or vertex count.
+    /// The current attempt, from 1: each has another random start, vertex count or edge lengths.
     pub attempt: u32,
     /// Estimated share of the attempt's work that is done, 0 to 1. It never falls within an attempt, and is 1
     /// at the end of the run.

@@ -112,8 +112,17 @@ impl Candidate {
         self.vertices + VERTICES_PER_ANGLE * self.small
     }
 
-    /// Whether it is better than another one: closer, or close enough with fewer vertices.
+    /// Whether it is close enough and has no fault.
+    fn is_good(&self, most: f64) -> bool {
+        self.upper <= most && self.made.outcome.fault.is_none()
+    }
+
+    /// Whether it is better than another one: without a fault, close enough with fewer vertices, or closer.
     fn is_better_than(&self, other: &Self, most: f64) -> bool {
+        let [fault, other_fault] = [self, other].map(|of| of.made.outcome.fault.is_some());
+        if fault != other_fault {
+            return other_fault;
+        }
         match (self.upper <= most, other.upper <= most) {
             (true, true) => self.cost() < other.cost(),
             (close, other_close) => close || (!other_close && self.upper < other.upper),
@@ -172,11 +181,11 @@ pub(super) fn make_within(
             Ok((found, reference.largest(&result, progress)?.upper))
         })?;
         clock.phase("deviation");
-        let enough = count(lengths.enough(&result, &found))?;
+        let enough = lengths.enough(&result, &found).ceil() as usize;
         let method = &options.coarse_to_fine;
         let small = small_angle_places(&result, method.min_angle, method.feature_angle);
         let now = Candidate { made, vertices: result.vertices.len(), small: small.len(), upper, enough };
-        let was_close = best.as_ref().filter(|best| best.upper <= used).map(|best| best.vertices);
+        let was_close = best.as_ref().filter(|best| best.is_good(used)).map(|best| best.vertices);
         let gains = was_close.is_none_or(|was| (now.vertices as f64) < GAIN * was as f64);
         if best.as_ref().is_none_or(|best| now.is_better_than(best, used)) {
             best = Some(now);

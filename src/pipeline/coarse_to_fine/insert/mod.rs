@@ -13,6 +13,8 @@ use split::{Split, WAYS, faces_near, free_vertices, origins_after, splits_at};
 
 /// Most passes; each splits an edge at every place that is too far away.
 const PASSES: u32 = 10;
+/// Most tries in all passes.
+const TRIES: u32 = 24;
 /// Rounds of polish after a split.
 const ROUNDS: u32 = 5;
 /// Faces that may be too far away in a mesh without vertices,
@@ -57,8 +59,9 @@ impl CoarseToFine<'_> {
         let reference = Reference { surface: &surface, bvh: self.model.target.bvh(), most };
         let insertion = Insertion { run: self, reference, lengths, level_spacing, progress };
         let mut now = insertion.measured(local.clone(), Vec::new())?;
+        let mut tries = TRIES;
         for _ in 0..PASSES {
-            match insertion.pass(&now, local.mesh.vertices.len())? {
+            match insertion.pass(&now, local.mesh.vertices.len(), &mut tries)? {
                 Some(closer) => now = closer,
                 None => break,
             }
@@ -94,8 +97,9 @@ impl Insertion<'_> {
         far
     }
 
-    /// A closer mesh, if there is one and it need be; `vertices` are those before the first pass.
-    fn pass(&self, before: &Candidate, vertices: usize) -> Result<Option<Candidate>> {
+    /// A closer mesh, if there is one and it need be; `vertices` are those before the first pass, and `tries`
+    /// those that are left.
+    fn pass(&self, before: &Candidate, vertices: usize, tries: &mut u32) -> Result<Option<Candidate>> {
         let mesh = &before.local.mesh;
         let mut far = self.far_faces(&before.found);
         if far.len() > FEW + vertices / VERTICES_PER_FACE || self.progress.leave_out() {
@@ -116,9 +120,10 @@ impl Insertion<'_> {
         // Those for which no way is left are done without.
         for _ in 0..=WAYS.len() {
             splits.retain(|split| !split.ways.is_empty());
-            if splits.is_empty() {
+            if splits.is_empty() || *tries == 0 {
                 break;
             }
+            *tries -= 1;
             let (after, new) = self.split(before, &splits)?;
             if after.excess < before.excess || after.excess == 0.0 {
                 return Ok(Some(after));
