@@ -11,12 +11,17 @@ pub(crate) fn renumbered(stays: &[bool]) -> (Vec<u32>, Vec<u32>) {
     (new, old)
 }
 
+/// Which of so many vertices are those of a triangle. Panics if an index is out of range.
+pub(crate) fn used_vertices(vertices: usize, triangles: &[[u32; 3]]) -> Vec<bool> {
+    let mut is_used = vec![false; vertices];
+    triangles.as_flattened().iter().for_each(|v| is_used[*v as usize] = true);
+    is_used
+}
+
 /// `triangles` over the vertices of `mesh`, but for those that none of them uses. Panics if an index is out
 /// of range.
 pub(crate) fn without_unused_vertices(mesh: &TriMesh, mut triangles: Vec<[u32; 3]>) -> TriMesh {
-    let mut used = vec![false; mesh.vertices.len()];
-    triangles.as_flattened().iter().for_each(|v| used[*v as usize] = true);
-    let (new, old) = renumbered(&used);
+    let (new, old) = renumbered(&used_vertices(mesh.vertices.len(), &triangles));
     triangles.as_flattened_mut().iter_mut().for_each(|v| *v = new[*v as usize]);
     TriMesh { vertices: old.iter().map(|v| mesh.vertices[*v as usize]).collect(), triangles }
 }

@@ -72,6 +72,22 @@ fn a_spike_between_vertices_is_reached() {
 }
 
 #[test]
+fn a_tolerance_makes_nearer_places_outliers() {
+    // Less than the 0.15 edges that count as far without a tolerance.
+    let (mesh, surface) = dented(0.1);
+    let reached = |tolerance: f64| {
+        let mut reached = mesh.clone();
+        let options = OutlierOptions { tolerance, ..OutlierOptions::default() };
+        let target = Target::new(&surface);
+        reduce_outliers(&mut reached, &target, edge(&mesh), &options, &ProgressToken::default()).unwrap();
+        hausdorff(&reached, &surface)
+    };
+    let before = hausdorff(&mesh, &surface);
+    assert!(reached(f64::INFINITY) > 0.99 * before && reached(0.2 * edge(&mesh)) > 0.99 * before);
+    assert!(reached(0.03 * edge(&mesh)) < 0.5 * before);
+}
+
+#[test]
 fn what_is_met_or_fixed_stays() {
     let mesh = sample("torus").unwrap();
     let mut same = mesh.clone();

@@ -2,15 +2,15 @@
 
 use crate::TriMesh;
 use crate::mesh::bvh::Bvh;
+use crate::mesh::submesh::used_vertices;
 use crate::mesh::triangle::doubled_normal;
 use glam::DVec3;
 
 /// Moves every vertex that no triangle uses to the surface under the middle of the largest triangle, which is
 /// split there. The topology stays as it is. `normals` are those of the surface's triangles.
 pub(super) fn place_unused(mesh: &mut TriMesh, surface: &TriMesh, normals: &[DVec3]) {
-    let mut is_used = vec![false; mesh.vertices.len()];
-    mesh.triangles.as_flattened().iter().for_each(|v| is_used[*v as usize] = true);
-    let unused: Vec<u32> = (0..).zip(&is_used).filter(|(_, used)| !**used).map(|(v, _)| v).collect();
+    let is_used = used_vertices(mesh.vertices.len(), &mesh.triangles);
+    let unused: Vec<u32> = (0..).zip(is_used).filter(|(_, used)| !used).map(|(v, _)| v).collect();
     let bvh = Bvh::new(surface);
     for v in unused {
         let size = |t: &usize| doubled_normal(mesh.corners(*t)).length_squared();

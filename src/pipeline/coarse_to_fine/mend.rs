@@ -6,6 +6,7 @@ use super::shared::CoarseToFine;
 use crate::local::{CurveEdge, LocalMesh, MendOptions, Mended, mend_angles};
 use crate::mesh::NONE;
 use crate::mesh::polyline::Polyline;
+use crate::mesh::submesh::used_vertices;
 use crate::polish::SlidingCurve;
 use crate::sites::on_surface::SitesOnSurface;
 use crate::{Phase, ProgressToken, Result, TriMesh};
@@ -107,8 +108,7 @@ pub(super) fn after_both(first: &[u32], second: Vec<u32>) -> Vec<u32> {
 
 /// The vertices that no triangle uses.
 fn unused_vertices(mesh: &TriMesh) -> Vec<u32> {
-    let mut is_used = vec![false; mesh.vertices.len()];
-    mesh.triangles.as_flattened().iter().for_each(|v| is_used[*v as usize] = true);
+    let is_used = used_vertices(mesh.vertices.len(), &mesh.triangles);
     (0..).zip(is_used).filter(|(_, used)| !used).map(|(v, _)| v).collect()
 }
 

@@ -39,8 +39,8 @@ pub(super) struct Lengths<'a> {
 }
 
 impl<'a> Lengths<'a> {
-    /// Lengths for the sagitta of the surface's curvature. `most` is the largest deviation, in diagonals; so
-    /// are the least and the largest length, as far as they are given.
+    /// Lengths for the sagitta of the surface's [`curvature`]. `most` is the largest deviation, in diagonals;
+    /// so are the least and the largest length, as far as they are given.
     pub fn new(surface: &'a TriMesh, most: f64, given: [Option<f64>; 2], options: &Options) -> Self {
         let least = given[0].unwrap_or((SHORTEST * most).min(given[1].unwrap_or(LONGEST)));
         let range = [least, given[1].unwrap_or(LONGEST).max(least)];
@@ -125,4 +125,82 @@ fn on_curve(surface: &TriMesh, spacing: f64, feature_angle: f64) -> Vec<bool> {
         on_curve[side.corners().0] = curves.contains(&side.ends());
     }
     on_curve
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::mesh::samples::sample;
+    use crate::pipeline::deviation::measured::Farthest;
+
+    /// The largest deviation, and the radius of the sphere.
+    const MOST: f64 = 0.001;
+    const RADIUS: f64 = 0.3;
+
+    fn sphere() -> TriMesh {
+        let mut mesh = sample("sphere").unwrap();
+        mesh.vertices.iter_mut().for_each(|p| *p *= RADIUS / p.length());
+        mesh
+    }
+
+    fn lengths(surface: &TriMesh) -> Lengths<'_> {
+        Lengths::new(surface, MOST, [None; 2], &Options::new(0))
+    }
+
+    /// The lengths after a mesh was measured with every face this far away.
+    fn followed(surface: &TriMesh, distance: f64, round: u32, vertices: usize) -> Vec<f64> {
+        let farthest = Farthest { distance, ..Farthest::default() };
+        let of_face = vec![farthest; surface.triangles.len()];
+        let measured = Measured { of_face, nearest_face: vec![0; surface.vertices.len()] };
+        let mut lengths = lengths(surface);
+        lengths.follow(surface, &measured, round, vertices);
+        lengths.values
+    }
+
+    fn are_near(values: &[f64], expected: f64, share: f64) {
+        assert!(!values.is_empty());
+        for value in values {
+            assert!((value / expected - 1.0).abs() < share, "{value} instead of {expected}");
+        }
+    }
+
+    #[test]
+    fn the_first_lengths_are_those_of_the_sagitta() {
+        let surface = sphere();
+        // A sphere bends both ways.
+        let curvature = 2f64.sqrt() / RADIUS;
+        let expected = (8.0 * AIM * MOST / curvature).sqrt();
+        are_near(&lengths(&surface).values, expected, 0.1);
+    }
+
+    #[test]
+    fn they_follow_the_root_of_what_was_measured_within_limits() {
+        let surface = sphere();
+        let before = lengths(&surface).values;
+        let cases = [
+            (AIM * MOST, 0, 1.0),
+            (1.44 * AIM * MOST, 0, 1.0 / 1.2),
+            (4.0 * MOST, 0, LEAST_CHANGE),
+            (0.01 * MOST, 0, MOST_CHANGE),
+            (0.01 * MOST, EARLY, LATER_CHANGE),
+        ];
+        for (distance, round, change) in cases {
+            let after = followed(&surface, distance, round, 0);
+            let changes: Vec<f64> = after.iter().zip(&before).map(|(new, old)| new / old).collect();
+            are_near(&changes, change, 1e-9);
+        }
+    }
+
+    #[test]
+    fn a_number_of_vertices_is_kept() {
+        let surface = sphere();
+        for vertices in [500, 3000] {
+            let mut scaled = lengths(&surface);
+            scaled.scale_to(vertices);
+            assert!((scaled.vertices() / vertices as f64 - 1.0).abs() < 0.01);
+        }
+        let before = lengths(&surface).vertices();
+        let after = followed(&surface, 4.0 * MOST, 0, before as usize);
+        assert!((vertices_with(&surface, &after) / before - 1.0).abs() < 0.01);
+    }
 }

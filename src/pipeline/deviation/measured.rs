@@ -66,7 +66,7 @@ pub(crate) struct Measured {
     /// For each face of the mesh, the farthest sample on it, or of the surface nearest to it.
     pub of_face: Vec<Farthest>,
     /// For each vertex of the surface, the nearest face.
-    nearest_face: Vec<u32>,
+    pub(super) nearest_face: Vec<u32>,
 }
 
 /// The largest distance of all.
@@ -228,4 +228,95 @@ fn grid([a, b, c]: [DVec3; 3], steps: u32) -> impl Iterator<Item = DVec3> {
         a + (b - a) * u + (c - a) * v
     };
     (0..=steps).flat_map(move |i| (0..=steps - i).map(move |j| at(i, j)))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const RAISED: u32 = 24;
+
+    /// A square of 6 x 6 cells, or of fewer of them that are larger.
+    fn square(cells: u32) -> TriMesh {
+        let row = cells + 1;
+        let at = |i: u32, j: u32| DVec3::new(f64::from(i), f64::from(j), 0.0) * 6.0 / f64::from(cells);
+        let vertices = (0..row).flat_map(|j| (0..row).map(move |i| at(i, j))).collect();
+        let cell = |i: u32, j: u32| {
+            let a = i + row * j;
+            [[a, a + 1, a + row], [a + 1, a + row + 1, a + row]]
+        };
+        let triangles = (0..cells).flat_map(|j| (0..cells).flat_map(move |i| cell(i, j))).collect();
+        TriMesh { vertices, triangles }
+    }
+
+    /// With the middle vertex, which is [`RAISED`], this far up.
+    fn raised(height: f64) -> TriMesh {
+        let mut mesh = square(6);
+        mesh.vertices[RAISED as usize].z = height;
+        mesh
+    }
+
+    fn measured(mesh: &TriMesh, surface: &TriMesh) -> (Measured, Largest) {
+        let bvh = Bvh::new(surface);
+        let reference = Reference { surface, bvh: &bvh, most: 0.1 };
+        let lengths = vec![1.0; surface.vertices.len()];
+        let progress = ProgressToken::default();
+        let found = reference.measured(mesh, &lengths, Depth::Coarse, &progress).unwrap();
+        (found, reference.largest(mesh, &progress).unwrap())
+    }
+
+    fn is_largest(largest: &Largest, distance: f64) {
+        assert!(largest.upper >= distance - 1e-12, "{} < {distance}", largest.upper);
+        assert!(largest.upper <= distance * (1.0 + ACCURACY) + 2.0 * LEAST_GAP, "{}", largest.upper);
+    }
+
+    #[test]
+    fn a_vertex_off_the_surface_counts_at_the_faces_around_it() {
+        for height in [0.05, 0.4] {
+            let (mesh, surface) = (raised(height), square(6));
+            let (found, largest) = measured(&mesh, &surface);
+            is_largest(&largest, height);
+            assert!(mesh.triangles[largest.face as usize].contains(&RAISED));
+            assert!(largest.at.distance(mesh.vertices[RAISED as usize]) < 0.05, "{}", largest.at);
+            for (triangle, farthest) in mesh.triangles.iter().zip(&found.of_face) {
+                let distance = if triangle.contains(&RAISED) { height } else { 0.0 };
+                assert!((farthest.distance - distance).abs() < 1e-12, "{triangle:?}: {farthest:?}");
+            }
+            // A face away from it touches one of those around it.
+            let near = found.near_vertices(&mesh);
+            assert!((near[RAISED as usize] - height).abs() < 1e-12 && near[0] < 1e-12, "{near:?}");
+        }
+    }
+
+    #[test]
+    fn what_the_mesh_leaves_out_counts_at_the_face_below_it() {
+        for height in [0.05, 0.4] {
+            let (mesh, surface) = (square(2), raised(height));
+            let (found, largest) = measured(&mesh, &surface);
+            is_largest(&largest, height);
+            let most = found.of_face.iter().map(|farthest| farthest.distance).fold(0.0, f64::max);
+            assert!((most - height).abs() < 1e-12, "{most}");
+            assert!(found.near_vertices(&mesh)[RAISED as usize] >= height - 1e-12);
+        }
+    }
+
+    #[test]
+    fn a_spike_between_samples_is_certified() {
+        // A narrow pyramid on one face of the surface, where no grid point of a face of the mesh is.
+        let mut surface = square(1);
+        let [a, b, c] = surface.triangles[0];
+        let first = surface.vertices.len() as u32;
+        let at = DVec3::new(2.011, 1.013, 0.0);
+        let foot = [DVec3::new(-0.01, -0.01, 0.0), DVec3::new(0.01, 0.0, 0.0), DVec3::new(0.0, 0.01, 0.0)];
+        surface.vertices.extend(foot.map(|offset| at + offset));
+        surface.vertices.push(at + 0.3 * DVec3::Z);
+        let [p, q, r, tip] = [0, 1, 2, 3].map(|k| first + k);
+        surface.triangles[0] = [p, q, tip];
+        surface.triangles.extend([[q, r, tip], [r, p, tip]]);
+        surface.triangles.extend([[a, b, q], [a, q, p], [b, c, r], [b, r, q], [c, a, p], [c, p, r]]);
+        let (found, largest) = measured(&square(1), &surface);
+        is_largest(&largest, 0.3);
+        assert_eq!(largest.face, 0);
+        assert!(found.of_face[0].distance > 0.29 && found.of_face[1].distance == 0.0);
+    }
 }

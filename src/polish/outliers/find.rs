@@ -11,8 +11,10 @@ use crate::{Result, TriMesh};
 
 /// Most outliers of a mesh with no vertices,
 const MOST_OUTLIERS: usize = 100;
-/// and vertices for each further one.
+/// and vertices for each further one,
 const VERTICES_PER_OUTLIER: usize = 100;
+/// or where a tolerance is given, which more places may exceed.
+const VERTICES_PER_OUTLIER_OF_TOLERANCE: usize = 10;
 
 /// A point of the mesh and one of the surface that are too far apart.
 pub(crate) struct Outlier {
@@ -58,7 +60,8 @@ pub(crate) fn find(mesh: &TriMesh, context: &OutlierContext) -> Result<(Vec<Outl
         .collect();
     outliers.extend(outward);
     outliers.sort_by(|a, b| b.distance.total_cmp(&a.distance).then(a.triangle.cmp(&b.triangle)));
-    let per_outlier = if options.tolerance.is_finite() { 10 } else { VERTICES_PER_OUTLIER };
+    let is_asked_for = options.tolerance.is_finite();
+    let per_outlier = if is_asked_for { VERTICES_PER_OUTLIER_OF_TOLERANCE } else { VERTICES_PER_OUTLIER };
     outliers.truncate(MOST_OUTLIERS + mesh.vertices.len() / per_outlier);
     Ok((outliers, points_of))
 }

@@ -2,6 +2,7 @@
 
 use crate::TriMesh;
 use crate::mesh::NONE;
+use crate::mesh::submesh::used_vertices;
 use crate::pipeline::deviation::measured::Farthest;
 
 /// What is tried to bring a face closer: which of its edges is split, the one nearest to the farthest point
@@ -88,8 +89,7 @@ fn spread(mesh: &TriMesh, is_marked: &mut [bool]) {
 
 /// Where the vertices come from after so many edges of a mesh were split: its own that have triangles first.
 pub(super) fn origins_after(mesh: &TriMesh, splits: usize) -> Vec<u32> {
-    let mut is_used = vec![false; mesh.vertices.len()];
-    mesh.triangles.as_flattened().iter().for_each(|v| is_used[*v as usize] = true);
+    let is_used = used_vertices(mesh.vertices.len(), &mesh.triangles);
     let used = (0..).zip(is_used).filter(|(_, used)| *used).map(|(v, _)| v);
     used.chain(std::iter::repeat_n(NONE, splits)).collect()
 }
