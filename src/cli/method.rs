@@ -23,7 +23,8 @@ pub struct MethodArgs {
     no_fit: bool,
     /// Mend triangles with a smaller angle by local edits [default: 30]
     ///
-    /// 0 to 40; 0 mends none. The number of vertices stays. Angles of the input's own sharp corners
+    /// 0 to 40; 0 mends none. Obtuse triangles on sharp edges and boundaries are mended with them. The number
+    /// of vertices stays. Angles of the input's own sharp corners
     /// stay as they are.
     #[arg(long, value_name = "DEGREES", help_heading = SHAPE, hide_short_help = true)]
     min_angle: Option<f64>,

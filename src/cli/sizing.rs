@@ -8,10 +8,11 @@ use rtfmesh::{Error, Length, Options, Size, Sizing};
 #[derive(clap::Args)]
 #[command(next_help_heading = SIZING)]
 pub struct SizingArgs {
-    /// Edge lengths: uniform, curvature or property:NAME [default: uniform]
+    /// Edge lengths: auto (default), uniform, curvature or property:NAME
     ///
-    /// curvature: shorter where the surface bends; property:NAME: in proportion to this number of each input
-    /// vertex.
+    /// auto: equally long, but shorter around places that are left out then, such as folds that edges bridge;
+    /// uniform: equally long everywhere; curvature: shorter where the surface bends; property:NAME: in
+    /// proportion to this number of each input vertex.
     #[arg(long, value_name = "HOW", value_parser = how)]
     sizing: Option<How>,
     /// Largest distance between the meshes, as 0.02 or 0.1%; sets edge lengths
@@ -41,18 +42,26 @@ pub struct SizingArgs {
 
 #[derive(Debug, Clone, PartialEq)]
 enum How {
+    Auto,
     Uniform,
     Curvature,
     Property(String),
 }
 
+impl How {
+    fn differs(&self) -> bool {
+        !matches!(self, Self::Auto | Self::Uniform)
+    }
+}
+
 fn how(text: &str) -> Result<How, String> {
     match text {
+        "auto" => Ok(How::Auto),
         "uniform" => Ok(How::Uniform),
         "curvature" => Ok(How::Curvature),
         _ => match text.strip_prefix("property:").filter(|name| !name.is_empty()) {
             Some(name) => Ok(How::Property(name.to_owned())),
-            None => Err("give uniform, curvature or property:NAME".to_owned()),
+            None => Err("give auto, uniform, curvature or property:NAME".to_owned()),
         },
     }
 }
@@ -68,7 +77,7 @@ fn length(text: &str) -> Result<Length, String> {
 impl SizingArgs {
     /// Whether edge lengths are to differ.
     pub fn differs(&self) -> bool {
-        self.max_deviation.is_some() || self.sizing.as_ref().is_some_and(|how| *how != How::Uniform)
+        self.max_deviation.is_some() || self.sizing.as_ref().is_some_and(How::differs)
     }
 
     /// Puts what was asked for into the options; numbers of the vertices come with [`SizingArgs::read`].
@@ -76,8 +85,8 @@ impl SizingArgs {
     /// # Errors
     /// [`Error::Usage`] for options that do nothing.
     pub fn put(&self, options: &mut Options) -> rtfmesh::Result<()> {
-        let how = self.sizing.as_ref().unwrap_or(&How::Uniform);
-        let differ = *how != How::Uniform || self.max_deviation.is_some();
+        let how = self.sizing.as_ref().unwrap_or(&How::Auto);
+        let differ = self.differs();
         let others = "curvature or property:NAME, or --max-deviation";
         let given = [
             ("--gradation", self.gradation.is_some(), *how == How::Curvature, "curvature"),
@@ -91,6 +100,7 @@ impl SizingArgs {
         }
         options.coarse_to_fine.sizing = match (how, self.max_deviation) {
             (_, Some(most)) => Sizing::Deviation(most),
+            (How::Auto, None) => Sizing::Automatic,
             (How::Uniform, None) => Sizing::Uniform,
             (How::Curvature, None) => Sizing::Curvature { gradation: self.gradation.unwrap_or(1.0) },
             (How::Property(_), None) => Sizing::Given(Vec::new()),

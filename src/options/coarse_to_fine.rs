@@ -44,8 +44,11 @@ pub enum Shortage {
 #[non_exhaustive]
 #[serde(rename_all = "kebab-case")]
 pub enum Sizing {
-    /// Equally long everywhere.
+    /// Equally long, but shorter around places that are left out then, such as a fold that edges bridge.
+    /// Where the first attempt leaves out none, that is the result.
     #[default]
+    Automatic,
+    /// Equally long everywhere.
     Uniform,
     /// Shorter where the surface is curved: in proportion to curvature^(-`gradation` / 2). With 0 edges are
     /// equally long, with 1 faces are equally far from the surface everywhere, with 2 they meet at equal
@@ -60,6 +63,13 @@ pub enum Sizing {
     /// way round, in several runs. With [`Options::vertices`](crate::Options::vertices) 0 the result has as
     /// few vertices as that takes, else as many as asked for and the smallest distance that these allow.
     Deviation(Length),
+}
+
+impl Sizing {
+    /// Whether edges are equally long, in a first attempt at least.
+    pub(crate) fn is_even(&self) -> bool {
+        matches!(self, Self::Automatic | Self::Uniform)
+    }
 }
 
 /// Lines along edges of the input that the result keeps.
@@ -106,7 +116,8 @@ pub struct CoarseToFineOptions {
     pub local: bool,
     /// Whether vertices leave the surface by a little so that the faces fit it better.
     pub fit: bool,
-    /// Triangles with an angle below this, in degrees, are mended by local edits; 0 to 40, 0 for none.
+    /// Triangles with an angle below this, in degrees, are mended by local edits, and obtuse ones on sharp
+    /// edges and boundaries with them; 0 to 40, 0 for none.
     pub min_angle: f64,
     /// Edges where the surface turns by at least this angle in degrees are sharp and kept; above 0 to 180,
     /// which is none.
@@ -141,7 +152,7 @@ impl Default for CoarseToFineOptions {
             feature_angle: FeatureOptions::FEATURE_ANGLE,
             features: None,
             fixed_half_edges: Vec::new(),
-            sizing: Sizing::Uniform,
+            sizing: Sizing::Automatic,
             min_edge: None,
             max_edge: None,
             growth: 0.25,

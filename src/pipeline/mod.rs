@@ -45,7 +45,7 @@ pub use deviation::DeviationSummary;
 pub(crate) use prepare::for_repaired;
 pub(crate) use prepare::{compile, compile_later};
 pub use preview::{Preview, PreviewLevel, preview, preview_repaired};
-pub use result::{ExactSummary, FeatureSummary, PhaseTime, Remeshed, RunTimings, Summary};
+pub use result::{ExactSummary, FeatureSummary, PhaseTime, Remeshed, RunTimings, ShorterEdges, Summary};
 pub use small_angles::SmallAngleSummary;
 #[cfg(feature = "html")]
 pub(crate) use user_curves::user_curve_edges;
@@ -178,6 +178,7 @@ fn finish(
         energy: measured.energy,
         features: outcome.features,
         small_angles: SmallAngleSummary::new(&result, outcome.mended, options),
+        shorter_edges: outcome.shorter_edges,
         deviation,
         timings: clock.timings(device),
     };

@@ -1,10 +1,11 @@
 //! The outcome of an attempt.
 
-use super::result::{ExactSummary, FeatureSummary};
+use super::result::{ExactSummary, FeatureSummary, ShorterEdges};
 use super::small_angles::MendingCounts;
 use crate::mesh::quality::{TriangleQuality, quality};
 use crate::mesh::topology::{Topology, topology};
 use crate::mesh::unit_frame::{UnitFrame, decimals};
+use crate::polish::Outlier;
 use crate::sites::connect::ConnectCounts;
 use crate::sites::on_surface::SitesOnSurface;
 use crate::sites::poisson::DiskSummary;
@@ -38,6 +39,10 @@ pub(crate) struct Outcome {
     pub features: Option<FeatureSummary>,
     /// Number of vertices that the attempt was to have.
     pub vertices: usize,
+    /// Places of the surface that the fit left far from the mesh.
+    pub outliers: Vec<Outlier>,
+    /// Where edges are shorter than elsewhere so that nothing is left out.
+    pub shorter_edges: Option<ShorterEdges>,
     /// What was done about small angles.
     pub mended: MendingCounts,
     /// Number of attempts up to this one.

@@ -77,6 +77,8 @@ pub struct Summary {
     pub features: Option<FeatureSummary>,
     /// Small angles of the result; only with [`crate::Method::CoarseToFine`], if they are to be mended.
     pub small_angles: Option<super::SmallAngleSummary>,
+    /// Where edges are shorter than elsewhere, with [`crate::Sizing::Automatic`]; `None` if nowhere.
+    pub shorter_edges: Option<ShorterEdges>,
     /// What [`crate::Sizing::Deviation`] led to, if that was asked for.
     pub deviation: Option<super::DeviationSummary>,
     /// What is wrong with the result; empty if it is valid.
@@ -109,6 +111,20 @@ impl FeatureSummary {
             curve_sites: 0,
         }
     }
+}
+
+/// Where edges are shorter than elsewhere, since a part of the input would be left out: such as a fold that
+/// even edges bridge.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+#[non_exhaustive]
+pub struct ShorterEdges {
+    /// Places that even edges would leave out, at least two edge lengths apart, in the input's units; the
+    /// farthest from the mesh first.
+    pub places: Vec<[f64; 3]>,
+    /// The shortest edge length that is wanted, as a share of the longest.
+    pub shortest: f64,
+    /// Vertices that this takes from elsewhere.
+    pub vertices: usize,
 }
 
 /// Time and memory of a run.

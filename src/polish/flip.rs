@@ -5,6 +5,7 @@ use rayon::prelude::*;
 
 use super::locked::Locked;
 use crate::mesh::half_edge_mesh::{HalfEdgeMesh, VertexKind};
+use crate::mesh::half_edges::{next, previous};
 use crate::mesh::triangle::doubled_normal;
 
 /// Least valence of a vertex that may lose an edge.
@@ -15,6 +16,9 @@ const MIN_AGREEMENT: f64 = 0.5;
 const MIN_DIHEDRAL: f64 = 0.8;
 /// Cosine of the largest angle that a flip may create: about 127°.
 const MIN_COSINE: f64 = -0.6;
+/// Weight of vertices on curves in what valences gain: with two triangles on a straight side, one of them
+/// is obtuse.
+const WEIGHT_ON_CURVES: f64 = 2.0;
 /// Least gain of a flip, so that rounding errors cannot flip an edge back and forth.
 const MIN_GAIN: f64 = 1e-6;
 
@@ -58,9 +62,9 @@ fn pays(half_edges: &HalfEdgeMesh, points: &[DVec3], locked: Locked, valence_wei
     let ring @ [a, b, c, d] = half_edges.diamond(h, twin);
     let corners = ring.map(|v| points[v as usize]);
     let delaunay = angle_gain(corners);
-    // Six neighbours are not what vertices on curves are to have.
+    // In strips between two curves, angles say more than numbers.
     let is_chord = locked.fixed[a as usize] && locked.fixed[b as usize];
-    let valence = if is_chord { 0.0 } else { valence_gain(half_edges, ring) };
+    let valence = if is_chord { 0.0 } else { valence_gain(half_edges, points, locked, [h, twin]) };
     // This decides most edges, so it comes first.
     if delaunay + valence_weight * valence <= MIN_GAIN {
         return false;
@@ -85,13 +89,51 @@ fn cotangent(at: DVec3, p: DVec3, q: DVec3) -> f64 {
     u.dot(v) / u.cross(v).length().max(f64::MIN_POSITIVE)
 }
 
-/// Half the decrease of the sum of squared differences to the ideal valences.
-fn valence_gain(half_edges: &HalfEdgeMesh, [a, b, c, d]: [u32; 4]) -> f64 {
-    let excess = |v: u32| {
-        let ideal = if half_edges.kind(v) == VertexKind::Boundary { 4.0 } else { 6.0 };
-        f64::from(half_edges.valence(v)) - ideal
+/// Half the decrease of the weighted sum of squared differences to the ideal valences by a flip of this edge.
+fn valence_gain(half_edges: &HalfEdgeMesh, points: &[DVec3], locked: Locked, [h, twin]: [u32; 2]) -> f64 {
+    let gain = |h: u32, by: f64| {
+        let v = half_edges.origin(h);
+        let (excess, weight) = if locked.fixed[v as usize] {
+            (side_excess(half_edges, points, locked, h), WEIGHT_ON_CURVES)
+        } else {
+            (f64::from(half_edges.valence(v)) - 6.0, 1.0)
+        };
+        weight * (by * excess - 0.5)
     };
-    excess(a) + excess(b) - excess(c) - excess(d) - 2.0
+    gain(h, 1.0) + gain(twin, 1.0) + gain(previous(h), -1.0) + gain(previous(twin), -1.0)
+}
+
+/// The triangles that the origin of a half-edge on a curve has on that side of it, beyond those that make
+/// angles of 60 degrees.
+fn side_excess(half_edges: &HalfEdgeMesh, points: &[DVec3], locked: Locked, start: u32) -> f64 {
+    let v = half_edges.origin(start);
+    let at = points[v as usize];
+    let end = |h: u32| half_edges.origin(next(h));
+    let (mut triangles, mut angle) = (0.0, 0.0);
+    let mut add = |h: u32| {
+        let [p, q] = [end(h), half_edges.origin(previous(h))].map(|w| points[w as usize] - at);
+        triangles += 1.0;
+        angle += p.angle_between(q);
+    };
+    add(start);
+    // Towards one end of the side, then towards the other.
+    let mut h = start;
+    while !locked.holds(v, half_edges.origin(previous(h)))
+        && let Some(beside) = half_edges.twin(previous(h))
+        && beside != start
+    {
+        h = beside;
+        add(h);
+    }
+    let mut h = start;
+    while !locked.holds(v, end(h))
+        && let Some(beside) = half_edges.twin(h)
+        && next(beside) != start
+    {
+        h = next(beside);
+        add(h);
+    }
+    triangles - angle / std::f64::consts::FRAC_PI_3
 }
 
 /// Whether the triangles after the flip face the same way as those before, do not form a sharper edge, and
@@ -112,4 +154,42 @@ pub(crate) fn keeps_shape([a, b, c, d]: [DVec3; 4]) -> bool {
         && [[a, d, c], [b, c, d], [d, a, c], [c, b, d], [c, d, a], [d, c, b]]
             .iter()
             .all(|&[at, p, q]| (p - at).dot(q - at) >= MIN_COSINE * (p - at).length() * (q - at).length())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::mesh::half_edges::{EdgeSet, edge_key};
+
+    /// What the first vertex, at the origin, has on each side of its curve: it is the first corner of all
+    /// triangles, which have the others around it.
+    fn excesses(around: &[[f64; 2]], triangles: &[[u32; 2]], on_curve: &[u32]) -> Vec<f64> {
+        let others = around.iter().map(|[x, y]| DVec3::new(*x, *y, 0.0));
+        let points: Vec<DVec3> = std::iter::once(DVec3::ZERO).chain(others).collect();
+        let triangles: Vec<[u32; 3]> = triangles.iter().map(|[a, b]| [0, *a, *b]).collect();
+        let half_edges = HalfEdgeMesh::new(triangles.clone(), points.len(), &[]);
+        let curve_edges: EdgeSet = on_curve.iter().map(|v| edge_key(0, *v)).collect();
+        let locked = Locked { fixed: &vec![true; points.len()], curve_edges: &curve_edges };
+        let of = |t: usize| side_excess(&half_edges, &points, locked, 3 * t as u32);
+        (0..triangles.len()).map(of).collect()
+    }
+
+    fn are(found: &[f64], expected: &[f64]) {
+        let near = found.iter().zip(expected).all(|(a, b)| (a - b).abs() < 1e-12);
+        assert!(near && found.len() == expected.len(), "{found:?} instead of {expected:?}");
+    }
+
+    #[test]
+    fn each_side_of_a_curve_counts_for_itself() {
+        let h = 0.75f64.sqrt();
+        let around = [[1.0, 0.0], [0.0, 1.0], [-1.0, 0.0], [-0.5, -h], [0.5, -h]];
+        // Two triangles on one side of a straight curve, three on the other.
+        let ring = [[1, 2], [2, 3], [3, 4], [4, 5], [5, 1]];
+        are(&excesses(&around, &ring, &[1, 3]), &[-1.0, -1.0, 0.0, 0.0, 0.0]);
+        // A boundary ends a side as well.
+        are(&excesses(&around, &ring[2..], &[1]), &[0.0, 0.0, 0.0]);
+        // Where the curve ends, there is one side; where it has a corner, the angle counts.
+        are(&excesses(&around, &ring, &[1]), &[-1.0; 5]);
+        are(&excesses(&around, &ring, &[1, 2]), &[-0.5, -0.5, -0.5, -0.5, -0.5]);
+    }
 }

@@ -14,7 +14,7 @@ mod target;
 mod worst;
 
 pub use fit::{FitCounts, FitOptions, fit};
-pub use outliers::{OutlierOptions, reduce_outliers};
+pub use outliers::{Outlier, OutlierOptions, ReducedOutliers, reduce_outliers};
 pub use slide::SlidingCurve;
 pub use target::Target;
 

@@ -2,7 +2,7 @@
 
 use crate::gpu::DeviceInfo;
 use crate::measure::Measures;
-use crate::pipeline::Summary;
+use crate::pipeline::{ShorterEdges, Summary};
 use crate::sites::restricted_voronoi::Energy;
 
 /// A name, the same in every run, and its value as text.
@@ -76,6 +76,12 @@ pub fn course(s: &Summary, device: &DeviceInfo) -> Vec<Row> {
     }
     if let Some([least, largest]) = s.edge_lengths {
         rows.push(("edge lengths asked for", format!("{least:.6} to {largest:.6} (input's units)")));
+    }
+    if let Some(shorter) = &s.shorter_edges {
+        let ShorterEdges { places, shortest, vertices } = shorter;
+        let text =
+            format!("at {} places, down to {:.0} %: {vertices} vertices", places.len(), 100.0 * shortest);
+        rows.push(("shorter edges for what is left out", text));
     }
     if let Some(found) = s.features.filter(|found| found.curves + found.corners > 0) {
         rows.push((

@@ -11,7 +11,8 @@ use serde_json::Value;
 
 pub use crate::gpu::StageTime;
 pub use crate::pipeline::{
-    DeviationSummary, ExactSummary, FeatureSummary, PhaseTime, RunTimings, SmallAngleSummary, Summary,
+    DeviationSummary, ExactSummary, FeatureSummary, PhaseTime, RunTimings, ShorterEdges, SmallAngleSummary,
+    Summary,
 };
 pub use crate::sites::connect::ConnectCounts;
 pub use crate::sites::poisson::DiskSummary;

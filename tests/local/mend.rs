@@ -21,6 +21,11 @@ fn smallest(mesh: &TriMesh) -> f64 {
     quality(mesh).unwrap().theta_min
 }
 
+fn largest(mesh: &TriMesh) -> f64 {
+    let angles = (0..mesh.triangles.len()).map(|t| TriangleQuality::new(mesh.corners(t)).max_angle());
+    angles.fold(0.0, f64::max)
+}
+
 fn mended(local: &mut LocalMesh, surface: &TriMesh, spacing: f64) -> Mended {
     let options = MendOptions { min_angle: 30.0, spacing, deviation: None };
     mend_angles(local, &Target::new(surface), &options, &ProgressToken::default()).unwrap()
@@ -92,6 +97,37 @@ fn a_vertex_out_of_place_moves_back() {
         if *origin != NONE && on_frame(&flat, size)[*origin as usize] {
             assert_eq!(local.mesh.vertices[v], flat.vertices[*origin as usize]);
         }
+    }
+}
+
+#[test]
+fn obtuse_triangles_are_mended_at_curves_alone() {
+    let flat = rectangle(10, 8);
+    let size = [10.0, 8.0 * 0.75f64.sqrt()];
+    let shifted = |at: DVec3| {
+        let mut mesh = flat.clone();
+        let v = mesh.vertices.iter().position(|p| p.distance(at) < 0.1).unwrap();
+        mesh.vertices[v].y -= 0.44;
+        assert!(largest(&mesh) > 95.0 && smallest(&mesh) > 25.0, "{} {}", largest(&mesh), smallest(&mesh));
+        framed(mesh, size)
+    };
+    let height = 0.75f64.sqrt();
+    let options = MendOptions { min_angle: 20.0, spacing: 1.0, deviation: None };
+    let mend = |local: &mut LocalMesh, options: &MendOptions| {
+        mend_angles(local, &Target::new(&flat), options, &ProgressToken::default()).unwrap()
+    };
+    let mut beside = shifted(DVec3::new(4.5, height, 0.0));
+    assert!(mend(&mut beside, &options).edits > 0);
+    assert!(largest(&beside.mesh) <= 90.0 + 1e-9, "{}", largest(&beside.mesh));
+    assert_eq!(topology(&beside.mesh), topology(&flat));
+    let mut inside = shifted(DVec3::new(4.5, 3.0 * height, 0.0));
+    assert_eq!(mend(&mut inside, &options), Mended::default());
+    // With a deviation, and without mending, they stay.
+    for options in
+        [MendOptions { deviation: Some(0.1), ..options }, MendOptions { min_angle: 0.0, ..options }]
+    {
+        let mut beside = shifted(DVec3::new(4.5, height, 0.0));
+        assert_eq!(mend(&mut beside, &options), Mended::default());
     }
 }
 

@@ -13,4 +13,5 @@ pub mod properties;
 pub mod remesher;
 pub mod rounding;
 pub mod shortage;
+pub mod shorter;
 pub mod sizing;

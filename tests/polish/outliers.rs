@@ -5,7 +5,7 @@ use rtfmesh::mesh::intersections::intersecting_faces;
 use rtfmesh::mesh::quality::quality;
 use rtfmesh::mesh::samples::sample;
 use rtfmesh::mesh::topology::topology;
-use rtfmesh::polish::{OutlierOptions, Target, reduce_outliers};
+use rtfmesh::polish::{Outlier, OutlierOptions, ReducedOutliers, Target, reduce_outliers};
 use rtfmesh::{ProgressToken, TriMesh};
 
 use super::angles::{in_threads, odd_meshes, shaken};
@@ -34,7 +34,7 @@ fn spikes_and_dents_are_reached() {
     for edges in [0.7, 0.4, -0.4, -0.7] {
         let (mesh, surface) = dented(edges);
         let mut reached = mesh.clone();
-        let edits = reduce_outliers(
+        let reduced = reduce_outliers(
             &mut reached,
             &Target::new(&surface),
             edge(&mesh),
@@ -43,7 +43,7 @@ fn spikes_and_dents_are_reached() {
         )
         .unwrap();
         let (before, after) = (hausdorff(&mesh, &surface), hausdorff(&reached, &surface));
-        assert!(edits > 0 && after < 0.5 * before, "{edges}: {after} after {before}");
+        assert!(reduced.edits > 0 && after < 0.5 * before, "{edges}: {after} after {before}");
         assert_eq!(topology(&reached), topology(&mesh));
         assert!(intersecting_faces(&reached, &ProgressToken::default()).unwrap().is_empty());
         let (old, new) = (quality(&mesh).unwrap(), quality(&reached).unwrap());
@@ -100,18 +100,21 @@ fn what_is_met_or_fixed_stays() {
             &ProgressToken::default()
         )
         .unwrap(),
-        0
+        ReducedOutliers::default()
     );
     assert_eq!(same, mesh);
     let (mesh, surface) = dented(0.5);
     let options = OutlierOptions { fixed: vec![true; mesh.vertices.len()], ..OutlierOptions::default() };
     let mut same = mesh.clone();
-    assert_eq!(
-        reduce_outliers(&mut same, &Target::new(&surface), edge(&mesh), &options, &ProgressToken::default())
-            .unwrap(),
-        0
-    );
-    assert_eq!(same, mesh);
+    let target = Target::new(&surface);
+    let reduced =
+        reduce_outliers(&mut same, &target, edge(&mesh), &options, &ProgressToken::default()).unwrap();
+    assert_eq!((reduced.edits, &same), (0, &mesh));
+    // The dent is what is left.
+    let left = reduced.left.first().expect("no outlier is left");
+    assert!(left.at == surface.vertices[700] && (left.distance - 0.5 * edge(&mesh)).abs() < 1e-6, "{left:?}");
+    let near = |other: &Outlier| other.at.distance(left.at) < edge(&mesh) && other.distance <= left.distance;
+    assert!(reduced.left.iter().all(near), "{:?}", reduced.left);
 }
 
 #[test]
@@ -129,7 +132,7 @@ fn the_number_of_threads_does_not_show() {
         (in_threads(threads, reduce), reached)
     };
     let alone = run(1);
-    assert!(alone.0 > 20, "{} edits", alone.0);
+    assert!(alone.0.edits > 20, "{} edits", alone.0.edits);
     for threads in [2, 3, 8] {
         assert!(run(threads) == alone, "{threads} threads");
     }

@@ -1,6 +1,7 @@
 //! What small and large angles cost.
 
 use glam::DVec3;
+use std::f64::consts::PI;
 
 use crate::local::star_mesh::StarMesh;
 
@@ -14,6 +15,9 @@ const COST_OF_WIDE: f64 = 1.0;
 /// Of an angle below the least one, besides.
 const COST_OF_SMALL: f64 = 0.1;
 
+/// Of an angle above [`WIDE`], besides, if these are mended.
+const COST_OF_OBTUSE: f64 = 0.02;
+
 /// What angles cost, and the least one that triangles are to have.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct AngleCost {
@@ -21,18 +25,32 @@ pub(super) struct AngleCost {
     least: f64,
     /// The squared cosine of [`NARROW`].
     narrow_sq: f64,
+    /// Of an angle above [`WIDE`], besides; 0 if these are not mended for their own sake.
+    obtuse: f64,
 }
 
 impl AngleCost {
-    /// For a least angle in degrees, at most [`NARROW`].
-    pub fn new(least: f64) -> Self {
-        Self { least: least.to_radians(), narrow_sq: NARROW.to_radians().cos().powi(2) }
+    /// For a least angle in degrees, at most [`NARROW`]; whether obtuse angles are mended as well.
+    pub fn new(least: f64, mends_obtuse: bool) -> Self {
+        Self {
+            least: least.to_radians(),
+            narrow_sq: NARROW.to_radians().cos().powi(2),
+            obtuse: if mends_obtuse { COST_OF_OBTUSE } else { 0.0 },
+        }
     }
 
     /// The smallest angle of a triangle if it is below the least one, in radians; 0 if it has no area.
     pub fn small_angle(&self, corners: [DVec3; 3]) -> Option<f64> {
         let smallest = smallest(corners);
         (smallest < self.least).then_some(smallest)
+    }
+
+    /// Where a triangle comes in the order of mending, the least first, from 0 on: small angles before obtuse
+    /// ones, which count at curves. `None` if it has neither.
+    pub fn rank(&self, corners: [DVec3; 3], is_at_curve: bool) -> Option<f64> {
+        let counts = is_at_curve && self.obtuse > 0.0;
+        let obtuse = || counts.then(|| largest(corners)).filter(|angle| *angle > WIDE.to_radians());
+        self.small_angle(corners).or_else(|| obtuse().map(|angle| self.least + PI - angle))
     }
 
     /// What a triangle costs: 0 if all its angles are good.
@@ -45,16 +63,17 @@ impl AngleCost {
             return 0.0;
         }
         let [high, low] = cosines([u, v, w], [x, y, z]);
-        let (mut narrow, mut wide, mut small) = (0.0, 0.0, 0.0);
+        let (mut narrow, mut wide, mut small, mut obtuse) = (0.0, 0.0, 0.0, 0.0);
         if high * high > self.narrow_sq {
             let smallest = high.acos();
             narrow = (NARROW.to_radians() - smallest).max(0.0) / NARROW.to_radians();
             small = if smallest < self.least { COST_OF_SMALL } else { 0.0 };
         }
         if low < 0.0 {
+            obtuse = self.obtuse;
             wide = (low.acos() - WIDE.to_radians()).max(0.0) / (180.0 - WIDE).to_radians();
         }
-        narrow * narrow + COST_OF_WIDE * wide * wide + small
+        narrow * narrow + COST_OF_WIDE * wide * wide + small + obtuse
     }
 
     /// What all triangles of a mesh cost.
@@ -74,6 +93,12 @@ impl AngleCost {
 fn smallest([a, b, c]: [DVec3; 3]) -> f64 {
     let sides = [b - a, c - b, a - c];
     cosines(sides, sides.map(DVec3::length_squared))[0].acos()
+}
+
+/// The largest angle of a triangle in radians; 180 degrees if it has no area.
+fn largest([a, b, c]: [DVec3; 3]) -> f64 {
+    let sides = [b - a, c - b, a - c];
+    cosines(sides, sides.map(DVec3::length_squared))[1].acos()
 }
 
 /// The largest and the smallest cosine of a triangle's angles from its sides, in order, and their squared

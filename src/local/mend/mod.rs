@@ -1,6 +1,6 @@
-//! Small angles mended by local edits: vertices move over the surface and along curves, edges are flipped,
-//! collapsed and split. What is split in one place is collapsed in another, so that the number of vertices
-//! stays.
+//! Small angles, and obtuse ones at curves, mended by local edits: vertices move over the surface and along
+//! curves, edges are flipped, collapsed and split. What is split in one place is collapsed in another, so
+//! that the number of vertices stays.
 //!
 //! An edit is tried on the part of the mesh around a triangle with a small angle, together with the flips and
 //! moves that follow from it, and kept if that lowers what the angles there cost.
@@ -22,7 +22,7 @@ use super::{CurveEdge, LocalMesh};
 use crate::mesh::NONE;
 use crate::mesh::polyline::Polyline;
 use crate::polish::Target;
-use crate::{ProgressToken, Result, TriMesh};
+use crate::{ProgressToken, Result};
 use angle_cost::AngleCost;
 use edits::Edit;
 use nearby::Nearby;
@@ -57,12 +57,12 @@ const SAME: f64 = 1e-9;
 /// What [`mend_angles`] is to reach.
 #[derive(Debug, Clone, Copy)]
 pub struct MendOptions {
-    /// Triangles with a smaller angle are mended; in degrees, up to 40.
+    /// Triangles with a smaller angle are mended; in degrees, up to 40, 0 for none.
     pub min_angle: f64,
     /// The typical edge length.
     pub spacing: f64,
     /// The distance from the surface that a change may lead to, if not 0.1 edge lengths; the number of
-    /// vertices may change then.
+    /// vertices may change then, and none are spent on obtuse triangles.
     pub deviation: Option<f64>,
 }
 
@@ -95,9 +95,10 @@ struct Mending<'a> {
     progress: &'a ProgressToken,
 }
 
-/// Mends triangles with small angles, as far as that keeps topology, curves and shape and makes no triangles
-/// intersect; the number of vertices stays. `target` is the surface in the same patches. A mesh without small
-/// angles stays as it is. Panics if an index is out of range.
+/// Mends triangles with small angles, and obtuse ones with a vertex on a curve, as far as that keeps
+/// topology, curves and shape and makes no triangles intersect; the number of vertices stays. `target` is the
+/// surface in the same patches. A mesh without such triangles stays as it is. Panics if an index is out of
+/// range.
 ///
 /// # Errors
 /// [`crate::Error::Cancelled`].
@@ -107,9 +108,12 @@ pub fn mend_angles(
     options: &MendOptions,
     progress: &ProgressToken,
 ) -> Result<Mended> {
-    let cost = AngleCost::new(options.min_angle);
-    let is_small = |mesh: &TriMesh, t: usize| cost.small_angle(mesh.corners(t)).is_some();
-    if !(0..local.mesh.triangles.len()).any(|t| is_small(&local.mesh, t)) {
+    let cost = AngleCost::new(options.min_angle, options.deviation.is_none());
+    let is_bad = |(t, triangle): (usize, &[u32; 3])| {
+        let is_at_curve = triangle.iter().any(|v| local.fixed.get(*v as usize).is_some_and(|fixed| *fixed));
+        cost.rank(local.mesh.corners(t), is_at_curve).is_some()
+    };
+    if options.min_angle == 0.0 || !local.mesh.triangles.iter().enumerate().any(is_bad) {
         return Ok(Mended::default());
     }
     let polylines: Vec<Polyline> = local.sliding_curves.iter().map(|curve| curve.line.clone()).collect();
@@ -191,7 +195,9 @@ impl Mending<'_> {
             if triangle[0] == NONE {
                 return None;
             }
-            self.cost.small_angle(mesh.corners(triangle)).map(|angle| Reverse((angle.to_bits(), t)))
+            let is_at_curve = triangle.iter().any(|v| mesh.is_frozen(*v));
+            let rank = self.cost.rank(mesh.corners(triangle), is_at_curve)?;
+            Some(Reverse((rank.to_bits(), t)))
         };
         let all = 0..mesh.triangles.len() as u32;
         let in_vain = IN_VAIN + (IN_VAIN_PER_VERTEX * self.vertices as f64) as usize;

@@ -45,15 +45,16 @@ pub(crate) struct Attempts<'a> {
 }
 
 /// Runs attempts and counts them.
-struct Runner<'a, 'p> {
-    shared: &'a Attempts<'a>,
-    attempts: u32,
-    progress: &'a mut ProgressReporter<'p>,
+pub(super) struct Runner<'a, 'p> {
+    pub shared: &'a Attempts<'a>,
+    pub attempts: u32,
+    pub progress: &'a mut ProgressReporter<'p>,
     clock: &'a mut Clock,
 }
 
 impl Runner<'_, '_> {
-    fn attempt(&mut self, model: &SurfaceModel, vertices: usize, seed: u64) -> Result<Outcome> {
+    /// An attempt on the model of a surface for this number of vertices.
+    pub fn attempt(&mut self, model: &SurfaceModel, vertices: usize, seed: u64) -> Result<Outcome> {
         self.attempts += 1;
         self.progress.attempt(self.attempts);
         let options = &Options { vertices, seed, ..self.shared.options.clone() };
@@ -74,9 +75,13 @@ impl Runner<'_, '_> {
     }
 
     /// The surface for another number of vertices.
-    fn model(&mut self, vertices: usize) -> Result<SurfaceModel> {
-        let Attempts { device, mesh, frame, surface, options, .. } = *self.shared;
-        let options = Options { vertices, ..options.clone() };
+    fn model_for(&mut self, vertices: usize) -> Result<SurfaceModel> {
+        self.model(Options { vertices, ..self.shared.options.clone() })
+    }
+
+    /// The surface for other options.
+    pub fn model(&mut self, options: Options) -> Result<SurfaceModel> {
+        let Attempts { device, mesh, frame, surface, .. } = *self.shared;
         let input = ModelInput { device, mesh, frame, surface };
         self.progress.during(|progress| SurfaceModel::new(input, &options, progress))
     }
@@ -94,7 +99,7 @@ impl Runner<'_, '_> {
                 break;
             }
             vertices = enough;
-            model = self.model(vertices)?;
+            model = self.model_for(vertices)?;
         }
         Ok((model, vertices))
     }
@@ -107,7 +112,7 @@ impl Runner<'_, '_> {
             if more > (MOST_GROWTH * vertices).max(FEW) {
                 return Ok((None, more));
             }
-            let model = self.model(more)?;
+            let model = self.model_for(more)?;
             let outcome = self.attempt(&model, more, seed)?;
             if !outcome.is_refused() {
                 return Ok((Some(outcome), more));
@@ -152,10 +157,12 @@ impl Attempts<'_> {
             }
             first => first?,
         };
+        // It takes memory on the device, as the next one does.
+        drop(model);
+        let first = runner.with_shorter_edges(first, vertices)?;
         let Some(fault) = first.fault.clone() else { return Ok(first) };
         // If vertices may be added, even triangles come first.
         if shortage == Shortage::AddVertices && first.is_refused() {
-            drop(model);
             let (larger, tried) = runner.with_more_vertices(vertices, seed)?;
             let repair = |runner: &mut Runner| runner.progress.during(|p| fallback.repaired(&first, p));
             return match larger {
@@ -167,12 +174,12 @@ impl Attempts<'_> {
         }
         // Local operations do not know the user's curves, but another start may do.
         if has_user_curves(self.options) {
+            let model = runner.model_for(vertices)?;
             let other = runner.attempt(&model, vertices, seed.wrapping_add(1))?;
             if !other.is_refused() {
                 return Ok(other);
             }
         }
-        drop(model);
         let attempts = runner.attempts;
         let mut best = runner.progress.during(|progress| fallback.repaired(&first, progress))?;
         // Where all components were faulty, the whole would be the same once more.

@@ -65,6 +65,7 @@ impl CoarseToFine<'_> {
                     intersecting_faces: None,
                     flags: FlagCounts::default(),
                     steps: Vec::new(),
+                    outliers: Vec::new(),
                     mended: None,
                 });
             }

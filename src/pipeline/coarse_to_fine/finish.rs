@@ -184,7 +184,9 @@ impl CoarseToFine<'_> {
             let tolerance = self.deviation.unwrap_or(f64::INFINITY);
             let options =
                 OutlierOptions { fixed, curve_edges, patches, lengths, tolerance, ..Default::default() };
-            progress.during(|progress| reduce_outliers(mesh, target, edge, &options, progress))?;
+            let reduced =
+                progress.during(|progress| reduce_outliers(mesh, target, edge, &options, progress))?;
+            level.outliers = reduced.left;
             clock.phase("spots");
         }
         Ok(around)

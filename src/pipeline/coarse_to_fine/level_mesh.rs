@@ -4,6 +4,7 @@ use crate::TriMesh;
 use crate::local::Mended;
 use crate::mesh::NONE;
 use crate::mesh::half_edges::{EdgeSet, edge_key};
+use crate::polish::Outlier;
 use crate::sites::connect::ConnectCounts;
 use crate::sites::curve_sites::CurveSites;
 use crate::sites::on_surface::SitesOnSurface;
@@ -45,6 +46,8 @@ pub(crate) struct LevelMesh {
     pub flags: FlagCounts,
     /// Root mean square step of every iteration, in spacings.
     pub steps: Vec<f64>,
+    /// Places of the surface that the fit left far from the mesh.
+    pub outliers: Vec<Outlier>,
     /// What was done about small angles; the sites are the mesh's vertices then.
     pub mended: Option<Mended>,
 }

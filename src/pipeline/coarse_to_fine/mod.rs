@@ -15,6 +15,7 @@ pub(crate) mod levels;
 mod mend;
 mod refine;
 mod shared;
+mod shorter;
 pub(crate) mod size_field;
 pub(crate) mod surface_model;
 mod uncovered;
@@ -95,6 +96,7 @@ impl CoarseToFine<'_> {
             features: Some(FeatureSummary { curve_sites, ..self.model.features }),
             vertices: if self.deviation.is_some() { vertices } else { options.vertices },
             attempts: 1,
+            outliers: level.outliers,
             mended,
             ..Outcome::default()
         })

@@ -37,7 +37,7 @@ pub(crate) fn size_field(
     request: &SizeRequest,
 ) -> Result<SizeField> {
     let SizeRequest { options, given, diagonal } = *request;
-    if options.coarse_to_fine.sizing == Sizing::Uniform {
+    if options.coarse_to_fine.sizing.is_even() {
         return Ok(SizeField::default());
     }
     let spacing = spacing(surface.area(), options.vertices);
@@ -46,7 +46,7 @@ pub(crate) fn size_field(
         Sizing::Curvature { gradation } => {
             curvatures.iter().map(|curvature| curvature.max(FLAT).powf(-0.5 * gradation)).collect()
         }
-        Sizing::Given(_) | Sizing::Deviation(_) | Sizing::Uniform => given.to_vec(),
+        _ => given.to_vec(),
     };
     let [least, largest] =
         [(options.coarse_to_fine.min_edge, 1.0 / RANGE), (options.coarse_to_fine.max_edge, RANGE)]

@@ -2,7 +2,7 @@
 
 use glam::DVec3;
 
-use super::find::Outlier;
+use super::find::FarPlace;
 use super::mesh_copy::MeshCopy;
 use super::region::{Deviation, Region};
 use crate::mesh::NONE;
@@ -49,7 +49,7 @@ struct Shape {
 
 impl MeshCopy<'_> {
     /// The best change at an outlier, if any is good enough; the mesh stays as it is.
-    pub fn best_change(&mut self, outlier: &Outlier, region: &Region) -> Result<Option<Change>> {
+    pub fn best_change(&mut self, outlier: &FarPlace, region: &Region) -> Result<Option<Change>> {
         let mut before = self.before(region);
         let Deviation { sum, largest_sq } = before.deviation;
         if sum <= 0.0 {
@@ -118,7 +118,7 @@ impl MeshCopy<'_> {
         region.vertices.iter().zip(positions).for_each(|(v, p)| self.points[*v as usize] = *p);
     }
 
-    fn edits(&self, outlier: &Outlier) -> Vec<Edit> {
+    fn edits(&self, outlier: &FarPlace) -> Vec<Edit> {
         let mut edits = Vec::new();
         let mut near: Vec<u32> = self.half_edges.triangles[outlier.triangle as usize].to_vec();
         for h in 3 * outlier.triangle..3 * outlier.triangle + 3 {
@@ -138,7 +138,7 @@ impl MeshCopy<'_> {
         edits
     }
 
-    fn shape(&self, t: u32, outlier: &Outlier) -> Shape {
+    fn shape(&self, t: u32, outlier: &FarPlace) -> Shape {
         let corners = self.corners(t);
         let distance = closest_on_triangle(outlier.at, corners).point.distance(outlier.at);
         Shape { distance, min_angle: TriangleQuality::new(corners).min_angle() }
@@ -146,7 +146,7 @@ impl MeshCopy<'_> {
 
     /// The distance of the outlier after an edit, in edge lengths, plus the cost of the worst angle; `shapes`
     /// are those before it.
-    fn predicted(&mut self, edit: Edit, outlier: &Outlier, (region, shapes): (&Region, &[Shape])) -> f64 {
+    fn predicted(&mut self, edit: Edit, outlier: &FarPlace, (region, shapes): (&Region, &[Shape])) -> f64 {
         let saved = match edit {
             Edit::Move(v, _) => Some((v as usize, self.points[v as usize])),
             Edit::Flip(_) => None,
@@ -166,7 +166,7 @@ impl MeshCopy<'_> {
         if let Some((v, here)) = saved {
             self.points[v] = here;
         }
-        near / self.context.typical_edge_length(self.half_edges.triangles[outlier.triangle as usize])
+        near / self.edge_length_at(outlier.triangle)
             + (self.context.options.min_angle - angle).max(0.0) * ANGLE_COST
     }
 

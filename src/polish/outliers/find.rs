@@ -17,7 +17,7 @@ const VERTICES_PER_OUTLIER: usize = 100;
 const VERTICES_PER_OUTLIER_OF_TOLERANCE: usize = 10;
 
 /// A point of the mesh and one of the surface that are too far apart.
-pub(crate) struct Outlier {
+pub(crate) struct FarPlace {
     distance: f64,
     pub triangle: u32,
     /// From the mesh to the surface.
@@ -26,8 +26,9 @@ pub(crate) struct Outlier {
     pub at: DVec3,
 }
 
-/// The outliers, the farthest first, and for each triangle the surface's vertices to which it is the closest.
-pub(crate) fn find(mesh: &TriMesh, context: &OutlierContext) -> Result<(Vec<Outlier>, Vec<Vec<u32>>)> {
+/// Places that are too far apart, the farthest first, and for each triangle the surface's vertices to which
+/// it is the closest.
+pub(crate) fn find(mesh: &TriMesh, context: &OutlierContext) -> Result<(Vec<FarPlace>, Vec<Vec<u32>>)> {
     let OutlierContext { target, options, edge, progress } = *context;
     let bvh = Bvh::new(mesh);
     progress.poll()?;
@@ -48,11 +49,11 @@ pub(crate) fn find(mesh: &TriMesh, context: &OutlierContext) -> Result<(Vec<Outl
         if found.distance_sq > context.tolerance_sq(mesh.triangles[found.triangle as usize]) {
             let at = target.vertices[p].position;
             let offset = at - found.point;
-            outliers.push(Outlier { distance: offset.length(), triangle: found.triangle, offset, at });
+            outliers.push(FarPlace { distance: offset.length(), triangle: found.triangle, offset, at });
         }
     }
     progress.poll()?;
-    let outward: Vec<Outlier> = (0..mesh.triangles.len() as u32)
+    let outward: Vec<FarPlace> = (0..mesh.triangles.len() as u32)
         .into_par_iter()
         .with_min_len(CHUNK)
         .map_init(|| 0, |rank, t| outward(mesh, context, t, rank))
@@ -67,12 +68,12 @@ pub(crate) fn find(mesh: &TriMesh, context: &OutlierContext) -> Result<(Vec<Outl
 }
 
 /// The farthest of a triangle's samples, if it is beyond the tolerance.
-fn outward(mesh: &TriMesh, context: &OutlierContext, t: u32, rank: &mut usize) -> Option<Outlier> {
+fn outward(mesh: &TriMesh, context: &OutlierContext, t: u32, rank: &mut usize) -> Option<FarPlace> {
     let least = context.tolerance_sq(mesh.triangles[t as usize]);
     let outliers = samples(mesh.corners(t as usize)).into_iter().filter_map(|p| {
         let found = context.target.bvh.closest_or_near(p, rank, least)?;
         let (distance, offset) = (found.distance_sq.sqrt(), found.point - p);
-        (found.distance_sq > least).then_some(Outlier { distance, triangle: t, offset, at: found.point })
+        (found.distance_sq > least).then_some(FarPlace { distance, triangle: t, offset, at: found.point })
     });
     outliers.max_by(|a, b| a.distance.total_cmp(&b.distance))
 }

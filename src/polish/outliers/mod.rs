@@ -13,6 +13,7 @@ mod region;
 
 use std::sync::atomic::{AtomicUsize, Ordering};
 
+use glam::DVec3;
 use rayon::prelude::*;
 
 use super::Target;
@@ -20,7 +21,7 @@ use crate::{ProgressToken, Result, TriMesh};
 use context::OutlierContext;
 pub use context::OutlierOptions;
 use edit::Change;
-use find::{Outlier, find};
+use find::{FarPlace, find};
 use mesh_copy::MeshCopy;
 use region::Region;
 
@@ -30,8 +31,27 @@ const STEPS: u32 = 4;
 /// threads.
 const TOGETHER: usize = 8;
 
-/// Brings `mesh` and `target` closer where they are farthest apart, and returns the number of edits. To
-/// finish early, the remaining outliers are left as they are.
+/// What [`reduce_outliers`] did.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct ReducedOutliers {
+    /// Edits that were made.
+    pub edits: usize,
+    /// The places of the surface that are farther from the mesh than tolerated still, of those that were
+    /// looked at.
+    pub left: Vec<Outlier>,
+}
+
+/// A place of the surface that is far from the mesh.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Outlier {
+    /// On the surface.
+    pub at: DVec3,
+    /// From the mesh.
+    pub distance: f64,
+}
+
+/// Brings `mesh` and `target` closer where they are farthest apart. To finish early, the remaining outliers
+/// are left as they are.
 ///
 /// `edge` is the typical edge length of the mesh. The topology stays. Panics if an index is out of range.
 ///
@@ -43,14 +63,14 @@ pub fn reduce_outliers(
     edge: f64,
     options: &OutlierOptions,
     progress: &ProgressToken,
-) -> Result<usize> {
+) -> Result<ReducedOutliers> {
     if progress.leave_out() {
-        return Ok(0);
+        return Ok(ReducedOutliers::default());
     }
     let context = OutlierContext { target, options, edge, progress };
     let (outliers, points_of) = find(mesh, &context)?;
     if outliers.is_empty() {
-        return Ok(0);
+        return Ok(ReducedOutliers::default());
     }
     let first = MeshCopy::new(mesh, &context);
     let copies = rayon::current_num_threads().clamp(1, TOGETHER.min(outliers.len()));
@@ -81,11 +101,11 @@ pub fn reduce_outliers(
             break;
         }
     }
-    let edits = reducer.edits;
+    let reduced = ReducedOutliers { edits: reducer.edits, left: reducer.left() };
     if let Some(copy) = reducer.copies.pop() {
         copy.into_mesh(mesh);
     }
-    Ok(edits)
+    Ok(reduced)
 }
 
 /// An outlier that waits for its next edit.
@@ -97,7 +117,7 @@ struct Task {
 
 /// The mesh that is edited.
 struct OutlierReducer<'a> {
-    outliers: Vec<Outlier>,
+    outliers: Vec<FarPlace>,
     /// For each triangle, the surface's vertices to which it is the closest.
     points_of: Vec<Vec<u32>>,
     /// Copies of the same mesh, for edits that are tried at the same time.
@@ -159,6 +179,17 @@ impl OutlierReducer<'_> {
         let mut found: Vec<_> = self.copies.par_iter_mut().flat_map_iter(best_changes).collect();
         found.sort_unstable_by_key(|(k, _)| *k);
         found.into_iter().map(|(_, change)| change).collect()
+    }
+
+    /// The outliers that are beyond the tolerance still.
+    fn left(&self) -> Vec<Outlier> {
+        let Some(copy) = self.copies.last() else { return Vec::new() };
+        let left = |far: &FarPlace| {
+            let region = copy.region(far.triangle, &self.points_of);
+            let distance = copy.distance_to(&region, far.at);
+            (distance.powi(2) > region.tolerance_sq).then_some(Outlier { at: far.at, distance })
+        };
+        self.outliers.iter().filter_map(left).collect()
     }
 
     fn commit(&mut self, region: &Region, change: &Change) {

@@ -34,7 +34,7 @@ pub(crate) struct Region {
     /// list.
     points: Vec<(u32, usize)>,
     /// The square of the tolerated distance.
-    tolerance_sq: f64,
+    pub tolerance_sq: f64,
 }
 
 /// A region before it is edited.
@@ -85,6 +85,17 @@ impl MeshCopy<'_> {
         let adjacent = triangles.iter().flat_map(across).filter(outside).collect();
         let tolerance_sq = self.context.tolerance_sq(self.half_edges.triangles[t as usize]);
         Region { vertices, triangles, adjacent, points, tolerance_sq }
+    }
+
+    /// The distance of a point to the nearest triangle of a region.
+    pub fn distance_to(&self, region: &Region, at: DVec3) -> f64 {
+        let distances = region.triangles.iter().map(|t| distance_sq(at, self.corners(*t)));
+        distances.fold(f64::INFINITY, f64::min).sqrt()
+    }
+
+    /// The typical edge length at a triangle.
+    pub fn edge_length_at(&self, t: u32) -> f64 {
+        self.context.typical_edge_length(self.half_edges.triangles[t as usize])
     }
 
     /// The corners of a triangle and the rings of vertices around it, in ascending order.
@@ -229,7 +240,7 @@ impl MeshCopy<'_> {
         let corners = self.corners(t);
         let normal = doubled_normal(corners).normalize_or_zero();
         let middle = (corners[0] + corners[1] + corners[2]) / 3.0;
-        let edge = self.context.typical_edge_length(self.half_edges.triangles[t as usize]);
+        let edge = self.edge_length_at(t);
         let across =
             |h| self.half_edges.twin(h).map(|g| doubled_normal(self.corners(g / 3)).normalize_or_zero());
         (3 * t..3 * t + 3).filter_map(across).all(|neighbour| neighbour.dot(normal) > DIHEDRAL)

@@ -1,0 +1,145 @@
+//! Another attempt with shorter edges around places that even edges leave out.
+//!
+//! Evenly spaced sites miss a fold that is narrower than an edge, such as the corner of a mouth: one cell has
+//! both of its sides, and the faces bridge it. A few more sites there are enough for one on its bottom.
+
+use glam::DVec3;
+
+use super::attempts::Runner;
+use crate::mesh::hash_grid::HashGrid;
+use crate::mesh::quality::TriangleQuality;
+use crate::mesh::sizing::{SizeField, vertices_with};
+use crate::mesh::small_angles::small_angle_places;
+use crate::mesh::spacing;
+use crate::options::{CoarseToFineOptions, Options, Sizing};
+use crate::pipeline::missing::far_vertices;
+use crate::pipeline::outcome::{Fault, FaultKind, Outcome};
+use crate::pipeline::result::ShorterEdges;
+use crate::{Result, TriMesh};
+
+/// A place of the surface farther from the mesh than so many edge lengths is left out.
+const LEFT_OUT: f64 = 0.6;
+/// Where one is, others farther than this are to come closer as well.
+const FAR: f64 = 0.4;
+/// Share of their length that edges have there in the next attempt,
+const SHORTER: f64 = 0.6;
+/// within so many spacings.
+const REACH: f64 = 1.5;
+/// Most further attempts.
+const ATTEMPTS: u32 = 2;
+/// Another attempt counts if the place that is farthest from the mesh is at this share of the distance.
+const CLOSER: f64 = 0.8;
+/// Faces with small angles that it may have more, as a share of all,
+const MORE_SMALL: f64 = 0.001;
+/// and the least share of the smallest angle that it may have.
+const NARROWER: f64 = 0.7;
+/// Places that are told apart are so many spacings away from each other.
+const APART: f64 = 2.0;
+
+impl Runner<'_, '_> {
+    /// The outcome, or a closer one with shorter edges around the places that it leaves out, if the options
+    /// leave edge lengths open.
+    pub(super) fn with_shorter_edges(&mut self, first: Outcome, vertices: usize) -> Result<Outcome> {
+        let options = self.shared.options;
+        let surface = self.shared.surface.mesh();
+        let length = spacing(surface.area(), vertices);
+        let is_open = options.coarse_to_fine.sizing == Sizing::Automatic;
+        let is_missing = |fault: &Fault| fault.kind == FaultKind::Missing;
+        let is_sound = first.fault.as_ref().is_none_or(is_missing);
+        if !is_open || !is_sound || farthest(&first) <= LEFT_OUT * length {
+            return Ok(first);
+        }
+        let mut values = vec![1.0; self.shared.mesh.vertices.len()];
+        let mut places: Vec<DVec3> = Vec::new();
+        let mut left_out = self.left_out(&surface, &first, length)?;
+        let mut best = first;
+        for _ in 0..ATTEMPTS {
+            let is_over = farthest(&best) <= LEFT_OUT * length || self.progress.is_shortened();
+            if is_over || !self.shorten(&mut values, &left_out, length) {
+                break;
+            }
+            add_places(&mut places, &left_out, length);
+            let mut options = options.clone();
+            options.coarse_to_fine.sizing = Sizing::Given(values.clone());
+            let model = self.model(Options { vertices, ..options })?;
+            let next = self.attempt(&model, vertices, self.shared.options.seed)?;
+            left_out = self.left_out(&surface, &next, length)?;
+            if self.is_better(&next, &best) {
+                let shorter_edges = Some(self.summary(&surface, &places, &model.sizes));
+                best = Outcome { shorter_edges, ..next };
+            }
+        }
+        Ok(Outcome { attempts: self.attempts, ..best })
+    }
+
+    /// The surface's vertices that are far from the mesh, the farthest first.
+    fn left_out(&mut self, surface: &TriMesh, outcome: &Outcome, length: f64) -> Result<Vec<DVec3>> {
+        let even = SizeField::default();
+        let find = |progress: &_| far_vertices(surface, &outcome.mesh, FAR, (length, &even), progress);
+        let far = self.progress.during(find)?;
+        Ok(far.into_iter().map(|v| surface.vertices[v as usize]).collect())
+    }
+
+    /// Shortens the edges wanted around some places; whether there are vertices around any. The values are
+    /// those of the repaired input's vertices.
+    fn shorten(&self, values: &mut [f64], places: &[DVec3], length: f64) -> bool {
+        let reach = REACH * length;
+        let mut grid = HashGrid::new(reach, places.len());
+        places.iter().for_each(|at| grid.insert(*at, *at));
+        let mut is_shorter = false;
+        for (value, p) in values.iter_mut().zip(&self.shared.mesh.vertices) {
+            let p = self.shared.frame.to_unit(*p);
+            if grid.any(p, |at: DVec3| at.distance_squared(p) < reach * reach) {
+                *value *= SHORTER;
+                is_shorter = true;
+            }
+        }
+        is_shorter
+    }
+
+    /// Whether an outcome is closer than the best one by much, and its angles are hardly smaller.
+    fn is_better(&self, next: &Outcome, best: &Outcome) -> bool {
+        let [(small, smallest), (small_before, smallest_before)] =
+            [next, best].map(|outcome| self.small_angles(&outcome.mesh));
+        let more = (MORE_SMALL * best.mesh.triangles.len() as f64) as usize;
+        next.fault.is_none()
+            && farthest(next) <= CLOSER * farthest(best)
+            && small <= small_before + more
+            && smallest >= NARROWER * smallest_before
+    }
+
+    /// How many triangles have an angle below the least one, and the smallest of these, or the least one if
+    /// there are none.
+    fn small_angles(&self, mesh: &TriMesh) -> (usize, f64) {
+        let CoarseToFineOptions { min_angle, feature_angle, .. } = self.shared.options.coarse_to_fine;
+        let small = small_angle_places(mesh, min_angle, feature_angle);
+        let angle = |(t, _): &(usize, _)| TriangleQuality::new(mesh.corners(*t)).min_angle();
+        (small.len(), small.iter().map(angle).fold(min_angle, f64::min))
+    }
+
+    fn summary(&self, surface: &TriMesh, places: &[DVec3], sizes: &SizeField) -> ShorterEdges {
+        let lengths: Vec<f64> = (0..surface.vertices.len() as u32).map(|v| sizes.at_vertex(v)).collect();
+        let [least, largest] = sizes.range();
+        let even = vertices_with(surface, &vec![largest; lengths.len()]);
+        let share = 1.0 - even / vertices_with(surface, &lengths);
+        ShorterEdges {
+            places: places.iter().map(|p| self.shared.frame.from_unit(*p).to_array()).collect(),
+            shortest: least / largest,
+            vertices: (share * self.shared.options.vertices as f64).round() as usize,
+        }
+    }
+}
+
+/// The distance of the place that is farthest from the mesh, of those that the fit left.
+fn farthest(outcome: &Outcome) -> f64 {
+    outcome.outliers.iter().map(|place| place.distance).fold(0.0, f64::max)
+}
+
+/// Adds those of `more` that are apart from the others.
+fn add_places(places: &mut Vec<DVec3>, more: &[DVec3], length: f64) {
+    for p in more {
+        if places.iter().all(|at| at.distance(*p) > APART * length) {
+            places.push(*p);
+        }
+    }
+}
