@@ -195,7 +195,7 @@ impl Mending<'_> {
             if triangle[0] == NONE {
                 return None;
             }
-            let is_at_curve = triangle.iter().any(|v| mesh.is_frozen(*v));
+            let is_at_curve = triangle.iter().any(|v| mesh.places[*v as usize] != Place::Inside);
             let rank = self.cost.rank(mesh.corners(triangle), is_at_curve)?;
             Some(Reverse((rank.to_bits(), t)))
         };
@@ -249,6 +249,7 @@ impl Mending<'_> {
         let triangle = part.find(t)?;
         let surplus = self.surplus(mesh);
         let before = self.cost.of_all(&part.mesh);
+        let is_obtuse = self.cost.small_angle(part.mesh.corners(triangle)).is_none();
         let trial = |edit: &Edit| {
             let mut trial = part.clone();
             if !self.apply(&mut trial.mesh, *edit) {
@@ -260,7 +261,10 @@ impl Mending<'_> {
         };
         let is_sound = |(_, trial): &(f64, Part)| self.is_sound(mesh, nearby, part, trial);
         let mut best: Option<(f64, Part)> = None;
-        for edits in Edit::at(&part.mesh, triangle) {
+        for mut edits in Edit::at(&part.mesh, triangle) {
+            if is_obtuse {
+                edits.retain(|edit| matches!(edit, Edit::None | Edit::Flip(..)));
+            }
             let mut trials: Vec<(f64, Part)> = edits.par_iter().filter_map(trial).collect();
             // Stable, so that the order of the edits decides between equal ones.
             trials.sort_by(|p, q| p.0.total_cmp(&q.0));
