@@ -64,6 +64,9 @@ impl Runner<'_, '_> {
             let model = self.model(Options { vertices, ..options })?;
             let next = self.attempt(&model, vertices, self.shared.options.seed)?;
             left_out = self.left_out(&surface, &next, length)?;
+            if farthest(&next) >= farthest(&best) {
+                break;
+            }
             if self.is_better(&next, &best) {
                 let shorter_edges = Some(self.summary(&surface, &places, &model.sizes));
                 best = Outcome { shorter_edges, ..next };
