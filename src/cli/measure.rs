@@ -7,16 +7,19 @@ use super::terminal::print;
 use anyhow::Result;
 use rtfmesh::io::Loaded;
 use rtfmesh::measure::{Energy, energy};
-use rtfmesh::measure::{Measures, measure_within};
+use rtfmesh::measure::{Measures, measure_within, weld};
 use rtfmesh::mesh::distance::DEFAULT_ACCURACY;
+use rtfmesh::mesh::feature_distance::{FeatureDistances, feature_distances};
+use rtfmesh::mesh::features::FeatureOptions;
 use rtfmesh::report::to_json;
-use rtfmesh::{Error, TriMesh};
+use rtfmesh::{Error, ProgressToken, TriMesh};
 use serde::Serialize;
 use std::path::{Path, PathBuf};
 
 const EXAMPLES: &str = "Examples:
   rtfmesh measure kitten-10k.ply --against kitten.ply
-  rtfmesh measure kitten-10k.ply --against kitten.ply --json";
+  rtfmesh measure kitten-10k.ply --against kitten.ply --json
+  rtfmesh measure part-5k.ply --against part.stl --features";
 
 /// Measure a mesh: triangle quality, topology, self-intersections, distances to a reference.
 #[derive(clap::Args)]
@@ -39,6 +42,13 @@ pub struct Args {
     /// the nearest vertex
     #[arg(long, requires = "against")]
     energy: bool,
+    /// Measure the distances between sharp edges and boundaries as well, both ways
+    #[arg(long, requires = "against")]
+    features: bool,
+    /// Edges where the surface turns by at least this angle are sharp, with --features
+    #[arg(long, value_name = "DEGREES", default_value_t = FeatureOptions::FEATURE_ANGLE,
+        requires = "features")]
+    feature_angle: f64,
     #[command(flatten)]
     input_format: InputFormat,
     /// Print JSON
@@ -53,6 +63,8 @@ struct Found {
     measures: Measures,
     #[serde(skip_serializing_if = "Option::is_none")]
     energy: Option<Energy>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    features: Option<FeatureDistances>,
 }
 
 /// Measures and prints.
@@ -69,12 +81,20 @@ pub fn run(args: &Args) -> Result<()> {
     let accuracy = args.accuracy.unwrap_or(DEFAULT_ACCURACY);
     let measures =
         measure_within(&mesh, reference.as_ref(), accuracy).map_err(|e| e.in_file(input_name(&args.mesh)))?;
-    let energy = match reference.filter(|_| args.energy) {
-        Some(reference) => Some(energy(&reference, &mesh.vertices)?),
+    let energy = match reference.as_ref().filter(|_| args.energy) {
+        Some(reference) => Some(energy(reference, &mesh.vertices)?),
         None => None,
     };
-    let found = Found { measures, energy };
-    print(&if args.json { to_json(&found)? } else { table::measures(&found.measures, found.energy.as_ref()) })
+    let features = match reference.filter(|_| args.features) {
+        Some(reference) => {
+            let [mesh, reference] = [&mesh, &reference].map(weld);
+            Some(feature_distances(&mesh, &reference, args.feature_angle, &ProgressToken::default())?)
+        }
+        None => None,
+    };
+    let found = Found { measures, energy, features };
+    let table = || table::measures(&found.measures, found.energy.as_ref(), found.features.as_ref());
+    print(&if args.json { to_json(&found)? } else { table() })
 }
 
 fn with_notes(path: &Path, loaded: Loaded) -> TriMesh {

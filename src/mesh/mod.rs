@@ -5,6 +5,7 @@ pub(crate) mod coincident;
 pub mod correspondence;
 pub(crate) mod csr;
 pub mod distance;
+pub mod feature_distance;
 pub mod features;
 pub(crate) mod half_edge_mesh;
 pub(crate) mod half_edges;

@@ -1,8 +1,8 @@
 //! Triangles with small angles, and why they may be hard to avoid.
 
-use super::half_edges::{EdgeTable, HalfEdge, edge_key};
+use super::feature_distance::sharp_edges;
+use super::half_edges::edge_key;
 use super::quality::TriangleQuality;
-use super::triangle::doubled_normal;
 use crate::TriMesh;
 use std::collections::HashSet;
 
@@ -50,16 +50,7 @@ pub(crate) fn small_angle_places(
     if small.is_empty() {
         return Vec::new();
     }
-    let least = feature_angle.to_radians().cos();
-    let turns = |edge: &&[HalfEdge]| match edge {
-        [one, two] => {
-            let [n, m] = [one, two].map(|h| doubled_normal(mesh.corners(h.triangle())));
-            n.dot(m) <= least * n.length() * m.length()
-        }
-        _ => true,
-    };
-    let sharp: HashSet<(u32, u32)> =
-        EdgeTable::new(&mesh.triangles).edges().filter(turns).map(|edge| edge[0].ends()).collect();
+    let sharp: HashSet<(u32, u32)> = sharp_edges(mesh, feature_angle).into_iter().collect();
     let on_sharp: HashSet<u32> = sharp.iter().flat_map(|(a, b)| [*a, *b]).collect();
     let place = |t: usize| {
         let triangle = mesh.triangles[t];

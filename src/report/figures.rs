@@ -2,6 +2,7 @@
 
 use crate::gpu::DeviceInfo;
 use crate::measure::Measures;
+use crate::mesh::feature_distance::{FeatureDistance, FeatureDistances};
 use crate::pipeline::{ShorterEdges, Summary};
 use crate::sites::restricted_voronoi::Energy;
 
@@ -108,6 +109,23 @@ pub fn course(s: &Summary, device: &DeviceInfo) -> Vec<Row> {
     }
     rows.push(("device", format!("{} ({})", device.name, device.driver.trim())));
     rows
+}
+
+/// How far features of two meshes are from each other.
+pub fn features(features: &FeatureDistances) -> Vec<Row> {
+    let both = |number: fn(&FeatureDistance) -> f64| {
+        let text = |found: Option<FeatureDistance>| {
+            found.map_or_else(|| "-".to_owned(), |found| format!("{:.4} %", number(&found)))
+        };
+        format!("{}, {}", text(features.to_reference), text(features.from_reference))
+    };
+    vec![
+        ("length of features, reference's", {
+            format!("{:.2} %, {:.2} %", features.length, features.reference_length)
+        }),
+        ("features' largest distance to, from", both(|found| found.largest)),
+        ("features' RMS to, from", both(|found| found.rms)),
+    ]
 }
 
 /// How evenly points are spread over a mesh.

@@ -234,6 +234,31 @@ fn measure_speaks_to_people_and_programs() {
 }
 
 #[test]
+fn features_are_measured_both_ways() {
+    let place = Place::with("box");
+    let mut bevelled = sample("box").unwrap();
+    let corner = bevelled.vertices.iter().copied().reduce(glam::DVec3::max).unwrap();
+    bevelled.vertices.iter_mut().filter(|p| **p == corner).for_each(|p| *p -= 0.1);
+    write(&place.path("other.obj"), &bevelled).unwrap();
+    let (text, errors) = place.run("measure other.obj --against in.ply --features");
+    assert!(errors.is_empty() && text.contains("features' largest distance to, from"), "{text}{errors}");
+    let found = |arguments: &str| -> Value {
+        serde_json::from_str(&place.run(&format!("measure other.obj --against in.ply --json {arguments}")).0)
+            .unwrap()
+    };
+    assert_eq!(found("")["features"], Value::Null);
+    let both = found("--features");
+    // The corner is as far from the box's sides as it moved along two axes; its former place as far as the
+    // moved corner.
+    let diagonal = 3f64.sqrt();
+    let to = number(&both, "/features/to_reference/largest");
+    assert!((to - 100.0 * 0.1 * 2f64.sqrt() / diagonal).abs() < 1e-3, "{both}");
+    assert!(number(&both, "/features/from_reference/largest") > to, "{both}");
+    // Nothing is that sharp.
+    assert_eq!(number(&found("--features --feature-angle 170"), "/features/length"), 0.0);
+}
+
+#[test]
 fn devices_are_listed_with_what_matters() {
     let place = Place::new();
     let (text, errors) = place.run("devices");
