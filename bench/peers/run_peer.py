@@ -1,10 +1,11 @@
 #!/usr/bin/env python3
-"""Remeshes with another program: run_peer.py METHOD IN.ply OUT.ply N [--edge LENGTH]
+"""Remeshes with another program: run_peer.py METHOD IN.ply OUT.ply N [--edge LENGTH] [--features DEGREES]
 
 Prints one line of JSON: seconds inside the call (without reading, writing and imports), vertices, the edge
 length for methods that take one instead of a count, and the version. `run_peer.py --list` prints for each
 method why it is not available, or null. Methods that take an edge length get LENGTH, or else that of N
-vertices in a hexagonal layout; the caller searches for the one that gives N.
+vertices in a hexagonal layout; the caller searches for the one that gives N. With --features, methods that
+can keep edges where the surface turns by so many degrees; else each does as it does by itself.
 """
 
 import argparse
@@ -27,7 +28,7 @@ LLOYD, NEWTON = "5", "30"
 Timed = collections.namedtuple("Timed", "result seconds")
 
 
-def pyacvd(points, faces, count, edge):
+def pyacvd(points, faces, count, edge, features):
     import numpy as np
     import pyacvd as acvd
     import pyvista
@@ -45,27 +46,33 @@ def pyacvd(points, faces, count, edge):
     return call, lambda mesh: (np.asarray(mesh.points), mesh.faces.reshape(-1, 4)[:, 1:])
 
 
-def pymeshlab(points, faces, count, edge):
+def pymeshlab(points, faces, count, edge, features):
     import pymeshlab as lab
 
     meshes = lab.MeshSet()
     meshes.add_mesh(lab.Mesh(points, faces))
 
+    angle = {} if features is None else {"featuredeg": features}
+
     def call():
-        meshes.meshing_isotropic_explicit_remeshing(iterations=ITERATIONS, targetlen=lab.PureValue(edge))
+        target = lab.PureValue(edge)
+        meshes.meshing_isotropic_explicit_remeshing(iterations=ITERATIONS, targetlen=target, **angle)
         return meshes.current_mesh()
 
     return call, lambda mesh: (mesh.vertex_matrix(), mesh.face_matrix())
 
 
-def gpytoolbox(points, faces, count, edge):
+def gpytoolbox(points, faces, count, edge, features):
     from gpytoolbox import remesh_botsch
 
-    return lambda: remesh_botsch(points, faces, ITERATIONS, edge, True), lambda mesh: mesh
+    kept = {}
+    if features is not None:
+        kept = {"detect_feature_edges": True, "feature_dihedral_threshold": features}
+    return lambda: remesh_botsch(points, faces, ITERATIONS, edge, True, **kept), lambda mesh: mesh
 
 
-def cgal(points, faces, count, edge):
-    from CGAL.CGAL_Polygon_mesh_processing import isotropic_remeshing
+def cgal(points, faces, count, edge, features):
+    from CGAL.CGAL_Polygon_mesh_processing import isotropic_remeshing, split_long_edges
     from CGAL.CGAL_Polyhedron_3 import Polyhedron_3
     from meshes import read_off, write_off
 
@@ -77,7 +84,13 @@ def cgal(points, faces, count, edge):
     facets = list(mesh.facets())
 
     def call():
-        isotropic_remeshing(facets, edge, mesh, ITERATIONS)
+        if features is None:
+            isotropic_remeshing(facets, edge, mesh, ITERATIONS)
+            return mesh
+        # Protected edges stay as they are, so they must not be longer than others will be.
+        split_long_edges(sharp_halfedges(mesh, features), edge, mesh)
+        kept = sharp_halfedges(mesh, features)
+        isotropic_remeshing(list(mesh.facets()), edge, mesh, ITERATIONS, kept, True)
         return mesh
 
     def arrays(mesh):
@@ -89,14 +102,35 @@ def cgal(points, faces, count, edge):
     return call, arrays
 
 
-def mmgs(points, faces, count, edge):
+def sharp_halfedges(mesh, degrees):
+    """One halfedge of every edge of a CGAL polyhedron where the surface turns by so many degrees, and of
+    boundary edges."""
+    import numpy as np
+
+    def normal(halfedge):
+        corners = [halfedge, halfedge.next(), halfedge.next().next()]
+        a, b, c = ([getattr(h.vertex().point(), axis)() for axis in "xyz"] for h in corners)
+        across = np.cross(np.subtract(b, a), np.subtract(c, a))
+        return across / max(np.linalg.norm(across), 1e-300)
+
+    def sharp(edge):
+        other = edge.opposite()
+        if edge.is_border() or other.is_border():
+            return True
+        return normal(edge) @ normal(other) <= np.cos(np.radians(degrees))
+
+    return [edge for edge in mesh.edges() if sharp(edge)]
+
+
+def mmgs(points, faces, count, edge, features):
     from meshes import read_medit, write_medit
 
     folder = tempfile.TemporaryDirectory()
     names = [os.path.join(folder.name, name) for name in ("in.mesh", "out.mesh")]
     write_medit(names[0], points, faces)
     # Its own limit on the distance would add up to half as many vertices again, whatever the edge length.
-    command = [mmgs_program(), "-v", "0", "-hsiz", repr(edge), "-hausd", repr(edge), names[0], names[1]]
+    command = [mmgs_program(), "-v", "0", "-hsiz", repr(edge), "-hausd", repr(edge)]
+    command += ([] if features is None else ["-ar", repr(features)]) + names
 
     def call():
         subprocess.run(command, check=True, stdout=subprocess.DEVNULL)
@@ -105,7 +139,7 @@ def mmgs(points, faces, count, edge):
     return call, lambda _: read_medit(names[1])
 
 
-def vorpalite(points, faces, count, edge):
+def vorpalite(points, faces, count, edge, features):
     from meshes import read_off, write_off
 
     folder = tempfile.TemporaryDirectory()
@@ -120,7 +154,7 @@ def vorpalite(points, faces, count, edge):
     return call, lambda _: read_off(names[1])
 
 
-def geogram(points, faces, count, edge):
+def geogram(points, faces, count, edge, features):
     from meshes import read_off, write_off
 
     folder = tempfile.TemporaryDirectory()
@@ -197,6 +231,7 @@ def main():
     parser.add_argument("output")
     parser.add_argument("count", type=int)
     parser.add_argument("--edge", type=float)
+    parser.add_argument("--features", type=float)
     args = parser.parse_args()
     reason = missing(args.method)
     if reason:
@@ -206,7 +241,7 @@ def main():
     method, takes_edge, _ = METHODS[args.method]
     points, faces = read_ply(args.input)
     edge = (args.edge or hexagonal_edge(points, faces, args.count)) if takes_edge else None
-    call, arrays = method(points, faces, args.count, edge)
+    call, arrays = method(points, faces, args.count, edge, args.features)
     begin = time.perf_counter()
     result = call()
     seconds = time.perf_counter() - begin

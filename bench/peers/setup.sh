@@ -1,6 +1,7 @@
 #!/usr/bin/env bash
-# Makes bench/peers/.venv with the programs of requirements.txt. Needs Python 3.11 with venv (Debian:
-# python3-venv) and PyPI; for geogram also a C++ compiler and libLBFGS (Debian: g++ liblbfgs-dev).
+# Makes bench/peers/.venv with the programs of requirements.txt, and CAD parts in bench/peers/.parts. Needs
+# Python 3.11 with venv (Debian: python3-venv) and PyPI; for geogram also a C++ compiler and libLBFGS (Debian:
+# g++ liblbfgs-dev).
 set -euo pipefail
 cd "$(dirname "$0")"
 [ -x .venv/bin/python ] || "${PYTHON:-python3}" -m venv .venv
@@ -15,4 +16,5 @@ if command -v g++ >/dev/null && echo '#include <lbfgs.h>' | g++ -E -x c++ - >/de
 else
   echo "peers: without geogram: g++ or lbfgs.h is missing (Debian: apt-get install g++ liblbfgs-dev)" >&2
 fi
+.venv/bin/python parts.py .parts
 echo "peers: ready in bench/peers/.venv"

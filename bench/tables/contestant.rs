@@ -43,6 +43,8 @@ pub struct Task {
     pub folder: PathBuf,
     /// Vertices.
     pub vertices: usize,
+    /// Degrees from which an edge is a feature that programs are to keep, if they can.
+    pub features: Option<f64>,
 }
 
 /// One run.
@@ -158,6 +160,9 @@ impl Contestant {
         let mut command = Command::new(python);
         command.arg(runner()).arg(&self.name).arg(&task.input).arg(self.result(task));
         command.arg(task.vertices.to_string());
+        if let Some(angle) = task.features {
+            command.arg("--features").arg(angle.to_string());
+        }
         if let Some(edge) = edge {
             command.arg("--edge").arg(edge.to_string());
         }

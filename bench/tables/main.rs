@@ -1,5 +1,6 @@
 //! The paper's tables and figures, and other programs, on the same machine in one run. See bench/README.md.
 
+mod contest;
 mod contestant;
 mod date;
 mod fig10;
@@ -96,6 +97,8 @@ enum Part {
     Many,
     /// Other programs
     Peers,
+    /// Other programs on CAD parts
+    Cad,
 }
 
 impl Part {
@@ -110,6 +113,7 @@ impl Part {
             Self::Fig14 => fig14::section(bench),
             Self::Many => many::section(bench),
             Self::Peers => peers::section(bench, device),
+            Self::Cad => peers::cad(bench, device),
         }
     }
 }
@@ -145,7 +149,8 @@ fn main() -> Result<()> {
 fn parts(args: &Args) -> Vec<Part> {
     let all = Part::value_variants().iter().copied();
     if args.parts.is_empty() {
-        return all.filter(|part| *part != Part::Peers || args.peers == Switch::On).collect();
+        let others = |part: &Part| matches!(part, Part::Peers | Part::Cad);
+        return all.filter(|part| !others(part) || args.peers == Switch::On).collect();
     }
     all.filter(|part| args.parts.contains(part)).collect()
 }

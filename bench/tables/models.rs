@@ -1,4 +1,4 @@
-//! The paper's models, from a folder or, without one, built-in models in their place.
+//! The paper's models, from a folder or, without one, built-in models in their place; and CAD parts.
 
 use anyhow::{Context as _, Result};
 use rtfmesh::TriMesh;
@@ -74,6 +74,19 @@ impl Models {
         let mesh = io::read(&path)?.mesh;
         Ok(Some(Model { name, title: name.to_owned(), original: true, mesh }))
     }
+}
+
+/// A part that bench/peers/parts.py made; `None`, with a message, if it did not.
+///
+/// # Errors
+/// If the file cannot be read.
+pub fn part(name: &'static str) -> Result<Option<Model>> {
+    let path = Path::new("bench/peers/.parts").join(name).with_extension("ply");
+    if !path.exists() {
+        println!("{name}: skipped, bench/peers/setup.sh makes it");
+        return Ok(None);
+    }
+    Ok(Some(Model { name, title: name.to_owned(), original: false, mesh: io::read(&path)?.mesh }))
 }
 
 /// The first mesh file with one of these names.

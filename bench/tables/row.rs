@@ -56,6 +56,9 @@ pub struct Figures {
     pub hausdorff: Option<f64>,
     /// The larger of both root mean square distances in percent of the input's diagonal.
     pub rms: Option<f64>,
+    /// Largest and root mean square distance of features, each the larger of both ways, in percent of the
+    /// input's diagonal; only where features are compared.
+    pub features: Option<[f64; 2]>,
     /// Excess of the energy over that of a layout of hexagons on a plane of the same area, as a share.
     pub energy_excess: Option<f64>,
     /// Share of inner vertices with six edges.
@@ -83,6 +86,7 @@ impl Figures {
             above_90: q.share_above_90,
             hausdorff: d.as_ref().map(|d| d.hausdorff),
             rms: d.as_ref().map(|d| d.rms),
+            features: None,
             energy_excess: energy.map(|energy| energy.excess),
             valence_6: v.share_6,
             irregular: v.share_outside_5_to_7,
