@@ -56,6 +56,9 @@ pub struct MethodArgs {
     /// Drop components with less than this share of the input's area [default: 0]
     #[arg(long, value_name = "SHARE", help_heading = INPUT, hide_short_help = true)]
     min_component: Option<f64>,
+    /// Make ragged boundaries smooth; none moves by more than this share of the diagonal [default: 0]
+    #[arg(long, value_name = "SHARE", help_heading = INPUT, hide_short_help = true)]
+    smooth_boundary: Option<f64>,
     /// Add vertices if the number asked for is too small for a valid mesh (preset default)
     #[arg(long, conflicts_with = "strict", help_heading = SIZE, hide_short_help = true)]
     vertices_at_least: bool,
@@ -155,6 +158,7 @@ impl MethodArgs {
         put(self.tolerance, &mut options.tolerance);
         put(self.weld, &mut options.weld);
         put(self.min_component, &mut options.min_component);
+        put(self.smooth_boundary, &mut options.smooth_boundary);
         options.seed = self.seed.unwrap_or(options.seed);
         let coarse = &mut options.coarse_to_fine;
         coarse.fit &= !self.no_fit;

@@ -31,6 +31,7 @@ impl Options {
         seed: u64,
         weld: f64,
         min_component: f64,
+        smooth_boundary: f64,
         shortage: Shortage,
         measures: MeasureDepth,
         accuracy: f64,

@@ -75,6 +75,9 @@ pub struct Options {
     pub weld: f64,
     /// Components of the input with less than this share of its area are dropped; 0 to below 1.
     pub min_component: f64,
+    /// Ragged boundaries of the input are made smooth, and no vertex of them moves farther than this share of
+    /// its bounding box's diagonal; 0 to below 1, 0 for boundaries as they are.
+    pub smooth_boundary: f64,
     /// What happens if the vertices are too few.
     pub shortage: Shortage,
     /// What is measured of the result.
@@ -123,6 +126,7 @@ impl Options {
             seed: 1,
             weld: 0.0,
             min_component: 0.0,
+            smooth_boundary: 0.0,
             shortage: Shortage::BestEffort,
             measures: MeasureDepth::Full,
             accuracy: DEFAULT_ACCURACY,
@@ -188,7 +192,11 @@ impl Options {
 
     /// What a run repairs.
     pub fn repairs(&self) -> RepairOptions {
-        RepairOptions { weld: self.weld, min_component: self.min_component }
+        RepairOptions {
+            weld: self.weld,
+            min_component: self.min_component,
+            smooth_boundary: self.smooth_boundary,
+        }
     }
 
     /// Whether sites move with tangent or power faces.

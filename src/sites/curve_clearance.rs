@@ -14,6 +14,9 @@ use std::collections::BTreeMap;
 /// circle over two neighbouring curve sites; a strip too narrow for this clearance is filled by the sites on
 /// its boundary.
 const CLEARANCE: f64 = 0.6;
+/// On the rims of holes and pins shorter than this many edge lengths, the distance is in lengths of their
+/// segments, so that sites find space between two rims.
+const RIM: f64 = 8.0;
 /// Attempts to scatter more seeds where many fall near curves.
 const TRIES: u32 = 4;
 
@@ -22,7 +25,9 @@ pub struct CurveClearance<'a> {
     curves: &'a SurfaceCurves,
     sites: &'a CurveSites,
     radius: f64,
-    /// Sites by the power of two of their edge length, and by grid cell.
+    /// The length that each site's distance is relative to, in spacings.
+    sizes: Vec<f64>,
+    /// Sites by the power of two of that length, and by grid cell.
     grids: BTreeMap<i32, HashGrid<u32>>,
 }
 
@@ -30,13 +35,14 @@ impl<'a> CurveClearance<'a> {
     /// Around `sites` of this spacing.
     pub fn new(curves: &'a SurfaceCurves, sites: &'a CurveSites, spacing: f64) -> Self {
         let radius = CLEARANCE * spacing;
+        let sizes = sizes_by_segments(curves, sites, spacing);
         let mut grids = BTreeMap::new();
-        for (i, (position, size)) in (0..).zip(sites.positions.iter().zip(&sites.sizes)) {
+        for (i, (position, size)) in (0..).zip(sites.positions.iter().zip(&sizes)) {
             let power = size.log2().ceil() as i32;
             let new = || HashGrid::new(radius * f64::from(power).exp2(), sites.positions.len());
             grids.entry(power).or_insert_with(new).insert(*position, i);
         }
-        Self { curves, sites, radius, grids }
+        Self { curves, sites, radius, sizes, grids }
     }
 
     /// Whether a site at `point`, on or near triangle `t`, keeps its distance from all curve sites of its
@@ -45,7 +51,7 @@ impl<'a> CurveClearance<'a> {
         let patch = self.curves.patches[t as usize];
         let close = |i: u32| {
             let site = i as usize;
-            self.sites.positions[site].distance(point) < self.radius * self.sites.sizes[site]
+            self.sites.positions[site].distance(point) < self.radius * self.sizes[site]
                 && self
                     .curves
                     .around(self.sites.places[site])
@@ -72,4 +78,22 @@ impl<'a> CurveClearance<'a> {
         }
         stratified(surface, sizes, count, seed)
     }
+}
+
+/// The edge length at each site, on a small rim that of its longer segment; in spacings.
+fn sizes_by_segments(curves: &SurfaceCurves, sites: &CurveSites, spacing: f64) -> Vec<f64> {
+    let mut longest = vec![0.0_f64; sites.positions.len()];
+    for [a, b] in sites.segments.iter().map(|pair| pair.map(|i| i as usize)) {
+        let length = sites.positions[a].distance(sites.positions[b]) / spacing;
+        [a, b].iter().for_each(|i| longest[*i] = longest[*i].max(length));
+    }
+    let is_rim = |i: usize| {
+        let curve = curves.curves.get(sites.curve_positions[i].curve as usize);
+        curve.is_some_and(|curve| {
+            let line = &curve.line;
+            line.is_closed() && curve.sides == 2 && line.length() < RIM * spacing * sites.sizes[i]
+        })
+    };
+    let size = |i: usize| if is_rim(i) { longest[i].min(sites.sizes[i]) } else { sites.sizes[i] };
+    (0..sites.sizes.len()).map(size).collect()
 }

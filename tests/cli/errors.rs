@@ -289,7 +289,8 @@ fn sharp_edges_that_cannot_be_kept() {
     let rtf = "remesh in.ply out.ply -n 100 --preset rtf --feature-angle 30";
     refused(&place, rtf, 2, &["--feature-angle", "preset default"]);
     refused(&place, "remesh in.ply out.ply -n 99 --strict --vertices-at-least", 2, &["cannot be used with"]);
-    for option in ["--weld 1", "--weld=-1", "--min-component nan", "--min-component 1"] {
+    for option in ["--weld 1", "--weld=-1", "--min-component nan", "--min-component 1", "--smooth-boundary 1"]
+    {
         let line = format!("remesh in.ply out.ply -n 100 {option}");
         refused(&place, &line, 2, &[option.split([' ', '=']).next().unwrap()]);
     }

@@ -286,8 +286,26 @@ fn a_hole_in_a_box_has_two_closed_curves() {
     }
     let mesh = repair(&mesh).unwrap().mesh;
     // Up to where the hole is but a few edges round.
-    for vertices in [250, 1000, 30_000] {
+    for vertices in [60, 100, 150, 250, 1000, 30_000] {
         assert_eq!(counts(&found(&mesh, vertices)), [7, 8, 14, 2], "{vertices}");
+    }
+}
+
+#[test]
+fn a_keyway_keeps_its_edges_where_triangles_are_long() {
+    // A bore of 48 flat strips, each one pair of triangles from end to end, open where the keyway begins.
+    let keyway = [[1.0, -0.15], [1.0, 0.15]];
+    let on_bore = |k: u32| {
+        let (sin, cos) = (f64::from(k) * std::f64::consts::TAU / 48.0).sin_cos();
+        [0.8 * cos, 0.8 * sin]
+    };
+    let bore: Vec<[f64; 2]> = [[0.785, 0.15]].into_iter().chain((2..47).map(on_bore)).collect();
+    let profile: Vec<[f64; 2]> =
+        [keyway[0], keyway[1]].into_iter().chain(bore).chain([[0.785, -0.15], keyway[0]]).collect();
+    let mesh = repair(&sheet(&profile)).unwrap().mesh;
+    for vertices in [500, 5000, 50_000] {
+        let sharp = found(&mesh, vertices).curves.iter().filter(|c| c.kind == CurveKind::Sharp).count();
+        assert_eq!(sharp, 4, "{vertices}");
     }
 }
 

@@ -12,5 +12,6 @@ pub mod repair;
 pub mod repair_with_tolerances;
 pub mod samples;
 pub mod simplify;
+pub mod smooth_boundary;
 pub mod subdivide;
 pub mod topology;

@@ -1,5 +1,6 @@
 //! Where curves end, branch or turn, and where the surface touches itself.
 
+use super::curve::CurveKind;
 use super::graph::Graph;
 use super::grow::behind;
 use super::surface::{FeatureSurface, degrees_between};
@@ -11,6 +12,13 @@ use crate::mesh::topology::Partition;
 const TURN: f64 = 60.0;
 /// A turn is measured between points this many spacings away on either side, so that noise makes no corners.
 const REACH: f64 = 0.5;
+/// A loop of sharp edges shorter than this many spacings is the rim of a small hole or pin: it bends
+/// everywhere,
+const RIM: f64 = 8.0;
+/// and has corners only where it turns by this share of [`TURN`]
+const MOST_OF_TURN: f64 = 0.75;
+/// between points this many spacings away.
+const NEAR: f64 = 0.125;
 
 /// Whether each vertex is a corner.
 pub(super) fn find(graph: &Graph, surface: &FeatureSurface, spacing: f64) -> Vec<bool> {
@@ -27,7 +35,11 @@ pub(super) fn find(graph: &Graph, surface: &FeatureSurface, spacing: f64) -> Vec
                 let kinds = [one, two].map(|edge| graph.edges[edge as usize].kind);
                 corners[vertex as usize] |=
                     kinds[0] != kinds[1] && !kinds.iter().all(|kind| kind.has_two_sides());
-                turns.extend(bend(graph, vertex, spacing).map(|turn| (turn, vertex)));
+                let is_corner = |_: &f64| {
+                    !is_on_rim(graph, vertex, one, RIM * spacing)
+                        || turn(graph, vertex, [one, two], NEAR * spacing) > MOST_OF_TURN * TURN
+                };
+                turns.extend(bend(graph, vertex, spacing).filter(is_corner).map(|turn| (turn, vertex)));
             }
             _ => corners[vertex as usize] = true,
         }
@@ -46,10 +58,32 @@ pub(super) fn find(graph: &Graph, surface: &FeatureSurface, spacing: f64) -> Vec
 pub(super) fn bend(graph: &Graph, vertex: u32, spacing: f64) -> Option<f64> {
     let mut edges = graph.curves_at(vertex);
     let (Some(one), Some(two), None) = (edges.next(), edges.next(), edges.next()) else { return None };
+    Some(turn(graph, vertex, [one, two], REACH * spacing)).filter(|turn| *turn > TURN)
+}
+
+/// The turn in degrees at a vertex between points on two curve edges or beyond them, `reach` away.
+fn turn(graph: &Graph, vertex: u32, edges: [u32; 2], reach: f64) -> f64 {
     let here = graph.points[vertex as usize];
-    let [one, two] =
-        [one, two].map(|edge| graph.points[behind(graph, vertex, edge, REACH * spacing) as usize]);
-    Some(degrees_between(here - one, two - here)).filter(|turn| *turn > TURN)
+    let [one, two] = edges.map(|edge| graph.points[behind(graph, vertex, edge, reach) as usize]);
+    degrees_between(here - one, two - here)
+}
+
+/// Whether the sharp edge `first` leads from a vertex back to it, within a length, along sharp edges that no
+/// curve meets.
+fn is_on_rim(graph: &Graph, vertex: u32, first: u32, longest: f64) -> bool {
+    let (mut at, mut by, mut length) = (vertex, first, 0.0);
+    loop {
+        length += graph.length(by);
+        at = graph.edges[by as usize].other(at);
+        if length > longest || graph.edges[by as usize].kind != CurveKind::Sharp {
+            return false;
+        }
+        if at == vertex {
+            return true;
+        }
+        let Some(next) = graph.onward(at, by) else { return false };
+        by = next;
+    }
 }
 
 /// Whether the curves at `vertex` have a corner closer than `reach`.

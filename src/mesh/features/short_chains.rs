@@ -15,6 +15,8 @@ const PER_FLAW: f64 = 4.0;
 /// change over the mean angle: 0 to 0.1 on CAD parts, 0.2 to 0.4 on scans. Noise is of the input's size,
 /// however fine the output; it also makes chains branch.
 const ROUGH_EDGES: f64 = 10.0;
+/// Up to this roughness, bends of a loop are no flaws.
+const EVEN: f64 = 0.1;
 /// At least this share of their length must be sharp by itself, if they have such flaws.
 const STRONG: f64 = 0.5;
 /// Chains with a free end are dropped below this many spacings.
@@ -164,13 +166,16 @@ impl Component {
             1 => !ends_at_other(graph, vertex, spacing),
             _ => bend(graph, vertex, spacing).is_some(),
         };
-        let flaws = self.vertices.iter().filter(|&&vertex| is_flaw(vertex)).count();
+        let roughness = self.roughness(graph);
+        // The rim of a small hole bends everywhere, and is no less a feature.
+        let is_loop = roughness <= EVEN && self.vertices.iter().all(|&vertex| graph.degree(vertex) == 2);
+        let flaws = if is_loop { 0 } else { self.vertices.iter().filter(|&&vertex| is_flaw(vertex)).count() };
         let is_branch =
             |vertex: u32| graph.curves_at(vertex).filter(|&edge| is_sharp(graph, edge)).count() > 2;
         let branches = self.vertices.iter().filter(|&&vertex| is_branch(vertex)).count();
         let mean_edge = self.length / self.edges.len() as f64;
         let least = |flaws: usize| SHORTEST + PER_FLAW * flaws as f64;
-        let by_noise = least(flaws + branches) * ROUGH_EDGES * self.roughness(graph) * mean_edge;
+        let by_noise = least(flaws + branches) * ROUGH_EDGES * roughness * mean_edge;
         if flaws == 0 {
             // A closed loop, or a net of creases without a free end, such as that of a box.
             let shortest = least(branches.min(2)) * spacing;

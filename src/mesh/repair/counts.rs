@@ -26,6 +26,8 @@ pub struct RepairCounts {
     pub faces_turned: usize,
     /// Components that no turning makes agree.
     pub unorientable_components: usize,
+    /// Boundary vertices moved to make ragged boundaries smooth.
+    pub boundary_vertices_moved: usize,
 }
 
 impl RepairCounts {
@@ -40,6 +42,7 @@ impl RepairCounts {
             (self.components_dropped, "components were dropped as too small"),
             (self.faces_turned, "faces were turned over to agree with those around"),
             (self.unorientable_components, "components have no two sides; they stay as they are"),
+            (self.boundary_vertices_moved, "boundary vertices were moved to make boundaries smooth"),
         ];
         lines.iter().filter(|(count, _)| *count > 0).map(|(count, text)| format!("{count} {text}")).collect()
     }

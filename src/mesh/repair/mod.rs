@@ -1,6 +1,6 @@
 //! Repairs what has one obvious remedy: duplicates, faces without an area, unused vertices, faces turned
 //! over, cracks no wider than rounding; and, where the caller gives a tolerance, wider cracks and small
-//! components.
+//! components; and, where asked for, makes ragged boundaries smooth.
 
 mod boundary;
 mod clean;
@@ -9,6 +9,7 @@ mod counts;
 mod cracks;
 mod joints;
 mod orient;
+mod smooth_boundary;
 mod weld;
 
 use std::collections::hash_map::Entry;
@@ -16,6 +17,7 @@ use std::collections::{HashMap, HashSet};
 
 use glam::DVec3;
 
+use super::half_edges::EdgeTable;
 use super::kd_tree::KdTree;
 use super::submesh::without_unused_vertices;
 use super::{TriMesh, position_key};
@@ -24,6 +26,7 @@ use clean::{Cleaned, clean};
 pub(crate) use components::connected_components;
 pub use counts::RepairCounts;
 pub use cracks::{Cracks, cracks};
+use smooth_boundary::smooth_boundary;
 
 /// A mesh after [`repair`], with what was done to it.
 #[derive(Debug, Clone, PartialEq)]
@@ -66,6 +69,9 @@ pub struct RepairOptions {
     pub weld: f64,
     /// Components with less than this share of the area are dropped, but never the largest; 0 to below 1.
     pub min_component: f64,
+    /// Ragged boundaries are made smooth, and no vertex of them moves farther than this share of the bounding
+    /// box's diagonal; 0 to below 1, 0 for boundaries as they are.
+    pub smooth_boundary: f64,
 }
 
 impl RepairOptions {
@@ -79,6 +85,12 @@ impl RepairOptions {
     #[must_use]
     pub fn min_component(self, min_component: f64) -> Self {
         Self { min_component, ..self }
+    }
+
+    /// Sets [`RepairOptions::smooth_boundary`].
+    #[must_use]
+    pub fn smooth_boundary(self, smooth_boundary: f64) -> Self {
+        Self { smooth_boundary, ..self }
     }
 }
 
@@ -97,14 +109,19 @@ pub fn repair(mesh: &TriMesh) -> Result<Repaired> {
 /// vertex. Then closes cracks no wider than 32 units of 32-bit rounding of the largest coordinate and a
 /// hundredth of the edges there, closes others and drops small components as far as `options` say, and turns
 /// faces over that disagree with others of their component: closed ones face outwards then. What is inside
-/// out as a whole stays so.
+/// out as a whole stays so. Last, boundaries are made smooth if `options` say so.
 ///
 /// # Errors
 ///
 /// [`Error::Input`] naming the face or vertex for an index out of range or a coordinate that is not finite;
 /// without a place if no face with an area is left. [`Error::Usage`] for options out of range.
 pub fn repair_with(mesh: &TriMesh, options: &RepairOptions) -> Result<Repaired> {
-    for (name, value) in [("weld", options.weld), ("min_component", options.min_component)] {
+    let shares = [
+        ("weld", options.weld),
+        ("min_component", options.min_component),
+        ("smooth_boundary", options.smooth_boundary),
+    ];
+    for (name, value) in shares {
         if !(0.0..1.0).contains(&value) {
             let problem = format!("`{name}` {value} is out of range");
             return Err(Error::option(name, problem, "use 0 or a small share, below 1"));
@@ -150,6 +167,12 @@ pub fn repair_with(mesh: &TriMesh, options: &RepairOptions) -> Result<Repaired> 
         (_, table) = cracks::close(&mut kept, &mut origin, &mut counts);
     }
     orient::orient(&mut kept, &table, &mut counts);
+    if options.smooth_boundary > 0.0 {
+        let (low, high) = kept.bounds().unwrap_or_default();
+        let tolerance = options.smooth_boundary * (high - low).length();
+        let table = EdgeTable::new(&kept.triangles);
+        counts.boundary_vertices_moved = smooth_boundary(&mut kept, &table, tolerance);
+    }
     kept.vertices.iter_mut().for_each(|vertex| *vertex *= unit);
     Ok(Repaired { mesh: kept, origin, counts, reach: reach * unit })
 }
