@@ -300,9 +300,12 @@ fn a_keyway_keeps_its_edges_where_triangles_are_long() {
         [0.8 * cos, 0.8 * sin]
     };
     let bore: Vec<[f64; 2]> = [[0.785, 0.15]].into_iter().chain((2..47).map(on_bore)).collect();
-    let profile: Vec<[f64; 2]> =
-        [keyway[0], keyway[1]].into_iter().chain(bore).chain([[0.785, -0.15], keyway[0]]).collect();
-    let mesh = repair(&sheet(&profile)).unwrap().mesh;
+    let profile = [[0.785, -0.15], keyway[0], keyway[1]].into_iter().chain(bore);
+    let vertices: Vec<[f64; 3]> = profile.flat_map(|[x, y]| [[x, y, 0.0], [x, y, 0.8]]).collect();
+    let count = vertices.len() as u32;
+    let strips = (0..count).step_by(2).map(|k| [k, k + 1, (k + 2) % count, (k + 3) % count]);
+    let triangles: Vec<[u32; 3]> = strips.flat_map(|[a, b, c, d]| [[a, c, b], [c, d, b]]).collect();
+    let mesh = mesh(&vertices, &triangles);
     for vertices in [500, 5000, 50_000] {
         let sharp = found(&mesh, vertices).curves.iter().filter(|c| c.kind == CurveKind::Sharp).count();
         assert_eq!(sharp, 4, "{vertices}");
