@@ -51,7 +51,7 @@ pub struct CallOption {
     pub value: Option<String>,
     /// All values it may have, if they are few.
     pub choices: Vec<String>,
-    /// What it does, in one sentence or more.
+    /// What it does, in sentences.
     pub help: String,
 }
 
@@ -105,7 +105,10 @@ impl Call {
     pub fn options() -> Vec<CallOption> {
         let text = |arg: &clap::Arg| {
             let help = arg.get_long_help().or(arg.get_help()).map(ToString::to_string).unwrap_or_default();
-            help.split_whitespace().collect::<Vec<_>>().join(" ")
+            let words = |part: &str| part.split_whitespace().collect::<Vec<_>>().join(" ");
+            // First a line without a full stop, then more in sentences.
+            let parts: Vec<String> = help.split("\n\n").map(words).collect();
+            parts.join(". ").trim_end_matches('.').to_owned() + "."
         };
         let command = Self::command();
         let named = command.get_arguments().filter_map(|arg| arg.get_long().map(|name| (name, arg)));
