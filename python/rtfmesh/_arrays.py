@@ -38,7 +38,9 @@ def indices(value: ArrayLike, name: str, columns: int, count: int) -> Faces:
     check_shape(array, name, (None, columns))
     if array.size and (array.min() < 0 or array.max() >= count):
         row = int(np.flatnonzero(((array < 0) | (array >= count)).any(axis=1))[0])
-        text = f"`{name}` has {array[row].tolist()} in row {row}; give indices of the {count} vertices, from 0"
+        text = (
+            f"`{name}` has {array[row].tolist()} in row {row}; give indices of the {count} vertices, from 0"
+        )
         raise InputError(text)
     return np.ascontiguousarray(array, dtype=np.uint32)
 

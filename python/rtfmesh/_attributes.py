@@ -57,7 +57,9 @@ class Attributes:
                 return cls(**given)
             names = ", ".join(cls.__dataclass_fields__)
             raise InputError(f"`attributes` has {sorted(map(str, unknown))}; its keys are {names}")
-        raise InputError("`attributes` is no rtfmesh.Attributes and no dict with keys such as 'vertex', 'face'")
+        raise InputError(
+            "`attributes` is no rtfmesh.Attributes and no dict with keys such as 'vertex', 'face'"
+        )
 
 
 @dataclass

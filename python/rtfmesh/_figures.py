@@ -39,6 +39,11 @@ def arrays_of(mesh: HasMesh | tuple[ArrayLike, ArrayLike], name: str) -> tuple[V
     return mesh_arrays(vertices, faces, (f"{name}.vertices", f"{name}.faces"))
 
 
+def is_pair(mesh: Any) -> bool:
+    """Whether this is (vertices, faces)."""
+    return isinstance(mesh, tuple) and len(mesh) == 2 and np.ndim(mesh[0]) == 2
+
+
 def devices() -> list[dict[str, Any]]:
     """The Vulkan devices of this machine, as `rtfmesh devices --json` lists them: index, name, kind, driver,
     limits, and under "missing" why one cannot be used.
@@ -148,8 +153,9 @@ def render(
 
     Raises `InputError`; `OSError` where the file cannot be written.
     """
-    is_one = hasattr(meshes, "vertices") or (isinstance(meshes, tuple) and not hasattr(meshes[0], "vertices"))
-    listed: list[Any] = [meshes] if is_one else list(meshes)  # type: ignore[arg-type]
+    # A pair of arrays is a tuple, and so may be a pair of meshes.
+    is_many = isinstance(meshes, (list, tuple)) and not is_pair(meshes)
+    listed: list[Any] = list(meshes) if is_many else [meshes]  # type: ignore[arg-type]
     found = [arrays_of(mesh, f"meshes[{place}]") for place, mesh in enumerate(listed)]
     other = None if against is None else arrays_of(against, "against")
     if (other is None) == (color == "distance"):

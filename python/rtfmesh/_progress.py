@@ -58,7 +58,9 @@ def shown(progress: bool | Callback) -> Iterator[Native | None]:
         yield from_callback(progress)
         return
     if not isinstance(progress, bool):
-        raise InputError(f"`progress` is {progress!r}; give True, False or a function of one rtfmesh.Progress")
+        raise InputError(
+            f"`progress` is {progress!r}; give True, False or a function of one rtfmesh.Progress"
+        )
     if not progress:
         yield None
         return

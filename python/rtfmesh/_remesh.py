@@ -120,23 +120,32 @@ class Remesher:
         **options: Unpack[Options],
     ) -> Result:
         """As `rtfmesh.remesh`, on this device."""
+        told = Told(correspondence=bool(correspondence), report=bool(report), progress=progress)
+        return warned(self._run(vertices, faces, n, Attributes.of(attributes), told, dict(options)))
+
+    def _run(
+        self,
+        vertices: ArrayLike,
+        faces: ArrayLike,
+        n: int | str | None,
+        attributes: Attributes,
+        told: Told,
+        wanted: dict[str, Any],
+    ) -> Result:
         positions, triangles = mesh_arrays(vertices, faces)
-        wanted = dict(options)
         sizing = take_sizing(wanted, positions)
         features = take_features(wanted, positions)
         line = words(n, wanted)
-        carrier = Carrier.of(Attributes.of(attributes), len(positions), len(triangles))
-        with shown(progress) as told:
-            places = (bool(correspondence), False)
-            request = Request(carrier.given, sizing, features, places, bool(report), told)
+        carrier = Carrier.of(attributes, len(positions), len(triangles))
+        with shown(told.progress) as callback:
+            places = (told.correspondence, False)
+            request = Request(carrier.given, sizing, features, places, told.report, callback)
             done = _native.remesh(self._device, (positions, triangles), line, request)
         (new_vertices, new_faces), columns, of_vertices, of_faces, text = done
         found: dict[str, Any] = json.loads(text)
         # Of files, which there are none of.
         del found["input_file"], found["output_file"]
         found["warnings"] = [in_python(warning) for warning in found["warnings"]]
-        for warning in found["warnings"]:
-            warnings.warn(warning, MeshWarning, stacklevel=2)
         return Result(
             new_vertices,
             new_faces,
@@ -145,6 +154,22 @@ class Remesher:
             Correspondence(*of_faces) if len(of_faces[0]) else None,
             carrier.carried(columns, len(new_vertices), len(new_faces)),
         )
+
+
+@dataclass
+class Told:
+    """What a caller is to be told of a run and its result."""
+
+    correspondence: bool
+    report: bool
+    progress: bool | Callback
+
+
+def warned(result: Result) -> Result:
+    """The result, after its warnings have been shown as those of the line that called this package."""
+    for warning in result.report["warnings"]:
+        warnings.warn(warning, MeshWarning, stacklevel=3)
+    return result
 
 
 _remeshers: dict[tuple[Any, ...], Remesher] = {}
@@ -221,18 +246,10 @@ def remesh(
     MeshWarning
         Something is wrong with the result, such as a part of the input that it leaves out.
     """
-    key, remesher = _remesher(device, device_memory, bool(report))
+    told = Told(correspondence=bool(correspondence), report=bool(report), progress=progress)
+    key, remesher = _remesher(device, device_memory, told.report)
     try:
-        return remesher.remesh(
-            vertices,
-            faces,
-            n,
-            attributes=attributes,
-            correspondence=correspondence,
-            report=report,
-            progress=progress,
-            **options,
-        )
+        return warned(remesher._run(vertices, faces, n, Attributes.of(attributes), told, dict(options)))
     except DeviceError:
         # It may be lost, and a lost device stays lost.
         with _opening:
