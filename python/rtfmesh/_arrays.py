@@ -47,7 +47,9 @@ def indices(value: ArrayLike, name: str, columns: int, count: int) -> Faces:
 
 def check_shape(array: NDArray[Any], name: str, shape: tuple[int | None, ...]) -> None:
     """Raises `InputError` for another shape."""
-    fits = array.ndim == len(shape) and all(w is None or w == n for w, n in zip(shape, array.shape))
+    fits = array.ndim == len(shape) and all(
+        w is None or w == n for w, n in zip(shape, array.shape, strict=True)
+    )
     if not fits:
         wanted = ", ".join("N" if length is None else str(length) for length in shape)
         wanted += "," if len(shape) == 1 else ""

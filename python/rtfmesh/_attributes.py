@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -104,6 +105,11 @@ def rows(value: Any, name: str, count: int, of: str) -> NDArray[Any]:
     return array
 
 
+def of_type(dtype: np.dtype[Any], width: int, found: NDArray[np.float64]) -> NDArray[Any]:
+    """The numbers of a column in rows of so many."""
+    return found.reshape(-1, width).astype(dtype)
+
+
 def columns(name: str, array: NDArray[Any], names: list[str]) -> tuple[list[Column], list[Decode]]:
     """The columns that an attribute travels in, and how to make it of them again."""
     flat = array.reshape(len(array), int(np.prod(array.shape[1:], dtype=int)))
@@ -114,14 +120,14 @@ def columns(name: str, array: NDArray[Any], names: list[str]) -> tuple[list[Colu
         own = np.arange(len(array), dtype=np.float64)
         return [Column(name, "label", "uint32", 1, own, [])], [lambda found: array[found.astype(np.intp)]]
     means = role(name, flat.shape[1], array.dtype)
-    parts, decode = [], []
+    parts: list[Column] = []
+    decode: list[Decode] = []
     for start in range(0, flat.shape[1], WIDEST):
         part = flat[:, start : start + WIDEST]
         title = f"{name} {start // WIDEST}" if start else name
         values = np.ascontiguousarray(part, dtype=np.float64).ravel()
         parts.append(Column(title, means, kind, part.shape[1], values, names if part.shape[1] == 1 else []))
-        width = part.shape[1]
-        decode.append(lambda found, width=width: found.reshape(-1, width).astype(array.dtype))
+        decode.append(partial(of_type, array.dtype, part.shape[1]))
     return parts, decode
 
 

@@ -51,8 +51,9 @@ PHRASES = [
     ("read the file without materials", "leave out `materials`"),
     ("see `rtfmesh devices`", "see rtfmesh.devices()"),
     ("please report it with the command and the input", "please report it with the call and the input"),
-    ("--vertices", "--n"),
 ]
+# Options and fields that have another name in Python.
+ARGUMENTS = {"vertices": "n"}
 # A flag, as in `--min-edge`, "'--weld <SHARE>'" or "--device-memory <MIB>".
 FLAG = re.compile(r"'?--([a-z][a-z-]*)(?: <[^>]*>)?'?")
 
@@ -61,13 +62,13 @@ def in_python(text: str) -> str:
     """The text with arguments in place of flags: `min_edge` for --min-edge."""
     for theirs, ours in PHRASES:
         text = text.replace(theirs, ours)
-    return FLAG.sub(lambda flag: f"`{flag[1].replace('-', '_')}`", text)
+    return FLAG.sub(lambda flag: f"`{ARGUMENTS.get(flag[1], flag[1].replace('-', '_'))}`", text)
 
 
 def exception(kind: str, field: str | None, text: str) -> Error:
     """The exception for an error of the library; `field` is the option that is wrong, if it is one."""
     text = in_python(text)
-    argument = {"vertices": "n"}.get(field, field) if field else None
+    argument = ARGUMENTS.get(field, field) if field else None
     if argument and f"`{argument}`" not in text:
         text = f"`{argument}`: {text}"
     return KINDS[kind](text)

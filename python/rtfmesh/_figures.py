@@ -66,10 +66,10 @@ def measure(
 ) -> dict[str, Any]:
     """Measures a mesh: triangle quality, topology, self-intersections; as `rtfmesh measure --json`.
 
-    With `against`, another mesh, also the distances between both, in percent of that one's diagonal: certified
-    intervals for the Hausdorff distance, each as narrow as `accuracy` asks for (1e-6 to 0.5 of its upper end;
-    0.01 by default), and root mean squares of samples. `energy` adds how evenly the vertices cover it, and
-    `features` the distances between edges that turn by `feature_angle` degrees or more and boundaries.
+    With `against`, another mesh, also the distances between both, in percent of that one's diagonal:
+    certified intervals for the Hausdorff distance, each as narrow as `accuracy` asks for (1e-6 to 0.5 of its
+    upper end; 0.01 by default), and root mean squares of samples. `energy` adds how evenly the vertices cover
+    it, and `features` the distances between boundaries and edges that turn by `feature_angle` degrees.
 
     Raises `InputError`.
     """
@@ -142,14 +142,14 @@ def render(
 ) -> NDArray[np.uint8] | None:
     """Draws a mesh, or several side by side: flat shaded, seen by the camera that frames the first.
 
-    `meshes` is a pair (vertices, faces), anything with attributes of these names, or a list of such. `color` is
-    "plain", "quality" (light for equilateral triangles, dark for slivers) or "distance" (from `against`).
-    `curves` draws sharp edges and boundaries, `edges` those of all triangles. `size` is the width and height of
-    each panel in pixels; `azimuth` and `elevation` are the camera's angles in degrees; `z_up` says that z points
-    up, not y.
+    `meshes` is a pair (vertices, faces), anything with attributes of these names, or a list of such. `color`
+    is "plain", "quality" (light for equilateral triangles, dark for slivers) or "distance" (from `against`).
+    `curves` draws sharp edges and boundaries, `edges` those of all triangles. `size` is the width and height
+    of each panel in pixels; `azimuth` and `elevation` are the camera's angles in degrees; `z_up` says that z
+    points up, not y.
 
-    Returns an array of shape (height, width, 4): red, green, blue and opacity, 0 to 255. With `path`, which must
-    end in .png, it writes that file instead and returns None.
+    Returns an array of shape (height, width, 4): red, green, blue and opacity, 0 to 255. With `path`, which
+    must end in .png, it writes that file instead and returns None.
 
     Raises `InputError`; `OSError` where the file cannot be written.
     """

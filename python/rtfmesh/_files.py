@@ -56,8 +56,8 @@ def write(
 ) -> None:
     """Writes OBJ, OFF, MEDIT, binary PLY (float64), binary STL or GLB (float32), with .gz also compressed.
 
-    `vertices` has shape (V, 3), `faces` (F, 3); `attributes` as in `remesh`. The name's extension decides on the
-    format unless `format` does. The file is written whole or not at all.
+    `vertices` has shape (V, 3), `faces` (F, 3); `attributes` as in `remesh`. The name's extension decides on
+    the format unless `format` does. The file is written whole or not at all.
 
     Raises `InputError`, or `OutputError` where it cannot be written. Warns (`MeshWarning`) of what the format
     cannot hold.

@@ -41,7 +41,8 @@ class Correspondence:
         `faces` are the input's, as they were remeshed.
         """
         corners = np.asarray(values)[np.asarray(faces)[self.triangles]]
-        return np.einsum("nk,nk...->n...", self.barycentrics, corners)
+        interpolated: NDArray[Any] = np.einsum("nk,nk...->n...", self.barycentrics, corners)
+        return interpolated
 
 
 @dataclass(frozen=True, eq=False)
@@ -57,14 +58,14 @@ class Result:
     correspondence: Correspondence | None
     """Where the vertices lie on the input; None with `correspondence=False` unless attributes needed it."""
     face_correspondence: Correspondence | None
-    """Where the centres of the faces lie on it, if attributes of faces or texture coordinates were carried."""
+    """Where the centres of the faces lie on it, if attributes of faces or texture were carried."""
     attributes: Attributes
     """The input's attributes for this mesh."""
 
     def __repr__(self) -> str:
         quality = self.report["output"]["quality"]
-        shape = f"{len(self.vertices)} vertices, {len(self.faces)} faces"
-        return f"<rtfmesh.Result: {shape}, quality {quality['q_avg']:.3f}, angles from {quality['theta_min']:.1f}°>"
+        shape = f"rtfmesh.Result: {len(self.vertices)} vertices, {len(self.faces)} faces"
+        return f"<{shape}, quality {quality['q_avg']:.3f}, angles from {quality['theta_min']:.1f}°>"
 
 
 @dataclass

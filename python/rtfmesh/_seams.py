@@ -43,7 +43,7 @@ def split_at_seams(result: Result, keep_uv: bool) -> Split:
         return Split(corners[first], of_corner.reshape(-1, 3).astype(np.uint32), flat[first])
     vertices, one = np.unique(corners, return_index=True)
     if len(first) > len(vertices):
-        text = "texture coordinates jump where faces cross seams; keep_uv=True keeps these, with vertices on them"
+        text = "texture coordinates jump where faces cross seams; keep_uv=True puts vertices on these"
         warnings.warn(text, MeshWarning, stacklevel=4)
     at_vertices = np.zeros((count, 2), dtype=flat.dtype)
     at_vertices[vertices] = flat[one]

@@ -6,7 +6,7 @@ import difflib
 import operator
 import os
 from functools import cache
-from typing import Any
+from typing import Any, TypeGuard
 
 import numpy as np
 from numpy.typing import NDArray
@@ -74,14 +74,14 @@ def words(n: Any, options: dict[str, Any]) -> list[str]:
     return found
 
 
-def is_word(value: Any) -> bool:
+def is_word(value: object) -> TypeGuard[str | os.PathLike[str] | None]:
     """Whether an option that may also be an array is not."""
     return value is None or isinstance(value, (str, os.PathLike))
 
 
 def take_sizing(options: dict[str, Any], vertices: Vertices) -> Vertices | None:
     """The numbers that edge lengths are in proportion to, if `sizing` is an array; leaves a word for it."""
-    value = options.get("sizing")
+    value: Any = options.get("sizing")
     if is_word(value):
         return None
     options["sizing"] = f"property:{SIZING}"
@@ -90,7 +90,7 @@ def take_sizing(options: dict[str, Any], vertices: Vertices) -> Vertices | None:
 
 def take_features(options: dict[str, Any], vertices: Vertices) -> NDArray[np.float64] | None:
     """The ends (L, 2, 3) of the edges to keep, if `features` is an array of indices; takes it out."""
-    value = options.get("features")
+    value: Any = options.get("features")
     if is_word(value):
         return None
     del options["features"]

@@ -61,10 +61,11 @@ class Accessor:
     ) -> pyvista.PolyData:
         """A new surface of exactly `n` points with well-shaped triangles.
 
-        Polygons are triangulated on the way. Arrays of points and cells come along as `rtfmesh.Attributes` says,
-        texture coordinates and field data too; names of arrays in `sizing="property:NAME"` are those of points.
-        With `keep_uv=True` points on texture seams are there once for each side, beyond `n`. `remesher` is a
-        `rtfmesh.Remesher` to use; all other arguments and what is raised are as in `rtfmesh.remesh`.
+        Polygons are triangulated on the way. Arrays of points and cells come along as `rtfmesh.Attributes`
+        says, texture coordinates and field data too; names of arrays in `sizing="property:NAME"` are those of
+        points. With `keep_uv=True` points on texture seams are there once for each side, beyond `n`.
+        `remesher` is a `rtfmesh.Remesher` to use; all other arguments and what is raised are as in
+        `rtfmesh.remesh`.
         """
         mesh, faces = triangles_of(self._mesh)
         uv = mesh.active_texture_coordinates

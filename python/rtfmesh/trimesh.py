@@ -34,8 +34,10 @@ MATERIALS = "materials of trimesh"
 
 def attributes_of(mesh: trimesh.Trimesh) -> Attributes:
     """The mesh's attributes and what its visuals are, as far as the library carries that."""
-    vertex, face = dict(mesh.vertex_attributes), dict(mesh.face_attributes)
-    visual, uv = mesh.visual, None
+    vertex: dict[str, Any] = dict(mesh.vertex_attributes)
+    face: dict[str, Any] = dict(mesh.face_attributes)
+    visual: Any = mesh.visual
+    uv = None
     if isinstance(visual, TextureVisuals):
         if visual.face_materials is not None:
             face[MATERIALS] = np.asarray(visual.face_materials)

@@ -97,7 +97,7 @@ def test_too_little_memory_is_told_before_the_run(torus):
 
 def test_what_is_wrong_with_a_result_is_a_warning_at_the_callers_line(torus):
     with pytest.warns(rtfmesh.MeshWarning) as told:
-        result = rtfmesh.remesh(torus.vertices, torus.faces, 4)
+        result = rtfmesh.remesh(torus.vertices, torus.faces, 5000, quality="best", time_limit=0.001)
     assert told[0].filename == __file__
     assert [str(warning.message) for warning in told] == result.report["warnings"]
     with pytest.raises(rtfmesh.InputError, match="`strict`"):

@@ -68,7 +68,7 @@ def test_labels_keep_their_names(torus, tmp_path):
 
 def test_what_a_format_cannot_hold_is_a_warning(torus, tmp_path):
     far = torus.vertices + 1e7
-    with pytest.warns(rtfmesh.MeshWarning, match="a.stl"):
+    with pytest.warns(rtfmesh.MeshWarning, match=r"a\.stl"):
         rtfmesh.write(tmp_path / "a.stl", far, torus.faces)
     with pytest.warns(rtfmesh.MeshWarning, match="cannot hold"):
         weights = {"vertex": {"weight": np.ones(len(far))}}
@@ -76,12 +76,12 @@ def test_what_a_format_cannot_hold_is_a_warning(torus, tmp_path):
 
 
 def test_files_that_cannot_be_are_errors(torus, tmp_path):
-    with pytest.raises(rtfmesh.InputError, match="missing.ply"):
+    with pytest.raises(rtfmesh.InputError, match=r"missing\.ply"):
         rtfmesh.read(tmp_path / "missing.ply")
     (tmp_path / "bad.ply").write_text("ply\nformat ascii 1.0\nelement vertex 3\n")
-    with pytest.raises(rtfmesh.InputError, match="bad.ply"):
+    with pytest.raises(rtfmesh.InputError, match=r"bad\.ply"):
         rtfmesh.read(tmp_path / "bad.ply")
-    with pytest.raises(rtfmesh.OutputError, match="a.xyz") as raised:
+    with pytest.raises(rtfmesh.OutputError, match=r"a\.xyz") as raised:
         rtfmesh.write(tmp_path / "a.xyz", torus.vertices, torus.faces)
     assert isinstance(raised.value, OSError)
     with pytest.raises(rtfmesh.OutputError):

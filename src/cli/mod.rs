@@ -40,7 +40,8 @@ struct Cli {
 const SEE_MORE: &str =
     "COMMAND -h shows the usual options of a command with examples, COMMAND --help all of them.";
 
-const NOTES: &str = "Mesh files: .obj, .ply, .stl, .off, .gltf (read only), .glb, MEDIT's .mesh, each also \
+const NOTES: &str = "rtfmesh IN OUT is short for rtfmesh remesh IN OUT.\n\
+    Mesh files: .obj, .ply, .stl, .off, .gltf (read only), .glb, MEDIT's .mesh, each also \
     with .gz; - is standard input or output.\n\
     Exit codes: 0 done, 2 usage, 3 input, 4 device or memory, 130 stopped by Ctrl-C (also \
     where --keep-partial wrote a mesh), 1 anything else. An \
