@@ -1,7 +1,7 @@
 #!/usr/bin/env bash
 # Builds the Python package as a wheel and tests it as its users have it: installed into an empty environment,
-# first with numpy alone, then with PyVista and trimesh. The wheel stays in target/python/wheels; --release makes
-# one to publish. PYTHON chooses the interpreter, RTFMESH_DEVICE the device.
+# first with numpy alone, then with PyVista and trimesh. The wheel stays in target/python/wheels; --release
+# makes one to publish. PYTHON chooses the interpreter, RTFMESH_DEVICE the device.
 set -euo pipefail
 cd "$(dirname "$0")/.."
 export RTFMESH_DEVICE="${RTFMESH_DEVICE:-cpu}" PIP_DISABLE_PIP_VERSION_CHECK=1
@@ -36,12 +36,12 @@ awk '/^```/ { inside = /^```python/; next } inside' README.md >"$work/fresh/read
   cd "$work/fresh"
   "$work/user/bin/rtfmesh" sample bumpy-sphere scan.ply
   "$work/user/bin/python" -W error readme.py
-  "$work/user/bin/rtfmesh" measure scan-10k.ply | grep -q '^vertices, faces *10000,'
+  "$work/user/bin/rtfmesh" measure scan-10k.ply | grep -q '^ *vertices, faces *10000,'
 )
 
 "$work/user/bin/pip" install --quiet -r python/requirements-test.txt
 # From elsewhere, so that nothing is taken from the sources.
 cd "$work/fresh"
 "$work/user/bin/mypy" --config-file "$root/python/pyproject.toml" -p rtfmesh
-"$work/user/bin/pytest" --quiet -c "$root/python/pyproject.toml" --rootdir "$root/python" -o cache_dir="$work/cache" \
-  "$root/python/tests"
+"$work/user/bin/pytest" --quiet -c "$root/python/pyproject.toml" --rootdir "$root/python" \
+  -o cache_dir="$work/cache" "$root/python/tests"

@@ -1,6 +1,6 @@
 """A coloured surface of PyVista's before and after, in one picture.
 
-    python accessor.py picture.png
+python accessor.py picture.png
 """
 
 import sys
@@ -11,12 +11,12 @@ import pyvista as pv
 
 def main():
     """Makes a surface, remeshes it and draws both."""
-    wave = pv.ParametricRandomHills(u_res=60, v_res=60, w_res=60, random_seed=3).extract_surface(algorithm=None)
-    wave = wave.triangulate().clean()
+    wave = pv.ParametricRandomHills(u_res=60, v_res=60, w_res=60, random_seed=3).triangulate().clean()
     wave.clear_data()
     wave["height"] = wave.points[:, 2]
     even = wave.rtfmesh.remesh(3000)
-    print(f"{even.n_points} points, heights from {np.min(even['height']):.2f} to {np.max(even['height']):.2f}")
+    low, high = np.min(even["height"]), np.max(even["height"])
+    print(f"{even.n_points} points, heights from {low:.2f} to {high:.2f}")
     plotter = pv.Plotter(shape=(1, 2), off_screen=True, window_size=(1000, 420))
     for place, surface in enumerate((wave, even)):
         plotter.subplot(0, place)

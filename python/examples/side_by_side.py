@@ -1,6 +1,6 @@
-"""The same mesh remeshed by pyacvd, PyMeshLab, gpytoolbox and rtfmesh: each one's call, figures and a picture.
+"""A mesh remeshed by pyacvd, PyMeshLab, gpytoolbox and rtfmesh: each one's call, figures and a picture.
 
-    python side_by_side.py kitten.ply 10000 [picture.png]
+python side_by_side.py kitten.ply 10000 [picture.png]
 """
 
 import sys

@@ -1,6 +1,6 @@
 //! Measures, features and pictures of meshes.
 
-use crate::errors::{one_of, work};
+use crate::errors::{one_of, watched_work, work};
 use crate::mesh::{Arrays, mesh};
 use crate::run::feature_lines;
 use numpy::{PyArray1, PyReadonlyArray3};
@@ -23,7 +23,8 @@ pub fn measure(
     feature_angle: Option<f64>,
 ) -> PyResult<String> {
     let (own, reference) = (mesh(&given)?, against.as_ref().map(mesh).transpose()?);
-    work(py, || measured(&own, reference.as_ref(), &Wanted { accuracy, energy, feature_angle }))
+    let wanted = Wanted { accuracy, energy, feature_angle };
+    watched_work(py, |progress| measured(&own, reference.as_ref(), &wanted, progress))
 }
 
 /// The topology, repairs and features as JSON.

@@ -1,5 +1,5 @@
-//! The native part of the Python package `rtfmesh`. Arguments have been checked and converted by the package's
-//! own modules, which alone call this one.
+//! The native part of the Python package `rtfmesh`. Arguments have been checked and converted by the
+//! package's own modules, which alone call this one.
 
 mod attributes;
 mod device;

@@ -2,7 +2,7 @@
 
 use crate::attributes::{self, Given, New, new};
 use crate::device::Device;
-use crate::errors::{exception, refuse_forks};
+use crate::errors::{INTERVAL, exception, refuse_forks};
 use crate::mesh::{Arrays, NewArrays, arrays, mesh, places};
 use numpy::{PyArray1, PyArray2, PyReadonlyArray1, PyReadonlyArray3};
 use pyo3::prelude::*;
@@ -11,11 +11,7 @@ use rtfmesh::glam::DVec3;
 use rtfmesh::io::Loaded;
 use rtfmesh::mesh::features::FeatureLine;
 use rtfmesh::{CorrespondenceRequest, Error, FeatureLines, Flow, Progress};
-use std::time::{Duration, Instant};
-
-/// How often Python is asked for signals and told of the progress: often enough for a bar, seldom enough that
-/// other threads keep the interpreter's lock.
-const INTERVAL: Duration = Duration::from_millis(50);
+use std::time::Instant;
 
 /// All that is asked for but for the mesh itself.
 #[derive(FromPyObject)]

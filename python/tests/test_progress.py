@@ -4,6 +4,7 @@ import signal
 import subprocess
 import sys
 import threading
+import time
 
 import numpy as np
 import pytest
@@ -88,12 +89,33 @@ except KeyboardInterrupt:
 """
 
 
+# Two surfaces that are close together take long to compare closely.
+LONG_MEASURE = """
+import signal, sys, threading, numpy as np, rtfmesh
+signal.signal(signal.SIGINT, signal.default_int_handler)
+mesh = rtfmesh.read(sys.argv[1])
+times = range(200)
+count = len(mesh.vertices)
+vertices = np.concatenate([mesh.vertices + 1e-3 * k for k in times])
+faces = np.concatenate([mesh.faces + np.uint32(count * k) for k in times])
+print("running", flush=True)
+try:
+    while True:
+        rtfmesh.measure(vertices, faces, against=(vertices * 1.01, faces), accuracy=1e-6)
+except KeyboardInterrupt:
+    print("stopped")
+"""
+
+
 @pytest.mark.skipif(sys.platform == "win32", reason="Ctrl-C goes to all processes of a console there")
-def test_ctrl_c_ends_a_run(folder):
-    child = subprocess.Popen(
-        [sys.executable, "-c", LONG, str(folder / "torus.ply")], stdout=subprocess.PIPE, text=True
-    )
+@pytest.mark.parametrize("program", [LONG, LONG_MEASURE], ids=["remesh", "measure"])
+def test_ctrl_c_ends_a_run(folder, program):
+    line = [sys.executable, "-c", program, str(folder / "torus.ply")]
+    child = subprocess.Popen(line, stdout=subprocess.PIPE, text=True)
     assert child.stdout.readline() == "running\n"
+    if program is LONG_MEASURE:
+        # Into the midst of it.
+        time.sleep(1)
     child.send_signal(signal.SIGINT)
     assert child.communicate(timeout=60)[0] == "stopped\n"
     assert child.returncode == 0

@@ -1,5 +1,5 @@
-//! What commands do, for programs that bring the command line along in a form of their own, such as the Python
-//! package: options by the same names, meshes in memory, figures as JSON.
+//! What commands do, for programs that bring the command line along in a form of their own, such as the
+//! Python package: options by the same names, meshes in memory, figures as JSON.
 
 use super::all_at_once::ResearchArgs;
 use super::attributes::{AttributeArgs, carried};
@@ -16,8 +16,8 @@ use rtfmesh::mesh::attributes::{Attribute, Attributes, Kind, Role};
 use rtfmesh::mesh::correspondence::Correspondence;
 use rtfmesh::report::{Report, to_json};
 use rtfmesh::{
-    CorrespondenceRequest, Device, Error, FeatureLines, Flow, MeasureDepth, Options, Progress, Result,
-    TriMesh, remesh_repaired,
+    CorrespondenceRequest, Device, Error, FeatureLines, Flow, MeasureDepth, Options, Progress, ProgressToken,
+    Result, TriMesh, remesh_repaired,
 };
 
 /// The options of `remesh` and `batch` that name no files but that of `--features`.
@@ -192,9 +192,14 @@ impl Call {
 /// What `measure --json` prints.
 ///
 /// # Errors
-/// Those of [`rtfmesh::measure::measure_within`].
-pub fn measured(mesh: &TriMesh, reference: Option<&TriMesh>, wanted: &Wanted) -> Result<String> {
-    to_json(&measure::find(mesh, reference, wanted)?)
+/// Those of [`rtfmesh::measure::measure_with_progress`].
+pub fn measured(
+    mesh: &TriMesh,
+    reference: Option<&TriMesh>,
+    wanted: &Wanted,
+    progress: &ProgressToken,
+) -> Result<String> {
+    to_json(&measure::find(mesh, reference, wanted, progress)?)
 }
 
 /// What `inspect --json` prints.

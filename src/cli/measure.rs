@@ -7,7 +7,7 @@ use super::terminal::print;
 use anyhow::Result;
 use rtfmesh::io::Loaded;
 use rtfmesh::measure::{Energy, energy};
-use rtfmesh::measure::{Measures, measure_within, weld};
+use rtfmesh::measure::{Measures, measure_with_progress, weld};
 use rtfmesh::mesh::distance::DEFAULT_ACCURACY;
 use rtfmesh::mesh::feature_distance::{FeatureDistances, feature_distances};
 use rtfmesh::mesh::features::FeatureOptions;
@@ -83,7 +83,8 @@ pub fn run(args: &Args) -> Result<()> {
         energy: args.energy,
         feature_angle: args.features.then_some(args.feature_angle),
     };
-    let found = find(&mesh, reference.as_ref(), &wanted).map_err(|e| e.in_file(input_name(&args.mesh)))?;
+    let found = find(&mesh, reference.as_ref(), &wanted, &ProgressToken::default());
+    let found = found.map_err(|e| e.in_file(input_name(&args.mesh)))?;
     let table = || table::measures(&found.measures, found.energy.as_ref(), found.features.as_ref());
     print(&if args.json { to_json(&found)? } else { table() })
 }
@@ -91,7 +92,7 @@ pub fn run(args: &Args) -> Result<()> {
 /// What is measured besides the mesh, where there is a reference.
 #[derive(Default)]
 pub struct Wanted {
-    /// As in [`measure_within`].
+    /// As in [`rtfmesh::measure::measure_within`].
     pub accuracy: Option<f64>,
     /// Whether the energy is.
     pub energy: bool,
@@ -100,12 +101,18 @@ pub struct Wanted {
 }
 
 /// Measures.
-pub(super) fn find(mesh: &TriMesh, reference: Option<&TriMesh>, wanted: &Wanted) -> rtfmesh::Result<Found> {
-    let measures = measure_within(mesh, reference, wanted.accuracy.unwrap_or(DEFAULT_ACCURACY))?;
+pub(super) fn find(
+    mesh: &TriMesh,
+    reference: Option<&TriMesh>,
+    wanted: &Wanted,
+    progress: &ProgressToken,
+) -> rtfmesh::Result<Found> {
+    let accuracy = wanted.accuracy.unwrap_or(DEFAULT_ACCURACY);
+    let measures = measure_with_progress(mesh, reference, accuracy, progress)?;
     let energy = reference.filter(|_| wanted.energy).map(|reference| energy(reference, &mesh.vertices));
     let features = reference.zip(wanted.feature_angle).map(|(reference, angle)| {
         let [mesh, reference] = [mesh, reference].map(weld);
-        feature_distances(&mesh, &reference, angle, &ProgressToken::default())
+        feature_distances(&mesh, &reference, angle, progress)
     });
     Ok(Found { measures, energy: energy.transpose()?, features: features.transpose()? })
 }
