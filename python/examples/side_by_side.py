@@ -80,7 +80,7 @@ def main():
         results.append(result)
         print(row(remesh.__name__.removeprefix("with_"), seconds, result, mesh))
     if len(sys.argv) > 3:
-        rtfmesh.render(results, sys.argv[3], color="quality", size=(400, 400), zoom=1.2)
+        rtfmesh.render(results, sys.argv[3], color="quality", size=(300, 220))
 
 
 if __name__ == "__main__":

@@ -94,8 +94,10 @@ class Remesher:
     def __init__(
         self, device: str | int | None = None, *, device_memory: int | None = None, timings: bool = False
     ) -> None:
-        if not (device_memory is None or 0 < device_memory <= 1 << 30):
-            raise InputError(f"`device_memory` {device_memory} is out of range; use 1 to 2^30 MiB")
+        if device_memory is not None and not (
+            isinstance(device_memory, (int, np.integer)) and 0 < device_memory <= 1 << 30
+        ):
+            raise InputError(f"`device_memory` {device_memory!r} is out of range; use 1 to 2^30 MiB")
         name = None if device is None else str(device)
         self._device = _native.Device(name, device_memory, bool(timings))
 

@@ -13,6 +13,9 @@ pub type Arrays<'py> = (PyReadonlyArray2<'py, f64>, PyReadonlyArray2<'py, u32>);
 /// The same of a result.
 pub type NewArrays<'py> = (Bound<'py, PyArray2<f64>>, Bound<'py, PyArray2<u32>>);
 
+/// Triangles and weights of points.
+pub type Places<'py> = (Bound<'py, PyArray1<u32>>, Bound<'py, PyArray2<f64>>);
+
 /// The mesh of two arrays.
 ///
 /// # Errors
@@ -47,10 +50,7 @@ pub fn arrays(py: Python<'_>, mesh: TriMesh) -> PyResult<NewArrays<'_>> {
 ///
 /// # Errors
 /// Those of numpy.
-pub fn places<'py>(
-    py: Python<'py>,
-    points: &[SurfacePoint],
-) -> PyResult<(Bound<'py, PyArray1<u32>>, Bound<'py, PyArray2<f64>>)> {
+pub fn places<'py>(py: Python<'py>, points: &[SurfacePoint]) -> PyResult<Places<'py>> {
     let triangles = PyArray1::from_iter(py, points.iter().map(|point| point.triangle));
     let weights = PyArray1::from_iter(py, points.iter().flat_map(|point| point.barycentric));
     Ok((triangles, weights.reshape([points.len(), 3])?))

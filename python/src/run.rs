@@ -3,8 +3,8 @@
 use crate::attributes::{self, Given, New, new};
 use crate::device::Device;
 use crate::errors::{INTERVAL, exception, refuse_forks};
-use crate::mesh::{Arrays, NewArrays, arrays, mesh, places};
-use numpy::{PyArray1, PyArray2, PyReadonlyArray1, PyReadonlyArray3};
+use crate::mesh::{Arrays, NewArrays, Places, arrays, mesh, places};
+use numpy::{PyReadonlyArray1, PyReadonlyArray3};
 use pyo3::prelude::*;
 use rtfmesh::cli::call::{Call, Input};
 use rtfmesh::glam::DVec3;
@@ -28,9 +28,6 @@ pub struct Request<'py> {
     /// or to stop.
     progress: Option<Py<PyAny>>,
 }
-
-/// Triangles and weights of points.
-type Places<'py> = (Bound<'py, PyArray1<u32>>, Bound<'py, PyArray2<f64>>);
 
 /// Mesh, attributes, places of the vertices and of the faces, report as JSON.
 type Outcome<'py> = (NewArrays<'py>, New<'py>, Places<'py>, Places<'py>, String);

@@ -61,6 +61,7 @@ NAN = np.array([[0, 0, 0], [1, 0, 0], [0, np.nan, 0]])
         ({"strict": True, "vertices_at_least": True}, "`vertices_at_least`"),
         ({"progress": 3}, "`progress` is 3"),
         ({"device_memory": 0}, "`device_memory` 0 is out of range"),
+        ({"device_memory": "much"}, "`device_memory` 'much' is out of range"),
         ({"attributes": 5}, "`attributes`"),
         ({"attributes": {"points": {}}}, "`attributes` has ['points']"),
         ({"attributes": {"vertex": {"a": [1]}}}, "`attributes.vertex['a']` has shape (1,), but there are 3"),
