@@ -98,8 +98,8 @@ times = range(200)
 count = len(mesh.vertices)
 vertices = np.concatenate([mesh.vertices + 1e-3 * k for k in times])
 faces = np.concatenate([mesh.faces + np.uint32(count * k) for k in times])
-print("running", flush=True)
 try:
+    print("running", flush=True)
     while True:
         rtfmesh.measure(vertices, faces, against=(vertices * 1.01, faces), accuracy=1e-6)
 except KeyboardInterrupt:
