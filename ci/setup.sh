@@ -14,6 +14,10 @@ packages=(
 if [ "${1:-}" = --tests ] && ! command -v "${RTFMESH_BROWSER:-chromium}" >/dev/null; then
   packages+=(chromium)
 fi
+# For ci/python.sh; other interpreters than Debian's bring it along.
+if [ "${1:-}" = --tests ] && ! "${PYTHON:-python3}" -c 'import ensurepip, venv' 2>/dev/null; then
+  packages+=(python3 python3-venv)
+fi
 # For ci/gltf.sh; there may be others than Debian's.
 if [ "${1:-}" = --tests ] && ! { command -v node && command -v npm; } >/dev/null; then
   packages+=(nodejs npm)

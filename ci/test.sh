@@ -24,7 +24,7 @@ run_examples() {
 step "setup" ./ci/setup.sh --tests
 step "house rules" ./ci/rules.sh
 step "format" cargo fmt --check
-step "lints" cargo clippy --all-targets -- -D warnings
+step "lints" cargo clippy --workspace --all-targets -- -D warnings
 step "the library with pages" cargo check --quiet --lib --no-default-features --features html
 # They use the library without any feature.
 step "the library alone and the fuzz targets" cargo check --quiet --manifest-path fuzz/Cargo.toml \
@@ -37,3 +37,4 @@ step "tests and the examples of the documentation on device '$RTFMESH_DEVICE'" c
 step "examples" run_examples
 step "GLB files under the Khronos validator and in three.js" ./ci/gltf.sh
 step "the page in a browser" ./ci/page.sh
+step "the Python package" ./ci/python.sh

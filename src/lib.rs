@@ -21,6 +21,15 @@
 #[doc = include_str!("../README.md")]
 struct Readme;
 
+// The command line names the library as any other user does.
+#[cfg(feature = "cli")]
+extern crate self as rtfmesh;
+
+/// The program, for what brings it along in a form of its own, such as the Python package. No part of what
+/// stays compatible.
+#[cfg(feature = "cli")]
+#[doc(hidden)]
+pub mod cli;
 mod error;
 pub mod io;
 pub mod measure;

@@ -1,7 +1,5 @@
 //! The `rtfmesh` program: parse, validate, run, report.
 
-mod cli;
-
 fn main() -> std::process::ExitCode {
-    cli::main()
+    rtfmesh::cli::run(std::env::args_os()).into()
 }

@@ -51,9 +51,21 @@ pub fn measure(mesh: &TriMesh, reference: Option<&TriMesh>) -> Result<Measures> 
 ///
 /// Fails with [`Error::Usage`] as well, if that is out of range.
 pub fn measure_within(mesh: &TriMesh, reference: Option<&TriMesh>, accuracy: f64) -> Result<Measures> {
+    measure_with_progress(mesh, reference, accuracy, &ProgressToken::default())
+}
+
+/// As [`measure_within`], for `progress` to cancel.
+///
+/// Fails with [`Error::Cancelled`] as well.
+pub fn measure_with_progress(
+    mesh: &TriMesh,
+    reference: Option<&TriMesh>,
+    accuracy: f64,
+    progress: &ProgressToken,
+) -> Result<Measures> {
     check_accuracy(accuracy)?;
     let reference = reference.map(|mesh| Reference { mesh, accuracy });
-    measure_some(mesh, reference, Crossing::Find, &ProgressToken::default())
+    measure_some(mesh, reference, Crossing::Find, progress)
 }
 
 /// What distances are measured to.

@@ -44,6 +44,11 @@ impl AttributeArgs {
         self.keep_uv
     }
 
+    /// Whether a result is to get none.
+    pub fn drops_all(&self) -> bool {
+        self.no_attributes
+    }
+
     /// Sets what a run must do for attributes to reach a file of the options' format; adds notes on what
     /// cannot be kept. Returns the repaired input, where it had to be made or is given.
     ///

@@ -3,8 +3,9 @@
 use super::table;
 use super::terminal::print;
 use anyhow::Result;
+use rtfmesh::gpu::no_device;
+use rtfmesh::list_devices;
 use rtfmesh::report::to_json;
-use rtfmesh::{Error, list_devices};
 
 const EXAMPLES: &str = "Examples:
   rtfmesh devices
@@ -23,11 +24,7 @@ pub struct Args {
 pub fn run(args: &Args) -> Result<()> {
     let list = list_devices()?;
     if list.is_empty() {
-        return Err(Error::device(
-            "no Vulkan device on this machine",
-            "install a driver, or Mesa's lavapipe for the CPU (Debian: apt install mesa-vulkan-drivers)",
-        )
-        .into());
+        return Err(no_device().into());
     }
     print(&if args.json { to_json(&list)? } else { table::devices(&list) })
 }

@@ -6,14 +6,15 @@ use super::table;
 use super::target_count::vertex_count;
 use super::terminal::print;
 use anyhow::Result;
-use rtfmesh::Error;
 use rtfmesh::io;
+use rtfmesh::io::Loaded;
 use rtfmesh::mesh::features::{
     Curve, CurveKind, Dropped, FeatureOptions, Features, find_features, spacing_of, user_edges,
 };
 use rtfmesh::mesh::repair::{RepairCounts, repair};
 use rtfmesh::mesh::topology::{Topology, topology};
 use rtfmesh::report::to_json;
+use rtfmesh::{Error, FeatureLines, TriMesh};
 use serde::Serialize;
 use std::path::PathBuf;
 
@@ -51,7 +52,7 @@ pub struct Args {
 
 /// What is printed.
 #[derive(Serialize)]
-struct Inspection<'a> {
+pub(super) struct Inspection<'a> {
     notes: &'a [String],
     attributes: Vec<String>,
     repairs: RepairCounts,
@@ -78,10 +79,9 @@ struct Kind {
 
 /// Reads, inspects, writes and prints.
 pub fn run(args: &Args) -> Result<()> {
-    let vertices = match args.vertices {
-        Some(0) => return Err(Error::usage("-n 0 is no mesh", "give at least 1 vertex").into()),
-        given => given,
-    };
+    if args.vertices == Some(0) {
+        return Err(Error::usage("-n 0 is no mesh", "give at least 1 vertex").into());
+    }
     if let Some(path) = &args.skeleton {
         let read = [Some(&args.mesh), args.features.as_ref()];
         if read.into_iter().flatten().any(|input| super::remesh::same_file(path, input)) {
@@ -92,32 +92,52 @@ pub fn run(args: &Args) -> Result<()> {
     }
     let name = input_name(&args.mesh);
     let loaded = args.input_format.load(&args.mesh)?;
-    let repaired = repair(&loaded.mesh).map_err(|e| e.in_file(name))?;
+    let lines = args.features.as_deref().map(FeatureLines::read).transpose()?;
+    let (inspection, mesh, found) =
+        inspect(&loaded, args.vertices, args.feature_angle, lines.as_ref()).map_err(|e| e.in_file(name))?;
+    if let Some(path) = &args.skeleton {
+        io::write_features(path, &mesh, &found)?;
+    }
+    print(&if args.json { to_json(&inspection)? } else { table::two_columns(rows(&inspection)) })
+}
+
+/// Inspects a mesh for a result of so many vertices. Returns also the repaired mesh and its features.
+///
+/// # Errors
+/// [`Error::Usage`] for what is out of range, [`Error::Input`] for a mesh without area or lines that are not
+/// along its edges.
+pub(super) fn inspect<'a>(
+    loaded: &'a Loaded,
+    vertices: Option<usize>,
+    feature_angle: f64,
+    lines: Option<&FeatureLines>,
+) -> rtfmesh::Result<(Inspection<'a>, TriMesh, Features)> {
+    let repaired = repair(&loaded.mesh)?;
     let mesh = repaired.mesh;
-    let spacing = spacing_of(&mesh, vertices.unwrap_or(mesh.vertices.len())).map_err(|e| e.in_file(name))?;
-    let lines =
-        args.features.as_ref().map(|path| io::read_feature_lines(path)).transpose()?.unwrap_or_default();
-    let user_edges =
-        user_edges(&mesh, &lines).map_err(|e| e.in_file(args.features.as_deref().unwrap_or(name)))?;
-    let options = FeatureOptions { feature_angle: args.feature_angle, spacing, user_edges };
-    let found = find_features(&mesh, &options).map_err(|e| e.in_file(name))?;
+    let spacing = spacing_of(&mesh, vertices.unwrap_or(mesh.vertices.len()))?;
+    let user_edges = match lines {
+        None => Vec::new(),
+        Some(FeatureLines { file: Some(file), lines, .. }) => {
+            user_edges(&mesh, lines).map_err(|e| e.in_file(file))?
+        }
+        Some(FeatureLines { lines, .. }) => user_edges(&mesh, lines)?,
+    };
+    let options = FeatureOptions { feature_angle, spacing, user_edges };
+    let found = find_features(&mesh, &options)?;
     let inspection = Inspection {
         notes: &loaded.notes,
         attributes: loaded.attributes.listed(),
         repairs: repaired.counts,
         topology: topology(&mesh),
         area: mesh.area(),
-        feature_angle: args.feature_angle,
+        feature_angle,
         spacing,
         patches: found.patch_count,
         corners: found.corners.len(),
         curves: kinds(&found),
         dropped: found.dropped,
     };
-    if let Some(path) = &args.skeleton {
-        io::write_features(path, &mesh, &found)?;
-    }
-    print(&if args.json { to_json(&inspection)? } else { table::two_columns(rows(&inspection)) })
+    Ok((inspection, mesh, found))
 }
 
 fn kinds(found: &Features) -> Vec<Kind> {

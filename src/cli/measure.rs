@@ -7,7 +7,7 @@ use super::terminal::print;
 use anyhow::Result;
 use rtfmesh::io::Loaded;
 use rtfmesh::measure::{Energy, energy};
-use rtfmesh::measure::{Measures, measure_within, weld};
+use rtfmesh::measure::{Measures, measure_with_progress, weld};
 use rtfmesh::mesh::distance::DEFAULT_ACCURACY;
 use rtfmesh::mesh::feature_distance::{FeatureDistances, feature_distances};
 use rtfmesh::mesh::features::FeatureOptions;
@@ -58,7 +58,7 @@ pub struct Args {
 
 /// What is printed.
 #[derive(Serialize)]
-struct Found {
+pub(super) struct Found {
     #[serde(flatten)]
     measures: Measures,
     #[serde(skip_serializing_if = "Option::is_none")]
@@ -78,23 +78,43 @@ pub fn run(args: &Args) -> Result<()> {
         Some(path) => Some(with_notes(path, args.input_format.load_other(path)?)),
         None => None,
     };
-    let accuracy = args.accuracy.unwrap_or(DEFAULT_ACCURACY);
-    let measures =
-        measure_within(&mesh, reference.as_ref(), accuracy).map_err(|e| e.in_file(input_name(&args.mesh)))?;
-    let energy = match reference.as_ref().filter(|_| args.energy) {
-        Some(reference) => Some(energy(reference, &mesh.vertices)?),
-        None => None,
+    let wanted = Wanted {
+        accuracy: args.accuracy,
+        energy: args.energy,
+        feature_angle: args.features.then_some(args.feature_angle),
     };
-    let features = match reference.filter(|_| args.features) {
-        Some(reference) => {
-            let [mesh, reference] = [&mesh, &reference].map(weld);
-            Some(feature_distances(&mesh, &reference, args.feature_angle, &ProgressToken::default())?)
-        }
-        None => None,
-    };
-    let found = Found { measures, energy, features };
+    let found = find(&mesh, reference.as_ref(), &wanted, &ProgressToken::default());
+    let found = found.map_err(|e| e.in_file(input_name(&args.mesh)))?;
     let table = || table::measures(&found.measures, found.energy.as_ref(), found.features.as_ref());
     print(&if args.json { to_json(&found)? } else { table() })
+}
+
+/// What is measured besides the mesh, where there is a reference.
+#[derive(Default)]
+pub struct Wanted {
+    /// As in [`rtfmesh::measure::measure_within`].
+    pub accuracy: Option<f64>,
+    /// Whether the energy is.
+    pub energy: bool,
+    /// The least angle of sharp edges, in degrees, if distances of features are.
+    pub feature_angle: Option<f64>,
+}
+
+/// Measures.
+pub(super) fn find(
+    mesh: &TriMesh,
+    reference: Option<&TriMesh>,
+    wanted: &Wanted,
+    progress: &ProgressToken,
+) -> rtfmesh::Result<Found> {
+    let accuracy = wanted.accuracy.unwrap_or(DEFAULT_ACCURACY);
+    let measures = measure_with_progress(mesh, reference, accuracy, progress)?;
+    let energy = reference.filter(|_| wanted.energy).map(|reference| energy(reference, &mesh.vertices));
+    let features = reference.zip(wanted.feature_angle).map(|(reference, angle)| {
+        let [mesh, reference] = [mesh, reference].map(weld);
+        feature_distances(&mesh, &reference, angle, progress)
+    });
+    Ok(Found { measures, energy: energy.transpose()?, features: features.transpose()? })
 }
 
 fn with_notes(path: &Path, loaded: Loaded) -> TriMesh {

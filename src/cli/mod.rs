@@ -3,6 +3,7 @@
 mod all_at_once;
 mod attributes;
 mod batch;
+pub mod call;
 mod devices;
 mod files;
 mod heading;
@@ -23,7 +24,9 @@ mod words;
 
 use clap::{CommandFactory, Parser, Subcommand};
 use rtfmesh::Error;
-use std::process::ExitCode;
+use rtfmesh::io::Encoding;
+use std::ffi::{OsStr, OsString};
+use std::path::Path;
 use terminal::tell;
 
 /// Remesh surfaces on any Vulkan device: well-shaped triangles, exactly as many vertices as you want.
@@ -37,7 +40,8 @@ struct Cli {
 const SEE_MORE: &str =
     "COMMAND -h shows the usual options of a command with examples, COMMAND --help all of them.";
 
-const NOTES: &str = "Mesh files: .obj, .ply, .stl, .off, .gltf (read only), .glb, MEDIT's .mesh, each also \
+const NOTES: &str = "rtfmesh IN OUT is short for rtfmesh remesh IN OUT.\n\
+    Mesh files: .obj, .ply, .stl, .off, .gltf (read only), .glb, MEDIT's .mesh, each also \
     with .gz; - is standard input or output.\n\
     Exit codes: 0 done, 2 usage, 3 input, 4 device or memory, 130 stopped by Ctrl-C (also \
     where --keep-partial wrote a mesh), 1 anything else. An \
@@ -59,9 +63,10 @@ enum Command {
     Man(shell::ManArgs),
 }
 
-/// Runs the program; errors are one line on standard error.
-pub fn main() -> ExitCode {
-    let cli = match Cli::try_parse() {
+/// Runs the program with these arguments, its own name first, and returns its exit code; errors are one line
+/// on standard error.
+pub fn run(args: impl IntoIterator<Item = OsString>) -> u8 {
+    let cli = match Cli::try_parse_from(with_command(args.into_iter().collect())) {
         Ok(cli) => cli,
         Err(error) => return no_command(&error),
     };
@@ -76,35 +81,48 @@ pub fn main() -> ExitCode {
         Command::Completions(args) => shell::completions(&args, Cli::command()),
         Command::Man(args) => shell::man(&args, Cli::command()),
     };
-    ended(outcome.map(|()| ExitCode::SUCCESS))
+    ended(outcome.map(|()| 0))
+}
+
+/// The arguments with the command that `rtfmesh scan.ply out.ply` leaves out: where the first one names a
+/// mesh, `remesh`.
+fn with_command(mut args: Vec<OsString>) -> Vec<OsString> {
+    let is_mesh = |first: &OsStr| {
+        let is_command = Cli::command().get_subcommands().any(|command| command.get_name() == first);
+        !is_command && (first == "-" || Encoding::of_name(Path::new(first)).is_some())
+    };
+    if args.get(1).is_some_and(|first| is_mesh(first)) {
+        args.insert(1, "remesh".into());
+    }
+    args
 }
 
 /// The exit code, after telling of an error.
-fn ended(outcome: anyhow::Result<ExitCode>) -> ExitCode {
+fn ended(outcome: anyhow::Result<u8>) -> u8 {
     match outcome {
         Ok(code) => code,
-        Err(error) if is_closed_pipe(&error) => ExitCode::SUCCESS,
+        Err(error) if is_closed_pipe(&error) => 0,
         Err(error) => {
             tell(&format!("error: {}\n", words::line(&error)));
-            ExitCode::from(exit_code(&error))
+            exit_code(&error)
         }
     }
 }
 
 /// Help and the version as clap writes them; a mistake in the arguments on one line, as every other error.
-fn no_command(error: &clap::Error) -> ExitCode {
+fn no_command(error: &clap::Error) -> u8 {
     let text = error.render().to_string();
     if !text.starts_with("error:") {
         // Help goes to standard output if it was asked for, else to standard error as the error that it is.
         let printed = error.print();
-        return if error.use_stderr() || printed.is_err() { ExitCode::from(2) } else { ExitCode::SUCCESS };
+        return if error.use_stderr() || printed.is_err() { 2 } else { 0 };
     }
     // Clap puts tips in paragraphs of their own, and the usage last.
     let sentences = text.split("\n\n").take_while(|part| !part.starts_with("Usage:"));
     let words = |part: &str| part.split_whitespace().collect::<Vec<_>>().join(" ");
     let sentences: Vec<_> = sentences.map(words).filter(|s| !s.starts_with("For more information")).collect();
     tell(&format!("{}; see `rtfmesh --help` or `rtfmesh COMMAND --help`\n", sentences.join("; ")));
-    ExitCode::from(2)
+    2
 }
 
 fn exit_code(error: &anyhow::Error) -> u8 {

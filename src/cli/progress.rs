@@ -31,16 +31,23 @@ static CANCEL_MESSAGE: Mutex<Option<String>> = Mutex::new(None);
 /// Options that end a long run early.
 #[derive(clap::Args)]
 pub struct ProgressArgs {
-    /// Finish within about this time, with the best mesh there is by then [default: none]
-    #[arg(long, value_name = "SECONDS", value_parser = seconds, help_heading = DEVICE,
-        hide_short_help = true)]
-    time_limit: Option<Duration>,
+    #[command(flatten)]
+    time: TimeArgs,
     /// On Ctrl-C write the best mesh so far, with a warning; a second Ctrl-C stops. By default nothing is
     /// written
     ///
     /// The exit code is 130 either way.
     #[arg(long, help_heading = DEVICE, hide_short_help = true)]
     keep_partial: bool,
+}
+
+/// How long a run may take.
+#[derive(clap::Args)]
+pub struct TimeArgs {
+    /// Finish within about this time, with the best mesh there is by then [default: none]
+    #[arg(long, value_name = "SECONDS", value_parser = seconds, help_heading = DEVICE,
+        hide_short_help = true)]
+    time_limit: Option<Duration>,
 }
 
 fn seconds(text: &str) -> std::result::Result<Duration, String> {
@@ -50,8 +57,8 @@ fn seconds(text: &str) -> std::result::Result<Duration, String> {
 }
 
 /// Shows the progress of one run, and decides when it is cancelled or finishes early.
-pub struct RunProgress<'a> {
-    args: &'a ProgressArgs,
+pub struct RunProgress {
+    limit: Option<Duration>,
     begun: Instant,
     bar: ProgressBar,
     /// The current attempt, when its levels began, and at which fraction.
@@ -59,16 +66,21 @@ pub struct RunProgress<'a> {
     out_of_time: bool,
 }
 
-impl<'a> RunProgress<'a> {
+impl RunProgress {
     /// Handles Ctrl-C and counts the time limit from here on.
     ///
     /// # Errors
     /// As [`handle_interrupts`].
-    pub fn new(args: &'a ProgressArgs) -> Result<Self> {
+    pub fn new(args: &ProgressArgs) -> Result<Self> {
         KEEP_PARTIAL.store(args.keep_partial, Ordering::SeqCst);
         handle_interrupts()?;
+        Ok(Self::with_limit(&args.time))
+    }
+
+    /// Counts the time limit from here on, and leaves Ctrl-C to others.
+    pub fn with_limit(args: &TimeArgs) -> Self {
         let bar = ProgressBar::hidden();
-        Ok(Self { args, begun: Instant::now(), bar, since: None, out_of_time: false })
+        Self { limit: args.time_limit, begun: Instant::now(), bar, since: None, out_of_time: false }
     }
 
     /// Shows a progress bar: on standard error, and only if that is a terminal.
@@ -107,7 +119,7 @@ impl<'a> RunProgress<'a> {
 
     /// Whether the rest of the time is needed to finish early.
     fn is_time_up(&self, now: Progress) -> bool {
-        let Some(limit) = self.args.time_limit else { return false };
+        let Some(limit) = self.limit else { return false };
         let whole = match self.since {
             Some((_, since, from)) if now.fraction > from => {
                 since.elapsed().as_secs_f64() / (now.fraction - from)
@@ -127,7 +139,7 @@ impl<'a> RunProgress<'a> {
         if !summary.finished_early {
             return false;
         }
-        let text = match self.args.time_limit.filter(|_| self.out_of_time) {
+        let text = match self.limit.filter(|_| self.out_of_time) {
             Some(limit) => format!("the time limit of {} s cut the run short", limit.as_secs_f64()),
             None => "the run was cut short".to_owned(),
         };

@@ -17,9 +17,10 @@ use rtfmesh::io::{Encoding, Loaded};
 use rtfmesh::mesh::repair::Repaired;
 use rtfmesh::report::Report;
 use rtfmesh::report::html::{PageInput, page};
-use rtfmesh::{Device, Error, MeasureDepth, Options, Remeshed, Size, preview_repaired, remesh_repaired};
+use rtfmesh::{
+    Device, Error, MeasureDepth, Options, Remeshed, Size, TriMesh, preview_repaired, remesh_repaired,
+};
 use std::path::{Path, PathBuf};
-use std::process::ExitCode;
 
 const EXAMPLES: &str = "Examples:
   rtfmesh remesh scan.ply scan-10k.ply -n 10k
@@ -98,7 +99,7 @@ struct OutputArgs {
 }
 
 /// Reads, remeshes, writes. Nothing is written unless everything before succeeded. Returns the exit code.
-pub fn run(args: &Args) -> Result<ExitCode> {
+pub fn run(args: &Args) -> Result<u8> {
     let size = args.size.size()?;
     // All other options are checked before anything is read.
     let wants_report = args.out.report.is_some() || args.out.html.is_some();
@@ -124,7 +125,7 @@ pub fn run(args: &Args) -> Result<ExitCode> {
     }
     options.coarse_to_fine.features = args.method.read_features()?;
     let Some(target) = target.filter(|_| !args.out.dry_run) else {
-        return dry_run(args, size, options).map(|()| ExitCode::SUCCESS);
+        return dry_run(args, size, options).map(|()| 0);
     };
     if let Some(output) = args.output.as_deref().filter(|_| !args.out.quiet)
         && same_file(output, &args.input)
@@ -135,7 +136,7 @@ pub fn run(args: &Args) -> Result<ExitCode> {
     let mut run = RunProgress::new(&args.progress)?;
     let (loaded, device) = rayon::join(|| load(args), || args.device.open(wants_report));
     let loaded = loaded?;
-    let repaired = count(size, &args.input, &loaded.mesh, &mut options, args.out.quiet)?;
+    let repaired = count_vertices(args, size, &loaded.mesh, &mut options)?;
     options.format = Some(target.format());
     let repaired = request_attributes(args, &loaded, repaired, &mut options)?;
     let device = device?;
@@ -170,7 +171,7 @@ pub fn run(args: &Args) -> Result<ExitCode> {
             table::outcome(&result.summary)
         });
     }
-    Ok(if is_cut_short { ExitCode::from(progress::CANCELLED) } else { ExitCode::SUCCESS })
+    Ok(if is_cut_short { progress::CANCELLED } else { 0 })
 }
 
 fn load(args: &Args) -> rtfmesh::Result<Loaded> {
@@ -179,6 +180,16 @@ fn load(args: &Args) -> rtfmesh::Result<Loaded> {
         tell_notes(&args.input, &loaded.notes);
     }
     Ok(loaded)
+}
+
+fn count_vertices(
+    args: &Args,
+    size: Size,
+    mesh: &TriMesh,
+    options: &mut Options,
+) -> rtfmesh::Result<Option<Repaired>> {
+    let told = (!args.out.quiet).then_some(args.input.as_path());
+    count(size, mesh, options, told).map_err(|e| e.in_file(input_name(&args.input)))
 }
 
 /// Prepares to carry attributes over, and reads those that options refer to. Returns the repaired input,
@@ -202,7 +213,7 @@ fn request_attributes(
 /// Prints the plan.
 fn dry_run(args: &Args, size: Size, mut options: Options) -> Result<()> {
     let loaded = load(args)?;
-    let repaired = count(size, &args.input, &loaded.mesh, &mut options, args.out.quiet)?;
+    let repaired = count_vertices(args, size, &loaded.mesh, &mut options)?;
     let repaired = request_attributes(args, &loaded, repaired, &mut options)?;
     let plan = preview_repaired(&loaded.mesh, repaired, &options);
     let plan = plan.map_err(|e| e.in_file(input_name(&args.input)))?;

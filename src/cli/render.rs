@@ -112,22 +112,13 @@ pub fn run(args: &Args) -> Result<()> {
 
 fn options(args: &Args) -> rtfmesh::Result<PictureOptions> {
     let Args { azimuth, elevation, zoom, z_up, .. } = *args;
-    let in_range =
-        azimuth.is_finite() && (-90.0..=90.0).contains(&elevation) && zoom > 0.0 && zoom.is_finite();
-    if !in_range {
-        return Err(Error::usage(
-            format!("--azimuth {azimuth} --elevation {elevation} --zoom {zoom} is out of range"),
-            "use any azimuth, -90 to 90 degrees of elevation, and a zoom above 0",
-        ));
-    }
     if args.against.is_some() && args.color != Colouring::Distance {
         return Err(Error::usage("--against needs --color distance", "add that, or leave --against out"));
     }
-    Ok(PictureOptions {
-        size: args.size,
-        view: View { azimuth, elevation, zoom, z_up },
-        edges: !args.no_edges,
-    })
+    let view = View { azimuth, elevation, zoom, z_up };
+    let options = PictureOptions { size: args.size, view, edges: !args.no_edges };
+    options.validate()?;
+    Ok(options)
 }
 
 fn refuse_overwriting(args: &Args) -> rtfmesh::Result<()> {
@@ -148,7 +139,7 @@ fn refuse_overwriting(args: &Args) -> rtfmesh::Result<()> {
 }
 
 /// The sharp and open edges, as lines.
-fn curves(mesh: &TriMesh) -> rtfmesh::Result<Vec<[DVec3; 2]>> {
+pub(super) fn curves(mesh: &TriMesh) -> rtfmesh::Result<Vec<[DVec3; 2]>> {
     let found = find_features(mesh, &FeatureOptions::new(spacing_of(mesh, mesh.vertices.len())?))?;
     let ends = found.curves.iter().flat_map(Curve::edge_ends);
     Ok(ends.map(|pair| pair.map(|v| mesh.vertices[v as usize])).collect())

@@ -1,6 +1,6 @@
 //! The number of vertices, on the command line.
 
-use super::files::{input_name, tell_notes};
+use super::files::tell_notes;
 use super::heading::SIZE;
 use rtfmesh::mesh::repair::{Repaired, repair_with};
 use rtfmesh::{Options, Result, Size, Sizing, TriMesh};
@@ -83,17 +83,17 @@ impl SizeArgs {
     }
 }
 
-/// Puts the number of vertices for this input into the options, with a note where no size was given. Shares
-/// and edge lengths refer to the repaired input, which is returned where it had to be made.
+/// Puts the number of vertices for this input into the options; a note about the file `told` says where no
+/// size was given. Shares and edge lengths refer to the repaired input, which is returned where it had to be
+/// made.
 ///
 /// # Errors
 /// [`rtfmesh::Error::Usage`] for counts that cannot be, [`rtfmesh::Error::Input`] for a mesh without area.
 pub fn count(
     size: Size,
-    path: &Path,
     mesh: &TriMesh,
     options: &mut Options,
-    quiet: bool,
+    told: Option<&Path>,
 ) -> Result<Option<Repaired>> {
     if let Size::Vertices(count) = size {
         options.vertices = count;
@@ -103,11 +103,10 @@ pub fn count(
         options.vertices = 0;
         return Ok(None);
     }
-    let in_file = |error: rtfmesh::Error| error.in_file(input_name(path));
-    let repaired = repair_with(mesh, &options.repairs()).map_err(in_file)?;
-    let count = size.vertices(&repaired.mesh).map_err(in_file)?;
+    let repaired = repair_with(mesh, &options.repairs())?;
+    let count = size.vertices(&repaired.mesh)?;
     options.vertices = count;
-    if size == Size::AsInput && !quiet {
+    if let Some(path) = told.filter(|_| size == Size::AsInput) {
         tell_notes(path, &[format!("no size given: keeping the input's vertex count, {count}")]);
     }
     Ok(Some(repaired))

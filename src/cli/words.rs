@@ -26,7 +26,10 @@ pub fn warnings(list: &mut [String]) {
 /// `k_clip`.
 fn with_options(text: &str) -> String {
     let text = PHRASES.iter().fold(text.to_owned(), |text, (field, option)| text.replace(field, option));
+    let last = text.matches('`').count();
     let parts = text.split('`').enumerate().map(|(k, part)| match k % 2 {
+        // The last one has no other side.
+        1 if k == last => format!("`{part}"),
         1 if is_field(part) => format!("--{}", part.replace('_', "-")),
         1 => format!("`{part}`"),
         _ => part.to_owned(),

@@ -1,6 +1,6 @@
 //! The Vulkan instance and, on request, the validation layers with all their messages.
 
-use super::errors::vk_error;
+use super::errors::{INSTALL_DRIVER, vk_error};
 use crate::{Error, Result};
 use ash::{ext, khr, vk};
 use std::ffi::{CStr, c_void};
@@ -20,15 +20,14 @@ pub(super) struct Instance {
     _entry: ash::Entry,
 }
 
-const INSTALL_DRIVER: &str = "install one (Debian: apt install libvulkan1 mesa-vulkan-drivers)";
-
 impl Instance {
     /// Loads Vulkan; `validation` turns on core and synchronization validation and collects their messages.
     pub fn new(validation: bool) -> Result<Self> {
         // SAFETY: loading runs the initialisers of the system's Vulkan loader, which every Vulkan program
         // trusts.
-        let entry = unsafe { ash::Entry::load() }
-            .map_err(|e| Error::device(format!("no Vulkan loader: {e}"), INSTALL_DRIVER).caused_by(e))?;
+        let entry = unsafe { ash::Entry::load() }.map_err(|e| {
+            Error::device(format!("there is no Vulkan loader and driver ({e})"), INSTALL_DRIVER).caused_by(e)
+        })?;
         #[cfg(test)]
         let entry = super::faults::hooked(entry);
         // SAFETY: the entry is loaded; the call only reads.

@@ -22,5 +22,6 @@ pub use buffer::{Buffer, RawBuffer};
 pub use device::{Device, DeviceOptions};
 pub use kernel::{Access, BindingInfo, BindingSet, Kernel, KernelInfo, Pipeline, SpecializationConstants};
 pub use recorder::{Download, Recorder, Submitted, Threads};
+pub(crate) use select::no_device;
 pub use select::{DeviceInfo, Limits, list_devices};
 pub use timer::StageTime;

@@ -1,6 +1,6 @@
 //! Lists the devices, checks which are usable, and chooses one.
 
-use super::errors::vk_error;
+use super::errors::{INSTALL_DRIVER, vk_error};
 use super::instance::Instance;
 use crate::{Error, Result};
 use ash::vk;
@@ -89,10 +89,8 @@ pub(super) fn candidates(instance: &Instance) -> Result<Vec<Candidate>> {
 /// Chooses the device that `wanted` names: an index, `cpu`, `gpu`, or a part of the name; without a name the
 /// first usable one, discrete before integrated before virtual before CPU.
 pub(super) fn choose(mut all: Vec<Candidate>, wanted: Option<&str>) -> Result<Candidate> {
-    let remedy =
-        "see `rtfmesh devices`, or install Mesa's lavapipe (Debian: apt install mesa-vulkan-drivers)";
     if all.is_empty() {
-        return Err(Error::device("no Vulkan device on this machine", remedy));
+        return Err(no_device());
     }
     let names =
         all.iter().map(|c| format!("{} {}", c.info.index, c.info.name)).collect::<Vec<_>>().join(", ");
@@ -102,15 +100,20 @@ pub(super) fn choose(mut all: Vec<Candidate>, wanted: Option<&str>) -> Result<Ca
         return Err(match (all.first(), wanted) {
             (Some(c), _) => Error::device(
                 format!("device '{}' cannot be used: {}", c.info.name, c.info.missing.join(", ")),
-                remedy,
+                format!("see `rtfmesh devices`, or {INSTALL_DRIVER}"),
             ),
             (None, Some(wanted)) => {
                 Error::device(format!("no device matches '{wanted}'"), format!("there are: {names}"))
             }
-            (None, None) => Error::device("no Vulkan device on this machine", remedy),
+            (None, None) => no_device(),
         });
     };
     Ok(all.swap_remove(best))
+}
+
+/// The error where there is no device at all.
+pub(crate) fn no_device() -> Error {
+    Error::device("there is no Vulkan driver for any device of this machine", INSTALL_DRIVER)
 }
 
 fn matches(info: &DeviceInfo, wanted: &str) -> bool {

@@ -15,6 +15,7 @@ use camera::Camera;
 pub(crate) use drawable::check;
 use paint::Canvas;
 pub use paint::Panel;
+use tiny_skia::Pixmap;
 
 /// Most pixels of a picture along a side.
 pub const MAX_SIDE: u32 = 8192;
@@ -36,12 +37,45 @@ impl Default for PictureOptions {
     }
 }
 
+impl PictureOptions {
+    /// Checks the camera; the size is checked with the number of panels.
+    ///
+    /// # Errors
+    /// [`Error::Usage`] that names what is out of range.
+    pub fn validate(&self) -> Result<()> {
+        let View { azimuth, elevation, zoom, .. } = self.view;
+        if azimuth.is_finite() && (-90.0..=90.0).contains(&elevation) && zoom > 0.0 && zoom.is_finite() {
+            return Ok(());
+        }
+        Err(Error::usage(
+            format!("`azimuth` {azimuth} `elevation` {elevation} `zoom` {zoom} is out of range"),
+            "use any azimuth, -90 to 90 degrees of elevation, and a zoom above 0",
+        ))
+    }
+}
+
 /// Draws panels side by side, all seen by the camera for the first mesh, into the bytes of a PNG.
 ///
 /// # Errors
-/// [`Error::Usage`] if there is no panel or the size is out of range, [`Error::Input`] for a mesh without
+/// [`Error::Usage`] if there is no panel or an option is out of range, [`Error::Input`] for a mesh without
 /// faces or with vertices that are not finite.
 pub fn png(panels: &[Panel], options: &PictureOptions) -> Result<Vec<u8>> {
+    let encoded = draw(panels, options)?.encode_png();
+    encoded.map_err(|error| Error::Internal(format!("a picture could not be encoded: {error}")))
+}
+
+/// As [`png`], into red, green, blue and opacity of each pixel, row by row from the top left. A row has the
+/// width of all panels together.
+///
+/// # Errors
+/// As [`png`].
+pub fn rgba(panels: &[Panel], options: &PictureOptions) -> Result<Vec<u8>> {
+    // Everything is opaque, so that it does not matter that opacity is multiplied in.
+    draw(panels, options).map(Pixmap::take)
+}
+
+fn draw(panels: &[Panel], options: &PictureOptions) -> Result<Pixmap> {
+    options.validate()?;
     let [width, height] = options.size;
     let count = u32::try_from(panels.len()).unwrap_or(u32::MAX);
     let whole = width.saturating_mul(count);
@@ -62,5 +96,5 @@ pub fn png(panels: &[Panel], options: &PictureOptions) -> Result<Vec<u8>> {
     for (k, panel) in (0..).zip(panels) {
         canvas.draw(panel, &camera, [k * width, width], options.edges);
     }
-    canvas.png()
+    canvas.shrunk()
 }

@@ -71,8 +71,8 @@ impl Canvas {
         self.pixels.draw_pixmap(at, 0, part.as_ref(), &PixmapPaint::default(), whole, None);
     }
 
-    /// The mean of each pixel's samples, as the bytes of a PNG.
-    pub fn png(&self) -> Result<Vec<u8>> {
+    /// The mean of each pixel's samples.
+    pub fn shrunk(&self) -> Result<Pixmap> {
         let (width, height) = (self.pixels.width() / SAMPLES, self.pixels.height() / SAMPLES);
         let mut small = pixmap(width, height)?;
         let row = 4 * self.pixels.width() as usize;
@@ -88,9 +88,7 @@ impl Canvas {
                 .sum();
             *byte = (sum / (SAMPLES * SAMPLES)) as u8;
         }
-        small
-            .encode_png()
-            .map_err(|error| Error::Internal(format!("a picture could not be encoded: {error}")))
+        Ok(small)
     }
 }
 

@@ -61,6 +61,19 @@ fn remesh_writes_the_mesh_and_tells_about_it_on_standard_error() {
 
 /// A number in the report.
 #[track_caller]
+#[test]
+fn the_command_may_be_left_out_before_the_name_of_a_mesh() {
+    let place = Place::with("sphere");
+    place.run("in.ply out.obj -n 120 --iterations 3");
+    place.run("remesh in.ply again.obj -n 120 --iterations 3");
+    assert_eq!(place.bytes("out.obj"), place.bytes("again.obj"));
+    // A file of a command's name is none, and neither is a mistyped command.
+    std::fs::rename(place.path("in.ply"), place.path("measure")).unwrap();
+    assert!(place.run("measure measure").0.contains("genus"));
+    let mistyped = place.program("remsh out.obj x.obj").assert().code(2);
+    mistyped.stderr(predicate::str::contains("unrecognized subcommand 'remsh'"));
+}
+
 fn number(report: &Value, pointer: &str) -> f64 {
     let value = report.pointer(pointer).and_then(Value::as_f64);
     value.unwrap_or_else(|| panic!("no number at {pointer}: {report:#}"))

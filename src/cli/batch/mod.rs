@@ -244,9 +244,9 @@ impl Batch<'_> {
             entry.notes.clone_from(&loaded.notes);
             let target = Target::new(&job.output, Some(self.args.output.format))?;
             let mut options = self.options.clone();
-            let repaired = count(self.size, &job.input, &loaded.mesh, &mut options, true)?;
-            options.format = Some(target.format());
             let in_file = |error: Error| error.in_file(&job.input);
+            let repaired = count(self.size, &loaded.mesh, &mut options, None).map_err(in_file)?;
+            options.format = Some(target.format());
             let attributes = &self.args.attributes;
             let repaired = attributes.request(&loaded, repaired, &mut options, &mut entry.notes);
             let repaired = repaired.map_err(in_file)?;

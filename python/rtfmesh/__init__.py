@@ -1,0 +1,44 @@
+"""Remeshes surfaces into well-shaped triangles with exactly the vertex count asked for, on any Vulkan device.
+
+    import rtfmesh
+
+    mesh = rtfmesh.read("scan.ply")
+    result = rtfmesh.remesh(mesh.vertices, mesh.faces, 10_000)
+    rtfmesh.write("scan-10k.ply", result.vertices, result.faces)
+
+`rtfmesh.pyvista` and `rtfmesh.trimesh` do the same for the meshes of these packages.
+"""
+
+from ._attributes import Attributes
+from ._errors import Cancelled, DeviceError, Error, InputError, MeshWarning, OutOfMemoryError, OutputError
+from ._figures import devices, inspect, measure, render
+from ._files import Mesh, read, write
+from ._native import __version__
+from ._options import Options
+from ._progress import Progress
+from ._remesh import Correspondence, Remesher, Result, remesh
+
+__all__ = [
+    "Attributes",
+    "Cancelled",
+    "Correspondence",
+    "DeviceError",
+    "Error",
+    "InputError",
+    "Mesh",
+    "MeshWarning",
+    "Options",
+    "OutOfMemoryError",
+    "OutputError",
+    "Progress",
+    "Remesher",
+    "Result",
+    "__version__",
+    "devices",
+    "inspect",
+    "measure",
+    "read",
+    "remesh",
+    "render",
+    "write",
+]

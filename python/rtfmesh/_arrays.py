@@ -1,0 +1,64 @@
+"""Arguments as the arrays that the native module takes."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from ._errors import InputError
+
+Vertices = NDArray[np.float64]
+Faces = NDArray[np.uint32]
+
+
+def as_array(value: Any, name: str) -> NDArray[Any]:
+    """The value as an array, whatever it was."""
+    try:
+        return np.asarray(value)
+    except (TypeError, ValueError) as error:
+        raise InputError(f"`{name}` is no array: {error}") from error
+
+
+def real_numbers(value: ArrayLike, name: str, shape: tuple[int | None, ...]) -> NDArray[np.float64]:
+    """Real numbers in contiguous float64; None in `shape` stands for any length."""
+    array = as_array(value, name)
+    if array.dtype.kind not in "fiu":
+        raise InputError(f"`{name}` has values of type {array.dtype}; give real numbers")
+    check_shape(array, name, shape)
+    return np.ascontiguousarray(array, dtype=np.float64)
+
+
+def indices(value: ArrayLike, name: str, columns: int, count: int) -> Faces:
+    """Indices below `count` in contiguous uint32, so many in each row."""
+    array = as_array(value, name)
+    if array.dtype.kind not in "iu":
+        raise InputError(f"`{name}` has values of type {array.dtype}; give integers, indices of vertices")
+    check_shape(array, name, (None, columns))
+    if array.size and (array.min() < 0 or array.max() >= count):
+        row = int(np.flatnonzero(((array < 0) | (array >= count)).any(axis=1))[0])
+        text = (
+            f"`{name}` has {array[row].tolist()} in row {row}; give indices of the {count} vertices, from 0"
+        )
+        raise InputError(text)
+    return np.ascontiguousarray(array, dtype=np.uint32)
+
+
+def check_shape(array: NDArray[Any], name: str, shape: tuple[int | None, ...]) -> None:
+    """Raises `InputError` for another shape."""
+    fits = array.ndim == len(shape) and all(
+        w is None or w == n for w, n in zip(shape, array.shape, strict=True)
+    )
+    if not fits:
+        wanted = ", ".join("N" if length is None else str(length) for length in shape)
+        wanted += "," if len(shape) == 1 else ""
+        raise InputError(f"`{name}` has shape {array.shape}; give one of shape ({wanted})")
+
+
+def mesh_arrays(
+    vertices: ArrayLike, faces: ArrayLike, names: tuple[str, str] = ("vertices", "faces")
+) -> tuple[Vertices, Faces]:
+    """Vertices (V, 3) and faces (F, 3), checked."""
+    positions = real_numbers(vertices, names[0], (None, 3))
+    return positions, indices(faces, names[1], 3, len(positions))

@@ -1,0 +1,249 @@
+"""What a mesh has besides its shape, and how it travels through the native module."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
+from functools import partial
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ._arrays import as_array, check_shape
+from ._errors import InputError
+from ._native import Materials
+
+# Number types that the library knows; others are carried by the number of their row.
+KINDS = ("int8", "uint8", "int16", "uint16", "int32", "uint32", "float32", "float64")
+COLOURS = {"colour", "color", "colours", "colors", "rgb", "rgba", "vertex_colors", "face_colors"}
+NORMALS = {"normal", "normals"}
+# Most numbers that the library takes for a vertex or face.
+WIDEST = 4
+
+Decode = Callable[[NDArray[np.float64]], NDArray[Any]]
+
+
+@dataclass(eq=False)
+class Attributes:
+    """Colours, normals, labels and other numbers of a mesh with V vertices and F faces.
+
+    Floating-point numbers of vertices are interpolated on the way to a result. Colours (three or four columns
+    of uint8, or of any number under a name such as "colour" or "rgb") are too, and rounded; arrays named
+    "normals" get length 1. Everything else (integers, truth values, strings) is that of the nearest corner of
+    the triangle underneath. A face gets the value of the triangle under its centre.
+    """
+
+    vertex: dict[str, NDArray[Any]] = field(default_factory=dict)
+    """Of the vertices: arrays of shape (V,) or (V, ...) by name."""
+    face: dict[str, NDArray[Any]] = field(default_factory=dict)
+    """Of the faces: arrays of shape (F,) or (F, ...) by name."""
+    uv: NDArray[np.floating[Any]] | None = None
+    """Texture coordinates of the faces' corners, shape (F, 3, 2); v grows upwards."""
+    label_names: dict[str, list[str]] = field(default_factory=dict)
+    """For a label with names, such as an OBJ file's groups: what 0, 1, ... are called."""
+    materials: Materials | None = None
+    """What `read` found of materials, for `write`; opaque."""
+
+    @classmethod
+    def of(cls, given: Attributes | Mapping[str, Any] | None) -> Attributes:
+        """Attributes as an argument has them: these, a dict with the same keys, or None."""
+        if given is None:
+            return cls()
+        if isinstance(given, cls):
+            return given
+        if isinstance(given, Mapping):
+            unknown = set(given) - set(cls.__dataclass_fields__)
+            if not unknown:
+                return cls(**given)
+            names = ", ".join(cls.__dataclass_fields__)
+            raise InputError(f"`attributes` has {sorted(map(str, unknown))}; its keys are {names}")
+        raise InputError(
+            "`attributes` is no rtfmesh.Attributes and no dict with keys such as 'vertex', 'face'"
+        )
+
+
+@dataclass
+class Column:
+    """One to four numbers for each vertex or face, as the native module takes and gives them."""
+
+    name: str
+    role: str
+    kind: str
+    components: int
+    values: NDArray[np.float64]
+    names: list[str]
+
+
+@dataclass
+class Given:
+    """Attributes as the native module takes them."""
+
+    vertex: list[Column]
+    face: list[Column]
+    uv: NDArray[np.float64] | None
+    uv_kind: str
+    materials: Materials | None
+
+
+def role(name: str, columns: int, dtype: np.dtype[Any]) -> str:
+    """What an attribute means, by its name and type."""
+    word = name.lower()
+    if columns in (3, 4) and (dtype == np.uint8 or word in COLOURS):
+        return "colour"
+    if columns == 3 and dtype.kind == "f" and word in NORMALS:
+        return "normal"
+    return "label" if dtype.kind in "iu" else "other"
+
+
+def rows(value: Any, name: str, count: int, of: str) -> NDArray[Any]:
+    """An attribute as an array with a row for each vertex or face."""
+    array = as_array(value, f"attributes.{of}['{name}']")
+    if array.ndim == 0 or len(array) != count:
+        have = f"shape {array.shape}, but there are {count} {'vertices' if of == 'vertex' else 'faces'}"
+        raise InputError(f"`attributes.{of}['{name}']` has {have}; give a row for each")
+    return array
+
+
+def of_type(dtype: np.dtype[Any], width: int, found: NDArray[np.float64]) -> NDArray[Any]:
+    """The numbers of a column in rows of so many."""
+    return found.reshape(-1, width).astype(dtype)
+
+
+def columns(name: str, array: NDArray[Any], names: list[str]) -> tuple[list[Column], list[Decode]]:
+    """The columns that an attribute travels in, and how to make it of them again."""
+    flat = array.reshape(len(array), int(np.prod(array.shape[1:], dtype=int)))
+    kind = array.dtype.name
+    if kind not in KINDS and array.dtype.kind == "f":
+        kind = "float64"
+    if kind not in KINDS:
+        own = np.arange(len(array), dtype=np.float64)
+        return [Column(name, "label", "uint32", 1, own, [])], [lambda found: array[found.astype(np.intp)]]
+    means = role(name, flat.shape[1], array.dtype)
+    parts: list[Column] = []
+    decode: list[Decode] = []
+    for start in range(0, flat.shape[1], WIDEST):
+        part = flat[:, start : start + WIDEST]
+        title = f"{name} {start // WIDEST}" if start else name
+        values = np.ascontiguousarray(part, dtype=np.float64).ravel()
+        parts.append(Column(title, means, kind, part.shape[1], values, names if part.shape[1] == 1 else []))
+        decode.append(partial(of_type, array.dtype, part.shape[1]))
+    return parts, decode
+
+
+@dataclass
+class Group:
+    """The attributes of vertices or of faces on their way through the native module."""
+
+    columns: list[Column]
+    back: list[tuple[str, tuple[int, ...], list[Decode]]]
+
+    @classmethod
+    def of(cls, arrays: Mapping[str, Any], count: int, of: str, names: Mapping[str, list[str]]) -> Group:
+        """Of arrays by name, a row for each of `count` vertices or faces."""
+        group = cls([], [])
+        for name, value in arrays.items():
+            array = rows(value, name, count, of)
+            own, decode = columns(str(name), array, list(names.get(name, [])))
+            group.columns += own
+            group.back.append((name, array.shape[1:], decode))
+        return group
+
+    def decoded(self, found: list[tuple[Any, ...]], count: int) -> dict[str, NDArray[Any]]:
+        """The arrays for a result, of the types that they had; none if nothing was carried."""
+        if len(found) != len(self.columns):
+            return {}
+        values = iter(column[4] for column in found)
+        arrays = {}
+        for name, shape, decode in self.back:
+            parts = [one(next(values)) for one in decode]
+            whole = np.concatenate(parts, axis=1) if len(parts) > 1 else parts[0] if parts else np.empty(0)
+            arrays[name] = whole.reshape((count, *shape))
+        return arrays
+
+
+def texture(uv: Any, faces: int) -> tuple[NDArray[np.float64] | None, str]:
+    """Texture coordinates for the native module, with their number type."""
+    if uv is None:
+        return None, "float64"
+    array = as_array(uv, "attributes.uv")
+    check_shape(array, "attributes.uv", (faces, 3, 2))
+    if array.dtype.kind not in "fiu":
+        raise InputError(f"`attributes.uv` has values of type {array.dtype}; give real numbers")
+    kind = "float32" if array.dtype == np.float32 else "float64"
+    return np.ascontiguousarray(array, dtype=np.float64), kind
+
+
+@dataclass
+class Carrier:
+    """Attributes of an input, and what makes those of the result."""
+
+    source: Attributes
+    vertex: Group
+    face: Group
+    given: Given
+
+    @classmethod
+    def of(cls, source: Attributes, vertices: int, faces: int) -> Carrier:
+        """Of the attributes of a mesh with so many vertices and faces."""
+        vertex = Group.of(source.vertex, vertices, "vertex", source.label_names)
+        face = Group.of(source.face, faces, "face", source.label_names)
+        uv, kind = texture(source.uv, faces)
+        given = Given(vertex.columns, face.columns, uv, kind, source.materials)
+        return cls(source, vertex, face, given)
+
+    def carried(self, found: tuple[Any, ...], vertices: int, faces: int) -> Attributes:
+        """The attributes of a result with so many vertices and faces."""
+        vertex, face, uv, kind, materials = found
+        return Attributes(
+            self.vertex.decoded(vertex, vertices),
+            self.face.decoded(face, faces),
+            None if uv is None else uv.reshape(-1, 3, 2).astype(kind, copy=False),
+            dict(self.source.label_names),
+            materials,
+        )
+
+
+def read_attributes(found: tuple[Any, ...]) -> Attributes:
+    """The attributes of a file."""
+    vertex, face, uv, kind, materials = found
+    attributes = Attributes(materials=materials)
+    for own, arrays in ((vertex, attributes.vertex), (face, attributes.face)):
+        for name, _, number, width, values, names in own:
+            array = values.astype(number, copy=False)
+            arrays[name] = array.reshape(-1, width) if width > 1 else array
+            if names:
+                attributes.label_names[name] = names
+    if uv is not None:
+        attributes.uv = uv.reshape(-1, 3, 2).astype(kind, copy=False)
+    return attributes
+
+
+def for_files(attributes: Attributes) -> Attributes:
+    """The attributes with number types that files have."""
+
+    def fitting(name: str, value: Any) -> NDArray[Any]:
+        array = as_array(value, name)
+        if array.dtype.name in KINDS:
+            return array
+        if array.dtype.kind == "f":
+            return array.astype(np.float64)
+        if array.dtype.kind == "b":
+            return array.astype(np.uint8)
+        for kind in (np.int32, np.uint32):
+            limits = np.iinfo(kind)
+            fits = array.dtype.kind in "iu" and (
+                array.size == 0 or (limits.min <= array.min() and array.max() <= limits.max)
+            )
+            if fits:
+                return array.astype(kind)
+        text = f"attribute '{name}' is of type {array.dtype}, which no file holds"
+        raise InputError(f"`attributes`: {text}; leave it out or convert it")
+
+    return Attributes(
+        {name: fitting(name, value) for name, value in attributes.vertex.items()},
+        {name: fitting(name, value) for name, value in attributes.face.items()},
+        attributes.uv,
+        attributes.label_names,
+        attributes.materials,
+    )

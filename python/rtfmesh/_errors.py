@@ -1,0 +1,74 @@
+"""Exceptions and warnings, in the words of Python."""
+
+from __future__ import annotations
+
+import re
+
+
+class Error(Exception):
+    """What all exceptions of this package are."""
+
+
+class InputError(Error, ValueError):
+    """An argument, option or mesh that cannot be used; the message names it and says what to do."""
+
+
+class DeviceError(Error, RuntimeError):
+    """There is no usable Vulkan device, or it failed; the message says what to install or to change."""
+
+
+class OutOfMemoryError(DeviceError, MemoryError):
+    """The device or the host has too little memory for a mesh of this size."""
+
+
+class OutputError(Error, OSError):
+    """A file that cannot be written."""
+
+
+class Cancelled(Error):
+    """A run that its progress callback has stopped."""
+
+
+class MeshWarning(UserWarning):
+    """Something is wrong with a result, though there is one; or a file does not hold all of a mesh."""
+
+
+KINDS: dict[str, type[Error]] = {
+    "usage": InputError,
+    "input": InputError,
+    "output": OutputError,
+    "device": DeviceError,
+    "memory": OutOfMemoryError,
+    "cancelled": Cancelled,
+    "internal": Error,
+}
+
+# What the library or the command line says, and what a caller from Python has for it.
+PHRASES = [
+    ("`shortage` add-vertices", "`vertices_at_least`"),
+    ("accept it with `shortage` best-effort", "leave out `strict`"),
+    ("`memory_bytes`", "`device_memory`"),
+    ("read the file without materials", "leave out `materials`"),
+    ("see `rtfmesh devices`", "see rtfmesh.devices()"),
+    ("please report it with the command and the input", "please report it with the call and the input"),
+]
+# Options and fields that have another name in Python.
+ARGUMENTS = {"vertices": "n"}
+# A flag, as in `--min-edge`, "'--weld <SHARE>'" or "--device-memory <MIB>".
+FLAG = re.compile(r"'?--([a-z][a-z-]*)(?: <[^>]*>)?'?")
+
+
+def in_python(text: str) -> str:
+    """The text with arguments in place of flags: `min_edge` for --min-edge."""
+    for theirs, ours in PHRASES:
+        text = text.replace(theirs, ours)
+    return FLAG.sub(lambda flag: f"`{ARGUMENTS.get(flag[1], flag[1].replace('-', '_'))}`", text)
+
+
+def exception(kind: str, field: str | None, text: str) -> Error:
+    """The exception for an error of the library; `field` is the option that is wrong, if it is one."""
+    text = in_python(text)
+    argument = ARGUMENTS.get(field, field) if field else None
+    if argument and f"`{argument}`" not in text:
+        text = f"`{argument}`: {text}"
+    return KINDS[kind](text)

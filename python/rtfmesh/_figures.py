@@ -1,0 +1,182 @@
+"""Measures, features and pictures of meshes, and the devices of this machine."""
+
+from __future__ import annotations
+
+import json
+import os
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any, Protocol
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from . import _native
+from ._arrays import Faces, Vertices, mesh_arrays
+from ._errors import InputError
+from ._words import is_word, take_features
+
+
+class HasMesh(Protocol):
+    """Anything with vertices (V, 3) and faces (F, 3): a `Mesh`, a `Result`, a trimesh.Trimesh."""
+
+    @property
+    def vertices(self) -> Any: ...
+
+    @property
+    def faces(self) -> Any: ...
+
+
+def arrays_of(mesh: HasMesh | tuple[ArrayLike, ArrayLike], name: str) -> tuple[Vertices, Faces]:
+    """The arrays of a mesh, or of a pair of them."""
+    if isinstance(mesh, tuple) and len(mesh) == 2:
+        vertices, faces = mesh
+    elif hasattr(mesh, "vertices") and hasattr(mesh, "faces"):
+        vertices, faces = mesh.vertices, mesh.faces
+    else:
+        raise InputError(f"`{name}` is no mesh; give (vertices, faces), or what has these")
+    return mesh_arrays(vertices, faces, (f"{name}.vertices", f"{name}.faces"))
+
+
+def is_pair(mesh: Any) -> bool:
+    """Whether this is (vertices, faces)."""
+    return isinstance(mesh, tuple) and len(mesh) == 2 and np.ndim(mesh[0]) == 2
+
+
+def devices() -> list[dict[str, Any]]:
+    """The Vulkan devices of this machine, as `rtfmesh devices --json` lists them: index, name, kind, driver,
+    limits, and under "missing" why one cannot be used.
+
+    Raises `DeviceError` without a Vulkan loader; without any device the list is empty.
+    """
+    found: list[dict[str, Any]] = json.loads(_native.devices())
+    return found
+
+
+def measure(
+    vertices: ArrayLike,
+    faces: ArrayLike,
+    *,
+    against: HasMesh | tuple[ArrayLike, ArrayLike] | None = None,
+    accuracy: float | None = None,
+    energy: bool = False,
+    features: bool = False,
+    feature_angle: float = 40.0,
+) -> dict[str, Any]:
+    """Measures a mesh: triangle quality, topology, self-intersections; as `rtfmesh measure --json`.
+
+    With `against`, another mesh, also the distances between both, in percent of that one's diagonal:
+    certified intervals for the Hausdorff distance, each as narrow as `accuracy` asks for (1e-6 to 0.5 of its
+    upper end; 0.01 by default), and root mean squares of samples. `energy` adds how evenly the vertices cover
+    it, and `features` the distances between boundaries and edges that turn by `feature_angle` degrees.
+
+    Raises `InputError`.
+    """
+    mesh = mesh_arrays(vertices, faces)
+    other = None if against is None else arrays_of(against, "against")
+    for name, given in (("accuracy", accuracy is not None), ("energy", energy), ("features", features)):
+        if given and other is None:
+            raise InputError(f"`{name}` works only with `against`; add that, or leave it out")
+    angle = float(feature_angle) if features else None
+    found: dict[str, Any] = json.loads(_native.measure(mesh, other, accuracy, bool(energy), angle))
+    return found
+
+
+def inspect(
+    vertices: ArrayLike,
+    faces: ArrayLike,
+    n: int | None = None,
+    *,
+    feature_angle: float = 40.0,
+    features: ArrayLike | str | os.PathLike[str] | None = None,
+) -> dict[str, Any]:
+    """Finds a mesh's topology, its repairs, and its curves, corners and patches; as `rtfmesh inspect --json`.
+
+    `n` is the number of vertices to remesh to, which decides how short curves may be; by default the mesh's.
+    Edges that turn by at least `feature_angle` degrees are curves, and those of `features`: an array of shape
+    (L, 2) of the vertices of edges, or an OBJ file with lines.
+
+    Raises `InputError`.
+    """
+    mesh = mesh_arrays(vertices, faces)
+    if n is not None and n < 1:
+        raise InputError(f"`n` is {n}; give at least 1")
+    lines = take_features({"features": features}, mesh[0])
+    file = Path(features) if features is not None and is_word(features) else None  # type: ignore[arg-type]
+    found: dict[str, Any] = json.loads(_native.inspect(mesh, n, float(feature_angle), lines, file))
+    # Of files, which there are none of.
+    del found["notes"], found["attributes"]
+    return found
+
+
+@dataclass
+class Drawing:
+    """How the native module draws."""
+
+    color: str
+    against: tuple[Vertices, Faces] | None
+    curves: bool
+    edges: bool
+    size: tuple[int, int]
+    azimuth: float
+    elevation: float
+    zoom: float
+    z_up: bool
+    png: bool
+
+
+def render(
+    meshes: HasMesh | tuple[ArrayLike, ArrayLike] | Sequence[HasMesh | tuple[ArrayLike, ArrayLike]],
+    path: str | os.PathLike[str] | None = None,
+    *,
+    color: str = "plain",
+    against: HasMesh | tuple[ArrayLike, ArrayLike] | None = None,
+    curves: bool = False,
+    edges: bool = True,
+    size: tuple[int, int] = (720, 540),
+    azimuth: float = 25.0,
+    elevation: float = 15.0,
+    zoom: float = 1.0,
+    z_up: bool = False,
+) -> NDArray[np.uint8] | None:
+    """Draws a mesh, or several side by side: flat shaded, seen by the camera that frames the first.
+
+    `meshes` is a pair (vertices, faces), anything with attributes of these names, or a list of such. `color`
+    is "plain", "quality" (light for equilateral triangles, dark for slivers) or "distance" (from `against`).
+    `curves` draws sharp edges and boundaries, `edges` those of all triangles. `size` is the width and height
+    of each panel in pixels; `azimuth` and `elevation` are the camera's angles in degrees; `z_up` says that z
+    points up, not y.
+
+    Returns an array of shape (height, width, 4): red, green, blue and opacity, 0 to 255. With `path`, which
+    must end in .png, it writes that file instead and returns None.
+
+    Raises `InputError`; `OSError` where the file cannot be written.
+    """
+    # A pair of arrays is a tuple, and so may be a pair of meshes.
+    is_many = isinstance(meshes, (list, tuple)) and not is_pair(meshes)
+    listed: list[Any] = list(meshes) if is_many else [meshes]  # type: ignore[arg-type]
+    found = [arrays_of(mesh, f"meshes[{place}]") for place, mesh in enumerate(listed)]
+    other = None if against is None else arrays_of(against, "against")
+    if (other is None) == (color == "distance"):
+        raise InputError("`color` 'distance' and `against` work only together; give both or neither")
+    if path is not None and Path(path).suffix.lower() != ".png":
+        raise InputError(f"`path` {os.fspath(path)} does not end in .png")
+    width, height = size
+    drawing = Drawing(
+        color,
+        other,
+        bool(curves),
+        bool(edges),
+        (width, height),
+        float(azimuth),
+        float(elevation),
+        float(zoom),
+        bool(z_up),
+        path is not None,
+    )
+    pixels = _native.render(found, drawing)
+    if path is None:
+        return pixels.reshape(height, width * len(found), 4)
+    Path(path).write_bytes(pixels.tobytes())
+    return None

@@ -1,0 +1,68 @@
+"""Reading and writing mesh files."""
+
+from __future__ import annotations
+
+import os
+import warnings
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+from numpy.typing import ArrayLike
+
+from . import _native
+from ._arrays import Faces, Vertices, mesh_arrays
+from ._attributes import Attributes, Carrier, for_files, read_attributes
+from ._errors import MeshWarning
+
+
+@dataclass(frozen=True, eq=False)
+class Mesh:
+    """A mesh as read from a file: triangulated, but not cleaned."""
+
+    vertices: Vertices
+    """Positions in the file's units, shape (V, 3)."""
+    faces: Faces
+    """Indices of vertices, shape (F, 3)."""
+    attributes: Attributes
+    """Colours, texture coordinates, labels and the like."""
+    notes: list[str] = field(default_factory=list)
+    """What was left out of the file or changed."""
+
+    def __repr__(self) -> str:
+        return f"<rtfmesh.Mesh: {len(self.vertices)} vertices, {len(self.faces)} faces>"
+
+
+def read(path: str | os.PathLike[str], *, format: str | None = None, materials: bool = False) -> Mesh:
+    """Reads OBJ, PLY, STL, OFF, glTF (.gltf, .glb) or MEDIT .mesh, plain or gzipped.
+
+    What a file contains counts more than its name; `format` stands for what its name would say. `materials`
+    reads glTF's materials and their images too, which `write` puts into a .glb.
+
+    Raises `InputError` with the place in the file.
+    """
+    arrays, attributes, notes = _native.read(Path(path), format, bool(materials))
+    return Mesh(*arrays, read_attributes(attributes), notes)
+
+
+def write(
+    path: str | os.PathLike[str],
+    vertices: ArrayLike,
+    faces: ArrayLike,
+    *,
+    attributes: Attributes | Mapping[str, Any] | None = None,
+    format: str | None = None,
+) -> None:
+    """Writes OBJ, OFF, MEDIT, binary PLY (float64), binary STL or GLB (float32), with .gz also compressed.
+
+    `vertices` has shape (V, 3), `faces` (F, 3); `attributes` as in `remesh`. The name's extension decides on
+    the format unless `format` does. The file is written whole or not at all.
+
+    Raises `InputError`, or `OutputError` where it cannot be written. Warns (`MeshWarning`) of what the format
+    cannot hold.
+    """
+    mesh = mesh_arrays(vertices, faces)
+    given = Carrier.of(for_files(Attributes.of(attributes)), len(mesh[0]), len(mesh[1])).given
+    for note in _native.write(Path(path), mesh, given, format):
+        warnings.warn(f"{os.fspath(path)}: {note}", MeshWarning, stacklevel=2)

@@ -1,0 +1,82 @@
+"""How callers learn of the progress of a run."""
+
+from __future__ import annotations
+
+import warnings
+from collections.abc import Callable
+from contextlib import contextmanager
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+from ._errors import InputError
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator
+
+
+class Progress(NamedTuple):
+    """Where a run is."""
+
+    phase: str
+    """What the run is doing, in a word or two."""
+    attempt: int
+    """The current attempt, from 1: each has another random start, vertex count or edge lengths."""
+    fraction: float
+    """Estimated share of the attempt's work that is done, 0 to 1; it never falls within an attempt."""
+    iteration: int
+    """Iterations done on all levels."""
+    iterations: int
+    """Largest number of iterations on all levels."""
+    step: float
+    """Root mean square step of the last iteration, in edge lengths."""
+
+
+Callback = Callable[[Progress], "str | None"]
+# What the native module calls: True makes the run finish early, False stops it.
+Native = Callable[..., "bool | None"]
+
+ANSWERS = {None: None, "continue": None, "finish": True, "cancel": False}
+
+
+def from_callback(callback: Callback) -> Native:
+    """What the native module calls for a callable of the caller's."""
+
+    def told(*progress: Any) -> bool | None:
+        answer = callback(Progress(*progress))
+        try:
+            return ANSWERS[answer]
+        except (KeyError, TypeError):
+            text = f"`progress` returned {answer!r}; return None, 'finish' or 'cancel'"
+            raise InputError(text) from None
+
+    return told
+
+
+@contextmanager
+def shown(progress: bool | Callback) -> Iterator[Native | None]:
+    """What the native module calls: with True it moves a bar of tqdm's."""
+    if callable(progress):
+        yield from_callback(progress)
+        return
+    if not isinstance(progress, bool):
+        raise InputError(
+            f"`progress` is {progress!r}; give True, False or a function of one rtfmesh.Progress"
+        )
+    if not progress:
+        yield None
+        return
+    try:
+        from tqdm.auto import tqdm
+    except ImportError:
+        warnings.warn("no progress bar: tqdm is not installed (pip install tqdm)", stacklevel=4)
+        yield None
+        return
+    with tqdm(total=100, unit="%", bar_format="{desc}: {percentage:3.0f}%|{bar}| {elapsed}") as bar:
+
+        def told(phase: str, attempt: int, fraction: float, *_: Any) -> None:
+            bar.set_description_str(phase if attempt == 1 else f"attempt {attempt}: {phase}", refresh=False)
+            bar.n = 100 * fraction
+            bar.refresh()
+
+        yield told
+        bar.n = 100
+        bar.refresh()

@@ -1,0 +1,260 @@
+"""Remeshing."""
+
+from __future__ import annotations
+
+import json
+import os
+import threading
+import warnings
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from . import _native
+from ._arrays import Faces, Vertices, mesh_arrays
+from ._attributes import Attributes, Carrier, Given
+from ._errors import DeviceError, InputError, MeshWarning, in_python
+from ._progress import Callback, Native, shown
+from ._words import take_features, take_sizing, words
+
+if TYPE_CHECKING:
+    from typing_extensions import Unpack
+
+    from ._options import Options
+
+
+@dataclass(frozen=True, eq=False)
+class Correspondence:
+    """Where N points of a result lie on the input."""
+
+    triangles: NDArray[np.uint32]
+    """The input's face under each point, shape (N,)."""
+    barycentrics: NDArray[np.float64]
+    """The weights of that face's corners, each 0 to 1 and together 1, shape (N, 3)."""
+
+    def interpolate(self, faces: ArrayLike, values: ArrayLike) -> NDArray[Any]:
+        """Values at the vertices of the input, shape (V, ...), linearly interpolated at the points, (N, ...).
+
+        `faces` are the input's, as they were remeshed.
+        """
+        corners = np.asarray(values)[np.asarray(faces)[self.triangles]]
+        interpolated: NDArray[Any] = np.einsum("nk,nk...->n...", self.barycentrics, corners)
+        return interpolated
+
+
+@dataclass(frozen=True, eq=False)
+class Result:
+    """A new mesh of N vertices and M faces."""
+
+    vertices: Vertices
+    """Positions in the input's units, shape (N, 3)."""
+    faces: Faces
+    """Indices of vertices, counter-clockwise seen from outside, shape (M, 3)."""
+    report: dict[str, Any]
+    """What the command line's --report has: options, device, topology, quality, warnings, timings."""
+    correspondence: Correspondence | None
+    """Where the vertices lie on the input; None with `correspondence=False` unless attributes needed it."""
+    face_correspondence: Correspondence | None
+    """Where the centres of the faces lie on it, if attributes of faces or texture were carried."""
+    attributes: Attributes
+    """The input's attributes for this mesh."""
+
+    def __repr__(self) -> str:
+        quality = self.report["output"]["quality"]
+        shape = f"rtfmesh.Result: {len(self.vertices)} vertices, {len(self.faces)} faces"
+        return f"<{shape}, quality {quality['q_avg']:.3f}, angles from {quality['theta_min']:.1f}°>"
+
+
+@dataclass
+class Request:
+    """A run as the native module takes it, but for mesh and options."""
+
+    attributes: Given
+    sizing: Vertices | None
+    features: NDArray[np.float64] | None
+    correspondence: tuple[bool, bool]
+    distances: bool
+    progress: Native | None
+
+
+class Remesher:
+    """A device with what was compiled for it, kept over any number of meshes.
+
+    `device` is an index or name as `devices` has them, "cpu" or "gpu"; by default RTFMESH_DEVICE, or the best
+    GPU, or the CPU. `device_memory` is the most memory of the device to use, in MiB. With `timings` reports
+    have the time of every kernel, which slows small meshes down. Threads may share a remesher and take turns
+    on its device, or have one each.
+
+    Raises `DeviceError` without a usable device.
+    """
+
+    def __init__(
+        self, device: str | int | None = None, *, device_memory: int | None = None, timings: bool = False
+    ) -> None:
+        if device_memory is not None and not (
+            isinstance(device_memory, (int, np.integer)) and 0 < device_memory <= 1 << 30
+        ):
+            raise InputError(f"`device_memory` {device_memory!r} is out of range; use 1 to 2^30 MiB")
+        name = None if device is None else str(device)
+        self._device = _native.Device(name, device_memory, bool(timings))
+
+    @property
+    def device(self) -> dict[str, Any]:
+        """The device, as in `devices`."""
+        info: dict[str, Any] = json.loads(self._device.info())
+        return info
+
+    def __repr__(self) -> str:
+        return f"<rtfmesh.Remesher on {self.device['name']}>"
+
+    def remesh(
+        self,
+        vertices: ArrayLike,
+        faces: ArrayLike,
+        n: int | str | None = None,
+        *,
+        attributes: Attributes | Mapping[str, Any] | None = None,
+        correspondence: bool = True,
+        report: bool = False,
+        progress: bool | Callback = False,
+        **options: Unpack[Options],
+    ) -> Result:
+        """As `rtfmesh.remesh`, on this device."""
+        told = Told(correspondence=bool(correspondence), report=bool(report), progress=progress)
+        return warned(self._run(vertices, faces, n, Attributes.of(attributes), told, dict(options)))
+
+    def _run(
+        self,
+        vertices: ArrayLike,
+        faces: ArrayLike,
+        n: int | str | None,
+        attributes: Attributes,
+        told: Told,
+        wanted: dict[str, Any],
+    ) -> Result:
+        positions, triangles = mesh_arrays(vertices, faces)
+        sizing = take_sizing(wanted, positions)
+        features = take_features(wanted, positions)
+        line = words(n, wanted)
+        carrier = Carrier.of(attributes, len(positions), len(triangles))
+        with shown(told.progress) as callback:
+            places = (told.correspondence, False)
+            request = Request(carrier.given, sizing, features, places, told.report, callback)
+            done = _native.remesh(self._device, (positions, triangles), line, request)
+        (new_vertices, new_faces), columns, of_vertices, of_faces, text = done
+        found: dict[str, Any] = json.loads(text)
+        # Of files, which there are none of.
+        del found["input_file"], found["output_file"]
+        found["warnings"] = [in_python(warning) for warning in found["warnings"]]
+        return Result(
+            new_vertices,
+            new_faces,
+            found,
+            Correspondence(*of_vertices) if len(of_vertices[0]) else None,
+            Correspondence(*of_faces) if len(of_faces[0]) else None,
+            carrier.carried(columns, len(new_vertices), len(new_faces)),
+        )
+
+
+@dataclass
+class Told:
+    """What a caller is to be told of a run and its result."""
+
+    correspondence: bool
+    report: bool
+    progress: bool | Callback
+
+
+def warned(result: Result) -> Result:
+    """The result, after its warnings have been shown as those of the line that called this package."""
+    for warning in result.report["warnings"]:
+        warnings.warn(warning, MeshWarning, stacklevel=3)
+    return result
+
+
+_remeshers: dict[tuple[Any, ...], Remesher] = {}
+_opening = threading.Lock()
+
+
+def _remesher(device: str | int | None, device_memory: int | None, timings: bool) -> tuple[Any, Remesher]:
+    """The remesher that calls for this device share: opening one takes longer than a small mesh."""
+    key = (device, device_memory, timings, os.environ.get("RTFMESH_DEVICE"))
+    with _opening:
+        if key not in _remeshers:
+            _remeshers[key] = Remesher(device, device_memory=device_memory, timings=timings)
+        return key, _remeshers[key]
+
+
+def remesh(
+    vertices: ArrayLike,
+    faces: ArrayLike,
+    n: int | str | None = None,
+    *,
+    attributes: Attributes | Mapping[str, Any] | None = None,
+    correspondence: bool = True,
+    report: bool = False,
+    progress: bool | Callback = False,
+    device: str | int | None = None,
+    device_memory: int | None = None,
+    **options: Unpack[Options],
+) -> Result:
+    """Remeshes a surface into well-shaped triangles, with exactly `n` vertices.
+
+    Parameters
+    ----------
+    vertices
+        Positions, shape (V, 3): any real numbers, in any units.
+    faces
+        Indices of vertices, shape (F, 3): any integers. Duplicates and faces without area may be among them.
+    n
+        Number of vertices, at least 4, also as "10k". Without it `edge_length`, `ratio` or `max_deviation`
+        says how many; without those too, as many as the input has.
+    attributes
+        Colours, labels and the like to carry over: an `Attributes`, or a dict such as
+        ``{"vertex": {"rgb": (V, 3)}, "face": {"label": (F,)}, "uv": (F, 3, 2)}``.
+    correspondence
+        Whether to find where the vertices of the result lie on the input.
+    report
+        Whether the report is to have the distances to the input and the time of each kernel. It takes a
+        little time.
+    progress
+        True shows a bar, if tqdm is installed. A function is called with a `Progress` up to 20 times a
+        second, and may return "finish" to end the run early with a valid mesh, or "cancel" to stop it.
+    device, device_memory
+        As in `Remesher`. The device stays open for the next call.
+    **options
+        All options of the command line under their names, with underscores: `edge_length=0.5` or "1%",
+        `ratio`, `max_deviation`, `quality="best"`, `feature_angle=30`, `keep_uv=True`, `seed=7`,
+        `time_limit=60` ... `Options` lists them. `sizing` may also be an array of shape (V,) to which edge
+        lengths are in proportion, and `features` an array of shape (L, 2): edges to keep, by their vertices.
+
+    Returns
+    -------
+    A `Result`. The same input, options and device give the same bytes.
+
+    Raises
+    ------
+    InputError
+        An argument or the mesh cannot be used; the message says which, and what to do.
+    DeviceError
+        There is no usable Vulkan device, or too little memory (`OutOfMemoryError`).
+    Cancelled
+        The progress callback said so. After Ctrl-C it is KeyboardInterrupt, within a second.
+
+    Warns
+    -----
+    MeshWarning
+        Something is wrong with the result, such as a part of the input that it leaves out.
+    """
+    told = Told(correspondence=bool(correspondence), report=bool(report), progress=progress)
+    key, remesher = _remesher(device, device_memory, told.report)
+    try:
+        return warned(remesher._run(vertices, faces, n, Attributes.of(attributes), told, dict(options)))
+    except DeviceError:
+        # It may be lost, and a lost device stays lost.
+        with _opening:
+            _remeshers.pop(key, None)
+        raise

@@ -1,0 +1,109 @@
+"""`mesh.rtfmesh` for the surfaces of PyVista 0.48 or later, which finds this module by itself.
+
+import pyvista as pv
+
+mesh = pv.read("scan.ply")
+even = mesh.rtfmesh.remesh(10_000)
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+import pyvista
+from numpy.typing import NDArray
+
+from ._attributes import Attributes
+from ._figures import inspect, measure
+from ._progress import Callback
+from ._remesh import Remesher, Told, _remesher, warned
+from ._seams import split_at_seams
+
+if TYPE_CHECKING:
+    from typing_extensions import Unpack
+
+    from ._options import Options
+
+
+def triangles_of(mesh: pyvista.PolyData) -> tuple[pyvista.PolyData, NDArray[Any]]:
+    """The mesh in triangles, and their vertices (F, 3).
+
+    Polygons and strips are split; vertices and lines that are cells of their own are left out.
+    """
+    others = mesh.n_verts + mesh.n_lines
+    if others:
+        whole, strips = mesh, mesh.strips if mesh.n_strips else None
+        mesh = pyvista.PolyData(whole.points, faces=whole.faces, strips=strips)
+        mesh.point_data.update(whole.point_data)
+        # Vertices come first, then lines, polygons and strips.
+        mesh.cell_data.update({name: whole.cell_data[name][others:] for name in whole.cell_data})
+    if mesh.n_strips or not mesh.is_all_triangles:
+        mesh = mesh.triangulate()
+    return mesh, np.asarray(mesh.faces).reshape(-1, 4)[:, 1:]
+
+
+@pyvista.register_dataset_accessor("rtfmesh", pyvista.PolyData)
+class Accessor:
+    """Remeshes and measures a surface; none of its methods changes it."""
+
+    def __init__(self, mesh: pyvista.PolyData) -> None:
+        self._mesh = mesh
+
+    def remesh(
+        self,
+        n: int | str | None = None,
+        *,
+        progress: bool | Callback = False,
+        device: str | int | None = None,
+        remesher: Remesher | None = None,
+        **options: Unpack[Options],
+    ) -> pyvista.PolyData:
+        """A new surface of exactly `n` points with well-shaped triangles.
+
+        Polygons are triangulated on the way. Arrays of points and cells come along as `rtfmesh.Attributes`
+        says, texture coordinates and field data too; names of arrays in `sizing="property:NAME"` are those of
+        points. With `keep_uv=True` points on texture seams are there once for each side, beyond `n`.
+        `remesher` is a `rtfmesh.Remesher` to use; all other arguments and what is raised are as in
+        `rtfmesh.remesh`.
+        """
+        mesh, faces = triangles_of(self._mesh)
+        uv = mesh.active_texture_coordinates
+        uv_name = None if uv is None else mesh.point_data.active_texture_coordinates_name
+        vertex = {name: np.asarray(mesh.point_data[name]) for name in mesh.point_data if name != uv_name}
+        face = {name: np.asarray(mesh.cell_data[name]) for name in mesh.cell_data}
+        attributes = Attributes(vertex, face, None if uv is None else np.asarray(uv)[faces])
+        if remesher is None:
+            remesher = _remesher(device, None, False)[1]
+        told = Told(correspondence=False, report=False, progress=progress)
+        result = warned(remesher._run(mesh.points, faces, n, attributes, told, dict(options)))
+        split = split_at_seams(result, bool(options.get("keep_uv")))
+        made = pyvista.PolyData.from_regular_faces(
+            result.vertices[split.vertices], split.faces.astype(np.int64)
+        )
+        for name, array in result.attributes.vertex.items():
+            made.point_data[name] = array[split.vertices]
+        for name, array in result.attributes.face.items():
+            made.cell_data[name] = array
+        if split.uv is not None:
+            made.point_data[uv_name] = split.uv
+            made.point_data.active_texture_coordinates_name = uv_name
+        for name in self._mesh.field_data:
+            made.field_data[name] = self._mesh.field_data[name]
+        active = self._mesh.active_scalars_info
+        if active.name is not None:
+            made.set_active_scalars(active.name, preference=active.association.name.lower())
+        return made
+
+    def measure(self, against: pyvista.PolyData | None = None, **wanted: Any) -> dict[str, Any]:
+        """As `rtfmesh.measure`, of this surface; `against` is another one."""
+        mesh, faces = triangles_of(self._mesh)
+        if against is not None:
+            other, its_faces = triangles_of(against)
+            wanted["against"] = (other.points, its_faces)
+        return measure(mesh.points, faces, **wanted)
+
+    def inspect(self, n: int | None = None, **wanted: Any) -> dict[str, Any]:
+        """As `rtfmesh.inspect`, of this surface."""
+        mesh, faces = triangles_of(self._mesh)
+        return inspect(mesh.points, faces, n, **wanted)

@@ -1,0 +1,99 @@
+"""Remeshing for the meshes of trimesh.
+
+import trimesh
+from rtfmesh.trimesh import remesh
+
+mesh = trimesh.load_mesh("scan.ply")
+even = remesh(mesh, 10_000)
+"""
+
+from __future__ import annotations
+
+import copy
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+import trimesh
+from trimesh.visual import ColorVisuals, TextureVisuals
+
+from ._attributes import Attributes
+from ._errors import InputError
+from ._progress import Callback
+from ._remesh import Remesher, Result, Told, _remesher, warned
+from ._seams import Split, split_at_seams
+
+if TYPE_CHECKING:
+    from typing_extensions import Unpack
+
+    from ._options import Options
+
+# The names that visuals travel under, which no attribute of a mesh has.
+COLOUR = "colour of trimesh"
+MATERIALS = "materials of trimesh"
+
+
+def attributes_of(mesh: trimesh.Trimesh) -> Attributes:
+    """The mesh's attributes and what its visuals are, as far as the library carries that."""
+    vertex: dict[str, Any] = dict(mesh.vertex_attributes)
+    face: dict[str, Any] = dict(mesh.face_attributes)
+    visual: Any = mesh.visual
+    uv = None
+    if isinstance(visual, TextureVisuals):
+        if visual.face_materials is not None:
+            face[MATERIALS] = np.asarray(visual.face_materials)
+        uv = None if visual.uv is None else np.asarray(visual.uv)[:, :2][mesh.faces]
+    elif visual.kind == "vertex":
+        vertex[COLOUR] = np.asarray(visual.vertex_colors)
+    elif visual.kind == "face":
+        face[COLOUR] = np.asarray(visual.face_colors)
+    return Attributes(vertex, face, uv)
+
+
+def visual_of(mesh: trimesh.Trimesh, result: Result, split: Split) -> Any:
+    """What the result looks like."""
+    carried = result.attributes
+    if isinstance(mesh.visual, TextureVisuals):
+        materials = carried.face.get(MATERIALS)
+        return TextureVisuals(split.uv, copy.copy(mesh.visual.material), face_materials=materials)
+    vertex = carried.vertex.get(COLOUR)
+    return ColorVisuals(
+        face_colors=carried.face.get(COLOUR), vertex_colors=None if vertex is None else vertex[split.vertices]
+    )
+
+
+def remesh(
+    mesh: trimesh.Trimesh,
+    n: int | str | None = None,
+    *,
+    progress: bool | Callback = False,
+    device: str | int | None = None,
+    remesher: Remesher | None = None,
+    **options: Unpack[Options],
+) -> trimesh.Trimesh:
+    """A new mesh of exactly `n` vertices with well-shaped triangles; `mesh` stays as it is.
+
+    Colours of vertices or faces, texture coordinates with their material, `vertex_attributes`,
+    `face_attributes` and `metadata` come along, as `rtfmesh.Attributes` says. With `keep_uv=True` vertices on
+    texture seams are there once for each side, beyond `n`. `remesher` is a `rtfmesh.Remesher` to use; all
+    other arguments and what is raised are as in `rtfmesh.remesh`.
+    """
+    if not isinstance(mesh, trimesh.Trimesh):
+        hint = "; scene.to_mesh() makes one of a scene" if isinstance(mesh, trimesh.Scene) else ""
+        raise InputError(f"`mesh` is a {type(mesh).__name__} and no trimesh.Trimesh{hint}")
+    if remesher is None:
+        remesher = _remesher(device, None, False)[1]
+    told = Told(correspondence=False, report=False, progress=progress)
+    given = attributes_of(mesh)
+    result = warned(remesher._run(mesh.vertices, mesh.faces, n, given, told, dict(options)))
+    split = split_at_seams(result, bool(options.get("keep_uv")))
+    visuals = (COLOUR, MATERIALS)
+    vertex, face = result.attributes.vertex, result.attributes.face
+    return trimesh.Trimesh(
+        vertices=result.vertices[split.vertices],
+        faces=split.faces,
+        visual=visual_of(mesh, result, split),
+        vertex_attributes={k: array[split.vertices] for k, array in vertex.items() if k not in visuals},
+        face_attributes={k: array for k, array in face.items() if k not in visuals},
+        metadata=copy.deepcopy(mesh.metadata),
+        process=False,
+    )

@@ -1,0 +1,46 @@
+//! Mesh files.
+
+use crate::attributes::{self, Given, New, new};
+use crate::errors::{exception, work};
+use crate::mesh::{Arrays, NewArrays, arrays, mesh};
+use pyo3::prelude::*;
+use rtfmesh::io;
+use rtfmesh::io::Encoding;
+use std::path::PathBuf;
+
+fn encoding(py: Python<'_>, format: Option<&str>) -> PyResult<Option<Encoding>> {
+    format.map(str::parse).transpose().map_err(|error| exception(py, &error))
+}
+
+/// A mesh, its attributes, and what was left out of the file or changed.
+#[pyfunction]
+pub fn read<'py>(
+    py: Python<'py>,
+    path: PathBuf,
+    format: Option<&str>,
+    materials: bool,
+) -> PyResult<(NewArrays<'py>, New<'py>, Vec<String>)> {
+    let declared = encoding(py, format)?;
+    let read = if materials { io::read_with_materials } else { io::read_as };
+    let loaded = work(py, || read(&path, declared))?;
+    Ok((arrays(py, loaded.mesh)?, new(py, loaded.attributes), loaded.notes))
+}
+
+/// Writes, and returns what the format cannot hold.
+#[pyfunction]
+pub fn write(
+    py: Python<'_>,
+    path: PathBuf,
+    given: Arrays<'_>,
+    attributes: Given<'_>,
+    format: Option<&str>,
+) -> PyResult<Vec<String>> {
+    let declared = encoding(py, format)?;
+    let (mesh, attributes) = (mesh(&given)?, attributes::given(&attributes)?);
+    work(py, || {
+        let encoding = declared.map_or_else(|| io::target_encoding(&path), Ok)?;
+        io::write_with(&path, &mesh, &attributes, encoding)?;
+        let rounded = io::lost_precision_note(&mesh, encoding.format);
+        Ok(rounded.into_iter().chain(io::lost_attributes_note(&attributes, encoding.format)).collect())
+    })
+}

@@ -1,0 +1,131 @@
+//! Remeshing.
+
+use crate::attributes::{self, Given, New, new};
+use crate::device::Device;
+use crate::errors::{INTERVAL, exception, refuse_forks};
+use crate::mesh::{Arrays, NewArrays, Places, arrays, mesh, places};
+use numpy::{PyReadonlyArray1, PyReadonlyArray3};
+use pyo3::prelude::*;
+use rtfmesh::cli::call::{Call, Input};
+use rtfmesh::glam::DVec3;
+use rtfmesh::io::Loaded;
+use rtfmesh::mesh::features::FeatureLine;
+use rtfmesh::{CorrespondenceRequest, Error, FeatureLines, Flow, Progress};
+use std::time::Instant;
+
+/// All that is asked for but for the mesh itself.
+#[derive(FromPyObject)]
+pub struct Request<'py> {
+    attributes: Given<'py>,
+    sizing: Option<PyReadonlyArray1<'py, f64>>,
+    /// Lines of two points each (L x 2 x 3).
+    features: Option<PyReadonlyArray3<'py, f64>>,
+    /// Of vertices, and of faces.
+    correspondence: (bool, bool),
+    /// Whether the report has distances.
+    distances: bool,
+    /// Called with phase, attempt, fraction, iteration, iterations and step; returns whether to finish early
+    /// or to stop.
+    progress: Option<Py<PyAny>>,
+}
+
+/// Mesh, attributes, places of the vertices and of the faces, report as JSON.
+type Outcome<'py> = (NewArrays<'py>, New<'py>, Places<'py>, Places<'py>, String);
+
+/// Remeshes with the command line's options.
+#[pyfunction]
+pub fn remesh<'py>(
+    py: Python<'py>,
+    device: &Device,
+    given: Arrays<'py>,
+    options: Vec<String>,
+    request: Request<'py>,
+) -> PyResult<Outcome<'py>> {
+    let call = Call::parse_words(&options).map_err(|error| exception(py, &error))?;
+    let (vertices, faces) = request.correspondence;
+    let loaded = Loaded {
+        mesh: mesh(&given)?,
+        attributes: attributes::given(&request.attributes)?,
+        ..Loaded::default()
+    };
+    let input = Input {
+        loaded,
+        sizing: request.sizing.as_ref().map(|sizing| sizing.as_slice().map(<[f64]>::to_vec)).transpose()?,
+        features: request.features.as_ref().map(feature_lines).transpose()?,
+        correspondence: CorrespondenceRequest { vertices, faces },
+        distances: request.distances,
+    };
+    let mut watch = Watch { callback: request.progress, last: Instant::now(), raised: None };
+    refuse_forks(py)?;
+    let (done, watch) = py.detach(move || {
+        let done = call.remesh(&device.0, &input, |now| watch.flow(now));
+        // Freed here, since large meshes take a while.
+        drop(input);
+        (done, watch)
+    });
+    let output = match (done, watch.raised) {
+        (Ok(_) | Err(Error::Cancelled), Some(raised)) => return Err(raised),
+        (done, _) => done.map_err(|error| exception(py, &error))?,
+    };
+    let found = output.correspondence.unwrap_or_default();
+    Ok((
+        arrays(py, output.mesh)?,
+        new(py, output.attributes),
+        places(py, &found.vertices)?,
+        places(py, &found.faces)?,
+        output.report,
+    ))
+}
+
+/// Tells Python of a run, and the run of signals such as Ctrl-C.
+struct Watch {
+    callback: Option<Py<PyAny>>,
+    last: Instant,
+    /// What a signal's handler or the callback raised.
+    raised: Option<PyErr>,
+}
+
+impl Watch {
+    fn flow(&mut self, now: Progress) -> Flow {
+        if self.last.elapsed() < INTERVAL {
+            return Flow::Continue;
+        }
+        let flow = Python::attach(|py| self.ask(py, now));
+        self.last = Instant::now();
+        flow.unwrap_or_else(|raised| {
+            self.raised = Some(raised);
+            Flow::Cancel
+        })
+    }
+
+    fn ask(&self, py: Python<'_>, now: Progress) -> PyResult<Flow> {
+        py.check_signals()?;
+        let Some(callback) = &self.callback else { return Ok(Flow::Continue) };
+        let Progress { phase, attempt, fraction, iteration, iterations, step, .. } = now;
+        let told = (phase.name(), attempt, fraction, iteration, iterations, step);
+        let answer: Option<bool> = callback.call1(py, told)?.extract(py)?;
+        Ok(match answer {
+            None => Flow::Continue,
+            Some(true) => Flow::Finish,
+            Some(false) => Flow::Cancel,
+        })
+    }
+}
+
+/// Lines of two points each.
+///
+/// # Errors
+/// `ValueError` for arrays that are not contiguous.
+pub fn feature_lines(points: &PyReadonlyArray3<'_, f64>) -> PyResult<FeatureLines> {
+    let (coordinates, _) = points.as_slice()?.as_chunks::<3>();
+    let positions: Vec<DVec3> = coordinates.iter().map(|point| DVec3::from_array(*point)).collect();
+    let lines = (1..).zip(positions.chunks(2));
+    Ok(FeatureLines::new(lines.map(|(line, points)| FeatureLine { line, points: points.to_vec() }).collect()))
+}
+
+/// Name, what its value is, all values it may have, and what it does, of each option that `remesh` takes.
+#[pyfunction]
+pub fn options() -> Vec<(String, Option<String>, Vec<String>, String)> {
+    let all = Call::options().into_iter();
+    all.map(|option| (option.name, option.value, option.choices, option.help)).collect()
+}

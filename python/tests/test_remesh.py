@@ -1,0 +1,172 @@
+"""Runs: counts, types of arrays, options, correspondence."""
+
+import json
+
+import make_options
+import numpy as np
+import pytest
+from conftest import program, same
+
+import rtfmesh
+from rtfmesh import _words
+
+
+def test_the_result_has_as_many_vertices_as_asked_for(torus):
+    result = rtfmesh.remesh(torus.vertices, torus.faces, 300)
+    assert result.vertices.shape == (300, 3) and result.vertices.dtype == np.float64
+    assert result.faces.shape == (600, 3) and result.faces.dtype == np.uint32
+    assert sorted(np.unique(result.faces)) == list(range(300))
+    assert result.report["output"]["vertices"] == 300
+    assert repr(result).startswith("<rtfmesh.Result: 300 vertices, 600 faces, quality 0.")
+
+
+def test_results_are_not_copied(torus, remesher):
+    result = remesher.remesh(torus.vertices, torus.faces, 300)
+    for array in (result.vertices, result.faces):
+        # A view of memory that is Rust's own.
+        assert not array.flags.owndata and array.flags.c_contiguous and array.flags.writeable
+        assert type(array.base.base).__name__ == "PySliceContainer"
+
+
+@pytest.mark.parametrize(
+    "make",
+    [
+        pytest.param(lambda v, f: (v, f.astype(np.int32)), id="int32"),
+        pytest.param(lambda v, f: (v, f.astype(np.int64)), id="int64"),
+        pytest.param(lambda v, f: (v, f.astype(np.uint64)), id="uint64"),
+        pytest.param(lambda v, f: (v, f.astype(np.int16)), id="int16"),
+        pytest.param(lambda v, f: (np.asfortranarray(v), np.asfortranarray(f)), id="columns"),
+        pytest.param(
+            lambda v, f: (np.repeat(v, 2, axis=0)[::2], np.repeat(f, 3, axis=1)[:, ::3]), id="strided"
+        ),
+        pytest.param(lambda v, f: (v[::-1], len(v) - 1 - f.astype(int))[:2], id="reversed"),
+        pytest.param(lambda v, f: (v.astype(">f8"), f.astype(">i4")), id="big-endian"),
+        pytest.param(lambda v, f: (v.tolist(), f.tolist()), id="lists"),
+        pytest.param(lambda v, f: (np.ma.masked_array(v), tuple(map(tuple, f))), id="masked"),
+    ],
+)
+def test_any_type_and_stride_gives_the_same(torus, remesher, make):
+    vertices, faces = make(torus.vertices, torus.faces)
+    result = remesher.remesh(vertices, faces, 200)
+    if isinstance(vertices, np.ndarray) and not np.array_equal(vertices, torus.vertices):
+        # The same surface in another order of vertices.
+        assert result.vertices.shape == (200, 3)
+    else:
+        assert same(result, remesher.remesh(torus.vertices, torus.faces, 200))
+
+
+def test_float32_and_integers_are_positions_too(torus, remesher, tetrahedron):
+    single = torus.vertices.astype(np.float32)
+    result = remesher.remesh(single, torus.faces, 200)
+    assert same(result, remesher.remesh(single.astype(np.float64), torus.faces, 200))
+    assert len(remesher.remesh(*tetrahedron, 50).vertices) == 50
+
+
+@pytest.mark.parametrize("n", [200, 200.0, np.int32(200), np.float64(200), "200", "0.2k"])
+def test_counts_may_be_written_in_many_ways(torus, remesher, n):
+    assert len(remesher.remesh(torus.vertices, torus.faces, n).vertices) == 200
+
+
+def test_lengths_and_ratios_stand_for_counts(torus, remesher):
+    by_ratio = remesher.remesh(torus.vertices, torus.faces, ratio=0.1)
+    assert len(by_ratio.vertices) == round(0.1 * len(torus.vertices))
+    by_length = remesher.remesh(torus.vertices, torus.faces, edge_length="5%")
+    sides = by_length.vertices[by_length.faces] - by_length.vertices[np.roll(by_length.faces, 1, axis=1)]
+    diagonal = np.linalg.norm(np.ptp(torus.vertices, axis=0))
+    assert np.linalg.norm(sides, axis=2).mean() == pytest.approx(0.05 * diagonal, rel=0.1)
+    by_deviation = remesher.remesh(torus.vertices, torus.faces, max_deviation="2%")
+    assert by_deviation.report["deviation"]["is_reached"]
+    same_count = remesher.remesh(torus.vertices, torus.faces, quality="draft")
+    assert len(same_count.vertices) == len(torus.vertices)
+
+
+def test_the_program_gives_the_same_bytes(folder, sphere, tmp_path):
+    options = ["--quality", "draft", "--seed", "7", "--sizing", "curvature", "--max-edge", "20%", "--no-fit"]
+    report, out, ours = tmp_path / "r.json", tmp_path / "a.ply", tmp_path / "b.ply"
+    line = ["remesh", folder / "bumpy-sphere.ply", out, "-n", "500", "--report", report, *options]
+    done = program(*line)
+    assert done.returncode == 0, done.stderr
+    result = rtfmesh.remesh(
+        sphere.vertices,
+        sphere.faces,
+        500,
+        report=True,
+        correspondence=False,
+        quality="draft",
+        seed=7,
+        sizing="curvature",
+        max_edge="20%",
+        no_fit=True,
+    )
+    rtfmesh.write(ours, result.vertices, result.faces)
+    assert ours.read_bytes() == out.read_bytes()
+    theirs = json.loads(report.read_text())
+    assert set(theirs) - set(result.report) == {"input_file", "output_file"}
+    for key in ("output", "input", "skeleton", "warnings", "steps", "device"):
+        assert result.report[key] == theirs[key], key
+    theirs["options"].pop("format"), result.report["options"].pop("format")
+    assert result.report["options"] == theirs["options"]
+    assert result.report["timings"]["stages"][0]["milliseconds"] is not None
+
+
+def test_vertices_correspond_to_points_of_the_input(torus, remesher):
+    result = remesher.remesh(torus.vertices, torus.faces, 300, no_fit=True)
+    found = result.correspondence
+    assert found.triangles.shape == (300,) and found.barycentrics.shape == (300, 3)
+    assert (found.barycentrics >= 0).all() and np.allclose(found.barycentrics.sum(axis=1), 1)
+    # Without the fit vertices stay on the input, within the rounding of the device's numbers.
+    places = found.interpolate(torus.faces, torus.vertices)
+    assert np.abs(places - result.vertices).max() < 1e-5
+    heights = found.interpolate(torus.faces, torus.vertices[:, 2])
+    assert heights.shape == (300,) and np.allclose(heights, places[:, 2])
+    assert result.face_correspondence is None
+    without = remesher.remesh(torus.vertices, torus.faces, 300, correspondence=False)
+    assert without.correspondence is None
+
+
+def test_an_array_of_sizes_makes_edges_shorter_where_it_is_small(torus, remesher):
+    sizes = np.where(torus.vertices[:, 0] > 0, 1.0, 3.0)
+    result = remesher.remesh(torus.vertices, torus.faces, 1000, sizing=sizes)
+    assert (result.vertices[:, 0] > 0).mean() > 0.7
+    assert result.attributes.vertex == {}
+    named = remesher.remesh(
+        torus.vertices, torus.faces, 1000, sizing="property:size", attributes={"vertex": {"size": sizes}}
+    )
+    assert same(result, named)
+
+
+def test_edges_by_their_vertices_are_kept(folder, remesher):
+    box = rtfmesh.read(folder / "box.ply")
+    sides = np.concatenate([box.faces[:, [0, 1]], box.faces[:, [1, 2]], box.faces[:, [2, 0]]])
+    lengths = np.linalg.norm(np.diff(box.vertices[sides], axis=1)[:, 0], axis=1)
+    diagonal = sides[lengths.argmax()]
+    kept = remesher.remesh(box.vertices, box.faces, 300, features=[diagonal])
+    free = remesher.remesh(box.vertices, box.faces, 300, features=np.empty((0, 2), int))
+    assert kept.report["skeleton"]["curves"] == free.report["skeleton"]["curves"] + 1
+    ends = box.vertices[diagonal]
+    distances = np.linalg.norm(kept.vertices[:, None] - ends, axis=2).min(axis=0)
+    assert np.allclose(distances, 0, atol=1e-5)
+
+
+def test_the_report_has_distances_where_they_are_asked_for(torus):
+    assert rtfmesh.remesh(torus.vertices, torus.faces, 300).report["output"]["distances"] is None
+    distances = rtfmesh.remesh(torus.vertices, torus.faces, 300, report=True).report["output"]["distances"]
+    assert 0 < distances["rms"] < distances["hausdorff"]
+
+
+def test_one_remesher_takes_many_meshes(torus, sphere, remesher):
+    first = remesher.remesh(torus.vertices, torus.faces, 200)
+    assert len(remesher.remesh(sphere.vertices, sphere.faces, 500).vertices) == 500
+    assert same(first, remesher.remesh(torus.vertices, torus.faces, 200))
+    assert remesher.device in rtfmesh.devices()
+    assert remesher.device["name"] in repr(remesher)
+
+
+def test_the_list_of_options_is_the_command_lines():
+    assert set(rtfmesh.Options.__annotations__) == set(_words.flags())
+    assert {"keep_uv", "k_clip", "vertices_at_least", "time_limit", "min_edge"} < set(_words.flags())
+
+
+def test_the_list_of_options_is_up_to_date():
+    with open(rtfmesh._options.__file__, encoding="utf-8") as file:
+        assert file.read() == "\n".join(make_options.lines()) + "\n", "run tools/make_options.py"

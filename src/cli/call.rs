@@ -1,0 +1,225 @@
+//! What commands do, for programs that bring the command line along in a form of their own, such as the
+//! Python package: options by the same names, meshes in memory, figures as JSON.
+
+use super::all_at_once::ResearchArgs;
+use super::attributes::{AttributeArgs, carried};
+use super::measure;
+pub use super::measure::Wanted;
+use super::method::{MethodArgs, refuse_messages};
+use super::progress::{RunProgress, TimeArgs};
+use super::target_count::{SizeArgs, count};
+use super::{inspect, render};
+use clap::{CommandFactory, Parser};
+use glam::DVec3;
+use rtfmesh::io::Loaded;
+use rtfmesh::mesh::attributes::{Attribute, Attributes, Kind, Role};
+use rtfmesh::mesh::correspondence::Correspondence;
+use rtfmesh::report::{Report, to_json};
+use rtfmesh::{
+    CorrespondenceRequest, Device, Error, FeatureLines, Flow, MeasureDepth, Options, Progress, ProgressToken,
+    Result, TriMesh, remesh_repaired,
+};
+
+/// The options of `remesh` and `batch` that name no files but that of `--features`.
+#[derive(Parser)]
+#[command(no_binary_name = true, disable_help_flag = true)]
+pub struct Call {
+    #[command(flatten)]
+    size: SizeArgs,
+    #[command(flatten)]
+    method: MethodArgs,
+    #[command(flatten)]
+    attributes: AttributeArgs,
+    #[command(flatten)]
+    time: TimeArgs,
+    #[command(flatten)]
+    research: ResearchArgs,
+    /// How closely a full report bounds the Hausdorff distances: gap between the ends, relative to the upper
+    /// end [default: 0.01]
+    ///
+    /// 1e-6 to 0.5. Gaps below 5e-7 of the diagonal are small enough in any case.
+    #[arg(long, value_name = "SHARE")]
+    accuracy: Option<f64>,
+}
+
+/// An option of [`Call`].
+#[derive(Debug, Clone)]
+pub struct CallOption {
+    /// Its name, without the dashes before it.
+    pub name: String,
+    /// What stands for its value in help; `None` if it has none.
+    pub value: Option<String>,
+    /// All values it may have, if they are few.
+    pub choices: Vec<String>,
+    /// What it does, in sentences.
+    pub help: String,
+}
+
+/// The name that `--sizing property:NAME` has for [`Input::sizing`].
+pub const SIZING: &str = "sizing";
+
+/// What is remeshed.
+#[derive(Default)]
+pub struct Input {
+    /// The mesh with its attributes. Panics if these do not belong to it.
+    pub loaded: Loaded,
+    /// With `--sizing property:sizing`, edge lengths are in proportion to these, one for each vertex.
+    pub sizing: Option<Vec<f64>>,
+    /// Lines to keep, unless `--features` names a file.
+    pub features: Option<FeatureLines>,
+    /// What to find the places on the input of, besides what attributes need.
+    pub correspondence: CorrespondenceRequest,
+    /// Whether the report is to have the distances to the input.
+    pub distances: bool,
+}
+
+/// What a run gives.
+pub struct Output {
+    /// The result.
+    pub mesh: TriMesh,
+    /// Where it lies on the input, as far as that was asked for or needed.
+    pub correspondence: Option<Correspondence>,
+    /// The input's attributes for the result.
+    pub attributes: Attributes,
+    /// The report as JSON.
+    pub report: String,
+}
+
+impl Call {
+    /// Reads options as the program does: `--name` and its value, if it has one.
+    ///
+    /// # Errors
+    /// [`Error::Usage`] in clap's words.
+    pub fn parse_words(words: &[String]) -> Result<Self> {
+        Self::try_parse_from(words).map_err(|error| {
+            let text = error.render().to_string();
+            let problem = text.strip_prefix("error: ").unwrap_or(&text);
+            // Tips and the usage are in paragraphs of their own.
+            let problem = problem.split("\n\n").next().unwrap_or(problem);
+            let words: Vec<&str> = problem.split_whitespace().collect();
+            Error::usage(words.join(" "), "see the documentation of the option")
+        })
+    }
+
+    /// All options there are.
+    pub fn options() -> Vec<CallOption> {
+        let text = |arg: &clap::Arg| {
+            let help = arg.get_long_help().or(arg.get_help()).map(ToString::to_string).unwrap_or_default();
+            let words = |part: &str| part.split_whitespace().collect::<Vec<_>>().join(" ");
+            // First a line without a full stop, then more in sentences.
+            let parts: Vec<String> = help.split("\n\n").map(words).collect();
+            parts.join(". ").trim_end_matches('.').to_owned() + "."
+        };
+        let command = Self::command();
+        let named = command.get_arguments().filter_map(|arg| arg.get_long().map(|name| (name, arg)));
+        let option = |(name, arg): (&str, &clap::Arg)| CallOption {
+            name: name.to_owned(),
+            value: arg.get_action().takes_values().then(|| {
+                let names = arg.get_value_names().unwrap_or_default();
+                names.first().map(ToString::to_string).unwrap_or_default()
+            }),
+            choices: match arg.get_action().takes_values() {
+                true => arg.get_possible_values().iter().map(|value| value.get_name().to_owned()).collect(),
+                false => Vec::new(),
+            },
+            help: text(arg),
+        };
+        named.map(option).collect()
+    }
+
+    /// Remeshes.
+    ///
+    /// # Errors
+    /// Those of [`rtfmesh::remesh_with_progress`], in which flags stand for options.
+    pub fn remesh(
+        &self,
+        device: &Device,
+        input: &Input,
+        mut progress: impl FnMut(Progress) -> Flow,
+    ) -> Result<Output> {
+        let Input { loaded, .. } = input;
+        let mut notes = loaded.notes.clone();
+        let mut run = RunProgress::with_limit(&self.time);
+        let mut options = self.own_options(input)?;
+        let repaired = count(self.size.size()?, &loaded.mesh, &mut options, None)?;
+        let repaired = self.attributes.request(loaded, repaired, &mut options, &mut notes)?;
+        options.correspondence.vertices |= input.correspondence.vertices;
+        options.correspondence.faces |= input.correspondence.faces;
+        match &input.sizing {
+            None => self.method.read_attributes(&loaded.attributes, &mut options)?,
+            Some(numbers) => {
+                let own = Attribute::new(SIZING, Role::Other, Kind::F64, 1, numbers.clone());
+                let own = Attributes { vertex: vec![own], ..Attributes::default() };
+                self.method.read_attributes(&own, &mut options)?;
+            }
+        }
+        let flow = |now| progress(now).max(run.update(now));
+        let mut result = remesh_repaired(device, &loaded.mesh, repaired, &options, flow)?;
+        refuse_messages(device)?;
+        run.warn(&mut result.summary);
+        let report = Report {
+            program: env!("CARGO_PKG_NAME"),
+            version: env!("CARGO_PKG_VERSION"),
+            input_file: String::new(),
+            output_file: String::new(),
+            notes: &notes,
+            options: &options,
+            device: device.info(),
+            summary: &result.summary,
+        };
+        let report = report.to_json()?;
+        let attributes = match self.attributes.drops_all() {
+            true => Attributes::default(),
+            false => carried(&loaded.mesh, &loaded.attributes, &result),
+        };
+        Ok(Output { mesh: result.mesh, correspondence: result.correspondence, attributes, report })
+    }
+
+    /// The options but for what depends on the mesh, checked.
+    fn own_options(&self, input: &Input) -> Result<Options> {
+        let measures = if input.distances { MeasureDepth::Full } else { MeasureDepth::Intersections };
+        let mut options = self.method.options(&self.research, self.size.size()?, measures)?;
+        if let Some(accuracy) = self.accuracy {
+            options.accuracy = accuracy;
+        }
+        self.attributes.check(options.method)?;
+        options.coarse_to_fine.features = self.method.read_features()?.or_else(|| input.features.clone());
+        options.validate()?;
+        Ok(options)
+    }
+}
+
+/// What `measure --json` prints.
+///
+/// # Errors
+/// Those of [`rtfmesh::measure::measure_with_progress`].
+pub fn measured(
+    mesh: &TriMesh,
+    reference: Option<&TriMesh>,
+    wanted: &Wanted,
+    progress: &ProgressToken,
+) -> Result<String> {
+    to_json(&measure::find(mesh, reference, wanted, progress)?)
+}
+
+/// What `inspect --json` prints.
+///
+/// # Errors
+/// Those of [`rtfmesh::mesh::features::find_features`], and [`Error::Input`] for lines that do not run along
+/// edges.
+pub fn inspected(
+    loaded: &Loaded,
+    vertices: Option<usize>,
+    feature_angle: f64,
+    lines: Option<&FeatureLines>,
+) -> Result<String> {
+    to_json(&inspect::inspect(loaded, vertices, feature_angle, lines)?.0)
+}
+
+/// The lines that `render --curves` draws over a mesh, by their ends.
+///
+/// # Errors
+/// As [`inspected`].
+pub fn curve_lines(mesh: &TriMesh) -> Result<Vec<[DVec3; 2]>> {
+    render::curves(mesh)
+}
