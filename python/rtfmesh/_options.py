@@ -65,6 +65,8 @@ class Options(TypedDict, total=False):
     0]."""
     min_component: float | None
     """Drop components with less than this share of the input's area [default: 0]."""
+    smooth_boundary: float | None
+    """Make ragged boundaries smooth; none moves by more than this share of the diagonal [default: 0]."""
     vertices_at_least: bool | None
     """Add vertices if the number asked for is too small for a valid mesh (preset default)."""
     strict: bool | None
