@@ -203,7 +203,8 @@ impl MethodArgs {
 pub struct DeviceArgs {
     /// Index, cpu, gpu or part of a name [default: the best GPU, else the CPU]
     ///
-    /// `rtfmesh devices` lists them; the environment variable RTFMESH_DEVICE does the same.
+    /// Also uuid:4f3f9d26-... or pci:0000:41:00.0. `rtfmesh devices` lists them; the environment variable
+    /// RTFMESH_DEVICE does the same.
     #[arg(long, value_name = "DEVICE", help_heading = DEVICE)]
     device: Option<String>,
 

@@ -87,6 +87,12 @@ fn first_of(counts: &[usize]) -> String {
     first.join("  ") + if counts.len() > MOST { "  ..." } else { "" }
 }
 
+/// A device's name, with what tells it from others of that name.
+fn place(device: &DeviceInfo) -> String {
+    let pci = device.pci.as_ref().map_or(String::new(), |pci| format!("\npci:{pci}"));
+    format!("{}\nuuid:{}{pci}", device.name, device.uuid)
+}
+
 /// The devices of this machine.
 pub fn devices(list: &[DeviceInfo]) -> String {
     let mut table = Table::new();
@@ -109,13 +115,8 @@ pub fn devices(list: &[DeviceInfo]) -> String {
         } else {
             format!("no: needs {}", d.missing.join(", "))
         };
-        let row = [
-            d.index.to_string(),
-            d.name.clone(),
-            d.kind.to_owned(),
-            d.driver.trim().to_owned(),
-            d.api.clone(),
-        ];
+        let row =
+            [d.index.to_string(), place(d), d.kind.to_owned(), d.driver.trim().to_owned(), d.api.clone()];
         table.add_row(row.into_iter().chain([limits, usable]));
     }
     table.trim_fmt() + "\n"

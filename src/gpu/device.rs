@@ -12,13 +12,15 @@ use gpu_allocator::vulkan::{Allocator, AllocatorCreateDesc};
 use std::mem::ManuallyDrop;
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+use std::time::Duration;
 
 /// How to open a device.
 #[derive(Debug, Clone, Default, PartialEq, Eq)]
 #[non_exhaustive]
 pub struct DeviceOptions {
-    /// An index, `cpu`, `gpu` or a part of the name; `None` takes the best usable one, discrete before
-    /// integrated before virtual before CPU.
+    /// An index, `cpu`, `gpu`, `uuid:4f3f9d26-...` or `pci:0000:41:00.0` as [`DeviceInfo`] has them, or a
+    /// part of the name; `None` takes the best usable one, discrete before integrated before virtual before
+    /// CPU.
     pub device: Option<String>,
     /// Turns on core and synchronization validation; see [`Device::take_validation_messages`].
     pub validation: bool,
@@ -100,6 +102,8 @@ pub(super) struct Shared {
     physical: vk::PhysicalDevice,
     reports_budget: bool,
     pub timings: Mutex<Timings>,
+    /// How long the host has waited for submissions, in all.
+    waited_nanoseconds: AtomicU64,
     allocated_bytes: AtomicU64,
     peak_bytes: AtomicU64,
     names: Option<ext::debug_utils::Device>,
@@ -144,6 +148,11 @@ impl Device {
     /// asks for it.
     pub fn take_timings(&self) -> Vec<StageTime> {
         std::mem::take(&mut *lock(&self.shared.timings)).into_list()
+    }
+
+    /// How long this program has waited for the device's work to end, in all.
+    pub(crate) fn waited(&self) -> Duration {
+        Duration::from_nanos(self.shared.waited_nanoseconds.load(Ordering::Relaxed))
     }
 
     /// Bytes of device memory that this program can use: the least of its size, of what the driver says other
@@ -226,6 +235,7 @@ impl Shared {
             physical: candidate.handle,
             reports_budget: has(ext::memory_budget::NAME),
             timings: Mutex::default(),
+            waited_nanoseconds: AtomicU64::new(0),
             allocated_bytes: AtomicU64::new(0),
             peak_bytes: AtomicU64::new(0),
             names,
@@ -262,6 +272,10 @@ impl Shared {
     pub fn may_allocate(&self, bytes: u64) -> bool {
         let now = self.allocated_bytes.load(Ordering::Relaxed);
         self.memory_bytes.is_none_or(|most| now.saturating_add(bytes) <= most)
+    }
+
+    pub fn count_waited(&self, time: Duration) {
+        self.waited_nanoseconds.fetch_add(time.as_nanos() as u64, Ordering::Relaxed);
     }
 
     pub fn count_allocated(&self, bytes: u64) {

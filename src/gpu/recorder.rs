@@ -12,6 +12,7 @@ use gpu_allocator::MemoryLocation;
 use std::collections::HashMap;
 use std::marker::PhantomData;
 use std::sync::Arc;
+use std::time::Instant;
 
 /// Number of invocations that a dispatch needs; the recorder rounds up to whole workgroups. Kernels get their
 /// index from `thread_index()` in `glsl/common/threads.glsl` and must leave when it is past the end.
@@ -305,7 +306,9 @@ impl Recorder {
             let fence = raw.create_fence(&vk::FenceCreateInfo::default(), None).map_err(failed)?;
             let sent = raw.queue_submit(*lock(&self.shared.queue), &submit, fence);
             let done = sent.and_then(|()| {
+                let began = Instant::now();
                 let waited = raw.wait_for_fences(&[fence], true, u64::MAX);
+                self.shared.count_waited(began.elapsed());
                 self.running = waited.is_err_and(|error| !self.device_is_done(error));
                 waited
             });

@@ -3,7 +3,7 @@
 use super::errors::{INSTALL_DRIVER, vk_error};
 use super::instance::Instance;
 use crate::{Error, Result};
-use ash::vk;
+use ash::{ext, vk};
 use serde::Serialize;
 
 /// The limits that the kernels depend on, in bytes or counts.
@@ -46,6 +46,11 @@ pub struct DeviceInfo {
     pub api: String,
     /// The limits that matter.
     pub limits: Limits,
+    /// The device's own number as hexadecimal digits in groups, the same in CUDA and `nvidia-smi -L`, for
+    /// example `4f3f9d26-...`.
+    pub uuid: String,
+    /// Where it is on the PCI bus, as `0000:41:00.0`; `None` for a CPU or where the driver does not say.
+    pub pci: Option<String>,
     /// Why the device cannot be used; empty if it can.
     pub missing: Vec<String>,
 }
@@ -86,8 +91,8 @@ pub(super) fn candidates(instance: &Instance) -> Result<Vec<Candidate>> {
         .collect())
 }
 
-/// Chooses the device that `wanted` names: an index, `cpu`, `gpu`, or a part of the name; without a name the
-/// first usable one, discrete before integrated before virtual before CPU.
+/// Chooses the device that `wanted` names as [`crate::DeviceOptions::device`] says; the beginning of a UUID
+/// will do. Without a name the first usable one, discrete before integrated before virtual before CPU.
 pub(super) fn choose(mut all: Vec<Candidate>, wanted: Option<&str>) -> Result<Candidate> {
     if all.is_empty() {
         return Err(no_device());
@@ -117,12 +122,31 @@ pub(crate) fn no_device() -> Error {
 }
 
 fn matches(info: &DeviceInfo, wanted: &str) -> bool {
-    match (wanted.parse::<usize>(), wanted) {
+    let wanted = wanted.to_lowercase();
+    if let Some(uuid) = wanted.strip_prefix("uuid:") {
+        // As `nvidia-smi -L` writes it.
+        let uuid = uuid.strip_prefix("gpu-").unwrap_or(uuid);
+        return !uuid.is_empty() && info.uuid.starts_with(uuid);
+    }
+    if let Some(pci) = wanted.strip_prefix("pci:") {
+        return !pci.is_empty() && info.pci.as_ref().is_some_and(|own| is_pci_address(own, pci));
+    }
+    match (wanted.parse::<usize>(), wanted.as_str()) {
         (Ok(index), _) => info.index == index,
         (_, "cpu") => info.kind == "cpu",
         (_, "gpu") => info.kind != "cpu",
-        (_, part) => info.name.to_lowercase().contains(&part.to_lowercase()),
+        (_, part) => info.name.to_lowercase().contains(part),
     }
+}
+
+/// Whether an address is this one: also without the domain, or with a domain of eight digits as nvidia-smi
+/// writes it.
+fn is_pci_address(own: &str, wanted: &str) -> bool {
+    let parts = |address: &str| -> Vec<Option<u32>> {
+        address.split([':', '.']).map(|part| u32::from_str_radix(part, 16).ok()).collect()
+    };
+    let (own, wanted) = (parts(own), parts(wanted));
+    wanted == own || (own[0] == Some(0) && wanted == own[1..])
 }
 
 fn preference(kind: &str) -> usize {
@@ -132,8 +156,20 @@ fn preference(kind: &str) -> usize {
 fn inspect_device(instance: &Instance, index: usize, handle: vk::PhysicalDevice) -> Candidate {
     let mut driver = vk::PhysicalDeviceDriverProperties::default();
     let mut subgroup = vk::PhysicalDeviceSubgroupProperties::default();
-    let mut all = vk::PhysicalDeviceProperties2::default().push_next(&mut driver).push_next(&mut subgroup);
+    let mut ids = vk::PhysicalDeviceIDProperties::default();
+    let mut bus = vk::PhysicalDevicePCIBusInfoPropertiesEXT::default();
+    let mut all = vk::PhysicalDeviceProperties2::default()
+        .push_next(&mut driver)
+        .push_next(&mut subgroup)
+        .push_next(&mut ids);
     // SAFETY: the handle comes from this instance; the calls only read.
+    let extensions = unsafe { instance.raw.enumerate_device_extension_properties(handle) };
+    let has_bus = extensions
+        .is_ok_and(|all| all.iter().any(|e| e.extension_name_as_c_str() == Ok(ext::pci_bus_info::NAME)));
+    if has_bus {
+        all = all.push_next(&mut bus);
+    }
+    // SAFETY: as above.
     let (memory, families) = unsafe {
         instance.raw.get_physical_device_properties2(handle, &mut all);
         (
@@ -144,26 +180,7 @@ fn inspect_device(instance: &Instance, index: usize, handle: vk::PhysicalDevice)
     let p = all.properties;
     let family = families.iter().position(|f| f.queue_flags.contains(vk::QueueFlags::COMPUTE));
     let timestamp_bits = family.map_or(0, |f| families[f].timestamp_valid_bits);
-    let limits = Limits {
-        storage_buffer_bytes: p.limits.max_storage_buffer_range.into(),
-        shared_memory_bytes: p.limits.max_compute_shared_memory_size,
-        push_constant_bytes: p.limits.max_push_constants_size,
-        storage_buffers: p.limits.max_per_stage_descriptor_storage_buffers,
-        workgroup_invocations: p
-            .limits
-            .max_compute_work_group_invocations
-            .min(p.limits.max_compute_work_group_size[0]),
-        workgroups: p.limits.max_compute_work_group_count[0],
-        timestamp_ns: if timestamp_bits == 0 { 0.0 } else { p.limits.timestamp_period },
-        memory_bytes: memory
-            .memory_heaps_as_slice()
-            .iter()
-            .filter(|h| h.flags.contains(vk::MemoryHeapFlags::DEVICE_LOCAL))
-            .map(|h| h.size)
-            .max()
-            .unwrap_or(0),
-        subgroup_size: subgroup.subgroup_size,
-    };
+    let limits = limits_of(&p.limits, &memory, timestamp_bits, subgroup.subgroup_size);
     let mut missing = missing_features(p.api_version, &limits, family.is_some());
     // The kernel of the neighbour lists uses ballots within a subgroup.
     let votes = vk::SubgroupFeatureFlags::BASIC | vk::SubgroupFeatureFlags::BALLOT;
@@ -190,10 +207,55 @@ fn inspect_device(instance: &Instance, index: usize, handle: vk::PhysicalDevice)
         },
         driver: format!("{} {}", text(driver.driver_name_as_c_str()), text(driver.driver_info_as_c_str())),
         api: version_text(p.api_version),
+        uuid: uuid_text(ids.device_uuid),
+        pci: has_bus.then(|| {
+            let [domain, bus, device, function] =
+                [bus.pci_domain, bus.pci_bus, bus.pci_device, bus.pci_function];
+            format!("{domain:04x}:{bus:02x}:{device:02x}.{function:x}")
+        }),
         missing,
         limits,
     };
     Candidate { handle, queue_family: family.unwrap_or(0) as u32, timestamp_bits, info }
+}
+
+fn limits_of(
+    limits: &vk::PhysicalDeviceLimits,
+    memory: &vk::PhysicalDeviceMemoryProperties,
+    timestamp_bits: u32,
+    subgroup_size: u32,
+) -> Limits {
+    Limits {
+        storage_buffer_bytes: limits.max_storage_buffer_range.into(),
+        shared_memory_bytes: limits.max_compute_shared_memory_size,
+        push_constant_bytes: limits.max_push_constants_size,
+        storage_buffers: limits.max_per_stage_descriptor_storage_buffers,
+        workgroup_invocations: limits
+            .max_compute_work_group_invocations
+            .min(limits.max_compute_work_group_size[0]),
+        workgroups: limits.max_compute_work_group_count[0],
+        timestamp_ns: if timestamp_bits == 0 { 0.0 } else { limits.timestamp_period },
+        memory_bytes: memory
+            .memory_heaps_as_slice()
+            .iter()
+            .filter(|h| h.flags.contains(vk::MemoryHeapFlags::DEVICE_LOCAL))
+            .map(|h| h.size)
+            .max()
+            .unwrap_or(0),
+        subgroup_size,
+    }
+}
+
+/// In groups of 8, 4, 4, 4 and 12 digits.
+fn uuid_text(bytes: [u8; vk::UUID_SIZE]) -> String {
+    let mut text = String::with_capacity(36);
+    for (k, byte) in bytes.iter().enumerate() {
+        if [4, 6, 8, 10].contains(&k) {
+            text.push('-');
+        }
+        text += &format!("{byte:02x}");
+    }
+    text
 }
 
 fn version_text(v: u32) -> String {
@@ -246,6 +308,8 @@ mod tests {
             driver: String::new(),
             api: String::new(),
             limits,
+            uuid: uuid_text([index as u8 + 0xa0; vk::UUID_SIZE]),
+            pci: (kind != "cpu").then(|| format!("0000:4{index}:00.0")),
             missing: missing.iter().map(|m| (*m).to_owned()).collect(),
         };
         Candidate { handle: vk::PhysicalDevice::null(), queue_family: 0, timestamp_bits: 64, info }
@@ -270,6 +334,20 @@ mod tests {
         assert_eq!(chosen(Some("gpu")), Ok(1));
         assert_eq!(chosen(Some("0")), Ok(0));
         assert_eq!(chosen(Some("INTEGRATED")), Ok(1));
+    }
+
+    #[test]
+    fn devices_are_found_by_uuid_and_pci_address() {
+        assert_eq!(three()[0].info.uuid, "a0a0a0a0-a0a0-a0a0-a0a0-a0a0a0a0a0a0");
+        assert_eq!(chosen(Some("uuid:A1A1a1a1-a1a1")), Ok(1));
+        assert_eq!(chosen(Some("uuid:GPU-a1a1a1a1-a1a1-a1a1-a1a1-a1a1a1a1a1a1")), Ok(1));
+        assert_eq!(chosen(Some("uuid:a0")), Ok(0));
+        for address in ["pci:0000:41:00.0", "pci:00000000:41:00.0", "pci:41:00.0", "PCI:41:0.0"] {
+            assert_eq!(chosen(Some(address)), Ok(1), "{address}");
+        }
+        for none in ["uuid:", "uuid:ff", "pci:", "pci:41:00.1", "pci:1:41:00.0", "pci:x", "pci:41"] {
+            assert!(chosen(Some(none)).unwrap_err().to_string().contains("no device matches"), "{none}");
+        }
     }
 
     #[test]

@@ -101,15 +101,15 @@ fn run(
 ) -> Result<Remeshed> {
     // Earlier runs on the same device do not count.
     device.take_timings();
-    let mut clock = Clock::new();
+    let mut clock = Clock::new(device);
     let input = RunInput { mesh, repaired, options, lengths: None, deviation: None, attempts: 0 };
     let made = make_as_asked(device, input, progress, &mut clock)?;
-    finish((device, mesh, options), made, clock, progress)
+    finish((mesh, options), made, clock, progress)
 }
 
 /// What is made and measured of a mesh in the end.
 fn finish(
-    (device, mesh, options): (&Device, &TriMesh, &Options),
+    (mesh, options): (&TriMesh, &Options),
     (made, course): (Made, Course),
     mut clock: Clock,
     progress: &mut ProgressReporter,
@@ -180,7 +180,7 @@ fn finish(
         small_angles: SmallAngleSummary::new(&result, outcome.mended, options),
         shorter_edges: outcome.shorter_edges,
         deviation,
-        timings: clock.timings(device),
+        timings: clock.timings(),
     };
     Ok(Remeshed { mesh: result, correspondence, summary })
 }

@@ -133,10 +133,13 @@ pub struct ShorterEdges {
 pub struct RunTimings {
     /// Device time by kernel and kind of copy.
     pub stages: Vec<StageTime>,
-    /// Host time by phase.
+    /// Wall time by phase.
     pub phases: Vec<PhaseTime>,
     /// Wall time of all phases in milliseconds.
     pub wall_milliseconds: f64,
+    /// How much of it the host waited for the device; the rest is host code. Other runs on the same device at
+    /// the same time count as well.
+    pub waiting_milliseconds: f64,
     /// Largest device memory in use at once, in bytes.
     pub peak_device_bytes: u64,
 }
@@ -149,6 +152,8 @@ pub struct PhaseTime {
     pub name: &'static str,
     /// Wall time in milliseconds, with waiting for the device.
     pub milliseconds: f64,
+    /// How much of it is waiting; the rest is host code.
+    pub waiting_milliseconds: f64,
 }
 
 /// Figures of the exact cells of the last iteration.

@@ -137,8 +137,11 @@ pub fn energy(energy: &Energy) -> Row {
 /// The time and memory that a run took.
 pub fn cost(s: &Summary) -> Vec<Row> {
     let mebibytes = s.timings.peak_device_bytes as f64 / f64::from(1 << 20);
+    let waiting = s.timings.waiting_milliseconds;
+    let host = seconds(s.timings.wall_milliseconds - waiting);
     vec![
         ("wall time", seconds(s.timings.wall_milliseconds)),
+        ("waiting for the device, host code", format!("{}, {host}", seconds(waiting))),
         ("peak device memory", format!("{mebibytes:.1} MiB")),
     ]
 }

@@ -153,12 +153,24 @@ fn the_report_tells_where_time_and_memory_went() {
         place.run("remesh in.ply out.ply -n 1000 --preset rtf --iterations 3 --report r.json -v");
     assert!(table.contains("device time") && table.contains("face.cell"), "{table}");
     let (_, table) = place.run("remesh in.ply out.ply -n 1000 --preset rtf --iterations 3 -v");
-    assert!(table.contains("wall time") && !table.contains("device time"), "{table}");
+    assert!(
+        table.contains("wall time")
+            && table.contains("waiting for the device")
+            && !table.contains("device time"),
+        "{table}"
+    );
     let phases = r["timings"]["phases"].as_array().unwrap();
     let names: Vec<_> = phases.iter().filter_map(|p| p["name"].as_str()).collect();
     assert_eq!(names, ["prepare", "seed", "compile", "iterate", "connect", "check", "connect", "measure"]);
     let sum: f64 = phases.iter().filter_map(|p| p["milliseconds"].as_f64()).sum();
     assert!((number(&r, "/timings/wall_milliseconds") - sum).abs() < 1e-6 * sum);
+    // Kernels run, so the host waits, but not all the time.
+    let waiting: f64 = phases.iter().filter_map(|p| p["waiting_milliseconds"].as_f64()).sum();
+    assert!(waiting > 0.0 && waiting < sum);
+    assert!((number(&r, "/timings/waiting_milliseconds") - waiting).abs() < 1e-6 * waiting);
+    for phase in phases {
+        assert!(phase["waiting_milliseconds"].as_f64() <= phase["milliseconds"].as_f64(), "{phase}");
+    }
     // At least the sites and the lists of their neighbours.
     assert!(number(&r, "/timings/peak_device_bytes") > 100.0 * (16.0 + 4.0 * 32.0));
 }

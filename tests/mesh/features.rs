@@ -313,6 +313,22 @@ fn a_keyway_keeps_its_edges_where_triangles_are_long() {
 }
 
 #[test]
+fn single_triangles_that_are_folded_over_are_no_features() {
+    // A vertex in a triangle, but beyond one of its sides.
+    let mut ball = sphere(1.0, 4);
+    let [a, b, c] = ball.triangles[100];
+    let [p, q, r] = ball.corners(100);
+    let beyond = p.midpoint(q) + 0.3 * (p.midpoint(q) - r);
+    let new = ball.vertices.len() as u32;
+    ball.vertices.push(beyond);
+    ball.triangles[100] = [a, b, new];
+    ball.triangles.extend([[b, c, new], [c, a, new]]);
+    for vertices in [1000, 10_000, 100_000] {
+        assert_eq!(counts(&found(&ball, vertices)), [1, 0, 0, 0], "{vertices}");
+    }
+}
+
+#[test]
 fn folds_are_creases_from_the_feature_angle_on() {
     for angle in (10..=170).step_by(10) {
         let s = found(&wedge(4, f64::from(angle)), 500);

@@ -18,8 +18,9 @@ const REACH: f64 = 0.5;
 /// But over at least this many lengths of the edge: where the output is finer than the input, noise is of the
 /// input's size.
 const REACH_OF_EDGE: f64 = 1.5;
-/// An edge counts as no longer than so many heights of the triangle: long edges of narrow triangles, as CAD
-/// programs make them, say nothing of noise, and reached far around a bore.
+/// An edge counts as no longer than so many heights of its triangles, of the larger one: long edges between
+/// narrow triangles, as CAD programs make them, say nothing of noise, and reached far around a bore. Scans have
+/// single narrow triangles.
 const MOST_HEIGHTS: f64 = 2.0;
 /// Triangles that are averaged on either side, at most: fine inputs do not need all of theirs.
 const MOST: usize = 48;
@@ -77,11 +78,11 @@ fn seen_turn(points: &[DVec3], surface: &FeatureSurface, stops: &[bool], half: u
     let length = a.distance(b);
     let middle = 0.5 * (a + b);
     let (one, other) = (half as usize / 3, surface.twins[half as usize] as usize / 3);
+    let height = 2.0 * surface.areas[one].max(surface.areas[other]) / length.max(f64::MIN_POSITIVE);
+    let reach = (REACH * spacing).max(REACH_OF_EDGE * length.min(MOST_HEIGHTS * height));
     // Points from the other side to this one, along the surface.
     let across = (surface.normals[one] + surface.normals[other]).cross(b - a);
     let mean = |start: usize, across: DVec3| {
-        let height = 2.0 * surface.areas[start] / length.max(f64::MIN_POSITIVE);
-        let reach = (REACH * spacing).max(REACH_OF_EDGE * length.min(MOST_HEIGHTS * height));
         let mut reached = Vec::with_capacity(MOST);
         reached.push(start as u32);
         let mut sum = DVec3::ZERO;

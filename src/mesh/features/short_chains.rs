@@ -15,8 +15,10 @@ const PER_FLAW: f64 = 4.0;
 /// change over the mean angle: 0 to 0.1 on CAD parts, 0.2 to 0.4 on scans. Noise is of the input's size,
 /// however fine the output; it also makes chains branch.
 const ROUGH_EDGES: f64 = 10.0;
-/// Up to this roughness, bends of a loop are no flaws.
+/// Up to this roughness, bends of a loop are no flaws,
 const EVEN: f64 = 0.1;
+/// if it has at least so many edges: single triangles that are folded over have even angles, too.
+const LEAST_EDGES_OF_RIM: usize = 6;
 /// At least this share of their length must be sharp by itself, if they have such flaws.
 const STRONG: f64 = 0.5;
 /// Chains with a free end are dropped below this many spacings.
@@ -168,8 +170,10 @@ impl Component {
         };
         let roughness = self.roughness(graph);
         // The rim of a small hole bends everywhere, and is no less a feature.
-        let is_loop = roughness <= EVEN && self.vertices.iter().all(|&vertex| graph.degree(vertex) == 2);
-        let flaws = if is_loop { 0 } else { self.vertices.iter().filter(|&&vertex| is_flaw(vertex)).count() };
+        let is_rim = roughness <= EVEN
+            && self.edges.len() >= LEAST_EDGES_OF_RIM
+            && self.vertices.iter().all(|&vertex| graph.degree(vertex) == 2);
+        let flaws = if is_rim { 0 } else { self.vertices.iter().filter(|&&vertex| is_flaw(vertex)).count() };
         let is_branch =
             |vertex: u32| graph.curves_at(vertex).filter(|&edge| is_sharp(graph, edge)).count() > 2;
         let branches = self.vertices.iter().filter(|&&vertex| is_branch(vertex)).count();
