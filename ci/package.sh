@@ -2,7 +2,7 @@
 # Makes the package for crates.io, target/package/rtfmesh-VERSION.crate, and tries it as its users have it: a
 # new crate depends on it and remeshes a model, without shaderc, cmake or a C++ compiler; docs.rs's features
 # are documented. With --install, also what `cargo install` gives, which takes a release build.
-# To publish: cargo publish --no-verify --manifest-path target/package/source/Cargo.toml
+# To publish, then: cargo publish --no-verify --manifest-path target/package/source/Cargo.toml
 set -euo pipefail
 cd "$(dirname "$0")/.."
 export RTFMESH_DEVICE="${RTFMESH_DEVICE:-cpu}"
@@ -24,12 +24,15 @@ make_source() {
     fail "$(cat "$work/log")"
   tar xzmf "$work/plain/package/$name.crate" -C "$work/source" --strip-components 1
   # As ci/test.sh builds it, so that nothing is compiled again; kernels depend on no feature or profile.
-  out=$(cargo check --quiet --lib --no-default-features --features html --message-format json |
+  out=$(cargo check --quiet --lib --no-default-features --features html \
+    --message-format json-render-diagnostics |
     grep -F "\"reason\":\"build-script-executed\",\"package_id\":\"$id\"" |
     sed 's/.*"out_dir":"\([^"]*\)".*/\1/')
   cp build/published.rs "$work/source/build.rs"
   mkdir "$work/source/kernels"
   cp "$out"/kernels.rs "$out"/*.spv "$work/source/kernels"
+  diff <(find glsl -name '*.comp' | wc -l) <(find "$work/source/kernels" -name '*.spv' | wc -l) ||
+    fail "not as many kernels as in glsl"
   cd "$work/source"
   rm .cargo_vcs_info.json Cargo.toml.orig
   # Programs that users install have no line tables, which make them six times as large.
@@ -105,5 +108,5 @@ make_user
 try_package
 if [ "${1:-}" = --install ]; then try_install; fi
 bytes=$(wc -c <"$work/$name.crate")
-echo "package: $work/$name.crate, $bytes bytes, with $(find "$work/$name/kernels" -name '*.spv' | wc -l) kernels"
+echo "package: $work/$name.crate, $bytes bytes"
 [ "$bytes" -le 10000000 ] || fail "crates.io takes 10 MB at most"
