@@ -61,6 +61,10 @@ edition = "2024"
 
 [workspace]
 
+# One small mesh takes less time than the optimiser.
+[profile.dev.package.rtfmesh]
+opt-level = 0
+
 EOF
   cat >"$work/user/src/main.rs" <<'EOF'
 use rtfmesh::mesh::samples::sample;
