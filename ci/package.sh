@@ -94,8 +94,10 @@ try_package() {
 }
 
 try_install() {
+  local bytes
   bare cargo install --quiet --offline --locked --path "$work/$name" --root "$work/installed"
-  "$work/installed/bin/rtfmesh" sample genus3 - | "$work/installed/bin/rtfmesh" remesh - "$work/out.ply" -n 2k
+  "$work/installed/bin/rtfmesh" sample genus3 "$work/in.ply"
+  "$work/installed/bin/rtfmesh" remesh "$work/in.ply" "$work/out.ply" -n 2k
   bytes=$(wc -c <"$work/installed/bin/rtfmesh")
   echo "package: the installed program has $bytes bytes"
   [ "$bytes" -le 10000000 ] || fail "that is more than 10 MB"
