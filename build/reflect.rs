@@ -1,5 +1,6 @@
 //! Reads a kernel's bindings, push constants and specialization constants from its SPIR-V.
 
+use crate::module::{OP_DECORATE, OP_NAME, OP_SPEC_CONSTANT, instructions};
 use spirq::prelude::*;
 use spirq::ty::ScalarType;
 use std::collections::{HashMap, HashSet};
@@ -141,22 +142,15 @@ fn rust_type(ty: &Type) -> Option<&'static str> {
 /// Default values by specialization id: spirq reports names and ids only. Constants without a name do not
 /// count: the local size has one, with the id of WORKGROUP and a default of 1.
 fn specialization_defaults(spirv: &[u32]) -> HashMap<u32, u32> {
-    const OP_NAME: u32 = 5;
-    const OP_SPEC_CONSTANT: u32 = 50;
-    const OP_DECORATE: u32 = 71;
     const DECORATION_SPEC_ID: u32 = 1;
     let (mut ids, mut values, mut named) = (HashMap::new(), HashMap::new(), HashSet::new());
-    let mut rest = &spirv[5..];
-    while let Some(&head) = rest.first() {
-        let (length, op) = ((head >> 16) as usize, head & 0xffff);
-        let Some((instruction, tail)) = rest.split_at_checked(length.max(1)) else { break };
+    for (op, instruction) in instructions(spirv) {
         match (op, instruction) {
             (OP_NAME, &[_, target, ..]) => drop(named.insert(target)),
             (OP_SPEC_CONSTANT, &[_, _, result, value]) => drop(values.insert(result, value)),
             (OP_DECORATE, &[_, target, DECORATION_SPEC_ID, id]) => drop(ids.insert(target, id)),
             _ => {}
         }
-        rest = tail;
     }
     ids.retain(|target, _| named.contains(target));
     ids.into_iter().filter_map(|(target, id)| Some((id, *values.get(&target)?))).collect()

@@ -38,3 +38,4 @@ step "examples" run_examples
 step "GLB files under the Khronos validator and in three.js" ./ci/gltf.sh
 step "the page in a browser" ./ci/page.sh
 step "the Python package" ./ci/python.sh
+step "the package for crates.io" ./ci/package.sh
