@@ -19,8 +19,8 @@ const REACH: f64 = 0.5;
 /// input's size.
 const REACH_OF_EDGE: f64 = 1.5;
 /// An edge counts as no longer than so many heights of its triangles, of the larger one: long edges between
-/// narrow triangles, as CAD programs make them, say nothing of noise, and reached far around a bore. Scans have
-/// single narrow triangles.
+/// narrow triangles, as CAD programs make them, say nothing of noise, and reached far around a bore. On scans
+/// one of the two may be narrow.
 const MOST_HEIGHTS: f64 = 2.0;
 /// Triangles that are averaged on either side, at most: fine inputs do not need all of theirs.
 const MOST: usize = 48;
