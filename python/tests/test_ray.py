@@ -8,12 +8,11 @@ import threading
 import time
 
 import pytest
+import ray
 
-ray = pytest.importorskip("ray")
-
-import rtfmesh  # noqa: E402
-from rtfmesh.ray import remesh_manifest  # noqa: E402
-from rtfmesh.ray.__main__ import main  # noqa: E402
+import rtfmesh
+from rtfmesh.ray import remesh_manifest
+from rtfmesh.ray.__main__ import main
 
 # Ray's own.
 pytestmark = pytest.mark.filterwarnings("ignore")
@@ -183,7 +182,9 @@ def test_parquet_has_types(small, tmp_path):
     rtfmesh.write(tmp_path / "a.ply", small.vertices, small.faces)
     columns = {"id": [1, 2], "path": ["a.ply"] * 2, "n": [100.0, None], "no_fit": [None, True]}
     parquet.write_table(pa.table(columns), tmp_path / "meshes.parquet")
-    summary = remesh_manifest(tmp_path / "meshes.parquet", tmp_path / "out", n="200", suffix=".off", workers=1)
+    summary = remesh_manifest(
+        tmp_path / "meshes.parquet", tmp_path / "out", n="200", suffix=".off", workers=1
+    )
     assert summary.done == 2
     assert [len(rtfmesh.read(tmp_path / "out" / f"{i}.off").vertices) for i in (1, 2)] == [100, 200]
 
@@ -191,7 +192,17 @@ def test_parquet_has_types(small, tmp_path):
 def test_it_is_a_command(small, tmp_path, capsys):
     rtfmesh.write(tmp_path / "a.ply", small.vertices, small.faces)
     manifest = listed(tmp_path / "meshes.csv", [{"id": "a", "path": "a.ply"}])
-    line = [str(manifest), str(tmp_path / "out"), "-n", "100", "--workers", "1", "--option", "no-fit", "--quiet"]
+    line = [
+        str(manifest),
+        str(tmp_path / "out"),
+        "-n",
+        "100",
+        "--workers",
+        "1",
+        "--option",
+        "no-fit",
+        "--quiet",
+    ]
     assert main(line) == 0
     assert "1 meshes: 1 done, 0 kept, 0 failed" in capsys.readouterr().out
     assert "--no-fit" in records(tmp_path / "out")["a.ply.json"]["source"]["options"]

@@ -90,7 +90,9 @@ def test_the_limit_holds_for_lavapipe():
 import os, sys, rtfmesh
 from rtfmesh.ray._devices import limit_threads
 limit_threads(3)
-rtfmesh.Remesher("cpu").remesh([[0, 0, 0], [1, 0, 0], [0, 1, 0]], [[0, 1, 2]], 100)
+# Its threads end with it.
+remesher = rtfmesh.Remesher("cpu")
+remesher.remesh([[0, 0, 0], [1, 0, 0], [0, 1, 0]], [[0, 1, 2]], 100)
 names = [open(f"/proc/self/task/{task}/comm").read().strip() for task in os.listdir("/proc/self/task")]
 sys.exit(sum(name.startswith("llvmpipe") for name in names))
 """

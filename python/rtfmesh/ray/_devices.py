@@ -17,7 +17,7 @@ CONTAINER = "in a container, set NVIDIA_DRIVER_CAPABILITIES=graphics,compute,uti
 class Card(NamedTuple):
     """A GPU as NVIDIA's driver names it."""
 
-    index: str
+    number: str
     uuid: str
     pci: str
 
@@ -63,7 +63,7 @@ def vulkan_device(assigned: str, devices: Sequence[dict[str, Any]], smi: str | N
         raise DeviceError(f"Ray assigned {assigned}, a part of a GPU, which Vulkan cannot open; turn MIG off")
     gpus = [device for device in devices if device["kind"] != "cpu"]
     cards = listed(smi or "")
-    card = next((c for c in cards if assigned == c.index or c.uuid.startswith(assigned)), None)
+    card = next((c for c in cards if assigned == c.number or c.uuid.startswith(assigned)), None)
     if card is None and not assigned.isdigit():
         card = Card("", assigned, "")
     if card is not None:
