@@ -15,8 +15,9 @@ from typing import TYPE_CHECKING, Any
 
 import ray
 from ray.data import ActorPoolStrategy, DataContext
+from ray.exceptions import ActorDiedError
 
-from .._errors import InputError, OutputError
+from .._errors import DeviceError, InputError, OutputError
 from .._files import write
 from .._words import words
 from ._batches import Batches
@@ -98,9 +99,16 @@ class Pool:
                 num_cpus=self.cpus,
                 num_gpus=self.gpus,
             )
-        for block in dataset.iter_batches(batch_size=None, prefetch_batches=0):
-            for text in block["rows"]:
-                yield json.loads(text)
+        try:
+            for block in dataset.iter_batches(batch_size=None, prefetch_batches=0):
+                for text in block["rows"]:
+                    yield json.loads(text)
+        except ActorDiedError as error:
+            # The last line of a traceback, which is all that Ray hands on of a worker that cannot start.
+            _, failed, why = str(error).strip().splitlines()[-1].partition("DeviceError: ")
+            if failed:
+                raise DeviceError(f"a worker cannot start: {why}") from error
+            raise
 
 
 def check_numbers(workers: int | None, gpus: float | None, cpus: float, batch_size: int) -> None:
@@ -213,6 +221,8 @@ def remesh_manifest(
     ------
     InputError
         The list has no such columns, or an id twice, or an argument cannot be used.
+    DeviceError
+        A worker finds no device.
     OutputError
         Nothing can be written to `out`, or not in this format.
     """
