@@ -11,7 +11,7 @@ import pytest
 import ray
 
 import rtfmesh
-from rtfmesh.ray import _pipeline, remesh_manifest
+from rtfmesh.ray import remesh_manifest
 from rtfmesh.ray.__main__ import main
 
 # Ray's own.
@@ -216,15 +216,3 @@ def test_a_device_that_there_is_not_is_named(tmp_path):
     manifest = listed(tmp_path / "meshes.csv", [{"id": "a", "path": "a.ply"}])
     with pytest.raises(rtfmesh.DeviceError, match="a worker cannot start: no device matches 'no such'"):
         remesh_manifest(manifest, tmp_path / "out", device="no such", workers=1)
-
-
-def test_long_lists_go_through_in_parts(small, tmp_path, monkeypatch):
-    monkeypatch.setattr(_pipeline, "BATCHES", 2)
-    rtfmesh.write(tmp_path / "a.ply", small.vertices, small.faces)
-    rows = [{"id": i, "path": "a.ply", "n": 60 + i} for i in range(7)]
-    manifest = listed(tmp_path / "meshes.csv", rows)
-    summary = remesh_manifest(manifest, tmp_path / "out", workers=1, batch_size=2)
-    assert summary.done == 7
-    assert {name: int(row["vertices"]) for name, row in status(summary).items()} == {
-        str(i): 60 + i for i in range(7)
-    }

@@ -104,7 +104,7 @@ def test_batches_are_small_and_read_when_needed(tmp_path):
     path.write_text(f"id,path\n{lines}")
     manifest = Manifest.open(path)
     assert manifest.count() == count
-    (task,) = Batches(manifest, 7, count - 1, 10).get_read_tasks(1)
+    (task,) = Batches(manifest, 10).get_read_tasks(1)
     names = []
     for table in task():
         # Ray divides tables between rows only.
@@ -112,11 +112,11 @@ def test_batches_are_small_and_read_when_needed(tmp_path):
         batch = json.loads(table["rows"][0].as_py())
         assert len(batch) <= 10 and table.nbytes < 1000
         names += [row["id"] for row in batch]
-    assert names == [f"m{i}" for i in range(7, count - 1)]
+    assert names == [f"m{i}" for i in range(count)]
 
     # What is wrong far behind is not met before the rows in front of it are asked for.
     path.write_text(f"id,path\n{lines * 20}one cell\n")
-    rows = manifest.rows(0, 10**9)
+    rows = manifest.rows()
     assert next(rows)["id"] == "m0"
     with pytest.raises(rtfmesh.InputError, match=r"meshes\.csv"):
         list(rows)
@@ -179,3 +179,10 @@ def test_there_are_as_many_workers_as_fit(there, gpus, cpus, workers, monkeypatc
     assert _pipeline.room(gpus, cpus) == workers
     with pytest.raises(rtfmesh.InputError, match="the cluster has"):
         _pipeline.room(gpus, 1000)
+
+
+@pytest.mark.parametrize(
+    ("meshes", "batch"), [(0, 16), (300, 16), (800_000, 16), (800_001, 17), (10**8, 2000)]
+)
+def test_the_number_of_batches_has_a_limit(meshes, batch):
+    assert _pipeline.usual_batch(meshes) == batch

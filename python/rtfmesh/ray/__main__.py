@@ -39,7 +39,7 @@ def parsed(args: list[str] | None) -> argparse.Namespace:
     parser.add_argument("--gpus-per-worker", type=float, help="0 to 1 [default: 1 if there are GPUs, else 0]")
     parser.add_argument("--cpus-per-worker", type=float, default=1, help="cores [default: 1]")
     parser.add_argument("--device", help="device of all workers, as rtfmesh's --device")
-    parser.add_argument("--batch-size", type=int, default=16, help="meshes at a time [default: 16]")
+    parser.add_argument("--batch-size", type=int, help="meshes at a time [default: 16 or more]")
     parser.add_argument(
         "--option",
         type=option,

@@ -15,15 +15,16 @@ from ._manifest import Manifest
 
 
 class Batches(Datasource):
-    """The rows of a list from `start` until `stop`, so many at a time.
+    """The rows of a list, `size` at a time.
 
     Each batch is one row of the dataset, as JSON. Ray cuts and joins blocks of rows by their bytes, but hands
     out whole rows, so that workers get batches of exactly this size.
     """
 
-    def __init__(self, manifest: Manifest, start: int, stop: int, size: int) -> None:
+    def __init__(self, manifest: Manifest, size: int) -> None:
         super().__init__()
-        self._given = (manifest, start, stop, size)
+        self.manifest = manifest
+        self.size = size
 
     def get_name(self) -> str:
         """What Ray's messages call it."""
@@ -35,10 +36,10 @@ class Batches(Datasource):
 
     def get_read_tasks(self, *_: Any, **__: Any) -> list[ReadTask]:
         """One, which reads on as workers are done with what it has read."""
-        manifest, start, stop, size = self._given
+        manifest, size = self.manifest, self.size
 
         def read() -> Iterator[pa.Table]:
-            rows = manifest.rows(start, stop)
+            rows = manifest.rows()
             while batch := list(islice(rows, size)):
                 yield pa.table({"rows": [json.dumps(batch, default=str)]})
 

@@ -75,16 +75,10 @@ class Manifest:
         except pa.ArrowException as error:
             raise InputError(f"{self.path}: {error}") from error
 
-    def rows(self, start: int, stop: int) -> Iterator[dict[str, Any]]:
-        """The rows from `start` until `stop`, counted from 0."""
-        first = 0
+    def rows(self) -> Iterator[dict[str, Any]]:
+        """The rows in their order."""
         for batch in self.batches():
-            if first >= stop:
-                return
-            begin = max(start - first, 0)
-            if begin < batch.num_rows:
-                yield from batch.slice(begin, min(stop - first, batch.num_rows) - begin).to_pylist()
-            first += batch.num_rows
+            yield from batch.to_pylist()
 
     def count(self) -> int:
         """The number of rows, after a look for ids that are there twice; it takes 8 bytes for each.

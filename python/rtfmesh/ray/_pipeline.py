@@ -35,10 +35,12 @@ COLUMNS = (
     "id output state vertices faces mean_quality least_quality least_angle seconds device worker warnings "
     "error"
 ).split()
-# Ray Data keeps some kilobytes for each batch until a dataset ends, so a dataset ends after so many.
-BATCHES = 50_000
-# What batches that wait may take of the object store; Ray stops reading the list until there are fewer.
-WAITING = 4 << 20
+# The usual number of meshes in a batch, and the largest number of batches: Ray keeps some kilobytes in the
+# calling process for each, to the end.
+BATCH, BATCHES = 16, 50_000
+# What batches that wait may take of the object store, and the more for each mesh that workers have at a time.
+# Ray reads on in the list when there are fewer.
+WAITING, OF_MESH = 4 << 20, 1 << 10
 
 
 @dataclass
@@ -85,7 +87,9 @@ class Pool:
         # A row is a block; see `Batches`.
         context.target_max_block_size = 1
         limits = context.execution_options.resource_limits
-        context.execution_options.resource_limits = limits.copy(object_store_memory=WAITING)
+        context.execution_options.resource_limits = limits.copy(
+            object_store_memory=WAITING + self.workers * batches.size * OF_MESH
+        )
         # They would count batches.
         context.enable_progress_bars = False
         with DataContext.current(context):
@@ -111,17 +115,22 @@ class Pool:
             raise
 
 
-def check_numbers(workers: int | None, gpus: float | None, cpus: float, batch_size: int) -> None:
+def check_numbers(workers: int | None, gpus: float | None, cpus: float, batch_size: int | None) -> None:
     """Raises `InputError` for a number that is out of its range."""
     ranges = [
         ("workers", workers is None or workers >= 1, "1 or more"),
         ("gpus_per_worker", gpus is None or 0 <= gpus <= 1, "0 to 1: a worker uses one device"),
         ("cpus_per_worker", cpus > 0, "more than 0"),
-        ("batch_size", batch_size >= 1, "1 or more"),
+        ("batch_size", batch_size is None or batch_size >= 1, "1 or more"),
     ]
     for name, fits, allowed in ranges:
         if not fits:
             raise InputError(f"`{name}` is out of range; use {allowed}")
+
+
+def usual_batch(meshes: int) -> int:
+    """How many meshes a batch has in a list of so many."""
+    return max(BATCH, -(-meshes // BATCHES))
 
 
 def check_output(folder: Path, suffix: str) -> None:
@@ -178,7 +187,7 @@ def remesh_manifest(
     gpus_per_worker: float | None = None,
     cpus_per_worker: float = 1,
     device: str | int | None = None,
-    batch_size: int = 16,
+    batch_size: int | None = None,
     progress: bool = False,
     **options: Unpack[Options],
 ) -> Summary:
@@ -206,7 +215,8 @@ def remesh_manifest(
     device
         A device as in `rtfmesh.Remesher`, for all workers; by default each uses the GPU that Ray gives it.
     batch_size
-        Meshes that a worker gets at a time.
+        Meshes that a worker gets at a time; by default 16, or more in lists of more than 800,000, so that
+        there are at most 50,000 batches.
     progress
         Whether to show a bar.
     **options
@@ -242,12 +252,10 @@ def remesh_manifest(
     with open(summary.status, "w", encoding="utf-8", newline="") as file, shown(progress, summary) as tell:
         table = csv.DictWriter(file, COLUMNS)
         table.writeheader()
-        for start in range(0, summary.meshes, BATCHES * batch_size):
-            stop = min(start + BATCHES * batch_size, summary.meshes)
-            for rows in pool.status(job, Batches(listing, start, stop, batch_size)):
-                table.writerows(rows)
-                file.flush()
-                summary.add(rows)
-                tell(len(rows))
+        for rows in pool.status(job, Batches(listing, batch_size or usual_batch(summary.meshes))):
+            table.writerows(rows)
+            file.flush()
+            summary.add(rows)
+            tell(len(rows))
     summary.seconds = time.perf_counter() - started
     return summary
