@@ -5,7 +5,6 @@ import json
 import os
 import signal
 import threading
-import time
 
 import pytest
 import ray
@@ -61,28 +60,30 @@ def stamps(out):
     return {path: (path.stat().st_mtime_ns, path.stat().st_ino) for path in out.rglob("*.ply")}
 
 
-def kill_worker(out, after, killed):
+def kill_worker(out, after, killed, over):
     """Kills a process while it works on a mesh, once so many are done."""
-    while len(list(out.glob("*.json"))) < after:
-        time.sleep(0.02)
-    while not killed:
-        for record in sorted(out.glob("*.json"), key=lambda path: path.stat().st_mtime_ns)[-2:]:
+    while not killed and not over.wait(0.005):
+        latest = sorted(out.glob("*.json"), key=lambda path: path.stat().st_mtime_ns)
+        for record in latest[-2:] if len(latest) > after else []:
             found = json.loads(record.read_text())
-            if found["state"] == "started":
+            if found["state"] == "started" and not killed:
                 killed.append(int(found["row"]["worker"].split(":")[1]))
                 os.kill(killed[0], signal.SIGKILL)
-                return
 
 
 def test_every_mesh_is_done_once_though_a_worker_is_killed(small, tmp_path):
     for i in range(MESHES):
         rtfmesh.write(tmp_path / f"{i}.ply", small.vertices * (1 + i), small.faces)
     rows = [{"id": f"mesh-{i}", "path": f"{i}.ply", "n": 100 + i % 3} for i in range(MESHES)]
-    manifest, out, killed = listed(tmp_path / "meshes.csv", rows), tmp_path / "out", []
-    killer = threading.Thread(target=kill_worker, args=(out, MESHES // 3, killed), daemon=True)
+    manifest, out = listed(tmp_path / "meshes.csv", rows), tmp_path / "out"
+    killed, over = [], threading.Event()
+    killer = threading.Thread(target=kill_worker, args=(out, MESHES // 3, killed, over))
     killer.start()
-    summary = remesh_manifest(manifest, out, workers=2, batch_size=8)
-    killer.join(timeout=1)
+    try:
+        summary = remesh_manifest(manifest, out, workers=2, batch_size=8)
+    finally:
+        over.set()
+        killer.join()
     assert killed, "no worker was killed"
     assert (summary.done, summary.kept, summary.failed) == (MESHES, 0, 0)
     found = status(summary)

@@ -8,7 +8,7 @@ import sys
 import pytest
 
 import rtfmesh
-from rtfmesh.ray import _pipeline, _worker, remesh_manifest
+from rtfmesh.ray import __main__, _pipeline, _worker, remesh_manifest
 from rtfmesh.ray._batches import Batches
 from rtfmesh.ray._manifest import ROWS, Manifest
 from rtfmesh.ray._meshes import STARTS, Job, do_row
@@ -186,3 +186,12 @@ def test_there_are_as_many_workers_as_fit(there, gpus, cpus, workers, monkeypatc
 )
 def test_the_number_of_batches_has_a_limit(meshes, batch):
     assert _pipeline.usual_batch(meshes) == batch
+
+
+def test_ctrl_c_ends_the_command_with_130(monkeypatch, capsys):
+    def interrupted(*_, **__):
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr(__main__, "remesh_manifest", interrupted)
+    assert __main__.main(["meshes.csv", "out"]) == 130
+    assert "the same command goes on" in capsys.readouterr().err

@@ -53,7 +53,7 @@ def parsed(args: list[str] | None) -> argparse.Namespace:
 
 
 def main(args: list[str] | None = None) -> int:
-    """Returns the exit code: 0, 1 if meshes failed, or 2 if nothing could begin."""
+    """Returns the exit code: 0, 1 if meshes failed, 2 if nothing could begin, 130 after Ctrl-C."""
     given = vars(parsed(args))
     options: dict[str, Any] = dict(given.pop("option"))
     progress = not given.pop("quiet")
@@ -63,6 +63,9 @@ def main(args: list[str] | None = None) -> int:
     except (Error, TypeError) as error:
         print(f"error: {error}", file=sys.stderr)
         return 2
+    except KeyboardInterrupt:
+        print("stopped; the same command goes on where it was", file=sys.stderr)
+        return 130
     print(summary)
     return 1 if summary.failed else 0
 
