@@ -7,7 +7,7 @@ import json
 import os
 import time
 import uuid
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
@@ -60,12 +60,21 @@ class Summary:
     status: Path = Path()
     """The CSV file with a row for each mesh."""
 
-    def add(self, rows: list[dict[str, Any]]) -> None:
-        """Counts status rows."""
-        states = [row["state"] for row in rows]
-        self.done += states.count("done")
-        self.kept += states.count("kept")
-        self.failed += states.count("failed")
+    def follow(self, results: Iterable[list[dict[str, Any]]], tell: Callable[[int], object]) -> None:
+        """Writes status rows as they come, and counts them."""
+        started = time.perf_counter()
+        with open(self.status, "w", encoding="utf-8", newline="") as file:
+            table = csv.DictWriter(file, COLUMNS)
+            table.writeheader()
+            for rows in results:
+                table.writerows(rows)
+                file.flush()
+                states = [row["state"] for row in rows]
+                self.done += states.count("done")
+                self.kept += states.count("kept")
+                self.failed += states.count("failed")
+                tell(len(rows))
+        self.seconds = time.perf_counter() - started
 
     def __str__(self) -> str:
         counts = f"{self.meshes} meshes: {self.done} done, {self.kept} kept, {self.failed} failed"
@@ -248,14 +257,7 @@ def remesh_manifest(
         ray.init()
     gpus = float("GPU" in ray.cluster_resources()) if gpus_per_worker is None else gpus_per_worker
     pool = Pool(workers or room(gpus, cpus_per_worker), gpus, cpus_per_worker, device)
-    started = time.perf_counter()
-    with open(summary.status, "w", encoding="utf-8", newline="") as file, shown(progress, summary) as tell:
-        table = csv.DictWriter(file, COLUMNS)
-        table.writeheader()
-        for rows in pool.status(job, Batches(listing, batch_size or usual_batch(summary.meshes))):
-            table.writerows(rows)
-            file.flush()
-            summary.add(rows)
-            tell(len(rows))
-    summary.seconds = time.perf_counter() - started
+    batches = Batches(listing, batch_size or usual_batch(summary.meshes))
+    with shown(progress, summary) as tell:
+        summary.follow(pool.status(job, batches), tell)
     return summary
