@@ -1,7 +1,7 @@
 #!/usr/bin/env bash
 # Builds the Python package as a wheel and tests it as its users have it: installed into an empty environment,
-# first with numpy alone, then with PyVista and trimesh. The wheel stays in target/python/wheels; --release
-# makes one to publish. PYTHON chooses the interpreter, RTFMESH_DEVICE the device.
+# first with numpy alone, then with PyVista, trimesh and a local Ray. The wheel stays in target/python/wheels;
+# --release makes one to publish. PYTHON chooses the interpreter, RTFMESH_DEVICE the device.
 set -euo pipefail
 cd "$(dirname "$0")/.."
 export RTFMESH_DEVICE="${RTFMESH_DEVICE:-cpu}" PIP_DISABLE_PIP_VERSION_CHECK=1
