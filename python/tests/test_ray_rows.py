@@ -49,6 +49,11 @@ def test_a_mesh_over_which_workers_die_is_given_up(job):
     assert row["error"] == f"{STARTS} workers ended without a result of this mesh: the device was lost"
 
 
+def test_a_row_with_a_size_of_its_own_takes_no_other(job, remesher, torus):
+    row = do_row(remesher, job, {**ROW, "ratio": "0.5"})
+    assert (row["state"], row["vertices"], row.get("error")) == ("done", len(torus.vertices) // 2, None)
+
+
 def test_the_next_run_tries_it_again(job, remesher):
     failing = Failing(rtfmesh.OutOfMemoryError("too little memory"))
     for _ in range(5):

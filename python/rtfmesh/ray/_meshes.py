@@ -19,6 +19,8 @@ from ._records import Record, record_path
 
 # How often a run begins with a mesh over which its worker died, before it gives it up.
 STARTS = 3
+# Options that say how many vertices a result has, each in its own way.
+SIZES = frozenset({"n", "edge_length", "ratio"})
 
 
 @dataclass(frozen=True)
@@ -54,7 +56,11 @@ class Task:
             )
         if not path:
             raise InputError(f"the mesh '{name}' has no path")
-        return cls(job.root / path, job.out / f"{name}{job.suffix}", {**job.options, **cells(row)})
+        own = cells(row)
+        # A row that says how large its result is to be does so alone.
+        left_out = SIZES if own.keys() & SIZES else frozenset[str]()
+        common = {option: value for option, value in job.options.items() if option not in left_out}
+        return cls(job.root / path, job.out / f"{name}{job.suffix}", {**common, **own})
 
     def source(self) -> dict[str, Any]:
         """What the output depends on, as a record has it.
