@@ -17,8 +17,10 @@ const PER_FLAW: f64 = 4.0;
 const ROUGH_EDGES: f64 = 10.0;
 /// Up to this roughness, bends of a loop are no flaws,
 const EVEN: f64 = 0.1;
-/// if it has at least so many edges: single triangles that are folded over have even angles, too.
+/// if it has at least so many edges: single triangles that are folded over have even angles, too;
 const LEAST_EDGES_OF_RIM: usize = 6;
+/// and if it is at least as many spacings long as a triangle is around.
+const SHORTEST_RIM: f64 = 3.0;
 /// At least this share of their length must be sharp by itself, if they have such flaws.
 const STRONG: f64 = 0.5;
 /// Chains with a free end are dropped below this many spacings.
@@ -172,6 +174,7 @@ impl Component {
         // The rim of a small hole bends everywhere, and is no less a feature.
         let is_rim = roughness <= EVEN
             && self.edges.len() >= LEAST_EDGES_OF_RIM
+            && self.length >= SHORTEST_RIM * spacing
             && self.vertices.iter().all(|&vertex| graph.degree(vertex) == 2);
         let flaws = if is_rim { 0 } else { self.vertices.iter().filter(|&&vertex| is_flaw(vertex)).count() };
         let is_branch =
