@@ -163,8 +163,8 @@ fn shards_together_are_the_whole() {
     }
     let batch = format!("batch c.ply a.ply b.ply {QUICK} -q");
     ends(&place, &format!("{batch} --out whole"), 0);
-    for shard in ["1/2", "2/2"] {
-        ends(&place, &format!("{batch} --out parts --shard {shard}"), 0);
+    for share in ["--shard 1/2", "--rank 1 --world-size 2"] {
+        ends(&place, &format!("{batch} --out parts {share}"), 0);
     }
     let log = entries(&place, "parts/batch.jsonl");
     assert_eq!(endings(&log), [("a.ply", "done"), ("c.ply", "done"), ("b.ply", "done")]);
@@ -177,6 +177,25 @@ fn shards_together_are_the_whole() {
     let errors = ends(&place, &format!("batch a.ply b.ply {QUICK} --out parts --shard 3/3"), 0);
     assert!(errors.starts_with("0 done, 0 failed, 0 skipped"), "{errors}");
     assert_eq!(entries(&place, "parts/batch.jsonl").len(), 3);
+}
+
+#[test]
+fn folders_keep_their_structure() {
+    let place = Place::new();
+    for (folder, file) in
+        [("in", "a.ply"), ("in/one", "a.ply"), ("in/one/two", "b.obj"), ("in/out", "old.ply")]
+    {
+        std::fs::create_dir_all(place.path(folder)).unwrap();
+        write(&place.path(folder).join(file), &sample("box").unwrap()).unwrap();
+    }
+    // What an earlier batch wrote is not read.
+    ends(&place, &format!("batch in --out in/out {QUICK} -q"), 0);
+    let log = entries(&place, "in/out/batch.jsonl");
+    assert_eq!(endings(&log), [("in/a.ply", "done"), ("in/one/a.ply", "done"), ("in/one/two/b.obj", "done")]);
+    for result in ["a.ply", "one/a.ply", "one/two/b.ply"] {
+        assert!(place.path("in/out").join(result).is_file(), "{result}");
+    }
+    assert_eq!(names_in(&place, "in/out"), ["a.ply", "batch.jsonl", "old.ply", "one"]);
 }
 
 #[test]
@@ -198,6 +217,8 @@ fn batches_that_cannot_be_are_refused_before_anything_is_written() {
         ("batch in --out out --shard 3/2", 2, ["3/2", "i from 1 to n"]),
         ("batch in --out out --shard 0/2", 2, ["0/2", "i from 1 to n"]),
         ("batch in --out out --shard two", 2, ["two", "2/8"]),
+        ("batch in --out out --rank 2 --world-size 2", 2, ["--rank 2", "from 0"]),
+        ("batch in --out out --rank 1", 2, ["--world-size", "--help"]),
         ("batch in --out out --log in/a.ply", 2, ["in/a.ply", "--log"]),
         ("batch in --out out --features lines.obj --log lines.obj", 2, ["lines.obj", "--features"]),
         ("batch in --out out -n 3", 2, ["3", "at least 4"]),

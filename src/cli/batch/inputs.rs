@@ -6,6 +6,7 @@ use rtfmesh::Error;
 use rtfmesh::io::Encoding;
 use std::collections::{BTreeMap, HashSet};
 use std::path::{Path, PathBuf};
+use walkdir::{DirEntry, WalkDir};
 
 /// A mesh and the file of its result.
 #[derive(Debug, Clone, PartialEq, Eq, PartialOrd, Ord)]
@@ -24,6 +25,18 @@ pub struct Shard {
 }
 
 impl Shard {
+    /// Of so many processes, that of the one with this number, counted from 0.
+    ///
+    /// # Errors
+    /// [`Error::Usage`] if there is no such number.
+    pub fn of_rank(rank: usize, world_size: usize) -> rtfmesh::Result<Self> {
+        if rank < world_size {
+            return Ok(Self { number: rank + 1, of: world_size });
+        }
+        let problem = format!("--rank {rank} is not below --world-size {world_size}");
+        Err(Error::usage(problem, "count ranks from 0"))
+    }
+
     /// Reads `2/8`.
     ///
     /// # Errors
@@ -43,7 +56,11 @@ impl Shard {
     }
 }
 
-/// All meshes that `inputs` name, with a result for each in `folder`, sorted by their paths.
+/// A mesh to read, and the path of its result below the folder for all, but for the extension.
+type Found = (PathBuf, PathBuf);
+
+/// All meshes that `inputs` name, with a result for each in `folder`, sorted by their paths. Folders are
+/// searched with all that are in them, but `folder` itself, and keep their structure.
 ///
 /// # Errors
 /// [`Error::Usage`] if there is none, or two results would have one name, or a result would replace a mesh of
@@ -54,10 +71,10 @@ pub fn jobs(inputs: &[PathBuf], folder: &Path, encoding: Encoding) -> rtfmesh::R
         match input.to_str().and_then(|text| text.strip_prefix('@')) {
             Some(list) => {
                 for line in lines(Path::new(list))? {
-                    add(Path::new(&line), &mut paths)?;
+                    add(Path::new(&line), folder, &mut paths)?;
                 }
             }
-            None => add(input, &mut paths)?,
+            None => add(input, folder, &mut paths)?,
         }
     }
     if paths.is_empty() {
@@ -67,14 +84,14 @@ pub fn jobs(inputs: &[PathBuf], folder: &Path, encoding: Encoding) -> rtfmesh::R
         ));
     }
     paths.sort();
-    let job = |input: PathBuf| Job { output: folder.join(result_name(&input, encoding)), input };
+    let job = |(input, place): Found| Job { output: folder.join(result_path(&place, encoding)), input };
     let jobs: Vec<Job> = paths.into_iter().map(job).collect();
     refuse_clashes(&jobs)?;
     Ok(jobs)
 }
 
-/// A file, or the meshes of a folder.
-fn add(path: &Path, paths: &mut Vec<PathBuf>) -> rtfmesh::Result<()> {
+/// A file, or the meshes of a folder and of those in it.
+fn add(path: &Path, results: &Path, found: &mut Vec<Found>) -> rtfmesh::Result<()> {
     if is_standard(path) {
         return Err(Error::usage(
             "a batch does not read standard input",
@@ -82,13 +99,23 @@ fn add(path: &Path, paths: &mut Vec<PathBuf>) -> rtfmesh::Result<()> {
         ));
     }
     if !path.is_dir() {
-        paths.push(path.to_owned());
+        found.push((path.to_owned(), path.file_name().map_or_else(PathBuf::new, PathBuf::from)));
         return Ok(());
     }
-    for entry in std::fs::read_dir(path).map_err(|error| unreadable(path, &error))? {
-        let found = entry.map_err(|error| unreadable(path, &error))?.path();
-        if Encoding::of_name(&found).is_some() && found.is_file() {
-            paths.push(found);
+    let results = full_path(results);
+    let is_input = |entry: &DirEntry| {
+        entry.depth() == 0 || !entry.file_type().is_dir() || full_path(entry.path()) != results
+    };
+    for entry in WalkDir::new(path).into_iter().filter_entry(is_input) {
+        let entry = entry.map_err(|error| {
+            let at = error.path().unwrap_or(path).to_owned();
+            unreadable(&at, &error.into())
+        })?;
+        // A link to a file counts as one, a link to a folder does not.
+        let mesh = entry.into_path();
+        if Encoding::of_name(&mesh).is_some() && mesh.is_file() {
+            let place = mesh.strip_prefix(path).unwrap_or(&mesh).to_owned();
+            found.push((mesh, place));
         }
     }
     Ok(())
@@ -104,11 +131,13 @@ fn unreadable(path: &Path, error: &std::io::Error) -> Error {
     Error::input(None, format!("it cannot be read ({error})"), remedy).in_file(path)
 }
 
-/// `scan.obj.gz` becomes `scan.ply`.
-fn result_name(input: &Path, encoding: Encoding) -> String {
-    let packed = Encoding::of_name(input).is_some_and(|named| named.gzip);
-    let plain = if packed { input.with_extension("") } else { input.to_owned() };
-    format!("{}.{encoding}", plain.file_stem().unwrap_or_default().display())
+/// `chairs/scan.obj.gz` becomes `chairs/scan.ply`.
+fn result_path(place: &Path, encoding: Encoding) -> PathBuf {
+    let packed = Encoding::of_name(place).is_some_and(|named| named.gzip);
+    let plain = if packed { place.with_extension("") } else { place.to_owned() };
+    let mut name = plain.file_stem().unwrap_or_default().to_owned();
+    name.push(format!(".{encoding}"));
+    plain.with_file_name(name)
 }
 
 fn refuse_clashes(jobs: &[Job]) -> rtfmesh::Result<()> {

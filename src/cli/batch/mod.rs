@@ -45,6 +45,8 @@ const SHORT_EXAMPLES: &str = "Examples:
 #[command(after_help = SHORT_EXAMPLES, after_long_help = EXAMPLES, disable_help_flag = true)]
 pub struct Args {
     /// Mesh files, folders of them, or @LIST with a path on each line
+    ///
+    /// Folders in folders are searched, too; results keep their structure.
     #[arg(required = true)]
     inputs: Vec<PathBuf>,
     #[command(flatten)]
@@ -86,6 +88,12 @@ struct OutputArgs {
     /// For n jobs side by side, each with a log of its own or all with one.
     #[arg(long, value_name = "i/n", value_parser = Shard::parse)]
     shard: Option<Shard>,
+    /// The same as --shard, counted from 0: this process among --world-size
+    #[arg(long, value_name = "R", requires = "world_size", conflicts_with = "shard", hide_short_help = true)]
+    rank: Option<usize>,
+    /// How many processes share the inputs
+    #[arg(long, value_name = "W", requires = "rank", hide_short_help = true)]
+    world_size: Option<usize>,
     /// Measure the distances between each result and its input
     #[arg(long, hide_short_help = true)]
     distances: bool,
@@ -101,6 +109,16 @@ struct OutputArgs {
     /// Print this help; --help has all options
     #[arg(long, short, action = ArgAction::Help)]
     help: Option<bool>,
+}
+
+impl OutputArgs {
+    /// The part of the inputs that was asked for in either way.
+    fn shard(&self) -> rtfmesh::Result<Option<Shard>> {
+        match (self.rank, self.world_size) {
+            (Some(rank), Some(size)) => Shard::of_rank(rank, size).map(Some),
+            _ => Ok(self.shard),
+        }
+    }
 }
 
 /// What all meshes of a batch share.
@@ -124,14 +142,11 @@ pub fn run(args: &Args) -> Result<()> {
     let log_path = args.output.log.clone().unwrap_or_else(|| args.output.out.join("batch.jsonl"));
     refuse_overwriting(args, &jobs, &log_path)?;
     options.coarse_to_fine.features = args.method.read_features()?;
-    let jobs = match args.output.shard {
+    let jobs = match args.output.shard()? {
         Some(shard) => shard.of(jobs),
         None => jobs,
     };
-    std::fs::create_dir_all(&args.output.out).map_err(|error| {
-        let problem = format!("the folder cannot be created ({error})");
-        Error::output(&args.output.out, problem, "name another one after --out").caused_by(error)
-    })?;
+    make_folder(&args.output.out)?;
     let mut log = Log::open(&log_path)?;
     let (skipped, left): (Vec<Job>, Vec<Job>) =
         jobs.into_iter().partition(|job| args.output.resume && log.has(job));
@@ -150,6 +165,14 @@ pub fn run(args: &Args) -> Result<()> {
         tell(&format!("{summary}; see {log}\n"));
     }
     Ok(())
+}
+
+/// Makes a folder with those that it is in.
+fn make_folder(folder: &Path) -> rtfmesh::Result<()> {
+    std::fs::create_dir_all(folder).map_err(|error| {
+        let problem = format!("the folder cannot be created ({error})");
+        Error::output(folder, problem, "name another one after --out").caused_by(error)
+    })
 }
 
 /// No file may be both read and written, or written twice.
@@ -242,6 +265,7 @@ impl Batch<'_> {
         let (loaded, reading) = read;
         let outcome = loaded.map_err(Into::into).and_then(|loaded| {
             entry.notes.clone_from(&loaded.notes);
+            make_folder(job.output.parent().unwrap_or(&job.output))?;
             let target = Target::new(&job.output, Some(self.args.output.format))?;
             let mut options = self.options.clone();
             let in_file = |error: Error| error.in_file(&job.input);
