@@ -210,10 +210,7 @@ fn phases(report: &Report) -> Vec<Timed> {
     let longest = phases.iter().map(|phase| phase.milliseconds).fold(f64::MIN_POSITIVE, f64::max);
     let timed = phases.iter().map(|phase| Timed {
         name: phase.name.to_owned(),
-        seconds: {
-            let waiting = figures::seconds(phase.waiting_milliseconds);
-            format!("{}, of which {waiting} waiting for the device", figures::seconds(phase.milliseconds))
-        },
+        seconds: [phase.milliseconds, phase.waiting_milliseconds].map(figures::seconds).join(", "),
         calls: 1,
         share: 100.0 * phase.milliseconds / longest,
     });
