@@ -13,7 +13,7 @@ use rtfmesh::mesh::features::{
 };
 use rtfmesh::mesh::repair::{RepairCounts, repair};
 use rtfmesh::mesh::topology::{Topology, topology};
-use rtfmesh::report::to_json;
+use rtfmesh::report::{figures, to_json};
 use rtfmesh::{Error, FeatureLines, TriMesh};
 use serde::Serialize;
 use std::path::PathBuf;
@@ -152,7 +152,7 @@ fn kinds(found: &Features) -> Vec<Kind> {
 }
 
 fn rows(i: &Inspection) -> Vec<(&'static str, String)> {
-    let (t, r, d) = (&i.topology, &i.repairs, &i.dropped);
+    let (t, r) = (&i.topology, &i.repairs);
     let mut rows = vec![
         ("vertices, faces", format!("{}, {}", t.vertices, t.faces)),
         ("area, spacing", format!("{:.6}, {:.6}", i.area, i.spacing)),
@@ -181,12 +181,7 @@ fn rows(i: &Inspection) -> Vec<(&'static str, String)> {
         let text = format!("{} ({loops}), {edges}, length {:.6}", k.curves, k.length);
         rows.push(("curves", format!("{:12} {text}", k.kind)));
     }
-    if d.short_chains + d.dangling_chains + d.strips > 0 {
-        let text = |count: usize, length: f64| format!("{count}, length {length:.6}");
-        rows.push(("dropped short or rough chains", text(d.short_chains, d.short_length)));
-        rows.push(("dropped dangling chains", text(d.dangling_chains, d.dangling_length)));
-        rows.push(("dropped at narrow strips", text(d.strips, d.strip_length)));
-    }
+    rows.extend(figures::dropped(&i.dropped));
     rows.extend(i.attributes.iter().map(|attribute| ("attribute", attribute.clone())));
     rows.extend(i.notes.iter().map(|note| ("note", note.clone())));
     rows

@@ -4,7 +4,7 @@ use crate::TriMesh;
 use crate::gpu::StageTime;
 use crate::measure::Measures;
 use crate::mesh::correspondence::Correspondence;
-use crate::mesh::features::Features;
+use crate::mesh::features::{Dropped, Features};
 use crate::mesh::repair::RepairCounts;
 use crate::mesh::topology::Topology;
 use crate::sites::connect::ConnectCounts;
@@ -88,7 +88,7 @@ pub struct Summary {
 }
 
 /// Features of the input, and the vertices of the result on them.
-#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize)]
+#[derive(Debug, Clone, Copy, Default, PartialEq, Serialize)]
 #[non_exhaustive]
 pub struct FeatureSummary {
     /// Number of curves: chains of sharp edges, boundary edges and others that are kept.
@@ -99,12 +99,15 @@ pub struct FeatureSummary {
     pub patches: usize,
     /// Vertices of the result on curves.
     pub curve_sites: usize,
+    /// Sharp edges that are no features at this spacing; lengths in the input's units.
+    pub dropped: Dropped,
 }
 
 impl FeatureSummary {
-    /// The counts of these features, without sites.
+    /// The counts and lengths of these features, without sites.
     pub(crate) fn of(features: &Features) -> Self {
         Self {
+            dropped: features.dropped,
             curves: features.curves.len(),
             corners: features.corners.len(),
             patches: features.patch_count,

@@ -3,6 +3,7 @@
 use crate::gpu::DeviceInfo;
 use crate::measure::Measures;
 use crate::mesh::feature_distance::{FeatureDistance, FeatureDistances};
+use crate::mesh::features::Dropped;
 use crate::pipeline::{ShorterEdges, Summary};
 use crate::sites::restricted_voronoi::Energy;
 
@@ -91,6 +92,7 @@ pub fn course(s: &Summary, device: &DeviceInfo) -> Vec<Row> {
         ));
         rows.push(("vertices on curves", found.curve_sites.to_string()));
     }
+    rows.extend(s.features.iter().flat_map(|found| dropped(&found.dropped)));
     if let Some(found) = s.deviation {
         let reached = if found.is_reached { "reached" } else { "not reached" };
         rows.push((
@@ -109,6 +111,19 @@ pub fn course(s: &Summary, device: &DeviceInfo) -> Vec<Row> {
     }
     rows.push(("device", format!("{} ({})", device.name, device.driver.trim())));
     rows
+}
+
+/// What became of sharp edges that are no features; nothing if there are none.
+pub fn dropped(dropped: &Dropped) -> Vec<Row> {
+    if *dropped == Dropped::default() {
+        return Vec::new();
+    }
+    let text = |count: usize, length: f64| format!("{count}, length {length:.6}");
+    vec![
+        ("dropped short or rough chains", text(dropped.short_chains, dropped.short_length)),
+        ("dropped dangling chains", text(dropped.dangling_chains, dropped.dangling_length)),
+        ("dropped at narrow strips", text(dropped.strips, dropped.strip_length)),
+    ]
 }
 
 /// How far features of two meshes are from each other.

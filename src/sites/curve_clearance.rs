@@ -5,6 +5,7 @@ use super::on_surface::SitesOnSurface;
 use super::seed::stratified;
 use super::surface::Surface;
 use super::surface_curves::SurfaceCurves;
+use crate::mesh::features::LONGEST_RIM;
 use crate::mesh::hash_grid::HashGrid;
 use crate::mesh::sizing::SizeField;
 use glam::DVec3;
@@ -14,9 +15,6 @@ use std::collections::BTreeMap;
 /// circle over two neighbouring curve sites; a strip too narrow for this clearance is filled by the sites on
 /// its boundary.
 const CLEARANCE: f64 = 0.6;
-/// On the rims of holes and pins shorter than this many edge lengths, the distance is in lengths of their
-/// segments, so that sites find space between two rims.
-const RIM: f64 = 8.0;
 /// Attempts to scatter more seeds where many fall near curves.
 const TRIES: u32 = 4;
 
@@ -80,7 +78,8 @@ impl<'a> CurveClearance<'a> {
     }
 }
 
-/// The edge length at each site, on a small rim that of its longer segment; in spacings.
+/// The edge length at each site, on a small rim that of its longer segment, so that sites find space between
+/// two rims; in spacings.
 fn sizes_by_segments(curves: &SurfaceCurves, sites: &CurveSites, spacing: f64) -> Vec<f64> {
     let mut longest = vec![0.0_f64; sites.positions.len()];
     for [a, b] in sites.segments.iter().map(|pair| pair.map(|i| i as usize)) {
@@ -91,7 +90,7 @@ fn sizes_by_segments(curves: &SurfaceCurves, sites: &CurveSites, spacing: f64) -
         let curve = curves.curves.get(sites.curve_positions[i].curve as usize);
         curve.is_some_and(|curve| {
             let line = &curve.line;
-            line.is_closed() && curve.sides == 2 && line.length() < RIM * spacing * sites.sizes[i]
+            line.is_closed() && curve.sides == 2 && line.length() < LONGEST_RIM * spacing * sites.sizes[i]
         })
     };
     let size = |i: usize| if is_rim(i) { longest[i].min(sites.sizes[i]) } else { sites.sizes[i] };

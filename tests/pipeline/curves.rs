@@ -3,7 +3,7 @@
 use crate::support::shapes::{moved, plane, union};
 use crate::support::{assert_valid, device};
 use glam::DVec3;
-use rtfmesh::mesh::features::FeatureLine;
+use rtfmesh::mesh::features::{FeatureLine, FeatureOptions, find_features, spacing_of};
 use rtfmesh::mesh::repair::repair;
 use rtfmesh::mesh::samples::sample;
 use rtfmesh::mesh::topology::topology;
@@ -100,4 +100,19 @@ fn reruns_give_the_same_bytes() {
     let input = sample("thin-plate").unwrap();
     let options = Options::new(700).first_iterations(8);
     assert_eq!(run(&input, &options).mesh, run(&input, &options).mesh);
+}
+
+#[test]
+fn features_too_narrow_for_the_spacing_are_counted_in_the_input_s_units() {
+    let input = moved(&plane(40, 0.0), |v| {
+        let (x, z) = if v.x > 0.5 { (v.x - 1.0 / 40.0, -0.4) } else { (v.x, 0.0) };
+        DVec3::new(100.0 * x, 100.0 * v.y, z)
+    });
+    let summary = run(&input, &Options::new(500)).summary;
+    let spacing = spacing_of(&input, 500).unwrap();
+    let dropped = find_features(&input, &FeatureOptions::new(spacing)).unwrap().dropped;
+    let counted = summary.features.unwrap().dropped;
+    assert_eq!(counted, dropped);
+    assert_eq!(dropped.strips, 1);
+    assert!((dropped.strip_length - 200.0).abs() < 1e-6, "{dropped:?}");
 }

@@ -1,5 +1,6 @@
 //! Where curves end, branch or turn, and where the surface touches itself.
 
+use super::LONGEST_RIM;
 use super::curve::CurveKind;
 use super::graph::Graph;
 use super::grow::behind;
@@ -12,10 +13,8 @@ use crate::mesh::topology::Partition;
 const TURN: f64 = 60.0;
 /// A turn is measured between points this many spacings away on either side, so that noise makes no corners.
 const REACH: f64 = 0.5;
-/// A loop of sharp edges shorter than this many spacings is the rim of a small hole or pin: it bends
-/// everywhere,
-const RIM: f64 = 8.0;
-/// and has corners only where it turns by this share of [`TURN`]
+/// A loop shorter than [`LONGEST_RIM`] bends everywhere and has corners only where it turns by this share of
+/// [`TURN`]
 const MOST_OF_TURN: f64 = 0.75;
 /// between points this many spacings away.
 const NEAR: f64 = 0.125;
@@ -36,7 +35,7 @@ pub(super) fn find(graph: &Graph, surface: &FeatureSurface, spacing: f64) -> Vec
                 corners[vertex as usize] |=
                     kinds[0] != kinds[1] && !kinds.iter().all(|kind| kind.has_two_sides());
                 let is_corner = |_: &f64| {
-                    !is_on_rim(graph, vertex, one, RIM * spacing)
+                    !is_on_rim(graph, vertex, one, LONGEST_RIM * spacing)
                         || turn(graph, vertex, [one, two], NEAR * spacing) > MOST_OF_TURN * TURN
                 };
                 turns.extend(bend(graph, vertex, spacing).filter(is_corner).map(|turn| (turn, vertex)));

@@ -22,7 +22,8 @@ pub struct Dropped {
 }
 
 impl Dropped {
-    pub(super) fn in_units(&mut self, unit: f64) {
+    /// Multiplies the lengths by `unit`.
+    pub(crate) fn in_units(&mut self, unit: f64) {
         for length in [&mut self.short_length, &mut self.dangling_length, &mut self.strip_length] {
             *length *= unit;
         }

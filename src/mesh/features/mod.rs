@@ -33,6 +33,9 @@ use scale::Scale;
 use surface::FeatureSurface;
 pub use user_lines::{FeatureLine, user_edges};
 
+/// A loop of sharp edges shorter than this many spacings is the rim of a small hole or pin.
+pub(crate) const LONGEST_RIM: f64 = 8.0;
+
 /// What counts as a curve.
 #[derive(Debug, Clone, PartialEq)]
 pub struct FeatureOptions {

@@ -26,7 +26,7 @@ pub(crate) struct SurfaceModel {
     pub curves: Option<SurfaceCurves>,
     pub sizes: SizeField,
     device_sizes: Option<DeviceSizes>,
-    /// Counts of the features, without sites.
+    /// Counts and lengths of the features, without sites.
     pub features: FeatureSummary,
 }
 
@@ -64,7 +64,9 @@ impl SurfaceModel {
             let request = SizeRequest { options, given: &given, diagonal: frame.scale };
             size_field(&surface.mesh(), curves, &request)
         };
-        Self::with(device, surface, &features, sizes, progress)
+        let mut model = Self::with(device, surface, &features, sizes, progress)?;
+        model.features.dropped.in_units(frame.scale);
+        Ok(model)
     }
 
     /// With the features found by `options`, in the unit-diagonal frame, and the size field that `sizes`
