@@ -36,12 +36,13 @@ vec2 left_by_all(uint j, Line line, vec2 left, float radius) {
         more = next_leaves(walk);
         do {
             uint first = take_leaf(walk);
-            [[unroll]] for (uint c = 0u; c < 8u; ++c) {
+            uint c = 0u;
+            do {
                 bool counts = more && first + c < site_count && first + c != site_index && first + c != j;
                 uint k = counts ? first + c : site_index;
                 vec2 cut = cut_by(left, line, line_of(k), j < k);
                 left = counts && same_sheet(k) ? cut : left;
-            }
+            } while (++c < 8u);
         } while (walk.mask != 0u);
     } while (more && left.y > left.x);
     return left;
