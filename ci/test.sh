@@ -34,6 +34,7 @@ step "documentation" env RUSTDOCFLAGS="-D warnings" cargo doc --no-deps
 # Of an older program.
 rm -rf "${CARGO_TARGET_DIR:-target}/tmp/gltf"
 step "tests and the examples of the documentation on device '$RTFMESH_DEVICE'" cargo test
+step "kernels and whole runs on SwiftShader, with the least limits" ./ci/swiftshader.sh
 step "examples" run_examples
 step "GLB files under the Khronos validator and in three.js" ./ci/gltf.sh
 step "the page in a browser" ./ci/page.sh

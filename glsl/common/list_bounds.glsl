@@ -4,6 +4,8 @@
 
 // Farther than any site in the unit-diagonal frame.
 const float BEYOND = 10.0;
+// Stands for no bound at all. Finite, since some devices compute as if there were no infinity.
+const float ENDLESS = 1e18;
 
 struct ListBounds {
     float after_near; // lower bound for the distance of the sites after the first NEAR
@@ -29,7 +31,7 @@ ListBounds list_bounds(vec2 away, float rho) {
 // `radius`.
 float search_radius(ListBounds bounds, float radius) {
     float then = (radius + 2.0 * bounds.rho * bounds.reach) / (1.0 - bounds.rho);
-    return bounds.endless ? 1e18 : 1.00001 * (radius + bounds.rho * (bounds.reach + then));
+    return bounds.endless ? ENDLESS : 1.00001 * (radius + bounds.rho * (bounds.reach + then));
 }
 
 #endif

@@ -43,7 +43,7 @@ vec2 left_by_all(uint j, Line line, vec2 left, float radius) {
                 vec2 cut = cut_by(left, line, line_of(k), j < k);
                 left = counts && same_sheet(k) ? cut : left;
             } while (++c < 8u);
-        } while (walk.mask != 0u);
+        } while (walk.mask != 0u && left.y > left.x);
     } while (more && left.y > left.x);
     return left;
 }

@@ -77,8 +77,7 @@ void scan(uint t) {
     uint start = t * TILE;
     barrier();
     for (uint i = lane; i < TILE; i += WORKGROUP) {
-        // Points past the end are infinitely far and never enter a list.
-        tile[i] = start + i < point_count ? points[start + i] : vec4(uintBitsToFloat(0x7f800000u));
+        tile[i] = points[min(start + i, point_count - 1u)];
     }
     if (lane == 0u) group_reach = 0u;
     barrier();
@@ -92,6 +91,10 @@ void scan(uint t) {
         hits.x |= dot(d, d) <= best_sq[K - 1u] ? 1u << l : 0u;
         hits.y |= dot(e, e) <= best_sq[K - 1u] ? 1u << l : 0u;
     }
+    // Points past the end do not count.
+    uint inside = point_count - start;
+    if (inside < 32u) hits.x &= (1u << inside) - 1u;
+    if (inside < 64u) hits.y &= inside < 32u ? 0u : (1u << (inside - 32u)) - 1u;
     uint self = query - start;
     if (exclude_self != 0u && self < 32u) hits.x &= ~(1u << self);
     if (exclude_self != 0u && self >= 32u && self < 64u) hits.y &= ~(1u << (self - 32u));

@@ -4,7 +4,7 @@
 // together.
 // Reads: sites, boxes.
 // Writes: neighbours[slot * site_count + site], NONE where there are fewer than K other sites; reach[site],
-// the distances of the (NEAR + 1)-th and the (K + 1)-th nearest, infinity where there is none; list_sites,
+// the distances of the (NEAR + 1)-th and the (K + 1)-th nearest, ENDLESS where there is none; list_sites,
 // where the sites are now; away = reach.
 // Filled by neighbours/box_levels; consumed by the faces and neighbours/moved.
 //
@@ -17,9 +17,11 @@
 #version 450
 #extension GL_GOOGLE_include_directive : require
 #extension GL_EXT_control_flow_attributes : require
+#extension GL_KHR_shader_subgroup_basic : require
 #extension GL_KHR_shader_subgroup_ballot : require
 #define DEFAULT_WORKGROUP 8
 #include "common/threads.glsl"
+#include "common/list_bounds.glsl"
 #include "common/tiles.glsl"
 
 layout(constant_id = 1) const uint K = 24;
@@ -131,6 +133,8 @@ void look() {
         d = sites[other != NONE ? point : site].xyz - at;
         insert(other != NONE ? dot(d, d) : FAR, point);
     }
+    // Lanes leave the loop one by one; what follows needs them all.
+    subgroupBarrier();
     // A little more than the bound, so that rounding never hides a site.
     bound_sq = alive ? min(1.000001 * best_sq[K], FAR) : -1.0;
     share();
@@ -227,10 +231,9 @@ void main() {
     walk();
     if (!alive) return;
     [[unroll]] for (uint s = 0u; s < K; ++s) neighbours[s * site_count + site] = best[s];
-    float endless = uintBitsToFloat(0x7f800000u);
     vec2 far = vec2(
-        best[min(NEAR, K)] == NONE ? endless : sqrt(best_sq[min(NEAR, K)]),
-        best[K] == NONE ? endless : sqrt(best_sq[K]));
+        best[min(NEAR, K)] == NONE ? ENDLESS : sqrt(best_sq[min(NEAR, K)]),
+        best[K] == NONE ? ENDLESS : sqrt(best_sq[K]));
     reach[site] = far;
     away[site] = far;
     list_sites[site] = vec4(at, 0.0);

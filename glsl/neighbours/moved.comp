@@ -9,6 +9,7 @@
 #extension GL_GOOGLE_include_directive : require
 #define DEFAULT_WORKGROUP 64
 #include "common/threads.glsl"
+#include "common/list_bounds.glsl"
 
 layout(push_constant) uniform Push { uint site_count; };
 layout(set = 0, binding = 0) readonly buffer Sites { vec4 sites[]; };
@@ -29,7 +30,7 @@ void main() {
         away[site] = own - far;
         float rho = 0.0;
         // A site whose list is all at its own point has no reach: any move is too far.
-        if (far > 0.0) rho = own.y > 0.0 ? far / own.y : uintBitsToFloat(0x7f800000u);
+        if (far > 0.0) rho = own.y > 0.0 ? far / own.y : ENDLESS;
         atomicMax(group_rho, floatBitsToUint(rho));
     }
     barrier();

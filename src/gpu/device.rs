@@ -33,11 +33,14 @@ pub struct DeviceOptions {
     /// Times every kernel and copy, for [`StageTime::milliseconds`]. This slows the device down: on lavapipe
     /// by some 70 µs each, so that a run of 2,000 vertices takes half as long again.
     pub timings: bool,
+    /// Takes the device for one that has no more than it must: 16 KiB of shared memory, 128 invocations a
+    /// workgroup, 128 MiB a buffer, no timestamps. For tests of what such devices need.
+    pub least_limits: bool,
 }
 
 impl DeviceOptions {
-    /// Options from the environment: `RTFMESH_DEVICE`, and `RTFMESH_VALIDATION` and `RTFMESH_FULL_BARRIERS`,
-    /// which 1 turns on. Timings are off.
+    /// Options from the environment: `RTFMESH_DEVICE`, and `RTFMESH_VALIDATION`, `RTFMESH_FULL_BARRIERS` and
+    /// `RTFMESH_LEAST_LIMITS`, which 1 turns on. Timings are off.
     pub fn from_env() -> Self {
         let on = |name| std::env::var_os(name).is_some_and(|v| v == "1");
         Self {
@@ -46,6 +49,7 @@ impl DeviceOptions {
             memory_bytes: None,
             full_barriers: on("RTFMESH_FULL_BARRIERS"),
             timings: false,
+            least_limits: on("RTFMESH_LEAST_LIMITS"),
         }
     }
 
@@ -77,6 +81,12 @@ impl DeviceOptions {
     #[must_use]
     pub fn timings(self, timings: bool) -> Self {
         Self { timings, ..self }
+    }
+
+    /// Sets [`DeviceOptions::least_limits`].
+    #[must_use]
+    pub fn least_limits(self, least_limits: bool) -> Self {
+        Self { least_limits, ..self }
     }
 }
 
@@ -122,7 +132,11 @@ impl Device {
     /// [`Error::Device`] if there is no Vulkan, no such device, or it lacks a needed limit.
     pub fn open(options: &DeviceOptions) -> Result<Self> {
         let instance = Instance::new(options.validation)?;
-        let candidate = choose(candidates(&instance)?, options.device.as_deref())?;
+        let mut candidate = choose(candidates(&instance)?, options.device.as_deref())?;
+        if options.least_limits {
+            candidate.info.limits = candidate.info.limits.least();
+            candidate.timestamp_bits = 0;
+        }
         let shared = Arc::new(Shared::new(instance, candidate, options)?);
         Ok(Self { shared, pipelines: Arc::default() })
     }
@@ -190,8 +204,11 @@ impl Shared {
             // Vulkan requires this one to be enabled where it exists (MoltenVK).
             enabled.push(subset.as_ptr());
         }
-        let info =
-            vk::DeviceCreateInfo::default().queue_create_infos(&queues).enabled_extension_names(&enabled);
+        let mut features = vk::PhysicalDeviceVulkan12Features::default().subgroup_broadcast_dynamic_id(true);
+        let info = vk::DeviceCreateInfo::default()
+            .queue_create_infos(&queues)
+            .enabled_extension_names(&enabled)
+            .push_next(&mut features);
         // SAFETY: all pointers in `info` outlive the call.
         let raw = unsafe { instance.raw.create_device(candidate.handle, &info, None) }
             .map_err(|e| vk_error(&format!("opening device '{}'", candidate.info.name), e))?;

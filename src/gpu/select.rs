@@ -30,6 +30,23 @@ pub struct Limits {
     pub subgroup_size: u32,
 }
 
+impl Limits {
+    /// No more than a device that this library can use may have; see
+    /// [`crate::DeviceOptions::least_limits`].
+    pub(super) fn least(&self) -> Self {
+        Self {
+            storage_buffer_bytes: self.storage_buffer_bytes.min(LEAST_STORAGE_BUFFER),
+            shared_memory_bytes: self.shared_memory_bytes.min(MIN_SHARED),
+            push_constant_bytes: self.push_constant_bytes.min(MIN_PUSH),
+            storage_buffers: self.storage_buffers.min(MIN_BUFFERS),
+            workgroup_invocations: self.workgroup_invocations.min(MIN_INVOCATIONS),
+            workgroups: self.workgroups.min(LEAST_WORKGROUPS),
+            timestamp_ns: 0.0,
+            ..*self
+        }
+    }
+}
+
 /// One Vulkan device of this machine.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 #[non_exhaustive]
@@ -67,6 +84,9 @@ const MIN_SHARED: u32 = 16 << 10;
 const MIN_PUSH: u32 = 128;
 const MIN_BUFFERS: u32 = 8;
 const MIN_INVOCATIONS: u32 = 128;
+/// Limits that Vulkan guarantees, and with which anything runs.
+const LEAST_STORAGE_BUFFER: u64 = 128 << 20;
+const LEAST_WORKGROUPS: u32 = 65535;
 
 /// Lists the Vulkan devices of this machine in the driver's order.
 ///
@@ -182,6 +202,9 @@ fn inspect_device(instance: &Instance, index: usize, handle: vk::PhysicalDevice)
     let timestamp_bits = family.map_or(0, |f| families[f].timestamp_valid_bits);
     let limits = limits_of(&p.limits, &memory, timestamp_bits, subgroup.subgroup_size);
     let mut missing = missing_features(p.api_version, &limits, family.is_some());
+    if p.api_version >= vk::API_VERSION_1_2 && !broadcasts_any_lane(instance, handle) {
+        missing.push("subgroupBroadcastDynamicId".to_owned());
+    }
     // The kernel of the neighbour lists uses ballots within a subgroup.
     let votes = vk::SubgroupFeatureFlags::BASIC | vk::SubgroupFeatureFlags::BALLOT;
     if !subgroup.supported_operations.contains(votes)
@@ -217,6 +240,16 @@ fn inspect_device(instance: &Instance, index: usize, handle: vk::PhysicalDevice)
         limits,
     };
     Candidate { handle, queue_family: family.unwrap_or(0) as u32, timestamp_bits, info }
+}
+
+/// Whether a lane that is not known before the shader runs may be broadcast to its subgroup, as the kernel of
+/// the neighbour lists does.
+fn broadcasts_any_lane(instance: &Instance, handle: vk::PhysicalDevice) -> bool {
+    let mut vulkan_1_2 = vk::PhysicalDeviceVulkan12Features::default();
+    let mut all = vk::PhysicalDeviceFeatures2::default().push_next(&mut vulkan_1_2);
+    // SAFETY: the handle comes from this instance, the device has Vulkan 1.2; the call only reads.
+    unsafe { instance.raw.get_physical_device_features2(handle, &mut all) };
+    vulkan_1_2.subgroup_broadcast_dynamic_id == vk::TRUE
 }
 
 fn limits_of(

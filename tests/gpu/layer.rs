@@ -22,6 +22,44 @@ fn every_module_is_valid_spirv() {
     }
 }
 
+/// 64-bit numbers, and subgroup operations but ballots and broadcasts, are not everywhere.
+#[test]
+fn modules_need_no_rare_capability() {
+    for kernel in ALL {
+        let words: Vec<u32> = bytemuck::pod_collect_to_vec(kernel.spirv);
+        let mut at = 5;
+        while at < words.len() {
+            let (length, operation) = ((words[at] >> 16) as usize, words[at] & 0xffff);
+            // OpCapability: Shader, GroupNonUniform and GroupNonUniformBallot.
+            if operation == 17 {
+                assert!(
+                    [1, 61, 64].contains(&words[at + 1]),
+                    "{}: capability {}",
+                    kernel.name,
+                    words[at + 1]
+                );
+            }
+            at += length;
+        }
+    }
+}
+
+/// As on devices that have no more than they must.
+#[test]
+fn least_limits_are_kept_to() {
+    let device = Device::open(&DeviceOptions::from_env().least_limits(true).timings(true)).unwrap();
+    let limits = &device.info().limits;
+    assert_eq!((limits.shared_memory_bytes, limits.workgroup_invocations), (16 << 10, 128));
+    assert_eq!((limits.storage_buffer_bytes, limits.timestamp_ns), (128 << 20, 0.0));
+    let error = Buffer::<u32>::new(&device, "test.large", (32 << 20) + 1).err().unwrap();
+    assert!(error.to_string().contains("test.large"), "{error}");
+    let input = rtfmesh::mesh::samples::sample("sphere").unwrap();
+    let run = |device| rtfmesh::remesh(device, &input, &rtfmesh::Options::new(300)).unwrap();
+    let (least, full) = (run(&device), run(&Device::open(&DeviceOptions::from_env()).unwrap()));
+    assert_eq!(least.mesh, full.mesh);
+    assert!(least.summary.timings.stages.iter().all(|stage| stage.milliseconds.is_none()));
+}
+
 #[test]
 fn copies_come_back_as_they_were() {
     let device = device();

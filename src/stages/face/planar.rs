@@ -58,6 +58,9 @@ impl PlanarOptions {
     }
 }
 
+/// So many sites or fewer have a thread each for faces that the lists do not decide.
+const FEW: usize = 4096;
+
 /// The size of a step.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct PlanarMove {
@@ -205,8 +208,10 @@ impl PlanarFaces {
             insecure: &self.insecure,
         };
         // Not too many for each thread: lavapipe ends a thread after 65,535 rounds of all its loops together.
+        // There are few such faces unless there are few sites at all.
+        let threads = sites.min(FEW).max(sites.div_ceil(4));
         let exact = Pipeline::<planar_exact::Shader>::new(&self.device, self.exact)?;
-        recorder.dispatch(&exact, Threads(sites.div_ceil(4)), &push, &bindings)
+        recorder.dispatch(&exact, Threads(threads), &push, &bindings)
     }
 
     /// What happened in `iteration`, from the contents of [`PlanarFaces::insecure`].

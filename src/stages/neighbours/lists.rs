@@ -57,6 +57,9 @@ pub struct BoxTree<'a> {
     pub levels: u32,
 }
 
+/// The reach of a list that has all other sites, as in `glsl/common/list_bounds.glsl`.
+pub const ENDLESS: f32 = 1e18;
+
 /// The neighbour lists of all sites, and when to rebuild them.
 ///
 /// A site that is not in the list of site i was at least `reach[i].y` away when the lists were made. `reach`
@@ -76,7 +79,7 @@ pub struct Lists {
     /// fewer.
     pub neighbours: Buffer<u32>,
     /// Distances of the nearest site after the first [`NEAR`] (x) and outside
-    /// the list (y) when it was made; infinity if there is none.
+    /// the list (y) when it was made; [`ENDLESS`] if there is none.
     pub reach: Buffer<Vec2>,
     /// Where the sites were when the lists were made, w = 0.
     pub list_sites: Buffer<Vec4>,
