@@ -1,7 +1,7 @@
 #!/usr/bin/env bash
-# The kernels against their references, and whole runs, on SwiftShader as on a device with no more than it must
-# have: subgroups of four, 16 KiB of shared memory, 128 invocations a workgroup, no timestamps.
-# It comes with Chromium. ci/swiftshader.sh [TEST...]; without a name, those that suit a second driver.
+# The kernels against their references, and whole runs, on SwiftShader as on a device with no more than it
+# must have: subgroups of four, 16 KiB of shared memory, 128 invocations a workgroup, no timestamps. It comes
+# with Chromium. ci/swiftshader.sh [TEST...]; without a name, those that suit a second driver.
 set -euo pipefail
 cd "$(dirname "$0")/.."
 
