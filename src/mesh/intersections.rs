@@ -3,7 +3,6 @@
 use std::sync::atomic::{AtomicBool, Ordering};
 
 use glam::DVec3;
-use rayon::prelude::*;
 use robust::{Coord, Coord3D};
 
 use super::TriMesh;
@@ -33,17 +32,12 @@ pub fn intersecting_faces(mesh: &TriMesh, progress: &ProgressToken) -> Result<Ve
     let bvh = Bvh::new(&mesh);
     let at = |v: u32| mesh.vertices[v as usize];
     let hit: Vec<AtomicBool> = mesh.triangles.iter().map(|_| AtomicBool::new(false)).collect();
-    bvh.leaf_order().par_iter().try_for_each(|&s| {
-        progress.poll()?;
-        bvh.overlapping(&Aabb::of(mesh.corners(s as usize)), |t| {
-            let (s, t) = (s as usize, t as usize);
-            let known = || hit[s].load(Ordering::Relaxed) && hit[t].load(Ordering::Relaxed);
-            if s < t && !known() && faces_intersect(mesh.triangles[s], mesh.triangles[t], at) {
-                hit[s].store(true, Ordering::Relaxed);
-                hit[t].store(true, Ordering::Relaxed);
-            }
-        });
-        Ok(())
+    bvh.overlapping_pairs(progress, |s, t| {
+        let ([s, t], known) = ([s, t].map(|t| t as usize), |t: usize| hit[t].load(Ordering::Relaxed));
+        if !(known(s) && known(t)) && faces_intersect(mesh.triangles[s], mesh.triangles[t], at) {
+            hit[s].store(true, Ordering::Relaxed);
+            hit[t].store(true, Ordering::Relaxed);
+        }
     })?;
     Ok((0u32..).zip(&hit).filter(|(_, hit)| hit.load(Ordering::Relaxed)).map(|(t, _)| t).collect())
 }

@@ -5,6 +5,7 @@ use rtfmesh::mesh::bvh::{Aabb, Bvh};
 use rtfmesh::mesh::distance::{Distances, distances, distances_sampled};
 use rtfmesh::mesh::triangle::closest_on_triangle;
 use rtfmesh::{ProgressToken, TriMesh};
+use std::sync::Mutex;
 
 use crate::support::shapes::{Random, mesh, moved, plane, sphere, torus};
 
@@ -161,6 +162,49 @@ fn overlapping_boxes_equal_a_plain_search() {
             })
             .collect();
         assert_eq!(found, expected);
+    }
+}
+
+#[test]
+fn overlapping_pairs_are_found_once() {
+    let mut random = Random(6);
+    // So many that threads share the work, of all sizes, and some of them equal.
+    let mut mesh = soup(&mut random, 3000, |random| {
+        let (centre, size) = (random.point(), 0.3 * random.unit().powi(4));
+        [0; 3].map(|_| centre + size * random.point())
+    });
+    mesh.triangles.extend_from_within(..10);
+    let boxes: Vec<Aabb> = (0..mesh.triangles.len()).map(|t| Aabb::of(mesh.corners(t))).collect();
+    let meet = |a: &Aabb, b: &Aabb| (0..3).all(|k| a.min[k] <= b.max[k] && b.min[k] <= a.max[k]);
+    let expected: Vec<(u32, u32)> = (0..mesh.triangles.len())
+        .flat_map(|s| (s + 1..mesh.triangles.len()).map(move |t| (s, t)))
+        .filter(|(s, t)| meet(&boxes[*s], &boxes[*t]))
+        .map(|(s, t)| (s as u32, t as u32))
+        .collect();
+    let found = Mutex::new(Vec::new());
+    let visit = |s: u32, t: u32| found.lock().unwrap().push((s.min(t), s.max(t)));
+    Bvh::new(&mesh).overlapping_pairs(&ProgressToken::default(), visit).unwrap();
+    let mut found = found.into_inner().unwrap();
+    found.sort_unstable();
+    assert_eq!(found.len(), expected.len());
+    assert_eq!(found, expected);
+    let cancelled = ProgressToken::default();
+    cancelled.cancel();
+    assert!(Bvh::new(&mesh).overlapping_pairs(&cancelled, |_, _| ()).is_err());
+}
+
+#[test]
+fn a_tree_follows_a_mesh_that_moves() {
+    let mut random = Random(7);
+    let mut mesh = torus(40, 30);
+    let mut bvh = Bvh::new(&mesh);
+    mesh.vertices.iter_mut().for_each(|v| *v = DVec3::new(v.y, 2.0 * v.z, v.x) + 0.1 * random.point());
+    bvh.refit(&mesh);
+    let anew = Bvh::new(&mesh);
+    assert_eq!(bvh.bounds(), anew.bounds());
+    for _ in 0..300 {
+        let p = 2.0 * random.point();
+        assert_eq!(bvh.closest(p), anew.closest(p));
     }
 }
 

@@ -43,8 +43,9 @@ fn the_result_is_as_close_as_asked_for_with_few_vertices() {
         let reached = deviation(&result.mesh, &input);
         assert!(reached <= percent && found.reached >= reached, "{name}: {reached}, {found:?}");
         if name == "genus3" {
-            // Even edges take many more vertices for that, and the result makes use of what is allowed.
-            let even = run(&input, &Options::new(3 * result.mesh.vertices.len() / 2));
+            // Even edges take a quarter more vertices for that at least, and the result makes use of what is
+            // allowed.
+            let even = run(&input, &Options::new(5 * result.mesh.vertices.len() / 4));
             assert!(deviation(&even.mesh, &input) > percent);
             assert!(reached > 0.5 * percent, "{reached}");
             let quality = measure(&result.mesh, None).unwrap().quality;

@@ -17,7 +17,7 @@ use crate::mesh::half_edge_mesh::HalfEdgeMesh;
 use crate::mesh::quality::TriangleQuality;
 use crate::mesh::triangle::doubled_normal;
 use crate::{ProgressToken, Result, TriMesh};
-use samples::{FitMesh, Ranks};
+use samples::{FitMesh, Searches};
 use solve::System;
 
 /// Weight of squared moves against squared distances.
@@ -98,7 +98,7 @@ fn fit_points(
 ) -> Result<FitCounts> {
     let mut counts = FitCounts::default();
     let fixed: Vec<bool> = (0..points.len()).map(|v| is_fixed(half_edges, &options.fixed, v)).collect();
-    let mut ranks = Ranks::new(half_edges.triangles.len(), fixed.len(), target);
+    let mut searches = Searches::new(half_edges.triangles.len(), fixed.len(), target);
     for round in 0..options.rounds {
         let [begin, end] = [round, round + 1].map(|k| f64::from(k) / f64::from(options.rounds));
         let progress = progress.part(begin, end);
@@ -111,7 +111,7 @@ fn fit_points(
         let state = FitMesh { half_edges, points, normals: &normals };
         let areas = state.areas();
         let thirds = state.thirds(&areas);
-        let samples = state.measure(&thirds, target, &mut ranks, &progress.part(0.0, MEASURED))?;
+        let samples = state.measure(&thirds, target, &mut searches, &progress.part(0.0, MEASURED))?;
         let stiffness: Vec<f64> = thirds.iter().map(|third| STIFFNESS * third).collect();
         let coupling: Vec<f64> = areas.iter().map(|area| COUPLING * area).collect();
         let system = System {

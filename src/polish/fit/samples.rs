@@ -66,19 +66,22 @@ pub(crate) struct Samples {
     pub inward: Vec<Inward>,
 }
 
-/// The ranks at which the searches for the closest points ended, where those of the next round begin.
-pub(crate) struct Ranks {
+/// What searches for closest points keep for the next round: the ranks at which they ended, where they begin
+/// then, and the tree over the mesh.
+pub(crate) struct Searches {
     faces: Vec<[usize; 4]>,
     corners: Vec<usize>,
     inward: Vec<usize>,
+    tree: Option<Bvh>,
 }
 
-impl Ranks {
+impl Searches {
     pub fn new(faces: usize, vertices: usize, target: &Target) -> Self {
         Self {
             faces: vec![[UNKNOWN; 4]; faces],
             corners: vec![UNKNOWN; vertices],
             inward: vec![UNKNOWN; target.vertices.len()],
+            tree: None,
         }
     }
 }
@@ -118,14 +121,14 @@ impl FitMesh<'_> {
         &self,
         thirds: &[f64],
         target: &Target,
-        ranks: &mut Ranks,
+        searches: &mut Searches,
         progress: &ProgressToken,
     ) -> Result<Samples> {
-        let corners = self.measure_corners(thirds, &mut ranks.corners, target);
+        let corners = self.measure_corners(thirds, &mut searches.corners, target);
         progress.done(CORNERS)?;
-        let faces = self.measure_faces(&mut ranks.faces, &ranks.corners, target);
+        let faces = self.measure_faces(&mut searches.faces, &searches.corners, target);
         progress.done(FACES)?;
-        let inward = self.measure_inward(&mut ranks.inward, target);
+        let inward = self.measure_inward(searches, target);
         progress.done(1.0)?;
         Ok(Samples { corners, faces, inward })
     }
@@ -171,10 +174,14 @@ impl FitMesh<'_> {
             .collect()
     }
 
-    fn measure_inward(&self, ranks: &mut [usize], target: &Target) -> Vec<Inward> {
+    fn measure_inward(&self, searches: &mut Searches, target: &Target) -> Vec<Inward> {
         let mesh = TriMesh { vertices: self.points.to_vec(), triangles: self.half_edges.triangles.clone() };
-        let bvh = Bvh::new(&mesh);
-        search_each(ranks, |v, rank| {
+        let Searches { inward, tree, .. } = searches;
+        if let Some(tree) = tree {
+            tree.refit(&mesh);
+        }
+        let bvh = tree.get_or_insert_with(|| Bvh::new(&mesh));
+        search_each(inward, |v, rank| {
             let vertex = &target.vertices[v];
             let found = bvh.closest_from(vertex.position, rank)?;
             let normal = self.normal(3 * found.triangle);

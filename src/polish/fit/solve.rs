@@ -2,14 +2,19 @@
 
 use std::ops::AddAssign;
 
-use glam::{DMat3, DVec3, Vec3Swizzles};
+use glam::{DMat3, DVec3, Vec3A, Vec3Swizzles};
+use rayon::prelude::*;
 
 use super::samples::{Inward, Sample, Samples};
+use crate::mesh::csr::Csr;
 use crate::mesh::half_edge_mesh::HalfEdgeMesh;
 use crate::mesh::half_edges::next;
 
 /// Barycentric weights of the samples at a face's edge midpoints and centroid.
 const WEIGHTS: [[f64; 3]; 4] = [[0.5, 0.5, 0.0], [0.0, 0.5, 0.5], [0.5, 0.0, 0.5], [1.0 / 3.0; 3]];
+/// Rows of the matrix that are done together; a constant, since sums must not depend on the number of
+/// threads.
+const ROWS: usize = 2048;
 
 /// The sum of squares that is minimized.
 pub(crate) struct System<'a> {
@@ -19,135 +24,181 @@ pub(crate) struct System<'a> {
     pub stiffness: &'a [f64],
     /// Weight of the squared differences between the moves of each triangle's corners.
     pub coupling: &'a [f64],
-    /// Vertices that stay.
+    /// Vertices that stay: all on a boundary, all irregular ones, and maybe others.
     pub fixed: &'a [bool],
 }
 
 impl System<'_> {
     /// The moves after at most `steps` steps from zero, preconditioned by the 3 × 3 blocks on the diagonal.
-    /// In one thread, so that the order of summation is always the same.
+    /// They do not depend on the number of threads. In single precision but for sums: a move is right to a
+    /// millionth of its length.
     pub fn solve(&self, steps: u32) -> Vec<DVec3> {
         let matrix = self.matrix();
-        let inverse: Vec<DMat3> = matrix.vertices.iter().map(Symmetric::inverse).collect();
-        let dot = |x: &[DVec3], y: &[DVec3]| -> f64 { x.iter().zip(y).map(|(a, b)| a.dot(*b)).sum() };
-        let scaled = |r: &[DVec3]| -> Vec<DVec3> { r.iter().zip(&inverse).map(|(r, m)| *m * *r).collect() };
-        let mut residual = self.right_hand_side();
-        let mut moves = vec![DVec3::ZERO; residual.len()];
-        let mut z = scaled(&residual);
+        let mut residual: Vec<Vec3A> = matrix.rows.iter().flat_map(|rows| &rows.right).copied().collect();
+        let mut moves = vec![Vec3A::ZERO; residual.len()];
+        let mut z = matrix.precondition(&residual);
         let mut direction = z.clone();
         let mut rho = dot(&residual, &z);
         for _ in 0..steps {
-            let product = self.zero_fixed(matrix.apply(&direction));
+            let product = matrix.apply(&direction);
             let curvature = dot(&direction, &product);
             if rho <= 0.0 || curvature <= 0.0 {
                 break;
             }
             let step = rho / curvature;
-            for v in 0..moves.len() {
-                moves[v] += direction[v] * step;
-                residual[v] -= product[v] * step;
-            }
-            z = scaled(&residual);
+            add(&mut moves, step, &direction);
+            add(&mut residual, -step, &product);
+            z = matrix.precondition(&residual);
             let before = rho;
             rho = dot(&residual, &z);
-            for v in 0..moves.len() {
-                direction[v] = z[v] + direction[v] * (rho / before);
-            }
+            let share = (rho / before) as f32;
+            let onward = |(d, z): (&mut Vec3A, &Vec3A)| *d = *z + *d * share;
+            direction.par_iter_mut().zip(&z).with_min_len(ROWS).for_each(onward);
         }
-        moves
+        moves.into_iter().map(|step| step.as_dvec3()).collect()
     }
 
-    /// Calls `visit` with the triangle and barycentric weights of each sample that is not at a vertex of the
-    /// mesh.
-    fn each(&self, mut visit: impl FnMut(usize, [f64; 3], &Sample)) {
-        for (triangle, samples) in self.samples.faces.iter().enumerate() {
-            for (sample, weights) in samples.iter().zip(WEIGHTS) {
-                // The sample of an edge is in only one of its triangles.
-                if sample.direction != DVec3::ZERO {
-                    visit(triangle, weights, sample);
-                }
-            }
-        }
-        for Inward { triangle, weights, sample } in &self.samples.inward {
-            visit(*triangle as usize, *weights, sample);
-        }
-    }
-
-    fn right_hand_side(&self) -> Vec<DVec3> {
-        let mut right: Vec<DVec3> = self.samples.corners.iter().map(|s| s.direction * s.distance).collect();
-        self.each(|triangle, weights, s| {
-            for (v, w) in self.half_edges.triangles[triangle].into_iter().zip(weights) {
-                right[v as usize] += s.direction * (s.distance * w);
-            }
-        });
-        self.zero_fixed(right)
-    }
-
-    fn zero_fixed(&self, mut x: Vec<DVec3>) -> Vec<DVec3> {
-        x.iter_mut().zip(self.fixed).filter(|(_, fixed)| **fixed).for_each(|(x, _)| *x = DVec3::ZERO);
-        x
-    }
-
+    /// The matrix, and the right-hand side. Those of vertices that stay are zero.
     fn matrix(&self) -> Matrix {
-        let triangles = &self.half_edges.triangles;
-        let (edges, of_half_edges) = self.edges();
-        let on_vertices = self.samples.corners.iter().zip(self.stiffness);
-        let vertices = on_vertices.map(|(s, k)| {
-            let mut block = Symmetric::outer(s.direction, 1.0);
-            block += Symmetric::scale(*k);
-            block
-        });
-        let mut matrix = Matrix { vertices: vertices.collect(), edges };
-        self.each(|triangle, weights, s| {
-            for k in 0..3 {
-                let (w, next) = (weights[k], weights[(k + 1) % 3]);
-                matrix.vertices[triangles[triangle][k] as usize] += Symmetric::outer(s.direction, w * w);
-                matrix.edges[of_half_edges[3 * triangle + k] as usize].1 +=
-                    Symmetric::outer(s.direction, w * next);
-            }
-        });
-        for (triangle, coupling) in self.coupling.iter().enumerate() {
-            for k in 0..3 {
-                matrix.vertices[triangles[triangle][k] as usize] += Symmetric::scale(2.0 * coupling);
-                matrix.edges[of_half_edges[3 * triangle + k] as usize].1 += Symmetric::scale(-coupling);
-            }
-        }
-        matrix
+        let triangles = self.half_edges.triangles.len();
+        let inward = self.samples.inward.iter().map(|inward| inward.triangle);
+        let inward = Csr::group(triangles, inward.zip(0..));
+        let count = self.fixed.len();
+        let starts = (0..count.div_ceil(ROWS)).into_par_iter().map(|chunk| chunk * ROWS);
+        Matrix { rows: starts.map(|start| self.rows(start..count.min(start + ROWS), &inward)).collect() }
     }
 
-    /// The edges with empty blocks, and the edge of each half-edge.
-    fn edges(&self) -> (Vec<([u32; 2], Symmetric)>, Vec<u32>) {
-        let corners = self.half_edges.triangles.as_flattened();
-        let mut edges = Vec::with_capacity(corners.len() / 2);
-        let mut of_half_edges: Vec<u32> = Vec::with_capacity(corners.len());
-        for h in 0..corners.len() as u32 {
-            let edge = match self.half_edges.twin(h) {
-                Some(twin) if twin < h => of_half_edges[twin as usize],
-                _ => {
-                    edges.push(([h, next(h)].map(|h| corners[h as usize]), Symmetric::default()));
-                    edges.len() as u32 - 1
+    fn rows(&self, vertices: std::ops::Range<usize>, inward: &Csr) -> Rows {
+        let edges = vertices.clone().map(|v| self.half_edges.valence(v as u32) as usize).sum();
+        let mut rows = Rows::with_capacity(vertices.len(), edges);
+        for v in vertices {
+            let (mut own, mut right) = (Symmetric::default(), DVec3::ZERO);
+            if !self.fixed[v] {
+                let sample = &self.samples.corners[v];
+                own += Symmetric::outer(sample.direction, 1.0);
+                own += Symmetric::scale(self.stiffness[v]);
+                right += sample.direction * sample.distance;
+                for h in self.half_edges.ring(v as u32) {
+                    own += Symmetric::scale(2.0 * self.coupling[h as usize / 3]);
+                    self.each(h, inward, |sample, weight, _| {
+                        own += Symmetric::outer(sample.direction, weight * weight);
+                        right += sample.direction * (sample.distance * weight);
+                    });
+                    let mut beside = self.beside(h, inward);
+                    if let Some(twin) = self.half_edges.twin(h) {
+                        beside += self.beside(twin, inward);
+                    }
+                    rows.neighbours.push(self.half_edges.origin(next(h)));
+                    rows.beside.push(beside.rounded());
                 }
-            };
-            of_half_edges.push(edge);
+            }
+            rows.ends.push(rows.beside.len() as u32);
+            rows.own.push(own.rounded());
+            rows.inverse.push(own.inverse().rounded());
+            rows.right.push(right.as_vec3a());
         }
-        (edges, of_half_edges)
+        rows
+    }
+
+    /// What the triangle of a half-edge adds to the block of its edge.
+    fn beside(&self, h: u32, inward: &Csr) -> Symmetric {
+        let mut block = Symmetric::scale(-self.coupling[h as usize / 3]);
+        self.each(h, inward, |sample, weight, next| {
+            block += Symmetric::outer(sample.direction, weight * next);
+        });
+        block
+    }
+
+    /// Calls `visit` with each sample on the triangle of a half-edge, but not at its corners, and the
+    /// barycentric weights of both ends of the half-edge.
+    fn each(&self, h: u32, inward: &Csr, mut visit: impl FnMut(&Sample, f64, f64)) {
+        let (triangle, corner) = (h / 3, h as usize % 3);
+        let next = (corner + 1) % 3;
+        for (sample, weights) in self.samples.faces[triangle as usize].iter().zip(WEIGHTS) {
+            // The sample of an edge is in only one of its triangles.
+            if sample.direction != DVec3::ZERO {
+                visit(sample, weights[corner], weights[next]);
+            }
+        }
+        for i in inward.of(triangle) {
+            let Inward { weights, sample, .. } = &self.samples.inward[*i as usize];
+            visit(sample, weights[corner], weights[next]);
+        }
     }
 }
 
-/// A symmetric matrix of 3 × 3 blocks: one on the diagonal for each vertex, and one for each edge.
+fn dot(x: &[Vec3A], y: &[Vec3A]) -> f64 {
+    let product = |(x, y): (&Vec3A, &Vec3A)| x.as_dvec3().dot(y.as_dvec3());
+    let of_chunk = |(x, y): (&[Vec3A], &[Vec3A])| x.iter().zip(y).map(product).sum::<f64>();
+    x.par_chunks(ROWS).zip(y.par_chunks(ROWS)).map(of_chunk).collect::<Vec<f64>>().into_iter().sum()
+}
+
+/// Adds a multiple of `y` to `x`.
+fn add(x: &mut [Vec3A], factor: f64, y: &[Vec3A]) {
+    x.par_iter_mut().zip(y).with_min_len(ROWS).for_each(|(x, y)| *x += *y * factor as f32);
+}
+
+/// A symmetric matrix of 3 × 3 blocks, and the right-hand side.
 struct Matrix {
-    vertices: Vec<Symmetric>,
-    edges: Vec<([u32; 2], Symmetric)>,
+    /// Those of [`ROWS`] vertices each.
+    rows: Vec<Rows>,
+}
+
+/// Rows of the matrix: for each vertex the block on the diagonal, its inverse, and the blocks beside it.
+struct Rows {
+    own: Vec<Block>,
+    inverse: Vec<Block>,
+    /// The vertices beside each, one vertex after the other,
+    neighbours: Vec<u32>,
+    /// their blocks,
+    beside: Vec<Block>,
+    /// and where those of each vertex end.
+    ends: Vec<u32>,
+    right: Vec<Vec3A>,
+}
+
+impl Rows {
+    fn with_capacity(vertices: usize, edges: usize) -> Self {
+        Self {
+            own: Vec::with_capacity(vertices),
+            inverse: Vec::with_capacity(vertices),
+            neighbours: Vec::with_capacity(edges),
+            beside: Vec::with_capacity(edges),
+            ends: Vec::with_capacity(vertices),
+            right: Vec::with_capacity(vertices),
+        }
+    }
 }
 
 impl Matrix {
-    fn apply(&self, x: &[DVec3]) -> Vec<DVec3> {
-        let mut y: Vec<DVec3> = self.vertices.iter().zip(x).map(|(block, x)| block.apply(*x)).collect();
-        for ([a, b], block) in &self.edges {
-            let [a, b] = [*a as usize, *b as usize];
-            y[a] += block.apply(x[b]);
-            y[b] += block.apply(x[a]);
-        }
+    fn apply(&self, x: &[Vec3A]) -> Vec<Vec3A> {
+        self.by_rows(x, |rows, own, y| {
+            let mut start = 0;
+            for (k, y) in y.iter_mut().enumerate() {
+                let end = rows.ends[k] as usize;
+                *y = rows.own[k].apply(own[k]);
+                for (v, block) in rows.neighbours[start..end].iter().zip(&rows.beside[start..end]) {
+                    *y += block.apply(x[*v as usize]);
+                }
+                start = end;
+            }
+        })
+    }
+
+    /// The product with the inverse of the diagonal.
+    fn precondition(&self, x: &[Vec3A]) -> Vec<Vec3A> {
+        self.by_rows(x, |rows, own, y| {
+            for ((y, x), inverse) in y.iter_mut().zip(own).zip(&rows.inverse) {
+                *y = inverse.apply(*x);
+            }
+        })
+    }
+
+    /// What `set` makes of the rows, their part of `x`, and their part of the result.
+    fn by_rows(&self, x: &[Vec3A], set: impl Fn(&Rows, &[Vec3A], &mut [Vec3A]) + Sync) -> Vec<Vec3A> {
+        let mut y = vec![Vec3A::ZERO; x.len()];
+        let parts = y.par_chunks_mut(ROWS).zip(x.par_chunks(ROWS));
+        parts.zip(&self.rows).for_each(|((y, own), rows)| set(rows, own, y));
         y
     }
 }
@@ -172,19 +223,35 @@ impl Symmetric {
         Self { diagonal: DVec3::splat(factor), off_diagonal: DVec3::ZERO }
     }
 
-    fn apply(&self, x: DVec3) -> DVec3 {
-        self.diagonal * x + self.off_diagonal.zxy() * x.yzx() + self.off_diagonal.yzx() * x.zxy()
-    }
-
     /// The inverse; 0 for a matrix that is not positive definite.
-    fn inverse(&self) -> DMat3 {
+    fn inverse(&self) -> Self {
         let (on, off) = (self.diagonal, self.off_diagonal);
         let full = DMat3::from_cols(
             DVec3::new(on.x, off.z, off.y),
             DVec3::new(off.z, on.y, off.x),
             DVec3::new(off.y, off.x, on.z),
         );
-        if full.determinant() > 0.0 { full.inverse() } else { DMat3::ZERO }
+        let DMat3 { x_axis: x, y_axis: y, z_axis: z } =
+            if full.determinant() > 0.0 { full.inverse() } else { DMat3::ZERO };
+        Self { diagonal: DVec3::new(x.x, y.y, z.z), off_diagonal: DVec3::new(y.z, z.x, x.y) }
+    }
+
+    fn rounded(&self) -> Block {
+        Block { diagonal: self.diagonal.as_vec3a(), off_diagonal: self.off_diagonal.as_vec3a() }
+    }
+}
+
+/// A [`Symmetric`] in single precision.
+#[derive(Debug, Clone, Copy)]
+struct Block {
+    diagonal: Vec3A,
+    off_diagonal: Vec3A,
+}
+
+impl Block {
+    fn apply(&self, x: Vec3A) -> Vec3A {
+        let off = self.off_diagonal;
+        self.diagonal * x + off.zxy() * x.yzx() + off.yzx() * x.zxy()
     }
 }
 
@@ -200,51 +267,84 @@ mod tests {
     use super::*;
     use rand::{RngExt, SeedableRng};
 
-    /// The matrix is that of the sum of squares that the fit minimizes.
+    /// The matrix is that of the sum of squares that the fit minimizes, on the vertices that move.
     #[test]
     fn the_matrix_is_that_of_the_costs() {
-        // The face 0 1 2 has a neighbour at one edge only.
-        let half_edges = HalfEdgeMesh::new(vec![[0, 1, 2], [2, 1, 3]], 4, &[]);
+        // Two vertices inside, next to each other: only their triangles count.
+        let triangles = vec![[0, 2, 3], [0, 3, 1], [0, 1, 5], [0, 5, 2], [1, 3, 4], [1, 4, 5]];
+        let half_edges = HalfEdgeMesh::new(triangles.clone(), 6, &[]);
+        let fixed = [false, false, true, true, true, true];
         let mut random = rand_pcg::Pcg64::seed_from_u64(7);
         let mut vector = || DVec3::from_array(std::array::from_fn(|_| random.random_range(-1.0..1.0)));
         let mut sample = || Sample { direction: vector(), distance: 0.5 };
+        let inward = |triangle, weights, sample| Inward { triangle, weights, sample };
         let mut samples = Samples {
-            corners: (0..4).map(|_| sample()).collect(),
-            faces: (0..2).map(|_| std::array::from_fn(|_| sample())).collect(),
-            inward: vec![Inward { triangle: 1, weights: [0.2, 0.5, 0.3], sample: sample() }],
+            corners: (0..6).map(|_| sample()).collect(),
+            faces: (0..6).map(|_| std::array::from_fn(|_| sample())).collect(),
+            inward: vec![
+                inward(1, [0.2, 0.5, 0.3], sample()),
+                inward(4, [0.1, 0.7, 0.2], sample()),
+                inward(1, [0.6, 0.4, 0.0], sample()),
+            ],
         };
         samples.faces[1][0] = Sample::default();
         let system = System {
             half_edges: &half_edges,
             samples: &samples,
-            stiffness: &[0.1, 0.2, 0.3, 0.4],
-            coupling: &[0.5, 0.6],
-            fixed: &[false; 4],
+            stiffness: &[0.1, 0.2, 0.3, 0.4, 0.5, 0.6],
+            coupling: &[0.5, 0.6, 0.7, 0.8, 0.9, 1.0],
+            fixed: &fixed,
         };
-        let x: Vec<DVec3> = (0..4).map(|_| vector()).collect();
-        let mut cost = 0.0;
-        for ((s, k), x) in samples.corners.iter().zip(system.stiffness).zip(&x) {
-            cost += s.direction.dot(*x).powi(2) + k * x.length_squared();
-        }
-        system.each(|t, weights, s| {
-            let moved: DVec3 = (0..3).map(|k| x[half_edges.triangles[t][k] as usize] * weights[k]).sum();
-            cost += s.direction.dot(moved).powi(2);
-        });
-        for (t, coupling) in system.coupling.iter().enumerate() {
-            let [a, b, c] = half_edges.triangles[t].map(|v| x[v as usize]);
-            cost +=
-                coupling * ((a - b).length_squared() + (b - c).length_squared() + (c - a).length_squared());
-        }
+        // The costs less those of no move at all, which are linear in the distances.
+        let cost = |x: &[DVec3], distances: f64| -> f64 {
+            let square = |s: &Sample, moved: DVec3| (s.direction.dot(moved) - distances * s.distance).powi(2);
+            let mut cost = 0.0;
+            for ((s, k), x) in samples.corners.iter().zip(system.stiffness).zip(x) {
+                cost += square(s, *x) + k * x.length_squared();
+            }
+            let at = |t: usize, weights: [f64; 3]| -> DVec3 {
+                (0..3).map(|k| x[triangles[t][k] as usize] * weights[k]).sum()
+            };
+            for (t, coupling) in system.coupling.iter().enumerate() {
+                for (s, weights) in samples.faces[t].iter().zip(WEIGHTS) {
+                    cost += if s.direction == DVec3::ZERO { 0.0 } else { square(s, at(t, weights)) };
+                }
+                let [a, b, c] = triangles[t].map(|v| x[v as usize]);
+                cost += coupling
+                    * ((a - b).length_squared() + (b - c).length_squared() + (c - a).length_squared());
+            }
+            samples.inward.iter().for_each(|s| cost += square(&s.sample, at(s.triangle as usize, s.weights)));
+            cost
+        };
+        let mut x: Vec<DVec3> = (0..6).map(|_| vector()).collect();
+        x[2..].fill(DVec3::ZERO);
         let matrix = system.matrix();
-        let product: f64 = matrix.apply(&x).iter().zip(&x).map(|(y, x)| y.dot(*x)).sum();
-        assert!((product - cost).abs() < 1e-12 * cost, "{product} {cost}");
-        // In every direction, not only along `x`: the blocks on the diagonal.
-        for v in 0..4 {
-            for unit in [DVec3::X, DVec3::Y, DVec3::Z] {
-                let mut x = vec![DVec3::ZERO; 4];
-                x[v] = unit;
-                let column = matrix.apply(&x)[v];
-                assert!((matrix.vertices[v].inverse() * column - unit).length() < 1e-9);
+        let rounded: Vec<Vec3A> = x.iter().map(|x| x.as_vec3a()).collect();
+        let product = dot(&matrix.apply(&rounded), &rounded);
+        assert!((product - cost(&x, 0.0)).abs() < 1e-5 * product, "{product} {}", cost(&x, 0.0));
+        let linear = cost(&x, 1.0) - cost(&x, 0.0) - cost(&[DVec3::ZERO; 6], 1.0);
+        let right = dot(&matrix.rows[0].right, &rounded);
+        assert!((linear + 2.0 * right).abs() < 1e-5 * product, "{linear} {right}");
+        // In every direction, not only along `x`: the blocks on the diagonal, and symmetry.
+        for v in 0..2 {
+            for unit in [Vec3A::X, Vec3A::Y, Vec3A::Z] {
+                let mut e = vec![Vec3A::ZERO; 6];
+                e[v] = unit;
+                let column = matrix.apply(&e);
+                assert!((matrix.precondition(&column)[v] - unit).length() < 1e-4);
+                let row = dot(&matrix.apply(&rounded), &e);
+                assert!((row - dot(&column, &rounded)).abs() < 1e-5 * product);
+            }
+        }
+        assert_eq!(matrix.apply(&rounded)[2..], [Vec3A::ZERO; 4]);
+        // All steps of so small a system lead to its solution, from which every way goes up.
+        let moves = system.solve(20);
+        let least = cost(&moves, 1.0);
+        for k in 0..6 {
+            for by in [-1e-3, 1e-3] {
+                let mut beside = moves.clone();
+                beside[k / 3][k % 3] += by;
+                assert!(cost(&beside, 1.0) > least);
             }
         }
     }

@@ -1,17 +1,21 @@
 //! A hierarchy of boxes over triangles: closest points and overlapping boxes.
 
+mod build;
+mod pairs;
+
 use glam::DVec3;
+use rayon::prelude::*;
 
 use super::TriMesh;
 use super::triangle::{closest_on_regular, closest_on_sliver, is_sliver};
+use build::build;
 
 const LEAF_SIZE: usize = 2;
-const BINS: usize = 16;
 /// Below this depth the heuristic may cut off one triangle at a time; halving then bounds the depth.
 const MAX_HEURISTIC_DEPTH: usize = 48;
 /// The heuristic's depth and one level for each halving of at most 2^32 triangles.
 const STACK: usize = MAX_HEURISTIC_DEPTH + 40;
-/// Subtrees below this size are built by one thread.
+/// Fewer triangles are done by one thread.
 const PARALLEL_SIZE: usize = 1 << 11;
 /// Boxes are pruned only beyond the best distance by this factor, since both distances are rounded.
 const SLACK: f64 = 1.0 + 1e-12;
@@ -50,12 +54,6 @@ impl Aabb {
     pub fn distance_to(&self, other: &Self) -> f64 {
         (self.min - other.max).max(other.min - self.max).max(DVec3::ZERO).length()
     }
-
-    /// Half the surface, in the unit of the coordinates squared; 0 for [`Aabb::EMPTY`].
-    fn half_surface(&self) -> f64 {
-        let d = (self.max - self.min).max(DVec3::ZERO);
-        d.x * d.y + d.y * d.z + d.z * d.x
-    }
 }
 
 /// The triangle closest to a point.
@@ -81,6 +79,13 @@ struct Node {
     count: u32,
 }
 
+impl Node {
+    /// Without its box, which follows from what is below it.
+    fn new(start_or_skip: usize, count: usize) -> Self {
+        Self { bounds: Aabb::EMPTY, start_or_skip: start_or_skip as u32, count: count as u32 }
+    }
+}
+
 /// A bounding volume hierarchy over the triangles of a mesh, with its own copy of the corners.
 ///
 /// Coordinates must be finite, and their squares too; scale a mesh outside 1e-100..1e100 first.
@@ -98,28 +103,36 @@ struct Corners {
     sliver: bool,
 }
 
-#[derive(Clone, Copy)]
-struct Item {
-    bounds: Aabb,
-    centre: DVec3,
-    triangle: u32,
-}
-
 impl Bvh {
     /// Builds the hierarchy; the same mesh always gives the same one. Panics if an index is out of range.
     pub fn new(mesh: &TriMesh) -> Self {
-        let mut items: Vec<Item> = (0u32..)
-            .take(mesh.triangles.len())
-            .map(|triangle| {
-                let bounds = Aabb::of(mesh.corners(triangle as usize));
-                Item { bounds, centre: 0.5 * (bounds.min + bounds.max), triangle }
-            })
-            .collect();
-        let nodes = if items.is_empty() { Vec::new() } else { build(&mut items, 0, 0) };
-        let order: Vec<u32> = items.iter().map(|item| item.triangle).collect();
-        let corners = |&t: &u32| mesh.corners(t as usize);
-        let triangles = order.iter().map(corners).map(|at| Corners { at, sliver: is_sliver(at) }).collect();
-        Self { nodes, order, triangles }
+        let (nodes, order) = build(mesh);
+        let mut bvh = Self { nodes, order, triangles: Vec::new() };
+        bvh.refit(mesh);
+        bvh
+    }
+
+    /// Takes the places of the vertices anew, which have moved since, but not far: the tree stays as it is.
+    /// Panics if the mesh has another number of triangles.
+    pub fn refit(&mut self, mesh: &TriMesh) {
+        let Self { nodes, order, triangles } = self;
+        let corners = |&t: &u32| {
+            let at = mesh.corners(t as usize);
+            Corners { at, sliver: is_sliver(at) }
+        };
+        assert_eq!(order.len(), mesh.triangles.len(), "the tree is that of another mesh");
+        *triangles = order.par_iter().with_min_len(PARALLEL_SIZE).map(corners).collect();
+        // Children come after their parent.
+        for k in (0..nodes.len()).rev() {
+            let Node { start_or_skip, count, .. } = nodes[k];
+            let at = start_or_skip as usize;
+            nodes[k].bounds = if count > 0 {
+                let leaf = &triangles[at..at + count as usize];
+                leaf.iter().fold(Aabb::EMPTY, |bounds, corners| bounds.join(Aabb::of(corners.at)))
+            } else {
+                nodes[k + 1].bounds.join(nodes[k + at].bounds)
+            };
+        }
     }
 
     /// The box of all triangles; [`Aabb::EMPTY`] without any.
@@ -270,86 +283,4 @@ impl Bvh {
             }
         }
     }
-}
-
-/// The nodes of a subtree in depth-first order; `start` is the rank of `items[0]` among all triangles.
-fn build(items: &mut [Item], start: usize, depth: usize) -> Vec<Node> {
-    let bounds = items.iter().fold(Aabb::EMPTY, |b, item| b.join(item.bounds));
-    let leaf = Node { bounds, start_or_skip: start as u32, count: items.len() as u32 };
-    if items.len() <= LEAF_SIZE {
-        return vec![leaf];
-    }
-    let middle = split(items, depth);
-    let parallel = items.len() >= PARALLEL_SIZE;
-    let (left, right) = items.split_at_mut(middle);
-    let (left, right) = if parallel {
-        rayon::join(|| build(left, start, depth + 1), || build(right, start + middle, depth + 1))
-    } else {
-        (build(left, start, depth + 1), build(right, start + middle, depth + 1))
-    };
-    let mut nodes = Vec::with_capacity(1 + left.len() + right.len());
-    nodes.push(Node { bounds, start_or_skip: 1 + left.len() as u32, count: 0 });
-    nodes.extend(left);
-    nodes.extend(right);
-    nodes
-}
-
-/// Reorders the items into two groups, neither empty, and returns the size of the first.
-fn split(items: &mut [Item], depth: usize) -> usize {
-    let centres =
-        items.iter().fold(Aabb::EMPTY, |b, item| b.join(Aabb { min: item.centre, max: item.centre }));
-    let extent = centres.max - centres.min;
-    let axis = extent.max_position();
-    let half = items.len() / 2;
-    let by_centre =
-        |a: &Item, b: &Item| a.centre[axis].total_cmp(&b.centre[axis]).then(a.triangle.cmp(&b.triangle));
-    let factor = BINS as f64 / extent[axis];
-    if depth >= MAX_HEURISTIC_DEPTH || !factor.is_finite() {
-        items.select_nth_unstable_by(half, by_centre);
-        return half;
-    }
-    let bin = |item: &Item| (((item.centre[axis] - centres.min[axis]) * factor) as usize).min(BINS - 1);
-    let cut = cheapest_cut(items, bin);
-    let first = partition(items, |item| bin(item) < cut);
-    if first == 0 || first == items.len() {
-        items.select_nth_unstable_by(half, by_centre);
-        return half;
-    }
-    first
-}
-
-/// The bin boundary with the smallest sum of surface times number of triangles on both sides.
-fn cheapest_cut(items: &[Item], bin: impl Fn(&Item) -> usize) -> usize {
-    let mut bins = [(Aabb::EMPTY, 0usize); BINS];
-    for item in items {
-        let (bounds, count) = &mut bins[bin(item)];
-        *bounds = bounds.join(item.bounds);
-        *count += 1;
-    }
-    let mut cost = [0.0; BINS];
-    let (mut bounds, mut count) = (Aabb::EMPTY, 0);
-    for k in 1..BINS {
-        bounds = bounds.join(bins[k - 1].0);
-        count += bins[k - 1].1;
-        cost[k] += bounds.half_surface() * count as f64;
-    }
-    let (mut bounds, mut count) = (Aabb::EMPTY, 0);
-    for k in (1..BINS).rev() {
-        bounds = bounds.join(bins[k].0);
-        count += bins[k].1;
-        cost[k] += bounds.half_surface() * count as f64;
-    }
-    (1..BINS).fold(1, |best, k| if cost[k] < cost[best] { k } else { best })
-}
-
-/// Moves the items that satisfy `first` to the front and counts them.
-fn partition(items: &mut [Item], first: impl Fn(&Item) -> bool) -> usize {
-    let mut end = 0;
-    for k in 0..items.len() {
-        if first(&items[k]) {
-            items.swap(k, end);
-            end += 1;
-        }
-    }
-    end
 }
