@@ -49,7 +49,7 @@ impl Model {
         let known = samples::names().iter().any(|(sample, _)| *sample == name);
         let mesh = if known { samples::sample(name)? } else { io::read(Path::new(name))?.mesh };
         let mesh = repair(&mesh)?.mesh;
-        let surface = Surface::new(device, &mesh, &UnitFrame::of(&mesh)?)?;
+        let surface = Surface::new(&mesh, &UnitFrame::of(&mesh)?);
         let records = TriangleRecords::new(device, &surface, None)?;
         let point = |v: &u32| surface.vertices[*v as usize].as_vec3().as_dvec3();
         let corners = surface.triangles.iter().map(|t| t.each_ref().map(point)).collect();

@@ -14,6 +14,7 @@ use anyhow::{Result, ensure};
 use glam::{DVec2, DVec3};
 use rtfmesh::Centroid;
 use rtfmesh::gpu::Buffer;
+use rtfmesh::sites::surface::SurfaceBuffers;
 use rtfmesh::stages::centroid::Centroids;
 use rtfmesh::stages::face::cell::{BOX_HALF, CellFaces, CellOptions};
 use rtfmesh::stages::face::planar::PlanarOptions;
@@ -72,7 +73,7 @@ fn knn(context: &Context) -> Result<Vec<Row>> {
 
 fn fit(context: &Context) -> Result<Vec<Row>> {
     let (n, k, it) = (context.len(), K_NORMAL as usize, &context.iteration);
-    let on = &context.model.surface.device;
+    let on = &SurfaceBuffers::new(context.device, &context.model.surface)?;
     let fit = PlaneFit::new(context.device, n, k as u32, None)?;
     let mut record = |recorder: &mut _, _| {
         fit.record(recorder, &it.sites, &it.lists.neighbours, &it.site_triangle, &on.normals)
@@ -106,7 +107,7 @@ fn cell(context: &Context) -> Result<Vec<Row>> {
     let search = Nearest::new(device, "bench.nearest", n, options.k, true, None)?;
     let fit = PlaneFit::new(device, n, K_NORMAL, None)?;
     let faces = CellFaces::new(device, n, &options)?;
-    let (found, on) = (&search.neighbours, &context.model.surface.device);
+    let (found, on) = (&search.neighbours, &SurfaceBuffers::new(context.device, &context.model.surface)?);
     let mut record = |recorder: &mut _, _| {
         tiles.record(recorder, &it.sites)?;
         search.record(recorder, &it.sites, &it.sites, &tiles)?;
@@ -194,7 +195,7 @@ fn nearest_vertices(context: &Context) -> Result<Vec<Row>> {
     let search = Nearest::new(device, "bench.near_vertices", n, k, false, None)?;
     let project = NearestVertices::new(device, n, k, None)?;
     let under = Buffer::<u32>::new(device, "bench.under", n)?;
-    let on = &surface.device;
+    let on = &SurfaceBuffers::new(device, surface)?;
     let mut record = |recorder: &mut _, _| {
         tiles.record(recorder, &on.vertices)?;
         search.record(recorder, targets, &on.vertices, &tiles)?;

@@ -9,11 +9,14 @@ use crate::options::{Face, Projection};
 use crate::options::{Method, Options, Sizing};
 use crate::{Error, Result, TriMesh};
 
-/// Device bytes for each vertex and triangle of the input: `sites/surface.rs` and, for the walk over it,
-/// `stages/records.rs` and `stages/project/bvh.rs`.
+/// Device bytes for each vertex and triangle of the input: `sites/surface.rs`, but not with the default
+/// pipeline, and, for the walk over it, `stages/records.rs` and `stages/project/bvh.rs`.
 const VERTEX_BYTES: u64 = 20;
 const TRIANGLE_BYTES: u64 = 44;
 const RECORD_BYTES: u64 = 84;
+/// Of these, those in the largest buffer.
+const LARGEST_OF_RECORD: u64 = 48;
+const LARGEST_OF_TRIANGLE: u64 = 16;
 /// Device bytes for each site besides its lists and vectors, such as those for sorting, and more on surfaces
 /// with curves; as measured.
 const SITE_BYTES: u64 = 75;
@@ -41,6 +44,20 @@ pub(crate) fn check_memory(device: &Device, input: &TriMesh, options: &Options) 
     if sites.saturating_mul(in_one) > limit {
         let problem = format!("but device '{name}' has {limit} in one buffer");
         return refuse("one list of all sites", sites.saturating_mul(in_one), problem, limit / in_one);
+    }
+    let DeviceInput { in_one, .. } = device_input(options);
+    let triangles = sizes_on_device(input, options)?[1];
+    if triangles.saturating_mul(in_one) > limit {
+        let most = limit.checked_div(in_one).unwrap_or(triangles);
+        return Err(Error::OutOfMemory {
+            what: format!("one list of all {triangles} triangles of the input"),
+            bytes: triangles.saturating_mul(in_one),
+            problem: format!("but device '{name}' has {limit} in one buffer"),
+            remedy: format!(
+                "simplify the input to {most} triangles first, or use a device with larger buffers"
+            ),
+            source: None,
+        });
     }
     // Curves are not known yet.
     let total = bytes_needed(input, options, false)?;
@@ -108,20 +125,39 @@ struct DeviceBytes {
 
 /// The estimate for an input with so many vertices and triangles.
 fn device_bytes([vertices, triangles]: [u64; 2], options: &Options, curves: bool) -> DeviceBytes {
-    let (records, more) = match options.method {
-        Method::CoarseToFine => (RECORD_BYTES, SITE_BYTES + if curves { PINNED_BYTES } else { 0 }),
-        Method::AllAtOnce => match (options.all_at_once.face, options.all_at_once.projection) {
-            // Three corners, candidates and a count.
-            (Face::Exact, _) if options.iterations > 0 => (3 * 16 + 15 * 4 + 4, 0),
-            (Face::Tangent | Face::Power, Projection::Walk | Projection::Exact) => (RECORD_BYTES, 0),
-            _ => (0, 0),
-        },
+    let more = match options.method {
+        Method::CoarseToFine => SITE_BYTES + if curves { PINNED_BYTES } else { 0 },
+        Method::AllAtOnce => 0,
     };
+    let DeviceInput { vertex, triangle, .. } = device_input(options);
     // With a size field: a slope for each triangle, a length for each site.
     let (slope, length) = if options.coarse_to_fine.sizing == Sizing::Uniform { (0, 0) } else { (16, 4) };
     let each = site_bytes(options).total;
-    let fixed = VERTEX_BYTES * vertices + (TRIANGLE_BYTES + records + slope) * triangles;
+    let fixed = vertex * vertices + (triangle + slope) * triangles;
     DeviceBytes { fixed, per_site: each + more + length }
+}
+
+/// Device bytes of the input.
+struct DeviceInput {
+    /// For each vertex.
+    vertex: u64,
+    /// For each triangle.
+    triangle: u64,
+    /// Of these, those in the largest buffer.
+    in_one: u64,
+}
+
+fn device_input(options: &Options) -> DeviceInput {
+    let walks = matches!(options.all_at_once.projection, Projection::Walk | Projection::Exact);
+    let (vertex, triangle, in_one) = match (options.method, options.all_at_once.face) {
+        (Method::CoarseToFine, _) => (0, RECORD_BYTES, LARGEST_OF_RECORD),
+        (Method::AllAtOnce, Face::Exact) if options.iterations == 0 => (0, 0, 0),
+        // Three corners, candidates and a count.
+        (Method::AllAtOnce, Face::Exact) => (0, 3 * 16 + 15 * 4 + 4, 3 * 16),
+        (Method::AllAtOnce, _) if walks => (VERTEX_BYTES, TRIANGLE_BYTES + RECORD_BYTES, LARGEST_OF_RECORD),
+        (Method::AllAtOnce, _) => (VERTEX_BYTES, TRIANGLE_BYTES, LARGEST_OF_TRIANGLE),
+    };
+    DeviceInput { vertex, triangle, in_one }
 }
 
 /// Device bytes of a site, without those that [`device_bytes`] adds for single methods.

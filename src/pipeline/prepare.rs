@@ -82,8 +82,7 @@ impl Prepared {
             (mesh, topology)
         });
         let on = large.as_ref().map(|(mesh, _)| mesh).or(subdivided.as_ref()).unwrap_or(&repaired.mesh);
-        let (input, surface) = rayon::join(|| topology(&repaired.mesh), || Surface::new(device, on, &frame));
-        let surface = surface?;
+        let (input, surface) = rayon::join(|| topology(&repaired.mesh), || Surface::new(on, &frame));
         progress.poll()?;
         let model = match options.method {
             Method::CoarseToFine => {

@@ -38,41 +38,45 @@ pub fn connect(sites: &[DVec3], fans: &Fans) -> (Vec<[u32; 3]>, ConnectCounts) {
         one_sided_edges: fans.neighbours.len() - symmetric.neighbours.len(),
         ..Default::default()
     };
-    let mut edges: HashSet<(u32, u32)> = (0..symmetric.len() as u32)
-        .flat_map(|i| symmetric.of(i as usize).iter().map(move |&j| (i, j)))
-        .filter(|(i, j)| i < j)
-        .map(|(i, j)| edge_key(symmetric.site(i), symmetric.site(j)))
-        .collect();
+    // Needed for few surfaces only.
+    let mut edges: Option<HashSet<(u32, u32)>> = None;
     let mut triangles = Vec::with_capacity(2 * sites.len());
-    for face in trace(&symmetric) {
-        match face.as_slice() {
-            &[a, b, c] if a != b && b != c && c != a => triangles.push([a, b, c]),
-            // Two corners: the two sides of an edge without triangles.
-            [_, _] => {}
-            _ => {
-                counts.split_faces += usize::from(face.len() > 3);
-                match split(&face, sites, &mut edges) {
-                    Some(parts) => triangles.extend(parts),
-                    None => counts.unfilled_faces += 1,
-                }
+    trace(&symmetric, |face| match face {
+        &[a, b, c] if a != b && b != c && c != a => triangles.push([a, b, c]),
+        // Two corners: the two sides of an edge without triangles.
+        [_, _] => {}
+        _ => {
+            counts.split_faces += usize::from(face.len() > 3);
+            match split(face, sites, edges.get_or_insert_with(|| edges_of(&symmetric))) {
+                Some(parts) => triangles.extend(parts),
+                None => counts.unfilled_faces += 1,
             }
         }
-    }
+    });
     let mut used = vec![false; sites.len()];
     triangles.iter().flatten().for_each(|v| used[*v as usize] = true);
     counts.unconnected_sites = used.iter().filter(|u| !**u).count();
     (triangles, counts)
 }
 
-/// All faces of the rotation system, each as its cycle of sites, in the order of their first directed edge.
-/// There are none beyond curves.
-fn trace(fans: &Fans) -> Vec<Vec<u32>> {
+/// All edges between sites.
+fn edges_of(fans: &Fans) -> HashSet<(u32, u32)> {
+    (0..fans.len() as u32)
+        .flat_map(|i| fans.of(i as usize).iter().map(move |&j| (i, j)))
+        .filter(|(i, j)| i < j)
+        .map(|(i, j)| edge_key(fans.site(i), fans.site(j)))
+        .collect()
+}
+
+/// Calls `visit` with each face of the rotation system, as its cycle of sites, in the order of their first
+/// directed edge. There are none beyond curves.
+fn trace(fans: &Fans, mut visit: impl FnMut(&[u32])) {
     let mut traced = vec![false; fans.neighbours.len()];
-    let mut faces = Vec::new();
+    let mut face = Vec::new();
     for i in 0..fans.len() {
         for slot in fans.start[i]..fans.start[i + 1] {
             let (mut from, mut slot) = (i as u32, slot as usize);
-            let mut face = Vec::new();
+            face.clear();
             let mut outside = false;
             while !std::mem::replace(&mut traced[slot], true) {
                 face.push(fans.site(from));
@@ -82,11 +86,10 @@ fn trace(fans: &Fans) -> Vec<Vec<u32>> {
                 from = to;
             }
             if !face.is_empty() && !outside {
-                faces.push(face);
+                visit(&face);
             }
         }
     }
-    faces
 }
 
 /// The slot by which a face leaves `at` after arriving from `from`.

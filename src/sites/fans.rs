@@ -1,7 +1,6 @@
 //! Fans: the neighbours of every site in cyclic order.
 
 use glam::Vec2;
-use std::collections::HashSet;
 
 /// Counter-clockwise neighbours of every site, or of every sector of sites on curves.
 #[derive(Debug, Clone, Default, PartialEq, Eq)]
@@ -69,15 +68,20 @@ impl Fans {
     /// bounding box of an unbounded face, are dropped too.
     pub(crate) fn symmetric(&self) -> Self {
         let lists = |i: u32, j: u32| (j as usize) < self.len() && i != j && self.of(j as usize).contains(&i);
-        let symmetric = (0..self.len()).map(|i| {
-            let mut neighbours: Vec<u32> =
-                self.of(i).iter().copied().filter(|&j| lists(i as u32, j)).collect();
-            // A neighbour that bounds two stretches of a degenerate face counts once.
-            let mut seen = HashSet::new();
-            neighbours.retain(|j| seen.insert(*j));
-            neighbours
-        });
-        Self::of_sectors(symmetric, self.sites.clone(), self.open.clone())
+        let mut start = Vec::with_capacity(self.start.len());
+        let mut neighbours: Vec<u32> = Vec::with_capacity(self.neighbours.len());
+        start.push(0);
+        for i in 0..self.len() {
+            let begin = neighbours.len();
+            for &j in self.of(i) {
+                // A neighbour that bounds two stretches of a degenerate face counts once.
+                if lists(i as u32, j) && !neighbours[begin..].contains(&j) {
+                    neighbours.push(j);
+                }
+            }
+            start.push(neighbours.len() as u32);
+        }
+        Self { start, neighbours, sites: self.sites.clone(), open: self.open.clone() }
     }
 }
 

@@ -1,4 +1,4 @@
-//! The input on the device: the surface that sites live on.
+//! The surface that sites live on, on host and device.
 
 use super::morton::morton_order;
 use crate::gpu::{Buffer, Device};
@@ -7,8 +7,9 @@ use crate::mesh::triangle::doubled_normal;
 use crate::mesh::unit_frame::UnitFrame;
 use crate::{Result, TriMesh};
 use glam::{DVec3, UVec4, Vec4};
+use rayon::prelude::*;
 
-/// A clean triangle mesh in the unit-diagonal frame, on host and device.
+/// A clean triangle mesh in the unit-diagonal frame.
 pub struct Surface {
     /// Vertices in Morton order.
     pub vertices: Vec<DVec3>,
@@ -18,11 +19,10 @@ pub struct Surface {
     pub normals: Vec<DVec3>,
     /// Areas of the triangles.
     pub areas: Vec<f64>,
-    /// The same as device buffers.
-    pub device: SurfaceBuffers,
 }
 
-/// The surface as the kernels see it.
+/// A [`Surface`] as the kernels of other pipelines than the default one see it, which has
+/// [`crate::stages::records`].
 pub struct SurfaceBuffers {
     /// Positions, w = 0.
     pub vertices: Buffer<Vec4>,
@@ -42,26 +42,23 @@ impl Surface {
         TriMesh { vertices: self.vertices.clone(), triangles: self.triangles.clone() }
     }
 
-    /// Moves a repaired mesh into `frame` and uploads it.
-    ///
-    /// # Errors
-    /// [`crate::Error::OutOfMemory`] if it does not fit.
-    pub fn new(device: &Device, mesh: &TriMesh, frame: &UnitFrame) -> Result<Self> {
-        let unit: Vec<DVec3> = mesh.vertices.iter().map(|p| frame.to_unit(*p)).collect();
+    /// Moves a repaired mesh into `frame`.
+    pub fn new(mesh: &TriMesh, frame: &UnitFrame) -> Self {
+        let unit: Vec<DVec3> = mesh.vertices.par_iter().map(|p| frame.to_unit(*p)).collect();
         let order = morton_order(&unit);
         let mut new_index = vec![0; unit.len()];
         for (new, old) in order.iter().enumerate() {
             new_index[*old as usize] = new as u32;
         }
-        let vertices: Vec<DVec3> = order.iter().map(|i| unit[*i as usize]).collect();
+        let vertices: Vec<DVec3> = order.par_iter().map(|i| unit[*i as usize]).collect();
         let triangles: Vec<[u32; 3]> =
-            mesh.triangles.iter().map(|t| t.map(|v| new_index[v as usize])).collect();
-        let crosses: Vec<DVec3> =
-            triangles.iter().map(|t| doubled_normal(t.map(|v| vertices[v as usize]))).collect();
-        let normals: Vec<DVec3> = crosses.iter().map(|n| n.normalize_or_zero()).collect();
-        let areas = crosses.iter().map(|n| 0.5 * n.length()).collect();
-        let buffers = SurfaceBuffers::upload(device, &vertices, &triangles, &normals)?;
-        Ok(Self { vertices, triangles, normals, areas, device: buffers })
+            mesh.triangles.par_iter().map(|t| t.map(|v| new_index[v as usize])).collect();
+        let (normals, areas) = triangles
+            .par_iter()
+            .map(|t| doubled_normal(t.map(|v| vertices[v as usize])))
+            .map(|doubled| (doubled.normalize_or_zero(), 0.5 * doubled.length()))
+            .unzip();
+        Self { vertices, triangles, normals, areas }
     }
 
     /// Total area in the unit-diagonal frame.
@@ -71,12 +68,12 @@ impl Surface {
 }
 
 impl SurfaceBuffers {
-    fn upload(
-        device: &Device,
-        vertices: &[DVec3],
-        triangles: &[[u32; 3]],
-        normals: &[DVec3],
-    ) -> Result<Self> {
+    /// Uploads a surface.
+    ///
+    /// # Errors
+    /// [`crate::Error::OutOfMemory`] if it does not fit.
+    pub fn new(device: &Device, surface: &Surface) -> Result<Self> {
+        let Surface { vertices, triangles, normals, .. } = surface;
         let vec4 = |list: &[DVec3]| list.iter().map(|p| p.as_vec3().extend(0.0)).collect::<Vec<_>>();
         let star = triangles_around(vertices.len(), triangles);
         let indices: Vec<_> = triangles.iter().map(|t| UVec4::new(t[0], t[1], t[2], 0)).collect();

@@ -1,6 +1,7 @@
 //! Device memory: the estimate, refusal before anything is allocated, and limits that hold.
 
 use crate::support::place::Place;
+use crate::support::shapes::plane;
 use rtfmesh::gpu::Buffer;
 use rtfmesh::mesh::samples::sample;
 use rtfmesh::{
@@ -70,6 +71,17 @@ fn what_does_not_fit_is_refused_before_it_begins() {
     assert!(begins(advised) && !begins(advised + 1), "{remedy}");
     let error = remesh(&limited(1000), &input, &options(100)).unwrap_err().to_string();
     assert!(error.contains("simplify the input"), "{error}");
+}
+
+#[test]
+fn an_input_with_too_many_triangles_is_refused_with_the_number_that_fits() {
+    let device = Device::open(&DeviceOptions::from_env().least_limits(true)).unwrap();
+    let input = plane(1200, 0.0);
+    let error = remesh(&device, &input, &options(1000)).unwrap_err();
+    let Error::OutOfMemory { what, problem, remedy, .. } = &error else { panic!("{error:?}") };
+    assert!(what.contains("2880000 triangles") && problem.contains("134217728"), "{error}");
+    assert!(remedy.contains("to 2796202 triangles"), "{error}");
+    assert!(device.peak_bytes() < 1000, "something was allocated");
 }
 
 #[test]

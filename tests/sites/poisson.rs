@@ -1,6 +1,5 @@
 //! Poisson-disk points: far enough apart, and without gaps.
 
-use crate::support::device;
 use glam::DVec3;
 use rtfmesh::mesh::samples::sample;
 use rtfmesh::mesh::unit_frame::UnitFrame;
@@ -10,7 +9,7 @@ use rtfmesh::{Error, ProgressToken, TriMesh};
 use std::time::{Duration, Instant};
 
 fn on(mesh: &TriMesh) -> Surface {
-    Surface::new(device(), mesh, &UnitFrame::of(mesh).unwrap()).unwrap()
+    Surface::new(mesh, &UnitFrame::of(mesh).unwrap())
 }
 
 fn scattered(surface: &Surface, count: usize, seed: u64) -> Disks {

@@ -32,7 +32,7 @@ struct Found {
 
 impl Model {
     fn new(mesh: &TriMesh, sites: usize) -> Self {
-        let surface = Surface::new(device(), mesh, &UnitFrame::of(mesh).unwrap()).unwrap();
+        let surface = Surface::new(mesh, &UnitFrame::of(mesh).unwrap());
         let corners = surface.triangles.iter().map(|t| t.map(|v| surface.vertices[v as usize])).collect();
         let spacing = (2.0 * surface.area() / (3f64.sqrt() * sites.max(1) as f64)).sqrt();
         Self { surface, corners, spacing }

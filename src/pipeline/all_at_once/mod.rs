@@ -67,7 +67,7 @@ impl AllAtOnce<'_> {
             let run = PlaneFacesRun::new(device, options, surface, &seeds, spacing)?;
             clock.phase("compile");
             begin(progress)?;
-            let steps = run.iterate(device, surface, options, progress)?;
+            let steps = run.iterate(device, options, progress)?;
             clock.phase("iterate");
             Outcome { steps, ..run.connect(device, surface, input, progress)? }
         } else if options.iterations > 0 {

@@ -7,7 +7,7 @@ use crate::mesh::spacing;
 use crate::options::Options;
 use crate::options::{Normals, Projection};
 use crate::sites::on_surface::SitesOnSurface;
-use crate::sites::surface::Surface;
+use crate::sites::surface::{Surface, SurfaceBuffers};
 use crate::stages::neighbours::knn::{Nearest, TileBounds};
 use crate::stages::normals::PlaneFit;
 use crate::stages::project::best_fit::BestFit;
@@ -24,6 +24,7 @@ use rayon::prelude::*;
 pub(crate) struct SiteProjection {
     planes: Planes,
     site_triangle: Buffer<u32>,
+    surface: SurfaceBuffers,
 }
 
 /// The source of tangent planes, and the target of the projection.
@@ -66,12 +67,17 @@ impl NearVertices {
     }
 
     /// Records the work that is done once for the surface.
-    fn begin(&self, recorder: &mut Recorder, surface: &Surface) -> Result<()> {
-        self.tiles.record(recorder, &surface.device.vertices)
+    fn begin(&self, recorder: &mut Recorder, surface: &SurfaceBuffers) -> Result<()> {
+        self.tiles.record(recorder, &surface.vertices)
     }
 
-    fn record(&self, recorder: &mut Recorder, targets: &Buffer<Vec4>, surface: &Surface) -> Result<()> {
-        self.nearest.record(recorder, targets, &surface.device.vertices, &self.tiles)
+    fn record(
+        &self,
+        recorder: &mut Recorder,
+        targets: &Buffer<Vec4>,
+        surface: &SurfaceBuffers,
+    ) -> Result<()> {
+        self.nearest.record(recorder, targets, &surface.vertices, &self.tiles)
     }
 }
 
@@ -128,7 +134,7 @@ impl Onto {
     }
 
     /// Records the work that is done once for the surface.
-    fn begin(&self, recorder: &mut Recorder, surface: &Surface) -> Result<()> {
+    fn begin(&self, recorder: &mut Recorder, surface: &SurfaceBuffers) -> Result<()> {
         match self {
             Self::Vertices(near, _) => near.begin(recorder, surface),
             Self::Triangles(triangles) => triangles.begin(recorder),
@@ -138,20 +144,14 @@ impl Onto {
     fn record(
         &self,
         recorder: &mut Recorder,
-        surface: &Surface,
+        surface: &SurfaceBuffers,
         targets: &Buffer<Vec4>,
         site_triangles: &Buffer<u32>,
     ) -> Result<&Buffer<Vec4>> {
         match self {
             Self::Vertices(near, project) => {
                 near.record(recorder, targets, surface)?;
-                project.record(
-                    recorder,
-                    targets,
-                    &near.nearest.neighbours,
-                    &surface.device,
-                    site_triangles,
-                )?;
+                project.record(recorder, targets, &near.nearest.neighbours, surface, site_triangles)?;
                 Ok(&project.projected)
             }
             Self::Triangles(triangles) => {
@@ -191,7 +191,7 @@ impl SiteProjection {
             }
         };
         let site_triangle = Buffer::from_slice(device, "rtf.site_triangle", &seeds.triangles)?;
-        Ok(Self { planes, site_triangle })
+        Ok(Self { planes, site_triangle, surface: SurfaceBuffers::new(device, surface)? })
     }
 
     /// The work that is done once: searches get their boxes, and `sites` their first planes if those come
@@ -199,15 +199,15 @@ impl SiteProjection {
     ///
     /// # Errors
     /// Those of the device.
-    pub fn begin(&self, device: &Device, surface: &Surface, sites: &Buffer<Vec4>) -> Result<()> {
+    pub fn begin(&self, device: &Device, sites: &Buffer<Vec4>) -> Result<()> {
         let mut recorder = device.recorder()?;
         match &self.planes {
-            Planes::Sites(_, onto) => onto.begin(&mut recorder, surface)?,
+            Planes::Sites(_, onto) => onto.begin(&mut recorder, &self.surface)?,
             Planes::Surface(triangles, _) => triangles.begin(&mut recorder)?,
             Planes::Cloud(near, _, onto) => {
-                near.begin(&mut recorder, surface)?;
+                near.begin(&mut recorder, &self.surface)?;
                 if let Some(onto) = onto {
-                    onto.begin(&mut recorder, surface)?;
+                    onto.begin(&mut recorder, &self.surface)?;
                 }
             }
         }
@@ -215,7 +215,7 @@ impl SiteProjection {
             recorder.submit()?;
             return Ok(());
         }
-        let projected = self.record(&mut recorder, surface, sites)?;
+        let projected = self.record(&mut recorder, sites)?;
         recorder.submit()?;
         if let Planes::Cloud(_, _, None) = self.planes {
             let pulled: Vec<Vec4> =
@@ -229,14 +229,9 @@ impl SiteProjection {
 
     /// Records the projection of `targets` onto the surface, with the planes that come with it; returns the
     /// projected points.
-    pub fn record(
-        &self,
-        recorder: &mut Recorder,
-        surface: &Surface,
-        targets: &Buffer<Vec4>,
-    ) -> Result<&Buffer<Vec4>> {
-        let site_triangles = &self.site_triangle;
-        match &self.planes {
+    pub fn record(&self, recorder: &mut Recorder, targets: &Buffer<Vec4>) -> Result<&Buffer<Vec4>> {
+        let Self { planes, site_triangle: site_triangles, surface } = self;
+        match planes {
             Planes::Sites(_, onto) => onto.record(recorder, surface, targets, site_triangles),
             Planes::Surface(triangles, _) => {
                 triangles.record(recorder, targets, site_triangles)?;
@@ -244,7 +239,7 @@ impl SiteProjection {
             }
             Planes::Cloud(near, planes, onto) => {
                 near.record(recorder, targets, surface)?;
-                planes.record(recorder, targets, &near.nearest.neighbours, &surface.device)?;
+                planes.record(recorder, targets, &near.nearest.neighbours, surface)?;
                 match onto {
                     None => Ok(&planes.projected),
                     Some(onto) => onto.record(recorder, surface, targets, site_triangles),
@@ -257,13 +252,12 @@ impl SiteProjection {
     pub fn record_planes(
         &self,
         recorder: &mut Recorder,
-        surface: &Surface,
         sites: &Buffer<Vec4>,
         near: &Buffer<u32>,
     ) -> Result<()> {
         match &self.planes {
             Planes::Sites(fit, _) => {
-                fit.record(recorder, sites, near, &self.site_triangle, &surface.device.normals)
+                fit.record(recorder, sites, near, &self.site_triangle, &self.surface.normals)
             }
             Planes::Surface(_, flags) => recorder.fill(flags, 0),
             Planes::Cloud(..) => Ok(()),

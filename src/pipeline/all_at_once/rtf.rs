@@ -107,13 +107,12 @@ impl PlaneFacesRun {
     pub fn iterate(
         &self,
         device: &Device,
-        surface: &Surface,
         options: &Options,
         progress: &mut ProgressReporter,
     ) -> Result<Vec<f64>> {
         let mut pace = Pace::new(options.vertices, ITERATIONS_PER_SUBMISSION);
         let mut steps = Vec::new();
-        self.projection.begin(device, surface, &self.sites)?;
+        self.projection.begin(device, &self.sites)?;
         while (steps.len() as u32) < options.iterations {
             let begin = steps.len() as u32;
             let check = (begin / ITERATIONS_PER_SUBMISSION + 1) * ITERATIONS_PER_SUBMISSION;
@@ -121,7 +120,7 @@ impl PlaneFacesRun {
             pace.begin();
             let mut recorder = device.recorder()?;
             for iteration in begin..end {
-                self.record_iteration(&mut recorder, surface, iteration)?;
+                self.record_iteration(&mut recorder, iteration)?;
             }
             let history = recorder.download(&self.step.history)?;
             let history: Vec<Vec2> = recorder.submit()?.read(&history)?;
@@ -139,19 +138,19 @@ impl PlaneFacesRun {
     }
 
     /// Neighbours → normals → face → centroid → project → step.
-    fn record_iteration(&self, recorder: &mut Recorder, surface: &Surface, iteration: u32) -> Result<()> {
-        self.record_faces(recorder, surface)?;
+    fn record_iteration(&self, recorder: &mut Recorder, iteration: u32) -> Result<()> {
+        self.record_faces(recorder)?;
         self.centroids.record(recorder, &self.sites, self.projection.normals(), &self.faces)?;
-        let projected = self.projection.record(recorder, surface, &self.centroids.targets)?;
+        let projected = self.projection.record(recorder, &self.centroids.targets)?;
         self.step.record(recorder, projected, &self.sites, iteration)
     }
 
     /// Neighbours → normals → face.
-    fn record_faces(&self, recorder: &mut Recorder, surface: &Surface) -> Result<()> {
+    fn record_faces(&self, recorder: &mut Recorder) -> Result<()> {
         self.site_tiles.record(recorder, &self.sites)?;
         self.near_sites.record(recorder, &self.sites, &self.site_tiles)?;
         let neighbours = self.near_sites.neighbours();
-        self.projection.record_planes(recorder, surface, &self.sites, neighbours)?;
+        self.projection.record_planes(recorder, &self.sites, neighbours)?;
         let (normals, flags) = (self.projection.normals(), self.projection.flags());
         self.faces.record(recorder, &self.sites, normals, neighbours, &self.site_tiles, flags)
     }
@@ -213,7 +212,7 @@ impl PlaneFacesRun {
     /// The faces of the sites as they are now.
     fn faces(&self, device: &Device, surface: &Surface) -> Result<SiteFaces> {
         let mut recorder = device.recorder()?;
-        self.record_faces(&mut recorder, surface)?;
+        self.record_faces(&mut recorder)?;
         let positions = recorder.download(&self.sites)?;
         let counts = recorder.download(&self.faces.corner_count)?;
         let corners = recorder.download(&self.faces.corners)?;

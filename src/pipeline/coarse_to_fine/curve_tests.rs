@@ -21,7 +21,7 @@ use crate::{Flow, Options, TriMesh};
 fn relaxed(mesh: &TriMesh, count: usize) -> Vec<f64> {
     let device = Device::open(&DeviceOptions { validation: true, ..DeviceOptions::from_env() }).unwrap();
     let frame = UnitFrame::of(mesh).unwrap();
-    let surface = Surface::new(&device, mesh, &frame).unwrap();
+    let surface = Surface::new(mesh, &frame);
     let spacing = crate::mesh::spacing(surface.area(), count);
     let sized = |_: Option<&_>| Ok(SizeField::default());
     let progress = ProgressToken::default();

@@ -7,7 +7,7 @@ use glam::{DVec3, Vec4};
 use rtfmesh::gpu::Buffer;
 use rtfmesh::mesh::samples::sample;
 use rtfmesh::mesh::unit_frame::UnitFrame;
-use rtfmesh::sites::surface::Surface;
+use rtfmesh::sites::surface::{Surface, SurfaceBuffers};
 use rtfmesh::stages::project::best_fit::{BestFit, vertex_normals};
 
 /// Short enough that it matters for some sites of a cloud.
@@ -24,14 +24,15 @@ fn sites_are_pulled_to_the_planes_of_their_vertices() {
         ("torus", 3, 0, 64),
     ] {
         let mesh = sample(name).unwrap();
-        let surface = Surface::new(device, &mesh, &UnitFrame::of(&mesh).unwrap()).unwrap();
+        let surface = Surface::new(&mesh, &UnitFrame::of(&mesh).unwrap());
         let (targets, vertices) = (rounded(&cloud(count, 0.5, 9)), rounded(&surface.vertices));
         let near = nearest(&targets, &vertices, k, false);
         let neighbours = Buffer::from_slice(device, "test.neighbours", &slots(&near, k)).unwrap();
         let fit = BestFit::new(device, &surface, count, (k as u32, LONGEST), Some(workgroup)).unwrap();
         let mut recorder = device.recorder().unwrap();
         let buffer = upload("test.targets", &targets);
-        fit.record(&mut recorder, &buffer, &neighbours, &surface.device).unwrap();
+        fit.record(&mut recorder, &buffer, &neighbours, &SurfaceBuffers::new(device, &surface).unwrap())
+            .unwrap();
         recorder.submit().unwrap();
         assert_valid(device);
         let (projected, normals): (Vec<Vec4>, Vec<Vec4>) =

@@ -34,7 +34,7 @@ pub struct Landed {
 
 impl Model {
     pub fn new(mesh: &TriMesh) -> Self {
-        let surface = Surface::new(device(), mesh, &UnitFrame::of(mesh).unwrap()).unwrap();
+        let surface = Surface::new(mesh, &UnitFrame::of(mesh).unwrap());
         let records = TriangleRecords::new(device(), &surface, None).unwrap();
         let vertices = rounded(&surface.vertices);
         let corners = surface.triangles.iter().map(|t| t.map(|v| vertices[v as usize])).collect();

@@ -8,12 +8,12 @@ use rtfmesh::TriMesh;
 use rtfmesh::gpu::Buffer;
 use rtfmesh::mesh::samples::sample;
 use rtfmesh::mesh::unit_frame::UnitFrame;
-use rtfmesh::sites::surface::Surface;
+use rtfmesh::sites::surface::{Surface, SurfaceBuffers};
 use rtfmesh::stages::project::nearest_vertices::NearestVertices;
 
 fn assert_projected(mesh: &TriMesh, targets: &[DVec3], k: u32, workgroup: u32) {
     let device = device();
-    let surface = Surface::new(device, mesh, &UnitFrame::of(mesh).unwrap()).unwrap();
+    let surface = Surface::new(mesh, &UnitFrame::of(mesh).unwrap());
     let (targets, vertices) = (rounded(targets), rounded(&surface.vertices));
     let near = nearest(&targets, &vertices, k as usize, false);
     let neighbours = slots(&near, k as usize);
@@ -22,7 +22,9 @@ fn assert_projected(mesh: &TriMesh, targets: &[DVec3], k: u32, workgroup: u32) {
     let mut recorder = device.recorder().unwrap();
     let buffer = upload("test.targets", &targets);
     let neighbours = Buffer::from_slice(device, "test.neighbours", &neighbours).unwrap();
-    project.record(&mut recorder, &buffer, &neighbours, &surface.device, &under).unwrap();
+    project
+        .record(&mut recorder, &buffer, &neighbours, &SurfaceBuffers::new(device, &surface).unwrap(), &under)
+        .unwrap();
     recorder.submit().unwrap();
     assert_valid(device);
     let under = under.to_vec(device).unwrap();

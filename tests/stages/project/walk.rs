@@ -51,7 +51,7 @@ fn normals_do_not_vanish_where_the_mesh_folds() {
 #[test]
 fn walks_end_in_their_patch_with_its_normal() {
     let mesh = sample("box").unwrap();
-    let surface = Surface::new(device(), &mesh, &UnitFrame::of(&mesh).unwrap()).unwrap();
+    let surface = Surface::new(&mesh, &UnitFrame::of(&mesh).unwrap());
     let found = find_features(&mesh, &FeatureOptions::new(0.1)).unwrap();
     // The features' vertices are the mesh's, which the surface has in another order.
     let mut place = vec![0; mesh.vertices.len()];
