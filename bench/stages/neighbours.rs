@@ -42,7 +42,7 @@ fn refresh(context: &Context) -> Result<Vec<Row>> {
     let told = f32::from_bits(status[1]);
     ensure!((told - rho).abs() <= 1e-5 * rho, "rho is {told} instead of {rho}");
     ensure!(status[2] == builds, "the lists were built again");
-    let works = [Work::new("neighbours.moved", 44 * n), Work::new("neighbours.decide", 0)];
+    let works = [Work::new("neighbours.moved", 48 * n), Work::new("neighbours.decide", 0)];
     let rows = context.time(&works, &mut |recorder, _| lists.record_refresh(recorder, &buffer, 0.5))?;
     // The sites did not move, so the lists must not say that they did.
     context.submit(&mut |recorder, _| lists.record_build(recorder, &context.iteration.sites), 0)?;
@@ -69,7 +69,7 @@ fn build(context: &Context) -> Result<Vec<Row>> {
         |below: usize| std::iter::successors(Some(below.div_ceil(8)), |b| (*b > 8).then(|| b.div_ceil(8)));
     let bytes = 32 * boxes(n).sum::<usize>();
     let level_bytes = 16 * n + bytes + (bytes - 32 * n.div_ceil(8));
-    let list_bytes = 16 * n + bytes + n * (4 * k + 8 + 16 + 4);
+    let list_bytes = 16 * n + bytes + n * (4 * k + 8 + 16 + 8);
     let works = [Work::new("neighbours.box_levels", level_bytes), Work::new("neighbours.lists", list_bytes)];
     context.time(&works, &mut |recorder, _| lists.record_build(recorder, sites))
 }

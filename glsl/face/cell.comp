@@ -229,12 +229,14 @@ float write_face(uint site, vec3 u, vec3 v, vec3 n) {
     if (edges > MAX_CORNERS) trouble |= FLAG_CORNERS;
     if (trouble != 0u) return -1.0;
     float radius_sq = 0.0;
+    bool parallel = false;
     uint at = entry;
     for (uint e = 0u; e < edges; ++e) {
         uint to = link(at);
         vec3 a3 = plane_vector(at), b3 = plane_vector(to);
         vec2 a = vec2(dot(a3, u), dot(a3, v)), b = vec2(dot(b3, u), dot(b3, v));
         float det = a.x * b.y - a.y * b.x;
+        parallel = parallel || abs(det) < 1e-30;
         vec2 x = 0.5 * (dot(a3, a3) * vec2(b.y, -b.x) + dot(b3, b3) * vec2(-a.y, a.x)) / det;
         radius_sq = max(radius_sq, dot(x, x));
         uint behind = planes[at * WORKGROUP + lane].w;
@@ -244,7 +246,7 @@ float write_face(uint site, vec3 u, vec3 v, vec3 n) {
         at = to;
     }
     // Parallel planes, which a cell should never bring together, give no corner.
-    if (isnan(radius_sq) || isinf(radius_sq)) {
+    if (parallel || radius_sq > 1e30) {
         trouble |= FLAG_OPEN;
         return -1.0;
     }

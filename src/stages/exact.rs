@@ -182,7 +182,9 @@ impl ExactCells {
         let by_list = listed::Constants { k, ..Default::default() };
         let pieces = pieces.unwrap_or(by_list.pieces);
         let group = |own: u32| workgroup.unwrap_or(own);
-        let by_walk = walked::Constants::default();
+        let mut by_walk = walked::Constants::default();
+        // Smaller workgroups than a subgroup would leave lanes idle.
+        by_walk.workgroup = by_walk.workgroup.max(device.info().limits.subgroup_size);
         let count = triangles.len();
         let slots = pieces as usize + 1;
         let mut candidates = vec![NONE; count * (slots + 2)];

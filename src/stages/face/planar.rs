@@ -56,6 +56,17 @@ impl PlanarOptions {
         let slots = planar_exact::Constants::default().slots;
         Self { k, iterations, slots, workgroup: None }
     }
+
+    /// For a kernel of few invocations: where its `own` are less than a subgroup, lanes would be idle.
+    fn workgroup_of(&self, device: &Device, own: u32) -> u32 {
+        self.workgroup.unwrap_or(own.max(device.info().limits.subgroup_size))
+    }
+
+    fn exact(&self, device: &Device) -> planar_exact::Constants {
+        let own = planar_exact::Constants::default();
+        let workgroup = self.workgroup_of(device, own.workgroup);
+        planar_exact::Constants { workgroup, slots: self.slots, ..own }
+    }
 }
 
 /// So many sites or fewer have a thread each for faces that the lists do not decide.
@@ -141,17 +152,15 @@ impl PlanarFaces {
         let PlanarOptions { k, iterations, slots, workgroup } = *options;
         let mut near = planar::Constants { k: NEAR.min(k), ..Default::default() };
         let mut rest = planar_rest::Constants { k, slots, ..Default::default() };
-        let mut exact = planar_exact::Constants { slots, ..Default::default() };
         near.workgroup = workgroup.unwrap_or(near.workgroup);
-        rest.workgroup = workgroup.unwrap_or(rest.workgroup);
-        exact.workgroup = workgroup.unwrap_or(exact.workgroup);
+        rest.workgroup = options.workgroup_of(device, rest.workgroup);
         let words = 3 * iterations as usize + 4 * sites;
         // The first time they are compiled, which takes a while.
         let (near, rest) = rayon::join(|| Pipeline::new(device, near), || Pipeline::new(device, rest));
         Ok(Self {
             near: near?,
             rest: rest?,
-            exact,
+            exact: options.exact(device),
             device: device.clone(),
             targets: Buffer::new(device, "default.face.targets", sites)?,
             centroids: Buffer::zeros(device, "default.face.centroids", sites)?,
@@ -166,7 +175,8 @@ impl PlanarFaces {
     /// # Errors
     /// [`crate::Error::Device`].
     pub fn compile_exact(device: &Device) -> Result<()> {
-        Pipeline::<planar_exact::Shader>::new(device, planar_exact::Constants::default()).map(drop)
+        let options = PlanarOptions::new(1, 1);
+        Pipeline::<planar_exact::Shader>::new(device, options.exact(device)).map(drop)
     }
 
     /// Records all rounds of one iteration.
