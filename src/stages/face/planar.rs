@@ -63,9 +63,8 @@ impl PlanarOptions {
     }
 
     fn exact(&self, device: &Device) -> planar_exact::Constants {
-        let own = planar_exact::Constants::default();
-        let workgroup = self.workgroup_of(device, own.workgroup);
-        planar_exact::Constants { workgroup, slots: self.slots, ..own }
+        let own = planar_exact::Constants::default().workgroup;
+        planar_exact::Constants { workgroup: self.workgroup_of(device, own), slots: self.slots }
     }
 }
 
