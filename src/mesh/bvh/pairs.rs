@@ -30,41 +30,51 @@ impl Bvh {
             }
             return Ok(());
         }
-        let (left, right) = (subtree.start + 1, subtree.start + node.start_or_skip as usize);
-        if subtree.len() < PARALLEL_SIZE {
-            self.within(left..right, progress, visit)?;
-            self.within(right..subtree.end, progress, visit)?;
-        } else {
-            progress.poll()?;
-            let (one, other) = rayon::join(
-                || self.within(left..right, progress, visit),
-                || self.within(right..subtree.end, progress, visit),
-            );
-            one.and(other)?;
-        }
-        self.between(left, right, visit);
-        Ok(())
+        let [left, right] = self.children(&subtree);
+        both(
+            subtree.len(),
+            progress,
+            || self.within(left.clone(), progress, visit),
+            || self.within(right.clone(), progress, visit),
+        )?;
+        self.between(left.clone(), right.clone(), progress, visit)
     }
 
-    /// The pairs of a triangle below one node and one below another.
-    fn between(&self, one: usize, other: usize, visit: &(impl Fn(u32, u32) + Sync)) {
-        let (first, second) = (&self.nodes[one], &self.nodes[other]);
+    /// The pairs of a triangle of one subtree and one of another.
+    fn between(
+        &self,
+        one: Range<usize>,
+        other: Range<usize>,
+        progress: &ProgressToken,
+        visit: &(impl Fn(u32, u32) + Sync),
+    ) -> Result<()> {
+        let (first, second) = (&self.nodes[one.start], &self.nodes[other.start]);
         if !first.bounds.overlaps(&second.bounds) {
-            return;
+            return Ok(());
         }
+        if first.count > 0 && second.count > 0 {
+            for rank in self.ranks(one.start) {
+                self.ranks(other.start).for_each(|beside| self.offer(rank, beside, visit));
+            }
+            return Ok(());
+        }
+        let nodes = one.len() + other.len();
         let descends =
             first.count == 0 && (second.count > 0 || extent(&first.bounds) >= extent(&second.bounds));
-        if descends {
-            self.between(one + 1, other, visit);
-            self.between(one + first.start_or_skip as usize, other, visit);
-        } else if second.count == 0 {
-            self.between(one, other + 1, visit);
-            self.between(one, other + second.start_or_skip as usize, visit);
-        } else {
-            for rank in self.ranks(one) {
-                self.ranks(other).for_each(|beside| self.offer(rank, beside, visit));
-            }
-        }
+        let (parts, whole) = if descends { (one, other) } else { (other, one) };
+        let [left, right] = self.children(&parts);
+        both(
+            nodes,
+            progress,
+            || self.between(left.clone(), whole.clone(), progress, visit),
+            || self.between(right.clone(), whole.clone(), progress, visit),
+        )
+    }
+
+    /// The nodes of the two subtrees below an inner node.
+    fn children(&self, subtree: &Range<usize>) -> [Range<usize>; 2] {
+        let right = subtree.start + self.nodes[subtree.start].start_or_skip as usize;
+        [subtree.start + 1..right, right..subtree.end]
     }
 
     /// The ranks of a leaf's triangles.
@@ -80,6 +90,21 @@ impl Bvh {
             visit(self.order[one], self.order[other]);
         }
     }
+}
+
+/// Does both pieces of work on so many nodes, on several threads if they are large.
+fn both(
+    nodes: usize,
+    progress: &ProgressToken,
+    one: impl FnOnce() -> Result<()> + Send,
+    other: impl FnOnce() -> Result<()> + Send,
+) -> Result<()> {
+    if nodes < PARALLEL_SIZE {
+        return one().and_then(|()| other());
+    }
+    progress.poll()?;
+    let (one, other) = rayon::join(one, other);
+    one.and(other)
 }
 
 fn extent(bounds: &Aabb) -> f64 {

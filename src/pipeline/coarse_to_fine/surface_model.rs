@@ -26,7 +26,7 @@ pub(crate) struct SurfaceModel {
     pub curves: Option<SurfaceCurves>,
     pub sizes: SizeField,
     device_sizes: Option<DeviceSizes>,
-    /// Counts and lengths of the features, without sites.
+    /// Counts of the features, without sites, and lengths in the units of the input.
     pub features: FeatureSummary,
 }
 
