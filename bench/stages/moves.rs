@@ -65,17 +65,17 @@ fn project(context: &Context) -> Result<Vec<Row>> {
         missed += usize::from(f64::from(walked[i].w) > got + ROUNDING);
     }
     ensure!(10 * missed <= context.samples.len(), "{missed} walks ended too far away");
-    // The triangles that sites lie on are the least that must be read.
+    // The triangles that sites lie on are the least that must be read; of a wedge each has half.
     let triangles = n.min(records.len());
     let (t, nodes) = (records.len(), 16 * bvh.nodes.len());
     let works = [
         Work {
             note: format!("{t} triangles, once a surface"),
-            ..Work::new("project.leaves", 48 * t + nodes)
+            ..Work::new("project.leaves", (12 + 8) * t + nodes)
         },
         Work { note: "once a surface".to_owned(), ..Work::new("project.join", nodes) },
-        Work::new("project.walk", n * (16 + 4 + 8 + 4 + 32) + 64 * triangles),
-        Work::new("project.closest", n * (16 + 32 + 4 + 4 + 32 + 4) + 64 * triangles + nodes),
+        Work::new("project.walk", n * (16 + 4 + 4 + 32) + (12 + 12 + 8 + 4) * triangles),
+        Work::new("project.closest", n * (16 + 32 + 4 + 32 + 4) + (12 + 8 + 4) * triangles + nodes),
     ];
     context.time(&works, &mut |recorder, _| {
         recorder.upload(&under, &context.under)?;

@@ -1,7 +1,8 @@
 // Purpose: the closest point of all triangles that face the same way as a projection found before, if it is
 // nearer.
 // Invocation: one site.
-// Reads: targets, projected and normals (an earlier projection), records, corner_normals, order, nodes.
+// Reads: targets, projected and normals (an earlier projection), corners, wedges, triangle_normals,
+// nodes.
 // Writes: projected, normals, site_triangle as project/walk does, where a nearer triangle was found.
 // Filled by project/walk, project/join and the upload of the surface; consumed by step/step and face/*.
 // The earlier projection bounds the search from above, so most searches test few triangles.
@@ -22,9 +23,9 @@ layout(push_constant) uniform Push {
     uint levels; // of the tree
 };
 layout(set = 0, binding = 0) readonly buffer Targets { vec4 targets[]; };
-layout(set = 0, binding = 1) readonly buffer Order { uint order[]; };
-layout(set = 0, binding = 2) readonly buffer Records { uvec4 records[]; };
-layout(set = 0, binding = 3) readonly buffer CornerNormals { uvec4 corner_normals[]; };
+layout(set = 0, binding = 1) readonly buffer Corners { uint corners[]; };
+layout(set = 0, binding = 2) readonly buffer Wedges { uvec4 wedges[]; };
+layout(set = 0, binding = 3) readonly buffer TriangleNormals { uint triangle_normals[]; };
 layout(set = 0, binding = 4) readonly buffer Nodes { uvec4 nodes[]; };
 layout(set = 0, binding = 5) buffer Projected { vec4 projected[]; };
 layout(set = 0, binding = 6) buffer Normals { vec4 normals[]; };
@@ -57,7 +58,7 @@ void main() {
     vec3 side = normals[site].xyz;
     vec3 before = projected[site].xyz - at;
     Closest best = Closest(before, dot(before, before), vec3(0.0), INSIDE);
-    uint best_rank = NONE;
+    uint best_triangle = NONE;
     // The node: its place, its number in its level, the nodes below and with it in a full tree, its level.
     uint place = 0u, number = 0u, level = levels - 1u, stride = tree_nodes(level);
     // The children still to visit of the nodes above, four bits each, those of the parent in the lowest bits.
@@ -96,14 +97,14 @@ void main() {
         uint slot = 0u, entry = count > 0u ? gathered[lane] : 0u;
         while (slot < count) {
             uint t = (entry >> WIDTH) * WIDTH + uint(findLSB(entry));
-            vec3 a = uintBitsToFloat(records[3u * t].xyz);
-            vec3 b = uintBitsToFloat(records[3u * t + 1u].xyz);
-            vec3 c = uintBitsToFloat(records[3u * t + 2u].xyz);
-            bool agrees = dot(unpack_normal(corner_normals[t].w), side) > 0.0;
+            uvec3 at_corners = triangle_wedges(t);
+            vec3 a = wedge_position(at_corners.x), b = wedge_position(at_corners.y);
+            vec3 c = wedge_position(at_corners.z);
+            bool agrees = dot(unpack_normal(triangle_normals[t]), side) > 0.0;
             Closest here = closest_on_triangle(at, a, b, c);
             if (agrees && here.sq < best.sq * NEARER) {
                 best = here;
-                best_rank = t;
+                best_triangle = t;
             }
             entry &= entry - 1u;
             if ((entry & 15u) == 0u) {
@@ -112,8 +113,8 @@ void main() {
             }
         }
     }
-    if (best_rank == NONE) return;
+    if (best_triangle == NONE) return;
     projected[site] = vec4(at + best.offset, sqrt(best.sq));
-    normals[site] = vec4(surface_normal(best_rank, best.weights), normals[site].w);
-    site_triangle[site] = order[best_rank];
+    normals[site] = vec4(surface_normal(best_triangle, best.weights), normals[site].w);
+    site_triangle[site] = best_triangle;
 }

@@ -1,7 +1,7 @@
 // Purpose: the lowest nodes of the tree of boxes (project/hierarchy.glsl), whose boxes are those of
 // triangles.
 // Invocation: one node.
-// Reads: records.
+// Reads: corners, wedges.
 // Writes: nodes, the lowest.
 // Filled by the upload of the surface; consumed by project/join and project/closest.
 #version 450
@@ -14,8 +14,9 @@ layout(push_constant) uniform Push {
     uint triangle_count;
     uint levels;
 };
-layout(set = 0, binding = 0) readonly buffer Records { uvec4 records[]; };
-layout(set = 0, binding = 1) writeonly buffer Nodes { uvec4 nodes[]; };
+layout(set = 0, binding = 0) readonly buffer Corners { uint corners[]; };
+layout(set = 0, binding = 1) readonly buffer Wedges { uvec4 wedges[]; };
+layout(set = 0, binding = 2) writeonly buffer Nodes { uvec4 nodes[]; };
 
 void main() {
     uint i = thread_index();
@@ -24,9 +25,9 @@ void main() {
     uint count = min(WIDTH, triangle_count - WIDTH * i);
     for (uint box = 0u; box < count; ++box) {
         uint t = WIDTH * i + box;
-        vec3 a = uintBitsToFloat(records[3u * t].xyz);
-        vec3 b = uintBitsToFloat(records[3u * t + 1u].xyz);
-        vec3 c = uintBitsToFloat(records[3u * t + 2u].xyz);
+        vec3 a = uintBitsToFloat(wedges[corners[3u * t]].xyz);
+        vec3 b = uintBitsToFloat(wedges[corners[3u * t + 1u]].xyz);
+        vec3 c = uintBitsToFloat(wedges[corners[3u * t + 2u]].xyz);
         low[box] = grid_below(min(a, min(b, c)));
         high[box] = grid_above(max(a, max(b, c)));
     }

@@ -1,18 +1,35 @@
-// The triangles of the surface for searches: `records` and `corner_normals` of src/stages/records.rs, by
-// rank, which is the place of a triangle in spatial order. Include after declaring both buffers.
+// The triangles of the surface for searches: the buffers of src/stages/records.rs. Include after declaring
+// corners, wedges and triangle_normals.
 #ifndef COMMON_RECORDS_GLSL
 #define COMMON_RECORDS_GLSL
 #include "common/octahedral.glsl"
 
-// records[3 * rank + k]: corner k, and in w the half-edge on the other side of the side from corner k to the
-// next: 3 * rank + side, NONE where no triangle continues the surface.
+// In place of a wedge's normal where those of its triangles cancel.
+const uint NO_NORMAL = 0x80008000u;
 
-// The unit normal of the surface at a point given by its weights. The corners' normals are all on the
-// triangle's side, so no mean of them vanishes.
-vec3 surface_normal(uint rank, vec3 weights) {
-    uvec4 packed = corner_normals[rank];
-    return normalize(weights.x * unpack_normal(packed.x) + weights.y * unpack_normal(packed.y) +
-                     weights.z * unpack_normal(packed.z));
+// Cosine of the largest angle, 84 degrees, between the normals of a triangle and of its corners. Where the
+// mesh folds back at a vertex, the triangle's own normal stands in: then all three are on the triangle's
+// side, and no mean of them vanishes.
+const float MIN_CORNER_COSINE = 0.1;
+
+// The indices of the triangle's wedges.
+uvec3 triangle_wedges(uint t) { return uvec3(corners[3u * t], corners[3u * t + 1u], corners[3u * t + 2u]); }
+
+vec3 wedge_position(uint wedge) { return uintBitsToFloat(wedges[wedge].xyz); }
+
+// The unit normal of the surface at a corner of a triangle with the unit normal `own`.
+vec3 corner_normal(uint wedge, vec3 own) {
+    uint packed = wedges[wedge].w;
+    vec3 n = unpack_normal(packed);
+    return packed != NO_NORMAL && dot(n, own) > MIN_CORNER_COSINE ? n : own;
+}
+
+// The unit normal of the surface at a point of triangle t given by its weights.
+vec3 surface_normal(uint t, vec3 weights) {
+    vec3 own = unpack_normal(triangle_normals[t]);
+    uvec3 at = triangle_wedges(t);
+    return normalize(weights.x * corner_normal(at.x, own) + weights.y * corner_normal(at.y, own) +
+                     weights.z * corner_normal(at.z, own));
 }
 
 #endif

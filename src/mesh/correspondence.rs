@@ -165,16 +165,25 @@ pub struct Search {
     pub(crate) bvh: Arc<Bvh>,
     /// Of each triangle, of any length.
     pub(crate) normals: Arc<Vec<DVec3>>,
+    /// For each triangle its index in the repaired mesh; empty if that is its own.
+    pub(crate) origin: Vec<u32>,
 }
 
 impl Search {
     fn new(surface: &TriMesh) -> Self {
         let normals = (0..surface.triangles.len()).map(|t| surface.doubled_normal(t)).collect();
-        Self { normals: Arc::new(normals), bvh: Arc::new(Bvh::new(surface)) }
+        Self { normals: Arc::new(normals), bvh: Arc::new(Bvh::new(surface)), origin: Vec::new() }
     }
 
-    /// The triangle that a point lies on. `rank` is where to look first, and then where it was.
+    /// The triangle of the repaired mesh that a point lies on. `rank` is where to look first, and then where
+    /// it was.
     fn find(&self, point: &QueryPoint, rank: &mut usize) -> u32 {
+        let found = self.find_own(point, rank);
+        self.origin.get(found as usize).copied().unwrap_or(found)
+    }
+
+    /// As [`Search::find`], but by the search's own numbers.
+    fn find_own(&self, point: &QueryPoint, rank: &mut usize) -> u32 {
         let faces_so = |t: u32| self.normals[t as usize].dot(point.normal) > 0.0;
         let same = self.bvh.closest_accepted(point.at, rank, faces_so);
         if let Some(near) = same.filter(|near| near.distance_sq <= point.margin * point.margin) {

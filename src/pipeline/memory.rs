@@ -13,9 +13,10 @@ use crate::{Error, Result, TriMesh};
 /// pipeline, and, for the walk over it, `stages/records.rs` and `stages/project/bvh.rs`.
 const VERTEX_BYTES: u64 = 20;
 const TRIANGLE_BYTES: u64 = 44;
-const RECORD_BYTES: u64 = 84;
-/// Of these, those in the largest buffer.
-const LARGEST_OF_RECORD: u64 = 48;
+const WEDGE_BYTES: u64 = 16;
+const RECORD_BYTES: u64 = 39;
+/// Of those of a triangle, those in the largest buffer.
+const LARGEST_OF_RECORD: u64 = 12;
 const LARGEST_OF_TRIANGLE: u64 = 16;
 /// Device bytes for each site besides its lists and vectors, such as those for sorting, and more on surfaces
 /// with curves; as measured.
@@ -150,11 +151,13 @@ struct DeviceInput {
 fn device_input(options: &Options) -> DeviceInput {
     let walks = matches!(options.all_at_once.projection, Projection::Walk | Projection::Exact);
     let (vertex, triangle, in_one) = match (options.method, options.all_at_once.face) {
-        (Method::CoarseToFine, _) => (0, RECORD_BYTES, LARGEST_OF_RECORD),
+        (Method::CoarseToFine, _) => (WEDGE_BYTES, RECORD_BYTES, LARGEST_OF_RECORD),
         (Method::AllAtOnce, Face::Exact) if options.iterations == 0 => (0, 0, 0),
         // Three corners, candidates and a count.
         (Method::AllAtOnce, Face::Exact) => (0, 3 * 16 + 15 * 4 + 4, 3 * 16),
-        (Method::AllAtOnce, _) if walks => (VERTEX_BYTES, TRIANGLE_BYTES + RECORD_BYTES, LARGEST_OF_RECORD),
+        (Method::AllAtOnce, _) if walks => {
+            (VERTEX_BYTES + WEDGE_BYTES, TRIANGLE_BYTES + RECORD_BYTES, LARGEST_OF_TRIANGLE)
+        }
         (Method::AllAtOnce, _) => (VERTEX_BYTES, TRIANGLE_BYTES, LARGEST_OF_TRIANGLE),
     };
     DeviceInput { vertex, triangle, in_one }

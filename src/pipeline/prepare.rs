@@ -103,7 +103,7 @@ impl Prepared {
     /// for and the model has one.
     pub fn search(&self) -> Option<Search> {
         let is_needed = self.large.is_none() && self.options.correspondence != CorrespondenceRequest::NONE;
-        self.model.as_ref().filter(|_| is_needed).map(|model| model.target.searched())
+        self.model.as_ref().filter(|_| is_needed).map(|model| model.target.searched(&self.surface.origin))
     }
 
     /// Vertices of the small components.

@@ -72,9 +72,10 @@ impl Target {
         Self { patches, ..self }
     }
 
-    /// The same triangles for [`crate::mesh::correspondence::find_correspondence`].
-    pub(crate) fn searched(&self) -> Search {
-        Search { bvh: Arc::clone(&self.bvh), normals: Arc::clone(&self.normals) }
+    /// The same triangles for [`crate::mesh::correspondence::find_correspondence`]; `origin` has for each its
+    /// index in the repaired mesh.
+    pub(crate) fn searched(&self, origin: &[u32]) -> Search {
+        Search { bvh: Arc::clone(&self.bvh), normals: Arc::clone(&self.normals), origin: origin.to_vec() }
     }
 
     /// The hierarchy over the surface's triangles.

@@ -1,11 +1,17 @@
 //! Morton order: neighbours in space become neighbours in memory.
 
 use glam::DVec3;
+use rayon::slice::ParallelSliceMut;
 
 /// Indices of `points` in Morton order of the unit-diagonal frame; ties by index.
 pub(crate) fn morton_order(points: &[DVec3]) -> Vec<u32> {
-    let mut keyed: Vec<(u64, u32)> = points.iter().zip(0..).map(|(p, i)| (morton_code(*p), i)).collect();
-    keyed.sort_unstable();
+    sorted(&points.iter().map(|p| morton_code(*p)).collect::<Vec<_>>())
+}
+
+/// Indices in ascending order of their keys, ties by index.
+pub(crate) fn sorted(keys: &[u64]) -> Vec<u32> {
+    let mut keyed: Vec<(u64, u32)> = keys.iter().copied().zip(0..).collect();
+    keyed.par_sort_unstable();
     keyed.into_iter().map(|(_, i)| i).collect()
 }
 

@@ -1,6 +1,6 @@
 //! The surface that sites live on, on host and device.
 
-use super::morton::morton_order;
+use super::morton::{morton_code, morton_order, sorted};
 use crate::gpu::{Buffer, Device};
 use crate::mesh::csr::triangles_around;
 use crate::mesh::triangle::doubled_normal;
@@ -13,8 +13,10 @@ use rayon::prelude::*;
 pub struct Surface {
     /// Vertices in Morton order.
     pub vertices: Vec<DVec3>,
-    /// Triangles in the input's order.
+    /// Triangles in spatial order, much larger ones last.
     pub triangles: Vec<[u32; 3]>,
+    /// For each triangle its index in the mesh that the surface was made from.
+    pub origin: Vec<u32>,
     /// Unit normals of the triangles.
     pub normals: Vec<DVec3>,
     /// Areas of the triangles.
@@ -51,14 +53,15 @@ impl Surface {
             new_index[*old as usize] = new as u32;
         }
         let vertices: Vec<DVec3> = order.par_iter().map(|i| unit[*i as usize]).collect();
+        let origin = sorted(&spatial_keys(&unit, &mesh.triangles));
         let triangles: Vec<[u32; 3]> =
-            mesh.triangles.par_iter().map(|t| t.map(|v| new_index[v as usize])).collect();
+            origin.par_iter().map(|t| mesh.triangles[*t as usize].map(|v| new_index[v as usize])).collect();
         let (normals, areas) = triangles
             .par_iter()
             .map(|t| doubled_normal(t.map(|v| vertices[v as usize])))
             .map(|doubled| (doubled.normalize_or_zero(), 0.5 * doubled.length()))
             .unzip();
-        Self { vertices, triangles, normals, areas }
+        Self { vertices, triangles, origin, normals, areas }
     }
 
     /// Total area in the unit-diagonal frame.
@@ -85,4 +88,30 @@ impl SurfaceBuffers {
             star: Buffer::from_slice(device, "surface.star", &star.entries)?,
         })
     }
+}
+
+/// Bits of a Morton code.
+const CODE_BITS: u32 = 60;
+
+/// One key a triangle; ascending keys are spatial order. Triangles much larger than most come last, by class
+/// of size: among small ones they would inflate every box that holds one.
+fn spatial_keys(vertices: &[DVec3], triangles: &[[u32; 3]]) -> Vec<u64> {
+    let corners = |t: &[u32; 3]| t.map(|v| vertices[v as usize]);
+    let extent = |t: &[u32; 3]| {
+        let [a, b, c] = corners(t);
+        (a.max(b).max(c) - a.min(b).min(c)).length()
+    };
+    let mut extents: Vec<f64> = triangles.par_iter().map(extent).collect();
+    let middle = extents.len() / 2;
+    let usual =
+        if extents.is_empty() { 1.0 } else { *extents.select_nth_unstable_by(middle, f64::total_cmp).1 };
+    triangles
+        .par_iter()
+        .map(|t| {
+            let [a, b, c] = corners(t);
+            // Up to 8 times the usual extent is class 0, and each further factor of 4 one more.
+            let class = ((extent(t) / (2.0 * usual)).log2() / 2.0).clamp(0.0, 15.0) as u64;
+            class << CODE_BITS | morton_code((a + b + c) / 3.0)
+        })
+        .collect()
 }

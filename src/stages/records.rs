@@ -1,5 +1,5 @@
-//! The triangles of the surface as the searches for closest points read them: in spatial order, each with its
-//! corners, adjacent triangles and normals.
+//! The triangles of the surface as the searches for closest points read them: corners, adjacent triangles,
+//! normals.
 
 use super::octahedral::pack;
 use crate::Result;
@@ -8,24 +8,25 @@ use crate::mesh::NONE;
 use crate::mesh::half_edges::{next, twins};
 use crate::mesh::topology::Partition;
 use crate::mesh::triangle::angle_at_first;
-use crate::sites::morton::morton_code;
 use crate::sites::surface::Surface;
 use crate::sites::surface_curves::SurfaceCurves;
 use glam::{DVec3, UVec4};
 use rayon::prelude::*;
 
-/// Buffers over the triangles by *rank*, their place in spatial order.
+/// Buffers over the triangles of a [`Surface`], in its order. None has more than 12 bytes a triangle, so that
+/// the least that Vulkan guarantees for one buffer, 128 MiB, holds 11 million.
 pub struct TriangleRecords {
-    /// `records[3 * rank + k]`: corner k in the bits of three floats, and the half-edge (`3 * rank + side`)
-    /// across the side from corner k to the next, [`NONE`] at boundaries, where more than two triangles meet,
-    /// where two meet that run the same way along the side, and on curves.
-    pub records: Buffer<UVec4>,
-    /// Unit normals in octahedral form: of the surface at the three corners, and of the triangle.
-    pub corner_normals: Buffer<UVec4>,
-    /// The rank of each triangle.
-    pub rank: Buffer<u32>,
-    /// The triangle of each rank.
-    pub order: Buffer<u32>,
+    /// `corners[3 * triangle + k]`: index into `wedges`.
+    pub corners: Buffer<u32>,
+    /// `twins[3 * triangle + k]`: the half-edge (`3 * triangle + side`) across the side from corner k to the
+    /// next, [`NONE`] at boundaries, where more than two triangles meet, where two meet that run the same way
+    /// along the side, and on curves.
+    pub twins: Buffer<u32>,
+    /// The corners of triangles that meet at a vertex, once for each patch there: the position in the bits of
+    /// three floats, and the unit normal of the surface in octahedral form, or [`NO_NORMAL`].
+    pub wedges: Buffer<UVec4>,
+    /// Unit normals of the triangles in octahedral form.
+    pub normals: Buffer<u32>,
 }
 
 impl TriangleRecords {
@@ -35,90 +36,81 @@ impl TriangleRecords {
     /// # Errors
     /// [`crate::Error::OutOfMemory`] if they do not fit.
     pub fn new(device: &Device, surface: &Surface, curves: Option<&SurfaceCurves>) -> Result<Self> {
-        let order = sorted(&spatial_keys(surface));
-        let mut rank = vec![0; order.len()];
-        for (r, t) in (0..).zip(&order) {
-            rank[*t as usize] = r;
-        }
         let mut twins = twins(&surface.triangles);
         if let Some(curves) = curves {
-            let on_curve = twins.iter_mut().zip(&curves.on_curve).filter(|(_, on_curve)| **on_curve);
+            let on_curve = twins.par_iter_mut().zip(&curves.on_curve).filter(|(_, on_curve)| **on_curve);
             on_curve.for_each(|(twin, _)| *twin = NONE);
         }
-        let to_rank = |half_edge: u32| {
-            if half_edge == NONE { NONE } else { 3 * rank[half_edge as usize / 3] + half_edge % 3 }
-        };
-        let records: Vec<UVec4> = order
-            .par_iter()
-            .flat_map_iter(|t| (0..3).map(move |k| 3 * *t as usize + k))
-            .map(|corner| {
-                let p = surface.vertices[surface.triangles[corner / 3][corner % 3] as usize].as_vec3();
-                UVec4::new(p.x.to_bits(), p.y.to_bits(), p.z.to_bits(), to_rank(twins[corner]))
-            })
-            .collect();
-        let meeting = match curves {
-            None => surface.triangles.as_flattened().to_vec(),
-            Some(_) => fans(&twins),
-        };
-        let means = mean_normals(surface, &meeting);
-        let normals: Vec<UVec4> = order
-            .par_iter()
-            .map(|t| {
-                let t = *t as usize;
-                packed_normals(surface.normals[t], [0, 1, 2].map(|k| means[meeting[3 * t + k] as usize]))
-            })
-            .collect();
+        let wedges = Wedges::new(surface, curves.is_some().then_some(&twins));
+        let normals: Vec<u32> = surface.normals.par_iter().map(|n| pack(*n)).collect();
         Ok(Self {
-            records: Buffer::from_slice(device, "surface.records", &records)?,
-            corner_normals: Buffer::from_slice(device, "surface.corner_normals", &normals)?,
-            rank: Buffer::from_slice(device, "surface.rank", &rank)?,
-            order: Buffer::from_slice(device, "surface.order", &order)?,
+            corners: Buffer::from_slice(device, "surface.corners", &wedges.of_corner)?,
+            twins: Buffer::from_slice(device, "surface.twins", &twins)?,
+            wedges: Buffer::from_slice(device, "surface.wedges", &wedges.packed(surface))?,
+            normals: Buffer::from_slice(device, "surface.triangle_normals", &normals)?,
         })
     }
 
     /// Number of triangles.
     pub fn len(&self) -> usize {
-        self.order.len()
+        self.normals.len()
     }
 
     /// Whether there are no triangles.
     pub fn is_empty(&self) -> bool {
-        self.order.is_empty()
+        self.normals.is_empty()
     }
 }
 
-/// Bits of a Morton code.
-const CODE_BITS: u32 = 60;
+/// In place of a normal where the triangles' cancel: [`pack`] gives it to no vector.
+const NO_NORMAL: u32 = 0x8000_8000;
 
-/// One key a triangle; ascending keys are spatial order. Triangles much larger than most come last, by class
-/// of size: among small ones they would inflate every box that holds one.
-fn spatial_keys(surface: &Surface) -> Vec<u64> {
-    let corners = |t: &[u32; 3]| t.map(|v| surface.vertices[v as usize]);
-    let extent = |t: &[u32; 3]| {
-        let [a, b, c] = corners(t);
-        (a.max(b).max(c) - a.min(b).min(c)).length()
-    };
-    let mut extents: Vec<f64> = surface.triangles.par_iter().map(extent).collect();
-    let middle = extents.len() / 2;
-    let usual =
-        if extents.is_empty() { 1.0 } else { *extents.select_nth_unstable_by(middle, f64::total_cmp).1 };
-    surface
-        .triangles
-        .par_iter()
-        .map(|t| {
-            let [a, b, c] = corners(t);
-            // Up to 8 times the usual extent is class 0, and each further factor of 4 one more.
-            let class = ((extent(t) / (2.0 * usual)).log2() / 2.0).clamp(0.0, 15.0) as u64;
-            class << CODE_BITS | morton_code((a + b + c) / 3.0)
-        })
-        .collect()
+/// The corners of triangles that share a position and a normal.
+struct Wedges {
+    /// For each corner (`3 * triangle + k`) its wedge.
+    of_corner: Vec<u32>,
+    /// For each wedge its vertex.
+    vertices: Vec<u32>,
 }
 
-/// Indices in ascending order of their keys, ties by index.
-fn sorted(keys: &[u64]) -> Vec<u32> {
-    let mut keyed: Vec<(u64, u32)> = keys.iter().copied().zip(0..).collect();
-    keyed.par_sort_unstable();
-    keyed.into_iter().map(|(_, i)| i).collect()
+impl Wedges {
+    /// One for each vertex in use; with `twins`, one for each group of corners that they connect.
+    fn new(surface: &Surface, twins: Option<&Vec<u32>>) -> Self {
+        let corners = surface.triangles.as_flattened();
+        let mut of_corner = twins.map_or_else(|| corners.to_vec(), |twins| fans(twins));
+        // Numbered as they first occur, so that near triangles have near wedges.
+        let mut number = vec![NONE; if twins.is_some() { corners.len() } else { surface.vertices.len() }];
+        let mut vertices = Vec::with_capacity(surface.vertices.len());
+        for (wedge, vertex) in of_corner.iter_mut().zip(corners) {
+            let number = &mut number[*wedge as usize];
+            if *number == NONE {
+                *number = vertices.len() as u32;
+                vertices.push(*vertex);
+            }
+            *wedge = *number;
+        }
+        Self { of_corner, vertices }
+    }
+
+    /// Positions and normals: each normal the mean of the triangles' by their angles there.
+    fn packed(&self, surface: &Surface) -> Vec<UVec4> {
+        let angle = |corner: usize| {
+            let at = |k: usize| surface.vertices[surface.triangles[corner / 3][k % 3] as usize];
+            let k = corner % 3;
+            angle_at_first([at(k), at(k + 1), at(k + 2)]) as f32
+        };
+        let angles: Vec<f32> = (0..self.of_corner.len()).into_par_iter().map(angle).collect();
+        let mut sums = vec![DVec3::ZERO; self.vertices.len()];
+        for (corner, (wedge, angle)) in self.of_corner.iter().zip(&angles).enumerate() {
+            sums[*wedge as usize] += surface.normals[corner / 3] * f64::from(*angle);
+        }
+        let packed = |(vertex, sum): (&u32, &DVec3)| {
+            let p = surface.vertices[*vertex as usize].as_vec3();
+            let normal = sum.try_normalize().map_or(NO_NORMAL, pack);
+            UVec4::new(p.x.to_bits(), p.y.to_bits(), p.z.to_bits(), normal)
+        };
+        self.vertices.par_iter().zip(&sums).map(packed).collect()
+    }
 }
 
 /// For each corner (`3 * triangle + k`) the first of those around the same vertex that `twins` lead to.
@@ -129,30 +121,4 @@ fn fans(twins: &[u32]) -> Vec<u32> {
         partition.join(corner, next(*twin));
     }
     (0..twins.len() as u32).map(|corner| partition.root(corner)).collect()
-}
-
-/// Normals where corners meet, `meeting[corner]` of all of them: each the mean of the triangles by their
-/// angles there; zero where they cancel.
-fn mean_normals(surface: &Surface, meeting: &[u32]) -> Vec<DVec3> {
-    let count = meeting.iter().max().map_or(0, |last| *last as usize + 1);
-    let mut sums = vec![DVec3::ZERO; count];
-    for (t, normal) in surface.normals.iter().enumerate() {
-        for k in 0..3 {
-            let [p, q, r] =
-                [k, (k + 1) % 3, (k + 2) % 3].map(|c| surface.vertices[surface.triangles[t][c] as usize]);
-            let angle = angle_at_first([p, q, r]);
-            sums[meeting[3 * t + k] as usize] += *normal * angle;
-        }
-    }
-    sums.into_iter().map(DVec3::normalize_or_zero).collect()
-}
-
-/// Cosine of the largest angle, 84 degrees, between the normals of a triangle and of its corners. Where the
-/// mesh folds back at a vertex, the triangle's own normal stands in: then all means of the three are on the
-/// triangle's side.
-const MIN_CORNER_COSINE: f64 = 0.1;
-
-fn packed_normals(own: DVec3, at_corners: [DVec3; 3]) -> UVec4 {
-    let [a, b, c] = at_corners.map(|n| pack(if n.dot(own) > MIN_CORNER_COSINE { n } else { own }));
-    UVec4::new(a, b, c, pack(own))
 }

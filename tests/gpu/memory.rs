@@ -76,8 +76,9 @@ fn what_does_not_fit_is_refused_before_it_begins() {
 #[test]
 fn an_input_with_too_many_triangles_is_refused_with_the_number_that_fits() {
     let device = Device::open(&DeviceOptions::from_env().least_limits(true)).unwrap();
+    // Exact faces have all triangles in one list, each with three positions.
     let input = plane(1200, 0.0);
-    let error = remesh(&device, &input, &options(1000)).unwrap_err();
+    let error = remesh(&device, &input, &Options::rvd(1000)).unwrap_err();
     let Error::OutOfMemory { what, problem, remedy, .. } = &error else { panic!("{error:?}") };
     assert!(what.contains("2880000 triangles") && problem.contains("134217728"), "{error}");
     assert!(remedy.contains("to 2796202 triangles"), "{error}");

@@ -106,12 +106,14 @@ impl SurfaceModel {
     }
 }
 
-/// For each vertex of the mesh its index on the surface, which has the mesh's triangles, but not the order of
-/// its vertices.
+/// For each vertex of the mesh its index on the surface, which has the mesh's triangles in another order, and
+/// its vertices in another.
 fn surface_vertices(surface: &Surface, mesh: &TriMesh) -> Vec<u32> {
     let mut on_surface = vec![0; mesh.vertices.len()];
-    for (from, to) in mesh.triangles.as_flattened().iter().zip(surface.triangles.as_flattened()) {
-        on_surface[*from as usize] = *to;
+    for (origin, triangle) in surface.origin.iter().zip(&surface.triangles) {
+        for (from, to) in mesh.triangles[*origin as usize].iter().zip(triangle) {
+            on_surface[*from as usize] = *to;
+        }
     }
     on_surface
 }

@@ -42,7 +42,8 @@ impl Bvh {
     pub fn record(&self, recorder: &mut Recorder, triangles: &TriangleRecords) -> Result<()> {
         let levels = self.level_count();
         let push = leaves::Push { triangle_count: triangles.len() as u32, levels };
-        let bindings = leaves::Bindings { records: &triangles.records, nodes: &self.nodes };
+        let bindings =
+            leaves::Bindings { corners: &triangles.corners, wedges: &triangles.wedges, nodes: &self.nodes };
         recorder.dispatch(&self.leaves, Threads(self.levels[0]), &push, &bindings)?;
         for (level, pair) in (1..).zip(self.levels.windows(2)) {
             let push = join::Push { level, levels, below: pair[0] as u32 };

@@ -41,9 +41,9 @@ impl ClosestPoints {
         let push = closest::Push { site_count: targets.len() as u32, levels: bvh.level_count() };
         let bindings = closest::Bindings {
             targets,
-            order: &triangles.order,
-            records: &triangles.records,
-            corner_normals: &triangles.corner_normals,
+            corners: &triangles.corners,
+            wedges: &triangles.wedges,
+            triangle_normals: &triangles.normals,
             nodes: &bvh.nodes,
             projected: &walk.projected,
             normals: &walk.normals,

@@ -63,10 +63,10 @@ impl Walk {
         };
         let bindings = walk::Bindings {
             targets,
-            rank: &triangles.rank,
-            order: &triangles.order,
-            records: &triangles.records,
-            corner_normals: &triangles.corner_normals,
+            corners: &triangles.corners,
+            twins: &triangles.twins,
+            wedges: &triangles.wedges,
+            triangle_normals: &triangles.normals,
             projected: &self.projected,
             normals: &self.normals,
             site_triangle,
