@@ -7,7 +7,7 @@ use rtfmesh::mesh::repair::{Repaired, repair_with};
 use rtfmesh::{CorrespondenceRequest, Error, Method, Options, Remeshed, TriMesh};
 
 /// Which attributes a result gets from its input.
-#[derive(clap::Args)]
+#[derive(Debug, clap::Args)]
 #[command(next_help_heading = ATTRIBUTES)]
 pub struct AttributeArgs {
     /// Keep texture seams; from glTF to GLB also materials and their images

@@ -11,7 +11,7 @@ use std::io::{IsTerminal, Read, Write};
 use std::path::Path;
 
 /// The input's format, where neither its name nor its content says.
-#[derive(clap::Args)]
+#[derive(Debug, clap::Args)]
 pub struct InputFormat {
     /// Format of the input if neither its content nor its extension says: obj, ply, stl, off, gltf, glb or
     /// mesh

@@ -138,6 +138,26 @@ fn a_broken_mesh_stops_no_other_and_is_tried_again() {
 }
 
 #[test]
+fn what_was_made_with_other_options_is_made_again() {
+    let place = with_meshes();
+    let batch = format!("batch in/box.stl in/sphere.obj --out out -q {QUICK}");
+    let ended = |options: &str| {
+        ends(&place, &format!("{batch} --resume --log log.jsonl {options}"), 0);
+        let log = entries(&place, "log.jsonl");
+        let last = log.iter().rev().take(2).map(|entry| entry["status"].as_str().unwrap().to_owned());
+        last.collect::<Vec<_>>()
+    };
+    for (options, status) in [("", "done"), ("", "skipped"), ("--seed 7", "done"), ("--seed 7", "skipped")] {
+        assert_eq!(ended(options), [status; 2], "{options}");
+    }
+    // The last time counts, and so do attributes.
+    assert_eq!(
+        (ended(""), ended("--no-attributes")),
+        (vec!["done".to_owned(); 2], vec!["done".to_owned(); 2])
+    );
+}
+
+#[test]
 fn results_are_those_of_remesh() {
     let place = with_meshes();
     let options = "--ratio 0.2 --iterations 3 --seed 5 --no-fit";

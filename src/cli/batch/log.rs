@@ -42,6 +42,8 @@ pub struct Entry {
     pub hausdorff: Option<f64>,
     /// How it was made, as in the report of a single mesh.
     pub options: Option<Settings>,
+    /// A digest of all that was asked for: with another one a mesh is done again.
+    pub asked: String,
     /// What could not be done.
     pub warnings: Vec<String>,
     /// What reading left out, what was repaired, and what writing dropped.
@@ -54,7 +56,7 @@ pub struct Entry {
 
 impl Entry {
     /// An entry without a result.
-    pub fn new(job: &Job, status: Status) -> Self {
+    pub fn new(job: &Job, status: Status, asked: &str) -> Self {
         Self {
             input: job.input.display().to_string(),
             output: job.output.display().to_string(),
@@ -65,6 +67,7 @@ impl Entry {
             rms: None,
             hausdorff: None,
             options: None,
+            asked: asked.to_owned(),
             warnings: Vec::new(),
             notes: Vec::new(),
             seconds: 0.0,
@@ -91,14 +94,15 @@ struct Earlier {
     input: String,
     output: String,
     status: Status,
+    asked: Option<String>,
 }
 
 /// A log to add to.
 pub struct Log {
     path: PathBuf,
     file: File,
-    /// How each input and output ended last time.
-    earlier: HashMap<(String, String), Status>,
+    /// What was asked for of each input and output that was done last time.
+    done: HashMap<(String, String), Option<String>>,
 }
 
 impl Log {
@@ -119,21 +123,26 @@ impl Log {
         if bytes.last().is_some_and(|last| *last != b'\n') {
             file.write_all(b"\n").map_err(|error| unusable(path, error))?;
         }
-        let mut earlier = HashMap::new();
+        let mut done = HashMap::new();
         for line in String::from_utf8_lossy(&bytes).lines() {
-            if let Ok(Earlier { input, output, status }) = serde_json::from_str(line)
-                && status != Status::Skipped
-            {
-                earlier.insert((input, output), status);
+            let Ok(Earlier { input, output, status, asked }) = serde_json::from_str(line) else { continue };
+            match status {
+                Status::Done => {
+                    done.insert((input, output), asked);
+                }
+                Status::Failed => {
+                    done.remove(&(input, output));
+                }
+                Status::Skipped => {}
             }
         }
-        Ok(Self { path: path.to_owned(), file, earlier })
+        Ok(Self { path: path.to_owned(), file, done })
     }
 
-    /// Whether this was done, and its result is still there.
-    pub fn has(&self, job: &Job) -> bool {
+    /// Whether this was done as it is `asked` for now, and its result is still there.
+    pub fn has(&self, job: &Job, asked: &str) -> bool {
         let key = (job.input.display().to_string(), job.output.display().to_string());
-        self.earlier.get(&key) == Some(&Status::Done) && job.output.is_file()
+        self.done.get(&key).is_some_and(|before| before.as_deref() == Some(asked)) && job.output.is_file()
     }
 
     /// Adds a line, in one piece, so that several programs may share a log.

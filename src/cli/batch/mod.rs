@@ -39,8 +39,8 @@ const SHORT_EXAMPLES: &str = "Examples:
 ///
 /// The next mesh is read while one is worked on, and one that fails does not stop the others. The log has a
 /// JSON line for each: input, output, status (done, failed, skipped), vertices, q_avg, theta_min, rms and
-/// hausdorff with --distances, options, warnings, notes, seconds, error. The exit code is 1 if any failed.
-/// After Ctrl-C finished meshes remain, and --resume continues.
+/// hausdorff with --distances, options and a digest of them (asked), warnings, notes, seconds, error. The
+/// exit code is 1 if any failed. After Ctrl-C finished meshes remain, and --resume continues.
 #[derive(clap::Args)]
 #[command(after_help = SHORT_EXAMPLES, after_long_help = EXAMPLES, disable_help_flag = true)]
 pub struct Args {
@@ -78,9 +78,9 @@ struct OutputArgs {
     /// Log to append to [default: DIR/batch.jsonl]
     #[arg(long, value_name = "FILE.jsonl", hide_short_help = true)]
     log: Option<PathBuf>,
-    /// Skip inputs that the log has as done
+    /// Skip inputs that the log has as done with the same options
     ///
-    /// Their results must exist; the options may have been others.
+    /// Their results must exist. The device does not count.
     #[arg(long)]
     resume: bool,
     /// Take every n-th of the sorted inputs, beginning with the i-th
@@ -126,6 +126,17 @@ struct Batch<'a> {
     args: &'a Args,
     size: Size,
     options: Options,
+    asked: &'a str,
+}
+
+/// A digest of all that is asked for but the device, 16 hexadecimal digits: FNV-1a of 64 bits (Fowler, Noll
+/// and Vo), which is the same on every machine and with every compiler.
+fn digest(args: &Args, size: Size, options: &Options) -> rtfmesh::Result<String> {
+    let options = serde_json::to_string(options).map_err(|error| Error::Internal(error.to_string()))?;
+    let (attributes, from, to) = (&args.attributes, &args.input_format, args.output.format);
+    let asked = format!("{size:?} {attributes:?} {from:?} {to:?} {options}");
+    let step = |hash: u64, byte: u8| (hash ^ u64::from(byte)).wrapping_mul(0x100_0000_01b3);
+    Ok(format!("{:016x}", asked.bytes().fold(0xcbf2_9ce4_8422_2325, step)))
 }
 
 /// Reads, remeshes and writes one mesh after another.
@@ -148,12 +159,13 @@ pub fn run(args: &Args) -> Result<()> {
     };
     make_folder(&args.output.out)?;
     let mut log = Log::open(&log_path)?;
+    let asked = &digest(args, size, &options)?;
     let (skipped, left): (Vec<Job>, Vec<Job>) =
-        jobs.into_iter().partition(|job| args.output.resume && log.has(job));
+        jobs.into_iter().partition(|job| args.output.resume && log.has(job, asked));
     for job in &skipped {
-        log.add(&Entry::new(job, Status::Skipped))?;
+        log.add(&Entry::new(job, Status::Skipped, asked))?;
     }
-    let failed = Batch { args, size, options }.run(&left, &mut log)?;
+    let failed = Batch { args, size, options, asked }.run(&left, &mut log)?;
     let (done, skipped) = (left.len() - failed, skipped.len());
     let seconds = begin.elapsed().as_secs_f64();
     let summary = format!("{done} done, {failed} failed, {skipped} skipped in {seconds:.1} s");
@@ -223,7 +235,7 @@ impl Batch<'_> {
                 progress::set_cancel_message(format!(
                     "stopped: {done} done, {failed} failed, {left} left; --resume goes on"
                 ));
-                let mut entry = Entry::new(job, Status::Done);
+                let mut entry = Entry::new(job, Status::Done, self.asked);
                 // Holds the guard, so that no stop comes between a result and its line.
                 let outcome = self.one(&device, job, read, &mut entry);
                 if let Err(error) = &outcome {
