@@ -6,11 +6,11 @@ use glam::DVec3;
 use rayon::slice::ParallelSliceMut;
 use serde::Serialize;
 
+use crate::mesh::chunks::in_chunks;
 use crate::mesh::distance::{DEFAULT_ACCURACY, Distances, check_accuracy, distances_within};
 use crate::mesh::half_edges::EdgeTable;
 use crate::mesh::intersections::intersecting_faces;
-use crate::mesh::quality::{Quality, Valence, corner_points, folded_share, power_of_two_scale};
-use crate::mesh::quality::{quality, valence_of};
+use crate::mesh::quality::{Quality, Valence, folded_share, quality, scale_of, valence_of};
 use crate::mesh::topology::{Topology, topology_of};
 use crate::{Error, ProgressToken, Result, TriMesh};
 
@@ -104,18 +104,21 @@ pub(crate) fn measure_some(
     };
     let quality = quality(&mesh).ok_or_else(|| no_faces("mesh"))?;
     let table = EdgeTable::new(&mesh.triangles);
-    let topology = topology_of(&mesh, &table);
+    let (topology, (valence, folded_edges)) = rayon::join(
+        || topology_of(&mesh, &table),
+        || rayon::join(|| valence_of(&mesh, &table), || folded_share(&mesh, &table)),
+    );
     Ok(Measures {
         vertices: topology.vertices,
         faces: topology.faces,
         quality,
-        valence: valence_of(&mesh, &table),
+        valence,
         self_intersecting_faces: match crossing {
             Crossing::Skip => None,
             Crossing::Find => Some(intersecting_faces(&mesh, progress)?.len()),
             Crossing::Known(count) => Some(count),
         },
-        folded_edges: folded_share(&mesh, &table),
+        folded_edges,
         relative_volume: (topology.boundary_edges == 0).then(|| relative_volume(&mesh)),
         topology,
         distances,
@@ -168,16 +171,23 @@ pub fn weld(mesh: &TriMesh) -> TriMesh {
 }
 
 pub(crate) fn relative_volume(mesh: &TriMesh) -> f64 {
-    let scale = power_of_two_scale(corner_points(mesh));
-    let (lo, hi) = corner_points(mesh)
-        .map(|p| p * scale)
-        .fold((DVec3::INFINITY, DVec3::NEG_INFINITY), |(lo, hi), p| (lo.min(p), hi.max(p)));
+    let scale = scale_of(mesh);
+    let corners = |t: usize| mesh.corners(t).map(|p| p * scale);
+    let bounds = in_chunks(mesh.triangles.len(), |range| {
+        range
+            .flat_map(corners)
+            .fold((DVec3::INFINITY, DVec3::NEG_INFINITY), |(lo, hi), p| (lo.min(p), hi.max(p)))
+    });
+    let (lo, hi) = bounds
+        .into_iter()
+        .fold((DVec3::INFINITY, DVec3::NEG_INFINITY), |(lo, hi), (l, h)| (lo.min(l), hi.max(h)));
     let origin = 0.5 * (lo + hi);
-    let six_volumes: f64 = (0..mesh.triangles.len())
-        .map(|t| mesh.corners(t).map(|p| p * scale - origin))
-        .map(|[a, b, c]| a.dot(b.cross(c)))
-        .sum();
+    let six_volume = |t: usize| {
+        let [a, b, c] = corners(t).map(|p| p - origin);
+        a.dot(b.cross(c))
+    };
+    let six_volumes = in_chunks(mesh.triangles.len(), |range| range.map(six_volume).sum::<f64>());
     let size = hi - lo;
     let box_volume = size.x * size.y * size.z;
-    if box_volume > 0.0 { six_volumes / 6.0 / box_volume } else { 0.0 }
+    if box_volume > 0.0 { six_volumes.into_iter().sum::<f64>() / 6.0 / box_volume } else { 0.0 }
 }

@@ -3,7 +3,7 @@
 //! Half-edge `3 * t + k` runs from corner `k` of triangle `t` to the next corner, so that a half-edge and the
 //! corner that it leaves have the same number.
 
-use rayon::slice::ParallelSliceMut;
+use rayon::prelude::*;
 use std::collections::HashSet;
 
 use super::NONE;
@@ -58,6 +58,9 @@ impl HalfEdge {
     }
 }
 
+/// Buckets of half-edges that one thread sorts at a time.
+const BUCKETS: usize = 4096;
+
 /// All half-edges of a mesh, grouped by undirected edge.
 #[derive(Debug)]
 pub(crate) struct EdgeTable {
@@ -67,11 +70,31 @@ pub(crate) struct EdgeTable {
 impl EdgeTable {
     /// Sorts the half-edges of `triangles`, of which there may be at most `u32::MAX / 3`.
     pub(crate) fn new(triangles: &[[u32; 3]]) -> Self {
-        let mut half_edges: Vec<HalfEdge> = (0u32..)
-            .zip(triangles.iter().flat_map(|&[a, b, c]| [(a, b), (b, c), (c, a)]))
-            .map(|(number, (a, b))| HalfEdge::new(a, b, number))
-            .collect();
-        half_edges.par_sort_unstable();
+        let largest = triangles.as_flattened().par_iter().max().copied().unwrap_or(0);
+        // Buckets by the smaller vertex, of several where there are more vertices than half-edges; a bucket
+        // holds few half-edges, and near ones are near in memory.
+        let wide = u64::from(largest) / (3 * triangles.len().max(1) as u64) + 1;
+        let shift = wide.next_power_of_two().trailing_zeros();
+        let each = |visit: &mut dyn FnMut(HalfEdge)| {
+            for (number, &[a, b, c]) in (0u32..).step_by(3).zip(triangles) {
+                for (k, (a, b)) in (0..).zip([(a, b), (b, c), (c, a)]) {
+                    visit(HalfEdge::new(a, b, number + k));
+                }
+            }
+        };
+        let mut ends = vec![0u32; (largest >> shift) as usize + 2];
+        each(&mut |half_edge| ends[(half_edge.ends().0 >> shift) as usize + 1] += 1);
+        for i in 1..ends.len() {
+            ends[i] += ends[i - 1];
+        }
+        let mut half_edges = vec![HalfEdge { key: 0, number: 0 }; 3 * triangles.len()];
+        // What was the start of a bucket becomes its end.
+        each(&mut |half_edge| {
+            let end = &mut ends[(half_edge.ends().0 >> shift) as usize];
+            half_edges[*end as usize] = half_edge;
+            *end += 1;
+        });
+        sort_buckets(&mut half_edges, &ends);
         Self { half_edges }
     }
 
@@ -93,6 +116,26 @@ impl EdgeTable {
     }
 }
 
+/// Sorts each bucket of a list, given where they end.
+fn sort_buckets(half_edges: &mut [HalfEdge], ends: &[u32]) {
+    let mut rest = half_edges;
+    let mut start = 0;
+    let mut groups = Vec::with_capacity(ends.len().div_ceil(BUCKETS));
+    for ends in ends.chunks(BUCKETS) {
+        let end = ends.last().map_or(start, |end| *end as usize);
+        let (group, after) = rest.split_at_mut(end - start);
+        groups.push((start, group, ends));
+        (rest, start) = (after, end);
+    }
+    groups.into_par_iter().for_each(|(mut start, mut group, ends)| {
+        for end in ends {
+            let (bucket, after) = group.split_at_mut(*end as usize - start);
+            bucket.sort_unstable();
+            (group, start) = (after, *end as usize);
+        }
+    });
+}
+
 /// The two half-edges of an edge if there are just two and they run against each other.
 pub(crate) fn twin_pair(triangles: &[[u32; 3]], edge: &[HalfEdge]) -> Option<[usize; 2]> {
     let [one, two] = edge else { return None };
@@ -105,4 +148,29 @@ pub(crate) fn twin_pair(triangles: &[[u32; 3]], edge: &[HalfEdge]) -> Option<[us
 /// meet, and where two meet that run the edge in the same direction.
 pub(crate) fn twins(triangles: &[[u32; 3]]) -> Vec<u32> {
     EdgeTable::new(triangles).twins(triangles)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use rand::{RngExt, SeedableRng};
+
+    #[test]
+    fn half_edges_are_sorted_by_edge_and_number() {
+        let mut rng = rand_pcg::Pcg64Mcg::seed_from_u64(3);
+        // Many triangles at few vertices, few at many, and the largest index there is.
+        for (count, most) in
+            [(0, 1), (1, 3), (7, 4), (20_000, 50), (20_000, 10_000), (9, 1 << 31), (3, u32::MAX)]
+        {
+            let mut vertex = || rng.random_range(0..=most);
+            let triangles: Vec<[u32; 3]> =
+                (0..count).map(|_| std::array::from_fn(|_| vertex())).chain([[most; 3]]).collect();
+            let mut wanted: Vec<HalfEdge> = (0u32..)
+                .zip(triangles.iter().flat_map(|&[a, b, c]| [(a, b), (b, c), (c, a)]))
+                .map(|(number, (a, b))| HalfEdge::new(a, b, number))
+                .collect();
+            wanted.sort_unstable();
+            assert!(EdgeTable::new(&triangles).half_edges == wanted, "{count} triangles");
+        }
+    }
 }

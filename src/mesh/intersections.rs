@@ -7,7 +7,7 @@ use robust::{Coord, Coord3D};
 
 use super::TriMesh;
 use super::bvh::{Aabb, Bvh};
-use super::quality::{corner_points, power_of_two_scale};
+use super::quality::scale_of;
 use crate::{ProgressToken, Result};
 
 type Triangle = [DVec3; 3];
@@ -24,7 +24,7 @@ type Triangle = [DVec3; 3];
 /// [`crate::Error::Cancelled`].
 pub fn intersecting_faces(mesh: &TriMesh, progress: &ProgressToken) -> Result<Vec<u32>> {
     // A power of two changes no answer and keeps the products in the predicates within range.
-    let scale = power_of_two_scale(corner_points(mesh));
+    let scale = scale_of(mesh);
     let mesh = TriMesh {
         vertices: mesh.vertices.iter().map(|&v| v * scale).collect(),
         triangles: mesh.triangles.clone(),

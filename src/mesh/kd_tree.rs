@@ -4,50 +4,35 @@ use glam::DVec3;
 
 /// Points in a leaf.
 const LEAF: usize = 8;
+/// Fewer points are split by one thread.
+const PARALLEL: usize = 4096;
+
+/// Where a node is halved: the axis, and the coordinate.
+type Plane = (usize, f64);
 
 /// A balanced k-d tree; any points will do, also many at one position.
 pub struct KdTree<'a> {
     points: &'a [DVec3],
     /// Indices; every range of a node is halved by the median of its widest axis.
     order: Vec<u32>,
-    /// The axis of each halving, and where it is; below node i are nodes 2 i and 2 i + 1.
-    planes: Vec<(usize, f64)>,
+    /// Of a full tree: a node's own, those of its first half, and as many of the second.
+    planes: Vec<Plane>,
 }
 
 impl<'a> KdTree<'a> {
     /// Of finite points.
     pub fn new(points: &'a [DVec3]) -> Self {
-        let mut tree = Self {
-            points,
-            order: (0..points.len() as u32).collect(),
-            planes: vec![(0, 0.0); (2 * points.len() / LEAF + 2).next_power_of_two()],
-        };
-        let mut order = std::mem::take(&mut tree.order);
-        tree.split(&mut order, 1);
-        tree.order = order;
-        tree
-    }
-
-    fn split(&mut self, order: &mut [u32], node: usize) {
-        if order.len() <= LEAF {
-            return;
-        }
-        let at = |i: u32| self.points[i as usize];
-        let first = at(order[0]);
-        let (low, high) = order.iter().fold((first, first), |(l, h), i| (l.min(at(*i)), h.max(at(*i))));
-        let axis = (high - low).max_position();
-        let middle = order.len() / 2;
-        order.select_nth_unstable_by(middle, |a, b| at(*a)[axis].total_cmp(&at(*b)[axis]).then(a.cmp(b)));
-        self.planes[node] = (axis, at(order[middle])[axis]);
-        let (left, right) = order.split_at_mut(middle);
-        self.split(left, 2 * node);
-        self.split(right, 2 * node + 1);
+        let leaves = points.len().div_ceil(LEAF).next_power_of_two();
+        let mut order: Vec<u32> = (0..points.len() as u32).collect();
+        let mut planes = vec![(0, 0.0); leaves - 1];
+        split(points, &mut order, &mut planes);
+        Self { points, order, planes }
     }
 
     /// The nearest point to `p`, of equally near ones the first; `None` without points.
     pub fn nearest(&self, p: DVec3) -> Option<u32> {
         let mut best = (f64::INFINITY, u32::MAX);
-        self.search(&self.order, 1, p, &mut |i, distance_sq| {
+        self.search(&self.order, &self.planes, p, &mut |i, distance_sq| {
             if (distance_sq, i) < best {
                 best = (distance_sq, i);
             }
@@ -62,7 +47,7 @@ impl<'a> KdTree<'a> {
         found.clear();
         let radius_sq = radius * radius;
         let mut fits = true;
-        self.search(&self.order, 1, p, &mut |i, distance_sq| {
+        self.search(&self.order, &self.planes, p, &mut |i, distance_sq| {
             if distance_sq <= radius_sq {
                 fits &= found.len() < most;
                 if fits {
@@ -76,25 +61,51 @@ impl<'a> KdTree<'a> {
 
     /// Offers the points below a node with their squared distances, the near side first; `visit` says how
     /// far, squared, others may be.
-    fn search(&self, order: &[u32], node: usize, p: DVec3, visit: &mut impl FnMut(u32, f64) -> f64) -> f64 {
+    fn search(
+        &self,
+        order: &[u32],
+        planes: &[Plane],
+        p: DVec3,
+        visit: &mut impl FnMut(u32, f64) -> f64,
+    ) -> f64 {
         let mut limit = f64::INFINITY;
-        if order.len() <= LEAF {
+        let Some(((axis, plane), below)) = planes.split_first().filter(|_| order.len() > LEAF) else {
             for i in order {
                 limit = visit(*i, self.points[*i as usize].distance_squared(p));
             }
             return limit;
-        }
-        let middle = order.len() / 2;
-        let (left, right) = order.split_at(middle);
-        let (axis, plane) = self.planes[node];
-        let off = p[axis] - plane;
-        let sides = [(left, 2 * node), (right, 2 * node + 1)];
+        };
+        let (left, right) = order.split_at(order.len() / 2);
+        let (in_left, in_right) = below.split_at(below.len() / 2);
+        let off = p[*axis] - plane;
+        let sides = [(left, in_left), (right, in_right)];
         let near = usize::from(off >= 0.0);
         limit = self.search(sides[near].0, sides[near].1, p, visit);
         if off * off <= limit {
             limit = self.search(sides[1 - near].0, sides[1 - near].1, p, visit);
         }
         limit
+    }
+}
+
+/// Halves the points of a node, and of all below it.
+fn split(points: &[DVec3], order: &mut [u32], planes: &mut [Plane]) {
+    let Some((plane, below)) = planes.split_first_mut().filter(|_| order.len() > LEAF) else { return };
+    let at = |i: u32| points[i as usize];
+    let first = at(order[0]);
+    let (low, high) = order.iter().fold((first, first), |(l, h), i| (l.min(at(*i)), h.max(at(*i))));
+    let axis = (high - low).max_position();
+    let middle = order.len() / 2;
+    order.select_nth_unstable_by(middle, |a, b| at(*a)[axis].total_cmp(&at(*b)[axis]).then(a.cmp(b)));
+    *plane = (axis, at(order[middle])[axis]);
+    let is_large = order.len() > PARALLEL;
+    let (left, right) = order.split_at_mut(middle);
+    let (in_left, in_right) = below.split_at_mut(below.len() / 2);
+    if is_large {
+        rayon::join(|| split(points, left, in_left), || split(points, right, in_right));
+    } else {
+        split(points, left, in_left);
+        split(points, right, in_right);
     }
 }
 

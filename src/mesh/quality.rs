@@ -6,6 +6,7 @@ use glam::DVec3;
 use serde::Serialize;
 
 use super::TriMesh;
+use super::chunks::in_chunks;
 use super::half_edges::EdgeTable;
 use super::triangle::{area, doubled_normal};
 
@@ -29,7 +30,7 @@ impl TriangleQuality {
     /// Measures a triangle whose coordinates are neither large nor small enough for their fourth powers to
     /// leave the range of `f64`.
     pub fn new([a, b, c]: [DVec3; 3]) -> Self {
-        let [la, lb, lc] = [b.distance(c), c.distance(a), a.distance(b)];
+        let [la, lb, lc] = lengths([a, b, c]);
         let area = area([a, b, c]);
         let product = 0.5 * (la + lb + lc) * la.max(lb).max(lc);
         let q = 6.0 / 3f64.sqrt() * area / product.max(TINY);
@@ -47,9 +48,26 @@ impl TriangleQuality {
     }
 }
 
-fn angle(opposite: f64, left: f64, right: f64) -> f64 {
+/// The lengths of the edges opposite the three corners.
+fn lengths([a, b, c]: [DVec3; 3]) -> [f64; 3] {
+    [b.distance(c), c.distance(a), a.distance(b)]
+}
+
+fn cosine(opposite: f64, left: f64, right: f64) -> f64 {
     let cosine = (left * left + right * right - opposite * opposite) / (2.0 * left * right).max(TINY);
-    cosine.clamp(-1.0, 1.0).acos().to_degrees()
+    cosine.clamp(-1.0, 1.0)
+}
+
+fn angle(opposite: f64, left: f64, right: f64) -> f64 {
+    cosine(opposite, left, right).acos().to_degrees()
+}
+
+/// The smallest and the largest of [`TriangleQuality::angles`].
+pub(crate) fn extreme_angles(corners: [DVec3; 3]) -> [f64; 2] {
+    let [la, lb, lc] = lengths(corners);
+    let cosines = [cosine(la, lb, lc), cosine(lb, la, lc), cosine(lc, la, lb)];
+    let [most, least] = [f64::max, f64::min].map(|pick| cosines.into_iter().reduce(pick).unwrap_or(0.0));
+    [most, least].map(|cosine| cosine.acos().to_degrees())
 }
 
 /// The triangles of a mesh in summary; independent of the mesh's size and unit.
@@ -74,40 +92,80 @@ pub struct Quality {
 
 /// Summarises the triangles' shapes; `None` without triangles. Panics if an index is out of range.
 pub fn quality(mesh: &TriMesh) -> Option<Quality> {
-    let scale = power_of_two_scale(corner_points(mesh));
-    let shapes = || {
-        (0..mesh.triangles.len()).map(|t| TriangleQuality::new(mesh.corners(t).map(|corner| corner * scale)))
-    };
     if mesh.triangles.is_empty() {
         return None;
     }
+    let scale = scale_of(mesh);
+    let corners = |t: usize| mesh.corners(t).map(|corner| corner * scale);
     let n = mesh.triangles.len() as f64;
-    let mut sum = Quality {
+    let sums = in_chunks(mesh.triangles.len(), |range| {
+        range.map(|t| Sums::of(&TriangleQuality::new(corners(t)))).fold(Sums::NONE, Sums::with)
+    });
+    let sum = sums.into_iter().fold(Sums::NONE, Sums::with);
+    let mean = sum.length / (3.0 * n);
+    let spread = in_chunks(mesh.triangles.len(), |range| {
+        range.flat_map(|t| lengths(corners(t))).map(|l| (l - mean) * (l - mean)).sum::<f64>()
+    });
+    let spread: f64 = spread.into_iter().sum();
+    Some(Quality {
+        q_min: sum.q_min,
+        q_avg: sum.q / n,
+        theta_min: sum.theta_min,
+        theta_min_avg: sum.theta / n,
+        share_below_30: sum.below_30 as f64 / n,
+        share_above_90: sum.above_90 as f64 / n,
+        edge_cv: (spread / (3.0 * n)).sqrt() / mean.max(TINY),
+    })
+}
+
+/// Least values and sums over triangles.
+#[derive(Clone, Copy)]
+struct Sums {
+    q_min: f64,
+    q: f64,
+    theta_min: f64,
+    theta: f64,
+    below_30: usize,
+    above_90: usize,
+    length: f64,
+}
+
+impl Sums {
+    /// Of no triangle.
+    const NONE: Self = Self {
         q_min: f64::INFINITY,
-        q_avg: 0.0,
+        q: 0.0,
         theta_min: f64::INFINITY,
-        theta_min_avg: 0.0,
-        share_below_30: 0.0,
-        share_above_90: 0.0,
-        edge_cv: 0.0,
+        theta: 0.0,
+        below_30: 0,
+        above_90: 0,
+        length: 0.0,
     };
-    let mut length = 0.0;
-    for shape in shapes() {
+
+    fn of(shape: &TriangleQuality) -> Self {
         let theta = shape.min_angle();
-        sum.q_min = sum.q_min.min(shape.q);
-        sum.q_avg += shape.q / n;
-        sum.theta_min = sum.theta_min.min(theta);
-        sum.theta_min_avg += theta / n;
-        sum.share_below_30 += f64::from(u8::from(theta < 30.0));
-        sum.share_above_90 += f64::from(u8::from(shape.max_angle() > 90.0));
-        length += shape.lengths.iter().sum::<f64>();
+        Self {
+            q_min: shape.q,
+            q: shape.q,
+            theta_min: theta,
+            theta,
+            below_30: usize::from(theta < 30.0),
+            above_90: usize::from(shape.max_angle() > 90.0),
+            length: shape.lengths.iter().sum(),
+        }
     }
-    sum.share_below_30 /= n;
-    sum.share_above_90 /= n;
-    let mean = length / (3.0 * n);
-    let spread: f64 = shapes().flat_map(|shape| shape.lengths).map(|l| (l - mean) * (l - mean)).sum();
-    sum.edge_cv = (spread / (3.0 * n)).sqrt() / mean.max(TINY);
-    Some(sum)
+
+    fn with(self, other: Self) -> Self {
+        Self {
+            q_min: self.q_min.min(other.q_min),
+            q: self.q + other.q,
+            theta_min: self.theta_min.min(other.theta_min),
+            theta: self.theta + other.theta,
+            below_30: self.below_30 + other.below_30,
+            above_90: self.above_90 + other.above_90,
+            length: self.length + other.length,
+        }
+    }
 }
 
 /// How many edges meet at the vertices away from the boundary.
@@ -159,7 +217,7 @@ pub(crate) fn valence_of(mesh: &TriMesh, table: &EdgeTable) -> Valence {
 /// inner edges. An edge with more than two faces counts each pair that follow one another, ordered by the
 /// edge's place in the face (first, second, third side), then by face.
 pub(crate) fn folded_share(mesh: &TriMesh, table: &EdgeTable) -> f64 {
-    let scale = power_of_two_scale(corner_points(mesh));
+    let scale = scale_of(mesh);
     let normal = |t: usize| {
         let n = doubled_normal(mesh.corners(t).map(|corner| corner * scale));
         n / n.length().max(TINY)
@@ -179,6 +237,15 @@ pub(crate) fn folded_share(mesh: &TriMesh, table: &EdgeTable) -> f64 {
 /// The corners of all triangles: vertices that no triangle uses say nothing about the scale of the surface.
 pub(crate) fn corner_points(mesh: &TriMesh) -> impl Iterator<Item = DVec3> {
     mesh.triangles.as_flattened().iter().map(|&v| mesh.vertices[v as usize])
+}
+
+/// [`power_of_two_scale`] for the triangles of a mesh.
+pub(crate) fn scale_of(mesh: &TriMesh) -> f64 {
+    let largest = in_chunks(mesh.triangles.len(), |range| {
+        let corners = mesh.triangles[range].as_flattened().iter();
+        corners.fold(0.0, |m: f64, v| m.max(mesh.vertices[*v as usize].abs().max_element()))
+    });
+    power_of_two_scale(largest.into_iter().map(DVec3::splat))
 }
 
 /// A power of two that brings the largest coordinate to between 1/2 and 2. Powers of two leave every bit of a

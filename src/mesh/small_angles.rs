@@ -2,8 +2,9 @@
 
 use super::feature_distance::sharp_edges;
 use super::half_edges::edge_key;
-use super::quality::TriangleQuality;
+use super::quality::{TriangleQuality, extreme_angles};
 use crate::TriMesh;
+use rayon::prelude::*;
 use std::collections::HashSet;
 
 /// Triangles with an angle below a limit.
@@ -45,8 +46,8 @@ pub(crate) fn small_angle_places(
     limit: f64,
     feature_angle: f64,
 ) -> Vec<(usize, SmallAnglePlace)> {
-    let is_small = |t: &usize| TriangleQuality::new(mesh.corners(*t)).min_angle() < limit;
-    let small: Vec<usize> = (0..mesh.triangles.len()).filter(is_small).collect();
+    let is_small = |t: &usize| extreme_angles(mesh.corners(*t))[0] < limit;
+    let small: Vec<usize> = (0..mesh.triangles.len()).into_par_iter().filter(is_small).collect();
     if small.is_empty() {
         return Vec::new();
     }

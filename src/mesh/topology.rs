@@ -4,7 +4,7 @@ use rayon::slice::ParallelSliceMut;
 use serde::Serialize;
 
 use super::TriMesh;
-use super::half_edges::{EdgeTable, HalfEdge};
+use super::half_edges::{EdgeTable, HalfEdge, previous};
 
 /// The topology of a mesh as its index list has it; positions play no part.
 ///
@@ -74,46 +74,66 @@ pub fn topology(mesh: &TriMesh) -> Topology {
 
 /// [`topology`] with the edge table already at hand.
 pub(crate) fn topology_of(mesh: &TriMesh, table: &EdgeTable) -> Topology {
-    let mut used = vec![false; mesh.vertices.len()];
-    for &v in mesh.triangles.as_flattened() {
-        used[v as usize] = true;
-    }
-    let mut counts = EdgeCounts::default();
-    let mut components = Partition::new(mesh.vertices.len());
-    let mut loops = Partition::new(mesh.vertices.len());
-    let mut on_boundary = vec![false; mesh.vertices.len()];
-    let mut fans = Partition::new(3 * mesh.triangles.len());
-    for edge in table.edges() {
-        let (a, b) = edge[0].ends();
-        counts.add(mesh, edge);
-        components.join(a, b);
-        if edge.len() == 1 {
-            loops.join(a, b);
-            on_boundary[a as usize] = true;
-            on_boundary[b as usize] = true;
-        }
-        if a != b {
-            join_fans(mesh, edge, &mut fans);
-        }
-    }
-    let vertices = used.iter().filter(|&&u| u).count();
+    let (connected, (nonmanifold_vertices, duplicate_faces)) = rayon::join(
+        || Connected::new(mesh, table),
+        || rayon::join(|| split_vertices(mesh, table), || duplicates(mesh, table)),
+    );
+    let Connected { vertices, counts, components, boundary_loops } = connected;
     let faces = mesh.triangles.len();
     let mut topology = Topology {
         vertices,
         edges: counts.edges,
         faces,
-        components: components.count(&used),
+        components,
         euler: vertices as i64 - counts.edges as i64 + faces as i64,
         genus: None,
         boundary_edges: counts.boundary,
-        boundary_loops: loops.count(&on_boundary),
+        boundary_loops,
         nonmanifold_edges: counts.nonmanifold,
-        nonmanifold_vertices: split_vertices(mesh, &mut fans),
+        nonmanifold_vertices,
         inconsistent_edges: counts.inconsistent,
-        duplicate_faces: duplicates(mesh),
+        duplicate_faces,
     };
     topology.genus = genus(&topology);
     topology
+}
+
+/// What edges connect.
+struct Connected {
+    /// In use.
+    vertices: usize,
+    counts: EdgeCounts,
+    components: usize,
+    boundary_loops: usize,
+}
+
+impl Connected {
+    fn new(mesh: &TriMesh, table: &EdgeTable) -> Self {
+        let mut used = vec![false; mesh.vertices.len()];
+        for &v in mesh.triangles.as_flattened() {
+            used[v as usize] = true;
+        }
+        let mut counts = EdgeCounts::default();
+        let mut components = Partition::new(mesh.vertices.len());
+        let mut loops = Partition::new(mesh.vertices.len());
+        let mut on_boundary = vec![false; mesh.vertices.len()];
+        for edge in table.edges() {
+            let (a, b) = edge[0].ends();
+            counts.add(mesh, edge);
+            components.join(a, b);
+            if edge.len() == 1 {
+                loops.join(a, b);
+                on_boundary[a as usize] = true;
+                on_boundary[b as usize] = true;
+            }
+        }
+        Self {
+            vertices: used.iter().filter(|&&u| u).count(),
+            counts,
+            components: components.count(&used),
+            boundary_loops: loops.count(&on_boundary),
+        }
+    }
 }
 
 #[derive(Default)]
@@ -153,7 +173,11 @@ fn join_fans(mesh: &TriMesh, edge: &[HalfEdge], fans: &mut Partition) {
 }
 
 /// Vertices whose corners fall into more than one fan.
-fn split_vertices(mesh: &TriMesh, fans: &mut Partition) -> usize {
+fn split_vertices(mesh: &TriMesh, table: &EdgeTable) -> usize {
+    let mut fans = Partition::new(3 * mesh.triangles.len());
+    for edge in table.edges().filter(|edge| edge[0].ends().0 != edge[0].ends().1) {
+        join_fans(mesh, edge, &mut fans);
+    }
     let mut fans_at = vec![0u8; mesh.vertices.len()];
     for (corner, &v) in (0u32..).zip(mesh.triangles.as_flattened()) {
         if fans.root(corner) == corner {
@@ -164,7 +188,18 @@ fn split_vertices(mesh: &TriMesh, fans: &mut Partition) -> usize {
     fans_at.iter().filter(|&&count| count > 1).count()
 }
 
-fn duplicates(mesh: &TriMesh) -> usize {
+fn duplicates(mesh: &TriMesh, table: &EdgeTable) -> usize {
+    // Two faces on the same vertices share an edge, and are opposite the same vertex there.
+    let corners = mesh.triangles.as_flattened();
+    let opposite = |side: &HalfEdge| corners[previous(side.corners().0 as u32) as usize];
+    let may_be_doubled = |edge: &[HalfEdge]| match edge {
+        [_] => false,
+        [one, two] => opposite(one) == opposite(two),
+        _ => true,
+    };
+    if !table.edges().any(may_be_doubled) {
+        return 0;
+    }
     let mut sorted: Vec<[u32; 3]> = mesh
         .triangles
         .iter()

@@ -2,7 +2,7 @@
 
 use super::result::{ExactSummary, FeatureSummary, ShorterEdges};
 use super::small_angles::MendingCounts;
-use crate::mesh::quality::{TriangleQuality, quality};
+use crate::mesh::quality::{extreme_angles, quality};
 use crate::mesh::topology::{Topology, topology};
 use crate::mesh::unit_frame::{UnitFrame, decimals};
 use crate::polish::Outlier;
@@ -12,6 +12,7 @@ use crate::sites::poisson::DiskSummary;
 use crate::stages::flags::FlagCounts;
 use crate::{Error, TriMesh};
 use glam::DVec3;
+use rayon::prelude::*;
 
 /// The mesh of an attempt, in the unit-diagonal frame, with its figures.
 #[derive(Default)]
@@ -81,9 +82,10 @@ pub(crate) enum FaultKind {
 }
 
 /// The triangles of a mesh with an angle that makes them slivers: the angle in degrees and the index.
-pub(crate) fn slivers(mesh: &TriMesh) -> impl Iterator<Item = (f64, u32)> {
-    let angle = |t: u32| TriangleQuality::new(mesh.corners(t as usize)).min_angle();
-    (0..mesh.triangles.len() as u32).map(move |t| (angle(t), t)).filter(|(angle, _)| *angle < SLIVER)
+pub(crate) fn slivers(mesh: &TriMesh) -> Vec<(f64, u32)> {
+    let angle = |t: u32| extreme_angles(mesh.corners(t as usize))[0];
+    let all = (0..mesh.triangles.len() as u32).into_par_iter();
+    all.map(|t| (angle(t), t)).filter(|(angle, _)| *angle < SLIVER).collect()
 }
 
 impl Fault {
@@ -97,7 +99,7 @@ impl Fault {
 
     /// The worst sliver of a mesh on a surface, if there is any.
     pub fn sliver(mesh: &TriMesh, surface: &TriMesh) -> Option<Self> {
-        let (_, worst) = slivers(mesh).min_by(|a, b| a.0.total_cmp(&b.0))?;
+        let (_, worst) = slivers(mesh).into_iter().min_by(|a, b| a.0.total_cmp(&b.0))?;
         // Twice, because a result may be a little worse than an input of that kind.
         let of_surface = || quality(surface).is_some_and(|quality| quality.theta_min > 2.0 * SLIVER);
         let at = mesh.corners(worst as usize).into_iter().sum::<DVec3>() / 3.0;

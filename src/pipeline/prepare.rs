@@ -23,6 +23,7 @@ use crate::options::{Method, Options, Shortage, Sizing};
 use crate::sites::surface::Surface;
 use crate::stages::face::planar::PlanarFaces;
 use crate::{Error, ProgressToken, Result, TriMesh};
+use rayon::prelude::*;
 
 /// With [`Shortage::AddVertices`], each further try to divide the components has this many times the vertices
 /// of the last,
@@ -116,7 +117,7 @@ impl Prepared {
         let mut mesh = std::mem::take(&mut outcome.mesh);
         face_as(&mut mesh, &self.surface.mesh());
         self.small.iter().for_each(|part| append(&mut mesh, part));
-        mesh.vertices.iter_mut().for_each(|p| *p = self.frame.from_unit(*p));
+        mesh.vertices.par_iter_mut().for_each(|p| *p = self.frame.from_unit(*p));
         separate_coincident(&mut mesh);
         mesh
     }

@@ -32,19 +32,24 @@ pub(crate) fn flip_edges(
     sweeps: u32,
 ) -> usize {
     let mut total = 0;
+    // Since the last sweep, gains have changed only around vertices whose edges have.
+    let mut changed: Option<Vec<bool>> = None;
     for _ in 0..sweeps {
         let wanted: Vec<u32> = (0..half_edges.half_edge_count())
             .into_par_iter()
             .with_min_len(4096)
+            .filter(|&h| is_near(half_edges, h, changed.as_deref()))
             .filter(|&h| pays(half_edges, points, locked, valence_weight, h))
             .collect();
+        let mut changed_now = vec![false; points.len()];
         let mut flipped = 0;
         for h in wanted {
             // An earlier flip may have changed the gain of this one.
             if pays(half_edges, points, locked, valence_weight, h)
                 && let Some(twin) = half_edges.twin(h)
             {
-                half_edges.flip(h, twin);
+                let flip = half_edges.flip(h, twin);
+                flip.vertices.iter().for_each(|v| changed_now[*v as usize] = true);
                 flipped += 1;
             }
         }
@@ -52,8 +57,15 @@ pub(crate) fn flip_edges(
         if flipped == 0 {
             break;
         }
+        changed = Some(changed_now);
     }
     total
+}
+
+/// Whether a vertex of the two triangles at `h` has changed; false for the second half-edge of an edge.
+fn is_near(half_edges: &HalfEdgeMesh, h: u32, changed: Option<&[bool]>) -> bool {
+    let Some(twin) = half_edges.twin(h).filter(|&twin| h < twin) else { return false };
+    changed.is_none_or(|changed| half_edges.diamond(h, twin).iter().any(|v| changed[*v as usize]))
 }
 
 /// Whether the edge of `h` may and should be flipped; false for the second of its two half-edges.
@@ -61,12 +73,12 @@ fn pays(half_edges: &HalfEdgeMesh, points: &[DVec3], locked: Locked, valence_wei
     let Some(twin) = half_edges.twin(h).filter(|&twin| h < twin) else { return false };
     let ring @ [a, b, c, d] = half_edges.diamond(h, twin);
     let corners = ring.map(|v| points[v as usize]);
-    let delaunay = angle_gain(corners);
     // In strips between two curves, angles say more than numbers.
     let is_chord = locked.fixed[a as usize] && locked.fixed[b as usize];
     let valence = if is_chord { 0.0 } else { valence_gain(half_edges, points, locked, [h, twin]) };
-    // This decides most edges, so it comes first.
-    if delaunay + valence_weight * valence <= MIN_GAIN {
+    let valence = valence_weight * valence;
+    // These two decide most edges, so they come first. Angles gain nothing where neither is obtuse.
+    if valence <= MIN_GAIN && has_acute_angles(corners) || angle_gain(corners) + valence <= MIN_GAIN {
         return false;
     }
     c != d
@@ -82,6 +94,11 @@ fn pays(half_edges: &HalfEdgeMesh, points: &[DVec3], locked: Locked, valence_wei
 /// Negated sum of the cotangents of the two angles opposite the edge: positive if they exceed 180° together.
 pub(crate) fn angle_gain([a, b, c, d]: [DVec3; 4]) -> f64 {
     -(cotangent(c, a, b) + cotangent(d, b, a))
+}
+
+/// Whether neither of the two angles opposite the edge exceeds 90 degrees.
+fn has_acute_angles([a, b, c, d]: [DVec3; 4]) -> bool {
+    (a - c).dot(b - c) >= 0.0 && (a - d).dot(b - d) >= 0.0
 }
 
 fn cotangent(at: DVec3, p: DVec3, q: DVec3) -> f64 {

@@ -87,11 +87,16 @@ fn undo_bad_moves(
     moved: &mut [DVec3],
 ) -> usize {
     let mut undone = 0;
+    // Only triangles with changed moves are looked at again.
+    let mut changed: Option<Vec<bool>> = None;
     for _ in 0..REPAIRS {
         let bad: Vec<[u32; 3]> = half_edges
             .triangles
             .par_iter()
             .with_min_len(CHUNK)
+            .filter(|triangle| {
+                changed.as_ref().is_none_or(|changed| triangle.iter().any(|v| changed[*v as usize]))
+            })
             .filter(|triangle| {
                 let at = |points: &[DVec3]| triangle.map(|v| points[v as usize]);
                 let up = triangle.map(|v| normals[v as usize]).iter().sum();
@@ -102,10 +107,13 @@ fn undo_bad_moves(
         if bad.is_empty() {
             return undone;
         }
+        let mut changed_now = vec![false; points.len()];
         for v in bad.into_iter().flatten().map(|v| v as usize) {
             undone += usize::from(moved[v] != points[v]);
             moved[v] = points[v];
+            changed_now[v] = true;
         }
+        changed = Some(changed_now);
     }
     moved.copy_from_slice(points);
     points.len()

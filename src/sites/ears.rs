@@ -4,7 +4,7 @@
 use std::collections::{HashMap, HashSet};
 
 use crate::mesh::half_edges::edge_key;
-use crate::mesh::quality::TriangleQuality;
+use crate::mesh::quality::extreme_angles;
 use crate::mesh::triangle::doubled_normal;
 use glam::DVec3;
 
@@ -100,7 +100,7 @@ impl<'a> Ears<'a> {
         let corners = |triangle: [u32; 3]| triangle.map(|v| self.positions[v as usize]);
         let facing: DVec3 = old.map(|t| doubled_normal(corners(t))).into_iter().sum();
         let least = |pair: [[u32; 3]; 2]| {
-            let [one, two] = pair.map(|t| TriangleQuality::new(corners(t)).min_angle());
+            let [one, two] = pair.map(|t| extreme_angles(corners(t))[0]);
             one.min(two)
         };
         new.iter().all(|t| doubled_normal(corners(*t)).dot(facing) > 0.0) && least(new) > least(old)

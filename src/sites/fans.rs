@@ -1,5 +1,6 @@
 //! Fans: the neighbours of every site in cyclic order.
 
+use crate::mesh::chunks::in_chunks;
 use glam::Vec2;
 
 /// Counter-clockwise neighbours of every site, or of every sector of sites on curves.
@@ -68,18 +69,32 @@ impl Fans {
     /// bounding box of an unbounded face, are dropped too.
     pub(crate) fn symmetric(&self) -> Self {
         let lists = |i: u32, j: u32| (j as usize) < self.len() && i != j && self.of(j as usize).contains(&i);
+        // The neighbours of a part of the sites, and how many each has.
+        let parts = in_chunks(self.len(), |range| {
+            let mut neighbours: Vec<u32> = Vec::new();
+            let mut counts = Vec::with_capacity(range.len());
+            for i in range {
+                let begin = neighbours.len();
+                for &j in self.of(i) {
+                    // A neighbour that bounds two stretches of a degenerate face counts once.
+                    if lists(i as u32, j) && !neighbours[begin..].contains(&j) {
+                        neighbours.push(j);
+                    }
+                }
+                counts.push((neighbours.len() - begin) as u32);
+            }
+            (neighbours, counts)
+        });
         let mut start = Vec::with_capacity(self.start.len());
         let mut neighbours: Vec<u32> = Vec::with_capacity(self.neighbours.len());
         start.push(0);
-        for i in 0..self.len() {
-            let begin = neighbours.len();
-            for &j in self.of(i) {
-                // A neighbour that bounds two stretches of a degenerate face counts once.
-                if lists(i as u32, j) && !neighbours[begin..].contains(&j) {
-                    neighbours.push(j);
-                }
-            }
-            start.push(neighbours.len() as u32);
+        for (part, counts) in parts {
+            neighbours.extend_from_slice(&part);
+            let mut end = start.last().copied().unwrap_or(0);
+            start.extend(counts.into_iter().map(|count| {
+                end += count;
+                end
+            }));
         }
         Self { start, neighbours, sites: self.sites.clone(), open: self.open.clone() }
     }

@@ -7,7 +7,7 @@ use glam::DVec3;
 
 use super::attempts::Runner;
 use crate::mesh::hash_grid::HashGrid;
-use crate::mesh::quality::TriangleQuality;
+use crate::mesh::quality::extreme_angles;
 use crate::mesh::sizing::{SizeField, vertices_with};
 use crate::mesh::small_angles::small_angle_places;
 use crate::mesh::spacing;
@@ -116,7 +116,7 @@ impl Runner<'_, '_> {
     fn small_angles(&self, mesh: &TriMesh) -> (usize, f64) {
         let CoarseToFineOptions { min_angle, feature_angle, .. } = self.shared.options.coarse_to_fine;
         let small = small_angle_places(mesh, min_angle, feature_angle);
-        let angle = |(t, _): &(usize, _)| TriangleQuality::new(mesh.corners(*t)).min_angle();
+        let angle = |(t, _): &(usize, _)| extreme_angles(mesh.corners(*t))[0];
         (small.len(), small.iter().map(angle).fold(min_angle, f64::min))
     }
 

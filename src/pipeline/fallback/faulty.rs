@@ -42,7 +42,7 @@ impl Fallback<'_> {
         let surface = self.surface.mesh();
         let mut faulty_faces = self.intersections(&faulty.mesh, progress)?.new;
         if faulty.fault.as_ref().is_some_and(|fault| fault.kind == FaultKind::Slivers) {
-            faulty_faces.extend(slivers(&faulty.mesh).map(|(_, t)| t));
+            faulty_faces.extend(slivers(&faulty.mesh).into_iter().map(|(_, t)| t));
         }
         let missing = self.missing(&surface, &faulty.mesh, progress)?;
         let mut mesh = faulty.mesh.clone();

@@ -14,7 +14,7 @@ use rayon::prelude::*;
 use super::relax::{CHUNK, folds_or_flattens, vertex_normal};
 use super::{Target, is_fixed};
 use crate::mesh::half_edge_mesh::HalfEdgeMesh;
-use crate::mesh::quality::TriangleQuality;
+use crate::mesh::quality::extreme_angles;
 use crate::mesh::triangle::doubled_normal;
 use crate::{ProgressToken, Result, TriMesh};
 use samples::{FitMesh, Searches};
@@ -137,10 +137,11 @@ impl FitMesh<'_> {
         for (step, area) in moves.iter_mut().zip(thirds) {
             *step = step.clamp_length_max(MAX_MOVE * area.sqrt());
         }
-        let angles = self.half_edges.triangles.par_iter().with_min_len(CHUNK);
+        let triangles = self.half_edges.triangles.par_iter().with_min_len(CHUNK);
+        let angles: Vec<[f64; 2]> = triangles.map(|t| extreme_angles(self.corners(*t))).collect();
         let (smallest, largest) = angles
-            .map(|t| TriangleQuality::new(self.corners(*t)))
-            .map(|shape| (shape.min_angle(), shape.max_angle()))
+            .par_iter()
+            .map(|[smallest, largest]| (*smallest, *largest))
             .reduce(|| (f64::INFINITY, 90.0), |a, b| (a.0.min(b.0), a.1.max(b.1)));
         let bounds = Bounds { smallest, floor: smallest.max(min_angle), largest };
         let mut held = vec![false; self.points.len()];
@@ -151,10 +152,11 @@ impl FitMesh<'_> {
                 .half_edges
                 .triangles
                 .par_iter()
+                .zip(&angles)
                 .with_min_len(CHUNK)
-                .filter(|triangle| triangle.iter().any(|v| changed[*v as usize]))
-                .filter(|triangle| self.is_spoiled(**triangle, moves, &bounds))
-                .copied()
+                .filter(|(triangle, _)| triangle.iter().any(|v| changed[*v as usize]))
+                .filter(|(triangle, angles)| self.is_spoiled(**triangle, **angles, moves, &bounds))
+                .map(|(triangle, _)| *triangle)
                 .collect();
             if spoiled.is_empty() {
                 break;
@@ -175,16 +177,15 @@ impl FitMesh<'_> {
         held.iter().filter(|held| **held).count()
     }
 
-    /// Whether the moves fold or flatten a triangle, or make its angles worse than the bounds allow.
-    fn is_spoiled(&self, triangle: [u32; 3], moves: &[DVec3], bounds: &Bounds) -> bool {
+    /// Whether the moves fold or flatten a triangle, or make its angles worse than the bounds allow; `angles`
+    /// are the smallest and the largest of them now.
+    fn is_spoiled(&self, triangle: [u32; 3], angles: [f64; 2], moves: &[DVec3], bounds: &Bounds) -> bool {
         let old = self.corners(triangle);
         let new = triangle.map(|v| v as usize).map(|v| self.points[v] + moves[v]);
         if new == old {
             return false;
         }
-        let (before, after) = (TriangleQuality::new(old), TriangleQuality::new(new));
-        let ((small, large), (was_small, was_large)) =
-            ((after.min_angle(), after.max_angle()), (before.min_angle(), before.max_angle()));
+        let ([was_small, was_large], [small, large]) = (angles, extreme_angles(new));
         let flatter = small < bounds.floor && small < bounds.smallest.max(was_small - LOSS).min(was_small);
         let wider = large > 90.0 && large > bounds.largest.min(was_large + LOSS).max(was_large);
         flatter || wider || folds_or_flattens(old, new, doubled_normal(old))

@@ -2,7 +2,7 @@
 
 use std::ops::AddAssign;
 
-use glam::{DMat3, DVec3, Vec3A, Vec3Swizzles};
+use glam::{DMat3, DVec3, Vec3, Vec3A, Vec3Swizzles};
 use rayon::prelude::*;
 
 use super::samples::{Inward, Sample, Samples};
@@ -75,14 +75,14 @@ impl System<'_> {
             let (mut own, mut right) = (Symmetric::default(), DVec3::ZERO);
             if !self.fixed[v] {
                 let sample = &self.samples.corners[v];
-                own += Symmetric::outer(sample.direction, 1.0);
+                own += Symmetric::outer(sample, 1.0);
                 own += Symmetric::scale(self.stiffness[v]);
-                right += sample.direction * sample.distance;
+                right += along(sample, 1.0);
                 for h in self.half_edges.ring(v as u32) {
                     own += Symmetric::scale(2.0 * self.coupling[h as usize / 3]);
                     self.each(h, inward, |sample, weight, _| {
-                        own += Symmetric::outer(sample.direction, weight * weight);
-                        right += sample.direction * (sample.distance * weight);
+                        own += Symmetric::outer(sample, weight * weight);
+                        right += along(sample, weight);
                     });
                     let mut beside = self.beside(h, inward);
                     if let Some(twin) = self.half_edges.twin(h) {
@@ -104,7 +104,7 @@ impl System<'_> {
     fn beside(&self, h: u32, inward: &Csr) -> Symmetric {
         let mut block = Symmetric::scale(-self.coupling[h as usize / 3]);
         self.each(h, inward, |sample, weight, next| {
-            block += Symmetric::outer(sample.direction, weight * next);
+            block += Symmetric::outer(sample, weight * next);
         });
         block
     }
@@ -116,7 +116,7 @@ impl System<'_> {
         let next = (corner + 1) % 3;
         for (sample, weights) in self.samples.faces[triangle as usize].iter().zip(WEIGHTS) {
             // The sample of an edge is in only one of its triangles.
-            if sample.direction != DVec3::ZERO {
+            if sample.direction != Vec3::ZERO {
                 visit(sample, weights[corner], weights[next]);
             }
         }
@@ -125,6 +125,11 @@ impl System<'_> {
             visit(sample, weights[corner], weights[next]);
         }
     }
+}
+
+/// What a sample of this weight adds to the right-hand side.
+fn along(sample: &Sample, weight: f64) -> DVec3 {
+    sample.direction.as_dvec3() * (f64::from(sample.distance) * weight)
 }
 
 fn dot(x: &[Vec3A], y: &[Vec3A]) -> f64 {
@@ -213,8 +218,9 @@ struct Symmetric {
 }
 
 impl Symmetric {
-    /// `weight` times the product of `d` with itself.
-    fn outer(d: DVec3, weight: f64) -> Self {
+    /// `weight` times the product of a sample's direction with itself.
+    fn outer(sample: &Sample, weight: f64) -> Self {
+        let d = sample.direction.as_dvec3();
         let scaled = d * weight;
         Self { diagonal: scaled * d, off_diagonal: scaled.yzx() * d.zxy() }
     }
@@ -267,6 +273,11 @@ mod tests {
     use super::*;
     use rand::{RngExt, SeedableRng};
 
+    /// The cost of a sample that moves, its distance taken so many times.
+    fn square(sample: &Sample, moved: DVec3, distances: f64) -> f64 {
+        (sample.direction.as_dvec3().dot(moved) - distances * f64::from(sample.distance)).powi(2)
+    }
+
     /// The matrix is that of the sum of squares that the fit minimizes, on the vertices that move.
     #[test]
     fn the_matrix_is_that_of_the_costs() {
@@ -276,7 +287,7 @@ mod tests {
         let fixed = [false, false, true, true, true, true];
         let mut random = rand_pcg::Pcg64::seed_from_u64(7);
         let mut vector = || DVec3::from_array(std::array::from_fn(|_| random.random_range(-1.0..1.0)));
-        let mut sample = || Sample { direction: vector(), distance: 0.5 };
+        let mut sample = || Sample { direction: vector().as_vec3(), distance: 0.5 };
         let inward = |triangle, weights, sample| Inward { triangle, weights, sample };
         let mut samples = Samples {
             corners: (0..6).map(|_| sample()).collect(),
@@ -297,7 +308,7 @@ mod tests {
         };
         // The costs less those of no move at all, which are linear in the distances.
         let cost = |x: &[DVec3], distances: f64| -> f64 {
-            let square = |s: &Sample, moved: DVec3| (s.direction.dot(moved) - distances * s.distance).powi(2);
+            let square = |s: &Sample, moved: DVec3| square(s, moved, distances);
             let mut cost = 0.0;
             for ((s, k), x) in samples.corners.iter().zip(system.stiffness).zip(x) {
                 cost += square(s, *x) + k * x.length_squared();
@@ -307,7 +318,7 @@ mod tests {
             };
             for (t, coupling) in system.coupling.iter().enumerate() {
                 for (s, weights) in samples.faces[t].iter().zip(WEIGHTS) {
-                    cost += if s.direction == DVec3::ZERO { 0.0 } else { square(s, at(t, weights)) };
+                    cost += if s.direction == Vec3::ZERO { 0.0 } else { square(s, at(t, weights)) };
                 }
                 let [a, b, c] = triangles[t].map(|v| x[v as usize]);
                 cost += coupling

@@ -9,7 +9,7 @@ use crate::mesh::NONE;
 use crate::mesh::half_edge_mesh::{Flip, VertexKind};
 use crate::mesh::half_edges::previous;
 use crate::mesh::intersections::intersecting_faces;
-use crate::mesh::quality::TriangleQuality;
+use crate::mesh::quality::extreme_angles;
 use crate::mesh::triangle::closest_on_triangle;
 use crate::polish::worst::lift_freely;
 use crate::{Result, TriMesh};
@@ -141,7 +141,7 @@ impl MeshCopy<'_> {
     fn shape(&self, t: u32, outlier: &FarPlace) -> Shape {
         let corners = self.corners(t);
         let distance = closest_on_triangle(outlier.at, corners).point.distance(outlier.at);
-        Shape { distance, min_angle: TriangleQuality::new(corners).min_angle() }
+        Shape { distance, min_angle: extreme_angles(corners)[0] }
     }
 
     /// The distance of the outlier after an edit, in edge lengths, plus the cost of the worst angle; `shapes`

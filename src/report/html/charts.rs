@@ -3,7 +3,7 @@
 use askama::Template;
 
 use crate::TriMesh;
-use crate::mesh::quality::{TriangleQuality, corner_points, power_of_two_scale};
+use crate::mesh::quality::{TriangleQuality, scale_of};
 use std::collections::BTreeMap;
 
 /// Size of a chart; left, top, right and bottom of its plot area.
@@ -52,7 +52,7 @@ pub(super) struct Mark {
 /// The shares of the angles of all faces, by 5 degrees.
 pub(super) fn angles(meshes: [&TriMesh; 2]) -> Chart {
     let shares = meshes.map(|mesh| {
-        let scale = power_of_two_scale(corner_points(mesh));
+        let scale = scale_of(mesh);
         let mut counts = vec![0usize; 180 / BIN];
         for t in 0..mesh.triangles.len() {
             for angle in TriangleQuality::new(mesh.corners(t).map(|p| p * scale)).angles {

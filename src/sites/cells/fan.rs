@@ -12,22 +12,14 @@ pub(crate) fn fans(
     boundary: &PatchBoundary,
     cells: &[Cell],
 ) -> (Fans, Vec<usize>, Vec<Encroached>) {
-    let mut broken = Vec::new();
-    let mut encroached = Vec::new();
-    let mut open = Vec::new();
-    let rings: Vec<Vec<u32>> = cells
-        .iter()
-        .enumerate()
-        .map(|(s, cell)| {
-            let Ring { ring, is_sound, is_open } = ring(scene, boundary, s, cell, &mut encroached);
-            open.push(is_open);
-            if !is_sound {
-                broken.push(s);
-            }
-            ring
-        })
-        .collect();
+    let mut rings: Vec<Ring> =
+        cells.par_iter().enumerate().map(|(s, cell)| ring(scene, boundary, s, cell)).collect();
+    let broken = (0..).zip(&rings).filter(|(_, ring)| !ring.is_sound).map(|(s, _)| s).collect();
+    let mut encroached: Vec<Encroached> =
+        rings.iter_mut().flat_map(|ring| std::mem::take(&mut ring.encroached)).collect();
     encroached.sort_unstable();
+    let open: Vec<bool> = rings.iter().map(|ring| ring.is_open).collect();
+    let rings: Vec<Vec<u32>> = rings.into_iter().map(|ring| ring.ring).collect();
     let one_each = scene.sectors.len() == scene.sites.positions.len();
     let fans = if one_each && !scene.surface.has_boundary {
         Fans::from_lists(rings)
@@ -49,15 +41,12 @@ struct Ring {
     is_sound: bool,
     /// Whether the ring begins and ends at the boundary.
     is_open: bool,
+    /// Curve segments of other sites in the cell.
+    encroached: Vec<Encroached>,
 }
 
-fn ring(
-    scene: &Scene,
-    boundary: &PatchBoundary,
-    s: usize,
-    cell: &Cell,
-    encroached: &mut Vec<Encroached>,
-) -> Ring {
+fn ring(scene: &Scene, boundary: &PatchBoundary, s: usize, cell: &Cell) -> Ring {
+    let mut encroached = Vec::new();
     let mut links = cell.corners.clone();
     let (runs, mut is_sound) = boundary.runs_of_cell(s, cell);
     let mut first = None;
@@ -85,14 +74,14 @@ fn ring(
     let is_open = scene.sectors.ends[s].is_some() || (spans_boundary && first.is_some());
     is_sound &= is_open == first.is_some();
     if let Some(only) = first.filter(|_| links.is_empty()) {
-        return Ring { ring: vec![only], is_sound, is_open };
+        return Ring { ring: vec![only], is_sound, is_open, encroached };
     }
     let (mut ring, closed) = order(links);
     if let Some(place) = first.and_then(|first| ring.iter().position(|j| *j == first)) {
         ring.rotate_left(place);
     }
     let enough = is_open || ring.len() > 2;
-    Ring { ring, is_sound: is_sound && closed && enough, is_open }
+    Ring { ring, is_sound: is_sound && closed && enough, is_open, encroached }
 }
 
 /// The cyclic order of the neighbours, each followed by the one it shares a corner with; false if the corners
@@ -175,7 +164,7 @@ pub(crate) fn unshared(scene: &Scene, cells: &[Cell]) -> usize {
         })
         .collect();
     corners.par_sort_unstable();
-    corners.chunk_by(|a, b| a == b).filter(|same| same.len() != 3).count()
+    corners.par_chunk_by(|a, b| a == b).filter(|same| same.len() != 3).count()
 }
 
 /// Sectors, in ascending order, each with a neighbour whose cell lacks the edge between them.

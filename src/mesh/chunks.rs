@@ -1,0 +1,14 @@
+//! Long lists, by all threads and in parts of a constant length: what is summed in their order does not
+//! depend on the number of threads.
+
+use rayon::prelude::*;
+use std::ops::Range;
+
+/// Indices in a part.
+const CHUNK: usize = 4096;
+
+/// What `of` gives for parts of `0..count`, in their order.
+pub(crate) fn in_chunks<T: Send>(count: usize, of: impl Fn(Range<usize>) -> T + Sync) -> Vec<T> {
+    let part = |chunk: usize| of(chunk * CHUNK..count.min((chunk + 1) * CHUNK));
+    (0..count.div_ceil(CHUNK)).into_par_iter().map(part).collect()
+}
