@@ -124,6 +124,7 @@ impl SurfaceCurves {
         curves.curves =
             polylines.into_iter().map(|(polyline, closed)| curves.path(polyline, closed)).collect();
         curves.forbid_doubled_edges();
+        curves.keep_slits_open();
         Some(curves)
     }
 
@@ -188,6 +189,19 @@ impl SurfaceCurves {
             fewest: if loops { 3 } else { 1 },
             sizes: Vec::new(),
             measured: Vec::new(),
+        }
+    }
+
+    /// A curve with no other at either end, such as a short line of the user's, gets a site in between: with
+    /// the two ends alone, no cell has it on its left and on its right.
+    fn keep_slits_open(&mut self) {
+        let mut ends: HashMap<u32, u32> = HashMap::new();
+        let of = |path: &CurvePath| [path.vertices.first().copied(), path.vertices.last().copied()];
+        self.curves.iter().flat_map(of).flatten().for_each(|v| *ends.entry(v).or_default() += 1);
+        for path in &mut self.curves {
+            if of(path).into_iter().flatten().all(|v| ends[&v] == 1) {
+                path.fewest = path.fewest.max(2);
+            }
         }
     }
 

@@ -103,6 +103,18 @@ fn reruns_give_the_same_bytes() {
 }
 
 #[test]
+fn a_line_shorter_than_an_edge_leaves_no_hole() {
+    let input = sample("bumpy-sphere").unwrap();
+    let [a, b, _] = input.corners(0);
+    let line = FeatureLine { line: 1, points: vec![a, b] };
+    let result = run(&input, &Options::new(300).features(FeatureLines::new(vec![line])));
+    assert_eq!(result.summary.features.unwrap().curve_sites, 3);
+    for end in [a, b] {
+        assert!(result.mesh.vertices.iter().any(|v| v.distance(end) < 1e-9), "{end} is no vertex");
+    }
+}
+
+#[test]
 fn features_too_narrow_for_the_spacing_are_counted_in_the_input_s_units() {
     let input = moved(&plane(40, 0.0), |v| {
         let (x, z) = if v.x > 0.5 { (v.x - 1.0 / 40.0, -0.4) } else { (v.x, 0.0) };
