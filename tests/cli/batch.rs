@@ -158,6 +158,31 @@ fn what_was_made_with_other_options_is_made_again() {
 }
 
 #[test]
+fn several_at_a_time_give_the_same_results() {
+    let place = with_meshes();
+    let endings_of = |out: &str, options: &str| {
+        let errors = ends(&place, &format!("batch in --out {out} --log {out}.jsonl {QUICK} {options}"), 1);
+        assert!(errors.contains("error: 3 done, 1 failed, 0 skipped in "), "{errors}");
+        // They are counted as they end.
+        let places: Vec<_> = errors.lines().take(4).map(|line| &line[..4]).collect();
+        assert_eq!(places, ["1/4 ", "2/4 ", "3/4 ", "4/4 "], "{errors}");
+        let log = entries(&place, &format!("{out}.jsonl"));
+        let mut endings: Vec<_> =
+            endings(&log).into_iter().map(|(input, status)| (input.to_owned(), status.to_owned())).collect();
+        endings.sort();
+        endings
+    };
+    assert_eq!(endings_of("three", "--jobs 3"), endings_of("one", ""));
+    for name in ["box.ply", "sphere.ply", "torus.ply"] {
+        let made = |out: &str| std::fs::read(place.path(&format!("{out}/{name}"))).unwrap();
+        assert!(made("three") == made("one"), "{name} differs");
+    }
+    // Where one worker cannot begin, all end, and nothing hangs.
+    let errors = ends(&place, &format!("batch in --out none --device none --jobs 3 {QUICK}"), 4);
+    assert!(errors.contains("none"), "{errors}");
+}
+
+#[test]
 fn results_are_those_of_remesh() {
     let place = with_meshes();
     let options = "--ratio 0.2 --iterations 3 --seed 5 --no-fit";

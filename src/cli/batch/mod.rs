@@ -2,6 +2,7 @@
 
 mod inputs;
 mod log;
+mod workers;
 
 use super::all_at_once::ResearchArgs;
 use super::attributes::{AttributeArgs, carried};
@@ -13,7 +14,7 @@ use super::target_count::{SizeArgs, count};
 use super::terminal::tell;
 use super::{progress, words};
 use anyhow::Result;
-use clap::ArgAction;
+use clap::{ArgAction, value_parser};
 use inputs::{Job, Shard};
 use log::{Entry, Log, Status};
 use rtfmesh::io;
@@ -24,6 +25,7 @@ use std::path::{Path, PathBuf};
 use std::sync::MutexGuard;
 use std::sync::mpsc::{SyncSender, sync_channel};
 use std::time::Instant;
+use workers::Batch;
 
 const EXAMPLES: &str = "Examples:
   rtfmesh batch scans --out remeshed -n 10k
@@ -94,6 +96,11 @@ struct OutputArgs {
     /// How many processes share the inputs
     #[arg(long, value_name = "W", requires = "rank", hide_short_help = true)]
     world_size: Option<usize>,
+    /// Meshes worked on at the same time, 1 to 64; each takes device memory of its own [default: 1]
+    ///
+    /// Several small ones keep a GPU and many cores busier than one. The log has them as they end.
+    #[arg(long, value_name = "J", value_parser = value_parser!(u8).range(1..=64), hide_short_help = true)]
+    jobs: Option<u8>,
     /// Measure the distances between each result and its input
     #[arg(long, hide_short_help = true)]
     distances: bool,
@@ -119,14 +126,6 @@ impl OutputArgs {
             _ => Ok(self.shard),
         }
     }
-}
-
-/// What all meshes of a batch share.
-struct Batch<'a> {
-    args: &'a Args,
-    size: Size,
-    options: Options,
-    asked: &'a str,
 }
 
 /// A digest of all that is asked for but the device, 16 hexadecimal digits: FNV-1a of 64 bits (Fowler, Noll
@@ -165,7 +164,8 @@ pub fn run(args: &Args) -> Result<()> {
     for job in &skipped {
         log.add(&Entry::new(job, Status::Skipped, asked))?;
     }
-    let failed = Batch { args, size, options, asked }.run(&left, &mut log)?;
+    let workers = usize::from(args.output.jobs.unwrap_or(1));
+    let failed = Batch { args, size, options, asked }.run(&left, workers, &mut log)?;
     let (done, skipped) = (left.len() - failed, skipped.len());
     let seconds = begin.elapsed().as_secs_f64();
     let summary = format!("{done} done, {failed} failed, {skipped} skipped in {seconds:.1} s");
@@ -207,126 +207,4 @@ fn refuse_overwriting(args: &Args, jobs: &[Job], log: &Path) -> rtfmesh::Result<
 fn among<'a>(path: &Path, mut meshes: impl Iterator<Item = &'a PathBuf>) -> bool {
     let full = full_path(path);
     meshes.any(|mesh| full == full_path(mesh))
-}
-
-/// A mesh as it was read, and how many seconds that took.
-type Read = (rtfmesh::Result<Loaded>, f64);
-
-/// While this exists, the program does not stop.
-type Writing = MutexGuard<'static, ()>;
-
-impl Batch<'_> {
-    /// Works on the jobs in their order; returns how many failed.
-    fn run(&self, jobs: &[Job], log: &mut Log) -> Result<usize> {
-        if jobs.is_empty() {
-            return Ok(0);
-        }
-        progress::handle_interrupts()?;
-        let mut device = self.args.device.open(false)?;
-        // A channel without room: one mesh is worked on, and one more waits.
-        let (sender, receiver) = sync_channel(0);
-        std::thread::scope(|scope| {
-            // Inside, so that the reader ends with this function, however it ends.
-            let receiver = receiver;
-            scope.spawn(move || self.read_all(jobs, &sender));
-            let mut failed = 0;
-            for (place, (job, read)) in jobs.iter().zip(receiver.iter()).enumerate() {
-                let (done, left) = (place - failed, jobs.len() - place);
-                progress::set_cancel_message(format!(
-                    "stopped: {done} done, {failed} failed, {left} left; --resume goes on"
-                ));
-                let mut entry = Entry::new(job, Status::Done, self.asked);
-                // Holds the guard, so that no stop comes between a result and its line.
-                let outcome = self.one(&device, job, read, &mut entry);
-                if let Err(error) = &outcome {
-                    if progress::is_cancelled() {
-                        return Err(progress::cancelled().into());
-                    }
-                    failed += 1;
-                    entry.status = Status::Failed;
-                    entry.error = Some(words::line(error));
-                }
-                log.add(&entry)?;
-                if !self.args.output.quiet {
-                    tell(&line(&entry, place + 1, jobs.len()));
-                }
-                // A lost device stays lost; the other meshes get a new one.
-                let error = outcome.err().and_then(|error| error.downcast().ok());
-                if let Some(Error::DeviceLost(_)) = error {
-                    device = self.args.device.open(false)?;
-                }
-            }
-            Ok(failed)
-        })
-    }
-
-    fn read_all(&self, jobs: &[Job], sender: &SyncSender<Read>) {
-        for job in jobs {
-            let begin = Instant::now();
-            let loaded = self.args.input_format.load_with(&job.input, self.args.attributes.wants_materials());
-            // Nobody receives when the batch has ended early.
-            if sender.send((loaded, begin.elapsed().as_secs_f64())).is_err() {
-                return;
-            }
-        }
-    }
-
-    /// Remeshes and writes, and fills in `entry`. While the caller holds the guard, Ctrl-C waits.
-    fn one(&self, device: &Device, job: &Job, read: Read, entry: &mut Entry) -> Result<Writing> {
-        let begin = Instant::now();
-        let (loaded, reading) = read;
-        let outcome = loaded.map_err(Into::into).and_then(|loaded| {
-            entry.notes.clone_from(&loaded.notes);
-            make_folder(job.output.parent().unwrap_or(&job.output))?;
-            let target = Target::new(&job.output, Some(self.args.output.format))?;
-            let mut options = self.options.clone();
-            let in_file = |error: Error| error.in_file(&job.input);
-            let repaired = count(self.size, &loaded.mesh, &mut options, None).map_err(in_file)?;
-            options.format = Some(target.format());
-            let attributes = &self.args.attributes;
-            let repaired = attributes.request(&loaded, repaired, &mut options, &mut entry.notes);
-            let repaired = repaired.map_err(in_file)?;
-            let read = self.args.method.read_attributes(&loaded.attributes, &mut options);
-            read.map_err(in_file)?;
-            entry.options = Some(Settings::of(&options));
-            let flow = |_| if progress::is_cancelled() { Flow::Cancel } else { Flow::Continue };
-            let result = remesh_repaired(device, &loaded.mesh, repaired, &options, flow);
-            let result = result.map_err(in_file)?;
-            refuse_messages(device)?;
-            let attributes = carried(&loaded.mesh, &loaded.attributes, &result);
-            let writing = progress::begin_writing()?;
-            target.write(&result.mesh, &attributes, true)?;
-            entry.notes.extend(target.notes(&result.mesh, &attributes));
-            entry.tell_of(result);
-            words::warnings(&mut entry.warnings);
-            entry.warnings.extend(self.args.attributes.texture_warning(&loaded, target.format()));
-            Ok(writing)
-        });
-        entry.seconds = reading + begin.elapsed().as_secs_f64();
-        outcome
-    }
-}
-
-/// The line about a mesh for people.
-fn line(entry: &Entry, place: usize, of: usize) -> String {
-    let (seconds, input) = (entry.seconds, &entry.input);
-    let mut line = match (&entry.error, entry.vertices) {
-        // Some errors begin with the file's name, others have none.
-        (Some(error), _) => {
-            let error = error.strip_prefix(&format!("{input}: ")).unwrap_or(error);
-            format!("{place}/{of} {input} failed: {error}")
-        }
-        (None, vertices) => format!(
-            "{place}/{of} {} -> {}: {} vertices, Q {:.4}, smallest angle {:.2}°, {seconds:.2} s",
-            entry.input,
-            entry.output,
-            vertices.unwrap_or_default(),
-            entry.q_avg.unwrap_or_default(),
-            entry.theta_min.unwrap_or_default(),
-        ),
-    };
-    for warning in &entry.warnings {
-        line += &format!("; warning: {warning}");
-    }
-    line + "\n"
 }

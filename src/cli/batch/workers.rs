@@ -1,0 +1,210 @@
+//! Meshes of a batch: read one ahead, remeshed by one worker or several, logged as they end.
+
+use super::inputs::Job;
+use super::log::{Entry, Log, Status};
+use super::{Args, make_folder};
+use crate::cli::attributes::carried;
+use crate::cli::files::Target;
+use crate::cli::method::refuse_messages;
+use crate::cli::target_count::count;
+use crate::cli::terminal::tell;
+use crate::cli::{progress, words};
+use anyhow::Result;
+use rtfmesh::io::Loaded;
+use rtfmesh::report::Settings;
+use rtfmesh::{Device, Error, Flow, Options, Size, remesh_repaired};
+use std::sync::mpsc::{Receiver, SyncSender, sync_channel};
+use std::sync::{Mutex, MutexGuard, PoisonError};
+use std::thread::ScopedJoinHandle;
+use std::time::Instant;
+
+/// What all meshes of a batch share.
+pub struct Batch<'a> {
+    pub args: &'a Args,
+    pub size: Size,
+    pub options: Options,
+    /// The digest of all this.
+    pub asked: &'a str,
+}
+
+/// A mesh as it was read, and how many seconds that took.
+type Read = (rtfmesh::Result<Loaded>, f64);
+
+/// Meshes that are read and wait for a worker; `None` where the batch ends early.
+type Queue<'j> = Mutex<Option<Receiver<(&'j Job, Read)>>>;
+
+/// While this exists, the program does not stop.
+type Writing = MutexGuard<'static, ()>;
+
+/// Meshes that have ended.
+struct Ended<'a> {
+    log: &'a mut Log,
+    done: usize,
+    failed: usize,
+    /// Meshes in all.
+    of: usize,
+}
+
+impl Ended<'_> {
+    fn add(&mut self, entry: &Entry, quiet: bool) -> rtfmesh::Result<()> {
+        match entry.status {
+            Status::Failed => self.failed += 1,
+            _ => self.done += 1,
+        }
+        self.log.add(entry)?;
+        self.set_cancel_message();
+        if !quiet {
+            tell(&line(entry, self.done + self.failed, self.of));
+        }
+        Ok(())
+    }
+
+    fn set_cancel_message(&self) {
+        let Self { done, failed, of, .. } = self;
+        let left = of - done - failed;
+        progress::set_cancel_message(format!(
+            "stopped: {done} done, {failed} failed, {left} left; --resume goes on"
+        ));
+    }
+}
+
+/// Closes the queue when a worker ends. Where it cannot go on, however that comes, nothing more is read and
+/// the others end, too; where there is nothing left, it makes no difference.
+struct ClosedAtEnd<'a, 'j>(&'a Queue<'j>);
+
+impl Drop for ClosedAtEnd<'_, '_> {
+    fn drop(&mut self) {
+        drop(lock(self.0).take());
+    }
+}
+
+fn lock<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
+    mutex.lock().unwrap_or_else(PoisonError::into_inner)
+}
+
+impl Batch<'_> {
+    /// Works on the jobs, begun in their order, with so many workers; returns how many failed.
+    pub fn run(&self, jobs: &[Job], workers: usize, log: &mut Log) -> Result<usize> {
+        if jobs.is_empty() {
+            return Ok(0);
+        }
+        progress::handle_interrupts()?;
+        let ended = Ended { log, done: 0, failed: 0, of: jobs.len() };
+        ended.set_cancel_message();
+        let ended = Mutex::new(ended);
+        // A channel without room: one more mesh waits than are worked on.
+        let (sender, receiver) = sync_channel(0);
+        let queue = Mutex::new(Some(receiver));
+        let outcomes: Vec<Result<()>> = std::thread::scope(|scope| {
+            scope.spawn(move || self.read_all(jobs, &sender));
+            let (queue, ended) = (&queue, &ended);
+            let work = move || {
+                let _closed = ClosedAtEnd(queue);
+                self.work(queue, ended)
+            };
+            let workers: Vec<_> = (0..workers.min(jobs.len())).map(|_| scope.spawn(work)).collect();
+            let join = |worker: ScopedJoinHandle<Result<()>>| {
+                worker.join().unwrap_or_else(|panic| std::panic::resume_unwind(panic))
+            };
+            workers.into_iter().map(join).collect()
+        });
+        outcomes.into_iter().collect::<Result<()>>()?;
+        let ended = ended.into_inner().unwrap_or_else(PoisonError::into_inner);
+        Ok(ended.failed)
+    }
+
+    fn read_all<'j>(&self, jobs: &'j [Job], sender: &SyncSender<(&'j Job, Read)>) {
+        for job in jobs {
+            let begin = Instant::now();
+            let loaded = self.args.input_format.load_with(&job.input, self.args.attributes.wants_materials());
+            // Nobody receives when the batch has ended early.
+            if sender.send((job, (loaded, begin.elapsed().as_secs_f64()))).is_err() {
+                return;
+            }
+        }
+    }
+
+    /// Works on jobs until there are none left, or the batch has ended.
+    fn work(&self, queue: &Queue, ended: &Mutex<Ended>) -> Result<()> {
+        let mut device = self.args.device.open(false)?;
+        loop {
+            let next = lock(queue).as_ref().and_then(|receiver| receiver.recv().ok());
+            let Some((job, read)) = next else { return Ok(()) };
+            let mut entry = Entry::new(job, Status::Done, self.asked);
+            // Holds the guard, so that no stop comes between a result and its line.
+            let outcome = self.one(&device, job, read, &mut entry);
+            if let Err(error) = &outcome {
+                if progress::is_cancelled() {
+                    return Err(progress::cancelled().into());
+                }
+                entry.status = Status::Failed;
+                entry.error = Some(words::line(error));
+            }
+            lock(ended).add(&entry, self.args.output.quiet)?;
+            // A lost device stays lost; the other meshes get a new one.
+            let error = outcome.err().and_then(|error| error.downcast().ok());
+            if let Some(Error::DeviceLost(_)) = error {
+                device = self.args.device.open(false)?;
+            }
+        }
+    }
+
+    /// Remeshes and writes, and fills in `entry`. While the caller holds the guard, Ctrl-C waits.
+    fn one(&self, device: &Device, job: &Job, read: Read, entry: &mut Entry) -> Result<Writing> {
+        let begin = Instant::now();
+        let (loaded, reading) = read;
+        let outcome = loaded.map_err(Into::into).and_then(|loaded| {
+            entry.notes.clone_from(&loaded.notes);
+            make_folder(job.output.parent().unwrap_or(&job.output))?;
+            let target = Target::new(&job.output, Some(self.args.output.format))?;
+            let mut options = self.options.clone();
+            let in_file = |error: Error| error.in_file(&job.input);
+            let repaired = count(self.size, &loaded.mesh, &mut options, None).map_err(in_file)?;
+            options.format = Some(target.format());
+            let attributes = &self.args.attributes;
+            let repaired = attributes.request(&loaded, repaired, &mut options, &mut entry.notes);
+            let repaired = repaired.map_err(in_file)?;
+            let read = self.args.method.read_attributes(&loaded.attributes, &mut options);
+            read.map_err(in_file)?;
+            entry.options = Some(Settings::of(&options));
+            let flow = |_| if progress::is_cancelled() { Flow::Cancel } else { Flow::Continue };
+            let result = remesh_repaired(device, &loaded.mesh, repaired, &options, flow);
+            let result = result.map_err(in_file)?;
+            refuse_messages(device)?;
+            let attributes = carried(&loaded.mesh, &loaded.attributes, &result);
+            let writing = progress::begin_writing()?;
+            target.write(&result.mesh, &attributes, true)?;
+            entry.notes.extend(target.notes(&result.mesh, &attributes));
+            entry.tell_of(result);
+            words::warnings(&mut entry.warnings);
+            entry.warnings.extend(self.args.attributes.texture_warning(&loaded, target.format()));
+            Ok(writing)
+        });
+        entry.seconds = reading + begin.elapsed().as_secs_f64();
+        outcome
+    }
+}
+
+/// The line about a mesh for people.
+fn line(entry: &Entry, place: usize, of: usize) -> String {
+    let (seconds, input) = (entry.seconds, &entry.input);
+    let mut line = match (&entry.error, entry.vertices) {
+        // Some errors begin with the file's name, others have none.
+        (Some(error), _) => {
+            let error = error.strip_prefix(&format!("{input}: ")).unwrap_or(error);
+            format!("{place}/{of} {input} failed: {error}")
+        }
+        (None, vertices) => format!(
+            "{place}/{of} {} -> {}: {} vertices, Q {:.4}, smallest angle {:.2}°, {seconds:.2} s",
+            entry.input,
+            entry.output,
+            vertices.unwrap_or_default(),
+            entry.q_avg.unwrap_or_default(),
+            entry.theta_min.unwrap_or_default(),
+        ),
+    };
+    for warning in &entry.warnings {
+        line += &format!("; warning: {warning}");
+    }
+    line + "\n"
+}
