@@ -30,6 +30,7 @@ extern crate self as rtfmesh;
 #[cfg(feature = "cli")]
 #[doc(hidden)]
 pub mod cli;
+pub mod cloud;
 mod error;
 pub mod io;
 pub mod measure;

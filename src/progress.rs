@@ -14,6 +14,8 @@ const INTERVAL: Duration = Duration::from_millis(100);
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Default)]
 #[non_exhaustive]
 pub enum Phase {
+    /// Making a surface of points.
+    Surface,
     /// Cleaning the input, finding its features, and compiling kernels.
     #[default]
     Prepare,
@@ -39,6 +41,7 @@ impl Phase {
     /// A name of one or two words for people to read.
     pub fn name(self) -> &'static str {
         match self {
+            Self::Surface => "surface",
             Self::Prepare => "prepare",
             Self::CoarseLevels => "coarse levels",
             Self::LastLevel => "last level",

@@ -50,6 +50,7 @@ fn kitchen() -> Place {
         write(&place.path(name), &scan).unwrap();
     }
     write(&place.path("part.ply"), &part).unwrap();
+    write(&place.path("points.ply"), &TriMesh { triangles: Vec::new(), ..scan.clone() }).unwrap();
     std::fs::write(place.path("painted.ply"), painted(&scan)).unwrap();
     std::fs::write(place.path("globe.gltf"), painted_globe()).unwrap();
     let [a, b, _] = part.corners(0).map(|p| format!("v {} {} {}\n", p.x, p.y, p.z));

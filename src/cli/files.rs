@@ -13,8 +13,8 @@ use std::path::Path;
 /// The input's format, where neither its name nor its content says.
 #[derive(Debug, clap::Args)]
 pub struct InputFormat {
-    /// Format of the input if neither its content nor its extension says: obj, ply, stl, off, gltf, glb or
-    /// mesh
+    /// Format of the input if neither its content nor its extension says: obj, ply, stl, off, gltf, glb,
+    /// mesh, xyz or pcd
     #[arg(long, value_name = "FORMAT", help_heading = INPUT, hide_short_help = true)]
     input_format: Option<Encoding>,
 }
@@ -25,17 +25,29 @@ impl InputFormat {
     /// # Errors
     /// [`Error::Input`] with the file's name.
     pub fn load(&self, path: &Path) -> rtfmesh::Result<Loaded> {
-        load(path, self.input_format, false)
+        load(path, self.input_format)
     }
 
     /// As [`InputFormat::load`]; `with_materials` asks for pictures and the like as well.
     pub fn load_with(&self, path: &Path, with_materials: bool) -> rtfmesh::Result<Loaded> {
-        load(path, self.input_format, with_materials)
+        let loaded = self.load_mesh_or_points(path, with_materials)?;
+        loaded.with_faces().map_err(|error| error.in_file(input_name(path)))
+    }
+
+    /// As [`InputFormat::load`], or points without faces; `with_materials` asks for pictures and the like as
+    /// well.
+    pub fn load_mesh_or_points(&self, path: &Path, with_materials: bool) -> rtfmesh::Result<Loaded> {
+        if !is_standard(path) {
+            return io::read_mesh_or_points(path, self.input_format, with_materials);
+        }
+        let read = standard_input()
+            .and_then(|bytes| io::read_bytes_of_mesh_or_points(&bytes, self.input_format, with_materials));
+        read.map_err(|error| error.in_file(input_name(path)))
     }
 
     /// As [`InputFormat::load`] for a second mesh: the format is not meant for it if it is a file.
     pub fn load_other(&self, path: &Path) -> rtfmesh::Result<Loaded> {
-        load(path, self.input_format.filter(|_| is_standard(path)), false)
+        load(path, self.input_format.filter(|_| is_standard(path)))
     }
 }
 
@@ -49,21 +61,21 @@ pub fn input_name(path: &Path) -> &Path {
     if is_standard(path) { Path::new("standard input") } else { path }
 }
 
-fn load(path: &Path, declared: Option<Encoding>, with_materials: bool) -> rtfmesh::Result<Loaded> {
+fn load(path: &Path, declared: Option<Encoding>) -> rtfmesh::Result<Loaded> {
     if !is_standard(path) {
-        return if with_materials {
-            io::read_with_materials(path, declared)
-        } else {
-            io::read_as(path, declared)
-        };
+        return io::read_as(path, declared);
     }
+    let read = standard_input().and_then(|bytes| io::read_bytes(&bytes, declared));
+    read.map_err(|error| error.in_file(input_name(path)))
+}
+
+fn standard_input() -> rtfmesh::Result<Vec<u8>> {
     let mut bytes = Vec::new();
     let unreadable = |error: std::io::Error| {
         Error::input(None, format!("it cannot be read ({error})"), "give a mesh file, or pipe one in")
     };
-    let read = std::io::stdin().lock().read_to_end(&mut bytes).map_err(unreadable);
-    let from_bytes = if with_materials { io::read_bytes_with_materials } else { io::read_bytes };
-    read.and_then(|_| from_bytes(&bytes, declared)).map_err(|error| error.in_file(input_name(path)))
+    std::io::stdin().lock().read_to_end(&mut bytes).map_err(unreadable)?;
+    Ok(bytes)
 }
 
 /// Prints notes, such as what reading left out, to standard error.
@@ -86,6 +98,10 @@ impl<'a> Target<'a> {
     /// [`Error::Output`] if nothing can be written there, [`Error::Usage`] for standard output without a
     /// format.
     pub fn new(path: &'a Path, format: Option<Encoding>) -> rtfmesh::Result<Self> {
+        if let Some(Encoding { format: Format::Xyz | Format::Pcd, .. }) = format {
+            let problem = "--format names a format of points, which has no faces";
+            return Err(Error::usage(problem, "use obj, ply, stl, off, glb or mesh"));
+        }
         if !is_standard(path) {
             let encoding = format.map_or_else(|| io::target_encoding(path), Ok)?;
             io::check_text_target(path)?;

@@ -183,6 +183,11 @@ impl MethodArgs {
         self.sizing.read(attributes, options)
     }
 
+    /// Whether the least angle of sharp edges is given.
+    pub fn names_feature_angle(&self) -> bool {
+        self.feature_angle.is_some()
+    }
+
     /// The file of `--features`.
     pub fn features(&self) -> Option<&Path> {
         self.features.as_deref()

@@ -2,6 +2,7 @@
 
 use super::all_at_once::ResearchArgs;
 use super::attributes::{AttributeArgs, carried};
+use super::cloud::CloudArgs;
 use super::files::{InputFormat, Target, input_name, is_standard, tell_notes};
 use super::heading::OUTPUT;
 use super::method::{DeviceArgs, MethodArgs, refuse_messages};
@@ -30,6 +31,7 @@ const LONG_EXAMPLES: &str = "Examples:
   rtfmesh remesh scan.ply scan-10k.ply -n 10k --report scan.json
   rtfmesh remesh part.stl part.ply --edge-length 1% --feature-angle 30
   rtfmesh remesh scan.ply adapted.ply -n 10k --sizing curvature --max-edge 5%
+  rtfmesh remesh points.xyz mesh.ply -n 10k
   rtfmesh remesh scan.ply --dry-run --ratio 0.1
   zcat scan.ply.gz | rtfmesh remesh - - --format glb --ratio 0.1 > out.glb";
 
@@ -37,7 +39,7 @@ const LONG_EXAMPLES: &str = "Examples:
 #[derive(clap::Args)]
 #[command(after_help = EXAMPLES, after_long_help = LONG_EXAMPLES, disable_help_flag = true)]
 pub struct Args {
-    /// Mesh to read; - is standard input
+    /// Mesh or points to read; - is standard input
     input: PathBuf,
     /// Mesh to write: .ply, .obj, .stl, .off, .glb or .mesh; - is standard output
     #[arg(required_unless_present = "dry_run")]
@@ -48,6 +50,8 @@ pub struct Args {
     method: MethodArgs,
     #[command(flatten)]
     attributes: AttributeArgs,
+    #[command(flatten)]
+    cloud: CloudArgs,
     #[command(flatten)]
     input_format: InputFormat,
     #[command(flatten)]
@@ -134,15 +138,19 @@ pub fn run(args: &Args) -> Result<u8> {
         tell(&format!("note: {} will be replaced by the result\n", output.display()));
     }
     let mut run = RunProgress::new(&args.progress)?;
+    if args.cloud.normals_only() {
+        return write_normals(args, &target).map(|()| 0);
+    }
     let (loaded, device) = rayon::join(|| load(args), || args.device.open(wants_report));
-    let loaded = loaded?;
-    let repaired = count_vertices(args, size, &loaded.mesh, &mut options)?;
-    options.format = Some(target.format());
-    let repaired = request_attributes(args, &loaded, repaired, &mut options)?;
     let device = device?;
     if !args.out.quiet {
         run.show_bar();
     }
+    let loaded =
+        args.cloud.surface(loaded?, &args.input, (&args.method, &mut options), args.out.quiet, &mut run)?;
+    let repaired = count_vertices(args, size, &loaded.mesh, &mut options)?;
+    options.format = Some(target.format());
+    let repaired = request_attributes(args, &loaded, repaired, &mut options)?;
     let result = remesh_repaired(&device, &loaded.mesh, repaired, &options, |now| run.update(now));
     run.end();
     let mut result = result.map_err(|e| e.in_file(input_name(&args.input)))?;
@@ -175,11 +183,18 @@ pub fn run(args: &Args) -> Result<u8> {
 }
 
 fn load(args: &Args) -> rtfmesh::Result<Loaded> {
-    let loaded = args.input_format.load_with(&args.input, args.attributes.wants_materials())?;
+    let loaded = args.input_format.load_mesh_or_points(&args.input, args.attributes.wants_materials())?;
     if !args.out.quiet {
         tell_notes(&args.input, &loaded.notes);
     }
     Ok(loaded)
+}
+
+/// Writes points with outward normals in place of a mesh.
+fn write_normals(args: &Args, target: &Target) -> Result<()> {
+    let (points, attributes) = args.cloud.with_normals(load(args)?, &args.input)?;
+    let _whole = (!args.output.as_deref().is_some_and(is_standard)).then(begin_writing).transpose()?;
+    target.write(&points, &attributes, args.out.quiet)
 }
 
 fn count_vertices(
@@ -212,7 +227,14 @@ fn request_attributes(
 
 /// Prints the plan.
 fn dry_run(args: &Args, size: Size, mut options: Options) -> Result<()> {
-    let loaded = load(args)?;
+    let mut run = RunProgress::new(&args.progress)?;
+    let loaded = args.cloud.surface(
+        load(args)?,
+        &args.input,
+        (&args.method, &mut options),
+        args.out.quiet,
+        &mut run,
+    )?;
     let repaired = count_vertices(args, size, &loaded.mesh, &mut options)?;
     let repaired = request_attributes(args, &loaded, repaired, &mut options)?;
     let plan = preview_repaired(&loaded.mesh, repaired, &options);

@@ -1,11 +1,12 @@
 //! The library's errors in the words of the command line.
 
 /// What the library says, and what the command line has for it; other fields are options of their own name.
-const PHRASES: [(&str, &str); 5] = [
+const PHRASES: [(&str, &str); 6] = [
     ("`shortage` add-vertices", "--vertices-at-least"),
     ("accept it with `shortage` best-effort", "leave out --strict"),
     ("`memory_bytes`", "--device-memory"),
     ("name its `format`", "name its format by --input-format"),
+    ("make one of the points with `cloud::surface`", "make one of the points by `rtfmesh remesh`"),
     ("read the file without materials", "leave out --keep-uv"),
 ];
 

@@ -11,6 +11,18 @@ pub(crate) fn expands_too_far(expanded_bytes: u64, file_bytes: u64) -> bool {
 /// Refuses a mesh without vertices or faces, or with more vertices than can be indexed. `faces` counts the
 /// file's faces before triangulation.
 pub(crate) fn check_counts(vertices: u64, faces: u64) -> Result<()> {
+    check_vertex_count(vertices)?;
+    if faces == 0 { Err(no_faces()) } else { Ok(()) }
+}
+
+/// The error for a file of points where a mesh is wanted.
+pub(crate) fn no_faces() -> Error {
+    let remedy = "give a surface mesh, or make one of the points with `cloud::surface`";
+    Error::input(None, "the file has no faces", remedy)
+}
+
+/// As [`check_counts`] for formats whose files may have points only.
+pub(crate) fn check_vertex_count(vertices: u64) -> Result<()> {
     if vertices == 0 {
         return Err(Error::input(None, "the file has no vertices", "give a mesh with vertices and faces"));
     }
@@ -18,10 +30,6 @@ pub(crate) fn check_counts(vertices: u64, faces: u64) -> Result<()> {
     if vertices >= u64::from(u32::MAX) {
         let problem = format!("the file has {vertices} vertices, more than the {} possible", u32::MAX - 1);
         return Err(Error::input(None, problem, "split or simplify the mesh first"));
-    }
-    if faces == 0 {
-        let remedy = "give a surface mesh; point clouds need a surface reconstruction first";
-        return Err(Error::input(None, "the file has no faces", remedy));
     }
     Ok(())
 }

@@ -7,6 +7,7 @@ use std::str::FromStr;
 use serde::{Deserialize, Serialize};
 
 use super::checks::excerpt;
+use super::points::pcd;
 use super::{off, stl};
 use crate::Error;
 
@@ -29,12 +30,25 @@ pub enum Format {
     Glb,
     /// MEDIT's `.mesh`, text.
     Medit,
+    /// Points as lines of numbers, text; read only.
+    Xyz,
+    /// Points in the PCD format of the Point Cloud Library, text or binary; read only.
+    Pcd,
 }
 
 impl Format {
     /// All formats.
-    pub const ALL: [Self; 7] =
-        [Self::Obj, Self::Ply, Self::Stl, Self::Off, Self::Gltf, Self::Glb, Self::Medit];
+    pub const ALL: [Self; 9] = [
+        Self::Obj,
+        Self::Ply,
+        Self::Stl,
+        Self::Off,
+        Self::Gltf,
+        Self::Glb,
+        Self::Medit,
+        Self::Xyz,
+        Self::Pcd,
+    ];
 
     /// The usual name.
     pub fn name(self) -> &'static str {
@@ -46,6 +60,8 @@ impl Format {
             Self::Gltf => "glTF",
             Self::Glb => "GLB",
             Self::Medit => "MEDIT",
+            Self::Xyz => "XYZ",
+            Self::Pcd => "PCD",
         }
     }
 
@@ -59,14 +75,23 @@ impl Format {
             Self::Gltf => "gltf",
             Self::Glb => "glb",
             Self::Medit => "mesh",
+            Self::Xyz => "xyz",
+            Self::Pcd => "pcd",
         }
     }
 
     /// The format with this extension, in upper or lower case, or "medit".
     fn from_word(word: &str) -> Option<Self> {
         let named = |format: &Self| word.eq_ignore_ascii_case(format.extension());
-        let medit = word.eq_ignore_ascii_case("medit").then_some(Self::Medit);
-        Self::ALL.into_iter().find(named).or(medit)
+        let is = |other: &&str| word.eq_ignore_ascii_case(other);
+        let medit = is(&"medit").then_some(Self::Medit);
+        let lines = ["txt", "csv", "asc", "pts", "xyzn", "xyzrgb"].into_iter().find(is).map(|_| Self::Xyz);
+        Self::ALL.into_iter().find(named).or(medit).or(lines)
+    }
+
+    /// Whether meshes can be written in it.
+    pub fn is_written(self) -> bool {
+        !matches!(self, Self::Gltf | Self::Xyz | Self::Pcd)
     }
 
     /// Whether it is written as text, which a terminal can show.
@@ -136,7 +161,7 @@ fn list(formats: &[Format]) -> String {
 
 /// The extensions of the formats that are written, as ".obj, .ply or .stl".
 pub(crate) fn written_extensions() -> String {
-    let written: Vec<Format> = Format::ALL.into_iter().filter(|format| *format != Format::Gltf).collect();
+    let written: Vec<Format> = Format::ALL.into_iter().filter(|format| format.is_written()).collect();
     format!(".{}", list(&written).replace(", ", ", .").replace("or ", "or ."))
 }
 
@@ -156,6 +181,9 @@ pub(crate) fn format_of_content(bytes: &[u8]) -> Option<Format> {
     let bytes = bytes.strip_prefix(b"\xef\xbb\xbf").unwrap_or(bytes);
     if bytes.starts_with(b"ply\n") || bytes.starts_with(b"ply\r") {
         return Some(Format::Ply);
+    }
+    if pcd::starts(bytes) {
+        return Some(Format::Pcd);
     }
     if bytes.starts_with(b"glTF") {
         return Some(Format::Glb);

@@ -1,5 +1,7 @@
 //! What every reader returns.
 
+use super::checks::no_faces;
+use crate::Result;
 use crate::mesh::TriMesh;
 use crate::mesh::attributes::Attributes;
 
@@ -16,4 +18,14 @@ pub struct Loaded {
     /// Images that glTF materials lay onto the mesh by its texture coordinates and that were not read;
     /// [`crate::io::read_with_materials`] reads them.
     pub unread_images: usize,
+}
+
+impl Loaded {
+    /// What was read, if it is a mesh and not only points.
+    ///
+    /// # Errors
+    /// [`crate::Error::Input`] without faces.
+    pub fn with_faces(self) -> Result<Self> {
+        if self.mesh.triangles.is_empty() { Err(no_faces()) } else { Ok(self) }
+    }
 }

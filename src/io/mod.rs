@@ -1,4 +1,5 @@
-//! Reading and writing mesh files: OBJ, PLY, STL, OFF, glTF and MEDIT, plain or compressed with gzip.
+//! Reading and writing mesh files: OBJ, PLY, STL, OFF, glTF and MEDIT, plain or compressed with gzip. Points
+//! are read from PLY, OFF, PCD and lines of numbers (XYZ).
 
 mod binary;
 mod checks;
@@ -11,6 +12,7 @@ mod medit;
 mod obj;
 mod off;
 mod ply;
+mod points;
 mod read;
 mod rounding;
 mod stl;
@@ -21,7 +23,10 @@ pub use file::{check_text_target, write_bytes, write_text};
 pub use format::{Encoding, Format};
 pub use loaded::Loaded;
 pub use obj::feature_lines::{read_feature_lines, write_features};
-pub use read::{read, read_as, read_bytes, read_bytes_with_materials, read_with_materials};
+pub use read::{
+    read, read_as, read_bytes, read_bytes_of_mesh_or_points, read_bytes_with_materials, read_mesh_or_points,
+    read_with_materials,
+};
 pub(crate) use rounding::KEEPING_64_BITS;
 pub use rounding::{lost_precision_note, rounded};
 pub use write::{

@@ -5,7 +5,7 @@ use std::io::Write;
 
 use glam::DVec3;
 
-use super::checks::{check_counts, check_declared_count, cut_off, excerpt_of_bytes, refuse_binary};
+use super::checks::{check_declared_count, check_vertex_count, cut_off, excerpt_of_bytes, refuse_binary};
 use super::loaded::Loaded;
 use super::text::{Faces, Lines, number, unsigned_integer, vertex, words, write_number};
 use crate::mesh::attributes::{Attribute, Attributes, Kind, Role};
@@ -44,7 +44,7 @@ pub(crate) fn parse(bytes: &[u8]) -> Result<Loaded> {
             format!("'{}' is not a line of the counts of vertices and faces", excerpt_of_bytes(line));
         return Err(Error::input(Some(lines.place()), problem, "write two or three whole numbers"));
     };
-    check_counts(vertices, faces)?;
+    check_vertex_count(vertices)?;
     // A vertex has at least three one-digit numbers, a face a count and one index, each with a separator.
     check_declared_count((vertices, "vertices"), 6, lines.bytes_left(), lines.place())?;
     check_declared_count((faces, "faces"), 4, lines.bytes_left(), lines.place())?;
@@ -55,7 +55,6 @@ pub(crate) fn parse(bytes: &[u8]) -> Result<Loaded> {
     if skipped > 0 {
         notes.push(format!("{skipped} faces with fewer than 3 vertices were ignored"));
     }
-    check_counts(vertices, faces.triangles.len() as u64)?;
     let vertex = colours.and_then(|colours| colours.into_attribute(&mut notes)).into_iter().collect();
     let attributes = Attributes { vertex, ..Attributes::default() };
     Ok(Loaded {

@@ -6,7 +6,7 @@ use std::path::Path;
 use super::file::read_file_bytes;
 use super::format::{Encoding, Format, extension_problem, format_of_content, written_extensions};
 use super::loaded::Loaded;
-use super::{gltf, gzip, medit, obj, off, ply, stl};
+use super::{gltf, gzip, medit, obj, off, ply, points, stl};
 use crate::{Error, Result};
 
 /// Reads a mesh file. Its content decides on the format; where that is ambiguous, the extension does (in
@@ -28,7 +28,7 @@ pub fn read(path: &Path) -> Result<Loaded> {
 ///
 /// See [`read()`].
 pub fn read_as(path: &Path, declared: Option<Encoding>) -> Result<Loaded> {
-    read_file(path, declared, false)
+    read_file(path, declared, false).and_then(|loaded| loaded.with_faces().map_err(|e| e.in_file(path)))
 }
 
 /// As [`read_as`], with the materials of a glTF file and their images in `attributes.materials`. What cannot
@@ -38,7 +38,17 @@ pub fn read_as(path: &Path, declared: Option<Encoding>) -> Result<Loaded> {
 ///
 /// See [`read()`]; also images of more than 256 MiB together.
 pub fn read_with_materials(path: &Path, declared: Option<Encoding>) -> Result<Loaded> {
-    read_file(path, declared, true)
+    read_file(path, declared, true).and_then(|loaded| loaded.with_faces().map_err(|e| e.in_file(path)))
+}
+
+/// As [`read_with_materials`] or, without them, [`read_as`], for a mesh or a cloud of points: one without
+/// faces is no error. [`crate::cloud::PointCloud`] is made of it.
+///
+/// # Errors
+///
+/// See there.
+pub fn read_mesh_or_points(path: &Path, declared: Option<Encoding>, with_materials: bool) -> Result<Loaded> {
+    read_file(path, declared, with_materials)
 }
 
 fn read_file(path: &Path, declared: Option<Encoding>, with_materials: bool) -> Result<Loaded> {
@@ -57,7 +67,7 @@ fn read_file(path: &Path, declared: Option<Encoding>, with_materials: bool) -> R
 ///
 /// See [`read()`], without a path; buffers in separate files of a glTF file are refused.
 pub fn read_bytes(bytes: &[u8], declared: Option<Encoding>) -> Result<Loaded> {
-    decode(bytes, declared, None, false)
+    decode(bytes, declared, None, false).and_then(Loaded::with_faces)
 }
 
 /// As [`read_bytes`], with materials as in [`read_with_materials`].
@@ -66,7 +76,20 @@ pub fn read_bytes(bytes: &[u8], declared: Option<Encoding>) -> Result<Loaded> {
 ///
 /// See [`read_bytes`] and [`read_with_materials`].
 pub fn read_bytes_with_materials(bytes: &[u8], declared: Option<Encoding>) -> Result<Loaded> {
-    decode(bytes, declared, None, true)
+    decode(bytes, declared, None, true).and_then(Loaded::with_faces)
+}
+
+/// As [`read_mesh_or_points`], from bytes.
+///
+/// # Errors
+///
+/// See [`read_bytes`] and [`read_with_materials`].
+pub fn read_bytes_of_mesh_or_points(
+    bytes: &[u8],
+    declared: Option<Encoding>,
+    with_materials: bool,
+) -> Result<Loaded> {
+    decode(bytes, declared, None, with_materials)
 }
 
 /// `file` is the path and its folder, if the bytes come from a file.
@@ -110,6 +133,8 @@ fn decode(
         Format::Off => off::parse(&bytes),
         Format::Gltf | Format::Glb => gltf::parse(&bytes, file.map(|(_, folder)| folder), with_materials),
         Format::Medit => medit::parse(&bytes),
+        Format::Xyz => points::xyz::parse(&bytes),
+        Format::Pcd => points::pcd::parse(&bytes),
     }?;
     notes.extend(std::mem::take(&mut loaded.notes));
     Ok(Loaded { notes, ..loaded })

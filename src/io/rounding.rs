@@ -10,7 +10,13 @@ pub fn rounded(mesh: &TriMesh, format: Format) -> TriMesh {
     let vertices = match format {
         Format::Stl => mesh.vertices.iter().map(|vertex| vertex.as_vec3().as_dvec3()).collect(),
         Format::Glb => gltf::rounded_positions(mesh),
-        Format::Obj | Format::Ply | Format::Off | Format::Gltf | Format::Medit => mesh.vertices.clone(),
+        Format::Obj
+        | Format::Ply
+        | Format::Off
+        | Format::Gltf
+        | Format::Medit
+        | Format::Xyz
+        | Format::Pcd => mesh.vertices.clone(),
     };
     TriMesh { vertices, triangles: mesh.triangles.clone() }
 }

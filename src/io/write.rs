@@ -82,14 +82,14 @@ pub fn lost_attributes_note(attributes: &Attributes, format: Format) -> Option<S
         Format::Obj | Format::Glb => role(a, Role::Colour, 3..=4) || role(a, Role::Normal, 3..=3),
         Format::Off => role(a, Role::Colour, 3..=4),
         Format::Medit => a.name == medit::REFERENCE,
-        Format::Stl | Format::Gltf => false,
+        Format::Stl | Format::Gltf | Format::Xyz | Format::Pcd => false,
     };
     let holds_face_attribute = |a: &Attribute| match format {
         Format::Ply => true,
         Format::Obj => matches!(a.name.as_str(), "material" | "group" | "object"),
         Format::Glb => a.name == "material",
         Format::Medit => medit::face_label(attributes).is_some_and(|label| label.name == a.name),
-        Format::Stl | Format::Off | Format::Gltf => false,
+        Format::Stl | Format::Off | Format::Gltf | Format::Xyz | Format::Pcd => false,
     };
     let holds_uv = matches!(format, Format::Ply | Format::Obj | Format::Glb);
     let dropped = Attributes {
@@ -138,15 +138,21 @@ fn write_uncompressed(
         Format::Medit => medit::write(file, mesh, attributes),
         // `check_fits` has refused it.
         Format::Gltf => Err(io::Error::other(ONLY_GLB)),
+        Format::Xyz | Format::Pcd => Err(io::Error::other(ONLY_POINTS)),
     }
 }
 
 const ONLY_GLB: &str = "glTF is written as .glb only";
+/// What is wrong with writing a mesh in a format of points.
+const ONLY_POINTS: &str = "this format has points and no faces";
 
 /// Refuses what the format cannot hold.
 fn check_fits(path: &Path, (mesh, attributes): (&TriMesh, &Attributes), format: Format) -> Result<()> {
     match format {
         Format::Gltf => Err(output_error(path, ONLY_GLB, "name the result .glb")),
+        Format::Xyz | Format::Pcd => {
+            Err(output_error(path, ONLY_POINTS, &format!("name the result {}", written_extensions())))
+        }
         Format::Glb if mesh.triangles.is_empty() => {
             Err(output_error(path, "a GLB file cannot hold a mesh without faces", "choose another format"))
         }
@@ -184,6 +190,9 @@ pub fn target_encoding(path: &Path) -> Result<Encoding> {
     match Encoding::of_name(path) {
         Some(Encoding { format: Format::Gltf, .. }) => {
             Err(output_error(path, ONLY_GLB, "name the result .glb"))
+        }
+        Some(Encoding { format: Format::Xyz | Format::Pcd, .. }) => {
+            Err(output_error(path, ONLY_POINTS, &remedy))
         }
         Some(encoding) => Ok(encoding),
         None => Err(output_error(path, extension_problem(path), &remedy)),

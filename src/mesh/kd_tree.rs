@@ -59,6 +59,26 @@ impl<'a> KdTree<'a> {
         fits
     }
 
+    /// Puts the `count` nearest points to `p` into `found`, or all if there are fewer, with their squared
+    /// distances, nearest first; of equally near ones the first come first.
+    pub fn nearest_few(&self, p: DVec3, count: usize, found: &mut Vec<(f64, u32)>) {
+        found.clear();
+        if count == 0 {
+            return;
+        }
+        self.search(&self.order, &self.planes, p, &mut |i, distance_sq| {
+            let full = found.len() == count;
+            if !full || found.last().is_some_and(|last| (distance_sq, i) < *last) {
+                if full {
+                    found.pop();
+                }
+                let at = found.partition_point(|other| *other < (distance_sq, i));
+                found.insert(at, (distance_sq, i));
+            }
+            if found.len() < count { f64::INFINITY } else { found[count - 1].0 }
+        });
+    }
+
     /// Offers the points below a node with their squared distances, the near side first; `visit` says how
     /// far, squared, others may be.
     fn search(
@@ -128,6 +148,12 @@ mod tests {
                 let far = |i: &usize| points[*i].distance_squared(p);
                 let want = (0..count).min_by(|a, b| far(a).total_cmp(&far(b)));
                 assert_eq!(tree.nearest(p), want.map(|i| i as u32));
+                let mut few = Vec::new();
+                tree.nearest_few(p, 12, &mut few);
+                let mut all: Vec<(f64, u32)> = (0..count).map(|i| (far(&i), i as u32)).collect();
+                all.sort_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
+                all.truncate(12);
+                assert_eq!(few, all);
                 let mut found = Vec::new();
                 assert!(tree.within(p, 2.0, count, &mut found));
                 found.sort_unstable();

@@ -36,6 +36,11 @@ pub mod kd_tree;
 pub(crate) mod kd_tree;
 #[cfg(feature = "internals")]
 #[doc(hidden)]
+pub mod level_set;
+#[cfg(not(feature = "internals"))]
+pub(crate) mod level_set;
+#[cfg(feature = "internals")]
+#[doc(hidden)]
 pub mod polyline;
 #[cfg(not(feature = "internals"))]
 pub(crate) mod polyline;

@@ -48,7 +48,7 @@ fn files_that_are_no_mesh() {
     refused(&place, "remesh folder.obj out.ply -n 100", 3, &["folder.obj", "directory"]);
     refused_file("empty.ply", b"", &["empty"]);
     refused_file("empty.obj", b"", &["empty"]);
-    refused_file("mesh.xyz", b"solid x\n", &[".xyz", ".obj, .ply"]);
+    refused_file("mesh.foo", b"solid x\n", &[".foo", ".obj, .ply"]);
     refused_file("mesh.stl", b"solid x\n", &["endsolid"]);
     refused_file("mesh.obj", b"ply\nformat ascii 1.0\n", &["PLY header", "end_header"]);
     let garbage: Vec<u8> = (0..4096_u32).map(|i| (i.wrapping_mul(2_654_435_761) >> 24) as u8).collect();
@@ -187,8 +187,8 @@ fn options_out_of_range_and_unknown_words() {
         ("--edge-length 1e-9", ["vertices", "longer edges"]),
         ("--ratio nan", ["ratio NaN", "above 0"]),
         ("--ratio 1e9", ["vertices", "smaller ratio"]),
-        ("-n 100 --format xyz", ["xyz", "obj, ply"]),
-        ("-n 100 --input-format xyz", ["xyz", "obj, ply"]),
+        ("-n 100 --format foo", ["foo", "obj, ply"]),
+        ("-n 100 --input-format foo", ["foo", "obj, ply"]),
     ] {
         refused(&place, &format!("remesh in.ply out.ply {sizes}"), 2, &words);
     }

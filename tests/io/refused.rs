@@ -46,7 +46,7 @@ fn paths_without_a_mesh() {
     assert_eq!(refused_path(&at("none.xyz")).1, "there is no such file");
     std::fs::create_dir(at("dir.obj")).unwrap();
     assert_eq!(refused_path(&at("dir.obj")).1, "this is a directory");
-    assert_refused("a.xyz", "solid", "", "unknown file type '.xyz'");
+    assert_refused("a.foo", "solid", "", "unknown file type '.foo'");
     assert_refused("a", "solid", "", "no extension");
     assert_refused("a.obj", "", "", "the file is empty");
     assert_refused("a.glb", "", "", "the file is empty");

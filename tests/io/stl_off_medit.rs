@@ -88,7 +88,7 @@ fn content_decides_before_the_extension() {
     let folder = tempfile::tempdir().unwrap();
     for real in WRITTEN {
         for name in
-            WRITTEN.iter().map(|lie| format!("a.{lie}")).chain(["a.xyz".into(), "a".into(), "a.gz".into()])
+            WRITTEN.iter().map(|lie| format!("a.{lie}")).chain(["a.foo".into(), "a".into(), "a.gz".into()])
         {
             let path = folder.path().join(&name);
             let encoding = Encoding { gzip: false, ..real.parse().unwrap() };
@@ -204,7 +204,7 @@ fn off_with_colours_normals_comments_and_counts_anywhere() {
         ("nOFF\n2\n1 1\n".into(), "line 1", "not in three dimensions"),
         ("OFF\n".into(), "line 1", "no line with the counts"),
         ("OFF\nx y\n".into(), "line 2", "'x y' is not a line of the counts"),
-        ("OFF\n3 0 0\n".into(), "", "no faces"),
+        ("OFF\n3 0 0\n".into(), "line 2", "cut off"),
         (
             "OFF\n1000000000 1 0\n0 0 0\n".into(),
             "line 2",

@@ -7,6 +7,7 @@ pub mod distance;
 pub mod features;
 pub mod hausdorff;
 pub mod intersections;
+pub mod level_set;
 pub mod quality;
 pub mod repair;
 pub mod repair_with_tolerances;

@@ -3,7 +3,7 @@
 use crate::cli::files::is_standard;
 use crate::cli::remesh::full_path;
 use rtfmesh::Error;
-use rtfmesh::io::Encoding;
+use rtfmesh::io::{Encoding, Format};
 use std::collections::{BTreeMap, HashSet};
 use std::path::{Path, PathBuf};
 use walkdir::{DirEntry, WalkDir};
@@ -113,7 +113,9 @@ fn add(path: &Path, results: &Path, found: &mut Vec<Found>) -> rtfmesh::Result<(
         })?;
         // A link to a file counts as one, a link to a folder does not.
         let mesh = entry.into_path();
-        if Encoding::of_name(&mesh).is_some() && mesh.is_file() {
+        let named = Encoding::of_name(&mesh).map(|named| named.format);
+        // Text files in a folder may be anything, and points are no meshes.
+        if named.is_some_and(|format| !matches!(format, Format::Xyz | Format::Pcd)) && mesh.is_file() {
             let place = mesh.strip_prefix(path).unwrap_or(&mesh).to_owned();
             found.push((mesh, place));
         }

@@ -24,6 +24,7 @@ struct Column {
 }
 
 /// The scalar properties of an element that become attributes.
+#[derive(Default)]
 pub(crate) struct Columns {
     columns: Vec<Column>,
 }

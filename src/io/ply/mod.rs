@@ -14,7 +14,7 @@ pub(crate) mod write;
 
 use glam::DVec3;
 
-use super::checks::{check_counts, excerpt, find_duplicate};
+use super::checks::{check_vertex_count, excerpt, find_duplicate};
 use super::loaded::Loaded;
 use crate::mesh::attributes::Attributes;
 use crate::{Error, Result, TriMesh};
@@ -46,7 +46,7 @@ fn at_byte(byte: usize) -> Option<String> {
 struct Layout {
     /// Of a vertex: x, y and z.
     axes: [usize; 3],
-    /// Of a face: the list of vertex indices.
+    /// Of a face: the list of vertex indices; none has this number if there are no faces.
     corners: usize,
     /// Of a face: the list of texture coordinates.
     uv: Option<(usize, Type)>,
@@ -61,8 +61,8 @@ impl Layout {
             let problem = "the surface is stored as triangle strips, which are not supported";
             return Err(Error::input(None, problem, "write the mesh again with plain faces"));
         }
-        check_counts(vertices, count("face"))?;
-        let (Some(vertex), Some(face)) = (header.element("vertex"), header.element("face")) else {
+        check_vertex_count(vertices)?;
+        let Some(vertex) = header.element("vertex") else {
             return Err(Error::Internal("a PLY element was counted but is missing".to_owned()));
         };
         let mut axes = [0; 3];
@@ -76,6 +76,9 @@ impl Layout {
                 }
             }
         }
+        let Some(face) = header.element("face").filter(|face| face.count > 0) else {
+            return Ok(Self { axes, corners: usize::MAX, uv: None, vertices });
+        };
         let is_corners = |name: &str| name == "vertex_indices" || name == "vertex_index";
         let corners = face.properties.iter().position(|property| {
             is_corners(&property.name)
@@ -137,7 +140,8 @@ fn read_elements<S: Source>(header: &Header, layout: &Layout, mut source: S) -> 
         }
     }
     let mut attributes = Attributes::default();
-    if let (Some(vertex), Some((face, uv))) = (vertex_columns, face_columns) {
+    if let Some(vertex) = vertex_columns {
+        let (face, uv) = face_columns.unwrap_or_default();
         let uv = layout.uv.map(|(_, kind)| (kind, uv));
         attributes = build_attributes(&mesh, (vertex, face), uv, &mut notes);
     }

@@ -1,0 +1,125 @@
+//! Points in place of a mesh: the surface that is made of them.
+
+use super::files::{input_name, tell_notes};
+use super::heading::INPUT;
+use super::method::MethodArgs;
+use super::progress::RunProgress;
+use super::target_count::length;
+use rtfmesh::cloud::{CloudSurface, PointCloud, SurfaceOptions, oriented_normals, surface_with_progress};
+use rtfmesh::io::Loaded;
+use rtfmesh::mesh::attributes::{Attribute, Attributes, Kind, Role};
+use rtfmesh::{Error, Method, Options, Result, Size, TriMesh};
+use std::path::Path;
+
+/// How a surface is made of points.
+#[derive(clap::Args)]
+#[command(next_help_heading = INPUT)]
+pub struct CloudArgs {
+    /// For points without faces: close all holes of the surface through them
+    #[arg(long, conflicts_with = "fill_holes", hide_short_help = true)]
+    closed: bool,
+    /// For points without faces: close holes up to this size, in the points' units or as 1% of the diagonal
+    ///
+    /// Gaps of up to six times the distance between points are closed in any case.
+    #[arg(long, value_name = "LENGTH", value_parser = length, hide_short_help = true)]
+    fill_holes: Option<Size>,
+    /// For points without faces: write the points with outward normals, and no mesh
+    #[arg(long, conflicts_with_all = ["closed", "fill_holes", "dry_run", "report", "html"],
+        hide_short_help = true)]
+    normals_only: bool,
+}
+
+impl CloudArgs {
+    /// Whether points with normals are written, in place of a mesh.
+    pub fn normals_only(&self) -> bool {
+        self.normals_only
+    }
+
+    /// The points with outward normals.
+    ///
+    /// # Errors
+    /// Those of [`oriented_normals`]; [`Error::Input`] for a mesh.
+    pub fn with_normals(&self, loaded: Loaded, input: &Path) -> Result<(TriMesh, Attributes)> {
+        self.refuse_mesh(&loaded, input)?;
+        let cloud = PointCloud::from(loaded);
+        let normals = oriented_normals(&cloud).map_err(|e| e.in_file(input_name(input)))?;
+        let values = normals.iter().flat_map(|normal| normal.to_array()).collect();
+        let mut attributes = cloud.attributes;
+        attributes.vertex.insert(0, Attribute::new("normal", Role::Normal, Kind::F64, 3, values));
+        Ok((TriMesh { vertices: cloud.points, triangles: Vec::new() }, attributes))
+    }
+
+    fn refuse_mesh(&self, loaded: &Loaded, input: &Path) -> Result<()> {
+        let given = [
+            ("--closed", self.closed),
+            ("--fill-holes", self.fill_holes.is_some()),
+            ("--normals-only", self.normals_only),
+        ];
+        let given = given.iter().find(|(_, given)| *given && !loaded.mesh.triangles.is_empty());
+        let Some((name, _)) = given else { return Ok(()) };
+        let problem = format!("{name} works only with points, and {} has faces", input_name(input).display());
+        Err(Error::usage(problem, "leave it out"))
+    }
+
+    fn options(&self, cloud: &PointCloud) -> Result<SurfaceOptions> {
+        let holes = match self.fill_holes {
+            _ if self.closed => f64::INFINITY,
+            Some(Size::EdgeLength(length)) => length,
+            Some(Size::RelativeEdgeLength(share)) => {
+                let points = TriMesh { vertices: cloud.points.clone(), triangles: Vec::new() };
+                points.bounds().map_or(0.0, |(low, high)| share * high.distance(low))
+            }
+            _ => 0.0,
+        };
+        let options = SurfaceOptions::default().fill_holes(holes);
+        options.validate().map(|()| options)
+    }
+
+    /// What was loaded, or a surface through it if it has points only. Edges of such a surface are none of
+    /// the object's, so the options get no sharp edges unless they were asked for.
+    ///
+    /// # Errors
+    /// Those of [`surface_with_progress`].
+    pub fn surface(
+        &self,
+        loaded: Loaded,
+        input: &Path,
+        (method, options): (&MethodArgs, &mut Options),
+        quiet: bool,
+        run: &mut RunProgress,
+    ) -> Result<Loaded> {
+        self.refuse_mesh(&loaded, input)?;
+        if !loaded.mesh.triangles.is_empty() {
+            return Ok(loaded);
+        }
+        let notes = loaded.notes.clone();
+        let cloud = PointCloud::from(loaded);
+        let found = surface_with_progress(&cloud, &self.options(&cloud)?, |now| run.update(now));
+        let found = found.map_err(|e| e.in_file(input_name(input)))?;
+        if !quiet {
+            tell_notes(input, &told(&cloud, &found));
+        }
+        if options.method == Method::CoarseToFine && !method.names_feature_angle() {
+            options.coarse_to_fine.feature_angle = 180.0;
+        }
+        Ok(Loaded { mesh: found.mesh, attributes: found.attributes, notes, unread_images: 0 })
+    }
+}
+
+/// What became of the points.
+fn told(cloud: &PointCloud, found: &CloudSurface) -> Vec<String> {
+    let mut notes = vec![format!(
+        "{} points without faces, {:.3e} apart: a surface of {} triangles goes through them",
+        cloud.points.len(),
+        found.spacing,
+        found.mesh.triangles.len()
+    )];
+    let left_out = [
+        (found.duplicates, "points were left out: others are at the same place"),
+        (found.outliers, "points were left out: they are far from all others"),
+        (found.small_parts, "parts of the surface were left out: they are too small for one"),
+        (found.filled, "holes of the surface were closed"),
+    ];
+    notes.extend(left_out.iter().filter(|(n, _)| *n > 0).map(|(n, text)| format!("{n} {text}")));
+    notes
+}

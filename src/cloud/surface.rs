@@ -1,0 +1,274 @@
+//! From points to a surface: neighbours, normals, field, triangles, ends.
+
+use glam::DVec3;
+use rayon::prelude::*;
+
+use super::PointCloud;
+use super::field::{Oriented, field};
+use super::fill::fill;
+use super::neighbours::{COUNT, Neighbours, median};
+use super::normals::{noise, planes};
+use super::orient::orient;
+use super::prepare::{Points, too_few};
+use super::trim::trim;
+use crate::mesh::attributes::{Attribute, Attributes};
+use crate::mesh::half_edges::EdgeTable;
+use crate::mesh::kd_tree::KdTree;
+use crate::mesh::level_set::extract;
+use crate::mesh::repair::{RepairOptions, repair_with};
+use crate::progress::ProgressReporter;
+use crate::{Error, Flow, Phase, Progress, ProgressToken, Result, TriMesh};
+
+/// How a surface is made of points.
+#[derive(Debug, Clone, PartialEq, Default)]
+#[non_exhaustive]
+pub struct SurfaceOptions {
+    /// Boundary loops no larger than this across are filled, in the unit of the points; infinity closes the
+    /// surface. Loops of up to six spacings are filled in any case, as chance leaves such gaps.
+    pub fill_holes: f64,
+}
+
+impl SurfaceOptions {
+    /// Sets [`SurfaceOptions::fill_holes`].
+    #[must_use]
+    pub fn fill_holes(self, fill_holes: f64) -> Self {
+        Self { fill_holes }
+    }
+
+    /// # Errors
+    /// [`Error::Usage`] for what is out of range.
+    pub fn validate(&self) -> Result<()> {
+        if self.fill_holes >= 0.0 {
+            return Ok(());
+        }
+        let problem = format!("`fill_holes` {} is out of range", self.fill_holes);
+        Err(Error::option("fill_holes", problem, "use 0 or a length, or infinity"))
+    }
+}
+
+/// A surface through points.
+#[derive(Debug, Clone, PartialEq)]
+#[non_exhaustive]
+pub struct CloudSurface {
+    /// The surface, in the units of the points: manifold, with many small and uneven triangles, for
+    /// [`crate::remesh`].
+    pub mesh: TriMesh,
+    /// Values of the nearest points, for each vertex.
+    pub attributes: Attributes,
+    /// The distance between points, in their units: the side of the square that one has for itself. Half of
+    /// the points have more room.
+    pub spacing: f64,
+    /// The distance of points from the surface near them, root mean square, in their units.
+    pub noise: f64,
+    /// Points left out since others are at the same place.
+    pub duplicates: usize,
+    /// Points left out since they are far from all others.
+    pub outliers: usize,
+    /// Parts of the surface left out since they are too small for one.
+    pub small_parts: usize,
+    /// Boundary loops that were filled.
+    pub filled: usize,
+}
+
+/// Radius of the points' weights, in spacings, of points without noise. Even random points leave gaps of two
+/// spacings' radius.
+const RADIUS: f64 = 3.2;
+/// And in addition for noise of one spacing.
+const RADIUS_FOR_NOISE: f64 = 7.0;
+/// Curved surfaces without noise have up to so much.
+const NO_NOISE: f64 = 0.12;
+/// Side of the grid's cells, in spacings.
+const SIDE: f64 = 1.0;
+/// And in addition for noise of one spacing.
+const SIDE_FOR_NOISE: f64 = 0.7;
+/// Nodes this share of a point's radius away from it, or farther, are not reached by it alone.
+const REACH: f64 = 0.9;
+/// For noise of one spacing, nodes are reached by so many spacings more.
+const NOISE_REACH: f64 = 2.0;
+/// Weights are as wide as for this spacing at least, in sides of the grid's cells.
+const LEAST_SPACING: f64 = 0.9;
+/// A part of a surface has at least the room of so many points.
+const LEAST_POINTS: f64 = 30.0;
+/// Cells are larger where the surface would have more triangles than this; devices with little memory in one
+/// buffer take some more.
+const MOST_TRIANGLES: f64 = 2e6;
+/// Most points have neighbours on a line if those are narrower than this share of their length.
+const LINE: f64 = 0.05;
+/// Boundary loops up to so many spacings across are filled.
+const GAP: f64 = 6.0;
+
+/// A surface through the points of a cloud.
+///
+/// # Errors
+/// [`Error::Input`] for coordinates that are not finite, fewer than 10 points, points on one line or without
+/// any surface.
+pub fn surface(cloud: &PointCloud, options: &SurfaceOptions) -> Result<CloudSurface> {
+    surface_with_progress(cloud, options, |_| {})
+}
+
+/// As [`surface`], calling `progress` several times a second, as [`crate::remesh_with_progress`] does.
+///
+/// # Errors
+/// As [`surface`], and [`Error::Cancelled`] if `progress` asks for it.
+pub fn surface_with_progress<F: Into<Flow>>(
+    cloud: &PointCloud,
+    options: &SurfaceOptions,
+    mut progress: impl FnMut(Progress) -> F,
+) -> Result<CloudSurface> {
+    options.validate()?;
+    let mut callback = |now| progress(now).into();
+    let mut reporter = ProgressReporter::new(&mut callback);
+    reporter.phase(Phase::Surface, 1.0, 1.0)?;
+    reporter.during(|token| run(cloud, options, token))
+}
+
+fn run(cloud: &PointCloud, options: &SurfaceOptions, progress: &ProgressToken) -> Result<CloudSurface> {
+    let mut points = Points::new(cloud)?;
+    let (neighbours, outliers) = neighbours_without_outliers(&mut points, &progress.part(0.0, 0.2))?;
+    let tree = KdTree::new(&points.at);
+    let Survey { spacing, thickness, radius } = Survey::new(&points, &tree, &neighbours, progress)?;
+    progress.done(0.3)?;
+    let normals = normals(&points, &tree, &neighbours, radius, progress)?;
+    progress.done(0.5)?;
+    // A surface of size A has about 3 A / side^2 triangles.
+    let crowd = (3.0 * points.at.len() as f64 / MOST_TRIANGLES).sqrt().max(1.0);
+    let side = (SIDE + SIDE_FOR_NOISE * (thickness - NO_NOISE).max(0.0)) * spacing * crowd;
+    // Where points are dense, too, all nodes of a cell that the surface crosses must be reached.
+    let radii: Vec<f64> =
+        neighbours.spacing.iter().map(|own| radius * own.max(LEAST_SPACING * side)).collect();
+    let oriented = Oriented {
+        points: &points.at,
+        normals: &normals,
+        spacing: &neighbours.spacing,
+        radius: &radii,
+        reach: (RADIUS * REACH + NOISE_REACH * (thickness - NO_NOISE).max(0.0)) / radius,
+    };
+    let found = field(&oriented, side, &progress.part(0.5, 0.8))?;
+    let extracted = extract(&found.grid, progress)?;
+    progress.done(0.9)?;
+    let offset = extracted.interpolated(&found.offset);
+    let (mut mesh, small_parts) =
+        trim(&extracted.mesh, &offset, LEAST_POINTS * (radius / RADIUS * spacing).powi(2));
+    if mesh.triangles.is_empty() {
+        let remedy = "give points that cover a surface, several times closer than its details";
+        return Err(Error::input(None, "no surface goes through the points", remedy));
+    }
+    let gap = (GAP * radius / RADIUS * spacing).max(options.fill_holes / points.frame.scale);
+    let filled = fill(&mut mesh, gap, progress)?;
+    progress.done(0.95)?;
+    let mut mesh = with_smooth_boundary(mesh, spacing)?;
+    let attributes = carried(&cloud.attributes, &points, &tree, &mesh);
+    mesh.vertices.iter_mut().for_each(|p| *p = points.frame.from_unit(*p));
+    Ok(CloudSurface {
+        mesh,
+        attributes,
+        spacing: spacing * points.frame.scale,
+        noise: thickness * spacing * points.frame.scale,
+        duplicates: points.duplicates,
+        outliers,
+        small_parts,
+        filled,
+    })
+}
+
+/// Outward normals of length 1 for the points of a cloud: those that it has, or found ones. Points that
+/// [`surface`] leaves out have that of the nearest other point.
+///
+/// # Errors
+/// As [`surface`].
+pub fn oriented_normals(cloud: &PointCloud) -> Result<Vec<DVec3>> {
+    let progress = &ProgressToken::default();
+    let mut points = Points::new(cloud)?;
+    let (neighbours, _) = neighbours_without_outliers(&mut points, progress)?;
+    let tree = KdTree::new(&points.at);
+    let Survey { radius, .. } = Survey::new(&points, &tree, &neighbours, progress)?;
+    let normals = normals(&points, &tree, &neighbours, radius, progress)?;
+    let nearest = |p: &DVec3| tree.nearest(points.frame.to_unit(*p)).unwrap_or(0);
+    Ok(cloud.points.par_iter().map(|p| normals[nearest(p) as usize]).collect())
+}
+
+/// Leaves out the points that are far from all others; returns the neighbours of the others, and their
+/// number.
+fn neighbours_without_outliers(points: &mut Points, progress: &ProgressToken) -> Result<(Neighbours, usize)> {
+    let found = Neighbours::new(&points.at, &KdTree::new(&points.at), progress)?;
+    let outliers = found.outliers.len();
+    if outliers == 0 {
+        return Ok((found, 0));
+    }
+    let mut is_out = vec![false; points.at.len()];
+    found.outliers.iter().for_each(|i| is_out[*i as usize] = true);
+    let kept: Vec<u32> = (0..points.at.len() as u32).filter(|i| !is_out[*i as usize]).collect();
+    if kept.len() <= COUNT {
+        return Err(too_few(kept.len()));
+    }
+    points.keep(&kept);
+    Ok((Neighbours::new(&points.at, &KdTree::new(&points.at), progress)?, outliers))
+}
+
+/// What the scale of everything else follows from.
+struct Survey {
+    /// The median distance between points, in the unit frame.
+    spacing: f64,
+    /// Standard deviation of points from planes through their neighbours, in spacings.
+    thickness: f64,
+    /// Radius of the weights, in spacings.
+    radius: f64,
+}
+
+impl Survey {
+    fn new(
+        points: &Points,
+        tree: &KdTree,
+        neighbours: &Neighbours,
+        progress: &ProgressToken,
+    ) -> Result<Self> {
+        let spacing = median(neighbours.spacing.iter().copied());
+        let shapes = planes(&points.at, tree, COUNT, progress)?;
+        let width = median(shapes.iter().map(|plane| plane.extents[1] / plane.extents[2]));
+        if width.is_nan() || width <= LINE {
+            let remedy = "give points that cover a surface evenly";
+            return Err(Error::input(None, "the points lie on lines and not on a surface", remedy));
+        }
+        let thickness = noise(&shapes, &neighbours.spacing);
+        let radius = RADIUS + RADIUS_FOR_NOISE * (thickness - NO_NOISE).max(0.0);
+        Ok(Self { spacing, thickness, radius })
+    }
+}
+
+/// The mesh with a boundary as smooth as the points allow; random ones end on a ragged line.
+fn with_smooth_boundary(mesh: TriMesh, spacing: f64) -> Result<TriMesh> {
+    let has_boundary = EdgeTable::new(&mesh.triangles).edges().any(|edge| edge.len() == 1);
+    let Some((low, high)) = mesh.bounds().filter(|_| has_boundary) else { return Ok(mesh) };
+    let share = (spacing / high.distance(low)).min(0.1);
+    repair_with(&mesh, &RepairOptions::default().smooth_boundary(share)).map(|repaired| repaired.mesh)
+}
+
+/// The normals that are given, or those of planes that agree with each other.
+fn normals(
+    points: &Points,
+    tree: &KdTree,
+    neighbours: &Neighbours,
+    radius: f64,
+    progress: &ProgressToken,
+) -> Result<Vec<DVec3>> {
+    if !points.normals.is_empty() && points.normals.iter().all(|n| *n != DVec3::ZERO) {
+        return Ok(points.normals.clone());
+    }
+    let count = (COUNT as f64 * (radius / RADIUS).powi(2)) as usize;
+    let shapes = planes(&points.at, tree, count, progress)?;
+    orient((&points.at, tree), &shapes, count, neighbours, progress)
+}
+
+/// Values of the nearest points, for the vertices of a mesh in the unit frame.
+fn carried(attributes: &Attributes, points: &Points, tree: &KdTree, mesh: &TriMesh) -> Attributes {
+    if attributes.vertex.is_empty() {
+        return Attributes::default();
+    }
+    let nearest = |p: &DVec3| points.origin[tree.nearest(*p).unwrap_or(0) as usize];
+    let nearest: Vec<u32> = mesh.vertices.par_iter().map(nearest).collect();
+    let of = |attribute: &Attribute| {
+        let values = nearest.iter().flat_map(|i| attribute.at(*i as usize)).copied().collect();
+        Attribute { values, ..attribute.clone() }
+    };
+    Attributes { vertex: attributes.vertex.iter().map(of).collect(), ..Attributes::default() }
+}

@@ -1,0 +1,135 @@
+//! Points as lines of numbers: XYZ, TXT, CSV, ASC and PTS files. Coordinates come first; a line of names may
+//! say what follows them, otherwise normals are known by their length and colours by their range.
+
+use std::borrow::Cow;
+
+use super::columns::{Column, loaded, usual_name};
+use crate::io::checks::{excerpt_of_bytes, refuse_binary};
+use crate::io::loaded::Loaded;
+use crate::io::text::{Lines, number, unsigned_integer, words};
+use crate::mesh::attributes::Kind;
+use crate::{Error, Result};
+
+/// Lines by which columns without names are told.
+const TELLING: usize = 100;
+/// Most columns.
+const MOST_COLUMNS: usize = 64;
+/// Lengths of normals in files differ from 1 by less.
+const LENGTH: f64 = 0.02;
+
+pub(crate) fn parse(bytes: &[u8]) -> Result<Loaded> {
+    refuse_binary(bytes, "give lines of numbers")?;
+    let bytes = with_blanks(bytes);
+    let mut lines = Lines::new(&bytes);
+    let mut names: Option<Vec<String>> = None;
+    let mut columns: Vec<Vec<f64>> = Vec::new();
+    let mut numbers: Vec<u64> = Vec::new();
+    let mut row = Vec::new();
+    let mut declared = None;
+    while let Some(line) = lines.next() {
+        let at = lines.number;
+        if let Some(comment) = line.strip_prefix(b"//") {
+            // CloudCompare writes the names of columns as a comment.
+            let found = names_in(comment);
+            let are_names = ["x", "y", "z"].iter().all(|axis| found.iter().any(|name| name == axis));
+            names = names.or(are_names.then_some(found));
+            continue;
+        }
+        row.clear();
+        let mut wrong = None;
+        for word in words(line) {
+            match number(word) {
+                Some(value) => row.push(value),
+                None => wrong = wrong.or(Some(word)),
+            }
+        }
+        if let Some(word) = wrong {
+            if columns.is_empty() && names.is_none() && row.is_empty() {
+                names = Some(names_in(line));
+                continue;
+            }
+            let problem = format!("'{}' is not a number", excerpt_of_bytes(word));
+            return Err(Error::input(Some(format!("line {at}")), problem, "write plain decimal numbers"));
+        }
+        if columns.is_empty() && row.len() == 1 && declared.is_none() {
+            declared = words(line).next().and_then(unsigned_integer);
+            continue;
+        }
+        if columns.is_empty() {
+            columns = vec![Vec::new(); row.len().min(MOST_COLUMNS)];
+        }
+        if row.len() < 3 || row.len() < columns.len() {
+            let problem = format!("the line has {} numbers, others have {}", row.len(), columns.len().max(3));
+            return Err(Error::input(Some(format!("line {at}")), problem, "give each point as many"));
+        }
+        columns.iter_mut().zip(&row).for_each(|(column, value)| column.push(*value));
+        numbers.push(at);
+    }
+    let found = numbers.len() as u64;
+    if let Some(count) = declared.filter(|count| *count > found) {
+        let problem = format!("the file is cut off: it declares {count} points and has {found}");
+        return Err(Error::input(None, problem, "get the whole file or write it again"));
+    }
+    let mut notes = Vec::new();
+    let names = match names {
+        Some(names) if names.len() >= columns.len() => names,
+        Some(_) => {
+            let problem = "the line of names has fewer columns than the points";
+            return Err(Error::input(None, problem, "name every column"));
+        }
+        None => told_names(&columns, &mut notes),
+    };
+    let columns =
+        names.into_iter().zip(columns).map(|(name, values)| Column { name, kind: Kind::F64, values });
+    loaded(columns.collect(), false, &|i| format!("line {}", numbers[i]), notes)
+}
+
+fn names_in(line: &[u8]) -> Vec<String> {
+    words(line).map(|word| usual_name(&String::from_utf8_lossy(word))).collect()
+}
+
+/// Commas, semicolons and tabs are blanks between numbers.
+fn with_blanks(bytes: &[u8]) -> Cow<'_, [u8]> {
+    if !bytes.iter().any(|byte| matches!(byte, b',' | b';')) {
+        return Cow::Borrowed(bytes);
+    }
+    Cow::Owned(bytes.iter().map(|byte| if matches!(byte, b',' | b';') { b' ' } else { *byte }).collect())
+}
+
+/// Names for columns that have none.
+fn told_names(columns: &[Vec<f64>], notes: &mut Vec<String>) -> Vec<String> {
+    let lines = columns.first().map_or(0, |column| column.len().min(TELLING));
+    let row = |first: usize, i: usize| [0, 1, 2].map(|k| columns[first + k][i]);
+    let are_normals = |first: usize| {
+        let length = |i| row(first, i).iter().map(|x| x * x).sum::<f64>().sqrt();
+        first + 3 <= columns.len() && (0..lines).all(|i| (length(i) - 1.0).abs() < LENGTH)
+    };
+    let are_colours = |first: usize| {
+        first + 3 <= columns.len()
+            && ((0..lines).all(|i| row(first, i).iter().all(|x| Kind::U8.holds(*x)))
+                || (0..lines).all(|i| row(first, i).iter().all(|x| (0.0..=1.0).contains(x))))
+    };
+    let mut names: Vec<String> = ["x", "y", "z"].map(str::to_owned).to_vec();
+    let (mut normals, mut colours) = (false, false);
+    while names.len() < columns.len() {
+        let at = names.len();
+        let found: &[&str] = if !normals && are_normals(at) {
+            normals = true;
+            &["nx", "ny", "nz"]
+        } else if !colours && are_colours(at) {
+            colours = true;
+            &["red", "green", "blue"]
+        } else {
+            &["value"]
+        };
+        if found.len() == 1 {
+            names.push(format!("value_{}", at + 1));
+        } else {
+            names.extend(found.iter().map(|name| (*name).to_owned()));
+        }
+    }
+    if columns.len() > 3 {
+        notes.push(format!("the columns were taken for {}", names.join(", ")));
+    }
+    names
+}

@@ -1,0 +1,111 @@
+//! Files of points, and the program on them.
+
+use glam::DVec3;
+use predicates::prelude::*;
+use rtfmesh::cloud::PointCloud;
+use rtfmesh::io::{Encoding, Format, Loaded, read, read_bytes_of_mesh_or_points, read_mesh_or_points};
+use rtfmesh::mesh::samples::sample;
+use rtfmesh::mesh::topology::topology;
+
+use super::sampled;
+use crate::support::place::Place;
+
+fn parsed(format: Format, bytes: impl AsRef<[u8]>) -> rtfmesh::Result<Loaded> {
+    read_bytes_of_mesh_or_points(bytes.as_ref(), Some(Encoding { format, gzip: false }), false)
+}
+
+#[test]
+fn lines_of_numbers_are_told_by_names_or_values() {
+    let points = [DVec3::new(1.0, 2.0, 3.0), DVec3::new(4.0, 5.0, -6.0)];
+    for (text, attributes) in [
+        ("1 2 3\n4 5 -6\n", ""),
+        ("# comment\n1,2,3\r\n4,5,-6", ""),
+        ("2\n1 2 3 255 0 17\n4 5 -6 0 0 0\n", "colour"),
+        ("1;2;3;0;0;1\n4;5;-6;0.6;0.8;0\n", "normal"),
+        ("1 2 3 0 0 1 10 20 30\n4 5 -6 0 1 0 1 2 3\n", "colour normal"),
+        ("1 2 3 -17.5 10 20 30\n4 5 -6 8.25 1 2 3\n", "colour value_4"),
+        ("z,y,x,Heat\n3,2,1,8\n-6,5,4,9\n", "heat"),
+        ("//X Y Z Nx Ny Nz\n1 2 3 0 0 1\n4 5 -6 0 0 2\n", "normal"),
+    ] {
+        let loaded = parsed(Format::Xyz, text).unwrap();
+        assert_eq!(loaded.mesh.vertices, points, "{text}");
+        let names: Vec<&str> = loaded.attributes.vertex.iter().map(|a| a.name.as_str()).collect();
+        assert_eq!(names.join(" "), attributes, "{text}");
+    }
+}
+
+const HEADER: &str = "# .PCD v0.7\nVERSION 0.7\nFIELDS x y z normal_x normal_y normal_z rgb\n\
+    SIZE 4 4 4 4 4 4 4\nTYPE F F F F F F U\nCOUNT 1 1 1 1 1 1 1\nWIDTH 2\nHEIGHT 1\nPOINTS 2\n";
+
+#[test]
+fn pcd_is_read_as_text_and_binary() {
+    let rows = [[1.0_f32, 2.0, 3.0, 0.0, 0.0, 1.0], [4.0, 5.0, -6.0, 1.0, 0.0, 0.0]];
+    let colours = [0x00ff_8000_u32, 17];
+    let mut text = format!("{HEADER}DATA ascii\n");
+    let mut binary = format!("{HEADER}DATA binary\n").into_bytes();
+    for (row, colour) in rows.iter().zip(colours) {
+        text += &row.iter().map(|x| format!("{x} ")).collect::<String>();
+        text += &format!("{colour}\n");
+        row.iter().for_each(|x| binary.extend(x.to_le_bytes()));
+        binary.extend(colour.to_le_bytes());
+    }
+    for bytes in [text.as_bytes(), &binary] {
+        // The content says what it is, whatever the name.
+        let loaded = parsed(Format::Pcd, bytes).unwrap();
+        assert_eq!(loaded, read_bytes_of_mesh_or_points(bytes, None, false).unwrap());
+        let colour = &loaded.attributes.vertex[0].values;
+        assert_eq!(colour, &[255.0, 128.0, 0.0, 0.0, 0.0, 17.0]);
+        let cloud = PointCloud::from(loaded);
+        assert_eq!(cloud.points, [DVec3::new(1.0, 2.0, 3.0), DVec3::new(4.0, 5.0, -6.0)]);
+        assert_eq!(cloud.normals, [DVec3::Z, DVec3::X]);
+    }
+    let holes = text.replace("4 5 -6", "nan nan nan");
+    let loaded = parsed(Format::Pcd, holes).unwrap();
+    assert!(loaded.mesh.vertices.len() == 1 && loaded.notes[0].contains("1 points without"));
+}
+
+#[test]
+fn hostile_files_are_refused_with_a_place() {
+    let big = HEADER.replace("POINTS 2", "POINTS 1000000000");
+    for (format, text, word) in [
+        (Format::Xyz, "1 2\n".to_owned(), "line 1"),
+        (Format::Xyz, "1 2 3\n1 2\n".to_owned(), "line 2"),
+        (Format::Xyz, "1 2 3\nnan 2 3\n".to_owned(), "line 2: a coordinate"),
+        (Format::Xyz, "1 2 3\n1 b 3\n".to_owned(), "'b' is not a number"),
+        (Format::Xyz, "1000000000\n1 2 3\n".to_owned(), "cut off"),
+        (Format::Xyz, "a b c\n1 2 3\n".to_owned(), "no columns x, y and z"),
+        (Format::Xyz, "# nothing\n".to_owned(), "no columns"),
+        (Format::Pcd, HEADER.to_owned(), "no line DATA"),
+        (Format::Pcd, format!("{big}DATA binary\n0000"), "cut off"),
+        (Format::Pcd, format!("{big}DATA ascii\n1 2 3"), "cut off"),
+        (Format::Pcd, format!("{HEADER}DATA binary_compressed\n"), "not supported"),
+        (Format::Pcd, format!("{HEADER}DATA ascii\n1.00 2.00 3.00 0 0 1\n1 2 3 0 0 1 9\n"), "too few values"),
+        (Format::Pcd, format!("{}DATA ascii\n1 2 3\n", HEADER.replace("SIZE 4", "SIZE")), "do not name"),
+    ] {
+        let error = parsed(format, &text).unwrap_err().to_string();
+        assert!(error.contains(word), "{text:?}: {error}");
+    }
+}
+
+#[test]
+fn the_program_remeshes_points_and_writes_their_normals() {
+    let place = Place::new();
+    let cloud = sampled(&sample("torus").unwrap(), 5000, 9);
+    let line = |p: &DVec3| format!("{} {} {}\n", p.x, p.y, p.z);
+    std::fs::write(place.path("torus.xyz"), cloud.points.iter().map(line).collect::<String>()).unwrap();
+    place.run("remesh torus.xyz out.ply -n 500 --iterations 3");
+    let mesh = read(&place.path("out.ply")).unwrap().mesh;
+    let t = topology(&mesh);
+    assert!(t.vertices == 500 && t.is_closed_manifold() && t.genus == Some(1), "{t:?}");
+    place.run("remesh torus.xyz normals.ply --normals-only");
+    let points = PointCloud::from(read_mesh_or_points(&place.path("normals.ply"), None, false).unwrap());
+    assert_eq!(points.points, cloud.points);
+    let right = points.normals.iter().zip(&cloud.normals).filter(|(n, m)| n.dot(**m) > 0.5).count();
+    assert!(right > 4950, "{right}");
+    let no_mesh = || predicate::str::contains("no faces").and(predicate::str::contains("rtfmesh remesh"));
+    for command in ["inspect normals.ply", "measure torus.xyz"] {
+        place.program(command).assert().code(3).stderr(no_mesh());
+    }
+    let wrong = place.program("remesh out.ply again.ply --closed").assert().code(2);
+    wrong.stderr(predicate::str::contains("--closed works only with points"));
+}

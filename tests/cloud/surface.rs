@@ -1,0 +1,145 @@
+//! Surfaces through points, against the meshes that the points are of.
+
+use glam::DVec3;
+use rtfmesh::Error;
+use rtfmesh::cloud::{PointCloud, SurfaceOptions, oriented_normals, surface, surface_with_progress};
+use rtfmesh::measure::measure;
+use rtfmesh::mesh::attributes::{Attribute, Kind, Role};
+use rtfmesh::mesh::samples::sample;
+use rtfmesh::mesh::topology::topology;
+use rtfmesh::{Flow, Phase};
+
+use super::{sampled, shaken, without_normals};
+
+fn default() -> SurfaceOptions {
+    SurfaceOptions::default()
+}
+
+#[test]
+fn normals_agree_with_those_of_the_mesh() {
+    for (name, count) in [("torus", 8000), ("genus3", 12000), ("two-components", 8000)] {
+        let cloud = sampled(&sample(name).unwrap(), count, 1);
+        let found = oriented_normals(&without_normals(&cloud)).unwrap();
+        let wrong = found.iter().zip(&cloud.normals).filter(|(n, m)| n.dot(**m) < 0.5).count();
+        assert!(wrong * 200 < count, "{name}: {wrong} of {count}");
+        assert!(found.iter().all(|n| (n.length() - 1.0).abs() < 1e-9));
+    }
+}
+
+#[test]
+fn closed_surfaces_have_the_topology_of_the_mesh_and_lie_on_it() {
+    for (name, count, genus, components) in
+        [("torus", 10_000, 1, 1), ("genus3", 15_000, 3, 1), ("two-components", 10_000, 1, 2)]
+    {
+        let mesh = sample(name).unwrap();
+        let cloud = without_normals(&sampled(&mesh, count, 2));
+        let found = surface(&cloud, &default()).unwrap();
+        let t = topology(&found.mesh);
+        assert!(t.is_closed_manifold() && t.components == components, "{name}: {t:?}");
+        assert_eq!(t.genus, Some(genus), "{name}");
+        let distances = measure(&found.mesh, Some(&mesh)).unwrap().distances.unwrap();
+        assert!(distances.rms < 0.15, "{name}: {} % of the diagonal", distances.rms);
+        // The side of the square that one point has for itself.
+        let want = (mesh.area() / count as f64).sqrt();
+        assert!((found.spacing / want - 1.0).abs() < 0.2, "{name}: {} for {want}", found.spacing);
+    }
+}
+
+#[test]
+fn noise_outliers_and_duplicates_change_nothing_of_the_topology() {
+    let mesh = sample("torus").unwrap();
+    let clean = sampled(&mesh, 12_000, 3);
+    let spacing = (mesh.area() / 12_000.0).sqrt();
+    let mut cloud = without_normals(&shaken(&clean, 0.7 * spacing, 4));
+    cloud.points.extend([DVec3::splat(3.0), DVec3::new(-4.0, 0.0, 1.0), DVec3::new(0.0, 0.0, 2.5)]);
+    cloud.points.extend_from_within(..500);
+    let found = surface(&cloud, &default()).unwrap();
+    assert_eq!((found.outliers, found.duplicates), (3, 500));
+    let t = topology(&found.mesh);
+    assert!(t.is_closed_manifold() && t.components == 1 && t.genus == Some(1), "{t:?}");
+    assert!(found.noise > 0.2 * spacing);
+}
+
+#[test]
+fn holes_stay_open_unless_they_are_to_be_filled() {
+    let mesh = sample("open-hemisphere").unwrap();
+    let cloud = without_normals(&sampled(&mesh, 6000, 5));
+    let open = surface(&cloud, &default()).unwrap();
+    let t = topology(&open.mesh);
+    assert!(t.boundary_loops == 1 && t.components == 1 && t.nonmanifold_vertices == 0, "{t:?}");
+    // Its boundary is that of the points, give or take two spacings.
+    let lowest = mesh.vertices.iter().map(|p| p.z).fold(f64::INFINITY, f64::min);
+    let found = open.mesh.vertices.iter().map(|p| p.z).fold(f64::INFINITY, f64::min);
+    assert!((found - lowest).abs() < 2.0 * open.spacing, "{found} for {lowest}, {}", open.spacing);
+    let small = surface(&cloud, &default().fill_holes(0.5)).unwrap();
+    assert_eq!(topology(&small.mesh).boundary_loops, 1);
+    let closed = surface(&cloud, &default().fill_holes(f64::INFINITY)).unwrap();
+    let t = topology(&closed.mesh);
+    assert!(t.is_closed_manifold() && t.genus == Some(0) && closed.filled == 1, "{t:?}");
+}
+
+#[test]
+fn two_sides_of_a_thin_plate_stay_apart_with_normals() {
+    // The plate is 1 x 1 x 0.01; at this density, points are half of its thickness apart.
+    let cloud = sampled(&sample("thin-plate").unwrap(), 80_000, 6);
+    let t = topology(&surface(&cloud, &default()).unwrap().mesh);
+    assert!(t.is_closed_manifold() && t.components == 1 && t.genus == Some(0), "{t:?}");
+}
+
+#[test]
+fn a_plane_gives_a_flat_mesh_and_a_line_none() {
+    let points = |at: &dyn Fn(f64, f64) -> DVec3| PointCloud {
+        points: (0..2500).map(|i| at(f64::from(i % 50), f64::from(i / 50))).collect(),
+        ..PointCloud::default()
+    };
+    let flat = surface(&points(&|x, y| DVec3::new(x, y, 7.0)), &default()).unwrap().mesh;
+    assert!(flat.vertices.iter().all(|p| (p.z - 7.0).abs() < 1e-4));
+    assert!((flat.area() - 49.0 * 49.0).abs() < 0.1 * 49.0 * 49.0, "{}", flat.area());
+    let line = points(&|x, y| DVec3::new(1.0, 2.0, 3.0) * (x + 50.0 * y));
+    assert!(matches!(surface(&line, &default()), Err(Error::Input { .. })));
+}
+
+#[test]
+fn what_makes_no_surface_is_refused() {
+    let of = |points: Vec<DVec3>| PointCloud { points, ..PointCloud::default() };
+    let some: Vec<DVec3> = (0..50).map(|i| DVec3::new(f64::from(i), f64::from(i * i % 7), 0.0)).collect();
+    let with = |p: DVec3| of(some.iter().copied().chain([p]).collect());
+    let few_normals = PointCloud { points: some.clone(), normals: vec![DVec3::Z], ..PointCloud::default() };
+    for (cloud, word) in [
+        (of(Vec::new()), "0 places"),
+        (of(vec![DVec3::ONE]), "1 places"),
+        (of(vec![DVec3::ONE; 1000]), "one point"),
+        (with(DVec3::new(f64::NAN, 0.0, 0.0)), "not finite"),
+        (with(DVec3::new(0.0, f64::INFINITY, 0.0)), "not finite"),
+        (few_normals, "1 normals for 50 points"),
+    ] {
+        let error = surface(&cloud, &default()).unwrap_err();
+        assert!(matches!(&error, Error::Input { .. }), "{error}");
+        assert!(error.to_string().contains(word), "{error}");
+    }
+    let error = surface(&of(some), &default().fill_holes(f64::NAN)).unwrap_err();
+    assert!(matches!(error, Error::Usage { .. }), "{error}");
+}
+
+#[test]
+fn the_same_points_give_the_same_surface_and_values_are_carried() {
+    let mut cloud = without_normals(&sampled(&sample("torus").unwrap(), 4000, 7));
+    let heights = cloud.points.iter().map(|p| p.z).collect();
+    cloud.attributes.vertex.push(Attribute::new("height", Role::Other, Kind::F64, 1, heights));
+    let one = surface(&cloud, &default()).unwrap();
+    let pool = rayon::ThreadPoolBuilder::new().num_threads(3).build().unwrap();
+    assert_eq!(pool.install(|| surface(&cloud, &default())).unwrap(), one);
+    let carried = &one.attributes.vertex[0];
+    let far = one.mesh.vertices.iter().zip(&carried.values).map(|(p, z)| (p.z - z).abs());
+    assert!(far.fold(0.0, f64::max) < 3.0 * one.spacing);
+}
+
+#[test]
+fn progress_is_told_and_cancels() {
+    let cloud = without_normals(&sampled(&sample("torus").unwrap(), 4000, 8));
+    let cancelled = surface_with_progress(&cloud, &default(), |now| {
+        assert_eq!(now.phase, Phase::Surface);
+        Flow::Cancel
+    });
+    assert_eq!(cancelled.unwrap_err(), Error::Cancelled);
+}
