@@ -142,12 +142,12 @@ pub fn run(args: &Args) -> Result<u8> {
         return write_normals(args, &target).map(|()| 0);
     }
     let (loaded, device) = rayon::join(|| load(args), || args.device.open(wants_report));
-    let device = device?;
+    let (loaded, device) = (loaded?, device?);
     if !args.out.quiet {
         run.show_bar();
     }
     let loaded =
-        args.cloud.surface(loaded?, &args.input, (&args.method, &mut options), args.out.quiet, &mut run)?;
+        args.cloud.surface(loaded, &args.input, (&args.method, &mut options), args.out.quiet, &mut run)?;
     let repaired = count_vertices(args, size, &loaded.mesh, &mut options)?;
     options.format = Some(target.format());
     let repaired = request_attributes(args, &loaded, repaired, &mut options)?;

@@ -34,8 +34,8 @@ const CHUNK: usize = 1 << 9;
 /// Joins between two polls.
 const POLL: usize = 1 << 12;
 
-/// Turns normals so that they agree with their neighbours, and outwards. Returns the piece of each point:
-/// between pieces, no pair says anything.
+/// The normals of the planes, turned so that they agree with their neighbours, and outwards. Between pieces
+/// that no pair of neighbours connects, each piece counts for itself.
 ///
 /// # Errors
 /// [`crate::Error::Cancelled`].
