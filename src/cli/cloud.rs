@@ -8,8 +8,9 @@ use super::target_count::length;
 use rtfmesh::cloud::{CloudSurface, PointCloud, SurfaceOptions, oriented_normals, surface_with_progress};
 use rtfmesh::io::Loaded;
 use rtfmesh::mesh::attributes::{Attribute, Attributes, Kind, Role};
-use rtfmesh::{Error, Method, Options, Result, Size, TriMesh};
+use rtfmesh::{Error, Method, Options, Result, Size, Sizing, TriMesh};
 use std::path::Path;
+use std::time::Instant;
 
 /// How a surface is made of points.
 #[derive(clap::Args)]
@@ -47,6 +48,19 @@ impl CloudArgs {
         let mut attributes = cloud.attributes;
         attributes.vertex.insert(0, Attribute::new("normal", Role::Normal, Kind::F64, 3, values));
         Ok((TriMesh { vertices: cloud.points, triangles: Vec::new() }, attributes))
+    }
+
+    /// The size asked for; of points, ratios are of their number, and without a size there are as many
+    /// vertices as points.
+    pub fn size(&self, size: Size, loaded: &Loaded, options: &Options) -> Size {
+        let points = loaded.mesh.vertices.len();
+        let is_free = matches!(options.coarse_to_fine.sizing, Sizing::Deviation(_));
+        match size {
+            _ if !loaded.mesh.triangles.is_empty() => size,
+            Size::AsInput if !is_free => Size::Vertices(points),
+            Size::Ratio(share) => Size::Vertices((share * points as f64).round() as usize),
+            size => size,
+        }
     }
 
     fn refuse_mesh(&self, loaded: &Loaded, input: &Path) -> Result<()> {
@@ -92,13 +106,17 @@ impl CloudArgs {
         if !loaded.mesh.triangles.is_empty() {
             return Ok(loaded);
         }
-        let notes = loaded.notes.clone();
+        let begin = Instant::now();
+        let mut notes = loaded.notes.clone();
         let cloud = PointCloud::from(loaded);
         let found = surface_with_progress(&cloud, &self.options(&cloud)?, |now| run.update(now));
         let found = found.map_err(|e| e.in_file(input_name(input)))?;
+        let told = told(&cloud, &found);
         if !quiet {
-            tell_notes(input, &told(&cloud, &found));
+            tell_notes(input, &told);
+            tell_notes(input, &[format!("the surface took {:.2} s", begin.elapsed().as_secs_f64())]);
         }
+        notes.extend(told);
         if options.method == Method::CoarseToFine && !method.names_feature_angle() {
             options.coarse_to_fine.feature_angle = 180.0;
         }

@@ -146,6 +146,7 @@ pub fn run(args: &Args) -> Result<u8> {
     if !args.out.quiet {
         run.show_bar();
     }
+    let size = args.cloud.size(size, &loaded, &options);
     let loaded =
         args.cloud.surface(loaded, &args.input, (&args.method, &mut options), args.out.quiet, &mut run)?;
     let repaired = count_vertices(args, size, &loaded.mesh, &mut options)?;
@@ -228,13 +229,10 @@ fn request_attributes(
 /// Prints the plan.
 fn dry_run(args: &Args, size: Size, mut options: Options) -> Result<()> {
     let mut run = RunProgress::new(&args.progress)?;
-    let loaded = args.cloud.surface(
-        load(args)?,
-        &args.input,
-        (&args.method, &mut options),
-        args.out.quiet,
-        &mut run,
-    )?;
+    let loaded = load(args)?;
+    let size = args.cloud.size(size, &loaded, &options);
+    let loaded =
+        args.cloud.surface(loaded, &args.input, (&args.method, &mut options), args.out.quiet, &mut run)?;
     let repaired = count_vertices(args, size, &loaded.mesh, &mut options)?;
     let repaired = request_attributes(args, &loaded, repaired, &mut options)?;
     let plan = preview_repaired(&loaded.mesh, repaired, &options);

@@ -72,6 +72,6 @@ impl Points {
 }
 
 pub(super) fn too_few(places: usize) -> Error {
-    let problem = format!("there are no faces, and points at {places} places are too few for a surface");
+    let problem = format!("there are no faces, and {places} different points are too few for a surface");
     Error::input(None, problem, format!("give at least {LEAST}, and many more for a good surface"))
 }

@@ -97,6 +97,11 @@ fn the_program_remeshes_points_and_writes_their_normals() {
     let mesh = read(&place.path("out.ply")).unwrap().mesh;
     let t = topology(&mesh);
     assert!(t.vertices == 500 && t.is_closed_manifold() && t.genus == Some(1), "{t:?}");
+    // Ratios are of the points, and the report says what became of them.
+    place.run("remesh torus.xyz out.ply --ratio 0.05 --iterations 3 --report report.json");
+    assert_eq!(read(&place.path("out.ply")).unwrap().mesh.vertices.len(), 250);
+    let report = std::fs::read_to_string(place.path("report.json")).unwrap();
+    assert!(report.contains("5000 points without faces"), "{report}");
     place.run("remesh torus.xyz normals.ply --normals-only");
     let points = PointCloud::from(read_mesh_or_points(&place.path("normals.ply"), None, false).unwrap());
     assert_eq!(points.points, cloud.points);

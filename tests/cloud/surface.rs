@@ -106,8 +106,8 @@ fn what_makes_no_surface_is_refused() {
     let with = |p: DVec3| of(some.iter().copied().chain([p]).collect());
     let few_normals = PointCloud { points: some.clone(), normals: vec![DVec3::Z], ..PointCloud::default() };
     for (cloud, word) in [
-        (of(Vec::new()), "0 places"),
-        (of(vec![DVec3::ONE]), "1 places"),
+        (of(Vec::new()), "0 different points"),
+        (of(vec![DVec3::ONE]), "1 different points"),
         (of(vec![DVec3::ONE; 1000]), "one point"),
         (with(DVec3::new(f64::NAN, 0.0, 0.0)), "not finite"),
         (with(DVec3::new(0.0, f64::INFINITY, 0.0)), "not finite"),
