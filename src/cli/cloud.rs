@@ -12,6 +12,9 @@ use rtfmesh::{Error, Method, Options, Result, Size, Sizing, TriMesh};
 use std::path::Path;
 use std::time::Instant;
 
+/// Cells so many times as wide as points are apart are worth a note.
+const COARSE: f64 = 2.0;
+
 /// How a surface is made of points.
 #[derive(clap::Args)]
 #[command(next_help_heading = INPUT)]
@@ -139,5 +142,8 @@ fn told(cloud: &PointCloud, found: &CloudSurface) -> Vec<String> {
         (found.filled, "holes of the surface were closed"),
     ];
     notes.extend(left_out.iter().filter(|(n, _)| *n > 0).map(|(n, text)| format!("{n} {text}")));
+    if found.cell > COARSE * found.spacing {
+        notes.push(format!("details smaller than {:.3e} are lost, though points are closer", found.cell));
+    }
     notes
 }

@@ -58,6 +58,9 @@ pub struct CloudSurface {
     /// The distance between points, in their units: the side of the square that one has for itself. Half of
     /// the points have more room.
     pub spacing: f64,
+    /// The side of the cells that the surface was made with, in their units: smaller details are lost. Wider
+    /// than the spacing with noise, with many points, or where some are much closer than others.
+    pub cell: f64,
     /// The distance of points from the surface near them, root mean square, in their units.
     pub noise: f64,
     /// Points left out since others are at the same place.
@@ -92,6 +95,9 @@ const LEAST_POINTS: f64 = 30.0;
 /// Cells are larger where the surface would have more triangles than this; devices with little memory in one
 /// buffer take some more.
 const MOST_TRIANGLES: f64 = 2e6;
+/// Or where more nodes of the grid would be reached: with points of very different density, the cells of the
+/// dense ones fill the wide reach of the others.
+const MOST_NODES: f64 = 3e7;
 /// Most points have neighbours on a line if those are narrower than this share of their length.
 const LINE: f64 = 0.05;
 /// Boundary loops up to so many spacings across are filled.
@@ -130,9 +136,8 @@ fn run(cloud: &PointCloud, options: &SurfaceOptions, progress: &ProgressToken) -
     progress.done(0.3)?;
     let normals = normals(&points, &tree, &neighbours, radius, progress)?;
     progress.done(0.5)?;
-    // A surface of size A has about 3 A / side^2 triangles.
-    let crowd = (3.0 * points.at.len() as f64 / MOST_TRIANGLES).sqrt().max(1.0);
-    let side = (SIDE + SIDE_FOR_NOISE * (thickness - NO_NOISE).max(0.0)) * spacing * crowd;
+    let side = (SIDE + SIDE_FOR_NOISE * (thickness - NO_NOISE).max(0.0)) * spacing;
+    let side = side.max(least_side(&neighbours.spacing, radius));
     // Where points are dense, too, all nodes of a cell that the surface crosses must be reached.
     let radii: Vec<f64> =
         neighbours.spacing.iter().map(|own| radius * own.max(LEAST_SPACING * side)).collect();
@@ -163,6 +168,7 @@ fn run(cloud: &PointCloud, options: &SurfaceOptions, progress: &ProgressToken) -
         mesh,
         attributes,
         spacing: spacing * points.frame.scale,
+        cell: side * points.frame.scale,
         noise: thickness * spacing * points.frame.scale,
         duplicates: points.duplicates,
         outliers,
@@ -185,6 +191,14 @@ pub fn oriented_normals(cloud: &PointCloud) -> Result<Vec<DVec3>> {
     let normals = normals(&points, &tree, &neighbours, radius, progress)?;
     let nearest = |p: &DVec3| tree.nearest(points.frame.to_unit(*p)).unwrap_or(0);
     Ok(cloud.points.par_iter().map(|p| normals[nearest(p) as usize]).collect())
+}
+
+/// The least side of the grid's cells with which neither triangles nor nodes are too many.
+fn least_side(spacing: &[f64], radius: f64) -> f64 {
+    // A surface of area A has about 3 A / side^2 triangles. Nodes are reached on both sides of it.
+    let area: f64 = spacing.iter().map(|own| own * own).sum();
+    let volume: f64 = spacing.iter().map(|own| 2.0 * radius * own.powi(3)).sum();
+    (3.0 * area / MOST_TRIANGLES).sqrt().max((volume / MOST_NODES).cbrt())
 }
 
 /// Leaves out the points that are far from all others; returns the neighbours of the others, and their

@@ -100,6 +100,22 @@ fn a_plane_gives_a_flat_mesh_and_a_line_none() {
 }
 
 #[test]
+fn points_of_very_different_density_take_bounded_memory() {
+    let sphere = sample("sphere").unwrap();
+    // With cells as narrow as the dense points ask for, the others would reach billions of nodes.
+    let mut cloud = sampled(&sphere, 3000, 4);
+    cloud.points.iter_mut().for_each(|p| *p = *p * 1e-4 + DVec3::new(3.0, 0.0, 0.0));
+    let wide = sampled(&sphere, 1000, 5);
+    cloud.points.extend(wide.points);
+    cloud.normals.extend(wide.normals);
+    let found = surface(&cloud, &default()).unwrap();
+    assert!(found.cell > 10.0 * found.spacing, "{} {}", found.cell, found.spacing);
+    assert!(found.mesh.triangles.len() < 3_000_000, "{}", found.mesh.triangles.len());
+    let t = topology(&found.mesh);
+    assert!(t.is_closed_manifold() && t.components == 1 && t.genus == Some(0), "{t:?}");
+}
+
+#[test]
 fn what_makes_no_surface_is_refused() {
     let of = |points: Vec<DVec3>| PointCloud { points, ..PointCloud::default() };
     let some: Vec<DVec3> = (0..50).map(|i| DVec3::new(f64::from(i), f64::from(i * i % 7), 0.0)).collect();
