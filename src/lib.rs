@@ -42,6 +42,7 @@ mod pipeline;
 mod progress;
 mod remesher;
 pub mod report;
+pub mod volume;
 
 // How it is done, which may change at any time: seen by the project's own tests and benches alone.
 #[cfg(feature = "internals")]

@@ -21,3 +21,4 @@ mod sites;
 mod stages;
 mod support;
 mod tables;
+mod volume;

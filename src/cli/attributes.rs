@@ -66,7 +66,6 @@ impl AttributeArgs {
             true => CorrespondenceRequest::NONE,
             false => attributes.required_correspondence(),
         };
-        options.coarse_to_fine.fixed_half_edges.clear();
         // Once a crack is closed, its edges can be seams and borders.
         let repaired = match repaired {
             None if self.keep_uv || self.keep_labels => Some(repair_with(mesh, &options.repairs())?),

@@ -19,7 +19,7 @@ const COARSE: f64 = 2.0;
 #[derive(clap::Args)]
 #[command(next_help_heading = INPUT)]
 pub struct CloudArgs {
-    /// For points without faces: close all holes of the surface through them
+    /// For points without faces: close all holes of the surface through them; for volumes: at the border
     #[arg(long, conflicts_with = "fill_holes", hide_short_help = true)]
     closed: bool,
     /// For points without faces: close holes up to this size, in the points' units or as 1% of the diagonal
@@ -34,6 +34,17 @@ pub struct CloudArgs {
 }
 
 impl CloudArgs {
+    /// Whether the surface is closed, for volumes.
+    ///
+    /// # Errors
+    /// [`Error::Usage`] for options of points alone.
+    pub fn closes_volume(&self, input: &Path) -> Result<bool> {
+        let given = [("--fill-holes", self.fill_holes.is_some()), ("--normals-only", self.normals_only)];
+        let Some((name, _)) = given.iter().find(|(_, given)| *given) else { return Ok(self.closed) };
+        let input = input_name(input).display();
+        Err(Error::usage(format!("{name} works only with points, and {input} is a volume"), "leave it out"))
+    }
+
     /// Whether points with normals are written, in place of a mesh.
     pub fn normals_only(&self) -> bool {
         self.normals_only

@@ -4,7 +4,7 @@ use super::heading::INPUT;
 use super::terminal::tell;
 use anyhow::Result;
 use rtfmesh::io;
-use rtfmesh::io::{Encoding, Format, Loaded};
+use rtfmesh::io::{Encoding, Input, Loaded};
 use rtfmesh::mesh::attributes::Attributes;
 use rtfmesh::{Error, TriMesh};
 use std::io::{IsTerminal, Read, Write};
@@ -14,7 +14,7 @@ use std::path::Path;
 #[derive(Debug, clap::Args)]
 pub struct InputFormat {
     /// Format of the input if neither its content nor its extension says: obj, ply, stl, off, gltf, glb,
-    /// mesh, xyz or pcd
+    /// mesh, xyz, pcd, npy, nrrd or nii
     #[arg(long, value_name = "FORMAT", help_heading = INPUT, hide_short_help = true)]
     input_format: Option<Encoding>,
 }
@@ -30,18 +30,19 @@ impl InputFormat {
 
     /// As [`InputFormat::load`]; `with_materials` asks for pictures and the like as well.
     pub fn load_with(&self, path: &Path, with_materials: bool) -> rtfmesh::Result<Loaded> {
-        let loaded = self.load_mesh_or_points(path, with_materials)?;
-        loaded.with_faces().map_err(|error| error.in_file(input_name(path)))
+        let input = self.load_any(path, with_materials)?;
+        let loaded = input.mesh_or_points().and_then(Loaded::with_faces);
+        loaded.map_err(|error| error.in_file(input_name(path)))
     }
 
-    /// As [`InputFormat::load`], or points without faces; `with_materials` asks for pictures and the like as
-    /// well.
-    pub fn load_mesh_or_points(&self, path: &Path, with_materials: bool) -> rtfmesh::Result<Loaded> {
+    /// As [`InputFormat::load`], or points without faces, or a volume; `with_materials` asks for pictures and
+    /// the like as well.
+    pub fn load_any(&self, path: &Path, with_materials: bool) -> rtfmesh::Result<Input> {
         if !is_standard(path) {
-            return io::read_mesh_or_points(path, self.input_format, with_materials);
+            return io::read_any(path, self.input_format, with_materials);
         }
-        let read = standard_input()
-            .and_then(|bytes| io::read_bytes_of_mesh_or_points(&bytes, self.input_format, with_materials));
+        let read =
+            standard_input().and_then(|bytes| io::read_any_bytes(&bytes, self.input_format, with_materials));
         read.map_err(|error| error.in_file(input_name(path)))
     }
 
@@ -98,8 +99,8 @@ impl<'a> Target<'a> {
     /// [`Error::Output`] if nothing can be written there, [`Error::Usage`] for standard output without a
     /// format.
     pub fn new(path: &'a Path, format: Option<Encoding>) -> rtfmesh::Result<Self> {
-        if let Some(Encoding { format: Format::Xyz | Format::Pcd, .. }) = format {
-            let problem = "--format names a format of points, which has no faces";
+        if format.is_some_and(|e| e.format.is_of_points() || e.format.is_of_volumes()) {
+            let problem = "--format names a format that has no faces";
             return Err(Error::usage(problem, "use obj, ply, stl, off, glb or mesh"));
         }
         if !is_standard(path) {
@@ -120,7 +121,7 @@ impl<'a> Target<'a> {
     }
 
     /// The format of the file.
-    pub fn format(&self) -> Format {
+    pub fn format(&self) -> io::Format {
         self.encoding.format
     }
 

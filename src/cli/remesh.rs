@@ -10,11 +10,12 @@ use super::progress;
 use super::progress::{ProgressArgs, RunProgress, begin_writing};
 use super::target_count::{SizeArgs, count};
 use super::terminal::{print, tell};
+use super::volume::VolumeArgs;
 use super::{table, words};
 use anyhow::Result;
 use clap::ArgAction;
 use rtfmesh::io;
-use rtfmesh::io::{Encoding, Loaded};
+use rtfmesh::io::{Encoding, Input, Loaded};
 use rtfmesh::mesh::repair::Repaired;
 use rtfmesh::report::Report;
 use rtfmesh::report::html::{PageInput, page};
@@ -32,6 +33,7 @@ const LONG_EXAMPLES: &str = "Examples:
   rtfmesh remesh part.stl part.ply --edge-length 1% --feature-angle 30
   rtfmesh remesh scan.ply adapted.ply -n 10k --sizing curvature --max-edge 5%
   rtfmesh remesh points.xyz mesh.ply -n 10k
+  rtfmesh remesh ct.nii.gz bone.ply -n 50k --iso 300
   rtfmesh remesh scan.ply --dry-run --ratio 0.1
   zcat scan.ply.gz | rtfmesh remesh - - --format glb --ratio 0.1 > out.glb";
 
@@ -39,7 +41,7 @@ const LONG_EXAMPLES: &str = "Examples:
 #[derive(clap::Args)]
 #[command(after_help = EXAMPLES, after_long_help = LONG_EXAMPLES, disable_help_flag = true)]
 pub struct Args {
-    /// Mesh or points to read; - is standard input
+    /// Mesh, points or volume to read; - is standard input
     input: PathBuf,
     /// Mesh to write: .ply, .obj, .stl, .off, .glb or .mesh; - is standard output
     #[arg(required_unless_present = "dry_run")]
@@ -52,6 +54,8 @@ pub struct Args {
     attributes: AttributeArgs,
     #[command(flatten)]
     cloud: CloudArgs,
+    #[command(flatten)]
+    volume: VolumeArgs,
     #[command(flatten)]
     input_format: InputFormat,
     #[command(flatten)]
@@ -146,9 +150,7 @@ pub fn run(args: &Args) -> Result<u8> {
     if !args.out.quiet {
         run.show_bar();
     }
-    let size = args.cloud.size(size, &loaded, &options);
-    let loaded =
-        args.cloud.surface(loaded, &args.input, (&args.method, &mut options), args.out.quiet, &mut run)?;
+    let (loaded, size) = surface(args, loaded, size, &mut options, &mut run)?;
     let repaired = count_vertices(args, size, &loaded.mesh, &mut options)?;
     options.format = Some(target.format());
     let repaired = request_attributes(args, &loaded, repaired, &mut options)?;
@@ -183,17 +185,42 @@ pub fn run(args: &Args) -> Result<u8> {
     Ok(if is_cut_short { progress::CANCELLED } else { 0 })
 }
 
-fn load(args: &Args) -> rtfmesh::Result<Loaded> {
-    let loaded = args.input_format.load_mesh_or_points(&args.input, args.attributes.wants_materials())?;
+fn load(args: &Args) -> rtfmesh::Result<Input> {
+    let input = args.input_format.load_any(&args.input, args.attributes.wants_materials())?;
     if !args.out.quiet {
-        tell_notes(&args.input, &loaded.notes);
+        tell_notes(&args.input, input.notes());
     }
-    Ok(loaded)
+    Ok(input)
+}
+
+/// What was read, or the surface made of it if it has points or values on a grid; and the size asked for.
+fn surface(
+    args: &Args,
+    input: Input,
+    size: Size,
+    options: &mut Options,
+    run: &mut RunProgress,
+) -> rtfmesh::Result<(Loaded, Size)> {
+    match input {
+        Input::Volume(volume) => {
+            let closed = args.cloud.closes_volume(&args.input)?;
+            let options = (&args.method, options);
+            let loaded = args.volume.surface(volume, &args.input, closed, options, args.out.quiet, run)?;
+            Ok((loaded, size))
+        }
+        Input::Mesh(loaded) => {
+            args.volume.refuse_mesh(&args.input)?;
+            let size = args.cloud.size(size, &loaded, options);
+            let options = (&args.method, options);
+            let loaded = args.cloud.surface(loaded, &args.input, options, args.out.quiet, run)?;
+            Ok((loaded, size))
+        }
+    }
 }
 
 /// Writes points with outward normals in place of a mesh.
 fn write_normals(args: &Args, target: &Target) -> Result<()> {
-    let (points, attributes) = args.cloud.with_normals(load(args)?, &args.input)?;
+    let (points, attributes) = args.cloud.with_normals(load(args)?.mesh_or_points()?, &args.input)?;
     let _whole = (!args.output.as_deref().is_some_and(is_standard)).then(begin_writing).transpose()?;
     target.write(&points, &attributes, args.out.quiet)
 }
@@ -230,9 +257,7 @@ fn request_attributes(
 fn dry_run(args: &Args, size: Size, mut options: Options) -> Result<()> {
     let mut run = RunProgress::new(&args.progress)?;
     let loaded = load(args)?;
-    let size = args.cloud.size(size, &loaded, &options);
-    let loaded =
-        args.cloud.surface(loaded, &args.input, (&args.method, &mut options), args.out.quiet, &mut run)?;
+    let (loaded, size) = surface(args, loaded, size, &mut options, &mut run)?;
     let repaired = count_vertices(args, size, &loaded.mesh, &mut options)?;
     let repaired = request_attributes(args, &loaded, repaired, &mut options)?;
     let plan = preview_repaired(&loaded.mesh, repaired, &options);

@@ -1,12 +1,13 @@
 //! The library's errors in the words of the command line.
 
 /// What the library says, and what the command line has for it; other fields are options of their own name.
-const PHRASES: [(&str, &str); 6] = [
+const PHRASES: [(&str, &str); 7] = [
     ("`shortage` add-vertices", "--vertices-at-least"),
     ("accept it with `shortage` best-effort", "leave out --strict"),
     ("`memory_bytes`", "--device-memory"),
     ("name its `format`", "name its format by --input-format"),
     ("make one of the points with `cloud::surface`", "make one of the points by `rtfmesh remesh`"),
+    ("make one of the volume with `volume::iso_surface`", "make one of it by `rtfmesh remesh --iso VALUE`"),
     ("read the file without materials", "leave out --keep-uv"),
 ];
 

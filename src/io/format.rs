@@ -8,6 +8,7 @@ use serde::{Deserialize, Serialize};
 
 use super::checks::excerpt;
 use super::points::pcd;
+use super::volumes::{nifti, npy, nrrd};
 use super::{off, stl};
 use crate::Error;
 
@@ -34,11 +35,18 @@ pub enum Format {
     Xyz,
     /// Points in the PCD format of the Point Cloud Library, text or binary; read only.
     Pcd,
+    /// Values on a grid as an array of NumPy; read only.
+    Npy,
+    /// Values on a grid in NRRD; read only.
+    Nrrd,
+    /// Values on a grid in NIfTI-1; read only.
+    #[serde(rename = "nii")]
+    Nifti,
 }
 
 impl Format {
     /// All formats.
-    pub const ALL: [Self; 9] = [
+    pub const ALL: [Self; 12] = [
         Self::Obj,
         Self::Ply,
         Self::Stl,
@@ -48,6 +56,9 @@ impl Format {
         Self::Medit,
         Self::Xyz,
         Self::Pcd,
+        Self::Npy,
+        Self::Nrrd,
+        Self::Nifti,
     ];
 
     /// The usual name.
@@ -62,6 +73,9 @@ impl Format {
             Self::Medit => "MEDIT",
             Self::Xyz => "XYZ",
             Self::Pcd => "PCD",
+            Self::Npy => "NumPy's format",
+            Self::Nrrd => "NRRD",
+            Self::Nifti => "NIfTI",
         }
     }
 
@@ -77,6 +91,9 @@ impl Format {
             Self::Medit => "mesh",
             Self::Xyz => "xyz",
             Self::Pcd => "pcd",
+            Self::Npy => "npy",
+            Self::Nrrd => "nrrd",
+            Self::Nifti => "nii",
         }
     }
 
@@ -86,12 +103,23 @@ impl Format {
         let is = |other: &&str| word.eq_ignore_ascii_case(other);
         let medit = is(&"medit").then_some(Self::Medit);
         let lines = ["txt", "csv", "asc", "pts", "xyzn", "xyzrgb"].into_iter().find(is).map(|_| Self::Xyz);
-        Self::ALL.into_iter().find(named).or(medit).or(lines)
+        let header = is(&"nhdr").then_some(Self::Nrrd);
+        Self::ALL.into_iter().find(named).or(medit).or(lines).or(header)
     }
 
     /// Whether meshes can be written in it.
     pub fn is_written(self) -> bool {
-        !matches!(self, Self::Gltf | Self::Xyz | Self::Pcd)
+        !matches!(self, Self::Gltf) && !self.is_of_points() && !self.is_of_volumes()
+    }
+
+    /// Whether its files have points without faces.
+    pub fn is_of_points(self) -> bool {
+        matches!(self, Self::Xyz | Self::Pcd)
+    }
+
+    /// Whether its files have values on a grid.
+    pub fn is_of_volumes(self) -> bool {
+        matches!(self, Self::Npy | Self::Nrrd | Self::Nifti)
     }
 
     /// Whether it is written as text, which a terminal can show.
@@ -188,8 +216,17 @@ pub(crate) fn format_of_content(bytes: &[u8]) -> Option<Format> {
     if bytes.starts_with(b"glTF") {
         return Some(Format::Glb);
     }
+    if npy::starts(bytes) {
+        return Some(Format::Npy);
+    }
+    if nrrd::starts(bytes) {
+        return Some(Format::Nrrd);
+    }
     if stl::has_binary_size(bytes) {
         return Some(Format::Stl);
+    }
+    if nifti::starts(bytes) {
+        return Some(Format::Nifti);
     }
     if bytes.trim_ascii_start().starts_with(b"{") {
         return Some(Format::Gltf);

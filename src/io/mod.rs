@@ -1,5 +1,5 @@
 //! Reading and writing mesh files: OBJ, PLY, STL, OFF, glTF and MEDIT, plain or compressed with gzip. Points
-//! are read from PLY, OFF, PCD and lines of numbers (XYZ).
+//! are read from PLY, OFF, PCD and lines of numbers (XYZ), volumes from NumPy's arrays, NRRD and NIfTI.
 
 mod binary;
 mod checks;
@@ -17,6 +17,7 @@ mod read;
 mod rounding;
 mod stl;
 mod text;
+mod volumes;
 mod write;
 
 pub use file::{check_text_target, write_bytes, write_text};
@@ -24,11 +25,12 @@ pub use format::{Encoding, Format};
 pub use loaded::Loaded;
 pub use obj::feature_lines::{read_feature_lines, write_features};
 pub use read::{
-    read, read_as, read_bytes, read_bytes_of_mesh_or_points, read_bytes_with_materials, read_mesh_or_points,
+    Input, read, read_any, read_any_bytes, read_as, read_bytes, read_bytes_with_materials,
     read_with_materials,
 };
 pub(crate) use rounding::KEEPING_64_BITS;
 pub use rounding::{lost_precision_note, rounded};
+pub use volumes::Volume;
 pub use write::{
     check_target, encode, encode_with, lost_attributes_note, target_encoding, write, write_as, write_with,
 };

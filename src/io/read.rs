@@ -3,10 +3,12 @@
 use std::borrow::Cow;
 use std::path::Path;
 
+use super::checks::no_faces;
 use super::file::read_file_bytes;
 use super::format::{Encoding, Format, extension_problem, format_of_content, written_extensions};
 use super::loaded::Loaded;
-use super::{gltf, gzip, medit, obj, off, ply, points, stl};
+use super::volumes::Volume;
+use super::{gltf, gzip, medit, obj, off, ply, points, stl, volumes};
 use crate::{Error, Result};
 
 /// Reads a mesh file. Its content decides on the format; where that is ambiguous, the extension does (in
@@ -28,7 +30,7 @@ pub fn read(path: &Path) -> Result<Loaded> {
 ///
 /// See [`read()`].
 pub fn read_as(path: &Path, declared: Option<Encoding>) -> Result<Loaded> {
-    read_file(path, declared, false).and_then(|loaded| loaded.with_faces().map_err(|e| e.in_file(path)))
+    read_file(path, declared, false).and_then(|input| mesh(input).map_err(|e| e.in_file(path)))
 }
 
 /// As [`read_as`], with the materials of a glTF file and their images in `attributes.materials`. What cannot
@@ -38,20 +40,52 @@ pub fn read_as(path: &Path, declared: Option<Encoding>) -> Result<Loaded> {
 ///
 /// See [`read()`]; also images of more than 256 MiB together.
 pub fn read_with_materials(path: &Path, declared: Option<Encoding>) -> Result<Loaded> {
-    read_file(path, declared, true).and_then(|loaded| loaded.with_faces().map_err(|e| e.in_file(path)))
+    read_file(path, declared, true).and_then(|input| mesh(input).map_err(|e| e.in_file(path)))
 }
 
-/// As [`read_with_materials`] or, without them, [`read_as`], for a mesh or a cloud of points: one without
-/// faces is no error. [`crate::cloud::PointCloud`] is made of it.
+/// What a file has.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Input {
+    /// A mesh, or points without faces; [`crate::cloud::PointCloud`] is made of those.
+    Mesh(Loaded),
+    /// Values on a grid, for [`crate::volume`].
+    Volume(Volume),
+}
+
+impl Input {
+    /// What was left out of the file or changed, one sentence each.
+    pub fn notes(&self) -> &[String] {
+        match self {
+            Self::Mesh(loaded) => &loaded.notes,
+            Self::Volume(volume) => &volume.notes,
+        }
+    }
+
+    /// A mesh, or points without faces.
+    ///
+    /// # Errors
+    /// [`Error::Input`] for a volume.
+    pub fn mesh_or_points(self) -> Result<Loaded> {
+        match self {
+            Self::Mesh(loaded) => Ok(loaded),
+            Self::Volume(_) => {
+                let remedy = "give a surface mesh, or make one of the volume with `volume::iso_surface`";
+                Err(Error::input(None, "the file has values on a grid and no mesh", remedy))
+            }
+        }
+    }
+}
+
+/// As [`read_with_materials`] or, without them, [`read_as`], for a mesh, points without faces, or a volume.
 ///
 /// # Errors
 ///
-/// See there.
-pub fn read_mesh_or_points(path: &Path, declared: Option<Encoding>, with_materials: bool) -> Result<Loaded> {
+/// See there; for volumes, also other than three axes with one number a node.
+pub fn read_any(path: &Path, declared: Option<Encoding>, with_materials: bool) -> Result<Input> {
     read_file(path, declared, with_materials)
 }
 
-fn read_file(path: &Path, declared: Option<Encoding>, with_materials: bool) -> Result<Loaded> {
+fn read_file(path: &Path, declared: Option<Encoding>, with_materials: bool) -> Result<Input> {
     let decoded = read_file_bytes(path).and_then(|bytes| {
         let named = declared.or_else(|| Encoding::of_name(path));
         // The parent of a bare file name is the empty path: the working directory.
@@ -67,7 +101,7 @@ fn read_file(path: &Path, declared: Option<Encoding>, with_materials: bool) -> R
 ///
 /// See [`read()`], without a path; buffers in separate files of a glTF file are refused.
 pub fn read_bytes(bytes: &[u8], declared: Option<Encoding>) -> Result<Loaded> {
-    decode(bytes, declared, None, false).and_then(Loaded::with_faces)
+    decode(bytes, declared, None, false).and_then(mesh)
 }
 
 /// As [`read_bytes`], with materials as in [`read_with_materials`].
@@ -76,20 +110,21 @@ pub fn read_bytes(bytes: &[u8], declared: Option<Encoding>) -> Result<Loaded> {
 ///
 /// See [`read_bytes`] and [`read_with_materials`].
 pub fn read_bytes_with_materials(bytes: &[u8], declared: Option<Encoding>) -> Result<Loaded> {
-    decode(bytes, declared, None, true).and_then(Loaded::with_faces)
+    decode(bytes, declared, None, true).and_then(mesh)
 }
 
-/// As [`read_mesh_or_points`], from bytes.
+/// As [`read_any`], from bytes.
 ///
 /// # Errors
 ///
-/// See [`read_bytes`] and [`read_with_materials`].
-pub fn read_bytes_of_mesh_or_points(
-    bytes: &[u8],
-    declared: Option<Encoding>,
-    with_materials: bool,
-) -> Result<Loaded> {
+/// See [`read_any`] and [`read_bytes`].
+pub fn read_any_bytes(bytes: &[u8], declared: Option<Encoding>, with_materials: bool) -> Result<Input> {
     decode(bytes, declared, None, with_materials)
+}
+
+/// A mesh with faces.
+fn mesh(input: Input) -> Result<Loaded> {
+    input.mesh_or_points().and_then(Loaded::with_faces)
 }
 
 /// `file` is the path and its folder, if the bytes come from a file.
@@ -98,7 +133,7 @@ fn decode(
     declared: Option<Encoding>,
     file: Option<(&Path, &Path)>,
     with_materials: bool,
-) -> Result<Loaded> {
+) -> Result<Input> {
     let mut notes = Vec::new();
     let bytes =
         if gzip::is_compressed(bytes) { Cow::Owned(gzip::decompress(bytes)?) } else { Cow::Borrowed(bytes) };
@@ -126,16 +161,31 @@ fn decode(
             return Err(Error::input(None, "the format cannot be told from the content", remedy));
         }
     };
-    let mut loaded = match format {
-        Format::Obj => obj::parse(&bytes),
-        Format::Ply => ply::parse(&bytes),
-        Format::Stl => stl::parse(&bytes),
-        Format::Off => off::parse(&bytes),
-        Format::Gltf | Format::Glb => gltf::parse(&bytes, file.map(|(_, folder)| folder), with_materials),
-        Format::Medit => medit::parse(&bytes),
-        Format::Xyz => points::xyz::parse(&bytes),
-        Format::Pcd => points::pcd::parse(&bytes),
-    }?;
-    notes.extend(std::mem::take(&mut loaded.notes));
-    Ok(Loaded { notes, ..loaded })
+    let volume = match format {
+        Format::Npy => Some(volumes::npy::parse(&bytes)?),
+        Format::Nrrd => Some(volumes::nrrd::parse(&bytes, file.map(|(_, folder)| folder))?),
+        Format::Nifti => Some(volumes::nifti::parse(&bytes)?),
+        _ => None,
+    };
+    if let Some(mut volume) = volume {
+        notes.append(&mut volume.notes);
+        return Ok(Input::Volume(Volume { notes, ..volume }));
+    }
+    let mut loaded = parsed(format, &bytes, file.map(|(_, folder)| folder), with_materials)?;
+    notes.append(&mut loaded.notes);
+    Ok(Input::Mesh(Loaded { notes, ..loaded }))
+}
+
+fn parsed(format: Format, bytes: &[u8], folder: Option<&Path>, with_materials: bool) -> Result<Loaded> {
+    match format {
+        Format::Obj => obj::parse(bytes),
+        Format::Ply => ply::parse(bytes),
+        Format::Stl => stl::parse(bytes),
+        Format::Off => off::parse(bytes),
+        Format::Gltf | Format::Glb => gltf::parse(bytes, folder, with_materials),
+        Format::Medit => medit::parse(bytes),
+        Format::Xyz => points::xyz::parse(bytes),
+        Format::Pcd => points::pcd::parse(bytes),
+        Format::Npy | Format::Nrrd | Format::Nifti => Err(no_faces()),
+    }
 }

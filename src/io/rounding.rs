@@ -16,7 +16,10 @@ pub fn rounded(mesh: &TriMesh, format: Format) -> TriMesh {
         | Format::Gltf
         | Format::Medit
         | Format::Xyz
-        | Format::Pcd => mesh.vertices.clone(),
+        | Format::Pcd
+        | Format::Npy
+        | Format::Nrrd
+        | Format::Nifti => mesh.vertices.clone(),
     };
     TriMesh { vertices, triangles: mesh.triangles.clone() }
 }

@@ -82,14 +82,14 @@ pub fn lost_attributes_note(attributes: &Attributes, format: Format) -> Option<S
         Format::Obj | Format::Glb => role(a, Role::Colour, 3..=4) || role(a, Role::Normal, 3..=3),
         Format::Off => role(a, Role::Colour, 3..=4),
         Format::Medit => a.name == medit::REFERENCE,
-        Format::Stl | Format::Gltf | Format::Xyz | Format::Pcd => false,
+        _ => false,
     };
     let holds_face_attribute = |a: &Attribute| match format {
         Format::Ply => true,
         Format::Obj => matches!(a.name.as_str(), "material" | "group" | "object"),
         Format::Glb => a.name == "material",
         Format::Medit => medit::face_label(attributes).is_some_and(|label| label.name == a.name),
-        Format::Stl | Format::Off | Format::Gltf | Format::Xyz | Format::Pcd => false,
+        _ => false,
     };
     let holds_uv = matches!(format, Format::Ply | Format::Obj | Format::Glb);
     let dropped = Attributes {
@@ -138,20 +138,22 @@ fn write_uncompressed(
         Format::Medit => medit::write(file, mesh, attributes),
         // `check_fits` has refused it.
         Format::Gltf => Err(io::Error::other(ONLY_GLB)),
-        Format::Xyz | Format::Pcd => Err(io::Error::other(ONLY_POINTS)),
+        Format::Xyz | Format::Pcd | Format::Npy | Format::Nrrd | Format::Nifti => {
+            Err(io::Error::other(NO_MESHES))
+        }
     }
 }
 
 const ONLY_GLB: &str = "glTF is written as .glb only";
-/// What is wrong with writing a mesh in a format of points.
-const ONLY_POINTS: &str = "this format has points and no faces";
+/// What is wrong with writing a mesh in a format of points or volumes.
+const NO_MESHES: &str = "this format has no faces";
 
 /// Refuses what the format cannot hold.
 fn check_fits(path: &Path, (mesh, attributes): (&TriMesh, &Attributes), format: Format) -> Result<()> {
     match format {
         Format::Gltf => Err(output_error(path, ONLY_GLB, "name the result .glb")),
-        Format::Xyz | Format::Pcd => {
-            Err(output_error(path, ONLY_POINTS, &format!("name the result {}", written_extensions())))
+        other if other.is_of_points() || other.is_of_volumes() => {
+            Err(output_error(path, NO_MESHES, &format!("name the result {}", written_extensions())))
         }
         Format::Glb if mesh.triangles.is_empty() => {
             Err(output_error(path, "a GLB file cannot hold a mesh without faces", "choose another format"))
@@ -191,8 +193,8 @@ pub fn target_encoding(path: &Path) -> Result<Encoding> {
         Some(Encoding { format: Format::Gltf, .. }) => {
             Err(output_error(path, ONLY_GLB, "name the result .glb"))
         }
-        Some(Encoding { format: Format::Xyz | Format::Pcd, .. }) => {
-            Err(output_error(path, ONLY_POINTS, &remedy))
+        Some(Encoding { format, .. }) if format.is_of_points() || format.is_of_volumes() => {
+            Err(output_error(path, NO_MESHES, &remedy))
         }
         Some(encoding) => Ok(encoding),
         None => Err(output_error(path, extension_problem(path), &remedy)),

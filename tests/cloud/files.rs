@@ -3,7 +3,7 @@
 use glam::DVec3;
 use predicates::prelude::*;
 use rtfmesh::cloud::PointCloud;
-use rtfmesh::io::{Encoding, Format, Loaded, read, read_bytes_of_mesh_or_points, read_mesh_or_points};
+use rtfmesh::io::{Encoding, Format, Loaded, read, read_any, read_any_bytes};
 use rtfmesh::mesh::samples::sample;
 use rtfmesh::mesh::topology::topology;
 
@@ -11,7 +11,7 @@ use super::sampled;
 use crate::support::place::Place;
 
 fn parsed(format: Format, bytes: impl AsRef<[u8]>) -> rtfmesh::Result<Loaded> {
-    read_bytes_of_mesh_or_points(bytes.as_ref(), Some(Encoding { format, gzip: false }), false)
+    read_any_bytes(bytes.as_ref(), Some(Encoding { format, gzip: false }), false)?.mesh_or_points()
 }
 
 #[test]
@@ -52,7 +52,7 @@ fn pcd_is_read_as_text_and_binary() {
     for bytes in [text.as_bytes(), &binary] {
         // The content says what it is, whatever the name.
         let loaded = parsed(Format::Pcd, bytes).unwrap();
-        assert_eq!(loaded, read_bytes_of_mesh_or_points(bytes, None, false).unwrap());
+        assert_eq!(loaded, read_any_bytes(bytes, None, false).unwrap().mesh_or_points().unwrap());
         let colour = &loaded.attributes.vertex[0].values;
         assert_eq!(colour, &[255.0, 128.0, 0.0, 0.0, 0.0, 17.0]);
         let cloud = PointCloud::from(loaded);
@@ -103,7 +103,9 @@ fn the_program_remeshes_points_and_writes_their_normals() {
     let report = std::fs::read_to_string(place.path("report.json")).unwrap();
     assert!(report.contains("5000 points without faces"), "{report}");
     place.run("remesh torus.xyz normals.ply --normals-only");
-    let points = PointCloud::from(read_mesh_or_points(&place.path("normals.ply"), None, false).unwrap());
+    let points = PointCloud::from(
+        read_any(&place.path("normals.ply"), None, false).unwrap().mesh_or_points().unwrap(),
+    );
     assert_eq!(points.points, cloud.points);
     let right = points.normals.iter().zip(&cloud.normals).filter(|(n, m)| n.dot(**m) > 0.5).count();
     assert!(right > 4950, "{right}");

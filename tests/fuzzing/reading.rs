@@ -4,7 +4,8 @@ use std::path::Path;
 
 use rtfmesh::Error;
 use rtfmesh::io::{
-    Encoding, Format, Loaded, encode, encode_with, lost_precision_note, read_bytes, read_bytes_with_materials,
+    Encoding, Format, Input, Loaded, encode, encode_with, lost_precision_note, read_any_bytes, read_bytes,
+    read_bytes_with_materials,
 };
 
 /// The format for the first byte of the data: each one in turn, then none, as for standard input.
@@ -18,6 +19,7 @@ fn declared(kind: u8) -> Option<Format> {
 pub fn check(data: &[u8]) {
     let Some((kind, file)) = data.split_first() else { return };
     let declared = declared(*kind).map(|format| Encoding { format, gzip: false });
+    check_volume(file, declared);
     match read_bytes(file, declared) {
         Ok(loaded) => {
             check_loaded(&loaded);
@@ -32,6 +34,13 @@ pub fn check(data: &[u8]) {
             }
         }
     }
+}
+
+/// What is read as a volume must be whole.
+fn check_volume(file: &[u8], declared: Option<Encoding>) {
+    let Ok(Input::Volume(volume)) = read_any_bytes(file, declared, false) else { return };
+    assert_eq!(volume.values.len(), volume.size.iter().product::<usize>());
+    assert!(volume.size.iter().all(|nodes| *nodes >= 2) && volume.frame.is_finite());
 }
 
 fn check_loaded(loaded: &Loaded) {

@@ -246,7 +246,7 @@ fn targets_that_cannot_be_written_are_refused_early() {
     let mesh = sample("tetrahedron").unwrap();
     for (path, expected) in [
         (folder.path().join("a.foo"), "unknown file type '.foo'"),
-        (folder.path().join("a.xyz"), "this format has points and no faces"),
+        (folder.path().join("a.xyz"), "this format has no faces"),
         (folder.path().join("a.foo.gz"), "unknown file type '.gz'"),
         (folder.path().join("a.gltf"), "glTF is written as .glb only"),
         (folder.path().join("a"), "the file name has no extension"),

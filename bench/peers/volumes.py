@@ -1,0 +1,103 @@
+#!/usr/bin/env python3
+"""Volumes with known surfaces as .npy files, and how far a mesh is from those surfaces.
+
+    python bench/peers/volumes.py make FOLDER [NODES]   sphere, gyroid, shell, balls (labels) on NODES^3 nodes
+    python bench/peers/volumes.py judge NAME MESH [NODES]   distances in units of the nodes' spacing
+
+Needs numpy, and trimesh for judging.
+"""
+import sys
+from pathlib import Path
+
+import numpy as np
+
+NODES = 128
+
+
+def sphere(x, y, z, n):
+    """Signed distance of a ball off the grid's centre."""
+    c = 0.5 * (n - 1) + np.array([0.21, -0.34, 0.11])
+    return np.sqrt((x - c[0]) ** 2 + (y - c[1]) ** 2 + (z - c[2]) ** 2) - 0.33 * n
+
+
+def gyroid(x, y, z, n):
+    """A gyroid of two periods, divided by its slope: the distance to first order."""
+    w = 4.0 * np.pi / n
+    value = np.sin(w * x) * np.cos(w * y) + np.sin(w * y) * np.cos(w * z) + np.sin(w * z) * np.cos(w * x)
+    gx = np.cos(w * x) * np.cos(w * y) - np.sin(w * z) * np.sin(w * x)
+    gy = np.cos(w * y) * np.cos(w * z) - np.sin(w * x) * np.sin(w * y)
+    gz = np.cos(w * z) * np.cos(w * x) - np.sin(w * y) * np.sin(w * z)
+    slope = w * np.sqrt(gx**2 + gy**2 + gz**2)
+    return value / np.maximum(slope, 0.3 * w)
+
+
+def shell(x, y, z, n):
+    """A hollow ball."""
+    return np.abs(sphere(x, y, z, n) + 0.06 * n) - 0.06 * n
+
+
+def centres(n):
+    """The centres and the radius of three balls that meet."""
+    angles = 0.3 + 2.0 * np.pi * np.arange(3) / 3.0
+    middle = 0.5 * (n - 1)
+    offsets = 0.17 * n * np.stack([np.cos(angles), np.sin(angles), 0.2 * np.sin(2.0 * angles)], axis=1)
+    return middle + offsets, 0.22 * n
+
+
+def balls(x, y, z, n):
+    """Labels: 0 outside, else the nearest of three balls."""
+    at, radius = centres(n)
+    squares = np.stack([(x - c[0]) ** 2 + (y - c[1]) ** 2 + (z - c[2]) ** 2 for c in at])
+    nearest = np.argmin(squares, axis=0)
+    return np.where(np.min(squares, axis=0) < radius**2, nearest + 1, 0).astype(np.uint8)
+
+
+FIELDS = {"sphere": sphere, "gyroid": gyroid, "shell": shell, "balls": balls}
+
+
+def make(folder, n):
+    x, y, z = np.meshgrid(*[np.arange(n, dtype=np.float64)] * 3, indexing="ij")
+    for name, field in FIELDS.items():
+        values = field(x, y, z, n)
+        np.save(folder / f"{name}.npy", values if values.dtype == np.uint8 else values.astype(np.float32))
+
+
+def points_of(path):
+    """Random points of a mesh's faces with the faces they are on, even by area."""
+    import trimesh
+
+    mesh = trimesh.load(path, process=False)
+    points, faces = trimesh.sample.sample_surface(mesh, 200_000, seed=1)
+    return mesh, np.asarray(points), faces
+
+
+def distance_of_balls(p, n):
+    """Distances of points from the nearest of the balls' outer faces and the walls between them."""
+    at, radius = centres(n)
+    to = np.linalg.norm(p[:, None] - at[None], axis=2)
+    order = np.argsort(to, axis=1)
+    first, second = (np.take_along_axis(to, order[:, k : k + 1], axis=1)[:, 0] for k in (0, 1))
+    between = np.linalg.norm(at[order[:, 0]] - at[order[:, 1]], axis=1)
+    wall = (second**2 - first**2) / (2.0 * between)
+    # A wall ends at the balls' faces.
+    return np.minimum(np.abs(first - radius), np.where(second < radius + 1.0, wall, np.inf))
+
+
+def judge(name, path, n):
+    mesh, p, _ = points_of(path)
+    of = lambda q: FIELDS[name](*q.T, n) if name != "balls" else distance_of_balls(q, n)
+    for what, q in (("vertices", np.asarray(mesh.vertices)), ("faces", p)):
+        d = np.abs(of(q))
+        print(f"{name} {what}: rms {np.sqrt((d**2).mean()):.4f}, largest {d.max():.4f}")
+
+
+if __name__ == "__main__":
+    command, *rest = sys.argv[1:]
+    if command == "make":
+        folder = Path(rest[0])
+        folder.mkdir(parents=True, exist_ok=True)
+        make(folder, int(rest[1]) if len(rest) > 1 else NODES)
+    elif command == "judge":
+        judge(rest[0], rest[1], int(rest[2]) if len(rest) > 2 else NODES)
+    else:
+        sys.exit(__doc__)

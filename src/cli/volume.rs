@@ -1,0 +1,130 @@
+//! Values on a grid in place of a mesh: the surface in them.
+
+use super::files::{input_name, tell_notes};
+use super::heading::INPUT;
+use super::method::MethodArgs;
+use super::progress::RunProgress;
+use rtfmesh::glam::{DMat3, DVec3};
+use rtfmesh::io::{Loaded, Volume};
+use rtfmesh::volume::{Inside, IsoOptions, IsoSurface, iso_surface_with_progress};
+use rtfmesh::{Error, Method, Options, Result};
+use std::path::Path;
+use std::time::Instant;
+
+/// Which surface is made of a volume.
+#[derive(clap::Args)]
+#[command(next_help_heading = INPUT)]
+pub struct VolumeArgs {
+    /// For a volume (.npy, .nrrd, .nii): the value on the surface
+    #[arg(long, value_name = "VALUE", allow_negative_numbers = true, hide_short_help = true)]
+    iso: Option<f64>,
+    /// With --iso, where the object is [default: where less of the volume's border is]
+    #[arg(long, value_name = "SIDE", requires = "iso", hide_short_help = true)]
+    inside: Option<Side>,
+    /// For a volume: distances of its nodes along the three axes, such as 0.5,0.5,2; in place of the file's
+    #[arg(long, value_name = "X,Y,Z", value_parser = spacing, hide_short_help = true)]
+    spacing: Option<DVec3>,
+}
+
+#[derive(Clone, Copy, clap::ValueEnum)]
+enum Side {
+    /// Where values are greater, as in densities
+    Above,
+    /// Where values are less, as in signed distances
+    Below,
+}
+
+fn spacing(text: &str) -> std::result::Result<DVec3, String> {
+    let numbers: Option<Vec<f64>> = text.split(',').map(|part| part.trim().parse().ok()).collect();
+    let numbers = numbers.and_then(|numbers| <[f64; 3]>::try_from(numbers).ok());
+    let is_length = |number: &f64| number.is_finite() && *number > 0.0;
+    match numbers.filter(|numbers| numbers.iter().all(is_length)) {
+        Some(numbers) => Ok(DVec3::from_array(numbers)),
+        None => Err("give three lengths above 0, such as 0.5,0.5,2".to_owned()),
+    }
+}
+
+impl VolumeArgs {
+    /// The surface of a volume. Edges of such a surface are none of the
+    /// object's, so the options get no sharp edges unless they were asked for.
+    ///
+    /// # Errors
+    /// [`Error::Usage`] for options that do not fit to what was read; those of [`iso_surface_with_progress`].
+    pub fn surface(
+        &self,
+        mut volume: Volume,
+        input: &Path,
+        closed: bool,
+        (method, options): (&MethodArgs, &mut Options),
+        quiet: bool,
+        run: &mut RunProgress,
+    ) -> Result<Loaded> {
+        let begin = Instant::now();
+        if let Some(spacing) = self.spacing {
+            let axes = volume.frame.matrix3;
+            let along = |axis: DVec3, length: f64| length * axis.normalize();
+            volume.frame.matrix3 = DMat3::from_cols(
+                along(axes.x_axis, spacing.x),
+                along(axes.y_axis, spacing.y),
+                along(axes.z_axis, spacing.z),
+            );
+        }
+        let Some(iso) = self.iso else { return Err(no_choice(&volume, input)) };
+        let asked = IsoOptions::new(iso).closed(closed).inside(match self.inside {
+            None => Inside::Automatic,
+            Some(Side::Above) => Inside::Above,
+            Some(Side::Below) => Inside::Below,
+        });
+        let found = iso_surface_with_progress(&volume, &asked, |now| run.update(now));
+        let found = found.map_err(|e| e.in_file(input_name(input)))?;
+        let told = told(&volume, iso, &found);
+        if !quiet {
+            tell_notes(input, std::slice::from_ref(&told));
+            tell_notes(input, &[format!("the surface took {:.2} s", begin.elapsed().as_secs_f64())]);
+        }
+        if options.method == Method::CoarseToFine {
+            if !method.names_feature_angle() {
+                options.coarse_to_fine.feature_angle = 180.0;
+            }
+            options.coarse_to_fine.fixed_half_edges = found.rim;
+        }
+        let mut notes = volume.notes;
+        notes.push(told);
+        Ok(Loaded { mesh: found.mesh, notes, ..Loaded::default() })
+    }
+
+    /// # Errors
+    /// [`Error::Usage`] for options of volumes with a mesh or points.
+    pub fn refuse_mesh(&self, input: &Path) -> Result<()> {
+        let given = [("--iso", self.iso.is_some()), ("--spacing", self.spacing.is_some())];
+        let Some((name, _)) = given.iter().find(|(_, given)| *given) else { return Ok(()) };
+        let problem = format!("{name} works only with volumes, and {} is none", input_name(input).display());
+        Err(Error::usage(problem, "leave it out"))
+    }
+}
+
+/// The error for a volume without a choice of surface.
+fn no_choice(volume: &Volume, input: &Path) -> Error {
+    let [x, y, z] = volume.size;
+    let values = match volume.range() {
+        Some([low, high]) => format!("from {low} to {high}"),
+        None => "none of them finite".to_owned(),
+    };
+    let problem =
+        format!("{} has {x} x {y} x {z} values, {values}, and no mesh", input_name(input).display());
+    Error::usage(problem, "add --iso VALUE for the surface at a value")
+}
+
+/// What became of the volume.
+fn told(volume: &Volume, iso: f64, found: &IsoSurface) -> String {
+    let [x, y, z] = volume.size;
+    let (side, other) = match found.inside {
+        Inside::Below => ("less", "above"),
+        _ => ("greater", "below"),
+    };
+    format!(
+        "a volume of {x} x {y} x {z} values: its surface at {iso} has {} triangles around where values are \
+         {side} (--inside {other} turns it over)",
+        found.mesh.triangles.len()
+    )
+}

@@ -1,0 +1,226 @@
+//! NRRD, the format of 3D Slicer and Teem: lines of text, an empty one, and values, or the name of the file
+//! that has them. Places are in the space that its header declares.
+
+use std::borrow::Cow;
+use std::collections::HashMap;
+use std::path::Path;
+
+use glam::{DAffine3, DMat3, DVec3};
+
+use super::Volume;
+use super::raw::{Layout, Number, byte_count, check_frame, size};
+use crate::io::checks::{cut_off, excerpt};
+use crate::io::file::read_file_bytes;
+use crate::io::gzip;
+use crate::io::text::number;
+use crate::{Error, Result};
+
+/// Longer headers are no headers.
+const LONGEST_HEADER: usize = 1 << 20;
+
+/// Whether a file begins as NRRD does.
+pub(crate) fn starts(bytes: &[u8]) -> bool {
+    bytes.starts_with(b"NRRD0")
+}
+
+/// The fields of the header by their names, and where it ends.
+struct Header<'a> {
+    fields: HashMap<String, (u64, &'a str)>,
+    end: usize,
+}
+
+impl<'a> Header<'a> {
+    fn new(bytes: &'a [u8]) -> Result<Self> {
+        let (mut fields, mut end, mut line) = (HashMap::new(), 0, 0);
+        loop {
+            let rest = &bytes[end..bytes.len().min(LONGEST_HEADER)];
+            // A header of its own may end with its file.
+            let Some(length) = rest.iter().position(|byte| *byte == b'\n') else {
+                if rest.is_empty() && fields.contains_key("data file") {
+                    return Ok(Self { fields, end });
+                }
+                return Err(cut_off(
+                    format!("line {}", line + 1),
+                    "there is no empty line behind the header",
+                ));
+            };
+            line += 1;
+            end += length + 1;
+            let text = str::from_utf8(rest[..length].trim_ascii()).unwrap_or_default();
+            if text.is_empty() && rest[..length].trim_ascii().is_empty() {
+                return Ok(Self { fields, end });
+            }
+            // Keys with := are anybody's own.
+            if line > 1
+                && !text.starts_with('#')
+                && !text.contains(":=")
+                && let Some((name, value)) = text.split_once(':')
+            {
+                fields.insert(name.trim().to_ascii_lowercase(), (line, value.trim()));
+            }
+        }
+    }
+
+    fn field(&self, name: &str) -> Option<&'a str> {
+        self.fields.get(name).map(|(_, value)| *value)
+    }
+
+    fn required(&self, name: &str) -> Result<&'a str> {
+        let missing = || Error::input(None, format!("the header has no field '{name}'"), "repair the header");
+        self.field(name).ok_or_else(missing)
+    }
+
+    /// The error for a field that makes no sense.
+    fn refuse(&self, name: &str, remedy: &str) -> Error {
+        let (line, value) = self.fields.get(name).copied().unwrap_or_default();
+        let problem = format!("'{name}: {}' is not supported", excerpt(value));
+        Error::input(Some(format!("line {line}")), problem, remedy)
+    }
+}
+
+/// `folder` is that of the file, if there is one.
+pub(crate) fn parse(bytes: &[u8], folder: Option<&Path>) -> Result<Volume> {
+    let header = Header::new(bytes)?;
+    let lengths = header.required("sizes")?.split_whitespace().map(|word| word.parse().ok());
+    let lengths: Option<Vec<u64>> = lengths.collect();
+    let lengths = lengths.ok_or_else(|| header.refuse("sizes", "give whole numbers"))?;
+    let (size, note) = size(&lengths)?;
+    let Some(number) = number_type(header.required("type")?) else {
+        return Err(header.refuse("type", "write one number a node"));
+    };
+    let frame = frame(&header)?;
+    check_frame(&frame)?;
+    let data = match header.field("data file").or(header.field("datafile")) {
+        None => Cow::Borrowed(&bytes[header.end..]),
+        Some(name) => Cow::Owned(other_file(&header, name, folder)?),
+    };
+    let data = decoded(&header, &data, size, number)?;
+    let layout = Layout {
+        size,
+        number: if is_text(&header) { Number::F64 } else { number },
+        is_big_endian: !is_text(&header)
+            && header.field("endian").is_some_and(|e| e.eq_ignore_ascii_case("big")),
+        is_last_fastest: false,
+        scale: [1.0, 0.0],
+    };
+    layout.read(&data, "the values", frame, note.into_iter().collect())
+}
+
+/// The content of the one file that has the values.
+fn other_file(header: &Header, name: &str, folder: Option<&Path>) -> Result<Vec<u8>> {
+    let is_plain = Path::new(name).components().all(|part| matches!(part, std::path::Component::Normal(_)));
+    match folder {
+        Some(folder) if is_plain && !name.starts_with("LIST") && !name.contains('%') => {
+            let path = folder.join(name);
+            read_file_bytes(&path).map_err(|error| error.in_file(&path))
+        }
+        _ => Err(header.refuse("data file", "name one file beside the header, or write all into one")),
+    }
+}
+
+fn is_text(header: &Header) -> bool {
+    matches!(header.field("encoding"), Some("ascii" | "text" | "txt"))
+}
+
+/// The values as bytes of their type; text as those of 64-bit numbers.
+fn decoded<'a>(
+    header: &Header,
+    data: &'a [u8],
+    size: [usize; 3],
+    number_type: Number,
+) -> Result<Cow<'a, [u8]>> {
+    let count = |name: &str| header.field(name).map_or(Some(0), |value| value.parse::<i64>().ok());
+    let Some(lines) = count("line skip").and_then(|lines| usize::try_from(lines).ok()) else {
+        return Err(header.refuse("line skip", "give a whole number"));
+    };
+    let mut data = data;
+    for _ in 0..lines {
+        let end = data.iter().position(|byte| *byte == b'\n').map_or(data.len(), |end| end + 1);
+        data = &data[end..];
+    }
+    let plain = match header.required("encoding")? {
+        "raw" | "ascii" | "text" | "txt" => Cow::Borrowed(data),
+        "gzip" | "gz" => Cow::Owned(gzip::decompress(data)?),
+        _ => return Err(header.refuse("encoding", "use raw, gzip or text")),
+    };
+    let skipped = match count("byte skip") {
+        // The values are the last bytes.
+        Some(-1) => plain.len().saturating_sub(byte_count(size, number_type).unwrap_or(usize::MAX)),
+        Some(bytes) => usize::try_from(bytes).unwrap_or(usize::MAX).min(plain.len()),
+        None => return Err(header.refuse("byte skip", "give a whole number")),
+    };
+    if is_text(header) {
+        return numbers(&plain[skipped..], size).map(Cow::Owned);
+    }
+    Ok(match plain {
+        Cow::Borrowed(plain) => Cow::Borrowed(&plain[skipped..]),
+        Cow::Owned(mut plain) => Cow::Owned(plain.split_off(skipped)),
+    })
+}
+
+/// Numbers in text as bytes of 64-bit ones, no more than there are nodes.
+fn numbers(text: &[u8], size: [usize; 3]) -> Result<Vec<u8>> {
+    let wanted = byte_count(size, Number::U8).unwrap_or(usize::MAX);
+    let words =
+        text.split(|byte| byte.is_ascii_whitespace() || *byte == b',').filter(|word| !word.is_empty());
+    let mut bytes = Vec::new();
+    for (k, word) in words.take(wanted).enumerate() {
+        let Some(value) = number(word) else {
+            let problem = format!("'{}' is not a number", excerpt(&String::from_utf8_lossy(word)));
+            return Err(Error::input(Some(format!("value {k}")), problem, "write plain numbers"));
+        };
+        bytes.extend(value.to_le_bytes());
+    }
+    Ok(bytes)
+}
+
+fn number_type(name: &str) -> Option<Number> {
+    Some(match name {
+        "signed char" | "int8" | "int8_t" => Number::I8,
+        "uchar" | "unsigned char" | "uint8" | "uint8_t" => Number::U8,
+        "short" | "short int" | "signed short" | "signed short int" | "int16" | "int16_t" => Number::I16,
+        "ushort" | "unsigned short" | "unsigned short int" | "uint16" | "uint16_t" => Number::U16,
+        "int" | "signed int" | "int32" | "int32_t" => Number::I32,
+        "uint" | "unsigned int" | "uint32" | "uint32_t" => Number::U32,
+        "longlong"
+        | "long long"
+        | "long long int"
+        | "signed long long"
+        | "signed long long int"
+        | "int64"
+        | "int64_t" => Number::I64,
+        "ulonglong" | "unsigned long long" | "unsigned long long int" | "uint64" | "uint64_t" => Number::U64,
+        "float" => Number::F32,
+        "double" => Number::F64,
+        _ => return None,
+    })
+}
+
+/// A vector as `(1, 2, 3)`.
+fn vector(text: &str) -> Option<DVec3> {
+    let inner = text.trim().strip_prefix('(')?.strip_suffix(')')?;
+    let parts: Option<Vec<f64>> = inner.split(',').map(|part| number(part.trim().as_bytes())).collect();
+    <[f64; 3]>::try_from(parts?).ok().map(DVec3::from_array)
+}
+
+fn frame(header: &Header) -> Result<DAffine3> {
+    let origin = match header.field("space origin") {
+        None => DVec3::ZERO,
+        Some(text) => vector(text).ok_or_else(|| header.refuse("space origin", "give three numbers"))?,
+    };
+    if let Some(text) = header.field("space directions") {
+        // Blanks may be within brackets.
+        let vectors = text.split_inclusive(')').map(str::trim).take(3).map(vector);
+        let axes: Option<Vec<DVec3>> = vectors.collect();
+        let axes = axes.and_then(|axes| <[DVec3; 3]>::try_from(axes).ok());
+        let Some([x, y, z]) = axes else {
+            return Err(header.refuse("space directions", "give three vectors"));
+        };
+        return Ok(DAffine3 { matrix3: DMat3::from_cols(x, y, z), translation: origin });
+    }
+    let Some(text) = header.field("spacings") else { return Ok(DAffine3::from_translation(origin)) };
+    let spacings: Option<Vec<f64>> = text.split_whitespace().take(3).map(|w| number(w.as_bytes())).collect();
+    let spacings = spacings.and_then(|spacings| <[f64; 3]>::try_from(spacings).ok());
+    let Some(spacings) = spacings else { return Err(header.refuse("spacings", "give three numbers")) };
+    Ok(DAffine3 { matrix3: DMat3::from_diagonal(DVec3::from_array(spacings)), translation: origin })
+}

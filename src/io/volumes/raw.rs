@@ -1,0 +1,135 @@
+//! Numbers in memory as the values of a volume.
+
+use glam::DAffine3;
+use half::f16;
+use rayon::prelude::*;
+
+use super::Volume;
+use crate::io::checks::cut_off;
+use crate::{Error, Result};
+
+/// A type of numbers in files.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Number {
+    I8,
+    U8,
+    I16,
+    U16,
+    I32,
+    U32,
+    I64,
+    U64,
+    F16,
+    F32,
+    F64,
+}
+
+impl Number {
+    pub fn bytes(self) -> usize {
+        match self {
+            Self::I8 | Self::U8 => 1,
+            Self::I16 | Self::U16 | Self::F16 => 2,
+            Self::I32 | Self::U32 | Self::F32 => 4,
+            Self::I64 | Self::U64 | Self::F64 => 8,
+        }
+    }
+
+    /// The number in as many bytes as it has, the lowest first.
+    fn value(self, bytes: [u8; 8]) -> f64 {
+        let [a, b, c, d, ..] = bytes;
+        let low = u32::from_le_bytes([a, b, c, d]);
+        match self {
+            Self::I8 => f64::from(low as i8),
+            Self::U8 => f64::from(low as u8),
+            Self::I16 => f64::from(low as i16),
+            Self::U16 => f64::from(low as u16),
+            Self::I32 => f64::from(low as i32),
+            Self::U32 => f64::from(low),
+            Self::I64 => i64::from_le_bytes(bytes) as f64,
+            Self::U64 => u64::from_le_bytes(bytes) as f64,
+            Self::F16 => f16::from_bits(low as u16).to_f64(),
+            Self::F32 => f64::from(f32::from_bits(low)),
+            Self::F64 => f64::from_le_bytes(bytes),
+        }
+    }
+}
+
+/// How values lie in a file.
+pub(super) struct Layout {
+    pub size: [usize; 3],
+    pub number: Number,
+    pub is_big_endian: bool,
+    /// Whether values along the last axis are side by side, and not those along the first.
+    pub is_last_fastest: bool,
+    /// What values are multiplied by, and what is added then.
+    pub scale: [f64; 2],
+}
+
+/// The size of a volume as lengths of its axes, those of length 1 behind the third left out. Of a series of
+/// volumes, the first is taken; the note says so.
+///
+/// # Errors
+/// [`Error::Input`] for other than three axes, or an axis with fewer than two nodes.
+pub(super) fn size(lengths: &[u64]) -> Result<([usize; 3], Option<String>)> {
+    let shown = lengths.iter().map(u64::to_string).collect::<Vec<_>>().join(" x ");
+    let refuse = |problem: String| Err(Error::input(None, problem, "give one value a node on three axes"));
+    let [x, y, z, others @ ..] = lengths else {
+        return refuse(format!("the array has {} axes ({shown})", lengths.len()));
+    };
+    let node = |length: &u64| usize::try_from(*length).ok().filter(|length| *length >= 2);
+    let (Some(x), Some(y), Some(z)) = (node(x), node(y), node(z)) else {
+        return refuse(format!("the volume has {shown} values, and needs two along each axis"));
+    };
+    let count = others.iter().fold(1, |count: u64, length| count.saturating_mul(*length));
+    let note = (count > 1).then(|| format!("the file has {count} volumes; the first is read"));
+    Ok(([x, y, z], note))
+}
+
+/// The bytes of so many values, if memory can be so large.
+pub(super) fn byte_count(size: [usize; 3], number: Number) -> Option<usize> {
+    size.iter().try_fold(number.bytes(), |product, length| product.checked_mul(*length))
+}
+
+impl Layout {
+    /// The volume of values that begin where `bytes` begin; `place` says where that is.
+    ///
+    /// # Errors
+    /// [`Error::Input`] if there are too few.
+    pub fn read(&self, bytes: &[u8], place: &str, frame: DAffine3, notes: Vec<String>) -> Result<Volume> {
+        let wanted = byte_count(self.size, self.number);
+        let Some(bytes) = wanted.and_then(|count| bytes.get(..count)) else {
+            let [x, y, z] = self.size;
+            let missing = format!("{x} x {y} x {z} values do not fit into {} bytes", bytes.len());
+            return Err(cut_off(place.to_owned(), &missing));
+        };
+        let [nx, ny, nz] = self.size;
+        let width = self.number.bytes();
+        let value = |index: usize| {
+            let mut eight = [0; 8];
+            let own = &bytes[width * index..width * (index + 1)];
+            eight[..width].copy_from_slice(own);
+            if self.is_big_endian {
+                eight[..width].reverse();
+            }
+            (self.scale[0] * self.number.value(eight) + self.scale[1]) as f32
+        };
+        let mut values = vec![0.0; nx * ny * nz];
+        values.par_chunks_mut(nx).enumerate().for_each(|(row, values)| {
+            let (y, z) = (row % ny, row / ny);
+            for (x, to) in values.iter_mut().enumerate() {
+                *to = value(if self.is_last_fastest { z + nz * (y + ny * x) } else { x + nx * row });
+            }
+        });
+        Ok(Volume { size: self.size, values, frame, notes })
+    }
+}
+
+/// Refuses a frame that is not finite or leaves no room between nodes.
+pub(super) fn check_frame(frame: &DAffine3) -> Result<()> {
+    let volume = frame.matrix3.determinant();
+    if frame.is_finite() && volume.is_finite() && volume != 0.0 {
+        return Ok(());
+    }
+    let problem = "the spacing or the directions of the volume's axes are zero or not finite";
+    Err(Error::input(None, problem, "repair the header"))
+}

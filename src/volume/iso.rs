@@ -1,0 +1,177 @@
+//! The surface where a volume has one value.
+
+use rayon::prelude::*;
+
+use super::grid::Field;
+use crate::io::Volume;
+use crate::mesh::half_edges::{EdgeTable, HalfEdge};
+use crate::mesh::level_set::extract;
+use crate::progress::ProgressReporter;
+use crate::{Error, Flow, Phase, Progress, ProgressToken, Result, TriMesh};
+
+/// On which side of the surface the object is.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+#[non_exhaustive]
+pub enum Inside {
+    /// Where less of the volume's border is.
+    #[default]
+    Automatic,
+    /// Where values are greater: densities, probabilities.
+    Above,
+    /// Where values are less: signed distances.
+    Below,
+}
+
+/// Where the surface is.
+#[derive(Debug, Clone, PartialEq)]
+#[non_exhaustive]
+pub struct IsoOptions {
+    /// The value on the surface.
+    pub iso: f64,
+    /// Where the object is.
+    pub inside: Inside,
+    /// Whether the object ends at the volume's border, which closes the surface there; else the surface is
+    /// open there.
+    pub closed: bool,
+}
+
+impl IsoOptions {
+    /// The surface at this value, open at the volume's border.
+    pub fn new(iso: f64) -> Self {
+        Self { iso, inside: Inside::Automatic, closed: false }
+    }
+
+    /// Sets [`IsoOptions::inside`].
+    #[must_use]
+    pub fn inside(self, inside: Inside) -> Self {
+        Self { inside, ..self }
+    }
+
+    /// Sets [`IsoOptions::closed`].
+    #[must_use]
+    pub fn closed(self, closed: bool) -> Self {
+        Self { closed, ..self }
+    }
+}
+
+/// The surface of a volume.
+#[derive(Debug, Clone, PartialEq)]
+#[non_exhaustive]
+pub struct IsoSurface {
+    /// The surface in the volume's space, outward: manifold, with uneven triangles about as wide as cells,
+    /// for [`crate::remesh`].
+    pub mesh: TriMesh,
+    /// The side that was taken.
+    pub inside: Inside,
+    /// Half-edges `3 * triangle + k` of the mesh where a closed surface meets the volume's border, for
+    /// [`crate::options::CoarseToFineOptions::fixed_half_edges`].
+    pub rim: Vec<u32>,
+}
+
+/// The surface where a volume has one value: that of the tri-linear field, by marching cubes.
+///
+/// # Errors
+/// [`Error::Input`] if there is none; [`Error::Usage`] for a value that is not finite.
+pub fn iso_surface(volume: &Volume, options: &IsoOptions) -> Result<IsoSurface> {
+    iso_surface_with_progress(volume, options, |_| {})
+}
+
+/// As [`iso_surface`], calling `progress` several times a second, as [`crate::remesh_with_progress`] does.
+///
+/// # Errors
+/// As [`iso_surface`], and [`Error::Cancelled`] if `progress` asks for it.
+pub fn iso_surface_with_progress<F: Into<Flow>>(
+    volume: &Volume,
+    options: &IsoOptions,
+    mut progress: impl FnMut(Progress) -> F,
+) -> Result<IsoSurface> {
+    if !options.iso.is_finite() {
+        let problem = format!("`iso` {} is not finite", options.iso);
+        return Err(Error::option("iso", problem, "give a number"));
+    }
+    let mut callback = |now| progress(now).into();
+    let mut reporter = ProgressReporter::new(&mut callback);
+    reporter.phase(Phase::Surface, 1.0, 1.0)?;
+    reporter.during(|token| run(volume, options, token))
+}
+
+fn run(volume: &Volume, options: &IsoOptions, progress: &ProgressToken) -> Result<IsoSurface> {
+    let iso = options.iso as f32;
+    let inside = match options.inside {
+        Inside::Automatic => rarer_at_border(volume, iso),
+        side => side,
+    };
+    let sign = if inside == Inside::Above { -1.0 } else { 1.0 };
+    let grid = Field { volume, iso, sign, closed: options.closed }.grid();
+    progress.done(0.4)?;
+    let extracted = extract(&grid, progress)?;
+    if extracted.mesh.triangles.is_empty() {
+        return Err(no_surface(volume, options.iso));
+    }
+    progress.done(0.9)?;
+    let rim = if options.closed { rim(&extracted.mesh, volume.size) } else { Vec::new() };
+    let mut mesh = extracted.mesh;
+    mesh.vertices.par_iter_mut().for_each(|vertex| *vertex = volume.frame.transform_point3(*vertex));
+    let mut surface = IsoSurface { mesh, inside, rim };
+    if volume.frame.matrix3.determinant() < 0.0 {
+        surface.turn();
+    }
+    Ok(surface)
+}
+
+impl IsoSurface {
+    /// Turns all triangles over.
+    fn turn(&mut self) {
+        self.mesh.triangles.par_iter_mut().for_each(|triangle| triangle.swap(1, 2));
+        for half in &mut self.rim {
+            *half = *half - *half % 3 + (2 - *half % 3);
+        }
+    }
+}
+
+/// The side that fewer nodes at the volume's border are on.
+fn rarer_at_border(volume: &Volume, iso: f32) -> Inside {
+    let [nx, ny, nz] = volume.size;
+    let count_row = |row: usize| {
+        let (y, z) = (row % ny, row / ny);
+        let is_border = y == 0 || z == 0 || y + 1 == ny || z + 1 == nz;
+        let step = if is_border { 1 } else { nx - 1 };
+        let values = (0..nx).step_by(step).map(|x| volume.at([x, y, z]));
+        values.fold([0_usize; 2], |[above, below], value| {
+            [above + usize::from(value > iso), below + usize::from(value < iso)]
+        })
+    };
+    let [above, below] =
+        (0..ny * nz).into_par_iter().map(count_row).reduce(|| [0; 2], |a, b| [a[0] + b[0], a[1] + b[1]]);
+    if above <= below { Inside::Above } else { Inside::Below }
+}
+
+fn no_surface(volume: &Volume, iso: f64) -> Error {
+    let range = match volume.range() {
+        Some([low, high]) => format!("all values go from {low} to {high}"),
+        None => "no value is finite".to_owned(),
+    };
+    let problem = format!("the volume has no surface at {iso}: {range}");
+    Error::input(None, problem, "choose a value between those of neighbouring nodes")
+}
+
+/// The half-edges where faces along the volume's border meet the others, or those along another side. Places
+/// are in units of nodes.
+fn rim(mesh: &TriMesh, size: [usize; 3]) -> Vec<u32> {
+    let last = size.map(|length| length as f64 - 1.0);
+    // The cells outside are those of the border; 1 to 6 are its sides.
+    let side = |triangle: &[u32; 3]| {
+        let corners = triangle.map(|v| mesh.vertices[v as usize]);
+        let is_on = |side: &u8| {
+            let axis = usize::from(side / 2);
+            corners
+                .iter()
+                .all(|p| if side.is_multiple_of(2) { p[axis] <= 0.0 } else { p[axis] >= last[axis] })
+        };
+        (0..6_u8).find(is_on)
+    };
+    let sides: Vec<Option<u8>> = mesh.triangles.par_iter().map(side).collect();
+    let edges = EdgeTable::new(&mesh.triangles);
+    let meets = |edge: &[HalfEdge]| edge.iter().any(|h| sides[h.triangle()] != sides[edge[0].triangle()]);
+    edges.edges().filter(|edge| meets(edge)).map(|edge| edge[0].corners().0 as u32).collect()
+}
