@@ -6,7 +6,9 @@ use super::method::MethodArgs;
 use super::progress::RunProgress;
 use rtfmesh::glam::{DMat3, DVec3};
 use rtfmesh::io::{Loaded, Volume};
-use rtfmesh::volume::{Inside, IsoOptions, IsoSurface, iso_surface_with_progress};
+use rtfmesh::volume::{
+    Inside, IsoOptions, IsoSurface, LabelOptions, iso_surface_with_progress, label_surface_with_progress,
+};
 use rtfmesh::{Error, Method, Options, Result};
 use std::path::Path;
 use std::time::Instant;
@@ -18,6 +20,11 @@ pub struct VolumeArgs {
     /// For a volume (.npy, .nrrd, .nii): the value on the surface
     #[arg(long, value_name = "VALUE", allow_negative_numbers = true, hide_short_help = true)]
     iso: Option<f64>,
+    /// For a volume of labels, such as a segmentation: the borders between them, 0 being outside
+    ///
+    /// Each face has the labels behind it and before it, as `label_behind` and `label_before`.
+    #[arg(long, conflicts_with = "iso", hide_short_help = true)]
+    labels: bool,
     /// With --iso, where the object is [default: where less of the volume's border is]
     #[arg(long, value_name = "SIDE", requires = "iso", hide_short_help = true)]
     inside: Option<Side>,
@@ -69,34 +76,49 @@ impl VolumeArgs {
                 along(axes.z_axis, spacing.z),
             );
         }
-        let Some(iso) = self.iso else { return Err(no_choice(&volume, input)) };
-        let asked = IsoOptions::new(iso).closed(closed).inside(match self.inside {
-            None => Inside::Automatic,
-            Some(Side::Above) => Inside::Above,
-            Some(Side::Below) => Inside::Below,
-        });
-        let found = iso_surface_with_progress(&volume, &asked, |now| run.update(now));
-        let found = found.map_err(|e| e.in_file(input_name(input)))?;
-        let told = told(&volume, iso, &found);
+        let found = match self.iso {
+            _ if self.labels => borders(&volume, closed, run),
+            Some(iso) => self.at_value(&volume, iso, closed, run),
+            None => return Err(no_choice(&volume, input)),
+        };
+        let (mut loaded, rim) = found.map_err(|e| e.in_file(input_name(input)))?;
         if !quiet {
-            tell_notes(input, std::slice::from_ref(&told));
+            tell_notes(input, &loaded.notes);
             tell_notes(input, &[format!("the surface took {:.2} s", begin.elapsed().as_secs_f64())]);
         }
         if options.method == Method::CoarseToFine {
             if !method.names_feature_angle() {
                 options.coarse_to_fine.feature_angle = 180.0;
             }
-            options.coarse_to_fine.fixed_half_edges = found.rim;
+            options.coarse_to_fine.fixed_half_edges = rim;
         }
-        let mut notes = volume.notes;
-        notes.push(told);
-        Ok(Loaded { mesh: found.mesh, notes, ..Loaded::default() })
+        loaded.notes.splice(0..0, volume.notes);
+        Ok(loaded)
+    }
+
+    /// The surface at a value, and its half-edges on the volume's border.
+    fn at_value(
+        &self,
+        volume: &Volume,
+        iso: f64,
+        closed: bool,
+        run: &mut RunProgress,
+    ) -> Result<(Loaded, Vec<u32>)> {
+        let asked = IsoOptions::new(iso).closed(closed).inside(match self.inside {
+            None => Inside::Automatic,
+            Some(Side::Above) => Inside::Above,
+            Some(Side::Below) => Inside::Below,
+        });
+        let found = iso_surface_with_progress(volume, &asked, |now| run.update(now))?;
+        let notes = vec![told(volume, iso, &found)];
+        Ok((Loaded { mesh: found.mesh, notes, ..Loaded::default() }, found.rim))
     }
 
     /// # Errors
     /// [`Error::Usage`] for options of volumes with a mesh or points.
     pub fn refuse_mesh(&self, input: &Path) -> Result<()> {
-        let given = [("--iso", self.iso.is_some()), ("--spacing", self.spacing.is_some())];
+        let given =
+            [("--iso", self.iso.is_some()), ("--labels", self.labels), ("--spacing", self.spacing.is_some())];
         let Some((name, _)) = given.iter().find(|(_, given)| *given) else { return Ok(()) };
         let problem = format!("{name} works only with volumes, and {} is none", input_name(input).display());
         Err(Error::usage(problem, "leave it out"))
@@ -112,7 +134,20 @@ fn no_choice(volume: &Volume, input: &Path) -> Error {
     };
     let problem =
         format!("{} has {x} x {y} x {z} values, {values}, and no mesh", input_name(input).display());
-    Error::usage(problem, "add --iso VALUE for the surface at a value")
+    Error::usage(problem, "add --iso VALUE for the surface at a value, or --labels")
+}
+
+/// The borders between labels, and their half-edges on the volume's border.
+fn borders(volume: &Volume, closed: bool, run: &mut RunProgress) -> Result<(Loaded, Vec<u32>)> {
+    let asked = LabelOptions::default().closed(closed);
+    let found = label_surface_with_progress(volume, &asked, |now| run.update(now))?;
+    let [x, y, z] = volume.size;
+    let notes = vec![format!(
+        "a volume of {x} x {y} x {z} values with {} labels: their borders have {} triangles",
+        found.labels,
+        found.mesh.triangles.len()
+    )];
+    Ok((Loaded { mesh: found.mesh, attributes: found.attributes, notes, ..Loaded::default() }, found.rim))
 }
 
 /// What became of the volume.

@@ -2,9 +2,9 @@
 
 use rayon::prelude::*;
 
+use super::border::{rim, turn};
 use super::grid::Field;
 use crate::io::Volume;
-use crate::mesh::half_edges::{EdgeTable, HalfEdge};
 use crate::mesh::level_set::extract;
 use crate::progress::ProgressReporter;
 use crate::{Error, Flow, Phase, Progress, ProgressToken, Result, TriMesh};
@@ -109,24 +109,13 @@ fn run(volume: &Volume, options: &IsoOptions, progress: &ProgressToken) -> Resul
         return Err(no_surface(volume, options.iso));
     }
     progress.done(0.9)?;
-    let rim = if options.closed { rim(&extracted.mesh, volume.size) } else { Vec::new() };
+    let mut rim = if options.closed { rim(&extracted.mesh, volume.size) } else { Vec::new() };
     let mut mesh = extracted.mesh;
     mesh.vertices.par_iter_mut().for_each(|vertex| *vertex = volume.frame.transform_point3(*vertex));
-    let mut surface = IsoSurface { mesh, inside, rim };
     if volume.frame.matrix3.determinant() < 0.0 {
-        surface.turn();
+        turn(&mut mesh, &mut rim);
     }
-    Ok(surface)
-}
-
-impl IsoSurface {
-    /// Turns all triangles over.
-    fn turn(&mut self) {
-        self.mesh.triangles.par_iter_mut().for_each(|triangle| triangle.swap(1, 2));
-        for half in &mut self.rim {
-            *half = *half - *half % 3 + (2 - *half % 3);
-        }
-    }
+    Ok(IsoSurface { mesh, inside, rim })
 }
 
 /// The side that fewer nodes at the volume's border are on.
@@ -153,25 +142,4 @@ fn no_surface(volume: &Volume, iso: f64) -> Error {
     };
     let problem = format!("the volume has no surface at {iso}: {range}");
     Error::input(None, problem, "choose a value between those of neighbouring nodes")
-}
-
-/// The half-edges where faces along the volume's border meet the others, or those along another side. Places
-/// are in units of nodes.
-fn rim(mesh: &TriMesh, size: [usize; 3]) -> Vec<u32> {
-    let last = size.map(|length| length as f64 - 1.0);
-    // The cells outside are those of the border; 1 to 6 are its sides.
-    let side = |triangle: &[u32; 3]| {
-        let corners = triangle.map(|v| mesh.vertices[v as usize]);
-        let is_on = |side: &u8| {
-            let axis = usize::from(side / 2);
-            corners
-                .iter()
-                .all(|p| if side.is_multiple_of(2) { p[axis] <= 0.0 } else { p[axis] >= last[axis] })
-        };
-        (0..6_u8).find(is_on)
-    };
-    let sides: Vec<Option<u8>> = mesh.triangles.par_iter().map(side).collect();
-    let edges = EdgeTable::new(&mesh.triangles);
-    let meets = |edge: &[HalfEdge]| edge.iter().any(|h| sides[h.triangle()] != sides[edge[0].triangle()]);
-    edges.edges().filter(|edge| meets(edge)).map(|edge| edge[0].corners().0 as u32).collect()
 }

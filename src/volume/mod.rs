@@ -1,6 +1,11 @@
 //! Volumes: surfaces through values on a grid.
 
+mod border;
 mod grid;
 mod iso;
+mod labels;
 
 pub use iso::{Inside, IsoOptions, IsoSurface, iso_surface, iso_surface_with_progress};
+pub use labels::{
+    LABEL_BEFORE, LABEL_BEHIND, LabelOptions, LabelSurface, label_surface, label_surface_with_progress,
+};

@@ -2,6 +2,7 @@
 
 mod files;
 mod iso;
+mod labels;
 
 use rtfmesh::glam::{DAffine3, DVec3};
 use rtfmesh::io::Volume;

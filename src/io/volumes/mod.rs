@@ -21,9 +21,14 @@ pub struct Volume {
 }
 
 impl Volume {
+    /// Where a node's value is.
+    pub fn index(&self, [x, y, z]: [usize; 3]) -> usize {
+        x + self.size[0] * (y + self.size[1] * z)
+    }
+
     /// The value at a node.
-    pub fn at(&self, [x, y, z]: [usize; 3]) -> f32 {
-        self.values[x + self.size[0] * (y + self.size[1] * z)]
+    pub fn at(&self, node: [usize; 3]) -> f32 {
+        self.values[self.index(node)]
     }
 
     /// The distance of nodes along each axis.

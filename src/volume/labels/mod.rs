@@ -1,0 +1,134 @@
+//! The borders between the labels of a volume, such as a segmentation.
+
+mod band;
+mod contract;
+mod extract;
+mod fair;
+mod fields;
+mod junctions;
+mod simplex;
+
+use rayon::prelude::*;
+
+use crate::io::Volume;
+use crate::mesh::attributes::{Attribute, Attributes, Kind, Role};
+use crate::progress::ProgressReporter;
+use crate::{Error, Flow, Phase, Progress, ProgressToken, Result, TriMesh};
+use contract::contract;
+use extract::{Borders, extract};
+use fields::Fields;
+use junctions::smooth;
+
+/// Names of the attributes of faces: the label behind a face, and that in front of it.
+pub const LABEL_BEHIND: &str = "label_behind";
+/// See [`LABEL_BEHIND`].
+pub const LABEL_BEFORE: &str = "label_before";
+
+/// How borders are made.
+#[derive(Debug, Clone, PartialEq, Eq, Default)]
+#[non_exhaustive]
+pub struct LabelOptions {
+    /// Whether labels end at the volume's border, which closes their surfaces there; else they are open
+    /// there.
+    pub closed: bool,
+}
+
+impl LabelOptions {
+    /// Sets [`LabelOptions::closed`].
+    #[must_use]
+    pub fn closed(self, closed: bool) -> Self {
+        Self { closed }
+    }
+}
+
+/// The borders between labels.
+#[derive(Debug, Clone, PartialEq)]
+#[non_exhaustive]
+pub struct LabelSurface {
+    /// All borders as one mesh in the volume's space, which has more than two faces at edges where more than
+    /// two labels meet. The border of each label is a manifold. Faces look from the greater of their labels
+    /// to the smaller.
+    pub mesh: TriMesh,
+    /// Of each face, [`LABEL_BEHIND`] and [`LABEL_BEFORE`].
+    pub attributes: Attributes,
+    /// Half-edges `3 * triangle + k` of the mesh where closed borders meet the volume's border, for
+    /// [`crate::options::CoarseToFineOptions::fixed_half_edges`].
+    pub rim: Vec<u32>,
+    /// Different labels, 0 not counted.
+    pub labels: usize,
+}
+
+/// The borders between the labels of a volume: whole numbers, of which 0 stands for what is outside of all.
+///
+/// # Errors
+/// [`Error::Input`] for values that are no whole numbers from 0 to 2^24, or only one label.
+pub fn label_surface(volume: &Volume, options: &LabelOptions) -> Result<LabelSurface> {
+    label_surface_with_progress(volume, options, |_| {})
+}
+
+/// As [`label_surface`], calling `progress` several times a second, as [`crate::remesh_with_progress`] does.
+///
+/// # Errors
+/// As [`label_surface`], and [`Error::Cancelled`] if `progress` asks for it.
+pub fn label_surface_with_progress<F: Into<Flow>>(
+    volume: &Volume,
+    options: &LabelOptions,
+    mut progress: impl FnMut(Progress) -> F,
+) -> Result<LabelSurface> {
+    check(volume)?;
+    let mut callback = |now| progress(now).into();
+    let mut reporter = ProgressReporter::new(&mut callback);
+    reporter.phase(Phase::Surface, 1.0, 1.0)?;
+    reporter.during(|token| run(volume, options, token))
+}
+
+/// Rounds of contraction at most.
+const ROUNDS: usize = 3;
+
+/// Labels are exact in 32-bit floating-point numbers up to here.
+const MOST: f32 = 16_777_216.0;
+
+fn check(volume: &Volume) -> Result<()> {
+    if u32::try_from(volume.values.len()).is_err() {
+        let problem = format!("the volume has {} values, more than an index can count", volume.values.len());
+        return Err(Error::input(None, problem, "cut it into parts"));
+    }
+    let is_label = |value: &f32| value.fract() == 0.0 && (0.0..=MOST).contains(value);
+    let Some(value) = volume.values.iter().find(|value| !is_label(value)) else { return Ok(()) };
+    let remedy = "give whole numbers from 0 to 16777216, or take the surface at a value";
+    Err(Error::input(None, format!("{value} is no label"), remedy))
+}
+
+fn run(volume: &Volume, options: &LabelOptions, progress: &ProgressToken) -> Result<LabelSurface> {
+    let fields = Fields::new(volume, progress)?;
+    let mut borders = extract(volume, &fields, options.closed, progress)?;
+    if borders.triangles.is_empty() {
+        let all = volume.values.first().copied().unwrap_or_default();
+        let remedy = "give a volume with two labels, or close the surface at the border";
+        return Err(Error::input(None, format!("all values of the volume are {all}"), remedy));
+    }
+    // Smooth curves are shorter.
+    for _ in 0..ROUNDS {
+        let is_changed = contract(&mut borders);
+        smooth(&mut borders, volume.size);
+        if !is_changed {
+            break;
+        }
+    }
+    contract(&mut borders);
+    progress.done(0.95)?;
+    let Borders { vertices, triangles, sides } = borders;
+    let mut mesh = TriMesh { vertices, triangles };
+    let mut rim = if options.closed { super::border::rim(&mesh, volume.size) } else { Vec::new() };
+    mesh.vertices.par_iter_mut().for_each(|vertex| *vertex = volume.frame.transform_point3(*vertex));
+    if volume.frame.matrix3.determinant() < 0.0 {
+        super::border::turn(&mut mesh, &mut rim);
+    }
+    let of = |name: &str, side: usize| {
+        let values = sides.iter().map(|labels| f64::from(labels[side])).collect();
+        Attribute::new(name, Role::Label, Kind::U32, 1, values)
+    };
+    let face = vec![of(LABEL_BEHIND, 0), of(LABEL_BEFORE, 1)];
+    let attributes = Attributes { face, ..Attributes::default() };
+    Ok(LabelSurface { mesh, attributes, rim, labels: fields.labels().filter(|label| *label > 0).count() })
+}

@@ -1,0 +1,207 @@
+//! Borders between labels.
+
+use std::collections::BTreeMap;
+use std::f64::consts::PI;
+
+use predicates::prelude::*;
+use rand::RngExt;
+use rtfmesh::glam::{DAffine3, DVec3, Vec3Swizzles};
+use rtfmesh::io::{Volume, read};
+use rtfmesh::volume::{LABEL_BEFORE, LABEL_BEHIND, LabelOptions, LabelSurface, label_surface};
+
+use super::{npy, volume_of};
+use crate::support::place::Place;
+use crate::support::rng;
+
+fn borders(volume: &Volume, closed: bool) -> LabelSurface {
+    label_surface(volume, &LabelOptions::default().closed(closed)).unwrap()
+}
+
+/// The labels behind each face and in front of it.
+fn sides(found: &LabelSurface) -> Vec<[u32; 2]> {
+    let of = |name: &str| found.attributes.face_named(name).unwrap().values.clone();
+    let both = of(LABEL_BEHIND).into_iter().zip(of(LABEL_BEFORE));
+    both.map(|(behind, before)| [behind as u32, before as u32]).collect()
+}
+
+/// The volume that a label's border encloses. It must be closed.
+fn enclosed(found: &LabelSurface, label: u32) -> f64 {
+    let mut open: BTreeMap<(u32, u32), i32> = BTreeMap::new();
+    let mut sum = 0.0;
+    for (t, [behind, before]) in sides(found).into_iter().enumerate() {
+        let sign = i32::from(behind == label) - i32::from(before == label);
+        let corners = found.mesh.triangles[t];
+        for k in 0..3 {
+            let (a, b) = (corners[k], corners[(k + 1) % 3]);
+            *open.entry((a.min(b), a.max(b))).or_default() += if a < b { sign } else { -sign };
+        }
+        let [a, b, c] = found.mesh.corners(t);
+        sum += f64::from(sign) * a.dot(b.cross(c)) / 6.0;
+    }
+    assert!(open.values().all(|count| *count == 0), "the border of {label} is open");
+    sum
+}
+
+fn ball(radius: f64) -> (DVec3, Volume) {
+    let centre = DVec3::new(0.21, -0.34, 0.11) + radius + 4.0;
+    let size = (2.0 * radius) as usize + 9;
+    (centre, volume_of([size; 3], |p| if p.distance(centre) < radius { 7.0 } else { 0.0 }))
+}
+
+#[test]
+fn a_ball_comes_back_round() {
+    for radius in [8.0, 13.0] {
+        let (centre, volume) = ball(radius);
+        let found = borders(&volume, false);
+        assert_eq!((found.labels, found.rim.len()), (1, 0));
+        assert!(sides(&found).iter().all(|sides| *sides == [7, 0]));
+        let off = found.mesh.vertices.iter().map(|v| v.distance(centre) - radius);
+        let square = off.map(|d| d * d).sum::<f64>() / found.mesh.vertices.len() as f64;
+        // Stairs would be off by 0.29.
+        assert!(square.sqrt() < 0.05, "{radius}: {}", square.sqrt());
+        let exact = 4.0 / 3.0 * PI * radius.powi(3);
+        assert!((enclosed(&found, 7) / exact - 1.0).abs() < 0.02);
+    }
+}
+
+#[test]
+fn every_node_stays_on_its_side() {
+    let (centre, volume) = ball(6.0);
+    let found = borders(&volume, false);
+    let [nx, ny, _] = volume.size;
+    for (i, value) in volume.values.iter().enumerate() {
+        let node = DVec3::new((i % nx) as f64, (i / nx % ny) as f64, (i / nx / ny) as f64);
+        if (node.distance(centre) - 6.0).abs() > 1.5 {
+            continue;
+        }
+        // The solid angle of the surface, which is all around nodes inside.
+        let angle = |t: usize| {
+            let [a, b, c] = found.mesh.corners(t).map(|corner| (corner - node).normalize());
+            2.0 * a.dot(b.cross(c)).atan2(1.0 + a.dot(b) + b.dot(c) + c.dot(a))
+        };
+        let around: f64 = (0..found.mesh.triangles.len()).map(angle).sum();
+        assert_eq!(around > 2.0 * PI, *value > 0.0, "{node} in {around}");
+    }
+}
+
+/// Two balls with a wall between them at x = 15.2.
+fn pair() -> Volume {
+    let (a, b) = (DVec3::new(10.5, 12.0, 12.2), DVec3::new(19.9, 12.0, 12.2));
+    volume_of([31, 25, 25], |p| match (p.distance(a), p.distance(b)) {
+        (a, b) if a.min(b) >= 8.0 => 0.0,
+        (a, b) => f64::from(u8::from(a < b)) + 1.0,
+    })
+}
+
+#[test]
+fn labels_meet_in_a_smooth_curve() {
+    let found = borders(&pair(), false);
+    assert_eq!(found.labels, 2);
+    let mut faces: BTreeMap<(u32, u32), Vec<usize>> = BTreeMap::new();
+    for (t, corners) in found.mesh.triangles.iter().enumerate() {
+        for k in 0..3 {
+            let (a, b) = (corners[k], corners[(k + 1) % 3]);
+            faces.entry((a.min(b), a.max(b))).or_default().push(t);
+        }
+    }
+    assert!(faces.values().all(|on| matches!(on.len(), 2 | 3)));
+    let curve: Vec<(u32, u32)> =
+        faces.iter().filter(|(_, on)| on.len() == 3).map(|(edge, _)| *edge).collect();
+    let place = |v: u32| found.mesh.vertices[v as usize];
+    let length: f64 = curve.iter().map(|(a, b)| place(*a).distance(place(*b))).sum();
+    let radius = (64.0_f64 - 4.7 * 4.7).sqrt();
+    assert!((length / (2.0 * PI * radius) - 1.0).abs() < 0.03, "{length}");
+    for (a, _) in &curve {
+        let p = place(*a) - DVec3::new(15.2, 12.0, 12.2);
+        assert!(p.x.abs() < 0.5 && (p.yz().length() - radius).abs() < 0.5, "{p}");
+        assert_eq!(curve.iter().filter(|(b, c)| b == a || c == a).count(), 2);
+    }
+    // A ball without the cap behind the wall.
+    let cap = PI * (8.0 - 4.7_f64).powi(2) * (3.0 * 8.0 - (8.0 - 4.7)) / 3.0;
+    let exact = 4.0 / 3.0 * PI * 512.0 - cap;
+    let both = enclosed(&found, 1) + enclosed(&found, 2);
+    assert!((both / (2.0 * exact) - 1.0).abs() < 0.03, "{both}");
+}
+
+#[test]
+fn random_labels_have_closed_borders() {
+    let mut random = rng(5);
+    for labels in [2, 3, 9] {
+        let mut volume = volume_of([7, 6, 5], |_| 0.0);
+        volume.values.iter_mut().for_each(|value| *value = random.random_range(0..labels) as f32);
+        let found = borders(&volume, true);
+        assert!(found.mesh.vertices.iter().all(|vertex| vertex.is_finite()));
+        assert!(sides(&found).iter().all(|[behind, before]| behind > before));
+        let total: f64 = (1..labels).map(|label| enclosed(&found, label)).sum();
+        assert!(total > 0.0 && total < 6.0 * 5.0 * 4.0, "{total}");
+    }
+}
+
+#[test]
+fn closed_labels_end_flat_at_the_border() {
+    for mirror in [1.0, -1.0] {
+        let mut volume = volume_of([9, 8, 7], |p| if p.x < 4.5 { 1.0 } else { 2.0 });
+        volume.frame = DAffine3::from_scale(DVec3::new(mirror, 1.0, 2.0));
+        let found = borders(&volume, true);
+        let (low, high) = found.mesh.bounds().unwrap();
+        assert_eq!(high - low, DVec3::new(8.0, 7.0, 12.0));
+        let whole = 8.0 * 7.0 * 12.0;
+        let parts = [1, 2].map(|label| enclosed(&found, label));
+        assert!((parts[0] + parts[1] - whole).abs() < 1e-9);
+        assert!((parts[0] - whole * 4.5 / 8.0).abs() < 0.01 * whole, "{parts:?}");
+        // The twelve edges of the box are in the rim.
+        let corners = found.mesh.triangles.as_flattened();
+        let length = |half: &u32| {
+            let next = if half % 3 == 2 { half - 2 } else { half + 1 };
+            let [a, b] = [*half, next].map(|c| found.mesh.vertices[corners[c as usize] as usize]);
+            a.distance(b)
+        };
+        let rim: f64 = found.rim.iter().map(length).sum();
+        assert!(rim > 4.0 * (8.0 + 7.0 + 12.0) - 1e-9, "{rim}");
+        assert!(sides(&borders(&volume, false)).iter().all(|sides| *sides == [2, 1]));
+    }
+}
+
+#[test]
+fn what_has_no_labels_is_refused() {
+    let refused = |value: f64| {
+        let volume = volume_of([3, 3, 3], |p| if p.x < 1.0 { value } else { 0.0 });
+        label_surface(&volume, &LabelOptions::default()).unwrap_err().to_string()
+    };
+    for (value, said) in
+        [(0.5, "0.5 is no label"), (-1.0, "-1"), (f64::NAN, "NaN"), (2e7, "20000000"), (0.0, "are 0")]
+    {
+        let error = refused(value);
+        assert!(error.contains(said), "{error}");
+    }
+}
+
+#[test]
+fn the_program_keeps_labels_and_junctions() {
+    let place = Place::new();
+    std::fs::write(place.path("pair.npy"), npy(&pair())).unwrap();
+    let (_, told) = place.run("remesh pair.npy out.ply -n 600 --labels");
+    assert!(told.contains("with 2 labels") && told.contains("junctions are kept"), "{told}");
+    let loaded = read(&place.path("out.ply")).unwrap();
+    assert_eq!(loaded.mesh.vertices.len(), 600);
+    let found = |name: &str| loaded.attributes.face_named(name).unwrap().values.clone();
+    let pairs: Vec<(f64, f64)> = found(LABEL_BEHIND).into_iter().zip(found(LABEL_BEFORE)).collect();
+    for expected in [(1.0, 0.0), (2.0, 0.0), (2.0, 1.0)] {
+        assert!(pairs.contains(&expected));
+    }
+    for (t, pair) in pairs.iter().enumerate() {
+        let [a, b, c] = loaded.mesh.corners(t);
+        let normal = (b - a).cross(c - a);
+        let middle = (a + b + c) / 3.0;
+        let out = match pair {
+            // Label 2 is at the lower x.
+            (2.0, 1.0) => DVec3::X,
+            (2.0, 0.0) => middle - DVec3::new(10.5, 12.0, 12.2),
+            (1.0, 0.0) => middle - DVec3::new(19.9, 12.0, 12.2),
+            other => panic!("{other:?}"),
+        };
+        assert!(normal.dot(out) > 0.0, "{middle} {pair:?}");
+    }
+    let both = place.program("remesh pair.npy out.ply -n 600 --labels --iso 1").assert().code(2);
+    both.stderr(predicate::str::contains("--iso"));
+}
