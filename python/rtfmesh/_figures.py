@@ -48,7 +48,7 @@ def devices() -> list[dict[str, Any]]:
     """The Vulkan devices of this machine, as `rtfmesh devices --json` lists them: index, name, kind, driver,
     limits, and under "missing" why one cannot be used.
 
-    Raises `DeviceError` without a Vulkan loader; without any device the list is empty.
+    Raises `DeviceError` without a Vulkan driver; where none has a device the list is empty.
     """
     found: list[dict[str, Any]] = json.loads(_native.devices())
     return found

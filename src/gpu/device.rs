@@ -2,7 +2,7 @@
 
 use super::cache;
 use super::errors::vk_error;
-use super::instance::Instance;
+use super::instance::{Instance, open_all};
 use super::kernel::Pipelines;
 use super::select::{Candidate, DeviceInfo, candidates, choose};
 use super::timer::{StageTime, Timings};
@@ -131,8 +131,9 @@ impl Device {
     /// # Errors
     /// [`Error::Device`] if there is no Vulkan, no such device, or it lacks a needed limit.
     pub fn open(options: &DeviceOptions) -> Result<Self> {
-        let instance = Instance::new(options.validation)?;
-        let mut candidate = choose(candidates(&instance)?, options.device.as_deref())?;
+        let mut instances = open_all(options.validation)?;
+        let mut candidate = choose(candidates(&instances)?, options.device.as_deref())?;
+        let instance = instances.swap_remove(candidate.instance);
         if options.least_limits {
             candidate.info.limits = candidate.info.limits.least();
             candidate.timestamp_bits = 0;

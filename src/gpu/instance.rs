@@ -1,35 +1,68 @@
 //! The Vulkan instance and, on request, the validation layers with all their messages.
 
+use super::driver;
 use super::errors::{INSTALL_DRIVER, vk_error};
 use crate::{Error, Result};
 use ash::{ext, khr, vk};
+use libloading::Library;
 use std::ffi::{CStr, c_void};
 use std::sync::{Arc, Mutex};
 
+/// The least version of Vulkan that will do.
+pub(super) const VERSION: u32 = vk::API_VERSION_1_2;
 const VALIDATION_LAYER: &CStr = c"VK_LAYER_KHRONOS_validation";
 
 /// Validation messages of one instance, oldest first.
 pub(super) type Messages = Mutex<Vec<String>>;
 
-/// The loaded Vulkan library and one instance of it.
+/// The loaded Vulkan library, a loader or a driver, and one instance of it.
 pub(super) struct Instance {
     pub raw: ash::Instance,
     pub messages: Arc<Messages>,
     messenger: Option<(ext::debug_utils::Instance, vk::DebugUtilsMessengerEXT)>,
     debug_utils: bool,
     _entry: ash::Entry,
+    /// Where there is no loader; goes last, since everything above is the driver's.
+    _driver: Option<Library>,
+}
+
+/// The instances through which all devices can be reached: the loader's or, where there is no loader or it
+/// finds no device, one of each driver that opens without it. Only a loader has validation.
+pub(super) fn open_all(validation: bool) -> Result<Vec<Instance>> {
+    // SAFETY: loading runs the initialisers of the system's Vulkan loader, which every Vulkan program trusts.
+    let entry = match unsafe { ash::Entry::load() } {
+        Ok(entry) => entry,
+        Err(e) if validation => {
+            let problem = format!("validation was asked for, but there is no Vulkan loader for it ({e})");
+            let remedy = "install both (Debian: apt install libvulkan1 vulkan-validationlayers)";
+            return Err(Error::device(problem, remedy).caused_by(e));
+        }
+        Err(e) => {
+            return driver::open_all().map_err(|why| {
+                Error::device(format!("there is no Vulkan loader ({e}), and {why}"), INSTALL_DRIVER)
+                    .caused_by(e)
+            });
+        }
+    };
+    #[cfg(test)]
+    let entry = super::faults::hooked(entry);
+    let none = vk::Result::ERROR_INCOMPATIBLE_DRIVER;
+    match Instance::new(entry, None, validation)? {
+        Some(instance) if validation || !instance.physical_devices()?.is_empty() => Ok(vec![instance]),
+        Some(instance) => Ok(driver::open_all().unwrap_or_else(|_| vec![instance])),
+        None if validation => Err(Error::device("there is no Vulkan driver", INSTALL_DRIVER).caused_by(none)),
+        None => driver::open_all().map_err(|why| {
+            Error::device(format!("the Vulkan loader finds no driver, and {why}"), INSTALL_DRIVER)
+                .caused_by(none)
+        }),
+    }
 }
 
 impl Instance {
-    /// Loads Vulkan; `validation` turns on core and synchronization validation and collects their messages.
-    pub fn new(validation: bool) -> Result<Self> {
-        // SAFETY: loading runs the initialisers of the system's Vulkan loader, which every Vulkan program
-        // trusts.
-        let entry = unsafe { ash::Entry::load() }.map_err(|e| {
-            Error::device(format!("there is no Vulkan loader and driver ({e})"), INSTALL_DRIVER).caused_by(e)
-        })?;
-        #[cfg(test)]
-        let entry = super::faults::hooked(entry);
+    /// An instance of what `entry` leads to, the loader or the `driver` that it belongs to; `None` where no
+    /// driver has our version of Vulkan. `validation` turns on core and synchronization validation and
+    /// collects their messages.
+    pub fn new(entry: ash::Entry, driver: Option<Library>, validation: bool) -> Result<Option<Self>> {
         // SAFETY: the entry is loaded; the call only reads.
         let known = unsafe { entry.enumerate_instance_extension_properties(None) }
             .map_err(|e| vk_error("listing the instance extensions", e))?;
@@ -49,8 +82,7 @@ impl Instance {
             extensions.push(ext::validation_features::NAME.as_ptr());
             layers.push(VALIDATION_LAYER.as_ptr());
         }
-        let app =
-            vk::ApplicationInfo::default().application_name(c"rtfmesh").api_version(vk::API_VERSION_1_2);
+        let app = vk::ApplicationInfo::default().application_name(c"rtfmesh").api_version(VERSION);
         let checks = [vk::ValidationFeatureEnableEXT::SYNCHRONIZATION_VALIDATION];
         let mut features = vk::ValidationFeaturesEXT::default().enabled_validation_features(&checks);
         let mut info = vk::InstanceCreateInfo::default()
@@ -64,18 +96,25 @@ impl Instance {
             info = info.push_next(&mut features);
         }
         // SAFETY: all pointers in `info` outlive the call.
-        let raw = unsafe { entry.create_instance(&info, None) }.map_err(|e| match e {
-            // The loader exists but found no driver.
-            vk::Result::ERROR_INCOMPATIBLE_DRIVER => {
-                Error::device("there is no Vulkan driver", INSTALL_DRIVER).caused_by(e)
-            }
-            other => vk_error("creating the instance", other),
-        })?;
-        let mut this = Self { raw, messages: Arc::default(), messenger: None, debug_utils, _entry: entry };
+        let raw = match unsafe { entry.create_instance(&info, None) } {
+            Err(vk::Result::ERROR_INCOMPATIBLE_DRIVER) => return Ok(None),
+            other => other.map_err(|e| vk_error("creating the instance", e))?,
+        };
+        let messages = Arc::default();
+        let mut this = Self { raw, messages, messenger: None, debug_utils, _entry: entry, _driver: driver };
         if validation {
             this.collect_messages()?;
         }
-        Ok(this)
+        Ok(Some(this))
+    }
+
+    /// Its devices, none where a loader cannot load any driver.
+    pub fn physical_devices(&self) -> Result<Vec<vk::PhysicalDevice>> {
+        // SAFETY: the instance is alive; the call only reads.
+        match unsafe { self.raw.enumerate_physical_devices() } {
+            Err(vk::Result::ERROR_INITIALIZATION_FAILED) => Ok(Vec::new()),
+            other => other.map_err(|e| vk_error("listing the devices", e)),
+        }
     }
 
     /// Whether objects can be named for validation messages.

@@ -8,12 +8,14 @@ mod barriers;
 mod buffer;
 mod cache;
 mod device;
+mod driver;
 mod errors;
 #[cfg(test)]
 mod faults;
 mod instance;
 mod kernel;
 pub mod kernels;
+mod manifests;
 mod recorder;
 mod select;
 mod timer;

@@ -1,7 +1,7 @@
 //! Lists the devices, checks which are usable, and chooses one.
 
-use super::errors::{INSTALL_DRIVER, vk_error};
-use super::instance::Instance;
+use super::errors::INSTALL_DRIVER;
+use super::instance::{Instance, open_all};
 use crate::{Error, Result};
 use ash::{ext, vk};
 use serde::Serialize;
@@ -74,6 +74,8 @@ pub struct DeviceInfo {
 
 /// A device together with its handle.
 pub(super) struct Candidate {
+    /// Which of the instances has it.
+    pub instance: usize,
     pub handle: vk::PhysicalDevice,
     pub queue_family: u32,
     pub timestamp_bits: u32,
@@ -88,27 +90,24 @@ const MIN_INVOCATIONS: u32 = 128;
 const LEAST_STORAGE_BUFFER: u64 = 128 << 20;
 const LEAST_WORKGROUPS: u32 = 65535;
 
-/// Lists the Vulkan devices of this machine in the driver's order.
+/// Lists the Vulkan devices of this machine in the loader's order. Without a loader, or where it finds none,
+/// they are those of the drivers whose manifests are where a loader would look for them.
 ///
 /// # Errors
-/// [`Error::Device`] without a Vulkan loader. A loader without devices gives an empty list.
+/// [`Error::Device`] without any Vulkan driver. Drivers without devices give an empty list.
 pub fn list_devices() -> Result<Vec<DeviceInfo>> {
-    let instance = Instance::new(false)?;
-    Ok(candidates(&instance)?.into_iter().map(|c| c.info).collect())
+    Ok(candidates(&open_all(false)?)?.into_iter().map(|c| c.info).collect())
 }
 
-pub(super) fn candidates(instance: &Instance) -> Result<Vec<Candidate>> {
-    // SAFETY: the instance is alive; the call only reads.
-    let handles = match unsafe { instance.raw.enumerate_physical_devices() } {
-        // The loader returns this when it cannot load any driver.
-        Err(vk::Result::ERROR_INITIALIZATION_FAILED) => Vec::new(),
-        other => other.map_err(|e| vk_error("listing the devices", e))?,
-    };
-    Ok(handles
-        .into_iter()
-        .enumerate()
-        .map(|(index, handle)| inspect_device(instance, index, handle))
-        .collect())
+pub(super) fn candidates(instances: &[Instance]) -> Result<Vec<Candidate>> {
+    let mut all = Vec::new();
+    for (k, instance) in instances.iter().enumerate() {
+        for handle in instance.physical_devices()? {
+            let found = inspect_device(instance, all.len(), handle);
+            all.push(Candidate { instance: k, ..found });
+        }
+    }
+    Ok(all)
 }
 
 /// Chooses the device that `wanted` names as [`crate::DeviceOptions::device`] says; the beginning of a UUID
@@ -239,7 +238,7 @@ fn inspect_device(instance: &Instance, index: usize, handle: vk::PhysicalDevice)
         missing,
         limits,
     };
-    Candidate { handle, queue_family: family.unwrap_or(0) as u32, timestamp_bits, info }
+    Candidate { instance: 0, handle, queue_family: family.unwrap_or(0) as u32, timestamp_bits, info }
 }
 
 /// Whether a lane that is not known before the shader runs may be broadcast to its subgroup, as the kernel of
@@ -291,7 +290,7 @@ fn uuid_text(bytes: [u8; vk::UUID_SIZE]) -> String {
     text
 }
 
-fn version_text(v: u32) -> String {
+pub(super) fn version_text(v: u32) -> String {
     format!("{}.{}.{}", vk::api_version_major(v), vk::api_version_minor(v), vk::api_version_patch(v))
 }
 
@@ -345,7 +344,13 @@ mod tests {
             pci: (kind != "cpu").then(|| format!("0000:4{index}:00.0")),
             missing: missing.iter().map(|m| (*m).to_owned()).collect(),
         };
-        Candidate { handle: vk::PhysicalDevice::null(), queue_family: 0, timestamp_bits: 64, info }
+        Candidate {
+            instance: 0,
+            handle: vk::PhysicalDevice::null(),
+            queue_family: 0,
+            timestamp_bits: 64,
+            info,
+        }
     }
 
     fn three() -> Vec<Candidate> {

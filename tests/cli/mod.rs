@@ -3,6 +3,8 @@
 pub mod attributes;
 pub mod batch;
 pub mod commands;
+#[cfg(target_os = "linux")]
+pub mod drivers;
 pub mod errors;
 pub mod files;
 pub mod html;
