@@ -39,4 +39,5 @@ step "examples" run_examples
 step "GLB files under the Khronos validator and in three.js" ./ci/gltf.sh
 step "the page in a browser" ./ci/page.sh
 step "the Python package" ./ci/python.sh
+step "the driver for the CPU as a wheel" ./ci/cpu_wheel.sh
 step "the package for crates.io" ./ci/package.sh

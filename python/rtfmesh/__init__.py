@@ -10,6 +10,7 @@
 """
 
 from ._attributes import Attributes
+from ._drivers import add_cpu_driver
 from ._errors import Cancelled, DeviceError, Error, InputError, MeshWarning, OutOfMemoryError, OutputError
 from ._figures import devices, inspect, measure, render
 from ._files import Mesh, read, write
@@ -17,6 +18,8 @@ from ._native import __version__
 from ._options import Options
 from ._progress import Progress
 from ._remesh import Correspondence, Remesher, Result, remesh
+
+add_cpu_driver()
 
 __all__ = [
     "Attributes",

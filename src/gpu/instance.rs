@@ -52,7 +52,7 @@ pub(super) fn open_all(validation: bool) -> Result<Vec<Instance>> {
         Some(instance) => Ok(driver::open_all().unwrap_or_else(|_| vec![instance])),
         None if validation => Err(Error::device("there is no Vulkan driver", INSTALL_DRIVER).caused_by(none)),
         None => driver::open_all().map_err(|why| {
-            Error::device(format!("the Vulkan loader finds no driver, and {why}"), INSTALL_DRIVER)
+            Error::device(format!("there is no Vulkan driver for the loader, and {why}"), INSTALL_DRIVER)
                 .caused_by(none)
         }),
     }
