@@ -6,7 +6,7 @@
     result = rtfmesh.remesh(mesh.vertices, mesh.faces, 10_000)
     rtfmesh.write("scan-10k.ply", result.vertices, result.faces)
 
-`rtfmesh.pyvista` and `rtfmesh.trimesh` do the same for the meshes of these packages.
+`rtfmesh.pyvista`, `rtfmesh.trimesh` and `rtfmesh.meshio` do the same for the meshes of these packages.
 """
 
 from ._attributes import Attributes

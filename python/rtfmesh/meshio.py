@@ -1,0 +1,125 @@
+"""Remeshing for the meshes of meshio, and so for the file formats that it reads.
+
+import meshio
+from rtfmesh.meshio import remesh
+
+even = remesh(meshio.read("part.vtu"), 10_000)
+"""
+
+from __future__ import annotations
+
+import copy
+from typing import TYPE_CHECKING, Any
+
+import meshio
+import numpy as np
+from numpy.typing import NDArray
+
+from ._attributes import Attributes
+from ._errors import InputError
+from ._progress import Callback
+from ._remesh import Remesher, Told, _remesher, warned
+
+if TYPE_CHECKING:
+    from typing_extensions import Unpack
+
+    from ._options import Options
+
+SURFACES = ("triangle", "quad", "polygon")
+CURVES = ("vertex", "line")
+
+
+def split(polygons: NDArray[Any], points: NDArray[Any]) -> NDArray[Any]:
+    """The triangles of P polygons with K corners each, shape (P, K - 2, 3).
+
+    Each is a fan around the corner that sees most of the polygon from its front, so that quads which are not
+    convex do not fold over.
+    """
+    count, corners = polygons.shape
+    if corners == 3:
+        return polygons[:, None, :]
+    fans, worst = [], []
+    for apex in range(corners):
+        turned = np.roll(polygons, -apex, axis=1)
+        fan = np.stack(
+            [np.repeat(turned[:, :1], corners - 2, axis=1), turned[:, 1:-1], turned[:, 2:]], axis=2
+        )
+        a, b, c = (points[fan[:, :, corner]] for corner in range(3))
+        areas = np.cross(b - a, c - a)
+        # The sum is the same for all corners: the polygon's own.
+        fronts = np.einsum("pkx,px->pk", areas, areas.sum(axis=1))
+        fans.append(fan)
+        worst.append(fronts.min(axis=1))
+    best: NDArray[Any] = np.stack(fans)[np.argmax(worst, axis=0), np.arange(count)]
+    return best
+
+
+def triangles_of(mesh: meshio.Mesh, points: NDArray[Any]) -> tuple[NDArray[Any], dict[str, Any]]:
+    """The mesh in triangles (F, 3), and its cells' data for them.
+
+    Vertices and lines that are cells of their own are left out.
+    """
+    others = {block.type for block in mesh.cells} - {*SURFACES, *CURVES}
+    if others:
+        listed, known = ", ".join(sorted(others)), ", ".join(SURFACES)
+        raise InputError(f"`mesh` has cells of type {listed}; give those of its surface as {known}")
+    triangles, counts = [np.empty((0, 3), int)], {}
+    for place, block in enumerate(mesh.cells):
+        if block.type in CURVES:
+            continue
+        polygons = np.asarray(block.data)
+        if polygons.ndim != 2 or polygons.shape[1] < 3 or polygons.dtype.kind not in "iu":
+            raise InputError(f"`mesh.cells[{place}]` has no three corners or more a cell; give indices")
+        if polygons.size and not 0 <= polygons.min() <= polygons.max() < len(points):
+            raise InputError(f"`mesh.cells[{place}]` has indices of no point; there are {len(points)} points")
+        triangles.append(split(polygons, points).reshape(-1, 3))
+        counts[place] = polygons.shape[1] - 2
+    data = {}
+    for name, blocks in mesh.cell_data.items():
+        arrays = [np.repeat(np.asarray(blocks[place]), count, axis=0) for place, count in counts.items()]
+        if len({array.shape[1:] for array in arrays}) > 1:
+            raise InputError(f"`mesh.cell_data['{name}']` has more columns in one block than in another")
+        if arrays:
+            data[name] = np.concatenate(arrays)
+    return np.concatenate(triangles), data
+
+
+def remesh(
+    mesh: meshio.Mesh,
+    n: int | str | None = None,
+    *,
+    progress: bool | Callback = False,
+    device: str | int | None = None,
+    remesher: Remesher | None = None,
+    **options: Unpack[Options],
+) -> meshio.Mesh:
+    """A new mesh of exactly `n` points with well-shaped triangles; `mesh` stays as it is.
+
+    Its cells must be triangles, quads or polygons, of which the latter are triangulated; vertices and lines
+    among them, as Gmsh writes them, are left out. `point_data` and `cell_data` come along as
+    `rtfmesh.Attributes` says, `field_data` as it is; sets of points and cells do not
+    (`mesh.cell_sets_to_data()` makes data of them). Points in the plane, (V, 2), stay there. `remesher` is a
+    `rtfmesh.Remesher` to use; all other arguments and what is raised are as in `rtfmesh.remesh`.
+    """
+    if not isinstance(mesh, meshio.Mesh):
+        raise InputError(f"`mesh` is a {type(mesh).__name__} and no meshio.Mesh")
+    points = np.asarray(mesh.points, dtype=float)
+    flat = points.ndim == 2 and points.shape[1] == 2
+    if flat:
+        points = np.column_stack([points, np.zeros(len(points))])
+    if points.ndim != 2 or points.shape[1] != 3:
+        raise InputError(f"`mesh.points` has shape {points.shape}; give (V, 3) or (V, 2)")
+    faces, face_data = triangles_of(mesh, points)
+    if remesher is None:
+        remesher = _remesher(device, None, False)[1]
+    told = Told(correspondence=False, report=False, progress=progress)
+    result = warned(
+        remesher._run(points, faces, n, Attributes(dict(mesh.point_data), face_data), told, dict(options))
+    )
+    return meshio.Mesh(
+        result.vertices[:, :2] if flat else result.vertices,
+        [("triangle", result.faces.astype(np.int64))],
+        point_data=result.attributes.vertex,
+        cell_data={name: [array] for name, array in result.attributes.face.items()},
+        field_data=copy.deepcopy(mesh.field_data),
+    )
