@@ -6,6 +6,7 @@ use rtfmesh::io::{read, write};
 use rtfmesh::mesh::samples::sample;
 use rtfmesh::mesh::topology::topology;
 use serde_json::Value;
+use std::collections::HashMap;
 
 /// Settings that take little time.
 const QUICK: &str = "-n 120 --iterations 2 --quality draft";
@@ -135,6 +136,47 @@ fn a_broken_mesh_stops_no_other_and_is_tried_again() {
         names_in(&place, "made/out"),
         ["batch.jsonl", "box.ply", "broken.ply", "sphere.ply", "torus.ply"]
     );
+}
+
+/// The rows of a table by the names of their columns.
+#[track_caller]
+fn rows(place: &Place, name: &str) -> Vec<HashMap<String, String>> {
+    let mut table = csv::Reader::from_path(place.path(name)).unwrap();
+    table.deserialize().map(|row| row.unwrap()).collect()
+}
+
+#[test]
+fn a_table_has_a_row_for_each_mesh_however_often_it_was_tried() {
+    let place = with_meshes();
+    let batch = format!("batch in --out out {QUICK} --distances --table out/table.csv");
+    ends(&place, &batch, 1);
+    let first = rows(&place, "out/table.csv");
+    let (inputs, statuses): (Vec<&str>, Vec<&str>) =
+        first.iter().map(|row| (row["input"].as_str(), row["status"].as_str())).unzip();
+    assert_eq!(inputs, ["in/box.stl", "in/broken.off", "in/sphere.obj", "in/torus.ply.gz"]);
+    assert_eq!(statuses, ["done", "failed", "done", "done"]);
+    // Numbers are those of the log, and nothing stands for what there is not.
+    let log = entries(&place, "out/batch.jsonl");
+    for (row, entry) in first.iter().zip(&log) {
+        for name in ["vertices", "q_avg", "theta_min", "rms", "hausdorff", "seconds"] {
+            let value: Option<f64> = entry[name].as_f64();
+            assert_eq!(row[name].parse().ok(), value, "{name} of {entry}");
+        }
+        assert_eq!(row["error"], entry["error"].as_str().unwrap_or_default());
+        assert_eq!(row["asked"], entry["asked"].as_str().unwrap());
+    }
+    assert!(first[1]["error"].contains("broken.off") && first[1]["vertices"].is_empty());
+    let notes: Vec<&str> = log[0]["notes"].as_array().unwrap().iter().map(|n| n.as_str().unwrap()).collect();
+    assert_eq!(first[0]["notes"], notes.join("; "));
+    // What is skipped keeps its figures, and what is mended has new ones.
+    write(&place.path("in/broken.off"), &sample("box").unwrap()).unwrap();
+    ends(&place, &format!("{batch} --resume"), 0);
+    let second = rows(&place, "out/table.csv");
+    assert_eq!(second.len(), 4);
+    assert!(second[1]["status"] == "done" && second[1]["vertices"] == "120" && second[1]["error"].is_empty());
+    for k in [0, 2, 3] {
+        assert_eq!(second[k], first[k]);
+    }
 }
 
 #[test]
@@ -271,6 +313,9 @@ fn batches_that_cannot_be_are_refused_before_anything_is_written() {
         ("batch in --out out --format gltf", 1, ["glTF", ".glb"]),
         ("batch @none.txt --out out", 3, ["none.txt", "cannot be read"]),
         ("batch in --out in/a.ply", 1, ["in/a.ply", "--out"]),
+        ("batch in --out out --table in/a.ply", 2, ["in/a.ply", ".csv"]),
+        ("batch in --out out --table t.csv --log t.csv", 2, ["t.csv", "--table"]),
+        ("batch in --out out --table none/t.csv", 1, ["none/t.csv", "folder"]),
         ("batch in --out out --log none/log.jsonl", 1, ["none/log.jsonl", "--log"]),
         ("batch in", 2, ["--out", "rtfmesh COMMAND --help"]),
     ] {

@@ -156,7 +156,8 @@ impl Log {
     }
 }
 
-fn unusable(path: &Path, error: std::io::Error) -> Error {
+/// The error for a log that fails.
+pub fn unusable(path: &Path, error: std::io::Error) -> Error {
     let problem = format!("the log cannot be read or written ({error})");
     Error::output(path, problem, "name another file after --log").caused_by(error)
 }

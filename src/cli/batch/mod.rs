@@ -2,6 +2,7 @@
 
 mod inputs;
 mod log;
+mod table;
 mod workers;
 
 use super::all_at_once::ResearchArgs;
@@ -76,6 +77,12 @@ struct OutputArgs {
     /// Log to append to [default: DIR/batch.jsonl]
     #[arg(long, value_name = "FILE.jsonl", hide_short_help = true)]
     log: Option<PathBuf>,
+    /// At the end, write what the log has of these meshes as a table with a row for each
+    ///
+    /// Its columns are those of the log but for options. Rows are in the order of the inputs; what --resume
+    /// skips has the figures of the run that made it.
+    #[arg(long, value_name = "FILE.csv", hide_short_help = true)]
+    table: Option<PathBuf>,
     /// Skip inputs that the log has as done with the same options
     ///
     /// Their results must exist. The device does not count.
@@ -153,15 +160,21 @@ pub fn run(args: &Args) -> Result<()> {
         None => jobs,
     };
     make_folder(&args.output.out)?;
+    if let Some(table) = &args.output.table {
+        io::check_text_target(table)?;
+    }
     let mut log = Log::open(&log_path)?;
     let asked = &digest(args, size, &options)?;
     let (skipped, left): (Vec<Job>, Vec<Job>) =
-        jobs.into_iter().partition(|job| args.output.resume && log.has(job, asked));
+        jobs.iter().cloned().partition(|job| args.output.resume && log.has(job, asked));
     for job in &skipped {
         log.add(&Entry::new(job, Status::Skipped, asked))?;
     }
     let workers = usize::from(args.output.jobs.unwrap_or(1));
     let failed = Batch { args, size, options, asked }.run(&left, workers, &mut log)?;
+    if let Some(table) = &args.output.table {
+        table::write(table, &jobs, &log_path)?;
+    }
     let (done, skipped) = (left.len() - failed, skipped.len());
     let seconds = begin.elapsed().as_secs_f64();
     let summary = format!("{done} done, {failed} failed, {skipped} skipped in {seconds:.1} s");
@@ -191,10 +204,22 @@ fn refuse_overwriting(args: &Args, jobs: &[Job], log: &Path) -> rtfmesh::Result<
         let problem = format!("the log {} would be written into a mesh", log.display());
         return Err(Error::usage(problem, "name another file after --log"));
     }
+    let table = args.output.table.as_deref();
+    if let Some(table) = table {
+        if table.extension().is_none_or(|extension| !extension.eq_ignore_ascii_case("csv")) {
+            let problem = format!("--table {} does not end in .csv", table.display());
+            return Err(Error::usage(problem, "name a .csv file"));
+        }
+        if among(table, inputs().chain(outputs())) || full_path(table) == full_path(log) {
+            let problem = format!("the table {} would be written over a mesh or the log", table.display());
+            return Err(Error::usage(problem, "name another file after --table"));
+        }
+    }
     let Some(features) = args.method.features() else { return Ok(()) };
-    if among(features, outputs()) || same_file(features, log) {
+    let same = |path| same_file(features, path);
+    if among(features, outputs()) || same(log) || table.is_some_and(same) {
         let problem = format!("the lines in {} would be overwritten", features.display());
-        return Err(Error::usage(problem, "name other files after --features, --log or --out"));
+        return Err(Error::usage(problem, "name other files after --features, --log, --table or --out"));
     }
     Ok(())
 }

@@ -1,0 +1,60 @@
+//! What the log has of a batch as a CSV table, for spreadsheets and data frames.
+
+use super::inputs::Job;
+use super::log::{Status, unusable};
+use rtfmesh::io::write_bytes;
+use rtfmesh::{Error, Result};
+use serde::{Deserialize, Deserializer, Serialize};
+use std::collections::HashMap;
+use std::path::Path;
+
+/// A row, of the line with the same names; `options` are left out, which are no single value.
+#[derive(Serialize, Deserialize)]
+struct Row {
+    input: String,
+    output: String,
+    status: Status,
+    vertices: Option<usize>,
+    q_avg: Option<f64>,
+    theta_min: Option<f64>,
+    rms: Option<f64>,
+    hausdorff: Option<f64>,
+    seconds: f64,
+    error: Option<String>,
+    #[serde(deserialize_with = "joined")]
+    warnings: String,
+    #[serde(deserialize_with = "joined")]
+    notes: String,
+    asked: String,
+}
+
+fn joined<'de, D: Deserializer<'de>>(list: D) -> std::result::Result<String, D::Error> {
+    Ok(Vec::<String>::deserialize(list)?.join("; "))
+}
+
+/// Writes a row for each job, in their order: how it ended last. What was skipped has the figures of the run
+/// that made it.
+///
+/// # Errors
+/// [`Error::Output`] if the log cannot be read or the table not be written.
+pub fn write(path: &Path, jobs: &[Job], log: &Path) -> Result<()> {
+    let bytes = std::fs::read(log).map_err(|error| unusable(log, error))?;
+    let mut last = HashMap::new();
+    for line in String::from_utf8_lossy(&bytes).lines() {
+        match serde_json::from_str(line) {
+            Ok(Row { status: Status::Skipped, .. }) | Err(_) => {}
+            Ok(row) => {
+                last.insert((row.input.clone(), row.output.clone()), row);
+            }
+        }
+    }
+    let internal = |error: String| Error::Internal(format!("writing a table: {error}"));
+    let mut table = csv::Writer::from_writer(Vec::new());
+    for job in jobs {
+        let key = (job.input.display().to_string(), job.output.display().to_string());
+        if let Some(row) = last.get(&key) {
+            table.serialize(row).map_err(|error| internal(error.to_string()))?;
+        }
+    }
+    write_bytes(path, &table.into_inner().map_err(|error| internal(error.to_string()))?)
+}
