@@ -48,6 +48,10 @@ PHRASES = [
     ("`shortage` add-vertices", "`vertices_at_least`"),
     ("accept it with `shortage` best-effort", "leave out `strict`"),
     ("`memory_bytes`", "`device_memory`"),
+    (
+        "make one of the points with `cloud::surface`",
+        "read them with `points` and call rtfmesh.reconstruct",
+    ),
     ("read the file without materials", "leave out `materials`"),
     ("see `rtfmesh devices`", "see rtfmesh.devices()"),
     ("please report it with the command and the input", "please report it with the call and the input"),

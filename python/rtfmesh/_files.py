@@ -34,15 +34,19 @@ class Mesh:
         return f"<rtfmesh.Mesh: {len(self.vertices)} vertices, {len(self.faces)} faces>"
 
 
-def read(path: str | os.PathLike[str], *, format: str | None = None, materials: bool = False) -> Mesh:
+def read(
+    path: str | os.PathLike[str], *, format: str | None = None, materials: bool = False, points: bool = False
+) -> Mesh:
     """Reads OBJ, PLY, STL, OFF, glTF (.gltf, .glb) or MEDIT .mesh, plain or gzipped.
 
     What a file contains counts more than its name; `format` stands for what its name would say. `materials`
-    reads glTF's materials and their images too, which `write` puts into a .glb.
+    reads glTF's materials and their images too, which `write` puts into a .glb. With `points`, files may have
+    points without faces, as PCD (.pcd) and lines of numbers (.xyz, .txt, .csv, .asc, .pts) do: `faces` is
+    empty then, and `attributes.vertex` may have a "normal".
 
     Raises `InputError` with the place in the file.
     """
-    arrays, attributes, notes = _native.read(Path(path), format, bool(materials))
+    arrays, attributes, notes = _native.read(Path(path), format, bool(materials), bool(points))
     return Mesh(*arrays, read_attributes(attributes), notes)
 
 

@@ -56,7 +56,9 @@ def inspect(
 def render(meshes: Sequence[Mesh], drawing: Drawing) -> NDArray[np.uint8]:
     """The bytes of a PNG, or those of the pixels (height x width x 4)."""
 
-def read(path: Path, format: str | None, materials: bool) -> tuple[Mesh, tuple[Any, ...], list[str]]:
+def read(
+    path: Path, format: str | None, materials: bool, points: bool
+) -> tuple[Mesh, tuple[Any, ...], list[str]]:
     """Mesh, attributes, and what was left out of the file or changed."""
 
 def write(path: Path, given: Mesh, attributes: Given, format: str | None) -> list[str]:

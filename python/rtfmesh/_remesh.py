@@ -6,19 +6,19 @@ import json
 import os
 import threading
 import warnings
-from collections.abc import Mapping
-from dataclasses import dataclass
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from . import _native
-from ._arrays import Faces, Vertices, mesh_arrays
+from ._arrays import Faces, Vertices, mesh_arrays, real_numbers
 from ._attributes import Attributes, Carrier, Given
 from ._errors import DeviceError, InputError, MeshWarning, in_python
 from ._progress import Callback, Native, shown
-from ._words import take_features, take_sizing, words
+from ._words import is_word, take_features, take_sizing, word, words
 
 if TYPE_CHECKING:
     from typing_extensions import Unpack
@@ -56,7 +56,8 @@ class Result:
     report: dict[str, Any]
     """What the command line's --report has: options, device, topology, quality, warnings, timings."""
     correspondence: Correspondence | None
-    """Where the vertices lie on the input; None with `correspondence=False` unless attributes needed it."""
+    """Where the vertices lie on the input; None with `correspondence=False` unless attributes needed it, and
+    of points."""
     face_correspondence: Correspondence | None
     """Where the centres of the faces lie on it, if attributes of faces or texture were carried."""
     attributes: Attributes
@@ -68,11 +69,16 @@ class Result:
         return f"<{shape}, quality {quality['q_avg']:.3f}, angles from {quality['theta_min']:.1f}°>"
 
 
+# What is known of points without faces: normals, whether to close all holes, and those up to which size.
+Points = tuple["Vertices | None", bool, "str | None"]
+
+
 @dataclass
 class Request:
     """A run as the native module takes it, but for mesh and options."""
 
     attributes: Given
+    points: Points | None
     sizing: Vertices | None
     features: NDArray[np.float64] | None
     correspondence: tuple[bool, bool]
@@ -126,6 +132,47 @@ class Remesher:
         told = Told(correspondence=bool(correspondence), report=bool(report), progress=progress)
         return warned(self._run(vertices, faces, n, Attributes.of(attributes), told, dict(options)))
 
+    def reconstruct(  # type: ignore[misc] # see below
+        self,
+        points: ArrayLike,
+        n: int | str | None = None,
+        *,
+        normals: ArrayLike | None = None,
+        closed: bool = False,
+        fill_holes: float | str | None = None,
+        attributes: Attributes | Mapping[str, Any] | None = None,
+        report: bool = False,
+        progress: bool | Callback = False,
+        **options: Unpack[Options],
+    ) -> Result:
+        """As `rtfmesh.reconstruct`, on this device."""
+        told = Told(correspondence=False, report=bool(report), progress=progress)
+        known = (normals, closed, fill_holes)
+        return warned(self._reconstruct(points, n, known, Attributes.of(attributes), told, dict(options)))
+
+    def _reconstruct(
+        self,
+        points: ArrayLike,
+        n: int | str | None,
+        known: tuple[ArrayLike | None, bool, float | str | None],
+        attributes: Attributes,
+        told: Told,
+        wanted: dict[str, Any],
+    ) -> Result:
+        normals, closed, fill_holes = known
+        positions = real_numbers(points, "points", (None, 3))
+        if not is_word(wanted.get("features")):
+            raise InputError("`features` has edges, and points have none; leave it out")
+        asked = (
+            None if normals is None else real_numbers(normals, "normals", (len(positions), 3)),
+            bool(closed),
+            None if fill_holes is None else word("fill_holes", fill_holes),
+        )
+        faces = np.empty((0, 3), np.uint32)
+        result = self._run(positions, faces, n, attributes, told, wanted, asked)
+        # They would be on a surface that nobody has.
+        return replace(result, correspondence=None, face_correspondence=None)
+
     def _run(
         self,
         vertices: ArrayLike,
@@ -134,15 +181,16 @@ class Remesher:
         attributes: Attributes,
         told: Told,
         wanted: dict[str, Any],
+        points: Points | None = None,
     ) -> Result:
         positions, triangles = mesh_arrays(vertices, faces)
         sizing = take_sizing(wanted, positions)
         features = take_features(wanted, positions)
-        line = words(n, wanted)
+        line = words(n, wanted, "remesh" if points is None else "reconstruct")
         carrier = Carrier.of(attributes, len(positions), len(triangles))
         with shown(told.progress) as callback:
             places = (told.correspondence, False)
-            request = Request(carrier.given, sizing, features, places, told.report, callback)
+            request = Request(carrier.given, points, sizing, features, places, told.report, callback)
             done = _native.remesh(self._device, (positions, triangles), line, request)
         (new_vertices, new_faces), columns, of_vertices, of_faces, text = done
         found: dict[str, Any] = json.loads(text)
@@ -168,10 +216,10 @@ class Told:
     progress: bool | Callback
 
 
-def warned(result: Result) -> Result:
+def warned(result: Result, stacklevel: int = 3) -> Result:
     """The result, after its warnings have been shown as those of the line that called this package."""
     for warning in result.report["warnings"]:
-        warnings.warn(warning, MeshWarning, stacklevel=3)
+        warnings.warn(warning, MeshWarning, stacklevel=stacklevel)
     return result
 
 
@@ -186,6 +234,20 @@ def _remesher(device: str | int | None, device_memory: int | None, timings: bool
         if key not in _remeshers:
             _remeshers[key] = Remesher(device, device_memory=device_memory, timings=timings)
         return key, _remeshers[key]
+
+
+def _on_shared(
+    device: str | int | None, device_memory: int | None, timings: bool, run: Callable[[Remesher], Result]
+) -> Result:
+    """What `run` gives with the remesher that calls for this device share."""
+    key, remesher = _remesher(device, device_memory, timings)
+    try:
+        return run(remesher)
+    except DeviceError:
+        # It may be lost, and a lost device stays lost.
+        with _opening:
+            _remeshers.pop(key, None)
+        raise
 
 
 def remesh(
@@ -250,11 +312,85 @@ def remesh(
         Something is wrong with the result, such as a part of the input that it leaves out.
     """
     told = Told(correspondence=bool(correspondence), report=bool(report), progress=progress)
-    key, remesher = _remesher(device, device_memory, told.report)
-    try:
-        return warned(remesher._run(vertices, faces, n, Attributes.of(attributes), told, dict(options)))
-    except DeviceError:
-        # It may be lost, and a lost device stays lost.
-        with _opening:
-            _remeshers.pop(key, None)
-        raise
+    given, wanted = Attributes.of(attributes), dict(options)
+    return warned(
+        _on_shared(
+            device,
+            device_memory,
+            told.report,
+            lambda remesher: remesher._run(vertices, faces, n, given, told, wanted),
+        )
+    )
+
+
+# Presets that are for research have an option `normals`, which is none of this function.
+def reconstruct(  # type: ignore[misc]
+    points: ArrayLike,
+    n: int | str | None = None,
+    *,
+    normals: ArrayLike | None = None,
+    closed: bool = False,
+    fill_holes: float | str | None = None,
+    attributes: Attributes | Mapping[str, Any] | None = None,
+    report: bool = False,
+    progress: bool | Callback = False,
+    device: str | int | None = None,
+    device_memory: int | None = None,
+    **options: Unpack[Options],
+) -> Result:
+    """Makes a surface of points without faces, in well-shaped triangles with exactly `n` vertices.
+
+    A surface is laid through the points, and remeshed. Where they end, it ends, and sharp edges become round
+    within the distance between points.
+
+    Parameters
+    ----------
+    points
+        Positions, shape (P, 3): any real numbers, in any units; 10 at least.
+    n
+        Number of vertices, at least 4, also as "10k". Without it `edge_length`, `ratio` (of the number of
+        points) or `max_deviation` says how many; without those too, as many as there are points.
+    normals
+        Outward normals, shape (P, 3), of any length; a zero or NaN one is unknown. If any is, all are found
+        from the points, which sheets closer than two distances between points are too close for.
+    closed
+        Whether to close all holes.
+    fill_holes
+        Close holes up to this size, the diagonal of the box around one: in the points' units, or as "1%" of
+        the points' own diagonal. Gaps of up to six distances between points are closed in any case.
+    attributes
+        Values of the points to carry over, by those of the nearest: an `Attributes` or a dict such as
+        ``{"vertex": {"rgb": (P, 3), "label": (P,)}}``.
+    report
+        As in `remesh`; distances are those to the surface through the points.
+    progress, device, device_memory
+        As in `remesh`.
+    **options
+        As in `remesh`, but for `normals` of the presets. There are no sharp edges unless `feature_angle` is
+        given. `sizing` may be an array of shape (P,).
+
+    Returns
+    -------
+    A `Result` without correspondence. `report["notes"]` tells what became of the points.
+
+    Raises
+    ------
+    InputError
+        An argument cannot be used, or no surface goes through the points. The rest is as in `remesh`.
+
+    Warns
+    -----
+    MeshWarning
+        As `remesh`.
+    """
+    told = Told(correspondence=False, report=bool(report), progress=progress)
+    known = (normals, closed, fill_holes)
+    given, wanted = Attributes.of(attributes), dict(options)
+    return warned(
+        _on_shared(
+            device,
+            device_memory,
+            told.report,
+            lambda remesher: remesher._reconstruct(points, n, known, given, told, wanted),
+        )
+    )

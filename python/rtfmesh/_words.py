@@ -49,8 +49,8 @@ def count_word(n: Any) -> str:
     return word("n", n)
 
 
-def words(n: Any, options: dict[str, Any]) -> list[str]:
-    """The command line for a number of vertices and options.
+def words(n: Any, options: dict[str, Any], function: str = "remesh") -> list[str]:
+    """The command line for a number of vertices and options, which the function of this name was given.
 
     Raises `TypeError` for an option that there is not, `InputError` for a value of the wrong type; ranges are
     the command line's business.
@@ -61,7 +61,7 @@ def words(n: Any, options: dict[str, Any]) -> list[str]:
         if name not in known:
             close = difflib.get_close_matches(name, known, 1)
             hint = f"; did you mean '{close[0]}'?" if close else ""
-            raise TypeError(f"remesh() got an unexpected keyword argument '{name}'{hint}")
+            raise TypeError(f"{function}() got an unexpected keyword argument '{name}'{hint}")
         if value is None:
             continue
         flag = f"--{name.replace('_', '-')}"

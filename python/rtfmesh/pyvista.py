@@ -15,10 +15,11 @@ import pyvista
 from numpy.typing import NDArray
 
 from ._attributes import Attributes
+from ._errors import InputError
 from ._figures import inspect, measure
 from ._progress import Callback
-from ._remesh import Remesher, Told, _remesher, warned
-from ._seams import split_at_seams
+from ._remesh import Remesher, Result, Told, _remesher, warned
+from ._seams import Split, split_at_seams
 
 if TYPE_CHECKING:
     from typing_extensions import Unpack
@@ -41,6 +42,63 @@ def triangles_of(mesh: pyvista.PolyData) -> tuple[pyvista.PolyData, NDArray[Any]
     if mesh.n_strips or not mesh.is_all_triangles:
         mesh = mesh.triangulate()
     return mesh, np.asarray(mesh.faces).reshape(-1, 4)[:, 1:]
+
+
+def surface_of(result: Result, split: Split, source: pyvista.PolyData | pyvista.PointSet) -> pyvista.PolyData:
+    """A result with its arrays, and with what `source` has for all."""
+    made = pyvista.PolyData.from_regular_faces(result.vertices[split.vertices], split.faces.astype(np.int64))
+    for name, array in result.attributes.vertex.items():
+        made.point_data[name] = array[split.vertices]
+    for name, array in result.attributes.face.items():
+        made.cell_data[name] = array
+    for name in source.field_data:
+        made.field_data[name] = source.field_data[name]
+    active = source.active_scalars_info
+    if active.name in (*made.point_data, *made.cell_data):
+        made.set_active_scalars(active.name, preference=active.association.name.lower())
+    return made
+
+
+def reconstructed(
+    points: pyvista.PolyData | pyvista.PointSet,
+    n: int | str | None,
+    *,
+    closed: bool = False,
+    fill_holes: float | str | None = None,
+    progress: bool | Callback = False,
+    device: str | int | None = None,
+    remesher: Remesher | None = None,
+    **options: Unpack[Options],
+) -> pyvista.PolyData:
+    """See `PointsAccessor.reconstruct`."""
+    normals = points.point_data.active_normals
+    own = None if normals is None else points.point_data.active_normals_name
+    vertex = {name: np.asarray(points.point_data[name]) for name in points.point_data if name != own}
+    if remesher is None:
+        remesher = _remesher(device, None, False)[1]
+    told = Told(correspondence=False, report=False, progress=progress)
+    known = (None if normals is None else np.asarray(normals), closed, fill_holes)
+    result = warned(
+        remesher._reconstruct(points.points, n, known, Attributes(vertex), told, dict(options)), stacklevel=4
+    )
+    return surface_of(result, split_at_seams(result, False), points)
+
+
+@pyvista.register_dataset_accessor("rtfmesh", pyvista.PointSet)
+class PointsAccessor:
+    """Makes surfaces of points, which stay as they are."""
+
+    def __init__(self, points: pyvista.PointSet) -> None:
+        self._points = points
+
+    def reconstruct(self, n: int | str | None = None, **wanted: Any) -> pyvista.PolyData:
+        """A surface of exactly `n` points, in well-shaped triangles, through these.
+
+        Active normals are taken for outward ones. The other arrays come along by the nearest point, field
+        data too. `closed`, `fill_holes` and all other arguments, and what is raised, are as in
+        `rtfmesh.reconstruct`; `remesher` is a `rtfmesh.Remesher` to use.
+        """
+        return reconstructed(self._points, n, **wanted)
 
 
 @pyvista.register_dataset_accessor("rtfmesh", pyvista.PolyData)
@@ -78,22 +136,20 @@ class Accessor:
         told = Told(correspondence=False, report=False, progress=progress)
         result = warned(remesher._run(mesh.points, faces, n, attributes, told, dict(options)))
         split = split_at_seams(result, bool(options.get("keep_uv")))
-        made = pyvista.PolyData.from_regular_faces(
-            result.vertices[split.vertices], split.faces.astype(np.int64)
-        )
-        for name, array in result.attributes.vertex.items():
-            made.point_data[name] = array[split.vertices]
-        for name, array in result.attributes.face.items():
-            made.cell_data[name] = array
+        made = surface_of(result, split, self._mesh)
         if split.uv is not None:
             made.point_data[uv_name] = split.uv
             made.point_data.active_texture_coordinates_name = uv_name
-        for name in self._mesh.field_data:
-            made.field_data[name] = self._mesh.field_data[name]
-        active = self._mesh.active_scalars_info
-        if active.name is not None:
-            made.set_active_scalars(active.name, preference=active.association.name.lower())
         return made
+
+    def reconstruct(self, n: int | str | None = None, **wanted: Any) -> pyvista.PolyData:
+        """As `PointsAccessor.reconstruct`, of points without faces."""
+        mesh = self._mesh
+        if mesh.n_cells != mesh.n_verts:
+            raise InputError(
+                "`reconstruct` works only with points, and this has faces or lines; use `remesh`"
+            )
+        return reconstructed(mesh, n, **wanted)
 
     def measure(self, against: pyvista.PolyData | None = None, **wanted: Any) -> dict[str, Any]:
         """As `rtfmesh.measure`, of this surface; `against` is another one."""

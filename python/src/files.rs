@@ -19,10 +19,15 @@ pub fn read<'py>(
     path: PathBuf,
     format: Option<&str>,
     materials: bool,
+    points: bool,
 ) -> PyResult<(NewArrays<'py>, New<'py>, Vec<String>)> {
     let declared = encoding(py, format)?;
-    let read = if materials { io::read_with_materials } else { io::read_as };
-    let loaded = work(py, || read(&path, declared))?;
+    let loaded = work(py, || match (points, materials) {
+        (true, _) => io::read_any(&path, declared, materials)
+            .and_then(|input| input.mesh_or_points().map_err(|e| e.in_file(&path))),
+        (false, true) => io::read_with_materials(&path, declared),
+        (false, false) => io::read_as(&path, declared),
+    })?;
     Ok((arrays(py, loaded.mesh)?, new(py, loaded.attributes), loaded.notes))
 }
 

@@ -21,17 +21,28 @@ pub type Places<'py> = (Bound<'py, PyArray1<u32>>, Bound<'py, PyArray2<f64>>);
 /// # Errors
 /// `ValueError` for arrays of another shape, which the package's other modules do not give.
 pub fn mesh((vertices, faces): &Arrays<'_>) -> PyResult<TriMesh> {
-    let (positions, places) = vertices.as_slice()?.as_chunks::<3>();
-    let (triangles, corners) = faces.as_slice()?.as_chunks::<3>();
-    if !(places.is_empty() && corners.is_empty()) {
-        return Err(PyValueError::new_err("vertices and faces must have three columns"));
+    let vertices = positions(vertices)?;
+    let (triangles, rest) = faces.as_slice()?.as_chunks::<3>();
+    if !rest.is_empty() {
+        return Err(PyValueError::new_err("faces must have three columns"));
     }
-    let in_range = |corner: &u32| (*corner as usize) < positions.len();
+    let in_range = |corner: &u32| (*corner as usize) < vertices.len();
     if !triangles.as_flattened().iter().all(in_range) {
         return Err(PyValueError::new_err("faces must have indices of vertices"));
     }
-    let vertices = positions.iter().map(|position| DVec3::from_array(*position)).collect();
     Ok(TriMesh { vertices, triangles: triangles.to_vec() })
+}
+
+/// The rows of an array (N x 3), which is contiguous.
+///
+/// # Errors
+/// `ValueError` for an array of another shape.
+pub fn positions(array: &PyReadonlyArray2<'_, f64>) -> PyResult<Vec<DVec3>> {
+    let (rows, rest) = array.as_slice()?.as_chunks::<3>();
+    if !rest.is_empty() {
+        return Err(PyValueError::new_err("positions and normals must have three columns"));
+    }
+    Ok(rows.iter().map(|row| DVec3::from_array(*row)).collect())
 }
 
 /// The arrays of a mesh, in its own memory.

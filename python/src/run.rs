@@ -3,20 +3,25 @@
 use crate::attributes::{self, Given, New, new};
 use crate::device::Device;
 use crate::errors::{INTERVAL, exception, refuse_forks};
-use crate::mesh::{Arrays, NewArrays, Places, arrays, mesh, places};
-use numpy::{PyReadonlyArray1, PyReadonlyArray3};
+use crate::mesh::{Arrays, NewArrays, Places, arrays, mesh, places, positions};
+use numpy::{PyReadonlyArray1, PyReadonlyArray2, PyReadonlyArray3};
 use pyo3::prelude::*;
-use rtfmesh::cli::call::{Call, Input};
+use rtfmesh::cli::call::{Call, Input, Points};
 use rtfmesh::glam::DVec3;
 use rtfmesh::io::Loaded;
 use rtfmesh::mesh::features::FeatureLine;
 use rtfmesh::{CorrespondenceRequest, Error, FeatureLines, Flow, Progress};
 use std::time::Instant;
 
+/// Normals (P x 3), whether to close all holes, those up to which size.
+type GivenPoints<'py> = (Option<PyReadonlyArray2<'py, f64>>, bool, Option<String>);
+
 /// All that is asked for but for the mesh itself.
 #[derive(FromPyObject)]
 pub struct Request<'py> {
     attributes: Given<'py>,
+    /// Where there are no faces.
+    points: Option<GivenPoints<'py>>,
     sizing: Option<PyReadonlyArray1<'py, f64>>,
     /// Lines of two points each (L x 2 x 3).
     features: Option<PyReadonlyArray3<'py, f64>>,
@@ -50,6 +55,7 @@ pub fn remesh<'py>(
     };
     let input = Input {
         loaded,
+        points: request.points.as_ref().map(|points| given_points(py, points)).transpose()?,
         sizing: request.sizing.as_ref().map(|sizing| sizing.as_slice().map(<[f64]>::to_vec)).transpose()?,
         features: request.features.as_ref().map(feature_lines).transpose()?,
         correspondence: CorrespondenceRequest { vertices, faces },
@@ -75,6 +81,15 @@ pub fn remesh<'py>(
         places(py, &found.faces)?,
         output.report,
     ))
+}
+
+/// What is known of points.
+///
+/// # Errors
+/// `InputError` for a size of holes that is none.
+fn given_points(py: Python<'_>, (normals, closed, fill_holes): &GivenPoints<'_>) -> PyResult<Points> {
+    let normals = normals.as_ref().map(positions).transpose()?.unwrap_or_default();
+    Points::new(normals, *closed, fill_holes.as_deref()).map_err(|error| exception(py, &error))
 }
 
 /// Tells Python of a run, and the run of signals such as Ctrl-C.

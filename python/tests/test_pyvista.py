@@ -138,3 +138,29 @@ def test_surfaces_are_measured_and_inspected(ball):
     measures = even.rtfmesh.measure(ball)
     assert measures["vertices"] == 500 and 0 < measures["distances"]["hausdorff"] < 2
     assert pv.Cube().rtfmesh.inspect(feature_angle=30)["corners"] == 8
+
+
+def test_points_become_a_surface():
+    at = pv.Sphere(theta_resolution=60, phi_resolution=60).points
+    for points in (pv.PointSet(at), pv.PolyData(at)):
+        points.point_data["height"] = at[:, 2]
+        points.field_data["name"] = ["ball"]
+        before = points.copy()
+        even = points.rtfmesh.reconstruct(400, closed=True)
+        assert type(even) is pv.PolyData and even.n_points == 400 and even.is_manifold
+        assert np.allclose(np.linalg.norm(even.points, axis=1), 0.5, atol=0.01)
+        assert np.allclose(even["height"], even.points[:, 2], atol=0.06)
+        assert even.active_scalars_name == "height" and list(even.field_data["name"]) == ["ball"]
+        assert points == before
+        assert even.volume > 0.4
+        # Normals say which side is outside, and are not carried.
+        points.point_data.active_normals = -at / np.linalg.norm(at, axis=1, keepdims=True)
+        inward = points.rtfmesh.reconstruct(400)
+        a, b, c = (inward.points[inward.regular_faces[:, k]] for k in range(3))
+        assert np.einsum("ij,ij->i", a, np.cross(b, c)).sum() / 6 < -0.4
+        assert list(inward.point_data) == ["height"]
+
+
+def test_surfaces_are_no_points(ball):
+    with pytest.raises(rtfmesh.InputError, match="works only with points"):
+        ball.rtfmesh.reconstruct(100)

@@ -3,6 +3,7 @@
 
 use super::all_at_once::ResearchArgs;
 use super::attributes::{AttributeArgs, carried};
+use super::cloud::{HoleArgs, size_by_points};
 use super::measure;
 pub use super::measure::Wanted;
 use super::method::{MethodArgs, refuse_messages};
@@ -11,6 +12,7 @@ use super::target_count::{SizeArgs, count};
 use super::{inspect, render};
 use clap::{CommandFactory, Parser};
 use glam::DVec3;
+use rtfmesh::cloud::PointCloud;
 use rtfmesh::io::Loaded;
 use rtfmesh::mesh::attributes::{Attribute, Attributes, Kind, Role};
 use rtfmesh::mesh::correspondence::Correspondence;
@@ -63,6 +65,8 @@ pub const SIZING: &str = "sizing";
 pub struct Input {
     /// The mesh with its attributes. Panics if these do not belong to it.
     pub loaded: Loaded,
+    /// Set where there are points without faces, and a surface through them is what is remeshed.
+    pub points: Option<Points>,
     /// With `--sizing property:sizing`, edge lengths are in proportion to these, one for each vertex.
     pub sizing: Option<Vec<f64>>,
     /// Lines to keep, unless `--features` names a file.
@@ -71,6 +75,25 @@ pub struct Input {
     pub correspondence: CorrespondenceRequest,
     /// Whether the report is to have the distances to the input.
     pub distances: bool,
+}
+
+/// What is known of points without faces.
+#[derive(Debug, Clone, Default)]
+pub struct Points {
+    /// Outward normals, one for each point and of any length; empty if there are none.
+    pub normals: Vec<DVec3>,
+    holes: HoleArgs,
+}
+
+impl Points {
+    /// Points with these normals. Holes of the surface are closed as `--closed` and `--fill-holes` say, the
+    /// latter in its words.
+    ///
+    /// # Errors
+    /// [`Error::Usage`] if both are given, or one that cannot be read.
+    pub fn new(normals: Vec<DVec3>, closed: bool, fill_holes: Option<&str>) -> Result<Self> {
+        Ok(Self { normals, holes: HoleArgs::of(closed, fill_holes)? })
+    }
 }
 
 /// What a run gives.
@@ -137,19 +160,28 @@ impl Call {
         input: &Input,
         mut progress: impl FnMut(Progress) -> Flow,
     ) -> Result<Output> {
-        let Input { loaded, .. } = input;
-        let mut notes = loaded.notes.clone();
         let mut run = RunProgress::with_limit(&self.time);
         let mut options = self.own_options(input)?;
-        let repaired = count(self.size.size()?, &loaded.mesh, &mut options, None)?;
+        let mut size = self.size.size()?;
+        let made;
+        let (loaded, sizing) = match &input.points {
+            None => (&input.loaded, &input.sizing),
+            Some(points) => {
+                size = size_by_points(size, input.loaded.mesh.vertices.len(), &options);
+                let flow = |now| progress(now).max(run.update(now));
+                made = self.surface(input, points, &mut options, flow)?;
+                (&made.0, &made.1)
+            }
+        };
+        let mut notes = loaded.notes.clone();
+        let repaired = count(size, &loaded.mesh, &mut options, None)?;
         let repaired = self.attributes.request(loaded, repaired, &mut options, &mut notes)?;
         options.correspondence.vertices |= input.correspondence.vertices;
         options.correspondence.faces |= input.correspondence.faces;
-        match &input.sizing {
+        match sizing {
             None => self.method.read_attributes(&loaded.attributes, &mut options)?,
             Some(numbers) => {
-                let own = Attribute::new(SIZING, Role::Other, Kind::F64, 1, numbers.clone());
-                let own = Attributes { vertex: vec![own], ..Attributes::default() };
+                let own = Attributes { vertex: vec![own_sizing(numbers)], ..Attributes::default() };
                 self.method.read_attributes(&own, &mut options)?;
             }
         }
@@ -175,6 +207,25 @@ impl Call {
         Ok(Output { mesh: result.mesh, correspondence: result.correspondence, attributes, report })
     }
 
+    /// The surface through points, and the numbers for edge lengths there.
+    fn surface(
+        &self,
+        input: &Input,
+        points: &Points,
+        options: &mut Options,
+        progress: impl FnMut(Progress) -> Flow,
+    ) -> Result<(Loaded, Option<Vec<f64>>)> {
+        let Input { loaded, sizing, .. } = input;
+        let mut vertex = loaded.attributes.vertex.clone();
+        vertex.extend(sizing.iter().map(|numbers| own_sizing(numbers)));
+        let attributes = Attributes { vertex, ..Attributes::default() };
+        let (at, normals) = (loaded.mesh.vertices.clone(), points.normals.clone());
+        let cloud = PointCloud { points: at, normals, attributes };
+        let mut surface = points.holes.surface(&cloud, (&self.method, options), progress)?;
+        let sizing = sizing.as_ref().and_then(|_| surface.attributes.vertex.pop());
+        Ok((surface, sizing.map(|numbers| numbers.values)))
+    }
+
     /// The options but for what depends on the mesh, checked.
     fn own_options(&self, input: &Input) -> Result<Options> {
         let measures = if input.distances { MeasureDepth::Full } else { MeasureDepth::Intersections };
@@ -187,6 +238,10 @@ impl Call {
         options.validate()?;
         Ok(options)
     }
+}
+
+fn own_sizing(numbers: &[f64]) -> Attribute {
+    Attribute::new(SIZING, Role::Other, Kind::F64, 1, numbers.to_vec())
 }
 
 /// What `measure --json` prints.

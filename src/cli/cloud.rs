@@ -8,17 +8,17 @@ use super::target_count::length;
 use rtfmesh::cloud::{CloudSurface, PointCloud, SurfaceOptions, oriented_normals, surface_with_progress};
 use rtfmesh::io::Loaded;
 use rtfmesh::mesh::attributes::{Attribute, Attributes, Kind, Role};
-use rtfmesh::{Error, Method, Options, Result, Size, Sizing, TriMesh};
+use rtfmesh::{Error, Flow, Method, Options, Progress, Result, Size, Sizing, TriMesh};
 use std::path::Path;
 use std::time::Instant;
 
 /// Cells so many times as wide as points are apart are worth a note.
 const COARSE: f64 = 2.0;
 
-/// How a surface is made of points.
-#[derive(clap::Args)]
+/// Which holes of a surface through points are closed.
+#[derive(Debug, Clone, Default, clap::Args)]
 #[command(next_help_heading = INPUT)]
-pub struct CloudArgs {
+pub struct HoleArgs {
     /// For points without faces: close all holes of the surface through them; for volumes: at the border
     #[arg(long, conflicts_with = "fill_holes", hide_short_help = true)]
     closed: bool,
@@ -27,6 +27,65 @@ pub struct CloudArgs {
     /// Gaps of up to six times the distance between points are closed in any case.
     #[arg(long, value_name = "LENGTH", value_parser = length, hide_short_help = true)]
     fill_holes: Option<Size>,
+}
+
+impl HoleArgs {
+    /// As the options of these names say, the second in its words.
+    ///
+    /// # Errors
+    /// [`Error::Usage`] if both are given, or one that cannot be read.
+    pub fn of(closed: bool, fill_holes: Option<&str>) -> Result<Self> {
+        if closed && fill_holes.is_some() {
+            return Err(Error::usage(
+                "--closed and --fill-holes do not go together",
+                "leave one of them out",
+            ));
+        }
+        let unread = |text: &str, why| Error::usage(format!("--fill-holes {text} is no length"), why);
+        let fill_holes = fill_holes.map(|text| length(text).map_err(|why: String| unread(text, why)));
+        Ok(Self { closed, fill_holes: fill_holes.transpose()? })
+    }
+
+    fn options(&self, cloud: &PointCloud) -> Result<SurfaceOptions> {
+        let holes = match self.fill_holes {
+            _ if self.closed => f64::INFINITY,
+            Some(Size::EdgeLength(length)) => length,
+            Some(Size::RelativeEdgeLength(share)) => {
+                let points = TriMesh { vertices: cloud.points.clone(), triangles: Vec::new() };
+                points.bounds().map_or(0.0, |(low, high)| share * high.distance(low))
+            }
+            _ => 0.0,
+        };
+        let options = SurfaceOptions::default().fill_holes(holes);
+        options.validate().map(|()| options)
+    }
+
+    /// A surface through points, with what became of them as notes. Its edges are none of the object's, so
+    /// the options get no sharp edges unless they were asked for.
+    ///
+    /// # Errors
+    /// Those of [`surface_with_progress`].
+    pub fn surface(
+        &self,
+        cloud: &PointCloud,
+        (method, options): (&MethodArgs, &mut Options),
+        progress: impl FnMut(Progress) -> Flow,
+    ) -> Result<Loaded> {
+        let found = surface_with_progress(cloud, &self.options(cloud)?, progress)?;
+        let notes = told(cloud, &found);
+        if options.method == Method::CoarseToFine && !method.names_feature_angle() {
+            options.coarse_to_fine.feature_angle = 180.0;
+        }
+        Ok(Loaded { mesh: found.mesh, attributes: found.attributes, notes, unread_images: 0 })
+    }
+}
+
+/// How a surface is made of points.
+#[derive(clap::Args)]
+#[command(next_help_heading = INPUT)]
+pub struct CloudArgs {
+    #[command(flatten)]
+    holes: HoleArgs,
     /// For points without faces: write the points with outward normals, and no mesh
     #[arg(long, conflicts_with_all = ["closed", "fill_holes", "dry_run", "report", "html"],
         hide_short_help = true)]
@@ -39,8 +98,9 @@ impl CloudArgs {
     /// # Errors
     /// [`Error::Usage`] for options of points alone.
     pub fn closes_volume(&self, input: &Path) -> Result<bool> {
-        let given = [("--fill-holes", self.fill_holes.is_some()), ("--normals-only", self.normals_only)];
-        let Some((name, _)) = given.iter().find(|(_, given)| *given) else { return Ok(self.closed) };
+        let given =
+            [("--fill-holes", self.holes.fill_holes.is_some()), ("--normals-only", self.normals_only)];
+        let Some((name, _)) = given.iter().find(|(_, given)| *given) else { return Ok(self.holes.closed) };
         let input = input_name(input).display();
         Err(Error::usage(format!("{name} works only with points, and {input} is a volume"), "leave it out"))
     }
@@ -64,23 +124,18 @@ impl CloudArgs {
         Ok((TriMesh { vertices: cloud.points, triangles: Vec::new() }, attributes))
     }
 
-    /// The size asked for; of points, ratios are of their number, and without a size there are as many
-    /// vertices as points.
+    /// The size asked for; of points, that of [`size_by_points`].
     pub fn size(&self, size: Size, loaded: &Loaded, options: &Options) -> Size {
-        let points = loaded.mesh.vertices.len();
-        let is_free = matches!(options.coarse_to_fine.sizing, Sizing::Deviation(_));
-        match size {
-            _ if !loaded.mesh.triangles.is_empty() => size,
-            Size::AsInput if !is_free => Size::Vertices(points),
-            Size::Ratio(share) => Size::Vertices((share * points as f64).round() as usize),
-            size => size,
+        match loaded.mesh.triangles.is_empty() {
+            true => size_by_points(size, loaded.mesh.vertices.len(), options),
+            false => size,
         }
     }
 
     fn refuse_mesh(&self, loaded: &Loaded, input: &Path) -> Result<()> {
         let given = [
-            ("--closed", self.closed),
-            ("--fill-holes", self.fill_holes.is_some()),
+            ("--closed", self.holes.closed),
+            ("--fill-holes", self.holes.fill_holes.is_some()),
             ("--normals-only", self.normals_only),
         ];
         let given = given.iter().find(|(_, given)| *given && !loaded.mesh.triangles.is_empty());
@@ -89,30 +144,15 @@ impl CloudArgs {
         Err(Error::usage(problem, "leave it out"))
     }
 
-    fn options(&self, cloud: &PointCloud) -> Result<SurfaceOptions> {
-        let holes = match self.fill_holes {
-            _ if self.closed => f64::INFINITY,
-            Some(Size::EdgeLength(length)) => length,
-            Some(Size::RelativeEdgeLength(share)) => {
-                let points = TriMesh { vertices: cloud.points.clone(), triangles: Vec::new() };
-                points.bounds().map_or(0.0, |(low, high)| share * high.distance(low))
-            }
-            _ => 0.0,
-        };
-        let options = SurfaceOptions::default().fill_holes(holes);
-        options.validate().map(|()| options)
-    }
-
-    /// What was loaded, or a surface through it if it has points only. Edges of such a surface are none of
-    /// the object's, so the options get no sharp edges unless they were asked for.
+    /// What was loaded, or a surface through it if it has points only, as [`HoleArgs::surface`] makes it.
     ///
     /// # Errors
     /// Those of [`surface_with_progress`].
     pub fn surface(
         &self,
-        loaded: Loaded,
+        mut loaded: Loaded,
         input: &Path,
-        (method, options): (&MethodArgs, &mut Options),
+        for_options: (&MethodArgs, &mut Options),
         quiet: bool,
         run: &mut RunProgress,
     ) -> Result<Loaded> {
@@ -121,20 +161,26 @@ impl CloudArgs {
             return Ok(loaded);
         }
         let begin = Instant::now();
-        let mut notes = loaded.notes.clone();
+        let mut notes = std::mem::take(&mut loaded.notes);
         let cloud = PointCloud::from(loaded);
-        let found = surface_with_progress(&cloud, &self.options(&cloud)?, |now| run.update(now));
-        let found = found.map_err(|e| e.in_file(input_name(input)))?;
-        let told = told(&cloud, &found);
+        let found = self.holes.surface(&cloud, for_options, |now| run.update(now));
+        let mut found = found.map_err(|e| e.in_file(input_name(input)))?;
         if !quiet {
-            tell_notes(input, &told);
+            tell_notes(input, &found.notes);
             tell_notes(input, &[format!("the surface took {:.2} s", begin.elapsed().as_secs_f64())]);
         }
-        notes.extend(told);
-        if options.method == Method::CoarseToFine && !method.names_feature_angle() {
-            options.coarse_to_fine.feature_angle = 180.0;
-        }
-        Ok(Loaded { mesh: found.mesh, attributes: found.attributes, notes, unread_images: 0 })
+        notes.append(&mut found.notes);
+        Ok(Loaded { notes, ..found })
+    }
+}
+
+/// The size asked for, of points: ratios are of their number, and without a size there are as many vertices.
+pub fn size_by_points(size: Size, points: usize, options: &Options) -> Size {
+    let is_free = matches!(options.coarse_to_fine.sizing, Sizing::Deviation(_));
+    match size {
+        Size::AsInput if !is_free => Size::Vertices(points),
+        Size::Ratio(share) => Size::Vertices((share * points as f64).round() as usize),
+        size => size,
     }
 }
 
