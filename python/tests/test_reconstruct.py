@@ -140,7 +140,7 @@ def test_arguments_that_there_are_not(points):
 
 def test_a_function_is_told_of_the_surface_too(remesher):
     told = []
-    remesher.reconstruct(on_sphere(60_000), 500, progress=told.append)
+    remesher.reconstruct(on_sphere(60_000), 5000, quality="best", progress=told.append)
     assert {"surface", "last level"} <= {progress.phase for progress in told}
     with pytest.raises(rtfmesh.Cancelled):
         remesher.reconstruct(on_sphere(60_000), 500, progress=lambda progress: "cancel")
