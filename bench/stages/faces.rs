@@ -41,12 +41,12 @@ fn planar(context: &Context) -> Result<Vec<Row>> {
     for (away, kernel) in
         [(&it.lists.away, "face.planar"), (&near, "face.planar_rest"), (&all, "face.planar_exact")]
     {
-        let faces = PlanarFaces::new(context.device, n, &options)?;
+        let faces = PlanarFaces::new(context.device, &it.lists.neighbours.blocks(), &options)?;
         let inputs = PlanarInputs { away, ..it.inputs() };
         // There is a counter for each iteration, so each run has its own.
         let mut record = |recorder: &mut _, number| faces.record(recorder, &inputs, &it.planar_move(number));
         context.submit(&mut record, 0)?;
-        let counts = faces.counts(&faces.insecure.to_vec(context.device)?, 0);
+        let counts = faces.counts(0)?;
         let given = if rows.is_empty() { 0 } else { FORCED };
         check_targets(context, &faces, (0..n).step_by(FORCED).take(given))?;
         let (near, listed, open) = (counts.undecided_by_near, counts.undecided_by_list, counts.open);

@@ -80,13 +80,18 @@ impl Iteration {
         density: f64,
     ) -> rtfmesh::Result<Self> {
         let n = seeds.len();
+        let lists = Lists::new(device, n, &ListOptions::new(LIST))?;
         let iterations = RELAX + 2 * runs;
         Ok(Self {
             sites: Buffer::new(device, "bench.sites", n)?,
             site_triangle: Buffer::from_slice(device, "bench.site_triangle", &seeds.triangles)?,
-            lists: Lists::new(device, n, &ListOptions::new(LIST))?,
             normals: SmoothNormals::new(device, n, false, None)?,
-            faces: PlanarFaces::new(device, n, &PlanarOptions::new(LIST, iterations))?,
+            faces: PlanarFaces::new(
+                device,
+                &lists.neighbours.blocks(),
+                &PlanarOptions::new(LIST, iterations),
+            )?,
+            lists,
             walk: Walk::new(device, n, None)?,
             settle: Settle::new(device, n, iterations, None, None)?,
             spacing,

@@ -76,7 +76,7 @@ fn fit(context: &Context) -> Result<Vec<Row>> {
     let on = &SurfaceBuffers::new(context.device, &context.model.surface)?;
     let fit = PlaneFit::new(context.device, n, k as u32, None)?;
     let mut record = |recorder: &mut _, _| {
-        fit.record(recorder, &it.sites, &it.lists.neighbours, &it.site_triangle, &on.normals)
+        fit.record(recorder, &it.sites, it.lists.neighbours.whole()?, &it.site_triangle, &on.normals)
     };
     context.submit(&mut record, 0)?;
     let (normals, flags) = (fit.normals.to_vec(context.device)?, fit.flags.to_vec(context.device)?);

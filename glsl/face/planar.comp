@@ -1,5 +1,5 @@
 // Purpose: the face of each site by intervals, its area centroid, and the target that momentum makes of it.
-// Invocation: one site.
+// Invocation: one site of a block.
 // Reads: sites, normals (packed), neighbours, away, status (of neighbours/decide).
 // Writes: targets (xyz, w = squared distance to the centroid), centroids (w = 1); insecure: counts and lists
 //   the sites whose lines do not reach the radius of security, as face/planar_targets.glsl says.
@@ -15,7 +15,8 @@
 layout(constant_id = 1) const uint K = 16;
 
 layout(push_constant) uniform Push {
-    uint site_count;
+    uint first; // of the block's sites
+    uint block_sites;
     uint iteration;
     uint iterations; // counters of a kind
     float momentum; // share of the last motion that is added, 0 to 1
@@ -31,19 +32,20 @@ layout(set = 0, binding = 5) writeonly buffer Targets { vec4 targets[]; };
 layout(set = 0, binding = 6) buffer Centroids { vec4 centroids[]; };
 layout(set = 0, binding = 7) buffer Insecure { uint insecure[]; };
 
+#include "common/blocks.glsl"
 #include "common/list_bounds.glsl"
 #include "face/planar.glsl"
 #include "face/planar_targets.glsl"
 
 void main() {
-    uint site = thread_index();
-    if (site >= site_count) return;
+    uint site = block_site(thread_index());
+    if (!in_block(site)) return;
     vec4 own = sites[site];
     vec3 at = own.xyz;
     vec3 n = unpack_normal(normals[site]);
     vec3 u, v;
     tangent_frame(n, u, v);
-    load_lines(site, site_count, own, n, u, v);
+    load_lines(site, own, n, u, v);
     float secure = list_bounds(away[site], uintBitsToFloat(status[1])).after_near;
     float bound = min(max(secure, 0.0), widest);
     cut_lines(bound);

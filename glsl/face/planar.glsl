@@ -1,9 +1,11 @@
 // The restricted tangent face by intervals, from K lines at once: each line is cut by all others, and an edge
 // of the face is a line whose interval is not empty. No polygon is kept in order, so once the loops are
 // unrolled nothing is indexed at run time, and all arrays are registers. The including file has set K, the
-// number of lines, and declared the buffers sites, normals (packed) and neighbours.
+// number of lines, and declared the buffers sites, normals (packed) and neighbours, and what
+// common/blocks.glsl needs.
 #ifndef COMMON_PLANAR_GLSL
 #define COMMON_PLANAR_GLSL
+#include "common/blocks.glsl"
 #include "common/pins.glsl"
 #include "common/planar_lines.glsl"
 
@@ -43,9 +45,9 @@ void cut_lines(float bound) {
 }
 
 // The lines of the K nearest listed neighbours that count: not those of another sheet or patch.
-void load_lines(uint site, uint site_count, vec4 own, vec3 n, vec3 u, vec3 v) {
+void load_lines(uint site, vec4 own, vec3 n, vec3 u, vec3 v) {
     [[unroll]] for (uint s = 0u; s < K; ++s) {
-        uint j = neighbours[s * site_count + site];
+        uint j = neighbours[block_place(s, site)];
         uint known = j == NONE ? site : j;
         vec4 other = sites[known];
         bool same_sheet = dot(n, unpack_normal(normals[known])) > TURNED_AWAY || counts_anywhere(other.w);

@@ -1,6 +1,7 @@
 // Purpose: face/planar for the sites whose lists do not decide their faces, by all sites that may cut them:
 // faces, centroids, targets.
-// Invocation: every n-th entry, n being the number of threads, of the list of such sites.
+// Invocation: every n-th entry, n being the number of threads, of the list of such sites of
+// a block.
 // Reads: sites, normals (packed), boxes, insecure.
 // Writes: targets (xyz, w = squared distance to the centroid), centroids (w = 1, 0 if the face is open);
 //   insecure: counts open faces.
@@ -16,7 +17,8 @@ layout(push_constant) uniform Push {
     uvec4 starts_low;  // first box of levels 0 to 3
     uvec4 starts_high; // of levels 4 to 7
     uint levels;
-    uint site_count;
+    uint site_count; // of all blocks
+    uint block_sites;
     uint iteration;
     uint iterations; // counters of a kind
     float momentum; // share of the last motion that is added, 0 to 1

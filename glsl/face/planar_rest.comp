@@ -1,6 +1,6 @@
 // Purpose: face/planar for the sites that it leaves undecided, by their whole lists: faces, centroids,
 // targets.
-// Invocation: every n-th entry, n being the number of threads, of the list of undecided sites.
+// Invocation: every n-th entry, n being the number of threads, of the list of undecided sites of a block.
 // Reads: sites, normals (packed), neighbours, away, status (of neighbours/decide), insecure.
 // Writes: targets (xyz, w = squared distance to the centroid), centroids (w = 1, 0 if the face is open);
 //   insecure: counts open faces, and counts and lists the sites whose lists do not reach the radius of
@@ -16,7 +16,8 @@
 layout(constant_id = 1) const uint K = 24;
 
 layout(push_constant) uniform Push {
-    uint site_count;
+    uint first; // of the block's sites
+    uint block_sites;
     uint iteration;
     uint iterations; // counters of a kind
     float momentum; // share of the last motion that is added, 0 to 1
@@ -33,6 +34,7 @@ layout(set = 0, binding = 5) writeonly buffer Targets { vec4 targets[]; };
 layout(set = 0, binding = 6) buffer Centroids { vec4 centroids[]; };
 layout(set = 0, binding = 7) buffer Insecure { uint insecure[]; };
 
+#include "common/blocks.glsl"
 #include "common/list_bounds.glsl"
 #include "face/planar_growing.glsl"
 #include "face/planar_targets.glsl"
@@ -45,7 +47,7 @@ void main() {
         start_face(site, widest);
         uint s = 0u;
         do {
-            uint j = neighbours[s * site_count + site];
+            uint j = neighbours[block_place(s, site)];
             cut_face(j, j != NONE);
         } while (++s < K);
         ListBounds bounds = list_bounds(away[site], uintBitsToFloat(status[1]));

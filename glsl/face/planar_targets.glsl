@@ -11,7 +11,7 @@ uint count_near(uint iteration) { return iteration; } // sites that the first li
 uint count_listed(uint iteration) { return iterations + iteration; } // sites that the list does not decide
 uint count_open(uint iteration) { return 2u * iterations + iteration; } // faces that reach `widest`
 uint entry_near(uint i) { return 3u * iterations + i; }
-uint entry_listed(uint i) { return 3u * iterations + site_count + 3u * i; }
+uint entry_listed(uint i) { return 3u * iterations + block_sites + 3u * i; }
 
 // A face that reaches farther than this share of `widest` is not one of a site among its like: of a tip, a
 // crease, or a gap. Its centroid is far out and not to be trusted.

@@ -1,9 +1,9 @@
 // Purpose: the K nearest other sites of every site, nearest first, ties by index, and the distance of the
 // first one not listed.
-// Invocation: one site. The sites of a subgroup follow each other in Morton order and walk the boxes
-// together.
+// Invocation: one site of a block. The sites of a subgroup follow each other in Morton order and walk the
+// boxes together.
 // Reads: sites, boxes.
-// Writes: neighbours[slot * site_count + site], NONE where there are fewer than K other sites; reach[site],
+// Writes: neighbours, as common/blocks.glsl says, NONE where there are fewer than K other sites; reach[site],
 // the distances of the (NEAR + 1)-th and the (K + 1)-th nearest, ENDLESS where there is none; list_sites,
 // where the sites are now; away = reach.
 // Filled by neighbours/box_levels; consumed by the faces and neighbours/moved.
@@ -37,6 +37,8 @@ layout(push_constant) uniform Push {
     uvec4 starts_high; // of levels 4 to 7
     uint site_count;
     uint levels;
+    uint first; // of the block's sites
+    uint block_sites;
 };
 layout(set = 0, binding = 0) readonly buffer Sites { vec4 sites[]; };
 layout(set = 0, binding = 1) readonly buffer Boxes { vec4 boxes[]; };
@@ -44,6 +46,8 @@ layout(set = 0, binding = 2) writeonly buffer Neighbours { uint neighbours[]; };
 layout(set = 0, binding = 3) writeonly buffer Reach { vec2 reach[]; };
 layout(set = 0, binding = 4) writeonly buffer ListSites { vec4 list_sites[]; };
 layout(set = 0, binding = 5) writeonly buffer Away { vec2 away[]; };
+
+#include "common/blocks.glsl"
 
 const float FAR = 3.402823466e38;
 
@@ -216,10 +220,10 @@ void walk() {
 }
 
 void main() {
-    site = thread_index();
+    site = block_site(thread_index());
     lane = gl_SubgroupInvocationID;
     lanes = LANES == 8u ? 8u : subgroupBallotBitCount(subgroupBallot(true));
-    alive = site < site_count;
+    alive = in_block(site);
     at = sites[min(site, site_count - 1u)].xyz;
     bound_sq = alive ? FAR : -1.0;
     [[unroll]] for (uint s = 0u; s < K + 1u; ++s) {
@@ -230,7 +234,7 @@ void main() {
     look_around();
     walk();
     if (!alive) return;
-    [[unroll]] for (uint s = 0u; s < K; ++s) neighbours[s * site_count + site] = best[s];
+    [[unroll]] for (uint s = 0u; s < K; ++s) neighbours[block_place(s, site)] = best[s];
     vec2 far = vec2(
         best[min(NEAR, K)] == NONE ? ENDLESS : sqrt(best_sq[min(NEAR, K)]),
         best[K] == NONE ? ENDLESS : sqrt(best_sq[K]));

@@ -1,6 +1,6 @@
 // Purpose: the normal of each site's tangent plane: the mean of the surface's normals at the site and around
 // it.
-// Invocation: one site.
+// Invocation: one site of a block.
 // Reads: surface_normals, neighbours, sites (their marks alone, and only on surfaces with curves).
 // Writes: normals.
 // Filled by step/settle and neighbours/lists; consumed by face/planar. Where the surface has detail finer
@@ -19,12 +19,16 @@ layout(constant_id = 1) const uint RING = 6;
 // 1 where sites bear the marks of common/pins.glsl.
 layout(constant_id = 2) const uint CURVES = 0;
 
-layout(push_constant) uniform Push { uint site_count; };
+layout(push_constant) uniform Push {
+    uint first; // of the block's sites
+    uint block_sites;
+};
 layout(set = 0, binding = 0) readonly buffer SurfaceNormals { uint surface_normals[]; };
 layout(set = 0, binding = 1) readonly buffer Neighbours { uint neighbours[]; };
 layout(set = 0, binding = 2) writeonly buffer Normals { uint normals[]; };
 layout(set = 0, binding = 3) readonly buffer Sites { vec4 sites[]; };
 
+#include "common/blocks.glsl"
 #include "common/pins.glsl"
 
 // Whether the normal of site j counts for the site with this mark.
@@ -36,14 +40,14 @@ bool counts_for(uint j, float own) {
 }
 
 void main() {
-    uint site = thread_index();
-    if (site >= site_count) return;
+    uint site = block_site(thread_index());
+    if (!in_block(site)) return;
     vec3 own = unpack_normal(surface_normals[site]);
     float mark = CURVES != 0u ? sites[site].w : 0.0;
     vec3 around[RING];
     float agreeing = 0.0, found = 0.0;
     [[unroll]] for (uint s = 0u; s < RING; ++s) {
-        uint j = neighbours[s * site_count + site];
+        uint j = neighbours[block_place(s, site)];
         bool counts = counts_for(j, mark);
         around[s] = counts ? unpack_normal(surface_normals[counts ? j : site]) : vec3(0.0);
         agreeing += dot(own, around[s]) > 0.0 ? 1.0 : 0.0;

@@ -1,5 +1,5 @@
 // Purpose: corrects targets that were computed for equal edge lengths for edge lengths that vary.
-// Invocation: one site.
+// Invocation: one site of a block.
 // Reads: sites (with the marks of common/pins.glsl on surfaces with curves), normals (packed), neighbours,
 //   lengths, centroids.
 // Writes: targets (xyz, w = squared distance to the shifted centroid in target lengths there).
@@ -23,7 +23,8 @@ layout(constant_id = 2) const uint CURVES = 0;
 #include "common/pins.glsl"
 
 layout(push_constant) uniform Push {
-    uint site_count;
+    uint first; // of the block's sites
+    uint block_sites;
     float largest_move; // longest step, relative to the target length there, in the unit of the sites
 };
 layout(set = 0, binding = 0) readonly buffer Sites { vec4 sites[]; };
@@ -33,6 +34,8 @@ layout(set = 0, binding = 3) readonly buffer Lengths { float lengths[]; };
 layout(set = 0, binding = 4) buffer Targets { vec4 targets[]; };
 layout(set = 0, binding = 5) readonly buffer Centroids { vec4 centroids[]; };
 
+#include "common/blocks.glsl"
+
 // The second moment of a hexagonal cell over the square of the distance to its neighbours, times the four of
 // the density.
 const float SHARE = 4.0 * 5.0 / 72.0;
@@ -40,8 +43,8 @@ const float SHARE = 4.0 * 5.0 / 72.0;
 const float MOST = 0.25;
 
 void main() {
-    uint site = thread_index();
-    if (site >= site_count) return;
+    uint site = block_site(thread_index());
+    if (!in_block(site)) return;
     vec4 own = sites[site];
     vec3 at = own.xyz, n = unpack_normal(normals[site]);
     float length_here = lengths[site], mark = CURVES != 0u ? own.w : 0.0;
@@ -52,7 +55,7 @@ void main() {
     vec2 sum = vec2(0.0);
     float distances_sq = 0.0, count = 0.0;
     [[unroll]] for (uint s = 0u; s < RING; ++s) {
-        uint j = neighbours[s * site_count + site];
+        uint j = neighbours[block_place(s, site)];
         uint known = j == NONE ? site : j;
         vec4 other = sites[known];
         bool counts = j != NONE && same_patch(mark, other.w) &&

@@ -1,5 +1,5 @@
 // Purpose: keeps the targets of interior sites off curves.
-// Invocation: one site.
+// Invocation: one site of a block.
 // Reads: sites (with the marks of common/pins.glsl), normals (packed), neighbours, lengths (only where sizes
 // vary).
 // Writes: targets (xyz, w = squared distance to the site, in target lengths there) where they are too near to
@@ -22,7 +22,8 @@ layout(constant_id = 2) const uint SIZED = 0;
 #include "common/pins.glsl"
 
 layout(push_constant) uniform Push {
-    uint site_count;
+    uint first; // of the block's sites
+    uint block_sites;
     float spacing;
 };
 layout(set = 0, binding = 0) readonly buffer Sites { vec4 sites[]; };
@@ -31,19 +32,21 @@ layout(set = 0, binding = 2) readonly buffer Neighbours { uint neighbours[]; };
 layout(set = 0, binding = 3) buffer Targets { vec4 targets[]; };
 layout(set = 0, binding = 4) readonly buffer Lengths { float lengths[]; };
 
+#include "common/blocks.glsl"
+
 // Least distance from a line, as a share of how far the curve continues.
 const float LEAST = 0.45;
 
 void main() {
-    uint site = thread_index();
-    if (site >= site_count) return;
+    uint site = block_site(thread_index());
+    if (!in_block(site)) return;
     vec4 own = sites[site];
     vec3 n = unpack_normal(normals[site]);
     vec3 to = targets[site].xyz;
     // Opposite curves push in opposite directions, and the site ends up in the middle.
     vec3 push = vec3(0.0);
     [[unroll]] for (uint s = 0u; s < NEAR; ++s) {
-        uint j = neighbours[s * site_count + site];
+        uint j = neighbours[block_place(s, site)];
         uint known = j == NONE ? site : j;
         vec4 other = sites[known];
         bool faces = counts_anywhere(other.w) || dot(n, unpack_normal(normals[known])) > -0.2;

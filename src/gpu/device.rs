@@ -36,6 +36,9 @@ pub struct DeviceOptions {
     /// Takes the device for one that has no more than it must: 16 KiB of shared memory, 128 invocations a
     /// workgroup, 128 MiB a buffer, no timestamps. For tests of what such devices need.
     pub least_limits: bool,
+    /// Most bytes of one buffer, where the device allows more; what is larger is divided into several. `None`
+    /// sets no limit of its own. For tests of large meshes.
+    pub buffer_bytes: Option<u64>,
 }
 
 impl DeviceOptions {
@@ -50,6 +53,7 @@ impl DeviceOptions {
             full_barriers: on("RTFMESH_FULL_BARRIERS"),
             timings: false,
             least_limits: on("RTFMESH_LEAST_LIMITS"),
+            buffer_bytes: None,
         }
     }
 
@@ -87,6 +91,12 @@ impl DeviceOptions {
     #[must_use]
     pub fn least_limits(self, least_limits: bool) -> Self {
         Self { least_limits, ..self }
+    }
+
+    /// Sets [`DeviceOptions::buffer_bytes`].
+    #[must_use]
+    pub fn buffer_bytes(self, buffer_bytes: impl Into<Option<u64>>) -> Self {
+        Self { buffer_bytes: buffer_bytes.into(), ..self }
     }
 }
 
@@ -138,6 +148,8 @@ impl Device {
             candidate.info.limits = candidate.info.limits.least();
             candidate.timestamp_bits = 0;
         }
+        let largest = &mut candidate.info.limits.storage_buffer_bytes;
+        *largest = options.buffer_bytes.unwrap_or(*largest).min(*largest);
         let shared = Arc::new(Shared::new(instance, candidate, options)?);
         Ok(Self { shared, pipelines: Arc::default() })
     }

@@ -266,14 +266,27 @@ impl Recorder {
     /// # Errors
     /// [`Error::OutOfMemory`] for the staging copy.
     pub fn download<T: bytemuck::Pod>(&mut self, source: &Buffer<T>) -> Result<Download<T>> {
-        let bytes = source.len() * size_of::<T>();
+        self.download_first(source, source.len())
+    }
+
+    /// As [`Recorder::download`], of the first `len` values, or all if there are fewer.
+    ///
+    /// # Errors
+    /// As [`Recorder::download`].
+    pub fn download_first<T: bytemuck::Pod>(
+        &mut self,
+        source: &Buffer<T>,
+        len: usize,
+    ) -> Result<Download<T>> {
+        let len = len.min(source.len());
+        let bytes = len * size_of::<T>();
         let staging = self.staging_buffer(bytes, vk::BufferUsageFlags::TRANSFER_DST)?;
         if bytes > 0 {
             self.buffers.insert(source.raw().id, source.raw().clone());
             self.copy(source.raw(), &staging, bytes, "copy.download")?;
         }
         self.staging.push(staging);
-        Ok(Download { slot: self.staging.len() - 1, len: source.len(), element: PhantomData })
+        Ok(Download { slot: self.staging.len() - 1, len, element: PhantomData })
     }
 
     /// Runs the list and waits until the device is done.

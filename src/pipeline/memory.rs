@@ -44,7 +44,12 @@ pub(crate) fn check_memory(device: &Device, input: &TriMesh, options: &Options) 
     let limit = device.info().limits.storage_buffer_bytes;
     if sites.saturating_mul(in_one) > limit {
         let problem = format!("but device '{name}' has {limit} in one buffer");
-        return refuse("one list of all sites", sites.saturating_mul(in_one), problem, limit / in_one);
+        return refuse(
+            "the largest buffer of all sites",
+            sites.saturating_mul(in_one),
+            problem,
+            limit / in_one,
+        );
     }
     let DeviceInput { in_one, .. } = device_input(options);
     let triangles = sizes_on_device(input, options)?[1];
@@ -173,8 +178,8 @@ struct SiteBytes {
 
 fn site_bytes(options: &Options) -> SiteBytes {
     let (largest_buffer, total) = match options.method {
-        // The list; six vectors, two reaches, eight words, and the boxes.
-        Method::CoarseToFine => (4 * u64::from(LIST), 4 * u64::from(LIST) + 6 * 16 + 2 * 8 + 8 * 4 + 5),
+        // Positions, for lists are in blocks; the list; six vectors, two reaches, eight words, and the boxes.
+        Method::CoarseToFine => (16, 4 * u64::from(LIST) + 6 * 16 + 2 * 8 + 8 * 4 + 5),
         // The list, for connecting; vectors, reaches, words and boxes.
         Method::AllAtOnce if options.has_exact_faces() && options.iterations == 0 => {
             (4 * u64::from(LIST), 4 * u64::from(LIST) + 3 * 16 + 2 * 8 + 8 * 4 + 5)

@@ -250,7 +250,7 @@ impl ExactCells {
         let bindings = listed::Bindings {
             corners: &triangles.corners,
             sites,
-            neighbours: &lists.neighbours,
+            neighbours: lists.neighbours.whole()?,
             away: &lists.away,
             status: &lists.status,
             candidates: &self.candidates,

@@ -1,5 +1,6 @@
 //! The stages of an iteration on the device. Folders and files are named as in `glsl/`.
 
+pub mod blocks;
 pub mod centroid;
 pub mod exact;
 pub mod face;

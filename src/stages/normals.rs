@@ -3,6 +3,7 @@
 use crate::Result;
 use crate::gpu::kernels::normals::{plane_fit, smooth};
 use crate::gpu::{Buffer, Device, Pipeline, Recorder, Threads};
+use crate::stages::blocks::Blocked;
 use glam::Vec4;
 
 /// Fits a plane to each site and its nearest sites, as PCL does for the paper.
@@ -87,11 +88,14 @@ impl SmoothNormals {
         &self,
         recorder: &mut Recorder,
         surface_normals: &Buffer<u32>,
-        neighbours: &Buffer<u32>,
+        neighbours: &Blocked<u32>,
         sites: &Buffer<Vec4>,
     ) -> Result<()> {
-        let push = smooth::Push { site_count: self.normals.len() as u32 };
-        let bindings = smooth::Bindings { surface_normals, neighbours, normals: &self.normals, sites };
-        recorder.dispatch(&self.pipeline, Threads(self.normals.len()), &push, &bindings)
+        for (block, neighbours) in neighbours.iter() {
+            let push = smooth::Push { first: block.first, block_sites: block.sites };
+            let bindings = smooth::Bindings { surface_normals, neighbours, normals: &self.normals, sites };
+            recorder.dispatch(&self.pipeline, Threads(block.sites as usize), &push, &bindings)?;
+        }
+        Ok(())
     }
 }

@@ -93,9 +93,12 @@ impl Sizing {
         largest_move: f32,
     ) -> Result<()> {
         let PlanarInputs { sites, normals, neighbours, .. } = *inputs;
-        let push = drift::Push { site_count: sites.len() as u32, largest_move };
-        let bindings =
-            drift::Bindings { sites, normals, neighbours, lengths: &self.lengths, centroids, targets };
-        recorder.dispatch(&self.drift, Threads(sites.len()), &push, &bindings)
+        for (block, neighbours) in neighbours.iter() {
+            let push = drift::Push { first: block.first, block_sites: block.sites, largest_move };
+            let bindings =
+                drift::Bindings { sites, normals, neighbours, lengths: &self.lengths, centroids, targets };
+            recorder.dispatch(&self.drift, Threads(block.sites as usize), &push, &bindings)?;
+        }
+        Ok(())
     }
 }

@@ -160,9 +160,13 @@ impl KeepOff {
         lengths: Option<&Buffer<f32>>,
     ) -> Result<()> {
         let lengths = lengths.unwrap_or(&self.no_lengths);
-        let push = keep_off::Push { site_count: inputs.sites.len() as u32, spacing: spacing as f32 };
         let PlanarInputs { sites, normals, neighbours, .. } = *inputs;
-        let bindings = keep_off::Bindings { sites, normals, neighbours, targets, lengths };
-        recorder.dispatch(&self.pipeline, Threads(sites.len()), &push, &bindings)
+        let spacing = spacing as f32;
+        for (block, neighbours) in neighbours.iter() {
+            let push = keep_off::Push { first: block.first, block_sites: block.sites, spacing };
+            let bindings = keep_off::Bindings { sites, normals, neighbours, targets, lengths };
+            recorder.dispatch(&self.pipeline, Threads(block.sites as usize), &push, &bindings)?;
+        }
+        Ok(())
     }
 }

@@ -4,7 +4,8 @@ use crate::support::{assert_valid, device};
 use rtfmesh::gpu::{Device, DeviceOptions};
 use rtfmesh::mesh::samples::sample;
 use rtfmesh::mesh::topology::topology;
-use rtfmesh::{Error, Options, Remeshed, TriMesh, remesh};
+
+use rtfmesh::{Error, Options, Remeshed, Sizing, TriMesh, remesh};
 
 fn run(mesh: &TriMesh, options: &Options) -> Remeshed {
     let result = remesh(device(), mesh, options).unwrap();
@@ -46,6 +47,37 @@ fn reruns_give_the_same_bytes_and_barriers_do_not_matter() {
     let careful = Device::open(&DeviceOptions::from_env().full_barriers(true)).unwrap();
     assert_eq!(first, remesh(&careful, &input, &options).unwrap().mesh);
     assert_ne!(first, run(&input, &options.seed(2)).mesh);
+}
+
+/// As for millions of vertices on a device whose buffers are no larger than they must be.
+#[test]
+fn lists_in_several_buffers_give_the_same_bytes() {
+    // Their own devices, since calls are counted for each.
+    let open = |options: DeviceOptions| Device::open(&options.validation(true)).unwrap();
+    let large = open(DeviceOptions::from_env());
+    let small = open(DeviceOptions::from_env().buffer_bytes(56_000));
+    assert_eq!(small.info().limits.storage_buffer_bytes, 56_000);
+    let options = Options::new(3000).iterations(12).coarse_iterations(8).first_iterations(10);
+    // A smooth surface; one with curves, and edges of different lengths.
+    for (name, options) in
+        [("torus", options.clone()), ("box", options.sizing(Sizing::Curvature { gradation: 1.0 }))]
+    {
+        let input = sample(name).unwrap();
+        let result = remesh(&small, &input, &options).unwrap();
+        assert_valid(&small);
+        let whole = remesh(&large, &input, &options).unwrap();
+        assert_eq!(result.mesh, whole.mesh, "{name}");
+        assert_eq!(result.summary.flags, whole.summary.flags, "{name}");
+        assert_eq!(result.summary.steps, whole.summary.steps, "{name}");
+        // A list takes 80 bytes, so that there are five blocks of them at last.
+        let calls = |run: &Remeshed| {
+            let stages = &run.summary.timings.stages;
+            stages.iter().find(|stage| stage.name == "face.planar").unwrap().calls
+        };
+        assert!(calls(&result) > 2 * calls(&whole), "{name}");
+    }
+    let error = remesh(&small, &sample("torus").unwrap(), &Options::new(3501)).unwrap_err();
+    assert!(error.to_string().contains("56000") && error.to_string().contains("at most 3500"), "{error}");
 }
 
 #[test]

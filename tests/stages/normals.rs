@@ -9,6 +9,7 @@ use crate::support::{assert_valid, cloud, device, on_sphere, rng, rounded, slots
 use glam::{DVec3, Vec4};
 use rand::RngExt;
 use rtfmesh::gpu::Buffer;
+use rtfmesh::stages::blocks::{Block, Blocked};
 use rtfmesh::stages::flags::FlagCounts;
 use rtfmesh::stages::normals::{PlaneFit, SmoothNormals};
 
@@ -116,13 +117,14 @@ fn collinear_and_single_points_take_the_normal_of_the_surface() {
     }
 }
 
-fn smooth(normals: &[DVec3], near: &[Vec<u32>], workgroup: Option<u32>) -> Vec<DVec3> {
+fn smooth(normals: &[DVec3], near: &[Vec<u32>], workgroup: Option<u32>, block: usize) -> Vec<DVec3> {
     let (device, n) = (device(), normals.len());
     let packed: Vec<u32> = normals.iter().map(|n| pack(*n)).collect();
     let stage = SmoothNormals::new(device, n, false, workgroup).unwrap();
     let mut recorder = device.recorder().unwrap();
     let own = Buffer::from_slice(device, "test.surface_normals", &packed).unwrap();
-    let lists = Buffer::from_slice(device, "test.neighbours", &slots(near, RING)).unwrap();
+    let blocks = Block::divide(n, block);
+    let lists = Blocked::from_slice(device, "test.neighbours", &blocks, &slots(near, RING)).unwrap();
     let marks = Buffer::from_slice(device, "test.sites", &vec![Vec4::ZERO; n]).unwrap();
     stage.record(&mut recorder, &own, &lists, &marks).unwrap();
     recorder.submit().unwrap();
@@ -156,7 +158,10 @@ fn normals_are_means_over_the_ring() {
             })
             .collect();
         let near = nearest(&sites, &sites, RING, true);
-        for (i, got) in smooth(&rough, &near, workgroup).iter().enumerate() {
+        let smoothed = smooth(&rough, &near, workgroup, n);
+        // In several blocks it is the same.
+        assert_eq!(smooth(&rough, &near, workgroup, n / 3 + 1), smoothed, "{n} sites");
+        for (i, got) in smoothed.iter().enumerate() {
             let want = mean(&rough, &near[i], i);
             // A neighbour square to the normal may count or not.
             let close_call = near[i].iter().any(|j| rough[*j as usize].dot(rough[i]).abs() < 1e-4);
@@ -168,7 +173,7 @@ fn normals_are_means_over_the_ring() {
 #[test]
 fn normals_are_means_over_interior_sites_of_the_patch() {
     for (n, workgroup) in [(0, None), (1, None), (63, Some(8)), (64, None), (65, Some(8)), (600, None)] {
-        let scene = CurveScene::new(n, 1);
+        let scene = CurveScene::in_blocks(n, 1, n / 2 + 1);
         let stage = SmoothNormals::new(device(), n, true, workgroup).unwrap();
         let mut recorder = device().recorder().unwrap();
         stage.record(&mut recorder, &scene.normals, &scene.neighbours, &scene.sites).unwrap();

@@ -10,6 +10,7 @@ use rand::RngExt;
 use rtfmesh::gpu::Buffer;
 use rtfmesh::mesh::samples::sample;
 use rtfmesh::mesh::sizing::SizeField;
+use rtfmesh::stages::blocks::{Block, Blocked};
 use rtfmesh::stages::face::planar::PlanarInputs;
 use rtfmesh::stages::neighbours::lists::{ListOptions, Lists};
 use rtfmesh::stages::sizing::{DeviceSizes, Sizing};
@@ -137,7 +138,9 @@ fn targets_drift_to_where_edges_are_to_be_short() {
         let lists = Lists::new(device(), n, &ListOptions::new(RING as u32)).unwrap();
         let on_device = Buffer::from_slice(device(), "test.sites", &words).unwrap();
         let packed = Buffer::from_slice(device(), "test.normals", &packed).unwrap();
-        let neighbours = Buffer::from_slice(device(), "test.neighbours", &slots(&near, RING)).unwrap();
+        let blocks = Block::divide(n, if curves { n } else { 240 });
+        let near_slots = slots(&near, RING);
+        let neighbours = Blocked::from_slice(device(), "test.neighbours", &blocks, &near_slots).unwrap();
         let inputs =
             PlanarInputs { neighbours: &neighbours, ..PlanarInputs::new(&on_device, &packed, &lists) };
         let (targets, centres) = (upload("test.targets", &wanted), upload("test.centroids", &centroids));

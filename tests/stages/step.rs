@@ -131,7 +131,7 @@ fn kept_off(scene: &CurveScene, lengths: &[f64], i: usize, to: DVec3) -> DVec3 {
 fn targets_keep_off_curves() {
     let sizes = [(1, None), (63, Some(8)), (64, None), (65, None), (900, Some(16))];
     for ((n, workgroup), sized) in sizes.into_iter().flat_map(|size| [(size, false), (size, true)]) {
-        let scene = CurveScene::new(n, 5);
+        let scene = CurveScene::in_blocks(n, 5, 350);
         let mut rng = rng(8);
         let lengths: Vec<f32> =
             (0..n).map(|_| if sized { rng.random_range(0.5..2.0) } else { 1.0 }).collect();

@@ -9,6 +9,7 @@ use crate::support::polygons::frame;
 use glam::{DVec3, Vec2, Vec4};
 use rand::RngExt;
 use rtfmesh::gpu::Buffer;
+use rtfmesh::stages::blocks::{Block, Blocked};
 use rtfmesh::stages::face::planar::PlanarInputs;
 use rtfmesh::stages::neighbours::lists::{ListOptions, Lists};
 
@@ -24,7 +25,7 @@ pub struct CurveScene {
     pub near: Vec<Vec<u32>>,
     pub sites: Buffer<Vec4>,
     pub normals: Buffer<u32>,
-    pub neighbours: Buffer<u32>,
+    pub neighbours: Blocked<u32>,
     pub away: Buffer<Vec2>,
     pub status: Buffer<u32>,
     pub lists: Lists,
@@ -32,6 +33,11 @@ pub struct CurveScene {
 
 impl CurveScene {
     pub fn new(n: usize, seed: u64) -> Self {
+        Self::in_blocks(n, seed, n)
+    }
+
+    /// With lists in blocks of so many sites.
+    pub fn in_blocks(n: usize, seed: u64, block: usize) -> Self {
         let (positions, mut normals) = on_sphere(n, seed);
         let positions = rounded(&positions);
         let mut rng = rng(seed);
@@ -58,6 +64,7 @@ impl CurveScene {
         let words: Vec<Vec4> =
             positions.iter().zip(&marks).map(|(p, mark)| p.as_vec3().extend(mark.encode())).collect();
         let sites = Buffer::from_slice(device(), "test.sites", &words).unwrap();
+        let blocks = Block::divide(n, block);
         let lists = Lists::new(device(), n, &ListOptions::new(K as u32)).unwrap();
         let mut recorder = device().recorder().unwrap();
         lists.record_build(&mut recorder, &sites).unwrap();
@@ -66,7 +73,7 @@ impl CurveScene {
             sites,
             lists,
             normals: Buffer::from_slice(device(), "test.normals", &packed).unwrap(),
-            neighbours: Buffer::from_slice(device(), "test.neighbours", &slots(&near, K)).unwrap(),
+            neighbours: Blocked::from_slice(device(), "test.neighbours", &blocks, &slots(&near, K)).unwrap(),
             away: Buffer::from_slice(device(), "test.away", &away).unwrap(),
             status: Buffer::from_slice(device(), "test.status", &[0; 4]).unwrap(),
             unit: packed.iter().map(|n| unpack(*n)).collect(),

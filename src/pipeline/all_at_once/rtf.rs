@@ -66,10 +66,10 @@ impl Search {
         }
     }
 
-    fn neighbours(&self) -> &Buffer<u32> {
+    fn neighbours(&self) -> Result<&Buffer<u32>> {
         match self {
-            Self::Brute(nearest) => &nearest.neighbours,
-            Self::Lists(lists) => &lists.neighbours,
+            Self::Brute(nearest) => Ok(&nearest.neighbours),
+            Self::Lists(lists) => lists.neighbours.whole(),
         }
     }
 }
@@ -149,7 +149,7 @@ impl PlaneFacesRun {
     fn record_faces(&self, recorder: &mut Recorder) -> Result<()> {
         self.site_tiles.record(recorder, &self.sites)?;
         self.near_sites.record(recorder, &self.sites, &self.site_tiles)?;
-        let neighbours = self.near_sites.neighbours();
+        let neighbours = self.near_sites.neighbours()?;
         self.projection.record_planes(recorder, &self.sites, neighbours)?;
         let (normals, flags) = (self.projection.normals(), self.projection.flags());
         self.faces.record(recorder, &self.sites, normals, neighbours, &self.site_tiles, flags)

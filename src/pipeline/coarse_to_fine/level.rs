@@ -6,6 +6,7 @@ use crate::pipeline::near_sites::LIST;
 use crate::pipeline::submission::Pace;
 use crate::progress::ProgressReporter;
 use crate::sites::on_surface::SitesOnSurface;
+use crate::stages::blocks::Block;
 use crate::stages::face::planar::{PlanarFaces, PlanarInputs, PlanarMove, PlanarOptions};
 use crate::stages::flags::FlagCounts;
 use crate::stages::neighbours::lists::{ListOptions, Lists};
@@ -117,7 +118,7 @@ impl Level {
     /// As [`Level::new`].
     pub fn compile(device: &Device) -> Result<()> {
         let parts: [&(dyn Fn() -> Result<()> + Sync); 5] = [
-            &|| PlanarFaces::new(device, 1, &PlanarOptions::new(LIST, 1)).map(drop),
+            &|| PlanarFaces::new(device, &Block::divide(1, 1), &PlanarOptions::new(LIST, 1)).map(drop),
             &|| Lists::new(device, 1, &ListOptions::new(LIST)).map(drop),
             &|| Walk::new(device, 1, None).map(drop),
             &|| SmoothNormals::new(device, 1, false, None).map(drop),
@@ -131,12 +132,17 @@ impl Level {
         let Start { sites, pinned } = start;
         let n = sites.len();
         let curves = pinned.is_some();
+        let lists = Lists::new(device, n, &ListOptions::new(LIST))?;
         Ok(Self {
             sites: Buffer::new(device, "default.sites", n)?,
             site_triangle: Buffer::from_slice(device, "default.site_triangle", &sites.triangles)?,
-            lists: Lists::new(device, n, &ListOptions::new(LIST))?,
             normals: SmoothNormals::new(device, n, curves, None)?,
-            faces: PlanarFaces::new(device, n, &PlanarOptions::new(LIST, iterations))?,
+            faces: PlanarFaces::new(
+                device,
+                &lists.neighbours.blocks(),
+                &PlanarOptions::new(LIST, iterations),
+            )?,
+            lists,
             walk: Walk::new(device, n, None)?,
             settle: Settle::new(device, n, iterations, pinned.as_ref().map(|p| p.moving), None)?,
             keep_off: curves.then(|| KeepOff::new(device, has_sizes, None)).transpose()?,
@@ -238,15 +244,12 @@ impl Level {
 
     fn read(&self, device: &Device, steps: Vec<f64>) -> Result<Relaxed> {
         let mut recorder = device.recorder()?;
-        // The lists may be from before the last moves; they are candidates, no more.
         let positions = recorder.download(&self.sites)?;
         let triangles = recorder.download(&self.site_triangle)?;
-        let near = recorder.download(&self.lists.neighbours)?;
-        let insecure = recorder.download(&self.faces.insecure)?;
         let walked = recorder.download(&self.walk.normals)?;
         let downloads = recorder.submit()?;
-        let insecure: Vec<u32> = downloads.read(&insecure)?;
         let last = (steps.len() as u32).checked_sub(1);
+        let open = last.map_or(Ok(0), |last| self.faces.counts(last).map(|counts| counts.open))?;
         Ok(Relaxed {
             sites: SitesOnSurface {
                 positions: downloads
@@ -256,9 +259,10 @@ impl Level {
                     .collect(),
                 triangles: downloads.read(&triangles)?,
             },
-            near: downloads.read(&near)?,
+            // They may be from before the last moves; they are candidates, no more.
+            near: self.lists.neighbours.to_vec(device)?,
             flags: FlagCounts {
-                unbounded: last.map_or(0, |l| self.faces.counts(&insecure, l).open),
+                unbounded: open,
                 walk_stopped: Walk::stopped(&downloads.read(&walked)?),
                 ..FlagCounts::default()
             },

@@ -8,6 +8,7 @@
 use crate::Result;
 use crate::gpu::kernels::face::{planar, planar_exact, planar_rest};
 use crate::gpu::{Buffer, Device, Pipeline, Recorder, Threads};
+use crate::stages::blocks::{Block, Blocked};
 use crate::stages::neighbours::lists::{BoxTree, Lists, NEAR};
 use glam::{Vec2, Vec4};
 
@@ -18,8 +19,8 @@ pub struct PlanarInputs<'a> {
     pub sites: &'a Buffer<Vec4>,
     /// Unit normals of the tangent planes, packed as in `glsl/common/octahedral.glsl`.
     pub normals: &'a Buffer<u32>,
-    /// Lists, nearest first: `neighbours[slot * sites + site]`.
-    pub neighbours: &'a Buffer<u32>,
+    /// Lists, nearest first.
+    pub neighbours: &'a Blocked<u32>,
     /// How near the sites after the first [`NEAR`] (x) and outside the list (y) may be, had only the site
     /// itself moved since the list was made.
     pub away: &'a Buffer<Vec2>,
@@ -110,17 +111,26 @@ pub struct PlanarFaces {
     pub targets: Buffer<Vec4>,
     /// The area centroids of the last iteration; w = 0 before the first.
     pub centroids: Buffer<Vec4>,
-    /// [`PlanarCounts`] of every iteration, then lists for the kernels; see `glsl/face/planar_targets.glsl`.
-    pub insecure: Buffer<u32>,
+    /// For each block of sites, counts of every iteration, then lists for the kernels; see
+    /// `glsl/face/planar_targets.glsl`.
+    insecure: Vec<Buffer<u32>>,
     iterations: u32,
+}
+
+/// A block of sites, its lists, and what is written of it.
+struct Listed<'a> {
+    own: Block,
+    neighbours: &'a Buffer<u32>,
+    insecure: &'a Buffer<u32>,
 }
 
 /// Push constants and bindings of one of the two kernels that read lists.
 macro_rules! listed {
-    ($kernel:ident, $faces:expr, $inputs:expr, $step:expr $(, $more:ident: $value:expr)?) => {
+    ($kernel:ident, $faces:expr, $inputs:expr, $step:expr, $block:expr $(, $more:ident: $value:expr)?) => {
         (
             $kernel::Push {
-                site_count: $inputs.sites.len() as u32,
+                first: $block.own.first,
+                block_sites: $block.own.sites,
                 iteration: $step.iteration,
                 iterations: $faces.iterations,
                 momentum: $step.momentum,
@@ -131,29 +141,31 @@ macro_rules! listed {
             $kernel::Bindings {
                 sites: $inputs.sites,
                 normals: $inputs.normals,
-                neighbours: $inputs.neighbours,
+                neighbours: $block.neighbours,
                 away: $inputs.away,
                 status: $inputs.status,
                 targets: &$faces.targets,
                 centroids: &$faces.centroids,
-                insecure: &$faces.insecure,
+                insecure: $block.insecure,
             },
         )
     };
 }
 
 impl PlanarFaces {
-    /// For `sites` sites.
+    /// For sites with lists in these `blocks`.
     ///
     /// # Errors
     /// [`crate::Error::OutOfMemory`] or [`crate::Error::Device`].
-    pub fn new(device: &Device, sites: usize, options: &PlanarOptions) -> Result<Self> {
+    pub fn new(device: &Device, blocks: &[Block], options: &PlanarOptions) -> Result<Self> {
         let PlanarOptions { k, iterations, slots, workgroup } = *options;
         let mut near = planar::Constants { k: NEAR.min(k), ..Default::default() };
         let mut rest = planar_rest::Constants { k, slots, ..Default::default() };
         near.workgroup = workgroup.unwrap_or(near.workgroup);
         rest.workgroup = options.workgroup_of(device, rest.workgroup);
-        let words = 3 * iterations as usize + 4 * sites;
+        let sites = blocks.iter().map(|block| block.sites as usize).sum();
+        let words = |block: &Block| 3 * iterations as usize + 4 * block.sites as usize;
+        let insecure = |block: &Block| Buffer::zeros(device, "default.face.insecure", words(block));
         // The first time they are compiled, which takes a while.
         let (near, rest) = rayon::join(|| Pipeline::new(device, near), || Pipeline::new(device, rest));
         Ok(Self {
@@ -163,7 +175,7 @@ impl PlanarFaces {
             device: device.clone(),
             targets: Buffer::new(device, "default.face.targets", sites)?,
             centroids: Buffer::zeros(device, "default.face.centroids", sites)?,
-            insecure: Buffer::zeros(device, "default.face.insecure", words)?,
+            insecure: blocks.iter().map(insecure).collect::<Result<_>>()?,
             iterations,
         })
     }
@@ -188,45 +200,86 @@ impl PlanarFaces {
         inputs: &PlanarInputs<'_>,
         step: &PlanarMove,
     ) -> Result<()> {
-        let sites = inputs.sites.len();
-        let (push, bindings) = listed!(planar, self, inputs, step);
-        recorder.dispatch(&self.near, Threads(sites), &push, &bindings)?;
-        // Few faces are left; both kernels loop over them with however many threads they have.
-        let (push, bindings) = listed!(planar_rest, self, inputs, step, take_all: u32::from(!step.exact));
-        recorder.dispatch(&self.rest, Threads(sites.div_ceil(16)), &push, &bindings)?;
-        if !step.exact {
-            return Ok(());
+        for block in self.blocks(inputs) {
+            let (push, bindings) = listed!(planar, self, inputs, step, block);
+            recorder.dispatch(&self.near, Threads(block.own.sites as usize), &push, &bindings)?;
         }
-        let push = planar_exact::Push {
-            starts_low: inputs.tree.starts[0],
-            starts_high: inputs.tree.starts[1],
-            levels: inputs.tree.levels,
-            site_count: push.site_count,
-            iteration: push.iteration,
-            iterations: push.iterations,
-            momentum: push.momentum,
-            largest_move: push.largest_move,
-            widest: push.widest,
-        };
-        let bindings = planar_exact::Bindings {
-            sites: inputs.sites,
-            normals: inputs.normals,
-            boxes: inputs.tree.boxes,
-            targets: &self.targets,
-            centroids: &self.centroids,
-            insecure: &self.insecure,
-        };
-        // Not too many for each thread: lavapipe ends a thread after 65,535 rounds of all its loops together.
-        // There are few such faces unless there are few sites at all.
-        let threads = sites.min(FEW).max(sites.div_ceil(4));
-        let exact = Pipeline::<planar_exact::Shader>::new(&self.device, self.exact)?;
-        recorder.dispatch(&exact, Threads(threads), &push, &bindings)
+        // Few faces are left; both kernels loop over them with however many threads they have.
+        for block in self.blocks(inputs) {
+            let take_all = u32::from(!step.exact);
+            let (push, bindings) = listed!(planar_rest, self, inputs, step, block, take_all: take_all);
+            recorder.dispatch(
+                &self.rest,
+                Threads(block.own.sites.div_ceil(16) as usize),
+                &push,
+                &bindings,
+            )?;
+        }
+        if step.exact { self.record_exact(recorder, inputs, step) } else { Ok(()) }
     }
 
-    /// What happened in `iteration`, from the contents of [`PlanarFaces::insecure`].
-    pub fn counts(&self, insecure: &[u32], iteration: u32) -> PlanarCounts {
-        let count =
-            |kind| insecure.get((kind * self.iterations + iteration) as usize).map_or(0, |c| *c as usize);
-        PlanarCounts { undecided_by_near: count(0), undecided_by_list: count(1), open: count(2) }
+    fn record_exact(
+        &self,
+        recorder: &mut Recorder,
+        inputs: &PlanarInputs<'_>,
+        step: &PlanarMove,
+    ) -> Result<()> {
+        let exact = Pipeline::<planar_exact::Shader>::new(&self.device, self.exact)?;
+        for Listed { own: block, insecure, .. } in self.blocks(inputs) {
+            let push = planar_exact::Push {
+                starts_low: inputs.tree.starts[0],
+                starts_high: inputs.tree.starts[1],
+                levels: inputs.tree.levels,
+                site_count: inputs.sites.len() as u32,
+                block_sites: block.sites,
+                iteration: step.iteration,
+                iterations: self.iterations,
+                momentum: step.momentum,
+                largest_move: step.largest_move,
+                widest: step.widest,
+            };
+            let bindings = planar_exact::Bindings {
+                sites: inputs.sites,
+                normals: inputs.normals,
+                boxes: inputs.tree.boxes,
+                targets: &self.targets,
+                centroids: &self.centroids,
+                insecure,
+            };
+            // Not too many for each thread: lavapipe ends a thread after 65,535 rounds of all its loops
+            // together. There are few such faces unless there are few sites at all.
+            let sites = block.sites as usize;
+            let threads = sites.min(FEW).max(sites.div_ceil(4));
+            recorder.dispatch(&exact, Threads(threads), &push, &bindings)?;
+        }
+        Ok(())
+    }
+
+    /// The blocks of sites, each with its buffers.
+    fn blocks<'a>(&'a self, inputs: &PlanarInputs<'a>) -> impl Iterator<Item = Listed<'a>> {
+        let blocks = inputs.neighbours.iter().zip(&self.insecure);
+        blocks.map(|((own, neighbours), insecure)| Listed { own, neighbours, insecure })
+    }
+
+    /// What happened in `iteration`; waits for the device.
+    ///
+    /// # Errors
+    /// As [`Buffer::to_vec`].
+    pub fn counts(&self, iteration: u32) -> Result<PlanarCounts> {
+        let mut recorder = self.device.recorder()?;
+        let counters = 3 * self.iterations as usize;
+        let copies = self.insecure.iter().map(|block| recorder.download_first(block, counters));
+        let copies = copies.collect::<Result<Vec<_>>>()?;
+        let downloads = recorder.submit()?;
+        let mut counts = PlanarCounts::default();
+        for copy in &copies {
+            let words = downloads.read(copy)?;
+            let count =
+                |kind| words.get((kind * self.iterations + iteration) as usize).map_or(0, |c| *c as usize);
+            counts.undecided_by_near += count(0);
+            counts.undecided_by_list += count(1);
+            counts.open += count(2);
+        }
+        Ok(counts)
     }
 }

@@ -48,7 +48,7 @@ impl PlanarPolygons {
         let bindings = polygons::Bindings {
             sites: inputs.sites,
             normals: inputs.normals,
-            neighbours: inputs.neighbours,
+            neighbours: inputs.neighbours.whole()?,
             boxes: inputs.tree.boxes,
             corner_count: &self.corner_count,
             corners: &self.corners,

@@ -2,6 +2,7 @@
 
 use crate::gpu::kernels::neighbours::{box_levels, decide, lists, moved};
 use crate::gpu::{Buffer, Device, Pipeline, Recorder, Threads};
+use crate::stages::blocks::{Block, Blocked};
 use crate::{Error, Result};
 use glam::{UVec4, Vec2, Vec4};
 
@@ -37,12 +38,14 @@ pub struct ListOptions {
     /// Whether the lanes of a subgroup of eight keep each other's sites in registers, where a subgroup has
     /// eight lanes.
     pub registers: bool,
+    /// Sites in a block of lists; `None`: as many as fit into one buffer.
+    pub block: Option<usize>,
 }
 
 impl ListOptions {
     /// Lists of `k` neighbours.
     pub fn new(k: u32) -> Self {
-        Self { k, workgroup: None, window: lists::Constants::default().window, registers: true }
+        Self { k, workgroup: None, window: lists::Constants::default().window, registers: true, block: None }
     }
 }
 
@@ -72,12 +75,12 @@ pub struct Lists {
     decide_kernel: Pipeline<decide::Shader>,
     levels: Vec<Level>,
     boxes: Buffer<Vec4>,
-    /// Workgroups of every dispatch that builds the lists: each level, then the lists. `groups`: as decided.
+    /// Workgroups of every dispatch that builds the lists: each level, then each block of lists. `groups`: as
+    /// decided.
     full: Buffer<UVec4>,
     groups: Buffer<UVec4>,
-    /// `neighbours[slot * sites + site]`, nearest first, ties by index; [`crate::mesh::NONE`] where there are
-    /// fewer.
-    pub neighbours: Buffer<u32>,
+    /// The nearest sites of each, nearest first, ties by index; [`crate::mesh::NONE`] where there are fewer.
+    pub neighbours: Blocked<u32>,
     /// Distances of the nearest site after the first [`NEAR`] (x) and outside
     /// the list (y) when it was made; [`ENDLESS`] if there is none.
     pub reach: Buffer<Vec2>,
@@ -117,7 +120,9 @@ impl Lists {
         let recorder = device.recorder()?;
         let mut full: Vec<UVec4> =
             levels.iter().map(|l| recorder.groups(&boxes_kernel, Threads(l.padded as usize))).collect();
-        full.push(recorder.groups(&lists_kernel, Threads(sites)));
+        let k = options.k as usize;
+        let blocks = Block::divide(sites, options.block.unwrap_or_else(|| Block::largest(device, 4 * k)));
+        full.extend(blocks.iter().map(|b| recorder.groups(&lists_kernel, Threads(b.sites as usize))));
         Ok(Self {
             boxes_kernel,
             lists_kernel,
@@ -127,7 +132,7 @@ impl Lists {
             boxes: Buffer::new(device, "neighbours.lists.boxes", 2 * box_count)?,
             groups: Buffer::new(device, "neighbours.lists.groups", full.len())?,
             full: Buffer::from_slice(device, "neighbours.lists.full", &full)?,
-            neighbours: Buffer::new(device, "neighbours.lists.neighbours", sites * options.k as usize)?,
+            neighbours: Blocked::new(device, "neighbours.lists.neighbours", &blocks, k)?,
             reach: Buffer::new(device, "neighbours.lists.reach", sites)?,
             list_sites: Buffer::new(device, "neighbours.lists.sites", sites)?,
             away: Buffer::new(device, "neighbours.lists.away", sites)?,
@@ -195,16 +200,27 @@ impl Lists {
             recorder.dispatch_indirect(&self.boxes_kernel, &self.groups, i, &push, &bindings)?;
         }
         let BoxTree { starts: [starts_low, starts_high], levels, .. } = self.tree();
-        let push = lists::Push { starts_low, starts_high, site_count: sites.len() as u32, levels };
-        let bindings = lists::Bindings {
-            sites,
-            boxes: &self.boxes,
-            neighbours: &self.neighbours,
-            reach: &self.reach,
-            list_sites: &self.list_sites,
-            away: &self.away,
-        };
-        recorder.dispatch_indirect(&self.lists_kernel, &self.groups, self.levels.len(), &push, &bindings)
+        for (i, (block, neighbours)) in self.neighbours.iter().enumerate() {
+            let push = lists::Push {
+                starts_low,
+                starts_high,
+                site_count: sites.len() as u32,
+                levels,
+                first: block.first,
+                block_sites: block.sites,
+            };
+            let bindings = lists::Bindings {
+                sites,
+                boxes: &self.boxes,
+                neighbours,
+                reach: &self.reach,
+                list_sites: &self.list_sites,
+                away: &self.away,
+            };
+            let at = self.levels.len() + i;
+            recorder.dispatch_indirect(&self.lists_kernel, &self.groups, at, &push, &bindings)?;
+        }
+        Ok(())
     }
 }
 

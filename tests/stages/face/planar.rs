@@ -34,9 +34,15 @@ struct Scene {
 
 impl Scene {
     fn new(positions: &[DVec3], normals: &[DVec3], k: u32, widest: f64) -> Self {
+        Self::in_blocks(positions, normals, k, widest, None)
+    }
+
+    /// With lists in blocks of so many sites.
+    fn in_blocks(positions: &[DVec3], normals: &[DVec3], k: u32, widest: f64, block: Option<usize>) -> Self {
         let positions = rounded(positions);
         let packed: Vec<u32> = normals.iter().map(|n| octahedral::pack(*n)).collect();
-        let lists = Lists::new(device(), positions.len(), &ListOptions::new(k)).unwrap();
+        let options = ListOptions { block, ..ListOptions::new(k) };
+        let lists = Lists::new(device(), positions.len(), &options).unwrap();
         let sites = upload("test.sites", &positions);
         let mut recorder = device().recorder().unwrap();
         lists.record_build(&mut recorder, &sites).unwrap();
@@ -157,13 +163,12 @@ fn step(momentum: f32, widest: f64) -> PlanarMove {
 }
 
 fn targets(scene: &Scene, options: &PlanarOptions) -> (Vec<Vec4>, PlanarCounts) {
-    let n = scene.positions.len();
-    let faces = PlanarFaces::new(device(), n, options).unwrap();
+    let faces = PlanarFaces::new(device(), &scene.lists.neighbours.blocks(), options).unwrap();
     let mut recorder = device().recorder().unwrap();
     faces.record(&mut recorder, &scene.inputs(), &step(0.0, scene.widest)).unwrap();
     recorder.submit().unwrap();
     assert_valid(device());
-    let counts = faces.counts(&faces.insecure.to_vec(device()).unwrap(), 0);
+    let counts = faces.counts(0).unwrap();
     (faces.targets.to_vec(device()).unwrap(), counts)
 }
 
@@ -252,14 +257,14 @@ fn without_the_walk_undecided_faces_are_what_the_list_makes_of_them() {
         let scene = Scene::new(&sites, &normals, 8, widest);
         let options = scene.options();
         let (exact, counts) = targets(&scene, &options);
-        let faces = PlanarFaces::new(device(), sites.len(), &options).unwrap();
+        let faces = PlanarFaces::new(device(), &scene.lists.neighbours.blocks(), &options).unwrap();
         let mut recorder = device().recorder().unwrap();
         let step = PlanarMove { exact: false, ..step(0.0, widest) };
         faces.record(&mut recorder, &scene.inputs(), &step).unwrap();
         recorder.submit().unwrap();
         assert_valid(device());
         let got = faces.targets.to_vec(device()).unwrap();
-        assert_eq!(faces.counts(&faces.insecure.to_vec(device()).unwrap(), 0).undecided_by_list, 0, "{name}");
+        assert_eq!(faces.counts(0).unwrap().undecided_by_list, 0, "{name}");
         let differ = (0..got.len()).filter(|i| got[*i] != exact[*i]).count();
         assert!(differ <= counts.undecided_by_list, "{name}: {differ} differ, {counts:?}");
         let far = |i: usize| f64::from(got[i].truncate().distance(exact[i].truncate()));
@@ -354,7 +359,16 @@ fn the_cell_kernel_gives_the_same_polygons() {
     let flags = Buffer::from_slice(device(), "test.flags", &vec![0_u32; n]).unwrap();
     let mut recorder = device().recorder().unwrap();
     bounds.record(&mut recorder, &scene.sites).unwrap();
-    cells.record(&mut recorder, &scene.sites, &normals, &scene.lists.neighbours, &bounds, &flags).unwrap();
+    cells
+        .record(
+            &mut recorder,
+            &scene.sites,
+            &normals,
+            scene.lists.neighbours.whole().unwrap(),
+            &bounds,
+            &flags,
+        )
+        .unwrap();
     recorder.submit().unwrap();
     assert_valid(device());
     let (count, flags) = (cells.corner_count.to_vec(device()).unwrap(), flags.to_vec(device()).unwrap());
@@ -409,10 +423,23 @@ fn the_back_of_a_sheet_does_not_count() {
 }
 
 #[test]
+fn faces_do_not_depend_on_the_blocks_of_the_lists() {
+    for (name, sites, normals, widest) in scenes() {
+        let whole = Scene::new(&sites, &normals, 8, widest);
+        let want = targets(&whole, &whole.options());
+        for block in [1 + sites.len() / 2, 90, sites.len() - 1] {
+            let scene = Scene::in_blocks(&sites, &normals, 8, widest, Some(block));
+            assert!(scene.lists.neighbours.whole().is_err(), "{name}");
+            assert_eq!(targets(&scene, &scene.options()), want, "{name} in blocks of {block}");
+        }
+    }
+}
+
+#[test]
 fn momentum_adds_the_last_motion() {
     let (positions, normals) = on_sphere(700, 4);
     let mut scene = Scene::new(&positions, &normals, 24, 0.2);
-    let faces = PlanarFaces::new(device(), positions.len(), &scene.options()).unwrap();
+    let faces = PlanarFaces::new(device(), &scene.lists.neighbours.blocks(), &scene.options()).unwrap();
     let run = |scene: &Scene, momentum: f32, iteration: u32| {
         let mut recorder = device().recorder().unwrap();
         let step = PlanarMove { iteration, ..step(momentum, scene.widest) };
@@ -444,7 +471,7 @@ fn momentum_adds_the_last_motion() {
 fn the_longest_move_is_kept() {
     let (positions, normals) = on_sphere(300, 5);
     let scene = Scene::new(&positions, &normals, 24, 0.2);
-    let faces = PlanarFaces::new(device(), 300, &scene.options()).unwrap();
+    let faces = PlanarFaces::new(device(), &scene.lists.neighbours.blocks(), &scene.options()).unwrap();
     let mut recorder = device().recorder().unwrap();
     let step = PlanarMove { largest_move: 1e-3, ..step(0.0, scene.widest) };
     faces.record(&mut recorder, &scene.inputs(), &step).unwrap();
@@ -458,11 +485,10 @@ fn the_longest_move_is_kept() {
 
 #[test]
 fn faces_are_cut_by_sites_of_the_patch_and_on_curves() {
-    let scene = CurveScene::new(900, 4);
-    let n = scene.positions.len();
-    for workgroup in [None, Some(16)] {
+    for (workgroup, block) in [(None, 900), (Some(16), 900), (None, 250)] {
+        let scene = CurveScene::in_blocks(900, 4, block);
         let options = PlanarOptions { workgroup, ..PlanarOptions::new(K as u32, 1) };
-        let faces = PlanarFaces::new(device(), n, &options).unwrap();
+        let faces = PlanarFaces::new(device(), &scene.neighbours.blocks(), &options).unwrap();
         let step = PlanarMove { iteration: 0, momentum: 0.9, largest_move: 10.0, widest: 1.0, exact: true };
         let mut recorder = device().recorder().unwrap();
         faces.record(&mut recorder, &scene.inputs(), &step).unwrap();

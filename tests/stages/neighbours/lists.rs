@@ -67,6 +67,8 @@ fn ways(k: u32) -> Vec<ListOptions> {
         own,
         ListOptions { registers: false, ..own },
         ListOptions { workgroup: Some(32), window: 1, ..own },
+        ListOptions { block: Some(200), ..own },
+        ListOptions { block: Some(30), registers: false, ..own },
         ListOptions { workgroup: Some(64), registers: false, window: 3, ..own },
     ]
 }
@@ -187,11 +189,12 @@ fn lists_stay_valid_while_sites_move() {
                 ));
         }
     };
-    for (count, max_rho) in [(600, 0.2), (600, 0.05), (20, 0.2)] {
+    for (count, max_rho, block) in [(600, 0.2, 600), (600, 0.05, 250), (20, 0.2, 20)] {
         let (start, _) = on_sphere(count, 3);
         let mut sites = vec4(&sorted(&start));
         let buffer = Buffer::from_slice(device, "test.sites", &sites).unwrap();
-        let made = Lists::new(device, count, &ListOptions::new(24)).unwrap();
+        let options = ListOptions { block: Some(block), ..ListOptions::new(24) };
+        let made = Lists::new(device, count, &options).unwrap();
         let mut recorder = device.recorder().unwrap();
         made.record_build(&mut recorder, &buffer).unwrap();
         recorder.submit().unwrap();
