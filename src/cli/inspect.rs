@@ -5,9 +5,10 @@ use super::heading::{FEATURES, OUTPUT, SIZE};
 use super::table;
 use super::target_count::vertex_count;
 use super::terminal::print;
+use super::volume;
 use anyhow::Result;
 use rtfmesh::io;
-use rtfmesh::io::Loaded;
+use rtfmesh::io::{Input, Loaded, Volume};
 use rtfmesh::mesh::features::{
     Curve, CurveKind, Dropped, FeatureOptions, Features, find_features, spacing_of, user_edges,
 };
@@ -22,11 +23,11 @@ const EXAMPLES: &str = "Examples:
   rtfmesh inspect fandisk.ply -n 10k --skeleton curves.obj
   rtfmesh inspect fandisk.ply --feature-angle 20 --json";
 
-/// Show a mesh's topology, its repairs, and its curves, corners and patches.
+/// Show a mesh's topology, its repairs, and its curves, corners and patches; or a volume's size and range.
 #[derive(clap::Args)]
 #[command(after_help = EXAMPLES)]
 pub struct Args {
-    /// Mesh to inspect; - is standard input
+    /// Mesh or volume to inspect; - is standard input
     mesh: PathBuf,
     /// Number of vertices to remesh to, such as 10k [default: the mesh's]
     ///
@@ -91,7 +92,10 @@ pub fn run(args: &Args) -> Result<()> {
         io::check_text_target(path)?;
     }
     let name = input_name(&args.mesh);
-    let loaded = args.input_format.load(&args.mesh)?;
+    let loaded = match args.input_format.load_any(&args.mesh, false)? {
+        Input::Volume(volume) => return print_volume(args, &volume),
+        Input::Mesh(loaded) => loaded.with_faces().map_err(|e| e.in_file(name))?,
+    };
     let lines = args.features.as_deref().map(FeatureLines::read).transpose()?;
     let (inspection, mesh, found) =
         inspect(&loaded, args.vertices, args.feature_angle, lines.as_ref()).map_err(|e| e.in_file(name))?;
@@ -99,6 +103,22 @@ pub fn run(args: &Args) -> Result<()> {
         io::write_features(path, &mesh, &found)?;
     }
     print(&if args.json { to_json(&inspection)? } else { table::two_columns(rows(&inspection)) })
+}
+
+/// Prints what can be said of values on a grid.
+fn print_volume(args: &Args, volume: &Volume) -> Result<()> {
+    let given = [
+        ("-n", args.vertices.is_some()),
+        ("--features", args.features.is_some()),
+        ("--skeleton", args.skeleton.is_some()),
+    ];
+    if let Some((name, _)) = given.iter().find(|(_, given)| *given) {
+        let input = input_name(&args.mesh).display();
+        let problem = format!("{name} works only with meshes, and {input} is a volume");
+        return Err(Error::usage(problem, "leave it out").into());
+    }
+    let found = volume::Inspection::new(volume);
+    print(&if args.json { to_json(&found)? } else { table::two_columns(found.rows()) })
 }
 
 /// Inspects a mesh for a result of so many vertices. Returns also the repaired mesh and its features.

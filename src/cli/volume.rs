@@ -10,6 +10,8 @@ use rtfmesh::volume::{
     Inside, IsoOptions, IsoSurface, LabelOptions, iso_surface_with_progress, label_surface_with_progress,
 };
 use rtfmesh::{Error, Method, Options, Result};
+use serde::Serialize;
+use std::collections::HashSet;
 use std::path::Path;
 use std::time::Instant;
 
@@ -56,7 +58,8 @@ impl VolumeArgs {
     /// object's, so the options get no sharp edges unless they were asked for.
     ///
     /// # Errors
-    /// [`Error::Usage`] for options that do not fit to what was read; those of [`iso_surface_with_progress`].
+    /// [`Error::Usage`] for options that do not fit to what was read; those of
+    /// [`iso_surface_with_progress`].
     pub fn surface(
         &self,
         mut volume: Volume,
@@ -162,4 +165,66 @@ fn told(volume: &Volume, iso: f64, found: &IsoSurface) -> String {
          {side} (--inside {other} turns it over)",
         found.mesh.triangles.len()
     )
+}
+
+/// What `inspect` prints of a volume.
+#[derive(Serialize)]
+pub struct Inspection<'a> {
+    notes: &'a [String],
+    /// Nodes along each axis.
+    size: [usize; 3],
+    /// Between them.
+    spacing: [f64; 3],
+    /// The place of the first node.
+    origin: [f64; 3],
+    /// The least and the greatest value; none if no value is finite.
+    range: Option<[f32; 2]>,
+    /// Values that are NaN or infinite.
+    not_finite: usize,
+    /// Different values, if all are whole numbers that may be labels.
+    labels: Option<usize>,
+}
+
+impl<'a> Inspection<'a> {
+    pub fn new(volume: &'a Volume) -> Self {
+        Self {
+            notes: &volume.notes,
+            size: volume.size,
+            spacing: volume.spacing().to_array(),
+            origin: volume.frame.translation.to_array(),
+            range: volume.range(),
+            not_finite: volume.values.iter().filter(|value| !value.is_finite()).count(),
+            labels: labels(&volume.values),
+        }
+    }
+
+    pub fn rows(&self) -> Vec<(&'static str, String)> {
+        let joined = |all: [f64; 3], between: &str| all.map(|x| format!("{x:.6}")).join(between);
+        let [low, high] =
+            self.range.map_or(["-".to_owned(), "-".to_owned()], |range| range.map(|x| x.to_string()));
+        vec![
+            ("values", self.size.map(|n| n.to_string()).join(" x ")),
+            ("spacing", joined(self.spacing, ", ")),
+            ("first value at", joined(self.origin, ", ")),
+            ("least, greatest value", format!("{low}, {high}")),
+            ("values that are not finite", self.not_finite.to_string()),
+            (
+                "different labels",
+                self.labels
+                    .map_or_else(|| "-, not all are whole numbers from 0".to_owned(), |n| n.to_string()),
+            ),
+        ]
+    }
+}
+
+/// How many different values there are, if [`rtfmesh::volume::label_surface`] takes them.
+fn labels(values: &[f32]) -> Option<usize> {
+    let mut found = HashSet::new();
+    for value in values {
+        if value.fract() != 0.0 || !(0.0..=rtfmesh::volume::MOST_LABEL).contains(value) {
+            return None;
+        }
+        found.insert(*value as u32);
+    }
+    Some(found.len())
 }

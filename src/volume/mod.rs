@@ -7,5 +7,6 @@ mod labels;
 
 pub use iso::{Inside, IsoOptions, IsoSurface, iso_surface, iso_surface_with_progress};
 pub use labels::{
-    LABEL_BEFORE, LABEL_BEHIND, LabelOptions, LabelSurface, label_surface, label_surface_with_progress,
+    LABEL_BEFORE, LABEL_BEHIND, LabelOptions, LabelSurface, MOST_LABEL, label_surface,
+    label_surface_with_progress,
 };

@@ -214,6 +214,11 @@ fn the_program_makes_a_mesh_of_a_volume() {
     assert!(report.contains("its surface at 0 has"), "{report}");
     let (plan, _) = place.run("remesh ball.npy --dry-run -n 300 --iso 0");
     assert!(plan.contains("300"), "{plan}");
+    let (shown, _) = place.run("inspect ball.npy");
+    assert!(shown.contains("20 x 20 x 20") && shown.contains("not all are whole"), "{shown}");
+    let (json, _) = place.run("inspect ball.npy --json");
+    let json: serde_json::Value = serde_json::from_str(&json).unwrap();
+    assert_eq!((json["size"][2].as_u64(), json["not_finite"].as_u64()), (Some(20), Some(0)));
     // Without a choice, the range helps to make one.
     for (arguments, code, said) in [
         ("remesh ball.npy out.ply -n 300", 2, "add --iso VALUE"),
@@ -222,7 +227,8 @@ fn the_program_makes_a_mesh_of_a_volume() {
         ("remesh ball.npy out.ply -n 300 --normals-only", 3, "no mesh"),
         ("remesh out.ply o.ply -n 300 --iso 0", 2, "works only with volumes"),
         ("remesh ball.npy out.npy -n 300 --iso 0", 1, "no faces"),
-        ("inspect ball.npy", 3, "values on a grid"),
+        ("measure ball.npy", 3, "values on a grid"),
+        ("inspect ball.npy -n 30", 2, "works only with meshes"),
         ("remesh ball.npy o.ply -n 9 --iso 0 --spacing 1,2", 2, "three lengths above 0"),
     ] {
         place.program(arguments).assert().code(code).stderr(predicate::str::contains(said));

@@ -202,6 +202,8 @@ fn the_program_keeps_labels_and_junctions() {
         };
         assert!(normal.dot(out) > 0.0, "{middle} {pair:?}");
     }
+    let (shown, _) = place.run("inspect pair.npy");
+    assert!(shown.lines().any(|l| l.trim().starts_with("different labels") && l.ends_with(" 3")), "{shown}");
     let both = place.program("remesh pair.npy out.ply -n 600 --labels --iso 1").assert().code(2);
     both.stderr(predicate::str::contains("--iso"));
 }

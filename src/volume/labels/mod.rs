@@ -85,15 +85,15 @@ pub fn label_surface_with_progress<F: Into<Flow>>(
 /// Rounds of contraction at most.
 const ROUNDS: usize = 3;
 
-/// Labels are exact in 32-bit floating-point numbers up to here.
-const MOST: f32 = 16_777_216.0;
+/// The greatest label. 32-bit floating-point numbers are exact up to here.
+pub const MOST_LABEL: f32 = 16_777_216.0;
 
 fn check(volume: &Volume) -> Result<()> {
     if u32::try_from(volume.values.len()).is_err() {
         let problem = format!("the volume has {} values, more than an index can count", volume.values.len());
         return Err(Error::input(None, problem, "cut it into parts"));
     }
-    let is_label = |value: &f32| value.fract() == 0.0 && (0.0..=MOST).contains(value);
+    let is_label = |value: &f32| value.fract() == 0.0 && (0.0..=MOST_LABEL).contains(value);
     let Some(value) = volume.values.iter().find(|value| !is_label(value)) else { return Ok(()) };
     let remedy = "give whole numbers from 0 to 16777216, or take the surface at a value";
     Err(Error::input(None, format!("{value} is no label"), remedy))
