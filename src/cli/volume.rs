@@ -146,8 +146,9 @@ fn borders(volume: &Volume, closed: bool, run: &mut RunProgress) -> Result<(Load
     let found = label_surface_with_progress(volume, &asked, |now| run.update(now))?;
     let [x, y, z] = volume.size;
     let notes = vec![format!(
-        "a volume of {x} x {y} x {z} values with {} labels: their borders have {} triangles",
+        "a volume of {x} x {y} x {z} values with {} label{}: {} triangles of borders",
         found.labels,
+        if found.labels == 1 { "" } else { "s" },
         found.mesh.triangles.len()
     )];
     Ok((Loaded { mesh: found.mesh, attributes: found.attributes, notes, ..Loaded::default() }, found.rim))
