@@ -2,7 +2,9 @@
 
 use crate::support::painted::painted_globe;
 use crate::support::place::Place;
+use crate::volume::{nifti, nrrd, volume_of};
 use rtfmesh::TriMesh;
+use rtfmesh::glam::DVec3;
 use rtfmesh::io::{read, write};
 use rtfmesh::mesh::samples::sample;
 use std::collections::HashSet;
@@ -52,6 +54,21 @@ fn kitchen() -> Place {
     write(&place.path("part.ply"), &part).unwrap();
     write(&place.path("points.ply"), &TriMesh { triangles: Vec::new(), ..scan.clone() }).unwrap();
     std::fs::write(place.path("painted.ply"), painted(&scan)).unwrap();
+    let bone = volume_of([16, 16, 16], |p| 600.0 - 50.0 * p.distance(DVec3::splat(7.4)));
+    let mut packed = flate2::write::GzEncoder::new(Vec::new(), flate2::Compression::default());
+    std::io::Write::write_all(&mut packed, &nifti(&bone)).unwrap();
+    std::fs::write(place.path("ct.nii.gz"), packed.finish().unwrap()).unwrap();
+    let organs = volume_of([16, 16, 16], |p| match p.distance(DVec3::splat(7.4)) {
+        far if far > 6.0 => 0.0,
+        _ => {
+            if p.x < 7.2 {
+                1.0
+            } else {
+                2.0
+            }
+        }
+    });
+    std::fs::write(place.path("organs.nrrd"), nrrd(&organs)).unwrap();
     std::fs::write(place.path("globe.gltf"), painted_globe()).unwrap();
     let [a, b, _] = part.corners(0).map(|p| format!("v {} {} {}\n", p.x, p.y, p.z));
     std::fs::write(place.path("lines.obj"), format!("{a}{b}l 1 2\n")).unwrap();

@@ -34,3 +34,25 @@ pub fn npy_of(header: &str, values: &[u8]) -> Vec<u8> {
     bytes.extend(values);
     bytes
 }
+
+/// The bytes of a volume as a NRRD file, with values as 32-bit numbers.
+pub fn nrrd(volume: &Volume) -> Vec<u8> {
+    let [x, y, z] = volume.size;
+    let header = format!("NRRD0004\ntype: float\ndimension: 3\nsizes: {x} {y} {z}\nencoding: raw\n\n");
+    [header.as_bytes(), bytemuck::cast_slice(&volume.values)].concat()
+}
+
+/// The bytes of a volume as a NIfTI file, with values as 32-bit numbers.
+pub fn nifti(volume: &Volume) -> Vec<u8> {
+    let mut bytes = vec![0; 352];
+    let mut put = |at: usize, value: &[u8]| bytes[at..at + value.len()].copy_from_slice(value);
+    let [x, y, z] = volume.size.map(|nodes| nodes as u16);
+    put(0, &348_i32.to_le_bytes());
+    put(40, bytemuck::cast_slice(&[3, x, y, z, 1, 1, 1, 1]));
+    put(70, &16_i16.to_le_bytes());
+    put(76, bytemuck::cast_slice(&[1.0_f32; 4]));
+    put(108, &352_f32.to_le_bytes());
+    put(344, b"n+1\0");
+    bytes.extend(bytemuck::cast_slice::<f32, u8>(&volume.values));
+    bytes
+}
