@@ -12,7 +12,6 @@ mod driver;
 mod errors;
 #[cfg(test)]
 mod faults;
-mod host_memory;
 mod instance;
 mod kernel;
 pub mod kernels;
