@@ -18,22 +18,14 @@ layout(set = 0, binding = 2) readonly buffer Reach { vec2 reach[]; };
 layout(set = 0, binding = 3) writeonly buffer Away { vec2 away[]; };
 layout(set = 0, binding = 4) buffer Status { uint status[]; };
 
-#include "common/sites.glsl"
-
 shared uint group_rho;
-
-vec3 list_site(uint i) {
-    if (PACKED == 0u) return list_sites[i].xyz;
-    uint k = 3u * i;
-    return vec3(PACKED_AT(list_sites, k), PACKED_AT(list_sites, k + 1u), PACKED_AT(list_sites, k + 2u));
-}
 
 void main() {
     uint site = thread_index();
     if (gl_LocalInvocationID.x == 0u) group_rho = 0u;
     barrier();
     if (site < site_count) {
-        float far = distance(site_at(site).xyz, list_site(site));
+        float far = distance(sites[site].xyz, list_sites[site].xyz);
         vec2 own = reach[site];
         away[site] = own - far;
         float rho = 0.0;

@@ -20,7 +20,7 @@ mod recorder;
 mod select;
 mod timer;
 
-pub use buffer::{Bound, Buffer, RawBuffer};
+pub use buffer::{Buffer, RawBuffer};
 pub use device::{Device, DeviceOptions};
 pub use kernel::{Access, BindingInfo, BindingSet, Kernel, KernelInfo, Pipeline, SpecializationConstants};
 pub use recorder::{Download, Recorder, Submitted, Threads};

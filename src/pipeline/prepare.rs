@@ -58,8 +58,7 @@ impl Prepared {
         let repaired = repaired_for(mesh, repaired, options)?;
         progress.poll()?;
         let frame = UnitFrame::of(&repaired.mesh)?;
-        // Curves are not known yet.
-        check_memory(device, &repaired.mesh, options, false)?;
+        check_memory(device, &repaired.mesh, options)?;
         let subdivided = subdivided(&repaired.mesh, options, progress)?;
         progress.poll()?;
         let division = divide(&repaired.mesh, &frame, options, progress);
@@ -89,11 +88,7 @@ impl Prepared {
         let model = match options.method {
             Method::CoarseToFine => {
                 let input = ModelInput { device, mesh: on, frame: &frame, surface: &surface };
-                let model = SurfaceModel::new(input, &options, progress)?;
-                if model.curves.is_some() {
-                    check_memory(device, on, &options, true)?;
-                }
-                Some(model)
+                Some(SurfaceModel::new(input, &options, progress)?)
             }
             Method::AllAtOnce => None,
         };

@@ -10,7 +10,6 @@ use crate::gpu::kernels::face::{planar, planar_exact, planar_rest};
 use crate::gpu::{Buffer, Device, Pipeline, Recorder, Threads};
 use crate::stages::blocks::{Block, Blocked};
 use crate::stages::neighbours::lists::{BoxTree, Lists, NEAR};
-use crate::stages::site_layout::SiteLayout;
 use glam::{Vec2, Vec4};
 
 /// What the kernels read of the sites.
@@ -50,15 +49,13 @@ pub struct PlanarOptions {
     pub slots: u32,
     /// Invocations of a workgroup; `None`: the kernels' own.
     pub workgroup: Option<u32>,
-    /// How sites are in their buffer.
-    pub layout: SiteLayout,
 }
 
 impl PlanarOptions {
     /// For lists of `k` and at most `iterations` iterations.
     pub fn new(k: u32, iterations: u32) -> Self {
         let slots = planar_exact::Constants::default().slots;
-        Self { k, iterations, slots, workgroup: None, layout: SiteLayout::Marked }
+        Self { k, iterations, slots, workgroup: None }
     }
 
     /// For a kernel of few invocations: where its `own` are less than a subgroup, lanes would be idle.
@@ -68,11 +65,7 @@ impl PlanarOptions {
 
     fn exact(&self, device: &Device) -> planar_exact::Constants {
         let own = planar_exact::Constants::default().workgroup;
-        planar_exact::Constants {
-            workgroup: self.workgroup_of(device, own),
-            slots: self.slots,
-            packed: self.layout.packed(),
-        }
+        planar_exact::Constants { workgroup: self.workgroup_of(device, own), slots: self.slots }
     }
 }
 
@@ -129,8 +122,6 @@ struct Listed<'a> {
     own: Block,
     neighbours: &'a Buffer<u32>,
     insecure: &'a Buffer<u32>,
-    targets: Buffer<Vec4>,
-    centroids: Buffer<Vec4>,
 }
 
 /// Push constants and bindings of one of the two kernels that read lists.
@@ -153,8 +144,8 @@ macro_rules! listed {
                 neighbours: $block.neighbours,
                 away: $inputs.away,
                 status: $inputs.status,
-                targets: &$block.targets,
-                centroids: &$block.centroids,
+                targets: &$faces.targets,
+                centroids: &$faces.centroids,
                 insecure: $block.insecure,
             },
         )
@@ -167,10 +158,9 @@ impl PlanarFaces {
     /// # Errors
     /// [`crate::Error::OutOfMemory`] or [`crate::Error::Device`].
     pub fn new(device: &Device, blocks: &[Block], options: &PlanarOptions) -> Result<Self> {
-        let PlanarOptions { k, iterations, slots, workgroup, layout } = *options;
-        let packed = layout.packed();
-        let mut near = planar::Constants { k: NEAR.min(k), packed, ..Default::default() };
-        let mut rest = planar_rest::Constants { k, slots, packed, ..Default::default() };
+        let PlanarOptions { k, iterations, slots, workgroup } = *options;
+        let mut near = planar::Constants { k: NEAR.min(k), ..Default::default() };
+        let mut rest = planar_rest::Constants { k, slots, ..Default::default() };
         near.workgroup = workgroup.unwrap_or(near.workgroup);
         rest.workgroup = options.workgroup_of(device, rest.workgroup);
         let sites = blocks.iter().map(|block| block.sites as usize).sum();
@@ -183,8 +173,8 @@ impl PlanarFaces {
             rest: rest?,
             exact: options.exact(device),
             device: device.clone(),
-            targets: Buffer::of_windows(device, "default.face.targets", sites)?,
-            centroids: Buffer::of_windows(device, "default.face.centroids", sites)?.zeroed(device)?,
+            targets: Buffer::new(device, "default.face.targets", sites)?,
+            centroids: Buffer::zeros(device, "default.face.centroids", sites)?,
             insecure: blocks.iter().map(insecure).collect::<Result<_>>()?,
             iterations,
         })
@@ -210,13 +200,12 @@ impl PlanarFaces {
         inputs: &PlanarInputs<'_>,
         step: &PlanarMove,
     ) -> Result<()> {
-        let blocks = self.blocks(inputs)?;
-        for block in &blocks {
+        for block in self.blocks(inputs) {
             let (push, bindings) = listed!(planar, self, inputs, step, block);
             recorder.dispatch(&self.near, Threads(block.own.sites as usize), &push, &bindings)?;
         }
         // Few faces are left; both kernels loop over them with however many threads they have.
-        for block in &blocks {
+        for block in self.blocks(inputs) {
             let take_all = u32::from(!step.exact);
             let (push, bindings) = listed!(planar_rest, self, inputs, step, block, take_all: take_all);
             recorder.dispatch(
@@ -226,24 +215,22 @@ impl PlanarFaces {
                 &bindings,
             )?;
         }
-        if step.exact { self.record_exact(recorder, inputs, &blocks, step) } else { Ok(()) }
+        if step.exact { self.record_exact(recorder, inputs, step) } else { Ok(()) }
     }
 
     fn record_exact(
         &self,
         recorder: &mut Recorder,
         inputs: &PlanarInputs<'_>,
-        blocks: &[Listed<'_>],
         step: &PlanarMove,
     ) -> Result<()> {
         let exact = Pipeline::<planar_exact::Shader>::new(&self.device, self.exact)?;
-        for Listed { own: block, insecure, targets, centroids, .. } in blocks {
+        for Listed { own: block, insecure, .. } in self.blocks(inputs) {
             let push = planar_exact::Push {
                 starts_low: inputs.tree.starts[0],
                 starts_high: inputs.tree.starts[1],
                 levels: inputs.tree.levels,
-                site_count: inputs.neighbours.sites() as u32,
-                first: block.first,
+                site_count: inputs.sites.len() as u32,
                 block_sites: block.sites,
                 iteration: step.iteration,
                 iterations: self.iterations,
@@ -255,8 +242,8 @@ impl PlanarFaces {
                 sites: inputs.sites,
                 normals: inputs.normals,
                 boxes: inputs.tree.boxes,
-                targets,
-                centroids,
+                targets: &self.targets,
+                centroids: &self.centroids,
                 insecure,
             };
             // Not too many for each thread: lavapipe ends a thread after 65,535 rounds of all its loops
@@ -269,12 +256,9 @@ impl PlanarFaces {
     }
 
     /// The blocks of sites, each with its buffers.
-    fn blocks<'a>(&'a self, inputs: &PlanarInputs<'a>) -> Result<Vec<Listed<'a>>> {
-        let listed = |((own, neighbours), insecure): ((Block, &'a Buffer<u32>), &'a Buffer<u32>)| {
-            let [targets, centroids] = [&self.targets, &self.centroids].map(|all| own.window(all));
-            Ok(Listed { own, neighbours, insecure, targets: targets?, centroids: centroids? })
-        };
-        inputs.neighbours.iter().zip(&self.insecure).map(listed).collect()
+    fn blocks<'a>(&'a self, inputs: &PlanarInputs<'a>) -> impl Iterator<Item = Listed<'a>> {
+        let blocks = inputs.neighbours.iter().zip(&self.insecure);
+        blocks.map(|((own, neighbours), insecure)| Listed { own, neighbours, insecure })
     }
 
     /// What happened in `iteration`; waits for the device.
