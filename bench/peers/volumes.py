@@ -65,12 +65,12 @@ def make(folder, n):
 
 
 def points_of(path):
-    """Random points of a mesh's faces with the faces they are on, even by area."""
+    """Random points of a mesh's faces, even by area."""
     import trimesh
 
     mesh = trimesh.load(path, process=False)
-    points, faces = trimesh.sample.sample_surface(mesh, 200_000, seed=1)
-    return mesh, np.asarray(points), faces
+    points, _ = trimesh.sample.sample_surface(mesh, 200_000, seed=1)
+    return mesh, np.asarray(points)
 
 
 def distance_of_balls(p, n):
@@ -86,7 +86,7 @@ def distance_of_balls(p, n):
 
 
 def judge(name, path, n):
-    mesh, p, _ = points_of(path)
+    mesh, p = points_of(path)
     of = lambda q: FIELDS[name](*q.T, n) if name != "balls" else distance_of_balls(q, n)
     for what, q in (("vertices", np.asarray(mesh.vertices)), ("faces", p)):
         d = np.abs(of(q))

@@ -59,6 +59,7 @@ fn a_ball_comes_back_round() {
         let square = off.map(|d| d * d).sum::<f64>() / found.mesh.vertices.len() as f64;
         // Stairs would be off by 0.29.
         assert!(square.sqrt() < 0.05, "{radius}: {}", square.sqrt());
+        // A shell of 0.05 has 1.9 % of the smaller ball's volume.
         let exact = 4.0 / 3.0 * PI * radius.powi(3);
         assert!((enclosed(&found, 7) / exact - 1.0).abs() < 0.02);
     }
@@ -113,6 +114,7 @@ fn labels_meet_in_a_smooth_curve() {
     assert!((length / (2.0 * PI * radius) - 1.0).abs() < 0.03, "{length}");
     for (a, _) in &curve {
         let p = place(*a) - DVec3::new(15.2, 12.0, 12.2);
+        // The nodes say no more than that the wall is between x = 15 and 16.
         assert!(p.x.abs() < 0.5 && (p.yz().length() - radius).abs() < 0.5, "{p}");
         assert_eq!(curve.iter().filter(|(b, c)| b == a || c == a).count(), 2);
     }

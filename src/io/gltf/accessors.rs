@@ -9,8 +9,10 @@ use base64::engine::general_purpose::STANDARD;
 use glam::DVec3;
 
 use super::model::{Accessor, Buffer, Model};
+use crate::io::binary;
 use crate::io::checks::excerpt;
 use crate::io::file::read_file_bytes;
+use crate::mesh::attributes::Kind;
 use crate::{Error, Result};
 
 /// The buffers of a file, each loaded when it is first needed.
@@ -48,14 +50,15 @@ impl<'a> Buffers<'a> {
             let problem = "its data is sparse or compressed, which is not supported".to_owned();
             return refuse(problem, "write the mesh again without compression and sparse data");
         };
-        let Some(component) = Number::from_code(accessor.component_type) else {
+        let Some(component) = from_code(accessor.component_type) else {
             return refuse(
                 format!("there is no component type {}", accessor.component_type),
                 "write the mesh again",
             );
         };
         let (bytes, stride) = self.view(view)?;
-        let size = component.size() * kind.strip_prefix("VEC").and_then(|n| n.parse().ok()).unwrap_or(1);
+        let size =
+            binary::size(component) * kind.strip_prefix("VEC").and_then(|n| n.parse().ok()).unwrap_or(1);
         let stride = stride.unwrap_or(size);
         if stride < size {
             return refuse(
@@ -200,44 +203,24 @@ fn needed_bytes(accessor: &Accessor, size: usize, stride: usize) -> Option<usize
     }
 }
 
-/// A number type of accessors.
-#[derive(Clone, Copy, PartialEq)]
-pub(crate) enum Number {
-    I8,
-    U8,
-    I16,
-    U16,
-    U32,
-    F32,
-}
-
-impl Number {
-    fn from_code(code: u32) -> Option<Self> {
-        Some(match code {
-            5120 => Self::I8,
-            5121 => Self::U8,
-            5122 => Self::I16,
-            5123 => Self::U16,
-            5125 => Self::U32,
-            5126 => Self::F32,
-            _ => return None,
-        })
-    }
-
-    fn size(self) -> usize {
-        match self {
-            Self::I8 | Self::U8 => 1,
-            Self::I16 | Self::U16 => 2,
-            Self::U32 | Self::F32 => 4,
-        }
-    }
+/// The number type of an accessor with this code.
+fn from_code(code: u32) -> Option<Kind> {
+    Some(match code {
+        5120 => Kind::I8,
+        5121 => Kind::U8,
+        5122 => Kind::I16,
+        5123 => Kind::U16,
+        5125 => Kind::U32,
+        5126 => Kind::F32,
+        _ => return None,
+    })
 }
 
 /// The elements of an accessor, all within its buffer.
 pub(crate) struct Elements<'a> {
     bytes: &'a [u8],
     stride: usize,
-    pub component: Number,
+    pub component: Kind,
     normalized: bool,
     pub count: usize,
 }
@@ -245,22 +228,15 @@ pub(crate) struct Elements<'a> {
 impl Elements<'_> {
     /// Component `at` of element `index`; 0 if out of range.
     pub fn number(&self, index: usize, at: usize) -> f64 {
-        let size = self.component.size();
+        let size = binary::size(self.component);
         let start = index * self.stride + at * size;
         let raw = self.bytes.get(start..start + size).unwrap_or_default();
-        let mut bytes = [0; 4];
-        bytes.iter_mut().zip(raw).for_each(|(to, from)| *to = *from);
-        let [first, second, ..] = bytes;
-        let short = [first, second];
-        let (value, largest) = match self.component {
-            Number::I8 => (f64::from(i8::from_le_bytes([first])), 127.0),
-            Number::U8 => (f64::from(first), 255.0),
-            Number::I16 => (f64::from(i16::from_le_bytes(short)), 32767.0),
-            Number::U16 => (f64::from(u16::from_le_bytes(short)), 65535.0),
-            Number::U32 => (f64::from(u32::from_le_bytes(bytes)), 1.0),
-            Number::F32 => (f64::from(f32::from_le_bytes(bytes)), 1.0),
-        };
-        if self.normalized { (value / largest).max(-1.0) } else { value }
+        let value = binary::value_le(self.component, raw);
+        // 32-bit integers are none of the types that may be normalized.
+        match self.component.range() {
+            Some((_, largest)) if self.normalized => (value / largest).max(-1.0),
+            _ => value,
+        }
     }
 
     pub fn positions(&self) -> impl Iterator<Item = DVec3> {
@@ -269,7 +245,7 @@ impl Elements<'_> {
 
     /// The elements as indices; `None` if they are not unsigned integers.
     pub fn indices(&self) -> Option<impl Iterator<Item = u32>> {
-        let is_unsigned = matches!(self.component, Number::U8 | Number::U16 | Number::U32);
+        let is_unsigned = matches!(self.component, Kind::U8 | Kind::U16 | Kind::U32);
         // Exact in f64.
         is_unsigned.then(|| (0..self.count).map(|index| self.number(index, 0) as u32))
     }

@@ -2,7 +2,7 @@
 
 use glam::{DMat3, DMat4, DVec3};
 
-use super::accessors::{Buffers, Elements, Number};
+use super::accessors::{Buffers, Elements};
 use super::model::{Model, Primitive};
 use crate::mesh::attributes::{Attribute, Attributes, CornerUv, Kind, Role};
 use crate::{Error, Result};
@@ -60,8 +60,8 @@ impl AttributeReader {
                 shades.for_each(|(at, shade)| *shade = elements.number(index, at));
             }
             let kind = match elements.component {
-                Number::U8 => Kind::U8,
-                Number::U16 => Kind::U16,
+                Kind::U8 => Kind::U8,
+                Kind::U16 => Kind::U16,
                 _ => Kind::F32,
             };
             self.colour_kind = Some(self.colour_kind.filter(|old| *old != kind).map_or(kind, |_| Kind::F32));

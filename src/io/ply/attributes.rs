@@ -1,11 +1,12 @@
 //! Reads properties other than positions and corners, and makes attributes of them.
 
 use super::data::{Fault, Reading, Source};
-use super::header::{Element, Kind, Type};
+use super::header::{Element, Values};
+use super::write::type_name;
 use crate::TriMesh;
 use crate::io::checks::excerpt;
 use crate::mesh::attributes;
-use crate::mesh::attributes::{Attribute, Attributes, CornerUv, Role};
+use crate::mesh::attributes::{Attribute, Attributes, CornerUv, Kind, Role};
 
 /// Names of properties that make up one attribute.
 const COLOUR: [&str; 4] = ["red", "green", "blue", "alpha"];
@@ -17,7 +18,7 @@ struct Column {
     /// Its index among the element's properties.
     property: usize,
     name: String,
-    kind: Type,
+    kind: Kind,
     values: Vec<f64>,
     /// The first value that is not of the declared type.
     invalid: Option<String>,
@@ -32,8 +33,8 @@ pub(crate) struct Columns {
 impl Columns {
     /// All scalar properties except those with these indices.
     pub(crate) fn new(element: &Element, excluded: &[usize]) -> Self {
-        let column = |(at, property): (usize, &super::header::Property)| match property.kind {
-            Kind::Scalar(kind) if !excluded.contains(&at) => {
+        let column = |(at, property): (usize, &super::header::Property)| match property.values {
+            Values::Scalar(kind) if !excluded.contains(&at) => {
                 let name = property.name.clone();
                 Some(Column { property: at, name, kind, values: Vec::new(), invalid: None })
             }
@@ -47,7 +48,7 @@ impl Columns {
         // Sorted; binary search, because a malicious header may declare very many.
         let found = self.columns.binary_search_by_key(&at, |column| column.property);
         let Some(column) = found.ok().and_then(|index| self.columns.get_mut(index)) else { return Ok(false) };
-        let kind = column.kind.attribute_kind();
+        let kind = column.kind;
         let value = match source.value(column.kind) {
             Ok(value) if kind.holds(value) => value,
             Ok(value) => {
@@ -83,7 +84,7 @@ impl Columns {
             notes.push(format!(
                 "the property '{}' of each {element} was ignored: '{word}' is not of type {}",
                 excerpt(&name),
-                kind.name()
+                type_name(kind)
             ));
         }
         valid
@@ -95,10 +96,10 @@ fn is_nan(word: &str) -> bool {
 }
 
 /// Removes the columns with these names and returns them, if all exist and have the same type.
-fn take_columns(columns: &mut Vec<Column>, names: &[&str]) -> Option<(Type, Vec<Column>)> {
+fn take_columns(columns: &mut Vec<Column>, names: &[&str]) -> Option<(Kind, Vec<Column>)> {
     let place = |name: &&str| columns.iter().position(|column| column.name == **name);
     let places: Vec<usize> = names.iter().map(place).collect::<Option<_>>()?;
-    let kinds: Vec<Type> = places.iter().filter_map(|at| columns.get(*at)).map(|c| c.kind).collect();
+    let kinds: Vec<Kind> = places.iter().filter_map(|at| columns.get(*at)).map(|c| c.kind).collect();
     let kind = *kinds.first()?;
     if kinds.iter().any(|other| *other != kind) {
         return None;
@@ -112,11 +113,11 @@ fn take_columns(columns: &mut Vec<Column>, names: &[&str]) -> Option<(Type, Vec<
 }
 
 /// One attribute with a component for each column.
-fn join_columns(name: &str, role: Role, (kind, columns): (Type, Vec<Column>)) -> Attribute {
+fn join_columns(name: &str, role: Role, (kind, columns): (Kind, Vec<Column>)) -> Attribute {
     let length = columns.first().map_or(0, |column| column.values.len());
     let value = |(index, column): (usize, &Column)| column.values.get(index).copied().unwrap_or(0.0);
     let values = (0..length).flat_map(|index| columns.iter().map(move |column| (index, column)));
-    Attribute::new(name, role, kind.attribute_kind(), columns.len(), values.map(value).collect())
+    Attribute::new(name, role, kind, columns.len(), values.map(value).collect())
 }
 
 /// One attribute for the colour, one for the normal, and one for each remaining column.
@@ -129,7 +130,7 @@ fn join_attributes(mut columns: Vec<Column>, role: impl Fn(&Column) -> Role) -> 
     );
     found.extend(columns.into_iter().map(|column| {
         let role = role(&column);
-        Attribute::new(&column.name, role, column.kind.attribute_kind(), 1, column.values)
+        Attribute::new(&column.name, role, column.kind, 1, column.values)
     }));
     found
 }
@@ -161,7 +162,7 @@ impl UvLists {
 pub(crate) fn build_attributes(
     mesh: &TriMesh,
     (vertex, face): (Columns, Columns),
-    uv: Option<(Type, UvLists)>,
+    uv: Option<(Kind, UvLists)>,
     notes: &mut Vec<String>,
 ) -> Attributes {
     let mut vertex = vertex.valid_columns("vertex", notes);
@@ -179,10 +180,10 @@ pub(crate) fn build_attributes(
             notes.push(format!("texture coordinates were ignored: {count} faces lack some"));
             return None;
         }
-        Some(CornerUv { kind: kind.attribute_kind(), values: lists.corners })
+        Some(CornerUv { kind, values: lists.corners })
     });
     let face_role = |column: &Column| {
-        if column.kind.attribute_kind().range().is_some() { Role::Label } else { Role::Other }
+        if column.kind.range().is_some() { Role::Label } else { Role::Other }
     };
     Attributes {
         vertex: join_attributes(vertex, |_| Role::Other),
@@ -190,26 +191,5 @@ pub(crate) fn build_attributes(
         uv: by_corner.or(by_vertex),
         libraries: Vec::new(),
         materials: None,
-    }
-}
-
-impl Type {
-    /// The same type for attributes.
-    pub(crate) fn attribute_kind(self) -> attributes::Kind {
-        match self {
-            Self::I8 => attributes::Kind::I8,
-            Self::U8 => attributes::Kind::U8,
-            Self::I16 => attributes::Kind::I16,
-            Self::U16 => attributes::Kind::U16,
-            Self::I32 => attributes::Kind::I32,
-            Self::U32 => attributes::Kind::U32,
-            Self::F32 => attributes::Kind::F32,
-            Self::F64 => attributes::Kind::F64,
-        }
-    }
-
-    /// The usual name in headers.
-    pub(crate) fn name(self) -> &'static str {
-        super::write::type_name(self.attribute_kind())
     }
 }

@@ -1,7 +1,9 @@
 //! Reads the numbers of a PLY file's elements, from text or binary data.
 
-use super::header::{Encoding, Type};
+use super::header::Encoding;
+use crate::io::binary::size;
 use crate::io::checks::excerpt;
+use crate::mesh::attributes::Kind;
 
 /// Why no number could be read.
 pub(crate) enum Fault {
@@ -20,9 +22,9 @@ pub(crate) trait Source {
     /// Moves to the next element.
     fn begin(&mut self) -> Reading<()>;
     /// The next number.
-    fn value(&mut self, kind: Type) -> Reading<f64>;
+    fn value(&mut self, kind: Kind) -> Reading<f64>;
     /// Skips `count` numbers.
-    fn skip(&mut self, kind: Type, count: u64) -> Reading<()>;
+    fn skip(&mut self, kind: Kind, count: u64) -> Reading<()>;
     /// Ends the element.
     fn finish(&mut self) {}
     /// Bytes not yet read.
@@ -79,13 +81,13 @@ impl Source for Text<'_> {
         }
     }
 
-    fn value(&mut self, _: Type) -> Reading<f64> {
+    fn value(&mut self, _: Kind) -> Reading<f64> {
         let word = self.word()?;
         let number = str::from_utf8(word).ok().and_then(|word| word.parse().ok());
         number.ok_or_else(|| Fault::NotANumber(excerpt(&String::from_utf8_lossy(word))))
     }
 
-    fn skip(&mut self, _: Type, count: u64) -> Reading<()> {
+    fn skip(&mut self, _: Kind, count: u64) -> Reading<()> {
         for _ in 0..count {
             self.word()?;
         }
@@ -143,21 +145,21 @@ impl Source for Binary<'_> {
         Ok(())
     }
 
-    fn value(&mut self, kind: Type) -> Reading<f64> {
+    fn value(&mut self, kind: Kind) -> Reading<f64> {
         Ok(match kind {
-            Type::I8 => i8::from_le_bytes(self.take()?).into(),
-            Type::U8 => u8::from_le_bytes(self.take()?).into(),
-            Type::I16 => i16::from_le_bytes(self.take()?).into(),
-            Type::U16 => u16::from_le_bytes(self.take()?).into(),
-            Type::I32 => i32::from_le_bytes(self.take()?).into(),
-            Type::U32 => u32::from_le_bytes(self.take()?).into(),
-            Type::F32 => f32::from_le_bytes(self.take()?).into(),
-            Type::F64 => f64::from_le_bytes(self.take()?),
+            Kind::I8 => i8::from_le_bytes(self.take()?).into(),
+            Kind::U8 => u8::from_le_bytes(self.take()?).into(),
+            Kind::I16 => i16::from_le_bytes(self.take()?).into(),
+            Kind::U16 => u16::from_le_bytes(self.take()?).into(),
+            Kind::I32 => i32::from_le_bytes(self.take()?).into(),
+            Kind::U32 => u32::from_le_bytes(self.take()?).into(),
+            Kind::F32 => f32::from_le_bytes(self.take()?).into(),
+            Kind::F64 => f64::from_le_bytes(self.take()?),
         })
     }
 
-    fn skip(&mut self, kind: Type, count: u64) -> Reading<()> {
-        let bytes = usize::try_from(count).ok().and_then(|count| count.checked_mul(kind.size()));
+    fn skip(&mut self, kind: Kind, count: u64) -> Reading<()> {
+        let bytes = usize::try_from(count).ok().and_then(|count| count.checked_mul(size(kind)));
         self.rest = bytes.and_then(|bytes| self.rest.get(bytes..)).ok_or(Fault::End)?;
         Ok(())
     }

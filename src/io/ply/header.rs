@@ -2,7 +2,9 @@
 
 use std::collections::HashSet;
 
+use crate::io::binary::size;
 use crate::io::checks::excerpt;
+use crate::mesh::attributes::Kind;
 use crate::{Error, Result};
 
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -12,59 +14,31 @@ pub(crate) enum Encoding {
     BigEndian,
 }
 
-/// A number type; f64 holds the values of each exactly.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub(crate) enum Type {
-    I8,
-    U8,
-    I16,
-    U16,
-    I32,
-    U32,
-    F32,
-    F64,
-}
-
-impl Type {
-    fn from_name(name: &str) -> Option<Self> {
-        Some(match name {
-            "char" | "int8" => Self::I8,
-            "uchar" | "uint8" => Self::U8,
-            "short" | "int16" => Self::I16,
-            "ushort" | "uint16" => Self::U16,
-            "int" | "int32" => Self::I32,
-            "uint" | "uint32" => Self::U32,
-            "float" | "float32" => Self::F32,
-            "double" | "float64" => Self::F64,
-            _ => return None,
-        })
-    }
-
-    /// Bytes in a binary file.
-    pub(crate) fn size(self) -> usize {
-        match self {
-            Self::I8 | Self::U8 => 1,
-            Self::I16 | Self::U16 => 2,
-            Self::I32 | Self::U32 | Self::F32 => 4,
-            Self::F64 => 8,
-        }
-    }
-
-    fn is_integer(self) -> bool {
-        !matches!(self, Self::F32 | Self::F64)
-    }
+/// The number type of this name.
+fn from_name(name: &str) -> Option<Kind> {
+    Some(match name {
+        "char" | "int8" => Kind::I8,
+        "uchar" | "uint8" => Kind::U8,
+        "short" | "int16" => Kind::I16,
+        "ushort" | "uint16" => Kind::U16,
+        "int" | "int32" => Kind::I32,
+        "uint" | "uint32" => Kind::U32,
+        "float" | "float32" => Kind::F32,
+        "double" | "float64" => Kind::F64,
+        _ => return None,
+    })
 }
 
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(crate) enum Kind {
-    Scalar(Type),
-    List { count: Type, item: Type },
+pub(crate) enum Values {
+    Scalar(Kind),
+    List { count: Kind, item: Kind },
 }
 
 #[derive(Debug)]
 pub(crate) struct Property {
     pub(crate) name: String,
-    pub(crate) kind: Kind,
+    pub(crate) values: Values,
 }
 
 #[derive(Debug)]
@@ -77,10 +51,10 @@ pub(crate) struct Element {
 impl Element {
     /// The fewest bytes that one element takes, with empty lists.
     pub(crate) fn least_bytes(&self, encoding: Encoding) -> u64 {
-        let bytes = |property: &Property| match (encoding, property.kind) {
+        let bytes = |property: &Property| match (encoding, property.values) {
             // At least one digit and one separator.
             (Encoding::Ascii, _) => 2,
-            (_, Kind::Scalar(kind) | Kind::List { count: kind, .. }) => kind.size() as u64,
+            (_, Values::Scalar(kind) | Values::List { count: kind, .. }) => size(kind) as u64,
         };
         self.properties.iter().map(bytes).sum()
     }
@@ -180,21 +154,21 @@ fn add_element((elements, names): Declared, name: &str, count: &str, line: u64) 
 
 fn add_property((elements, names): Declared, words: &[&str], line: u64) -> Result<()> {
     let kind_of = |name: &str| {
-        Type::from_name(name)
+        from_name(name)
             .ok_or_else(|| header_error(line, format!("unknown property type '{}'", excerpt(name))))
     };
-    let (kind, name) = match words {
+    let (values, name) = match words {
         ["list", count, item, name] => {
             let kind = kind_of(count)?;
-            if !kind.is_integer() {
+            if kind.range().is_none() {
                 return Err(header_error(
                     line,
                     format!("the list count type '{count}' is not an integer type"),
                 ));
             }
-            (Kind::List { count: kind, item: kind_of(item)? }, name)
+            (Values::List { count: kind, item: kind_of(item)? }, name)
         }
-        [scalar, name] => (Kind::Scalar(kind_of(scalar)?), name),
+        [scalar, name] => (Values::Scalar(kind_of(scalar)?), name),
         _ => return Err(header_error(line, "this property line is incomplete".to_owned())),
     };
     let number = elements.len();
@@ -204,6 +178,6 @@ fn add_property((elements, names): Declared, words: &[&str], line: u64) -> Resul
     if !names.insert((number, (*name).to_owned())) {
         return Err(header_error(line, format!("the property '{}' is declared twice", excerpt(name))));
     }
-    element.properties.push(Property { name: (*name).to_owned(), kind });
+    element.properties.push(Property { name: (*name).to_owned(), values });
     Ok(())
 }

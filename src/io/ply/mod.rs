@@ -16,11 +16,11 @@ use glam::DVec3;
 
 use super::checks::{check_vertex_count, excerpt, find_duplicate};
 use super::loaded::Loaded;
-use crate::mesh::attributes::Attributes;
+use crate::mesh::attributes::{Attributes, Kind};
 use crate::{Error, Result, TriMesh};
 use attributes::{Columns, UvLists, build_attributes};
 use data::{Binary, Fault, Reading, Source, Text};
-use header::{Element, Encoding, Header, Kind, Type};
+use header::{Element, Encoding, Header, Values};
 
 pub(crate) fn parse(bytes: &[u8]) -> Result<Loaded> {
     if !bytes.starts_with(b"ply\n") && !bytes.starts_with(b"ply\r") {
@@ -49,7 +49,7 @@ struct Layout {
     /// Of a face: the list of vertex indices; none has this number if there are no faces.
     corners: usize,
     /// Of a face: the list of texture coordinates.
-    uv: Option<(usize, Type)>,
+    uv: Option<(usize, Kind)>,
     vertices: u64,
 }
 
@@ -68,8 +68,8 @@ impl Layout {
         let mut axes = [0; 3];
         for (axis, name) in axes.iter_mut().zip(["x", "y", "z"]) {
             let found = vertex.properties.iter().position(|property| property.name == name);
-            match found.and_then(|at| Some((at, vertex.properties.get(at)?.kind))) {
-                Some((at, Kind::Scalar(_))) => *axis = at,
+            match found.and_then(|at| Some((at, vertex.properties.get(at)?.values))) {
+                Some((at, Values::Scalar(_))) => *axis = at,
                 _ => {
                     let problem = format!("the header declares no number '{name}' for vertices");
                     return Err(Error::input(None, problem, "write the mesh again with x, y and z"));
@@ -82,14 +82,14 @@ impl Layout {
         let is_corners = |name: &str| name == "vertex_indices" || name == "vertex_index";
         let corners = face.properties.iter().position(|property| {
             is_corners(&property.name)
-                && matches!(property.kind, Kind::List { item, .. } if !matches!(item, Type::F32 | Type::F64))
+                && matches!(property.values, Values::List { item, .. } if item.range().is_some())
         });
         let Some(corners) = corners else {
             let problem = "the header declares no integer list 'vertex_indices' for faces";
             return Err(Error::input(None, problem, "write the mesh again with vertex_indices"));
         };
-        let uv = face.properties.iter().enumerate().find_map(|(at, property)| match property.kind {
-            Kind::List { item, .. } if property.name == "texcoord" => Some((at, item)),
+        let uv = face.properties.iter().enumerate().find_map(|(at, property)| match property.values {
+            Values::List { item, .. } if property.name == "texcoord" => Some((at, item)),
             _ => None,
         });
         Ok(Self { axes, corners, uv, vertices })
@@ -127,7 +127,8 @@ fn read_elements<S: Source>(header: &Header, layout: &Layout, mut source: S) -> 
             }
         }
         let is_read = |name: &str| matches!(name, "vertex_indices" | "vertex_index" | "texcoord");
-        let lists = element.properties.iter().filter(|property| matches!(property.kind, Kind::List { .. }));
+        let lists =
+            element.properties.iter().filter(|property| matches!(property.values, Values::List { .. }));
         let names = lists.map(|property| property.name.as_str());
         let ignored: Vec<&str> = names.filter(|name| !is_read(name)).take(8).collect();
         if matches!(element.name.as_str(), "vertex" | "face") && !ignored.is_empty() {
@@ -214,9 +215,9 @@ fn read_vertex<S: Source>(
     let mut position = [0.0; 3];
     for (at, property) in element.properties.iter().enumerate() {
         let axis = layout.axes.iter().position(|axis| *axis == at);
-        match (axis.and_then(|axis| position.get_mut(axis)), property.kind) {
-            (Some(coordinate), Kind::Scalar(kind)) => *coordinate = source.value(kind)?,
-            (_, Kind::Scalar(_)) if columns.read(at, source)? => {}
+        match (axis.and_then(|axis| position.get_mut(axis)), property.values) {
+            (Some(coordinate), Values::Scalar(kind)) => *coordinate = source.value(kind)?,
+            (_, Values::Scalar(_)) if columns.read(at, source)? => {}
             (_, kind) => skip_property(kind, source)?,
         }
     }
@@ -284,8 +285,8 @@ fn read_face<S: Source>(
     source.begin()?;
     uv.current_face.clear();
     for (at, property) in element.properties.iter().enumerate() {
-        match property.kind {
-            Kind::List { count, item } if at == layout.corners => {
+        match property.values {
+            Values::List { count, item } if at == layout.corners => {
                 for _ in 0..list_count(count, source)? {
                     let corner = source.value(item)?;
                     // In text, an integer list can still contain a fraction.
@@ -295,12 +296,12 @@ fn read_face<S: Source>(
                     corners.push(corner);
                 }
             }
-            Kind::List { count, item } if layout.uv.is_some_and(|(uv, _)| uv == at) => {
+            Values::List { count, item } if layout.uv.is_some_and(|(uv, _)| uv == at) => {
                 for _ in 0..list_count(count, source)? {
                     uv.current_face.push(source.value(item)?);
                 }
             }
-            Kind::Scalar(_) if columns.read(at, source)? => {}
+            Values::Scalar(_) if columns.read(at, source)? => {}
             kind => skip_property(kind, source)?,
         }
     }
@@ -308,7 +309,7 @@ fn read_face<S: Source>(
     Ok(())
 }
 
-fn list_count<S: Source>(kind: Type, source: &mut S) -> Reading<u64> {
+fn list_count<S: Source>(kind: Kind, source: &mut S) -> Reading<u64> {
     let count = source.value(kind)?;
     if count < 0.0 || count.fract() != 0.0 {
         return Err(Fault::NotANumber(count.to_string()));
@@ -316,10 +317,10 @@ fn list_count<S: Source>(kind: Type, source: &mut S) -> Reading<u64> {
     Ok(count as u64)
 }
 
-fn skip_property<S: Source>(kind: Kind, source: &mut S) -> Reading<()> {
-    match kind {
-        Kind::Scalar(kind) => source.skip(kind, 1),
-        Kind::List { count, item } => {
+fn skip_property<S: Source>(values: Values, source: &mut S) -> Reading<()> {
+    match values {
+        Values::Scalar(kind) => source.skip(kind, 1),
+        Values::List { count, item } => {
             let count = list_count(count, source)?;
             source.skip(item, count)
         }
@@ -331,7 +332,7 @@ fn skip_element<S: Source>(element: &Element, source: &mut S) -> Result<()> {
     let count = if element.properties.is_empty() { 0 } else { element.count };
     for index in 0..count {
         let skipped = source.begin().and_then(|()| {
-            element.properties.iter().try_for_each(|property| skip_property(property.kind, source))
+            element.properties.iter().try_for_each(|property| skip_property(property.values, source))
         });
         skipped.map_err(|fault| element_error(fault, element, index, source))?;
     }

@@ -4,6 +4,7 @@
 //! have.
 
 use super::columns::{Column, loaded, usual_name};
+use crate::io::binary::value_le;
 use crate::io::checks::{check_declared_count, cut_off, excerpt_of_bytes};
 use crate::io::loaded::Loaded;
 use crate::io::text::{number, unsigned_integer, words};
@@ -228,26 +229,9 @@ fn binary(header: &Header, body: &[u8]) -> Result<Loaded> {
             let bytes = &point[at..at + field.size * field.count];
             at += bytes.len();
             if let (Some(column), Some(kind)) = (column, field.kind) {
-                column.values.push(value(kind, bytes));
+                column.values.push(value_le(kind, bytes));
             }
         }
     }
     finished(columns)
-}
-
-/// A number of this type, little endian. `bytes` are as many as it has.
-fn value(kind: Kind, bytes: &[u8]) -> f64 {
-    let mut eight = [0; 8];
-    eight.iter_mut().zip(bytes).for_each(|(to, from)| *to = *from);
-    let low = u32::from_le_bytes([eight[0], eight[1], eight[2], eight[3]]);
-    match kind {
-        Kind::U8 => f64::from(low as u8),
-        Kind::I8 => f64::from(low as i8),
-        Kind::U16 => f64::from(low as u16),
-        Kind::I16 => f64::from(low as i16),
-        Kind::U32 => f64::from(low),
-        Kind::I32 => f64::from(low as i32),
-        Kind::F32 => f64::from(f32::from_bits(low)),
-        Kind::F64 => f64::from_le_bytes(eight),
-    }
 }

@@ -7,6 +7,7 @@ use nifti::{Endianness, NiftiHeader, NiftiType};
 use super::Volume;
 use super::raw::{Layout, Number, check_frame, size};
 use crate::io::checks::cut_off;
+use crate::mesh::attributes::Kind;
 use crate::{Error, Result};
 
 /// Bytes of the header with its extension flag.
@@ -63,16 +64,16 @@ pub(crate) fn parse(bytes: &[u8]) -> Result<Volume> {
 
 fn number(kind: NiftiType) -> Option<Number> {
     Some(match kind {
-        NiftiType::Uint8 => Number::U8,
-        NiftiType::Int8 => Number::I8,
-        NiftiType::Int16 => Number::I16,
-        NiftiType::Uint16 => Number::U16,
-        NiftiType::Int32 => Number::I32,
-        NiftiType::Uint32 => Number::U32,
+        NiftiType::Uint8 => Kind::U8.into(),
+        NiftiType::Int8 => Kind::I8.into(),
+        NiftiType::Int16 => Kind::I16.into(),
+        NiftiType::Uint16 => Kind::U16.into(),
+        NiftiType::Int32 => Kind::I32.into(),
+        NiftiType::Uint32 => Kind::U32.into(),
         NiftiType::Int64 => Number::I64,
         NiftiType::Uint64 => Number::U64,
-        NiftiType::Float32 => Number::F32,
-        NiftiType::Float64 => Number::F64,
+        NiftiType::Float32 => Kind::F32.into(),
+        NiftiType::Float64 => Kind::F64.into(),
         _ => return None,
     })
 }

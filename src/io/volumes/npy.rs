@@ -8,6 +8,7 @@ use glam::DAffine3;
 use super::Volume;
 use super::raw::{Layout, Number, size};
 use crate::io::checks::{cut_off, excerpt};
+use crate::mesh::attributes::Kind;
 use crate::{Error, Result};
 
 /// Whether a file begins as one of NumPy's arrays.
@@ -67,18 +68,18 @@ pub(crate) fn parse(bytes: &[u8]) -> Result<Volume> {
 /// A type as NumPy names it, and whether its highest byte comes first.
 fn number(name: &str) -> Option<(Number, bool)> {
     let (order, kind) = name.split_at_checked(1)?;
-    let number = match kind {
-        "b1" | "u1" => Number::U8,
-        "i1" => Number::I8,
-        "u2" => Number::U16,
-        "i2" => Number::I16,
-        "u4" => Number::U32,
-        "i4" => Number::I32,
+    let number: Number = match kind {
+        "b1" | "u1" => Kind::U8.into(),
+        "i1" => Kind::I8.into(),
+        "u2" => Kind::U16.into(),
+        "i2" => Kind::I16.into(),
+        "u4" => Kind::U32.into(),
+        "i4" => Kind::I32.into(),
         "u8" => Number::U64,
         "i8" => Number::I64,
         "f2" => Number::F16,
-        "f4" => Number::F32,
-        "f8" => Number::F64,
+        "f4" => Kind::F32.into(),
+        "f8" => Kind::F64.into(),
         _ => return None,
     };
     match order {

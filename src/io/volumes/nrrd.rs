@@ -13,6 +13,7 @@ use crate::io::checks::{cut_off, excerpt};
 use crate::io::file::read_file_bytes;
 use crate::io::gzip;
 use crate::io::text::number;
+use crate::mesh::attributes::Kind;
 use crate::{Error, Result};
 
 /// Longer headers are no headers.
@@ -97,7 +98,7 @@ pub(crate) fn parse(bytes: &[u8], folder: Option<&Path>) -> Result<Volume> {
     let data = decoded(&header, &data, size, number)?;
     let layout = Layout {
         size,
-        number: if is_text(&header) { Number::F64 } else { number },
+        number: if is_text(&header) { Kind::F64.into() } else { number },
         is_big_endian: !is_text(&header)
             && header.field("endian").is_some_and(|e| e.eq_ignore_ascii_case("big")),
         is_last_fastest: false,
@@ -160,7 +161,7 @@ fn decoded<'a>(
 
 /// Numbers in text as bytes of 64-bit ones, no more than there are nodes.
 fn numbers(text: &[u8], size: [usize; 3]) -> Result<Vec<u8>> {
-    let wanted = byte_count(size, Number::U8).unwrap_or(usize::MAX);
+    let wanted = byte_count(size, Kind::U8.into()).unwrap_or(usize::MAX);
     let words =
         text.split(|byte| byte.is_ascii_whitespace() || *byte == b',').filter(|word| !word.is_empty());
     let mut bytes = Vec::new();
@@ -176,12 +177,12 @@ fn numbers(text: &[u8], size: [usize; 3]) -> Result<Vec<u8>> {
 
 fn number_type(name: &str) -> Option<Number> {
     Some(match name {
-        "signed char" | "int8" | "int8_t" => Number::I8,
-        "uchar" | "unsigned char" | "uint8" | "uint8_t" => Number::U8,
-        "short" | "short int" | "signed short" | "signed short int" | "int16" | "int16_t" => Number::I16,
-        "ushort" | "unsigned short" | "unsigned short int" | "uint16" | "uint16_t" => Number::U16,
-        "int" | "signed int" | "int32" | "int32_t" => Number::I32,
-        "uint" | "unsigned int" | "uint32" | "uint32_t" => Number::U32,
+        "signed char" | "int8" | "int8_t" => Kind::I8.into(),
+        "uchar" | "unsigned char" | "uint8" | "uint8_t" => Kind::U8.into(),
+        "short" | "short int" | "signed short" | "signed short int" | "int16" | "int16_t" => Kind::I16.into(),
+        "ushort" | "unsigned short" | "unsigned short int" | "uint16" | "uint16_t" => Kind::U16.into(),
+        "int" | "signed int" | "int32" | "int32_t" => Kind::I32.into(),
+        "uint" | "unsigned int" | "uint32" | "uint32_t" => Kind::U32.into(),
         "longlong"
         | "long long"
         | "long long int"
@@ -190,8 +191,8 @@ fn number_type(name: &str) -> Option<Number> {
         | "int64"
         | "int64_t" => Number::I64,
         "ulonglong" | "unsigned long long" | "unsigned long long int" | "uint64" | "uint64_t" => Number::U64,
-        "float" => Number::F32,
-        "double" => Number::F64,
+        "float" => Kind::F32.into(),
+        "double" => Kind::F64.into(),
         _ => return None,
     })
 }

@@ -5,52 +5,44 @@ use half::f16;
 use rayon::prelude::*;
 
 use super::Volume;
+use crate::io::binary;
 use crate::io::checks::cut_off;
+use crate::mesh::attributes::Kind;
 use crate::{Error, Result};
 
 /// A type of numbers in files.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Number {
-    I8,
-    U8,
-    I16,
-    U16,
-    I32,
-    U32,
+    /// One that attributes have, too.
+    Usual(Kind),
     I64,
     U64,
     F16,
-    F32,
-    F64,
 }
 
 impl Number {
     pub fn bytes(self) -> usize {
         match self {
-            Self::I8 | Self::U8 => 1,
-            Self::I16 | Self::U16 | Self::F16 => 2,
-            Self::I32 | Self::U32 | Self::F32 => 4,
-            Self::I64 | Self::U64 | Self::F64 => 8,
+            Self::Usual(kind) => binary::size(kind),
+            Self::F16 => 2,
+            Self::I64 | Self::U64 => 8,
         }
     }
 
     /// The number in as many bytes as it has, the lowest first.
-    fn value(self, bytes: [u8; 8]) -> f64 {
-        let [a, b, c, d, ..] = bytes;
-        let low = u32::from_le_bytes([a, b, c, d]);
+    fn value(self, bytes: &[u8]) -> f64 {
         match self {
-            Self::I8 => f64::from(low as i8),
-            Self::U8 => f64::from(low as u8),
-            Self::I16 => f64::from(low as i16),
-            Self::U16 => f64::from(low as u16),
-            Self::I32 => f64::from(low as i32),
-            Self::U32 => f64::from(low),
-            Self::I64 => i64::from_le_bytes(bytes) as f64,
-            Self::U64 => u64::from_le_bytes(bytes) as f64,
-            Self::F16 => f16::from_bits(low as u16).to_f64(),
-            Self::F32 => f64::from(f32::from_bits(low)),
-            Self::F64 => f64::from_le_bytes(bytes),
+            Self::Usual(kind) => binary::value_le(kind, bytes),
+            Self::I64 => binary::widened(bytes) as i64 as f64,
+            Self::U64 => binary::widened(bytes) as f64,
+            Self::F16 => f16::from_bits(binary::widened(bytes) as u16).to_f64(),
         }
+    }
+}
+
+impl From<Kind> for Number {
+    fn from(kind: Kind) -> Self {
+        Self::Usual(kind)
     }
 }
 
@@ -111,7 +103,7 @@ impl Layout {
             if self.is_big_endian {
                 eight[..width].reverse();
             }
-            (self.scale[0] * self.number.value(eight) + self.scale[1]) as f32
+            (self.scale[0] * self.number.value(&eight[..width]) + self.scale[1]) as f32
         };
         let mut values = vec![0.0; nx * ny * nz];
         values.par_chunks_mut(nx).enumerate().for_each(|(row, values)| {

@@ -17,19 +17,15 @@ const RINGS: usize = 3;
 /// curves meet, and what lies at the volume's border stay.
 pub(super) fn smooth(borders: &mut Borders, size: [usize; 3]) {
     let edges = EdgeTable::new(&borders.triangles);
-    let ends = |half: u32| {
-        let next = if half % 3 == 2 { half - 2 } else { half + 1 };
-        [half, next].map(|corner| borders.triangles.as_flattened()[corner as usize])
-    };
     let many = edges.edges().filter(|edge| edge.len() > 2);
-    let curves: Vec<[u32; 2]> = many.map(|edge| ends(edge[0].corners().0 as u32)).collect();
+    let curves: Vec<[u32; 2]> = many.map(|edge| <[u32; 2]>::from(edge[0].ends())).collect();
     if curves.is_empty() {
         return;
     }
     let mut degree = vec![0_u32; borders.vertices.len()];
     curves.as_flattened().iter().for_each(|v| degree[*v as usize] += 1);
     let is_open = edges.edges().filter(|edge| edge.len() == 1);
-    let open: Vec<u32> = is_open.flat_map(|edge| ends(edge[0].corners().0 as u32)).collect();
+    let open: Vec<u32> = is_open.flat_map(|edge| <[u32; 2]>::from(edge[0].ends())).collect();
     let near = near(borders, &degree);
     let mut is_free: Vec<bool> = near.iter().map(|ring| *ring <= RINGS).collect();
     open.iter().for_each(|v| is_free[*v as usize] = false);
