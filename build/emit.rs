@@ -101,12 +101,10 @@ fn emit_bindings(out: &mut String, k: &Kernel) {
     }
     line(
         out,
-        format_args!(
-            "}}\nimpl BindingSet for Bindings<'_> {{ fn buffers(&self) -> Vec<&Arc<RawBuffer>> {{ vec!["
-        ),
+        format_args!("}}\nimpl BindingSet for Bindings<'_> {{ fn buffers(&self) -> Vec<Bound<'_>> {{ vec!["),
     );
     for b in &k.bindings {
-        line(out, format_args!("self.{}.raw(),", b.name));
+        line(out, format_args!("self.{}.bound(),", b.name));
     }
     line(out, format_args!("] }} }}"));
 }

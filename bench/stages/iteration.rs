@@ -12,6 +12,7 @@ use rtfmesh::stages::face::planar::{PlanarFaces, PlanarInputs, PlanarMove, Plana
 use rtfmesh::stages::neighbours::lists::{ListOptions, Lists};
 use rtfmesh::stages::normals::SmoothNormals;
 use rtfmesh::stages::project::walk::Walk;
+use rtfmesh::stages::site_layout::SiteLayout;
 use rtfmesh::stages::step::Settle;
 
 /// Neighbours in a list.
@@ -93,7 +94,7 @@ impl Iteration {
             )?,
             lists,
             walk: Walk::new(device, n, None)?,
-            settle: Settle::new(device, n, iterations, None, None)?,
+            settle: Settle::new(device, n, iterations, None, SiteLayout::Marked, None)?,
             spacing,
             density,
         })

@@ -10,6 +10,7 @@ use rtfmesh::gpu::Buffer;
 use rtfmesh::stages::project::bvh::Bvh;
 use rtfmesh::stages::project::closest::ClosestPoints;
 use rtfmesh::stages::project::walk::Walk;
+use rtfmesh::stages::site_layout::SiteLayout;
 use rtfmesh::stages::step::{Settle, Step};
 
 /// The walk, and the search that can follow it, whose tree is built once for a surface.
@@ -111,7 +112,7 @@ fn settle(context: &Context) -> Result<Vec<Row>> {
     let walk = Walk::new(device, n, None)?;
     let under = Buffer::from_slice(device, "bench.under", &context.under)?;
     let sites = Buffer::<Vec4>::new(device, "bench.settled", n)?;
-    let settle = Settle::new(device, n, 1, None, None)?;
+    let settle = Settle::new(device, n, 1, None, SiteLayout::Marked, None)?;
     let mut record = |recorder: &mut _, _| settle.record(recorder, &walk, targets, &sites, 0);
     context.submit(&mut |recorder, _| walk.record(recorder, targets, &context.model.records, &under), 0)?;
     context.submit(&mut record, 0)?;

@@ -40,7 +40,7 @@ layout(set = 0, binding = 7) buffer Insecure { uint insecure[]; };
 void main() {
     uint site = block_site(thread_index());
     if (!in_block(site)) return;
-    vec4 own = sites[site];
+    vec4 own = site_at(site);
     vec3 at = own.xyz;
     vec3 n = unpack_normal(normals[site]);
     vec3 u, v;

@@ -8,6 +8,7 @@
 #include "common/blocks.glsl"
 #include "common/pins.glsl"
 #include "common/planar_lines.glsl"
+#include "common/sites.glsl"
 
 Line lines[K];
 float line_low[K], line_high[K]; // what is left of the line
@@ -49,7 +50,7 @@ void load_lines(uint site, vec4 own, vec3 n, vec3 u, vec3 v) {
     [[unroll]] for (uint s = 0u; s < K; ++s) {
         uint j = neighbours[block_place(s, site)];
         uint known = j == NONE ? site : j;
-        vec4 other = sites[known];
+        vec4 other = site_at(known);
         bool same_sheet = dot(n, unpack_normal(normals[known])) > TURNED_AWAY || counts_anywhere(other.w);
         bool counts = j != NONE && same_sheet && same_patch(own.w, other.w);
         lines[s] = bisector(other.xyz - own.xyz, u, v, counts, j < site);

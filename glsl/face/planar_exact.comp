@@ -18,6 +18,7 @@ layout(push_constant) uniform Push {
     uvec4 starts_high; // of levels 4 to 7
     uint levels;
     uint site_count; // of all blocks
+    uint first; // of the block's sites
     uint block_sites;
     uint iteration;
     uint iterations; // counters of a kind
@@ -48,7 +49,7 @@ void main() {
         vec3 sum = sum_slots();
         if (grown_full) sum = sum_near(radius);
         vec2 balance = centroid_of(sum);
-        aim(site, site_at, site_at + balance.x * site_u + balance.y * site_v, grown_radius_sq);
+        aim(site, site_place, site_place + balance.x * site_u + balance.y * site_v, grown_radius_sq);
         if (is_open()) atomicAdd(insecure[count_open(iteration)], 1u);
     }
 }

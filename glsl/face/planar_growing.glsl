@@ -6,6 +6,7 @@
 #define COMMON_PLANAR_GROWING_GLSL
 #include "common/pins.glsl"
 #include "common/planar_lines.glsl"
+#include "common/sites.glsl"
 
 // Most edges of a face while it is built. More are rare: face/planar_exact finds such faces without slots.
 layout(constant_id = 2) const uint SLOTS = 12;
@@ -17,15 +18,16 @@ float grown_bound; // no face reaches farther
 float grown_radius_sq; // of the farthest corner, at most the squared bound
 bool grown_full; // a line found no free slot, so the face is smaller than that of the slots
 
-vec3 site_at, site_normal, site_u, site_v;
+vec3 site_place, site_normal, site_u, site_v;
 float site_mark;
 uint site_index;
 
 // Begins the face of a site: a disc.
 void start_face(uint site, float bound) {
     site_index = site;
-    site_at = sites[site].xyz;
-    site_mark = sites[site].w;
+    vec4 own = site_at(site);
+    site_place = own.xyz;
+    site_mark = own.w;
     site_normal = unpack_normal(normals[site]);
     tangent_frame(site_normal, site_u, site_v);
     grown_bound = bound;
@@ -52,12 +54,12 @@ vec2 left_by_slots(uint j, Line line) {
 
 // Whether site j is on the same sheet as the current site, and in its patch.
 bool same_sheet(uint j) {
-    float mark = sites[j].w;
+    float mark = site_at(j).w;
     bool agrees = dot(site_normal, unpack_normal(normals[j])) > TURNED_AWAY || counts_anywhere(mark);
     return agrees && same_patch(site_mark, mark);
 }
 
-Line line_of(uint j) { return bisector(sites[j].xyz - site_at, site_u, site_v, true, j < site_index); }
+Line line_of(uint j) { return bisector(site_at(j).xyz - site_place, site_u, site_v, true, j < site_index); }
 
 bool has_slot(uint j) {
     bool found = false;
@@ -67,7 +69,7 @@ bool has_slot(uint j) {
 
 // Whether site j is near enough to cut a face that reaches no farther than the one so far.
 bool is_near(uint j) {
-    vec3 d = sites[j].xyz - site_at;
+    vec3 d = site_at(j).xyz - site_place;
     return dot(d, d) <= 4.0001 * grown_radius_sq;
 }
 

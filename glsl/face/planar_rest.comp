@@ -55,7 +55,7 @@ void main() {
         bool decided = !grown_full && 4.0 * grown_radius_sq <= secure * secure;
         if (decided || take_all != 0u) {
             vec2 balance = centroid_of(sum_slots());
-            aim(site, site_at, site_at + balance.x * site_u + balance.y * site_v, grown_radius_sq);
+            aim(site, site_place, site_place + balance.x * site_u + balance.y * site_v, grown_radius_sq);
             if (is_open()) atomicAdd(insecure[count_open(iteration)], 1u);
         } else {
             uint place = atomicAdd(insecure[count_listed(iteration)], 1u);

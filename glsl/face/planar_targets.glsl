@@ -1,8 +1,9 @@
 // What the kernels of the planar faces share: how far lists reach, where a face sends its site, and the
 // counters. The including file has declared the buffers targets and centroids and the push constants of the
-// move.
+// move, and what common/blocks.glsl needs. Targets and centroids are those of the block.
 #ifndef COMMON_PLANAR_TARGETS_GLSL
 #define COMMON_PLANAR_TARGETS_GLSL
+#include "common/blocks.glsl"
 
 // `insecure` holds three counters for each iteration (all of a kind together), then the sites that
 // face/planar leaves to face/planar_rest, then what this leaves to face/planar_exact: site, radius of its
@@ -20,7 +21,8 @@ const float CAREFUL = 0.2;
 
 // Sets the target of the site at `at` from the centroid `middle` of its face.
 void aim(uint site, vec3 at, vec3 middle, float radius_sq) {
-    vec4 last = centroids[site];
+    uint place = block_place(0u, site);
+    vec4 last = centroids[place];
     vec3 step = middle - at, motion = (middle - last.xyz) * last.w;
     bool wide = radius_sq > WIDE * WIDE * widest * widest;
     // A site whose step opposes its last motion loses its momentum.
@@ -29,8 +31,8 @@ void aim(uint site, vec3 at, vec3 middle, float radius_sq) {
     vec3 move = wide ? CAREFUL * step : step + share * motion;
     float longest = wide ? CAREFUL * largest_move : largest_move;
     move *= min(1.0, longest * inversesqrt(max(dot(move, move), 1e-30)));
-    targets[site] = vec4(at + move, dot(step, step));
-    centroids[site] = vec4(middle, wide ? 0.0 : 1.0);
+    targets[place] = vec4(at + move, dot(step, step));
+    centroids[place] = vec4(middle, wide ? 0.0 : 1.0);
 }
 
 #endif

@@ -8,7 +8,7 @@
 // Cuts the face by all sites whose boxes are within `radius`; an edge that does not find a slot makes the
 // face full.
 void offer_near(float radius) {
-    BoxWalk walk = start_walk(site_at, radius);
+    BoxWalk walk = start_walk(site_place, radius);
     bool more;
     do {
         more = next_leaves(walk);
@@ -30,7 +30,7 @@ void offer_near(float radius) {
 
 // What all sites near enough leave of the line of site j.
 vec2 left_by_all(uint j, Line line, vec2 left, float radius) {
-    BoxWalk walk = start_walk(site_at, radius);
+    BoxWalk walk = start_walk(site_place, radius);
     bool more;
     do {
         more = next_leaves(walk);
@@ -53,7 +53,7 @@ vec2 left_by_all(uint j, Line line, vec2 left, float radius) {
 vec3 sum_near(float radius) {
     vec3 sum = vec3(0.0);
     float radius_sq = 0.0;
-    BoxWalk walk = start_walk(site_at, radius);
+    BoxWalk walk = start_walk(site_place, radius);
     bool more;
     do {
         more = next_leaves(walk);

@@ -43,7 +43,7 @@ void main() {
     for (uint s = 0u; s < K; ++s) {
         uint j = neighbours[s * site_count + site];
         cut_face(j, j != NONE);
-        vec3 d = sites[j == NONE ? site : j].xyz - site_at;
+        vec3 d = site_at(j == NONE ? site : j).xyz - site_place;
         last_sq = j == NONE ? 3e38 : dot(d, d);
     }
     // Sites that are not listed are no nearer than the last that is.

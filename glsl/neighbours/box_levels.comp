@@ -19,6 +19,7 @@ layout(push_constant) uniform Push {
 };
 layout(set = 0, binding = 0) readonly buffer Sites { vec4 sites[]; };
 layout(set = 0, binding = 1) buffer Boxes { vec4 boxes[]; };
+#include "common/sites.glsl"
 
 void main() {
     uint box = thread_index();
@@ -27,7 +28,7 @@ void main() {
     // One of the two loops is empty; some devices would run both sides of a branch.
     uint child_end = site_end == 0u && box < box_end ? 8u : 0u;
     for (uint s = 8u * box; s < min(8u * box + 8u, site_end); ++s) {
-        vec3 at = sites[s].xyz;
+        vec3 at = site_at(s).xyz;
         low = min(low, at);
         high = max(high, at);
     }

@@ -5,7 +5,7 @@
 // Reads: sites, boxes.
 // Writes: neighbours, as common/blocks.glsl says, NONE where there are fewer than K other sites; reach[site],
 // the distances of the (NEAR + 1)-th and the (K + 1)-th nearest, ENDLESS where there is none; list_sites,
-// where the sites are now; away = reach.
+// where the sites are now, as common/sites.glsl has them; away = reach.
 // Filled by neighbours/box_levels; consumed by the faces and neighbours/moved.
 //
 // A box is entered if it meets the ball of any site of the subgroup that its list fills so far: first come
@@ -48,6 +48,7 @@ layout(set = 0, binding = 4) writeonly buffer ListSites { vec4 list_sites[]; };
 layout(set = 0, binding = 5) writeonly buffer Away { vec2 away[]; };
 
 #include "common/blocks.glsl"
+#include "common/sites.glsl"
 
 const float FAR = 3.402823466e38;
 
@@ -110,7 +111,7 @@ void look() {
         uint leaf = pick(block, c >> 3);
         uint point = 8u * leaf + (c & 7u);
         bool valid = c < 32u && leaf != NONE && point < site_count;
-        vec3 x = sites[valid ? point : 0u].xyz;
+        vec3 x = site_at(valid ? point : 0u).xyz;
         uint mine = 0u;
         [[unroll]] for (uint s = 0u; s < mate_count(); ++s) {
             vec4 m = mate(s);
@@ -131,10 +132,10 @@ void look() {
         uint other = hits != 0u ? uint(findLSB(hits)) : NONE;
         hits &= hits - 1u;
         uint point = 8u * pick(block, c >> 3) + (c & 7u);
-        vec3 d = sites[point].xyz - at;
+        vec3 d = site_at(point).xyz - at;
         insert(dot(d, d), point);
         point = other != NONE ? 8u * pick(block, other >> 3) + (other & 7u) : NONE;
-        d = sites[other != NONE ? point : site].xyz - at;
+        d = site_at(other != NONE ? point : site).xyz - at;
         insert(other != NONE ? dot(d, d) : FAR, point);
     }
     // Lanes leave the loop one by one; what follows needs them all.
@@ -224,7 +225,7 @@ void main() {
     lane = gl_SubgroupInvocationID;
     lanes = LANES == 8u ? 8u : subgroupBallotBitCount(subgroupBallot(true));
     alive = in_block(site);
-    at = sites[min(site, site_count - 1u)].xyz;
+    at = site_at(min(site, site_count - 1u)).xyz;
     bound_sq = alive ? FAR : -1.0;
     [[unroll]] for (uint s = 0u; s < K + 1u; ++s) {
         best_sq[s] = FAR;
@@ -240,5 +241,6 @@ void main() {
         best[K] == NONE ? ENDLESS : sqrt(best_sq[K]));
     reach[site] = far;
     away[site] = far;
-    list_sites[site] = vec4(at, 0.0);
+    if (PACKED == 0u) list_sites[site] = vec4(at, 0.0);
+    for (uint c = 0u; c < 3u * PACKED; ++c) PACKED_AT(list_sites, 3u * site + c) = at[c];
 }

@@ -18,6 +18,8 @@ layout(set = 0, binding = 2) readonly buffer Reach { vec2 reach[]; };
 layout(set = 0, binding = 3) writeonly buffer Away { vec2 away[]; };
 layout(set = 0, binding = 4) buffer Status { uint status[]; };
 
+#include "common/sites.glsl"
+
 shared uint group_rho;
 
 void main() {
@@ -25,7 +27,7 @@ void main() {
     if (gl_LocalInvocationID.x == 0u) group_rho = 0u;
     barrier();
     if (site < site_count) {
-        float far = distance(sites[site].xyz, list_sites[site].xyz);
+        float far = distance(site_at(site).xyz, SITE_AT(list_sites, site).xyz);
         vec2 own = reach[site];
         away[site] = own - far;
         float rho = 0.0;

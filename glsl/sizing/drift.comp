@@ -35,6 +35,7 @@ layout(set = 0, binding = 4) buffer Targets { vec4 targets[]; };
 layout(set = 0, binding = 5) readonly buffer Centroids { vec4 centroids[]; };
 
 #include "common/blocks.glsl"
+#include "common/sites.glsl"
 
 // The second moment of a hexagonal cell over the square of the distance to its neighbours, times the four of
 // the density.
@@ -45,7 +46,7 @@ const float MOST = 0.25;
 void main() {
     uint site = block_site(thread_index());
     if (!in_block(site)) return;
-    vec4 own = sites[site];
+    vec4 own = site_at(site);
     vec3 at = own.xyz, n = unpack_normal(normals[site]);
     float length_here = lengths[site], mark = CURVES != 0u ? own.w : 0.0;
     vec3 u, v;
@@ -57,7 +58,7 @@ void main() {
     [[unroll]] for (uint s = 0u; s < RING; ++s) {
         uint j = neighbours[block_place(s, site)];
         uint known = j == NONE ? site : j;
-        vec4 other = sites[known];
+        vec4 other = site_at(known);
         bool counts = j != NONE && same_patch(mark, other.w) &&
                       (counts_anywhere(other.w) || dot(n, unpack_normal(normals[known])) > 0.0);
         vec3 d = other.xyz - at;
@@ -78,10 +79,10 @@ void main() {
     flat_drift *= min(1.0, longest * inversesqrt(max(dot(flat_drift, flat_drift), 1e-30)));
     vec3 drift = flat_drift.x * u + flat_drift.y * v;
     if (is_pinned(own.w)) return;
-    vec3 step = centroids[site].xyz + drift - at;
+    vec3 step = centroids[block_place(0u, site)].xyz + drift - at;
     // Momentum is that of the area's centroid; the drift hardly changes from one iteration to the next.
-    vec3 move = targets[site].xyz - at + drift;
+    vec3 move = targets[block_place(0u, site)].xyz - at + drift;
     float most = largest_move * length_here;
     move *= min(1.0, most * inversesqrt(max(dot(move, move), 1e-30)));
-    targets[site] = vec4(at + move, dot(step, step) / (length_here * length_here));
+    targets[block_place(0u, site)] = vec4(at + move, dot(step, step) / (length_here * length_here));
 }

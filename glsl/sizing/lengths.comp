@@ -20,10 +20,12 @@ layout(set = 0, binding = 1) readonly buffer SiteTriangle { uint site_triangle[]
 layout(set = 0, binding = 2) readonly buffer Slopes { vec4 slopes[]; };
 layout(set = 0, binding = 3) writeonly buffer Lengths { float lengths[]; };
 
+#include "common/sites.glsl"
+
 void main() {
     uint site = thread_index();
     if (site >= site_count) return;
     vec4 slope = slopes[min(site_triangle[site], triangle_count - 1u)];
     // In a sliver the slope is steep, so rounding can exceed the limits.
-    lengths[site] = clamp(dot(slope.xyz, sites[site].xyz) + slope.w, least, largest);
+    lengths[site] = clamp(dot(slope.xyz, site_at(site).xyz) + slope.w, least, largest);
 }

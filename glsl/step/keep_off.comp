@@ -42,7 +42,7 @@ void main() {
     if (!in_block(site)) return;
     vec4 own = sites[site];
     vec3 n = unpack_normal(normals[site]);
-    vec3 to = targets[site].xyz;
+    vec3 to = targets[block_place(0u, site)].xyz;
     // Opposite curves push in opposite directions, and the site ends up in the middle.
     vec3 push = vec3(0.0);
     [[unroll]] for (uint s = 0u; s < NEAR; ++s) {
@@ -68,5 +68,5 @@ void main() {
     bool moves = !is_pinned(own.w) && dot(push, push) > 0.0;
     vec3 kept = to + push, step = kept - own.xyz;
     float wanted = SIZED != 0u ? lengths[site] : 1.0;
-    if (moves) targets[site] = vec4(kept, dot(step, step) / (wanted * wanted));
+    if (moves) targets[block_place(0u, site)] = vec4(kept, dot(step, step) / (wanted * wanted));
 }

@@ -1,8 +1,9 @@
 // Purpose: puts the sites where the projection says, with their normals, and sums the squared steps.
-// Invocation: one site; each workgroup makes one partial sum, in a fixed order.
+// Invocation: one site of a block, whose part of them all buffers of sites are; each workgroup makes one
+// partial sum, in a fixed order.
 // Reads: projected, normals, targets (w = squared distance to the centroid).
-// Writes: sites (w stays), surface_normals (packed), partials[workgroup] = (sum of the squared steps, largest
-// step).
+// Writes: sites (w stays), surface_normals (packed), partials[first_partial + workgroup] = (sum of the
+// squared steps, largest step).
 // Filled by face/planar and project/walk; consumed by the next iteration and step/reduce.
 #version 450
 #extension GL_GOOGLE_include_directive : require
@@ -13,7 +14,10 @@
 // 1 where sites bear the marks of common/pins.glsl: those on curves keep their places and normals.
 layout(constant_id = 1) const uint CURVES = 0;
 
-layout(push_constant) uniform Push { uint site_count; };
+layout(push_constant) uniform Push {
+    uint site_count;
+    uint first_partial; // of these sites
+};
 layout(set = 0, binding = 0) readonly buffer Projected { vec4 projected[]; };
 layout(set = 0, binding = 1) readonly buffer Normals { vec4 normals[]; };
 layout(set = 0, binding = 2) readonly buffer Targets { vec4 targets[]; };
@@ -22,6 +26,7 @@ layout(set = 0, binding = 4) writeonly buffer SurfaceNormals { uint surface_norm
 layout(set = 0, binding = 5) writeonly buffer Partials { vec2 partials[]; };
 
 #include "common/pins.glsl"
+#include "common/sites.glsl"
 
 shared vec2 sums[WORKGROUP];
 
@@ -32,7 +37,9 @@ void main() {
     if (site < site_count) {
         float mark = CURVES != 0u ? sites[site].w : 0.0;
         if (!is_pinned(mark)) {
-            sites[site] = vec4(projected[site].xyz, mark);
+            vec3 to = projected[site].xyz;
+            if (PACKED == 0u) sites[site] = vec4(to, mark);
+            for (uint c = 0u; c < 3u * PACKED; ++c) PACKED_AT(sites, 3u * site + c) = to[c];
             surface_normals[site] = pack_normal(normals[site].xyz);
         }
         float step_sq = targets[site].w;
@@ -43,5 +50,5 @@ void main() {
     if (lane != 0u || group_index() * WORKGROUP >= site_count) return;
     vec2 all = sums[0];
     for (uint i = 1u; i < WORKGROUP; ++i) all = vec2(all.x + sums[i].x, max(all.y, sums[i].y));
-    partials[group_index()] = all;
+    partials[first_partial + group_index()] = all;
 }

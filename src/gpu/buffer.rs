@@ -12,8 +12,18 @@ use std::sync::Arc;
 /// `len` values of type `T` in device memory.
 pub struct Buffer<T> {
     raw: Arc<RawBuffer>,
+    /// Where the values begin, in bytes; 0 unless this is a window.
+    offset: u64,
     len: usize,
     element: PhantomData<T>,
+}
+
+/// A part of a buffer as a kernel is given it.
+#[derive(Clone, Copy)]
+pub struct Bound<'a> {
+    pub(super) raw: &'a Arc<RawBuffer>,
+    pub(super) offset: u64,
+    pub(super) bytes: u64,
 }
 
 /// An untyped buffer, for [`Buffer`] and for staging copies.
@@ -32,8 +42,7 @@ impl<T: bytemuck::Pod> Buffer<T> {
     /// # Errors
     /// [`Error::OutOfMemory`] with the name, if it is larger than a kernel can be given or than what is free.
     pub fn new(device: &Device, name: &str, len: usize) -> Result<Self> {
-        // Vulkan has no empty buffers.
-        let bytes = (len.max(1) as u64).saturating_mul(size_of::<T>() as u64).next_multiple_of(16);
+        let bytes = Self::bytes_for(len);
         let most = device.info().limits.storage_buffer_bytes;
         if bytes > most {
             return Err(Error::OutOfMemory {
@@ -44,12 +53,26 @@ impl<T: bytemuck::Pod> Buffer<T> {
                 source: None,
             });
         }
+        Self::of_windows(device, name, len)
+    }
+
+    /// As [`Buffer::new`], but it may be larger than a kernel can be given: kernels get windows of it.
+    ///
+    /// # Errors
+    /// [`Error::OutOfMemory`] with the name, if it is larger than what is free.
+    pub fn of_windows(device: &Device, name: &str, len: usize) -> Result<Self> {
+        let bytes = Self::bytes_for(len);
         let usage = vk::BufferUsageFlags::STORAGE_BUFFER
             | vk::BufferUsageFlags::INDIRECT_BUFFER
             | vk::BufferUsageFlags::TRANSFER_SRC
             | vk::BufferUsageFlags::TRANSFER_DST;
         let raw = RawBuffer::new(&device.shared, name, bytes, usage, MemoryLocation::GpuOnly)?;
-        Ok(Self { raw: Arc::new(raw), len, element: PhantomData })
+        Ok(Self { raw: Arc::new(raw), offset: 0, len, element: PhantomData })
+    }
+
+    /// Vulkan has no empty buffers.
+    fn bytes_for(len: usize) -> u64 {
+        (len.max(1) as u64).saturating_mul(size_of::<T>() as u64).next_multiple_of(16)
     }
 
     /// A buffer with the given content.
@@ -69,11 +92,18 @@ impl<T: bytemuck::Pod> Buffer<T> {
     /// # Errors
     /// As [`Buffer::new`].
     pub fn zeros(device: &Device, name: &str, len: usize) -> Result<Self> {
-        let buffer = Self::new(device, name, len)?;
+        Self::new(device, name, len)?.zeroed(device)
+    }
+
+    /// Itself, with all values set to zero.
+    ///
+    /// # Errors
+    /// [`Error::Device`].
+    pub fn zeroed(self, device: &Device) -> Result<Self> {
         let mut recorder = device.recorder()?;
-        recorder.fill(&buffer, 0)?;
+        recorder.fill(&self, 0)?;
         recorder.submit()?;
-        Ok(buffer)
+        Ok(self)
     }
 
     /// Copies the content back; waits for the device.
@@ -96,6 +126,32 @@ impl<T> Buffer<T> {
     /// Whether there are no values.
     pub fn is_empty(&self) -> bool {
         self.len == 0
+    }
+
+    /// The `len` values from `first` on, as a buffer that shares the memory. Vulkan may ask windows to begin
+    /// at multiples of 256 bytes.
+    ///
+    /// # Errors
+    /// [`Error::Internal`] if there are not so many.
+    pub fn window(&self, first: usize, len: usize) -> Result<Self> {
+        if first + len > self.len {
+            let name = self.raw.name();
+            return Err(Error::Internal(format!("{name} has no {len} values from {first} on")));
+        }
+        let offset = self.offset + (first * size_of::<T>()) as u64;
+        Ok(Self { raw: self.raw.clone(), offset, len, element: PhantomData })
+    }
+
+    /// Where the values begin in [`Buffer::raw`], in bytes.
+    pub(super) fn offset(&self) -> u64 {
+        self.offset
+    }
+
+    /// The values as a kernel is given them.
+    pub fn bound(&self) -> Bound<'_> {
+        // Vulkan has no empty ranges.
+        let bytes = (self.len.max(1) * size_of::<T>()).next_multiple_of(4) as u64;
+        Bound { raw: &self.raw, offset: self.offset, bytes }
     }
 
     /// The untyped buffer; a recorder that uses it shares it until the device is done.

@@ -2,6 +2,7 @@
 
 use super::cache;
 use super::errors::vk_error;
+use super::host_memory;
 use super::instance::{Instance, open_all};
 use super::kernel::Pipelines;
 use super::select::{Candidate, DeviceInfo, candidates, choose};
@@ -184,10 +185,16 @@ impl Device {
 
     /// Bytes of device memory that this program can use: the least of its size, of what the driver says other
     /// programs leave of it, and of [`DeviceOptions::memory_bytes`]. Memory that this program already uses
-    /// counts as available.
+    /// counts as available. A CPU has the machine's memory, whatever size its driver gives.
     pub fn available_bytes(&self) -> u64 {
-        let most = self.shared.memory_bytes.unwrap_or(u64::MAX);
-        self.shared.budget().min(self.info().limits.memory_bytes).min(most)
+        let Shared { info, memory_bytes, allocated_bytes, .. } = &*self.shared;
+        let own = allocated_bytes.load(Ordering::Relaxed);
+        let machine = (info.kind == "cpu").then(host_memory::available).flatten();
+        let size = machine.map_or_else(
+            || self.shared.budget().min(info.limits.memory_bytes),
+            |free| free.saturating_add(own),
+        );
+        size.min(memory_bytes.unwrap_or(u64::MAX))
     }
 
     /// Largest sum of buffer sizes that was ever allocated at once, in bytes.

@@ -1,6 +1,6 @@
 //! Kernels: their declarations, and their compiled pipelines.
 
-use super::buffer::RawBuffer;
+use super::buffer::Bound;
 use super::device::{Device, Shared, lock};
 use super::errors::vk_error;
 use crate::{Error, Result};
@@ -63,7 +63,7 @@ pub trait SpecializationConstants: Default + Copy {
 /// The buffers of one dispatch, by binding number.
 pub trait BindingSet {
     /// The buffers in order.
-    fn buffers(&self) -> Vec<&Arc<RawBuffer>>;
+    fn buffers(&self) -> Vec<Bound<'_>>;
 }
 
 /// A kernel compiled for a device with given specialization constants.

@@ -12,6 +12,7 @@ mod driver;
 mod errors;
 #[cfg(test)]
 mod faults;
+mod host_memory;
 mod instance;
 mod kernel;
 pub mod kernels;
@@ -20,7 +21,7 @@ mod recorder;
 mod select;
 mod timer;
 
-pub use buffer::{Buffer, RawBuffer};
+pub use buffer::{Bound, Buffer, RawBuffer};
 pub use device::{Device, DeviceOptions};
 pub use kernel::{Access, BindingInfo, BindingSet, Kernel, KernelInfo, Pipeline, SpecializationConstants};
 pub use recorder::{Download, Recorder, Submitted, Threads};

@@ -1,7 +1,7 @@
 //! Records a sequence of dispatches and copies, with the barriers that they need, and runs it.
 
 use super::barriers::{Barrier, Hazards, Stage};
-use super::buffer::{Buffer, RawBuffer};
+use super::buffer::{Bound, Buffer, RawBuffer};
 use super::device::{Device, Shared, lock};
 use super::errors::vk_error;
 use super::kernel::{Access, BindingSet, Kernel, Pipeline, RawPipeline};
@@ -158,8 +158,8 @@ impl Recorder {
         push: &K::Push,
         bindings: &K::Bindings<'_>,
     ) -> Result<()> {
-        let mut buffers = bindings.buffers();
-        let set_buffers = buffers.clone();
+        let bound = bindings.buffers();
+        let mut buffers: Vec<_> = bound.iter().map(|b| b.raw).collect();
         let mut uses: Vec<_> =
             buffers.iter().zip(K::INFO.bindings).map(|(b, info)| (b.id, info.access)).collect();
         let mut stage = Stage::Compute;
@@ -183,7 +183,7 @@ impl Recorder {
         }
         self.pipelines.push(pipeline.raw.clone());
         self.buffers.extend(buffers.iter().map(|b| (b.id, Arc::clone(b))));
-        let set = self.descriptor_set(pipeline.raw.set_layout, &set_buffers)?;
+        let set = self.descriptor_set(pipeline.raw.set_layout, &bound)?;
         let (raw, layout) = (&self.shared.raw.clone(), pipeline.raw.layout);
         self.timed(K::INFO.name, |commands| {
             // SAFETY: recording is on; this recorder shares pipeline and buffers and owns the set until the
@@ -210,7 +210,7 @@ impl Recorder {
                 match groups {
                     Groups::Known(g) => raw.cmd_dispatch(commands, g.x, g.y, g.z),
                     Groups::Indirect(buffer, at) => {
-                        let offset = (at * size_of::<UVec4>()) as u64;
+                        let offset = buffer.offset() + (at * size_of::<UVec4>()) as u64;
                         raw.cmd_dispatch_indirect(commands, buffer.raw().handle, offset);
                     }
                 }
@@ -240,7 +240,7 @@ impl Recorder {
             .ok_or_else(|| Error::Internal("staging memory is not mapped".to_owned()))?
             .copy_from_slice(bytes);
         self.buffers.insert(target.raw().id, target.raw().clone());
-        self.copy(&staging, target.raw(), bytes.len(), "copy.upload")?;
+        self.copy((&staging, 0), (target.raw(), target.offset()), bytes.len(), "copy.upload")?;
         self.staging.push(staging);
         Ok(())
     }
@@ -250,14 +250,15 @@ impl Recorder {
     /// # Errors
     /// [`Error::Device`] if the driver has no memory.
     pub fn fill<T: bytemuck::Pod>(&mut self, target: &Buffer<T>, word: u32) -> Result<()> {
-        let buffer = target.raw();
+        let (buffer, offset) = (target.raw(), target.offset());
+        let bytes = if offset == 0 { vk::WHOLE_SIZE } else { target.bound().bytes };
         self.barrier_before_transfer(&[(buffer.id, Access::Write)]);
         self.buffers.insert(buffer.id, buffer.clone());
         let raw = self.shared.raw.clone();
         // SAFETY: buffers are made for transfers, of whole words; this recorder shares the buffer until the
         // submission was waited for.
         self.timed("copy.fill", |commands| unsafe {
-            raw.cmd_fill_buffer(commands, buffer.handle, 0, vk::WHOLE_SIZE, word);
+            raw.cmd_fill_buffer(commands, buffer.handle, offset, bytes, word);
         })
     }
 
@@ -283,7 +284,7 @@ impl Recorder {
         let staging = self.staging_buffer(bytes, vk::BufferUsageFlags::TRANSFER_DST)?;
         if bytes > 0 {
             self.buffers.insert(source.raw().id, source.raw().clone());
-            self.copy(source.raw(), &staging, bytes, "copy.download")?;
+            self.copy((source.raw(), source.offset()), (&staging, 0), bytes, "copy.download")?;
         }
         self.staging.push(staging);
         Ok(Download { slot: self.staging.len() - 1, len, element: PhantomData })
@@ -361,10 +362,18 @@ impl Recorder {
         RawBuffer::new(&self.shared, "gpu.staging", bytes.max(1).next_multiple_of(16) as u64, usage, location)
     }
 
-    fn copy(&mut self, from: &RawBuffer, to: &RawBuffer, bytes: usize, name: &'static str) -> Result<()> {
+    /// Copies bytes between buffers, in both from an offset on.
+    fn copy(
+        &mut self,
+        (from, from_offset): (&RawBuffer, u64),
+        (to, to_offset): (&RawBuffer, u64),
+        bytes: usize,
+        name: &'static str,
+    ) -> Result<()> {
         self.barrier_before_transfer(&[(from.id, Access::Read), (to.id, Access::Write)]);
         let raw = self.shared.raw.clone();
-        let region = [vk::BufferCopy::default().size(bytes as u64)];
+        let region =
+            [vk::BufferCopy::default().src_offset(from_offset).dst_offset(to_offset).size(bytes as u64)];
         // SAFETY: both buffers are at least `bytes` long; this recorder shares or owns them until the
         // submission was waited for.
         self.timed(name, |commands| unsafe { raw.cmd_copy_buffer(commands, from.handle, to.handle, &region) })
@@ -454,8 +463,13 @@ impl Recorder {
     fn descriptor_set(
         &mut self,
         layout: vk::DescriptorSetLayout,
-        buffers: &[&Arc<RawBuffer>],
+        buffers: &[Bound<'_>],
     ) -> Result<vk::DescriptorSet> {
+        let most = self.shared.info.limits.storage_buffer_bytes;
+        if let Some(large) = buffers.iter().find(|b| b.bytes > most) {
+            let (name, bytes) = (large.raw.name(), large.bytes);
+            return Err(Error::Internal(format!("{bytes} bytes of {name} are bound at once")));
+        }
         let failed = |e| vk_error("making a descriptor set", e);
         let raw = self.shared.raw.clone();
         if self.sets_left == 0 {
@@ -477,7 +491,10 @@ impl Recorder {
         let set = set.first().copied().unwrap_or_default();
         let infos: Vec<_> = buffers
             .iter()
-            .map(|b| [vk::DescriptorBufferInfo::default().buffer(b.handle).range(vk::WHOLE_SIZE)])
+            .map(|b| {
+                let info = vk::DescriptorBufferInfo::default().buffer(b.raw.handle);
+                [info.offset(b.offset).range(b.bytes)]
+            })
             .collect();
         let writes: Vec<_> = infos
             .iter()

@@ -29,8 +29,8 @@ pub(crate) const MOST_HALVED: usize = 16;
 const LARGER: &str = "use a larger device, or raise `memory_bytes` if that is the limit";
 
 /// Refuses a vertex count whose largest buffer exceeds the device's limit, or that needs more memory than
-/// there is.
-pub(crate) fn check_memory(device: &Device, input: &TriMesh, options: &Options) -> Result<()> {
+/// there is. On surfaces with `curves` both are a little more.
+pub(crate) fn check_memory(device: &Device, input: &TriMesh, options: &Options, curves: bool) -> Result<()> {
     let name = &device.info().name;
     let sites = options.vertices as u64;
     let refuse = |what: &str, bytes: u64, problem: String, most: u64| {
@@ -40,7 +40,7 @@ pub(crate) fn check_memory(device: &Device, input: &TriMesh, options: &Options) 
         };
         Err(Error::OutOfMemory { what: what.to_owned(), bytes, problem, remedy, source: None })
     };
-    let in_one = site_bytes(options).largest_buffer;
+    let in_one = site_bytes(options, curves).largest_buffer;
     let limit = device.info().limits.storage_buffer_bytes;
     if sites.saturating_mul(in_one) > limit {
         let problem = format!("but device '{name}' has {limit} in one buffer");
@@ -65,12 +65,11 @@ pub(crate) fn check_memory(device: &Device, input: &TriMesh, options: &Options) 
             source: None,
         });
     }
-    // Curves are not known yet.
-    let total = bytes_needed(input, options, false)?;
+    let total = bytes_needed(input, options, curves)?;
     let available = device.available_bytes();
     if total > available {
         let problem = format!("but device '{name}' has {available} for it");
-        return refuse("the run", total, problem, most_sites(input, options, available)?);
+        return refuse("the run", total, problem, most_sites(input, options, curves, available)?);
     }
     Ok(())
 }
@@ -86,12 +85,12 @@ pub(crate) fn bytes_needed(input: &TriMesh, options: &Options, curves: bool) -> 
 
 /// The largest vertex count, below that of the options, for which the available bytes suffice; 0 if there is
 /// none.
-fn most_sites(input: &TriMesh, options: &Options, available: u64) -> Result<u64> {
+fn most_sites(input: &TriMesh, options: &Options, curves: bool, available: u64) -> Result<u64> {
     let mut options = options.clone();
     let (mut enough, mut too_many) = (0, options.vertices);
     while too_many - enough > 1 {
         options.vertices = enough + (too_many - enough) / 2;
-        if bytes_needed(input, &options, false)? <= available {
+        if bytes_needed(input, &options, curves)? <= available {
             enough = options.vertices;
         } else {
             too_many = options.vertices;
@@ -138,7 +137,7 @@ fn device_bytes([vertices, triangles]: [u64; 2], options: &Options, curves: bool
     let DeviceInput { vertex, triangle, .. } = device_input(options);
     // With a size field: a slope for each triangle, a length for each site.
     let (slope, length) = if options.coarse_to_fine.sizing == Sizing::Uniform { (0, 0) } else { (16, 4) };
-    let each = site_bytes(options).total;
+    let each = site_bytes(options, curves).total;
     let fixed = vertex * vertices + (triangle + slope) * triangles;
     DeviceBytes { fixed, per_site: each + more + length }
 }
@@ -176,10 +175,13 @@ struct SiteBytes {
     total: u64,
 }
 
-fn site_bytes(options: &Options) -> SiteBytes {
+fn site_bytes(options: &Options, curves: bool) -> SiteBytes {
     let (largest_buffer, total) = match options.method {
-        // Positions, for lists are in blocks; the list; six vectors, two reaches, eight words, and the boxes.
-        Method::CoarseToFine => (16, 4 * u64::from(LIST) + 6 * 16 + 2 * 8 + 8 * 4 + 5),
+        // Positions, with marks if there are curves, for kernels get all others in parts; the list; six
+        // vectors, two reaches, eight words, and the boxes.
+        Method::CoarseToFine => {
+            (if curves { 16 } else { 12 }, 4 * u64::from(LIST) + 6 * 16 + 2 * 8 + 8 * 4 + 5)
+        }
         // The list, for connecting; vectors, reaches, words and boxes.
         Method::AllAtOnce if options.has_exact_faces() && options.iterations == 0 => {
             (4 * u64::from(LIST), 4 * u64::from(LIST) + 3 * 16 + 2 * 8 + 8 * 4 + 5)

@@ -3,6 +3,7 @@
 use crate::Result;
 use crate::gpu::{Buffer, Device};
 use crate::stages::neighbours::lists::{ListOptions, Lists};
+use crate::stages::site_layout::SiteLayout;
 use glam::{DVec3, Vec4};
 
 /// Number of sites in a list.
@@ -14,8 +15,9 @@ pub(crate) const LIST: u32 = 20;
 /// As [`Lists::new`].
 pub(crate) fn near_sites(device: &Device, sites: &[DVec3]) -> Result<Vec<u32>> {
     let sites: Vec<Vec4> = sites.iter().map(|p| p.as_vec3().extend(0.0)).collect();
-    let on_device = Buffer::from_slice(device, "default.sites", &sites)?;
-    let lists = Lists::new(device, sites.len(), &ListOptions::new(LIST))?;
+    let layout = SiteLayout::fitting(device, sites.len());
+    let on_device = Buffer::from_slice(device, "default.sites", &layout.pack(&sites))?;
+    let lists = Lists::new(device, sites.len(), &ListOptions { layout, ..ListOptions::new(LIST) })?;
     let mut recorder = device.recorder()?;
     lists.record_build(&mut recorder, &on_device)?;
     recorder.submit()?;

@@ -58,7 +58,8 @@ impl Prepared {
         let repaired = repaired_for(mesh, repaired, options)?;
         progress.poll()?;
         let frame = UnitFrame::of(&repaired.mesh)?;
-        check_memory(device, &repaired.mesh, options)?;
+        // Curves are not known yet.
+        check_memory(device, &repaired.mesh, options, false)?;
         let subdivided = subdivided(&repaired.mesh, options, progress)?;
         progress.poll()?;
         let division = divide(&repaired.mesh, &frame, options, progress);
@@ -88,7 +89,11 @@ impl Prepared {
         let model = match options.method {
             Method::CoarseToFine => {
                 let input = ModelInput { device, mesh: on, frame: &frame, surface: &surface };
-                Some(SurfaceModel::new(input, &options, progress)?)
+                let model = SurfaceModel::new(input, &options, progress)?;
+                if model.curves.is_some() {
+                    check_memory(device, on, &options, true)?;
+                }
+                Some(model)
             }
             Method::AllAtOnce => None,
         };

@@ -3,8 +3,9 @@
 use crate::gpu::{Buffer, Device};
 use crate::{Error, Result};
 
-/// Blocks begin at multiples of this, so that the workgroups of a block are those of all sites together.
-const STEP: usize = 128;
+/// Blocks begin at multiples of this, so that the workgroups of a block are those of all sites together, and
+/// windows begin where Vulkan allows it.
+const STEP: usize = 64;
 
 /// Consecutive sites whose values are in one buffer, as kernels take them; see `glsl/common/blocks.glsl`.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -16,18 +17,26 @@ pub struct Block {
 }
 
 impl Block {
-    /// Divides `sites` sites into blocks of at most `most`; one block if there are no sites.
+    /// Divides `sites` sites into blocks of at most `most`, rounded down to a multiple of 64, but 64 at
+    /// least; into one block if there are no sites.
     pub fn divide(sites: usize, most: usize) -> Vec<Self> {
-        let most = most.max(1);
+        let most = (most / STEP * STEP).max(STEP);
         let block = |first| Self { first: first as u32, sites: most.min(sites - first) as u32 };
         (0..sites.max(1)).step_by(most).map(block).collect()
+    }
+
+    /// The values of its sites, of those of all sites.
+    ///
+    /// # Errors
+    /// As [`Buffer::window`].
+    pub fn window<T: bytemuck::Pod>(self, all: &Buffer<T>) -> Result<Buffer<T>> {
+        all.window(self.first as usize, self.sites as usize)
     }
 
     /// The largest blocks for which `bytes` bytes a site fit into a buffer of the device.
     pub fn largest(device: &Device, bytes: usize) -> usize {
         let fit = device.info().limits.storage_buffer_bytes / bytes.max(1) as u64;
-        let fit = usize::try_from(fit).unwrap_or(usize::MAX);
-        if fit > STEP { fit / STEP * STEP } else { fit }
+        usize::try_from(fit).unwrap_or(usize::MAX)
     }
 }
 

@@ -11,6 +11,7 @@ pub mod octahedral;
 pub mod pins;
 pub mod project;
 pub mod records;
+pub mod site_layout;
 pub mod sizing;
 pub mod spatial;
 pub mod step;

@@ -2,6 +2,7 @@
 //! shorter edges.
 
 use super::face::planar::PlanarInputs;
+use super::site_layout::SiteLayout;
 use crate::Result;
 use crate::gpu::kernels::sizing::{drift, lengths};
 use crate::gpu::{Buffer, Device, Pipeline, Recorder, Threads};
@@ -41,14 +42,22 @@ pub struct Sizing {
 }
 
 impl Sizing {
-    /// For `sites` sites, which have the marks of [`super::pins`] if there are `curves`.
+    /// For `sites` sites, which have the marks of [`super::pins`] if there are `curves`, in a buffer of
+    /// this `layout`.
     ///
     /// # Errors
     /// [`crate::Error::OutOfMemory`] or [`crate::Error::Device`].
-    pub fn new(device: &Device, sites: usize, curves: bool, workgroup: Option<u32>) -> Result<Self> {
-        let mut find = lengths::Constants::default();
+    pub fn new(
+        device: &Device,
+        sites: usize,
+        curves: bool,
+        layout: SiteLayout,
+        workgroup: Option<u32>,
+    ) -> Result<Self> {
+        let packed = layout.packed();
+        let mut find = lengths::Constants { packed, ..Default::default() };
         find.workgroup = workgroup.unwrap_or(find.workgroup);
-        let mut drift = drift::Constants { curves: curves.into(), ..Default::default() };
+        let mut drift = drift::Constants { curves: curves.into(), packed, ..Default::default() };
         drift.workgroup = workgroup.unwrap_or(drift.workgroup);
         Ok(Self {
             find: Pipeline::new(device, find)?,
@@ -69,14 +78,14 @@ impl Sizing {
         site_triangle: &Buffer<u32>,
     ) -> Result<()> {
         let push = lengths::Push {
-            site_count: sites.len() as u32,
+            site_count: self.lengths.len() as u32,
             triangle_count: sizes.slopes.len() as u32,
             least: sizes.range[0] as f32,
             largest: sizes.range[1] as f32,
         };
         let bindings =
             lengths::Bindings { sites, site_triangle, slopes: &sizes.slopes, lengths: &self.lengths };
-        recorder.dispatch(&self.find, Threads(sites.len()), &push, &bindings)
+        recorder.dispatch(&self.find, Threads(self.lengths.len()), &push, &bindings)
     }
 
     /// Records the shift of `targets` whose faces have these `centroids`, as
@@ -95,8 +104,14 @@ impl Sizing {
         let PlanarInputs { sites, normals, neighbours, .. } = *inputs;
         for (block, neighbours) in neighbours.iter() {
             let push = drift::Push { first: block.first, block_sites: block.sites, largest_move };
-            let bindings =
-                drift::Bindings { sites, normals, neighbours, lengths: &self.lengths, centroids, targets };
+            let bindings = drift::Bindings {
+                sites,
+                normals,
+                neighbours,
+                lengths: &self.lengths,
+                centroids: &block.window(centroids)?,
+                targets: &block.window(targets)?,
+            };
             recorder.dispatch(&self.drift, Threads(block.sites as usize), &push, &bindings)?;
         }
         Ok(())

@@ -1,7 +1,9 @@
 //! Moving the sites, and how far they go.
 
+use super::blocks::Block;
 use super::face::planar::PlanarInputs;
 use super::project::walk::Walk;
+use super::site_layout::SiteLayout;
 use crate::Result;
 use crate::gpu::kernels::step::{keep_off, reduce, settle, step};
 use crate::gpu::{Buffer, Device, Pipeline, Recorder, Threads};
@@ -58,6 +60,9 @@ pub struct Settle {
     settle: Pipeline<settle::Shader>,
     reduce: Pipeline<reduce::Shader>,
     partials: Buffer<Vec2>,
+    workgroup: u32,
+    layout: SiteLayout,
+    blocks: Vec<Block>,
     moving: usize,
     /// The surface's normals at the sites, packed as in `glsl/common/octahedral.glsl`.
     pub surface_normals: Buffer<u32>,
@@ -69,7 +74,7 @@ pub struct Settle {
 impl Settle {
     /// For `sites` sites and at most `iterations` iterations. With curves, `moving` is the number of sites
     /// that are not pinned; sites then have the marks of [`super::pins`], and pinned ones do not count in
-    /// means.
+    /// means. Their buffer has this `layout`.
     ///
     /// # Errors
     /// [`crate::Error::OutOfMemory`] or [`crate::Error::Device`].
@@ -78,9 +83,14 @@ impl Settle {
         sites: usize,
         iterations: u32,
         moving: Option<usize>,
+        layout: SiteLayout,
         workgroup: Option<u32>,
     ) -> Result<Self> {
-        let mut constants = settle::Constants { curves: moving.is_some().into(), ..Default::default() };
+        let mut constants = settle::Constants {
+            curves: moving.is_some().into(),
+            packed: layout.packed(),
+            ..Default::default()
+        };
         constants.workgroup = workgroup.unwrap_or(constants.workgroup);
         Ok(Self {
             settle: Pipeline::new(device, constants)?,
@@ -90,6 +100,9 @@ impl Settle {
                 "default.step.partials",
                 sites.div_ceil(constants.workgroup as usize),
             )?,
+            workgroup: constants.workgroup,
+            layout,
+            blocks: Block::divide(sites, Block::largest(device, size_of::<Vec4>())),
             moving: moving.unwrap_or(sites),
             surface_normals: Buffer::new(device, "default.step.surface_normals", sites)?,
             history: Buffer::new(device, "default.step.history", iterations as usize)?,
@@ -108,16 +121,18 @@ impl Settle {
         sites: &Buffer<Vec4>,
         iteration: u32,
     ) -> Result<()> {
-        let site_count = sites.len() as u32;
-        let bindings = settle::Bindings {
-            projected: &walk.projected,
-            normals: &walk.normals,
-            targets,
-            sites,
-            surface_normals: &self.surface_normals,
-            partials: &self.partials,
-        };
-        recorder.dispatch(&self.settle, Threads(sites.len()), &settle::Push { site_count }, &bindings)?;
+        for block in &self.blocks {
+            let push = settle::Push { site_count: block.sites, first_partial: block.first / self.workgroup };
+            let bindings = settle::Bindings {
+                projected: &block.window(&walk.projected)?,
+                normals: &block.window(&walk.normals)?,
+                targets: &block.window(targets)?,
+                sites: &self.layout.window(sites, *block)?,
+                surface_normals: &block.window(&self.surface_normals)?,
+                partials: &self.partials,
+            };
+            recorder.dispatch(&self.settle, Threads(block.sites as usize), &push, &bindings)?;
+        }
         let moving = self.moving.max(1) as u32;
         let push = reduce::Push { partial_count: self.partials.len() as u32, site_count: moving, iteration };
         let bindings = reduce::Bindings { partials: &self.partials, history: &self.history };
@@ -164,6 +179,7 @@ impl KeepOff {
         let spacing = spacing as f32;
         for (block, neighbours) in neighbours.iter() {
             let push = keep_off::Push { first: block.first, block_sites: block.sites, spacing };
+            let targets = &block.window(targets)?;
             let bindings = keep_off::Bindings { sites, normals, neighbours, targets, lengths };
             recorder.dispatch(&self.pipeline, Threads(block.sites as usize), &push, &bindings)?;
         }

@@ -21,7 +21,9 @@ fn options(vertices: usize) -> Options {
 fn a_device_has_no_more_than_its_memory_or_the_limit() {
     let all = Device::open(&DeviceOptions::from_env()).unwrap();
     let heap = all.info().limits.memory_bytes;
-    assert!((1..=heap).contains(&all.available_bytes()), "{} of {heap}", all.available_bytes());
+    // A CPU has the memory of the machine; Mesa gives a constant as its size.
+    let most = if all.info().kind == "cpu" { 1 << 44 } else { heap };
+    assert!((1..=most).contains(&all.available_bytes()), "{} of {heap}", all.available_bytes());
     assert_eq!(limited(5 << 20).available_bytes(), 5 << 20);
     assert_eq!(limited(5 << 20).info().limits.memory_bytes, heap);
 }

@@ -55,29 +55,35 @@ fn lists_in_several_buffers_give_the_same_bytes() {
     // Their own devices, since calls are counted for each.
     let open = |options: DeviceOptions| Device::open(&options.validation(true)).unwrap();
     let large = open(DeviceOptions::from_env());
-    let small = open(DeviceOptions::from_env().buffer_bytes(56_000));
-    assert_eq!(small.info().limits.storage_buffer_bytes, 56_000);
-    let options = Options::new(3000).iterations(12).coarse_iterations(8).first_iterations(10);
-    // A smooth surface; one with curves, and edges of different lengths.
-    for (name, options) in
-        [("torus", options.clone()), ("box", options.sizing(Sizing::Curvature { gradation: 1.0 }))]
+    let options = Options::new(3600).iterations(12).coarse_iterations(8).first_iterations(10);
+    let graded = options.clone().sizing(Sizing::Curvature { gradation: 1.0 });
+    // A list takes 80 bytes, so that there are five blocks of them or more at last. A position takes 16 bytes
+    // with marks of curves, and 12 where there are none and 16 are too many.
+    for (name, options, bytes) in
+        [("torus", &options, 56_000), ("torus", &graded, 56_000), ("box", &graded, 58_000)]
     {
+        let small = open(DeviceOptions::from_env().buffer_bytes(bytes));
+        assert_eq!(small.info().limits.storage_buffer_bytes, bytes);
         let input = sample(name).unwrap();
-        let result = remesh(&small, &input, &options).unwrap();
+        let result = remesh(&small, &input, options).unwrap();
         assert_valid(&small);
-        let whole = remesh(&large, &input, &options).unwrap();
+        let whole = remesh(&large, &input, options).unwrap();
         assert_eq!(result.mesh, whole.mesh, "{name}");
         assert_eq!(result.summary.flags, whole.summary.flags, "{name}");
         assert_eq!(result.summary.steps, whole.summary.steps, "{name}");
-        // A list takes 80 bytes, so that there are five blocks of them at last.
         let calls = |run: &Remeshed| {
             let stages = &run.summary.timings.stages;
             stages.iter().find(|stage| stage.name == "face.planar").unwrap().calls
         };
         assert!(calls(&result) > 2 * calls(&whole), "{name}");
     }
-    let error = remesh(&small, &sample("torus").unwrap(), &Options::new(3501)).unwrap_err();
-    assert!(error.to_string().contains("56000") && error.to_string().contains("at most 3500"), "{error}");
+    let small = open(DeviceOptions::from_env().buffer_bytes(36_000));
+    for (name, most) in [("torus", 3000), ("box", 2250)] {
+        let options = Options::new(most + 1);
+        let error = remesh(&small, &sample(name).unwrap(), &options).unwrap_err().to_string();
+        assert!(error.contains("36000") && error.contains(&format!("at most {most}")), "{error}");
+        assert!(small.peak_bytes() < 30_000, "{name}: it began");
+    }
 }
 
 #[test]

@@ -4,7 +4,7 @@ use crate::reference::knn::nearest;
 use crate::reference::octahedral::{pack, unpack};
 use crate::reference::pins::Mark;
 use crate::support::polygons::frame;
-use crate::support::{assert_valid, cloud, device, on_sphere, rng, rounded, slots, upload};
+use crate::support::{assert_valid, cloud, device, on_sphere, rng, rounded, slots, upload, vec4};
 use glam::{DMat2, DVec2, DVec3, Vec4};
 use rand::RngExt;
 use rtfmesh::gpu::Buffer;
@@ -13,6 +13,7 @@ use rtfmesh::mesh::sizing::SizeField;
 use rtfmesh::stages::blocks::{Block, Blocked};
 use rtfmesh::stages::face::planar::PlanarInputs;
 use rtfmesh::stages::neighbours::lists::{ListOptions, Lists};
+use rtfmesh::stages::site_layout::SiteLayout;
 use rtfmesh::stages::sizing::{DeviceSizes, Sizing};
 
 const RING: usize = 6;
@@ -24,7 +25,10 @@ fn lengths_are_those_of_the_triangle_under_each_site() {
     let wished: Vec<f64> = mesh.vertices.iter().map(|_| rng.random_range(0.2..3.0)).collect();
     let field = SizeField::new(mesh.clone(), wished);
     let sizes = DeviceSizes::new(device(), &field).unwrap().unwrap();
-    for (n, workgroup) in [(0, None), (1, None), (63, Some(8)), (64, None), (65, None), (500, Some(16))] {
+    let counts = [(0, None), (1, None), (63, Some(8)), (64, None), (65, None), (500, Some(16))];
+    let layouts = [SiteLayout::Marked, SiteLayout::Packed];
+    for ((n, workgroup), layout) in counts.into_iter().flat_map(|count| layouts.map(|layout| (count, layout)))
+    {
         let under: Vec<u32> = (0..n).map(|_| rng.random_range(0..mesh.triangles.len() as u32)).collect();
         let points: Vec<DVec3> = under
             .iter()
@@ -35,9 +39,9 @@ fn lengths_are_those_of_the_triangle_under_each_site() {
             })
             .collect();
         let points = rounded(&points);
-        let sites = upload("test.sites", &points);
+        let sites = Buffer::from_slice(device(), "test.sites", &layout.pack(&vec4(&points))).unwrap();
         let site_triangle = Buffer::from_slice(device(), "test.site_triangle", &under).unwrap();
-        let stage = Sizing::new(device(), n, false, workgroup).unwrap();
+        let stage = Sizing::new(device(), n, false, layout, workgroup).unwrap();
         let mut recorder = device().recorder().unwrap();
         stage.record_lengths(&mut recorder, &sizes, &sites, &site_triangle).unwrap();
         recorder.submit().unwrap();
@@ -101,16 +105,18 @@ fn drift(sites: &[Site], i: usize, near: &[u32]) -> Option<DVec3> {
 
 #[test]
 fn targets_drift_to_where_edges_are_to_be_short() {
+    use SiteLayout::{Marked, Packed};
     const STEP: f64 = 0.02;
-    for (n, curves, workgroup) in [
-        (0, false, None),
-        (1, false, None),
-        (5, true, None),
-        (63, true, Some(8)),
-        (64, false, None),
-        (65, false, Some(16)),
-        (700, false, None),
-        (700, true, None),
+    for (n, curves, layout, workgroup) in [
+        (0, false, Packed, None),
+        (1, false, Packed, None),
+        (5, true, Marked, None),
+        (63, true, Marked, Some(8)),
+        (64, false, Marked, None),
+        (65, false, Packed, Some(16)),
+        (700, false, Packed, None),
+        (700, false, Marked, None),
+        (700, true, Marked, None),
     ] {
         let mut rng = rng(n as u64);
         let (positions, normals) = on_sphere(n, 3);
@@ -134,9 +140,9 @@ fn targets_drift_to_where_edges_are_to_be_short() {
         let words: Vec<Vec4> = sites.iter().map(|s| s.at.as_vec3().extend(s.mark.encode())).collect();
         let packed: Vec<u32> = sites.iter().map(|s| pack(s.normal)).collect();
         let lengths: Vec<f32> = sites.iter().map(|s| s.length as f32).collect();
-        let stage = Sizing::new(device(), n, curves, workgroup).unwrap();
+        let stage = Sizing::new(device(), n, curves, layout, workgroup).unwrap();
         let lists = Lists::new(device(), n, &ListOptions::new(RING as u32)).unwrap();
-        let on_device = Buffer::from_slice(device(), "test.sites", &words).unwrap();
+        let on_device = Buffer::from_slice(device(), "test.sites", &layout.pack(&words)).unwrap();
         let packed = Buffer::from_slice(device(), "test.normals", &packed).unwrap();
         let blocks = Block::divide(n, if curves { n } else { 240 });
         let near_slots = slots(&near, RING);

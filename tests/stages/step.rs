@@ -7,6 +7,7 @@ use glam::{DVec3, Vec4};
 use rand::RngExt;
 use rtfmesh::gpu::Buffer;
 use rtfmesh::stages::project::walk::Walk;
+use rtfmesh::stages::site_layout::SiteLayout;
 use rtfmesh::stages::step::{KeepOff, Settle, Step};
 
 const SPACING: f64 = 0.05;
@@ -40,17 +41,17 @@ fn steps_move_the_sites_and_sum_up() {
 #[test]
 fn settling_moves_the_sites_and_sums_the_steps_to_the_centroids() {
     let device = device();
-    for (n, workgroup) in
-        [(1, None), (16, Some(16)), (17, Some(16)), (63, None), (64, None), (65, None), (3000, None)]
-    {
+    let sizes = [(1, None), (16, Some(16)), (17, Some(16)), (63, None), (64, None), (65, None), (3000, None)];
+    let layouts = [SiteLayout::Marked, SiteLayout::Packed];
+    for ((n, workgroup), layout) in sizes.into_iter().flat_map(|size| layouts.map(|layout| (size, layout))) {
         let places = rounded(&cloud(n, 1.0, 3));
         let normals = on_sphere(n, 4).1;
         let steps: Vec<f64> = (0..n).map(|i| (i % 7) as f64 * 1e-3).collect();
         let targets: Vec<Vec4> =
             places.iter().zip(&steps).map(|(p, s)| p.as_vec3().extend((s * s) as f32)).collect();
         let walk = Walk::new(device, n, None).unwrap();
-        let settle = Settle::new(device, n, 2, None, workgroup).unwrap();
-        let sites = Buffer::<Vec4>::new(device, "test.sites", n).unwrap();
+        let settle = Settle::new(device, n, 2, None, layout, workgroup).unwrap();
+        let sites = layout.buffer(device, "test.sites", n).unwrap();
         let mut recorder = device.recorder().unwrap();
         recorder.upload(&walk.projected, &vec4(&places)).unwrap();
         recorder.upload(&walk.normals, &vec4(&normals)).unwrap();
@@ -58,7 +59,8 @@ fn settling_moves_the_sites_and_sums_the_steps_to_the_centroids() {
         settle.record(&mut recorder, &walk, &targets, &sites, 1).unwrap();
         recorder.submit().unwrap();
         assert_valid(device);
-        assert_eq!(sites.to_vec(device).unwrap(), vec4(&places));
+        let moved = layout.unpack(&sites.to_vec(device).unwrap(), n);
+        assert_eq!(moved.iter().map(|p| p.as_dvec3()).collect::<Vec<_>>(), places);
         for (got, want) in settle.surface_normals.to_vec(device).unwrap().iter().zip(&normals) {
             assert!(unpack(*got).distance(*want) < 1e-4);
         }
@@ -80,7 +82,7 @@ fn curve_sites_stay_and_only_the_others_count() {
         let targets: Vec<Vec4> =
             places.iter().enumerate().map(|(i, p)| p.as_vec3().extend((step(i) * step(i)) as f32)).collect();
         let walk = Walk::new(device(), n, None).unwrap();
-        let settle = Settle::new(device(), n, 1, Some(moving), workgroup).unwrap();
+        let settle = Settle::new(device(), n, 1, Some(moving), SiteLayout::Marked, workgroup).unwrap();
         let before = scene.sites.to_vec(device()).unwrap();
         let mut recorder = device().recorder().unwrap();
         recorder.upload(&walk.projected, &vec4(&places)).unwrap();

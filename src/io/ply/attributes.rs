@@ -5,7 +5,6 @@ use super::header::{Element, Values};
 use super::write::type_name;
 use crate::TriMesh;
 use crate::io::checks::excerpt;
-use crate::mesh::attributes;
 use crate::mesh::attributes::{Attribute, Attributes, CornerUv, Kind, Role};
 
 /// Names of properties that make up one attribute.

@@ -46,7 +46,7 @@ pub(crate) struct PlaneFacesRun {
 /// How the nearest sites are found.
 enum Search {
     Brute(Nearest),
-    Lists(Lists),
+    Lists(Box<Lists>),
 }
 
 impl Search {
@@ -54,7 +54,7 @@ impl Search {
         let (n, k) = (options.vertices, options.all_at_once.listed());
         Ok(match options.all_at_once.neighbours {
             Neighbours::Brute => Self::Brute(Nearest::new(device, "rtf.neighbours.sites", n, k, true, None)?),
-            Neighbours::Lists => Self::Lists(Lists::new(device, n, &ListOptions::new(k))?),
+            Neighbours::Lists => Self::Lists(Box::new(Lists::new(device, n, &ListOptions::new(k))?)),
         })
     }
 

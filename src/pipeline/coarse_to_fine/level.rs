@@ -14,6 +14,7 @@ use crate::stages::normals::SmoothNormals;
 use crate::stages::pins::PinnedSites;
 use crate::stages::project::walk::Walk;
 use crate::stages::records::TriangleRecords;
+use crate::stages::site_layout::SiteLayout;
 use crate::stages::sizing::{DeviceSizes, Sizing};
 use crate::stages::step::{KeepOff, Settle};
 use glam::{Vec2, Vec4};
@@ -69,6 +70,7 @@ pub(crate) struct LevelOptions {
 /// The stages for a number of sites, with their buffers.
 pub(crate) struct Level {
     sites: Buffer<Vec4>,
+    layout: SiteLayout,
     site_triangle: Buffer<u32>,
     lists: Lists,
     normals: SmoothNormals,
@@ -122,7 +124,7 @@ impl Level {
             &|| Lists::new(device, 1, &ListOptions::new(LIST)).map(drop),
             &|| Walk::new(device, 1, None).map(drop),
             &|| SmoothNormals::new(device, 1, false, None).map(drop),
-            &|| Settle::new(device, 1, 1, None, None).map(drop),
+            &|| Settle::new(device, 1, 1, None, SiteLayout::Marked, None).map(drop),
         ];
         parts.par_iter().try_for_each(|part| part())
     }
@@ -132,21 +134,21 @@ impl Level {
         let Start { sites, pinned } = start;
         let n = sites.len();
         let curves = pinned.is_some();
-        let lists = Lists::new(device, n, &ListOptions::new(LIST))?;
+        // Marks need their place; memory.rs refuses what then does not fit.
+        let layout = if curves { SiteLayout::Marked } else { SiteLayout::fitting(device, n) };
+        let lists = Lists::new(device, n, &ListOptions { layout, ..ListOptions::new(LIST) })?;
+        let faces = PlanarOptions { layout, ..PlanarOptions::new(LIST, iterations) };
         Ok(Self {
-            sites: Buffer::new(device, "default.sites", n)?,
+            sites: layout.buffer(device, "default.sites", n)?,
+            layout,
             site_triangle: Buffer::from_slice(device, "default.site_triangle", &sites.triangles)?,
             normals: SmoothNormals::new(device, n, curves, None)?,
-            faces: PlanarFaces::new(
-                device,
-                &lists.neighbours.blocks(),
-                &PlanarOptions::new(LIST, iterations),
-            )?,
+            faces: PlanarFaces::new(device, &lists.neighbours.blocks(), &faces)?,
             lists,
             walk: Walk::new(device, n, None)?,
-            settle: Settle::new(device, n, iterations, pinned.as_ref().map(|p| p.moving), None)?,
+            settle: Settle::new(device, n, iterations, pinned.as_ref().map(|p| p.moving), layout, None)?,
             keep_off: curves.then(|| KeepOff::new(device, has_sizes, None)).transpose()?,
-            sizing: has_sizes.then(|| Sizing::new(device, n, curves, None)).transpose()?,
+            sizing: has_sizes.then(|| Sizing::new(device, n, curves, layout, None)).transpose()?,
             spacing,
             iterations,
             moves,
@@ -248,16 +250,14 @@ impl Level {
         let triangles = recorder.download(&self.site_triangle)?;
         let walked = recorder.download(&self.walk.normals)?;
         let downloads = recorder.submit()?;
+        let triangles: Vec<u32> = downloads.read(&triangles)?;
+        let positions = self.layout.unpack(&downloads.read(&positions)?, triangles.len());
         let last = (steps.len() as u32).checked_sub(1);
         let open = last.map_or(Ok(0), |last| self.faces.counts(last).map(|counts| counts.open))?;
         Ok(Relaxed {
             sites: SitesOnSurface {
-                positions: downloads
-                    .read(&positions)?
-                    .iter()
-                    .map(|s: &Vec4| s.truncate().as_dvec3())
-                    .collect(),
-                triangles: downloads.read(&triangles)?,
+                positions: positions.into_iter().map(|p| p.as_dvec3()).collect(),
+                triangles,
             },
             // They may be from before the last moves; they are candidates, no more.
             near: self.lists.neighbours.to_vec(device)?,

@@ -10,6 +10,7 @@ use crate::gpu::kernels::face::{planar, planar_exact, planar_rest};
 use crate::gpu::{Buffer, Device, Pipeline, Recorder, Threads};
 use crate::stages::blocks::{Block, Blocked};
 use crate::stages::neighbours::lists::{BoxTree, Lists, NEAR};
+use crate::stages::site_layout::SiteLayout;
 use glam::{Vec2, Vec4};
 
 /// What the kernels read of the sites.
@@ -49,13 +50,15 @@ pub struct PlanarOptions {
     pub slots: u32,
     /// Invocations of a workgroup; `None`: the kernels' own.
     pub workgroup: Option<u32>,
+    /// How sites are in their buffer.
+    pub layout: SiteLayout,
 }
 
 impl PlanarOptions {
     /// For lists of `k` and at most `iterations` iterations.
     pub fn new(k: u32, iterations: u32) -> Self {
         let slots = planar_exact::Constants::default().slots;
-        Self { k, iterations, slots, workgroup: None }
+        Self { k, iterations, slots, workgroup: None, layout: SiteLayout::Marked }
     }
 
     /// For a kernel of few invocations: where its `own` are less than a subgroup, lanes would be idle.
@@ -65,7 +68,11 @@ impl PlanarOptions {
 
     fn exact(&self, device: &Device) -> planar_exact::Constants {
         let own = planar_exact::Constants::default().workgroup;
-        planar_exact::Constants { workgroup: self.workgroup_of(device, own), slots: self.slots }
+        planar_exact::Constants {
+            workgroup: self.workgroup_of(device, own),
+            slots: self.slots,
+            packed: self.layout.packed(),
+        }
     }
 }
 
@@ -122,6 +129,8 @@ struct Listed<'a> {
     own: Block,
     neighbours: &'a Buffer<u32>,
     insecure: &'a Buffer<u32>,
+    targets: Buffer<Vec4>,
+    centroids: Buffer<Vec4>,
 }
 
 /// Push constants and bindings of one of the two kernels that read lists.
@@ -144,8 +153,8 @@ macro_rules! listed {
                 neighbours: $block.neighbours,
                 away: $inputs.away,
                 status: $inputs.status,
-                targets: &$faces.targets,
-                centroids: &$faces.centroids,
+                targets: &$block.targets,
+                centroids: &$block.centroids,
                 insecure: $block.insecure,
             },
         )
@@ -158,9 +167,10 @@ impl PlanarFaces {
     /// # Errors
     /// [`crate::Error::OutOfMemory`] or [`crate::Error::Device`].
     pub fn new(device: &Device, blocks: &[Block], options: &PlanarOptions) -> Result<Self> {
-        let PlanarOptions { k, iterations, slots, workgroup } = *options;
-        let mut near = planar::Constants { k: NEAR.min(k), ..Default::default() };
-        let mut rest = planar_rest::Constants { k, slots, ..Default::default() };
+        let PlanarOptions { k, iterations, slots, workgroup, layout } = *options;
+        let packed = layout.packed();
+        let mut near = planar::Constants { k: NEAR.min(k), packed, ..Default::default() };
+        let mut rest = planar_rest::Constants { k, slots, packed, ..Default::default() };
         near.workgroup = workgroup.unwrap_or(near.workgroup);
         rest.workgroup = options.workgroup_of(device, rest.workgroup);
         let sites = blocks.iter().map(|block| block.sites as usize).sum();
@@ -173,8 +183,8 @@ impl PlanarFaces {
             rest: rest?,
             exact: options.exact(device),
             device: device.clone(),
-            targets: Buffer::new(device, "default.face.targets", sites)?,
-            centroids: Buffer::zeros(device, "default.face.centroids", sites)?,
+            targets: Buffer::of_windows(device, "default.face.targets", sites)?,
+            centroids: Buffer::of_windows(device, "default.face.centroids", sites)?.zeroed(device)?,
             insecure: blocks.iter().map(insecure).collect::<Result<_>>()?,
             iterations,
         })
@@ -200,12 +210,13 @@ impl PlanarFaces {
         inputs: &PlanarInputs<'_>,
         step: &PlanarMove,
     ) -> Result<()> {
-        for block in self.blocks(inputs) {
+        let blocks = self.blocks(inputs)?;
+        for block in &blocks {
             let (push, bindings) = listed!(planar, self, inputs, step, block);
             recorder.dispatch(&self.near, Threads(block.own.sites as usize), &push, &bindings)?;
         }
         // Few faces are left; both kernels loop over them with however many threads they have.
-        for block in self.blocks(inputs) {
+        for block in &blocks {
             let take_all = u32::from(!step.exact);
             let (push, bindings) = listed!(planar_rest, self, inputs, step, block, take_all: take_all);
             recorder.dispatch(
@@ -215,22 +226,24 @@ impl PlanarFaces {
                 &bindings,
             )?;
         }
-        if step.exact { self.record_exact(recorder, inputs, step) } else { Ok(()) }
+        if step.exact { self.record_exact(recorder, inputs, &blocks, step) } else { Ok(()) }
     }
 
     fn record_exact(
         &self,
         recorder: &mut Recorder,
         inputs: &PlanarInputs<'_>,
+        blocks: &[Listed<'_>],
         step: &PlanarMove,
     ) -> Result<()> {
         let exact = Pipeline::<planar_exact::Shader>::new(&self.device, self.exact)?;
-        for Listed { own: block, insecure, .. } in self.blocks(inputs) {
+        for Listed { own: block, insecure, targets, centroids, .. } in blocks {
             let push = planar_exact::Push {
                 starts_low: inputs.tree.starts[0],
                 starts_high: inputs.tree.starts[1],
                 levels: inputs.tree.levels,
-                site_count: inputs.sites.len() as u32,
+                site_count: inputs.neighbours.sites() as u32,
+                first: block.first,
                 block_sites: block.sites,
                 iteration: step.iteration,
                 iterations: self.iterations,
@@ -242,8 +255,8 @@ impl PlanarFaces {
                 sites: inputs.sites,
                 normals: inputs.normals,
                 boxes: inputs.tree.boxes,
-                targets: &self.targets,
-                centroids: &self.centroids,
+                targets,
+                centroids,
                 insecure,
             };
             // Not too many for each thread: lavapipe ends a thread after 65,535 rounds of all its loops
@@ -256,9 +269,12 @@ impl PlanarFaces {
     }
 
     /// The blocks of sites, each with its buffers.
-    fn blocks<'a>(&'a self, inputs: &PlanarInputs<'a>) -> impl Iterator<Item = Listed<'a>> {
-        let blocks = inputs.neighbours.iter().zip(&self.insecure);
-        blocks.map(|((own, neighbours), insecure)| Listed { own, neighbours, insecure })
+    fn blocks<'a>(&'a self, inputs: &PlanarInputs<'a>) -> Result<Vec<Listed<'a>>> {
+        let listed = |((own, neighbours), insecure): ((Block, &'a Buffer<u32>), &'a Buffer<u32>)| {
+            let [targets, centroids] = [&self.targets, &self.centroids].map(|all| own.window(all));
+            Ok(Listed { own, neighbours, insecure, targets: targets?, centroids: centroids? })
+        };
+        inputs.neighbours.iter().zip(&self.insecure).map(listed).collect()
     }
 
     /// What happened in `iteration`; waits for the device.

@@ -26,8 +26,8 @@ impl PlanarPolygons {
     /// # Errors
     /// [`crate::Error::OutOfMemory`] or [`crate::Error::Device`].
     pub fn new(device: &Device, sites: usize, options: &PlanarOptions) -> Result<Self> {
-        let PlanarOptions { k, slots, workgroup, .. } = *options;
-        let mut constants = polygons::Constants { k, slots, ..Default::default() };
+        let PlanarOptions { k, slots, workgroup, layout, .. } = *options;
+        let mut constants = polygons::Constants { k, slots, packed: layout.packed(), ..Default::default() };
         constants.workgroup = workgroup.unwrap_or(constants.workgroup);
         let corners = sites * slots as usize;
         Ok(Self {
@@ -59,9 +59,9 @@ impl PlanarPolygons {
             starts_low: inputs.tree.starts[0],
             starts_high: inputs.tree.starts[1],
             levels: inputs.tree.levels,
-            site_count: inputs.sites.len() as u32,
+            site_count: self.state.len() as u32,
             widest,
         };
-        recorder.dispatch(&self.pipeline, Threads(inputs.sites.len()), &push, &bindings)
+        recorder.dispatch(&self.pipeline, Threads(self.state.len()), &push, &bindings)
     }
 }

@@ -3,6 +3,7 @@
 use crate::gpu::kernels::neighbours::{box_levels, decide, lists, moved};
 use crate::gpu::{Buffer, Device, Pipeline, Recorder, Threads};
 use crate::stages::blocks::{Block, Blocked};
+use crate::stages::site_layout::SiteLayout;
 use crate::{Error, Result};
 use glam::{UVec4, Vec2, Vec4};
 
@@ -40,12 +41,21 @@ pub struct ListOptions {
     pub registers: bool,
     /// Sites in a block of lists; `None`: as many as fit into one buffer.
     pub block: Option<usize>,
+    /// How sites are in their buffer.
+    pub layout: SiteLayout,
 }
 
 impl ListOptions {
     /// Lists of `k` neighbours.
     pub fn new(k: u32) -> Self {
-        Self { k, workgroup: None, window: lists::Constants::default().window, registers: true, block: None }
+        Self {
+            k,
+            workgroup: None,
+            window: lists::Constants::default().window,
+            registers: true,
+            block: None,
+            layout: SiteLayout::Marked,
+        }
     }
 }
 
@@ -84,7 +94,7 @@ pub struct Lists {
     /// Distances of the nearest site after the first [`NEAR`] (x) and outside
     /// the list (y) when it was made; [`ENDLESS`] if there is none.
     pub reach: Buffer<Vec2>,
-    /// Where the sites were when the lists were made, w = 0.
+    /// Where the sites were when the lists were made, in the same layout, w = 0.
     pub list_sites: Buffer<Vec4>,
     /// The reach less the distance that the site itself has moved since.
     pub away: Buffer<Vec2>,
@@ -113,10 +123,12 @@ impl Lists {
             lanes: if known { subgroup } else { 0 },
             window: options.window,
             near: NEAR,
+            packed: options.layout.packed(),
         };
+        let boxes = box_levels::Constants { packed: constants.packed, ..Default::default() };
+        let moved = moved::Constants { packed: constants.packed, ..Default::default() };
         let box_count = levels.iter().map(|l| l.padded as usize).sum::<usize>();
-        let (boxes_kernel, lists_kernel) =
-            (Pipeline::new(device, box_levels::Constants::default())?, Pipeline::new(device, constants)?);
+        let (boxes_kernel, lists_kernel) = (Pipeline::new(device, boxes)?, Pipeline::new(device, constants)?);
         let recorder = device.recorder()?;
         let mut full: Vec<UVec4> =
             levels.iter().map(|l| recorder.groups(&boxes_kernel, Threads(l.padded as usize))).collect();
@@ -126,7 +138,7 @@ impl Lists {
         Ok(Self {
             boxes_kernel,
             lists_kernel,
-            moved_kernel: Pipeline::new(device, moved::Constants::default())?,
+            moved_kernel: Pipeline::new(device, moved)?,
             decide_kernel: Pipeline::new(device, decide::Constants::default())?,
             levels,
             boxes: Buffer::new(device, "neighbours.lists.boxes", 2 * box_count)?,
@@ -134,7 +146,7 @@ impl Lists {
             full: Buffer::from_slice(device, "neighbours.lists.full", &full)?,
             neighbours: Blocked::new(device, "neighbours.lists.neighbours", &blocks, k)?,
             reach: Buffer::new(device, "neighbours.lists.reach", sites)?,
-            list_sites: Buffer::new(device, "neighbours.lists.sites", sites)?,
+            list_sites: options.layout.buffer(device, "neighbours.lists.sites", sites)?,
             away: Buffer::new(device, "neighbours.lists.away", sites)?,
             status: Buffer::from_slice(device, "neighbours.lists.status", &[0; STATUS])?,
         })
@@ -164,10 +176,15 @@ impl Lists {
             away: &self.away,
             status: &self.status,
         };
-        let push = moved::Push { site_count: sites.len() as u32 };
-        recorder.dispatch(&self.moved_kernel, Threads(sites.len()), &push, &bindings)?;
+        let push = moved::Push { site_count: self.sites() as u32 };
+        recorder.dispatch(&self.moved_kernel, Threads(self.sites()), &push, &bindings)?;
         self.record_decision(recorder, max_rho)?;
         self.record_dispatches(recorder, sites)
+    }
+
+    /// Number of sites.
+    fn sites(&self) -> usize {
+        self.reach.len()
     }
 
     /// The boxes over the sites.
@@ -184,14 +201,14 @@ impl Lists {
     }
 
     fn record_dispatches(&self, recorder: &mut Recorder, sites: &Buffer<Vec4>) -> Result<()> {
-        if sites.is_empty() {
+        if self.sites() == 0 {
             return Ok(());
         }
         let bindings = box_levels::Bindings { sites, boxes: &self.boxes };
         for (i, level) in self.levels.iter().enumerate() {
             let below = i.checked_sub(1).and_then(|b| self.levels.get(b));
             let push = box_levels::Push {
-                site_end: if below.is_none() { sites.len() as u32 } else { 0 },
+                site_end: if below.is_none() { self.sites() as u32 } else { 0 },
                 source: below.map_or(0, |b| b.start),
                 target: level.start,
                 box_end: level.boxes,
@@ -204,7 +221,7 @@ impl Lists {
             let push = lists::Push {
                 starts_low,
                 starts_high,
-                site_count: sites.len() as u32,
+                site_count: self.sites() as u32,
                 levels,
                 first: block.first,
                 block_sites: block.sites,

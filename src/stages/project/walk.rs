@@ -3,6 +3,7 @@
 use crate::Result;
 use crate::gpu::kernels::project::walk;
 use crate::gpu::{Buffer, Device, Pipeline, Recorder, Threads};
+use crate::stages::blocks::Block;
 use crate::stages::records::TriangleRecords;
 use glam::Vec4;
 
@@ -13,6 +14,7 @@ use glam::Vec4;
 /// [`super::closest::ClosestPoints`] looks farther.
 pub struct Walk {
     pipeline: Pipeline<walk::Shader>,
+    blocks: Vec<Block>,
     /// Points on the surface; w = distance of the projection.
     pub projected: Buffer<Vec4>,
     /// Unit normals of the surface there, interpolated between its vertices, on the triangle's side; w = 1
@@ -34,8 +36,9 @@ impl Walk {
         constants.workgroup = workgroup.unwrap_or(constants.workgroup);
         Ok(Self {
             pipeline: Pipeline::new(device, constants)?,
-            projected: Buffer::new(device, "default.walk.projected", sites)?,
-            normals: Buffer::new(device, "default.walk.normals", sites)?,
+            blocks: Block::divide(sites, Block::largest(device, size_of::<Vec4>())),
+            projected: Buffer::of_windows(device, "default.walk.projected", sites)?,
+            normals: Buffer::of_windows(device, "default.walk.normals", sites)?,
         })
     }
 
@@ -56,21 +59,24 @@ impl Walk {
         triangles: &TriangleRecords,
         site_triangle: &Buffer<u32>,
     ) -> Result<()> {
-        let push = walk::Push {
-            site_count: targets.len() as u32,
-            triangle_count: triangles.len() as u32,
-            max_steps: MAX_STEPS,
-        };
-        let bindings = walk::Bindings {
-            targets,
-            corners: &triangles.corners,
-            twins: &triangles.twins,
-            wedges: &triangles.wedges,
-            triangle_normals: &triangles.normals,
-            projected: &self.projected,
-            normals: &self.normals,
-            site_triangle,
-        };
-        recorder.dispatch(&self.pipeline, Threads(targets.len()), &push, &bindings)
+        for block in &self.blocks {
+            let push = walk::Push {
+                site_count: block.sites,
+                triangle_count: triangles.len() as u32,
+                max_steps: MAX_STEPS,
+            };
+            let bindings = walk::Bindings {
+                targets: &block.window(targets)?,
+                corners: &triangles.corners,
+                twins: &triangles.twins,
+                wedges: &triangles.wedges,
+                triangle_normals: &triangles.normals,
+                projected: &block.window(&self.projected)?,
+                normals: &block.window(&self.normals)?,
+                site_triangle: &block.window(site_triangle)?,
+            };
+            recorder.dispatch(&self.pipeline, Threads(block.sites as usize), &push, &bindings)?;
+        }
+        Ok(())
     }
 }

@@ -16,6 +16,7 @@ use rtfmesh::stages::face::planar::{PlanarCounts, PlanarFaces, PlanarInputs, Pla
 use rtfmesh::stages::face::polygons::PlanarPolygons;
 use rtfmesh::stages::neighbours::knn::TileBounds;
 use rtfmesh::stages::neighbours::lists::{ListOptions, Lists};
+use rtfmesh::stages::site_layout::SiteLayout;
 
 /// Faces that reach farther than this share of the largest radius give a fifth of the way.
 const WIDE: f64 = 0.45;
@@ -28,22 +29,22 @@ struct Scene {
     normals: Buffer<u32>,
     lists: Lists,
     k: u32,
+    layout: SiteLayout,
     /// No face reaches farther.
     widest: f64,
 }
 
 impl Scene {
     fn new(positions: &[DVec3], normals: &[DVec3], k: u32, widest: f64) -> Self {
-        Self::in_blocks(positions, normals, k, widest, None)
+        Self::with(positions, normals, widest, &ListOptions::new(k))
     }
 
-    /// With lists in blocks of so many sites.
-    fn in_blocks(positions: &[DVec3], normals: &[DVec3], k: u32, widest: f64, block: Option<usize>) -> Self {
+    fn with(positions: &[DVec3], normals: &[DVec3], widest: f64, options: &ListOptions) -> Self {
         let positions = rounded(positions);
         let packed: Vec<u32> = normals.iter().map(|n| octahedral::pack(*n)).collect();
-        let options = ListOptions { block, ..ListOptions::new(k) };
-        let lists = Lists::new(device(), positions.len(), &options).unwrap();
-        let sites = upload("test.sites", &positions);
+        let lists = Lists::new(device(), positions.len(), options).unwrap();
+        let words = options.layout.pack(&vec4(&positions));
+        let sites = Buffer::from_slice(device(), "test.sites", &words).unwrap();
         let mut recorder = device().recorder().unwrap();
         lists.record_build(&mut recorder, &sites).unwrap();
         recorder.submit().unwrap();
@@ -54,7 +55,8 @@ impl Scene {
             positions,
             sites,
             lists,
-            k,
+            k: options.k,
+            layout: options.layout,
             widest,
         }
     }
@@ -77,7 +79,7 @@ impl Scene {
     }
 
     fn options(&self) -> PlanarOptions {
-        PlanarOptions::new(self.k, 4)
+        PlanarOptions { layout: self.layout, ..PlanarOptions::new(self.k, 4) }
     }
 
     /// The polygon of `site` from the maths, among all sites but those whose normals turn away; in a cube
@@ -423,12 +425,13 @@ fn the_back_of_a_sheet_does_not_count() {
 }
 
 #[test]
-fn faces_do_not_depend_on_the_blocks_of_the_lists() {
+fn faces_do_not_depend_on_blocks_and_layout() {
     for (name, sites, normals, widest) in scenes() {
         let whole = Scene::new(&sites, &normals, 8, widest);
         let want = targets(&whole, &whole.options());
-        for block in [1 + sites.len() / 2, 90, sites.len() - 1] {
-            let scene = Scene::in_blocks(&sites, &normals, 8, widest, Some(block));
+        for (block, layout) in [(64, SiteLayout::Packed), (sites.len() - 1, SiteLayout::Marked)] {
+            let options = ListOptions { block: Some(block), layout, ..ListOptions::new(8) };
+            let scene = Scene::with(&sites, &normals, widest, &options);
             assert!(scene.lists.neighbours.whole().is_err(), "{name}");
             assert_eq!(targets(&scene, &scene.options()), want, "{name} in blocks of {block}");
         }

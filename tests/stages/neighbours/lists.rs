@@ -8,18 +8,21 @@ use rand::RngExt;
 use rtfmesh::gpu::Buffer;
 use rtfmesh::stages::neighbours::lists::{ENDLESS, NEAR};
 use rtfmesh::stages::neighbours::lists::{ListOptions, Lists};
+use rtfmesh::stages::site_layout::SiteLayout;
 use rtfmesh::stages::spatial::SpatialOrder;
 
 /// Lists and reach of sites as they are, in any order.
 fn on_device(sites: &[DVec3], options: &ListOptions) -> (Vec<Vec<u32>>, Vec<f32>) {
     let device = device();
-    let buffer = upload("test.sites", sites);
+    let packed = options.layout.pack(&vec4(sites));
+    let buffer = Buffer::from_slice(device, "test.sites", &packed).unwrap();
     let made = Lists::new(device, sites.len(), options).unwrap();
     let mut recorder = device.recorder().unwrap();
     made.record_build(&mut recorder, &buffer).unwrap();
     recorder.submit().unwrap();
     let found = lists(&made.neighbours.to_vec(device).unwrap(), sites.len());
-    assert_eq!(made.list_sites.to_vec(device).unwrap(), vec4(sites));
+    let listed = options.layout.unpack(&made.list_sites.to_vec(device).unwrap(), sites.len());
+    assert_eq!(listed, sites.iter().map(|p| p.as_vec3()).collect::<Vec<_>>());
     assert_eq!(made.away.to_vec(device).unwrap(), made.reach.to_vec(device).unwrap());
     assert_valid(device);
     (found, made.reach.to_vec(device).unwrap().iter().map(|r| r.y).collect())
@@ -68,7 +71,7 @@ fn ways(k: u32) -> Vec<ListOptions> {
         ListOptions { registers: false, ..own },
         ListOptions { workgroup: Some(32), window: 1, ..own },
         ListOptions { block: Some(200), ..own },
-        ListOptions { block: Some(30), registers: false, ..own },
+        ListOptions { block: Some(64), registers: false, layout: SiteLayout::Packed, ..own },
         ListOptions { workgroup: Some(64), registers: false, window: 3, ..own },
     ]
 }
@@ -189,11 +192,13 @@ fn lists_stay_valid_while_sites_move() {
                 ));
         }
     };
-    for (count, max_rho, block) in [(600, 0.2, 600), (600, 0.05, 250), (20, 0.2, 20)] {
+    for (count, max_rho, layout) in
+        [(600, 0.2, SiteLayout::Marked), (600, 0.05, SiteLayout::Packed), (20, 0.2, SiteLayout::Packed)]
+    {
         let (start, _) = on_sphere(count, 3);
         let mut sites = vec4(&sorted(&start));
-        let buffer = Buffer::from_slice(device, "test.sites", &sites).unwrap();
-        let options = ListOptions { block: Some(block), ..ListOptions::new(24) };
+        let buffer = Buffer::from_slice(device, "test.sites", &layout.pack(&sites)).unwrap();
+        let options = ListOptions { block: Some(250), layout, ..ListOptions::new(24) };
         let made = Lists::new(device, count, &options).unwrap();
         let mut recorder = device.recorder().unwrap();
         made.record_build(&mut recorder, &buffer).unwrap();
@@ -203,7 +208,7 @@ fn lists_stay_valid_while_sites_move() {
             // A reach is about 0.16 here.
             walk(&mut sites, 0.08 * max_rho);
             let mut recorder = device.recorder().unwrap();
-            recorder.upload(&buffer, &sites).unwrap();
+            recorder.upload(&buffer, &layout.pack(&sites)).unwrap();
             made.record_refresh(&mut recorder, &buffer, max_rho).unwrap();
             recorder.submit().unwrap();
             assert_promise(&made, &sites, max_rho);
