@@ -6,8 +6,8 @@
     result = rtfmesh.remesh(mesh.vertices, mesh.faces, 10_000)
     rtfmesh.write("scan-10k.ply", result.vertices, result.faces)
 
-`rtfmesh.reconstruct` makes a surface of points. `rtfmesh.pyvista`, `rtfmesh.trimesh` and `rtfmesh.meshio` do
-the same for the meshes of these packages.
+`rtfmesh.reconstruct` makes a surface of points, `rtfmesh.contour` of values on a grid. `rtfmesh.pyvista`,
+`rtfmesh.trimesh` and `rtfmesh.meshio` do the same for the meshes of these packages.
 """
 
 from ._attributes import Attributes
@@ -18,7 +18,7 @@ from ._files import Mesh, read, write
 from ._native import __version__
 from ._options import Options
 from ._progress import Progress
-from ._remesh import Correspondence, Remesher, Result, reconstruct, remesh
+from ._remesh import Correspondence, Remesher, Result, contour, reconstruct, remesh
 
 add_cpu_driver()
 
@@ -38,6 +38,7 @@ __all__ = [
     "Remesher",
     "Result",
     "__version__",
+    "contour",
     "devices",
     "inspect",
     "measure",

@@ -15,9 +15,10 @@ from numpy.typing import ArrayLike, NDArray
 
 from . import _native
 from ._arrays import Faces, Vertices, mesh_arrays, real_numbers
-from ._attributes import Attributes, Carrier, Given
+from ._attributes import Attributes, Carrier, Given, read_attributes
 from ._errors import DeviceError, InputError, MeshWarning, in_python
 from ._progress import Callback, Native, shown
+from ._volume import Volume, grid_of, volume_of
 from ._words import is_word, take_features, take_sizing, word, words
 
 if TYPE_CHECKING:
@@ -57,7 +58,7 @@ class Result:
     """What the command line's --report has: options, device, topology, quality, warnings, timings."""
     correspondence: Correspondence | None
     """Where the vertices lie on the input; None with `correspondence=False` unless attributes needed it, and
-    of points."""
+    of points and volumes."""
     face_correspondence: Correspondence | None
     """Where the centres of the faces lie on it, if attributes of faces or texture were carried."""
     attributes: Attributes
@@ -79,6 +80,7 @@ class Request:
 
     attributes: Given
     points: Points | None
+    values: tuple[Any, ...] | None
     sizing: Vertices | None
     features: NDArray[np.float64] | None
     correspondence: tuple[bool, bool]
@@ -173,6 +175,34 @@ class Remesher:
         # They would be on a surface that nobody has.
         return replace(result, correspondence=None, face_correspondence=None)
 
+    def contour(
+        self,
+        values: ArrayLike,
+        n: int | str | None = None,
+        *,
+        iso: float | None = None,
+        labels: bool = False,
+        inside: str | None = None,
+        spacing: ArrayLike | None = None,
+        affine: ArrayLike | None = None,
+        closed: bool = False,
+        report: bool = False,
+        progress: bool | Callback = False,
+        **options: Unpack[Options],
+    ) -> Result:
+        """As `rtfmesh.contour`, on this device."""
+        told = Told(correspondence=False, report=bool(report), progress=progress)
+        volume = volume_of(grid_of(values, spacing, affine), iso, labels, inside, closed)
+        return warned(self._contour(volume, n, told, dict(options)))
+
+    def _contour(self, volume: Volume, n: int | str | None, told: Told, wanted: dict[str, Any]) -> Result:
+        for name in ("features", "sizing"):
+            if not is_word(wanted.get(name)):
+                raise InputError(f"`{name}` is about a mesh, and a volume has none; leave it out")
+        nothing = np.empty((0, 3)), np.empty((0, 3), np.uint32)
+        result = self._run(*nothing, n, Attributes(), told, wanted, volume=volume)
+        return replace(result, correspondence=None, face_correspondence=None)
+
     def _run(
         self,
         vertices: ArrayLike,
@@ -182,15 +212,18 @@ class Remesher:
         told: Told,
         wanted: dict[str, Any],
         points: Points | None = None,
+        volume: Volume | None = None,
     ) -> Result:
         positions, triangles = mesh_arrays(vertices, faces)
         sizing = take_sizing(wanted, positions)
         features = take_features(wanted, positions)
-        line = words(n, wanted, "remesh" if points is None else "reconstruct")
+        function = "contour" if volume else "remesh" if points is None else "reconstruct"
+        line = words(n, wanted, function)
+        values = volume.native() if volume else None
         carrier = Carrier.of(attributes, len(positions), len(triangles))
         with shown(told.progress) as callback:
             places = (told.correspondence, False)
-            request = Request(carrier.given, points, sizing, features, places, told.report, callback)
+            request = Request(carrier.given, points, values, sizing, features, places, told.report, callback)
             done = _native.remesh(self._device, (positions, triangles), line, request)
         (new_vertices, new_faces), columns, of_vertices, of_faces, text = done
         found: dict[str, Any] = json.loads(text)
@@ -203,7 +236,10 @@ class Remesher:
             found,
             Correspondence(*of_vertices) if len(of_vertices[0]) else None,
             Correspondence(*of_faces) if len(of_faces[0]) else None,
-            carrier.carried(columns, len(new_vertices), len(new_faces)),
+            # Those of a volume come from the values.
+            read_attributes(columns)
+            if volume
+            else carrier.carried(columns, len(new_vertices), len(new_faces)),
         )
 
 
@@ -392,5 +428,79 @@ def reconstruct(  # type: ignore[misc]
             device_memory,
             told.report,
             lambda remesher: remesher._reconstruct(points, n, known, given, told, wanted),
+        )
+    )
+
+
+def contour(
+    values: ArrayLike,
+    n: int | str | None = None,
+    *,
+    iso: float | None = None,
+    labels: bool = False,
+    inside: str | None = None,
+    spacing: ArrayLike | None = None,
+    affine: ArrayLike | None = None,
+    closed: bool = False,
+    report: bool = False,
+    progress: bool | Callback = False,
+    device: str | int | None = None,
+    device_memory: int | None = None,
+    **options: Unpack[Options],
+) -> Result:
+    """Makes a surface of values on a grid, in well-shaped triangles with exactly `n` vertices.
+
+    Either the surface where the values are `iso`, as of a density, an image or a signed distance, or the
+    borders between `labels`, as of a segmentation: all in one mesh, with the curves in which they meet.
+
+    Parameters
+    ----------
+    values
+        Shape (X, Y, Z), of real numbers, which are rounded to float32. NaN stands for no value. Labels are
+        whole numbers from 0, which is outside.
+    n
+        Number of vertices, at least 4, also as "10k". Without it `edge_length`, `ratio` (of the vertices of a
+        surface as fine as the grid) or `max_deviation` says how many; without those too, as many as that has.
+    iso
+        The value on the surface.
+    labels
+        Whether values are labels. `attributes.face` then has those on both sides of each face, as
+        "label_behind" and "label_before".
+    inside
+        With `iso`, where the object is: "above" or "below". By default, where less of the grid's border is.
+    spacing
+        Distances of values along the three axes; 1, 1, 1 by default. The first value is at the origin.
+    affine
+        In place of `spacing`: the 4 x 4 matrix that takes (i, j, k, 1) to the place of `values[i, j, k]`, as
+        nibabel has it.
+    closed
+        Whether the surface ends flat where the grid ends, or is open there.
+    report
+        As in `remesh`; distances are those to the surface in the grid.
+    progress, device, device_memory
+        As in `remesh`.
+    **options
+        As in `remesh`, but for arrays in `sizing` and `features`. There are no sharp edges unless
+        `feature_angle` is given.
+
+    Returns
+    -------
+    A `Result` without correspondence. `report["notes"]` tells what became of the values.
+
+    Raises
+    ------
+    InputError
+        An argument cannot be used, or there is no such surface. The rest is as in `remesh`.
+
+    Warns
+    -----
+    MeshWarning
+        As `remesh`.
+    """
+    told = Told(correspondence=False, report=bool(report), progress=progress)
+    volume, wanted = volume_of(grid_of(values, spacing, affine), iso, labels, inside, closed), dict(options)
+    return warned(
+        _on_shared(
+            device, device_memory, told.report, lambda remesher: remesher._contour(volume, n, told, wanted)
         )
     )

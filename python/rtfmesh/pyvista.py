@@ -20,6 +20,7 @@ from ._figures import inspect, measure
 from ._progress import Callback
 from ._remesh import Remesher, Result, Told, _remesher, warned
 from ._seams import Split, split_at_seams
+from ._volume import Grid, grid_of, volume_of
 
 if TYPE_CHECKING:
     from typing_extensions import Unpack
@@ -44,7 +45,7 @@ def triangles_of(mesh: pyvista.PolyData) -> tuple[pyvista.PolyData, NDArray[Any]
     return mesh, np.asarray(mesh.faces).reshape(-1, 4)[:, 1:]
 
 
-def surface_of(result: Result, split: Split, source: pyvista.PolyData | pyvista.PointSet) -> pyvista.PolyData:
+def surface_of(result: Result, split: Split, source: pyvista.DataSet) -> pyvista.PolyData:
     """A result with its arrays, and with what `source` has for all."""
     made = pyvista.PolyData.from_regular_faces(result.vertices[split.vertices], split.faces.astype(np.int64))
     for name, array in result.attributes.vertex.items():
@@ -99,6 +100,60 @@ class PointsAccessor:
         `rtfmesh.reconstruct`; `remesher` is a `rtfmesh.Remesher` to use.
         """
         return reconstructed(self._points, n, **wanted)
+
+
+def grid_of_image(image: pyvista.ImageData, scalars: str | None) -> Grid:
+    """The values of points or of cells; those of cells are at their centres."""
+    name = image.active_scalars_name if scalars is None else scalars
+    if name not in (*image.point_data, *image.cell_data):
+        raise InputError(f"there is no array {name!r} in this grid; name one as `scalars`")
+    is_of_points = name in image.point_data
+    array = np.asarray((image.point_data if is_of_points else image.cell_data)[name])
+    if array.ndim != 1:
+        raise InputError(
+            f"'{name}' has {array.shape[1]} numbers for each value; give one with a single number"
+        )
+    begin = np.eye(4)
+    begin[:3, 3] = np.asarray(image.offset) + (0.0 if is_of_points else 0.5)
+    size = np.asarray(image.dimensions) - (0 if is_of_points else 1)
+    if size.min() < 1:
+        raise InputError(f"the grid's dimensions are {image.dimensions}; give at least two values along each")
+    return grid_of(array.reshape(size, order="F"), None, np.asarray(image.index_to_physical_matrix) @ begin)
+
+
+@pyvista.register_dataset_accessor("rtfmesh", pyvista.ImageData)
+class ImageAccessor:
+    """Makes surfaces of values on a grid, which stays as it is."""
+
+    def __init__(self, image: pyvista.ImageData) -> None:
+        self._image = image
+
+    def contour(
+        self,
+        n: int | str | None = None,
+        *,
+        scalars: str | None = None,
+        iso: float | None = None,
+        labels: bool = False,
+        inside: str | None = None,
+        closed: bool = False,
+        progress: bool | Callback = False,
+        device: str | int | None = None,
+        remesher: Remesher | None = None,
+        **options: Unpack[Options],
+    ) -> pyvista.PolyData:
+        """The surface at a value, or the borders between labels, with exactly `n` points.
+
+        `scalars` names the values, of points or of cells; by default those that are active. Labels on both
+        sides of a face come as arrays of cells. Field data comes along. `remesher` is a `rtfmesh.Remesher` to
+        use; all other arguments and what is raised are as in `rtfmesh.contour`.
+        """
+        volume = volume_of(grid_of_image(self._image, scalars), iso, labels, inside, closed)
+        if remesher is None:
+            remesher = _remesher(device, None, False)[1]
+        told = Told(correspondence=False, report=False, progress=progress)
+        result = warned(remesher._contour(volume, n, told, dict(options)))
+        return surface_of(result, split_at_seams(result, False), self._image)
 
 
 @pyvista.register_dataset_accessor("rtfmesh", pyvista.PolyData)

@@ -6,9 +6,9 @@ use crate::errors::{INTERVAL, exception, refuse_forks};
 use crate::mesh::{Arrays, NewArrays, Places, arrays, mesh, places, positions};
 use numpy::{PyReadonlyArray1, PyReadonlyArray2, PyReadonlyArray3};
 use pyo3::prelude::*;
-use rtfmesh::cli::call::{Call, Input, Points};
-use rtfmesh::glam::DVec3;
-use rtfmesh::io::Loaded;
+use rtfmesh::cli::call::{Call, Input, Points, Source, Values};
+use rtfmesh::glam::{DAffine3, DMat4, DVec3};
+use rtfmesh::io::{Loaded, Volume};
 use rtfmesh::mesh::features::FeatureLine;
 use rtfmesh::{CorrespondenceRequest, Error, FeatureLines, Flow, Progress};
 use std::time::Instant;
@@ -16,12 +16,20 @@ use std::time::Instant;
 /// Normals (P x 3), whether to close all holes, those up to which size.
 type GivenPoints<'py> = (Option<PyReadonlyArray2<'py, f64>>, bool, Option<String>);
 
+/// Values, those along the first axis side by side; nodes along the axes; from their indices to places,
+/// 4 x 4; the value on the surface, or none for labels; the side of the object; whether to close it at the
+/// border.
+type GivenValues<'py> =
+    (PyReadonlyArray1<'py, f32>, [usize; 3], [[f64; 4]; 4], Option<f64>, Option<String>, bool);
+
 /// All that is asked for but for the mesh itself.
 #[derive(FromPyObject)]
 pub struct Request<'py> {
     attributes: Given<'py>,
     /// Where there are no faces.
     points: Option<GivenPoints<'py>>,
+    /// Where there is no mesh at all.
+    values: Option<GivenValues<'py>>,
     sizing: Option<PyReadonlyArray1<'py, f64>>,
     /// Lines of two points each (L x 2 x 3).
     features: Option<PyReadonlyArray3<'py, f64>>,
@@ -55,7 +63,11 @@ pub fn remesh<'py>(
     };
     let input = Input {
         loaded,
-        points: request.points.as_ref().map(|points| given_points(py, points)).transpose()?,
+        source: match (&request.points, &request.values) {
+            (Some(points), _) => Source::Points(given_points(py, points)?),
+            (None, Some(values)) => Source::Values(given_values(py, values)?),
+            (None, None) => Source::Mesh,
+        },
         sizing: request.sizing.as_ref().map(|sizing| sizing.as_slice().map(<[f64]>::to_vec)).transpose()?,
         features: request.features.as_ref().map(feature_lines).transpose()?,
         correspondence: CorrespondenceRequest { vertices, faces },
@@ -90,6 +102,22 @@ pub fn remesh<'py>(
 fn given_points(py: Python<'_>, (normals, closed, fill_holes): &GivenPoints<'_>) -> PyResult<Points> {
     let normals = normals.as_ref().map(positions).transpose()?.unwrap_or_default();
     Points::new(normals, *closed, fill_holes.as_deref()).map_err(|error| exception(py, &error))
+}
+
+/// A volume, and which surface in it is wanted.
+///
+/// # Errors
+/// `InputError` for a side that there is not.
+fn given_values(py: Python<'_>, given: &GivenValues<'_>) -> PyResult<Values> {
+    let (values, size, rows, iso, inside, closed) = given;
+    let frame = DMat4::from_cols_array_2d(rows).transpose();
+    let volume = Volume {
+        size: *size,
+        values: values.as_slice()?.to_vec(),
+        frame: DAffine3::from_mat4(frame),
+        notes: Vec::new(),
+    };
+    Values::new(volume, *iso, inside.as_deref(), *closed).map_err(|error| exception(py, &error))
 }
 
 /// Tells Python of a run, and the run of signals such as Ctrl-C.

@@ -9,11 +9,12 @@ pub use super::measure::Wanted;
 use super::method::{MethodArgs, refuse_messages};
 use super::progress::{RunProgress, TimeArgs};
 use super::target_count::{SizeArgs, count};
+use super::volume::VolumeArgs;
 use super::{inspect, render};
 use clap::{CommandFactory, Parser};
 use glam::DVec3;
 use rtfmesh::cloud::PointCloud;
-use rtfmesh::io::Loaded;
+use rtfmesh::io::{Loaded, Volume};
 use rtfmesh::mesh::attributes::{Attribute, Attributes, Kind, Role};
 use rtfmesh::mesh::correspondence::Correspondence;
 use rtfmesh::report::{Report, to_json};
@@ -65,8 +66,8 @@ pub const SIZING: &str = "sizing";
 pub struct Input {
     /// The mesh with its attributes. Panics if these do not belong to it.
     pub loaded: Loaded,
-    /// Set where there are points without faces, and a surface through them is what is remeshed.
-    pub points: Option<Points>,
+    /// What is there in place of a mesh, if there is none.
+    pub source: Source,
     /// With `--sizing property:sizing`, edge lengths are in proportion to these, one for each vertex.
     pub sizing: Option<Vec<f64>>,
     /// Lines to keep, unless `--features` names a file.
@@ -75,6 +76,37 @@ pub struct Input {
     pub correspondence: CorrespondenceRequest,
     /// Whether the report is to have the distances to the input.
     pub distances: bool,
+}
+
+/// What a surface is made of before it is remeshed.
+#[derive(Debug, Clone, Default)]
+pub enum Source {
+    /// It is there.
+    #[default]
+    Mesh,
+    /// Of the mesh's vertices.
+    Points(Points),
+    /// Of values on a grid.
+    Values(Values),
+}
+
+/// Values on a grid, and which surface in them is wanted.
+#[derive(Debug, Clone)]
+pub struct Values {
+    volume: Volume,
+    args: VolumeArgs,
+    closed: bool,
+}
+
+impl Values {
+    /// The surface at a value `--iso`, around the side that `--inside` says, in its words; without a value,
+    /// the borders between labels. With `closed` it ends flat at the volume's border.
+    ///
+    /// # Errors
+    /// [`Error::Usage`] for a side that there is not.
+    pub fn new(volume: Volume, iso: Option<f64>, inside: Option<&str>, closed: bool) -> Result<Self> {
+        Ok(Self { volume, args: VolumeArgs::of(iso, inside)?, closed })
+    }
 }
 
 /// What is known of points without faces.
@@ -164,12 +196,17 @@ impl Call {
         let mut options = self.own_options(input)?;
         let mut size = self.size.size()?;
         let made;
-        let (loaded, sizing) = match &input.points {
-            None => (&input.loaded, &input.sizing),
-            Some(points) => {
+        let flow = |now| progress(now).max(run.update(now));
+        let (loaded, sizing) = match &input.source {
+            Source::Mesh => (&input.loaded, &input.sizing),
+            Source::Points(points) => {
                 size = size_by_points(size, input.loaded.mesh.vertices.len(), &options);
-                let flow = |now| progress(now).max(run.update(now));
                 made = self.surface(input, points, &mut options, flow)?;
+                (&made.0, &made.1)
+            }
+            Source::Values(values) => {
+                let Values { volume, args, closed } = values;
+                made = (args.chosen(volume, *closed, (&self.method, &mut options), flow)?, None);
                 (&made.0, &made.1)
             }
         };

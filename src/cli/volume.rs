@@ -4,19 +4,20 @@ use super::files::{input_name, tell_notes};
 use super::heading::INPUT;
 use super::method::MethodArgs;
 use super::progress::RunProgress;
+use clap::ValueEnum;
 use rtfmesh::glam::{DMat3, DVec3};
 use rtfmesh::io::{Loaded, Volume};
 use rtfmesh::volume::{
     Inside, IsoOptions, IsoSurface, LabelOptions, iso_surface_with_progress, label_surface_with_progress,
 };
-use rtfmesh::{Error, Method, Options, Result};
+use rtfmesh::{Error, Flow, Method, Options, Progress, Result};
 use serde::Serialize;
 use std::collections::HashSet;
 use std::path::Path;
 use std::time::Instant;
 
 /// Which surface is made of a volume.
-#[derive(clap::Args)]
+#[derive(Debug, Clone, clap::Args)]
 #[command(next_help_heading = INPUT)]
 pub struct VolumeArgs {
     /// For a volume (.npy, .nrrd, .nii): the value on the surface
@@ -35,7 +36,7 @@ pub struct VolumeArgs {
     spacing: Option<DVec3>,
 }
 
-#[derive(Clone, Copy, clap::ValueEnum)]
+#[derive(Debug, Clone, Copy, clap::ValueEnum)]
 enum Side {
     /// Where values are greater, as in densities
     Above,
@@ -54,6 +55,19 @@ fn spacing(text: &str) -> std::result::Result<DVec3, String> {
 }
 
 impl VolumeArgs {
+    /// The surface at `iso` around one side, `above` or `below`; without it, the borders between labels.
+    ///
+    /// # Errors
+    /// [`Error::Usage`] for another side.
+    pub fn of(iso: Option<f64>, inside: Option<&str>) -> Result<Self> {
+        let side = |word: &str| {
+            Side::from_str(word, false)
+                .map_err(|_| Error::usage(format!("--inside {word} is no side"), "use above or below"))
+        };
+        let inside = inside.map(side).transpose()?;
+        Ok(Self { iso, labels: iso.is_none(), inside, spacing: None })
+    }
+
     /// The surface of a volume. Edges of such a surface are none of the
     /// object's, so the options get no sharp edges unless they were asked for.
     ///
@@ -79,23 +93,40 @@ impl VolumeArgs {
                 along(axes.z_axis, spacing.z),
             );
         }
-        let found = match self.iso {
-            _ if self.labels => borders(&volume, closed, run),
-            Some(iso) => self.at_value(&volume, iso, closed, run),
-            None => return Err(no_choice(&volume, input)),
-        };
-        let (mut loaded, rim) = found.map_err(|e| e.in_file(input_name(input)))?;
+        if self.iso.is_none() && !self.labels {
+            return Err(no_choice(&volume, input));
+        }
+        let found = self.chosen(&volume, closed, (method, options), |now| run.update(now));
+        let mut loaded = found.map_err(|e| e.in_file(input_name(input)))?;
         if !quiet {
             tell_notes(input, &loaded.notes);
             tell_notes(input, &[format!("the surface took {:.2} s", begin.elapsed().as_secs_f64())]);
         }
+        loaded.notes.splice(0..0, volume.notes);
+        Ok(loaded)
+    }
+
+    /// As [`Self::surface`], of a volume in memory.
+    ///
+    /// # Errors
+    /// Those of [`iso_surface_with_progress`] and [`label_surface_with_progress`].
+    pub fn chosen(
+        &self,
+        volume: &Volume,
+        closed: bool,
+        (method, options): (&MethodArgs, &mut Options),
+        progress: impl FnMut(Progress) -> Flow,
+    ) -> Result<Loaded> {
+        let (loaded, rim) = match self.iso {
+            Some(iso) if !self.labels => self.at_value(volume, iso, closed, progress)?,
+            _ => borders(volume, closed, progress)?,
+        };
         if options.method == Method::CoarseToFine {
             if !method.names_feature_angle() {
                 options.coarse_to_fine.feature_angle = 180.0;
             }
             options.coarse_to_fine.fixed_half_edges = rim;
         }
-        loaded.notes.splice(0..0, volume.notes);
         Ok(loaded)
     }
 
@@ -105,14 +136,14 @@ impl VolumeArgs {
         volume: &Volume,
         iso: f64,
         closed: bool,
-        run: &mut RunProgress,
+        progress: impl FnMut(Progress) -> Flow,
     ) -> Result<(Loaded, Vec<u32>)> {
         let asked = IsoOptions::new(iso).closed(closed).inside(match self.inside {
             None => Inside::Automatic,
             Some(Side::Above) => Inside::Above,
             Some(Side::Below) => Inside::Below,
         });
-        let found = iso_surface_with_progress(volume, &asked, |now| run.update(now))?;
+        let found = iso_surface_with_progress(volume, &asked, progress)?;
         let notes = vec![told(volume, iso, &found)];
         Ok((Loaded { mesh: found.mesh, notes, ..Loaded::default() }, found.rim))
     }
@@ -141,9 +172,13 @@ fn no_choice(volume: &Volume, input: &Path) -> Error {
 }
 
 /// The borders between labels, and their half-edges on the volume's border.
-fn borders(volume: &Volume, closed: bool, run: &mut RunProgress) -> Result<(Loaded, Vec<u32>)> {
+fn borders(
+    volume: &Volume,
+    closed: bool,
+    progress: impl FnMut(Progress) -> Flow,
+) -> Result<(Loaded, Vec<u32>)> {
     let asked = LabelOptions::default().closed(closed);
-    let found = label_surface_with_progress(volume, &asked, |now| run.update(now))?;
+    let found = label_surface_with_progress(volume, &asked, progress)?;
     let [x, y, z] = volume.size;
     let notes = vec![format!(
         "a volume of {x} x {y} x {z} values with {} label{}: {} triangles of borders",

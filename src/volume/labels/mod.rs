@@ -61,7 +61,7 @@ pub struct LabelSurface {
 /// The borders between the labels of a volume: whole numbers, of which 0 stands for what is outside of all.
 ///
 /// # Errors
-/// [`Error::Input`] for values that are no whole numbers from 0 to 2^24, or only one label.
+/// [`Error::Input`] for values that are no whole numbers from 0 to [`MOST_LABEL`], or only one label.
 pub fn label_surface(volume: &Volume, options: &LabelOptions) -> Result<LabelSurface> {
     label_surface_with_progress(volume, options, |_| {})
 }
@@ -85,8 +85,8 @@ pub fn label_surface_with_progress<F: Into<Flow>>(
 /// Rounds of contraction at most.
 const ROUNDS: usize = 3;
 
-/// The greatest label. 32-bit floating-point numbers are exact up to here.
-pub const MOST_LABEL: f32 = 16_777_216.0;
+/// The greatest label. Larger ones may have been rounded when they became 32-bit floating-point numbers.
+pub const MOST_LABEL: f32 = 16_777_215.0;
 
 fn check(volume: &Volume) -> Result<()> {
     if u32::try_from(volume.values.len()).is_err() {
@@ -95,7 +95,7 @@ fn check(volume: &Volume) -> Result<()> {
     }
     let is_label = |value: &f32| value.fract() == 0.0 && (0.0..=MOST_LABEL).contains(value);
     let Some(value) = volume.values.iter().find(|value| !is_label(value)) else { return Ok(()) };
-    let remedy = "give whole numbers from 0 to 16777216, or take the surface at a value";
+    let remedy = "give whole numbers from 0 to 16777215, or take the surface at a value";
     Err(Error::input(None, format!("{value} is no label"), remedy))
 }
 

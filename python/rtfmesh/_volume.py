@@ -1,0 +1,86 @@
+"""Values on a grid, as the native module takes them."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from ._arrays import as_array, check_shape, real_numbers
+from ._errors import InputError
+
+
+@dataclass(frozen=True)
+class Grid:
+    """Values at nodes, and where these are."""
+
+    values: NDArray[np.float32]
+    """Those along the first axis side by side, shape (X * Y * Z,)."""
+    size: tuple[int, int, int]
+    """X, Y, Z: nodes along each axis, at least 2."""
+    frame: list[list[float]]
+    """The place of node i, j, k is this 4 x 4 matrix times (i, j, k, 1)."""
+
+
+@dataclass(frozen=True)
+class Volume:
+    """A grid, and which surface in it is wanted."""
+
+    grid: Grid
+    iso: float | None
+    """The value on the surface; None for the borders of labels."""
+    inside: str | None
+    closed: bool
+
+    def native(self) -> tuple[Any, ...]:
+        """As the native module takes it."""
+        grid = self.grid
+        return grid.values, grid.size, grid.frame, self.iso, self.inside, self.closed
+
+
+def grid_of(values: ArrayLike, spacing: ArrayLike | None, affine: ArrayLike | None) -> Grid:
+    """A grid of `values`, shape (X, Y, Z), checked."""
+    array = as_array(values, "values")
+    if array.dtype.kind not in "fiub":
+        raise InputError(f"`values` has values of type {array.dtype}; give real numbers")
+    check_shape(array, "values", (None, None, None))
+    if min(array.shape) < 2:
+        raise InputError(f"`values` has shape {array.shape}; give at least two along each axis")
+    x, y, z = array.shape
+    flat = np.asarray(array.ravel(order="F"), np.float32)
+    return Grid(np.ascontiguousarray(flat), (x, y, z), frame_of(spacing, affine))
+
+
+def frame_of(spacing: ArrayLike | None, affine: ArrayLike | None) -> list[list[float]]:
+    """The matrix from a node's indices to its place."""
+    if affine is None:
+        lengths = np.ones(3) if spacing is None else real_numbers(spacing, "spacing", (3,))
+        if not (np.isfinite(lengths).all() and (lengths > 0).all()):
+            raise InputError(f"`spacing` is {spacing!r}; give three lengths above 0")
+        frame = np.diag([*lengths, 1.0])
+    else:
+        if spacing is not None:
+            raise InputError("`affine` has the spacing, too; leave `spacing` out")
+        frame = real_numbers(affine, "affine", (4, 4))
+        is_affine = np.isfinite(frame).all() and np.array_equal(frame[3], [0, 0, 0, 1])
+        if not is_affine or np.linalg.det(frame[:3, :3]) == 0:
+            raise InputError("`affine` is no invertible matrix with last row 0, 0, 0, 1; give one")
+    rows: list[list[float]] = frame.tolist()
+    return rows
+
+
+def volume_of(grid: Grid, iso: float | None, labels: bool, inside: str | None, closed: bool) -> Volume:
+    """The surface that is asked for, checked."""
+    if (iso is None) != bool(labels):
+        raise InputError("give either `iso`, the value on the surface, or `labels=True`")
+    if labels and inside is not None:
+        raise InputError("`inside` works only with `iso`; leave it out")
+    try:
+        value = None if iso is None else float(iso)
+    except (TypeError, ValueError):
+        raise InputError(f"`iso` is {iso!r}; give a number") from None
+    if inside is not None and not isinstance(inside, str):
+        raise InputError(f"`inside` is {inside!r}; use 'above' or 'below'")
+    return Volume(grid, value, inside, bool(closed))
