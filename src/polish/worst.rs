@@ -11,7 +11,7 @@ use crate::mesh::half_edges::{next, previous};
 /// Score below which triangles are improved: the negated cosine of 42 degrees.
 const GOAL: f64 = -0.743_144_825_477_394;
 /// Directions that are tried from a position.
-const DIRECTIONS: u32 = 8;
+const DIRECTIONS: usize = 8;
 /// Length of the first trial steps over that of the shortest edge; halved between series of trials.
 const FIRST_STEP: f64 = 0.16;
 /// Series of trials.
@@ -63,25 +63,39 @@ pub(crate) fn score([a, b, c]: [DVec3; 3]) -> f64 {
     (-largest).min(smallest + GOAL)
 }
 
-/// The lowest score of the triangles around `v` if it were at `p`.
-fn ring_score(half_edges: &HalfEdgeMesh, points: &[DVec3], v: u32, p: DVec3) -> f64 {
-    half_edges
-        .ring(v)
-        .map(|h| {
-            score([
-                p,
-                points[half_edges.origin(next(h)) as usize],
-                points[half_edges.origin(previous(h)) as usize],
-            ])
-        })
-        .fold(f64::INFINITY, f64::min)
+/// The other two corners of the triangles around `v`.
+fn ring_edges<'a>(
+    half_edges: &'a HalfEdgeMesh,
+    points: &'a [DVec3],
+    v: u32,
+) -> impl Iterator<Item = [DVec3; 2]> + 'a {
+    let of = |h: u32| [next(h), previous(h)].map(|h| points[half_edges.origin(h) as usize]);
+    half_edges.ring(v).map(of)
 }
 
-/// Moves one vertex to a better position in its tangent plane, if there is one, wherever the surface is.
-pub(crate) fn lift_freely(half_edges: &HalfEdgeMesh, points: &mut [DVec3], v: u32) {
-    if let Some((position, ..)) = search(half_edges, points, v) {
-        points[v as usize] = position;
+/// The lowest score of the triangles between a vertex at `p` and the edges around it; where it is not above
+/// `least`, only that much is certain.
+fn ring_score(edges: impl IntoIterator<Item = [DVec3; 2]>, p: DVec3, least: f64) -> f64 {
+    let mut lowest = f64::INFINITY;
+    for [q, r] in edges {
+        lowest = score([p, q, r]).min(lowest);
+        if lowest <= least {
+            break;
+        }
     }
+    lowest
+}
+
+/// Moves one vertex to a better position in its tangent plane, if there is one, wherever the surface is;
+/// returns whether it moved.
+pub(crate) fn lift_freely(half_edges: &HalfEdgeMesh, points: &mut [DVec3], v: u32) -> bool {
+    let found = better_position(half_edges, points, v);
+    found.inspect(|position| points[v as usize] = *position).is_some()
+}
+
+/// Where [`lift_freely`] moves a vertex, which depends on the triangles around it alone.
+pub(crate) fn better_position(half_edges: &HalfEdgeMesh, points: &[DVec3], v: u32) -> Option<DVec3> {
+    search(half_edges, points, v).map(|(position, ..)| position)
 }
 
 /// Moves one vertex to a better position on the surface, if there is one; returns whether it moved.
@@ -89,11 +103,10 @@ fn lift(half_edges: &HalfEdgeMesh, points: &mut [DVec3], rank: &mut usize, targe
     let here = points[v as usize];
     let Some((position, normal, start)) = search(half_edges, points, v) else { return false };
     let Some(position) = target.closest(position, normal, half_edges.patch_at(v), rank) else { return false };
-    let folds = half_edges.ring(v).any(|h| {
-        let [q, r] = [next(h), previous(h)].map(|h| points[half_edges.origin(h) as usize]);
-        folds_or_flattens([here, q, r], [position, q, r], normal)
-    });
-    let better = !folds && ring_score(half_edges, points, v, position) >= start + MIN_GAIN;
+    let folds = ring_edges(half_edges, points, v)
+        .any(|[q, r]| folds_or_flattens([here, q, r], [position, q, r], normal));
+    let reached = || ring_score(ring_edges(half_edges, points, v), position, f64::NEG_INFINITY);
+    let better = !folds && reached() >= start + MIN_GAIN;
     if better {
         points[v as usize] = position;
     }
@@ -104,24 +117,28 @@ fn lift(half_edges: &HalfEdgeMesh, points: &mut [DVec3], rank: &mut usize, targe
 /// former score.
 fn search(half_edges: &HalfEdgeMesh, points: &[DVec3], v: u32) -> Option<(DVec3, DVec3, f64)> {
     let here = points[v as usize];
-    let normal = vertex_normal(half_edges, points, v);
-    let across = normal.any_orthonormal_vector();
-    let along = normal.cross(across);
-    let shortest = half_edges
-        .ring(v)
-        .map(|h| points[half_edges.origin(next(h)) as usize].distance(here))
-        .fold(f64::INFINITY, f64::min);
-    let start = ring_score(half_edges, points, v, here);
-    if start >= GOAL || !start.is_finite() || normal == DVec3::ZERO {
+    let start = ring_score(ring_edges(half_edges, points, v), here, f64::NEG_INFINITY);
+    if start >= GOAL || !start.is_finite() {
         return None;
     }
+    let normal = vertex_normal(half_edges, points, v);
+    if normal == DVec3::ZERO {
+        return None;
+    }
+    let across = normal.any_orthonormal_vector();
+    let along = normal.cross(across);
+    let directions: [DVec3; DIRECTIONS] = std::array::from_fn(|k| {
+        let angle = k as f64 * std::f64::consts::TAU / DIRECTIONS as f64;
+        across * angle.cos() + along * angle.sin()
+    });
+    let edges: Vec<[DVec3; 2]> = ring_edges(half_edges, points, v).collect();
+    let shortest = edges.iter().map(|[q, _]| q.distance(here)).fold(f64::INFINITY, f64::min);
     let (mut position, mut best) = (here, start);
     let mut step = FIRST_STEP * shortest;
     for _ in 0..SERIES {
-        for k in 0..DIRECTIONS {
-            let angle = f64::from(k) * std::f64::consts::TAU / f64::from(DIRECTIONS);
-            let trial = position + (across * angle.cos() + along * angle.sin()) * step;
-            let reached = ring_score(half_edges, points, v, trial);
+        for direction in directions {
+            let trial = position + direction * step;
+            let reached = ring_score(edges.iter().copied(), trial, best);
             if reached > best {
                 (position, best) = (trial, reached);
             }

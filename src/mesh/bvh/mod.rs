@@ -167,12 +167,30 @@ impl Bvh {
             .or_else(|| self.closest_from(p, rank))
     }
 
+    /// The squared distance of `p` if it is more than `enough`. The search begins as that of
+    /// [`Bvh::closest_from`] and ends at any triangle that is near enough.
+    pub fn distance_sq_beyond(&self, p: DVec3, rank: &mut usize, enough: f64) -> Option<f64> {
+        let found = self.search(p, rank, |_| true, enough)?;
+        (found.distance_sq > enough).then_some(found.distance_sq)
+    }
+
     /// As [`Bvh::closest_from`] among the triangles that `accept` holds for; `None` if there is none.
     pub fn closest_accepted(
         &self,
         p: DVec3,
         rank: &mut usize,
         accept: impl Fn(u32) -> bool,
+    ) -> Option<Closest> {
+        self.search(p, rank, accept, -1.0)
+    }
+
+    /// As [`Bvh::closest_accepted`], up to the first triangle whose squared distance is at most `enough`.
+    fn search(
+        &self,
+        p: DVec3,
+        rank: &mut usize,
+        accept: impl Fn(u32) -> bool,
+        enough: f64,
     ) -> Option<Closest> {
         if self.nodes.is_empty() {
             return None;
@@ -188,6 +206,9 @@ impl Bvh {
         };
         if accept(self.order[*rank]) {
             best = self.on_triangle(*rank, p);
+            if best.distance_sq <= enough {
+                return Some(best);
+            }
         }
         let mut stack = [(0u32, 0f64); STACK];
         stack[0] = (0, self.nodes[0].bounds.distance_sq(p));
@@ -209,6 +230,9 @@ impl Bvh {
                     if (found.distance_sq, found.triangle) < (best.distance_sq, best.triangle) {
                         best = found;
                         *rank = candidate_rank;
+                        if best.distance_sq <= enough {
+                            return Some(best);
+                        }
                     }
                 }
                 continue;

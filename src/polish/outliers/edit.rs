@@ -7,11 +7,11 @@ use super::mesh_copy::MeshCopy;
 use super::region::{Deviation, Region};
 use crate::mesh::NONE;
 use crate::mesh::half_edge_mesh::{Flip, VertexKind};
-use crate::mesh::half_edges::previous;
+use crate::mesh::half_edges::{next, previous};
 use crate::mesh::intersections::intersecting_faces;
 use crate::mesh::quality::extreme_angles;
 use crate::mesh::triangle::closest_on_triangle;
-use crate::polish::worst::lift_freely;
+use crate::polish::worst::{better_position, lift_freely};
 use crate::{Result, TriMesh};
 
 /// Most promising edits at an outlier, which are tried in full.
@@ -65,24 +65,34 @@ impl MeshCopy<'_> {
             .collect();
         edits.sort_by(|a, b| a.0.total_cmp(&b.0));
         let saved: Vec<DVec3> = self.positions(region);
-        let crossings = self.crossings(region)?;
-        let mut least = sum * GAIN;
+        let is_settled = |v: &u32| better_position(&self.half_edges, &self.points, *v).is_none();
+        let settled: Vec<bool> = region.vertices.iter().map(is_settled).collect();
+        let mut crossings = None;
+        let mut least = Deviation { sum: sum * GAIN, largest_sq };
         let mut best = None;
         for (_, edit) in edits.into_iter().take(TRIALS) {
             let flip = self.apply(edit);
             let flipped = flipped_vertices(flip.as_ref());
-            self.relax_around(&region.vertices, edit);
+            self.relax_around(&region.vertices, &settled, (edit, flipped));
             let changed = self.changed(region, &saved, flipped);
-            let deviation = self.after(region, &mut before, &changed, (floor, least));
-            if let Some(deviation) = deviation.filter(|deviation| deviation.largest_sq <= largest_sq)
-                && self.crossings(region)? <= crossings
-            {
-                best = Some(Change { edit, positions: self.positions(region) });
-                least = deviation.sum;
-            }
+            let better = match self.after(region, &mut before, &changed, (floor, &least)) {
+                Some(deviation) => Some((deviation, self.positions(region), self.crossings(region)?)),
+                None => None,
+            };
             self.undo(flip.as_ref());
             self.set_positions(region, &saved);
-            if least < ENOUGH * sum {
+            let Some((deviation, positions, crossing)) = better else { continue };
+            // Mostly there are none, and those from before need not be counted.
+            if crossing > 0 {
+                let before = crossings.map_or_else(|| self.crossings(region), Ok)?;
+                crossings = Some(before);
+                if crossing > before {
+                    continue;
+                }
+            }
+            best = Some(Change { edit, positions });
+            least.sum = deviation.sum;
+            if least.sum < ENOUGH * sum {
                 break;
             }
         }
@@ -216,13 +226,32 @@ impl MeshCopy<'_> {
         }
     }
 
-    /// Moves the vertices around an edit to improve their triangles.
-    fn relax_around(&mut self, around: &[u32], edit: Edit) {
+    /// Moves the vertices around an edit to improve their triangles. `settled` says which of them had no
+    /// better position before it.
+    fn relax_around(&mut self, around: &[u32], settled: &[bool], (edit, flipped): (Edit, [u32; 4])) {
+        let mut settled = settled.to_vec();
+        let unsettle = |settled: &mut [bool], v: u32| {
+            if let Ok(k) = around.binary_search(&v) {
+                settled[k] = false;
+            }
+        };
+        let moved = match edit {
+            Edit::Move(v, _) => Some(v),
+            Edit::Flip(_) => None,
+        };
+        let neighbours = |mesh: &Self, v: u32| -> Vec<u32> {
+            mesh.half_edges.ring(v).map(|h| mesh.half_edges.origin(next(h))).collect()
+        };
+        let changed = moved.map_or_else(|| flipped.to_vec(), |v| neighbours(self, v));
+        changed.into_iter().for_each(|v| unsettle(&mut settled, v));
         for _ in 0..SWEEPS {
-            for v in around {
-                let moved = matches!(edit, Edit::Move(w, _) if w == *v);
-                if !moved && !self.fixed[*v as usize] {
-                    lift_freely(&self.half_edges, &mut self.points, *v);
+            for (k, v) in around.iter().enumerate() {
+                if settled[k] || moved == Some(*v) || self.fixed[*v as usize] {
+                    continue;
+                }
+                settled[k] = !lift_freely(&self.half_edges, &mut self.points, *v);
+                if !settled[k] {
+                    neighbours(self, *v).into_iter().for_each(|w| unsettle(&mut settled, w));
                 }
             }
         }

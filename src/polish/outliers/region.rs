@@ -63,6 +63,11 @@ impl Deviation {
         self.sum += ((distance_sq - tolerance_sq).max(0.0) / tolerance_sq).powi(2);
         self.largest_sq = self.largest_sq.max(distance_sq);
     }
+
+    /// Whether this is better than `most`: a smaller sum, and nothing farther.
+    fn is_below(&self, most: &Self) -> bool {
+        self.sum < most.sum && self.largest_sq <= most.largest_sq
+    }
 }
 
 impl MeshCopy<'_> {
@@ -121,7 +126,7 @@ impl MeshCopy<'_> {
         let mut near = 0;
         for t in &region.triangles {
             let mut ends = [near; 16];
-            samples.push(self.samples(*t, region, &mut ends));
+            samples.push(self.samples(*t, region, &mut ends).collect());
             sound.push(self.sound(*t, &mut ends));
             ranks.push(ends);
             near = ends[MIDDLE];
@@ -133,13 +138,13 @@ impl MeshCopy<'_> {
     }
 
     /// The deviation of a region after an edit that changed the triangles with the indices `changed`; `None`
-    /// if one of these is unsound or has an angle below `floor` degrees, or if the sum reaches `most`.
+    /// if one of these is unsound or has an angle below `floor` degrees, or if it is not below `most`.
     pub fn after(
         &self,
         region: &Region,
         before: &mut RegionState,
         changed: &[usize],
-        (floor, most): (f64, f64),
+        (floor, most): (f64, &Deviation),
     ) -> Option<Deviation> {
         let is_changed = {
             let mut is_changed = vec![false; region.triangles.len()];
@@ -154,10 +159,7 @@ impl MeshCopy<'_> {
         };
         let others_are_sound =
             || is_changed.iter().zip(&before.sound).all(|(changed, sound)| *changed || *sound);
-        let sound = changed.iter().all(shaped)
-            && others_are_sound()
-            && changed.iter().all(|k| self.sound(region.triangles[*k], &mut before.ranks[*k]));
-        if !sound {
+        if !changed.iter().all(shaped) || !others_are_sound() {
             return None;
         }
         let mut deviation = Deviation::default();
@@ -175,18 +177,22 @@ impl MeshCopy<'_> {
                 continue;
             };
             deviation.add(distance_sq, tolerance_sq);
-            if deviation.sum >= most {
+            if !deviation.is_below(most) {
                 return None;
             }
+        }
+        if !changed.iter().all(|k| self.sound(region.triangles[*k], &mut before.ranks[*k])) {
+            return None;
         }
         for k in changed {
-            let samples = self.samples(region.triangles[*k], region, &mut before.ranks[*k]);
-            samples.into_iter().for_each(|distance_sq| deviation.add(distance_sq, tolerance_sq));
-            if deviation.sum >= most {
-                return None;
+            for distance_sq in self.samples(region.triangles[*k], region, &mut before.ranks[*k]) {
+                deviation.add(distance_sq, tolerance_sq);
+                if !deviation.is_below(most) {
+                    return None;
+                }
             }
         }
-        (deviation.sum < most).then_some(deviation)
+        deviation.is_below(most).then_some(deviation)
     }
 
     /// The squared distance of a point of the surface to the closest triangle, or to any within the
@@ -208,17 +214,22 @@ impl MeshCopy<'_> {
 
     /// The squared distances of a triangle's samples that exceed the tolerance. Samples at vertices and on
     /// edges belong to one triangle of the region.
-    fn samples(&self, t: u32, region: &Region, ranks: &mut Ranks) -> Vec<f64> {
+    fn samples<'s>(
+        &'s self,
+        t: u32,
+        region: &'s Region,
+        ranks: &'s mut Ranks,
+    ) -> impl Iterator<Item = f64> + 's {
         let [a, b, c] = self.corners(t);
         let middle = (a + b + c) / 3.0;
         let inside = [middle, (a + middle) * 0.5, (b + middle) * 0.5, (c + middle) * 0.5];
         // All triangles around are of the region, or none of its vertices moves there.
-        let vertices = [(0, a), (1, b), (2, c)].into_iter().filter(|(k, _): &(usize, DVec3)| {
+        let vertices = [(0, a), (1, b), (2, c)].into_iter().filter(move |(k, _): &(usize, DVec3)| {
             let v = self.half_edges.triangles[t as usize][*k];
             self.half_edges.ring(v).map(|h| h / 3).min() == Some(t)
         });
         let edges =
-            [(0, a, b), (1, b, c), (2, c, a)].into_iter().filter(|(k, ..): &(usize, DVec3, DVec3)| {
+            [(0, a, b), (1, b, c), (2, c, a)].into_iter().filter(move |(k, ..): &(usize, DVec3, DVec3)| {
                 let h = 3 * t + *k as u32;
                 let within = |twin: u32| region.triangles.binary_search(&(twin / 3)).is_ok();
                 self.half_edges.twin(h).is_none_or(|twin| h < twin || !within(twin))
@@ -227,12 +238,8 @@ impl MeshCopy<'_> {
             edges.flat_map(|(k, p, q)| [1, 2, 3].map(|m| (3 + 3 * k + m - 1, p.lerp(q, m as f64 / 4.0))));
         let inside = inside.into_iter().enumerate().map(|(k, p)| (MIDDLE + k, p));
         let bvh = &self.context.target.bvh;
-        let distances = vertices
-            .chain(on_edges)
-            .chain(inside)
-            .filter_map(|(k, p)| bvh.closest_or_near(p, &mut ranks[k], region.tolerance_sq))
-            .map(|found| found.distance_sq);
-        distances.filter(|distance_sq| *distance_sq > region.tolerance_sq).collect()
+        let all = vertices.chain(on_edges).chain(inside);
+        all.filter_map(|(k, p)| bvh.distance_sq_beyond(p, &mut ranks[k], region.tolerance_sq))
     }
 
     /// Whether a triangle neither faces away from the surface nor folds onto its neighbours.
