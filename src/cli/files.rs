@@ -50,6 +50,13 @@ impl InputFormat {
     pub fn load_other(&self, path: &Path) -> rtfmesh::Result<Loaded> {
         load(path, self.input_format.filter(|_| is_standard(path)))
     }
+
+    /// As [`InputFormat::load_other`], or points without faces.
+    pub fn load_other_or_points(&self, path: &Path) -> rtfmesh::Result<Loaded> {
+        let input = Self { input_format: self.input_format.filter(|_| is_standard(path)) };
+        let loaded = input.load_any(path, false)?.mesh_or_points();
+        loaded.map_err(|error| error.in_file(input_name(path)))
+    }
 }
 
 /// Whether this is standard input or output.

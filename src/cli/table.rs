@@ -2,9 +2,6 @@
 
 use comfy_table::Table;
 use comfy_table::presets::NOTHING;
-use rtfmesh::measure::Energy;
-use rtfmesh::measure::Measures;
-use rtfmesh::mesh::feature_distance::FeatureDistances;
 use rtfmesh::report::figures;
 use rtfmesh::{DeviceInfo, Preview, Summary};
 
@@ -15,14 +12,6 @@ pub(super) fn two_columns(rows: Vec<(&str, String)>) -> String {
         table.add_row([name.to_owned(), value]);
     }
     table.trim_fmt() + "\n"
-}
-
-/// The measures of one mesh.
-pub fn measures(m: &Measures, energy: Option<&Energy>, features: Option<&FeatureDistances>) -> String {
-    let mut rows = figures::measures(m);
-    rows.extend(energy.map(figures::energy));
-    rows.extend(features.map(figures::features).unwrap_or_default());
-    two_columns(rows)
 }
 
 /// A finished run in a few lines.

@@ -1,5 +1,6 @@
 //! Point clouds: normals that agree, and the surface through the points.
 
+mod distances;
 mod field;
 mod fill;
 mod neighbours;
@@ -10,6 +11,7 @@ mod surface;
 mod trim;
 mod turn;
 
+pub use distances::{DistanceStatistics, PointDistances, point_distances};
 pub use surface::{CloudSurface, SurfaceOptions, oriented_normals, surface, surface_with_progress};
 
 use glam::DVec3;

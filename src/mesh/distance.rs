@@ -1,17 +1,15 @@
 //! Certified Hausdorff distances and sampled root mean square distances between two surfaces.
 
-use std::ops::{Range, RangeInclusive};
+use std::ops::RangeInclusive;
 
 use glam::DVec3;
-use rayon::prelude::*;
 use serde::Serialize;
 
 use super::TriMesh;
 use super::bvh::Bvh;
-use super::half_edges::EdgeTable;
 use super::hausdorff::{Effort, Indexed, one_sided};
 use super::quality::power_of_two_scale;
-use super::triangle::doubled_normal;
+use super::sampling::Samples;
 use crate::{Error, ProgressToken, Result};
 
 /// Gap between the ends of a Hausdorff distance over the upper end, unless another one is asked for.
@@ -30,11 +28,6 @@ const SAMPLES_PER_VERTEX: usize = 1;
 const MAX_RATIO: f64 = 1e60;
 /// Distances that differ by this share of them are as good as equal.
 const NEGLIGIBLE: f64 = 1e-6;
-/// Samples that one thread takes in a row, each starting its search where the last one ended.
-const CHUNK: usize = 2048;
-/// Multiples of these, without their integer part, fill the unit square evenly: the inverse powers of the
-/// solution of `x^3 = x + 1`. Roberts, "The unreasonable effectiveness of quasirandom sequences", 2018.
-const PLANE_SEQUENCE: [f64; 2] = [0.754_877_666_246_692_8, 0.569_840_290_998_053_3];
 
 /// Distances in percent of the diagonal of the reference's bounding box, which spans all its vertices, used
 /// or not.
@@ -95,8 +88,13 @@ pub fn distances_within(
     progress: &ProgressToken,
 ) -> Result<Distances> {
     check_accuracy(accuracy)?;
+    measure(mesh, reference, accuracy, usual_samples(mesh, reference), progress)
+}
+
+/// As many samples on the edges, and on the faces, as there are vertices, and many for small meshes.
+pub(crate) fn usual_samples(mesh: &TriMesh, reference: &TriMesh) -> usize {
     let vertices = mesh.vertices.len().max(reference.vertices.len());
-    measure(mesh, reference, accuracy, MIN_SAMPLES.max(SAMPLES_PER_VERTEX * vertices), progress)
+    MIN_SAMPLES.max(SAMPLES_PER_VERTEX * vertices)
 }
 
 /// As [`distances`], with `samples` samples on the edges and as many on the faces of either mesh.
@@ -132,6 +130,8 @@ fn measure(
     samples: usize,
     progress: &ProgressToken,
 ) -> Result<Distances> {
+    check_faces("mesh", mesh)?;
+    check_faces("reference mesh", reference)?;
     let (mesh, reference, diagonal) = placed(mesh, reference)?;
     let (mesh_bvh, reference_bvh) = (Bvh::new(&mesh), Bvh::new(&reference));
     let mesh = Indexed { mesh: &mesh, bvh: &mesh_bvh };
@@ -144,7 +144,12 @@ fn measure(
     let least = mesh_bvh.bounds().distance_to(&reference_bvh.bounds());
     let rms = |from: Indexed, to: Indexed, upper: f64| {
         let alike = upper - least <= NEGLIGIBLE * upper && upper > 0.0;
-        if alike { Ok(upper) } else { Samples::new(from, samples).rms(to.bvh, progress) }
+        if alike {
+            return Ok(upper);
+        }
+        let distance_sq =
+            |p: DVec3, rank: &mut usize| to.bvh.closest_from(p, rank).map(|found| found.distance_sq);
+        Samples::new(from.mesh, from.bvh, samples).tally(distance_sq, progress).map(|tally| tally.rms())
     };
     let (rms_to, rms_from) = (rms(mesh, reference, to.upper)?, rms(reference, mesh, from.upper)?);
     let percent = 100.0 / diagonal;
@@ -162,21 +167,26 @@ fn measure(
     })
 }
 
+/// Refuses a mesh without faces.
+pub(crate) fn check_faces(name: &str, mesh: &TriMesh) -> Result<()> {
+    if !mesh.triangles.is_empty() {
+        return Ok(());
+    }
+    let problem = format!("the {name} has no faces to measure distances to");
+    Err(Error::input(None, problem, "give a mesh with at least one triangle"))
+}
+
 /// Both meshes with the reference at the origin and of a size of about one, so that squares stay in range and
-/// roundings are small, and its diagonal then.
-fn placed(mesh: &TriMesh, reference: &TriMesh) -> Result<(TriMesh, TriMesh, f64)> {
-    for (name, mesh) in [("mesh", mesh), ("reference mesh", reference)] {
-        if mesh.triangles.is_empty() {
-            let problem = format!("the {name} has no faces to measure distances to");
-            return Err(Error::input(None, problem, "give a mesh with at least one triangle"));
-        }
+/// roundings are small, and its diagonal then. The reference may be points.
+pub(crate) fn placed(mesh: &TriMesh, reference: &TriMesh) -> Result<(TriMesh, TriMesh, f64)> {
+    for (name, mesh) in [("mesh", mesh), ("reference", reference)] {
         if let Some(v) = mesh.vertices.iter().position(|v| !v.is_finite()) {
             let problem = format!("the {name} has a coordinate that is not a finite number");
             return Err(Error::input(Some(format!("vertex {v}")), problem, "remove or repair that vertex"));
         }
     }
     let scale = power_of_two_scale(reference.vertices.iter().copied());
-    let origin = reference.vertices[0] * scale;
+    let origin = reference.vertices.first().map_or(DVec3::ZERO, |first| *first * scale);
     let place = |mesh: &TriMesh| TriMesh {
         vertices: mesh.vertices.iter().map(|&v| v * scale - origin).collect(),
         triangles: mesh.triangles.clone(),
@@ -184,7 +194,7 @@ fn placed(mesh: &TriMesh, reference: &TriMesh) -> Result<(TriMesh, TriMesh, f64)
     let (mesh, reference) = (place(mesh), place(reference));
     let diagonal = reference.bounds().map_or(0.0, |(lo, hi)| lo.distance(hi));
     if diagonal == 0.0 {
-        let problem = "all vertices of the reference mesh are at one point";
+        let problem = "all vertices of the reference are at one point";
         return Err(Error::input(None, problem, "give a reference with some extent"));
     }
     let largest = mesh.vertices.iter().fold(0.0, |m: f64, v| m.max(v.abs().max_element()));
@@ -193,132 +203,4 @@ fn placed(mesh: &TriMesh, reference: &TriMesh) -> Result<(TriMesh, TriMesh, f64)
         return Err(Error::input(None, problem, "check that both are in the same unit"));
     }
     Ok((mesh, reference, diagonal))
-}
-
-/// Where to sample a mesh. Vertices, edges and faces are listed in the leaf order of its hierarchy, so that
-/// successive samples are near each other and each search can start from the last one's result.
-struct Samples {
-    vertices: Vec<DVec3>,
-    edges: Vec<[u32; 2]>,
-    triangles: Vec<[u32; 3]>,
-    /// Length of all edges up to and including each one.
-    edge_sums: Vec<f64>,
-    /// Area of all triangles up to and including each one.
-    area_sums: Vec<f64>,
-    /// Samples on the edges, and as many on the triangles.
-    count: usize,
-}
-
-impl Samples {
-    fn new(Indexed { mesh, bvh }: Indexed, count: usize) -> Self {
-        let mut renamed = vec![u32::MAX; mesh.vertices.len()];
-        let mut vertices = Vec::with_capacity(mesh.vertices.len());
-        let mut triangles = Vec::with_capacity(mesh.triangles.len());
-        for &t in bvh.leaf_order() {
-            triangles.push(mesh.triangles[t as usize].map(|v| {
-                let name = &mut renamed[v as usize];
-                if *name == u32::MAX {
-                    *name = vertices.len() as u32;
-                    vertices.push(mesh.vertices[v as usize]);
-                }
-                *name
-            }));
-        }
-        let edges: Vec<[u32; 2]> =
-            EdgeTable::new(&triangles).edges().map(|edge| edge[0].ends().into()).collect();
-        let at = |v: u32| vertices[v as usize];
-        let edge_sums = running_sums(edges.iter().map(|&[a, b]| at(a).distance(at(b))));
-        let area_sums = running_sums(triangles.iter().map(|t| doubled_normal(t.map(at)).length()));
-        Self { vertices, edges, triangles, edge_sums, area_sums, count }
-    }
-
-    /// The root mean square distance of the samples; of the vertices, if all triangles are points.
-    fn rms(&self, target: &Bvh, progress: &ProgressToken) -> Result<f64> {
-        let on_edges = gather(self.count, target, progress, |range, visit| {
-            walk(&self.edge_sums, self.count, range, |_, edge, share| {
-                let [a, b] = self.edges[edge].map(|v| self.vertices[v as usize]);
-                visit(a + (b - a) * share);
-            });
-        })?;
-        let on_faces = gather(self.count, target, progress, |range, visit| {
-            walk(&self.area_sums, self.count, range, |sample, face, _| {
-                let [a, b, c] = self.triangles[face].map(|v| self.vertices[v as usize]);
-                let [across, along] = PLANE_SEQUENCE.map(|step| (sample as f64 * step).fract());
-                visit(a + ((b - a) * (1.0 - along) + (c - a) * along) * across.sqrt());
-            });
-        })?;
-        let mut total = on_edges.join(on_faces);
-        if total.count == 0 {
-            total = gather(self.vertices.len(), target, progress, |range, visit| {
-                self.vertices[range].iter().for_each(|&p| visit(p));
-            })?;
-        }
-        Ok((total.sum_sq / total.count as f64).sqrt())
-    }
-}
-
-fn running_sums(sizes: impl Iterator<Item = f64>) -> Vec<f64> {
-    sizes
-        .scan(0.0, |sum, size| {
-            *sum += size;
-            Some(*sum)
-        })
-        .collect()
-}
-
-/// Calls `visit(sample, element, share)` for the samples in `range` of `count` that are shared out among
-/// elements by size, `sums` being the running sums of the sizes; `share` is how much of its element lies
-/// before the sample, 0..=1. Nothing is visited where all sizes are zero.
-fn walk(sums: &[f64], count: usize, range: Range<usize>, mut visit: impl FnMut(usize, usize, f64)) {
-    let total = sums.last().copied().unwrap_or(0.0);
-    if total <= 0.0 {
-        return;
-    }
-    let stand = |sample: usize| ((sample as f64 + 0.5) / count as f64) * total;
-    let mut element = sums.partition_point(|&sum| sum < stand(range.start));
-    for sample in range {
-        let place = stand(sample);
-        while sums[element] < place {
-            element += 1;
-        }
-        let before = if element == 0 { 0.0 } else { sums[element - 1] };
-        visit(sample, element, ((place - before) / (sums[element] - before)).min(1.0));
-    }
-}
-
-#[derive(Clone, Copy, Default)]
-struct Tally {
-    sum_sq: f64,
-    count: usize,
-}
-
-impl Tally {
-    fn join(self, other: Self) -> Self {
-        Self { sum_sq: self.sum_sq + other.sum_sq, count: self.count + other.count }
-    }
-}
-
-/// Runs `samples` over chunks of `0..count` in parallel; chunks and the order of their sums do not depend on
-/// the number of threads. `samples` hands each of its points to the function that it is given.
-fn gather(
-    count: usize,
-    target: &Bvh,
-    progress: &ProgressToken,
-    samples: impl Fn(Range<usize>, &mut dyn FnMut(DVec3)) + Sync,
-) -> Result<Tally> {
-    let tallies: Vec<Tally> = (0..count.div_ceil(CHUNK))
-        .into_par_iter()
-        .map(|chunk| {
-            let (mut tally, mut rank) = (Tally::default(), 0);
-            progress.poll()?;
-            samples(chunk * CHUNK..count.min((chunk + 1) * CHUNK), &mut |point| {
-                if let Some(found) = target.closest_from(point, &mut rank) {
-                    tally.sum_sq += found.distance_sq;
-                    tally.count += 1;
-                }
-            });
-            Ok(tally)
-        })
-        .collect::<Result<_>>()?;
-    Ok(tallies.into_iter().fold(Tally::default(), Tally::join))
 }

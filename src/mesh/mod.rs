@@ -15,6 +15,7 @@ pub mod intersections;
 pub mod quality;
 pub mod repair;
 pub mod samples;
+pub(crate) mod sampling;
 pub(crate) mod submesh;
 pub mod topology;
 

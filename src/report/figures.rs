@@ -1,5 +1,6 @@
 //! The figures of a mesh and of a run as text, in rows of a name and a value.
 
+use crate::cloud::{DistanceStatistics, PointDistances};
 use crate::gpu::DeviceInfo;
 use crate::measure::Measures;
 use crate::mesh::feature_distance::{FeatureDistance, FeatureDistances};
@@ -140,6 +141,17 @@ pub fn features(features: &FeatureDistances) -> Vec<Row> {
         }),
         ("features' largest distance to, from", both(|found| found.largest)),
         ("features' RMS to, from", both(|found| found.rms)),
+    ]
+}
+
+/// How far a mesh and points are from each other.
+pub fn point_distances(d: &PointDistances) -> Vec<Row> {
+    let text = |d: &DistanceStatistics| format!("{:.4} %, {:.4} %, {:.4} %", d.rms, d.mean, d.largest);
+    vec![
+        ("points, diagonal of their box", format!("{}, {:.6}", d.points, d.diagonal)),
+        ("points to mesh: RMS, mean, largest", text(&d.from_points)),
+        ("mesh to nearest points (sampled)", text(&d.to_points)),
+        ("spacing of the points", format!("{:.4} %", d.spacing)),
     ]
 }
 

@@ -79,17 +79,21 @@ fn faces_and_numbers_that_make_no_sense() {
     obj("", &["no faces"]);
     obj("v nan 0 0\nf 1 2 3\n", &["line 5", "nan"]);
     obj("v 0 inf 0\nf 1 2 3\n", &["line 5", "inf"]);
-    let ply = |count: usize, rest: &str, words: &[&str]| {
+    let text = |count: usize, rest: &str| {
         let head =
             "ply\nformat ascii 1.0\nelement vertex 3\nproperty float x\nproperty float y\nproperty float z\n";
-        let faces = format!("element face {count}\nproperty list uchar int vertex_indices\nend_header\n");
-        refused_file("bad.ply", format!("{head}{faces}{rest}").as_bytes(), words);
+        format!("{head}element face {count}\nproperty list uchar int vertex_indices\nend_header\n{rest}")
     };
-    ply(1, "0 0 0\n1 0 0\n0 1 0\n3 0 1 3\n", &["vertex 3"]);
-    ply(1, "0 0 0\n1 0 0\n0 1 0\n3 0 1 1\n", &["twice"]);
-    ply(1, "0 0 0\n1 0 0\n0 1 0\n2 0 1\n", &["at least 3"]);
-    ply(1, "0 0 0\nnan 0 0\n0 1 0\n3 0 1 2\n", &["line 11", "vertex 1", "not finite"]);
-    ply(0, "0 0 0\n1 0 0\n0 1 0\n", &["no faces"]);
+    let ply = |rest: &str, words: &[&str]| refused_file("bad.ply", text(1, rest).as_bytes(), words);
+    ply("0 0 0\n1 0 0\n0 1 0\n3 0 1 3\n", &["vertex 3"]);
+    ply("0 0 0\n1 0 0\n0 1 0\n3 0 1 1\n", &["twice"]);
+    ply("0 0 0\n1 0 0\n0 1 0\n2 0 1\n", &["at least 3"]);
+    ply("0 0 0\nnan 0 0\n0 1 0\n3 0 1 2\n", &["line 11", "vertex 1", "not finite"]);
+    // Points are no mesh, though a mesh is measured against them.
+    let place = Place::new();
+    std::fs::write(place.path("bad.ply"), text(0, "0 0 0\n1 0 0\n0 1 0\n")).unwrap();
+    refused(&place, "remesh bad.ply out.ply -n 100", 3, &["bad.ply", "no faces"]);
+    refused(&place, "measure bad.ply", 3, &["bad.ply", "no faces"]);
 }
 
 #[test]

@@ -1,5 +1,6 @@
 //! Point clouds: normals, surfaces and what is refused.
 
+mod distances;
 mod files;
 mod surface;
 
