@@ -97,7 +97,7 @@ pub fn render<'py>(
         let lines = meshes.iter().map(lines).collect::<rtfmesh::Result<Vec<_>>>()?;
         let panels = meshes.iter().zip(&colours).zip(&lines);
         let panels: Vec<Panel> =
-            panels.map(|((mesh, colours), lines)| Panel { mesh, colours, lines }).collect();
+            panels.map(|((mesh, colours), lines)| Panel { mesh, colours, lines, discs: None }).collect();
         if as_png { png(&panels, &options) } else { rgba(&panels, &options) }
     })?;
     Ok(PyArray1::from_vec(py, bytes))

@@ -46,6 +46,28 @@ impl HoleArgs {
         Ok(Self { closed, fill_holes: fill_holes.transpose()? })
     }
 
+    /// What was loaded, or a surface through it if it has points only, with the notes of both; and the size
+    /// asked for, of points that of [`size_by_points`].
+    ///
+    /// # Errors
+    /// Those of [`surface_with_progress`].
+    pub fn surface_of_points(
+        &self,
+        mut loaded: Loaded,
+        size: Size,
+        (method, options): (&MethodArgs, &mut Options),
+        progress: impl FnMut(Progress) -> Flow,
+    ) -> Result<(Loaded, Size)> {
+        if !loaded.mesh.triangles.is_empty() {
+            return Ok((loaded, size));
+        }
+        let size = size_by_points(size, loaded.mesh.vertices.len(), options);
+        let mut notes = std::mem::take(&mut loaded.notes);
+        let mut found = self.surface(&PointCloud::from(loaded), (method, options), progress)?;
+        notes.append(&mut found.notes);
+        Ok((Loaded { notes, ..found }, size))
+    }
+
     fn options(&self, cloud: &PointCloud) -> Result<SurfaceOptions> {
         let holes = match self.fill_holes {
             _ if self.closed => f64::INFINITY,

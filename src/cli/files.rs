@@ -28,13 +28,6 @@ impl InputFormat {
         load(path, self.input_format)
     }
 
-    /// As [`InputFormat::load`]; `with_materials` asks for pictures and the like as well.
-    pub fn load_with(&self, path: &Path, with_materials: bool) -> rtfmesh::Result<Loaded> {
-        let input = self.load_any(path, with_materials)?;
-        let loaded = input.mesh_or_points().and_then(Loaded::with_faces);
-        loaded.map_err(|error| error.in_file(input_name(path)))
-    }
-
     /// As [`InputFormat::load`], or points without faces, or a volume; `with_materials` asks for pictures and
     /// the like as well.
     pub fn load_any(&self, path: &Path, with_materials: bool) -> rtfmesh::Result<Input> {

@@ -2,6 +2,7 @@
 
 use super::files::{InputFormat, input_name};
 use super::heading::{FEATURES, OUTPUT, SIZE};
+use super::points;
 use super::table;
 use super::target_count::vertex_count;
 use super::terminal::print;
@@ -21,13 +22,15 @@ use std::path::PathBuf;
 
 const EXAMPLES: &str = "Examples:
   rtfmesh inspect fandisk.ply -n 10k --skeleton curves.obj
+  rtfmesh inspect points.xyz
   rtfmesh inspect fandisk.ply --feature-angle 20 --json";
 
-/// Show a mesh's topology, its repairs, and its curves, corners and patches; or a volume's size and range.
+/// Show a mesh's topology, repairs, curves, corners and patches; points' spacing, outliers and noise; or a
+/// volume's size and range.
 #[derive(clap::Args)]
 #[command(after_help = EXAMPLES)]
 pub struct Args {
-    /// Mesh or volume to inspect; - is standard input
+    /// Mesh, points or volume to inspect; - is standard input
     mesh: PathBuf,
     /// Number of vertices to remesh to, such as 10k [default: the mesh's]
     ///
@@ -94,7 +97,8 @@ pub fn run(args: &Args) -> Result<()> {
     let name = input_name(&args.mesh);
     let loaded = match args.input_format.load_any(&args.mesh, false)? {
         Input::Volume(volume) => return print_volume(args, &volume),
-        Input::Mesh(loaded) => loaded.with_faces().map_err(|e| e.in_file(name))?,
+        Input::Mesh(loaded) if loaded.mesh.triangles.is_empty() => return print_points(args, loaded),
+        Input::Mesh(loaded) => loaded,
     };
     let lines = args.features.as_deref().map(FeatureLines::read).transpose()?;
     let (inspection, mesh, found) =
@@ -105,20 +109,30 @@ pub fn run(args: &Args) -> Result<()> {
     print(&if args.json { to_json(&inspection)? } else { table::two_columns(rows(&inspection)) })
 }
 
+/// Prints what can be said of points.
+fn print_points(args: &Args, loaded: Loaded) -> Result<()> {
+    refuse_options_of_meshes(args, "points without faces")?;
+    let found = points::Inspection::new(loaded).map_err(|e| e.in_file(input_name(&args.mesh)))?;
+    print(&if args.json { to_json(&found)? } else { table::two_columns(found.rows()) })
+}
+
 /// Prints what can be said of values on a grid.
 fn print_volume(args: &Args, volume: &Volume) -> Result<()> {
+    refuse_options_of_meshes(args, "values on a grid")?;
+    let found = volume::Inspection::new(volume);
+    print(&if args.json { to_json(&found)? } else { table::two_columns(found.rows()) })
+}
+
+fn refuse_options_of_meshes(args: &Args, what: &str) -> rtfmesh::Result<()> {
     let given = [
         ("-n", args.vertices.is_some()),
         ("--features", args.features.is_some()),
         ("--skeleton", args.skeleton.is_some()),
     ];
-    if let Some((name, _)) = given.iter().find(|(_, given)| *given) {
-        let input = input_name(&args.mesh).display();
-        let problem = format!("{name} works only with meshes, and {input} is a volume");
-        return Err(Error::usage(problem, "leave it out").into());
-    }
-    let found = volume::Inspection::new(volume);
-    print(&if args.json { to_json(&found)? } else { table::two_columns(found.rows()) })
+    let Some((name, _)) = given.iter().find(|(_, given)| *given) else { return Ok(()) };
+    let input = input_name(&args.mesh).display();
+    let problem = format!("{name} works only with meshes, and {input} has {what}");
+    Err(Error::usage(problem, "leave it out"))
 }
 
 /// Inspects a mesh for a result of so many vertices. Returns also the repaired mesh and its features.

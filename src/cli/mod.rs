@@ -12,6 +12,7 @@ mod inspect;
 mod markdown;
 mod measure;
 mod method;
+mod points;
 mod progress;
 mod remesh;
 mod render;

@@ -2,26 +2,31 @@
 
 use super::files::{InputFormat, input_name, is_standard, tell_notes};
 use super::heading::{CAMERA, COLOURS};
+use super::points::Drawn;
 use super::remesh::same_file;
 use super::terminal::tell;
 use anyhow::Result;
 use glam::DVec3;
 use rtfmesh::io;
 use rtfmesh::mesh::features::{Curve, FeatureOptions, find_features, spacing_of};
-use rtfmesh::picture::{Panel, PictureOptions, View, distance_colours, png, quality_colours};
+use rtfmesh::picture::{Colour, Discs, Panel, PictureOptions, View, distance_colours, png, quality_colours};
 use rtfmesh::{Error, TriMesh};
 use std::path::{Path, PathBuf};
 
 const EXAMPLES: &str = "Examples:
   rtfmesh render kitten-10k.ply kitten-10k.png
   rtfmesh render kitten.ply kitten-10k.ply both.png --color quality
+  rtfmesh render points.ply mesh.ply both.png --no-edges
   rtfmesh render part-5k.ply off.png --color distance --against part.ply --z-up --curves";
 
-/// Draw meshes into a PNG, side by side: flat shaded, with their edges.
+/// Draw meshes into a PNG, side by side: flat shaded, with their edges; and points as discs.
+///
+/// Points have their own colours, if there are any. They are lit by their normals or, without any, by those
+/// of planes through the nearest points, which look alike from both sides.
 #[derive(clap::Args)]
 #[command(after_help = EXAMPLES)]
 pub struct Args {
-    /// Meshes to draw, all with the camera that frames the first; - is standard input
+    /// Meshes or points to draw, all with the camera that frames the first; - is standard input
     #[arg(required = true)]
     meshes: Vec<PathBuf>,
     /// Picture to write
@@ -62,7 +67,7 @@ pub struct Args {
 
 #[derive(Clone, Copy, PartialEq, clap::ValueEnum)]
 enum Colouring {
-    /// None: outsides are blue, insides brown
+    /// None: outsides are blue, insides brown; points have their own
     Plain,
     /// Triangle quality: light for equilateral, dark for slivers
     Quality,
@@ -75,39 +80,57 @@ pub fn run(args: &Args) -> Result<()> {
     let options = options(args)?;
     refuse_overwriting(args)?;
     io::check_text_target(&args.output)?;
-    let load = |path: &PathBuf| -> rtfmesh::Result<TriMesh> {
-        let loaded = args.input_format.load(path)?;
-        tell_notes(path, &loaded.notes);
-        Ok(loaded.mesh)
-    };
-    let meshes = args.meshes.iter().map(load).collect::<rtfmesh::Result<Vec<TriMesh>>>()?;
+    let drawn = args.meshes.iter().map(|path| load(args, path)).collect::<rtfmesh::Result<Vec<Drawn>>>()?;
     let reference =
         args.against.as_ref().map(|path| Ok::<_, Error>((path, args.input_format.load_other(path)?.mesh)));
     let reference = reference.transpose()?;
-    let colours = match (args.color, &reference) {
-        (Colouring::Quality, _) => meshes.iter().map(quality_colours).collect(),
+    let colours: Vec<Vec<Colour>> = match (args.color, &reference) {
+        (Colouring::Quality, _) => drawn.iter().map(|drawn| quality_colours(&drawn.mesh)).collect(),
         (Colouring::Distance, Some((against, reference))) => {
+            let meshes: Vec<TriMesh> = drawn.iter().map(|drawn| drawn.mesh.clone()).collect();
             let found = distance_colours(&meshes, reference).map_err(|e| e.in_file(input_name(against)))?;
             for (path, found) in args.meshes.iter().zip(&found) {
                 tell(&format!("{}: largest distance {:.6}\n", input_name(path).display(), found.largest));
             }
             found.into_iter().map(|found| found.colours).collect()
         }
-        (Colouring::Plain | Colouring::Distance, _) => vec![Vec::new(); meshes.len()],
+        (Colouring::Plain | Colouring::Distance, _) => {
+            drawn.iter().map(|drawn| drawn.colours.clone()).collect()
+        }
     };
     let mut lines = Vec::new();
-    for (path, mesh) in args.meshes.iter().zip(&meshes) {
+    for (path, drawn) in args.meshes.iter().zip(&drawn) {
         lines.push(if args.curves {
-            curves(mesh).map_err(|e| e.in_file(input_name(path)))?
+            curves(&drawn.mesh).map_err(|e| e.in_file(input_name(path)))?
         } else {
             Vec::new()
         });
     }
-    let panels = meshes.iter().zip(&colours).zip(&lines);
-    let panels: Vec<Panel> = panels.map(|((mesh, colours), lines)| Panel { mesh, colours, lines }).collect();
+    let panels = drawn.iter().zip(&colours).zip(&lines);
+    let panels: Vec<Panel> = panels.map(|((drawn, colours), lines)| panel(drawn, colours, lines)).collect();
     let name = args.meshes.first().map_or(Path::new(""), |path| input_name(path));
     let picture = png(&panels, &options).map_err(|e| e.in_file(name))?;
     Ok(io::write_bytes(&args.output, &picture)?)
+}
+
+fn load(args: &Args, path: &Path) -> rtfmesh::Result<Drawn> {
+    let in_file = |error: Error| error.in_file(input_name(path));
+    let loaded = args.input_format.load_any(path, false)?.mesh_or_points().map_err(in_file)?;
+    tell_notes(path, &loaded.notes);
+    let given = [("--color quality", args.color == Colouring::Quality), ("--curves", args.curves)];
+    let given = given.iter().find(|(_, given)| *given && loaded.mesh.triangles.is_empty());
+    if let Some((name, _)) = given {
+        let input = input_name(path).display();
+        let problem = format!("{name} works only with meshes, and {input} has points without faces");
+        return Err(Error::usage(problem, "leave it out"));
+    }
+    Drawn::new(loaded).map_err(in_file)
+}
+
+fn panel<'a>(drawn: &'a Drawn, colours: &'a [Colour], lines: &'a [[DVec3; 2]]) -> Panel<'a> {
+    let discs =
+        drawn.diameter.map(|diameter| Discs { diameter, normals: &drawn.normals, oriented: drawn.oriented });
+    Panel { mesh: &drawn.mesh, colours, lines, discs }
 }
 
 fn options(args: &Args) -> rtfmesh::Result<PictureOptions> {

@@ -8,11 +8,13 @@ mod normals;
 mod orient;
 mod prepare;
 mod surface;
+mod survey;
 mod trim;
 mod turn;
 
 pub use distances::{DistanceStatistics, PointDistances, point_distances};
 pub use surface::{CloudSurface, SurfaceOptions, oriented_normals, surface, surface_with_progress};
+pub use survey::{CloudSurvey, survey, unoriented_normals};
 
 use glam::DVec3;
 

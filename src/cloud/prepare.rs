@@ -9,7 +9,7 @@ use crate::sites::morton::morton_order;
 use crate::{Error, Result};
 
 /// Fewer points make no surface.
-const LEAST: usize = 10;
+pub(super) const LEAST: usize = 10;
 
 /// Points in Morton order of the unit frame.
 pub(super) struct Points {
@@ -25,9 +25,9 @@ pub(super) struct Points {
 
 impl Points {
     /// # Errors
-    /// [`Error::Input`] for coordinates that are not finite, for too few places or all at one point, and for
-    /// normals that are not as many as points.
-    pub fn new(cloud: &PointCloud) -> Result<Self> {
+    /// [`Error::Input`] for coordinates that are not finite, for fewer than `least` places or all at one
+    /// point, and for normals that are not as many as points.
+    pub fn new(cloud: &PointCloud, least: usize) -> Result<Self> {
         let PointCloud { points, normals, .. } = cloud;
         if u32::try_from(points.len()).is_err() {
             let problem = format!("the cloud has {} points, more than an index can count", points.len());
@@ -41,7 +41,7 @@ impl Points {
             let problem = format!("the cloud has {} normals for {} points", normals.len(), points.len());
             return Err(Error::input(None, problem, "give one for each point, or none"));
         }
-        if points.len() < LEAST {
+        if points.len() < least {
             return Err(too_few(points.len()));
         }
         let frame = UnitFrame::of(&TriMesh { vertices: points.clone(), triangles: Vec::new() })?;
@@ -50,7 +50,7 @@ impl Points {
         // Equal places have equal codes, but so have others; the order of places decides among them.
         let mut seen = std::collections::HashSet::with_capacity(points.len());
         origin.retain(|i| seen.insert(position_key(unit[*i as usize])));
-        if origin.len() < LEAST {
+        if origin.len() < least {
             return Err(too_few(origin.len()));
         }
         let duplicates = points.len() - origin.len();

@@ -6,10 +6,11 @@ use rayon::prelude::*;
 use super::PointCloud;
 use super::field::{Oriented, field};
 use super::fill::fill;
-use super::neighbours::{COUNT, Neighbours, median};
-use super::normals::{noise, planes};
+use super::neighbours::{COUNT, Neighbours};
+use super::normals::planes;
 use super::orient::orient;
-use super::prepare::{Points, too_few};
+use super::prepare::{LEAST, Points};
+use super::survey::{NO_NOISE, Survey, neighbours_without_outliers};
 use super::trim::trim;
 use crate::mesh::attributes::{Attribute, Attributes};
 use crate::mesh::half_edges::EdgeTable;
@@ -78,8 +79,6 @@ pub struct CloudSurface {
 const RADIUS: f64 = 3.2;
 /// And in addition for noise of one spacing.
 const RADIUS_FOR_NOISE: f64 = 7.0;
-/// Curved surfaces without noise have up to so much.
-const NO_NOISE: f64 = 0.12;
 /// Side of the grid's cells, in spacings.
 const SIDE: f64 = 1.0;
 /// And in addition for noise of one spacing.
@@ -98,8 +97,6 @@ const MOST_TRIANGLES: f64 = 2e6;
 /// Or where more nodes of the grid would be reached: with points of very different density, the cells of the
 /// dense ones fill the wide reach of the others.
 const MOST_NODES: f64 = 3e7;
-/// Most points have neighbours on a line if those are narrower than this share of their length.
-const LINE: f64 = 0.05;
 /// Boundary loops up to so many spacings across are filled.
 const GAP: f64 = 6.0;
 
@@ -129,10 +126,11 @@ pub fn surface_with_progress<F: Into<Flow>>(
 }
 
 fn run(cloud: &PointCloud, options: &SurfaceOptions, progress: &ProgressToken) -> Result<CloudSurface> {
-    let mut points = Points::new(cloud)?;
+    let mut points = Points::new(cloud, LEAST)?;
     let (neighbours, outliers) = neighbours_without_outliers(&mut points, &progress.part(0.0, 0.2))?;
     let tree = KdTree::new(&points.at);
-    let Survey { spacing, thickness, radius } = Survey::new(&points, &tree, &neighbours, progress)?;
+    let Survey { spacing, thickness } = Survey::of_surface(&points, &tree, &neighbours, progress)?;
+    let radius = radius_for(thickness);
     progress.done(0.3)?;
     let normals = normals(&points, &tree, &neighbours, radius, progress)?;
     progress.done(0.5)?;
@@ -184,13 +182,18 @@ fn run(cloud: &PointCloud, options: &SurfaceOptions, progress: &ProgressToken) -
 /// As [`surface`].
 pub fn oriented_normals(cloud: &PointCloud) -> Result<Vec<DVec3>> {
     let progress = &ProgressToken::default();
-    let mut points = Points::new(cloud)?;
+    let mut points = Points::new(cloud, LEAST)?;
     let (neighbours, _) = neighbours_without_outliers(&mut points, progress)?;
     let tree = KdTree::new(&points.at);
-    let Survey { radius, .. } = Survey::new(&points, &tree, &neighbours, progress)?;
-    let normals = normals(&points, &tree, &neighbours, radius, progress)?;
+    let Survey { thickness, .. } = Survey::of_surface(&points, &tree, &neighbours, progress)?;
+    let normals = normals(&points, &tree, &neighbours, radius_for(thickness), progress)?;
     let nearest = |p: &DVec3| tree.nearest(points.frame.to_unit(*p)).unwrap_or(0);
     Ok(cloud.points.par_iter().map(|p| normals[nearest(p) as usize]).collect())
+}
+
+/// The radius of the weights of points with so much noise, both in spacings.
+fn radius_for(thickness: f64) -> f64 {
+    RADIUS + RADIUS_FOR_NOISE * (thickness - NO_NOISE).max(0.0)
 }
 
 /// The least side of the grid's cells with which neither triangles nor nodes are too many.
@@ -199,54 +202,6 @@ fn least_side(spacing: &[f64], radius: f64) -> f64 {
     let area: f64 = spacing.iter().map(|own| own * own).sum();
     let volume: f64 = spacing.iter().map(|own| 2.0 * radius * own.powi(3)).sum();
     (3.0 * area / MOST_TRIANGLES).sqrt().max((volume / MOST_NODES).cbrt())
-}
-
-/// Leaves out the points that are far from all others; returns the neighbours of the others, and their
-/// number.
-fn neighbours_without_outliers(points: &mut Points, progress: &ProgressToken) -> Result<(Neighbours, usize)> {
-    let found = Neighbours::new(&points.at, &KdTree::new(&points.at), progress)?;
-    let outliers = found.outliers.len();
-    if outliers == 0 {
-        return Ok((found, 0));
-    }
-    let mut is_out = vec![false; points.at.len()];
-    found.outliers.iter().for_each(|i| is_out[*i as usize] = true);
-    let kept: Vec<u32> = (0..points.at.len() as u32).filter(|i| !is_out[*i as usize]).collect();
-    if kept.len() <= COUNT {
-        return Err(too_few(kept.len()));
-    }
-    points.keep(&kept);
-    Ok((Neighbours::new(&points.at, &KdTree::new(&points.at), progress)?, outliers))
-}
-
-/// What the scale of everything else follows from.
-struct Survey {
-    /// The median distance between points, in the unit frame.
-    spacing: f64,
-    /// Standard deviation of points from planes through their neighbours, in spacings.
-    thickness: f64,
-    /// Radius of the weights, in spacings.
-    radius: f64,
-}
-
-impl Survey {
-    fn new(
-        points: &Points,
-        tree: &KdTree,
-        neighbours: &Neighbours,
-        progress: &ProgressToken,
-    ) -> Result<Self> {
-        let spacing = median(neighbours.spacing.iter().copied());
-        let shapes = planes(&points.at, tree, COUNT, progress)?;
-        let width = median(shapes.iter().map(|plane| plane.extents[1] / plane.extents[2]));
-        if width.is_nan() || width <= LINE {
-            let remedy = "give points that cover a surface evenly";
-            return Err(Error::input(None, "the points lie on lines and not on a surface", remedy));
-        }
-        let thickness = noise(&shapes, &neighbours.spacing);
-        let radius = RADIUS + RADIUS_FOR_NOISE * (thickness - NO_NOISE).max(0.0);
-        Ok(Self { spacing, thickness, radius })
-    }
 }
 
 /// The mesh with a boundary as smooth as the points allow; random ones end on a ragged line.

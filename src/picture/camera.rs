@@ -80,6 +80,12 @@ impl Camera {
         Projected { at: [0.5 * self.size[0] + scale * p.x, 0.5 * self.size[1] - scale * p.y], depth: p.z }
     }
 
+    /// The directions to the right and up.
+    pub fn sideways(&self) -> (DVec3, DVec3) {
+        let back = self.rotation.transpose();
+        (back.x_axis, back.y_axis)
+    }
+
     /// A direction as the camera sees it: x to the right, y up, z towards it.
     pub fn direction(&self, direction: DVec3) -> DVec3 {
         self.rotation * direction

@@ -49,14 +49,15 @@ pub(crate) fn quality_shares(mesh: &TriMesh) -> Vec<f64> {
 /// Colours by distance.
 #[derive(Debug, Clone, PartialEq)]
 pub struct DistanceColours {
-    /// For each face.
+    /// For each face, or for each vertex of a mesh without faces.
     pub colours: Vec<Colour>,
     /// The largest distance of a face's centroid, in the meshes' units.
     pub largest: f64,
 }
 
-/// A colour for each face of each mesh by the distance of its centroid from `reference`: pale at it, dark red
-/// where one of these meshes is farthest off, unless that is no more than rounding.
+/// A colour for each face of each mesh by the distance of its centroid from `reference`, or for each vertex
+/// of a mesh without faces: pale at it, dark red where one of these meshes is farthest off, unless that is
+/// no more than rounding.
 ///
 /// # Errors
 /// [`crate::Error::Input`] if the reference has no faces.
@@ -73,15 +74,16 @@ pub fn distance_colours(meshes: &[TriMesh], reference: &TriMesh) -> Result<Vec<D
     Ok(distances.into_iter().map(of).collect())
 }
 
-/// The distance of each face's centroid from `reference`, in the meshes' units. Panics if an index is out of
-/// range.
+/// The distance of each face's centroid from `reference`, in the meshes' units, or of each vertex of a mesh
+/// without faces. Panics if an index is out of range.
 pub(crate) fn centre_distances(mesh: &TriMesh, reference: &TriMesh) -> Vec<f64> {
     let tree = Bvh::new(reference);
-    let of = |t: usize| {
-        let [a, b, c] = mesh.corners(t);
-        tree.closest((a + b + c) / 3.0).map_or(0.0, |found| found.distance_sq.sqrt())
-    };
-    (0..mesh.triangles.len()).into_par_iter().map(of).collect()
+    let of = |p: DVec3| tree.closest(p).map_or(0.0, |found| found.distance_sq.sqrt());
+    if mesh.triangles.is_empty() {
+        return mesh.vertices.par_iter().map(|p| of(*p)).collect();
+    }
+    let centre = |t: usize| mesh.corners(t).into_iter().sum::<DVec3>() / 3.0;
+    (0..mesh.triangles.len()).into_par_iter().map(|t| of(centre(t))).collect()
 }
 
 fn colour_at(scale: colorous::Gradient, share: f64) -> Colour {

@@ -7,6 +7,11 @@ pub(crate) fn check(mesh: &TriMesh) -> Result<()> {
     if mesh.triangles.is_empty() {
         return Err(Error::input(None, "the mesh has no faces to draw", "give one with triangles"));
     }
+    check_indices(mesh)
+}
+
+/// As [`check`], but for faces, of which there need not be any.
+pub(super) fn check_indices(mesh: &TriMesh) -> Result<()> {
     if let Some(v) = mesh.vertices.iter().position(|v| !v.is_finite()) {
         return Err(Error::input(None, format!("vertex {v} is not finite"), "repair the file"));
     }

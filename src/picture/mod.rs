@@ -1,9 +1,11 @@
-//! Draws pictures of meshes on the CPU: flat shaded, with edges, coloured by quality or by distance.
+//! Draws pictures of meshes on the CPU: flat shaded, with edges, coloured by quality or by distance; and of
+//! points as discs.
 
 mod camera;
 mod colours;
 mod drawable;
 mod paint;
+mod pieces;
 
 pub use camera::View;
 pub use colours::{Colour, DistanceColours, distance_colours, quality_colours};
@@ -13,8 +15,9 @@ pub(crate) use colours::{WORST, centre_distances, distance_colour, quality_colou
 use crate::{Error, Result};
 use camera::Camera;
 pub(crate) use drawable::check;
+use drawable::check_indices;
 use paint::Canvas;
-pub use paint::Panel;
+pub use pieces::{Discs, Panel};
 use tiny_skia::Pixmap;
 
 /// Most pixels of a picture along a side.
@@ -58,7 +61,7 @@ impl PictureOptions {
 ///
 /// # Errors
 /// [`Error::Usage`] if there is no panel or an option is out of range, [`Error::Input`] for a mesh without
-/// faces or with vertices that are not finite.
+/// faces where its vertices are not drawn, or with vertices that are not finite.
 pub fn png(panels: &[Panel], options: &PictureOptions) -> Result<Vec<u8>> {
     let encoded = draw(panels, options)?.encode_png();
     encoded.map_err(|error| Error::Internal(format!("a picture could not be encoded: {error}")))
@@ -89,7 +92,10 @@ fn draw(panels: &[Panel], options: &PictureOptions) -> Result<Pixmap> {
         return Err(Error::usage("there is no mesh to draw", "give at least one"));
     };
     for panel in panels {
-        check(panel.mesh)?;
+        match panel.discs {
+            None => check(panel.mesh)?,
+            Some(_) => check_indices(panel.mesh)?,
+        }
     }
     let mut canvas = Canvas::new([whole, height])?;
     let camera = Camera::around(first.mesh, &options.view, options.size)?;

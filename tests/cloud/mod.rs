@@ -3,6 +3,7 @@
 mod distances;
 mod files;
 mod surface;
+mod survey;
 
 use glam::DVec3;
 use rand::{RngExt, SeedableRng};

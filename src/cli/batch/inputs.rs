@@ -114,13 +114,26 @@ fn add(path: &Path, results: &Path, found: &mut Vec<Found>) -> rtfmesh::Result<(
         // A link to a file counts as one, a link to a folder does not.
         let mesh = entry.into_path();
         let named = Encoding::of_name(&mesh).map(|named| named.format);
-        // Text files in a folder may be anything, and points are no meshes.
-        if named.is_some_and(|format| !matches!(format, Format::Xyz | Format::Pcd)) && mesh.is_file() {
+        // Text files in a folder may be anything.
+        if named.is_some_and(|format| format != Format::Xyz || is_of_points(&mesh)) && mesh.is_file() {
             let place = mesh.strip_prefix(path).unwrap_or(&mesh).to_owned();
             found.push((mesh, place));
         }
     }
     Ok(())
+}
+
+/// Whether a file of lines of numbers is named after points.
+fn is_of_points(path: &Path) -> bool {
+    let plain = without_gz(path);
+    let ends = plain.extension().unwrap_or_default();
+    ["xyz", "xyzn", "xyzrgb", "pts"].iter().any(|own| ends.eq_ignore_ascii_case(own))
+}
+
+/// The path without the `.gz` of a packed file.
+fn without_gz(path: &Path) -> PathBuf {
+    let packed = Encoding::of_name(path).is_some_and(|named| named.gzip);
+    if packed { path.with_extension("") } else { path.to_owned() }
 }
 
 fn lines(list: &Path) -> rtfmesh::Result<Vec<String>> {
@@ -135,8 +148,7 @@ fn unreadable(path: &Path, error: &std::io::Error) -> Error {
 
 /// `chairs/scan.obj.gz` becomes `chairs/scan.ply`.
 fn result_path(place: &Path, encoding: Encoding) -> PathBuf {
-    let packed = Encoding::of_name(place).is_some_and(|named| named.gzip);
-    let plain = if packed { place.with_extension("") } else { place.to_owned() };
+    let plain = without_gz(place);
     let mut name = plain.file_stem().unwrap_or_default().to_owned();
     name.push(format!(".{encoding}"));
     plain.with_file_name(name)

@@ -7,6 +7,7 @@ mod workers;
 
 use super::all_at_once::ResearchArgs;
 use super::attributes::AttributeArgs;
+use super::cloud::HoleArgs;
 use super::files::InputFormat;
 use super::heading::OUTPUT;
 use super::method::{DeviceArgs, MethodArgs};
@@ -43,9 +44,10 @@ const SHORT_EXAMPLES: &str = "Examples:
 #[derive(clap::Args)]
 #[command(after_help = SHORT_EXAMPLES, after_long_help = EXAMPLES, disable_help_flag = true)]
 pub struct Args {
-    /// Mesh files, folders of them, or @LIST with a path on each line
+    /// Files of meshes or points, folders of them, or @LIST with a path on each line
     ///
-    /// Folders in folders are searched, too; results keep their structure.
+    /// Folders in folders are searched, too; results keep their structure. Files that end in .txt, .csv or
+    /// .asc are read as points only if they are named themselves or in a list.
     #[arg(required = true)]
     inputs: Vec<PathBuf>,
     #[command(flatten)]
@@ -54,6 +56,8 @@ pub struct Args {
     method: MethodArgs,
     #[command(flatten)]
     attributes: AttributeArgs,
+    #[command(flatten)]
+    holes: HoleArgs,
     #[command(flatten)]
     input_format: InputFormat,
     #[command(flatten)]
@@ -136,7 +140,7 @@ impl OutputArgs {
 fn digest(args: &Args, size: Size, options: &Options) -> rtfmesh::Result<String> {
     let options = serde_json::to_string(options).map_err(|error| Error::Internal(error.to_string()))?;
     let (attributes, from, to) = (&args.attributes, &args.input_format, args.output.format);
-    let asked = format!("{size:?} {attributes:?} {from:?} {to:?} {options}");
+    let asked = format!("{size:?} {attributes:?} {from:?} {to:?} {:?} {options}", args.holes);
     let step = |hash: u64, byte: u8| (hash ^ u64::from(byte)).wrapping_mul(0x100_0000_01b3);
     Ok(format!("{:016x}", asked.bytes().fold(0xcbf2_9ce4_8422_2325, step)))
 }

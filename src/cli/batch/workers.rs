@@ -116,7 +116,9 @@ impl Batch<'_> {
     fn read_all<'j>(&self, jobs: &'j [Job], sender: &SyncSender<(&'j Job, Read)>) {
         for job in jobs {
             let begin = Instant::now();
-            let loaded = self.args.input_format.load_with(&job.input, self.args.attributes.wants_materials());
+            let format = &self.args.input_format;
+            let input = format.load_any(&job.input, self.args.attributes.wants_materials());
+            let loaded = input.and_then(|input| input.mesh_or_points().map_err(|e| e.in_file(&job.input)));
             // Nobody receives when the batch has ended early.
             if sender.send((job, (loaded, begin.elapsed().as_secs_f64()))).is_err() {
                 return;
@@ -154,12 +156,16 @@ impl Batch<'_> {
         let begin = Instant::now();
         let (loaded, reading) = read;
         let outcome = loaded.map_err(Into::into).and_then(|loaded| {
-            entry.notes.clone_from(&loaded.notes);
             make_folder(job.output.parent().unwrap_or(&job.output))?;
             let target = Target::new(&job.output, Some(self.args.output.format))?;
             let mut options = self.options.clone();
             let in_file = |error: Error| error.in_file(&job.input);
-            let repaired = count(self.size, &loaded.mesh, &mut options, None).map_err(in_file)?;
+            let flow = |_| if progress::is_cancelled() { Flow::Cancel } else { Flow::Continue };
+            let of_method = (&self.args.method, &mut options);
+            let found = self.args.holes.surface_of_points(loaded, self.size, of_method, flow);
+            let (loaded, size) = found.map_err(in_file)?;
+            entry.notes.clone_from(&loaded.notes);
+            let repaired = count(size, &loaded.mesh, &mut options, None).map_err(in_file)?;
             options.format = Some(target.format());
             let attributes = &self.args.attributes;
             let repaired = attributes.request(&loaded, repaired, &mut options, &mut entry.notes);
@@ -167,7 +173,6 @@ impl Batch<'_> {
             let read = self.args.method.read_attributes(&loaded.attributes, &mut options);
             read.map_err(in_file)?;
             entry.options = Some(Settings::of(&options));
-            let flow = |_| if progress::is_cancelled() { Flow::Cancel } else { Flow::Continue };
             let result = remesh_repaired(device, &loaded.mesh, repaired, &options, flow);
             let result = result.map_err(in_file)?;
             refuse_messages(device)?;
