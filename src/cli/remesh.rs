@@ -14,6 +14,7 @@ use super::volume::VolumeArgs;
 use super::{table, words};
 use anyhow::Result;
 use clap::ArgAction;
+use rtfmesh::glam::DVec3;
 use rtfmesh::io;
 use rtfmesh::io::{Encoding, Input, Loaded};
 use rtfmesh::mesh::repair::Repaired;
@@ -150,6 +151,7 @@ pub fn run(args: &Args) -> Result<u8> {
     if !args.out.quiet {
         run.show_bar();
     }
+    let points = args.out.html.as_ref().and_then(|_| points_of(&loaded));
     let (loaded, size) = surface(args, loaded, size, &mut options, &mut run)?;
     let repaired = count_vertices(args, size, &loaded.mesh, &mut options)?;
     options.format = Some(target.format());
@@ -167,7 +169,7 @@ pub fn run(args: &Args) -> Result<u8> {
     for warning in &result.summary.warnings {
         tell(&format!("warning: {warning}\n"));
     }
-    let texts = texts(args, &options, &loaded, &device, &result)?;
+    let texts = texts(args, &options, (&loaded, points.as_deref()), &device, &result)?;
     // Standard output may wait for its reader for ever.
     let _whole = (!args.output.as_deref().is_some_and(is_standard)).then(begin_writing).transpose()?;
     let attributes = carried(&loaded.mesh, &loaded.attributes, &result);
@@ -191,6 +193,14 @@ fn load(args: &Args) -> rtfmesh::Result<Input> {
         tell_notes(&args.input, input.notes());
     }
     Ok(input)
+}
+
+/// The points of what was read, if it has no faces.
+fn points_of(input: &Input) -> Option<Vec<DVec3>> {
+    match input {
+        Input::Mesh(loaded) if loaded.mesh.triangles.is_empty() => Some(loaded.mesh.vertices.clone()),
+        _ => None,
+    }
 }
 
 /// What was read, or the surface made of it if it has points or values on a grid; and the size asked for.
@@ -275,7 +285,7 @@ fn dry_run(args: &Args, size: Size, mut options: Options) -> Result<()> {
 fn texts<'a>(
     args: &'a Args,
     options: &Options,
-    loaded: &Loaded,
+    (loaded, points): (&Loaded, Option<&[DVec3]>),
     device: &Device,
     result: &Remeshed,
 ) -> Result<Vec<(&'a Path, String)>> {
@@ -295,7 +305,7 @@ fn texts<'a>(
         texts.push((path.as_path(), report.to_json()?));
     }
     if let Some(path) = &args.out.html {
-        let input = PageInput { report: &report, input: &loaded.mesh, output: &result.mesh };
+        let input = PageInput { report: &report, input: &loaded.mesh, points, output: &result.mesh };
         texts.push((path.as_path(), page(&input)?));
     }
     Ok(texts)

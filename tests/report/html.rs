@@ -24,6 +24,17 @@ fn run() -> &'static (Options, TriMesh, Summary) {
 
 /// A page of that run, about other meshes, `factor` times as large as those of the run.
 fn page_about(meshes: [&TriMesh; 2], factor: f64, names: [&str; 2], note: &str) -> Result<String> {
+    page_with(meshes, None, factor, names, note)
+}
+
+/// The same with the points that the input was made of.
+fn page_with(
+    meshes: [&TriMesh; 2],
+    points: Option<&[DVec3]>,
+    factor: f64,
+    names: [&str; 2],
+    note: &str,
+) -> Result<String> {
     let (options, _, summary) = run();
     let mut summary = summary.clone();
     summary.spacing *= factor;
@@ -37,7 +48,7 @@ fn page_about(meshes: [&TriMesh; 2], factor: f64, names: [&str; 2], note: &str) 
         device: device().info(),
         summary: &summary,
     };
-    page(&PageInput { report: &report, input: meshes[0], output: meshes[1] })
+    page(&PageInput { report: &report, input: meshes[0], points, output: meshes[1] })
 }
 
 /// The page of that run, with another input, files of these names, and a note.
@@ -116,6 +127,31 @@ fn meshes_curves_and_figures_are_in_the_page() {
         assert!(text.contains(word), "'{word}' is missing");
     }
     assert!(text.len() < 400_000, "{} bytes", text.len());
+}
+
+#[test]
+fn points_are_drawn_as_faces_around_them() {
+    let cube = cube();
+    // Inside of the upper side.
+    let at = |k: i32| f64::from(k + 1) / 11.0;
+    let points: Vec<DVec3> = (0..100).map(|k| DVec3::new(at(k % 10), at(k / 10), 1.0)).collect();
+    let text = page_with([&cube, &run().1], Some(&points), 1.0, ["a.xyz", "b"], "").unwrap();
+    let (found, [_, distance]) = drawn(&text, 0);
+    assert_eq!(found.triangles.len(), points.len());
+    for (t, p) in points.iter().enumerate() {
+        let [a, b, c] = found.corners(t);
+        assert!((b - a).cross(c - a).normalize().z > 0.99, "outward at {p}");
+        let sides = [a.distance(b), b.distance(c), c.distance(a)];
+        assert!(sides.iter().all(|side| (side / sides[0] - 1.0).abs() < 1e-3), "{sides:?} around {p}");
+    }
+    assert!(distance.iter().any(|d| *d != distance[0]), "{distance:?}");
+    for word in ["100 points", "Surface through the points", "data-points>"] {
+        assert!(text.contains(word), "'{word}' is missing");
+    }
+    let many: Vec<DVec3> =
+        (0..250_000).map(|k| DVec3::new(f64::from(k % 500), f64::from(k / 500), 500.0) / 500.0).collect();
+    let text = page_with([&cube, &run().1], Some(&many), 1.0, ["a.xyz", "b"], "").unwrap();
+    assert!(text.contains("83\u{202f}334 of them are drawn here"));
 }
 
 #[test]

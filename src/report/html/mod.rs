@@ -2,6 +2,7 @@
 
 mod charts;
 mod coarsen;
+mod points;
 mod scene;
 
 use super::Report;
@@ -17,6 +18,7 @@ use crate::{Error, Method, ProgressToken, Result, TriMesh};
 use askama::Template;
 use charts::Chart;
 use glam::DVec3;
+use points::faces_around;
 use scene::{MOST_LINES, Packed, Space, base64, pack, pack_lines};
 use std::path::Path;
 
@@ -30,8 +32,10 @@ const THREE: &[u8] = include_bytes!("assets/three/three.min.js.gz");
 pub struct PageInput<'a> {
     /// The run.
     pub report: &'a Report<'a>,
-    /// The mesh that was remeshed, as its file has it.
+    /// The mesh that was remeshed, as its file has it, or as it was made of points or values on a grid.
     pub input: &'a TriMesh,
+    /// The points that the input was made of; they are drawn in its place.
+    pub points: Option<&'a [DVec3]>,
     /// The mesh that the run made.
     pub output: &'a TriMesh,
 }
@@ -49,6 +53,9 @@ struct Page<'a> {
     warnings: &'a [String],
     notes: Vec<&'a String>,
     panels: [Panel<'a>; 2],
+    /// What the figures of the input are of, and what distances are from and to.
+    measured: &'static str,
+    meaning: &'static str,
     sides: DVec3,
     lines: String,
     line_count: usize,
@@ -71,8 +78,10 @@ struct Panel<'a> {
     name: &'static str,
     file: &'a str,
     packed: Packed,
-    vertices: String,
-    faces: String,
+    /// How many vertices and faces, or points.
+    size: String,
+    /// Whether each face stands for a point.
+    is_points: bool,
     /// Empty if every face is drawn.
     note: String,
 }
@@ -103,13 +112,14 @@ pub fn page(page: &PageInput) -> Result<String> {
     let known = summary.input_self_intersecting_faces.map_or(Crossing::Skip, Crossing::Known);
     let measures = measure_some(input, None, known, &ProgressToken::default())?;
 
-    let (there, back) = rayon::join(|| centre_distances(input, output), || centre_distances(output, input));
+    let discs = page.points.map(|points| faces_around(points, input)).transpose()?;
+    let shown = discs.as_ref().unwrap_or(input);
+    let (there, back) = rayon::join(|| centre_distances(shown, output), || centre_distances(output, input));
     let largest = there.iter().chain(&back).copied().fold(0.0, f64::max);
-    let space = Space::around([input, output]);
-    let panel = |name, file, mesh: &TriMesh, distances: &[f64]| {
+    let space = Space::around([shown, output]);
+    let packed = |mesh: &TriMesh, distances: &[f64]| {
         let shares: Vec<f64> = distances.iter().map(|d| d / largest.max(f64::MIN_POSITIVE)).collect();
-        let packed = pack(mesh, &space, &quality_shares(mesh), &shares)?;
-        Ok::<_, Error>(Panel::new(name, file, mesh, packed))
+        pack(mesh, &space, &quality_shares(mesh), &shares)
     };
     let (curves, curves_note) = curves(page.report, input, user_edges)?;
     let files = [page.report.input_file.as_str(), page.report.output_file.as_str()];
@@ -125,7 +135,18 @@ pub fn page(page: &PageInput) -> Result<String> {
         names: files.map(file_name),
         warnings: &summary.warnings,
         notes: page.report.notes.iter().chain(&summary.remarks).collect(),
-        panels: [panel("Input", files[0], input, &there)?, panel("Output", files[1], output, &back)?],
+        panels: [
+            match page.points {
+                None => Panel::of_mesh("Input", files[0], input, packed(input, &there)?),
+                Some(points) => Panel::of_points(files[0], points.len(), packed(shown, &there)?),
+            },
+            Panel::of_mesh("Output", files[1], output, packed(output, &back)?),
+        ],
+        measured: if discs.is_some() { "Surface through the points" } else { "Input" },
+        meaning: match discs {
+            None => "from each triangle's middle to the other mesh",
+            Some(_) => "from each point to the output, and back to the surface through the points",
+        },
         sides: space.sides,
         lines: pack_lines(&curves, &space)?,
         line_count: curves.len(),
@@ -147,7 +168,7 @@ pub fn page(page: &PageInput) -> Result<String> {
 }
 
 impl<'a> Panel<'a> {
-    fn new(name: &'static str, file: &'a str, mesh: &TriMesh, packed: Packed) -> Self {
+    fn of_mesh(name: &'static str, file: &'a str, mesh: &TriMesh, packed: Packed) -> Self {
         let note = if packed.faces < mesh.triangles.len() {
             format!(
                 "Drawn coarser here, with {} faces; the figures are of the whole mesh.",
@@ -157,7 +178,25 @@ impl<'a> Panel<'a> {
             String::new()
         };
         let [vertices, faces] = [mesh.vertices.len(), mesh.triangles.len()].map(digits_in_groups);
-        Self { name, file, packed, vertices, faces, note }
+        Self {
+            name,
+            file,
+            packed,
+            size: format!("{vertices} vertices, {faces} faces"),
+            is_points: false,
+            note,
+        }
+    }
+
+    /// The input, which has so many points.
+    fn of_points(file: &'a str, count: usize, packed: Packed) -> Self {
+        let note = if packed.faces < count {
+            format!("{} of them are drawn here.", digits_in_groups(packed.faces))
+        } else {
+            String::new()
+        };
+        let size = format!("{} points", digits_in_groups(count));
+        Self { name: "Input", file, packed, size, is_points: true, note }
     }
 }
 

@@ -15,15 +15,15 @@ async function start() {
   for (const [k, figure] of [...place.querySelectorAll("figure")].entries()) {
     const buffer = await unpack(packed[k], "deflate");
     const corners = cornersOf(buffer, Number(figure.dataset.vertices), Number(figure.dataset.faces));
-    meshes.push({ canvas: figure.querySelector("canvas"), corners });
+    meshes.push({ canvas: figure.querySelector("canvas"), corners, discs: "points" in figure.dataset });
   }
   const centre = sides.map((side) => side / 2);
   const radius = Math.max(...meshes.map(({ corners }) => radiusOf(corners, centre)));
-  const views = meshes.map(({ canvas, corners }) => {
+  const views = meshes.map(({ canvas, corners, discs }) => {
     const texture = new THREE.DataTexture(new Uint8Array([...tables.quality, ...tables.distance]), 256, 2);
     texture.needsUpdate = true;
     const view = new View(canvas, centre, radius, texture);
-    view.showMesh(corners);
+    view.showMesh(corners, discs);
     if (lines.length > 0) view.showLines(lines);
     return view;
   });
@@ -73,7 +73,7 @@ function showScale(colours, tables, data) {
   const texts = {
     plain: ["", "", "Outer sides are blue, inner sides brown."],
     quality: [`${data.worst} or less`, "1", "Q of each triangle: 1 if equilateral, 0 without area"],
-    distance: ["0", data.largest, "from each triangle's middle to the other mesh"],
+    distance: ["0", data.largest, data.meaning],
   };
   ["from", "to", "meaning"].forEach((part, k) => {
     scale.querySelector(`.${part}`).textContent = texts[colours][k];

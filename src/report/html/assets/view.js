@@ -23,7 +23,7 @@ in vec3 seen, weights;
 flat in uint shares;
 uniform sampler2D tables;
 uniform int colours;
-uniform bool edges;
+uniform bool edges, discs;
 uniform float pixelRatio;
 out vec4 painted;
 
@@ -33,14 +33,17 @@ float lit(vec3 normal, vec3 lamp, float power) {
 }
 
 void main() {
+  vec3 fromMiddle = weights - 1.0 / 3.0;
+  // Outside of the circle that touches the sides.
+  if (discs && dot(fromMiddle, fromMiddle) > 1.0 / 6.0) discard;
   vec3 base = gl_FrontFacing ? vec3(0.50, 0.70, 0.90) : vec3(0.80, 0.63, 0.47);
-  if (colours == 1) base = texelFetch(tables, ivec2(shares & 255u, 0), 0).rgb;
+  if (colours == 1 && !discs) base = texelFetch(tables, ivec2(shares & 255u, 0), 0).rgb;
   if (colours == 2) base = texelFetch(tables, ivec2(shares >> 8u, 1), 0).rgb;
   vec3 normal = normalize(cross(dFdx(seen), dFdy(seen)));
   float light = 0.34 + lit(normal, normalize(vec3(-0.45, 0.65, 0.62)), 0.62)
     + lit(normal, normalize(vec3(0.8, 0.1, 0.45)), 0.24);
   vec3 colour = min(base * light, 1.0);
-  if (edges) {
+  if (edges && !discs) {
     vec3 steps = fwidth(weights);
     vec3 pixels = weights / max(steps, vec3(1e-6)) / pixelRatio;
     float nearest = min(pixels.x, min(pixels.y, pixels.z));
@@ -77,12 +80,15 @@ class View {
     });
     this.uniforms = {
       tables: { value: tables }, colours: { value: 0 }, edges: { value: true }, pixelRatio: { value: 1 },
+      discs: { value: false },
     };
     this.lines = null;
     this.stale = true;
   }
 
-  showMesh(corners) {
+  // With `discs`, each face stands for a point: the disc inside of it is drawn.
+  showMesh(corners, discs) {
+    this.uniforms.discs.value = discs;
     const geometry = new THREE.BufferGeometry();
     geometry.setAttribute("position", new THREE.BufferAttribute(corners, 4));
     const material = new THREE.RawShaderMaterial({
