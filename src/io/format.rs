@@ -7,7 +7,7 @@ use std::str::FromStr;
 use serde::{Deserialize, Serialize};
 
 use super::checks::excerpt;
-use super::points::pcd;
+use super::points::{e57, las, pcd};
 use super::volumes::{nifti, npy, nrrd};
 use super::{off, stl};
 use crate::Error;
@@ -42,11 +42,15 @@ pub enum Format {
     /// Values on a grid in NIfTI-1; read only.
     #[serde(rename = "nii")]
     Nifti,
+    /// Points of laser scanners, plain or packed as LAZ; read only.
+    Las,
+    /// Scans of points with their poses; read only.
+    E57,
 }
 
 impl Format {
     /// All formats.
-    pub const ALL: [Self; 12] = [
+    pub const ALL: [Self; 14] = [
         Self::Obj,
         Self::Ply,
         Self::Stl,
@@ -59,6 +63,8 @@ impl Format {
         Self::Npy,
         Self::Nrrd,
         Self::Nifti,
+        Self::Las,
+        Self::E57,
     ];
 
     /// The usual name.
@@ -76,6 +82,8 @@ impl Format {
             Self::Npy => "NumPy's format",
             Self::Nrrd => "NRRD",
             Self::Nifti => "NIfTI",
+            Self::Las => "LAS",
+            Self::E57 => "E57",
         }
     }
 
@@ -94,6 +102,8 @@ impl Format {
             Self::Npy => "npy",
             Self::Nrrd => "nrrd",
             Self::Nifti => "nii",
+            Self::Las => "las",
+            Self::E57 => "e57",
         }
     }
 
@@ -104,7 +114,8 @@ impl Format {
         let medit = is(&"medit").then_some(Self::Medit);
         let lines = ["txt", "csv", "asc", "pts", "xyzn", "xyzrgb"].into_iter().find(is).map(|_| Self::Xyz);
         let header = is(&"nhdr").then_some(Self::Nrrd);
-        Self::ALL.into_iter().find(named).or(medit).or(lines).or(header)
+        let packed = is(&"laz").then_some(Self::Las);
+        Self::ALL.into_iter().find(named).or(medit).or(lines).or(header).or(packed)
     }
 
     /// Whether meshes can be written in it.
@@ -114,7 +125,7 @@ impl Format {
 
     /// Whether its files have points without faces.
     pub fn is_of_points(self) -> bool {
-        matches!(self, Self::Xyz | Self::Pcd)
+        matches!(self, Self::Xyz | Self::Pcd | Self::Las | Self::E57)
     }
 
     /// Whether its files have values on a grid.
@@ -212,6 +223,12 @@ pub(crate) fn format_of_content(bytes: &[u8]) -> Option<Format> {
     }
     if pcd::starts(bytes) {
         return Some(Format::Pcd);
+    }
+    if las::starts(bytes) {
+        return Some(Format::Las);
+    }
+    if e57::starts(bytes) {
+        return Some(Format::E57);
     }
     if bytes.starts_with(b"glTF") {
         return Some(Format::Glb);

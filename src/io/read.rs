@@ -186,6 +186,8 @@ fn parsed(format: Format, bytes: &[u8], folder: Option<&Path>, with_materials: b
         Format::Medit => medit::parse(bytes),
         Format::Xyz => points::xyz::parse(bytes),
         Format::Pcd => points::pcd::parse(bytes),
+        Format::Las => points::las::parse(bytes),
+        Format::E57 => points::e57::parse(bytes),
         Format::Npy | Format::Nrrd | Format::Nifti => Err(no_faces()),
     }
 }

@@ -19,7 +19,9 @@ pub fn rounded(mesh: &TriMesh, format: Format) -> TriMesh {
         | Format::Pcd
         | Format::Npy
         | Format::Nrrd
-        | Format::Nifti => mesh.vertices.clone(),
+        | Format::Nifti
+        | Format::Las
+        | Format::E57 => mesh.vertices.clone(),
     };
     TriMesh { vertices, triangles: mesh.triangles.clone() }
 }

@@ -138,9 +138,13 @@ fn write_uncompressed(
         Format::Medit => medit::write(file, mesh, attributes),
         // `check_fits` has refused it.
         Format::Gltf => Err(io::Error::other(ONLY_GLB)),
-        Format::Xyz | Format::Pcd | Format::Npy | Format::Nrrd | Format::Nifti => {
-            Err(io::Error::other(NO_MESHES))
-        }
+        Format::Xyz
+        | Format::Pcd
+        | Format::Las
+        | Format::E57
+        | Format::Npy
+        | Format::Nrrd
+        | Format::Nifti => Err(io::Error::other(NO_MESHES)),
     }
 }
 

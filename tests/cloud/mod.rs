@@ -2,6 +2,7 @@
 
 mod distances;
 mod files;
+mod scanners;
 mod surface;
 mod survey;
 

@@ -15,7 +15,7 @@ const MEMORY: u64 = 1 << 20;
 /// Runs a command that needs no device on a file, in bounded memory; it must refuse the file in one line with
 /// a remedy.
 #[track_caller]
-fn refused(name: &str, content: &[u8], problem: &str) {
+pub(crate) fn refused(name: &str, content: &[u8], problem: &str) {
     let place = Place::new();
     std::fs::write(place.path(name), content).unwrap();
     for arguments in [format!("inspect {name}"), format!("remesh {name} --dry-run -n 100")] {

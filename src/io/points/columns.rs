@@ -87,9 +87,13 @@ fn attributes(mut columns: Vec<Column>) -> Vec<Attribute> {
     let mut found = Vec::new();
     if let Some(colour) = take(&mut columns, &["red", "green", "blue"]) {
         let values = || colour.iter().flat_map(|column| &column.values);
-        let kind = if values().all(|value| Kind::U8.holds(*value)) { Kind::U8 } else { Kind::F64 };
+        let kind = match colour[0].kind {
+            _ if values().all(|value| Kind::U8.holds(*value)) => Kind::U8,
+            Kind::U16 => Kind::U16,
+            _ => Kind::F64,
+        };
         // Other numbers than 0 to 255 or 0 to 1 are no colour that anybody knows.
-        let is_colour = kind == Kind::U8 || values().all(|value| (0.0..=1.0).contains(value));
+        let is_colour = kind != Kind::F64 || values().all(|value| (0.0..=1.0).contains(value));
         let role = if is_colour { Role::Colour } else { Role::Other };
         found.push(joined("colour", role, kind, &colour));
     }
