@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from . import _native
-from ._arrays import Faces, Vertices, mesh_arrays
+from ._arrays import Faces, Vertices, mesh_arrays, real_numbers
 from ._errors import InputError
 from ._words import is_word, take_features
 
@@ -58,7 +58,7 @@ def measure(
     vertices: ArrayLike,
     faces: ArrayLike,
     *,
-    against: HasMesh | tuple[ArrayLike, ArrayLike] | None = None,
+    against: HasMesh | tuple[ArrayLike, ArrayLike] | NDArray[Any] | None = None,
     accuracy: float | None = None,
     energy: bool = False,
     features: bool = False,
@@ -71,9 +71,14 @@ def measure(
     upper end; 0.01 by default), and root mean squares of samples. `energy` adds how evenly the vertices cover
     it, and `features` the distances between boundaries and edges that turn by `feature_angle` degrees.
 
+    Points, an array of shape (P, 3) or a mesh without faces, may stand for that mesh: "points" then has the
+    distances from them to the mesh and back, and their spacing, in percent of their diagonal.
+
     Raises `InputError`.
     """
     mesh = mesh_arrays(vertices, faces)
+    if isinstance(against, np.ndarray):
+        against = (real_numbers(against, "against", (None, 3)), np.empty((0, 3), np.uint32))
     other = None if against is None else arrays_of(against, "against")
     for name, given in (("accuracy", accuracy is not None), ("energy", energy), ("features", features)):
         if given and other is None:

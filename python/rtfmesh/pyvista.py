@@ -45,6 +45,11 @@ def triangles_of(mesh: pyvista.PolyData) -> tuple[pyvista.PolyData, NDArray[Any]
     return mesh, np.asarray(mesh.faces).reshape(-1, 4)[:, 1:]
 
 
+def is_of_points(mesh: pyvista.PolyData) -> bool:
+    """Whether there is nothing in a mesh but points."""
+    return bool(mesh.n_cells == mesh.n_verts)
+
+
 def surface_of(result: Result, split: Split, source: pyvista.DataSet) -> pyvista.PolyData:
     """A result with its arrays, and with what `source` has for all."""
     made = pyvista.PolyData.from_regular_faces(result.vertices[split.vertices], split.faces.astype(np.int64))
@@ -200,16 +205,20 @@ class Accessor:
     def reconstruct(self, n: int | str | None = None, **wanted: Any) -> pyvista.PolyData:
         """As `PointsAccessor.reconstruct`, of points without faces."""
         mesh = self._mesh
-        if mesh.n_cells != mesh.n_verts:
+        if not is_of_points(mesh):
             raise InputError(
                 "`reconstruct` works only with points, and this has faces or lines; use `remesh`"
             )
         return reconstructed(mesh, n, **wanted)
 
-    def measure(self, against: pyvista.PolyData | None = None, **wanted: Any) -> dict[str, Any]:
-        """As `rtfmesh.measure`, of this surface; `against` is another one."""
+    def measure(
+        self, against: pyvista.PolyData | pyvista.PointSet | None = None, **wanted: Any
+    ) -> dict[str, Any]:
+        """As `rtfmesh.measure`, of this surface; `against` is another one, or points."""
         mesh, faces = triangles_of(self._mesh)
-        if against is not None:
+        if isinstance(against, pyvista.PointSet) or (against is not None and is_of_points(against)):
+            wanted["against"] = np.asarray(against.points)
+        elif against is not None:
             other, its_faces = triangles_of(against)
             wanted["against"] = (other.points, its_faces)
         return measure(mesh.points, faces, **wanted)

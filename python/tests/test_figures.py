@@ -19,6 +19,23 @@ def test_measures_are_those_of_the_program(folder, torus):
     assert found["distances"]["hausdorff"] < 1e-6 and found["topology"]["genus"] == 1
 
 
+def test_a_mesh_is_measured_against_points(torus, tmp_path):
+    points = torus.vertices[::2] * 1.01
+    found = rtfmesh.measure(torus.vertices, torus.faces, against=points)
+    assert found["points"]["points"] == len(points) and found["points"]["from_points"]["rms"] > 0.1
+    assert found["points"]["spacing"] > found["points"]["from_points"]["rms"]
+    empty = (points, np.zeros((0, 3), int))
+    assert rtfmesh.measure(torus.vertices, torus.faces, against=empty) == found
+    np.savetxt(tmp_path / "points.xyz", points, fmt="%.17g")
+    rtfmesh.write(tmp_path / "torus.ply", torus.vertices, torus.faces)
+    options = ("--against", tmp_path / "points.xyz", "--json")
+    assert json.loads(program("measure", tmp_path / "torus.ply", *options).stdout) == found
+    with pytest.raises(rtfmesh.InputError, match="`energy` works only against a mesh"):
+        rtfmesh.measure(torus.vertices, torus.faces, against=points, energy=True)
+    with pytest.raises(rtfmesh.InputError, match="shape"):
+        rtfmesh.measure(torus.vertices, torus.faces, against=points[:, :2])
+
+
 def test_measuring_needs_something_to_measure(torus):
     with pytest.raises(rtfmesh.InputError, match="no faces"):
         rtfmesh.measure(np.zeros((3, 3)), np.zeros((0, 3), int))

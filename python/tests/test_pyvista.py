@@ -137,6 +137,8 @@ def test_surfaces_are_measured_and_inspected(ball):
     even = ball.rtfmesh.remesh(500)
     measures = even.rtfmesh.measure(ball)
     assert measures["vertices"] == 500 and 0 < measures["distances"]["hausdorff"] < 2
+    for points in (pv.PointSet(ball.points), pv.PolyData(ball.points)):
+        assert 0 < even.rtfmesh.measure(points)["points"]["from_points"]["rms"] < 2
     assert pv.Cube().rtfmesh.inspect(feature_angle=30)["corners"] == 8
 
 
