@@ -73,14 +73,17 @@ def frame_of(spacing: ArrayLike | None, affine: ArrayLike | None) -> list[list[f
 
 def volume_of(grid: Grid, iso: float | None, labels: bool, inside: str | None, closed: bool) -> Volume:
     """The surface that is asked for, checked."""
+    for name, value in (("labels", labels), ("closed", closed)):
+        if not isinstance(value, (bool, np.bool_)):
+            raise InputError(f"`{name}` is of type {type(value).__name__}; it is True or False")
     if (iso is None) != bool(labels):
         raise InputError("give either `iso`, the value on the surface, or `labels=True`")
     if labels and inside is not None:
         raise InputError("`inside` works only with `iso`; leave it out")
     try:
-        value = None if iso is None else float(iso)
+        at = None if iso is None else float(iso)
     except (TypeError, ValueError):
         raise InputError(f"`iso` is {iso!r}; give a number") from None
     if inside is not None and not isinstance(inside, str):
         raise InputError(f"`inside` is {inside!r}; use 'above' or 'below'")
-    return Volume(grid, value, inside, bool(closed))
+    return Volume(grid, at, inside, bool(closed))

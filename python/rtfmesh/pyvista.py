@@ -109,10 +109,12 @@ class PointsAccessor:
 
 def grid_of_image(image: pyvista.ImageData, scalars: str | None) -> Grid:
     """The values of points or of cells; those of cells are at their centres."""
-    name = image.active_scalars_name if scalars is None else scalars
+    active = image.active_scalars_info
+    name = active.name if scalars is None else scalars
     if name not in (*image.point_data, *image.cell_data):
         raise InputError(f"there is no array {name!r} in this grid; name one as `scalars`")
-    is_of_points = name in image.point_data
+    prefers_cells = scalars is None and active.association.name == "CELL"
+    is_of_points = name in image.point_data and not prefers_cells
     array = np.asarray((image.point_data if is_of_points else image.cell_data)[name])
     if array.ndim != 1:
         raise InputError(
@@ -149,9 +151,9 @@ class ImageAccessor:
     ) -> pyvista.PolyData:
         """The surface at a value, or the borders between labels, with exactly `n` points.
 
-        `scalars` names the values, of points or of cells; by default those that are active. Labels on both
-        sides of a face come as arrays of cells. Field data comes along. `remesher` is a `rtfmesh.Remesher` to
-        use; all other arguments and what is raised are as in `rtfmesh.contour`.
+        `scalars` names the values, of points or else of cells; by default those that are active. Labels on
+        both sides of a face come as arrays of cells. Field data comes along. `remesher` is a
+        `rtfmesh.Remesher` to use; all other arguments and what is raised are as in `rtfmesh.contour`.
         """
         volume = volume_of(grid_of_image(self._image, scalars), iso, labels, inside, closed)
         if remesher is None:

@@ -104,6 +104,7 @@ def test_closed_ends_flat_at_the_border(remesher):
         (distances(), {"iso": "x"}, "`iso` is 'x'"),
         (distances(), {"iso": float("nan")}, "not finite"),
         (distances(), {"iso": 0, "inside": "left"}, "left"),
+        (distances(), {"labels": halves()}, "`labels` is of type ndarray"),
         (distances(), {"labels": True, "inside": "above"}, "only with `iso`"),
         (distances(), {"labels": True}, "is no label"),
         (np.full((3, 3, 3), (1 << 24) + 1), {"labels": True}, "16777215"),
@@ -140,6 +141,10 @@ def test_images_of_pyvista(remesher):
     made = cells.rtfmesh.contour(600, labels=True, scalars="label", remesher=remesher)
     assert np.allclose(np.mean(made.bounds[:2]), CENTRE[0] + 0.5, atol=0.1)
     assert set(made.cell_data["label_behind"]) == {1, 2}
+    # What is active is taken, though points have an array of the same name.
+    cells.point_data["label"] = np.zeros(cells.n_points)
+    cells.set_active_scalars("label", preference="cell")
+    assert np.array_equal(cells.rtfmesh.contour(600, labels=True, remesher=remesher).points, made.points)
     for wanted in ({"scalars": "none", "iso": 0}, {"scalars": "distance"}):
         with pytest.raises(rtfmesh.InputError):
             image.rtfmesh.contour(100, remesher=remesher, **wanted)

@@ -251,7 +251,7 @@ impl Recorder {
     /// [`Error::Device`] if the driver has no memory.
     pub fn fill<T: bytemuck::Pod>(&mut self, target: &Buffer<T>, word: u32) -> Result<()> {
         let (buffer, offset) = (target.raw(), target.offset());
-        let bytes = if offset == 0 { vk::WHOLE_SIZE } else { target.bound().bytes };
+        let bytes = target.bound().bytes;
         self.barrier_before_transfer(&[(buffer.id, Access::Write)]);
         self.buffers.insert(buffer.id, buffer.clone());
         let raw = self.shared.raw.clone();

@@ -5,7 +5,7 @@ use crate::{Error, Result};
 
 /// Blocks begin at multiples of this, so that the workgroups of a block are those of all sites together, and
 /// windows begin where Vulkan allows it.
-const STEP: usize = 64;
+pub(super) const STEP: usize = 64;
 
 /// Consecutive sites whose values are in one buffer, as kernels take them; see `glsl/common/blocks.glsl`.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

@@ -1,12 +1,12 @@
 //! Moving the sites, and how far they go.
 
-use super::blocks::Block;
+use super::blocks::{Block, STEP};
 use super::face::planar::PlanarInputs;
 use super::project::walk::Walk;
 use super::site_layout::SiteLayout;
-use crate::Result;
 use crate::gpu::kernels::step::{keep_off, reduce, settle, step};
 use crate::gpu::{Buffer, Device, Pipeline, Recorder, Threads};
+use crate::{Error, Result};
 use glam::{Vec2, Vec4};
 
 /// Moves the sites and keeps the step length of every iteration.
@@ -92,6 +92,11 @@ impl Settle {
             ..Default::default()
         };
         constants.workgroup = workgroup.unwrap_or(constants.workgroup);
+        let blocks = Block::divide(sites, Block::largest(device, size_of::<Vec4>()));
+        if blocks.len() > 1 && !STEP.is_multiple_of(constants.workgroup as usize) {
+            let problem = format!("workgroups of {} do not end where blocks do", constants.workgroup);
+            return Err(Error::Internal(problem));
+        }
         Ok(Self {
             settle: Pipeline::new(device, constants)?,
             reduce: Pipeline::new(device, reduce::Constants::default())?,
@@ -102,7 +107,7 @@ impl Settle {
             )?,
             workgroup: constants.workgroup,
             layout,
-            blocks: Block::divide(sites, Block::largest(device, size_of::<Vec4>())),
+            blocks,
             moving: moving.unwrap_or(sites),
             surface_normals: Buffer::new(device, "default.step.surface_normals", sites)?,
             history: Buffer::new(device, "default.step.history", iterations as usize)?,

@@ -44,6 +44,8 @@ fn las_file(minor: u8, format: u8, packed: bool, colour: impl Fn(u16) -> Color) 
             z: at.z,
             intensity: 3 * k,
             classification: Classification::new((k % 7) as u8).unwrap(),
+            // In formats before 6 that is class 12, and not a flag.
+            is_overlap: k == 1,
             is_withheld: k % 4 == 3,
             color: Some(colour(k)),
             gps_time: builder_has_time(format).then_some(1.5),
@@ -113,9 +115,10 @@ fn las_keeps_places_to_the_millimetre_and_what_points_carry() {
             (intensity.name.as_str(), intensity.kind, intensity.at(149)),
             ("intensity", Kind::U16, &[594.0][..])
         );
+        let class = if bytes[25] == 2 { 12.0 } else { 1.0 };
         assert_eq!(
-            (classes.name.as_str(), classes.kind, classes.at(1)),
-            ("classification", Kind::U8, &[1.0][..])
+            (classes.name.as_str(), classes.kind, classes.at(1), classes.at(2)),
+            ("classification", Kind::U8, &[class][..], &[2.0][..])
         );
         assert_eq!(loaded.notes, ["50 points that the file withholds were left out"]);
     }
@@ -215,6 +218,13 @@ fn counts_of_scanners_decide_no_memory() {
     // The size of a layer of points: behind the first point, which has 36 bytes, and their number.
     let offset = u32::from_le_bytes(laz14[96..100].try_into().unwrap()) as usize;
     refused("a.laz", &changed(&laz14, offset + 8 + 36 + 4, &[255; 4]), "longer than the file");
+    // The same of a second chunk, of which the number of points in the first says nothing.
+    // The size of chunks is behind the record's header of 52 bytes, in its data.
+    let chunk_size = laz14.windows(14).position(|w| w == b"laszip encoded").unwrap() + 52 + 12;
+    let table = i64::from_le_bytes(laz14[offset..offset + 8].try_into().unwrap()) as usize;
+    let mut two = changed(&laz14, chunk_size, &10_u32.to_le_bytes());
+    two.splice(table..table, [0; 40].into_iter().chain([255; 36]));
+    refused("a.laz", &two, "longer than the file");
     let text = e57_file(true);
     let at = text.windows(16).position(|w| w.starts_with(b"recordCount=\"100")).unwrap();
     assert!(parsed(&changed(&text, at + 13, b"999")).is_err());

@@ -27,7 +27,7 @@ fn read(bytes: &[u8]) -> Result<Loaded> {
     let mut reader = E57Reader::new(Cursor::new(bytes)).map_err(refused)?;
     let scans = reader.pointclouds();
     let count = scans.iter().fold(0_u64, |sum, scan| sum.saturating_add(scan.records));
-    check_vertex_count(count)?;
+    check_vertex_count(count.max(1))?;
     if expands_too_far(count.saturating_mul(POINT_BYTES), bytes.len() as u64) {
         return Err(broken(format!("it declares {count} points, more than it can have")));
     }
@@ -54,7 +54,7 @@ fn check_takes_room(scan: &PointCloud) -> Result<()> {
         RecordDataType::Integer { min, max } | RecordDataType::ScaledInteger { min, max, .. } => min < max,
         _ => true,
     };
-    if scan.records == 0 || scan.prototype.iter().any(|record| takes_room(&record.data_type)) {
+    if scan.records <= 1 || scan.prototype.iter().any(|record| takes_room(&record.data_type)) {
         return Ok(());
     }
     Err(broken("all points of a scan are at one place"))

@@ -2,9 +2,10 @@
 
 use std::io::Cursor;
 
-use las::point::Point;
+use las::point::{Format, Point};
 use las::{Header, PointDataBuilder, Reader};
-use laz::{LazItem, LazItemType};
+use laz::laszip::ChunkTable;
+use laz::{LazItem, LazItemType, LazVlr};
 
 use super::columns::{Column, loaded};
 use super::{broken, guarded};
@@ -13,6 +14,8 @@ use crate::io::loaded::Loaded;
 use crate::mesh::attributes::Kind;
 use crate::{Error, Result};
 
+/// The class of points that more than one strip of a flight has.
+const OVERLAP: u8 = 12;
 /// Points are decoded in pieces of so many bytes.
 const BATCH_BYTES: u64 = 1 << 20;
 /// Where the header has the offset of the points, the number of them, and in version 1.4 the first extended
@@ -40,7 +43,7 @@ fn read(bytes: &[u8]) -> Result<Loaded> {
     }
     let declared = number::<8>(bytes, LARGE_COUNT).filter(|_| is_large).map(u64::from_le_bytes);
     let declared = declared.or_else(|| number::<4>(bytes, COUNT).map(u32::from_le_bytes).map(u64::from));
-    check_vertex_count(declared.unwrap_or(1))?;
+    check_vertex_count(declared.unwrap_or(1).max(1))?;
     let mut own = Cursor::new(own);
     let header = Header::new(&mut own).map_err(refused)?;
     check_size(&header, bytes)?;
@@ -48,7 +51,7 @@ fn read(bytes: &[u8]) -> Result<Loaded> {
     let mut reader = Reader::new(own).map_err(refused)?;
     let batch = (BATCH_BYTES / u64::from(header.point_format().len())).max(1);
     let mut data = PointDataBuilder::new().for_header(&header).build();
-    let mut columns = Columns::new(header.point_format().has_color);
+    let mut columns = Columns::new(header.point_format());
     while reader.fill_points(batch, &mut data).map_err(refused)? > 0 {
         for point in data.points() {
             columns.add(&point.map_err(refused)?);
@@ -78,26 +81,47 @@ fn check_size(header: &Header, bytes: &[u8]) -> Result<()> {
     if items == 0 || items != length {
         return Err(broken("it does not say how its points are packed"));
     }
-    check_layers(bytes, offset, packing.items(), header)?;
     let begin = number::<8>(bytes, offset).map_or(0, i64::from_le_bytes);
     // Where the writer could not go back, the place of the list of chunks is at the end.
     let end = bytes.len().checked_sub(8).and_then(|at| number::<8>(bytes, at)).map_or(0, i64::from_le_bytes);
     let table = if begin > offset as i64 { begin } else { end };
     let chunks = usize::try_from(table).ok().and_then(|at| number::<4>(bytes, at.checked_add(4)?));
     let chunks = u64::from(chunks.map_or(0, u32::from_le_bytes));
-    if chunks > left { Err(broken(format!("it declares {chunks} chunks of points"))) } else { Ok(()) }
+    if chunks > left {
+        return Err(broken(format!("it declares {chunks} chunks of points")));
+    }
+    check_layers(bytes, offset, &packing, header)
 }
 
 /// Refuses layers of points that are longer than the file: memory is allocated for each before it is read.
-fn check_layers(bytes: &[u8], offset: usize, items: &[LazItem], header: &Header) -> Result<()> {
-    let layers: usize = items.iter().map(layers).sum();
-    if items.iter().all(|item| item.version() < 3) {
+fn check_layers(bytes: &[u8], offset: usize, packing: &LazVlr, header: &Header) -> Result<()> {
+    let layers: usize = packing.items().iter().map(layers).sum();
+    if packing.items().iter().all(|item| item.version() < 3) {
         return Ok(());
     }
+    // Where the decoder takes one chunk to end. The number that a chunk has itself counts only where there is
+    // no table of chunks of different sizes.
+    let table = bytes.get(offset..).filter(|_| packing.uses_variable_size_chunks()).and_then(|_| {
+        let mut from = Cursor::new(bytes);
+        from.set_position(offset as u64);
+        ChunkTable::read_from(from, packing).ok()
+    });
+    let points_of = |chunk: usize, own: u32| {
+        let count = match &table {
+            Some(table) => table.as_ref().get(chunk).map_or(0, |entry| entry.point_count),
+            None if packing.uses_variable_size_chunks() => own.into(),
+            None => packing.chunk_size().into(),
+        };
+        // A chunk of none has no end.
+        if count == 0 { u64::MAX } else { count }
+    };
     // A chunk has its first point, the number of points, the sizes of its layers, and these.
     let mut at = offset.saturating_add(8);
-    let mut points = 0;
-    while points < header.number_of_points() {
+    let mut points = 0_u64;
+    for chunk in 0.. {
+        if points >= header.number_of_points() {
+            break;
+        }
         let sizes = at + usize::from(header.point_format().len()) + 4;
         let size = |k: usize| number::<4>(bytes, sizes + 4 * k).map(u32::from_le_bytes);
         let Some(count) = number::<4>(bytes, sizes - 4).map(u32::from_le_bytes) else { break };
@@ -109,7 +133,7 @@ fn check_layers(bytes: &[u8], offset: usize, items: &[LazItem], header: &Header)
         if at > bytes.len() {
             return Err(cut_off(format!("point {points}"), "its chunk is longer than the file"));
         }
-        points += u64::from(count);
+        points = points.saturating_add(points_of(chunk, count));
     }
     Ok(())
 }
@@ -142,15 +166,18 @@ struct Columns {
     /// Empty without colours.
     colour: [Vec<f64>; 3],
     has_colour: bool,
+    /// Whether points have a bit for overlaps, and not a class.
+    is_extended: bool,
     /// Points that their file says to leave out.
     withheld: usize,
 }
 
 impl Columns {
-    fn new(has_colour: bool) -> Self {
+    fn new(format: &Format) -> Self {
         let (position, colour) = Default::default();
         let (intensity, classification) = Default::default();
-        Self { position, intensity, classification, colour, has_colour, withheld: 0 }
+        let Format { has_color: has_colour, is_extended, .. } = *format;
+        Self { position, intensity, classification, colour, has_colour, is_extended, withheld: 0 }
     }
 
     fn add(&mut self, point: &Point) {
@@ -162,7 +189,12 @@ impl Columns {
             to.push(value);
         }
         self.intensity.push(point.intensity.into());
-        self.classification.push(u8::from(point.classification).into());
+        // The decoder makes a flag of the class of overlaps.
+        let class = match u8::from(point.classification) {
+            1 if point.is_overlap && !self.is_extended => OVERLAP,
+            class => class,
+        };
+        self.classification.push(class.into());
         if self.has_colour {
             let colour = point.color.map_or([0; 3], |colour| [colour.red, colour.green, colour.blue]);
             self.colour.iter_mut().zip(colour).for_each(|(to, value)| to.push(value.into()));
