@@ -40,11 +40,15 @@ pub struct DeviceOptions {
     /// Most bytes of one buffer, where the device allows more; what is larger is divided into several. `None`
     /// sets no limit of its own. For tests of large meshes.
     pub buffer_bytes: Option<u64>,
+    /// Whether whole meshes are polished and fitted by the device, or by host code. `None`: by the device,
+    /// unless that is a CPU and the mesh so small that starting kernels takes longer. Results differ by
+    /// rounding, and by the order of flips.
+    pub polish: Option<bool>,
 }
 
 impl DeviceOptions {
-    /// Options from the environment: `RTFMESH_DEVICE`, and `RTFMESH_VALIDATION`, `RTFMESH_FULL_BARRIERS` and
-    /// `RTFMESH_LEAST_LIMITS`, which 1 turns on. Timings are off.
+    /// Options from the environment: `RTFMESH_DEVICE`; `RTFMESH_VALIDATION`, `RTFMESH_FULL_BARRIERS` and
+    /// `RTFMESH_LEAST_LIMITS`, which 1 turns on; `RTFMESH_DEVICE_POLISH`, 1 or 0. Timings are off.
     pub fn from_env() -> Self {
         let on = |name| std::env::var_os(name).is_some_and(|v| v == "1");
         Self {
@@ -55,6 +59,7 @@ impl DeviceOptions {
             timings: false,
             least_limits: on("RTFMESH_LEAST_LIMITS"),
             buffer_bytes: None,
+            polish: std::env::var_os("RTFMESH_DEVICE_POLISH").map(|v| v == "1"),
         }
     }
 
@@ -99,7 +104,17 @@ impl DeviceOptions {
     pub fn buffer_bytes(self, buffer_bytes: impl Into<Option<u64>>) -> Self {
         Self { buffer_bytes: buffer_bytes.into(), ..self }
     }
+
+    /// Sets [`DeviceOptions::polish`].
+    #[must_use]
+    pub fn polish(self, polish: impl Into<Option<bool>>) -> Self {
+        Self { polish: polish.into(), ..self }
+    }
 }
+
+/// Least number of vertices of a mesh that a CPU polishes as a device, where starting a kernel takes some 50
+/// µs.
+const LEAST_FOR_CPU: usize = 50_000;
 
 /// A Vulkan device ready for work. Clones share it.
 #[derive(Clone)]
@@ -120,6 +135,7 @@ pub(super) struct Shared {
     pub full_barriers: bool,
     /// See [`DeviceOptions::memory_bytes`].
     pub memory_bytes: Option<u64>,
+    polish: Option<bool>,
     physical: vk::PhysicalDevice,
     reports_budget: bool,
     pub timings: Mutex<Timings>,
@@ -158,6 +174,12 @@ impl Device {
     /// Name, driver and limits.
     pub fn info(&self) -> &DeviceInfo {
         &self.shared.info
+    }
+
+    /// Whether it polishes and fits whole meshes of so many vertices; see [`DeviceOptions::polish`].
+    pub(crate) fn polishes(&self, vertices: usize) -> bool {
+        let pays = self.shared.info.kind != "cpu" || vertices >= LEAST_FOR_CPU;
+        self.shared.polish.unwrap_or(pays)
     }
 
     /// Messages of the validation layers since the last call; always empty without
@@ -266,6 +288,7 @@ impl Shared {
             queue_family: candidate.queue_family,
             pipeline_cache,
             timestamp_mask,
+            polish: options.polish,
             info: candidate.info,
             full_barriers: options.full_barriers,
             memory_bytes: options.memory_bytes,

@@ -102,6 +102,11 @@ impl<K: Kernel> Pipeline<K> {
             }
         }
     }
+
+    /// Invocations of a workgroup.
+    pub fn workgroup(&self) -> u32 {
+        self.raw.workgroup
+    }
 }
 
 /// The pipelines of a device by kernel and specialization constants. A thread that needs one being compiled

@@ -144,6 +144,34 @@ impl HalfEdgeMesh {
         [self.origin(h), self.origin(twin), self.origin(previous(h)), self.origin(previous(twin))]
     }
 
+    /// The half-edge that runs against each, [`NONE`] where there is not exactly one.
+    pub(crate) fn twins(&self) -> &[u32] {
+        &self.twin
+    }
+
+    /// Where the ring of each vertex begins, [`NONE`] for irregular ones.
+    pub(crate) fn firsts(&self) -> Vec<u32> {
+        let first = |(first, kind): (&u32, &VertexKind)| {
+            if *kind == VertexKind::Irregular { NONE } else { *first }
+        };
+        self.first.iter().zip(&self.kind).map(first).collect()
+    }
+
+    /// Takes over what flips elsewhere have made of the same mesh: triangles, twins, where rings begin, and
+    /// valences. Irregular vertices keep theirs.
+    pub(crate) fn replace(
+        &mut self,
+        triangles: Vec<[u32; 3]>,
+        twin: Vec<u32>,
+        first: Vec<u32>,
+        valence: Vec<u32>,
+    ) {
+        for (own, new) in self.first.iter_mut().zip(first) {
+            *own = if new == NONE { *own } else { new };
+        }
+        (self.triangles, self.twin, self.valence) = (triangles, twin, valence);
+    }
+
     /// Replaces edge a–b of triangles `abc` and `bad` by c–d. The caller sees to it that no edge joins c and
     /// d yet and that a and b keep enough edges.
     pub(crate) fn flip(&mut self, h: u32, g: u32) -> Flip {

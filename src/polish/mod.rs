@@ -13,9 +13,11 @@ mod slide;
 mod target;
 mod worst;
 
+pub(crate) use fit::SOLVER_STEPS;
 pub use fit::{FitCounts, FitOptions, fit};
 pub use outliers::{Outlier, OutlierOptions, ReducedOutliers, reduce_outliers};
 pub use slide::SlidingCurve;
+pub(crate) use target::SurfaceVertex;
 pub use target::Target;
 
 use glam::DVec3;
@@ -34,7 +36,7 @@ pub(crate) const FEW_ROUNDS: u32 = 4;
 /// Sweeps over all edges before each relaxation.
 const SWEEPS: u32 = 2;
 /// Last rounds, in which flips serve the angles alone.
-const ANGLE_ROUNDS: u32 = 3;
+pub(crate) const ANGLE_ROUNDS: u32 = 3;
 /// Passes over the worst triangles.
 const WORST_PASSES: u32 = 6;
 
@@ -109,6 +111,17 @@ pub fn polish(
     polished
 }
 
+/// Moves vertices of the worst triangles of a mesh that was polished elsewhere, and returns how many. All
+/// that are on a boundary or irregular must be `fixed`.
+pub(crate) fn improve_worst(
+    half_edges: &HalfEdgeMesh,
+    points: &mut [DVec3],
+    fixed: &[bool],
+    target: &Target,
+) -> usize {
+    worst::improve(half_edges, points, &mut vec![0; points.len()], fixed, target, WORST_PASSES)
+}
+
 fn polish_half_edges(
     half_edges: &mut HalfEdgeMesh,
     points: &mut Vec<DVec3>,
@@ -147,6 +160,6 @@ fn polish_half_edges(
 }
 
 /// Whether vertex `v` may not move: it is in `fixed`, on a boundary, or irregular.
-fn is_fixed(half_edges: &HalfEdgeMesh, fixed: &[bool], v: usize) -> bool {
+pub(crate) fn is_fixed(half_edges: &HalfEdgeMesh, fixed: &[bool], v: usize) -> bool {
     half_edges.kind(v as u32) != VertexKind::Inner || fixed.get(v).copied().unwrap_or(false)
 }

@@ -20,14 +20,14 @@ pub struct Target {
     normals: Arc<Vec<DVec3>>,
     /// Squared shortest height of each triangle.
     heights_sq: Vec<f64>,
-    pub(super) vertices: Vec<SurfaceVertex>,
+    pub(crate) vertices: Vec<SurfaceVertex>,
     /// The patch of each triangle; empty if there is but one.
     patches: Vec<u32>,
 }
 
 /// A vertex of the surface.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct SurfaceVertex {
+pub(crate) struct SurfaceVertex {
     pub position: DVec3,
     /// Sum of the normals of its triangles, each with the doubled area as length.
     pub normal: DVec3,

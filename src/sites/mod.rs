@@ -8,6 +8,7 @@ pub mod curve_sites;
 pub mod ears;
 pub mod fans;
 pub(crate) mod morton;
+pub(crate) mod nearby;
 pub mod on_surface;
 pub mod place;
 pub mod poisson;

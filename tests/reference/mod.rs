@@ -11,4 +11,5 @@ pub mod nearest_vertices;
 pub mod octahedral;
 pub mod pins;
 pub mod plane_fit;
+pub mod polish;
 pub mod power;

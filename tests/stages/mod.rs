@@ -5,6 +5,7 @@ pub mod exact;
 pub mod face;
 pub mod neighbours;
 pub mod normals;
+pub mod polish;
 pub mod project;
 pub mod sizing;
 pub mod spatial;

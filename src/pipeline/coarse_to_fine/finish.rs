@@ -158,7 +158,6 @@ impl CoarseToFine<'_> {
         let more_rounds = if sliding_curves.is_empty() { 0 } else { ROUNDS_ON_CURVES };
         let rounds = self.options.coarse_to_fine.polish_rounds + more_rounds;
         let lengths = self.model.sizes.at_all(&level.sites.positions, &level.sites.triangles);
-        let mesh = &mut level.mesh;
         let options = PolishOptions {
             rounds,
             fixed,
@@ -168,7 +167,13 @@ impl CoarseToFine<'_> {
             lengths,
             ..Default::default()
         };
-        let polished = progress.during(|progress| polish(mesh, target, &options, progress))?;
+        let has_curves = !options.sliding_curves.is_empty() || !options.curve_edges.is_empty();
+        let mut on_device = if has_curves { None } else { self.on_device(level, &options)? };
+        let (mesh, under) = (&mut level.mesh, &level.sites.triangles);
+        let polished = progress.during(|progress| match &mut on_device {
+            Some(on) => self.polish_on_device(on, mesh, &options, progress),
+            None => polish(mesh, target, &options, progress),
+        })?;
         clock.phase("polish");
         let PolishOptions { fixed, curve_edges, patches, lengths, .. } = options;
         let sliding_curves = polished.sliding_curves;
@@ -176,7 +181,10 @@ impl CoarseToFine<'_> {
         if self.options.coarse_to_fine.fit {
             let options = FitOptions { fixed, patches, ..Default::default() };
             progress.phase(Phase::Fit, cost.fit.until, cost.fit.after)?;
-            progress.during(|progress| fit(mesh, target, &options, progress))?;
+            progress.during(|progress| match &mut on_device {
+                Some(on) => self.fit_on_device(on, (mesh, under), &options, progress),
+                None => fit(mesh, target, &options, progress).map(drop),
+            })?;
             clock.phase("fit");
             let FitOptions { fixed, patches, .. } = options;
             let edge = spacing(self.surface.area(), mesh.vertices.len());

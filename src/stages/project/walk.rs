@@ -14,7 +14,8 @@ use glam::Vec4;
 /// [`super::closest::ClosestPoints`] looks farther.
 pub struct Walk {
     pipeline: Pipeline<walk::Shader>,
-    blocks: Vec<Block>,
+    /// Most sites of a dispatch.
+    block: usize,
     /// Points on the surface; w = distance of the projection.
     pub projected: Buffer<Vec4>,
     /// Unit normals of the surface there, interpolated between its vertices, on the triangle's side; w = 1
@@ -36,7 +37,7 @@ impl Walk {
         constants.workgroup = workgroup.unwrap_or(constants.workgroup);
         Ok(Self {
             pipeline: Pipeline::new(device, constants)?,
-            blocks: Block::divide(sites, Block::largest(device, size_of::<Vec4>())),
+            block: Block::largest(device, size_of::<Vec4>()),
             projected: Buffer::of_windows(device, "default.walk.projected", sites)?,
             normals: Buffer::of_windows(device, "default.walk.normals", sites)?,
         })
@@ -47,8 +48,8 @@ impl Walk {
         normals.iter().filter(|normal| normal.w != 0.0).count()
     }
 
-    /// Records the walks of `targets` from the triangles in `site_triangle`, which become those under the
-    /// results.
+    /// Records the walks of `targets`, as many as the walk was made for or fewer, from the triangles in
+    /// `site_triangle`, which become those under the results.
     ///
     /// # Errors
     /// As [`Recorder::dispatch`].
@@ -59,7 +60,7 @@ impl Walk {
         triangles: &TriangleRecords,
         site_triangle: &Buffer<u32>,
     ) -> Result<()> {
-        for block in &self.blocks {
+        for block in Block::divide(site_triangle.len(), self.block) {
             let push = walk::Push {
                 site_count: block.sites,
                 triangle_count: triangles.len() as u32,

@@ -1,0 +1,44 @@
+// Purpose: the product of the fit's matrix with the direction, and parts of its product with the direction.
+// Invocation: one vertex.
+// Reads: starts and links (neighbour and edge, for each edge at a vertex), own, block_heads, block_tails,
+// direction.
+// Writes: product; partials, a sum for each workgroup.
+// Filled by fit/own_inward, fit/blocks_inward and fit/turn; consumed by fit/scalars and fit/descend.
+#version 450
+#extension GL_GOOGLE_include_directive : require
+#define DEFAULT_WORKGROUP 64
+#include "common/threads.glsl"
+#include "fit/partials.glsl"
+#include "fit/symmetric.glsl"
+
+layout(push_constant) uniform Push { uint vertex_count; };
+layout(set = 0, binding = 0) readonly buffer Starts { uint starts[]; };
+layout(set = 0, binding = 1) readonly buffer Links { uvec2 links[]; };
+layout(set = 0, binding = 2) readonly buffer Own { vec4 own[]; };
+layout(set = 0, binding = 3) readonly buffer BlockHeads { vec4 block_heads[]; };
+layout(set = 0, binding = 4) readonly buffer BlockTails { vec2 block_tails[]; };
+layout(set = 0, binding = 5) readonly buffer Direction { vec4 direction[]; };
+layout(set = 0, binding = 6) writeonly buffer Product { vec4 product[]; };
+layout(set = 0, binding = 7) writeonly buffer Partials { float partials[]; };
+
+void main() {
+    uint v = thread_index();
+    float part = 0.0;
+    if (v < vertex_count) {
+        vec4 head = own[2u * v], tail = own[2u * v + 1u];
+        vec3 x = direction[v].xyz;
+        vec3 y = times(Symmetric(head.xyz, vec3(head.w, tail.xy)), x);
+        // A vertex that does not move has no equation.
+        uint begin = starts[v], end = head.x == 0.0 ? begin : starts[v + 1u];
+        for (uint i = begin; i < end; ++i) {
+            uvec2 link = links[i];
+            vec4 block = block_heads[link.y];
+            vec2 rest = block_tails[link.y];
+            y += times(Symmetric(block.xyz, vec3(block.w, rest)), direction[link.x].xyz);
+        }
+        product[v] = vec4(y, 0.0);
+        part = dot(x, y);
+    }
+    float sum = workgroup_sum(part);
+    if (gl_LocalInvocationID.x == 0u) partials[group_index()] = sum;
+}

@@ -1,0 +1,159 @@
+//! The polish and the fit of a whole mesh by the device.
+
+use super::level_mesh::LevelMesh;
+use super::shared::CoarseToFine;
+use crate::gpu::{Buffer, Device};
+use crate::mesh::NONE;
+use crate::mesh::half_edge_mesh::HalfEdgeMesh;
+use crate::polish::{
+    ANGLE_ROUNDS, FEW_ROUNDS, FitOptions, PolishOptions, Polished, SOLVER_STEPS, SurfaceVertex,
+    improve_worst, is_fixed,
+};
+use crate::sites::nearby::sites_near_vertices;
+use crate::stages::fit::equations::Equations;
+use crate::stages::fit::inward::{InwardSamples, SurfacePoint};
+use crate::stages::fit::limit::Limits;
+use crate::stages::fit::mesh::FitMesh;
+use crate::stages::fit::samples::FaceSamples;
+use crate::stages::polish::flip::{Flips, PASSES};
+use crate::stages::polish::mesh::DeviceMesh;
+use crate::stages::polish::relax::Relaxation;
+use crate::{ProgressToken, Result, TriMesh};
+use glam::DVec3;
+
+/// Most bytes of one buffer, for each triangle: a link for each half-edge.
+const LARGEST_BYTES: usize = 24;
+/// Device memory that the fit takes for each triangle, and for each vertex of the surface.
+const TRIANGLE_BYTES: usize = 260;
+const SURFACE_BYTES: usize = 130;
+
+/// A mesh on host and device.
+pub(super) struct MeshOnDevice {
+    half_edges: HalfEdgeMesh,
+    mesh: DeviceMesh,
+    /// Triangles of the surface near the vertices.
+    under: Buffer<u32>,
+    fixed: Vec<bool>,
+    lengths: Vec<f64>,
+}
+
+impl MeshOnDevice {
+    /// Uploads the mesh of a level.
+    fn new(device: &Device, level: &LevelMesh, options: &PolishOptions) -> Result<Self> {
+        let TriMesh { vertices, triangles } = &level.mesh;
+        let half_edges = HalfEdgeMesh::new(triangles.clone(), vertices.len(), &options.patches);
+        let fixed = (0..vertices.len()).map(|v| is_fixed(&half_edges, &options.fixed, v)).collect();
+        let lengths = options.lengths.clone();
+        Ok(Self {
+            mesh: DeviceMesh::of(device, &half_edges, vertices, (&options.fixed, &lengths))?,
+            under: Buffer::from_slice(device, "polish.site_triangle", &level.sites.triangles)?,
+            half_edges,
+            fixed,
+            lengths,
+        })
+    }
+}
+
+impl CoarseToFine<'_> {
+    /// The mesh of a level on the device, if that is to polish and fit whole meshes, and if it has the
+    /// memory; otherwise the host does it.
+    pub(super) fn on_device(
+        &self,
+        level: &LevelMesh,
+        options: &PolishOptions,
+    ) -> Result<Option<MeshOnDevice>> {
+        let triangles = level.mesh.triangles.len();
+        let largest = self.device.info().limits.storage_buffer_bytes;
+        let bytes = TRIANGLE_BYTES * triangles + SURFACE_BYTES * self.surface.vertices.len();
+        let fits = (LARGEST_BYTES * triangles) as u64 <= largest
+            && bytes as u64 <= self.device.available_bytes();
+        let polishes = self.device.polishes(level.mesh.vertices.len()) && fits;
+        polishes.then(|| MeshOnDevice::new(self.device, level, options)).transpose()
+    }
+
+    /// As [`crate::polish::polish`], of a mesh without curves, along which vertices would slide one after the
+    /// other. The host does no more than to improve the worst triangles at the end.
+    pub(super) fn polish_on_device(
+        &self,
+        on: &mut MeshOnDevice,
+        mesh: &mut TriMesh,
+        options: &PolishOptions,
+        progress: &ProgressToken,
+    ) -> Result<Polished> {
+        let device = self.device;
+        let surface = self.model.on_device().records;
+        let flips = Flips::new(device, on.mesh.vertices(), on.mesh.triangles(), None)?;
+        let relaxation = Relaxation::new(device, on.mesh.vertices(), None)?;
+        let rounds = progress.at_most(FEW_ROUNDS, options.rounds);
+        for round in 0..rounds {
+            progress.done(f64::from(round) / f64::from(rounds))?;
+            if round >= FEW_ROUNDS && progress.leave_out() {
+                break;
+            }
+            let late = round + ANGLE_ROUNDS >= rounds;
+            let valence_weight = if late { 0.0 } else { options.valence_weight };
+            let mut recorder = device.recorder()?;
+            flips.record(&mut recorder, &on.mesh, valence_weight as f32, (round, PASSES))?;
+            relaxation.record(&mut recorder, &on.mesh, surface, &on.under)?;
+            recorder.submit()?;
+        }
+        on.mesh.read_half_edges(device, &mut on.half_edges)?;
+        on.mesh.read_positions(device, &on.fixed, &mut mesh.vertices)?;
+        mesh.triangles.clone_from(&on.half_edges.triangles);
+        progress.done(1.0)?;
+        let lifted = improve_worst(&on.half_edges, &mut mesh.vertices, &on.fixed, &self.model.target);
+        let (flips, taken_back) = (flips.flipped(device)?, relaxation.undone(device)?);
+        Ok(Polished { flips, taken_back, lifted, ..Polished::default() })
+    }
+
+    /// As [`crate::polish::fit`]; `under` has the triangles of the surface that the sites were on.
+    pub(super) fn fit_on_device(
+        &self,
+        on: &mut MeshOnDevice,
+        (mesh, under): (&mut TriMesh, &[u32]),
+        options: &FitOptions,
+        progress: &ProgressToken,
+    ) -> Result<()> {
+        let device = self.device;
+        let surface = self.model.on_device().records;
+        on.mesh.write(device, &mesh.vertices, &on.lengths)?;
+        let moves = on.fixed.iter().map(|fixed| !fixed).collect();
+        let fit = FitMesh::of(device, &on.mesh, &on.half_edges, moves, None)?;
+        let samples = FaceSamples::new(device, &fit, None, None)?;
+        let inward = InwardSamples::new(device, &self.surface_points(on, under), on.mesh.triangles(), None)?;
+        let equations = Equations::new(device, on.mesh.vertices(), fit.edges.len(), None)?;
+        let limits = Limits::new(device, on.mesh.vertices(), None)?;
+        for round in 0..options.rounds {
+            let begin = f64::from(round) / f64::from(options.rounds);
+            progress.done(begin)?;
+            let mut recorder = device.recorder()?;
+            fit.record(&mut recorder)?;
+            samples.record(&mut recorder, &fit, surface, &on.under)?;
+            inward.record(&mut recorder, &fit)?;
+            recorder.submit()?;
+            progress.done(begin + 0.5 / f64::from(options.rounds))?;
+            let mut recorder = device.recorder()?;
+            equations.record(&mut recorder, &fit, &samples, &inward)?;
+            equations.record_solve(&mut recorder, &fit, SOLVER_STEPS)?;
+            limits.record(&mut recorder, &fit, &equations.moves, options.min_angle.to_radians() as f32)?;
+            recorder.submit()?;
+        }
+        on.mesh.read_positions(device, &on.fixed, &mut mesh.vertices)?;
+        Ok(())
+    }
+
+    /// The vertices of the surface, each with a triangle of the mesh near it; `under` has the triangles that
+    /// the sites are on. Without those of components that have no site.
+    fn surface_points(&self, on: &MeshOnDevice, under: &[u32]) -> Vec<SurfacePoint> {
+        let vertices = &self.model.target.vertices;
+        let near = sites_near_vertices(&self.surface.triangles, vertices.len(), under);
+        let firsts = on.half_edges.firsts();
+        let point = |(vertex, site): (&SurfaceVertex, u32)| {
+            let first = *firsts.get(site as usize)?;
+            let SurfaceVertex { position, normal, area } = *vertex;
+            let near = (first != NONE).then_some(first / 3)?;
+            (normal != DVec3::ZERO).then_some(SurfacePoint { position, normal, area, near })
+        };
+        vertices.iter().zip(near).filter_map(point).collect()
+    }
+}

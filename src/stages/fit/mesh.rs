@@ -1,0 +1,125 @@
+//! What the fit knows of the mesh: its edges, and areas and normals in a round.
+
+use crate::Result;
+use crate::gpu::kernels::fit::{faces, vertices};
+use crate::gpu::{Buffer, Device, Pipeline, Recorder, Threads};
+use crate::mesh::half_edge_mesh::HalfEdgeMesh;
+use crate::mesh::half_edges::next;
+use crate::mesh::NONE;
+use crate::stages::polish::mesh::{DeviceMesh, FIXED};
+use crate::stages::records::TriangleRecords;
+use glam::{UVec2, UVec4, Vec4};
+use rayon::prelude::*;
+
+/// A mesh for the fit.
+pub struct FitMesh<'a> {
+    vertices: Pipeline<vertices::Shader>,
+    faces: Pipeline<faces::Shader>,
+    /// Its vertices move in [`FitMesh::record`]'s next rounds.
+    pub mesh: &'a DeviceMesh,
+    /// A half-edge of each edge.
+    pub edges: Buffer<u32>,
+    /// Where the links of each vertex begin, and the end of the last.
+    pub starts: Buffer<u32>,
+    /// The other vertex and the edge, for each edge at each vertex that moves.
+    pub links: Buffer<UVec2>,
+    /// Unit normals of the vertices, 0 if they do not move; w = a third of the area around.
+    pub frames: Buffer<Vec4>,
+    /// Areas of the triangles.
+    pub areas: Buffer<f32>,
+    /// The mesh as a surface, to walk on.
+    pub ground: TriangleRecords,
+}
+
+/// The edges of a mesh, and the links of its vertices.
+struct Links {
+    edges: Vec<u32>,
+    starts: Vec<u32>,
+    links: Vec<UVec2>,
+}
+
+impl Links {
+    fn new(half_edges: &HalfEdgeMesh, moves: &[bool]) -> Self {
+        let mut edges = Vec::with_capacity(half_edges.triangles.len() * 3 / 2);
+        let mut edge_of = vec![NONE; half_edges.twins().len()];
+        for (h, &twin) in (0u32..).zip(half_edges.twins()) {
+            if twin == NONE || h < twin {
+                edge_of[h as usize] = edges.len() as u32;
+                if let Some(of_twin) = edge_of.get_mut(twin as usize) {
+                    *of_twin = edges.len() as u32;
+                }
+                edges.push(h);
+            }
+        }
+        let mut starts = vec![0; moves.len() + 1];
+        for (v, moves) in moves.iter().enumerate() {
+            starts[v + 1] = starts[v] + if *moves { half_edges.valence(v as u32) } else { 0 };
+        }
+        // All half-edges that leave a vertex inside the mesh: one for each of its edges.
+        let link = |h: u32| UVec2::new(half_edges.origin(next(h)), edge_of[h as usize]);
+        let links = (0..moves.len())
+            .into_par_iter()
+            .filter(|v| moves[*v])
+            .flat_map_iter(|v| half_edges.ring(v as u32).map(link))
+            .collect();
+        Self { edges, starts, links }
+    }
+}
+
+impl<'a> FitMesh<'a> {
+    /// Of a mesh on the device. Panics if `triangles`, those of the mesh, are not.
+    ///
+    /// # Errors
+    /// [`crate::Error::OutOfMemory`] or [`crate::Error::Device`].
+    pub fn new(device: &Device, mesh: &'a DeviceMesh, workgroup: Option<u32>) -> Result<Self> {
+        let corners = mesh.corners.to_vec(device)?;
+        let half_edges = HalfEdgeMesh::new(corners.as_chunks().0.to_vec(), mesh.vertices(), &[]);
+        let moves = mesh.states.to_vec(device)?.iter().map(|state| state & FIXED == 0).collect();
+        Self::of(device, mesh, &half_edges, moves, workgroup)
+    }
+
+    /// As [`FitMesh::new`] of half-edges that are known, and whether each vertex moves.
+    pub(crate) fn of(
+        device: &Device,
+        mesh: &'a DeviceMesh,
+        half_edges: &HalfEdgeMesh,
+        moves: Vec<bool>,
+        workgroup: Option<u32>,
+    ) -> Result<Self> {
+        let Links { edges, starts, links } = Links::new(half_edges, &moves);
+        let workgroup = workgroup.unwrap_or(vertices::Constants::default().workgroup);
+        let (vertices, triangles) = (mesh.vertices(), mesh.triangles());
+        Ok(Self {
+            vertices: Pipeline::new(device, vertices::Constants { workgroup })?,
+            faces: Pipeline::new(device, faces::Constants { workgroup })?,
+            mesh,
+            edges: Buffer::from_slice(device, "fit.mesh.edges", &edges)?,
+            starts: Buffer::from_slice(device, "fit.mesh.starts", &starts)?,
+            links: Buffer::from_slice(device, "fit.mesh.links", &links)?,
+            frames: Buffer::new(device, "fit.mesh.frames", vertices)?,
+            areas: Buffer::new(device, "fit.mesh.areas", triangles)?,
+            ground: TriangleRecords {
+                corners: mesh.corners.window(0, mesh.corners.len())?,
+                twins: mesh.twins.window(0, mesh.twins.len())?,
+                wedges: Buffer::<UVec4>::new(device, "fit.mesh.wedges", vertices)?,
+                normals: Buffer::new(device, "fit.mesh.triangle_normals", triangles)?,
+            },
+        })
+    }
+
+    /// Records what follows from where the vertices are now.
+    ///
+    /// # Errors
+    /// As [`Recorder::dispatch`].
+    pub fn record(&self, recorder: &mut Recorder) -> Result<()> {
+        let DeviceMesh { positions, corners, twins, firsts, states } = self.mesh;
+        let (frames, wedges) = (&self.frames, &self.ground.wedges);
+        let push = vertices::Push { vertex_count: self.mesh.vertices() as u32 };
+        let bindings = vertices::Bindings { positions, corners, twins, firsts, states, frames, wedges };
+        recorder.dispatch(&self.vertices, Threads(self.mesh.vertices()), &push, &bindings)?;
+        let push = faces::Push { triangle_count: self.mesh.triangles() as u32 };
+        let (areas, triangle_normals) = (&self.areas, &self.ground.normals);
+        let bindings = faces::Bindings { positions, corners, areas, triangle_normals };
+        recorder.dispatch(&self.faces, Threads(self.mesh.triangles()), &push, &bindings)
+    }
+}

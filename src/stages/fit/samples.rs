@@ -1,0 +1,120 @@
+//! Samples of the mesh: distances from its vertices, edges and triangles to the surface.
+
+use super::mesh::FitMesh;
+use crate::Result;
+use crate::gpu::kernels::fit::{corner_samples, face_samples, points};
+use crate::gpu::{Buffer, Device, Pipeline, Recorder, Threads};
+use crate::stages::blocks::Block;
+use crate::stages::project::walk::Walk;
+use crate::stages::records::TriangleRecords;
+use glam::Vec4;
+
+/// Samples that are looked up at a time, so that what lies between takes little memory.
+const CHUNK: usize = 1 << 19;
+
+/// The samples of a mesh, `xyz` the direction and `w` the distance, both times the root of the weight; 0
+/// where there is none.
+pub struct FaceSamples {
+    corner_kernel: Pipeline<corner_samples::Shader>,
+    points_kernel: Pipeline<points::Shader>,
+    samples_kernel: Pipeline<face_samples::Shader>,
+    of_vertices: Walk,
+    of_points: Walk,
+    points: Buffer<Vec4>,
+    under: Buffer<u32>,
+    chunk: usize,
+    /// At the vertices.
+    pub corners: Buffer<Vec4>,
+    /// At the centres of the triangles.
+    pub faces: Buffer<Vec4>,
+    /// At the middles of the edges.
+    pub edges: Buffer<Vec4>,
+}
+
+impl FaceSamples {
+    /// For a mesh of so many vertices, triangles and edges; `workgroup` overrides the kernels' own, and
+    /// `chunk` how many samples are looked up at a time.
+    ///
+    /// # Errors
+    /// [`crate::Error::OutOfMemory`] or [`crate::Error::Device`].
+    pub fn new(device: &Device, on: &FitMesh, workgroup: Option<u32>, chunk: Option<usize>) -> Result<Self> {
+        let (vertices, triangles, edges) = (on.mesh.vertices(), on.mesh.triangles(), on.edges.len());
+        let own = workgroup.unwrap_or(points::Constants::default().workgroup);
+        let chunk = chunk.unwrap_or(CHUNK).min(edges.max(triangles));
+        Ok(Self {
+            corner_kernel: Pipeline::new(device, corner_samples::Constants { workgroup: own })?,
+            points_kernel: Pipeline::new(device, points::Constants { workgroup: own })?,
+            samples_kernel: Pipeline::new(device, face_samples::Constants { workgroup: own })?,
+            of_vertices: Walk::new(device, vertices, workgroup)?,
+            of_points: Walk::new(device, chunk, workgroup)?,
+            points: Buffer::new(device, "fit.samples.points", chunk)?,
+            under: Buffer::new(device, "fit.samples.under", chunk)?,
+            chunk,
+            corners: Buffer::new(device, "fit.samples.corners", vertices)?,
+            faces: Buffer::new(device, "fit.samples.faces", triangles)?,
+            edges: Buffer::new(device, "fit.samples.edges", edges)?,
+        })
+    }
+
+    /// Records looking up all samples. `site_triangle` has the triangles of the surface near the vertices,
+    /// and then those under them.
+    ///
+    /// # Errors
+    /// As [`Recorder::dispatch`].
+    pub fn record(
+        &self,
+        recorder: &mut Recorder,
+        on: &FitMesh,
+        surface: &TriangleRecords,
+        site_triangle: &Buffer<u32>,
+    ) -> Result<()> {
+        let positions = &on.mesh.positions;
+        self.of_vertices.record(recorder, positions, surface, site_triangle)?;
+        let (projected, surface_normals) = (&self.of_vertices.projected, &self.of_vertices.normals);
+        let push = corner_samples::Push { vertex_count: on.mesh.vertices() as u32 };
+        let bindings = corner_samples::Bindings {
+            positions,
+            frames: &on.frames,
+            projected,
+            surface_normals,
+            corner_samples: &self.corners,
+        };
+        recorder.dispatch(&self.corner_kernel, Threads(on.mesh.vertices()), &push, &bindings)?;
+        for (samples, of_edges) in [(&self.faces, 0), (&self.edges, 1)] {
+            for block in Block::divide(samples.len(), self.chunk) {
+                self.record_chunk(recorder, on, (surface, site_triangle), (samples, of_edges, block))?;
+            }
+        }
+        Ok(())
+    }
+
+    fn record_chunk(
+        &self,
+        recorder: &mut Recorder,
+        on: &FitMesh,
+        (surface, site_triangle): (&TriangleRecords, &Buffer<u32>),
+        (samples, of_edges, block): (&Buffer<Vec4>, u32, Block),
+    ) -> Result<()> {
+        let (positions, corners, states) = (&on.mesh.positions, &on.mesh.corners, &on.mesh.states);
+        let (edges, threads) = (&on.edges, Threads(block.sites as usize));
+        let (first, sample_count) = (block.first, block.sites);
+        let part = Block { first: 0, sites: block.sites };
+        let (points, under) = (&part.window(&self.points)?, &part.window(&self.under)?);
+        let bindings =
+            points::Bindings { positions, corners, states, edges, site_triangle, points, under };
+        let push = points::Push { first, sample_count, of_edges };
+        recorder.dispatch(&self.points_kernel, threads, &push, &bindings)?;
+        self.of_points.record(recorder, points, surface, under)?;
+        let bindings = face_samples::Bindings {
+            positions,
+            corners,
+            twins: &on.mesh.twins,
+            edges,
+            projected: &self.of_points.projected,
+            surface_normals: &self.of_points.normals,
+            samples: &block.window(samples)?,
+        };
+        let push = face_samples::Push { first, sample_count, of_edges };
+        recorder.dispatch(&self.samples_kernel, threads, &push, &bindings)
+    }
+}

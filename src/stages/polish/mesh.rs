@@ -1,0 +1,123 @@
+//! A mesh with its half-edges on the device.
+
+use crate::gpu::{Buffer, Device};
+use crate::mesh::half_edge_mesh::{HalfEdgeMesh, VertexKind};
+use crate::{Result, TriMesh};
+use glam::{DVec3, Vec4};
+use rayon::prelude::*;
+
+/// In [`DeviceMesh::states`]: the vertex does not move, and no edge at it is flipped.
+pub const FIXED: u32 = 0x8000_0000;
+
+/// A mesh on the device; half-edge `3 * t + k` runs from corner `k` of triangle `t` to the next.
+pub struct DeviceMesh {
+    /// In the unit-diagonal frame; w = the relative target edge length there, 1 if all are equal.
+    pub positions: Buffer<Vec4>,
+    /// The vertex that each half-edge leaves.
+    pub corners: Buffer<u32>,
+    /// The half-edge against each, [`crate::mesh::NONE`] where there is not exactly one.
+    pub twins: Buffer<u32>,
+    /// A half-edge that leaves each vertex: at a boundary the one from which all others are reached,
+    /// [`crate::mesh::NONE`] where triangles are not one fan.
+    pub firsts: Buffer<u32>,
+    /// Number of edges at each vertex, and [`FIXED`].
+    pub states: Buffer<u32>,
+}
+
+impl DeviceMesh {
+    /// Uploads a mesh whose vertices all may move but those on boundaries and where triangles are not one
+    /// fan. Panics if an index is out of range.
+    ///
+    /// # Errors
+    /// [`crate::Error::OutOfMemory`] if it does not fit.
+    pub fn new(device: &Device, mesh: &TriMesh) -> Result<Self> {
+        let half_edges = HalfEdgeMesh::new(mesh.triangles.clone(), mesh.vertices.len(), &[]);
+        Self::of(device, &half_edges, &mesh.vertices, (&[], &[]))
+    }
+
+    /// As [`DeviceMesh::new`] of half-edges that are known; `fixed` and `lengths` as in
+    /// [`crate::polish::PolishOptions`].
+    pub(crate) fn of(
+        device: &Device,
+        half_edges: &HalfEdgeMesh,
+        points: &[DVec3],
+        (fixed, lengths): (&[bool], &[f64]),
+    ) -> Result<Self> {
+        let state = |v: u32| {
+            let moves =
+                half_edges.kind(v) == VertexKind::Inner && !fixed.get(v as usize).copied().unwrap_or(false);
+            half_edges.valence(v) | if moves { 0 } else { FIXED }
+        };
+        let positions = packed(points, lengths);
+        let states: Vec<u32> = (0..points.len() as u32).map(state).collect();
+        let corners = half_edges.triangles.as_flattened();
+        Ok(Self {
+            positions: Buffer::from_slice(device, "polish.mesh.positions", &positions)?,
+            corners: Buffer::from_slice(device, "polish.mesh.corners", corners)?,
+            twins: Buffer::from_slice(device, "polish.mesh.twins", half_edges.twins())?,
+            firsts: Buffer::from_slice(device, "polish.mesh.firsts", &half_edges.firsts())?,
+            states: Buffer::from_slice(device, "polish.mesh.states", &states)?,
+        })
+    }
+
+    /// Uploads where the vertices are now; `lengths` as in [`crate::polish::PolishOptions`].
+    pub(crate) fn write(&self, device: &Device, points: &[DVec3], lengths: &[f64]) -> Result<()> {
+        let mut recorder = device.recorder()?;
+        recorder.upload(&self.positions, &packed(points, lengths))?;
+        recorder.submit().map(drop)
+    }
+
+    /// Number of vertices.
+    pub fn vertices(&self) -> usize {
+        self.positions.len()
+    }
+
+    /// Number of triangles.
+    pub fn triangles(&self) -> usize {
+        self.corners.len() / 3
+    }
+
+    /// Waits for the device, and reads what flips have made of the mesh into `half_edges`.
+    ///
+    /// # Errors
+    /// As [`crate::gpu::Recorder::submit`].
+    pub(crate) fn read_half_edges(&self, device: &Device, half_edges: &mut HalfEdgeMesh) -> Result<()> {
+        let mut recorder = device.recorder()?;
+        let lists = [&self.states, &self.corners, &self.twins, &self.firsts];
+        let lists = lists.map(|list| recorder.download(list));
+        let downloads = recorder.submit()?;
+        let [states, corners, twins, firsts] = lists.map(|list| downloads.read(&list?));
+        let (states, corners) = (states?, corners?);
+        let valences = states.iter().map(|state| state & !FIXED).collect();
+        half_edges.replace(corners.as_chunks().0.to_vec(), twins?, firsts?, valences);
+        Ok(())
+    }
+
+    /// Waits for the device, and reads the positions of the vertices that are not `fixed` into `points`.
+    ///
+    /// # Errors
+    /// As [`Buffer::to_vec`].
+    pub(crate) fn read_positions(
+        &self,
+        device: &Device,
+        fixed: &[bool],
+        points: &mut [DVec3],
+    ) -> Result<()> {
+        let positions = self.positions.to_vec(device)?;
+        for (v, (point, position)) in points.iter_mut().zip(&positions).enumerate() {
+            if !fixed.get(v).copied().unwrap_or(false) {
+                *point = position.truncate().as_dvec3();
+            }
+        }
+        Ok(())
+    }
+}
+
+/// Positions as the device has them, with the target edge lengths.
+fn packed(points: &[DVec3], lengths: &[f64]) -> Vec<Vec4> {
+    let position = |(v, p): (usize, &DVec3)| {
+        let length = lengths.get(v).copied().unwrap_or(1.0);
+        p.as_vec3().extend(length as f32)
+    };
+    points.par_iter().enumerate().map(position).collect()
+}
