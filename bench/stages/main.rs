@@ -9,6 +9,7 @@ mod moves;
 mod neighbours;
 mod order;
 mod paper;
+mod polish;
 #[path = "../../tests/support/polygons.rs"]
 #[allow(dead_code, reason = "shared with the tests")]
 mod polygons;
@@ -57,12 +58,13 @@ struct Args {
     bench: bool,
 }
 
-/// In the order of the iteration; the kernels of the paper's preset come last.
-const GROUPS: [&[Group]; 6] = [
+/// In the order of the iteration, and the polish after it; the kernels of the paper's preset come last.
+const GROUPS: [&[Group]; 7] = [
     &[iteration::GROUP],
     &neighbours::GROUPS,
     &faces::GROUPS,
     &moves::GROUPS,
+    &polish::GROUPS,
     &order::GROUPS,
     &paper::GROUPS,
 ];

@@ -5,6 +5,7 @@ pub mod centroid;
 pub mod closest;
 pub mod exact;
 pub mod face;
+pub mod fit;
 pub mod hausdorff;
 pub mod knn;
 pub mod nearest_vertices;

@@ -3,6 +3,7 @@
 pub mod centroid;
 pub mod exact;
 pub mod face;
+pub mod fit;
 pub mod neighbours;
 pub mod normals;
 pub mod polish;

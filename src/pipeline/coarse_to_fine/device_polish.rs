@@ -6,7 +6,7 @@ use crate::gpu::{Buffer, Device};
 use crate::mesh::NONE;
 use crate::mesh::half_edge_mesh::HalfEdgeMesh;
 use crate::polish::{
-    ANGLE_ROUNDS, FEW_ROUNDS, FitOptions, PolishOptions, Polished, SOLVER_STEPS, SurfaceVertex,
+    ANGLE_ROUNDS, FEW_ROUNDS, FitOptions, PolishOptions, Polished, SOLVER_STEPS, SWEEPS, SurfaceVertex,
     improve_worst, is_fixed,
 };
 use crate::sites::nearby::sites_near_vertices;
@@ -65,8 +65,8 @@ impl CoarseToFine<'_> {
         let triangles = level.mesh.triangles.len();
         let largest = self.device.info().limits.storage_buffer_bytes;
         let bytes = TRIANGLE_BYTES * triangles + SURFACE_BYTES * self.surface.vertices.len();
-        let fits = (LARGEST_BYTES * triangles) as u64 <= largest
-            && bytes as u64 <= self.device.available_bytes();
+        let fits =
+            (LARGEST_BYTES * triangles) as u64 <= largest && bytes as u64 <= self.device.available_bytes();
         let polishes = self.device.polishes(level.mesh.vertices.len()) && fits;
         polishes.then(|| MeshOnDevice::new(self.device, level, options)).transpose()
     }
@@ -93,7 +93,10 @@ impl CoarseToFine<'_> {
             let late = round + ANGLE_ROUNDS >= rounds;
             let valence_weight = if late { 0.0 } else { options.valence_weight };
             let mut recorder = device.recorder()?;
-            flips.record(&mut recorder, &on.mesh, valence_weight as f32, (round, PASSES))?;
+            for sweep in 0..SWEEPS {
+                let numbers = (round * SWEEPS + sweep, PASSES);
+                flips.record(&mut recorder, &on.mesh, valence_weight as f32, numbers)?;
+            }
             relaxation.record(&mut recorder, &on.mesh, surface, &on.under)?;
             recorder.submit()?;
         }

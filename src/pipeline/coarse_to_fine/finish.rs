@@ -167,20 +167,25 @@ impl CoarseToFine<'_> {
             lengths,
             ..Default::default()
         };
-        let has_curves = !options.sliding_curves.is_empty() || !options.curve_edges.is_empty();
-        let mut on_device = if has_curves { None } else { self.on_device(level, &options)? };
-        let (mesh, under) = (&mut level.mesh, &level.sites.triangles);
+        // Along curves, vertices slide one after the other.
+        let slides = level.on_curves.is_some();
+        let mut on_device = if slides { None } else { self.on_device(level, &options)? };
+        let mesh = &mut level.mesh;
         let polished = progress.during(|progress| match &mut on_device {
             Some(on) => self.polish_on_device(on, mesh, &options, progress),
             None => polish(mesh, target, &options, progress),
         })?;
         clock.phase("polish");
+        if slides && self.options.coarse_to_fine.fit {
+            on_device = self.on_device(level, &options)?;
+        }
         let PolishOptions { fixed, curve_edges, patches, lengths, .. } = options;
         let sliding_curves = polished.sliding_curves;
         let around = Surroundings { patches: patches.clone(), sliding_curves, lengths: lengths.clone() };
         if self.options.coarse_to_fine.fit {
             let options = FitOptions { fixed, patches, ..Default::default() };
             progress.phase(Phase::Fit, cost.fit.until, cost.fit.after)?;
+            let (mesh, under) = (&mut level.mesh, &level.sites.triangles);
             progress.during(|progress| match &mut on_device {
                 Some(on) => self.fit_on_device(on, (mesh, under), &options, progress),
                 None => fit(mesh, target, &options, progress).map(drop),

@@ -99,28 +99,13 @@ impl Equations {
         recorder.dispatch(&self.own_kernel, vertices, &own::Push { vertex_count }, &bindings)?;
         let bindings = own_edges::Bindings { starts, links, edge_samples, own, right };
         recorder.dispatch(&self.own_edges_kernel, vertices, &own_edges::Push { vertex_count }, &bindings)?;
-        let bindings = own_inward::Bindings {
-            firsts,
-            twins,
-            ranges,
-            order,
-            inward_samples,
-            inward_weights,
-            own,
-            right,
-        };
+        let bindings =
+            own_inward::Bindings { firsts, twins, ranges, order, inward_samples, inward_weights, own, right };
         let push = own_inward::Push { vertex_count };
         recorder.dispatch(&self.own_inward_kernel, vertices, &push, &bindings)?;
         let Self { block_heads, block_tails, .. } = self;
-        let bindings = blocks::Bindings {
-            edges,
-            twins,
-            edge_samples,
-            face_samples,
-            areas,
-            block_heads,
-            block_tails,
-        };
+        let bindings =
+            blocks::Bindings { edges, twins, edge_samples, face_samples, areas, block_heads, block_tails };
         let (edge_count, threads) = (edges.len() as u32, Threads(edges.len()));
         recorder.dispatch(&self.blocks_kernel, threads, &blocks::Push { edge_count }, &bindings)?;
         let bindings = blocks_inward::Bindings {
@@ -181,16 +166,8 @@ impl Equations {
     fn record_descend(&self, recorder: &mut Recorder) -> Result<()> {
         let Self { own, direction, product, scalars, moves, residual, preconditioned, partials, .. } = self;
         let (vertex_count, threads) = self.vertices();
-        let bindings = descend::Bindings {
-            own,
-            direction,
-            product,
-            scalars,
-            moves,
-            residual,
-            preconditioned,
-            partials,
-        };
+        let bindings =
+            descend::Bindings { own, direction, product, scalars, moves, residual, preconditioned, partials };
         recorder.dispatch(&self.descend_kernel, threads, &descend::Push { vertex_count }, &bindings)
     }
 

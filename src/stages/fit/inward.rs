@@ -112,11 +112,6 @@ impl InwardSamples {
         self.sort.record(recorder)?;
         recorder.fill(&self.ranges, 0)?;
         let push = segments::Push { point_count, triangle_count };
-        recorder.dispatch(
-            &self.segments,
-            threads,
-            &push,
-            &segments::Bindings { keys, ranges: &self.ranges },
-        )
+        recorder.dispatch(&self.segments, threads, &push, &segments::Bindings { keys, ranges: &self.ranges })
     }
 }

@@ -52,7 +52,13 @@ impl Limits {
     ///
     /// # Errors
     /// As [`Recorder::dispatch`].
-    pub fn record(&self, recorder: &mut Recorder, on: &FitMesh, moves: &Buffer<Vec4>, least: f32) -> Result<()> {
+    pub fn record(
+        &self,
+        recorder: &mut Recorder,
+        on: &FitMesh,
+        moves: &Buffer<Vec4>,
+        least: f32,
+    ) -> Result<()> {
         let mesh = on.mesh;
         let (positions, corners) = (&mesh.positions, &mesh.corners);
         let (firsts, twins, marks) = (&mesh.firsts, &mesh.twins, &self.marks);
@@ -72,8 +78,7 @@ impl Limits {
             let push = shorten::Push { share: if pass < HALVINGS { 0.5 } else { 0.0 } };
             let bindings = shorten::Bindings { counters, held, moves };
             recorder.dispatch_indirect(&self.shorten, groups, 0, &push, &bindings)?;
-            let bindings =
-                hold::Bindings { firsts, twins, corners, positions, moves, marks, held, counters };
+            let bindings = hold::Bindings { firsts, twins, corners, positions, moves, marks, held, counters };
             let push = hold::Push { pass: pass + 2, least };
             recorder.dispatch_indirect(&self.hold, groups, 0, &push, &bindings)?;
         }

@@ -3,9 +3,9 @@
 use crate::Result;
 use crate::gpu::kernels::fit::{faces, vertices};
 use crate::gpu::{Buffer, Device, Pipeline, Recorder, Threads};
+use crate::mesh::NONE;
 use crate::mesh::half_edge_mesh::HalfEdgeMesh;
 use crate::mesh::half_edges::next;
-use crate::mesh::NONE;
 use crate::stages::polish::mesh::{DeviceMesh, FIXED};
 use crate::stages::records::TriangleRecords;
 use glam::{UVec2, UVec4, Vec4};

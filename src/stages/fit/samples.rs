@@ -100,8 +100,7 @@ impl FaceSamples {
         let (first, sample_count) = (block.first, block.sites);
         let part = Block { first: 0, sites: block.sites };
         let (points, under) = (&part.window(&self.points)?, &part.window(&self.under)?);
-        let bindings =
-            points::Bindings { positions, corners, states, edges, site_triangle, points, under };
+        let bindings = points::Bindings { positions, corners, states, edges, site_triangle, points, under };
         let push = points::Push { first, sample_count, of_edges };
         recorder.dispatch(&self.points_kernel, threads, &push, &bindings)?;
         self.of_points.record(recorder, points, surface, under)?;

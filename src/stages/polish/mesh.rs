@@ -97,12 +97,7 @@ impl DeviceMesh {
     ///
     /// # Errors
     /// As [`Buffer::to_vec`].
-    pub(crate) fn read_positions(
-        &self,
-        device: &Device,
-        fixed: &[bool],
-        points: &mut [DVec3],
-    ) -> Result<()> {
+    pub(crate) fn read_positions(&self, device: &Device, fixed: &[bool], points: &mut [DVec3]) -> Result<()> {
         let positions = self.positions.to_vec(device)?;
         for (v, (point, position)) in points.iter_mut().zip(&positions).enumerate() {
             if !fixed.get(v).copied().unwrap_or(false) {

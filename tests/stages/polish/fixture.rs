@@ -1,12 +1,16 @@
 //! Closed meshes with uneven triangles, and what the device makes of them.
 
+use crate::reference::closest::onto_triangle;
 use crate::support::shapes::{moved, torus};
 use crate::support::{device, rng, rounded};
 use glam::DVec3;
 use rand::RngExt;
 use rtfmesh::TriMesh;
 use rtfmesh::mesh::NONE;
+use rtfmesh::mesh::unit_frame::UnitFrame;
+use rtfmesh::sites::surface::Surface;
 use rtfmesh::stages::polish::mesh::{DeviceMesh, FIXED};
+use rtfmesh::stages::records::TriangleRecords;
 
 /// A torus in the unit-diagonal frame whose vertices are off by up to `jitter` edges, rounded to f32.
 pub fn uneven(n: u32, m: u32, jitter: f64, seed: u64) -> TriMesh {
@@ -47,5 +51,29 @@ pub fn read(mesh: &DeviceMesh) -> TriMesh {
     TriMesh {
         vertices: positions.iter().map(|p| p.truncate().as_dvec3()).collect(),
         triangles: corners.as_chunks().0.to_vec(),
+    }
+}
+
+/// A surface, and for a point of it the triangle there.
+pub struct Ground {
+    pub surface: Surface,
+    pub records: TriangleRecords,
+}
+
+impl Ground {
+    /// Of a mesh that is in the unit-diagonal frame nearly already.
+    pub fn new(mesh: &TriMesh) -> Self {
+        let frame = UnitFrame { centre: DVec3::ZERO, scale: 1.0 };
+        let surface = Surface::new(mesh, &frame);
+        let records = TriangleRecords::new(device(), &surface, None).unwrap();
+        Self { surface, records }
+    }
+
+    /// The triangle of the surface that is closest to a point.
+    pub fn under(&self, p: DVec3) -> u32 {
+        let corners = |t: &[u32; 3]| t.map(|v| self.surface.vertices[v as usize]);
+        let distance = |t: &[u32; 3]| onto_triangle(p, corners(t)).distance_squared(p);
+        let triangles = self.surface.triangles.iter().map(distance).enumerate();
+        triangles.min_by(|a, b| a.1.total_cmp(&b.1)).map_or(0, |(t, _)| t as u32)
     }
 }

@@ -1,41 +1,16 @@
 //! `polish/{relax, land, folded, spread, accept}`.
 
-use super::fixture::{read, uneven};
+use super::fixture::{Ground, read, uneven};
 use crate::reference::polish::{goal, neighbours, onto_surface, undo_bad_moves, vertex_normal};
 use crate::support::shapes::{plane, sphere, tetrahedron};
 use crate::support::{assert_valid, device, rounded};
 use glam::DVec3;
 use rtfmesh::TriMesh;
 use rtfmesh::gpu::Buffer;
-use rtfmesh::mesh::unit_frame::UnitFrame;
-use rtfmesh::sites::surface::Surface;
 use rtfmesh::stages::polish::mesh::DeviceMesh;
 use rtfmesh::stages::polish::relax::Relaxation;
-use rtfmesh::stages::records::TriangleRecords;
-
-/// A surface, and for a point of it the triangle there.
-struct Ground {
-    surface: Surface,
-    records: TriangleRecords,
-}
 
 impl Ground {
-    /// Of a mesh that is in the unit-diagonal frame nearly already.
-    fn new(mesh: &TriMesh) -> Self {
-        let frame = UnitFrame { centre: DVec3::ZERO, scale: 1.0 };
-        let surface = Surface::new(mesh, &frame);
-        let records = TriangleRecords::new(device(), &surface, None).unwrap();
-        Self { surface, records }
-    }
-
-    fn under(&self, p: DVec3) -> u32 {
-        let corners = |t: &[u32; 3]| t.map(|v| self.surface.vertices[v as usize]);
-        let distance =
-            |t: &[u32; 3]| crate::reference::closest::onto_triangle(p, corners(t)).distance_squared(p);
-        let triangles = self.surface.triangles.iter().map(distance).enumerate();
-        triangles.min_by(|a, b| a.1.total_cmp(&b.1)).map_or(0, |(t, _)| t as u32)
-    }
-
     /// The mesh after one step, and how many moves were undone.
     fn relaxed(&self, mesh: &TriMesh, lengths: Option<&[f64]>, workgroup: u32) -> (TriMesh, usize) {
         let device = device();

@@ -1,0 +1,56 @@
+//! A round of the fit on the device against one on the host.
+
+use super::inward::points;
+use crate::stages::polish::fixture::{Ground, read, uneven};
+use crate::support::{assert_valid, device};
+use glam::DVec3;
+use rtfmesh::gpu::Buffer;
+use rtfmesh::polish::{FitOptions, Target, fit};
+use rtfmesh::stages::fit::equations::Equations;
+use rtfmesh::stages::fit::inward::{InwardSamples, SurfacePoint};
+use rtfmesh::stages::fit::limit::Limits;
+use rtfmesh::stages::fit::mesh::FitMesh;
+use rtfmesh::stages::fit::samples::FaceSamples;
+use rtfmesh::stages::polish::mesh::DeviceMesh;
+use rtfmesh::{ProgressToken, TriMesh};
+
+/// The vertices of a surface with the areas around them.
+fn surface_points(surface: &TriMesh, mesh: &TriMesh) -> Vec<SurfacePoint> {
+    let areas = crate::reference::fit::thirds(surface);
+    let with_area = |(point, area): (SurfacePoint, f64)| SurfacePoint { area, ..point };
+    points(surface, mesh, 1).into_iter().zip(areas).map(with_area).collect()
+}
+
+#[test]
+fn a_round_is_that_of_the_host() {
+    let surface = uneven(50, 26, 0.0, 1);
+    let ground = Ground::new(&surface);
+    let mesh = uneven(24, 12, 0.02, 2);
+    let mut on_host = mesh.clone();
+    let options = FitOptions { rounds: 1, ..FitOptions::default() };
+    fit(&mut on_host, &Target::new(&surface), &options, &ProgressToken::default()).unwrap();
+    let device = device();
+    let on_device = DeviceMesh::new(device, &mesh).unwrap();
+    let fit = FitMesh::new(device, &on_device, None).unwrap();
+    let samples = FaceSamples::new(device, &fit, None, None).unwrap();
+    let points = surface_points(&surface, &mesh);
+    let inward = InwardSamples::new(device, &points, mesh.triangles.len(), None).unwrap();
+    let solver = Equations::new(device, mesh.vertices.len(), fit.edges.len(), None).unwrap();
+    let limits = Limits::new(device, mesh.vertices.len(), None).unwrap();
+    let under: Vec<u32> = mesh.vertices.iter().map(|p| ground.under(*p)).collect();
+    let under = Buffer::from_slice(device, "test.under", &under).unwrap();
+    let mut recorder = device.recorder().unwrap();
+    fit.record(&mut recorder).unwrap();
+    samples.record(&mut recorder, &fit, &ground.records, &under).unwrap();
+    inward.record(&mut recorder, &fit).unwrap();
+    solver.record(&mut recorder, &fit, &samples, &inward).unwrap();
+    solver.record_solve(&mut recorder, &fit, 12).unwrap();
+    limits.record(&mut recorder, &fit, &solver.moves, options.min_angle.to_radians() as f32).unwrap();
+    recorder.submit().unwrap();
+    assert_valid(device);
+    let got = read(&on_device);
+    let norm =
+        |a: &[DVec3], b: &[DVec3]| a.iter().zip(b).map(|(a, b)| a.distance_squared(*b)).sum::<f64>().sqrt();
+    let (moved, apart) = (norm(&on_host.vertices, &mesh.vertices), norm(&got.vertices, &on_host.vertices));
+    assert!(apart < 0.02 * moved, "{apart} apart after moves of {moved}");
+}
