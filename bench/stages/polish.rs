@@ -228,10 +228,8 @@ fn fitted(context: &Context) -> Result<Vec<Row>> {
     let after = read(context, &mesh)?;
     let mut on_host = input.clone();
     let surface = &context.model.surface;
-    let target = Target::new(&TriMesh {
-        vertices: surface.vertices.clone(),
-        triangles: surface.triangles.clone(),
-    });
+    let target =
+        Target::new(&TriMesh { vertices: surface.vertices.clone(), triangles: surface.triangles.clone() });
     fit(&mut on_host, &target, &options, &ProgressToken::default())?;
     let norm = |a: &TriMesh, b: &TriMesh| {
         let pairs = a.vertices.iter().zip(&b.vertices);

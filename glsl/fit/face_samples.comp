@@ -1,6 +1,6 @@
 // Purpose: the samples at the centres of triangles and the middles of edges.
 // Invocation: one of these.
-// Reads: positions, corners, twins, edges, projected and surface_normals (walks of the points).
+// Reads: positions, corners, twins, edges, projected and under (walks of the points), triangle_normals.
 // Writes: samples, 0 where there is none.
 // Filled by fit/points and project/walk; consumed by fit/own, fit/own_edges and fit/blocks.
 #version 450
@@ -8,6 +8,7 @@
 #define DEFAULT_WORKGROUP 64
 #include "common/threads.glsl"
 #include "common/half_edges.glsl"
+#include "common/octahedral.glsl"
 #include "fit/sample.glsl"
 
 layout(push_constant) uniform Push {
@@ -20,8 +21,9 @@ layout(set = 0, binding = 1) readonly buffer Corners { uint corners[]; };
 layout(set = 0, binding = 2) readonly buffer Twins { uint twins[]; };
 layout(set = 0, binding = 3) readonly buffer Edges { uint edges[]; };
 layout(set = 0, binding = 4) readonly buffer Projected { vec4 projected[]; };
-layout(set = 0, binding = 5) readonly buffer SurfaceNormals { vec4 surface_normals[]; };
-layout(set = 0, binding = 6) writeonly buffer Samples { vec4 samples[]; };
+layout(set = 0, binding = 5) readonly buffer Under { uint under[]; };
+layout(set = 0, binding = 6) readonly buffer TriangleNormals { uint triangle_normals[]; };
+layout(set = 0, binding = 7) writeonly buffer Samples { vec4 samples[]; };
 
 // Weights over the area of the face, or of both faces at an edge: a quadrature that is exact for polynomials
 // of degree three.
@@ -45,7 +47,7 @@ void main() {
         area += 0.5 * length(other);
     }
     vec3 at = of_edges == 1u ? 0.5 * (a + b) : (a + b + c) / 3.0;
-    vec3 facing = surface_normals[i].xyz;
+    vec3 facing = unpack_normal(triangle_normals[under[i]]);
     float weight = (of_edges == 1u ? EDGE_SHARE : FACE_SHARE) * area;
     bool faces = dot(facing, normal) > 0.0;
     samples[i] = faces ? sample_of(projected[i].xyz - at, facing, size_sq, weight) : vec4(0.0);

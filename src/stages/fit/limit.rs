@@ -10,7 +10,7 @@ use glam::Vec4;
 /// Times that moves at spoiled triangles are halved before they are set to 0.
 const HALVINGS: u32 = 4;
 /// Times that setting moves to 0 may spread before all moves are.
-const STOPS: u32 = 8;
+const STOPS: u32 = 20;
 /// Bits of a number above all angles, and of one below.
 const NO_ANGLES: [u32; 2] = [0x7f00_0000, 0];
 

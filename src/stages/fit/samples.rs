@@ -70,13 +70,13 @@ impl FaceSamples {
     ) -> Result<()> {
         let positions = &on.mesh.positions;
         self.of_vertices.record(recorder, positions, surface, site_triangle)?;
-        let (projected, surface_normals) = (&self.of_vertices.projected, &self.of_vertices.normals);
         let push = corner_samples::Push { vertex_count: on.mesh.vertices() as u32 };
         let bindings = corner_samples::Bindings {
             positions,
             frames: &on.frames,
-            projected,
-            surface_normals,
+            projected: &self.of_vertices.projected,
+            site_triangle,
+            triangle_normals: &surface.normals,
             corner_samples: &self.corners,
         };
         recorder.dispatch(&self.corner_kernel, Threads(on.mesh.vertices()), &push, &bindings)?;
@@ -110,7 +110,8 @@ impl FaceSamples {
             twins: &on.mesh.twins,
             edges,
             projected: &self.of_points.projected,
-            surface_normals: &self.of_points.normals,
+            under,
+            triangle_normals: &surface.normals,
             samples: &block.window(samples)?,
         };
         let push = face_samples::Push { first, sample_count, of_edges };

@@ -1,10 +1,13 @@
 //! A round of the fit on the device against one on the host.
 
 use super::inward::points;
-use crate::stages::polish::fixture::{Ground, read, uneven};
-use crate::support::{assert_valid, device};
+use crate::stages::polish::fixture::{Ground, read};
+use crate::support::shapes::moved;
+use crate::support::{assert_valid, device, rounded};
 use glam::DVec3;
 use rtfmesh::gpu::Buffer;
+use rtfmesh::mesh::samples::sample;
+use rtfmesh::mesh::unit_frame::UnitFrame;
 use rtfmesh::polish::{FitOptions, Target, fit};
 use rtfmesh::stages::fit::equations::Equations;
 use rtfmesh::stages::fit::inward::{InwardSamples, SurfacePoint};
@@ -12,7 +15,7 @@ use rtfmesh::stages::fit::limit::Limits;
 use rtfmesh::stages::fit::mesh::FitMesh;
 use rtfmesh::stages::fit::samples::FaceSamples;
 use rtfmesh::stages::polish::mesh::DeviceMesh;
-use rtfmesh::{ProgressToken, TriMesh};
+use rtfmesh::{Options, ProgressToken, TriMesh, remesh};
 
 /// The vertices of a surface with the areas around them.
 fn surface_points(surface: &TriMesh, mesh: &TriMesh) -> Vec<SurfacePoint> {
@@ -23,9 +26,13 @@ fn surface_points(surface: &TriMesh, mesh: &TriMesh) -> Vec<SurfacePoint> {
 
 #[test]
 fn a_round_is_that_of_the_host() {
-    let surface = uneven(50, 26, 0.0, 1);
+    // Vertices on the surface, with good triangles: else the limits decide, and these are met or not.
+    let input = sample("torus").unwrap();
+    let frame = UnitFrame::of(&input).unwrap();
+    let surface = moved(&input, |p| frame.to_unit(p));
     let ground = Ground::new(&surface);
-    let mesh = uneven(24, 12, 0.02, 2);
+    let mesh = remesh(device(), &surface, &Options::new(700).fit(false)).unwrap().mesh;
+    let mesh = TriMesh { vertices: rounded(&mesh.vertices), ..mesh };
     let mut on_host = mesh.clone();
     let options = FitOptions { rounds: 1, ..FitOptions::default() };
     fit(&mut on_host, &Target::new(&surface), &options, &ProgressToken::default()).unwrap();
@@ -51,6 +58,6 @@ fn a_round_is_that_of_the_host() {
     let got = read(&on_device);
     let norm =
         |a: &[DVec3], b: &[DVec3]| a.iter().zip(b).map(|(a, b)| a.distance_squared(*b)).sum::<f64>().sqrt();
-    let (moved, apart) = (norm(&on_host.vertices, &mesh.vertices), norm(&got.vertices, &on_host.vertices));
-    assert!(apart < 0.02 * moved, "{apart} apart after moves of {moved}");
+    let (far, apart) = (norm(&on_host.vertices, &mesh.vertices), norm(&got.vertices, &on_host.vertices));
+    assert!(apart < 0.1 * far, "{apart} apart after moves of {far}");
 }
