@@ -141,7 +141,7 @@ fn polish(context: &Context) -> Result<Vec<Row>> {
     };
     context.submit(&mut record, 0)?;
     let after = read(context, &mesh)?;
-    ensure!(topology(&after).matches(&topology(&input)), "the topology has changed");
+    ensure!(topology(&after) == topology(&input), "the topology has changed");
     let places: Vec<Vec4> = after.vertices.iter().map(|p| p.as_vec3().extend(0.0)).collect();
     let moved = after.vertices.iter().zip(&input.vertices).filter(|(a, b)| a != b).count();
     ensure!(2 * moved > n, "{moved} of {n} vertices have moved");

@@ -34,7 +34,7 @@ use slide::SlidingCurves;
 /// Rounds of [`polish`] that are left when a run finishes early.
 pub(crate) const FEW_ROUNDS: u32 = 4;
 /// Sweeps over all edges before each relaxation.
-pub(crate) const SWEEPS: u32 = 2;
+const SWEEPS: u32 = 2;
 /// Last rounds, in which flips serve the angles alone.
 pub(crate) const ANGLE_ROUNDS: u32 = 3;
 /// Passes over the worst triangles.

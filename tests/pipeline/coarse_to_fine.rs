@@ -49,6 +49,47 @@ fn reruns_give_the_same_bytes_and_barriers_do_not_matter() {
     assert_ne!(first, run(&input, &options.seed(2)).mesh);
 }
 
+/// Polish and fit of whole meshes, which a CPU leaves to host code where they are small.
+#[test]
+fn the_device_polishes_and_fits_as_the_host_does() {
+    let open = |options: DeviceOptions| Device::open(&options.validation(true)).unwrap();
+    let host = open(DeviceOptions::from_env().polish(false));
+    let polishing = open(DeviceOptions::from_env().polish(true).timings(true));
+    // With curves, the device fits and the host polishes.
+    for (name, n, polishes) in [("torus", 1500, true), ("bumpy-sphere", 1200, true), ("box", 800, false)] {
+        let input = sample(name).unwrap();
+        let options = Options::new(n).iterations(10).coarse_iterations(10).first_iterations(30);
+        let want = remesh(&host, &input, &options).unwrap();
+        let got = remesh(&polishing, &input, &options).unwrap();
+        let calls = |kernel: &str| {
+            let stages = &got.summary.timings.stages;
+            stages.iter().filter(|stage| stage.name == kernel).map(|stage| stage.calls).sum::<u64>()
+        };
+        assert_eq!(calls("polish.relax") > 0, polishes, "{name}");
+        assert!(calls("fit.apply") > 0, "{name}");
+        assert_eq!(topology(&got.mesh), topology(&want.mesh), "{name}");
+        let [got_quality, want_quality] = [&got, &want].map(|result| &result.summary.output.quality);
+        assert!((got_quality.q_avg - want_quality.q_avg).abs() < 0.004, "{name}: {got_quality:?}");
+        assert!(got_quality.theta_min > want_quality.theta_min - 3.0, "{name}: {got_quality:?}");
+        let progress = rtfmesh::ProgressToken::default();
+        let rms = |result: &Remeshed| {
+            let surface = rtfmesh::mesh::distance::distances(&result.mesh, &input, &progress).unwrap();
+            surface.rms_to_reference.max(surface.rms_from_reference)
+        };
+        assert!(rms(&got) < 1.1 * rms(&want) + 1e-4, "{name}: {} for {}", rms(&got), rms(&want));
+        assert_eq!(got.mesh, remesh(&polishing, &input, &options).unwrap().mesh, "{name}, once more");
+    }
+    assert_valid(&host);
+    assert_valid(&polishing);
+    // A mesh that does not fit into its buffers is left to the host.
+    let input = sample("torus").unwrap();
+    let small = open(DeviceOptions::from_env().polish(true).buffer_bytes(60_000));
+    let options = Options::new(3000).iterations(5).coarse_iterations(5).first_iterations(5);
+    let want = remesh(&host, &input, &options).unwrap();
+    assert_eq!(remesh(&small, &input, &options).unwrap().mesh, want.mesh);
+    assert_valid(&small);
+}
+
 /// As for millions of vertices on a device whose buffers are no larger than they must be.
 #[test]
 fn lists_in_several_buffers_give_the_same_bytes() {

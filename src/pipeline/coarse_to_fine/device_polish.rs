@@ -6,7 +6,7 @@ use crate::gpu::{Buffer, Device};
 use crate::mesh::NONE;
 use crate::mesh::half_edge_mesh::HalfEdgeMesh;
 use crate::polish::{
-    ANGLE_ROUNDS, FEW_ROUNDS, FitOptions, PolishOptions, Polished, SOLVER_STEPS, SWEEPS, SurfaceVertex,
+    ANGLE_ROUNDS, FEW_ROUNDS, FitOptions, PolishOptions, Polished, SOLVER_STEPS, SurfaceVertex,
     improve_worst, is_fixed,
 };
 use crate::sites::nearby::sites_near_vertices;
@@ -93,10 +93,7 @@ impl CoarseToFine<'_> {
             let late = round + ANGLE_ROUNDS >= rounds;
             let valence_weight = if late { 0.0 } else { options.valence_weight };
             let mut recorder = device.recorder()?;
-            for sweep in 0..SWEEPS {
-                let numbers = (round * SWEEPS + sweep, PASSES);
-                flips.record(&mut recorder, &on.mesh, valence_weight as f32, numbers)?;
-            }
+            flips.record(&mut recorder, &on.mesh, valence_weight as f32, (round, PASSES))?;
             relaxation.record(&mut recorder, &on.mesh, surface, &on.under)?;
             recorder.submit()?;
         }
