@@ -10,7 +10,7 @@ use crate::mesh::NONE;
 use crate::mesh::half_edge_mesh::{Flip, VertexKind};
 use crate::mesh::half_edges::{next, previous};
 use crate::mesh::intersections::{any_intersects, count_intersecting};
-use crate::mesh::quality::extreme_angles;
+use crate::mesh::quality::smallest_angle;
 use crate::mesh::triangle::closest_on_triangle;
 use crate::polish::worst::{better_position, lift_freely};
 
@@ -159,7 +159,7 @@ impl MeshCopy<'_> {
     fn shape(&self, t: u32, outlier: &FarPlace) -> Shape {
         let corners = self.corners(t);
         let distance = closest_on_triangle(outlier.at, corners).point.distance(outlier.at);
-        Shape { distance, min_angle: extreme_angles(corners)[0] }
+        Shape { distance, min_angle: smallest_angle(corners) }
     }
 
     /// The edits at an outlier, each with the distance of the outlier after it, in edge lengths, plus the

@@ -6,7 +6,7 @@ use glam::DVec3;
 use super::known::{Known, KnownTriangles, MIDDLE, Ranks, SAMPLES, sample};
 use super::mesh_copy::MeshCopy;
 use crate::mesh::half_edges::next;
-use crate::mesh::quality::TriangleQuality;
+use crate::mesh::quality::extreme_angles;
 use crate::mesh::triangle::{closest_on_triangle, doubled_normal};
 
 /// Rings of vertices around a triangle that are relaxed.
@@ -157,8 +157,8 @@ impl MeshCopy<'_> {
         (floor, most): (f64, &Deviation),
     ) -> Option<Deviation> {
         let shaped = |k: &usize| {
-            let shape = TriangleQuality::new(self.corners(region.triangles[*k]));
-            shape.min_angle() >= floor && shape.max_angle() <= 90.0
+            let [smallest, largest] = extreme_angles(self.corners(region.triangles[*k]));
+            smallest >= floor && largest <= 90.0
         };
         let others_are_sound =
             || before.sound.iter().enumerate().all(|(k, sound)| *sound || changed.contains(&k));
