@@ -29,6 +29,7 @@ step "the library with pages" cargo check --quiet --lib --no-default-features --
 # They use the library without any feature.
 step "the library alone and the fuzz targets" cargo check --quiet --manifest-path fuzz/Cargo.toml \
   --no-default-features --target-dir "${CARGO_TARGET_DIR:-target}"
+step "the least Rust" ./ci/msrv.sh
 step "public items" ./ci/public_api.sh
 step "documentation" env RUSTDOCFLAGS="-D warnings" cargo doc --no-deps
 # Of an older program.

@@ -14,7 +14,7 @@ from ._arrays import as_array, check_shape
 from ._errors import InputError
 from ._native import Materials
 
-# Number types that the library knows; others are carried by the number of their row.
+# Number types that the library knows; of others, values are numbered.
 KINDS = ("int8", "uint8", "int16", "uint16", "int32", "uint32", "float32", "float64")
 COLOURS = {"colour", "color", "colours", "colors", "rgb", "rgba", "vertex_colors", "face_colors"}
 NORMALS = {"normal", "normals"}
@@ -110,6 +110,16 @@ def of_type(dtype: np.dtype[Any], width: int, found: NDArray[np.float64]) -> NDA
     return found.reshape(-1, width).astype(dtype)
 
 
+def numbered(array: NDArray[Any]) -> tuple[NDArray[Any], NDArray[np.float64]]:
+    """The rows that occur, and for each row its number among them: equal labels are equal numbers."""
+    try:
+        values, own = np.unique(array, axis=0 if array.ndim > 1 else None, return_inverse=True)
+    except TypeError:
+        # Objects that have no order: each row is a value of its own.
+        values, own = array, np.arange(len(array))
+    return values, np.ascontiguousarray(own, dtype=np.float64).ravel()
+
+
 def columns(name: str, array: NDArray[Any], names: list[str]) -> tuple[list[Column], list[Decode]]:
     """The columns that an attribute travels in, and how to make it of them again."""
     flat = array.reshape(len(array), int(np.prod(array.shape[1:], dtype=int)))
@@ -117,8 +127,8 @@ def columns(name: str, array: NDArray[Any], names: list[str]) -> tuple[list[Colu
     if kind not in KINDS and array.dtype.kind == "f":
         kind = "float64"
     if kind not in KINDS:
-        own = np.arange(len(array), dtype=np.float64)
-        return [Column(name, "label", "uint32", 1, own, [])], [lambda found: array[found.astype(np.intp)]]
+        values, own = numbered(array)
+        return [Column(name, "label", "uint32", 1, own, [])], [lambda found: values[found.astype(np.intp)]]
     means = role(name, flat.shape[1], array.dtype)
     parts: list[Column] = []
     decode: list[Decode] = []

@@ -66,6 +66,19 @@ def test_labels_keep_their_names(torus, tmp_path):
     assert "g first\n" in (tmp_path / "b.obj").read_text()
 
 
+@pytest.mark.parametrize("of", [np.int32, np.int64, bool, str, object])
+def test_borders_of_labels_stay_whatever_their_type(torus, remesher, of):
+    halves = (torus.vertices[torus.faces].mean(axis=1)[:, 1] > 0).astype(of)
+    attributes = {"face": {"half": halves}}
+    result = remesher.remesh(torus.vertices, torus.faces, 400, attributes=attributes, keep_labels=True)
+    kept = result.attributes.face["half"]
+    assert kept.dtype == halves.dtype and set(kept) == set(halves)
+    # A face across the border would have corners on both sides.
+    sides = result.vertices[result.faces][:, :, 1]
+    over = (sides > 0.02).any(axis=1) & (sides < -0.02).any(axis=1)
+    assert over.mean() < 0.02
+
+
 def test_what_a_format_cannot_hold_is_a_warning(torus, tmp_path):
     far = torus.vertices + 1e7
     with pytest.warns(rtfmesh.MeshWarning, match=r"a\.stl"):

@@ -130,6 +130,8 @@ pub(super) struct Shared {
     pub queue: Mutex<vk::Queue>,
     pub queue_family: u32,
     pub pipeline_cache: vk::PipelineCache,
+    /// The digest of what the pipeline cache began with.
+    loaded_cache: u64,
     pub info: DeviceInfo,
     pub timestamp_mask: u64,
     pub full_barriers: bool,
@@ -287,6 +289,7 @@ impl Shared {
             queue: Mutex::new(queue),
             queue_family: candidate.queue_family,
             pipeline_cache,
+            loaded_cache: cache::digest(&cached),
             timestamp_mask,
             polish: options.polish,
             info: candidate.info,
@@ -372,7 +375,7 @@ impl Drop for Shared {
         unsafe {
             if self.pipeline_cache != vk::PipelineCache::null() {
                 if let Ok(data) = self.raw.get_pipeline_cache_data(self.pipeline_cache) {
-                    cache::store(&self.info, &data);
+                    cache::store(&self.info, &data, self.loaded_cache);
                 }
                 self.raw.destroy_pipeline_cache(self.pipeline_cache, None);
             }

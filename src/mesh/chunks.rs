@@ -9,6 +9,15 @@ const CHUNK: usize = 4096;
 
 /// What `of` gives for parts of `0..count`, in their order.
 pub(crate) fn in_chunks<T: Send>(count: usize, of: impl Fn(Range<usize>) -> T + Sync) -> Vec<T> {
-    let part = |chunk: usize| of(chunk * CHUNK..count.min((chunk + 1) * CHUNK));
-    (0..count.div_ceil(CHUNK)).into_par_iter().map(part).collect()
+    in_chunks_of(CHUNK, count, of)
+}
+
+/// As [`in_chunks`], with so many indices in a part.
+pub(crate) fn in_chunks_of<T: Send>(
+    size: usize,
+    count: usize,
+    of: impl Fn(Range<usize>) -> T + Sync,
+) -> Vec<T> {
+    let part = |chunk: usize| of(chunk * size..count.min((chunk + 1) * size));
+    (0..count.div_ceil(size)).into_par_iter().map(part).collect()
 }

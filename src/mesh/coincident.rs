@@ -4,6 +4,7 @@ use std::collections::HashMap;
 
 use glam::DVec3;
 
+use super::quick_hash::QuickMap;
 use super::{TriMesh, position_key};
 
 /// How far a vertex moves towards the mean of its neighbours, as a share of the distance: more than what
@@ -14,7 +15,8 @@ const STEP: f64 = 1e-4;
 /// vertices at the same place, and parts of a surface that only touch would become one. Returns how many
 /// moved.
 pub(crate) fn separate_coincident(mesh: &mut TriMesh) -> usize {
-    let mut first: HashMap<[u64; 3], u32> = HashMap::with_capacity(mesh.vertices.len());
+    let mut first: QuickMap<[u64; 3], u32> = QuickMap::default();
+    first.reserve(mesh.vertices.len());
     let later: Vec<u32> = (0..)
         .zip(&mesh.vertices)
         .filter(|(v, p)| *first.entry(position_key(**p)).or_insert(*v) != *v)

@@ -117,17 +117,20 @@ impl HalfEdgeMesh {
         self.twin.len() as u32
     }
 
+    #[inline]
     pub(crate) fn twin(&self, h: u32) -> Option<u32> {
         let twin = self.twin[h as usize];
         (twin != NONE).then_some(twin)
     }
 
     /// The vertex that half-edge `h` leaves.
+    #[inline]
     pub(crate) fn origin(&self, h: u32) -> u32 {
         self.triangles.as_flattened()[h as usize]
     }
 
     /// The half-edges that leave a vertex, counter-clockwise; none of an irregular one.
+    #[inline]
     pub(crate) fn ring(&self, v: u32) -> Ring<'_> {
         let first = if self.kind(v) == VertexKind::Irregular { NONE } else { self.first[v as usize] };
         Ring { mesh: self, first, at: first }
@@ -241,6 +244,7 @@ pub(crate) struct Ring<'a> {
 impl Iterator for Ring<'_> {
     type Item = u32;
 
+    #[inline]
     fn next(&mut self) -> Option<u32> {
         let h = self.at;
         if h == NONE {

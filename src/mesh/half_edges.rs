@@ -9,11 +9,13 @@ use std::collections::HashSet;
 use super::NONE;
 
 /// The half-edge after `h` in its triangle.
+#[inline]
 pub(crate) fn next(h: u32) -> u32 {
     if h % 3 == 2 { h - 2 } else { h + 1 }
 }
 
 /// The half-edge before `h` in its triangle.
+#[inline]
 pub(crate) fn previous(h: u32) -> u32 {
     if h.is_multiple_of(3) { h + 2 } else { h - 1 }
 }
@@ -22,6 +24,7 @@ pub(crate) fn previous(h: u32) -> u32 {
 pub(crate) type EdgeSet = HashSet<(u32, u32)>;
 
 /// The undirected edge between two vertices: the smaller index first.
+#[inline]
 pub(crate) fn edge_key(a: u32, b: u32) -> (u32, u32) {
     (a.min(b), a.max(b))
 }

@@ -60,6 +60,21 @@ pub(crate) fn count_intersecting(triangles: &[[u32; 3]], at: impl Fn(u32) -> DVe
     hit.into_iter().filter(|hit| *hit).count()
 }
 
+/// Whether one of a few triangles with the indices `some` intersects any other of them, as
+/// [`intersecting_faces`] has it. `at` is where the vertices are.
+pub(crate) fn any_intersects(
+    triangles: &[[u32; 3]],
+    some: &[usize],
+    at: impl Fn(u32) -> DVec3 + Copy,
+) -> bool {
+    let boxes: Vec<Aabb> = triangles.iter().map(|t| Aabb::of(t.map(at))).collect();
+    some.iter().any(|&s| {
+        (0..triangles.len()).any(|t| {
+            t != s && boxes[s].overlaps(&boxes[t]) && faces_intersect(triangles[s], triangles[t], at)
+        })
+    })
+}
+
 fn faces_intersect(first: [u32; 3], second: [u32; 3], at: impl Fn(u32) -> DVec3) -> bool {
     if repeats_vertex(first) || repeats_vertex(second) {
         return false;
@@ -229,5 +244,30 @@ impl View {
         let same_ray = |x: DVec3, y: DVec3| self.turn(v, x, y) == 0 && (x - v).dot(y - v) > 0.0;
         // Of two angles below 180 degrees that overlap, one begins within the other, or both begin alike.
         between(r, [p, q]) || between(p, [r, s]) || same_ray(p, r)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use rand::{RngExt, SeedableRng};
+
+    #[test]
+    fn few_triangles_are_told_one_by_one_and_together() {
+        let mut rng = rand_pcg::Pcg64Mcg::seed_from_u64(5);
+        for vertices in [6, 12, 30] {
+            let points: Vec<DVec3> = (0..vertices)
+                .map(|_| DVec3::from_array(std::array::from_fn(|_| rng.random_range(0.0..1.0))))
+                .collect();
+            let mut vertex = || rng.random_range(0..vertices as u32);
+            let triangles: Vec<[u32; 3]> = (0..12).map(|_| std::array::from_fn(|_| vertex())).collect();
+            let at = |v: u32| points[v as usize];
+            let one_by_one = (0..triangles.len()).filter(|t| any_intersects(&triangles, &[*t], at)).count();
+            let mesh = TriMesh { vertices: points.clone(), triangles: triangles.clone() };
+            let all = intersecting_faces(&mesh, &ProgressToken::default()).unwrap().len();
+            assert!(all > 0, "{vertices} vertices");
+            assert_eq!([one_by_one, count_intersecting(&triangles, at)], [all; 2]);
+            assert!(!any_intersects(&triangles, &[], at));
+        }
     }
 }

@@ -13,6 +13,7 @@ pub(crate) mod half_edges;
 pub(crate) mod hash_grid;
 pub mod intersections;
 pub mod quality;
+pub(crate) mod quick_hash;
 pub mod repair;
 pub mod samples;
 pub(crate) mod sampling;
@@ -94,6 +95,7 @@ pub struct TriMesh {
 
 impl TriMesh {
     /// The three corners of triangle `t`. Panics if `t` or one of its indices is out of range.
+    #[inline]
     pub fn corners(&self, t: usize) -> [DVec3; 3] {
         self.triangles[t].map(|v| self.vertices[v as usize])
     }

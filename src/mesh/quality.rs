@@ -62,12 +62,21 @@ fn angle(opposite: f64, left: f64, right: f64) -> f64 {
     cosine(opposite, left, right).acos().to_degrees()
 }
 
-/// The smallest and the largest of [`TriangleQuality::angles`].
-pub(crate) fn extreme_angles(corners: [DVec3; 3]) -> [f64; 2] {
+/// The largest and the smallest cosine of [`TriangleQuality::angles`].
+fn extreme_cosines(corners: [DVec3; 3]) -> [f64; 2] {
     let [la, lb, lc] = lengths(corners);
     let cosines = [cosine(la, lb, lc), cosine(lb, la, lc), cosine(lc, la, lb)];
-    let [most, least] = [f64::max, f64::min].map(|pick| cosines.into_iter().reduce(pick).unwrap_or(0.0));
-    [most, least].map(|cosine| cosine.acos().to_degrees())
+    [f64::max, f64::min].map(|pick| cosines.into_iter().reduce(pick).unwrap_or(0.0))
+}
+
+/// The smallest and the largest of [`TriangleQuality::angles`].
+pub(crate) fn extreme_angles(corners: [DVec3; 3]) -> [f64; 2] {
+    extreme_cosines(corners).map(|cosine| cosine.acos().to_degrees())
+}
+
+/// The smallest of [`TriangleQuality::angles`].
+pub(crate) fn smallest_angle(corners: [DVec3; 3]) -> f64 {
+    extreme_cosines(corners)[0].acos().to_degrees()
 }
 
 /// The triangles of a mesh in summary; independent of the mesh's size and unit.

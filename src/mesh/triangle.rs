@@ -16,6 +16,7 @@ pub struct TrianglePoint {
 }
 
 /// The normal of a triangle, twice as long as its area; zero without area.
+#[inline]
 pub fn doubled_normal([a, b, c]: [DVec3; 3]) -> DVec3 {
     (b - a).cross(c - a)
 }
@@ -26,6 +27,7 @@ pub(crate) fn angle_at_first([a, b, c]: [DVec3; 3]) -> f64 {
 }
 
 /// The area of a triangle, in the unit of its coordinates squared.
+#[inline]
 pub fn area(corners: [DVec3; 3]) -> f64 {
     0.5 * doubled_normal(corners).length()
 }
@@ -33,11 +35,13 @@ pub fn area(corners: [DVec3; 3]) -> f64 {
 /// The point of triangle `corners` closest to `p`; right for triangles without area as well.
 ///
 /// Region test: Ericson, "Real-Time Collision Detection", 2005, section 5.1.5.
+#[inline]
 pub fn closest_on_triangle(p: DVec3, corners: [DVec3; 3]) -> TrianglePoint {
     if is_sliver(corners) { closest_on_sliver(p, corners) } else { closest_on_regular(p, corners) }
 }
 
 /// Whether a triangle is so thin that [`closest_on_regular`] would be wrong.
+#[inline]
 pub(super) fn is_sliver([a, b, c]: [DVec3; 3]) -> bool {
     let (ab, ac) = (b - a, c - a);
     let longest_sq = ab.length_squared().max(ac.length_squared()).max((c - b).length_squared());
@@ -45,6 +49,7 @@ pub(super) fn is_sliver([a, b, c]: [DVec3; 3]) -> bool {
 }
 
 /// The point of a triangle that is no sliver closest to `p`.
+#[inline]
 pub(super) fn closest_on_regular(p: DVec3, corners: [DVec3; 3]) -> TrianglePoint {
     let [a, b, c] = corners;
     let (ab, ac, ap) = (b - a, c - a, p - a);
@@ -115,6 +120,7 @@ fn on_edge(p: DVec3, corners: [DVec3; 3], k: usize) -> TrianglePoint {
     at(corners, weights)
 }
 
+#[inline]
 fn at(corners: [DVec3; 3], barycentric: [f64; 3]) -> TrianglePoint {
     let [a, b, c] = corners;
     let [_, v, w] = barycentric;

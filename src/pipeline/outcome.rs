@@ -2,7 +2,7 @@
 
 use super::result::{ExactSummary, FeatureSummary, ShorterEdges};
 use super::small_angles::MendingCounts;
-use crate::mesh::quality::{extreme_angles, quality};
+use crate::mesh::quality::{quality, smallest_angle};
 use crate::mesh::topology::{Topology, topology};
 use crate::mesh::unit_frame::{UnitFrame, decimals};
 use crate::polish::Outlier;
@@ -83,7 +83,7 @@ pub(crate) enum FaultKind {
 
 /// The triangles of a mesh with an angle that makes them slivers: the angle in degrees and the index.
 pub(crate) fn slivers(mesh: &TriMesh) -> Vec<(f64, u32)> {
-    let angle = |t: u32| extreme_angles(mesh.corners(t as usize))[0];
+    let angle = |t: u32| smallest_angle(mesh.corners(t as usize));
     let all = (0..mesh.triangles.len() as u32).into_par_iter();
     all.map(|t| (angle(t), t)).filter(|(angle, _)| *angle < SLIVER).collect()
 }

@@ -1,6 +1,6 @@
 //! Values of sites in several buffers, where one would be larger than a kernel can be given.
 
-use crate::gpu::{Buffer, Device};
+use crate::gpu::{Buffer, Device, Download, Recorder};
 use crate::{Error, Result};
 
 /// Blocks begin at multiples of this, so that the workgroups of a block are those of all sites together, and
@@ -90,6 +90,19 @@ impl<T: bytemuck::Pod> Blocked<T> {
             }
         }
         Ok(all)
+    }
+}
+
+impl<T: bytemuck::Pod> Blocked<T> {
+    /// Records a copy of all values as [`Blocked::to_vec`] has them, if they are in one buffer.
+    ///
+    /// # Errors
+    /// As [`Recorder::download`].
+    pub fn download(&self, recorder: &mut Recorder) -> Result<Option<Download<T>>> {
+        match self.blocks.as_slice() {
+            [(_, only)] => recorder.download(only).map(Some),
+            _ => Ok(None),
+        }
     }
 }
 

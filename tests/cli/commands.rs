@@ -234,6 +234,11 @@ fn the_cache_of_compiled_kernels_is_kept() {
         matches!(kept.as_slice(), [one] if one.extension().is_some_and(|e| e == "pipelines")),
         "{kept:?}"
     );
+    // The same again is not written again.
+    let written = || std::fs::metadata(&kept[0]).unwrap().modified().unwrap();
+    let first = written();
+    place.run("remesh in.ply out.ply -n 60 --iterations 1 -q");
+    assert_eq!(written(), first);
     // A damaged one is no fault.
     std::fs::write(&kept[0], b"damaged").unwrap();
     place.run("remesh in.ply out.ply -n 60 --iterations 1 -q");

@@ -34,18 +34,22 @@ impl Aabb {
     pub const EMPTY: Self = Self { min: DVec3::INFINITY, max: DVec3::NEG_INFINITY };
 
     /// The box of a triangle.
+    #[inline]
     pub fn of([a, b, c]: [DVec3; 3]) -> Self {
         Self { min: a.min(b).min(c), max: a.max(b).max(c) }
     }
 
+    #[inline]
     fn join(self, other: Self) -> Self {
         Self { min: self.min.min(other.min), max: self.max.max(other.max) }
     }
 
+    #[inline]
     pub(super) fn overlaps(&self, other: &Self) -> bool {
         self.min.cmple(other.max).all() && other.min.cmple(self.max).all()
     }
 
+    #[inline]
     pub(super) fn distance_sq(&self, p: DVec3) -> f64 {
         (self.min - p).max(p - self.max).max(DVec3::ZERO).length_squared()
     }
@@ -259,6 +263,7 @@ impl Bvh {
         self.triangles.get(rank).map(|corners| corners.at)
     }
 
+    #[inline]
     fn on_triangle(&self, rank: usize, p: DVec3) -> Closest {
         let Corners { at, sliver } = self.triangles[rank];
         let found = if sliver { closest_on_sliver(p, at) } else { closest_on_regular(p, at) };

@@ -1,11 +1,10 @@
 //! Drops faces without an area and repeated faces.
 
-use std::collections::HashSet;
-
 use glam::DVec3;
 
 use super::counts::RepairCounts;
 use crate::TriMesh;
+use crate::mesh::quick_hash::QuickSet;
 
 /// A triangle counts as flat when twice its area is at most this share of its longest edge squared. Edges
 /// computed in f64 are exact to about 1e-16, so below some 1e-15 the area is rounding alone; the rest is a
@@ -24,7 +23,8 @@ pub(super) struct Cleaned {
 /// The triangles with other vertices for theirs, without those that are flat or repeat an earlier one.
 pub(super) fn clean(mesh: &TriMesh, vertex: impl Fn(u32) -> u32, counts: &mut RepairCounts) -> Cleaned {
     let mut flat = Vec::new();
-    let mut seen = HashSet::with_capacity(mesh.triangles.len());
+    let mut seen: QuickSet<[u32; 3]> = QuickSet::default();
+    seen.reserve(mesh.triangles.len());
     let mut triangles = Vec::with_capacity(mesh.triangles.len());
     let mut origin = Vec::with_capacity(mesh.triangles.len());
     for (number, triangle) in (0..).zip(&mesh.triangles) {

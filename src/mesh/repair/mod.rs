@@ -12,13 +12,14 @@ mod orient;
 mod smooth_boundary;
 mod weld;
 
+use std::collections::HashSet;
 use std::collections::hash_map::Entry;
-use std::collections::{HashMap, HashSet};
 
 use glam::DVec3;
 
 use super::half_edges::EdgeTable;
 use super::kd_tree::KdTree;
+use super::quick_hash::QuickMap;
 use super::submesh::without_unused_vertices;
 use super::{TriMesh, position_key};
 use crate::{Error, Result};
@@ -220,7 +221,8 @@ fn check(mesh: &TriMesh) -> Result<()> {
 
 /// For each vertex the first one at the same position.
 fn same_places(vertices: &[DVec3]) -> Vec<u32> {
-    let mut firsts: HashMap<[u64; 3], u32> = HashMap::with_capacity(vertices.len());
+    let mut firsts: QuickMap<[u64; 3], u32> = QuickMap::default();
+    firsts.reserve(vertices.len());
     let first_of = |(own, position): (u32, &DVec3)| match firsts.entry(position_key(*position)) {
         Entry::Occupied(first) => *first.get(),
         Entry::Vacant(free) => *free.insert(own),

@@ -28,6 +28,8 @@ const WIDEST: f64 = 2.5;
 const EXACT: u32 = 10;
 /// Iterations between two checks of the step size.
 const PER_CHECK: u32 = 10;
+/// Of so many sites or fewer, all results are copied to the host at once.
+const SMALL: usize = 1 << 16;
 
 /// Limits on the moves of a level.
 ///
@@ -249,20 +251,25 @@ impl Level {
         let positions = recorder.download(&self.sites)?;
         let triangles = recorder.download(&self.site_triangle)?;
         let walked = recorder.download(&self.walk.normals)?;
+        let counts = self.faces.download_counts(&mut recorder)?;
+        let neighbours = &self.lists.neighbours;
+        // Of many sites one copy after the other, for what they take of the memory.
+        let is_small = neighbours.sites() <= SMALL;
+        let near = if is_small { neighbours.download(&mut recorder)? } else { None };
         let downloads = recorder.submit()?;
         let triangles: Vec<u32> = downloads.read(&triangles)?;
         let positions = self.layout.unpack(&downloads.read(&positions)?, triangles.len());
         let last = (steps.len() as u32).checked_sub(1);
-        let open = last.map_or(Ok(0), |last| self.faces.counts(last).map(|counts| counts.open))?;
+        let open = |last| self.faces.read_counts(&downloads, &counts, last).map(|counts| counts.open);
         Ok(Relaxed {
             sites: SitesOnSurface {
                 positions: positions.into_iter().map(|p| p.as_dvec3()).collect(),
                 triangles,
             },
             // They may be from before the last moves; they are candidates, no more.
-            near: self.lists.neighbours.to_vec(device)?,
+            near: near.map_or_else(|| neighbours.to_vec(device), |near| downloads.read(&near))?,
             flags: FlagCounts {
-                unbounded: open,
+                unbounded: last.map_or(Ok(0), open)?,
                 walk_stopped: Walk::stopped(&downloads.read(&walked)?),
                 ..FlagCounts::default()
             },

@@ -3,16 +3,16 @@
 use glam::DVec3;
 
 use super::find::FarPlace;
+use super::known::KnownTriangles;
 use super::mesh_copy::MeshCopy;
 use super::region::{Deviation, Region};
 use crate::mesh::NONE;
 use crate::mesh::half_edge_mesh::{Flip, VertexKind};
 use crate::mesh::half_edges::{next, previous};
-use crate::mesh::intersections::intersecting_faces;
-use crate::mesh::quality::extreme_angles;
+use crate::mesh::intersections::{any_intersects, count_intersecting};
+use crate::mesh::quality::smallest_angle;
 use crate::mesh::triangle::closest_on_triangle;
 use crate::polish::worst::{better_position, lift_freely};
-use crate::{Result, TriMesh};
 
 /// Most promising edits at an outlier, which are tried in full.
 const TRIALS: usize = 10;
@@ -47,22 +47,30 @@ struct Shape {
     min_angle: f64,
 }
 
+impl Shape {
+    fn min(self, other: Self) -> Self {
+        let Self { distance, min_angle } = self;
+        Self { distance: distance.min(other.distance), min_angle: min_angle.min(other.min_angle) }
+    }
+}
+
 impl MeshCopy<'_> {
     /// The best change at an outlier, if any is good enough; the mesh stays as it is.
-    pub fn best_change(&mut self, outlier: &FarPlace, region: &Region) -> Result<Option<Change>> {
-        let mut before = self.before(region);
+    pub fn best_change(
+        &mut self,
+        outlier: &FarPlace,
+        region: &Region,
+        known: &KnownTriangles,
+    ) -> Option<Change> {
+        let mut before = self.before(region, known);
         let Deviation { sum, largest_sq } = before.deviation;
         if sum <= 0.0 {
-            return Ok(None);
+            return None;
         }
         let shapes: Vec<Shape> = region.triangles.iter().map(|t| self.shape(*t, outlier)).collect();
         let smallest = shapes.iter().map(|shape| shape.min_angle).fold(90.0, f64::min);
         let floor = smallest.min(self.context.options.min_angle);
-        let mut edits: Vec<(f64, Edit)> = self
-            .edits(outlier)
-            .into_iter()
-            .map(|edit| (self.predicted(edit, outlier, (region, &shapes)), edit))
-            .collect();
+        let mut edits: Vec<(f64, Edit)> = self.predicted_edits(outlier, region, &shapes);
         edits.sort_by(|a, b| a.0.total_cmp(&b.0));
         let saved: Vec<DVec3> = self.positions(region);
         let is_settled = |v: &u32| better_position(&self.half_edges, &self.points, *v).is_none();
@@ -73,22 +81,22 @@ impl MeshCopy<'_> {
         for (_, edit) in edits.into_iter().take(TRIALS) {
             let flip = self.apply(edit);
             let flipped = flipped_vertices(flip.as_ref());
-            self.relax_around(&region.vertices, &settled, (edit, flipped));
             let changed = self.changed(region, &saved, flipped);
-            let better = match self.after(region, &mut before, &changed, (floor, &least)) {
-                Some(deviation) => Some((deviation, self.positions(region), self.crossings(region)?)),
-                None => None,
-            };
+            let mut better = None;
+            if self.is_promising(region, &before, &changed, &least) {
+                self.relax_around(&region.vertices, &settled, (edit, flipped));
+                let changed = self.changed(region, &saved, flipped);
+                better = self.after(region, &mut before, &changed, (floor, &least)).map(|deviation| {
+                    // Mostly none of those that changed crosses another, and there are no more than before.
+                    let crossing = if self.crosses(region, &changed) { self.crossings(region) } else { 0 };
+                    (deviation, self.positions(region), crossing)
+                });
+            }
             self.undo(flip.as_ref());
             self.set_positions(region, &saved);
             let Some((deviation, positions, crossing)) = better else { continue };
-            // Mostly there are none, and those from before need not be counted.
-            if crossing > 0 {
-                let before = crossings.map_or_else(|| self.crossings(region), Ok)?;
-                crossings = Some(before);
-                if crossing > before {
-                    continue;
-                }
+            if crossing > 0 && crossing > *crossings.get_or_insert_with(|| self.crossings(region)) {
+                continue;
             }
             best = Some(Change { edit, positions });
             least.sum = deviation.sum;
@@ -96,7 +104,7 @@ impl MeshCopy<'_> {
                 break;
             }
         }
-        Ok(best)
+        best
     }
 
     /// The indices of a region's triangles that changed since its vertices were at `saved`. At a flipped
@@ -151,33 +159,64 @@ impl MeshCopy<'_> {
     fn shape(&self, t: u32, outlier: &FarPlace) -> Shape {
         let corners = self.corners(t);
         let distance = closest_on_triangle(outlier.at, corners).point.distance(outlier.at);
-        Shape { distance, min_angle: extreme_angles(corners)[0] }
+        Shape { distance, min_angle: smallest_angle(corners) }
     }
 
-    /// The distance of the outlier after an edit, in edge lengths, plus the cost of the worst angle; `shapes`
-    /// are those before it.
-    fn predicted(&mut self, edit: Edit, outlier: &FarPlace, (region, shapes): (&Region, &[Shape])) -> f64 {
-        let saved = match edit {
-            Edit::Move(v, _) => Some((v as usize, self.points[v as usize])),
-            Edit::Flip(_) => None,
-        };
-        let flip = self.apply(edit);
-        let flipped = flipped_vertices(flip.as_ref());
-        let (mut near, mut angle) = (f64::INFINITY, 60.0f64);
+    /// The edits at an outlier, each with the distance of the outlier after it, in edge lengths, plus the
+    /// cost of the worst angle; `shapes` are those of the region's triangles now.
+    fn predicted_edits(&mut self, outlier: &FarPlace, region: &Region, shapes: &[Shape]) -> Vec<(f64, Edit)> {
+        let edge = self.edge_length_at(outlier.triangle);
+        // Several moves of a vertex leave the same triangles as they are.
+        let mut others: Option<(u32, Others)> = None;
+        let mut predicted = Vec::new();
+        for edit in self.edits(outlier) {
+            let cost = |least: Shape, mesh: &Self| {
+                least.distance / edge
+                    + (mesh.context.options.min_angle - least.min_angle).max(0.0) * ANGLE_COST
+            };
+            let least = match edit {
+                Edit::Move(v, to) => {
+                    let known = others.take().filter(|(of, _)| *of == v);
+                    let (_, rest) = others.insert(known.unwrap_or_else(|| {
+                        (
+                            v,
+                            self.others(region, shapes, |t| {
+                                self.half_edges.triangles[t as usize].contains(&v)
+                            }),
+                        )
+                    }));
+                    let here = std::mem::replace(&mut self.points[v as usize], to);
+                    let least = rest.with(self, outlier);
+                    self.points[v as usize] = here;
+                    least
+                }
+                Edit::Flip(_) => {
+                    let flip = self.apply(edit);
+                    let around = flipped_vertices(flip.as_ref());
+                    let is_touched =
+                        |t: u32| self.half_edges.triangles[t as usize].iter().any(|v| around.contains(v));
+                    let least = self.others(region, shapes, is_touched).with(self, outlier);
+                    self.undo(flip.as_ref());
+                    least
+                }
+            };
+            predicted.push((cost(least, self), edit));
+        }
+        predicted
+    }
+
+    /// The triangles of a region that an edit touches, and the least figures of the others.
+    fn others(&self, region: &Region, shapes: &[Shape], is_touched: impl Fn(u32) -> bool) -> Others {
+        let mut others =
+            Others { touched: Vec::new(), least: Shape { distance: f64::INFINITY, min_angle: 60.0 } };
         for (t, shape) in region.triangles.iter().zip(shapes) {
-            let corners = self.half_edges.triangles[*t as usize];
-            let changed =
-                corners.iter().any(|v| flipped.contains(v) || saved.is_some_and(|s| s.0 == *v as usize));
-            let shape = if changed { self.shape(*t, outlier) } else { *shape };
-            near = near.min(shape.distance);
-            angle = angle.min(shape.min_angle);
+            if is_touched(*t) {
+                others.touched.push(*t);
+            } else {
+                others.least = others.least.min(*shape);
+            }
         }
-        self.undo(flip.as_ref());
-        if let Some((v, here)) = saved {
-            self.points[v] = here;
-        }
-        near / self.edge_length_at(outlier.triangle)
-            + (self.context.options.min_angle - angle).max(0.0) * ANGLE_COST
+        others
     }
 
     /// Whether an edge may flip: it does not stay, and its vertices are inner ones and keep five
@@ -258,16 +297,54 @@ impl MeshCopy<'_> {
     }
 
     /// How many triangles of a region intersect others of it.
-    fn crossings(&self, region: &Region) -> Result<usize> {
-        let mut names: Vec<u32> =
-            region.triangles.iter().flat_map(|t| self.half_edges.triangles[*t as usize]).collect();
-        names.sort_unstable();
-        names.dedup();
-        let name = |v: u32| names.binary_search(&v).map_or(0, |k| k as u32);
-        let triangles =
-            region.triangles.iter().map(|t| self.half_edges.triangles[*t as usize].map(name)).collect();
-        let vertices = names.iter().map(|v| self.points[*v as usize]).collect();
-        Ok(intersecting_faces(&TriMesh { vertices, triangles }, self.context.progress)?.len())
+    fn crossings(&self, region: &Region) -> usize {
+        count_intersecting(&self.triangles(region), |v| self.points[v as usize])
+    }
+
+    /// Whether one of a region's triangles with these indices intersects another of it.
+    fn crosses(&self, region: &Region, some: &[usize]) -> bool {
+        any_intersects(&self.triangles(region), some, |v| self.points[v as usize])
+    }
+
+    fn triangles(&self, region: &Region) -> Vec<[u32; 3]> {
+        region.triangles.iter().map(|t| self.half_edges.triangles[*t as usize]).collect()
+    }
+
+    /// Forgets what is no longer true of a region's triangles after a change, which is not applied yet.
+    pub fn forget(&self, region: &Region, change: &Change, known: &mut KnownTriangles) {
+        let mut moved = Vec::new();
+        for (v, to) in region.vertices.iter().zip(&change.positions) {
+            if self.points[*v as usize] != *to {
+                moved.push(*v);
+            }
+        }
+        if let Edit::Flip(h) = change.edit
+            && let Some(twin) = self.half_edges.twin(h)
+        {
+            moved.extend(self.half_edges.diamond(h, twin));
+        }
+        for t in &region.triangles {
+            if self.half_edges.triangles[*t as usize].iter().any(|v| moved.contains(v)) {
+                known.forget(*t);
+                let across = (3 * t..3 * t + 3).filter_map(|h| self.half_edges.twin(h));
+                across.for_each(|twin| known.forget_sound(twin / 3));
+            }
+        }
+    }
+}
+
+/// What an edit leaves as it is.
+struct Others {
+    /// The triangles that it touches.
+    touched: Vec<u32>,
+    /// The least figures of the others.
+    least: Shape,
+}
+
+impl Others {
+    /// The least figures of all, those of the touched ones taken anew.
+    fn with(&self, mesh: &MeshCopy, outlier: &FarPlace) -> Shape {
+        self.touched.iter().fold(self.least, |least, t| least.min(mesh.shape(*t, outlier)))
     }
 }
 

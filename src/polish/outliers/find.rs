@@ -5,6 +5,7 @@ use rayon::prelude::*;
 
 use super::context::{FAR, OutlierContext};
 use crate::mesh::bvh::Bvh;
+use crate::mesh::chunks::in_chunks_of;
 use crate::polish::relax::CHUNK;
 use crate::polish::target::SurfaceVertex;
 use crate::{Result, TriMesh};
@@ -26,9 +27,18 @@ pub(crate) struct FarPlace {
     pub at: DVec3,
 }
 
-/// Places that are too far apart, the farthest first, and for each triangle the surface's vertices to which
-/// it is the closest.
-pub(crate) fn find(mesh: &TriMesh, context: &OutlierContext) -> Result<(Vec<FarPlace>, Vec<Vec<u32>>)> {
+/// What is found of a mesh.
+pub(crate) struct Found {
+    /// Places that are too far apart, the farthest first.
+    pub places: Vec<FarPlace>,
+    /// For each triangle the surface's vertices to which it is the closest.
+    pub points_of: Vec<Vec<u32>>,
+    /// For each triangle the rank of one of the surface's that is near its centroid.
+    pub ranks: Vec<u32>,
+}
+
+/// Finds the places where mesh and surface are too far apart.
+pub(crate) fn find(mesh: &TriMesh, context: &OutlierContext) -> Result<Found> {
     let OutlierContext { target, options, edge, progress } = *context;
     let bvh = Bvh::new(mesh);
     progress.poll()?;
@@ -53,18 +63,27 @@ pub(crate) fn find(mesh: &TriMesh, context: &OutlierContext) -> Result<(Vec<FarP
         }
     }
     progress.poll()?;
-    let outward: Vec<FarPlace> = (0..mesh.triangles.len() as u32)
-        .into_par_iter()
-        .with_min_len(CHUNK)
-        .map_init(|| 0, |rank, t| outward(mesh, context, t, rank))
-        .flatten()
-        .collect();
-    outliers.extend(outward);
+    // Where a search ends depends on where it begins, too.
+    let outward = in_chunks_of(CHUNK, mesh.triangles.len(), |range| {
+        let mut rank = 0;
+        let outward = |t: usize| {
+            let place = outward(mesh, context, t as u32, &mut rank);
+            (place, rank as u32)
+        };
+        range.map(outward).unzip()
+    });
+    let mut ranks = Vec::with_capacity(mesh.triangles.len());
+    for (places, some) in outward {
+        let places: Vec<Option<FarPlace>> = places;
+        let some: Vec<u32> = some;
+        outliers.extend(places.into_iter().flatten());
+        ranks.extend(some);
+    }
     outliers.sort_by(|a, b| b.distance.total_cmp(&a.distance).then(a.triangle.cmp(&b.triangle)));
     let is_asked_for = options.tolerance.is_finite();
     let per_outlier = if is_asked_for { VERTICES_PER_OUTLIER_OF_TOLERANCE } else { VERTICES_PER_OUTLIER };
     outliers.truncate(MOST_OUTLIERS + mesh.vertices.len() / per_outlier);
-    Ok((outliers, points_of))
+    Ok(Found { places: outliers, points_of, ranks })
 }
 
 /// The farthest of a triangle's samples, if it is beyond the tolerance.
@@ -105,13 +124,14 @@ mod tests {
         let (target, options) = (Target::new(&surface), OutlierOptions::default());
         let progress = ProgressToken::default();
         let context = OutlierContext { target: &target, options: &options, edge: 1.0, progress: &progress };
-        let points_of = |threads| {
+        let found = |threads| {
             let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
-            pool.install(|| find(&coarse, &context)).unwrap().1
+            let Found { points_of, ranks, .. } = pool.install(|| find(&coarse, &context)).unwrap();
+            (points_of, ranks)
         };
-        let alone = points_of(1);
+        let alone = found(1);
         for threads in [2, 3, 8] {
-            assert_eq!(points_of(threads), alone, "{threads} threads");
+            assert_eq!(found(threads), alone, "{threads} threads");
         }
     }
 }

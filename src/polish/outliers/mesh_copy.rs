@@ -38,6 +38,7 @@ impl<'a> MeshCopy<'a> {
         Locked { fixed: &self.fixed, curve_edges: &self.context.options.curve_edges }
     }
 
+    #[inline]
     pub fn corners(&self, t: u32) -> [DVec3; 3] {
         self.half_edges.triangles[t as usize].map(|v| self.points[v as usize])
     }

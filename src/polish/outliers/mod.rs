@@ -8,6 +8,7 @@
 mod context;
 mod edit;
 mod find;
+mod known;
 mod mesh_copy;
 mod region;
 
@@ -21,7 +22,8 @@ use crate::{ProgressToken, Result, TriMesh};
 use context::OutlierContext;
 pub use context::OutlierOptions;
 use edit::Change;
-use find::{FarPlace, find};
+use find::{FarPlace, Found, find};
+use known::{Known, KnownTriangles};
 use mesh_copy::MeshCopy;
 use region::Region;
 
@@ -30,6 +32,8 @@ const STEPS: u32 = 4;
 /// Outliers that are edited at the same time; a constant, since the result must not depend on the number of
 /// threads.
 const TOGETHER: usize = 8;
+/// Fewer triangles are looked at by one thread.
+const FEW: usize = 32;
 
 /// What [`reduce_outliers`] did.
 #[derive(Debug, Clone, Default, PartialEq)]
@@ -68,7 +72,7 @@ pub fn reduce_outliers(
         return Ok(ReducedOutliers::default());
     }
     let context = OutlierContext { target, options, edge, progress };
-    let (outliers, points_of) = find(mesh, &context)?;
+    let Found { places: outliers, points_of, ranks } = find(mesh, &context)?;
     if outliers.is_empty() {
         return Ok(ReducedOutliers::default());
     }
@@ -79,6 +83,7 @@ pub fn reduce_outliers(
         edits: 0,
         points_of,
         outliers,
+        known: KnownTriangles::new(ranks),
         copies: Vec::new(),
     };
     reducer.copies.extend((1..copies).map(|_| first.clone()));
@@ -95,7 +100,7 @@ pub fn reduce_outliers(
             if progress.leave_out() {
                 break 'passes;
             }
-            reducer.round(&mut tasks, &mut tried)?;
+            reducer.round(&mut tasks, &mut tried);
         }
         if reducer.edits == before {
             break;
@@ -120,6 +125,7 @@ struct OutlierReducer<'a> {
     outliers: Vec<FarPlace>,
     /// For each triangle, the surface's vertices to which it is the closest.
     points_of: Vec<Vec<u32>>,
+    known: KnownTriangles,
     /// Copies of the same mesh, for edits that are tried at the same time.
     copies: Vec<MeshCopy<'a>>,
     /// The number of the last edit that changed each triangle. If none did since an outlier was tried, trying
@@ -130,7 +136,7 @@ struct OutlierReducer<'a> {
 
 impl OutlierReducer<'_> {
     /// Makes one edit at each of the first outliers. They leave `tasks` unless another edit may follow.
-    fn round(&mut self, tasks: &mut Vec<Task>, tried: &mut [usize]) -> Result<()> {
+    fn round(&mut self, tasks: &mut Vec<Task>, tried: &mut [usize]) {
         let later = tasks.split_off(tasks.len().min(TOGETHER));
         let mut chosen = Vec::new();
         for task in tasks.drain(..) {
@@ -140,7 +146,8 @@ impl OutlierReducer<'_> {
             }
         }
         let start = self.edits + 1;
-        let changes = self.changes(&chosen)?;
+        self.find_out(&chosen);
+        let changes = self.changes(&chosen);
         for ((task, region), change) in chosen.into_iter().zip(changes) {
             if !self.unchanged_since(&region.triangles, start)
                 || !self.unchanged_since(&region.adjacent, start)
@@ -157,7 +164,32 @@ impl OutlierReducer<'_> {
             }
         }
         tasks.extend(later);
-        Ok(())
+    }
+
+    /// Makes known what is needed of the triangles of some regions. What that is depends neither on the
+    /// number of threads nor on who does it.
+    fn find_out(&mut self, chosen: &[(Task, Region)]) {
+        let mut needed: Vec<(u32, u16, f64)> = Vec::new();
+        for (_, region) in chosen {
+            let of_region = region.triangles.iter().zip(&region.owned);
+            needed.extend(of_region.map(|(t, owned)| (*t, *owned, region.tolerance_sq)));
+        }
+        needed.sort_unstable_by_key(|(t, ..)| *t);
+        needed.dedup_by(|next, one| {
+            let is_same = next.0 == one.0;
+            if is_same {
+                *one = (one.0, one.1 | next.1, one.2.min(next.2));
+            }
+            is_same
+        });
+        let Some(copy) = self.copies.first() else { return };
+        let of = |(t, owned, tolerance_sq): &(u32, u16, f64)| {
+            let mut known = self.known.incomplete(*t, *owned, *tolerance_sq)?;
+            copy.complete(&mut known, *t, *owned, *tolerance_sq);
+            Some((*t, known))
+        };
+        let found: Vec<Option<(u32, Known)>> = needed.par_iter().with_min_len(FEW).map(of).collect();
+        found.into_iter().flatten().for_each(|(t, known)| self.known.set(t, known));
     }
 
     /// Whether no edit after the one with the number `edit` changed any of the triangles.
@@ -166,14 +198,14 @@ impl OutlierReducer<'_> {
     }
 
     /// The best change at each outlier, each as if it were the only one.
-    fn changes(&mut self, chosen: &[(Task, Region)]) -> Result<Vec<Option<Change>>> {
-        let (outliers, next) = (&self.outliers, AtomicUsize::new(0));
+    fn changes(&mut self, chosen: &[(Task, Region)]) -> Vec<Option<Change>> {
+        let (outliers, known, next) = (&self.outliers, &self.known, AtomicUsize::new(0));
         let best_changes = |copy: &mut MeshCopy| {
             let mut found = Vec::new();
             loop {
                 let k = next.fetch_add(1, Ordering::Relaxed);
                 let Some((task, region)) = chosen.get(k) else { break found };
-                found.push((k, copy.best_change(&outliers[task.outlier], region)));
+                found.push((k, copy.best_change(&outliers[task.outlier], region, known)));
             }
         };
         let mut found: Vec<_> = self.copies.par_iter_mut().flat_map_iter(best_changes).collect();
@@ -195,6 +227,7 @@ impl OutlierReducer<'_> {
     fn commit(&mut self, region: &Region, change: &Change) {
         self.edits += 1;
         region.triangles.iter().for_each(|t| self.changed[*t as usize] = self.edits + 1);
+        self.copies[0].forget(region, change, &mut self.known);
         self.copies.iter_mut().for_each(|copy| copy.apply_change(region, change));
         self.copies[0].share_points(change, &mut self.points_of);
     }

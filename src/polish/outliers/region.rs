@@ -3,9 +3,10 @@
 
 use glam::DVec3;
 
+use super::known::{Known, KnownTriangles, MIDDLE, Ranks, SAMPLES, sample};
 use super::mesh_copy::MeshCopy;
 use crate::mesh::half_edges::next;
-use crate::mesh::quality::TriangleQuality;
+use crate::mesh::quality::extreme_angles;
 use crate::mesh::triangle::{closest_on_triangle, doubled_normal};
 
 /// Rings of vertices around a triangle that are relaxed.
@@ -14,13 +15,10 @@ const RINGS: u32 = 2;
 const FACING: f64 = 0.1;
 /// Least cosine between the normals of two neighbouring triangles.
 const DIHEDRAL: f64 = -0.4;
+/// An edit is not tried in full if it leaves this share of the deviation that it must stay below.
+const HOPELESS: f64 = 1.5;
 /// Most points of the surface in a region; of more, evenly spaced ones are taken.
 const MOST_POINTS: usize = 400;
-
-/// Ranks at which the searches of a triangle's samples ended: at the corners, on the edges, and inside.
-type Ranks = [usize; 16];
-/// Index of the sample at the centroid.
-const MIDDLE: usize = 12;
 
 /// The surroundings of an outlier.
 pub(crate) struct Region {
@@ -30,6 +28,8 @@ pub(crate) struct Region {
     pub triangles: Vec<u32>,
     /// Triangles outside that share an edge with them. Nothing beyond matters.
     pub adjacent: Vec<u32>,
+    /// The samples that are each triangle's, one bit each.
+    pub owned: Vec<u16>,
     /// The surface's vertices that are closest to these triangles, with the index of that triangle in the
     /// list.
     points: Vec<(u32, usize)>,
@@ -43,8 +43,8 @@ pub(crate) struct RegionState {
     /// For each point of the surface, the squared distance to the closest triangle, or to any within the
     /// tolerance, and the index of that triangle in the list.
     nearest: Vec<(f64, usize)>,
-    /// The squared distances of each triangle's samples that exceed the tolerance.
-    samples: Vec<Vec<f64>>,
+    /// The squared distances of samples that exceed the tolerance, each with the index of its triangle.
+    samples: Vec<(f64, usize)>,
     sound: Vec<bool>,
     ranks: Vec<Ranks>,
 }
@@ -88,8 +88,21 @@ impl MeshCopy<'_> {
         let across = |t: &u32| (3 * t..3 * t + 3).filter_map(|h| self.half_edges.twin(h)).map(|h| h / 3);
         let outside = |t: &u32| triangles.binary_search(t).is_err();
         let adjacent = triangles.iter().flat_map(across).filter(outside).collect();
+        let owned = triangles.iter().map(|t| self.owned(*t, &triangles)).collect();
         let tolerance_sq = self.context.tolerance_sq(self.half_edges.triangles[t as usize]);
-        Region { vertices, triangles, adjacent, points, tolerance_sq }
+        Region { vertices, triangles, adjacent, owned, points, tolerance_sq }
+    }
+
+    /// Finds out what is not known of a triangle yet.
+    pub fn complete(&self, known: &mut Known, t: u32, owned: u16, tolerance_sq: f64) {
+        let corners = self.corners(t);
+        let bvh = &self.context.target.bvh;
+        known.complete(owned, tolerance_sq, |k, rank, most| {
+            bvh.distance_sq_beyond(sample(corners, k), rank, most)
+        });
+        if known.sound.is_none() {
+            known.sound = Some(self.sound(t, &mut known.ranks));
+        }
     }
 
     /// The distance of a point to the nearest triangle of a region.
@@ -116,23 +129,20 @@ impl MeshCopy<'_> {
         around
     }
 
-    /// The present state of a region.
-    pub fn before(&self, region: &Region) -> RegionState {
+    /// The present state of a region, of whose triangles all that is needed is `known`.
+    pub fn before(&self, region: &Region, known: &KnownTriangles) -> RegionState {
         let corners: Vec<[DVec3; 3]> = region.triangles.iter().map(|t| self.corners(*t)).collect();
         let nearest: Vec<_> =
             region.points.iter().map(|(p, k)| self.nearest(*p, *k, &corners, region.tolerance_sq)).collect();
         let (mut samples, mut sound, mut ranks) = (Vec::new(), Vec::new(), Vec::new());
-        // Where one search ends, the next one begins.
-        let mut near = 0;
-        for t in &region.triangles {
-            let mut ends = [near; 16];
-            samples.push(self.samples(*t, region, &mut ends).collect());
-            sound.push(self.sound(*t, &mut ends));
-            ranks.push(ends);
-            near = ends[MIDDLE];
+        for (k, (t, owned)) in region.triangles.iter().zip(&region.owned).enumerate() {
+            let known = known.of(*t);
+            samples.extend(known.beyond(*owned, region.tolerance_sq).map(|distance_sq| (distance_sq, k)));
+            sound.push(known.sound == Some(true));
+            ranks.push(known.ranks);
         }
         let mut deviation = Deviation::default();
-        let distances = nearest.iter().map(|n| n.0).chain(samples.iter().flatten().copied());
+        let distances = nearest.iter().map(|n| n.0).chain(samples.iter().map(|sample| sample.0));
         distances.for_each(|distance_sq| deviation.add(distance_sq, region.tolerance_sq));
         RegionState { deviation, nearest, samples, sound, ranks }
     }
@@ -146,6 +156,52 @@ impl MeshCopy<'_> {
         changed: &[usize],
         (floor, most): (f64, &Deviation),
     ) -> Option<Deviation> {
+        let shaped = |k: &usize| {
+            let [smallest, largest] = extreme_angles(self.corners(region.triangles[*k]));
+            smallest >= floor && largest <= 90.0
+        };
+        let others_are_sound =
+            || before.sound.iter().enumerate().all(|(k, sound)| *sound || changed.contains(&k));
+        if !changed.iter().all(shaped) || !others_are_sound() {
+            return None;
+        }
+        let mut deviation = self.partly_after(region, before, changed, most)?;
+        if !changed.iter().all(|k| self.sound(region.triangles[*k], &mut before.ranks[*k])) {
+            return None;
+        }
+        for k in changed {
+            for distance_sq in self.samples(region.triangles[*k], region, &mut before.ranks[*k]) {
+                deviation.add(distance_sq, region.tolerance_sq);
+                if !deviation.is_below(most) {
+                    return None;
+                }
+            }
+        }
+        deviation.is_below(most).then_some(deviation)
+    }
+
+    /// Whether an edit that changed the triangles with the indices `changed` may reduce the deviation below
+    /// `most` once the vertices around are relaxed, which takes most of the time that a trial takes. Hardly
+    /// ever is an edit kept that leaves more than this before.
+    pub fn is_promising(
+        &self,
+        region: &Region,
+        before: &RegionState,
+        changed: &[usize],
+        most: &Deviation,
+    ) -> bool {
+        let most = Deviation { sum: HOPELESS * most.sum, largest_sq: HOPELESS * most.largest_sq };
+        self.partly_after(region, before, changed, &most).is_some()
+    }
+
+    /// As [`MeshCopy::after`], without the samples of the triangles that changed.
+    fn partly_after(
+        &self,
+        region: &Region,
+        before: &RegionState,
+        changed: &[usize],
+        most: &Deviation,
+    ) -> Option<Deviation> {
         let is_changed = {
             let mut is_changed = vec![false; region.triangles.len()];
             changed.iter().for_each(|k| is_changed[*k] = true);
@@ -153,19 +209,10 @@ impl MeshCopy<'_> {
         };
         let corners: Vec<[DVec3; 3]> = region.triangles.iter().map(|t| self.corners(*t)).collect();
         let tolerance_sq = region.tolerance_sq;
-        let shaped = |k: &usize| {
-            let shape = TriangleQuality::new(corners[*k]);
-            shape.min_angle() >= floor && shape.max_angle() <= 90.0
-        };
-        let others_are_sound =
-            || is_changed.iter().zip(&before.sound).all(|(changed, sound)| *changed || *sound);
-        if !changed.iter().all(shaped) || !others_are_sound() {
-            return None;
-        }
         let mut deviation = Deviation::default();
         // First what is known, then what is cheap.
-        for (samples, _) in before.samples.iter().zip(&is_changed).filter(|(_, changed)| !*changed) {
-            samples.iter().for_each(|distance_sq| deviation.add(*distance_sq, tolerance_sq));
+        for (distance_sq, _) in before.samples.iter().filter(|(_, k)| !is_changed[*k]) {
+            deviation.add(*distance_sq, tolerance_sq);
         }
         for ((p, _), (was, k)) in region.points.iter().zip(&before.nearest) {
             let distance_sq = if is_changed[*k] {
@@ -181,18 +228,7 @@ impl MeshCopy<'_> {
                 return None;
             }
         }
-        if !changed.iter().all(|k| self.sound(region.triangles[*k], &mut before.ranks[*k])) {
-            return None;
-        }
-        for k in changed {
-            for distance_sq in self.samples(region.triangles[*k], region, &mut before.ranks[*k]) {
-                deviation.add(distance_sq, tolerance_sq);
-                if !deviation.is_below(most) {
-                    return None;
-                }
-            }
-        }
-        deviation.is_below(most).then_some(deviation)
+        Some(deviation)
     }
 
     /// The squared distance of a point of the surface to the closest triangle, or to any within the
@@ -212,34 +248,37 @@ impl MeshCopy<'_> {
         nearest
     }
 
-    /// The squared distances of a triangle's samples that exceed the tolerance. Samples at vertices and on
-    /// edges belong to one triangle of the region.
+    /// The squared distances of a triangle's samples that exceed the tolerance.
     fn samples<'s>(
         &'s self,
         t: u32,
         region: &'s Region,
         ranks: &'s mut Ranks,
     ) -> impl Iterator<Item = f64> + 's {
-        let [a, b, c] = self.corners(t);
-        let middle = (a + b + c) / 3.0;
-        let inside = [middle, (a + middle) * 0.5, (b + middle) * 0.5, (c + middle) * 0.5];
-        // All triangles around are of the region, or none of its vertices moves there.
-        let vertices = [(0, a), (1, b), (2, c)].into_iter().filter(move |(k, _): &(usize, DVec3)| {
-            let v = self.half_edges.triangles[t as usize][*k];
-            self.half_edges.ring(v).map(|h| h / 3).min() == Some(t)
-        });
-        let edges =
-            [(0, a, b), (1, b, c), (2, c, a)].into_iter().filter(move |(k, ..): &(usize, DVec3, DVec3)| {
-                let h = 3 * t + *k as u32;
-                let within = |twin: u32| region.triangles.binary_search(&(twin / 3)).is_ok();
-                self.half_edges.twin(h).is_none_or(|twin| h < twin || !within(twin))
-            });
-        let on_edges =
-            edges.flat_map(|(k, p, q)| [1, 2, 3].map(|m| (3 + 3 * k + m - 1, p.lerp(q, m as f64 / 4.0))));
-        let inside = inside.into_iter().enumerate().map(|(k, p)| (MIDDLE + k, p));
+        let (corners, owned) = (self.corners(t), self.owned(t, &region.triangles));
         let bvh = &self.context.target.bvh;
-        let all = vertices.chain(on_edges).chain(inside);
-        all.filter_map(|(k, p)| bvh.distance_sq_beyond(p, &mut ranks[k], region.tolerance_sq))
+        (0..SAMPLES).filter(move |k| owned >> k & 1 != 0).filter_map(move |k| {
+            bvh.distance_sq_beyond(sample(corners, k), &mut ranks[k], region.tolerance_sq)
+        })
+    }
+
+    /// The samples that are a triangle's, one bit each: those at vertices and on edges belong to one of the
+    /// triangles of a region.
+    fn owned(&self, t: u32, triangles: &[u32]) -> u16 {
+        let mut owned = 0b1111 << MIDDLE;
+        for k in 0..3 {
+            let v = self.half_edges.triangles[t as usize][k];
+            // All triangles around are of the region, or none of its vertices moves there.
+            if self.half_edges.ring(v).all(|h| h / 3 >= t) {
+                owned |= 1 << k;
+            }
+            let h = 3 * t + k as u32;
+            let within = |twin: u32| triangles.binary_search(&(twin / 3)).is_ok();
+            if self.half_edges.twin(h).is_none_or(|twin| h < twin || !within(twin)) {
+                owned |= 0b111 << (3 + 3 * k);
+            }
+        }
+        owned
     }
 
     /// Whether a triangle neither faces away from the surface nor folds onto its neighbours.

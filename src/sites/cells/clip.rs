@@ -11,29 +11,48 @@ pub(crate) enum Label {
     Site(u32),
 }
 
-/// Writes the part of `polygon` where `beyond` is not positive to `result`; false, and nothing written, if
-/// that is all of it. The edge of point m runs to point m + 1 and has m's label.
-pub(crate) fn cut(
-    polygon: &[(DVec3, Label)],
-    beyond: impl Fn(DVec3) -> f64,
-    label: Label,
-    result: &mut Vec<(DVec3, Label)>,
-) -> bool {
-    if polygon.iter().all(|(p, _)| beyond(*p) <= 0.0) {
-        return false;
+/// A polygon while it is clipped.
+#[derive(Default)]
+pub(crate) struct Clipped {
+    /// Its corners; the edge of corner m runs to corner m + 1 and has m's label.
+    pub polygon: Vec<(DVec3, Label)>,
+    /// What is left by a cut.
+    left: Vec<(DVec3, Label)>,
+    /// How far the corners are beyond it.
+    beyond: Vec<f64>,
+}
+
+impl Clipped {
+    /// Begins with a triangle.
+    pub fn start(&mut self, corners: [DVec3; 3]) {
+        self.polygon.clear();
+        self.polygon.extend((0..3).map(|m| (corners[m], Label::Edge(m))));
     }
-    result.clear();
-    for m in 0..polygon.len() {
-        let (p, along) = polygon[m];
-        let (q, _) = polygon[(m + 1) % polygon.len()];
-        let (f, g) = (beyond(p), beyond(q));
-        if f <= 0.0 {
-            result.push((p, along));
-        }
-        if (f <= 0.0) != (g <= 0.0) {
-            let crossing = p.lerp(q, f / (f - g));
-            result.push((crossing, if f <= 0.0 { label } else { along }));
-        }
+
+    /// Whether some of the polygon is where `beyond` is positive.
+    #[inline]
+    pub fn is_cut(&mut self, beyond: impl Fn(DVec3) -> f64) -> bool {
+        self.beyond.clear();
+        self.beyond.extend(self.polygon.iter().map(|(p, _)| beyond(*p)));
+        !self.beyond.iter().all(|f| *f <= 0.0)
     }
-    true
+
+    /// Leaves what is not beyond the cut that was last asked for; the new edge gets `label`.
+    pub fn cut(&mut self, label: Label) {
+        let Self { polygon, left, beyond } = self;
+        left.clear();
+        for m in 0..polygon.len() {
+            let next = if m + 1 == polygon.len() { 0 } else { m + 1 };
+            let ((p, along), (q, _)) = (polygon[m], polygon[next]);
+            let (f, g) = (beyond[m], beyond[next]);
+            if f <= 0.0 {
+                left.push((p, along));
+            }
+            if (f <= 0.0) != (g <= 0.0) {
+                let crossing = p.lerp(q, f / (f - g));
+                left.push((crossing, if f <= 0.0 { label } else { along }));
+            }
+        }
+        std::mem::swap(polygon, left);
+    }
 }

@@ -5,6 +5,9 @@ use super::walk::{Cell, Scene};
 use crate::sites::fans::Fans;
 use rayon::prelude::*;
 
+/// Fewer cells are looked at by one thread.
+const FEW_CELLS: usize = 256;
+
 /// The fans of all sectors, the sectors whose cells are broken, and the curve segments in cells of other
 /// sites.
 pub(crate) fn fans(
@@ -150,8 +153,36 @@ fn sector_of_neighbour(scene: &Scene, rings: &[Vec<u32>], s: usize, j: u32) -> O
     Some(best.0 as u32)
 }
 
+/// Whether the three cells at each corner all have it, and have it once, of sites with a sector each: nearly
+/// always, and quickly found.
+fn all_are_shared(scene: &Scene, cells: &[Cell]) -> bool {
+    let sectors = &scene.sectors;
+    let has_once = |s: usize, j: u32, corner: [u32; 2]| {
+        let mut theirs = sectors.of(j);
+        theirs.len() == 1
+            && theirs.next().is_some_and(|r| {
+                sectors.patch[r] == sectors.patch[s]
+                    && cells[r].corners.iter().filter(|other| **other == corner).count() == 1
+            })
+    };
+    cells.par_iter().enumerate().with_min_len(FEW_CELLS).all(|(s, cell)| {
+        let i = sectors.site[s];
+        cell.corners.iter().all(|&[j, k]| {
+            i != j
+                && j != k
+                && k != i
+                && has_once(s, i, [j, k])
+                && has_once(s, j, [k, i])
+                && has_once(s, k, [i, j])
+        })
+    })
+}
+
 /// The number of corners that not exactly three cells of their patch have.
 pub(crate) fn unshared(scene: &Scene, cells: &[Cell]) -> usize {
+    if all_are_shared(scene, cells) {
+        return 0;
+    }
     let mut corners: Vec<[u32; 4]> = cells
         .par_iter()
         .enumerate()
@@ -191,5 +222,49 @@ fn smallest_first([a, b, c]: [u32; 3]) -> [u32; 3] {
         [b, c, a]
     } else {
         [c, a, b]
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::sectors::{Sectors, sites_by_triangle};
+    use super::super::surface::{CellSites, CellSurface};
+    use super::*;
+    use crate::sites::place::Place;
+    use glam::DVec3;
+
+    #[test]
+    fn corners_that_are_missing_or_there_twice_are_counted() {
+        let vertices = [DVec3::ZERO, DVec3::X, DVec3::Y, DVec3::Z];
+        let triangles = [[0, 2, 1], [0, 1, 3], [1, 2, 3], [2, 0, 3]];
+        let surface = CellSurface::new(&vertices, &triangles, &[DVec3::Z; 4]);
+        let places = [0, 1, 2, 3].map(Place::Inside);
+        let sectors = Sectors::new(&surface, &places);
+        let by_triangle = sites_by_triangle(triangles.len(), &sectors);
+        let sites =
+            CellSites { positions: &vertices, places: &places, near: &[], spacing: 1.0, lengths: &[] };
+        let scene = Scene { surface: &surface, sites: &sites, sectors, by_triangle };
+        // As if the triangles were the corners of three cells each.
+        let cell = |site: u32| {
+            let mut cell = Cell::default();
+            for [a, b, c] in triangles {
+                let turns = [[a, b, c], [b, c, a], [c, a, b]];
+                cell.corners
+                    .extend(turns.iter().filter(|turn| turn[0] == site).map(|turn| [turn[1], turn[2]]));
+            }
+            cell
+        };
+        let cells = || -> Vec<Cell> { (0..4).map(cell).collect() };
+        assert_eq!(unshared(&scene, &cells()), 0);
+        let mut missing = cells();
+        missing[2].corners.pop();
+        assert_eq!(unshared(&scene, &missing), 1);
+        let mut twice = cells();
+        let again = twice[3].corners[0];
+        twice[3].corners.push(again);
+        assert_eq!(unshared(&scene, &twice), 1);
+        let mut turned = cells();
+        turned[1].corners[1].reverse();
+        assert_eq!(unshared(&scene, &turned), 2);
     }
 }

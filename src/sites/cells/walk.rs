@@ -1,6 +1,6 @@
 //! One cell, traversed from triangle to triangle and clipped by the bisectors with nearby sites.
 
-use super::clip::{Label, cut};
+use super::clip::{Clipped, Label};
 use super::sectors::Sectors;
 use super::surface::{CellSites, CellSurface};
 use crate::mesh::csr::Csr;
@@ -98,8 +98,7 @@ pub(crate) struct Walk {
     visited: Marks,
     flooded: Marks,
     stack: Vec<u32>,
-    polygon: Vec<(DVec3, Label)>,
-    clipped: Vec<(DVec3, Label)>,
+    clipped: Clipped,
 }
 
 impl Walk {
@@ -121,26 +120,27 @@ impl Walk {
                 all = true;
                 self.clip(scene, s, t, without);
             }
-            if !self.polygon.is_empty() {
+            let count = self.clipped.polygon.len();
+            if count > 0 {
                 cell.triangles.push(t);
             }
-            let count = self.polygon.len();
-            let middle = self.polygon.iter().map(|(p, _)| *p).sum::<DVec3>() / count as f64;
+            let middle = self.clipped.polygon.iter().map(|(p, _)| *p).sum::<DVec3>() / count as f64;
             // For an empty polygon `middle` is NaN and the comparison false.
             if middle.distance_squared(at) > farthest_sq {
                 farthest_sq = middle.distance_squared(at);
                 cell.farthest = (middle, t);
             }
             for m in 0..count {
-                let (point, label) = self.polygon[m];
-                let (next, _) = self.polygon[(m + 1) % count];
+                let (point, label) = self.clipped.polygon[m];
+                let (next, _) = self.clipped.polygon[if m + 1 == count { 0 } else { m + 1 }];
+                let (_, before) = self.clipped.polygon[if m == 0 { count - 1 } else { m - 1 }];
                 if let Label::Site(j) = label
                     && point.distance_squared(next) > shortest_sq
                 {
                     cell.edges.push([j, t]);
                 }
                 cell.area += 0.5 * surface.normals[t as usize].dot((point - at).cross(next - at));
-                match (self.polygon[(m + count - 1) % count].1, label) {
+                match (before, label) {
                     (Label::Site(j), Label::Site(k)) => cell.corners.push([j, k]),
                     (before, Label::Edge(side)) => match surface.across(t, side) {
                         Some(next) => self.visit(next),
@@ -169,7 +169,7 @@ impl Walk {
         }
     }
 
-    /// Clips a triangle by the bisectors into `polygon`; false if the candidates ended before the security
+    /// Clips a triangle by the bisectors into `clipped`; false if the candidates ended before the security
     /// radius, so that other sites may cut it too.
     fn clip(&mut self, scene: &Scene, s: usize, t: u32, without: &[Uncut]) -> bool {
         let sites = scene.sites;
@@ -179,9 +179,8 @@ impl Walk {
             polygon.iter().map(|(p, _)| p.distance_squared(at)).fold(0.0, f64::max)
         };
         let corners = scene.surface.corners(t);
-        self.polygon.clear();
-        self.polygon.extend((0..3).map(|m| (corners[m], Label::Edge(m))));
-        let mut radius_sq = farthest(&self.polygon);
+        self.clipped.start(corners);
+        let mut radius_sq = farthest(&self.clipped.polygon);
         let most = |site: u32| WEIGHT * sites.spacing_at(site).powi(2);
         let weight = |site: u32| most(site) * unit_hash(site);
         for c in 0..self.candidates.len() {
@@ -197,14 +196,14 @@ impl Walk {
             let uncut = |u: &Uncut| u.by == j && u.but_in.binary_search(&t).is_err();
             if counts != Some(false)
                 && !without.iter().any(uncut)
-                && cut(&self.polygon, beyond, Label::Site(j), &mut self.clipped)
+                && self.clipped.is_cut(beyond)
                 && self.counts(scene, s, c)
             {
-                std::mem::swap(&mut self.polygon, &mut self.clipped);
-                if self.polygon.is_empty() {
+                self.clipped.cut(Label::Site(j));
+                if self.clipped.polygon.is_empty() {
                     return true;
                 }
-                radius_sq = farthest(&self.polygon);
+                radius_sq = farthest(&self.clipped.polygon);
             }
         }
         false

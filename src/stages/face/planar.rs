@@ -7,7 +7,7 @@
 
 use crate::Result;
 use crate::gpu::kernels::face::{planar, planar_exact, planar_rest};
-use crate::gpu::{Buffer, Device, Pipeline, Recorder, Threads};
+use crate::gpu::{Buffer, Device, Download, Pipeline, Recorder, Submitted, Threads};
 use crate::stages::blocks::{Block, Blocked};
 use crate::stages::neighbours::lists::{BoxTree, Lists, NEAR};
 use crate::stages::site_layout::SiteLayout;
@@ -283,12 +283,31 @@ impl PlanarFaces {
     /// As [`Buffer::to_vec`].
     pub fn counts(&self, iteration: u32) -> Result<PlanarCounts> {
         let mut recorder = self.device.recorder()?;
+        let copies = self.download_counts(&mut recorder)?;
+        self.read_counts(&recorder.submit()?, &copies, iteration)
+    }
+
+    /// Records a copy of the counts of all iterations, for [`PlanarFaces::read_counts`].
+    ///
+    /// # Errors
+    /// As [`Recorder::download`].
+    pub fn download_counts(&self, recorder: &mut Recorder) -> Result<Vec<Download<u32>>> {
         let counters = 3 * self.iterations as usize;
-        let copies = self.insecure.iter().map(|block| recorder.download_first(block, counters));
-        let copies = copies.collect::<Result<Vec<_>>>()?;
-        let downloads = recorder.submit()?;
+        self.insecure.iter().map(|block| recorder.download_first(block, counters)).collect()
+    }
+
+    /// The counts of an iteration from a copy.
+    ///
+    /// # Errors
+    /// As [`Submitted::read`].
+    pub fn read_counts(
+        &self,
+        downloads: &Submitted,
+        copies: &[Download<u32>],
+        iteration: u32,
+    ) -> Result<PlanarCounts> {
         let mut counts = PlanarCounts::default();
-        for copy in &copies {
+        for copy in copies {
             let words = downloads.read(copy)?;
             let count =
                 |kind| words.get((kind * self.iterations + iteration) as usize).map_or(0, |c| *c as usize);
