@@ -49,7 +49,8 @@ fn project(context: &Context) -> Result<Vec<Row>> {
     let walked = walk.projected.to_vec(device)?;
     check_projected(context, &wanted, &walk, &under)?;
     let sides = walk.normals.to_vec(device)?;
-    let search = |recorder: &mut _, _| closest.record(recorder, targets, records, &bvh, &walk, &under);
+    let search =
+        |recorder: &mut _, _| closest.record(recorder, targets, records, &bvh, (&walk).into(), &under, 0.0);
     context.submit(&mut { search }, 0)?;
     let found = walk.projected.to_vec(device)?;
     check_projected(context, &wanted, &walk, &under)?;
@@ -82,7 +83,7 @@ fn project(context: &Context) -> Result<Vec<Row>> {
         recorder.upload(&under, &context.under)?;
         bvh.record(recorder, records)?;
         walk.record(recorder, targets, records, &under)?;
-        closest.record(recorder, targets, records, &bvh, &walk, &under)
+        closest.record(recorder, targets, records, &bvh, (&walk).into(), &under, 0.0)
     })
 }
 

@@ -7,7 +7,7 @@ use anyhow::{Result, ensure};
 use glam::{DVec3, Vec4};
 use rtfmesh::gpu::{Buffer, Recorder};
 use rtfmesh::mesh::topology::topology;
-use rtfmesh::polish::{FitOptions, Target, fit};
+use rtfmesh::polish::{FitOptions, PolishOptions, Target, fit, polish};
 use rtfmesh::sites::cells::{CellSites, CellSurface, connected_cells};
 use rtfmesh::sites::connect::connect;
 use rtfmesh::sites::place::Place;
@@ -37,7 +37,7 @@ pub const GROUPS: [Group; 2] = [
             "polish.accept",
         ],
         most_sites: usize::MAX,
-        run: polish,
+        run: polished,
     },
     Group {
         kernels: &[
@@ -72,8 +72,9 @@ pub const GROUPS: [Group; 2] = [
 
 /// Steps of the solver, as in the pipeline.
 const STEPS: u32 = 12;
-/// Largest difference between the fit on the device and that on the host, over the moves.
-const APART: f64 = 0.02;
+/// Largest difference between the fit on the device and that on the host, over the moves: on rough surfaces,
+/// walks from its vertices over the mesh can end elsewhere.
+const APART: f64 = 0.15;
 
 /// The relaxed sites, connected by exact cells.
 fn connected(context: &Context) -> Result<TriMesh> {
@@ -124,7 +125,7 @@ fn read(context: &Context, mesh: &DeviceMesh) -> Result<TriMesh> {
     Ok(TriMesh { vertices, triangles: corners.as_chunks().0.to_vec() })
 }
 
-fn polish(context: &Context) -> Result<Vec<Row>> {
+fn polished(context: &Context) -> Result<Vec<Row>> {
     let (n, device, records) = (context.len(), context.device, &context.model.records);
     let input = connected(context)?;
     let faces = input.triangles.len();
@@ -202,23 +203,31 @@ fn surface_points(context: &Context, mesh: &TriMesh) -> Vec<SurfacePoint> {
 
 fn fitted(context: &Context) -> Result<Vec<Row>> {
     let (n, device, records) = (context.len(), context.device, &context.model.records);
-    let input = connected(context)?;
+    let mut input = connected(context)?;
+    let surface = &context.model.surface;
+    let target =
+        Target::new(&TriMesh { vertices: surface.vertices.clone(), triangles: surface.triangles.clone() });
+    // As in the pipeline: bad triangles would hold back most moves, and small differences decide which.
+    polish(&mut input, &target, &PolishOptions::default(), &ProgressToken::default())?;
     let faces = input.triangles.len();
     let mesh = DeviceMesh::new(device, &input)?;
     let before = Before::of(context, &mesh)?;
     let on = FitMesh::new(device, &mesh, None)?;
     let (edges, points) = (on.edges.len(), surface_points(context, &input));
-    let samples = FaceSamples::new(device, &on, None, None)?;
+    let samples = FaceSamples::new(device, (&on, records), None, None)?;
     let inward = InwardSamples::new(device, &points, faces, None)?;
     let solver = Equations::new(device, n, edges, None)?;
     let limits = Limits::new(device, n, None)?;
     let options = FitOptions { rounds: 1, ..FitOptions::default() };
     let under = Buffer::from_slice(device, "bench.under", &context.under)?;
+    // As in the pipeline.
+    let far = 0.1 * context.spacing;
     let mut record = |recorder: &mut Recorder, _| {
         before.restore(recorder, &mesh)?;
         recorder.upload(&under, &context.under)?;
         on.record(recorder)?;
-        samples.record(recorder, &on, records, &under)?;
+        samples.record_tree(recorder, records)?;
+        samples.record(recorder, &on, records, &under, far as f32)?;
         inward.record(recorder, &on)?;
         solver.record(recorder, &on, &samples, &inward)?;
         solver.record_solve(recorder, &on, STEPS)?;
@@ -227,9 +236,6 @@ fn fitted(context: &Context) -> Result<Vec<Row>> {
     context.submit(&mut record, 0)?;
     let after = read(context, &mesh)?;
     let mut on_host = input.clone();
-    let surface = &context.model.surface;
-    let target =
-        Target::new(&TriMesh { vertices: surface.vertices.clone(), triangles: surface.triangles.clone() });
     fit(&mut on_host, &target, &options, &ProgressToken::default())?;
     let norm = |a: &TriMesh, b: &TriMesh| {
         let pairs = a.vertices.iter().zip(&b.vertices);

@@ -1,7 +1,8 @@
 // Purpose: normals and areas of the vertices, and their positions as a surface to walk on.
 // Invocation: one vertex.
 // Reads: positions, corners, twins, firsts, states.
-// Writes: frames (unit normal, 0 if the vertex does not move; w = a third of the area around it), wedges.
+// Writes: frames (unit normal, 0 if the vertex does not move; w = a third of the area around it), sides (the
+// same normals), wedges.
 // Filled by the upload of the mesh and polish/*; consumed by project/walk and fit/*.
 #version 450
 #extension GL_GOOGLE_include_directive : require
@@ -18,6 +19,7 @@ layout(set = 0, binding = 3) readonly buffer Firsts { uint firsts[]; };
 layout(set = 0, binding = 4) readonly buffer States { uint states[]; };
 layout(set = 0, binding = 5) writeonly buffer Frames { vec4 frames[]; };
 layout(set = 0, binding = 6) writeonly buffer Wedges { uvec4 wedges[]; };
+layout(set = 0, binding = 7) writeonly buffer Sides { vec4 sides[]; };
 
 void main() {
     uint v = thread_index();
@@ -40,6 +42,8 @@ void main() {
     }
     float len = length(normal);
     bool moves = (state & FIXED) == 0u && len > 0.0;
-    frames[v] = vec4(moves ? normal / len : vec3(0.0), doubled / 6.0);
+    normal = moves ? normal / len : vec3(0.0);
+    frames[v] = vec4(normal, doubled / 6.0);
+    sides[v] = vec4(normal, 0.0);
     wedges[v] = uvec4(floatBitsToUint(here), NO_NORMAL);
 }

@@ -21,6 +21,7 @@ layout(constant_id = 1) const uint GATHERED = 8;
 layout(push_constant) uniform Push {
     uint site_count;
     uint levels; // of the tree
+    float least; // projections no farther than this are kept as they are
 };
 layout(set = 0, binding = 0) readonly buffer Targets { vec4 targets[]; };
 layout(set = 0, binding = 1) readonly buffer Corners { uint corners[]; };
@@ -56,6 +57,7 @@ void main() {
     uint lane = gl_LocalInvocationID.x;
     vec3 at = targets[site].xyz;
     vec3 side = normals[site].xyz;
+    if (projected[site].w <= least) return;
     vec3 before = projected[site].xyz - at;
     Closest best = Closest(before, dot(before, before), vec3(0.0), INSIDE);
     uint best_triangle = NONE;

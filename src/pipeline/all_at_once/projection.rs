@@ -110,7 +110,9 @@ impl Triangles {
         let Self { records, walk, farther } = self;
         walk.record(recorder, targets, records, site_triangles)?;
         match farther {
-            Some((tree, closest)) => closest.record(recorder, targets, records, tree, walk, site_triangles),
+            Some((tree, closest)) => {
+                closest.record(recorder, targets, records, tree, walk.into(), site_triangles, 0.0)
+            }
             None => Ok(()),
         }
     }

@@ -5,6 +5,7 @@ use super::shared::CoarseToFine;
 use crate::gpu::{Buffer, Device};
 use crate::mesh::NONE;
 use crate::mesh::half_edge_mesh::HalfEdgeMesh;
+use crate::mesh::spacing;
 use crate::polish::{
     ANGLE_ROUNDS, FEW_ROUNDS, FitOptions, PolishOptions, Polished, SOLVER_STEPS, SurfaceVertex,
     improve_worst, is_fixed,
@@ -26,6 +27,10 @@ const LARGEST_BYTES: usize = 24;
 /// Device memory that the fit takes for each triangle, and for each vertex of the surface.
 const TRIANGLE_BYTES: usize = 260;
 const SURFACE_BYTES: usize = 130;
+
+/// Distance from the surface, over the shortest edge length, from which on a closest point is searched for in
+/// all of it. Most samples are nearer by far.
+const FAR: f64 = 0.1;
 
 /// A mesh on host and device.
 pub(super) struct MeshOnDevice {
@@ -119,16 +124,21 @@ impl CoarseToFine<'_> {
         on.mesh.write(device, &mesh.vertices, &on.lengths)?;
         let moves = on.fixed.iter().map(|fixed| !fixed).collect();
         let fit = FitMesh::of(device, &on.mesh, &on.half_edges, moves, None)?;
-        let samples = FaceSamples::new(device, &fit, None, None)?;
+        let samples = FaceSamples::new(device, (&fit, surface), None, None)?;
         let inward = InwardSamples::new(device, &self.surface_points(on, under), on.mesh.triangles(), None)?;
         let equations = Equations::new(device, on.mesh.vertices(), fit.edges.len(), None)?;
         let limits = Limits::new(device, on.mesh.vertices(), None)?;
+        let shortest = on.lengths.iter().copied().fold(1.0, f64::min);
+        let far = FAR * shortest * spacing(self.surface.area(), on.mesh.vertices());
         for round in 0..options.rounds {
             let begin = f64::from(round) / f64::from(options.rounds);
             progress.done(begin)?;
             let mut recorder = device.recorder()?;
             fit.record(&mut recorder)?;
-            samples.record(&mut recorder, &fit, surface, &on.under)?;
+            if round == 0 {
+                samples.record_tree(&mut recorder, surface)?;
+            }
+            samples.record(&mut recorder, &fit, surface, &on.under, far as f32)?;
             inward.record(&mut recorder, &fit)?;
             recorder.submit()?;
             progress.done(begin + 0.5 / f64::from(options.rounds))?;

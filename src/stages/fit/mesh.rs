@@ -25,6 +25,8 @@ pub struct FitMesh<'a> {
     pub links: Buffer<UVec2>,
     /// Unit normals of the vertices, 0 if they do not move; w = a third of the area around.
     pub frames: Buffer<Vec4>,
+    /// The same normals, for searches to change; w = 0.
+    pub sides: Buffer<Vec4>,
     /// Areas of the triangles.
     pub areas: Buffer<f32>,
     /// The mesh as a surface, to walk on.
@@ -97,6 +99,7 @@ impl<'a> FitMesh<'a> {
             starts: Buffer::from_slice(device, "fit.mesh.starts", &starts)?,
             links: Buffer::from_slice(device, "fit.mesh.links", &links)?,
             frames: Buffer::new(device, "fit.mesh.frames", vertices)?,
+            sides: Buffer::new(device, "fit.mesh.sides", vertices)?,
             areas: Buffer::new(device, "fit.mesh.areas", triangles)?,
             ground: TriangleRecords {
                 corners: mesh.corners.window(0, mesh.corners.len())?,
@@ -113,9 +116,10 @@ impl<'a> FitMesh<'a> {
     /// As [`Recorder::dispatch`].
     pub fn record(&self, recorder: &mut Recorder) -> Result<()> {
         let DeviceMesh { positions, corners, twins, firsts, states } = self.mesh;
-        let (frames, wedges) = (&self.frames, &self.ground.wedges);
+        let (frames, sides, wedges) = (&self.frames, &self.sides, &self.ground.wedges);
         let push = vertices::Push { vertex_count: self.mesh.vertices() as u32 };
-        let bindings = vertices::Bindings { positions, corners, twins, firsts, states, frames, wedges };
+        let bindings =
+            vertices::Bindings { positions, corners, twins, firsts, states, frames, wedges, sides };
         recorder.dispatch(&self.vertices, Threads(self.mesh.vertices()), &push, &bindings)?;
         let push = faces::Push { triangle_count: self.mesh.triangles() as u32 };
         let (areas, triangle_normals) = (&self.areas, &self.ground.normals);

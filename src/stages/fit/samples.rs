@@ -5,6 +5,8 @@ use crate::Result;
 use crate::gpu::kernels::fit::{corner_samples, face_samples, points};
 use crate::gpu::{Buffer, Device, Pipeline, Recorder, Threads};
 use crate::stages::blocks::Block;
+use crate::stages::project::bvh::Bvh;
+use crate::stages::project::closest::{ClosestPoints, Projections};
 use crate::stages::project::walk::Walk;
 use crate::stages::records::TriangleRecords;
 use glam::Vec4;
@@ -22,6 +24,9 @@ pub struct FaceSamples {
     of_points: Walk,
     points: Buffer<Vec4>,
     under: Buffer<u32>,
+    sides: Buffer<Vec4>,
+    closest: ClosestPoints,
+    tree: Bvh,
     chunk: usize,
     /// At the vertices.
     pub corners: Buffer<Vec4>,
@@ -32,12 +37,17 @@ pub struct FaceSamples {
 }
 
 impl FaceSamples {
-    /// For a mesh of so many vertices, triangles and edges; `workgroup` overrides the kernels' own, and
-    /// `chunk` how many samples are looked up at a time.
+    /// For a mesh and a surface of so many triangles; `workgroup` overrides the kernels' own, and `chunk` how
+    /// many samples are looked up at a time.
     ///
     /// # Errors
     /// [`crate::Error::OutOfMemory`] or [`crate::Error::Device`].
-    pub fn new(device: &Device, on: &FitMesh, workgroup: Option<u32>, chunk: Option<usize>) -> Result<Self> {
+    pub fn new(
+        device: &Device,
+        (on, surface): (&FitMesh, &TriangleRecords),
+        workgroup: Option<u32>,
+        chunk: Option<usize>,
+    ) -> Result<Self> {
         let (vertices, triangles, edges) = (on.mesh.vertices(), on.mesh.triangles(), on.edges.len());
         let own = workgroup.unwrap_or(points::Constants::default().workgroup);
         let chunk = chunk.unwrap_or(CHUNK).min(edges.max(triangles));
@@ -49,6 +59,9 @@ impl FaceSamples {
             of_points: Walk::new(device, chunk, workgroup)?,
             points: Buffer::new(device, "fit.samples.points", chunk)?,
             under: Buffer::new(device, "fit.samples.under", chunk)?,
+            sides: Buffer::new(device, "fit.samples.sides", chunk)?,
+            closest: ClosestPoints::new(device, workgroup)?,
+            tree: Bvh::new(device, surface.len(), workgroup)?,
             chunk,
             corners: Buffer::new(device, "fit.samples.corners", vertices)?,
             faces: Buffer::new(device, "fit.samples.faces", triangles)?,
@@ -56,8 +69,17 @@ impl FaceSamples {
         })
     }
 
+    /// Records the tree over the surface that searches need, once.
+    ///
+    /// # Errors
+    /// As [`Recorder::dispatch`].
+    pub fn record_tree(&self, recorder: &mut Recorder, surface: &TriangleRecords) -> Result<()> {
+        self.tree.record(recorder, surface)
+    }
+
     /// Records looking up all samples. `site_triangle` has the triangles of the surface near the vertices,
-    /// and then those under them.
+    /// and then those under them. Samples that a walk leaves farther from the surface than `far` are looked
+    /// up in all of it, since walks can end in a valley.
     ///
     /// # Errors
     /// As [`Recorder::dispatch`].
@@ -67,9 +89,12 @@ impl FaceSamples {
         on: &FitMesh,
         surface: &TriangleRecords,
         site_triangle: &Buffer<u32>,
+        far: f32,
     ) -> Result<()> {
         let positions = &on.mesh.positions;
         self.of_vertices.record(recorder, positions, surface, site_triangle)?;
+        let found = Projections { projected: &self.of_vertices.projected, normals: &on.sides };
+        self.closest.record(recorder, positions, surface, &self.tree, found, site_triangle, far)?;
         let push = corner_samples::Push { vertex_count: on.mesh.vertices() as u32 };
         let bindings = corner_samples::Bindings {
             positions,
@@ -82,7 +107,7 @@ impl FaceSamples {
         recorder.dispatch(&self.corner_kernel, Threads(on.mesh.vertices()), &push, &bindings)?;
         for (samples, of_edges) in [(&self.faces, 0), (&self.edges, 1)] {
             for block in Block::divide(samples.len(), self.chunk) {
-                self.record_chunk(recorder, on, (surface, site_triangle), (samples, of_edges, block))?;
+                self.record_chunk(recorder, on, (surface, site_triangle, far), (samples, of_edges, block))?;
             }
         }
         Ok(())
@@ -92,7 +117,7 @@ impl FaceSamples {
         &self,
         recorder: &mut Recorder,
         on: &FitMesh,
-        (surface, site_triangle): (&TriangleRecords, &Buffer<u32>),
+        (surface, site_triangle, far): (&TriangleRecords, &Buffer<u32>, f32),
         (samples, of_edges, block): (&Buffer<Vec4>, u32, Block),
     ) -> Result<()> {
         let (positions, corners, states) = (&on.mesh.positions, &on.mesh.corners, &on.mesh.states);
@@ -100,10 +125,14 @@ impl FaceSamples {
         let (first, sample_count) = (block.first, block.sites);
         let part = Block { first: 0, sites: block.sites };
         let (points, under) = (&part.window(&self.points)?, &part.window(&self.under)?);
-        let bindings = points::Bindings { positions, corners, states, edges, site_triangle, points, under };
+        let sides = &part.window(&self.sides)?;
+        let bindings =
+            points::Bindings { positions, corners, states, edges, site_triangle, points, under, sides };
         let push = points::Push { first, sample_count, of_edges };
         recorder.dispatch(&self.points_kernel, threads, &push, &bindings)?;
         self.of_points.record(recorder, points, surface, under)?;
+        let found = Projections { projected: &self.of_points.projected, normals: sides };
+        self.closest.record(recorder, points, surface, &self.tree, found, under, far)?;
         let bindings = face_samples::Bindings {
             positions,
             corners,

@@ -13,6 +13,21 @@ pub struct ClosestPoints {
     pipeline: Pipeline<closest::Shader>,
 }
 
+/// Projections that a search improves.
+#[derive(Clone, Copy)]
+pub struct Projections<'a> {
+    /// As [`Walk::projected`].
+    pub projected: &'a Buffer<Vec4>,
+    /// The sides that triangles must face to be taken, and then normals as [`Walk::normals`].
+    pub normals: &'a Buffer<Vec4>,
+}
+
+impl<'a> From<&'a Walk> for Projections<'a> {
+    fn from(walk: &'a Walk) -> Self {
+        Self { projected: &walk.projected, normals: &walk.normals }
+    }
+}
+
 impl ClosestPoints {
     /// `workgroup` overrides the kernel's own.
     ///
@@ -24,8 +39,8 @@ impl ClosestPoints {
         Ok(Self { pipeline: Pipeline::new(device, constants)? })
     }
 
-    /// Records the search. `walk` and `site_triangle` hold the results of a walk of the same `targets`, and
-    /// after it those of the search.
+    /// Records the search for those that are farther than `least` from the surface. `found` and
+    /// `site_triangle` hold the results of a walk of the same `targets`, and after it those of the search.
     ///
     /// # Errors
     /// As [`Recorder::dispatch`].
@@ -35,18 +50,19 @@ impl ClosestPoints {
         targets: &Buffer<Vec4>,
         triangles: &TriangleRecords,
         bvh: &Bvh,
-        walk: &Walk,
+        found: Projections,
         site_triangle: &Buffer<u32>,
+        least: f32,
     ) -> Result<()> {
-        let push = closest::Push { site_count: targets.len() as u32, levels: bvh.level_count() };
+        let push = closest::Push { site_count: targets.len() as u32, levels: bvh.level_count(), least };
         let bindings = closest::Bindings {
             targets,
             corners: &triangles.corners,
             wedges: &triangles.wedges,
             triangle_normals: &triangles.normals,
             nodes: &bvh.nodes,
-            projected: &walk.projected,
-            normals: &walk.normals,
+            projected: found.projected,
+            normals: found.normals,
             site_triangle,
         };
         recorder.dispatch(&self.pipeline, Threads(targets.len()), &push, &bindings)

@@ -34,7 +34,7 @@ fn both(mesh: &TriMesh, surface: &TriMesh, workgroup: u32, steps: u32) -> Both {
     let ground = Ground::new(surface);
     let on_device = DeviceMesh::new(device, mesh).unwrap();
     let fit = FitMesh::new(device, &on_device, Some(workgroup)).unwrap();
-    let samples = FaceSamples::new(device, &fit, Some(workgroup), None).unwrap();
+    let samples = FaceSamples::new(device, (&fit, &ground.records), Some(workgroup), None).unwrap();
     let under: Vec<u32> = mesh.vertices.iter().map(|p| ground.under(*p)).collect();
     let under = Buffer::from_slice(device, "test.under", &under).unwrap();
     let points = points(surface, mesh, 5);
@@ -42,7 +42,8 @@ fn both(mesh: &TriMesh, surface: &TriMesh, workgroup: u32, steps: u32) -> Both {
     let solver = Equations::new(device, mesh.vertices.len(), fit.edges.len(), Some(workgroup)).unwrap();
     let mut recorder = device.recorder().unwrap();
     fit.record(&mut recorder).unwrap();
-    samples.record(&mut recorder, &fit, &ground.records, &under).unwrap();
+    samples.record_tree(&mut recorder, &ground.records).unwrap();
+    samples.record(&mut recorder, &fit, &ground.records, &under, 0.0).unwrap();
     inward.record(&mut recorder, &fit).unwrap();
     solver.record(&mut recorder, &fit, &samples, &inward).unwrap();
     let got_right = recorder.download(&solver.residual).unwrap();

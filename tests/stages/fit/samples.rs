@@ -26,12 +26,13 @@ fn looked_up(mesh: &TriMesh, ground: &Ground, workgroup: u32, chunk: Option<usiz
     let device = device();
     let on_device = DeviceMesh::new(device, mesh).unwrap();
     let fit = FitMesh::new(device, &on_device, Some(workgroup)).unwrap();
-    let samples = FaceSamples::new(device, &fit, Some(workgroup), chunk).unwrap();
+    let samples = FaceSamples::new(device, (&fit, &ground.records), Some(workgroup), chunk).unwrap();
     let under: Vec<u32> = mesh.vertices.iter().map(|p| ground.under(*p)).collect();
     let under = Buffer::from_slice(device, "test.under", &under).unwrap();
     let mut recorder = device.recorder().unwrap();
     fit.record(&mut recorder).unwrap();
-    samples.record(&mut recorder, &fit, &ground.records, &under).unwrap();
+    samples.record_tree(&mut recorder, &ground.records).unwrap();
+    samples.record(&mut recorder, &fit, &ground.records, &under, 0.0).unwrap();
     recorder.submit().unwrap();
     assert_valid(device);
     let read = |buffer: &Buffer<Vec4>| buffer.to_vec(device).unwrap();

@@ -39,7 +39,7 @@ fn a_round_is_that_of_the_host() {
     let device = device();
     let on_device = DeviceMesh::new(device, &mesh).unwrap();
     let fit = FitMesh::new(device, &on_device, None).unwrap();
-    let samples = FaceSamples::new(device, &fit, None, None).unwrap();
+    let samples = FaceSamples::new(device, (&fit, &ground.records), None, None).unwrap();
     let points = surface_points(&surface, &mesh);
     let inward = InwardSamples::new(device, &points, mesh.triangles.len(), None).unwrap();
     let solver = Equations::new(device, mesh.vertices.len(), fit.edges.len(), None).unwrap();
@@ -48,7 +48,8 @@ fn a_round_is_that_of_the_host() {
     let under = Buffer::from_slice(device, "test.under", &under).unwrap();
     let mut recorder = device.recorder().unwrap();
     fit.record(&mut recorder).unwrap();
-    samples.record(&mut recorder, &fit, &ground.records, &under).unwrap();
+    samples.record_tree(&mut recorder, &ground.records).unwrap();
+    samples.record(&mut recorder, &fit, &ground.records, &under, 0.0).unwrap();
     inward.record(&mut recorder, &fit).unwrap();
     solver.record(&mut recorder, &fit, &samples, &inward).unwrap();
     solver.record_solve(&mut recorder, &fit, 12).unwrap();
