@@ -50,7 +50,7 @@ fn project(context: &Context) -> Result<Vec<Row>> {
     check_projected(context, &wanted, &walk, &under)?;
     let sides = walk.normals.to_vec(device)?;
     let search =
-        |recorder: &mut _, _| closest.record(recorder, targets, records, &bvh, (&walk).into(), &under, 0.0);
+        |recorder: &mut _, _| closest.record(recorder, targets, records, &bvh, (&walk).into(), &under);
     context.submit(&mut { search }, 0)?;
     let found = walk.projected.to_vec(device)?;
     check_projected(context, &wanted, &walk, &under)?;
@@ -83,7 +83,7 @@ fn project(context: &Context) -> Result<Vec<Row>> {
         recorder.upload(&under, &context.under)?;
         bvh.record(recorder, records)?;
         walk.record(recorder, targets, records, &under)?;
-        closest.record(recorder, targets, records, &bvh, (&walk).into(), &under, 0.0)
+        closest.record(recorder, targets, records, &bvh, (&walk).into(), &under)
     })
 }
 

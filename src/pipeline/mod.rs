@@ -267,7 +267,7 @@ fn attempt(
         None => AllAtOnce { device, mesh, frame, surface, input, options, input_intersections }
             .run(progress, clock)?,
         Some(model) => std::thread::scope(|scope| {
-            let later = scope.spawn(|| compile_later(device, options.method));
+            let later = scope.spawn(|| compile_later(device, options));
             let attempts = Attempts {
                 device,
                 mesh,

@@ -1,6 +1,7 @@
 //! Preparation of the input: repaired, divided into small and large components, and uploaded.
 
 use super::RunInput;
+use super::coarse_to_fine::device_polish;
 use super::coarse_to_fine::level::Level;
 use super::coarse_to_fine::surface_model::{ModelInput, SurfaceModel};
 use super::fallback::components::{Components, Division};
@@ -238,13 +239,17 @@ pub(crate) fn compile(device: &Device, method: Method) -> Result<()> {
 }
 
 /// Compiles what the default pipeline needs later: the kernel for faces that the lists do not decide, which
-/// takes as long as all others.
+/// takes as long as all others, and those of the polish where the device does that.
 ///
 /// # Errors
 /// Those of the device.
-pub(crate) fn compile_later(device: &Device, method: Method) -> Result<()> {
-    match method {
-        Method::CoarseToFine => PlanarFaces::compile_exact(device),
+pub(crate) fn compile_later(device: &Device, options: &Options) -> Result<()> {
+    match options.method {
+        Method::CoarseToFine => {
+            PlanarFaces::compile_exact(device)?;
+            let polishes = device.polishes(options.vertices);
+            if polishes { device_polish::compile(device) } else { Ok(()) }
+        }
         Method::AllAtOnce => Ok(()),
     }
 }

@@ -111,7 +111,7 @@ impl Triangles {
         walk.record(recorder, targets, records, site_triangles)?;
         match farther {
             Some((tree, closest)) => {
-                closest.record(recorder, targets, records, tree, walk.into(), site_triangles, 0.0)
+                closest.record(recorder, targets, records, tree, walk.into(), site_triangles)
             }
             None => Ok(()),
         }

@@ -21,12 +21,13 @@ use crate::stages::polish::mesh::DeviceMesh;
 use crate::stages::polish::relax::Relaxation;
 use crate::{ProgressToken, Result, TriMesh};
 use glam::DVec3;
+use rayon::prelude::*;
 
 /// Most bytes of one buffer, for each triangle: a link for each half-edge.
 const LARGEST_BYTES: usize = 24;
 /// Device memory that the fit takes for each triangle, and for each vertex of the surface.
-const TRIANGLE_BYTES: usize = 260;
-const SURFACE_BYTES: usize = 130;
+const TRIANGLE_BYTES: usize = 300;
+const SURFACE_BYTES: usize = 200;
 
 /// Distance from the surface, over the shortest edge length, from which on a closest point is searched for in
 /// all of it. Most samples are nearer by far.
@@ -57,6 +58,24 @@ impl MeshOnDevice {
             lengths,
         })
     }
+}
+
+/// Compiles all kernels of the polish and the fit, in parallel.
+///
+/// # Errors
+/// Those of the device.
+pub(crate) fn compile(device: &Device) -> Result<()> {
+    let none = DeviceMesh::new(device, &TriMesh::default())?;
+    let fit = FitMesh::new(device, &none, None)?;
+    let parts: [&(dyn Fn() -> Result<()> + Sync); 6] = [
+        &|| Flips::new(device, 0, 0, None).map(drop),
+        &|| Relaxation::new(device, 0, None).map(drop),
+        &|| FaceSamples::new(device, (&fit, &fit.ground), None, None).map(drop),
+        &|| InwardSamples::new(device, &[], 0, None).map(drop),
+        &|| Equations::new(device, 0, 0, None).map(drop),
+        &|| Limits::new(device, 0, None).map(drop),
+    ];
+    parts.par_iter().try_for_each(|part| part())
 }
 
 impl CoarseToFine<'_> {

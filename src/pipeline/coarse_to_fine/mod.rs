@@ -7,7 +7,7 @@ mod connect;
 #[cfg(test)]
 mod curve_tests;
 mod densify;
-mod device_polish;
+pub(crate) mod device_polish;
 mod finish;
 mod insert;
 pub(crate) mod level;

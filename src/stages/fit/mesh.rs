@@ -69,7 +69,7 @@ impl Links {
 }
 
 impl<'a> FitMesh<'a> {
-    /// Of a mesh on the device. Panics if `triangles`, those of the mesh, are not.
+    /// Of a mesh on the device, whose half-edges are found anew.
     ///
     /// # Errors
     /// [`crate::Error::OutOfMemory`] or [`crate::Error::Device`].

@@ -93,8 +93,8 @@ impl FaceSamples {
     ) -> Result<()> {
         let positions = &on.mesh.positions;
         self.of_vertices.record(recorder, positions, surface, site_triangle)?;
-        let found = Projections { projected: &self.of_vertices.projected, normals: &on.sides };
-        self.closest.record(recorder, positions, surface, &self.tree, found, site_triangle, far)?;
+        let found = Projections { projected: &self.of_vertices.projected, normals: &on.sides, least: far };
+        self.closest.record(recorder, positions, surface, &self.tree, found, site_triangle)?;
         let push = corner_samples::Push { vertex_count: on.mesh.vertices() as u32 };
         let bindings = corner_samples::Bindings {
             positions,
@@ -131,8 +131,8 @@ impl FaceSamples {
         let push = points::Push { first, sample_count, of_edges };
         recorder.dispatch(&self.points_kernel, threads, &push, &bindings)?;
         self.of_points.record(recorder, points, surface, under)?;
-        let found = Projections { projected: &self.of_points.projected, normals: sides };
-        self.closest.record(recorder, points, surface, &self.tree, found, under, far)?;
+        let found = Projections { projected: &self.of_points.projected, normals: sides, least: far };
+        self.closest.record(recorder, points, surface, &self.tree, found, under)?;
         let bindings = face_samples::Bindings {
             positions,
             corners,

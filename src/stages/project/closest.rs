@@ -20,11 +20,13 @@ pub struct Projections<'a> {
     pub projected: &'a Buffer<Vec4>,
     /// The sides that triangles must face to be taken, and then normals as [`Walk::normals`].
     pub normals: &'a Buffer<Vec4>,
+    /// Projections that are no farther than this from their targets are kept as they are.
+    pub least: f32,
 }
 
 impl<'a> From<&'a Walk> for Projections<'a> {
     fn from(walk: &'a Walk) -> Self {
-        Self { projected: &walk.projected, normals: &walk.normals }
+        Self { projected: &walk.projected, normals: &walk.normals, least: 0.0 }
     }
 }
 
@@ -39,8 +41,8 @@ impl ClosestPoints {
         Ok(Self { pipeline: Pipeline::new(device, constants)? })
     }
 
-    /// Records the search for those that are farther than `least` from the surface. `found` and
-    /// `site_triangle` hold the results of a walk of the same `targets`, and after it those of the search.
+    /// Records the search. `found` and `site_triangle` hold the results of a walk of the same `targets`, and
+    /// after it those of the search.
     ///
     /// # Errors
     /// As [`Recorder::dispatch`].
@@ -52,9 +54,9 @@ impl ClosestPoints {
         bvh: &Bvh,
         found: Projections,
         site_triangle: &Buffer<u32>,
-        least: f32,
     ) -> Result<()> {
-        let push = closest::Push { site_count: targets.len() as u32, levels: bvh.level_count(), least };
+        let push =
+            closest::Push { site_count: targets.len() as u32, levels: bvh.level_count(), least: found.least };
         let bindings = closest::Bindings {
             targets,
             corners: &triangles.corners,

@@ -65,7 +65,7 @@ impl Model {
         let walked = landed();
         let mut recorder = device.recorder().unwrap();
         bvh.record(&mut recorder, &self.records).unwrap();
-        closest.record(&mut recorder, &targets, &self.records, &bvh, (&walk).into(), &under, 0.0).unwrap();
+        closest.record(&mut recorder, &targets, &self.records, &bvh, (&walk).into(), &under).unwrap();
         recorder.submit().unwrap();
         assert_valid(device);
         [walked, landed()]
