@@ -69,7 +69,7 @@ pub fn point_distances(mesh: &TriMesh, points: &[DVec3], progress: &ProgressToke
         |p: DVec3, _: &mut usize| tree.nearest(p).map(|i| places[i as usize].distance_squared(p));
     let samples = Samples::new(&mesh, &hierarchy, usual_samples(&mesh, &placed));
     let to_points = samples.tally(to_nearest, progress)?;
-    let spacing = median(Neighbours::new(&places, &tree, progress)?.spacing.into_iter());
+    let spacing = median(Neighbours::new(&places, &[], &tree, progress)?.spacing.into_iter());
     let percent = 100.0 / diagonal;
     Ok(PointDistances {
         points: placed.vertices.len(),

@@ -1,10 +1,11 @@
 //! The distance from the surface through oriented points, on a sparse grid: at every node, the algebraic
 //! sphere that fits the points around it best (Guennebaud and Gross 2007, "Algebraic point set surfaces", in
-//! the closed form of Guennebaud, Germann and Gross 2008).
+//! the closed form of Guennebaud, Germann and Gross 2008). Two sheets near each other are two spheres.
 
 use glam::DVec3;
 use rayon::prelude::*;
 
+use super::sphere::{Sphere, Sums};
 use crate::mesh::level_set::{BLOCK, BLOCK_NODES, SparseGrid};
 use crate::{ProgressToken, Result};
 
@@ -12,6 +13,8 @@ use crate::{ProgressToken, Result};
 const SAME_SIDE: f64 = 0.2;
 /// and none below this: they are on the other side of a thin sheet.
 const OTHER_SIDE: f64 = -0.2;
+/// Those on the other side are a sheet if they weigh this share of the nearest sheet's points.
+const SHARE: f64 = 0.1;
 /// Blocks that a thread does at a time.
 const CHUNK: usize = 4;
 
@@ -23,6 +26,8 @@ pub(super) struct Oriented<'a> {
     pub spacing: &'a [f64],
     /// The radius of each one's weight.
     pub radius: &'a [f64],
+    /// Sheets with opposite normals are at least so far apart, in spacings.
+    pub apart: f64,
     /// The field is defined where a point is closer than this share of its radius.
     pub reach: f64,
 }
@@ -94,19 +99,6 @@ struct Block<'a> {
     list: &'a [([i32; 3], u32)],
 }
 
-/// Weighted sums over the points around a node, relative to it.
-#[derive(Clone, Copy, Default)]
-struct Sums {
-    weight: f64,
-    radius: f64,
-    at: DVec3,
-    normal: DVec3,
-    /// Of products of places and normals, and of places with themselves.
-    flux: f64,
-    square: f64,
-    around: Around,
-}
-
 /// Sums over all points around a node, of whatever side. Across a sharp edge there are points, too.
 #[derive(Clone, Copy, Default)]
 struct Around {
@@ -116,42 +108,93 @@ struct Around {
     normal: DVec3,
 }
 
+/// The nearest point of each node of a block, and the squared distance.
+type Nearest = [(f64, u32); BLOCK_NODES];
+/// The sums over a sheet's points, around each node of a block.
+type Sheet = [Sums; BLOCK_NODES];
+
 impl Block<'_> {
     fn fill(&self, values: &mut [f32], offsets: &mut [f32]) {
-        let mut nearest = [(f64::INFINITY, u32::MAX); BLOCK_NODES];
+        let mut nearest: Nearest = [(f64::INFINITY, u32::MAX); BLOCK_NODES];
         self.for_each(|node, i, distance_sq, _| {
             if distance_sq < nearest[node].0 {
                 nearest[node] = (distance_sq, i);
             }
         });
-        let mut sums = [Sums::default(); BLOCK_NODES];
-        let Oriented { normals, spacing, radius, .. } = self.cloud;
+        let mut sheet: Sheet = [Sums::default(); BLOCK_NODES];
+        let mut around = [Around::default(); BLOCK_NODES];
+        let mut has_others = false;
+        let Oriented { normals, radius, .. } = self.cloud;
         self.for_each(|node, i, distance_sq, at| {
-            let i = i as usize;
-            let normal = normals[i];
+            let share = self.share(i, distance_sq);
+            let (radius, normal) = (radius[i as usize], normals[i as usize]);
             let cosine = normal.dot(normals[nearest[node].1 as usize]);
             let side = ((cosine - OTHER_SIDE) / (SAME_SIDE - OTHER_SIDE)).clamp(0.0, 1.0);
-            let falloff = (1.0 - distance_sq / (radius[i] * radius[i])).powi(4);
-            // Each point stands for its own piece of the surface, so that density makes no difference.
-            let share = falloff * spacing[i] * spacing[i];
-            let weight = side * share;
-            let sum = &mut sums[node];
-            sum.around.weight += share * radius[i];
-            sum.around.at += share * at;
-            sum.around.normal += share * normal;
-            sum.weight += weight;
-            sum.radius += weight * radius[i];
-            sum.at += weight * at;
-            sum.normal += weight * normal;
-            sum.flux += weight * at.dot(normal);
-            sum.square += weight * at.length_squared();
+            has_others |= side == 0.0;
+            around[node].add(share, radius, at, normal);
+            sheet[node].add(side * share, radius, at, normal);
         });
-        for (node, (sums, (distance_sq, i))) in sums.iter().zip(nearest).enumerate() {
+        let mut spheres = [None; BLOCK_NODES];
+        for (node, (distance_sq, i)) in nearest.into_iter().enumerate() {
             if i != u32::MAX && distance_sq < (self.cloud.reach * radius[i as usize]).powi(2) {
-                values[node] = (sums.distance() / self.side) as f32;
-                offsets[node] = sums.offset() as f32;
+                let sphere = sheet[node].sphere();
+                values[node] = (sphere.distance(DVec3::ZERO) / self.side) as f32;
+                offsets[node] = around[node].offset() as f32;
+                spheres[node] = Some(sphere);
             }
         }
+        if has_others {
+            self.add_other_sheets(&nearest, &sheet, &spheres, values);
+        }
+    }
+
+    /// Where points with opposite normals are near, too, the nearest point alone does not tell which sheet a
+    /// node is at: between random points there are gaps as wide as a thin sheet. So the object is inside
+    /// the nearest sheet and one behind it, such as the other side of a plate, or inside one in front of it,
+    /// across a slit.
+    fn add_other_sheets(
+        &self,
+        nearest: &Nearest,
+        own: &Sheet,
+        spheres: &[Option<Sphere>; BLOCK_NODES],
+        values: &mut [f32],
+    ) {
+        let Oriented { normals, spacing, radius, apart: least, .. } = self.cloud;
+        let mut others: [Sheet; 2] = [[Sums::default(); BLOCK_NODES]; 2];
+        let mut distances = [[0.0; BLOCK_NODES]; 2];
+        self.for_each(|node, i, distance_sq, at| {
+            let normal = normals[i as usize];
+            let Some(sphere) = spheres[node] else { return };
+            if normal.dot(normals[nearest[node].1 as usize]) < OTHER_SIDE {
+                let share = self.share(i, distance_sq);
+                let distance = sphere.distance(at) / spacing[i as usize];
+                let which = usize::from(distance < 0.0);
+                others[which][node].add(share, radius[i as usize], at, normal);
+                distances[which][node] += share * distance.abs();
+            }
+        });
+        for (node, (_, i)) in nearest.iter().enumerate().filter(|(node, _)| spheres[*node].is_some()) {
+            let centre = own[node].at / own[node].weight;
+            for (which, sign) in [1.0, -1.0].into_iter().enumerate() {
+                let other = &others[which][node];
+                if other.weight < SHARE * own[node].weight || distances[which][node] < least * other.weight {
+                    continue;
+                }
+                let sphere = other.sphere();
+                // Each must be on the same side of the other: single normals that are wrong make no sheet.
+                if sign * sphere.distance(centre) > least * spacing[*i as usize] {
+                    let value = (sphere.distance(DVec3::ZERO) / self.side) as f32;
+                    values[node] = if sign > 0.0 { values[node].min(value) } else { values[node].max(value) };
+                }
+            }
+        }
+    }
+
+    /// The weight of a point. Each stands for its own piece of the surface, so that density makes no
+    /// difference.
+    fn share(&self, i: u32, distance_sq: f64) -> f64 {
+        let (radius, spacing) = (self.cloud.radius[i as usize], self.cloud.spacing[i as usize]);
+        (1.0 - distance_sq / (radius * radius)).powi(4) * spacing * spacing
     }
 
     /// Calls `visit` with each node and each point that reaches it, the squared distance, and the point's
@@ -179,24 +222,15 @@ impl Block<'_> {
     }
 }
 
-impl Sums {
-    /// The signed distance of the node from the sphere, positive outside.
-    fn distance(&self) -> f64 {
-        let centre = self.at / self.weight;
-        let normal = self.normal / self.weight;
-        let radius = self.radius / self.weight;
-        let spread = self.square / self.weight - centre.length_squared();
-        let bend = 0.5 * (self.flux / self.weight - centre.dot(normal)) / spread.max(f64::MIN_POSITIVE);
-        // A sphere smaller than the weights' own radius comes from noise, and its other side is near.
-        let bend = if spread > 0.0 { bend.clamp(-0.5 / radius, 0.5 / radius) } else { 0.0 };
-        let slope = normal - 2.0 * bend * centre;
-        let value = -slope.dot(centre) - bend * self.square / self.weight;
-        let root = (slope.length_squared() - 4.0 * bend * value).max(0.0).sqrt();
-        2.0 * value / (slope.length() + root).max(f64::MIN_POSITIVE)
+impl Around {
+    fn add(&mut self, share: f64, radius: f64, at: DVec3, normal: DVec3) {
+        self.weight += share * radius;
+        self.at += share * at;
+        self.normal += share * normal;
     }
 
     fn offset(&self) -> f64 {
-        let Around { weight, at, normal } = self.around;
+        let Self { weight, at, normal } = self;
         at.reject_from_normalized(normal.normalize_or_zero()).length() / weight
     }
 }

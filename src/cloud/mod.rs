@@ -7,6 +7,7 @@ mod neighbours;
 mod normals;
 mod orient;
 mod prepare;
+mod sphere;
 mod surface;
 mod survey;
 mod trim;

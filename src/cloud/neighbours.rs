@@ -27,8 +27,8 @@ pub(super) struct Neighbours {
 }
 
 impl Neighbours {
-    /// Of points of which there are more than one.
-    pub fn new(points: &[DVec3], tree: &KdTree, progress: &ProgressToken) -> Result<Self> {
+    /// Of points of which there are more than one, with normals or without.
+    pub fn new(points: &[DVec3], normals: &[DVec3], tree: &KdTree, progress: &ProgressToken) -> Result<Self> {
         let count = COUNT.min(points.len() - 1);
         let mut nearest = vec![0; points.len() * count];
         let mut room = vec![0.0; points.len()];
@@ -41,9 +41,13 @@ impl Neighbours {
                 tree.nearest_few(points[own as usize], count + 1, &mut found);
                 found.retain(|(_, i)| *i != own);
                 nearest.iter_mut().zip(&found).for_each(|(to, (_, i))| *to = *i);
-                // A disc of this radius has the neighbours and the point itself, half of it and of the last.
+                // A disc of this radius has the neighbours and the point itself, half of it and of the last;
+                // those on the other side of a thin sheet are in another disc.
                 let disc = std::f64::consts::PI * found[count - 1].0;
-                *room = (disc / count as f64).sqrt();
+                let is_other =
+                    |i: u32| normals.get(own as usize).is_some_and(|n| n.dot(normals[i as usize]) < 0.0);
+                let others = found.iter().filter(|(_, i)| is_other(*i)).count();
+                *room = (disc / (count - others).max(1) as f64).sqrt();
             }
             Ok(())
         })?;

@@ -10,8 +10,23 @@ use crate::{ProgressToken, Result};
 
 /// Points that a thread does at a time.
 const CHUNK: usize = 1 << 9;
+/// Points at which a cloud is judged, at most.
+const SAMPLES: usize = 1000;
 /// Rounds of Jacobi's method; it converges quadratically, in 4 to 6.
 const ROUNDS: usize = 12;
+
+/// Points thicker than most by so many spacings may be on one of two sheets.
+const MORE: f64 = 0.1;
+/// A sheet without noise is as thick as this, in spacings.
+pub(super) const WIDTH: f64 = 0.2;
+/// One less than the points that planes are tried through.
+const CORNERS: usize = 8;
+/// Of two edges, the sine of the angle between them that is too narrow for a plane.
+const NARROW: f64 = 0.1;
+/// Such a plane has so many more points on it than that through all, as a share of them: less is curvature.
+const GAIN: f64 = 0.2;
+/// How often a plane is fitted to the points near it.
+const REFITS: usize = 4;
 
 /// Axes of a point's surroundings.
 #[derive(Clone, Copy)]
@@ -22,29 +37,118 @@ pub(super) struct Plane {
     pub extents: [f64; 3],
 }
 
-/// The plane through the `count` nearest points of each.
+/// The plane through the `count` nearest points of each; if there are `normals`, of those on the same side.
 ///
 /// # Errors
 /// [`crate::Error::Cancelled`].
 pub(super) fn planes(
-    points: &[DVec3],
+    (points, normals): (&[DVec3], &[DVec3]),
     tree: &KdTree,
     count: usize,
     progress: &ProgressToken,
 ) -> Result<Vec<Plane>> {
     let chunks: Vec<Vec<Plane>> = points
         .par_chunks(CHUNK)
-        .map(|chunk| {
+        .enumerate()
+        .map(|(chunk, here)| {
             progress.poll()?;
             let mut found = Vec::new();
-            let plane = |p: &DVec3| {
+            let plane = |(k, p): (usize, &DVec3)| {
                 tree.nearest_few(*p, count, &mut found);
+                if let Some(own) = normals.get(chunk * CHUNK + k) {
+                    // That of a neighbour may be unknown.
+                    found.retain(|(_, i)| normals[*i as usize].dot(*own) >= 0.0);
+                }
                 plane(found.iter().map(|(_, i)| points[*i as usize] - *p))
             };
-            Ok(chunk.iter().map(plane).collect())
+            Ok(here.iter().enumerate().map(plane).collect())
         })
         .collect::<Result<_>>()?;
     Ok(chunks.concat())
+}
+
+/// Where two sheets touch, the plane through all points around one is that of neither. There, the plane of
+/// the point's own sheet takes its place: of planes through the point and two others, the one that most lie
+/// on, fitted to those.
+///
+/// # Errors
+/// [`crate::Error::Cancelled`].
+pub(super) fn with_own_sheets(
+    (points, tree, count): (&[DVec3], &KdTree, usize),
+    spacing: &[f64],
+    shapes: &mut [Plane],
+    progress: &ProgressToken,
+) -> Result<()> {
+    let thickness = noise(shapes, spacing);
+    let width = WIDTH + thickness;
+    let chunks = shapes.par_chunks_mut(CHUNK).zip(points.par_chunks(CHUNK)).zip(spacing.par_chunks(CHUNK));
+    chunks.try_for_each(|((shapes, points_here), spacing)| {
+        progress.poll()?;
+        let (mut found, mut around) = (Vec::new(), Vec::new());
+        for ((shape, p), spacing) in shapes.iter_mut().zip(points_here).zip(spacing) {
+            if shape.extents[0] < (MORE + 1.5 * thickness) * spacing {
+                continue;
+            }
+            tree.nearest_few(*p, count, &mut found);
+            around.clear();
+            around.extend(found.iter().map(|(_, i)| points[*i as usize] - *p));
+            *shape = own_sheet(&around, *shape, width * spacing);
+        }
+        Ok(())
+    })
+}
+
+/// The plane of the points near the origin's own sheet, which is about as thick as `width`.
+fn own_sheet(around: &[DVec3], all: Plane, width: f64) -> Plane {
+    let on = |normal: DVec3, d: &DVec3| 1.0 / (1.0 + (normal.dot(*d) / width).powi(2));
+    let score = |normal: DVec3| around.iter().map(|d| on(normal, d)).sum::<f64>();
+    let some: Vec<DVec3> = (1..CORNERS).map(|k| around[k * around.len() / CORNERS]).collect();
+    let first = score(all.normal);
+    let mut best = (first, all.normal);
+    for (k, a) in some.iter().enumerate() {
+        for b in &some[k + 1..] {
+            let across = a.cross(*b);
+            // Points almost in a line with the origin say little.
+            if across.length() > NARROW * a.length() * b.length() {
+                let normal = across.normalize();
+                let score = score(normal);
+                if score > best.0 {
+                    best = (score, normal);
+                }
+            }
+        }
+    }
+    if best.0 < first + GAIN * around.len() as f64 {
+        return all;
+    }
+    let mut found = Plane { normal: best.1, ..all };
+    for _ in 0..REFITS {
+        let weighted = around.iter().map(|d| (*d, on(found.normal, d).powi(2)));
+        found = weighted_plane(weighted);
+    }
+    found
+}
+
+/// How thick the `count` points around one are: their least extent relative to the next, the median of some.
+///
+/// # Errors
+/// [`crate::Error::Cancelled`].
+pub(super) fn relative_thickness(
+    points: &[DVec3],
+    tree: &KdTree,
+    count: usize,
+    progress: &ProgressToken,
+) -> Result<f64> {
+    let some: Vec<DVec3> = points.iter().step_by(points.len().div_ceil(SAMPLES)).copied().collect();
+    let ratio = |p: &DVec3| {
+        progress.poll()?;
+        let mut found = Vec::new();
+        tree.nearest_few(*p, count, &mut found);
+        let [least, next, _] = plane(found.iter().map(|(_, i)| points[*i as usize] - *p)).extents;
+        Ok(least / next.max(f64::MIN_POSITIVE))
+    };
+    let ratios: Vec<f64> = some.par_iter().map(ratio).collect::<Result<_>>()?;
+    Ok(median(ratios.into_iter()))
 }
 
 /// The standard deviation of points from their planes, in spacings: what noise or curvature there is.
@@ -53,14 +157,23 @@ pub(super) fn noise(planes: &[Plane], spacing: &[f64]) -> f64 {
 }
 
 fn plane(points: impl Iterator<Item = DVec3> + Clone) -> Plane {
-    let count = points.clone().count() as f64;
-    let centre = points.clone().sum::<DVec3>() / count;
-    let mut spread = DMat3::ZERO;
-    for p in points {
-        let d = p - centre;
-        spread += DMat3::from_cols(d * d.x, d * d.y, d * d.z);
+    weighted_plane(points.map(|p| (p, 1.0)))
+}
+
+/// Of points with weights.
+fn weighted_plane(points: impl Iterator<Item = (DVec3, f64)> + Clone) -> Plane {
+    let (mut weight, mut centre) = (0.0, DVec3::ZERO);
+    for (p, w) in points.clone() {
+        weight += w;
+        centre += w * p;
     }
-    let (values, axes) = eigen(spread * (1.0 / count));
+    centre /= weight;
+    let mut spread = DMat3::ZERO;
+    for (p, w) in points {
+        let d = p - centre;
+        spread += w * DMat3::from_cols(d * d.x, d * d.y, d * d.z);
+    }
+    let (values, axes) = eigen(spread * (1.0 / weight));
     let extents = values.map(|value| value.max(0.0).sqrt());
     Plane { normal: axes[0], extents }
 }

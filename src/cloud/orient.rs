@@ -12,7 +12,7 @@ use glam::DVec3;
 use rayon::prelude::*;
 
 use super::neighbours::Neighbours;
-use super::normals::{Plane, noise};
+use super::normals::{Plane, WIDTH, noise};
 use super::turn::Dipoles;
 use crate::mesh::kd_tree::KdTree;
 use crate::{ProgressToken, Result};
@@ -66,8 +66,9 @@ pub(super) fn orient(
             *normal = -*normal;
         }
     });
+    let width = WIDTH + noise(shapes, &neighbours.spacing);
     for _ in 0..ROUNDS {
-        follow_neighbours((points, tree, count), normals, progress)?;
+        follow_neighbours((points, tree, count), (&neighbours.spacing, width), normals, progress)?;
     }
     let mut pieces: Vec<u32> = roots.iter().map(|(root, _)| *root).collect();
     Dipoles { points, spacing: &neighbours.spacing, pieces: &clear }.turn(normals, progress)?;
@@ -221,21 +222,30 @@ fn join_pieces(pieces: &mut Pieces, pairs: &[Pair], least: f64, progress: &Progr
 /// are not sure of anything.
 fn follow_neighbours(
     (points, tree, count): (&[DVec3], &KdTree, usize),
+    (spacing, width): (&[f64], f64),
     normals: &mut [DVec3],
     progress: &ProgressToken,
 ) -> Result<()> {
+    let all = points;
     let chunks: Vec<Vec<bool>> = points
         .par_chunks(CHUNK)
         .zip(normals.par_chunks(CHUNK))
-        .map(|(points, own)| {
+        .enumerate()
+        .map(|(chunk, (points, own))| {
             progress.poll()?;
             let mut found = Vec::new();
-            let turns = |(p, normal): (&DVec3, &DVec3)| {
+            let turns = |(i, (p, normal)): (usize, (&DVec3, &DVec3))| {
                 tree.nearest_few(*p, count, &mut found);
-                let sum: DVec3 = found.iter().map(|(_, j)| normals[*j as usize]).sum();
-                sum.dot(*normal) < -MAJORITY * found.len() as f64
+                let (mut sum, mut weights) = (DVec3::ZERO, 0.0);
+                for (_, j) in &found {
+                    let apart = normal.dot(all[*j as usize] - *p) / (width * spacing[chunk * CHUNK + i]);
+                    let weight = (1.0 + apart * apart).powi(-2);
+                    sum += weight * normals[*j as usize];
+                    weights += weight;
+                }
+                sum.dot(*normal) < -MAJORITY * weights
             };
-            Ok(points.iter().zip(own).map(turns).collect())
+            Ok(points.iter().zip(own).enumerate().map(turns).collect())
         })
         .collect::<Result<_>>()?;
     normals.iter_mut().zip(chunks.concat()).filter(|(_, turns)| *turns).for_each(|(n, _)| *n = -*n);

@@ -7,7 +7,7 @@ use super::PointCloud;
 use super::field::{Oriented, field};
 use super::fill::fill;
 use super::neighbours::{COUNT, Neighbours};
-use super::normals::planes;
+use super::normals::{planes, with_own_sheets};
 use super::orient::orient;
 use super::prepare::{LEAST, Points};
 use super::survey::{NO_NOISE, Survey, neighbours_without_outliers};
@@ -89,6 +89,8 @@ const REACH: f64 = 0.9;
 const NOISE_REACH: f64 = 2.0;
 /// Weights are as wide as for this spacing at least, in sides of the grid's cells.
 const LEAST_SPACING: f64 = 0.9;
+/// Points with opposite normals are of two sheets if those are so many spacings apart, and the noise more.
+const APART: f64 = 0.1;
 /// A part of a surface has at least the room of so many points.
 const LEAST_POINTS: f64 = 30.0;
 /// Cells are larger where the surface would have more triangles than this; devices with little memory in one
@@ -144,6 +146,7 @@ fn run(cloud: &PointCloud, options: &SurfaceOptions, progress: &ProgressToken) -
         normals: &normals,
         spacing: &neighbours.spacing,
         radius: &radii,
+        apart: APART + thickness,
         reach: (RADIUS * REACH + NOISE_REACH * (thickness - NO_NOISE).max(0.0)) / radius,
     };
     let found = field(&oriented, side, &progress.part(0.5, 0.8))?;
@@ -224,7 +227,8 @@ fn normals(
         return Ok(points.normals.clone());
     }
     let count = (COUNT as f64 * (radius / RADIUS).powi(2)) as usize;
-    let shapes = planes(&points.at, tree, count, progress)?;
+    let mut shapes = planes((&points.at, &[]), tree, count, progress)?;
+    with_own_sheets((&points.at, tree, count), &neighbours.spacing, &mut shapes, progress)?;
     orient((&points.at, tree), &shapes, count, neighbours, progress)
 }
 

@@ -5,7 +5,7 @@ use rayon::prelude::*;
 
 use super::PointCloud;
 use super::neighbours::{COUNT, Neighbours, median};
-use super::normals::{Plane, noise, planes};
+use super::normals::{Plane, noise, planes, relative_thickness};
 use super::prepare::{Points, too_few};
 use crate::mesh::TriMesh;
 use crate::mesh::kd_tree::KdTree;
@@ -13,6 +13,10 @@ use crate::{Error, ProgressToken, Result};
 
 /// Curved surfaces without noise have up to so much, in spacings.
 pub(super) const NO_NOISE: f64 = 0.12;
+/// Points in the wide surroundings of one.
+const WIDE: usize = 128;
+/// Surroundings of most points are as thick as this share of their width where there is no surface.
+const FILLED: f64 = 0.5;
 /// Most points have neighbours on a line if those are narrower than this share of their length.
 const LINE: f64 = 0.05;
 
@@ -75,7 +79,7 @@ pub fn unoriented_normals(cloud: &PointCloud, progress: &ProgressToken) -> Resul
     let mut points = Points::new(cloud, 2)?;
     neighbours_without_outliers(&mut points, progress)?;
     let tree = KdTree::new(&points.at);
-    let shapes = planes(&points.at, &tree, COUNT, progress)?;
+    let shapes = planes((&points.at, &[]), &tree, COUNT, progress)?;
     let nearest = |p: &DVec3| tree.nearest(points.frame.to_unit(*p)).unwrap_or(0);
     Ok(cloud.points.par_iter().map(|p| shapes[nearest(p) as usize].normal).collect())
 }
@@ -86,7 +90,7 @@ pub(super) fn neighbours_without_outliers(
     points: &mut Points,
     progress: &ProgressToken,
 ) -> Result<(Neighbours, usize)> {
-    let found = Neighbours::new(&points.at, &KdTree::new(&points.at), progress)?;
+    let found = Neighbours::new(&points.at, &points.normals, &KdTree::new(&points.at), progress)?;
     let outliers = found.outliers.len();
     if outliers == 0 {
         return Ok((found, 0));
@@ -98,7 +102,7 @@ pub(super) fn neighbours_without_outliers(
         return Err(too_few(kept.len()));
     }
     points.keep(&kept);
-    Ok((Neighbours::new(&points.at, &KdTree::new(&points.at), progress)?, outliers))
+    Ok((Neighbours::new(&points.at, &points.normals, &KdTree::new(&points.at), progress)?, outliers))
 }
 
 /// What the scale of everything else follows from.
@@ -118,7 +122,8 @@ impl Survey<Option<f64>> {
         progress: &ProgressToken,
     ) -> Result<Self> {
         let spacing = median(neighbours.spacing.iter().copied());
-        let shapes: Vec<Plane> = planes(&points.at, tree, COUNT, progress)?;
+        // The other side of a thin sheet is no noise.
+        let shapes: Vec<Plane> = planes((&points.at, &points.normals), tree, COUNT, progress)?;
         let width = median(shapes.iter().map(|plane| plane.extents[1] / plane.extents[2]));
         let is_surface = width > LINE;
         Ok(Self { spacing, thickness: is_surface.then(|| noise(&shapes, &neighbours.spacing)) })
@@ -127,7 +132,7 @@ impl Survey<Option<f64>> {
 
 impl Survey<f64> {
     /// # Errors
-    /// [`Error::Input`] where points lie on lines.
+    /// [`Error::Input`] where points lie on lines, or fill a volume.
     pub fn of_surface(
         points: &Points,
         tree: &KdTree,
@@ -139,6 +144,18 @@ impl Survey<f64> {
             let remedy = "give points that cover a surface evenly";
             return Err(Error::input(None, "the points lie on lines and not on a surface", remedy));
         };
+        if fill_volume(&points.at, tree, progress)? {
+            let remedy =
+                "give points of a surface, with less noise; values on a grid can be read as a volume";
+            return Err(Error::input(None, "the points fill a volume and lie on no surface", remedy));
+        }
         Ok(Self { spacing, thickness })
     }
+}
+
+/// Whether there are too many points for their surroundings to be this thick by chance. Noise is less in wide
+/// surroundings; those may be as thick as a thin tube, but then narrow ones are flat.
+fn fill_volume(points: &[DVec3], tree: &KdTree, progress: &ProgressToken) -> Result<bool> {
+    let is_thick = |count| Ok(relative_thickness(points, tree, count, progress)? > FILLED);
+    Ok(points.len() > 8 * WIDE && is_thick(COUNT)? && is_thick(WIDE)?)
 }

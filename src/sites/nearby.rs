@@ -3,42 +3,40 @@
 use crate::mesh::NONE;
 
 /// For each of `vertices` vertices of a surface one of the sites, which stand on the triangles `under`: one
-/// that is on a triangle there, or else one that few edges separate from it. [`NONE`] where nothing connects
-/// the vertex with a site. Panics if an index is out of range.
+/// that is on a triangle there, or else the one that fewest triangles separate from it. [`NONE`] where nothing
+/// connects the vertex with a site. Panics if an index is out of range.
 pub(crate) fn sites_near_vertices(triangles: &[[u32; 3]], vertices: usize, under: &[u32]) -> Vec<u32> {
     let mut near = vec![NONE; vertices];
     for (site, t) in (0..).zip(under) {
         give(&mut near, triangles[*t as usize], site);
     }
-    // Triangles are in spatial order, so that going over them in both directions soon reaches all.
-    let mut is_forward = true;
+    let mut open: Vec<[u32; 3]> = triangles
+        .iter()
+        .filter(|triangle| triangle.iter().any(|v| near[*v as usize] == NONE))
+        .copied()
+        .collect();
     loop {
-        let mut spread = |triangle: &[u32; 3]| {
+        let mut given = Vec::new();
+        open.retain(|triangle| {
             let known = triangle.iter().map(|v| near[*v as usize]).find(|site| *site != NONE);
-            known.is_some_and(|site| give(&mut near, *triangle, site))
-        };
-        let given = if is_forward {
-            triangles.iter().filter(|triangle| spread(triangle)).count()
-        } else {
-            triangles.iter().rev().filter(|triangle| spread(triangle)).count()
-        };
-        if given == 0 {
+            given.extend(known.map(|site| (*triangle, site)));
+            known.is_none()
+        });
+        if given.is_empty() {
             return near;
         }
-        is_forward = !is_forward;
+        // Not before, or a site would spread as far as the order of triangles has it.
+        given.into_iter().for_each(|(triangle, site)| give(&mut near, triangle, site));
     }
 }
 
-/// Gives the corners of a triangle that have no site this one; returns whether there were any.
-fn give(near: &mut [u32], triangle: [u32; 3], site: u32) -> bool {
-    let mut any = false;
-    for v in triangle {
-        if near[v as usize] == NONE {
-            near[v as usize] = site;
-            any = true;
+/// Gives the corners of a triangle that have no site this one.
+fn give(near: &mut [u32], triangle: [u32; 3], site: u32) {
+    for v in triangle.map(|v| v as usize) {
+        if near[v] == NONE {
+            near[v] = site;
         }
     }
-    any
 }
 
 #[cfg(test)]

@@ -1,6 +1,8 @@
 //! Surfaces through points, against the meshes that the points are of.
 
 use glam::DVec3;
+use rand::{RngExt, SeedableRng};
+use rand_pcg::Pcg64Mcg;
 use rtfmesh::Error;
 use rtfmesh::cloud::{PointCloud, SurfaceOptions, oriented_normals, surface, surface_with_progress};
 use rtfmesh::measure::measure;
@@ -87,6 +89,17 @@ fn two_sides_of_a_thin_plate_stay_apart_with_normals() {
 }
 
 #[test]
+fn sheets_little_more_than_a_spacing_apart_stay_apart_with_normals() {
+    // The plate is 1 x 1 x 0.01, points are 0.008 apart. Inside out, it is a slit.
+    let plate = sampled(&sample("thin-plate").unwrap(), 30_000, 6);
+    let slit = PointCloud { normals: plate.normals.iter().map(|n| -*n).collect(), ..plate.clone() };
+    for (name, cloud) in [("plate", plate), ("slit", slit)] {
+        let t = topology(&surface(&cloud, &default()).unwrap().mesh);
+        assert!(t.is_closed_manifold() && t.components == 1 && t.genus == Some(0), "{name}: {t:?}");
+    }
+}
+
+#[test]
 fn a_plane_gives_a_flat_mesh_and_a_line_none() {
     let points = |at: &dyn Fn(f64, f64) -> DVec3| PointCloud {
         points: (0..2500).map(|i| at(f64::from(i % 50), f64::from(i / 50))).collect(),
@@ -135,6 +148,20 @@ fn what_makes_no_surface_is_refused() {
     }
     let error = surface(&of(some), &default().fill_holes(f64::NAN)).unwrap_err();
     assert!(matches!(error, Error::Usage { .. }), "{error}");
+}
+
+#[test]
+fn points_that_fill_a_volume_are_refused_and_noise_is_not() {
+    let mut rng = Pcg64Mcg::seed_from_u64(9);
+    let points = (0..5000).map(|_| DVec3::from_array(rng.random())).collect();
+    let error = surface(&PointCloud { points, ..PointCloud::default() }, &default()).unwrap_err();
+    assert!(matches!(&error, Error::Input { .. }) && error.to_string().contains("fill a volume"), "{error}");
+    // Noise of a spacing, and tubes few spacings wide.
+    let sphere = sample("sphere").unwrap();
+    let spacing = (sphere.area() / 3000.0).sqrt();
+    let noisy = without_normals(&shaken(&sampled(&sphere, 3000, 3), spacing, 4));
+    let tubes = without_normals(&sampled(&sample("genus3").unwrap(), 3000, 5));
+    assert!(surface(&noisy, &default()).is_ok() && surface(&tubes, &default()).is_ok());
 }
 
 #[test]
