@@ -3,7 +3,7 @@
 use crate::mesh::NONE;
 
 /// For each of `vertices` vertices of a surface one of the sites, which stand on the triangles `under`: one
-/// that is on a triangle there, or else the one that fewest triangles separate from it. [`NONE`] where nothing
+/// that is on a triangle there, or else one that fewest triangles separate from it. [`NONE`] where nothing
 /// connects the vertex with a site. Panics if an index is out of range.
 pub(crate) fn sites_near_vertices(triangles: &[[u32; 3]], vertices: usize, under: &[u32]) -> Vec<u32> {
     let mut near = vec![NONE; vertices];
