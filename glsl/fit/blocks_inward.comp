@@ -24,8 +24,8 @@ void main() {
     if (e >= edge_count) return;
     vec4 head = block_heads[e];
     Symmetric m = Symmetric(head.xyz, vec3(head.w, block_tails[e]));
-    uint h = edges[e], left = 2u;
-    do {
+    uint h = edges[e];
+    for (uint sides = 2u; sides > 0u && h != NONE; --sides) {
         uint t = h / 3u, corner = h - 3u * t;
         uint end = ranges[2u * t + 1u];
         for (uint i = ranges[2u * t]; i < end; ++i) {
@@ -36,7 +36,7 @@ void main() {
             add_outer(m, inward_samples[at].xyz, both);
         }
         h = twins[h];
-    } while (h != NONE && --left > 0u);
+    }
     block_heads[e] = vec4(m.on, m.off.x);
     block_tails[e] = m.off.yz;
 }

@@ -26,11 +26,11 @@ layout(set = 0, binding = 7) buffer Counters { uint counters[]; };
 void main() {
     uint i = counters[1] + thread_index();
     if (i >= counters[2]) return;
-    uint first = firsts[held[i]], h = first;
-    if (first == NONE) return;
-    do {
+    uint first = firsts[held[i]];
+    for (uint h = first; h != NONE;) {
         uint t = h / 3u;
         if (is_spoiled(t, least)) hold_corners(t, pass);
         h = twins[previous_half_edge(h)];
-    } while (h != first && h != NONE);
+        h = h == first ? NONE : h;
+    }
 }

@@ -34,15 +34,15 @@ void main() {
         m.on = vec3(STIFFNESS * frame.w);
         add_outer(m, corner.xyz, 1.0);
         r = corner.w * corner.xyz;
-        uint h = first;
-        do {
+        for (uint h = first; h != NONE;) {
             uint t = h / 3u;
             vec4 centre = face_samples[t];
             m.on += 2.0 * COUPLING * areas[t];
             add_outer(m, centre.xyz, 1.0 / 9.0);
             r += centre.w / 3.0 * centre.xyz;
             h = twins[previous_half_edge(h)];
-        } while (h != first && h != NONE);
+            h = h == first ? NONE : h;
+        }
     }
     own[2u * v] = vec4(m.on, m.off.x);
     own[2u * v + 1u] = vec4(m.off.yz, 0.0, 0.0);

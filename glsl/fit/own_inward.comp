@@ -25,11 +25,10 @@ void main() {
     if (v >= vertex_count) return;
     vec4 head = own[2u * v], tail = own[2u * v + 1u];
     uint first = firsts[v];
-    if (head.x == 0.0 || first == NONE) return;
+    if (head.x == 0.0) return;
     Symmetric m = Symmetric(head.xyz, vec3(head.w, tail.xy));
     vec3 r = right[v].xyz;
-    uint h = first;
-    do {
+    for (uint h = first; h != NONE;) {
         uint t = h / 3u, corner = h - 3u * t;
         uint end = ranges[2u * t + 1u];
         for (uint i = ranges[2u * t]; i < end; ++i) {
@@ -41,7 +40,8 @@ void main() {
             r += weight * inward.w * inward.xyz;
         }
         h = twins[previous_half_edge(h)];
-    } while (h != first && h != NONE);
+        h = h == first ? NONE : h;
+    }
     own[2u * v] = vec4(m.on, m.off.x);
     own[2u * v + 1u] = vec4(m.off.yz, 0.0, 0.0);
     right[v] = vec4(r, 0.0);

@@ -26,11 +26,11 @@ void main() {
     if (v >= vertex_count) return;
     vec3 here = positions[v].xyz, normal = vec3(0.0);
     float doubled = 0.0;
-    uint first = firsts[v], state = states[v];
-    if (first != NONE) {
-        uint h = first, left = state & ~FIXED;
+    uint h = firsts[v], state = states[v];
+    if (h != NONE) {
+        uint left = state & ~FIXED;
         vec3 p = positions[corners[next_half_edge(h)]].xyz - here;
-        do {
+        for (; left > 0u && h != NONE; --left) {
             uint before = previous_half_edge(h);
             vec3 q = positions[corners[before]].xyz - here;
             vec3 n = cross(p, q);
@@ -38,7 +38,7 @@ void main() {
             doubled += length(n);
             p = q;
             h = twins[before];
-        } while (h != first && h != NONE && --left > 0u);
+        }
     }
     float len = length(normal);
     bool moves = (state & FIXED) == 0u && len > 0.0;

@@ -57,12 +57,12 @@ bool keeps_shape(vec3 a, vec3 b, vec3 c, vec3 d) {
 
 // Whether an edge joins vertex v, whose triangles form a closed fan, with another one.
 bool is_joined(uint v, uint other) {
-    uint first = firsts[v], h = first, left = states[v];
-    bool found;
-    do {
+    uint h = firsts[v];
+    bool found = false;
+    for (uint left = states[v]; left > 0u && !found; --left) {
         found = corners[next_half_edge(h)] == other;
         h = twins[previous_half_edge(h)];
-    } while (!found && h != first && --left > 0u);
+    }
     return found;
 }
 

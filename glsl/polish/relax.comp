@@ -28,13 +28,13 @@ void main() {
     uint v = thread_index();
     if (v >= vertex_count) return;
     vec4 here = positions[v];
-    uint first = firsts[v], state = states[v];
+    uint h = firsts[v], state = states[v];
     vec3 sum = vec3(0.0), normal = vec3(0.0);
     float weights = 0.0;
-    if (first != NONE) {
-        uint h = first, left = state & ~FIXED;
+    if (h != NONE) {
+        uint left = state & ~FIXED;
         vec4 p = positions[corners[next_half_edge(h)]];
-        do {
+        for (; left > 0u && h != NONE; --left) {
             uint before = previous_half_edge(h);
             vec4 q = positions[corners[before]];
             vec3 to_p = p.xyz - here.xyz;
@@ -46,7 +46,7 @@ void main() {
             weights += weight;
             p = q;
             h = twins[before];
-        } while (h != first && h != NONE && --left > 0u);
+        }
     }
     float len = length(normal);
     bool has_normal = len > 0.0;
