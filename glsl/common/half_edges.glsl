@@ -1,6 +1,5 @@
 // Half-edges of a mesh on the device: 3 * t + k runs from corner k of triangle t to the next corner, and has
-// the number of the corner that it leaves. Loops around a vertex test at their start: SwiftShader goes on with
-// lanes that have left a loop tested at its end, and what such a loop sums up is spoiled.
+// the number of the corner that it leaves.
 #ifndef COMMON_HALF_EDGES_GLSL
 #define COMMON_HALF_EDGES_GLSL
 

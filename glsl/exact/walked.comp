@@ -58,14 +58,14 @@ void gather(uint from, float radius) {
     bool more;
     do {
         more = next_leaves(walk);
-        do {
+        while (walk.mask != 0u) {
             uint first = take_leaf(walk), c = 0u;
             do {
                 // The first one is in its slot already.
                 uint j = first + c;
-                if (more && j < site_count && j != from) offer(j);
+                if (j < site_count && j != from) offer(j);
             } while (++c < 8u);
-        } while (walk.mask != 0u);
+        }
     } while (more);
 }
 
@@ -77,8 +77,8 @@ void main() {
     nearest = candidates[candidate_place(t)];
     // What has all corners within a short way is often met late, when sites that have no part fill the slots
     // already. A second round knows it from the start.
-    uint round = 0u;
-    do {
+    put_count = SLOTS + 1u;
+    for (uint round = 0u; round < ROUNDS && put_count > SLOTS; ++round) {
         uint from = nearest;
         float known_sq = covering_sq;
         start_triangle(t);
@@ -87,6 +87,6 @@ void main() {
         put_count = 1u;
         ListBounds bounds = list_bounds(away[from], uintBitsToFloat(status[1]));
         gather(from, search_radius(bounds, LENIENT * (nearest_far + reach_of_parts())));
-    } while (++round < ROUNDS && put_count > SLOTS);
+    }
     write_parts(t, put_count > SLOTS);
 }

@@ -12,11 +12,11 @@ void offer_near(float radius) {
     bool more;
     do {
         more = next_leaves(walk);
-        do {
+        while (walk.mask != 0u) {
             uint first = take_leaf(walk), c = 0u, hits = 0u;
             do {
                 uint j = first + c;
-                bool counts = more && j < site_count && j != site_index;
+                bool counts = j < site_count && j != site_index;
                 hits |= counts && is_near(j) ? 1u << c : 0u;
             } while (++c < 8u);
             // Few are near, and cutting takes longest.
@@ -24,7 +24,7 @@ void offer_near(float radius) {
                 cut_face(first + uint(findLSB(hits)), hits != 0u);
                 hits &= hits - 1u;
             } while (hits != 0u);
-        } while (walk.mask != 0u);
+        }
     } while (more);
 }
 
@@ -34,16 +34,15 @@ vec2 left_by_all(uint j, Line line, vec2 left, float radius) {
     bool more;
     do {
         more = next_leaves(walk);
-        do {
-            uint first = take_leaf(walk);
-            uint c = 0u;
+        while (walk.mask != 0u && left.y > left.x) {
+            uint first = take_leaf(walk), c = 0u;
             do {
-                bool counts = more && first + c < site_count && first + c != site_index && first + c != j;
+                bool counts = first + c < site_count && first + c != site_index && first + c != j;
                 uint k = counts ? first + c : site_index;
                 vec2 cut = cut_by(left, line, line_of(k), j < k);
                 left = counts && same_sheet(k) ? cut : left;
             } while (++c < 8u);
-        } while (walk.mask != 0u && left.y > left.x);
+        }
     } while (more && left.y > left.x);
     return left;
 }
@@ -57,11 +56,11 @@ vec3 sum_near(float radius) {
     bool more;
     do {
         more = next_leaves(walk);
-        do {
+        while (walk.mask != 0u) {
             uint first = take_leaf(walk), c = 0u, hits = 0u;
             do {
                 uint j = first + c;
-                bool counts = more && j < site_count && j != site_index;
+                bool counts = j < site_count && j != site_index;
                 hits |= counts && is_near(j) && same_sheet(j) ? 1u << c : 0u;
             } while (++c < 8u);
             do {
@@ -73,7 +72,7 @@ vec3 sum_near(float radius) {
                 radius_sq = max(radius_sq, end_sq(line, left));
                 hits &= hits - 1u;
             } while (hits != 0u);
-        } while (walk.mask != 0u);
+        }
     } while (more);
     grown_radius_sq = radius_sq > 0.0 ? radius_sq : grown_bound * grown_bound;
     return sum;

@@ -12,7 +12,8 @@ use rtfmesh::sites::surface::Surface;
 use rtfmesh::stages::polish::mesh::{DeviceMesh, FIXED};
 use rtfmesh::stages::records::TriangleRecords;
 
-/// A torus in the unit-diagonal frame whose vertices are off by up to `jitter` edges, rounded to f32.
+/// A torus in the unit-diagonal frame whose vertices are off by up to `jitter` edges, rounded to f32. Where
+/// there is jitter, some diagonals of its grid run the other way, so that vertices have 4 to 8 edges.
 pub fn uneven(n: u32, m: u32, jitter: f64, seed: u64) -> TriMesh {
     let even = torus(n, m);
     let mesh = moved(&even, |p| 0.125 * p);
@@ -21,7 +22,14 @@ pub fn uneven(n: u32, m: u32, jitter: f64, seed: u64) -> TriMesh {
     let mut rng = rng(seed);
     let mut off = || jitter * edge * (2.0 * rng.random::<f64>() - 1.0);
     let vertices: Vec<DVec3> = mesh.vertices.iter().map(|p| *p + DVec3::new(off(), off(), off())).collect();
-    TriMesh { vertices: rounded(&vertices), triangles: mesh.triangles }
+    let mut triangles = mesh.triangles;
+    for pair in triangles.as_chunks_mut::<2>().0 {
+        let [[p, q, r], [_, _, s]] = *pair;
+        if jitter > 0.0 && rng.random_bool(0.2) {
+            *pair = [[q, r, s], [q, s, p]];
+        }
+    }
+    TriMesh { vertices: rounded(&vertices), triangles }
 }
 
 /// The mesh as it is on the device, after checking that its half-edges are right.

@@ -59,7 +59,7 @@ fn vertices_move_towards_the_mean_of_their_neighbours_over_the_surface() {
             assert_eq!(count, 0);
             // Where triangles make a valley, a walk can end on the farther side.
             let off = got.vertices.iter().zip(&want).filter(|(a, b)| a.distance(**b) > 2e-6).count();
-            assert!(100 * off <= 2 * want.len(), "{off} of {} are elsewhere", want.len());
+            assert!(100 * off <= 3 * want.len(), "{off} of {} are elsewhere", want.len());
             assert_eq!(got.triangles, mesh.triangles);
         }
     }
