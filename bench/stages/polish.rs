@@ -1,11 +1,12 @@
-//! Polish and fit of the connected sites, one round each.
+//! Polish and fit of the connected sites, one round each, and the search for triangles that intersect.
 
 use crate::check::landed;
 use crate::context::{Context, Group, Work};
 use crate::results::Row;
-use anyhow::{Result, ensure};
+use anyhow::{Context as _, Result, ensure};
 use glam::{DVec3, Vec4};
 use rtfmesh::gpu::{Buffer, Recorder};
+use rtfmesh::mesh::intersections::{intersecting_among, intersecting_faces};
 use rtfmesh::mesh::topology::topology;
 use rtfmesh::polish::{FitOptions, PolishOptions, Target, fit, polish};
 use rtfmesh::sites::cells::{CellSites, CellSurface, connected_cells};
@@ -16,13 +17,14 @@ use rtfmesh::stages::fit::inward::{InwardSamples, SurfacePoint};
 use rtfmesh::stages::fit::limit::Limits;
 use rtfmesh::stages::fit::mesh::FitMesh;
 use rtfmesh::stages::fit::samples::FaceSamples;
+use rtfmesh::stages::intersect::IntersectingPairs;
 use rtfmesh::stages::polish::flip::{Flips, PASSES};
 use rtfmesh::stages::polish::mesh::DeviceMesh;
 use rtfmesh::stages::polish::relax::Relaxation;
 use rtfmesh::{ProgressToken, TriMesh};
 
-/// A sweep of flips and a relaxation; a round of the fit.
-pub const GROUPS: [Group; 2] = [
+/// A sweep of flips and a relaxation; a round of the fit; the check.
+pub const GROUPS: [Group; 3] = [
     Group {
         kernels: &[
             "polish.wanted",
@@ -68,6 +70,7 @@ pub const GROUPS: [Group; 2] = [
         most_sites: usize::MAX,
         run: fitted,
     },
+    Group { kernels: &["intersect.pairs"], most_sites: usize::MAX, run: checked },
 ];
 
 /// Steps of the solver, as in the pipeline.
@@ -162,6 +165,19 @@ fn polished(context: &Context) -> Result<Vec<Row>> {
         Work::new("polish.accept", (16 + 4 + 16 + 16) * n),
     ];
     context.time(&works, &mut record)
+}
+
+fn checked(context: &Context) -> Result<Vec<Row>> {
+    let mesh = connected(context)?;
+    let pairs = IntersectingPairs::new(context.device, &mesh, 0.0, None)?;
+    let mut record = |recorder: &mut Recorder, _| pairs.record(recorder);
+    context.submit(&mut record, 0)?;
+    let found = pairs.found(context.device)?.context("the list is too short")?;
+    let faces = intersecting_among(&mesh, &found);
+    ensure!(faces == intersecting_faces(&mesh, &ProgressToken::default())?, "other faces than the host's");
+    // The tree is read by each walk, but only once is it counted.
+    let bytes = IntersectingPairs::BYTES * mesh.triangles.len();
+    context.time(&[Work::new("intersect.pairs", bytes)], &mut record)
 }
 
 /// The vertices of the surface, each with a triangle of the mesh near it: one at the nearest site of those

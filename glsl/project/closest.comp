@@ -12,7 +12,7 @@
 #define DEFAULT_WORKGROUP 64
 #include "common/threads.glsl"
 #include "project/closest.glsl"
-#include "project/hierarchy.glsl"
+#include "project/tree_walk.glsl"
 
 // Lowest nodes that a search gathers before it tests their triangles, so that lanes do the same work at the
 // same time.
@@ -61,40 +61,17 @@ void main() {
     vec3 before = projected[site].xyz - at;
     Closest best = Closest(before, dot(before, before), vec3(0.0), INSIDE);
     uint best_triangle = NONE;
-    // The node: its place, its number in its level, the nodes below and with it in a full tree, its level.
-    uint place = 0u, number = 0u, level = levels - 1u, stride = tree_nodes(level);
-    // The children still to visit of the nodes above, four bits each, those of the parent in the lowest bits.
-    uint pending = 0u, pending_above = 0u;
+    TreeWalk walk = at_root(levels);
     bool more = true;
     vec3 at_grid = to_grid(at);
     while (more) {
         uint count = 0u;
         float reach_sq = best.sq / (GRID_STEP * GRID_STEP);
         while (more && count < GATHERED) {
-            uint found = boxes_within(place, at_grid, reach_sq);
-            gathered[count * WORKGROUP + lane] = number << WIDTH | found;
-            count += level == 0u && found != 0u ? 1u : 0u;
-            // The children of a lowest node are triangles.
-            found = level == 0u ? 0u : found;
-            // Up to the first node with a child left.
-            while (found == 0u && level + 1u < levels) {
-                stride = 1u + WIDTH * stride;
-                place -= 1u + number % WIDTH * (stride / WIDTH);
-                number /= WIDTH;
-                ++level;
-                found = pending & 15u;
-                pending = pending >> 4 | pending_above << 28;
-                pending_above >>= 4;
-            }
-            more = found != 0u;
-            // And down to the first child left.
-            pending_above = pending_above << 4 | pending >> 28;
-            pending = pending << 4 | (found & (found - 1u));
-            uint child = uint(max(findLSB(found), 0));
-            stride /= WIDTH;
-            place += 1u + child * stride;
-            number = number * WIDTH + child;
-            --level;
+            uint found = boxes_within(walk.place, at_grid, reach_sq);
+            gathered[count * WORKGROUP + lane] = walk.number << WIDTH | found;
+            count += walk.level == 0u && found != 0u ? 1u : 0u;
+            more = next_node(walk, found, levels);
         }
         uint slot = 0u, entry = count > 0u ? gathered[lane] : 0u;
         while (slot < count) {

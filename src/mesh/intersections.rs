@@ -3,6 +3,7 @@
 use std::sync::atomic::{AtomicBool, Ordering};
 
 use glam::DVec3;
+use rayon::prelude::*;
 use robust::{Coord, Coord3D};
 
 use super::TriMesh;
@@ -23,23 +24,53 @@ type Triangle = [DVec3; 3];
 /// # Errors
 /// [`crate::Error::Cancelled`].
 pub fn intersecting_faces(mesh: &TriMesh, progress: &ProgressToken) -> Result<Vec<u32>> {
-    // A power of two changes no answer and keeps the products in the predicates within range.
-    let scale = scale_of(mesh);
-    let mesh = TriMesh {
-        vertices: mesh.vertices.iter().map(|&v| v * scale).collect(),
-        triangles: mesh.triangles.clone(),
-    };
+    let mesh = scaled(mesh);
     let bvh = Bvh::new(&mesh);
-    let at = |v: u32| mesh.vertices[v as usize];
-    let hit: Vec<AtomicBool> = mesh.triangles.iter().map(|_| AtomicBool::new(false)).collect();
-    bvh.overlapping_pairs(progress, |s, t| {
+    let hits = Hits::of(&mesh);
+    bvh.overlapping_pairs(progress, |s, t| hits.look_at(s, t))?;
+    Ok(hits.faces())
+}
+
+/// As [`intersecting_faces`], if no faces but some of these pairs intersect.
+pub fn intersecting_among(mesh: &TriMesh, pairs: &[[u32; 2]]) -> Vec<u32> {
+    let mesh = scaled(mesh);
+    let hits = Hits::of(&mesh);
+    pairs.par_iter().for_each(|[s, t]| hits.look_at(*s, *t));
+    hits.faces()
+}
+
+/// The mesh times a power of two, which changes no answer and keeps the products in the predicates within range.
+fn scaled(mesh: &TriMesh) -> TriMesh {
+    let scale = scale_of(mesh);
+    let vertices = mesh.vertices.iter().map(|&v| v * scale).collect();
+    TriMesh { vertices, triangles: mesh.triangles.clone() }
+}
+
+/// Faces that intersect another, as far as pairs have been looked at.
+struct Hits<'a> {
+    mesh: &'a TriMesh,
+    hit: Vec<AtomicBool>,
+}
+
+impl<'a> Hits<'a> {
+    fn of(mesh: &'a TriMesh) -> Self {
+        Self { mesh, hit: mesh.triangles.iter().map(|_| AtomicBool::new(false)).collect() }
+    }
+
+    fn look_at(&self, s: u32, t: u32) {
+        let Self { mesh, hit } = self;
         let ([s, t], known) = ([s, t].map(|t| t as usize), |t: usize| hit[t].load(Ordering::Relaxed));
+        let at = |v: u32| mesh.vertices[v as usize];
         if !(known(s) && known(t)) && faces_intersect(mesh.triangles[s], mesh.triangles[t], at) {
             hit[s].store(true, Ordering::Relaxed);
             hit[t].store(true, Ordering::Relaxed);
         }
-    })?;
-    Ok((0u32..).zip(&hit).filter(|(_, hit)| hit.load(Ordering::Relaxed)).map(|(t, _)| t).collect())
+    }
+
+    /// In ascending order.
+    fn faces(&self) -> Vec<u32> {
+        (0u32..).zip(&self.hit).filter(|(_, hit)| hit.load(Ordering::Relaxed)).map(|(t, _)| t).collect()
+    }
 }
 
 /// How many of a few triangles intersect others of them, as [`intersecting_faces`] has it. `at` is where the

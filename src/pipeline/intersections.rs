@@ -1,9 +1,11 @@
 //! Faces that intersect others, in the input and in a result.
 
+use crate::gpu::Device;
 use crate::mesh::bvh::Bvh;
-use crate::mesh::intersections::intersecting_faces;
+use crate::mesh::intersections::{intersecting_among, intersecting_faces};
 use crate::mesh::submesh::extract;
 use crate::mesh::unit_frame::UnitFrame;
+use crate::stages::intersect::IntersectingPairs;
 use crate::{ProgressToken, Result, TriMesh};
 use std::sync::OnceLock;
 
@@ -29,8 +31,41 @@ pub(crate) fn intersecting_in_units(
     frame: &UnitFrame,
     progress: &ProgressToken,
 ) -> Result<Vec<u32>> {
+    intersecting_faces(&in_units(mesh, frame), progress)
+}
+
+/// As [`intersecting_in_units`], with the device to find pairs of faces if it polishes meshes of that size, and
+/// if it has the memory.
+///
+/// # Errors
+/// Those of the device, and [`crate::Error::Cancelled`].
+pub(crate) fn intersecting_on_device(
+    device: &Device,
+    mesh: &TriMesh,
+    frame: &UnitFrame,
+    progress: &ProgressToken,
+) -> Result<Vec<u32>> {
+    let faces = mesh.triangles.len();
+    let fits = (IntersectingPairs::LARGEST_BYTES * faces) as u64 <= device.info().limits.storage_buffer_bytes
+        && (IntersectingPairs::BYTES * faces) as u64 <= device.available_bytes();
+    if faces == 0 || !device.polishes(mesh.vertices.len()) || !fits {
+        return intersecting_in_units(mesh, frame, progress);
+    }
+    let rounding = f64::EPSILON * (1.0 + frame.centre.abs().max_element() / frame.scale);
+    let pairs = IntersectingPairs::new(device, mesh, rounding, None)?;
+    let mut recorder = device.recorder()?;
+    pairs.record(&mut recorder)?;
+    recorder.submit()?;
+    progress.poll()?;
+    match pairs.found(device)? {
+        Some(pairs) => Ok(intersecting_among(&in_units(mesh, frame), &pairs)),
+        None => intersecting_in_units(mesh, frame, progress),
+    }
+}
+
+fn in_units(mesh: &TriMesh, frame: &UnitFrame) -> TriMesh {
     let vertices = mesh.vertices.iter().map(|p| frame.from_unit(*p)).collect();
-    intersecting_faces(&TriMesh { vertices, triangles: mesh.triangles.clone() }, progress)
+    TriMesh { vertices, triangles: mesh.triangles.clone() }
 }
 
 /// Faces of a result that intersect others.
@@ -46,7 +81,8 @@ impl InputIntersections {
         self.known.get().map(|known| known.count)
     }
 
-    /// Compares `mesh`, which is in the unit-diagonal frame and has edges of about `spacing`, with the input.
+    /// Compares `mesh`, which is in the unit-diagonal frame and has edges of about `spacing`, and of which some
+    /// faces intersect others, with the input.
     ///
     /// # Errors
     /// [`crate::Error::Cancelled`].
@@ -54,11 +90,10 @@ impl InputIntersections {
         &self,
         input: &TriMesh,
         frame: &UnitFrame,
-        (mesh, spacing): (&TriMesh, f64),
+        (mesh, spacing, intersecting): (&TriMesh, f64, Vec<u32>),
         progress: &ProgressToken,
     ) -> Result<Intersections> {
-        let mut new = intersecting_in_units(mesh, frame, progress)?;
-        let count = new.len();
+        let (count, mut new) = (intersecting.len(), intersecting);
         if count > 0 {
             let known = self.known(input, frame, progress)?;
             // The more faces a result has, the more of them run through others at the same place.

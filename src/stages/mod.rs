@@ -6,6 +6,7 @@ pub mod exact;
 pub mod face;
 pub mod fit;
 pub mod flags;
+pub mod intersect;
 pub mod neighbours;
 pub mod normals;
 pub mod octahedral;

@@ -1,10 +1,10 @@
 //! Whole runs of the default pipeline on the built-in models.
 
 use crate::support::{assert_valid, device};
+use glam::DVec3;
 use rtfmesh::gpu::{Device, DeviceOptions};
 use rtfmesh::mesh::samples::sample;
 use rtfmesh::mesh::topology::topology;
-
 use rtfmesh::{Error, Options, Remeshed, Sizing, TriMesh, remesh};
 
 fn run(mesh: &TriMesh, options: &Options) -> Remeshed {
@@ -66,7 +66,7 @@ fn the_device_polishes_and_fits_as_the_host_does() {
             stages.iter().filter(|stage| stage.name == kernel).map(|stage| stage.calls).sum::<u64>()
         };
         assert_eq!(calls("polish.relax") > 0, polishes, "{name}");
-        assert!(calls("fit.apply") > 0, "{name}");
+        assert!(calls("fit.apply") > 0 && calls("intersect.pairs") > 0, "{name}");
         assert_eq!(topology(&got.mesh), topology(&want.mesh), "{name}");
         let [got_quality, want_quality] = [&got, &want].map(|result| &result.summary.output.quality);
         assert!((got_quality.q_avg - want_quality.q_avg).abs() < 0.004, "{name}: {got_quality:?}");
@@ -81,6 +81,16 @@ fn the_device_polishes_and_fits_as_the_host_does() {
     }
     assert_valid(&host);
     assert_valid(&polishing);
+    // Faces that intersect others, as in the input.
+    let mut crossing = sample("sphere").unwrap();
+    let (first, far) = (crossing.vertices.len() as u32, 0.7 * crossing.vertices[0].length());
+    crossing.vertices.extend(crossing.vertices.clone().into_iter().map(|p| p + far * DVec3::X));
+    crossing.triangles.extend(crossing.triangles.clone().into_iter().map(|t| t.map(|v| v + first)));
+    let got = remesh(&polishing, &crossing, &Options::new(800)).unwrap();
+    let progress = rtfmesh::ProgressToken::default();
+    let faces = rtfmesh::mesh::intersections::intersecting_faces(&got.mesh, &progress).unwrap();
+    assert!(faces.len() > 20);
+    assert_eq!(got.summary.output.self_intersecting_faces, Some(faces.len()));
     // A mesh that does not fit into its buffers is left to the host.
     let input = sample("torus").unwrap();
     let small = open(DeviceOptions::from_env().polish(true).buffer_bytes(60_000));

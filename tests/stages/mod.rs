@@ -4,6 +4,7 @@ pub mod centroid;
 pub mod exact;
 pub mod face;
 pub mod fit;
+pub mod intersect;
 pub mod neighbours;
 pub mod normals;
 pub mod polish;

@@ -16,6 +16,7 @@ use crate::stages::fit::inward::{InwardSamples, SurfacePoint};
 use crate::stages::fit::limit::Limits;
 use crate::stages::fit::mesh::FitMesh;
 use crate::stages::fit::samples::FaceSamples;
+use crate::stages::intersect::IntersectingPairs;
 use crate::stages::polish::flip::{Flips, PASSES};
 use crate::stages::polish::mesh::DeviceMesh;
 use crate::stages::polish::relax::Relaxation;
@@ -60,20 +61,21 @@ impl MeshOnDevice {
     }
 }
 
-/// Compiles all kernels of the polish and the fit, in parallel.
+/// Compiles all kernels of the polish, the fit and the check, in parallel.
 ///
 /// # Errors
 /// Those of the device.
 pub(crate) fn compile(device: &Device) -> Result<()> {
     let none = DeviceMesh::new(device, &TriMesh::default())?;
     let fit = FitMesh::new(device, &none, None)?;
-    let parts: [&(dyn Fn() -> Result<()> + Sync); 6] = [
+    let parts: [&(dyn Fn() -> Result<()> + Sync); 7] = [
         &|| Flips::new(device, 0, 0, None).map(drop),
         &|| Relaxation::new(device, 0, None).map(drop),
         &|| FaceSamples::new(device, (&fit, &fit.ground), None, None).map(drop),
         &|| InwardSamples::new(device, &[], 0, None).map(drop),
         &|| Equations::new(device, 0, 0, None).map(drop),
         &|| Limits::new(device, 0, None).map(drop),
+        &|| IntersectingPairs::new(device, &TriMesh::default(), 0.0, None).map(drop),
     ];
     parts.par_iter().try_for_each(|part| part())
 }

@@ -11,7 +11,7 @@ use crate::mesh::spacing;
 use crate::pipeline::clock::Clock;
 use crate::pipeline::cost::AttemptCost;
 use crate::pipeline::fallback::components::Components;
-use crate::pipeline::intersections::Intersections;
+use crate::pipeline::intersections::{Intersections, intersecting_on_device};
 use crate::pipeline::missing::missing_vertices;
 use crate::pipeline::near_sites::near_sites;
 use crate::pipeline::outcome::{Fault, FaultKind};
@@ -101,7 +101,8 @@ impl CoarseToFine<'_> {
         level_spacing: f64,
         progress: &ProgressToken,
     ) -> Result<Vec<u32>> {
-        let result = (&level.mesh, level_spacing);
+        let intersecting = intersecting_on_device(self.device, &level.mesh, self.frame, progress)?;
+        let result = (&level.mesh, level_spacing, intersecting);
         let Intersections { count, new } =
             self.input_intersections.compare(self.mesh, self.frame, result, progress)?;
         level.intersecting_faces = Some(count);

@@ -6,7 +6,7 @@ use crate::mesh::sizing::SizeField;
 use crate::mesh::spacing;
 use crate::mesh::unit_frame::UnitFrame;
 use crate::options::Options;
-use crate::pipeline::intersections::{InputIntersections, Intersections};
+use crate::pipeline::intersections::{InputIntersections, Intersections, intersecting_in_units};
 use crate::pipeline::missing::missing_vertices;
 use crate::pipeline::outcome::{Fault, FaultKind, Outcome, slivers};
 use crate::pipeline::result::FeatureSummary;
@@ -125,7 +125,8 @@ impl Fallback<'_> {
 
     fn intersections(&self, mesh: &TriMesh, progress: &ProgressToken) -> Result<Intersections> {
         let spacing = spacing(self.surface.area(), mesh.vertices.len());
-        self.input_intersections.compare(self.mesh, self.frame, (mesh, spacing), progress)
+        let intersecting = intersecting_in_units(mesh, self.frame, progress)?;
+        self.input_intersections.compare(self.mesh, self.frame, (mesh, spacing, intersecting), progress)
     }
 
     fn component_target<'p>(&'p self, vertices: usize, progress: &'p ProgressToken) -> ComponentTarget<'p> {

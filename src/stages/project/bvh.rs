@@ -40,10 +40,22 @@ impl Bvh {
     /// # Errors
     /// As [`Recorder::dispatch`].
     pub fn record(&self, recorder: &mut Recorder, triangles: &TriangleRecords) -> Result<()> {
+        self.record_over(recorder, &triangles.corners, &triangles.wedges)
+    }
+
+    /// As [`Bvh::record`], of triangles by their corners, each a place in `wedges`.
+    ///
+    /// # Errors
+    /// As [`Recorder::dispatch`].
+    pub fn record_over(
+        &self,
+        recorder: &mut Recorder,
+        corners: &Buffer<u32>,
+        wedges: &Buffer<UVec4>,
+    ) -> Result<()> {
         let levels = self.level_count();
-        let push = leaves::Push { triangle_count: triangles.len() as u32, levels };
-        let bindings =
-            leaves::Bindings { corners: &triangles.corners, wedges: &triangles.wedges, nodes: &self.nodes };
+        let push = leaves::Push { triangle_count: corners.len() as u32 / 3, levels };
+        let bindings = leaves::Bindings { corners, wedges, nodes: &self.nodes };
         recorder.dispatch(&self.leaves, Threads(self.levels[0]), &push, &bindings)?;
         for (level, pair) in (1..).zip(self.levels.windows(2)) {
             let push = join::Push { level, levels, below: pair[0] as u32 };

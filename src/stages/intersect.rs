@@ -1,0 +1,89 @@
+//! Triangles of a mesh that may intersect others, by a walk over boxes for each.
+
+use crate::gpu::kernels::intersect::pairs;
+use crate::gpu::{Buffer, Device, Pipeline, Recorder, Threads};
+use crate::stages::project::bvh::Bvh;
+use crate::{Result, TriMesh};
+use glam::{UVec2, UVec4};
+use rayon::prelude::*;
+
+/// Pairs in the list, at least and for each so many triangles. Of meshes as they come from the pipeline, next to
+/// none are found.
+const LEAST_PAIRS: usize = 4096;
+const TRIANGLES_PER_PAIR: usize = 8;
+
+/// The pairs of a mesh's triangles that may intersect: all that do, and few others.
+pub struct IntersectingPairs {
+    pipeline: Pipeline<pairs::Shader>,
+    tree: Bvh,
+    corners: Buffer<u32>,
+    wedges: Buffer<UVec4>,
+    pairs: Buffer<UVec2>,
+    counters: Buffer<u32>,
+    rounding: f32,
+}
+
+impl IntersectingPairs {
+    /// Bytes on the device for each triangle of a closed mesh, and those of the largest buffer.
+    pub const BYTES: usize = 12 + 8 + 11 + 1;
+    /// See [`IntersectingPairs::BYTES`].
+    pub const LARGEST_BYTES: usize = 12;
+
+    /// Uploads a mesh in the unit-diagonal frame with at least one triangle, of which no coordinate is off by
+    /// more than `rounding`. It is fastest if triangles with near numbers are near each other. `workgroup`
+    /// overrides the kernels' own.
+    ///
+    /// # Errors
+    /// [`crate::Error::OutOfMemory`] or [`crate::Error::Device`].
+    pub fn new(device: &Device, mesh: &TriMesh, rounding: f64, workgroup: Option<u32>) -> Result<Self> {
+        let mut constants = pairs::Constants::default();
+        constants.workgroup = workgroup.unwrap_or(constants.workgroup);
+        let wedges: Vec<UVec4> = (mesh.vertices.par_iter())
+            .map(|p| UVec4::from_array(p.as_vec3().extend(0.0).to_array().map(f32::to_bits)))
+            .collect();
+        let largest = mesh.vertices.par_iter().map(|p| p.abs().max_element()).reduce(|| 0.0, f64::max);
+        let triangles = mesh.triangles.len();
+        Ok(Self {
+            pipeline: Pipeline::new(device, constants)?,
+            tree: Bvh::new(device, triangles, workgroup)?,
+            corners: Buffer::from_slice(device, "intersect.corners", mesh.triangles.as_flattened())?,
+            wedges: Buffer::from_slice(device, "intersect.wedges", &wedges)?,
+            pairs: Buffer::new(device, "intersect.pairs", LEAST_PAIRS.max(triangles / TRIANGLES_PER_PAIR))?,
+            counters: Buffer::zeros(device, "intersect.counters", 1)?,
+            rounding: (largest * f64::from(f32::EPSILON) + 2.0 * rounding) as f32,
+        })
+    }
+
+    /// Records the search.
+    ///
+    /// # Errors
+    /// As [`Recorder::dispatch`].
+    pub fn record(&self, recorder: &mut Recorder) -> Result<()> {
+        let Self { tree, corners, wedges, pairs, counters, rounding, .. } = self;
+        tree.record_over(recorder, corners, wedges)?;
+        recorder.fill(counters, 0)?;
+        let triangle_count = corners.len() as u32 / 3;
+        let push = pairs::Push {
+            triangle_count,
+            levels: tree.level_count(),
+            most: pairs.len() as u32,
+            rounding: *rounding,
+        };
+        let bindings = pairs::Bindings { corners, wedges, nodes: &tree.nodes, pairs, counters };
+        recorder.dispatch(&self.pipeline, Threads(triangle_count as usize), &push, &bindings)
+    }
+
+    /// The pairs that were found, the smaller number first, in any order; none if they are too many for the
+    /// list.
+    ///
+    /// # Errors
+    /// As [`Buffer::to_vec`].
+    pub fn found(&self, device: &Device) -> Result<Option<Vec<[u32; 2]>>> {
+        let count = self.counters.to_vec(device)?[0] as usize;
+        if count > self.pairs.len() {
+            return Ok(None);
+        }
+        let pairs = self.pairs.window(0, count)?.to_vec(device)?;
+        Ok(Some(pairs.into_iter().map(|pair| pair.to_array()).collect()))
+    }
+}
