@@ -52,8 +52,8 @@ const NOTES: &str = "rtfmesh IN OUT is short for rtfmesh remesh IN OUT.\n\
     error is one line that says what to do.\n\
     Environment: RTFMESH_DEVICE as --device; RTFMESH_VALIDATION=1 runs under the Vulkan validation layers \
     and fails on any message; RTFMESH_FULL_BARRIERS=1 orders every device command; \
-    RTFMESH_LEAST_LIMITS=1 uses no more of a device than any has; RTFMESH_DEVICE_POLISH=1 or 0 polishes \
-    and fits all meshes on the device, or none; RTFMESH_CACHE_DIR keeps compiled kernels.";
+    RTFMESH_LEAST_LIMITS=1 uses no more of a device than any has; RTFMESH_DEVICE_POLISH=1 or 0 polishes, \
+    fits and checks all meshes on the device, or none; RTFMESH_CACHE_DIR keeps compiled kernels.";
 
 #[derive(Subcommand)]
 enum Command {

@@ -40,9 +40,9 @@ pub struct DeviceOptions {
     /// Most bytes of one buffer, where the device allows more; what is larger is divided into several. `None`
     /// sets no limit of its own. For tests of large meshes.
     pub buffer_bytes: Option<u64>,
-    /// Whether whole meshes are polished and fitted by the device, or by host code. `None`: by the device,
-    /// unless that is a CPU and the mesh so small that starting kernels takes longer. Results differ by
-    /// rounding, and by the order of flips.
+    /// Whether whole meshes are polished, fitted and checked by the device, or by host code. `None`: by the
+    /// device, unless that is a CPU and the mesh so small that starting kernels takes longer. Results differ
+    /// by rounding, and by the order of flips.
     pub polish: Option<bool>,
 }
 
@@ -178,7 +178,7 @@ impl Device {
         &self.shared.info
     }
 
-    /// Whether it polishes and fits whole meshes of so many vertices; see [`DeviceOptions::polish`].
+    /// Whether it polishes, fits and checks whole meshes of so many vertices; see [`DeviceOptions::polish`].
     pub(crate) fn polishes(&self, vertices: usize) -> bool {
         let pays = self.shared.info.kind != "cpu" || vertices >= LEAST_FOR_CPU;
         self.shared.polish.unwrap_or(pays)
