@@ -34,9 +34,9 @@ uint touched_boxes(BoxWalk walk) {
     return mask;
 }
 
-// Advances to the next eight leaves of which the ball touches some; false if there are none. The loop tests its
-// condition at the end, since some devices run the body of a while loop once more than needed. That is sound
-// only because a round more changes nothing for a lane that is done (docs/experiments.md).
+// Advances to the next eight leaves of which the ball touches some; false if there are none. The loop tests
+// its condition at the end, since some devices run the body of a while loop once more than needed. That is
+// sound only because a round more changes nothing for a lane that is done (docs/experiments.md).
 bool next_leaves(inout BoxWalk walk) {
     bool on;
     do {

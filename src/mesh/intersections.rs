@@ -39,7 +39,8 @@ pub fn intersecting_among(mesh: &TriMesh, pairs: &[[u32; 2]]) -> Vec<u32> {
     hits.faces()
 }
 
-/// The mesh times a power of two, which changes no answer and keeps the products in the predicates within range.
+/// The mesh times a power of two, which changes no answer and keeps the products in the predicates within
+/// range.
 fn scaled(mesh: &TriMesh) -> TriMesh {
     let scale = scale_of(mesh);
     let vertices = mesh.vertices.iter().map(|&v| v * scale).collect();

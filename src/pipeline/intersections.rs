@@ -34,8 +34,8 @@ pub(crate) fn intersecting_in_units(
     intersecting_faces(&in_units(mesh, frame), progress)
 }
 
-/// As [`intersecting_in_units`], with the device to find pairs of faces if it polishes meshes of that size, and
-/// if it has the memory.
+/// As [`intersecting_in_units`], with the device to find pairs of faces if it polishes meshes of that size,
+/// and if it has the memory.
 ///
 /// # Errors
 /// Those of the device, and [`crate::Error::Cancelled`].
@@ -81,8 +81,8 @@ impl InputIntersections {
         self.known.get().map(|known| known.count)
     }
 
-    /// Compares `mesh`, which is in the unit-diagonal frame and has edges of about `spacing`, and of which some
-    /// faces intersect others, with the input.
+    /// Compares `mesh`, which is in the unit-diagonal frame and has edges of about `spacing`, and of which
+    /// some faces intersect others, with the input.
     ///
     /// # Errors
     /// [`crate::Error::Cancelled`].

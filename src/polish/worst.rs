@@ -73,17 +73,24 @@ fn ring_edges<'a>(
     half_edges.ring(v).map(of)
 }
 
-/// The lowest score of the triangles between a vertex at `p` and the edges around it; where it is not above
-/// `least`, only that much is certain.
-fn ring_score(edges: impl IntoIterator<Item = [DVec3; 2]>, p: DVec3, least: f64) -> f64 {
+/// The lowest score of the triangles between a vertex at `p` and the edges around it.
+fn ring_score(edges: impl IntoIterator<Item = [DVec3; 2]>, p: DVec3) -> f64 {
+    edges.into_iter().map(|[q, r]| score([p, q, r])).fold(f64::INFINITY, f64::min)
+}
+
+/// As [`ring_score`], if it is above `least`. The edge of a triangle that is not comes first then, since the
+/// next position mostly fails by the same one.
+fn ring_score_above(edges: &mut [[DVec3; 2]], p: DVec3, least: f64) -> Option<f64> {
     let mut lowest = f64::INFINITY;
-    for [q, r] in edges {
+    for k in 0..edges.len() {
+        let [q, r] = edges[k];
         lowest = score([p, q, r]).min(lowest);
         if lowest <= least {
-            break;
+            edges.swap(0, k);
+            return None;
         }
     }
-    lowest
+    Some(lowest)
 }
 
 /// Moves one vertex to a better position in its tangent plane, if there is one, wherever the surface is;
@@ -105,7 +112,7 @@ fn lift(half_edges: &HalfEdgeMesh, points: &mut [DVec3], rank: &mut usize, targe
     let Some(position) = target.closest(position, normal, half_edges.patch_at(v), rank) else { return false };
     let folds = ring_edges(half_edges, points, v)
         .any(|[q, r]| folds_or_flattens([here, q, r], [position, q, r], normal));
-    let reached = || ring_score(ring_edges(half_edges, points, v), position, f64::NEG_INFINITY);
+    let reached = || ring_score(ring_edges(half_edges, points, v), position);
     let better = !folds && reached() >= start + MIN_GAIN;
     if better {
         points[v as usize] = position;
@@ -117,7 +124,7 @@ fn lift(half_edges: &HalfEdgeMesh, points: &mut [DVec3], rank: &mut usize, targe
 /// former score.
 fn search(half_edges: &HalfEdgeMesh, points: &[DVec3], v: u32) -> Option<(DVec3, DVec3, f64)> {
     let here = points[v as usize];
-    let start = ring_score(ring_edges(half_edges, points, v), here, f64::NEG_INFINITY);
+    let start = ring_score(ring_edges(half_edges, points, v), here);
     if start >= GOAL || !start.is_finite() {
         return None;
     }
@@ -131,15 +138,14 @@ fn search(half_edges: &HalfEdgeMesh, points: &[DVec3], v: u32) -> Option<(DVec3,
         let angle = k as f64 * std::f64::consts::TAU / DIRECTIONS as f64;
         across * angle.cos() + along * angle.sin()
     });
-    let edges: Vec<[DVec3; 2]> = ring_edges(half_edges, points, v).collect();
+    let mut edges: Vec<[DVec3; 2]> = ring_edges(half_edges, points, v).collect();
     let shortest = edges.iter().map(|[q, _]| q.distance(here)).fold(f64::INFINITY, f64::min);
     let (mut position, mut best) = (here, start);
     let mut step = FIRST_STEP * shortest;
     for _ in 0..SERIES {
         for direction in directions {
             let trial = position + direction * step;
-            let reached = ring_score(edges.iter().copied(), trial, best);
-            if reached > best {
+            if let Some(reached) = ring_score_above(&mut edges, trial, best) {
                 (position, best) = (trial, reached);
             }
         }

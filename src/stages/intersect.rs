@@ -7,8 +7,8 @@ use crate::{Result, TriMesh};
 use glam::{UVec2, UVec4};
 use rayon::prelude::*;
 
-/// Pairs in the list, at least and for each so many triangles. Of meshes as they come from the pipeline, next to
-/// none are found.
+/// Pairs in the list, at least and for each so many triangles. Of meshes as they come from the pipeline, next
+/// to none are found.
 const LEAST_PAIRS: usize = 4096;
 const TRIANGLES_PER_PAIR: usize = 8;
 
