@@ -5,6 +5,7 @@ mod field;
 mod fill;
 mod neighbours;
 mod normals;
+mod notches;
 mod orient;
 mod prepare;
 mod sphere;

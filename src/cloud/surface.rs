@@ -153,13 +153,14 @@ fn run(cloud: &PointCloud, options: &SurfaceOptions, progress: &ProgressToken) -
     let extracted = extract(&found.grid, progress)?;
     progress.done(0.9)?;
     let offset = extracted.interpolated(&found.offset);
-    let (mut mesh, small_parts) =
-        trim(&extracted.mesh, &offset, LEAST_POINTS * (radius / RADIUS * spacing).powi(2));
+    // With noise, all is wider.
+    let room = radius / RADIUS * spacing;
+    let (mut mesh, small_parts) = trim(&extracted.mesh, &offset, room, LEAST_POINTS * room.powi(2));
     if mesh.triangles.is_empty() {
         let remedy = "give points that cover a surface, several times closer than its details";
         return Err(Error::input(None, "no surface goes through the points", remedy));
     }
-    let gap = (GAP * radius / RADIUS * spacing).max(options.fill_holes / points.frame.scale);
+    let gap = (GAP * room).max(options.fill_holes / points.frame.scale);
     let filled = fill(&mut mesh, gap, progress)?;
     progress.done(0.95)?;
     let mut mesh = with_smooth_boundary(mesh, spacing)?;

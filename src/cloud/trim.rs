@@ -3,6 +3,7 @@
 use std::collections::HashMap;
 use std::collections::hash_map::Entry;
 
+use super::notches::Ends;
 use crate::TriMesh;
 use crate::mesh::half_edges::{EdgeTable, edge_key};
 use crate::mesh::repair::connected_components;
@@ -15,12 +16,23 @@ pub(super) const AT_END: f32 = 0.235;
 /// A new vertex keeps this share of its edge away from the ends.
 const CLEARANCE: f32 = 0.05;
 
+/// Notches in the ends that are no wider than this are filled, in spacings,
+const NOTCH: f64 = 5.0;
+/// from here on: ends are known no better than to a side of the grid's cells.
+const NOTCH_DEPTH: f64 = 1.4;
+
 /// Cuts off what lies beyond the ends of the points, which the `offset` of each vertex tells. Gaps between
-/// points whose other side was reached stay filled. Then drops components of less than `least_area`, and
+/// points whose other side was reached stay filled, and so do narrow notches; `spacing` is that of the points,
+/// or more with noise. Then drops components of less than `least_area`, and
 /// what hangs on by a single vertex. Returns the number of components dropped.
-pub(super) fn trim(mesh: &TriMesh, offset: &[f32], least_area: f64) -> (TriMesh, usize) {
+pub(super) fn trim(mesh: &TriMesh, offset: &[f32], spacing: f64, least_area: f64) -> (TriMesh, usize) {
     let mut inside: Vec<f32> = offset.iter().map(|offset| AT_END - offset).collect();
     fill_gaps(mesh, &mut inside);
+    let beyond: Vec<bool> = inside.iter().map(|inside| *inside <= 0.0).collect();
+    if beyond.contains(&true) {
+        let notches = Ends::new(mesh, beyond).in_notches(NOTCH * spacing, NOTCH_DEPTH * spacing);
+        notches.into_iter().for_each(|v| inside[v as usize] = AT_END);
+    }
     let mesh = clip(mesh, &inside);
     let (of_triangle, areas) = connected_components(&mesh);
     let is_small = |t: usize| areas[of_triangle[t] as usize] < least_area;
