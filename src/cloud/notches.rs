@@ -23,8 +23,8 @@ impl<'a> Ends<'a> {
         Self { mesh, neighbours: Csr::group(mesh.vertices.len(), both), beyond }
     }
 
-    /// The vertices beyond the ends that lie in notches no wider than `width`, from `depth` behind their mouths
-    /// on: what is left of a closing by half the width.
+    /// The vertices beyond the ends that lie in notches no wider than `width`, from `depth` behind their
+    /// mouths on: what is left of a closing by half the width.
     pub fn in_notches(&self, width: f64, depth: f64) -> Vec<u32> {
         let reach = 0.5 * width;
         let is_beyond = |v: u32| self.beyond[v as usize];
@@ -80,8 +80,8 @@ mod tests {
 
     #[test]
     fn narrow_notches_are_filled_and_nothing_else() {
-        // A grid of 61 by 41 vertices, a unit apart. Points reach up to x = 45 but in two notches of 10 units'
-        // depth, 3 and 9 wide.
+        // A grid of 61 by 41 vertices, a unit apart. Points reach up to x = 45 but in two notches, 10 deep, 3
+        // and 9 wide.
         let at = |x: u32, y: u32| 41 * x + y;
         let place = |v: u32| [v / 41, v % 41];
         let vertices = (0..61 * 41).map(|v| DVec3::new(f64::from(v / 41), f64::from(v % 41), 0.0)).collect();

@@ -22,9 +22,9 @@ const NOTCH: f64 = 5.0;
 const NOTCH_DEPTH: f64 = 1.4;
 
 /// Cuts off what lies beyond the ends of the points, which the `offset` of each vertex tells. Gaps between
-/// points whose other side was reached stay filled, and so do narrow notches; `spacing` is that of the points,
-/// or more with noise. Then drops components of less than `least_area`, and
-/// what hangs on by a single vertex. Returns the number of components dropped.
+/// points whose other side was reached stay filled, and so do narrow notches; `spacing` is that of the
+/// points, or more with noise. Then drops components of less than `least_area`, and what hangs on by a single
+/// vertex. Returns the number of components dropped.
 pub(super) fn trim(mesh: &TriMesh, offset: &[f32], spacing: f64, least_area: f64) -> (TriMesh, usize) {
     let mut inside: Vec<f32> = offset.iter().map(|offset| AT_END - offset).collect();
     fill_gaps(mesh, &mut inside);
