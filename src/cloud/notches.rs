@@ -17,7 +17,7 @@ pub(super) struct Ends<'a> {
 
 impl<'a> Ends<'a> {
     pub fn new(mesh: &'a TriMesh, beyond: Vec<bool>) -> Self {
-        // The third edge of a triangle is the first of the one beside it, or a boundary, which does not matter.
+        // Each edge from both of its triangles.
         let sides = mesh.triangles.iter().flat_map(|[a, b, c]| [(*a, *b), (*b, *c), (*c, *a)]);
         let both = sides.flat_map(|(a, b)| [(a, b), (b, a)]);
         Self { mesh, neighbours: Csr::group(mesh.vertices.len(), both), beyond }
