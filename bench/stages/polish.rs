@@ -74,7 +74,7 @@ pub const GROUPS: [Group; 3] = [
 ];
 
 /// Steps of the solver, as in the pipeline.
-const STEPS: u32 = 12;
+const STEPS: u32 = 8;
 /// Largest difference between the fit on the device and that on the host, over the moves: on rough surfaces,
 /// walks from its vertices over the mesh can end elsewhere.
 const APART: f64 = 0.15;

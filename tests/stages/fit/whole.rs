@@ -52,7 +52,7 @@ fn a_round_is_that_of_the_host() {
     samples.record(&mut recorder, &fit, &ground.records, &under, 0.0).unwrap();
     inward.record(&mut recorder, &fit).unwrap();
     solver.record(&mut recorder, &fit, &samples, &inward).unwrap();
-    solver.record_solve(&mut recorder, &fit, 12).unwrap();
+    solver.record_solve(&mut recorder, &fit, 8).unwrap();
     limits.record(&mut recorder, &fit, &solver.moves, options.min_angle.to_radians() as f32).unwrap();
     recorder.submit().unwrap();
     assert_valid(device);
