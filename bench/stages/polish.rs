@@ -6,7 +6,7 @@ use crate::results::Row;
 use anyhow::{Context as _, Result, ensure};
 use glam::{DVec3, Vec4};
 use rtfmesh::gpu::{Buffer, Recorder};
-use rtfmesh::mesh::intersections::{intersecting_among, intersecting_faces};
+use rtfmesh::mesh::intersections::intersecting_faces;
 use rtfmesh::mesh::topology::topology;
 use rtfmesh::polish::{FitOptions, PolishOptions, Target, fit, polish};
 use rtfmesh::sites::cells::{CellSites, CellSurface, connected_cells};
@@ -172,8 +172,7 @@ fn checked(context: &Context) -> Result<Vec<Row>> {
     let pairs = IntersectingPairs::new(context.device, &mesh, 0.0, None)?;
     let mut record = |recorder: &mut Recorder, _| pairs.record(recorder);
     context.submit(&mut record, 0)?;
-    let found = pairs.found(context.device)?.context("the list is too short")?;
-    let faces = intersecting_among(&mesh, &found);
+    let faces = pairs.triangles(context.device, &mesh)?.context("the list is too short")?;
     ensure!(faces == intersecting_faces(&mesh, &ProgressToken::default())?, "other faces than the host's");
     // The tree is read by each walk, but only once is it counted.
     let bytes = IntersectingPairs::BYTES * mesh.triangles.len();

@@ -32,7 +32,7 @@ pub fn intersecting_faces(mesh: &TriMesh, progress: &ProgressToken) -> Result<Ve
 }
 
 /// As [`intersecting_faces`], if no faces but some of these pairs intersect.
-pub fn intersecting_among(mesh: &TriMesh, pairs: &[[u32; 2]]) -> Vec<u32> {
+pub(crate) fn intersecting_among(mesh: &TriMesh, pairs: &[[u32; 2]]) -> Vec<u32> {
     let mesh = scaled(mesh);
     let hits = Hits::of(&mesh);
     pairs.par_iter().for_each(|[s, t]| hits.look_at(*s, *t));

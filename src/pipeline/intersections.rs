@@ -2,7 +2,7 @@
 
 use crate::gpu::Device;
 use crate::mesh::bvh::Bvh;
-use crate::mesh::intersections::{intersecting_among, intersecting_faces};
+use crate::mesh::intersections::intersecting_faces;
 use crate::mesh::submesh::extract;
 use crate::mesh::unit_frame::UnitFrame;
 use crate::stages::intersect::IntersectingPairs;
@@ -57,10 +57,8 @@ pub(crate) fn intersecting_on_device(
     pairs.record(&mut recorder)?;
     recorder.submit()?;
     progress.poll()?;
-    match pairs.found(device)? {
-        Some(pairs) => Ok(intersecting_among(&in_units(mesh, frame), &pairs)),
-        None => intersecting_in_units(mesh, frame, progress),
-    }
+    let mesh = in_units(mesh, frame);
+    pairs.triangles(device, &mesh)?.map_or_else(|| intersecting_faces(&mesh, progress), Ok)
 }
 
 fn in_units(mesh: &TriMesh, frame: &UnitFrame) -> TriMesh {

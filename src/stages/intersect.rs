@@ -2,6 +2,7 @@
 
 use crate::gpu::kernels::intersect::pairs;
 use crate::gpu::{Buffer, Device, Pipeline, Recorder, Threads};
+use crate::mesh::intersections::intersecting_among;
 use crate::stages::project::bvh::Bvh;
 use crate::{Result, TriMesh};
 use glam::{UVec2, UVec4};
@@ -85,5 +86,15 @@ impl IntersectingPairs {
         }
         let pairs = self.pairs.window(0, count)?.to_vec(device)?;
         Ok(Some(pairs.into_iter().map(|pair| pair.to_array()).collect()))
+    }
+
+    /// The triangles that intersect others, in ascending order, as
+    /// [`crate::mesh::intersections::intersecting_faces`] has it; none as in [`IntersectingPairs::found`].
+    /// `mesh` is the mesh as it is to be checked, in any units.
+    ///
+    /// # Errors
+    /// As [`Buffer::to_vec`].
+    pub fn triangles(&self, device: &Device, mesh: &TriMesh) -> Result<Option<Vec<u32>>> {
+        Ok(self.found(device)?.map(|pairs| intersecting_among(mesh, &pairs)))
     }
 }

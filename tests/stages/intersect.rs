@@ -5,21 +5,25 @@ use crate::support::shapes::{moved, plane, tetrahedron, torus};
 use crate::support::{assert_valid, device, rng, rounded};
 use glam::DVec3;
 use rand::RngExt;
-use rtfmesh::mesh::intersections::{intersecting_among, intersecting_faces};
+use rtfmesh::mesh::intersections::intersecting_faces;
 use rtfmesh::mesh::samples::sample;
 use rtfmesh::mesh::unit_frame::UnitFrame;
 use rtfmesh::stages::intersect::IntersectingPairs;
 use rtfmesh::{Options, ProgressToken, TriMesh, remesh};
 
-/// The pairs that the device finds, in order.
-fn found(mesh: &TriMesh, workgroup: Option<u32>) -> Option<Vec<[u32; 2]>> {
+fn searched(mesh: &TriMesh, workgroup: Option<u32>) -> IntersectingPairs {
     let device = device();
     let pairs = IntersectingPairs::new(device, mesh, 0.0, workgroup).unwrap();
     let mut recorder = device.recorder().unwrap();
     pairs.record(&mut recorder).unwrap();
     recorder.submit().unwrap();
     assert_valid(device);
-    let mut found = pairs.found(device).unwrap()?;
+    pairs
+}
+
+/// The pairs that the device finds, in order.
+fn found(mesh: &TriMesh, workgroup: Option<u32>) -> Option<Vec<[u32; 2]>> {
+    let mut found = searched(mesh, workgroup).found(device()).unwrap()?;
     found.sort_unstable();
     assert!(found.windows(2).all(|pair| pair[0] != pair[1]), "a pair was found twice");
     assert!(found.iter().all(|[s, t]| s < t));
@@ -30,7 +34,7 @@ fn found(mesh: &TriMesh, workgroup: Option<u32>) -> Option<Vec<[u32; 2]>> {
 fn checked(mesh: &TriMesh) -> (Vec<u32>, usize) {
     let progress = ProgressToken::default();
     let pairs = found(mesh, None).expect("too many pairs");
-    let faces = intersecting_among(mesh, &pairs);
+    let faces = searched(mesh, None).triangles(device(), mesh).unwrap().unwrap();
     assert_eq!(faces, intersecting_faces(mesh, &progress).unwrap());
     (faces, pairs.len())
 }
