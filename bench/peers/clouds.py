@@ -8,15 +8,22 @@ the mesh is closed and manifold. Methods, each as its documentation shows it:
     open3d-pivoting   the same normals, ball pivoting; as many vertices as there are points, whatever N is
     pymeshlab         normals, screened Poisson, isotropic remeshing with the edge length of N vertices
     pyvista           reconstruct_surface, then pyacvd
+    geogram           the co-cones of vorpalite, then its remeshing; the seconds inside the two
 
 Points are those of points.py, without normals. The venv needs numpy and what the method is named after;
-requirements.txt has the versions. Open3D needs libusb-1.0 of the system.
+requirements.txt has the versions. Open3D needs libusb-1.0 of the system;
+geogram is what setup.sh compiles.
 """
 import json
+import subprocess
 import sys
+import tempfile
 import time
+from pathlib import Path
 
 import numpy as np
+from meshes import read_off
+from run_peer import LLOYD, NEWTON
 
 ITERATIONS = 10
 NEIGHBOURS = 16
@@ -82,11 +89,27 @@ def pyvista(points, count):
     return np.asarray(mesh.points), mesh.faces.reshape(-1, 4)[:, 1:]
 
 
+def geogram(points, count):
+    programs = Path(__file__).parent / ".venv" / "bin"
+    with tempfile.TemporaryDirectory() as folder:
+        cloud, surface, out = (Path(folder, name) for name in ("in.xyz", "surface.off", "out.off"))
+        np.savetxt(cloud, points)
+        seconds = 0.0
+        for command in (
+            [programs / "geogram_reconstruct", cloud, surface],
+            [programs / "geogram_remesh", surface, out, str(count), LLOYD, NEWTON],
+        ):
+            said = subprocess.run(command, check=True, capture_output=True, text=True).stdout
+            seconds += float(said.rsplit("seconds ", 1)[1])
+        return *read_off(out), seconds
+
+
 METHODS = {
     "open3d-poisson": open3d_poisson,
     "open3d-pivoting": open3d_pivoting,
     "pymeshlab": pymeshlab,
     "pyvista": pyvista,
+    "geogram": geogram,
 }
 
 
@@ -115,8 +138,8 @@ def main():
     method, source, target, count = sys.argv[1:]
     points = np.loadtxt(source, ndmin=2)[:, :3]
     begin = time.perf_counter()
-    vertices, faces = METHODS[method](points, int(count))
-    seconds = time.perf_counter() - begin
+    vertices, faces, *inside = METHODS[method](points, int(count))
+    seconds = inside[0] if inside else time.perf_counter() - begin
     write_ply(target, vertices, faces)
     closed = is_closed_manifold(faces)
     print(json.dumps({"method": method, "seconds": seconds, "vertices": len(vertices), "closed": closed}))

@@ -10,9 +10,11 @@ cd "$(dirname "$0")"
 # The package of geogram is a library with headers; its Python functions do not include remeshing.
 site=$(.venv/bin/python -c 'import sysconfig; print(sysconfig.get_path("platlib"))')
 if command -v g++ >/dev/null && echo '#include <lbfgs.h>' | g++ -E -x c++ - >/dev/null 2>&1; then
-  g++ -O2 -I "$site/include/geogram1" geogram_remesh.cpp "$site/lib64/libgeogram.a" \
-    "$site"/geogram.libs/*.so* "-Wl,-rpath,$site/geogram.libs" -llbfgs -lpthread -ldl \
-    -o .venv/bin/geogram_remesh
+  for program in geogram_remesh geogram_reconstruct; do
+    g++ -O2 -I "$site/include/geogram1" "$program.cpp" "$site/lib64/libgeogram.a" \
+      "$site"/geogram.libs/*.so* "-Wl,-rpath,$site/geogram.libs" -llbfgs -lpthread -ldl \
+      -o ".venv/bin/$program"
+  done
 else
   echo "peers: without geogram: g++ or lbfgs.h is missing (Debian: apt-get install g++ liblbfgs-dev)" >&2
 fi
