@@ -5,22 +5,23 @@ use std::collections::BinaryHeap;
 
 use crate::TriMesh;
 use crate::mesh::csr::Csr;
-use crate::mesh::half_edges::EdgeTable;
 
 /// What the vertices of a mesh are to the points of a cloud: beyond their ends or not.
 pub(super) struct Ends<'a> {
     mesh: &'a TriMesh,
     neighbours: Csr,
+    /// The vertices at the boundary of the mesh.
+    boundary: &'a [u32],
     /// Whether each vertex is beyond an end.
     beyond: Vec<bool>,
 }
 
 impl<'a> Ends<'a> {
-    pub fn new(mesh: &'a TriMesh, beyond: Vec<bool>) -> Self {
-        // Each edge from both of its triangles.
+    pub fn new(mesh: &'a TriMesh, boundary: &'a [u32], beyond: Vec<bool>) -> Self {
+        // Both ways, since a boundary edge has a single triangle.
         let sides = mesh.triangles.iter().flat_map(|[a, b, c]| [(*a, *b), (*b, *c), (*c, *a)]);
         let both = sides.flat_map(|(a, b)| [(a, b), (b, a)]);
-        Self { mesh, neighbours: Csr::group(mesh.vertices.len(), both), beyond }
+        Self { mesh, neighbours: Csr::group(mesh.vertices.len(), both), boundary, beyond }
     }
 
     /// The vertices beyond the ends that lie in notches no wider than `width`, from `depth` behind their
@@ -32,12 +33,7 @@ impl<'a> Ends<'a> {
         let from_within = self.distances(self.vertices().filter(is_end), reach);
         let mut is_far: Vec<bool> =
             from_within.iter().zip(&self.beyond).map(|(far, beyond)| *beyond && *far > reach).collect();
-        for edge in EdgeTable::new(&self.mesh.triangles).edges() {
-            if let [one] = edge {
-                let (a, b) = one.ends();
-                [a, b].into_iter().for_each(|v| is_far[v as usize] |= is_beyond(v));
-            }
-        }
+        self.boundary.iter().for_each(|v| is_far[*v as usize] |= is_beyond(*v));
         let from_far = self.distances(self.vertices().filter(|v| is_far[*v as usize]), reach + depth);
         self.vertices().filter(|v| is_beyond(*v) && from_far[*v as usize].is_infinite()).collect()
     }
@@ -76,6 +72,7 @@ impl<'a> Ends<'a> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::cloud::trim::boundary_of;
     use glam::DVec3;
 
     #[test]
@@ -96,7 +93,8 @@ mod tests {
             let [x, y] = place(v);
             x > 45 || (x > 35 && (narrow.contains(&y) || wide.contains(&y)))
         };
-        let ends = Ends::new(&mesh, (0..mesh.vertices.len() as u32).map(beyond).collect());
+        let boundary = boundary_of(&mesh);
+        let ends = Ends::new(&mesh, &boundary, (0..mesh.vertices.len() as u32).map(beyond).collect());
         let filled = ends.in_notches(5.0, 1.4);
         assert!(filled.iter().all(|v| beyond(*v) && narrow.contains(&place(*v)[1]) && place(*v)[0] < 46));
         // All of the narrow one but what is near its mouth.
@@ -104,7 +102,9 @@ mod tests {
             (36..=43).flat_map(|x| narrow.clone().map(move |y| at(x, y))).find(|v| !filled.contains(v));
         assert_eq!(missing.map(place), None);
         // Without an end there is nothing to fill; beyond everything neither.
-        assert!(Ends::new(&mesh, vec![false; mesh.vertices.len()]).in_notches(5.0, 1.4).is_empty());
-        assert!(Ends::new(&mesh, vec![true; mesh.vertices.len()]).in_notches(1e3, 1.4).is_empty());
+        assert!(
+            Ends::new(&mesh, &boundary, vec![false; mesh.vertices.len()]).in_notches(5.0, 1.4).is_empty()
+        );
+        assert!(Ends::new(&mesh, &boundary, vec![true; mesh.vertices.len()]).in_notches(1e3, 1.4).is_empty());
     }
 }

@@ -27,10 +27,11 @@ const NOTCH_DEPTH: f64 = 1.4;
 /// vertex. Returns the number of components dropped.
 pub(super) fn trim(mesh: &TriMesh, offset: &[f32], spacing: f64, least_area: f64) -> (TriMesh, usize) {
     let mut inside: Vec<f32> = offset.iter().map(|offset| AT_END - offset).collect();
-    fill_gaps(mesh, &mut inside);
+    let boundary = boundary_of(mesh);
+    fill_gaps(mesh, &boundary, &mut inside);
     let beyond: Vec<bool> = inside.iter().map(|inside| *inside <= 0.0).collect();
     if beyond.contains(&true) {
-        let notches = Ends::new(mesh, beyond).in_notches(NOTCH * spacing, NOTCH_DEPTH * spacing);
+        let notches = Ends::new(mesh, &boundary, beyond).in_notches(NOTCH * spacing, NOTCH_DEPTH * spacing);
         notches.into_iter().for_each(|v| inside[v as usize] = AT_END);
     }
     let mesh = clip(mesh, &inside);
@@ -41,8 +42,15 @@ pub(super) fn trim(mesh: &TriMesh, offset: &[f32], spacing: f64, least_area: f64
     (without_unused_vertices(&mesh, without_pinches(mesh.vertices.len(), kept)), dropped)
 }
 
+/// The vertices at boundary edges of the mesh, each once for each of them.
+pub(super) fn boundary_of(mesh: &TriMesh) -> Vec<u32> {
+    let table = EdgeTable::new(&mesh.triangles);
+    let ends = table.edges().filter_map(|edge| if let [one] = edge { Some(one.ends()) } else { None });
+    ends.flat_map(|(a, b)| [a, b]).collect()
+}
+
 /// Parts without points that do not meet the boundary of the mesh are gaps inside it, and count as inside.
-fn fill_gaps(mesh: &TriMesh, inside: &mut [f32]) {
+fn fill_gaps(mesh: &TriMesh, boundary: &[u32], inside: &mut [f32]) {
     let is_out = |v: u32| inside[v as usize] <= 0.0;
     let mut parts = Partition::new(inside.len());
     for [a, b, c] in &mesh.triangles {
@@ -53,13 +61,7 @@ fn fill_gaps(mesh: &TriMesh, inside: &mut [f32]) {
         }
     }
     let mut meets = vec![false; inside.len()];
-    let table = EdgeTable::new(&mesh.triangles);
-    for edge in table.edges() {
-        if let [one] = edge {
-            let (a, b) = one.ends();
-            [a, b].into_iter().for_each(|v| meets[parts.root(v) as usize] = true);
-        }
-    }
+    boundary.iter().for_each(|v| meets[parts.root(*v) as usize] = true);
     for (v, inside) in (0..).zip(inside.iter_mut()) {
         if *inside <= 0.0 && !meets[parts.root(v) as usize] {
             *inside = AT_END;

@@ -33,6 +33,9 @@ pub fn intersecting_faces(mesh: &TriMesh, progress: &ProgressToken) -> Result<Ve
 
 /// As [`intersecting_faces`], if no faces but some of these pairs intersect.
 pub(crate) fn intersecting_among(mesh: &TriMesh, pairs: &[[u32; 2]]) -> Vec<u32> {
+    if pairs.is_empty() {
+        return Vec::new();
+    }
     let mesh = scaled(mesh);
     let hits = Hits::of(&mesh);
     pairs.par_iter().for_each(|[s, t]| hits.look_at(*s, *t));

@@ -48,10 +48,12 @@ pub(crate) fn intersecting_on_device(
     let faces = mesh.triangles.len();
     let fits = (IntersectingPairs::LARGEST_BYTES * faces) as u64 <= device.info().limits.storage_buffer_bytes
         && (IntersectingPairs::BYTES * faces) as u64 <= device.available_bytes();
-    if faces == 0 || !device.polishes(mesh.vertices.len()) || !fits {
+    // Far from the origin, units round more than the device's search allows for.
+    let rounding = f64::EPSILON * (1.0 + frame.centre.abs().max_element() / frame.scale);
+    let is_searched = device.polishes(mesh.vertices.len()) && rounding <= IntersectingPairs::MOST_ROUNDING;
+    if faces == 0 || !is_searched || !fits {
         return intersecting_in_units(mesh, frame, progress);
     }
-    let rounding = f64::EPSILON * (1.0 + frame.centre.abs().max_element() / frame.scale);
     let pairs = IntersectingPairs::new(device, mesh, rounding, None)?;
     let mut recorder = device.recorder()?;
     pairs.record(&mut recorder)?;

@@ -25,14 +25,17 @@ pub struct IntersectingPairs {
 }
 
 impl IntersectingPairs {
-    /// Bytes on the device for each triangle of a closed mesh, and those of the largest buffer.
+    /// Bytes on the device for each triangle of a closed mesh: corners, positions, tree and pairs.
     pub const BYTES: usize = 12 + 8 + 11 + 1;
-    /// See [`IntersectingPairs::BYTES`].
+    /// Those of the largest buffer.
     pub const LARGEST_BYTES: usize = 12;
+    /// Coordinates may be off by this at most: the boxes of the tree have a margin of three times as much,
+    /// which f32 needs a part of.
+    pub const MOST_ROUNDING: f64 = 2e-7;
 
     /// Uploads a mesh in the unit-diagonal frame with at least one triangle, of which no coordinate is off by
-    /// more than `rounding`. It is fastest if triangles with near numbers are near each other. `workgroup`
-    /// overrides the kernels' own.
+    /// more than `rounding`, at most [`IntersectingPairs::MOST_ROUNDING`]. It is fastest if triangles with
+    /// near numbers are near each other. `workgroup` overrides the kernels' own.
     ///
     /// # Errors
     /// [`crate::Error::OutOfMemory`] or [`crate::Error::Device`].

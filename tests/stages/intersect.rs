@@ -11,9 +11,9 @@ use rtfmesh::mesh::unit_frame::UnitFrame;
 use rtfmesh::stages::intersect::IntersectingPairs;
 use rtfmesh::{Options, ProgressToken, TriMesh, remesh};
 
-fn searched(mesh: &TriMesh, workgroup: Option<u32>) -> IntersectingPairs {
+fn searched(mesh: &TriMesh, rounding: f64, workgroup: Option<u32>) -> IntersectingPairs {
     let device = device();
-    let pairs = IntersectingPairs::new(device, mesh, 0.0, workgroup).unwrap();
+    let pairs = IntersectingPairs::new(device, mesh, rounding, workgroup).unwrap();
     let mut recorder = device.recorder().unwrap();
     pairs.record(&mut recorder).unwrap();
     recorder.submit().unwrap();
@@ -23,7 +23,11 @@ fn searched(mesh: &TriMesh, workgroup: Option<u32>) -> IntersectingPairs {
 
 /// The pairs that the device finds, in order.
 fn found(mesh: &TriMesh, workgroup: Option<u32>) -> Option<Vec<[u32; 2]>> {
-    let mut found = searched(mesh, workgroup).found(device()).unwrap()?;
+    sorted(&searched(mesh, 0.0, workgroup))
+}
+
+fn sorted(pairs: &IntersectingPairs) -> Option<Vec<[u32; 2]>> {
+    let mut found = pairs.found(device()).unwrap()?;
     found.sort_unstable();
     assert!(found.windows(2).all(|pair| pair[0] != pair[1]), "a pair was found twice");
     assert!(found.iter().all(|[s, t]| s < t));
@@ -33,8 +37,9 @@ fn found(mesh: &TriMesh, workgroup: Option<u32>) -> Option<Vec<[u32; 2]>> {
 /// All faces that intersect others, by the device and exact predicates, and the pairs that it found.
 fn checked(mesh: &TriMesh) -> (Vec<u32>, usize) {
     let progress = ProgressToken::default();
-    let pairs = found(mesh, None).expect("too many pairs");
-    let faces = searched(mesh, None).triangles(device(), mesh).unwrap().unwrap();
+    let searched = searched(mesh, 0.0, None);
+    let pairs = sorted(&searched).expect("too many pairs");
+    let faces = searched.triangles(device(), mesh).unwrap().unwrap();
     assert_eq!(faces, intersecting_faces(mesh, &progress).unwrap());
     (faces, pairs.len())
 }
@@ -117,6 +122,28 @@ fn what_touches_or_lies_on_each_other_is_found() {
     assert!(of(&sliver, &[[0, 1, 2], [1, 0, 3]]).is_empty());
     assert!(of(&[o, x, y, z, z, z], &[[0, 1, 2], [3, 4, 5]]).is_empty());
     assert_eq!(of(&[o, x, y, (x + y) * 0.3, (x + y) * 0.3, (x + y) * 0.3], &[[0, 1, 2], [3, 4, 5]]), [0, 1]);
+}
+
+#[test]
+fn what_rounding_may_join_is_found() {
+    let most = IntersectingPairs::MOST_ROUNDING;
+    let mut corners = soup(1, 0.2, 7).vertices;
+    let normal = (corners[1] - corners[0]).cross(corners[2] - corners[0]).normalize();
+    for (gap, pairs) in [(2.0 * most, 1), (1e-4, 0)] {
+        corners.truncate(3);
+        corners.extend_from_within(..);
+        corners[3..].iter_mut().for_each(|p| *p += gap * normal);
+        let mesh = TriMesh { vertices: corners.clone(), triangles: vec![[0, 1, 2], [3, 4, 5]] };
+        assert_eq!(sorted(&searched(&mesh, most, None)).map(|found| found.len()), Some(pairs), "{gap}");
+    }
+    // Also if only their boxes meet when both are off.
+    let flat = |z: f64| [DVec3::ZERO, 0.2 * DVec3::X, 0.2 * DVec3::Y].map(|p| p + z * DVec3::Z);
+    for k in 0..50 {
+        let z = 1e-3 * f64::from(k) * 0.317;
+        let vertices = [flat(z), flat(z + 2.0 * most)].concat();
+        let mesh = TriMesh { vertices, triangles: vec![[0, 1, 2], [3, 4, 5]] };
+        assert_eq!(sorted(&searched(&mesh, most, None)).map(|found| found.len()), Some(1), "{z}");
+    }
 }
 
 #[test]
