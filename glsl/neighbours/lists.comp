@@ -2,10 +2,10 @@
 // first one not listed.
 // Invocation: one site of a block. The sites of a subgroup follow each other in Morton order and walk the
 // boxes together.
-// Reads: sites, boxes.
+// Reads: sites, boxes; neighbours and list_sites of the last time.
 // Writes: neighbours, as common/blocks.glsl says, NONE where there are fewer than K other sites; reach[site],
 // the distances of the (NEAR + 1)-th and the (K + 1)-th nearest, ENDLESS where there is none; list_sites,
-// where the sites are now, as common/sites.glsl has them; away = reach.
+// where the sites are now, as common/sites.glsl has them, with the (K + 1)-th in w; away = reach.
 // Filled by neighbours/box_levels; consumed by the faces and neighbours/moved.
 //
 // A box is entered if it meets the ball of any site of the subgroup that its list fills so far: first come
@@ -39,12 +39,13 @@ layout(push_constant) uniform Push {
     uint levels;
     uint first; // of the block's sites
     uint block_sites;
+    uint again; // 1: lists are made anew, 0: there are none yet
 };
 layout(set = 0, binding = 0) readonly buffer Sites { vec4 sites[]; };
 layout(set = 0, binding = 1) readonly buffer Boxes { vec4 boxes[]; };
-layout(set = 0, binding = 2) writeonly buffer Neighbours { uint neighbours[]; };
+layout(set = 0, binding = 2) buffer Neighbours { uint neighbours[]; };
 layout(set = 0, binding = 3) writeonly buffer Reach { vec2 reach[]; };
-layout(set = 0, binding = 4) writeonly buffer ListSites { vec4 list_sites[]; };
+layout(set = 0, binding = 4) buffer ListSites { vec4 list_sites[]; };
 layout(set = 0, binding = 5) writeonly buffer Away { vec2 away[]; };
 
 #include "common/blocks.glsl"
@@ -63,26 +64,26 @@ float bound_sq;
 // registers.
 float best_sq[K + 1u];
 uint best[K + 1u];
-// Sites of the subgroup with their bounds, if LANES is 8.
-vec4 mates[8];
+// Sites of the subgroup, if LANES is 8, and their bounds.
+vec3 mates[8];
+float mate_bounds[8];
 // Leaves that were tested before the walk: from .x to .y.
 ivec2 window;
 uvec4 block;
 
-void share() {
+void share_sites() {
     if (LANES != 8u) return;
-    [[unroll]] for (uint s = 0u; s < 8u; ++s) {
-        mates[s] = vec4(
-            subgroupBroadcast(at.x, s), subgroupBroadcast(at.y, s), subgroupBroadcast(at.z, s),
-            subgroupBroadcast(bound_sq, s));
-    }
+    [[unroll]] for (uint s = 0u; s < 8u; ++s) mates[s] = subgroupBroadcast(at, s);
+}
+
+void share_bounds() {
+    if (LANES != 8u) return;
+    [[unroll]] for (uint s = 0u; s < 8u; ++s) mate_bounds[s] = subgroupBroadcast(bound_sq, s);
 }
 
 vec4 mate(uint s) {
-    if (LANES == 8u) return mates[s];
-    return vec4(
-        subgroupBroadcast(at.x, s), subgroupBroadcast(at.y, s), subgroupBroadcast(at.z, s),
-        subgroupBroadcast(bound_sq, s));
+    if (LANES == 8u) return vec4(mates[s], mate_bounds[s]);
+    return vec4(subgroupBroadcast(at, s), subgroupBroadcast(bound_sq, s));
 }
 
 // A constant where it can be, so that loops over the lanes are unrolled and `mates` are registers.
@@ -141,8 +142,8 @@ void look() {
     // Lanes leave the loop one by one; what follows needs them all.
     subgroupBarrier();
     // A little more than the bound, so that rounding never hides a site.
-    bound_sq = alive ? min(1.000001 * best_sq[K], FAR) : -1.0;
-    share();
+    bound_sq = alive ? min(1.000001 * best_sq[K], bound_sq) : -1.0;
+    share_bounds();
 }
 
 // A bit for each of the eight boxes from `base` on of a level that a site of the subgroup must enter. In
@@ -220,18 +221,40 @@ void walk() {
     }
 }
 
+// An index as the fourth component of a position: as a float that no device takes for zero. NONE is zero.
+float as_component(uint other) { return other == NONE ? 0.0 : uintBitsToFloat(other | 0x40000000u); }
+
+uint from_component(float component) {
+    uint bits = floatBitsToUint(component);
+    return bits == 0u ? NONE : bits & 0x3fffffffu;
+}
+
+// Upper bound for the squared distance of the first site that the new list leaves out: the sites of the list
+// so far and the first that it left out are still near.
+float known_bound_sq() {
+    uint others = alive && PACKED == 0u ? again * (K + 1u) : 0u;
+    float farthest_sq = others == 0u ? FAR : 0.0;
+    for (uint s = 0u; s < others; ++s) {
+        uint other = s < K ? neighbours[block_place(s, site)] : from_component(list_sites[site].w);
+        vec3 d = site_at(other == NONE ? site : other).xyz - at;
+        farthest_sq = max(farthest_sq, other == NONE ? FAR : dot(d, d));
+    }
+    return min(1.000001 * farthest_sq, FAR);
+}
+
 void main() {
     site = block_site(thread_index());
     lane = gl_SubgroupInvocationID;
     lanes = LANES == 8u ? 8u : subgroupBallotBitCount(subgroupBallot(true));
     alive = in_block(site);
     at = site_at(min(site, site_count - 1u)).xyz;
-    bound_sq = alive ? FAR : -1.0;
+    bound_sq = alive ? known_bound_sq() : -1.0;
     [[unroll]] for (uint s = 0u; s < K + 1u; ++s) {
         best_sq[s] = FAR;
         best[s] = NONE;
     }
-    share();
+    share_sites();
+    share_bounds();
     look_around();
     walk();
     if (!alive) return;
@@ -241,6 +264,6 @@ void main() {
         best[K] == NONE ? ENDLESS : sqrt(best_sq[K]));
     reach[site] = far;
     away[site] = far;
-    if (PACKED == 0u) list_sites[site] = vec4(at, 0.0);
+    if (PACKED == 0u) list_sites[site] = vec4(at, as_component(best[K]));
     for (uint c = 0u; c < 3u * PACKED; ++c) PACKED_AT(list_sites, 3u * site + c) = at[c];
 }

@@ -8,7 +8,7 @@ use crate::{Error, Result};
 use glam::{UVec4, Vec2, Vec4};
 
 /// Neighbours that a face is first cut by: more than the faces of relaxed sites need.
-pub const NEAR: u32 = 14;
+pub const NEAR: u32 = 12;
 
 /// Sites in a leaf and boxes in a box: fixed in the kernels.
 const BRANCH: usize = 8;
@@ -94,7 +94,7 @@ pub struct Lists {
     /// Distances of the nearest site after the first [`NEAR`] (x) and outside
     /// the list (y) when it was made; [`ENDLESS`] if there is none.
     pub reach: Buffer<Vec2>,
-    /// Where the sites were when the lists were made, in the same layout, w = 0.
+    /// Where the sites were when the lists were made, in the same layout. w is for the next time.
     pub list_sites: Buffer<Vec4>,
     /// The reach less the distance that the site itself has moved since.
     pub away: Buffer<Vec2>,
@@ -159,7 +159,7 @@ impl Lists {
     pub fn record_build(&self, recorder: &mut Recorder, sites: &Buffer<Vec4>) -> Result<()> {
         // No move is below zero.
         self.record_decision(recorder, -1.0)?;
-        self.record_dispatches(recorder, sites)
+        self.record_dispatches(recorder, sites, false)
     }
 
     /// Records rebuilding the lists if a site has moved more than `max_rho` (0 to 0.5) of its reach since
@@ -179,7 +179,7 @@ impl Lists {
         let push = moved::Push { site_count: self.sites() as u32 };
         recorder.dispatch(&self.moved_kernel, Threads(self.sites()), &push, &bindings)?;
         self.record_decision(recorder, max_rho)?;
-        self.record_dispatches(recorder, sites)
+        self.record_dispatches(recorder, sites, true)
     }
 
     /// Number of sites.
@@ -200,7 +200,8 @@ impl Lists {
         recorder.dispatch(&self.decide_kernel, Threads(1), &push, &bindings)
     }
 
-    fn record_dispatches(&self, recorder: &mut Recorder, sites: &Buffer<Vec4>) -> Result<()> {
+    /// `again`: there are lists already, which tell about where to look.
+    fn record_dispatches(&self, recorder: &mut Recorder, sites: &Buffer<Vec4>, again: bool) -> Result<()> {
         if self.sites() == 0 {
             return Ok(());
         }
@@ -225,6 +226,7 @@ impl Lists {
                 levels,
                 first: block.first,
                 block_sites: block.sites,
+                again: u32::from(again),
             };
             let bindings = lists::Bindings {
                 sites,
