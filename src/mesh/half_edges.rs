@@ -61,6 +61,8 @@ impl HalfEdge {
     }
 }
 
+/// Ranges of buckets that are filled at the same time, at most: each takes a look at everything.
+const MOST_RANGES: usize = 8;
 /// Buckets of half-edges that one thread sorts at a time.
 const BUCKETS: usize = 4096;
 
@@ -78,26 +80,42 @@ impl EdgeTable {
         // holds few half-edges, and near ones are near in memory.
         let wide = u64::from(largest) / (3 * triangles.len().max(1) as u64) + 1;
         let shift = wide.next_power_of_two().trailing_zeros();
-        let each = |visit: &mut dyn FnMut(HalfEdge)| {
+        // Every thread looks at all half-edges and takes those of its own range of buckets.
+        let in_range = |first: usize, count: usize, visit: &mut dyn FnMut(usize, HalfEdge)| {
             for (number, &[a, b, c]) in (0u32..).step_by(3).zip(triangles) {
                 for (k, (a, b)) in (0..).zip([(a, b), (b, c), (c, a)]) {
-                    visit(HalfEdge::new(a, b, number + k));
+                    let bucket = ((a.min(b) >> shift) as usize).wrapping_sub(first);
+                    if bucket < count {
+                        visit(bucket, HalfEdge::new(a, b, number + k));
+                    }
                 }
             }
         };
-        let mut ends = vec![0u32; (largest >> shift) as usize + 2];
-        each(&mut |half_edge| ends[(half_edge.ends().0 >> shift) as usize + 1] += 1);
-        for i in 1..ends.len() {
-            ends[i] += ends[i - 1];
-        }
-        let mut half_edges = vec![HalfEdge { key: 0, number: 0 }; 3 * triangles.len()];
-        // What was the start of a bucket becomes its end.
-        each(&mut |half_edge| {
-            let end = &mut ends[(half_edge.ends().0 >> shift) as usize];
-            half_edges[*end as usize] = half_edge;
-            *end += 1;
+        let mut ends = vec![0u32; (largest >> shift) as usize + 1];
+        let wide = ends.len().div_ceil(rayon::current_num_threads().min(MOST_RANGES));
+        ends.par_chunks_mut(wide).enumerate().for_each(|(r, counts)| {
+            in_range(r * wide, counts.len(), &mut |bucket, _| counts[bucket] += 1);
         });
-        sort_buckets(&mut half_edges, &ends);
+        let mut half_edges = vec![HalfEdge { key: 0, number: 0 }; 3 * triangles.len()];
+        let mut rest = half_edges.as_mut_slice();
+        let mut ranges = Vec::new();
+        for (r, counts) in ends.chunks_mut(wide).enumerate() {
+            let mut end = 0;
+            for count in counts.iter_mut() {
+                (*count, end) = (end, end + *count);
+            }
+            let (range, after) = rest.split_at_mut(end as usize);
+            ranges.push((r * wide, range, counts));
+            rest = after;
+        }
+        ranges.into_par_iter().for_each(|(first, range, starts)| {
+            // What was the start of a bucket becomes its end.
+            in_range(first, starts.len(), &mut |bucket, half_edge| {
+                range[starts[bucket] as usize] = half_edge;
+                starts[bucket] += 1;
+            });
+            sort_buckets(range, starts);
+        });
         Self { half_edges }
     }
 

@@ -8,11 +8,13 @@
 
 use super::cells::Certificate;
 use super::fans::Fans;
+use crate::mesh::chunks::in_chunks;
 use crate::mesh::half_edges::edge_key;
 use crate::mesh::quality::TriangleQuality;
 use glam::DVec3;
 use serde::Serialize;
 use std::collections::HashSet;
+use std::ops::Range;
 
 /// Counts of what joining the fans to triangles found and did.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Serialize)]
@@ -41,18 +43,19 @@ pub fn connect(sites: &[DVec3], fans: &Fans) -> (Vec<[u32; 3]>, ConnectCounts) {
     // Needed for few surfaces only.
     let mut edges: Option<HashSet<(u32, u32)>> = None;
     let mut triangles = Vec::with_capacity(2 * sites.len());
-    trace(&symmetric, |face| match face {
-        &[a, b, c] if a != b && b != c && c != a => triangles.push([a, b, c]),
-        // Two corners: the two sides of an edge without triangles.
-        [_, _] => {}
-        _ => {
+    for part in in_chunks(symmetric.len(), |range| Faces::of(&symmetric, range)) {
+        let mut done = 0;
+        for (before, face) in part.others {
+            triangles.extend_from_slice(&part.triangles[done..before]);
+            done = before;
             counts.split_faces += usize::from(face.len() > 3);
-            match split(face, sites, edges.get_or_insert_with(|| edges_of(&symmetric))) {
+            match split(&face, sites, edges.get_or_insert_with(|| edges_of(&symmetric))) {
                 Some(parts) => triangles.extend(parts),
                 None => counts.unfilled_faces += 1,
             }
         }
-    });
+        triangles.extend_from_slice(&part.triangles[done..]);
+    }
     let mut used = vec![false; sites.len()];
     triangles.iter().flatten().for_each(|v| used[*v as usize] = true);
     counts.unconnected_sites = used.iter().filter(|u| !**u).count();
@@ -68,26 +71,50 @@ fn edges_of(fans: &Fans) -> HashSet<(u32, u32)> {
         .collect()
 }
 
-/// Calls `visit` with each face of the rotation system, as its cycle of sites, in the order of their first
-/// directed edge. There are none beyond curves.
-fn trace(fans: &Fans, mut visit: impl FnMut(&[u32])) {
-    let mut traced = vec![false; fans.neighbours.len()];
-    let mut face = Vec::new();
-    for i in 0..fans.len() {
-        for slot in fans.start[i]..fans.start[i + 1] {
-            let (mut from, mut slot) = (i as u32, slot as usize);
-            face.clear();
-            let mut outside = false;
-            while !std::mem::replace(&mut traced[slot], true) {
-                face.push(fans.site(from));
-                outside |= fans.is_outside(from, slot);
-                let to = fans.neighbours[slot];
-                slot = leave(fans, from, to);
-                from = to;
+/// Some faces of the rotation system, in the order of their first directed edge.
+#[derive(Default)]
+struct Faces {
+    triangles: Vec<[u32; 3]>,
+    /// Those that are no triangles as their cycles of sites, each with the number of triangles before it.
+    others: Vec<(usize, Vec<u32>)>,
+}
+
+impl Faces {
+    /// Those whose first directed edge leaves one of these sites. There are none beyond curves, nor at the
+    /// two sides of an edge without triangles.
+    fn of(fans: &Fans, sites: Range<usize>) -> Self {
+        let mut faces = Self::default();
+        let mut face = Vec::new();
+        for i in sites {
+            for slot in fans.start[i] as usize..fans.start[i + 1] as usize {
+                if !trace(fans, i as u32, slot, &mut face) {
+                    continue;
+                }
+                match face[..] {
+                    [a, b, c] if a != b && b != c && c != a => faces.triangles.push([a, b, c]),
+                    [_, _] => {}
+                    _ => faces.others.push((faces.triangles.len(), face.clone())),
+                }
             }
-            if !face.is_empty() && !outside {
-                visit(&face);
-            }
+        }
+        faces
+    }
+}
+
+/// Sets `face` to the cycle of sites that begins with the directed edge of a slot; false if another of its
+/// edges comes first, or if it is beyond a curve.
+fn trace(fans: &Fans, from: u32, first: usize, face: &mut Vec<u32>) -> bool {
+    face.clear();
+    let (mut from, mut slot, mut outside) = (from, first, false);
+    loop {
+        face.push(fans.site(from));
+        outside |= fans.is_outside(from, slot);
+        let to = fans.neighbours[slot];
+        slot = leave(fans, from, to);
+        from = to;
+        // In a part of the rotation system that is no permutation, a cycle may never come back.
+        if slot <= first || face.len() == fans.neighbours.len() {
+            return slot == first && !outside;
         }
     }
 }

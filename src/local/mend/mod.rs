@@ -113,7 +113,7 @@ pub fn mend_angles(
         let is_at_curve = triangle.iter().any(|v| local.fixed.get(*v as usize).is_some_and(|fixed| *fixed));
         cost.rank(local.mesh.corners(t), is_at_curve).is_some()
     };
-    if options.min_angle == 0.0 || !local.mesh.triangles.iter().enumerate().any(is_bad) {
+    if options.min_angle == 0.0 || !local.mesh.triangles.par_iter().enumerate().any(is_bad) {
         return Ok(Mended::default());
     }
     let polylines: Vec<Polyline> = local.sliding_curves.iter().map(|curve| curve.line.clone()).collect();

@@ -1,4 +1,5 @@
-//! The order of a hierarchy of boxes: which triangles share a box, by the surface area heuristic.
+//! The order of a hierarchy of boxes: which triangles share a box, by the surface area heuristic or by their
+//! order in the mesh.
 //!
 //! Boxes are compared in single precision, relative to that of the whole mesh: this decides how fast a search
 //! is, not what it finds.
@@ -32,6 +33,28 @@ pub(super) fn build(mesh: &TriMesh) -> (Vec<Node>, Vec<u32>) {
     let Some(extent) = Extent::of(&items) else { return (Vec::new(), Vec::new()) };
     let parts = build_parts(&mut items, Subtree { start: 0, depth: 0, extent });
     (parts.concat(), items.into_iter().map(|item| item.triangle).collect())
+}
+
+/// The nodes, without boxes, over triangles in the order that they have.
+pub(super) fn build_in_order(count: usize) -> Vec<Node> {
+    let mut nodes = Vec::with_capacity(2 * count.div_ceil(LEAF_SIZE));
+    if count > 0 {
+        push_halves(0, count, &mut nodes);
+    }
+    nodes
+}
+
+/// Appends the nodes over `count` triangles from `start` on in depth-first order.
+fn push_halves(start: usize, count: usize, nodes: &mut Vec<Node>) {
+    if count <= LEAF_SIZE {
+        nodes.push(Node::new(start, count));
+        return;
+    }
+    let (here, half) = (nodes.len(), count / 2);
+    nodes.push(Node::new(0, 0));
+    push_halves(start, half, nodes);
+    nodes[here] = Node::new(nodes.len() - here, 0);
+    push_halves(start + half, count - half, nodes);
 }
 
 #[derive(Clone, Copy)]

@@ -8,7 +8,7 @@ use rayon::prelude::*;
 
 use super::TriMesh;
 use super::triangle::{closest_on_regular, closest_on_sliver, is_sliver};
-use build::build;
+use build::{build, build_in_order};
 
 const LEAF_SIZE: usize = 2;
 /// Below this depth the heuristic may cut off one triangle at a time; halving then bounds the depth.
@@ -112,6 +112,16 @@ impl Bvh {
     pub fn new(mesh: &TriMesh) -> Self {
         let (nodes, order) = build(mesh);
         let mut bvh = Self { nodes, order, triangles: Vec::new() };
+        bvh.refit(mesh);
+        bvh
+    }
+
+    /// As [`Bvh::new`], of triangles that follow each other in space as they do in the mesh. It takes a fifth
+    /// of the time, and a search takes longer the farther they are from such an order.
+    pub fn in_order(mesh: &TriMesh) -> Self {
+        let count = mesh.triangles.len();
+        let mut bvh =
+            Self { nodes: build_in_order(count), order: (0..count as u32).collect(), triangles: Vec::new() };
         bvh.refit(mesh);
         bvh
     }

@@ -11,6 +11,7 @@ use crate::sites::on_surface::SitesOnSurface;
 use crate::sites::place::Place;
 use crate::sites::surface_curves::SurfaceCurves;
 use glam::DVec3;
+use rayon::slice::ParallelSliceMut;
 
 /// Rounds over all triangles in which only points clear of curves are taken; after these any point is.
 const PICKY_ROUNDS: usize = 6;
@@ -132,16 +133,26 @@ pub(crate) fn refine(coarser: &Coarser, count: usize) -> SitesOnSurface {
             let length_sq = mesh.vertices[a as usize].distance_squared(mesh.vertices[b as usize]);
             length_sq / coarser.length(&[a, b]).powi(2)
         };
-        edges.sort_by(|(a, ..), (b, ..)| length_sq(*b).total_cmp(&length_sq(*a)).then(a.cmp(b)));
+        edges.par_sort_unstable_by(|(a, ..), (b, ..)| length_sq(*b).total_cmp(&length_sq(*a)).then(a.cmp(b)));
         edges.truncate(missing);
     }
     for (_, middle, triangle) in edges {
         sites.push(middle, triangle);
     }
+    if sites.len() < count {
+        add_centres(coarser, count, &mut sites);
+    }
+    sites.truncate(count);
+    sites.in_morton_order()
+}
+
+/// Adds sites at the centres of the largest triangles, until there are `count`.
+fn add_centres(coarser: &Coarser, count: usize, sites: &mut SitesOnSurface) {
+    let mesh = coarser.mesh;
     let mut largest: Vec<(f64, usize)> = (0..mesh.triangles.len())
         .map(|t| (mesh.doubled_normal(t).length_squared() / coarser.length(&mesh.triangles[t]).powi(4), t))
         .collect();
-    largest.sort_by(|a, b| b.0.total_cmp(&a.0).then(a.1.cmp(&b.1)));
+    largest.par_sort_unstable_by(|a, b| b.0.total_cmp(&a.0).then(a.1.cmp(&b.1)));
     for (round, (_, t)) in (0..).flat_map(|round| largest.iter().map(move |l| (round, l))) {
         if sites.len() >= count {
             break;
@@ -157,8 +168,6 @@ pub(crate) fn refine(coarser: &Coarser, count: usize) -> SitesOnSurface {
             sites.push(point, triangle);
         }
     }
-    sites.truncate(count);
-    sites.in_morton_order()
 }
 
 /// Sites of every level, from the coarsest to `count`: refining a closed mesh of one level gives the next

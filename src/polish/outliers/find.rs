@@ -17,6 +17,9 @@ const VERTICES_PER_OUTLIER: usize = 100;
 /// or where a tolerance is given, which more places may exceed.
 const VERTICES_PER_OUTLIER_OF_TOLERANCE: usize = 10;
 
+/// Triangles for each search from which on a tree by their order is enough.
+const SEARCHES: usize = 8;
+
 /// A point of the mesh and one of the surface that are too far apart.
 pub(crate) struct FarPlace {
     distance: f64,
@@ -40,7 +43,9 @@ pub(crate) struct Found {
 /// Finds the places where mesh and surface are too far apart.
 pub(crate) fn find(mesh: &TriMesh, context: &OutlierContext) -> Result<Found> {
     let OutlierContext { target, options, edge, progress } = *context;
-    let bvh = Bvh::new(mesh);
+    // A good tree pays for many searches only, and triangles are about in order.
+    let few = SEARCHES * target.vertices.len() < mesh.triangles.len();
+    let bvh = if few { Bvh::in_order(mesh) } else { Bvh::new(mesh) };
     progress.poll()?;
     let shortest = options.lengths.iter().copied().reduce(f64::min).unwrap_or(1.0);
     let least = (FAR * edge * shortest).min(options.tolerance).powi(2);
@@ -63,11 +68,21 @@ pub(crate) fn find(mesh: &TriMesh, context: &OutlierContext) -> Result<Found> {
         }
     }
     progress.poll()?;
-    // Where a search ends depends on where it begins, too.
+    // Of a vertex that is near enough for any triangle, none of its triangles need look. Where a search ends
+    // depends on where it begins, too.
+    let is_near = in_chunks_of(CHUNK, mesh.vertices.len(), |range| {
+        let mut rank = 0;
+        let mut is_near = |at: &DVec3| {
+            let near = target.bvh.closest_or_near(*at, &mut rank, least);
+            near.is_none_or(|near| near.distance_sq <= least)
+        };
+        mesh.vertices[range].iter().map(&mut is_near).collect::<Vec<bool>>()
+    });
+    let is_near = is_near.concat();
     let outward = in_chunks_of(CHUNK, mesh.triangles.len(), |range| {
         let mut rank = 0;
         let outward = |t: usize| {
-            let place = outward(mesh, context, t as u32, &mut rank);
+            let place = outward(mesh, &is_near, context, t as u32, &mut rank);
             (place, rank as u32)
         };
         range.map(outward).unzip()
@@ -86,10 +101,19 @@ pub(crate) fn find(mesh: &TriMesh, context: &OutlierContext) -> Result<Found> {
     Ok(Found { places: outliers, points_of, ranks })
 }
 
-/// The farthest of a triangle's samples, if it is beyond the tolerance.
-fn outward(mesh: &TriMesh, context: &OutlierContext, t: u32, rank: &mut usize) -> Option<FarPlace> {
-    let least = context.tolerance_sq(mesh.triangles[t as usize]);
-    let outliers = samples(mesh.corners(t as usize)).into_iter().filter_map(|p| {
+/// The farthest of a triangle's samples, if it is beyond the tolerance; corners that are `is_near` are not.
+fn outward(
+    mesh: &TriMesh,
+    is_near: &[bool],
+    context: &OutlierContext,
+    t: u32,
+    rank: &mut usize,
+) -> Option<FarPlace> {
+    let corners = mesh.triangles[t as usize];
+    let least = context.tolerance_sq(corners);
+    let is_near = |k: usize| corners.get(k).is_some_and(|v| is_near[*v as usize]);
+    let left = samples(mesh.corners(t as usize)).into_iter().enumerate().filter(|(k, _)| !is_near(*k));
+    let outliers = left.filter_map(|(_, p)| {
         let found = context.target.bvh.closest_or_near(p, rank, least)?;
         let (distance, offset) = (found.distance_sq.sqrt(), found.point - p);
         (found.distance_sq > least).then_some(FarPlace { distance, triangle: t, offset, at: found.point })

@@ -1,9 +1,10 @@
 //! From the cells' corners to fans: the neighbours of every sector in cyclic order.
 
 use super::boundary::{Encroached, PatchBoundary};
-use super::walk::{Cell, Scene};
+use super::walk::{Cell, Few, Scene};
 use crate::sites::fans::Fans;
 use rayon::prelude::*;
+use smallvec::smallvec;
 
 /// Fewer cells are looked at by one thread.
 const FEW_CELLS: usize = 256;
@@ -22,7 +23,7 @@ pub(crate) fn fans(
         rings.iter_mut().flat_map(|ring| std::mem::take(&mut ring.encroached)).collect();
     encroached.sort_unstable();
     let open: Vec<bool> = rings.iter().map(|ring| ring.is_open).collect();
-    let rings: Vec<Vec<u32>> = rings.into_iter().map(|ring| ring.ring).collect();
+    let rings: Vec<Few<u32>> = rings.into_iter().map(|ring| ring.ring).collect();
     let one_each = scene.sectors.len() == scene.sites.positions.len();
     let fans = if one_each && !scene.surface.has_boundary {
         Fans::from_lists(rings)
@@ -39,7 +40,7 @@ pub(crate) fn fans(
 struct Ring {
     /// For a site on the boundary from the first neighbour along it to the last. Where no site is on the
     /// boundary, the same holds for sites whose cells reach it.
-    ring: Vec<u32>,
+    ring: Few<u32>,
     /// Whether the cell's outline is one closed curve.
     is_sound: bool,
     /// Whether the ring begins and ends at the boundary.
@@ -77,7 +78,7 @@ fn ring(scene: &Scene, boundary: &PatchBoundary, s: usize, cell: &Cell) -> Ring 
     let is_open = scene.sectors.ends[s].is_some() || (spans_boundary && first.is_some());
     is_sound &= is_open == first.is_some();
     if let Some(only) = first.filter(|_| links.is_empty()) {
-        return Ring { ring: vec![only], is_sound, is_open, encroached };
+        return Ring { ring: smallvec![only], is_sound, is_open, encroached };
     }
     let (mut ring, closed) = order(links);
     if let Some(place) = first.and_then(|first| ring.iter().position(|j| *j == first)) {
@@ -89,16 +90,16 @@ fn ring(scene: &Scene, boundary: &PatchBoundary, s: usize, cell: &Cell) -> Ring 
 
 /// The cyclic order of the neighbours, each followed by the one it shares a corner with; false if the corners
 /// do not form one cycle, and then the longest chain there is.
-fn order(mut left: Vec<[u32; 2]>) -> (Vec<u32>, bool) {
+fn order(mut left: Few<[u32; 2]>) -> (Few<u32>, bool) {
     left.sort_unstable();
     left.dedup();
     let total = left.len();
-    let mut best = Vec::new();
+    let mut best = Few::new();
     let mut sound = true;
     while let Some(&[first, _]) =
         left.iter().find(|c| left.iter().all(|d| d[1] != c[0])).or_else(|| left.first())
     {
-        let mut fan = vec![first];
+        let mut fan: Few<u32> = smallvec![first];
         let mut at = first;
         while let Some(place) = left.iter().position(|c| c[0] == at) {
             at = left.remove(place)[1];
@@ -119,7 +120,7 @@ fn order(mut left: Vec<[u32; 2]>) -> (Vec<u32>, bool) {
 
 /// The fan of a sector, as sectors: at a curve it runs from the next site along it to the previous one, even
 /// if the cells disagree.
-fn sector_fan(scene: &Scene, boundary: &PatchBoundary, rings: &[Vec<u32>], s: usize) -> Vec<u32> {
+fn sector_fan(scene: &Scene, boundary: &PatchBoundary, rings: &[Few<u32>], s: usize) -> Few<u32> {
     let [previous, next] = boundary.beside(s);
     let mut ring = rings[s].as_slice();
     let site_of = |sector: Option<u32>| sector.map(|r| scene.sectors.site[r as usize]);
@@ -129,7 +130,7 @@ fn sector_fan(scene: &Scene, boundary: &PatchBoundary, rings: &[Vec<u32>], s: us
     if previous.is_some() && ring.last().copied() == site_of(previous) {
         ring = &ring[..ring.len() - 1];
     }
-    let mut fan: Vec<u32> = next.into_iter().collect();
+    let mut fan: Few<u32> = next.into_iter().collect();
     fan.extend(
         ring.iter()
             .filter_map(|j| sector_of_neighbour(scene, rings, s, *j))
@@ -140,7 +141,7 @@ fn sector_fan(scene: &Scene, boundary: &PatchBoundary, rings: &[Vec<u32>], s: us
 }
 
 /// The sector of site `j` that is adjacent to sector `s`.
-fn sector_of_neighbour(scene: &Scene, rings: &[Vec<u32>], s: usize, j: u32) -> Option<u32> {
+fn sector_of_neighbour(scene: &Scene, rings: &[Few<u32>], s: usize, j: u32) -> Option<u32> {
     let sectors = &scene.sectors;
     let mut theirs = sectors.in_patch(j, sectors.patch[s]);
     let first = theirs.next()?;
@@ -165,17 +166,20 @@ fn all_are_shared(scene: &Scene, cells: &[Cell]) -> bool {
                     && cells[r].corners.iter().filter(|other| **other == corner).count() == 1
             })
     };
-    cells.par_iter().enumerate().with_min_len(FEW_CELLS).all(|(s, cell)| {
+    // Each is looked up once, from its smallest site; then there may be no more than three times as many.
+    let looked_up = |(s, cell): (usize, &Cell)| {
         let i = sectors.site[s];
-        cell.corners.iter().all(|&[j, k]| {
-            i != j
-                && j != k
-                && k != i
-                && has_once(s, i, [j, k])
-                && has_once(s, j, [k, i])
-                && has_once(s, k, [i, j])
+        let own = cell.corners.iter().filter(|[j, k]| i < *j && i < *k);
+        own.map(|&[j, k]| {
+            let is_shared =
+                j != k && has_once(s, i, [j, k]) && has_once(s, j, [k, i]) && has_once(s, k, [i, j]);
+            is_shared.then_some(1)
         })
-    })
+        .sum::<Option<usize>>()
+    };
+    let cells_of = || cells.par_iter().with_min_len(FEW_CELLS);
+    let shared = cells_of().enumerate().map(looked_up).try_reduce(|| 0, |a, b| Some(a + b));
+    shared.is_some_and(|shared| 3 * shared == cells_of().map(|cell| cell.corners.len()).sum::<usize>())
 }
 
 /// The number of corners that not exactly three cells of their patch have.

@@ -6,6 +6,7 @@ use super::surface::{CellSites, CellSurface};
 use crate::mesh::csr::Csr;
 use crate::mesh::triangle::closest_on_triangle;
 use glam::DVec3;
+use smallvec::SmallVec;
 
 /// A site's weight is below this fraction of the squared spacing. The weights make the triangulation of
 /// co-circular sites unique, so that all their cells agree on it.
@@ -25,16 +26,19 @@ pub(crate) struct Scene<'a> {
     pub by_triangle: Csr,
 }
 
+/// What a cell of a regular layout has six of: kept inside the cell.
+pub(crate) type Few<T> = SmallVec<[T; 8]>;
+
 /// One cell.
 #[derive(Default)]
 pub(crate) struct Cell {
     /// The two other sites at each of its corners, counter-clockwise.
-    pub corners: Vec<[u32; 2]>,
+    pub corners: Few<[u32; 2]>,
     pub area: f64,
     /// The neighbours along its outline, each with the triangle in which the edge lies.
-    pub edges: Vec<[u32; 2]>,
+    pub edges: Few<[u32; 2]>,
     /// The triangles that it lies in, in ascending order.
-    pub triangles: Vec<u32>,
+    pub triangles: Few<u32>,
     /// Where its outline, counter-clockwise, reaches the patch boundary and leaves it.
     pub exits: Vec<OnBoundary>,
     pub entries: Vec<OnBoundary>,
