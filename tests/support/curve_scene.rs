@@ -11,7 +11,7 @@ use rand::RngExt;
 use rtfmesh::gpu::Buffer;
 use rtfmesh::stages::blocks::{Block, Blocked};
 use rtfmesh::stages::face::planar::PlanarInputs;
-use rtfmesh::stages::neighbours::lists::{ListOptions, Lists};
+use rtfmesh::stages::neighbours::lists::{ListOptions, Lists, NEAR};
 
 /// Length of the lists of neighbours.
 pub const K: usize = 24;
@@ -60,7 +60,7 @@ impl CurveScene {
             let far = near[i].get(rank).map(|j| positions[*j as usize].distance(positions[i]));
             far.map_or(f32::INFINITY, |d| d as f32)
         };
-        let away: Vec<Vec2> = (0..n).map(|i| Vec2::new(beyond(i, 14), beyond(i, K))).collect();
+        let away: Vec<Vec2> = (0..n).map(|i| Vec2::new(beyond(i, NEAR as usize), beyond(i, K))).collect();
         let words: Vec<Vec4> =
             positions.iter().zip(&marks).map(|(p, mark)| p.as_vec3().extend(mark.encode())).collect();
         let sites = Buffer::from_slice(device(), "test.sites", &words).unwrap();
