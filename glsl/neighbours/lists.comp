@@ -39,7 +39,7 @@ layout(push_constant) uniform Push {
     uint levels;
     uint first; // of the block's sites
     uint block_sites;
-    uint again; // 1: lists are made anew, 0: there are none yet
+    uint again; // 1: there are lists of these sites already, 0: there are none
 };
 layout(set = 0, binding = 0) readonly buffer Sites { vec4 sites[]; };
 layout(set = 0, binding = 1) readonly buffer Boxes { vec4 boxes[]; };
@@ -230,13 +230,15 @@ uint from_component(float component) {
 }
 
 // Upper bound for the squared distance of the first site that the new list leaves out: the sites of the list
-// so far and the first that it left out are still near.
+// so far and the first that it left out are still near. In uniform control flow: lanes past the last site
+// look at that one's list.
 float known_bound_sq() {
-    uint others = alive && PACKED == 0u ? again * (K + 1u) : 0u;
+    uint own = min(site, first + block_sites - 1u);
+    uint others = PACKED == 0u ? again * (K + 1u) : 0u;
     float farthest_sq = others == 0u ? FAR : 0.0;
     for (uint s = 0u; s < others; ++s) {
-        uint other = s < K ? neighbours[block_place(s, site)] : from_component(list_sites[site].w);
-        vec3 d = site_at(other == NONE ? site : other).xyz - at;
+        uint other = s < K ? neighbours[block_place(s, own)] : from_component(list_sites[own].w);
+        vec3 d = site_at(other == NONE ? own : other).xyz - at;
         farthest_sq = max(farthest_sq, other == NONE ? FAR : dot(d, d));
     }
     return min(1.000001 * farthest_sq, FAR);
@@ -248,7 +250,8 @@ void main() {
     lanes = LANES == 8u ? 8u : subgroupBallotBitCount(subgroupBallot(true));
     alive = in_block(site);
     at = site_at(min(site, site_count - 1u)).xyz;
-    bound_sq = alive ? known_bound_sq() : -1.0;
+    bound_sq = known_bound_sq();
+    bound_sq = alive ? bound_sq : -1.0;
     [[unroll]] for (uint s = 0u; s < K + 1u; ++s) {
         best_sq[s] = FAR;
         best[s] = NONE;

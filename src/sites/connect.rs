@@ -106,14 +106,14 @@ impl Faces {
 fn trace(fans: &Fans, from: u32, first: usize, face: &mut Vec<u32>) -> bool {
     face.clear();
     let (mut from, mut slot, mut outside) = (from, first, false);
+    // Slots follow each other as a permutation, so that every cycle comes back.
     loop {
         face.push(fans.site(from));
         outside |= fans.is_outside(from, slot);
         let to = fans.neighbours[slot];
         slot = leave(fans, from, to);
         from = to;
-        // In a part of the rotation system that is no permutation, a cycle may never come back.
-        if slot <= first || face.len() == fans.neighbours.len() {
+        if slot <= first {
             return slot == first && !outside;
         }
     }

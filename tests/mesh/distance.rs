@@ -28,10 +28,10 @@ fn soup(random: &mut Random, count: usize, triangle: impl Fn(&mut Random) -> [DV
     TriMesh { vertices, triangles: (0..count as u32).map(|t| [3 * t, 3 * t + 1, 3 * t + 2]).collect() }
 }
 
-/// Compares the hierarchy's answers with a search through all triangles, to `tolerance` of the distances'
+/// Compares the hierarchies' answers with a search through all triangles, to `tolerance` of the distances'
 /// scale.
 fn compare(mesh: &TriMesh, queries: &[DVec3], tolerance: f64) {
-    let bvh = Bvh::new(mesh);
+    let (bvh, in_order) = (Bvh::new(mesh), Bvh::in_order(mesh));
     let mut rank = usize::MAX;
     for &p in queries {
         let expected =
@@ -45,6 +45,7 @@ fn compare(mesh: &TriMesh, queries: &[DVec3], tolerance: f64) {
         assert!((a * u + b * v + c * w).distance(found.point) <= 1e-12);
         assert!(found.barycentric.iter().all(|x| (0.0..=1.0).contains(x)) && (u + v + w - 1.0).abs() < 1e-12);
         assert_eq!(bvh.closest_from(p, &mut rank), Some(found));
+        assert_eq!(in_order.closest(p), Some(found));
     }
 }
 
@@ -210,9 +211,10 @@ fn a_tree_follows_a_mesh_that_moves() {
 
 #[test]
 fn an_empty_mesh_has_no_closest_point() {
-    let bvh = Bvh::new(&TriMesh::default());
-    assert_eq!(bvh.closest(DVec3::ZERO), None);
-    bvh.overlapping(&Aabb { min: -DVec3::ONE, max: DVec3::ONE }, |_| panic!("there is nothing to visit"));
+    for bvh in [Bvh::new(&TriMesh::default()), Bvh::in_order(&TriMesh::default())] {
+        assert_eq!(bvh.closest(DVec3::ZERO), None);
+        bvh.overlapping(&Aabb { min: -DVec3::ONE, max: DVec3::ONE }, |_| panic!("there is nothing to visit"));
+    }
 }
 
 /// The Hausdorff distance is between its ends, which are close.
