@@ -10,37 +10,36 @@
 #include "common/planar_lines.glsl"
 #include "common/sites.glsl"
 
-Line lines[K];
-float line_low[K], line_high[K]; // what is left of the line
+vec3 lines[K]; // normal and offset
+vec2 line_left[K]; // what is left of the line
 
 // Each line cuts the other: cut_by for both at once.
 void cut_pair(uint j, uint k) {
-    vec2 a = lines[j].normal, b = lines[k].normal;
-    float along = dot(a, b);
+    vec3 a = lines[j], b = lines[k];
+    vec2 left_a = line_left[j], left_b = line_left[k];
+    float along = dot(a.xy, b.xy);
     precise float across = a.x * b.y - a.y * b.x;
     bool parallel = abs(across) < PARALLEL;
-    bool left = parallel || across > 0.0;
-    along = parallel ? sign(along) : along;
-    float inverse = 1.0 / (parallel ? PARALLEL : across);
-    float on_j = (lines[k].offset - lines[j].offset * along) * inverse;
-    float on_k = (lines[k].offset * along - lines[j].offset) * inverse;
-    line_high[j] = left ? min(line_high[j], on_j) : line_high[j];
-    line_low[j] = left ? line_low[j] : max(line_low[j], on_j);
-    line_low[k] = left ? max(line_low[k], on_k) : line_low[k];
-    line_high[k] = left ? line_high[k] : min(line_high[k], on_k);
+    bool left = across > -PARALLEL;
+    along = mix(along, sign(along), parallel);
+    float inverse = 1.0 / mix(across, PARALLEL, parallel);
+    float on_a = (b.z - a.z * along) * inverse;
+    float on_b = (b.z * along - a.z) * inverse;
+    line_left[j] = vec2(mix(max(left_a.x, on_a), left_a.x, left), mix(left_a.y, min(left_a.y, on_a), left));
+    line_left[k] = vec2(mix(left_b.x, max(left_b.x, on_b), left), mix(min(left_b.y, on_b), left_b.y, left));
 }
 
 // Cuts all lines by a disc of radius `bound` around the site and by each other.
 void cut_lines(float bound) {
     [[unroll]] for (uint s = 0u; s < K; ++s) {
-        vec2 left = chord(lines[s].offset, bound);
-        line_low[s] = left.x;
-        line_high[s] = left.y;
+        line_left[s] = chord(lines[s].z, bound);
     }
-    // Both loops have fixed bounds, or compilers would unroll neither.
-    [[unroll]] for (uint j = 0u; j < K; ++j) {
-        [[unroll]] for (uint k = 0u; k < K; ++k) {
-            if (k > j) cut_pair(j, k);
+    // Every pair: line j and all after it, then the line that has as few after it as j has before it. Both
+    // loops have fixed bounds, or compilers would unroll neither, and no round does nothing.
+    [[unroll]] for (uint j = 0u; j < K / 2u; ++j) {
+        [[unroll]] for (uint s = 0u; s < K - 1u + K % 2u; ++s) {
+            bool of_j = s < K - 1u - j;
+            cut_pair(mix(K - 1u - K % 2u - j, j, of_j), mix(s + 1u - K % 2u, j + 1u + s, of_j));
         }
     }
 }
@@ -53,7 +52,8 @@ void load_lines(uint site, vec4 own, vec3 n, vec3 u, vec3 v) {
         vec4 other = site_at(known);
         bool same_sheet = dot(n, unpack_normal(normals[known])) > TURNED_AWAY || counts_anywhere(other.w);
         bool counts = j != NONE && same_sheet && same_patch(own.w, other.w);
-        lines[s] = bisector(other.xyz - own.xyz, u, v, counts, j < site);
+        Line line = bisector(other.xyz - own.xyz, u, v, counts, j < site);
+        lines[s] = vec3(line.normal, line.offset);
     }
 }
 
@@ -63,9 +63,9 @@ void measure_face(out float twice_area, out vec2 balance, out float radius_sq) {
     vec3 sum = vec3(0.0);
     radius_sq = 0.0;
     [[unroll]] for (uint s = 0u; s < K; ++s) {
-        vec2 interval = vec2(line_low[s], line_high[s]);
-        sum += below(lines[s], interval);
-        radius_sq = max(radius_sq, end_sq(lines[s], interval));
+        Line line = Line(lines[s].xy, lines[s].z);
+        sum += below(line, line_left[s]);
+        radius_sq = max(radius_sq, end_sq(line, line_left[s]));
     }
     twice_area = sum.x;
     balance = centroid_of(sum);

@@ -45,10 +45,7 @@ void main() {
         float radius = uintBitsToFloat(insecure[entry_listed(entry) + 2u]);
         start_face(site, widest);
         grown_radius_sq = reaches * reaches;
-        offer_near(radius);
-        vec3 sum = sum_slots();
-        if (grown_full) sum = sum_near(radius);
-        vec2 balance = centroid_of(sum);
+        vec2 balance = centroid_of(sum_near(radius));
         aim(site, site_place, site_place + balance.x * site_u + balance.y * site_v, grown_radius_sq);
         if (is_open()) atomicAdd(insecure[count_open(iteration)], 1u);
     }

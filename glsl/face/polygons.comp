@@ -47,20 +47,20 @@ void main() {
         last_sq = j == NONE ? 3e38 : dot(d, d);
     }
     // Sites that are not listed are no nearer than the last that is.
-    if (4.0 * grown_radius_sq > last_sq) offer_near(2.00001 * sqrt(grown_radius_sq));
+    if (4.0 * grown_radius_sq > last_sq) sum_near(2.00001 * sqrt(grown_radius_sq));
     uint count = 0u;
     [[unroll]] for (uint s = 0u; s < SLOTS; ++s) {
         // The place of an edge is the number of edges before it.
-        float angle = around(slots[s].normal);
+        float angle = around(slots[s].xy);
         uint place = 0u;
         [[unroll]] for (uint t = 0u; t < SLOTS; ++t) {
-            float other = around(slots[t].normal);
+            float other = around(slots[t].xy);
             if (is_slot_edge(t) &&
                 (other < angle || (other == angle && slot_site[t] < slot_site[s]))) ++place;
         }
         if (is_slot_edge(s)) {
-            vec2 n = slots[s].normal;
-            corners[place * site_count + site] = slots[s].offset * n + slot_left[s].y * turned(n);
+            vec2 n = slots[s].xy;
+            corners[place * site_count + site] = slots[s].z * n + slot_left[s].y * turned(n);
             fan[place * site_count + site] = slot_site[s];
             ++count;
         }

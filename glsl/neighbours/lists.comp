@@ -166,33 +166,29 @@ uint touched(uint level, uint base) {
     return mask & 0xffu;
 }
 
-// Tests the leaves around the subgroup's own, the middle ones first.
-void look_around() {
+// Tests the leaves around the subgroup's own, the middle ones first, then those that a walk over the boxes
+// finds from the root, four at a time. Loops, not branches, skip what is not needed: some devices run a
+// branch that no lane takes.
+void walk() {
     int own = int(max(lanes >> 3, 1u));
     int middle = int(subgroupBroadcast(site, 0u) >> 3) + own / 2;
-    int leaves = int(site_count + 7u) / 8, count = 4 * int(WINDOW);
-    window = ivec2(middle - count / 2, middle + count / 2 - 1);
-    for (int t = 0; t < count; t += 4) {
-        int step = t / 2;
-        ivec4 around = middle + ivec4(step, -step - 1, step + 1, -step - 2);
-        // Negative numbers are beyond the last leaf when taken as unsigned.
-        block = mix(uvec4(around), uvec4(NONE), greaterThanEqual(uvec4(around), uvec4(leaves)));
-        look();
-    }
-}
-
-// Walks the boxes from the root and tests the leaves four at a time. Loops, not branches, skip what is not
-// needed: some devices run a branch that no lane takes.
-void walk() {
+    int leaves = int(site_count + 7u) / 8, around = 4 * int(WINDOW), seen = 0;
+    window = ivec2(middle - around / 2, middle + around / 2 - 1);
     // Boxes still to enter: those of the current level (bits of `mask`, counted from `base`), and eight bits
     // for each level above.
     uint level = levels, base = 0u, mask = 1u;
     uvec2 above = uvec2(0u);
     bool more = true;
     while (more) {
+        int step = seen / 2;
+        ivec4 next = middle + ivec4(step, -step - 1, step + 1, -step - 2);
+        bool walks = seen >= around;
+        seen += 4;
+        // Negative numbers are beyond the last leaf when taken as unsigned.
+        bvec4 none = greaterThanEqual(uvec4(next), uvec4(walks ? 0 : leaves));
+        block = mix(uvec4(next), uvec4(NONE), none);
         uint count = 0u;
-        block = uvec4(NONE);
-        while (more && count < 4u) {
+        while (walks && more && count < 4u) {
             while (mask == 0u && level < levels) {
                 ++level;
                 mask = above.x & 0xffu;
@@ -211,9 +207,7 @@ void walk() {
             while (level == 0u && mask != 0u && count < 4u) {
                 uint leaf = base + uint(findLSB(mask));
                 mask &= mask - 1u;
-                block = uvec4(
-                    count == 0u ? leaf : block.x, count == 1u ? leaf : block.y, count == 2u ? leaf : block.z,
-                    count == 3u ? leaf : block.w);
+                block = mix(block, uvec4(leaf), equal(uvec4(count), uvec4(0u, 1u, 2u, 3u)));
                 ++count;
             }
         }
@@ -258,7 +252,6 @@ void main() {
     }
     share_sites();
     share_bounds();
-    look_around();
     walk();
     if (!alive) return;
     [[unroll]] for (uint s = 0u; s < K; ++s) neighbours[block_place(s, site)] = best[s];

@@ -22,7 +22,6 @@ use crate::mesh::topology::{Topology, topology};
 use crate::mesh::unit_frame::UnitFrame;
 use crate::options::{Method, Options, Shortage, Sizing};
 use crate::sites::surface::Surface;
-use crate::stages::face::planar::PlanarFaces;
 use crate::{Error, ProgressToken, Result, TriMesh};
 use rayon::prelude::*;
 
@@ -238,18 +237,13 @@ pub(crate) fn compile(device: &Device, method: Method) -> Result<()> {
     }
 }
 
-/// Compiles what the default pipeline needs later: the kernel for faces that the lists do not decide, which
-/// takes as long as all others, and those of the polish where the device does that.
+/// Compiles what the default pipeline needs later: the kernels of the polish where the device does that.
 ///
 /// # Errors
 /// Those of the device.
 pub(crate) fn compile_later(device: &Device, options: &Options) -> Result<()> {
     match options.method {
-        Method::CoarseToFine => {
-            PlanarFaces::compile_exact(device)?;
-            let polishes = device.polishes(options.vertices);
-            if polishes { device_polish::compile(device) } else { Ok(()) }
-        }
-        Method::AllAtOnce => Ok(()),
+        Method::CoarseToFine if device.polishes(options.vertices) => device_polish::compile(device),
+        Method::CoarseToFine | Method::AllAtOnce => Ok(()),
     }
 }

@@ -121,10 +121,12 @@ impl Level {
     /// # Errors
     /// As [`Level::new`].
     pub fn compile(device: &Device) -> Result<()> {
-        let parts: [&(dyn Fn() -> Result<()> + Sync); 5] = [
-            &|| PlanarFaces::new(device, &Block::divide(1, 1), &PlanarOptions::new(LIST, 1)).map(drop),
+        // By turns, those that take longest first.
+        let parts: [&(dyn Fn() -> Result<()> + Sync); 6] = [
+            &|| PlanarFaces::compile_exact(device),
             &|| Lists::new(device, 1, &ListOptions::new(LIST)).map(drop),
             &|| Walk::new(device, 1, None).map(drop),
+            &|| PlanarFaces::new(device, &Block::divide(1, 1), &PlanarOptions::new(LIST, 1)).map(drop),
             &|| SmoothNormals::new(device, 1, false, None).map(drop),
             &|| Settle::new(device, 1, 1, None, SiteLayout::Marked, None).map(drop),
         ];
