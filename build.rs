@@ -33,7 +33,7 @@ fn run() -> Result<(), Vec<String>> {
     let files = compile::shader_files(Path::new("glsl")).map_err(|e| vec![e])?;
     let (mut kernels, mut problems) = (Vec::new(), Vec::new());
     for file in &files {
-        match compile::compile(file).and_then(|spirv| reflect::reflect(file, spirv)) {
+        match kernel(file) {
             Ok(kernel) => kernels.push(kernel),
             Err(problem) => problems.push(problem),
         }
@@ -47,8 +47,20 @@ fn run() -> Result<(), Vec<String>> {
     for kernel in &kernels {
         // What tests run is what is shipped, in every profile.
         write(&format!("{}.spv", kernel.name()), &bytes_of(&module::without_debug_info(&kernel.spirv)))?;
+        let texels = kernel.texel_spirv.as_deref().map(module::without_debug_info).unwrap_or_default();
+        write(&format!("{}.texels.spv", kernel.name()), &bytes_of(&texels))?;
     }
     write("kernels.rs", emit::emit(&kernels).as_bytes())
+}
+
+/// A kernel, and how it reads vectors from texel buffers if it can.
+fn kernel(file: &Path) -> Result<reflect::Kernel, String> {
+    let mut kernel = reflect::reflect(file, compile::compile(file, false)?)?;
+    let with_texels = compile::compile(file, true)?;
+    if reflect::mark_texels(file, &mut kernel, &with_texels)? {
+        kernel.texel_spirv = Some(with_texels);
+    }
+    Ok(kernel)
 }
 
 fn bytes_of(words: &[u32]) -> Vec<u8> {

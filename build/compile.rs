@@ -25,8 +25,9 @@ pub fn shader_files(root: &Path) -> Result<Vec<PathBuf>, String> {
     Ok(files)
 }
 
-/// Compiles one kernel; the error text has shaderc's file and line.
-pub fn compile(file: &Path) -> Result<Vec<u32>, String> {
+/// Compiles one kernel; the error text has shaderc's file and line. With `texels`, as it reads vectors from
+/// texel buffers; see `glsl/common/vectors.glsl`.
+pub fn compile(file: &Path, texels: bool) -> Result<Vec<u32>, String> {
     let source = std::fs::read_to_string(file).map_err(|e| format!("{}: {e}", file.display()))?;
     for wanted in HEADER {
         if !source.lines().take_while(|l| l.starts_with("//")).any(|l| l.starts_with(wanted)) {
@@ -40,6 +41,9 @@ pub fn compile(file: &Path) -> Result<Vec<u32>, String> {
     options.set_warnings_as_errors();
     // Reflection needs the names. Drivers optimise anyway: shaderc's optimiser makes no run shorter.
     options.set_generate_debug_info();
+    if texels {
+        options.add_macro_definition("TEXELS", None);
+    }
     options.set_include_callback(|name, _, _, _| {
         let path = Path::new("glsl").join(name);
         let content = std::fs::read_to_string(&path).map_err(|e| format!("{}: {e}", path.display()))?;

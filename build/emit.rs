@@ -40,15 +40,18 @@ fn emit_kernel(out: &mut String, k: &Kernel) {
         format_args!("type Push = Push; type Constants = Constants; type Bindings<'a> = Bindings<'a>;"),
     );
     line(out, format_args!("const INFO: &'static KernelInfo = &KernelInfo {{ name: {:?},", k.name()));
-    line(
-        out,
-        format_args!(
-            "spirv: include_bytes!(concat!(env!(\"OUT_DIR\"), \"/{}.spv\")), bindings: &[",
-            k.name()
-        ),
-    );
+    for (field, file) in [("spirv", "spv"), ("texel_spirv", "texels.spv")] {
+        let file = format!("/{}.{file}", k.name());
+        line(out, format_args!("{field}: include_bytes!(concat!(env!(\"OUT_DIR\"), {file:?})),"));
+    }
+    line(out, format_args!("bindings: &["));
     for b in &k.bindings {
-        line(out, format_args!("BindingInfo {{ name: {:?}, access: Access::{} }},", b.name, b.access));
+        let (name, access) = (&b.name, b.access);
+        let texels = if b.texels { format!("Some(Texels::{})", b.element) } else { "None".to_owned() };
+        line(
+            out,
+            format_args!("BindingInfo {{ name: {name:?}, access: Access::{access}, texels: {texels} }},"),
+        );
     }
     line(out, format_args!("] }};\n}}\n}}"));
 }

@@ -12,6 +12,8 @@ pub struct Binding {
     pub index: u32,
     pub element: &'static str,
     pub access: &'static str,
+    /// Whether it can be a texel buffer.
+    pub texels: bool,
 }
 
 /// One member of the push-constant block.
@@ -33,6 +35,8 @@ pub struct Kernel {
     pub stage: String,
     pub stem: String,
     pub spirv: Vec<u32>,
+    /// As it reads vectors from texel buffers, if it can.
+    pub texel_spirv: Option<Vec<u32>>,
     pub bindings: Vec<Binding>,
     pub push: Vec<PushMember>,
     pub constants: Vec<Constant>,
@@ -85,7 +89,24 @@ pub fn reflect(file: &Path, spirv: Vec<u32>) -> Result<Kernel, String> {
     let text = |part: Option<&std::ffi::OsStr>| part.and_then(|s| s.to_str()).map(str::to_owned);
     let stem = text(file.file_stem()).ok_or_else(|| at("not a UTF-8 name"))?;
     let stage = text(file.parent().and_then(Path::file_name)).ok_or_else(|| at("not in a stage folder"))?;
-    Ok(Kernel { stage, stem, spirv, bindings, push, constants })
+    Ok(Kernel { stage, stem, spirv, texel_spirv: None, bindings, push, constants })
+}
+
+/// Marks the bindings that are texel buffers in `spirv`; whether there are any.
+pub fn mark_texels(file: &Path, kernel: &mut Kernel, spirv: &[u32]) -> Result<bool, String> {
+    let at = |problem: &str| format!("{}: {problem}", file.display());
+    let reflected = ReflectConfig::new().spv(spirv).ref_all_rscs(true).reflect();
+    let entry = reflected.map_err(|e| at(&format!("reflection failed: {e}")))?.pop();
+    for var in entry.ok_or_else(|| at("no entry point"))?.vars {
+        let Variable::Descriptor { desc_bind, desc_ty: DescriptorType::UniformTexelBuffer(), .. } = var
+        else {
+            continue;
+        };
+        let binding = kernel.bindings.get_mut(desc_bind.bind() as usize);
+        let binding = binding.filter(|b| b.element.contains("Vec") && b.access == "Read");
+        binding.ok_or_else(|| at("only vectors that are read can be texels"))?.texels = true;
+    }
+    Ok(kernel.bindings.iter().any(|b| b.texels))
 }
 
 fn binding(place: &DescriptorBinding, kind: &DescriptorType, ty: &Type) -> Result<Binding, String> {
@@ -109,7 +130,7 @@ fn binding(place: &DescriptorBinding, kind: &DescriptorType, ty: &Type) -> Resul
         Some(AccessType::WriteOnly) => "Write",
         _ => "ReadWrite",
     };
-    Ok(Binding { name: name.clone(), index: place.bind(), element, access })
+    Ok(Binding { name: name.clone(), index: place.bind(), element, access, texels: false })
 }
 
 fn push_members(ty: &Type) -> Result<Vec<PushMember>, String> {

@@ -7,13 +7,14 @@
 #extension GL_GOOGLE_include_directive : require
 #define DEFAULT_WORKGROUP 64
 #include "common/threads.glsl"
+#include "common/vectors.glsl"
 #include "common/tangent.glsl"
 
 layout(push_constant) uniform Push { uint site_count; };
-layout(set = 0, binding = 0) readonly buffer Sites { vec4 sites[]; };
-layout(set = 0, binding = 1) readonly buffer Normals { vec4 normals[]; };
+READ_VEC4(0, Sites, sites);
+READ_VEC4(1, Normals, normals);
 layout(set = 0, binding = 2) readonly buffer CornerCount { uint corner_count[]; };
-layout(set = 0, binding = 3) readonly buffer Corners { vec2 corners[]; };
+READ_VEC2(3, Corners, corners);
 layout(set = 0, binding = 4) writeonly buffer Targets { vec4 targets[]; };
 
 void main() {
@@ -24,9 +25,9 @@ void main() {
     // part.
     float area = 0.0;
     vec2 moment = vec2(0.0);
-    vec2 a = count > 0u ? corners[(count - 1u) * site_count + site] : vec2(0.0);
+    vec2 a = count > 0u ? AT2(corners, (count - 1u) * site_count + site) : vec2(0.0);
     for (uint m = 0u; m < count; ++m) {
-        vec2 b = corners[m * site_count + site];
+        vec2 b = AT2(corners, m * site_count + site);
         float twice = a.x * b.y - a.y * b.x;
         area += twice;
         moment += twice * (a + b);
@@ -34,6 +35,6 @@ void main() {
     }
     vec2 balance = area > 0.0 ? moment / (3.0 * area) : vec2(0.0);
     vec3 u, v;
-    tangent_frame(normals[site].xyz, u, v);
-    targets[site] = vec4(sites[site].xyz + balance.x * u + balance.y * v, 0.0);
+    tangent_frame(AT(normals, site).xyz, u, v);
+    targets[site] = vec4(AT(sites, site).xyz + balance.x * u + balance.y * v, 0.0);
 }

@@ -7,13 +7,14 @@
 #extension GL_GOOGLE_include_directive : require
 #define DEFAULT_WORKGROUP 64
 #include "common/threads.glsl"
+#include "common/vectors.glsl"
 #include "common/tangent.glsl"
 
 layout(push_constant) uniform Push { uint site_count; };
-layout(set = 0, binding = 0) readonly buffer Sites { vec4 sites[]; };
-layout(set = 0, binding = 1) readonly buffer Normals { vec4 normals[]; };
+READ_VEC4(0, Sites, sites);
+READ_VEC4(1, Normals, normals);
 layout(set = 0, binding = 2) readonly buffer CornerCount { uint corner_count[]; };
-layout(set = 0, binding = 3) readonly buffer Corners { vec2 corners[]; };
+READ_VEC2(3, Corners, corners);
 layout(set = 0, binding = 4) writeonly buffer Targets { vec4 targets[]; };
 
 void main() {
@@ -21,9 +22,9 @@ void main() {
     if (site >= site_count) return;
     uint count = corner_count[site];
     vec2 sum = vec2(0.0);
-    for (uint m = 0u; m < count; ++m) sum += corners[m * site_count + site];
+    for (uint m = 0u; m < count; ++m) sum += AT2(corners, m * site_count + site);
     vec2 mean = sum / float(max(count, 1u));
     vec3 u, v;
-    tangent_frame(normals[site].xyz, u, v);
-    targets[site] = vec4(sites[site].xyz + mean.x * u + mean.y * v, 0.0);
+    tangent_frame(AT(normals, site).xyz, u, v);
+    targets[site] = vec4(AT(sites, site).xyz + mean.x * u + mean.y * v, 0.0);
 }

@@ -7,22 +7,23 @@
 #extension GL_GOOGLE_include_directive : require
 #define DEFAULT_WORKGROUP 64
 #include "common/threads.glsl"
+#include "common/vectors.glsl"
 
 layout(push_constant) uniform Push {
     uint site_count;
     float momentum; // share of the last motion that is added, 0 to 1
     float largest_move; // longest step
 };
-layout(set = 0, binding = 0) readonly buffer Sites { vec4 sites[]; };
-layout(set = 0, binding = 1) readonly buffer Cells { vec4 cells[]; };
+READ_VEC4(0, Sites, sites);
+READ_VEC4(1, Cells, cells);
 layout(set = 0, binding = 2) writeonly buffer Targets { vec4 targets[]; };
 layout(set = 0, binding = 3) buffer Centroids { vec4 centroids[]; };
 
 void main() {
     uint site = thread_index();
     if (site >= site_count) return;
-    vec3 at = sites[site].xyz;
-    vec4 cell = cells[site], last = centroids[site];
+    vec3 at = AT(sites, site).xyz;
+    vec4 cell = AT(cells, site), last = centroids[site];
     // A site without a cell, on the spot of another or far from the surface, stays.
     vec3 step = cell.w > 0.0 ? cell.xyz / cell.w : vec3(0.0);
     vec3 motion = (at + step - last.xyz) * last.w;

@@ -25,9 +25,9 @@ float nearest_far; // its distance from the middle
 float covering_sq; // least squared radius within which some one site has all corners
 
 void start_triangle(uint t) {
-    corner_a = corners[3u * t].xyz;
-    corner_b = corners[3u * t + 1u].xyz;
-    corner_c = corners[3u * t + 2u].xyz;
+    corner_a = AT(corners, 3u * t).xyz;
+    corner_b = AT(corners, 3u * t + 1u).xyz;
+    corner_c = AT(corners, 3u * t + 2u).xyz;
     middle = (corner_a + corner_b + corner_c) / 3.0;
     around = max(max(distance(corner_a, middle), distance(corner_b, middle)), distance(corner_c, middle));
     nearest = NONE;

@@ -13,6 +13,7 @@
 #extension GL_EXT_control_flow_attributes : require
 #define DEFAULT_WORKGROUP 64
 #include "common/threads.glsl"
+#include "common/vectors.glsl"
 
 // Slots of a list; fewer than SLOTS.
 layout(constant_id = 3) const uint K = 20;
@@ -21,10 +22,10 @@ layout(push_constant) uniform Push {
     uint triangle_count;
     uint site_count;
 };
-layout(set = 0, binding = 0) readonly buffer Corners { vec4 corners[]; };
-layout(set = 0, binding = 1) readonly buffer Sites { vec4 sites[]; };
+READ_VEC4(0, Corners, corners);
+READ_VEC4(1, Sites, sites);
 layout(set = 0, binding = 2) readonly buffer Neighbours { uint neighbours[]; };
-layout(set = 0, binding = 3) readonly buffer Away { vec2 away[]; };
+READ_VEC2(3, Away, away);
 layout(set = 0, binding = 4) readonly buffer Status { uint status[]; };
 layout(set = 0, binding = 5) buffer Candidates { uint candidates[]; };
 layout(set = 0, binding = 6) writeonly buffer Counts { uint counts[]; };
@@ -40,17 +41,17 @@ void main() {
     if (t == 0u) counts[triangle_count] = 0u;
     start_triangle(t);
     uint known = candidates[candidate_place(t)];
-    vec3 from = sites[known].xyz;
+    vec3 from = AT(sites, known).xyz;
     put(0u, known, from);
     float off = slot_far[0];
     [[unroll]] for (uint s = 0u; s < K; ++s) {
         uint j = neighbours[s * site_count + known];
         // Itself once more is the same as none, see drop_others.
-        vec3 at = sites[j == NONE ? known : j].xyz;
+        vec3 at = AT(sites, j == NONE ? known : j).xyz;
         put(s + 1u, j == NONE ? known : j, at);
         slot_site[s + 1u] = j;
     }
-    ListBounds bounds = list_bounds(away[known], uintBitsToFloat(status[1]));
+    ListBounds bounds = list_bounds(AT2(away, known), uintBitsToFloat(status[1]));
     bool decided = LENIENT * (off + reach_of_parts()) < bounds.after_all;
     if (decided) {
         write_parts(t, false);

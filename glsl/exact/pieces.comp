@@ -13,14 +13,15 @@
 #extension GL_EXT_control_flow_attributes : require
 #define DEFAULT_WORKGROUP 64
 #include "common/threads.glsl"
+#include "common/vectors.glsl"
 #include "common/planar_lines.glsl"
 
 // As in exact/exact_triangle.glsl.
 layout(constant_id = 1) const uint PIECES = 12;
 
 layout(push_constant) uniform Push { uint pair_count; };
-layout(set = 0, binding = 0) readonly buffer Corners { vec4 corners[]; };
-layout(set = 0, binding = 1) readonly buffer Sites { vec4 sites[]; };
+READ_VEC4(0, Corners, corners);
+READ_VEC4(1, Sites, sites);
 layout(set = 0, binding = 2) readonly buffer Candidates { uint candidates[]; };
 layout(set = 0, binding = 3) readonly buffer Starts { uint starts[]; };
 layout(set = 0, binding = 4) readonly buffer PairTriangle { uint pair_triangle[]; };
@@ -84,7 +85,7 @@ void main() {
     uint pair = thread_index();
     if (pair >= pair_count) return;
     uint t = pair_triangle[pair];
-    vec3 a = corners[3u * t].xyz, b = corners[3u * t + 1u].xyz, c = corners[3u * t + 2u].xyz;
+    vec3 a = AT(corners, 3u * t).xyz, b = AT(corners, 3u * t + 1u).xyz, c = AT(corners, 3u * t + 2u).xyz;
     vec3 middle = (a + b + c) / 3.0;
     a -= middle;
     b -= middle;
@@ -106,11 +107,11 @@ void main() {
     uint start = starts[t], count = starts[t + 1u] - start, own = pair - start;
     uint first = t * (PIECES + 1u) + 1u;
     uint site = candidates[first + own];
-    vec3 at = sites[site].xyz - middle;
+    vec3 at = AT(sites, site).xyz - middle;
     for (uint s = 1u; s < count; ++s) {
         uint other = s <= own ? s - 1u : s;
         uint j = candidates[first + other];
-        add_line(s + 2u, between(at, sites[j].xyz - middle, u, v, site < j), bound);
+        add_line(s + 2u, between(at, AT(sites, j).xyz - middle, u, v, site < j), bound);
     }
     vec4 sum = sum_lines();
     float area = 0.5 * sum.x;

@@ -9,6 +9,7 @@
 #extension GL_EXT_control_flow_attributes : require
 #define DEFAULT_WORKGROUP 64
 #include "common/threads.glsl"
+#include "common/vectors.glsl"
 
 layout(push_constant) uniform Push {
     uint site_count;
@@ -19,9 +20,9 @@ layout(push_constant) uniform Push {
 };
 layout(set = 0, binding = 0) readonly buffer Keys { uint keys[]; };
 layout(set = 0, binding = 1) readonly buffer Values { uint values[]; };
-layout(set = 0, binding = 2) readonly buffer Moments { vec4 moments[]; };
+READ_VEC4(2, Moments, moments);
 layout(set = 0, binding = 3) readonly buffer Energies { float energies[]; };
-layout(set = 0, binding = 4) readonly buffer Extra { vec4 extra[]; };
+READ_VEC4(4, Extra, extra);
 layout(set = 0, binding = 5) buffer Cells { vec4 cells[]; };
 layout(set = 0, binding = 6) buffer CellEnergies { float cell_energies[]; };
 
@@ -47,13 +48,13 @@ void main() {
     uint begin = min(first + from, end);
     end = min(end, first + until);
     bool adds = from == 0u && use_extra != 0u;
-    vec4 cell = from == 0u ? (adds ? extra[2u * site] : vec4(0.0)) : cells[site];
-    float energy = from == 0u ? (adds ? extra[2u * site + 1u].x : 0.0) : cell_energies[site];
+    vec4 cell = from == 0u ? (adds ? AT(extra, 2u * site) : vec4(0.0)) : cells[site];
+    float energy = from == 0u ? (adds ? AT(extra, 2u * site + 1u).x : 0.0) : cell_energies[site];
     for (uint i = begin; i < end; i += BATCH) {
         [[unroll]] for (uint s = 0u; s < BATCH; ++s) {
             bool counts = i + s < end;
             uint pair = values[counts ? i + s : begin];
-            cell += counts ? moments[pair] : vec4(0.0);
+            cell += counts ? AT(moments, pair) : vec4(0.0);
             energy += counts ? energies[pair] : 0.0;
         }
     }

@@ -9,6 +9,7 @@
 #extension GL_EXT_control_flow_attributes : require
 #define DEFAULT_WORKGROUP 8
 #include "common/threads.glsl"
+#include "common/vectors.glsl"
 
 layout(push_constant) uniform Push {
     uvec4 starts_low;  // first box of levels 0 to 3
@@ -17,10 +18,10 @@ layout(push_constant) uniform Push {
     uint triangle_count;
     uint site_count;
 };
-layout(set = 0, binding = 0) readonly buffer Corners { vec4 corners[]; };
-layout(set = 0, binding = 1) readonly buffer Sites { vec4 sites[]; };
-layout(set = 0, binding = 2) readonly buffer Boxes { vec4 boxes[]; };
-layout(set = 0, binding = 3) readonly buffer Away { vec2 away[]; };
+READ_VEC4(0, Corners, corners);
+READ_VEC4(1, Sites, sites);
+READ_VEC4(2, Boxes, boxes);
+READ_VEC2(3, Away, away);
 layout(set = 0, binding = 4) readonly buffer Status { uint status[]; };
 layout(set = 0, binding = 5) buffer Candidates { uint candidates[]; };
 layout(set = 0, binding = 6) writeonly buffer Counts { uint counts[]; };
@@ -36,7 +37,7 @@ uint put_count;
 
 // Puts a site that may have a part into the next slot.
 void offer(uint j) {
-    vec3 at = sites[j].xyz;
+    vec3 at = AT(sites, j).xyz;
     float far = distance(at, middle);
     bool takes = far <= reach_of_parts();
     bool nearer = far < nearest_far || (far == nearest_far && j < nearest);
@@ -54,7 +55,7 @@ void offer(uint j) {
 }
 
 void gather(uint from, float radius) {
-    BoxWalk walk = start_walk(sites[from].xyz, radius);
+    BoxWalk walk = start_walk(AT(sites, from).xyz, radius);
     bool more;
     do {
         more = next_leaves(walk);
@@ -83,9 +84,9 @@ void main() {
         float known_sq = covering_sq;
         start_triangle(t);
         cover(vec3(known_sq));
-        put(0u, from, sites[from].xyz);
+        put(0u, from, AT(sites, from).xyz);
         put_count = 1u;
-        ListBounds bounds = list_bounds(away[from], uintBitsToFloat(status[1]));
+        ListBounds bounds = list_bounds(AT2(away, from), uintBitsToFloat(status[1]));
         gather(from, search_radius(bounds, LENIENT * (nearest_far + reach_of_parts())));
     }
     write_parts(t, put_count > SLOTS);

@@ -11,6 +11,7 @@
 #extension GL_GOOGLE_include_directive : require
 #define DEFAULT_WORKGROUP 16
 #include "common/threads.glsl"
+#include "common/vectors.glsl"
 #include "common/flags.glsl"
 #include "common/tangent.glsl"
 #include "common/tiles.glsl"
@@ -28,10 +29,10 @@ layout(push_constant) uniform Push {
     float virtual_offset; // distance of the two virtual points in spacings (the paper's d)
     float box_half;       // half the edge of the cube that a cell starts from, in spacings
 };
-layout(set = 0, binding = 0) readonly buffer Sites { vec4 sites[]; };
-layout(set = 0, binding = 1) readonly buffer Normals { vec4 normals[]; };
+READ_VEC4(0, Sites, sites);
+READ_VEC4(1, Normals, normals);
 layout(set = 0, binding = 2) readonly buffer Neighbours { uint neighbours[]; };
-layout(set = 0, binding = 3) readonly buffer Bounds { vec4 bounds[]; };
+READ_VEC4(3, Bounds, bounds);
 layout(set = 0, binding = 4) writeonly buffer CornerCount { uint corner_count[]; };
 layout(set = 0, binding = 5) writeonly buffer Corners { vec2 corners[]; };
 layout(set = 0, binding = 6) writeonly buffer Fan { uint fan[]; };
@@ -178,7 +179,7 @@ void start_cell() {
 }
 
 void clip_by_site(vec3 at, vec3 u, uint site, uint j) {
-    vec3 v = (sites[j].xyz - at) / spacing;
+    vec3 v = (AT(sites, j).xyz - at) / spacing;
     if (dot(v, v) < 1e-12) {
         // Both sites have the same direction u and are separated along it.
         v = (j > site ? 1e-3 : -1e-3) * u;
@@ -201,13 +202,13 @@ void clip_by_all(vec3 at, vec3 u, uint site, float reach_sq) {
     uint tiles = tile_count(site_count);
     uint t = 0u;
     while (trouble == 0u) {
-        while (t < tiles && box_distance_sq(at, at, bounds[2u * t].xyz, bounds[2u * t + 1u].xyz) >
+        while (t < tiles && box_distance_sq(at, at, AT(bounds, 2u * t).xyz, AT(bounds, 2u * t + 1u).xyz) >
                                 reach_sq * spacing * spacing) ++t;
         if (t >= tiles) break;
         uvec2 hits = uvec2(0u);
         for (uint l = 0u; l < TILE; ++l) {
             uint j = t * TILE + l;
-            vec3 d = (sites[min(j, site_count - 1u)].xyz - at) / spacing;
+            vec3 d = (AT(sites, min(j, site_count - 1u)).xyz - at) / spacing;
             if (j < site_count && j != site && dot(d, d) <= reach_sq) hits[l >> 5] |= 1u << (l & 31u);
         }
         while ((hits.x | hits.y) != 0u && trouble == 0u) {
@@ -258,8 +259,8 @@ void main() {
     uint site = thread_index();
     lane = gl_LocalInvocationID.x;
     if (site >= site_count) return;
-    vec3 at = sites[site].xyz;
-    vec3 n = normals[site].xyz, u, v;
+    vec3 at = AT(sites, site).xyz;
+    vec3 n = AT(normals, site).xyz, u, v;
     tangent_frame(n, u, v);
     float reach_sq = -1.0;
     float offset = virtual_offset;
@@ -290,7 +291,7 @@ void main() {
         // Radius of security: a site farther than twice the face's radius cannot cut it.
         secure = farthest == NONE || reach_sq > 0.0;
         if (!secure) {
-            vec3 d = (sites[farthest].xyz - at) / spacing;
+            vec3 d = (AT(sites, farthest).xyz - at) / spacing;
             secure = dot(d, d) >= 4.0 * radius_sq;
         }
         if (secure) break;

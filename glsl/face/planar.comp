@@ -11,6 +11,7 @@
 #extension GL_EXT_control_flow_attributes : require
 #define DEFAULT_WORKGROUP 64
 #include "common/threads.glsl"
+#include "common/vectors.glsl"
 
 layout(constant_id = 1) const uint K = 16;
 
@@ -23,10 +24,10 @@ layout(push_constant) uniform Push {
     float largest_move; // longest step
     float widest; // no face reaches farther from its site
 };
-layout(set = 0, binding = 0) readonly buffer Sites { vec4 sites[]; };
+READ_VEC4(0, Sites, sites);
 layout(set = 0, binding = 1) readonly buffer Normals { uint normals[]; };
 layout(set = 0, binding = 2) readonly buffer Neighbours { uint neighbours[]; };
-layout(set = 0, binding = 3) readonly buffer Away { vec2 away[]; };
+READ_VEC2(3, Away, away);
 layout(set = 0, binding = 4) readonly buffer Status { uint status[]; };
 layout(set = 0, binding = 5) writeonly buffer Targets { vec4 targets[]; };
 layout(set = 0, binding = 6) buffer Centroids { vec4 centroids[]; };
@@ -46,7 +47,7 @@ void main() {
     vec3 u, v;
     tangent_frame(n, u, v);
     load_lines(site, own, n, u, v);
-    float secure = list_bounds(away[site], uintBitsToFloat(status[1])).after_near;
+    float secure = list_bounds(AT2(away, site), uintBitsToFloat(status[1])).after_near;
     float bound = min(max(secure, 0.0), widest);
     cut_lines(bound);
     float twice_area, radius_sq;

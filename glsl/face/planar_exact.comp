@@ -12,6 +12,7 @@
 #extension GL_EXT_control_flow_attributes : require
 #define DEFAULT_WORKGROUP 8
 #include "common/threads.glsl"
+#include "common/vectors.glsl"
 
 layout(push_constant) uniform Push {
     uvec4 starts_low;  // first box of levels 0 to 3
@@ -26,9 +27,9 @@ layout(push_constant) uniform Push {
     float largest_move; // longest step
     float widest; // no face reaches farther from its site
 };
-layout(set = 0, binding = 0) readonly buffer Sites { vec4 sites[]; };
+READ_VEC4(0, Sites, sites);
 layout(set = 0, binding = 1) readonly buffer Normals { uint normals[]; };
-layout(set = 0, binding = 2) readonly buffer Boxes { vec4 boxes[]; };
+READ_VEC4(2, Boxes, boxes);
 layout(set = 0, binding = 3) writeonly buffer Targets { vec4 targets[]; };
 layout(set = 0, binding = 4) buffer Centroids { vec4 centroids[]; };
 layout(set = 0, binding = 5) buffer Insecure { uint insecure[]; };

@@ -12,6 +12,7 @@
 #extension GL_EXT_control_flow_attributes : require
 #define DEFAULT_WORKGROUP 8
 #include "common/threads.glsl"
+#include "common/vectors.glsl"
 
 layout(constant_id = 1) const uint K = 24;
 
@@ -25,10 +26,10 @@ layout(push_constant) uniform Push {
     float widest; // no face reaches farther from its site
     uint take_all; // 1: faces that the list does not decide are taken as they are, and none is left to others
 };
-layout(set = 0, binding = 0) readonly buffer Sites { vec4 sites[]; };
+READ_VEC4(0, Sites, sites);
 layout(set = 0, binding = 1) readonly buffer Normals { uint normals[]; };
 layout(set = 0, binding = 2) readonly buffer Neighbours { uint neighbours[]; };
-layout(set = 0, binding = 3) readonly buffer Away { vec2 away[]; };
+READ_VEC2(3, Away, away);
 layout(set = 0, binding = 4) readonly buffer Status { uint status[]; };
 layout(set = 0, binding = 5) writeonly buffer Targets { vec4 targets[]; };
 layout(set = 0, binding = 6) buffer Centroids { vec4 centroids[]; };
@@ -50,7 +51,7 @@ void main() {
             uint j = neighbours[block_place(s, site)];
             cut_face(j, j != NONE);
         } while (++s < K);
-        ListBounds bounds = list_bounds(away[site], uintBitsToFloat(status[1]));
+        ListBounds bounds = list_bounds(AT2(away, site), uintBitsToFloat(status[1]));
         float secure = max(bounds.after_all, 0.0);
         bool decided = !grown_full && 4.0 * grown_radius_sq <= secure * secure;
         if (decided || take_all != 0u) {

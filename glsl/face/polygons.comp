@@ -11,6 +11,7 @@
 #extension GL_EXT_control_flow_attributes : require
 #define DEFAULT_WORKGROUP 64
 #include "common/threads.glsl"
+#include "common/vectors.glsl"
 
 layout(constant_id = 1) const uint K = 24;
 
@@ -21,10 +22,10 @@ layout(push_constant) uniform Push {
     uint site_count;
     float widest; // no face reaches farther from its site
 };
-layout(set = 0, binding = 0) readonly buffer Sites { vec4 sites[]; };
+READ_VEC4(0, Sites, sites);
 layout(set = 0, binding = 1) readonly buffer Normals { uint normals[]; };
 layout(set = 0, binding = 2) readonly buffer Neighbours { uint neighbours[]; };
-layout(set = 0, binding = 3) readonly buffer Boxes { vec4 boxes[]; };
+READ_VEC4(3, Boxes, boxes);
 layout(set = 0, binding = 4) writeonly buffer CornerCount { uint corner_count[]; };
 layout(set = 0, binding = 5) writeonly buffer Corners { vec2 corners[]; };
 layout(set = 0, binding = 6) writeonly buffer Fan { uint fan[]; };

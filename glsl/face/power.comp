@@ -12,6 +12,7 @@
 #extension GL_GOOGLE_include_directive : require
 #define DEFAULT_WORKGROUP 16
 #include "common/threads.glsl"
+#include "common/vectors.glsl"
 #include "common/flags.glsl"
 #include "common/tangent.glsl"
 #include "common/tiles.glsl"
@@ -25,10 +26,10 @@ layout(push_constant) uniform Push {
     float offset;   // distance of a shadow site from its site in spacings, 0 or more
     float box_half; // half the side of the square that a face starts from, in spacings
 };
-layout(set = 0, binding = 0) readonly buffer Sites { vec4 sites[]; };
-layout(set = 0, binding = 1) readonly buffer Normals { vec4 normals[]; };
+READ_VEC4(0, Sites, sites);
+READ_VEC4(1, Normals, normals);
 layout(set = 0, binding = 2) readonly buffer Neighbours { uint neighbours[]; };
-layout(set = 0, binding = 3) readonly buffer Bounds { vec4 bounds[]; };
+READ_VEC4(3, Bounds, bounds);
 layout(set = 0, binding = 4) writeonly buffer CornerCount { uint corner_count[]; };
 layout(set = 0, binding = 5) writeonly buffer Corners { vec2 corners[]; };
 layout(set = 0, binding = 6) writeonly buffer Fan { uint fan[]; };
@@ -90,7 +91,7 @@ void clip(vec2 d, float limit, uint site) {
 
 // By the bisectors with site j and its shadow.
 void clip_by_site(uint site, uint j) {
-    vec3 e = (sites[j].xyz - at) / spacing;
+    vec3 e = (AT(sites, j).xyz - at) / spacing;
     if (dot(e, e) < 1e-12) {
         // Both sites have the same direction u and are separated along it.
         e = (j > site ? 1e-3 : -1e-3) * u;
@@ -98,7 +99,7 @@ void clip_by_site(uint site, uint j) {
     }
     clip(vec2(dot(e, u), dot(e, v)), 0.5 * dot(e, e), j);
     // |p|^2 <= |p - e - d n|^2 - d^2.
-    vec3 n = offset * normals[j].xyz;
+    vec3 n = offset * AT(normals, j).xyz;
     vec3 s = e + n;
     clip(vec2(dot(s, u), dot(s, v)), 0.5 * dot(e, e) + dot(e, n), j);
 }
@@ -112,18 +113,23 @@ float radius_sq() {
     return found;
 }
 
+float distance_sq(vec3 p, vec3 q) {
+    vec3 d = p - q;
+    return dot(d, d);
+}
+
 // Clips by every site within reach, in spacings; those of the list once more, which changes nothing. Loops,
 // not branches, lead past what is too far.
 void clip_by_all(uint site, float reach) {
     uint tiles = tile_count(site_count);
     float reach_sq = reach * reach;
     for (uint t = 0u; t < tiles && count > 0u; ++t) {
-        while (t < tiles && box_distance_sq(at, at, bounds[2u * t].xyz, bounds[2u * t + 1u].xyz) >
+        while (t < tiles && box_distance_sq(at, at, AT(bounds, 2u * t).xyz, AT(bounds, 2u * t + 1u).xyz) >
                                 reach_sq * spacing * spacing) ++t;
         uint end = min((t + 1u) * TILE, site_count);
         uint j = t * TILE;
         while (j < end) {
-            while (j < end && dot(sites[j].xyz - at, sites[j].xyz - at) > reach_sq * spacing * spacing) ++j;
+            while (j < end && distance_sq(AT(sites, j).xyz, at) > reach_sq * spacing * spacing) ++j;
             if (j < end && j != site) clip_by_site(site, j);
             ++j;
         }
@@ -134,8 +140,8 @@ void main() {
     uint site = thread_index();
     lane = gl_LocalInvocationID.x;
     if (site >= site_count) return;
-    at = sites[site].xyz;
-    tangent_frame(normals[site].xyz, u, v);
+    at = AT(sites, site).xyz;
+    tangent_frame(AT(normals, site).xyz, u, v);
     notes = 0u;
     half_now = 0u;
     count = 4u;
@@ -153,7 +159,7 @@ void main() {
     // - e| < r^2.
     float r_sq = radius_sq();
     float reach = sqrt(r_sq) + offset + sqrt(r_sq + offset * offset);
-    bool secure = farthest == NONE || count == 0u || distance(sites[farthest].xyz, at) >= reach * spacing;
+    bool secure = farthest == NONE || count == 0u || distance(AT(sites, farthest).xyz, at) >= reach * spacing;
     if (!secure) {
         notes |= FLAG_SECURITY;
         clip_by_all(site, 1.0001 * reach);

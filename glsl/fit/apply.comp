@@ -8,16 +8,17 @@
 #extension GL_GOOGLE_include_directive : require
 #define DEFAULT_WORKGROUP 64
 #include "common/threads.glsl"
+#include "common/vectors.glsl"
 #include "fit/partials.glsl"
 #include "fit/symmetric.glsl"
 
 layout(push_constant) uniform Push { uint vertex_count; };
 layout(set = 0, binding = 0) readonly buffer Starts { uint starts[]; };
-layout(set = 0, binding = 1) readonly buffer Links { uvec2 links[]; };
-layout(set = 0, binding = 2) readonly buffer Own { vec4 own[]; };
-layout(set = 0, binding = 3) readonly buffer BlockHeads { vec4 block_heads[]; };
-layout(set = 0, binding = 4) readonly buffer BlockTails { vec2 block_tails[]; };
-layout(set = 0, binding = 5) readonly buffer Direction { vec4 direction[]; };
+READ_UVEC2(1, Links, links);
+READ_VEC4(2, Own, own);
+READ_VEC4(3, BlockHeads, block_heads);
+READ_VEC2(4, BlockTails, block_tails);
+READ_VEC4(5, Direction, direction);
 layout(set = 0, binding = 6) writeonly buffer Product { vec4 product[]; };
 layout(set = 0, binding = 7) writeonly buffer Partials { float partials[]; };
 
@@ -25,16 +26,16 @@ void main() {
     uint v = thread_index();
     float part = 0.0;
     if (v < vertex_count) {
-        vec4 head = own[2u * v], tail = own[2u * v + 1u];
-        vec3 x = direction[v].xyz;
+        vec4 head = AT(own, 2u * v), tail = AT(own, 2u * v + 1u);
+        vec3 x = AT(direction, v).xyz;
         vec3 y = times(Symmetric(head.xyz, vec3(head.w, tail.xy)), x);
         // A vertex that does not move has no equation.
         uint begin = starts[v], end = head.x == 0.0 ? begin : starts[v + 1u];
         for (uint i = begin; i < end; ++i) {
-            uvec2 link = links[i];
-            vec4 block = block_heads[link.y];
-            vec2 rest = block_tails[link.y];
-            y += times(Symmetric(block.xyz, vec3(block.w, rest)), direction[link.x].xyz);
+            uvec2 link = AT2(links, i);
+            vec4 block = AT(block_heads, link.y);
+            vec2 rest = AT2(block_tails, link.y);
+            y += times(Symmetric(block.xyz, vec3(block.w, rest)), AT(direction, link.x).xyz);
         }
         product[v] = vec4(y, 0.0);
         part = dot(x, y);

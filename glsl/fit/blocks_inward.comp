@@ -7,6 +7,7 @@
 #extension GL_GOOGLE_include_directive : require
 #define DEFAULT_WORKGROUP 64
 #include "common/threads.glsl"
+#include "common/vectors.glsl"
 #include "fit/symmetric.glsl"
 
 layout(push_constant) uniform Push { uint edge_count; };
@@ -14,8 +15,8 @@ layout(set = 0, binding = 0) readonly buffer Edges { uint edges[]; };
 layout(set = 0, binding = 1) readonly buffer Twins { uint twins[]; };
 layout(set = 0, binding = 2) readonly buffer Ranges { uint ranges[]; };
 layout(set = 0, binding = 3) readonly buffer Order { uint order[]; };
-layout(set = 0, binding = 4) readonly buffer InwardSamples { vec4 inward_samples[]; };
-layout(set = 0, binding = 5) readonly buffer InwardWeights { vec2 inward_weights[]; };
+READ_VEC4(4, InwardSamples, inward_samples);
+READ_VEC2(5, InwardWeights, inward_weights);
 layout(set = 0, binding = 6) buffer BlockHeads { vec4 block_heads[]; };
 layout(set = 0, binding = 7) buffer BlockTails { vec2 block_tails[]; };
 
@@ -30,10 +31,10 @@ void main() {
         uint end = ranges[2u * t + 1u];
         for (uint i = ranges[2u * t]; i < end; ++i) {
             uint at = order[i];
-            vec2 w = inward_weights[at];
+            vec2 w = AT2(inward_weights, at);
             float first = 1.0 - w.x - w.y;
             float both = corner == 0u ? first * w.x : corner == 1u ? w.x * w.y : w.y * first;
-            add_outer(m, inward_samples[at].xyz, both);
+            add_outer(m, AT(inward_samples, at).xyz, both);
         }
         h = twins[h];
     }

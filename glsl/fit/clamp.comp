@@ -7,9 +7,10 @@
 #extension GL_GOOGLE_include_directive : require
 #define DEFAULT_WORKGROUP 64
 #include "common/threads.glsl"
+#include "common/vectors.glsl"
 
 layout(push_constant) uniform Push { uint vertex_count; };
-layout(set = 0, binding = 0) readonly buffer Frames { vec4 frames[]; };
+READ_VEC4(0, Frames, frames);
 layout(set = 0, binding = 1) buffer Moves { vec4 moves[]; };
 layout(set = 0, binding = 2) writeonly buffer Marks { uint marks[]; };
 
@@ -20,7 +21,7 @@ void main() {
     uint v = thread_index();
     if (v >= vertex_count) return;
     vec3 move = moves[v].xyz;
-    float most = MAX_MOVE * sqrt(frames[v].w), len = length(move);
+    float most = MAX_MOVE * sqrt(AT(frames, v).w), len = length(move);
     moves[v] = vec4(len > most ? move * (most / len) : move, 1.0);
     marks[v] = 0u;
 }

@@ -8,13 +8,14 @@
 #extension GL_GOOGLE_include_directive : require
 #define DEFAULT_WORKGROUP 64
 #include "common/threads.glsl"
+#include "common/vectors.glsl"
 #include "fit/partials.glsl"
 #include "fit/symmetric.glsl"
 
 layout(push_constant) uniform Push { uint vertex_count; };
-layout(set = 0, binding = 0) readonly buffer Own { vec4 own[]; };
-layout(set = 0, binding = 1) readonly buffer Direction { vec4 direction[]; };
-layout(set = 0, binding = 2) readonly buffer Product { vec4 product[]; };
+READ_VEC4(0, Own, own);
+READ_VEC4(1, Direction, direction);
+READ_VEC4(2, Product, product);
 layout(set = 0, binding = 3) readonly buffer Scalars { float scalars[]; };
 layout(set = 0, binding = 4) buffer Moves { vec4 moves[]; };
 layout(set = 0, binding = 5) buffer Residual { vec4 residual[]; };
@@ -25,10 +26,10 @@ void main() {
     uint v = thread_index();
     float part = 0.0;
     if (v < vertex_count) {
-        vec4 head = own[2u * v], tail = own[2u * v + 1u];
+        vec4 head = AT(own, 2u * v), tail = AT(own, 2u * v + 1u);
         float len = scalars[1];
-        moves[v] += len * direction[v];
-        vec3 r = residual[v].xyz - len * product[v].xyz;
+        moves[v] += len * AT(direction, v);
+        vec3 r = residual[v].xyz - len * AT(product, v).xyz;
         residual[v] = vec4(r, 0.0);
         vec3 z = solve(Symmetric(head.xyz, vec3(head.w, tail.xy)), r);
         preconditioned[v] = vec4(z, 0.0);

@@ -9,10 +9,11 @@
 #extension GL_GOOGLE_include_directive : require
 #define DEFAULT_WORKGROUP 64
 #include "common/threads.glsl"
+#include "common/vectors.glsl"
 #include "fit/angles.glsl"
 
 layout(push_constant) uniform Push { uint triangle_count; };
-layout(set = 0, binding = 0) readonly buffer Positions { vec4 positions[]; };
+READ_VEC4(0, Positions, positions);
 layout(set = 0, binding = 1) readonly buffer Corners { uint corners[]; };
 layout(set = 0, binding = 2) buffer Counters { uint counters[]; };
 
@@ -27,8 +28,8 @@ void main() {
     }
     barrier();
     if (t < triangle_count) {
-        vec3 a = positions[corners[3u * t]].xyz, b = positions[corners[3u * t + 1u]].xyz;
-        uvec2 angles = floatBitsToUint(extreme_angles(a, b, positions[corners[3u * t + 2u]].xyz));
+        vec3 a = AT(positions, corners[3u * t]).xyz, b = AT(positions, corners[3u * t + 1u]).xyz;
+        uvec2 angles = floatBitsToUint(extreme_angles(a, b, AT(positions, corners[3u * t + 2u]).xyz));
         atomicMin(group_smallest, angles.x);
         atomicMax(group_largest, angles.y);
     }

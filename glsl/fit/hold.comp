@@ -7,6 +7,7 @@
 #extension GL_GOOGLE_include_directive : require
 #define DEFAULT_WORKGROUP 64
 #include "common/threads.glsl"
+#include "common/vectors.glsl"
 #include "common/half_edges.glsl"
 
 layout(push_constant) uniform Push {
@@ -16,8 +17,8 @@ layout(push_constant) uniform Push {
 layout(set = 0, binding = 0) readonly buffer Firsts { uint firsts[]; };
 layout(set = 0, binding = 1) readonly buffer Twins { uint twins[]; };
 layout(set = 0, binding = 2) readonly buffer Corners { uint corners[]; };
-layout(set = 0, binding = 3) readonly buffer Positions { vec4 positions[]; };
-layout(set = 0, binding = 4) readonly buffer Moves { vec4 moves[]; };
+READ_VEC4(3, Positions, positions);
+READ_VEC4(4, Moves, moves);
 layout(set = 0, binding = 5) buffer Marks { uint marks[]; };
 layout(set = 0, binding = 6) buffer Held { uint held[]; };
 layout(set = 0, binding = 7) buffer Counters { uint counters[]; };

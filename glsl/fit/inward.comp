@@ -8,15 +8,16 @@
 #extension GL_GOOGLE_include_directive : require
 #define DEFAULT_WORKGROUP 64
 #include "common/threads.glsl"
+#include "common/vectors.glsl"
 #include "common/octahedral.glsl"
 #include "fit/sample.glsl"
 
 layout(push_constant) uniform Push { uint point_count; };
-layout(set = 0, binding = 0) readonly buffer SurfacePoints { vec4 surface_points[]; };
+READ_VEC4(0, SurfacePoints, surface_points);
 layout(set = 0, binding = 1) readonly buffer SurfaceSides { uint surface_sides[]; };
-layout(set = 0, binding = 2) readonly buffer Projected { vec4 projected[]; };
+READ_VEC4(2, Projected, projected);
 layout(set = 0, binding = 3) readonly buffer Under { uint under[]; };
-layout(set = 0, binding = 4) readonly buffer Positions { vec4 positions[]; };
+READ_VEC4(4, Positions, positions);
 layout(set = 0, binding = 5) readonly buffer Corners { uint corners[]; };
 layout(set = 0, binding = 6) writeonly buffer InwardSamples { vec4 inward_samples[]; };
 layout(set = 0, binding = 7) writeonly buffer InwardWeights { vec2 inward_weights[]; };
@@ -27,11 +28,11 @@ const float INWARD_SHARE = 0.4;
 void main() {
     uint i = thread_index();
     if (i >= point_count) return;
-    vec4 at = surface_points[i];
+    vec4 at = AT(surface_points, i);
     uint t = under[i];
-    vec3 a = positions[corners[3u * t]].xyz, b = positions[corners[3u * t + 1u]].xyz;
-    vec3 c = positions[corners[3u * t + 2u]].xyz;
-    vec3 on = projected[i].xyz, n = cross(b - a, c - a);
+    vec3 a = AT(positions, corners[3u * t]).xyz, b = AT(positions, corners[3u * t + 1u]).xyz;
+    vec3 c = AT(positions, corners[3u * t + 2u]).xyz;
+    vec3 on = AT(projected, i).xyz, n = cross(b - a, c - a);
     float doubled = length(n);
     vec2 weights = vec2(dot(cross(on - a, c - a), n), dot(cross(b - a, on - a), n)) /
                    max(doubled * doubled, 1e-37);

@@ -7,19 +7,20 @@
 #extension GL_GOOGLE_include_directive : require
 #define DEFAULT_WORKGROUP 64
 #include "common/threads.glsl"
+#include "common/vectors.glsl"
 
 layout(push_constant) uniform Push {
     uint point_count;
     uint triangle_count;
 };
 layout(set = 0, binding = 0) readonly buffer Under { uint under[]; };
-layout(set = 0, binding = 1) readonly buffer InwardSamples { vec4 inward_samples[]; };
+READ_VEC4(1, InwardSamples, inward_samples);
 layout(set = 0, binding = 2) writeonly buffer Keys { uint keys[]; };
 layout(set = 0, binding = 3) writeonly buffer Values { uint values[]; };
 
 void main() {
     uint i = thread_index();
     if (i >= point_count) return;
-    keys[i] = inward_samples[i].xyz == vec3(0.0) ? triangle_count : under[i];
+    keys[i] = AT(inward_samples, i).xyz == vec3(0.0) ? triangle_count : under[i];
     values[i] = i;
 }

@@ -13,8 +13,8 @@ const float RIGHT_ANGLE = 1.5707963;
 // above a right angle they lose and gain little, and never pass the worst of the mesh.
 bool is_spoiled(uint t, float least) {
     uvec3 v = uvec3(corners[3u * t], corners[3u * t + 1u], corners[3u * t + 2u]);
-    vec4 to_a = moves[v.x], to_b = moves[v.y], to_c = moves[v.z];
-    vec3 a = positions[v.x].xyz, b = positions[v.y].xyz, c = positions[v.z].xyz;
+    vec4 to_a = AT(moves, v.x), to_b = AT(moves, v.y), to_c = AT(moves, v.z);
+    vec3 a = AT(positions, v.x).xyz, b = AT(positions, v.y).xyz, c = AT(positions, v.z).xyz;
     vec3 new_a = a + to_a.w * to_a.xyz, new_b = b + to_b.w * to_b.xyz, new_c = c + to_c.w * to_c.xyz;
     if (new_a == a && new_b == b && new_c == c) return false;
     vec2 was = extreme_angles(a, b, c), now = extreme_angles(new_a, new_b, new_c);
@@ -31,7 +31,7 @@ void hold_corners(uint t, uint pass) {
     uint k = 0u;
     do {
         uint v = corners[3u * t + k];
-        if (moves[v].w > 0.0 && atomicMax(marks[v], pass) < pass) held[atomicAdd(counters[0], 1u)] = v;
+        if (AT(moves, v).w > 0.0 && atomicMax(marks[v], pass) < pass) held[atomicAdd(counters[0], 1u)] = v;
     } while (++k < 3u);
 }
 

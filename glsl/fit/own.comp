@@ -8,16 +8,17 @@
 #extension GL_GOOGLE_include_directive : require
 #define DEFAULT_WORKGROUP 64
 #include "common/threads.glsl"
+#include "common/vectors.glsl"
 #include "common/half_edges.glsl"
 #include "fit/shares.glsl"
 #include "fit/symmetric.glsl"
 
 layout(push_constant) uniform Push { uint vertex_count; };
-layout(set = 0, binding = 0) readonly buffer Frames { vec4 frames[]; };
+READ_VEC4(0, Frames, frames);
 layout(set = 0, binding = 1) readonly buffer Firsts { uint firsts[]; };
 layout(set = 0, binding = 2) readonly buffer Twins { uint twins[]; };
-layout(set = 0, binding = 3) readonly buffer CornerSamples { vec4 corner_samples[]; };
-layout(set = 0, binding = 4) readonly buffer FaceSamples { vec4 face_samples[]; };
+READ_VEC4(3, CornerSamples, corner_samples);
+READ_VEC4(4, FaceSamples, face_samples);
 layout(set = 0, binding = 5) readonly buffer Areas { float areas[]; };
 layout(set = 0, binding = 6) writeonly buffer Own { vec4 own[]; };
 layout(set = 0, binding = 7) writeonly buffer Right { vec4 right[]; };
@@ -25,18 +26,18 @@ layout(set = 0, binding = 7) writeonly buffer Right { vec4 right[]; };
 void main() {
     uint v = thread_index();
     if (v >= vertex_count) return;
-    vec4 frame = frames[v];
+    vec4 frame = AT(frames, v);
     Symmetric m = Symmetric(vec3(0.0), vec3(0.0));
     vec3 r = vec3(0.0);
     uint first = firsts[v];
     if (frame.xyz != vec3(0.0) && first != NONE) {
-        vec4 corner = corner_samples[v];
+        vec4 corner = AT(corner_samples, v);
         m.on = vec3(STIFFNESS * frame.w);
         add_outer(m, corner.xyz, 1.0);
         r = corner.w * corner.xyz;
         for (uint h = first; h != NONE;) {
             uint t = h / 3u;
-            vec4 centre = face_samples[t];
+            vec4 centre = AT(face_samples, t);
             m.on += 2.0 * COUPLING * areas[t];
             add_outer(m, centre.xyz, 1.0 / 9.0);
             r += centre.w / 3.0 * centre.xyz;

@@ -7,12 +7,13 @@
 #extension GL_GOOGLE_include_directive : require
 #define DEFAULT_WORKGROUP 64
 #include "common/threads.glsl"
+#include "common/vectors.glsl"
 #include "fit/symmetric.glsl"
 
 layout(push_constant) uniform Push { uint vertex_count; };
 layout(set = 0, binding = 0) readonly buffer Starts { uint starts[]; };
-layout(set = 0, binding = 1) readonly buffer Links { uvec2 links[]; };
-layout(set = 0, binding = 2) readonly buffer EdgeSamples { vec4 edge_samples[]; };
+READ_UVEC2(1, Links, links);
+READ_VEC4(2, EdgeSamples, edge_samples);
 layout(set = 0, binding = 3) buffer Own { vec4 own[]; };
 layout(set = 0, binding = 4) buffer Right { vec4 right[]; };
 
@@ -26,7 +27,7 @@ void main() {
     vec3 r = right[v].xyz;
     uint end = starts[v + 1u];
     for (uint i = starts[v]; i < end; ++i) {
-        vec4 middle = edge_samples[links[i].y];
+        vec4 middle = AT(edge_samples, AT2(links, i).y);
         add_outer(m, middle.xyz, 0.25);
         r += 0.5 * middle.w * middle.xyz;
     }

@@ -7,6 +7,7 @@
 #extension GL_GOOGLE_include_directive : require
 #define DEFAULT_WORKGROUP 64
 #include "common/threads.glsl"
+#include "common/vectors.glsl"
 #include "common/half_edges.glsl"
 #include "fit/symmetric.glsl"
 
@@ -15,8 +16,8 @@ layout(set = 0, binding = 0) readonly buffer Firsts { uint firsts[]; };
 layout(set = 0, binding = 1) readonly buffer Twins { uint twins[]; };
 layout(set = 0, binding = 2) readonly buffer Ranges { uint ranges[]; };
 layout(set = 0, binding = 3) readonly buffer Order { uint order[]; };
-layout(set = 0, binding = 4) readonly buffer InwardSamples { vec4 inward_samples[]; };
-layout(set = 0, binding = 5) readonly buffer InwardWeights { vec2 inward_weights[]; };
+READ_VEC4(4, InwardSamples, inward_samples);
+READ_VEC2(5, InwardWeights, inward_weights);
 layout(set = 0, binding = 6) buffer Own { vec4 own[]; };
 layout(set = 0, binding = 7) buffer Right { vec4 right[]; };
 
@@ -33,8 +34,8 @@ void main() {
         uint end = ranges[2u * t + 1u];
         for (uint i = ranges[2u * t]; i < end; ++i) {
             uint at = order[i];
-            vec4 inward = inward_samples[at];
-            vec2 w = inward_weights[at];
+            vec4 inward = AT(inward_samples, at);
+            vec2 w = AT2(inward_weights, at);
             float weight = corner == 0u ? 1.0 - w.x - w.y : corner == 1u ? w.x : w.y;
             add_outer(m, inward.xyz, weight * weight);
             r += weight * inward.w * inward.xyz;

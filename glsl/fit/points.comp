@@ -7,6 +7,7 @@
 #extension GL_GOOGLE_include_directive : require
 #define DEFAULT_WORKGROUP 64
 #include "common/threads.glsl"
+#include "common/vectors.glsl"
 #include "common/half_edges.glsl"
 
 layout(push_constant) uniform Push {
@@ -14,7 +15,7 @@ layout(push_constant) uniform Push {
     uint sample_count;
     uint of_edges; // 1 for edges, 0 for triangles
 };
-layout(set = 0, binding = 0) readonly buffer Positions { vec4 positions[]; };
+READ_VEC4(0, Positions, positions);
 layout(set = 0, binding = 1) readonly buffer Corners { uint corners[]; };
 layout(set = 0, binding = 2) readonly buffer States { uint states[]; };
 layout(set = 0, binding = 3) readonly buffer Edges { uint edges[]; };
@@ -30,7 +31,7 @@ void main() {
     uint h = of_edges == 1u ? edges[first + i] : 3u * (first + i);
     uint next = next_half_edge(h);
     uvec3 v = uvec3(corners[h], corners[next], corners[next_half_edge(next)]);
-    vec3 a = positions[v.x].xyz, b = positions[v.y].xyz, c = positions[v.z].xyz;
+    vec3 a = AT(positions, v.x).xyz, b = AT(positions, v.y).xyz, c = AT(positions, v.z).xyz;
     vec3 normal = cross(b - a, c - a);
     sides[i] = vec4(normal / max(length(normal), 1e-30), 0.0);
     points[i] = vec4(of_edges == 1u ? 0.5 * (a + b) : (a + b + c) / 3.0, 0.0);

@@ -7,14 +7,15 @@
 #extension GL_GOOGLE_include_directive : require
 #define DEFAULT_WORKGROUP 64
 #include "common/threads.glsl"
+#include "common/vectors.glsl"
 
 layout(push_constant) uniform Push {
     uint triangle_count;
     float least; // angles below this may lose little; radians
 };
 layout(set = 0, binding = 0) readonly buffer Corners { uint corners[]; };
-layout(set = 0, binding = 1) readonly buffer Positions { vec4 positions[]; };
-layout(set = 0, binding = 2) readonly buffer Moves { vec4 moves[]; };
+READ_VEC4(1, Positions, positions);
+READ_VEC4(2, Moves, moves);
 layout(set = 0, binding = 3) buffer Marks { uint marks[]; };
 layout(set = 0, binding = 4) writeonly buffer Held { uint held[]; };
 layout(set = 0, binding = 5) buffer Counters { uint counters[]; };

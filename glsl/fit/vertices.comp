@@ -8,11 +8,12 @@
 #extension GL_GOOGLE_include_directive : require
 #define DEFAULT_WORKGROUP 64
 #include "common/threads.glsl"
+#include "common/vectors.glsl"
 #include "common/half_edges.glsl"
 #include "polish/normals.glsl"
 
 layout(push_constant) uniform Push { uint vertex_count; };
-layout(set = 0, binding = 0) readonly buffer Positions { vec4 positions[]; };
+READ_VEC4(0, Positions, positions);
 layout(set = 0, binding = 1) readonly buffer Corners { uint corners[]; };
 layout(set = 0, binding = 2) readonly buffer Twins { uint twins[]; };
 layout(set = 0, binding = 3) readonly buffer Firsts { uint firsts[]; };
@@ -24,15 +25,15 @@ layout(set = 0, binding = 7) writeonly buffer Sides { vec4 sides[]; };
 void main() {
     uint v = thread_index();
     if (v >= vertex_count) return;
-    vec3 here = positions[v].xyz, normal = vec3(0.0);
+    vec3 here = AT(positions, v).xyz, normal = vec3(0.0);
     float doubled = 0.0;
     uint h = firsts[v], state = states[v];
     if (h != NONE) {
         uint left = state & ~FIXED;
-        vec3 p = positions[corners[next_half_edge(h)]].xyz - here;
+        vec3 p = AT(positions, corners[next_half_edge(h)]).xyz - here;
         for (; left > 0u && h != NONE; --left) {
             uint before = previous_half_edge(h);
-            vec3 q = positions[corners[before]].xyz - here;
+            vec3 q = AT(positions, corners[before]).xyz - here;
             vec3 n = cross(p, q);
             normal += n;
             doubled += length(n);

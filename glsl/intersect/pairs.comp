@@ -8,6 +8,7 @@
 #extension GL_EXT_control_flow_attributes : require
 #define DEFAULT_WORKGROUP 64
 #include "common/threads.glsl"
+#include "common/vectors.glsl"
 #include "project/tree_walk.glsl"
 #include "intersect/apart.glsl"
 
@@ -21,7 +22,7 @@ layout(push_constant) uniform Push {
     float rounding; // by which a coordinate may be off
 };
 layout(set = 0, binding = 0) readonly buffer Corners { uint corners[]; };
-layout(set = 0, binding = 1) readonly buffer Wedges { uvec4 wedges[]; };
+READ_UVEC4(1, Wedges, wedges);
 layout(set = 0, binding = 2) readonly buffer Nodes { uvec4 nodes[]; };
 layout(set = 0, binding = 3) writeonly buffer Pairs { uvec2 pairs[]; };
 layout(set = 0, binding = 4) buffer Counters { uint counters[]; };
@@ -31,7 +32,7 @@ shared uint gathered[GATHERED * WORKGROUP];
 
 uvec3 corners_of(uint t) { return uvec3(corners[3u * t], corners[3u * t + 1u], corners[3u * t + 2u]); }
 
-vec3 position(uint v) { return uintBitsToFloat(wedges[v].xyz); }
+vec3 position(uint v) { return uintBitsToFloat(AT(wedges, v).xyz); }
 
 // A bit for each box of the node that touches the one from `low` to `high`, in steps of the grid, and has
 // triangles after the first `done`.

@@ -9,6 +9,7 @@
 #extension GL_GOOGLE_include_directive : require
 #define DEFAULT_WORKGROUP 32
 #include "common/threads.glsl"
+#include "common/vectors.glsl"
 
 layout(push_constant) uniform Push {
     uint site_end; // the number of sites for the lowest level, 0 for the others
@@ -17,7 +18,7 @@ layout(push_constant) uniform Push {
     uint box_end;  // boxes that are not empty
     uint padded;   // all boxes of the level
 };
-layout(set = 0, binding = 0) readonly buffer Sites { vec4 sites[]; };
+READ_VEC4(0, Sites, sites);
 layout(set = 0, binding = 1) buffer Boxes { vec4 boxes[]; };
 #include "common/sites.glsl"
 

@@ -9,12 +9,13 @@
 #extension GL_GOOGLE_include_directive : require
 #define DEFAULT_WORKGROUP 1
 #include "common/threads.glsl"
+#include "common/vectors.glsl"
 
 layout(push_constant) uniform Push {
     uint dispatch_count;
     float max_rho; // lists are rebuilt beyond this; always if negative
 };
-layout(set = 0, binding = 0) readonly buffer Full { uvec4 full[]; };
+READ_UVEC4(0, Full, full);
 layout(set = 0, binding = 1) writeonly buffer Groups { uvec4 groups[]; };
 layout(set = 0, binding = 2) buffer Status { uint status[]; };
 
@@ -22,7 +23,7 @@ void main() {
     if (thread_index() != 0u) return;
     uint rho = status[0];
     bool anew = uintBitsToFloat(rho) > max_rho;
-    for (uint i = 0u; i < dispatch_count; ++i) groups[i] = anew ? full[i] : uvec4(0u);
+    for (uint i = 0u; i < dispatch_count; ++i) groups[i] = anew ? AT(full, i) : uvec4(0u);
     status[0] = 0u;
     status[1] = anew ? 0u : rho;
     status[2] += anew ? 1u : 0u;

@@ -11,6 +11,7 @@
 #extension GL_EXT_control_flow_attributes : require
 #define DEFAULT_WORKGROUP 64
 #include "common/threads.glsl"
+#include "common/vectors.glsl"
 #include "common/tiles.glsl"
 
 layout(constant_id = 1) const uint K = 32;
@@ -20,9 +21,9 @@ layout(push_constant) uniform Push {
     uint point_count;
     uint exclude_self; // 1: queries are the points themselves, and none is its own neighbour
 };
-layout(set = 0, binding = 0) readonly buffer Queries { vec4 queries[]; };
-layout(set = 0, binding = 1) readonly buffer Points { vec4 points[]; };
-layout(set = 0, binding = 2) readonly buffer Bounds { vec4 bounds[]; };
+READ_VEC4(0, Queries, queries);
+READ_VEC4(1, Points, points);
+READ_VEC4(2, Bounds, bounds);
 layout(set = 0, binding = 3) writeonly buffer Neighbours { uint neighbours[]; };
 
 // Tiles that are tested at a time.
@@ -77,13 +78,14 @@ void scan(uint t) {
     uint start = t * TILE;
     barrier();
     for (uint i = lane; i < TILE; i += WORKGROUP) {
-        tile[i] = points[min(start + i, point_count - 1u)];
+        tile[i] = AT(points, min(start + i, point_count - 1u));
     }
     if (lane == 0u) group_reach = 0u;
     barrier();
     // First find what may enter, then insert: lanes then insert what they found at the same time.
     // A subgroup whose queries are all too far from the tile leaves the loop at once.
-    bool near = box_distance_sq(at, at, bounds[2u * t].xyz, bounds[2u * t + 1u].xyz) <= best_sq[K - 1u];
+    vec3 low = AT(bounds, 2u * t).xyz, high = AT(bounds, 2u * t + 1u).xyz;
+    bool near = box_distance_sq(at, at, low, high) <= best_sq[K - 1u];
     uint end = near ? 32u : 0u;
     uvec2 hits = uvec2(0u);
     for (uint l = 0u; l < end; ++l) {
@@ -119,7 +121,7 @@ void test_block(uint start, uint tiles, vec3 low, vec3 high, uint only, uint but
     float reach_sq = unsortable(group_reach);
     for (uint i = lane; i < BLOCK && start + i < tiles; i += WORKGROUP) {
         uint t = start + i;
-        gap_sq[i] = box_distance_sq(low, high, bounds[2u * t].xyz, bounds[2u * t + 1u].xyz);
+        gap_sq[i] = box_distance_sq(low, high, AT(bounds, 2u * t).xyz, AT(bounds, 2u * t + 1u).xyz);
         bool take = only != NONE ? t == only : t != but && gap_sq[i] <= reach_sq;
         if (take) atomicOr(needed[i >> 5], 1u << (i & 31u));
     }
@@ -130,7 +132,7 @@ void test_block(uint start, uint tiles, vec3 low, vec3 high, uint only, uint but
 uint nearest_tile(vec3 middle, uint tiles) {
     uint mine = 0xffffffffu, mine_at = NONE;
     for (uint t = lane; t < tiles; t += WORKGROUP) {
-        vec3 d = 0.5 * (bounds[2u * t].xyz + bounds[2u * t + 1u].xyz) - middle;
+        vec3 d = 0.5 * (AT(bounds, 2u * t).xyz + AT(bounds, 2u * t + 1u).xyz) - middle;
         uint key = sortable(dot(d, d));
         if (key < mine) {
             mine = key;
@@ -148,7 +150,7 @@ void main() {
     query = thread_index();
     lane = gl_LocalInvocationID.x;
     alive = query < query_count;
-    at = alive ? queries[query].xyz : vec3(0.0);
+    at = alive ? AT(queries, query).xyz : vec3(0.0);
     [[unroll]] for (uint s = 0u; s < K; ++s) {
         // Nothing is nearer than -1: lanes past the end find nothing.
         best_sq[s] = alive ? 3.402823466e38 : -1.0;

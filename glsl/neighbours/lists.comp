@@ -21,6 +21,7 @@
 #extension GL_KHR_shader_subgroup_ballot : require
 #define DEFAULT_WORKGROUP 8
 #include "common/threads.glsl"
+#include "common/vectors.glsl"
 #include "common/list_bounds.glsl"
 #include "common/tiles.glsl"
 
@@ -41,8 +42,8 @@ layout(push_constant) uniform Push {
     uint block_sites;
     uint again; // 1: there are lists of these sites already, 0: there are none
 };
-layout(set = 0, binding = 0) readonly buffer Sites { vec4 sites[]; };
-layout(set = 0, binding = 1) readonly buffer Boxes { vec4 boxes[]; };
+READ_VEC4(0, Sites, sites);
+READ_VEC4(1, Boxes, boxes);
 layout(set = 0, binding = 2) buffer Neighbours { uint neighbours[]; };
 layout(set = 0, binding = 3) writeonly buffer Reach { vec2 reach[]; };
 layout(set = 0, binding = 4) buffer ListSites { vec4 list_sites[]; };
@@ -153,7 +154,7 @@ uint touched(uint level, uint base) {
     uint mask = 0u;
     for (uint round = 0u; round < 8u; round += mate_count()) {
         uint child = min(round + lane, 7u);
-        vec3 low = boxes[2u * (start + child)].xyz, high = boxes[2u * (start + child) + 1u].xyz;
+        vec3 low = AT(boxes, 2u * (start + child)).xyz, high = AT(boxes, 2u * (start + child) + 1u).xyz;
         bool near = false;
         [[unroll]] for (uint s = 0u; s < mate_count(); ++s) {
             vec4 m = mate(s);

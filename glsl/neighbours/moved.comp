@@ -9,12 +9,13 @@
 #extension GL_GOOGLE_include_directive : require
 #define DEFAULT_WORKGROUP 64
 #include "common/threads.glsl"
+#include "common/vectors.glsl"
 #include "common/list_bounds.glsl"
 
 layout(push_constant) uniform Push { uint site_count; };
-layout(set = 0, binding = 0) readonly buffer Sites { vec4 sites[]; };
-layout(set = 0, binding = 1) readonly buffer ListSites { vec4 list_sites[]; };
-layout(set = 0, binding = 2) readonly buffer Reach { vec2 reach[]; };
+READ_VEC4(0, Sites, sites);
+READ_VEC4(1, ListSites, list_sites);
+READ_VEC2(2, Reach, reach);
 layout(set = 0, binding = 3) writeonly buffer Away { vec2 away[]; };
 layout(set = 0, binding = 4) buffer Status { uint status[]; };
 
@@ -28,7 +29,7 @@ void main() {
     barrier();
     if (site < site_count) {
         float far = distance(site_at(site).xyz, SITE_AT(list_sites, site).xyz);
-        vec2 own = reach[site];
+        vec2 own = AT2(reach, site);
         away[site] = own - far;
         float rho = 0.0;
         // A site whose list is all at its own point has no reach: any move is too far.

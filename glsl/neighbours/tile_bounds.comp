@@ -7,10 +7,11 @@
 #extension GL_GOOGLE_include_directive : require
 #define DEFAULT_WORKGROUP 16
 #include "common/threads.glsl"
+#include "common/vectors.glsl"
 #include "common/tiles.glsl"
 
 layout(push_constant) uniform Push { uint point_count; };
-layout(set = 0, binding = 0) readonly buffer Points { vec4 points[]; };
+READ_VEC4(0, Points, points);
 layout(set = 0, binding = 1) writeonly buffer Bounds { vec4 bounds[]; };
 
 void main() {
@@ -18,9 +19,9 @@ void main() {
     if (tile >= tile_count(point_count)) return;
     uint start = tile * TILE;
     uint end = min(start + TILE, point_count);
-    vec3 low = points[start].xyz, high = low;
+    vec3 low = AT(points, start).xyz, high = low;
     for (uint p = start + 1u; p < end; ++p) {
-        vec3 x = points[p].xyz;
+        vec3 x = AT(points, p).xyz;
         low = min(low, x);
         high = max(high, x);
     }

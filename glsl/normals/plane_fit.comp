@@ -8,6 +8,7 @@
 #extension GL_GOOGLE_include_directive : require
 #define DEFAULT_WORKGROUP 64
 #include "common/threads.glsl"
+#include "common/vectors.glsl"
 #include "common/flags.glsl"
 #include "common/plane_fit.glsl"
 
@@ -18,24 +19,24 @@ layout(push_constant) uniform Push {
     uint site_count;
     uint k; // sites in the fit, the site itself included
 };
-layout(set = 0, binding = 0) readonly buffer Sites { vec4 sites[]; };
+READ_VEC4(0, Sites, sites);
 layout(set = 0, binding = 1) readonly buffer Neighbours { uint neighbours[]; };
 layout(set = 0, binding = 2) readonly buffer SiteTriangle { uint site_triangle[]; };
-layout(set = 0, binding = 3) readonly buffer TriangleNormals { vec4 triangle_normals[]; };
+READ_VEC4(3, TriangleNormals, triangle_normals);
 layout(set = 0, binding = 4) writeonly buffer Normals { vec4 normals[]; };
 layout(set = 0, binding = 5) writeonly buffer Flags { uint flags[]; };
 
 void main() {
     uint site = thread_index();
     if (site >= site_count) return;
-    vec3 at = sites[site].xyz;
+    vec3 at = AT(sites, site).xyz;
     vec3 mean = vec3(0.0);
     float reach_sq = 0.0;
     uint count = 1u;
     for (uint s = 0u; s + 1u < k; ++s) {
         uint j = neighbours[s * site_count + site];
         if (j == NONE) break;
-        vec3 d = sites[j].xyz - at;
+        vec3 d = AT(sites, j).xyz - at;
         mean += d;
         reach_sq = max(reach_sq, dot(d, d));
         ++count;
@@ -46,11 +47,11 @@ void main() {
     Covariance c = Covariance(0.0, 0.0, 0.0, 0.0, 0.0, 0.0);
     add_point(c, mean * scale);
     for (uint s = 0u; s + 1u < count; ++s) {
-        add_point(c, (sites[neighbours[s * site_count + site]].xyz - at - mean) * scale);
+        add_point(c, (AT(sites, neighbours[s * site_count + site]).xyz - at - mean) * scale);
     }
     bool planar;
     vec3 n = least_axis(c, planar);
-    vec3 surface = triangle_normals[site_triangle[site]].xyz;
+    vec3 surface = AT(triangle_normals, site_triangle[site]).xyz;
     // Sites on a line, or all at one point, fit many planes. Sites of two sheets, as at the tip of an ear,
     // fit one unrelated to the surface, and a face in it would reach far away.
     bool usable = planar && abs(dot(n, surface)) >= MIN_AGREEMENT * length(n);

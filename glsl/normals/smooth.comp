@@ -13,6 +13,7 @@
 #extension GL_EXT_control_flow_attributes : require
 #define DEFAULT_WORKGROUP 64
 #include "common/threads.glsl"
+#include "common/vectors.glsl"
 #include "common/octahedral.glsl"
 
 layout(constant_id = 1) const uint RING = 6;
@@ -26,7 +27,7 @@ layout(push_constant) uniform Push {
 layout(set = 0, binding = 0) readonly buffer SurfaceNormals { uint surface_normals[]; };
 layout(set = 0, binding = 1) readonly buffer Neighbours { uint neighbours[]; };
 layout(set = 0, binding = 2) writeonly buffer Normals { uint normals[]; };
-layout(set = 0, binding = 3) readonly buffer Sites { vec4 sites[]; };
+READ_VEC4(3, Sites, sites);
 
 #include "common/blocks.glsl"
 #include "common/pins.glsl"
@@ -35,7 +36,7 @@ layout(set = 0, binding = 3) readonly buffer Sites { vec4 sites[]; };
 bool counts_for(uint j, float own) {
     if (j == NONE) return false;
     if (CURVES == 0u) return true;
-    float mark = sites[j].w;
+    float mark = AT(sites, j).w;
     return mark == own && !is_pinned(mark);
 }
 
@@ -43,7 +44,7 @@ void main() {
     uint site = block_site(thread_index());
     if (!in_block(site)) return;
     vec3 own = unpack_normal(surface_normals[site]);
-    float mark = CURVES != 0u ? sites[site].w : 0.0;
+    float mark = CURVES != 0u ? AT(sites, site).w : 0.0;
     vec3 around[RING];
     float agreeing = 0.0, found = 0.0;
     [[unroll]] for (uint s = 0u; s < RING; ++s) {

@@ -7,10 +7,11 @@
 #extension GL_GOOGLE_include_directive : require
 #define DEFAULT_WORKGROUP 64
 #include "common/threads.glsl"
+#include "common/vectors.glsl"
 #include "polish/stamps.glsl"
 
 layout(push_constant) uniform Push { uint vertex_count; };
-layout(set = 0, binding = 0) readonly buffer Moved { uvec4 moved[]; };
+READ_UVEC4(0, Moved, moved);
 layout(set = 0, binding = 1) readonly buffer Stamps { uint stamps[]; };
 layout(set = 0, binding = 2) buffer Positions { vec4 positions[]; };
 layout(set = 0, binding = 3) buffer Counters { uint counters[]; };
@@ -19,7 +20,7 @@ void main() {
     uint v = thread_index();
     if (v >= vertex_count) return;
     vec4 here = positions[v];
-    vec3 to = uintBitsToFloat(moved[v].xyz);
+    vec3 to = uintBitsToFloat(AT(moved, v).xyz);
     bool ended = counters[0] == counters[2];
     if (to == here.xyz) return;
     if (ended && stamps[v] == STANDS)

@@ -8,6 +8,7 @@
 #extension GL_GOOGLE_include_directive : require
 #define DEFAULT_WORKGROUP 64
 #include "common/threads.glsl"
+#include "common/vectors.glsl"
 #include "common/hash.glsl"
 
 layout(push_constant) uniform Push {
@@ -16,7 +17,7 @@ layout(push_constant) uniform Push {
 };
 layout(set = 0, binding = 0) readonly buffer Counters { uint counters[]; };
 layout(set = 0, binding = 1) readonly buffer Candidates { uint candidates[]; };
-layout(set = 0, binding = 2) readonly buffer Positions { vec4 positions[]; };
+READ_VEC4(2, Positions, positions);
 layout(set = 0, binding = 3) readonly buffer Corners { uint corners[]; };
 layout(set = 0, binding = 4) readonly buffer Twins { uint twins[]; };
 layout(set = 0, binding = 5) readonly buffer Firsts { uint firsts[]; };
@@ -72,7 +73,8 @@ void main() {
     uint h = candidates[i];
     if (h == NONE) return;
     uvec4 v = diamond(h);
-    vec3 a = positions[v.x].xyz, b = positions[v.y].xyz, c = positions[v.z].xyz, d = positions[v.w].xyz;
+    vec3 a = AT(positions, v.x).xyz, b = AT(positions, v.y).xyz;
+    vec3 c = AT(positions, v.z).xyz, d = AT(positions, v.w).xyz;
     uvec4 of = uvec4(states[v.x], states[v.y], states[v.z], states[v.w]);
     // Candidates are listed once, but flips of others change their triangles.
     bool pays = ((of.x | of.y | of.z | of.w) & FIXED) == 0u && min(of.x, of.y) >= MIN_VALENCE &&

@@ -7,11 +7,12 @@
 #extension GL_GOOGLE_include_directive : require
 #define DEFAULT_WORKGROUP 64
 #include "common/threads.glsl"
+#include "common/vectors.glsl"
 
 layout(push_constant) uniform Push { uint triangle_count; };
 layout(set = 0, binding = 0) readonly buffer Corners { uint corners[]; };
-layout(set = 0, binding = 1) readonly buffer Positions { vec4 positions[]; };
-layout(set = 0, binding = 2) readonly buffer Moved { uvec4 moved[]; };
+READ_VEC4(1, Positions, positions);
+READ_UVEC4(2, Moved, moved);
 layout(set = 0, binding = 3) buffer Stamps { uint stamps[]; };
 layout(set = 0, binding = 4) writeonly buffer Undone { uint undone[]; };
 layout(set = 0, binding = 5) buffer Counters { uint counters[]; };

@@ -11,8 +11,8 @@
 // meanwhile, and are the same as none.
 bool is_spoiled(uint t, uint pass) {
     uvec3 v = uvec3(corners[3u * t], corners[3u * t + 1u], corners[3u * t + 2u]);
-    uvec4 to_a = moved[v.x], to_b = moved[v.y], to_c = moved[v.z];
-    vec3 a = positions[v.x].xyz, b = positions[v.y].xyz, c = positions[v.z].xyz;
+    uvec4 to_a = AT(moved, v.x), to_b = AT(moved, v.y), to_c = AT(moved, v.z);
+    vec3 a = AT(positions, v.x).xyz, b = AT(positions, v.y).xyz, c = AT(positions, v.z).xyz;
     vec3 new_a = stamps[v.x] < pass ? a : uintBitsToFloat(to_a.xyz);
     vec3 new_b = stamps[v.y] < pass ? b : uintBitsToFloat(to_b.xyz);
     vec3 new_c = stamps[v.z] < pass ? c : uintBitsToFloat(to_c.xyz);

@@ -8,11 +8,12 @@
 #extension GL_GOOGLE_include_directive : require
 #define DEFAULT_WORKGROUP 64
 #include "common/threads.glsl"
+#include "common/vectors.glsl"
 #include "common/half_edges.glsl"
 #include "polish/normals.glsl"
 
 layout(push_constant) uniform Push { uint vertex_count; };
-layout(set = 0, binding = 0) readonly buffer Positions { vec4 positions[]; };
+READ_VEC4(0, Positions, positions);
 layout(set = 0, binding = 1) readonly buffer Corners { uint corners[]; };
 layout(set = 0, binding = 2) readonly buffer Twins { uint twins[]; };
 layout(set = 0, binding = 3) readonly buffer Firsts { uint firsts[]; };
@@ -27,16 +28,16 @@ const float STRIDE = 1.1;
 void main() {
     uint v = thread_index();
     if (v >= vertex_count) return;
-    vec4 here = positions[v];
+    vec4 here = AT(positions, v);
     uint h = firsts[v], state = states[v];
     vec3 sum = vec3(0.0), normal = vec3(0.0);
     float weights = 0.0;
     if (h != NONE) {
         uint left = state & ~FIXED;
-        vec4 p = positions[corners[next_half_edge(h)]];
+        vec4 p = AT(positions, corners[next_half_edge(h)]);
         for (; left > 0u && h != NONE; --left) {
             uint before = previous_half_edge(h);
-            vec4 q = positions[corners[before]];
+            vec4 q = AT(positions, corners[before]);
             vec3 to_p = p.xyz - here.xyz;
             normal += cross(to_p, q.xyz - here.xyz);
             // A neighbour has less weight if the edge to it is to be longer, so that a vertex whose edges

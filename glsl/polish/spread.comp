@@ -7,14 +7,15 @@
 #extension GL_GOOGLE_include_directive : require
 #define DEFAULT_WORKGROUP 64
 #include "common/threads.glsl"
+#include "common/vectors.glsl"
 #include "common/half_edges.glsl"
 
 layout(push_constant) uniform Push { uint pass; };
 layout(set = 0, binding = 0) readonly buffer Firsts { uint firsts[]; };
 layout(set = 0, binding = 1) readonly buffer Twins { uint twins[]; };
 layout(set = 0, binding = 2) readonly buffer Corners { uint corners[]; };
-layout(set = 0, binding = 3) readonly buffer Positions { vec4 positions[]; };
-layout(set = 0, binding = 4) readonly buffer Moved { uvec4 moved[]; };
+READ_VEC4(3, Positions, positions);
+READ_UVEC4(4, Moved, moved);
 layout(set = 0, binding = 5) buffer Stamps { uint stamps[]; };
 layout(set = 0, binding = 6) buffer Undone { uint undone[]; };
 layout(set = 0, binding = 7) buffer Counters { uint counters[]; };

@@ -8,12 +8,13 @@
 #extension GL_GOOGLE_include_directive : require
 #define DEFAULT_WORKGROUP 64
 #include "common/threads.glsl"
+#include "common/vectors.glsl"
 
 layout(push_constant) uniform Push {
     uint triangle_count;
     float valence_weight;
 };
-layout(set = 0, binding = 0) readonly buffer Positions { vec4 positions[]; };
+READ_VEC4(0, Positions, positions);
 layout(set = 0, binding = 1) readonly buffer Corners { uint corners[]; };
 layout(set = 0, binding = 2) readonly buffer Twins { uint twins[]; };
 layout(set = 0, binding = 3) readonly buffer States { uint states[]; };
@@ -25,7 +26,7 @@ void main() {
     uint t = thread_index();
     if (t >= triangle_count) return;
     uvec3 at = uvec3(corners[3u * t], corners[3u * t + 1u], corners[3u * t + 2u]);
-    vec3 a = positions[at.x].xyz, b = positions[at.y].xyz, c = positions[at.z].xyz;
+    vec3 a = AT(positions, at.x).xyz, b = AT(positions, at.y).xyz, c = AT(positions, at.z).xyz;
     uvec3 own = uvec3(states[at.x], states[at.y], states[at.z]);
     uint k = 0u;
     do {
@@ -34,7 +35,7 @@ void main() {
         if (twin != NONE && h < twin) {
             uint beyond = corners[previous_half_edge(twin)];
             uvec4 of = uvec4(own, states[beyond]);
-            float gain = flip_gain(a, b, c, positions[beyond].xyz, of, valence_weight);
+            float gain = flip_gain(a, b, c, AT(positions, beyond).xyz, of, valence_weight);
             if (((of.x | of.y | of.z | of.w) & FIXED) == 0u && gain > MIN_GAIN)
                 candidates[atomicAdd(counters[0], 1u)] = h;
         }

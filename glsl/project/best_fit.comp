@@ -13,6 +13,7 @@
 #extension GL_GOOGLE_include_directive : require
 #define DEFAULT_WORKGROUP 64
 #include "common/threads.glsl"
+#include "common/vectors.glsl"
 #include "common/flags.glsl"
 #include "common/plane_fit.glsl"
 
@@ -24,10 +25,10 @@ layout(push_constant) uniform Push {
     uint k;      // vertices in the fit
     float reach; // no point of the surface is farther than this from a vertex
 };
-layout(set = 0, binding = 0) readonly buffer Targets { vec4 targets[]; };
+READ_VEC4(0, Targets, targets);
 layout(set = 0, binding = 1) readonly buffer Neighbours { uint neighbours[]; };
-layout(set = 0, binding = 2) readonly buffer Vertices { vec4 vertices[]; };
-layout(set = 0, binding = 3) readonly buffer VertexNormals { vec4 vertex_normals[]; };
+READ_VEC4(2, Vertices, vertices);
+READ_VEC4(3, VertexNormals, vertex_normals);
 layout(set = 0, binding = 4) writeonly buffer Projected { vec4 projected[]; };
 layout(set = 0, binding = 5) writeonly buffer Normals { vec4 normals[]; };
 layout(set = 0, binding = 6) writeonly buffer Flags { uint flags[]; };
@@ -35,18 +36,18 @@ layout(set = 0, binding = 6) writeonly buffer Flags { uint flags[]; };
 void main() {
     uint site = thread_index();
     if (site >= site_count) return;
-    vec3 at = targets[site].xyz;
+    vec3 at = AT(targets, site).xyz;
     uint nearest = neighbours[site];
-    vec3 origin = vertices[nearest].xyz;
-    vec3 surface = vertex_normals[nearest].xyz;
+    vec3 origin = AT(vertices, nearest).xyz;
+    vec3 surface = AT(vertex_normals, nearest).xyz;
     vec3 mean = vec3(0.0);
     float reach_sq = 0.0;
     uint listed = 0u, count = 0u;
     for (; listed < k; ++listed) {
         uint j = neighbours[listed * site_count + site];
         if (j == NONE) break;
-        if (dot(vertex_normals[j].xyz, surface) <= 0.0) continue;
-        vec3 d = vertices[j].xyz - origin;
+        if (dot(AT(vertex_normals, j).xyz, surface) <= 0.0) continue;
+        vec3 d = AT(vertices, j).xyz - origin;
         mean += d;
         reach_sq = max(reach_sq, dot(d, d));
         ++count;
@@ -57,8 +58,8 @@ void main() {
     Covariance c = Covariance(0.0, 0.0, 0.0, 0.0, 0.0, 0.0);
     for (uint s = 0u; s < listed; ++s) {
         uint j = neighbours[s * site_count + site];
-        if (dot(vertex_normals[j].xyz, surface) <= 0.0) continue;
-        add_point(c, (vertices[j].xyz - origin - mean) * scale);
+        if (dot(AT(vertex_normals, j).xyz, surface) <= 0.0) continue;
+        add_point(c, (AT(vertices, j).xyz - origin - mean) * scale);
     }
     bool planar;
     vec3 n = least_axis(c, planar);

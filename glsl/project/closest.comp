@@ -11,6 +11,7 @@
 #extension GL_EXT_control_flow_attributes : require
 #define DEFAULT_WORKGROUP 64
 #include "common/threads.glsl"
+#include "common/vectors.glsl"
 #include "project/closest.glsl"
 #include "project/tree_walk.glsl"
 
@@ -23,9 +24,9 @@ layout(push_constant) uniform Push {
     uint levels; // of the tree
     float least; // projections no farther than this are kept as they are
 };
-layout(set = 0, binding = 0) readonly buffer Targets { vec4 targets[]; };
+READ_VEC4(0, Targets, targets);
 layout(set = 0, binding = 1) readonly buffer Corners { uint corners[]; };
-layout(set = 0, binding = 2) readonly buffer Wedges { uvec4 wedges[]; };
+READ_UVEC4(2, Wedges, wedges);
 layout(set = 0, binding = 3) readonly buffer TriangleNormals { uint triangle_normals[]; };
 layout(set = 0, binding = 4) readonly buffer Nodes { uvec4 nodes[]; };
 layout(set = 0, binding = 5) buffer Projected { vec4 projected[]; };
@@ -55,7 +56,7 @@ void main() {
     uint site = thread_index();
     if (site >= site_count) return;
     uint lane = gl_LocalInvocationID.x;
-    vec3 at = targets[site].xyz;
+    vec3 at = AT(targets, site).xyz;
     vec3 side = normals[site].xyz;
     if (projected[site].w <= least) return;
     vec3 before = projected[site].xyz - at;

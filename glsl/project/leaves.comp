@@ -8,6 +8,7 @@
 #extension GL_GOOGLE_include_directive : require
 #define DEFAULT_WORKGROUP 64
 #include "common/threads.glsl"
+#include "common/vectors.glsl"
 #include "project/hierarchy.glsl"
 
 layout(push_constant) uniform Push {
@@ -15,7 +16,7 @@ layout(push_constant) uniform Push {
     uint levels;
 };
 layout(set = 0, binding = 0) readonly buffer Corners { uint corners[]; };
-layout(set = 0, binding = 1) readonly buffer Wedges { uvec4 wedges[]; };
+READ_UVEC4(1, Wedges, wedges);
 layout(set = 0, binding = 2) writeonly buffer Nodes { uvec4 nodes[]; };
 
 void main() {
@@ -25,9 +26,9 @@ void main() {
     uint count = min(WIDTH, triangle_count - WIDTH * i);
     for (uint box = 0u; box < count; ++box) {
         uint t = WIDTH * i + box;
-        vec3 a = uintBitsToFloat(wedges[corners[3u * t]].xyz);
-        vec3 b = uintBitsToFloat(wedges[corners[3u * t + 1u]].xyz);
-        vec3 c = uintBitsToFloat(wedges[corners[3u * t + 2u]].xyz);
+        vec3 a = uintBitsToFloat(AT(wedges, corners[3u * t]).xyz);
+        vec3 b = uintBitsToFloat(AT(wedges, corners[3u * t + 1u]).xyz);
+        vec3 c = uintBitsToFloat(AT(wedges, corners[3u * t + 2u]).xyz);
         low[box] = grid_below(min(a, min(b, c)));
         high[box] = grid_above(max(a, max(b, c)));
     }

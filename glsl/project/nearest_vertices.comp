@@ -8,15 +8,16 @@
 #extension GL_GOOGLE_include_directive : require
 #define DEFAULT_WORKGROUP 64
 #include "common/threads.glsl"
+#include "common/vectors.glsl"
 
 layout(push_constant) uniform Push {
     uint site_count;
     uint k;
 };
-layout(set = 0, binding = 0) readonly buffer Targets { vec4 targets[]; };
+READ_VEC4(0, Targets, targets);
 layout(set = 0, binding = 1) readonly buffer Neighbours { uint neighbours[]; };
-layout(set = 0, binding = 2) readonly buffer Vertices { vec4 vertices[]; };
-layout(set = 0, binding = 3) readonly buffer Triangles { uvec4 triangles[]; };
+READ_VEC4(2, Vertices, vertices);
+READ_UVEC4(3, Triangles, triangles);
 layout(set = 0, binding = 4) readonly buffer StarStart { uint star_start[]; };
 layout(set = 0, binding = 5) readonly buffer Star { uint star[]; };
 layout(set = 0, binding = 6) writeonly buffer Projected { vec4 projected[]; };
@@ -59,19 +60,19 @@ vec3 project(vec3 at, vec3 a, vec3 b, vec3 c, vec3 p) {
 void main() {
     uint site = thread_index();
     if (site >= site_count) return;
-    vec3 at = targets[site].xyz;
+    vec3 at = AT(targets, site).xyz;
     vec3 best = at;
     float best_sq = 3.402823466e38;
     uint best_triangle = NONE;
     for (uint s = 0u; s < k; ++s) {
         uint p = neighbours[s * site_count + site];
         if (p == NONE) break;
-        vec3 corner = vertices[p].xyz;
+        vec3 corner = AT(vertices, p).xyz;
         uint end = star_start[p + 1u];
         for (uint e = star_start[p]; e < end; ++e) {
             uint t = star[e];
-            uvec4 v = triangles[t];
-            vec3 x = project(at, vertices[v.x].xyz, vertices[v.y].xyz, vertices[v.z].xyz, corner);
+            uvec4 v = AT(triangles, t);
+            vec3 x = project(at, AT(vertices, v.x).xyz, AT(vertices, v.y).xyz, AT(vertices, v.z).xyz, corner);
             float d_sq = distance_sq(at, x);
             if (d_sq < best_sq || (d_sq == best_sq && t < best_triangle)) {
                 best_sq = d_sq;

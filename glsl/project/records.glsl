@@ -15,11 +15,11 @@ const float MIN_CORNER_COSINE = 0.1;
 // The indices of the triangle's wedges.
 uvec3 triangle_wedges(uint t) { return uvec3(corners[3u * t], corners[3u * t + 1u], corners[3u * t + 2u]); }
 
-vec3 wedge_position(uint wedge) { return uintBitsToFloat(wedges[wedge].xyz); }
+vec3 wedge_position(uint wedge) { return uintBitsToFloat(AT(wedges, wedge).xyz); }
 
 // The unit normal of the surface at a corner of a triangle with the unit normal `own`.
 vec3 corner_normal(uint wedge, vec3 own) {
-    uint packed = wedges[wedge].w;
+    uint packed = AT(wedges, wedge).w;
     vec3 n = unpack_normal(packed);
     return packed != NO_NORMAL && dot(n, own) > MIN_CORNER_COSINE ? n : own;
 }

@@ -11,6 +11,7 @@
 #extension GL_GOOGLE_include_directive : require
 #define DEFAULT_WORKGROUP 64
 #include "common/threads.glsl"
+#include "common/vectors.glsl"
 #include "project/closest.glsl"
 
 layout(push_constant) uniform Push {
@@ -18,10 +19,10 @@ layout(push_constant) uniform Push {
     uint triangle_count;
     uint max_steps; // most triangles tested
 };
-layout(set = 0, binding = 0) readonly buffer Targets { vec4 targets[]; };
+READ_VEC4(0, Targets, targets);
 layout(set = 0, binding = 1) readonly buffer Corners { uint corners[]; };
 layout(set = 0, binding = 2) readonly buffer Twins { uint twins[]; };
-layout(set = 0, binding = 3) readonly buffer Wedges { uvec4 wedges[]; };
+READ_UVEC4(3, Wedges, wedges);
 layout(set = 0, binding = 4) readonly buffer TriangleNormals { uint triangle_normals[]; };
 layout(set = 0, binding = 5) writeonly buffer Projected { vec4 projected[]; };
 layout(set = 0, binding = 6) writeonly buffer Normals { vec4 normals[]; };
@@ -35,7 +36,7 @@ uint before(uint corner) { return corner == 0u ? 2u : corner - 1u; }
 void main() {
     uint site = thread_index();
     if (site >= site_count) return;
-    vec3 at = targets[site].xyz;
+    vec3 at = AT(targets, site).xyz;
     // The half-edge by which the next triangle is entered; for the first one it does not matter.
     uint half_edge = 3u * min(site_triangle[site], triangle_count - 1u);
     Closest best = Closest(vec3(0.0), 3.402823466e38, vec3(0.0), INSIDE);

@@ -13,6 +13,7 @@
 #extension GL_EXT_control_flow_attributes : require
 #define DEFAULT_WORKGROUP 64
 #include "common/threads.glsl"
+#include "common/vectors.glsl"
 #include "common/octahedral.glsl"
 #include "common/tangent.glsl"
 
@@ -27,12 +28,12 @@ layout(push_constant) uniform Push {
     uint block_sites;
     float largest_move; // longest step, relative to the target length there, in the unit of the sites
 };
-layout(set = 0, binding = 0) readonly buffer Sites { vec4 sites[]; };
+READ_VEC4(0, Sites, sites);
 layout(set = 0, binding = 1) readonly buffer Normals { uint normals[]; };
 layout(set = 0, binding = 2) readonly buffer Neighbours { uint neighbours[]; };
 layout(set = 0, binding = 3) readonly buffer Lengths { float lengths[]; };
 layout(set = 0, binding = 4) buffer Targets { vec4 targets[]; };
-layout(set = 0, binding = 5) readonly buffer Centroids { vec4 centroids[]; };
+READ_VEC4(5, Centroids, centroids);
 
 #include "common/blocks.glsl"
 #include "common/sites.glsl"
@@ -79,7 +80,7 @@ void main() {
     flat_drift *= min(1.0, longest * inversesqrt(max(dot(flat_drift, flat_drift), 1e-30)));
     vec3 drift = flat_drift.x * u + flat_drift.y * v;
     if (is_pinned(own.w)) return;
-    vec3 step = centroids[block_place(0u, site)].xyz + drift - at;
+    vec3 step = AT(centroids, block_place(0u, site)).xyz + drift - at;
     // Momentum is that of the area's centroid; the drift hardly changes from one iteration to the next.
     vec3 move = targets[block_place(0u, site)].xyz - at + drift;
     float most = largest_move * length_here;

@@ -8,6 +8,7 @@
 #extension GL_GOOGLE_include_directive : require
 #define DEFAULT_WORKGROUP 64
 #include "common/threads.glsl"
+#include "common/vectors.glsl"
 
 layout(push_constant) uniform Push {
     uint site_count;
@@ -15,9 +16,9 @@ layout(push_constant) uniform Push {
     float least; // all lengths are between these
     float largest;
 };
-layout(set = 0, binding = 0) readonly buffer Sites { vec4 sites[]; };
+READ_VEC4(0, Sites, sites);
 layout(set = 0, binding = 1) readonly buffer SiteTriangle { uint site_triangle[]; };
-layout(set = 0, binding = 2) readonly buffer Slopes { vec4 slopes[]; };
+READ_VEC4(2, Slopes, slopes);
 layout(set = 0, binding = 3) writeonly buffer Lengths { float lengths[]; };
 
 #include "common/sites.glsl"
@@ -25,7 +26,7 @@ layout(set = 0, binding = 3) writeonly buffer Lengths { float lengths[]; };
 void main() {
     uint site = thread_index();
     if (site >= site_count) return;
-    vec4 slope = slopes[min(site_triangle[site], triangle_count - 1u)];
+    vec4 slope = AT(slopes, min(site_triangle[site], triangle_count - 1u));
     // In a sliver the slope is steep, so rounding can exceed the limits.
     lengths[site] = clamp(dot(slope.xyz, site_at(site).xyz) + slope.w, least, largest);
 }

@@ -8,9 +8,10 @@
 #extension GL_GOOGLE_include_directive : require
 #define DEFAULT_WORKGROUP 64
 #include "common/threads.glsl"
+#include "common/vectors.glsl"
 
 layout(push_constant) uniform Push { uint point_count; };
-layout(set = 0, binding = 0) readonly buffer Points { vec4 points[]; };
+READ_VEC4(0, Points, points);
 layout(set = 0, binding = 1) writeonly buffer Keys { uint keys[]; };
 layout(set = 0, binding = 2) writeonly buffer Values { uint values[]; };
 
@@ -25,7 +26,7 @@ uvec3 spread(uvec3 x) {
 void main() {
     uint point = thread_index();
     if (point >= point_count) return;
-    vec3 cell = clamp((points[point].xyz + 0.51) * (1024.0 / 1.02), vec3(0.0), vec3(1023.0));
+    vec3 cell = clamp((AT(points, point).xyz + 0.51) * (1024.0 / 1.02), vec3(0.0), vec3(1023.0));
     uvec3 bits = spread(uvec3(cell));
     keys[point] = bits.x | bits.y << 1 | bits.z << 2;
     values[point] = point;

@@ -13,6 +13,7 @@
 #extension GL_EXT_control_flow_attributes : require
 #define DEFAULT_WORKGROUP 64
 #include "common/threads.glsl"
+#include "common/vectors.glsl"
 #include "common/octahedral.glsl"
 
 // Nearest neighbours that are tested.
@@ -26,7 +27,7 @@ layout(push_constant) uniform Push {
     uint block_sites;
     float spacing;
 };
-layout(set = 0, binding = 0) readonly buffer Sites { vec4 sites[]; };
+READ_VEC4(0, Sites, sites);
 layout(set = 0, binding = 1) readonly buffer Normals { uint normals[]; };
 layout(set = 0, binding = 2) readonly buffer Neighbours { uint neighbours[]; };
 layout(set = 0, binding = 3) buffer Targets { vec4 targets[]; };
@@ -40,7 +41,7 @@ const float LEAST = 0.45;
 void main() {
     uint site = block_site(thread_index());
     if (!in_block(site)) return;
-    vec4 own = sites[site];
+    vec4 own = AT(sites, site);
     vec3 n = unpack_normal(normals[site]);
     vec3 to = targets[block_place(0u, site)].xyz;
     // Opposite curves push in opposite directions, and the site ends up in the middle.
@@ -48,7 +49,7 @@ void main() {
     [[unroll]] for (uint s = 0u; s < NEAR; ++s) {
         uint j = neighbours[block_place(s, site)];
         uint known = j == NONE ? site : j;
-        vec4 other = sites[known];
+        vec4 other = AT(sites, known);
         bool faces = counts_anywhere(other.w) || dot(n, unpack_normal(normals[known])) > -0.2;
         vec3 direction = pin_direction(other.w), off = to - other.xyz;
         float along = dot(off, direction);

@@ -7,13 +7,14 @@
 #extension GL_GOOGLE_include_directive : require
 #define DEFAULT_WORKGROUP 64
 #include "common/threads.glsl"
+#include "common/vectors.glsl"
 
 layout(push_constant) uniform Push {
     uint partial_count;
     uint site_count;
     uint iteration;
 };
-layout(set = 0, binding = 0) readonly buffer Partials { vec2 partials[]; };
+READ_VEC2(0, Partials, partials);
 layout(set = 0, binding = 1) writeonly buffer History { vec2 history[]; };
 
 shared vec2 sums[WORKGROUP];
@@ -22,7 +23,7 @@ void main() {
     uint lane = gl_LocalInvocationID.x;
     vec2 mine = vec2(0.0);
     for (uint i = lane; i < partial_count; i += WORKGROUP) {
-        mine = vec2(mine.x + partials[i].x, max(mine.y, partials[i].y));
+        mine = vec2(mine.x + AT2(partials, i).x, max(mine.y, AT2(partials, i).y));
     }
     sums[lane] = mine;
     barrier();

@@ -9,6 +9,7 @@
 #extension GL_GOOGLE_include_directive : require
 #define DEFAULT_WORKGROUP 64
 #include "common/threads.glsl"
+#include "common/vectors.glsl"
 #include "common/octahedral.glsl"
 
 // 1 where sites bear the marks of common/pins.glsl: those on curves keep their places and normals.
@@ -18,13 +19,14 @@ layout(push_constant) uniform Push {
     uint site_count;
     uint first_partial; // of these sites
 };
-layout(set = 0, binding = 0) readonly buffer Projected { vec4 projected[]; };
-layout(set = 0, binding = 1) readonly buffer Normals { vec4 normals[]; };
-layout(set = 0, binding = 2) readonly buffer Targets { vec4 targets[]; };
+READ_VEC4(0, Projected, projected);
+READ_VEC4(1, Normals, normals);
+READ_VEC4(2, Targets, targets);
 layout(set = 0, binding = 3) buffer Sites { vec4 sites[]; };
 layout(set = 0, binding = 4) writeonly buffer SurfaceNormals { uint surface_normals[]; };
 layout(set = 0, binding = 5) writeonly buffer Partials { vec2 partials[]; };
 
+#define WRITES_SITES
 #include "common/pins.glsl"
 #include "common/sites.glsl"
 
@@ -37,12 +39,12 @@ void main() {
     if (site < site_count) {
         float mark = CURVES != 0u ? sites[site].w : 0.0;
         if (!is_pinned(mark)) {
-            vec3 to = projected[site].xyz;
+            vec3 to = AT(projected, site).xyz;
             if (PACKED == 0u) sites[site] = vec4(to, mark);
             for (uint c = 0u; c < 3u * PACKED; ++c) PACKED_AT(sites, 3u * site + c) = to[c];
-            surface_normals[site] = pack_normal(normals[site].xyz);
+            surface_normals[site] = pack_normal(AT(normals, site).xyz);
         }
-        float step_sq = targets[site].w;
+        float step_sq = AT(targets, site).w;
         mine = vec2(step_sq, sqrt(step_sq));
     }
     sums[lane] = mine;

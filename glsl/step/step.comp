@@ -7,9 +7,10 @@
 #extension GL_GOOGLE_include_directive : require
 #define DEFAULT_WORKGROUP 64
 #include "common/threads.glsl"
+#include "common/vectors.glsl"
 
 layout(push_constant) uniform Push { uint site_count; };
-layout(set = 0, binding = 0) readonly buffer Projected { vec4 projected[]; };
+READ_VEC4(0, Projected, projected);
 layout(set = 0, binding = 1) buffer Sites { vec4 sites[]; };
 layout(set = 0, binding = 2) writeonly buffer Partials { vec2 partials[]; };
 
@@ -20,7 +21,7 @@ void main() {
     uint lane = gl_LocalInvocationID.x;
     vec2 mine = vec2(0.0);
     if (site < site_count) {
-        vec3 to = projected[site].xyz;
+        vec3 to = AT(projected, site).xyz;
         vec3 d = to - sites[site].xyz;
         sites[site] = vec4(to, 0.0);
         mine = vec2(dot(d, d), length(d));

@@ -1,13 +1,13 @@
 //! Typed device buffers.
 
-use super::device::{Device, Shared};
+use super::device::{Device, Shared, lock};
 use super::errors::vk_error;
 use crate::{Error, Result};
 use ash::vk;
 use gpu_allocator::MemoryLocation;
 use gpu_allocator::vulkan::{Allocation, AllocationCreateDesc, AllocationScheme};
 use std::marker::PhantomData;
-use std::sync::Arc;
+use std::sync::{Arc, Mutex};
 
 /// `len` values of type `T` in device memory.
 pub struct Buffer<T> {
@@ -33,8 +33,13 @@ pub struct RawBuffer {
     name: String,
     bytes: u64,
     allocation: Option<Allocation>,
+    /// Parts that were read as texels.
+    views: Mutex<Vec<(TexelPart, vk::BufferView)>>,
     shared: Arc<Shared>,
 }
+
+/// Where a part of a buffer begins and how long it is, in bytes, and the format of its texels.
+type TexelPart = (u64, u64, vk::Format);
 
 impl<T: bytemuck::Pod> Buffer<T> {
     /// An uninitialised buffer with a dotted name such as `rtf.face.polygons`.
@@ -62,10 +67,13 @@ impl<T: bytemuck::Pod> Buffer<T> {
     /// [`Error::OutOfMemory`] with the name, if it is larger than what is free.
     pub fn of_windows(device: &Device, name: &str, len: usize) -> Result<Self> {
         let bytes = Self::bytes_for(len);
-        let usage = vk::BufferUsageFlags::STORAGE_BUFFER
+        let mut usage = vk::BufferUsageFlags::STORAGE_BUFFER
             | vk::BufferUsageFlags::INDIRECT_BUFFER
             | vk::BufferUsageFlags::TRANSFER_SRC
             | vk::BufferUsageFlags::TRANSFER_DST;
+        if device.shared.reads_texels {
+            usage |= vk::BufferUsageFlags::UNIFORM_TEXEL_BUFFER;
+        }
         let raw = RawBuffer::new(&device.shared, name, bytes, usage, MemoryLocation::GpuOnly)?;
         Ok(Self { raw: Arc::new(raw), offset: 0, len, element: PhantomData })
     }
@@ -190,6 +198,7 @@ impl RawBuffer {
             name: name.to_owned(),
             bytes: 0,
             allocation: None,
+            views: Mutex::default(),
             shared: shared.clone(),
         };
         // SAFETY: the handle was just made.
@@ -220,6 +229,28 @@ impl RawBuffer {
         &self.name
     }
 
+    /// A part as texels of a format.
+    ///
+    /// # Errors
+    /// [`Error::Device`] if the driver has no memory for it.
+    pub(super) fn texels(&self, offset: u64, bytes: u64, format: vk::Format) -> Result<vk::BufferView> {
+        let part = (offset, bytes, format);
+        let mut views = lock(&self.views);
+        if let Some((_, view)) = views.iter().find(|(known, _)| *known == part) {
+            return Ok(*view);
+        }
+        let info = vk::BufferViewCreateInfo::default()
+            .buffer(self.handle)
+            .format(format)
+            .offset(offset)
+            .range(bytes);
+        // SAFETY: device and buffer are alive; `info` outlives the call.
+        let view = unsafe { self.shared.raw.create_buffer_view(&info, None) }
+            .map_err(|e| vk_error(&format!("reading buffer {} as texels", self.name), e))?;
+        views.push((part, view));
+        Ok(view)
+    }
+
     /// The bytes if mapped to the host; empty for device-only memory.
     pub(super) fn mapped(&self) -> &[u8] {
         self.allocation.as_ref().and_then(Allocation::mapped_slice).unwrap_or_default()
@@ -240,6 +271,11 @@ impl Drop for RawBuffer {
             self.shared.count_freed(self.bytes);
         }
         // SAFETY: recorders share what they use until the device is done, so nothing uses it any more.
-        unsafe { self.shared.raw.destroy_buffer(self.handle, None) };
+        unsafe {
+            for (_, view) in lock(&self.views).drain(..) {
+                self.shared.raw.destroy_buffer_view(view, None);
+            }
+            self.shared.raw.destroy_buffer(self.handle, None);
+        }
     }
 }

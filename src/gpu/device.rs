@@ -135,6 +135,7 @@ pub(super) struct Shared {
     pub info: DeviceInfo,
     pub timestamp_mask: u64,
     pub full_barriers: bool,
+    pub reads_texels: bool,
     /// See [`DeviceOptions::memory_bytes`].
     pub memory_bytes: Option<u64>,
     polish: Option<bool>,
@@ -166,6 +167,7 @@ impl Device {
         if options.least_limits {
             candidate.info.limits = candidate.info.limits.least();
             candidate.timestamp_bits = 0;
+            candidate.reads_texels = false;
         }
         let largest = &mut candidate.info.limits.storage_buffer_bytes;
         *largest = options.buffer_bytes.unwrap_or(*largest).min(*largest);
@@ -294,6 +296,7 @@ impl Shared {
             polish: options.polish,
             info: candidate.info,
             full_barriers: options.full_barriers,
+            reads_texels: candidate.reads_texels,
             memory_bytes: options.memory_bytes,
             physical: candidate.handle,
             reports_budget: has(ext::memory_budget::NAME),

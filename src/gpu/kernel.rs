@@ -20,6 +20,30 @@ pub enum Access {
     ReadWrite,
 }
 
+/// What a buffer has where a kernel reads it as texels.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Texels {
+    /// `vec2`
+    Vec2,
+    /// `vec4`
+    Vec4,
+    /// `uvec2`
+    UVec2,
+    /// `uvec4`
+    UVec4,
+}
+
+impl Texels {
+    pub(super) fn format(self) -> vk::Format {
+        match self {
+            Self::Vec2 => vk::Format::R32G32_SFLOAT,
+            Self::Vec4 => vk::Format::R32G32B32A32_SFLOAT,
+            Self::UVec2 => vk::Format::R32G32_UINT,
+            Self::UVec4 => vk::Format::R32G32B32A32_UINT,
+        }
+    }
+}
+
 /// One storage buffer of a kernel; its binding number is its place in [`KernelInfo::bindings`].
 #[derive(Debug)]
 pub struct BindingInfo {
@@ -27,6 +51,8 @@ pub struct BindingInfo {
     pub name: &'static str,
     /// Use by the kernel.
     pub access: Access,
+    /// What it has if it is a texel buffer in [`KernelInfo::texel_spirv`].
+    pub texels: Option<Texels>,
 }
 
 /// The untyped declaration of a kernel.
@@ -36,6 +62,9 @@ pub struct KernelInfo {
     pub name: &'static str,
     /// SPIR-V, little-endian words.
     pub spirv: &'static [u8],
+    /// The same kernel reading vectors from texel buffers, for devices on which that is faster; empty if it
+    /// reads none.
+    pub texel_spirv: &'static [u8],
     /// Storage buffers by binding number.
     pub bindings: &'static [BindingInfo],
 }
@@ -77,6 +106,8 @@ pub(super) struct RawPipeline {
     pub layout: vk::PipelineLayout,
     pub set_layout: vk::DescriptorSetLayout,
     pub workgroup: u32,
+    /// For each binding that is a texel buffer its format.
+    pub texels: Vec<Option<vk::Format>>,
     shared: Arc<Shared>,
 }
 
@@ -114,6 +145,15 @@ impl<K: Kernel> Pipeline<K> {
 pub(super) type Pipelines = Mutex<HashMap<(&'static str, Vec<(u32, u32)>), Arc<OnceLock<Compiled>>>>;
 type Compiled = Result<Arc<RawPipeline>>;
 
+/// The type of a binding with this texel format or none.
+pub(super) fn descriptor_type(texels: Option<vk::Format>) -> vk::DescriptorType {
+    if texels.is_some() {
+        vk::DescriptorType::UNIFORM_TEXEL_BUFFER
+    } else {
+        vk::DescriptorType::STORAGE_BUFFER
+    }
+}
+
 impl RawPipeline {
     fn new(
         shared: &Arc<Shared>,
@@ -130,11 +170,14 @@ impl RawPipeline {
             ));
         }
         let failed = |what: &str, e| vk_error(&format!("{what} of kernel {}", info.name), e);
-        let bindings: Vec<_> = (0..info.bindings.len() as u32)
-            .map(|i| {
+        let format = |b: &BindingInfo| b.texels.filter(|_| shared.reads_texels).map(Texels::format);
+        let texels: Vec<_> = info.bindings.iter().map(format).collect();
+        let bindings: Vec<_> = (0..)
+            .zip(&texels)
+            .map(|(i, texels)| {
                 vk::DescriptorSetLayoutBinding::default()
                     .binding(i)
-                    .descriptor_type(vk::DescriptorType::STORAGE_BUFFER)
+                    .descriptor_type(descriptor_type(*texels))
                     .descriptor_count(1)
                     .stage_flags(vk::ShaderStageFlags::COMPUTE)
             })
@@ -149,6 +192,7 @@ impl RawPipeline {
             layout: vk::PipelineLayout::null(),
             set_layout,
             workgroup,
+            texels,
             shared: shared.clone(),
         };
         let set_layouts = [set_layout];
@@ -175,7 +219,9 @@ fn compile(
     layout: vk::PipelineLayout,
 ) -> Result<vk::Pipeline> {
     let failed = |what: &str, e| vk_error(&format!("{what} kernel {}", info.name), e);
-    let words: Vec<u32> = bytemuck::allocation::pod_collect_to_vec(info.spirv);
+    let as_texels = shared.reads_texels && !info.texel_spirv.is_empty();
+    let spirv = if as_texels { info.texel_spirv } else { info.spirv };
+    let words: Vec<u32> = bytemuck::allocation::pod_collect_to_vec(spirv);
     let module_info = vk::ShaderModuleCreateInfo::default().code(&words);
     // SAFETY: the SPIR-V was made by shaderc at build time and is checked by spirv-val in the tests.
     let module =

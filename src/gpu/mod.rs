@@ -23,7 +23,9 @@ mod timer;
 
 pub use buffer::{Bound, Buffer, RawBuffer};
 pub use device::{Device, DeviceOptions};
-pub use kernel::{Access, BindingInfo, BindingSet, Kernel, KernelInfo, Pipeline, SpecializationConstants};
+pub use kernel::{
+    Access, BindingInfo, BindingSet, Kernel, KernelInfo, Pipeline, SpecializationConstants, Texels,
+};
 pub use recorder::{Download, Recorder, Submitted, Threads};
 pub(crate) use select::no_device;
 pub use select::{DeviceInfo, Limits, list_devices};

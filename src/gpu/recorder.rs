@@ -4,7 +4,7 @@ use super::barriers::{Barrier, Hazards, Stage};
 use super::buffer::{Bound, Buffer, RawBuffer};
 use super::device::{Device, Shared, lock};
 use super::errors::vk_error;
-use super::kernel::{Access, BindingSet, Kernel, Pipeline, RawPipeline};
+use super::kernel::{Access, BindingSet, Kernel, Pipeline, RawPipeline, descriptor_type};
 use crate::{Error, Result};
 use ash::vk;
 use glam::UVec4;
@@ -183,7 +183,7 @@ impl Recorder {
         }
         self.pipelines.push(pipeline.raw.clone());
         self.buffers.extend(buffers.iter().map(|b| (b.id, Arc::clone(b))));
-        let set = self.descriptor_set(pipeline.raw.set_layout, &bound)?;
+        let set = self.descriptor_set(&pipeline.raw, &bound)?;
         let (raw, layout) = (&self.shared.raw.clone(), pipeline.raw.layout);
         self.timed(K::INFO.name, |commands| {
             // SAFETY: recording is on; this recorder shares pipeline and buffers and owns the set until the
@@ -460,11 +460,7 @@ impl Recorder {
         Ok(())
     }
 
-    fn descriptor_set(
-        &mut self,
-        layout: vk::DescriptorSetLayout,
-        buffers: &[Bound<'_>],
-    ) -> Result<vk::DescriptorSet> {
+    fn descriptor_set(&mut self, pipeline: &RawPipeline, buffers: &[Bound<'_>]) -> Result<vk::DescriptorSet> {
         let most = self.shared.info.limits.storage_buffer_bytes;
         if let Some(large) = buffers.iter().find(|b| b.bytes > most) {
             let (name, bytes) = (large.raw.name(), large.bytes);
@@ -473,15 +469,16 @@ impl Recorder {
         let failed = |e| vk_error("making a descriptor set", e);
         let raw = self.shared.raw.clone();
         if self.sets_left == 0 {
-            let sizes = [vk::DescriptorPoolSize::default()
-                .ty(vk::DescriptorType::STORAGE_BUFFER)
-                .descriptor_count(SETS_PER_POOL * BUFFERS_PER_SET)];
+            let types = [vk::DescriptorType::STORAGE_BUFFER, vk::DescriptorType::UNIFORM_TEXEL_BUFFER];
+            let sizes = types.map(|ty| {
+                vk::DescriptorPoolSize::default().ty(ty).descriptor_count(SETS_PER_POOL * BUFFERS_PER_SET)
+            });
             let info = vk::DescriptorPoolCreateInfo::default().max_sets(SETS_PER_POOL).pool_sizes(&sizes);
             // SAFETY: the device is alive.
             self.descriptor_pools.push(unsafe { raw.create_descriptor_pool(&info, None) }.map_err(failed)?);
             self.sets_left = SETS_PER_POOL;
         }
-        let layouts = [layout];
+        let layouts = [pipeline.set_layout];
         let info = vk::DescriptorSetAllocateInfo::default()
             .descriptor_pool(self.descriptor_pools.last().copied().unwrap_or_default())
             .set_layouts(&layouts);
@@ -496,15 +493,21 @@ impl Recorder {
                 [info.offset(b.offset).range(b.bytes)]
             })
             .collect();
-        let writes: Vec<_> = infos
-            .iter()
-            .enumerate()
-            .map(|(i, info)| {
-                vk::WriteDescriptorSet::default()
+        let view = |(b, texels): (&Bound<'_>, &Option<vk::Format>)| match texels {
+            Some(format) => b.raw.texels(b.offset, b.bytes, *format).map(|view| [view]),
+            None => Ok([vk::BufferView::null()]),
+        };
+        let views: Vec<_> = buffers.iter().zip(&pipeline.texels).map(view).collect::<Result<_>>()?;
+        let writes: Vec<_> = (0..)
+            .zip(&infos)
+            .zip(&views)
+            .zip(&pipeline.texels)
+            .map(|(((i, info), view), texels)| {
+                let write = vk::WriteDescriptorSet::default()
                     .dst_set(set)
-                    .dst_binding(i as u32)
-                    .descriptor_type(vk::DescriptorType::STORAGE_BUFFER)
-                    .buffer_info(info)
+                    .dst_binding(i)
+                    .descriptor_type(descriptor_type(*texels));
+                if texels.is_some() { write.texel_buffer_view(view) } else { write.buffer_info(info) }
             })
             .collect();
         // SAFETY: set and buffers are alive; no submission uses the new set yet.

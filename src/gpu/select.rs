@@ -72,6 +72,11 @@ pub struct DeviceInfo {
     pub missing: Vec<String>,
 }
 
+/// As many texels as any buffer has vectors of four that a kernel can be given.
+const TEXELS: u32 = 1 << 27;
+/// Windows of buffers begin at multiples of so many bytes.
+const WINDOW_ALIGNMENT: u64 = 256;
+
 /// A device together with its handle.
 pub(super) struct Candidate {
     /// Which of the instances has it.
@@ -79,6 +84,8 @@ pub(super) struct Candidate {
     pub handle: vk::PhysicalDevice,
     pub queue_family: u32,
     pub timestamp_bits: u32,
+    /// Whether kernels read vectors from texel buffers; see [`super::KernelInfo::texel_spirv`].
+    pub reads_texels: bool,
     pub info: DeviceInfo,
 }
 
@@ -238,7 +245,12 @@ fn inspect_device(instance: &Instance, index: usize, handle: vk::PhysicalDevice)
         missing,
         limits,
     };
-    Candidate { instance: 0, handle, queue_family: family.unwrap_or(0) as u32, timestamp_bits, info }
+    // lavapipe loads a vector of a storage buffer number by number and lane by lane, but a texel at once.
+    let reads_texels = info.kind == "cpu"
+        && p.limits.max_texel_buffer_elements >= TEXELS
+        && p.limits.min_texel_buffer_offset_alignment <= WINDOW_ALIGNMENT;
+    let queue_family = family.unwrap_or(0) as u32;
+    Candidate { instance: 0, handle, queue_family, timestamp_bits, reads_texels, info }
 }
 
 /// Whether a lane that is not known before the shader runs may be broadcast to its subgroup, as the kernel of
@@ -349,6 +361,7 @@ mod tests {
             handle: vk::PhysicalDevice::null(),
             queue_family: 0,
             timestamp_bits: 64,
+            reads_texels: false,
             info,
         }
     }
