@@ -47,8 +47,9 @@ fn run() -> Result<(), Vec<String>> {
     for kernel in &kernels {
         // What tests run is what is shipped, in every profile.
         write(&format!("{}.spv", kernel.name()), &bytes_of(&module::without_debug_info(&kernel.spirv)))?;
-        let texels = kernel.texel_spirv.as_deref().map(module::without_debug_info).unwrap_or_default();
-        write(&format!("{}.texels.spv", kernel.name()), &bytes_of(&texels))?;
+        if let Some(spirv) = &kernel.texel_spirv {
+            write(&format!("{}.texels.spv", kernel.name()), &bytes_of(&module::without_debug_info(spirv)))?;
+        }
     }
     write("kernels.rs", emit::emit(&kernels).as_bytes())
 }

@@ -40,10 +40,12 @@ fn emit_kernel(out: &mut String, k: &Kernel) {
         format_args!("type Push = Push; type Constants = Constants; type Bindings<'a> = Bindings<'a>;"),
     );
     line(out, format_args!("const INFO: &'static KernelInfo = &KernelInfo {{ name: {:?},", k.name()));
-    for (field, file) in [("spirv", "spv"), ("texel_spirv", "texels.spv")] {
-        let file = format!("/{}.{file}", k.name());
-        line(out, format_args!("{field}: include_bytes!(concat!(env!(\"OUT_DIR\"), {file:?})),"));
-    }
+    let file = |ending: &str| {
+        let file = format!("/{}.{ending}", k.name());
+        format!("include_bytes!(concat!(env!(\"OUT_DIR\"), {file:?}))")
+    };
+    let texels = k.texel_spirv.as_ref().map_or_else(|| "&[]".to_owned(), |_| file("texels.spv"));
+    line(out, format_args!("spirv: {}, texel_spirv: {texels},", file("spv")));
     line(out, format_args!("bindings: &["));
     for b in &k.bindings {
         let (name, access) = (&b.name, b.access);

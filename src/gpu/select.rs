@@ -72,6 +72,8 @@ pub struct DeviceInfo {
     pub missing: Vec<String>,
 }
 
+/// The last major version of lavapipe's Mesa on which kernels read vectors from texel buffers.
+const TEXEL_MESA: u32 = 22;
 /// As many texels as any buffer has vectors of four that a kernel can be given.
 const TEXELS: u32 = 1 << 27;
 /// Windows of buffers begin at multiples of so many bytes.
@@ -245,8 +247,10 @@ fn inspect_device(instance: &Instance, index: usize, handle: vk::PhysicalDevice)
         missing,
         limits,
     };
-    // lavapipe loads a vector of a storage buffer number by number and lane by lane, but a texel at once.
-    let reads_texels = info.kind == "cpu"
+    // Old versions of lavapipe load a vector of a storage buffer number by number and lane by lane, but a
+    // texel at once (docs/experiments.md). Newer ones load both otherwise, and were not measured.
+    let reads_texels = driver.driver_id == vk::DriverId::MESA_LLVMPIPE
+        && vk::api_version_major(p.driver_version) <= TEXEL_MESA
         && p.limits.max_texel_buffer_elements >= TEXELS
         && p.limits.min_texel_buffer_offset_alignment <= WINDOW_ALIGNMENT;
     let queue_family = family.unwrap_or(0) as u32;
