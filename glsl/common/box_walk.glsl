@@ -26,7 +26,7 @@ uint level_start(uint level) {
 uint touched_boxes(BoxWalk walk) {
     uint mask = 0u, start = level_start(walk.level) + walk.base;
     uint child = 0u;
-    [[dont_unroll]] do {
+    do {
         vec3 low = AT(boxes, 2u * (start + child)).xyz, high = AT(boxes, 2u * (start + child) + 1u).xyz;
         vec3 off = max(max(low - walk.at, walk.at - high), vec3(0.0));
         mask |= dot(off, off) <= walk.radius_sq ? 1u << child : 0u;

@@ -74,8 +74,8 @@ pub struct DeviceInfo {
 
 /// The last major version of lavapipe's Mesa on which kernels read vectors from texel buffers.
 const TEXEL_MESA: u32 = 22;
-/// As many texels as any buffer has vectors of four that a kernel can be given.
-const TEXELS: u32 = 1 << 27;
+/// Bytes of a vector of two numbers.
+const SMALLEST_TEXEL: u64 = 8;
 /// Windows of buffers begin at multiples of so many bytes.
 const WINDOW_ALIGNMENT: u64 = 256;
 
@@ -251,7 +251,7 @@ fn inspect_device(instance: &Instance, index: usize, handle: vk::PhysicalDevice)
     // texel at once (docs/experiments.md). Newer ones load both otherwise, and were not measured.
     let reads_texels = driver.driver_id == vk::DriverId::MESA_LLVMPIPE
         && vk::api_version_major(p.driver_version) <= TEXEL_MESA
-        && p.limits.max_texel_buffer_elements >= TEXELS
+        && u64::from(p.limits.max_texel_buffer_elements) >= info.limits.storage_buffer_bytes / SMALLEST_TEXEL
         && p.limits.min_texel_buffer_offset_alignment <= WINDOW_ALIGNMENT;
     let queue_family = family.unwrap_or(0) as u32;
     Candidate { instance: 0, handle, queue_family, timestamp_bits, reads_texels, info }

@@ -121,7 +121,7 @@ impl Level {
     /// # Errors
     /// As [`Level::new`].
     pub fn compile(device: &Device) -> Result<()> {
-        // By turns, those that take longest first.
+        // Threads begin at the start and in the middle of the list, so what takes longest stands there.
         let parts: [&(dyn Fn() -> Result<()> + Sync); 6] = [
             &|| PlanarFaces::compile_exact(device),
             &|| Lists::new(device, 1, &ListOptions::new(LIST)).map(drop),

@@ -312,7 +312,7 @@ fn faces_with_more_edges_than_slots_are_exact() {
         assert_targets(&scene, &PlanarOptions { slots: 5, ..scene.options() });
     }
     // A site with many around it, and beyond them others.
-    for spokes in [60, 250] {
+    for spokes in [60, 250, 400] {
         let mut wheel = vec![DVec3::ZERO];
         wheel.extend((0..spokes).map(|i| {
             let turn = f64::from(i) * std::f64::consts::TAU / f64::from(spokes);
