@@ -1,27 +1,26 @@
 //! Vertices of different parts of a surface that are at exactly the same place.
 
 use std::collections::HashMap;
+use std::hash::{BuildHasher, BuildHasherDefault};
 
 use glam::DVec3;
+use rayon::prelude::*;
 
-use super::quick_hash::QuickMap;
+use super::quick_hash::{QuickHasher, QuickMap};
 use super::{TriMesh, position_key};
 
 /// How far a vertex moves towards the mean of its neighbours, as a share of the distance: more than what
 /// 32-bit coordinates round to on meshes of up to some million vertices, and less than anybody sees.
 const STEP: f64 = 1e-4;
 
+/// Bits for each point, so that few share theirs.
+const BITS_PER_POINT: usize = 16;
+
 /// Moves all but the first of the vertices at one place towards their neighbours by a little: readers weld
 /// vertices at the same place, and parts of a surface that only touch would become one. Returns how many
 /// moved.
 pub(crate) fn separate_coincident(mesh: &mut TriMesh) -> usize {
-    let mut first: QuickMap<[u64; 3], u32> = QuickMap::default();
-    first.reserve(mesh.vertices.len());
-    let later: Vec<u32> = (0..)
-        .zip(&mesh.vertices)
-        .filter(|(v, p)| *first.entry(position_key(**p)).or_insert(*v) != *v)
-        .map(|(v, _)| v)
-        .collect();
+    let later = later_at_a_place(&mesh.vertices);
     if later.is_empty() {
         return 0;
     }
@@ -48,11 +47,45 @@ pub(crate) fn separate_coincident(mesh: &mut TriMesh) -> usize {
     moved
 }
 
+/// The points at the place of one before them, in ascending order.
+fn later_at_a_place(points: &[DVec3]) -> Vec<u32> {
+    // A table of all positions does not fit in the caches. One of some bits each does, and most points share
+    // theirs with no other.
+    let bits = (BITS_PER_POINT * points.len()).next_power_of_two();
+    let hasher = BuildHasherDefault::<QuickHasher>::default();
+    let bit_of = |p: &DVec3| hasher.hash_one(position_key(*p)) as usize & (bits - 1);
+    let bit_of: Vec<usize> = points.par_iter().map(bit_of).collect();
+    let mut seen = vec![[0u64; 2]; bits.div_ceil(64)];
+    for bit in &bit_of {
+        let ([once, twice], mask) = (&mut seen[bit / 64], 1 << (bit % 64));
+        *twice |= *once & mask;
+        *once |= mask;
+    }
+    let mut first: QuickMap<[u64; 3], u32> = QuickMap::default();
+    let is_later = |v: &u32| {
+        let bit = bit_of[*v as usize];
+        seen[bit / 64][1] >> (bit % 64) & 1 != 0
+            && *first.entry(position_key(points[*v as usize])).or_insert(*v) != *v
+    };
+    (0..points.len() as u32).filter(is_later).collect()
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
     use crate::mesh::samples::sample;
     use crate::mesh::submesh::append;
+
+    #[test]
+    fn the_first_at_a_place_is_not_among_the_later_ones() {
+        // Two by two, and the last in the place of all zeros, however they are signed.
+        let at = |k: u32| DVec3::new(f64::from(k / 2), 0.0, -0.0);
+        let mut points: Vec<DVec3> = (0..2001).map(at).collect();
+        points.push(DVec3::new(-0.0, 0.0, 0.0));
+        let wanted: Vec<u32> = (0..1000).map(|k| 2 * k + 1).chain([2001]).collect();
+        assert_eq!(later_at_a_place(&points), wanted);
+        assert!(later_at_a_place(&[]).is_empty());
+    }
 
     #[test]
     fn vertices_at_one_place_part_by_little_and_others_stay() {

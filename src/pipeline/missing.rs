@@ -1,6 +1,6 @@
 //! Parts of the surface that a result leaves out.
 
-use std::sync::OnceLock;
+use std::sync::atomic::{AtomicBool, Ordering};
 
 use crate::mesh::bvh::Bvh;
 use crate::mesh::hash_grid::HashGrid;
@@ -12,17 +12,18 @@ use rayon::prelude::*;
 pub(crate) const MISSING: f64 = 1.5;
 
 /// The vertices of `surface` that are farther than [`MISSING`] edges from `result`, which has edges of about
-/// `spacing` times their size, the farthest first.
+/// `spacing` times their size, the farthest first. `under` has a triangle of the surface near each vertex of
+/// the result, or nothing.
 ///
 /// # Errors
 /// [`crate::Error::Cancelled`].
 pub(crate) fn missing_vertices(
     surface: &TriMesh,
-    result: &TriMesh,
+    (result, under): (&TriMesh, &[u32]),
     edges: (f64, &SizeField),
     progress: &ProgressToken,
 ) -> Result<Vec<u32>> {
-    far_vertices(surface, result, MISSING, edges, progress)
+    far_vertices(surface, (result, under), MISSING, edges, progress)
 }
 
 /// The vertices of `surface` that are farther than `most` edges from `result`, likewise.
@@ -31,28 +32,46 @@ pub(crate) fn missing_vertices(
 /// [`crate::Error::Cancelled`].
 pub(crate) fn far_vertices(
     surface: &TriMesh,
-    result: &TriMesh,
+    (result, under): (&TriMesh, &[u32]),
     most: f64,
     (spacing, sizes): (f64, &SizeField),
     progress: &ProgressToken,
 ) -> Result<Vec<u32>> {
     progress.poll()?;
-    // Nearly always there is a vertex near, and no triangle need be looked for.
+    let most_sq = |v: u32| (most * spacing * sizes.at_vertex(v)).powi(2);
+    // Nearly always there is a vertex near, and no triangle need be looked for: if the result is finer than
+    // the surface one in the triangles around,
+    let is_near: Vec<AtomicBool> = surface.vertices.iter().map(|_| AtomicBool::new(false)).collect();
+    result.vertices.par_iter().zip(under).for_each(|(at, t)| {
+        for v in surface.triangles[*t as usize] {
+            if at.distance_squared(surface.vertices[v as usize]) <= most_sq(v) {
+                is_near[v as usize].store(true, Ordering::Relaxed);
+            }
+        }
+    });
+    let vertices = (0..surface.vertices.len() as u32).into_par_iter();
+    let left: Vec<u32> = vertices.filter(|v| !is_near[*v as usize].load(Ordering::Relaxed)).collect();
+    if left.is_empty() {
+        return Ok(left);
+    }
+    // or else one in a grid.
     let mut grid = HashGrid::new(most * spacing, result.vertices.len());
     (0..).zip(&result.vertices).for_each(|(v, at): (u32, _)| grid.insert(*at, v));
-    let bvh = OnceLock::new();
+    let has_none = |v: &u32| {
+        let (point, most_sq) = (surface.vertices[*v as usize], most_sq(*v));
+        !grid.any(point, |w: u32| result.vertices[w as usize].distance_squared(point) <= most_sq)
+    };
+    let left: Vec<u32> = left.into_par_iter().filter(has_none).collect();
+    if left.is_empty() {
+        return Ok(left);
+    }
+    progress.poll()?;
+    let bvh = Bvh::new(result);
     let far = |v: u32| {
-        let point = surface.vertices[v as usize];
-        let most_sq = (most * spacing * sizes.at_vertex(v)).powi(2);
-        let is_near = |w: u32| result.vertices[w as usize].distance_squared(point) <= most_sq;
-        if grid.any(point, is_near) {
-            return None;
-        }
-        let distance_sq = bvh.get_or_init(|| Bvh::new(result)).closest(point)?.distance_sq;
+        let (distance_sq, most_sq) = (bvh.closest(surface.vertices[v as usize])?.distance_sq, most_sq(v));
         (distance_sq > most_sq).then_some((distance_sq / most_sq, v))
     };
-    let vertices = (0..surface.vertices.len() as u32).into_par_iter();
-    let mut far: Vec<(f64, u32)> = vertices.filter_map(far).collect();
+    let mut far: Vec<(f64, u32)> = left.into_par_iter().filter_map(far).collect();
     progress.poll()?;
     far.sort_by(|a, b| b.0.total_cmp(&a.0).then(a.1.cmp(&b.1)));
     Ok(far.into_iter().map(|(_, v)| v).collect())

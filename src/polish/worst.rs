@@ -29,24 +29,29 @@ pub(crate) fn improve(
     target: &Target,
     passes: u32,
 ) -> usize {
+    let is_bad =
+        |points: &[DVec3], t: u32| score(half_edges.triangles[t as usize].map(|v| points[v as usize])) < GOAL;
     let mut total = 0;
+    let mut bad: Vec<u32> = (0..half_edges.triangles.len() as u32)
+        .into_par_iter()
+        .with_min_len(CHUNK)
+        .filter(|&t| is_bad(points, t))
+        .collect();
     for _ in 0..passes {
-        let mut touched: Vec<u32> = (0..half_edges.triangles.len())
-            .into_par_iter()
-            .with_min_len(CHUNK)
-            .filter(|&t| score(half_edges.triangles[t].map(|v| points[v as usize])) < GOAL)
-            .flat_map_iter(|t| half_edges.triangles[t])
-            .filter(|&v| !fixed[v as usize])
-            .collect();
-        touched.par_sort_unstable();
+        let corners = bad.iter().flat_map(|&t| half_edges.triangles[t as usize]);
+        let mut touched: Vec<u32> = corners.filter(|&v| !fixed[v as usize]).collect();
+        touched.sort_unstable();
         touched.dedup();
-        let before = total;
-        for v in touched {
-            total += usize::from(lift(half_edges, points, &mut ranks[v as usize], target, v));
-        }
-        if total == before {
+        touched.retain(|&v| lift(half_edges, points, &mut ranks[v as usize], target, v));
+        if touched.is_empty() {
             break;
         }
+        total += touched.len();
+        // Others are as good as they were.
+        bad.extend(touched.iter().flat_map(|&v| half_edges.ring(v)).map(|h| h / 3));
+        bad.sort_unstable();
+        bad.dedup();
+        bad.retain(|&t| is_bad(points, t));
     }
     total
 }

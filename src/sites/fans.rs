@@ -25,6 +25,23 @@ impl Fans {
         fans
     }
 
+    /// From parts of the lists, in their order.
+    pub(crate) fn from_parts(parts: &[FansPart]) -> Self {
+        let total = |count: fn(&FansPart) -> usize| parts.iter().map(count).sum::<usize>();
+        let mut start = Vec::with_capacity(1 + total(|part| part.counts.len()));
+        let mut neighbours = Vec::with_capacity(total(|part| part.neighbours.len()));
+        let mut end = 0;
+        start.push(end);
+        for part in parts {
+            neighbours.extend_from_slice(&part.neighbours);
+            start.extend(part.counts.iter().map(|count| {
+                end += count;
+                end
+            }));
+        }
+        Self { start, neighbours, ..Self::default() }
+    }
+
     /// From one list of sectors a sector. `sites` has the site of each; where it is `open`, a curve runs from
     /// the last of the list through the site to the first, with the surface on its left.
     pub fn of_sectors<L: AsRef<[u32]>>(
@@ -69,35 +86,47 @@ impl Fans {
     /// bounding box of an unbounded face, are dropped too.
     pub(crate) fn symmetric(&self) -> Self {
         let lists = |i: u32, j: u32| (j as usize) < self.len() && i != j && self.of(j as usize).contains(&i);
-        // The neighbours of a part of the sites, and how many each has.
         let parts = in_chunks(self.len(), |range| {
-            let mut neighbours: Vec<u32> = Vec::new();
-            let mut counts = Vec::with_capacity(range.len());
+            let mut part = FansPart::default();
             for i in range {
-                let begin = neighbours.len();
+                let begin = part.neighbours.len();
                 for &j in self.of(i) {
                     // A neighbour that bounds two stretches of a degenerate face counts once.
-                    if lists(i as u32, j) && !neighbours[begin..].contains(&j) {
-                        neighbours.push(j);
+                    if lists(i as u32, j) && !part.neighbours[begin..].contains(&j) {
+                        part.neighbours.push(j);
                     }
                 }
-                counts.push((neighbours.len() - begin) as u32);
+                part.counts.push((part.neighbours.len() - begin) as u32);
             }
-            (neighbours, counts)
+            part
         });
-        let mut start = Vec::with_capacity(self.start.len());
-        let mut neighbours: Vec<u32> = Vec::with_capacity(self.neighbours.len());
-        start.push(0);
-        for (part, counts) in parts {
-            neighbours.extend_from_slice(&part);
-            let mut end = start.last().copied().unwrap_or(0);
-            start.extend(counts.into_iter().map(|count| {
-                end += count;
-                end
-            }));
-        }
-        Self { start, neighbours, sites: self.sites.clone(), open: self.open.clone() }
+        Self { sites: self.sites.clone(), open: self.open.clone(), ..Self::from_parts(&parts) }
     }
+
+    /// The triangles of closed fans that agree: of the three sites of each, one is followed in every fan by
+    /// the next in the other's. In the order that [`super::connect::connect`] has.
+    pub(crate) fn triangles(&self) -> Vec<[u32; 3]> {
+        let parts = in_chunks(self.len(), |range| {
+            let mut triangles: Vec<[u32; 3]> = Vec::with_capacity(2 * range.len());
+            for i in range {
+                let (fan, i) = (self.of(i), i as u32);
+                let pairs = fan.iter().zip(fan[1..].iter().chain(&fan[..1]));
+                // Each is seen from all three, and taken from the first.
+                let own = pairs.filter(|(j, k)| i < **j && i < **k);
+                triangles.extend(own.map(|(j, k)| [i, *j, *k]));
+            }
+            triangles
+        });
+        parts.concat()
+    }
+}
+
+/// The fans of a part of the sites.
+#[derive(Default)]
+pub(crate) struct FansPart {
+    pub neighbours: Vec<u32>,
+    /// How many of them each site has.
+    pub counts: Vec<u32>,
 }
 
 /// The sites behind the edges of a face, without those behind an edge shorter than a tenth of the face's

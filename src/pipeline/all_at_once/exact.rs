@@ -11,7 +11,6 @@ use crate::pipeline::outcome::{Fault, Outcome};
 use crate::pipeline::result::ExactSummary;
 use crate::progress::ProgressReporter;
 use crate::sites::cells::{CellSites, CellSurface, connected_cells};
-use crate::sites::connect::{ConnectCounts, connect};
 use crate::sites::on_surface::SitesOnSurface;
 use crate::sites::place::Place;
 use crate::sites::surface::Surface;
@@ -202,12 +201,12 @@ pub(crate) fn connected(
     let places = Place::inside(&sites.triangles);
     let of = CellSites { positions: &sites.positions, places: &places, near: &near, spacing, lengths: &[] };
     let cells = progress.during(|progress| connected_cells(&on, &of, progress))?;
-    let (triangles, counts) = connect(&sites.positions, &cells.fans);
+    let (triangles, counts) = cells.connect(&sites.positions);
     let mesh = TriMesh { vertices: sites.positions, triangles };
     Ok(Outcome {
         fault: Fault::topology(&mesh, input, cells.broken.first().map(|broken| broken.farthest.0)),
         mesh,
-        counts: ConnectCounts { cells: Some(cells.certificate), ..counts },
+        counts,
         ..Outcome::default()
     })
 }

@@ -195,10 +195,9 @@ impl PlaneFacesRun {
             };
             let cells = progress.during(|progress| connected_cells(&on, &sites, progress))?;
             faulty_place = cells.broken.first().map(|broken| broken.farthest.0);
-            let (by_cells, cell_counts) = connect(&faces.sites.positions, &cells.fans);
+            let (by_cells, cell_counts) = cells.connect(&faces.sites.positions);
             if errors(&by_cells, &cell_counts) <= errors_by_fans {
-                triangles = by_cells;
-                counts = ConnectCounts { cells: Some(cells.certificate), ..cell_counts };
+                (triangles, counts) = (by_cells, cell_counts);
             }
         }
         let mut mesh = TriMesh { vertices: faces.sites.positions, triangles };

@@ -3,11 +3,11 @@
 use super::densify::{ConnectedSites, densify};
 use super::level_mesh::{LevelMesh, LevelSites};
 use super::shared::CoarseToFine;
-use crate::mesh::topology::topology;
+use crate::mesh::topology::{closed_topology, topology};
 use crate::pipeline::near_sites::near_sites;
 use crate::progress::{ProgressReporter, ProgressToken};
 use crate::sites::cells::{BrokenCell, CellSites, CellSurface, connected_cells};
-use crate::sites::connect::{ConnectCounts, connect};
+use crate::sites::connect::ConnectCounts;
 use crate::sites::ears::turn_ears;
 use crate::sites::on_surface::SitesOnSurface;
 use crate::sites::place::Place;
@@ -90,16 +90,15 @@ impl CoarseToFine<'_> {
         let lengths = &self.model.sizes.at_all(positions, triangles);
         let cells =
             connected_cells(on, &CellSites { positions, places: &places, near, spacing, lengths }, progress)?;
-        let (mut triangles, counts) = connect(positions, &cells.fans);
+        let (mut triangles, counts) = cells.connect(positions);
         if let Some(curves) = on_curves {
             turn_ears(&mut triangles, positions, &curves.edges());
         }
         progress.poll()?;
         let mesh = TriMesh { vertices: std::mem::take(positions), triangles };
-        let got = topology(&mesh);
+        let got = if cells.is_closed { closed_topology(&mesh) } else { topology(&mesh) };
         let is_sound = got.matches(self.input) && got.vertices == mesh.vertices.len();
         *positions = mesh.vertices;
-        let counts = ConnectCounts { cells: Some(cells.certificate), ..counts };
         Ok(Connection { broken: cells.broken, faces: mesh.triangles, counts, is_sound })
     }
 }

@@ -123,7 +123,8 @@ impl CoarseToFine<'_> {
         progress: &ProgressToken,
     ) -> Result<Option<Fault>> {
         let edges = (level_spacing, &self.model.sizes);
-        let missing = missing_vertices(&self.surface.mesh(), &level.mesh, edges, progress)?;
+        let missing =
+            missing_vertices(&self.surface.mesh(), (&level.mesh, &level.sites.triangles), edges, progress)?;
         let at = |v: &u32| Some(self.surface.vertices[*v as usize]);
         let missing = missing.first().map(|v| Fault { kind: FaultKind::Missing, at: at(v) });
         Ok(missing.or_else(|| Fault::sliver(&level.mesh, &self.surface.mesh())))

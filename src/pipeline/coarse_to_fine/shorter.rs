@@ -78,7 +78,7 @@ impl Runner<'_, '_> {
     /// The surface's vertices that are far from the mesh, the farthest first.
     fn left_out(&mut self, surface: &TriMesh, outcome: &Outcome, length: f64) -> Result<Vec<DVec3>> {
         let even = SizeField::default();
-        let find = |progress: &_| far_vertices(surface, &outcome.mesh, FAR, (length, &even), progress);
+        let find = |progress: &_| far_vertices(surface, (&outcome.mesh, &[]), FAR, (length, &even), progress);
         let far = self.progress.during(find)?;
         Ok(far.into_iter().map(|v| surface.vertices[v as usize]).collect())
     }

@@ -120,7 +120,7 @@ impl Fallback<'_> {
 
     fn missing(&self, surface: &TriMesh, mesh: &TriMesh, progress: &ProgressToken) -> Result<Vec<u32>> {
         let spacing = spacing(self.surface.area(), mesh.vertices.len());
-        missing_vertices(surface, mesh, (spacing, self.sizes), progress)
+        missing_vertices(surface, (mesh, &[]), (spacing, self.sizes), progress)
     }
 
     fn intersections(&self, mesh: &TriMesh, progress: &ProgressToken) -> Result<Intersections> {

@@ -2,7 +2,8 @@
 
 use super::boundary::{Encroached, PatchBoundary};
 use super::walk::{Cell, Few, Scene};
-use crate::sites::fans::Fans;
+use crate::mesh::chunks::in_chunks;
+use crate::sites::fans::{Fans, FansPart};
 use rayon::prelude::*;
 use smallvec::smallvec;
 
@@ -16,6 +17,11 @@ pub(crate) fn fans(
     boundary: &PatchBoundary,
     cells: &[Cell],
 ) -> (Fans, Vec<usize>, Vec<Encroached>) {
+    let one_each = scene.sectors.len() == scene.sites.positions.len();
+    if one_each && !scene.surface.has_boundary {
+        let (fans, broken) = closed_fans(cells);
+        return (fans, broken, Vec::new());
+    }
     let mut rings: Vec<Ring> =
         cells.par_iter().enumerate().map(|(s, cell)| ring(scene, boundary, s, cell)).collect();
     let broken = (0..).zip(&rings).filter(|(_, ring)| !ring.is_sound).map(|(s, _)| s).collect();
@@ -24,16 +30,32 @@ pub(crate) fn fans(
     encroached.sort_unstable();
     let open: Vec<bool> = rings.iter().map(|ring| ring.is_open).collect();
     let rings: Vec<Few<u32>> = rings.into_iter().map(|ring| ring.ring).collect();
-    let one_each = scene.sectors.len() == scene.sites.positions.len();
-    let fans = if one_each && !scene.surface.has_boundary {
-        Fans::from_lists(rings)
-    } else if one_each && boundary.is_free() {
+    let fans = if one_each && boundary.is_free() {
         Fans::of_sectors(rings, scene.sectors.site.clone(), open)
     } else {
         let lists = (0..rings.len()).map(|s| sector_fan(scene, boundary, &rings, s));
         Fans::of_sectors(lists, scene.sectors.site.clone(), open)
     };
     (fans, broken, encroached)
+}
+
+/// As [`fans`], of sites with a sector each on a surface without boundary.
+fn closed_fans(cells: &[Cell]) -> (Fans, Vec<usize>) {
+    let (parts, broken): (Vec<FansPart>, Vec<Vec<usize>>) = in_chunks(cells.len(), |range| {
+        let (mut part, mut broken) = (FansPart::default(), Vec::new());
+        for s in range {
+            let (ring, is_cycle) = order(&cells[s].corners);
+            if !is_cycle || ring.len() < 3 {
+                broken.push(s);
+            }
+            part.neighbours.extend_from_slice(&ring);
+            part.counts.push(ring.len() as u32);
+        }
+        (part, broken)
+    })
+    .into_iter()
+    .unzip();
+    (Fans::from_parts(&parts), broken.concat())
 }
 
 /// The neighbours around a sector, as sites, counter-clockwise.
@@ -80,7 +102,7 @@ fn ring(scene: &Scene, boundary: &PatchBoundary, s: usize, cell: &Cell) -> Ring 
     if let Some(only) = first.filter(|_| links.is_empty()) {
         return Ring { ring: smallvec![only], is_sound, is_open, encroached };
     }
-    let (mut ring, closed) = order(links);
+    let (mut ring, closed) = order(&links);
     if let Some(place) = first.and_then(|first| ring.iter().position(|j| *j == first)) {
         ring.rotate_left(place);
     }
@@ -90,7 +112,11 @@ fn ring(scene: &Scene, boundary: &PatchBoundary, s: usize, cell: &Cell) -> Ring 
 
 /// The cyclic order of the neighbours, each followed by the one it shares a corner with; false if the corners
 /// do not form one cycle, and then the longest chain there is.
-fn order(mut left: Few<[u32; 2]>) -> (Few<u32>, bool) {
+fn order(links: &[[u32; 2]]) -> (Few<u32>, bool) {
+    if let Some(cycle) = cycle(links) {
+        return (cycle, true);
+    }
+    let mut left: Few<[u32; 2]> = links.iter().copied().collect();
     left.sort_unstable();
     left.dedup();
     let total = left.len();
@@ -116,6 +142,22 @@ fn order(mut left: Few<[u32; 2]>) -> (Few<u32>, bool) {
     }
     let sound = sound && best.len() == total;
     (best, sound)
+}
+
+/// The neighbours from the smallest on, if the corners form one cycle.
+fn cycle(links: &[[u32; 2]]) -> Option<Few<u32>> {
+    let first = links.iter().map(|link| link[0]).min()?;
+    let mut cycle = Few::new();
+    let mut at = first;
+    // What comes back after as many steps as there are corners has been through all of them.
+    for _ in links {
+        cycle.push(at);
+        at = links.iter().find(|link| link[0] == at)?[1];
+        if at == first {
+            break;
+        }
+    }
+    (at == first && cycle.len() == links.len()).then_some(cycle)
 }
 
 /// The fan of a sector, as sectors: at a curve it runs from the next site along it to the previous one, even
@@ -156,7 +198,7 @@ fn sector_of_neighbour(scene: &Scene, rings: &[Few<u32>], s: usize, j: u32) -> O
 
 /// Whether the three cells at each corner all have it, and have it once, of sites with a sector each: nearly
 /// always, and quickly found.
-fn all_are_shared(scene: &Scene, cells: &[Cell]) -> bool {
+pub(crate) fn all_are_shared(scene: &Scene, cells: &[Cell]) -> bool {
     let sectors = &scene.sectors;
     let has_once = |s: usize, j: u32, corner: [u32; 2]| {
         let mut theirs = sectors.of(j);
@@ -182,11 +224,8 @@ fn all_are_shared(scene: &Scene, cells: &[Cell]) -> bool {
     shared.is_some_and(|shared| 3 * shared == cells_of().map(|cell| cell.corners.len()).sum::<usize>())
 }
 
-/// The number of corners that not exactly three cells of their patch have.
+/// The number of corners that not exactly three cells of their patch have: 0 if [`all_are_shared`].
 pub(crate) fn unshared(scene: &Scene, cells: &[Cell]) -> usize {
-    if all_are_shared(scene, cells) {
-        return 0;
-    }
     let mut corners: Vec<[u32; 4]> = cells
         .par_iter()
         .enumerate()
@@ -259,16 +298,30 @@ mod tests {
             cell
         };
         let cells = || -> Vec<Cell> { (0..4).map(cell).collect() };
-        assert_eq!(unshared(&scene, &cells()), 0);
+        assert!(unshared(&scene, &cells()) == 0 && all_are_shared(&scene, &cells()));
         let mut missing = cells();
         missing[2].corners.pop();
-        assert_eq!(unshared(&scene, &missing), 1);
+        assert!(unshared(&scene, &missing) == 1 && !all_are_shared(&scene, &missing));
         let mut twice = cells();
         let again = twice[3].corners[0];
         twice[3].corners.push(again);
-        assert_eq!(unshared(&scene, &twice), 1);
+        assert!(unshared(&scene, &twice) == 1 && !all_are_shared(&scene, &twice));
         let mut turned = cells();
         turned[1].corners[1].reverse();
-        assert_eq!(unshared(&scene, &turned), 2);
+        assert!(unshared(&scene, &turned) == 2 && !all_are_shared(&scene, &turned));
+    }
+
+    #[test]
+    fn corners_that_form_one_cycle_are_in_order_from_the_smallest_neighbour() {
+        let closed = |links: &[[u32; 2]]| order(links).1.then(|| order(links).0.to_vec());
+        assert_eq!(closed(&[[5, 2], [9, 5], [2, 9]]), Some(vec![2, 9, 5]));
+        assert_eq!(closed(&[[1, 2], [2, 1]]), Some(vec![1, 2]));
+        assert_eq!(closed(&[[3, 3]]), Some(vec![3]));
+        // None; open; two cycles; twice the same neighbour; the same corner twice, which counts once.
+        assert_eq!(closed(&[]), Some(vec![]));
+        assert_eq!(closed(&[[1, 2], [2, 3]]), None);
+        assert_eq!(closed(&[[1, 2], [2, 1], [3, 4], [4, 3]]), None);
+        assert_eq!(closed(&[[1, 2], [2, 3], [3, 2], [2, 1]]), None);
+        assert_eq!(closed(&[[1, 2], [2, 3], [1, 2], [3, 1]]), Some(vec![1, 2, 3]));
     }
 }

@@ -19,7 +19,9 @@ mod sectors;
 mod surface;
 mod walk;
 
+use super::connect::{ConnectCounts, connect};
 use super::fans::Fans;
+use crate::mesh::chunks::in_chunks;
 use crate::mesh::triangle::area;
 use crate::{ProgressToken, Result};
 pub use boundary::Encroached;
@@ -46,6 +48,9 @@ pub struct ConnectedCells {
     pub broken: Vec<BrokenCell>,
     /// Where a curve needs more sites, in ascending order. The fans have an edge there all the same.
     pub encroached: Vec<Encroached>,
+    /// Whether the triangles are known to be a closed manifold that uses all sites: the surface has no
+    /// boundary, and all cells are discs that agree about each corner.
+    pub is_closed: bool,
 }
 
 /// A cell that is not a disc, or has fewer than three neighbours: there are too few sites around.
@@ -89,23 +94,34 @@ pub fn connected_cells(
         })
         .collect();
     progress.poll()?;
-    let mut unshared_corners = fan::unshared(&scene, &cells);
-    if surface.has_boundary || unshared_corners > 0 {
+    let mut all_are_shared = fan::all_are_shared(&scene, &cells);
+    if surface.has_boundary || !all_are_shared {
         repair(&scene, &mut cells, progress)?;
-        unshared_corners = fan::unshared(&scene, &cells);
+        all_are_shared = fan::all_are_shared(&scene, &cells);
     }
+    let unshared_corners = if all_are_shared { 0 } else { fan::unshared(&scene, &cells) };
     progress.poll()?;
     let whole: f64 = (0..surface.triangles.len()).map(|t| area(surface.corners(t as u32))).sum();
     let boundary = PatchBoundary::new(&scene);
     let (fans, broken, encroached) = fan::fans(&scene, &boundary, &cells);
-    let certificate = Certificate {
-        area: cells.iter().map(|c| c.area).sum::<f64>() / whole,
-        unshared_corners,
-        broken_cells: broken.len(),
-    };
+    let areas = in_chunks(cells.len(), |range| cells[range].iter().map(|c| c.area).sum::<f64>());
+    let certificate =
+        Certificate { area: areas.iter().sum::<f64>() / whole, unshared_corners, broken_cells: broken.len() };
     let broken_cell = |s: usize| BrokenCell { site: scene.sectors.site[s], farthest: cells[s].farthest };
-    let broken = broken.into_iter().map(broken_cell).collect();
-    Ok(ConnectedCells { fans, certificate, broken, encroached })
+    let broken: Vec<BrokenCell> = broken.into_iter().map(broken_cell).collect();
+    let is_closed = all_are_shared && broken.is_empty() && !surface.has_boundary;
+    Ok(ConnectedCells { fans, certificate, broken, encroached, is_closed })
+}
+
+impl ConnectedCells {
+    /// The triangles over the sites, with what joining the fans to them found and did.
+    pub fn connect(&self, sites: &[DVec3]) -> (Vec<[u32; 3]>, ConnectCounts) {
+        let (triangles, counts) = match self.is_closed {
+            true => (self.fans.triangles(), ConnectCounts::default()),
+            false => connect(sites, &self.fans),
+        };
+        (triangles, ConnectCounts { cells: Some(self.certificate), ..counts })
+    }
 }
 
 /// Near the boundary, and in folds, a site may have cut a cell although a gap or a curve lies between, so
