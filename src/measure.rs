@@ -10,7 +10,7 @@ use crate::mesh::chunks::in_chunks;
 use crate::mesh::distance::{DEFAULT_ACCURACY, Distances, check_accuracy, distances_within};
 use crate::mesh::half_edges::EdgeTable;
 use crate::mesh::intersections::intersecting_faces;
-use crate::mesh::quality::{Quality, Valence, folded_share, quality, scale_of, valence_of};
+use crate::mesh::quality::{Quality, Valence, folded_share, power_of_two_scale, quality, valence_of};
 use crate::mesh::topology::{Topology, topology_of};
 use crate::{Error, ProgressToken, Result, TriMesh};
 
@@ -171,19 +171,18 @@ pub fn weld(mesh: &TriMesh) -> TriMesh {
 }
 
 pub(crate) fn relative_volume(mesh: &TriMesh) -> f64 {
-    let scale = scale_of(mesh);
-    let corners = |t: usize| mesh.corners(t).map(|p| p * scale);
     let bounds = in_chunks(mesh.triangles.len(), |range| {
-        range
-            .flat_map(corners)
-            .fold((DVec3::INFINITY, DVec3::NEG_INFINITY), |(lo, hi), p| (lo.min(p), hi.max(p)))
+        let corners = mesh.triangles[range].as_flattened().iter().map(|v| mesh.vertices[*v as usize]);
+        corners.fold((DVec3::INFINITY, DVec3::NEG_INFINITY), |(lo, hi), p| (lo.min(p), hi.max(p)))
     });
     let (lo, hi) = bounds
         .into_iter()
         .fold((DVec3::INFINITY, DVec3::NEG_INFINITY), |(lo, hi), (l, h)| (lo.min(l), hi.max(h)));
+    let scale = power_of_two_scale([lo, hi].into_iter());
+    let (lo, hi) = (lo * scale, hi * scale);
     let origin = 0.5 * (lo + hi);
     let six_volume = |t: usize| {
-        let [a, b, c] = corners(t).map(|p| p - origin);
+        let [a, b, c] = mesh.corners(t).map(|p| p * scale - origin);
         a.dot(b.cross(c))
     };
     let six_volumes = in_chunks(mesh.triangles.len(), |range| range.map(six_volume).sum::<f64>());

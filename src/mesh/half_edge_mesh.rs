@@ -166,11 +166,11 @@ impl HalfEdgeMesh {
         &mut self,
         triangles: Vec<[u32; 3]>,
         twin: Vec<u32>,
-        first: Vec<u32>,
+        first: &[u32],
         valence: Vec<u32>,
     ) {
         for (own, new) in self.first.iter_mut().zip(first) {
-            *own = if new == NONE { *own } else { new };
+            *own = if *new == NONE { *own } else { *new };
         }
         (self.triangles, self.twin, self.valence) = (triangles, twin, valence);
     }

@@ -3,6 +3,7 @@
 //! Half-edge `3 * t + k` runs from corner `k` of triangle `t` to the next corner, so that a half-edge and the
 //! corner that it leaves have the same number.
 
+use bytemuck::allocation::zeroed_vec;
 use rayon::prelude::*;
 use std::collections::HashSet;
 
@@ -32,22 +33,25 @@ pub(crate) fn edge_key(a: u32, b: u32) -> (u32, u32) {
 /// A half-edge, filed under the undirected edge it lies on.
 ///
 /// Ordered by edge, then by number, so that a sorted list groups the half-edges of an edge in a fixed order.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, bytemuck::Pod, bytemuck::Zeroable)]
+#[repr(C)]
 pub(crate) struct HalfEdge {
-    /// Smaller vertex index in the upper half, larger in the lower.
-    key: u64,
+    /// Its vertex with the smaller index, and the other.
+    low: u32,
+    high: u32,
     number: u32,
 }
 
 impl HalfEdge {
     fn new(a: u32, b: u32, number: u32) -> Self {
         let (low, high) = edge_key(a, b);
-        Self { key: u64::from(low) << 32 | u64::from(high), number }
+        Self { low, high, number }
     }
 
     /// The edge's two vertices, the smaller index first; equal where a triangle repeats a vertex.
+    #[inline]
     pub(crate) fn ends(self) -> (u32, u32) {
-        ((self.key >> 32) as u32, self.key as u32)
+        (self.low, self.high)
     }
 
     /// The triangle it belongs to.
@@ -96,7 +100,7 @@ impl EdgeTable {
         ends.par_chunks_mut(wide).enumerate().for_each(|(r, counts)| {
             in_range(r * wide, counts.len(), &mut |bucket, _| counts[bucket] += 1);
         });
-        let mut half_edges = vec![HalfEdge { key: 0, number: 0 }; 3 * triangles.len()];
+        let mut half_edges: Vec<HalfEdge> = zeroed_vec(3 * triangles.len());
         let mut rest = half_edges.as_mut_slice();
         let mut ranges = Vec::new();
         for (r, counts) in ends.chunks_mut(wide).enumerate() {
@@ -121,7 +125,7 @@ impl EdgeTable {
 
     /// The edges in ascending order of their vertices, each as its half-edges in ascending order.
     pub(crate) fn edges(&self) -> impl Iterator<Item = &[HalfEdge]> {
-        self.half_edges.chunk_by(|a, b| a.key == b.key)
+        self.half_edges.chunk_by(|a, b| a.ends() == b.ends())
     }
 
     /// See [`twins`]; `triangles` are those that the table was made of.

@@ -1,10 +1,9 @@
 //! Parts of the surface that a result leaves out.
 
-use std::sync::atomic::{AtomicBool, Ordering};
-
 use crate::mesh::bvh::Bvh;
 use crate::mesh::hash_grid::HashGrid;
 use crate::mesh::sizing::SizeField;
+use crate::sites::nearby::vertices_without;
 use crate::{ProgressToken, Result, TriMesh};
 use rayon::prelude::*;
 
@@ -38,19 +37,11 @@ pub(crate) fn far_vertices(
     progress: &ProgressToken,
 ) -> Result<Vec<u32>> {
     progress.poll()?;
-    let most_sq = |v: u32| (most * spacing * sizes.at_vertex(v)).powi(2);
+    let most_at = |v: u32| most * spacing * sizes.at_vertex(v);
     // Nearly always there is a vertex near, and no triangle need be looked for: if the result is finer than
-    // the surface one in the triangles around,
-    let is_near: Vec<AtomicBool> = surface.vertices.iter().map(|_| AtomicBool::new(false)).collect();
-    result.vertices.par_iter().zip(under).for_each(|(at, t)| {
-        for v in surface.triangles[*t as usize] {
-            if at.distance_squared(surface.vertices[v as usize]) <= most_sq(v) {
-                is_near[v as usize].store(true, Ordering::Relaxed);
-            }
-        }
-    });
-    let vertices = (0..surface.vertices.len() as u32).into_par_iter();
-    let left: Vec<u32> = vertices.filter(|v| !is_near[*v as usize].load(Ordering::Relaxed)).collect();
+    // the surface one on the triangles around,
+    let points = (result.vertices.as_slice(), under);
+    let left = vertices_without(&surface.vertices, &surface.triangles, points, most_at);
     if left.is_empty() {
         return Ok(left);
     }
@@ -58,7 +49,7 @@ pub(crate) fn far_vertices(
     let mut grid = HashGrid::new(most * spacing, result.vertices.len());
     (0..).zip(&result.vertices).for_each(|(v, at): (u32, _)| grid.insert(*at, v));
     let has_none = |v: &u32| {
-        let (point, most_sq) = (surface.vertices[*v as usize], most_sq(*v));
+        let (point, most_sq) = (surface.vertices[*v as usize], most_at(*v).powi(2));
         !grid.any(point, |w: u32| result.vertices[w as usize].distance_squared(point) <= most_sq)
     };
     let left: Vec<u32> = left.into_par_iter().filter(has_none).collect();
@@ -68,7 +59,8 @@ pub(crate) fn far_vertices(
     progress.poll()?;
     let bvh = Bvh::new(result);
     let far = |v: u32| {
-        let (distance_sq, most_sq) = (bvh.closest(surface.vertices[v as usize])?.distance_sq, most_sq(v));
+        let distance_sq = bvh.closest(surface.vertices[v as usize])?.distance_sq;
+        let most_sq = most_at(v).powi(2);
         (distance_sq > most_sq).then_some((distance_sq / most_sq, v))
     };
     let mut far: Vec<(f64, u32)> = left.into_par_iter().filter_map(far).collect();

@@ -1,6 +1,12 @@
 //! For each vertex of the surface a site near it.
 
 use crate::mesh::NONE;
+use glam::DVec3;
+use rayon::prelude::*;
+use std::sync::atomic::{AtomicBool, Ordering};
+
+/// Fewer points are looked at by one thread.
+const FEW: usize = 1024;
 
 /// For each of `vertices` vertices of a surface one of the sites, which stand on the triangles `under`: one
 /// that is on a triangle there, or else one that fewest triangles separate from it. [`NONE`] where nothing
@@ -30,6 +36,26 @@ pub(crate) fn sites_near_vertices(triangles: &[[u32; 3]], vertices: usize, under
     }
 }
 
+/// Those vertices of a surface, in ascending order, that have none of some points within a distance of theirs
+/// among those on triangles there; `under` has a triangle for each point, or nothing. Points elsewhere may be
+/// nearer. Panics if an index is out of range.
+pub(crate) fn vertices_without(
+    vertices: &[DVec3],
+    triangles: &[[u32; 3]],
+    (points, under): (&[DVec3], &[u32]),
+    distance: impl Fn(u32) -> f64 + Sync,
+) -> Vec<u32> {
+    let has_one: Vec<AtomicBool> = vertices.iter().map(|_| AtomicBool::new(false)).collect();
+    points.par_iter().zip(under).with_min_len(FEW).for_each(|(point, t)| {
+        for v in triangles[*t as usize] {
+            if point.distance_squared(vertices[v as usize]) <= distance(v).powi(2) {
+                has_one[v as usize].store(true, Ordering::Relaxed);
+            }
+        }
+    });
+    (0..).zip(has_one).filter(|(_, has_one)| !has_one.load(Ordering::Relaxed)).map(|(v, _)| v).collect()
+}
+
 /// Gives the corners of a triangle that have no site this one.
 fn give(near: &mut [u32], triangle: [u32; 3], site: u32) {
     for v in triangle.map(|v| v as usize) {
@@ -43,6 +69,22 @@ fn give(near: &mut [u32], triangle: [u32; 3], site: u32) {
 mod tests {
     use super::*;
     use crate::mesh::samples::sample;
+
+    #[test]
+    fn vertices_with_a_point_near_on_their_triangles_are_left_out() {
+        // Two triangles with an edge in common, and vertices of which none is theirs.
+        let vertices = [(0.0, 0.0), (4.0, 0.0), (4.0, 4.0), (0.0, 4.0), (0.1, 0.0)];
+        let vertices = vertices.map(|(x, y)| DVec3::new(x, y, 0.0));
+        let triangles = [[0, 1, 2], [0, 2, 3]];
+        let points = [DVec3::new(1.0, 0.5, 0.0), DVec3::new(3.0, 3.5, 0.0)];
+        let without = |under: &[u32], most: f64| {
+            vertices_without(&vertices, &triangles, (&points, under), |v| if v == 3 { 9.0 } else { most })
+        };
+        assert_eq!(without(&[0, 1], 2.0), [1, 4]);
+        assert_eq!(without(&[0, 1], 1.0), [0, 1, 2, 4]);
+        assert_eq!(without(&[0, 0], 2.0), [1, 3, 4]);
+        assert_eq!(without(&[], 2.0), [0, 1, 2, 3, 4]);
+    }
 
     #[test]
     fn all_vertices_of_a_component_have_a_site_that_is_near() {

@@ -40,9 +40,21 @@ impl AngleCost {
     }
 
     /// The smallest angle of a triangle if it is below the least one, in radians; 0 if it has no area.
-    pub fn small_angle(&self, corners: [DVec3; 3]) -> Option<f64> {
-        let smallest = smallest(corners);
+    pub fn small_angle(&self, [a, b, c]: [DVec3; 3]) -> Option<f64> {
+        let sides = [b - a, c - b, a - c];
+        let squares = sides.map(DVec3::length_squared);
+        if self.is_good(sides, squares) {
+            return None;
+        }
+        let smallest = cosines(sides, squares)[0].acos();
         (smallest < self.least).then_some(smallest)
+    }
+
+    /// Whether no angle is below [`NARROW`] or above [`WIDE`], which takes no roots to see, from the sides in
+    /// order and their squared lengths.
+    fn is_good(&self, [u, v, w]: [DVec3; 3], [x, y, z]: [f64; 3]) -> bool {
+        let is_good = |dot: f64, lengths: f64| dot >= 0.0 && dot * dot <= self.narrow_sq * lengths;
+        is_good(-w.dot(u), z * x) && is_good(-u.dot(v), x * y) && is_good(-v.dot(w), y * z)
     }
 
     /// Where a triangle comes in the order of mending, the least first, from 0 on: small angles before obtuse
@@ -57,9 +69,8 @@ impl AngleCost {
     pub fn of(&self, [a, b, c]: [DVec3; 3]) -> f64 {
         let (u, v, w) = (b - a, c - b, a - c);
         let [x, y, z] = [u, v, w].map(DVec3::length_squared);
-        // Most have no bad angle, which takes no roots to see.
-        let is_good = |dot: f64, lengths: f64| dot >= 0.0 && dot * dot <= self.narrow_sq * lengths;
-        if is_good(-w.dot(u), z * x) && is_good(-u.dot(v), x * y) && is_good(-v.dot(w), y * z) {
+        // Most have no bad angle.
+        if self.is_good([u, v, w], [x, y, z]) {
             return 0.0;
         }
         let [high, low] = cosines([u, v, w], [x, y, z]);
@@ -87,12 +98,6 @@ impl AngleCost {
             |t: &u32| mesh.triangles[*t as usize].map(|w| if w == v { to } else { mesh.points[w as usize] });
         mesh.star[v as usize].iter().map(|t| self.of(corners(t))).sum()
     }
-}
-
-/// The smallest angle of a triangle in radians; 0 if it has no area.
-fn smallest([a, b, c]: [DVec3; 3]) -> f64 {
-    let sides = [b - a, c - b, a - c];
-    cosines(sides, sides.map(DVec3::length_squared))[0].acos()
 }
 
 /// The largest angle of a triangle in radians; 180 degrees if it has no area.

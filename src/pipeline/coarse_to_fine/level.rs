@@ -260,19 +260,19 @@ impl Level {
         let near = if is_small { neighbours.download(&mut recorder)? } else { None };
         let downloads = recorder.submit()?;
         let triangles: Vec<u32> = downloads.read(&triangles)?;
-        let positions = self.layout.unpack(&downloads.read(&positions)?, triangles.len());
+        let positions = self.layout.unpack(downloads.view(&positions)?, triangles.len());
         let last = (steps.len() as u32).checked_sub(1);
         let open = |last| self.faces.read_counts(&downloads, &counts, last).map(|counts| counts.open);
         Ok(Relaxed {
             sites: SitesOnSurface {
-                positions: positions.into_iter().map(|p| p.as_dvec3()).collect(),
+                positions: positions.into_par_iter().map(|p| p.as_dvec3()).collect(),
                 triangles,
             },
             // They may be from before the last moves; they are candidates, no more.
             near: near.map_or_else(|| neighbours.to_vec(device), |near| downloads.read(&near))?,
             flags: FlagCounts {
                 unbounded: last.map_or(Ok(0), open)?,
-                walk_stopped: Walk::stopped(&downloads.read(&walked)?),
+                walk_stopped: Walk::stopped(downloads.view(&walked)?),
                 ..FlagCounts::default()
             },
             steps,

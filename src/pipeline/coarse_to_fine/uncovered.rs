@@ -3,6 +3,7 @@
 
 use crate::mesh::kd_tree::KdTree;
 use crate::mesh::sizing::SizeField;
+use crate::sites::nearby::vertices_without;
 use crate::sites::on_surface::SitesOnSurface;
 use crate::sites::surface::Surface;
 use glam::DVec3;
@@ -35,17 +36,18 @@ fn uncovered(
     near: &(dyn Fn(u32) -> f64 + Sync),
 ) -> SitesOnSurface {
     let mut new = SitesOnSurface::default();
+    let left = vertices_without(vertices, triangles, (&seeds.positions, &seeds.triangles), near);
+    if left.is_empty() {
+        return new;
+    }
     let tree = KdTree::new(&seeds.positions);
-    let distance = |(v, p): (u32, &DVec3)| {
-        let nearest = tree.nearest(*p).map_or(f64::INFINITY, |s| seeds.positions[s as usize].distance(*p));
+    let share = |v: u32| {
+        let p = vertices[v as usize];
+        let nearest = tree.nearest(p).map_or(f64::INFINITY, |s| seeds.positions[s as usize].distance(p));
         (nearest / near(v), v)
     };
-    let mut far: Vec<(f64, u32)> = (0u32..vertices.len() as u32)
-        .into_par_iter()
-        .with_min_len(CHUNK)
-        .map(|v| distance((v, &vertices[v as usize])))
-        .filter(|(share, _)| *share > 1.0)
-        .collect();
+    let mut far: Vec<(f64, u32)> =
+        left.into_par_iter().with_min_len(CHUNK).map(share).filter(|(share, _)| *share > 1.0).collect();
     if far.is_empty() {
         return new;
     }

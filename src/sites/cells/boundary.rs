@@ -1,6 +1,6 @@
 //! The boundary of the patches: the order of the sites along it, and the cells that reach it in between.
 
-use super::walk::{Cell, OnBoundary, Scene};
+use super::walk::{Cell, CellOnBoundary, OnBoundary, Scene};
 use glam::DVec3;
 use serde::Serialize;
 use std::collections::HashMap;
@@ -119,14 +119,16 @@ impl<'a> PatchBoundary<'a> {
 
     /// The stretches of a cell's outline that lie on the boundary; false if some of them have no end.
     pub fn runs_of_cell(&self, sector: usize, cell: &Cell) -> (Vec<BoundaryRun>, bool) {
-        let mut complete = cell.exits.len() == cell.entries.len();
-        let mut runs = Vec::with_capacity(cell.exits.len());
-        for &from in &cell.exits {
+        let Some(on_boundary) = &cell.on_boundary else { return (Vec::new(), true) };
+        let CellOnBoundary { exits, entries, half_edges } = &**on_boundary;
+        let mut complete = exits.len() == entries.len();
+        let mut runs = Vec::with_capacity(exits.len());
+        for &from in exits {
             let mut half = from.half;
             let mut own = false;
             // A run touches no half-edge twice.
-            let end = (0..cell.boundary_half_edges).find_map(|_| {
-                let end = cell.entries.iter().find(|to| to.half == half);
+            let end = (0..*half_edges).find_map(|_| {
+                let end = entries.iter().find(|to| to.half == half);
                 own |= self.scene.sectors.ends[sector]
                     .is_some_and(|[into, from]| into == half && (from == half || end.is_none()));
                 if end.is_none() {

@@ -38,14 +38,21 @@ pub(crate) struct Cell {
     /// The neighbours along its outline, each with the triangle in which the edge lies.
     pub edges: Few<[u32; 2]>,
     /// The triangles that it lies in, in ascending order.
-    pub triangles: Few<u32>,
-    /// Where its outline, counter-clockwise, reaches the patch boundary and leaves it.
-    pub exits: Vec<OnBoundary>,
-    pub entries: Vec<OnBoundary>,
+    pub triangles: SmallVec<[u32; 4]>,
+    /// What it has of the patch boundary, if it reaches there.
+    pub on_boundary: Option<Box<CellOnBoundary>>,
     /// The centre, farthest from the site, of its parts in single triangles, with the triangle.
     pub farthest: (DVec3, u32),
-    /// How many half-edges of the patch boundary it touches.
-    pub boundary_half_edges: usize,
+}
+
+/// A cell's part of the patch boundary.
+#[derive(Default)]
+pub(crate) struct CellOnBoundary {
+    /// Where the outline, counter-clockwise, reaches the boundary and leaves it.
+    pub exits: Vec<OnBoundary>,
+    pub entries: Vec<OnBoundary>,
+    /// How many half-edges it touches.
+    pub half_edges: usize,
 }
 
 /// A cut that does not count.
@@ -149,15 +156,25 @@ impl Walk {
                     (before, Label::Edge(side)) => match surface.across(t, side) {
                         Some(next) => self.visit(next),
                         None => {
-                            cell.boundary_half_edges += 1;
+                            let on_boundary = cell.on_boundary.get_or_insert_default();
+                            on_boundary.half_edges += 1;
                             if let Label::Site(neighbour) = before {
-                                cell.exits.push(OnBoundary { neighbour, half: 3 * t + side as u32, point });
+                                on_boundary.exits.push(OnBoundary {
+                                    neighbour,
+                                    half: 3 * t + side as u32,
+                                    point,
+                                });
                             }
                         }
                     },
                     (Label::Edge(side), Label::Site(neighbour)) => {
                         if surface.across(t, side).is_none() {
-                            cell.entries.push(OnBoundary { neighbour, half: 3 * t + side as u32, point });
+                            let on_boundary = cell.on_boundary.get_or_insert_default();
+                            on_boundary.entries.push(OnBoundary {
+                                neighbour,
+                                half: 3 * t + side as u32,
+                                point,
+                            });
                         }
                     }
                 }

@@ -86,10 +86,11 @@ impl DeviceMesh {
         let lists = [&self.states, &self.corners, &self.twins, &self.firsts];
         let lists = lists.map(|list| recorder.download(list));
         let downloads = recorder.submit()?;
-        let [states, corners, twins, firsts] = lists.map(|list| downloads.read(&list?));
-        let (states, corners) = (states?, corners?);
+        let [states, corners, twins, firsts] = lists.map(|list| downloads.view(&list?));
+        let (states, corners, twins, firsts) = (states?, corners?, twins?, firsts?);
         let valences = states.iter().map(|state| state & !FIXED).collect();
-        half_edges.replace(corners.as_chunks().0.to_vec(), twins?, firsts?, valences);
+        let (triangles, twins) = rayon::join(|| corners.as_chunks().0.to_vec(), || twins.to_vec());
+        half_edges.replace(triangles, twins, firsts, valences);
         Ok(())
     }
 
@@ -98,12 +99,15 @@ impl DeviceMesh {
     /// # Errors
     /// As [`Buffer::to_vec`].
     pub(crate) fn read_positions(&self, device: &Device, fixed: &[bool], points: &mut [DVec3]) -> Result<()> {
-        let positions = self.positions.to_vec(device)?;
-        for (v, (point, position)) in points.iter_mut().zip(&positions).enumerate() {
+        let mut recorder = device.recorder()?;
+        let positions = recorder.download(&self.positions)?;
+        let downloads = recorder.submit()?;
+        let positions = downloads.view(&positions)?;
+        points.par_iter_mut().zip(positions).enumerate().for_each(|(v, (point, position))| {
             if !fixed.get(v).copied().unwrap_or(false) {
                 *point = position.truncate().as_dvec3();
             }
-        }
+        });
         Ok(())
     }
 }
