@@ -7,6 +7,7 @@ use rayon::slice::ParallelSliceMut;
 use serde::Serialize;
 
 use crate::mesh::chunks::in_chunks;
+use crate::mesh::coincident::has_coincident;
 use crate::mesh::distance::{DEFAULT_ACCURACY, Distances, check_accuracy, distances_within};
 use crate::mesh::half_edges::EdgeTable;
 use crate::mesh::intersections::intersecting_faces;
@@ -94,19 +95,21 @@ pub(crate) fn measure_some(
     progress: &ProgressToken,
 ) -> Result<Measures> {
     check_mesh(mesh, "mesh")?;
-    let mesh = weld(mesh);
+    // In the order that it has if it can: near vertices are near in memory then.
+    let welded = has_coincident(&mesh.vertices).then(|| weld(mesh));
+    let mesh = welded.as_ref().unwrap_or(mesh);
     let distances = match reference {
         Some(reference) => {
             check_mesh(reference.mesh, "reference mesh")?;
-            Some(distances_within(&mesh, &weld(reference.mesh), reference.accuracy, progress)?)
+            Some(distances_within(mesh, &weld(reference.mesh), reference.accuracy, progress)?)
         }
         None => None,
     };
-    let quality = quality(&mesh).ok_or_else(|| no_faces("mesh"))?;
+    let quality = quality(mesh).ok_or_else(|| no_faces("mesh"))?;
     let table = EdgeTable::new(&mesh.triangles);
     let (topology, (valence, folded_edges)) = rayon::join(
-        || topology_of(&mesh, &table),
-        || rayon::join(|| valence_of(&mesh, &table), || folded_share(&mesh, &table)),
+        || topology_of(mesh, &table),
+        || rayon::join(|| valence_of(mesh, &table), || folded_share(mesh, &table)),
     );
     Ok(Measures {
         vertices: topology.vertices,
@@ -115,11 +118,11 @@ pub(crate) fn measure_some(
         valence,
         self_intersecting_faces: match crossing {
             Crossing::Skip => None,
-            Crossing::Find => Some(intersecting_faces(&mesh, progress)?.len()),
+            Crossing::Find => Some(intersecting_faces(mesh, progress)?.len()),
             Crossing::Known(count) => Some(count),
         },
         folded_edges,
-        relative_volume: (topology.boundary_edges == 0).then(|| relative_volume(&mesh)),
+        relative_volume: (topology.boundary_edges == 0).then(|| relative_volume(mesh)),
         topology,
         distances,
     })

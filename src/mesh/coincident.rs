@@ -47,6 +47,11 @@ pub(crate) fn separate_coincident(mesh: &mut TriMesh) -> usize {
     moved
 }
 
+/// Whether some points are at one place.
+pub(crate) fn has_coincident(points: &[DVec3]) -> bool {
+    !later_at_a_place(points).is_empty()
+}
+
 /// The points at the place of one before them, in ascending order.
 fn later_at_a_place(points: &[DVec3]) -> Vec<u32> {
     // A table of all positions does not fit in the caches. One of some bits each does, and most points share

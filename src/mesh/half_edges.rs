@@ -128,6 +128,11 @@ impl EdgeTable {
         self.half_edges.chunk_by(|a, b| a.ends() == b.ends())
     }
 
+    /// As [`EdgeTable::edges`], by all threads.
+    pub(crate) fn par_edges(&self) -> impl ParallelIterator<Item = &[HalfEdge]> {
+        self.half_edges.par_chunk_by(|a, b| a.ends() == b.ends())
+    }
+
     /// See [`twins`]; `triangles` are those that the table was made of.
     pub(crate) fn twins(&self, triangles: &[[u32; 3]]) -> Vec<u32> {
         let mut twins = vec![NONE; self.half_edges.len()];

@@ -3,15 +3,18 @@
 use std::collections::BTreeMap;
 
 use glam::DVec3;
+use rayon::prelude::*;
 use serde::Serialize;
 
 use super::TriMesh;
 use super::chunks::in_chunks;
-use super::half_edges::EdgeTable;
+use super::half_edges::{EdgeTable, HalfEdge};
 use super::triangle::{area, doubled_normal};
 
 /// Keeps quotients of degenerate triangles defined; far below any product of lengths of a scaled mesh.
 const TINY: f64 = 1e-300;
+/// Degrees from a limit on within which a cosine does not tell on which side of it an angle is.
+const MARGIN: f64 = 1e-3;
 
 /// The shape of one triangle.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -31,9 +34,7 @@ impl TriangleQuality {
     /// leave the range of `f64`.
     pub fn new([a, b, c]: [DVec3; 3]) -> Self {
         let [la, lb, lc] = lengths([a, b, c]);
-        let area = area([a, b, c]);
-        let product = 0.5 * (la + lb + lc) * la.max(lb).max(lc);
-        let q = 6.0 / 3f64.sqrt() * area / product.max(TINY);
+        let q = q([a, b, c], [la, lb, lc]);
         Self { q, angles: [angle(la, lb, lc), angle(lb, la, lc), angle(lc, la, lb)], lengths: [la, lb, lc] }
     }
 
@@ -53,6 +54,12 @@ fn lengths([a, b, c]: [DVec3; 3]) -> [f64; 3] {
     [b.distance(c), c.distance(a), a.distance(b)]
 }
 
+/// See [`TriangleQuality::q`].
+fn q(corners: [DVec3; 3], [la, lb, lc]: [f64; 3]) -> f64 {
+    let product = 0.5 * (la + lb + lc) * la.max(lb).max(lc);
+    6.0 / 3f64.sqrt() * area(corners) / product.max(TINY)
+}
+
 fn cosine(opposite: f64, left: f64, right: f64) -> f64 {
     let cosine = (left * left + right * right - opposite * opposite) / (2.0 * left * right).max(TINY);
     cosine.clamp(-1.0, 1.0)
@@ -62,21 +69,30 @@ fn angle(opposite: f64, left: f64, right: f64) -> f64 {
     cosine(opposite, left, right).acos().to_degrees()
 }
 
-/// The largest and the smallest cosine of [`TriangleQuality::angles`].
-fn extreme_cosines(corners: [DVec3; 3]) -> [f64; 2] {
-    let [la, lb, lc] = lengths(corners);
+/// The largest and the smallest cosine of [`TriangleQuality::angles`], from the lengths of the edges.
+fn extreme_cosines([la, lb, lc]: [f64; 3]) -> [f64; 2] {
     let cosines = [cosine(la, lb, lc), cosine(lb, la, lc), cosine(lc, la, lb)];
     [f64::max, f64::min].map(|pick| cosines.into_iter().reduce(pick).unwrap_or(0.0))
 }
 
 /// The smallest and the largest of [`TriangleQuality::angles`].
 pub(crate) fn extreme_angles(corners: [DVec3; 3]) -> [f64; 2] {
-    extreme_cosines(corners).map(|cosine| cosine.acos().to_degrees())
+    extreme_cosines(lengths(corners)).map(|cosine| cosine.acos().to_degrees())
 }
 
 /// The smallest of [`TriangleQuality::angles`].
 pub(crate) fn smallest_angle(corners: [DVec3; 3]) -> f64 {
-    extreme_cosines(corners)[0].acos().to_degrees()
+    extreme_cosines(lengths(corners))[0].acos().to_degrees()
+}
+
+/// As [`smallest_angle`] if it is below a limit, also in degrees; nearly all triangles are far from it, which
+/// their cosines tell.
+pub(crate) fn angle_below(corners: [DVec3; 3], limit: f64) -> Option<f64> {
+    let [high, _] = extreme_cosines(lengths(corners));
+    if high < (limit + MARGIN).min(180.0).to_radians().cos() {
+        return None;
+    }
+    Some(high.acos().to_degrees()).filter(|angle| *angle < limit)
 }
 
 /// The triangles of a mesh in summary; independent of the mesh's size and unit.
@@ -108,7 +124,7 @@ pub fn quality(mesh: &TriMesh) -> Option<Quality> {
     let corners = |t: usize| mesh.corners(t).map(|corner| corner * scale);
     let n = mesh.triangles.len() as f64;
     let sums = in_chunks(mesh.triangles.len(), |range| {
-        range.map(|t| Sums::of(&TriangleQuality::new(corners(t)))).fold(Sums::NONE, Sums::with)
+        range.map(|t| Sums::of(corners(t))).fold(Sums::NONE, Sums::with)
     });
     let sum = sums.into_iter().fold(Sums::NONE, Sums::with);
     let mean = sum.length / (3.0 * n);
@@ -151,16 +167,20 @@ impl Sums {
         length: 0.0,
     };
 
-    fn of(shape: &TriangleQuality) -> Self {
-        let theta = shape.min_angle();
+    fn of(corners: [DVec3; 3]) -> Self {
+        let lengths = lengths(corners);
+        let q = q(corners, lengths);
+        // Of the angles, the smallest and the largest alone.
+        let [high, low] = extreme_cosines(lengths);
+        let theta = high.acos().to_degrees();
         Self {
-            q_min: shape.q,
-            q: shape.q,
+            q_min: q,
+            q,
             theta_min: theta,
             theta,
             below_30: usize::from(theta < 30.0),
-            above_90: usize::from(shape.max_angle() > 90.0),
-            length: shape.lengths.iter().sum(),
+            above_90: usize::from(low < 0.0 && low.acos().to_degrees() > 90.0),
+            length: lengths.iter().sum(),
         }
     }
 
@@ -227,19 +247,22 @@ pub(crate) fn valence_of(mesh: &TriMesh, table: &EdgeTable) -> Valence {
 /// edge's place in the face (first, second, third side), then by face.
 pub(crate) fn folded_share(mesh: &TriMesh, table: &EdgeTable) -> f64 {
     let scale = scale_of(mesh);
-    let normal = |t: usize| {
-        let n = doubled_normal(mesh.corners(t).map(|corner| corner * scale));
-        n / n.length().max(TINY)
+    let normal = |side: &HalfEdge| doubled_normal(mesh.corners(side.triangle()).map(|p| p * scale));
+    let is_folded = |[one, other]: [&HalfEdge; 2]| {
+        let (m, n) = (normal(one), normal(other));
+        let unit = |normal: DVec3| normal / normal.length().max(TINY);
+        m.dot(n) < 0.0 && unit(m).dot(unit(n)) < -0.5
     };
-    let (mut pairs, mut folded) = (0usize, 0usize);
-    for edge in table.edges() {
-        let mut edge = edge.to_vec();
-        edge.sort_unstable_by_key(|side| (side.corners().0 % 3, side.triangle()));
-        for pair in edge.windows(2) {
-            pairs += 1;
-            folded += usize::from(normal(pair[0].triangle()).dot(normal(pair[1].triangle())) < -0.5);
+    let count = |edge: &[HalfEdge]| match edge {
+        [_] => [0, 0],
+        [one, other] => [1, usize::from(is_folded([one, other]))],
+        _ => {
+            let mut edge = edge.to_vec();
+            edge.sort_unstable_by_key(|side| (side.corners().0 % 3, side.triangle()));
+            [edge.len() - 1, edge.windows(2).filter(|pair| is_folded([&pair[0], &pair[1]])).count()]
         }
-    }
+    };
+    let [pairs, folded] = table.par_edges().map(count).reduce(|| [0, 0], |[a, b], [c, d]| [a + c, b + d]);
     folded as f64 / pairs.max(1) as f64
 }
 

@@ -2,7 +2,7 @@
 
 use super::feature_distance::sharp_edges;
 use super::half_edges::edge_key;
-use super::quality::{TriangleQuality, extreme_angles};
+use super::quality::{TriangleQuality, angle_below};
 use crate::TriMesh;
 use rayon::prelude::*;
 use std::collections::HashSet;
@@ -46,7 +46,7 @@ pub(crate) fn small_angle_places(
     limit: f64,
     feature_angle: f64,
 ) -> Vec<(usize, SmallAnglePlace)> {
-    let is_small = |t: &usize| extreme_angles(mesh.corners(*t))[0] < limit;
+    let is_small = |t: &usize| angle_below(mesh.corners(*t), limit).is_some();
     let small: Vec<usize> = (0..mesh.triangles.len()).into_par_iter().filter(is_small).collect();
     if small.is_empty() {
         return Vec::new();

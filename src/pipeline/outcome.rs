@@ -2,9 +2,8 @@
 
 use super::result::{ExactSummary, FeatureSummary, ShorterEdges};
 use super::small_angles::MendingCounts;
-use crate::mesh::quality::{quality, smallest_angle};
+use crate::mesh::quality::{angle_below, quality};
 use crate::mesh::topology::{Topology, topology};
-use crate::mesh::triangle::doubled_normal;
 use crate::mesh::unit_frame::{UnitFrame, decimals};
 use crate::polish::Outlier;
 use crate::sites::connect::ConnectCounts;
@@ -60,8 +59,6 @@ impl Outcome {
 
 /// Angles below this many degrees are slivers, unless the input has some of that kind.
 const SLIVER: f64 = 1.0;
-/// A little more than its sine.
-const SLIVER_SINE: f64 = 0.0175;
 
 /// What is wrong with a mesh.
 #[derive(Debug, Clone, PartialEq)]
@@ -86,17 +83,7 @@ pub(crate) enum FaultKind {
 
 /// The triangles of a mesh with an angle that makes them slivers: the angle in degrees and the index.
 pub(crate) fn slivers(mesh: &TriMesh) -> Vec<(f64, u32)> {
-    let sliver = |t: u32| {
-        let corners = mesh.corners(t as usize);
-        let [a, b, c] = corners;
-        let longest_sq = a.distance_squared(b).max(b.distance_squared(c)).max(c.distance_squared(a));
-        // Twice the area is the sine times the two sides at it. Nearly all triangles have far more.
-        if doubled_normal(corners).length_squared() > (SLIVER_SINE * longest_sq).powi(2) {
-            return None;
-        }
-        let angle = smallest_angle(corners);
-        (angle < SLIVER).then_some((angle, t))
-    };
+    let sliver = |t: u32| angle_below(mesh.corners(t as usize), SLIVER).map(|angle| (angle, t));
     (0..mesh.triangles.len() as u32).into_par_iter().filter_map(sliver).collect()
 }
 
