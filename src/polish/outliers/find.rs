@@ -4,6 +4,7 @@ use glam::DVec3;
 use rayon::prelude::*;
 
 use super::context::{FAR, OutlierContext};
+use crate::mesh::NONE;
 use crate::mesh::bvh::Bvh;
 use crate::mesh::chunks::in_chunks_of;
 use crate::polish::relax::CHUNK;
@@ -70,19 +71,19 @@ pub(crate) fn find(mesh: &TriMesh, context: &OutlierContext) -> Result<Found> {
     progress.poll()?;
     // Of a vertex that is near enough for any triangle, none of its triangles need look. Where a search ends
     // depends on where it begins, too.
-    let is_near = in_chunks_of(CHUNK, mesh.vertices.len(), |range| {
+    let near = in_chunks_of(CHUNK, mesh.vertices.len(), |range| {
         let mut rank = 0;
-        let mut is_near = |at: &DVec3| {
+        let mut near = |at: &DVec3| {
             let near = target.bvh.closest_or_near(*at, &mut rank, least);
-            near.is_none_or(|near| near.distance_sq <= least)
+            near.filter(|near| near.distance_sq <= least).map_or(NONE, |_| rank as u32)
         };
-        mesh.vertices[range].iter().map(&mut is_near).collect::<Vec<bool>>()
+        mesh.vertices[range].iter().map(&mut near).collect::<Vec<u32>>()
     });
-    let is_near = is_near.concat();
+    let near = NearCorners { ranks: near.concat(), least };
     let outward = in_chunks_of(CHUNK, mesh.triangles.len(), |range| {
         let mut rank = 0;
         let outward = |t: usize| {
-            let place = outward(mesh, &is_near, context, t as u32, &mut rank);
+            let place = outward(mesh, &near, context, t as u32, &mut rank);
             (place, rank as u32)
         };
         range.map(outward).unzip()
@@ -101,17 +102,47 @@ pub(crate) fn find(mesh: &TriMesh, context: &OutlierContext) -> Result<Found> {
     Ok(Found { places: outliers, points_of, ranks })
 }
 
-/// The farthest of a triangle's samples, if it is beyond the tolerance; corners that are `is_near` are not.
+/// Vertices of the mesh that are near enough to the surface for any triangle.
+struct NearCorners {
+    /// For each vertex the rank of a triangle of the surface that it is near, [`NONE`] if it is near none.
+    ranks: Vec<u32>,
+    /// The squared distance within which that is.
+    least: f64,
+}
+
+impl NearCorners {
+    fn is_near(&self, v: u32) -> bool {
+        self.ranks[v as usize] != NONE
+    }
+
+    /// The rank of a triangle of the surface that all of `t` is near. The distance from a triangle is a
+    /// convex function, so nothing in between is farther than the corners are.
+    fn near_all_of(&self, t: [u32; 3], corners: [DVec3; 3], bvh: &Bvh) -> Option<usize> {
+        let ranks = t.map(|v| self.ranks[v as usize]);
+        let rank = ranks[0] as usize;
+        let is_near = |k: usize| {
+            ranks[k] == ranks[0]
+                || bvh.closest_at(rank, corners[k]).is_some_and(|near| near.distance_sq <= self.least)
+        };
+        (ranks[0] != NONE && is_near(1) && is_near(2)).then_some(rank)
+    }
+}
+
+/// The farthest of a triangle's samples, if it is beyond the tolerance; corners that are near are not.
 fn outward(
     mesh: &TriMesh,
-    is_near: &[bool],
+    near: &NearCorners,
     context: &OutlierContext,
     t: u32,
     rank: &mut usize,
 ) -> Option<FarPlace> {
     let corners = mesh.triangles[t as usize];
+    if let Some(near) = near.near_all_of(corners, mesh.corners(t as usize), &context.target.bvh) {
+        *rank = near;
+        return None;
+    }
     let least = context.tolerance_sq(corners);
-    let is_near = |k: usize| corners.get(k).is_some_and(|v| is_near[*v as usize]);
+    let is_near = |k: usize| corners.get(k).is_some_and(|v| near.is_near(*v));
     let left = samples(mesh.corners(t as usize)).into_iter().enumerate().filter(|(k, _)| !is_near(*k));
     let outliers = left.filter_map(|(_, p)| {
         let found = context.target.bvh.closest_or_near(p, rank, least)?;

@@ -25,6 +25,8 @@ pub(crate) struct Sectors {
     /// The boundary's half-edges that lead to the site and away from it, the patch on their left; `None` for
     /// a site inside the patch.
     pub ends: Vec<Option<[u32; 2]>>,
+    /// Whether each site has one sector, and all are in one patch.
+    pub are_sites: bool,
 }
 
 impl Sectors {
@@ -39,6 +41,7 @@ impl Sectors {
             start: vec![0],
             around: Vec::with_capacity(n),
             ends: Vec::with_capacity(n),
+            are_sites: false,
         };
         for (site, place) in (0..).zip(places) {
             sectors.first.push(sectors.site.len() as u32);
@@ -63,6 +66,8 @@ impl Sectors {
             }
         }
         sectors.first.push(sectors.site.len() as u32);
+        let each_has_one = sectors.first.windows(2).all(|range| range[0] + 1 == range[1]);
+        sectors.are_sites = each_has_one && sectors.patch.windows(2).all(|pair| pair[0] == pair[1]);
         sectors
     }
 

@@ -99,6 +99,41 @@ impl Marks {
     }
 }
 
+/// What candidates for cutting the cell of a sector are compared with.
+struct Gathering<'a> {
+    scene: &'a Scene<'a>,
+    at: DVec3,
+    normal: DVec3,
+    patch: u32,
+}
+
+impl<'a> Gathering<'a> {
+    fn new(scene: &'a Scene, s: usize) -> Self {
+        let sectors = &scene.sectors;
+        let at = scene.sites.positions[sectors.site[s] as usize];
+        Self { scene, at, normal: sectors.normal[s], patch: sectors.patch[s] }
+    }
+
+    /// Takes a site in the sector's patch as a candidate. It counts if it is on the same side of the surface,
+    /// or if the surface connects to it nearby.
+    #[inline]
+    fn add(&self, candidates: &mut Vec<Candidate>, site: u32) {
+        let Scene { sites, sectors, .. } = self.scene;
+        let agrees = |other: usize| self.normal.dot(sectors.normal[other]) > 0.0;
+        let counts = if sectors.are_sites {
+            agrees(site as usize)
+        } else {
+            let mut theirs = sectors.in_patch(site, self.patch).peekable();
+            if theirs.peek().is_none() {
+                return;
+            }
+            theirs.any(agrees)
+        };
+        let distance_sq = self.at.distance_squared(sites.positions[site as usize]);
+        candidates.push(Candidate { distance_sq, site, counts: counts.then_some(true) });
+    }
+}
+
 /// The working memory of one thread.
 #[derive(Default)]
 pub(crate) struct Walk {
@@ -232,33 +267,28 @@ impl Walk {
 
     /// Gathers the sites listed as near; true if these are all sites.
     fn near_candidates(&mut self, scene: &Scene, s: usize) -> bool {
-        let n = scene.sites.positions.len();
-        let i = scene.sectors.site[s] as usize;
-        let near = scene.sites.near.iter().skip(i).step_by(n).copied();
-        let mut listed = 0;
-        self.gather(scene, s, near.take_while(|j| *j != u32::MAX).inspect(|_| listed += 1));
+        let (n, near) = (scene.sites.positions.len(), scene.sites.near);
+        let gathering = Gathering::new(scene, s);
+        self.candidates.clear();
+        let (mut slot, mut listed) = (scene.sectors.site[s] as usize, 0);
+        while let Some(&j) = near.get(slot).filter(|j| **j != u32::MAX) {
+            gathering.add(&mut self.candidates, j);
+            (slot, listed) = (slot + n, listed + 1);
+        }
+        self.sort_candidates();
         listed + 1 >= n
     }
 
     fn all_candidates(&mut self, scene: &Scene, s: usize) {
-        let i = scene.sectors.site[s];
-        self.gather(scene, s, (0..scene.sites.positions.len() as u32).filter(|j| *j != i));
+        let gathering = Gathering::new(scene, s);
+        self.candidates.clear();
+        for j in (0..scene.sites.positions.len() as u32).filter(|j| *j != scene.sectors.site[s]) {
+            gathering.add(&mut self.candidates, j);
+        }
+        self.sort_candidates();
     }
 
-    /// Takes those of `from` in the sector's patch as candidates. They count if they are on the same side of
-    /// the surface, or if the surface connects to them nearby.
-    fn gather(&mut self, scene: &Scene, s: usize, from: impl Iterator<Item = u32>) {
-        let Scene { sites, sectors, .. } = scene;
-        let at = sites.positions[sectors.site[s] as usize];
-        let (mine, patch) = (sectors.normal[s], sectors.patch[s]);
-        self.candidates.clear();
-        self.candidates.extend(from.filter_map(|j| {
-            let distance_sq = at.distance_squared(sites.positions[j as usize]);
-            let mut theirs = sectors.in_patch(j, patch).peekable();
-            theirs.peek()?;
-            let agrees = theirs.any(|other| mine.dot(sectors.normal[other]) > 0.0);
-            Some(Candidate { distance_sq, site: j, counts: agrees.then_some(true) })
-        }));
+    fn sort_candidates(&mut self) {
         self.candidates
             .sort_unstable_by(|a, b| a.distance_sq.total_cmp(&b.distance_sq).then(a.site.cmp(&b.site)));
     }
