@@ -129,7 +129,8 @@ pub fn quality(mesh: &TriMesh) -> Option<Quality> {
     let sum = sums.into_iter().fold(Sums::NONE, Sums::with);
     let mean = sum.length / (3.0 * n);
     let spread = in_chunks(mesh.triangles.len(), |range| {
-        range.flat_map(|t| lengths(corners(t))).map(|l| (l - mean) * (l - mean)).sum::<f64>()
+        let of_triangle = |t: usize| lengths(corners(t)).map(|l| (l - mean) * (l - mean));
+        range.map(of_triangle).map(|[a, b, c]| a + b + c).sum::<f64>()
     });
     let spread: f64 = spread.into_iter().sum();
     Some(Quality {

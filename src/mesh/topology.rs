@@ -1,10 +1,13 @@
 //! Topology of a mesh: components, boundaries, handles, and the defects that keep it from being a manifold.
 
-use rayon::slice::ParallelSliceMut;
+use rayon::prelude::*;
 use serde::Serialize;
 
-use super::TriMesh;
-use super::half_edges::{EdgeTable, HalfEdge, previous};
+use super::half_edges::{EdgeTable, HalfEdge, previous, twin_pair};
+use super::{NONE, TriMesh};
+
+/// Fewer vertices are looked at by one thread.
+const FEW: usize = 4096;
 
 /// The topology of a mesh as its index list has it; positions play no part.
 ///
@@ -202,6 +205,20 @@ fn join_fans(mesh: &TriMesh, edge: &[HalfEdge], fans: &mut Partition) {
 
 /// Vertices whose corners fall into more than one fan.
 fn split_vertices(mesh: &TriMesh, table: &EdgeTable) -> usize {
+    if are_pairs(mesh, table) {
+        split_vertices_of_pairs(mesh, table)
+    } else {
+        split_vertices_of_any(mesh, table)
+    }
+}
+
+/// Whether no edge has more than two faces, and two run against each other.
+fn are_pairs(mesh: &TriMesh, table: &EdgeTable) -> bool {
+    table.edges().all(|edge| edge.len() == 1 || twin_pair(&mesh.triangles, edge).is_some())
+}
+
+/// As [`split_vertices`] of any mesh: corners are joined across edges.
+fn split_vertices_of_any(mesh: &TriMesh, table: &EdgeTable) -> usize {
     let mut fans = Partition::new(3 * mesh.triangles.len());
     for edge in table.edges().filter(|edge| edge[0].ends().0 != edge[0].ends().1) {
         join_fans(mesh, edge, &mut fans);
@@ -214,6 +231,29 @@ fn split_vertices(mesh: &TriMesh, table: &EdgeTable) -> usize {
         }
     }
     fans_at.iter().filter(|&&count| count > 1).count()
+}
+
+/// As [`split_vertices`] of a mesh whose edges [`are_pairs`]: from one corner of a vertex, in the boundary the
+/// first, one fan is walked around.
+fn split_vertices_of_pairs(mesh: &TriMesh, table: &EdgeTable) -> usize {
+    let twins = table.twins(&mesh.triangles);
+    let mut corners_at = vec![(0u32, NONE); mesh.vertices.len()];
+    for (h, &v) in (0u32..).zip(mesh.triangles.as_flattened()) {
+        let (count, first) = &mut corners_at[v as usize];
+        *count += 1;
+        if *first == NONE || twins[h as usize] == NONE {
+            *first = h;
+        }
+    }
+    let is_split = |&&(count, first): &&(u32, u32)| {
+        let mut h = first;
+        // In a fan of all corners there are as many steps to the first or off the boundary, but no fewer.
+        (1..count).any(|_| {
+            h = twins[previous(h) as usize];
+            h == NONE || h == first
+        })
+    };
+    corners_at.par_iter().with_min_len(FEW).filter(is_split).count()
 }
 
 fn duplicates(mesh: &TriMesh, table: &EdgeTable) -> usize {
@@ -286,6 +326,32 @@ impl Partition {
 mod tests {
     use super::*;
     use crate::mesh::samples::sample;
+    use rand::{RngExt, SeedableRng};
+
+    #[test]
+    fn fans_that_are_walked_around_are_those_that_edges_join() {
+        let sphere = sample("sphere").unwrap_or_default();
+        let mut rng = rand_pcg::Pcg64Mcg::seed_from_u64(5);
+        let (mut most_split, mut compared) = (0, 0);
+        for round in 0..40 {
+            let mut mesh = sphere.clone();
+            // Holes that touch, and vertices that are merged.
+            mesh.triangles.retain(|_| round % 2 == 0 || rng.random_range(0..8) > 0);
+            let count = mesh.vertices.len() as u32;
+            let merged: Vec<[u32; 2]> =
+                (0..round % 5).map(|_| std::array::from_fn(|_| rng.random_range(0..count))).collect();
+            for [one, other] in merged {
+                mesh.triangles.as_flattened_mut().iter_mut().filter(|v| **v == one).for_each(|v| *v = other);
+            }
+            let table = EdgeTable::new(&mesh.triangles);
+            let joined = split_vertices_of_any(&mesh, &table);
+            if are_pairs(&mesh, &table) {
+                assert_eq!(split_vertices_of_pairs(&mesh, &table), joined, "round {round}");
+                (most_split, compared) = (most_split.max(joined), compared + 1);
+            }
+        }
+        assert!(most_split > 3 && compared > 20, "{most_split}, {compared}");
+    }
 
     #[test]
     fn of_closed_manifolds_no_more_than_components_are_counted() {

@@ -12,6 +12,8 @@ use crate::TriMesh;
 
 /// Places along an axis at which a cut is considered, plus one.
 const BINS: usize = 16;
+/// Triangles in a leaf of a tree by their order, which is soon made, and searched a few times only.
+const LARGE_LEAF: usize = 16;
 /// Of so few triangles, all cuts along an axis are considered.
 const FEW: usize = 8;
 
@@ -37,7 +39,7 @@ pub(super) fn build(mesh: &TriMesh) -> (Vec<Node>, Vec<u32>) {
 
 /// The nodes, without boxes, over triangles in the order that they have.
 pub(super) fn build_in_order(count: usize) -> Vec<Node> {
-    let mut nodes = Vec::with_capacity(2 * count.div_ceil(LEAF_SIZE));
+    let mut nodes = Vec::with_capacity(4 * count.div_ceil(LARGE_LEAF));
     if count > 0 {
         push_halves(0, count, &mut nodes);
     }
@@ -46,7 +48,7 @@ pub(super) fn build_in_order(count: usize) -> Vec<Node> {
 
 /// Appends the nodes over `count` triangles from `start` on in depth-first order.
 fn push_halves(start: usize, count: usize, nodes: &mut Vec<Node>) {
-    if count <= LEAF_SIZE {
+    if count <= LARGE_LEAF {
         nodes.push(Node::new(start, count));
         return;
     }

@@ -78,7 +78,7 @@ mod tests {
             (0..400).map(|i| DVec3::new(f64::from(i % 20), f64::from(i / 20), 0.0)).collect();
         let mut vertices = positions.clone();
         vertices.extend(below);
-        let triangles = (400..vertices.len() as u32).map(|v| [0, 1, v]).collect();
+        let triangles = (400..vertices.len() as u32).map(|v| [0, 1, v]).chain([[0, 1, 20]]).collect();
         (SitesOnSurface { triangles: vec![0; positions.len()], positions }, vertices, triangles)
     }
 

@@ -81,20 +81,17 @@ pub(crate) fn find(mesh: &TriMesh, context: &OutlierContext) -> Result<Found> {
     });
     let near = NearCorners { ranks: near.concat(), least };
     let outward = in_chunks_of(CHUNK, mesh.triangles.len(), |range| {
-        let mut rank = 0;
+        let (mut rank, mut places) = (0, Vec::new());
         let outward = |t: usize| {
-            let place = outward(mesh, &near, context, t as u32, &mut rank);
-            (place, rank as u32)
+            places.extend(outward(mesh, &near, context, t as u32, &mut rank));
+            rank as u32
         };
-        range.map(outward).unzip()
+        let ranks: Vec<u32> = range.map(outward).collect();
+        (places, ranks)
     });
-    let mut ranks = Vec::with_capacity(mesh.triangles.len());
-    for (places, some) in outward {
-        let places: Vec<Option<FarPlace>> = places;
-        let some: Vec<u32> = some;
-        outliers.extend(places.into_iter().flatten());
-        ranks.extend(some);
-    }
+    let (places, ranks): (Vec<Vec<FarPlace>>, Vec<Vec<u32>>) = outward.into_iter().unzip();
+    outliers.extend(places.into_iter().flatten());
+    let ranks = ranks.concat();
     outliers.sort_by(|a, b| b.distance.total_cmp(&a.distance).then(a.triangle.cmp(&b.triangle)));
     let is_asked_for = options.tolerance.is_finite();
     let per_outlier = if is_asked_for { VERTICES_PER_OUTLIER_OF_TOLERANCE } else { VERTICES_PER_OUTLIER };
