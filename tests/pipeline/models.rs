@@ -177,8 +177,10 @@ fn the_summary_tells_where_the_time_went() {
     assert!(result.summary.timings.stages.iter().all(timed));
     let untimed = run(&open(false));
     assert_eq!(untimed.mesh, result.mesh);
+    // How many copies there are depends on the length of submissions, which is measured.
     let stages = |of: &Remeshed| -> Vec<_> {
-        of.summary.timings.stages.iter().map(|s| (s.name.clone(), s.calls)).collect()
+        let kernels = of.summary.timings.stages.iter().filter(|s| !s.name.starts_with("copy."));
+        kernels.map(|s| (s.name.clone(), s.calls)).collect()
     };
     assert_eq!(stages(&untimed), stages(&result));
     assert!(untimed.summary.timings.stages.iter().all(|s| s.milliseconds.is_none()), "nobody asked");
