@@ -123,16 +123,14 @@ pub fn quality(mesh: &TriMesh) -> Option<Quality> {
     let scale = scale_of(mesh);
     let corners = |t: usize| mesh.corners(t).map(|corner| corner * scale);
     let n = mesh.triangles.len() as f64;
+    let [typical, ..] = lengths(corners(0));
     let sums = in_chunks(mesh.triangles.len(), |range| {
-        range.map(|t| Sums::of(corners(t))).fold(Sums::NONE, Sums::with)
+        range.map(|t| Sums::of(corners(t), typical)).fold(Sums::NONE, Sums::with)
     });
     let sum = sums.into_iter().fold(Sums::NONE, Sums::with);
-    let mean = sum.length / (3.0 * n);
-    let spread = in_chunks(mesh.triangles.len(), |range| {
-        let of_triangle = |t: usize| lengths(corners(t)).map(|l| (l - mean) * (l - mean));
-        range.map(of_triangle).map(|[a, b, c]| a + b + c).sum::<f64>()
-    });
-    let spread: f64 = spread.into_iter().sum();
+    let excess = sum.excess / (3.0 * n);
+    let mean = typical + excess;
+    let spread = (sum.excess_sq - 3.0 * n * excess * excess).max(0.0);
     Some(Quality {
         q_min: sum.q_min,
         q_avg: sum.q / n,
@@ -153,7 +151,9 @@ struct Sums {
     theta: f64,
     below_30: usize,
     above_90: usize,
-    length: f64,
+    /// Of the edges' lengths over that of one of them, so that the spread is no difference of large numbers.
+    excess: f64,
+    excess_sq: f64,
 }
 
 impl Sums {
@@ -165,10 +165,11 @@ impl Sums {
         theta: 0.0,
         below_30: 0,
         above_90: 0,
-        length: 0.0,
+        excess: 0.0,
+        excess_sq: 0.0,
     };
 
-    fn of(corners: [DVec3; 3]) -> Self {
+    fn of(corners: [DVec3; 3], typical: f64) -> Self {
         let lengths = lengths(corners);
         let q = q(corners, lengths);
         // Of the angles, the smallest and the largest alone.
@@ -181,7 +182,8 @@ impl Sums {
             theta,
             below_30: usize::from(theta < 30.0),
             above_90: usize::from(low < 0.0 && low.acos().to_degrees() > 90.0),
-            length: lengths.iter().sum(),
+            excess: lengths.iter().map(|length| length - typical).sum(),
+            excess_sq: lengths.iter().map(|length| (length - typical).powi(2)).sum(),
         }
     }
 
@@ -193,7 +195,8 @@ impl Sums {
             theta: self.theta + other.theta,
             below_30: self.below_30 + other.below_30,
             above_90: self.above_90 + other.above_90,
-            length: self.length + other.length,
+            excess: self.excess + other.excess,
+            excess_sq: self.excess_sq + other.excess_sq,
         }
     }
 }
