@@ -233,8 +233,8 @@ fn split_vertices_of_any(mesh: &TriMesh, table: &EdgeTable) -> usize {
     fans_at.iter().filter(|&&count| count > 1).count()
 }
 
-/// As [`split_vertices`] of a mesh whose edges [`are_pairs`]: from one corner of a vertex, in the boundary the
-/// first, one fan is walked around.
+/// As [`split_vertices`] of a mesh whose edges [`are_pairs`]: one fan is walked around, from any corner, or
+/// on the boundary from the first.
 fn split_vertices_of_pairs(mesh: &TriMesh, table: &EdgeTable) -> usize {
     let twins = table.twins(&mesh.triangles);
     let mut corners_at = vec![(0u32, NONE); mesh.vertices.len()];
