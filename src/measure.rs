@@ -95,7 +95,7 @@ pub(crate) fn measure_some(
     progress: &ProgressToken,
 ) -> Result<Measures> {
     check_mesh(mesh, "mesh")?;
-    // In the order that it has if it can: near vertices are near in memory then.
+    // Not sorted where nothing is to be merged: vertices that are near are then near in memory, too.
     let welded = has_coincident(&mesh.vertices).then(|| weld(mesh));
     let mesh = welded.as_ref().unwrap_or(mesh);
     let distances = match reference {
@@ -173,24 +173,25 @@ pub fn weld(mesh: &TriMesh) -> TriMesh {
     TriMesh { vertices, triangles }
 }
 
+/// The volume that a mesh without boundary encloses, over that of its bounding box; negative if it is inside
+/// out. Where its faces are not turned consistently, it is relative to the centre of the box.
 pub(crate) fn relative_volume(mesh: &TriMesh) -> f64 {
-    let Some([first, ..]) = mesh.triangles.first() else { return 0.0 };
-    let largest = in_chunks(mesh.vertices.len(), |range| {
-        mesh.vertices[range].iter().fold(DVec3::ZERO, |largest, p| largest.max(p.abs()))
+    let bounds = in_chunks(mesh.triangles.len(), |range| {
+        let corners = mesh.triangles[range].as_flattened().iter().map(|v| mesh.vertices[*v as usize]);
+        corners.fold((DVec3::INFINITY, DVec3::NEG_INFINITY), |(lo, hi), p| (lo.min(p), hi.max(p)))
     });
-    let scale = power_of_two_scale(largest.into_iter());
-    // Any will do for a closed mesh; one of its own leaves the most digits.
-    let origin = mesh.vertices[*first as usize] * scale;
-    let none = (DVec3::INFINITY, DVec3::NEG_INFINITY, 0.0);
-    let parts = in_chunks(mesh.triangles.len(), |range| {
-        range.fold(none, |(lo, hi, six_volumes), t| {
-            let [a, b, c] = mesh.corners(t).map(|p| p * scale - origin);
-            (lo.min(a).min(b).min(c), hi.max(a).max(b).max(c), six_volumes + a.dot(b.cross(c)))
-        })
-    });
-    let (lo, hi, six_volumes) =
-        parts.into_iter().fold(none, |(lo, hi, sum), (l, h, s)| (lo.min(l), hi.max(h), sum + s));
+    let (lo, hi) = bounds
+        .into_iter()
+        .fold((DVec3::INFINITY, DVec3::NEG_INFINITY), |(lo, hi), (l, h)| (lo.min(l), hi.max(h)));
+    let scale = power_of_two_scale([lo, hi].into_iter());
+    let (lo, hi) = (lo * scale, hi * scale);
+    let origin = 0.5 * (lo + hi);
+    let six_volume = |t: usize| {
+        let [a, b, c] = mesh.corners(t).map(|p| p * scale - origin);
+        a.dot(b.cross(c))
+    };
+    let six_volumes = in_chunks(mesh.triangles.len(), |range| range.map(six_volume).sum::<f64>());
     let size = hi - lo;
     let box_volume = size.x * size.y * size.z;
-    if box_volume > 0.0 { six_volumes / 6.0 / box_volume } else { 0.0 }
+    if box_volume > 0.0 { six_volumes.into_iter().sum::<f64>() / 6.0 / box_volume } else { 0.0 }
 }

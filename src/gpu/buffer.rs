@@ -9,6 +9,9 @@ use gpu_allocator::vulkan::{Allocation, AllocationCreateDesc, AllocationScheme};
 use std::marker::PhantomData;
 use std::sync::{Arc, Mutex};
 
+/// Least alignment of a buffer's memory, in bytes.
+const ALIGNMENT: u64 = 16;
+
 /// `len` values of type `T` in device memory.
 pub struct Buffer<T> {
     raw: Arc<RawBuffer>,
@@ -202,7 +205,9 @@ impl RawBuffer {
             shared: shared.clone(),
         };
         // SAFETY: the handle was just made.
-        let requirements = unsafe { shared.raw.get_buffer_memory_requirements(handle) };
+        let mut requirements = unsafe { shared.raw.get_buffer_memory_requirements(handle) };
+        // Downloads are read in place, and vectors of four numbers are aligned to that.
+        requirements.alignment = requirements.alignment.max(ALIGNMENT);
         let allocation = shared
             .allocator()
             .allocate(&AllocationCreateDesc {

@@ -545,18 +545,22 @@ impl Submitted {
     /// # Errors
     /// [`Error::Internal`] if `download` belongs to another one.
     pub fn read<T: bytemuck::Pod>(&self, download: &Download<T>) -> Result<Vec<T>> {
-        self.view(download).map(<[T]>::to_vec)
+        self.bytes(download).map(bytemuck::allocation::pod_collect_to_vec)
     }
 
     /// The values where they are, without a copy of them.
     ///
     /// # Errors
-    /// As [`Downloads::read`].
+    /// As [`Submitted::read`].
     pub fn view<T: bytemuck::Pod>(&self, download: &Download<T>) -> Result<&[T]> {
+        let bytes = self.bytes(download)?;
+        bytemuck::try_cast_slice(bytes).map_err(|e| Error::Internal(format!("a download's memory: {e}")))
+    }
+
+    fn bytes<T>(&self, download: &Download<T>) -> Result<&[u8]> {
         let staging = self.recorder.staging.get(download.slot);
         staging
             .and_then(|s| s.mapped().get(..download.len * size_of::<T>()))
-            .and_then(|bytes| bytemuck::try_cast_slice(bytes).ok())
             .ok_or_else(|| Error::Internal("a download was read from another submission".to_owned()))
     }
 }

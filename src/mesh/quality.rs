@@ -13,7 +13,7 @@ use super::triangle::{area, doubled_normal};
 
 /// Keeps quotients of degenerate triangles defined; far below any product of lengths of a scaled mesh.
 const TINY: f64 = 1e-300;
-/// Degrees from a limit on within which a cosine does not tell on which side of it an angle is.
+/// An angle within so many degrees of a limit is computed, since its cosine may round to the wrong side.
 const MARGIN: f64 = 1e-3;
 
 /// The shape of one triangle.
@@ -123,13 +123,13 @@ pub fn quality(mesh: &TriMesh) -> Option<Quality> {
     let scale = scale_of(mesh);
     let corners = |t: usize| mesh.corners(t).map(|corner| corner * scale);
     let n = mesh.triangles.len() as f64;
-    let [typical, ..] = lengths(corners(0));
+    let [one_length, ..] = lengths(corners(0));
     let sums = in_chunks(mesh.triangles.len(), |range| {
-        range.map(|t| Sums::of(corners(t), typical)).fold(Sums::NONE, Sums::with)
+        range.map(|t| Sums::of(corners(t), one_length)).fold(Sums::NONE, Sums::with)
     });
     let sum = sums.into_iter().fold(Sums::NONE, Sums::with);
     let excess = sum.excess / (3.0 * n);
-    let mean = typical + excess;
+    let mean = one_length + excess;
     let spread = (sum.excess_sq - 3.0 * n * excess * excess).max(0.0);
     Some(Quality {
         q_min: sum.q_min,
@@ -151,7 +151,7 @@ struct Sums {
     theta: f64,
     below_30: usize,
     above_90: usize,
-    /// Of the edges' lengths over that of one of them, so that the spread is no difference of large numbers.
+    /// Of the edges' lengths less that of one of them, so that the spread is no difference of large numbers.
     excess: f64,
     excess_sq: f64,
 }
@@ -169,7 +169,7 @@ impl Sums {
         excess_sq: 0.0,
     };
 
-    fn of(corners: [DVec3; 3], typical: f64) -> Self {
+    fn of(corners: [DVec3; 3], one_length: f64) -> Self {
         let lengths = lengths(corners);
         let q = q(corners, lengths);
         // Of the angles, the smallest and the largest alone.
@@ -182,8 +182,8 @@ impl Sums {
             theta,
             below_30: usize::from(theta < 30.0),
             above_90: usize::from(low < 0.0 && low.acos().to_degrees() > 90.0),
-            excess: lengths.iter().map(|length| length - typical).sum(),
-            excess_sq: lengths.iter().map(|length| (length - typical).powi(2)).sum(),
+            excess: lengths.iter().map(|length| length - one_length).sum(),
+            excess_sq: lengths.iter().map(|length| (length - one_length).powi(2)).sum(),
         }
     }
 

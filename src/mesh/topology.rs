@@ -247,7 +247,7 @@ fn split_vertices_of_pairs(mesh: &TriMesh, table: &EdgeTable) -> usize {
     }
     let is_split = |&&(count, first): &&(u32, u32)| {
         let mut h = first;
-        // In a fan of all corners there are as many steps to the first or off the boundary, but no fewer.
+        // A walk through all corners does not end before as many steps.
         (1..count).any(|_| {
             h = twins[previous(h) as usize];
             h == NONE || h == first

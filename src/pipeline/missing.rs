@@ -38,14 +38,14 @@ pub(crate) fn far_vertices(
 ) -> Result<Vec<u32>> {
     progress.poll()?;
     let most_at = |v: u32| most * spacing * sizes.at_vertex(v);
-    // Nearly always there is a vertex near, and no triangle need be looked for: if the result is finer than
-    // the surface one on the triangles around,
+    // Nearly always there is a vertex near, and no triangle need be looked for. If the result is finer than
+    // the surface, there is one on the triangles around.
     let points = (result.vertices.as_slice(), under);
     let left = vertices_without(&surface.vertices, &surface.triangles, points, most_at);
     if left.is_empty() {
         return Ok(left);
     }
-    // or else one in a grid.
+    // Otherwise a grid has it.
     let mut grid = HashGrid::new(most * spacing, result.vertices.len());
     (0..).zip(&result.vertices).for_each(|(v, at): (u32, _)| grid.insert(*at, v));
     let has_none = |v: &u32| {

@@ -36,9 +36,9 @@ pub(crate) fn sites_near_vertices(triangles: &[[u32; 3]], vertices: usize, under
     }
 }
 
-/// Those vertices of a surface, in ascending order, that have none of some points within a distance of theirs
-/// among those on triangles there; `under` has a triangle for each point, or nothing. Points elsewhere may be
-/// nearer. Panics if an index is out of range.
+/// The vertices of a surface, in ascending order, without a point nearby: none of the points on the triangles
+/// at a vertex is within its `distance`. Points on other triangles may be. `under` has the triangle of each
+/// point; of those beyond its end nothing is known. Panics if an index is out of range.
 pub(crate) fn vertices_without(
     vertices: &[DVec3],
     triangles: &[[u32; 3]],

@@ -367,6 +367,15 @@ fn sites_on_edges_and_vertices_without_curves_are_like_others() {
     assert!((c.area - 1.0).abs() < 1e-9 && (c.unshared_corners, c.broken_cells) == (0, 0), "{c:?}");
     let got = topology(&scene.connected(&cells).0);
     assert!(got.is_closed_manifold() && (got.euler, got.vertices) == (0, scene.sites.len()), "{got:?}");
+    assert!(cells.is_closed);
+    // A site on a vertex of no triangle has no cell, and the others are what they were.
+    let lost = scene.mesh.vertices.len() as u32;
+    scene.mesh.vertices.push(2.0 * scene.mesh.vertices[0]);
+    scene.put(scene.mesh.vertices[lost as usize], Place::Vertex(lost));
+    let with_lost = scene.cells(24);
+    assert!(!with_lost.is_closed && with_lost.certificate == c);
+    let (mesh, counts) = scene.connected(&with_lost);
+    assert_eq!((counts.unconnected_sites, topology(&mesh)), (1, got));
 }
 
 #[test]

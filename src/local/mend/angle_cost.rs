@@ -43,7 +43,9 @@ impl AngleCost {
     pub fn small_angle(&self, [a, b, c]: [DVec3; 3]) -> Option<f64> {
         let sides = [b - a, c - b, a - c];
         let squares = sides.map(DVec3::length_squared);
-        if self.is_good(sides, squares) {
+        // Without a length there is no angle.
+        let least = squares.into_iter().fold(f64::INFINITY, f64::min);
+        if least * least > 0.0 && self.is_good(sides, squares) {
             return None;
         }
         let smallest = cosines(sides, squares)[0].acos();

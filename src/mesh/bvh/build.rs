@@ -12,7 +12,7 @@ use crate::TriMesh;
 
 /// Places along an axis at which a cut is considered, plus one.
 const BINS: usize = 16;
-/// Triangles in a leaf of a tree by their order, which is soon made, and searched a few times only.
+/// Most triangles in a leaf of a tree by their order, which is soon made, and searched a few times only.
 const LARGE_LEAF: usize = 16;
 /// Of so few triangles, all cuts along an axis are considered.
 const FEW: usize = 8;

@@ -79,7 +79,7 @@ pub(crate) fn find(mesh: &TriMesh, context: &OutlierContext) -> Result<Found> {
         };
         mesh.vertices[range].iter().map(&mut near).collect::<Vec<u32>>()
     });
-    let near = NearCorners { ranks: near.concat(), least };
+    let near = NearVertices { ranks: near.concat(), least };
     let outward = in_chunks_of(CHUNK, mesh.triangles.len(), |range| {
         let (mut rank, mut places) = (0, Vec::new());
         let outward = |t: usize| {
@@ -100,14 +100,14 @@ pub(crate) fn find(mesh: &TriMesh, context: &OutlierContext) -> Result<Found> {
 }
 
 /// Vertices of the mesh that are near enough to the surface for any triangle.
-struct NearCorners {
+struct NearVertices {
     /// For each vertex the rank of a triangle of the surface that it is near, [`NONE`] if it is near none.
     ranks: Vec<u32>,
     /// The squared distance within which that is.
     least: f64,
 }
 
-impl NearCorners {
+impl NearVertices {
     fn is_near(&self, v: u32) -> bool {
         self.ranks[v as usize] != NONE
     }
@@ -128,14 +128,14 @@ impl NearCorners {
 /// The farthest of a triangle's samples, if it is beyond the tolerance; corners that are near are not.
 fn outward(
     mesh: &TriMesh,
-    near: &NearCorners,
+    near: &NearVertices,
     context: &OutlierContext,
     t: u32,
     rank: &mut usize,
 ) -> Option<FarPlace> {
     let corners = mesh.triangles[t as usize];
-    if let Some(near) = near.near_all_of(corners, mesh.corners(t as usize), &context.target.bvh) {
-        *rank = near;
+    if let Some(of_all) = near.near_all_of(corners, mesh.corners(t as usize), &context.target.bvh) {
+        *rank = of_all;
         return None;
     }
     let least = context.tolerance_sq(corners);

@@ -17,7 +17,7 @@ pub(crate) fn fans(
     boundary: &PatchBoundary,
     cells: &[Cell],
 ) -> (Fans, Vec<usize>, Vec<Encroached>) {
-    let one_each = scene.sectors.len() == scene.sites.positions.len();
+    let one_each = scene.sectors.are_sites;
     if one_each && !scene.surface.has_boundary {
         let (fans, broken) = closed_fans(cells);
         return (fans, broken, Vec::new());

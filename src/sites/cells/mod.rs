@@ -109,7 +109,8 @@ pub fn connected_cells(
         Certificate { area: areas.iter().sum::<f64>() / whole, unshared_corners, broken_cells: broken.len() };
     let broken_cell = |s: usize| BrokenCell { site: scene.sectors.site[s], farthest: cells[s].farthest };
     let broken: Vec<BrokenCell> = broken.into_iter().map(broken_cell).collect();
-    let is_closed = all_are_shared && broken.is_empty() && !surface.has_boundary;
+    let is_whole = all_are_shared && broken.is_empty();
+    let is_closed = is_whole && scene.sectors.are_sites && !surface.has_boundary;
     Ok(ConnectedCells { fans, certificate, broken, encroached, is_closed })
 }
 

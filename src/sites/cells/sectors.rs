@@ -25,8 +25,9 @@ pub(crate) struct Sectors {
     /// The boundary's half-edges that lead to the site and away from it, the patch on their left; `None` for
     /// a site inside the patch.
     pub ends: Vec<Option<[u32; 2]>>,
-    /// Whether each site has one sector, and all are in one patch.
+    /// Whether each site has one sector, so that their numbers are the same.
     pub are_sites: bool,
+    pub in_one_patch: bool,
 }
 
 impl Sectors {
@@ -42,6 +43,7 @@ impl Sectors {
             around: Vec::with_capacity(n),
             ends: Vec::with_capacity(n),
             are_sites: false,
+            in_one_patch: false,
         };
         for (site, place) in (0..).zip(places) {
             sectors.first.push(sectors.site.len() as u32);
@@ -66,8 +68,8 @@ impl Sectors {
             }
         }
         sectors.first.push(sectors.site.len() as u32);
-        let each_has_one = sectors.first.windows(2).all(|range| range[0] + 1 == range[1]);
-        sectors.are_sites = each_has_one && sectors.patch.windows(2).all(|pair| pair[0] == pair[1]);
+        sectors.are_sites = sectors.first.windows(2).all(|range| range[0] + 1 == range[1]);
+        sectors.in_one_patch = sectors.patch.windows(2).all(|pair| pair[0] == pair[1]);
         sectors
     }
 

@@ -120,7 +120,7 @@ impl<'a> Gathering<'a> {
     fn add(&self, candidates: &mut Vec<Candidate>, site: u32) {
         let Scene { sites, sectors, .. } = self.scene;
         let agrees = |other: usize| self.normal.dot(sectors.normal[other]) > 0.0;
-        let counts = if sectors.are_sites {
+        let counts = if sectors.are_sites && sectors.in_one_patch {
             agrees(site as usize)
         } else {
             let mut theirs = sectors.in_patch(site, self.patch).peekable();
