@@ -27,6 +27,7 @@ pub(crate) struct Sectors {
     pub ends: Vec<Option<[u32; 2]>>,
     /// Whether each site has one sector, so that their numbers are the same.
     pub are_sites: bool,
+    /// Whether all are in the same patch.
     pub in_one_patch: bool,
 }
 
