@@ -8,7 +8,7 @@ use glam::{DVec3, Vec4};
 use rtfmesh::gpu::{Buffer, Recorder};
 use rtfmesh::mesh::intersections::intersecting_faces;
 use rtfmesh::mesh::topology::topology;
-use rtfmesh::polish::{FitOptions, PolishOptions, Target, fit, polish};
+use rtfmesh::polish::{FitOptions, MeshCache, PolishOptions, Target, fit, polish};
 use rtfmesh::sites::cells::{CellSites, CellSurface, connected_cells};
 use rtfmesh::sites::connect::connect;
 use rtfmesh::sites::place::Place;
@@ -223,7 +223,13 @@ fn fitted(context: &Context) -> Result<Vec<Row>> {
     let target =
         Target::new(&TriMesh { vertices: surface.vertices.clone(), triangles: surface.triangles.clone() });
     // As in the pipeline: bad triangles would hold back most moves, and small differences decide which.
-    polish(&mut input, &target, &PolishOptions::default(), &ProgressToken::default())?;
+    polish(
+        &mut input,
+        &target,
+        &PolishOptions::default(),
+        &mut MeshCache::default(),
+        &ProgressToken::default(),
+    )?;
     let faces = input.triangles.len();
     let mesh = DeviceMesh::new(device, &input)?;
     let before = Before::of(context, &mesh)?;
@@ -251,7 +257,7 @@ fn fitted(context: &Context) -> Result<Vec<Row>> {
     context.submit(&mut record, 0)?;
     let after = read(context, &mesh)?;
     let mut on_host = input.clone();
-    fit(&mut on_host, &target, &options, &ProgressToken::default())?;
+    fit(&mut on_host, &target, &options, &mut MeshCache::default(), &ProgressToken::default())?;
     let norm = |a: &TriMesh, b: &TriMesh| {
         let pairs = a.vertices.iter().zip(&b.vertices);
         (pairs.map(|(a, b)| a.distance_squared(*b)).sum::<f64>() / n as f64).sqrt()

@@ -63,15 +63,29 @@ impl HalfEdgeMesh {
         mesh
     }
 
-    fn classify(&mut self) {
-        let mut leaving = vec![0u32; self.first.len()];
+    /// Gets the triangles back that were taken out, and begins rings where those of a new mesh begin.
+    #[must_use]
+    pub(crate) fn with_triangles(mut self, triangles: Vec<[u32; 3]>) -> Self {
+        debug_assert_eq!(self.twin.len(), 3 * triangles.len());
+        self.triangles = triangles;
+        self.begin_rings();
+        self
+    }
+
+    /// Begins the ring of each vertex at its first half-edge, but at a boundary where its open fan begins.
+    fn begin_rings(&mut self) {
+        self.first.fill(NONE);
         for (h, &v) in (0u32..).zip(self.triangles.as_flattened()) {
-            leaving[v as usize] += 1;
-            // Any half-edge will do, but one without a twin must be where an open fan begins.
             if self.first[v as usize] == NONE || self.twin[h as usize] == NONE {
                 self.first[v as usize] = h;
             }
         }
+    }
+
+    fn classify(&mut self) {
+        self.begin_rings();
+        let mut leaving = vec![0u32; self.first.len()];
+        self.triangles.as_flattened().iter().for_each(|v| leaving[*v as usize] += 1);
         for (v, &leaving) in leaving.iter().enumerate() {
             let first = self.first[v];
             if first == NONE {
@@ -277,6 +291,26 @@ mod tests {
                 flips += 1;
             }
             assert!(flips > 1000, "{flips} flips of {name}");
+        }
+    }
+
+    #[test]
+    fn rings_begin_as_those_of_a_new_mesh() {
+        for name in ["thin-plate", "open-hemisphere"] {
+            let input = sample(name).unwrap_or_default();
+            let count = input.vertices.len();
+            let mut mesh = HalfEdgeMesh::new(input.triangles, count, &[]);
+            for h in (0..mesh.half_edge_count()).step_by(7) {
+                let Some(twin) = mesh.twin(h) else { continue };
+                let [a, b, c, d] = mesh.diamond(h, twin);
+                if !mesh.joined(c, d) && mesh.valence(a).min(mesh.valence(b)) > 4 {
+                    mesh.flip(h, twin);
+                }
+            }
+            let triangles = std::mem::take(&mut mesh.triangles);
+            let new = HalfEdgeMesh::new(triangles.clone(), count, &[]);
+            assert_ne!(mesh.first, new.first, "no flip of {name} changed where a ring begins");
+            assert_eq!(mesh.with_triangles(triangles), new, "{name}");
         }
     }
 }

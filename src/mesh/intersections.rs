@@ -24,8 +24,24 @@ type Triangle = [DVec3; 3];
 /// # Errors
 /// [`crate::Error::Cancelled`].
 pub fn intersecting_faces(mesh: &TriMesh, progress: &ProgressToken) -> Result<Vec<u32>> {
+    intersecting_faces_by(mesh, None, progress)
+}
+
+/// As [`intersecting_faces`], with a hierarchy over the same triangles, if there is one; their vertices may
+/// have been elsewhere when it was made.
+pub(crate) fn intersecting_faces_by(
+    mesh: &TriMesh,
+    tree: Option<Bvh>,
+    progress: &ProgressToken,
+) -> Result<Vec<u32>> {
     let mesh = scaled(mesh);
-    let bvh = Bvh::new(&mesh);
+    let bvh = match tree {
+        Some(mut tree) => {
+            tree.refit(&mesh);
+            tree
+        }
+        None => Bvh::new(&mesh),
+    };
     let hits = Hits::of(&mesh);
     bvh.overlapping_pairs(progress, |s, t| hits.look_at(s, t))?;
     Ok(hits.faces())

@@ -2,7 +2,7 @@
 
 use crate::gpu::Device;
 use crate::mesh::bvh::Bvh;
-use crate::mesh::intersections::intersecting_faces;
+use crate::mesh::intersections::{intersecting_faces, intersecting_faces_by};
 use crate::mesh::submesh::extract;
 use crate::mesh::unit_frame::UnitFrame;
 use crate::stages::intersect::IntersectingPairs;
@@ -35,13 +35,13 @@ pub(crate) fn intersecting_in_units(
 }
 
 /// As [`intersecting_in_units`], with the device to find pairs of faces if it polishes meshes of that size,
-/// and if it has the memory.
+/// and if it has the memory; `tree` is a hierarchy over the same triangles, if there is one.
 ///
 /// # Errors
 /// Those of the device, and [`crate::Error::Cancelled`].
 pub(crate) fn intersecting_on_device(
     device: &Device,
-    mesh: &TriMesh,
+    (mesh, tree): (&TriMesh, Option<Bvh>),
     frame: &UnitFrame,
     progress: &ProgressToken,
 ) -> Result<Vec<u32>> {
@@ -52,7 +52,7 @@ pub(crate) fn intersecting_on_device(
     let rounding = f64::EPSILON * (1.0 + frame.centre.abs().max_element() / frame.scale);
     let is_searched = device.polishes(mesh.vertices.len()) && rounding <= IntersectingPairs::MOST_ROUNDING;
     if faces == 0 || !is_searched || !fits {
-        return intersecting_in_units(mesh, frame, progress);
+        return intersecting_faces_by(&in_units(mesh, frame), tree, progress);
     }
     let pairs = IntersectingPairs::new(device, mesh, rounding, None)?;
     let mut recorder = device.recorder()?;

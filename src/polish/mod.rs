@@ -4,6 +4,7 @@
 //! All of them keep the number of vertices and the topology, take the surface as a [`Target`], and give the
 //! same bytes for any number of threads.
 
+mod cache;
 mod fit;
 mod flip;
 mod locked;
@@ -13,6 +14,7 @@ mod slide;
 mod target;
 mod worst;
 
+pub use cache::MeshCache;
 pub(crate) use fit::SOLVER_STEPS;
 pub use fit::{FitCounts, FitOptions, fit};
 pub use outliers::{Outlier, OutlierOptions, ReducedOutliers, reduce_outliers};
@@ -102,12 +104,13 @@ pub fn polish(
     mesh: &mut TriMesh,
     target: &Target,
     options: &PolishOptions,
+    cache: &mut MeshCache,
     progress: &ProgressToken,
 ) -> Result<Polished> {
-    let mut half_edges =
-        HalfEdgeMesh::new(std::mem::take(&mut mesh.triangles), mesh.vertices.len(), &options.patches);
+    let triangles = std::mem::take(&mut mesh.triangles);
+    let mut half_edges = cache.take(triangles, mesh.vertices.len(), &options.patches);
     let polished = polish_half_edges(&mut half_edges, &mut mesh.vertices, target, options, progress);
-    mesh.triangles = half_edges.triangles;
+    mesh.triangles = cache.keep(half_edges);
     polished
 }
 

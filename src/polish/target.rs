@@ -3,14 +3,20 @@
 use std::sync::Arc;
 
 use glam::DVec3;
+use rayon::prelude::*;
 
 use crate::TriMesh;
-use crate::mesh::bvh::Bvh;
+use crate::mesh::bvh::{Bvh, Closest};
 use crate::mesh::correspondence::Search;
+use crate::mesh::half_edges::twins;
 use crate::mesh::triangle::doubled_normal;
 
 /// Height over a triangle below which the closest point is taken to be on it, over the distance to its edges.
 const LOW: f64 = 0.1;
+/// Triangles that are looked at on the way to the one below a point.
+const WALK: usize = 5;
+/// Stands for no triangle.
+const NOWHERE: u32 = u32::MAX;
 
 /// The surface that a mesh is to approximate, prepared for closest-point queries.
 #[derive(Debug, Clone)]
@@ -20,6 +26,9 @@ pub struct Target {
     normals: Arc<Vec<DVec3>>,
     /// Squared shortest height of each triangle.
     heights_sq: Vec<f64>,
+    /// For each rank of the hierarchy those of the triangles beside it, each across the side opposite a
+    /// corner.
+    beside: Arc<Vec<[u32; 3]>>,
     pub(crate) vertices: Vec<SurfaceVertex>,
     /// The patch of each triangle; empty if there is but one.
     patches: Vec<u32>,
@@ -38,6 +47,11 @@ pub(crate) struct SurfaceVertex {
 impl Target {
     /// Prepares a surface, which must be in the same frame as the meshes. Panics if an index is out of range.
     pub fn new(surface: &TriMesh) -> Self {
+        Self::with_twins(surface, &twins(&surface.triangles))
+    }
+
+    /// As [`Target::new`], with the [`twins`] of the surface.
+    pub(crate) fn with_twins(surface: &TriMesh, twins: &[u32]) -> Self {
         let corners = |t| surface.corners(t);
         let normals: Vec<DVec3> = (0..surface.triangles.len()).map(|t| doubled_normal(corners(t))).collect();
         let heights_sq = normals
@@ -57,8 +71,10 @@ impl Target {
                 vertices[*v as usize].area += normal.length() / 6.0;
             }
         }
+        let bvh = Bvh::new(surface);
         Self {
-            bvh: Arc::new(Bvh::new(surface)),
+            beside: Arc::new(ranks_beside(&bvh, twins)),
+            bvh: Arc::new(bvh),
             normals: Arc::new(normals),
             heights_sq,
             vertices,
@@ -96,9 +112,9 @@ impl Target {
 
     /// As [`Target::closest`], with the unit normal of the triangle that the point lies on.
     ///
-    /// If `p` is close above the inside of the triangle at `rank`, that is taken for the closest one, which
-    /// saves the search; it can only be wrong where two sheets of the surface are closer to each other than
-    /// that.
+    /// If `p` is close above the inside of a triangle, and a short walk leads there from the one at `rank`,
+    /// that is taken for the closest one, which saves the search; it can only be wrong where two sheets of
+    /// the surface that face the same way are closer to each other than that.
     pub(super) fn closest_with_normal(
         &self,
         p: DVec3,
@@ -113,12 +129,99 @@ impl Target {
             self.normals[t as usize].dot(normal) > 0.0
                 && self.patches.get(t as usize).is_none_or(|of_triangle| *of_triangle == patch)
         };
-        let near = self.bvh.closest_at(*rank, p).filter(|near| {
-            let inside = near.barycentric.iter().fold(1.0, |a: f64, b| a.min(*b));
-            accept(near.triangle)
-                && near.distance_sq <= LOW * LOW * inside * inside * self.heights_sq[near.triangle as usize]
-        });
-        let found = near.or_else(|| self.bvh.closest_accepted(p, rank, accept))?;
+        let below = self.below(p, rank).filter(|below| accept(below.triangle));
+        let found = below.or_else(|| self.bvh.closest_accepted(p, rank, accept))?;
         Some((found.point, self.normals[found.triangle as usize].normalize_or_zero()))
+    }
+
+    /// Walks from the triangle at `rank` to the one that `p` is above or below the inside of, and returns
+    /// its closest point if that is near. `rank` becomes that of the last triangle on the way.
+    fn below(&self, p: DVec3, rank: &mut usize) -> Option<Closest> {
+        let mut from = NOWHERE;
+        for _ in 0..WALK {
+            let near = self.bvh.closest_at(*rank, p)?;
+            let inside = near.barycentric.iter().fold(1.0, |a: f64, b| a.min(*b));
+            if inside > 0.0 {
+                let low_sq = LOW * LOW * inside * inside * self.heights_sq[near.triangle as usize];
+                return (near.distance_sq <= low_sq).then_some(near);
+            }
+            // At a corner there are two sides to leave by, and not the one by which the walk came.
+            let beside = self.beside[*rank];
+            let side = (0..3).find(|k| near.barycentric[*k] <= 0.0 && beside[*k] != from)?;
+            if beside[side] == NOWHERE {
+                return None;
+            }
+            from = *rank as u32;
+            *rank = beside[side] as usize;
+        }
+        None
+    }
+}
+
+/// For each rank of a hierarchy those of the triangles beside it, given the [`twins`] of the surface.
+fn ranks_beside(bvh: &Bvh, twins: &[u32]) -> Vec<[u32; 3]> {
+    let order = bvh.leaf_order();
+    let mut ranks = vec![NOWHERE; order.len()];
+    (0..).zip(order).for_each(|(rank, t)| ranks[*t as usize] = rank);
+    let beside = |t: &u32| {
+        // The side opposite a corner begins at the next.
+        [1, 2, 0].map(|k| ranks.get(twins[3 * *t as usize + k] as usize / 3).copied().unwrap_or(NOWHERE))
+    };
+    order.par_iter().map(beside).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::mesh::samples::sample;
+    use rand::{RngExt, SeedableRng};
+
+    /// Walks end at the closest point, wherever they begin, if they do not end without one.
+    #[test]
+    fn short_walks_find_the_closest_point() {
+        let mut random = rand_pcg::Pcg64Mcg::seed_from_u64(5);
+        for name in ["bumpy-sphere", "open-hemisphere"] {
+            let surface = sample(name).unwrap_or_default();
+            let target = Target::new(&surface);
+            let order = target.bvh.leaf_order();
+            let (mut found, mut steps) = (0, 0);
+            for (rank, t) in order.iter().enumerate() {
+                let [a, b, c] = surface.corners(*t as usize);
+                let size = target.heights_sq[*t as usize].sqrt();
+                let mut offset = || random.random_range(-0.6..0.6);
+                let p = (a + b + c) / 3.0
+                    + (b - a) * offset()
+                    + (c - a) * offset()
+                    + target.normals[*t as usize].normalize() * (0.02 * offset() * size);
+                let mut end = rank;
+                let Some(below) = target.below(p, &mut end) else { continue };
+                assert_eq!(below.triangle, order[end]);
+                assert_eq!(target.bvh.closest(p), Some(below), "{name}, triangle {t}");
+                found += 1;
+                steps += usize::from(end != rank);
+            }
+            assert!(3 * found > order.len() && 6 * steps > order.len(), "{found}, {steps} of {name}");
+        }
+    }
+
+    #[test]
+    fn triangles_beside_share_the_side() {
+        let surface = sample("open-hemisphere").unwrap_or_default();
+        let target = Target::new(&surface);
+        let order = target.bvh.leaf_order();
+        let corners = |rank: usize| surface.triangles[order[rank] as usize];
+        let mut at_boundary = 0;
+        for (rank, beside) in target.beside.iter().enumerate() {
+            for (k, other) in beside.iter().enumerate() {
+                let [p, q] = [1, 2].map(|j| corners(rank)[(k + j) % 3]);
+                if *other == NOWHERE {
+                    at_boundary += 1;
+                    continue;
+                }
+                let other = corners(*other as usize);
+                assert!((0..3).any(|j| [other[j], other[(j + 1) % 3]] == [q, p]));
+            }
+        }
+        assert!(at_boundary > 3);
     }
 }

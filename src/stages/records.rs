@@ -36,7 +36,16 @@ impl TriangleRecords {
     /// # Errors
     /// [`crate::Error::OutOfMemory`] if they do not fit.
     pub fn new(device: &Device, surface: &Surface, curves: Option<&SurfaceCurves>) -> Result<Self> {
-        let mut twins = twins(&surface.triangles);
+        Self::with_twins(device, surface, curves, twins(&surface.triangles))
+    }
+
+    /// As [`TriangleRecords::new`], with the [`twins`] of the surface.
+    pub(crate) fn with_twins(
+        device: &Device,
+        surface: &Surface,
+        curves: Option<&SurfaceCurves>,
+        mut twins: Vec<u32>,
+    ) -> Result<Self> {
         if let Some(curves) = curves {
             let on_curve = twins.par_iter_mut().zip(&curves.on_curve).filter(|(_, on_curve)| **on_curve);
             on_curve.for_each(|(twin, _)| *twin = NONE);

@@ -8,7 +8,7 @@ use rtfmesh::mesh::polyline::Polyline;
 use rtfmesh::mesh::quality::{quality, valence};
 use rtfmesh::mesh::samples::sample;
 use rtfmesh::mesh::topology::topology;
-use rtfmesh::polish::{FitOptions, PolishOptions, SlidingCurve, Target, fit, polish};
+use rtfmesh::polish::{FitOptions, MeshCache, PolishOptions, SlidingCurve, Target, fit, polish};
 use rtfmesh::{ProgressToken, TriMesh};
 
 use crate::support::shapes::{Random, cube, mesh, moved, plane, sphere, tetrahedron, torus, union};
@@ -72,9 +72,14 @@ fn uneven_samples_get_better_triangles_and_keep_their_shape() {
     for name in ["torus", "genus3", "bumpy-sphere"] {
         let surface = sample(name).unwrap();
         let mut mesh = surface.clone();
-        let counts =
-            polish(&mut mesh, &Target::new(&surface), &PolishOptions::default(), &ProgressToken::default())
-                .unwrap();
+        let counts = polish(
+            &mut mesh,
+            &Target::new(&surface),
+            &PolishOptions::default(),
+            &mut MeshCache::default(),
+            &ProgressToken::default(),
+        )
+        .unwrap();
         let (before, after) = (quality(&surface).unwrap(), quality(&mesh).unwrap());
         assert!(counts.flips > 0 || name == "bumpy-sphere", "{name}");
         assert_eq!(mesh.vertices.len(), surface.vertices.len(), "{name}");
@@ -101,6 +106,7 @@ fn a_shaken_torus_is_smooth_again() {
         &mut mesh,
         &target,
         &PolishOptions { rounds: 30, ..PolishOptions::default() },
+        &mut MeshCache::default(),
         &ProgressToken::default(),
     )
     .unwrap();
@@ -133,6 +139,7 @@ fn flips_even_out_valences() {
             &mut mesh,
             &target,
             &PolishOptions { valence_weight, ..PolishOptions::default() },
+            &mut MeshCache::default(),
             &ProgressToken::default(),
         )
         .unwrap();
@@ -155,7 +162,8 @@ fn boundaries_and_fixed_vertices_stay() {
     let fixed: Vec<bool> = mesh.vertices.iter().map(|p| p.x < 0.4).collect();
     let before = mesh.clone();
     let options = PolishOptions { fixed: fixed.clone(), ..PolishOptions::default() };
-    polish(&mut mesh, &Target::new(&flat), &options, &ProgressToken::default()).unwrap();
+    polish(&mut mesh, &Target::new(&flat), &options, &mut MeshCache::default(), &ProgressToken::default())
+        .unwrap();
     assert_eq!(topology(&mesh), topology(&before));
     let mut moved = 0;
     for ((old, new), fixed) in before.vertices.iter().zip(&mesh.vertices).zip(&fixed) {
@@ -174,7 +182,14 @@ fn boundaries_and_fixed_vertices_stay() {
 fn the_other_side_of_a_thin_plate_is_out_of_reach() {
     let plate = sample("thin-plate").unwrap();
     let mut mesh = plate.clone();
-    polish(&mut mesh, &Target::new(&plate), &PolishOptions::default(), &ProgressToken::default()).unwrap();
+    polish(
+        &mut mesh,
+        &Target::new(&plate),
+        &PolishOptions::default(),
+        &mut MeshCache::default(),
+        &ProgressToken::default(),
+    )
+    .unwrap();
     for (old, new) in plate.vertices.iter().zip(&mesh.vertices) {
         let inside = |p: &DVec3| p.x.abs().max(p.y.abs()) < 0.45;
         assert!(!inside(old) || old.z == new.z, "{old} went to {new}");
@@ -188,7 +203,14 @@ fn the_number_of_threads_does_not_show() {
     let run = |threads| {
         let mut mesh = shaken(&surface, 0.01);
         let counts = in_threads(threads, || {
-            polish(&mut mesh, &target, &PolishOptions::default(), &ProgressToken::default()).unwrap()
+            polish(
+                &mut mesh,
+                &target,
+                &PolishOptions::default(),
+                &mut MeshCache::default(),
+                &ProgressToken::default(),
+            )
+            .unwrap()
         });
         (mesh, counts)
     };
@@ -199,13 +221,21 @@ fn the_number_of_threads_does_not_show() {
 fn odd_meshes_survive() {
     for (name, odd) in odd_meshes() {
         let mut mesh = odd.clone();
-        polish(&mut mesh, &Target::new(&odd), &PolishOptions::default(), &ProgressToken::default()).unwrap();
+        polish(
+            &mut mesh,
+            &Target::new(&odd),
+            &PolishOptions::default(),
+            &mut MeshCache::default(),
+            &ProgressToken::default(),
+        )
+        .unwrap();
         assert_eq!(topology(&mesh), topology(&odd), "{name}");
         assert!(mesh.vertices.iter().all(|v| v.is_finite()), "{name}");
         polish(
             &mut mesh,
             &Target::new(&TriMesh::default()),
             &PolishOptions::default(),
+            &mut MeshCache::default(),
             &ProgressToken::default(),
         )
         .unwrap();
@@ -219,7 +249,14 @@ fn no_rounds_change_nothing() {
     let mut mesh = surface.clone();
     let options = PolishOptions { rounds: 0, ..PolishOptions::default() };
     assert_eq!(
-        polish(&mut mesh, &Target::new(&surface), &options, &ProgressToken::default()).unwrap(),
+        polish(
+            &mut mesh,
+            &Target::new(&surface),
+            &options,
+            &mut MeshCache::default(),
+            &ProgressToken::default()
+        )
+        .unwrap(),
         Default::default()
     );
     assert_eq!(mesh, surface);
@@ -248,6 +285,7 @@ fn vertices_and_edges_stay_in_their_patch() {
         &mut mesh,
         &target,
         &PolishOptions { fixed: fixed.clone(), patches: patches.clone(), ..PolishOptions::default() },
+        &mut MeshCache::default(),
         &ProgressToken::default(),
     )
     .unwrap();
@@ -255,6 +293,7 @@ fn vertices_and_edges_stay_in_their_patch() {
         &mut mesh,
         &target,
         &FitOptions { fixed, patches: patches.clone(), ..FitOptions::default() },
+        &mut MeshCache::default(),
         &ProgressToken::default(),
     )
     .unwrap();
@@ -293,7 +332,8 @@ fn vertices_on_rails_slide_to_better_triangles() {
         fixed: vec![true; 26],
         ..PolishOptions::default()
     };
-    polish(&mut mesh, &Target::new(&start), &options, &ProgressToken::default()).unwrap();
+    polish(&mut mesh, &Target::new(&start), &options, &mut MeshCache::default(), &ProgressToken::default())
+        .unwrap();
     let q = |mesh| quality(mesh).unwrap();
     assert!(q(&mesh).q_avg > q(&start).q_avg + 0.02, "{:?} after {:?}", q(&mesh), q(&start));
     assert!(q(&mesh).theta_min > q(&start).theta_min, "{:?} after {:?}", q(&mesh), q(&start));
@@ -322,7 +362,8 @@ fn vertices_on_closed_rails_go_round_and_keep_the_bends() {
     let mut mesh = start.clone();
     let sliding_curves = vec![SlidingCurve { line: Polyline::new(points.clone(), true), sliders }];
     let options = PolishOptions { sliding_curves, fixed: vec![true; 17], ..PolishOptions::default() };
-    polish(&mut mesh, &Target::new(&start), &options, &ProgressToken::default()).unwrap();
+    polish(&mut mesh, &Target::new(&start), &options, &mut MeshCache::default(), &ProgressToken::default())
+        .unwrap();
     for (v, p) in mesh.vertices[..16].iter().enumerate() {
         let on_rim = [p.x, p.y].iter().any(|c| *c == 0.0 || *c == 4.0);
         assert!(on_rim && p.z == 0.0, "{v}: {p}");

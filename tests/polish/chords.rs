@@ -5,7 +5,7 @@ use std::collections::HashSet;
 use glam::DVec3;
 use rtfmesh::mesh::quality::quality;
 use rtfmesh::mesh::topology::topology;
-use rtfmesh::polish::{PolishOptions, Target, polish};
+use rtfmesh::polish::{MeshCache, PolishOptions, Target, polish};
 use rtfmesh::{ProgressToken, TriMesh};
 
 /// A strip between two rows of vertices, with the diagonals aslant by so many vertices.
@@ -29,7 +29,14 @@ fn edges_across_a_strip_between_two_curves_flip_and_those_along_it_stay() {
     let run = |curve_edges: HashSet<(u32, u32)>| {
         let mut mesh = before.clone();
         let options = PolishOptions { fixed: fixed.clone(), curve_edges, ..PolishOptions::default() };
-        polish(&mut mesh, &Target::new(&before), &options, &ProgressToken::default()).unwrap();
+        polish(
+            &mut mesh,
+            &Target::new(&before),
+            &options,
+            &mut MeshCache::default(),
+            &ProgressToken::default(),
+        )
+        .unwrap();
         mesh
     };
     let flipped = run(curve_edges);

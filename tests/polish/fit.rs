@@ -8,7 +8,7 @@ use rtfmesh::mesh::intersections::intersecting_faces;
 use rtfmesh::mesh::quality::quality;
 use rtfmesh::mesh::samples::sample;
 use rtfmesh::mesh::topology::topology;
-use rtfmesh::polish::{FitOptions, Target, fit};
+use rtfmesh::polish::{FitOptions, MeshCache, Target, fit};
 
 use super::angles::{in_threads, odd_meshes, shaken};
 use crate::support::shapes::{sphere, torus};
@@ -22,7 +22,14 @@ fn coarse_meshes_come_closer() {
     ];
     for (name, surface, coarse, most) in cases {
         let mut mesh = coarse.clone();
-        fit(&mut mesh, &Target::new(&surface), &FitOptions::default(), &ProgressToken::default()).unwrap();
+        fit(
+            &mut mesh,
+            &Target::new(&surface),
+            &FitOptions::default(),
+            &mut MeshCache::default(),
+            &ProgressToken::default(),
+        )
+        .unwrap();
         let rms = |mesh| distances_sampled(mesh, &surface, 20_000, &ProgressToken::default()).unwrap().rms;
         let (before, after) = (rms(&coarse), rms(&mesh));
         assert!(after < most * before, "{name}: {after} % after {before} %");
@@ -55,7 +62,14 @@ fn even_torus(n: u32, m: u32) -> TriMesh {
 fn the_sphere_is_met_halfway() {
     // On the whole the faces then lie as far outside as inside.
     let (surface, mut mesh) = (sphere(1.0, 6), sphere(1.0, 3));
-    fit(&mut mesh, &Target::new(&surface), &FitOptions::default(), &ProgressToken::default()).unwrap();
+    fit(
+        &mut mesh,
+        &Target::new(&surface),
+        &FitOptions::default(),
+        &mut MeshCache::default(),
+        &ProgressToken::default(),
+    )
+    .unwrap();
     let mean = |weights: [f64; 3]| -> f64 {
         let radius =
             |t: usize| mesh.corners(t).iter().zip(weights).map(|(p, w)| *p * w).sum::<DVec3>().length();
@@ -75,6 +89,7 @@ fn small_angles_do_not_get_smaller() {
             &mut mesh,
             &Target::new(&surface),
             &FitOptions { min_angle, ..FitOptions::default() },
+            &mut MeshCache::default(),
             &ProgressToken::default(),
         )
         .unwrap();
@@ -94,6 +109,7 @@ fn boundaries_and_fixed_vertices_stay() {
         &mut mesh,
         &Target::new(&surface),
         &FitOptions { fixed: fixed.clone(), ..FitOptions::default() },
+        &mut MeshCache::default(),
         &ProgressToken::default(),
     )
     .unwrap();
@@ -122,6 +138,7 @@ fn the_number_of_threads_does_not_show() {
                 &mut mesh,
                 &target,
                 &FitOptions { rounds: 2, ..FitOptions::default() },
+                &mut MeshCache::default(),
                 &ProgressToken::default(),
             )
             .unwrap()
@@ -135,7 +152,14 @@ fn the_number_of_threads_does_not_show() {
 fn odd_meshes_survive() {
     for (name, odd) in odd_meshes() {
         let mut mesh = odd.clone();
-        fit(&mut mesh, &Target::new(&odd), &FitOptions::default(), &ProgressToken::default()).unwrap();
+        fit(
+            &mut mesh,
+            &Target::new(&odd),
+            &FitOptions::default(),
+            &mut MeshCache::default(),
+            &ProgressToken::default(),
+        )
+        .unwrap();
         assert_eq!(topology(&mesh), topology(&odd), "{name}");
         assert!(mesh.vertices.iter().all(|v| v.is_finite()), "{name}");
     }

@@ -5,7 +5,7 @@ use rtfmesh::mesh::intersections::intersecting_faces;
 use rtfmesh::mesh::quality::quality;
 use rtfmesh::mesh::samples::sample;
 use rtfmesh::mesh::topology::topology;
-use rtfmesh::polish::{Outlier, OutlierOptions, ReducedOutliers, Target, reduce_outliers};
+use rtfmesh::polish::{MeshCache, Outlier, OutlierOptions, ReducedOutliers, Target, reduce_outliers};
 use rtfmesh::{ProgressToken, TriMesh};
 
 use super::angles::{in_threads, odd_meshes, shaken};
@@ -39,6 +39,7 @@ fn spikes_and_dents_are_reached() {
             &Target::new(&surface),
             edge(&mesh),
             &OutlierOptions::default(),
+            &mut MeshCache::default(),
             &ProgressToken::default(),
         )
         .unwrap();
@@ -64,6 +65,7 @@ fn a_spike_between_vertices_is_reached() {
         &Target::new(&surface),
         length,
         &OutlierOptions::default(),
+        &mut MeshCache::default(),
         &ProgressToken::default(),
     )
     .unwrap();
@@ -79,7 +81,15 @@ fn a_tolerance_makes_nearer_places_outliers() {
         let mut reached = mesh.clone();
         let options = OutlierOptions { tolerance, ..OutlierOptions::default() };
         let target = Target::new(&surface);
-        reduce_outliers(&mut reached, &target, edge(&mesh), &options, &ProgressToken::default()).unwrap();
+        reduce_outliers(
+            &mut reached,
+            &target,
+            edge(&mesh),
+            &options,
+            &mut MeshCache::default(),
+            &ProgressToken::default(),
+        )
+        .unwrap();
         hausdorff(&reached, &surface)
     };
     let before = hausdorff(&mesh, &surface);
@@ -97,6 +107,7 @@ fn what_is_met_or_fixed_stays() {
             &Target::new(&mesh),
             edge(&mesh),
             &OutlierOptions::default(),
+            &mut MeshCache::default(),
             &ProgressToken::default()
         )
         .unwrap(),
@@ -107,8 +118,15 @@ fn what_is_met_or_fixed_stays() {
     let options = OutlierOptions { fixed: vec![true; mesh.vertices.len()], ..OutlierOptions::default() };
     let mut same = mesh.clone();
     let target = Target::new(&surface);
-    let reduced =
-        reduce_outliers(&mut same, &target, edge(&mesh), &options, &ProgressToken::default()).unwrap();
+    let reduced = reduce_outliers(
+        &mut same,
+        &target,
+        edge(&mesh),
+        &options,
+        &mut MeshCache::default(),
+        &ProgressToken::default(),
+    )
+    .unwrap();
     assert_eq!((reduced.edits, &same), (0, &mesh));
     // The dent is what is left.
     let left = reduced.left.first().expect("no outlier is left");
@@ -127,7 +145,15 @@ fn the_number_of_threads_does_not_show() {
         let mut reached = mesh.clone();
         let reduce = || {
             let options = OutlierOptions { min_angle: 30.0, ..OutlierOptions::default() };
-            reduce_outliers(&mut reached, &target, edge(&mesh), &options, &ProgressToken::default()).unwrap()
+            reduce_outliers(
+                &mut reached,
+                &target,
+                edge(&mesh),
+                &options,
+                &mut MeshCache::default(),
+                &ProgressToken::default(),
+            )
+            .unwrap()
         };
         (in_threads(threads, reduce), reached)
     };
@@ -149,6 +175,7 @@ fn odd_meshes_survive() {
                 &Target::new(target),
                 0.1,
                 &OutlierOptions::default(),
+                &mut MeshCache::default(),
                 &ProgressToken::default(),
             )
             .unwrap();

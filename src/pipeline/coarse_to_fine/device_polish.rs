@@ -7,7 +7,7 @@ use crate::mesh::NONE;
 use crate::mesh::half_edge_mesh::HalfEdgeMesh;
 use crate::mesh::spacing;
 use crate::polish::{
-    ANGLE_ROUNDS, FEW_ROUNDS, FitOptions, PolishOptions, Polished, SOLVER_STEPS, SurfaceVertex,
+    ANGLE_ROUNDS, FEW_ROUNDS, FitOptions, MeshCache, PolishOptions, Polished, SOLVER_STEPS, SurfaceVertex,
     improve_worst, is_fixed,
 };
 use crate::sites::nearby::sites_near_vertices;
@@ -36,7 +36,7 @@ const FAR: f64 = 0.1;
 
 /// A mesh on host and device.
 pub(super) struct MeshOnDevice {
-    half_edges: HalfEdgeMesh,
+    pub half_edges: HalfEdgeMesh,
     mesh: DeviceMesh,
     /// Triangles of the surface near the vertices.
     under: Buffer<u32>,
@@ -46,9 +46,14 @@ pub(super) struct MeshOnDevice {
 
 impl MeshOnDevice {
     /// Uploads the mesh of a level.
-    fn new(device: &Device, level: &LevelMesh, options: &PolishOptions) -> Result<Self> {
+    fn new(
+        device: &Device,
+        level: &LevelMesh,
+        options: &PolishOptions,
+        cache: &mut MeshCache,
+    ) -> Result<Self> {
         let TriMesh { vertices, triangles } = &level.mesh;
-        let half_edges = HalfEdgeMesh::new(triangles.clone(), vertices.len(), &options.patches);
+        let half_edges = cache.take(triangles.clone(), vertices.len(), &options.patches);
         let fixed = (0..vertices.len()).map(|v| is_fixed(&half_edges, &options.fixed, v)).collect();
         let lengths = options.lengths.clone();
         Ok(Self {
@@ -87,6 +92,7 @@ impl CoarseToFine<'_> {
         &self,
         level: &LevelMesh,
         options: &PolishOptions,
+        cache: &mut MeshCache,
     ) -> Result<Option<MeshOnDevice>> {
         let triangles = level.mesh.triangles.len();
         let largest = self.device.info().limits.storage_buffer_bytes;
@@ -94,7 +100,7 @@ impl CoarseToFine<'_> {
         let fits =
             (LARGEST_BYTES * triangles) as u64 <= largest && bytes as u64 <= self.device.available_bytes();
         let polishes = self.device.polishes(level.mesh.vertices.len()) && fits;
-        polishes.then(|| MeshOnDevice::new(self.device, level, options)).transpose()
+        polishes.then(|| MeshOnDevice::new(self.device, level, options, cache)).transpose()
     }
 
     /// As [`crate::polish::polish`], of a mesh without curves, along which vertices would slide one after the

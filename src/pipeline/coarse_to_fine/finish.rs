@@ -5,6 +5,7 @@ use super::level_mesh::{LevelCurves, LevelMesh, LevelSites};
 use super::mend::Surroundings;
 use super::shared::CoarseToFine;
 use crate::mesh::NONE;
+use crate::mesh::bvh::Bvh;
 use crate::mesh::half_edges::{EdgeSet, edge_key};
 use crate::mesh::polyline::Polyline;
 use crate::mesh::spacing;
@@ -16,7 +17,9 @@ use crate::pipeline::missing::missing_vertices;
 use crate::pipeline::near_sites::near_sites;
 use crate::pipeline::outcome::{Fault, FaultKind};
 use crate::pipeline::user_curves::has_user_curves;
-use crate::polish::{FitOptions, OutlierOptions, PolishOptions, SlidingCurve, fit, polish, reduce_outliers};
+use crate::polish::{
+    FitOptions, MeshCache, OutlierOptions, PolishOptions, SlidingCurve, fit, polish, reduce_outliers,
+};
 use crate::progress::{ProgressReporter, ProgressToken};
 use crate::sites::cells::{BrokenCell, CellSurface};
 use crate::sites::curve_sites::CurvePosition;
@@ -59,10 +62,12 @@ impl CoarseToFine<'_> {
                 let fault = Fault { kind: FaultKind::Topology, at: level.faulty_place };
                 return Ok((level, Some(fault)));
             }
-            let around = self.polish_and_fit(&mut level, flips_chords, reporting)?;
+            let mut around = self.polish_and_fit(&mut level, flips_chords, reporting)?;
+            let tree = around.tree.take();
             let Reporting { cost, progress, clock } = &mut *reporting;
             progress.phase(Phase::Check, cost.check.until, cost.check.after)?;
-            let intersecting = progress.during(|p| self.new_intersections(&mut level, level_spacing, p))?;
+            let intersecting =
+                progress.during(|p| self.new_intersections(&mut level, level_spacing, tree, p))?;
             clock.phase("check");
             if intersecting.is_empty() {
                 self.mend(&mut level, (around, 0), level_spacing, reporting)?;
@@ -99,9 +104,11 @@ impl CoarseToFine<'_> {
         &self,
         level: &mut LevelMesh,
         level_spacing: f64,
+        tree: Option<Bvh>,
         progress: &ProgressToken,
     ) -> Result<Vec<u32>> {
-        let intersecting = intersecting_on_device(self.device, &level.mesh, self.frame, progress)?;
+        let mesh = (&level.mesh, tree);
+        let intersecting = intersecting_on_device(self.device, mesh, self.frame, progress)?;
         let result = (&level.mesh, level_spacing, intersecting);
         let Intersections { count, new } =
             self.input_intersections.compare(self.mesh, self.frame, result, progress)?;
@@ -171,40 +178,45 @@ impl CoarseToFine<'_> {
         };
         // Along curves, vertices slide one after the other.
         let slides = level.on_curves.is_some();
-        let mut on_device = if slides { None } else { self.on_device(level, &options)? };
+        let mut cache = MeshCache::default();
+        let mut on_device = if slides { None } else { self.on_device(level, &options, &mut cache)? };
         let mesh = &mut level.mesh;
         let polished = progress.during(|progress| match &mut on_device {
             Some(on) => self.polish_on_device(on, mesh, &options, progress),
-            None => polish(mesh, target, &options, progress),
+            None => polish(mesh, target, &options, &mut cache, progress),
         })?;
         clock.phase("polish");
         if slides && self.options.coarse_to_fine.fit {
-            on_device = self.on_device(level, &options)?;
+            on_device = self.on_device(level, &options, &mut cache)?;
         }
         let PolishOptions { fixed, curve_edges, patches, lengths, .. } = options;
         let sliding_curves = polished.sliding_curves;
-        let around = Surroundings { patches: patches.clone(), sliding_curves, lengths: lengths.clone() };
+        let (patches_around, lengths_around) = (patches.clone(), lengths.clone());
         if self.options.coarse_to_fine.fit {
             let options = FitOptions { fixed, patches, ..Default::default() };
             progress.phase(Phase::Fit, cost.fit.until, cost.fit.after)?;
             let (mesh, under) = (&mut level.mesh, &level.sites.triangles);
             progress.during(|progress| match &mut on_device {
                 Some(on) => self.fit_on_device(on, (mesh, under), &options, progress),
-                None => fit(mesh, target, &options, progress).map(drop),
+                None => fit(mesh, target, &options, &mut cache, progress).map(drop),
             })?;
             clock.phase("fit");
+            if let Some(on) = on_device {
+                cache.keep(on.half_edges);
+            }
             let FitOptions { fixed, patches, .. } = options;
             let edge = spacing(self.surface.area(), mesh.vertices.len());
             progress.phase(Phase::Outliers, cost.outliers.until, cost.outliers.after)?;
             let tolerance = self.deviation.unwrap_or(f64::INFINITY);
             let options =
                 OutlierOptions { fixed, curve_edges, patches, lengths, tolerance, ..Default::default() };
-            let reduced =
-                progress.during(|progress| reduce_outliers(mesh, target, edge, &options, progress))?;
+            let reduced = progress
+                .during(|progress| reduce_outliers(mesh, target, edge, &options, &mut cache, progress))?;
             level.outliers = reduced.left;
             clock.phase("spots");
         }
-        Ok(around)
+        let tree = cache.into_tree();
+        Ok(Surroundings { patches: patches_around, sliding_curves, lengths: lengths_around, tree })
     }
 
     /// The curves with the sites that slide along them.

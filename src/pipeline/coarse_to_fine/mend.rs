@@ -5,6 +5,7 @@ use super::level_mesh::{LevelCurves, LevelMesh};
 use super::shared::CoarseToFine;
 use crate::local::{CurveEdge, LocalMesh, MendOptions, Mended, mend_angles};
 use crate::mesh::NONE;
+use crate::mesh::bvh::Bvh;
 use crate::mesh::polyline::Polyline;
 use crate::mesh::submesh::used_vertices;
 use crate::polish::SlidingCurve;
@@ -18,6 +19,8 @@ pub(crate) struct Surroundings {
     pub sliding_curves: Vec<SlidingCurve>,
     /// The relative target edge length at each vertex.
     pub lengths: Vec<f64>,
+    /// A hierarchy over its triangles, from before they moved; `None` if none was needed.
+    pub tree: Option<Bvh>,
 }
 
 impl CoarseToFine<'_> {
@@ -41,7 +44,7 @@ impl CoarseToFine<'_> {
             mended.origins.extend(unused);
             let count = level.intersecting_faces;
             let new = match count {
-                Some(_) => progress.during(|p| self.new_intersections(level, level_spacing, p))?.len(),
+                Some(_) => progress.during(|p| self.new_intersections(level, level_spacing, None, p))?.len(),
                 None => 0,
             };
             if new > intersecting {
@@ -63,7 +66,7 @@ impl CoarseToFine<'_> {
         progress: &ProgressToken,
     ) -> Result<Mended> {
         let min_angle = self.options.coarse_to_fine.min_angle;
-        let Surroundings { patches, sliding_curves, lengths } = around;
+        let Surroundings { patches, sliding_curves, lengths, .. } = around;
         let curve_edges = match (&level.on_curves, &self.model.curves) {
             (Some(on_curves), Some(curves)) => on_curves.curve_edges(curves.polylines()),
             _ => Vec::new(),

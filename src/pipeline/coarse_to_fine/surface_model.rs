@@ -4,6 +4,7 @@ use super::level::DeviceSurface;
 use super::size_field::{SizeRequest, size_field};
 use crate::gpu::Device;
 use crate::mesh::features::{FeatureOptions, find_features};
+use crate::mesh::half_edges::twins;
 use crate::mesh::sizing::SizeField;
 use crate::mesh::spacing;
 use crate::mesh::unit_frame::UnitFrame;
@@ -83,6 +84,7 @@ impl SurfaceModel {
         progress: &ProgressToken,
     ) -> Result<Self> {
         let mesh = surface.mesh();
+        let twins = twins(&mesh.triangles);
         let parts = || -> Result<_> {
             let features = find_features(&mesh, options)?;
             progress.poll()?;
@@ -90,11 +92,11 @@ impl SurfaceModel {
             let sizes = sizes(curves.as_ref())?;
             progress.poll()?;
             let curves = curves.map(|curves| curves.sized(&sizes));
-            let records = TriangleRecords::new(device, surface, curves.as_ref())?;
+            let records = TriangleRecords::with_twins(device, surface, curves.as_ref(), twins.clone())?;
             let device_sizes = DeviceSizes::new(device, &sizes)?;
             Ok((records, curves, FeatureSummary::of(&features), sizes, device_sizes))
         };
-        let (parts, target) = rayon::join(parts, || Target::new(&mesh));
+        let (parts, target) = rayon::join(parts, || Target::with_twins(&mesh, &twins));
         let (records, curves, features, sizes, device_sizes) = parts?;
         let patches = curves.as_ref().map_or_else(Vec::new, |curves| curves.patches.clone());
         Ok(Self { records, target: target.in_patches(patches), curves, sizes, device_sizes, features })

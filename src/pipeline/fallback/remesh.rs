@@ -11,7 +11,9 @@ use crate::mesh::unit_frame::UnitFrame;
 use crate::pipeline::intersections::intersecting_in_units;
 use crate::pipeline::missing::MISSING;
 use crate::pipeline::sides::face_as;
-use crate::polish::{FitOptions, OutlierOptions, PolishOptions, Target, fit, polish, reduce_outliers};
+use crate::polish::{
+    FitOptions, MeshCache, OutlierOptions, PolishOptions, Target, fit, polish, reduce_outliers,
+};
 use crate::{Options, ProgressToken, Result, TriMesh};
 use rayon::prelude::*;
 
@@ -106,9 +108,10 @@ fn simplified_and_polished(
     let surface = Target::new(surface);
     let fixed = raw.fixed;
     let options = PolishOptions { rounds: target.polish_rounds, fixed: fixed.clone(), ..Default::default() };
-    polish(&mut better, &surface, &options, progress)?;
+    let mut cache = MeshCache::default();
+    polish(&mut better, &surface, &options, &mut cache, progress)?;
     if target.fit {
-        fit(&mut better, &surface, &FitOptions { fixed, ..Default::default() }, progress)?;
+        fit(&mut better, &surface, &FitOptions { fixed, ..Default::default() }, &mut cache, progress)?;
     }
     let intersections = |mesh: &TriMesh| Ok(intersecting_in_units(mesh, target.frame, progress)?.len());
     let is_sound = topology(&better).matches(&topology(&raw.mesh));
@@ -223,7 +226,8 @@ fn polished(
             lengths: local.lengths.clone(),
             ..Default::default()
         };
-        let polished = polish(&mut polishing.mesh, on, &options, progress)?;
+        let mut cache = MeshCache::default();
+        let polished = polish(&mut polishing.mesh, on, &options, &mut cache, progress)?;
         polishing.slide_to(polished.sliding_curves);
         let mut crossing = crossing_in(&polishing.mesh)?;
         if crossing.is_none() {
@@ -233,14 +237,15 @@ fn polished(
             }
             let patches = local.patches.clone();
             let fit_options = FitOptions { fixed: fixed.clone(), patches, ..Default::default() };
-            fit(&mut polishing.mesh, on, &fit_options, progress)?;
+            fit(&mut polishing.mesh, on, &fit_options, &mut cache, progress)?;
             crossing = crossing_in(&polishing.mesh)?;
             if crossing.is_none() {
                 best = Some(polishing.clone());
                 let FitOptions { fixed, patches, .. } = fit_options;
                 let PolishOptions { curve_edges, lengths, .. } = options;
                 let options = OutlierOptions { fixed, curve_edges, patches, lengths, ..Default::default() };
-                reduce_outliers(&mut polishing.mesh, on, target.spacing, &options, progress)?;
+                let edge = target.spacing;
+                reduce_outliers(&mut polishing.mesh, on, edge, &options, &mut cache, progress)?;
                 if crossing_in(&polishing.mesh)?.is_none() {
                     best = Some(polishing);
                 }

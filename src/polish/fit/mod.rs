@@ -12,7 +12,7 @@ use glam::DVec3;
 use rayon::prelude::*;
 
 use super::relax::{CHUNK, folds_or_flattens, vertex_normal};
-use super::{Target, is_fixed};
+use super::{MeshCache, Target, is_fixed};
 use crate::mesh::half_edge_mesh::HalfEdgeMesh;
 use crate::mesh::quality::extreme_angles;
 use crate::mesh::triangle::doubled_normal;
@@ -80,12 +80,13 @@ pub fn fit(
     mesh: &mut TriMesh,
     target: &Target,
     options: &FitOptions,
+    cache: &mut MeshCache,
     progress: &ProgressToken,
 ) -> Result<FitCounts> {
-    let half_edges =
-        HalfEdgeMesh::new(std::mem::take(&mut mesh.triangles), mesh.vertices.len(), &options.patches);
-    let counts = fit_points(&half_edges, &mut mesh.vertices, target, options, progress);
-    mesh.triangles = half_edges.triangles;
+    let triangles = std::mem::take(&mut mesh.triangles);
+    let half_edges = cache.take(triangles, mesh.vertices.len(), &options.patches);
+    let counts = fit_points(&half_edges, &mut mesh.vertices, target, options, cache, progress);
+    mesh.triangles = cache.keep(half_edges);
     counts
 }
 
@@ -94,6 +95,7 @@ fn fit_points(
     points: &mut [DVec3],
     target: &Target,
     options: &FitOptions,
+    cache: &mut MeshCache,
     progress: &ProgressToken,
 ) -> Result<FitCounts> {
     let mut counts = FitCounts::default();
@@ -111,7 +113,8 @@ fn fit_points(
         let state = FitMesh { half_edges, points, normals: &normals };
         let areas = state.areas();
         let thirds = state.thirds(&areas);
-        let samples = state.measure(&thirds, target, &mut searches, &progress.part(0.0, MEASURED))?;
+        let samples =
+            state.measure(&thirds, target, (&mut searches, cache), &progress.part(0.0, MEASURED))?;
         let stiffness: Vec<f64> = thirds.iter().map(|third| STIFFNESS * third).collect();
         let coupling: Vec<f64> = areas.iter().map(|area| COUPLING * area).collect();
         let system = System {

@@ -4,11 +4,10 @@
 use glam::{DVec3, Vec3};
 use rayon::prelude::*;
 
-use crate::mesh::bvh::Bvh;
 use crate::mesh::half_edge_mesh::HalfEdgeMesh;
 use crate::mesh::triangle::doubled_normal;
-use crate::polish::Target;
 use crate::polish::relax::CHUNK;
+use crate::polish::{MeshCache, Target};
 use crate::{ProgressToken, Result, TriMesh};
 
 /// Weights of the samples at a face's centroid, edge midpoints and corners, over the face's area: a
@@ -70,12 +69,11 @@ pub(crate) struct Samples {
 }
 
 /// What searches for closest points keep for the next round: the ranks at which they ended, where they begin
-/// then, and the tree over the mesh.
+/// then.
 pub(crate) struct Searches {
     faces: Vec<[usize; 4]>,
     corners: Vec<usize>,
     inward: Vec<usize>,
-    tree: Option<Bvh>,
 }
 
 impl Searches {
@@ -84,7 +82,6 @@ impl Searches {
             faces: vec![[UNKNOWN; 4]; faces],
             corners: vec![UNKNOWN; vertices],
             inward: vec![UNKNOWN; target.vertices.len()],
-            tree: None,
         }
     }
 }
@@ -125,14 +122,14 @@ impl FitMesh<'_> {
         &self,
         thirds: &[f64],
         target: &Target,
-        searches: &mut Searches,
+        (searches, cache): (&mut Searches, &mut MeshCache),
         progress: &ProgressToken,
     ) -> Result<Samples> {
         let corners = self.measure_corners(thirds, &mut searches.corners, target);
         progress.done(CORNERS)?;
         let faces = self.measure_faces(&mut searches.faces, &searches.corners, target);
         progress.done(FACES)?;
-        let inward = self.measure_inward(searches, target);
+        let inward = self.measure_inward(&mut searches.inward, cache, target);
         progress.done(1.0)?;
         Ok(Samples { corners, faces, inward })
     }
@@ -178,14 +175,10 @@ impl FitMesh<'_> {
             .collect()
     }
 
-    fn measure_inward(&self, searches: &mut Searches, target: &Target) -> Vec<Inward> {
+    fn measure_inward(&self, ranks: &mut [usize], cache: &mut MeshCache, target: &Target) -> Vec<Inward> {
         let mesh = TriMesh { vertices: self.points.to_vec(), triangles: self.half_edges.triangles.clone() };
-        let Searches { inward, tree, .. } = searches;
-        if let Some(tree) = tree {
-            tree.refit(&mesh);
-        }
-        let bvh = tree.get_or_insert_with(|| Bvh::new(&mesh));
-        search_each(inward, |v, rank| {
+        let bvh = cache.tree(&mesh);
+        search_each(ranks, |v, rank| {
             let vertex = &target.vertices[v];
             let found = bvh.closest_from(vertex.position, rank)?;
             let normal = self.normal(3 * found.triangle);

@@ -7,6 +7,7 @@ use super::context::{FAR, OutlierContext};
 use crate::mesh::NONE;
 use crate::mesh::bvh::Bvh;
 use crate::mesh::chunks::in_chunks_of;
+use crate::polish::MeshCache;
 use crate::polish::relax::CHUNK;
 use crate::polish::target::SurfaceVertex;
 use crate::{Result, TriMesh};
@@ -42,11 +43,12 @@ pub(crate) struct Found {
 }
 
 /// Finds the places where mesh and surface are too far apart.
-pub(crate) fn find(mesh: &TriMesh, context: &OutlierContext) -> Result<Found> {
+pub(crate) fn find(mesh: &TriMesh, context: &OutlierContext, cache: &mut MeshCache) -> Result<Found> {
     let OutlierContext { target, options, edge, progress } = *context;
     // A good tree pays for many searches only, and triangles are about in order.
     let few = SEARCHES * target.vertices.len() < mesh.triangles.len();
-    let bvh = if few { Bvh::in_order(mesh) } else { Bvh::new(mesh) };
+    let in_order = (few && !cache.has_tree()).then(|| Bvh::in_order(mesh));
+    let bvh = in_order.as_ref().unwrap_or_else(|| cache.tree(mesh));
     progress.poll()?;
     let shortest = options.lengths.iter().copied().reduce(f64::min).unwrap_or(1.0);
     let least = (FAR * edge * shortest).min(options.tolerance).powi(2);
@@ -178,7 +180,8 @@ mod tests {
         let context = OutlierContext { target: &target, options: &options, edge: 1.0, progress: &progress };
         let found = |threads| {
             let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
-            let Found { points_of, ranks, .. } = pool.install(|| find(&coarse, &context)).unwrap();
+            let Found { points_of, ranks, .. } =
+                pool.install(|| find(&coarse, &context, &mut MeshCache::default())).unwrap();
             (points_of, ranks)
         };
         let alone = found(1);

@@ -17,7 +17,7 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 use glam::DVec3;
 use rayon::prelude::*;
 
-use super::Target;
+use super::{MeshCache, Target};
 use crate::{ProgressToken, Result, TriMesh};
 use context::OutlierContext;
 pub use context::OutlierOptions;
@@ -66,17 +66,18 @@ pub fn reduce_outliers(
     target: &Target,
     edge: f64,
     options: &OutlierOptions,
+    cache: &mut MeshCache,
     progress: &ProgressToken,
 ) -> Result<ReducedOutliers> {
     if progress.leave_out() {
         return Ok(ReducedOutliers::default());
     }
     let context = OutlierContext { target, options, edge, progress };
-    let Found { places: outliers, points_of, ranks } = find(mesh, &context)?;
+    let Found { places: outliers, points_of, ranks } = find(mesh, &context, cache)?;
     if outliers.is_empty() {
         return Ok(ReducedOutliers::default());
     }
-    let first = MeshCopy::new(mesh, &context);
+    let first = MeshCopy::new(mesh, &context, cache);
     let copies = rayon::current_num_threads().clamp(1, TOGETHER.min(outliers.len()));
     let mut reducer = OutlierReducer {
         changed: vec![1; mesh.triangles.len()],

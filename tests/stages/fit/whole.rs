@@ -8,7 +8,7 @@ use glam::DVec3;
 use rtfmesh::gpu::Buffer;
 use rtfmesh::mesh::samples::sample;
 use rtfmesh::mesh::unit_frame::UnitFrame;
-use rtfmesh::polish::{FitOptions, Target, fit};
+use rtfmesh::polish::{FitOptions, MeshCache, Target, fit};
 use rtfmesh::stages::fit::equations::Equations;
 use rtfmesh::stages::fit::inward::{InwardSamples, SurfacePoint};
 use rtfmesh::stages::fit::limit::Limits;
@@ -35,7 +35,8 @@ fn a_round_is_that_of_the_host() {
     let mesh = TriMesh { vertices: rounded(&mesh.vertices), ..mesh };
     let mut on_host = mesh.clone();
     let options = FitOptions { rounds: 1, ..FitOptions::default() };
-    fit(&mut on_host, &Target::new(&surface), &options, &ProgressToken::default()).unwrap();
+    fit(&mut on_host, &Target::new(&surface), &options, &mut MeshCache::default(), &ProgressToken::default())
+        .unwrap();
     let device = device();
     let on_device = DeviceMesh::new(device, &mesh).unwrap();
     let fit = FitMesh::new(device, &on_device, None).unwrap();

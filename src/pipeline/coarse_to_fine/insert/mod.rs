@@ -7,7 +7,7 @@ use super::mend::after_both;
 use super::shared::CoarseToFine;
 use crate::local::{LocalMesh, MendOptions, mend_angles};
 use crate::pipeline::deviation::measured::{Depth, Farthest, Measured, Reference};
-use crate::polish::{FitOptions, OutlierOptions, PolishOptions, fit, polish, reduce_outliers};
+use crate::polish::{FitOptions, MeshCache, OutlierOptions, PolishOptions, fit, polish, reduce_outliers};
 use crate::{ProgressToken, Result};
 use split::{Split, WAYS, faces_near, free_vertices, origins_after, splits_at};
 
@@ -191,16 +191,18 @@ impl Insertion<'_> {
             lengths: local.lengths.clone(),
             ..Default::default()
         };
-        polish(&mut local.mesh, target, &options, progress)?;
+        let mut cache = MeshCache::default();
+        polish(&mut local.mesh, target, &options, &mut cache, progress)?;
         let PolishOptions { fixed, curve_edges, patches, lengths, .. } = options;
         if method.fit {
             let options = FitOptions { fixed, patches, ..Default::default() };
-            fit(&mut local.mesh, target, &options, progress)?;
+            fit(&mut local.mesh, target, &options, &mut cache, progress)?;
             let FitOptions { fixed, patches, .. } = options;
             let tolerance = self.most();
             let options =
                 OutlierOptions { fixed, curve_edges, patches, lengths, tolerance, ..Default::default() };
-            reduce_outliers(&mut local.mesh, target, self.level_spacing, &options, progress)?;
+            let edge = self.level_spacing;
+            reduce_outliers(&mut local.mesh, target, edge, &options, &mut cache, progress)?;
         }
         let (min_angle, deviation) = (method.min_angle, Some(self.most()));
         let options = MendOptions { min_angle, spacing: self.level_spacing, deviation };
