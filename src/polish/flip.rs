@@ -108,6 +108,11 @@ fn cotangent(at: DVec3, p: DVec3, q: DVec3) -> f64 {
 
 /// Half the decrease of the weighted sum of squared differences to the ideal valences by a flip of this edge.
 fn valence_gain(half_edges: &HalfEdgeMesh, points: &[DVec3], locked: Locked, [h, twin]: [u32; 2]) -> f64 {
+    let [a, b, c, d] = half_edges.diamond(h, twin);
+    if ![a, b, c, d].iter().any(|v| locked.fixed[*v as usize]) {
+        let valence = |v: u32| half_edges.valence(v) as i32;
+        return f64::from(valence(a) + valence(b) - valence(c) - valence(d) - 2);
+    }
     let gain = |h: u32, by: f64| {
         let v = half_edges.origin(h);
         let (excess, weight) = if locked.fixed[v as usize] {

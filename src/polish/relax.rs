@@ -16,6 +16,10 @@ const MIN_AGREEMENT: f64 = 0.5;
 /// Squared ratio of doubled area to squared longest edge below which a triangle may not shrink: heights of a
 /// fifth.
 const FLAT_SQ: f64 = 0.04;
+/// Factor beyond which squares show what rounding cannot change,
+const CLEARLY: f64 = 1.0 + 1e-9;
+/// of products above this, whose squares are above the smallest number.
+const TINY: f64 = 1e-140;
 /// Times that the moves of single triangles are undone before all moves are.
 const REPAIRS: u32 = 8;
 /// Least number of vertices or triangles for a thread.
@@ -125,16 +129,24 @@ pub(crate) fn folds_or_flattens(old: [DVec3; 3], new: [DVec3; 3], up: DVec3) -> 
     if old == new {
         return false;
     }
-    let (before, after) = (doubled_normal(old), doubled_normal(new));
+    let after = doubled_normal(new);
+    // Mostly neither is near, which these tell without a root or a quotient.
+    let (along, length_sq) = (after.dot(up), after.length_squared());
+    let is_facing =
+        along > TINY && along * along > CLEARLY * MIN_AGREEMENT.powi(2) * length_sq * up.length_squared();
+    let longest_sq =
+        |[a, b, c]: [DVec3; 3]| a.distance_squared(b).max(b.distance_squared(c)).max(c.distance_squared(a));
+    let longest_after = longest_sq(new);
+    if is_facing && length_sq > CLEARLY * FLAT_SQ * longest_after * longest_after {
+        return false;
+    }
+    let before = doubled_normal(old);
     let agreement = |n: DVec3| n.dot(up) / (n.length() * up.length()).max(f64::MIN_POSITIVE);
     let facing = agreement(after);
     if facing < MIN_AGREEMENT && facing <= agreement(before) {
         return true;
     }
-    let flatness = |n: DVec3, [a, b, c]: [DVec3; 3]| {
-        let longest = a.distance_squared(b).max(b.distance_squared(c)).max(c.distance_squared(a));
-        n.length_squared() / (longest * longest).max(f64::MIN_POSITIVE)
-    };
-    let shape = flatness(after, new);
-    shape < FLAT_SQ && shape <= flatness(before, old)
+    let flatness = |n: DVec3, longest: f64| n.length_squared() / (longest * longest).max(f64::MIN_POSITIVE);
+    let shape = flatness(after, longest_after);
+    shape < FLAT_SQ && shape <= flatness(before, longest_sq(old))
 }

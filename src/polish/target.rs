@@ -134,18 +134,41 @@ impl Target {
         Some((found.point, self.normals[found.triangle as usize].normalize_or_zero()))
     }
 
-    /// Walks from the triangle at `rank` to the one that `p` is above or below the inside of, and returns
-    /// its closest point if that is near. `rank` becomes that of the last triangle on the way.
+    /// The closest point, or any whose squared distance is at most `enough`. The search begins at `rank`,
+    /// which becomes the rank of the triangle found; `None` for a point that is not finite.
+    pub(super) fn closest_or_near(&self, p: DVec3, rank: &mut usize, enough: f64) -> Option<Closest> {
+        self.walk(p, rank, |near| near.distance_sq <= enough).or_else(|| self.bvh.closest_from(p, rank))
+    }
+
+    /// The squared distance of `p` if it is more than `enough`. The search begins at `rank`, and ends at any
+    /// triangle that is near enough.
+    pub(super) fn distance_sq_beyond(&self, p: DVec3, rank: &mut usize, enough: f64) -> Option<f64> {
+        match self.walk(p, rank, |near| near.distance_sq <= enough) {
+            Some(_) => None,
+            None => self.bvh.distance_sq_beyond(p, rank, enough),
+        }
+    }
+
+    /// Walks from the triangle at `rank` to the one that `p` is close above or below the inside of.
     fn below(&self, p: DVec3, rank: &mut usize) -> Option<Closest> {
+        self.walk(p, rank, |near| {
+            let inside = near.barycentric.iter().fold(1.0, |a: f64, b| a.min(*b));
+            let low_sq = LOW * LOW * inside * inside * self.heights_sq[near.triangle as usize];
+            inside > 0.0 && near.distance_sq <= low_sq
+        })
+    }
+
+    /// Walks from the triangle at `rank` towards `p`, up to a triangle whose closest point is the one wanted;
+    /// `None` if the walk ends before. `rank` becomes that of the last triangle on the way.
+    fn walk(&self, p: DVec3, rank: &mut usize, is_wanted: impl Fn(&Closest) -> bool) -> Option<Closest> {
         let mut from = NOWHERE;
         for _ in 0..WALK {
             let near = self.bvh.closest_at(*rank, p)?;
-            let inside = near.barycentric.iter().fold(1.0, |a: f64, b| a.min(*b));
-            if inside > 0.0 {
-                let low_sq = LOW * LOW * inside * inside * self.heights_sq[near.triangle as usize];
-                return (near.distance_sq <= low_sq).then_some(near);
+            if is_wanted(&near) {
+                return Some(near);
             }
-            // At a corner there are two sides to leave by, and not the one by which the walk came.
+            // Inside there is no side to leave by, at a corner there are two, and not the one by which the
+            // walk came.
             let beside = self.beside[*rank];
             let side = (0..3).find(|k| near.barycentric[*k] <= 0.0 && beside[*k] != from)?;
             if beside[side] == NOWHERE {

@@ -76,7 +76,7 @@ pub(crate) fn find(mesh: &TriMesh, context: &OutlierContext, cache: &mut MeshCac
     let near = in_chunks_of(CHUNK, mesh.vertices.len(), |range| {
         let mut rank = 0;
         let mut near = |at: &DVec3| {
-            let near = target.bvh.closest_or_near(*at, &mut rank, least);
+            let near = target.closest_or_near(*at, &mut rank, least);
             near.filter(|near| near.distance_sq <= least).map_or(NONE, |_| rank as u32)
         };
         mesh.vertices[range].iter().map(&mut near).collect::<Vec<u32>>()
@@ -144,7 +144,7 @@ fn outward(
     let is_near = |k: usize| corners.get(k).is_some_and(|v| near.is_near(*v));
     let left = samples(mesh.corners(t as usize)).into_iter().enumerate().filter(|(k, _)| !is_near(*k));
     let outliers = left.filter_map(|(_, p)| {
-        let found = context.target.bvh.closest_or_near(p, rank, least)?;
+        let found = context.target.closest_or_near(p, rank, least)?;
         let (distance, offset) = (found.distance_sq.sqrt(), found.point - p);
         (found.distance_sq > least).then_some(FarPlace { distance, triangle: t, offset, at: found.point })
     });

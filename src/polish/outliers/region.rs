@@ -96,9 +96,9 @@ impl MeshCopy<'_> {
     /// Finds out what is not known of a triangle yet.
     pub fn complete(&self, known: &mut Known, t: u32, owned: u16, tolerance_sq: f64) {
         let corners = self.corners(t);
-        let bvh = &self.context.target.bvh;
+        let target = self.context.target;
         known.complete(owned, tolerance_sq, |k, rank, most| {
-            bvh.distance_sq_beyond(sample(corners, k), rank, most)
+            target.distance_sq_beyond(sample(corners, k), rank, most)
         });
         if known.sound.is_none() {
             known.sound = Some(self.sound(t, &mut known.ranks));
@@ -256,9 +256,9 @@ impl MeshCopy<'_> {
         ranks: &'s mut Ranks,
     ) -> impl Iterator<Item = f64> + 's {
         let (corners, owned) = (self.corners(t), self.owned(t, &region.triangles));
-        let bvh = &self.context.target.bvh;
+        let target = self.context.target;
         (0..SAMPLES).filter(move |k| owned >> k & 1 != 0).filter_map(move |k| {
-            bvh.distance_sq_beyond(sample(corners, k), &mut ranks[k], region.tolerance_sq)
+            target.distance_sq_beyond(sample(corners, k), &mut ranks[k], region.tolerance_sq)
         })
     }
 
