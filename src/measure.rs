@@ -11,8 +11,10 @@ use crate::mesh::coincident::has_coincident;
 use crate::mesh::distance::{DEFAULT_ACCURACY, Distances, check_accuracy, distances_within};
 use crate::mesh::half_edges::EdgeTable;
 use crate::mesh::intersections::intersecting_faces;
-use crate::mesh::quality::{Quality, Valence, folded_share, power_of_two_scale, quality, valence_of};
-use crate::mesh::topology::{Topology, topology_of};
+use crate::mesh::quality::{
+    Quality, Valence, closed_valence, folded_share, power_of_two_scale, quality, valence_of,
+};
+use crate::mesh::topology::{Topology, is_closed, topology_of};
 use crate::{Error, ProgressToken, Result, TriMesh};
 
 /// All measures of one mesh, taken after merging vertices at exactly the same position.
@@ -107,9 +109,11 @@ pub(crate) fn measure_some(
     };
     let quality = quality(mesh).ok_or_else(|| no_faces("mesh"))?;
     let table = EdgeTable::new(&mesh.triangles);
+    let closed = is_closed(mesh, &table);
+    let valence = || if closed { closed_valence(mesh) } else { valence_of(mesh, &table) };
     let (topology, (valence, folded_edges)) = rayon::join(
-        || topology_of(mesh, &table),
-        || rayon::join(|| valence_of(mesh, &table), || folded_share(mesh, &table)),
+        || topology_of(mesh, &table, closed),
+        || rayon::join(valence, || folded_share(mesh, &table)),
     );
     Ok(Measures {
         vertices: topology.vertices,

@@ -88,11 +88,29 @@ pub(crate) fn smallest_angle(corners: [DVec3; 3]) -> f64 {
 /// As [`smallest_angle`] if it is below a limit, also in degrees; nearly all triangles are far from it, which
 /// their cosines tell.
 pub(crate) fn angle_below(corners: [DVec3; 3], limit: f64) -> Option<f64> {
+    let least = (limit + MARGIN).min(180.0).to_radians().cos();
+    if are_cosines_below(corners, least) {
+        return None;
+    }
     let [high, _] = extreme_cosines(lengths(corners));
-    if high < (limit + MARGIN).min(180.0).to_radians().cos() {
+    if high < least {
         return None;
     }
     Some(high.acos().to_degrees()).filter(|angle| *angle < limit)
+}
+
+/// Whether the cosines of all angles are below a positive one, as their squares tell, without a root or a
+/// quotient; wrong at most by rounding.
+fn are_cosines_below([a, b, c]: [DVec3; 3], most: f64) -> bool {
+    let squares = [b.distance_squared(c), c.distance_squared(a), a.distance_squared(b)];
+    let half_sum = 0.5 * (squares[0] + squares[1] + squares[2]);
+    let is_below = |k: usize| {
+        let (left, right) = (squares[(k + 1) % 3], squares[(k + 2) % 3]);
+        // The cosine times the lengths of both sides.
+        let product = half_sum - squares[k];
+        product <= 0.0 || product * product < most * most * left * right
+    };
+    most > 0.0 && is_below(0) && is_below(1) && is_below(2)
 }
 
 /// The triangles of a mesh in summary; independent of the mesh's size and unit.
@@ -231,19 +249,34 @@ pub(crate) fn valence_of(mesh: &TriMesh, table: &EdgeTable) -> Valence {
             on_boundary[v] |= edge.len() == 1;
         }
     }
-    let mut histogram = BTreeMap::new();
-    // Every vertex in use has an edge, so that a degree of zero marks the unused ones.
-    for (&degree, _) in degree.iter().zip(&on_boundary).filter(|(degree, outer)| **degree > 0 && !**outer) {
-        *histogram.entry(degree).or_insert(0) += 1;
+    Valence::of(&degree, &on_boundary)
+}
+
+/// [`valence`] of a mesh that is known to be closed and to have two faces at each edge.
+pub(crate) fn closed_valence(mesh: &TriMesh) -> Valence {
+    let mut degree = vec![0u32; mesh.vertices.len()];
+    mesh.triangles.as_flattened().iter().for_each(|v| degree[*v as usize] += 1);
+    Valence::of(&degree, &vec![false; mesh.vertices.len()])
+}
+
+impl Valence {
+    /// Of vertices with these numbers of edges, which are on the boundary or not.
+    fn of(degree: &[u32], on_boundary: &[bool]) -> Self {
+        let mut histogram = BTreeMap::new();
+        // Every vertex in use has an edge, so that a degree of zero marks the unused ones.
+        for (&degree, _) in degree.iter().zip(on_boundary).filter(|(degree, outer)| **degree > 0 && !**outer)
+        {
+            *histogram.entry(degree).or_insert(0) += 1;
+        }
+        let interior_vertices: usize = histogram.values().sum();
+        let share = |wanted: &dyn Fn(u32) -> bool| {
+            let count: usize = histogram.iter().filter(|(k, _)| wanted(**k)).map(|(_, n)| n).sum();
+            (interior_vertices > 0).then(|| count as f64 / interior_vertices as f64)
+        };
+        let share_6 = share(&|k| k == 6);
+        let share_outside_5_to_7 = share(&|k| !(5..=7).contains(&k));
+        Self { interior_vertices, histogram, share_6, share_outside_5_to_7 }
     }
-    let interior_vertices: usize = histogram.values().sum();
-    let share = |wanted: &dyn Fn(u32) -> bool| {
-        let count: usize = histogram.iter().filter(|(k, _)| wanted(**k)).map(|(_, n)| n).sum();
-        (interior_vertices > 0).then(|| count as f64 / interior_vertices as f64)
-    };
-    let share_6 = share(&|k| k == 6);
-    let share_outside_5_to_7 = share(&|k| !(5..=7).contains(&k));
-    Valence { interior_vertices, histogram, share_6, share_outside_5_to_7 }
 }
 
 /// Share of the inner edges (0..=1) whose faces turn against each other by more than 120 degrees; 0 without
@@ -293,5 +326,54 @@ pub(crate) fn power_of_two_scale(points: impl Iterator<Item = DVec3>) -> f64 {
         f64::exp2(-largest.log2().round().clamp(-1000.0, 1000.0))
     } else {
         1.0
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::mesh::samples::sample;
+    use rand::{RngExt, SeedableRng};
+
+    #[test]
+    fn angles_that_squares_decide_are_those_of_the_cosines() {
+        let mut random = rand_pcg::Pcg64Mcg::seed_from_u64(9);
+        let (mut small, mut tested) = (0, 0);
+        for round in 0..20_000 {
+            let mut point = || DVec3::from_array(std::array::from_fn(|_| random.random_range(-1.0..1.0)));
+            let [mut a, mut b, mut c] = [point(), point(), point()];
+            match round % 8 {
+                // Needles, flat ones, equal corners, corners in a row.
+                0 => b = a + 1e-9 * (b - a),
+                1 => c = 0.5 * (a + b) + 1e-7 * (c - a),
+                2 => b = a,
+                3 => (b, c) = (a, a),
+                4 => c = a + 2.0 * (b - a),
+                _ => {}
+            }
+            let factor = f64::exp2(f64::from(round % 5 - 2) * 150.0);
+            (a, b, c) = (factor * a, factor * b, factor * c);
+            let scale = power_of_two_scale([a, b, c].into_iter());
+            let exact = TriangleQuality::new([a, b, c].map(|p| p * scale)).min_angle();
+            for limit in [1.0, 30.0, 59.0, 89.9995, 120.0] {
+                let below = angle_below([a, b, c].map(|p| p * scale), limit);
+                assert_eq!(below, Some(exact).filter(|angle| *angle < limit), "{a} {b} {c}");
+                small += usize::from(below.is_some());
+                tested += 1;
+            }
+        }
+        assert!(8 * small > tested && 8 * small < 7 * tested, "{small} of {tested}");
+    }
+
+    #[test]
+    fn closed_meshes_have_as_many_edges_at_a_vertex_as_corners() {
+        for name in ["sphere", "genus3", "two-components"] {
+            let mut mesh = sample(name).unwrap_or_default();
+            // One vertex that two fans share, and one that no triangle uses.
+            let last = mesh.vertices.len() as u32 - 1;
+            mesh.triangles.as_flattened_mut().iter_mut().filter(|v| **v == last).for_each(|v| *v = 0);
+            let table = EdgeTable::new(&mesh.triangles);
+            assert_eq!(closed_valence(&mesh), valence_of(&mesh, &table), "{name}");
+        }
     }
 }

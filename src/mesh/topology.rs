@@ -4,6 +4,7 @@ use rayon::prelude::*;
 use serde::Serialize;
 
 use super::half_edges::{EdgeTable, HalfEdge, previous, twin_pair};
+use super::submesh::used_vertices;
 use super::{NONE, TriMesh};
 
 /// Fewer vertices are looked at by one thread.
@@ -72,7 +73,8 @@ impl Topology {
 
 /// Counts what [`Topology`] lists. Panics if a triangle's index is out of range.
 pub fn topology(mesh: &TriMesh) -> Topology {
-    topology_of(mesh, &EdgeTable::new(&mesh.triangles))
+    let table = EdgeTable::new(&mesh.triangles);
+    topology_of(mesh, &table, is_closed(mesh, &table))
 }
 
 /// [`topology`] of a mesh that is known to be a closed manifold, consistently oriented, with all vertices in
@@ -103,11 +105,25 @@ pub(crate) fn closed_topology(mesh: &TriMesh) -> Topology {
     topology
 }
 
-/// [`topology`] with the edge table already at hand.
-pub(crate) fn topology_of(mesh: &TriMesh, table: &EdgeTable) -> Topology {
+/// Whether each edge has two faces, which run it against each other and are not on the same vertices.
+pub(crate) fn is_closed(mesh: &TriMesh, table: &EdgeTable) -> bool {
+    let is_pair = |edge: &[HalfEdge]| match edge {
+        [one, two] => {
+            twin_pair(&mesh.triangles, edge).is_some() && opposite(mesh, one) != opposite(mesh, two)
+        }
+        _ => false,
+    };
+    table.par_edges().all(is_pair)
+}
+
+/// [`topology`] with the edge table already at hand, and whether the mesh [`is_closed`].
+pub(crate) fn topology_of(mesh: &TriMesh, table: &EdgeTable, is_closed: bool) -> Topology {
     let (connected, (nonmanifold_vertices, duplicate_faces)) = rayon::join(
-        || Connected::new(mesh, table),
-        || rayon::join(|| split_vertices(mesh, table), || duplicates(mesh, table)),
+        || if is_closed { Connected::closed(mesh, table) } else { Connected::new(mesh, table) },
+        || match is_closed {
+            true => (split_vertices_of_pairs(mesh, table), 0),
+            false => rayon::join(|| split_vertices(mesh, table), || duplicates(mesh, table)),
+        },
     );
     let Connected { vertices, counts, components, boundary_loops } = connected;
     let faces = mesh.triangles.len();
@@ -139,11 +155,24 @@ struct Connected {
 }
 
 impl Connected {
-    fn new(mesh: &TriMesh, table: &EdgeTable) -> Self {
-        let mut used = vec![false; mesh.vertices.len()];
-        for &v in mesh.triangles.as_flattened() {
-            used[v as usize] = true;
+    /// As [`Connected::new`] of a mesh that [`is_closed`].
+    fn closed(mesh: &TriMesh, table: &EdgeTable) -> Self {
+        let used = used_vertices(mesh.vertices.len(), &mesh.triangles);
+        let mut components = Partition::new(mesh.vertices.len());
+        for edge in table.edges() {
+            let (a, b) = edge[0].ends();
+            components.join(a, b);
         }
+        Self {
+            vertices: used.iter().filter(|&&u| u).count(),
+            counts: EdgeCounts { edges: 3 * mesh.triangles.len() / 2, ..EdgeCounts::default() },
+            components: components.count(&used),
+            boundary_loops: 0,
+        }
+    }
+
+    fn new(mesh: &TriMesh, table: &EdgeTable) -> Self {
+        let used = used_vertices(mesh.vertices.len(), &mesh.triangles);
         let mut counts = EdgeCounts::default();
         let mut components = Partition::new(mesh.vertices.len());
         let mut loops = Partition::new(mesh.vertices.len());
@@ -256,13 +285,16 @@ fn split_vertices_of_pairs(mesh: &TriMesh, table: &EdgeTable) -> usize {
     corners_at.par_iter().with_min_len(FEW).filter(is_split).count()
 }
 
+/// The vertex that the triangle of a half-edge has opposite it.
+fn opposite(mesh: &TriMesh, side: &HalfEdge) -> u32 {
+    mesh.triangles.as_flattened()[previous(side.corners().0 as u32) as usize]
+}
+
 fn duplicates(mesh: &TriMesh, table: &EdgeTable) -> usize {
     // Two faces on the same vertices share an edge, and are opposite the same vertex there.
-    let corners = mesh.triangles.as_flattened();
-    let opposite = |side: &HalfEdge| corners[previous(side.corners().0 as u32) as usize];
     let may_be_doubled = |edge: &[HalfEdge]| match edge {
         [_] => false,
-        [one, two] => opposite(one) == opposite(two),
+        [one, two] => opposite(mesh, one) == opposite(mesh, two),
         _ => true,
     };
     if !table.edges().any(may_be_doubled) {
@@ -351,6 +383,36 @@ mod tests {
             }
         }
         assert!(most_split > 3 && compared > 20, "{most_split}, {compared}");
+    }
+
+    #[test]
+    fn of_closed_meshes_no_edges_are_counted() {
+        for name in ["sphere", "genus3", "two-components", "open-hemisphere"] {
+            let mut mesh = sample(name).unwrap_or_default();
+            for round in 0..4 {
+                let table = EdgeTable::new(&mesh.triangles);
+                let closed = is_closed(&mesh, &table);
+                let counted = topology_of(&mesh, &table, false);
+                assert_eq!(closed, counted.is_closed_manifold() || (name != "open-hemisphere" && round == 1));
+                assert_eq!(topology_of(&mesh, &table, closed), counted, "{name}, {round}");
+                let last = mesh.vertices.len() as u32 - 1;
+                match round {
+                    // Two fans share a vertex, and one is not used.
+                    0 => mesh
+                        .triangles
+                        .as_flattened_mut()
+                        .iter_mut()
+                        .filter(|v| **v == last)
+                        .for_each(|v| *v = 0),
+                    // A face twice, each way round.
+                    1 => {
+                        let [a, b, c] = mesh.triangles[5];
+                        mesh.triangles.extend([[a, b, c], [a, c, b]]);
+                    }
+                    _ => drop(mesh.triangles.swap_remove(7)),
+                }
+            }
+        }
     }
 
     #[test]

@@ -39,6 +39,7 @@ use messages::{WarningInput, remarks, warnings};
 use outcome::Outcome;
 use prepare::Prepared;
 use rounding::Rounding;
+use std::time::Instant;
 
 pub use deviation::DeviationSummary;
 #[cfg(feature = "html")]
@@ -156,6 +157,7 @@ fn finish(
     });
     let simplified = outcome.simplified_components + small.len();
     let crossing = measured.input_intersections;
+    let smallest = measured.output.quality.theta_min;
     let summary = Summary {
         remarks: remarks(&repaired.counts, &input, crossing, simplified, rounding.as_ref()),
         input_self_intersecting_faces: crossing,
@@ -177,7 +179,7 @@ fn finish(
         disks: outcome.disks.map(|disks| disks.scaled(frame.scale)),
         energy: measured.energy,
         features: outcome.features,
-        small_angles: SmallAngleSummary::new(&result, outcome.mended, options),
+        small_angles: SmallAngleSummary::new((&result, smallest), outcome.mended, options),
         shorter_edges: outcome.shorter_edges,
         deviation,
         timings: clock.timings(),
@@ -243,11 +245,13 @@ fn make(
     Ok(Made { prepared, outcome, input_intersections })
 }
 
-/// Prepares the input while kernels are compiled, which do not depend on it.
+/// Prepares the input while kernels are compiled, which do not depend on it. What these take longer counts as
+/// waiting for the device, whose driver compiles them.
 fn prepare(device: &Device, input: RunInput, progress: &ProgressToken) -> Result<Prepared> {
     let method = input.options.method;
-    let prepare = || Prepared::new(device, input, progress);
-    let (compiled, prepared) = rayon::join(|| compile(device, method), prepare);
+    let prepare = || (Prepared::new(device, input, progress), Instant::now());
+    let (compiled, (prepared, end)) = rayon::join(|| compile(device, method), prepare);
+    device.count_waited(end.elapsed());
     prepared.and_then(|prepared| compiled.map(|()| prepared))
 }
 

@@ -39,16 +39,23 @@ pub struct SmallAngleSummary {
 }
 
 impl SmallAngleSummary {
-    /// For a result, if its small angles were to be mended.
-    pub(crate) fn new(result: &TriMesh, mended: MendingCounts, options: &Options) -> Option<Self> {
+    /// For a result with this smallest angle, in degrees, if its small angles were to be mended.
+    pub(crate) fn new(
+        (result, smallest): (&TriMesh, f64),
+        mended: MendingCounts,
+        options: &Options,
+    ) -> Option<Self> {
         let (min_angle, feature_angle) =
             (options.coarse_to_fine.min_angle, options.coarse_to_fine.feature_angle);
         if options.method != Method::CoarseToFine || min_angle == 0.0 {
             return None;
         }
         let MendingCounts { edits, vertices } = mended;
-        let SmallAngles { faces, at_corners, between_curves } =
-            small_angles(result, min_angle, feature_angle);
+        let SmallAngles { faces, at_corners, between_curves } = if smallest < min_angle {
+            small_angles(result, min_angle, feature_angle)
+        } else {
+            SmallAngles::default()
+        };
         Some(Self { min_angle, edits, vertices, left: faces, at_corners, between_curves })
     }
 }
