@@ -13,6 +13,10 @@ use crate::{ProgressToken, Result};
 
 type Triangle = [DVec3; 3];
 
+/// Beyond this share of the sum of its terms' sizes, the sign of a product is certain: that of three terms
+/// has an error of at most 5 times 2^-53.
+const ROUNDING: f64 = 1e-15;
+
 /// The faces that intersect another face, in ascending order. Panics if an index is out of range.
 ///
 /// Two faces without a common vertex intersect if they have a point in common. With one common vertex they
@@ -200,7 +204,12 @@ fn segment_meets([p, q]: [DVec3; 2], sides: [i8; 2], triangle: Triangle, view: V
 }
 
 /// Triangles `v, p, q` and `v, r, s` that have just `v` in common.
-fn vertex_sharing_intersect(v: DVec3, [p, q]: [DVec3; 2], [r, s]: [DVec3; 2]) -> bool {
+fn vertex_sharing_intersect(v: DVec3, first: [DVec3; 2], second: [DVec3; 2]) -> bool {
+    !are_separated(v, first, second) && corners_intersect(v, first, second)
+}
+
+/// As [`vertex_sharing_intersect`], by exact predicates alone.
+fn corners_intersect(v: DVec3, [p, q]: [DVec3; 2], [r, s]: [DVec3; 2]) -> bool {
     let (first, second) = ([v, p, q], [v, r, s]);
     let first_sides = [side(second, p), side(second, q)];
     // Beyond the plane of the one, the other only touches it in the vertex; mostly so between neighbours.
@@ -223,10 +232,22 @@ fn vertex_sharing_intersect(v: DVec3, [p, q]: [DVec3; 2], [r, s]: [DVec3; 2]) ->
             || segment_meets([r, s], second_sides, first, first_view))
 }
 
+/// Whether both points of `first` lie on one side of a plane through `v`, and those of `second` on the other,
+/// for the plane that separates most neighbours around a vertex. If so, that is certain: any normal will do
+/// as it is rounded, and the products' signs are beyond their rounding.
+fn are_separated(v: DVec3, first: [DVec3; 2], second: [DVec3; 2]) -> bool {
+    let normal = (first[0] - second[0]) + (first[1] - second[1]);
+    let is_beyond = |p: DVec3, towards: f64| {
+        let from = p - v;
+        towards * normal.dot(from) > ROUNDING * normal.abs().dot(from.abs())
+    };
+    first.iter().all(|p| is_beyond(*p, 1.0)) && second.iter().all(|p| is_beyond(*p, -1.0))
+}
+
 /// Whether triangles on a common edge, with apexes `c` and `d`, lie on each other.
 fn folded([a, b]: [DVec3; 2], c: DVec3, d: DVec3) -> bool {
-    let Some(view) = View::onto([a, b, c]) else { return false };
-    side([a, b, c], d) == 0 && view.turn(a, b, c) == view.turn(a, b, d)
+    side([a, b, c], d) == 0
+        && View::onto([a, b, c]).is_some_and(|view| view.turn(a, b, c) == view.turn(a, b, d))
 }
 
 /// 0 for `p` in the plane of a triangle, else 1 on one side and -1 on the other; 0 if the triangle has no
@@ -302,6 +323,40 @@ impl View {
 mod tests {
     use super::*;
     use rand::{RngExt, SeedableRng};
+
+    #[test]
+    fn triangles_that_a_plane_separates_do_not_intersect() {
+        let mut rng = rand_pcg::Pcg64Mcg::seed_from_u64(8);
+        let (mut separated, mut intersecting) = (0, 0);
+        for round in 0..40_000 {
+            let most = [1, 2, 5, 1 << 20][round % 4];
+            let mut point =
+                || DVec3::from_array(std::array::from_fn(|_| f64::from(rng.random_range(-most..=most))));
+            // Also far from the origin, where differences of coordinates are rounded, and flat.
+            let far = [0.0, 1e9 / 3.0][round / 4 % 2];
+            let [v, p, q, r, s] = std::array::from_fn(|_| {
+                let at = point();
+                (if round % 3 == 0 { at.with_z(0.0) } else { at }) * 0.1 + DVec3::splat(far)
+            });
+            if are_separated(v, [p, q], [r, s]) {
+                assert!(!corners_intersect(v, [p, q], [r, s]), "{v} {p} {q} {r} {s}");
+                separated += 1;
+            }
+            intersecting += usize::from(corners_intersect(v, [p, q], [r, s]));
+        }
+        assert!(separated > 2000 && intersecting > 2000, "{separated}, {intersecting}");
+        // Those of a fan that are not beside each other.
+        let ring: Vec<DVec3> = (0..6)
+            .map(|k| f64::from(k).to_radians() * 60.0)
+            .map(|angle| DVec3::new(angle.cos(), angle.sin(), 0.2 * (3.0 * angle).sin()))
+            .collect();
+        for k in 0..6 {
+            for j in [2, 3, 4] {
+                let side = |k: usize| [ring[k % 6], ring[(k + 1) % 6]];
+                assert!(are_separated(DVec3::ZERO, side(k), side(k + j)), "{k}, {j}");
+            }
+        }
+    }
 
     #[test]
     fn few_triangles_are_told_one_by_one_and_together() {

@@ -1,10 +1,15 @@
 //! What one step of the polish makes of a mesh and the next can use again.
 
+use super::Target;
 use crate::TriMesh;
 use crate::mesh::bvh::Bvh;
 use crate::mesh::half_edge_mesh::HalfEdgeMesh;
 
-/// The half-edges of a mesh, and a hierarchy over its triangles, as the last step left them.
+/// In place of a rank, where a search may begin anywhere.
+pub(super) const UNKNOWN: usize = usize::MAX;
+
+/// The half-edges of a mesh, a hierarchy over its triangles, and where its vertices are on the surface, as
+/// the last step left them.
 ///
 /// It belongs to one mesh with its patches, on which nothing but [`super::polish`], [`super::fit`] and
 /// [`super::reduce_outliers`] may have changed triangles since; its vertices may have moved.
@@ -13,9 +18,31 @@ pub struct MeshCache {
     /// Without the triangles, which the mesh has.
     half_edges: Option<HalfEdgeMesh>,
     tree: Option<Bvh>,
+    /// For each vertex the rank of a triangle of the surface that it is near; empty if that is not known.
+    ranks: Vec<usize>,
 }
 
 impl MeshCache {
+    /// Of a mesh with each vertex on one of these triangles of the surface, or near it.
+    pub(crate) fn on(target: &Target, under: &[u32]) -> Self {
+        let ranks = target.bvh().rank_of_each();
+        let ranks = under.iter().map(|t| ranks[*t as usize] as usize).collect();
+        Self { ranks, ..Self::default() }
+    }
+
+    /// For each of so many vertices the rank of a triangle near it, or [`UNKNOWN`]. [`MeshCache::keep_ranks`]
+    /// gives them back.
+    pub(super) fn take_ranks(&mut self, vertices: usize) -> Vec<usize> {
+        let mut ranks = std::mem::take(&mut self.ranks);
+        ranks.resize(vertices, UNKNOWN);
+        ranks
+    }
+
+    /// Keeps what [`MeshCache::take_ranks`] returned, as searches left it.
+    pub(super) fn keep_ranks(&mut self, ranks: Vec<usize>) {
+        self.ranks = ranks;
+    }
+
     /// The half-edges of the mesh, which has these triangles over so many vertices; the same as new ones.
     pub(crate) fn take(
         &mut self,

@@ -109,7 +109,10 @@ pub fn polish(
 ) -> Result<Polished> {
     let triangles = std::mem::take(&mut mesh.triangles);
     let mut half_edges = cache.take(triangles, mesh.vertices.len(), &options.patches);
-    let polished = polish_half_edges(&mut half_edges, &mut mesh.vertices, target, options, progress);
+    let mut ranks = cache.take_ranks(mesh.vertices.len());
+    let on = (&mut mesh.vertices, ranks.as_mut_slice());
+    let polished = polish_half_edges(&mut half_edges, on, target, options, progress);
+    cache.keep_ranks(ranks);
     mesh.triangles = cache.keep(half_edges);
     polished
 }
@@ -127,7 +130,7 @@ pub(crate) fn improve_worst(
 
 fn polish_half_edges(
     half_edges: &mut HalfEdgeMesh,
-    points: &mut Vec<DVec3>,
+    (points, ranks): (&mut Vec<DVec3>, &mut [usize]),
     target: &Target,
     options: &PolishOptions,
     progress: &ProgressToken,
@@ -135,7 +138,6 @@ fn polish_half_edges(
     let mut polished = Polished::default();
     let fixed: Vec<bool> = (0..points.len()).map(|v| is_fixed(half_edges, &options.fixed, v)).collect();
     let locked = Locked { fixed: &fixed, curve_edges: &options.curve_edges };
-    let mut ranks = vec![0; points.len()];
     let mut sliding_curves = SlidingCurves::new(&options.sliding_curves, points.len());
     let rounds = progress.at_most(FEW_ROUNDS, options.rounds);
     for round in 0..rounds {
@@ -146,8 +148,7 @@ fn polish_half_edges(
         let late = round + ANGLE_ROUNDS >= rounds;
         let valence_weight = if late { 0.0 } else { options.valence_weight };
         polished.flips += flip_edges(half_edges, points, locked, valence_weight, SWEEPS);
-        polished.taken_back +=
-            relax::relax(half_edges, points, &mut ranks, (&fixed, &options.lengths), target);
+        polished.taken_back += relax::relax(half_edges, points, ranks, (&fixed, &options.lengths), target);
         sliding_curves.slide(&half_edges.triangles, points, &options.lengths, false);
     }
     if rounds > 0 {
@@ -156,7 +157,7 @@ fn polish_half_edges(
             polished.flips += flip_edges(half_edges, points, locked, 0.0, SWEEPS);
         }
         progress.done(1.0)?;
-        polished.lifted = worst::improve(half_edges, points, &mut ranks, &fixed, target, WORST_PASSES);
+        polished.lifted = worst::improve(half_edges, points, ranks, &fixed, target, WORST_PASSES);
     }
     polished.sliding_curves = sliding_curves.curves;
     Ok(polished)

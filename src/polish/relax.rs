@@ -63,13 +63,18 @@ pub(crate) fn relax(
 fn ring(half_edges: &HalfEdgeMesh, points: &[DVec3], lengths: &[f64], v: u32) -> (DVec3, DVec3) {
     let here = points[v as usize];
     let (mut sum, mut count, mut normal) = (DVec3::ZERO, 0.0, DVec3::ZERO);
+    let mut ahead = None;
     for h in half_edges.ring(v) {
-        let p = points[half_edges.origin(next(h)) as usize] - here;
-        let q = points[half_edges.origin(previous(h)) as usize] - here;
+        // Each triangle ends at the neighbour where the next one begins.
+        let (w, p) = ahead.unwrap_or_else(|| {
+            let w = half_edges.origin(next(h)) as usize;
+            (w, points[w] - here)
+        });
+        let x = half_edges.origin(previous(h)) as usize;
+        let q = points[x] - here;
+        ahead = Some((x, q));
         normal += p.cross(q);
-        let weight = lengths
-            .get(v as usize)
-            .map_or(1.0, |here| 2.0 * here / (here + lengths[half_edges.origin(next(h)) as usize]));
+        let weight = lengths.get(v as usize).map_or(1.0, |here| 2.0 * here / (here + lengths[w]));
         sum += weight * p;
         count += weight;
     }

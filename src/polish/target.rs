@@ -183,14 +183,12 @@ impl Target {
 
 /// For each rank of a hierarchy those of the triangles beside it, given the [`twins`] of the surface.
 fn ranks_beside(bvh: &Bvh, twins: &[u32]) -> Vec<[u32; 3]> {
-    let order = bvh.leaf_order();
-    let mut ranks = vec![NOWHERE; order.len()];
-    (0..).zip(order).for_each(|(rank, t)| ranks[*t as usize] = rank);
+    let ranks = bvh.rank_of_each();
     let beside = |t: &u32| {
         // The side opposite a corner begins at the next.
         [1, 2, 0].map(|k| ranks.get(twins[3 * *t as usize + k] as usize / 3).copied().unwrap_or(NOWHERE))
     };
-    order.par_iter().map(beside).collect()
+    bvh.leaf_order().par_iter().map(beside).collect()
 }
 
 #[cfg(test)]

@@ -159,6 +159,13 @@ impl Bvh {
         &self.order
     }
 
+    /// For each triangle where it is in [`Bvh::leaf_order`].
+    pub(crate) fn rank_of_each(&self) -> Vec<u32> {
+        let mut ranks = vec![0; self.order.len()];
+        (0..).zip(&self.order).for_each(|(rank, t)| ranks[*t as usize] = rank);
+        ranks
+    }
+
     /// The point of the mesh closest to `p`, of equally close triangles that with the lowest index; `None`
     /// without triangles.
     pub fn closest(&self, p: DVec3) -> Option<Closest> {

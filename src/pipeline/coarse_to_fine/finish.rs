@@ -180,6 +180,9 @@ impl CoarseToFine<'_> {
         let slides = level.on_curves.is_some();
         let mut cache = MeshCache::default();
         let mut on_device = if slides { None } else { self.on_device(level, &options, &mut cache)? };
+        if on_device.is_none() {
+            cache = MeshCache::on(target, &level.sites.triangles);
+        }
         let mesh = &mut level.mesh;
         let polished = progress.during(|progress| match &mut on_device {
             Some(on) => self.polish_on_device(on, mesh, &options, progress),

@@ -100,7 +100,8 @@ fn fit_points(
 ) -> Result<FitCounts> {
     let mut counts = FitCounts::default();
     let fixed: Vec<bool> = (0..points.len()).map(|v| is_fixed(half_edges, &options.fixed, v)).collect();
-    let mut searches = Searches::new(half_edges.triangles.len(), fixed.len(), target);
+    let corners = cache.take_ranks(fixed.len());
+    let mut searches = Searches::new(half_edges.triangles.len(), corners, target);
     for round in 0..options.rounds {
         let [begin, end] = [round, round + 1].map(|k| f64::from(k) / f64::from(options.rounds));
         let progress = progress.part(begin, end);
@@ -131,6 +132,7 @@ fn fit_points(
             *p += *step;
         }
     }
+    cache.keep_ranks(searches.corners);
     Ok(counts)
 }
 

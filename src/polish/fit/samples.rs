@@ -6,6 +6,7 @@ use rayon::prelude::*;
 
 use crate::mesh::half_edge_mesh::HalfEdgeMesh;
 use crate::mesh::triangle::doubled_normal;
+use crate::polish::cache::UNKNOWN;
 use crate::polish::relax::CHUNK;
 use crate::polish::{MeshCache, Target};
 use crate::{ProgressToken, Result, TriMesh};
@@ -20,9 +21,6 @@ const CORNER_SHARE: f64 = 1.0 / 20.0;
 const INWARD_SHARE: f64 = 0.4;
 /// Distances below this share of a face's size have no reliable direction; the surface's normal is used.
 const NO_DIRECTION: f64 = 1e-3;
-
-/// Rank of a search that has not been made yet.
-const UNKNOWN: usize = usize::MAX;
 
 /// Share of measuring that is done after the corners.
 const CORNERS: f64 = 0.15;
@@ -72,17 +70,14 @@ pub(crate) struct Samples {
 /// then.
 pub(crate) struct Searches {
     faces: Vec<[usize; 4]>,
-    corners: Vec<usize>,
+    pub corners: Vec<usize>,
     inward: Vec<usize>,
 }
 
 impl Searches {
-    pub fn new(faces: usize, vertices: usize, target: &Target) -> Self {
-        Self {
-            faces: vec![[UNKNOWN; 4]; faces],
-            corners: vec![UNKNOWN; vertices],
-            inward: vec![UNKNOWN; target.vertices.len()],
-        }
+    /// `corners` has for each vertex the rank of a triangle that is near, or [`UNKNOWN`].
+    pub fn new(faces: usize, corners: Vec<usize>, target: &Target) -> Self {
+        Self { faces: vec![[UNKNOWN; 4]; faces], corners, inward: vec![UNKNOWN; target.vertices.len()] }
     }
 }
 

@@ -8,6 +8,7 @@ use crate::mesh::NONE;
 use crate::mesh::bvh::Bvh;
 use crate::mesh::chunks::in_chunks_of;
 use crate::polish::MeshCache;
+use crate::polish::cache::UNKNOWN;
 use crate::polish::relax::CHUNK;
 use crate::polish::target::SurfaceVertex;
 use crate::{Result, TriMesh};
@@ -47,6 +48,7 @@ pub(crate) fn find(mesh: &TriMesh, context: &OutlierContext, cache: &mut MeshCac
     let OutlierContext { target, options, edge, progress } = *context;
     // A good tree pays for many searches only, and triangles are about in order.
     let few = SEARCHES * target.vertices.len() < mesh.triangles.len();
+    let known = cache.take_ranks(mesh.vertices.len());
     let in_order = (few && !cache.has_tree()).then(|| Bvh::in_order(mesh));
     let bvh = in_order.as_ref().unwrap_or_else(|| cache.tree(mesh));
     progress.poll()?;
@@ -75,11 +77,13 @@ pub(crate) fn find(mesh: &TriMesh, context: &OutlierContext, cache: &mut MeshCac
     // depends on where it begins, too.
     let near = in_chunks_of(CHUNK, mesh.vertices.len(), |range| {
         let mut rank = 0;
-        let mut near = |at: &DVec3| {
+        let mut near = |v: usize| {
+            let at = &mesh.vertices[v];
+            rank = if known[v] == UNKNOWN { rank } else { known[v] };
             let near = target.closest_or_near(*at, &mut rank, least);
             near.filter(|near| near.distance_sq <= least).map_or(NONE, |_| rank as u32)
         };
-        mesh.vertices[range].iter().map(&mut near).collect::<Vec<u32>>()
+        range.map(&mut near).collect::<Vec<u32>>()
     });
     let near = NearVertices { ranks: near.concat(), least };
     let outward = in_chunks_of(CHUNK, mesh.triangles.len(), |range| {

@@ -140,8 +140,10 @@ impl OutlierReducer<'_> {
     fn round(&mut self, tasks: &mut Vec<Task>, tried: &mut [usize]) {
         let later = tasks.split_off(tasks.len().min(TOGETHER));
         let mut chosen = Vec::new();
-        for task in tasks.drain(..) {
-            let region = self.copies[0].region(self.outliers[task.outlier].triangle, &self.points_of);
+        let (copy, outliers, points_of) = (&self.copies[0], &self.outliers, &self.points_of);
+        let region = |task: &Task| copy.region(outliers[task.outlier].triangle, points_of);
+        let regions: Vec<Region> = tasks.par_iter().with_max_len(1).map(region).collect();
+        for (task, region) in tasks.drain(..).zip(regions) {
             if task.step > 0 || !self.unchanged_since(&region.triangles, tried[task.outlier]) {
                 chosen.push((task, region));
             }
