@@ -142,7 +142,7 @@ pub(super) struct Shared {
     physical: vk::PhysicalDevice,
     reports_budget: bool,
     pub timings: Mutex<Timings>,
-    /// How long the host has waited for submissions and for kernels to be compiled, in all.
+    /// How long the host has waited for submissions, and for what else was counted, in all.
     waited_nanoseconds: AtomicU64,
     allocated_bytes: AtomicU64,
     peak_bytes: AtomicU64,
@@ -204,12 +204,13 @@ impl Device {
         std::mem::take(&mut *lock(&self.shared.timings)).into_list()
     }
 
-    /// Counts time in which the caller waited for the driver.
+    /// Counts time in which the caller had nothing to do but to wait for the driver.
     pub(crate) fn count_waited(&self, time: Duration) {
         self.shared.count_waited(time);
     }
 
-    /// How long this program has waited for the device's work to end, in all, and for its driver.
+    /// How long this program has waited for the device's work to end, and for its driver as far as that was
+    /// counted, in all.
     pub(crate) fn waited(&self) -> Duration {
         Duration::from_nanos(self.shared.waited_nanoseconds.load(Ordering::Relaxed))
     }

@@ -63,10 +63,11 @@ impl HalfEdgeMesh {
         mesh
     }
 
-    /// Gets the triangles back that were taken out, and begins rings where those of a new mesh begin.
+    /// Gets the triangles back that were taken out, and begins rings where those of a new mesh begin. Panics
+    /// if there are more or fewer.
     #[must_use]
     pub(crate) fn with_triangles(mut self, triangles: Vec<[u32; 3]>) -> Self {
-        debug_assert_eq!(self.twin.len(), 3 * triangles.len());
+        assert_eq!(self.twin.len(), 3 * triangles.len(), "these are the triangles of another mesh");
         self.triangles = triangles;
         self.begin_rings();
         self

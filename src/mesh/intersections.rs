@@ -234,12 +234,12 @@ fn corners_intersect(v: DVec3, [p, q]: [DVec3; 2], [r, s]: [DVec3; 2]) -> bool {
 
 /// Whether both points of `first` lie on one side of a plane through `v`, and those of `second` on the other,
 /// for the plane that separates most neighbours around a vertex. If so, that is certain: any normal will do
-/// as it is rounded, and the products' signs are beyond their rounding.
+/// as it is rounded, and the products' signs are beyond their rounding, also that of the smallest numbers.
 fn are_separated(v: DVec3, first: [DVec3; 2], second: [DVec3; 2]) -> bool {
     let normal = (first[0] - second[0]) + (first[1] - second[1]);
     let is_beyond = |p: DVec3, towards: f64| {
         let from = p - v;
-        towards * normal.dot(from) > ROUNDING * normal.abs().dot(from.abs())
+        towards * normal.dot(from) > ROUNDING * normal.abs().dot(from.abs()) + f64::MIN_POSITIVE
     };
     first.iter().all(|p| is_beyond(*p, 1.0)) && second.iter().all(|p| is_beyond(*p, -1.0))
 }

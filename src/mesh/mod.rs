@@ -18,6 +18,7 @@ pub mod repair;
 pub mod samples;
 pub(crate) mod sampling;
 pub(crate) mod submesh;
+pub(crate) mod surface_tree;
 pub mod topology;
 
 // Inner parts, as in lib.rs.

@@ -100,7 +100,7 @@ pub(crate) fn angle_below(corners: [DVec3; 3], limit: f64) -> Option<f64> {
 }
 
 /// Whether the cosines of all angles are below a positive one, as their squares tell, without a root or a
-/// quotient; wrong at most by rounding.
+/// quotient; wrong at most by rounding, of coordinates whose fourth powers are normal numbers.
 fn are_cosines_below([a, b, c]: [DVec3; 3], most: f64) -> bool {
     let squares = [b.distance_squared(c), c.distance_squared(a), a.distance_squared(b)];
     let half_sum = 0.5 * (squares[0] + squares[1] + squares[2]);

@@ -245,8 +245,8 @@ fn make(
     Ok(Made { prepared, outcome, input_intersections })
 }
 
-/// Prepares the input while kernels are compiled, which do not depend on it. What these take longer counts as
-/// waiting for the device, whose driver compiles them.
+/// Prepares the input while kernels are compiled, which do not depend on it. Once it is prepared, what is
+/// left to compile counts as waiting for the device.
 fn prepare(device: &Device, input: RunInput, progress: &ProgressToken) -> Result<Prepared> {
     let method = input.options.method;
     let prepare = || (Prepared::new(device, input, progress), Instant::now());

@@ -140,8 +140,8 @@ pub struct RunTimings {
     pub phases: Vec<PhaseTime>,
     /// Wall time of all phases in milliseconds.
     pub wall_milliseconds: f64,
-    /// How much of it the host waited for the device, or for the driver to compile kernels; the rest is host
-    /// code. Other runs on the same device at the same time count as well.
+    /// How much of it the host waited for the device or, once the input was prepared, for the first kernels
+    /// to be compiled; the rest is host code. Other runs on the same device at the same time count as well.
     pub waiting_milliseconds: f64,
     /// Largest device memory in use at once, in bytes.
     pub peak_device_bytes: u64,

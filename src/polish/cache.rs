@@ -1,9 +1,13 @@
 //! What one step of the polish makes of a mesh and the next can use again.
 
+use std::sync::Arc;
+
 use super::Target;
 use crate::TriMesh;
 use crate::mesh::bvh::Bvh;
 use crate::mesh::half_edge_mesh::HalfEdgeMesh;
+use crate::mesh::half_edges::twins;
+use crate::mesh::surface_tree::SurfaceTree;
 
 /// In place of a rank, where a search may begin anywhere.
 pub(super) const UNKNOWN: usize = usize::MAX;
@@ -11,13 +15,14 @@ pub(super) const UNKNOWN: usize = usize::MAX;
 /// The half-edges of a mesh, a hierarchy over its triangles, and where its vertices are on the surface, as
 /// the last step left them.
 ///
-/// It belongs to one mesh with its patches, on which nothing but [`super::polish`], [`super::fit`] and
-/// [`super::reduce_outliers`] may have changed triangles since; its vertices may have moved.
+/// It belongs to one mesh with its patches and one surface. Nothing but [`super::polish`], [`super::fit`] and
+/// [`super::reduce_outliers`] may have changed the mesh's triangles since; its vertices may have moved. After
+/// the last of the three it is used up.
 #[derive(Debug, Default)]
 pub struct MeshCache {
     /// Without the triangles, which the mesh has.
     half_edges: Option<HalfEdgeMesh>,
-    tree: Option<Bvh>,
+    tree: Option<SurfaceTree>,
     /// For each vertex the rank of a triangle of the surface that it is near; empty if that is not known.
     ranks: Vec<usize>,
 }
@@ -30,15 +35,14 @@ impl MeshCache {
         Self { ranks, ..Self::default() }
     }
 
-    /// For each of so many vertices the rank of a triangle near it, or [`UNKNOWN`]. [`MeshCache::keep_ranks`]
-    /// gives them back.
+    /// For each of so many vertices the rank of a triangle near it, or [`UNKNOWN`].
     pub(super) fn take_ranks(&mut self, vertices: usize) -> Vec<usize> {
         let mut ranks = std::mem::take(&mut self.ranks);
         ranks.resize(vertices, UNKNOWN);
         ranks
     }
 
-    /// Keeps what [`MeshCache::take_ranks`] returned, as searches left it.
+    /// Keeps ranks for the next step, as searches left them.
     pub(super) fn keep_ranks(&mut self, ranks: Vec<usize>) {
         self.ranks = ranks;
     }
@@ -68,16 +72,80 @@ impl MeshCache {
         self.tree.is_some()
     }
 
-    /// The hierarchy over the triangles where they are now.
-    pub(super) fn tree(&mut self, mesh: &TriMesh) -> &Bvh {
+    /// The hierarchy over the triangles where they are now; `half_edges` are the mesh's, if they were taken.
+    pub(super) fn tree(&mut self, mesh: &TriMesh, half_edges: Option<&HalfEdgeMesh>) -> &SurfaceTree {
         if let Some(tree) = &mut self.tree {
             tree.refit(mesh);
         }
-        self.tree.get_or_insert_with(|| Bvh::new(mesh))
+        let half_edges = half_edges.or(self.half_edges.as_ref());
+        self.tree.get_or_insert_with(|| match half_edges {
+            Some(half_edges) => SurfaceTree::new(mesh, half_edges.twins()),
+            None => SurfaceTree::new(mesh, &twins(&mesh.triangles)),
+        })
     }
 
     /// The hierarchy, if there is one, as it was when it was last asked for.
     pub(crate) fn into_tree(self) -> Option<Bvh> {
-        self.tree
+        self.tree.map(|tree| Arc::unwrap_or_clone(tree.bvh))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::ProgressToken;
+    use crate::mesh::samples::sample;
+    use crate::polish::{FitOptions, OutlierOptions, PolishOptions, fit, polish, reduce_outliers};
+
+    /// The mesh after all steps, with one cache or a new one for each.
+    fn made(start: &TriMesh, surface: &TriMesh, threads: usize, shared: bool) -> TriMesh {
+        let target = Target::new(surface);
+        let mut under = vec![0; start.vertices.len()];
+        for (t, triangle) in (0..).zip(&surface.triangles) {
+            triangle.iter().for_each(|v| under[*v as usize] = t);
+        }
+        let (mut mesh, progress) = (start.clone(), ProgressToken::default());
+        let mut cache = if shared { MeshCache::on(&target, &under) } else { MeshCache::default() };
+        let renew = |cache: &mut MeshCache| {
+            if !shared {
+                *cache = MeshCache::default();
+            }
+        };
+        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
+        pool.install(|| {
+            let options = PolishOptions { rounds: 3, ..Default::default() };
+            let flips = polish(&mut mesh, &target, &options, &mut cache, &progress).unwrap().flips;
+            assert!(flips > 0);
+            renew(&mut cache);
+            fit(&mut mesh, &target, &FitOptions::default(), &mut cache, &progress).unwrap();
+            renew(&mut cache);
+            let options = OutlierOptions { tolerance: 1e-3, ..Default::default() };
+            reduce_outliers(&mut mesh, &target, 0.1, &options, &mut cache, &progress).unwrap();
+        });
+        mesh
+    }
+
+    #[test]
+    fn what_steps_leave_to_each_other_changes_nothing() {
+        for name in ["genus3", "open-hemisphere"] {
+            let surface = sample(name).unwrap_or_default();
+            let alone = made(&surface, &surface, 1, false);
+            assert!(alone != surface && made(&surface, &surface, 2, true) == alone, "{name}");
+        }
+    }
+
+    /// Also of odd meshes, where searches may end elsewhere if they begin elsewhere.
+    #[test]
+    fn the_number_of_threads_does_not_show() {
+        let surface = sample("open-hemisphere").unwrap_or_default();
+        let mut start = surface.clone();
+        // Two fans that share a vertex, and a triangle less.
+        let last = start.vertices.len() as u32 - 1;
+        start.triangles.as_flattened_mut().iter_mut().filter(|v| **v == last).for_each(|v| *v = 0);
+        start.triangles.swap_remove(start.triangles.len() / 2);
+        for shared in [false, true] {
+            let alone = made(&start, &surface, 1, shared);
+            assert!(alone != start && made(&start, &surface, 3, shared) == alone, "{shared}");
+        }
     }
 }

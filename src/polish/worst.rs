@@ -72,8 +72,8 @@ pub(crate) fn score([a, b, c]: [DVec3; 3]) -> f64 {
     (-largest).min(smallest + GOAL)
 }
 
-/// Whether the score of a triangle is above [`GOAL`], as squares tell, without a root or a quotient; that of
-/// most is.
+/// Whether the score of a triangle is not below [`GOAL`], as nearly always, and squares tell so without a
+/// root or a quotient.
 fn is_clearly_good([a, b, c]: [DVec3; 3]) -> bool {
     let (u, v, w) = (b - a, c - b, a - c);
     let [x, y, z] = [u, v, w].map(DVec3::length_squared);

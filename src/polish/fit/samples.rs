@@ -4,6 +4,7 @@
 use glam::{DVec3, Vec3};
 use rayon::prelude::*;
 
+use crate::mesh::bvh::Closest;
 use crate::mesh::half_edge_mesh::HalfEdgeMesh;
 use crate::mesh::triangle::doubled_normal;
 use crate::polish::cache::UNKNOWN;
@@ -172,14 +173,14 @@ impl FitMesh<'_> {
 
     fn measure_inward(&self, ranks: &mut [usize], cache: &mut MeshCache, target: &Target) -> Vec<Inward> {
         let mesh = TriMesh { vertices: self.points.to_vec(), triangles: self.half_edges.triangles.clone() };
-        let bvh = cache.tree(&mesh);
+        let tree = cache.tree(&mesh, Some(self.half_edges));
         search_each(ranks, |v, rank| {
             let vertex = &target.vertices[v];
-            let found = bvh.closest_from(vertex.position, rank)?;
-            let normal = self.normal(3 * found.triangle);
-            if normal.dot(vertex.normal) <= 0.0 {
-                return None;
-            }
+            let normal = |found: &Closest| self.normal(3 * found.triangle);
+            let is_facing = |found: &Closest| normal(found).dot(vertex.normal) > 0.0;
+            let below = tree.below(vertex.position, rank).filter(is_facing);
+            let found = below.or_else(|| tree.bvh.closest_from(vertex.position, rank)).filter(is_facing)?;
+            let normal = normal(&found);
             let facing = normal.normalize_or_zero();
             let size_sq = 0.5 * normal.length();
             let sample =

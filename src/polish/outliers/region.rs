@@ -98,7 +98,7 @@ impl MeshCopy<'_> {
         let corners = self.corners(t);
         let target = self.context.target;
         known.complete(owned, tolerance_sq, |k, rank, most| {
-            target.distance_sq_beyond(sample(corners, k), rank, most)
+            target.tree.distance_sq_beyond(sample(corners, k), rank, most)
         });
         if known.sound.is_none() {
             known.sound = Some(self.sound(t, &mut known.ranks));
@@ -258,7 +258,7 @@ impl MeshCopy<'_> {
         let (corners, owned) = (self.corners(t), self.owned(t, &region.triangles));
         let target = self.context.target;
         (0..SAMPLES).filter(move |k| owned >> k & 1 != 0).filter_map(move |k| {
-            target.distance_sq_beyond(sample(corners, k), &mut ranks[k], region.tolerance_sq)
+            target.tree.distance_sq_beyond(sample(corners, k), &mut ranks[k], region.tolerance_sq)
         })
     }
 
