@@ -5,9 +5,8 @@ use rayon::prelude::*;
 
 use super::context::{FAR, OutlierContext};
 use crate::mesh::NONE;
-use crate::mesh::bvh::{Bvh, Closest};
+use crate::mesh::bvh::Bvh;
 use crate::mesh::chunks::in_chunks_of;
-use crate::mesh::surface_tree::SurfaceTree;
 use crate::polish::MeshCache;
 use crate::polish::cache::UNKNOWN;
 use crate::polish::relax::CHUNK;
@@ -50,17 +49,15 @@ pub(crate) fn find(mesh: &TriMesh, context: &OutlierContext, cache: &mut MeshCac
     // A good tree pays for many searches only, and triangles are about in order.
     let few = SEARCHES * target.vertices.len() < mesh.triangles.len();
     let known = cache.take_ranks(mesh.vertices.len());
-    let tree = match few && !cache.has_tree() {
-        true => MeshTree::InOrder(Bvh::in_order(mesh)),
-        false => MeshTree::Kept(cache.tree(mesh, None)),
-    };
+    let in_order = (few && !cache.has_tree()).then(|| Bvh::in_order(mesh));
+    let bvh = in_order.as_ref().unwrap_or_else(|| &cache.tree(mesh, None).bvh);
     progress.poll()?;
     let shortest = options.lengths.iter().copied().reduce(f64::min).unwrap_or(1.0);
     let least = (FAR * edge * shortest).min(options.tolerance).powi(2);
     // Which triangle is near enough depends on where a search begins, so the chunks are fixed.
     let near = |vertices: &[SurfaceVertex]| {
         let mut rank = 0;
-        let near = |vertex: &SurfaceVertex| tree.closest_or_near(vertex.position, &mut rank, least);
+        let near = |vertex: &SurfaceVertex| bvh.closest_or_near(vertex.position, &mut rank, least);
         vertices.iter().map(near).collect::<Vec<_>>()
     };
     let inward: Vec<_> = target.vertices.par_chunks(CHUNK).flat_map_iter(near).collect();
@@ -106,21 +103,6 @@ pub(crate) fn find(mesh: &TriMesh, context: &OutlierContext, cache: &mut MeshCac
     let per_outlier = if is_asked_for { VERTICES_PER_OUTLIER_OF_TOLERANCE } else { VERTICES_PER_OUTLIER };
     outliers.truncate(MOST_OUTLIERS + mesh.vertices.len() / per_outlier);
     Ok(Found { places: outliers, points_of, ranks })
-}
-
-/// A hierarchy over the triangles of the mesh.
-enum MeshTree<'a> {
-    InOrder(Bvh),
-    Kept(&'a SurfaceTree),
-}
-
-impl MeshTree<'_> {
-    fn closest_or_near(&self, p: DVec3, rank: &mut usize, enough: f64) -> Option<Closest> {
-        match self {
-            Self::InOrder(bvh) => bvh.closest_or_near(p, rank, enough),
-            Self::Kept(tree) => tree.closest_or_near(p, rank, enough),
-        }
-    }
 }
 
 /// Vertices of the mesh that are near enough to the surface for any triangle.
