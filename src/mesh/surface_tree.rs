@@ -5,23 +5,21 @@ use std::sync::Arc;
 use glam::DVec3;
 use rayon::prelude::*;
 
-use super::TriMesh;
 use super::bvh::{Bvh, Closest};
 use super::triangle::doubled_normal;
+use super::{NONE, TriMesh};
 
 /// Height over a triangle below which the closest point is taken to be on it, over the distance to its edges.
 const LOW: f64 = 0.2;
 /// Triangles that are looked at on the way to the one below a point.
 const WALK: usize = 5;
-/// Stands for no triangle.
-const NOWHERE: u32 = u32::MAX;
 
 /// A hierarchy of boxes over the triangles of a mesh, and which of these are beside each other. Triangles are
 /// named by their ranks, as [`Bvh::leaf_order`] has them; searches begin at any.
 #[derive(Debug, Clone)]
 pub(crate) struct SurfaceTree {
     pub bvh: Arc<Bvh>,
-    /// For each rank those of the triangles beside it, each across the side opposite a corner.
+    /// For each rank those of the triangles beside it, each across the side opposite a corner, or [`NONE`].
     beside: Vec<[u32; 3]>,
 }
 
@@ -32,7 +30,7 @@ impl SurfaceTree {
         let ranks = bvh.rank_of_each();
         let beside = |t: &u32| {
             // The side opposite a corner begins at the next.
-            [1, 2, 0].map(|k| ranks.get(twins[3 * *t as usize + k] as usize / 3).copied().unwrap_or(NOWHERE))
+            [1, 2, 0].map(|k| ranks.get(twins[3 * *t as usize + k] as usize / 3).copied().unwrap_or(NONE))
         };
         let beside = bvh.leaf_order().par_iter().map(beside).collect();
         Self { bvh: Arc::new(bvh), beside }
@@ -86,7 +84,7 @@ impl SurfaceTree {
     /// Walks from the triangle at `rank` towards `p`, up to a triangle whose closest point is the one wanted;
     /// `None` if the walk ends before. `rank` becomes that of the last triangle on the way.
     fn walk(&self, p: DVec3, rank: &mut usize, is_wanted: impl Fn(&Closest) -> bool) -> Option<Closest> {
-        let mut from = NOWHERE;
+        let mut from = NONE;
         for _ in 0..WALK {
             let near = self.bvh.closest_at(*rank, p)?;
             if is_wanted(&near) {
@@ -96,7 +94,7 @@ impl SurfaceTree {
             // walk came.
             let beside = self.beside[*rank];
             let side = (0..3).find(|k| near.barycentric[*k] <= 0.0 && beside[*k] != from)?;
-            if beside[side] == NOWHERE {
+            if beside[side] == NONE {
                 return None;
             }
             from = *rank as u32;
@@ -156,7 +154,7 @@ mod tests {
         for (rank, beside) in tree.beside.iter().enumerate() {
             for (k, other) in beside.iter().enumerate() {
                 let [p, q] = [1, 2].map(|j| corners(rank)[(k + j) % 3]);
-                if *other == NOWHERE {
+                if *other == NONE {
                     at_boundary += 1;
                     continue;
                 }

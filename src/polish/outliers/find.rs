@@ -78,9 +78,8 @@ pub(crate) fn find(mesh: &TriMesh, context: &OutlierContext, cache: &mut MeshCac
     let near = in_chunks_of(CHUNK, mesh.vertices.len(), |range| {
         let mut rank = 0;
         let mut near = |v: usize| {
-            let at = &mesh.vertices[v];
             rank = if known[v] == UNKNOWN { rank } else { known[v] };
-            let near = target.tree.closest_or_near(*at, &mut rank, least);
+            let near = target.tree.closest_or_near(mesh.vertices[v], &mut rank, least);
             near.filter(|near| near.distance_sq <= least).map_or(NONE, |_| rank as u32)
         };
         range.map(&mut near).collect::<Vec<u32>>()
