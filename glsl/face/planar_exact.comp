@@ -26,6 +26,7 @@ layout(push_constant) uniform Push {
     float momentum; // share of the last motion that is added, 0 to 1
     float largest_move; // longest step
     float widest; // no face reaches farther from its site
+    uint threads; // of all workgroups
 };
 READ_VEC4(0, Sites, sites);
 layout(set = 0, binding = 1) readonly buffer Normals { uint normals[]; };
@@ -39,7 +40,8 @@ layout(set = 0, binding = 5) buffer Insecure { uint insecure[]; };
 
 void main() {
     uint count = insecure[count_listed(iteration)];
-    uint threads = gl_NumWorkGroups.x * gl_NumWorkGroups.y * WORKGROUP;
+    // Those of the last workgroup beyond that have nothing to do.
+    if (thread_index() >= threads) return;
     for (uint entry = thread_index(); entry < count; entry += threads) {
         uint site = insecure[entry_listed(entry)];
         float reaches = uintBitsToFloat(insecure[entry_listed(entry) + 1u]);

@@ -24,6 +24,7 @@ layout(push_constant) uniform Push {
     float momentum; // share of the last motion that is added, 0 to 1
     float largest_move; // longest step
     float widest; // no face reaches farther from its site
+    uint threads; // of all workgroups
     uint take_all; // 1: faces that the list does not decide are taken as they are, and none is left to others
 };
 READ_VEC4(0, Sites, sites);
@@ -42,7 +43,8 @@ layout(set = 0, binding = 7) buffer Insecure { uint insecure[]; };
 
 void main() {
     uint count = insecure[count_near(iteration)];
-    uint threads = gl_NumWorkGroups.x * gl_NumWorkGroups.y * WORKGROUP;
+    // Those of the last workgroup beyond that have nothing to do.
+    if (thread_index() >= threads) return;
     for (uint entry = thread_index(); entry < count; entry += threads) {
         uint site = insecure[entry_near(entry)];
         start_face(site, widest);

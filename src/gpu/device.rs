@@ -5,6 +5,7 @@ use super::errors::vk_error;
 use super::host_memory;
 use super::instance::{Instance, open_all};
 use super::kernel::Pipelines;
+use super::rates::Rates;
 use super::select::{Candidate, DeviceInfo, candidates, choose};
 use super::timer::{StageTime, Timings};
 use crate::{Error, Result};
@@ -40,6 +41,10 @@ pub struct DeviceOptions {
     /// Most bytes of one buffer, where the device allows more; what is larger is divided into several. `None`
     /// sets no limit of its own. For tests of large meshes.
     pub buffer_bytes: Option<u64>,
+    /// Most invocations of one dispatch; what is larger is divided. `None`: on a GPU as many as take a fifth
+    /// of a second, by measured time, since a system may reset one that does not answer for longer; no limit
+    /// on a CPU. For tests of large meshes.
+    pub dispatch_threads: Option<usize>,
     /// Whether whole meshes are polished, fitted and checked by the device, or by host code. `None`: by the
     /// device, unless that is a CPU and the mesh so small that starting kernels takes longer. Results differ
     /// by rounding, and by the order of flips.
@@ -59,6 +64,7 @@ impl DeviceOptions {
             timings: false,
             least_limits: on("RTFMESH_LEAST_LIMITS"),
             buffer_bytes: None,
+            dispatch_threads: None,
             polish: std::env::var_os("RTFMESH_DEVICE_POLISH").map(|v| v == "1"),
         }
     }
@@ -105,6 +111,12 @@ impl DeviceOptions {
         Self { buffer_bytes: buffer_bytes.into(), ..self }
     }
 
+    /// Sets [`DeviceOptions::dispatch_threads`].
+    #[must_use]
+    pub fn dispatch_threads(self, dispatch_threads: impl Into<Option<usize>>) -> Self {
+        Self { dispatch_threads: dispatch_threads.into(), ..self }
+    }
+
     /// Sets [`DeviceOptions::polish`].
     #[must_use]
     pub fn polish(self, polish: impl Into<Option<bool>>) -> Self {
@@ -133,7 +145,12 @@ pub(super) struct Shared {
     /// The digest of what the pipeline cache began with.
     loaded_cache: u64,
     pub info: DeviceInfo,
+    /// 0 without timestamps.
     pub timestamp_mask: u64,
+    /// Whether all commands are timed.
+    pub times_all: bool,
+    /// `None` if dispatches may take as long as they need.
+    pub rates: Option<Rates>,
     pub full_barriers: bool,
     pub reads_texels: bool,
     /// See [`DeviceOptions::memory_bytes`].
@@ -288,8 +305,8 @@ impl Shared {
                 .or_else(|_| raw.create_pipeline_cache(&without, None))
                 .unwrap_or_default()
         };
-        let timestamp_bits = if options.timings { candidate.timestamp_bits } else { 0 };
-        let timestamp_mask = u64::MAX.checked_shr(64 - timestamp_bits).unwrap_or(0);
+        let timestamp_mask = u64::MAX.checked_shr(64 - candidate.timestamp_bits).unwrap_or(0);
+        let is_limited = candidate.info.kind != "cpu" || options.dispatch_threads.is_some();
         // SAFETY: the queue was asked for above.
         let queue = unsafe { raw.get_device_queue(candidate.queue_family, 0) };
         let names = instance.names_objects().then(|| ext::debug_utils::Device::new(&instance.raw, &raw));
@@ -299,6 +316,8 @@ impl Shared {
             pipeline_cache,
             loaded_cache: cache::digest(&cached),
             timestamp_mask,
+            times_all: options.timings && timestamp_mask != 0,
+            rates: is_limited.then(|| Rates::new(options.dispatch_threads)),
             polish: options.polish,
             info: candidate.info,
             full_barriers: options.full_barriers,

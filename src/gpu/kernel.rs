@@ -240,7 +240,11 @@ fn compile(
         .module(module)
         .name(c"main")
         .specialization_info(&specialization);
-    let create = [vk::ComputePipelineCreateInfo::default().stage(stage).layout(layout)];
+    let flags = match shared.rates {
+        Some(_) => vk::PipelineCreateFlags::DISPATCH_BASE,
+        None => vk::PipelineCreateFlags::empty(),
+    };
+    let create = [vk::ComputePipelineCreateInfo::default().flags(flags).stage(stage).layout(layout)];
     // SAFETY: module and layout are alive and everything `create` points to outlives the call; the module may
     // go as soon as the pipeline exists.
     let made = unsafe {

@@ -17,6 +17,7 @@ mod instance;
 mod kernel;
 pub mod kernels;
 mod manifests;
+mod rates;
 mod recorder;
 mod select;
 mod timer;

@@ -35,8 +35,10 @@ pub struct Recorder {
     descriptor_pools: Vec<vk::DescriptorPool>,
     sets_left: u32,
     query_pools: Vec<vk::QueryPool>,
-    /// Name of every timed command, in order.
-    names: Vec<&'static str>,
+    /// All commands, in order.
+    recorded: Vec<Recorded>,
+    /// How many of them are timed.
+    timed: u32,
     hazards: Hazards,
     staging: Vec<RawBuffer>,
     /// What the commands use; shared so that nobody else can free it before the device is done.
@@ -44,6 +46,14 @@ pub struct Recorder {
     pipelines: Vec<Arc<RawPipeline>>,
     /// Set while the device may still use what this recorder owns.
     running: bool,
+}
+
+/// A command, for the timings.
+struct Recorded {
+    name: &'static str,
+    /// Number of invocations; 0 if it is not known.
+    threads: usize,
+    is_timed: bool,
 }
 
 /// A copy to the host, which [`Submitted::read`] returns.
@@ -86,25 +96,31 @@ impl Recorder {
             descriptor_pools: Vec::new(),
             sets_left: 0,
             query_pools: Vec::new(),
-            names: Vec::new(),
+            recorded: Vec::new(),
+            timed: 0,
             hazards: Hazards::default(),
             staging: Vec::new(),
             buffers: HashMap::new(),
             pipelines: Vec::new(),
             running: false,
         };
-        let info =
-            vk::CommandBufferAllocateInfo::default().command_pool(command_pool).command_buffer_count(1);
-        // SAFETY: the pool was just made and is used by this recorder alone.
-        unsafe {
-            let list = shared.raw.allocate_command_buffers(&info).map_err(failed)?;
-            this.commands = list.first().copied().unwrap_or_default();
-            let once =
-                vk::CommandBufferBeginInfo::default().flags(vk::CommandBufferUsageFlags::ONE_TIME_SUBMIT);
-            shared.raw.begin_command_buffer(this.commands, &once).map_err(failed)?;
-        }
+        this.begin()?;
         this.barrier(Barrier::ALL);
         Ok(this)
+    }
+
+    /// Begins a command buffer.
+    fn begin(&mut self) -> Result<()> {
+        let failed = |e| vk_error("starting a command buffer", e);
+        let info =
+            vk::CommandBufferAllocateInfo::default().command_pool(self.command_pool).command_buffer_count(1);
+        let once = vk::CommandBufferBeginInfo::default().flags(vk::CommandBufferUsageFlags::ONE_TIME_SUBMIT);
+        // SAFETY: this recorder alone uses the pool.
+        unsafe {
+            let list = self.shared.raw.allocate_command_buffers(&info).map_err(failed)?;
+            self.commands = list.first().copied().unwrap_or_default();
+            self.shared.raw.begin_command_buffer(self.commands, &once).map_err(failed)
+        }
     }
 
     /// Runs `pipeline` on `threads` invocations. Zero threads are no dispatch.
@@ -184,37 +200,62 @@ impl Recorder {
         self.pipelines.push(pipeline.raw.clone());
         self.buffers.extend(buffers.iter().map(|b| (b.id, Arc::clone(b))));
         let set = self.descriptor_set(&pipeline.raw, &bound)?;
-        let (raw, layout) = (&self.shared.raw.clone(), pipeline.raw.layout);
-        self.timed(K::INFO.name, |commands| {
-            // SAFETY: recording is on; this recorder shares pipeline and buffers and owns the set until the
+        let bind = |shared: &Shared, commands| {
+            let layout = pipeline.raw.layout;
+            // SAFETY: recording is on; this recorder shares the pipeline and owns the set until the
             // submission was waited for.
             unsafe {
-                raw.cmd_bind_pipeline(commands, vk::PipelineBindPoint::COMPUTE, pipeline.raw.pipeline);
-                raw.cmd_bind_descriptor_sets(
-                    commands,
-                    vk::PipelineBindPoint::COMPUTE,
-                    layout,
-                    0,
-                    &[set],
-                    &[],
-                );
+                let compute = vk::PipelineBindPoint::COMPUTE;
+                shared.raw.cmd_bind_pipeline(commands, compute, pipeline.raw.pipeline);
+                shared.raw.cmd_bind_descriptor_sets(commands, compute, layout, 0, &[set], &[]);
                 if size_of::<K::Push>() > 0 {
-                    raw.cmd_push_constants(
-                        commands,
-                        layout,
-                        vk::ShaderStageFlags::COMPUTE,
-                        0,
-                        bytemuck::bytes_of(push),
-                    );
-                }
-                match groups {
-                    Groups::Known(g) => raw.cmd_dispatch(commands, g.x, g.y, g.z),
-                    Groups::Indirect(buffer, at) => {
-                        let offset = buffer.offset() + (at * size_of::<UVec4>()) as u64;
-                        raw.cmd_dispatch_indirect(commands, buffer.raw().handle, offset);
-                    }
+                    let (stage, bytes) = (vk::ShaderStageFlags::COMPUTE, bytemuck::bytes_of(push));
+                    shared.raw.cmd_push_constants(commands, layout, stage, 0, bytes);
                 }
             }
+        };
+        match groups {
+            Groups::Known(groups) => self.record_groups((K::INFO.name, pipeline.raw.workgroup), groups, bind),
+            Groups::Indirect(buffer, at) => self.timed((K::INFO.name, 0), |this| {
+                bind(&this.shared, this.commands);
+                let offset = buffer.offset() + (at * size_of::<UVec4>()) as u64;
+                // SAFETY: recording is on; this recorder shares the buffer until the submission was waited
+                // for.
+                unsafe {
+                    this.shared.raw.cmd_dispatch_indirect(this.commands, buffer.raw().handle, offset);
+                }
+                Ok(())
+            }),
+        }
+    }
+
+    /// Records a dispatch of so many workgroups, divided if it may take long.
+    fn record_groups(
+        &mut self,
+        (kernel, workgroup): (&'static str, u32),
+        groups: UVec4,
+        bind: impl Fn(&Shared, vk::CommandBuffer),
+    ) -> Result<()> {
+        let count = groups.x as usize * groups.y as usize;
+        let share = self.shared.rates.as_ref().map_or(0.0, |r| f64::from(workgroup) * r.share(kernel));
+        self.timed((kernel, count * workgroup as usize), |this| {
+            if share * count as f64 <= 1.0 {
+                bind(&this.shared, this.commands);
+                // SAFETY: recording is on, and all is bound.
+                unsafe { this.shared.raw.cmd_dispatch(this.commands, groups.x, groups.y, groups.z) };
+                return Ok(());
+            }
+            // Folded into rows of what may be done at once: then each row knows its place by itself.
+            let most = this.shared.info.limits.workgroups as usize;
+            let row = ((1.0 / share) as usize).max(count.div_ceil(most)).clamp(1, most);
+            for y in 0..count.div_ceil(row) {
+                bind(&this.shared, this.commands);
+                // SAFETY: recording is on, and all is bound; the pipeline was made for this.
+                unsafe {
+                    this.shared.raw.cmd_dispatch_base(this.commands, 0, y as u32, 0, row as u32, 1, 1);
+                }
+            }
+            Ok(())
         })
     }
 
@@ -254,11 +295,11 @@ impl Recorder {
         let bytes = target.bound().bytes;
         self.barrier_before_transfer(&[(buffer.id, Access::Write)]);
         self.buffers.insert(buffer.id, buffer.clone());
-        let raw = self.shared.raw.clone();
-        // SAFETY: buffers are made for transfers, of whole words; this recorder shares the buffer until the
-        // submission was waited for.
-        self.timed("copy.fill", |commands| unsafe {
-            raw.cmd_fill_buffer(commands, buffer.handle, offset, bytes, word);
+        self.timed(("copy.fill", 0), |this| {
+            // SAFETY: buffers are made for transfers, of whole words; this recorder shares the buffer until
+            // the submission was waited for.
+            unsafe { this.shared.raw.cmd_fill_buffer(this.commands, buffer.handle, offset, bytes, word) };
+            Ok(())
         })
     }
 
@@ -295,7 +336,7 @@ impl Recorder {
     /// # Errors
     /// [`Error::DeviceLost`] or [`Error::Device`].
     pub fn submit(mut self) -> Result<Submitted> {
-        let last = self.names.last().copied().unwrap_or("an empty submission");
+        let last = self.recorded.last().map_or("an empty submission", |command| command.name);
         let failed = |e| vk_error(last, e);
         let raw = self.shared.raw.clone();
         let to_host = vk::MemoryBarrier::default()
@@ -371,12 +412,14 @@ impl Recorder {
         name: &'static str,
     ) -> Result<()> {
         self.barrier_before_transfer(&[(from.id, Access::Read), (to.id, Access::Write)]);
-        let raw = self.shared.raw.clone();
         let region =
             [vk::BufferCopy::default().src_offset(from_offset).dst_offset(to_offset).size(bytes as u64)];
-        // SAFETY: both buffers are at least `bytes` long; this recorder shares or owns them until the
-        // submission was waited for.
-        self.timed(name, |commands| unsafe { raw.cmd_copy_buffer(commands, from.handle, to.handle, &region) })
+        self.timed((name, 0), |this| {
+            // SAFETY: both buffers are at least `bytes` long; this recorder shares or owns them until the
+            // submission was waited for.
+            unsafe { this.shared.raw.cmd_copy_buffer(this.commands, from.handle, to.handle, &region) };
+            Ok(())
+        })
     }
 
     /// Records the barrier before a copy or a fill, if one is needed.
@@ -403,58 +446,67 @@ impl Recorder {
         }
     }
 
-    /// Records `command` between two timestamps, where the device has them.
-    fn timed(&mut self, name: &'static str, command: impl FnOnce(vk::CommandBuffer)) -> Result<()> {
-        let raw = self.shared.raw.clone();
-        let slot = self.names.len() as u32 % TIMED_PER_POOL;
-        self.names.push(name);
-        if self.shared.timestamp_mask == 0 {
-            command(self.commands);
-            return Ok(());
+    /// Records `command`, with so many invocations, between two timestamps if it is to be timed.
+    fn timed(
+        &mut self,
+        (name, threads): (&'static str, usize),
+        command: impl FnOnce(&mut Self) -> Result<()>,
+    ) -> Result<()> {
+        let is_wanted = self.shared.times_all || self.shared.rates.as_ref().is_some_and(|r| r.wants(threads));
+        let is_timed = is_wanted && self.shared.timestamp_mask != 0;
+        self.recorded.push(Recorded { name, threads, is_timed });
+        if !is_timed {
+            return command(self);
         }
-        if slot == 0 {
+        let query = 2 * (self.timed % TIMED_PER_POOL);
+        self.timed += 1;
+        if query == 0 {
             let info = vk::QueryPoolCreateInfo::default()
                 .query_type(vk::QueryType::TIMESTAMP)
                 .query_count(2 * TIMED_PER_POOL);
             // SAFETY: recording is on; the pool is kept until the submission was waited for.
             unsafe {
-                let pool = raw
+                let pool = self
+                    .shared
+                    .raw
                     .create_query_pool(&info, None)
                     .map_err(|e| vk_error("making timestamp queries", e))?;
                 self.query_pools.push(pool);
-                raw.cmd_reset_query_pool(self.commands, pool, 0, 2 * TIMED_PER_POOL);
+                self.shared.raw.cmd_reset_query_pool(self.commands, pool, 0, 2 * TIMED_PER_POOL);
             }
         }
         let pool = self.query_pools.last().copied().unwrap_or_default();
-        // SAFETY: recording is on and both queries were reset above.
-        unsafe {
-            raw.cmd_write_timestamp(self.commands, vk::PipelineStageFlags::TOP_OF_PIPE, pool, 2 * slot);
-            command(self.commands);
-            raw.cmd_write_timestamp(
-                self.commands,
-                vk::PipelineStageFlags::BOTTOM_OF_PIPE,
-                pool,
-                2 * slot + 1,
-            );
-        }
+        let stamp = |this: &Self, stage, query| {
+            // SAFETY: recording is on and both queries were reset above.
+            unsafe { this.shared.raw.cmd_write_timestamp(this.commands, stage, pool, query) };
+        };
+        stamp(self, vk::PipelineStageFlags::TOP_OF_PIPE, query);
+        command(self)?;
+        stamp(self, vk::PipelineStageFlags::BOTTOM_OF_PIPE, query + 1);
         Ok(())
     }
 
     fn collect_timings(&mut self) -> Result<()> {
-        let (mask, tick) = (self.shared.timestamp_mask, f64::from(self.shared.info.limits.timestamp_ns));
-        let mut timings = lock(&self.shared.timings);
-        for (chunk, names) in self.names.chunks(TIMED_PER_POOL as usize).enumerate() {
-            let mut ticks = vec![0_u64; 2 * names.len()];
-            if let Some(&pool) = self.query_pools.get(chunk) {
-                // SAFETY: the submission is done, so all queries of the list are available.
-                unsafe {
-                    self.shared.raw.get_query_pool_results(pool, 0, &mut ticks, vk::QueryResultFlags::TYPE_64)
-                }
-                .map_err(|e| vk_error("reading timestamps", e))?;
+        let shared = &self.shared;
+        let (mask, tick) = (shared.timestamp_mask, f64::from(shared.info.limits.timestamp_ns));
+        let mut elapsed = Vec::with_capacity(self.timed as usize);
+        for (pool, &queries) in self.query_pools.iter().enumerate() {
+            let timed = (self.timed - pool as u32 * TIMED_PER_POOL).min(TIMED_PER_POOL);
+            let mut ticks = vec![0_u64; 2 * timed as usize];
+            // SAFETY: the submission is done, so all queries of the list are available.
+            unsafe {
+                shared.raw.get_query_pool_results(queries, 0, &mut ticks, vk::QueryResultFlags::TYPE_64)
             }
-            for (name, pair) in names.iter().zip(ticks.chunks_exact(2)) {
-                let elapsed = (pair[1] & mask).wrapping_sub(pair[0] & mask) & mask;
-                timings.add(name, (mask != 0).then_some(elapsed as f64 * tick));
+            .map_err(|e| vk_error("reading timestamps", e))?;
+            let between = |pair: &[u64]| (pair[1] & mask).wrapping_sub(pair[0] & mask) & mask;
+            elapsed.extend(ticks.chunks_exact(2).map(|pair| between(pair) as f64 * tick));
+        }
+        let (mut elapsed, mut timings) = (elapsed.into_iter(), lock(&shared.timings));
+        for &Recorded { name, threads, is_timed } in &self.recorded {
+            let nanoseconds = if is_timed { elapsed.next() } else { None };
+            timings.add(name, nanoseconds.filter(|_| shared.times_all));
+            if let (Some(rates), Some(nanoseconds)) = (&shared.rates, nanoseconds) {
+                rates.measure(name, threads, nanoseconds);
             }
         }
         Ok(())

@@ -6,7 +6,6 @@ use glam::DVec3;
 use rayon::prelude::*;
 
 use super::bvh::{Bvh, Closest};
-use super::triangle::doubled_normal;
 use super::{NONE, TriMesh};
 
 /// Height over a triangle below which the closest point is taken to be on it, over the distance to its edges.
@@ -77,7 +76,7 @@ impl SurfaceTree {
     pub fn below(&self, p: DVec3, rank: &mut usize) -> Option<Closest> {
         let below = self.walk(p, rank, |near| near.barycentric.iter().all(|weight| *weight > 0.0))?;
         let inside = below.barycentric.iter().fold(1.0, |a: f64, b| a.min(*b));
-        let height_sq = self.bvh.corners_at(*rank).map_or(0.0, shortest_height_sq);
+        let height_sq = self.bvh.height_sq_at(*rank);
         (below.distance_sq <= LOW * LOW * inside * inside * height_sq).then_some(below)
     }
 
@@ -104,17 +103,12 @@ impl SurfaceTree {
     }
 }
 
-/// The square of a triangle's shortest height.
-fn shortest_height_sq([a, b, c]: [DVec3; 3]) -> f64 {
-    let longest_sq = a.distance_squared(b).max(b.distance_squared(c)).max(c.distance_squared(a));
-    doubled_normal([a, b, c]).length_squared() / longest_sq.max(f64::MIN_POSITIVE)
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
     use crate::mesh::half_edges::twins;
     use crate::mesh::samples::sample;
+    use crate::mesh::triangle::{doubled_normal, shortest_height_sq};
     use rand::{RngExt, SeedableRng};
 
     /// Walks from triangles nearby end at the closest point, if they do not end without one.

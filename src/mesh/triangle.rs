@@ -32,6 +32,12 @@ pub fn area(corners: [DVec3; 3]) -> f64 {
     0.5 * doubled_normal(corners).length()
 }
 
+/// The square of a triangle's shortest height.
+pub(super) fn shortest_height_sq([a, b, c]: [DVec3; 3]) -> f64 {
+    let longest_sq = a.distance_squared(b).max(b.distance_squared(c)).max(c.distance_squared(a));
+    doubled_normal([a, b, c]).length_squared() / longest_sq.max(f64::MIN_POSITIVE)
+}
+
 /// The point of triangle `corners` closest to `p`; right for triangles without area as well.
 ///
 /// Region test: Ericson, "Real-Time Collision Detection", 2005, section 5.1.5.

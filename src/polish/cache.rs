@@ -25,6 +25,9 @@ pub struct MeshCache {
     tree: Option<SurfaceTree>,
     /// For each vertex the rank of a triangle of the surface that it is near; empty if that is not known.
     ranks: Vec<usize>,
+    /// For each vertex of the surface the rank of a triangle of the mesh that it is near; empty if that is not
+    /// known.
+    below: Vec<usize>,
 }
 
 impl MeshCache {
@@ -45,6 +48,19 @@ impl MeshCache {
     /// Keeps ranks for the next step, as searches left them.
     pub(super) fn keep_ranks(&mut self, ranks: Vec<usize>) {
         self.ranks = ranks;
+    }
+
+    /// For each of so many vertices of the surface the rank, in [`MeshCache::tree`], of a triangle near it,
+    /// or [`UNKNOWN`].
+    pub(super) fn take_below(&mut self, vertices: usize) -> Vec<usize> {
+        let mut below = std::mem::take(&mut self.below);
+        below.resize(vertices, UNKNOWN);
+        below
+    }
+
+    /// Keeps such ranks for the next step.
+    pub(super) fn keep_below(&mut self, below: Vec<usize>) {
+        self.below = below;
     }
 
     /// The half-edges of the mesh, which has these triangles over so many vertices; the same as new ones.

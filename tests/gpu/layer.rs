@@ -62,6 +62,32 @@ fn least_limits_are_kept_to() {
     assert!(least.summary.timings.stages.iter().all(|stage| stage.milliseconds.is_none()));
 }
 
+/// As on a GPU, where none may last long: each part comes after the one before, and knows its place.
+#[test]
+fn long_dispatches_are_divided() {
+    let device = Device::open(&DeviceOptions::from_env().validation(true).dispatch_threads(1000)).unwrap();
+    let gather =
+        Pipeline::<gather_indices::Shader>::new(&device, gather_indices::Constants::default()).unwrap();
+    // One part; the last part full, and with one too many; many parts.
+    for len in [960, 2880, 2881, 100_000] {
+        let reversed: Vec<u32> = (0..len).rev().collect();
+        let order = Buffer::from_slice(&device, "test.order", &reversed).unwrap();
+        let [first, second] = ["test.first", "test.second"]
+            .map(|name| Buffer::<u32>::zeros(&device, name, len as usize).unwrap());
+        let push = gather_indices::Push { element_count: len };
+        let mut recorder = device.recorder().unwrap();
+        for (source, target) in [(&order, &first), (&first, &second)] {
+            let bindings = gather_indices::Bindings { order: &order, source, target };
+            recorder.dispatch(&gather, Threads(len as usize), &push, &bindings).unwrap();
+        }
+        let copy = recorder.download(&second).unwrap();
+        assert_eq!(recorder.submit().unwrap().read(&copy).unwrap(), reversed);
+    }
+    let calls = device.take_timings().into_iter().find(|stage| stage.name == "spatial.gather_indices");
+    assert_eq!(calls.unwrap().calls, 8, "parts of a dispatch are one call");
+    assert_valid(&device);
+}
+
 #[test]
 fn copies_come_back_as_they_were() {
     let device = device();

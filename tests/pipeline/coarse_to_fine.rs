@@ -137,6 +137,28 @@ fn lists_in_several_buffers_give_the_same_bytes() {
     }
 }
 
+/// As for millions of vertices on a GPU whose system does not wait for long.
+#[test]
+fn divided_dispatches_give_the_same_bytes() {
+    let open = |options: DeviceOptions| Device::open(&options.validation(true).polish(true)).unwrap();
+    let whole = open(DeviceOptions::from_env());
+    let divided = open(DeviceOptions::from_env().dispatch_threads(700));
+    let options = Options::new(2500).iterations(12).coarse_iterations(8).first_iterations(10);
+    let few = |preset: fn(usize) -> Options| preset(800).iterations(3);
+    for (name, options) in [
+        ("genus3", options.clone()),
+        ("box", options.sizing(Sizing::Curvature { gradation: 1.0 })),
+        ("torus", few(Options::rtf)),
+        ("torus", few(Options::rpf)),
+        ("torus", few(Options::cvd)),
+    ] {
+        let input = sample(name).unwrap();
+        let result = remesh(&divided, &input, &options).unwrap();
+        assert_valid(&divided);
+        assert_eq!(result.mesh, remesh(&whole, &input, &options).unwrap().mesh, "{name}");
+    }
+}
+
 #[test]
 fn an_inside_out_model_stays_inside_out() {
     let mut input = sample("torus").unwrap();

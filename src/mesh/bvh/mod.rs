@@ -7,7 +7,7 @@ use glam::DVec3;
 use rayon::prelude::*;
 
 use super::TriMesh;
-use super::triangle::{closest_on_regular, closest_on_sliver, is_sliver};
+use super::triangle::{closest_on_regular, closest_on_sliver, is_sliver, shortest_height_sq};
 use build::{build, build_in_order};
 
 const LEAF_SIZE: usize = 2;
@@ -100,11 +100,22 @@ pub struct Bvh {
     triangles: Vec<Corners>,
 }
 
-/// The corners of a triangle, and whether it is a sliver.
+/// The corners of a triangle.
 #[derive(Debug, Clone, Copy)]
 struct Corners {
     at: [DVec3; 3],
-    sliver: bool,
+    /// The square of the shortest height; [`SLIVER`] marks a triangle without one that is right.
+    height_sq: f64,
+}
+
+/// In place of a height.
+const SLIVER: f64 = -1.0;
+
+impl Corners {
+    fn new(at: [DVec3; 3]) -> Self {
+        let height_sq = if is_sliver(at) { SLIVER } else { shortest_height_sq(at) };
+        Self { at, height_sq }
+    }
 }
 
 impl Bvh {
@@ -130,10 +141,7 @@ impl Bvh {
     /// Panics if the mesh has another number of triangles.
     pub fn refit(&mut self, mesh: &TriMesh) {
         let Self { nodes, order, triangles } = self;
-        let corners = |&t: &u32| {
-            let at = mesh.corners(t as usize);
-            Corners { at, sliver: is_sliver(at) }
-        };
+        let corners = |&t: &u32| Corners::new(mesh.corners(t as usize));
         assert_eq!(order.len(), mesh.triangles.len(), "the tree is that of another mesh");
         *triangles = order.par_iter().with_min_len(PARALLEL_SIZE).map(corners).collect();
         // Children come after their parent.
@@ -280,10 +288,16 @@ impl Bvh {
         self.triangles.get(rank).map(|corners| corners.at)
     }
 
+    /// The square of the shortest height of the triangle at `rank` of [`Bvh::leaf_order`]; negative for a
+    /// sliver. Panics if that is out of range.
+    pub(super) fn height_sq_at(&self, rank: usize) -> f64 {
+        self.triangles[rank].height_sq
+    }
+
     #[inline]
     fn on_triangle(&self, rank: usize, p: DVec3) -> Closest {
-        let Corners { at, sliver } = self.triangles[rank];
-        let found = if sliver { closest_on_sliver(p, at) } else { closest_on_regular(p, at) };
+        let Corners { at, height_sq } = self.triangles[rank];
+        let found = if height_sq < 0.0 { closest_on_sliver(p, at) } else { closest_on_regular(p, at) };
         Closest {
             triangle: self.order[rank],
             point: found.point,

@@ -101,7 +101,8 @@ fn fit_points(
     let mut counts = FitCounts::default();
     let fixed: Vec<bool> = (0..points.len()).map(|v| is_fixed(half_edges, &options.fixed, v)).collect();
     let corners = cache.take_ranks(fixed.len());
-    let mut searches = Searches::new(half_edges.triangles.len(), corners, target);
+    let inward = cache.take_below(target.vertices.len());
+    let mut searches = Searches::new(half_edges.triangles.len(), corners, inward);
     for round in 0..options.rounds {
         let [begin, end] = [round, round + 1].map(|k| f64::from(k) / f64::from(options.rounds));
         let progress = progress.part(begin, end);
@@ -133,6 +134,7 @@ fn fit_points(
         }
     }
     cache.keep_ranks(searches.corners);
+    cache.keep_below(searches.inward);
     Ok(counts)
 }
 

@@ -72,13 +72,14 @@ pub(crate) struct Samples {
 pub(crate) struct Searches {
     faces: Vec<[usize; 4]>,
     pub corners: Vec<usize>,
-    inward: Vec<usize>,
+    pub inward: Vec<usize>,
 }
 
 impl Searches {
-    /// `corners` has for each vertex the rank of a triangle that is near, or [`UNKNOWN`].
-    pub fn new(faces: usize, corners: Vec<usize>, target: &Target) -> Self {
-        Self { faces: vec![[UNKNOWN; 4]; faces], corners, inward: vec![UNKNOWN; target.vertices.len()] }
+    /// `corners` has for each vertex, and `inward` for each of the surface's, the rank of a triangle that is
+    /// near, or [`UNKNOWN`].
+    pub fn new(faces: usize, corners: Vec<usize>, inward: Vec<usize>) -> Self {
+        Self { faces: vec![[UNKNOWN; 4]; faces], corners, inward }
     }
 }
 
@@ -145,9 +146,9 @@ impl FitMesh<'_> {
             .with_min_len(CHUNK)
             .map(|(t, ranks)| {
                 let triangle = self.half_edges.triangles[t];
-                for rank in ranks.iter_mut().filter(|rank| **rank == UNKNOWN) {
-                    // It is close to where the search of that corner ended.
-                    *rank = at[triangle[0] as usize];
+                // The first searches begin where others nearby ended.
+                if ranks[3] == UNKNOWN {
+                    ranks[3] = at[triangle[0] as usize];
                 }
                 let [a, b, c] = self.corners(triangle);
                 let normal = doubled_normal([a, b, c]);
@@ -164,6 +165,9 @@ impl FitMesh<'_> {
                     };
                     let both = area + 0.5 * other.length();
                     let on = Search { normal: normal + other, ..on };
+                    if ranks[k] == UNKNOWN {
+                        ranks[k] = ranks[3];
+                    }
                     samples[k] = on.sample(middle, &mut ranks[k], EDGE_SHARE * both);
                 }
                 samples

@@ -12,9 +12,11 @@ use crate::mesh::half_edges::next;
 
 /// Barycentric weights of the samples at a face's edge midpoints and centroid.
 const WEIGHTS: [[f64; 3]; 4] = [[0.5, 0.5, 0.0], [0.0, 0.5, 0.5], [0.5, 0.0, 0.5], [1.0 / 3.0; 3]];
-/// Rows of the matrix that are done together; a constant, since sums must not depend on the number of
+/// Rows of the matrix that are done together.
+const ROWS: usize = 512;
+/// Vertices whose products are added together; a constant, since sums must not depend on the number of
 /// threads.
-const ROWS: usize = 2048;
+const SUMMED: usize = 2048;
 
 /// The sum of squares that is minimized.
 pub(crate) struct System<'a> {
@@ -135,7 +137,7 @@ fn along(sample: &Sample, weight: f64) -> DVec3 {
 fn dot(x: &[Vec3A], y: &[Vec3A]) -> f64 {
     let product = |(x, y): (&Vec3A, &Vec3A)| x.as_dvec3().dot(y.as_dvec3());
     let of_chunk = |(x, y): (&[Vec3A], &[Vec3A])| x.iter().zip(y).map(product).sum::<f64>();
-    x.par_chunks(ROWS).zip(y.par_chunks(ROWS)).map(of_chunk).collect::<Vec<f64>>().into_iter().sum()
+    x.par_chunks(SUMMED).zip(y.par_chunks(SUMMED)).map(of_chunk).collect::<Vec<f64>>().into_iter().sum()
 }
 
 /// Adds a multiple of `y` to `x`.

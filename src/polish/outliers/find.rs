@@ -49,18 +49,23 @@ pub(crate) fn find(mesh: &TriMesh, context: &OutlierContext, cache: &mut MeshCac
     // A good tree pays for many searches only, and triangles are about in order.
     let few = SEARCHES * target.vertices.len() < mesh.triangles.len();
     let known = cache.take_ranks(mesh.vertices.len());
+    let below = cache.take_below(target.vertices.len());
     let in_order = (few && !cache.has_tree()).then(|| Bvh::in_order(mesh));
     let bvh = in_order.as_ref().unwrap_or_else(|| &cache.tree(mesh, None).bvh);
     progress.poll()?;
     let shortest = options.lengths.iter().copied().reduce(f64::min).unwrap_or(1.0);
     let least = (FAR * edge * shortest).min(options.tolerance).powi(2);
     // Which triangle is near enough depends on where a search begins, so the chunks are fixed.
-    let near = |vertices: &[SurfaceVertex]| {
+    let near = |(vertices, below): (&[SurfaceVertex], &[usize])| {
         let mut rank = 0;
-        let near = |vertex: &SurfaceVertex| bvh.closest_or_near(vertex.position, &mut rank, least);
-        vertices.iter().map(near).collect::<Vec<_>>()
+        let near = |(vertex, below): (&SurfaceVertex, &usize)| {
+            rank = if *below == UNKNOWN { rank } else { *below };
+            bvh.closest_or_near(vertex.position, &mut rank, least)
+        };
+        vertices.iter().zip(below).map(near).collect::<Vec<_>>()
     };
-    let inward: Vec<_> = target.vertices.par_chunks(CHUNK).flat_map_iter(near).collect();
+    let chunks = target.vertices.par_chunks(CHUNK).zip(below.par_chunks(CHUNK));
+    let inward: Vec<_> = chunks.flat_map_iter(near).collect();
     let mut points_of = vec![Vec::new(); mesh.triangles.len()];
     let mut outliers = Vec::new();
     for (p, found) in inward.iter().enumerate() {
@@ -142,6 +147,9 @@ fn outward(
     if let Some(of_all) = near.near_all_of(corners, mesh.corners(t as usize), context.target.bvh()) {
         *rank = of_all;
         return None;
+    }
+    if near.is_near(corners[0]) {
+        *rank = near.ranks[corners[0] as usize] as usize;
     }
     let least = context.tolerance_sq(corners);
     let is_near = |k: usize| corners.get(k).is_some_and(|v| near.is_near(*v));

@@ -6,7 +6,7 @@ use glam::DVec3;
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum Label {
     /// This edge of the triangle.
-    Edge(usize),
+    Edge(u8),
     /// The bisector with this site.
     Site(u32),
 }
@@ -26,7 +26,7 @@ impl Clipped {
     /// Begins with a triangle.
     pub fn start(&mut self, corners: [DVec3; 3]) {
         self.polygon.clear();
-        self.polygon.extend((0..3).map(|m| (corners[m], Label::Edge(m))));
+        self.polygon.extend((0..3).map(|m| (corners[m as usize], Label::Edge(m))));
     }
 
     /// Whether some of the polygon is where `beyond` is positive.

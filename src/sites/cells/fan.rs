@@ -1,14 +1,12 @@
 //! From the cells' corners to fans: the neighbours of every sector in cyclic order.
 
+use super::FEW_CELLS;
 use super::boundary::{Encroached, PatchBoundary};
 use super::walk::{Cell, Few, Scene};
 use crate::mesh::chunks::in_chunks;
 use crate::sites::fans::{Fans, FansPart};
 use rayon::prelude::*;
 use smallvec::smallvec;
-
-/// Fewer cells are looked at by one thread.
-const FEW_CELLS: usize = 256;
 
 /// The fans of all sectors, the sectors whose cells are broken, and the curve segments in cells of other
 /// sites.
@@ -241,20 +239,21 @@ pub(crate) fn unshared(scene: &Scene, cells: &[Cell]) -> usize {
     corners.par_chunk_by(|a, b| a == b).filter(|same| same.len() != 3).count()
 }
 
-/// Sectors, in ascending order, each with a neighbour whose cell lacks the edge between them.
-pub(crate) fn one_sided(scene: &Scene, cells: &[Cell]) -> Vec<(usize, u32)> {
+/// A sector with each of the neighbours, in ascending order, whose cell lacks the edge between them.
+pub(crate) fn one_sided(
+    scene: &Scene,
+    cells: &[Cell],
+    s: usize,
+) -> impl Iterator<Item = (usize, u32)> + use<> {
     let sectors = &scene.sectors;
-    let of_sector = |s: usize| {
-        let (i, patch) = (sectors.site[s], sectors.patch[s]);
-        let runs_along =
-            move |&&[j, t]: &&[u32; 2]| sectors.in_patch(j, patch).any(|r| cells[r].edges.contains(&[i, t]));
-        let mut alone: Vec<u32> =
-            cells[s].edges.iter().filter(|edge| !runs_along(edge)).map(|[j, _]| *j).collect();
-        alone.sort_unstable();
-        alone.dedup();
-        alone.into_iter().map(move |j| (s, j))
-    };
-    (0..cells.len()).into_par_iter().flat_map_iter(of_sector).collect()
+    let (i, patch) = (sectors.site[s], sectors.patch[s]);
+    let runs_along =
+        |&&[j, t]: &&[u32; 2]| sectors.in_patch(j, patch).any(|r| cells[r].edges.contains(&[i, t]));
+    let mut alone: Vec<u32> =
+        cells[s].edges.iter().filter(|edge| !runs_along(edge)).map(|[j, _]| *j).collect();
+    alone.sort_unstable();
+    alone.dedup();
+    alone.into_iter().map(move |j| (s, j))
 }
 
 /// Rotated so that the smallest index comes first.

@@ -36,6 +36,8 @@ use walk::{Cell, Scene, Uncut, Walk};
 
 /// At most so many times cells that do not fit together are computed again.
 const REPAIRS: u32 = 6;
+/// Fewer cells are looked at by one thread.
+const FEW_CELLS: usize = 256;
 
 /// Cells as fans, with their certificate.
 #[derive(Debug, Clone, Default)]
@@ -130,9 +132,11 @@ impl ConnectedCells {
 /// triangles of its own cell only.
 fn repair(scene: &Scene, cells: &mut [Cell], progress: &ProgressToken) -> Result<()> {
     let sectors = &scene.sectors;
+    let one_sided = |cells: &[Cell], s: usize| fan::one_sided(scene, cells, s);
     let mut without: BTreeMap<usize, Vec<Uncut>> = BTreeMap::new();
+    let all = (0..cells.len()).into_par_iter().with_min_len(FEW_CELLS);
+    let mut mismatched: Vec<(usize, u32)> = all.flat_map_iter(|s| one_sided(cells, s)).collect();
     for _ in 0..REPAIRS {
-        let mismatched = fan::one_sided(scene, cells);
         // The other cell may be too large, computed when this one was smaller.
         let uncut_by = |r: usize, i: u32| without.get(&r).is_some_and(|list| list.iter().any(|u| u.by == i));
         let too_large = mismatched.iter().flat_map(|&(s, by)| {
@@ -156,6 +160,13 @@ fn repair(scene: &Scene, cells: &mut [Cell], progress: &ProgressToken) -> Result
             break;
         }
         progress.poll()?;
+        // No other sector has an edge with one of these, for all edges but the mismatched are in both cells.
+        let beside =
+            |s: usize| cells[s].edges.iter().flat_map(move |[j, _]| sectors.in_patch(*j, sectors.patch[s]));
+        let mut affected: Vec<usize> =
+            again.iter().flat_map(|(s, _)| std::iter::once(*s).chain(beside(*s))).collect();
+        affected.sort_unstable();
+        affected.dedup();
         let new: Vec<Cell> = again
             .par_iter()
             .map_init(Walk::default, |walk, (s, _)| walk.cell(scene, *s, &without[s]))
@@ -163,6 +174,7 @@ fn repair(scene: &Scene, cells: &mut [Cell], progress: &ProgressToken) -> Result
         for ((s, _), cell) in again.into_iter().zip(new) {
             cells[s] = cell;
         }
+        mismatched = affected.into_iter().flat_map(|s| one_sided(cells, s)).collect();
     }
     Ok(())
 }

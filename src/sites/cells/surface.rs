@@ -64,8 +64,8 @@ impl<'a> CellSurface<'a> {
     }
 
     /// The triangle across a side.
-    pub(crate) fn across(&self, t: u32, side: usize) -> Option<u32> {
-        Some(self.twins[3 * t as usize + side]).filter(|twin| *twin != NONE).map(|twin| twin / 3)
+    pub(crate) fn across(&self, t: u32, side: u8) -> Option<u32> {
+        Some(self.twins[3 * t as usize + usize::from(side)]).filter(|twin| *twin != NONE).map(|twin| twin / 3)
     }
 
     pub(crate) fn is_boundary(&self, half: u32) -> bool {

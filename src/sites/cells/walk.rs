@@ -72,9 +72,28 @@ pub(crate) struct OnBoundary {
     pub point: DVec3,
 }
 
+/// The weight of a site, in squared distances.
+#[derive(Clone, Copy)]
+struct Weight {
+    own: f64,
+    /// What it is below.
+    most: f64,
+}
+
+impl Weight {
+    fn of(sites: &CellSites, site: u32) -> Self {
+        let most = WEIGHT * sites.spacing_at(site).powi(2);
+        Self { own: most * unit_hash(site), most }
+    }
+}
+
 /// A site that may cut a cell.
 struct Candidate {
     distance_sq: f64,
+    /// How far the bisector is from the middle, times the distance, because of the weights,
+    offset: f64,
+    /// and the most that they change of a squared distance.
+    slack: f64,
     site: u32,
     /// Whether it counts; `None` until it would cut, since finding out takes a search over the surface.
     counts: Option<bool>,
@@ -103,6 +122,7 @@ impl Marks {
 struct Gathering<'a> {
     scene: &'a Scene<'a>,
     at: DVec3,
+    weight: Weight,
     normal: DVec3,
     patch: u32,
 }
@@ -110,8 +130,9 @@ struct Gathering<'a> {
 impl<'a> Gathering<'a> {
     fn new(scene: &'a Scene, s: usize) -> Self {
         let sectors = &scene.sectors;
-        let at = scene.sites.positions[sectors.site[s] as usize];
-        Self { scene, at, normal: sectors.normal[s], patch: sectors.patch[s] }
+        let site = sectors.site[s];
+        let (at, weight) = (scene.sites.positions[site as usize], Weight::of(scene.sites, site));
+        Self { scene, at, weight, normal: sectors.normal[s], patch: sectors.patch[s] }
     }
 
     /// Takes a site in the sector's patch as a candidate. It counts if it is on the same side of the surface,
@@ -129,8 +150,14 @@ impl<'a> Gathering<'a> {
             }
             theirs.any(agrees)
         };
-        let distance_sq = self.at.distance_squared(sites.positions[site as usize]);
-        candidates.push(Candidate { distance_sq, site, counts: counts.then_some(true) });
+        let theirs = Weight::of(sites, site);
+        candidates.push(Candidate {
+            distance_sq: self.at.distance_squared(sites.positions[site as usize]),
+            offset: 0.5 * (self.weight.own - theirs.own),
+            slack: 4.0 * self.weight.most.max(theirs.most),
+            site,
+            counts: counts.then_some(true),
+        });
     }
 }
 
@@ -196,7 +223,7 @@ impl Walk {
                             if let Label::Site(neighbour) = before {
                                 on_boundary.exits.push(OnBoundary {
                                     neighbour,
-                                    half: 3 * t + side as u32,
+                                    half: 3 * t + u32::from(side),
                                     point,
                                 });
                             }
@@ -207,7 +234,7 @@ impl Walk {
                             let on_boundary = cell.on_boundary.get_or_insert_default();
                             on_boundary.entries.push(OnBoundary {
                                 neighbour,
-                                half: 3 * t + side as u32,
+                                half: 3 * t + u32::from(side),
                                 point,
                             });
                         }
@@ -229,25 +256,21 @@ impl Walk {
     /// radius, so that other sites may cut it too.
     fn clip(&mut self, scene: &Scene, s: usize, t: u32, without: &[Uncut]) -> bool {
         let sites = scene.sites;
-        let i = scene.sectors.site[s];
-        let at = sites.positions[i as usize];
+        let at = sites.positions[scene.sectors.site[s] as usize];
         let farthest = |polygon: &[(DVec3, Label)]| {
             polygon.iter().map(|(p, _)| p.distance_squared(at)).fold(0.0, f64::max)
         };
         let corners = scene.surface.corners(t);
         self.clipped.start(corners);
         let mut radius_sq = farthest(&self.clipped.polygon);
-        let most = |site: u32| WEIGHT * sites.spacing_at(site).powi(2);
-        let weight = |site: u32| most(site) * unit_hash(site);
         for c in 0..self.candidates.len() {
-            let Candidate { distance_sq, site: j, counts } = self.candidates[c];
+            let Candidate { distance_sq, offset, slack, site: j, counts } = self.candidates[c];
             // The weights shift a bisector slightly.
-            if distance_sq > 4.01 * radius_sq + 4.0 * most(i).max(most(j)) {
+            if distance_sq > 4.01 * radius_sq + slack {
                 return true;
             }
             let other = sites.positions[j as usize];
             let (middle, direction) = (0.5 * (at + other), other - at);
-            let offset = 0.5 * (weight(i) - weight(j));
             let beyond = |p: DVec3| (p - middle).dot(direction) - offset;
             let uncut = |u: &Uncut| u.by == j && u.but_in.binary_search(&t).is_err();
             if counts != Some(false)

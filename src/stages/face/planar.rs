@@ -77,7 +77,7 @@ impl PlanarOptions {
 }
 
 /// So many sites or fewer have a thread each for faces that the lists do not decide.
-const FEW: usize = 4096;
+const FEW: u32 = 4096;
 
 /// The size of a step.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -135,7 +135,7 @@ struct Listed<'a> {
 
 /// Push constants and bindings of one of the two kernels that read lists.
 macro_rules! listed {
-    ($kernel:ident, $faces:expr, $inputs:expr, $step:expr, $block:expr $(, $more:ident: $value:expr)?) => {
+    ($kernel:ident, $faces:expr, $inputs:expr, $step:expr, $block:expr $(, $more:ident: $value:expr)*) => {
         (
             $kernel::Push {
                 first: $block.own.first,
@@ -145,7 +145,7 @@ macro_rules! listed {
                 momentum: $step.momentum,
                 largest_move: $step.largest_move,
                 widest: $step.widest,
-                $($more: $value,)?
+                $($more: $value,)*
             },
             $kernel::Bindings {
                 sites: $inputs.sites,
@@ -217,14 +217,10 @@ impl PlanarFaces {
         }
         // Few faces are left; both kernels loop over them with however many threads they have.
         for block in &blocks {
-            let take_all = u32::from(!step.exact);
-            let (push, bindings) = listed!(planar_rest, self, inputs, step, block, take_all: take_all);
-            recorder.dispatch(
-                &self.rest,
-                Threads(block.own.sites.div_ceil(16) as usize),
-                &push,
-                &bindings,
-            )?;
+            let (threads, take_all) = (block.own.sites.div_ceil(16), u32::from(!step.exact));
+            let (push, bindings) =
+                listed!(planar_rest, self, inputs, step, block, threads: threads, take_all: take_all);
+            recorder.dispatch(&self.rest, Threads(threads as usize), &push, &bindings)?;
         }
         if step.exact { self.record_exact(recorder, inputs, &blocks, step) } else { Ok(()) }
     }
@@ -238,6 +234,9 @@ impl PlanarFaces {
     ) -> Result<()> {
         let exact = Pipeline::<planar_exact::Shader>::new(&self.device, self.exact)?;
         for Listed { own: block, insecure, targets, centroids, .. } in blocks {
+            // Not too many for each thread: lavapipe ends a thread after 65,535 rounds of all its loops
+            // together. There are few such faces unless there are few sites at all.
+            let threads = block.sites.min(FEW).max(block.sites.div_ceil(4));
             let push = planar_exact::Push {
                 starts_low: inputs.tree.starts[0],
                 starts_high: inputs.tree.starts[1],
@@ -250,6 +249,7 @@ impl PlanarFaces {
                 momentum: step.momentum,
                 largest_move: step.largest_move,
                 widest: step.widest,
+                threads,
             };
             let bindings = planar_exact::Bindings {
                 sites: inputs.sites,
@@ -259,11 +259,7 @@ impl PlanarFaces {
                 centroids,
                 insecure,
             };
-            // Not too many for each thread: lavapipe ends a thread after 65,535 rounds of all its loops
-            // together. There are few such faces unless there are few sites at all.
-            let sites = block.sites as usize;
-            let threads = sites.min(FEW).max(sites.div_ceil(4));
-            recorder.dispatch(&exact, Threads(threads), &push, &bindings)?;
+            recorder.dispatch(&exact, Threads(threads as usize), &push, &bindings)?;
         }
         Ok(())
     }
