@@ -20,6 +20,7 @@ mod manifests;
 mod rates;
 mod recorder;
 mod select;
+mod submitted;
 mod timer;
 
 pub use buffer::{Bound, Buffer, RawBuffer};
@@ -27,7 +28,8 @@ pub use device::{Device, DeviceOptions};
 pub use kernel::{
     Access, BindingInfo, BindingSet, Kernel, KernelInfo, Pipeline, SpecializationConstants, Texels,
 };
-pub use recorder::{Download, Recorder, Submitted, Threads};
+pub use recorder::{Recorder, Threads};
 pub(crate) use select::no_device;
 pub use select::{DeviceInfo, Limits, list_devices};
+pub use submitted::{Download, Submitted};
 pub use timer::StageTime;

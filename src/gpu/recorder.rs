@@ -5,12 +5,12 @@ use super::buffer::{Bound, Buffer, RawBuffer};
 use super::device::{Device, Shared, lock};
 use super::errors::vk_error;
 use super::kernel::{Access, BindingSet, Kernel, Pipeline, RawPipeline, descriptor_type};
+use super::submitted::{Download, Submitted};
 use crate::{Error, Result};
 use ash::vk;
 use glam::UVec4;
 use gpu_allocator::MemoryLocation;
 use std::collections::HashMap;
-use std::marker::PhantomData;
 use std::sync::Arc;
 use std::time::Instant;
 
@@ -40,7 +40,7 @@ pub struct Recorder {
     /// How many of them are timed.
     timed: u32,
     hazards: Hazards,
-    staging: Vec<RawBuffer>,
+    pub(super) staging: Vec<RawBuffer>,
     /// What the commands use; shared so that nobody else can free it before the device is done.
     buffers: HashMap<u64, Arc<RawBuffer>>,
     pipelines: Vec<Arc<RawPipeline>>,
@@ -54,18 +54,6 @@ struct Recorded {
     /// Number of invocations; 0 if it is not known.
     threads: usize,
     is_timed: bool,
-}
-
-/// A copy to the host, which [`Submitted::read`] returns.
-pub struct Download<T> {
-    slot: usize,
-    len: usize,
-    element: PhantomData<T>,
-}
-
-/// A finished submission with its downloads.
-pub struct Submitted {
-    recorder: Recorder,
 }
 
 const SETS_PER_POOL: u32 = 128;
@@ -328,7 +316,7 @@ impl Recorder {
             self.copy((source.raw(), source.offset()), (&staging, 0), bytes, "copy.download")?;
         }
         self.staging.push(staging);
-        Ok(Download { slot: self.staging.len() - 1, len, element: PhantomData })
+        Ok(Download::new(self.staging.len() - 1, len))
     }
 
     /// Runs the list and waits until the device is done.
@@ -373,7 +361,7 @@ impl Recorder {
             done.map_err(failed)?;
         }
         self.collect_timings()?;
-        Ok(Submitted { recorder: self })
+        Ok(Submitted::new(self))
     }
 
     /// After a failed wait: whether the device no longer uses what this recorder owns.
@@ -588,31 +576,5 @@ impl Drop for Recorder {
             }
             self.shared.raw.destroy_command_pool(self.command_pool, None);
         }
-    }
-}
-
-impl Submitted {
-    /// The values of a download of this submission.
-    ///
-    /// # Errors
-    /// [`Error::Internal`] if `download` belongs to another one.
-    pub fn read<T: bytemuck::Pod>(&self, download: &Download<T>) -> Result<Vec<T>> {
-        self.bytes(download).map(bytemuck::allocation::pod_collect_to_vec)
-    }
-
-    /// The values where they are, without a copy of them.
-    ///
-    /// # Errors
-    /// As [`Submitted::read`].
-    pub fn view<T: bytemuck::Pod>(&self, download: &Download<T>) -> Result<&[T]> {
-        let bytes = self.bytes(download)?;
-        bytemuck::try_cast_slice(bytes).map_err(|e| Error::Internal(format!("a download's memory: {e}")))
-    }
-
-    fn bytes<T>(&self, download: &Download<T>) -> Result<&[u8]> {
-        let staging = self.recorder.staging.get(download.slot);
-        staging
-            .and_then(|s| s.mapped().get(..download.len * size_of::<T>()))
-            .ok_or_else(|| Error::Internal("a download was read from another submission".to_owned()))
     }
 }

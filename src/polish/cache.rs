@@ -25,8 +25,7 @@ pub struct MeshCache {
     tree: Option<SurfaceTree>,
     /// For each vertex the rank of a triangle of the surface that it is near; empty if that is not known.
     ranks: Vec<usize>,
-    /// For each vertex of the surface the rank of a triangle of the mesh that it is near; empty if that is not
-    /// known.
+    /// For each vertex of the surface the rank of a triangle of the mesh that it is near; empty if not known.
     below: Vec<usize>,
 }
 
