@@ -7,13 +7,13 @@ use std::sync::Mutex;
 
 /// Longest that a dispatch should take, in nanoseconds.
 const LONGEST: f64 = 0.2e9;
-/// What an invocation of a kernel takes that was not measured yet, in nanoseconds: as much as that of a slow
-/// kernel on two cores of a CPU.
+/// What an invocation of a kernel is taken to need that was not measured yet, in nanoseconds: as much as the
+/// slowest of a default run, the neighbour lists, on two cores of a CPU.
 const UNMEASURED: f64 = 1e3;
-/// Fewer invocations are not measured, since timestamps take time, too.
+/// Fewer invocations are neither measured, since timestamps take time, too, nor divided by time.
 const FEW: usize = 1 << 16;
 
-/// The share of the longest time that invocations take, by measured time or by number.
+/// How many invocations a dispatch may have, by measured time or by number.
 pub(super) struct Rates {
     /// [`super::DeviceOptions::dispatch_threads`].
     most: Option<usize>,
@@ -28,12 +28,13 @@ impl Rates {
         Self { most, measured: Mutex::default() }
     }
 
-    /// The share of the longest time that an invocation of a kernel takes.
-    pub fn share(&self, kernel: &str) -> f64 {
-        match self.most {
-            Some(most) => 1.0 / most.max(1) as f64,
-            None => lock(&self.measured).get(kernel).copied().unwrap_or(UNMEASURED) / LONGEST,
-        }
+    /// Most invocations of a kernel in one dispatch.
+    pub fn most(&self, kernel: &str) -> usize {
+        let by_time = || {
+            let each = lock(&self.measured).get(kernel).copied().unwrap_or(UNMEASURED);
+            ((LONGEST / each) as usize).max(FEW)
+        };
+        self.most.unwrap_or_else(by_time)
     }
 
     /// Whether a dispatch of so many invocations is to be measured.
@@ -56,19 +57,20 @@ mod tests {
     #[test]
     fn dispatches_are_as_large_as_time_allows() {
         let rates = Rates::new(None);
-        let most = |kernel| (1.0 / rates.share(kernel)).round() as usize;
-        assert_eq!(most("a"), 200_000);
+        assert_eq!(rates.most("a"), 200_000);
         rates.measure("a", 100_000, 1e6);
-        assert_eq!((most("a"), most("b")), (20_000_000, 200_000));
-        // The last one counts, since work may become more.
-        rates.measure("a", 100_000, 1e8);
-        assert_eq!(most("a"), 200_000);
+        assert_eq!((rates.most("a"), rates.most("b")), (20_000_000, 200_000));
+        // The last one counts, since work may become more; what is measured once can be measured again.
+        rates.measure("a", 100_000, 2e8);
+        assert_eq!(rates.most("a"), 100_000);
+        rates.measure("a", 100_000, 2e9);
+        assert!(rates.most("a") == FEW && rates.wants(FEW));
         // Too few to tell, or a clock that stood still.
         rates.measure("b", 1000, 1.0);
         rates.measure("b", 100_000, 0.0);
-        assert_eq!(most("b"), 200_000);
+        assert_eq!(rates.most("b"), 200_000);
         let by_number = Rates::new(Some(4096));
         by_number.measure("a", 100_000, 1e6);
-        assert!(!by_number.wants(100_000) && (1.0 / by_number.share("a")).round() as usize == 4096);
+        assert!(!by_number.wants(100_000) && by_number.most("a") == 4096);
     }
 }

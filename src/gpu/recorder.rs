@@ -92,23 +92,18 @@ impl Recorder {
             pipelines: Vec::new(),
             running: false,
         };
-        this.begin()?;
+        let info =
+            vk::CommandBufferAllocateInfo::default().command_pool(command_pool).command_buffer_count(1);
+        // SAFETY: the pool was just made and is used by this recorder alone.
+        unsafe {
+            let list = shared.raw.allocate_command_buffers(&info).map_err(failed)?;
+            this.commands = list.first().copied().unwrap_or_default();
+            let once =
+                vk::CommandBufferBeginInfo::default().flags(vk::CommandBufferUsageFlags::ONE_TIME_SUBMIT);
+            shared.raw.begin_command_buffer(this.commands, &once).map_err(failed)?;
+        }
         this.barrier(Barrier::ALL);
         Ok(this)
-    }
-
-    /// Begins a command buffer.
-    fn begin(&mut self) -> Result<()> {
-        let failed = |e| vk_error("starting a command buffer", e);
-        let info =
-            vk::CommandBufferAllocateInfo::default().command_pool(self.command_pool).command_buffer_count(1);
-        let once = vk::CommandBufferBeginInfo::default().flags(vk::CommandBufferUsageFlags::ONE_TIME_SUBMIT);
-        // SAFETY: this recorder alone uses the pool.
-        unsafe {
-            let list = self.shared.raw.allocate_command_buffers(&info).map_err(failed)?;
-            self.commands = list.first().copied().unwrap_or_default();
-            self.shared.raw.begin_command_buffer(self.commands, &once).map_err(failed)
-        }
     }
 
     /// Runs `pipeline` on `threads` invocations. Zero threads are no dispatch.
@@ -188,63 +183,52 @@ impl Recorder {
         self.pipelines.push(pipeline.raw.clone());
         self.buffers.extend(buffers.iter().map(|b| (b.id, Arc::clone(b))));
         let set = self.descriptor_set(&pipeline.raw, &bound)?;
-        let bind = |shared: &Shared, commands| {
-            let layout = pipeline.raw.layout;
-            // SAFETY: recording is on; this recorder shares the pipeline and owns the set until the
-            // submission was waited for.
-            unsafe {
-                let compute = vk::PipelineBindPoint::COMPUTE;
-                shared.raw.cmd_bind_pipeline(commands, compute, pipeline.raw.pipeline);
-                shared.raw.cmd_bind_descriptor_sets(commands, compute, layout, 0, &[set], &[]);
-                if size_of::<K::Push>() > 0 {
-                    let (stage, bytes) = (vk::ShaderStageFlags::COMPUTE, bytemuck::bytes_of(push));
-                    shared.raw.cmd_push_constants(commands, layout, stage, 0, bytes);
-                }
+        let (raw, layout, commands) = (self.shared.raw.clone(), pipeline.raw.layout, self.commands);
+        // SAFETY: recording is on; this recorder shares the pipeline and owns the set until the submission
+        // was waited for.
+        unsafe {
+            let compute = vk::PipelineBindPoint::COMPUTE;
+            raw.cmd_bind_pipeline(commands, compute, pipeline.raw.pipeline);
+            raw.cmd_bind_descriptor_sets(commands, compute, layout, 0, &[set], &[]);
+            if size_of::<K::Push>() > 0 {
+                let (stage, bytes) = (vk::ShaderStageFlags::COMPUTE, bytemuck::bytes_of(push));
+                raw.cmd_push_constants(commands, layout, stage, 0, bytes);
             }
-        };
+        }
         match groups {
-            Groups::Known(groups) => self.record_groups((K::INFO.name, pipeline.raw.workgroup), groups, bind),
-            Groups::Indirect(buffer, at) => self.timed((K::INFO.name, 0), |this| {
-                bind(&this.shared, this.commands);
+            Groups::Known(groups) => self.record_groups((K::INFO.name, pipeline.raw.workgroup), groups),
+            Groups::Indirect(buffer, at) => {
                 let offset = buffer.offset() + (at * size_of::<UVec4>()) as u64;
                 // SAFETY: recording is on; this recorder shares the buffer until the submission was waited
                 // for.
-                unsafe {
-                    this.shared.raw.cmd_dispatch_indirect(this.commands, buffer.raw().handle, offset);
-                }
-                Ok(())
-            }),
+                self.timed((K::INFO.name, 0), |commands| unsafe {
+                    raw.cmd_dispatch_indirect(commands, buffer.raw().handle, offset);
+                })
+            }
         }
     }
 
-    /// Records a dispatch of so many workgroups, divided if it may take long.
-    fn record_groups(
-        &mut self,
-        (kernel, workgroup): (&'static str, u32),
-        groups: UVec4,
-        bind: impl Fn(&Shared, vk::CommandBuffer),
-    ) -> Result<()> {
+    /// Records so many workgroups of the kernel that is bound, in several dispatches if one might take long.
+    fn record_groups(&mut self, (kernel, workgroup): (&'static str, u32), groups: UVec4) -> Result<()> {
+        let (raw, workgroup) = (self.shared.raw.clone(), workgroup as usize);
         let count = groups.x as usize * groups.y as usize;
-        let share = self.shared.rates.as_ref().map_or(0.0, |r| f64::from(workgroup) * r.share(kernel));
-        self.timed((kernel, count * workgroup as usize), |this| {
-            if share * count as f64 <= 1.0 {
-                bind(&this.shared, this.commands);
-                // SAFETY: recording is on, and all is bound.
-                unsafe { this.shared.raw.cmd_dispatch(this.commands, groups.x, groups.y, groups.z) };
-                return Ok(());
-            }
-            // Folded into rows of what may be done at once: then each row knows its place by itself.
-            let most = this.shared.info.limits.workgroups as usize;
-            let row = ((1.0 / share) as usize).max(count.div_ceil(most)).clamp(1, most);
-            for y in 0..count.div_ceil(row) {
-                bind(&this.shared, this.commands);
-                // SAFETY: recording is on, and all is bound; the pipeline was made for this.
-                unsafe {
-                    this.shared.raw.cmd_dispatch_base(this.commands, 0, y as u32, 0, row as u32, 1, 1);
-                }
-            }
-            Ok(())
-        })
+        let most = self.shared.rates.as_ref().map_or(usize::MAX, |rates| rates.most(kernel) / workgroup);
+        if count <= most {
+            // SAFETY: recording is on, and all is bound.
+            return self.timed((kernel, count * workgroup), |commands| unsafe {
+                raw.cmd_dispatch(commands, groups.x, groups.y, groups.z);
+            });
+        }
+        // Folded into rows of what may be done at once: then each knows its place by itself.
+        let limit = self.shared.info.limits.workgroups as usize;
+        let row = most.max(count.div_ceil(limit)).clamp(1, limit);
+        for y in 0..count.div_ceil(row) as u32 {
+            // SAFETY: recording is on, and all is bound; the pipeline was made for this.
+            self.timed((kernel, row * workgroup), |commands| unsafe {
+                raw.cmd_dispatch_base(commands, 0, y, 0, row as u32, 1, 1);
+            })?;
+        }
+        Ok(())
     }
 
     /// Overwrites the start of `target` with `values`.
@@ -283,11 +267,11 @@ impl Recorder {
         let bytes = target.bound().bytes;
         self.barrier_before_transfer(&[(buffer.id, Access::Write)]);
         self.buffers.insert(buffer.id, buffer.clone());
-        self.timed(("copy.fill", 0), |this| {
-            // SAFETY: buffers are made for transfers, of whole words; this recorder shares the buffer until
-            // the submission was waited for.
-            unsafe { this.shared.raw.cmd_fill_buffer(this.commands, buffer.handle, offset, bytes, word) };
-            Ok(())
+        let raw = self.shared.raw.clone();
+        // SAFETY: buffers are made for transfers, of whole words; this recorder shares the buffer until the
+        // submission was waited for.
+        self.timed(("copy.fill", 0), |commands| unsafe {
+            raw.cmd_fill_buffer(commands, buffer.handle, offset, bytes, word);
         })
     }
 
@@ -402,11 +386,11 @@ impl Recorder {
         self.barrier_before_transfer(&[(from.id, Access::Read), (to.id, Access::Write)]);
         let region =
             [vk::BufferCopy::default().src_offset(from_offset).dst_offset(to_offset).size(bytes as u64)];
-        self.timed((name, 0), |this| {
-            // SAFETY: both buffers are at least `bytes` long; this recorder shares or owns them until the
-            // submission was waited for.
-            unsafe { this.shared.raw.cmd_copy_buffer(this.commands, from.handle, to.handle, &region) };
-            Ok(())
+        let raw = self.shared.raw.clone();
+        // SAFETY: both buffers are at least `bytes` long; this recorder shares or owns them until the
+        // submission was waited for.
+        self.timed((name, 0), |commands| unsafe {
+            raw.cmd_copy_buffer(commands, from.handle, to.handle, &region);
         })
     }
 
@@ -438,13 +422,14 @@ impl Recorder {
     fn timed(
         &mut self,
         (name, threads): (&'static str, usize),
-        command: impl FnOnce(&mut Self) -> Result<()>,
+        command: impl FnOnce(vk::CommandBuffer),
     ) -> Result<()> {
         let is_wanted = self.shared.times_all || self.shared.rates.as_ref().is_some_and(|r| r.wants(threads));
         let is_timed = is_wanted && self.shared.timestamp_mask != 0;
         self.recorded.push(Recorded { name, threads, is_timed });
         if !is_timed {
-            return command(self);
+            command(self.commands);
+            return Ok(());
         }
         let query = 2 * (self.timed % TIMED_PER_POOL);
         self.timed += 1;
@@ -469,7 +454,7 @@ impl Recorder {
             unsafe { this.shared.raw.cmd_write_timestamp(this.commands, stage, pool, query) };
         };
         stamp(self, vk::PipelineStageFlags::TOP_OF_PIPE, query);
-        command(self)?;
+        command(self.commands);
         stamp(self, vk::PipelineStageFlags::BOTTOM_OF_PIPE, query + 1);
         Ok(())
     }

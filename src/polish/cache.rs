@@ -23,43 +23,36 @@ pub struct MeshCache {
     /// Without the triangles, which the mesh has.
     half_edges: Option<HalfEdgeMesh>,
     tree: Option<SurfaceTree>,
-    /// For each vertex the rank of a triangle of the surface that it is near; empty if that is not known.
-    ranks: Vec<usize>,
-    /// For each vertex of the surface the rank of a triangle of the mesh that it is near; empty if not known.
-    below: Vec<usize>,
+    /// For each vertex the rank of a triangle of the surface that it is near.
+    pub(super) ranks: Ranks,
+    /// For each vertex of the surface the rank, in [`MeshCache::tree`], of a triangle that it is near.
+    pub(super) below: Ranks,
+}
+
+/// Ranks at which searches may begin, as the last ones left them.
+#[derive(Debug, Default)]
+pub(super) struct Ranks(Vec<usize>);
+
+impl Ranks {
+    /// So many of them; [`UNKNOWN`] where there are none.
+    pub fn take(&mut self, count: usize) -> Vec<usize> {
+        let mut ranks = std::mem::take(&mut self.0);
+        ranks.resize(count, UNKNOWN);
+        ranks
+    }
+
+    /// Keeps them for the next step.
+    pub fn keep(&mut self, ranks: Vec<usize>) {
+        self.0 = ranks;
+    }
 }
 
 impl MeshCache {
     /// Of a mesh with each vertex on one of these triangles of the surface, or near it.
     pub(crate) fn on(target: &Target, under: &[u32]) -> Self {
         let ranks = target.bvh().rank_of_each();
-        let ranks = under.iter().map(|t| ranks[*t as usize] as usize).collect();
+        let ranks = Ranks(under.iter().map(|t| ranks[*t as usize] as usize).collect());
         Self { ranks, ..Self::default() }
-    }
-
-    /// For each of so many vertices the rank of a triangle near it, or [`UNKNOWN`].
-    pub(super) fn take_ranks(&mut self, vertices: usize) -> Vec<usize> {
-        let mut ranks = std::mem::take(&mut self.ranks);
-        ranks.resize(vertices, UNKNOWN);
-        ranks
-    }
-
-    /// Keeps ranks for the next step, as searches left them.
-    pub(super) fn keep_ranks(&mut self, ranks: Vec<usize>) {
-        self.ranks = ranks;
-    }
-
-    /// For each of so many vertices of the surface the rank, in [`MeshCache::tree`], of a triangle near it,
-    /// or [`UNKNOWN`].
-    pub(super) fn take_below(&mut self, vertices: usize) -> Vec<usize> {
-        let mut below = std::mem::take(&mut self.below);
-        below.resize(vertices, UNKNOWN);
-        below
-    }
-
-    /// Keeps such ranks for the next step.
-    pub(super) fn keep_below(&mut self, below: Vec<usize>) {
-        self.below = below;
     }
 
     /// The half-edges of the mesh, which has these triangles over so many vertices; the same as new ones.

@@ -109,10 +109,10 @@ pub fn polish(
 ) -> Result<Polished> {
     let triangles = std::mem::take(&mut mesh.triangles);
     let mut half_edges = cache.take(triangles, mesh.vertices.len(), &options.patches);
-    let mut ranks = cache.take_ranks(mesh.vertices.len());
+    let mut ranks = cache.ranks.take(mesh.vertices.len());
     let on = (&mut mesh.vertices, ranks.as_mut_slice());
     let polished = polish_half_edges(&mut half_edges, on, target, options, progress);
-    cache.keep_ranks(ranks);
+    cache.ranks.keep(ranks);
     mesh.triangles = cache.keep(half_edges);
     polished
 }

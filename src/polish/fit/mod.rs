@@ -100,8 +100,8 @@ fn fit_points(
 ) -> Result<FitCounts> {
     let mut counts = FitCounts::default();
     let fixed: Vec<bool> = (0..points.len()).map(|v| is_fixed(half_edges, &options.fixed, v)).collect();
-    let corners = cache.take_ranks(fixed.len());
-    let inward = cache.take_below(target.vertices.len());
+    let corners = cache.ranks.take(fixed.len());
+    let inward = cache.below.take(target.vertices.len());
     let mut searches = Searches::new(half_edges.triangles.len(), corners, inward);
     for round in 0..options.rounds {
         let [begin, end] = [round, round + 1].map(|k| f64::from(k) / f64::from(options.rounds));
@@ -133,8 +133,8 @@ fn fit_points(
             *p += *step;
         }
     }
-    cache.keep_ranks(searches.corners);
-    cache.keep_below(searches.inward);
+    cache.ranks.keep(searches.corners);
+    cache.below.keep(searches.inward);
     Ok(counts)
 }
 

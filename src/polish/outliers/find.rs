@@ -48,8 +48,8 @@ pub(crate) fn find(mesh: &TriMesh, context: &OutlierContext, cache: &mut MeshCac
     let OutlierContext { target, options, edge, progress } = *context;
     // A good tree pays for many searches only, and triangles are about in order.
     let few = SEARCHES * target.vertices.len() < mesh.triangles.len();
-    let known = cache.take_ranks(mesh.vertices.len());
-    let below = cache.take_below(target.vertices.len());
+    let known = cache.ranks.take(mesh.vertices.len());
+    let below = cache.below.take(target.vertices.len());
     let in_order = (few && !cache.has_tree()).then(|| Bvh::in_order(mesh));
     let bvh = in_order.as_ref().unwrap_or_else(|| &cache.tree(mesh, None).bvh);
     progress.poll()?;
@@ -148,6 +148,7 @@ fn outward(
         *rank = of_all;
         return None;
     }
+    // Closer than where the search for the triangle before ended.
     if near.is_near(corners[0]) {
         *rank = near.ranks[corners[0] as usize] as usize;
     }

@@ -160,7 +160,7 @@ fn repair(scene: &Scene, cells: &mut [Cell], progress: &ProgressToken) -> Result
             break;
         }
         progress.poll()?;
-        // No other sector has an edge with one of these, for all edges but the mismatched are in both cells.
+        // What others lack or have cannot change: their edges are in both cells, and with none of these.
         let beside =
             |s: usize| cells[s].edges.iter().flat_map(move |[j, _]| sectors.in_patch(*j, sectors.patch[s]));
         let mut affected: Vec<usize> =
