@@ -9,7 +9,8 @@ use super::bvh::{Bvh, Closest};
 use super::{NONE, TriMesh};
 
 /// Height over a triangle below which the closest point is taken to be on it, over the distance to its edges.
-const LOW: f64 = 0.2;
+/// A triangle beyond one of them can only be closer if it turns back by more than 125 degrees.
+const LOW: f64 = 0.5;
 /// Triangles that are looked at on the way to the one below a point.
 const WALK: usize = 5;
 
@@ -72,12 +73,36 @@ impl SurfaceTree {
     }
 
     /// Walks from the triangle at `rank` to the one that `p` is close above or below the inside of, and
-    /// returns its closest point. `rank` becomes that of the last triangle on the way in any case.
+    /// returns the closest point on it or on the triangle across its nearest side. `rank` becomes that of the
+    /// triangle found, or of the last one on the way.
     pub fn below(&self, p: DVec3, rank: &mut usize) -> Option<Closest> {
         let below = self.walk(p, rank, |near| near.barycentric.iter().all(|weight| *weight > 0.0))?;
-        let inside = below.barycentric.iter().fold(1.0, |a: f64, b| a.min(*b));
-        let height_sq = self.bvh.height_sq_at(*rank);
-        (below.distance_sq <= LOW * LOW * inside * inside * height_sq).then_some(below)
+        let [nearest, second, _] = sides_by_distance(&below);
+        if self.is_low(&below, *rank, nearest) {
+            return Some(below);
+        }
+        // Near one side, what is beyond it is looked at, too.
+        let beyond = self.beside[*rank][nearest];
+        if beyond == NONE || !self.is_low(&below, *rank, second) {
+            return None;
+        }
+        let across = self.bvh.closest_at(beyond as usize, p)?;
+        let back = self.beside[beyond as usize].iter().position(|beside| *beside == *rank as u32)?;
+        let is_low = [1, 2].iter().all(|k| self.is_low(&across, beyond as usize, (back + k) % 3));
+        // As the tree's search decides.
+        let is_closer = (across.distance_sq, across.triangle) < (below.distance_sq, below.triangle);
+        if is_closer {
+            *rank = beyond as usize;
+        }
+        is_low.then_some(if is_closer { across } else { below })
+    }
+
+    /// Whether a point is low over its closest one on the triangle at `rank`, for the distance of that from
+    /// the side opposite a corner.
+    fn is_low(&self, found: &Closest, rank: usize, corner: usize) -> bool {
+        // No height of the triangle is below the shortest.
+        let inside = found.barycentric[corner];
+        found.distance_sq <= LOW * LOW * inside * inside * self.bvh.height_sq_at(rank)
     }
 
     /// Walks from the triangle at `rank` towards `p`, up to a triangle whose closest point is the one wanted;
@@ -103,6 +128,14 @@ impl SurfaceTree {
     }
 }
 
+/// The sides of a triangle, by the corners opposite, as they get farther from a point of it.
+fn sides_by_distance(found: &Closest) -> [usize; 3] {
+    let weights = found.barycentric;
+    let mut corners = [0, 1, 2];
+    corners.sort_unstable_by(|a, b| weights[*a].total_cmp(&weights[*b]));
+    corners
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -115,27 +148,37 @@ mod tests {
     #[test]
     fn short_walks_find_the_closest_point() {
         let mut random = rand_pcg::Pcg64Mcg::seed_from_u64(5);
-        for name in ["bumpy-sphere", "open-hemisphere"] {
+        for (name, height) in
+            [("bumpy-sphere", 0.3), ("genus3", 0.3), ("open-hemisphere", 0.3), ("genus3", 0.0)]
+        {
             let surface = sample(name).unwrap_or_default();
             let tree = SurfaceTree::new(&surface, &twins(&surface.triangles));
             let order = tree.bvh.leaf_order();
-            let (mut found, mut steps) = (0, 0);
-            for (rank, t) in order.iter().enumerate() {
-                let [a, b, c] = surface.corners(*t as usize);
+            let (mut found, mut steps, mut across) = (0, 0, 0);
+            for (rank, t) in order.iter().enumerate().cycle().take(4 * order.len()) {
+                let corners = surface.corners(*t as usize);
+                let [a, b, c] = corners;
                 let mut offset = || random.random_range(-0.6..0.6);
-                let height = 0.02 * shortest_height_sq([a, b, c]).sqrt();
-                let p = (a + b + c) / 3.0
-                    + (b - a) * offset()
-                    + (c - a) * offset()
-                    + doubled_normal([a, b, c]).normalize() * (height * offset());
+                let normal = doubled_normal(corners);
+                let height = height * shortest_height_sq(corners).sqrt() * offset();
+                let p =
+                    (a + b + c) / 3.0 + (b - a) * offset() + (c - a) * offset() + normal.normalize() * height;
+                let is_facing = |t: u32| doubled_normal(surface.corners(t as usize)).dot(normal) > 0.0;
                 let mut end = rank;
-                let Some(below) = tree.below(p, &mut end) else { continue };
+                let Some(below) = tree.below(p, &mut end).filter(|below| is_facing(below.triangle)) else {
+                    continue;
+                };
                 assert_eq!(below.triangle, order[end]);
-                assert_eq!(tree.bvh.closest(p), Some(below), "{name}, triangle {t}");
+                let closest = tree.bvh.closest_accepted(p, &mut 0, is_facing);
+                assert_eq!(closest, Some(below), "{name}, triangle {t}");
                 found += 1;
                 steps += usize::from(end != rank);
+                let [nearest, ..] = sides_by_distance(&below);
+                across += usize::from(!tree.is_low(&below, end, nearest));
             }
-            assert!(3 * found > order.len() && 6 * steps > order.len(), "{found}, {steps} of {name}");
+            let count = order.len();
+            assert!(found > count && steps > count / 2, "{found}, {steps} of {name}");
+            assert!(height == 0.0 || across > count / 50, "{across} of {name} near a side");
         }
     }
 
