@@ -7,7 +7,7 @@ use glam::DVec3;
 use rand::RngExt;
 use rtfmesh::mesh::samples::sample;
 use rtfmesh::mesh::topology::topology;
-use rtfmesh::sites::cells::{CellSites, CellSurface, ConnectedCells, connected_cells};
+use rtfmesh::sites::cells::{CellSites, CellSurface, ConnectedCells, connected_cells, tangent_cells};
 use rtfmesh::sites::connect::connect;
 use rtfmesh::sites::place::Place;
 use rtfmesh::{ProgressToken, TriMesh};
@@ -63,11 +63,23 @@ impl Scene {
     }
 
     fn cells(&self, near: &[u32]) -> ConnectedCells {
+        self.with(near, |surface, sites| connected_cells(surface, sites, &ProgressToken::default()).unwrap())
+    }
+
+    /// Triangles from cells in tangent planes, if these do.
+    fn tangent_cells(&self, near: &[u32]) -> Option<TriMesh> {
+        let progress = ProgressToken::default();
+        let triangles =
+            self.with(near, |surface, sites| tangent_cells(surface, sites, &progress).unwrap())?;
+        Some(TriMesh { vertices: self.sites.clone(), triangles })
+    }
+
+    fn with<T>(&self, near: &[u32], make: impl FnOnce(&CellSurface, &CellSites) -> T) -> T {
         let surface = CellSurface::new(&self.mesh.vertices, &self.mesh.triangles, &self.normals);
         let places = Place::inside(&self.under);
         let sites =
             CellSites { positions: &self.sites, places: &places, near, spacing: self.spacing, lengths: &[] };
-        connected_cells(&surface, &sites, &ProgressToken::default()).unwrap()
+        make(&surface, &sites)
     }
 
     fn connected(&self, cells: &ConnectedCells) -> TriMesh {
@@ -102,6 +114,48 @@ fn scattered_sites_give_the_surface_they_lie_on() {
             "{name}"
         );
     }
+}
+
+/// The triangles, each from its smallest vertex on, in ascending order.
+fn sorted(mesh: &TriMesh) -> Vec<[u32; 3]> {
+    let turned = |t: &[u32; 3]| {
+        let first = (0..3).min_by_key(|k| t[*k]).unwrap();
+        [0, 1, 2].map(|k| t[(first + k) % 3])
+    };
+    let mut triangles: Vec<[u32; 3]> = mesh.triangles.iter().map(turned).collect();
+    triangles.sort_unstable();
+    triangles
+}
+
+#[test]
+fn cells_in_tangent_planes_give_nearly_the_triangles_of_exact_cells() {
+    for (name, count) in
+        [("sphere", 300), ("torus", 1500), ("bumpy-sphere", 3000), ("genus3", 3000), ("two-components", 1200)]
+    {
+        let scene = Scene::new(name, count);
+        let near = scene.near(24);
+        let mesh = scene.tangent_cells(&near).unwrap_or_default();
+        let (got, want) = (topology(&mesh), topology(&scene.mesh));
+        assert!(got.is_closed_manifold(), "{name}: {got:?}");
+        assert_eq!((got.vertices, got.components, got.euler), (count, want.components, want.euler), "{name}");
+        let exact = sorted(&scene.connected(&scene.cells(&near)));
+        let others = sorted(&mesh).iter().filter(|t| exact.binary_search(t).is_err()).count();
+        assert!(100 * others <= exact.len(), "{name}: {others} of {}", exact.len());
+    }
+}
+
+#[test]
+fn where_cells_in_tangent_planes_say_little_there_are_none() {
+    let closed = Scene::new("torus", 300);
+    assert!(closed.tangent_cells(&closed.near(24)).is_some());
+    for k in [0, 3] {
+        assert_eq!(closed.tangent_cells(&closed.near(k)), None, "{k} near sites");
+    }
+    let open = Scene::new("open-hemisphere", 300);
+    assert_eq!(open.tangent_cells(&open.near(24)), None);
+    // A plate in which each site is nearest to those on the other side.
+    let thin = Scene::new("thin-plate", 40);
+    assert_eq!(thin.tangent_cells(&thin.near(24)), None);
 }
 
 #[test]

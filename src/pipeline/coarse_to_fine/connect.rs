@@ -6,12 +6,11 @@ use super::shared::CoarseToFine;
 use crate::mesh::topology::{closed_topology, topology};
 use crate::pipeline::near_sites::near_sites;
 use crate::progress::{ProgressReporter, ProgressToken};
-use crate::sites::cells::{BrokenCell, CellSites, CellSurface, connected_cells};
+use crate::sites::cells::{BrokenCell, CellSites, CellSurface, connected_cells, tangent_cells};
 use crate::sites::connect::ConnectCounts;
 use crate::sites::ears::turn_ears;
 use crate::sites::on_surface::SitesOnSurface;
 use crate::sites::place::Place;
-use crate::stages::flags::FlagCounts;
 use crate::{Result, TriMesh};
 
 /// At most so many times sites are moved into broken cells,
@@ -33,6 +32,31 @@ struct Connection {
 }
 
 impl CoarseToFine<'_> {
+    /// A mesh over the sites of a level that is to be refined: from tangent planes where that gives the
+    /// input's topology, else as [`CoarseToFine::connect`].
+    pub(crate) fn connect_coarse(
+        &self,
+        on: &CellSurface,
+        level: LevelSites,
+        spacing: f64,
+        progress: &mut ProgressReporter,
+    ) -> Result<LevelMesh> {
+        if level.on_curves.is_none() {
+            let SitesOnSurface { positions, triangles } = &level.sites;
+            let (places, lengths) =
+                (&Place::inside(triangles), &self.model.sizes.at_all(positions, triangles));
+            let sites = &CellSites { positions, places, near: &level.near, spacing, lengths };
+            if let Some(triangles) = progress.during(|progress| tangent_cells(on, sites, progress))? {
+                let mesh = TriMesh { vertices: positions.clone(), triangles };
+                if closed_topology(&mesh).matches(self.input) {
+                    let mesh = LevelMesh::new(level, mesh, ConnectCounts::default());
+                    return Ok(LevelMesh { is_sound: true, ..mesh });
+                }
+            }
+        }
+        self.connect(on, level, spacing, progress)
+    }
+
     /// A mesh over the sites; where cells are broken for lack of sites, some are moved there from elsewhere.
     pub(crate) fn connect(
         &self,
@@ -55,19 +79,9 @@ impl CoarseToFine<'_> {
             let is_over = is_sound || left == 0 || patience == 0 || is_hopeless;
             let of = ConnectedSites { faces: &faces, fixed: &fixed, spacing, sizes };
             if is_over || !densify(&mut level.sites, &of, &broken) {
-                return Ok(LevelMesh {
-                    mesh: TriMesh { vertices: level.sites.positions.clone(), triangles: faces },
-                    sites: level.sites,
-                    on_curves: level.on_curves,
-                    counts,
-                    is_sound,
-                    faulty_place: broken.first().map(|b| b.farthest.0),
-                    intersecting_faces: None,
-                    flags: FlagCounts::default(),
-                    steps: Vec::new(),
-                    outliers: Vec::new(),
-                    mended: None,
-                });
+                let faulty_place = broken.first().map(|b| b.farthest.0);
+                let mesh = TriMesh { vertices: level.sites.positions.clone(), triangles: faces };
+                return Ok(LevelMesh { is_sound, faulty_place, ..LevelMesh::new(level, mesh, counts) });
             }
             left -= 1;
             level.near = near_sites(self.device, &level.sites.positions)?;

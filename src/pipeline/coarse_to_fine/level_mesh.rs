@@ -53,6 +53,23 @@ pub(crate) struct LevelMesh {
 }
 
 impl LevelMesh {
+    /// The mesh over the sites, of which nothing is known yet.
+    pub fn new(level: LevelSites, mesh: TriMesh, counts: ConnectCounts) -> Self {
+        Self {
+            mesh,
+            sites: level.sites,
+            on_curves: level.on_curves,
+            counts,
+            is_sound: false,
+            faulty_place: None,
+            intersecting_faces: None,
+            flags: FlagCounts::default(),
+            steps: Vec::new(),
+            outliers: Vec::new(),
+            mended: None,
+        }
+    }
+
     /// The interior sites in Morton order.
     pub fn interior_sites(&self) -> SitesOnSurface {
         let fixed = self.fixed();

@@ -132,7 +132,7 @@ impl CoarseToFine<'_> {
                     iterations,
                     moves: if is_scattered { Moves::SCATTERED } else { Moves::REFINED },
                 };
-                let level = self.level(on, &start, on_curves, &options, progress)?;
+                let level = self.level(on, &start, on_curves, (&options, is_last), progress)?;
                 clock.phase(phase.name());
                 total += level.steps.len() as u32;
                 if level.is_sound || is_scattered {
@@ -227,7 +227,7 @@ impl CoarseToFine<'_> {
         on: &CellSurface,
         start: &Start,
         on_curves: Option<LevelCurves>,
-        options: &LevelOptions,
+        (options, is_last): (&LevelOptions, bool),
         progress: &mut ProgressReporter,
     ) -> Result<LevelMesh> {
         progress.poll()?;
@@ -240,6 +240,10 @@ impl CoarseToFine<'_> {
             on_curves.restore(&mut sites.positions);
         }
         let sites = LevelSites { sites, on_curves, near };
-        Ok(LevelMesh { steps, flags, ..self.connect(on, sites, options.spacing, progress)? })
+        let mesh = match is_last {
+            true => self.connect(on, sites, options.spacing, progress)?,
+            false => self.connect_coarse(on, sites, options.spacing, progress)?,
+        };
+        Ok(LevelMesh { steps, flags, ..mesh })
     }
 }

@@ -38,7 +38,7 @@ pub(crate) fn fans(
 }
 
 /// As [`fans`], of sites with a sector each on a surface without boundary.
-fn closed_fans(cells: &[Cell]) -> (Fans, Vec<usize>) {
+pub(crate) fn closed_fans(cells: &[Cell]) -> (Fans, Vec<usize>) {
     let (parts, broken): (Vec<FansPart>, Vec<Vec<usize>>) = in_chunks(cells.len(), |range| {
         let (mut part, mut broken) = (FansPart::default(), Vec::new());
         for s in range {
@@ -222,6 +222,32 @@ pub(crate) fn all_are_shared(scene: &Scene, cells: &[Cell]) -> bool {
     shared.is_some_and(|shared| 3 * shared == cells_of().map(|cell| cell.corners.len()).sum::<usize>())
 }
 
+/// The sites, each with one cell, of corners that not all three cells have once, in ascending order; those
+/// without corners, too.
+pub(crate) fn at_odds(cells: &[Cell]) -> Vec<usize> {
+    let has_once = |s: u32, corner: [u32; 2]| {
+        cells[s as usize].corners.iter().filter(|other| **other == corner).count() == 1
+    };
+    let of_cell = |(s, cell): (usize, &Cell)| {
+        let i = s as u32;
+        let is_shared =
+            |&[j, k]: &[u32; 2]| j != k && has_once(i, [j, k]) && has_once(j, [k, i]) && has_once(k, [i, j]);
+        let mut at_odds = Vec::new();
+        for corner in cell.corners.iter().filter(|corner| !is_shared(corner)) {
+            at_odds.extend([s, corner[0] as usize, corner[1] as usize]);
+        }
+        if cell.corners.is_empty() {
+            at_odds.push(s);
+        }
+        at_odds
+    };
+    let mut at_odds: Vec<usize> =
+        cells.par_iter().enumerate().with_min_len(FEW_CELLS).flat_map_iter(of_cell).collect();
+    at_odds.par_sort_unstable();
+    at_odds.dedup();
+    at_odds
+}
+
 /// The number of corners that not exactly three cells of their patch have: 0 if [`all_are_shared`].
 pub(crate) fn unshared(scene: &Scene, cells: &[Cell]) -> usize {
     let mut corners: Vec<[u32; 4]> = cells
@@ -239,7 +265,8 @@ pub(crate) fn unshared(scene: &Scene, cells: &[Cell]) -> usize {
     corners.par_chunk_by(|a, b| a == b).filter(|same| same.len() != 3).count()
 }
 
-/// A sector with each of the neighbours, in ascending order, whose cell lacks the edge between them.
+/// A sector with each of the neighbours, in ascending order, whose cell lacks the edge between them. Cells in
+/// tangent planes have no edges to be compared.
 pub(crate) fn one_sided(
     scene: &Scene,
     cells: &[Cell],
@@ -247,8 +274,8 @@ pub(crate) fn one_sided(
 ) -> impl Iterator<Item = (usize, u32)> + use<> {
     let sectors = &scene.sectors;
     let (i, patch) = (sectors.site[s], sectors.patch[s]);
-    let runs_along =
-        |&&[j, t]: &&[u32; 2]| sectors.in_patch(j, patch).any(|r| cells[r].edges.contains(&[i, t]));
+    let has = |r: usize, edge: [u32; 2]| cells[r].is_in_tangent_plane || cells[r].edges.contains(&edge);
+    let runs_along = |&&[j, t]: &&[u32; 2]| sectors.in_patch(j, patch).any(|r| has(r, [i, t]));
     let mut alone: Vec<u32> =
         cells[s].edges.iter().filter(|edge| !runs_along(edge)).map(|[j, _]| *j).collect();
     alone.sort_unstable();

@@ -17,6 +17,7 @@ mod clip;
 mod fan;
 mod sectors;
 mod surface;
+mod tangent;
 mod walk;
 
 use super::connect::{ConnectCounts, connect};
@@ -32,6 +33,7 @@ use sectors::{Sectors, sites_by_triangle};
 use serde::Serialize;
 use std::collections::BTreeMap;
 pub use surface::{CellSites, CellSurface};
+pub use tangent::tangent_cells;
 use walk::{Cell, Scene, Uncut, Walk};
 
 /// At most so many times cells that do not fit together are computed again.
@@ -98,7 +100,9 @@ pub fn connected_cells(
     progress.poll()?;
     let mut all_are_shared = fan::all_are_shared(&scene, &cells);
     if surface.has_boundary || !all_are_shared {
-        repair(&scene, &mut cells, progress)?;
+        let all = (0..cells.len()).into_par_iter().with_min_len(FEW_CELLS);
+        let mismatched = all.flat_map_iter(|s| fan::one_sided(&scene, &cells, s)).collect();
+        repair(&scene, &mut cells, mismatched, progress)?;
         all_are_shared = fan::all_are_shared(&scene, &cells);
     }
     let unshared_corners = if all_are_shared { 0 } else { fan::unshared(&scene, &cells) };
@@ -129,13 +133,16 @@ impl ConnectedCells {
 
 /// Near the boundary, and in folds, a site may have cut a cell although a gap or a curve lies between, so
 /// that its own cell does not reach there. Such cells are computed again: that site cuts them in the
-/// triangles of its own cell only.
-fn repair(scene: &Scene, cells: &mut [Cell], progress: &ProgressToken) -> Result<()> {
+/// triangles of its own cell only. `mismatched` are those to begin with, as [`fan::one_sided`] has them.
+fn repair(
+    scene: &Scene,
+    cells: &mut [Cell],
+    mut mismatched: Vec<(usize, u32)>,
+    progress: &ProgressToken,
+) -> Result<()> {
     let sectors = &scene.sectors;
     let one_sided = |cells: &[Cell], s: usize| fan::one_sided(scene, cells, s);
     let mut without: BTreeMap<usize, Vec<Uncut>> = BTreeMap::new();
-    let all = (0..cells.len()).into_par_iter().with_min_len(FEW_CELLS);
-    let mut mismatched: Vec<(usize, u32)> = all.flat_map_iter(|s| one_sided(cells, s)).collect();
     for _ in 0..REPAIRS {
         // The other cell may be too large, computed when this one was smaller.
         let uncut_by = |r: usize, i: u32| without.get(&r).is_some_and(|list| list.iter().any(|u| u.by == i));

@@ -15,6 +15,9 @@ const WEIGHT: f64 = 1e-6;
 /// A site whose normal points the other way counts if the surface connects to it within this many spacings.
 const REACH: f64 = 2.5;
 
+/// Sites around one whose normals are added to its own for its tangent plane.
+const RING: usize = 6;
+
 /// Edges shorter than this fraction of the spacing may exist in one of their two cells only.
 const NEGLIGIBLE_EDGE: f64 = 1e-6;
 
@@ -39,6 +42,8 @@ pub(crate) struct Cell {
     pub edges: Few<[u32; 2]>,
     /// The triangles that it lies in, in ascending order.
     pub triangles: SmallVec<[u32; 4]>,
+    /// Whether it is a cell in the site's tangent plane, with nothing but corners.
+    pub is_in_tangent_plane: bool,
     /// What it has of the patch boundary, if it reaches there.
     pub on_boundary: Option<Box<CellOnBoundary>>,
     /// The centre, farthest from the site, of its parts in single triangles, with the triangle.
@@ -246,6 +251,35 @@ impl Walk {
         cell
     }
 
+    /// The cell of sector `s` in its tangent plane, as its corners alone; it has none if the sites listed as
+    /// near do not bound it.
+    pub fn tangent_cell(&mut self, scene: &Scene, s: usize) -> Cell {
+        let all = self.near_candidates(scene, s);
+        self.candidates.retain(|candidate| candidate.counts == Some(true));
+        // As the device smooths normals: those of single triangles may be at random.
+        let around = self.candidates.iter().take(RING).map(|c| scene.sectors.normal[c.site as usize]);
+        let normal = (scene.sectors.normal[s] + around.sum::<DVec3>()).normalize_or_zero();
+        let site = scene.sectors.site[s];
+        let (at, reach) = (scene.sites.positions[site as usize], REACH * scene.sites.spacing_at(site));
+        let u = normal.any_orthonormal_vector() * reach;
+        let v = normal.cross(u) * 3.0_f64.sqrt();
+        self.clipped.start([at - u - v, at + 2.0 * u, at - u + v]);
+        let is_bounded = self.cut(scene, s, |_| true) || all;
+        let mut cell = Cell { is_in_tangent_plane: true, ..Cell::default() };
+        let polygon = &self.clipped.polygon;
+        let before = polygon.iter().skip(polygon.len().saturating_sub(1)).chain(polygon);
+        for pair in before.zip(polygon) {
+            match pair {
+                ((_, Label::Site(j)), (_, Label::Site(k))) if is_bounded => cell.corners.push([*j, *k]),
+                _ => {
+                    cell.corners.clear();
+                    return cell;
+                }
+            }
+        }
+        cell
+    }
+
     fn visit(&mut self, t: u32) {
         if self.visited.insert(t) {
             self.stack.push(t);
@@ -255,13 +289,19 @@ impl Walk {
     /// Clips a triangle by the bisectors into `clipped`; false if the candidates ended before the security
     /// radius, so that other sites may cut it too.
     fn clip(&mut self, scene: &Scene, s: usize, t: u32, without: &[Uncut]) -> bool {
+        let uncut = |u: &Uncut, by: u32| u.by == by && u.but_in.binary_search(&t).is_err();
+        self.clipped.start(scene.surface.corners(t));
+        self.cut(scene, s, |by| !without.iter().any(|u| uncut(u, by)))
+    }
+
+    /// Cuts `clipped` by the bisectors with the candidates that `cuts` holds for; false if they ended before
+    /// the security radius.
+    fn cut(&mut self, scene: &Scene, s: usize, cuts: impl Fn(u32) -> bool) -> bool {
         let sites = scene.sites;
         let at = sites.positions[scene.sectors.site[s] as usize];
         let farthest = |polygon: &[(DVec3, Label)]| {
             polygon.iter().map(|(p, _)| p.distance_squared(at)).fold(0.0, f64::max)
         };
-        let corners = scene.surface.corners(t);
-        self.clipped.start(corners);
         let mut radius_sq = farthest(&self.clipped.polygon);
         for c in 0..self.candidates.len() {
             let Candidate { distance_sq, offset, slack, site: j, counts } = self.candidates[c];
@@ -272,12 +312,7 @@ impl Walk {
             let other = sites.positions[j as usize];
             let (middle, direction) = (0.5 * (at + other), other - at);
             let beyond = |p: DVec3| (p - middle).dot(direction) - offset;
-            let uncut = |u: &Uncut| u.by == j && u.but_in.binary_search(&t).is_err();
-            if counts != Some(false)
-                && !without.iter().any(uncut)
-                && self.clipped.is_cut(beyond)
-                && self.counts(scene, s, c)
-            {
+            if counts != Some(false) && cuts(j) && self.clipped.is_cut(beyond) && self.counts(scene, s, c) {
                 self.clipped.cut(Label::Site(j));
                 if self.clipped.polygon.is_empty() {
                     return true;
