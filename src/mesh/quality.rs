@@ -69,7 +69,12 @@ fn angle(opposite: f64, left: f64, right: f64) -> f64 {
     cosine(opposite, left, right).acos().to_degrees()
 }
 
-/// The largest and the smallest cosine of [`TriangleQuality::angles`], from the lengths of the edges.
+/// The largest and the smallest cosine of [`TriangleQuality::angles`].
+pub(crate) fn extreme_cosines_of(corners: [DVec3; 3]) -> [f64; 2] {
+    extreme_cosines(lengths(corners))
+}
+
+/// The same from the lengths of the edges.
 fn extreme_cosines([la, lb, lc]: [f64; 3]) -> [f64; 2] {
     let cosines = [cosine(la, lb, lc), cosine(lb, la, lc), cosine(lc, la, lb)];
     [f64::max, f64::min].map(|pick| cosines.into_iter().reduce(pick).unwrap_or(0.0))
@@ -77,26 +82,45 @@ fn extreme_cosines([la, lb, lc]: [f64; 3]) -> [f64; 2] {
 
 /// The smallest and the largest of [`TriangleQuality::angles`].
 pub(crate) fn extreme_angles(corners: [DVec3; 3]) -> [f64; 2] {
-    extreme_cosines(lengths(corners)).map(|cosine| cosine.acos().to_degrees())
+    extreme_cosines_of(corners).map(|cosine| cosine.acos().to_degrees())
 }
 
 /// The smallest of [`TriangleQuality::angles`].
 pub(crate) fn smallest_angle(corners: [DVec3; 3]) -> f64 {
-    extreme_cosines(lengths(corners))[0].acos().to_degrees()
+    extreme_cosines_of(corners)[0].acos().to_degrees()
 }
 
 /// As [`smallest_angle`] if it is below a limit, also in degrees; nearly all triangles are far from it, which
 /// their cosines tell.
 pub(crate) fn angle_below(corners: [DVec3; 3], limit: f64) -> Option<f64> {
-    let least = (limit + MARGIN).min(180.0).to_radians().cos();
+    let least = cosine_clear_of(limit);
     if are_cosines_below(corners, least) {
         return None;
     }
-    let [high, _] = extreme_cosines(lengths(corners));
+    let [high, _] = extreme_cosines_of(corners);
     if high < least {
         return None;
     }
     Some(high.acos().to_degrees()).filter(|angle| *angle < limit)
+}
+
+/// A cosine below which an angle is above a limit in degrees, however it is rounded.
+pub(crate) fn cosine_clear_of(limit: f64) -> f64 {
+    (limit + MARGIN).min(180.0).to_radians().cos()
+}
+
+/// Whether all angles are clearly below 90 degrees, and their cosines below `most`, as [`cosine_clear_of`] gives
+/// it. Nearly all triangles of a good mesh are so, which squares tell as for [`angle_below`].
+pub(crate) fn are_clearly_acute([a, b, c]: [DVec3; 3], most: f64) -> bool {
+    let squares = [b.distance_squared(c), c.distance_squared(a), a.distance_squared(b)];
+    let half_sum = 0.5 * (squares[0] + squares[1] + squares[2]);
+    let least = MARGIN.to_radians();
+    let is_clear = |k: usize| {
+        let sides = squares[(k + 1) % 3] * squares[(k + 2) % 3];
+        let product = half_sum - squares[k];
+        product > 0.0 && product * product > least * least * sides && product * product < most * most * sides
+    };
+    most > 0.0 && (0..3).all(is_clear)
 }
 
 /// Whether the cosines of all angles are below a positive one, as their squares tell, without a root or a
@@ -338,7 +362,7 @@ mod tests {
     #[test]
     fn angles_that_squares_decide_are_those_of_the_cosines() {
         let mut random = rand_pcg::Pcg64Mcg::seed_from_u64(9);
-        let (mut small, mut tested) = (0, 0);
+        let (mut small, mut acute, mut tested) = (0, 0, 0);
         for round in 0..20_000 {
             let mut point = || DVec3::from_array(std::array::from_fn(|_| random.random_range(-1.0..1.0)));
             let [mut a, mut b, mut c] = [point(), point(), point()];
@@ -354,15 +378,22 @@ mod tests {
             let factor = f64::exp2(f64::from(round % 5 - 2) * 150.0);
             (a, b, c) = (factor * a, factor * b, factor * c);
             let scale = power_of_two_scale([a, b, c].into_iter());
-            let exact = TriangleQuality::new([a, b, c].map(|p| p * scale)).min_angle();
+            let corners = [a, b, c].map(|p| p * scale);
+            let quality = TriangleQuality::new(corners);
+            let exact = quality.min_angle();
             for limit in [1.0, 30.0, 59.0, 89.9995, 120.0] {
-                let below = angle_below([a, b, c].map(|p| p * scale), limit);
+                let below = angle_below(corners, limit);
                 assert_eq!(below, Some(exact).filter(|angle| *angle < limit), "{a} {b} {c}");
                 small += usize::from(below.is_some());
+                let by = |margin: f64| exact > limit + margin && quality.max_angle() < 90.0 - margin;
+                let is_acute = are_clearly_acute(corners, cosine_clear_of(limit));
+                assert!(is_acute <= by(0.0) && is_acute >= by(0.01), "{a} {b} {c}");
+                acute += usize::from(is_acute);
                 tested += 1;
             }
         }
         assert!(8 * small > tested && 8 * small < 7 * tested, "{small} of {tested}");
+        assert!(40 * acute > tested, "{acute} of {tested}");
     }
 
     #[test]

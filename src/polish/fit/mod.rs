@@ -14,7 +14,7 @@ use rayon::prelude::*;
 use super::relax::{CHUNK, folds_or_flattens, vertex_normal};
 use super::{MeshCache, Target, is_fixed};
 use crate::mesh::half_edge_mesh::HalfEdgeMesh;
-use crate::mesh::quality::extreme_angles;
+use crate::mesh::quality::{are_clearly_acute, cosine_clear_of, extreme_angles, extreme_cosines_of};
 use crate::mesh::triangle::doubled_normal;
 use crate::{ProgressToken, Result, TriMesh};
 use samples::{FitMesh, Searches};
@@ -145,12 +145,14 @@ impl FitMesh<'_> {
             *step = step.clamp_length_max(MAX_MOVE * area.sqrt());
         }
         let triangles = self.half_edges.triangles.par_iter().with_min_len(CHUNK);
-        let angles: Vec<[f64; 2]> = triangles.map(|t| extreme_angles(self.corners(*t))).collect();
-        let (smallest, largest) = angles
-            .par_iter()
-            .map(|[smallest, largest]| (*smallest, *largest))
-            .reduce(|| (f64::INFINITY, 90.0), |a, b| (a.0.min(b.0), a.1.max(b.1)));
-        let bounds = Bounds { smallest, floor: smallest.max(min_angle), largest };
+        // The larger a cosine, the smaller the angle.
+        let cosines = triangles
+            .map(|t| extreme_cosines_of(self.corners(*t)))
+            .reduce(|| [-1.0, 1.0], |a, b| [a[0].max(b[0]), a[1].min(b[1])]);
+        let [smallest, largest] = cosines.map(|cosine| cosine.acos().to_degrees());
+        let floor = smallest.max(min_angle);
+        let bounds =
+            Bounds { smallest, floor, clear_of_floor: cosine_clear_of(floor), largest: largest.max(90.0) };
         let mut held = vec![false; self.points.len()];
         // Only triangles with changed moves are checked again.
         let mut changed = vec![true; self.points.len()];
@@ -159,11 +161,10 @@ impl FitMesh<'_> {
                 .half_edges
                 .triangles
                 .par_iter()
-                .zip(&angles)
                 .with_min_len(CHUNK)
-                .filter(|(triangle, _)| triangle.iter().any(|v| changed[*v as usize]))
-                .filter(|(triangle, angles)| self.is_spoiled(**triangle, **angles, moves, &bounds))
-                .map(|(triangle, _)| *triangle)
+                .filter(|triangle| triangle.iter().any(|v| changed[*v as usize]))
+                .filter(|triangle| self.is_spoiled(**triangle, moves, &bounds))
+                .copied()
                 .collect();
             if spoiled.is_empty() {
                 break;
@@ -184,18 +185,21 @@ impl FitMesh<'_> {
         held.iter().filter(|held| **held).count()
     }
 
-    /// Whether the moves fold or flatten a triangle, or make its angles worse than the bounds allow; `angles`
-    /// are the smallest and the largest of them now.
-    fn is_spoiled(&self, triangle: [u32; 3], angles: [f64; 2], moves: &[DVec3], bounds: &Bounds) -> bool {
+    /// Whether the moves fold or flatten a triangle, or make its angles worse than the bounds allow.
+    fn is_spoiled(&self, triangle: [u32; 3], moves: &[DVec3], bounds: &Bounds) -> bool {
         let old = self.corners(triangle);
         let new = triangle.map(|v| v as usize).map(|v| self.points[v] + moves[v]);
         if new == old {
             return false;
         }
-        let ([was_small, was_large], [small, large]) = (angles, extreme_angles(new));
-        let flatter = small < bounds.floor && small < bounds.smallest.max(was_small - LOSS).min(was_small);
-        let wider = large > 90.0 && large > bounds.largest.min(was_large + LOSS).max(was_large);
-        flatter || wider || folds_or_flattens(old, new, doubled_normal(old))
+        let is_worse = || {
+            let ([was_small, was_large], [small, large]) = (extreme_angles(old), extreme_angles(new));
+            let flatter =
+                small < bounds.floor && small < bounds.smallest.max(was_small - LOSS).min(was_small);
+            flatter || (large > 90.0 && large > bounds.largest.min(was_large + LOSS).max(was_large))
+        };
+        (!are_clearly_acute(new, bounds.clear_of_floor) && is_worse())
+            || folds_or_flattens(old, new, doubled_normal(old))
     }
 }
 
@@ -203,8 +207,10 @@ impl FitMesh<'_> {
 struct Bounds {
     /// The smallest angle before the moves.
     smallest: f64,
-    /// Angles below this may lose little.
+    /// Angles below this may lose little;
     floor: f64,
+    /// those with cosines below this are above it.
+    clear_of_floor: f64,
     /// The largest angle before the moves, at least 90.
     largest: f64,
 }

@@ -6,7 +6,7 @@ use glam::DVec3;
 use super::known::{Known, KnownTriangles, MIDDLE, Ranks, SAMPLES, sample};
 use super::mesh_copy::MeshCopy;
 use crate::mesh::half_edges::next;
-use crate::mesh::quality::extreme_angles;
+use crate::mesh::quality::{are_clearly_acute, cosine_clear_of, extreme_angles};
 use crate::mesh::triangle::{closest_on_triangle, doubled_normal};
 
 /// Rings of vertices around a triangle that are relaxed.
@@ -156,9 +156,13 @@ impl MeshCopy<'_> {
         changed: &[usize],
         (floor, most): (f64, &Deviation),
     ) -> Option<Deviation> {
+        let clear_of_floor = cosine_clear_of(floor);
         let shaped = |k: &usize| {
-            let [smallest, largest] = extreme_angles(self.corners(region.triangles[*k]));
-            smallest >= floor && largest <= 90.0
+            let corners = self.corners(region.triangles[*k]);
+            are_clearly_acute(corners, clear_of_floor) || {
+                let [smallest, largest] = extreme_angles(corners);
+                smallest >= floor && largest <= 90.0
+            }
         };
         let others_are_sound =
             || before.sound.iter().enumerate().all(|(k, sound)| *sound || changed.contains(&k));
