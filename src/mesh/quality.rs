@@ -109,8 +109,8 @@ pub(crate) fn cosine_clear_of(limit: f64) -> f64 {
     (limit + MARGIN).min(180.0).to_radians().cos()
 }
 
-/// Whether all angles are clearly below 90 degrees, and their cosines below `most`, as [`cosine_clear_of`] gives
-/// it. Nearly all triangles of a good mesh are so, which squares tell as for [`angle_below`].
+/// Whether all angles are clearly below 90 degrees, and their cosines below `most`, as [`cosine_clear_of`]
+/// gives it. Nearly all triangles of a good mesh are so, which squares tell as for [`angle_below`].
 pub(crate) fn are_clearly_acute([a, b, c]: [DVec3; 3], most: f64) -> bool {
     let squares = [b.distance_squared(c), c.distance_squared(a), a.distance_squared(b)];
     let half_sum = 0.5 * (squares[0] + squares[1] + squares[2]);

@@ -45,8 +45,13 @@ fn relaxed(mesh: &TriMesh, count: usize) -> Vec<f64> {
     let (start, on_curves) = run.start(Origin::Scattered, &plan);
     let pins = on_curves.unwrap().pins;
     assert_eq!(start.sites.len(), count);
-    let options =
-        LevelOptions { spacing: plan.spacing, has_sizes: false, iterations: 40, moves: Moves::SCATTERED };
+    let options = LevelOptions {
+        spacing: plan.spacing,
+        has_sizes: false,
+        iterations: 40,
+        moves: Moves::SCATTERED,
+        is_last: true,
+    };
     let level = Level::new(&device, &start, &options).unwrap();
     let mut callback = |_| Flow::Continue;
     let mut progress = ProgressReporter::new(&mut callback);

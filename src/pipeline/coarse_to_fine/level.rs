@@ -59,7 +59,7 @@ impl Moves {
 
 const MOMENTUM: f32 = 0.9;
 
-/// How a level is relaxed.
+/// How a level is relaxed and connected.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct LevelOptions {
     pub spacing: f64,
@@ -67,6 +67,8 @@ pub(crate) struct LevelOptions {
     pub has_sizes: bool,
     pub iterations: u32,
     pub moves: Moves,
+    /// Whether no finer one follows.
+    pub is_last: bool,
 }
 
 /// The stages for a number of sites, with their buffers.
@@ -134,7 +136,7 @@ impl Level {
     }
 
     pub fn new(device: &Device, start: &Start, options: &LevelOptions) -> Result<Self> {
-        let LevelOptions { spacing, has_sizes, iterations, moves } = *options;
+        let LevelOptions { spacing, has_sizes, iterations, moves, .. } = *options;
         let Start { sites, pinned } = start;
         let n = sites.len();
         let curves = pinned.is_some();

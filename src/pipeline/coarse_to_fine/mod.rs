@@ -131,8 +131,9 @@ impl CoarseToFine<'_> {
                     has_sizes: !self.model.sizes.is_uniform(),
                     iterations,
                     moves: if is_scattered { Moves::SCATTERED } else { Moves::REFINED },
+                    is_last,
                 };
-                let level = self.level(on, &start, on_curves, (&options, is_last), progress)?;
+                let level = self.level(on, &start, on_curves, &options, progress)?;
                 clock.phase(phase.name());
                 total += level.steps.len() as u32;
                 if level.is_sound || is_scattered {
@@ -227,7 +228,7 @@ impl CoarseToFine<'_> {
         on: &CellSurface,
         start: &Start,
         on_curves: Option<LevelCurves>,
-        (options, is_last): (&LevelOptions, bool),
+        options: &LevelOptions,
         progress: &mut ProgressReporter,
     ) -> Result<LevelMesh> {
         progress.poll()?;
@@ -240,7 +241,7 @@ impl CoarseToFine<'_> {
             on_curves.restore(&mut sites.positions);
         }
         let sites = LevelSites { sites, on_curves, near };
-        let mesh = match is_last {
+        let mesh = match options.is_last {
             true => self.connect(on, sites, options.spacing, progress)?,
             false => self.connect_coarse(on, sites, options.spacing, progress)?,
         };

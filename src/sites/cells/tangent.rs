@@ -9,19 +9,19 @@ use crate::{ProgressToken, Result};
 use rayon::prelude::*;
 
 /// Fewer cells are done by one thread.
-const FEW_CELLS: usize = 64;
+const FEW: usize = 64;
 /// Largest share of the cells that are made exact; with more, it is quicker to make all so.
 const MOST_EXACT: f64 = 0.6;
 /// Times that exact cells that do not agree are repaired, with those around compared again.
-const REPAIRS: u32 = 3;
+const TRIES: u32 = 3;
 
 /// Triangles over the sites of a closed surface in one patch, from each site's cell in its tangent plane; the
 /// sites whose cells do not agree about a corner get exact connected cells. They form a closed manifold that
 /// uses all sites. `None` if that many do not agree, if the exact ones among them do not either, or on a
 /// surface of another kind: [`super::connected_cells`] does those.
 ///
-/// This takes a fifth of the time of exact cells, since no triangle of the surface is clipped; unlike theirs,
-/// the areas certify nothing.
+/// Where nearly all agree, this takes a fifth of the time of exact cells, since no triangle of the surface is
+/// clipped. Areas certify nothing here.
 ///
 /// # Errors
 /// [`crate::Error::Cancelled`].
@@ -39,10 +39,13 @@ pub fn tangent_cells(
     let count = scene.sectors.len();
     let mut cells: Vec<Cell> = (0..count)
         .into_par_iter()
-        .with_min_len(FEW_CELLS)
-        .map_init(Walk::default, |walk, s| walk.tangent_cell(&scene, s))
+        .with_min_len(FEW)
+        .map_init(Walk::default, |walk, s| match progress.is_cancelled() {
+            true => Cell::default(),
+            false => walk.tangent_cell(&scene, s),
+        })
         .collect();
-    let (mut left, mut exact) = (REPAIRS, 0);
+    let (mut left, mut exact) = (TRIES, 0);
     loop {
         progress.poll()?;
         if all_are_shared(&scene, &cells) {
@@ -59,8 +62,11 @@ pub fn tangent_cells(
             let mismatched = at_odds.into_iter().flat_map(|s| one_sided(&scene, &cells, s)).collect();
             repair(&scene, &mut cells, mismatched, progress)?;
         }
-        let new: Vec<Cell> =
-            again.par_iter().map_init(Walk::default, |walk, s| walk.cell(&scene, *s, &[])).collect();
+        let exact_cell = |walk: &mut Walk, s: &usize| match progress.is_cancelled() {
+            true => Cell::default(),
+            false => walk.cell(&scene, *s, &[]),
+        };
+        let new: Vec<Cell> = again.par_iter().map_init(Walk::default, exact_cell).collect();
         again.into_iter().zip(new).for_each(|(s, cell)| cells[s] = cell);
     }
     let (fans, broken) = closed_fans(&cells);
