@@ -17,6 +17,7 @@ mod polygons;
 #[allow(clippy::unwrap_used, dead_code, reason = "shared with the tests, which fail by panicking")]
 mod reference;
 mod results;
+mod sizing;
 
 use anyhow::{Context as _, Result, ensure};
 use clap::Parser;
@@ -59,11 +60,12 @@ struct Args {
 }
 
 /// In the order of the iteration, and the polish after it; the kernels of the paper's preset come last.
-const GROUPS: [&[Group]; 7] = [
+const GROUPS: [&[Group]; 8] = [
     &[iteration::GROUP],
     &neighbours::GROUPS,
     &faces::GROUPS,
     &moves::GROUPS,
+    &sizing::GROUPS,
     &polish::GROUPS,
     &order::GROUPS,
     &paper::GROUPS,

@@ -14,3 +14,4 @@ pub mod pins;
 pub mod plane_fit;
 pub mod polish;
 pub mod power;
+pub mod sizing;

@@ -3,9 +3,10 @@
 use crate::reference::knn::nearest;
 use crate::reference::octahedral::{pack, unpack};
 use crate::reference::pins::Mark;
+use crate::reference::sizing::{RING, Site, drift};
 use crate::support::polygons::frame;
 use crate::support::{assert_valid, cloud, device, on_sphere, rng, rounded, slots, upload, vec4};
-use glam::{DMat2, DVec2, DVec3, Vec4};
+use glam::{DVec2, DVec3, Vec4};
 use rand::RngExt;
 use rtfmesh::gpu::Buffer;
 use rtfmesh::mesh::samples::sample;
@@ -15,8 +16,6 @@ use rtfmesh::stages::face::planar::PlanarInputs;
 use rtfmesh::stages::neighbours::lists::{ListOptions, Lists};
 use rtfmesh::stages::site_layout::SiteLayout;
 use rtfmesh::stages::sizing::{DeviceSizes, Sizing};
-
-const RING: usize = 6;
 
 #[test]
 fn lengths_are_those_of_the_triangle_under_each_site() {
@@ -56,51 +55,6 @@ fn lengths_are_those_of_the_triangle_under_each_site() {
 #[test]
 fn a_uniform_field_takes_nothing_on_the_device() {
     assert!(DeviceSizes::new(device(), &SizeField::default()).unwrap().is_none());
-}
-
-/// What `sizing/drift` reads of a site.
-struct Site {
-    at: DVec3,
-    normal: DVec3,
-    mark: Mark,
-    length: f64,
-}
-
-/// The shift of the target of `i`: the gradient that fits the logarithms of the lengths around best, times
-/// what makes the centroid of the density 1 / length⁴ in a hexagon of it, no longer than a quarter of the way
-/// to the neighbours. `None` where the neighbours are close to one line.
-fn drift(sites: &[Site], i: usize, near: &[u32]) -> Option<DVec3> {
-    let Site { at, normal, mark, length } = &sites[i];
-    let (u, v) = frame(*normal);
-    let (mut moments, mut sum, mut square, mut count) = (DMat2::ZERO, DVec2::ZERO, 0.0, 0.0);
-    for other in near.iter().take(RING).map(|j| &sites[*j as usize]) {
-        let same = other.mark == *mark || other.mark.is_pinned();
-        if !same || !(other.mark.counts_anywhere() || normal.dot(other.normal) > 0.0) {
-            continue;
-        }
-        let d = other.at - *at;
-        let flat = DVec2::new(d.dot(u), d.dot(v));
-        let weight = 1.0 / d.length_squared();
-        moments += weight * DMat2::from_cols(flat * flat.x, flat * flat.y);
-        sum += weight * (other.length / length).ln() * flat;
-        square += d.length_squared();
-        count += 1.0;
-    }
-    if count == 0.0 {
-        return Some(DVec3::ZERO);
-    }
-    if (moments.determinant() - 0.02 * count * count).abs() < 1e-4 * count * count {
-        return None;
-    }
-    if moments.determinant() < 0.02 * count * count {
-        return Some(DVec3::ZERO);
-    }
-    let mean_sq = square / count;
-    // The second moment of a unit hexagon over the square of twice its inner radius is 5 / 72, and the
-    // density falls by four times what the length grows.
-    let shift = -4.0 * 5.0 / 72.0 * mean_sq * (moments.inverse() * sum);
-    let shift = shift.clamp_length_max(0.25 * mean_sq.sqrt());
-    Some(shift.x * u + shift.y * v)
 }
 
 #[test]
@@ -164,7 +118,9 @@ fn targets_drift_to_where_edges_are_to_be_short() {
             }
             // A neighbour square to the normal may count or not.
             let close_call = near[i].iter().any(|j| sites[*j as usize].normal.dot(site.normal).abs() < 1e-4);
-            let Some(drift) = drift(&sites, i, &near[i]).filter(|_| !close_call) else { continue };
+            let around: Vec<&Site> = near[i].iter().map(|j| &sites[*j as usize]).collect();
+            let drift = drift(site, &around, frame(site.normal)).filter(|_| !close_call);
+            let Some(drift) = drift else { continue };
             let want = site.at + (wanted[i] - site.at + drift).clamp_length_max(STEP * site.length);
             assert!(to.distance(want) < 2e-6, "{n} sites: site {i}: {to} instead of {want}");
             let step_sq = (centroids[i] + drift).distance_squared(site.at) / site.length.powi(2);
