@@ -20,8 +20,8 @@ const TRIES: u32 = 3;
 /// uses all sites. `None` if that many do not agree, if the exact ones among them do not either, or on a
 /// surface of another kind: [`super::connected_cells`] does those.
 ///
-/// Where nearly all agree, this takes a fifth of the time of exact cells, since no triangle of the surface is
-/// clipped. Areas certify nothing here.
+/// Where nearly all agree, and cells lie in many triangles, this takes a fifth of the time of exact cells,
+/// since the surface is not clipped. Areas certify nothing here.
 ///
 /// # Errors
 /// [`crate::Error::Cancelled`].

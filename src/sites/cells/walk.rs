@@ -12,7 +12,8 @@ use smallvec::SmallVec;
 /// co-circular sites unique, so that all their cells agree on it.
 const WEIGHT: f64 = 1e-6;
 
-/// A site whose normal points the other way counts if the surface connects to it within this many spacings.
+/// A site whose normal points the other way counts if the surface connects to it within this many spacings;
+/// and a cell in a tangent plane that reaches farther is not taken.
 const REACH: f64 = 2.5;
 
 /// Sites around one whose normals are added to its own for its tangent plane.
