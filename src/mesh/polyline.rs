@@ -28,6 +28,20 @@ impl Polyline {
         self.along.last().copied().unwrap_or(0.0)
     }
 
+    /// How much its bends differ from one point to the next, on average: the angle of the turn that leads
+    /// from one to the other, in radians. 0 on a straight line, on a circle, and with fewer than two bends.
+    pub fn mean_change_of_bends(&self) -> f64 {
+        let directions: Vec<DVec3> =
+            self.points.windows(2).map(|pair| (pair[1] - pair[0]).normalize_or_zero()).collect();
+        let bend = |pair: &[DVec3]| {
+            let axis = pair[0].cross(pair[1]);
+            axis.length().atan2(pair[0].dot(pair[1])) * axis.normalize_or_zero()
+        };
+        let bends: Vec<DVec3> = directions.windows(2).map(bend).collect();
+        let changes: f64 = bends.windows(2).map(|pair| pair[0].distance(pair[1])).sum();
+        changes / bends.len().saturating_sub(1).max(1) as f64
+    }
+
     /// Whether it ends where it begins.
     pub fn is_closed(&self) -> bool {
         self.closed
@@ -86,6 +100,7 @@ impl Polyline {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use glam::DVec2;
 
     fn square() -> Polyline {
         let corners = [[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0], [0.0, 0.0]];
@@ -121,5 +136,25 @@ mod tests {
             square.deviations(0.5, 2.5).map(|(arc_length, _)| arc_length).collect::<Vec<_>>(),
             [1.0, 2.0]
         );
+    }
+
+    #[test]
+    fn bends_of_stairs_change_and_those_of_circles_do_not() {
+        use std::f64::consts::{FRAC_PI_2, TAU};
+        let change = |points: &mut dyn Iterator<Item = DVec3>| {
+            Polyline::new(points.collect(), false).mean_change_of_bends()
+        };
+        let stairs = |k: i32| DVec3::new(f64::from((k + 1) / 2), f64::from(k / 2), 0.0);
+        assert!((change(&mut (0..20).map(stairs)) - 2.0 * FRAC_PI_2).abs() < 1e-12);
+        let arc = |k: i32| DVec2::from_angle(f64::from(k) * TAU / 8.0).extend(0.0);
+        assert!(change(&mut (0..7).map(arc)) < 1e-12);
+        // Corners of a cube, one after the other: each bend has another axis.
+        let cube = [[0, 0, 0], [1, 0, 0], [1, 1, 0], [1, 1, 1]].map(|p| DVec3::from_array(p.map(f64::from)));
+        assert!((change(&mut cube.into_iter()) - FRAC_PI_2.hypot(FRAC_PI_2)).abs() < 1e-12);
+        for few in 1..4 {
+            assert_eq!(change(&mut (0..few).map(|k| DVec3::splat(f64::from(k)))), 0.0, "{few}");
+        }
+        // Equal points have no direction.
+        assert_eq!(change(&mut [DVec3::X; 4].into_iter()), 0.0);
     }
 }

@@ -2,7 +2,7 @@
 
 use glam::DVec3;
 
-use super::{Mending, STRAY_OF_BOUNDARY};
+use super::Mending;
 use crate::local::part::Part;
 use crate::local::star_mesh::StarMesh;
 use crate::mesh::triangle::closest_on_triangle;
@@ -16,12 +16,8 @@ impl Mending<'_> {
         let old: Vec<[DVec3; 3]> = before.mesh.alive().map(|t| before.mesh.corners(t)).collect();
         let new: Vec<[DVec3; 3]> = after.mesh.alive().map(|t| after.mesh.corners(t)).collect();
         let unit = self.spacing * before.mesh.largest_size();
-        // Boundaries may be cut off.
-        let near = match self.deviation {
-            Some(deviation) => deviation,
-            None if before.mesh.has_boundary() => unit * NEAR.max(STRAY_OF_BOUNDARY),
-            None => unit * NEAR,
-        };
+        // Ragged boundaries may be cut off.
+        let near = self.deviation.unwrap_or(unit * NEAR.max(self.stray_of_boundary(&before.mesh)));
         let is_new = |corners: &&[DVec3; 3]| !old.contains(corners);
         let is_gone = |corners: &&[DVec3; 3]| !new.contains(corners);
         let farthest = |list: &mut dyn Iterator<Item = &[DVec3; 3]>| {
@@ -39,18 +35,19 @@ impl Mending<'_> {
         };
         old.iter().filter(is_gone).flat_map(|corners| samples(*corners)).all(is_covered)
     }
+
+    /// How far a boundary of the part may be from its edges, in spacings; 0 without any.
+    fn stray_of_boundary(&self, part: &StarMesh) -> f64 {
+        let of_edge = |(a, b): (u32, u32)| {
+            let is_whole = !part.is_frozen(a) || !part.is_frozen(b);
+            let curve = part.curves.get(a, b).filter(|_| is_whole && part.at_edge(a, b).count() == 1);
+            curve.map_or(0.0, |curve| self.stray(Some(curve)))
+        };
+        part.edges().into_iter().map(of_edge).fold(0.0, f64::max)
+    }
 }
 
 impl StarMesh {
-    /// Whether a curve edge has one triangle.
-    fn has_boundary(&self) -> bool {
-        let on_curve = self.edges().into_iter().filter(|(a, b)| self.curves.contains(*a, *b));
-        on_curve.into_iter().any(|(a, b)| {
-            let is_whole = !self.is_frozen(a) || !self.is_frozen(b);
-            is_whole && self.at_edge(a, b).count() == 1
-        })
-    }
-
     /// The largest relative target length.
     fn largest_size(&self) -> f64 {
         if self.sizes.is_empty() { 1.0 } else { self.sizes.iter().copied().fold(0.0, f64::max) }

@@ -15,10 +15,10 @@ mod smooth;
 use std::cmp::Reverse;
 use std::collections::{BinaryHeap, HashMap};
 
+use super::LocalMesh;
 use super::curve_edges::CurvePart;
 use super::part::Part;
 use super::star_mesh::{Place, StarMesh};
-use super::{CurveEdge, LocalMesh};
 use crate::mesh::NONE;
 use crate::mesh::polyline::Polyline;
 use crate::polish::Target;
@@ -48,8 +48,11 @@ const MOST_IN_VAIN: usize = 300;
 const ENOUGH: f64 = 0.1;
 /// Largest distance of a curve from its edges that a change may lead to, in spacings,
 const STRAY: f64 = 0.03;
-/// and of a boundary, which is ragged on scans.
-const STRAY_OF_BOUNDARY: f64 = 0.2;
+/// and of a ragged curve, as where a scan ends or its crease follows the triangles.
+const STRAY_OF_RAGGED: f64 = 0.2;
+/// A curve is ragged if its bends change by more than this angle from one to the next, in radians: by 0 to
+/// 10 degrees on CAD parts, by 15 to 130 on scans.
+const RAGGED: f64 = 0.35;
 
 /// Angles whose difference is below this are the same, in radians.
 const SAME: f64 = 1e-9;
@@ -118,7 +121,7 @@ pub fn mend_angles(
     }
     let polylines: Vec<Polyline> = local.sliding_curves.iter().map(|curve| curve.line.clone()).collect();
     let start = StarMesh::from_local(local);
-    let strays = strays(&start, &local.curve_edges, polylines.len());
+    let strays: Vec<f64> = polylines.iter().map(stray).collect();
     for most_added in MOST_ADDED {
         let mending = Mending {
             cost,
@@ -153,15 +156,9 @@ pub fn mend_angles(
     Ok(Mended::default())
 }
 
-/// How far each curve may be from its edges, in spacings.
-fn strays(mesh: &StarMesh, curve_edges: &[CurveEdge], curves: usize) -> Vec<f64> {
-    let mut strays = vec![STRAY; curves];
-    for CurveEdge { ends: [a, b], curve, .. } in curve_edges {
-        if mesh.at_edge(*a, *b).count() == 1 {
-            strays[*curve as usize] = STRAY_OF_BOUNDARY;
-        }
-    }
-    strays
+/// How far a curve may be from its edges, in spacings.
+fn stray(line: &Polyline) -> f64 {
+    if line.mean_change_of_bends() > RAGGED { STRAY_OF_RAGGED } else { STRAY }
 }
 
 impl Mending<'_> {
