@@ -18,15 +18,15 @@ use crate::pipeline::result::ShorterEdges;
 use crate::{Result, TriMesh};
 
 /// A place of the surface farther from the mesh than so many edge lengths is left out.
-const LEFT_OUT: f64 = 0.6;
+const LEFT_OUT: f64 = 0.4;
 /// Where one is, others farther than this are to come closer as well.
-const FAR: f64 = 0.4;
+const FAR: f64 = 0.3;
 /// Share of their length that edges have there in the next attempt,
 const SHORTER: f64 = 0.6;
 /// within so many spacings.
 const REACH: f64 = 1.5;
 /// Most further attempts.
-const ATTEMPTS: u32 = 2;
+const ATTEMPTS: u32 = 3;
 /// Another attempt counts if the place that is farthest from the mesh is at this share of the distance.
 const CLOSER: f64 = 0.8;
 /// Faces with small angles that it may have more, as a share of all,
@@ -64,9 +64,6 @@ impl Runner<'_, '_> {
             let model = self.model(Options { vertices, ..options })?;
             let next = self.attempt(&model, vertices, self.shared.options.seed)?;
             left_out = self.left_out(&surface, &next, length)?;
-            if farthest(&next) >= farthest(&best) {
-                break;
-            }
             if self.is_better(&next, &best) {
                 let shorter_edges = Some(self.summary(&surface, &places, &model.sizes));
                 best = Outcome { shorter_edges, ..next };
@@ -100,15 +97,18 @@ impl Runner<'_, '_> {
         is_shorter
     }
 
-    /// Whether an outcome is closer than the best one by much, and its angles are hardly smaller.
+    /// Whether an outcome is much closer than the best one, and its angles are hardly smaller; or a little
+    /// closer, and fewer of its angles are small.
     fn is_better(&self, next: &Outcome, best: &Outcome) -> bool {
         let [(small, smallest), (small_before, smallest_before)] =
             [next, best].map(|outcome| self.small_angles(&outcome.mesh));
         let more = (MORE_SMALL * best.mesh.triangles.len() as f64) as usize;
-        next.fault.is_none()
-            && farthest(next) <= CLOSER * farthest(best)
+        let [distance, distance_before] = [next, best].map(farthest);
+        let is_much_closer = distance <= CLOSER * distance_before
             && small <= small_before + more
-            && smallest >= NARROWER * smallest_before
+            && smallest >= NARROWER * smallest_before;
+        let has_larger_angles = small < small_before && smallest >= smallest_before;
+        next.fault.is_none() && (is_much_closer || (distance < distance_before && has_larger_angles))
     }
 
     /// How many triangles have an angle below the least one, and the smallest of these, or the least one if
