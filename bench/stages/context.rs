@@ -174,7 +174,12 @@ impl<'a> Context<'a> {
         kernels: &[Work],
         record: &mut dyn FnMut(&mut Recorder, u32) -> rtfmesh::Result<()>,
     ) -> Result<Vec<Row>> {
-        let runs = self.times(record)?;
+        self.time_runs(kernels, &mut |number| self.submit(record, number))
+    }
+
+    /// [`Context::time`] of what takes several submissions; `run` gets the number of the run.
+    pub fn time_runs(&self, kernels: &[Work], run: &mut dyn FnMut(u32) -> Result<()>) -> Result<Vec<Row>> {
+        let runs = self.times(run)?;
         let mut rows = Vec::new();
         for work in kernels {
             let found: Vec<(u64, f64)> =
@@ -186,14 +191,11 @@ impl<'a> Context<'a> {
     }
 
     /// Dispatches and milliseconds of every kernel, for each timed run.
-    pub fn times(
-        &self,
-        record: &mut dyn FnMut(&mut Recorder, u32) -> rtfmesh::Result<()>,
-    ) -> Result<Vec<BTreeMap<String, (u64, f64)>>> {
+    pub fn times(&self, run: &mut dyn FnMut(u32) -> Result<()>) -> Result<Vec<BTreeMap<String, (u64, f64)>>> {
         let mut runs = Vec::new();
         for number in 1..=self.runs {
             self.device.take_timings();
-            self.submit(record, number)?;
+            run(number)?;
             let times = self.device.take_timings().into_iter();
             let known = times.filter_map(|t| Some((t.name, (t.calls, t.milliseconds?))));
             runs.push(known.filter(|(name, _)| !name.starts_with("copy.")).collect());

@@ -187,10 +187,11 @@ fn whole(context: &Context) -> Result<Vec<Row>> {
     let mut iteration = RELAX;
     for (kernel, refresh) in [(KEPT, Refresh::Kept), (ANEW, Refresh::Anew)] {
         let before = builds()?;
-        let runs = context.times(&mut |recorder, _| {
+        let mut record = |recorder: &mut _, _| {
             iteration += 1;
             it.record(recorder, context.model, refresh, iteration - 1)
-        })?;
+        };
+        let runs = context.times(&mut |number| context.submit(&mut record, number))?;
         let made = builds()? - before;
         let wanted = if refresh == Refresh::Anew { context.runs } else { 0 };
         ensure!(made == wanted, "{kernel}: the lists were built {made} times instead of {wanted}");

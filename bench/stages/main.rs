@@ -3,6 +3,7 @@
 
 mod check;
 mod context;
+mod exact;
 mod faces;
 mod iteration;
 mod moves;
@@ -59,8 +60,8 @@ struct Args {
     bench: bool,
 }
 
-/// In the order of the iteration, and the polish after it; the kernels of the paper's preset come last.
-const GROUPS: [&[Group]; 8] = [
+/// In the order of the iteration, and the polish after it; the kernels of the presets come last.
+const GROUPS: [&[Group]; 9] = [
     &[iteration::GROUP],
     &neighbours::GROUPS,
     &faces::GROUPS,
@@ -69,6 +70,7 @@ const GROUPS: [&[Group]; 8] = [
     &polish::GROUPS,
     &order::GROUPS,
     &paper::GROUPS,
+    &exact::GROUPS,
 ];
 
 fn main() -> Result<()> {

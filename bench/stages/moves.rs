@@ -3,18 +3,23 @@
 use crate::check::{ROUNDING, landed, unpack_normal};
 use crate::context::{Context, Group, Work};
 use crate::reference::closest::{distance_facing, normal_at, onto_triangle};
+use crate::reference::keep_off::{NEAR, kept_off};
+use crate::reference::pins::Mark;
+use crate::reference::sizing::Site;
 use crate::results::Row;
 use anyhow::{Result, ensure};
-use glam::{Vec2, Vec4};
+use glam::{DVec3, Vec2, Vec4};
 use rtfmesh::gpu::Buffer;
+use rtfmesh::stages::face::planar::PlanarInputs;
 use rtfmesh::stages::project::bvh::Bvh;
 use rtfmesh::stages::project::closest::ClosestPoints;
 use rtfmesh::stages::project::walk::Walk;
 use rtfmesh::stages::site_layout::SiteLayout;
-use rtfmesh::stages::step::{Settle, Step};
+use rtfmesh::stages::step::{KeepOff, Settle, Step};
 
-/// The walk, and the search that can follow it, whose tree is built once for a surface.
-pub const GROUPS: [Group; 3] = [
+/// The walk, and the search that can follow it, whose tree is built once for a surface; the moves, and the
+/// clearance from curves.
+pub const GROUPS: [Group; 4] = [
     Group {
         kernels: &["project.leaves", "project.join", "project.walk", "project.closest"],
         most_sites: usize::MAX,
@@ -22,6 +27,7 @@ pub const GROUPS: [Group; 3] = [
     },
     Group { kernels: &["step.settle", "step.reduce"], most_sites: usize::MAX, run: settle },
     Group { kernels: &["step.step"], most_sites: usize::MAX, run: step },
+    Group { kernels: &["step.keep_off"], most_sites: usize::MAX, run: keep_off },
 ];
 
 /// The targets of the relaxed sites in an iteration without momentum.
@@ -155,4 +161,46 @@ fn step(context: &Context) -> Result<Vec<Row>> {
     let far = |i: usize| (wanted[i] - context.sites[i]).truncate().as_dvec3().length_squared();
     check_steps(&step.history, context, &(0..n).map(far).collect::<Vec<_>>())?;
     context.time(&[Work::new("step.step", n * 48 + 8 * n.div_ceil(64))], &mut record)
+}
+
+/// As if every fifth site were on a curve that goes on for a spacing: more than there ever are.
+fn keep_off(context: &Context) -> Result<Vec<Row>> {
+    let (n, device, it) = (context.len(), context.device, &context.iteration);
+    let wanted = targets(context)?;
+    let normals: Vec<DVec3> = it.normals.normals.to_vec(device)?.into_iter().map(unpack_normal).collect();
+    let site = |i: usize| {
+        let direction = normals[i].any_orthonormal_vector();
+        let mark = match i % 5 {
+            0 => Mark::Pinned { direction, quarters: 4, anywhere: false },
+            _ => Mark::Interior(0),
+        };
+        Site { at: context.points[i], normal: normals[i], mark, length: 1.0 }
+    };
+    let marked: Vec<Vec4> = (0..n).map(|i| context.sites[i].with_w(site(i).mark.encode())).collect();
+    let marked = Buffer::from_slice(device, "bench.marked", &marked)?;
+    let stage = KeepOff::new(device, false, None)?;
+    let mut record = |recorder: &mut _, _| {
+        let inputs = PlanarInputs { sites: &marked, ..it.inputs() };
+        stage.record(recorder, &inputs, &it.faces.targets, context.spacing, None)
+    };
+    context.submit(&mut record, 0)?;
+    let got = it.faces.targets.to_vec(device)?;
+    let mut moved = 0;
+    for (&i, near) in context.samples.iter().zip(&context.near) {
+        let (own, to) = (site(i), wanted[i].truncate().as_dvec3());
+        let around: Vec<Site> = near.iter().map(|j| site(*j as usize)).collect();
+        let far = |k: usize| context.points[near[k] as usize].distance(own.at);
+        // Of two sites at the same distance, the lists may contain either.
+        if far(NEAR) - far(NEAR - 1) < 1e-4 * context.spacing {
+            continue;
+        }
+        let kept = kept_off(&own, &around.iter().collect::<Vec<_>>(), context.spacing, to);
+        let want = if own.mark.is_pinned() { to } else { kept };
+        let off = got[i].truncate().as_dvec3().distance(want);
+        ensure!(off < ROUNDING + 1e-3 * context.spacing, "site {i}: the target is {off} off");
+        moved += usize::from(want != to);
+    }
+    ensure!(10 * moved > context.samples.len(), "only {moved} targets had to keep off");
+    let bytes = n * (16 + 4 + 4 * NEAR + 2 * 16);
+    context.time(&[Work::new("step.keep_off", bytes)], &mut record)
 }

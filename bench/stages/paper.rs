@@ -1,14 +1,17 @@
-//! The kernels of the paper's preset.
+//! The kernels of the paper's preset, and those that `rpf` and `rvc` have in their place.
 
 use crate::check::{known_face, near_list};
 use crate::context::{Context, Group, SMALL, Work};
 use crate::iteration::LIST;
 use crate::moves;
 use crate::polygons::{assert_same_polygon, frame};
+use crate::reference::best_fit;
 use crate::reference::centroid::{area_centroid, corner_mean, weighted_corner_mean};
+use crate::reference::face::Face;
 use crate::reference::knn::nearest;
 use crate::reference::nearest_vertices::distance;
 use crate::reference::plane_fit::plane_fit;
+use crate::reference::power::power_face;
 use crate::results::Row;
 use anyhow::{Result, ensure};
 use glam::{DVec2, DVec3};
@@ -19,27 +22,33 @@ use rtfmesh::stages::centroid::Centroids;
 use rtfmesh::stages::face::cell::{BOX_HALF, CellFaces, CellOptions};
 use rtfmesh::stages::face::planar::PlanarOptions;
 use rtfmesh::stages::face::polygons::PlanarPolygons;
+use rtfmesh::stages::face::power::PowerOptions;
 use rtfmesh::stages::neighbours::knn::{Nearest, TileBounds};
 use rtfmesh::stages::normals::PlaneFit;
+use rtfmesh::stages::project::best_fit::{BestFit, vertex_normals};
 use rtfmesh::stages::project::nearest_vertices::NearestVertices;
 
 /// In the order of its iteration.
-pub const GROUPS: [Group; 5] = [
+pub const GROUPS: [Group; 7] = [
     Group { kernels: &["neighbours.tile_bounds", "neighbours.knn"], most_sites: SMALL, run: knn },
     Group { kernels: &["normals.plane_fit"], most_sites: usize::MAX, run: fit },
     Group { kernels: &["face.cell"], most_sites: SMALL, run: cell },
+    Group { kernels: &["face.power"], most_sites: SMALL, run: power },
     Group {
         kernels: &["centroid.corners", "centroid.weighted_corners", "centroid.area"],
         most_sites: usize::MAX,
         run: centroids,
     },
     Group { kernels: &["project.nearest_vertices"], most_sites: SMALL, run: nearest_vertices },
+    Group { kernels: &["project.best_fit"], most_sites: SMALL, run: best_fit },
 ];
 
 /// The preset's neighbours for a cell, a normal and a projection.
 const K_CLIP: u32 = 32;
 const K_NORMAL: u32 = 16;
 const K_PROJECT: u32 = 16;
+/// The offset of `rpf`, in spacings.
+const OFFSET: f64 = 0.5;
 /// Sites in a tile.
 const TILE: usize = 64;
 
@@ -101,12 +110,48 @@ fn fit(context: &Context) -> Result<Vec<Row>> {
 }
 
 fn cell(context: &Context) -> Result<Vec<Row>> {
+    let faces = CellFaces::new(context.device, context.len(), &CellOptions::paper(K_CLIP, context.spacing))?;
+    let half = BOX_HALF * context.spacing;
+    let want = |sample: usize, i: usize, normals: &[DVec3]| {
+        known_face(context, i, &context.near[sample], normals[i], half, &|_| true).map(|(face, _)| face)
+    };
+    clipped(context, "face.cell", &faces, want)
+}
+
+fn power(context: &Context) -> Result<Vec<Row>> {
+    let options = PowerOptions::new(K_CLIP, context.spacing, OFFSET);
+    let faces = CellFaces::power(context.device, context.len(), &options)?;
+    let [half, offset] = [BOX_HALF, OFFSET].map(|spacings| spacings * context.spacing);
+    let want = |sample: usize, i: usize, normals: &[DVec3]| {
+        let near = &context.near[sample];
+        let known: Vec<usize> = std::iter::once(i).chain(near.iter().map(|j| *j as usize)).collect();
+        let of = |list: &[DVec3]| known.iter().map(|j| list[*j]).collect::<Vec<_>>();
+        let (sites, unit) = (of(&context.points), of(normals));
+        let mut face = power_face((&sites, &unit), 0, frame(normals[i]), offset, half);
+        face.behind.iter_mut().flatten().for_each(|j| *j = known[*j as usize] as u32);
+        // Neither the sites beyond the known ones nor their shadows may reach the face.
+        let farthest = sites.last().map_or(0.0, |p| p.distance(sites[0]));
+        let radius = face.radius();
+        let is_closed = !face.corners.is_empty()
+            && farthest - offset - radius > offset.hypot(radius)
+            && farthest > 2.0 * radius;
+        is_closed.then_some(face)
+    };
+    clipped(context, "face.power", &faces, want)
+}
+
+/// Times the faces of a kernel that clips; `want` gives that of a sample by its number, the site and all
+/// normals, where it is known.
+fn clipped(
+    context: &Context,
+    kernel: &'static str,
+    faces: &CellFaces,
+    want: impl Fn(usize, usize, &[DVec3]) -> Option<Face>,
+) -> Result<Vec<Row>> {
     let (n, device, it) = (context.len(), context.device, &context.iteration);
-    let options = CellOptions::paper(K_CLIP, context.spacing);
     let tiles = TileBounds::new(device, "bench.tiles", n)?;
-    let search = Nearest::new(device, "bench.nearest", n, options.k, true, None)?;
+    let search = Nearest::new(device, "bench.nearest", n, K_CLIP, true, None)?;
     let fit = PlaneFit::new(device, n, K_NORMAL, None)?;
-    let faces = CellFaces::new(device, n, &options)?;
     let (found, on) = (&search.neighbours, &SurfaceBuffers::new(context.device, &context.model.surface)?);
     let mut record = |recorder: &mut _, _| {
         tiles.record(recorder, &it.sites)?;
@@ -115,14 +160,13 @@ fn cell(context: &Context) -> Result<Vec<Row>> {
         faces.record(recorder, &it.sites, &fit.normals, found, &tiles, &fit.flags)
     };
     context.submit(&mut record, 0)?;
-    let (normals, counts) = (fit.normals.to_vec(device)?, faces.corner_count.to_vec(device)?);
+    let normals: Vec<DVec3> =
+        fit.normals.to_vec(device)?.iter().map(|normal| normal.truncate().as_dvec3()).collect();
+    let counts = faces.corner_count.to_vec(device)?;
     let (corners, fan) = (faces.corners.to_vec(device)?, faces.fan.to_vec(device)?);
     let mut compared = 0;
     for (sample, &i) in context.samples.iter().enumerate() {
-        let normal = normals[i].truncate().as_dvec3();
-        let (near, half) = (&context.near[sample], BOX_HALF * context.spacing);
-        let known = known_face(context, i, near, normal, half, &|_| true);
-        if let (Some((want, _)), true) = (known, counts[i] > 0) {
+        if let (Some(want), true) = (want(sample, i, &normals), counts[i] > 0) {
             let slots = (0..counts[i] as usize).map(|s| s * n + i);
             let got: Vec<DVec2> = slots.clone().map(|s| corners[s].as_dvec2()).collect();
             assert_same_polygon(i, &got, &slots.map(|s| fan[s]).collect::<Vec<_>>(), &want);
@@ -131,8 +175,8 @@ fn cell(context: &Context) -> Result<Vec<Row>> {
     }
     ensure!(2 * compared > context.samples.len(), "only {compared} faces could be compared");
     let all: usize = counts.iter().map(|c| *c as usize).sum();
-    let bytes = n * (32 + 4 * options.k as usize + 4 + 8) + 12 * all;
-    context.time(&[Work::new("face.cell", bytes)], &mut record)
+    let bytes = n * (32 + 4 * K_CLIP as usize + 4 + 8) + 12 * all;
+    context.time(&[Work::new(kernel, bytes)], &mut record)
 }
 
 /// Both kinds of centroid, of the faces of the default pipeline, because cells take too long for so many
@@ -216,4 +260,45 @@ fn nearest_vertices(context: &Context) -> Result<Vec<Row>> {
     let seen = (16 * v + 16 * t + 4 * v + 12 * t) * n.min(v) / v;
     let bytes = n * (16 + 4 * k as usize + 16 + 4) + seen;
     context.time(&[Work::new("project.nearest_vertices", bytes)], &mut record)
+}
+
+fn best_fit(context: &Context) -> Result<Vec<Row>> {
+    let (n, device, k) = (context.len(), context.device, K_PROJECT);
+    let surface = &context.model.surface;
+    let wanted = moves::targets(context)?;
+    let targets = &context.iteration.faces.targets;
+    let tiles = TileBounds::new(device, "bench.vertex_tiles", surface.vertices.len())?;
+    let search = Nearest::new(device, "bench.near_vertices", n, k, false, None)?;
+    let side = |[a, b, c]: &[DVec3; 3]| a.distance(*b).max(b.distance(*c)).max(c.distance(*a));
+    let longest = context.model.corners.iter().map(side).fold(0.0, f64::max);
+    let project = BestFit::new(device, surface, n, (k, longest), None)?;
+    let on = &SurfaceBuffers::new(device, surface)?;
+    let mut record = |recorder: &mut _, _| {
+        tiles.record(recorder, &on.vertices)?;
+        search.record(recorder, targets, &on.vertices, &tiles)?;
+        project.record(recorder, targets, &search.neighbours, on)
+    };
+    context.submit(&mut record, 0)?;
+    let vertices: Vec<DVec3> = surface.vertices.iter().map(|v| v.as_vec3().as_dvec3()).collect();
+    let outward = vertex_normals(surface);
+    let lists = search.neighbours.to_vec(device)?;
+    let (got, normals) = (project.projected.to_vec(device)?, project.normals.to_vec(device)?);
+    let mut compared = 0;
+    for &i in &context.samples {
+        // The kernel's own lists: which of two equally far vertices is nearer decides a plane.
+        let near: Vec<usize> = (0..k as usize).map(|s| lists[s * n + i] as usize).collect();
+        let of = |list: &[DVec3]| near.iter().map(|v| list[*v]).collect::<Vec<_>>();
+        let at = wanted[i].truncate().as_dvec3();
+        let want = best_fit::best_fit(at, &of(&vertices), &of(&outward), longest / 3_f64.sqrt());
+        let Some(want) = want else { continue };
+        let off = got[i].truncate().as_dvec3().distance(want.to);
+        ensure!(off < 1e-3 * at.distance(want.to) + 2e-6, "site {i}: {off} off its plane");
+        let off = normals[i].truncate().as_dvec3().distance(want.normal);
+        ensure!(off < 2e-3, "site {i}: the normal is {off} off");
+        compared += 1;
+    }
+    ensure!(2 * compared > context.samples.len(), "only {compared} planes could be compared");
+    let v = surface.vertices.len();
+    let bytes = n * (16 + 4 * k as usize + 16 + 16 + 4) + 2 * 16 * n.min(v);
+    context.time(&[Work::new("project.best_fit", bytes)], &mut record)
 }

@@ -15,7 +15,8 @@ pub fn cells(triangles: &[[DVec3; 3]], sites: &[DVec3]) -> Vec<Moments> {
     (0..sites.len()).map(|i| cell(triangles, sites, i)).collect()
 }
 
-fn cell(triangles: &[[DVec3; 3]], sites: &[DVec3], i: usize) -> Moments {
+/// The cell of one site.
+pub fn cell(triangles: &[[DVec3; 3]], sites: &[DVec3], i: usize) -> Moments {
     let mut sum = Moments::default();
     for corners in triangles {
         let mut polygon = corners.to_vec();

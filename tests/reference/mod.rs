@@ -1,12 +1,14 @@
 //! The kernels' results in plain f64, from the maths: slow, sequential, without any trick of the shaders. And
 //! what host geometry is compared with.
 
+pub mod best_fit;
 pub mod centroid;
 pub mod closest;
 pub mod exact;
 pub mod face;
 pub mod fit;
 pub mod hausdorff;
+pub mod keep_off;
 pub mod knn;
 pub mod nearest_vertices;
 pub mod octahedral;

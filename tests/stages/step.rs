@@ -1,6 +1,8 @@
 //! `step/{step, reduce, settle, keep_off}` against their definitions.
 
+use crate::reference::keep_off::kept_off;
 use crate::reference::octahedral::unpack;
+use crate::reference::sizing::Site;
 use crate::support::curve_scene::CurveScene;
 use crate::support::{assert_valid, cloud, device, on_sphere, rng, rounded, upload, vec4};
 use glam::{DVec3, Vec4};
@@ -106,29 +108,6 @@ fn curve_sites_stay_and_only_the_others_count() {
     }
 }
 
-/// Where the target `to` of an interior site may go: off the lines of the curve sites around, which have it
-/// at least at 0.45 of how far they go on.
-fn kept_off(scene: &CurveScene, lengths: &[f64], i: usize, to: DVec3) -> DVec3 {
-    let (at, n) = (scene.positions[i], scene.unit[i]);
-    let mut push = DVec3::ZERO;
-    for j in scene.near[i].iter().take(12).map(|j| *j as usize) {
-        let Some((direction, reach)) = scene.marks[j].line() else { continue };
-        let reach = reach * SPACING * lengths[j];
-        let across = |p: DVec3| p - scene.positions[j] - direction * (p - scene.positions[j]).dot(direction);
-        let away = across(at) - n * across(at).dot(n);
-        if !scene.faces(i, j) || away.length() < 1e-5 * SPACING {
-            continue;
-        }
-        let away = away.normalize();
-        let off = to - scene.positions[j];
-        let missing = 0.45 * reach - off.dot(away);
-        if off.dot(direction).abs() <= reach && missing > 0.0 {
-            push += away * (missing - push.dot(away)).max(0.0);
-        }
-    }
-    to + push
-}
-
 #[test]
 fn targets_keep_off_curves() {
     let sizes = [(1, None), (63, Some(8)), (64, None), (65, None), (900, Some(16))];
@@ -149,10 +128,20 @@ fn targets_keep_off_curves() {
         keep_off.record(&mut recorder, &scene.inputs(), &targets, SPACING, wished).unwrap();
         recorder.submit().unwrap();
         assert_valid(device());
+        let site = |i: usize| Site {
+            at: scene.positions[i],
+            normal: scene.unit[i],
+            mark: scene.marks[i],
+            length: lengths[i],
+        };
+        let kept_off = |i: usize| {
+            let around: Vec<Site> = scene.near[i].iter().map(|j| site(*j as usize)).collect();
+            kept_off(&site(i), &around.iter().collect::<Vec<_>>(), SPACING, wanted[i])
+        };
         let mut moved = 0;
         for (i, got) in targets.to_vec(device()).unwrap().iter().enumerate() {
             let pinned = scene.marks[i].is_pinned();
-            let want = if pinned { wanted[i] } else { kept_off(&scene, &lengths, i, wanted[i]) };
+            let want = if pinned { wanted[i] } else { kept_off(i) };
             let to = got.truncate().as_dvec3();
             assert!(to.distance(want) < 2e-4 * SPACING, "{n} sites: site {i}: {to} instead of {want}");
             if want != wanted[i] {

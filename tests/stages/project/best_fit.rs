@@ -1,7 +1,7 @@
 //! `project/best_fit` against the closed form.
 
+use crate::reference::best_fit::{Projected, best_fit};
 use crate::reference::knn::nearest;
-use crate::reference::plane_fit::plane_fit;
 use crate::support::{assert_valid, cloud, device, rounded, slots, upload};
 use glam::{DVec3, Vec4};
 use rtfmesh::gpu::Buffer;
@@ -39,29 +39,10 @@ fn sites_are_pulled_to_the_planes_of_their_vertices() {
             (fit.projected.to_vec(device).unwrap(), fit.normals.to_vec(device).unwrap());
         let (flags, outward) = (fit.flags.to_vec(device).unwrap(), vertex_normals(&surface));
         for (i, at) in targets.iter().enumerate() {
-            let side = outward[near[i][0] as usize];
-            let faces = |v: &&u32| outward[**v as usize].dot(side);
-            // A vertex that is seen from the edge is on the one sheet or the other by rounding.
-            if near[i].iter().any(|v| faces(&v).abs() < 1e-5) {
-                continue;
-            }
-            let points: Vec<DVec3> =
-                near[i].iter().filter(|v| faces(v) > 0.0).map(|v| vertices[*v as usize]).collect();
-            let want = plane_fit(&points);
-            let [low, middle, high] = want.eigenvalues;
-            // Where two eigenvalues or the side are close, rounding may decide.
-            let agreement = want.normal.dot(side).abs();
-            if middle - low < 0.05 * high || (agreement - 0.8).abs() < 0.02 {
-                continue;
-            }
-            let usable = agreement > 0.8;
-            assert_eq!(flags[i] & 128 == 0, usable, "{name} {i}: agreement {agreement}");
-            let mean = points.iter().sum::<DVec3>() / points.len() as f64;
-            let (mut n, from) = if usable { (want.normal, mean) } else { (side, points[0]) };
-            n = if n.dot(side) < 0.0 { -n } else { n };
-            let to = *at - n * (*at - from).dot(n);
-            let nearest = points[0] - n * (points[0] - from).dot(n);
-            let to = nearest + (to - nearest).clamp_length_max(LONGEST / 3_f64.sqrt());
+            let of = |list: &[DVec3]| near[i].iter().map(|v| list[*v as usize]).collect::<Vec<_>>();
+            let want = best_fit(*at, &of(&vertices), &of(&outward), LONGEST / 3_f64.sqrt());
+            let Some(Projected { to, normal: n, fits }) = want else { continue };
+            assert_eq!(flags[i] & 128 == 0, fits, "{name} {i}");
             let (got, normal) = (projected[i].truncate().as_dvec3(), normals[i].truncate().as_dvec3());
             assert!(normal.distance(n) < 1e-3, "{name} {i}: {normal} instead of {n}");
             assert!(got.distance(to) < 1e-3 * at.distance(to) + 1e-6, "{name} {i}: {got} instead of {to}");
