@@ -221,6 +221,12 @@ impl Device {
         std::mem::take(&mut *lock(&self.shared.timings)).into_list()
     }
 
+    /// Most invocations that an indirect dispatch should have, since it is not divided as others are; `None`
+    /// if no dispatch is.
+    pub fn indirect_threads(&self) -> Option<usize> {
+        self.shared.rates.as_ref().map(Rates::most_indirect)
+    }
+
     /// Counts time in which the caller had nothing to do but to wait for the driver.
     pub(crate) fn count_waited(&self, time: Duration) {
         self.shared.count_waited(time);

@@ -10,6 +10,9 @@ const LONGEST: f64 = 0.2e9;
 /// What an invocation of a kernel is taken to need that was not measured yet, in nanoseconds: as much as the
 /// slowest of a default run, the neighbour lists, on two cores of a CPU.
 const UNMEASURED: f64 = 1e3;
+/// Most invocations of an indirect dispatch, whose number the host does not know: about half a second on a
+/// device as slow as that.
+const INDIRECT: usize = 1 << 19;
 /// Fewer invocations are neither measured, since timestamps take time, too, nor divided by time.
 const FEW: usize = 1 << 16;
 
@@ -35,6 +38,11 @@ impl Rates {
             ((LONGEST / each) as usize).max(FEW)
         };
         self.most.unwrap_or_else(by_time)
+    }
+
+    /// Most invocations that an indirect dispatch should have.
+    pub fn most_indirect(&self) -> usize {
+        self.most.unwrap_or(INDIRECT)
     }
 
     /// Whether a dispatch of so many invocations is to be measured.
@@ -72,5 +80,6 @@ mod tests {
         let by_number = Rates::new(Some(4096));
         by_number.measure("a", 100_000, 1e6);
         assert!(!by_number.wants(100_000) && by_number.most("a") == 4096);
+        assert_eq!([&rates, &by_number].map(Rates::most_indirect), [INDIRECT, 4096]);
     }
 }

@@ -17,7 +17,8 @@ pub(crate) fn near_sites(device: &Device, sites: &[DVec3]) -> Result<Vec<u32>> {
     let sites: Vec<Vec4> = sites.iter().map(|p| p.as_vec3().extend(0.0)).collect();
     let layout = SiteLayout::fitting(device, sites.len());
     let on_device = layout.buffer(device, "default.sites", sites.len())?;
-    let lists = Lists::new(device, sites.len(), &ListOptions { layout, ..ListOptions::new(LIST) })?;
+    let lists =
+        Lists::new(device, sites.len(), &ListOptions { layout, ..ListOptions::in_blocks(device, LIST) })?;
     let mut recorder = device.recorder()?;
     recorder.upload(&on_device, &layout.pack(&sites))?;
     lists.record_build(&mut recorder, &on_device)?;

@@ -142,7 +142,7 @@ impl Level {
         let curves = pinned.is_some();
         // Marks need their place; memory.rs refuses what then does not fit.
         let layout = if curves { SiteLayout::Marked } else { SiteLayout::fitting(device, n) };
-        let lists = Lists::new(device, n, &ListOptions { layout, ..ListOptions::new(LIST) })?;
+        let lists = Lists::new(device, n, &ListOptions { layout, ..ListOptions::in_blocks(device, LIST) })?;
         let faces = PlanarOptions { layout, ..PlanarOptions::new(LIST, iterations) };
         Ok(Self {
             sites: layout.buffer(device, "default.sites", n)?,

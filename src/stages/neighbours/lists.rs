@@ -57,6 +57,12 @@ impl ListOptions {
             layout: SiteLayout::Marked,
         }
     }
+
+    /// Lists of `k` neighbours in blocks, each of which the device makes in a short time.
+    pub fn in_blocks(device: &Device, k: u32) -> Self {
+        let largest = Block::largest(device, 4 * k as usize);
+        Self { block: device.indirect_threads().map(|most| most.min(largest)), ..Self::new(k) }
+    }
 }
 
 /// The boxes as kernels that walk them take them; see `glsl/common/box_walk.glsl`.
