@@ -1,6 +1,7 @@
-// Sites in blocks of consecutive ones, with a buffer each for values of which one buffer could not hold all
-// (see src/stages/blocks.rs). A dispatch is for one block; sites outside are only read, from what is not in
-// blocks. The including file has the push constants first and block_sites.
+// Sites in blocks of consecutive ones, with a buffer each for values of which one buffer could not hold all,
+// or one dispatch not make all in a short time (see src/stages/blocks.rs). A dispatch is for one block; sites
+// outside are only read, from what is not in blocks. The including file has the push constants first and
+// block_sites.
 #ifndef COMMON_BLOCKS_GLSL
 #define COMMON_BLOCKS_GLSL
 

@@ -43,7 +43,7 @@ pub struct DeviceOptions {
     pub buffer_bytes: Option<u64>,
     /// Most invocations of one dispatch; what is larger is divided. `None`: on a GPU as many as take a fifth
     /// of a second, by measured time, since a system may reset one that does not answer for longer; no limit
-    /// on a CPU. For tests of large meshes.
+    /// on a CPU. Indirect dispatches are not divided; most are short. For tests of large meshes.
     pub dispatch_threads: Option<usize>,
     /// Whether whole meshes are polished, fitted and checked by the device, or by host code. `None`: by the
     /// device, unless that is a CPU and the mesh so small that starting kernels takes longer. Results differ
@@ -223,7 +223,7 @@ impl Device {
 
     /// Most invocations that an indirect dispatch should have, since it is not divided as others are; `None`
     /// if no dispatch is.
-    pub fn indirect_threads(&self) -> Option<usize> {
+    pub(crate) fn indirect_threads(&self) -> Option<usize> {
         self.shared.rates.as_ref().map(Rates::most_indirect)
     }
 

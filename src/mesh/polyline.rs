@@ -28,18 +28,28 @@ impl Polyline {
         self.along.last().copied().unwrap_or(0.0)
     }
 
-    /// How much its bends differ from one point to the next, on average: the angle of the turn that leads
-    /// from one to the other, in radians. 0 on a straight line, on a circle, and with fewer than two bends.
-    pub fn mean_change_of_bends(&self) -> f64 {
-        let directions: Vec<DVec3> =
-            self.points.windows(2).map(|pair| (pair[1] - pair[0]).normalize_or_zero()).collect();
-        let bend = |pair: &[DVec3]| {
+    /// How many of its points are between two edges.
+    pub fn bends(&self) -> usize {
+        self.points.len().saturating_sub(if self.closed { 1 } else { 2 })
+    }
+
+    /// How much it turns to and fro: the sum of the angles by which it turns at its points, less the angle of
+    /// all these turns together, over their number; in radians. 0 where it turns the same way everywhere, as
+    /// a circle does.
+    pub fn raggedness(&self) -> f64 {
+        let directions = self.points.windows(2).map(|pair| (pair[1] - pair[0]).normalize_or_zero());
+        let mut directions: Vec<DVec3> = directions.collect();
+        if self.closed {
+            directions.extend(directions.first().copied());
+        }
+        let (mut angles, mut together) = (0.0, DVec3::ZERO);
+        for pair in directions.windows(2) {
             let axis = pair[0].cross(pair[1]);
-            axis.length().atan2(pair[0].dot(pair[1])) * axis.normalize_or_zero()
-        };
-        let bends: Vec<DVec3> = directions.windows(2).map(bend).collect();
-        let changes: f64 = bends.windows(2).map(|pair| pair[0].distance(pair[1])).sum();
-        changes / bends.len().saturating_sub(1).max(1) as f64
+            let angle = axis.length().atan2(pair[0].dot(pair[1]));
+            angles += angle;
+            together += angle * axis.normalize_or_zero();
+        }
+        (angles - together.length()) / self.bends().max(1) as f64
     }
 
     /// Whether it ends where it begins.
@@ -139,22 +149,24 @@ mod tests {
     }
 
     #[test]
-    fn bends_of_stairs_change_and_those_of_circles_do_not() {
-        use std::f64::consts::{FRAC_PI_2, TAU};
-        let change = |points: &mut dyn Iterator<Item = DVec3>| {
-            Polyline::new(points.collect(), false).mean_change_of_bends()
-        };
+    fn stairs_are_ragged_and_circles_are_not() {
+        use std::f64::consts::{FRAC_PI_2, FRAC_PI_4, TAU};
+        let open = |points: &mut dyn Iterator<Item = DVec3>| Polyline::new(points.collect(), false);
         let stairs = |k: i32| DVec3::new(f64::from((k + 1) / 2), f64::from(k / 2), 0.0);
-        assert!((change(&mut (0..20).map(stairs)) - 2.0 * FRAC_PI_2).abs() < 1e-12);
-        let arc = |k: i32| DVec2::from_angle(f64::from(k) * TAU / 8.0).extend(0.0);
-        assert!(change(&mut (0..7).map(arc)) < 1e-12);
-        // Corners of a cube, one after the other: each bend has another axis.
-        let cube = [[0, 0, 0], [1, 0, 0], [1, 1, 0], [1, 1, 1]].map(|p| DVec3::from_array(p.map(f64::from)));
-        assert!((change(&mut cube.into_iter()) - FRAC_PI_2.hypot(FRAC_PI_2)).abs() < 1e-12);
+        let arc = |k: i32| DVec2::from_angle(f64::from(k % 8) * TAU / 8.0).extend(0.0);
+        let stairs = open(&mut (0..20).map(stairs));
+        assert!((stairs.raggedness() - FRAC_PI_2).abs() < 1e-12 && stairs.bends() == 18);
+        assert!(open(&mut (0..7).map(arc)).raggedness().abs() < 1e-12);
+        let circle = Polyline::new((0..9).map(arc).collect(), true);
+        assert!(circle.raggedness().abs() < 1e-12 && circle.bends() == 8);
+        // To the left and back.
+        let jog = [[0, 0], [1, 0], [2, 1], [3, 1]].map(|[x, y]| DVec3::new(f64::from(x), f64::from(y), 0.0));
+        assert!((open(&mut jog.into_iter()).raggedness() - FRAC_PI_4).abs() < 1e-12);
         for few in 1..4 {
-            assert_eq!(change(&mut (0..few).map(|k| DVec3::splat(f64::from(k)))), 0.0, "{few}");
+            let line = open(&mut (0..few).map(|k| DVec3::splat(f64::from(k))));
+            assert_eq!(line.raggedness(), 0.0, "{few}");
         }
         // Equal points have no direction.
-        assert_eq!(change(&mut [DVec3::X; 4].into_iter()), 0.0);
+        assert_eq!(open(&mut [DVec3::X; 4].into_iter()).raggedness(), 0.0);
     }
 }

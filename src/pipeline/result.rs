@@ -45,8 +45,8 @@ pub struct Summary {
     /// Figures of the result, as far as [`crate::Options::measures`] asks for them; distances are to the
     /// repaired input.
     pub output: Measures,
-    /// Number of random starts and vertex counts that were tried; above 1 if there are hardly enough
-    /// vertices.
+    /// Number of random starts, vertex counts and shorter edges that were tried; above 1 if there are hardly
+    /// enough vertices, or if even edges leave something out.
     pub attempts: u32,
     /// Iterations done.
     pub iterations: u32,
@@ -121,8 +121,8 @@ impl FeatureSummary {
 #[derive(Debug, Clone, PartialEq, Serialize)]
 #[non_exhaustive]
 pub struct ShorterEdges {
-    /// Places that even edges would leave out, at least two edge lengths apart, in the input's units; the
-    /// farthest from the mesh first.
+    /// Places that earlier attempts left out, at least two edge lengths apart, in the input's units: those of
+    /// the first attempt, with even edges, before those of the next, the farthest from the mesh first.
     pub places: Vec<[f64; 3]>,
     /// The shortest edge length that is wanted, as a share of the longest.
     pub shortest: f64,

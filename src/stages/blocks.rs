@@ -1,4 +1,5 @@
-//! Values of sites in several buffers, where one would be larger than a kernel can be given.
+//! Values of sites in several buffers, where one would be larger than a kernel can be given, or its dispatch
+//! would take too long.
 
 use crate::gpu::{Buffer, Device, Download, Recorder};
 use crate::{Error, Result};

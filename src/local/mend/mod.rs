@@ -50,9 +50,11 @@ const ENOUGH: f64 = 0.1;
 const STRAY: f64 = 0.03;
 /// and of a ragged curve, as where a scan ends or its crease follows the triangles.
 const STRAY_OF_RAGGED: f64 = 0.2;
-/// A curve is ragged if its bends change by more than this angle from one to the next, in radians: by 0 to
-/// 10 degrees on CAD parts, by 15 to 130 on scans.
-const RAGGED: f64 = 0.35;
+/// A curve is ragged if its raggedness is more than this, in radians: 0 to 4 degrees on CAD parts, 5 to 65 on
+/// scans,
+const RAGGED: f64 = 0.1;
+/// and if it has at least so many bends: fewer may be meant.
+const LEAST_BENDS: usize = 6;
 
 /// Angles whose difference is below this are the same, in radians.
 const SAME: f64 = 1e-9;
@@ -158,7 +160,8 @@ pub fn mend_angles(
 
 /// How far a curve may be from its edges, in spacings.
 fn stray(line: &Polyline) -> f64 {
-    if line.mean_change_of_bends() > RAGGED { STRAY_OF_RAGGED } else { STRAY }
+    let is_ragged = line.bends() >= LEAST_BENDS && line.raggedness() > RAGGED;
+    if is_ragged { STRAY_OF_RAGGED } else { STRAY }
 }
 
 impl Mending<'_> {

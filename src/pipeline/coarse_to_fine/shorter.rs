@@ -13,9 +13,9 @@ use crate::mesh::small_angles::small_angle_places;
 use crate::mesh::spacing;
 use crate::options::{CoarseToFineOptions, Options, Sizing};
 use crate::pipeline::missing::far_vertices;
-use crate::pipeline::outcome::{Fault, FaultKind, Outcome};
+use crate::pipeline::outcome::{FaultKind, Outcome};
 use crate::pipeline::result::ShorterEdges;
-use crate::{Result, TriMesh};
+use crate::{Error, Result, TriMesh};
 
 /// A place of the surface farther from the mesh than so many edge lengths is left out.
 const LEFT_OUT: f64 = 0.4;
@@ -27,11 +27,12 @@ const SHORTER: f64 = 0.6;
 const REACH: f64 = 1.5;
 /// Most further attempts.
 const ATTEMPTS: u32 = 3;
-/// Another attempt counts if the place that is farthest from the mesh is at this share of the distance.
+/// Another attempt is much closer if the place that is farthest from the mesh is at this share of the
+/// distance. Then it may have
 const CLOSER: f64 = 0.8;
-/// Faces with small angles that it may have more, as a share of all,
+/// so many more faces with small angles, as a share of all,
 const MORE_SMALL: f64 = 0.001;
-/// and the least share of the smallest angle that it may have.
+/// and a smallest angle of this share.
 const NARROWER: f64 = 0.7;
 /// Places that are told apart are so many spacings away from each other.
 const APART: f64 = 2.0;
@@ -44,9 +45,7 @@ impl Runner<'_, '_> {
         let surface = self.shared.surface.mesh();
         let length = spacing(surface.area(), vertices);
         let is_open = options.coarse_to_fine.sizing == Sizing::Automatic;
-        let is_missing = |fault: &Fault| fault.kind == FaultKind::Missing;
-        let is_sound = first.fault.as_ref().is_none_or(is_missing);
-        if !is_open || !is_sound || farthest(&first) <= LEFT_OUT * length {
+        if !is_open || !is_sound(&first) || farthest(&first) <= LEFT_OUT * length {
             return Ok(first);
         }
         let mut values = vec![1.0; self.shared.mesh.vertices.len()];
@@ -62,8 +61,15 @@ impl Runner<'_, '_> {
             let mut options = options.clone();
             options.coarse_to_fine.sizing = Sizing::Given(values.clone());
             let model = self.model(Options { vertices, ..options })?;
-            let next = self.attempt(&model, vertices, self.shared.options.seed)?;
-            left_out = self.left_out(&surface, &next, length)?;
+            let next = match self.attempt(&model, vertices, self.shared.options.seed) {
+                // More vertices on curves than there may be.
+                Err(Error::Usage { .. }) => break,
+                next => next?,
+            };
+            // A sheet that is lost is not left out for want of vertices.
+            if is_sound(&next) {
+                left_out = self.left_out(&surface, &next, length)?;
+            }
             if self.is_better(&next, &best) {
                 let shorter_edges = Some(self.summary(&surface, &places, &model.sizes));
                 best = Outcome { shorter_edges, ..next };
@@ -97,18 +103,14 @@ impl Runner<'_, '_> {
         is_shorter
     }
 
-    /// Whether an outcome is much closer than the best one, and its angles are hardly smaller; or a little
-    /// closer, and fewer of its angles are small.
+    /// Whether an outcome without a fault is better than the best one.
     fn is_better(&self, next: &Outcome, best: &Outcome) -> bool {
-        let [(small, smallest), (small_before, smallest_before)] =
-            [next, best].map(|outcome| self.small_angles(&outcome.mesh));
-        let more = (MORE_SMALL * best.mesh.triangles.len() as f64) as usize;
-        let [distance, distance_before] = [next, best].map(farthest);
-        let is_much_closer = distance <= CLOSER * distance_before
-            && small <= small_before + more
-            && smallest >= NARROWER * smallest_before;
-        let has_larger_angles = small < small_before && smallest >= smallest_before;
-        next.fault.is_none() && (is_much_closer || (distance < distance_before && has_larger_angles))
+        next.fault.is_none() && self.standing(next).is_better_than(&self.standing(best))
+    }
+
+    fn standing(&self, outcome: &Outcome) -> Standing {
+        let (small, smallest) = self.small_angles(&outcome.mesh);
+        Standing { farthest: farthest(outcome), faces: outcome.mesh.triangles.len(), small, smallest }
     }
 
     /// How many triangles have an angle below the least one, and the smallest of these, or the least one if
@@ -133,6 +135,35 @@ impl Runner<'_, '_> {
     }
 }
 
+/// What attempts are compared by.
+struct Standing {
+    /// The distance of the place that is farthest from the mesh.
+    farthest: f64,
+    faces: usize,
+    /// Faces with small angles.
+    small: usize,
+    /// The smallest of these angles.
+    smallest: f64,
+}
+
+impl Standing {
+    /// Whether it is much closer and has hardly more or smaller angles; or a little closer and fewer, and
+    /// none that is smaller.
+    fn is_better_than(&self, best: &Self) -> bool {
+        let more = (MORE_SMALL * best.faces as f64) as usize;
+        let is_much_closer = self.farthest <= CLOSER * best.farthest
+            && self.small <= best.small + more
+            && self.smallest >= NARROWER * best.smallest;
+        let has_larger_angles = self.small < best.small && self.smallest >= best.smallest;
+        is_much_closer || (self.farthest < best.farthest && has_larger_angles)
+    }
+}
+
+/// Whether nothing but what is left out is wrong.
+fn is_sound(outcome: &Outcome) -> bool {
+    outcome.fault.as_ref().is_none_or(|fault| fault.kind == FaultKind::Missing)
+}
+
 /// The distance of the place that is farthest from the mesh, of those that the fit left.
 fn farthest(outcome: &Outcome) -> f64 {
     outcome.outliers.iter().map(|place| place.distance).fold(0.0, f64::max)
@@ -143,6 +174,30 @@ fn add_places(places: &mut Vec<DVec3>, more: &[DVec3], length: f64) {
     for p in more {
         if places.iter().all(|at| at.distance(*p) > APART * length) {
             places.push(*p);
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn closer_attempts_are_better_if_angles_allow_it() {
+        let of = |farthest, small, smallest| Standing { farthest, faces: 3000, small, smallest };
+        let best = of(1.0, 4, 20.0);
+        for (next, is_better) in [
+            (of(0.8, 4, 20.0), true),
+            (of(0.8, 7, 14.5), true),
+            (of(0.8, 8, 20.0), false),
+            (of(0.8, 4, 13.0), false),
+            (of(0.9, 4, 20.0), false),
+            (of(0.9, 3, 20.0), true),
+            (of(0.9, 3, 19.0), false),
+            (of(1.0, 0, 30.0), false),
+        ] {
+            let Standing { farthest, small, smallest, .. } = next;
+            assert_eq!(next.is_better_than(&best), is_better, "{farthest} {small} {smallest}");
         }
     }
 }
