@@ -18,7 +18,7 @@ mod relax;
 mod split;
 mod star_mesh;
 
-use crate::mesh::features::Features;
+use crate::mesh::features::{Curve, CurveKind, Features};
 use crate::mesh::half_edges::{EdgeSet, edge_key};
 use crate::mesh::polyline::Polyline;
 use crate::mesh::spacing;
@@ -191,10 +191,10 @@ fn weighted_area(surface: &TriMesh, t: usize, lengths: &[f64]) -> f64 {
 
 /// The curves of the surface as points; a closed one ends with its first.
 fn polylines(surface: &TriMesh, features: &Features) -> Vec<Polyline> {
-    let line = |curve: &crate::mesh::features::Curve| {
+    let line = |curve: &Curve| {
         let again = curve.vertices.first().filter(|_| curve.closed);
         let points = curve.vertices.iter().chain(again).map(|v| surface.vertices[*v as usize]);
-        Polyline::new(points.collect(), curve.closed)
+        Polyline::new(points.collect(), curve.closed).drawn(curve.kind == CurveKind::User)
     };
     features.curves.iter().map(line).collect()
 }

@@ -9,6 +9,7 @@ pub struct Polyline {
     points: Vec<DVec3>,
     along: Vec<f64>,
     closed: bool,
+    drawn: bool,
 }
 
 impl Polyline {
@@ -20,7 +21,18 @@ impl Polyline {
             arc_length
         });
         let along = std::iter::once(0.0).chain(rest).collect();
-        Self { points, along, closed }
+        Self { points, along, closed, drawn: false }
+    }
+
+    /// The same, as one that a user has `drawn` or not: such a curve is meant as it is.
+    #[must_use]
+    pub fn drawn(self, drawn: bool) -> Self {
+        Self { drawn, ..self }
+    }
+
+    /// Whether a user has drawn it, be it as the border between two labels.
+    pub fn is_drawn(&self) -> bool {
+        self.drawn
     }
 
     /// The length of the whole curve.

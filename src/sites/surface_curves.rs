@@ -3,7 +3,7 @@
 
 use super::place::Place;
 use crate::mesh::csr::{Csr, triangles_around};
-use crate::mesh::features::Features;
+use crate::mesh::features::{Curve, CurveKind, Features};
 use crate::mesh::half_edges::{EdgeTable, edge_key};
 use crate::mesh::polyline::Polyline;
 use crate::mesh::sizing::{EVEN, SizeField, mean_inverse};
@@ -91,15 +91,15 @@ impl SurfaceCurves {
             return None;
         }
         let mut half_edges: HashMap<(u32, u32), Vec<u32>> = HashMap::new();
-        let polylines: Vec<(Vec<u32>, bool)> = features
+        let polylines: Vec<Vec<u32>> = features
             .curves
             .iter()
             .map(|curve| {
                 let again = curve.vertices.first().filter(|_| curve.closed);
-                (curve.vertices.iter().chain(again).copied().collect(), curve.closed)
+                curve.vertices.iter().chain(again).copied().collect()
             })
             .collect();
-        for (polyline, _) in &polylines {
+        for polyline in &polylines {
             half_edges.extend(polyline.windows(2).map(|pair| (edge_key(pair[0], pair[1]), Vec::new())));
         }
         let mut on_curve = vec![false; 3 * triangles.len()];
@@ -121,8 +121,9 @@ impl SurfaceCurves {
             triangles: triangles.to_vec(),
             star,
         };
-        curves.curves =
-            polylines.into_iter().map(|(polyline, closed)| curves.path(polyline, closed)).collect();
+        curves.curves = (polylines.into_iter().zip(&features.curves))
+            .map(|(polyline, curve)| curves.path(polyline, curve))
+            .collect();
         curves.forbid_doubled_edges();
         curves.keep_slits_open();
         Some(curves)
@@ -178,8 +179,9 @@ impl SurfaceCurves {
         self.curves.iter().map(|path| path.vertices.as_slice())
     }
 
-    fn path(&self, vertices: Vec<u32>, closed: bool) -> CurvePath {
-        let line = Polyline::new(vertices.iter().map(|v| self.vertices[*v as usize]).collect(), closed);
+    fn path(&self, vertices: Vec<u32>, curve: &Curve) -> CurvePath {
+        let points = vertices.iter().map(|v| self.vertices[*v as usize]).collect();
+        let line = Polyline::new(points, curve.closed).drawn(curve.kind == CurveKind::User);
         let sides = vertices.get(..2).map_or(0, |pair| self.half_edges(pair[0], pair[1]).len());
         let loops = vertices.first() == vertices.last();
         CurvePath {

@@ -48,7 +48,7 @@ const MOST_IN_VAIN: usize = 300;
 const ENOUGH: f64 = 0.1;
 /// Largest distance of a curve from its edges that a change may lead to, in spacings,
 const STRAY: f64 = 0.03;
-/// and of a ragged curve, as where a scan ends or its crease follows the triangles.
+/// and of a ragged curve that no user has drawn, as where a scan ends or its crease follows the triangles.
 const STRAY_OF_RAGGED: f64 = 0.2;
 /// A curve is ragged if its raggedness is more than this, in radians: 0 to 4 degrees on CAD parts, 5 to 65 on
 /// scans,
@@ -160,7 +160,7 @@ pub fn mend_angles(
 
 /// How far a curve may be from its edges, in spacings.
 fn stray(line: &Polyline) -> f64 {
-    let is_ragged = line.bends() >= LEAST_BENDS && line.raggedness() > RAGGED;
+    let is_ragged = !line.is_drawn() && line.bends() >= LEAST_BENDS && line.raggedness() > RAGGED;
     if is_ragged { STRAY_OF_RAGGED } else { STRAY }
 }
 
