@@ -230,13 +230,21 @@ fn centroids(context: &Context) -> Result<Vec<Row>> {
     context.time(&work, &mut record)
 }
 
+/// The search for the surface's vertices near each site, as [`nearest_vertices`] and [`best_fit`] need it.
+fn vertex_search(context: &Context) -> Result<(TileBounds, Nearest)> {
+    let vertices = context.model.surface.vertices.len();
+    Ok((
+        TileBounds::new(context.device, "bench.vertex_tiles", vertices)?,
+        Nearest::new(context.device, "bench.near_vertices", context.len(), K_PROJECT, false, None)?,
+    ))
+}
+
 fn nearest_vertices(context: &Context) -> Result<Vec<Row>> {
     let (n, device, k) = (context.len(), context.device, K_PROJECT);
     let surface = &context.model.surface;
     let wanted = moves::targets(context)?;
     let targets = &context.iteration.faces.targets;
-    let tiles = TileBounds::new(device, "bench.vertex_tiles", surface.vertices.len())?;
-    let search = Nearest::new(device, "bench.near_vertices", n, k, false, None)?;
+    let (tiles, search) = vertex_search(context)?;
     let project = NearestVertices::new(device, n, k, None)?;
     let under = Buffer::<u32>::new(device, "bench.under", n)?;
     let on = &SurfaceBuffers::new(device, surface)?;
@@ -267,8 +275,7 @@ fn best_fit(context: &Context) -> Result<Vec<Row>> {
     let surface = &context.model.surface;
     let wanted = moves::targets(context)?;
     let targets = &context.iteration.faces.targets;
-    let tiles = TileBounds::new(device, "bench.vertex_tiles", surface.vertices.len())?;
-    let search = Nearest::new(device, "bench.near_vertices", n, k, false, None)?;
+    let (tiles, search) = vertex_search(context)?;
     let side = |[a, b, c]: &[DVec3; 3]| a.distance(*b).max(b.distance(*c)).max(c.distance(*a));
     let longest = context.model.corners.iter().map(side).fold(0.0, f64::max);
     let project = BestFit::new(device, surface, n, (k, longest), None)?;

@@ -51,9 +51,9 @@ impl Runner<'_, '_> {
         let mut values = vec![1.0; self.shared.mesh.vertices.len()];
         let mut places: Vec<DVec3> = Vec::new();
         let mut left_out = self.left_out(&surface, &first, length)?;
-        let mut best = first;
+        let (mut standing, mut best) = (self.standing(&first), first);
         for _ in 0..ATTEMPTS {
-            let is_over = farthest(&best) <= LEFT_OUT * length || self.progress.is_shortened();
+            let is_over = standing.farthest <= LEFT_OUT * length || self.progress.is_shortened();
             if is_over || !self.shorten(&mut values, &left_out, length) {
                 break;
             }
@@ -70,7 +70,9 @@ impl Runner<'_, '_> {
             if is_sound(&next) {
                 left_out = self.left_out(&surface, &next, length)?;
             }
-            if self.is_better(&next, &best) {
+            let reached = self.standing(&next);
+            if next.fault.is_none() && reached.is_better_than(&standing) {
+                standing = reached;
                 let shorter_edges = Some(self.summary(&surface, &places, &model.sizes));
                 best = Outcome { shorter_edges, ..next };
             }
@@ -101,11 +103,6 @@ impl Runner<'_, '_> {
             }
         }
         is_shorter
-    }
-
-    /// Whether an outcome without a fault is better than the best one.
-    fn is_better(&self, next: &Outcome, best: &Outcome) -> bool {
-        next.fault.is_none() && self.standing(next).is_better_than(&self.standing(best))
     }
 
     fn standing(&self, outcome: &Outcome) -> Standing {
