@@ -1,11 +1,11 @@
 //! Mesh files.
 
 use crate::attributes::{self, Given, New, new};
-use crate::errors::{exception, work};
+use crate::errors::{exception, watched_work, work};
 use crate::mesh::{Arrays, NewArrays, arrays, mesh};
 use pyo3::prelude::*;
 use rtfmesh::io;
-use rtfmesh::io::Encoding;
+use rtfmesh::io::{Encoding, Patience, ReadOptions};
 use std::path::PathBuf;
 
 fn encoding(py: Python<'_>, format: Option<&str>) -> PyResult<Option<Encoding>> {
@@ -22,11 +22,14 @@ pub fn read<'py>(
     points: bool,
 ) -> PyResult<(NewArrays<'py>, New<'py>, Vec<String>)> {
     let declared = encoding(py, format)?;
-    let loaded = work(py, || match (points, materials) {
-        (true, _) => io::read_any(&path, declared, materials)
-            .and_then(|input| input.mesh_or_points().map_err(|e| e.in_file(&path))),
-        (false, true) => io::read_with_materials(&path, declared),
-        (false, false) => io::read_as(&path, declared),
+    let loaded = watched_work(py, |token| {
+        let patience = Patience { token: token.clone(), deadline: None };
+        let options =
+            ReadOptions { format: declared, with_materials: materials, patience, ..Default::default() };
+        let loaded = io::read_any_with(&path, &options)?.mesh_or_points();
+        loaded
+            .and_then(|loaded| if points { Ok(loaded) } else { loaded.with_faces() })
+            .map_err(|e| e.in_file(&path))
     })?;
     Ok((arrays(py, loaded.mesh)?, new(py, loaded.attributes), loaded.notes))
 }

@@ -1,14 +1,15 @@
 //! Mesh files as commands name them: by a path, or `-` for standard input and output.
 
 use super::heading::INPUT;
+use super::progress::patience;
 use super::terminal::tell;
 use anyhow::Result;
 use rtfmesh::io;
-use rtfmesh::io::{Encoding, Input, Loaded};
+use rtfmesh::io::{Encoding, Input, Loaded, ReadOptions};
 use rtfmesh::mesh::attributes::Attributes;
 use rtfmesh::{Error, TriMesh};
-use std::io::{IsTerminal, Read, Write};
-use std::path::Path;
+use std::io::{IsTerminal, Write};
+use std::path::{Path, PathBuf};
 
 /// The input's format, where neither its name nor its content says.
 #[derive(Debug, clap::Args)]
@@ -17,6 +18,10 @@ pub struct InputFormat {
     /// mesh, xyz, pcd, las, e57, npy, nrrd or nii
     #[arg(long, value_name = "FORMAT", help_heading = INPUT, hide_short_help = true)]
     input_format: Option<Encoding>,
+    /// Folder in or below which files that the input names may lie, such as buffers and images of glTF
+    /// [default: only the folder of the input]
+    #[arg(long, value_name = "DIR", help_heading = INPUT, hide_short_help = true)]
+    files_from: Option<PathBuf>,
 }
 
 impl InputFormat {
@@ -25,30 +30,37 @@ impl InputFormat {
     /// # Errors
     /// [`Error::Input`] with the file's name.
     pub fn load(&self, path: &Path) -> rtfmesh::Result<Loaded> {
-        load(path, self.input_format)
+        let loaded = self.load_any(path, false)?.mesh_or_points().and_then(Loaded::with_faces);
+        loaded.map_err(|error| error.in_file(input_name(path)))
     }
 
     /// As [`InputFormat::load`], or points without faces, or a volume; `with_materials` asks for pictures and
     /// the like as well.
     pub fn load_any(&self, path: &Path, with_materials: bool) -> rtfmesh::Result<Input> {
+        let (format, files_from, patience) = (self.input_format, self.files_from.clone(), patience());
         if !is_standard(path) {
-            return io::read_any(path, self.input_format, with_materials);
+            let options = ReadOptions { format, with_materials, files_from, patience };
+            return io::read_any_with(path, &options);
         }
-        let read =
-            standard_input().and_then(|bytes| io::read_any_bytes(&bytes, self.input_format, with_materials));
+        let read = io::read_standard_input(&patience);
+        let read = read.and_then(|bytes| io::read_any_bytes(&bytes, format, with_materials));
         read.map_err(|error| error.in_file(input_name(path)))
     }
 
     /// As [`InputFormat::load`] for a second mesh: the format is not meant for it if it is a file.
     pub fn load_other(&self, path: &Path) -> rtfmesh::Result<Loaded> {
-        load(path, self.input_format.filter(|_| is_standard(path)))
+        self.of_other(path).load(path)
     }
 
     /// As [`InputFormat::load_other`], or points without faces.
     pub fn load_other_or_points(&self, path: &Path) -> rtfmesh::Result<Loaded> {
-        let input = Self { input_format: self.input_format.filter(|_| is_standard(path)) };
-        let loaded = input.load_any(path, false)?.mesh_or_points();
+        let loaded = self.of_other(path).load_any(path, false)?.mesh_or_points();
         loaded.map_err(|error| error.in_file(input_name(path)))
+    }
+
+    fn of_other(&self, path: &Path) -> Self {
+        let input_format = self.input_format.filter(|_| is_standard(path));
+        Self { input_format, files_from: self.files_from.clone() }
     }
 }
 
@@ -60,23 +72,6 @@ pub fn is_standard(path: &Path) -> bool {
 /// The name of an input for messages.
 pub fn input_name(path: &Path) -> &Path {
     if is_standard(path) { Path::new("standard input") } else { path }
-}
-
-fn load(path: &Path, declared: Option<Encoding>) -> rtfmesh::Result<Loaded> {
-    if !is_standard(path) {
-        return io::read_as(path, declared);
-    }
-    let read = standard_input().and_then(|bytes| io::read_bytes(&bytes, declared));
-    read.map_err(|error| error.in_file(input_name(path)))
-}
-
-fn standard_input() -> rtfmesh::Result<Vec<u8>> {
-    let mut bytes = Vec::new();
-    let unreadable = |error: std::io::Error| {
-        Error::input(None, format!("it cannot be read ({error})"), "give a mesh file, or pipe one in")
-    };
-    std::io::stdin().lock().read_to_end(&mut bytes).map_err(unreadable)?;
-    Ok(bytes)
 }
 
 /// Prints notes, such as what reading left out, to standard error.

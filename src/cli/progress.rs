@@ -4,9 +4,10 @@ use super::heading::DEVICE;
 use super::terminal::tell;
 use anyhow::Result;
 use indicatif::{ProgressBar, ProgressStyle};
-use rtfmesh::{Error, Flow, Phase, Progress, Summary};
+use rtfmesh::io::Patience;
+use rtfmesh::{Error, Flow, Phase, Progress, ProgressToken, Summary};
 use std::sync::atomic::{AtomicBool, AtomicU32, Ordering};
-use std::sync::{Mutex, MutexGuard, PoisonError};
+use std::sync::{LazyLock, Mutex, MutexGuard, PoisonError};
 use std::time::{Duration, Instant};
 
 /// Exit code of a run that was stopped, as shells have it for Ctrl-C.
@@ -23,6 +24,10 @@ const STEPS: f64 = 10_000.0;
 static INTERRUPTS: AtomicU32 = AtomicU32::new(0);
 /// Whether the first Ctrl-C makes the run finish early instead of cancelling it.
 static KEEP_PARTIAL: AtomicBool = AtomicBool::new(false);
+/// For work that a first Ctrl-C ends in any case, since there is nothing to keep: reading.
+static READING: LazyLock<ProgressToken> = LazyLock::new(ProgressToken::default);
+/// When the time limit ends.
+static DEADLINE: Mutex<Option<Instant>> = Mutex::new(None);
 /// Locked while files are written, so that none is left half-written.
 static WRITING: Mutex<()> = Mutex::new(());
 /// See [`set_cancel_message`].
@@ -80,6 +85,8 @@ impl RunProgress {
     /// Counts the time limit from here on, and leaves Ctrl-C to others.
     pub fn with_limit(args: &TimeArgs) -> Self {
         let bar = ProgressBar::hidden();
+        let deadline = args.time_limit.and_then(|limit| Instant::now().checked_add(limit));
+        *DEADLINE.lock().unwrap_or_else(PoisonError::into_inner) = deadline;
         Self { limit: args.time_limit, begun: Instant::now(), bar, since: None, out_of_time: false }
     }
 
@@ -156,6 +163,12 @@ pub fn handle_interrupts() -> Result<()> {
     Ok(ctrlc::set_handler(interrupted)?)
 }
 
+/// How long reading waits for a pipe: until Ctrl-C or the time limit.
+pub fn patience() -> Patience {
+    let deadline = *DEADLINE.lock().unwrap_or_else(PoisonError::into_inner);
+    Patience { token: READING.clone(), deadline }
+}
+
 /// Locks out Ctrl-C while files are written.
 ///
 /// # Errors
@@ -196,6 +209,7 @@ pub fn is_cancelled() -> bool {
 /// Handles Ctrl-C, in a thread of its own.
 fn interrupted() {
     INTERRUPTS.fetch_add(1, Ordering::SeqCst);
+    READING.cancel();
     if !is_cancelled() {
         tell("coming to an end with what there is; press Ctrl-C again to stop\n");
         return;

@@ -8,6 +8,17 @@ pub(crate) fn expands_too_far(expanded_bytes: u64, file_bytes: u64) -> bool {
     expanded_bytes > file_bytes.saturating_mul(256).saturating_add(64 << 20)
 }
 
+/// Makes room for `more` elements, or says that memory is short: Rust would end the program otherwise.
+pub(crate) fn reserve<T>(list: &mut Vec<T>, more: usize, what: &str) -> Result<()> {
+    list.try_reserve(more).map_err(|error| {
+        let bytes = (list.len() as u64 + more as u64).saturating_mul(size_of::<T>() as u64);
+        let what = what.to_owned();
+        let problem = "more than there is".to_owned();
+        let remedy = "use a machine with more memory, or a smaller file".to_owned();
+        Error::OutOfMemory { what, bytes, problem, remedy, source: None }.caused_by(error)
+    })
+}
+
 /// Refuses a mesh without vertices or faces, or with more vertices than can be indexed. `faces` counts the
 /// file's faces before triangulation.
 pub(crate) fn check_counts(vertices: u64, faces: u64) -> Result<()> {

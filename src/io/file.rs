@@ -1,4 +1,4 @@
-//! Files on disk: read as a whole; written whole or not at all, under a temporary name that is then renamed.
+//! Files on disk: written whole or not at all, under a temporary name that is then renamed.
 
 use std::ffi::OsStr;
 use std::fs::File;
@@ -9,24 +9,6 @@ use std::path::{Path, PathBuf};
 use tempfile::NamedTempFile;
 
 use crate::{Error, Result};
-
-/// The content of the file at `path`.
-pub(crate) fn read_file_bytes(path: &Path) -> Result<Vec<u8>> {
-    let unreadable = |error: io::Error| {
-        let (problem, remedy) = match error.kind() {
-            ErrorKind::NotFound => ("there is no such file".to_owned(), "check the name and the folder"),
-            ErrorKind::PermissionDenied => {
-                ("the file may not be read".to_owned(), "check the permissions of the file and its folder")
-            }
-            _ => (format!("the file cannot be read ({error})"), "check the path and the disk"),
-        };
-        Error::input(None, problem, remedy).caused_by(error)
-    };
-    if std::fs::metadata(path).map_err(unreadable)?.is_dir() {
-        return Err(Error::input(None, "this is a directory", "give a mesh file"));
-    }
-    std::fs::read(path).map_err(unreadable)
-}
 
 /// Writes `text` to `path`, whatever its extension, replacing the file only when the new one is complete.
 ///

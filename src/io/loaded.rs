@@ -13,7 +13,7 @@ pub struct Loaded {
     pub mesh: TriMesh,
     /// Colours, texture coordinates, labels and the like.
     pub attributes: Attributes,
-    /// What was left out of the file or changed, one sentence each.
+    /// What was left out of the file or changed, and which other files were read; one sentence each.
     pub notes: Vec<String>,
     /// Images that glTF materials lay onto the mesh by its texture coordinates and that were not read;
     /// [`crate::io::read_with_materials`] reads them.

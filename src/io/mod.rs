@@ -11,9 +11,11 @@ mod loaded;
 mod medit;
 mod obj;
 mod off;
+mod open;
 mod ply;
 mod points;
 mod read;
+mod references;
 mod rounding;
 mod stl;
 mod text;
@@ -24,9 +26,11 @@ pub use file::{check_text_target, write_bytes, write_text};
 pub use format::{Encoding, Format};
 pub use loaded::Loaded;
 pub use obj::feature_lines::{read_feature_lines, write_features};
+pub(crate) use open::read_file_bytes;
+pub use open::{Patience, read_standard_input};
 pub use read::{
-    Input, read, read_any, read_any_bytes, read_as, read_bytes, read_bytes_with_materials,
-    read_with_materials,
+    Input, ReadOptions, read, read_any, read_any_bytes, read_any_with, read_as, read_bytes,
+    read_bytes_with_materials, read_with_materials,
 };
 pub(crate) use rounding::KEEPING_64_BITS;
 pub use rounding::{lost_precision_note, rounded};

@@ -1,15 +1,29 @@
 //! Reads mesh files: finds out the format, decompresses, and calls the format's reader.
 
 use std::borrow::Cow;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 use super::checks::no_faces;
-use super::file::read_file_bytes;
 use super::format::{Encoding, Format, extension_problem, format_of_content, written_extensions};
 use super::loaded::Loaded;
+use super::open::{Patience, read_file_bytes};
+use super::references::References;
 use super::volumes::Volume;
 use super::{gltf, gzip, medit, obj, off, ply, points, stl, volumes};
 use crate::{Error, Result};
+
+/// How a file is read.
+#[derive(Debug, Clone, Default)]
+pub struct ReadOptions {
+    /// In place of what the extension says.
+    pub format: Option<Encoding>,
+    /// Whether to read materials and their images as well, as [`read_with_materials`] does.
+    pub with_materials: bool,
+    /// A folder in or below which files that the file names may lie, besides its own folder.
+    pub files_from: Option<PathBuf>,
+    /// How long to wait for a pipe.
+    pub patience: Patience,
+}
 
 /// Reads a mesh file. Its content decides on the format; where that is ambiguous, the extension does (in
 /// upper or lower case, with or without `.gz`).
@@ -17,9 +31,10 @@ use crate::{Error, Result};
 /// # Errors
 ///
 /// [`Error::Input`] with the path and, where there is one, the line, vertex, face or byte: the file is
-/// missing, unreadable, a directory, empty, truncated or of an unknown format; a face has fewer than three
-/// vertices, one vertex twice or one that does not exist; a coordinate is not a finite number; there is no
-/// vertex, no face, or more than `u32::MAX - 1` vertices; a buffer file of a glTF file cannot be read.
+/// missing, unreadable, a directory or a device, empty, truncated or of an unknown format; a face has fewer
+/// than three vertices, one vertex twice or one that does not exist; a coordinate is not a finite number;
+/// there is no vertex, no face, or more than `u32::MAX - 1` vertices; a file that it names, such as a buffer
+/// of a glTF file, cannot be read or lies outside its folder. [`Error::OutOfMemory`].
 pub fn read(path: &Path) -> Result<Loaded> {
     read_as(path, None)
 }
@@ -30,7 +45,7 @@ pub fn read(path: &Path) -> Result<Loaded> {
 ///
 /// See [`read()`].
 pub fn read_as(path: &Path, declared: Option<Encoding>) -> Result<Loaded> {
-    read_file(path, declared, false).and_then(|input| mesh(input).map_err(|e| e.in_file(path)))
+    read_any(path, declared, false).and_then(|input| mesh(input).map_err(|e| e.in_file(path)))
 }
 
 /// As [`read_as`], with the materials of a glTF file and their images in `attributes.materials`. What cannot
@@ -40,7 +55,7 @@ pub fn read_as(path: &Path, declared: Option<Encoding>) -> Result<Loaded> {
 ///
 /// See [`read()`]; also images of more than 256 MiB together.
 pub fn read_with_materials(path: &Path, declared: Option<Encoding>) -> Result<Loaded> {
-    read_file(path, declared, true).and_then(|input| mesh(input).map_err(|e| e.in_file(path)))
+    read_any(path, declared, true).and_then(|input| mesh(input).map_err(|e| e.in_file(path)))
 }
 
 /// What a file has.
@@ -82,15 +97,20 @@ impl Input {
 ///
 /// See there; for volumes, also other than three axes with one number a node.
 pub fn read_any(path: &Path, declared: Option<Encoding>, with_materials: bool) -> Result<Input> {
-    read_file(path, declared, with_materials)
+    read_any_with(path, &ReadOptions { format: declared, with_materials, ..ReadOptions::default() })
 }
 
-fn read_file(path: &Path, declared: Option<Encoding>, with_materials: bool) -> Result<Input> {
-    let decoded = read_file_bytes(path).and_then(|bytes| {
-        let named = declared.or_else(|| Encoding::of_name(path));
-        // The parent of a bare file name is the empty path: the working directory.
+/// As [`read_any`], with all options.
+///
+/// # Errors
+///
+/// See there; also [`Error::Cancelled`] by the token in `options`.
+pub fn read_any_with(path: &Path, options: &ReadOptions) -> Result<Input> {
+    let decoded = read_file_bytes(path, &options.patience).and_then(|bytes| {
+        let named = options.format.or_else(|| Encoding::of_name(path));
         let folder = path.parent().unwrap_or(Path::new(""));
-        decode(&bytes, named, Some((path, folder)), with_materials)
+        let references = References::new(folder, options.files_from.as_deref());
+        decode(&bytes, named, Some(path), &references, options.with_materials)
     });
     decoded.map_err(|error| error.in_file(path))
 }
@@ -101,7 +121,7 @@ fn read_file(path: &Path, declared: Option<Encoding>, with_materials: bool) -> R
 ///
 /// See [`read()`], without a path; buffers in separate files of a glTF file are refused.
 pub fn read_bytes(bytes: &[u8], declared: Option<Encoding>) -> Result<Loaded> {
-    decode(bytes, declared, None, false).and_then(mesh)
+    decode(bytes, declared, None, &References::default(), false).and_then(mesh)
 }
 
 /// As [`read_bytes`], with materials as in [`read_with_materials`].
@@ -110,7 +130,7 @@ pub fn read_bytes(bytes: &[u8], declared: Option<Encoding>) -> Result<Loaded> {
 ///
 /// See [`read_bytes`] and [`read_with_materials`].
 pub fn read_bytes_with_materials(bytes: &[u8], declared: Option<Encoding>) -> Result<Loaded> {
-    decode(bytes, declared, None, true).and_then(mesh)
+    decode(bytes, declared, None, &References::default(), true).and_then(mesh)
 }
 
 /// As [`read_any`], from bytes.
@@ -119,7 +139,7 @@ pub fn read_bytes_with_materials(bytes: &[u8], declared: Option<Encoding>) -> Re
 ///
 /// See [`read_any`] and [`read_bytes`].
 pub fn read_any_bytes(bytes: &[u8], declared: Option<Encoding>, with_materials: bool) -> Result<Input> {
-    decode(bytes, declared, None, with_materials)
+    decode(bytes, declared, None, &References::default(), with_materials)
 }
 
 /// A mesh with faces.
@@ -127,11 +147,12 @@ fn mesh(input: Input) -> Result<Loaded> {
     input.mesh_or_points().and_then(Loaded::with_faces)
 }
 
-/// `file` is the path and its folder, if the bytes come from a file.
+/// `file` is the path, if the bytes come from a file, whose other files `references` reads.
 fn decode(
     bytes: &[u8],
     declared: Option<Encoding>,
-    file: Option<(&Path, &Path)>,
+    file: Option<&Path>,
+    references: &References,
     with_materials: bool,
 ) -> Result<Input> {
     let mut notes = Vec::new();
@@ -146,13 +167,13 @@ fn decode(
             notes.push(format!("this is {} and not {}; read as such", content.name(), other.name()));
             content
         }
-        (Some(content), None, Some((path, _))) => {
+        (Some(content), None, Some(path)) => {
             notes.push(format!("{}; read as {}", extension_problem(path), content.name()));
             content
         }
         (Some(content), ..) => content,
         (None, Some(declared), _) => declared,
-        (None, None, Some((path, _))) => {
+        (None, None, Some(path)) => {
             let remedy = format!("give {} or .gltf file, or declare the input format", written_extensions());
             return Err(Error::input(None, extension_problem(path), remedy));
         }
@@ -163,26 +184,28 @@ fn decode(
     };
     let volume = match format {
         Format::Npy => Some(volumes::npy::parse(&bytes)?),
-        Format::Nrrd => Some(volumes::nrrd::parse(&bytes, file.map(|(_, folder)| folder))?),
+        Format::Nrrd => Some(volumes::nrrd::parse(&bytes, references)?),
         Format::Nifti => Some(volumes::nifti::parse(&bytes)?),
         _ => None,
     };
     if let Some(mut volume) = volume {
+        notes.extend(references.note());
         notes.append(&mut volume.notes);
         return Ok(Input::Volume(Volume { notes, ..volume }));
     }
-    let mut loaded = parsed(format, &bytes, file.map(|(_, folder)| folder), with_materials)?;
+    let mut loaded = parsed(format, &bytes, references, with_materials)?;
+    notes.extend(references.note());
     notes.append(&mut loaded.notes);
     Ok(Input::Mesh(Loaded { notes, ..loaded }))
 }
 
-fn parsed(format: Format, bytes: &[u8], folder: Option<&Path>, with_materials: bool) -> Result<Loaded> {
+fn parsed(format: Format, bytes: &[u8], references: &References, with_materials: bool) -> Result<Loaded> {
     match format {
         Format::Obj => obj::parse(bytes),
         Format::Ply => ply::parse(bytes),
         Format::Stl => stl::parse(bytes),
         Format::Off => off::parse(bytes),
-        Format::Gltf | Format::Glb => gltf::parse(bytes, folder, with_materials),
+        Format::Gltf | Format::Glb => gltf::parse(bytes, references, with_materials),
         Format::Medit => medit::parse(bytes),
         Format::Xyz => points::xyz::parse(bytes),
         Format::Pcd => points::pcd::parse(bytes),

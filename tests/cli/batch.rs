@@ -311,7 +311,7 @@ fn batches_that_cannot_be_are_refused_before_anything_is_written() {
         ("batch in --out out -n 3", 2, ["3", "at least 4"]),
         ("batch in --out out --preset rtf --no-fit", 2, ["--no-fit", "preset default"]),
         ("batch in --out out --format gltf", 1, ["glTF", ".glb"]),
-        ("batch @none.txt --out out", 3, ["none.txt", "cannot be read"]),
+        ("batch @none.txt --out out", 3, ["none.txt", "there is no such file"]),
         ("batch in --out in/a.ply", 1, ["in/a.ply", "--out"]),
         ("batch in --out out --table in/a.ply", 2, ["in/a.ply", ".csv"]),
         ("batch in --out out --table t.csv --log t.csv", 2, ["t.csv", "--table"]),

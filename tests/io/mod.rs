@@ -4,7 +4,10 @@ pub mod attributes;
 pub mod gltf;
 pub mod gltf_materials;
 pub mod hostile;
+#[cfg(unix)]
+pub mod irregular;
 pub mod obj_and_ply;
+pub mod references;
 pub mod refused;
 pub mod round_trips;
 pub mod stl_off_medit;

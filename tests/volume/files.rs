@@ -91,7 +91,9 @@ fn nrrd_is_read_raw_packed_and_as_text() {
     let place = Place::new();
     std::fs::write(place.path("a.nhdr"), header("encoding: raw\ndata file: a.raw")).unwrap();
     std::fs::write(place.path("a.raw"), raw).unwrap();
-    assert_eq!(read_any(&place.path("a.nhdr"), None, false).unwrap(), Input::Volume(expected));
+    let notes = vec!["files that it names were read: a.raw".to_owned()];
+    let expected = Input::Volume(Volume { notes, ..expected });
+    assert_eq!(read_any(&place.path("a.nhdr"), None, false).unwrap(), expected);
     for (name, extra) in [("up.nhdr", "../a.raw"), ("all.nhdr", "LIST"), ("none.nhdr", "b.raw")] {
         std::fs::write(place.path(name), header(&format!("encoding: raw\ndata file: {extra}"))).unwrap();
         assert!(read_any(&place.path(name), None, false).is_err(), "{extra}");

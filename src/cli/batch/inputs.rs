@@ -1,7 +1,9 @@
 //! The meshes of a batch, and the names of their results.
 
 use crate::cli::files::is_standard;
+use crate::cli::progress::patience;
 use crate::cli::remesh::full_path;
+use crate::io;
 use rtfmesh::Error;
 use rtfmesh::io::{Encoding, Format};
 use std::collections::{BTreeMap, HashSet};
@@ -137,7 +139,10 @@ fn without_gz(path: &Path) -> PathBuf {
 }
 
 fn lines(list: &Path) -> rtfmesh::Result<Vec<String>> {
-    let text = std::fs::read_to_string(list).map_err(|error| unreadable(list, &error))?;
+    let bytes = io::read_file_bytes(list, &patience()).map_err(|error| error.in_file(list))?;
+    let text = String::from_utf8(bytes).map_err(|_| {
+        Error::input(None, "the list is no text in UTF-8", "write a path on each line").in_file(list)
+    })?;
     Ok(text.lines().map(str::trim).filter(|line| !line.is_empty()).map(str::to_owned).collect())
 }
 

@@ -116,6 +116,10 @@ impl Log {
             let error = std::io::Error::other("- is standard output, and the log is read, too");
             return Err(unusable(path, error));
         }
+        // A device might never end, and a pipe never begin.
+        if std::fs::metadata(path).is_ok_and(|known| !known.is_file()) {
+            return Err(unusable(path, std::io::Error::other("this is not a regular file")));
+        }
         let opened = OpenOptions::new().read(true).append(true).create(true).open(path);
         let mut file = opened.map_err(|error| unusable(path, error))?;
         let mut bytes = Vec::new();

@@ -1,8 +1,8 @@
 //! Reads numbers from buffers through accessors; bounds are checked once for each accessor.
 
-use std::borrow::Cow;
 use std::cell::OnceCell;
-use std::path::{Component, Path, PathBuf};
+use std::ops::Deref;
+use std::rc::Rc;
 
 use base64::Engine;
 use base64::engine::general_purpose::STANDARD;
@@ -11,7 +11,7 @@ use glam::DVec3;
 use super::model::{Accessor, Buffer, Model};
 use crate::io::binary;
 use crate::io::checks::excerpt;
-use crate::io::file::read_file_bytes;
+use crate::io::references::References;
 use crate::mesh::attributes::Kind;
 use crate::{Error, Result};
 
@@ -19,19 +19,40 @@ use crate::{Error, Result};
 pub(crate) struct Buffers<'a> {
     model: &'a Model,
     binary: Option<&'a [u8]>,
-    folder: Option<&'a Path>,
-    loaded: Vec<OnceCell<Cow<'a, [u8]>>>,
+    references: &'a References<'a>,
+    loaded: Vec<OnceCell<Content<'a>>>,
+}
+
+/// The bytes of a buffer or an image.
+pub(crate) enum Content<'a> {
+    InFile(&'a [u8]),
+    /// Decoded from text.
+    Own(Vec<u8>),
+    /// Those of another file, which several buffers may share.
+    OtherFile(Rc<Vec<u8>>),
+}
+
+impl Deref for Content<'_> {
+    type Target = [u8];
+
+    fn deref(&self) -> &[u8] {
+        match self {
+            Self::InFile(bytes) => bytes,
+            Self::Own(bytes) => bytes,
+            Self::OtherFile(bytes) => bytes,
+        }
+    }
 }
 
 impl<'a> Buffers<'a> {
-    pub fn new(model: &'a Model, binary: Option<&'a [u8]>, folder: Option<&'a Path>) -> Self {
+    pub fn new(model: &'a Model, binary: Option<&'a [u8]>, references: &'a References<'a>) -> Self {
         let loaded = std::iter::repeat_with(OnceCell::new).take(model.buffers.len()).collect();
-        Self { model, binary, folder, loaded }
+        Self { model, binary, references, loaded }
     }
 
-    /// Bytes of all buffers loaded so far.
-    pub fn loaded_bytes(&self) -> u64 {
-        self.loaded.iter().filter_map(OnceCell::get).map(|buffer| buffer.len() as u64).sum()
+    /// Bytes of all other files read so far.
+    pub fn other_bytes(&self) -> u64 {
+        self.references.bytes()
     }
 
     /// The elements of accessor `index`, which must have this type.
@@ -118,16 +139,16 @@ impl<'a> Buffers<'a> {
             // Cannot fail: the cell is empty.
             let _ = cell.set(self.load(index, buffer).map_err(at)?);
         }
-        Ok(cell.get().map(AsRef::as_ref).unwrap_or_default())
+        Ok(cell.get().map(Deref::deref).unwrap_or_default())
     }
 
-    fn load(&self, index: usize, buffer: &'a Buffer) -> Result<Cow<'a, [u8]>> {
+    fn load(&self, index: usize, buffer: &'a Buffer) -> Result<Content<'a>> {
         let bytes = match (&buffer.uri, self.binary) {
             (Some(uri), _) => match uri.strip_prefix("data:") {
-                Some(data) => Cow::Owned(decode_data_uri(data)?),
-                None => Cow::Owned(read_uri_file(&self.path_of_uri(uri)?, uri)?),
+                Some(data) => Content::Own(decode_data_uri(data)?),
+                None => Content::OtherFile(self.references.read_uri(uri, u64::MAX)?.unwrap_or_default()),
             },
-            (None, Some(binary)) if index == 0 => Cow::Borrowed(binary),
+            (None, Some(binary)) if index == 0 => Content::InFile(binary),
             (None, _) => {
                 return Err(Error::input(None, "the buffer has no data", "write the mesh again"));
             }
@@ -140,49 +161,12 @@ impl<'a> Buffers<'a> {
     }
 
     /// The image at an address; `None` if it has more than so many bytes.
-    pub fn image(&self, uri: &str, most_bytes: u64) -> Result<Option<Vec<u8>>> {
+    pub fn image(&self, uri: &str, most_bytes: u64) -> Result<Option<Content<'_>>> {
         if let Some(data) = uri.strip_prefix("data:") {
-            return decode_data_uri(data).map(Some);
+            return decode_data_uri(data).map(|bytes| Some(Content::Own(bytes)));
         }
-        let path = self.path_of_uri(uri)?;
-        if std::fs::metadata(&path).is_ok_and(|file| file.len() > most_bytes) {
-            return Ok(None);
-        }
-        read_uri_file(&path, uri).map(Some)
+        Ok(self.references.read_uri(uri, most_bytes)?.map(Content::OtherFile))
     }
-
-    /// The path of the file that a relative address names, which must be in the folder or below it.
-    fn path_of_uri(&self, uri: &str) -> Result<PathBuf> {
-        let name = percent_encoding::percent_decode_str(uri).decode_utf8_lossy();
-        let relative = Path::new(name.as_ref());
-        let inside = |part: Component| matches!(part, Component::Normal(_) | Component::CurDir);
-        if uri.contains(':') || !relative.components().all(inside) {
-            let problem = format!("it is in '{}', outside the folder of the file", excerpt(uri));
-            return Err(Error::input(None, problem, "put it into the file's folder, or write a .glb file"));
-        }
-        let Some(folder) = self.folder else {
-            let problem = format!("it is in another file, '{}'", excerpt(uri));
-            return Err(Error::input(None, problem, "give the mesh by its file name, or as a .glb file"));
-        };
-        let path = folder.join(relative);
-        // Reading anything else, such as a pipe, might never end.
-        if path.exists() && !path.is_file() {
-            let problem = format!("{}: this is not a regular file", excerpt(&name));
-            return Err(Error::input(None, problem, "write a .glb file"));
-        }
-        Ok(path)
-    }
-}
-
-/// The content of the file at `path`; errors name the address.
-fn read_uri_file(path: &Path, uri: &str) -> Result<Vec<u8>> {
-    let name = percent_encoding::percent_decode_str(uri).decode_utf8_lossy();
-    read_file_bytes(path).map_err(|mut error| {
-        if let Error::Input { problem, .. } = &mut error {
-            *problem = format!("{}: {problem}", excerpt(&name));
-        }
-        error
-    })
 }
 
 /// The content of a data URI; `data` is what follows `data:`.

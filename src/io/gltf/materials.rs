@@ -1,6 +1,5 @@
 //! Reads materials with their textures and images, if asked for.
 
-use std::borrow::Cow;
 use std::collections::{BTreeSet, HashMap};
 
 use gltf_json::validation::{Error as Fault, Validate};
@@ -8,9 +7,10 @@ use serde::Deserialize;
 use serde::de::DeserializeOwned;
 use serde_json::{Map, Value, json};
 
-use super::accessors::Buffers;
+use super::accessors::{Buffers, Content};
 use crate::io::checks::excerpt;
 use crate::io::loaded::Loaded;
+use crate::io::references::image_type;
 use crate::mesh::attributes::{Image, Materials};
 use crate::{Error, Result};
 
@@ -48,7 +48,6 @@ struct ImageEntry {
     name: Option<String>,
     uri: Option<String>,
     buffer_view: Option<usize>,
-    mime_type: Option<String>,
 }
 
 /// Adds the materials that triangles use. What cannot be read is noted; too many bytes are an error.
@@ -270,9 +269,9 @@ impl MaterialReader<'_, '_> {
         let bytes_left = MAX_IMAGE_BYTES - self.image_bytes;
         let bytes = match (&entry.uri, entry.buffer_view) {
             (Some(uri), _) => {
-                Cow::Owned(self.buffers.image(uri, bytes_left).map_err(missing)?.ok_or(Missing::TooLarge)?)
+                self.buffers.image(uri, bytes_left).map_err(missing)?.ok_or(Missing::TooLarge)?
             }
-            (None, Some(view)) => Cow::Borrowed(self.buffers.view(view).map_err(missing)?.0),
+            (None, Some(view)) => Content::InFile(self.buffers.view(view).map_err(missing)?.0),
             (None, None) => return Err(unusable("it has no data")),
         };
         if bytes.is_empty() {
@@ -281,12 +280,11 @@ impl MaterialReader<'_, '_> {
         if bytes.len() as u64 > bytes_left {
             return Err(Missing::TooLarge);
         }
-        let in_uri = entry.uri.as_deref().and_then(|uri| uri.strip_prefix("data:")?.split(';').next());
-        let declared = entry.mime_type.as_deref().or(in_uri).filter(|mime| mime.starts_with("image/"));
-        let Some(mime) = mime_of_content(&bytes).or(declared) else {
-            return Err(unusable("it is neither PNG nor JPEG"));
+        // What an image claims to be is no matter: any other file could be given away as one.
+        let Some(mime) = image_type(&bytes) else {
+            return Err(unusable("it is no image (PNG, JPEG, WebP, AVIF or KTX2)"));
         };
-        Ok(Image { name: entry.name.clone(), mime: mime.to_owned(), bytes: bytes.into() })
+        Ok(Image { name: entry.name.clone(), mime: mime.to_owned(), bytes: bytes.to_vec().into() })
     }
 
     /// Notes what was left out, and returns the materials.
@@ -367,16 +365,4 @@ fn missing(error: Error) -> Missing {
         Error::Input { problem, .. } => Missing::Unusable(problem),
         other => Missing::Unusable(other.to_string()),
     }
-}
-
-/// The media type that the first bytes show.
-fn mime_of_content(bytes: &[u8]) -> Option<&'static str> {
-    let kinds: [(&[u8], &str); 3] = [
-        (b"\x89PNG\r\n\x1a\n", "image/png"),
-        (b"\xff\xd8\xff", "image/jpeg"),
-        (b"\xabKTX 20\xbb\r\n", "image/ktx2"),
-    ];
-    let webp = bytes.starts_with(b"RIFF") && bytes.get(8..12) == Some(b"WEBP");
-    let known = kinds.into_iter().find(|(start, _)| bytes.starts_with(start)).map(|(_, mime)| mime);
-    known.or(webp.then_some("image/webp"))
 }

@@ -15,17 +15,16 @@ mod write_materials;
 
 pub(crate) use write::{byte_length, rounded_positions, write};
 
-use std::path::Path;
-
 use super::checks::excerpt;
 use super::loaded::Loaded;
+use super::references::References;
 use crate::{Error, Result};
 use accessors::Buffers;
 use model::Model;
 
-/// Reads the default scene of a `.gltf` or `.glb` file, with the materials if asked for. `folder` is where
-/// buffers and images in separate files are; `None` refuses them.
-pub(crate) fn parse(bytes: &[u8], folder: Option<&Path>, with_materials: bool) -> Result<Loaded> {
+/// Reads the default scene of a `.gltf` or `.glb` file, with the materials if asked for. `references` reads
+/// buffers and images in separate files.
+pub(crate) fn parse(bytes: &[u8], references: &References, with_materials: bool) -> Result<Loaded> {
     let parts = container::split_container(bytes)?;
     let model: Model = serde_json::from_slice(parts.json).map_err(|error| {
         let place = format!("line {}, column {} of the JSON", error.line(), error.column());
@@ -36,7 +35,7 @@ pub(crate) fn parse(bytes: &[u8], folder: Option<&Path>, with_materials: bool) -
         Error::input(Some(place), problem, "get the whole file or write the mesh again").caused_by(error)
     })?;
     model.check()?;
-    let buffers = Buffers::new(&model, parts.binary, folder);
+    let buffers = Buffers::new(&model, parts.binary, references);
     let mut loaded = scene::merge_scene(&model, &buffers, bytes.len() as u64)?;
     if with_materials {
         materials::add_materials(parts.json, &buffers, &mut loaded)?;

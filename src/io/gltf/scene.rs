@@ -156,7 +156,7 @@ impl SceneMerger<'_> {
     /// Refuses to add so many bytes to the mesh if that makes it very much larger than the file.
     fn check_size(&self, added_bytes: usize, place: &str) -> Result<()> {
         let mesh_bytes = 24 * self.mesh.vertices.len() + 12 * self.mesh.triangles.len();
-        let read_bytes = self.file_bytes.saturating_add(self.buffers.loaded_bytes());
+        let read_bytes = self.file_bytes.saturating_add(self.buffers.other_bytes());
         if expands_too_far(mesh_bytes.saturating_add(added_bytes) as u64, read_bytes) {
             let problem = "the scene repeats its meshes too often";
             return Err(Error::input(Some(place.to_owned()), problem, "write fewer copies of them"));

@@ -10,7 +10,8 @@ use glam::DVec3;
 use super::logical_lines::{at_line, logical_lines};
 use super::write::write_vertex;
 use crate::io::checks::excerpt;
-use crate::io::file::{read_file_bytes, write_atomically};
+use crate::io::file::write_atomically;
+use crate::io::open::{Patience, read_file_bytes};
 use crate::mesh::TriMesh;
 use crate::mesh::features::{FeatureLine, Features};
 use crate::{Error, Result};
@@ -22,7 +23,8 @@ use crate::{Error, Result};
 /// [`Error::Input`] with the path and the line: the file cannot be read, a coordinate or an index is invalid,
 /// an element has fewer than two points, or there is none.
 pub fn read_feature_lines(path: &Path) -> Result<Vec<FeatureLine>> {
-    read_file_bytes(path).and_then(|bytes| parse(&bytes)).map_err(|error| error.in_file(path))
+    let read = read_file_bytes(path, &Patience::default()).and_then(|bytes| parse(&bytes));
+    read.map_err(|error| error.in_file(path))
 }
 
 fn parse(bytes: &[u8]) -> Result<Vec<FeatureLine>> {

@@ -3,15 +3,15 @@
 
 use std::borrow::Cow;
 use std::collections::HashMap;
-use std::path::Path;
+use std::rc::Rc;
 
 use glam::{DAffine3, DMat3, DVec3};
 
 use super::Volume;
 use super::raw::{Layout, Number, byte_count, check_frame, size};
 use crate::io::checks::{cut_off, excerpt};
-use crate::io::file::read_file_bytes;
 use crate::io::gzip;
+use crate::io::references::References;
 use crate::io::text::number;
 use crate::mesh::attributes::Kind;
 use crate::{Error, Result};
@@ -79,8 +79,8 @@ impl<'a> Header<'a> {
     }
 }
 
-/// `folder` is that of the file, if there is one.
-pub(crate) fn parse(bytes: &[u8], folder: Option<&Path>) -> Result<Volume> {
+/// `references` reads the file that has the values, if it is another one.
+pub(crate) fn parse(bytes: &[u8], references: &References) -> Result<Volume> {
     let header = Header::new(bytes)?;
     let lengths = header.required("sizes")?.split_whitespace().map(|word| word.parse().ok());
     let lengths: Option<Vec<u64>> = lengths.collect();
@@ -91,11 +91,10 @@ pub(crate) fn parse(bytes: &[u8], folder: Option<&Path>) -> Result<Volume> {
     };
     let frame = frame(&header)?;
     check_frame(&frame)?;
-    let data = match header.field("data file").or(header.field("datafile")) {
-        None => Cow::Borrowed(&bytes[header.end..]),
-        Some(name) => Cow::Owned(other_file(&header, name, folder)?),
-    };
-    let data = decoded(&header, &data, size, number)?;
+    let other = header.field("data file").or(header.field("datafile"));
+    let other = other.map(|name| other_file(&header, name, references)).transpose()?;
+    let data = other.as_ref().map_or(&bytes[header.end..], |other| other.as_slice());
+    let data = decoded(&header, data, size, number)?;
     let layout = Layout {
         size,
         number: if is_text(&header) { Kind::F64.into() } else { number },
@@ -108,15 +107,17 @@ pub(crate) fn parse(bytes: &[u8], folder: Option<&Path>) -> Result<Volume> {
 }
 
 /// The content of the one file that has the values.
-fn other_file(header: &Header, name: &str, folder: Option<&Path>) -> Result<Vec<u8>> {
-    let is_plain = Path::new(name).components().all(|part| matches!(part, std::path::Component::Normal(_)));
-    match folder {
-        Some(folder) if is_plain && !name.starts_with("LIST") && !name.contains('%') => {
-            let path = folder.join(name);
-            read_file_bytes(&path).map_err(|error| error.in_file(&path))
-        }
-        _ => Err(header.refuse("data file", "name one file beside the header, or write all into one")),
+fn other_file(header: &Header, name: &str, references: &References) -> Result<Rc<Vec<u8>>> {
+    if name.starts_with("LIST") || name.contains('%') {
+        return Err(header.refuse("data file", "name one file, or write all into one"));
     }
+    let content = references.read(name, u64::MAX).map_err(|mut error| {
+        if let Error::Input { place: place @ None, .. } = &mut error {
+            *place = Some("data file".to_owned());
+        }
+        error
+    })?;
+    content.ok_or_else(|| header.refuse("data file", "write all into one file"))
 }
 
 fn is_text(header: &Header) -> bool {
@@ -135,7 +136,11 @@ fn decoded<'a>(
         return Err(header.refuse("line skip", "give a whole number"));
     };
     let mut data = data;
+    // Any number may be given; behind the last line there are no more.
     for _ in 0..lines {
+        if data.is_empty() {
+            break;
+        }
         let end = data.iter().position(|byte| *byte == b'\n').map_or(data.len(), |end| end + 1);
         data = &data[end..];
     }
