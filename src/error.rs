@@ -38,7 +38,7 @@ pub enum Error {
         source: Option<Cause>,
     },
     /// A result that cannot be written.
-    #[error("{}: {problem}; {remedy}", .path.display())]
+    #[error("{}: {problem}; {remedy}", shown(.path))]
     #[non_exhaustive]
     Output {
         /// The target file.
@@ -161,16 +161,43 @@ impl Error {
 
 fn location(path: Option<&Path>, place: Option<&str>) -> String {
     match (path, place) {
-        (Some(path), Some(place)) => format!("{}: {place}: ", path.display()),
-        (Some(path), None) => format!("{}: ", path.display()),
+        (Some(path), Some(place)) => format!("{}: {place}: ", shown(path)),
+        (Some(path), None) => format!("{}: ", shown(path)),
         (None, Some(place)) => format!("{place}: "),
         (None, None) => String::new(),
     }
 }
 
+/// A path as messages show it.
+pub(crate) fn shown(path: &Path) -> String {
+    escaped(&path.to_string_lossy())
+}
+
+/// Text on one line that a terminal shows and does not obey: control characters, and those that change the
+/// order of others, are escaped as in Rust.
+pub(crate) fn escaped(text: &str) -> String {
+    let one = |c: char| if is_control(c) { c.escape_debug().to_string() } else { c.to_string() };
+    if text.chars().any(is_control) { text.chars().map(one).collect() } else { text.to_owned() }
+}
+
+/// Whether a character acts on a terminal, or on the order of the characters around it.
+pub(crate) fn is_control(c: char) -> bool {
+    let orders = ['\u{61c}', '\u{200e}', '\u{200f}'];
+    c.is_control() || orders.contains(&c) || matches!(c, '\u{2028}'..='\u{202e}' | '\u{2066}'..='\u{2069}')
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn control_characters_are_shown_and_other_letters_stay() {
+        let path = Path::new("a\u{1b}[31m\nb\u{202e}\u{9b}ä 本.ply");
+        assert_eq!(shown(path), "a\\u{1b}[31m\\nb\\u{202e}\\u{9b}ä 本.ply");
+        let error = Error::output(path, "it is full", "empty it").to_string();
+        assert!(!error.contains(is_control), "{error}");
+        assert!(!Error::input(None, "a", "b").in_file(path).to_string().contains(is_control));
+    }
     use std::io;
 
     #[test]

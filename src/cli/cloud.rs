@@ -5,6 +5,7 @@ use super::heading::INPUT;
 use super::method::MethodArgs;
 use super::progress::RunProgress;
 use super::target_count::length;
+use crate::error::shown;
 use rtfmesh::cloud::{CloudSurface, PointCloud, SurfaceOptions, oriented_normals, surface_with_progress};
 use rtfmesh::io::Loaded;
 use rtfmesh::mesh::attributes::{Attribute, Attributes, Kind, Role};
@@ -123,7 +124,7 @@ impl CloudArgs {
         let given =
             [("--fill-holes", self.holes.fill_holes.is_some()), ("--normals-only", self.normals_only)];
         let Some((name, _)) = given.iter().find(|(_, given)| *given) else { return Ok(self.holes.closed) };
-        let input = input_name(input).display();
+        let input = shown(input_name(input));
         Err(Error::usage(format!("{name} works only with points, and {input} is a volume"), "leave it out"))
     }
 
@@ -162,7 +163,7 @@ impl CloudArgs {
         ];
         let given = given.iter().find(|(_, given)| *given && !loaded.mesh.triangles.is_empty());
         let Some((name, _)) = given else { return Ok(()) };
-        let problem = format!("{name} works only with points, and {} has faces", input_name(input).display());
+        let problem = format!("{name} works only with points, and {} has faces", shown(input_name(input)));
         Err(Error::usage(problem, "leave it out"))
     }
 

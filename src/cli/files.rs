@@ -3,9 +3,10 @@
 use super::heading::INPUT;
 use super::progress::patience;
 use super::terminal::tell;
+use crate::error::{escaped, shown};
 use anyhow::Result;
 use rtfmesh::io;
-use rtfmesh::io::{Encoding, Input, Loaded, ReadOptions};
+use rtfmesh::io::{Encoding, Input, Loaded, Prepared, ReadOptions};
 use rtfmesh::mesh::attributes::Attributes;
 use rtfmesh::{Error, TriMesh};
 use std::io::{IsTerminal, Write};
@@ -77,7 +78,7 @@ pub fn input_name(path: &Path) -> &Path {
 /// Prints notes, such as what reading left out, to standard error.
 pub fn tell_notes(path: &Path, notes: &[String]) {
     for note in notes {
-        tell(&format!("note: {}: {note}\n", input_name(path).display()));
+        tell(&format!("note: {}: {}\n", shown(input_name(path)), escaped(note)));
     }
 }
 
@@ -107,6 +108,10 @@ impl<'a> Target<'a> {
             let problem = "standard output has no extension that tells the format";
             return Err(Error::usage(problem, "add --format, for example --format ply"));
         };
+        if is_lost(&std::io::stdout()) {
+            let problem = "standard output is closed, or /dev/null for reading and writing";
+            return Err(Error::usage(problem, "send standard output to a file or a pipe"));
+        }
         let for_people = encoding.format.is_written_as_text() && !encoding.gzip;
         if !for_people && std::io::stdout().is_terminal() {
             let problem = format!("{encoding} is binary and does not go to a terminal");
@@ -131,18 +136,75 @@ impl<'a> Target<'a> {
     /// # Errors
     /// [`Error::Output`], or what standard output says.
     pub fn write(&self, mesh: &TriMesh, attributes: &Attributes, quiet: bool) -> Result<()> {
+        self.write_all(mesh, attributes, &[], quiet)
+    }
+
+    /// As [`Target::write`], with further files: all or none.
+    ///
+    /// # Errors
+    /// As [`Target::write`].
+    pub fn write_all(
+        &self,
+        mesh: &TriMesh,
+        attributes: &Attributes,
+        texts: &[(&Path, String)],
+        quiet: bool,
+    ) -> Result<()> {
         let notes = self.notes(mesh, attributes);
+        // Whatever may fail is done before the first file is in its place.
+        let texts = texts.iter().map(|(path, text)| Prepared::of_text(path, text));
+        let texts = texts.collect::<rtfmesh::Result<Vec<_>>>()?;
         if is_standard(self.path) {
             let bytes = io::encode_with(Path::new("standard output"), mesh, attributes, self.encoding)?;
             let mut out = std::io::stdout().lock();
             out.write_all(&bytes)?;
             out.flush()?;
         } else {
-            io::write_with(self.path, mesh, attributes, self.encoding)?;
+            io::prepare(self.path, mesh, attributes, self.encoding)?.put()?;
         }
+        texts.into_iter().try_for_each(Prepared::put)?;
         for note in notes.iter().filter(|_| !quiet) {
-            tell(&format!("note: {}: {note}\n", self.path.display()));
+            tell(&format!("note: {}: {note}\n", shown(self.path)));
         }
         Ok(())
+    }
+}
+
+/// Whether nothing that is written gets anywhere. Rust puts `/dev/null`, open for reading and writing, in
+/// place of a closed standard output; what a shell redirects to `/dev/null` is open for writing alone.
+#[cfg(unix)]
+fn is_lost(out: &std::io::Stdout) -> bool {
+    use rustix::fs::{OFlags, fcntl_getfl, fstat, stat};
+    let both = fcntl_getfl(out).is_ok_and(|flags| flags & OFlags::ACCMODE == OFlags::RDWR);
+    let devices = (fstat(out).map(|file| file.st_rdev), stat("/dev/null").map(|null| null.st_rdev));
+    both && matches!(devices, (Ok(out), Ok(null)) if out == null && null != 0)
+}
+
+#[cfg(not(unix))]
+fn is_lost(_: &std::io::Stdout) -> bool {
+    false
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_report_that_cannot_be_written_leaves_the_mesh_alone() {
+        let folder = tempfile::tempdir().unwrap();
+        let mesh = rtfmesh::mesh::samples::sample("box").unwrap();
+        let path = folder.path().join("a.ply");
+        std::fs::write(&path, "as it was").unwrap();
+        let target = Target::new(&path, None).unwrap();
+        let report = folder.path().join("gone/report.json");
+        let page = folder.path().join("page.html");
+        let write = |texts: &[(&Path, String)]| target.write_all(&mesh, &Attributes::default(), texts, true);
+        let texts = [(page.as_path(), "page".to_owned()), (report.as_path(), "report".to_owned())];
+        assert!(write(&texts).unwrap_err().to_string().contains("there is no folder"));
+        assert_eq!(std::fs::read(&path).unwrap(), b"as it was");
+        assert_eq!(std::fs::read_dir(folder.path()).unwrap().count(), 1);
+        write(&texts[..1]).unwrap();
+        assert_eq!(std::fs::read(&page).unwrap(), b"page");
+        assert_ne!(std::fs::read(&path).unwrap(), b"as it was");
     }
 }

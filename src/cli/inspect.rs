@@ -7,6 +7,7 @@ use super::table;
 use super::target_count::vertex_count;
 use super::terminal::print;
 use super::volume;
+use crate::error::shown;
 use anyhow::Result;
 use rtfmesh::io;
 use rtfmesh::io::{Input, Loaded, Volume};
@@ -89,7 +90,7 @@ pub fn run(args: &Args) -> Result<()> {
     if let Some(path) = &args.skeleton {
         let read = [Some(&args.mesh), args.features.as_ref()];
         if read.into_iter().flatten().any(|input| super::remesh::same_file(path, input)) {
-            let problem = format!("the skeleton would overwrite its own input {}", path.display());
+            let problem = format!("the skeleton would overwrite its own input {}", shown(path));
             return Err(Error::usage(problem, "name another file after --skeleton").into());
         }
         io::check_text_target(path)?;
@@ -130,7 +131,7 @@ fn refuse_options_of_meshes(args: &Args, what: &str) -> rtfmesh::Result<()> {
         ("--skeleton", args.skeleton.is_some()),
     ];
     let Some((name, _)) = given.iter().find(|(_, given)| *given) else { return Ok(()) };
-    let input = input_name(&args.mesh).display();
+    let input = shown(input_name(&args.mesh));
     let problem = format!("{name} works only with meshes, and {input} has {what}");
     Err(Error::usage(problem, "leave it out"))
 }

@@ -12,11 +12,13 @@ use super::target_count::{SizeArgs, count};
 use super::terminal::{print, tell};
 use super::volume::VolumeArgs;
 use super::{table, words};
+use crate::error::shown;
 use anyhow::Result;
 use clap::ArgAction;
 use rtfmesh::glam::DVec3;
 use rtfmesh::io;
 use rtfmesh::io::{Encoding, Input, Loaded};
+use rtfmesh::mesh::attributes::Attributes;
 use rtfmesh::mesh::repair::Repaired;
 use rtfmesh::report::Report;
 use rtfmesh::report::html::{PageInput, page};
@@ -140,7 +142,7 @@ pub fn run(args: &Args) -> Result<u8> {
         && same_file(output, &args.input)
         && !is_standard(output)
     {
-        tell(&format!("note: {} will be replaced by the result\n", output.display()));
+        tell(&format!("note: {} will be replaced by the result\n", shown(output)));
     }
     let mut run = RunProgress::new(&args.progress)?;
     if args.cloud.normals_only() {
@@ -173,10 +175,7 @@ pub fn run(args: &Args) -> Result<u8> {
     // Standard output may wait for its reader for ever.
     let _whole = (!args.output.as_deref().is_some_and(is_standard)).then(begin_writing).transpose()?;
     let attributes = carried(&loaded.mesh, &loaded.attributes, &result);
-    target.write(&result.mesh, &attributes, args.out.quiet)?;
-    for (path, text) in texts {
-        io::write_text(path, &text)?;
-    }
+    target.write_all(&result.mesh, &attributes, &texts, args.out.quiet)?;
     if !args.out.quiet {
         tell(&if args.out.verbose {
             table::run(&result.summary, device.info())
@@ -211,6 +210,13 @@ fn surface(
     options: &mut Options,
     run: &mut RunProgress,
 ) -> rtfmesh::Result<(Loaded, Size)> {
+    // What only the attributes decide is known before any long work.
+    let attributes = match &input {
+        Input::Mesh(loaded) => &loaded.attributes,
+        Input::Volume(_) => &Attributes::default(),
+    };
+    let named = args.method.read_attributes(attributes, &mut options.clone());
+    named.map_err(|e| e.in_file(input_name(&args.input)))?;
     match input {
         Input::Volume(volume) => {
             let closed = args.cloud.closes_volume(&args.input)?;
@@ -317,20 +323,20 @@ fn refuse_overwriting(args: &Args) -> rtfmesh::Result<()> {
     let written = written.map(|(option, what, path)| path.as_ref().map(|path| (option, what, path)));
     for (option, what, path) in written.into_iter().flatten() {
         if [args.output.as_ref(), Some(&args.input)].into_iter().flatten().any(|mesh| same_file(path, mesh)) {
-            let problem = format!("the {what} would overwrite the mesh in {}", path.display());
+            let problem = format!("the {what} would overwrite the mesh in {}", shown(path));
             return Err(Error::usage(problem, format!("name another file after {option}")));
         }
     }
     if let [Some((_, _, report)), Some((_, _, page))] = written
         && same_file(report, page)
     {
-        let problem = format!("the page would overwrite the report in {}", report.display());
+        let problem = format!("the page would overwrite the report in {}", shown(report));
         return Err(Error::usage(problem, "name another file after --html"));
     }
     let Some(features) = args.method.features() else { return Ok(()) };
     let texts = written.into_iter().flatten().map(|(_, _, path)| path);
     if args.output.iter().chain(texts).any(|path| same_file(path, features)) {
-        let problem = format!("the lines in {} would be overwritten", features.display());
+        let problem = format!("the lines in {} would be overwritten", shown(features));
         return Err(Error::usage(problem, "name another file after --features"));
     }
     Ok(())

@@ -5,6 +5,7 @@ use super::heading::{CAMERA, COLOURS};
 use super::points::Drawn;
 use super::remesh::same_file;
 use super::terminal::tell;
+use crate::error::shown;
 use anyhow::Result;
 use glam::DVec3;
 use rtfmesh::io;
@@ -90,7 +91,7 @@ pub fn run(args: &Args) -> Result<()> {
             let meshes: Vec<TriMesh> = drawn.iter().map(|drawn| drawn.mesh.clone()).collect();
             let found = distance_colours(&meshes, reference).map_err(|e| e.in_file(input_name(against)))?;
             for (path, found) in args.meshes.iter().zip(&found) {
-                tell(&format!("{}: largest distance {:.6}\n", input_name(path).display(), found.largest));
+                tell(&format!("{}: largest distance {:.6}\n", shown(input_name(path)), found.largest));
             }
             found.into_iter().map(|found| found.colours).collect()
         }
@@ -120,7 +121,7 @@ fn load(args: &Args, path: &Path) -> rtfmesh::Result<Drawn> {
     let given = [("--color quality", args.color == Colouring::Quality), ("--curves", args.curves)];
     let given = given.iter().find(|(_, given)| *given && loaded.mesh.triangles.is_empty());
     if let Some((name, _)) = given {
-        let input = input_name(path).display();
+        let input = shown(input_name(path));
         let problem = format!("{name} works only with meshes, and {input} has points without faces");
         return Err(Error::usage(problem, "leave it out"));
     }
@@ -147,12 +148,12 @@ fn options(args: &Args) -> rtfmesh::Result<PictureOptions> {
 fn refuse_overwriting(args: &Args) -> rtfmesh::Result<()> {
     // Whoever forgets the picture names a mesh last.
     if !args.output.extension().is_some_and(|extension| extension.eq_ignore_ascii_case("png")) {
-        let problem = format!("{} is not the name of a picture", args.output.display());
+        let problem = format!("{} is not the name of a picture", shown(&args.output));
         return Err(Error::usage(problem, "name a file that ends in .png last"));
     }
     let read = args.meshes.iter().chain(&args.against);
     if read.clone().any(|path| same_file(path, &args.output)) {
-        let problem = format!("the picture would overwrite the mesh in {}", args.output.display());
+        let problem = format!("the picture would overwrite the mesh in {}", shown(&args.output));
         return Err(Error::usage(problem, "name the picture last, in a file of its own"));
     }
     if read.filter(|path| is_standard(path)).count() > 1 {

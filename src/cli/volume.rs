@@ -4,6 +4,7 @@ use super::files::{input_name, tell_notes};
 use super::heading::INPUT;
 use super::method::MethodArgs;
 use super::progress::RunProgress;
+use crate::error::shown;
 use clap::ValueEnum;
 use rtfmesh::glam::{DMat3, DVec3};
 use rtfmesh::io::{Loaded, Volume};
@@ -154,7 +155,7 @@ impl VolumeArgs {
         let given =
             [("--iso", self.iso.is_some()), ("--labels", self.labels), ("--spacing", self.spacing.is_some())];
         let Some((name, _)) = given.iter().find(|(_, given)| *given) else { return Ok(()) };
-        let problem = format!("{name} works only with volumes, and {} is none", input_name(input).display());
+        let problem = format!("{name} works only with volumes, and {} is none", shown(input_name(input)));
         Err(Error::usage(problem, "leave it out"))
     }
 }
@@ -166,8 +167,7 @@ fn no_choice(volume: &Volume, input: &Path) -> Error {
         Some([low, high]) => format!("from {low} to {high}"),
         None => "none of them finite".to_owned(),
     };
-    let problem =
-        format!("{} has {x} x {y} x {z} values, {values}, and no mesh", input_name(input).display());
+    let problem = format!("{} has {x} x {y} x {z} values, {values}, and no mesh", shown(input_name(input)));
     Error::usage(problem, "add --iso VALUE for the surface at a value, or --labels")
 }
 

@@ -1,5 +1,7 @@
 //! The library's errors in the words of the command line.
 
+use crate::error::escaped;
+
 /// What the library says, and what the command line has for it; other fields are options of their own name.
 const PHRASES: [(&str, &str); 7] = [
     ("`shortage` add-vertices", "--vertices-at-least"),
@@ -13,10 +15,11 @@ const PHRASES: [(&str, &str); 7] = [
 
 /// An error on one line; causes of the library's own errors are in their messages already.
 pub fn line(error: &anyhow::Error) -> String {
-    match error.downcast_ref::<rtfmesh::Error>() {
+    let text = match error.downcast_ref::<rtfmesh::Error>() {
         Some(error) => with_options(&error.to_string()),
         None => with_options(&format!("{error:#}")),
-    }
+    };
+    escaped(&text)
 }
 
 /// What the library warns of.

@@ -8,6 +8,7 @@ use std::path::{Path, PathBuf};
 
 use tempfile::NamedTempFile;
 
+use crate::error::shown;
 use crate::{Error, Result};
 
 /// Writes `text` to `path`, whatever its extension, replacing the file only when the new one is complete.
@@ -63,9 +64,14 @@ fn final_path(path: &Path) -> Result<PathBuf> {
         }
         return std::fs::canonicalize(path).map_err(|error| unwritable(path, error));
     }
+    // To write through it would make a file that nobody sees; to replace it would lose the link.
+    if std::fs::symlink_metadata(path).is_ok() {
+        let problem = "this is a link to a file that does not exist";
+        return Err(output_error(path, problem, "name that file, or remove the link"));
+    }
     let folder = folder_of(path);
     if !folder.is_dir() {
-        let problem = format!("there is no folder '{}'", folder.display());
+        let problem = format!("there is no folder '{}'", shown(folder));
         return Err(output_error(path, problem, "make the folder first or choose another"));
     }
     Ok(folder.join(name))
@@ -86,10 +92,59 @@ pub(crate) fn unwritable(path: &Path, error: io::Error) -> Error {
 fn create_temporary(target: &Path, path: &Path) -> Result<NamedTempFile> {
     let mut builder = tempfile::Builder::new();
     builder.prefix(".rtfmesh-").suffix(".part");
-    // Temporary files are private by default; this one becomes an ordinary file, subject to the umask.
+    let earlier = std::fs::metadata(target).ok();
+    // Temporary files are private by default; a new one becomes an ordinary file, subject to the umask.
     #[cfg(unix)]
-    builder.permissions(std::os::unix::fs::PermissionsExt::from_mode(0o666));
-    builder.tempfile_in(folder_of(target)).map_err(|error| unwritable(path, error))
+    if earlier.is_none() {
+        builder.permissions(std::os::unix::fs::PermissionsExt::from_mode(0o666));
+    }
+    let file = builder.tempfile_in(folder_of(target)).map_err(|error| unwritable(path, error))?;
+    // What replaces a file is as private as that was.
+    if let Some(earlier) = earlier {
+        file.as_file().set_permissions(earlier.permissions()).map_err(|error| unwritable(path, error))?;
+    }
+    Ok(file)
+}
+
+/// A file that is complete under a temporary name; it is removed unless it is put in its place.
+pub(crate) struct Prepared {
+    file: NamedTempFile,
+    target: PathBuf,
+    path: PathBuf,
+}
+
+impl Prepared {
+    /// What `fill` writes, for the file at `path`.
+    ///
+    /// # Errors
+    /// [`Error::Output`], such as for a full disk.
+    pub fn new(path: &Path, fill: impl FnOnce(&mut BufWriter<&File>) -> io::Result<()>) -> Result<Self> {
+        let target = final_path(path)?;
+        let file = create_temporary(&target, path)?;
+        let mut buffer = BufWriter::new(file.as_file());
+        // Synced before the rename, or a power cut could leave the new name on an empty file.
+        let filled = fill(&mut buffer).and_then(|()| buffer.flush()).and_then(|()| file.as_file().sync_all());
+        drop(buffer);
+        filled.map_err(|error| unwritable(path, error))?;
+        Ok(Self { file, target, path: path.to_owned() })
+    }
+
+    /// Of a text.
+    ///
+    /// # Errors
+    /// As [`Prepared::new`].
+    pub fn of_text(path: &Path, text: &str) -> Result<Self> {
+        Self::new(path, |file| file.write_all(text.as_bytes()))
+    }
+
+    /// Puts the file in its place.
+    ///
+    /// # Errors
+    /// [`Error::Output`] if the system does not rename it.
+    pub fn put(self) -> Result<()> {
+        let Self { file, target, path } = self;
+        file.persist(&target).map(drop).map_err(|error| unwritable(&path, error.error))
+    }
 }
 
 /// Replaces the file at `path` by what `fill` writes, once that is complete.
@@ -97,12 +152,5 @@ pub(crate) fn write_atomically(
     path: &Path,
     fill: impl FnOnce(&mut BufWriter<&File>) -> io::Result<()>,
 ) -> Result<()> {
-    let target = final_path(path)?;
-    let file = create_temporary(&target, path)?;
-    let mut buffer = BufWriter::new(file.as_file());
-    // Synced before the rename, or a power cut could leave the new name on an empty file.
-    let filled = fill(&mut buffer).and_then(|()| buffer.flush()).and_then(|()| file.as_file().sync_all());
-    drop(buffer);
-    filled.map_err(|error| unwritable(path, error))?;
-    file.persist(&target).map(drop).map_err(|error| unwritable(path, error.error))
+    Prepared::new(path, fill)?.put()
 }

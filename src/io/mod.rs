@@ -22,6 +22,7 @@ mod text;
 mod volumes;
 mod write;
 
+pub(crate) use file::Prepared;
 pub use file::{check_text_target, write_bytes, write_text};
 pub use format::{Encoding, Format};
 pub use loaded::Loaded;
@@ -35,6 +36,7 @@ pub use read::{
 pub(crate) use rounding::KEEPING_64_BITS;
 pub use rounding::{lost_precision_note, rounded};
 pub use volumes::Volume;
+pub(crate) use write::prepare;
 pub use write::{
     check_target, encode, encode_with, lost_attributes_note, target_encoding, write, write_as, write_with,
 };

@@ -7,7 +7,7 @@ use std::path::Path;
 use flate2::Compression;
 use flate2::write::GzEncoder;
 
-use super::file::{check_text_target, output_error, unwritable, write_atomically};
+use super::file::{Prepared, check_text_target, output_error, unwritable};
 use super::format::{Encoding, Format, extension_problem, written_extensions};
 use super::{gltf, medit, obj, off, ply, stl};
 use crate::Result;
@@ -42,8 +42,22 @@ pub fn write_as(path: &Path, mesh: &TriMesh, encoding: Encoding) -> Result<()> {
 ///
 /// See [`write()`]. Panics if the attributes belong to another mesh.
 pub fn write_with(path: &Path, mesh: &TriMesh, attributes: &Attributes, encoding: Encoding) -> Result<()> {
+    prepare(path, mesh, attributes, encoding)?.put()
+}
+
+/// As [`write_with`], but for putting the file in its place.
+///
+/// # Errors
+///
+/// See [`write()`].
+pub(crate) fn prepare(
+    path: &Path,
+    mesh: &TriMesh,
+    attributes: &Attributes,
+    encoding: Encoding,
+) -> Result<Prepared> {
     check_fits(path, (mesh, attributes), encoding.format)?;
-    write_atomically(path, |file| write_encoded(file, (mesh, attributes), encoding))
+    Prepared::new(path, |file| write_encoded(file, (mesh, attributes), encoding))
 }
 
 /// The bytes of the file that [`write_as`] would write; `name` stands for its path in errors.

@@ -6,6 +6,8 @@ use glam::{DMat3, DVec3};
 
 /// Distance of the camera in radii of the mesh: a weak perspective.
 const DISTANCE: f64 = 5.0;
+/// At least the width of lines, in pixels.
+const LINE_WIDTH: f64 = 4.0;
 /// Margin around the mesh, as a share of the panel.
 const MARGIN: f64 = 0.04;
 
@@ -78,6 +80,14 @@ impl Camera {
         let p = self.rotation * self.frame.to_unit(point) / self.radius;
         let scale = self.pixels * DISTANCE / (DISTANCE - p.z).max(0.1);
         Projected { at: [0.5 * self.size[0] + scale * p.x, 0.5 * self.size[1] - scale * p.y], depth: p.z }
+    }
+
+    /// Whether any of what has these corners may be in the panel, with lines of usual width.
+    pub fn may_see(&self, corners: [Projected; 3]) -> bool {
+        [0, 1].iter().all(|k: &usize| {
+            let [a, b, c] = corners.map(|corner| corner.at[*k]);
+            a.max(b).max(c) >= -LINE_WIDTH && a.min(b).min(c) <= self.size[*k] + LINE_WIDTH
+        })
     }
 
     /// The directions to the right and up.

@@ -88,7 +88,7 @@ pub(super) fn pieces(panel: &Panel, camera: &Camera) -> Vec<Piece> {
         let colour = shaded(base, if is_front { normal } else { -normal });
         let whole =
             Piece { corners: [[0.0; 2]; 3], depth: 0.0, colour, edges: [true; 3], shape: Shape::Face };
-        divide(corners, [true; 3], MOST_HALVINGS, &mut |corners, edges| {
+        divide(corners, [true; 3], MOST_HALVINGS, camera, &mut |corners, edges| {
             let depth = corners.iter().map(|c| c.depth).sum::<f64>() / 3.0;
             pieces.push(Piece { corners: corners.map(on_canvas), depth, edges, ..whole });
         });
@@ -104,6 +104,9 @@ fn add_lines(lines: &[[DVec3; 2]], camera: &Camera, pieces: &mut Vec<Piece>) {
         for k in 0..parts as u32 {
             let [from, to] = [k, k + 1].map(|k| interpolate(a, b, f64::from(k) / parts));
             let depth = 0.5 * (from.depth + to.depth) + LIFT;
+            if !camera.may_see([from, to, to]) {
+                continue;
+            }
             let corners = [from, to, to].map(on_canvas);
             let edges = [true, false, false];
             pieces.push(Piece { corners, depth, colour: LINE, edges, shape: Shape::Line });
@@ -155,13 +158,18 @@ fn interpolate(a: Projected, b: Projected, share: f64) -> Projected {
     Projected { at: [0, 1].map(|k: usize| mix(a.at[k], b.at[k])), depth: mix(a.depth, b.depth) }
 }
 
-/// Halves a triangle at its longest side until it is short.
+/// Halves a triangle at its longest side until it is short, and leaves out the parts outside the panel.
 fn divide(
     corners: [Projected; 3],
     edges: [bool; 3],
     left: u32,
+    camera: &Camera,
     paint: &mut dyn FnMut([Projected; 3], [bool; 3]),
 ) {
+    // With a large zoom, nearly all is outside.
+    if !camera.may_see(corners) {
+        return;
+    }
     let length = |k: usize| distance(corners[k], corners[(k + 1) % 3]);
     let longest = (1..3).fold(0, |best, k| if length(k) > length(best) { k } else { best });
     if left == 0 || length(longest) <= LONGEST {
@@ -171,8 +179,8 @@ fn divide(
     let [ab, bc, ca] = [0, 1, 2].map(|k| edges[(longest + k) % 3]);
     let middle =
         Projected { at: [0, 1].map(|k: usize| 0.5 * (a.at[k] + b.at[k])), depth: 0.5 * (a.depth + b.depth) };
-    divide([a, middle, c], [ab, false, ca], left - 1, paint);
-    divide([middle, b, c], [ab, bc, false], left - 1, paint);
+    divide([a, middle, c], [ab, false, ca], left - 1, camera, paint);
+    divide([middle, b, c], [ab, bc, false], left - 1, camera, paint);
 }
 
 /// The colour under the lights, with a weak highlight.
@@ -184,4 +192,27 @@ fn shaded(base: Colour, normal: DVec3) -> Colour {
         light += 0.15 * power * normal.dot((light_direction + DVec3::Z).normalize()).max(0.0).powi(40);
     }
     base.map(|c| (f64::from(c) * light).clamp(0.0, 255.0) as u8)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::mesh::samples::sample;
+    use crate::picture::View;
+
+    #[test]
+    fn a_large_zoom_makes_no_more_pieces_than_the_panel_has_room_for() {
+        let mesh = sample("box").unwrap();
+        let panel =
+            Panel { mesh: &mesh, colours: &[], lines: &[[DVec3::ZERO, DVec3::splat(1e3)]], discs: None };
+        let count = |zoom: f64| {
+            let view = View { zoom, ..View::default() };
+            pieces(&panel, &Camera::around(&mesh, &view, [720, 540]).unwrap()).len()
+        };
+        let whole = count(1.0);
+        // 720 x 540 pixels are some 3,000 triangles with sides of 24; front and back, and those at the edges.
+        for zoom in [10.0, 1e3, 1e6, 1e12] {
+            assert!((1..20_000).contains(&count(zoom)), "{} at {zoom}, {whole} at 1", count(zoom));
+        }
+    }
 }

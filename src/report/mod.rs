@@ -4,6 +4,7 @@ pub mod figures;
 #[cfg(feature = "html")]
 pub mod html;
 
+use crate::error::is_control;
 use crate::gpu::DeviceInfo;
 use crate::{Error, Method, Options, Result};
 use serde::{Serialize, Serializer};
@@ -87,5 +88,28 @@ impl Report<'_> {
 /// # Errors
 /// [`Error::Internal`] if a value cannot be written as JSON.
 pub fn to_json(value: &impl Serialize) -> Result<String> {
-    serde_json::to_string_pretty(value).map(|s| s + "\n").map_err(|e| Error::Internal(e.to_string()))
+    let text = serde_json::to_string_pretty(value).map_err(|e| Error::Internal(e.to_string()))?;
+    // JSON is shown by terminals, too. Such characters are only in texts, where they may be escaped.
+    let one = |c: char| match c {
+        '\n' => c.to_string(),
+        c if is_control(c) => format!("\\u{:04x}", u32::from(c)),
+        c => c.to_string(),
+    };
+    let text = if text.contains(|c: char| c != '\n' && is_control(c)) {
+        text.chars().map(one).collect()
+    } else {
+        text
+    };
+    Ok(text + "\n")
+}
+
+#[cfg(test)]
+mod tests {
+    #[test]
+    fn control_characters_are_escaped_in_json_and_come_back() {
+        let text = "a\u{1b}[31m\u{9b}\u{202e}\u{7f}\n\u{2028}ä\"";
+        let json = super::to_json(&[text]).unwrap();
+        assert!(!json.contains(|c: char| c != '\n' && crate::error::is_control(c)), "{json:?}");
+        assert_eq!(serde_json::from_str::<Vec<String>>(&json).unwrap(), [text]);
+    }
 }

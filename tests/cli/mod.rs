@@ -9,6 +9,8 @@ pub mod errors;
 pub mod files;
 pub mod html;
 pub mod inspect;
+#[cfg(unix)]
+pub mod odd_files;
 pub mod render;
 pub mod shell;
 pub mod sizing;

@@ -3,6 +3,7 @@
 use crate::cli::files::is_standard;
 use crate::cli::progress::patience;
 use crate::cli::remesh::full_path;
+use crate::error::shown;
 use crate::io;
 use rtfmesh::Error;
 use rtfmesh::io::{Encoding, Format};
@@ -164,14 +165,14 @@ fn refuse_clashes(jobs: &[Job]) -> rtfmesh::Result<()> {
     for Job { input, output } in jobs {
         if let Some(other) = seen.insert(output, input) {
             let problem =
-                format!("{} and {} would both become {}", other.display(), input.display(), output.display());
+                format!("{} and {} would both become {}", shown(other), shown(input), shown(output));
             return Err(Error::usage(problem, "rename one, or run two batches with folders of their own"));
         }
     }
     let inputs: HashSet<PathBuf> = jobs.iter().filter_map(|job| full_path(&job.input)).collect();
     match jobs.iter().find(|job| full_path(&job.output).is_some_and(|path| inputs.contains(&path))) {
         Some(job) => Err(Error::usage(
-            format!("the result {} would replace a mesh that is read", job.output.display()),
+            format!("the result {} would replace a mesh that is read", shown(&job.output)),
             "name another folder after --out",
         )),
         None => Ok(()),

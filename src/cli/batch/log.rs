@@ -5,9 +5,10 @@ use rtfmesh::report::Settings;
 use rtfmesh::{Error, Remeshed};
 use serde::{Deserialize, Serialize};
 use std::collections::HashMap;
-use std::fs::{File, OpenOptions};
+use std::fs::{File, Metadata, OpenOptions};
 use std::io::{Read, Write};
 use std::path::{Path, PathBuf};
+use std::time::UNIX_EPOCH;
 
 /// How a mesh ended.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
@@ -21,6 +22,23 @@ pub enum Status {
     Skipped,
 }
 
+/// What a file is known again by.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Stamp {
+    bytes: u64,
+    /// Nanoseconds from 1970 to the last change.
+    modified: u128,
+}
+
+impl Stamp {
+    /// Of a regular file; `None` for anything else.
+    pub fn of(path: &Path) -> Option<Self> {
+        let known = std::fs::metadata(path).ok().filter(Metadata::is_file)?;
+        let modified = known.modified().ok()?.duration_since(UNIX_EPOCH).ok()?.as_nanos();
+        Some(Self { bytes: known.len(), modified })
+    }
+}
+
 /// A line; `null` stands for what was not measured, or does not exist.
 #[derive(Debug, Clone, Serialize)]
 pub struct Entry {
@@ -30,6 +48,9 @@ pub struct Entry {
     pub output: String,
     /// How it ended.
     pub status: Status,
+    /// The input as it was read, and the result as it was written.
+    pub input_stamp: Option<Stamp>,
+    pub output_stamp: Option<Stamp>,
     /// Vertices of the result.
     pub vertices: Option<usize>,
     /// Mean quality of its triangles, 0..=1.
@@ -61,6 +82,8 @@ impl Entry {
             input: job.input.display().to_string(),
             output: job.output.display().to_string(),
             status,
+            input_stamp: None,
+            output_stamp: None,
             vertices: None,
             q_avg: None,
             theta_min: None,
@@ -95,14 +118,19 @@ struct Earlier {
     output: String,
     status: Status,
     asked: Option<String>,
+    input_stamp: Option<Stamp>,
+    output_stamp: Option<Stamp>,
 }
+
+/// What was asked for, and the input and the result at that time.
+type Known = (Option<String>, [Option<Stamp>; 2]);
 
 /// A log to add to.
 pub struct Log {
     path: PathBuf,
     file: File,
-    /// What was asked for of each input and output that was done last time.
-    done: HashMap<(String, String), Option<String>>,
+    /// What is known of each input and output that was done last time.
+    done: HashMap<(String, String), Known>,
 }
 
 impl Log {
@@ -129,13 +157,14 @@ impl Log {
         }
         let mut done = HashMap::new();
         for line in String::from_utf8_lossy(&bytes).lines() {
-            let Ok(Earlier { input, output, status, asked }) = serde_json::from_str(line) else { continue };
-            match status {
+            let Ok(earlier) = serde_json::from_str::<Earlier>(line) else { continue };
+            let key = (earlier.input, earlier.output);
+            match earlier.status {
                 Status::Done => {
-                    done.insert((input, output), asked);
+                    done.insert(key, (earlier.asked, [earlier.input_stamp, earlier.output_stamp]));
                 }
                 Status::Failed => {
-                    done.remove(&(input, output));
+                    done.remove(&key);
                 }
                 Status::Skipped => {}
             }
@@ -143,10 +172,13 @@ impl Log {
         Ok(Self { path: path.to_owned(), file, done })
     }
 
-    /// Whether this was done as it is `asked` for now, and its result is still there.
+    /// Whether this was done as it is `asked` for now, and neither its input nor its result has changed.
     pub fn has(&self, job: &Job, asked: &str) -> bool {
         let key = (job.input.display().to_string(), job.output.display().to_string());
-        self.done.get(&key).is_some_and(|before| before.as_deref() == Some(asked)) && job.output.is_file()
+        let stamps = [Stamp::of(&job.input), Stamp::of(&job.output)];
+        self.done.get(&key).is_some_and(|(before, known)| {
+            before.as_deref() == Some(asked) && stamps.iter().all(Option::is_some) && *known == stamps
+        })
     }
 
     /// Adds a line, in one piece, so that several programs may share a log.

@@ -14,6 +14,7 @@ use super::method::{DeviceArgs, MethodArgs};
 use super::remesh::{full_path, same_file};
 use super::target_count::SizeArgs;
 use super::terminal::tell;
+use crate::error::shown;
 use anyhow::Result;
 use clap::{ArgAction, value_parser};
 use inputs::{Job, Shard};
@@ -38,7 +39,8 @@ const SHORT_EXAMPLES: &str = "Examples:
 /// Remesh many files with the same options on one device
 ///
 /// The next mesh is read while one is worked on, and one that fails does not stop the others. The log has a
-/// JSON line for each: input, output, status (done, failed, skipped), vertices, q_avg, theta_min, rms and
+/// JSON line for each: input, output, status (done, failed, skipped), input_stamp and output_stamp (sizes and
+/// times), vertices, q_avg, theta_min, rms and
 /// hausdorff with --distances, options and a digest of them (asked), warnings, notes, seconds, error. The
 /// exit code is 1 if any failed. After Ctrl-C finished meshes remain, and --resume continues.
 #[derive(clap::Args)]
@@ -83,13 +85,13 @@ struct OutputArgs {
     log: Option<PathBuf>,
     /// At the end, write what the log has of these meshes as a table with a row for each
     ///
-    /// Its columns are those of the log but for options. Rows are in the order of the inputs; what --resume
-    /// skips has the figures of the run that made it.
+    /// Its columns are those of the log but for options and stamps. Rows are in the order of the inputs; what
+    /// --resume skips has the figures of the run that made it.
     #[arg(long, value_name = "FILE.csv", hide_short_help = true)]
     table: Option<PathBuf>,
     /// Skip inputs that the log has as done with the same options
     ///
-    /// Their results must exist. The device does not count.
+    /// Sizes and times of the input and its result must be those in the log. The device does not count.
     #[arg(long)]
     resume: bool,
     /// Take every n-th of the sorted inputs, beginning with the i-th
@@ -182,7 +184,7 @@ pub fn run(args: &Args) -> Result<()> {
     let (done, skipped) = (left.len() - failed, skipped.len());
     let seconds = begin.elapsed().as_secs_f64();
     let summary = format!("{done} done, {failed} failed, {skipped} skipped in {seconds:.1} s");
-    let log = log_path.display();
+    let log = shown(&log_path);
     if failed > 0 {
         anyhow::bail!("{summary}; {log} says why, and --resume tries only those again");
     }
@@ -205,24 +207,24 @@ fn refuse_overwriting(args: &Args, jobs: &[Job], log: &Path) -> rtfmesh::Result<
     let inputs = || jobs.iter().map(|job| &job.input);
     let outputs = || jobs.iter().map(|job| &job.output);
     if among(log, inputs().chain(outputs())) {
-        let problem = format!("the log {} would be written into a mesh", log.display());
+        let problem = format!("the log {} would be written into a mesh", shown(log));
         return Err(Error::usage(problem, "name another file after --log"));
     }
     let table = args.output.table.as_deref();
     if let Some(table) = table {
         if table.extension().is_none_or(|extension| !extension.eq_ignore_ascii_case("csv")) {
-            let problem = format!("--table {} does not end in .csv", table.display());
+            let problem = format!("--table {} does not end in .csv", shown(table));
             return Err(Error::usage(problem, "name a .csv file"));
         }
         if among(table, inputs().chain(outputs())) || full_path(table) == full_path(log) {
-            let problem = format!("the table {} would be written over a mesh or the log", table.display());
+            let problem = format!("the table {} would be written over a mesh or the log", shown(table));
             return Err(Error::usage(problem, "name another file after --table"));
         }
     }
     let Some(features) = args.method.features() else { return Ok(()) };
     let same = |path| same_file(features, path);
     if among(features, outputs()) || same(log) || table.is_some_and(same) {
-        let problem = format!("the lines in {} would be overwritten", features.display());
+        let problem = format!("the lines in {} would be overwritten", shown(features));
         return Err(Error::usage(problem, "name other files after --features, --log, --table or --out"));
     }
     Ok(())

@@ -4,14 +4,16 @@ use super::inputs::Job;
 use super::log::{Status, unusable};
 use rtfmesh::io::write_bytes;
 use rtfmesh::{Error, Result};
-use serde::{Deserialize, Deserializer, Serialize};
+use serde::{Deserialize, Deserializer, Serialize, Serializer};
 use std::collections::HashMap;
 use std::path::Path;
 
 /// A row, of the line with the same names; `options` are left out, which are no single value.
 #[derive(Serialize, Deserialize)]
 struct Row {
+    #[serde(serialize_with = "cell")]
     input: String,
+    #[serde(serialize_with = "cell")]
     output: String,
     status: Status,
     vertices: Option<usize>,
@@ -20,16 +22,31 @@ struct Row {
     rms: Option<f64>,
     hausdorff: Option<f64>,
     seconds: f64,
+    #[serde(serialize_with = "cell_or_none")]
     error: Option<String>,
-    #[serde(deserialize_with = "joined")]
+    #[serde(deserialize_with = "joined", serialize_with = "cell")]
     warnings: String,
-    #[serde(deserialize_with = "joined")]
+    #[serde(deserialize_with = "joined", serialize_with = "cell")]
     notes: String,
     asked: String,
 }
 
 fn joined<'de, D: Deserializer<'de>>(list: D) -> std::result::Result<String, D::Error> {
     Ok(Vec::<String>::deserialize(list)?.join("; "))
+}
+
+/// Text that spreadsheets take for text: where it begins as a formula does, an apostrophe comes first.
+fn text_cell(text: &str) -> String {
+    let is_formula = text.trim_start().starts_with(['=', '+', '-', '@']) || text.starts_with(['\t', '\r']);
+    if is_formula { format!("'{text}") } else { text.to_owned() }
+}
+
+fn cell<S: Serializer>(text: &str, to: S) -> std::result::Result<S::Ok, S::Error> {
+    to.serialize_str(&text_cell(text))
+}
+
+fn cell_or_none<S: Serializer>(text: &Option<String>, to: S) -> std::result::Result<S::Ok, S::Error> {
+    text.as_deref().map(text_cell).serialize(to)
 }
 
 /// Writes a row for each job, in their order: how it ended last. What was skipped has the figures of the run

@@ -1,7 +1,7 @@
 //! Meshes of a batch: read one ahead, remeshed by one worker or several, logged as they end.
 
 use super::inputs::Job;
-use super::log::{Entry, Log, Status};
+use super::log::{Entry, Log, Stamp, Status};
 use super::{Args, make_folder};
 use crate::cli::attributes::carried;
 use crate::cli::files::Target;
@@ -9,6 +9,7 @@ use crate::cli::method::refuse_messages;
 use crate::cli::target_count::count;
 use crate::cli::terminal::tell;
 use crate::cli::{progress, words};
+use crate::error::escaped;
 use anyhow::Result;
 use rtfmesh::io::Loaded;
 use rtfmesh::report::Settings;
@@ -27,8 +28,8 @@ pub struct Batch<'a> {
     pub asked: &'a str,
 }
 
-/// A mesh as it was read, and how many seconds that took.
-type Read = (rtfmesh::Result<Loaded>, f64);
+/// A mesh as it was read, how many seconds that took, and its file as it was before.
+type Read = (rtfmesh::Result<Loaded>, f64, Option<Stamp>);
 
 /// Meshes that are read and wait for a worker; `None` where the batch ends early.
 type Queue<'j> = Mutex<Option<Receiver<(&'j Job, Read)>>>;
@@ -115,12 +116,12 @@ impl Batch<'_> {
 
     fn read_all<'j>(&self, jobs: &'j [Job], sender: &SyncSender<(&'j Job, Read)>) {
         for job in jobs {
-            let begin = Instant::now();
+            let (begin, stamp) = (Instant::now(), Stamp::of(&job.input));
             let format = &self.args.input_format;
             let input = format.load_any(&job.input, self.args.attributes.wants_materials());
             let loaded = input.and_then(|input| input.mesh_or_points().map_err(|e| e.in_file(&job.input)));
             // Nobody receives when the batch has ended early.
-            if sender.send((job, (loaded, begin.elapsed().as_secs_f64()))).is_err() {
+            if sender.send((job, (loaded, begin.elapsed().as_secs_f64(), stamp))).is_err() {
                 return;
             }
         }
@@ -154,7 +155,8 @@ impl Batch<'_> {
     /// Remeshes and writes, and fills in `entry`. While the caller holds the guard, Ctrl-C waits.
     fn one(&self, device: &Device, job: &Job, read: Read, entry: &mut Entry) -> Result<Writing> {
         let begin = Instant::now();
-        let (loaded, reading) = read;
+        let (loaded, reading, stamp) = read;
+        entry.input_stamp = stamp;
         let outcome = loaded.map_err(Into::into).and_then(|loaded| {
             make_folder(job.output.parent().unwrap_or(&job.output))?;
             let target = Target::new(&job.output, Some(self.args.output.format))?;
@@ -179,6 +181,7 @@ impl Batch<'_> {
             let attributes = carried(&loaded.mesh, &loaded.attributes, &result);
             let writing = progress::begin_writing()?;
             target.write(&result.mesh, &attributes, true)?;
+            entry.output_stamp = Stamp::of(&job.output);
             entry.notes.extend(target.notes(&result.mesh, &attributes));
             entry.tell_of(result);
             words::warnings(&mut entry.warnings);
@@ -192,7 +195,7 @@ impl Batch<'_> {
 
 /// The line about a mesh for people.
 fn line(entry: &Entry, place: usize, of: usize) -> String {
-    let (seconds, input) = (entry.seconds, &entry.input);
+    let (seconds, input, output) = (entry.seconds, escaped(&entry.input), escaped(&entry.output));
     let mut line = match (&entry.error, entry.vertices) {
         // Some errors begin with the file's name, others have none.
         (Some(error), _) => {
@@ -201,15 +204,15 @@ fn line(entry: &Entry, place: usize, of: usize) -> String {
         }
         (None, vertices) => format!(
             "{place}/{of} {} -> {}: {} vertices, Q {:.4}, smallest angle {:.2}°, {seconds:.2} s",
-            entry.input,
-            entry.output,
+            input,
+            output,
             vertices.unwrap_or_default(),
             entry.q_avg.unwrap_or_default(),
             entry.theta_min.unwrap_or_default(),
         ),
     };
     for warning in &entry.warnings {
-        line += &format!("; warning: {warning}");
+        line += &format!("; warning: {}", escaped(warning));
     }
     line + "\n"
 }

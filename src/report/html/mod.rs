@@ -8,6 +8,7 @@ mod scene;
 use super::Report;
 use super::figures;
 use super::figures::Row;
+use crate::error::escaped;
 use crate::measure::{Crossing, Measures, measure_some};
 use crate::mesh::features::{Curve, FeatureOptions, find_features};
 use crate::mesh::repair::repair_with;
@@ -122,7 +123,8 @@ pub fn page(page: &PageInput) -> Result<String> {
         pack(mesh, &space, &quality_shares(mesh), &shares)
     };
     let (curves, curves_note) = curves(page.report, input, user_edges)?;
-    let files = [page.report.input_file.as_str(), page.report.output_file.as_str()];
+    let files = [&page.report.input_file, &page.report.output_file].map(|name| escaped(name));
+    let files = files.each_ref().map(String::as_str);
     let content = Page {
         style: include_str!("assets/page.css"),
         scripts: [
