@@ -8,6 +8,12 @@ pub(crate) fn expands_too_far(expanded_bytes: u64, file_bytes: u64) -> bool {
     expanded_bytes > file_bytes.saturating_mul(256).saturating_add(64 << 20)
 }
 
+/// Whether a reader would take more memory than its file of `file_bytes` bytes can justify. In the end that
+/// is 64 MiB and 40 times the unpacked file, since lists that grow take up to three times what is in them.
+pub(crate) fn outgrows(bytes: u64, file_bytes: u64) -> bool {
+    bytes > file_bytes.saturating_mul(11).saturating_add(16 << 20)
+}
+
 /// Makes room for `more` elements, or says that memory is short: Rust would end the program otherwise.
 pub(crate) fn reserve<T>(list: &mut Vec<T>, more: usize, what: &str) -> Result<()> {
     list.try_reserve(more).map_err(|error| {

@@ -2,5 +2,6 @@
 //! for seconds.
 
 pub mod reading;
+pub mod references;
 pub mod repairing;
 pub mod replay;

@@ -5,7 +5,7 @@ use std::path::Path;
 
 use rand::{Rng, RngExt};
 
-use super::{reading, repairing};
+use super::{reading, references, repairing};
 use crate::support::rng;
 
 /// The seeds of a target, by name.
@@ -56,6 +56,11 @@ fn replay(target: &str, check: impl Fn(&[u8]), rounds: usize) {
 #[test]
 fn bytes_as_files() {
     replay("read", reading::check, 6000);
+}
+
+#[test]
+fn bytes_as_addresses_of_files() {
+    replay("references", references::check, 6000);
 }
 
 #[test]

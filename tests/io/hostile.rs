@@ -222,3 +222,33 @@ fn many_continued_lines_and_names_take_linear_time() {
     let face = "element face 1\nproperty list uchar int vertex_indices\nend_header\n";
     refused("a.ply", format!("{one}{properties}{face}0 0 0 {values}\n3 0 1 2\n").as_bytes(), "no vertex 1");
 }
+
+/// Primitives that share one accessor, without indices or with, and nodes that share a mesh of empty ones.
+#[test]
+fn scenes_whose_primitives_share_their_data() {
+    let mut scene: Value = serde_json::from_str(&gltf_of(&sample("bumpy-sphere").unwrap())).unwrap();
+    let mut primitive = scene["meshes"][0]["primitives"][0].clone();
+    scene["meshes"][0]["primitives"] = Value::Array(vec![primitive.clone(); 5000]);
+    refused("a.gltf", scene.to_string().as_bytes(), "repeats its meshes");
+    primitive.as_object_mut().unwrap().remove("indices");
+    primitive["mode"] = json!(5);
+    scene["meshes"][0]["primitives"] = Value::Array(vec![primitive.clone(); 5000]);
+    refused("a.gltf", scene.to_string().as_bytes(), "repeats its meshes");
+    // No triangle at all, 25 million times.
+    let accessors = scene["accessors"].as_array_mut().unwrap();
+    accessors.push(json!({ "bufferView": 0, "componentType": 5126, "type": "VEC3", "count": 0 }));
+    let empty = json!({ "attributes": { "POSITION": accessors.len() - 1 } });
+    scene["meshes"][0]["primitives"] = Value::Array(vec![empty; 5000]);
+    scene["nodes"] = Value::Array(vec![json!({ "mesh": 0 }); 5000]);
+    scene["scenes"][0]["nodes"] = (0..5000).collect();
+    refused("a.gltf", scene.to_string().as_bytes(), "repeats its meshes");
+    let nodes = format!("{{\"asset\":{{\"version\":\"2.0\"}},\"nodes\":[{{}}{}]}}", ",{}".repeat(1 << 21));
+    refused("a.gltf", nodes.as_bytes(), "too many empty objects");
+}
+
+/// A million materials are read in the time of a million lines.
+#[test]
+fn many_materials_take_linear_time() {
+    let names: String = (0..300_000).map(|k| format!("usemtl m{k}\nmtllib l{k}\n")).collect();
+    refused("a.obj", format!("v 0 0 0\n{names}f 1 2 3\n").as_bytes(), "there is no vertex");
+}

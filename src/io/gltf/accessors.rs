@@ -20,6 +20,7 @@ pub(crate) struct Buffers<'a> {
     model: &'a Model,
     binary: Option<&'a [u8]>,
     references: &'a References<'a>,
+    file_bytes: u64,
     loaded: Vec<OnceCell<Content<'a>>>,
 }
 
@@ -45,9 +46,19 @@ impl Deref for Content<'_> {
 }
 
 impl<'a> Buffers<'a> {
-    pub fn new(model: &'a Model, binary: Option<&'a [u8]>, references: &'a References<'a>) -> Self {
+    pub fn new(
+        model: &'a Model,
+        binary: Option<&'a [u8]>,
+        references: &'a References<'a>,
+        file_bytes: u64,
+    ) -> Self {
         let loaded = std::iter::repeat_with(OnceCell::new).take(model.buffers.len()).collect();
-        Self { model, binary, references, loaded }
+        Self { model, binary, references, file_bytes, loaded }
+    }
+
+    /// Bytes of the file itself.
+    pub fn file_bytes(&self) -> u64 {
+        self.file_bytes
     }
 
     /// Bytes of all other files read so far.

@@ -10,16 +10,22 @@ use crate::{Error, Result};
 /// The attributes gathered so far.
 #[derive(Default)]
 pub(crate) struct AttributeReader {
-    /// Red, green, blue and opacity from 0 to 1 of each vertex; white for those without a colour.
+    vertices: usize,
+    triangles: usize,
+    /// Red, green, blue and opacity from 0 to 1 of each vertex up to the last one with a colour; white for
+    /// those without.
     colours: Vec<[f64; 4]>,
     colour_components: usize,
     colour_kind: Option<Kind>,
+    /// Of each vertex; empty once one lacks them.
     normals: Vec<DVec3>,
     /// Vertices without a normal.
     without_normal: usize,
     /// Triangles without texture coordinates.
     without_uv: usize,
+    /// Of each corner; empty once a triangle lacks them.
     uv: Vec<[f64; 2]>,
+    /// Of each triangle up to the last one with a material.
     materials: Vec<f64>,
     any_material: bool,
 }
@@ -49,12 +55,13 @@ impl AttributeReader {
         (count, transform): (usize, DMat4),
         place: &str,
     ) -> Result<()> {
-        let first = self.colours.len();
-        self.colours.resize(first + count, [1.0; 4]);
+        let first = self.vertices;
+        self.vertices += count;
         if let Some(accessor) = primitive.attributes.colour {
             let opaque = model.accessors.get(accessor).is_none_or(|accessor| accessor.kind != "VEC4");
             let (kind, components) = if opaque { ("VEC3", 3) } else { ("VEC4", 4) };
             let elements = vertex_elements(buffers, accessor, kind, count, place)?;
+            self.colours.resize(self.vertices, [1.0; 4]);
             for (index, colour) in self.colours.iter_mut().skip(first).enumerate() {
                 let shades = colour.iter_mut().take(components).enumerate();
                 shades.for_each(|(at, shade)| *shade = elements.number(index, at));
@@ -69,8 +76,12 @@ impl AttributeReader {
         }
         match primitive.attributes.normal {
             None => {
-                self.normals.resize(first + count, DVec3::ZERO);
+                self.normals = Vec::new();
                 self.without_normal += count;
+            }
+            // Checked, though it will be ignored.
+            Some(accessor) if self.without_normal > 0 => {
+                vertex_elements(buffers, accessor, "VEC3", count, place)?;
             }
             Some(accessor) => {
                 let elements = vertex_elements(buffers, accessor, "VEC3", count, place)?;
@@ -96,10 +107,17 @@ impl AttributeReader {
         (count, triangles): (usize, &[[u32; 3]]),
         place: &str,
     ) -> Result<()> {
+        let first = self.triangles;
+        self.triangles += triangles.len();
         match primitive.attributes.uv {
             None => {
-                self.uv.resize(self.uv.len() + 3 * triangles.len(), [0.0; 2]);
                 self.without_uv += triangles.len();
+                if self.without_uv > 0 {
+                    self.uv = Vec::new();
+                }
+            }
+            Some(accessor) if self.without_uv > 0 => {
+                vertex_elements(buffers, accessor, "VEC2", count, place)?;
             }
             Some(accessor) => {
                 let elements = vertex_elements(buffers, accessor, "VEC2", count, place)?;
@@ -112,16 +130,24 @@ impl AttributeReader {
             let problem = format!("there is no material {material}");
             return Err(Error::input(Some(place.to_owned()), problem, "write the mesh again"));
         }
-        self.any_material |= primitive.material.is_some();
-        let material = primitive.material.unwrap_or(model.materials.len()) as f64;
-        self.materials.resize(self.materials.len() + triangles.len(), material);
+        if let Some(material) = primitive.material {
+            self.materials.resize(first, model.materials.len() as f64);
+            self.materials.resize(self.triangles, material as f64);
+            self.any_material = true;
+        }
         Ok(())
     }
 
+    /// Bytes of what is gathered, with those of the attributes made of it.
+    pub fn bytes(&self) -> usize {
+        64 * self.colours.len() + 48 * self.normals.len() + 16 * self.uv.len() + 8 * self.materials.len()
+    }
+
     /// The attributes that all vertices or triangles have.
-    pub fn into_attributes(self, model: &Model, notes: &mut Vec<String>) -> Attributes {
+    pub fn into_attributes(mut self, model: &Model, notes: &mut Vec<String>) -> Attributes {
         let mut found = Attributes::default();
         if let Some(kind) = self.colour_kind {
+            self.colours.resize(self.vertices, [1.0; 4]);
             let (components, largest) = (self.colour_components, kind.range().map_or(1.0, |(_, high)| high));
             let shades = self.colours.iter().flat_map(|colour| colour.iter().take(components));
             let values = shades.map(|shade| kind.rounded(shade * largest)).collect();
@@ -130,12 +156,12 @@ impl AttributeReader {
         if self.without_normal == 0 {
             let values = self.normals.iter().flat_map(|normal| normal.to_array()).collect();
             found.vertex.push(Attribute::new("normal", Role::Normal, Kind::F32, 3, values));
-        } else if self.without_normal < self.normals.len() {
+        } else if self.without_normal < self.vertices {
             notes.push(format!("normals were ignored: {} vertices lack one", self.without_normal));
         }
         if self.without_uv == 0 {
             found.uv = Some(CornerUv { kind: Kind::F32, values: self.uv });
-        } else if 3 * self.without_uv < self.uv.len() {
+        } else if self.without_uv < self.triangles {
             notes.push(format!("texture coordinates were ignored: {} triangles lack them", self.without_uv));
         }
         if self.any_material {
@@ -143,6 +169,7 @@ impl AttributeReader {
                 material.name.clone().unwrap_or_else(|| format!("material{index}"))
             };
             let mut names: Vec<String> = model.materials.iter().enumerate().map(name_of).collect();
+            self.materials.resize(self.triangles, model.materials.len() as f64);
             if self.materials.iter().any(|material| *material as usize == names.len()) {
                 names.push(String::new());
             }

@@ -266,6 +266,8 @@ impl MaterialReader<'_, '_> {
     }
 
     fn read_image(&self, entry: &ImageEntry) -> std::result::Result<Image, Missing> {
+        // Images of an honest file are in it once, or a few times.
+        let most = self.buffers.file_bytes().saturating_add(self.buffers.other_bytes()).saturating_mul(4);
         let bytes_left = MAX_IMAGE_BYTES - self.image_bytes;
         let bytes = match (&entry.uri, entry.buffer_view) {
             (Some(uri), _) => {
@@ -279,6 +281,9 @@ impl MaterialReader<'_, '_> {
         }
         if bytes.len() as u64 > bytes_left {
             return Err(Missing::TooLarge);
+        }
+        if entry.uri.is_none() && self.image_bytes + bytes.len() as u64 > most {
+            return Err(unusable("images refer to the same bytes too often"));
         }
         // What an image claims to be is no matter: any other file could be given away as one.
         let Some(mime) = image_type(&bytes) else {

@@ -15,7 +15,7 @@ mod write_materials;
 
 pub(crate) use write::{byte_length, rounded_positions, write};
 
-use super::checks::excerpt;
+use super::checks::{excerpt, outgrows};
 use super::loaded::Loaded;
 use super::references::References;
 use crate::{Error, Result};
@@ -26,6 +26,7 @@ use model::Model;
 /// buffers and images in separate files.
 pub(crate) fn parse(bytes: &[u8], references: &References, with_materials: bool) -> Result<Loaded> {
     let parts = container::split_container(bytes)?;
+    check_objects(parts.json)?;
     let model: Model = serde_json::from_slice(parts.json).map_err(|error| {
         let place = format!("line {}, column {} of the JSON", error.line(), error.column());
         // The message repeats the place at its end.
@@ -35,7 +36,7 @@ pub(crate) fn parse(bytes: &[u8], references: &References, with_materials: bool)
         Error::input(Some(place), problem, "get the whole file or write the mesh again").caused_by(error)
     })?;
     model.check()?;
-    let buffers = Buffers::new(&model, parts.binary, references);
+    let buffers = Buffers::new(&model, parts.binary, references, bytes.len() as u64);
     let mut loaded = scene::merge_scene(&model, &buffers, bytes.len() as u64)?;
     if with_materials {
         materials::add_materials(parts.json, &buffers, &mut loaded)?;
@@ -43,4 +44,14 @@ pub(crate) fn parse(bytes: &[u8], references: &References, with_materials: bool)
         loaded.unread_images = model.image_count();
     }
     Ok(loaded)
+}
+
+/// Refuses JSON of little but brackets: two characters are an object, of up to 100 bytes in memory.
+fn check_objects(json: &[u8]) -> Result<()> {
+    let count = |bracket: u8| json.iter().filter(|byte| **byte == bracket).count() as u64;
+    if outgrows(100 * count(b'{') + 32 * count(b'['), json.len() as u64) {
+        let problem = "the JSON has too many empty objects and lists";
+        return Err(Error::input(None, problem, "write the mesh again without them"));
+    }
+    Ok(())
 }

@@ -44,6 +44,7 @@ pub(crate) struct Scene {
     pub nodes: Vec<usize>,
 }
 
+/// Small, since three characters of JSON are a node.
 #[derive(Deserialize)]
 pub(crate) struct Node {
     #[serde(default)]
@@ -51,11 +52,11 @@ pub(crate) struct Node {
     pub mesh: Option<usize>,
     pub skin: Option<IgnoredAny>,
     /// By columns; replaces the three below.
-    pub matrix: Option<[f64; 16]>,
-    pub translation: Option<[f64; 3]>,
+    pub matrix: Option<Box<[f64; 16]>>,
+    pub translation: Option<Box<[f64; 3]>>,
     /// x, y, z, w.
-    pub rotation: Option<[f64; 4]>,
-    pub scale: Option<[f64; 3]>,
+    pub rotation: Option<Box<[f64; 4]>>,
+    pub scale: Option<Box<[f64; 3]>>,
 }
 
 #[derive(Deserialize)]

@@ -7,13 +7,24 @@ use glam::{DMat4, DQuat, DVec3, DVec4};
 use super::accessors::Buffers;
 use super::attributes::AttributeReader;
 use super::model::{Model, Node, Primitive};
-use crate::io::checks::{check_counts, expands_too_far};
+use crate::io::checks::{check_counts, outgrows};
 use crate::io::loaded::Loaded;
 use crate::{Error, Result, TriMesh};
 
+/// Most bytes that a vertex or a triangle takes with its attributes.
+const VERTEX_BYTES: usize = 24 + 64 + 48;
+const TRIANGLE_BYTES: usize = 12 + 48 + 8;
 const TRIANGLES: u32 = 4;
 const STRIP: u32 = 5;
 const FAN: u32 = 6;
+
+/// Primitives that any scene may have.
+const MOST_PRIMITIVES: u64 = 1 << 17;
+
+fn repeated(place: &str) -> Error {
+    let problem = "the scene repeats its meshes too often";
+    Error::input(Some(place.to_owned()), problem, "write fewer copies of them")
+}
 
 fn scene_error(place: String, problem: impl Into<String>) -> Error {
     Error::input(Some(place), problem, "write the mesh again")
@@ -27,6 +38,7 @@ pub(crate) fn merge_scene<'a>(model: &'a Model, buffers: &'a Buffers<'a>, file_b
         file_bytes,
         mesh: TriMesh::default(),
         attributes: AttributeReader::default(),
+        primitives: 0,
         ignored_primitives: 0,
         ignored_skins: 0,
     };
@@ -80,12 +92,12 @@ fn local_transform(node: &Node) -> DMat4 {
     if let Some(matrix) = &node.matrix {
         return DMat4::from_cols_array(matrix);
     }
-    let [x, y, z, w] = node.rotation.unwrap_or([0.0, 0.0, 0.0, 1.0]);
+    let [x, y, z, w] = node.rotation.as_deref().copied().unwrap_or([0.0, 0.0, 0.0, 1.0]);
     let rotation = DVec4::new(x, y, z, w).try_normalize().map_or(DQuat::IDENTITY, DQuat::from_vec4);
     DMat4::from_scale_rotation_translation(
-        DVec3::from_array(node.scale.unwrap_or([1.0; 3])),
+        DVec3::from_array(node.scale.as_deref().copied().unwrap_or([1.0; 3])),
         rotation,
-        DVec3::from_array(node.translation.unwrap_or([0.0; 3])),
+        DVec3::from_array(node.translation.as_deref().copied().unwrap_or([0.0; 3])),
     )
 }
 
@@ -96,6 +108,8 @@ struct SceneMerger<'a> {
     file_bytes: u64,
     mesh: TriMesh,
     attributes: AttributeReader,
+    /// Primitives looked at.
+    primitives: u64,
     ignored_primitives: u64,
     ignored_skins: u64,
 }
@@ -111,6 +125,11 @@ impl SceneMerger<'_> {
         let mut added = HashMap::new();
         for (p, primitive) in mesh.primitives.iter().enumerate() {
             let place = format!("mesh {number}, primitive {p}");
+            self.primitives += 1;
+            // Each takes a few bytes of the file, even if it has no triangles, unless nodes share meshes.
+            if self.primitives > MOST_PRIMITIVES.max(self.read_bytes()) {
+                return Err(repeated(&place));
+            }
             if !(TRIANGLES..=FAN).contains(&primitive.mode.unwrap_or(TRIANGLES)) {
                 self.ignored_primitives += 1;
                 continue;
@@ -141,7 +160,7 @@ impl SceneMerger<'_> {
         let elements = self.buffers.elements(accessor, "VEC3")?;
         let first = self.mesh.vertices.len();
         check_counts((first + elements.count).max(1) as u64, 1)?;
-        self.check_size(24 * elements.count, place)?;
+        self.check_size(elements.count.saturating_mul(VERTEX_BYTES), place)?;
         let transformed = elements.positions().map(|position| transform.transform_point3(position));
         self.mesh.vertices.extend(transformed);
         let added = self.mesh.vertices.iter().skip(first);
@@ -155,13 +174,15 @@ impl SceneMerger<'_> {
 
     /// Refuses to add so many bytes to the mesh if that makes it very much larger than the file.
     fn check_size(&self, added_bytes: usize, place: &str) -> Result<()> {
+        let attributes = self.attributes.bytes();
         let mesh_bytes = 24 * self.mesh.vertices.len() + 12 * self.mesh.triangles.len();
-        let read_bytes = self.file_bytes.saturating_add(self.buffers.other_bytes());
-        if expands_too_far(mesh_bytes.saturating_add(added_bytes) as u64, read_bytes) {
-            let problem = "the scene repeats its meshes too often";
-            return Err(Error::input(Some(place.to_owned()), problem, "write fewer copies of them"));
-        }
-        Ok(())
+        let bytes = mesh_bytes.saturating_add(attributes).saturating_add(added_bytes);
+        if outgrows(bytes as u64, self.read_bytes()) { Err(repeated(place)) } else { Ok(()) }
+    }
+
+    /// Bytes of the file and of those that it names.
+    fn read_bytes(&self) -> u64 {
+        self.file_bytes.saturating_add(self.buffers.other_bytes())
     }
 
     fn add_primitive(
@@ -186,7 +207,8 @@ impl SceneMerger<'_> {
             let problem = format!("{} corners are not a multiple of 3", corners.len());
             return Err(scene_error(place.to_owned(), problem));
         }
-        self.check_size(12 * corners.len(), place)?;
+        let triangles = if mode == TRIANGLES { corners.len() / 3 } else { corners.len() };
+        self.check_size(triangles.saturating_mul(TRIANGLE_BYTES), place)?;
         let oriented = |[a, b, c]: [u32; 3]| if mirrored { [a, c, b] } else { [a, b, c] };
         let triangles: Vec<[u32; 3]> = split_corners(&corners, mode).map(oriented).collect();
         self.attributes.add_triangles((self.model, self.buffers), primitive, (count, &triangles), place)?;
@@ -197,7 +219,7 @@ impl SceneMerger<'_> {
     fn indices(&self, accessor: usize, place: &str) -> Result<Vec<u32>> {
         let elements = self.buffers.elements(accessor, "SCALAR")?;
         // The indices themselves fit the file, but many primitives may share them.
-        self.check_size(12 * elements.count, place)?;
+        self.check_size(4 * elements.count, place)?;
         let Some(indices) = elements.indices() else {
             return Err(scene_error(format!("accessor {accessor}"), "its numbers are not unsigned integers"));
         };

@@ -42,9 +42,9 @@ pub(crate) struct AttributeReader {
     labels: [Labels; 3],
     libraries: Vec<String>,
     /// Vertices, texture coordinates and normals of the corners of all triangles, from 1; 0 for none.
-    corners: Vec<[u64; 3]>,
+    corners: Vec<[u32; 3]>,
     /// Corners of the current face.
-    face: Vec<[u64; 3]>,
+    face: Vec<[u32; 3]>,
 }
 
 fn parse_or_nan(word: Option<&str>) -> f64 {
@@ -98,7 +98,9 @@ impl AttributeReader {
             let back = (count as u64 + 1).saturating_sub(index.unsigned_abs());
             u64::try_from(index).unwrap_or(back)
         };
+        // Beyond 32 bits there is nothing: files with so much are refused.
         let corner = [vertex, index(self.uvs.len()), index(self.normals.len())];
+        let corner = corner.map(|number| u32::try_from(number).unwrap_or(u32::MAX));
         self.face.push(corner);
     }
 
@@ -149,7 +151,7 @@ impl AttributeReader {
     }
 
     /// `file_numbers` are the vertices' numbers in the file, from 1.
-    fn colour(&self, file_numbers: &[u64], notes: &mut Vec<String>) -> Option<Attribute> {
+    fn colour(&self, file_numbers: &[u32], notes: &mut Vec<String>) -> Option<Attribute> {
         let components = self.colour_components.unwrap_or(0);
         if components < 3 {
             if self.any_colour {
@@ -157,7 +159,7 @@ impl AttributeReader {
             }
             return None;
         }
-        let of = |number: &u64| self.colours.get((*number as usize).wrapping_sub(1));
+        let of = |number: &u32| self.colours.get((*number as usize).wrapping_sub(1));
         let numbers =
             file_numbers.iter().flat_map(|number| of(number).into_iter().flatten().take(components));
         Some(Attribute::new("colour", Role::Colour, Kind::F64, components, numbers.copied().collect()))
@@ -167,7 +169,7 @@ impl AttributeReader {
         if self.corners.iter().all(|corner| corner[1] == 0) {
             return None;
         }
-        let of = |corner: &[u64; 3]| {
+        let of = |corner: &[u32; 3]| {
             self.uvs.get((corner[1] as usize).wrapping_sub(1)).filter(|uv| uv.iter().all(|x| x.is_finite()))
         };
         let values: Option<Vec<[f64; 2]>> = self.corners.iter().map(|corner| of(corner).copied()).collect();
@@ -181,7 +183,7 @@ impl AttributeReader {
         if self.corners.iter().all(|corner| corner[2] == 0) {
             return None;
         }
-        let of = |corner: &[u64; 3]| {
+        let of = |corner: &[u32; 3]| {
             self.normals.get((corner[2] as usize).wrapping_sub(1)).filter(|n| n.iter().all(|x| x.is_finite()))
         };
         let mut sums = vec![([0.0; 3], None, false); mesh.vertices.len()];
