@@ -32,6 +32,7 @@ extern crate self as rtfmesh;
 pub mod cli;
 pub mod cloud;
 mod error;
+mod grammar;
 pub mod io;
 pub mod measure;
 pub mod mesh;

@@ -58,7 +58,7 @@ def write(
     attributes: Attributes | Mapping[str, Any] | None = None,
     format: str | None = None,
 ) -> None:
-    """Writes OBJ, OFF, MEDIT, binary PLY (float64), binary STL or GLB (float32), with .gz also compressed.
+    """Writes OBJ, OFF, MEDIT, binary PLY (float64), STL or GLB (float32), with .gz also compressed.
 
     `vertices` has shape (V, 3), `faces` (F, 3); `attributes` as in `remesh`. The name's extension decides on
     the format unless `format` does. The file is written whole or not at all.

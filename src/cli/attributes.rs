@@ -62,7 +62,7 @@ impl AttributeArgs {
         notes: &mut Vec<String>,
     ) -> rtfmesh::Result<Option<Repaired>> {
         let Loaded { mesh, attributes, .. } = loaded;
-        options.correspondence = match self.no_attributes || options.format == Some(Format::Stl) {
+        options.correspondence = match self.no_attributes {
             true => CorrespondenceRequest::NONE,
             false => attributes.required_correspondence(),
         };

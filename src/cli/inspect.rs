@@ -8,6 +8,7 @@ use super::target_count::vertex_count;
 use super::terminal::print;
 use super::volume;
 use crate::error::shown;
+use crate::grammar::counted;
 use anyhow::Result;
 use rtfmesh::io;
 use rtfmesh::io::{Input, Loaded, Volume};
@@ -203,7 +204,7 @@ fn rows(i: &Inspection) -> Vec<(&'static str, String)> {
         ),
         (
             "faces without area, duplicate faces",
-            format!("{}, {}", r.degenerate_faces_dropped, r.duplicate_faces_dropped),
+            format!("{}, {}", r.degenerate_faces_dropped, r.repeated_faces()),
         ),
         (
             "faces turned over, unorientable parts",
@@ -212,7 +213,7 @@ fn rows(i: &Inspection) -> Vec<(&'static str, String)> {
         ("patches, corners", format!("{}, {}", i.patches, i.corners)),
     ];
     for k in &i.curves {
-        let (loops, edges) = (counted(k.loops, "loop", "loops"), counted(k.edges, "edge", "edges"));
+        let (loops, edges) = (counted(k.loops, ["loop", "loops"]), counted(k.edges, ["edge", "edges"]));
         let text = format!("{} ({loops}), {edges}, length {:.6}", k.curves, k.length);
         rows.push(("curves", format!("{:12} {text}", k.kind)));
     }
@@ -220,9 +221,4 @@ fn rows(i: &Inspection) -> Vec<(&'static str, String)> {
     rows.extend(i.attributes.iter().map(|attribute| ("attribute", attribute.clone())));
     rows.extend(i.notes.iter().map(|note| ("note", note.clone())));
     rows
-}
-
-/// A number with its noun.
-fn counted(count: usize, one: &str, many: &str) -> String {
-    format!("{count} {}", if count == 1 { one } else { many })
 }

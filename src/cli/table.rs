@@ -42,7 +42,7 @@ pub fn preview(p: &Preview) -> String {
         ),
         (
             "faces without area, duplicate faces",
-            format!("{}, {}", r.degenerate_faces_dropped, r.duplicate_faces_dropped),
+            format!("{}, {}", r.degenerate_faces_dropped, r.repeated_faces()),
         ),
         ("vertices, spacing", format!("{}, {:.6}", p.vertices, p.spacing)),
         ("curves, corners, patches", format!("{}, {}, {}", p.curves, p.corners, p.patches.len())),

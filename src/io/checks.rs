@@ -82,6 +82,16 @@ pub(crate) fn refuse_binary(bytes: &[u8], remedy: &str) -> Result<()> {
     Err(Error::input(Some(format!("line {line}")), "binary data in a text format", remedy))
 }
 
+/// A text without the NUL and Ctrl-Z bytes at its end, which some programs write to fill a block or to mark
+/// the end, and without blanks between them.
+pub(crate) fn without_padding(text: &[u8]) -> &[u8] {
+    let is_mark = |byte: &u8| matches!(byte, 0 | 0x1a);
+    let is_content = |byte: &u8| !is_mark(byte) && !byte.is_ascii_whitespace();
+    let length = text.iter().rposition(is_content).map_or(0, |last| last + 1);
+    let (content, end) = text.split_at(length);
+    if end.iter().any(is_mark) { content } else { text }
+}
+
 /// A value that occurs more than once in `values`; `sorted` is scratch space.
 pub(crate) fn find_duplicate<T: Copy + Ord>(values: &[T], sorted: &mut Vec<T>) -> Option<T> {
     sorted.clear();

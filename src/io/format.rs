@@ -21,7 +21,7 @@ pub enum Format {
     Obj,
     /// Stanford PLY, text or binary; written binary.
     Ply,
-    /// STL, text or binary; written binary, in 32-bit numbers.
+    /// STL, text or binary; written in 32-bit numbers: as text where there are named groups, else binary.
     Stl,
     /// Geomview's OFF, text.
     Off,
@@ -133,6 +133,11 @@ impl Format {
         matches!(self, Self::Npy | Self::Nrrd | Self::Nifti)
     }
 
+    /// Whether its files are text and never binary.
+    pub(crate) fn is_always_text(self) -> bool {
+        matches!(self, Self::Obj | Self::Off | Self::Gltf | Self::Medit | Self::Xyz)
+    }
+
     /// Whether it is written as text, which a terminal can show.
     pub fn is_written_as_text(self) -> bool {
         matches!(self, Self::Obj | Self::Off | Self::Medit)
@@ -182,8 +187,11 @@ impl FromStr for Encoding {
         match Format::from_word(plain.unwrap_or(text)) {
             Some(format) => Ok(Self { format, gzip: plain.is_some() }),
             None => {
-                let problem = format!("there is no mesh format '{}'", excerpt(text));
-                Err(Error::usage(problem, format!("use {}, or one of them with .gz", list(&Format::ALL))))
+                let problem = format!("there is no format '{}'", excerpt(text));
+                Err(Error::usage(
+                    problem,
+                    format!("use one for {}; all may end in .gz", known_extensions("")),
+                ))
             }
         }
     }
@@ -202,6 +210,19 @@ fn list(formats: &[Format]) -> String {
 pub(crate) fn written_extensions() -> String {
     let written: Vec<Format> = Format::ALL.into_iter().filter(|format| format.is_written()).collect();
     format!(".{}", list(&written).replace(", ", ", .").replace("or ", "or ."))
+}
+
+/// The extensions of all formats by what their files have, each after `dot`: "meshes (obj, ply or stl),
+/// points (xyz or las) or volumes (npy or nrrd)".
+pub(crate) fn known_extensions(dot: &str) -> String {
+    let group = |what: &str, is_in: &dyn Fn(&Format) -> bool| {
+        let formats: Vec<Format> = Format::ALL.into_iter().filter(is_in).collect();
+        let named = list(&formats).replace(", ", &format!(", {dot}")).replace("or ", &format!("or {dot}"));
+        format!("{what} ({dot}{named})")
+    };
+    let meshes = group("meshes", &|format| !format.is_of_points() && !format.is_of_volumes());
+    let points = group("points", &|format| format.is_of_points());
+    format!("{meshes}, {points} or {}", group("volumes", &|format| format.is_of_volumes()))
 }
 
 /// What is wrong with a name whose extension is not that of a format.

@@ -8,6 +8,7 @@ mod format;
 mod gltf;
 mod gzip;
 mod loaded;
+mod lzf;
 mod medit;
 mod obj;
 mod off;

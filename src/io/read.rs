@@ -3,8 +3,8 @@
 use std::borrow::Cow;
 use std::path::{Path, PathBuf};
 
-use super::checks::no_faces;
-use super::format::{Encoding, Format, extension_problem, format_of_content, written_extensions};
+use super::checks::{no_faces, without_padding};
+use super::format::{Encoding, Format, extension_problem, format_of_content, known_extensions};
 use super::loaded::Loaded;
 use super::open::{Patience, read_file_bytes};
 use super::references::References;
@@ -174,18 +174,19 @@ fn decode(
         (Some(content), ..) => content,
         (None, Some(declared), _) => declared,
         (None, None, Some(path)) => {
-            let remedy = format!("give {} or .gltf file, or declare the input format", written_extensions());
+            let remedy = format!("give a file of {}, or declare the input format", known_extensions("."));
             return Err(Error::input(None, extension_problem(path), remedy));
         }
         (None, None, None) => {
-            let remedy = "name its `format`";
+            let remedy = format!("name its `format`, one for {}", known_extensions(""));
             return Err(Error::input(None, "the format cannot be told from the content", remedy));
         }
     };
+    let bytes = if format.is_always_text() { without_padding(&bytes) } else { &bytes };
     let volume = match format {
-        Format::Npy => Some(volumes::npy::parse(&bytes)?),
-        Format::Nrrd => Some(volumes::nrrd::parse(&bytes, references)?),
-        Format::Nifti => Some(volumes::nifti::parse(&bytes)?),
+        Format::Npy => Some(volumes::npy::parse(bytes)?),
+        Format::Nrrd => Some(volumes::nrrd::parse(bytes, references)?),
+        Format::Nifti => Some(volumes::nifti::parse(bytes)?),
         _ => None,
     };
     if let Some(mut volume) = volume {
@@ -193,7 +194,7 @@ fn decode(
         notes.append(&mut volume.notes);
         return Ok(Input::Volume(Volume { notes, ..volume }));
     }
-    let mut loaded = parsed(format, &bytes, references, with_materials)?;
+    let mut loaded = parsed(format, bytes, references, with_materials)?;
     notes.extend(references.note());
     notes.append(&mut loaded.notes);
     Ok(Input::Mesh(Loaded { notes, ..loaded }))

@@ -12,9 +12,10 @@ use std::io::Write;
 
 use glam::DVec3;
 
-use super::checks::{check_counts, cut_off, excerpt_of_bytes, refuse_binary};
+use super::checks::{check_counts, cut_off, excerpt_of_bytes, refuse_binary, without_padding};
 use super::loaded::Loaded;
 use super::text::{Lines, vertex, words};
+use crate::mesh::attributes::{Attribute, Attributes, Kind, Role};
 use crate::{Error, Result, TriMesh};
 
 /// Bytes before the count in a binary file, and bytes of each triangle.
@@ -34,7 +35,10 @@ fn declared_count(bytes: &[u8]) -> Option<usize> {
 
 pub(crate) fn parse(bytes: &[u8]) -> Result<Loaded> {
     let solid = bytes.trim_ascii_start().get(..5).is_some_and(|word| word.eq_ignore_ascii_case(b"solid"));
-    let is_text = solid && !bytes.iter().take(1024).any(|byte| *byte == 0);
+    let text = without_padding(bytes);
+    // What is left of a cut binary file may be one name and zeros.
+    let is_whole_line = text.len() == bytes.len() || text.contains(&b'\n') || text.contains(&b'\r');
+    let is_text = solid && is_whole_line && !text.iter().take(1024).any(|byte| *byte == 0);
     if is_text && !has_binary_size(bytes) { parse_text(bytes) } else { parse_binary(bytes) }
 }
 
@@ -115,18 +119,27 @@ fn parse_binary(bytes: &[u8]) -> Result<Loaded> {
 }
 
 fn parse_text(bytes: &[u8]) -> Result<Loaded> {
+    let bytes = without_padding(bytes);
     refuse_binary(bytes, "give a whole STL file, text or binary")?;
     let mut lines = Lines::new(bytes);
     let mut builder = MeshBuilder::default();
     // Corners since the last "outer loop" line.
     let mut open_loop: Option<Vec<DVec3>> = None;
     let (mut in_solid, mut polygons) = (false, 0_u64);
+    let mut solids = Solids::default();
     while let Some(line) = lines.next() {
         let mut rest = words(line);
-        let keyword = rest.next().unwrap_or_default().to_ascii_lowercase();
+        let mut keyword = rest.next().unwrap_or_default().to_ascii_lowercase();
+        if keyword == b"end" {
+            // "end solid" means the same as "endsolid".
+            keyword.extend(rest.next().unwrap_or_default().to_ascii_lowercase());
+        }
         let refuse = |problem: String, remedy: &str| Err(Error::input(Some(lines.place()), problem, remedy));
         match (keyword.as_slice(), &mut open_loop) {
-            (b"solid", None) => in_solid = true,
+            (b"solid", None) => {
+                in_solid = true;
+                solids.begin(&rest.map(String::from_utf8_lossy).collect::<Vec<_>>().join(" "));
+            }
             (b"endsolid", None) => in_solid = false,
             (b"facet" | b"endfacet", None) => {}
             (b"outer", None) => open_loop = Some(Vec::new()),
@@ -138,6 +151,7 @@ fn parse_text(bytes: &[u8]) -> Result<Loaded> {
                 }
                 polygons += u64::from(points.len() > 3);
                 builder.add_facet(points);
+                solids.label_up_to(builder.mesh.triangles.len());
                 open_loop = None;
             }
             _ => {
@@ -156,11 +170,95 @@ fn parse_text(bytes: &[u8]) -> Result<Loaded> {
     check_counts(mesh.vertices.len() as u64, mesh.triangles.len() as u64)?;
     let note = format!("{polygons} facets with more than 3 vertices were split into triangles");
     let notes = (polygons > 0).then_some(note).into_iter().collect();
-    Ok(Loaded { mesh, notes, ..Loaded::default() })
+    Ok(Loaded { mesh, attributes: solids.attributes(), notes, ..Loaded::default() })
+}
+
+/// The name of the label of the solids, that of OBJ's groups.
+const SOLID: &str = "group";
+
+/// Which solid of a text file each triangle is in.
+#[derive(Default)]
+struct Solids {
+    names: Vec<String>,
+    numbers: HashMap<String, u32>,
+    current: u32,
+    labels: Vec<f64>,
+}
+
+impl Solids {
+    /// What follows belongs to the solid of this name; one without a name is named by its number.
+    fn begin(&mut self, name: &str) {
+        let next = self.names.len();
+        let name = if name.is_empty() { format!("solid_{}", next + 1) } else { name.to_owned() };
+        self.current = *self.numbers.entry(name.clone()).or_insert(next as u32);
+        if self.current as usize == next {
+            self.names.push(name);
+        }
+    }
+
+    /// Labels the triangles up to this number that have no label yet.
+    fn label_up_to(&mut self, triangles: usize) {
+        self.labels.resize(triangles, self.current.into());
+    }
+
+    /// The labels, where there are several solids.
+    fn attributes(self) -> Attributes {
+        let mut attributes = Attributes::default();
+        if self.names.len() > 1 {
+            let labels = Attribute::new(SOLID, Role::Label, Kind::U32, 1, self.labels);
+            attributes.face.push(Attribute { names: self.names, ..labels });
+        }
+        attributes
+    }
+}
+
+/// The labels that are written as solids: groups with names.
+pub(crate) fn solids(attributes: &Attributes) -> Option<&Attribute> {
+    attributes.face_named(SOLID).filter(|label| label.names.len() > 1)
+}
+
+/// Writes a text file with a solid for each label, if there are named groups, or else a binary file.
+pub(crate) fn write(file: &mut dyn Write, mesh: &TriMesh, attributes: &Attributes) -> io::Result<()> {
+    match solids(attributes) {
+        Some(labels) => write_text(file, mesh, labels),
+        None => write_binary(file, mesh),
+    }
+}
+
+/// Writes the solids in the order of their labels.
+fn write_text(file: &mut dyn Write, mesh: &TriMesh, labels: &Attribute) -> io::Result<()> {
+    let mut order: Vec<usize> = (0..mesh.triangles.len()).collect();
+    order.sort_by_key(|t| labels.at(*t)[0] as usize);
+    for solid in order.chunk_by(|a, b| labels.at(*a) == labels.at(*b)) {
+        let name = labels.names.get(labels.at(solid[0])[0] as usize).map_or("", String::as_str);
+        // A name is the rest of its line.
+        let name = name.replace(char::is_control, " ");
+        writeln!(file, "solid {name}")?;
+        for t in solid {
+            let [x, y, z] = normal(mesh.corners(*t)).as_vec3().to_array();
+            writeln!(file, "  facet normal {x:e} {y:e} {z:e}\n    outer loop")?;
+            for corner in mesh.corners(*t) {
+                // 32 bits as in binary files, in the shortest form that reads back the same.
+                let [x, y, z] = corner.as_vec3().to_array();
+                writeln!(file, "      vertex {x:e} {y:e} {z:e}")?;
+            }
+            writeln!(file, "    endloop\n  endfacet")?;
+        }
+        writeln!(file, "endsolid {name}")?;
+    }
+    Ok(())
+}
+
+/// The normal of a triangle, of length 1 or 0.
+fn normal([a, b, c]: [DVec3; 3]) -> DVec3 {
+    // Divided by the longest side first, so that the cross product neither overflows nor underflows.
+    let (u, v) = (b - a, c - a);
+    let longest = u.abs().max_element().max(v.abs().max_element());
+    (u / longest).cross(v / longest).normalize_or_zero()
 }
 
 /// Writes a binary file, with a header that readers do not take for text.
-pub(crate) fn write(file: &mut dyn Write, mesh: &TriMesh) -> io::Result<()> {
+fn write_binary(file: &mut dyn Write, mesh: &TriMesh) -> io::Result<()> {
     let mut header = [0; HEADER];
     for (byte, text) in header.iter_mut().zip(b"binary STL") {
         *byte = *text;
@@ -169,11 +267,7 @@ pub(crate) fn write(file: &mut dyn Write, mesh: &TriMesh) -> io::Result<()> {
     file.write_all(&(mesh.triangles.len() as u32).to_le_bytes())?;
     for t in 0..mesh.triangles.len() {
         let [a, b, c] = mesh.corners(t);
-        // Divided by the longest side first, so that the cross product neither overflows nor underflows.
-        let (u, v) = (b - a, c - a);
-        let longest = u.abs().max_element().max(v.abs().max_element());
-        let normal = (u / longest).cross(v / longest).normalize_or_zero();
-        for value in [normal, a, b, c].into_iter().flat_map(|vector| vector.to_array()) {
+        for value in [normal([a, b, c]), a, b, c].into_iter().flat_map(|vector| vector.to_array()) {
             file.write_all(&(value as f32).to_le_bytes())?;
         }
         file.write_all(&[0, 0])?;

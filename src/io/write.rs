@@ -16,8 +16,9 @@ use crate::mesh::attributes::{Attribute, Attributes, Role};
 
 /// Writes `mesh` in the format of the extension of `path`, compressed if that ends in `.gz`: OBJ, OFF and
 /// MEDIT as text, each f64 in the shortest form that reads back the same; PLY as binary little endian with
-/// double coordinates; STL and GLB as binary with 32-bit numbers, those of GLB relative to the mesh's own
-/// position and size. An existing file is replaced only when the new one is complete.
+/// double coordinates; STL (binary, or text where groups of faces have names) and GLB with 32-bit numbers,
+/// those of GLB relative to the mesh's own position and size. An existing file is replaced only when the new
+/// one is complete.
 ///
 /// # Errors
 ///
@@ -102,6 +103,7 @@ pub fn lost_attributes_note(attributes: &Attributes, format: Format) -> Option<S
         Format::Ply => true,
         Format::Obj => matches!(a.name.as_str(), "material" | "group" | "object"),
         Format::Glb => a.name == "material",
+        Format::Stl => stl::solids(attributes).is_some_and(|label| label.name == a.name),
         Format::Medit => medit::face_label(attributes).is_some_and(|label| label.name == a.name),
         _ => false,
     };
@@ -146,7 +148,7 @@ fn write_uncompressed(
     match format {
         Format::Obj => obj::write::write(file, mesh, attributes),
         Format::Ply => ply::write::write(file, mesh, attributes),
-        Format::Stl => stl::write(file, mesh),
+        Format::Stl => stl::write(file, mesh, attributes),
         Format::Off => off::write(file, mesh, attributes),
         Format::Glb => gltf::write(file, mesh, attributes),
         Format::Medit => medit::write(file, mesh, attributes),

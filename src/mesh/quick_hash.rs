@@ -1,13 +1,11 @@
 //! Hash tables of indices and positions: with a hash of a few instructions, where the standard one takes most
 //! of a table's time. Nothing may depend on the order of such a table.
 
-use std::collections::{HashMap, HashSet};
+use std::collections::HashMap;
 use std::hash::{BuildHasherDefault, Hasher};
 
 /// A map with [`QuickHasher`].
 pub(crate) type QuickMap<K, V> = HashMap<K, V, BuildHasherDefault<QuickHasher>>;
-/// A set with [`QuickHasher`].
-pub(crate) type QuickSet<K> = HashSet<K, BuildHasherDefault<QuickHasher>>;
 
 /// The golden ratio, in 64 bits.
 const MULTIPLIER: u64 = 0x9e37_79b9_7f4a_7c15;

@@ -1,6 +1,7 @@
 //! Remarks and warnings of a run, for its user.
 
 use crate::TriMesh;
+use crate::grammar::counted;
 use crate::measure::{Measures, relative_volume};
 use crate::mesh::repair::{Cracks, RepairCounts, cracks};
 use crate::mesh::topology::Topology;
@@ -47,11 +48,6 @@ pub(crate) fn remarks(
     list
 }
 
-/// `count` with the singular or the plural of a noun.
-pub(crate) fn counted(count: usize, [one, many]: [&str; 2]) -> String {
-    format!("{count} {}", if count == 1 { one } else { many })
-}
-
 /// Cracks of the input, with what closes them.
 pub(crate) fn describe_cracks(cracks: &Cracks) -> String {
     let edges = counted(cracks.edges, ["boundary edge lies", "boundary edges lie"]);
@@ -74,10 +70,24 @@ pub(crate) struct WarningInput<'a> {
     pub rounding: Option<&'a Rounding>,
     /// The repaired input itself.
     pub input_mesh: &'a TriMesh,
+    /// What repairing the input changed.
+    pub repaired: &'a RepairCounts,
     /// What a largest deviation led to, if one was asked for.
     pub deviation: Option<DeviationSummary>,
     /// The longest edges asked for, in percent of the diagonal of the input's bounding box.
     pub edge: f64,
+}
+
+/// That bodies of the input touch along faces, of which one of each pair is left. Both sides of a sheet alone
+/// leave no edge of more than two faces.
+fn touching_bodies(repaired: &RepairCounts, input: &Topology) -> Option<String> {
+    let merged = repaired.opposite_faces_merged;
+    let faces = counted(merged, ["face was", "faces were"]);
+    let text = format!(
+        "bodies of the input touch: {faces} merged with a face of opposite orientation, and the bodies share \
+         a wall; remesh each body by itself to keep it closed"
+    );
+    (merged > 0 && input.nonmanifold_edges > 0).then_some(text)
 }
 
 /// What went wrong, one line each.
@@ -86,6 +96,7 @@ pub(crate) fn warnings(of: &WarningInput) -> Vec<String> {
     let got = &output.topology;
     // First, since the others may follow from it.
     let mut list: Vec<String> = of.rounding.and_then(Rounding::warning).into_iter().collect();
+    list.extend(touching_bodies(of.repaired, input));
     let mut say = |bad: bool, text: String| {
         if bad {
             list.push(text);

@@ -152,6 +152,7 @@ fn finish(
         input_intersections: measured.input_intersections,
         rounding: rounding.as_ref(),
         input_mesh: &repaired.mesh,
+        repaired: &repaired.counts,
         deviation,
         edge: 100.0 * outcome.edge_lengths.map_or(unit_spacing, |[_, longest]| longest),
     });

@@ -1,6 +1,6 @@
 //! A result as a file with 32-bit numbers will hold it, and what that changes.
 
-use super::messages::counted;
+use crate::grammar::counted;
 use crate::io::{Format, KEEPING_64_BITS, lost_precision_note, rounded};
 use crate::mesh::intersections::intersecting_faces;
 use crate::mesh::position_key;

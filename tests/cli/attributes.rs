@@ -130,3 +130,54 @@ fn batches_carry_over_and_inspect_lists() {
     let json: serde_json::Value = serde_json::from_str(&json).unwrap();
     assert_eq!(json["attributes"][1], "part of each face (1 x u8)");
 }
+
+#[test]
+fn solids_that_touch_keep_their_labels_and_a_warning_says_that_they_share_a_wall() {
+    let place = Place::new();
+    let model = sample("box").unwrap();
+    let (low, high) = model.bounds().unwrap();
+    let mut text = String::new();
+    // The second is the first one's mirror image in their common side, so that its triangles are there twice.
+    for (name, mirror) in [("left", false), ("right", true)] {
+        text += &format!("solid {name}\n");
+        for t in 0..model.triangles.len() {
+            let mut corners = model.corners(t);
+            if mirror {
+                corners.reverse();
+                corners.iter_mut().for_each(|p| p.x = 2.0 * high.x - p.x);
+            }
+            text += "facet normal 0 0 0\nouter loop\n";
+            corners.iter().for_each(|p| text += &format!("vertex {} {} {}\n", p.x, p.y, p.z));
+            text += "endloop\nendfacet\n";
+        }
+        text += "endsolid\n";
+    }
+    assert!(low.x < high.x);
+    std::fs::write(place.path("two.stl"), text).unwrap();
+    let (_, told) = place.run("remesh two.stl out.stl -n 200 --quality draft --keep-labels");
+    assert!(told.contains("bodies of the input touch: 2 faces were merged"), "{told}");
+    let out = read(&place.path("out.stl")).unwrap();
+    let label = out.attributes.face_named("group").unwrap();
+    assert_eq!(label.names, ["left", "right"]);
+    // Labels end where the solids do.
+    for (t, label) in label.values.iter().enumerate() {
+        let middle = out.mesh.corners(t).iter().map(|p| p.x).sum::<f64>() / 3.0;
+        let side = if middle > high.x + 1e-6 { 1.0 } else { 0.0 };
+        assert_eq!(*label, side, "triangle {t} at x = {middle}");
+    }
+}
+
+#[test]
+fn attributes_that_stl_cannot_hold_are_noted() {
+    let place = Place::new();
+    std::fs::write(
+        place.path("a.off"),
+        "OFF\n4 4 0\n0 0 0 255 0 0\n1 0 0 0 255 0\n0 1 0 0 0 255\n0 0 1 9 9 9\n3 0 2 1\n3 0 1 3\n3 1 2 3\n3 2 0 3\n"
+            .replacen("OFF", "COFF", 1),
+    )
+    .unwrap();
+    let (_, told) = place.run("remesh a.off out.stl -n 100 --quality draft --iterations 2");
+    assert!(told.contains("STL cannot hold these: colour of each vertex"), "{told}");
+    let (_, told) = place.run("remesh a.off out.stl -n 100 --quality draft --iterations 2 --no-attributes");
+    assert!(!told.contains("cannot hold"), "{told}");
+}

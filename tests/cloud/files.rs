@@ -65,6 +65,32 @@ fn pcd_is_read_as_text_and_binary() {
 }
 
 #[test]
+fn pcd_is_read_as_packed_by_lzf() {
+    // Fields one after another: x of both points, then y, z, normals, colours.
+    let columns = [[1.0_f32, 4.0], [2.0, 5.0], [3.0, -6.0], [0.0, 1.0], [0.0, 0.0], [1.0, 0.0]];
+    let mut plain: Vec<u8> = columns.as_flattened().iter().flat_map(|x| x.to_le_bytes()).collect();
+    plain.extend([0x00ff_8000_u32, 17].iter().flat_map(|x| x.to_le_bytes()));
+    // As bytes, but for the 12 zeros from byte 28 to 40: one zero and a long copy that overlaps itself.
+    assert_eq!(plain[32..40], [0; 8]);
+    let mut packed = vec![31];
+    packed.extend(&plain[..32]);
+    packed.extend([0, 0, 5 << 5, 0]);
+    packed.push(15);
+    packed.extend(&plain[40..]);
+    let mut file = format!("{HEADER}DATA binary_compressed\n").into_bytes();
+    file.extend((packed.len() as u32).to_le_bytes());
+    file.extend((plain.len() as u32).to_le_bytes());
+    file.extend(&packed);
+    let cloud = PointCloud::from(parsed(Format::Pcd, &file).unwrap());
+    assert_eq!(cloud.points, [DVec3::new(1.0, 2.0, 3.0), DVec3::new(4.0, 5.0, -6.0)]);
+    assert_eq!(cloud.normals, [DVec3::Z, DVec3::X]);
+    // A whole file, or none.
+    for length in 0..file.len() {
+        assert!(parsed(Format::Pcd, &file[..length]).is_err(), "{length}");
+    }
+}
+
+#[test]
 fn hostile_files_are_refused_with_a_place() {
     let big = HEADER.replace("POINTS 2", "POINTS 1000000000");
     for (format, text, word) in [
@@ -78,7 +104,20 @@ fn hostile_files_are_refused_with_a_place() {
         (Format::Pcd, HEADER.to_owned(), "no line DATA"),
         (Format::Pcd, format!("{big}DATA binary\n0000"), "cut off"),
         (Format::Pcd, format!("{big}DATA ascii\n1 2 3"), "cut off"),
-        (Format::Pcd, format!("{HEADER}DATA binary_compressed\n"), "not supported"),
+        (Format::Pcd, format!("{HEADER}DATA binary_compressed\n"), "lengths of the compressed data"),
+        (
+            Format::Pcd,
+            format!("{HEADER}DATA binary_compressed\n\x7f\0\0\0\x38\0\0\0"),
+            "127 bytes are declared",
+        ),
+        // Four billion bytes in two; a copy from before the beginning; too few points.
+        (Format::Pcd, format!("{HEADER}DATA binary_compressed\n\x02\0\0\0\x7f\x7f\x7f\x7f\0a"), "not unpack"),
+        (Format::Pcd, format!("{HEADER}DATA binary_compressed\n\x02\0\0\0\x03\0\0\0\x20\0"), "not unpack"),
+        (
+            Format::Pcd,
+            format!("{HEADER}DATA binary_compressed\n\x02\0\0\0\x01\0\0\0\0a"),
+            "declares 2 points",
+        ),
         (Format::Pcd, format!("{HEADER}DATA ascii\n1.00 2.00 3.00 0 0 1\n1 2 3 0 0 1 9\n"), "too few values"),
         (Format::Pcd, format!("{}DATA ascii\n1 2 3\n", HEADER.replace("SIZE 4", "SIZE")), "do not name"),
     ] {

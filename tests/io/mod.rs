@@ -11,3 +11,4 @@ pub mod references;
 pub mod refused;
 pub mod round_trips;
 pub mod stl_off_medit;
+pub mod text_ends;

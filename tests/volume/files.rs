@@ -183,7 +183,7 @@ fn broken_volumes_are_refused_in_words() {
         (b"NRRD0004\ntype: float\nsizes: 2 x 2\nencoding: raw\n\n".to_vec(), "'sizes: 2 x 2'"),
         (b"NRRD0004\ntype: uint8\nsizes: 2 2 2\nencoding: txt\n\n1 2 3 4 5 six 7 8".to_vec(), "'six'"),
         (b"NRRD0004\ntype: uint8\nsizes: 2 2 2\nspacings: 1 0 1\nencoding: raw\n\n12345678".to_vec(), "zero"),
-        (nifti(&[(70, &128_i16.to_le_bytes())]), "type 128"),
+        (nifti(&[(70, &128_i16.to_le_bytes())]), "type 128 (RGB24, colours)"),
         (nifti(&[(344, b"ni1\0")]), "another file"),
         (nifti(&[(4, b"n+2\0")]), "NIfTI-2"),
         (nifti(&[(40, bytemuck::cast_slice(&[3_u16, 9, 9, 9]))]), "do not fit"),

@@ -14,7 +14,7 @@ pub(crate) mod write;
 
 use glam::DVec3;
 
-use super::checks::{check_vertex_count, excerpt, find_duplicate};
+use super::checks::{check_vertex_count, excerpt, find_duplicate, without_padding};
 use super::loaded::Loaded;
 use crate::mesh::attributes::{Attributes, Kind};
 use crate::{Error, Result, TriMesh};
@@ -31,7 +31,7 @@ pub(crate) fn parse(bytes: &[u8]) -> Result<Loaded> {
     let layout = Layout::of(&header)?;
     match header.encoding {
         Encoding::Ascii => {
-            let body = bytes.get(header.data_start..).unwrap_or_default();
+            let body = without_padding(bytes.get(header.data_start..).unwrap_or_default());
             read_elements(&header, &layout, Text::new(body, header.lines))
         }
         binary => read_elements(&header, &layout, Binary::new(bytes, header.data_start, binary)),

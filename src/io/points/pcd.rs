@@ -5,8 +5,9 @@
 
 use super::columns::{Column, loaded, usual_name};
 use crate::io::binary::value_le;
-use crate::io::checks::{check_declared_count, cut_off, excerpt_of_bytes};
+use crate::io::checks::{check_declared_count, cut_off, excerpt_of_bytes, without_padding};
 use crate::io::loaded::Loaded;
+use crate::io::lzf;
 use crate::io::text::{number, unsigned_integer, words};
 use crate::mesh::attributes::Kind;
 use crate::{Error, Result};
@@ -42,15 +43,15 @@ pub(crate) fn parse(bytes: &[u8]) -> Result<Loaded> {
     let header = header(bytes)?;
     match header.data {
         b"ascii" => text(&header),
-        b"binary" => binary(&header, header.body),
-        b"binary_compressed" => Err(Error::input(
-            Some(format!("line {}", header.lines)),
-            "compressed PCD files are not supported",
-            "write the points again as binary, for example by pcl_convert_pcd_ascii_binary",
-        )),
+        b"binary" => binary(&header),
+        b"binary_compressed" => compressed(&header),
         other => {
             let problem = format!("there is no kind of data '{}'", excerpt_of_bytes(other));
-            Err(Error::input(Some(format!("line {}", header.lines)), problem, "use ascii or binary"))
+            Err(Error::input(
+                Some(format!("line {}", header.lines)),
+                problem,
+                "use ascii, binary or binary_compressed",
+            ))
         }
     }
 }
@@ -182,10 +183,11 @@ fn finished(columns: Vec<Option<Column>>) -> Result<Loaded> {
 fn text(header: &Header) -> Result<Loaded> {
     let place = || format!("line {}", header.lines);
     let numbers: u64 = header.fields.iter().map(|field| field.count as u64).sum();
-    let left = header.body.len() as u64 + 1;
+    let body = without_padding(header.body);
+    let left = body.len() as u64 + 1;
     check_declared_count((header.points, "points"), 2 * numbers.max(1), left, place())?;
     let mut columns = columns(&header.fields);
-    let mut lines = header.body.split(|byte| *byte == b'\n');
+    let mut lines = body.split(|byte| *byte == b'\n');
     let (mut at, mut done) = (header.lines, 0);
     while done < header.points {
         at += 1;
@@ -218,12 +220,17 @@ fn text(header: &Header) -> Result<Loaded> {
     finished(columns)
 }
 
-fn binary(header: &Header, body: &[u8]) -> Result<Loaded> {
-    let stride: usize = header.fields.iter().map(|field| field.size * field.count).sum();
-    let place = || format!("line {}", header.lines);
-    check_declared_count((header.points, "points"), stride.max(1) as u64, body.len() as u64, place())?;
+/// Bytes of a point.
+fn stride(header: &Header) -> usize {
+    header.fields.iter().map(|field| field.size * field.count).sum::<usize>().max(1)
+}
+
+fn binary(header: &Header) -> Result<Loaded> {
+    let stride = stride(header);
+    let place = format!("line {}", header.lines);
+    check_declared_count((header.points, "points"), stride as u64, header.body.len() as u64, place)?;
     let mut columns = columns(&header.fields);
-    for point in body.chunks_exact(stride.max(1)).take(header.points as usize) {
+    for point in header.body.chunks_exact(stride).take(header.points as usize) {
         let mut at = 0;
         for (field, column) in header.fields.iter().zip(&mut columns) {
             let bytes = &point[at..at + field.size * field.count];
@@ -231,6 +238,40 @@ fn binary(header: &Header, body: &[u8]) -> Result<Loaded> {
             if let (Some(column), Some(kind)) = (column, field.kind) {
                 column.values.push(value_le(kind, bytes));
             }
+        }
+    }
+    finished(columns)
+}
+
+/// Reads two lengths, packed and unpacked, and what LZF packed: all values of the first field, then those of
+/// the second and so on.
+fn compressed(header: &Header) -> Result<Loaded> {
+    let place = || format!("line {}, the data", header.lines);
+    let length = |at: usize| {
+        let raw = header.body.get(at..at + 4).and_then(|raw| raw.first_chunk());
+        raw.map(|raw: &[u8; 4]| u32::from_le_bytes(*raw) as usize)
+    };
+    let (Some(packed), Some(unpacked)) = (length(0), length(4)) else {
+        return Err(cut_off(place(), "the lengths of the compressed data are missing"));
+    };
+    let Some(packed) = header.body.get(8..).and_then(|rest| rest.get(..packed)) else {
+        let there = header.body.len() - 8;
+        return Err(cut_off(place(), &format!("{packed} bytes are declared, and {there} are there")));
+    };
+    let Some(plain) = lzf::decompress(packed, unpacked) else {
+        let problem = format!("the compressed data does not unpack to the {unpacked} bytes declared");
+        return Err(Error::input(Some(place()), problem, "get the whole file or write it again"));
+    };
+    let stride = stride(header) as u64;
+    check_declared_count((header.points, "points"), stride, plain.len() as u64, place())?;
+    let mut columns = columns(&header.fields);
+    let mut rest = plain.as_slice();
+    for (field, column) in header.fields.iter().zip(&mut columns) {
+        // No longer than the data, as checked above.
+        let (own, others) = rest.split_at(field.size * field.count * header.points as usize);
+        rest = others;
+        if let (Some(column), Some(kind)) = (column, field.kind) {
+            column.values = own.chunks_exact(field.size).map(|bytes| value_le(kind, bytes)).collect();
         }
     }
     finished(columns)

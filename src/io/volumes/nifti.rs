@@ -40,8 +40,8 @@ pub(crate) fn parse(bytes: &[u8]) -> Result<Volume> {
     let lengths: Vec<u64> = lengths.iter().map(|length| u64::from(*length)).collect();
     let (size, note) = size(&lengths)?;
     let number = header.data_type().ok().and_then(number).ok_or_else(|| {
-        let problem = format!("values of type {} are not supported", header.datatype);
-        refuse(problem, "write one number a node")
+        let problem = format!("values of type {} are not supported", type_name(header.datatype));
+        refuse(problem, "write one real number a node, such as FLOAT32")
     })?;
     let begin = f64::from(header.vox_offset).clamp(0.0, u32::MAX.into()) as usize;
     let begin = begin.max(HEADER);
@@ -60,6 +60,21 @@ pub(crate) fn parse(bytes: &[u8]) -> Result<Volume> {
         scale: if has_scale { [slope, header.scl_inter.into()] } else { [1.0, 0.0] },
     };
     layout.read(values, &format!("byte {begin}"), frame, note.into_iter().collect())
+}
+
+/// The name of a type in the standard, with its code.
+fn type_name(code: i16) -> String {
+    let name = match code {
+        1 => "BINARY, one bit each",
+        32 => "COMPLEX64, pairs of 32-bit numbers",
+        128 => "RGB24, colours",
+        1536 => "FLOAT128, 128-bit numbers",
+        1792 => "COMPLEX128, pairs of 64-bit numbers",
+        2048 => "COMPLEX256, pairs of 128-bit numbers",
+        2304 => "RGBA32, colours with opacity",
+        other => return format!("{other}, which the standard does not have,"),
+    };
+    format!("{code} ({name})")
 }
 
 fn number(kind: NiftiType) -> Option<Number> {

@@ -12,6 +12,7 @@ pub use transfer::transfer;
 
 use super::TriMesh;
 use super::correspondence::CorrespondenceRequest;
+use crate::grammar::counted;
 
 /// The number type that a file has, and that a result is written in; values themselves are f64, which holds
 /// each exactly.
@@ -174,11 +175,9 @@ impl Attributes {
             let kind = format!("{:?}", uv.kind).to_lowercase();
             format!("texture coordinates of each corner (2 x {kind})")
         }));
-        let counted =
-            |count: usize, what: &str| format!("{count} {what}{}", if count == 1 { "" } else { "s" });
         all.extend(self.materials.iter().map(|materials| {
-            let pictures = counted(materials.images().len(), "picture");
-            format!("{} ({pictures})", counted(materials.used(), "material"))
+            let pictures = counted(materials.images().len(), ["picture", "pictures"]);
+            format!("{} ({pictures})", counted(materials.used(), ["material", "materials"]))
         }));
         all
     }

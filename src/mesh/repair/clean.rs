@@ -1,10 +1,12 @@
 //! Drops faces without an area and repeated faces.
 
+use std::collections::hash_map::Entry;
+
 use glam::DVec3;
 
 use super::counts::RepairCounts;
 use crate::TriMesh;
-use crate::mesh::quick_hash::QuickSet;
+use crate::mesh::quick_hash::QuickMap;
 
 /// A triangle counts as flat when twice its area is at most this share of its longest edge squared. Edges
 /// computed in f64 are exact to about 1e-16, so below some 1e-15 the area is rounding alone; the rest is a
@@ -23,7 +25,8 @@ pub(super) struct Cleaned {
 /// The triangles with other vertices for theirs, without those that are flat or repeat an earlier one.
 pub(super) fn clean(mesh: &TriMesh, vertex: impl Fn(u32) -> u32, counts: &mut RepairCounts) -> Cleaned {
     let mut flat = Vec::new();
-    let mut seen: QuickSet<[u32; 3]> = QuickSet::default();
+    // Of the faces so far, whether their vertices run as the sorted ones do.
+    let mut seen: QuickMap<[u32; 3], bool> = QuickMap::default();
     seen.reserve(mesh.triangles.len());
     let mut triangles = Vec::with_capacity(mesh.triangles.len());
     let mut origin = Vec::with_capacity(mesh.triangles.len());
@@ -34,11 +37,17 @@ pub(super) fn clean(mesh: &TriMesh, vertex: impl Fn(u32) -> u32, counts: &mut Re
         if is_flat(welded.map(|vertex| mesh.vertices[vertex as usize])) {
             counts.degenerate_faces_dropped += 1;
             flat.extend(welded);
-        } else if seen.insert(key) {
-            triangles.push(welded);
-            origin.push(number);
-        } else {
-            counts.duplicate_faces_dropped += 1;
+            continue;
+        }
+        let runs_up = [[0, 1, 2], [1, 2, 0], [2, 0, 1]].iter().any(|turn| turn.map(|k| welded[k]) == key);
+        match seen.entry(key) {
+            Entry::Vacant(free) => {
+                free.insert(runs_up);
+                triangles.push(welded);
+                origin.push(number);
+            }
+            Entry::Occupied(first) if *first.get() != runs_up => counts.opposite_faces_merged += 1,
+            Entry::Occupied(_) => counts.duplicate_faces_dropped += 1,
         }
     }
     Cleaned { triangles, origin, flat }

@@ -2,6 +2,8 @@
 
 use serde::Serialize;
 
+use crate::grammar::counted;
+
 /// How many vertices and faces [`super::repair`] changed, by reason.
 #[derive(Serialize, Default, Clone, Copy, PartialEq, Debug)]
 #[non_exhaustive]
@@ -18,8 +20,11 @@ pub struct RepairCounts {
     pub unreferenced_vertices_dropped: usize,
     /// Faces with a vertex twice or without an area.
     pub degenerate_faces_dropped: usize,
-    /// Faces over the same three vertices as an earlier one, in any order or orientation.
+    /// Faces over the same three vertices as an earlier one, with the same orientation.
     pub duplicate_faces_dropped: usize,
+    /// Faces over the same three vertices as an earlier one, with the opposite orientation: both sides of a
+    /// sheet, or the contact of two bodies. The earlier one stays.
+    pub opposite_faces_merged: usize,
     /// Components below the least area.
     pub components_dropped: usize,
     /// Faces turned over to agree with the larger part of their component.
@@ -31,19 +36,50 @@ pub struct RepairCounts {
 }
 
 impl RepairCounts {
+    /// Faces over the same three vertices as an earlier one, with either orientation.
+    pub(crate) fn repeated_faces(&self) -> usize {
+        self.duplicate_faces_dropped + self.opposite_faces_merged
+    }
+
     /// What a user should know of, in words; nothing for a mesh that needed no more than exact welding.
     pub fn notes(&self) -> Vec<String> {
         let lines = [
-            (self.crack_vertices_welded, "vertices of cracks no wider than rounding were welded"),
-            (self.near_vertices_welded, "vertices within the tolerance of others were welded to them"),
-            (self.edges_joined, "boundary edges were joined to vertices on them"),
-            (self.degenerate_faces_dropped, "faces without an area were dropped"),
-            (self.duplicate_faces_dropped, "duplicate faces were dropped"),
-            (self.components_dropped, "components were dropped as too small"),
-            (self.faces_turned, "faces were turned over to agree with those around"),
-            (self.unorientable_components, "components have no two sides; they stay as they are"),
-            (self.boundary_vertices_moved, "boundary vertices were moved to make boundaries smooth"),
+            (
+                self.crack_vertices_welded,
+                ["crack vertex was", "crack vertices were"],
+                "welded, no farther than rounding",
+            ),
+            (self.near_vertices_welded, ["vertex was", "vertices were"], "welded within the tolerance"),
+            (
+                self.edges_joined,
+                ["boundary edge was", "boundary edges were"],
+                "joined to vertices on boundaries",
+            ),
+            (
+                self.degenerate_faces_dropped,
+                ["face without an area was", "faces without an area were"],
+                "dropped",
+            ),
+            (self.duplicate_faces_dropped, ["duplicate face was", "duplicate faces were"], "dropped"),
+            (
+                self.opposite_faces_merged,
+                ["face was", "faces were"],
+                "merged with the same face of opposite orientation",
+            ),
+            (self.components_dropped, ["component was", "components were"], "dropped as too small"),
+            (self.faces_turned, ["face was", "faces were"], "turned over to agree with those around"),
+            (
+                self.unorientable_components,
+                ["component has", "components have"],
+                "no two sides, and none was turned over",
+            ),
+            (
+                self.boundary_vertices_moved,
+                ["boundary vertex was", "boundary vertices were"],
+                "moved to make boundaries smooth",
+            ),
         ];
-        lines.iter().filter(|(count, _)| *count > 0).map(|(count, text)| format!("{count} {text}")).collect()
+        let present = lines.iter().filter(|(count, ..)| *count > 0);
+        present.map(|(count, words, rest)| format!("{} {rest}", counted(*count, *words))).collect()
     }
 }
