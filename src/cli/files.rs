@@ -16,7 +16,7 @@ use std::path::{Path, PathBuf};
 #[derive(Debug, clap::Args)]
 pub struct InputFormat {
     /// Format of the input if neither its content nor its extension says: obj, ply, stl, off, gltf, glb,
-    /// mesh, xyz, pcd, las, e57, npy, nrrd or nii
+    /// mesh, xyz, pcd, las, e57, npy, nrrd, nii or mha
     #[arg(long, value_name = "FORMAT", help_heading = INPUT, hide_short_help = true)]
     input_format: Option<Encoding>,
     /// Folder in or below which files that the input names may lie, such as buffers and images of glTF

@@ -8,7 +8,7 @@ use serde::{Deserialize, Serialize};
 
 use super::checks::excerpt;
 use super::points::{e57, las, pcd};
-use super::volumes::{nifti, npy, nrrd};
+use super::volumes::{metaimage, nifti, npy, nrrd};
 use super::{off, stl};
 use crate::Error;
 
@@ -42,6 +42,9 @@ pub enum Format {
     /// Values on a grid in NIfTI-1; read only.
     #[serde(rename = "nii")]
     Nifti,
+    /// Values on a grid in MetaImage, the format of ITK; read only.
+    #[serde(rename = "mha")]
+    MetaImage,
     /// Points of laser scanners, plain or packed as LAZ; read only.
     Las,
     /// Scans of points with their poses; read only.
@@ -50,7 +53,7 @@ pub enum Format {
 
 impl Format {
     /// All formats.
-    pub const ALL: [Self; 14] = [
+    pub const ALL: [Self; 15] = [
         Self::Obj,
         Self::Ply,
         Self::Stl,
@@ -65,6 +68,7 @@ impl Format {
         Self::Nifti,
         Self::Las,
         Self::E57,
+        Self::MetaImage,
     ];
 
     /// The usual name.
@@ -82,6 +86,7 @@ impl Format {
             Self::Npy => "NumPy's format",
             Self::Nrrd => "NRRD",
             Self::Nifti => "NIfTI",
+            Self::MetaImage => "MetaImage",
             Self::Las => "LAS",
             Self::E57 => "E57",
         }
@@ -102,6 +107,7 @@ impl Format {
             Self::Npy => "npy",
             Self::Nrrd => "nrrd",
             Self::Nifti => "nii",
+            Self::MetaImage => "mha",
             Self::Las => "las",
             Self::E57 => "e57",
         }
@@ -113,7 +119,7 @@ impl Format {
         let is = |other: &&str| word.eq_ignore_ascii_case(other);
         let medit = is(&"medit").then_some(Self::Medit);
         let lines = ["txt", "csv", "asc", "pts", "xyzn", "xyzrgb"].into_iter().find(is).map(|_| Self::Xyz);
-        let header = is(&"nhdr").then_some(Self::Nrrd);
+        let header = is(&"nhdr").then_some(Self::Nrrd).or(is(&"mhd").then_some(Self::MetaImage));
         let packed = is(&"laz").then_some(Self::Las);
         Self::ALL.into_iter().find(named).or(medit).or(lines).or(header).or(packed)
     }
@@ -130,7 +136,7 @@ impl Format {
 
     /// Whether its files have values on a grid.
     pub fn is_of_volumes(self) -> bool {
-        matches!(self, Self::Npy | Self::Nrrd | Self::Nifti)
+        matches!(self, Self::Npy | Self::Nrrd | Self::Nifti | Self::MetaImage)
     }
 
     /// Whether its files are text and never binary.
@@ -259,6 +265,9 @@ pub(crate) fn format_of_content(bytes: &[u8]) -> Option<Format> {
     }
     if nrrd::starts(bytes) {
         return Some(Format::Nrrd);
+    }
+    if metaimage::starts(bytes) {
+        return Some(Format::MetaImage);
     }
     if stl::has_binary_size(bytes) {
         return Some(Format::Stl);

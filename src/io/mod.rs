@@ -1,5 +1,6 @@
 //! Reading and writing mesh files: OBJ, PLY, STL, OFF, glTF and MEDIT, plain or compressed with gzip. Points
-//! are read from PLY, OFF, PCD and lines of numbers (XYZ), volumes from NumPy's arrays, NRRD and NIfTI.
+//! are read from PLY, OFF, PCD and lines of numbers (XYZ), volumes from NumPy's arrays, NRRD, NIfTI and
+//! MetaImage.
 
 mod binary;
 mod checks;

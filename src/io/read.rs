@@ -187,6 +187,7 @@ fn decode(
         Format::Npy => Some(volumes::npy::parse(bytes)?),
         Format::Nrrd => Some(volumes::nrrd::parse(bytes, references)?),
         Format::Nifti => Some(volumes::nifti::parse(bytes)?),
+        Format::MetaImage => Some(volumes::metaimage::parse(bytes, references)?),
         _ => None,
     };
     if let Some(mut volume) = volume {
@@ -212,6 +213,6 @@ fn parsed(format: Format, bytes: &[u8], references: &References, with_materials:
         Format::Pcd => points::pcd::parse(bytes),
         Format::Las => points::las::parse(bytes),
         Format::E57 => points::e57::parse(bytes),
-        Format::Npy | Format::Nrrd | Format::Nifti => Err(no_faces()),
+        Format::Npy | Format::Nrrd | Format::Nifti | Format::MetaImage => Err(no_faces()),
     }
 }

@@ -20,6 +20,7 @@ pub fn rounded(mesh: &TriMesh, format: Format) -> TriMesh {
         | Format::Npy
         | Format::Nrrd
         | Format::Nifti
+        | Format::MetaImage
         | Format::Las
         | Format::E57 => mesh.vertices.clone(),
     };

@@ -160,7 +160,8 @@ fn write_uncompressed(
         | Format::E57
         | Format::Npy
         | Format::Nrrd
-        | Format::Nifti => Err(io::Error::other(NO_MESHES)),
+        | Format::Nifti
+        | Format::MetaImage => Err(io::Error::other(NO_MESHES)),
     }
 }
 

@@ -3,6 +3,7 @@
 mod files;
 mod iso;
 mod labels;
+mod metaimage;
 
 use rtfmesh::glam::{DAffine3, DVec3};
 use rtfmesh::io::Volume;

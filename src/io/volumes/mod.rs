@@ -1,5 +1,6 @@
 //! Formats of values on a regular grid.
 
+pub(crate) mod metaimage;
 pub(crate) mod nifti;
 pub(crate) mod npy;
 pub(crate) mod nrrd;

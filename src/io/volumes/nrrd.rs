@@ -8,7 +8,7 @@ use std::rc::Rc;
 use glam::{DAffine3, DMat3, DVec3};
 
 use super::Volume;
-use super::raw::{Layout, Number, byte_count, check_frame, size};
+use super::raw::{self, Layout, Number, byte_count, check_frame, numbers, size};
 use crate::io::checks::{cut_off, excerpt};
 use crate::io::gzip;
 use crate::io::references::References;
@@ -111,12 +111,7 @@ fn other_file(header: &Header, name: &str, references: &References) -> Result<Rc
     if name.starts_with("LIST") || name.contains('%') {
         return Err(header.refuse("data file", "name one file, or write all into one"));
     }
-    let content = references.read(name, u64::MAX).map_err(|mut error| {
-        if let Error::Input { place: place @ None, .. } = &mut error {
-            *place = Some("data file".to_owned());
-        }
-        error
-    })?;
+    let content = raw::other_file("data file", name, references)?;
     content.ok_or_else(|| header.refuse("data file", "write all into one file"))
 }
 
@@ -162,22 +157,6 @@ fn decoded<'a>(
         Cow::Borrowed(plain) => Cow::Borrowed(&plain[skipped..]),
         Cow::Owned(mut plain) => Cow::Owned(plain.split_off(skipped)),
     })
-}
-
-/// Numbers in text as bytes of 64-bit ones, no more than there are nodes.
-fn numbers(text: &[u8], size: [usize; 3]) -> Result<Vec<u8>> {
-    let wanted = byte_count(size, Kind::U8.into()).unwrap_or(usize::MAX);
-    let words =
-        text.split(|byte| byte.is_ascii_whitespace() || *byte == b',').filter(|word| !word.is_empty());
-    let mut bytes = Vec::new();
-    for (k, word) in words.take(wanted).enumerate() {
-        let Some(value) = number(word) else {
-            let problem = format!("'{}' is not a number", excerpt(&String::from_utf8_lossy(word)));
-            return Err(Error::input(Some(format!("value {k}")), problem, "write plain numbers"));
-        };
-        bytes.extend(value.to_le_bytes());
-    }
-    Ok(bytes)
 }
 
 fn number_type(name: &str) -> Option<Number> {

@@ -1,12 +1,16 @@
 //! Numbers in memory as the values of a volume.
 
+use std::rc::Rc;
+
 use glam::DAffine3;
 use half::f16;
 use rayon::prelude::*;
 
 use super::Volume;
 use crate::io::binary;
-use crate::io::checks::cut_off;
+use crate::io::checks::{cut_off, excerpt};
+use crate::io::references::References;
+use crate::io::text::number;
 use crate::mesh::attributes::Kind;
 use crate::{Error, Result};
 
@@ -114,6 +118,32 @@ impl Layout {
         });
         Ok(Volume { size: self.size, values, frame, notes })
     }
+}
+
+/// The content of the file that `field` of a header names.
+pub(super) fn other_file(field: &str, name: &str, references: &References) -> Result<Option<Rc<Vec<u8>>>> {
+    references.read(name, u64::MAX).map_err(|mut error| {
+        if let Error::Input { place: place @ None, .. } = &mut error {
+            *place = Some(field.to_owned());
+        }
+        error
+    })
+}
+
+/// Numbers in text as bytes of 64-bit ones, no more than there are nodes.
+pub(super) fn numbers(text: &[u8], size: [usize; 3]) -> Result<Vec<u8>> {
+    let wanted = byte_count(size, Kind::U8.into()).unwrap_or(usize::MAX);
+    let words =
+        text.split(|byte| byte.is_ascii_whitespace() || *byte == b',').filter(|word| !word.is_empty());
+    let mut bytes = Vec::new();
+    for (k, word) in words.take(wanted).enumerate() {
+        let Some(value) = number(word) else {
+            let problem = format!("'{}' is not a number", excerpt(&String::from_utf8_lossy(word)));
+            return Err(Error::input(Some(format!("value {k}")), problem, "write plain numbers"));
+        };
+        bytes.extend(value.to_le_bytes());
+    }
+    Ok(bytes)
 }
 
 /// Refuses a frame that is not finite or leaves no room between nodes.
