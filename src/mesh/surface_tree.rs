@@ -5,7 +5,7 @@ use std::sync::Arc;
 use glam::DVec3;
 use rayon::prelude::*;
 
-use super::bvh::{Bvh, Closest};
+use super::bvh::{Bvh, Closest, PatchTrees};
 use super::{NONE, TriMesh};
 
 /// Height over a triangle below which the closest point is taken to be on it, over the distance to its edges.
@@ -55,6 +55,20 @@ impl SurfaceTree {
     ) -> Option<Closest> {
         let below = self.below(p, rank).filter(|below| accept(below.triangle));
         below.or_else(|| self.bvh.closest_accepted(p, rank, accept))
+    }
+
+    /// As [`SurfaceTree::closest_accepted`], among the triangles of one of these patches: as
+    /// [`PatchTrees::closest`].
+    pub fn closest_in_patch(
+        &self,
+        patches: &PatchTrees,
+        (p, direction): (DVec3, DVec3),
+        patch: u32,
+        rank: &mut usize,
+        accept: impl Fn(u32) -> bool,
+    ) -> Option<Closest> {
+        let below = self.below(p, rank).filter(|below| accept(below.triangle));
+        below.or_else(|| patches.closest(&self.bvh, (p, direction), patch, rank, accept))
     }
 
     /// The closest point, or any whose squared distance is at most `enough`. The search begins at `rank`,

@@ -5,7 +5,7 @@ use std::sync::Arc;
 use glam::DVec3;
 
 use crate::TriMesh;
-use crate::mesh::bvh::Bvh;
+use crate::mesh::bvh::{Bvh, PatchTrees};
 use crate::mesh::correspondence::Search;
 use crate::mesh::half_edges::twins;
 use crate::mesh::surface_tree::SurfaceTree;
@@ -18,8 +18,16 @@ pub struct Target {
     /// Normals of the triangles, with the doubled area as length.
     normals: Arc<Vec<DVec3>>,
     pub(crate) vertices: Vec<SurfaceVertex>,
-    /// The patch of each triangle; empty if there is but one.
-    patches: Vec<u32>,
+    /// `None` if all triangles are one patch.
+    patches: Option<Arc<Patches>>,
+}
+
+/// The patches of a surface.
+#[derive(Debug)]
+struct Patches {
+    /// The patch of each triangle.
+    of_triangle: Vec<u32>,
+    trees: PatchTrees,
 }
 
 /// A vertex of the surface.
@@ -54,14 +62,19 @@ impl Target {
             tree: Arc::new(SurfaceTree::new(surface, twins)),
             normals: Arc::new(normals),
             vertices,
-            patches: Vec::new(),
+            patches: None,
         }
     }
 
-    /// With the patch of each triangle: closest points are then searched in one patch.
+    /// With the patch of each triangle, or none if all are one patch: closest points are then searched in one
+    /// patch.
     #[must_use]
-    pub fn in_patches(self, patches: Vec<u32>) -> Self {
-        Self { patches, ..self }
+    pub fn in_patches(self, of_triangle: Vec<u32>) -> Self {
+        if of_triangle.is_empty() {
+            return self;
+        }
+        let trees = PatchTrees::new(&self.tree.bvh, &of_triangle, &self.normals);
+        Self { patches: Some(Arc::new(Patches { of_triangle, trees })), ..self }
     }
 
     /// The same triangles for [`crate::mesh::correspondence::find_correspondence`]; `origin` has for each its
@@ -101,11 +114,14 @@ impl Target {
         if normal == DVec3::ZERO {
             return None;
         }
-        let accept = |t: u32| {
-            self.normals[t as usize].dot(normal) > 0.0
-                && self.patches.get(t as usize).is_none_or(|of_triangle| *of_triangle == patch)
-        };
-        let found = self.tree.closest_accepted(p, rank, accept)?;
+        let is_facing = |t: u32| self.normals[t as usize].dot(normal) > 0.0;
+        let found = match self.patches.as_deref() {
+            Some(Patches { of_triangle, trees }) => {
+                let accept = |t: u32| of_triangle[t as usize] == patch && is_facing(t);
+                self.tree.closest_in_patch(trees, (p, normal), patch, rank, accept)
+            }
+            None => self.tree.closest_accepted(p, rank, is_facing),
+        }?;
         Some((found.point, self.normals[found.triangle as usize].normalize_or_zero()))
     }
 }

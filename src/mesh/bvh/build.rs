@@ -8,7 +8,6 @@ use glam::{DVec3, Vec3A};
 use rayon::prelude::*;
 
 use super::{Aabb, LEAF_SIZE, MAX_HEURISTIC_DEPTH, Node, PARALLEL_SIZE};
-use crate::TriMesh;
 
 /// Places along an axis at which a cut is considered, plus one.
 const BINS: usize = 16;
@@ -17,12 +16,11 @@ const LARGE_LEAF: usize = 16;
 /// Of so few triangles, all cuts along an axis are considered.
 const FEW: usize = 8;
 
-/// The nodes, without boxes, and the triangles in the order of the leaves.
-pub(super) fn build(mesh: &TriMesh) -> (Vec<Node>, Vec<u32>) {
-    let count = mesh.triangles.len() as u32;
-    let triangles = || (0..count).into_par_iter().with_min_len(PARALLEL_SIZE);
-    let bounds = |t: u32| Aabb::of(mesh.corners(t as usize));
-    let all = triangles().map(bounds).reduce(|| Aabb::EMPTY, Aabb::join);
+/// The nodes over these triangles, without boxes, and the triangles in the order of the leaves; `bounds` gives
+/// the box of each.
+pub(super) fn build(of: &[u32], bounds: impl Fn(u32) -> Aabb + Sync) -> (Vec<Node>, Vec<u32>) {
+    let triangles = || of.par_iter().copied().with_min_len(PARALLEL_SIZE);
+    let all = triangles().map(&bounds).reduce(|| Aabb::EMPTY, Aabb::join);
     // A longest side of 1; points that all lie together stay so.
     let size = (all.max - all.min).max_element().max(f64::MIN_POSITIVE);
     let relative = |p: DVec3| ((p - all.min) / size).as_vec3a();

@@ -2,6 +2,7 @@
 
 mod build;
 mod pairs;
+mod patch_trees;
 
 use glam::DVec3;
 use rayon::prelude::*;
@@ -9,6 +10,7 @@ use rayon::prelude::*;
 use super::TriMesh;
 use super::triangle::{closest_on_regular, closest_on_sliver, is_sliver, shortest_height_sq};
 use build::{build, build_in_order};
+pub(crate) use patch_trees::PatchTrees;
 
 const LEAF_SIZE: usize = 2;
 /// Below this depth the heuristic may cut off one triangle at a time; halving then bounds the depth.
@@ -90,6 +92,52 @@ impl Node {
     }
 }
 
+/// The nodes of a tree over triangles that a [`Bvh`] has.
+trait Tree: Copy {
+    fn nodes(&self) -> &[Node];
+
+    /// The rank, in [`Bvh::leaf_order`], of the triangle at this place of the leaves.
+    fn rank(&self, item: usize) -> usize;
+
+    /// Whether no triangle below a node is accepted.
+    fn is_left_out(&self, node: u32) -> bool;
+}
+
+/// The tree over all triangles.
+#[derive(Clone, Copy)]
+struct WholeTree<'a>(&'a [Node]);
+
+impl Tree for WholeTree<'_> {
+    #[inline]
+    fn nodes(&self) -> &[Node] {
+        self.0
+    }
+
+    #[inline]
+    fn rank(&self, item: usize) -> usize {
+        item
+    }
+
+    #[inline]
+    fn is_left_out(&self, _: u32) -> bool {
+        false
+    }
+}
+
+/// Computes the box of each node from those of the triangles in the leaves.
+fn fit_boxes(nodes: &mut [Node], of: impl Fn(usize) -> Aabb) {
+    // Children come after their parent.
+    for k in (0..nodes.len()).rev() {
+        let Node { start_or_skip, count, .. } = nodes[k];
+        let at = start_or_skip as usize;
+        nodes[k].bounds = if count > 0 {
+            (at..at + count as usize).fold(Aabb::EMPTY, |bounds, item| bounds.join(of(item)))
+        } else {
+            nodes[k + 1].bounds.join(nodes[k + at].bounds)
+        };
+    }
+}
+
 /// A bounding volume hierarchy over the triangles of a mesh, with its own copy of the corners.
 ///
 /// Coordinates must be finite, and their squares too; scale a mesh outside 1e-100..1e100 first.
@@ -121,7 +169,8 @@ impl Corners {
 impl Bvh {
     /// Builds the hierarchy; the same mesh always gives the same one. Panics if an index is out of range.
     pub fn new(mesh: &TriMesh) -> Self {
-        let (nodes, order) = build(mesh);
+        let all: Vec<u32> = (0..mesh.triangles.len() as u32).collect();
+        let (nodes, order) = build(&all, |t| Aabb::of(mesh.corners(t as usize)));
         let mut bvh = Self { nodes, order, triangles: Vec::new() };
         bvh.refit(mesh);
         bvh
@@ -144,17 +193,7 @@ impl Bvh {
         let corners = |&t: &u32| Corners::new(mesh.corners(t as usize));
         assert_eq!(order.len(), mesh.triangles.len(), "the tree is that of another mesh");
         *triangles = order.par_iter().with_min_len(PARALLEL_SIZE).map(corners).collect();
-        // Children come after their parent.
-        for k in (0..nodes.len()).rev() {
-            let Node { start_or_skip, count, .. } = nodes[k];
-            let at = start_or_skip as usize;
-            nodes[k].bounds = if count > 0 {
-                let leaf = &triangles[at..at + count as usize];
-                leaf.iter().fold(Aabb::EMPTY, |bounds, corners| bounds.join(Aabb::of(corners.at)))
-            } else {
-                nodes[k + 1].bounds.join(nodes[k + at].bounds)
-            };
-        }
+        fit_boxes(nodes, |rank| Aabb::of(triangles[rank].at));
     }
 
     /// The box of all triangles; [`Aabb::EMPTY`] without any.
@@ -221,7 +260,20 @@ impl Bvh {
         accept: impl Fn(u32) -> bool,
         enough: f64,
     ) -> Option<Closest> {
-        if self.nodes.is_empty() {
+        self.search_tree(WholeTree(&self.nodes), p, rank, accept, enough)
+    }
+
+    /// As [`Bvh::search`], in a tree over all of the triangles or some of them.
+    fn search_tree(
+        &self,
+        tree: impl Tree,
+        p: DVec3,
+        rank: &mut usize,
+        accept: impl Fn(u32) -> bool,
+        enough: f64,
+    ) -> Option<Closest> {
+        let nodes = tree.nodes();
+        if nodes.is_empty() {
             return None;
         }
         if *rank >= self.order.len() {
@@ -240,18 +292,19 @@ impl Bvh {
             }
         }
         let mut stack = [(0u32, 0f64); STACK];
-        stack[0] = (0, self.nodes[0].bounds.distance_sq(p));
+        stack[0] = (0, nodes[0].bounds.distance_sq(p));
         let mut top = 1;
         while top > 0 {
             top -= 1;
             let (index, distance_sq) = stack[top];
-            if distance_sq > best.distance_sq * SLACK {
+            if distance_sq > best.distance_sq * SLACK || tree.is_left_out(index) {
                 continue;
             }
-            let node = self.nodes[index as usize];
+            let node = nodes[index as usize];
             if node.count > 0 {
                 let start = node.start_or_skip as usize;
-                for candidate_rank in start..start + node.count as usize {
+                for item in start..start + node.count as usize {
+                    let candidate_rank = tree.rank(item);
                     if !accept(self.order[candidate_rank]) {
                         continue;
                     }
@@ -267,8 +320,8 @@ impl Bvh {
                 continue;
             }
             let (first, second) = (index + 1, index + node.start_or_skip);
-            let near = (first, self.nodes[first as usize].bounds.distance_sq(p));
-            let far = (second, self.nodes[second as usize].bounds.distance_sq(p));
+            let near = (first, nodes[first as usize].bounds.distance_sq(p));
+            let far = (second, nodes[second as usize].bounds.distance_sq(p));
             let (near, far) = if far.1 < near.1 { (far, near) } else { (near, far) };
             stack[top] = far;
             stack[top + 1] = near;
