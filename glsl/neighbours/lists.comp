@@ -1,7 +1,7 @@
 // Purpose: the K nearest other sites of every site, nearest first, ties by index, and the distance of the
 // first one not listed.
-// Invocation: one site of a block. The sites of a subgroup follow each other in Morton order and walk the
-// boxes together.
+// Invocation: one site of a block, in workgroups of one subgroup, because it runs subgroupBarrier() as often
+// as its sites need. The sites of a subgroup follow each other in Morton order and walk the boxes together.
 // Reads: sites, boxes; neighbours and list_sites of the last time.
 // Writes: neighbours, as common/blocks.glsl says, NONE where there are fewer than K other sites; reach[site],
 // the distances of the (NEAR + 1)-th and the (K + 1)-th nearest, ENDLESS where there is none; list_sites,

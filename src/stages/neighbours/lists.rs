@@ -32,8 +32,6 @@ struct Level {
 pub struct ListOptions {
     /// Neighbours of a site, 1 to 32.
     pub k: u32,
-    /// Invocations of a workgroup; `None`: one subgroup.
-    pub workgroup: Option<u32>,
     /// Blocks of 32 sites, around a site's own in Morton order, that are searched first; 1 or more.
     pub window: u32,
     /// Whether the lanes of a subgroup of eight keep each other's sites in registers, where a subgroup has
@@ -50,7 +48,6 @@ impl ListOptions {
     pub fn new(k: u32) -> Self {
         Self {
             k,
-            workgroup: None,
             window: lists::Constants::default().window,
             registers: true,
             block: None,
@@ -120,11 +117,10 @@ impl Lists {
             return Err(Error::Internal(format!("{sites} sites need {} levels of boxes", levels.len())));
         }
         let subgroup = device.info().limits.subgroup_size;
-        // One subgroup a workgroup; with fewer lanes than a leaf has sites it would only idle.
-        let workgroup = options.workgroup.unwrap_or(subgroup.max(BRANCH as u32));
-        let known = options.registers && subgroup == BRANCH as u32 && workgroup.is_multiple_of(subgroup);
+        let known = options.registers && subgroup == BRANCH as u32;
         let constants = lists::Constants {
-            workgroup,
+            // One subgroup: see the kernel's contract in docs/ARCHITECTURE.md about subgroupBarrier().
+            workgroup: subgroup,
             k: options.k,
             lanes: if known { subgroup } else { 0 },
             window: options.window,

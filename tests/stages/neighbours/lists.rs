@@ -69,10 +69,10 @@ fn ways(k: u32) -> Vec<ListOptions> {
     vec![
         own,
         ListOptions { registers: false, ..own },
-        ListOptions { workgroup: Some(32), window: 1, ..own },
+        ListOptions { window: 1, ..own },
         ListOptions { block: Some(200), ..own },
         ListOptions { block: Some(64), registers: false, layout: SiteLayout::Packed, ..own },
-        ListOptions { workgroup: Some(64), registers: false, window: 3, ..own },
+        ListOptions { registers: false, window: 3, ..own },
     ]
 }
 
