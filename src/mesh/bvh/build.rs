@@ -16,8 +16,8 @@ const LARGE_LEAF: usize = 16;
 /// Of so few triangles, all cuts along an axis are considered.
 const FEW: usize = 8;
 
-/// The nodes over these triangles, without boxes, and the triangles in the order of the leaves; `bounds` gives
-/// the box of each.
+/// The nodes over these triangles, without boxes, and the triangles in the order of the leaves. `bounds`
+/// gives the box of a triangle.
 pub(super) fn build(of: &[u32], bounds: impl Fn(u32) -> Aabb + Sync) -> (Vec<Node>, Vec<u32>) {
     let triangles = || of.par_iter().copied().with_min_len(PARALLEL_SIZE);
     let all = triangles().map(&bounds).reduce(|| Aabb::EMPTY, Aabb::join);

@@ -7,7 +7,8 @@ use super::build::build;
 use super::{Aabb, Bvh, Closest, Node, Tree, fit_boxes};
 use crate::mesh::csr::Csr;
 
-/// A box of unit normals that lies below the plane by this much holds none above it, however they are rounded.
+/// A box of unit normals that lies below a plane by this much holds none above it, however they are
+/// rounded.
 const BELOW: f32 = -1e-5;
 
 /// The trees of all patches over the triangles of a [`Bvh`].
@@ -55,8 +56,8 @@ impl NormalBox {
 }
 
 impl PatchTrees {
-    /// Over the triangles of a tree, with the patch and the normal of each triangle. Panics if there are not as
-    /// many of them.
+    /// Over the triangles of a tree, with the patch and the normal of each triangle. Panics if there are not
+    /// as many of them.
     pub fn new(bvh: &Bvh, patches: &[u32], normals: &[DVec3]) -> Self {
         let count = patches.iter().max().map_or(0, |most| *most as usize + 1);
         let ranks = (0..).zip(bvh.leaf_order()).map(|(rank, t)| (patches[*t as usize], rank));

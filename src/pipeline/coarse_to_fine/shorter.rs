@@ -27,8 +27,8 @@ const SHORTER: f64 = 0.6;
 const REACH: f64 = 1.5;
 /// Most further attempts.
 const ATTEMPTS: u32 = 3;
-/// Where more than this share of the triangles has small angles, the surface has more details than the mesh has
-/// vertices for, and a place is not left out for want of a few of them.
+/// Where more than this share of the triangles has small angles, the surface has more details than the mesh
+/// has vertices for, and a place is not left out for want of a few of them.
 const TOO_MANY_SMALL: f64 = 0.01;
 /// Largest share of the vertices that shorter edges may take from elsewhere: attempts that took 18 to 58 % on
 /// CAD parts were all worse, those that took 1 to 13 % on sculpts mostly better.
