@@ -1,6 +1,6 @@
 //! LZF, the compression of PCD files: runs of bytes as they are, and copies of earlier ones.
 //!
-//! Own code of forty lines: the crates for it, `lzf` and `lzf-rs`, have seen no release for years.
+//! Own code of forty lines, so that what is unpacked is bounded by the length of the file.
 
 /// The bytes that `packed` stands for, if it is whole and they are `length`. A byte stands for 88 at most, so
 /// no more memory is taken than that.
