@@ -6,7 +6,10 @@ use super::method::MethodArgs;
 use super::progress::RunProgress;
 use super::target_count::length;
 use crate::error::shown;
-use rtfmesh::cloud::{CloudSurface, PointCloud, SurfaceOptions, oriented_normals, surface_with_progress};
+use clap::ValueEnum;
+use rtfmesh::cloud::{
+    CloudSurface, PointCloud, SurfaceKind, SurfaceOptions, oriented_normals, surface_with_progress,
+};
 use rtfmesh::io::Loaded;
 use rtfmesh::mesh::attributes::{Attribute, Attributes, Kind, Role};
 use rtfmesh::{Error, Flow, Method, Options, Progress, Result, Size, Sizing, TriMesh};
@@ -28,6 +31,21 @@ pub struct HoleArgs {
     /// Gaps of up to six times the distance between points are closed in any case.
     #[arg(long, value_name = "LENGTH", value_parser = length, hide_short_help = true)]
     fill_holes: Option<Size>,
+    /// For points without faces: what they are of
+    #[arg(long, value_name = "KIND", default_value = "auto", hide_short_help = true)]
+    points_as: PointsAs,
+}
+
+/// What points are of.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, ValueEnum)]
+enum PointsAs {
+    /// A terrain where they look like one from above or are classified as ground; else an object
+    #[default]
+    Auto,
+    /// Ground and roofs seen along z, without trees, cars and noise
+    Terrain,
+    /// Anything, with a surface through all points
+    Object,
 }
 
 impl HoleArgs {
@@ -44,7 +62,7 @@ impl HoleArgs {
         }
         let unread = |text: &str, why| Error::usage(format!("--fill-holes {text} is no length"), why);
         let fill_holes = fill_holes.map(|text| length(text).map_err(|why: String| unread(text, why)));
-        Ok(Self { closed, fill_holes: fill_holes.transpose()? })
+        Ok(Self { closed, fill_holes: fill_holes.transpose()?, points_as: PointsAs::Auto })
     }
 
     /// What was loaded, or a surface through it if it has points only, with the notes of both; and the size
@@ -79,7 +97,12 @@ impl HoleArgs {
             }
             _ => 0.0,
         };
-        let options = SurfaceOptions::default().fill_holes(holes);
+        let kind = match self.points_as {
+            PointsAs::Auto => SurfaceKind::Automatic,
+            PointsAs::Terrain => SurfaceKind::Terrain,
+            PointsAs::Object => SurfaceKind::Object,
+        };
+        let options = SurfaceOptions::default().fill_holes(holes).kind(kind);
         options.validate().map(|()| options)
     }
 
@@ -121,8 +144,11 @@ impl CloudArgs {
     /// # Errors
     /// [`Error::Usage`] for options of points alone.
     pub fn closes_volume(&self, input: &Path) -> Result<bool> {
-        let given =
-            [("--fill-holes", self.holes.fill_holes.is_some()), ("--normals-only", self.normals_only)];
+        let given = [
+            ("--fill-holes", self.holes.fill_holes.is_some()),
+            ("--points-as", self.holes.points_as != PointsAs::Auto),
+            ("--normals-only", self.normals_only),
+        ];
         let Some((name, _)) = given.iter().find(|(_, given)| *given) else { return Ok(self.holes.closed) };
         let input = shown(input_name(input));
         Err(Error::usage(format!("{name} works only with points, and {input} is a volume"), "leave it out"))
@@ -159,6 +185,7 @@ impl CloudArgs {
         let given = [
             ("--closed", self.holes.closed),
             ("--fill-holes", self.holes.fill_holes.is_some()),
+            ("--points-as", self.holes.points_as != PointsAs::Auto),
             ("--normals-only", self.normals_only),
         ];
         let given = given.iter().find(|(_, given)| *given && !loaded.mesh.triangles.is_empty());
@@ -209,8 +236,9 @@ pub fn size_by_points(size: Size, points: usize, options: &Options) -> Size {
 
 /// What became of the points.
 fn told(cloud: &PointCloud, found: &CloudSurface) -> Vec<String> {
+    let kind = if found.is_terrain { "a terrain seen from above" } else { "a surface" };
     let mut notes = vec![format!(
-        "{} points without faces, {:.3e} apart: a surface of {} triangles goes through them",
+        "{} points without faces, {:.3e} apart: {kind} of {} triangles goes through them",
         cloud.points.len(),
         found.spacing,
         found.mesh.triangles.len()
@@ -220,6 +248,16 @@ fn told(cloud: &PointCloud, found: &CloudSurface) -> Vec<String> {
         (found.outliers, "points were left out: they are far from all others"),
         (found.small_parts, "parts of the surface were left out: they are too small for one"),
         (found.filled, "holes of the surface were closed"),
+        (
+            found.other_classes,
+            "points were left out: their class is neither ground nor building (--points-as object keeps \
+             them)",
+        ),
+        (
+            found.off_terrain,
+            "points were left out: they are above or below the terrain, such as trees and walls (--points-as \
+             object keeps them)",
+        ),
     ];
     notes.extend(left_out.iter().filter(|(n, _)| *n > 0).map(|(n, text)| format!("{n} {text}")));
     if found.cell > COARSE * found.spacing {

@@ -11,11 +11,14 @@ mod prepare;
 mod sphere;
 mod surface;
 mod survey;
+mod terrain;
 mod trim;
 mod turn;
 
 pub use distances::{DistanceStatistics, PointDistances, point_distances};
-pub use surface::{CloudSurface, SurfaceOptions, oriented_normals, surface, surface_with_progress};
+pub use surface::{
+    CloudSurface, SurfaceKind, SurfaceOptions, oriented_normals, surface, surface_with_progress,
+};
 pub use survey::{CloudSurvey, survey, unoriented_normals};
 
 use glam::DVec3;

@@ -28,19 +28,8 @@ impl Points {
     /// [`Error::Input`] for coordinates that are not finite, for fewer than `least` places or all at one
     /// point, and for normals that are not as many as points.
     pub fn new(cloud: &PointCloud, least: usize) -> Result<Self> {
+        check(cloud)?;
         let PointCloud { points, normals, .. } = cloud;
-        if u32::try_from(points.len()).is_err() {
-            let problem = format!("the cloud has {} points, more than an index can count", points.len());
-            return Err(Error::input(None, problem, "thin it out"));
-        }
-        if let Some(point) = points.iter().position(|p| !p.is_finite()) {
-            let place = Some(format!("point {point}"));
-            return Err(Error::input(place, "a coordinate is not finite", "remove the point"));
-        }
-        if !normals.is_empty() && normals.len() != points.len() {
-            let problem = format!("the cloud has {} normals for {} points", normals.len(), points.len());
-            return Err(Error::input(None, problem, "give one for each point, or none"));
-        }
         if points.len() < least {
             return Err(too_few(points.len()));
         }
@@ -69,6 +58,25 @@ impl Points {
         }
         self.origin = kept.iter().map(|i| self.origin[*i as usize]).collect();
     }
+}
+
+/// # Errors
+/// [`Error::Input`] for coordinates that are not finite, and for normals that are not as many as points.
+pub(super) fn check(cloud: &PointCloud) -> Result<()> {
+    let PointCloud { points, normals, .. } = cloud;
+    if u32::try_from(points.len()).is_err() {
+        let problem = format!("the cloud has {} points, more than an index can count", points.len());
+        return Err(Error::input(None, problem, "thin it out"));
+    }
+    if let Some(point) = points.iter().position(|p| !p.is_finite()) {
+        let place = Some(format!("point {point}"));
+        return Err(Error::input(place, "a coordinate is not finite", "remove the point"));
+    }
+    if !normals.is_empty() && normals.len() != points.len() {
+        let problem = format!("the cloud has {} normals for {} points", normals.len(), points.len());
+        return Err(Error::input(None, problem, "give one for each point, or none"));
+    }
+    Ok(())
 }
 
 pub(super) fn too_few(places: usize) -> Error {

@@ -9,8 +9,9 @@ use super::fill::fill;
 use super::neighbours::{COUNT, Neighbours};
 use super::normals::{planes, with_own_sheets};
 use super::orient::orient;
-use super::prepare::{LEAST, Points};
-use super::survey::{NO_NOISE, Survey, neighbours_without_outliers};
+use super::prepare::{LEAST, Points, check};
+use super::survey::{NO_NOISE, Survey, fill_volume, neighbours_without_outliers};
+use super::terrain::{is_flat, is_terrain, terrain};
 use super::trim::trim;
 use crate::mesh::attributes::{Attribute, Attributes};
 use crate::mesh::half_edges::EdgeTable;
@@ -27,13 +28,38 @@ pub struct SurfaceOptions {
     /// Boundary loops no larger than this across are filled, in the unit of the points; infinity closes the
     /// surface. Loops of up to six spacings are filled in any case, as chance leaves such gaps.
     pub fill_holes: f64,
+    /// What the points are of.
+    pub kind: SurfaceKind,
+}
+
+/// What points are of, which says how a surface is made of them.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+#[non_exhaustive]
+pub enum SurfaceKind {
+    /// A terrain if points without normals are classified as ground or buildings; or if they are flat as a
+    /// whole and have one height at most places, but not at all; or if they are flat and fill a volume. Else
+    /// an object.
+    #[default]
+    Automatic,
+    /// A landscape seen from above, along z: ground and roofs with one height at each place, without trees
+    /// and other things that stand on it. Of classified points, those of ground, buildings, water, roads,
+    /// rails and bridges.
+    Terrain,
+    /// Anything: all points are on the surface.
+    Object,
 }
 
 impl SurfaceOptions {
     /// Sets [`SurfaceOptions::fill_holes`].
     #[must_use]
     pub fn fill_holes(self, fill_holes: f64) -> Self {
-        Self { fill_holes }
+        Self { fill_holes, ..self }
+    }
+
+    /// Sets [`SurfaceOptions::kind`].
+    #[must_use]
+    pub fn kind(self, kind: SurfaceKind) -> Self {
+        Self { kind, ..self }
     }
 
     /// # Errors
@@ -70,8 +96,14 @@ pub struct CloudSurface {
     pub outliers: usize,
     /// Parts of the surface left out since they are too small for one.
     pub small_parts: usize,
-    /// Boundary loops that were filled.
+    /// Boundary loops that were filled; of a terrain, none are counted.
     pub filled: usize,
+    /// Whether the surface is a terrain ([`SurfaceKind::Terrain`]).
+    pub is_terrain: bool,
+    /// Of a terrain, points left out since their class is neither ground nor building.
+    pub other_classes: usize,
+    /// Of a terrain, points left out since they are above it, below it or far off: of trees, walls, cars.
+    pub off_terrain: usize,
 }
 
 /// Radius of the points' weights, in spacings, of points without noise. Even random points leave gaps of two
@@ -128,9 +160,20 @@ pub fn surface_with_progress<F: Into<Flow>>(
 }
 
 fn run(cloud: &PointCloud, options: &SurfaceOptions, progress: &ProgressToken) -> Result<CloudSurface> {
+    check(cloud)?;
+    let is_terrain = match options.kind {
+        SurfaceKind::Automatic => is_terrain(cloud, progress)?,
+        kind => kind == SurfaceKind::Terrain,
+    };
+    if is_terrain {
+        return landscape(cloud, options, progress);
+    }
     let mut points = Points::new(cloud, LEAST)?;
     let (neighbours, outliers) = neighbours_without_outliers(&mut points, &progress.part(0.0, 0.2))?;
     let tree = KdTree::new(&points.at);
+    if options.kind == SurfaceKind::Automatic && is_flat(cloud) && fill_volume(&points.at, &tree, progress)? {
+        return landscape(cloud, options, progress);
+    }
     let Survey { spacing, thickness } = Survey::of_surface(&points, &tree, &neighbours, progress)?;
     let radius = radius_for(thickness);
     progress.done(0.3)?;
@@ -164,7 +207,7 @@ fn run(cloud: &PointCloud, options: &SurfaceOptions, progress: &ProgressToken) -
     let filled = fill(&mut mesh, gap, progress)?;
     progress.done(0.95)?;
     let mut mesh = with_smooth_boundary(mesh, spacing)?;
-    let attributes = carried(&cloud.attributes, &points, &tree, &mesh);
+    let attributes = carried(&cloud.attributes, &points.origin, &tree, &mesh);
     mesh.vertices.iter_mut().for_each(|p| *p = points.frame.from_unit(*p));
     Ok(CloudSurface {
         mesh,
@@ -176,6 +219,40 @@ fn run(cloud: &PointCloud, options: &SurfaceOptions, progress: &ProgressToken) -
         outliers,
         small_parts,
         filled,
+        is_terrain: false,
+        other_classes: 0,
+        off_terrain: 0,
+    })
+}
+
+/// The surface of ground and roofs.
+fn landscape(cloud: &PointCloud, options: &SurfaceOptions, progress: &ProgressToken) -> Result<CloudSurface> {
+    let Some(found) = terrain(cloud, options.fill_holes, progress)? else {
+        let remedy = "give points that are seen from above, along z, and cover an area";
+        return Err(Error::input(None, "the points show no terrain", remedy));
+    };
+    let mut mesh = with_smooth_boundary(found.mesh, found.spacing)?;
+    let attributes = if cloud.attributes.vertex.is_empty() {
+        Attributes::default()
+    } else {
+        let used: Vec<DVec3> =
+            found.used.par_iter().map(|i| cloud.points[*i as usize] - found.origin).collect();
+        carried(&cloud.attributes, &found.used, &KdTree::new(&used), &mesh)
+    };
+    mesh.vertices.par_iter_mut().for_each(|p| *p += found.origin);
+    Ok(CloudSurface {
+        mesh,
+        attributes,
+        spacing: found.spacing,
+        cell: found.cell,
+        noise: found.noise,
+        duplicates: 0,
+        outliers: 0,
+        small_parts: found.small_parts,
+        filled: 0,
+        is_terrain: true,
+        other_classes: found.other_classes,
+        off_terrain: found.off_surface,
     })
 }
 
@@ -233,12 +310,13 @@ fn normals(
     orient((&points.at, tree), &shapes, count, neighbours, progress)
 }
 
-/// Values of the nearest points, for the vertices of a mesh in the unit frame.
-fn carried(attributes: &Attributes, points: &Points, tree: &KdTree, mesh: &TriMesh) -> Attributes {
+/// Values of the nearest points, for the vertices of a mesh. The points of the tree are those of the cloud
+/// with the numbers `origin`.
+fn carried(attributes: &Attributes, origin: &[u32], tree: &KdTree, mesh: &TriMesh) -> Attributes {
     if attributes.vertex.is_empty() {
         return Attributes::default();
     }
-    let nearest = |p: &DVec3| points.origin[tree.nearest(*p).unwrap_or(0) as usize];
+    let nearest = |p: &DVec3| origin[tree.nearest(*p).unwrap_or(0) as usize];
     let nearest: Vec<u32> = mesh.vertices.par_iter().map(nearest).collect();
     let of = |attribute: &Attribute| {
         let values = nearest.iter().flat_map(|i| attribute.at(*i as usize)).copied().collect();

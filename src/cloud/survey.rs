@@ -155,7 +155,7 @@ impl Survey<f64> {
 
 /// Whether there are too many points for their surroundings to be this thick by chance. Noise is less in wide
 /// surroundings; those may be as thick as a thin tube, but then narrow ones are flat.
-fn fill_volume(points: &[DVec3], tree: &KdTree, progress: &ProgressToken) -> Result<bool> {
+pub(super) fn fill_volume(points: &[DVec3], tree: &KdTree, progress: &ProgressToken) -> Result<bool> {
     let is_thick = |count| Ok(relative_thickness(points, tree, count, progress)? > FILLED);
     Ok(points.len() > 8 * WIDE && is_thick(COUNT)? && is_thick(WIDE)?)
 }

@@ -107,7 +107,7 @@ fn clip(mesh: &TriMesh, inside: &[f32]) -> TriMesh {
 }
 
 /// The triangles without those at vertices where several fans meet, until there is none.
-fn without_pinches(vertices: usize, mut triangles: Vec<[u32; 3]>) -> Vec<[u32; 3]> {
+pub(super) fn without_pinches(vertices: usize, mut triangles: Vec<[u32; 3]>) -> Vec<[u32; 3]> {
     loop {
         // A fan of triangles around a vertex has at most one boundary edge that leaves it.
         let mut leaving = vec![0_u8; vertices];
