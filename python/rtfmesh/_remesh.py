@@ -186,13 +186,14 @@ class Remesher:
         spacing: ArrayLike | None = None,
         affine: ArrayLike | None = None,
         closed: bool = False,
+        keep_specks: bool = False,
         report: bool = False,
         progress: bool | Callback = False,
         **options: Unpack[Options],
     ) -> Result:
         """As `rtfmesh.contour`, on this device."""
         told = Told(correspondence=False, report=bool(report), progress=progress)
-        volume = volume_of(grid_of(values, spacing, affine), iso, labels, inside, closed)
+        volume = volume_of(grid_of(values, spacing, affine), iso, labels, inside, closed, keep_specks)
         return warned(self._contour(volume, n, told, dict(options)))
 
     def _contour(self, volume: Volume, n: int | str | None, told: Told, wanted: dict[str, Any]) -> Result:
@@ -442,6 +443,7 @@ def contour(
     spacing: ArrayLike | None = None,
     affine: ArrayLike | None = None,
     closed: bool = False,
+    keep_specks: bool = False,
     report: bool = False,
     progress: bool | Callback = False,
     device: str | int | None = None,
@@ -475,6 +477,9 @@ def contour(
         nibabel has it.
     closed
         Whether the surface ends flat where the grid ends, or is open there.
+    keep_specks
+        Whether parts stay that are so small beside the largest that they are noise. A note counts those that
+        are left out.
     report
         As in `remesh`; distances are those to the surface in the grid.
     progress, device, device_memory
@@ -498,7 +503,8 @@ def contour(
         As `remesh`.
     """
     told = Told(correspondence=False, report=bool(report), progress=progress)
-    volume, wanted = volume_of(grid_of(values, spacing, affine), iso, labels, inside, closed), dict(options)
+    grid, wanted = grid_of(values, spacing, affine), dict(options)
+    volume = volume_of(grid, iso, labels, inside, closed, keep_specks)
     return warned(
         _on_shared(
             device, device_memory, told.report, lambda remesher: remesher._contour(volume, n, told, wanted)

@@ -33,11 +33,12 @@ class Volume:
     """The value on the surface; None for the borders of labels."""
     inside: str | None
     closed: bool
+    keep_specks: bool
 
     def native(self) -> tuple[Any, ...]:
         """As the native module takes it."""
         grid = self.grid
-        return grid.values, grid.size, grid.frame, self.iso, self.inside, self.closed
+        return grid.values, grid.size, grid.frame, self.iso, self.inside, self.closed, self.keep_specks
 
 
 def grid_of(values: ArrayLike, spacing: ArrayLike | None, affine: ArrayLike | None) -> Grid:
@@ -71,9 +72,16 @@ def frame_of(spacing: ArrayLike | None, affine: ArrayLike | None) -> list[list[f
     return rows
 
 
-def volume_of(grid: Grid, iso: float | None, labels: bool, inside: str | None, closed: bool) -> Volume:
+def volume_of(
+    grid: Grid,
+    iso: float | None,
+    labels: bool,
+    inside: str | None,
+    closed: bool,
+    keep_specks: bool,
+) -> Volume:
     """The surface that is asked for, checked."""
-    for name, value in (("labels", labels), ("closed", closed)):
+    for name, value in (("labels", labels), ("closed", closed), ("keep_specks", keep_specks)):
         if not isinstance(value, (bool, np.bool_)):
             raise InputError(f"`{name}` is of type {type(value).__name__}; it is True or False")
     if (iso is None) != bool(labels):
@@ -86,4 +94,4 @@ def volume_of(grid: Grid, iso: float | None, labels: bool, inside: str | None, c
         raise InputError(f"`iso` is {iso!r}; give a number") from None
     if inside is not None and not isinstance(inside, str):
         raise InputError(f"`inside` is {inside!r}; use 'above' or 'below'")
-    return Volume(grid, at, inside, bool(closed))
+    return Volume(grid, at, inside, bool(closed), bool(keep_specks))

@@ -144,6 +144,7 @@ class ImageAccessor:
         labels: bool = False,
         inside: str | None = None,
         closed: bool = False,
+        keep_specks: bool = False,
         progress: bool | Callback = False,
         device: str | int | None = None,
         remesher: Remesher | None = None,
@@ -155,7 +156,7 @@ class ImageAccessor:
         both sides of a face come as arrays of cells. Field data comes along. `remesher` is a
         `rtfmesh.Remesher` to use; all other arguments and what is raised are as in `rtfmesh.contour`.
         """
-        volume = volume_of(grid_of_image(self._image, scalars), iso, labels, inside, closed)
+        volume = volume_of(grid_of_image(self._image, scalars), iso, labels, inside, closed, keep_specks)
         if remesher is None:
             remesher = _remesher(device, None, False)[1]
         told = Told(correspondence=False, report=False, progress=progress)

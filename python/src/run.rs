@@ -20,7 +20,7 @@ type GivenPoints<'py> = (Option<PyReadonlyArray2<'py, f64>>, bool, Option<String
 /// 4 x 4; the value on the surface, or none for labels; the side of the object; whether to close it at the
 /// border.
 type GivenValues<'py> =
-    (PyReadonlyArray1<'py, f32>, [usize; 3], [[f64; 4]; 4], Option<f64>, Option<String>, bool);
+    (PyReadonlyArray1<'py, f32>, [usize; 3], [[f64; 4]; 4], Option<f64>, Option<String>, bool, bool);
 
 /// All that is asked for but for the mesh itself.
 #[derive(FromPyObject)]
@@ -109,7 +109,7 @@ fn given_points(py: Python<'_>, (normals, closed, fill_holes): &GivenPoints<'_>)
 /// # Errors
 /// `InputError` for a side that there is not.
 fn given_values(py: Python<'_>, given: &GivenValues<'_>) -> PyResult<Values> {
-    let (values, size, rows, iso, inside, closed) = given;
+    let (values, size, rows, iso, inside, closed, keep_specks) = given;
     let frame = DMat4::from_cols_array_2d(rows).transpose();
     let volume = Volume {
         size: *size,
@@ -117,7 +117,7 @@ fn given_values(py: Python<'_>, given: &GivenValues<'_>) -> PyResult<Values> {
         frame: DAffine3::from_mat4(frame),
         notes: Vec::new(),
     };
-    Values::new(volume, *iso, inside.as_deref(), *closed).map_err(|error| exception(py, &error))
+    Values::new(volume, *iso, inside.as_deref(), *closed, *keep_specks).map_err(|error| exception(py, &error))
 }
 
 /// Tells Python of a run, and the run of signals such as Ctrl-C.

@@ -100,12 +100,19 @@ pub struct Values {
 
 impl Values {
     /// The surface at a value `--iso`, around the side that `--inside` says, in its words; without a value,
-    /// the borders between labels. With `closed` it ends flat at the volume's border.
+    /// the borders between labels. With `closed` it ends flat at the volume's border. Specks stay with
+    /// `keep_specks`.
     ///
     /// # Errors
     /// [`Error::Usage`] for a side that there is not.
-    pub fn new(volume: Volume, iso: Option<f64>, inside: Option<&str>, closed: bool) -> Result<Self> {
-        Ok(Self { volume, args: VolumeArgs::of(iso, inside)?, closed })
+    pub fn new(
+        volume: Volume,
+        iso: Option<f64>,
+        inside: Option<&str>,
+        closed: bool,
+        keep_specks: bool,
+    ) -> Result<Self> {
+        Ok(Self { volume, args: VolumeArgs::of(iso, inside, keep_specks)?, closed })
     }
 }
 

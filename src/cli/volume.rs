@@ -35,6 +35,12 @@ pub struct VolumeArgs {
     /// For a volume: distances of its nodes along the three axes, such as 0.5,0.5,2; in place of the file's
     #[arg(long, value_name = "X,Y,Z", value_parser = spacing, hide_short_help = true)]
     spacing: Option<DVec3>,
+    /// For a volume: keep specks, which are so small beside the largest part that they are noise
+    ///
+    /// Without it, parts and cavities of less than a thousandth of the largest's volume are left out, or of
+    /// less than 8 voxels. Specks of labels have less than 64 voxels; they become what is around them.
+    #[arg(long, hide_short_help = true)]
+    keep_specks: bool,
 }
 
 #[derive(Debug, Clone, Copy, clap::ValueEnum)]
@@ -60,13 +66,13 @@ impl VolumeArgs {
     ///
     /// # Errors
     /// [`Error::Usage`] for another side.
-    pub fn of(iso: Option<f64>, inside: Option<&str>) -> Result<Self> {
+    pub fn of(iso: Option<f64>, inside: Option<&str>, keep_specks: bool) -> Result<Self> {
         let side = |word: &str| {
             Side::from_str(word, false)
                 .map_err(|_| Error::usage(format!("--inside {word} is no side"), "use above or below"))
         };
         let inside = inside.map(side).transpose()?;
-        Ok(Self { iso, labels: iso.is_none(), inside, spacing: None })
+        Ok(Self { iso, labels: iso.is_none(), inside, spacing: None, keep_specks })
     }
 
     /// The surface of a volume. Edges of such a surface are none of the
@@ -120,7 +126,7 @@ impl VolumeArgs {
     ) -> Result<Loaded> {
         let (loaded, rim) = match self.iso {
             Some(iso) if !self.labels => self.at_value(volume, iso, closed, progress)?,
-            _ => borders(volume, closed, progress)?,
+            _ => self.borders(volume, closed, progress)?,
         };
         if options.method == Method::CoarseToFine {
             if !method.names_feature_angle() {
@@ -139,21 +145,49 @@ impl VolumeArgs {
         closed: bool,
         progress: impl FnMut(Progress) -> Flow,
     ) -> Result<(Loaded, Vec<u32>)> {
-        let asked = IsoOptions::new(iso).closed(closed).inside(match self.inside {
+        let asked = IsoOptions::new(iso).closed(closed).keep_specks(self.keep_specks);
+        let asked = asked.inside(match self.inside {
             None => Inside::Automatic,
             Some(Side::Above) => Inside::Above,
             Some(Side::Below) => Inside::Below,
         });
         let found = iso_surface_with_progress(volume, &asked, progress)?;
-        let notes = vec![told(volume, iso, &found)];
+        let mut notes = vec![told(volume, iso, &found)];
+        let text =
+            "and cavities of less than a thousandth of the largest one's volume, or of less than 8 voxels,";
+        notes.extend(specks_told(found.specks, text));
         Ok((Loaded { mesh: found.mesh, notes, ..Loaded::default() }, found.rim))
+    }
+
+    /// The borders between labels, and their half-edges on the volume's border.
+    fn borders(
+        &self,
+        volume: &Volume,
+        closed: bool,
+        progress: impl FnMut(Progress) -> Flow,
+    ) -> Result<(Loaded, Vec<u32>)> {
+        let asked = LabelOptions::default().closed(closed).keep_specks(self.keep_specks);
+        let found = label_surface_with_progress(volume, &asked, progress)?;
+        let [x, y, z] = volume.size;
+        let mut notes = vec![format!(
+            "a volume of {x} x {y} x {z} values with {} label{}: {} triangles of borders",
+            found.labels,
+            if found.labels == 1 { "" } else { "s" },
+            found.mesh.triangles.len()
+        )];
+        notes.extend(specks_told(found.specks, "of labels, of less than 64 voxels,"));
+        Ok((Loaded { mesh: found.mesh, attributes: found.attributes, notes, ..Loaded::default() }, found.rim))
     }
 
     /// # Errors
     /// [`Error::Usage`] for options of volumes with a mesh or points.
     pub fn refuse_mesh(&self, input: &Path) -> Result<()> {
-        let given =
-            [("--iso", self.iso.is_some()), ("--labels", self.labels), ("--spacing", self.spacing.is_some())];
+        let given = [
+            ("--iso", self.iso.is_some()),
+            ("--labels", self.labels),
+            ("--spacing", self.spacing.is_some()),
+            ("--keep-specks", self.keep_specks),
+        ];
         let Some((name, _)) = given.iter().find(|(_, given)| *given) else { return Ok(()) };
         let problem = format!("{name} works only with volumes, and {} is none", shown(input_name(input)));
         Err(Error::usage(problem, "leave it out"))
@@ -171,22 +205,11 @@ fn no_choice(volume: &Volume, input: &Path) -> Error {
     Error::usage(problem, "add --iso VALUE for the surface at a value, or --labels")
 }
 
-/// The borders between labels, and their half-edges on the volume's border.
-fn borders(
-    volume: &Volume,
-    closed: bool,
-    progress: impl FnMut(Progress) -> Flow,
-) -> Result<(Loaded, Vec<u32>)> {
-    let asked = LabelOptions::default().closed(closed);
-    let found = label_surface_with_progress(volume, &asked, progress)?;
-    let [x, y, z] = volume.size;
-    let notes = vec![format!(
-        "a volume of {x} x {y} x {z} values with {} label{}: {} triangles of borders",
-        found.labels,
-        if found.labels == 1 { "" } else { "s" },
-        found.mesh.triangles.len()
-    )];
-    Ok((Loaded { mesh: found.mesh, attributes: found.attributes, notes, ..Loaded::default() }, found.rim))
+/// What was left out as specks, if there were some.
+fn specks_told(specks: usize, which: &str) -> Option<String> {
+    let (parts, were, them) = if specks == 1 { ("part", "was", "it") } else { ("parts", "were", "them") };
+    let text = format!("{specks} {parts} {which} {were} left out as noise; --keep-specks keeps {them}");
+    (specks > 0).then_some(text)
 }
 
 /// What became of the volume.

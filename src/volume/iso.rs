@@ -4,6 +4,7 @@ use rayon::prelude::*;
 
 use super::border::{rim, turn};
 use super::grid::Field;
+use super::specks::without_specks;
 use crate::io::Volume;
 use crate::mesh::level_set::extract;
 use crate::progress::ProgressReporter;
@@ -33,12 +34,14 @@ pub struct IsoOptions {
     /// Whether the object ends at the volume's border, which closes the surface there; else the surface is
     /// open there.
     pub closed: bool,
+    /// Whether specks stay: components so small beside the largest that they are noise in the values.
+    pub keep_specks: bool,
 }
 
 impl IsoOptions {
     /// The surface at this value, open at the volume's border.
     pub fn new(iso: f64) -> Self {
-        Self { iso, inside: Inside::Automatic, closed: false }
+        Self { iso, inside: Inside::Automatic, closed: false, keep_specks: false }
     }
 
     /// Sets [`IsoOptions::inside`].
@@ -51,6 +54,12 @@ impl IsoOptions {
     #[must_use]
     pub fn closed(self, closed: bool) -> Self {
         Self { closed, ..self }
+    }
+
+    /// Sets [`IsoOptions::keep_specks`].
+    #[must_use]
+    pub fn keep_specks(self, keep_specks: bool) -> Self {
+        Self { keep_specks, ..self }
     }
 }
 
@@ -66,6 +75,8 @@ pub struct IsoSurface {
     /// Half-edges `3 * triangle + k` of the mesh where a closed surface meets the volume's border, for
     /// [`crate::options::CoarseToFineOptions::fixed_half_edges`].
     pub rim: Vec<u32>,
+    /// Components left out as specks.
+    pub specks: usize,
 }
 
 /// The surface where a volume has one value: that of the tri-linear field, by marching cubes.
@@ -109,13 +120,17 @@ fn run(volume: &Volume, options: &IsoOptions, progress: &ProgressToken) -> Resul
         return Err(no_surface(volume, options.iso));
     }
     progress.done(0.9)?;
-    let mut rim = if options.closed { rim(&extracted.mesh, volume.size) } else { Vec::new() };
-    let mut mesh = extracted.mesh;
+    let (mut mesh, specks) = match options.keep_specks {
+        true => (extracted.mesh, 0),
+        false => without_specks(extracted.mesh),
+    };
+    progress.poll()?;
+    let mut rim = if options.closed { rim(&mesh, volume.size) } else { Vec::new() };
     mesh.vertices.par_iter_mut().for_each(|vertex| *vertex = volume.frame.transform_point3(*vertex));
     if volume.frame.matrix3.determinant() < 0.0 {
         turn(&mut mesh, &mut rim);
     }
-    Ok(IsoSurface { mesh, inside, rim })
+    Ok(IsoSurface { mesh, inside, rim, specks })
 }
 
 /// The side that fewer nodes at the volume's border are on.

@@ -4,6 +4,7 @@ mod border;
 mod grid;
 mod iso;
 mod labels;
+mod specks;
 
 pub use iso::{Inside, IsoOptions, IsoSurface, iso_surface, iso_surface_with_progress};
 pub use labels::{

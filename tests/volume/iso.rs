@@ -157,3 +157,32 @@ fn a_value_that_is_nowhere_is_an_error_with_the_range() {
     assert!(error.contains("no value is finite"), "{error}");
     assert!(matches!(refused(&ball(), f64::NAN), Error::Usage { .. }));
 }
+
+/// Three balls: one of radius 6.2, a fifth as large, and one of a voxel; and a cavity of a voxel.
+fn balls() -> Volume {
+    let balls = [(CENTRE, RADIUS), (DVec3::new(24.3, 9.1, 9.2), 3.6), (DVec3::new(24.1, 17.0, 15.1), 1.2)];
+    volume_of([30, 21, 19], |p| {
+        let outside = balls.iter().map(|(centre, radius)| p.distance(*centre) - radius);
+        let solid = outside.fold(f64::INFINITY, f64::min);
+        solid.max(0.9 - p.distance(CENTRE + 0.2))
+    })
+}
+
+#[test]
+fn specks_and_pinholes_are_left_out_and_counted_and_kept_when_asked_for() {
+    let found = at(&balls(), IsoOptions::new(0.0));
+    assert_eq!((found.specks, topology(&found.mesh).components), (2, 2));
+    let exact = 4.0 / 3.0 * std::f64::consts::PI * (RADIUS.powi(3) + 3.6_f64.powi(3));
+    assert!((enclosed(&found.mesh) / exact - 1.0).abs() < 0.03);
+    let all = at(&balls(), IsoOptions::new(0.0).keep_specks(true));
+    assert_eq!((all.specks, topology(&all.mesh).components), (0, 4));
+}
+
+#[test]
+fn many_small_parts_of_one_size_are_no_specks() {
+    let places = |p: DVec3| (p / 5.0).round() * 5.0;
+    let volume =
+        volume_of([21; 3], |p| p.distance(places(p).clamp(DVec3::splat(5.0), DVec3::splat(15.0))) - 1.1);
+    let found = at(&volume, IsoOptions::new(0.0));
+    assert_eq!((found.specks, topology(&found.mesh).components), (0, 27));
+}

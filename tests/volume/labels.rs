@@ -209,3 +209,64 @@ fn the_program_keeps_labels_and_junctions() {
     let both = place.program("remesh pair.npy out.ply -n 600 --labels --iso 1").assert().code(2);
     both.stderr(predicate::str::contains("--iso"));
 }
+
+/// Two halves of a cube, labels 1 and 2 in 0, in which every 37th node has another label.
+fn speckled() -> (Volume, Volume) {
+    let clean = volume_of([20; 3], |p| {
+        let is_in = p.min_element() >= 3.0 && p.max_element() <= 16.0;
+        if !is_in {
+            0.0
+        } else if p.x < 10.0 {
+            1.0
+        } else {
+            2.0
+        }
+    });
+    let mut noisy = clean.clone();
+    let is_deep = |i: usize| [i % 20, i / 20 % 20, i / 400].iter().all(|c| (5..15).contains(c));
+    for i in (0..noisy.values.len()).step_by(37).filter(|i| is_deep(*i) && !(8..12).contains(&(i % 20))) {
+        noisy.values[i] = (noisy.values[i] + 1.0) % 3.0;
+    }
+    (clean, noisy)
+}
+
+#[test]
+fn speckles_become_the_label_around_them_and_are_counted() {
+    let (clean, noisy) = speckled();
+    let changed = clean.values.iter().zip(&noisy.values).filter(|(a, b)| a != b).count();
+    assert!(changed > 10);
+    let found = borders(&noisy, false);
+    assert_eq!((found.specks, found.labels), (changed, 2));
+    assert_eq!(found.mesh, borders(&clean, false).mesh);
+    let all = label_surface(&noisy, &LabelOptions::default().keep_specks(true)).unwrap();
+    assert_eq!(all.specks, 0);
+    assert!(all.mesh != found.mesh);
+}
+
+#[test]
+fn the_program_counts_specks_and_names_the_option_that_keeps_them() {
+    let place = Place::new();
+    let (_, noisy) = speckled();
+    std::fs::write(place.path("labels.npy"), npy(&noisy)).unwrap();
+    let (_, told) = place.run("remesh labels.npy out.ply -n 600 --labels");
+    assert!(told.contains("left out as noise; --keep-specks keeps them"), "{told}");
+}
+
+#[test]
+fn a_label_of_noise_alone_becomes_what_is_around_it() {
+    let (clean, mut noisy) = speckled();
+    let deep =
+        [[6, 6, 6], [6, 9, 6], [6, 12, 6], [14, 6, 6], [14, 9, 6], [14, 12, 6], [6, 6, 10], [14, 6, 10]];
+    noisy.values.clone_from(&clean.values);
+    let put = |volume: &mut Volume, node: [usize; 3]| {
+        let index = volume.index(node);
+        volume.values[index] = 9.0;
+    };
+    deep.into_iter().for_each(|node| put(&mut noisy, node));
+    // So few may be small parts that are meant.
+    assert_eq!(borders(&noisy, false).specks, 0);
+    put(&mut noisy, [6, 12, 10]);
+    let found = borders(&noisy, false);
+    assert_eq!((found.specks, found.labels), (9, 2));
+    assert_eq!(found.mesh, borders(&clean, false).mesh);
+}

@@ -7,6 +7,9 @@ mod fair;
 mod fields;
 mod junctions;
 mod simplex;
+mod specks;
+
+use std::borrow::Cow;
 
 use rayon::prelude::*;
 
@@ -18,6 +21,7 @@ use contract::contract;
 use extract::{Borders, extract};
 use fields::Fields;
 use junctions::smooth;
+use specks::without_specks;
 
 /// Names of the attributes of faces: the label behind a face, and that in front of it.
 pub const LABEL_BEHIND: &str = "label_behind";
@@ -31,13 +35,22 @@ pub struct LabelOptions {
     /// Whether labels end at the volume's border, which closes their surfaces there; else they are open
     /// there.
     pub closed: bool,
+    /// Whether specks stay: parts of a label that are so small beside its largest that they are noise. Else
+    /// they become what is around them.
+    pub keep_specks: bool,
 }
 
 impl LabelOptions {
     /// Sets [`LabelOptions::closed`].
     #[must_use]
     pub fn closed(self, closed: bool) -> Self {
-        Self { closed }
+        Self { closed, ..self }
+    }
+
+    /// Sets [`LabelOptions::keep_specks`].
+    #[must_use]
+    pub fn keep_specks(self, keep_specks: bool) -> Self {
+        Self { keep_specks, ..self }
     }
 }
 
@@ -56,6 +69,8 @@ pub struct LabelSurface {
     pub rim: Vec<u32>,
     /// Different labels, 0 not counted.
     pub labels: usize,
+    /// Parts of labels left out as specks.
+    pub specks: usize,
 }
 
 /// The borders between the labels of a volume: whole numbers, of which 0 stands for what is outside of all.
@@ -100,6 +115,11 @@ fn check(volume: &Volume) -> Result<()> {
 }
 
 fn run(volume: &Volume, options: &LabelOptions, progress: &ProgressToken) -> Result<LabelSurface> {
+    let (volume, specks) = match options.keep_specks {
+        true => (Cow::Borrowed(volume), 0),
+        false => without_specks(volume, progress)?,
+    };
+    let volume = volume.as_ref();
     let fields = Fields::new(volume, progress)?;
     let mut borders = extract(volume, &fields, options.closed, progress)?;
     if borders.triangles.is_empty() {
@@ -109,6 +129,7 @@ fn run(volume: &Volume, options: &LabelOptions, progress: &ProgressToken) -> Res
     }
     // Smooth curves are shorter.
     for _ in 0..ROUNDS {
+        progress.poll()?;
         let is_changed = contract(&mut borders);
         smooth(&mut borders, volume.size);
         if !is_changed {
@@ -130,5 +151,6 @@ fn run(volume: &Volume, options: &LabelOptions, progress: &ProgressToken) -> Res
     };
     let face = vec![of(LABEL_BEHIND, 0), of(LABEL_BEFORE, 1)];
     let attributes = Attributes { face, ..Attributes::default() };
-    Ok(LabelSurface { mesh, attributes, rim, labels: fields.labels().filter(|label| *label > 0).count() })
+    let labels = fields.labels().filter(|label| *label > 0).count();
+    Ok(LabelSurface { mesh, attributes, rim, labels, specks })
 }
