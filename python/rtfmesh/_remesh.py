@@ -70,8 +70,9 @@ class Result:
         return f"<{shape}, quality {quality['q_avg']:.3f}, angles from {quality['theta_min']:.1f}°>"
 
 
-# What is known of points without faces: normals, whether to close all holes, and those up to which size.
-Points = tuple["Vertices | None", bool, "str | None"]
+# What is known of points without faces: normals, whether to close all holes, the size of holes to close, and
+# what the points show.
+Points = tuple["Vertices | None", bool, "str | None", str]
 
 
 @dataclass
@@ -142,6 +143,7 @@ class Remesher:
         normals: ArrayLike | None = None,
         closed: bool = False,
         fill_holes: float | str | None = None,
+        points_as: str = "auto",
         attributes: Attributes | Mapping[str, Any] | None = None,
         report: bool = False,
         progress: bool | Callback = False,
@@ -149,19 +151,19 @@ class Remesher:
     ) -> Result:
         """As `rtfmesh.reconstruct`, on this device."""
         told = Told(correspondence=False, report=bool(report), progress=progress)
-        known = (normals, closed, fill_holes)
+        known = (normals, closed, fill_holes, points_as)
         return warned(self._reconstruct(points, n, known, Attributes.of(attributes), told, dict(options)))
 
     def _reconstruct(
         self,
         points: ArrayLike,
         n: int | str | None,
-        known: tuple[ArrayLike | None, bool, float | str | None],
+        known: tuple[ArrayLike | None, bool, float | str | None, str],
         attributes: Attributes,
         told: Told,
         wanted: dict[str, Any],
     ) -> Result:
-        normals, closed, fill_holes = known
+        normals, closed, fill_holes, points_as = known
         positions = real_numbers(points, "points", (None, 3))
         if not is_word(wanted.get("features")):
             raise InputError("`features` has edges, and points have none; leave it out")
@@ -169,6 +171,7 @@ class Remesher:
             None if normals is None else real_numbers(normals, "normals", (len(positions), 3)),
             bool(closed),
             None if fill_holes is None else word("fill_holes", fill_holes),
+            word("points_as", points_as),
         )
         faces = np.empty((0, 3), np.uint32)
         result = self._run(positions, faces, n, attributes, told, wanted, asked)
@@ -368,6 +371,7 @@ def reconstruct(  # type: ignore[misc]
     normals: ArrayLike | None = None,
     closed: bool = False,
     fill_holes: float | str | None = None,
+    points_as: str = "auto",
     attributes: Attributes | Mapping[str, Any] | None = None,
     report: bool = False,
     progress: bool | Callback = False,
@@ -395,6 +399,10 @@ def reconstruct(  # type: ignore[misc]
     fill_holes
         Close holes up to this size, the diagonal of the box around one: in the points' units, or as "1%" of
         the points' own diagonal. Gaps of up to six distances between points are closed in any case.
+    points_as
+        What the points show: "terrain", seen along z, has one height at each place, of ground and roofs,
+        without trees and noise; "object" has a surface through all points; "auto" is a terrain if the points
+        look like one. A "classification" in `attributes` decides with LAS classes.
     attributes
         Values of the points to carry over, by those of the nearest: an `Attributes` or a dict such as
         ``{"vertex": {"rgb": (P, 3), "label": (P,)}}``.
@@ -421,7 +429,7 @@ def reconstruct(  # type: ignore[misc]
         As `remesh`.
     """
     told = Told(correspondence=False, report=bool(report), progress=progress)
-    known = (normals, closed, fill_holes)
+    known = (normals, closed, fill_holes, points_as)
     given, wanted = Attributes.of(attributes), dict(options)
     return warned(
         _on_shared(

@@ -71,6 +71,7 @@ def reconstructed(
     *,
     closed: bool = False,
     fill_holes: float | str | None = None,
+    points_as: str = "auto",
     progress: bool | Callback = False,
     device: str | int | None = None,
     remesher: Remesher | None = None,
@@ -83,7 +84,7 @@ def reconstructed(
     if remesher is None:
         remesher = _remesher(device, None, False)[1]
     told = Told(correspondence=False, report=False, progress=progress)
-    known = (None if normals is None else np.asarray(normals), closed, fill_holes)
+    known = (None if normals is None else np.asarray(normals), closed, fill_holes, points_as)
     result = warned(
         remesher._reconstruct(points.points, n, known, Attributes(vertex), told, dict(options)), stacklevel=4
     )
@@ -101,7 +102,7 @@ class PointsAccessor:
         """A surface of exactly `n` points, in well-shaped triangles, through these.
 
         Active normals are taken for outward ones. The other arrays come along by the nearest point, field
-        data too. `closed`, `fill_holes` and all other arguments, and what is raised, are as in
+        data too. `closed`, `fill_holes`, `points_as` and all other arguments, and what is raised, are as in
         `rtfmesh.reconstruct`; `remesher` is a `rtfmesh.Remesher` to use.
         """
         return reconstructed(self._points, n, **wanted)

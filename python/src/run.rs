@@ -13,8 +13,8 @@ use rtfmesh::mesh::features::FeatureLine;
 use rtfmesh::{CorrespondenceRequest, Error, FeatureLines, Flow, Progress};
 use std::time::Instant;
 
-/// Normals (P x 3), whether to close all holes, those up to which size.
-type GivenPoints<'py> = (Option<PyReadonlyArray2<'py, f64>>, bool, Option<String>);
+/// Normals (P x 3), whether to close all holes, the size of holes to close, what the points show.
+type GivenPoints<'py> = (Option<PyReadonlyArray2<'py, f64>>, bool, Option<String>, String);
 
 /// Values, those along the first axis side by side; nodes along the axes; from their indices to places,
 /// 4 x 4; the value on the surface, or none for labels; the side of the object; whether to close it at the
@@ -98,10 +98,11 @@ pub fn remesh<'py>(
 /// What is known of points.
 ///
 /// # Errors
-/// `InputError` for a size of holes that is none.
-fn given_points(py: Python<'_>, (normals, closed, fill_holes): &GivenPoints<'_>) -> PyResult<Points> {
+/// `InputError` for a size of holes or a kind that is none.
+fn given_points(py: Python<'_>, given: &GivenPoints<'_>) -> PyResult<Points> {
+    let (normals, closed, fill_holes, kind) = given;
     let normals = normals.as_ref().map(positions).transpose()?.unwrap_or_default();
-    Points::new(normals, *closed, fill_holes.as_deref()).map_err(|error| exception(py, &error))
+    Points::new(normals, *closed, fill_holes.as_deref(), kind).map_err(|error| exception(py, &error))
 }
 
 /// A volume, and which surface in it is wanted.

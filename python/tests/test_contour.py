@@ -68,6 +68,16 @@ def test_spacing_and_affine_say_where_values_are(remesher):
     assert enclosed(mirrored) > 1000 and enclosed(turned) > 1000
 
 
+def test_specks_are_left_out_unless_they_are_kept(remesher):
+    values = distances()
+    values[1:3, 1:3, 1:3] = -1
+    plain = rtfmesh.contour(values, 600, iso=0.0)
+    assert np.abs(np.linalg.norm(plain.vertices - CENTRE, axis=1) - 7.5).max() < 0.05
+    assert any("1 part" in note for note in plain.report["notes"])
+    kept = remesher.contour(values, 600, iso=0.0, keep_specks=True)
+    assert (np.linalg.norm(kept.vertices - [1.5, 1.5, 1.5], axis=1) < 2).any()
+
+
 def test_labels_meet_and_faces_have_both(remesher):
     result = remesher.contour(halves(), 800, labels=True)
     assert len(result.vertices) == 800

@@ -107,6 +107,19 @@ def test_sizes_are_those_of_the_points(points):
     assert (sized.vertices[:, 2] > 0).sum() > 400
 
 
+def test_points_seen_from_above_become_a_terrain_unless_an_object_is_asked_for():
+    x, y = np.meshgrid(np.arange(50.0), np.arange(50.0))
+    ground = np.stack([x, y, 0.1 * x], axis=-1).reshape(-1, 3)
+    # A canopy over a part of the ground.
+    points = np.vstack([ground, ground[ground[:, 0] < 20] + [0.4, 0.4, 9]])
+    classes = np.repeat([2, 5], [len(ground), len(points) - len(ground)]).astype(np.uint8)
+    made = rtfmesh.reconstruct(points, 400, attributes={"vertex": {"classification": classes}})
+    assert made.vertices[:, 2].max() < 5.5 and (made.attributes.vertex["classification"] == 2).all()
+    assert any("--points-as" in note or "`points_as`" in note for note in made.report["notes"])
+    assert rtfmesh.reconstruct(points, 400, points_as="terrain").vertices[:, 2].max() < 5.5
+    assert rtfmesh.reconstruct(points, 400, points_as="object").vertices[:, 2].max() > 8
+
+
 @pytest.mark.parametrize(
     ("wrong", "part"),
     [
@@ -119,6 +132,7 @@ def test_sizes_are_those_of_the_points(points):
         ({"fill_holes": "wide"}, "`fill_holes` wide is no length; give a length"),
         ({"fill_holes": -1}, "`fill_holes` -1 is out of range"),
         ({"fill_holes": True}, "`fill_holes` is True"),
+        ({"points_as": "trees"}, "`points_as` trees is no kind; use auto, terrain or object"),
         ({"features": [[0, 1]]}, "`features` has edges"),
         ({"attributes": {"vertex": {"a": [1]}}}, "give a row for each"),
         ({"attributes": {"face": {"a": [1]}}}, "there are 0 faces"),

@@ -125,13 +125,13 @@ pub struct Points {
 }
 
 impl Points {
-    /// Points with these normals. Holes of the surface are closed as `--closed` and `--fill-holes` say, the
-    /// latter in its words.
+    /// Points with these normals. `closed`, `fill_holes` and `points_as` are the values of these options;
+    /// the last two in their words.
     ///
     /// # Errors
-    /// [`Error::Usage`] if both are given, or one that cannot be read.
-    pub fn new(normals: Vec<DVec3>, closed: bool, fill_holes: Option<&str>) -> Result<Self> {
-        Ok(Self { normals, holes: HoleArgs::of(closed, fill_holes)? })
+    /// [`Error::Usage`] if `closed` and `fill_holes` are given, or a word that cannot be read.
+    pub fn new(normals: Vec<DVec3>, closed: bool, fill_holes: Option<&str>, points_as: &str) -> Result<Self> {
+        Ok(Self { normals, holes: HoleArgs::of(closed, fill_holes, points_as)? })
     }
 }
 

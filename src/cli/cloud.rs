@@ -6,6 +6,7 @@ use super::method::MethodArgs;
 use super::progress::RunProgress;
 use super::target_count::length;
 use crate::error::shown;
+use crate::grammar::counted;
 use clap::ValueEnum;
 use rtfmesh::cloud::{
     CloudSurface, PointCloud, SurfaceKind, SurfaceOptions, oriented_normals, surface_with_progress,
@@ -49,20 +50,23 @@ enum PointsAs {
 }
 
 impl HoleArgs {
-    /// As the options of these names say, the second in its words.
+    /// As the options of these names say, `fill_holes` and `points_as` in their words.
     ///
     /// # Errors
-    /// [`Error::Usage`] if both are given, or one that cannot be read.
-    pub fn of(closed: bool, fill_holes: Option<&str>) -> Result<Self> {
+    /// [`Error::Usage`] if `closed` and `fill_holes` are given, or a word that cannot be read.
+    pub fn of(closed: bool, fill_holes: Option<&str>, points_as: &str) -> Result<Self> {
         if closed && fill_holes.is_some() {
             return Err(Error::usage(
                 "--closed and --fill-holes do not go together",
                 "leave one of them out",
             ));
         }
+        let points_as = PointsAs::from_str(points_as, false).map_err(|_| {
+            Error::usage(format!("--points-as {points_as} is no kind"), "use auto, terrain or object")
+        })?;
         let unread = |text: &str, why| Error::usage(format!("--fill-holes {text} is no length"), why);
         let fill_holes = fill_holes.map(|text| length(text).map_err(|why: String| unread(text, why)));
-        Ok(Self { closed, fill_holes: fill_holes.transpose()?, points_as: PointsAs::Auto })
+        Ok(Self { closed, fill_holes: fill_holes.transpose()?, points_as })
     }
 
     /// What was loaded, or a surface through it if it has points only, with the notes of both; and the size
@@ -243,23 +247,34 @@ fn told(cloud: &PointCloud, found: &CloudSurface) -> Vec<String> {
         found.spacing,
         found.mesh.triangles.len()
     )];
+    let points = ["point was left out", "points were left out"];
     let left_out = [
-        (found.duplicates, "points were left out: others are at the same place"),
-        (found.outliers, "points were left out: they are far from all others"),
-        (found.small_parts, "parts of the surface were left out: they are too small for one"),
-        (found.filled, "holes of the surface were closed"),
+        (found.duplicates, points, "others are at the same place"),
+        (found.outliers, points, "far from all others"),
+        (
+            found.small_parts,
+            ["part of the surface was left out", "parts of the surface were left out"],
+            "too small for a surface",
+        ),
         (
             found.other_classes,
-            "points were left out: their class is neither ground nor building (--points-as object keeps \
-             them)",
+            points,
+            "of a class that is neither ground nor building (--points-as object keeps all points)",
         ),
         (
             found.off_terrain,
-            "points were left out: they are above or below the terrain, such as trees and walls (--points-as \
-             object keeps them)",
+            points,
+            "above or below the terrain, such as trees and walls (--points-as object keeps all points)",
         ),
     ];
-    notes.extend(left_out.iter().filter(|(n, _)| *n > 0).map(|(n, text)| format!("{n} {text}")));
+    let left_out = left_out.into_iter().filter(|(n, ..)| *n > 0);
+    notes.extend(left_out.map(|(n, noun, why)| format!("{}: {why}", counted(n, noun))));
+    if found.filled > 0 {
+        notes.push(counted(
+            found.filled,
+            ["hole of the surface was closed", "holes of the surface were closed"],
+        ));
+    }
     if found.cell > COARSE * found.spacing {
         notes.push(format!("details smaller than {:.3e} are lost, though points are closer", found.cell));
     }
