@@ -39,12 +39,13 @@ fn land() -> (Vec<DVec3>, Vec<f64>) {
             continue;
         }
         let is_near = |[a, b]: &[f64; 2]| (x - a).hypot(y - b) < 2.5;
-        if trees.iter().any(|tree| is_near(tree)) && rng.random_range(0.0..1.0) < 0.8 {
+        let has_tree = trees.iter().any(is_near);
+        if has_tree && rng.random_range(0.0..1.0) < 0.8 {
             all.push((DVec3::new(x, y, ground(x, y) + rng.random_range(3.0..9.0)), 5.0));
         } else {
             all.push((DVec3::new(x, y, ground(x, y) + noise), 2.0));
         }
-        if trees.iter().any(|tree| is_near(tree)) {
+        if has_tree {
             all.push((DVec3::new(x, y, ground(x, y) + rng.random_range(3.0..9.0)), 5.0));
         }
     }
@@ -112,6 +113,14 @@ fn trees_and_noise_without_classes_are_left_out_and_roofs_stay() {
         assert_eq!((summary.components, summary.boundary_loops, summary.genus), (1, 1, Some(0)));
         assert!(share_off(&found) < 0.01, "{} are off", share_off(&found));
     }
+}
+
+#[test]
+fn an_attribute_of_three_numbers_is_no_classification() {
+    let (points, _) = land();
+    let mut named = cloud(&points, Some(&[2.0].repeat(3 * points.len())));
+    named.attributes.vertex[0].components = 3;
+    assert_eq!(through(&named).mesh, through(&cloud(&points, None)).mesh);
 }
 
 #[test]

@@ -10,6 +10,7 @@ use glam::DVec3;
 use super::PointCloud;
 use super::trim::without_pinches;
 use crate::mesh::TriMesh;
+use crate::mesh::attributes::Attribute;
 use crate::mesh::repair::connected_components;
 use crate::mesh::submesh::without_unused_vertices;
 use crate::{ProgressToken, Result};
@@ -65,7 +66,7 @@ struct Candidates {
 impl Candidates {
     fn of(cloud: &PointCloud) -> Self {
         let all = || (0..cloud.points.len() as u32).collect();
-        let Some(classes) = cloud.attributes.vertex.iter().find(|a| a.name == CLASSIFICATION) else {
+        let Some(classes) = cloud.attributes.vertex.iter().find(|a| is_classification(a)) else {
             return Self { points: all(), are_classified: false };
         };
         let with = |wanted: &dyn Fn(f64) -> bool| -> Vec<u32> {
@@ -82,6 +83,10 @@ impl Candidates {
     fn are_flat(&self, cloud: &PointCloud) -> bool {
         !self.points.is_empty() && flatness(&cloud.points, &self.points) < FLAT
     }
+}
+
+fn is_classification(attribute: &Attribute) -> bool {
+    attribute.name == CLASSIFICATION && attribute.components == 1
 }
 
 /// Whether a cloud shows a landscape from above: its points are classified as ground or buildings, or they
