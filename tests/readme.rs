@@ -1,5 +1,6 @@
 //! The recipes of README.md and docs/guide.md, run as they stand there, but for smaller meshes.
 
+use crate::cloud::terrain::tile;
 use crate::support::painted::painted_globe;
 use crate::support::place::Place;
 use crate::volume::{nifti, nrrd, volume_of};
@@ -70,6 +71,7 @@ fn kitchen() -> Place {
     });
     std::fs::write(place.path("organs.nrrd"), nrrd(&organs)).unwrap();
     std::fs::write(place.path("globe.gltf"), painted_globe()).unwrap();
+    std::fs::write(place.path("tile.laz"), tile()).unwrap();
     let [a, b, _] = part.corners(0).map(|p| format!("v {} {} {}\n", p.x, p.y, p.z));
     std::fs::write(place.path("lines.obj"), format!("{a}{b}l 1 2\n")).unwrap();
     place

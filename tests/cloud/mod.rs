@@ -5,7 +5,7 @@ mod files;
 mod scanners;
 mod surface;
 mod survey;
-mod terrain;
+pub mod terrain;
 
 use glam::DVec3;
 use rand::{RngExt, SeedableRng};

@@ -1,5 +1,9 @@
 //! Points seen from above: ground and roofs, without trees, cars and noise.
 
+use std::io::Cursor;
+
+use las::point::{Classification, Format};
+use las::{Builder, Vector, Writer};
 use rand::RngExt;
 use rtfmesh::Error;
 use rtfmesh::cloud::{CloudSurface, PointCloud, SurfaceKind, SurfaceOptions, surface};
@@ -57,6 +61,24 @@ fn land() -> (Vec<DVec3>, Vec<f64>) {
         ));
     }
     all.into_iter().map(|(p, class)| (p + FAR, class)).unzip()
+}
+
+/// The land as a LAZ file.
+pub fn tile() -> Vec<u8> {
+    let mut builder = Builder::from((1, 2));
+    builder.point_format = Format::new(1).unwrap();
+    builder.point_format.is_compressed = true;
+    let axis = |offset: f64| las::Transform { scale: 0.001, offset };
+    builder.transforms = Vector { x: axis(FAR.x), y: axis(FAR.y), z: axis(0.0) };
+    let mut writer = Writer::new(Cursor::new(Vec::new()), builder.into_header().unwrap()).unwrap();
+    let (points, classes) = land();
+    for (p, class) in points.iter().zip(classes) {
+        let classification = Classification::new(class as u8).unwrap();
+        let [x, y, z] = p.to_array();
+        let point = las::Point { x, y, z, classification, gps_time: Some(0.0), ..las::Point::default() };
+        writer.write_point(point).unwrap();
+    }
+    writer.into_inner().unwrap().into_inner()
 }
 
 fn cloud(points: &[DVec3], classes: Option<&[f64]>) -> PointCloud {
