@@ -168,7 +168,7 @@ impl StarMesh {
         while self.used() > count {
             let Some(Reverse((bits, (a, b)))) = edges.pop() else { return Ok(()) };
             // An end may have moved or gone since.
-            if self.at_edge(a, b).next().is_none() || self.relative_length(a, b).to_bits() != bits {
+            if !self.has_edge(a, b) || self.relative_length(a, b).to_bits() != bits {
                 continue;
             }
             let Some(kept) = self.collapse_edge(a, b, limits, polylines) else { continue };
@@ -250,7 +250,7 @@ impl StarMesh {
         let mut others =
             self.neighbours(gone).into_iter().filter(|w| *w != kept && self.curves.contains(gone, *w));
         let is_near = match (others.next(), others.next()) {
-            (Some(w), None) if self.at_edge(gone, kept).count() == 1 => {
+            (Some(w), None) if self.at_edge_in_any_order(gone, kept).count() == 1 => {
                 let r = self.points[w as usize];
                 let share = (p - q).dot(r - q) / (r - q).length_squared().max(f64::MIN_POSITIVE);
                 p.distance(q.lerp(r, share.clamp(0.0, 1.0))) <= limits.deviation * length
@@ -285,7 +285,7 @@ impl StarMesh {
     fn keeps_topology(&self, gone: u32, kept: u32) -> bool {
         let theirs = self.neighbours(kept);
         let mut apexes: Vec<u32> = self
-            .at_edge(gone, kept)
+            .at_edge_in_any_order(gone, kept)
             .flat_map(|t| self.triangles[t as usize])
             .filter(|w| *w != gone && *w != kept)
             .collect();

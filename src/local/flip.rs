@@ -13,6 +13,8 @@ const PASSES: u32 = 6;
 const VALENCE_WEIGHT: f64 = 1.0;
 /// Least gain of a flip, so that rounding errors cannot flip an edge back and forth.
 const MIN_GAIN: f64 = 1e-6;
+/// Where a vertex has more triangles than this, those on a side of its curve are not counted for every edge.
+const MANY: usize = 64;
 /// Cosine between two triangles above which a flip does not run into others.
 const SMOOTH: f64 = 0.9;
 /// Four points are flat if their height over their mean plane is below this share of the shorter diagonal.
@@ -79,7 +81,7 @@ impl StarMesh {
         if self.curves.contains(a, b) || (self.is_frozen(a) && self.is_frozen(b)) {
             return None;
         }
-        let mut at_edge = self.at_edge(a, b);
+        let mut at_edge = self.at_edge_in_any_order(a, b);
         let (Some(t), Some(s), None) = (at_edge.next(), at_edge.next(), at_edge.next()) else { return None };
         let runs = |triangle: [u32; 3], from: u32, to: u32| {
             let k = triangle.iter().position(|v| *v == from)?;
@@ -93,7 +95,7 @@ impl StarMesh {
                 _ => return None,
             },
         };
-        let is_free = c != d && self.at_edge(c, d).next().is_none();
+        let is_free = c != d && !self.has_edge(c, d);
         is_free.then_some(Diamond { ring: [a, b, c, d], triangles: [t, s] })
     }
 
@@ -118,6 +120,10 @@ impl StarMesh {
     /// corners, where it depends on the angle.
     fn valence_excess(&self, v: u32, patch: u32) -> Option<f64> {
         let star = &self.star[v as usize];
+        // Far too many on any side.
+        if star.len() > MANY && self.places[v as usize] != Place::Corner {
+            return Some(star.len() as f64 - 6.0);
+        }
         match self.places[v as usize] {
             Place::Inside => Some(star.len() as f64 - 6.0),
             Place::Curve => {
@@ -132,7 +138,10 @@ impl StarMesh {
 
     /// Whether a vertex has an edge with one triangle.
     fn is_boundary(&self, v: u32) -> bool {
-        self.neighbours(v).into_iter().any(|w| self.at_edge(v, w).count() == 1)
+        let around = self.star[v as usize].iter().flat_map(|t| self.triangles[*t as usize]);
+        let mut ends: Vec<u32> = around.filter(|w| *w != v).collect();
+        ends.sort_unstable();
+        ends.chunk_by(|a, b| a == b).any(|same| same.len() == 1)
     }
 }
 

@@ -43,6 +43,8 @@ const LEAST: f64 = 0.85;
 const TINY: f64 = 0.4;
 /// Flips and relaxations once the number of vertices is right.
 const LAST_ROUNDS: u32 = 4;
+/// So many if the work is to finish early.
+const FEW_LAST_ROUNDS: u32 = 1;
 /// Lengths, in target lengths, to which edges are split at first, one after the other.
 const COARSE: [f64; 4] = [16.0, 8.0, 4.0, 2.0];
 /// Vertices that splits may reach, over the number asked for.
@@ -122,7 +124,8 @@ impl LocalMesh {
 }
 
 /// Remeshes `surface`, which has these features, to exactly as many vertices as asked for; to more if the
-/// topology and the features need more, to fewer if the surface has no area. `target` is the same surface in
+/// topology and the features need more, to fewer if the surface has no area, and to any number if the work is
+/// to finish early. `target` is the same surface in
 /// the same patches. The result has the topology of the surface. Panics if an index is out of range.
 ///
 /// # Errors
@@ -152,9 +155,13 @@ pub fn remesh_locally(
     }
     for _ in 0..ROUNDS {
         progress.poll()?;
-        mesh.split_long(LONG * length, (MOST_SPLIT * count).max(mesh.used()), &polylines);
+        if progress.leave_out() {
+            return Ok(mesh.into_local_mesh(&polylines));
+        }
+        let most = (MOST_SPLIT * count).max(mesh.used());
+        mesh.split_long(LONG * length, most, &polylines);
         guard.run(&mut mesh, |mesh| {
-            mesh.space_curves(spacing, &polylines);
+            mesh.space_curves(spacing, most, &polylines);
             mesh.collapse_short(SHORT * length, &Limits::regular(length), &polylines, progress)?;
             mesh.collapse_short(TINY * length, &Limits::of_details(length), &polylines, progress)?;
             mesh.flip(progress)?;
@@ -168,7 +175,7 @@ pub fn remesh_locally(
     mesh.collapse_to(count, spacing, &polylines, guard)?;
     mesh.split_to(count, &polylines);
     guard.run(&mut mesh, |mesh| {
-        for _ in 0..LAST_ROUNDS {
+        for _ in 0..progress.at_most(FEW_LAST_ROUNDS, LAST_ROUNDS) {
             mesh.flip(progress)?;
             mesh.relax(target, &polylines, progress)?;
         }

@@ -61,7 +61,7 @@ impl StarMesh {
         let given = |v: u32| vertices.get(v as usize).copied();
         let doubles = |(a, b): (u32, u32)| {
             let (Some(a), Some(b)) = (given(a), given(b)) else { return false };
-            old.binary_search(&edge_key(a, b)).is_err() && self.at_edge(a, b).next().is_some()
+            old.binary_search(&edge_key(a, b)).is_err() && self.has_edge(a, b)
         };
         if mesh.edges().into_iter().any(doubles) {
             return None;

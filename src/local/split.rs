@@ -47,7 +47,7 @@ impl StarMesh {
             self.edges().into_iter().filter_map(|(a, b)| entry(self, a, b)).collect();
         while self.used() < most {
             let Some((_, Reverse((a, b)))) = edges.pop() else { return };
-            if self.at_edge(a, b).next().is_none() {
+            if !self.has_edge(a, b) {
                 continue;
             }
             let middle = self.split_edge(a, b, polylines);

@@ -148,6 +148,19 @@ impl StarMesh {
         self.star[a as usize].iter().copied().filter(move |t| self.triangles[*t as usize].contains(&b))
     }
 
+    /// As [`StarMesh::at_edge`] in no certain order, by way of the vertex with fewer triangles: some have
+    /// thousands, as at the tips of long needles.
+    pub fn at_edge_in_any_order(&self, a: u32, b: u32) -> impl Iterator<Item = u32> {
+        let (few, many) =
+            if self.star[b as usize].len() < self.star[a as usize].len() { (b, a) } else { (a, b) };
+        self.at_edge(few, many)
+    }
+
+    /// Whether two vertices share an edge.
+    pub fn has_edge(&self, a: u32, b: u32) -> bool {
+        self.at_edge_in_any_order(a, b).next().is_some()
+    }
+
     /// The triangles that are not gone.
     pub fn alive(&self) -> impl Iterator<Item = [u32; 3]> {
         self.triangles.iter().copied().filter(|triangle| triangle[0] != NONE)

@@ -36,7 +36,7 @@ impl Mending<'_> {
                 if self.surplus(mesh) == 0 {
                     return Ok(());
                 }
-                if touched.contains(&a) || touched.contains(&b) || mesh.at_edge(a, b).next().is_none() {
+                if touched.contains(&a) || touched.contains(&b) || !mesh.has_edge(a, b) {
                     continue;
                 }
                 self.progress.poll()?;

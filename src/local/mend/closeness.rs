@@ -40,7 +40,8 @@ impl Mending<'_> {
     fn stray_of_boundary(&self, part: &StarMesh) -> f64 {
         let of_edge = |(a, b): (u32, u32)| {
             let is_whole = !part.is_frozen(a) || !part.is_frozen(b);
-            let curve = part.curves.get(a, b).filter(|_| is_whole && part.at_edge(a, b).count() == 1);
+            let curve =
+                part.curves.get(a, b).filter(|_| is_whole && part.at_edge_in_any_order(a, b).count() == 1);
             curve.map_or(0.0, |curve| self.stray(Some(curve)))
         };
         part.edges().into_iter().map(of_edge).fold(0.0, f64::max)
