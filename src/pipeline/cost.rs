@@ -1,6 +1,6 @@
 //! Estimated cost of the phases of an attempt, from which its progress is reported.
 
-use crate::polish::FEW_ROUNDS;
+use crate::polish::{FEW_FIT_ROUNDS, FEW_ROUNDS, FitOptions};
 use crate::progress::CONNECT;
 use crate::{Method, Options};
 
@@ -66,7 +66,7 @@ impl AttemptCost {
             .collect();
         costs.extend([
             (polish(rounds), polish(FEW_ROUNDS.min(rounds))),
-            (FIT * fit, FIT * fit),
+            (FIT * fit, FIT * fit * f64::from(FEW_FIT_ROUNDS) / f64::from(FitOptions::default().rounds)),
             (OUTLIERS * fit, 0.0),
             (CHECK * sites, CHECK * sites),
             (mend, 0.0),

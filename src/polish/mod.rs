@@ -15,7 +15,7 @@ mod target;
 mod worst;
 
 pub use cache::MeshCache;
-pub(crate) use fit::SOLVER_STEPS;
+pub(crate) use fit::{FEW_FIT_ROUNDS, SOLVER_STEPS};
 pub use fit::{FitCounts, FitOptions, fit};
 pub use outliers::{Outlier, OutlierOptions, ReducedOutliers, reduce_outliers};
 pub use slide::SlidingCurve;

@@ -266,7 +266,7 @@ impl Search<'_> {
     /// these depends on the number of threads.
     fn batch(&mut self, pieces: &[Piece]) -> Result<()> {
         // Without a step for each, they are only bounded.
-        let steps = self.steps.min(BATCH_STEPS) / pieces.len();
+        let steps = if self.progress.leave_out() { 0 } else { self.steps.min(BATCH_STEPS) / pieces.len() };
         let done: Vec<Chunk> = (pieces.par_chunks(pieces.len().div_ceil(CHUNKS)))
             .map(|pieces| {
                 let mut chunk = Chunk { found: self.found, waiting: Vec::new(), steps: 0 };

@@ -7,8 +7,8 @@ use crate::mesh::NONE;
 use crate::mesh::half_edge_mesh::HalfEdgeMesh;
 use crate::mesh::spacing;
 use crate::polish::{
-    ANGLE_ROUNDS, FEW_ROUNDS, FitOptions, MeshCache, PolishOptions, Polished, SOLVER_STEPS, SurfaceVertex,
-    improve_worst, is_fixed,
+    ANGLE_ROUNDS, FEW_FIT_ROUNDS, FEW_ROUNDS, FitOptions, MeshCache, PolishOptions, Polished, SOLVER_STEPS,
+    SurfaceVertex, improve_worst, is_fixed,
 };
 use crate::sites::nearby::sites_near_vertices;
 use crate::stages::fit::equations::Equations;
@@ -160,6 +160,9 @@ impl CoarseToFine<'_> {
         for round in 0..options.rounds {
             let begin = f64::from(round) / f64::from(options.rounds);
             progress.done(begin)?;
+            if round >= FEW_FIT_ROUNDS && progress.leave_out() {
+                break;
+            }
             let mut recorder = device.recorder()?;
             fit.record(&mut recorder)?;
             if round == 0 {

@@ -26,6 +26,8 @@ const STIFFNESS: f64 = 1e-2;
 const COUPLING: f64 = 0.07;
 /// Steps of the solver; with more, no distance gets smaller (docs/experiments.md).
 pub(crate) const SOLVER_STEPS: u32 = 8;
+/// Rounds of a fit that is to finish early.
+pub(crate) const FEW_FIT_ROUNDS: u32 = 1;
 /// Largest move over the size of the faces around (the square root of a third of their area).
 const MAX_MOVE: f64 = 0.5;
 /// Times that moves at spoiled triangles are halved before they are set to 0.
@@ -107,6 +109,9 @@ fn fit_points(
         let [begin, end] = [round, round + 1].map(|k| f64::from(k) / f64::from(options.rounds));
         let progress = progress.part(begin, end);
         progress.done(0.0)?;
+        if round >= FEW_FIT_ROUNDS && progress.leave_out() {
+            break;
+        }
         let normals: Vec<DVec3> = (0..points.len() as u32)
             .into_par_iter()
             .with_min_len(CHUNK)
