@@ -87,8 +87,8 @@ pub use options::{
     Neighbours, Normals, Options, Projection, Quality, Seeding, Shortage, Size, Sizing,
 };
 pub use pipeline::{
-    Preview, PreviewLevel, Remeshed, Summary, preview, preview_repaired, remesh, remesh_repaired,
-    remesh_with_progress,
+    Preview, PreviewLevel, Remeshed, Summary, WarningCode, preview, preview_repaired, remesh,
+    remesh_repaired, remesh_with_progress,
 };
 pub use progress::{Flow, Phase, Progress, ProgressToken};
 pub use remesher::Remesher;

@@ -110,17 +110,17 @@ def test_the_program_gives_the_same_bytes(folder, sphere, tmp_path):
 
 
 def test_vertices_correspond_to_points_of_the_input(torus, remesher):
-    result = remesher.remesh(torus.vertices, torus.faces, 300, no_fit=True)
+    result = remesher.remesh(torus.vertices, torus.faces, 1000, no_fit=True)
     found = result.correspondence
-    assert found.triangles.shape == (300,) and found.barycentrics.shape == (300, 3)
+    assert found.triangles.shape == (1000,) and found.barycentrics.shape == (1000, 3)
     assert (found.barycentrics >= 0).all() and np.allclose(found.barycentrics.sum(axis=1), 1)
     # Without the fit vertices stay on the input, within the rounding of the device's numbers.
     places = found.interpolate(torus.faces, torus.vertices)
     assert np.abs(places - result.vertices).max() < 1e-5
     heights = found.interpolate(torus.faces, torus.vertices[:, 2])
-    assert heights.shape == (300,) and np.allclose(heights, places[:, 2])
+    assert heights.shape == (1000,) and np.allclose(heights, places[:, 2])
     assert result.face_correspondence is None
-    without = remesher.remesh(torus.vertices, torus.faces, 300, correspondence=False)
+    without = remesher.remesh(torus.vertices, torus.faces, 1000, correspondence=False)
     assert without.correspondence is None
 
 

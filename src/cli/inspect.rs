@@ -158,7 +158,7 @@ pub(super) fn inspect<'a>(
         }
         Some(FeatureLines { lines, .. }) => user_edges(&mesh, lines)?,
     };
-    let options = FeatureOptions { feature_angle, spacing, user_edges };
+    let options = FeatureOptions { feature_angle, user_edges, ..FeatureOptions::new(spacing) };
     let found = find_features(&mesh, &options)?;
     let inspection = Inspection {
         notes: &loaded.notes,

@@ -5,7 +5,7 @@ use super::terminal::tell;
 use anyhow::Result;
 use indicatif::{ProgressBar, ProgressStyle};
 use rtfmesh::io::Patience;
-use rtfmesh::{Error, Flow, Phase, Progress, ProgressToken, Summary};
+use rtfmesh::{Error, Flow, Phase, Progress, ProgressToken, Summary, WarningCode};
 use std::sync::atomic::{AtomicBool, AtomicU32, Ordering};
 use std::sync::{LazyLock, Mutex, MutexGuard, PoisonError};
 use std::time::{Duration, Instant};
@@ -150,7 +150,7 @@ impl RunProgress {
             Some(limit) => format!("the time limit of {} s cut the run short", limit.as_secs_f64()),
             None => "the run was cut short".to_owned(),
         };
-        summary.warnings.push(format!("{text}: more time makes better triangles"));
+        summary.warn(WarningCode::CutShort, format!("{text}: more time makes better triangles"));
         !self.out_of_time
     }
 }

@@ -23,7 +23,8 @@ use rtfmesh::mesh::repair::Repaired;
 use rtfmesh::report::Report;
 use rtfmesh::report::html::{PageInput, page};
 use rtfmesh::{
-    Device, Error, MeasureDepth, Options, Remeshed, Size, TriMesh, preview_repaired, remesh_repaired,
+    Device, Error, MeasureDepth, Options, Remeshed, Size, TriMesh, WarningCode, preview_repaired,
+    remesh_repaired,
 };
 use std::path::{Path, PathBuf};
 
@@ -164,7 +165,9 @@ pub fn run(args: &Args) -> Result<u8> {
     refuse_messages(&device)?;
     let is_cut_short = run.warn(&mut result.summary);
     words::warnings(&mut result.summary.warnings);
-    result.summary.warnings.extend(args.attributes.texture_warning(&loaded, target.format()));
+    if let Some(text) = args.attributes.texture_warning(&loaded, target.format()) {
+        result.summary.warn(WarningCode::Textures, text);
+    }
     if !args.out.quiet {
         tell_notes(&args.input, &result.summary.remarks);
     }

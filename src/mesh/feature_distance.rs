@@ -58,6 +58,17 @@ pub(crate) fn sharp_edges(mesh: &TriMesh, angle: f64) -> Vec<(u32, u32)> {
     EdgeTable::new(&mesh.triangles).edges().filter(turns).map(|edge| edge[0].ends()).collect()
 }
 
+/// The edges with two faces where a mesh turns by more than `angle` degrees.
+pub(crate) fn folded_edges(mesh: &TriMesh, angle: f64) -> Vec<(u32, u32)> {
+    let least = angle.to_radians().cos();
+    let is_folded = |edge: &&[HalfEdge]| {
+        let [one, two] = edge else { return false };
+        let [n, m] = [one, two].map(|h| doubled_normal(mesh.corners(h.triangle())));
+        n.dot(m) < least * n.length() * m.length()
+    };
+    EdgeTable::new(&mesh.triangles).edges().filter(is_folded).map(|edge| edge[0].ends()).collect()
+}
+
 /// Distances between the features of `mesh` and `reference`, in which vertices at the same position are one
 /// (see [`crate::measure::weld`]). Panics if an index is out of range.
 ///

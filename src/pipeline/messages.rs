@@ -1,15 +1,14 @@
 //! Remarks and warnings of a run, for its user.
 
-use crate::TriMesh;
 use crate::grammar::counted;
-use crate::measure::{Measures, relative_volume};
+use crate::measure::relative_volume;
 use crate::mesh::repair::{Cracks, RepairCounts, cracks};
 use crate::mesh::topology::Topology;
-use crate::options::Options;
 use crate::pipeline::deviation::DeviationSummary;
-use crate::pipeline::missing::MISSING;
 use crate::pipeline::rounding::Rounding;
+use crate::pipeline::shape_warnings::Shapes;
 use crate::pipeline::sides::are_opposite;
+use crate::pipeline::warning::{Warning, WarningCode};
 use crate::sites::connect::ConnectCounts;
 use crate::stages::flags::FlagCounts;
 
@@ -56,26 +55,22 @@ pub(crate) fn describe_cracks(cracks: &Cracks) -> String {
 
 /// What [`warnings`] are about.
 pub(crate) struct WarningInput<'a> {
-    pub options: &'a Options,
     pub expected_vertices: usize,
-    /// The repaired input.
-    pub input: &'a Topology,
-    pub output: &'a Measures,
     pub counts: &'a ConnectCounts,
     pub flags: &'a FlagCounts,
     pub fault: Option<String>,
+    /// Warnings of sharp edges that were given up.
+    pub given_up: Vec<Warning>,
     /// Faces of the input that intersect others, if they were counted.
     pub input_intersections: Option<usize>,
     /// What rounding to the format of the file changed, if anything.
     pub rounding: Option<&'a Rounding>,
-    /// The repaired input itself.
-    pub input_mesh: &'a TriMesh,
     /// What repairing the input changed.
     pub repaired: &'a RepairCounts,
     /// What a largest deviation led to, if one was asked for.
     pub deviation: Option<DeviationSummary>,
-    /// The longest edges asked for, in percent of the diagonal of the input's bounding box.
-    pub edge: f64,
+    /// The shapes of input and result.
+    pub shapes: Shapes<'a>,
 }
 
 /// That bodies of the input touch along faces, of which one of each pair is left. Both sides of a sheet alone
@@ -91,28 +86,62 @@ fn touching_bodies(repaired: &RepairCounts, input: &Topology) -> Option<String> 
 }
 
 /// What went wrong, one line each.
-pub(crate) fn warnings(of: &WarningInput) -> Vec<String> {
-    let WarningInput { options, input, output, counts, flags, .. } = *of;
-    let got = &output.topology;
+pub(crate) fn warnings(of: &WarningInput) -> Vec<Warning> {
+    let Shapes { options, input: (input_mesh, input), result: (_, output), .. } = of.shapes;
     // First, since the others may follow from it.
-    let mut list: Vec<String> = of.rounding.and_then(Rounding::warning).into_iter().collect();
-    list.extend(touching_bodies(of.repaired, input));
-    let mut say = |bad: bool, text: String| {
+    let warning = |code| move |text| Warning { code, text };
+    let mut list: Vec<Warning> =
+        of.rounding.and_then(Rounding::warning).map(warning(WarningCode::Rounding)).into_iter().collect();
+    list.extend(touching_bodies(of.repaired, input).map(warning(WarningCode::TouchingBodies)));
+    list.extend(of_topology(of));
+    let intersecting = output.self_intersecting_faces.unwrap_or(0);
+    let is_new = intersecting > of.rounding.map_or(0, |rounding| rounding.crossing)
+        && of.input_intersections == Some(0)
+        && of.fault.is_none();
+    list.extend(is_new.then(|| {
+        let faces = counted(intersecting, ["face intersects", "faces intersect"]);
+        let text = format!("{faces} others, none of the input does: ask for more vertices");
+        Warning { code: WarningCode::Intersections, text }
+    }));
+    list.extend(of.given_up.iter().cloned());
+    // Where rounding spoils triangles, other vertices do not help.
+    if of.rounding.and_then(Rounding::warning).is_none() {
+        list.extend(of.shapes.warnings(of.fault.is_some()));
+    }
+    let deviation = of.deviation.and_then(|deviation| deviation.warning(options.vertices));
+    list.extend(deviation.map(warning(WarningCode::Deviation)));
+    list.extend(of.fault.clone().map(warning(WarningCode::Fault)));
+    if input.boundary_edges > 0 {
+        list.extend(cracks(input_mesh).as_ref().map(describe_cracks).map(warning(WarningCode::Cracks)));
+    }
+    list
+}
+
+/// What went wrong with sites, vertices and topology.
+fn of_topology(of: &WarningInput) -> Vec<Warning> {
+    let WarningInput { counts, flags, .. } = *of;
+    let Shapes { options, input: (input_mesh, input), result: (_, output), .. } = of.shapes;
+    let got = &output.topology;
+    let mut list = Vec::new();
+    let mut say = |bad: bool, code: WarningCode, text: String| {
         if bad {
-            list.push(text);
+            list.push(Warning { code, text });
         }
     };
     let lost = flags.triangle_overflow + flags.plane_overflow + flags.corner_overflow + flags.badly_closed;
     say(
         lost > 0,
+        WarningCode::LostFaces,
         format!("{} no face (see `flags` in the report)", counted(lost, ["site has", "sites have"])),
     );
     say(
         options.has_plane_faces() && !input.is_closed_manifold(),
+        WarningCode::OpenInput,
         "the input is not a closed manifold, but this kind of face supports closed surfaces only".into(),
     );
     say(
         counts.unfilled_faces > 0,
+        WarningCode::UnfilledFaces,
         format!(
             "{} not be triangulated and left open",
             counted(counts.unfilled_faces, ["face could", "faces could"])
@@ -120,15 +149,18 @@ pub(crate) fn warnings(of: &WarningInput) -> Vec<String> {
     );
     say(
         got.vertices != of.expected_vertices,
+        WarningCode::VertexCount,
         format!("the result has {} instead of {} vertices", got.vertices, of.expected_vertices),
     );
     say(
         input.is_closed_manifold() && !got.is_closed_manifold(),
+        WarningCode::OpenResult,
         "the result is not a closed manifold".into(),
     );
     say(
         (got.components, got.euler, got.boundary_loops)
             != (input.components, input.euler, input.boundary_loops),
+        WarningCode::Topology,
         format!(
             "the topology differs: {} instead of {}, Euler characteristic {} instead of {}, {} instead of {}",
             counted(got.components, ["component", "components"]),
@@ -139,32 +171,11 @@ pub(crate) fn warnings(of: &WarningInput) -> Vec<String> {
             input.boundary_loops
         ),
     );
-    let far = output.distances.map_or(0.0, |distances| distances.hausdorff_from_reference_lower);
-    say(
-        far > MISSING * of.edge && of.fault.is_none(),
-        format!(
-            "parts of the input are missing, up to {far:.1} % of its diagonal away: ask for more vertices"
-        ),
-    );
-    let input_volume = (input.boundary_edges == 0).then(|| relative_volume(of.input_mesh));
+    let input_volume = (input.boundary_edges == 0).then(|| relative_volume(input_mesh));
     say(
         input_volume.zip(output.relative_volume).is_some_and(|(one, other)| are_opposite(one, other)),
+        WarningCode::InsideOut,
         "the result is inside out: ask for more vertices".into(),
     );
-    let intersecting = output.self_intersecting_faces.unwrap_or(0);
-    say(
-        intersecting > of.rounding.map_or(0, |rounding| rounding.crossing)
-            && of.input_intersections == Some(0)
-            && of.fault.is_none(),
-        format!(
-            "{} others, none of the input does: ask for more vertices",
-            counted(intersecting, ["face intersects", "faces intersect"])
-        ),
-    );
-    list.extend(of.deviation.and_then(|deviation| deviation.warning(options.vertices)));
-    list.extend(of.fault.clone());
-    if input.boundary_edges > 0 {
-        list.extend(cracks(of.input_mesh).as_ref().map(describe_cracks));
-    }
     list
 }

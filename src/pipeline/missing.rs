@@ -5,6 +5,7 @@ use crate::mesh::hash_grid::HashGrid;
 use crate::mesh::sizing::SizeField;
 use crate::sites::nearby::vertices_without;
 use crate::{ProgressToken, Result, TriMesh};
+use glam::DVec3;
 use rayon::prelude::*;
 
 /// A vertex of the surface farther from the result than this many edge lengths is missing there.
@@ -67,4 +68,28 @@ pub(crate) fn far_vertices(
     progress.poll()?;
     far.sort_by(|a, b| b.0.total_cmp(&a.0).then(a.1.cmp(&b.1)));
     Ok(far.into_iter().map(|(_, v)| v).collect())
+}
+
+/// Vertices of the surface that [`farthest_vertex`] tries at most.
+const TRIED: usize = 5_000;
+
+/// The distance of the farthest vertex of `surface` from `result`, of those tried that are farther than
+/// `most`; `None` if none is.
+pub(crate) fn farthest_vertex(surface: &TriMesh, result: &TriMesh, most: f64) -> Option<f64> {
+    let most_sq = most * most;
+    let mut grid = HashGrid::new(most, result.vertices.len());
+    (0..).zip(&result.vertices).for_each(|(v, at): (u32, _)| grid.insert(*at, v));
+    let has_none = |point: &DVec3| {
+        !grid.any(*point, |v: u32| result.vertices[v as usize].distance_squared(*point) <= most_sq)
+    };
+    let step = surface.vertices.len().div_ceil(TRIED).max(1);
+    let tried: Vec<DVec3> = surface.vertices.iter().copied().step_by(step).collect();
+    let left: Vec<DVec3> = tried.into_par_iter().filter(has_none).collect();
+    if left.is_empty() {
+        return None;
+    }
+    let bvh = Bvh::new(result);
+    let distance_sq = |point: DVec3| bvh.closest(point).map(|found| found.distance_sq);
+    let far: Vec<f64> = left.into_par_iter().filter_map(distance_sq).collect();
+    far.into_iter().filter(|far| *far > most_sq).max_by(f64::total_cmp).map(f64::sqrt)
 }

@@ -6,6 +6,7 @@ mod coarse_to_fine;
 mod cost;
 mod deviation;
 mod fallback;
+mod given_up;
 mod intersections;
 mod measuring;
 mod memory;
@@ -17,10 +18,12 @@ mod prepare;
 mod preview;
 mod result;
 mod rounding;
+mod shape_warnings;
 mod sides;
 mod small_angles;
 mod submission;
 mod user_curves;
+mod warning;
 
 use crate::gpu::Device;
 use crate::mesh::repair::Repaired;
@@ -28,18 +31,22 @@ use crate::mesh::spacing;
 use crate::mesh::submesh::append;
 use crate::options::{MeasureDepth, Options, Sizing};
 use crate::progress::ProgressReporter;
+use crate::sites::surface::Surface;
 use crate::{Error, Flow, Phase, Progress, ProgressToken, Result, TriMesh};
 use all_at_once::AllAtOnce;
 use clock::Clock;
 use coarse_to_fine::attempts::Attempts;
 use deviation::{Course, make_within, with_measures};
+use given_up::Searched;
 use intersections::InputIntersections;
 use measuring::{Measuring, correspondence_of};
 use messages::{WarningInput, remarks, warnings};
-use outcome::Outcome;
+use outcome::{Fault, Outcome};
 use prepare::Prepared;
 use rounding::Rounding;
+use shape_warnings::Shapes;
 use std::time::Instant;
+use warning::Warning;
 
 pub use deviation::DeviationSummary;
 #[cfg(feature = "html")]
@@ -50,6 +57,8 @@ pub use result::{ExactSummary, FeatureSummary, PhaseTime, Remeshed, RunTimings, 
 pub use small_angles::SmallAngleSummary;
 #[cfg(feature = "html")]
 pub(crate) use user_curves::user_curve_edges;
+
+pub use warning::WarningCode;
 
 /// Remeshes `mesh` on `device`.
 ///
@@ -122,8 +131,8 @@ fn finish(
     let mut rounding = options.format.and_then(|format| Rounding::apply(&mut result, &frame, format));
     clock.phase("connect");
     progress.phase(Phase::Measure, 1.0, 0.0)?;
-    let find = |progress: &_| correspondence_of(&result, mesh, &repaired, options, search, progress);
-    let correspondence = progress.during(find)?;
+    let correspondence =
+        progress.during(|p| correspondence_of(&result, mesh, &repaired, options, search, p))?;
     if correspondence.is_some() {
         clock.phase("source");
     }
@@ -141,30 +150,31 @@ fn finish(
     progress.done(1.0)?;
     let deviation = course.summary(measured.output.distances);
     let unit_spacing = spacing(surface.area(), outcome.vertices);
+    let apart = small.iter().map(|part| part.vertices.len()).sum::<usize>();
+    let given_up = feature_warnings(&surface, (outcome.vertices, apart), options, outcome.features);
+    let (before, after) = ((&repaired.mesh, &input), (&result, &measured.output));
+    let shapes = Shapes::new(options, before, after, [unit_spacing * frame.scale, frame.scale]);
     let warnings = warnings(&WarningInput {
-        options,
-        expected_vertices: outcome.vertices + small.iter().map(|part| part.vertices.len()).sum::<usize>(),
-        input: &input,
-        output: &measured.output,
+        expected_vertices: outcome.vertices + apart,
         counts: &outcome.counts,
         flags: &outcome.flags,
-        fault: outcome.fault.map(|fault| fault.describe(&frame)),
+        fault: outcome.fault.filter(Fault::is_refused).map(|fault| fault.describe(&frame)),
+        given_up,
         input_intersections: measured.input_intersections,
         rounding: rounding.as_ref(),
-        input_mesh: &repaired.mesh,
         repaired: &repaired.counts,
         deviation,
-        edge: 100.0 * outcome.edge_lengths.map_or(unit_spacing, |[_, longest]| longest),
+        shapes,
     });
     let simplified = outcome.simplified_components + small.len();
-    let crossing = measured.input_intersections;
-    let smallest = measured.output.quality.theta_min;
+    let (crossing, smallest) = (measured.input_intersections, measured.output.quality.theta_min);
     let summary = Summary {
         remarks: remarks(&repaired.counts, &input, crossing, simplified, rounding.as_ref()),
         input_self_intersecting_faces: crossing,
         collapsed_components: simplified,
         repaired: repaired.counts,
-        warnings,
+        warning_codes: warnings.iter().map(|warning| warning.code).collect(),
+        warnings: warnings.into_iter().map(|warning| warning.text).collect(),
         input,
         output: measured.output,
         attempts: outcome.attempts,
@@ -186,6 +196,20 @@ fn finish(
         timings: clock.timings(),
     };
     Ok(Remeshed { mesh: result, correspondence, summary })
+}
+
+/// The warnings of features that were found for a number of vertices; others of the result are on components
+/// apart.
+fn feature_warnings(
+    surface: &Surface,
+    (vertices, apart): (usize, usize),
+    options: &Options,
+    found: Option<FeatureSummary>,
+) -> Vec<Warning> {
+    let (on, feature_angle) = (&surface.mesh(), options.coarse_to_fine.feature_angle);
+    let searched = Searched { surface: on, area: surface.area(), feature_angle, vertices, apart };
+    let of = |found| [searched.warning(&found), searched.facets_warning(&found)];
+    found.map(of).into_iter().flatten().flatten().collect()
 }
 
 /// What a mesh is made from.

@@ -2,7 +2,9 @@
 
 use super::result::{ExactSummary, FeatureSummary, ShorterEdges};
 use super::small_angles::MendingCounts;
-use crate::mesh::quality::{angle_below, quality};
+use crate::mesh::forced_angles::ForcedAngles;
+use crate::mesh::quality::angle_below;
+use crate::mesh::spacing;
 use crate::mesh::topology::{Topology, topology};
 use crate::mesh::unit_frame::{UnitFrame, decimals};
 use crate::polish::Outlier;
@@ -53,12 +55,17 @@ pub(crate) struct Outcome {
 impl Outcome {
     /// Whether the mesh has a fault for which it may be refused: slivers are none.
     pub fn is_refused(&self) -> bool {
-        self.fault.as_ref().is_some_and(|fault| fault.kind != FaultKind::Slivers)
+        self.fault.as_ref().is_some_and(Fault::is_refused)
+    }
+
+    /// Whether its triangles are bad all over, as those of a surface that was only simplified.
+    pub fn is_bad_all_over(&self) -> bool {
+        self.fault.as_ref().is_some_and(|fault| fault.kind == FaultKind::SliversAllOver)
     }
 }
 
-/// Angles below this many degrees are slivers, unless the input has some of that kind.
-const SLIVER: f64 = 1.0;
+/// Angles below this many degrees are slivers, unless a corner of the input's shape has such an angle.
+pub(crate) const SLIVER: f64 = 1.0;
 
 /// What is wrong with a mesh.
 #[derive(Debug, Clone, PartialEq)]
@@ -71,23 +78,50 @@ pub(crate) struct Fault {
 /// Kinds of faults, from the least to the worst.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 pub(crate) enum FaultKind {
-    /// There are angles that a mesh should not have, and the input has not. No reason to refuse it.
-    Slivers,
+    /// So many triangles have angles that a mesh should not have, and the input's shape has not. No reason to
+    /// refuse it.
+    Slivers(usize),
     /// So many faces intersect others where none of the input did.
     Intersections(usize),
     /// A part of the surface is left out.
     Missing,
+    /// A large share of the triangles has such angles or nearly such. No reason to refuse it, either.
+    SliversAllOver,
     /// The topology differs from the input's.
     Topology,
 }
 
-/// The triangles of a mesh with an angle that makes them slivers: the angle in degrees and the index.
-pub(crate) fn slivers(mesh: &TriMesh) -> Vec<(f64, u32)> {
-    let sliver = |t: u32| angle_below(mesh.corners(t as usize), SLIVER).map(|angle| (angle, t));
-    (0..mesh.triangles.len() as u32).into_par_iter().filter_map(sliver).collect()
+/// Narrow triangles have an angle below this many degrees.
+const NARROW: f64 = 10.0;
+/// A mesh is bad all over if this share of its triangles is narrow.
+const ALL_OVER: f64 = 0.2;
+
+/// Whether a large share of a mesh's triangles is narrow.
+pub(crate) fn is_bad_all_over(mesh: &TriMesh) -> bool {
+    let faces = mesh.triangles.len();
+    let narrow =
+        (0..faces).into_par_iter().filter(|t| angle_below(mesh.corners(*t), NARROW).is_some()).count();
+    narrow as f64 > ALL_OVER * faces as f64
+}
+
+/// The triangles of a mesh of a surface with an angle that makes them slivers and that no corner of the
+/// surface forces: the angle in degrees and the index.
+pub(crate) fn slivers(mesh: &TriMesh, surface: &TriMesh, feature_angle: f64) -> Vec<(f64, u32)> {
+    let angle = |t: usize| angle_below(mesh.corners(t), SLIVER);
+    if (0..mesh.triangles.len()).into_par_iter().all(|t| angle(t).is_none()) {
+        return Vec::new();
+    }
+    let spacing = spacing(surface.area(), mesh.vertices.len());
+    let unforced = ForcedAngles::of(surface, SLIVER, feature_angle).unforced(mesh, SLIVER, spacing);
+    unforced.into_iter().filter_map(|t| angle(t).map(|angle| (angle, t as u32))).collect()
 }
 
 impl Fault {
+    /// Whether a mesh may be refused for it. Slivers are no reason: the warning of small angles tells it.
+    pub fn is_refused(&self) -> bool {
+        !matches!(self.kind, FaultKind::Slivers(_) | FaultKind::SliversAllOver)
+    }
+
     /// The fault of a mesh without the topology of the input, or with vertices that no triangle uses; `at` is
     /// a place where it is.
     pub fn topology(mesh: &TriMesh, input: &Topology, at: Option<DVec3>) -> Option<Self> {
@@ -96,28 +130,29 @@ impl Fault {
         (!is_sound).then_some(Self { kind: FaultKind::Topology, at })
     }
 
-    /// The worst sliver of a mesh on a surface, if there is any.
-    pub fn sliver(mesh: &TriMesh, surface: &TriMesh) -> Option<Self> {
-        let (_, worst) = slivers(mesh).into_iter().min_by(|a, b| a.0.total_cmp(&b.0))?;
-        // Twice, because a result may be a little worse than an input of that kind.
-        let of_surface = || quality(surface).is_some_and(|quality| quality.theta_min > 2.0 * SLIVER);
+    /// The worst sliver of a mesh on a surface, if there is any that no corner of the surface forces.
+    pub fn sliver(mesh: &TriMesh, surface: &TriMesh, feature_angle: f64) -> Option<Self> {
+        let slivers = slivers(mesh, surface, feature_angle);
+        let (_, worst) = slivers.iter().copied().min_by(|a, b| a.0.total_cmp(&b.0))?;
         let at = mesh.corners(worst as usize).into_iter().sum::<DVec3>() / 3.0;
-        of_surface().then_some(Self { kind: FaultKind::Slivers, at: Some(at) })
+        Some(Self { kind: FaultKind::Slivers(slivers.len()), at: Some(at) })
     }
 
-    /// The error for a mesh with this fault: `vertices` is the number asked for, and `tried` the largest that
-    /// was tried.
-    pub fn refusal(&self, [vertices, tried]: [usize; 2], input: &Topology, frame: &UnitFrame) -> Error {
+    /// The error for a mesh with this fault; `vertices` is the number asked for.
+    pub fn refusal(&self, vertices: usize, input: &Topology, frame: &UnitFrame) -> Error {
         let problem = format!("no mesh of {vertices} vertices without a fault: {}", self.describe(frame));
         let repair = if input.is_manifold() { "" } else { "repair the input there (`weld` closes cracks), " };
-        let remedy = format!("{repair}ask for more than {tried}, or accept it with `shortage` best-effort");
+        let remedy =
+            format!("{repair}ask for more than {vertices}, or accept it with `shortage` best-effort");
         Error::input(None, problem, remedy)
     }
 
     /// As text, with the place in the input's units.
     pub fn describe(&self, frame: &UnitFrame) -> String {
         let what = match self.kind {
-            FaultKind::Slivers => format!("there are angles below {SLIVER} degree"),
+            FaultKind::Slivers(_) | FaultKind::SliversAllOver => {
+                format!("there are angles below {SLIVER} degree")
+            }
             FaultKind::Topology => "components, handles or boundary loops of the surface are lost".to_owned(),
             FaultKind::Missing => "a part of the surface is left out".to_owned(),
             FaultKind::Intersections(1) => "1 face intersects others".to_owned(),

@@ -88,7 +88,8 @@ impl Prepared {
         progress.poll()?;
         let model = match options.method {
             Method::CoarseToFine => {
-                let input = ModelInput { device, mesh: on, frame: &frame, surface: &surface };
+                let input =
+                    ModelInput { device, mesh: on, frame: &frame, surface: &surface, round_facets: false };
                 let model = SurfaceModel::new(input, &options, progress)?;
                 if model.curves.is_some() {
                     check_memory(device, on, &options, true)?;

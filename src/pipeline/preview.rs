@@ -89,8 +89,11 @@ pub fn preview_repaired(mesh: &TriMesh, repaired: Option<Repaired>, options: &Op
     let (features, curves, field) = match options.method {
         Method::CoarseToFine => {
             let user_edges = user_curve_edges(&repaired.mesh, options)?;
-            let feature_options =
-                FeatureOptions { feature_angle: options.coarse_to_fine.feature_angle, spacing, user_edges };
+            let feature_options = FeatureOptions {
+                feature_angle: options.coarse_to_fine.feature_angle,
+                user_edges,
+                ..FeatureOptions::new(spacing)
+            };
             let features = find_features(&unit, &feature_options)?;
             let curves = SurfaceCurves::new(&unit.vertices, &unit.triangles, &features);
             let given =

@@ -4,9 +4,10 @@ use crate::TriMesh;
 use crate::gpu::StageTime;
 use crate::measure::Measures;
 use crate::mesh::correspondence::Correspondence;
-use crate::mesh::features::{Dropped, Features};
+use crate::mesh::features::{CurveKind, Dropped, Features};
 use crate::mesh::repair::RepairCounts;
 use crate::mesh::topology::Topology;
+use crate::pipeline::warning::WarningCode;
 use crate::sites::connect::ConnectCounts;
 use crate::sites::poisson::DiskSummary;
 use crate::sites::restricted_voronoi::Energy;
@@ -83,8 +84,18 @@ pub struct Summary {
     pub deviation: Option<super::DeviationSummary>,
     /// What is wrong with the result; empty if it is valid.
     pub warnings: Vec<String>,
+    /// What each of these warnings is about, in the same order.
+    pub warning_codes: Vec<WarningCode>,
     /// Time and memory.
     pub timings: RunTimings,
+}
+
+impl Summary {
+    /// Adds a warning.
+    pub fn warn(&mut self, code: WarningCode, text: impl Into<String>) {
+        self.warnings.push(text.into());
+        self.warning_codes.push(code);
+    }
 }
 
 /// Features of the input, and the vertices of the result on them.
@@ -99,6 +110,8 @@ pub struct FeatureSummary {
     pub patches: usize,
     /// Vertices of the result on curves.
     pub curve_sites: usize,
+    /// Length of the curves that are sharp edges, in the input's units.
+    pub sharp_length: f64,
     /// Sharp edges that are no features at this spacing; lengths in the input's units.
     pub dropped: Dropped,
 }
@@ -112,7 +125,17 @@ impl FeatureSummary {
             corners: features.corners.len(),
             patches: features.patch_count,
             curve_sites: 0,
+            sharp_length: (features.curves.iter())
+                .filter(|curve| curve.kind == CurveKind::Sharp)
+                .map(|curve| curve.length)
+                .sum(),
         }
+    }
+
+    /// Multiplies the lengths by `unit`.
+    pub(crate) fn in_units(&mut self, unit: f64) {
+        self.sharp_length *= unit;
+        self.dropped.in_units(unit);
     }
 }
 

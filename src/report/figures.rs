@@ -124,6 +124,7 @@ pub fn dropped(dropped: &Dropped) -> Vec<Row> {
         ("dropped short or rough chains", text(dropped.short_chains, dropped.short_length)),
         ("dropped dangling chains", text(dropped.dangling_chains, dropped.dangling_length)),
         ("dropped at narrow strips", text(dropped.strips, dropped.strip_length)),
+        ("dropped between narrow facets", text(dropped.facet_edges, dropped.facet_length)),
     ]
 }
 

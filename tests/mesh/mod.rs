@@ -8,6 +8,7 @@ pub mod features;
 pub mod hausdorff;
 pub mod intersections;
 pub mod level_set;
+pub mod narrow_facets;
 pub mod quality;
 pub mod repair;
 pub mod repair_with_tolerances;

@@ -1,20 +1,20 @@
 //! Whole runs of the default pipeline on surfaces with creases, boundaries and non-manifold edges.
 
-use crate::support::shapes::{moved, plane, union};
-use crate::support::{assert_valid, device};
+use crate::support::shapes::{moved, plane, prism, regular, union};
+use crate::support::{assert_valid, device, faults};
 use glam::DVec3;
 use rtfmesh::mesh::features::{FeatureLine, FeatureOptions, find_features, spacing_of};
 use rtfmesh::mesh::repair::repair;
 use rtfmesh::mesh::samples::sample;
 use rtfmesh::mesh::topology::topology;
-use rtfmesh::{FeatureLines, Options, Remeshed, TriMesh, remesh};
+use rtfmesh::{FeatureLines, Options, Remeshed, TriMesh, WarningCode, remesh};
 
 /// Remeshes, with the checks that hold wherever the result is right.
 #[track_caller]
 fn run(input: &TriMesh, options: &Options) -> Remeshed {
     let result = remesh(device(), input, options).unwrap();
     assert_valid(device());
-    assert_eq!(result.summary.warnings, Vec::<String>::new());
+    assert_eq!(faults(&result.summary), Vec::<String>::new());
     assert_eq!(result.mesh.vertices.len(), options.vertices);
     let (got, want) = (topology(&result.mesh), topology(input));
     assert_eq!(got.vertices, options.vertices);
@@ -121,10 +121,29 @@ fn features_too_narrow_for_the_spacing_are_counted_in_the_input_s_units() {
         DVec3::new(100.0 * x, 100.0 * v.y, z)
     });
     let summary = run(&input, &Options::new(500)).summary;
+    assert_eq!(summary.warning_codes, [WarningCode::SharpEdges]);
+    let said = "200.0 of 200.0 units of sharp edges were given up: 4,800 vertices keep them";
+    assert_eq!(summary.warnings, [said]);
+    let kept = run(&input, &Options::new(4800)).summary;
+    assert_eq!((kept.warning_codes, kept.features.unwrap().dropped.length()), (vec![], 0.0));
     let spacing = spacing_of(&input, 500).unwrap();
     let dropped = find_features(&input, &FeatureOptions::new(spacing)).unwrap().dropped;
     let counted = summary.features.unwrap().dropped;
     assert_eq!(counted, dropped);
     assert_eq!(dropped.strips, 1);
     assert!((dropped.strip_length - 200.0).abs() < 1e-6, "{dropped:?}");
+}
+
+#[test]
+fn a_coarse_tube_is_round_where_its_facets_are_narrow_and_a_prism_where_they_are_wide() {
+    let tube = prism(&regular(8), 20.0);
+    let narrow = run(&tube, &Options::new(50)).summary;
+    assert_eq!(narrow.warning_codes.first(), Some(&WarningCode::NarrowFacets), "{:?}", narrow.warnings);
+    assert!(narrow.output.quality.share_below_30 < 0.2, "{:?}", narrow.output.quality);
+    assert!(narrow.attempts > 1);
+    let wide = run(&tube, &Options::new(3000)).summary;
+    assert_eq!((wide.features.unwrap().dropped.facet_edges, wide.warnings), (0, Vec::new()));
+    // Good triangles between creases leave no doubt, however narrow the facets.
+    let nut = prism(&regular(6), 20.0);
+    assert_eq!(run(&nut, &Options::new(50)).summary.features.unwrap().dropped.facet_edges, 0);
 }

@@ -1,6 +1,6 @@
 //! Whole runs on the built-in models.
 
-use crate::support::{assert_valid, device};
+use crate::support::{assert_valid, device, faults};
 use rtfmesh::gpu::{Device, DeviceOptions};
 use rtfmesh::mesh::samples::sample;
 use rtfmesh::mesh::topology::topology;
@@ -22,7 +22,7 @@ fn assert_sound(name: &str, options: &Options, least_quality: f64, least_angle: 
     let input = sample(name).unwrap();
     let result = run(&input, options);
     let summary = &result.summary;
-    assert_eq!(summary.warnings, Vec::<String>::new(), "{name}");
+    assert_eq!(faults(summary), Vec::<String>::new(), "{name}");
     let (got, want) = (topology(&result.mesh), topology(&input));
     assert!(got.is_closed_manifold(), "{name}: {got:?}");
     assert_eq!(result.mesh.vertices.len(), options.vertices, "{name}");

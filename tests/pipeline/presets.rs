@@ -2,7 +2,7 @@
 
 use super::shortage::cube_with_a_pin;
 use crate::support::shapes::{moved, sphere, union};
-use crate::support::{assert_valid, device};
+use crate::support::{assert_valid, device, faults};
 use glam::DVec3;
 use rtfmesh::mesh::samples::sample;
 use rtfmesh::mesh::topology::topology;
@@ -19,7 +19,7 @@ fn run(mesh: &TriMesh, options: &Options) -> Remeshed {
 fn assert_sound(name: &str, options: &Options) -> Remeshed {
     let input = sample(name).unwrap();
     let result = run(&input, options);
-    assert_eq!(result.summary.warnings, Vec::<String>::new(), "{name} {:?}", options.method);
+    assert_eq!(faults(&result.summary), Vec::<String>::new(), "{name} {:?}", options.method);
     let (got, want) = (topology(&result.mesh), topology(&input));
     assert_eq!(got.vertices, options.vertices, "{name}");
     assert_eq!(
@@ -70,7 +70,7 @@ fn power_faces_relax_as_tangent_faces_do() {
 fn cells_connect_where_fans_have_the_topology_but_fold() {
     let options = Options::rpf(150).iterations(20).seed(2);
     let result = run(&sample("genus3").unwrap(), &options).summary;
-    assert_eq!(result.warnings, Vec::<String>::new());
+    assert_eq!(faults(&result), Vec::<String>::new());
     assert!(result.connected.cells.is_some(), "{:?}", result.connected);
     // 23.7 degrees by the fans.
     assert!(result.output.quality.theta_min > 25.5, "{}", result.output.quality.theta_min);

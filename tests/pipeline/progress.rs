@@ -127,3 +127,35 @@ fn a_run_that_is_in_trouble_can_be_cancelled_at_every_look() {
     }
     assert!(device().take_validation_messages().is_empty());
 }
+
+#[test]
+fn a_run_in_trouble_that_is_to_finish_does_so_at_every_look() {
+    let two = union(&sample("genus3").unwrap(), &moved(&sphere(0.2, 2), |p| p + 9.0 * DVec3::X));
+    for (input, vertices, shortage) in [
+        (&two, 60, Shortage::BestEffort),
+        (&two, 60, Shortage::AddVertices),
+        (&sample("box").unwrap(), 9, Shortage::BestEffort),
+        (&sample("thin-plate").unwrap(), 60, Shortage::BestEffort),
+    ] {
+        let options = Options::new(vertices).shortage(shortage).measures(MeasureDepth::Full);
+        let mut looks = 0;
+        let whole = remesh_with_progress(device(), input, &options, |_| looks += 1).unwrap().summary;
+        for first in (1..looks).step_by(1 + looks / 8) {
+            let (mut asked, mut attempts) = (0, Vec::new());
+            let done = remesh_with_progress(device(), input, &options, |now: Progress| {
+                asked += 1;
+                if asked < first {
+                    return Flow::Continue;
+                }
+                attempts.push(now.attempt);
+                Flow::Finish
+            });
+            let done = done.unwrap();
+            assert!(done.mesh.vertices.len() >= vertices, "{first}");
+            // No further attempt begins, but one may be on its way.
+            attempts.dedup();
+            assert!(attempts.len() <= 2, "{first} of {looks}: {attempts:?} of {}", whole.attempts);
+        }
+    }
+    assert!(device().take_validation_messages().is_empty());
+}

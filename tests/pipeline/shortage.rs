@@ -1,7 +1,8 @@
 //! Whole runs with barely enough vertices, or too few.
 
-use crate::support::shapes::{globe, moved, union};
-use crate::support::{assert_valid, device};
+use crate::support::generators::Shape;
+use crate::support::shapes::{cube, globe, moved, union};
+use crate::support::{assert_valid, device, faults};
 use glam::{DQuat, DVec3};
 use rtfmesh::mesh::features::FeatureLine;
 use rtfmesh::mesh::samples::sample;
@@ -22,7 +23,7 @@ fn assert_like(input: &TriMesh, result: &Remeshed, vertices: usize) {
     let kind = [&got, &want].map(|t| (t.components, t.euler, t.boundary_loops));
     assert_eq!(kind[0], kind[1], "{vertices}");
     assert_eq!(result.summary.output.self_intersecting_faces, Some(0), "{vertices}");
-    assert_eq!(result.summary.warnings, Vec::<String>::new(), "{vertices}");
+    assert_eq!(faults(&result.summary), Vec::<String>::new(), "{vertices}");
 }
 
 /// The number after "ask for".
@@ -41,10 +42,20 @@ fn thin_parts_get_the_sites_that_they_need() {
     }
 }
 
+/// A surface that needs 21 vertices, with a user's line, for which local operations do not step in.
+fn with_a_line(vertices: usize, shortage: Shortage) -> Result<Remeshed> {
+    let input = sample("genus3").unwrap();
+    let [a, b, _] = input.corners(0);
+    let features = FeatureLines::new(vec![FeatureLine { line: 1, points: vec![a, b] }]);
+    let result = remesh(device(), &input, &Options::new(vertices).shortage(shortage).features(features));
+    assert_valid(device());
+    result
+}
+
 #[test]
 fn a_faulty_result_is_refused_if_asked_for_and_vertices_added() {
     let input = sample("genus3").unwrap();
-    let error = run(&input, 20, Shortage::Refuse).unwrap_err();
+    let error = with_a_line(20, Shortage::Refuse).unwrap_err();
     assert!(matches!(error, Error::Input { .. }), "{error:?}");
     let text = error.to_string();
     assert!(text.contains("no mesh of 20 vertices without a fault") && text.contains("near ("), "{text}");
@@ -57,10 +68,34 @@ fn a_faulty_result_is_refused_if_asked_for_and_vertices_added() {
 
 #[test]
 fn with_best_effort_it_comes_out_with_warnings() {
-    let result = run(&sample("genus3").unwrap(), 20, Shortage::BestEffort).unwrap();
+    let result = with_a_line(20, Shortage::BestEffort).unwrap();
     assert!(!result.mesh.triangles.is_empty());
-    let warnings = &result.summary.warnings;
+    let warnings = faults(&result.summary);
     assert!(warnings.iter().any(|w| w.contains("near (")), "{warnings:?}");
+}
+
+#[test]
+fn fewer_vertices_than_the_topology_needs_are_refused_with_that_number() {
+    let input = sample("genus3").unwrap();
+    for shortage in [Shortage::Refuse, Shortage::BestEffort] {
+        let error = run(&input, 8, shortage).unwrap_err();
+        assert!(error.to_string().starts_with("8 vertices are too few for the topology"), "{error}");
+        let enough = advised(&error);
+        assert_like(&input, &run(&input, enough, shortage).unwrap(), enough);
+    }
+}
+
+#[test]
+fn small_components_leave_the_large_one_what_its_topology_needs() {
+    let plate = Shape::Plate { holes: 5, thickness: 0.2, parts: 4, rounds: 0 }.mesh();
+    let size = plate.bounds().map(|(lo, hi)| lo.distance(hi)).unwrap();
+    let beside = |k: u32| moved(&cube(), |v| 0.02 * size * v + size * f64::from(k) * DVec3::X);
+    let input = (1..=12).fold(plate, |all, k| union(&all, &beside(k)));
+    let error = run(&input, 50, Shortage::BestEffort).unwrap_err();
+    let enough = advised(&error);
+    for vertices in [enough, enough + 7, enough + 30] {
+        assert_like(&input, &run(&input, vertices, Shortage::Refuse).unwrap(), vertices);
+    }
 }
 
 #[test]
@@ -106,8 +141,9 @@ fn torn_surfaces_are_closed_or_it_is_said_how() {
         let one = slit_at_the_poles(width);
         let two = union(&one, &moved(&one, |v| v * DVec3::new(2.0, 1.0, 1.0) + 3.0 * DVec3::X));
         let result = run(&two, 600, Shortage::Refuse).unwrap();
-        let [warning] = result.summary.warnings.as_slice() else {
-            assert_eq!((width, &result.summary.warnings), (1e-16, &vec![]));
+        let warnings = faults(&result.summary);
+        let [warning] = warnings.as_slice() else {
+            assert_eq!((width, &warnings), (1e-16, &vec![]));
             assert!(topology(&result.mesh).is_closed_manifold());
             continue;
         };

@@ -15,6 +15,7 @@ use rand::{RngExt, SeedableRng};
 use rand_pcg::Pcg64Mcg;
 use rtfmesh::gpu::{Buffer, Device, DeviceOptions};
 use rtfmesh::mesh::NONE;
+use rtfmesh::{Summary, WarningCode};
 use std::hash::{DefaultHasher, Hash, Hasher};
 use std::path::Path;
 use std::sync::OnceLock;
@@ -35,6 +36,21 @@ pub fn device() -> &'static Device {
 pub fn assert_valid(device: &Device) {
     let messages = device.take_validation_messages();
     assert!(messages.is_empty(), "validation: {}", messages.join("\n"));
+}
+
+/// The warnings of a run but those that few vertices may cause, however good the mesh is.
+pub fn faults(summary: &Summary) -> Vec<String> {
+    let of_few = [
+        WarningCode::Distance,
+        WarningCode::Volume,
+        WarningCode::SharpEdges,
+        WarningCode::NarrowFacets,
+        WarningCode::SmallAngles,
+        WarningCode::FoldedEdges,
+        WarningCode::FacesInwards,
+    ];
+    let all = summary.warnings.iter().zip(&summary.warning_codes);
+    all.filter(|(_, code)| !of_few.contains(code)).map(|(text, _)| text.clone()).collect()
 }
 
 /// Stores a GLB file for ci/gltf.sh to check.

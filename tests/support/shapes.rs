@@ -158,3 +158,25 @@ impl Random {
         DVec3::new(self.unit(), self.unit(), self.unit()) * 2.0 - 1.0
     }
 }
+
+/// A closed prism over a polygon in the xy-plane, of this height along z.
+pub fn prism(polygon: &[[f64; 2]], height: f64) -> TriMesh {
+    let n = polygon.len() as u32;
+    let mut vertices: Vec<DVec3> =
+        [0.0, height].iter().flat_map(|z| polygon.iter().map(move |[x, y]| DVec3::new(*x, *y, *z))).collect();
+    let middle = polygon.iter().fold([0.0, 0.0], |sum, p| [sum[0] + p[0], sum[1] + p[1]]);
+    let middle = middle.map(|sum| sum / f64::from(n));
+    vertices.extend([0.0, height].map(|z| DVec3::new(middle[0], middle[1], z)));
+    let mut triangles = Vec::new();
+    for k in 0..n {
+        let (a, b) = (k, (k + 1) % n);
+        triangles.extend([[a, b, n + b], [a, n + b, n + a], [2 * n, b, a], [2 * n + 1, n + a, n + b]]);
+    }
+    TriMesh { vertices, triangles }
+}
+
+/// A regular polygon of radius 1.
+pub fn regular(sides: u32) -> Vec<[f64; 2]> {
+    let angle = |k: u32| TAU * f64::from(k) / f64::from(sides);
+    (0..sides).map(|k| [angle(k).cos(), angle(k).sin()]).collect()
+}

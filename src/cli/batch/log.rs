@@ -2,7 +2,7 @@
 
 use super::inputs::Job;
 use rtfmesh::report::Settings;
-use rtfmesh::{Error, Remeshed};
+use rtfmesh::{Error, Remeshed, WarningCode};
 use serde::{Deserialize, Serialize};
 use std::collections::HashMap;
 use std::fs::{File, Metadata, OpenOptions};
@@ -67,6 +67,8 @@ pub struct Entry {
     pub asked: String,
     /// What could not be done.
     pub warnings: Vec<String>,
+    /// A code for each of these.
+    pub warning_codes: Vec<WarningCode>,
     /// What reading left out, what was repaired, and what writing dropped.
     pub notes: Vec<String>,
     /// Reading, remeshing and writing.
@@ -92,6 +94,7 @@ impl Entry {
             options: None,
             asked: asked.to_owned(),
             warnings: Vec::new(),
+            warning_codes: Vec::new(),
             notes: Vec::new(),
             seconds: 0.0,
             error: None,
@@ -108,6 +111,7 @@ impl Entry {
         self.hausdorff = measures.distances.as_ref().map(|distances| distances.hausdorff);
         self.notes.extend(result.summary.remarks);
         self.warnings = result.summary.warnings;
+        self.warning_codes = result.summary.warning_codes;
     }
 }
 

@@ -13,7 +13,7 @@ use crate::error::escaped;
 use anyhow::Result;
 use rtfmesh::io::Loaded;
 use rtfmesh::report::Settings;
-use rtfmesh::{Device, Error, Flow, Options, Size, remesh_repaired};
+use rtfmesh::{Device, Error, Flow, Options, Size, WarningCode, remesh_repaired};
 use std::sync::mpsc::{Receiver, SyncSender, sync_channel};
 use std::sync::{Mutex, MutexGuard, PoisonError};
 use std::thread::ScopedJoinHandle;
@@ -185,7 +185,10 @@ impl Batch<'_> {
             entry.notes.extend(target.notes(&result.mesh, &attributes));
             entry.tell_of(result);
             words::warnings(&mut entry.warnings);
-            entry.warnings.extend(self.args.attributes.texture_warning(&loaded, target.format()));
+            if let Some(text) = self.args.attributes.texture_warning(&loaded, target.format()) {
+                entry.warnings.push(text);
+                entry.warning_codes.push(WarningCode::Textures);
+            }
             Ok(writing)
         });
         entry.seconds = reading + begin.elapsed().as_secs_f64();

@@ -19,12 +19,27 @@ pub struct Dropped {
     pub strips: usize,
     /// The length of these edges in the mesh's units.
     pub strip_length: f64,
+    /// Edges between facets narrower than a spacing, taken for those of a round surface.
+    pub facet_edges: usize,
+    /// Their length in the mesh's units.
+    pub facet_length: f64,
 }
 
 impl Dropped {
+    /// The length of all but those between facets.
+    pub fn length(&self) -> f64 {
+        self.short_length + self.dangling_length + self.strip_length
+    }
+
     /// Multiplies the lengths by `unit`.
     pub(crate) fn in_units(&mut self, unit: f64) {
-        for length in [&mut self.short_length, &mut self.dangling_length, &mut self.strip_length] {
+        let lengths = [
+            &mut self.short_length,
+            &mut self.dangling_length,
+            &mut self.strip_length,
+            &mut self.facet_length,
+        ];
+        for length in lengths {
             *length *= unit;
         }
     }

@@ -12,6 +12,7 @@ mod graph;
 mod grow;
 mod network;
 mod patches;
+mod round;
 mod scale;
 mod sharpness;
 mod short_chains;
@@ -47,6 +48,9 @@ pub struct FeatureOptions {
     pub spacing: f64,
     /// Edges that the user marks as curves, each as its two vertices in either order.
     pub user_edges: Vec<[u32; 2]>,
+    /// Whether rows of edges between facets narrower than the spacing are taken for those of a round surface
+    /// that is sampled coarsely, and not for sharp edges.
+    pub round_facets: bool,
 }
 
 impl FeatureOptions {
@@ -55,7 +59,7 @@ impl FeatureOptions {
 
     /// The default options for an output of this spacing, in the mesh's units.
     pub fn new(spacing: f64) -> Self {
-        Self { feature_angle: Self::FEATURE_ANGLE, spacing, user_edges: Vec::new() }
+        Self { feature_angle: Self::FEATURE_ANGLE, spacing, user_edges: Vec::new(), round_facets: false }
     }
 }
 
@@ -100,10 +104,14 @@ pub fn find_features(mesh: &TriMesh, options: &FeatureOptions) -> Result<Feature
 
     let mut surface = FeatureSurface::new(&points, &mesh.triangles, scale.spacing);
     surface.add_user_edges(&options.user_edges)?;
-    let candidates = sharpness::candidates(&points, &surface, scale);
+    let mut dropped = Dropped::default();
+    let mut turns = sharpness::turns(&surface, scale);
+    if options.round_facets {
+        round::drop_round(&points, &surface, &mut turns, scale, &mut dropped);
+    }
+    let candidates = sharpness::candidates(&points, &surface, &turns, scale);
     let mut graph = Graph::new(&points, candidates);
     grow::follow(&mut graph, scale);
-    let mut dropped = Dropped::default();
     short_chains::drop_short_chains(&mut graph, scale.spacing, &mut dropped);
     strips::drop_strips(&mut graph, &surface, scale.spacing, &mut dropped);
     wedges::drop_wedges(&mut graph, &surface, scale.spacing, &mut dropped);

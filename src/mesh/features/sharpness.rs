@@ -25,17 +25,15 @@ const MOST_HEIGHTS: f64 = 2.0;
 /// Triangles that are averaged on either side, at most: fine inputs do not need all of theirs.
 const MOST: usize = 48;
 
-/// All fixed curve edges, and those edges that may become sharp: at least [`FADE`] of the feature angle at
-/// the edge.
-pub(super) fn candidates(points: &[DVec3], surface: &FeatureSurface, scale: Scale) -> Vec<CurveEdge> {
-    let fixed = surface.fixed.iter().map(|&(half, kind)| CurveEdge::fixed(surface.ends(half), half, kind));
-    let mut edges: Vec<CurveEdge> = fixed.collect();
+/// Half-edges, one of each edge, that may become sharp, with the edge's turn in degrees: at least [`FADE`] of
+/// the feature angle.
+pub(super) fn turns(surface: &FeatureSurface, scale: Scale) -> Vec<(u32, f64)> {
     if scale.feature >= 180.0 {
-        return edges;
+        return Vec::new();
     }
     // Most of the surface is smooth; the angle itself is computed for the rest only.
     let smooth = (FADE * scale.feature).to_radians().cos();
-    let turns: Vec<(u32, f64)> = (0..surface.twins.len())
+    (0..surface.twins.len())
         .into_par_iter()
         .filter(|&half| {
             let twin = surface.twins[half];
@@ -45,15 +43,29 @@ pub(super) fn candidates(points: &[DVec3], surface: &FeatureSurface, scale: Scal
                 && surface.normals[half / 3].dot(surface.normals[twin as usize / 3]) < smooth
         })
         .map(|half| (half as u32, surface.turn(half as u32)))
-        .collect();
+        .collect()
+}
+
+/// All fixed curve edges, and those edges that may become sharp.
+pub(super) fn candidates(
+    points: &[DVec3],
+    surface: &FeatureSurface,
+    turns: &[(u32, f64)],
+    scale: Scale,
+) -> Vec<CurveEdge> {
+    let fixed = surface.fixed.iter().map(|&(half, kind)| CurveEdge::fixed(surface.ends(half), half, kind));
+    let mut edges: Vec<CurveEdge> = fixed.collect();
+    if turns.is_empty() {
+        return edges;
+    }
     let mut stops = surface.is_fixed.clone();
     for &(half, _) in turns.iter().filter(|(_, turn)| *turn >= scale.feature) {
         stops[half as usize] = true;
         stops[surface.twins[half as usize] as usize] = true;
     }
     let sharp: Vec<CurveEdge> = turns
-        .into_par_iter()
-        .map(|(half, turn)| {
+        .par_iter()
+        .map(|&(half, turn)| {
             let seen = seen_turn(points, surface, &stops, half, scale.spacing);
             let strong = turn >= scale.feature && seen >= scale.feature;
             CurveEdge {

@@ -101,7 +101,7 @@ impl AllAtOnce<'_> {
         }
         match &outcome.fault {
             Some(fault) if outcome.is_refused() && options.shortage == Shortage::Refuse => {
-                Err(fault.refusal([options.vertices; 2], input, frame))
+                Err(fault.refusal(options.vertices, input, frame))
             }
             _ => Ok(outcome),
         }

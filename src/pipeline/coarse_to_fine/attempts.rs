@@ -12,12 +12,15 @@ use crate::options::{Options, Shortage};
 use crate::pipeline::clock::Clock;
 use crate::pipeline::fallback::faulty::{Fallback, better};
 use crate::pipeline::intersections::InputIntersections;
-use crate::pipeline::outcome::{Fault, FaultKind, Outcome};
+use crate::pipeline::outcome::{FaultKind, Outcome};
+use crate::pipeline::result::FeatureSummary;
 use crate::pipeline::user_curves::{has_user_curves, may_simplify};
 use crate::progress::ProgressReporter;
 use crate::sites::surface::Surface;
 use crate::{Error, Result, TriMesh};
 
+/// Where local operations fail, so many other random starts are tried.
+const OTHER_STARTS: u64 = 2;
 /// Each further attempt has this many times the vertices of the last,
 const GROWTH: f64 = 1.5;
 /// up to so many times the given number,
@@ -81,8 +84,14 @@ impl Runner<'_, '_> {
 
     /// The surface for other options.
     pub fn model(&mut self, options: Options) -> Result<SurfaceModel> {
-        let Attempts { device, mesh, frame, surface, .. } = *self.shared;
-        let input = ModelInput { device, mesh, frame, surface };
+        let input = self.shared.model_input(false);
+        self.progress.during(|progress| SurfaceModel::new(input, &options, progress))
+    }
+
+    /// The surface for this number of vertices without creases between narrow facets.
+    pub fn model_of_round_facets(&mut self, vertices: usize) -> Result<SurfaceModel> {
+        let options = Options { vertices, ..self.shared.options.clone() };
+        let input = self.shared.model_input(true);
         self.progress.during(|progress| SurfaceModel::new(input, &options, progress))
     }
 
@@ -104,20 +113,79 @@ impl Runner<'_, '_> {
         Ok((model, vertices))
     }
 
-    /// The first outcome without a fault with more than so many vertices, if any, and the number tried last.
-    fn with_more_vertices(&mut self, vertices: usize, seed: u64) -> Result<(Option<Outcome>, usize)> {
-        let mut more = vertices;
+    /// The outcome, or a better one from another random start.
+    fn with_other_starts(&mut self, mut best: Outcome, vertices: usize, seed: u64) -> Result<Outcome> {
+        for start in 1..=OTHER_STARTS {
+            if !best.is_bad_all_over() || self.progress.leave_out() {
+                break;
+            }
+            let model = self.model_for(vertices)?;
+            let other = self.attempt(&model, vertices, seed.wrapping_add(start))?;
+            best = better(best, other);
+        }
+        Ok(Outcome { attempts: self.attempts, ..best })
+    }
+
+    /// The first outcome that is not refused with more vertices than this one has; or, if there is none, the
+    /// first of all of them that is not refused once it is repaired; or this one.
+    fn with_more_vertices(&mut self, first: Outcome, fallback: &Fallback, seed: u64) -> Result<Outcome> {
+        let (vertices, mut more) = (first.vertices, first.vertices);
+        let mut refused = vec![first];
         loop {
             more = (GROWTH * more as f64).ceil() as usize;
-            if more > (MOST_GROWTH * vertices).max(FEW) {
-                return Ok((None, more));
+            if more > (MOST_GROWTH * vertices).max(FEW) || self.progress.leave_out() {
+                break;
             }
             let model = self.model_for(more)?;
             let outcome = self.attempt(&model, more, seed)?;
             if !outcome.is_refused() {
-                return Ok((Some(outcome), more));
+                return Ok(outcome);
+            }
+            refused.push(outcome);
+        }
+        for outcome in &refused {
+            if self.progress.leave_out() {
+                break;
+            }
+            let repaired = self.progress.during(|progress| fallback.repaired(outcome, progress))?;
+            if let Some(repaired) = repaired.filter(|repaired| !repaired.is_refused()) {
+                return Ok(repaired);
             }
         }
+        Ok(refused.swap_remove(0))
+    }
+
+    /// The outcome, which has a fault, or one with a lesser fault by local operations: in its faulty
+    /// components, or everywhere.
+    fn with_local_operations(
+        &mut self,
+        first: Outcome,
+        fallback: &Fallback,
+        (features, vertices): (FeatureSummary, usize),
+    ) -> Result<Outcome> {
+        let attempts = self.attempts;
+        let kind = first.fault.as_ref().map(|fault| fault.kind);
+        let repaired = self.progress.during(|progress| fallback.repaired(&first, progress))?;
+        // Where all components were faulty, the whole would be the same once more.
+        let is_enough = repaired.as_ref().is_some_and(|repaired| {
+            let is_whole = repaired.simplified_components == fallback.components();
+            repaired.fault.is_none() || is_whole || self.progress.leave_out()
+        });
+        let best = match repaired {
+            Some(repaired) => better(first, repaired),
+            None => first,
+        };
+        if is_enough || !may_simplify(self.shared.options) || matches!(kind, Some(FaultKind::Slivers(_))) {
+            return Ok(Outcome { attempts, ..best });
+        }
+        let whole = self.progress.during(|progress| fallback.whole(features, vertices, progress));
+        let best = match whole {
+            // Its topology needs more vertices than any mesh of so few has.
+            Err(error @ Error::Usage { .. }) if kind == Some(FaultKind::Topology) => return Err(error),
+            Err(Error::Usage { .. }) => best,
+            whole => better(best, whole?),
+        };
+        Ok(Outcome { attempts, ..best })
     }
 }
 
@@ -146,73 +214,66 @@ impl Attempts<'_> {
             runner.progress.during(|progress| fallback.whole(features, vertices, progress))
         };
         if self.options.coarse_to_fine.local {
-            let lost = Fault { kind: FaultKind::Topology, at: None };
-            let whole = whole(&mut runner)?.ok_or_else(|| self.refusal(&lost, None));
-            return whole.and_then(|whole| self.accepted(whole));
+            return whole(&mut runner).and_then(|whole| self.accepted(whole));
         }
         let first = match runner.attempt(&model, vertices, seed) {
             // There are too few vertices for the curves.
-            Err(error @ Error::Usage { .. }) if may_simplify(self.options) => {
-                return whole(&mut runner)?.ok_or(error).and_then(|whole| self.accepted(whole));
+            Err(Error::Usage { .. }) if may_simplify(self.options) => {
+                let whole = whole(&mut runner)?;
+                return runner.with_round_facets(whole, vertices).and_then(|outcome| self.accepted(outcome));
             }
             first => first?,
         };
         // It takes memory on the device, as the next one does.
         drop(model);
         let first = runner.with_shorter_edges(first, vertices)?;
-        let Some(fault) = first.fault.clone() else { return Ok(first) };
+        let first = runner.with_round_facets(first, vertices)?;
         // If vertices may be added, even triangles come first.
-        if shortage == Shortage::AddVertices && first.is_refused() {
-            let (larger, tried) = runner.with_more_vertices(vertices, seed)?;
-            let repair = |runner: &mut Runner| runner.progress.during(|p| fallback.repaired(&first, p));
-            return match larger {
-                Some(larger) => Ok(larger),
-                None => repair(&mut runner)?
-                    .filter(|repaired| !repaired.is_refused())
-                    .ok_or_else(|| self.refusal(&fault, Some(tried))),
-            };
+        let first = match shortage {
+            Shortage::AddVertices if first.is_refused() => {
+                let outcome = runner.with_more_vertices(first, &fallback, seed)?;
+                Outcome { attempts: runner.attempts, ..outcome }
+            }
+            _ => first,
+        };
+        if first.fault.is_none()
+            || fallback.has_usual_slivers(&first)
+            || (!first.is_refused() && runner.progress.leave_out())
+        {
+            return Ok(first);
         }
         // Local operations do not know the user's curves, but another start may do.
-        if has_user_curves(self.options) {
+        if has_user_curves(self.options) && !runner.progress.leave_out() {
             let model = runner.model_for(vertices)?;
             let other = runner.attempt(&model, vertices, seed.wrapping_add(1))?;
             if !other.is_refused() {
                 return Ok(other);
             }
         }
-        let attempts = runner.attempts;
-        let mut best = runner.progress.during(|progress| fallback.repaired(&first, progress))?;
-        // Where all components were faulty, the whole would be the same once more.
-        let is_whole = |repaired: &Outcome| repaired.simplified_components == fallback.components();
-        if best.as_ref().is_none_or(|repaired| repaired.fault.is_some() && !is_whole(repaired))
-            && may_simplify(self.options)
-            && fault.kind != FaultKind::Slivers
-        {
-            best = better(best, whole(&mut runner)?);
-        }
-        let best = better(Some(first), best).map(|best| Outcome { attempts, ..best });
-        best.ok_or_else(|| self.refusal(&fault, None)).and_then(|best| self.accepted(best))
+        let best = runner.with_local_operations(first, &fallback, (features, vertices))?;
+        let best =
+            if best.is_bad_all_over() { runner.with_other_starts(best, vertices, seed)? } else { best };
+        self.accepted(best)
     }
 
     /// An outcome with a fault, unless the options refuse it.
     fn accepted(&self, outcome: Outcome) -> Result<Outcome> {
         match &outcome.fault {
             Some(fault) if outcome.is_refused() && self.options.shortage == Shortage::Refuse => {
-                Err(self.refusal(fault, None))
+                let vertices = self.options.vertices + self.small_vertices;
+                Err(fault.refusal(vertices, self.input, self.frame))
             }
             _ => Ok(outcome),
         }
     }
 
+    fn model_input(&self, round_facets: bool) -> ModelInput<'_> {
+        let Self { device, mesh, frame, surface, .. } = *self;
+        ModelInput { device, mesh, frame, surface, round_facets }
+    }
+
     fn fallback<'f>(&'f self, sizes: &'f SizeField) -> Fallback<'f> {
         let Self { mesh, frame, surface, options, input_intersections, .. } = *self;
         Fallback { mesh, frame, surface, options, input_intersections, sizes }
-    }
-
-    /// The error for a faulty result; `tried` is the largest number of vertices tried.
-    fn refusal(&self, fault: &Fault, tried: Option<usize>) -> Error {
-        let vertices = self.options.vertices + self.small_vertices;
-        let more = tried.map_or(vertices, |tried| tried + self.small_vertices);
-        fault.refusal([vertices, more], self.input, self.frame)
     }
 }

@@ -84,7 +84,7 @@ impl CoarseToFine<'_> {
                 intersecting.iter().filter_map(|t| self.beside(&level.mesh, *t)).collect();
             let (fixed, sizes) = (level.fixed(), &self.model.sizes);
             let of = ConnectedSites { faces: &faces, fixed: &fixed, spacing: level_spacing, sizes };
-            if left == 0 || !densify(&mut level.sites, &of, &destinations) {
+            if left == 0 || reporting.progress.leave_out() || !densify(&mut level.sites, &of, &destinations) {
                 if !self.is_replaced_as_a_whole() {
                     self.mend(&mut level, (around, intersecting.len()), level_spacing, reporting)?;
                 }
@@ -134,7 +134,9 @@ impl CoarseToFine<'_> {
             missing_vertices(&self.surface.mesh(), (&level.mesh, &level.sites.triangles), edges, progress)?;
         let at = |v: &u32| Some(self.surface.vertices[*v as usize]);
         let missing = missing.first().map(|v| Fault { kind: FaultKind::Missing, at: at(v) });
-        Ok(missing.or_else(|| Fault::sliver(&level.mesh, &self.surface.mesh())))
+        Ok(missing.or_else(|| {
+            Fault::sliver(&level.mesh, &self.surface.mesh(), self.options.coarse_to_fine.feature_angle)
+        }))
     }
 
     /// Where another site would help a face that intersects others: on the surface beside its centre.

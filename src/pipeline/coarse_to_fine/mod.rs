@@ -15,6 +15,7 @@ mod level_mesh;
 pub(crate) mod levels;
 mod mend;
 mod refine;
+mod round_facets;
 mod shared;
 mod shorter;
 pub(crate) mod size_field;

@@ -62,7 +62,7 @@ impl Runner<'_, '_> {
             return Ok(best);
         }
         for _ in 0..ATTEMPTS {
-            let is_over = standing.farthest <= LEFT_OUT * length || self.progress.is_shortened();
+            let is_over = standing.farthest <= LEFT_OUT * length || self.progress.leave_out();
             if is_over || !self.shorten(&mut values, &left_out, length) {
                 break;
             }

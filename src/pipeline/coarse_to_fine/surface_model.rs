@@ -39,6 +39,8 @@ pub(crate) struct ModelInput<'a> {
     pub mesh: &'a TriMesh,
     pub frame: &'a UnitFrame,
     pub surface: &'a Surface,
+    /// As [`FeatureOptions::round_facets`].
+    pub round_facets: bool,
 }
 
 impl SurfaceModel {
@@ -47,7 +49,7 @@ impl SurfaceModel {
     /// # Errors
     /// As [`SurfaceModel::with`] and [`user_curve_edges`].
     pub fn new(input: ModelInput, options: &Options, progress: &ProgressToken) -> Result<Self> {
-        let ModelInput { device, mesh, frame, surface } = input;
+        let ModelInput { device, mesh, frame, surface, round_facets } = input;
         let on_surface = surface_vertices(surface, mesh);
         let edges = user_curve_edges(mesh, options)?;
         let user_edges = edges.into_iter().map(|edge| edge.map(|v| on_surface[v as usize])).collect();
@@ -55,6 +57,7 @@ impl SurfaceModel {
             feature_angle: options.coarse_to_fine.feature_angle,
             spacing: spacing(surface.area(), options.vertices),
             user_edges,
+            round_facets,
         };
         let mut given = Vec::new();
         if let Sizing::Given(values) = &options.coarse_to_fine.sizing {
@@ -66,7 +69,7 @@ impl SurfaceModel {
             size_field(&surface.mesh(), curves, &request)
         };
         let mut model = Self::with(device, surface, &features, sizes, progress)?;
-        model.features.dropped.in_units(frame.scale);
+        model.features.in_units(frame.scale);
         Ok(model)
     }
 

@@ -196,7 +196,7 @@ pub(super) fn make_within(
         lengths.follow(&result, &found, runs, if is_free { 0 } else { options.vertices });
         runs += 1;
         let is_enough = upper <= used && !is_free;
-        if is_enough || !gains || progress.is_shortened() {
+        if is_enough || !gains || progress.leave_out() {
             break;
         }
     }

@@ -90,9 +90,10 @@ fn settle(counts: &mut [usize], floors: &[usize], count: usize) {
 }
 
 pub(super) fn too_few(count: usize, components: usize, needed: usize) -> Error {
+    let what = if components == 1 { "topology".to_owned() } else { format!("{components} components") };
     Error::usage(
-        format!("{count} vertices are too few for the {components} components of this surface"),
-        format!("ask for more vertices, {needed} would do"),
+        format!("{count} vertices are too few for the {what} of this surface"),
+        format!("ask for {needed} vertices or more"),
     )
 }
 
@@ -132,7 +133,7 @@ mod tests {
         let claim = |least| Claim { area: 1.0, vertices: 100, least };
         assert_eq!(allotted(&[claim(4), claim(20)], 24).unwrap(), [4, 20]);
         let error = allotted(&[claim(4), claim(20)], 23).unwrap_err();
-        assert!(error.to_string().contains("24 would do"), "{error}");
+        assert!(error.to_string().contains("ask for 24 vertices"), "{error}");
         assert!(allotted(&[Claim { area: 0.0, vertices: 3, least: 3 }], 10).unwrap() == [10]);
     }
 }

@@ -12,6 +12,8 @@ use std::collections::HashSet;
 
 /// Vertices that the largest component gets, however many others there are, if it has as many in the input.
 const ENOUGH: usize = 32;
+/// With fewer vertices for each large component, it is made sure that its topology does not need more.
+const FEW_FOR_LARGE: usize = 64;
 /// At most so many times the vertices of small components that run into others are doubled.
 const DOUBLINGS: u32 = 4;
 /// Vertices of the smallest other component on the coarsest level.
@@ -101,12 +103,14 @@ impl Components {
             Err(_) => self.above_least(mesh, &claims, target)?,
         };
         let mut meshes = remesh(&counts_of(&counts))?;
-        // Their topology may need more than that.
-        if 2 * left(&meshes) < of_large(&counts) {
+        // Their topology may need more than that, or that of the large ones more than is left.
+        let is_little = left(&meshes) < FEW_FOR_LARGE * large.len();
+        let least_of_large = if is_little { self.least(mesh, &large, target)? } else { 0 };
+        if 2 * left(&meshes) < of_large(&counts) || left(&meshes) < least_of_large {
             let counts = self.above_least(mesh, &claims, target)?;
             meshes = remesh(&counts_of(&counts))?;
         }
-        let least_left = left(&meshes) / 2;
+        let least_left = (left(&meshes) / 2).max(least_of_large);
         for _ in 0..DOUBLINGS {
             let crossing = self.crossing(mesh, &small, &meshes, target)?;
             if crossing.is_empty() {
@@ -134,6 +138,11 @@ impl Components {
             small: meshes,
             coarsest,
         })
+    }
+
+    /// The least number of vertices that these components need.
+    fn least(&self, mesh: &TriMesh, parts: &[usize], target: &ComponentTarget) -> Result<usize> {
+        parts.iter().map(|part| least_vertices(&self.submesh(mesh, *part), target)).sum()
     }
 
     /// Vertices for each component: the least number that it needs, and a share of the others.

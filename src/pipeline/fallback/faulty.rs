@@ -2,18 +2,22 @@
 
 use super::components::{Components, RepairInput};
 use super::remesh::ComponentTarget;
+use crate::mesh::quality::quality;
 use crate::mesh::sizing::SizeField;
 use crate::mesh::spacing;
 use crate::mesh::unit_frame::UnitFrame;
 use crate::options::Options;
 use crate::pipeline::intersections::{InputIntersections, Intersections, intersecting_in_units};
 use crate::pipeline::missing::missing_vertices;
-use crate::pipeline::outcome::{Fault, FaultKind, Outcome, slivers};
+use crate::pipeline::outcome::{Fault, FaultKind, Outcome, SLIVER, is_bad_all_over, slivers};
 use crate::pipeline::result::FeatureSummary;
 use crate::pipeline::user_curves::has_user_curves;
 use crate::sites::connect::ConnectCounts;
 use crate::sites::surface::Surface;
 use crate::{Error, ProgressToken, Result, TriMesh};
+
+/// Slivers are few up to this share of all triangles.
+const FEW_SLIVERS: f64 = 0.02;
 
 /// The surface of a run, for other ways where cells fail.
 #[derive(Clone, Copy)]
@@ -41,8 +45,9 @@ impl Fallback<'_> {
         }
         let surface = self.surface.mesh();
         let mut faulty_faces = self.intersections(&faulty.mesh, progress)?.new;
-        if faulty.fault.as_ref().is_some_and(|fault| fault.kind == FaultKind::Slivers) {
-            faulty_faces.extend(slivers(&faulty.mesh).into_iter().map(|(_, t)| t));
+        let feature_angle = self.options.coarse_to_fine.feature_angle;
+        if faulty.fault.as_ref().is_some_and(|fault| matches!(fault.kind, FaultKind::Slivers(_))) {
+            faulty_faces.extend(slivers(&faulty.mesh, &surface, feature_angle).into_iter().map(|(_, t)| t));
         }
         let missing = self.missing(&surface, &faulty.mesh, progress)?;
         let mut mesh = faulty.mesh.clone();
@@ -74,26 +79,33 @@ impl Fallback<'_> {
         self.checked(mesh, outcome, progress).map(Some)
     }
 
+    /// Whether nothing is wrong but a few slivers, and the input has such triangles, as CAD programs make
+    /// them in strips narrower than an edge: local operations find no better ones there, and take long.
+    pub fn has_usual_slivers(&self, outcome: &Outcome) -> bool {
+        let Some(Fault { kind: FaultKind::Slivers(count), .. }) = outcome.fault else { return false };
+        let are_few = count as f64 <= FEW_SLIVERS * outcome.mesh.triangles.len() as f64;
+        are_few && quality(self.mesh).is_some_and(|quality| quality.theta_min <= 2.0 * SLIVER)
+    }
+
     /// Number of components.
     pub fn components(&self) -> usize {
         Components::new(&self.surface.mesh()).count()
     }
 
     /// The whole surface remeshed by local operations; with a fault if faces intersect that did not in the
-    /// input, `None` if that does not reach so few vertices.
+    /// input.
     ///
     /// # Errors
-    /// [`Error::Cancelled`].
+    /// [`Error::Usage`] with the least number of vertices if there are too few, [`Error::Cancelled`].
     pub fn whole(
         &self,
         features: FeatureSummary,
         vertices: usize,
         progress: &ProgressToken,
-    ) -> Result<Option<Outcome>> {
+    ) -> Result<Outcome> {
         let surface = self.surface.mesh();
         let components = Components::new(&surface);
-        let simplified = components.remesh(&surface, &self.component_target(vertices, progress));
-        let Some(mesh) = if_enough_vertices(simplified)? else { return Ok(None) };
+        let mesh = components.remesh(&surface, &self.component_target(vertices, progress))?;
         let outcome = Outcome {
             simplified_components: components.count(),
             features: Some(features),
@@ -101,7 +113,7 @@ impl Fallback<'_> {
             attempts: 1,
             ..Outcome::default()
         };
-        self.checked(mesh, outcome, progress).map(Some)
+        self.checked(mesh, outcome, progress)
     }
 
     /// The outcome with this mesh, and with a fault if its faces intersect more than those of the input.
@@ -114,7 +126,11 @@ impl Fallback<'_> {
         if let Some(v) = self.missing(&surface, &mesh, progress)?.first() {
             fault = Some(Fault { kind: FaultKind::Missing, at: Some(surface.vertices[*v as usize]) });
         }
-        let fault = fault.or_else(|| Fault::sliver(&mesh, &surface));
+        if is_bad_all_over(&mesh) {
+            fault = Some(Fault { kind: FaultKind::SliversAllOver, at: None });
+        }
+        let fault =
+            fault.or_else(|| Fault::sliver(&mesh, &surface, self.options.coarse_to_fine.feature_angle));
         Ok(Outcome { fault, mesh, intersecting_faces: Some(count), ..outcome })
     }
 
@@ -137,12 +153,9 @@ impl Fallback<'_> {
 }
 
 /// The one with the lesser fault, of equals the first.
-pub(crate) fn better(one: Option<Outcome>, other: Option<Outcome>) -> Option<Outcome> {
+pub(crate) fn better(one: Outcome, other: Outcome) -> Outcome {
     let severity = |outcome: &Outcome| outcome.fault.as_ref().map(|fault| fault.kind);
-    match (one, other) {
-        (Some(one), Some(other)) => Some(if severity(&other) < severity(&one) { other } else { one }),
-        (one, other) => one.or(other),
-    }
+    if severity(&other) < severity(&one) { other } else { one }
 }
 
 /// `None` if there were too few vertices.

@@ -78,8 +78,9 @@ const LEFT_OUT: f64 = 1.0;
 /// Rounds of polish beyond those of a mesh from cells, whose triangles are more even from the start.
 const MORE_ROUNDS: u32 = 10;
 
-/// A remeshed or simplified, and polished, mesh with the target number of vertices, or more if the topology
-/// needs more. `lengths` are relative target edge lengths at the vertices; empty if they are all equal.
+/// A remeshed and polished mesh with the target number of vertices, or more if the topology needs more; where
+/// that fails or takes too long, a simplified one. `lengths` are relative target edge lengths at the
+/// vertices; empty if they are all equal.
 ///
 /// # Errors
 /// [`crate::Error::Cancelled`].
@@ -134,6 +135,9 @@ fn remeshed_locally(
     let mut best: Option<(f64, LocalMesh)> = None;
     let mut guarded = false;
     for longest in TRIES {
+        if progress.leave_out() {
+            break;
+        }
         let options = LocalOptions { vertices: target.vertices, lengths, longest, guarded };
         let local = remesh_locally(surface, &features, &on, &options, progress)?;
         if local.mesh.vertices.len() != target.vertices {
@@ -216,6 +220,9 @@ fn polished(
     let mut best = crossing_in(&local.mesh)?.is_none().then(|| local.clone());
     let rounds = target.polish_rounds + MORE_ROUNDS;
     for _ in 0..POLISHES {
+        if best.is_some() && progress.leave_out() {
+            break;
+        }
         let mut polishing = local.clone();
         let options = PolishOptions {
             rounds,

@@ -1,0 +1,144 @@
+//! Sharp edges that are given up for want of vertices, and the number of vertices that keeps them.
+
+use super::coarse_to_fine::levels::enough;
+use super::result::FeatureSummary;
+use super::warning::{Warning, WarningCode};
+use crate::TriMesh;
+use crate::mesh::features::{FeatureOptions, find_features};
+use crate::mesh::spacing;
+use crate::sites::surface_curves::SurfaceCurves;
+
+/// Sharp edges are given up if this share of their length is,
+const LEAST: f64 = 0.05;
+/// and if so many times the vertices keep them: the noise of scans is kept at no number. Where a search takes
+/// long, only the first is tried.
+const MOST_TIMES: [usize; 2] = [16, 64];
+/// A search takes long on surfaces with more triangles.
+const FEW_TRIANGLES: usize = 100_000;
+/// Numbers of vertices are tried until two are as close as this, relative to each other.
+const CLOSE: f64 = 0.1;
+
+/// A surface whose features were searched for.
+pub(crate) struct Searched<'a> {
+    /// In the unit-diagonal frame, and its area.
+    pub surface: &'a TriMesh,
+    pub area: f64,
+    /// Degrees.
+    pub feature_angle: f64,
+    /// The number of vertices asked for, and those of them that are on components apart.
+    pub vertices: usize,
+    pub apart: usize,
+}
+
+impl Searched<'_> {
+    /// The warning that sharp edges were given up, if so many were; `found` at the number asked for. Where
+    /// more were taken for a coarse tessellation, those given up may be of it, too.
+    pub fn warning(&self, found: &FeatureSummary) -> Option<Warning> {
+        let given_up = found.dropped.length();
+        let all = given_up + found.sharp_length;
+        if given_up <= LEAST * all || given_up < found.dropped.facet_length {
+            return None;
+        }
+        let enough = self.enough()? + self.apart;
+        let text = format!(
+            "{} of {} units of sharp edges were given up: {} vertices keep them",
+            length_text(given_up),
+            length_text(all),
+            with_commas(&enough.to_string()),
+        );
+        Some(Warning { code: WarningCode::SharpEdges, text })
+    }
+
+    /// The warning that edges between narrow facets were taken for those of a round surface, if many were.
+    pub fn facets_warning(&self, found: &FeatureSummary) -> Option<Warning> {
+        let FeatureSummary { dropped, sharp_length, .. } = found;
+        let all = dropped.length() + dropped.facet_length + sharp_length;
+        (dropped.facet_length > LEAST * all).then(|| {
+            let text = format!(
+                "{} of {} units of creases lie between facets narrower than an edge, and were taken for a \
+                 coarse tessellation of a round surface: more vertices keep them",
+                length_text(dropped.facet_length),
+                length_text(all),
+            );
+            Warning { code: WarningCode::NarrowFacets, text }
+        })
+    }
+
+    /// A number of vertices that keeps nearly all sharp edges, nearly the least; `None` if none does that is
+    /// not far larger.
+    fn enough(&self) -> Option<usize> {
+        let is_quick = self.surface.triangles.len() <= FEW_TRIANGLES;
+        let most = &MOST_TIMES[..if is_quick { 2 } else { 1 }];
+        let mut many = most.iter().map(|times| times * self.vertices).find(|most| self.keeps(*most))?;
+        let mut few = self.vertices;
+        while many as f64 > (1.0 + CLOSE) * few as f64 {
+            let between = rounded_up((few as f64 * many as f64).sqrt());
+            if between >= many || between <= few {
+                break;
+            }
+            if self.keeps(between) {
+                many = between;
+            } else {
+                few = between;
+            }
+        }
+        Some(many)
+    }
+
+    /// Whether a run with so many vertices would keep nearly all sharp edges.
+    fn keeps(&self, vertices: usize) -> bool {
+        let spacing = spacing(self.area, vertices);
+        let options = FeatureOptions { feature_angle: self.feature_angle, ..FeatureOptions::new(spacing) };
+        let Ok(features) = find_features(self.surface, &options) else { return false };
+        let FeatureSummary { dropped, sharp_length, .. } = FeatureSummary::of(&features);
+        let given_up = dropped.length();
+        let TriMesh { vertices: points, triangles } = self.surface;
+        let has_room = || {
+            SurfaceCurves::new(points, triangles, &features)
+                .is_none_or(|curves| enough(&curves, self.area, vertices) <= vertices)
+        };
+        given_up <= LEAST * (given_up + sharp_length) && has_room()
+    }
+}
+
+/// A number of vertices rounded up to two digits.
+fn rounded_up(number: f64) -> usize {
+    let unit = 10_f64.powf((number.log10().floor() - 1.0).max(0.0));
+    ((number / unit).ceil() * unit) as usize
+}
+
+/// A length with four digits at least before or behind the point.
+fn length_text(length: f64) -> String {
+    if !(1e-3..1e15).contains(&length) {
+        return format!("{length:.3e}");
+    }
+    let decimals = (3.0 - length.log10().floor()).clamp(0.0, 6.0) as usize;
+    with_commas(&format!("{length:.decimals$}"))
+}
+
+/// A number with commas between thousands.
+fn with_commas(number: &str) -> String {
+    let whole = number.find('.').unwrap_or(number.len());
+    let mut text = String::new();
+    for (k, digit) in number.chars().enumerate() {
+        if k > 0 && k < whole && (whole - k).is_multiple_of(3) {
+            text.push(',');
+        }
+        text.push(digit);
+    }
+    text
+}
+
+#[cfg(test)]
+mod tests {
+    use super::{length_text, rounded_up, with_commas};
+
+    #[test]
+    fn numbers_are_written_with_commas_and_rounded_up_to_two_digits() {
+        assert_eq!(with_commas("1234567.25"), "1,234,567.25");
+        assert_eq!((with_commas("123"), with_commas("1900")), ("123".into(), "1,900".into()));
+        assert_eq!([7.2, 1811.0, 1900.0, 123_456.0].map(rounded_up), [8, 1900, 1900, 130_000]);
+        assert_eq!((length_text(1656.7), length_text(2.5)), ("1,657".into(), "2.500".into()));
+        assert_eq!(length_text(2e-9), "2.000e-9");
+    }
+}

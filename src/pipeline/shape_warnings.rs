@@ -1,0 +1,327 @@
+//! Warnings about the shape of a result: how far it is from the input, and its triangles.
+
+use super::missing::farthest_vertex;
+use super::warning::{Warning, WarningCode};
+use crate::TriMesh;
+use crate::grammar::counted;
+use crate::measure::{Measures, relative_volume};
+use crate::mesh::bvh::Bvh;
+use crate::mesh::feature_distance::folded_edges;
+use crate::mesh::forced_angles::ForcedAngles;
+use crate::mesh::half_edges::{EdgeTable, HalfEdge};
+use crate::mesh::small_angles::{SmallAnglePlace, small_angle_places};
+use crate::mesh::topology::{Partition, Topology};
+use crate::mesh::triangle::doubled_normal;
+use crate::options::{Method, Options};
+use glam::DVec3;
+use std::collections::BTreeMap;
+
+/// Distances above this share of the input's diagonal are large, and above so many mean edges,
+const FAR: f64 = 0.02;
+const FAR_EDGES: f64 = 1.5;
+/// and changes of the volume above this share of it.
+const VOLUME: f64 = 0.02;
+/// Closed surfaces with a smaller volume, relative to that of their bounding box, have hardly any.
+const FLAT: f64 = 1e-3;
+/// Angles below this many degrees are small where no corner forces them,
+const SMALL: f64 = 10.0;
+/// and more triangles than this share with an angle below 30 degrees are many.
+const MANY: f64 = 0.02;
+/// Creases that turn by less than this many degrees at the median may come from a coarse tessellation: those
+/// of a box turn by 90.
+const COARSE: f64 = 75.0;
+/// They do if so many of all sharp edges turn by less; else the part would melt without creases.
+const MOSTLY: f64 = 0.8;
+/// An edge that turns by more degrees is folded, unless one of the input is near that turns by as many.
+const FOLDED: f64 = 168.0;
+const FOLDED_BEFORE: f64 = 160.0;
+/// Components with few vertices may face inwards in parts although they are no closer to the input that way:
+/// those with so many at most, by this share of their area.
+const FEW: usize = 24;
+const INWARDS: f64 = 1.0 / 3.0;
+
+/// A result, beside what it was made from.
+#[derive(Clone, Copy)]
+pub(crate) struct Shapes<'a> {
+    pub options: &'a Options,
+    /// The repaired input and its topology.
+    pub input: (&'a TriMesh, &'a Topology),
+    /// The result, in the same frame, and its measures.
+    pub result: (&'a TriMesh, &'a Measures),
+    /// Edge length of a perfect layout, and the diagonal of the input's bounding box, in the input's units.
+    pub spacing: f64,
+    pub diagonal: f64,
+}
+
+impl<'a> Shapes<'a> {
+    pub fn new(
+        options: &'a Options,
+        input: (&'a TriMesh, &'a Topology),
+        result: (&'a TriMesh, &'a Measures),
+        [spacing, diagonal]: [f64; 2],
+    ) -> Self {
+        Self { options, input, result, spacing, diagonal }
+    }
+
+    /// All warnings; that of the distance only if the mesh is without a fault, which says more.
+    pub fn warnings(&self, has_fault: bool) -> Vec<Warning> {
+        let distance = if has_fault { None } else { self.distance_warning() };
+        let list = [
+            (WarningCode::Distance, distance),
+            (WarningCode::Volume, self.volume_warning()),
+            (WarningCode::SmallAngles, self.angle_warning()),
+            (WarningCode::FoldedEdges, self.fold_warning()),
+            (WarningCode::FacesInwards, self.inwards_warning()),
+        ];
+        list.into_iter().filter_map(|(code, text)| text.map(|text| Warning { code, text })).collect()
+    }
+
+    /// If a part of the input is far from the result, or the other way round. What was measured counts;
+    /// otherwise vertices of the input are tried, which finds only a lower bound.
+    fn distance_warning(&self) -> Option<String> {
+        let most = (FAR * self.diagonal).min(FAR_EDGES * self.spacing);
+        let (result, measures) = self.result;
+        let far = match measures.distances {
+            Some(distances) => distances.hausdorff_lower / 100.0 * self.diagonal,
+            None => farthest_vertex(self.input.0, result, most)?,
+        };
+        let percent = 100.0 * far / self.diagonal;
+        (far > most).then(|| {
+            format!(
+                "parts of the input are up to {percent:.1} % of its diagonal away from the result: ask for \
+                 more vertices"
+            )
+        })
+    }
+
+    /// If the volume of a closed input changes much.
+    fn volume_warning(&self) -> Option<String> {
+        let (input, topology) = self.input;
+        let (result, measures) = self.result;
+        measures.relative_volume?;
+        if topology.boundary_edges > 0 || relative_volume(input).abs() < FLAT {
+            return None;
+        }
+        let [before, after] = [input, result].map(|mesh| relative_volume(mesh) * self.box_volume(mesh));
+        let change = (after - before) / before;
+        (change.abs() > VOLUME && change > -1.0).then(|| {
+            let word = if change > 0.0 { "larger" } else { "smaller" };
+            let percent = 100.0 * change.abs();
+            format!("the volume is {percent:.1} % {word} than the input's: ask for more vertices")
+        })
+    }
+
+    /// If triangles are narrow where no corner of the input's shape is the reason.
+    fn angle_warning(&self) -> Option<String> {
+        let (result, measures) = self.result;
+        let quality = &measures.quality;
+        if self.options.method != Method::CoarseToFine {
+            return None;
+        }
+        let feature_angle = self.options.coarse_to_fine.feature_angle;
+        if quality.share_below_30 > MANY {
+            let percent = 100.0 * quality.share_below_30;
+            let cause = self.cause(30.0);
+            return Some(format!("{percent:.1} % of the triangles have an angle below 30 degrees, {cause}"));
+        }
+        if quality.theta_min >= SMALL {
+            return None;
+        }
+        let forced = ForcedAngles::of(self.input.0, SMALL, feature_angle);
+        let small = forced.unforced(result, SMALL, self.spacing).len();
+        (small > 0).then(|| {
+            let triangles = counted(small, ["triangle has", "triangles have"]);
+            format!(
+                "{triangles} an angle below {SMALL} degrees away from sharp corners, {}",
+                self.cause(SMALL)
+            )
+        })
+    }
+
+    /// Why there are angles below `limit` degrees, and what helps.
+    fn cause(&self, limit: f64) -> String {
+        let (result, _) = self.result;
+        let feature_angle = self.options.coarse_to_fine.feature_angle;
+        let small = small_angle_places(result, limit, feature_angle);
+        let between = small.iter().filter(|(_, place)| *place != SmallAnglePlace::Elsewhere).count();
+        if 2 * between < small.len() {
+            return "where features are closer to each other than an edge: ask for more vertices".to_owned();
+        }
+        let turns = |of: &dyn Fn(usize) -> bool| turns(result, feature_angle, of);
+        let mut is_small = vec![false; result.triangles.len()];
+        small.iter().for_each(|(t, _)| is_small[*t] = true);
+        let all = turns(&|_| true);
+        let coarse = all.iter().filter(|turn| **turn < COARSE).count();
+        let are_many = small.len() as f64 > MANY * is_small.len() as f64;
+        if are_many && coarse > 0 && coarse as f64 >= MOSTLY * all.len() as f64 {
+            let mut near = turns(&|t| is_small[t]);
+            near.sort_unstable_by(f64::total_cmp);
+            let median = near.get(near.len() / 2).copied().unwrap_or_default();
+            return format!(
+                "between creases that turn by {median:.0} degrees at the median, as those of a coarse \
+                 tessellation: `feature_angle` 180 keeps no creases, or ask for more vertices"
+            );
+        }
+        "in strips between sharp edges or boundaries that are narrower than an edge: ask for more vertices"
+            .to_owned()
+    }
+
+    /// If edges are folded where the input has no such edge.
+    fn fold_warning(&self) -> Option<String> {
+        let (result, measures) = self.result;
+        if measures.folded_edges == 0.0 {
+            return None;
+        }
+        let folded = folded_edges(result, FOLDED);
+        if folded.is_empty() {
+            return None;
+        }
+        let input = self.input.0;
+        let before = folded_edges(input, FOLDED_BEFORE);
+        let vertices =
+            before.iter().flat_map(|(a, b)| [*a, *b]).map(|v| input.vertices[v as usize]).collect();
+        let triangles = (0..before.len() as u32).map(|k| [2 * k, 2 * k + 1, 2 * k + 1]).collect();
+        let tree = Bvh::new(&TriMesh { vertices, triangles });
+        let is_new = |(a, b): &&(u32, u32)| {
+            let middle = result.vertices[*a as usize].midpoint(result.vertices[*b as usize]);
+            tree.closest(middle).is_none_or(|found| found.distance_sq > self.spacing * self.spacing)
+        };
+        let new = folded.iter().filter(is_new).count();
+        (new > 0).then(|| {
+            let edges = counted(new, ["edge is folded", "edges are folded"]);
+            format!(
+                "{edges} by more than {FOLDED:.0} degrees, none of the input is there: ask for more vertices"
+            )
+        })
+    }
+
+    /// If a closed component of few vertices faces inwards with much of its area, seen from the input.
+    fn inwards_warning(&self) -> Option<String> {
+        let (result, measures) = self.result;
+        if measures.topology.vertices > FEW && measures.topology.components == 1 {
+            return None;
+        }
+        let mut parts = Partition::new(result.vertices.len());
+        result.triangles.iter().for_each(|[a, b, c]| {
+            parts.join(*a, *b);
+            parts.join(*a, *c);
+        });
+        let mut faces: BTreeMap<u32, Vec<usize>> = BTreeMap::new();
+        for (t, face) in result.triangles.iter().enumerate() {
+            faces.entry(parts.root(face[0])).or_default().push(t);
+        }
+        // A closed surface of so many vertices without handles has twice as many faces but four.
+        faces.retain(|_, faces| faces.len() <= 2 * FEW - 4);
+        if faces.is_empty() {
+            return None;
+        }
+        let input = self.input.0;
+        let tree = Bvh::new(input);
+        let inwards = |faces: &Vec<usize>| {
+            let (mut inwards, mut all) = (0.0, 0.0);
+            for t in faces {
+                let corners = result.corners(*t);
+                let normal = doubled_normal(corners);
+                let Some(found) = tree.closest(corners.into_iter().sum::<DVec3>() / 3.0) else { continue };
+                let facing = normal.dot(doubled_normal(input.corners(found.triangle as usize)));
+                all += normal.length();
+                inwards += if facing < 0.0 { normal.length() } else { 0.0 };
+            }
+            inwards / all
+        };
+        let worst = faces.values().map(inwards).filter(|share| *share >= INWARDS).max_by(f64::total_cmp)?;
+        let percent = 100.0 * worst;
+        Some(format!("{percent:.0} % of a component's area faces inwards: ask for more vertices"))
+    }
+
+    /// The volume of the bounding box of a mesh's triangles, in cubes of the diagonal.
+    fn box_volume(&self, mesh: &TriMesh) -> f64 {
+        let corners = mesh.triangles.as_flattened().iter().map(|v| mesh.vertices[*v as usize]);
+        let none = (DVec3::INFINITY, DVec3::NEG_INFINITY);
+        let (lo, hi) = corners.fold(none, |(lo, hi), p| (lo.min(p), hi.max(p)));
+        ((hi - lo) / self.diagonal).element_product()
+    }
+}
+
+/// The angles in degrees by which a mesh turns at its sharp edges beside some of its triangles.
+fn turns(mesh: &TriMesh, feature_angle: f64, of: &dyn Fn(usize) -> bool) -> Vec<f64> {
+    let least = feature_angle.to_radians().cos();
+    let turn = |edge: &[HalfEdge]| {
+        let [one, two] = edge else { return None };
+        let sides = [one.triangle(), two.triangle()];
+        let [n, m] = sides.map(|t| doubled_normal(mesh.corners(t)).normalize_or_zero());
+        (sides.into_iter().any(of) && n.dot(m) <= least).then(|| n.angle_between(m).to_degrees())
+    };
+    EdgeTable::new(&mesh.triangles).edges().filter_map(turn).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::Shapes;
+    use crate::measure::measure;
+    use crate::mesh::repair::repair;
+    use crate::mesh::samples::sample;
+    use crate::mesh::topology::topology;
+    use crate::{Options, TriMesh};
+    use glam::DVec3;
+
+    /// The warnings of distance, volume and angles.
+    fn warnings(input: &TriMesh, result: &TriMesh, feature_angle: f64) -> [Option<String>; 3] {
+        let (topology, measures) = (topology(input), measure(result, None).unwrap());
+        let (lo, hi) = input
+            .vertices
+            .iter()
+            .fold((DVec3::INFINITY, DVec3::NEG_INFINITY), |(lo, hi), p| (lo.min(*p), hi.max(*p)));
+        let shapes = Shapes {
+            options: &Options::new(100).feature_angle(feature_angle),
+            input: (input, &topology),
+            result: (result, &measures),
+            spacing: 0.1 * lo.distance(hi),
+            diagonal: lo.distance(hi),
+        };
+        [shapes.distance_warning(), shapes.volume_warning(), shapes.angle_warning()]
+    }
+
+    fn scaled(mesh: &TriMesh, by: DVec3) -> TriMesh {
+        let vertices = mesh.vertices.iter().map(|p| *p * by).collect();
+        TriMesh { vertices, triangles: mesh.triangles.clone() }
+    }
+
+    #[test]
+    fn a_volume_that_changes_by_more_than_two_percent_is_warned_of_in_any_unit() {
+        let input = sample("torus").unwrap();
+        for unit in [1e-9, 1.0, 1e9] {
+            let input = scaled(&input, DVec3::splat(unit));
+            let volume = |by| warnings(&input, &scaled(&input, DVec3::new(1.0, 1.0, by)), 40.0)[1].clone();
+            assert!(volume(0.9).unwrap().contains("10.0 % smaller"), "{unit}");
+            assert!(volume(1.05).unwrap().contains("5.0 % larger"), "{unit}");
+            assert_eq!((volume(1.0), volume(0.99)), (None, None), "{unit}");
+        }
+    }
+
+    #[test]
+    fn a_part_that_is_missing_is_warned_of_although_no_distance_was_measured() {
+        let input = sample("two-components").unwrap();
+        let half = TriMesh {
+            vertices: input.vertices.clone(),
+            triangles: input.triangles[..input.triangles.len() / 2].to_vec(),
+        };
+        let used = repair(&half).unwrap().mesh;
+        assert!(warnings(&input, &used, 40.0)[0].as_ref().unwrap().contains("away"));
+        assert_eq!(warnings(&input, &input, 40.0)[0], None);
+    }
+
+    #[test]
+    fn many_narrow_triangles_are_warned_of_with_their_share() {
+        let at = |degrees: f64| DVec3::new(degrees.to_radians().cos(), degrees.to_radians().sin(), 0.0);
+        let fan = |angles: &[f64]| TriMesh {
+            vertices: std::iter::once(DVec3::ZERO).chain(angles.iter().map(|a| at(*a))).collect(),
+            triangles: (1..angles.len() as u32).map(|k| [0, k, k + 1]).collect(),
+        };
+        let many = fan(&[0.0, 5.0, 10.0, 15.0]);
+        let said = warnings(&many, &many, 40.0)[2].clone().unwrap();
+        assert!(said.contains("100.0 % of the triangles") && said.contains("strips"), "{said}");
+        let even = fan(&[0.0, 60.0, 120.0, 180.0]);
+        assert_eq!(warnings(&even, &even, 40.0)[2], None);
+    }
+}
