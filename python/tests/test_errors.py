@@ -102,7 +102,7 @@ def test_what_is_wrong_with_a_result_is_a_warning_at_the_callers_line(torus):
     assert told[0].filename == __file__
     assert [str(warning.message) for warning in told] == result.report["warnings"]
     # Below what the topology needs, there is no mesh.
-    with pytest.raises(rtfmesh.InputError, match="4 vertices are too few .*ask for 9 vertices or more"):
+    with pytest.raises(rtfmesh.InputError, match=r"4 vertices are too few .*ask for 9 vertices or more"):
         rtfmesh.remesh(torus.vertices, torus.faces, 4)
 
 

@@ -153,10 +153,10 @@ impl<'a> Shapes<'a> {
         let all = turns(&|_| true);
         let coarse = all.iter().filter(|turn| **turn < COARSE).count();
         let are_many = small.len() as f64 > MANY * is_small.len() as f64;
-        if are_many && coarse > 0 && coarse as f64 >= MOSTLY * all.len() as f64 {
-            let mut near = turns(&|t| is_small[t]);
-            near.sort_unstable_by(f64::total_cmp);
-            let median = near.get(near.len() / 2).copied().unwrap_or_default();
+        let mut near = turns(&|t| is_small[t]);
+        near.sort_unstable_by(f64::total_cmp);
+        let median = near.get(near.len() / 2).copied().filter(|median| *median < COARSE);
+        if let Some(median) = median.filter(|_| are_many && coarse as f64 >= MOSTLY * all.len() as f64) {
             return format!(
                 "between creases that turn by {median:.0} degrees at the median, as those of a coarse \
                  tessellation: `feature_angle` 180 keeps no creases, or ask for more vertices"
