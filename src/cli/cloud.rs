@@ -242,10 +242,10 @@ pub fn size_by_points(size: Size, points: usize, options: &Options) -> Size {
 fn told(cloud: &PointCloud, found: &CloudSurface) -> Vec<String> {
     let kind = if found.is_terrain { "a terrain seen from above" } else { "a surface" };
     let mut notes = vec![format!(
-        "{} points without faces, {:.3e} apart: {kind} of {} triangles goes through them",
+        "{} points without faces, {:.3e} apart: {kind} of {} goes through them",
         cloud.points.len(),
         found.spacing,
-        found.mesh.triangles.len()
+        counted(found.mesh.triangles.len(), ["triangle", "triangles"])
     )];
     let points = ["point was left out", "points were left out"];
     let left_out = [

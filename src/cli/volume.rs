@@ -5,6 +5,7 @@ use super::heading::INPUT;
 use super::method::MethodArgs;
 use super::progress::RunProgress;
 use crate::error::shown;
+use crate::grammar::counted;
 use clap::ValueEnum;
 use rtfmesh::glam::{DMat3, DVec3};
 use rtfmesh::io::{Loaded, Volume};
@@ -170,10 +171,9 @@ impl VolumeArgs {
         let found = label_surface_with_progress(volume, &asked, progress)?;
         let [x, y, z] = volume.size;
         let mut notes = vec![format!(
-            "a volume of {x} x {y} x {z} values with {} label{}: {} triangles of borders",
-            found.labels,
-            if found.labels == 1 { "" } else { "s" },
-            found.mesh.triangles.len()
+            "a volume of {x} x {y} x {z} values with {}: {} of borders",
+            counted(found.labels, ["label", "labels"]),
+            counted(found.mesh.triangles.len(), ["triangle", "triangles"])
         )];
         notes.extend(specks_told(found.specks, "of labels, of less than 64 voxels,"));
         Ok((Loaded { mesh: found.mesh, attributes: found.attributes, notes, ..Loaded::default() }, found.rim))

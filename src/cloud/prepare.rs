@@ -3,6 +3,7 @@
 use glam::DVec3;
 
 use super::PointCloud;
+use crate::grammar::counted;
 use crate::mesh::unit_frame::UnitFrame;
 use crate::mesh::{TriMesh, position_key};
 use crate::sites::morton::morton_order;
@@ -73,7 +74,8 @@ pub(super) fn check(cloud: &PointCloud) -> Result<()> {
         return Err(Error::input(place, "a coordinate is not finite", "remove the point"));
     }
     if !normals.is_empty() && normals.len() != points.len() {
-        let problem = format!("the cloud has {} normals for {} points", normals.len(), points.len());
+        let normals = counted(normals.len(), ["normal", "normals"]);
+        let problem = format!("the cloud has {normals} for {}", counted(points.len(), ["point", "points"]));
         return Err(Error::input(None, problem, "give one for each point, or none"));
     }
     Ok(())

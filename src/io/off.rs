@@ -8,6 +8,7 @@ use glam::DVec3;
 use super::checks::{check_declared_count, check_vertex_count, cut_off, excerpt_of_bytes, refuse_binary};
 use super::loaded::Loaded;
 use super::text::{Faces, Lines, number, unsigned_integer, vertex, words, write_number};
+use crate::grammar::counted;
 use crate::mesh::attributes::{Attribute, Attributes, Kind, Role};
 use crate::{Error, Result, TriMesh};
 
@@ -53,7 +54,8 @@ pub(crate) fn parse(bytes: &[u8]) -> Result<Loaded> {
     let (faces, skipped) = read_faces(faces, vertices, &mut lines)?;
     let mut notes: Vec<String> = faces.split_note().into_iter().collect();
     if skipped > 0 {
-        notes.push(format!("{skipped} faces with fewer than 3 vertices were ignored"));
+        let faces = ["face with fewer than 3 vertices was", "faces with fewer than 3 vertices were"];
+        notes.push(format!("{} ignored", counted(skipped, faces)));
     }
     let vertex = colours.and_then(|colours| colours.into_attribute(&mut notes)).into_iter().collect();
     let attributes = Attributes { vertex, ..Attributes::default() };

@@ -15,6 +15,7 @@ use glam::DVec3;
 use super::checks::{check_counts, cut_off, excerpt_of_bytes, refuse_binary, without_padding};
 use super::loaded::Loaded;
 use super::text::{Lines, vertex, words};
+use crate::grammar::counted;
 use crate::mesh::attributes::{Attribute, Attributes, Kind, Role};
 use crate::{Error, Result, TriMesh};
 
@@ -85,7 +86,10 @@ fn parse_binary(bytes: &[u8]) -> Result<Loaded> {
         let there = facets.len();
         return Err(cut_off(
             format!("byte {}", bytes.len()),
-            &format!("the header declares {count} triangles, but {there} are there"),
+            &format!(
+                "the header declares {}, but {there} are there",
+                counted(count, ["triangle", "triangles"])
+            ),
         ));
     };
     check_counts(3 * count as u64, count as u64)?;
@@ -113,7 +117,8 @@ fn parse_binary(bytes: &[u8]) -> Result<Loaded> {
     }
     let surplus = body.len() - FACET * count;
     if surplus > 0 {
-        notes.push(format!("{surplus} bytes after the last triangle were ignored"));
+        let bytes = ["byte after the last triangle was", "bytes after the last triangle were"];
+        notes.push(format!("{} ignored", counted(surplus as u64, bytes)));
     }
     Ok(Loaded { mesh: builder.mesh, notes, ..Loaded::default() })
 }
@@ -168,7 +173,8 @@ fn parse_text(bytes: &[u8]) -> Result<Loaded> {
         return Err(Error::input(None, "the file has no facets", "give a mesh with facets"));
     }
     check_counts(mesh.vertices.len() as u64, mesh.triangles.len() as u64)?;
-    let note = format!("{polygons} facets with more than 3 vertices were split into triangles");
+    let facets = ["facet with more than 3 vertices was", "facets with more than 3 vertices were"];
+    let note = format!("{} split into triangles", counted(polygons, facets));
     let notes = (polygons > 0).then_some(note).into_iter().collect();
     Ok(Loaded { mesh, attributes: solids.attributes(), notes, ..Loaded::default() })
 }

@@ -6,6 +6,7 @@ use std::io::Write;
 use glam::DVec3;
 
 use super::checks::{excerpt_of_bytes, find_duplicate};
+use crate::grammar::counted;
 use crate::{Error, Result};
 
 /// The lines that are not empty, without comments, which begin with `#`; line ends are LF, CR or both.
@@ -145,11 +146,16 @@ impl Faces {
         Ok(())
     }
 
-    /// A note on the polygons that were split, if there were any.
+    /// As [`split_note`].
     pub(crate) fn split_note(&self) -> Option<String> {
-        let count = self.polygons;
-        (count > 0).then(|| format!("{count} faces with more than 3 vertices were split into triangles"))
+        split_note(self.polygons)
     }
+}
+
+/// A note on the polygons that were split, if there were any.
+pub(crate) fn split_note(polygons: u64) -> Option<String> {
+    let was_split = ["face with more than 3 vertices was", "faces with more than 3 vertices were"];
+    (polygons > 0).then(|| format!("{} split into triangles", counted(polygons, was_split)))
 }
 
 /// Writes a number in the shortest form that reads back the same.

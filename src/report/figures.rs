@@ -2,6 +2,7 @@
 
 use crate::cloud::{DistanceStatistics, PointDistances};
 use crate::gpu::DeviceInfo;
+use crate::grammar::counted;
 use crate::measure::Measures;
 use crate::mesh::feature_distance::{FeatureDistance, FeatureDistances};
 use crate::mesh::features::Dropped;
@@ -82,8 +83,9 @@ pub fn course(s: &Summary, device: &DeviceInfo) -> Vec<Row> {
     }
     if let Some(shorter) = &s.shorter_edges {
         let ShorterEdges { places, shortest, vertices } = shorter;
-        let text =
-            format!("at {} places, down to {:.0} %: {vertices} vertices", places.len(), 100.0 * shortest);
+        let places = counted(places.len(), ["place", "places"]);
+        let vertices = counted(*vertices, ["vertex", "vertices"]);
+        let text = format!("at {places}, down to {:.0} %: {vertices}", 100.0 * shortest);
         rows.push(("shorter edges for what is left out", text));
     }
     if let Some(found) = s.features.filter(|found| found.curves + found.corners > 0) {
@@ -98,11 +100,13 @@ pub fn course(s: &Summary, device: &DeviceInfo) -> Vec<Row> {
         let reached = if found.is_reached { "reached" } else { "not reached" };
         rows.push((
             "largest deviation asked for",
-            format!("{:.4} %: {reached}, {} runs", found.asked, found.runs),
+            format!("{:.4} %: {reached}, {}", found.asked, counted(found.runs, ["run", "runs"])),
         ));
     }
     if let Some(small) = s.small_angles.filter(|small| small.left + small.edits > 0) {
-        let text = format!("{} edits, {} vertices from elsewhere", small.edits, small.vertices);
+        let edits = counted(small.edits, ["edit", "edits"]);
+        let vertices = counted(small.vertices, ["vertex", "vertices"]);
+        let text = format!("{edits}, {vertices} from elsewhere");
         rows.push(("small angles mended", text));
         let text = format!(
             "{}: {} at sharp corners, {} between close features",

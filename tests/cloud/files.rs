@@ -61,7 +61,7 @@ fn pcd_is_read_as_text_and_binary() {
     }
     let holes = text.replace("4 5 -6", "nan nan nan");
     let loaded = parsed(Format::Pcd, holes).unwrap();
-    assert!(loaded.mesh.vertices.len() == 1 && loaded.notes[0].contains("1 points without"));
+    assert!(loaded.mesh.vertices.len() == 1 && loaded.notes[0].contains("1 point without"));
 }
 
 #[test]

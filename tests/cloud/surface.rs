@@ -140,7 +140,7 @@ fn what_makes_no_surface_is_refused() {
         (of(vec![DVec3::ONE; 1000]), "one point"),
         (with(DVec3::new(f64::NAN, 0.0, 0.0)), "not finite"),
         (with(DVec3::new(0.0, f64::INFINITY, 0.0)), "not finite"),
-        (few_normals, "1 normals for 50 points"),
+        (few_normals, "1 normal for 50 points"),
     ] {
         let error = surface(&cloud, &default()).unwrap_err();
         assert!(matches!(&error, Error::Input { .. }), "{error}");

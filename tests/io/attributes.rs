@@ -204,7 +204,7 @@ fn invalid_numbers_lose_the_attribute_but_not_the_mesh() {
         [
             "the property 'red' of each vertex was ignored: '300' is not of type uchar",
             "the property 'heat' of each vertex was ignored: 'hot' is not of type float",
-            "texture coordinates were ignored: 1 faces lack some",
+            "texture coordinates were ignored: 1 face lacks some",
         ]
     );
     // Attributes whose names are in use get another name.

@@ -145,8 +145,8 @@ fn primitives_other_than_triangles_are_noted() {
     json["meshes"][0]["primitives"].as_array_mut().unwrap().push(points);
     let loaded = parse(&json);
     assert_eq!(loaded.mesh.triangles.len(), 12);
-    let points = "1 primitives of points and lines were ignored";
-    assert_eq!(loaded.notes, [points, "1 skins were ignored; their meshes are in the rest pose"]);
+    let points = "1 primitive of points or lines was ignored";
+    assert_eq!(loaded.notes, [points, "1 skin was ignored; its meshes are in the rest pose"]);
 }
 
 #[test]

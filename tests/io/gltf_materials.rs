@@ -152,7 +152,7 @@ fn extensions_of_materials_are_kept_and_others_noted() {
     assert_eq!(
         loaded.notes,
         [
-            "1 textures were left out: they use another than the first set of texture coordinates",
+            "1 texture was left out, which uses another than the first set of texture coordinates",
             "extensions of materials were left out: X_y",
         ]
     );

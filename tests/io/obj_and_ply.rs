@@ -64,7 +64,7 @@ fn obj_polygons_groups_and_negative_indices() {
     assert_eq!(
         notes,
         [
-            "1 faces with more than 3 vertices were split into triangles",
+            "1 face with more than 3 vertices was split into triangles",
             "2 point and line elements were ignored",
             "lines with these keywords were ignored: vp",
             "colours were ignored: not all vertices have one",
@@ -89,7 +89,7 @@ fn obj_with_windows_line_ends_latin_names_and_unused_vertices() {
     let Loaded { mesh, notes, .. } = load("a.obj", text);
     assert_eq!(positions(&mesh), [[0.0, 1.0, 0.0], [0.0, 0.0, 0.0], [1.0, 0.0, 0.0]]);
     assert_eq!(mesh.triangles, [[0, 1, 2]]);
-    assert_eq!(notes, ["1 vertices that no face uses were left out"]);
+    assert_eq!(notes, ["1 vertex that no face uses was left out"]);
 }
 
 #[test]
@@ -106,7 +106,7 @@ fn ply_text_with_any_order_types_extras_and_polygons() {
         notes,
         [
             "2 elements 'material' were ignored",
-            "1 faces with more than 3 vertices were split into triangles",
+            "1 face with more than 3 vertices was split into triangles",
             "these properties of each face were ignored: uv",
             "these properties of each vertex were ignored: ring",
             "values beyond those that the header declares were ignored (first on line 28)",

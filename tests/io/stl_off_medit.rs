@@ -143,7 +143,7 @@ fn stl_text_in_capitals_with_polygons_and_several_solids() {
     let Loaded { mesh, notes, .. } = load("a.stl", text);
     assert_eq!(mesh.triangles, [[0, 1, 2], [0, 2, 3], [2, 1, 4]]);
     assert_eq!(mesh.vertices[4].to_array(), [0.1, 0.0, 1e-300]);
-    assert_eq!(notes, ["1 facets with more than 3 vertices were split into triangles"]);
+    assert_eq!(notes, ["1 facet with more than 3 vertices was split into triangles"]);
     let facet = "facet\nouter loop\nvertex 0 0 0\nvertex 1 0 0\nvertex 0 1 0\nendloop\nendfacet\n";
     for (content, place, problem) in [
         (format!("solid\n{facet}"), "line 8", "no 'endsolid'"),
@@ -192,8 +192,8 @@ fn off_with_colours_normals_comments_and_counts_anywhere() {
         assert_eq!(
             notes,
             [
-                "1 faces with more than 3 vertices were split into triangles",
-                "1 faces with fewer than 3 vertices were ignored"
+                "1 face with more than 3 vertices was split into triangles",
+                "1 face with fewer than 3 vertices was ignored"
             ]
         );
     }
@@ -242,7 +242,7 @@ fn medit_sections_in_any_order_and_layout() {
     assert_eq!(
         notes,
         [
-            "1 faces with more than 3 vertices were split into triangles",
+            "1 face with more than 3 vertices was split into triangles",
             "these sections were ignored: Corners, Tetrahedra"
         ]
     );

@@ -166,7 +166,7 @@ fn nifti_of_the_other_byte_order_is_read() {
 fn broken_volumes_are_refused_in_words() {
     let array = |shape: &str| npy_of(&format!("'<f4', 'fortran_order': False, 'shape': {shape}"), &[0; 96]);
     for (bytes, said) in [
-        (array("(24,)"), "1 axes"),
+        (array("(24,)"), "1 axis (24)"),
         (array("(2, 3, 4, 1, 2)"), "5 axes"),
         (array("(1, 6, 4)"), "two along each axis"),
         (array("(3, 3, 4)"), "do not fit into 96 bytes"),

@@ -4,6 +4,7 @@ use glam::{DMat3, DMat4, DVec3};
 
 use super::accessors::{Buffers, Elements};
 use super::model::{Model, Primitive};
+use crate::grammar::counted;
 use crate::mesh::attributes::{Attribute, Attributes, CornerUv, Kind, Role};
 use crate::{Error, Result};
 
@@ -157,12 +158,14 @@ impl AttributeReader {
             let values = self.normals.iter().flat_map(|normal| normal.to_array()).collect();
             found.vertex.push(Attribute::new("normal", Role::Normal, Kind::F32, 3, values));
         } else if self.without_normal < self.vertices {
-            notes.push(format!("normals were ignored: {} vertices lack one", self.without_normal));
+            let vertices = counted(self.without_normal, ["vertex lacks", "vertices lack"]);
+            notes.push(format!("normals were ignored: {vertices} one"));
         }
         if self.without_uv == 0 {
             found.uv = Some(CornerUv { kind: Kind::F32, values: self.uv });
         } else if self.without_uv < self.triangles {
-            notes.push(format!("texture coordinates were ignored: {} triangles lack them", self.without_uv));
+            let triangles = counted(self.without_uv, ["triangle lacks", "triangles lack"]);
+            notes.push(format!("texture coordinates were ignored: {triangles} them"));
         }
         if self.any_material {
             let name_of = |(index, material): (usize, &super::model::Material)| {

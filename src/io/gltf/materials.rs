@@ -8,6 +8,7 @@ use serde::de::DeserializeOwned;
 use serde_json::{Map, Value, json};
 
 use super::accessors::{Buffers, Content};
+use crate::grammar::counted;
 use crate::io::checks::excerpt;
 use crate::io::loaded::Loaded;
 use crate::io::references::image_type;
@@ -298,8 +299,9 @@ impl MaterialReader<'_, '_> {
             self.notes.push("textures were left out: the mesh has no texture coordinates".to_owned());
         }
         if self.textures_with_other_uv > 0 {
-            let what = format!("{} textures were left out", self.textures_with_other_uv);
-            self.notes.push(format!("{what}: they use another than the first set of texture coordinates"));
+            let textures = ["texture was left out, which uses", "textures were left out, which use"];
+            let textures = counted(self.textures_with_other_uv, textures);
+            self.notes.push(format!("{textures} another than the first set of texture coordinates"));
         }
         if !self.extensions.is_empty() {
             let names: Vec<String> = self.extensions.into_iter().collect();

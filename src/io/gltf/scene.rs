@@ -7,6 +7,7 @@ use glam::{DMat4, DQuat, DVec3, DVec4};
 use super::accessors::Buffers;
 use super::attributes::AttributeReader;
 use super::model::{Model, Node, Primitive};
+use crate::grammar::counted;
 use crate::io::checks::{check_counts, outgrows};
 use crate::io::loaded::Loaded;
 use crate::{Error, Result, TriMesh};
@@ -62,10 +63,12 @@ pub(crate) fn merge_scene<'a>(model: &'a Model, buffers: &'a Buffers<'a>, file_b
     check_counts(mesh.vertices.len() as u64, mesh.triangles.len() as u64)?;
     let mut notes = Vec::new();
     if merged.ignored_primitives > 0 {
-        notes.push(format!("{} primitives of points and lines were ignored", merged.ignored_primitives));
+        let primitives = ["primitive of points or lines was", "primitives of points and lines were"];
+        notes.push(format!("{} ignored", counted(merged.ignored_primitives, primitives)));
     }
     if merged.ignored_skins > 0 {
-        notes.push(format!("{} skins were ignored; their meshes are in the rest pose", merged.ignored_skins));
+        let skins = ["skin was ignored; its meshes are", "skins were ignored; their meshes are"];
+        notes.push(format!("{} in the rest pose", counted(merged.ignored_skins, skins)));
     }
     let attributes = merged.attributes.into_attributes(model, &mut notes);
     Ok(Loaded { mesh, attributes, notes, ..Loaded::default() })

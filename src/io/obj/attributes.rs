@@ -4,6 +4,7 @@
 use std::collections::HashMap;
 
 use crate::TriMesh;
+use crate::grammar::counted;
 use crate::mesh::attributes::{Attribute, Attributes, CornerUv, Kind, Role};
 
 /// Keywords of lines that give all faces after them a label, with the names of the attributes.
@@ -199,7 +200,8 @@ impl AttributeReader {
         }
         let differ = sums.iter().filter(|(_, _, differs)| *differs).count();
         if differ > 0 {
-            notes.push(format!("{differ} vertices have several normals, which were averaged"));
+            let vertices = counted(differ, ["vertex has", "vertices have"]);
+            notes.push(format!("{vertices} several normals, which were averaged"));
         }
         let values = sums.into_iter().flat_map(|(sum, first, differs)| {
             let length = sum.iter().map(|value| value * value).sum::<f64>().sqrt();

@@ -16,6 +16,8 @@ use glam::DVec3;
 
 use super::checks::{check_counts, excerpt, find_duplicate, refuse_binary};
 use super::loaded::Loaded;
+use crate::grammar::counted;
+use crate::io::text::split_note;
 use crate::{Error, Result, TriMesh};
 use attributes::AttributeReader;
 use logical_lines::{at_line, logical_lines};
@@ -34,7 +36,8 @@ pub(crate) fn parse(bytes: &[u8]) -> Result<Loaded> {
     let mut notes = scan.notes();
     let unused = scan.vertices - mesh.vertices.len() as u64;
     if unused > 0 {
-        notes.push(format!("{unused} vertices that no face uses were left out"));
+        let vertices = ["vertex that no face uses was", "vertices that no face uses were"];
+        notes.push(format!("{} left out", counted(unused, vertices)));
     }
     let attributes = scan.attributes.into_attributes(&mesh, &mut notes);
     Ok(Loaded { mesh, attributes, notes, ..Loaded::default() })
@@ -166,12 +169,10 @@ impl Scan {
 
     fn notes(&self) -> Vec<String> {
         let mut notes = Vec::new();
-        if self.polygons > 0 {
-            notes
-                .push(format!("{} faces with more than 3 vertices were split into triangles", self.polygons));
-        }
+        notes.extend(split_note(self.polygons));
         if self.points_and_lines > 0 {
-            notes.push(format!("{} point and line elements were ignored", self.points_and_lines));
+            let elements = ["point or line element was", "point and line elements were"];
+            notes.push(format!("{} ignored", counted(self.points_and_lines, elements)));
         }
         if !self.unknown_keywords.is_empty() {
             let kinds: Vec<&str> = self.unknown_keywords.iter().map(String::as_str).collect();

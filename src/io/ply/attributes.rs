@@ -4,6 +4,7 @@ use super::data::{Fault, Reading, Source};
 use super::header::{Element, Values};
 use super::write::type_name;
 use crate::TriMesh;
+use crate::grammar::counted;
 use crate::io::checks::excerpt;
 use crate::mesh::attributes::{Attribute, Attributes, CornerUv, Kind, Role};
 
@@ -175,8 +176,8 @@ pub(crate) fn build_attributes(
     });
     let by_corner = uv.and_then(|(kind, lists)| {
         if lists.incomplete > 0 {
-            let count = lists.incomplete;
-            notes.push(format!("texture coordinates were ignored: {count} faces lack some"));
+            let faces = counted(lists.incomplete, ["face lacks", "faces lack"]);
+            notes.push(format!("texture coordinates were ignored: {faces} some"));
             return None;
         }
         Some(CornerUv { kind, values: lists.corners })

@@ -16,6 +16,8 @@ use glam::DVec3;
 
 use super::checks::{check_vertex_count, excerpt, find_duplicate, without_padding};
 use super::loaded::Loaded;
+use crate::grammar::counted;
+use crate::io::text::split_note;
 use crate::mesh::attributes::{Attributes, Kind};
 use crate::{Error, Result, TriMesh};
 use attributes::{Columns, UvLists, build_attributes};
@@ -113,16 +115,15 @@ fn read_elements<S: Source>(header: &Header, layout: &Layout, mut source: S) -> 
                 let mut columns = (Columns::new(element, &[]), UvLists::default());
                 (mesh.triangles, polygons) = read_faces(element, layout, &mut source, &mut columns)?;
                 face_columns = Some(columns);
-                if polygons > 0 {
-                    notes.push(format!(
-                        "{polygons} faces with more than 3 vertices were split into triangles"
-                    ));
-                }
+                notes.extend(split_note(polygons));
             }
             other => {
                 skip_element(element, &mut source)?;
                 if element.count > 0 {
-                    notes.push(format!("{} elements '{}' were ignored", element.count, excerpt(other)));
+                    let [one, many] =
+                        ["element", "elements"].map(|word| format!("{word} '{}'", excerpt(other)));
+                    let elements = counted(element.count, [&format!("{one} was"), &format!("{many} were")]);
+                    notes.push(format!("{elements} ignored"));
                 }
             }
         }

@@ -2,6 +2,7 @@
 
 use glam::DVec3;
 
+use crate::grammar::counted;
 use crate::io::checks::excerpt;
 use crate::io::loaded::Loaded;
 use crate::mesh::attributes::{Attribute, Attributes, Kind, Role};
@@ -63,7 +64,7 @@ pub(super) fn loaded(
         return Err(Error::input(None, problem, "give a file with points"));
     }
     if missing > 0 {
-        notes.push(format!("{missing} points without a position were left out"));
+        notes.push(without_position(missing));
         for column in &mut columns {
             let values = column.values.iter().zip(&points).filter(|(_, p)| p.is_finite());
             column.values = values.map(|(value, _)| *value).collect();
@@ -110,4 +111,10 @@ fn joined(name: &str, role: Role, kind: Kind, columns: &[Column]) -> Attribute {
     let count = columns.first().map_or(0, |column| column.values.len());
     let values = (0..count).flat_map(|i| columns.iter().map(move |column| column.values[i])).collect();
     Attribute::new(name, role, kind, columns.len(), values)
+}
+
+/// A note on points that have no position.
+pub(super) fn without_position(count: usize) -> String {
+    let points = ["point without a position was", "points without a position were"];
+    format!("{} left out", counted(count, points))
 }

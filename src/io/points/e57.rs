@@ -4,8 +4,9 @@ use std::io::Cursor;
 
 use e57::{CartesianCoordinate, E57Reader, Point, PointCloud, RecordDataType};
 
-use super::columns::{Column, loaded};
+use super::columns::{Column, loaded, without_position};
 use super::{broken, guarded};
+use crate::grammar::counted;
 use crate::io::checks::{check_vertex_count, excerpt, expands_too_far};
 use crate::io::loaded::Loaded;
 use crate::mesh::attributes::Kind;
@@ -94,7 +95,7 @@ impl Columns {
             notes.push(format!("{scans} scans were joined, each placed by its pose"));
         }
         if self.missing > 0 {
-            notes.push(format!("{} points without a position were left out", self.missing));
+            notes.push(without_position(self.missing));
         }
         let column = |name: &str, kind, values| Column { name: name.to_owned(), kind, values };
         let [x, y, z] = self.position;
@@ -111,7 +112,8 @@ impl Columns {
             if known == count {
                 columns.extend(values.into_iter().map(|(name, kind, values)| column(name, kind, values)));
             } else if known > 0 {
-                notes.push(format!("{what} were left out: {} points have none", count - known));
+                let points = counted(count - known, ["point has", "points have"]);
+                notes.push(format!("{what} were left out: {points} none"));
             }
         }
         loaded(columns, false, &|i| format!("point {i}"), notes)

@@ -9,6 +9,7 @@ use laz::{LazItem, LazItemType, LazVlr};
 
 use super::columns::{Column, loaded};
 use super::{broken, guarded};
+use crate::grammar::counted;
 use crate::io::checks::{check_declared_count, check_vertex_count, cut_off, excerpt, expands_too_far};
 use crate::io::loaded::Loaded;
 use crate::mesh::attributes::Kind;
@@ -217,8 +218,8 @@ impl Columns {
         let others = others.into_iter().filter(|(_, _, values)| is_filled(values));
         columns.extend(others.map(|(name, kind, values)| column(name, kind, values)));
         let withheld = self.withheld;
-        let notes =
-            (withheld > 0).then(|| format!("{withheld} points that the file withholds were left out"));
+        let points = ["point that the file withholds was", "points that the file withholds were"];
+        let notes = (withheld > 0).then(|| format!("{} left out", counted(withheld, points)));
         loaded(columns, false, &|i| format!("point {i}"), notes.into_iter().collect())
     }
 }

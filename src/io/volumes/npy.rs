@@ -7,6 +7,7 @@ use glam::DAffine3;
 
 use super::Volume;
 use super::raw::{Layout, Number, size};
+use crate::grammar::counted;
 use crate::io::checks::{cut_off, excerpt};
 use crate::mesh::attributes::Kind;
 use crate::{Error, Result};
@@ -58,7 +59,7 @@ pub(crate) fn parse(bytes: &[u8]) -> Result<Volume> {
     };
     let (size, note) = size(&lengths)?;
     if note.is_some() {
-        let problem = format!("the array has {} axes", lengths.len());
+        let problem = format!("the array has {}", counted(lengths.len(), ["axis", "axes"]));
         return Err(Error::input(None, problem, "give one value a node on three axes"));
     }
     let layout = Layout { size, number, is_big_endian, is_last_fastest, scale: [1.0, 0.0] };

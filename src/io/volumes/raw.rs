@@ -7,6 +7,7 @@ use half::f16;
 use rayon::prelude::*;
 
 use super::Volume;
+use crate::grammar::counted;
 use crate::io::binary;
 use crate::io::checks::{cut_off, excerpt};
 use crate::io::references::References;
@@ -70,7 +71,8 @@ pub(super) fn size(lengths: &[u64]) -> Result<([usize; 3], Option<String>)> {
     let shown = lengths.iter().map(u64::to_string).collect::<Vec<_>>().join(" x ");
     let refuse = |problem: String| Err(Error::input(None, problem, "give one value a node on three axes"));
     let [x, y, z, others @ ..] = lengths else {
-        return refuse(format!("the array has {} axes ({shown})", lengths.len()));
+        let axes = counted(lengths.len(), ["axis", "axes"]);
+        return refuse(format!("the array has {axes} ({shown})"));
     };
     let node = |length: &u64| usize::try_from(*length).ok().filter(|length| *length >= 2);
     let (Some(x), Some(y), Some(z)) = (node(x), node(y), node(z)) else {
