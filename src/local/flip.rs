@@ -13,8 +13,6 @@ const PASSES: u32 = 6;
 const VALENCE_WEIGHT: f64 = 1.0;
 /// Least gain of a flip, so that rounding errors cannot flip an edge back and forth.
 const MIN_GAIN: f64 = 1e-6;
-/// Where a vertex has more triangles than this, those on a side of its curve are not counted for every edge.
-const MANY: usize = 64;
 /// Cosine between two triangles above which a flip does not run into others.
 const SMOOTH: f64 = 0.9;
 /// Four points are flat if their height over their mean plane is below this share of the shorter diagonal.
@@ -120,10 +118,6 @@ impl StarMesh {
     /// corners, where it depends on the angle.
     fn valence_excess(&self, v: u32, patch: u32) -> Option<f64> {
         let star = &self.star[v as usize];
-        // Far too many on any side.
-        if star.len() > MANY && self.places[v as usize] != Place::Corner {
-            return Some(star.len() as f64 - 6.0);
-        }
         match self.places[v as usize] {
             Place::Inside => Some(star.len() as f64 - 6.0),
             Place::Curve => {

@@ -125,8 +125,8 @@ impl LocalMesh {
 
 /// Remeshes `surface`, which has these features, to exactly as many vertices as asked for; to more if the
 /// topology and the features need more, to fewer if the surface has no area, and to any number if the work is
-/// to finish early. `target` is the same surface in
-/// the same patches. The result has the topology of the surface. Panics if an index is out of range.
+/// to finish early. `target` is the same surface in the same patches. The result has the topology of the
+/// surface. Panics if an index is out of range.
 ///
 /// # Errors
 /// [`crate::Error::Cancelled`].

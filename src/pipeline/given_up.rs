@@ -3,10 +3,11 @@
 use super::coarse_to_fine::levels::enough;
 use super::result::FeatureSummary;
 use super::warning::{Warning, WarningCode};
-use crate::TriMesh;
+use crate::grammar::in_groups;
 use crate::mesh::features::{FeatureOptions, find_features};
 use crate::mesh::spacing;
 use crate::sites::surface_curves::SurfaceCurves;
+use crate::{ProgressToken, Result, TriMesh};
 
 /// Sharp edges are given up if this share of their length is,
 const LEAST: f64 = 0.05;
@@ -30,23 +31,37 @@ pub(crate) struct Searched<'a> {
     pub apart: usize,
 }
 
+/// How many vertices keep sharp edges.
+enum Enough {
+    /// About so many.
+    At(usize),
+    /// There was no time to find out.
+    Unknown,
+    /// No number that is not far larger.
+    Never,
+}
+
 impl Searched<'_> {
     /// The warning that sharp edges were given up, if so many were; `found` at the number asked for. Where
     /// more were taken for a coarse tessellation, those given up may be of it, too.
-    pub fn warning(&self, found: &FeatureSummary) -> Option<Warning> {
+    ///
+    /// # Errors
+    /// [`crate::Error::Cancelled`].
+    pub fn warning(&self, found: &FeatureSummary, progress: &ProgressToken) -> Result<Option<Warning>> {
         let given_up = found.dropped.length();
         let all = given_up + found.sharp_length;
         if given_up <= LEAST * all || given_up < found.dropped.facet_length {
-            return None;
+            return Ok(None);
         }
-        let enough = self.enough()? + self.apart;
-        let text = format!(
-            "{} of {} units of sharp edges were given up: {} vertices keep them",
-            length_text(given_up),
-            length_text(all),
-            with_commas(&enough.to_string()),
-        );
-        Some(Warning { code: WarningCode::SharpEdges, text })
+        let enough = match self.enough(progress)? {
+            Enough::At(vertices) => in_groups(&(vertices + self.apart).to_string(), ','),
+            Enough::Unknown => "more".to_owned(),
+            Enough::Never => return Ok(None),
+        };
+        let [given_up, all] = [given_up, all].map(length_text);
+        let text =
+            format!("{given_up} of {all} units of sharp edges were given up: {enough} vertices keep them");
+        Ok(Some(Warning { code: WarningCode::SharpEdges, text }))
     }
 
     /// The warning that edges between narrow facets were taken for those of a round surface, if many were.
@@ -64,14 +79,25 @@ impl Searched<'_> {
         })
     }
 
-    /// A number of vertices that keeps nearly all sharp edges, nearly the least; `None` if none does that is
-    /// not far larger.
-    fn enough(&self) -> Option<usize> {
+    /// How many vertices keep nearly all sharp edges, nearly the least number.
+    fn enough(&self, progress: &ProgressToken) -> Result<Enough> {
         let is_quick = self.surface.triangles.len() <= FEW_TRIANGLES;
         let most = &MOST_TIMES[..if is_quick { 2 } else { 1 }];
-        let mut many = most.iter().map(|times| times * self.vertices).find(|most| self.keeps(*most))?;
+        let mut many = None;
+        for times in most {
+            if progress.leave_out() {
+                return Ok(Enough::Unknown);
+            }
+            progress.poll()?;
+            if self.keeps(times * self.vertices) {
+                many = Some(times * self.vertices);
+                break;
+            }
+        }
+        let Some(mut many) = many else { return Ok(Enough::Never) };
         let mut few = self.vertices;
-        while many as f64 > (1.0 + CLOSE) * few as f64 {
+        while many as f64 > (1.0 + CLOSE) * few as f64 && !progress.leave_out() {
+            progress.poll()?;
             let between = rounded_up((few as f64 * many as f64).sqrt());
             if between >= many || between <= few {
                 break;
@@ -82,7 +108,7 @@ impl Searched<'_> {
                 few = between;
             }
         }
-        Some(many)
+        Ok(Enough::At(many))
     }
 
     /// Whether a run with so many vertices would keep nearly all sharp edges.
@@ -113,30 +139,15 @@ fn length_text(length: f64) -> String {
         return format!("{length:.3e}");
     }
     let decimals = (3.0 - length.log10().floor()).clamp(0.0, 6.0) as usize;
-    with_commas(&format!("{length:.decimals$}"))
-}
-
-/// A number with commas between thousands.
-fn with_commas(number: &str) -> String {
-    let whole = number.find('.').unwrap_or(number.len());
-    let mut text = String::new();
-    for (k, digit) in number.chars().enumerate() {
-        if k > 0 && k < whole && (whole - k).is_multiple_of(3) {
-            text.push(',');
-        }
-        text.push(digit);
-    }
-    text
+    in_groups(&format!("{length:.decimals$}"), ',')
 }
 
 #[cfg(test)]
 mod tests {
-    use super::{length_text, rounded_up, with_commas};
+    use super::{length_text, rounded_up};
 
     #[test]
-    fn numbers_are_written_with_commas_and_rounded_up_to_two_digits() {
-        assert_eq!(with_commas("1234567.25"), "1,234,567.25");
-        assert_eq!((with_commas("123"), with_commas("1900")), ("123".into(), "1,900".into()));
+    fn numbers_have_two_digits_and_lengths_four() {
         assert_eq!([7.2, 1811.0, 1900.0, 123_456.0].map(rounded_up), [8, 1900, 1900, 130_000]);
         assert_eq!((length_text(1656.7), length_text(2.5)), ("1,657".into(), "2.500".into()));
         assert_eq!(length_text(2e-9), "2.000e-9");

@@ -125,7 +125,7 @@ fn finish(
     progress: &mut ProgressReporter,
 ) -> Result<Remeshed> {
     let Made { prepared, mut outcome, input_intersections } = made;
-    let search = prepared.search();
+    let (search, apart) = (prepared.search(), prepared.small_vertices());
     let mut result = prepared.assemble(&mut outcome);
     let Prepared { repaired, frame, input, small, surface, .. } = prepared;
     let mut rounding = options.format.and_then(|format| Rounding::apply(&mut result, &frame, format));
@@ -146,12 +146,11 @@ fn finish(
         options,
     };
     let measured = progress.during(|progress| measuring.measure(progress))?;
+    let given_up = progress.during(|p| feature_warnings(&surface, &outcome, apart, options, p))?;
     clock.phase("measure");
     progress.done(1.0)?;
     let deviation = course.summary(measured.output.distances);
     let unit_spacing = spacing(surface.area(), outcome.vertices);
-    let apart = small.iter().map(|part| part.vertices.len()).sum::<usize>();
-    let given_up = feature_warnings(&surface, (outcome.vertices, apart), options, outcome.features);
     let (before, after) = ((&repaired.mesh, &input), (&result, &measured.output));
     let shapes = Shapes::new(options, before, after, [unit_spacing * frame.scale, frame.scale]);
     let warnings = warnings(&WarningInput {
@@ -198,18 +197,20 @@ fn finish(
     Ok(Remeshed { mesh: result, correspondence, summary })
 }
 
-/// The warnings of features that were found for a number of vertices; others of the result are on components
-/// apart.
+/// The warnings of a surface's features in an outcome; `apart` more vertices are on other components.
 fn feature_warnings(
     surface: &Surface,
-    (vertices, apart): (usize, usize),
+    outcome: &Outcome,
+    apart: usize,
     options: &Options,
-    found: Option<FeatureSummary>,
-) -> Vec<Warning> {
+    progress: &ProgressToken,
+) -> Result<Vec<Warning>> {
+    let Some(found) = outcome.features else { return Ok(Vec::new()) };
+    let vertices = outcome.vertices;
     let (on, feature_angle) = (&surface.mesh(), options.coarse_to_fine.feature_angle);
     let searched = Searched { surface: on, area: surface.area(), feature_angle, vertices, apart };
-    let of = |found| [searched.warning(&found), searched.facets_warning(&found)];
-    found.map(of).into_iter().flatten().flatten().collect()
+    let given_up = searched.warning(&found, progress)?;
+    Ok(given_up.into_iter().chain(searched.facets_warning(&found)).collect())
 }
 
 /// What a mesh is made from.

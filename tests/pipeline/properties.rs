@@ -8,6 +8,7 @@ use crate::support::{assert_valid, device, faults as warned_of};
 use glam::DVec3;
 use proptest::prelude::*;
 use proptest::test_runner::RngSeed;
+use rtfmesh::mesh::quality::quality;
 use rtfmesh::mesh::repair::repair;
 use rtfmesh::mesh::topology::{Topology, topology};
 use rtfmesh::{MeasureDepth, Options, remesh};
@@ -41,6 +42,11 @@ fn faults(shape: &Shape, n: usize, seed: u64) -> Vec<String> {
     list.extend(differences(&got, &topology(&input)));
     if got.vertices != n {
         list.push(format!("{} vertices in use", got.vertices));
+    }
+    let [before, after] = [quality(&input), Some(result.summary.output.quality)];
+    let smallest = [before, after].map(|of| of.map_or(60.0, |quality| quality.theta_min));
+    if smallest[0] > 2.0 && smallest[1] < 1.0 {
+        list.push(format!("an angle of {} degrees", smallest[1]));
     }
     let intersecting = result.summary.output.self_intersecting_faces;
     if intersecting != Some(0) {

@@ -84,14 +84,17 @@ impl Runner<'_, '_> {
 
     /// The surface for other options.
     pub fn model(&mut self, options: Options) -> Result<SurfaceModel> {
-        let input = self.shared.model_input(false);
-        self.progress.during(|progress| SurfaceModel::new(input, &options, progress))
+        self.model_with(options, false)
     }
 
     /// The surface for this number of vertices without creases between narrow facets.
     pub fn model_of_round_facets(&mut self, vertices: usize) -> Result<SurfaceModel> {
-        let options = Options { vertices, ..self.shared.options.clone() };
-        let input = self.shared.model_input(true);
+        self.model_with(Options { vertices, ..self.shared.options.clone() }, true)
+    }
+
+    fn model_with(&mut self, options: Options, round_facets: bool) -> Result<SurfaceModel> {
+        let Attempts { device, mesh, frame, surface, .. } = *self.shared;
+        let input = ModelInput { device, mesh, frame, surface, round_facets };
         self.progress.during(|progress| SurfaceModel::new(input, &options, progress))
     }
 
@@ -265,11 +268,6 @@ impl Attempts<'_> {
             }
             _ => Ok(outcome),
         }
-    }
-
-    fn model_input(&self, round_facets: bool) -> ModelInput<'_> {
-        let Self { device, mesh, frame, surface, .. } = *self;
-        ModelInput { device, mesh, frame, surface, round_facets }
     }
 
     fn fallback<'f>(&'f self, sizes: &'f SizeField) -> Fallback<'f> {

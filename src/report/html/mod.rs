@@ -9,6 +9,7 @@ use super::Report;
 use super::figures;
 use super::figures::Row;
 use crate::error::escaped;
+use crate::grammar::in_groups;
 use crate::measure::{Crossing, Measures, measure_some};
 use crate::mesh::features::{Curve, FeatureOptions, find_features};
 use crate::mesh::repair::repair_with;
@@ -281,13 +282,5 @@ fn file_name(path: &str) -> String {
 
 /// A count with its digits in groups of three.
 fn digits_in_groups(count: usize) -> String {
-    let digits = count.to_string();
-    let mut text = String::new();
-    for (k, digit) in digits.chars().enumerate() {
-        if k > 0 && (digits.len() - k).is_multiple_of(3) {
-            text.push('\u{202f}');
-        }
-        text.push(digit);
-    }
-    text
+    in_groups(&count.to_string(), '\u{202f}')
 }
