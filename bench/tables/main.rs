@@ -12,6 +12,7 @@ mod many;
 mod markdown;
 mod models;
 mod paper;
+mod parts;
 mod peers;
 mod plots;
 mod preset;
@@ -95,6 +96,8 @@ enum Part {
     Fig14,
     /// Many small meshes on one device
     Many,
+    /// Time against the number of parts
+    Parts,
     /// Other programs
     Peers,
     /// Other programs on CAD parts
@@ -112,6 +115,7 @@ impl Part {
             Self::Fig12 => fig12::section(bench),
             Self::Fig14 => fig14::section(bench),
             Self::Many => many::section(bench),
+            Self::Parts => parts::section(bench),
             Self::Peers => peers::section(bench, device),
             Self::Cad => peers::cad(bench, device),
         }

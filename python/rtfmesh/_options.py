@@ -41,9 +41,9 @@ class Options(TypedDict, total=False):
     """Keep the lines in this OBJ file as well, which run along edges of the input."""
     sizing: str | ArrayLike | None
     """Edge lengths: auto (default), uniform, curvature or property:NAME. auto: equally long, but shorter
-    around places that are left out then, such as folds that edges bridge; uniform: equally long everywhere;
-    curvature: shorter where the surface bends; property:NAME: in proportion to this number of each input
-    vertex."""
+    around places that are left out then, such as folds that edges bridge; uniform: equally long everywhere,
+    the default with `quality` draft; curvature: shorter where the surface bends; property:NAME: in
+    proportion to this number of each input vertex."""
     max_deviation: float | str | None
     """Largest distance between the meshes, as 0.02 or 0.1%; sets edge lengths. In the input's units, or in
     percent of its diagonal. No point of either mesh is farther than that from the other one, which is

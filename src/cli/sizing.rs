@@ -11,8 +11,8 @@ pub struct SizingArgs {
     /// Edge lengths: auto (default), uniform, curvature or property:NAME
     ///
     /// auto: equally long, but shorter around places that are left out then, such as folds that edges bridge;
-    /// uniform: equally long everywhere; curvature: shorter where the surface bends; property:NAME: in
-    /// proportion to this number of each input vertex.
+    /// uniform: equally long everywhere, the default with --quality draft; curvature: shorter where the
+    /// surface bends; property:NAME: in proportion to this number of each input vertex.
     #[arg(long, value_name = "HOW", value_parser = how)]
     sizing: Option<How>,
     /// Largest distance between the meshes, as 0.02 or 0.1%; sets edge lengths
@@ -98,15 +98,21 @@ impl SizingArgs {
             let problem = format!("{name} needs --sizing {of}");
             return Err(Error::usage(problem, "leave it out, or add that"));
         }
-        options.coarse_to_fine.sizing = match (how, self.max_deviation) {
-            (_, Some(most)) => Sizing::Deviation(most),
-            (How::Auto, None) => Sizing::Automatic,
-            (How::Uniform, None) => Sizing::Uniform,
-            (How::Curvature, None) => Sizing::Curvature { gradation: self.gradation.unwrap_or(1.0) },
-            (How::Property(_), None) => Sizing::Given(Vec::new()),
+        let sizing = match (&self.sizing, self.max_deviation) {
+            (_, Some(most)) => Some(Sizing::Deviation(most)),
+            // As the quality has it.
+            (None, None) => None,
+            (Some(How::Auto), None) => Some(Sizing::Automatic),
+            (Some(How::Uniform), None) => Some(Sizing::Uniform),
+            (Some(How::Curvature), None) => {
+                Some(Sizing::Curvature { gradation: self.gradation.unwrap_or(1.0) })
+            }
+            (Some(How::Property(_)), None) => Some(Sizing::Given(Vec::new())),
         };
-        (options.coarse_to_fine.min_edge, options.coarse_to_fine.max_edge) = (self.min_edge, self.max_edge);
-        options.coarse_to_fine.growth = self.growth.unwrap_or(options.coarse_to_fine.growth);
+        let coarse = &mut options.coarse_to_fine;
+        coarse.sizing = sizing.unwrap_or_else(|| coarse.sizing.clone());
+        (coarse.min_edge, coarse.max_edge) = (self.min_edge, self.max_edge);
+        coarse.growth = self.growth.unwrap_or(coarse.growth);
         Ok(())
     }
 

@@ -25,9 +25,10 @@ use crate::mesh::spacing;
 use crate::polish::{SlidingCurve, Target};
 use crate::{ProgressToken, Result, TriMesh};
 use collapse::Limits;
+use glam::DVec3;
 use guard::Guard;
 pub use mend::{MendOptions, Mended, mend_angles};
-use star_mesh::StarMesh;
+use star_mesh::{Place, StarMesh};
 
 /// Edges longer than this are split, in target lengths.
 const LONG: f64 = 1.25;
@@ -47,16 +48,17 @@ const LAST_ROUNDS: u32 = 4;
 const FEW_LAST_ROUNDS: u32 = 1;
 /// Lengths, in target lengths, to which edges are split at first, one after the other.
 const COARSE: [f64; 4] = [16.0, 8.0, 4.0, 2.0];
+/// Lengths, in target lengths, to which the edges of a much finer surface are collapsed at first, one after
+/// the other: short ones can hardly make triangles intersect, and leave fewer for the next.
+const FINE: [f64; 3] = [0.1, 0.2, 0.4];
+/// That is done where the surface has so many times the vertices that edges of such a length ask for.
+const MUCH_FINER: f64 = 1.5;
 /// Vertices that splits may reach, over the number asked for.
 const MOST_SPLIT: usize = 8;
 
-/// What [`remesh_locally`] is to make.
+/// What [`LocalSurface::remeshed`] is to make.
 #[derive(Debug, Clone, Copy)]
-pub struct LocalOptions<'a> {
-    /// The number of vertices.
-    pub vertices: usize,
-    /// The relative target edge length at each vertex of the surface; empty if they are all equal.
-    pub lengths: &'a [f64],
+pub struct LocalOptions {
     /// The longest that target lengths may become, in spacings, where details keep more than their share of
     /// the vertices; above 1.
     pub longest: f64,
@@ -65,7 +67,7 @@ pub struct LocalOptions<'a> {
     pub guarded: bool,
 }
 
-/// A mesh from [`remesh_locally`], with what the polish needs of it.
+/// A mesh from [`LocalSurface::remeshed`], with what the polish needs of it.
 #[derive(Debug, Clone, Default)]
 pub struct LocalMesh {
     /// The mesh.
@@ -123,66 +125,114 @@ impl LocalMesh {
     }
 }
 
-/// Remeshes `surface`, which has these features, to exactly as many vertices as asked for; to more if the
-/// topology and the features need more, to fewer if the surface has no area, and to any number if the work is
-/// to finish early. `target` is the same surface in the same patches. The result has the topology of the
-/// surface. Panics if an index is out of range.
-///
-/// # Errors
-/// [`crate::Error::Cancelled`].
-pub fn remesh_locally(
-    surface: &TriMesh,
-    features: &Features,
-    target: &Target,
-    options: &LocalOptions,
-    progress: &ProgressToken,
-) -> Result<LocalMesh> {
-    let area: f64 = (0..surface.triangles.len()).map(|t| weighted_area(surface, t, options.lengths)).sum();
-    let count = options.vertices;
-    let polylines = polylines(surface, features);
-    let mut mesh = StarMesh::new(surface, features, &polylines, options.lengths);
-    let spacing = spacing(area, count);
-    let mut length = spacing;
-    if !(length > 0.0 && length.is_finite()) {
-        return Ok(mesh.into_local_mesh(&polylines));
-    }
-    let guard = Guard { looks: options.guarded, progress };
-    // Long needles, as in CAD models, are flipped away where the surface is flat before they are cut up.
-    mesh.flip(progress)?;
-    for factor in COARSE {
-        mesh.split_long(factor * length, (MOST_SPLIT * count).max(mesh.used()), &polylines);
-        mesh.flip(progress)?;
-    }
-    for _ in 0..ROUNDS {
-        progress.poll()?;
-        if progress.leave_out() {
-            return Ok(mesh.into_local_mesh(&polylines));
+/// A surface that is remeshed by local operations, perhaps several times: long needles are flipped away, long
+/// edges split, and edges much shorter than what is wanted collapsed.
+pub struct LocalSurface<'a> {
+    surface: &'a TriMesh,
+    lengths: &'a [f64],
+    polylines: Vec<Polyline>,
+    mesh: StarMesh,
+    /// The number of vertices that are wanted, and the edge length for it.
+    count: usize,
+    spacing: f64,
+}
+
+impl<'a> LocalSurface<'a> {
+    /// Of a surface with these features, for a number of vertices. `lengths` has the relative target edge
+    /// length at each vertex of the surface; empty if they are all equal. Panics if an index is out of range.
+    ///
+    /// # Errors
+    /// [`crate::Error::Cancelled`].
+    pub fn new(
+        surface: &'a TriMesh,
+        features: &Features,
+        (lengths, count): (&'a [f64], usize),
+        progress: &ProgressToken,
+    ) -> Result<Self> {
+        let area: f64 = (0..surface.triangles.len()).map(|t| weighted_area(surface, t, lengths)).sum();
+        let polylines = polylines(surface, features);
+        let mut mesh = StarMesh::new(surface, features, &polylines, lengths);
+        let spacing = spacing(area, count);
+        if spacing > 0.0 && spacing.is_finite() {
+            // Long needles, as in CAD models, are flipped away where the surface is flat, then cut up.
+            mesh.flip(progress)?;
+            for factor in COARSE {
+                mesh.split_long(factor * spacing, (MOST_SPLIT * count).max(mesh.used()), &polylines);
+                mesh.flip(progress)?;
+            }
+            let guard = Guard { looks: true, progress };
+            for factor in FINE {
+                let edge = factor * spacing;
+                if mesh.used() as f64 * factor * factor >= MUCH_FINER * count as f64 {
+                    let limits = Limits::regular(edge);
+                    guard.run(&mut mesh, |mesh| mesh.collapse_short(edge, &limits, &polylines, progress))?;
+                }
+            }
         }
-        let most = (MOST_SPLIT * count).max(mesh.used());
-        mesh.split_long(LONG * length, most, &polylines);
+        Ok(Self { surface, lengths, polylines, mesh, count, spacing })
+    }
+
+    /// Makes corners of the vertices nearest to these points.
+    pub fn fix(&mut self, points: impl IntoIterator<Item = DVec3>) {
+        for point in points {
+            let distance = |v: &u32| self.mesh.points[*v as usize].distance_squared(point);
+            let used = (0..self.mesh.points.len() as u32).filter(|v| self.mesh.is_used(*v));
+            if let Some(v) = used.min_by(|a, b| distance(a).total_cmp(&distance(b))) {
+                self.mesh.places[v as usize] = Place::Corner;
+            }
+        }
+    }
+
+    /// Remeshed to exactly as many vertices as wanted; to more if the topology and the features need more, to
+    /// fewer if the surface has no area, and to any number if the work is to finish early. `target` is the
+    /// same surface in the patches of its features. The result has the topology of the surface.
+    ///
+    /// # Errors
+    /// [`crate::Error::Cancelled`].
+    pub fn remeshed(
+        &self,
+        target: &Target,
+        options: &LocalOptions,
+        progress: &ProgressToken,
+    ) -> Result<LocalMesh> {
+        let Self { surface, lengths, ref polylines, count, spacing, .. } = *self;
+        let mut mesh = self.mesh.clone();
+        let mut length = spacing;
+        if !(length > 0.0 && length.is_finite()) {
+            return Ok(mesh.into_local_mesh(polylines));
+        }
+        let guard = Guard { looks: options.guarded, progress };
+        for _ in 0..ROUNDS {
+            progress.poll()?;
+            if progress.leave_out() {
+                return Ok(mesh.into_local_mesh(polylines));
+            }
+            let most = (MOST_SPLIT * count).max(mesh.used());
+            mesh.split_long(LONG * length, most, polylines);
+            guard.run(&mut mesh, |mesh| {
+                mesh.space_curves(spacing, most, polylines);
+                mesh.collapse_short(SHORT * length, &Limits::regular(length), polylines, progress)?;
+                mesh.collapse_short(TINY * length, &Limits::of_details(length), polylines, progress)?;
+                mesh.flip(progress)?;
+                mesh.relax(target, polylines, progress)
+            })?;
+            mesh.refresh_sizes(surface, target, lengths);
+            let ratio = (mesh.used() as f64 / count as f64).sqrt();
+            length *= ratio.clamp(1.0 / MOST_CHANGE, MOST_CHANGE);
+            length = length.clamp(LEAST * spacing, options.longest * spacing);
+        }
+        mesh.collapse_to(count, spacing, polylines, guard)?;
+        mesh.split_to(count, polylines);
         guard.run(&mut mesh, |mesh| {
-            mesh.space_curves(spacing, most, &polylines);
-            mesh.collapse_short(SHORT * length, &Limits::regular(length), &polylines, progress)?;
-            mesh.collapse_short(TINY * length, &Limits::of_details(length), &polylines, progress)?;
-            mesh.flip(progress)?;
-            mesh.relax(target, &polylines, progress)
+            for _ in 0..progress.at_most(FEW_LAST_ROUNDS, LAST_ROUNDS) {
+                mesh.flip(progress)?;
+                mesh.relax(target, polylines, progress)?;
+            }
+            Ok(())
         })?;
-        mesh.refresh_sizes(surface, target, options.lengths);
-        let ratio = (mesh.used() as f64 / count as f64).sqrt();
-        length *= ratio.clamp(1.0 / MOST_CHANGE, MOST_CHANGE);
-        length = length.clamp(LEAST * spacing, options.longest * spacing);
+        mesh.refresh_sizes(surface, target, lengths);
+        Ok(mesh.into_local_mesh(polylines))
     }
-    mesh.collapse_to(count, spacing, &polylines, guard)?;
-    mesh.split_to(count, &polylines);
-    guard.run(&mut mesh, |mesh| {
-        for _ in 0..progress.at_most(FEW_LAST_ROUNDS, LAST_ROUNDS) {
-            mesh.flip(progress)?;
-            mesh.relax(target, &polylines, progress)?;
-        }
-        Ok(())
-    })?;
-    mesh.refresh_sizes(surface, target, options.lengths);
-    Ok(mesh.into_local_mesh(&polylines))
 }
 
 /// The area of a triangle over the square of the relative target length there: proportional to the vertices

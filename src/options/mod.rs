@@ -144,9 +144,11 @@ impl Options {
 
     /// Coarse to fine, with more or less time for better or worse triangles.
     pub fn with_quality(vertices: usize, quality: Quality) -> Self {
-        let options = Self::new(vertices);
+        let mut options = Self::new(vertices);
         match quality {
             Quality::Draft => {
+                // No further attempts for places that are left out.
+                options.coarse_to_fine.sizing = Sizing::Uniform;
                 options.first_iterations(30).coarse_iterations(10).iterations(5).polish_rounds(4)
             }
             Quality::Normal => options,

@@ -37,6 +37,19 @@ fn a_number_of_the_vertices_says_how_long_edges_are() {
 }
 
 #[test]
+fn drafts_have_edges_of_one_length_unless_others_are_asked_for() {
+    let place = place();
+    for (options, sizing) in
+        [("", "automatic"), ("--quality draft", "uniform"), ("--quality draft --sizing auto", "automatic")]
+    {
+        place.run(&format!("remesh in.ply out.ply -n 200 --iterations 2 {options} --report out.json"));
+        let report = std::fs::read_to_string(place.path("out.json")).unwrap();
+        let report: serde_json::Value = serde_json::from_str(&report).unwrap();
+        assert_eq!(report["options"]["coarse_to_fine"]["sizing"], sizing, "{options}");
+    }
+}
+
+#[test]
 fn curvature_and_batch_work_likewise() {
     let place = place();
     place.run("sample bumpy-sphere bumps.ply");

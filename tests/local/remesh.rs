@@ -1,7 +1,7 @@
 //! Remeshing by local operations: the number of vertices, the topology and the features hold on any mesh.
 
 use glam::DVec3;
-use rtfmesh::local::{LocalMesh, LocalOptions, remesh_locally};
+use rtfmesh::local::{LocalMesh, LocalOptions, LocalSurface};
 use rtfmesh::mesh::distance::distances_sampled;
 use rtfmesh::mesh::features::{FeatureOptions, Features, find_features, spacing_of};
 use rtfmesh::mesh::intersections::intersecting_faces;
@@ -23,9 +23,10 @@ fn with_progress(surface: &TriMesh, vertices: usize, progress: &ProgressToken) -
     let spacing = spacing_of(surface, vertices).unwrap();
     let features = find_features(surface, &FeatureOptions::new(spacing)).unwrap();
     let target = Target::new(surface).in_patches(features.patches.clone());
-    let options = LocalOptions { vertices, lengths: &[], longest: 1.06, guarded: false };
-    remesh_locally(surface, &features, &target, &options, progress)
+    LocalSurface::new(surface, &features, (&[], vertices), progress)?.remeshed(&target, &OPTIONS, progress)
 }
+
+const OPTIONS: LocalOptions = LocalOptions { longest: 1.06, guarded: false };
 
 /// What must not change.
 fn kind(t: &Topology) -> (usize, i64, usize, bool) {
@@ -216,12 +217,35 @@ fn lengths_that_differ_are_followed() {
     let lengths: Vec<f64> = surface.vertices.iter().map(|v| if v.z > 0.0 { 0.5 } else { 1.0 }).collect();
     let features = find_features(&surface, &FeatureOptions::new(0.1)).unwrap();
     let target = Target::new(&surface).in_patches(features.patches.clone());
-    let options = LocalOptions { vertices: 1000, lengths: &lengths, longest: 1.5, guarded: false };
-    let made = remesh_locally(&surface, &features, &target, &options, &ProgressToken::default()).unwrap();
+    let options = LocalOptions { longest: 1.5, guarded: false };
+    let progress = ProgressToken::default();
+    let start = LocalSurface::new(&surface, &features, (&lengths, 1000), &progress).unwrap();
+    let made = start.remeshed(&target, &options, &progress).unwrap();
     assert_eq!((made.mesh.vertices.len(), made.lengths.len()), (1000, 1000));
     let above = made.mesh.vertices.iter().filter(|v| v.z > 0.0).count();
     // Four times as many to a unit of area.
     assert!((700..870).contains(&above), "{above}");
+}
+
+#[test]
+fn fixed_points_stay_on_a_surface_that_is_much_finer() {
+    let surface = sample("torus").unwrap();
+    let progress = ProgressToken::default();
+    let features = find_features(&surface, &FeatureOptions::new(1.0)).unwrap();
+    let target = Target::new(&surface).in_patches(features.patches.clone());
+    let mut start = LocalSurface::new(&surface, &features, (&[], 60), &progress).unwrap();
+    let edge = spacing_of(&surface, 60).unwrap();
+    let points = [surface.vertices[17], surface.vertices[1000]];
+    start.fix(points);
+    for guarded in [false, true] {
+        let made = start.remeshed(&target, &LocalOptions { guarded, ..OPTIONS }, &progress).unwrap();
+        assert_eq!(made.mesh.vertices.len(), 60);
+        assert_eq!(made.fixed.iter().filter(|fixed| **fixed).count(), 2);
+        for point in points {
+            // What lies closer together than half an edge has become one vertex before.
+            assert!(made.mesh.vertices.iter().any(|v| v.distance(point) < 0.5 * edge), "{point}");
+        }
+    }
 }
 
 #[test]
@@ -244,11 +268,9 @@ fn odd_meshes_survive_and_reruns_agree() {
             assert_eq!(remeshed(&odd, vertices).mesh, made.mesh, "{name}");
         }
     }
-    let nothing = LocalOptions { vertices: 10, lengths: &[], longest: 1.06, guarded: false };
-    let empty = TriMesh::default();
-    let target = Target::new(&empty);
-    let made = remesh_locally(&empty, &Features::default(), &target, &nothing, &ProgressToken::default());
-    assert_eq!(made.unwrap().mesh, empty);
+    let (empty, progress) = (TriMesh::default(), ProgressToken::default());
+    let start = LocalSurface::new(&empty, &Features::default(), (&[], 10), &progress).unwrap();
+    assert_eq!(start.remeshed(&Target::new(&empty), &OPTIONS, &progress).unwrap().mesh, empty);
 }
 
 #[test]

@@ -7,7 +7,9 @@ use glam::DVec3;
 use rand::RngExt;
 use rtfmesh::mesh::samples::sample;
 use rtfmesh::mesh::topology::topology;
-use rtfmesh::sites::cells::{CellSites, CellSurface, ConnectedCells, connected_cells, tangent_cells};
+use rtfmesh::sites::cells::{
+    CellSites, CellSurface, ConnectedCells, KnownCells, cells_after_moves, connected_cells, tangent_cells,
+};
 use rtfmesh::sites::connect::connect;
 use rtfmesh::sites::place::Place;
 use rtfmesh::{ProgressToken, TriMesh};
@@ -114,6 +116,38 @@ fn scattered_sites_give_the_surface_they_lie_on() {
             "{name}"
         );
     }
+}
+
+#[test]
+fn cells_around_moved_sites_are_computed_anew_and_all_others_are_as_they_were() {
+    // So few sites that cells reach around the handles.
+    let mut all = 0;
+    for (name, count, neighbours) in [("genus3", 90, 24), ("torus", 40, 24), ("thin-plate", 60, 4)] {
+        let mut scene = Scene::new(name, count);
+        let mut known = KnownCells::default();
+        let mut rounds = 0;
+        for round in 0..6 {
+            let near = scene.near(neighbours);
+            let anew = scene.cells(&near);
+            let after_moves = scene.with(&near, |surface, sites| {
+                cells_after_moves(surface, sites, &mut known, &ProgressToken::default()).unwrap()
+            });
+            assert_eq!(after_moves.fans, anew.fans, "{name}, round {round}");
+            assert_eq!(after_moves.broken, anew.broken, "{name}, round {round}");
+            assert_eq!(after_moves.certificate, anew.certificate, "{name}, round {round}");
+            if anew.broken.is_empty() {
+                break;
+            }
+            rounds += 1;
+            for (k, broken) in anew.broken.iter().take(3).enumerate() {
+                let moved = (7 * round + 31 * k) % count;
+                (scene.sites[moved], scene.under[moved]) = broken.farthest;
+            }
+        }
+        assert!(rounds > 0, "{name}: {rounds} rounds");
+        all += rounds;
+    }
+    assert!(all > 5, "{all} rounds");
 }
 
 /// The triangles, each from its smallest vertex on, in ascending order.

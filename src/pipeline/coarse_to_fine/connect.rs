@@ -6,7 +6,7 @@ use super::shared::CoarseToFine;
 use crate::mesh::topology::{closed_topology, topology};
 use crate::pipeline::near_sites::near_sites;
 use crate::progress::{ProgressReporter, ProgressToken};
-use crate::sites::cells::{BrokenCell, CellSites, CellSurface, connected_cells, tangent_cells};
+use crate::sites::cells::{BrokenCell, CellSites, CellSurface, KnownCells, cells_after_moves, tangent_cells};
 use crate::sites::connect::ConnectCounts;
 use crate::sites::ears::turn_ears;
 use crate::sites::on_surface::SitesOnSurface;
@@ -68,10 +68,11 @@ impl CoarseToFine<'_> {
         let fixed = level.fixed();
         let sizes = &self.model.sizes;
         let (mut left, mut patience, mut fewest) = (DENSIFICATIONS, PATIENCE, usize::MAX);
+        let mut known = KnownCells::default();
         loop {
             progress.poll()?;
-            let connection =
-                progress.during(|progress| self.connect_once(on, &mut level, spacing, progress))?;
+            let connection = progress
+                .during(|progress| self.connect_once(on, &mut level, (spacing, &mut known), progress))?;
             let Connection { broken, faces, counts, is_sound } = connection;
             patience = if broken.len() < fewest { PATIENCE } else { patience - 1 };
             let is_hopeless = !self.input.is_manifold() && broken.len() as f64 > WORSE * fewest as f64;
@@ -88,12 +89,12 @@ impl CoarseToFine<'_> {
         }
     }
 
-    /// Connects the sites as they are.
+    /// Connects the sites as they are; what is known of their cells is used and kept.
     fn connect_once(
         &self,
         on: &CellSurface,
         level: &mut LevelSites,
-        spacing: f64,
+        (spacing, known): (f64, &mut KnownCells),
         progress: &ProgressToken,
     ) -> Result<Connection> {
         let LevelSites { sites: SitesOnSurface { positions, triangles }, on_curves, near } = level;
@@ -102,8 +103,8 @@ impl CoarseToFine<'_> {
             curves.pinned().for_each(|(v, pin)| places[v] = curves.sites.places[pin]);
         }
         let lengths = &self.model.sizes.at_all(positions, triangles);
-        let cells =
-            connected_cells(on, &CellSites { positions, places: &places, near, spacing, lengths }, progress)?;
+        let sites = CellSites { positions, places: &places, near, spacing, lengths };
+        let cells = cells_after_moves(on, &sites, known, progress)?;
         let (mut triangles, counts) = cells.connect(positions);
         if let Some(curves) = on_curves {
             turn_ears(&mut triangles, positions, &curves.edges());

@@ -1,6 +1,6 @@
 //! One component remeshed by local operations, or simplified where they fail, to a number of vertices.
 
-use crate::local::{LocalMesh, LocalOptions, MendOptions, mend_angles, remesh_locally};
+use crate::local::{LocalMesh, LocalOptions, LocalSurface, MendOptions, mend_angles};
 use crate::mesh::bvh::Bvh;
 use crate::mesh::features::{Curve, FeatureOptions, Features, find_features};
 use crate::mesh::half_edges::{edge_key, next};
@@ -15,6 +15,7 @@ use crate::polish::{
     FitOptions, MeshCache, OutlierOptions, PolishOptions, Target, fit, polish, reduce_outliers,
 };
 use crate::{Options, ProgressToken, Result, TriMesh};
+use glam::DVec3;
 use rayon::prelude::*;
 
 /// What is to be made of a component, and how.
@@ -130,16 +131,16 @@ fn remeshed_locally(
 ) -> Result<Option<TriMesh>> {
     let options =
         FeatureOptions { feature_angle: target.feature_angle, ..FeatureOptions::new(target.spacing) };
-    let Ok(mut features) = find_features(surface, &options) else { return Ok(None) };
+    let Ok(features) = find_features(surface, &options) else { return Ok(None) };
     let on = Target::new(surface).in_patches(features.patches.clone());
+    let mut start = LocalSurface::new(surface, &features, (lengths, target.vertices), progress)?;
     let mut best: Option<(f64, LocalMesh)> = None;
     let mut guarded = false;
     for longest in TRIES {
         if progress.leave_out() {
             break;
         }
-        let options = LocalOptions { vertices: target.vertices, lengths, longest, guarded };
-        let local = remesh_locally(surface, &features, &on, &options, progress)?;
+        let local = start.remeshed(&on, &LocalOptions { longest, guarded }, progress)?;
         if local.mesh.vertices.len() != target.vertices {
             break;
         }
@@ -149,16 +150,14 @@ fn remeshed_locally(
         };
         let left_out = left_out(surface, &local.mesh, lengths, target.spacing, progress)?;
         let farthest = left_out.first().map_or(0.0, |(distance, _)| *distance);
-        let is_again = best.is_some();
+        let is_again = best.is_some() || guarded;
         if best.as_ref().is_none_or(|(least, _)| farthest < *least) {
             best = Some((farthest, local));
         }
         if left_out.is_empty() || (is_again && farthest <= MISSING) {
             break;
         }
-        features.corners.extend(spread_out(surface, &left_out, target.spacing));
-        features.corners.sort_unstable();
-        features.corners.dedup();
+        start.fix(spread_out(surface, &left_out, target.spacing));
     }
     best.map(|(_, local)| mended(local, surface, &on, target, progress)).transpose()
 }
@@ -187,12 +186,11 @@ fn left_out(
 }
 
 /// Of these vertices, the farthest ones that are not close together.
-fn spread_out(surface: &TriMesh, far: &[(f64, u32)], spacing: f64) -> Vec<u32> {
-    let at = |v: u32| surface.vertices[v as usize];
-    let mut list: Vec<u32> = Vec::new();
-    for (_, v) in far {
-        if list.iter().all(|w| at(*v).distance(at(*w)) > MISSING * spacing) {
-            list.push(*v);
+fn spread_out(surface: &TriMesh, far: &[(f64, u32)], spacing: f64) -> Vec<DVec3> {
+    let mut list: Vec<DVec3> = Vec::new();
+    for p in far.iter().map(|(_, v)| surface.vertices[*v as usize]) {
+        if list.iter().all(|q| p.distance(*q) > MISSING * spacing) {
+            list.push(p);
         }
     }
     list

@@ -15,6 +15,7 @@
 mod boundary;
 mod clip;
 mod fan;
+mod known;
 mod sectors;
 mod surface;
 mod tangent;
@@ -28,6 +29,7 @@ use crate::{ProgressToken, Result};
 pub use boundary::Encroached;
 use boundary::PatchBoundary;
 use glam::DVec3;
+pub use known::KnownCells;
 use rayon::prelude::*;
 use sectors::{Sectors, sites_by_triangle};
 use serde::Serialize;
@@ -87,22 +89,40 @@ pub fn connected_cells(
     sites: &CellSites,
     progress: &ProgressToken,
 ) -> Result<ConnectedCells> {
+    cells_after_moves(surface, sites, &mut KnownCells::default(), progress)
+}
+
+/// The same, for sites of which a few may have moved since an earlier call with the same surface, spacing and
+/// edge lengths. What is known is kept for the next one if cells are broken.
+///
+/// # Errors
+/// [`crate::Error::Cancelled`].
+pub fn cells_after_moves(
+    surface: &CellSurface,
+    sites: &CellSites,
+    known: &mut KnownCells,
+    progress: &ProgressToken,
+) -> Result<ConnectedCells> {
     let sectors = Sectors::new(surface, sites.places);
     let by_triangle = sites_by_triangle(surface.triangles.len(), &sectors);
     let scene = Scene { surface, sites, sectors, by_triangle };
-    let mut cells: Vec<Cell> = (0..scene.sectors.len())
-        .into_par_iter()
-        .map_init(Walk::default, |walk, s| match progress.is_cancelled() {
-            true => Cell::default(),
-            false => walk.cell(&scene, s, &[]),
-        })
-        .collect();
+    let compute = |walk: &mut Walk, s: usize| match progress.is_cancelled() {
+        true => Cell::default(),
+        false => walk.cell(&scene, s, &[]),
+    };
+    let mut cells: Vec<Cell> = match known.take(&scene) {
+        None => (0..scene.sectors.len()).into_par_iter().map_init(Walk::default, compute).collect(),
+        Some(cells) => (cells.into_par_iter().enumerate())
+            .map_init(Walk::default, |walk, (s, cell)| cell.unwrap_or_else(|| compute(walk, s)))
+            .collect(),
+    };
     progress.poll()?;
+    let mut unrepaired = BTreeMap::new();
     let mut all_are_shared = fan::all_are_shared(&scene, &cells);
     if surface.has_boundary || !all_are_shared {
         let all = (0..cells.len()).into_par_iter().with_min_len(FEW_CELLS);
         let mismatched = all.flat_map_iter(|s| fan::one_sided(&scene, &cells, s)).collect();
-        repair(&scene, &mut cells, mismatched, progress)?;
+        unrepaired = repair(&scene, &mut cells, mismatched, progress)?;
         all_are_shared = fan::all_are_shared(&scene, &cells);
     }
     let unshared_corners = if all_are_shared { 0 } else { fan::unshared(&scene, &cells) };
@@ -117,6 +137,9 @@ pub fn connected_cells(
     let broken: Vec<BrokenCell> = broken.into_iter().map(broken_cell).collect();
     let is_whole = all_are_shared && broken.is_empty();
     let is_closed = is_whole && scene.sectors.are_sites && !surface.has_boundary;
+    if !broken.is_empty() {
+        known.keep(scene, cells, unrepaired);
+    }
     Ok(ConnectedCells { fans, certificate, broken, encroached, is_closed })
 }
 
@@ -134,12 +157,14 @@ impl ConnectedCells {
 /// Near the boundary, and in folds, a site may have cut a cell although a gap or a curve lies between, so
 /// that its own cell does not reach there. Such cells are computed again: that site cuts them in the
 /// triangles of its own cell only. `mismatched` are those to begin with, as [`fan::one_sided`] has them.
+/// Returns those cells as they were.
 fn repair(
     scene: &Scene,
     cells: &mut [Cell],
     mut mismatched: Vec<(usize, u32)>,
     progress: &ProgressToken,
-) -> Result<()> {
+) -> Result<BTreeMap<usize, Cell>> {
+    let mut unrepaired = BTreeMap::new();
     let sectors = &scene.sectors;
     let one_sided = |cells: &[Cell], s: usize| fan::one_sided(scene, cells, s);
     let mut without: BTreeMap<usize, Vec<Uncut>> = BTreeMap::new();
@@ -179,9 +204,10 @@ fn repair(
             .map_init(Walk::default, |walk, (s, _)| walk.cell(scene, *s, &without[s]))
             .collect();
         for ((s, _), cell) in again.into_iter().zip(new) {
-            cells[s] = cell;
+            let old = std::mem::replace(&mut cells[s], cell);
+            unrepaired.entry(s).or_insert(old);
         }
         mismatched = affected.into_iter().flat_map(|s| one_sided(cells, s)).collect();
     }
-    Ok(())
+    Ok(unrepaired)
 }

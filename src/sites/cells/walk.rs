@@ -45,6 +45,8 @@ pub(crate) struct Cell {
     pub triangles: SmallVec<[u32; 4]>,
     /// Whether it is a cell in the site's tangent plane, with nothing but corners.
     pub is_in_tangent_plane: bool,
+    /// Whether the sites listed as near were too few to bound it.
+    pub needs_all_sites: bool,
     /// What it has of the patch boundary, if it reaches there.
     pub on_boundary: Option<Box<CellOnBoundary>>,
     /// The centre, farthest from the site, of its parts in single triangles, with the triangle.
@@ -196,7 +198,7 @@ impl Walk {
         while let Some(t) = self.stack.pop() {
             if !self.clip(scene, s, t, without) && !all {
                 self.all_candidates(scene, s);
-                all = true;
+                (all, cell.needs_all_sites) = (true, true);
                 self.clip(scene, s, t, without);
             }
             let count = self.clipped.polygon.len();
@@ -375,8 +377,11 @@ impl Walk {
             self.flooded.insert(*t);
         });
         let mut reached = Vec::new();
+        let is_near = |p: DVec3| p.distance_squared(at) <= reach * reach;
         while let Some(t) = stack.pop() {
-            if closest_on_triangle(at, surface.corners(t)).point.distance(at) > reach {
+            let corners = surface.corners(t);
+            // Mostly a corner is near, and then the point closest to the site need not be known.
+            if !corners.into_iter().any(is_near) && !is_near(closest_on_triangle(at, corners).point) {
                 continue;
             }
             reached.extend_from_slice(scene.by_triangle.of(t));
