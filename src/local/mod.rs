@@ -202,11 +202,18 @@ impl<'a> LocalSurface<'a> {
             return Ok(mesh.into_local_mesh(polylines));
         }
         let guard = Guard { looks: options.guarded, progress };
+        let mut before = None;
         for _ in 0..ROUNDS {
             progress.poll()?;
             if progress.leave_out() {
                 return Ok(mesh.into_local_mesh(polylines));
             }
+            // Small parts soon have as many vertices as they keep.
+            let state = Some((mesh.used(), length.to_bits()));
+            if state == before {
+                break;
+            }
+            before = state;
             let most = (MOST_SPLIT * count).max(mesh.used());
             mesh.split_long(LONG * length, most, polylines);
             guard.run(&mut mesh, |mesh| {

@@ -77,7 +77,7 @@ impl CoarseToFine<'_> {
             patience = if broken.len() < fewest { PATIENCE } else { patience - 1 };
             let is_hopeless = !self.input.is_manifold() && broken.len() as f64 > WORSE * fewest as f64;
             fewest = fewest.min(broken.len());
-            let is_over = is_sound || left == 0 || patience == 0 || is_hopeless;
+            let is_over = is_sound || left == 0 || patience == 0 || is_hopeless || progress.leave_out();
             let of = ConnectedSites { faces: &faces, fixed: &fixed, spacing, sizes };
             if is_over || !densify(&mut level.sites, &of, &broken) {
                 let faulty_place = broken.first().map(|b| b.farthest.0);

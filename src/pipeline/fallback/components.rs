@@ -8,6 +8,7 @@ use crate::mesh::submesh::{append, extract};
 use crate::mesh::topology::topology;
 use crate::pipeline::intersections::intersecting_in_units;
 use crate::{Result, TriMesh};
+use rayon::prelude::*;
 use std::collections::HashSet;
 
 /// Vertices that the largest component gets, however many others there are, if it has as many in the input.
@@ -85,10 +86,8 @@ impl Components {
         let (small, large): (Vec<usize>, Vec<usize>) =
             (0..self.count()).partition(|part| *part != largest && share(*part) < SMALL);
         let of_small: Vec<TriMesh> = small.iter().map(|part| self.submesh(mesh, *part)).collect();
-        let remesh = |counts: &[usize]| -> Result<Vec<TriMesh>> {
-            let each = of_small.iter().zip(counts);
-            each.map(|(part, count)| remeshed_component(part, &[], &target.with_vertices(*count))).collect()
-        };
+        let parts: Vec<Part> =
+            small.iter().zip(&of_small).map(|(part, of)| Part::new((of, self.areas[*part]))).collect();
         let mut claims: Vec<Claim> = (0..self.count())
             .map(|part| Claim { area: self.areas[part], vertices: self.vertices(mesh, part), least: 0 })
             .collect();
@@ -102,14 +101,16 @@ impl Components {
             Ok(counts) => counts,
             Err(_) => self.above_least(mesh, &claims, target)?,
         };
-        let mut meshes = remesh(&counts_of(&counts))?;
+        let mut remeshed = remesh_each(&parts, counts_of(&counts), Remeshed::default(), target)?;
         // Their topology may need more than that, or that of the large ones more than is left.
-        let is_little = left(&meshes) < FEW_FOR_LARGE * large.len();
+        let left_over = left(&remeshed.meshes);
+        let is_little = left_over < FEW_FOR_LARGE * large.len();
         let least_of_large = if is_little { self.least(mesh, &large, target)? } else { 0 };
-        if 2 * left(&meshes) < of_large(&counts) || left(&meshes) < least_of_large {
+        if 2 * left_over < of_large(&counts) || left_over < least_of_large {
             let counts = self.above_least(mesh, &claims, target)?;
-            meshes = remesh(&counts_of(&counts))?;
+            remeshed = remesh_each(&parts, counts_of(&counts), remeshed, target)?;
         }
+        let mut meshes = remeshed.meshes;
         let least_left = (left(&meshes) / 2).max(least_of_large);
         for _ in 0..DOUBLINGS {
             let crossing = self.crossing(mesh, &small, &meshes, target)?;
@@ -117,10 +118,12 @@ impl Components {
                 break;
             }
             let mut apart = meshes.clone();
-            for k in crossing {
-                let target = target.with_vertices(2 * meshes[k].vertices.len());
-                apart[k] = remeshed_component(&of_small[k], &[], &target)?;
-            }
+            let doubled = |k: &usize| {
+                let target = target.with_vertices(2 * meshes[*k].vertices.len());
+                remeshed_component(&of_small[*k], &[], &target)
+            };
+            let new: Vec<TriMesh> = crossing.par_iter().map(doubled).collect::<Result<_>>()?;
+            crossing.into_iter().zip(new).for_each(|(k, mesh)| apart[k] = mesh);
             if left(&apart) < least_left.max(3) {
                 break;
             }
@@ -142,7 +145,7 @@ impl Components {
 
     /// The least number of vertices that these components need.
     fn least(&self, mesh: &TriMesh, parts: &[usize], target: &ComponentTarget) -> Result<usize> {
-        parts.iter().map(|part| least_vertices(&self.submesh(mesh, *part), target)).sum()
+        parts.par_iter().map(|part| least_vertices(&self.submesh(mesh, *part), target)).sum()
     }
 
     /// Vertices for each component: the least number that it needs, and a share of the others.
@@ -150,7 +153,7 @@ impl Components {
         let with_least = |(part, claim): (usize, &Claim)| -> Result<Claim> {
             Ok(Claim { least: least_vertices(&self.submesh(mesh, part), target)?, ..*claim })
         };
-        let claims: Vec<Claim> = claims.iter().enumerate().map(with_least).collect::<Result<_>>()?;
+        let claims: Vec<Claim> = claims.par_iter().enumerate().map(with_least).collect::<Result<_>>()?;
         allotted(&claims, target.vertices)
     }
 
@@ -313,35 +316,56 @@ impl<'a> Part<'a> {
     }
 }
 
+/// Remeshed components, with the numbers of vertices that were asked for.
+#[derive(Default)]
+struct Remeshed {
+    counts: Vec<usize>,
+    meshes: Vec<TriMesh>,
+}
+
+impl Remeshed {
+    /// Whether each has its number.
+    fn fit(&self) -> bool {
+        self.meshes.iter().zip(&self.counts).all(|(mesh, count)| mesh.vertices.len() == *count)
+    }
+}
+
+/// The components remeshed with these numbers of vertices, or more if their topology needs more; those whose
+/// number has not changed are taken over.
+fn remesh_each(
+    parts: &[Part],
+    counts: Vec<usize>,
+    mut before: Remeshed,
+    target: &ComponentTarget,
+) -> Result<Remeshed> {
+    before.meshes.resize(parts.len(), TriMesh::default());
+    let make = |(k, known): (usize, TriMesh)| match before.counts.get(k) {
+        Some(count) if *count == counts[k] => Ok(known),
+        _ => remeshed_component(parts[k].surface, &parts[k].lengths, &target.with_vertices(counts[k])),
+    };
+    let meshes = before.meshes.into_par_iter().enumerate().map(make).collect::<Result<_>>()?;
+    Ok(Remeshed { counts, meshes })
+}
+
 /// The components remeshed, each with its share of the vertices, or with more if a small one needs them.
 ///
 /// # Errors [`crate::Error::Usage`] with the least number of vertices if there are too few,
 /// [`crate::Error::Cancelled`].
 fn remesh_all(parts: &[Part], target: &ComponentTarget) -> Result<Vec<TriMesh>> {
-    let remesh = |counts: &[usize]| -> Result<Vec<TriMesh>> {
-        let each = parts.iter().zip(counts);
-        each.map(|(part, count)| {
-            remeshed_component(part.surface, &part.lengths, &target.with_vertices(*count))
-        })
-        .collect()
-    };
-    let fits = |meshes: &[TriMesh], counts: &[usize]| {
-        meshes.iter().zip(counts).all(|(mesh, count)| mesh.vertices.len() == *count)
-    };
     let claim = |part: &Part| Claim { area: part.area, vertices: part.surface.vertices.len(), least: 0 };
     let mut claims: Vec<Claim> = parts.iter().map(claim).collect();
     let counts = allotted(&claims, target.vertices)?;
-    let meshes = remesh(&counts)?;
-    if fits(&meshes, &counts) {
-        return Ok(meshes);
+    let remeshed = remesh_each(parts, counts, Remeshed::default(), target)?;
+    if remeshed.fit() {
+        return Ok(remeshed.meshes);
     }
-    for (claim, part) in claims.iter_mut().zip(parts) {
-        claim.least = least_vertices(part.surface, target)?;
-    }
+    let least = |part: &Part| least_vertices(part.surface, target);
+    let least: Vec<usize> = parts.par_iter().map(least).collect::<Result<_>>()?;
+    claims.iter_mut().zip(least).for_each(|(claim, least)| claim.least = least);
     let counts = allotted(&claims, target.vertices)?;
-    let meshes = remesh(&counts)?;
-    if fits(&meshes, &counts) {
-        return Ok(meshes);
+    let remeshed = remesh_each(parts, counts, remeshed, target)?;
+    if remeshed.fit() {
+        return Ok(remeshed.meshes);
     }
     // With sharp edges, the least number of vertices is not always reached.
     Err(too_few(target.vertices, parts.len(), 2 * target.vertices))

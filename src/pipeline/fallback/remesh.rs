@@ -121,14 +121,17 @@ fn simplified_and_polished(
 }
 
 /// The surface remeshed by local operations and polished; `None` if that does not reach the number of
-/// vertices, or if more faces intersect than before. Where a try leaves a vertex of the surface out, the
-/// next one keeps it as a corner.
+/// vertices, if more faces intersect than before, or if the work is to finish early. Where a try leaves a
+/// vertex of the surface out, the next one keeps it as a corner.
 fn remeshed_locally(
     surface: &TriMesh,
     lengths: &[f64],
     target: &ComponentTarget,
     progress: &ProgressToken,
 ) -> Result<Option<TriMesh>> {
+    if progress.leave_out() {
+        return Ok(None);
+    }
     let options =
         FeatureOptions { feature_angle: target.feature_angle, ..FeatureOptions::new(target.spacing) };
     let Ok(features) = find_features(surface, &options) else { return Ok(None) };
