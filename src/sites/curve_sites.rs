@@ -7,6 +7,7 @@ use super::place::Place;
 use super::surface_curves::{CurvePath, SurfaceCurves};
 use crate::mesh::NONE;
 use glam::DVec3;
+use rayon::prelude::*;
 
 /// A site closer to a vertex than this fraction of its segment is moved onto the vertex.
 const SNAP: f64 = 1e-6;
@@ -19,6 +20,8 @@ const LEAST_GAP: f64 = 0.3;
 const FAR_STRAY: f64 = 0.045;
 /// then this smaller gap applies.
 const RAGGED_GAP: f64 = 0.05;
+/// Fewer curves are counted by one thread.
+const FEW: usize = 256;
 
 /// A point on a curve.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -55,18 +58,27 @@ pub struct CurveCounts {
     pub sides: usize,
 }
 
+impl CurveCounts {
+    fn plus(self, other: Self) -> Self {
+        Self {
+            sites: self.sites.saturating_add(other.sites),
+            segments: self.segments.saturating_add(other.segments),
+            sides: self.sides.saturating_add(other.sides),
+        }
+    }
+}
+
 impl SurfaceCurves {
     /// The counts of [`SurfaceCurves::sites`] at this spacing.
     pub fn count(&self, spacing: f64) -> CurveCounts {
-        let mut counts = CurveCounts { sites: self.corners.len(), ..Default::default() };
-        for curve in &self.curves {
+        let of_curve = |curve: &CurvePath| {
             let segments = segments(curve, spacing);
-            let sites = inner_sites(curve, segments);
-            counts.sites = counts.sites.saturating_add(sites);
-            counts.segments = counts.segments.saturating_add(segments);
-            counts.sides = counts.sides.saturating_add(curve.sides.saturating_mul(segments));
-        }
-        counts
+            let sides = curve.sides.saturating_mul(segments);
+            CurveCounts { sites: inner_sites(curve, segments), segments, sides }
+        };
+        let corners = CurveCounts { sites: self.corners.len(), ..Default::default() };
+        let each = self.curves.par_iter().with_min_len(FEW).map(of_curve);
+        each.reduce(CurveCounts::default, CurveCounts::plus).plus(corners)
     }
 
     /// The sites on each curve at this spacing, corners not included.

@@ -85,6 +85,9 @@ fn finest(curves: &SurfaceCurves, area: f64, count: usize) -> Result<LevelPlan> 
 
 /// `count`, or the least larger count that leaves enough sites besides those on curves.
 pub(crate) fn enough(curves: &SurfaceCurves, area: f64, count: usize) -> usize {
+    // Each corner has a site, whatever the spacing.
+    let least = (curves.corners.len() as f64 / MOST_ON_CURVES) as usize;
+    let count = count.max(least);
     let needed = |n: usize| fits(&even(curves, area, n));
     let mut high = count.max(1);
     while !needed(high) && high < usize::MAX / 4 {

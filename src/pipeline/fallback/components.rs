@@ -359,8 +359,12 @@ fn remesh_all(parts: &[Part], target: &ComponentTarget) -> Result<Vec<TriMesh>> 
     if remeshed.fit() {
         return Ok(remeshed.meshes);
     }
-    let least = |part: &Part| least_vertices(part.surface, target);
-    let least: Vec<usize> = parts.par_iter().map(least).collect::<Result<_>>()?;
+    // One that has more than its number has the least already.
+    let least = |(k, part): (usize, &Part)| match remeshed.meshes[k].vertices.len() {
+        vertices if vertices > remeshed.counts[k] => Ok(vertices),
+        _ => least_vertices(part.surface, target),
+    };
+    let least: Vec<usize> = parts.par_iter().enumerate().map(least).collect::<Result<_>>()?;
     claims.iter_mut().zip(least).for_each(|(claim, least)| claim.least = least);
     let counts = allotted(&claims, target.vertices)?;
     let remeshed = remesh_each(parts, counts, remeshed, target)?;

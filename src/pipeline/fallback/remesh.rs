@@ -6,7 +6,7 @@ use crate::mesh::features::{Curve, FeatureOptions, Features, find_features};
 use crate::mesh::half_edges::{edge_key, next};
 use crate::mesh::simplify::{Preserved, Simplified, with_vertices};
 use crate::mesh::sizing::SizeField;
-use crate::mesh::topology::topology;
+use crate::mesh::topology::{Topology, topology};
 use crate::mesh::unit_frame::UnitFrame;
 use crate::pipeline::intersections::intersecting_in_units;
 use crate::pipeline::missing::MISSING;
@@ -74,6 +74,10 @@ const TRIES: [f64; 4] = [1.06, 1.06, 1.25, 1.25];
 const POLISHES: u32 = 4;
 /// and so many rings around.
 const RINGS: u32 = 2;
+/// Vertices of a boundary loop at least,
+const AT_LOOP: usize = 3;
+/// and for a handle; a torus needs seven.
+const AT_HANDLE: usize = 2;
 /// Vertices of the surface at a larger distance, in edge lengths, are left out.
 const LEFT_OUT: f64 = 1.0;
 /// Rounds of polish beyond those of a mesh from cells, whose triangles are more even from the start.
@@ -129,7 +133,7 @@ fn remeshed_locally(
     target: &ComponentTarget,
     progress: &ProgressToken,
 ) -> Result<Option<TriMesh>> {
-    if progress.leave_out() {
+    if progress.leave_out() || is_hopeless(&topology(surface), target.vertices) {
         return Ok(None);
     }
     let options =
@@ -163,6 +167,13 @@ fn remeshed_locally(
         start.fix(spread_out(surface, &left_out, target.spacing));
     }
     best.map(|(_, local)| mended(local, surface, &on, target, progress)).transpose()
+}
+
+/// Whether a component needs more vertices for its boundary loops, or has more than six edges at each vertex
+/// in excess for the sake of its handles: only simplification comes near such a number.
+fn is_hopeless(of: &Topology, vertices: usize) -> bool {
+    let handles = of.genus.unwrap_or(0).max(0) as usize;
+    vertices < AT_LOOP * of.boundary_loops + AT_HANDLE * handles
 }
 
 /// The vertices of the surface that the mesh leaves out, with their distances in edge lengths, the farthest
@@ -314,7 +325,9 @@ fn simplified(surface: &TriMesh, target: &ComponentTarget) -> Result<Simplified>
     let simplify = |preserved: Preserved| with_vertices(surface, preserved, target.vertices, target.progress);
     let options =
         FeatureOptions { feature_angle: target.feature_angle, ..FeatureOptions::new(target.spacing) };
-    if let Ok(features) = find_features(surface, &options) {
+    if let Ok(features) = find_features(surface, &options)
+        && features.corners.len() <= target.vertices
+    {
         let curves = curve_half_edges(surface, &features);
         let with_curves = simplify(Preserved { curves: &curves, corners: &features.corners })?;
         if with_curves.mesh.vertices.len() <= target.vertices {
