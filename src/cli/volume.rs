@@ -22,7 +22,7 @@ use std::time::Instant;
 #[derive(Debug, Clone, clap::Args)]
 #[command(next_help_heading = INPUT)]
 pub struct VolumeArgs {
-    /// For a volume (.npy, .nrrd, .nii, .mha): the value on the surface
+    /// For a volume (.npy, .nrrd, .nii, .mha, .vti): the value on the surface
     #[arg(long, value_name = "VALUE", allow_negative_numbers = true, hide_short_help = true)]
     iso: Option<f64>,
     /// For a volume of labels, such as a segmentation: the borders between them, 0 being outside

@@ -9,7 +9,8 @@ use serde::{Deserialize, Serialize};
 use super::checks::excerpt;
 use super::points::{e57, las, pcd};
 use super::volumes::{metaimage, nifti, npy, nrrd};
-use super::{off, stl};
+use super::vtk::FileKind;
+use super::{off, stl, vtk};
 use crate::Error;
 
 /// A mesh file format.
@@ -49,11 +50,20 @@ pub enum Format {
     Las,
     /// Scans of points with their poses; read only.
     E57,
+    /// VTK's poly data in XML; written with 64-bit numbers.
+    Vtp,
+    /// VTK's unstructured grids in XML: surface cells, or the boundary of volume cells; written with 64-bit
+    /// numbers.
+    Vtu,
+    /// VTK's older format: poly data, unstructured grids, or values on a grid; written as binary poly data.
+    Vtk,
+    /// Values on a grid in VTK's XML; read only.
+    Vti,
 }
 
 impl Format {
     /// All formats.
-    pub const ALL: [Self; 15] = [
+    pub const ALL: [Self; 19] = [
         Self::Obj,
         Self::Ply,
         Self::Stl,
@@ -69,6 +79,10 @@ impl Format {
         Self::Las,
         Self::E57,
         Self::MetaImage,
+        Self::Vtp,
+        Self::Vtu,
+        Self::Vtk,
+        Self::Vti,
     ];
 
     /// The usual name.
@@ -89,6 +103,10 @@ impl Format {
             Self::MetaImage => "MetaImage",
             Self::Las => "LAS",
             Self::E57 => "E57",
+            Self::Vtp => "VTP",
+            Self::Vtu => "VTU",
+            Self::Vtk => "VTK",
+            Self::Vti => "VTI",
         }
     }
 
@@ -110,6 +128,10 @@ impl Format {
             Self::MetaImage => "mha",
             Self::Las => "las",
             Self::E57 => "e57",
+            Self::Vtp => "vtp",
+            Self::Vtu => "vtu",
+            Self::Vtk => "vtk",
+            Self::Vti => "vti",
         }
     }
 
@@ -136,7 +158,7 @@ impl Format {
 
     /// Whether its files have values on a grid.
     pub fn is_of_volumes(self) -> bool {
-        matches!(self, Self::Npy | Self::Nrrd | Self::Nifti | Self::MetaImage)
+        matches!(self, Self::Npy | Self::Nrrd | Self::Nifti | Self::MetaImage | Self::Vti)
     }
 
     /// Whether its files are text and never binary.
@@ -268,6 +290,17 @@ pub(crate) fn format_of_content(bytes: &[u8]) -> Option<Format> {
     }
     if metaimage::starts(bytes) {
         return Some(Format::MetaImage);
+    }
+    if vtk::starts_legacy(bytes) {
+        return Some(Format::Vtk);
+    }
+    if let Some(kind) = vtk::kind_of(bytes) {
+        // What other kinds cannot be read for is said when they are.
+        return Some(match kind {
+            Ok(FileKind::UnstructuredGrid) => Format::Vtu,
+            Ok(FileKind::ImageData) => Format::Vti,
+            Ok(FileKind::PolyData) | Err(_) => Format::Vtp,
+        });
     }
     if stl::has_binary_size(bytes) {
         return Some(Format::Stl);

@@ -1,6 +1,6 @@
-//! Reading and writing mesh files: OBJ, PLY, STL, OFF, glTF and MEDIT, plain or compressed with gzip. Points
-//! are read from PLY, OFF, PCD and lines of numbers (XYZ), volumes from NumPy's arrays, NRRD, NIfTI and
-//! MetaImage.
+//! Reading and writing mesh files: OBJ, PLY, STL, OFF, glTF, MEDIT and VTK's, plain or compressed with gzip.
+//! Points are read from PLY, OFF, PCD, VTK's files and lines of numbers (XYZ), volumes from NumPy's arrays,
+//! NRRD, NIfTI, MetaImage and VTK's images.
 
 mod binary;
 mod checks;
@@ -22,6 +22,7 @@ mod rounding;
 mod stl;
 mod text;
 mod volumes;
+mod vtk;
 mod write;
 
 pub(crate) use file::Prepared;

@@ -3,13 +3,13 @@
 use std::borrow::Cow;
 use std::path::{Path, PathBuf};
 
-use super::checks::{no_faces, without_padding};
+use super::checks::without_padding;
 use super::format::{Encoding, Format, extension_problem, format_of_content, known_extensions};
 use super::loaded::Loaded;
 use super::open::{Patience, read_file_bytes};
 use super::references::References;
 use super::volumes::Volume;
-use super::{gltf, gzip, medit, obj, off, ply, points, stl, volumes};
+use super::{gltf, gzip, medit, obj, off, ply, points, stl, volumes, vtk};
 use crate::{Error, Result};
 
 /// How a file is read.
@@ -183,36 +183,37 @@ fn decode(
         }
     };
     let bytes = if format.is_always_text() { without_padding(&bytes) } else { &bytes };
-    let volume = match format {
-        Format::Npy => Some(volumes::npy::parse(bytes)?),
-        Format::Nrrd => Some(volumes::nrrd::parse(bytes, references)?),
-        Format::Nifti => Some(volumes::nifti::parse(bytes)?),
-        Format::MetaImage => Some(volumes::metaimage::parse(bytes, references)?),
-        _ => None,
-    };
-    if let Some(mut volume) = volume {
-        notes.extend(references.note());
-        notes.append(&mut volume.notes);
-        return Ok(Input::Volume(Volume { notes, ..volume }));
-    }
-    let mut loaded = parsed(format, bytes, references, with_materials)?;
+    let input = parsed(format, bytes, references, with_materials)?;
     notes.extend(references.note());
-    notes.append(&mut loaded.notes);
-    Ok(Input::Mesh(Loaded { notes, ..loaded }))
+    Ok(match input {
+        Input::Mesh(mut loaded) => {
+            notes.append(&mut loaded.notes);
+            Input::Mesh(Loaded { notes, ..loaded })
+        }
+        Input::Volume(mut volume) => {
+            notes.append(&mut volume.notes);
+            Input::Volume(Volume { notes, ..volume })
+        }
+    })
 }
 
-fn parsed(format: Format, bytes: &[u8], references: &References, with_materials: bool) -> Result<Loaded> {
+fn parsed(format: Format, bytes: &[u8], references: &References, with_materials: bool) -> Result<Input> {
     match format {
-        Format::Obj => obj::parse(bytes),
-        Format::Ply => ply::parse(bytes),
-        Format::Stl => stl::parse(bytes),
-        Format::Off => off::parse(bytes),
-        Format::Gltf | Format::Glb => gltf::parse(bytes, references, with_materials),
-        Format::Medit => medit::parse(bytes),
-        Format::Xyz => points::xyz::parse(bytes),
-        Format::Pcd => points::pcd::parse(bytes),
-        Format::Las => points::las::parse(bytes),
-        Format::E57 => points::e57::parse(bytes),
-        Format::Npy | Format::Nrrd | Format::Nifti | Format::MetaImage => Err(no_faces()),
+        Format::Obj => obj::parse(bytes).map(Input::Mesh),
+        Format::Ply => ply::parse(bytes).map(Input::Mesh),
+        Format::Stl => stl::parse(bytes).map(Input::Mesh),
+        Format::Off => off::parse(bytes).map(Input::Mesh),
+        Format::Gltf | Format::Glb => gltf::parse(bytes, references, with_materials).map(Input::Mesh),
+        Format::Medit => medit::parse(bytes).map(Input::Mesh),
+        Format::Xyz => points::xyz::parse(bytes).map(Input::Mesh),
+        Format::Pcd => points::pcd::parse(bytes).map(Input::Mesh),
+        Format::Las => points::las::parse(bytes).map(Input::Mesh),
+        Format::E57 => points::e57::parse(bytes).map(Input::Mesh),
+        Format::Npy => volumes::npy::parse(bytes).map(Input::Volume),
+        Format::Nrrd => volumes::nrrd::parse(bytes, references).map(Input::Volume),
+        Format::Nifti => volumes::nifti::parse(bytes).map(Input::Volume),
+        Format::MetaImage => volumes::metaimage::parse(bytes, references).map(Input::Volume),
+        Format::Vtp | Format::Vtu | Format::Vti => vtk::parse_xml(bytes),
+        Format::Vtk => vtk::parse_legacy(bytes),
     }
 }

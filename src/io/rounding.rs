@@ -22,7 +22,11 @@ pub fn rounded(mesh: &TriMesh, format: Format) -> TriMesh {
         | Format::Nifti
         | Format::MetaImage
         | Format::Las
-        | Format::E57 => mesh.vertices.clone(),
+        | Format::E57
+        | Format::Vtp
+        | Format::Vtu
+        | Format::Vtk
+        | Format::Vti => mesh.vertices.clone(),
     };
     TriMesh { vertices, triangles: mesh.triangles.clone() }
 }
@@ -43,4 +47,4 @@ pub fn lost_precision_note(mesh: &TriMesh, format: Format) -> Option<String> {
 }
 
 /// The extensions of the formats with 64-bit numbers.
-pub(crate) const KEEPING_64_BITS: &str = ".ply, .obj, .off and .mesh";
+pub(crate) const KEEPING_64_BITS: &str = ".ply, .obj, .off, .mesh, .vtp, .vtu and .vtk";

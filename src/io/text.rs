@@ -146,6 +146,11 @@ impl Faces {
         Ok(())
     }
 
+    /// How many faces had more than three corners.
+    pub(crate) fn polygons(&self) -> u64 {
+        self.polygons
+    }
+
     /// As [`split_note`].
     pub(crate) fn split_note(&self) -> Option<String> {
         split_note(self.polygons)

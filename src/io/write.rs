@@ -9,16 +9,16 @@ use flate2::write::GzEncoder;
 
 use super::file::{Prepared, check_text_target, output_error, unwritable};
 use super::format::{Encoding, Format, extension_problem, written_extensions};
-use super::{gltf, medit, obj, off, ply, stl};
+use super::{gltf, medit, obj, off, ply, stl, vtk};
 use crate::Result;
 use crate::mesh::TriMesh;
 use crate::mesh::attributes::{Attribute, Attributes, Role};
 
 /// Writes `mesh` in the format of the extension of `path`, compressed if that ends in `.gz`: OBJ, OFF and
-/// MEDIT as text, each f64 in the shortest form that reads back the same; PLY as binary little endian with
-/// double coordinates; STL (binary, or text where groups of faces have names) and GLB with 32-bit numbers,
-/// those of GLB relative to the mesh's own position and size. An existing file is replaced only when the new
-/// one is complete.
+/// MEDIT as text, each f64 in the shortest form that reads back the same; PLY, VTP, VTU and VTK as binary
+/// with double coordinates; STL (binary, or text where groups of faces have names) and GLB with 32-bit
+/// numbers, those of GLB relative to the mesh's own position and size. An existing file is replaced only when
+/// the new one is complete.
 ///
 /// # Errors
 ///
@@ -93,21 +93,22 @@ pub fn lost_attributes_note(attributes: &Attributes, format: Format) -> Option<S
         a.role == role && components.contains(&a.components)
     };
     let holds_vertex_attribute = |a: &Attribute| match format {
-        Format::Ply => true,
+        Format::Ply | Format::Vtp | Format::Vtu | Format::Vtk => true,
         Format::Obj | Format::Glb => role(a, Role::Colour, 3..=4) || role(a, Role::Normal, 3..=3),
         Format::Off => role(a, Role::Colour, 3..=4),
         Format::Medit => a.name == medit::REFERENCE,
         _ => false,
     };
     let holds_face_attribute = |a: &Attribute| match format {
-        Format::Ply => true,
+        Format::Ply | Format::Vtp | Format::Vtu | Format::Vtk => true,
         Format::Obj => matches!(a.name.as_str(), "material" | "group" | "object"),
         Format::Glb => a.name == "material",
         Format::Stl => stl::solids(attributes).is_some_and(|label| label.name == a.name),
         Format::Medit => medit::face_label(attributes).is_some_and(|label| label.name == a.name),
         _ => false,
     };
-    let holds_uv = matches!(format, Format::Ply | Format::Obj | Format::Glb);
+    let is_of_vtk = matches!(format, Format::Vtp | Format::Vtu | Format::Vtk);
+    let holds_uv = is_of_vtk || matches!(format, Format::Ply | Format::Obj | Format::Glb);
     let dropped = Attributes {
         vertex: attributes.vertex.iter().filter(|a| !holds_vertex_attribute(a)).cloned().collect(),
         face: attributes.face.iter().filter(|a| !holds_face_attribute(a)).cloned().collect(),
@@ -120,8 +121,8 @@ pub fn lost_attributes_note(attributes: &Attributes, format: Format) -> Option<S
     };
     let list = dropped.listed().join(", ");
     let has_names = |a: &&Attribute| !a.names.is_empty() && holds_face_attribute(a);
-    let loses_names =
-        attributes.face.iter().filter(has_names).any(|_| matches!(format, Format::Ply | Format::Medit));
+    let has_numbers_alone = is_of_vtk || matches!(format, Format::Ply | Format::Medit);
+    let loses_names = has_numbers_alone && attributes.face.iter().any(|a| has_names(&a));
     match (list.is_empty(), loses_names) {
         (true, false) => None,
         (true, true) => Some(format!("{} stores labels as numbers, without their names", format.name())),
@@ -152,6 +153,9 @@ fn write_uncompressed(
         Format::Off => off::write(file, mesh, attributes),
         Format::Glb => gltf::write(file, mesh, attributes),
         Format::Medit => medit::write(file, mesh, attributes),
+        Format::Vtp => vtk::write_poly_data(file, mesh, attributes),
+        Format::Vtu => vtk::write_unstructured(file, mesh, attributes),
+        Format::Vtk => vtk::write_legacy(file, mesh, attributes),
         // `check_fits` has refused it.
         Format::Gltf => Err(io::Error::other(ONLY_GLB)),
         Format::Xyz
@@ -161,7 +165,8 @@ fn write_uncompressed(
         | Format::Npy
         | Format::Nrrd
         | Format::Nifti
-        | Format::MetaImage => Err(io::Error::other(NO_MESHES)),
+        | Format::MetaImage
+        | Format::Vti => Err(io::Error::other(NO_MESHES)),
     }
 }
 
@@ -185,6 +190,9 @@ fn check_fits(path: &Path, (mesh, attributes): (&TriMesh, &Attributes), format: 
         }
         Format::Stl if mesh.triangles.len() as u64 > u64::from(u32::MAX) => {
             Err(output_error(path, "an STL file cannot hold so many triangles", "choose another format"))
+        }
+        Format::Vtk if mesh.triangles.len() >= 1 << 29 || mesh.vertices.len() >= 1 << 31 => {
+            Err(output_error(path, "a .vtk file cannot hold so many triangles", "name the result .vtp"))
         }
         Format::Stl if mesh.vertices.iter().any(|vertex| !vertex.as_vec3().is_finite()) => {
             Err(output_error(path, "an STL file cannot hold numbers beyond 3.4e38", "choose another format"))

@@ -56,7 +56,7 @@ fn standard_input_that_is_no_mesh_writes_nothing() {
 #[test]
 fn models_are_written_in_every_format_and_lying_names_are_noted() {
     let place = Place::new();
-    for name in ["a.stl", "a.off", "a.glb", "a.mesh", "a.ply.gz", "a.stl.gz"] {
+    for name in ["a.stl", "a.off", "a.glb", "a.mesh", "a.vtp", "a.vtu", "a.vtk", "a.ply.gz", "a.stl.gz"] {
         place.run(&format!("sample torus {name}"));
         assert_same(&read(&place.path(name)).unwrap().mesh, &sample("torus").unwrap(), 1e-6, name);
         assert_eq!(place.run(&format!("measure {name}")).1, "", "{name}");

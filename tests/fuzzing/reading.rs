@@ -65,7 +65,7 @@ fn check_loaded(loaded: &Loaded) {
         return;
     }
     // Formats with 64-bit numbers return the same bits; STL must at least not fail.
-    for format in [Format::Ply, Format::Off, Format::Medit] {
+    for format in [Format::Ply, Format::Off, Format::Medit, Format::Vtp, Format::Vtk] {
         let again = again(loaded, format);
         assert_eq!(again.mesh, *mesh, "{}", format.name());
     }

@@ -12,3 +12,5 @@ pub mod refused;
 pub mod round_trips;
 pub mod stl_off_medit;
 pub mod text_ends;
+pub mod vtk;
+pub mod vtk_refused;

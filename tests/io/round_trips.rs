@@ -55,7 +55,17 @@ fn assert_same_connectivity(got: &TriMesh, want: &TriMesh, what: &str) {
     assert_eq!(topology(got), topology(want), "{what}");
 }
 
-const WRITTEN: [Format; 6] = [Format::Obj, Format::Ply, Format::Stl, Format::Off, Format::Glb, Format::Medit];
+const WRITTEN: [Format; 9] = [
+    Format::Obj,
+    Format::Ply,
+    Format::Stl,
+    Format::Off,
+    Format::Glb,
+    Format::Medit,
+    Format::Vtp,
+    Format::Vtu,
+    Format::Vtk,
+];
 
 fn through(mesh: &TriMesh, format: Format, gzip: bool) -> TriMesh {
     let encoding = Encoding { format, gzip };
@@ -111,7 +121,8 @@ fn one_format_after_the_other_changes_nothing_more() {
     for (name, mesh) in shapes() {
         // What 32 bits hold is exact in all formats.
         let exact = moved(&mesh, |v| v.as_vec3().as_dvec3());
-        let formats = [Format::Stl, Format::Obj, Format::Glb, Format::Off, Format::Medit, Format::Ply];
+        let formats =
+            [Format::Stl, Format::Obj, Format::Glb, Format::Off, Format::Medit, Format::Vtp, Format::Ply];
         let last = formats.into_iter().fold(exact.clone(), |mesh, format| through(&mesh, format, false));
         assert_same(&last, &exact, 0.0, name);
         assert_same_connectivity(&last, &exact, name);

@@ -97,7 +97,7 @@ fn names_of_stl_solids_are_labels_and_come_back_as_solids() {
 #[test]
 fn unknown_formats_are_told_the_known_ones_by_group() {
     let error = "foo".parse::<Encoding>().unwrap_err().to_string();
-    for group in ["meshes (obj, ply", "points (xyz, pcd", "volumes (npy, nrrd, nii or mha)"] {
+    for group in ["meshes (obj, ply", "points (xyz, pcd", "volumes (npy, nrrd, nii, mha or vti)"] {
         assert!(error.contains(group), "{error}");
     }
     let error = read_bytes(b"gibberish", None).unwrap_err().to_string();
@@ -107,7 +107,7 @@ fn unknown_formats_are_told_the_known_ones_by_group() {
     std::fs::write(&path, "gibberish").unwrap();
     let error = rtfmesh::io::read(&path).unwrap_err().to_string();
     assert!(
-        error.contains("meshes (.obj, .ply") && error.contains("volumes (.npy, .nrrd, .nii or .mha)"),
+        error.contains("meshes (.obj, .ply") && error.contains("volumes (.npy, .nrrd, .nii, .mha or .vti)"),
         "{error}"
     );
 }

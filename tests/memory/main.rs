@@ -56,6 +56,66 @@ fn dense() -> Vec<(&'static str, Format, Vec<u8>)> {
     ]
 }
 
+/// As [`dense`], for VTK's formats.
+fn dense_vtk() -> Vec<(&'static str, Format, Vec<u8>)> {
+    let head = |kind: &str, form: &str| format!("# vtk DataFile Version 3.0\nx\n{form}\nDATASET {kind}\n");
+    let legacy = |kind: &str, parts: &[(&str, usize)]| {
+        let body = parts.iter().map(|(part, times)| part.repeat(*times)).collect::<Vec<_>>().concat();
+        [head(kind, "ASCII"), body.replace('#', &MANY.to_string())].concat().into_bytes()
+    };
+    let four = ("POINTS 4 float 0 0 0 1 0 0 0 1 0 0 0 1\n", 1);
+    // One bit for each of many points, which are bytes themselves.
+    let bits = [
+        format!("{}POINTS {MANY} unsigned_char\n", head("POLYDATA", "BINARY")).into_bytes(),
+        vec![7; 3 * MANY],
+        format!("\nPOINT_DATA {MANY}\nFIELD f 1\nm 1 {MANY} bit\n").into_bytes(),
+        vec![0xaa; MANY / 8],
+    ];
+    // A polygon with many corners, and numbers of its own.
+    let labels = "a 1 1 int\n7\n".repeat(4000);
+    let corners: String = (0..20_000).map(|corner| format!("{corner} ")).collect();
+    let polygon = format!(
+        "{}POINTS 20000 float\n{}POLYGONS 1 20001\n20000 {corners}\nCELL_DATA 1\nFIELD f 4000\n{labels}",
+        head("POLYDATA", "ASCII"),
+        "0 0 0\n".repeat(20_000)
+    );
+    let arrays = "<DataArray type=\"Int8\" format=\"ascii\">1</DataArray>".repeat(60_000);
+    let xml = format!(
+        "<VTKFile type=\"PolyData\"><PolyData><Piece NumberOfPoints=\"1\"><PointData>{arrays}</PointData>\
+         <Points><DataArray type=\"Int8\" NumberOfComponents=\"3\">1 1 1</DataArray></Points></Piece>\
+         </PolyData></VTKFile>"
+    );
+    vec![
+        ("points of VTK", Format::Vtk, legacy("POLYDATA", &[("POINTS # float\n", 1), ("0 0 0\n", MANY)])),
+        (
+            "cells of VTK",
+            Format::Vtk,
+            legacy("POLYDATA", &[four, ("POLYGONS # 2097216\n", 1), ("3 0 1 2\n", MANY)]),
+        ),
+        (
+            "tetrahedra of VTK",
+            Format::Vtk,
+            legacy(
+                "UNSTRUCTURED_GRID",
+                &[
+                    four,
+                    ("CELLS # 2621520\n", 1),
+                    ("4 0 1 2 3\n", MANY),
+                    ("CELL_TYPES #\n", 1),
+                    ("10\n", MANY),
+                ],
+            ),
+        ),
+        ("bits of VTK", Format::Vtk, bits.concat()),
+        ("labels of a polygon of VTK", Format::Vtk, polygon.into_bytes()),
+        ("arrays of VTP", Format::Vtp, xml.into_bytes()),
+        ("pieces of VTP", Format::Vtp, {
+            let piece = "<Piece/>".repeat(2 * MANY);
+            format!("<VTKFile type=\"PolyData\"><PolyData>{piece}</PolyData></VTKFile>").into_bytes()
+        }),
+    ]
+}
+
 /// A scene in which many primitives share one accessor.
 fn sharing(primitives: usize, mode: u32) -> Vec<u8> {
     let data = vec!["AAAA"; 1 << 12].concat();
@@ -105,7 +165,7 @@ fn readers_take_what_the_length_of_the_file_justifies() {
             }
         }
     };
-    for (what, format, file) in dense() {
+    for (what, format, file) in dense().into_iter().chain(dense_vtk()) {
         check(what.to_owned(), format, &file);
     }
     for (primitives, mode) in [(20_000, 4), (20_000, 5), (20_000, 6)] {

@@ -9,6 +9,7 @@ pub mod painted;
 pub mod place;
 pub mod polygons;
 pub mod shapes;
+pub mod vtk;
 
 use glam::{DVec3, Vec4};
 use rand::{RngExt, SeedableRng};

@@ -4,6 +4,7 @@ mod files;
 mod iso;
 mod labels;
 mod metaimage;
+mod vtk;
 
 use rtfmesh::glam::{DAffine3, DVec3};
 use rtfmesh::io::Volume;

@@ -4,7 +4,7 @@ pub(crate) mod metaimage;
 pub(crate) mod nifti;
 pub(crate) mod npy;
 pub(crate) mod nrrd;
-mod raw;
+pub(crate) mod raw;
 
 use glam::{DAffine3, DVec3};
 

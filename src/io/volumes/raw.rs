@@ -17,7 +17,7 @@ use crate::{Error, Result};
 
 /// A type of numbers in files.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) enum Number {
+pub(crate) enum Number {
     /// One that attributes have, too.
     Usual(Kind),
     I64,
@@ -35,7 +35,7 @@ impl Number {
     }
 
     /// The number in as many bytes as it has, the lowest first.
-    fn value(self, bytes: &[u8]) -> f64 {
+    pub fn value(self, bytes: &[u8]) -> f64 {
         match self {
             Self::Usual(kind) => binary::value_le(kind, bytes),
             Self::I64 => binary::widened(bytes) as i64 as f64,
@@ -52,7 +52,7 @@ impl From<Kind> for Number {
 }
 
 /// How values lie in a file.
-pub(super) struct Layout {
+pub(crate) struct Layout {
     pub size: [usize; 3],
     pub number: Number,
     pub is_big_endian: bool,
@@ -67,7 +67,7 @@ pub(super) struct Layout {
 ///
 /// # Errors
 /// [`Error::Input`] for other than three axes, or an axis with fewer than two nodes.
-pub(super) fn size(lengths: &[u64]) -> Result<([usize; 3], Option<String>)> {
+pub(crate) fn size(lengths: &[u64]) -> Result<([usize; 3], Option<String>)> {
     let shown = lengths.iter().map(u64::to_string).collect::<Vec<_>>().join(" x ");
     let refuse = |problem: String| Err(Error::input(None, problem, "give one value a node on three axes"));
     let [x, y, z, others @ ..] = lengths else {
@@ -84,7 +84,7 @@ pub(super) fn size(lengths: &[u64]) -> Result<([usize; 3], Option<String>)> {
 }
 
 /// The bytes of so many values, if memory can be so large.
-pub(super) fn byte_count(size: [usize; 3], number: Number) -> Option<usize> {
+pub(crate) fn byte_count(size: [usize; 3], number: Number) -> Option<usize> {
     size.iter().try_fold(number.bytes(), |product, length| product.checked_mul(*length))
 }
 
@@ -149,7 +149,7 @@ pub(super) fn numbers(text: &[u8], size: [usize; 3]) -> Result<Vec<u8>> {
 }
 
 /// Refuses a frame that is not finite or leaves no room between nodes.
-pub(super) fn check_frame(frame: &DAffine3) -> Result<()> {
+pub(crate) fn check_frame(frame: &DAffine3) -> Result<()> {
     let volume = frame.matrix3.determinant();
     if frame.is_finite() && volume.is_finite() && volume != 0.0 {
         return Ok(());
