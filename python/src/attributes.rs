@@ -1,6 +1,8 @@
 //! Attributes as columns of numbers, and back.
 
 use crate::errors::one_of;
+use std::path::PathBuf;
+
 use numpy::{PyArray1, PyReadonlyArray1, PyReadonlyArray3};
 use pyo3::prelude::*;
 use pyo3::types::PyString;
@@ -26,6 +28,7 @@ const KINDS: [(&str, Kind); 8] = [
 #[pyclass(frozen, module = "rtfmesh")]
 pub struct Materials {
     libraries: Vec<String>,
+    library_folder: Option<PathBuf>,
     materials: Option<attributes::Materials>,
 }
 
@@ -88,6 +91,7 @@ pub fn given(from: &Given<'_>) -> PyResult<Attributes> {
         face: from.face.iter().map(column).collect::<PyResult<_>>()?,
         uv,
         libraries: materials.map(|own| own.libraries.clone()).unwrap_or_default(),
+        library_folder: materials.and_then(|own| own.library_folder.clone()),
         materials: materials.and_then(|own| own.materials.clone()),
     })
 }
@@ -99,7 +103,7 @@ pub fn new(py: Python<'_>, attributes: Attributes) -> New<'_> {
         let Attribute { name, kind, components, values, names, .. } = attribute;
         (name, role, kind_name(kind), components, PyArray1::from_vec(py, values), names)
     };
-    let Attributes { vertex, face, uv, libraries, materials } = attributes;
+    let Attributes { vertex, face, uv, libraries, library_folder, materials } = attributes;
     let kind = uv.as_ref().map_or("float64", |uv| kind_name(uv.kind));
     let uv = uv.map(|uv| PyArray1::from_vec(py, uv.values.into_flattened()));
     let has_materials = materials.is_some() || !libraries.is_empty();
@@ -108,7 +112,7 @@ pub fn new(py: Python<'_>, attributes: Attributes) -> New<'_> {
         face.into_iter().map(column).collect(),
         uv,
         kind,
-        has_materials.then_some(Materials { libraries, materials }),
+        has_materials.then_some(Materials { libraries, library_folder, materials }),
     )
 }
 

@@ -100,7 +100,11 @@ impl AttributeArgs {
     /// The warning that a file of this format lacks a texture which it could hold. Its seams would become
     /// curves with vertices on them, and so the result another one, which nobody gets unasked.
     pub fn texture_warning(&self, loaded: &Loaded, format: Format) -> Option<String> {
-        let is_lost = loaded.unread_images > 0 && !self.no_attributes && format == Format::Glb;
+        let Loaded { attributes, unread_images, .. } = loaded;
+        // Libraries of OBJ files, which are read only for textures.
+        let is_named = !attributes.libraries.is_empty() && attributes.uv.is_some();
+        let is_unread = *unread_images > 0 || (is_named && !self.keep_uv);
+        let is_lost = is_unread && !self.no_attributes && format == Format::Glb;
         is_lost.then(|| "the texture is not kept: --keep-uv keeps it, with vertices on its seams".to_owned())
     }
 }

@@ -77,7 +77,7 @@ fn final_path(path: &Path) -> Result<PathBuf> {
     Ok(folder.join(name))
 }
 
-fn folder_of(path: &Path) -> &Path {
+pub(crate) fn folder_of(path: &Path) -> &Path {
     path.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."))
 }
 

@@ -48,8 +48,9 @@ pub fn read_as(path: &Path, declared: Option<Encoding>) -> Result<Loaded> {
     read_any(path, declared, false).and_then(|input| mesh(input).map_err(|e| e.in_file(path)))
 }
 
-/// As [`read_as`], with the materials of a glTF file and their images in `attributes.materials`. What cannot
-/// be read of them, such as an image that is missing or lies outside the file's folder, is noted.
+/// As [`read_as`], with the materials of a glTF file, or those of an OBJ file's libraries, and their images
+/// in `attributes.materials`. What cannot be read of them, such as an image that is missing or lies outside
+/// the file's folder, is noted.
 ///
 /// # Errors
 ///
@@ -199,7 +200,7 @@ fn decode(
 
 fn parsed(format: Format, bytes: &[u8], references: &References, with_materials: bool) -> Result<Input> {
     match format {
-        Format::Obj => obj::parse(bytes).map(Input::Mesh),
+        Format::Obj => obj::parse(bytes, references, with_materials).map(Input::Mesh),
         Format::Ply => ply::parse(bytes).map(Input::Mesh),
         Format::Stl => stl::parse(bytes).map(Input::Mesh),
         Format::Off => off::parse(bytes).map(Input::Mesh),

@@ -35,6 +35,11 @@ impl<'a> References<'a> {
         Self { folder: Some(folder), allowed, ..Self::default() }
     }
 
+    /// The folder of the file.
+    pub fn folder(&self) -> Option<&'a Path> {
+        self.folder
+    }
+
     /// Bytes of all files read so far.
     pub fn bytes(&self) -> u64 {
         self.bytes.get()

@@ -7,7 +7,7 @@ use std::path::Path;
 use flate2::Compression;
 use flate2::write::GzEncoder;
 
-use super::file::{Prepared, check_text_target, output_error, unwritable};
+use super::file::{Prepared, check_text_target, folder_of, output_error, unwritable};
 use super::format::{Encoding, Format, extension_problem, written_extensions};
 use super::{gltf, medit, obj, off, ply, stl, vtk};
 use crate::Result;
@@ -58,7 +58,8 @@ pub(crate) fn prepare(
     encoding: Encoding,
 ) -> Result<Prepared> {
     check_fits(path, (mesh, attributes), encoding.format)?;
-    Prepared::new(path, |file| write_encoded(file, (mesh, attributes), encoding))
+    let folder = Some(folder_of(path));
+    Prepared::new(path, |file| write_encoded(file, (mesh, attributes), encoding, folder))
 }
 
 /// The bytes of the file that [`write_as`] would write; `name` stands for its path in errors.
@@ -83,7 +84,7 @@ pub fn encode_with(
 ) -> Result<Vec<u8>> {
     check_fits(name, (mesh, attributes), encoding.format)?;
     let mut bytes = Vec::new();
-    write_encoded(&mut bytes, (mesh, attributes), encoding).map_err(|error| unwritable(name, error))?;
+    write_encoded(&mut bytes, (mesh, attributes), encoding, None).map_err(|error| unwritable(name, error))?;
     Ok(bytes)
 }
 
@@ -113,11 +114,12 @@ pub fn lost_attributes_note(attributes: &Attributes, format: Format) -> Option<S
         vertex: attributes.vertex.iter().filter(|a| !holds_vertex_attribute(a)).cloned().collect(),
         face: attributes.face.iter().filter(|a| !holds_face_attribute(a)).cloned().collect(),
         uv: attributes.uv.clone().filter(|_| !holds_uv),
-        libraries: Vec::new(),
-        materials: attributes
-            .materials
-            .clone()
-            .filter(|materials| format != Format::Glb && materials.used() > 0),
+        // An OBJ file names the library that has them.
+        materials: attributes.materials.clone().filter(|materials| {
+            let is_named = format == Format::Obj && !attributes.libraries.is_empty();
+            format != Format::Glb && !is_named && materials.used() > 0
+        }),
+        ..Attributes::default()
     };
     let list = dropped.listed().join(", ");
     let has_names = |a: &&Attribute| !a.names.is_empty() && holds_face_attribute(a);
@@ -130,13 +132,19 @@ pub fn lost_attributes_note(attributes: &Attributes, format: Format) -> Option<S
     }
 }
 
-fn write_encoded(file: &mut dyn Write, mesh: (&TriMesh, &Attributes), encoding: Encoding) -> io::Result<()> {
+/// `folder` is that of the file, if it has one.
+fn write_encoded(
+    file: &mut dyn Write,
+    mesh: (&TriMesh, &Attributes),
+    encoding: Encoding,
+    folder: Option<&Path>,
+) -> io::Result<()> {
     if !encoding.gzip {
-        return write_uncompressed(file, mesh, encoding.format);
+        return write_uncompressed(file, mesh, encoding.format, folder);
     }
     // The header has neither name nor time, so that the same mesh gives the same bytes.
     let mut packed = BufWriter::new(GzEncoder::new(file, Compression::default()));
-    write_uncompressed(&mut packed, mesh, encoding.format)?;
+    write_uncompressed(&mut packed, mesh, encoding.format, folder)?;
     packed.into_inner().map_err(io::IntoInnerError::into_error)?.finish()?;
     Ok(())
 }
@@ -145,9 +153,10 @@ fn write_uncompressed(
     file: &mut dyn Write,
     (mesh, attributes): (&TriMesh, &Attributes),
     format: Format,
+    folder: Option<&Path>,
 ) -> io::Result<()> {
     match format {
-        Format::Obj => obj::write::write(file, mesh, attributes),
+        Format::Obj => obj::write::write(file, mesh, attributes, folder),
         Format::Ply => ply::write::write(file, mesh, attributes),
         Format::Stl => stl::write(file, mesh, attributes),
         Format::Off => off::write(file, mesh, attributes),

@@ -105,7 +105,7 @@ fn obj_keeps_colours_normals_texture_materials_and_groups() {
             face: face.clone(),
             uv: Some(uv),
             libraries: libraries.clone(),
-            materials: None,
+            ..Attributes::default()
         };
         assert_kept("obj", &attributes);
     }

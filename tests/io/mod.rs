@@ -7,6 +7,7 @@ pub mod hostile;
 #[cfg(unix)]
 pub mod irregular;
 pub mod obj_and_ply;
+pub mod obj_materials;
 pub mod references;
 pub mod refused;
 pub mod round_trips;

@@ -148,7 +148,7 @@ impl AttributeReader {
                 face.push(Attribute { names, ..Attribute::new(name, Role::Label, Kind::U32, 1, values) });
             }
         }
-        Attributes { vertex, face, uv, libraries: self.libraries, materials: None }
+        Attributes { vertex, face, uv, libraries: self.libraries, ..Attributes::default() }
     }
 
     /// `file_numbers` are the vertices' numbers in the file, from 1.

@@ -7,22 +7,26 @@
 pub(crate) mod attributes;
 pub(crate) mod feature_lines;
 mod logical_lines;
+pub(crate) mod materials;
 pub(crate) mod write;
 
 use std::collections::BTreeSet;
 use std::fmt::Write as _;
+use std::path::Path;
 
 use glam::DVec3;
 
 use super::checks::{check_counts, excerpt, find_duplicate, refuse_binary};
 use super::loaded::Loaded;
+use super::references::References;
 use crate::grammar::counted;
 use crate::io::text::split_note;
 use crate::{Error, Result, TriMesh};
 use attributes::AttributeReader;
 use logical_lines::{at_line, logical_lines};
 
-pub(crate) fn parse(bytes: &[u8]) -> Result<Loaded> {
+/// `references` reads material libraries and their pictures, if asked for.
+pub(crate) fn parse(bytes: &[u8], references: &References, with_materials: bool) -> Result<Loaded> {
     let bytes = bytes.strip_prefix(b"\xef\xbb\xbf").unwrap_or(bytes);
     refuse_binary(bytes, "give an OBJ text file, or name a file in a binary format as such")?;
     // Names and comments may be in any encoding; numbers and keywords are ASCII either way.
@@ -40,7 +44,14 @@ pub(crate) fn parse(bytes: &[u8]) -> Result<Loaded> {
         notes.push(format!("{} left out", counted(unused, vertices)));
     }
     let attributes = scan.attributes.into_attributes(&mesh, &mut notes);
-    Ok(Loaded { mesh, attributes, notes, ..Loaded::default() })
+    let mut loaded = Loaded { mesh, attributes, notes, ..Loaded::default() };
+    if !loaded.attributes.libraries.is_empty() {
+        loaded.attributes.library_folder = references.folder().map(Path::to_owned);
+    }
+    if with_materials {
+        materials::add_materials(references, &mut loaded)?;
+    }
+    Ok(loaded)
 }
 
 /// The checked lines so far: those for `tobj` as text, all else counted or passed to the attributes.

@@ -3,10 +3,12 @@
 use std::collections::HashMap;
 use std::io;
 use std::io::Write;
+use std::path::Path;
 
 use glam::DVec3;
 
 use super::attributes::LABELS;
+use super::materials::relative_names;
 use crate::TriMesh;
 use crate::io::text::write_number;
 use crate::mesh::attributes::{Attribute, Attributes, Role};
@@ -50,9 +52,18 @@ fn write_line(file: &mut dyn Write, keyword: &str, values: &[f64]) -> io::Result
     writeln!(file)
 }
 
-/// Writes a mesh. Equal texture coordinates are written once.
-pub(crate) fn write(file: &mut dyn Write, mesh: &TriMesh, attributes: &Attributes) -> io::Result<()> {
-    for library in &attributes.libraries {
+/// Writes a mesh, for a file in the folder `to` if that is known. Equal texture coordinates are written once.
+pub(crate) fn write(
+    file: &mut dyn Write,
+    mesh: &TriMesh,
+    attributes: &Attributes,
+    to: Option<&Path>,
+) -> io::Result<()> {
+    let libraries = match (&attributes.library_folder, to) {
+        (Some(from), Some(to)) => relative_names(&attributes.libraries, from, to),
+        _ => attributes.libraries.clone(),
+    };
+    for library in &libraries {
         writeln!(file, "mtllib {library}")?;
     }
     let colour = attributes.vertex_role(Role::Colour).filter(|colour| colour.components >= 3);

@@ -189,7 +189,6 @@ pub(crate) fn build_attributes(
         vertex: join_attributes(vertex, |_| Role::Other),
         face: join_attributes(face, face_role),
         uv: by_corner.or(by_vertex),
-        libraries: Vec::new(),
-        materials: None,
+        ..Attributes::default()
     }
 }

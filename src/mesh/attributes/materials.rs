@@ -5,7 +5,7 @@ use std::sync::Arc;
 use serde_json::Value;
 
 /// The materials that the face label `material` numbers, as glTF has them. [`crate::io::read_with_materials`]
-/// reads them; of the formats written, GLB alone holds them.
+/// reads them, also from the libraries of OBJ files; of the formats written, GLB alone holds them.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Materials {
     /// One object for each material, without its name; null for those that no triangle has. Textures in them

@@ -10,6 +10,8 @@ pub use materials::{Image, Materials};
 pub use seams::{label_boundaries, uv_seams};
 pub use transfer::transfer;
 
+use std::path::PathBuf;
+
 use super::TriMesh;
 use super::correspondence::CorrespondenceRequest;
 use crate::grammar::counted;
@@ -134,7 +136,9 @@ pub struct Attributes {
     pub uv: Option<CornerUv>,
     /// The `mtllib` lines of an OBJ file, without that word.
     pub libraries: Vec<String>,
-    /// glTF materials, if they were read.
+    /// The folder that names in `libraries` are relative to. A file written elsewhere names the same files.
+    pub library_folder: Option<PathBuf>,
+    /// glTF materials, or those of `libraries`, if they were read.
     pub materials: Option<Materials>,
 }
 

@@ -36,6 +36,7 @@ pub fn transfer(
         face: attributes.face.iter().map(of_faces).collect(),
         uv: attributes.uv.as_ref().map(|uv| corner_uv(input, uv, correspondence, output)),
         libraries: attributes.libraries.clone(),
+        library_folder: attributes.library_folder.clone(),
         materials: attributes.materials.clone(),
     }
 }
