@@ -37,7 +37,7 @@ class Mesh:
 def read(
     path: str | os.PathLike[str], *, format: str | None = None, materials: bool = False, points: bool = False
 ) -> Mesh:
-    """Reads OBJ, PLY, STL, OFF, glTF, MEDIT .mesh or VTK's .vtp, .vtu and .vtk, plain or gzipped.
+    """Reads OBJ, PLY, STL, OFF, glTF, MEDIT .mesh, 3MF or VTK's .vtp, .vtu and .vtk, plain or gzipped.
 
     What a file contains counts more than its name; `format` stands for what its name would say. `materials`
     reads glTF's materials and their images too, which `write` puts into a .glb. With `points`, files may have
@@ -58,7 +58,7 @@ def write(
     attributes: Attributes | Mapping[str, Any] | None = None,
     format: str | None = None,
 ) -> None:
-    """Writes OBJ, OFF, MEDIT, PLY, VTP, VTU or VTK (float64), STL or GLB (float32), with .gz compressed.
+    """Writes OBJ, OFF, MEDIT, PLY, 3MF, VTP, VTU, VTK (float64), STL or GLB (float32), with .gz packed.
 
     `vertices` has shape (V, 3), `faces` (F, 3); `attributes` as in `remesh`. The name's extension decides on
     the format unless `format` does. The file is written whole or not at all.

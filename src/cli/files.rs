@@ -16,7 +16,7 @@ use std::path::{Path, PathBuf};
 #[derive(Debug, clap::Args)]
 pub struct InputFormat {
     /// Format of the input if neither its content nor its extension says: obj, ply, stl, off, gltf, glb,
-    /// mesh, vtp, vtu, vtk, xyz, pcd, las, e57, npy, nrrd, nii, mha or vti
+    /// mesh, vtp, vtu, vtk, 3mf, xyz, pcd, las, e57, npy, nrrd, nii, mha or vti
     #[arg(long, value_name = "FORMAT", help_heading = INPUT, hide_short_help = true)]
     input_format: Option<Encoding>,
     /// Folder in or below which files that the input names may lie, such as buffers and images of glTF
@@ -97,7 +97,7 @@ impl<'a> Target<'a> {
     pub fn new(path: &'a Path, format: Option<Encoding>) -> rtfmesh::Result<Self> {
         if format.is_some_and(|e| e.format.is_of_points() || e.format.is_of_volumes()) {
             let problem = "--format names a format that has no faces";
-            return Err(Error::usage(problem, "use obj, ply, stl, off, glb, mesh, vtp, vtu or vtk"));
+            return Err(Error::usage(problem, "use obj, ply, stl, off, glb, mesh, vtp, vtu, vtk or 3mf"));
         }
         if !is_standard(path) {
             let encoding = format.map_or_else(|| io::target_encoding(path), Ok)?;

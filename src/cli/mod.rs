@@ -44,9 +44,9 @@ const SEE_MORE: &str =
     "COMMAND -h shows the usual options of a command with examples, COMMAND --help all of them.";
 
 const NOTES: &str = "rtfmesh IN OUT is short for rtfmesh remesh IN OUT.\n\
-    Mesh files: .obj, .ply, .stl, .off, .gltf (read only), .glb, MEDIT's .mesh, VTK's .vtp, .vtu and \
-    .vtk, each also with .gz; - is standard input or output. points: .ply, .off, .vtp, .vtk, .pcd, .las, \
-    .laz, .e57, .xyz, .txt, .csv. remesh also takes volumes: .npy, .nrrd, .nii, .mha, .vti, .vtk.\n\
+    Mesh files: .obj, .ply, .stl, .off, .gltf (read only), .glb, MEDIT's .mesh, .3mf, VTK's .vtp, \
+    .vtu and .vtk, each also with .gz; - is standard input or output. points: .ply, .off, .vtp, .vtk, .pcd, \
+    .las, .laz, .e57, .xyz, .txt, .csv. remesh also takes volumes: .npy, .nrrd, .nii, .mha, .vti, .vtk.\n\
     Exit codes: 0 done, 2 usage, 3 input, 4 device or memory, 130 stopped by Ctrl-C (also \
     where --keep-partial wrote a mesh), 1 anything else. An \
     error is one line that says what to do.\n\

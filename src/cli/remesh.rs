@@ -76,8 +76,8 @@ pub struct Args {
 #[derive(clap::Args)]
 #[command(next_help_heading = OUTPUT)]
 struct OutputArgs {
-    /// Format to write, whatever the extension: obj, ply, stl, off, glb, mesh, vtp, vtu or vtk, each also
-    /// with .gz
+    /// Format to write, whatever the extension: obj, ply, stl, off, glb, mesh, vtp, vtu, vtk or 3mf, each
+    /// also with .gz
     #[arg(long, value_name = "FORMAT", hide_short_help = true)]
     format: Option<Encoding>,
     /// Write all figures as JSON: quality, distances, topology, timings

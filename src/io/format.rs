@@ -10,7 +10,7 @@ use super::checks::excerpt;
 use super::points::{e57, las, pcd};
 use super::volumes::{metaimage, nifti, npy, nrrd};
 use super::vtk::FileKind;
-use super::{off, stl, vtk};
+use super::{off, stl, threemf, vtk};
 use crate::Error;
 
 /// A mesh file format.
@@ -59,11 +59,14 @@ pub enum Format {
     Vtk,
     /// Values on a grid in VTK's XML; read only.
     Vti,
+    /// 3MF, the format of 3D printing, in millimetres.
+    #[serde(rename = "3mf")]
+    ThreeMf,
 }
 
 impl Format {
     /// All formats.
-    pub const ALL: [Self; 19] = [
+    pub const ALL: [Self; 20] = [
         Self::Obj,
         Self::Ply,
         Self::Stl,
@@ -83,6 +86,7 @@ impl Format {
         Self::Vtu,
         Self::Vtk,
         Self::Vti,
+        Self::ThreeMf,
     ];
 
     /// The usual name.
@@ -107,6 +111,7 @@ impl Format {
             Self::Vtu => "VTU",
             Self::Vtk => "VTK",
             Self::Vti => "VTI",
+            Self::ThreeMf => "3MF",
         }
     }
 
@@ -132,6 +137,7 @@ impl Format {
             Self::Vtu => "vtu",
             Self::Vtk => "vtk",
             Self::Vti => "vti",
+            Self::ThreeMf => "3mf",
         }
     }
 
@@ -290,6 +296,9 @@ pub(crate) fn format_of_content(bytes: &[u8]) -> Option<Format> {
     }
     if metaimage::starts(bytes) {
         return Some(Format::MetaImage);
+    }
+    if threemf::starts(bytes) {
+        return Some(Format::ThreeMf);
     }
     if vtk::starts_legacy(bytes) {
         return Some(Format::Vtk);

@@ -1,4 +1,4 @@
-//! Reading and writing mesh files: OBJ, PLY, STL, OFF, glTF, MEDIT and VTK's, plain or compressed with gzip.
+//! Reading and writing mesh files: OBJ, PLY, STL, OFF, glTF, MEDIT, 3MF and VTK's, plain or gzipped.
 //! Points are read from PLY, OFF, PCD, VTK's files and lines of numbers (XYZ), volumes from NumPy's arrays,
 //! NRRD, NIfTI, MetaImage and VTK's images.
 
@@ -21,6 +21,7 @@ mod references;
 mod rounding;
 mod stl;
 mod text;
+mod threemf;
 mod volumes;
 mod vtk;
 mod write;

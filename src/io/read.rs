@@ -9,7 +9,7 @@ use super::loaded::Loaded;
 use super::open::{Patience, read_file_bytes};
 use super::references::References;
 use super::volumes::Volume;
-use super::{gltf, gzip, medit, obj, off, ply, points, stl, volumes, vtk};
+use super::{gltf, gzip, medit, obj, off, ply, points, stl, threemf, volumes, vtk};
 use crate::{Error, Result};
 
 /// How a file is read.
@@ -216,5 +216,6 @@ fn parsed(format: Format, bytes: &[u8], references: &References, with_materials:
         Format::MetaImage => volumes::metaimage::parse(bytes, references).map(Input::Volume),
         Format::Vtp | Format::Vtu | Format::Vti => vtk::parse_xml(bytes),
         Format::Vtk => vtk::parse_legacy(bytes),
+        Format::ThreeMf => threemf::parse(bytes, with_materials).map(Input::Mesh),
     }
 }

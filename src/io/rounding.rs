@@ -26,7 +26,8 @@ pub fn rounded(mesh: &TriMesh, format: Format) -> TriMesh {
         | Format::Vtp
         | Format::Vtu
         | Format::Vtk
-        | Format::Vti => mesh.vertices.clone(),
+        | Format::Vti
+        | Format::ThreeMf => mesh.vertices.clone(),
     };
     TriMesh { vertices, triangles: mesh.triangles.clone() }
 }
@@ -47,4 +48,4 @@ pub fn lost_precision_note(mesh: &TriMesh, format: Format) -> Option<String> {
 }
 
 /// The extensions of the formats with 64-bit numbers.
-pub(crate) const KEEPING_64_BITS: &str = ".ply, .obj, .off, .mesh, .vtp, .vtu and .vtk";
+pub(crate) const KEEPING_64_BITS: &str = ".ply, .obj, .off, .mesh, .vtp, .vtu, .vtk and .3mf";

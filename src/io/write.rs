@@ -9,7 +9,7 @@ use flate2::write::GzEncoder;
 
 use super::file::{Prepared, check_text_target, folder_of, output_error, unwritable};
 use super::format::{Encoding, Format, extension_problem, written_extensions};
-use super::{gltf, medit, obj, off, ply, stl, vtk};
+use super::{gltf, medit, obj, off, ply, stl, threemf, vtk};
 use crate::Result;
 use crate::mesh::TriMesh;
 use crate::mesh::attributes::{Attribute, Attributes, Role};
@@ -104,6 +104,7 @@ pub fn lost_attributes_note(attributes: &Attributes, format: Format) -> Option<S
         Format::Ply | Format::Vtp | Format::Vtu | Format::Vtk => true,
         Format::Obj => matches!(a.name.as_str(), "material" | "group" | "object"),
         Format::Glb => a.name == "material",
+        Format::ThreeMf => matches!(a.name.as_str(), "material" | "object") && !a.names.is_empty(),
         Format::Stl => stl::solids(attributes).is_some_and(|label| label.name == a.name),
         Format::Medit => medit::face_label(attributes).is_some_and(|label| label.name == a.name),
         _ => false,
@@ -117,7 +118,9 @@ pub fn lost_attributes_note(attributes: &Attributes, format: Format) -> Option<S
         // An OBJ file names the library that has them.
         materials: attributes.materials.clone().filter(|materials| {
             let is_named = format == Format::Obj && !attributes.libraries.is_empty();
-            format != Format::Glb && !is_named && materials.used() > 0
+            // 3MF has colours, but no pictures.
+            let is_held = format == Format::ThreeMf && materials.images.is_empty();
+            format != Format::Glb && !is_named && !is_held && materials.used() > 0
         }),
         ..Attributes::default()
     };
@@ -165,6 +168,7 @@ fn write_uncompressed(
         Format::Vtp => vtk::write_poly_data(file, mesh, attributes),
         Format::Vtu => vtk::write_unstructured(file, mesh, attributes),
         Format::Vtk => vtk::write_legacy(file, mesh, attributes),
+        Format::ThreeMf => threemf::write(file, mesh, attributes),
         // `check_fits` has refused it.
         Format::Gltf => Err(io::Error::other(ONLY_GLB)),
         Format::Xyz

@@ -13,5 +13,6 @@ pub mod refused;
 pub mod round_trips;
 pub mod stl_off_medit;
 pub mod text_ends;
+pub mod threemf;
 pub mod vtk;
 pub mod vtk_refused;

@@ -55,7 +55,7 @@ fn assert_same_connectivity(got: &TriMesh, want: &TriMesh, what: &str) {
     assert_eq!(topology(got), topology(want), "{what}");
 }
 
-const WRITTEN: [Format; 9] = [
+const WRITTEN: [Format; 10] = [
     Format::Obj,
     Format::Ply,
     Format::Stl,
@@ -65,6 +65,7 @@ const WRITTEN: [Format; 9] = [
     Format::Vtp,
     Format::Vtu,
     Format::Vtk,
+    Format::ThreeMf,
 ];
 
 fn through(mesh: &TriMesh, format: Format, gzip: bool) -> TriMesh {

@@ -8,6 +8,7 @@ use std::path::Path;
 use peak_alloc::PeakAlloc;
 use rand::{Rng, RngExt, SeedableRng};
 use rtfmesh::io::{Encoding, Format, read_any_bytes};
+use zip::result::ZipResult;
 
 #[global_allocator]
 static MEMORY: PeakAlloc = PeakAlloc;
@@ -116,6 +117,33 @@ fn dense_vtk() -> Vec<(&'static str, Format, Vec<u8>)> {
     ]
 }
 
+/// As [`dense`], for 3MF.
+fn dense_packages() -> ZipResult<Vec<(&'static str, Format, Vec<u8>)>> {
+    // Stored, so that the file has its unpacked length.
+    let package = |resources: &str, build: &str| {
+        let options = zip::write::SimpleFileOptions::default();
+        let mut zip = zip::ZipWriter::new(std::io::Cursor::new(Vec::new()));
+        zip.start_file("3D/3dmodel.model", options.compression_method(zip::CompressionMethod::Stored))?;
+        let model = format!("<model><resources>{resources}</resources><build>{build}</build></model>");
+        std::io::Write::write_all(&mut zip, model.as_bytes())?;
+        zip.finish().map(std::io::Cursor::into_inner)
+    };
+    Ok(vec![
+        ("items of 3MF", Format::ThreeMf, package("", &"<item objectid=\"1\"/>".repeat(MANY))?),
+        ("materials of 3MF", Format::ThreeMf, package(&"<base/>".repeat(MANY), "")?),
+        ("objects of 3MF", Format::ThreeMf, {
+            let objects: String =
+                (0..MANY / 4).map(|k| format!("<object id=\"{k}\"><mesh/></object>")).collect();
+            package(&objects, "")?
+        }),
+        ("triangles of 3MF", Format::ThreeMf, {
+            let vertices = "<vertex x=\"0\" y=\"0\" z=\"0\"/>".repeat(MANY / 4);
+            let triangles = "<triangle v1=\"0\" v2=\"1\" v3=\"2\" pid=\"1\" p1=\"0\"/>".repeat(MANY / 4);
+            package(&format!("<object id=\"1\"><mesh>{vertices}{triangles}</mesh></object>"), "")?
+        }),
+    ])
+}
+
 /// A scene in which many primitives share one accessor.
 fn sharing(primitives: usize, mode: u32) -> Vec<u8> {
     let data = vec!["AAAA"; 1 << 12].concat();
@@ -165,7 +193,7 @@ fn readers_take_what_the_length_of_the_file_justifies() {
             }
         }
     };
-    for (what, format, file) in dense().into_iter().chain(dense_vtk()) {
+    for (what, format, file) in dense().into_iter().chain(dense_vtk()).chain(dense_packages().unwrap()) {
         check(what.to_owned(), format, &file);
     }
     for (primitives, mode) in [(20_000, 4), (20_000, 5), (20_000, 6)] {

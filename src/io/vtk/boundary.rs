@@ -46,6 +46,9 @@ fn volume(sides: &[[u32; 4]], vertices: &[DVec3]) -> f64 {
     sides.iter().map(of_side).sum()
 }
 
+/// A side of three or four corners, and the cell whose numbers it has.
+pub(super) type Face = (u32, [u32; 4]);
+
 /// The sides of all volume cells.
 #[derive(Debug, Default)]
 pub(super) struct Boundary {
@@ -162,8 +165,7 @@ impl Boundary {
     ///
     /// # Errors
     /// [`Error::Input`] if there is no side.
-    #[allow(clippy::type_complexity)]
-    pub fn finish(mut self) -> Result<(Vec<(u32, [u32; 4])>, usize)> {
+    pub fn finish(mut self) -> Result<(Vec<Face>, usize)> {
         self.sides.sort_unstable_by_key(|side| (side.key(), side.cell, side.side));
         let mut inner = self.others;
         let mut kept = 0;
