@@ -40,9 +40,9 @@ def read(
     """Reads OBJ, PLY, STL, OFF, glTF, MEDIT .mesh, 3MF or VTK's .vtp, .vtu and .vtk, plain or gzipped.
 
     What a file contains counts more than its name; `format` stands for what its name would say. `materials`
-    reads glTF's materials and their images too, which `write` puts into a .glb. With `points`, files may have
-    points without faces, as PCD (.pcd), LAS (.las, .laz), E57 (.e57) and lines of numbers (.xyz, .txt, .csv,
-    .asc, .pts) do: `faces` is empty then, and `attributes.vertex` may have a "normal".
+    reads materials of glTF, OBJ and 3MF and their images too, which `write` puts into a .glb. With `points`,
+    files may have points without faces, as PCD (.pcd), LAS (.las, .laz), E57 (.e57) and lines of numbers
+    (.xyz, .txt, .csv, .asc, .pts) do: `faces` is empty then, and `attributes.vertex` may have a "normal".
 
     Raises `InputError` with the place in the file.
     """

@@ -73,7 +73,8 @@ class Options(TypedDict, total=False):
     """Fail if parts of the surface would be lost or faces intersect that did not in the input. By default
     the best mesh there is is written, with a warning."""
     keep_uv: bool | None
-    """Keep texture seams; from glTF to GLB also materials and their images. No face crosses a seam then."""
+    """Keep texture seams; from glTF, OBJ and 3MF to GLB also materials and their images. No face crosses a
+    seam then."""
     keep_labels: bool | None
     """Keep the borders between materials, groups and other labels of faces."""
     no_attributes: bool | None

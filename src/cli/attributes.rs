@@ -10,7 +10,7 @@ use rtfmesh::{CorrespondenceRequest, Error, Method, Options, Remeshed, TriMesh};
 #[derive(Debug, clap::Args)]
 #[command(next_help_heading = ATTRIBUTES)]
 pub struct AttributeArgs {
-    /// Keep texture seams; from glTF to GLB also materials and their images
+    /// Keep texture seams; from glTF, OBJ and 3MF to GLB also materials and their images
     ///
     /// No face crosses a seam then.
     #[arg(long)]

@@ -77,7 +77,9 @@ struct OutputArgs {
     /// Folder for the results, created if missing; each is named after its input
     #[arg(long, value_name = "DIR")]
     out: PathBuf,
-    /// Format: obj, ply, stl, off, glb, mesh, vtp, vtu, vtk or 3mf, each also with .gz
+    /// Format of the results, such as obj or ply.gz
+    ///
+    /// One of obj, ply, stl, off, glb, mesh, vtp, vtu, vtk and 3mf, each also with .gz.
     #[arg(long, value_name = "FORMAT", default_value_t = Encoding { format: Format::Ply, gzip: false })]
     format: Encoding,
     /// Log to append to [default: DIR/batch.jsonl]
