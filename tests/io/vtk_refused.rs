@@ -133,3 +133,16 @@ fn files_that_repeat_themselves_are_refused() {
     let error = read_any_bytes(&repeated, None, false).unwrap_err().to_string();
     assert!(error.contains("expand to more than") || error.contains("far more numbers"), "{error}");
 }
+
+/// Work must not grow with the square of the number of sections and arrays.
+#[test]
+fn many_sections_take_linear_time() {
+    let start = std::time::Instant::now();
+    let head = "# vtk DataFile Version 3.0\nx\nASCII\nDATASET POLYDATA\nPOINTS 1 float 0 0 0\n";
+    for body in
+        ["METADATA\n\n".repeat(200_000), format!("FIELD f 60000\n{}", "a 1 1 int\n7\n".repeat(60_000))]
+    {
+        let _ = read_any_bytes(format!("{head}POINT_DATA 1\n{body}").as_bytes(), None, false);
+    }
+    assert!(start.elapsed().as_secs() < 60, "{:?}", start.elapsed());
+}

@@ -121,7 +121,7 @@ impl<'a> Reader<'a> {
 
     fn sections(&mut self) -> Result<()> {
         loop {
-            let before = self.cursor.place();
+            let before = self.cursor.at;
             let Some(word) = self.cursor.word() else { return Ok(()) };
             match word.to_ascii_lowercase().as_slice() {
                 b"points" => self.points()?,
@@ -150,6 +150,7 @@ impl<'a> Reader<'a> {
                 b"edge_flags" => self.attribute(Purpose::Any, Some(1))?,
                 _ if self.piece.points.is_some() && self.lists.iter().any(Option::is_some) => {
                     let word = excerpt_of_bytes(word);
+                    let before = self.cursor.place_of(before);
                     self.notes.push(format!("what follows '{word}' behind {before} was ignored"));
                     return Ok(());
                 }

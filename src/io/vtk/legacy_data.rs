@@ -24,10 +24,15 @@ impl<'a> Cursor<'a> {
 
     /// Where this is, for error messages.
     pub fn place(&self) -> String {
+        self.place_of(self.at)
+    }
+
+    /// As [`Cursor::place`], of another byte. Lines are counted for it, so it is for errors and notes only.
+    pub fn place_of(&self, at: usize) -> String {
         if self.is_binary {
-            return format!("byte {}", self.at);
+            return format!("byte {at}");
         }
-        let above = self.bytes.get(..self.at).unwrap_or_default();
+        let above = self.bytes.get(..at).unwrap_or_default();
         format!("line {}", 1 + above.iter().filter(|byte| **byte == b'\n').count())
     }
 
@@ -159,7 +164,9 @@ impl<'a> Cursor<'a> {
 
     fn text_values(&mut self, count: usize, budget: &mut Budget) -> Result<Values<'a>> {
         let left = self.rest().len() as u64 + 1;
-        check_declared_count((count as u64, "numbers"), 2, left, self.place())?;
+        if (count as u64).saturating_mul(2) > left {
+            check_declared_count((count as u64, "numbers"), 2, left, self.place())?;
+        }
         budget.take(8 * count as u64)?;
         let mut words = std::iter::from_fn(|| self.word());
         let values = Values::of_words(&mut words, count);
