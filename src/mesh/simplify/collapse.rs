@@ -2,8 +2,8 @@
 
 use super::flip::flip;
 use super::graph::Graph;
-use crate::mesh::half_edges::{EdgeTable, HalfEdge, edge_key};
-use crate::mesh::intersections::intersecting_faces;
+use crate::mesh::half_edges::{EdgeTable, HalfEdge};
+use crate::mesh::intersections::{count_intersecting, intersecting_faces};
 use crate::mesh::triangle::doubled_normal;
 use crate::{ProgressToken, Result, TriMesh};
 use glam::{DMat3, DVec3};
@@ -26,8 +26,17 @@ const LIMITS: [Limits; 6] = [
 const FEW: usize = 2000;
 /// Cosine of the normals of two triangles that are all but back to back: 2.5 degrees.
 const FOLDED: f64 = -0.999;
-/// Passes over all edges at each limit.
+/// Passes over all edges at each limit,
 const PASSES: usize = 4;
+/// but for the last one only while they remove so large a share of the vertices.
+const WORTH_A_PASS: f64 = 0.02;
+/// Where this many of the limits leave more vertices than this,
+const STRICT: usize = 2;
+const MANY: usize = 20_000;
+/// and more than so many times the wanted number, the others do not come near it, but take long.
+const OUT_OF_REACH: usize = 4;
+/// Triangles up to which each is compared with each.
+const EACH_WITH_EACH: usize = 150;
 
 #[derive(Clone, Copy)]
 struct Limits {
@@ -100,7 +109,11 @@ impl<'a> Collapser<'a> {
 
     /// Collapses edges until there are `count` vertices, or no edge is left that may collapse.
     pub fn collapse(&mut self, count: usize) -> Result<()> {
-        for limits in LIMITS {
+        for (k, limits) in LIMITS.into_iter().enumerate() {
+            let worth = if k + 1 < LIMITS.len() { WORTH_A_PASS } else { 0.0 };
+            if k >= STRICT && self.graph.used > MANY.max(OUT_OF_REACH * count) {
+                return Ok(());
+            }
             for _ in 0..PASSES {
                 let before = self.graph.used;
                 if before > count {
@@ -110,7 +123,7 @@ impl<'a> Collapser<'a> {
                 if self.graph.used <= count {
                     return Ok(());
                 }
-                if self.graph.used == before {
+                if (before - self.graph.used) as f64 <= worth * before as f64 {
                     break;
                 }
             }
@@ -129,7 +142,12 @@ impl<'a> Collapser<'a> {
             self.progress.poll()?;
             let Some(Reverse((_, v, u, versions))) = moves.pop() else { return Ok(()) };
             let current = [v, u].map(|w| self.version[w as usize]);
-            if versions != current || !self.keeps_topology(v, u) || !self.keeps_shape(v, u, limits)? {
+            // What takes least time comes first.
+            let keeps = versions == current
+                && self.keeps_shape(v, u, limits)
+                && self.keeps_topology(v, u)
+                && (!(limits.apart || self.graph.used < FEW) || self.stays_apart(v, u)?);
+            if !keeps {
                 continue;
             }
             self.apply(v, u);
@@ -142,7 +160,7 @@ impl<'a> Collapser<'a> {
     }
 
     fn candidate(&self, v: u32, u: u32) -> Option<Move> {
-        let on_curve = self.curve_neighbours(v);
+        let on_curve = &self.graph.along_curves[v as usize];
         if self.graph.fixed[v as usize] || !(on_curve.is_empty() || on_curve.contains(&u)) {
             return None;
         }
@@ -155,15 +173,6 @@ impl<'a> Collapser<'a> {
         }
         let cost = at.distance_squared(to) + DISTANCE * off;
         Some(Reverse((cost.to_bits(), v, u, [v, u].map(|w| self.version[w as usize]))))
-    }
-
-    fn curve_neighbours(&self, v: u32) -> Vec<u32> {
-        if self.graph.curves.is_empty() {
-            return Vec::new();
-        }
-        let mut list = self.graph.neighbours(v);
-        list.retain(|w| self.graph.is_curve(v, *w));
-        list
     }
 
     /// The link condition: what `v` and `u` have in common is what lies at their edge.
@@ -186,7 +195,7 @@ impl<'a> Collapser<'a> {
             return false;
         }
         // A curve of three edges stays one, and so does a surface of four triangles.
-        let doubles_curve = self.curve_neighbours(v).iter().any(|w| *w != u && graph.is_curve(u, *w));
+        let doubles_curve = graph.along_curves[v as usize].iter().any(|w| *w != u && graph.is_curve(u, *w));
         let doubles_face = self.moved(v, u).any(|(_, [a, b, c])| {
             let others = [a, b, c].map(|w| if w == u { u32::MAX } else { w });
             let has =
@@ -206,16 +215,14 @@ impl<'a> Collapser<'a> {
             .map(move |(t, triangle)| (t, triangle.map(|w| if w == v { u } else { w })))
     }
 
-    fn keeps_shape(&self, v: u32, u: u32, limits: Limits) -> Result<bool> {
-        let good = self.moved(v, u).all(|(t, new)| {
+    fn keeps_shape(&self, v: u32, u: u32, limits: Limits) -> bool {
+        self.moved(v, u).all(|(t, new)| {
             let [before, after] = [self.graph.triangles[t as usize], new].map(|t| self.graph.corners(t));
             let [n, m] = [before, after].map(doubled_normal);
             let turned = n.dot(m) < limits.cosine * n.length() * m.length();
             let [old, new] = [height_of(before), height_of(after)];
             !turned && new >= limits.height.min(old)
-        });
-        let compare = limits.apart || self.graph.used < FEW;
-        Ok(good && (!compare || self.stays_apart(v, u)?))
+        })
     }
 
     /// Whether no more triangles around intersect once `v` is at `u`.
@@ -227,11 +234,18 @@ impl<'a> Collapser<'a> {
         around.dedup();
         let before: Vec<[u32; 3]> = around.iter().map(|t| graph.triangles[*t as usize]).collect();
         let there = before.iter().filter(|t| !(t.contains(&v) && t.contains(&u)));
-        let after = there.map(|t| t.map(|w| if w == v { u } else { w })).collect();
-        Ok(self.intersecting(after)? <= self.intersecting(before)?)
+        let after: Vec<[u32; 3]> = there.map(|t| t.map(|w| if w == v { u } else { w })).collect();
+        // Mostly none do, and then those before need not be looked at.
+        let after = self.intersecting(&after)?;
+        Ok(after == 0 || after <= self.intersecting(&before)?)
     }
 
-    fn intersecting(&self, triangles: Vec<[u32; 3]>) -> Result<usize> {
+    /// How many of these triangles intersect others of them, with the edges that are folded.
+    fn intersecting(&self, triangles: &[[u32; 3]]) -> Result<usize> {
+        if triangles.len() <= EACH_WITH_EACH {
+            let at = |v: u32| self.graph.points[v as usize];
+            return Ok(count_intersecting(triangles, at) + folded(triangles, at));
+        }
         let mut order: Vec<u32> = triangles.as_flattened().to_vec();
         order.sort_unstable();
         order.dedup();
@@ -239,11 +253,12 @@ impl<'a> Collapser<'a> {
         let number = |v: u32| order.binary_search(&v).unwrap_or(0) as u32;
         let triangles = triangles.iter().map(|t| t.map(number)).collect();
         let mesh = TriMesh { vertices, triangles };
-        Ok(intersecting_faces(&mesh, self.progress)?.len() + folded(&mesh))
+        let at = |v: u32| mesh.vertices[v as usize];
+        Ok(intersecting_faces(&mesh, self.progress)?.len() + folded(&mesh.triangles, at))
     }
 
     fn apply(&mut self, v: u32, u: u32) {
-        let curve: Vec<u32> = self.curve_neighbours(v);
+        let curve = self.graph.along_curves[v as usize].clone();
         let moved: Vec<(u32, [u32; 3])> = self.moved(v, u).collect();
         let graph = &mut self.graph;
         let gone: Vec<u32> = graph.at_edge(v, u).collect();
@@ -259,9 +274,9 @@ impl<'a> Collapser<'a> {
         }
         graph.star[v as usize].clear();
         for w in curve {
-            graph.curves.remove(&edge_key(v, w));
+            graph.take_off_curve(v, w);
             if w != u {
-                graph.curves.insert(edge_key(u, w));
+                graph.add_to_curve(u, w);
             }
         }
         graph.used -= 1;
@@ -279,11 +294,11 @@ fn height_of([a, b, c]: [DVec3; 3]) -> f64 {
 }
 
 /// Pairs of triangles so nearly back to back that rounding decides whether they intersect.
-fn folded(mesh: &TriMesh) -> usize {
-    let normal = |t: usize| mesh.doubled_normal(t).normalize_or_zero();
+fn folded(triangles: &[[u32; 3]], at: impl Fn(u32) -> DVec3) -> usize {
+    let normal = |t: usize| doubled_normal(triangles[t].map(&at)).normalize_or_zero();
     let is_folded = |sides: &&[HalfEdge]| match sides {
         [one, two] => normal(one.triangle()).dot(normal(two.triangle())) < FOLDED,
         _ => false,
     };
-    EdgeTable::new(&mesh.triangles).edges().filter(is_folded).count()
+    EdgeTable::new(triangles).edges().filter(is_folded).count()
 }

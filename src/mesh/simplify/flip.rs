@@ -1,7 +1,6 @@
 //! Edge flips, so that collapses do not leave fans of needles.
 
 use super::graph::Graph;
-use crate::mesh::half_edges::edge_key;
 use crate::mesh::triangle::doubled_normal;
 use glam::DVec3;
 
@@ -31,7 +30,7 @@ pub(super) fn flip(graph: &mut Graph) {
 fn flip_side(graph: &mut Graph, t: u32, k: usize) -> bool {
     let triangle = graph.triangles[t as usize];
     let [a, b, c] = [0, 1, 2].map(|m| triangle[(k + m) % 3]);
-    if a > b || graph.curves.contains(&edge_key(a, b)) {
+    if a > b || graph.is_curve(a, b) {
         return false;
     }
     let other = graph.at_edge(a, b).find(|s| *s != t);

@@ -1,11 +1,10 @@
 //! Triangles that can be collapsed, split and flipped, with their curves.
 
-use std::collections::HashSet;
-
 use glam::DVec3;
+use smallvec::SmallVec;
 
 use crate::TriMesh;
-use crate::mesh::half_edges::{EdgeTable, edge_key, twin_pair};
+use crate::mesh::half_edges::{EdgeTable, twin_pair};
 use crate::mesh::submesh::renumbered;
 use crate::mesh::topology::Partition;
 
@@ -38,8 +37,8 @@ pub(super) struct Graph {
     pub origin: Vec<u32>,
     /// The triangles left around each vertex.
     pub star: Vec<Vec<u32>>,
-    /// Edges on curves, boundaries and junctions, the smaller vertex first.
-    pub curves: HashSet<(u32, u32)>,
+    /// The vertices that each is joined with by an edge on a curve, boundary or junction, ascending.
+    pub along_curves: Vec<SmallVec<[u32; 2]>>,
     /// Vertices that stay.
     pub fixed: Vec<bool>,
     /// Vertices with triangles.
@@ -53,7 +52,7 @@ impl Graph {
             triangle.iter().for_each(|v| star[*v as usize].push(t));
         }
         let corners = mesh.triangles.as_flattened();
-        let mut curves = HashSet::new();
+        let mut along_curves = vec![SmallVec::new(); mesh.vertices.len()];
         let mut fans = Partition::new(corners.len());
         // Faces at the curve edges of each vertex; a curve goes on only where they are as many.
         let mut ends: Vec<Vec<usize>> = vec![Vec::new(); mesh.vertices.len()];
@@ -63,7 +62,8 @@ impl Graph {
             let plain = twin_pair(&mesh.triangles, sides).is_some();
             let named = sides.iter().any(|side| preserved.curves.get(side.corners().0).is_some_and(|on| *on));
             if !plain || named {
-                curves.insert((a, b));
+                along_curves[a as usize].push(b);
+                along_curves[b as usize].push(a);
                 [a, b].iter().for_each(|v| ends[*v as usize].push(sides.len()));
             }
             let at_ends = |k: usize| {
@@ -75,6 +75,7 @@ impl Graph {
                 fans.join(at_ends(0).1 as u32, at_ends(k).1 as u32);
             }
         }
+        along_curves.iter_mut().for_each(|list: &mut SmallVec<[u32; 2]>| list.sort_unstable());
         let mut fixed: Vec<bool> = ends
             .iter()
             .map(|ends| !matches!(ends.as_slice(), [] | [_, _]) || ends.windows(2).any(|e| e[0] != e[1]))
@@ -93,14 +94,32 @@ impl Graph {
             alive: vec![true; mesh.triangles.len()],
             origin: (0..mesh.triangles.len() as u32).collect(),
             star,
-            curves,
+            along_curves,
             fixed,
             used,
         }
     }
 
     pub fn is_curve(&self, a: u32, b: u32) -> bool {
-        self.curves.contains(&edge_key(a, b))
+        self.along_curves[a as usize].contains(&b)
+    }
+
+    /// Makes an edge one on a curve.
+    pub fn add_to_curve(&mut self, a: u32, b: u32) {
+        for (v, w) in [(a, b), (b, a)] {
+            let list = &mut self.along_curves[v as usize];
+            if let Err(place) = list.binary_search(&w) {
+                list.insert(place, w);
+            }
+        }
+    }
+
+    /// Makes an edge one beside curves; whether it was on one.
+    pub fn take_off_curve(&mut self, a: u32, b: u32) -> bool {
+        let was = self.is_curve(a, b);
+        self.along_curves[a as usize].retain(|w| *w != b);
+        self.along_curves[b as usize].retain(|w| *w != a);
+        was
     }
 
     /// The other vertices of the triangles around one, ascending.
@@ -123,7 +142,7 @@ impl Graph {
 
     pub fn into_mesh(self) -> Simplified {
         let mut on_curve = self.fixed;
-        self.curves.iter().for_each(|(a, b)| [a, b].iter().for_each(|v| on_curve[**v as usize] = true));
+        on_curve.iter_mut().zip(&self.along_curves).for_each(|(on, along)| *on |= !along.is_empty());
         let used: Vec<bool> = self.star.iter().map(|star| !star.is_empty()).collect();
         let (new, old) = renumbered(&used);
         let left = (0..self.triangles.len()).filter(|t| self.alive[*t]);

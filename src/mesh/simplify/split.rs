@@ -3,6 +3,7 @@
 use super::graph::Graph;
 use crate::mesh::half_edges::edge_key;
 use glam::DVec3;
+use smallvec::SmallVec;
 use std::collections::BinaryHeap;
 
 pub(super) fn split(graph: &mut Graph, count: usize) {
@@ -37,8 +38,9 @@ pub(super) fn split_edge(graph: &mut Graph, a: u32, b: u32, at: DVec3) -> u32 {
         graph.star[middle as usize].push(t);
         graph.add_triangle(old.map(|v| if v == a { middle } else { v }), graph.origin[t as usize]);
     }
-    if graph.curves.remove(&edge_key(a, b)) {
-        graph.curves.extend([edge_key(a, middle), edge_key(b, middle)]);
+    if graph.take_off_curve(a, b) {
+        graph.add_to_curve(a, middle);
+        graph.add_to_curve(b, middle);
     }
     middle
 }
@@ -47,6 +49,7 @@ impl Graph {
     pub(super) fn add_vertex(&mut self, at: DVec3) -> u32 {
         self.points.push(at);
         self.star.push(Vec::new());
+        self.along_curves.push(SmallVec::new());
         self.fixed.push(false);
         self.used += 1;
         self.points.len() as u32 - 1
