@@ -169,8 +169,8 @@ fn remeshed_locally(
     best.map(|(_, local)| mended(local, surface, &on, target, progress)).transpose()
 }
 
-/// Whether a component needs more vertices for its boundary loops, or has more than six edges at each vertex
-/// in excess for the sake of its handles: only simplification comes near such a number.
+/// Whether a component's boundary loops alone need more vertices, or its handles so many edges that twelve
+/// or more would meet at each vertex: only simplification comes near such a number.
 fn is_hopeless(of: &Topology, vertices: usize) -> bool {
     let handles = of.genus.unwrap_or(0).max(0) as usize;
     vertices < AT_LOOP * of.boundary_loops + AT_HANDLE * handles
