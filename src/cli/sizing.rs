@@ -110,7 +110,9 @@ impl SizingArgs {
             (Some(How::Property(_)), None) => Some(Sizing::Given(Vec::new())),
         };
         let coarse = &mut options.coarse_to_fine;
-        coarse.sizing = sizing.unwrap_or_else(|| coarse.sizing.clone());
+        if let Some(sizing) = sizing {
+            coarse.sizing = sizing;
+        }
         (coarse.min_edge, coarse.max_edge) = (self.min_edge, self.max_edge);
         coarse.growth = self.growth.unwrap_or(coarse.growth);
         Ok(())

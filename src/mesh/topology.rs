@@ -53,6 +53,12 @@ impl Topology {
             && self.duplicate_faces == 0
     }
 
+    /// Vertices without which loops and handles can hardly be: three for each boundary loop, and two for each
+    /// handle, with which twelve or more edges meet at each vertex.
+    pub(crate) fn vertices_needed(&self) -> usize {
+        3 * self.boundary_loops + 2 * self.genus.unwrap_or(0).max(0) as usize
+    }
+
     /// Whether the mesh has the same components, handles and boundary loops as `other`, and no kind of defect
     /// that this has not.
     pub(crate) fn matches(&self, other: &Self) -> bool {

@@ -8,6 +8,11 @@ use crate::io::volumes::raw::Number;
 use crate::mesh::attributes::Kind;
 use crate::{Error, Result};
 
+/// The most arrays of a file.
+pub(super) const MOST_ARRAYS: usize = 1 << 16;
+/// The most components of an array.
+pub(super) const MOST_COMPONENTS: usize = 1 << 10;
+
 /// What the file says that an array is.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub(super) enum Purpose {

@@ -144,11 +144,10 @@ impl<'a> Decoder<'_, 'a> {
             }
             _ => false,
         };
+        self.check_text(encoded, count)?;
         if !is_one_text {
-            self.check_text(encoded, count)?;
             return rest.take(count).map(|(bytes, _)| bytes).ok_or_else(missing);
         }
-        self.check_text(encoded, count)?;
         let whole = count.checked_add(width as u64).and_then(|count| encoded.take(count));
         let (bytes, _) = whole.ok_or_else(missing)?;
         let mut bytes = bytes.into_owned();

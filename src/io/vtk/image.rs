@@ -21,6 +21,14 @@ pub(super) struct Grid {
     pub directions: DMat3,
 }
 
+impl Default for Grid {
+    /// Without nodes, as long as the file has not said where they are.
+    fn default() -> Self {
+        let (origin, spacing, directions) = (DVec3::ZERO, DVec3::ONE, DMat3::IDENTITY);
+        Self { first: [0; 3], nodes: [0; 3], origin, spacing, directions }
+    }
+}
+
 /// The volume of the array that programs show first, of the nodes if they have one.
 ///
 /// # Errors

@@ -1,9 +1,9 @@
 //! VTK's older format (.vtk), versions 1 to 5.1: poly data, unstructured grids and structured points, as text
 //! or binary.
 
-use glam::{DMat3, DVec3};
+use glam::DVec3;
 
-use super::array::{Array, Budget, Purpose, Values};
+use super::array::{Array, Budget, MOST_ARRAYS, MOST_COMPONENTS, Purpose, Values};
 use super::cells::{CellSet, Corners, Kinds, Piece};
 use super::image::{self, Grid};
 use super::legacy_data::{Cursor, known_type};
@@ -13,11 +13,6 @@ use crate::io::checks::{excerpt, excerpt_of_bytes};
 use crate::io::loaded::Loaded;
 use crate::io::read::Input;
 use crate::io::text::number;
-
-/// The most arrays of a file.
-const MOST_ARRAYS: usize = 1 << 16;
-/// The most components of an array.
-const MOST_COMPONENTS: usize = 1 << 10;
 
 /// Whether a file begins as this format does.
 pub(crate) fn starts(bytes: &[u8]) -> bool {
@@ -73,20 +68,13 @@ pub(crate) fn parse(bytes: &[u8]) -> Result<Input> {
         return Err(cursor.error(problem, "repair the header"));
     }
     cursor.is_binary = is_binary;
-    let grid = Grid {
-        first: [0; 3],
-        nodes: [0; 3],
-        origin: DVec3::ZERO,
-        spacing: DVec3::ONE,
-        directions: DMat3::IDENTITY,
-    };
     let mut reader = Reader {
         cursor,
         budget: Budget::new(bytes.len()),
         owner: Owner::Nobody,
         piece: Piece::default(),
         lists: [const { None }; 4],
-        grid,
+        grid: Grid::default(),
         notes: Vec::new(),
         texts: Vec::new(),
     };

@@ -7,7 +7,7 @@ use glam::{DMat3, DVec3};
 use quick_xml::events::{BytesStart, Event};
 use quick_xml::{Reader, XmlVersion};
 
-use super::array::{Purpose, number_of_xml};
+use super::array::{MOST_ARRAYS, MOST_COMPONENTS, Purpose, number_of_xml};
 use super::cells::SURFACE_REMEDY;
 use super::image::Grid;
 use crate::io::checks::{cut_off, excerpt};
@@ -15,12 +15,8 @@ use crate::io::text::number;
 use crate::io::volumes::raw::Number;
 use crate::{Error, Result};
 
-/// The most arrays of a file.
-const MOST_ARRAYS: usize = 1 << 16;
 /// The most pieces of a file.
 const MOST_PIECES: usize = 1 << 16;
-/// The most components of an array.
-const MOST_COMPONENTS: usize = 1 << 10;
 
 /// The kinds of files that are read.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -308,14 +304,8 @@ fn document<'a>(tag: &BytesStart) -> Result<Document<'a>> {
         }
     };
     let compressor = attribute(tag, "compressor").filter(|name| !name.is_empty()).map(Cow::into_owned);
-    let grid = Grid {
-        first: [0; 3],
-        nodes: [0; 3],
-        origin: DVec3::ZERO,
-        spacing: DVec3::ONE,
-        directions: DMat3::IDENTITY,
-    };
-    Ok(Document { kind, is_big_endian, header_bytes, compressor, pieces: Vec::new(), appended: None, grid })
+    let (pieces, grid) = (Vec::new(), Grid::default());
+    Ok(Document { kind, is_big_endian, header_bytes, compressor, pieces, appended: None, grid })
 }
 
 /// The numbers of an attribute.

@@ -4,6 +4,7 @@ use super::flip::flip;
 use super::graph::Graph;
 use crate::mesh::half_edges::{EdgeTable, HalfEdge};
 use crate::mesh::intersections::{count_intersecting, intersecting_faces};
+use crate::mesh::topology::topology;
 use crate::mesh::triangle::doubled_normal;
 use crate::{ProgressToken, Result, TriMesh};
 use glam::{DMat3, DVec3};
@@ -30,11 +31,12 @@ const FOLDED: f64 = -0.999;
 const PASSES: usize = 4;
 /// but for the last one only while they remove so large a share of the vertices.
 const WORTH_A_PASS: f64 = 0.02;
-/// Where this many of the limits leave more vertices than this,
+/// Where this many of the limits leave more vertices than this, the others take long:
 const STRICT: usize = 2;
 const MANY: usize = 20_000;
-/// and more than so many times the wanted number, the others do not come near it, but take long.
-const OUT_OF_REACH: usize = 4;
+/// they are left out for a number below what the topology needs, where no more than so many times that are
+/// left.
+const NEAR_NEED: usize = 4;
 /// Triangles up to which each is compared with each.
 const EACH_WITH_EACH: usize = 150;
 
@@ -87,6 +89,8 @@ impl Quadric {
 
 pub(super) struct Collapser<'a> {
     graph: &'a mut Graph,
+    /// What the graph is made of.
+    surface: &'a TriMesh,
     quadrics: Vec<Quadric>,
     /// How often the triangles at each vertex changed.
     version: Vec<u32>,
@@ -97,21 +101,21 @@ pub(super) struct Collapser<'a> {
 type Move = Reverse<(u64, u32, u32, [u32; 2])>;
 
 impl<'a> Collapser<'a> {
-    pub fn new(graph: &'a mut Graph, progress: &'a ProgressToken) -> Self {
+    pub fn new(graph: &'a mut Graph, surface: &'a TriMesh, progress: &'a ProgressToken) -> Self {
         let mut quadrics = vec![Quadric::default(); graph.points.len()];
         for triangle in &graph.triangles {
             let quadric = Quadric::of(graph.corners(*triangle));
             triangle.iter().for_each(|v| quadrics[*v as usize].add(&quadric));
         }
         let version = vec![0; graph.points.len()];
-        Self { graph, quadrics, version, progress }
+        Self { graph, surface, quadrics, version, progress }
     }
 
     /// Collapses edges until there are `count` vertices, or no edge is left that may collapse.
     pub fn collapse(&mut self, count: usize) -> Result<()> {
         for (k, limits) in LIMITS.into_iter().enumerate() {
             let worth = if k + 1 < LIMITS.len() { WORTH_A_PASS } else { 0.0 };
-            if k >= STRICT && self.graph.used > MANY.max(OUT_OF_REACH * count) {
+            if k == STRICT && self.graph.used > MANY && self.is_out_of_reach(count) {
                 return Ok(());
             }
             for _ in 0..PASSES {
@@ -129,6 +133,13 @@ impl<'a> Collapser<'a> {
             }
         }
         Ok(())
+    }
+
+    /// Whether `count` is less than the topology needs, and about so many vertices are left; not for 0, which
+    /// asks for the least number there is.
+    fn is_out_of_reach(&self, count: usize) -> bool {
+        let needed = topology(self.surface).vertices_needed();
+        count > 0 && count < needed && self.graph.used <= NEAR_NEED * needed
     }
 
     fn pass(&mut self, count: usize, limits: Limits) -> Result<()> {

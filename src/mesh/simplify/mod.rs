@@ -16,8 +16,9 @@ mod split;
 
 /// The surface with `count` vertices, all of them vertices of `mesh` if that has as many; else the longest
 /// edges are halved. If no mesh of so few vertices can be reached without changing the topology or running
-/// through itself, one with more comes back. Vertices move along curves only, and corners not at all. Panics
-/// if an index is out of range.
+/// through itself, one with more comes back: the least there is for 0, perhaps not for a number below what
+/// the topology needs. Vertices move along curves only, and corners not at all. Panics if an index is out of
+/// range.
 ///
 /// # Errors
 /// [`crate::Error::Cancelled`].
@@ -28,14 +29,14 @@ pub fn with_vertices(
     progress: &ProgressToken,
 ) -> Result<Simplified> {
     let mut graph = Graph::new(mesh, preserved);
-    reach(&mut graph, count, progress)?;
+    reach(&mut graph, mesh, count, progress)?;
     Ok(graph.into_mesh())
 }
 
 /// Removes or adds vertices until there are `count`.
-fn reach(graph: &mut Graph, count: usize, progress: &ProgressToken) -> Result<()> {
+fn reach(graph: &mut Graph, mesh: &TriMesh, count: usize, progress: &ProgressToken) -> Result<()> {
     if graph.used > count {
-        return Collapser::new(graph, progress).collapse(count);
+        return Collapser::new(graph, mesh, progress).collapse(count);
     }
     split::split(graph, count);
     Ok(())

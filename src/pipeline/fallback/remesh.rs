@@ -74,10 +74,6 @@ const TRIES: [f64; 4] = [1.06, 1.06, 1.25, 1.25];
 const POLISHES: u32 = 4;
 /// and so many rings around.
 const RINGS: u32 = 2;
-/// Vertices of a boundary loop at least,
-const AT_LOOP: usize = 3;
-/// and for a handle; a torus needs seven.
-const AT_HANDLE: usize = 2;
 /// Vertices of the surface at a larger distance, in edge lengths, are left out.
 const LEFT_OUT: f64 = 1.0;
 /// Rounds of polish beyond those of a mesh from cells, whose triangles are more even from the start.
@@ -133,7 +129,9 @@ fn remeshed_locally(
     target: &ComponentTarget,
     progress: &ProgressToken,
 ) -> Result<Option<TriMesh>> {
-    if progress.leave_out() || is_hopeless(&topology(surface), target.vertices) {
+    let before = topology(surface);
+    // Only simplification comes near such a number.
+    if progress.leave_out() || target.vertices < before.vertices_needed() {
         return Ok(None);
     }
     let options =
@@ -141,6 +139,7 @@ fn remeshed_locally(
     let Ok(features) = find_features(surface, &options) else { return Ok(None) };
     let on = Target::new(surface).in_patches(features.patches.clone());
     let mut start = LocalSurface::new(surface, &features, (lengths, target.vertices), progress)?;
+    let most = intersecting_in_units(surface, target.frame, progress)?.len();
     let mut best: Option<(f64, LocalMesh)> = None;
     let mut guarded = false;
     for longest in TRIES {
@@ -151,7 +150,7 @@ fn remeshed_locally(
         if local.mesh.vertices.len() != target.vertices {
             break;
         }
-        let Some(local) = polished(local, surface, &on, target, progress)? else {
+        let Some(local) = polished(local, (&before, most), &on, target, progress)? else {
             guarded = true;
             continue;
         };
@@ -166,14 +165,7 @@ fn remeshed_locally(
         }
         start.fix(spread_out(surface, &left_out, target.spacing));
     }
-    best.map(|(_, local)| mended(local, surface, &on, target, progress)).transpose()
-}
-
-/// Whether a component's boundary loops alone need more vertices, or its handles so many edges that twelve
-/// or more would meet at each vertex: only simplification comes near such a number.
-fn is_hopeless(of: &Topology, vertices: usize) -> bool {
-    let handles = of.genus.unwrap_or(0).max(0) as usize;
-    vertices < AT_LOOP * of.boundary_loops + AT_HANDLE * handles
+    best.map(|(_, local)| mended(local, &before, &on, target, progress)).transpose()
 }
 
 /// The vertices of the surface that the mesh leaves out, with their distances in edge lengths, the farthest
@@ -214,18 +206,17 @@ fn spread_out(surface: &TriMesh, far: &[(f64, u32)], spacing: f64) -> Vec<DVec3>
 /// where they would, vertices stay. `None` if they do so from the beginning.
 fn polished(
     local: LocalMesh,
-    surface: &TriMesh,
+    (before, most): (&Topology, usize),
     on: &Target,
     target: &ComponentTarget,
     progress: &ProgressToken,
 ) -> Result<Option<LocalMesh>> {
     let mut curve_edges = local.edge_set();
     let mut fixed = local.fixed.clone();
-    let most = intersecting_in_units(surface, target.frame, progress)?.len();
     // The faces that intersect, if they are more than before or the topology is another.
     let crossing_in = |mesh: &TriMesh| -> Result<Option<Vec<u32>>> {
         let crossing = intersecting_in_units(mesh, target.frame, progress)?;
-        let is_sound = crossing.len() <= most && topology(mesh).matches(&topology(surface));
+        let is_sound = crossing.len() <= most && topology(mesh).matches(before);
         Ok((!is_sound).then_some(crossing))
     };
     // After the last of the steps that leaves it sound.
@@ -281,7 +272,7 @@ fn polished(
 /// The mesh with its small angles mended, unless more faces then intersect than in the surface.
 fn mended(
     mut local: LocalMesh,
-    surface: &TriMesh,
+    surface: &Topology,
     on: &Target,
     target: &ComponentTarget,
     progress: &ProgressToken,
@@ -291,7 +282,7 @@ fn mended(
     let mended = mend_angles(&mut local, on, &options, progress)?;
     let count = |mesh: &TriMesh| Ok(intersecting_in_units(mesh, target.frame, progress)?.len());
     let is_worse = mended.edits > 0
-        && (count(&local.mesh)? > count(&before)? || !topology(&local.mesh).matches(&topology(surface)));
+        && (count(&local.mesh)? > count(&before)? || !topology(&local.mesh).matches(surface));
     Ok(if is_worse { before } else { local.mesh })
 }
 

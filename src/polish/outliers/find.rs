@@ -15,7 +15,7 @@ use crate::{Result, TriMesh};
 
 /// Most outliers of a mesh,
 const MOST_OUTLIERS: usize = 100;
-/// or of a small one the share of its vertices: small parts are far off everywhere,
+/// or of a small one, which is far off nearly everywhere, one for so many vertices,
 const MOST_OF_SMALL: usize = 4;
 /// and vertices for each further one,
 const VERTICES_PER_OUTLIER: usize = 100;
@@ -104,8 +104,8 @@ pub(crate) fn find(mesh: &TriMesh, context: &OutlierContext, cache: &mut MeshCac
     let (places, ranks): (Vec<Vec<FarPlace>>, Vec<Vec<u32>>) = outward.into_iter().unzip();
     outliers.extend(places.into_iter().flatten());
     let ranks = ranks.concat();
-    let is_asked_for = options.tolerance.is_finite();
     outliers.sort_by(|a, b| b.distance.total_cmp(&a.distance).then(a.triangle.cmp(&b.triangle)));
+    let is_asked_for = options.tolerance.is_finite();
     let per_outlier = if is_asked_for { VERTICES_PER_OUTLIER_OF_TOLERANCE } else { VERTICES_PER_OUTLIER };
     let vertices = mesh.vertices.len();
     outliers.truncate(MOST_OUTLIERS.min(vertices / MOST_OF_SMALL) + vertices / per_outlier);
