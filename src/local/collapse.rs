@@ -186,8 +186,9 @@ impl StarMesh {
     /// Collapses an edge if the limits allow it; returns the vertex that is left.
     pub fn collapse_edge(&mut self, a: u32, b: u32, limits: &Limits, polylines: &[Polyline]) -> Option<u32> {
         let collapse = self.collapse(a, b, limits, polylines)?;
-        let keeps = self.keeps_topology(collapse.gone, collapse.kept)
-            && self.keeps_shape(&collapse, limits)
+        // Shape is what most collapses are refused for.
+        let keeps = self.keeps_shape(&collapse, limits)
+            && self.keeps_topology(collapse.gone, collapse.kept)
             && (self.collapse_turns_little(&collapse) || self.collapse_stays_apart(&collapse));
         if !keeps {
             return None;
@@ -317,14 +318,13 @@ impl StarMesh {
     fn keeps_shape(&self, collapse: &Collapse, limits: &Limits) -> bool {
         let Collapse { gone, kept, to, .. } = *collapse;
         let length = limits.length * self.size(gone, kept);
-        let [p, q] = [gone, kept].map(|v| self.points[v as usize]);
-        let mut nearest = [f64::INFINITY; 2];
         let at = |w: u32| if w == gone || w == kept { to } else { self.points[w as usize] };
+        let moved = || self.moved(gone, kept).chain(self.moved(kept, gone));
         // Where a triangle is lower already, even one of those that go, others may become as low.
         let around = [gone, kept].into_iter().flat_map(|v| self.star[v as usize].iter());
         let heights = around.map(|t| height_of(self.corners(self.triangles[*t as usize])));
         let least_height = heights.fold(limits.height, f64::min);
-        for (_, triangle) in self.moved(gone, kept).chain(self.moved(kept, gone)) {
+        for (_, triangle) in moved() {
             let [old, new] = [self.corners(triangle), triangle.map(at)];
             let [n, m] = [old, new].map(doubled_normal);
             if n.dot(m) < limits.cosine * n.length() * m.length() {
@@ -337,11 +337,12 @@ impl StarMesh {
             if longer > (limits.longest * length).max(long) {
                 return false;
             }
-            for (nearest, p) in nearest.iter_mut().zip([p, q]) {
-                *nearest = nearest.min(closest_on_triangle(p, new).point.distance_squared(p));
-            }
         }
-        nearest.iter().all(|distance| distance.sqrt() <= limits.distance * length)
+        let is_near = |p: DVec3| {
+            let distance_sq = |triangle| closest_on_triangle(p, triangle).point.distance_squared(p);
+            moved().any(|(_, triangle)| distance_sq(triangle.map(at)).sqrt() <= limits.distance * length)
+        };
+        limits.distance.is_infinite() || [gone, kept].into_iter().all(|v| is_near(self.points[v as usize]))
     }
 
     fn collapse_turns_little(&self, collapse: &Collapse) -> bool {

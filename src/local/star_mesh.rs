@@ -136,8 +136,9 @@ impl StarMesh {
 
     /// The other vertices of the triangles around one, ascending.
     pub fn neighbours(&self, v: u32) -> Vec<u32> {
-        let around = self.star[v as usize].iter().flat_map(|t| self.triangles[*t as usize]);
-        let mut list: Vec<u32> = around.filter(|w| *w != v).collect();
+        let star = &self.star[v as usize];
+        let mut list = Vec::with_capacity(3 * star.len());
+        list.extend(star.iter().flat_map(|t| self.triangles[*t as usize]).filter(|w| *w != v));
         list.sort_unstable();
         list.dedup();
         list

@@ -16,7 +16,7 @@ use crate::{Result, TriMesh};
 /// Most outliers of a mesh,
 const MOST_OUTLIERS: usize = 100;
 /// or of a small one, which is far off nearly everywhere, one for so many vertices,
-const MOST_OF_SMALL: usize = 4;
+const MOST_OF_SMALL: usize = 8;
 /// and vertices for each further one,
 const VERTICES_PER_OUTLIER: usize = 100;
 /// or where a tolerance is given, which more places may exceed.
