@@ -219,19 +219,44 @@ pub(crate) struct ProgressReporter<'a> {
     range: (f64, f64),
     /// Iterations of the levels before this one, and the largest number on all levels.
     level: (u32, u32),
+    /// What simplifying the input takes, as a share of the attempt.
+    simplification: f64,
+    /// Whether the run would end with that if it were to finish now.
+    would_simplify: bool,
 }
 
 impl<'a> ProgressReporter<'a> {
     pub fn new(callback: &'a mut dyn FnMut(Progress) -> Flow) -> Self {
         let now = Progress { attempt: 1, ..Progress::default() };
-        Self { callback, token: ProgressToken::default(), now, range: (0.0, 0.0), level: (0, 0) }
+        Self {
+            callback,
+            token: ProgressToken::default(),
+            now,
+            range: (0.0, 0.0),
+            level: (0, 0),
+            simplification: 0.0,
+            would_simplify: false,
+        }
     }
 
     /// Begins an attempt.
     pub fn attempt(&mut self, attempt: u32) {
         self.now = Progress { attempt, ..Progress::default() };
         self.range = (0.0, 0.0);
+        (self.simplification, self.would_simplify) = (0.0, false);
         self.token.restart();
+    }
+
+    /// Says what share of the attempt it takes to simplify the input.
+    pub fn simplification(&mut self, share: f64) {
+        self.simplification = share;
+    }
+
+    /// Says whether the run would end with a simplified input if it were to finish now.
+    pub fn would_simplify(&mut self, would: bool) {
+        let change = f64::from(u8::from(would)) - f64::from(u8::from(self.would_simplify));
+        self.now.to_finish = (self.now.to_finish + change * self.simplification).max(0.0);
+        self.would_simplify = would;
     }
 
     /// Begins a phase that ends at the fraction `until`. `to_finish` is what [`Progress::to_finish`] reports
@@ -241,7 +266,8 @@ impl<'a> ProgressReporter<'a> {
     /// As [`ProgressReporter::poll`].
     pub fn phase(&mut self, phase: Phase, until: f64, to_finish: f64) -> Result<()> {
         self.range = (self.now.fraction, until.max(self.now.fraction));
-        self.now = Progress { phase, to_finish, ..self.now };
+        let simplification = if self.would_simplify { self.simplification } else { 0.0 };
+        self.now = Progress { phase, to_finish: to_finish + simplification, ..self.now };
         self.token.restart();
         self.poll()
     }
@@ -356,6 +382,26 @@ mod tests {
         };
         assert_eq!(progress.during(endless), Err(Error::Cancelled));
         assert_eq!((told.len(), told[0], told[2]), (3, 0.0, 0.4));
+    }
+
+    #[test]
+    fn simplification_counts_as_work_to_finish_while_it_would_be_needed() {
+        let mut told = Vec::new();
+        let mut callback = |now: Progress| told.push(now.to_finish);
+        let mut callback = |now: Progress| Flow::from(callback(now));
+        let mut progress = ProgressReporter::new(&mut callback);
+        progress.simplification(0.25);
+        progress.phase(Phase::LastLevel, 0.5, 0.5).unwrap();
+        progress.would_simplify(true);
+        progress.poll().unwrap();
+        progress.would_simplify(true);
+        progress.phase(Phase::Polish, 0.75, 0.125).unwrap();
+        progress.would_simplify(false);
+        progress.poll().unwrap();
+        progress.would_simplify(true);
+        progress.attempt(2);
+        progress.poll().unwrap();
+        assert_eq!(told, [0.5, 0.75, 0.375, 0.125, 0.0]);
     }
 
     #[test]

@@ -161,7 +161,7 @@ impl<'a> LocalSurface<'a> {
                 mesh.flip(progress)?;
             }
             let guard = Guard { looks: true, progress };
-            for factor in FINE {
+            for factor in FINE.into_iter().take_while(|_| !progress.leave_out()) {
                 let edge = factor * spacing;
                 if mesh.used() as f64 * factor * factor >= MUCH_FINER * count as f64 {
                     let limits = Limits::regular(edge);
@@ -240,6 +240,28 @@ impl<'a> LocalSurface<'a> {
         mesh.refresh_sizes(surface, target, lengths);
         Ok(mesh.into_local_mesh(polylines))
     }
+}
+
+/// A mesh on a surface with its edges flipped and its vertices relaxed, as far as no more triangles
+/// intersect. Vertices that are `fixed` stay; so do boundaries and edges of three triangles or more.
+///
+/// # Errors
+/// [`crate::Error::Cancelled`].
+pub fn relaxed(
+    mesh: TriMesh,
+    fixed: Vec<bool>,
+    target: &Target,
+    progress: &ProgressToken,
+) -> Result<TriMesh> {
+    let mut star = StarMesh::from_local(&LocalMesh { mesh, fixed, ..Default::default() });
+    let guard = Guard { looks: true, progress };
+    for _ in 0..LAST_ROUNDS {
+        guard.run(&mut star, |mesh| {
+            mesh.flip(progress)?;
+            mesh.relax(target, &[], progress)
+        })?;
+    }
+    Ok(star.into_local_mesh(&[]).mesh)
 }
 
 /// The area of a triangle over the square of the relative target length there: proportional to the vertices

@@ -17,10 +17,42 @@ use crate::{Result, TriMesh};
 const DENSIFICATIONS: u32 = 12;
 /// and at most so many times in a row without fewer broken cells than ever before.
 const PATIENCE: u32 = 4;
-
 /// Nor on a defective surface once there are more broken cells than the fewest times this: on others that
 /// often comes right.
 const WORSE: f64 = 1.4;
+/// Nor where, after so many times,
+const SOON: u32 = 2;
+/// more than this share of all cells
+const MANY: f64 = 0.05;
+/// and of those that were broken at first are still so: where it comes right, they are halved by then.
+const HARDLY_FEWER: f64 = 0.7;
+
+/// The rounds of moves into broken cells so far.
+struct Rounds {
+    done: u32,
+    without_gain: u32,
+    at_first: Option<usize>,
+    fewest: usize,
+}
+
+impl Rounds {
+    fn new() -> Self {
+        Self { done: 0, without_gain: 0, at_first: None, fewest: usize::MAX }
+    }
+
+    /// Whether another round may help, with so many cells `broken` of `all`.
+    fn may_go_on(&mut self, broken: usize, all: usize, is_manifold: bool) -> bool {
+        self.without_gain = if broken < self.fewest { 0 } else { self.without_gain + 1 };
+        let gets_worse = !is_manifold && broken as f64 > WORSE * self.fewest as f64;
+        self.fewest = self.fewest.min(broken);
+        let fewest = self.fewest as f64;
+        let at_first = *self.at_first.get_or_insert(broken) as f64;
+        let stays_bad = self.done >= SOON && fewest > MANY * all as f64 && fewest > HARDLY_FEWER * at_first;
+        let goes_on = self.done < DENSIFICATIONS && self.without_gain < PATIENCE && !gets_worse && !stays_bad;
+        self.done += 1;
+        goes_on
+    }
+}
 
 /// The faces over some sites.
 struct Connection {
@@ -67,24 +99,22 @@ impl CoarseToFine<'_> {
     ) -> Result<LevelMesh> {
         let fixed = level.fixed();
         let sizes = &self.model.sizes;
-        let (mut left, mut patience, mut fewest) = (DENSIFICATIONS, PATIENCE, usize::MAX);
+        let mut rounds = Rounds::new();
         let mut known = KnownCells::default();
         loop {
             progress.poll()?;
             let connection = progress
                 .during(|progress| self.connect_once(on, &mut level, (spacing, &mut known), progress))?;
             let Connection { broken, faces, counts, is_sound } = connection;
-            patience = if broken.len() < fewest { PATIENCE } else { patience - 1 };
-            let is_hopeless = !self.input.is_manifold() && broken.len() as f64 > WORSE * fewest as f64;
-            fewest = fewest.min(broken.len());
-            let is_over = is_sound || left == 0 || patience == 0 || is_hopeless || progress.leave_out();
+            progress.would_simplify(!is_sound);
+            let may_help = rounds.may_go_on(broken.len(), level.sites.len(), self.input.is_manifold());
+            let is_over = is_sound || !may_help || progress.leave_out();
             let of = ConnectedSites { faces: &faces, fixed: &fixed, spacing, sizes };
             if is_over || !densify(&mut level.sites, &of, &broken) {
                 let faulty_place = broken.first().map(|b| b.farthest.0);
                 let mesh = TriMesh { vertices: level.sites.positions.clone(), triangles: faces };
                 return Ok(LevelMesh { is_sound, faulty_place, ..LevelMesh::new(level, mesh, counts) });
             }
-            left -= 1;
             level.near = near_sites(self.device, &level.sites.positions)?;
         }
     }
@@ -115,5 +145,28 @@ impl CoarseToFine<'_> {
         let is_sound = got.matches(self.input) && got.vertices == mesh.vertices.len();
         *positions = mesh.vertices;
         Ok(Connection { broken: cells.broken, faces: mesh.triangles, counts, is_sound })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// After how many rounds of these numbers of broken cells of 1,000 the moves end.
+    fn rounds(broken: &[usize], is_manifold: bool) -> usize {
+        let mut rounds = Rounds::new();
+        broken.iter().take_while(|broken| rounds.may_go_on(**broken, 1000, is_manifold)).count()
+    }
+
+    #[test]
+    fn moves_end_where_they_do_not_help() {
+        // Many that stay, and as many that are halved.
+        assert_eq!(rounds(&[84, 81, 70, 73, 60, 40], true), 2);
+        assert_eq!(rounds(&[84, 60, 58, 30, 10, 2], true), 6);
+        // Few that stay have four rounds to come right.
+        assert_eq!(rounds(&[8, 17, 10, 2], true), 4);
+        assert_eq!(rounds(&[9, 8, 9, 11, 8, 13, 9], true), 5);
+        assert_eq!(rounds(&[8, 17, 10, 2], false), 1);
+        assert_eq!(rounds(&(1..=40).rev().collect::<Vec<_>>(), true), DENSIFICATIONS as usize);
     }
 }

@@ -1,6 +1,6 @@
 //! One component remeshed by local operations, or simplified where they fail, to a number of vertices.
 
-use crate::local::{LocalMesh, LocalOptions, LocalSurface, MendOptions, mend_angles};
+use crate::local::{LocalMesh, LocalOptions, LocalSurface, MendOptions, mend_angles, relaxed};
 use crate::mesh::bvh::Bvh;
 use crate::mesh::features::{Curve, FeatureOptions, Features, find_features};
 use crate::mesh::half_edges::{edge_key, next};
@@ -70,6 +70,9 @@ impl<'a> ComponentTarget<'a> {
 /// Longest target lengths, in spacings, of the tries: where more corners are kept, the rest has fewer
 /// vertices.
 const TRIES: [f64; 4] = [1.06, 1.06, 1.25, 1.25];
+/// From so many vertices on, the first try is guarded, too: on large surfaces others mostly fail, and looking
+/// for intersections takes little of the time.
+const GUARDED: usize = 1000;
 /// At most so many times the polish begins anew, with vertices fixed where faces came to intersect,
 const POLISHES: u32 = 4;
 /// and so many rings around.
@@ -105,19 +108,26 @@ fn simplified_and_polished(
     target: &ComponentTarget,
     progress: &ProgressToken,
 ) -> Result<TriMesh> {
-    let raw = simplified(surface, target)?;
-    let mut better = raw.mesh.clone();
+    let Simplified { mesh: raw, fixed, .. } = simplified(surface, target)?;
     let surface = Target::new(surface);
-    let fixed = raw.fixed;
+    let (before, most) = (topology(&raw), intersecting_in_units(&raw, target.frame, progress)?.len());
+    let is_sound = |mesh: &TriMesh| -> Result<bool> {
+        let intersecting = intersecting_in_units(mesh, target.frame, progress)?;
+        Ok(intersecting.len() <= most && topology(mesh).matches(&before))
+    };
+    let relaxed = relaxed(raw.clone(), fixed.clone(), &surface, progress)?;
+    let relaxed = if is_sound(&relaxed)? { relaxed } else { raw };
+    if progress.leave_out() {
+        return Ok(relaxed);
+    }
+    let mut polished = relaxed.clone();
     let options = PolishOptions { rounds: target.polish_rounds, fixed: fixed.clone(), ..Default::default() };
     let mut cache = MeshCache::default();
-    polish(&mut better, &surface, &options, &mut cache, progress)?;
+    polish(&mut polished, &surface, &options, &mut cache, progress)?;
     if target.fit {
-        fit(&mut better, &surface, &FitOptions { fixed, ..Default::default() }, &mut cache, progress)?;
+        fit(&mut polished, &surface, &FitOptions { fixed, ..Default::default() }, &mut cache, progress)?;
     }
-    let intersections = |mesh: &TriMesh| Ok(intersecting_in_units(mesh, target.frame, progress)?.len());
-    let is_sound = topology(&better).matches(&topology(&raw.mesh));
-    Ok(if is_sound && intersections(&better)? <= intersections(&raw.mesh)? { better } else { raw.mesh })
+    Ok(if is_sound(&polished)? { polished } else { relaxed })
 }
 
 /// The surface remeshed by local operations and polished; `None` if that does not reach the number of
@@ -141,8 +151,12 @@ fn remeshed_locally(
     let mut start = LocalSurface::new(surface, &features, (lengths, target.vertices), progress)?;
     let most = intersecting_in_units(surface, target.frame, progress)?.len();
     let mut best: Option<(f64, LocalMesh)> = None;
-    let mut guarded = false;
+    let (mut guarded, mut refused) = (target.vertices >= GUARDED, None);
     for longest in TRIES {
+        // That would be the same once more.
+        if refused == Some((longest, guarded)) {
+            continue;
+        }
         if progress.leave_out() {
             break;
         }
@@ -151,12 +165,13 @@ fn remeshed_locally(
             break;
         }
         let Some(local) = polished(local, (&before, most), &on, target, progress)? else {
+            refused = Some((longest, guarded));
             guarded = true;
             continue;
         };
         let left_out = left_out(surface, &local.mesh, lengths, target.spacing, progress)?;
         let farthest = left_out.first().map_or(0.0, |(distance, _)| *distance);
-        let is_again = best.is_some() || guarded;
+        let is_again = best.is_some() || refused.is_some();
         if best.as_ref().is_none_or(|(least, _)| farthest < *least) {
             best = Some((farthest, local));
         }
