@@ -53,6 +53,10 @@ PHRASES = [
         "read them with `points` and call rtfmesh.reconstruct",
     ),
     ("read the file without materials", "leave out `materials`"),
+    (
+        "start processes afresh, without a fork, or fork before the first use",
+        'start processes with multiprocessing.get_context("spawn")',
+    ),
     ("see `rtfmesh devices`", "see rtfmesh.devices()"),
     ("please report it with the command and the input", "please report it with the call and the input"),
 ]

@@ -95,7 +95,8 @@ class Remesher:
     `device` is an index or name as `devices` has them, "cpu" or "gpu"; by default RTFMESH_DEVICE, or the best
     GPU, or the CPU. `device_memory` is the most memory of the device to use, in MiB. With `timings` reports
     have the time of every kernel, which slows small meshes down. Threads may share a remesher and take turns
-    on its device, or have one each.
+    on its device, or have one each. A forked process opens the device again for itself, or gets a
+    `DeviceError` if the parent has used a GPU's driver.
 
     Raises `DeviceError` without a usable device.
     """
@@ -108,7 +109,17 @@ class Remesher:
         ):
             raise InputError(f"`device_memory` {device_memory!r} is out of range; use 1 to 2^30 MiB")
         name = None if device is None else str(device)
-        self._device = _native.Device(name, device_memory, bool(timings))
+        self._wanted = name, device_memory, bool(timings)
+        self._open = os.getpid(), _native.Device(*self._wanted)
+
+    @property
+    def _device(self) -> _native.Device:
+        """The device that this process has opened."""
+        process, device = self._open
+        if process != os.getpid():
+            device = _native.Device(*self._wanted)
+            self._open = os.getpid(), device
+        return device
 
     @property
     def device(self) -> dict[str, Any]:
@@ -265,6 +276,16 @@ def warned(result: Result, stacklevel: int = 3) -> Result:
 
 _remeshers: dict[tuple[Any, ...], Remesher] = {}
 _opening = threading.Lock()
+
+
+def _forget_locks() -> None:
+    """Makes a new lock in a forked process, where the thread that held the old one does not exist."""
+    global _opening
+    _opening = threading.Lock()
+
+
+if hasattr(os, "register_at_fork"):
+    os.register_at_fork(after_in_child=_forget_locks)
 
 
 def _remesher(device: str | int | None, device_memory: int | None, timings: bool) -> tuple[Any, Remesher]:

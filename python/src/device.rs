@@ -1,6 +1,6 @@
 //! Vulkan devices.
 
-use crate::errors::work;
+use crate::work::work;
 use pyo3::prelude::*;
 use rtfmesh::report::to_json;
 use rtfmesh::{DeviceOptions, list_devices};

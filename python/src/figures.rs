@@ -1,8 +1,9 @@
 //! Measures, features and pictures of meshes.
 
-use crate::errors::{one_of, watched_work, work};
+use crate::errors::one_of;
 use crate::mesh::{Arrays, mesh};
 use crate::run::feature_lines;
+use crate::work::{watched_work, work};
 use numpy::{PyArray1, PyReadonlyArray3};
 use pyo3::prelude::*;
 use pyo3::types::PyString;

@@ -1,8 +1,9 @@
 //! Mesh files.
 
 use crate::attributes::{self, Given, New, new};
-use crate::errors::{exception, watched_work, work};
+use crate::errors::exception;
 use crate::mesh::{Arrays, NewArrays, arrays, mesh};
+use crate::work::{watched_work, work};
 use pyo3::prelude::*;
 use rtfmesh::io;
 use rtfmesh::io::{Encoding, Patience, ReadOptions};

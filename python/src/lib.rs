@@ -9,6 +9,7 @@ mod files;
 mod mesh;
 mod program;
 mod run;
+mod work;
 
 use pyo3::prelude::*;
 

@@ -2,8 +2,9 @@
 
 use crate::attributes::{self, Given, New, new};
 use crate::device::Device;
-use crate::errors::{INTERVAL, exception, refuse_forks};
+use crate::errors::exception;
 use crate::mesh::{Arrays, NewArrays, Places, arrays, mesh, places, positions};
+use crate::work::{INTERVAL, own_work};
 use numpy::{PyReadonlyArray1, PyReadonlyArray2, PyReadonlyArray3};
 use pyo3::prelude::*;
 use rtfmesh::cli::call::{Call, Input, Points, Source, Values};
@@ -73,14 +74,14 @@ pub fn remesh<'py>(
         correspondence: CorrespondenceRequest { vertices, faces },
         distances: request.distances,
     };
-    let mut watch = Watch { callback: request.progress, last: Instant::now(), raised: None };
-    refuse_forks(py)?;
-    let (done, watch) = py.detach(move || {
-        let done = call.remesh(&device.0, &input, |now| watch.flow(now));
+    let mut watch = Watch::new(request.progress);
+    let (done, watch) = own_work(py, move |token| {
+        let flow = |now| if token.is_cancelled() { Flow::Cancel } else { watch.flow(now) };
+        let done = call.remesh(&device.0, &input, flow);
         // Freed here, since large meshes take a while.
         drop(input);
-        (done, watch)
-    });
+        Ok((done, watch))
+    })?;
     let output = match (done, watch.raised) {
         (Ok(_) | Err(Error::Cancelled), Some(raised)) => return Err(raised),
         (done, _) => done.map_err(|error| exception(py, &error))?,
@@ -127,9 +128,14 @@ struct Watch {
     last: Instant,
     /// What a signal's handler or the callback raised.
     raised: Option<PyErr>,
+    process: u32,
 }
 
 impl Watch {
+    fn new(callback: Option<Py<PyAny>>) -> Self {
+        Self { callback, last: Instant::now(), raised: None, process: std::process::id() }
+    }
+
     fn flow(&mut self, now: Progress) -> Flow {
         if self.last.elapsed() < INTERVAL {
             return Flow::Continue;
@@ -148,6 +154,10 @@ impl Watch {
         let Progress { phase, attempt, fraction, iteration, iterations, step, .. } = now;
         let told = (phase.name(), attempt, fraction, iteration, iterations, step);
         let answer: Option<bool> = callback.call1(py, told)?.extract(py)?;
+        if self.process != std::process::id() {
+            let problem = "`progress` returned in a process that it has forked";
+            return Err(exception(py, &Error::device(problem, "end that process within the function")));
+        }
         Ok(match answer {
             None => Flow::Continue,
             Some(true) => Flow::Finish,

@@ -1,6 +1,5 @@
 """What is wrong is an exception that names the argument, never anything else."""
 
-import multiprocessing
 import os
 import subprocess
 import sys
@@ -120,23 +119,3 @@ def test_without_a_driver_the_error_says_what_to_install():
     assert last.startswith("rtfmesh._errors.DeviceError: there is no Vulkan driver")
     for command in ("apt install", "dnf install", "pacman -S", "conda install", "brew install"):
         assert command in last
-
-
-def forked(queue):
-    """What a child that was not started afresh gets."""
-    try:
-        rtfmesh.devices()
-    except rtfmesh.DeviceError as error:
-        queue.put(str(error))
-
-
-@pytest.mark.skipif(not hasattr(os, "fork"), reason="nothing forks on this system")
-@pytest.mark.filterwarnings("ignore:.*multi-threaded, use of fork.*:DeprecationWarning")
-def test_forked_processes_are_told_to_spawn():
-    assert rtfmesh.devices()
-    context = multiprocessing.get_context("fork")
-    queue = context.Queue()
-    child = context.Process(target=forked, args=(queue,))
-    child.start()
-    assert "spawn" in queue.get(timeout=60)
-    child.join()

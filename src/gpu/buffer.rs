@@ -179,6 +179,7 @@ impl RawBuffer {
         usage: vk::BufferUsageFlags,
         location: MemoryLocation,
     ) -> Result<Self> {
+        shared.require_own()?;
         let too_large = |problem: String| Error::OutOfMemory {
             what: name.to_owned(),
             bytes,
@@ -269,6 +270,9 @@ impl RawBuffer {
 
 impl Drop for RawBuffer {
     fn drop(&mut self) {
+        if !self.shared.is_own() {
+            return;
+        }
         if let Some(allocation) = self.allocation.take() {
             // The allocator fails here only if its records are corrupt; the memory is then freed with the
             // device.

@@ -2,6 +2,7 @@
 
 use super::cache;
 use super::errors::vk_error;
+use super::forks;
 use super::host_memory;
 use super::instance::{Instance, open_all};
 use super::kernel::Pipelines;
@@ -166,7 +167,9 @@ pub(super) struct Shared {
     names: Option<ext::debug_utils::Device>,
     allocator: ManuallyDrop<Mutex<Allocator>>,
     next_id: AtomicU64,
-    instance: Instance,
+    /// The process that opened it.
+    process: u32,
+    instance: ManuallyDrop<Instance>,
 }
 
 /// Size of the blocks that the allocator takes from the driver; small, because a mesh's buffers are.
@@ -338,9 +341,21 @@ impl Shared {
             names,
             allocator: ManuallyDrop::new(Mutex::new(allocator)),
             next_id: AtomicU64::new(0),
+            process: std::process::id(),
             raw,
-            instance,
+            instance: ManuallyDrop::new(instance),
         })
+    }
+
+    /// Whether this process opened the device, and was not forked from the one that did. If not, no function
+    /// of Vulkan may be called: drivers wait for threads that only the other process has.
+    pub fn is_own(&self) -> bool {
+        self.process == std::process::id()
+    }
+
+    /// Refuses the work of a forked process.
+    pub fn require_own(&self) -> Result<()> {
+        if self.is_own() { Ok(()) } else { Err(forks::foreign_device(&self.info.name)) }
     }
 
     /// An id that no other buffer of this device has had.
@@ -352,9 +367,10 @@ impl Shared {
         lock(&self.allocator)
     }
 
-    /// The driver's budget for this program in the largest device-local heap; `u64::MAX` if it reports none.
+    /// The driver's budget for this program in the largest device-local heap; `u64::MAX` if it reports none,
+    /// or may not be asked.
     fn budget(&self) -> u64 {
-        if !self.reports_budget {
+        if !self.reports_budget || !self.is_own() {
             return u64::MAX;
         }
         let mut budget = vk::PhysicalDeviceMemoryBudgetPropertiesEXT::default();
@@ -404,8 +420,12 @@ fn device_local_budget(heaps: &[vk::MemoryHeap], budgets: &[u64]) -> u64 {
 
 impl Drop for Shared {
     fn drop(&mut self) {
+        if !self.is_own() {
+            // Allocator and instance stay, too.
+            return;
+        }
         // SAFETY: the last user is gone (Arc), submissions are waited for by their recorders; the allocator
-        // must go before its device, and is not touched again.
+        // must go before its device, the device before its instance, and neither is touched again.
         unsafe {
             if self.pipeline_cache != vk::PipelineCache::null() {
                 if let Ok(data) = self.raw.get_pipeline_cache_data(self.pipeline_cache) {
@@ -415,6 +435,7 @@ impl Drop for Shared {
             }
             ManuallyDrop::drop(&mut self.allocator);
             self.raw.destroy_device(None);
+            ManuallyDrop::drop(&mut self.instance);
         }
     }
 }

@@ -2,6 +2,7 @@
 
 use super::driver;
 use super::errors::{INSTALL_DRIVER, vk_error};
+use super::forks;
 use crate::{Error, Result};
 use ash::{ext, khr, vk};
 use libloading::Library;
@@ -28,7 +29,10 @@ pub(super) struct Instance {
 
 /// The instances through which all devices can be reached: the loader's or, where there is no loader or it
 /// finds no device, one of each driver that opens without it. Only a loader has validation.
+///
+/// Refused in a process that was forked from one that has used a GPU; see [`forks`].
 pub(super) fn open_all(validation: bool) -> Result<Vec<Instance>> {
+    forks::require_openable()?;
     // SAFETY: loading runs the initialisers of the system's Vulkan loader, which every Vulkan program trusts.
     let entry = match unsafe { ash::Entry::load() } {
         Ok(entry) => entry,

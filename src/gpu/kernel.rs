@@ -161,6 +161,7 @@ impl RawPipeline {
         constants: &impl SpecializationConstants,
         push_bytes: u32,
     ) -> Result<Self> {
+        shared.require_own()?;
         let workgroup = constants.workgroup();
         let most = shared.info.limits.workgroup_invocations;
         if workgroup == 0 || workgroup > most {
@@ -260,6 +261,9 @@ fn compile(
 
 impl Drop for RawPipeline {
     fn drop(&mut self) {
+        if !self.shared.is_own() {
+            return;
+        }
         // SAFETY: recorders share the pipelines that they use until the device is done, so nothing uses this
         // any more.
         unsafe {

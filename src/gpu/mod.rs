@@ -12,6 +12,7 @@ mod driver;
 mod errors;
 #[cfg(test)]
 mod faults;
+mod forks;
 mod host_memory;
 mod instance;
 mod kernel;

@@ -73,6 +73,7 @@ impl Device {
 
 impl Recorder {
     fn new(shared: &Arc<Shared>) -> Result<Self> {
+        shared.require_own()?;
         let failed = |e| vk_error("starting a command buffer", e);
         let pool_info = vk::CommandPoolCreateInfo::default().queue_family_index(shared.queue_family);
         // SAFETY: the device is alive (Arc).
@@ -308,6 +309,7 @@ impl Recorder {
     /// # Errors
     /// [`Error::DeviceLost`] or [`Error::Device`].
     pub fn submit(mut self) -> Result<Submitted> {
+        self.shared.require_own()?;
         let last = self.recorded.last().map_or("an empty submission", |command| command.name);
         let failed = |e| vk_error(last, e);
         let raw = self.shared.raw.clone();
@@ -543,6 +545,9 @@ impl Recorder {
 
 impl Drop for Recorder {
     fn drop(&mut self) {
+        if !self.shared.is_own() {
+            return;
+        }
         if self.running {
             // The device may still use all this for an unknown time, so it is never freed, nor is the device.
             std::mem::forget(std::mem::take(&mut self.staging));

@@ -1,6 +1,7 @@
 //! Lists the devices, checks which are usable, and chooses one.
 
 use super::errors::INSTALL_DRIVER;
+use super::forks;
 use super::instance::{Instance, open_all};
 use crate::{Error, Result};
 use ash::{ext, vk};
@@ -116,6 +117,7 @@ pub(super) fn candidates(instances: &[Instance]) -> Result<Vec<Candidate>> {
             all.push(Candidate { instance: k, ..found });
         }
     }
+    forks::remember(all.iter().any(|candidate| candidate.info.kind != "cpu"));
     Ok(all)
 }
 
