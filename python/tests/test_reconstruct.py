@@ -55,6 +55,17 @@ def test_points_become_a_closed_surface_of_exactly_n_vertices(points, remesher):
     assert np.allclose(radii(remesher.reconstruct(points.astype(np.float32), 500)), 1, atol=0.01)
 
 
+def test_normals_that_disagree_are_found_again_with_a_warning(points, remesher):
+    signs = np.random.default_rng(2).choice([-1.0, 1.0], len(points))[:, None]
+    with pytest.warns(rtfmesh.MeshWarning, match="normals of the points disagree"):
+        result = remesher.reconstruct(points, 500, normals=signs * points)
+    assert same(result, remesher.reconstruct(points, 500))
+    assert result.report["warning_codes"] == ["normals"]
+    assert not any("disagree" in note for note in result.report["notes"])
+    # Right ones are used, and so may be inward ones: they agree.
+    assert not same(remesher.reconstruct(points, 500, normals=points), result)
+
+
 def test_the_program_makes_the_same_of_a_file(points, tmp_path):
     normals = -points
     rows = np.hstack([points, normals])

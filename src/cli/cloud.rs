@@ -13,7 +13,7 @@ use rtfmesh::cloud::{
 };
 use rtfmesh::io::Loaded;
 use rtfmesh::mesh::attributes::{Attribute, Attributes, Kind, Role};
-use rtfmesh::{Error, Flow, Method, Options, Progress, Result, Size, Sizing, TriMesh};
+use rtfmesh::{Error, Flow, Method, Options, Progress, Result, Size, Sizing, Summary, TriMesh, WarningCode};
 use std::path::Path;
 use std::time::Instant;
 
@@ -220,7 +220,9 @@ impl CloudArgs {
         let found = self.holes.surface(&cloud, for_options, |now| run.update(now));
         let mut found = found.map_err(|e| e.in_file(input_name(input)))?;
         if !quiet {
-            tell_notes(input, &found.notes);
+            let is_warning = |note: &&String| *note == NORMALS;
+            let notes: Vec<String> = found.notes.iter().filter(|note| !is_warning(note)).cloned().collect();
+            tell_notes(input, &notes);
             tell_notes(input, &[format!("the surface took {:.2} s", begin.elapsed().as_secs_f64())]);
         }
         notes.append(&mut found.notes);
@@ -235,6 +237,19 @@ pub fn size_by_points(size: Size, points: usize, options: &Options) -> Size {
         Size::AsInput if !is_free => Size::Vertices(points),
         Size::Ratio(share) => Size::Vertices((share * points as f64).round() as usize),
         size => size,
+    }
+}
+
+/// Said where normals are not used. A note, until there is a summary with warnings.
+const NORMALS: &str = "the normals of the points disagree with their neighbours', as those without signs do: \
+    none was used, and all were found from the points; give outward normals, or none";
+
+/// Makes the note that normals were not used a warning.
+pub fn warn_of_normals(notes: &mut Vec<String>, summary: &mut Summary) {
+    let all = notes.len();
+    notes.retain(|note| note != NORMALS);
+    if notes.len() < all {
+        summary.warn(WarningCode::Normals, NORMALS.to_owned());
     }
 }
 
@@ -277,6 +292,9 @@ fn told(cloud: &PointCloud, found: &CloudSurface) -> Vec<String> {
     }
     if found.cell > COARSE * found.spacing {
         notes.push(format!("details smaller than {:.3e} are lost, though points are closer", found.cell));
+    }
+    if found.normals_disagree {
+        notes.push(NORMALS.to_owned());
     }
     notes
 }

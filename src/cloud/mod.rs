@@ -8,6 +8,7 @@ mod normals;
 mod notches;
 mod orient;
 mod prepare;
+mod signs;
 mod sphere;
 mod surface;
 mod survey;
@@ -32,7 +33,8 @@ pub struct PointCloud {
     /// Where they are.
     pub points: Vec<DVec3>,
     /// Outward normals, one for each point and of any length; empty if there are none. A zero or NaN normal
-    /// stands for an unknown one.
+    /// stands for an unknown one. If any is unknown, or if neighbours disagree as normals of random signs do,
+    /// all are found from the points.
     pub normals: Vec<DVec3>,
     /// Colours and other values of the points, as attributes of vertices.
     pub attributes: Attributes,

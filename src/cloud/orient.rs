@@ -112,7 +112,7 @@ fn pairs(points: &[DVec3], shapes: &[Plane], neighbours: &Neighbours) -> Vec<Pai
 }
 
 /// Whether the normals `m` at `p` and `n` at `q` agree: 1 surely, -1 surely not.
-fn agreement(p: DVec3, m: DVec3, q: DVec3, n: DVec3) -> f64 {
+pub(super) fn agreement(p: DVec3, m: DVec3, q: DVec3, n: DVec3) -> f64 {
     let d = (q - p).normalize_or_zero();
     let (along_m, along_n) = (d.dot(m), d.dot(n));
     let reflected = n - 2.0 * along_n * d;

@@ -10,6 +10,7 @@ use super::neighbours::{COUNT, Neighbours};
 use super::normals::{planes, with_own_sheets};
 use super::orient::orient;
 use super::prepare::{LEAST, Points, check};
+use super::signs::normals_disagree;
 use super::survey::{NO_NOISE, Survey, fill_volume, neighbours_without_outliers};
 use super::terrain::{is_flat, is_terrain, terrain};
 use super::trim::trim;
@@ -104,6 +105,8 @@ pub struct CloudSurface {
     pub other_classes: usize,
     /// Of a terrain, points left out since they are above it, below it or far off: of trees, walls, cars.
     pub off_terrain: usize,
+    /// Whether the given normals disagreed with their neighbours', so that none was used.
+    pub normals_disagree: bool,
 }
 
 /// Radius of the points' weights, in spacings, of points without noise. Even random points leave gaps of two
@@ -161,6 +164,19 @@ pub fn surface_with_progress<F: Into<Flow>>(
 
 fn run(cloud: &PointCloud, options: &SurfaceOptions, progress: &ProgressToken) -> Result<CloudSurface> {
     check(cloud)?;
+    if normals_disagree(cloud, progress)? {
+        let found = run_with_known(&PointCloud { normals: Vec::new(), ..cloud.clone() }, options, progress)?;
+        return Ok(CloudSurface { normals_disagree: true, ..found });
+    }
+    run_with_known(cloud, options, progress)
+}
+
+/// With the normals of the cloud, which agree, or without any.
+fn run_with_known(
+    cloud: &PointCloud,
+    options: &SurfaceOptions,
+    progress: &ProgressToken,
+) -> Result<CloudSurface> {
     let is_terrain = match options.kind {
         SurfaceKind::Automatic => is_terrain(cloud, progress)?,
         kind => kind == SurfaceKind::Terrain,
@@ -222,6 +238,7 @@ fn run(cloud: &PointCloud, options: &SurfaceOptions, progress: &ProgressToken) -
         is_terrain: false,
         other_classes: 0,
         off_terrain: 0,
+        normals_disagree: false,
     })
 }
 
@@ -253,17 +270,21 @@ fn landscape(cloud: &PointCloud, options: &SurfaceOptions, progress: &ProgressTo
         is_terrain: true,
         other_classes: found.other_classes,
         off_terrain: found.off_surface,
+        normals_disagree: false,
     })
 }
 
-/// Outward normals of length 1 for the points of a cloud: those that it has, or found ones. Points that
-/// [`surface`] leaves out have that of the nearest other point.
+/// Outward normals of length 1 for the points of a cloud: those that it has, if they agree, or found
+/// ones. Points that [`surface`] leaves out have that of the nearest other point.
 ///
 /// # Errors
 /// As [`surface`].
 pub fn oriented_normals(cloud: &PointCloud) -> Result<Vec<DVec3>> {
     let progress = &ProgressToken::default();
     let mut points = Points::new(cloud, LEAST)?;
+    if normals_disagree(cloud, progress)? {
+        points.normals.clear();
+    }
     let (neighbours, _) = neighbours_without_outliers(&mut points, progress)?;
     let tree = KdTree::new(&points.at);
     let Survey { thickness, .. } = Survey::of_surface(&points, &tree, &neighbours, progress)?;

@@ -47,6 +47,8 @@ pub enum WarningCode {
     TouchingBodies,
     /// The input has cracks.
     Cracks,
+    /// Normals of points disagreed with each other, and none was used.
+    Normals,
     /// The run was cut short.
     CutShort,
     /// Textures do not come along.

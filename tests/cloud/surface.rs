@@ -29,6 +29,26 @@ fn normals_agree_with_those_of_the_mesh() {
 }
 
 #[test]
+fn normals_of_random_signs_are_found_anew_and_right_ones_stay() {
+    for name in ["torus", "genus3", "box"] {
+        let right = sampled(&sample(name).unwrap(), 8000, 1);
+        let found = surface(&right, &default()).unwrap();
+        assert!(!found.normals_disagree, "{name}");
+        let mut wrong = right.clone();
+        let mut rng = Pcg64Mcg::seed_from_u64(3);
+        wrong.normals.iter_mut().for_each(|n| *n = if rng.random::<bool>() { *n } else { -*n });
+        let turned = surface(&wrong, &default()).unwrap();
+        let bare = surface(&without_normals(&right), &default()).unwrap();
+        assert!(turned.normals_disagree && !bare.normals_disagree, "{name}");
+        assert_eq!(turned.mesh, bare.mesh, "{name}");
+        let bare = oriented_normals(&without_normals(&right)).unwrap();
+        assert_eq!(oriented_normals(&wrong).unwrap(), bare, "{name}");
+        let agree = oriented_normals(&right).unwrap().into_iter().zip(&right.normals);
+        assert!(agree.filter(|(n, m)| n.dot(**m) < 0.99).count() < 80, "{name}");
+    }
+}
+
+#[test]
 fn closed_surfaces_have_the_topology_of_the_mesh_and_lie_on_it() {
     for (name, count, genus, components) in
         [("torus", 10_000, 1, 1), ("genus3", 15_000, 3, 1), ("two-components", 10_000, 1, 2)]
