@@ -18,7 +18,8 @@ from ._files import Mesh, read, write
 from ._native import __version__
 from ._options import Options
 from ._progress import Progress
-from ._remesh import Correspondence, Remesher, Result, contour, reconstruct, remesh
+from ._remesh import Remesher, contour, reconstruct, remesh
+from ._result import Correspondence, Result
 
 add_cpu_driver()
 

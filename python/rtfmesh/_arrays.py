@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import os
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
@@ -13,8 +15,54 @@ Vertices = NDArray[np.float64]
 Faces = NDArray[np.uint32]
 
 
+def real_number(value: Any, name: str) -> float:
+    """A number; what is out of range is found where it is used."""
+    if isinstance(value, (bool, np.bool_, str)):
+        raise InputError(f"`{name}` is {value!r}; give a number")
+    try:
+        return float(value)
+    except (TypeError, ValueError):
+        raise InputError(f"`{name}` is of type {type(value).__name__}; give a number") from None
+
+
+def truth(value: Any, name: str) -> bool:
+    """True or False, and nothing that only counts as one."""
+    if not isinstance(value, (bool, np.bool_)):
+        raise InputError(f"`{name}` is {short(value)}; it is True or False")
+    return bool(value)
+
+
+def one_of(value: Any, name: str, words: Sequence[str]) -> str:
+    """One of some words."""
+    if not isinstance(value, str) or value not in words:
+        raise InputError(f"`{name}` {short(value)} is unknown; use {', '.join(words)}")
+    return value
+
+
+def whole_numbers(value: Any, name: str, count: int) -> list[int]:
+    """So many whole numbers."""
+    array = np.asarray(value) if isinstance(value, (list, tuple, np.ndarray)) else np.empty(0)
+    if array.shape != (count,) or array.dtype.kind not in "iu" or array.min() < 0:
+        raise InputError(f"`{name}` is {short(value)}; give {count} whole numbers")
+    return [int(number) for number in array]
+
+
+def short(value: Any) -> str:
+    """The value as a message shows it: whole if it is short, else its type."""
+    if isinstance(value, (str, int, float, type(None))) or type(value).__module__ == "numpy":
+        text = repr(value)
+        if len(text) <= 60 and "\n" not in text:
+            return text
+    if isinstance(value, (list, tuple)) and len(value) <= 4 and len(repr(value)) <= 60:
+        return repr(value)
+    return f"of type {type(value).__name__}"
+
+
 def as_array(value: Any, name: str) -> NDArray[Any]:
     """The value as an array, whatever it was."""
+    if isinstance(value, (str, bytes, os.PathLike)):
+        hint = "read the file with rtfmesh.read first" if name in ("vertices", "points") else "give an array"
+        raise InputError(f"`{name}` is {short(value)}; {hint}")
     try:
         return np.asarray(value)
     except (TypeError, ValueError) as error:
@@ -24,6 +72,9 @@ def as_array(value: Any, name: str) -> NDArray[Any]:
 def real_numbers(value: ArrayLike, name: str, shape: tuple[int | None, ...]) -> NDArray[np.float64]:
     """Real numbers in contiguous float64; None in `shape` stands for any length."""
     array = as_array(value, name)
+    if array.ndim == 0 and array.dtype.kind == "O":
+        kind = type(value).__name__
+        raise InputError(f"`{name}` has values of type object: it is of type {kind}; give an array")
     if array.dtype.kind not in "fiu":
         raise InputError(f"`{name}` has values of type {array.dtype}; give real numbers")
     check_shape(array, name, shape)

@@ -52,6 +52,7 @@ PHRASES = [
         "make one of the points with `cloud::surface`",
         "read them with `points` and call rtfmesh.reconstruct",
     ),
+    ("make one of the volume with `volume::iso_surface`", "call rtfmesh.contour with its values"),
     ("read the file without materials", "leave out `materials`"),
     (
         "start processes afresh, without a fork, or fork before the first use",

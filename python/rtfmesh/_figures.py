@@ -13,9 +13,9 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from . import _native
-from ._arrays import Faces, Vertices, mesh_arrays, real_numbers
+from ._arrays import Faces, Vertices, mesh_arrays, one_of, real_number, real_numbers, truth, whole_numbers
 from ._errors import InputError
-from ._words import is_word, take_features
+from ._words import count, is_word, take_features
 
 
 class HasMesh(Protocol):
@@ -35,13 +35,22 @@ def arrays_of(mesh: HasMesh | tuple[ArrayLike, ArrayLike], name: str) -> tuple[V
     elif hasattr(mesh, "vertices") and hasattr(mesh, "faces"):
         vertices, faces = mesh.vertices, mesh.faces
     else:
-        raise InputError(f"`{name}` is no mesh; give (vertices, faces), or what has these")
+        kind = type(mesh).__name__
+        raise InputError(f"`{name}` is of type {kind} and no mesh; give (vertices, faces), or what has these")
     return mesh_arrays(vertices, faces, (f"{name}.vertices", f"{name}.faces"))
 
 
 def is_pair(mesh: Any) -> bool:
     """Whether this is (vertices, faces)."""
     return isinstance(mesh, tuple) and len(mesh) == 2 and np.ndim(mesh[0]) == 2
+
+
+def degrees(feature_angle: Any) -> float:
+    """The least angle of sharp edges."""
+    angle = real_number(feature_angle, "feature_angle")
+    if not 0 < angle <= 180:
+        raise InputError(f"`feature_angle` {angle:g} is out of range; use above 0 to 180 degrees")
+    return angle
 
 
 def devices() -> list[dict[str, Any]]:
@@ -80,18 +89,22 @@ def measure(
     if isinstance(against, np.ndarray):
         against = (real_numbers(against, "against", (None, 3)), np.empty((0, 3), np.uint32))
     other = None if against is None else arrays_of(against, "against")
-    for name, given in (("accuracy", accuracy is not None), ("energy", energy), ("features", features)):
+    wanted = ("energy", truth(energy, "energy")), ("features", truth(features, "features"))
+    for name, given in (("accuracy", accuracy is not None), *wanted):
         if given and other is None:
             raise InputError(f"`{name}` works only with `against`; add that, or leave it out")
-    angle = float(feature_angle) if features else None
-    found: dict[str, Any] = json.loads(_native.measure(mesh, other, accuracy, bool(energy), angle))
+    angle = degrees(feature_angle)
+    gap = None if accuracy is None else real_number(accuracy, "accuracy")
+    found: dict[str, Any] = json.loads(
+        _native.measure(mesh, other, gap, bool(energy), angle if features else None)
+    )
     return found
 
 
 def inspect(
     vertices: ArrayLike,
     faces: ArrayLike,
-    n: int | None = None,
+    n: int | str | None = None,
     *,
     feature_angle: float = 40.0,
     features: ArrayLike | str | os.PathLike[str] | None = None,
@@ -105,11 +118,13 @@ def inspect(
     Raises `InputError`.
     """
     mesh = mesh_arrays(vertices, faces)
-    if n is not None and n < 1:
+    vertices_wanted = None if n is None else count(n)
+    if vertices_wanted is not None and vertices_wanted < 1:
         raise InputError(f"`n` is {n}; give at least 1")
+    angle = degrees(feature_angle)
     lines = take_features({"features": features}, mesh[0])
     file = Path(features) if features is not None and is_word(features) else None  # type: ignore[arg-type]
-    found: dict[str, Any] = json.loads(_native.inspect(mesh, n, float(feature_angle), lines, file))
+    found: dict[str, Any] = json.loads(_native.inspect(mesh, vertices_wanted, angle, lines, file))
     # Of files, which there are none of.
     del found["notes"], found["attributes"]
     return found
@@ -163,21 +178,24 @@ def render(
     listed: list[Any] = list(meshes) if is_many else [meshes]  # type: ignore[arg-type]
     found = [arrays_of(mesh, f"meshes[{place}]") for place, mesh in enumerate(listed)]
     other = None if against is None else arrays_of(against, "against")
+    one_of(color, "color", ("plain", "quality", "distance"))
     if (other is None) == (color == "distance"):
         raise InputError("`color` 'distance' and `against` work only together; give both or neither")
+    if path is not None and not isinstance(path, (str, os.PathLike)):
+        raise InputError(f"`path` is of type {type(path).__name__}; give the name of a .png file")
     if path is not None and Path(path).suffix.lower() != ".png":
         raise InputError(f"`path` {os.fspath(path)} does not end in .png")
-    width, height = size
+    width, height = whole_numbers(size, "size", 2)
     drawing = Drawing(
         color,
         other,
-        bool(curves),
-        bool(edges),
+        truth(curves, "curves"),
+        truth(edges, "edges"),
         (width, height),
-        float(azimuth),
-        float(elevation),
-        float(zoom),
-        bool(z_up),
+        real_number(azimuth, "azimuth"),
+        real_number(elevation, "elevation"),
+        real_number(zoom, "zoom"),
+        truth(z_up, "z_up"),
         path is not None,
     )
     pixels = _native.render(found, drawing)

@@ -12,9 +12,9 @@ from typing import Any
 from numpy.typing import ArrayLike
 
 from . import _native
-from ._arrays import Faces, Vertices, mesh_arrays
+from ._arrays import Faces, Vertices, mesh_arrays, short, truth
 from ._attributes import Attributes, Carrier, for_files, read_attributes
-from ._errors import MeshWarning
+from ._errors import InputError, MeshWarning
 
 
 @dataclass(frozen=True, eq=False)
@@ -34,6 +34,20 @@ class Mesh:
         return f"<rtfmesh.Mesh: {len(self.vertices)} vertices, {len(self.faces)} faces>"
 
 
+def path_of(path: Any) -> Path:
+    """The path of a file."""
+    if not isinstance(path, (str, os.PathLike)):
+        raise InputError(f"`path` is of type {type(path).__name__}; give the name of a file")
+    return Path(path)
+
+
+def checked(format: Any) -> str | None:
+    """The name of a format, whose being known is the native module's business."""
+    if format is not None and not isinstance(format, str):
+        raise InputError(f"`format` is {short(format)}; give an extension such as 'ply'")
+    return format
+
+
 def read(
     path: str | os.PathLike[str], *, format: str | None = None, materials: bool = False, points: bool = False
 ) -> Mesh:
@@ -46,7 +60,8 @@ def read(
 
     Raises `InputError` with the place in the file.
     """
-    arrays, attributes, notes = _native.read(Path(path), format, bool(materials), bool(points))
+    wanted = truth(materials, "materials"), truth(points, "points")
+    arrays, attributes, notes = _native.read(path_of(path), checked(format), *wanted)
     return Mesh(*arrays, read_attributes(attributes), notes)
 
 
@@ -66,7 +81,8 @@ def write(
     Raises `InputError`, or `OutputError` where it cannot be written. Warns (`MeshWarning`) of what the format
     cannot hold.
     """
+    path, format = path_of(path), checked(format)
     mesh = mesh_arrays(vertices, faces)
     given = Carrier.of(for_files(Attributes.of(attributes)), len(mesh[0]), len(mesh[1])).given
-    for note in _native.write(Path(path), mesh, given, format):
+    for note in _native.write(path, mesh, given, format):
         warnings.warn(f"{os.fspath(path)}: {note}", MeshWarning, stacklevel=2)

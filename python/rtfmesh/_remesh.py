@@ -14,10 +14,11 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from . import _native
-from ._arrays import Faces, Vertices, mesh_arrays, real_numbers
+from ._arrays import Vertices, mesh_arrays, real_numbers, truth
 from ._attributes import Attributes, Carrier, Given, read_attributes
 from ._errors import DeviceError, InputError, MeshWarning, in_python
 from ._progress import Callback, Native, shown
+from ._result import Correspondence, Result
 from ._volume import Volume, grid_of, volume_of
 from ._words import is_word, take_features, take_sizing, word, words
 
@@ -25,49 +26,6 @@ if TYPE_CHECKING:
     from typing_extensions import Unpack
 
     from ._options import Options
-
-
-@dataclass(frozen=True, eq=False)
-class Correspondence:
-    """Where N points of a result lie on the input."""
-
-    triangles: NDArray[np.uint32]
-    """The input's face under each point, shape (N,)."""
-    barycentrics: NDArray[np.float64]
-    """The weights of that face's corners, each 0 to 1 and together 1, shape (N, 3)."""
-
-    def interpolate(self, faces: ArrayLike, values: ArrayLike) -> NDArray[Any]:
-        """Values at the vertices of the input, shape (V, ...), linearly interpolated at the points, (N, ...).
-
-        `faces` are the input's, as they were remeshed.
-        """
-        corners = np.asarray(values)[np.asarray(faces)[self.triangles]]
-        interpolated: NDArray[Any] = np.einsum("nk,nk...->n...", self.barycentrics, corners)
-        return interpolated
-
-
-@dataclass(frozen=True, eq=False)
-class Result:
-    """A new mesh of N vertices and M faces."""
-
-    vertices: Vertices
-    """Positions in the input's units, shape (N, 3)."""
-    faces: Faces
-    """Indices of vertices, counter-clockwise seen from outside, shape (M, 3)."""
-    report: dict[str, Any]
-    """What the command line's --report has: options, device, topology, quality, warnings, timings."""
-    correspondence: Correspondence | None
-    """Where the vertices lie on the input; None with `correspondence=False` unless attributes needed it, and
-    of points and volumes."""
-    face_correspondence: Correspondence | None
-    """Where the centres of the faces lie on it, if attributes of faces or texture were carried."""
-    attributes: Attributes
-    """The input's attributes for this mesh."""
-
-    def __repr__(self) -> str:
-        quality = self.report["output"]["quality"]
-        shape = f"rtfmesh.Result: {len(self.vertices)} vertices, {len(self.faces)} faces"
-        return f"<{shape}, quality {quality['q_avg']:.3f}, angles from {quality['theta_min']:.1f}°>"
 
 
 # What is known of points without faces: normals, whether to close all holes, the size of holes to close, and
@@ -109,7 +67,7 @@ class Remesher:
         ):
             raise InputError(f"`device_memory` {device_memory!r} is out of range; use 1 to 2^30 MiB")
         name = None if device is None else str(device)
-        self._wanted = name, device_memory, bool(timings)
+        self._wanted = name, device_memory, truth(timings, "timings")
         self._open = os.getpid(), _native.Device(*self._wanted)
 
     @property
@@ -143,7 +101,7 @@ class Remesher:
         **options: Unpack[Options],
     ) -> Result:
         """As `rtfmesh.remesh`, on this device."""
-        told = Told(correspondence=bool(correspondence), report=bool(report), progress=progress)
+        told = Told(correspondence=correspondence, report=report, progress=progress)
         return warned(self._run(vertices, faces, n, Attributes.of(attributes), told, dict(options)))
 
     def reconstruct(  # type: ignore[misc] # see below
@@ -161,7 +119,7 @@ class Remesher:
         **options: Unpack[Options],
     ) -> Result:
         """As `rtfmesh.reconstruct`, on this device."""
-        told = Told(correspondence=False, report=bool(report), progress=progress)
+        told = Told(correspondence=False, report=report, progress=progress)
         known = (normals, closed, fill_holes, points_as)
         return warned(self._reconstruct(points, n, known, Attributes.of(attributes), told, dict(options)))
 
@@ -180,7 +138,7 @@ class Remesher:
             raise InputError("`features` has edges, and points have none; leave it out")
         asked = (
             None if normals is None else real_numbers(normals, "normals", (len(positions), 3)),
-            bool(closed),
+            truth(closed, "closed"),
             None if fill_holes is None else word("fill_holes", fill_holes),
             word("points_as", points_as),
         )
@@ -206,7 +164,7 @@ class Remesher:
         **options: Unpack[Options],
     ) -> Result:
         """As `rtfmesh.contour`, on this device."""
-        told = Told(correspondence=False, report=bool(report), progress=progress)
+        told = Told(correspondence=False, report=report, progress=progress)
         volume = volume_of(grid_of(values, spacing, affine), iso, labels, inside, closed, keep_specks)
         return warned(self._contour(volume, n, told, dict(options)))
 
@@ -230,6 +188,8 @@ class Remesher:
         volume: Volume | None = None,
     ) -> Result:
         positions, triangles = mesh_arrays(vertices, faces)
+        if points is None and volume is None and len(positions) and not len(triangles):
+            raise InputError("`faces` has no faces; rtfmesh.reconstruct makes a surface of points")
         sizing = take_sizing(wanted, positions)
         features = take_features(wanted, positions)
         function = "contour" if volume else "remesh" if points is None else "reconstruct"
@@ -244,7 +204,8 @@ class Remesher:
         found: dict[str, Any] = json.loads(text)
         # Of files, which there are none of.
         del found["input_file"], found["output_file"]
-        found["warnings"] = [in_python(warning) for warning in found["warnings"]]
+        for told_as in ("warnings", "notes"):
+            found[told_as] = [in_python(text) for text in found[told_as]]
         return Result(
             new_vertices,
             new_faces,
@@ -265,6 +226,10 @@ class Told:
     correspondence: bool
     report: bool
     progress: bool | Callback
+
+    def __post_init__(self) -> None:
+        self.correspondence = truth(self.correspondence, "correspondence")
+        self.report = truth(self.report, "report")
 
 
 def warned(result: Result, stacklevel: int = 3) -> Result:
@@ -372,7 +337,7 @@ def remesh(
     MeshWarning
         Something is wrong with the result, such as a part of the input that it leaves out.
     """
-    told = Told(correspondence=bool(correspondence), report=bool(report), progress=progress)
+    told = Told(correspondence=correspondence, report=report, progress=progress)
     given, wanted = Attributes.of(attributes), dict(options)
     return warned(
         _on_shared(
@@ -449,7 +414,7 @@ def reconstruct(  # type: ignore[misc]
     MeshWarning
         As `remesh`.
     """
-    told = Told(correspondence=False, report=bool(report), progress=progress)
+    told = Told(correspondence=False, report=report, progress=progress)
     known = (normals, closed, fill_holes, points_as)
     given, wanted = Attributes.of(attributes), dict(options)
     return warned(
@@ -531,7 +496,7 @@ def contour(
     MeshWarning
         As `remesh`.
     """
-    told = Told(correspondence=False, report=bool(report), progress=progress)
+    told = Told(correspondence=False, report=report, progress=progress)
     grid, wanted = grid_of(values, spacing, affine), dict(options)
     volume = volume_of(grid, iso, labels, inside, closed, keep_specks)
     return warned(

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from ._arrays import Faces
 from ._errors import MeshWarning
-from ._remesh import Result
+from ._result import Result
 
 
 @dataclass

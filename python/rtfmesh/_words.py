@@ -5,6 +5,8 @@ from __future__ import annotations
 import difflib
 import operator
 import os
+import re
+from collections.abc import Iterable
 from functools import cache
 from typing import Any, TypeGuard
 
@@ -49,6 +51,49 @@ def count_word(n: Any) -> str:
     return word("n", n)
 
 
+# What other packages call an argument.
+ELSEWHERE = {
+    "callback": "progress",
+    "clusters": "n",
+    "n_clusters": "n",
+    "n_points": "n",
+    "n_vertices": "n",
+    "nclus": "n",
+    "num_points": "n",
+    "num_vertices": "n",
+    "number_of_vertices": "n",
+    "progress_bar": "progress",
+    "show_progress": "progress",
+    "target_count": "n",
+    "target_edge_length": "edge_length",
+    "target_reduction": "ratio",
+    "targetlen": "edge_length",
+    "verbose": "progress",
+    "vertices": "n",
+}
+# The arguments that all functions have besides options.
+COMMON = ("n", "attributes", "correspondence", "report", "progress", "device", "device_memory")
+
+
+def unknown_keyword(name: str, function: str, known: Iterable[str]) -> TypeError:
+    """The exception for an argument that there is not, with the one that may be meant."""
+    close = difflib.get_close_matches(name, [*known, *COMMON], 1, cutoff=0.7)
+    meant = ELSEWHERE.get(name) or (close[0] if close else None)
+    hint = f"; did you mean '{meant}'?" if meant else ""
+    return TypeError(f"{function}() got an unexpected keyword argument '{name}'{hint}")
+
+
+def count(n: Any) -> int:
+    """A number of vertices as a number: 10000 for "10k"."""
+    text = count_word(n)
+    if not re.fullmatch(r"[0-9]+", text):
+        digits, unit = text[:-1], {"k": 1000, "m": 1_000_000}.get(text[-1:].lower(), 0)
+        if not unit or not re.fullmatch(r"[0-9]+(\.[0-9]+)?", digits):
+            raise InputError(f"`n` is {n!r}; give a whole number such as 5000, '10k' or '1.5M'")
+        text = str(round(float(digits) * unit))
+    return int(text)
+
+
 def words(n: Any, options: dict[str, Any], function: str = "remesh") -> list[str]:
     """The command line for a number of vertices and options, which the function of this name was given.
 
@@ -59,9 +104,7 @@ def words(n: Any, options: dict[str, Any], function: str = "remesh") -> list[str
     known = flags()
     for name, value in options.items():
         if name not in known:
-            close = difflib.get_close_matches(name, known, 1)
-            hint = f"; did you mean '{close[0]}'?" if close else ""
-            raise TypeError(f"{function}() got an unexpected keyword argument '{name}'{hint}")
+            raise unknown_keyword(name, function, known)
         if value is None:
             continue
         flag = f"--{name.replace('_', '-')}"

@@ -18,7 +18,8 @@ from ._attributes import Attributes
 from ._errors import InputError
 from ._figures import inspect, measure
 from ._progress import Callback
-from ._remesh import Remesher, Result, Told, _remesher, warned
+from ._remesh import Remesher, Told, _remesher, warned
+from ._result import Result
 from ._seams import Split, split_at_seams
 from ._volume import Grid, grid_of, volume_of
 

@@ -19,7 +19,8 @@ from trimesh.visual import ColorVisuals, TextureVisuals
 from ._attributes import Attributes
 from ._errors import InputError
 from ._progress import Callback
-from ._remesh import Remesher, Result, Told, _remesher, warned
+from ._remesh import Remesher, Told, _remesher, warned
+from ._result import Result
 from ._seams import Split, split_at_seams
 
 if TYPE_CHECKING:

@@ -1,0 +1,136 @@
+"""Wrong calls of all functions: an `InputError` that names the argument and says what to do."""
+
+import pathlib
+import re
+
+import numpy as np
+import pytest
+
+import rtfmesh
+
+V = np.array([[0.0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1]])
+F = np.array([[0, 2, 1], [0, 1, 3], [1, 2, 3], [2, 0, 3]])
+PLACES = rtfmesh.Correspondence(np.zeros(2, np.uint32), np.full((2, 3), 1 / 3))
+GRID = np.zeros((4, 4, 4))
+
+
+class Thing:
+    """Nothing that any function takes."""
+
+
+@pytest.mark.parametrize(
+    ("call", "says"),
+    [
+        (lambda: rtfmesh.remesh("scan.ply", F), "`vertices` is 'scan.ply'; read the file with rtfmesh.read"),
+        (lambda: rtfmesh.remesh(pathlib.Path("a.ply"), F), "`vertices` is of type PosixPath; read the file"),
+        (lambda: rtfmesh.remesh(Thing(), F, 50), "`vertices` has values of type object: it is of type Thing"),
+        (lambda: rtfmesh.remesh(V, "faces", 50), "`faces` is 'faces'; give an array"),
+        (lambda: rtfmesh.remesh(V, np.zeros((0, 3), int), 50), "`faces` has no faces; rtfmesh.reconstruct"),
+        (lambda: rtfmesh.remesh(V, F, 50, correspondence="yes"), "`correspondence` is 'yes'; it is True or"),
+        (lambda: rtfmesh.remesh(V, F, 50, report="x.json"), "`report` is 'x.json'; it is True or False"),
+        (lambda: rtfmesh.remesh(V, F, 50, keep_uv="yes"), "`keep_uv` is 'yes'; it is True or False"),
+        (lambda: rtfmesh.remesh(V, F, 50, quality=3), "`quality`"),
+        (lambda: rtfmesh.remesh(V, F, 50, seed=1.5), "`seed`"),
+        (lambda: rtfmesh.remesh(V, F, 50, time_limit="soon"), "`time_limit`"),
+        (lambda: rtfmesh.remesh(V, F, 50, features=[[0.5, 1.5]]), "`features` has values of type float64"),
+        (lambda: rtfmesh.Remesher(timings="yes"), "`timings` is 'yes'; it is True or False"),
+        (lambda: rtfmesh.measure(V, F, accuracy="fine", against=(V, F)), "`accuracy` is 'fine'; give a num"),
+        (lambda: rtfmesh.measure(V, F, accuracy=0.1), "`accuracy` works only with `against`; add that"),
+        (lambda: rtfmesh.measure(V, F, accuracy=2, against=(V, F)), "`accuracy` 2 is out of range"),
+        (lambda: rtfmesh.measure(V, F, energy=1, against=(V, F)), "`energy` is 1; it is True or False"),
+        (lambda: rtfmesh.measure(V, F, feature_angle="x"), "`feature_angle` is 'x'; give a number"),
+        (lambda: rtfmesh.measure(V, F, against=5), "`against` is of type int and no mesh; give"),
+        (lambda: rtfmesh.measure(V, F, against=V[:, :2]), "`against` has shape (4, 2); give one of shape"),
+        (lambda: rtfmesh.measure("a.ply", F), "`vertices` is 'a.ply'; read the file with rtfmesh.read first"),
+        (lambda: rtfmesh.inspect(V, F, "many"), "`n` is 'many'; give a whole number such as 5000, '10k'"),
+        (lambda: rtfmesh.inspect(V, F, "1.2.3k"), "`n` is '1.2.3k'; give a whole number"),
+        (lambda: rtfmesh.inspect(V, F, 0), "`n` is 0; give at least 1"),
+        (lambda: rtfmesh.inspect(V, F, [5]), "`n` is of type list"),
+        (lambda: rtfmesh.inspect(V, F, feature_angle=None), "`feature_angle` is of type NoneType; give"),
+        (lambda: rtfmesh.inspect(V, F, feature_angle=999), "`feature_angle` 999 is out of range"),
+        (lambda: rtfmesh.inspect(V, F, features=[[0, 9]]), "`features` has [0, 9] in row 0; give indices"),
+        (lambda: rtfmesh.render((V, F), size=300), "`size` is 300; give 2 whole numbers"),
+        (lambda: rtfmesh.render((V, F), size=(300, 0.5)), "`size` is (300, 0.5); give 2 whole numbers"),
+        (lambda: rtfmesh.render((V, F), size=(-3, 5)), "`size` is (-3, 5); give 2 whole numbers"),
+        (lambda: rtfmesh.render((V, F), 5), "`path` is of type int; give the name of a .png file"),
+        (lambda: rtfmesh.render((V, F), color=5), "`color` 5 is unknown; use plain, quality, distance"),
+        (lambda: rtfmesh.render((V, F), zoom="big"), "`zoom` is 'big'; give a number"),
+        (lambda: rtfmesh.render((V, F), azimuth=None), "`azimuth` is of type NoneType; give a number"),
+        (lambda: rtfmesh.render((V, F), edges="no"), "`edges` is 'no'; it is True or False"),
+        (lambda: rtfmesh.render([Thing()]), "`meshes[0]` is of type Thing and no mesh; give (vert"),
+        (lambda: rtfmesh.render((V, F), against=(V, F)), "`color` 'distance' and `against` work only"),
+        (lambda: PLACES.interpolate(F, V[:2]), "`faces` has [0, 2, 1] in row 0; give indices of the 2"),
+        (lambda: PLACES.interpolate(F[:0], V), "`faces` has 0 rows, and the input had more than 0; give"),
+        (lambda: PLACES.interpolate("f", V), "`faces` is 'f'; give an array"),
+        (lambda: PLACES.interpolate(F, list("abcd")), "`values` has shape (4,) and values of type <U1; give"),
+        (lambda: PLACES.interpolate(F, 5), "`values` has shape () and values of type int64; give numbers"),
+        (lambda: rtfmesh.read(5), "`path` is of type int; give the name of a file"),
+        (lambda: rtfmesh.read("a.ply", format=3), "`format` is 3; give an extension such as 'ply'"),
+        (lambda: rtfmesh.read("a.ply", points="yes"), "`points` is 'yes'; it is True or False"),
+        (lambda: rtfmesh.write(None, V, F), "`path` is of type NoneType; give the name of a file"),
+        (lambda: rtfmesh.reconstruct("a.xyz", 50), "`points` is 'a.xyz'; read the file with rtfmesh.read"),
+        (lambda: rtfmesh.reconstruct(V[:, :2], 50), "`points` has shape (4, 2); give one of shape (N, 3)"),
+        (lambda: rtfmesh.reconstruct(V, 50, closed="no"), "`closed` is 'no'; it is True or False"),
+        (lambda: rtfmesh.reconstruct(V, 50, normals=V[:2]), "`normals` has shape (2, 3); give one of shape"),
+        (lambda: rtfmesh.reconstruct(V, 50, points_as="tree"), "`points_as`"),
+        (lambda: rtfmesh.reconstruct(V, 50, fill_holes="wide"), "`fill_holes`"),
+        (lambda: rtfmesh.contour(GRID, 50), "give either `iso`, the value on the surface, or `labels=True`"),
+        (lambda: rtfmesh.contour(GRID[0], 50, iso=0), "`values` has shape (4, 4); give one of shape"),
+        (lambda: rtfmesh.contour("ct.nii", 50, iso=0), "`values` is 'ct.nii'; give an array"),
+        (lambda: rtfmesh.contour(GRID, 50, iso="bone"), "`iso` is 'bone'; give a number"),
+        (lambda: rtfmesh.contour(GRID, 50, iso=0, spacing=2), "`spacing` has shape (); give one of"),
+        (lambda: rtfmesh.contour(GRID, 50, iso=0, affine=np.zeros((4, 4))), "`affine` is no invertible"),
+        (lambda: rtfmesh.contour(GRID, 50, iso=0, inside="left"), "`inside`"),
+        (lambda: rtfmesh.contour(GRID, 50, iso=0, closed="yes"), "`closed` is of type str; it is True"),
+    ],
+)
+def test_wrong_calls_name_the_argument(call, says):
+    with pytest.raises(rtfmesh.InputError) as raised:
+        call()
+    text = str(raised.value)
+    assert says in text
+    # No words of the command line or of Rust, and one line.
+    assert not re.search(r"--[a-z]|::|\n", text), text
+
+
+@pytest.mark.parametrize(
+    ("wrong", "meant"),
+    [
+        ("n_points", "n"),
+        ("nclus", "n"),
+        ("n_vertices", "n"),
+        ("progress_bar", "progress"),
+        ("target_edge_length", "edge_length"),
+        ("attribute", "attributes"),
+        ("devise", "device"),
+        ("keep_label", "keep_labels"),
+        ("max_deviaton", "max_deviation"),
+    ],
+)
+def test_names_that_are_near_are_suggested(wrong, meant):
+    functions = ((rtfmesh.remesh, (V, F)), (rtfmesh.reconstruct, (V,)), (rtfmesh.contour, (GRID,)))
+    for function, first in functions:
+        extra = {"iso": 0.5} if function is rtfmesh.contour else {}
+        with pytest.raises(TypeError) as raised:
+            function(*first, **{wrong: 5}, **extra)
+        says = f"{function.__name__}() got an unexpected keyword argument '{wrong}'"
+        assert str(raised.value) == f"{says}; did you mean '{meant}'?"
+
+
+def test_names_that_mean_nothing_are_not_guessed():
+    with pytest.raises(TypeError, match=r"'zzz'$"):
+        rtfmesh.remesh(V, F, 50, zzz=1)
+
+
+def test_counts_are_read_alike_everywhere():
+    found = [rtfmesh.inspect(V, F, n) for n in ("2k", 2000, 2000.0, "2.0k", np.int64(2000))]
+    assert all(one == found[0] for one in found)
+
+
+def test_notes_have_no_flags(remesher):
+    rng = np.random.default_rng(1)
+    ground = np.column_stack([rng.uniform(0, 100, (6000, 2)), rng.normal(0, 0.02, 6000)])
+    trees = np.column_stack([rng.uniform(0, 100, (600, 2)), rng.uniform(3, 9, 600)])
+    result = remesher.reconstruct(np.vstack([ground, trees]), 500, points_as="terrain")
+    notes = " ".join(result.report["notes"])
+    assert "`points_as`" in notes and "--" not in notes
