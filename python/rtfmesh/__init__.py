@@ -3,12 +3,15 @@
     import rtfmesh
 
     mesh = rtfmesh.read("scan.ply")
-    result = rtfmesh.remesh(mesh.vertices, mesh.faces, 10_000)
-    rtfmesh.write("scan-10k.ply", result.vertices, result.faces)
+    result = rtfmesh.remesh(mesh, 10_000)
+    rtfmesh.write("scan-10k.ply", result)
 
 `rtfmesh.reconstruct` makes a surface of points, `rtfmesh.contour` of values on a grid. `rtfmesh.pyvista`,
 `rtfmesh.trimesh` and `rtfmesh.meshio` do the same for the meshes of these packages.
 """
+
+from importlib import import_module as _import_module
+from typing import Any as _Any
 
 from ._attributes import Attributes
 from ._drivers import add_cpu_driver
@@ -22,6 +25,20 @@ from ._remesh import Remesher, contour, reconstruct, remesh
 from ._result import Correspondence, Result
 
 add_cpu_driver()
+
+# What needs packages that may not be installed, and takes longer to import.
+_LAZY = ("meshio", "pyvista", "ray", "trimesh")
+
+
+def __getattr__(name: str) -> _Any:
+    if name in _LAZY:
+        return _import_module(f"{__name__}.{name}")
+    raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+
+
+def __dir__() -> list[str]:
+    return sorted({*globals(), *_LAZY})
+
 
 __all__ = [
     "Attributes",

@@ -46,9 +46,9 @@ class Attributes:
     """What `read` found of materials, for `write`; opaque."""
 
     @classmethod
-    def of(cls, given: Attributes | Mapping[str, Any] | None) -> Attributes:
-        """Attributes as an argument has them: these, a dict with the same keys, or None."""
-        if given is None:
+    def of(cls, given: Attributes | Mapping[str, Any] | bool | None) -> Attributes:
+        """Attributes as an argument has them: these, a dict with the same keys, or None or False for none."""
+        if given is None or given is False:
             return cls()
         if isinstance(given, cls):
             return given

@@ -7,42 +7,16 @@ import os
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, Protocol
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from . import _native
-from ._arrays import Faces, Vertices, mesh_arrays, one_of, real_number, real_numbers, truth, whole_numbers
+from ._arrays import Faces, Vertices, mesh_arrays, one_of, real_number, truth, whole_numbers
 from ._errors import InputError
+from ._objects import MeshLike, arrays_of, given_mesh, is_pair, reference_of, with_count
 from ._words import count, is_word, take_features
-
-
-class HasMesh(Protocol):
-    """Anything with vertices (V, 3) and faces (F, 3): a `Mesh`, a `Result`, a trimesh.Trimesh."""
-
-    @property
-    def vertices(self) -> Any: ...
-
-    @property
-    def faces(self) -> Any: ...
-
-
-def arrays_of(mesh: HasMesh | tuple[ArrayLike, ArrayLike], name: str) -> tuple[Vertices, Faces]:
-    """The arrays of a mesh, or of a pair of them."""
-    if isinstance(mesh, tuple) and len(mesh) == 2:
-        vertices, faces = mesh
-    elif hasattr(mesh, "vertices") and hasattr(mesh, "faces"):
-        vertices, faces = mesh.vertices, mesh.faces
-    else:
-        kind = type(mesh).__name__
-        raise InputError(f"`{name}` is of type {kind} and no mesh; give (vertices, faces), or what has these")
-    return mesh_arrays(vertices, faces, (f"{name}.vertices", f"{name}.faces"))
-
-
-def is_pair(mesh: Any) -> bool:
-    """Whether this is (vertices, faces)."""
-    return isinstance(mesh, tuple) and len(mesh) == 2 and np.ndim(mesh[0]) == 2
 
 
 def degrees(feature_angle: Any) -> float:
@@ -64,16 +38,18 @@ def devices() -> list[dict[str, Any]]:
 
 
 def measure(
-    vertices: ArrayLike,
-    faces: ArrayLike,
+    vertices: ArrayLike | MeshLike,
+    faces: ArrayLike | None = None,
     *,
-    against: HasMesh | tuple[ArrayLike, ArrayLike] | NDArray[Any] | None = None,
+    against: MeshLike | NDArray[Any] | None = None,
     accuracy: float | None = None,
     energy: bool = False,
     features: bool = False,
     feature_angle: float = 40.0,
 ) -> dict[str, Any]:
     """Measures a mesh: triangle quality, topology, self-intersections; as `rtfmesh measure --json`.
+
+    The mesh is vertices (V, 3) and faces (F, 3), or in place of both one object, as in `remesh`.
 
     With `against`, another mesh, also the distances between both, in percent of that one's diagonal:
     certified intervals for the Hausdorff distance, each as narrow as `accuracy` asks for (1e-6 to 0.5 of its
@@ -85,10 +61,9 @@ def measure(
 
     Raises `InputError`.
     """
-    mesh = mesh_arrays(vertices, faces)
-    if isinstance(against, np.ndarray):
-        against = (real_numbers(against, "against", (None, 3)), np.empty((0, 3), np.uint32))
-    other = None if against is None else arrays_of(against, "against")
+    shape = given_mesh(vertices, faces)
+    mesh = mesh_arrays(shape.vertices, shape.faces)
+    other = None if against is None else reference_of(against)
     wanted = ("energy", truth(energy, "energy")), ("features", truth(features, "features"))
     for name, given in (("accuracy", accuracy is not None), *wanted):
         if given and other is None:
@@ -102,8 +77,8 @@ def measure(
 
 
 def inspect(
-    vertices: ArrayLike,
-    faces: ArrayLike,
+    vertices: ArrayLike | MeshLike,
+    faces: ArrayLike | int | str | None = None,
     n: int | str | None = None,
     *,
     feature_angle: float = 40.0,
@@ -111,13 +86,16 @@ def inspect(
 ) -> dict[str, Any]:
     """Finds a mesh's topology, its repairs, and its curves, corners and patches; as `rtfmesh inspect --json`.
 
-    `n` is the number of vertices to remesh to, which decides how short curves may be; by default the mesh's.
+    The mesh is vertices and faces, or one object, as in `remesh`. `n` is the number of vertices to remesh to,
+    also as "10k", which decides how short curves may be; by default the mesh's.
     Edges that turn by at least `feature_angle` degrees are curves, and those of `features`: an array of shape
     (L, 2) of the vertices of edges, or an OBJ file with lines.
 
     Raises `InputError`.
     """
-    mesh = mesh_arrays(vertices, faces)
+    faces, n = with_count(vertices, faces, n)
+    shape = given_mesh(vertices, faces)
+    mesh = mesh_arrays(shape.vertices, shape.faces)
     vertices_wanted = None if n is None else count(n)
     if vertices_wanted is not None and vertices_wanted < 1:
         raise InputError(f"`n` is {n}; give at least 1")
@@ -147,11 +125,11 @@ class Drawing:
 
 
 def render(
-    meshes: HasMesh | tuple[ArrayLike, ArrayLike] | Sequence[HasMesh | tuple[ArrayLike, ArrayLike]],
+    meshes: MeshLike | Sequence[MeshLike],
     path: str | os.PathLike[str] | None = None,
     *,
     color: str = "plain",
-    against: HasMesh | tuple[ArrayLike, ArrayLike] | None = None,
+    against: MeshLike | None = None,
     curves: bool = False,
     edges: bool = True,
     size: tuple[int, int] = (720, 540),
@@ -162,7 +140,7 @@ def render(
 ) -> NDArray[np.uint8] | None:
     """Draws a mesh, or several side by side: flat shaded, seen by the camera that frames the first.
 
-    `meshes` is a pair (vertices, faces), anything with attributes of these names, or a list of such. `color`
+    `meshes` is a pair (vertices, faces), an object as in `remesh`, or a list of such. `color`
     is "plain", "quality" (light for equilateral triangles, dark for slivers) or "distance" (from `against`).
     `curves` draws sharp edges and boundaries, `edges` those of all triangles. `size` is the width and height
     of each panel in pixels; `azimuth` and `elevation` are the camera's angles in degrees; `z_up` says that z

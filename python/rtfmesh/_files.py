@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import os
 import warnings
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
@@ -15,6 +15,7 @@ from . import _native
 from ._arrays import Faces, Vertices, mesh_arrays, short, truth
 from ._attributes import Attributes, Carrier, for_files, read_attributes
 from ._errors import InputError, MeshWarning
+from ._objects import MeshLike, given_mesh
 
 
 @dataclass(frozen=True, eq=False)
@@ -29,6 +30,10 @@ class Mesh:
     """Colours, texture coordinates, labels and the like."""
     notes: list[str] = field(default_factory=list)
     """What was left out of the file or changed."""
+
+    def __iter__(self) -> Iterator[Any]:
+        """Vertices and faces: `vertices, faces = mesh`."""
+        return iter((self.vertices, self.faces))
 
     def __repr__(self) -> str:
         return f"<rtfmesh.Mesh: {len(self.vertices)} vertices, {len(self.faces)} faces>"
@@ -67,22 +72,24 @@ def read(
 
 def write(
     path: str | os.PathLike[str],
-    vertices: ArrayLike,
-    faces: ArrayLike,
+    vertices: ArrayLike | MeshLike,
+    faces: ArrayLike | None = None,
     *,
-    attributes: Attributes | Mapping[str, Any] | None = None,
+    attributes: Attributes | Mapping[str, Any] | bool | None = None,
     format: str | None = None,
 ) -> None:
     """Writes OBJ, OFF, MEDIT, PLY, 3MF, VTP, VTU, VTK (float64), STL or GLB (float32), with .gz packed.
 
-    `vertices` has shape (V, 3), `faces` (F, 3); `attributes` as in `remesh`. The name's extension decides on
-    the format unless `format` does. The file is written whole or not at all.
+    `vertices` has shape (V, 3), `faces` (F, 3), or both are one object, which is written with its attributes;
+    `attributes` as in `remesh`. The name's extension decides on the format unless `format` does. The file is
+    written whole or not at all.
 
     Raises `InputError`, or `OutputError` where it cannot be written. Warns (`MeshWarning`) of what the format
     cannot hold.
     """
     path, format = path_of(path), checked(format)
-    mesh = mesh_arrays(vertices, faces)
-    given = Carrier.of(for_files(Attributes.of(attributes)), len(mesh[0]), len(mesh[1])).given
+    shape = given_mesh(vertices, faces, attributes)
+    mesh = mesh_arrays(shape.vertices, shape.faces)
+    given = Carrier.of(for_files(shape.attributes), len(mesh[0]), len(mesh[1])).given
     for note in _native.write(path, mesh, given, format):
         warnings.warn(f"{os.fspath(path)}: {note}", MeshWarning, stacklevel=2)

@@ -17,6 +17,7 @@ from . import _native
 from ._arrays import Vertices, mesh_arrays, real_numbers, truth
 from ._attributes import Attributes, Carrier, Given, read_attributes
 from ._errors import DeviceError, InputError, MeshWarning, in_python
+from ._objects import MeshLike, given_mesh, given_points, with_count
 from ._progress import Callback, Native, shown
 from ._result import Correspondence, Result
 from ._volume import Volume, grid_of, volume_of
@@ -90,11 +91,11 @@ class Remesher:
 
     def remesh(
         self,
-        vertices: ArrayLike,
-        faces: ArrayLike,
+        vertices: ArrayLike | MeshLike,
+        faces: ArrayLike | int | str | None = None,
         n: int | str | None = None,
         *,
-        attributes: Attributes | Mapping[str, Any] | None = None,
+        attributes: Attributes | Mapping[str, Any] | bool | None = None,
         correspondence: bool = True,
         report: bool = False,
         progress: bool | Callback = False,
@@ -102,26 +103,29 @@ class Remesher:
     ) -> Result:
         """As `rtfmesh.remesh`, on this device."""
         told = Told(correspondence=correspondence, report=report, progress=progress)
-        return warned(self._run(vertices, faces, n, Attributes.of(attributes), told, dict(options)))
+        faces, n = with_count(vertices, faces, n)
+        given = given_mesh(vertices, faces, attributes)
+        return warned(self._run(given.vertices, given.faces, n, given.attributes, told, dict(options)))
 
     def reconstruct(  # type: ignore[misc] # see below
         self,
-        points: ArrayLike,
+        points: ArrayLike | MeshLike,
         n: int | str | None = None,
         *,
         normals: ArrayLike | None = None,
         closed: bool = False,
         fill_holes: float | str | None = None,
         points_as: str = "auto",
-        attributes: Attributes | Mapping[str, Any] | None = None,
+        attributes: Attributes | Mapping[str, Any] | bool | None = None,
         report: bool = False,
         progress: bool | Callback = False,
         **options: Unpack[Options],
     ) -> Result:
         """As `rtfmesh.reconstruct`, on this device."""
         told = Told(correspondence=False, report=report, progress=progress)
+        at, normals, given = given_points(points, normals, attributes)
         known = (normals, closed, fill_holes, points_as)
-        return warned(self._reconstruct(points, n, known, Attributes.of(attributes), told, dict(options)))
+        return warned(self._reconstruct(at, n, known, given, told, dict(options)))
 
     def _reconstruct(
         self,
@@ -277,11 +281,11 @@ def _on_shared(
 
 
 def remesh(
-    vertices: ArrayLike,
-    faces: ArrayLike,
+    vertices: ArrayLike | MeshLike,
+    faces: ArrayLike | int | str | None = None,
     n: int | str | None = None,
     *,
-    attributes: Attributes | Mapping[str, Any] | None = None,
+    attributes: Attributes | Mapping[str, Any] | bool | None = None,
     correspondence: bool = True,
     report: bool = False,
     progress: bool | Callback = False,
@@ -294,7 +298,9 @@ def remesh(
     Parameters
     ----------
     vertices
-        Positions, shape (V, 3): any real numbers, in any units.
+        Positions, shape (V, 3): any real numbers, in any units. Or in place of vertices and faces one object:
+        a `Mesh`, a `Result`, a pair, or a mesh of trimesh, PyVista, meshio or Open3D, whose attributes come
+        along; `n` may follow it at once.
     faces
         Indices of vertices, shape (F, 3): any integers. Duplicates and faces without area may be among them.
     n
@@ -302,7 +308,8 @@ def remesh(
         says how many; without those too, as many as the input has.
     attributes
         Colours, labels and the like to carry over: an `Attributes`, or a dict such as
-        ``{"vertex": {"rgb": (V, 3)}, "face": {"label": (F,)}, "uv": (F, 3, 2)}``.
+        ``{"vertex": {"rgb": (V, 3)}, "face": {"label": (F,)}, "uv": (F, 3, 2)}``. False carries none of an
+        object's.
     correspondence
         Whether to find where the vertices of the result lie on the input.
     report
@@ -338,27 +345,28 @@ def remesh(
         Something is wrong with the result, such as a part of the input that it leaves out.
     """
     told = Told(correspondence=correspondence, report=report, progress=progress)
-    given, wanted = Attributes.of(attributes), dict(options)
+    faces, n = with_count(vertices, faces, n)
+    given, wanted = given_mesh(vertices, faces, attributes), dict(options)
     return warned(
         _on_shared(
             device,
             device_memory,
             told.report,
-            lambda remesher: remesher._run(vertices, faces, n, given, told, wanted),
+            lambda remesher: remesher._run(given.vertices, given.faces, n, given.attributes, told, wanted),
         )
     )
 
 
 # Presets that are for research have an option `normals`, which is none of this function.
 def reconstruct(  # type: ignore[misc]
-    points: ArrayLike,
+    points: ArrayLike | MeshLike,
     n: int | str | None = None,
     *,
     normals: ArrayLike | None = None,
     closed: bool = False,
     fill_holes: float | str | None = None,
     points_as: str = "auto",
-    attributes: Attributes | Mapping[str, Any] | None = None,
+    attributes: Attributes | Mapping[str, Any] | bool | None = None,
     report: bool = False,
     progress: bool | Callback = False,
     device: str | int | None = None,
@@ -373,7 +381,8 @@ def reconstruct(  # type: ignore[misc]
     Parameters
     ----------
     points
-        Positions, shape (P, 3): any real numbers, in any units; 10 at least.
+        Positions, shape (P, 3): any real numbers, in any units; 10 at least. Or one object with points and no
+        faces, as in `remesh`, with its normals and attributes.
     n
         Number of vertices, at least 4, also as "10k". Without it `edge_length`, `ratio` (of the number of
         points) or `max_deviation` says how many; without those too, as many as there are points.
@@ -415,14 +424,14 @@ def reconstruct(  # type: ignore[misc]
         As `remesh`.
     """
     told = Told(correspondence=False, report=report, progress=progress)
-    known = (normals, closed, fill_holes, points_as)
-    given, wanted = Attributes.of(attributes), dict(options)
+    at, normals, given = given_points(points, normals, attributes)
+    known, wanted = (normals, closed, fill_holes, points_as), dict(options)
     return warned(
         _on_shared(
             device,
             device_memory,
             told.report,
-            lambda remesher: remesher._reconstruct(points, n, known, given, told, wanted),
+            lambda remesher: remesher._reconstruct(at, n, known, given, told, wanted),
         )
     )
 

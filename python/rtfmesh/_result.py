@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import Any
 
@@ -57,6 +58,10 @@ class Result:
     """Where the centres of the faces lie on it, if attributes of faces or texture were carried."""
     attributes: Attributes
     """The input's attributes for this mesh."""
+
+    def __iter__(self) -> Iterator[Any]:
+        """Vertices and faces: `vertices, faces = result`."""
+        return iter((self.vertices, self.faces))
 
     def __repr__(self) -> str:
         quality = self.report["output"]["quality"]

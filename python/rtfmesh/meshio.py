@@ -17,6 +17,7 @@ from numpy.typing import NDArray
 
 from ._attributes import Attributes
 from ._errors import InputError
+from ._objects import Shape
 from ._progress import Callback
 from ._remesh import Remesher, Told, _remesher, warned
 
@@ -84,6 +85,26 @@ def triangles_of(mesh: meshio.Mesh, points: NDArray[Any]) -> tuple[NDArray[Any],
     return np.concatenate(triangles), data
 
 
+def points_of(mesh: meshio.Mesh) -> tuple[NDArray[Any], bool]:
+    """The points in space, and whether they are given in the plane."""
+    points = np.asarray(mesh.points, dtype=float)
+    flat = points.ndim == 2 and points.shape[1] == 2
+    if flat:
+        points = np.column_stack([points, np.zeros(len(points))])
+    if points.ndim != 2 or points.shape[1] != 3:
+        raise InputError(f"`mesh.points` has shape {points.shape}; give (V, 3) or (V, 2)")
+    return points, flat
+
+
+def shape_of(mesh: Any, name: str) -> Shape:
+    """The parts of a mesh."""
+    if not isinstance(mesh, meshio.Mesh):
+        raise InputError(f"`{name}` is a {type(mesh).__name__} and no meshio.Mesh")
+    points, _ = points_of(mesh)
+    faces, face = triangles_of(mesh, points)
+    return Shape(points, faces, Attributes(dict(mesh.point_data), face))
+
+
 def remesh(
     mesh: meshio.Mesh,
     n: int | str | None = None,
@@ -103,12 +124,7 @@ def remesh(
     """
     if not isinstance(mesh, meshio.Mesh):
         raise InputError(f"`mesh` is a {type(mesh).__name__} and no meshio.Mesh")
-    points = np.asarray(mesh.points, dtype=float)
-    flat = points.ndim == 2 and points.shape[1] == 2
-    if flat:
-        points = np.column_stack([points, np.zeros(len(points))])
-    if points.ndim != 2 or points.shape[1] != 3:
-        raise InputError(f"`mesh.points` has shape {points.shape}; give (V, 3) or (V, 2)")
+    points, flat = points_of(mesh)
     faces, face_data = triangles_of(mesh, points)
     if remesher is None:
         remesher = _remesher(device, None, False)[1]

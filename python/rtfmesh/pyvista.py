@@ -17,6 +17,7 @@ from numpy.typing import NDArray
 from ._attributes import Attributes
 from ._errors import InputError
 from ._figures import inspect, measure
+from ._objects import MeshLike, Shape
 from ._progress import Callback
 from ._remesh import Remesher, Told, _remesher, warned
 from ._result import Result
@@ -44,6 +45,39 @@ def triangles_of(mesh: pyvista.PolyData) -> tuple[pyvista.PolyData, NDArray[Any]
     if mesh.n_strips or not mesh.is_all_triangles:
         mesh = mesh.triangulate()
     return mesh, np.asarray(mesh.faces).reshape(-1, 4)[:, 1:]
+
+
+def shape_of(mesh: Any, name: str) -> Shape:
+    """The parts of a surface, of points, or of the surface of any other data set."""
+    if isinstance(mesh, pyvista.MultiBlock):
+        mesh = mesh.combine()
+    if isinstance(mesh, pyvista.PointSet) or (isinstance(mesh, pyvista.PolyData) and is_of_points(mesh)):
+        return Shape(np.asarray(mesh.points), np.empty((0, 3), np.uint32), attributes_of(mesh, None))
+    if not isinstance(mesh, pyvista.DataSet):
+        raise InputError(f"`{name}` is a {type(mesh).__name__} and no surface")
+    mesh, faces = triangles_of(surface_in(mesh))
+    return Shape(np.asarray(mesh.points), faces, attributes_of(mesh, faces))
+
+
+def surface_in(mesh: pyvista.DataSet) -> pyvista.PolyData:
+    """The surface of a data set, without arrays that its making adds."""
+    if isinstance(mesh, pyvista.PolyData):
+        return mesh
+    made = mesh.extract_surface(pass_pointid=False, pass_cellid=False, algorithm="dataset_surface")
+    for name in ("vtkOriginalPointIds", "vtkOriginalCellIds"):
+        for data in (made.point_data, made.cell_data):
+            if name in data:
+                del data[name]
+    return made
+
+
+def attributes_of(mesh: pyvista.PolyData | pyvista.PointSet, faces: NDArray[Any] | None) -> Attributes:
+    """The arrays of a mesh in triangles; texture coordinates at corners."""
+    uv = mesh.active_texture_coordinates if faces is not None else None
+    uv_name = None if uv is None else mesh.point_data.active_texture_coordinates_name
+    vertex = {name: np.asarray(mesh.point_data[name]) for name in mesh.point_data if name != uv_name}
+    face = {} if faces is None else {name: np.asarray(mesh.cell_data[name]) for name in mesh.cell_data}
+    return Attributes(vertex, face, None if uv is None else np.asarray(uv)[faces])
 
 
 def is_of_points(mesh: pyvista.PolyData) -> bool:
@@ -191,11 +225,8 @@ class Accessor:
         `rtfmesh.remesh`.
         """
         mesh, faces = triangles_of(self._mesh)
-        uv = mesh.active_texture_coordinates
-        uv_name = None if uv is None else mesh.point_data.active_texture_coordinates_name
-        vertex = {name: np.asarray(mesh.point_data[name]) for name in mesh.point_data if name != uv_name}
-        face = {name: np.asarray(mesh.cell_data[name]) for name in mesh.cell_data}
-        attributes = Attributes(vertex, face, None if uv is None else np.asarray(uv)[faces])
+        uv_name = mesh.point_data.active_texture_coordinates_name
+        attributes = attributes_of(mesh, faces)
         if remesher is None:
             remesher = _remesher(device, None, False)[1]
         told = Told(correspondence=False, report=False, progress=progress)
@@ -216,19 +247,10 @@ class Accessor:
             )
         return reconstructed(mesh, n, **wanted)
 
-    def measure(
-        self, against: pyvista.PolyData | pyvista.PointSet | None = None, **wanted: Any
-    ) -> dict[str, Any]:
+    def measure(self, against: MeshLike | NDArray[Any] | None = None, **wanted: Any) -> dict[str, Any]:
         """As `rtfmesh.measure`, of this surface; `against` is another one, or points."""
-        mesh, faces = triangles_of(self._mesh)
-        if isinstance(against, pyvista.PointSet) or (against is not None and is_of_points(against)):
-            wanted["against"] = np.asarray(against.points)
-        elif against is not None:
-            other, its_faces = triangles_of(against)
-            wanted["against"] = (other.points, its_faces)
-        return measure(mesh.points, faces, **wanted)
+        return measure(self._mesh, against=against, **wanted)
 
-    def inspect(self, n: int | None = None, **wanted: Any) -> dict[str, Any]:
+    def inspect(self, n: int | str | None = None, **wanted: Any) -> dict[str, Any]:
         """As `rtfmesh.inspect`, of this surface."""
-        mesh, faces = triangles_of(self._mesh)
-        return inspect(mesh.points, faces, n, **wanted)
+        return inspect(self._mesh, n=n, **wanted)

@@ -18,6 +18,7 @@ from trimesh.visual import ColorVisuals, TextureVisuals
 
 from ._attributes import Attributes
 from ._errors import InputError
+from ._objects import Shape
 from ._progress import Callback
 from ._remesh import Remesher, Told, _remesher, warned
 from ._result import Result
@@ -31,6 +32,23 @@ if TYPE_CHECKING:
 # The names that visuals travel under, which no attribute of a mesh has.
 COLOUR = "colour of trimesh"
 MATERIALS = "materials of trimesh"
+
+
+def shape_of(mesh: Any, name: str) -> Shape:
+    """The parts of a mesh, of all meshes of a scene as one, or of points."""
+    if isinstance(mesh, trimesh.Scene):
+        mesh = mesh.to_mesh()
+    if isinstance(mesh, trimesh.PointCloud):
+        return Shape(np.asarray(mesh.vertices), np.empty((0, 3), np.uint32))
+    if not isinstance(mesh, trimesh.Trimesh):
+        raise InputError(f"`{name}` is a {type(mesh).__name__} and no trimesh.Trimesh")
+    attributes = attributes_of(mesh)
+    # Under these names they are of no use to anything but visuals.
+    for arrays in (attributes.vertex, attributes.face):
+        arrays.pop(MATERIALS, None)
+        if COLOUR in arrays:
+            arrays["rgba"] = arrays.pop(COLOUR)
+    return Shape(np.asarray(mesh.vertices), np.asarray(mesh.faces), attributes)
 
 
 def attributes_of(mesh: trimesh.Trimesh) -> Attributes:

@@ -1,0 +1,169 @@
+"""Meshes of this package and of others as one argument, in place of vertices and faces."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from typing import Any, Protocol
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from ._arrays import Faces, Vertices, mesh_arrays, real_numbers, short
+from ._attributes import Attributes
+from ._errors import InputError
+
+
+class HasMesh(Protocol):
+    """Anything with vertices (V, 3) and faces (F, 3): a `Mesh`, a `Result`, a trimesh.Trimesh."""
+
+    @property
+    def vertices(self) -> Any: ...
+
+    @property
+    def faces(self) -> Any: ...
+
+
+class HasPoints(Protocol):
+    """Anything with points: a mesh of PyVista or meshio, a point cloud of Open3D."""
+
+    @property
+    def points(self) -> Any: ...
+
+
+class HasTriangles(Protocol):
+    """Anything with vertices (V, 3) and triangles (F, 3): a mesh of Open3D."""
+
+    @property
+    def vertices(self) -> Any: ...
+
+    @property
+    def triangles(self) -> Any: ...
+
+
+MeshLike = HasMesh | HasPoints | HasTriangles | tuple[ArrayLike, ArrayLike]
+WHAT = "an rtfmesh, trimesh, PyVista, meshio or Open3D mesh, or vertices and faces"
+
+
+@dataclass
+class Shape:
+    """The parts of a mesh."""
+
+    vertices: Any
+    faces: Any
+    attributes: Attributes = field(default_factory=Attributes)
+
+
+def package(value: object) -> str:
+    """The package that a class comes from, or one that it inherits from."""
+    known = ("trimesh", "pyvista", "meshio", "open3d")
+    names = [base.__module__.partition(".")[0] for base in type(value).__mro__]
+    return next((name for name in names if name in known), names[0])
+
+
+def is_pair(value: object) -> bool:
+    """Whether this is (vertices, faces)."""
+    return isinstance(value, tuple) and len(value) == 2 and np.ndim(value[0]) == 2
+
+
+def is_object(value: object) -> bool:
+    """Whether this is a whole mesh, and no array."""
+    if is_pair(value):
+        return True
+    if isinstance(value, (np.ndarray, list, tuple, str, bytes, os.PathLike)) or hasattr(value, "__array__"):
+        return False
+    return any(
+        hasattr(value, name) for name in ("vertices", "points", "to_mesh", "extract_surface", "combine")
+    )
+
+
+def shape_of(value: Any, name: str) -> Shape:
+    """The vertices, faces and attributes of a mesh of any of these packages."""
+    own = package(value)
+    if is_pair(value):
+        return Shape(*value)
+    if own == "trimesh":
+        from .trimesh import shape_of as of_trimesh
+
+        return of_trimesh(value, name)
+    if own == "pyvista":
+        from .pyvista import shape_of as of_pyvista
+
+        return of_pyvista(value, name)
+    if own == "meshio":
+        from .meshio import shape_of as of_meshio
+
+        return of_meshio(value, name)
+    if hasattr(value, "vertices") and hasattr(value, "faces"):
+        attributes = getattr(value, "attributes", None)
+        own_ones = attributes if isinstance(attributes, Attributes) else Attributes()
+        return Shape(value.vertices, value.faces, own_ones)
+    if hasattr(value, "vertices") and hasattr(value, "triangles"):
+        return of_open3d(value)
+    if hasattr(value, "points"):
+        return Shape(np.asarray(value.points), np.empty((0, 3), np.uint32))
+    raise InputError(f"`{name}` is {short(value)} and no mesh; give {WHAT}")
+
+
+def of_open3d(mesh: Any) -> Shape:
+    """Of a triangle mesh of Open3D, with its colours."""
+    colours = np.asarray(getattr(mesh, "vertex_colors", ()))
+    vertex = {"colors": colours} if len(colours) else {}
+    return Shape(np.asarray(mesh.vertices), np.asarray(mesh.triangles), Attributes(vertex))
+
+
+def arrays_of(mesh: Any, name: str) -> tuple[Vertices, Faces]:
+    """The arrays of a mesh, checked."""
+    if not is_object(mesh):
+        raise InputError(f"`{name}` is {short(mesh)} and no mesh; give {WHAT}")
+    shape = shape_of(mesh, name)
+    return mesh_arrays(shape.vertices, shape.faces, (f"{name}.vertices", f"{name}.faces"))
+
+
+def reference_of(against: Any) -> tuple[Vertices, Faces]:
+    """What a mesh is compared with: another one, or points."""
+    if is_object(against) or not isinstance(against, (np.ndarray, list)):
+        return arrays_of(against, "against")
+    return real_numbers(against, "against", (None, 3)), np.empty((0, 3), np.uint32)
+
+
+def given_mesh(vertices: Any, faces: Any, attributes: Any = None) -> Shape:
+    """The mesh that a function's first two arguments are, with its attributes unless others are given."""
+    if not is_object(vertices):
+        if faces is None or isinstance(faces, (int, np.integer)):
+            read = "read the file with rtfmesh.read first"
+            is_path = isinstance(vertices, (str, bytes, os.PathLike))
+            if is_path:
+                raise InputError(f"`vertices` is {short(vertices)}; {read}")
+            what = "a surface through points is what rtfmesh.reconstruct makes"
+            raise InputError(f"`faces` is missing; give {WHAT}; {what}")
+        return Shape(vertices, faces, Attributes.of(attributes))
+    if faces is not None:
+        raise InputError("`faces` is given with a whole mesh; leave it out, or give arrays for both")
+    shape = shape_of(vertices, "vertices")
+    return shape if attributes is None else Shape(shape.vertices, shape.faces, Attributes.of(attributes))
+
+
+def with_count(vertices: Any, faces: Any, n: Any) -> tuple[Any, Any]:
+    """The faces and the count, where after a whole mesh the count is the second argument."""
+    if faces is None or n is not None or not is_object(vertices) or np.ndim(faces) != 0:
+        return faces, n
+    return None, faces
+
+
+def given_points(
+    points: Any, normals: Any, attributes: Attributes | Mapping[str, Any] | bool | None
+) -> tuple[Any, NDArray[Any] | Any, Attributes]:
+    """The points that an argument is, with the normals and attributes that come with them."""
+    if not is_object(points) or is_pair(points):
+        return points, normals, Attributes.of(attributes)
+    shape = shape_of(points, "points")
+    if len(shape.faces):
+        raise InputError("`points` has faces; use rtfmesh.remesh, or give its vertices alone")
+    vertex = dict(shape.attributes.vertex)
+    own = [name for name in vertex if name.lower() in ("normal", "normals") and vertex[name].ndim == 2]
+    found = [vertex.pop(name) for name in own]
+    if normals is None and found:
+        normals = found[0]
+    return shape.vertices, normals, Attributes(vertex) if attributes is None else Attributes.of(attributes)
