@@ -60,7 +60,7 @@ def main():
     call(mesh, args.n)
     with tempfile.TemporaryDirectory() as folder:
         pairs = [
-            (call(mesh, args.n, report=True)[0], program_seconds(args.program, args.mesh, args.n, folder))
+            (call(mesh, args.n, distances=True)[0], program_seconds(args.program, args.mesh, args.n, folder))
             for _ in range(RUNS)
         ]
     own, program = (statistics.median(column) for column in zip(*pairs))
@@ -72,7 +72,7 @@ def main():
         seconds.append(call(small, SMALL, seed=seed)[0])
         memory.append(resource.getrusage(resource.RUSAGE_SELF).ru_maxrss // 1024)
     each = statistics.median(seconds)
-    report = call(small, SMALL, report=True)[1].report
+    report = call(small, SMALL, distances=True)[1].report
     device = report["timings"]["waiting_milliseconds"] / 1000
     print(f"{MESHES} meshes of {SMALL} vertices: {each:.3f} s each, the device {device:.3f} s of one")
     print(f"peak memory after 20 of them {memory[19]} MiB, after all {memory[-1]} MiB")

@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from . import _native
-from ._arrays import Vertices, mesh_arrays, real_numbers, truth
+from ._arrays import Vertices, mesh_arrays, real_numbers, short, truth
 from ._attributes import Attributes, Carrier, Given, read_attributes
 from ._errors import DeviceError, InputError, MeshWarning, in_python
 from ._objects import MeshLike, given_mesh, given_points, with_count
@@ -86,6 +86,12 @@ class Remesher:
         info: dict[str, Any] = json.loads(self._device.info())
         return info
 
+    def __enter__(self) -> Remesher:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        """Does nothing: the device is closed with the last use of the remesher."""
+
     def __repr__(self) -> str:
         return f"<rtfmesh.Remesher on {self.device['name']}>"
 
@@ -97,12 +103,12 @@ class Remesher:
         *,
         attributes: Attributes | Mapping[str, Any] | bool | None = None,
         correspondence: bool = True,
-        report: bool = False,
+        distances: bool = False,
         progress: bool | Callback = False,
         **options: Unpack[Options],
     ) -> Result:
         """As `rtfmesh.remesh`, on this device."""
-        told = Told(correspondence=correspondence, report=report, progress=progress)
+        told = Told(correspondence=correspondence, distances=distances, progress=progress)
         faces, n = with_count(vertices, faces, n)
         given = given_mesh(vertices, faces, attributes)
         return warned(self._run(given.vertices, given.faces, n, given.attributes, told, dict(options)))
@@ -117,12 +123,12 @@ class Remesher:
         fill_holes: float | str | None = None,
         points_as: str = "auto",
         attributes: Attributes | Mapping[str, Any] | bool | None = None,
-        report: bool = False,
+        distances: bool = False,
         progress: bool | Callback = False,
         **options: Unpack[Options],
     ) -> Result:
         """As `rtfmesh.reconstruct`, on this device."""
-        told = Told(correspondence=False, report=report, progress=progress)
+        told = Told(correspondence=False, distances=distances, progress=progress)
         at, normals, given = given_points(points, normals, attributes)
         known = (normals, closed, fill_holes, points_as)
         return warned(self._reconstruct(at, n, known, given, told, dict(options)))
@@ -163,12 +169,12 @@ class Remesher:
         affine: ArrayLike | None = None,
         closed: bool = False,
         keep_specks: bool = False,
-        report: bool = False,
+        distances: bool = False,
         progress: bool | Callback = False,
         **options: Unpack[Options],
     ) -> Result:
         """As `rtfmesh.contour`, on this device."""
-        told = Told(correspondence=False, report=report, progress=progress)
+        told = Told(correspondence=False, distances=distances, progress=progress)
         volume = volume_of(grid_of(values, spacing, affine), iso, labels, inside, closed, keep_specks)
         return warned(self._contour(volume, n, told, dict(options)))
 
@@ -202,7 +208,9 @@ class Remesher:
         carrier = Carrier.of(attributes, len(positions), len(triangles))
         with shown(told.progress) as callback:
             places = (told.correspondence, False)
-            request = Request(carrier.given, points, values, sizing, features, places, told.report, callback)
+            request = Request(
+                carrier.given, points, values, sizing, features, places, told.distances, callback
+            )
             done = _native.remesh(self._device, (positions, triangles), line, request)
         (new_vertices, new_faces), columns, of_vertices, of_faces, text = done
         found: dict[str, Any] = json.loads(text)
@@ -228,12 +236,12 @@ class Told:
     """What a caller is to be told of a run and its result."""
 
     correspondence: bool
-    report: bool
+    distances: bool
     progress: bool | Callback
 
     def __post_init__(self) -> None:
         self.correspondence = truth(self.correspondence, "correspondence")
-        self.report = truth(self.report, "report")
+        self.distances = truth(self.distances, "distances")
 
 
 def warned(result: Result, stacklevel: int = 3) -> Result:
@@ -266,6 +274,24 @@ def _remesher(device: str | int | None, device_memory: int | None, timings: bool
         return key, _remeshers[key]
 
 
+def on_device(
+    remesher: Remesher | None,
+    device: str | int | None,
+    device_memory: int | None,
+    told: Told,
+    run: Callable[[Remesher], Result],
+) -> Result:
+    """What `run` gives with a remesher, or with that which calls for this device share."""
+    if remesher is None:
+        return _on_shared(device, device_memory, told.distances, run)
+    for name, given in (("device", device), ("device_memory", device_memory)):
+        if given is not None:
+            raise InputError(f"`{name}` is that of `remesher`; leave one of them out")
+    if not isinstance(remesher, Remesher):
+        raise InputError(f"`remesher` is {short(remesher)}; give a rtfmesh.Remesher")
+    return run(remesher)
+
+
 def _on_shared(
     device: str | int | None, device_memory: int | None, timings: bool, run: Callable[[Remesher], Result]
 ) -> Result:
@@ -287,7 +313,7 @@ def remesh(
     *,
     attributes: Attributes | Mapping[str, Any] | bool | None = None,
     correspondence: bool = True,
-    report: bool = False,
+    distances: bool = False,
     progress: bool | Callback = False,
     device: str | int | None = None,
     device_memory: int | None = None,
@@ -312,9 +338,9 @@ def remesh(
         object's.
     correspondence
         Whether to find where the vertices of the result lie on the input.
-    report
-        Whether the report is to have the distances to the input and the time of each kernel. It takes a
-        little time.
+    distances
+        Whether the report, which there always is, has the distances to the input and the time of each kernel.
+        They take a little time.
     progress
         True shows a bar, if tqdm is installed. A function is called with a `Progress` up to 20 times a
         second, and may return "finish" to end the run early with a valid mesh, or "cancel" to stop it.
@@ -344,14 +370,14 @@ def remesh(
     MeshWarning
         Something is wrong with the result, such as a part of the input that it leaves out.
     """
-    told = Told(correspondence=correspondence, report=report, progress=progress)
+    told = Told(correspondence=correspondence, distances=distances, progress=progress)
     faces, n = with_count(vertices, faces, n)
     given, wanted = given_mesh(vertices, faces, attributes), dict(options)
     return warned(
         _on_shared(
             device,
             device_memory,
-            told.report,
+            told.distances,
             lambda remesher: remesher._run(given.vertices, given.faces, n, given.attributes, told, wanted),
         )
     )
@@ -367,7 +393,7 @@ def reconstruct(  # type: ignore[misc]
     fill_holes: float | str | None = None,
     points_as: str = "auto",
     attributes: Attributes | Mapping[str, Any] | bool | None = None,
-    report: bool = False,
+    distances: bool = False,
     progress: bool | Callback = False,
     device: str | int | None = None,
     device_memory: int | None = None,
@@ -401,8 +427,8 @@ def reconstruct(  # type: ignore[misc]
     attributes
         Values of the points to carry over, by those of the nearest: an `Attributes` or a dict such as
         ``{"vertex": {"rgb": (P, 3), "label": (P,)}}``.
-    report
-        As in `remesh`; distances are those to the surface through the points.
+    distances
+        As in `remesh`; they are those to the surface through the points.
     progress, device, device_memory
         As in `remesh`.
     **options
@@ -423,14 +449,14 @@ def reconstruct(  # type: ignore[misc]
     MeshWarning
         As `remesh`.
     """
-    told = Told(correspondence=False, report=report, progress=progress)
+    told = Told(correspondence=False, distances=distances, progress=progress)
     at, normals, given = given_points(points, normals, attributes)
     known, wanted = (normals, closed, fill_holes, points_as), dict(options)
     return warned(
         _on_shared(
             device,
             device_memory,
-            told.report,
+            told.distances,
             lambda remesher: remesher._reconstruct(at, n, known, given, told, wanted),
         )
     )
@@ -447,7 +473,7 @@ def contour(
     affine: ArrayLike | None = None,
     closed: bool = False,
     keep_specks: bool = False,
-    report: bool = False,
+    distances: bool = False,
     progress: bool | Callback = False,
     device: str | int | None = None,
     device_memory: int | None = None,
@@ -483,8 +509,8 @@ def contour(
     keep_specks
         Whether parts stay that are so small beside the largest that they are noise. A note counts those that
         are left out.
-    report
-        As in `remesh`; distances are those to the surface in the grid.
+    distances
+        As in `remesh`; they are those to the surface in the grid.
     progress, device, device_memory
         As in `remesh`.
     **options
@@ -505,11 +531,11 @@ def contour(
     MeshWarning
         As `remesh`.
     """
-    told = Told(correspondence=False, report=report, progress=progress)
+    told = Told(correspondence=False, distances=distances, progress=progress)
     grid, wanted = grid_of(values, spacing, affine), dict(options)
     volume = volume_of(grid, iso, labels, inside, closed, keep_specks)
     return warned(
         _on_shared(
-            device, device_memory, told.report, lambda remesher: remesher._contour(volume, n, told, wanted)
+            device, device_memory, told.distances, lambda remesher: remesher._contour(volume, n, told, wanted)
         )
     )

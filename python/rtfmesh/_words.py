@@ -72,7 +72,7 @@ ELSEWHERE = {
     "vertices": "n",
 }
 # The arguments that all functions have besides options.
-COMMON = ("n", "attributes", "correspondence", "report", "progress", "device", "device_memory")
+COMMON = ("n", "attributes", "correspondence", "distances", "progress", "device", "device_memory")
 
 
 def unknown_keyword(name: str, function: str, known: Iterable[str]) -> TypeError:
@@ -103,6 +103,9 @@ def words(n: Any, options: dict[str, Any], function: str = "remesh") -> list[str
     found = [] if n is None else [f"--vertices={count_word(n)}"]
     known = flags()
     for name, value in options.items():
+        if name == "report":
+            text = "result.report always has the report; distances=True adds distances to it"
+            raise InputError(f"`report` is no argument, and writes no file: {text}")
         if name not in known:
             raise unknown_keyword(name, function, known)
         if value is None:

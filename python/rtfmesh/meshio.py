@@ -19,7 +19,8 @@ from ._attributes import Attributes
 from ._errors import InputError
 from ._objects import Shape
 from ._progress import Callback
-from ._remesh import Remesher, Told, _remesher, warned
+from ._remesh import Remesher, Told, on_device, warned
+from ._result import Result
 
 if TYPE_CHECKING:
     from typing_extensions import Unpack
@@ -28,6 +29,8 @@ if TYPE_CHECKING:
 
 SURFACES = ("triangle", "quad", "polygon")
 CURVES = ("vertex", "line")
+# What the names of sets travel under.
+SET = "cell set of meshio: "
 
 
 def split(polygons: NDArray[Any], points: NDArray[Any]) -> NDArray[Any]:
@@ -85,6 +88,23 @@ def triangles_of(mesh: meshio.Mesh, points: NDArray[Any]) -> tuple[NDArray[Any],
     return np.concatenate(triangles), data
 
 
+def sets_of(mesh: meshio.Mesh) -> dict[str, NDArray[Any]]:
+    """For each set of cells whether a triangle is of it."""
+    found = {}
+    for name, blocks in mesh.cell_sets.items():
+        parts = []
+        for place, block in enumerate(mesh.cells):
+            if block.type in CURVES:
+                continue
+            is_in = np.zeros(len(block.data), np.uint8)
+            members = blocks[place] if place < len(blocks) else None
+            if members is not None and len(members):
+                is_in[np.asarray(members, dtype=int)] = 1
+            parts.append(np.repeat(is_in, np.asarray(block.data).shape[1] - 2))
+        found[SET + name] = np.concatenate(parts) if parts else np.empty(0, np.uint8)
+    return found
+
+
 def points_of(mesh: meshio.Mesh) -> tuple[NDArray[Any], bool]:
     """The points in space, and whether they are given in the plane."""
     points = np.asarray(mesh.points, dtype=float)
@@ -109,8 +129,11 @@ def remesh(
     mesh: meshio.Mesh,
     n: int | str | None = None,
     *,
+    attributes: bool = True,
+    distances: bool = False,
     progress: bool | Callback = False,
     device: str | int | None = None,
+    device_memory: int | None = None,
     remesher: Remesher | None = None,
     **options: Unpack[Options],
 ) -> meshio.Mesh:
@@ -118,24 +141,34 @@ def remesh(
 
     Its cells must be triangles, quads or polygons, of which the latter are triangulated; vertices and lines
     among them, as Gmsh writes them, are left out. `point_data` and `cell_data` come along as
-    `rtfmesh.Attributes` says, `field_data` as it is; sets of points and cells do not
-    (`mesh.cell_sets_to_data()` makes data of them). Points in the plane, (V, 2), stay there. `remesher` is a
-    `rtfmesh.Remesher` to use; all other arguments and what is raised are as in `rtfmesh.remesh`.
+    `rtfmesh.Attributes` says, `cell_sets` as labels, `field_data` as it is; sets of points do not.
+    `attributes=False` leaves all but `field_data` behind. Points in the plane, (V, 2), stay there. The report
+    is in `info["rtfmesh"]`. `remesher` is a `rtfmesh.Remesher` to use; all other arguments and what is raised
+    are as in `rtfmesh.remesh`.
     """
     if not isinstance(mesh, meshio.Mesh):
         raise InputError(f"`mesh` is a {type(mesh).__name__} and no meshio.Mesh")
     points, flat = points_of(mesh)
     faces, face_data = triangles_of(mesh, points)
-    if remesher is None:
-        remesher = _remesher(device, None, False)[1]
-    told = Told(correspondence=False, report=False, progress=progress)
-    result = warned(
-        remesher._run(points, faces, n, Attributes(dict(mesh.point_data), face_data), told, dict(options))
-    )
+    face_data.update(sets_of(mesh))
+    told, wanted = Told(correspondence=False, distances=distances, progress=progress), dict(options)
+    given = Attributes() if attributes is False else Attributes(dict(mesh.point_data), face_data)
+
+    def run(remesher: Remesher) -> Result:
+        return remesher._run(points, faces, n, given, told, wanted)
+
+    result = warned(on_device(remesher, device, device_memory, told, run))
+    face = result.attributes.face
     return meshio.Mesh(
         result.vertices[:, :2] if flat else result.vertices,
         [("triangle", result.faces.astype(np.int64))],
         point_data=result.attributes.vertex,
-        cell_data={name: [array] for name, array in result.attributes.face.items()},
+        cell_data={name: [array] for name, array in face.items() if not name.startswith(SET)},
+        cell_sets={
+            name.removeprefix(SET): [np.flatnonzero(array)]
+            for name, array in face.items()
+            if name.startswith(SET)
+        },
         field_data=copy.deepcopy(mesh.field_data),
+        info={"rtfmesh": result.report},
     )

@@ -19,7 +19,7 @@ from ._errors import InputError
 from ._figures import inspect, measure
 from ._objects import MeshLike, Shape
 from ._progress import Callback
-from ._remesh import Remesher, Told, _remesher, warned
+from ._remesh import Remesher, Told, on_device, warned
 from ._result import Result
 from ._seams import Split, split_at_seams
 from ._volume import Grid, grid_of, volume_of
@@ -86,7 +86,7 @@ def is_of_points(mesh: pyvista.PolyData) -> bool:
 
 
 def surface_of(result: Result, split: Split, source: pyvista.DataSet) -> pyvista.PolyData:
-    """A result with its arrays, and with what `source` has for all."""
+    """A result with its arrays and its report, and with what `source` has for all."""
     made = pyvista.PolyData.from_regular_faces(result.vertices[split.vertices], split.faces.astype(np.int64))
     for name, array in result.attributes.vertex.items():
         made.point_data[name] = array[split.vertices]
@@ -94,6 +94,11 @@ def surface_of(result: Result, split: Split, source: pyvista.DataSet) -> pyvista
         made.cell_data[name] = array
     for name in source.field_data:
         made.field_data[name] = source.field_data[name]
+    for data, own in ((made.point_data, source.point_data), (made.cell_data, source.cell_data)):
+        for kind in ("active_vectors_name", "active_normals_name"):
+            if getattr(own, kind) in data:
+                setattr(data, kind, getattr(own, kind))
+    made.user_dict["rtfmesh"] = result.report
     active = source.active_scalars_info
     if active.name in (*made.point_data, *made.cell_data):
         made.set_active_scalars(active.name, preference=active.association.name.lower())
@@ -107,8 +112,10 @@ def reconstructed(
     closed: bool = False,
     fill_holes: float | str | None = None,
     points_as: str = "auto",
+    distances: bool = False,
     progress: bool | Callback = False,
     device: str | int | None = None,
+    device_memory: int | None = None,
     remesher: Remesher | None = None,
     **options: Unpack[Options],
 ) -> pyvista.PolyData:
@@ -116,13 +123,14 @@ def reconstructed(
     normals = points.point_data.active_normals
     own = None if normals is None else points.point_data.active_normals_name
     vertex = {name: np.asarray(points.point_data[name]) for name in points.point_data if name != own}
-    if remesher is None:
-        remesher = _remesher(device, None, False)[1]
-    told = Told(correspondence=False, report=False, progress=progress)
+    told = Told(correspondence=False, distances=distances, progress=progress)
     known = (None if normals is None else np.asarray(normals), closed, fill_holes, points_as)
-    result = warned(
-        remesher._reconstruct(points.points, n, known, Attributes(vertex), told, dict(options)), stacklevel=4
-    )
+    wanted = dict(options)
+
+    def run(remesher: Remesher) -> Result:
+        return remesher._reconstruct(points.points, n, known, Attributes(vertex), told, wanted)
+
+    result = warned(on_device(remesher, device, device_memory, told, run), stacklevel=4)
     return surface_of(result, split_at_seams(result, False), points)
 
 
@@ -181,8 +189,10 @@ class ImageAccessor:
         inside: str | None = None,
         closed: bool = False,
         keep_specks: bool = False,
+        distances: bool = False,
         progress: bool | Callback = False,
         device: str | int | None = None,
+        device_memory: int | None = None,
         remesher: Remesher | None = None,
         **options: Unpack[Options],
     ) -> pyvista.PolyData:
@@ -193,10 +203,13 @@ class ImageAccessor:
         `rtfmesh.Remesher` to use; all other arguments and what is raised are as in `rtfmesh.contour`.
         """
         volume = volume_of(grid_of_image(self._image, scalars), iso, labels, inside, closed, keep_specks)
-        if remesher is None:
-            remesher = _remesher(device, None, False)[1]
-        told = Told(correspondence=False, report=False, progress=progress)
-        result = warned(remesher._contour(volume, n, told, dict(options)))
+        told = Told(correspondence=False, distances=distances, progress=progress)
+        wanted = dict(options)
+
+        def run(remesher: Remesher) -> Result:
+            return remesher._contour(volume, n, told, wanted)
+
+        result = warned(on_device(remesher, device, device_memory, told, run))
         return surface_of(result, split_at_seams(result, False), self._image)
 
 
@@ -211,8 +224,11 @@ class Accessor:
         self,
         n: int | str | None = None,
         *,
+        attributes: bool = True,
+        distances: bool = False,
         progress: bool | Callback = False,
         device: str | int | None = None,
+        device_memory: int | None = None,
         remesher: Remesher | None = None,
         **options: Unpack[Options],
     ) -> pyvista.PolyData:
@@ -220,17 +236,20 @@ class Accessor:
 
         Polygons are triangulated on the way. Arrays of points and cells come along as `rtfmesh.Attributes`
         says, texture coordinates and field data too; names of arrays in `sizing="property:NAME"` are those of
-        points. With `keep_uv=True` points on texture seams are there once for each side, beyond `n`.
+        points. `attributes=False` leaves arrays of points and cells behind. With `keep_uv=True` points on
+        texture seams are there once for each side, beyond `n`. The report is in `user_dict["rtfmesh"]`.
         `remesher` is a `rtfmesh.Remesher` to use; all other arguments and what is raised are as in
         `rtfmesh.remesh`.
         """
         mesh, faces = triangles_of(self._mesh)
         uv_name = mesh.point_data.active_texture_coordinates_name
-        attributes = attributes_of(mesh, faces)
-        if remesher is None:
-            remesher = _remesher(device, None, False)[1]
-        told = Told(correspondence=False, report=False, progress=progress)
-        result = warned(remesher._run(mesh.points, faces, n, attributes, told, dict(options)))
+        told = Told(correspondence=False, distances=distances, progress=progress)
+        given, wanted = Attributes() if attributes is False else attributes_of(mesh, faces), dict(options)
+
+        def run(remesher: Remesher) -> Result:
+            return remesher._run(mesh.points, faces, n, given, told, wanted)
+
+        result = warned(on_device(remesher, device, device_memory, told, run))
         split = split_at_seams(result, bool(options.get("keep_uv")))
         made = surface_of(result, split, self._mesh)
         if split.uv is not None:
@@ -254,3 +273,19 @@ class Accessor:
     def inspect(self, n: int | str | None = None, **wanted: Any) -> dict[str, Any]:
         """As `rtfmesh.inspect`, of this surface."""
         return inspect(self._mesh, n=n, **wanted)
+
+
+class SurfaceAccessor(Accessor):
+    """Remeshes and measures the surface of a data set, which stays as it is."""
+
+    def __init__(self, mesh: pyvista.DataSet | pyvista.MultiBlock) -> None:
+        self._source = mesh
+
+    @property
+    def _mesh(self) -> pyvista.PolyData:
+        source = self._source
+        return surface_in(source.combine() if isinstance(source, pyvista.MultiBlock) else source)
+
+
+for _kind in (pyvista.UnstructuredGrid, pyvista.StructuredGrid, pyvista.RectilinearGrid, pyvista.MultiBlock):
+    pyvista.register_dataset_accessor("rtfmesh", _kind)(SurfaceAccessor)

@@ -20,7 +20,7 @@ from ._attributes import Attributes
 from ._errors import InputError
 from ._objects import Shape
 from ._progress import Callback
-from ._remesh import Remesher, Told, _remesher, warned
+from ._remesh import Remesher, Told, on_device, warned
 from ._result import Result
 from ._seams import Split, split_at_seams
 
@@ -81,11 +81,14 @@ def visual_of(mesh: trimesh.Trimesh, result: Result, split: Split) -> Any:
 
 
 def remesh(
-    mesh: trimesh.Trimesh,
+    mesh: trimesh.Trimesh | trimesh.Scene,
     n: int | str | None = None,
     *,
+    attributes: bool = True,
+    distances: bool = False,
     progress: bool | Callback = False,
     device: str | int | None = None,
+    device_memory: int | None = None,
     remesher: Remesher | None = None,
     **options: Unpack[Options],
 ) -> trimesh.Trimesh:
@@ -93,17 +96,23 @@ def remesh(
 
     Colours of vertices or faces, texture coordinates with their material, `vertex_attributes`,
     `face_attributes` and `metadata` come along, as `rtfmesh.Attributes` says. With `keep_uv=True` vertices on
-    texture seams are there once for each side, beyond `n`. `remesher` is a `rtfmesh.Remesher` to use; all
-    other arguments and what is raised are as in `rtfmesh.remesh`.
+    texture seams are there once for each side, beyond `n`. A scene gives one mesh of all that is in it.
+    `attributes=False` leaves colours and attributes behind; the report is in `metadata["rtfmesh"]`.
+    `remesher` is a `rtfmesh.Remesher` to use; all other arguments and what is raised are as in
+    `rtfmesh.remesh`.
     """
+    if isinstance(mesh, trimesh.Scene):
+        metadata, mesh = mesh.metadata, mesh.to_mesh()
+        mesh.metadata = {**copy.deepcopy(metadata), **mesh.metadata}
     if not isinstance(mesh, trimesh.Trimesh):
-        hint = "; scene.to_mesh() makes one of a scene" if isinstance(mesh, trimesh.Scene) else ""
-        raise InputError(f"`mesh` is a {type(mesh).__name__} and no trimesh.Trimesh{hint}")
-    if remesher is None:
-        remesher = _remesher(device, None, False)[1]
-    told = Told(correspondence=False, report=False, progress=progress)
-    given = attributes_of(mesh)
-    result = warned(remesher._run(mesh.vertices, mesh.faces, n, given, told, dict(options)))
+        raise InputError(f"`mesh` is a {type(mesh).__name__} and no trimesh.Trimesh")
+    told = Told(correspondence=False, distances=distances, progress=progress)
+    given, wanted = Attributes() if attributes is False else attributes_of(mesh), dict(options)
+
+    def run(remesher: Remesher) -> Result:
+        return remesher._run(mesh.vertices, mesh.faces, n, given, told, wanted)
+
+    result = warned(on_device(remesher, device, device_memory, told, run))
     split = split_at_seams(result, bool(options.get("keep_uv")))
     visuals = (COLOUR, MATERIALS)
     vertex, face = result.attributes.vertex, result.attributes.face
@@ -113,6 +122,6 @@ def remesh(
         visual=visual_of(mesh, result, split),
         vertex_attributes={k: array[split.vertices] for k, array in vertex.items() if k not in visuals},
         face_attributes={k: array for k, array in face.items() if k not in visuals},
-        metadata=copy.deepcopy(mesh.metadata),
+        metadata={**copy.deepcopy(mesh.metadata), "rtfmesh": result.report},
         process=False,
     )

@@ -27,7 +27,7 @@ class Thing:
         (lambda: rtfmesh.remesh(V, "faces", 50), "`faces` is 'faces'; give an array"),
         (lambda: rtfmesh.remesh(V, np.zeros((0, 3), int), 50), "`faces` has no faces; rtfmesh.reconstruct"),
         (lambda: rtfmesh.remesh(V, F, 50, correspondence="yes"), "`correspondence` is 'yes'; it is True or"),
-        (lambda: rtfmesh.remesh(V, F, 50, report="x.json"), "`report` is 'x.json'; it is True or False"),
+        (lambda: rtfmesh.remesh(V, F, 50, distances="yes"), "`distances` is 'yes'; it is True or"),
         (lambda: rtfmesh.remesh(V, F, 50, keep_uv="yes"), "`keep_uv` is 'yes'; it is True or False"),
         (lambda: rtfmesh.remesh(V, F, 50, quality=3), "`quality`"),
         (lambda: rtfmesh.remesh(V, F, 50, seed=1.5), "`seed`"),

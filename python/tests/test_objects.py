@@ -143,3 +143,87 @@ except AttributeError as error:
         "rtfmesh.trimesh rtfmesh.meshio",
         "module 'rtfmesh' has no attribute 'nothing'",
     ], done.stderr
+
+
+def test_runs_say_what_they_were_in_the_mesh_that_they_make(torus, remesher):
+    pyvista, trimesh = pytest.importorskip("pyvista"), pytest.importorskip("trimesh")
+    meshio = pytest.importorskip("meshio")
+    wanted = {"distances": True, "device": "cpu", "device_memory": 4096}
+    poly, tri, other = of_pyvista(torus), of_trimesh(torus), of_meshio(torus)
+    poly["height"], tri.vertex_attributes["height"] = [torus.vertices[:, 2].copy() for _ in "ab"]
+    other.point_data["height"] = torus.vertices[:, 2].copy()
+    made = [
+        poly.rtfmesh.remesh(300, **wanted),
+        rtfmesh.trimesh.remesh(tri, 300, **wanted),
+        rtfmesh.meshio.remesh(other, 300, **wanted),
+    ]
+    reports = [made[0].user_dict["rtfmesh"], made[1].metadata["rtfmesh"], made[2].info["rtfmesh"]]
+    for report in reports:
+        assert report["output"]["vertices"] == 300 and report["output"]["distances"]["rms"] > 0
+    assert "height" in made[0].point_data and "height" in made[1].vertex_attributes
+    assert "height" in made[2].point_data
+    bare = [
+        poly.rtfmesh.remesh(300, attributes=False, remesher=remesher).point_data,
+        rtfmesh.trimesh.remesh(tri, 300, attributes=False, remesher=remesher).vertex_attributes,
+        rtfmesh.meshio.remesh(other, 300, attributes=False, remesher=remesher).point_data,
+    ]
+    assert [len(arrays) for arrays in bare] == [0, 0, 0]
+    assert isinstance(made[0], pyvista.PolyData) and isinstance(made[1], trimesh.Trimesh)
+    assert isinstance(made[2], meshio.Mesh)
+    with pytest.raises(rtfmesh.InputError, match="`device` is that of `remesher`"):
+        poly.rtfmesh.remesh(300, device="cpu", remesher=remesher)
+    with pytest.raises(rtfmesh.InputError, match="`remesher` is 5"):
+        poly.rtfmesh.remesh(300, remesher=5)
+
+
+def test_active_vectors_and_normals_stay_active(remesher):
+    pyvista = pytest.importorskip("pyvista")
+    ball = pyvista.Sphere()
+    ball["flow"] = ball.points.copy()
+    ball.set_active_vectors("flow")
+    ball.point_data.active_normals_name = "Normals"
+    even = ball.rtfmesh.remesh(500, remesher=remesher)
+    assert even.active_vectors_name == "flow" and even.point_data.active_normals_name == "Normals"
+
+
+def test_any_data_set_of_pyvista_has_the_accessor(remesher):
+    pyvista = pytest.importorskip("pyvista")
+    image = pyvista.ImageData(dimensions=(6, 6, 6))
+    for mesh in (
+        image.cast_to_unstructured_grid(),
+        image.cast_to_structured_grid(),
+        image.cast_to_rectilinear_grid(),
+        pyvista.MultiBlock([pyvista.Cube(), pyvista.Cube(center=(3, 0, 0))]),
+    ):
+        even = mesh.rtfmesh.remesh(400, remesher=remesher)
+        assert even.n_points == 400 and even.is_manifold
+        assert not [name for name in even.array_names if name.startswith("vtkOriginal")]
+        assert mesh.rtfmesh.measure()["topology"]["boundary_loops"] == 0
+        assert mesh.rtfmesh.inspect("1k")["curves"]
+
+
+def test_scenes_and_sets_of_cells_come_along(torus, remesher):
+    trimesh, meshio = pytest.importorskip("trimesh"), pytest.importorskip("meshio")
+    scene = trimesh.Scene([of_trimesh(torus), trimesh.creation.box().apply_translation([9, 0, 0])])
+    even = rtfmesh.trimesh.remesh(scene, 600, remesher=remesher)
+    assert len(even.vertices) == 600 and even.body_count == 2
+    right = np.flatnonzero(torus.vertices[torus.faces].mean(axis=1)[:, 0] > 0)
+    cells = [("triangle", torus.faces.astype(int)), ("line", [[0, 1]])]
+    mesh = meshio.Mesh(torus.vertices, cells, cell_sets={"right": [right, []]})
+    even = rtfmesh.meshio.remesh(mesh, 600, remesher=remesher)
+    (found,) = even.cell_sets["right"]
+    middle = even.points[even.cells[0].data].mean(axis=1)[:, 0]
+    is_in = np.isin(np.arange(len(middle)), found)
+    far = np.abs(middle) > 0.1
+    assert (is_in == (middle > 0))[far].all() and set(even.cell_data) == set()
+
+
+def test_report_is_no_argument_any_more(torus, remesher):
+    for wrong in (True, "x.json"):
+        with pytest.raises(rtfmesh.InputError, match=r"`report` is no argument.* distances=True"):
+            remesher.remesh(torus, 300, report=wrong)
+
+
+def test_remeshers_may_be_used_as_contexts(torus):
+    with rtfmesh.Remesher() as remesher:
+        assert len(remesher.remesh(torus, 300).vertices) == 300

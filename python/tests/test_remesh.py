@@ -90,7 +90,7 @@ def test_the_program_gives_the_same_bytes(folder, sphere, tmp_path):
         sphere.vertices,
         sphere.faces,
         500,
-        report=True,
+        distances=True,
         correspondence=False,
         quality="draft",
         seed=7,
@@ -150,7 +150,7 @@ def test_edges_by_their_vertices_are_kept(folder, remesher):
 
 def test_the_report_has_distances_where_they_are_asked_for(torus):
     assert rtfmesh.remesh(torus.vertices, torus.faces, 300).report["output"]["distances"] is None
-    distances = rtfmesh.remesh(torus.vertices, torus.faces, 300, report=True).report["output"]["distances"]
+    distances = rtfmesh.remesh(torus.vertices, torus.faces, 300, distances=True).report["output"]["distances"]
     assert 0 < distances["rms"] < distances["hausdorff"]
 
 

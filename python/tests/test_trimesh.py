@@ -86,5 +86,5 @@ def test_options_and_errors_are_those_of_remesh(ball):
     assert len(remesh(ball, ratio=0.5, quality="draft").vertices) == 321
     with pytest.raises(rtfmesh.InputError, match="`weld`"):
         remesh(ball, 100, weld=3)
-    with pytest.raises(rtfmesh.InputError, match="Scene"):
-        remesh(trimesh.Scene(ball), 100)
+    with pytest.raises(rtfmesh.InputError, match="`mesh` is a PointCloud"):
+        remesh(trimesh.PointCloud([[0, 0, 0]]), 10)
