@@ -31,6 +31,9 @@ class Device:
 def devices() -> str:
     """The devices of this machine as JSON."""
 
+def check(options: list[str]) -> None:
+    """Checks options as far as that is possible without a mesh and without files."""
+
 def options() -> list[tuple[str, str | None, list[str], str]]:
     """Name, what its value is, all values it may have, and what it does, of each option of `remesh`."""
 

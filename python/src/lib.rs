@@ -21,6 +21,7 @@ fn _native(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add_class::<attributes::Materials>()?;
     module.add_function(wrap_pyfunction!(device::devices, module)?)?;
     module.add_function(wrap_pyfunction!(run::remesh, module)?)?;
+    module.add_function(wrap_pyfunction!(run::check, module)?)?;
     module.add_function(wrap_pyfunction!(run::options, module)?)?;
     module.add_function(wrap_pyfunction!(figures::measure, module)?)?;
     module.add_function(wrap_pyfunction!(figures::inspect, module)?)?;

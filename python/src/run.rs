@@ -177,6 +177,12 @@ pub fn feature_lines(points: &PyReadonlyArray3<'_, f64>) -> PyResult<FeatureLine
     Ok(FeatureLines::new(lines.map(|(line, points)| FeatureLine { line, points: points.to_vec() }).collect()))
 }
 
+/// Checks options as far as that is possible without a mesh and without files.
+#[pyfunction]
+pub fn check(py: Python<'_>, options: Vec<String>) -> PyResult<()> {
+    Call::parse_words(&options).and_then(|call| call.check()).map_err(|error| exception(py, &error))
+}
+
 /// Name, what its value is, all values it may have, and what it does, of each option that `remesh` takes.
 #[pyfunction]
 pub fn options() -> Vec<(String, Option<String>, Vec<String>, String)> {

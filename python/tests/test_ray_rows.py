@@ -158,6 +158,13 @@ def test_lists_that_cannot_be_used_are_errors(text, says, tmp_path):
         ({"qualty": "best"}, TypeError, "did you mean 'quality'"),
         ({"no_fit": 3}, rtfmesh.InputError, "`no_fit`"),
         ({"sizing": [1.0, 2.0]}, rtfmesh.InputError, "`sizing`"),
+        ({"quality": "hi"}, rtfmesh.InputError, "`quality`"),
+        ({"n": 3}, rtfmesh.InputError, "`n`"),
+        ({"n": "many"}, rtfmesh.InputError, "`n`"),
+        ({"n": 100, "ratio": 0.5}, rtfmesh.InputError, "`ratio`"),
+        ({"weld": 2}, rtfmesh.InputError, "`weld` 2 is out of range"),
+        ({"k_clip": 9}, rtfmesh.InputError, "`k_clip` works only with"),
+        ({"accuracy": 3}, rtfmesh.InputError, "`accuracy`"),
         ({"out": os.devnull}, rtfmesh.OutputError, "folder"),
     ],
 )

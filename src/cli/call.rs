@@ -274,12 +274,25 @@ impl Call {
     /// The options but for what depends on the mesh, checked.
     fn own_options(&self, input: &Input) -> Result<Options> {
         let measures = if input.distances { MeasureDepth::Full } else { MeasureDepth::Intersections };
+        let mut options = self.checked_options(measures)?;
+        options.coarse_to_fine.features = self.method.read_features()?.or_else(|| input.features.clone());
+        Ok(options)
+    }
+
+    /// Checks what can be checked without a mesh and without files.
+    ///
+    /// # Errors
+    /// [`Error::Usage`] for options that no mesh could be remeshed with.
+    pub fn check(&self) -> Result<()> {
+        self.checked_options(MeasureDepth::Basic)?.repairs().validate()
+    }
+
+    fn checked_options(&self, measures: MeasureDepth) -> Result<Options> {
         let mut options = self.method.options(&self.research, self.size.size()?, measures)?;
         if let Some(accuracy) = self.accuracy {
             options.accuracy = accuracy;
         }
         self.attributes.check(options.method)?;
-        options.coarse_to_fine.features = self.method.read_features()?.or_else(|| input.features.clone());
         options.validate()?;
         Ok(options)
     }

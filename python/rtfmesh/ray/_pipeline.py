@@ -17,6 +17,7 @@ import ray
 from ray.data import ActorPoolStrategy, DataContext
 from ray.exceptions import ActorDiedError
 
+from .. import _native
 from .._errors import DeviceError, InputError, OutputError
 from .._files import write
 from .._words import words
@@ -246,7 +247,8 @@ def remesh_manifest(
         Nothing can be written to `out`, or not in this format.
     """
     given = dict(options) if n is None else {"n": n, **options}
-    words(n, dict(options))
+    # What is wrong for all meshes is said before any work.
+    _native.check(words(n, dict(options), "remesh_manifest"))
     check_numbers(workers, gpus_per_worker, cpus_per_worker, batch_size)
     folder = Path(out).absolute()
     check_output(folder, suffix)

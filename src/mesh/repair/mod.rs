@@ -76,6 +76,25 @@ pub struct RepairOptions {
 }
 
 impl RepairOptions {
+    /// Checks the ranges, which [`repair_with`] does too.
+    ///
+    /// # Errors
+    /// [`Error::Usage`] with the first field that is out of its range.
+    pub fn validate(&self) -> Result<()> {
+        let shares = [
+            ("weld", self.weld),
+            ("min_component", self.min_component),
+            ("smooth_boundary", self.smooth_boundary),
+        ];
+        for (name, value) in shares {
+            if !(0.0..1.0).contains(&value) {
+                let problem = format!("`{name}` {value} is out of range");
+                return Err(Error::option(name, problem, "use 0 or a small share, below 1"));
+            }
+        }
+        Ok(())
+    }
+
     /// Sets [`RepairOptions::weld`].
     #[must_use]
     pub fn weld(self, weld: f64) -> Self {
@@ -117,17 +136,7 @@ pub fn repair(mesh: &TriMesh) -> Result<Repaired> {
 /// [`Error::Input`] naming the face or vertex for an index out of range or a coordinate that is not finite;
 /// without a place if no face with an area is left. [`Error::Usage`] for options out of range.
 pub fn repair_with(mesh: &TriMesh, options: &RepairOptions) -> Result<Repaired> {
-    let shares = [
-        ("weld", options.weld),
-        ("min_component", options.min_component),
-        ("smooth_boundary", options.smooth_boundary),
-    ];
-    for (name, value) in shares {
-        if !(0.0..1.0).contains(&value) {
-            let problem = format!("`{name}` {value} is out of range");
-            return Err(Error::option(name, problem, "use 0 or a small share, below 1"));
-        }
-    }
+    options.validate()?;
     check(mesh)?;
     let mut counts = RepairCounts::default();
     let first_there = same_places(&mesh.vertices);
