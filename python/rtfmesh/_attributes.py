@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import partial
 from typing import Any
@@ -18,6 +18,10 @@ from ._native import Materials
 KINDS = ("int8", "uint8", "int16", "uint16", "int32", "uint32", "float32", "float64")
 COLOURS = {"colour", "color", "colours", "colors", "rgb", "rgba", "vertex_colors", "face_colors"}
 NORMALS = {"normal", "normals"}
+# What VTK calls the numbers of the cells that a surface was made of; those of corners occur several times.
+NUMBERS = ("vtkOriginalCellIds",)
+# Of so many faces, labels have more than two for each of them.
+MANY = 100
 # Most numbers that the library takes for a vertex or face.
 WIDEST = 4
 
@@ -141,6 +145,70 @@ def columns(name: str, array: NDArray[Any], names: list[str]) -> tuple[list[Colu
     return parts, decode
 
 
+def as_label(name: str, array: NDArray[Any], names: list[str]) -> tuple[list[Column], list[Decode]]:
+    """As `columns`, of an array that is to be a label whatever its type."""
+    if array.ndim == 1 and array.dtype.name in KINDS and array.dtype.kind in "iu":
+        return columns(name, array, names)
+    values, own = numbered(array.reshape(len(array), -1) if array.ndim > 1 else array)
+    return [Column(name, "label", "uint32", 1, own, [])], [lambda found: values[found.astype(np.intp)]]
+
+
+def numbers_faces(values: NDArray[np.float64]) -> bool:
+    """Whether values are all different, or were of polygons that are triangles now."""
+    distinct, count = len(np.unique(values)), len(values)
+    return count > 1 and (distinct == count or (count >= MANY and 2 * distinct >= count))
+
+
+@dataclass
+class Labels:
+    """Which arrays of the faces are labels whose borders are kept."""
+
+    names: Sequence[str] | None
+    """Those that were asked for; None for all but those that number the faces."""
+    kept: list[str] = field(default_factory=list)
+    numbers: list[str] = field(default_factory=list)
+    """Arrays that look like labels, but number the faces."""
+
+    @classmethod
+    def of(cls, keep: bool | list[str], face: Mapping[str, Any]) -> Labels | None:
+        """What `keep_labels` says of arrays with these names; None if no borders are kept."""
+        if not keep:
+            return None
+        names = None if keep is True else list(keep)
+        unknown = [name for name in names or () if name not in face]
+        if unknown:
+            there = ", ".join(map(repr, face)) or "no arrays"
+            raise InputError(f"`keep_labels` names {unknown[0]!r}; the faces have {there}")
+        return cls(names)
+
+    def choose(self, name: str, array: NDArray[Any], own: list[Column]) -> None:
+        """Decides whether the columns of an array count."""
+        if not any(column.role == "label" for column in own):
+            return
+        counts = self.names is None or name in self.names
+        if self.names is None and (name in NUMBERS or numbers_faces(own[0].values)):
+            self.numbers.append(name)
+            counts = False
+        if counts:
+            self.kept.append(name)
+            return
+        # Faces get values of the triangle underneath in any case.
+        for column in own:
+            column.role = "other" if column.role == "label" else column.role
+
+    def warning(self) -> str | None:
+        """What to tell of the choice, where it may not be the one that was meant."""
+        if self.names is not None or not (self.numbers or len(self.kept) > 1):
+            return None
+        kept = ", ".join(map(repr, self.kept)) or "no array"
+        text = f"`keep_labels` keeps the borders of {kept}"
+        if self.numbers:
+            text += (
+                f", and not of {', '.join(map(repr, self.numbers))}, whose values differ from face to face"
+            )
+        return f"{text}; name the arrays to choose others"
+
+
 @dataclass
 class Group:
     """The attributes of vertices or of faces on their way through the native module."""
@@ -149,12 +217,24 @@ class Group:
     back: list[tuple[str, tuple[int, ...], list[Decode]]]
 
     @classmethod
-    def of(cls, arrays: Mapping[str, Any], count: int, of: str, names: Mapping[str, list[str]]) -> Group:
-        """Of arrays by name, a row for each of `count` vertices or faces."""
+    def of(
+        cls,
+        arrays: Mapping[str, Any],
+        count: int,
+        of: str,
+        names: Mapping[str, list[str]],
+        labels: Labels | None = None,
+    ) -> Group:
+        """Of arrays by name, a row for each of `count` vertices or faces; `labels` chooses among these."""
         group = cls([], [])
         for name, value in arrays.items():
             array = rows(value, name, count, of)
-            own, decode = columns(str(name), array, list(names.get(name, [])))
+            if labels is not None and labels.names is not None and name in labels.names:
+                own, decode = as_label(str(name), array, list(names.get(name, [])))
+            else:
+                own, decode = columns(str(name), array, list(names.get(name, [])))
+            if labels is not None:
+                labels.choose(str(name), array, own)
             group.columns += own
             group.back.append((name, array.shape[1:], decode))
         return group
@@ -192,15 +272,17 @@ class Carrier:
     vertex: Group
     face: Group
     given: Given
+    labels: Labels | None
 
     @classmethod
-    def of(cls, source: Attributes, vertices: int, faces: int) -> Carrier:
-        """Of the attributes of a mesh with so many vertices and faces."""
+    def of(cls, source: Attributes, vertices: int, faces: int, keep: bool | list[str] = False) -> Carrier:
+        """Of the attributes of a mesh with so many vertices and faces; `keep` is what `keep_labels` says."""
+        labels = Labels.of(keep, source.face)
         vertex = Group.of(source.vertex, vertices, "vertex", source.label_names)
-        face = Group.of(source.face, faces, "face", source.label_names)
+        face = Group.of(source.face, faces, "face", source.label_names, labels)
         uv, kind = texture(source.uv, faces)
         given = Given(vertex.columns, face.columns, uv, kind, source.materials)
-        return cls(source, vertex, face, given)
+        return cls(source, vertex, face, given, labels)
 
     def carried(self, found: tuple[Any, ...], vertices: int, faces: int) -> Attributes:
         """The attributes of a result with so many vertices and faces."""

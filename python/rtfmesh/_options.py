@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+from collections.abc import Sequence
 from typing import Literal, TypedDict
 
 from numpy.typing import ArrayLike
@@ -75,7 +76,7 @@ class Options(TypedDict, total=False):
     keep_uv: bool | None
     """Keep texture seams; from glTF, OBJ and 3MF to GLB also materials and their images. No face crosses a
     seam then."""
-    keep_labels: bool | None
+    keep_labels: bool | str | Sequence[str] | None
     """Keep the borders between materials, groups and other labels of faces."""
     no_attributes: bool | None
     """Drop colours, normals, texture coordinates, labels and all other attributes."""

@@ -21,7 +21,7 @@ from ._objects import MeshLike, given_mesh, given_points, with_count
 from ._progress import Callback, Native, shown
 from ._result import Correspondence, Result
 from ._volume import Volume, grid_of, volume_of
-from ._words import is_word, take_features, take_sizing, word, words
+from ._words import is_word, label_names, take_features, take_sizing, word, words
 
 if TYPE_CHECKING:
     from typing_extensions import Unpack
@@ -205,7 +205,8 @@ class Remesher:
         function = "contour" if volume else "remesh" if points is None else "reconstruct"
         line = words(n, wanted, function)
         values = volume.native() if volume else None
-        carrier = Carrier.of(attributes, len(positions), len(triangles))
+        keep = label_names(wanted.get("keep_labels"))
+        carrier = Carrier.of(attributes, len(positions), len(triangles), False if volume else keep)
         with shown(told.progress) as callback:
             places = (told.correspondence, False)
             request = Request(
@@ -218,6 +219,10 @@ class Remesher:
         del found["input_file"], found["output_file"]
         for told_as in ("warnings", "notes"):
             found[told_as] = [in_python(text) for text in found[told_as]]
+        of_labels = carrier.labels.warning() if carrier.labels else None
+        if of_labels:
+            found["warnings"].append(of_labels)
+            found["warning_codes"].append("labels")
         return Result(
             new_vertices,
             new_faces,

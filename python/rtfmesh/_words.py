@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from . import _native
-from ._arrays import Vertices, as_array, indices, real_numbers
+from ._arrays import Vertices, as_array, indices, real_numbers, short
 from ._errors import InputError
 
 # The name under which `sizing` numbers travel.
@@ -94,6 +94,18 @@ def count(n: Any) -> int:
     return int(text)
 
 
+def label_names(keep: Any) -> bool | list[str]:
+    """What `keep_labels` says: none, all labels, or those of these arrays."""
+    if keep is None or isinstance(keep, (bool, np.bool_)):
+        return bool(keep)
+    if isinstance(keep, str):
+        return [keep]
+    if isinstance(keep, (list, tuple, set, frozenset)) and all(isinstance(name, str) for name in keep):
+        return list(keep)
+    text = "give True, or the name of an array of the faces, or several"
+    raise InputError(f"`keep_labels` is {short(keep)}; {text}")
+
+
 def words(n: Any, options: dict[str, Any], function: str = "remesh") -> list[str]:
     """The command line for a number of vertices and options, which the function of this name was given.
 
@@ -108,6 +120,8 @@ def words(n: Any, options: dict[str, Any], function: str = "remesh") -> list[str
             raise InputError(f"`report` is no argument, and writes no file: {text}")
         if name not in known:
             raise unknown_keyword(name, function, known)
+        if name == "keep_labels":
+            value = bool(label_names(value))
         if value is None:
             continue
         flag = f"--{name.replace('_', '-')}"

@@ -23,6 +23,7 @@ from ._progress import Callback
 from ._remesh import Remesher, Told, on_device, warned
 from ._result import Result
 from ._seams import Split, split_at_seams
+from ._words import label_names
 
 if TYPE_CHECKING:
     from typing_extensions import Unpack
@@ -68,6 +69,13 @@ def attributes_of(mesh: trimesh.Trimesh) -> Attributes:
     return Attributes(vertex, face, uv)
 
 
+def labels_of(keep: Any) -> bool | list[str]:
+    """What `keep_labels` says, in the names that visuals travel under."""
+    own = {"face_colors": COLOUR, "face_materials": MATERIALS}
+    names = label_names(keep)
+    return names if isinstance(names, bool) else [own.get(name, name) for name in names]
+
+
 def visual_of(mesh: trimesh.Trimesh, result: Result, split: Split) -> Any:
     """What the result looks like."""
     carried = result.attributes
@@ -98,8 +106,8 @@ def remesh(
     `face_attributes` and `metadata` come along, as `rtfmesh.Attributes` says. With `keep_uv=True` vertices on
     texture seams are there once for each side, beyond `n`. A scene gives one mesh of all that is in it.
     `attributes=False` leaves colours and attributes behind; the report is in `metadata["rtfmesh"]`.
-    `remesher` is a `rtfmesh.Remesher` to use; all other arguments and what is raised are as in
-    `rtfmesh.remesh`.
+    `keep_labels="face_colors"` keeps borders between colours of faces. `remesher` is a `rtfmesh.Remesher` to
+    use; all other arguments and what is raised are as in `rtfmesh.remesh`.
     """
     if isinstance(mesh, trimesh.Scene):
         metadata, mesh = mesh.metadata, mesh.to_mesh()
@@ -108,6 +116,7 @@ def remesh(
         raise InputError(f"`mesh` is a {type(mesh).__name__} and no trimesh.Trimesh")
     told = Told(correspondence=False, distances=distances, progress=progress)
     given, wanted = Attributes() if attributes is False else attributes_of(mesh), dict(options)
+    wanted["keep_labels"] = labels_of(wanted.get("keep_labels"))
 
     def run(remesher: Remesher) -> Result:
         return remesher._run(mesh.vertices, mesh.faces, n, given, told, wanted)

@@ -11,6 +11,7 @@ HEAD = '''\
 from __future__ import annotations
 
 import os
+from collections.abc import Sequence
 from typing import Literal, TypedDict
 
 from numpy.typing import ArrayLike
@@ -45,7 +46,9 @@ def lines():
     for name, value, choices, text in _native.options():
         if name == "vertices":
             continue
-        if value is None:
+        if name == "keep-labels":
+            kind = "bool | str | Sequence[str]"
+        elif value is None:
             kind = "bool"
         elif choices:
             kind = f"Literal[{', '.join(repr(choice) for choice in choices)}]".replace("'", '"')

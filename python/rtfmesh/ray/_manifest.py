@@ -124,6 +124,9 @@ def cells(row: dict[str, Any]) -> dict[str, Any]:
             continue
         if name != "n" and not known[name] and not isinstance(value, bool):
             word = str(value).lower()
+            if word not in TRUE + FALSE and name == "keep_labels":
+                options[name] = value
+                continue
             if word not in TRUE + FALSE:
                 raise InputError(f"`{name}` is {value!r}; it is true or false")
             value = word in TRUE

@@ -13,7 +13,7 @@ from typing import Any
 from .._errors import DeviceError, Error, InputError, MeshWarning, OutOfMemoryError
 from .._files import read, write
 from .._remesh import Remesher
-from .._words import words
+from .._words import label_names, words
 from ._manifest import cell_text, cells
 from ._records import Record, record_path
 
@@ -72,7 +72,10 @@ class Task:
         except OSError as error:
             raise InputError(f"{self.input}: {error.strerror}; check the path") from error
         options = dict(self.options)
+        labels = label_names(options.get("keep_labels"))
         line = sorted(words(options.pop("n", None), options))
+        # Which ones are no word of the command line.
+        line += [] if isinstance(labels, bool) else [f"keep_labels={name}" for name in labels]
         # Not in nanoseconds, which not all file systems keep.
         return {
             "path": str(self.input),
