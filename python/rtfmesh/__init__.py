@@ -17,7 +17,7 @@ from ._attributes import Attributes
 from ._drivers import add_cpu_driver
 from ._errors import Cancelled, DeviceError, Error, InputError, MeshWarning, OutOfMemoryError, OutputError
 from ._figures import devices, inspect, measure, render
-from ._files import Mesh, read, write
+from ._files import Mesh, read, sample, write
 from ._native import __version__
 from ._options import Options
 from ._progress import Progress
@@ -64,5 +64,6 @@ __all__ = [
     "reconstruct",
     "remesh",
     "render",
+    "sample",
     "write",
 ]

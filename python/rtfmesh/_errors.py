@@ -62,7 +62,7 @@ PHRASES = [
     ("please report it with the command and the input", "please report it with the call and the input"),
 ]
 # Options and fields that have another name in Python.
-ARGUMENTS = {"vertices": "n"}
+ARGUMENTS = {"vertices": "n", "no-fit": "fit=False", "no_fit": "fit"}
 # A flag, as in `--min-edge`, "'--weld <SHARE>'" or "--device-memory <MIB>".
 FLAG = re.compile(r"'?--([a-z][a-z-]*)(?: <[^>]*>)?'?")
 

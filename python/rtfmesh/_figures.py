@@ -181,3 +181,9 @@ def render(
         return pixels.reshape(height, width * len(found), 4)
     Path(path).write_bytes(pixels.tobytes())
     return None
+
+
+def png(mesh: MeshLike, size: tuple[int, int]) -> bytes:
+    """A picture of a mesh as `render` draws it, as the bytes of a PNG."""
+    drawing = Drawing("plain", None, False, True, size, 25.0, 15.0, 1.0, False, True)
+    return _native.render([arrays_of(mesh, "mesh")], drawing).tobytes()

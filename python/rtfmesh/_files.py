@@ -7,14 +7,14 @@ import warnings
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any
+from typing import Any, Protocol
 
 from numpy.typing import ArrayLike
 
 from . import _native
 from ._arrays import Faces, Vertices, mesh_arrays, short, truth
 from ._attributes import Attributes, Carrier, for_files, read_attributes
-from ._errors import InputError, MeshWarning
+from ._errors import Error, InputError, MeshWarning
 from ._objects import MeshLike, given_mesh
 
 
@@ -35,6 +35,12 @@ class Mesh:
         """Vertices and faces: `vertices, faces = mesh`."""
         return iter((self.vertices, self.faces))
 
+    def _repr_html_(self) -> str:
+        """A picture and the counts, for notebooks."""
+        from ._notebook import html
+
+        return html(self, {"vertices": len(self.vertices), "faces": len(self.faces)})
+
     def __repr__(self) -> str:
         return f"<rtfmesh.Mesh: {len(self.vertices)} vertices, {len(self.faces)} faces>"
 
@@ -53,8 +59,18 @@ def checked(format: Any) -> str | None:
     return format
 
 
+class SupportsRead(Protocol):
+    """An open file, or something like one."""
+
+    def read(self) -> str | bytes: ...
+
+
 def read(
-    path: str | os.PathLike[str], *, format: str | None = None, materials: bool = False, points: bool = False
+    path: str | os.PathLike[str] | SupportsRead,
+    *,
+    format: str | None = None,
+    materials: bool = False,
+    points: bool = False,
 ) -> Mesh:
     """Reads OBJ, PLY, STL, OFF, glTF, MEDIT .mesh, 3MF or VTK's .vtp, .vtu and .vtk, plain or gzipped.
 
@@ -63,10 +79,34 @@ def read(
     files may have points without faces, as PCD (.pcd), LAS (.las, .laz), E57 (.e57) and lines of numbers
     (.xyz, .txt, .csv, .asc, .pts) do: `faces` is empty then, and `attributes.vertex` may have a "normal".
 
+    `path` may also be an open file or a `BytesIO`; other files that its content refers to are not found then.
+
     Raises `InputError` with the place in the file.
     """
-    wanted = truth(materials, "materials"), truth(points, "points")
-    arrays, attributes, notes = _native.read(path_of(path), checked(format), *wanted)
+    wanted = checked(format), truth(materials, "materials"), truth(points, "points")
+    if not isinstance(path, (str, os.PathLike)) and hasattr(path, "read"):
+        return _read_object(path, wanted)
+    arrays, attributes, notes = _native.read(path_of(path), *wanted)
+    return Mesh(*arrays, read_attributes(attributes), notes)
+
+
+def _read_object(file: SupportsRead, wanted: tuple[str | None, bool, bool]) -> Mesh:
+    """Reads what an open file has, by way of one on disk."""
+    # Takes a while to import.
+    from tempfile import TemporaryDirectory
+
+    content = file.read()
+    data = content.encode() if isinstance(content, str) else bytes(content)
+    name = getattr(file, "name", "")
+    # Of a file without a name, the content or `format` says what it is.
+    name = Path(name).name if isinstance(name, str) and Path(name).name else f"file.{wanted[0] or 'ply'}"
+    with TemporaryDirectory() as folder:
+        path = Path(folder) / name
+        path.write_bytes(data)
+        try:
+            arrays, attributes, notes = _native.read(path, *wanted)
+        except Error as error:
+            raise type(error)(str(error).replace(f"{folder}{os.sep}", "")) from None
     return Mesh(*arrays, read_attributes(attributes), notes)
 
 
@@ -93,3 +133,10 @@ def write(
     given = Carrier.of(for_files(shape.attributes), len(mesh[0]), len(mesh[1])).given
     for note in _native.write(path, mesh, given, format):
         warnings.warn(f"{os.fspath(path)}: {note}", MeshWarning, stacklevel=2)
+
+
+def sample(name: str) -> Mesh:
+    """A built-in model, such as "genus3" or "torus"; an `InputError` for another name lists them."""
+    if not isinstance(name, str):
+        raise InputError(f"`name` is {short(name)}; give a word such as 'genus3'")
+    return Mesh(*_native.sample(name), Attributes())

@@ -64,6 +64,9 @@ def read(
 ) -> tuple[Mesh, tuple[Any, ...], list[str]]:
     """Mesh, attributes, and what was left out of the file or changed."""
 
+def sample(name: str) -> Mesh:
+    """A built-in model."""
+
 def write(path: Path, given: Mesh, attributes: Given, format: str | None) -> list[str]:
     """Writes, and returns what the format cannot hold."""
 

@@ -19,9 +19,9 @@ class Options(TypedDict, total=False):
     `min_component`."""
     quality: Literal["draft", "normal", "best"] | None
     """Speed or quality [default: normal]."""
-    no_fit: bool | None
-    """Keep vertices exactly on the input surface. By default they leave it slightly, so that the triangles
-    fit the surface better."""
+    fit: bool | None
+    """With False: keep vertices exactly on the input surface. By default they leave it slightly, so that
+    the triangles fit the surface better."""
     min_angle: float | None
     """Mend triangles with a smaller angle by local edits [default: 30]. 0 to 40; 0 mends none. Obtuse
     triangles on sharp edges and boundaries are mended with them. The number of vertices stays. Angles of

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import inspect
 import json
 import os
 import threading
@@ -18,6 +19,7 @@ from ._arrays import Vertices, mesh_arrays, real_numbers, short, truth
 from ._attributes import Attributes, Carrier, Given, read_attributes
 from ._errors import DeviceError, InputError, MeshWarning, in_python
 from ._objects import MeshLike, given_mesh, given_points, with_count
+from ._options import Options
 from ._progress import Callback, Native, shown
 from ._result import Correspondence, Result
 from ._volume import Volume, grid_of, volume_of
@@ -25,8 +27,6 @@ from ._words import is_word, label_names, take_features, take_sizing, word, word
 
 if TYPE_CHECKING:
     from typing_extensions import Unpack
-
-    from ._options import Options
 
 
 # What is known of points without faces: normals, whether to close all holes, the size of holes to close, and
@@ -544,3 +544,20 @@ def contour(
             device, device_memory, told.distances, lambda remesher: remesher._contour(volume, n, told, wanted)
         )
     )
+
+
+def _with_options(function: Callable[..., Any]) -> None:
+    """Puts all options into the signature, for `help` and the completion of notebooks."""
+    signature = inspect.signature(function)
+    own = [one for one in signature.parameters.values() if one.kind is not one.VAR_KEYWORD]
+    names = {one.name for one in own}
+    options = [
+        inspect.Parameter(name, inspect.Parameter.KEYWORD_ONLY, default=None, annotation=kind)
+        for name, kind in Options.__annotations__.items()
+        if name not in names
+    ]
+    function.__signature__ = signature.replace(parameters=[*own, *options])  # type: ignore[attr-defined]
+
+
+for _function in (remesh, reconstruct, contour, Remesher.remesh, Remesher.reconstruct, Remesher.contour):
+    _with_options(_function)

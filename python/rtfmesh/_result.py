@@ -63,6 +63,23 @@ class Result:
         """Vertices and faces: `vertices, faces = result`."""
         return iter((self.vertices, self.faces))
 
+    def _repr_html_(self) -> str:
+        """A picture and the most important figures, for notebooks."""
+        from ._notebook import html
+
+        output = self.report["output"]
+        quality, distances = output["quality"], output["distances"]
+        figures = {
+            "vertices": len(self.vertices),
+            "faces": len(self.faces),
+            "mean quality": f"{quality['q_avg']:.3f}",
+            "smallest angle": f"{quality['theta_min']:.1f}°",
+        }
+        if distances:
+            figures["RMS distance"] = f"{distances['rms']:.4f} % of the diagonal"
+        figures.update({f"warning {k + 1}": text for k, text in enumerate(self.report["warnings"])})
+        return html(self, figures)
+
     def __repr__(self) -> str:
         quality = self.report["output"]["quality"]
         shape = f"rtfmesh.Result: {len(self.vertices)} vertices, {len(self.faces)} faces"

@@ -21,11 +21,16 @@ from ._errors import InputError
 SIZING = "sizing"
 
 
+# Options that are True unless the command line has a flag against them.
+NEGATED = {"fit": "no_fit"}
+
+
 @cache
 def flags() -> dict[str, bool]:
     """The options of the command line under Python's names, and whether each has a value."""
-    options = _native.options()
-    return {name.replace("-", "_"): value is not None for name, value, *_ in options if name != "vertices"}
+    options = [(name.replace("-", "_"), value) for name, value, *_ in _native.options()]
+    ours = {theirs: name for name, theirs in NEGATED.items()}
+    return {ours.get(name, name): value is not None for name, value in options if name != "vertices"}
 
 
 def word(name: str, value: Any) -> str:
@@ -59,6 +64,7 @@ ELSEWHERE = {
     "n_points": "n",
     "n_vertices": "n",
     "nclus": "n",
+    "no_fit": "fit",
     "num_points": "n",
     "num_vertices": "n",
     "number_of_vertices": "n",
@@ -128,7 +134,8 @@ def words(n: Any, options: dict[str, Any], function: str = "remesh") -> list[str
         if known[name]:
             found.append(f"{flag}={word(name, value)}")
         elif isinstance(value, (bool, np.bool_)):
-            found += [flag] if value else []
+            is_given = not value if name in NEGATED else value
+            found += [f"--{NEGATED.get(name, name).replace('_', '-')}"] if is_given else []
         else:
             raise InputError(f"`{name}` is {value!r}; it is True or False")
     return found

@@ -53,3 +53,10 @@ pub fn write(
         Ok(rounded.into_iter().chain(io::lost_attributes_note(&attributes, encoding.format)).collect())
     })
 }
+
+/// A built-in model.
+#[pyfunction]
+pub fn sample<'py>(py: Python<'py>, name: &str) -> PyResult<NewArrays<'py>> {
+    let mesh = rtfmesh::mesh::samples::sample(name).map_err(|error| exception(py, &error))?;
+    arrays(py, mesh)
+}

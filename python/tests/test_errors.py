@@ -46,7 +46,7 @@ NAN = np.array([[0, 0, 0], [1, 0, 0], [0, np.nan, 0]])
         ({"weld": "x"}, "`weld`"),
         ({"weld": True}, "`weld` is True; it takes a number or a word"),
         ({"weld": [1]}, "`weld` is of type list"),
-        ({"no_fit": 1}, "`no_fit` is 1; it is True or False"),
+        ({"fit": 1}, "`fit` is 1; it is True or False"),
         ({"quality": "bset"}, "`quality`"),
         ({"feature_angle": float("nan")}, "`feature_angle`"),
         ({"gradation": 2}, "`gradation` needs `sizing` curvature"),

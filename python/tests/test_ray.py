@@ -116,17 +116,17 @@ def mixed(small, tmp_path_factory):
     (place / "broken.ply").write_text("ply\nformat ascii 1.0\nelement vertex 3\n")
     rows = [
         {"id": "a", "path": "a.ply"},
-        {"id": "deep/down/b", "path": place / "b.ply", "n": "0.15k", "no_fit": "true"},
+        {"id": "deep/down/b", "path": place / "b.ply", "n": "0.15k", "fit": "false"},
         {"id": "c", "path": "c.ply", "seed": 5},
         {"id": "broken", "path": "broken.ply"},
         {"id": "missing", "path": "missing.ply"},
         {"id": "range", "path": "a.ply", "feature_angle": 900},
-        {"id": "word", "path": "a.ply", "no_fit": "perhaps"},
+        {"id": "word", "path": "a.ply", "fit": "perhaps"},
         {"id": "../out", "path": "a.ply"},
         {"id": "", "path": "a.ply"},
         {"id": "nowhere", "path": ""},
     ]
-    names = ["id", "path", "n", "no_fit", "seed", "feature_angle"]
+    names = ["id", "path", "n", "fit", "seed", "feature_angle"]
     rows = [{name: row.get(name, "") for name in names} for row in rows]
     manifest = listed(place / "meshes.csv", rows)
     return manifest, place / "out", remesh_manifest(manifest, place / "out", n=120, batch_size=3)
@@ -140,7 +140,7 @@ def test_errors_are_rows(mixed):
         "broken": "broken.ply",
         "missing": "missing.ply: No such file",
         "range": "`feature_angle` 900 is out of range",
-        "word": "`no_fit` is 'perhaps'; it is true or false",
+        "word": "`fit` is 'perhaps'; it is true or false",
         "../out": "'../out' is no name for an output",
         "": "'' is no name for an output",
         "nowhere": "has no path",
@@ -181,7 +181,7 @@ def test_parquet_has_types(small, tmp_path):
     from pyarrow import parquet
 
     rtfmesh.write(tmp_path / "a.ply", small.vertices, small.faces)
-    columns = {"id": [1, 2], "path": ["a.ply"] * 2, "n": [100.0, None], "no_fit": [None, True]}
+    columns = {"id": [1, 2], "path": ["a.ply"] * 2, "n": [100.0, None], "fit": [None, False]}
     parquet.write_table(pa.table(columns), tmp_path / "meshes.parquet")
     summary = remesh_manifest(
         tmp_path / "meshes.parquet", tmp_path / "out", n="200", suffix=".off", workers=1

@@ -156,7 +156,7 @@ def test_lists_that_cannot_be_used_are_errors(text, says, tmp_path):
         ({"batch_size": 0}, rtfmesh.InputError, "`batch_size`"),
         ({"suffix": ".xyz"}, rtfmesh.OutputError, "xyz"),
         ({"qualty": "best"}, TypeError, "did you mean 'quality'"),
-        ({"no_fit": 3}, rtfmesh.InputError, "`no_fit`"),
+        ({"fit": 3}, rtfmesh.InputError, "`fit`"),
         ({"sizing": [1.0, 2.0]}, rtfmesh.InputError, "`sizing`"),
         ({"quality": "hi"}, rtfmesh.InputError, "`quality`"),
         ({"n": 3}, rtfmesh.InputError, "`n`"),

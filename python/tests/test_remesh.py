@@ -96,7 +96,7 @@ def test_the_program_gives_the_same_bytes(folder, sphere, tmp_path):
         seed=7,
         sizing="curvature",
         max_edge="20%",
-        no_fit=True,
+        fit=False,
     )
     rtfmesh.write(ours, result.vertices, result.faces)
     assert ours.read_bytes() == out.read_bytes()
@@ -110,7 +110,7 @@ def test_the_program_gives_the_same_bytes(folder, sphere, tmp_path):
 
 
 def test_vertices_correspond_to_points_of_the_input(torus, remesher):
-    result = remesher.remesh(torus.vertices, torus.faces, 1000, no_fit=True)
+    result = remesher.remesh(torus.vertices, torus.faces, 1000, fit=False)
     found = result.correspondence
     assert found.triangles.shape == (1000,) and found.barycentrics.shape == (1000, 3)
     assert (found.barycentrics >= 0).all() and np.allclose(found.barycentrics.sum(axis=1), 1)

@@ -19,6 +19,8 @@ def option(text: str) -> tuple[str, Any]:
     """NAME=VALUE; true and false are for options that have no other values."""
     name, _, value = text.partition("=")
     name = name.replace("-", "_")
+    if name == "no_fit" and not value:
+        return "fit", False
     truth = {"": True, "true": True, "false": False}
     return name, truth.get(value.lower(), value) if flags().get(name) is False else value
 
