@@ -19,7 +19,7 @@ from ._errors import Cancelled, DeviceError, Error, InputError, MeshWarning, Out
 from ._figures import devices, inspect, measure, render
 from ._files import Mesh, read, sample, write
 from ._native import __version__
-from ._options import Options
+from ._options import Options, Research
 from ._progress import Progress
 from ._remesh import Remesher, contour, reconstruct, remesh
 from ._result import Correspondence, Result
@@ -54,6 +54,7 @@ __all__ = [
     "OutputError",
     "Progress",
     "Remesher",
+    "Research",
     "Result",
     "__version__",
     "contour",

@@ -9,6 +9,46 @@ from typing import Literal, TypedDict
 from numpy.typing import ArrayLike
 
 
+class Research(TypedDict, total=False):
+    """Settings of methods that are there for comparison, and of the paper's."""
+
+    preset: Literal["default", "rtf", "rpf", "rvc", "rvd", "cvd", "mps"] | None
+    """Method, with its settings: rtf is the paper's; rpf, rvc, rvd, cvd and mps are those the paper
+    compares with. The options below change a setting each."""
+    face: Literal["tangent", "power", "exact"] | None
+    """Kind of cell, in all presets but default [preset rtf, rvc: tangent; rpf: power; rvd, cvd, mps:
+    exact]."""
+    seeding: Literal["random", "stratified", "poisson"] | None
+    """First positions of the vertices, in all presets but default [presets: random; mps: poisson]."""
+    normals: Literal["fit", "surface", "cloud"] | None
+    """Normals of the planes of tangent and power cells [preset rtf, rpf: fit; rvc: cloud]."""
+    projection: Literal["nearest-vertices", "walk", "exact", "plane"] | None
+    """Projection of vertices back onto the surface, with tangent and power cells [preset rtf, rpf:
+    nearest-vertices; rvc: plane]."""
+    neighbours: Literal["brute", "lists"] | None
+    """Search for the nearest vertices, with tangent and power cells; the result is the same [preset rtf:
+    brute]."""
+    centroid: Literal["corners", "weighted-corners", "area"] | None
+    """Point of its cell that a vertex moves to, with tangent and power cells [preset rtf:
+    weighted-corners]."""
+    k_normal: int | None
+    """Number of nearest vertices, itself included, whose plane gives a vertex its normal, with `normals`
+    fit: 3 to 49 [preset rtf: 16]."""
+    k_clip: int | None
+    """Number of nearest vertices that clip a tangent or power cell: 3 to 48 [preset rtf: 32]."""
+    k_project: int | None
+    """Number of nearest input vertices: those whose triangles are projected onto with `projection`
+    nearest-vertices, or those that the plane fits with `normals` cloud: 1 to 48 [presets: 16]."""
+    offset: float | None
+    """Distance of the shadow sites of power cells from their sites, in edge lengths [preset rpf: 0.5]."""
+    momentum: float | None
+    """Momentum of exact cells: largest share of the previous motion added to a step [preset rvd: 0; cvd:
+    0.9]."""
+    lbfgs: int | None
+    """Memory of L-BFGS in steps, such as 7, with exact cells and no momentum; 0 is Lloyd's iteration
+    [presets: 0]."""
+
+
 class Options(TypedDict, total=False):
     """All options of `remesh`, of which none must be given; None is as if it were not."""
 
@@ -82,41 +122,8 @@ class Options(TypedDict, total=False):
     """Drop colours, normals, texture coordinates, labels and all other attributes."""
     time_limit: float | None
     """Finish within about this time, with the best mesh there is by then [default: none]."""
-    preset: Literal["default", "rtf", "rpf", "rvc", "rvd", "cvd", "mps"] | None
-    """Method, with its settings: rtf is the paper's; rpf, rvc, rvd, cvd and mps are those the paper
-    compares with. The options below change a setting each."""
-    face: Literal["tangent", "power", "exact"] | None
-    """Kind of cell, in all presets but default [preset rtf, rvc: tangent; rpf: power; rvd, cvd, mps:
-    exact]."""
-    seeding: Literal["random", "stratified", "poisson"] | None
-    """First positions of the vertices, in all presets but default [presets: random; mps: poisson]."""
-    normals: Literal["fit", "surface", "cloud"] | None
-    """Normals of the planes of tangent and power cells [preset rtf, rpf: fit; rvc: cloud]."""
-    projection: Literal["nearest-vertices", "walk", "exact", "plane"] | None
-    """Projection of vertices back onto the surface, with tangent and power cells [preset rtf, rpf:
-    nearest-vertices; rvc: plane]."""
-    neighbours: Literal["brute", "lists"] | None
-    """Search for the nearest vertices, with tangent and power cells; the result is the same [preset rtf:
-    brute]."""
-    centroid: Literal["corners", "weighted-corners", "area"] | None
-    """Point of its cell that a vertex moves to, with tangent and power cells [preset rtf:
-    weighted-corners]."""
-    k_normal: int | None
-    """Number of nearest vertices, itself included, whose plane gives a vertex its normal, with `normals`
-    fit: 3 to 49 [preset rtf: 16]."""
-    k_clip: int | None
-    """Number of nearest vertices that clip a tangent or power cell: 3 to 48 [preset rtf: 32]."""
-    k_project: int | None
-    """Number of nearest input vertices: those whose triangles are projected onto with `projection`
-    nearest-vertices, or those that the plane fits with `normals` cloud: 1 to 48 [presets: 16]."""
-    offset: float | None
-    """Distance of the shadow sites of power cells from their sites, in edge lengths [preset rpf: 0.5]."""
-    momentum: float | None
-    """Momentum of exact cells: largest share of the previous motion added to a step [preset rvd: 0; cvd:
-    0.9]."""
-    lbfgs: int | None
-    """Memory of L-BFGS in steps, such as 7, with exact cells and no momentum; 0 is Lloyd's iteration
-    [presets: 0]."""
     accuracy: float | None
     """How closely a full report bounds the Hausdorff distances: gap between the ends, relative to the upper
     end [default: 0.01]. 1e-6 to 0.5. Gaps below 5e-7 of the diagonal are small enough in any case."""
+    research: Research | None
+    """Settings of methods that are there for comparison, such as {"preset": "rtf"}."""

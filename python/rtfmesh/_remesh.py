@@ -113,7 +113,7 @@ class Remesher:
         given = given_mesh(vertices, faces, attributes)
         return warned(self._run(given.vertices, given.faces, n, given.attributes, told, dict(options)))
 
-    def reconstruct(  # type: ignore[misc] # see below
+    def reconstruct(
         self,
         points: ArrayLike | MeshLike,
         n: int | str | None = None,
@@ -388,8 +388,7 @@ def remesh(
     )
 
 
-# Presets that are for research have an option `normals`, which is none of this function.
-def reconstruct(  # type: ignore[misc]
+def reconstruct(
     points: ArrayLike | MeshLike,
     n: int | str | None = None,
     *,
@@ -437,7 +436,7 @@ def reconstruct(  # type: ignore[misc]
     progress, device, device_memory
         As in `remesh`.
     **options
-        As in `remesh`, but for `normals` of the presets. There are no sharp edges unless `feature_angle` is
+        As in `remesh`. There are no sharp edges unless `feature_angle` is
         given. `sizing` may be an array of shape (P,).
 
     Returns

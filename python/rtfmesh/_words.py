@@ -6,7 +6,7 @@ import difflib
 import operator
 import os
 import re
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator, Mapping
 from functools import cache
 from typing import Any, TypeGuard
 
@@ -23,6 +23,13 @@ SIZING = "sizing"
 
 # Options that are True unless the command line has a flag against them.
 NEGATED = {"fit": "no_fit"}
+
+
+# Settings of methods that are there for comparison; one argument holds them all.
+RESEARCH = (
+    *("preset", "face", "seeding", "normals", "projection", "neighbours", "centroid"),
+    *("k_normal", "k_clip", "k_project", "offset", "momentum", "lbfgs"),
+)
 
 
 @cache
@@ -112,6 +119,33 @@ def label_names(keep: Any) -> bool | list[str]:
     raise InputError(f"`keep_labels` is {short(keep)}; {text}")
 
 
+def expanded(options: Mapping[str, Any], function: str) -> Iterator[tuple[str, Any]]:
+    """The options with those in `research` beside the others.
+
+    Raises `TypeError` for one of those that is given by itself, `InputError` for what is none of them.
+    """
+    for name, value in options.items():
+        if name in RESEARCH:
+            meant = f"did you mean research={{'{name}': {value!r}}}?"
+            raise TypeError(f"{function}() got an unexpected keyword argument '{name}'; {meant}")
+        if name != "research" or value is None:
+            yield name, value
+            continue
+        if not isinstance(value, Mapping):
+            raise InputError(f"`research` is {short(value)}; give a dict such as {{'preset': 'rtf'}}")
+        for inner in value:
+            if inner not in RESEARCH:
+                raise InputError(f"`research` has {inner!r}; its keys are {', '.join(RESEARCH)}")
+        yield from value.items()
+
+
+def with_research(options: Mapping[str, Any]) -> dict[str, Any]:
+    """Options of a list or a command line, where settings for research are beside the others."""
+    research = {name: value for name, value in options.items() if name in RESEARCH}
+    others = {name: value for name, value in options.items() if name not in RESEARCH}
+    return {**others, "research": research} if research else others
+
+
 def words(n: Any, options: dict[str, Any], function: str = "remesh") -> list[str]:
     """The command line for a number of vertices and options, which the function of this name was given.
 
@@ -120,12 +154,14 @@ def words(n: Any, options: dict[str, Any], function: str = "remesh") -> list[str
     """
     found = [] if n is None else [f"--vertices={count_word(n)}"]
     known = flags()
-    for name, value in options.items():
+    for name, value in expanded(options, function):
         if name == "report":
             text = "result.report always has the report; distances=True adds distances to it"
             raise InputError(f"`report` is no argument, and writes no file: {text}")
+        if name == "research":
+            continue
         if name not in known:
-            raise unknown_keyword(name, function, known)
+            raise unknown_keyword(name, function, (known.keys() - set(RESEARCH)) | {"research"})
         if name == "keep_labels":
             value = bool(label_names(value))
         if value is None:

@@ -50,8 +50,10 @@ NAN = np.array([[0, 0, 0], [1, 0, 0], [0, np.nan, 0]])
         ({"quality": "bset"}, "`quality`"),
         ({"feature_angle": float("nan")}, "`feature_angle`"),
         ({"gradation": 2}, "`gradation` needs `sizing` curvature"),
-        ({"k_clip": 99, "preset": "rtf"}, "`k_clip` 99 is out of range; use 3 to 48"),
-        ({"k_clip": 9}, "`k_clip` works only with"),
+        ({"research": {"k_clip": 99, "preset": "rtf"}}, "`k_clip` 99 is out of range; use 3 to 48"),
+        ({"research": {"k_clip": 9}}, "`k_clip` works only with"),
+        ({"research": {"kclip": 9}}, "`research` has 'kclip'; its keys are preset, face"),
+        ({"research": "rtf"}, "`research` is 'rtf'; give a dict such as {'preset': 'rtf'}"),
         ({"seed": -1}, "`seed`"),
         ({"sizing": [1.0]}, "`sizing` has shape (1,); give one of shape (3,)"),
         ({"sizing": "property:none"}, "none"),
@@ -77,6 +79,8 @@ def test_wrong_arguments_are_named(wrong, says):
 
 
 def test_options_that_there_are_not_are_type_errors():
+    with pytest.raises(TypeError, match=r"'k_clip'; did you mean research=\{'k_clip': 9\}"):
+        rtfmesh.remesh(**GOOD, k_clip=9)
     with pytest.raises(TypeError, match="'qualty'; did you mean 'quality'"):
         rtfmesh.remesh(**GOOD, qualty="best")
 

@@ -163,7 +163,7 @@ def test_lists_that_cannot_be_used_are_errors(text, says, tmp_path):
         ({"n": "many"}, rtfmesh.InputError, "`n`"),
         ({"n": 100, "ratio": 0.5}, rtfmesh.InputError, "`ratio`"),
         ({"weld": 2}, rtfmesh.InputError, "`weld` 2 is out of range"),
-        ({"k_clip": 9}, rtfmesh.InputError, "`k_clip` works only with"),
+        ({"research": {"k_clip": 9}}, rtfmesh.InputError, "`k_clip` works only with"),
         ({"accuracy": 3}, rtfmesh.InputError, "`accuracy`"),
         ({"out": os.devnull}, rtfmesh.OutputError, "folder"),
     ],

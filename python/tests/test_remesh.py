@@ -162,8 +162,19 @@ def test_one_remesher_takes_many_meshes(torus, sphere, remesher):
     assert remesher.device["name"] in repr(remesher)
 
 
+def test_settings_for_research_are_one_argument(torus, remesher):
+    result = remesher.remesh(torus, 1000, research={"preset": "rtf", "k_clip": 24, "normals": "fit"})
+    assert result.report["options"]["method"] == "all-at-once"
+    normals = np.tile([0.0, 0.0, 1.0], (len(torus.vertices), 1))
+    # The same name, for another thing.
+    with pytest.raises(rtfmesh.InputError, match=r"`normals` has shape"):
+        remesher.reconstruct(torus.vertices, 300, normals=normals[:5], research={"normals": "fit"})
+
+
 def test_the_list_of_options_is_the_command_lines():
-    assert set(rtfmesh.Options.__annotations__) == set(_words.flags())
+    research = set(_words.RESEARCH)
+    assert set(rtfmesh.Research.__annotations__) == research
+    assert set(rtfmesh.Options.__annotations__) == (set(_words.flags()) - research) | {"research"}
     assert {"keep_uv", "k_clip", "vertices_at_least", "time_limit", "min_edge"} < set(_words.flags())
 
 

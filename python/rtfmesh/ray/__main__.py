@@ -7,7 +7,7 @@ import sys
 from typing import Any
 
 from .._errors import Error
-from .._words import flags
+from .._words import flags, with_research
 from ._pipeline import remesh_manifest
 
 EXAMPLES = """examples:
@@ -57,7 +57,7 @@ def parsed(args: list[str] | None) -> argparse.Namespace:
 def main(args: list[str] | None = None) -> int:
     """Returns the exit code: 0, 1 if meshes failed, 2 if nothing could begin, 130 after Ctrl-C."""
     given = vars(parsed(args))
-    options: dict[str, Any] = dict(given.pop("option"))
+    options: dict[str, Any] = with_research(dict(given.pop("option")))
     progress = not given.pop("quiet")
     manifest, out = given.pop("manifest"), given.pop("out")
     try:

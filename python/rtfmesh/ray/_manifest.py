@@ -17,7 +17,7 @@ from pandas.util import hash_array
 from pyarrow import csv, parquet
 
 from .._errors import InputError
-from .._words import flags
+from .._words import flags, with_research
 
 TRUE, FALSE = ("true", "yes", "1"), ("false", "no", "0")
 # Rows that are in memory at a time.
@@ -131,4 +131,4 @@ def cells(row: dict[str, Any]) -> dict[str, Any]:
                 raise InputError(f"`{name}` is {value!r}; it is true or false")
             value = word in TRUE
         options[name] = value
-    return options
+    return with_research(options)

@@ -60,7 +60,10 @@ class Task:
         # A row that says how large its result is to be does so alone.
         left_out = SIZES if own.keys() & SIZES else frozenset[str]()
         common = {option: value for option, value in job.options.items() if option not in left_out}
-        return cls(job.root / path, job.out / f"{name}{job.suffix}", {**common, **own})
+        both = {**common, **own}
+        if "research" in common and "research" in own:
+            both["research"] = {**common["research"], **own["research"]}
+        return cls(job.root / path, job.out / f"{name}{job.suffix}", both)
 
     def source(self) -> dict[str, Any]:
         """What the output depends on, as a record has it.
