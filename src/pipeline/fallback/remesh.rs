@@ -70,9 +70,9 @@ impl<'a> ComponentTarget<'a> {
 /// Longest target lengths, in spacings, of the tries: where more corners are kept, the rest has fewer
 /// vertices.
 const TRIES: [f64; 4] = [1.06, 1.06, 1.25, 1.25];
-/// From so many vertices on, the first try is guarded, too: on large surfaces others mostly fail, and looking
-/// for intersections takes little of the time.
-const GUARDED: usize = 1000;
+/// With a handle or tunnel for so many vertices or fewer, the first try is guarded, too: between so many
+/// sheets others mostly fail.
+const VERTICES_PER_HANDLE: usize = 50;
 /// At most so many times the polish begins anew, with vertices fixed where faces came to intersect,
 const POLISHES: u32 = 4;
 /// and so many rings around.
@@ -151,7 +151,9 @@ fn remeshed_locally(
     let mut start = LocalSurface::new(surface, &features, (lengths, target.vertices), progress)?;
     let most = intersecting_in_units(surface, target.frame, progress)?.len();
     let mut best: Option<(f64, LocalMesh)> = None;
-    let (mut guarded, mut refused) = (target.vertices >= GUARDED, None);
+    let handles = before.euler.unsigned_abs() as usize / 2;
+    let has_many_handles = before.euler < 0 && target.vertices <= VERTICES_PER_HANDLE * handles;
+    let (mut guarded, mut refused) = (has_many_handles, None);
     for longest in TRIES {
         // That would be the same once more.
         if refused == Some((longest, guarded)) {

@@ -301,6 +301,7 @@ mod tests {
     use super::*;
     use crate::sites::place::Place;
     use glam::DVec3;
+    use std::sync::OnceLock;
 
     #[test]
     fn corners_that_are_missing_or_there_twice_are_counted() {
@@ -312,7 +313,7 @@ mod tests {
         let by_triangle = sites_by_triangle(triangles.len(), &sectors);
         let sites =
             CellSites { positions: &vertices, places: &places, near: &[], spacing: 1.0, lengths: &[] };
-        let scene = Scene { surface: &surface, sites: &sites, sectors, by_triangle };
+        let scene = Scene { surface: &surface, sites: &sites, sectors, by_triangle, tree: OnceLock::new() };
         // As if the triangles were the corners of three cells each.
         let cell = |site: u32| {
             let mut cell = Cell::default();

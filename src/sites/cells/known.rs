@@ -38,17 +38,17 @@ impl KnownCells {
                 && slots().map(|slot| near[slot]).filter(|j| *j != NONE).all(|j| stays[j as usize])
         };
         let is_same: Vec<bool> = (0..n).map(|i| stays[i] && has_same_neighbours(i)).collect();
-        let keep = |(cell, i): (Cell, u32)| (is_same[i as usize] && !cell.needs_all_sites).then_some(cell);
+        let keep = |(cell, i): (Cell, u32)| (is_same[i as usize] && !cell.needs_more_sites).then_some(cell);
         Some(cells.into_iter().zip(site).map(keep).collect())
     }
 
     /// Keeps the cells of some sites; `unrepaired` are those that others have replaced since.
-    pub(super) fn keep(&mut self, scene: Scene, mut cells: Vec<Cell>, unrepaired: BTreeMap<usize, Cell>) {
+    pub(super) fn keep(&mut self, scene: &Scene, mut cells: Vec<Cell>, unrepaired: BTreeMap<usize, Cell>) {
         unrepaired.into_iter().for_each(|(s, cell)| cells[s] = cell);
         let CellSites { positions, places, near, .. } = scene.sites;
         *self = Self {
             cells,
-            site: scene.sectors.site,
+            site: scene.sectors.site.clone(),
             positions: positions.to_vec(),
             places: places.to_vec(),
             near: near.to_vec(),

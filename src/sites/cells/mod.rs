@@ -34,6 +34,7 @@ use rayon::prelude::*;
 use sectors::{Sectors, sites_by_triangle};
 use serde::Serialize;
 use std::collections::BTreeMap;
+use std::sync::OnceLock;
 pub use surface::{CellSites, CellSurface};
 pub use tangent::tangent_cells;
 use walk::{Cell, Scene, Uncut, Walk};
@@ -105,7 +106,7 @@ pub fn cells_after_moves(
 ) -> Result<ConnectedCells> {
     let sectors = Sectors::new(surface, sites.places);
     let by_triangle = sites_by_triangle(surface.triangles.len(), &sectors);
-    let scene = Scene { surface, sites, sectors, by_triangle };
+    let scene = Scene { surface, sites, sectors, by_triangle, tree: OnceLock::new() };
     let compute = |walk: &mut Walk, s: usize| match progress.is_cancelled() {
         true => Cell::default(),
         false => walk.cell(&scene, s, &[]),
@@ -138,7 +139,7 @@ pub fn cells_after_moves(
     let is_whole = all_are_shared && broken.is_empty();
     let is_closed = is_whole && scene.sectors.are_sites && !surface.has_boundary;
     if !broken.is_empty() {
-        known.keep(scene, cells, unrepaired);
+        known.keep(&scene, cells, unrepaired);
     }
     Ok(ConnectedCells { fans, certificate, broken, encroached, is_closed })
 }

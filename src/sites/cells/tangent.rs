@@ -7,6 +7,7 @@ use super::surface::{CellSites, CellSurface};
 use super::walk::{Cell, Scene, Walk};
 use crate::{ProgressToken, Result};
 use rayon::prelude::*;
+use std::sync::OnceLock;
 
 /// Fewer cells are done by one thread.
 const FEW: usize = 64;
@@ -35,7 +36,7 @@ pub fn tangent_cells(
         return Ok(None);
     }
     let by_triangle = sites_by_triangle(surface.triangles.len(), &sectors);
-    let scene = Scene { surface, sites, sectors, by_triangle };
+    let scene = Scene { surface, sites, sectors, by_triangle, tree: OnceLock::new() };
     let count = scene.sectors.len();
     let mut cells: Vec<Cell> = (0..count)
         .into_par_iter()

@@ -4,9 +4,11 @@ use super::clip::{Clipped, Label};
 use super::sectors::Sectors;
 use super::surface::{CellSites, CellSurface};
 use crate::mesh::csr::Csr;
+use crate::mesh::kd_tree::KdTree;
 use crate::mesh::triangle::closest_on_triangle;
 use glam::DVec3;
 use smallvec::SmallVec;
+use std::sync::OnceLock;
 
 /// A site's weight is below this fraction of the squared spacing. The weights make the triangulation of
 /// co-circular sites unique, so that all their cells agree on it.
@@ -28,6 +30,8 @@ pub(crate) struct Scene<'a> {
     pub sites: &'a CellSites<'a>,
     pub sectors: Sectors,
     pub by_triangle: Csr,
+    /// Of the sites, once needed.
+    pub tree: OnceLock<KdTree<'a>>,
 }
 
 /// What a cell of a regular layout has six of: kept inside the cell.
@@ -46,7 +50,7 @@ pub(crate) struct Cell {
     /// Whether it is a cell in the site's tangent plane, with nothing but corners.
     pub is_in_tangent_plane: bool,
     /// Whether the sites listed as near were too few to bound it.
-    pub needs_all_sites: bool,
+    pub needs_more_sites: bool,
     /// What it has of the patch boundary, if it reaches there.
     pub on_boundary: Option<Box<CellOnBoundary>>,
     /// The centre, farthest from the site, of its parts in single triangles, with the triangle.
@@ -127,16 +131,16 @@ impl Marks {
 }
 
 /// What candidates for cutting the cell of a sector are compared with.
-struct Gathering<'a> {
-    scene: &'a Scene<'a>,
+struct Gathering<'a, 's> {
+    scene: &'a Scene<'s>,
     at: DVec3,
     weight: Weight,
     normal: DVec3,
     patch: u32,
 }
 
-impl<'a> Gathering<'a> {
-    fn new(scene: &'a Scene, s: usize) -> Self {
+impl<'a, 's> Gathering<'a, 's> {
+    fn new(scene: &'a Scene<'s>, s: usize) -> Self {
         let sectors = &scene.sectors;
         let site = sectors.site[s];
         let (at, weight) = (scene.sites.positions[site as usize], Weight::of(scene.sites, site));
@@ -172,8 +176,11 @@ impl<'a> Gathering<'a> {
 /// The working memory of one thread.
 #[derive(Default)]
 pub(crate) struct Walk {
-    /// Sites that may cut the cell, nearest first.
+    /// Sites that may cut the cell, nearest first,
     candidates: Vec<Candidate>,
+    /// and the distance up to which these are all.
+    searched: f64,
+    found: Vec<u32>,
     /// The sites that the surface connects to nearby, sorted, once computed.
     reached: Option<Vec<u32>>,
     visited: Marks,
@@ -196,10 +203,9 @@ impl Walk {
         self.stack.clear();
         scene.sectors.around(s).iter().for_each(|t| self.visit(*t));
         while let Some(t) = self.stack.pop() {
-            if !self.clip(scene, s, t, without) && !all {
-                self.all_candidates(scene, s);
-                (all, cell.needs_all_sites) = (true, true);
-                self.clip(scene, s, t, without);
+            while !self.clip(scene, s, t, without) && !all {
+                all = self.more_candidates(scene, s);
+                cell.needs_more_sites = true;
             }
             let count = self.clipped.polygon.len();
             if count > 0 {
@@ -331,22 +337,30 @@ impl Walk {
         let (n, near) = (scene.sites.positions.len(), scene.sites.near);
         let gathering = Gathering::new(scene, s);
         self.candidates.clear();
-        let (mut slot, mut listed) = (scene.sectors.site[s] as usize, 0);
+        let (mut slot, mut listed, mut farthest_sq) = (scene.sectors.site[s] as usize, 0, 0.0_f64);
         while let Some(&j) = near.get(slot).filter(|j| **j != u32::MAX) {
             gathering.add(&mut self.candidates, j);
+            farthest_sq = farthest_sq.max(gathering.at.distance_squared(scene.sites.positions[j as usize]));
             (slot, listed) = (slot + n, listed + 1);
         }
+        self.searched = farthest_sq.sqrt();
         self.sort_candidates();
         listed + 1 >= n
     }
 
-    fn all_candidates(&mut self, scene: &Scene, s: usize) {
+    /// Gathers the sites up to twice the distance of before; true if these are all sites.
+    fn more_candidates(&mut self, scene: &Scene, s: usize) -> bool {
+        let sites = scene.sites;
         let gathering = Gathering::new(scene, s);
+        self.searched = 2.0 * self.searched.max(sites.spacing_at(scene.sectors.site[s]));
+        let tree = scene.tree.get_or_init(|| KdTree::new(sites.positions));
+        tree.within(gathering.at, self.searched, usize::MAX, &mut self.found);
         self.candidates.clear();
-        for j in (0..scene.sites.positions.len() as u32).filter(|j| *j != scene.sectors.site[s]) {
-            gathering.add(&mut self.candidates, j);
+        for j in self.found.iter().filter(|j| **j != scene.sectors.site[s]) {
+            gathering.add(&mut self.candidates, *j);
         }
         self.sort_candidates();
+        self.found.len() == sites.positions.len()
     }
 
     fn sort_candidates(&mut self) {
