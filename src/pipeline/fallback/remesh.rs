@@ -77,6 +77,9 @@ const VERTICES_PER_HANDLE: usize = 50;
 const POLISHES: u32 = 4;
 /// and so many rings around.
 const RINGS: u32 = 2;
+/// A simplified mesh with more vertices, and more than twice those asked for, is not polished, since it tells
+/// only how many there must be.
+const FEW: usize = 1000;
 /// Vertices of the surface at a larger distance, in edge lengths, are left out.
 const LEFT_OUT: f64 = 1.0;
 /// Rounds of polish beyond those of a mesh from cells, whose triangles are more even from the start.
@@ -109,6 +112,10 @@ fn simplified_and_polished(
     progress: &ProgressToken,
 ) -> Result<TriMesh> {
     let Simplified { mesh: raw, fixed, .. } = simplified(surface, target)?;
+    let vertices = raw.vertices.len();
+    if vertices > FEW && vertices > 2 * target.vertices {
+        return Ok(raw);
+    }
     let surface = Target::new(surface);
     let (before, most) = (topology(&raw), intersecting_in_units(&raw, target.frame, progress)?.len());
     let is_sound = |mesh: &TriMesh| -> Result<bool> {
