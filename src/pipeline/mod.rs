@@ -151,8 +151,13 @@ fn finish(
     progress.done(1.0)?;
     let deviation = course.summary(measured.output.distances);
     let unit_spacing = spacing(surface.area(), outcome.vertices);
-    let (before, after) = ((&repaired.mesh, &input), (&result, &measured.output));
-    let shapes = Shapes::new(options, before, after, [unit_spacing * frame.scale, frame.scale]);
+    let shapes = Shapes {
+        options,
+        input: (&repaired.mesh, &input),
+        result: (&result, &measured.output),
+        spacing: unit_spacing * frame.scale,
+        diagonal: frame.scale,
+    };
     let warnings = warnings(&WarningInput {
         expected_vertices: outcome.vertices + apart,
         counts: &outcome.counts,

@@ -53,16 +53,7 @@ pub(crate) struct Shapes<'a> {
     pub diagonal: f64,
 }
 
-impl<'a> Shapes<'a> {
-    pub fn new(
-        options: &'a Options,
-        input: (&'a TriMesh, &'a Topology),
-        result: (&'a TriMesh, &'a Measures),
-        [spacing, diagonal]: [f64; 2],
-    ) -> Self {
-        Self { options, input, result, spacing, diagonal }
-    }
-
+impl Shapes<'_> {
     /// All warnings; that of the distance only if the mesh is without a fault, which says more.
     pub fn warnings(&self, has_fault: bool) -> Vec<Warning> {
         let distance = if has_fault { None } else { self.distance_warning() };

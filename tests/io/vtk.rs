@@ -165,7 +165,7 @@ fn older_files_are_read_as_text_and_binary() {
     let Loaded { attributes, notes, .. } = read_bytes(text.as_bytes(), None).unwrap();
     assert_eq!(attributes.vertex[0].values, [1.0, 0.0, 1.0]);
     assert_eq!(attributes.vertex_role(Role::Colour).unwrap().at(0), [0.0, 0.5, 1.0]);
-    assert_eq!(notes, ["arrays without numbers were left out: names"]);
+    assert_eq!(notes, ["1 array without numbers was left out: names"]);
     let binary = [
         &b"# vtk DataFile Version 4.2\nx\nBINARY\nDATASET POLYDATA\nPOINTS 3 float\n"[..],
         &legacy_numbers("float", &[0., 0., 0., 1., 0., 0., 0., 1., 0.], true),

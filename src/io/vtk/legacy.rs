@@ -7,7 +7,7 @@ use super::array::{Array, Budget, MOST_ARRAYS, MOST_COMPONENTS, Purpose, Values}
 use super::cells::{CellSet, Corners, Kinds, Piece};
 use super::image::{self, Grid};
 use super::legacy_data::{Cursor, known_type};
-use super::{POLYGON, STRIP, no_values, surface, xml};
+use super::{POLYGON, STRIP, no_values, note_of_left_out, surface, xml};
 use crate::Result;
 use crate::io::checks::{excerpt, excerpt_of_bytes};
 use crate::io::loaded::Loaded;
@@ -341,10 +341,7 @@ impl<'a> Reader<'a> {
     }
 
     fn finish(mut self, dataset: Dataset) -> Result<Input> {
-        if !self.texts.is_empty() {
-            let names = excerpt(&self.texts.join(", "));
-            self.notes.push(format!("arrays without numbers were left out: {names}"));
-        }
+        self.notes.extend(note_of_left_out(&self.texts));
         if dataset == Dataset::StructuredPoints {
             let Piece { point_data, cell_data, .. } = &self.piece;
             return image::volume(&self.grid, point_data, cell_data, self.notes).map(Input::Volume);

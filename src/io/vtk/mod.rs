@@ -48,7 +48,7 @@ pub(crate) fn parse_xml(bytes: &[u8]) -> Result<Input> {
     for declared in &document.pieces {
         pieces.push(reader.piece(declared)?);
     }
-    notes.extend(reader.note());
+    notes.extend(note_of_left_out(&reader.left_out));
     let mut loaded = surface::surface(&pieces, &mut budget)?;
     notes.append(&mut loaded.notes);
     Ok(Input::Mesh(Loaded { notes, ..loaded }))
@@ -137,17 +137,16 @@ impl<'d, 'a> PieceReader<'d, 'a> {
         let corners = Some(Corners::Offsets { offsets, begins: false, corners });
         Ok(Some(CellSet { count, kinds, corners }))
     }
-
-    /// A note on the arrays that were left out.
-    fn note(&self) -> Option<String> {
-        let names = self.left_out.iter().take(8).copied().collect::<Vec<_>>().join(", ");
-        let arrays =
-            counted(self.left_out.len(), ["array without numbers was", "arrays without numbers were"]);
-        (!self.left_out.is_empty()).then(|| format!("{arrays} left out: {}", excerpt(&names)))
-    }
 }
 
-fn image(document: &Document, budget: &mut Budget, notes: Vec<String>) -> Result<Volume> {
+/// A note on arrays that were left out, since they have no numbers.
+fn note_of_left_out(names: &[impl AsRef<str>]) -> Option<String> {
+    let named = names.iter().take(8).map(AsRef::as_ref).collect::<Vec<_>>().join(", ");
+    let arrays = counted(names.len(), ["array without numbers was", "arrays without numbers were"]);
+    (!names.is_empty()).then(|| format!("{arrays} left out: {}", excerpt(&named)))
+}
+
+fn image(document: &Document, budget: &mut Budget, mut notes: Vec<String>) -> Result<Volume> {
     let [declared] = document.pieces.as_slice() else {
         let problem = format!("the image is in {} pieces", document.pieces.len());
         return Err(Error::input(None, problem, "write it in one piece"));
@@ -169,6 +168,7 @@ fn image(document: &Document, budget: &mut Budget, notes: Vec<String>) -> Result
     } else {
         Vec::new()
     };
+    notes.extend(note_of_left_out(&reader.left_out));
     image::volume(&grid, &points, &cells, notes)
 }
 
