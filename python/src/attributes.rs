@@ -93,6 +93,8 @@ pub fn given(from: &Given<'_>) -> PyResult<Attributes> {
         libraries: materials.map(|own| own.libraries.clone()).unwrap_or_default(),
         library_folder: materials.and_then(|own| own.library_folder.clone()),
         materials: materials.and_then(|own| own.materials.clone()),
+        // Python does not carry it.
+        skin: None,
     })
 }
 
@@ -103,7 +105,7 @@ pub fn new(py: Python<'_>, attributes: Attributes) -> New<'_> {
         let Attribute { name, kind, components, values, names, .. } = attribute;
         (name, role, kind_name(kind), components, PyArray1::from_vec(py, values), names)
     };
-    let Attributes { vertex, face, uv, libraries, library_folder, materials } = attributes;
+    let Attributes { vertex, face, uv, libraries, library_folder, materials, skin: _ } = attributes;
     let kind = uv.as_ref().map_or("float64", |uv| kind_name(uv.kind));
     let uv = uv.map(|uv| PyArray1::from_vec(py, uv.values.into_flattened()));
     let has_materials = materials.is_some() || !libraries.is_empty();

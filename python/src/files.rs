@@ -32,7 +32,11 @@ pub fn read<'py>(
             .and_then(|loaded| if points { Ok(loaded) } else { loaded.with_faces() })
             .map_err(|e| e.in_file(&path))
     })?;
-    Ok((arrays(py, loaded.mesh)?, new(py, loaded.attributes), loaded.notes))
+    let mut notes = loaded.notes;
+    if loaded.attributes.skin.is_some() {
+        notes.push("the skin and its animations are left out; the command line keeps them in GLB".to_owned());
+    }
+    Ok((arrays(py, loaded.mesh)?, new(py, loaded.attributes), notes))
 }
 
 /// Writes, and returns what the format cannot hold.

@@ -122,6 +122,7 @@ pub fn lost_attributes_note(attributes: &Attributes, format: Format) -> Option<S
             let is_held = format == Format::ThreeMf && materials.images.is_empty();
             format != Format::Glb && !is_named && !is_held && materials.used() > 0
         }),
+        skin: attributes.skin.clone().filter(|_| format != Format::Glb),
         ..Attributes::default()
     };
     let list = dropped.listed().join(", ");

@@ -3,6 +3,7 @@
 pub mod attributes;
 pub mod gltf;
 pub mod gltf_materials;
+pub mod gltf_skins;
 pub mod hostile;
 #[cfg(unix)]
 pub mod irregular;

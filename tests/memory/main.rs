@@ -34,6 +34,8 @@ fn dense() -> Vec<(&'static str, Format, Vec<u8>)> {
         let begin = format!("{{\"asset\":{{\"version\":\"2.0\"}},\"{key}\":[{{}}");
         text(&begin, part, 2 * MANY, "]}")
     };
+    let skinned = "{\"asset\":{\"version\":\"2.0\"},\"meshes\":[{\"primitives\":[]}],\
+                   \"nodes\":[{\"mesh\":0,\"skin\":0}";
     let corners = " 1 2 3 4".repeat(MANY / 2);
     vec![
         ("vertices of OBJ", Format::Obj, text("", "v 0 0 0\n", MANY, "f 1 2 3\n")),
@@ -50,6 +52,14 @@ fn dense() -> Vec<(&'static str, Format, Vec<u8>)> {
         ("meshes of glTF", Format::Gltf, objects("meshes", ",{}")),
         ("images of glTF", Format::Gltf, objects("images", ",[]")),
         ("materials of glTF", Format::Gltf, objects("materials", ",{}")),
+        ("nodes of a glTF skeleton", Format::Gltf, {
+            text(skinned, ",{\"name\":\"abcdefghijklmnopqrstuvwxyz\"}", MANY / 4, "]}")
+        }),
+        ("animations of glTF", Format::Gltf, {
+            let channel = "{\"sampler\":0,\"target\":{\"node\":1,\"path\":\"scale\"}}";
+            let begin = format!("{skinned}],\"animations\":[{{\"samplers\":[],\"channels\":[{channel}");
+            text(&begin, &format!(",{channel}"), MANY / 4, "]}]}")
+        }),
         ("facets of STL", Format::Stl, {
             let facet = "facet\nouter loop\nvertex 0 0 0\nvertex 1 0 0\nvertex 0 1 0\nendloop\nendfacet\n";
             text("solid\n", facet, 1 << 16, "endsolid\n")

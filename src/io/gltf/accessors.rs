@@ -56,14 +56,9 @@ impl<'a> Buffers<'a> {
         Self { model, binary, references, file_bytes, loaded }
     }
 
-    /// Bytes of the file itself.
-    pub fn file_bytes(&self) -> u64 {
-        self.file_bytes
-    }
-
-    /// Bytes of all other files read so far.
-    pub fn other_bytes(&self) -> u64 {
-        self.references.bytes()
+    /// Bytes of the file and of those read so far that it names.
+    pub fn read_bytes(&self) -> u64 {
+        self.file_bytes.saturating_add(self.references.bytes())
     }
 
     /// The elements of accessor `index`, which must have this type.
@@ -89,8 +84,11 @@ impl<'a> Buffers<'a> {
             );
         };
         let (bytes, stride) = self.view(view)?;
-        let size =
-            binary::size(component) * kind.strip_prefix("VEC").and_then(|n| n.parse().ok()).unwrap_or(1);
+        let components = match kind {
+            "MAT4" => 16,
+            _ => kind.strip_prefix("VEC").and_then(|n| n.parse().ok()).unwrap_or(1),
+        };
+        let size = binary::size(component) * components;
         let stride = stride.unwrap_or(size);
         if stride < size {
             return refuse(

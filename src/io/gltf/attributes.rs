@@ -32,7 +32,7 @@ pub(crate) struct AttributeReader {
 }
 
 /// The elements of an accessor, which must have one for each of `count` vertices.
-fn vertex_elements<'a>(
+pub(super) fn vertex_elements<'a>(
     buffers: &'a Buffers,
     accessor: usize,
     kind: &str,

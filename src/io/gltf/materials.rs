@@ -268,7 +268,7 @@ impl MaterialReader<'_, '_> {
 
     fn read_image(&self, entry: &ImageEntry) -> std::result::Result<Image, Missing> {
         // Images of an honest file are in it once, or a few times.
-        let most = self.buffers.file_bytes().saturating_add(self.buffers.other_bytes()).saturating_mul(4);
+        let most = self.buffers.read_bytes().saturating_mul(4);
         let bytes_left = MAX_IMAGE_BYTES - self.image_bytes;
         let bytes = match (&entry.uri, entry.buffer_view) {
             (Some(uri), _) => {

@@ -5,13 +5,16 @@
 //! that require an extension, even one for materials; and it does not know quantized positions.
 
 mod accessors;
+mod animations;
 mod attributes;
 mod container;
 mod materials;
 mod model;
 mod scene;
+mod skins;
 mod write;
 mod write_materials;
+mod write_skin;
 
 pub(crate) use write::{byte_length, rounded_positions, write};
 
@@ -37,7 +40,7 @@ pub(crate) fn parse(bytes: &[u8], references: &References, with_materials: bool)
     })?;
     model.check()?;
     let buffers = Buffers::new(&model, parts.binary, references, bytes.len() as u64);
-    let mut loaded = scene::merge_scene(&model, &buffers, bytes.len() as u64)?;
+    let mut loaded = scene::merge_scene(&model, &buffers, parts.json)?;
     if with_materials {
         materials::add_materials(parts.json, &buffers, &mut loaded)?;
     } else if loaded.attributes.uv.is_some() {

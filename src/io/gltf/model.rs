@@ -50,7 +50,7 @@ pub(crate) struct Node {
     #[serde(default)]
     pub children: Vec<usize>,
     pub mesh: Option<usize>,
-    pub skin: Option<IgnoredAny>,
+    pub skin: Option<usize>,
     /// By columns; replaces the three below.
     pub matrix: Option<Box<[f64; 16]>>,
     pub translation: Option<Box<[f64; 3]>>,
@@ -71,6 +71,9 @@ pub(crate) struct Primitive {
     pub indices: Option<usize>,
     pub mode: Option<u32>,
     pub material: Option<usize>,
+    /// Morph targets, which take no memory so.
+    #[serde(default)]
+    pub targets: Vec<IgnoredAny>,
 }
 
 #[derive(Deserialize)]
@@ -88,6 +91,28 @@ pub(crate) struct Attributes {
     pub normal: Option<usize>,
     #[serde(rename = "TEXCOORD_0")]
     pub uv: Option<usize>,
+    #[serde(rename = "JOINTS_0")]
+    pub joints: Option<usize>,
+    #[serde(rename = "WEIGHTS_0")]
+    pub weights: Option<usize>,
+    /// Of vertices with more than four joints.
+    #[serde(rename = "JOINTS_1")]
+    pub further_joints: Option<usize>,
+    #[serde(rename = "WEIGHTS_1")]
+    pub further_weights: Option<usize>,
+}
+
+impl Attributes {
+    /// The accessors that vertices come from, apart from texture coordinates, which count for corners.
+    pub fn of_vertices(&self) -> [Option<usize>; 7] {
+        let [first, second] = self.influences();
+        [self.position, self.colour, self.normal, first.0, first.1, second.0, second.1]
+    }
+
+    /// Both sets of joints and their weights.
+    pub fn influences(&self) -> [(Option<usize>, Option<usize>); 2] {
+        [(self.joints, self.weights), (self.further_joints, self.further_weights)]
+    }
 }
 
 #[derive(Deserialize)]

@@ -7,9 +7,11 @@ use glam::{DMat4, DQuat, DVec3, DVec4};
 use super::accessors::Buffers;
 use super::attributes::AttributeReader;
 use super::model::{Model, Node, Primitive};
+use super::skins::SkinReader;
 use crate::grammar::counted;
 use crate::io::checks::{check_counts, outgrows};
 use crate::io::loaded::Loaded;
+use crate::mesh::attributes::{Attributes, Influences};
 use crate::{Error, Result, TriMesh};
 
 /// Most bytes that a vertex or a triangle takes with its attributes.
@@ -31,22 +33,46 @@ fn scene_error(place: String, problem: impl Into<String>) -> Error {
     Error::input(Some(place), problem, "write the mesh again")
 }
 
-/// The default scene as one mesh. `file_bytes` limits how often meshes may be repeated.
-pub(crate) fn merge_scene<'a>(model: &'a Model, buffers: &'a Buffers<'a>, file_bytes: u64) -> Result<Loaded> {
+/// The default scene as one mesh. The bytes read so far limit how often meshes may be repeated. `model` was
+/// read from `json`.
+pub(crate) fn merge_scene<'a>(model: &'a Model, buffers: &'a Buffers<'a>, json: &[u8]) -> Result<Loaded> {
     let mut merged = SceneMerger {
         model,
         buffers,
-        file_bytes,
         mesh: TriMesh::default(),
         attributes: AttributeReader::default(),
+        skins: SkinReader::new(model, buffers, json)?,
         primitives: 0,
         ignored_primitives: 0,
-        ignored_skins: 0,
+        ignored_targets: 0,
     };
+    visit_nodes(model, |index, node, _, transform| merged.add_node(node, index, transform))?;
+    let (size, mesh) = (merged.size(), merged.mesh);
+    check_counts(mesh.vertices.len() as u64, mesh.triangles.len() as u64)?;
+    let mut notes = Vec::new();
+    if merged.ignored_primitives > 0 {
+        let primitives = ["primitive of points or lines was", "primitives of points and lines were"];
+        notes.push(format!("{} ignored", counted(merged.ignored_primitives, primitives)));
+    }
+    if merged.ignored_targets > 0 {
+        let targets = ["morph target was", "morph targets were"];
+        notes.push(format!("{} left out", counted(merged.ignored_targets, targets)));
+    }
+    let skin = merged.skins.and_then(|skins| skins.finish(size, &mut notes));
+    let attributes = Attributes { skin, ..merged.attributes.into_attributes(model, &mut notes) };
+    Ok(Loaded { mesh, attributes, notes, ..Loaded::default() })
+}
+
+/// Calls `visit` for each node of the default scene with its index, its parent and its transform to the
+/// scene; parents come before their children.
+pub(super) fn visit_nodes(
+    model: &Model,
+    mut visit: impl FnMut(usize, &Node, Option<usize>, DMat4) -> Result<()>,
+) -> Result<()> {
     let mut seen = vec![false; model.nodes.len()];
-    let mut pending: Vec<(usize, DMat4)> =
-        roots(model)?.into_iter().rev().map(|root| (root, DMat4::IDENTITY)).collect();
-    while let Some((index, parent_transform)) = pending.pop() {
+    let mut pending: Vec<(usize, Option<usize>, DMat4)> =
+        roots(model)?.into_iter().rev().map(|root| (root, None, DMat4::IDENTITY)).collect();
+    while let Some((index, parent, parent_transform)) = pending.pop() {
         let place = || format!("node {index}");
         let (Some(node), Some(seen)) = (model.nodes.get(index), seen.get_mut(index)) else {
             return Err(scene_error(place(), "there is no such node"));
@@ -56,22 +82,10 @@ pub(crate) fn merge_scene<'a>(model: &'a Model, buffers: &'a Buffers<'a>, file_b
             return Err(scene_error(place(), "the node occurs more than once in the scene"));
         }
         let transform = parent_transform * local_transform(node);
-        merged.add_node(node, index, transform)?;
-        pending.extend(node.children.iter().rev().map(|child| (*child, transform)));
+        visit(index, node, parent, transform)?;
+        pending.extend(node.children.iter().rev().map(|child| (*child, Some(index), transform)));
     }
-    let mesh = merged.mesh;
-    check_counts(mesh.vertices.len() as u64, mesh.triangles.len() as u64)?;
-    let mut notes = Vec::new();
-    if merged.ignored_primitives > 0 {
-        let primitives = ["primitive of points or lines was", "primitives of points and lines were"];
-        notes.push(format!("{} ignored", counted(merged.ignored_primitives, primitives)));
-    }
-    if merged.ignored_skins > 0 {
-        let skins = ["skin was ignored; its meshes are", "skins were ignored; their meshes are"];
-        notes.push(format!("{} in the rest pose", counted(merged.ignored_skins, skins)));
-    }
-    let attributes = merged.attributes.into_attributes(model, &mut notes);
-    Ok(Loaded { mesh, attributes, notes, ..Loaded::default() })
+    Ok(())
 }
 
 /// The root nodes of the default scene; in a file without scenes, the nodes without a parent.
@@ -108,13 +122,14 @@ fn local_transform(node: &Node) -> DMat4 {
 struct SceneMerger<'a> {
     model: &'a Model,
     buffers: &'a Buffers<'a>,
-    file_bytes: u64,
     mesh: TriMesh,
     attributes: AttributeReader,
+    /// `None` in a scene without skins.
+    skins: Option<SkinReader<'a>>,
     /// Primitives looked at.
     primitives: u64,
     ignored_primitives: u64,
-    ignored_skins: u64,
+    ignored_targets: usize,
 }
 
 impl SceneMerger<'_> {
@@ -123,14 +138,19 @@ impl SceneMerger<'_> {
         let Some(mesh) = self.model.meshes.get(number) else {
             return Err(scene_error(format!("node {index}"), format!("there is no mesh {number}")));
         };
-        self.ignored_skins += u64::from(node.skin.is_some());
+        let targets = mesh.primitives.iter().map(|primitive| primitive.targets.len());
+        self.ignored_targets += targets.max().unwrap_or(0);
+        let transform = match &mut self.skins {
+            Some(skins) => skins.start_mesh(index, node, transform),
+            None => transform,
+        };
         // The first vertex and the number of vertices by accessors, which primitives may share.
         let mut added = HashMap::new();
         for (p, primitive) in mesh.primitives.iter().enumerate() {
             let place = format!("mesh {number}, primitive {p}");
             self.primitives += 1;
             // Each takes a few bytes of the file, even if it has no triangles, unless nodes share meshes.
-            if self.primitives > MOST_PRIMITIVES.max(self.read_bytes()) {
+            if self.primitives > MOST_PRIMITIVES.max(self.buffers.read_bytes()) {
                 return Err(repeated(&place));
             }
             if !(TRIANGLES..=FAN).contains(&primitive.mode.unwrap_or(TRIANGLES)) {
@@ -140,13 +160,16 @@ impl SceneMerger<'_> {
             let Some(position) = primitive.attributes.position else {
                 return Err(scene_error(place, "the triangles have no positions"));
             };
-            let accessors = (position, primitive.attributes.colour, primitive.attributes.normal);
+            let accessors = primitive.attributes.of_vertices();
             let (first, count) = match added.get(&accessors) {
                 Some(range) => *range,
                 None => {
                     let (first, count) = self.add_vertices(position, transform, &place)?;
                     let source = (self.model, self.buffers);
                     self.attributes.add_vertices(source, primitive, (count, transform), &place)?;
+                    if let Some(skins) = &mut self.skins {
+                        skins.read_vertices(primitive, count, &place);
+                    }
                     (first, count)
                 }
             };
@@ -163,7 +186,8 @@ impl SceneMerger<'_> {
         let elements = self.buffers.elements(accessor, "VEC3")?;
         let first = self.mesh.vertices.len();
         check_counts((first + elements.count).max(1) as u64, 1)?;
-        self.check_size(elements.count.saturating_mul(VERTEX_BYTES), place)?;
+        let influences = if self.skins.is_some() { size_of::<Influences>() } else { 0 };
+        self.check_size(elements.count.saturating_mul(VERTEX_BYTES + influences), place)?;
         let transformed = elements.positions().map(|position| transform.transform_point3(position));
         self.mesh.vertices.extend(transformed);
         let added = self.mesh.vertices.iter().skip(first);
@@ -177,15 +201,14 @@ impl SceneMerger<'_> {
 
     /// Refuses to add so many bytes to the mesh if that makes it very much larger than the file.
     fn check_size(&self, added_bytes: usize, place: &str) -> Result<()> {
-        let attributes = self.attributes.bytes();
-        let mesh_bytes = 24 * self.mesh.vertices.len() + 12 * self.mesh.triangles.len();
-        let bytes = mesh_bytes.saturating_add(attributes).saturating_add(added_bytes);
-        if outgrows(bytes as u64, self.read_bytes()) { Err(repeated(place)) } else { Ok(()) }
+        let bytes = self.size().saturating_add(added_bytes);
+        if outgrows(bytes as u64, self.buffers.read_bytes()) { Err(repeated(place)) } else { Ok(()) }
     }
 
-    /// Bytes of the file and of those that it names.
-    fn read_bytes(&self) -> u64 {
-        self.file_bytes.saturating_add(self.buffers.other_bytes())
+    /// Bytes of the mesh with its attributes.
+    fn size(&self) -> usize {
+        let mesh_bytes = 24 * self.mesh.vertices.len() + 12 * self.mesh.triangles.len();
+        mesh_bytes + self.attributes.bytes() + self.skins.as_ref().map_or(0, SkinReader::bytes)
     }
 
     fn add_primitive(

@@ -7,8 +7,9 @@ use std::io::Write;
 use glam::DVec3;
 use serde_json::{Value, json};
 
-use super::write_materials;
 use super::write_materials::writable_materials;
+use super::write_skin::skin_parts;
+use super::{write_materials, write_skin};
 use crate::TriMesh;
 use crate::io::binary::append_le;
 use crate::mesh::attributes::{Attribute, Attributes, Kind, Role};
@@ -31,9 +32,9 @@ const INDICES: u32 = 34963;
 const MAX_UNNAMED_MATERIALS: usize = 1 << 16;
 
 /// The transform of the node, from positions in the buffer to those of the mesh.
-struct NodeTransform {
-    translation: DVec3,
-    scale: f64,
+pub(super) struct NodeTransform {
+    pub translation: DVec3,
+    pub scale: f64,
 }
 
 impl NodeTransform {
@@ -66,8 +67,13 @@ impl NodeTransform {
         DVec3::from_array(position.map(f64::from)) * self.scale + self.translation
     }
 
-    fn node(&self) -> Value {
+    fn node(&self, is_skinned: bool) -> Value {
         let mut node = json!({ "mesh": 0 });
+        if is_skinned {
+            // Its skin has the transform, since readers ignore that of the node.
+            node["skin"] = json!(0);
+            return node;
+        }
         if self.translation != DVec3::ZERO {
             node["translation"] = json!(self.translation.to_array());
         }
@@ -103,7 +109,9 @@ fn data_bytes(mesh: &TriMesh, attributes: &Attributes) -> u64 {
     let normal = if attributes.vertex_role(Role::Normal).is_some() { 12 } else { 0 };
     let uv = if attributes.uv.is_some() { 8 } else { 0 };
     let materials = writable_materials(attributes).map_or(0, write_materials::byte_length);
-    split * (12 + colour + normal + uv) + 4 * corners + materials
+    let influences = if attributes.skin.is_some() { write_skin::VERTEX_BYTES } else { 0 };
+    let skeleton = attributes.skin.as_ref().map_or(0, write_skin::byte_length);
+    split * (12 + colour + normal + uv + influences) + 4 * corners + materials + skeleton
 }
 
 /// Upper bound for the bytes of the file, except for a few kilobytes of JSON.
@@ -160,7 +168,7 @@ fn group_by_material(attributes: &Attributes, triangles: usize) -> Vec<(Option<u
 
 /// The binary buffer with its views and accessors.
 #[derive(Default)]
-struct BufferBuilder {
+pub(super) struct BufferBuilder {
     bytes: Vec<u8>,
     views: Vec<Value>,
     accessors: Vec<Value>,
@@ -168,10 +176,17 @@ struct BufferBuilder {
 
 impl BufferBuilder {
     /// Adds an accessor for the bytes from `begin` on; returns its index.
-    fn add_accessor(&mut self, begin: usize, stride: Option<usize>, target: u32, accessor: Value) -> usize {
-        let mut view = json!({
-            "buffer": 0, "byteOffset": begin, "byteLength": self.bytes.len() - begin, "target": target,
-        });
+    fn add_accessor(
+        &mut self,
+        begin: usize,
+        stride: Option<usize>,
+        target: Option<u32>,
+        accessor: Value,
+    ) -> usize {
+        let mut view = json!({ "buffer": 0, "byteOffset": begin, "byteLength": self.bytes.len() - begin });
+        if let Some(target) = target {
+            view["target"] = json!(target);
+        }
         if let Some(stride) = stride {
             view["byteStride"] = json!(stride);
         }
@@ -182,7 +197,13 @@ impl BufferBuilder {
         self.accessors.len() - 1
     }
 
-    fn add_floats<const N: usize>(&mut self, values: impl Iterator<Item = [f32; N]>, bounds: bool) -> usize {
+    /// Adds numbers, vectors or, with 16 numbers each, matrices; returns the index of their accessor.
+    pub(super) fn add_floats<const N: usize>(
+        &mut self,
+        values: impl Iterator<Item = [f32; N]>,
+        bounds: bool,
+        target: Option<u32>,
+    ) -> usize {
         let (mut low, mut high) = ([f32::INFINITY; N], [f32::NEG_INFINITY; N]);
         let (begin, mut count) = (self.bytes.len(), 0);
         for element in values {
@@ -192,13 +213,18 @@ impl BufferBuilder {
                 self.bytes.extend(value.to_le_bytes());
             }
         }
-        let mut accessor = json!({ "componentType": 5126, "type": format!("VEC{N}"), "count": count });
+        let kind = match N {
+            1 => "SCALAR".to_owned(),
+            16 => "MAT4".to_owned(),
+            _ => format!("VEC{N}"),
+        };
+        let mut accessor = json!({ "componentType": 5126, "type": kind, "count": count });
         if bounds {
             // Exact in f64, and so in JSON.
             accessor["min"] = json!(low.map(f64::from).as_slice());
             accessor["max"] = json!(high.map(f64::from).as_slice());
         }
-        self.add_accessor(begin, None, VERTICES, accessor)
+        self.add_accessor(begin, None, target, accessor)
     }
 
     fn add_colours(&mut self, colour: &Attribute, of: &[u32]) -> usize {
@@ -223,7 +249,16 @@ impl BufferBuilder {
         if kind != Kind::F32 {
             accessor["normalized"] = json!(true);
         }
-        self.add_accessor(begin, Some(stride), VERTICES, accessor)
+        self.add_accessor(begin, Some(stride), Some(VERTICES), accessor)
+    }
+
+    /// Adds the numbers of joints, as bytes if they fit.
+    fn add_joints(&mut self, joints: impl ExactSizeIterator<Item = [u16; 4]>, fit_bytes: bool) -> usize {
+        let (begin, count) = (self.bytes.len(), joints.len());
+        let (kind, code) = if fit_bytes { (Kind::U8, 5121) } else { (Kind::U16, 5123) };
+        joints.flatten().for_each(|joint| append_le(&mut self.bytes, kind, joint.into()));
+        let accessor = json!({ "componentType": code, "type": "VEC4", "count": count });
+        self.add_accessor(begin, None, Some(VERTICES), accessor)
     }
 
     fn add_indices(&mut self, triangles: impl Iterator<Item = [u32; 3]>) -> usize {
@@ -231,7 +266,7 @@ impl BufferBuilder {
         triangles.flatten().for_each(|index| self.bytes.extend(index.to_le_bytes()));
         let count = (self.bytes.len() - begin) / 4;
         let accessor = json!({ "componentType": 5125, "type": "SCALAR", "count": count });
-        self.add_accessor(begin, None, INDICES, accessor)
+        self.add_accessor(begin, None, Some(INDICES), accessor)
     }
 
     /// Adds bytes unchanged; returns the index of their view.
@@ -259,6 +294,43 @@ fn material_names(attributes: &Attributes, groups: &[(Option<usize>, Vec<usize>)
     }
 }
 
+/// Adds the vertices' numbers to the buffer; returns their accessors by name.
+fn add_vertices(
+    mesh: &TriMesh,
+    attributes: &Attributes,
+    transform: &NodeTransform,
+    split: &SplitMesh,
+    buffer: &mut BufferBuilder,
+) -> Value {
+    let target = Some(VERTICES);
+    let of = |v: &u32| transform.to_buffer(mesh.vertices[*v as usize]);
+    let positions = buffer.add_floats(split.original.iter().map(of), true, target);
+    let mut accessors = json!({ "POSITION": positions });
+    if let Some(colour) = attributes.vertex_role(Role::Colour).filter(|c| (3..=4).contains(&c.components)) {
+        accessors["COLOR_0"] = json!(buffer.add_colours(colour, &split.original));
+    }
+    if let Some(normal) = attributes.vertex_role(Role::Normal).filter(|normal| normal.components == 3) {
+        let of = |v: &u32| {
+            let own = normal.at(*v as usize);
+            [0, 1, 2].map(|k| own.get(k).map_or(0.0, |value| *value as f32))
+        };
+        accessors["NORMAL"] = json!(buffer.add_floats(split.original.iter().map(of), false, target));
+    }
+    if !split.uv.is_empty() {
+        // In glTF, v points down.
+        let uv = split.uv.iter().map(|[u, v]| [*u as f32, (1.0 - v) as f32]);
+        accessors["TEXCOORD_0"] = json!(buffer.add_floats(uv, false, target));
+    }
+    if let Some(skin) = &attributes.skin {
+        let of = |v: &u32| skin.vertices[*v as usize];
+        let joints = split.original.iter().map(|v| of(v).joints);
+        accessors["JOINTS_0"] = json!(buffer.add_joints(joints, skin.joint_count() <= 256));
+        let weights = split.original.iter().map(|v| of(v).weights);
+        accessors["WEIGHTS_0"] = json!(buffer.add_floats(weights, false, target));
+    }
+    accessors
+}
+
 fn document(
     mesh: &TriMesh,
     attributes: &Attributes,
@@ -266,23 +338,7 @@ fn document(
     buffer: &mut BufferBuilder,
 ) -> Value {
     let split = SplitMesh::new(mesh, attributes);
-    let of = |v: &u32| transform.to_buffer(mesh.vertices[*v as usize]);
-    let mut vertex_accessors = json!({ "POSITION": buffer.add_floats(split.original.iter().map(of), true) });
-    if let Some(colour) = attributes.vertex_role(Role::Colour).filter(|c| (3..=4).contains(&c.components)) {
-        vertex_accessors["COLOR_0"] = json!(buffer.add_colours(colour, &split.original));
-    }
-    if let Some(normal) = attributes.vertex_role(Role::Normal).filter(|normal| normal.components == 3) {
-        let of = |v: &u32| {
-            let own = normal.at(*v as usize);
-            [0, 1, 2].map(|k| own.get(k).map_or(0.0, |value| *value as f32))
-        };
-        vertex_accessors["NORMAL"] = json!(buffer.add_floats(split.original.iter().map(of), false));
-    }
-    if !split.uv.is_empty() {
-        // In glTF, v points down.
-        let uv = split.uv.iter().map(|[u, v]| [*u as f32, (1.0 - v) as f32]);
-        vertex_accessors["TEXCOORD_0"] = json!(buffer.add_floats(uv, false));
-    }
+    let vertex_accessors = add_vertices(mesh, attributes, transform, &split, buffer);
     let groups = group_by_material(attributes, mesh.triangles.len());
     let names = material_names(attributes, &groups);
     let mut primitives = Vec::new();
@@ -300,11 +356,12 @@ fn document(
         .flat_map(|materials| &materials.images)
         .map(|image| buffer.add_bytes(&image.bytes))
         .collect();
+    let skin = attributes.skin.as_ref().map(|skin| skin_parts(skin, transform, buffer));
     let mut document = json!({
         "asset": { "version": "2.0", "generator": concat!("rtfmesh ", env!("CARGO_PKG_VERSION")) },
         "scene": 0,
         "scenes": [{ "nodes": [0] }],
-        "nodes": [transform.node()],
+        "nodes": [transform.node(skin.is_some())],
         "meshes": [{ "primitives": primitives }],
         "accessors": buffer.accessors,
         "bufferViews": buffer.views,
@@ -316,6 +373,9 @@ fn document(
     }
     if let Some(materials) = materials {
         write_materials::add_textures(&mut document, materials, &views);
+    }
+    if let Some(skin) = skin {
+        write_skin::add_parts(&mut document, skin);
     }
     document
 }

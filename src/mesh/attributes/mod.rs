@@ -4,10 +4,13 @@
 mod charts;
 mod materials;
 mod seams;
+mod skin;
 mod transfer;
 
 pub use materials::{Image, Materials};
 pub use seams::{label_boundaries, uv_seams};
+pub(crate) use skin::{Animation, Bone, Channel, Skeleton, Track};
+pub use skin::{Influences, Skin};
 pub use transfer::transfer;
 
 use std::path::PathBuf;
@@ -140,18 +143,23 @@ pub struct Attributes {
     pub library_folder: Option<PathBuf>,
     /// glTF materials, or those of `libraries`, if they were read.
     pub materials: Option<Materials>,
+    /// What a glTF skeleton moves.
+    pub skin: Option<Skin>,
 }
 
 impl Attributes {
     /// Whether there are none.
     pub fn is_empty(&self) -> bool {
-        self.vertex.is_empty() && self.face.is_empty() && self.uv.is_none()
+        self.vertex.is_empty() && self.face.is_empty() && self.uv.is_none() && self.skin.is_none()
     }
 
     /// What of another mesh must be found on this one for [`transfer`]; texture takes both.
     pub fn required_correspondence(&self) -> CorrespondenceRequest {
         let uv = self.uv.is_some();
-        CorrespondenceRequest { vertices: uv || !self.vertex.is_empty(), faces: uv || !self.face.is_empty() }
+        CorrespondenceRequest {
+            vertices: uv || !self.vertex.is_empty() || self.skin.is_some(),
+            faces: uv || !self.face.is_empty(),
+        }
     }
 
     /// The attribute of the vertices that has this role.
@@ -182,6 +190,11 @@ impl Attributes {
         all.extend(self.materials.iter().map(|materials| {
             let pictures = counted(materials.images().len(), ["picture", "pictures"]);
             format!("{} ({pictures})", counted(materials.used(), ["material", "materials"]))
+        }));
+        all.extend(self.skin.iter().map(|skin| {
+            let joints = counted(skin.joint_count(), ["joint", "joints"]);
+            let animations = counted(skin.animation_count(), ["animation", "animations"]);
+            format!("skin with weights of each vertex ({joints}, {animations})")
         }));
         all
     }

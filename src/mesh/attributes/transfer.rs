@@ -10,8 +10,9 @@ use crate::mesh::correspondence::{Correspondence, SurfacePoint};
 /// Numbers of vertices are interpolated linearly in the triangle under a vertex: colours are rounded to their
 /// type, normals get length 1, other integers and labels are those of the nearest corner. A face has the
 /// label of the triangle under its centre. The texture coordinates of a face are all in the piece of texture
-/// under its centre, which is extended where the face runs over a seam. `correspondence` must have at least
-/// what [`Attributes::required_correspondence`] says.
+/// under its centre, which is extended where the face runs over a seam. The weights of a skin are
+/// interpolated as well; the four largest are kept, with the sum 1. `correspondence` must have at least what
+/// [`Attributes::required_correspondence`] says.
 ///
 /// Panics if these do not belong together.
 pub fn transfer(
@@ -38,6 +39,7 @@ pub fn transfer(
         libraries: attributes.libraries.clone(),
         library_folder: attributes.library_folder.clone(),
         materials: attributes.materials.clone(),
+        skin: attributes.skin.as_ref().map(|skin| skin.at(input, &correspondence.vertices)),
     }
 }
 
