@@ -388,7 +388,10 @@ mod tests {
     fn simplification_counts_as_work_to_finish_while_it_would_be_needed() {
         let mut told = Vec::new();
         let mut callback = |now: Progress| told.push(now.to_finish);
-        let mut callback = |now: Progress| Flow::from(callback(now));
+        let mut callback = |now: Progress| {
+            callback(now);
+            Flow::Continue
+        };
         let mut progress = ProgressReporter::new(&mut callback);
         progress.simplification(0.25);
         progress.phase(Phase::LastLevel, 0.5, 0.5).unwrap();
