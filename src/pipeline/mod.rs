@@ -150,14 +150,10 @@ fn finish(
     clock.phase("measure");
     progress.done(1.0)?;
     let deviation = course.summary(measured.output.distances);
-    let unit_spacing = spacing(surface.area(), outcome.vertices);
-    let shapes = Shapes {
-        options,
-        input: (&repaired.mesh, &input),
-        result: (&result, &measured.output),
-        spacing: unit_spacing * frame.scale,
-        diagonal: frame.scale,
-    };
+    let diagonal = frame.scale;
+    let spacing = diagonal * spacing(surface.area(), outcome.vertices);
+    let (before, after) = ((&repaired.mesh, &input), (&result, &measured.output));
+    let shapes = Shapes { options, input: before, result: after, spacing, diagonal };
     let warnings = warnings(&WarningInput {
         expected_vertices: outcome.vertices + apart,
         counts: &outcome.counts,
@@ -186,7 +182,7 @@ fn finish(
         converged: outcome.steps.last().is_some_and(|s| *s < options.tolerance),
         finished_early: progress.is_shortened(),
         steps: outcome.steps,
-        spacing: unit_spacing * frame.scale,
+        spacing,
         edge_lengths: outcome.edge_lengths.map(|range| range.map(|length| length * frame.scale)),
         flags: outcome.flags,
         connected: outcome.counts,
