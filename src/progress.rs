@@ -5,7 +5,7 @@ use crate::{Error, Result};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use std::sync::mpsc::{RecvTimeoutError, channel};
-use std::time::Duration;
+use std::time::{Duration, Instant};
 
 /// How often the callback is called while the host works.
 const INTERVAL: Duration = Duration::from_millis(100);
@@ -98,6 +98,9 @@ impl From<()> for Flow {
 
 /// Cost of connecting a level, in iterations, as measured on the CPU.
 pub(crate) const CONNECT: f64 = 12.0;
+
+/// How many times as long as the preparation of the input its simplification takes, about, with what follows.
+const SIMPLIFICATION: f64 = 4.5;
 
 /// Links a long computation with whoever waits for it: the computation reports the share of the work that is
 /// done and polls whether to stop, and any thread may cancel it or ask it to finish early.
@@ -219,22 +222,26 @@ pub(crate) struct ProgressReporter<'a> {
     range: (f64, f64),
     /// Iterations of the levels before this one, and the largest number on all levels.
     level: (u32, u32),
-    /// What simplifying the input takes, as a share of the attempt.
-    simplification: f64,
-    /// Whether the run would end with that if it were to finish now.
+    begun: Instant,
+    /// What the first preparation took.
+    preparation: Option<Duration>,
+    /// When, and at which fraction, the attempt's preparation ended.
+    prepared: Option<(Instant, f64)>,
+    /// Whether the run would end with a simplified input if it were to finish now.
     would_simplify: bool,
 }
 
 impl<'a> ProgressReporter<'a> {
     pub fn new(callback: &'a mut dyn FnMut(Progress) -> Flow) -> Self {
-        let now = Progress { attempt: 1, ..Progress::default() };
         Self {
             callback,
             token: ProgressToken::default(),
-            now,
+            now: Progress { attempt: 1, ..Progress::default() },
             range: (0.0, 0.0),
             level: (0, 0),
-            simplification: 0.0,
+            begun: Instant::now(),
+            preparation: None,
+            prepared: None,
             would_simplify: false,
         }
     }
@@ -243,20 +250,24 @@ impl<'a> ProgressReporter<'a> {
     pub fn attempt(&mut self, attempt: u32) {
         self.now = Progress { attempt, ..Progress::default() };
         self.range = (0.0, 0.0);
-        (self.simplification, self.would_simplify) = (0.0, false);
+        (self.prepared, self.would_simplify) = (None, false);
         self.token.restart();
-    }
-
-    /// Says what share of the attempt it takes to simplify the input.
-    pub fn simplification(&mut self, share: f64) {
-        self.simplification = share;
     }
 
     /// Says whether the run would end with a simplified input if it were to finish now.
     pub fn would_simplify(&mut self, would: bool) {
-        let change = f64::from(u8::from(would)) - f64::from(u8::from(self.would_simplify));
-        self.now.to_finish = (self.now.to_finish + change * self.simplification).max(0.0);
         self.would_simplify = would;
+    }
+
+    /// What simplifying the input would take, on the scale of fractions: the costs of phases say little about
+    /// it, since cells on a surface of many triangles take long.
+    fn simplification(&self) -> f64 {
+        let (Some(preparation), Some((since, from))) = (self.preparation, self.prepared) else { return 0.0 };
+        if !self.would_simplify {
+            return 0.0;
+        }
+        let per_second = (self.now.fraction - from) / since.elapsed().as_secs_f64().max(f64::MIN_POSITIVE);
+        SIMPLIFICATION * preparation.as_secs_f64() * per_second
     }
 
     /// Begins a phase that ends at the fraction `until`. `to_finish` is what [`Progress::to_finish`] reports
@@ -266,8 +277,11 @@ impl<'a> ProgressReporter<'a> {
     /// As [`ProgressReporter::poll`].
     pub fn phase(&mut self, phase: Phase, until: f64, to_finish: f64) -> Result<()> {
         self.range = (self.now.fraction, until.max(self.now.fraction));
-        let simplification = if self.would_simplify { self.simplification } else { 0.0 };
-        self.now = Progress { phase, to_finish: to_finish + simplification, ..self.now };
+        self.now = Progress { phase, to_finish, ..self.now };
+        if phase > Phase::Prepare && self.prepared.is_none() {
+            self.prepared = Some((Instant::now(), self.now.fraction));
+            self.preparation.get_or_insert(self.begun.elapsed());
+        }
         self.token.restart();
         self.poll()
     }
@@ -306,7 +320,8 @@ impl<'a> ProgressReporter<'a> {
         let (from, until) = self.range;
         let fraction = from + (until - from) * self.token.share();
         self.now.fraction = fraction.clamp(self.now.fraction, 1.0);
-        match (self.callback)(self.now) {
+        let to_finish = self.now.to_finish + self.simplification();
+        match (self.callback)(Progress { to_finish, ..self.now }) {
             Flow::Continue => {}
             Flow::Finish => self.token.finish_early(),
             Flow::Cancel => self.token.cancel(),
@@ -387,24 +402,27 @@ mod tests {
     #[test]
     fn simplification_counts_as_work_to_finish_while_it_would_be_needed() {
         let mut told = Vec::new();
-        let mut callback = |now: Progress| told.push(now.to_finish);
         let mut callback = |now: Progress| {
-            callback(now);
+            told.push(now.to_finish);
             Flow::Continue
         };
         let mut progress = ProgressReporter::new(&mut callback);
-        progress.simplification(0.25);
-        progress.phase(Phase::LastLevel, 0.5, 0.5).unwrap();
+        std::thread::sleep(Duration::from_millis(20));
+        progress.phase(Phase::LastLevel, 0.5, 0.25).unwrap();
+        std::thread::sleep(Duration::from_millis(20));
+        progress.done(0.5).unwrap();
         progress.would_simplify(true);
         progress.poll().unwrap();
-        progress.would_simplify(true);
-        progress.phase(Phase::Polish, 0.75, 0.125).unwrap();
+        std::thread::sleep(Duration::from_millis(20));
+        progress.poll().unwrap();
         progress.would_simplify(false);
         progress.poll().unwrap();
         progress.would_simplify(true);
         progress.attempt(2);
         progress.poll().unwrap();
-        assert_eq!(told, [0.5, 0.75, 0.375, 0.125, 0.0]);
+        // The same time is a smaller share of an attempt that takes longer than was thought.
+        assert!(told[2] > told[3] && told[3] > 0.25, "{told:?}");
+        assert_eq!([told[0], told[1], told[4], told[5]], [0.25, 0.25, 0.25, 0.0]);
     }
 
     #[test]

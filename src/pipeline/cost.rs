@@ -16,7 +16,6 @@ const MEND: f64 = 1.0;
 const MEASURE: f64 = 5.0;
 /// Cost for each triangle of the input.
 const PREPARE: f64 = 3.0;
-const SIMPLIFY: f64 = 10.0;
 
 /// Fractions of an attempt's cost at which its phases end.
 #[derive(Debug, Clone, Default, PartialEq)]
@@ -29,8 +28,6 @@ pub(crate) struct AttemptCost {
     pub outliers: PhaseCost,
     pub check: PhaseCost,
     pub mend: PhaseCost,
-    /// Of simplifying the input instead, as a fraction of the same.
-    pub simplification: f64,
 }
 
 /// Work on one level.
@@ -93,7 +90,6 @@ impl AttemptCost {
             outliers: phases.next().unwrap_or_default(),
             check: phases.next().unwrap_or_default(),
             mend: phases.next().unwrap_or_default(),
-            simplification: SIMPLIFY * triangles as f64 / total,
         }
     }
 }

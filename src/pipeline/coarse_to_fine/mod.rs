@@ -75,7 +75,6 @@ impl CoarseToFine<'_> {
         let work: Vec<LevelWork> = plans.iter().enumerate().map(work).collect();
         let cost = &AttemptCost::new(&work, self.surface.triangles.len(), options);
         progress.phase(Phase::Prepare, cost.prepared, 0.0)?;
-        progress.simplification(cost.simplification);
         let mut reporting = Reporting { cost, progress, clock };
         let mut level = self.run_levels(&on, &plans, &mut reporting)?;
         let steps = std::mem::take(&mut level.steps);
