@@ -158,7 +158,8 @@ fn the_number_of_threads_does_not_show() {
         (in_threads(threads, reduce), reached)
     };
     let alone = run(1);
-    assert!(alone.0.edits > 10, "{} edits", alone.0.edits);
+    // More than are tried together.
+    assert!(alone.0.edits > 8, "{} edits", alone.0.edits);
     for threads in [2, 3, 8] {
         assert!(run(threads) == alone, "{threads} threads");
     }

@@ -296,12 +296,11 @@ fn smallest_first([a, b, c]: [u32; 3]) -> [u32; 3] {
 
 #[cfg(test)]
 mod tests {
-    use super::super::sectors::{Sectors, sites_by_triangle};
+    use super::super::sectors::Sectors;
     use super::super::surface::{CellSites, CellSurface};
     use super::*;
     use crate::sites::place::Place;
     use glam::DVec3;
-    use std::sync::OnceLock;
 
     #[test]
     fn corners_that_are_missing_or_there_twice_are_counted() {
@@ -310,10 +309,9 @@ mod tests {
         let surface = CellSurface::new(&vertices, &triangles, &[DVec3::Z; 4]);
         let places = [0, 1, 2, 3].map(Place::Inside);
         let sectors = Sectors::new(&surface, &places);
-        let by_triangle = sites_by_triangle(triangles.len(), &sectors);
         let sites =
             CellSites { positions: &vertices, places: &places, near: &[], spacing: 1.0, lengths: &[] };
-        let scene = Scene { surface: &surface, sites: &sites, sectors, by_triangle, tree: OnceLock::new() };
+        let scene = Scene::new(&surface, &sites, sectors);
         // As if the triangles were the corners of three cells each.
         let cell = |site: u32| {
             let mut cell = Cell::default();

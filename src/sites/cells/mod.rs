@@ -31,10 +31,9 @@ use boundary::PatchBoundary;
 use glam::DVec3;
 pub use known::KnownCells;
 use rayon::prelude::*;
-use sectors::{Sectors, sites_by_triangle};
+use sectors::Sectors;
 use serde::Serialize;
 use std::collections::BTreeMap;
-use std::sync::OnceLock;
 pub use surface::{CellSites, CellSurface};
 pub use tangent::tangent_cells;
 use walk::{Cell, Scene, Uncut, Walk};
@@ -105,8 +104,7 @@ pub fn cells_after_moves(
     progress: &ProgressToken,
 ) -> Result<ConnectedCells> {
     let sectors = Sectors::new(surface, sites.places);
-    let by_triangle = sites_by_triangle(surface.triangles.len(), &sectors);
-    let scene = Scene { surface, sites, sectors, by_triangle, tree: OnceLock::new() };
+    let scene = Scene::new(surface, sites, sectors);
     let compute = |walk: &mut Walk, s: usize| match progress.is_cancelled() {
         true => Cell::default(),
         false => walk.cell(&scene, s, &[]),

@@ -2,12 +2,11 @@
 
 use super::fan::{all_are_shared, at_odds, closed_fans, one_sided};
 use super::repair;
-use super::sectors::{Sectors, sites_by_triangle};
+use super::sectors::Sectors;
 use super::surface::{CellSites, CellSurface};
 use super::walk::{Cell, Scene, Walk};
 use crate::{ProgressToken, Result};
 use rayon::prelude::*;
-use std::sync::OnceLock;
 
 /// Fewer cells are done by one thread.
 const FEW: usize = 64;
@@ -35,8 +34,7 @@ pub fn tangent_cells(
     if surface.has_boundary || !sectors.are_sites || !sectors.in_one_patch {
         return Ok(None);
     }
-    let by_triangle = sites_by_triangle(surface.triangles.len(), &sectors);
-    let scene = Scene { surface, sites, sectors, by_triangle, tree: OnceLock::new() };
+    let scene = Scene::new(surface, sites, sectors);
     let count = scene.sectors.len();
     let mut cells: Vec<Cell> = (0..count)
         .into_par_iter()

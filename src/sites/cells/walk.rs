@@ -1,7 +1,7 @@
 //! One cell, traversed from triangle to triangle and clipped by the bisectors with nearby sites.
 
 use super::clip::{Clipped, Label};
-use super::sectors::Sectors;
+use super::sectors::{Sectors, sites_by_triangle};
 use super::surface::{CellSites, CellSurface};
 use crate::mesh::csr::Csr;
 use crate::mesh::kd_tree::KdTree;
@@ -32,6 +32,13 @@ pub(crate) struct Scene<'a> {
     pub by_triangle: Csr,
     /// Of the sites, once needed.
     pub tree: OnceLock<KdTree<'a>>,
+}
+
+impl<'a> Scene<'a> {
+    pub fn new(surface: &'a CellSurface<'a>, sites: &'a CellSites<'a>, sectors: Sectors) -> Self {
+        let by_triangle = sites_by_triangle(surface.triangles.len(), &sectors);
+        Self { surface, sites, sectors, by_triangle, tree: OnceLock::new() }
+    }
 }
 
 /// What a cell of a regular layout has six of: kept inside the cell.
