@@ -112,6 +112,8 @@ pub struct ProgressToken {
     /// The part of the whole work that this token stands for, as shares of it.
     from: f64,
     to: f64,
+    /// Whether the work is given up where it is to finish early.
+    gives_up: bool,
 }
 
 #[derive(Debug, Default)]
@@ -126,7 +128,7 @@ struct State {
 
 impl Default for ProgressToken {
     fn default() -> Self {
-        Self { state: Arc::default(), from: 0.0, to: 1.0 }
+        Self { state: Arc::default(), from: 0.0, to: 1.0, gives_up: false }
     }
 }
 
@@ -156,7 +158,8 @@ impl ProgressToken {
     /// # Errors
     /// [`Error::Cancelled`] once the work is cancelled.
     pub fn poll(&self) -> Result<()> {
-        if self.is_cancelled() { Err(Error::Cancelled) } else { Ok(()) }
+        let is_given_up = self.gives_up && self.is_finishing();
+        if self.is_cancelled() || is_given_up { Err(Error::Cancelled) } else { Ok(()) }
     }
 
     /// Reports the share of this token's work that is done, 0 to 1, and polls.
@@ -173,13 +176,29 @@ impl ProgressToken {
     #[must_use]
     pub fn part(&self, from: f64, to: f64) -> Self {
         let at = |share: f64| self.from + (self.to - self.from) * share.clamp(0.0, 1.0);
-        Self { state: Arc::clone(&self.state), from: at(from), to: at(to) }
+        Self { state: Arc::clone(&self.state), from: at(from), to: at(to), ..*self }
     }
 
     /// The token for work whose share of the whole is unknown: what it reports changes nothing.
     #[must_use]
     pub fn silent(&self) -> Self {
         self.part(0.0, 0.0)
+    }
+
+    /// The result of `work`; or that of `rough`, which takes little time, if the work is to finish early
+    /// before it is done.
+    ///
+    /// # Errors
+    /// As [`ProgressToken::poll`], and those of the work.
+    pub(crate) fn or_rough<T>(
+        &self,
+        work: impl FnOnce(&Self) -> Result<T>,
+        rough: impl FnOnce(&Self) -> Result<T>,
+    ) -> Result<T> {
+        match work(&Self { gives_up: true, ..self.clone() }) {
+            Err(Error::Cancelled) if self.leave_out() && !self.is_cancelled() => rough(self),
+            done => done,
+        }
     }
 
     /// Whether the work is cancelled.
@@ -397,6 +416,28 @@ mod tests {
         };
         assert_eq!(progress.during(endless), Err(Error::Cancelled));
         assert_eq!((told.len(), told[0], told[2]), (3, 0.0, 0.4));
+    }
+
+    #[test]
+    fn work_is_given_up_for_rough_work_where_it_is_to_finish_early() {
+        let run = |finish: bool, cancel: bool| {
+            let token = ProgressToken::default();
+            let work = |token: &ProgressToken| {
+                if finish {
+                    token.finish_early();
+                }
+                if cancel {
+                    token.cancel();
+                }
+                token.part(0.0, 0.5).poll().map(|()| "whole")
+            };
+            let done = token.or_rough(work, |token| token.poll().map(|()| "rough"));
+            (done, token.is_shortened())
+        };
+        assert_eq!(run(false, false), (Ok("whole"), false));
+        assert_eq!(run(true, false), (Ok("rough"), true));
+        assert_eq!(run(true, true).0, Err(Error::Cancelled));
+        assert_eq!(run(false, true).0, Err(Error::Cancelled));
     }
 
     #[test]

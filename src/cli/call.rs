@@ -3,7 +3,7 @@
 
 use super::all_at_once::ResearchArgs;
 use super::attributes::{AttributeArgs, carried};
-use super::cloud::{HoleArgs, size_by_points, warn_of_normals};
+use super::cloud::{HoleArgs, size_by_points};
 use super::measure;
 pub use super::measure::Wanted;
 use super::method::{MethodArgs, refuse_messages};
@@ -233,7 +233,7 @@ impl Call {
         let mut result = remesh_repaired(device, &loaded.mesh, repaired, &options, flow)?;
         refuse_messages(device)?;
         run.warn(&mut result.summary);
-        warn_of_normals(&mut notes, &mut result.summary);
+        result.summary.warn_all(loaded.warnings.iter().cloned());
         let report = Report {
             program: env!("CARGO_PKG_NAME"),
             version: env!("CARGO_PKG_VERSION"),

@@ -13,7 +13,7 @@ use rtfmesh::cloud::{
 };
 use rtfmesh::io::Loaded;
 use rtfmesh::mesh::attributes::{Attribute, Attributes, Kind, Role};
-use rtfmesh::{Error, Flow, Method, Options, Progress, Result, Size, Sizing, Summary, TriMesh, WarningCode};
+use rtfmesh::{Error, Flow, Method, Options, Progress, Result, Size, Sizing, TriMesh, WarningCode};
 use std::path::Path;
 use std::time::Instant;
 
@@ -122,11 +122,11 @@ impl HoleArgs {
         progress: impl FnMut(Progress) -> Flow,
     ) -> Result<Loaded> {
         let found = surface_with_progress(cloud, &self.options(cloud)?, progress)?;
-        let notes = told(cloud, &found);
+        let (notes, warnings) = (told(cloud, &found), warnings(cloud, &found));
         if options.method == Method::CoarseToFine && !method.names_feature_angle() {
             options.coarse_to_fine.feature_angle = 180.0;
         }
-        Ok(Loaded { mesh: found.mesh, attributes: found.attributes, notes, unread_images: 0 })
+        Ok(Loaded { mesh: found.mesh, attributes: found.attributes, notes, warnings, unread_images: 0 })
     }
 }
 
@@ -220,9 +220,7 @@ impl CloudArgs {
         let found = self.holes.surface(&cloud, for_options, |now| run.update(now));
         let mut found = found.map_err(|e| e.in_file(input_name(input)))?;
         if !quiet {
-            let is_warning = |note: &&String| *note == NORMALS;
-            let notes: Vec<String> = found.notes.iter().filter(|note| !is_warning(note)).cloned().collect();
-            tell_notes(input, &notes);
+            tell_notes(input, &found.notes);
             tell_notes(input, &[format!("the surface took {:.2} s", begin.elapsed().as_secs_f64())]);
         }
         notes.append(&mut found.notes);
@@ -240,17 +238,23 @@ pub fn size_by_points(size: Size, points: usize, options: &Options) -> Size {
     }
 }
 
-/// Said where normals are not used. A note, until there is a summary with warnings.
-const NORMALS: &str = "the normals of the points disagree with their neighbours', as those without signs do: \
-    none was used, and all were found from the points; give outward normals, or none";
-
-/// Makes the note that normals were not used a warning.
-pub fn warn_of_normals(notes: &mut Vec<String>, summary: &mut Summary) {
-    let all = notes.len();
-    notes.retain(|note| note != NORMALS);
-    if notes.len() < all {
-        summary.warn(WarningCode::Normals, NORMALS.to_owned());
+/// What the user must know of the surface.
+fn warnings(cloud: &PointCloud, found: &CloudSurface) -> Vec<(WarningCode, String)> {
+    let mut warnings = Vec::new();
+    if found.normals_disagree {
+        let text = "the normals of the points disagree with their neighbours', as those without signs do: \
+            none was used, and all were found from the points; give outward normals, or none";
+        warnings.push((WarningCode::Normals, text.to_owned()));
     }
+    if found.unused > 0 {
+        let all = cloud.points.len();
+        let text = format!(
+            "the surface goes through {} of {all} points, to finish early: give more time for all of them",
+            all - found.unused
+        );
+        warnings.push((WarningCode::CutShort, text));
+    }
+    warnings
 }
 
 /// What became of the points.
@@ -290,11 +294,12 @@ fn told(cloud: &PointCloud, found: &CloudSurface) -> Vec<String> {
             ["hole of the surface was closed", "holes of the surface were closed"],
         ));
     }
+    if found.handles > 0 {
+        let words = ["small handle of the surface was removed", "small handles of the surface were removed"];
+        notes.push(counted(found.handles, words));
+    }
     if found.cell > COARSE * found.spacing {
         notes.push(format!("details smaller than {:.3e} are lost, though points are closer", found.cell));
-    }
-    if found.normals_disagree {
-        notes.push(NORMALS.to_owned());
     }
     notes
 }

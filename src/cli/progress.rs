@@ -17,6 +17,8 @@ pub const CANCELLED: u8 = 130;
 const GRACE: Duration = Duration::from_millis(500);
 /// The time that finishing early takes is an estimate; this many times that is set aside.
 const SAFETY: f64 = 1.3;
+/// The fraction of the time limit that a surface through points or in a volume may take.
+const SURFACE: f64 = 0.5;
 /// Steps of the bar.
 const STEPS: f64 = 10_000.0;
 
@@ -103,8 +105,14 @@ impl RunProgress {
         if is_cancelled() {
             return Flow::Cancel;
         }
-        self.out_of_time |= self.is_time_up(now);
-        if self.out_of_time || INTERRUPTS.load(Ordering::SeqCst) > 0 { Flow::Finish } else { Flow::Continue }
+        // A surface that was cut short leaves its time to the run.
+        let is_time_up = self.is_time_up(now);
+        self.out_of_time |= is_time_up && now.phase != Phase::Surface;
+        if is_time_up || self.out_of_time || INTERRUPTS.load(Ordering::SeqCst) > 0 {
+            Flow::Finish
+        } else {
+            Flow::Continue
+        }
     }
 
     fn draw(&mut self, now: Progress) {
@@ -126,14 +134,17 @@ impl RunProgress {
 
     /// Whether the rest of the time is needed to finish early.
     fn is_time_up(&self, now: Progress) -> bool {
-        let Some(limit) = self.limit else { return false };
+        let Some(limit) = self.limit.map(|limit| limit.as_secs_f64()) else { return false };
+        if now.phase == Phase::Surface {
+            return self.begun.elapsed().as_secs_f64() > SURFACE * limit;
+        }
         let whole = match self.since {
             Some((_, since, from)) if now.fraction > from => {
                 since.elapsed().as_secs_f64() / (now.fraction - from)
             }
             _ => 0.0,
         };
-        self.begun.elapsed().as_secs_f64() + SAFETY * now.to_finish * whole > limit.as_secs_f64()
+        self.begun.elapsed().as_secs_f64() + SAFETY * now.to_finish * whole > limit
     }
 
     /// Removes the progress bar at the end of the run.

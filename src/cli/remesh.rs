@@ -2,7 +2,7 @@
 
 use super::all_at_once::ResearchArgs;
 use super::attributes::{AttributeArgs, carried};
-use super::cloud::{CloudArgs, warn_of_normals};
+use super::cloud::CloudArgs;
 use super::files::{InputFormat, Target, input_name, is_standard, tell_notes};
 use super::heading::OUTPUT;
 use super::method::{DeviceArgs, MethodArgs, refuse_messages};
@@ -156,7 +156,7 @@ pub fn run(args: &Args) -> Result<u8> {
         run.show_bar();
     }
     let points = args.out.html.as_ref().and_then(|_| points_of(&loaded));
-    let (mut loaded, size) = surface(args, loaded, size, &mut options, &mut run)?;
+    let (loaded, size) = surface(args, loaded, size, &mut options, &mut run)?;
     let repaired = count_vertices(args, size, &loaded.mesh, &mut options)?;
     options.format = Some(target.format());
     let repaired = request_attributes(args, &loaded, repaired, &mut options)?;
@@ -165,7 +165,7 @@ pub fn run(args: &Args) -> Result<u8> {
     let mut result = result.map_err(|e| e.in_file(input_name(&args.input)))?;
     refuse_messages(&device)?;
     let is_cut_short = run.warn(&mut result.summary);
-    warn_of_normals(&mut loaded.notes, &mut result.summary);
+    result.summary.warn_all(loaded.warnings.iter().cloned());
     words::warnings(&mut result.summary.warnings);
     if let Some(text) = args.attributes.texture_warning(&loaded, target.format()) {
         result.summary.warn(WarningCode::Textures, text);

@@ -12,7 +12,7 @@ use rtfmesh::io::{Loaded, Volume};
 use rtfmesh::volume::{
     Inside, IsoOptions, IsoSurface, LabelOptions, iso_surface_with_progress, label_surface_with_progress,
 };
-use rtfmesh::{Error, Flow, Method, Options, Progress, Result};
+use rtfmesh::{Error, Flow, Method, Options, Progress, Result, WarningCode};
 use serde::Serialize;
 use std::collections::HashSet;
 use std::path::Path;
@@ -157,7 +157,8 @@ impl VolumeArgs {
         let text =
             "and cavities of less than a thousandth of the largest one's volume, or of less than 8 voxels,";
         notes.extend(specks_told(found.specks, text));
-        Ok((Loaded { mesh: found.mesh, notes, ..Loaded::default() }, found.rim))
+        let warnings = coarse(found.step);
+        Ok((Loaded { mesh: found.mesh, notes, warnings, ..Loaded::default() }, found.rim))
     }
 
     /// The borders between labels, and their half-edges on the volume's border.
@@ -210,6 +211,14 @@ fn specks_told(specks: usize, which: &str) -> Option<String> {
     let (parts, were, them) = if specks == 1 { ("part", "was", "it") } else { ("parts", "were", "them") };
     let text = format!("{specks} {parts} {which} {were} left out as noise; --keep-specks keeps {them}");
     (specks > 0).then_some(text)
+}
+
+/// The warning that not all nodes were used, if so.
+fn coarse(step: usize) -> Vec<(WarningCode, String)> {
+    let text = format!(
+        "the surface is that of one in {step} values along each axis, to finish early: give more time for all"
+    );
+    (step > 1).then_some((WarningCode::CutShort, text)).into_iter().collect()
 }
 
 /// What became of the volume.

@@ -25,7 +25,8 @@ pub use survey::{CloudSurvey, survey, unoriented_normals};
 use glam::DVec3;
 
 use crate::io::Loaded;
-use crate::mesh::attributes::{Attributes, Role};
+use crate::mesh::attributes::{Attribute, Attributes, Role};
+use crate::mesh::quick_hash::GOLDEN_RATIO;
 
 /// Points of a surface, in the units of their file.
 #[derive(Debug, Clone, Default, PartialEq)]
@@ -38,6 +39,26 @@ pub struct PointCloud {
     pub normals: Vec<DVec3>,
     /// Colours and other values of the points, as attributes of vertices.
     pub attributes: Attributes,
+}
+
+impl PointCloud {
+    /// One point of each `step`, which must not be 0. Which one changes, since scanners repeat themselves.
+    fn one_of(&self, step: usize) -> Self {
+        let chosen: Vec<usize> = (0..self.points.len() / step)
+            .map(|k| k * step + ((k as u64).wrapping_mul(GOLDEN_RATIO) >> 32) as usize % step)
+            .collect();
+        let normals = if self.normals.is_empty() { &[] } else { chosen.as_slice() };
+        let of = |attribute: &Attribute| {
+            let values = chosen.iter().flat_map(|i| attribute.at(*i)).copied().collect();
+            Attribute { values, ..attribute.clone() }
+        };
+        let vertex = self.attributes.vertex.iter().map(of).collect();
+        Self {
+            points: chosen.iter().map(|i| self.points[*i]).collect(),
+            normals: normals.iter().map(|i| self.normals[*i]).collect(),
+            attributes: Attributes { vertex, ..Attributes::default() },
+        }
+    }
 }
 
 impl From<Loaded> for PointCloud {

@@ -16,6 +16,7 @@ use super::terrain::{is_flat, is_terrain, terrain};
 use super::trim::trim;
 use crate::mesh::attributes::{Attribute, Attributes};
 use crate::mesh::half_edges::EdgeTable;
+use crate::mesh::handles::remove_small_handles;
 use crate::mesh::kd_tree::KdTree;
 use crate::mesh::level_set::extract;
 use crate::mesh::repair::{RepairOptions, repair_with};
@@ -99,6 +100,10 @@ pub struct CloudSurface {
     pub small_parts: usize,
     /// Boundary loops that were filled; of a terrain, none are counted.
     pub filled: usize,
+    /// Handles and tunnels removed, of up to six spacings, as chance makes them between points.
+    pub handles: usize,
+    /// Points left out to finish early: the surface goes through an even choice of the others.
+    pub unused: usize,
     /// Whether the surface is a terrain ([`SurfaceKind::Terrain`]).
     pub is_terrain: bool,
     /// Of a terrain, points left out since their class is neither ground nor building.
@@ -137,6 +142,9 @@ const MOST_NODES: f64 = 3e7;
 /// Boundary loops up to so many spacings across are filled.
 const GAP: f64 = 6.0;
 
+/// About so many points are used to finish early: they take less than a second.
+const FEW: usize = 40_000;
+
 /// A surface through the points of a cloud.
 ///
 /// # Errors
@@ -164,6 +172,23 @@ pub fn surface_with_progress<F: Into<Flow>>(
 
 fn run(cloud: &PointCloud, options: &SurfaceOptions, progress: &ProgressToken) -> Result<CloudSurface> {
     check(cloud)?;
+    if cloud.points.len() < 2 * FEW {
+        return with_agreeing_normals(cloud, options, progress);
+    }
+    let rough = |progress: &ProgressToken| {
+        let fewer = cloud.one_of(cloud.points.len() / FEW);
+        let found = with_agreeing_normals(&fewer, options, progress)?;
+        Ok(CloudSurface { unused: cloud.points.len() - fewer.points.len(), ..found })
+    };
+    progress.or_rough(|progress| with_agreeing_normals(cloud, options, progress), rough)
+}
+
+/// With the normals of the cloud if they agree.
+fn with_agreeing_normals(
+    cloud: &PointCloud,
+    options: &SurfaceOptions,
+    progress: &ProgressToken,
+) -> Result<CloudSurface> {
     if normals_disagree(cloud, progress)? {
         let found = run_with_known(&PointCloud { normals: Vec::new(), ..cloud.clone() }, options, progress)?;
         return Ok(CloudSurface { normals_disagree: true, ..found });
@@ -221,6 +246,7 @@ fn run_with_known(
     }
     let gap = (GAP * room).max(options.fill_holes / points.frame.scale);
     let filled = fill(&mut mesh, gap, progress)?;
+    let handles = remove_small_handles(&mut mesh, GAP * room, progress)?;
     progress.done(0.95)?;
     let mut mesh = with_smooth_boundary(mesh, spacing)?;
     let attributes = carried(&cloud.attributes, &points.origin, &tree, &mesh);
@@ -235,6 +261,8 @@ fn run_with_known(
         outliers,
         small_parts,
         filled,
+        handles,
+        unused: 0,
         is_terrain: false,
         other_classes: 0,
         off_terrain: 0,
@@ -267,6 +295,8 @@ fn landscape(cloud: &PointCloud, options: &SurfaceOptions, progress: &ProgressTo
         outliers: 0,
         small_parts: found.small_parts,
         filled: 0,
+        handles: 0,
+        unused: 0,
         is_terrain: true,
         other_classes: found.other_classes,
         off_terrain: found.off_surface,

@@ -1,9 +1,9 @@
 //! What every reader returns.
 
 use super::checks::no_faces;
-use crate::Result;
 use crate::mesh::TriMesh;
 use crate::mesh::attributes::Attributes;
+use crate::{Result, WarningCode};
 
 /// A mesh as read from a file: triangulated, but not cleaned.
 #[derive(Debug, Clone, PartialEq, Default)]
@@ -15,6 +15,8 @@ pub struct Loaded {
     pub attributes: Attributes,
     /// What was left out of the file or changed, and which other files were read; one sentence each.
     pub notes: Vec<String>,
+    /// What its user must know of a surface through points or in a volume, for the summary of a run.
+    pub warnings: Vec<(WarningCode, String)>,
     /// Images that glTF materials lay onto the mesh by its texture coordinates and that were not read;
     /// [`crate::io::read_with_materials`] reads them.
     pub unread_images: usize,

@@ -11,6 +11,7 @@ pub mod features;
 pub(crate) mod forced_angles;
 pub(crate) mod half_edge_mesh;
 pub(crate) mod half_edges;
+pub(crate) mod handles;
 pub(crate) mod hash_grid;
 pub mod intersections;
 pub mod quality;

@@ -8,7 +8,7 @@ use std::hash::{BuildHasherDefault, Hasher};
 pub(crate) type QuickMap<K, V> = HashMap<K, V, BuildHasherDefault<QuickHasher>>;
 
 /// The golden ratio, in 64 bits.
-const MULTIPLIER: u64 = 0x9e37_79b9_7f4a_7c15;
+pub(crate) const GOLDEN_RATIO: u64 = 0x9e37_79b9_7f4a_7c15;
 
 /// Multiplies to 128 bits and folds them, so that all bits of a word count: many coordinates have none but
 /// zeros in their lower half.
@@ -40,7 +40,7 @@ impl Hasher for QuickHasher {
 
     #[inline]
     fn write_u64(&mut self, word: u64) {
-        let mixed = u128::from(self.0.rotate_left(23) ^ word ^ MULTIPLIER) * u128::from(MULTIPLIER);
+        let mixed = u128::from(self.0.rotate_left(23) ^ word ^ GOLDEN_RATIO) * u128::from(GOLDEN_RATIO);
         self.0 = (mixed >> 64) as u64 ^ mixed as u64;
     }
 

@@ -96,6 +96,11 @@ impl Summary {
         self.warnings.push(text.into());
         self.warning_codes.push(code);
     }
+
+    /// Adds several, such as those of [`crate::io::Loaded::warnings`].
+    pub fn warn_all(&mut self, warnings: impl IntoIterator<Item = (WarningCode, String)>) {
+        warnings.into_iter().for_each(|(code, text)| self.warn(code, text));
+    }
 }
 
 /// Features of the input, and the vertices of the result on them.

@@ -3,6 +3,7 @@
 use rayon::prelude::*;
 
 use super::border::{rim, turn};
+use super::coarse::{every, step_for};
 use super::grid::Field;
 use super::specks::without_specks;
 use crate::io::Volume;
@@ -77,7 +78,12 @@ pub struct IsoSurface {
     pub rim: Vec<u32>,
     /// Components left out as specks.
     pub specks: usize,
+    /// Every so many nodes along each axis one was used: 1, or more to finish early.
+    pub step: usize,
 }
+
+/// About so many values are used to finish early.
+const FEW: f64 = 2e6;
 
 /// The surface where a volume has one value: that of the tri-linear field, by marching cubes.
 ///
@@ -103,7 +109,15 @@ pub fn iso_surface_with_progress<F: Into<Flow>>(
     let mut callback = |now| progress(now).into();
     let mut reporter = ProgressReporter::new(&mut callback);
     reporter.phase(Phase::Surface, 1.0, 1.0)?;
-    reporter.during(|token| run(volume, options, token))
+    let step = step_for(volume, FEW);
+    if step == 1 {
+        return reporter.during(|token| run(volume, options, token));
+    }
+    let rough = |token: &ProgressToken| {
+        let found = run(&every(volume, step), options, token)?;
+        Ok(IsoSurface { step, ..found })
+    };
+    reporter.during(|token| token.or_rough(|token| run(volume, options, token), rough))
 }
 
 fn run(volume: &Volume, options: &IsoOptions, progress: &ProgressToken) -> Result<IsoSurface> {
@@ -130,7 +144,7 @@ fn run(volume: &Volume, options: &IsoOptions, progress: &ProgressToken) -> Resul
     if volume.frame.matrix3.determinant() < 0.0 {
         turn(&mut mesh, &mut rim);
     }
-    Ok(IsoSurface { mesh, inside, rim, specks })
+    Ok(IsoSurface { mesh, inside, rim, specks, step: 1 })
 }
 
 /// The side that fewer nodes at the volume's border are on.

@@ -1,6 +1,7 @@
 //! Volumes: surfaces through values on a grid.
 
 mod border;
+mod coarse;
 mod grid;
 mod iso;
 mod labels;

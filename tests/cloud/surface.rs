@@ -1,14 +1,16 @@
 //! Surfaces through points, against the meshes that the points are of.
 
-use glam::DVec3;
+use glam::{DAffine3, DQuat, DVec3};
 use rand::{RngExt, SeedableRng};
 use rand_pcg::Pcg64Mcg;
 use rtfmesh::Error;
 use rtfmesh::cloud::{PointCloud, SurfaceOptions, oriented_normals, surface, surface_with_progress};
+use rtfmesh::io::Volume;
 use rtfmesh::measure::measure;
 use rtfmesh::mesh::attributes::{Attribute, Kind, Role};
 use rtfmesh::mesh::samples::sample;
 use rtfmesh::mesh::topology::topology;
+use rtfmesh::volume::{IsoOptions, iso_surface};
 use rtfmesh::{Flow, Phase};
 
 use super::{sampled, shaken, without_normals};
@@ -205,4 +207,44 @@ fn progress_is_told_and_cancels() {
         Flow::Cancel
     });
     assert_eq!(cancelled.unwrap_err(), Error::Cancelled);
+}
+
+#[test]
+fn a_surface_that_must_finish_early_goes_through_an_even_choice_of_points() {
+    let of = sample("torus").unwrap();
+    let mut cloud = sampled(&of, 90_000, 8);
+    let values = cloud.points.iter().map(|p| p.x).collect();
+    cloud.attributes.vertex.push(Attribute::new("x", Role::Other, Kind::F64, 1, values));
+    let found = surface_with_progress(&cloud, &default(), |_| Flow::Finish).unwrap();
+    assert_eq!(found.unused, 45_000);
+    let topology = topology(&found.mesh);
+    assert!(topology.is_closed_manifold() && topology.genus == Some(1), "{topology:?}");
+    let x = &found.attributes.vertex[0];
+    let off = (0..).zip(&found.mesh.vertices).map(|(v, p)| (x.at(v)[0] - p.x).abs());
+    assert!(off.fold(0.0, f64::max) < 3.0 * found.spacing);
+    // Fewer points take so little time that all are used.
+    let few = sampled(&of, 10_000, 8);
+    let found = surface_with_progress(&few, &default(), |_| Flow::Finish).unwrap();
+    assert_eq!(found.unused, 0);
+}
+
+#[test]
+fn a_tunnel_of_few_spacings_is_kept_through_a_thick_plate() {
+    // Of two spacings' radius, and fifteen long.
+    let plate = |p: DVec3| (p.abs() - DVec3::new(0.8, 0.8, 0.12)).max_element();
+    let field = |p: DVec3| plate(p).max(0.04 - p.truncate().length());
+    let size = [81, 81, 15];
+    let frame = DAffine3::from_scale_rotation_translation(
+        DVec3::splat(0.025),
+        DQuat::IDENTITY,
+        DVec3::new(-1.0, -1.0, -0.175),
+    );
+    let place = |i: usize| {
+        frame.transform_point3(DVec3::new((i % 81) as f64, (i / 81 % 81) as f64, (i / 6561) as f64))
+    };
+    let values = (0..size.iter().product()).map(|i| field(place(i)) as f32).collect();
+    let volume = Volume { size, values, frame, notes: Vec::new() };
+    let of = iso_surface(&volume, &IsoOptions::new(0.0)).unwrap().mesh;
+    let found = surface(&sampled(&of, 20_000, 4), &default()).unwrap();
+    assert_eq!((topology(&found.mesh).genus, found.handles), (Some(1), 0));
 }

@@ -3,8 +3,8 @@
 use rtfmesh::glam::{DAffine3, DMat3, DVec3};
 use rtfmesh::io::Volume;
 use rtfmesh::mesh::topology::topology;
-use rtfmesh::volume::{Inside, IsoOptions, IsoSurface, iso_surface};
-use rtfmesh::{Error, TriMesh};
+use rtfmesh::volume::{Inside, IsoOptions, IsoSurface, iso_surface, iso_surface_with_progress};
+use rtfmesh::{Error, Flow, TriMesh};
 
 use super::volume_of;
 
@@ -156,6 +156,20 @@ fn a_value_that_is_nowhere_is_an_error_with_the_range() {
     let error = refused(&volume_of([4, 4, 4], |_| f64::NAN), 0.0).to_string();
     assert!(error.contains("no value is finite"), "{error}");
     assert!(matches!(refused(&ball(), f64::NAN), Error::Usage { .. }));
+}
+
+#[test]
+fn a_surface_that_must_finish_early_uses_fewer_nodes() {
+    let size = [180, 170, 190];
+    let centre = DVec3::new(90.0, 85.0, 95.0);
+    let volume = volume_of(size, |p| p.distance(centre) - 60.0);
+    let found = iso_surface_with_progress(&volume, &IsoOptions::new(0.0), |_| Flow::Finish).unwrap();
+    assert_eq!(found.step, 1, "so few values are done at once");
+    let volume = volume_of([260, 260, 260], |p| p.distance(DVec3::splat(129.0)) - 100.0);
+    let found = iso_surface_with_progress(&volume, &IsoOptions::new(0.0), |_| Flow::Finish).unwrap();
+    assert_eq!(found.step, 2);
+    let exact = 4.0 / 3.0 * std::f64::consts::PI * 1e6;
+    assert!((enclosed(&found.mesh) / exact - 1.0).abs() < 0.005);
 }
 
 /// Three balls: one of radius 6.2, a fifth as large, and one of a voxel; and a cavity of a voxel.

@@ -4,7 +4,6 @@ use super::inputs::Job;
 use super::log::{Entry, Log, Stamp, Status};
 use super::{Args, make_folder};
 use crate::cli::attributes::carried;
-use crate::cli::cloud::warn_of_normals;
 use crate::cli::files::Target;
 use crate::cli::method::refuse_messages;
 use crate::cli::target_count::count;
@@ -178,7 +177,7 @@ impl Batch<'_> {
             entry.options = Some(Settings::of(&options));
             let result = remesh_repaired(device, &loaded.mesh, repaired, &options, flow);
             let mut result = result.map_err(in_file)?;
-            warn_of_normals(&mut entry.notes, &mut result.summary);
+            result.summary.warn_all(loaded.warnings.iter().cloned());
             refuse_messages(device)?;
             let attributes = carried(&loaded.mesh, &loaded.attributes, &result);
             let writing = progress::begin_writing()?;

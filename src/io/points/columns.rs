@@ -72,7 +72,7 @@ pub(super) fn loaded(
     }
     let vertices = points.into_iter().filter(|p| p.is_finite()).collect();
     let attributes = Attributes { vertex: attributes(columns), ..Attributes::default() };
-    Ok(Loaded { mesh: TriMesh { vertices, triangles: Vec::new() }, attributes, notes, unread_images: 0 })
+    Ok(Loaded { mesh: TriMesh { vertices, triangles: Vec::new() }, attributes, notes, ..Loaded::default() })
 }
 
 /// Takes the columns of these names out, if all are there.
