@@ -157,6 +157,10 @@ impl VolumeArgs {
         let text =
             "and cavities of less than a thousandth of the largest one's volume, or of less than 8 voxels,";
         notes.extend(specks_told(found.specks, text));
+        if found.handles > 0 {
+            let words = ["small handle was removed", "small handles were removed"];
+            notes.push(format!("{} as noise; --keep-specks keeps them", counted(found.handles, words)));
+        }
         let warnings = coarse(found.step);
         Ok((Loaded { mesh: found.mesh, notes, warnings, ..Loaded::default() }, found.rim))
     }

@@ -4,24 +4,30 @@
 
 mod cut;
 mod region;
-mod shortest_loop;
+mod short_loops;
 
 use super::TriMesh;
+use super::bvh::Bvh;
 use super::half_edges::twins;
 use super::topology::topology;
 use crate::{ProgressToken, Result};
 use cut::cut_along;
 use region::Regions;
-use shortest_loop::shortest_loop;
+use short_loops::short_loops;
 
 /// At most so many times all regions with handles are looked at again: one handle is cut at a time.
 const MOST_PASSES: usize = 16;
+/// With a handle for so many triangles or fewer, a surface is left as it is: handles are its nature, as those
+/// of a lattice.
+const TRIANGLES_PER_HANDLE: usize = 500;
+/// And with more handles than this, which would take long.
+const MOST_HANDLES: usize = 2000;
 /// Any point is this fraction of the radius away from the centre of some region, at most.
 const SPREAD: f64 = 0.5;
 
 /// Removes the handles that lie within half of `radius` of a point of the surface, and some of up to twice
-/// this size, and returns how many. The mesh must be manifold; its triangles keep their numbers, and further
-/// ones come behind them.
+/// this size, and returns how many; none where the surface has many in all. The mesh must be manifold;
+/// its triangles keep their numbers, and further ones come behind them.
 ///
 /// # Errors
 /// [`crate::Error::Cancelled`].
@@ -35,7 +41,9 @@ pub(crate) fn remove_small_handles(
     let mut seeds: Vec<u32> = (0..mesh.vertices.len() as u32).collect();
     for _ in 0..MOST_PASSES {
         progress.poll()?;
-        if topology(mesh).genus.is_none_or(|genus| genus == 0) {
+        let genus = topology(mesh).genus.unwrap_or(0).max(0) as usize;
+        let most = MOST_HANDLES.min(mesh.triangles.len() / TRIANGLES_PER_HANDLE);
+        if genus == 0 || (removed == 0 && genus > most) {
             break;
         }
         let before = removed;
@@ -43,6 +51,7 @@ pub(crate) fn remove_small_handles(
         let mut regions = Regions::new(mesh, &twins);
         let mut covered = vec![false; mesh.vertices.len()];
         let mut again = Vec::new();
+        let mut tree = None;
         for (k, seed) in seeds.into_iter().enumerate() {
             if k.is_multiple_of(4096) {
                 progress.poll()?;
@@ -55,8 +64,11 @@ pub(crate) fn remove_small_handles(
                 continue;
             }
             again.extend_from_slice(&region.vertices);
-            if let Some(around) = shortest_loop(mesh, &region) {
-                cut_along(mesh, &twins, |v| regions.triangle_at(v), &around);
+            let loops = short_loops(mesh, &region);
+            let tree = tree.get_or_insert_with(|| Bvh::new(mesh));
+            let mut cut =
+                |around: &Vec<u32>| cut_along(mesh, tree, &twins, |v| regions.triangle_at(v), around);
+            if loops.iter().any(&mut cut) {
                 regions.leave_out(&region);
                 removed += 1;
             }

@@ -7,6 +7,7 @@ use super::coarse::{every, step_for};
 use super::grid::Field;
 use super::specks::without_specks;
 use crate::io::Volume;
+use crate::mesh::handles::remove_small_handles;
 use crate::mesh::level_set::extract;
 use crate::progress::ProgressReporter;
 use crate::{Error, Flow, Phase, Progress, ProgressToken, Result, TriMesh};
@@ -78,9 +79,14 @@ pub struct IsoSurface {
     pub rim: Vec<u32>,
     /// Components left out as specks.
     pub specks: usize,
+    /// Handles removed, which are as small as specks.
+    pub handles: usize,
     /// Every so many nodes along each axis one was used: 1, or more to finish early.
     pub step: usize,
 }
+
+/// Handles within half of this, in voxels, of a point of the surface are removed.
+const HANDLE: f64 = 3.0;
 
 /// About so many values are used to finish early.
 const FEW: f64 = 2e6;
@@ -138,13 +144,16 @@ fn run(volume: &Volume, options: &IsoOptions, progress: &ProgressToken) -> Resul
         true => (extracted.mesh, 0),
         false => without_specks(extracted.mesh),
     };
-    progress.poll()?;
+    let handles = match options.keep_specks {
+        true => 0,
+        false => remove_small_handles(&mut mesh, HANDLE, progress)?,
+    };
     let mut rim = if options.closed { rim(&mesh, volume.size) } else { Vec::new() };
     mesh.vertices.par_iter_mut().for_each(|vertex| *vertex = volume.frame.transform_point3(*vertex));
     if volume.frame.matrix3.determinant() < 0.0 {
         turn(&mut mesh, &mut rim);
     }
-    Ok(IsoSurface { mesh, inside, rim, specks, step: 1 })
+    Ok(IsoSurface { mesh, inside, rim, specks, handles, step: 1 })
 }
 
 /// The side that fewer nodes at the volume's border are on.

@@ -193,6 +193,30 @@ fn specks_and_pinholes_are_left_out_and_counted_and_kept_when_asked_for() {
 }
 
 #[test]
+fn a_small_handle_is_removed_unless_specks_are_kept_and_a_lattice_stays() {
+    // A ball with an ear of two voxels' radius, which is half a voxel thick.
+    let ear = |p: DVec3| {
+        let p = p - CENTRE - DVec3::new(RADIUS + 1.0, 0.0, 0.0);
+        DVec3::new(p.truncate().length() - 1.6, p.z, 0.0).length() - 0.9
+    };
+    let volume = volume_of([24, 21, 19], |p| (p.distance(CENTRE) - RADIUS).min(ear(p)));
+    let all = at(&volume, IsoOptions::new(0.0).keep_specks(true));
+    assert_eq!((all.handles, topology(&all.mesh).genus), (0, Some(1)));
+    let found = at(&volume, IsoOptions::new(0.0));
+    assert_eq!((found.handles, topology(&found.mesh).genus), (1, Some(0)));
+    assert!((enclosed(&found.mesh) / enclosed(&all.mesh) - 1.0).abs() < 0.02);
+    // A gyroid has handles all over, of eight voxels.
+    let gyroid = |p: DVec3| {
+        let p = p * (std::f64::consts::TAU / 8.0);
+        p.x.sin() * p.y.cos() + p.y.sin() * p.z.cos() + p.z.sin() * p.x.cos()
+    };
+    let volume = volume_of([33; 3], gyroid);
+    let found = at(&volume, IsoOptions::new(0.0).closed(true));
+    assert_eq!(found.handles, 0);
+    assert!(topology(&found.mesh).genus.is_some_and(|genus| genus > 50));
+}
+
+#[test]
 fn many_small_parts_of_one_size_are_no_specks() {
     let places = |p: DVec3| (p / 5.0).round() * 5.0;
     let volume =

@@ -9,8 +9,10 @@ use crate::mesh::topology::Partition;
 use std::cmp::Reverse;
 use std::collections::{BinaryHeap, HashMap};
 
+/// Loops found, at most.
+const LOOPS: usize = 6;
 /// Paths begin at so many vertices of a region, then at those of the best loop.
-const ROOTS: usize = 32;
+const ROOTS: usize = 16;
 
 /// The region as a graph, its vertices and triangles by their places in its lists.
 struct Graph {
@@ -119,25 +121,28 @@ impl Graph {
     }
 }
 
-/// A loop of vertices with complete fans that does not divide the region, about as short as there is; none
-/// where all of them pass the region's boundary.
-pub(super) fn shortest_loop(mesh: &TriMesh, region: &Region) -> Option<Vec<u32>> {
+/// Loops of vertices with complete fans that do not divide the region, the first about as short as there is;
+/// none where all of them pass the region's boundary.
+pub(super) fn short_loops(mesh: &TriMesh, region: &Region) -> Vec<Vec<u32>> {
     let graph = Graph::new(mesh, region);
-    let mut best: Option<(f64, Vec<u32>)> = None;
-    let try_roots = |best: &mut Option<(f64, Vec<u32>)>, roots: &[u32]| {
-        for found in roots.iter().filter_map(|root| graph.loop_through(*root)) {
-            let is_inside = found.1.iter().all(|v| region.is_inside[*v as usize]);
-            if is_inside && best.as_ref().is_none_or(|(length, _)| found.0 < *length) {
-                *best = Some(found);
+    let mut loops: Vec<(f64, Vec<u32>)> = Vec::new();
+    let mut try_roots = |roots: Vec<u32>| -> Vec<u32> {
+        for found in roots.into_iter().filter_map(|root| graph.loop_through(root)) {
+            if found.1.iter().all(|v| region.is_inside[*v as usize]) {
+                loops.push(found);
             }
         }
+        loops.sort_by(|a, b| a.0.total_cmp(&b.0));
+        loops.first().map_or(Vec::new(), |(_, around)| around.clone())
     };
     let inside: Vec<u32> =
         (0..region.vertices.len() as u32).filter(|v| region.is_inside[*v as usize]).collect();
     let step = inside.len().div_ceil(ROOTS).max(1);
-    let roots: Vec<u32> = inside.into_iter().step_by(step).collect();
-    try_roots(&mut best, &roots);
-    let roots = best.as_ref()?.1.clone();
-    try_roots(&mut best, &roots);
-    best.map(|(_, around)| around.into_iter().map(|v| region.vertices[v as usize]).collect())
+    let best = try_roots(inside.into_iter().step_by(step).collect());
+    try_roots(best);
+    // The same loop is found from each of its vertices.
+    loops.dedup_by(|a, b| a.0.to_bits() == b.0.to_bits());
+    let of_mesh =
+        |(_, around): (f64, Vec<u32>)| around.into_iter().map(|v| region.vertices[v as usize]).collect();
+    loops.into_iter().take(LOOPS).map(of_mesh).collect()
 }
