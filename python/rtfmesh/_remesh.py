@@ -7,7 +7,7 @@ import json
 import os
 import threading
 import warnings
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any
 
@@ -163,9 +163,10 @@ class Remesher:
         n: int | str | None = None,
         *,
         iso: float | None = None,
-        labels: bool = False,
+        labels: bool | int | Sequence[int] = False,
         inside: str | None = None,
         spacing: ArrayLike | None = None,
+        origin: ArrayLike | None = None,
         affine: ArrayLike | None = None,
         closed: bool = False,
         keep_specks: bool = False,
@@ -175,7 +176,7 @@ class Remesher:
     ) -> Result:
         """As `rtfmesh.contour`, on this device."""
         told = Told(correspondence=False, distances=distances, progress=progress)
-        volume = volume_of(grid_of(values, spacing, affine), iso, labels, inside, closed, keep_specks)
+        volume = volume_of(grid_of(values, spacing, origin, affine), iso, labels, inside, closed, keep_specks)
         return warned(self._contour(volume, n, told, dict(options)))
 
     def _contour(self, volume: Volume, n: int | str | None, told: Told, wanted: dict[str, Any]) -> Result:
@@ -471,9 +472,10 @@ def contour(
     n: int | str | None = None,
     *,
     iso: float | None = None,
-    labels: bool = False,
+    labels: bool | int | Sequence[int] = False,
     inside: str | None = None,
     spacing: ArrayLike | None = None,
+    origin: ArrayLike | None = None,
     affine: ArrayLike | None = None,
     closed: bool = False,
     keep_specks: bool = False,
@@ -499,15 +501,17 @@ def contour(
     iso
         The value on the surface.
     labels
-        Whether values are labels. `attributes.face` then has those on both sides of each face, as
-        "label_behind" and "label_before".
+        Whether values are labels; a number or several: only these, as if all others were 0. `attributes.face`
+        then has those on both sides of each face, as "label_behind" and "label_before".
     inside
         With `iso`, where the object is: "above" or "below". By default, where less of the grid's border is.
     spacing
-        Distances of values along the three axes; 1, 1, 1 by default. The first value is at the origin.
+        Distances of values along the three axes; 1, 1, 1 by default.
+    origin
+        The place of the first value; 0, 0, 0 by default.
     affine
-        In place of `spacing`: the 4 x 4 matrix that takes (i, j, k, 1) to the place of `values[i, j, k]`, as
-        nibabel has it.
+        In place of `spacing` and `origin`: the 4 x 4 matrix that takes (i, j, k, 1) to the place of
+        `values[i, j, k]`, as nibabel has it.
     closed
         Whether the surface ends flat where the grid ends, or is open there.
     keep_specks
@@ -536,7 +540,7 @@ def contour(
         As `remesh`.
     """
     told = Told(correspondence=False, distances=distances, progress=progress)
-    grid, wanted = grid_of(values, spacing, affine), dict(options)
+    grid, wanted = grid_of(values, spacing, origin, affine), dict(options)
     volume = volume_of(grid, iso, labels, inside, closed, keep_specks)
     return warned(
         _on_shared(

@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from ._arrays import as_array, check_shape, real_numbers
+from ._arrays import as_array, check_shape, real_numbers, short
 from ._errors import InputError
 
 
@@ -41,7 +42,9 @@ class Volume:
         return grid.values, grid.size, grid.frame, self.iso, self.inside, self.closed, self.keep_specks
 
 
-def grid_of(values: ArrayLike, spacing: ArrayLike | None, affine: ArrayLike | None) -> Grid:
+def grid_of(
+    values: ArrayLike, spacing: ArrayLike | None, origin: ArrayLike | None, affine: ArrayLike | None
+) -> Grid:
     """A grid of `values`, shape (X, Y, Z), checked."""
     array = as_array(values, "values")
     if array.dtype.kind not in "fiub":
@@ -51,19 +54,27 @@ def grid_of(values: ArrayLike, spacing: ArrayLike | None, affine: ArrayLike | No
         raise InputError(f"`values` has shape {array.shape}; give at least two along each axis")
     x, y, z = array.shape
     flat = np.asarray(array.ravel(order="F"), np.float32)
-    return Grid(np.ascontiguousarray(flat), (x, y, z), frame_of(spacing, affine))
+    return Grid(np.ascontiguousarray(flat), (x, y, z), frame_of(spacing, origin, affine))
 
 
-def frame_of(spacing: ArrayLike | None, affine: ArrayLike | None) -> list[list[float]]:
+def frame_of(
+    spacing: ArrayLike | None, origin: ArrayLike | None, affine: ArrayLike | None
+) -> list[list[float]]:
     """The matrix from a node's indices to its place."""
     if affine is None:
         lengths = np.ones(3) if spacing is None else real_numbers(spacing, "spacing", (3,))
         if not (np.isfinite(lengths).all() and (lengths > 0).all()):
             raise InputError(f"`spacing` is {spacing!r}; give three lengths above 0")
         frame = np.diag([*lengths, 1.0])
+        if origin is not None:
+            frame[:3, 3] = real_numbers(origin, "origin", (3,))
+            if not np.isfinite(frame).all():
+                raise InputError(f"`origin` is {origin!r}; give three finite numbers")
     else:
         if spacing is not None:
             raise InputError("`affine` has the spacing, too; leave `spacing` out")
+        if origin is not None:
+            raise InputError("`affine` has the origin, too; leave `origin` out")
         frame = real_numbers(affine, "affine", (4, 4))
         is_affine = np.isfinite(frame).all() and np.array_equal(frame[3], [0, 0, 0, 1])
         if not is_affine or np.linalg.det(frame[:3, :3]) == 0:
@@ -75,13 +86,15 @@ def frame_of(spacing: ArrayLike | None, affine: ArrayLike | None) -> list[list[f
 def volume_of(
     grid: Grid,
     iso: float | None,
-    labels: bool,
+    labels: bool | int | Sequence[int],
     inside: str | None,
     closed: bool,
     keep_specks: bool,
 ) -> Volume:
     """The surface that is asked for, checked."""
-    for name, value in (("labels", labels), ("closed", closed), ("keep_specks", keep_specks)):
+    if not isinstance(labels, (bool, np.bool_)):
+        grid, labels = only(grid, labels), True
+    for name, value in (("closed", closed), ("keep_specks", keep_specks)):
         if not isinstance(value, (bool, np.bool_)):
             raise InputError(f"`{name}` is of type {type(value).__name__}; it is True or False")
     if (iso is None) != bool(labels):
@@ -95,3 +108,18 @@ def volume_of(
     if inside is not None and not isinstance(inside, str):
         raise InputError(f"`inside` is {inside!r}; use 'above' or 'below'")
     return Volume(grid, at, inside, bool(closed), bool(keep_specks))
+
+
+def only(grid: Grid, labels: int | Sequence[int]) -> Grid:
+    """The grid with 0 in place of all other labels."""
+    try:
+        wanted = np.atleast_1d(np.asarray(labels))
+    except ValueError:
+        wanted = np.empty(0)
+    if wanted.ndim != 1 or wanted.dtype.kind not in "iu" or not wanted.size or wanted.min() < 1:
+        raise InputError(f"`labels` is {short(labels)}; give True, or labels above 0 such as [1, 2]")
+    found = np.isin(grid.values, wanted)
+    missing = wanted[~np.isin(wanted, grid.values[found])]
+    if missing.size:
+        raise InputError(f"`labels` has {missing[0]}, which is none of the values; leave it out")
+    return replace(grid, values=np.where(found, grid.values, np.float32(0)))

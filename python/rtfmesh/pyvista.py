@@ -8,6 +8,7 @@ even = mesh.rtfmesh.remesh(10_000)
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -169,7 +170,8 @@ def grid_of_image(image: pyvista.ImageData, scalars: str | None) -> Grid:
     size = np.asarray(image.dimensions) - (0 if is_of_points else 1)
     if size.min() < 1:
         raise InputError(f"the grid's dimensions are {image.dimensions}; give at least two values along each")
-    return grid_of(array.reshape(size, order="F"), None, np.asarray(image.index_to_physical_matrix) @ begin)
+    affine = np.asarray(image.index_to_physical_matrix) @ begin
+    return grid_of(array.reshape(size, order="F"), None, None, affine)
 
 
 @pyvista.register_dataset_accessor("rtfmesh", pyvista.ImageData)
@@ -185,7 +187,7 @@ class ImageAccessor:
         *,
         scalars: str | None = None,
         iso: float | None = None,
-        labels: bool = False,
+        labels: bool | int | Sequence[int] = False,
         inside: str | None = None,
         closed: bool = False,
         keep_specks: bool = False,

@@ -78,6 +78,19 @@ def test_specks_are_left_out_unless_they_are_kept(remesher):
     assert (np.linalg.norm(kept.vertices - [1.5, 1.5, 1.5], axis=1) < 2).any()
 
 
+def test_the_origin_is_the_place_of_the_first_value(remesher):
+    near = remesher.contour(distances(), 400, iso=0, spacing=(1, 1, 2))
+    far = remesher.contour(distances(), 400, iso=0, spacing=(1, 1, 2), origin=(8, -4, 16))
+    assert np.allclose(far.vertices, near.vertices + (8, -4, 16))
+
+
+def test_some_labels_are_as_if_all_others_were_outside(remesher):
+    result = remesher.contour(halves(), 500, labels=[2])
+    assert same(result, remesher.contour(np.where(halves() == 2, 2, 0), 500, labels=True))
+    assert same(result, remesher.contour(halves(), 500, labels=2))
+    assert set(result.attributes.face["label_behind"]) == {2}
+
+
 def test_labels_meet_and_faces_have_both(remesher):
     result = remesher.contour(halves(), 800, labels=True)
     assert len(result.vertices) == 800
@@ -114,7 +127,11 @@ def test_closed_ends_flat_at_the_border(remesher):
         (distances(), {"iso": "x"}, "`iso` is 'x'"),
         (distances(), {"iso": float("nan")}, "not finite"),
         (distances(), {"iso": 0, "inside": "left"}, "left"),
-        (distances(), {"labels": halves()}, "`labels` is of type ndarray"),
+        (halves(), {"labels": halves()}, "give True, or labels above 0 such as"),
+        (halves(), {"labels": [1, 5]}, "`labels` has 5, which is none of the values"),
+        (halves(), {"labels": 0}, "`labels` is 0; give True"),
+        (distances(), {"iso": 0, "origin": [0, 1]}, "`origin`"),
+        (distances(), {"iso": 0, "origin": [0, 0, 1], "affine": np.eye(4)}, "leave `origin` out"),
         (distances(), {"labels": True, "inside": "above"}, "only with `iso`"),
         (distances(), {"labels": True}, "is no label"),
         (np.full((3, 3, 3), (1 << 24) + 1), {"labels": True}, "16777215"),
