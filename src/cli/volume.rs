@@ -134,6 +134,7 @@ impl VolumeArgs {
                 options.coarse_to_fine.feature_angle = 180.0;
             }
             options.coarse_to_fine.fixed_half_edges = rim;
+            options.coarse_to_fine.may_give_up_fixed = true;
         }
         Ok(loaded)
     }

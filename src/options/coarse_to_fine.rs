@@ -127,6 +127,8 @@ pub struct CoarseToFineOptions {
     /// Half-edges `3 * triangle + k` of the input, from corner k of the triangle to the next, that are kept
     /// as well. Those of triangles that repair drops do not count.
     pub fixed_half_edges: Vec<u32>,
+    /// Whether `fixed_half_edges` are given up, with a warning, where there are too few vertices for them.
+    pub may_give_up_fixed: bool,
     /// How long edges are in different places.
     pub sizing: Sizing,
     /// Unless edges are equally long: the least length that is wanted anywhere; at most that of a uniform
@@ -152,6 +154,7 @@ impl Default for CoarseToFineOptions {
             feature_angle: FeatureOptions::FEATURE_ANGLE,
             features: None,
             fixed_half_edges: Vec::new(),
+            may_give_up_fixed: false,
             sizing: Sizing::Automatic,
             min_edge: None,
             max_edge: None,

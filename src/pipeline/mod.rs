@@ -46,6 +46,7 @@ use prepare::Prepared;
 use rounding::Rounding;
 use shape_warnings::Shapes;
 use std::time::Instant;
+use user_curves::{may_give_up_fixed, without_fixed};
 use warning::Warning;
 
 pub use deviation::DeviationSummary;
@@ -112,9 +113,21 @@ fn run(
     // Earlier runs on the same device do not count.
     device.take_timings();
     let mut clock = Clock::new(device);
-    let input = RunInput { mesh, repaired, options, lengths: None, deviation: None, attempts: 0 };
-    let made = make_as_asked(device, input, progress, &mut clock)?;
-    finish((mesh, options), made, clock, progress)
+    let mut make = |repaired, options| {
+        let input = RunInput { mesh, repaired, options, lengths: None, deviation: None, attempts: 0 };
+        make_as_asked(device, input, progress, &mut clock)
+    };
+    match make(repaired, options) {
+        Err(Error::Usage { problem, field: None, .. }) if may_give_up_fixed(options) => {
+            let options = without_fixed(options);
+            let made = make(None, &options)?;
+            let mut found = finish((mesh, &options), made, clock, progress)?;
+            found.summary.warning_codes.push(WarningCode::SharpEdges);
+            found.summary.warnings.push(format!("sharp edges were given up: {problem}"));
+            Ok(found)
+        }
+        made => finish((mesh, options), made?, clock, progress),
+    }
 }
 
 /// What is made and measured of a mesh in the end.

@@ -16,6 +16,17 @@ pub(crate) fn may_simplify(options: &Options) -> bool {
     !has_user_curves(options) && options.shortage != Shortage::AddVertices
 }
 
+/// Whether a run may be tried again [`without_fixed`] half-edges.
+pub(crate) fn may_give_up_fixed(options: &Options) -> bool {
+    let method = &options.coarse_to_fine;
+    method.may_give_up_fixed && !method.fixed_half_edges.is_empty()
+}
+
+/// The options without fixed half-edges.
+pub(crate) fn without_fixed(options: &Options) -> Options {
+    options.clone().fixed_half_edges(Vec::new())
+}
+
 /// The edges of `mesh`, which is repaired, on the user's curves.
 ///
 /// # Errors

@@ -25,7 +25,7 @@ fn sides(found: &LabelSurface) -> Vec<[u32; 2]> {
 }
 
 /// The volume that a label's border encloses. It must be closed.
-fn enclosed(found: &LabelSurface, label: u32) -> f64 {
+pub fn enclosed(found: &LabelSurface, label: u32) -> f64 {
     let mut open: BTreeMap<(u32, u32), i32> = BTreeMap::new();
     let mut sum = 0.0;
     for (t, [behind, before]) in sides(found).into_iter().enumerate() {

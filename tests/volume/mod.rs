@@ -1,5 +1,6 @@
 //! Volumes: their files, surfaces in them, and what is refused.
 
+mod boxes;
 mod files;
 mod iso;
 mod labels;

@@ -26,17 +26,21 @@ pub(super) fn contract(borders: &mut Borders) -> bool {
         let first = (borders.vertices[*root as usize], 1);
         let sum = means.entry(*root).or_insert(first);
         *sum = (sum.0 + borders.vertices[v], sum.1 + 1);
+        // It no longer lies on a sharp edge.
+        borders.is_sharp[*root as usize] = false;
     }
     if means.is_empty() {
         return false;
     }
+    let mut is_changed = vec![false; roots.len()];
     for (root, (sum, count)) in means {
+        is_changed[root as usize] = true;
         borders.vertices[root as usize] = sum / f64::from(count);
     }
     for triangle in &mut borders.triangles {
         *triangle = triangle.map(|v| roots[v as usize]);
     }
-    drop_flat(borders);
+    drop_flat(borders, &is_changed);
     true
 }
 
@@ -101,11 +105,17 @@ fn join_short_curves(borders: &Borders, edges: &EdgeTable, joined: &mut Partitio
 }
 
 /// Drops triangles without area. Those that have come to lie on each other become one between the labels
-/// that are left on either side, or none.
-fn drop_flat(borders: &mut Borders) {
+/// that are left on either side, or none. Only triangles with vertices that others have been joined to are
+/// of either kind.
+pub(super) fn drop_flat(borders: &mut Borders, is_changed: &[bool]) {
     // Of each place, the triangles there with the labels on both sides, as its corners ascend.
     let mut places: HashMap<[u32; 3], Vec<(usize, [u32; 2])>> = HashMap::new();
+    let mut kept: Vec<(usize, [u32; 3], [u32; 2])> = Vec::new();
     for (t, triangle) in borders.triangles.iter().enumerate() {
+        if !triangle.iter().any(|v| is_changed[*v as usize]) {
+            kept.push((t, *triangle, borders.sides[t]));
+            continue;
+        }
         let mut key = *triangle;
         key.sort_unstable();
         if key[0] != key[1] && key[1] != key[2] {
@@ -116,7 +126,6 @@ fn drop_flat(borders: &mut Borders) {
             places.entry(key).or_default().push((t, sides));
         }
     }
-    let mut kept: Vec<(usize, [u32; 3], [u32; 2])> = Vec::new();
     for (key, stack) in places {
         let [mut over, mut under] = [0, 1].map(|side| stack.iter().map(|(_, s)| s[side]).collect::<Vec<_>>());
         over.retain(|label| match under.iter().position(|other| other == label) {

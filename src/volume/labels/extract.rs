@@ -1,9 +1,13 @@
 //! From labels and their fields to triangles.
 
+use std::collections::HashMap;
+
 use glam::{DMat4, DVec3, DVec4};
 use rayon::prelude::*;
 
+use super::contract::drop_flat;
 use super::fields::Fields;
+use super::sharp::snapped;
 use super::simplex::{Corners, PATHS, Piece, pieces};
 use crate::io::Volume;
 use crate::{Error, ProgressToken, Result};
@@ -14,6 +18,8 @@ pub(super) struct Borders {
     pub triangles: Vec<[u32; 3]>,
     /// The labels behind each triangle and in front of it.
     pub sides: Vec<[u32; 2]>,
+    /// Which vertices lie on sharp edges.
+    pub is_sharp: Vec<bool>,
 }
 
 /// A vertex by the nodes that it is between: the index of the lowest, and behind it in bits of three the
@@ -64,15 +70,32 @@ pub(super) fn extract(
         return Err(Error::input(None, problem, "use a coarser volume"));
     }
     progress.done(0.8)?;
-    let vertices = keys.par_iter().map(|key| grid.place(*key, fields)).collect();
-    let number = |key: Key| keys.partition_point(|other| *other < key) as u32;
+    let (vertices, is_sharp): (Vec<DVec3>, Vec<bool>) =
+        keys.par_iter().map(|key| grid.place(*key, fields)).unzip();
+    let same = same_places(&vertices, &is_sharp);
+    let number = |key: Key| same[keys.partition_point(|other| *other < key)];
     let of = |polygon: &Polygon| {
         let around = polygon.around.map(number);
         let sides = polygon.sides;
         (2..polygon.count).map(move |k| ([around[0], around[k - 1], around[k]], sides))
     };
     let (triangles, sides) = polygons.par_iter().flat_map_iter(of).unzip();
-    Ok(Borders { vertices, triangles, sides })
+    let mut borders = Borders { vertices, triangles, sides, is_sharp };
+    if borders.is_sharp.contains(&true) {
+        let is_changed = borders.is_sharp.clone();
+        drop_flat(&mut borders, &is_changed);
+    }
+    Ok(borders)
+}
+
+/// For each vertex the first one at its place, if it lies on a sharp edge, or else itself.
+fn same_places(vertices: &[DVec3], is_sharp: &[bool]) -> Vec<u32> {
+    let mut firsts = HashMap::new();
+    let mut first = |v: u32| {
+        let place = vertices[v as usize].to_array().map(f64::to_bits);
+        if is_sharp[v as usize] { *firsts.entry(place).or_insert(v) } else { v }
+    };
+    (0..vertices.len() as u32).map(&mut first).collect()
 }
 
 /// A corner of a cell, whose bits say along which axes it is up.
@@ -119,15 +142,16 @@ impl Grid<'_> {
                     (self.index(at(low)) as u64) << 9 | ways.sum::<u64>()
                 };
                 let sides = piece.sides.map(|corner| own[usize::from(corner)]);
-                let turned = looks_to_first(&piece, path) == (sides[0] > sides[1]);
+                let turned = looks_to_first(piece, path) == (sides[0] > sides[1]);
                 let sides = [sides[0].max(sides[1]), sides[0].min(sides[1])];
                 found.extend(Polygon::new(&piece.around.map(key)[..piece.count], turned, sides));
             }
         }
     }
 
-    /// Where the fields of the labels of a vertex's nodes are equal.
-    fn place(&self, key: Key, fields: &Fields) -> DVec3 {
+    /// Where the fields of the labels of a vertex's nodes are equal, or the place on a sharp edge beside it;
+    /// and whether it is that.
+    fn place(&self, key: Key, fields: &Fields) -> (DVec3, bool) {
         let low = (key >> 9) as usize;
         let ways = [key & 7, key >> 3 & 7, key >> 6 & 7].into_iter().take_while(|way| *way > 0);
         let step = |way: u64| {
@@ -138,7 +162,10 @@ impl Grid<'_> {
         let nodes: Vec<[usize; 3]> = nodes.map(|index| self.coordinates(index)).collect();
         let shares = balance(fields, &nodes, self.volume);
         let place = |at: &[usize; 3]| DVec3::from_array(at.map(|c| c as f64));
-        nodes.iter().zip(shares).map(|(at, share)| share * place(at)).sum()
+        let smooth = nodes.iter().zip(shares).map(|(at, share)| share * place(at)).sum();
+        let middle = nodes.iter().map(place).sum::<DVec3>() / nodes.len() as f64;
+        let sharp = snapped(&fields.sharp, self.volume.size, &nodes, middle);
+        (sharp.unwrap_or(smooth), sharp.is_some())
     }
 }
 

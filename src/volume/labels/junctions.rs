@@ -2,8 +2,10 @@
 //! equal, which is not as smooth as the fields.
 
 use glam::DVec3;
+use rayon::prelude::*;
 
 use super::extract::Borders;
+use crate::mesh::csr::Csr;
 use crate::mesh::half_edges::EdgeTable;
 
 /// Pairs of steps, one that shrinks and one that grows as much (Taubin 1995).
@@ -29,41 +31,51 @@ pub(super) fn smooth(borders: &mut Borders, size: [usize; 3]) {
     let near = near(borders, &degree);
     let mut is_free: Vec<bool> = near.iter().map(|ring| *ring <= RINGS).collect();
     open.iter().for_each(|v| is_free[*v as usize] = false);
+    is_free.iter_mut().zip(&borders.is_sharp).for_each(|(free, sharp)| *free &= !sharp);
     for (v, place) in borders.vertices.iter().enumerate() {
         let is_border = |axis: usize| place[axis] <= 0.0 || place[axis] >= size[axis] as f64 - 1.0;
         is_free[v] &= matches!(degree[v], 0 | 2) && !(0..3).any(is_border);
     }
-    let is_local =
-        |triangle: &&[u32; 3]| triangle.iter().any(|v| is_free[*v as usize] && degree[*v as usize] == 0);
-    let local: Vec<[u32; 3]> = borders.triangles.iter().filter(is_local).copied().collect();
-    let mut sums = vec![(DVec3::ZERO, 0_u32); borders.vertices.len()];
     let free: Vec<u32> = (0..is_free.len() as u32).filter(|v| is_free[*v as usize]).collect();
+    let linked = links(borders, &curves, &degree, &is_free);
+    let mut moved = vec![DVec3::ZERO; free.len()];
     for step in 0..2 * PAIRS {
-        free.iter().for_each(|v| sums[*v as usize] = (DVec3::ZERO, 0));
-        let mut add = |to: u32, from: u32| {
-            let sum = &mut sums[to as usize];
-            *sum = (sum.0 + borders.vertices[from as usize], sum.1 + 1);
+        let share = if step % 2 == 0 { SHRINKING } else { GROWING };
+        let vertices = &borders.vertices;
+        let place = |(v, moved): (&u32, &mut DVec3)| {
+            let (own, others) = (vertices[*v as usize], linked.of(*v));
+            let mean = others.iter().map(|from| vertices[*from as usize]).sum::<DVec3>()
+                / others.len().max(1) as f64;
+            *moved = if others.is_empty() { own } else { own + share * (mean - own) };
         };
-        for [a, b] in &curves {
-            add(*a, *b);
-            add(*b, *a);
+        free.par_iter().zip(&mut moved).for_each(place);
+        free.iter().zip(&moved).for_each(|(v, place)| borders.vertices[*v as usize] = *place);
+    }
+}
+
+/// Of each free vertex, those that it is drawn to: on a curve those beside it there, and else those of each
+/// of its triangles.
+fn links(borders: &Borders, curves: &[[u32; 2]], degree: &[u32], is_free: &[bool]) -> Csr {
+    let mut links = Vec::new();
+    let mut add = |to: u32, from: u32| {
+        if is_free[to as usize] {
+            links.push((to, from));
         }
-        for triangle in &local {
-            for k in 0..3 {
-                let (to, others) = (triangle[k], [triangle[(k + 1) % 3], triangle[(k + 2) % 3]]);
-                // Curves follow curves alone.
-                if degree[to as usize] == 0 {
-                    others.iter().for_each(|from| add(to, *from));
-                }
+    };
+    for [a, b] in curves {
+        add(*a, *b);
+        add(*b, *a);
+    }
+    for triangle in &borders.triangles {
+        for k in 0..3 {
+            // Curves follow curves alone.
+            if degree[triangle[k] as usize] == 0 {
+                add(triangle[k], triangle[(k + 1) % 3]);
+                add(triangle[k], triangle[(k + 2) % 3]);
             }
         }
-        let share = if step % 2 == 0 { SHRINKING } else { GROWING };
-        for v in &free {
-            let (sum, count) = sums[*v as usize];
-            let place = &mut borders.vertices[*v as usize];
-            *place += share * (sum / f64::from(count.max(1)) - *place) * f64::from(count.min(1));
-        }
     }
+    Csr::group(is_free.len(), links.into_iter())
 }
 
 /// How many edges each vertex is away from a curve, as far as that matters.

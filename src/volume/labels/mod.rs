@@ -6,6 +6,7 @@ mod extract;
 mod fair;
 mod fields;
 mod junctions;
+mod sharp;
 mod simplex;
 mod specks;
 
@@ -64,7 +65,8 @@ pub struct LabelSurface {
     pub mesh: TriMesh,
     /// Of each face, [`LABEL_BEHIND`] and [`LABEL_BEFORE`].
     pub attributes: Attributes,
-    /// Half-edges `3 * triangle + k` of the mesh where closed borders meet the volume's border, for
+    /// Half-edges `3 * triangle + k` of the mesh on sharp edges, those of boxes and where closed borders meet
+    /// the volume's border, for
     /// [`crate::options::CoarseToFineOptions::fixed_half_edges`].
     pub rim: Vec<u32>,
     /// Different labels, 0 not counted.
@@ -138,9 +140,11 @@ fn run(volume: &Volume, options: &LabelOptions, progress: &ProgressToken) -> Res
     }
     contract(&mut borders);
     progress.done(0.95)?;
-    let Borders { vertices, triangles, sides } = borders;
+    let sharp = sharp::half_edges(&borders);
+    let Borders { vertices, triangles, sides, .. } = borders;
     let mut mesh = TriMesh { vertices, triangles };
     let mut rim = if options.closed { super::border::rim(&mesh, volume.size) } else { Vec::new() };
+    rim.extend(sharp);
     mesh.vertices.par_iter_mut().for_each(|vertex| *vertex = volume.frame.transform_point3(*vertex));
     if volume.frame.matrix3.determinant() < 0.0 {
         super::border::turn(&mut mesh, &mut rim);

@@ -4,6 +4,8 @@
 //! so that faces of neighbours fit. A label's part of a tetrahedron is around its corners, and the border of
 //! any label is a manifold, whatever the labels are.
 
+use std::sync::OnceLock;
+
 /// A vertex of the borders, on the edge, the face or in the tetrahedron between these corners; numbers of
 /// corners, as bits.
 pub(super) type Corners = u8;
@@ -23,7 +25,17 @@ pub(super) const PATHS: [[u8; 4]; 6] =
     [[0, 1, 3, 7], [0, 1, 5, 7], [0, 2, 3, 7], [0, 2, 6, 7], [0, 4, 5, 7], [0, 4, 6, 7]];
 
 /// The polygons in a tetrahedron whose corners have these labels.
-pub(super) fn pieces(labels: [u32; 4]) -> Vec<Piece> {
+pub(super) fn pieces(labels: [u32; 4]) -> &'static [Piece] {
+    // They depend on nothing but the first corner with each corner's label.
+    static KNOWN: OnceLock<Vec<Vec<Piece>>> = OnceLock::new();
+    let known = KNOWN.get_or_init(|| {
+        (0..256).map(|all: u32| pieces_of([0, 2, 4, 6].map(|shift| all >> shift & 3))).collect()
+    });
+    let first = |k: usize| labels.iter().position(|label| *label == labels[k]).unwrap_or(k);
+    &known[(0..4).fold(0, |all, k| all | first(k) << (2 * k))]
+}
+
+fn pieces_of(labels: [u32; 4]) -> Vec<Piece> {
     let mut found = Vec::new();
     // Corners of one label, by the first of them.
     let group = |first: usize| (0..4).filter(move |k| labels[*k] == labels[first]);
