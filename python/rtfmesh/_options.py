@@ -117,7 +117,12 @@ class Options(TypedDict, total=False):
     """Keep texture seams; from glTF, OBJ and 3MF to GLB also materials and their images. No face crosses a
     seam then."""
     keep_labels: bool | str | Sequence[str] | None
-    """Keep the borders between materials, groups and other labels of faces."""
+    """Keep the borders between materials, groups and other labels of faces; =NAME,NAME: of these alone.
+    Named ones may be any values of faces."""
+    smooth_labels: float | None
+    """With `keep_labels`: make ragged borders smooth; none moves by more than so many edges of the input
+    [default: 1]. 0 keeps borders as they are. Sharp edges, boundaries and borders that are not ragged
+    stay."""
     no_attributes: bool | None
     """Drop colours, normals, texture coordinates, labels and all other attributes."""
     time_limit: float | None

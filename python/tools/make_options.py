@@ -38,6 +38,7 @@ TYPES = {
     "STEP": "float",
     "DEGREES": "float",
     "SLOPE": "float",
+    "EDGES": "float",
     "LENGTHS": "float",
     "SECONDS": "float",
     "G": "float",

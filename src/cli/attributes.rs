@@ -2,7 +2,7 @@
 
 use super::heading::ATTRIBUTES;
 use rtfmesh::io::{Format, Loaded};
-use rtfmesh::mesh::attributes::{Attributes, label_boundaries, transfer, uv_seams};
+use rtfmesh::mesh::attributes::{Attribute, Attributes, Role, label_boundaries, transfer, uv_seams};
 use rtfmesh::mesh::repair::{Repaired, repair_with};
 use rtfmesh::{CorrespondenceRequest, Error, Method, Options, Remeshed, TriMesh};
 
@@ -15,9 +15,25 @@ pub struct AttributeArgs {
     /// No face crosses a seam then.
     #[arg(long)]
     keep_uv: bool,
-    /// Keep the borders between materials, groups and other labels of faces
-    #[arg(long, hide_short_help = true)]
-    keep_labels: bool,
+    /// Keep the borders between materials, groups and other labels of faces; =NAME,NAME: of these alone
+    ///
+    /// Named ones may be any values of faces.
+    #[arg(
+        long,
+        value_name = "NAME",
+        num_args = 0..=1,
+        require_equals = true,
+        value_delimiter = ',',
+        default_missing_value = "",
+        hide_short_help = true
+    )]
+    keep_labels: Option<Vec<String>>,
+    /// With --keep-labels: make ragged borders smooth; none moves by more than so many edges of the input
+    /// [default: 1]
+    ///
+    /// 0 keeps borders as they are. Sharp edges, boundaries and borders that are not ragged stay.
+    #[arg(long, value_name = "EDGES", requires = "keep_labels", hide_short_help = true)]
+    smooth_labels: Option<f64>,
     /// Drop colours, normals, texture coordinates, labels and all other attributes
     #[arg(long, conflicts_with_all = ["keep_uv", "keep_labels"], hide_short_help = true)]
     no_attributes: bool,
@@ -29,7 +45,7 @@ impl AttributeArgs {
     /// # Errors
     /// [`Error::Usage`] that names the option.
     pub fn check(&self, method: Method) -> rtfmesh::Result<()> {
-        let given = [("--keep-uv", self.keep_uv), ("--keep-labels", self.keep_labels)];
+        let given = [("--keep-uv", self.keep_uv), ("--keep-labels", self.keep_labels.is_some())];
         match given.iter().find(|(_, given)| *given && method != Method::CoarseToFine) {
             None => Ok(()),
             Some((name, _)) => Err(Error::usage(
@@ -68,7 +84,9 @@ impl AttributeArgs {
         };
         // Once a crack is closed, its edges can be seams and borders.
         let repaired = match repaired {
-            None if self.keep_uv || self.keep_labels => Some(repair_with(mesh, &options.repairs())?),
+            None if self.keep_uv || self.keep_labels.is_some() => {
+                Some(repair_with(mesh, &options.repairs())?)
+            }
             given => given,
         };
         let welded = repaired.as_ref().and_then(|repaired| repaired.at_welded_places(mesh));
@@ -79,12 +97,15 @@ impl AttributeArgs {
                 notes.push("there are no texture coordinates whose seams could be kept".to_owned());
             }
         }
-        if self.keep_labels {
-            let borders = label_boundaries(mesh, attributes);
+        if let Some(names) = &self.keep_labels {
+            let borders = borders(names, mesh, attributes)?;
             if borders.is_empty() {
                 notes.push("there are no labels whose borders could be kept".to_owned());
             }
-            options.coarse_to_fine.fixed_half_edges.extend(borders);
+            options.coarse_to_fine.label_borders = borders;
+            if let Some(edges) = self.smooth_labels {
+                options.coarse_to_fine.smooth_labels = edges;
+            }
         } else if attributes.materials.as_ref().is_some_and(|materials| materials.used() > 1) {
             notes.push("borders between materials are not kept; --keep-labels keeps them".to_owned());
         }
@@ -107,6 +128,27 @@ impl AttributeArgs {
         let is_lost = is_unread && !self.no_attributes && format == Format::Glb;
         is_lost.then(|| "the texture is not kept: --keep-uv keeps it, with vertices on its seams".to_owned())
     }
+}
+
+/// The half-edges between values of faces with these names; between all labels if there is none.
+///
+/// # Errors
+/// [`Error::Usage`] for a name that no values of faces have.
+fn borders(names: &[String], mesh: &TriMesh, attributes: &Attributes) -> rtfmesh::Result<Vec<u32>> {
+    if names.iter().all(String::is_empty) {
+        return Ok(label_boundaries(mesh, attributes));
+    }
+    let named = |name: &String| {
+        let found = attributes.face_named(name).map(|own| Attribute { role: Role::Label, ..own.clone() });
+        found.ok_or_else(|| {
+            let there: Vec<&str> = attributes.face.iter().map(|own| own.name.as_str()).collect();
+            let there = if there.is_empty() { "no values".to_owned() } else { there.join(", ") };
+            let problem = format!("--keep-labels names {name}, and the faces have {there}");
+            Error::usage(problem, "give a name that is there, or none for all labels")
+        })
+    };
+    let face = names.iter().filter(|name| !name.is_empty()).map(named).collect::<rtfmesh::Result<_>>()?;
+    Ok(label_boundaries(mesh, &Attributes { face, ..Attributes::default() }))
 }
 
 /// The input's attributes for the result, if the run was asked for them.

@@ -176,7 +176,8 @@ impl Call {
         let named = command.get_arguments().filter_map(|arg| arg.get_long().map(|name| (name, arg)));
         let option = |(name, arg): (&str, &clap::Arg)| CallOption {
             name: name.to_owned(),
-            value: arg.get_action().takes_values().then(|| {
+            // What may do without one is true or false.
+            value: (arg.get_action().takes_values() && !may_lack_value(arg)).then(|| {
                 let names = arg.get_value_names().unwrap_or_default();
                 names.first().map(ToString::to_string).unwrap_or_default()
             }),
@@ -296,6 +297,11 @@ impl Call {
         options.validate()?;
         Ok(options)
     }
+}
+
+/// Whether an option needs no value.
+fn may_lack_value(arg: &clap::Arg) -> bool {
+    arg.get_num_args().is_some_and(|range| range.min_values() == 0)
 }
 
 fn own_sizing(numbers: &[f64]) -> Attribute {

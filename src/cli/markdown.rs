@@ -63,13 +63,16 @@ fn item(arg: &Arg) -> String {
 
 /// Such as `-n`, `--vertices <N>`.
 fn name(arg: &Arg) -> String {
+    let needs_none = arg.get_num_args().is_some_and(|range| range.min_values() == 0);
+    let is_optional = needs_none && arg.get_action().takes_values();
     let value = match arg.get_value_names() {
-        Some([name, ..]) if arg.get_action().takes_values() => format!("<{name}>"),
+        Some([name, ..]) if is_optional => format!("[={name}]"),
+        Some([name, ..]) if arg.get_action().takes_values() => format!(" <{name}>"),
         _ => String::new(),
     };
-    let Some(long) = arg.get_long() else { return format!("`{value}`") };
+    let Some(long) = arg.get_long() else { return format!("`{}`", value.trim_start()) };
     let short = arg.get_short().map(|short| format!("`-{short}`, ")).unwrap_or_default();
-    format!("{short}`{}`", format!("--{long} {value}").trim_end())
+    format!("{short}`--{long}{value}`")
 }
 
 /// Clap takes the last period away.

@@ -49,6 +49,8 @@ impl Options {
         min_angle: f64,
         feature_angle: f64,
         fixed_half_edges: Vec<u32>,
+        label_borders: Vec<u32>,
+        smooth_labels: f64,
         may_give_up_fixed: bool,
         sizing: Sizing,
         growth: f64,

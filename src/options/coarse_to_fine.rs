@@ -97,6 +97,9 @@ impl FeatureLines {
     }
 }
 
+/// Most edges that borders of labels may move by.
+const MAX_SMOOTH_LABELS: f64 = 10.0;
+
 /// Settings of [`Method::CoarseToFine`](super::Method::CoarseToFine); the default ones are those of
 /// [`Quality::Normal`].
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -127,6 +130,12 @@ pub struct CoarseToFineOptions {
     /// Half-edges `3 * triangle + k` of the input, from corner k of the triangle to the next, that are kept
     /// as well. Those of triangles that repair drops do not count.
     pub fixed_half_edges: Vec<u32>,
+    /// Half-edges of the input between labels, kept like the fixed ones. Ragged ones are made smooth first.
+    pub label_borders: Vec<u32>,
+    /// Vertices of `label_borders` move by at most so many edges of the input, along the surface, so that
+    /// borders do not follow its triangles to and fro; 0 for borders as they are. Sharp edges, boundaries,
+    /// and borders that are not ragged stay.
+    pub smooth_labels: f64,
     /// Whether `fixed_half_edges` are given up, with a warning, where there are too few vertices for them.
     pub may_give_up_fixed: bool,
     /// How long edges are in different places.
@@ -154,6 +163,8 @@ impl Default for CoarseToFineOptions {
             feature_angle: FeatureOptions::FEATURE_ANGLE,
             features: None,
             fixed_half_edges: Vec::new(),
+            label_borders: Vec::new(),
+            smooth_labels: 1.0,
             may_give_up_fixed: false,
             sizing: Sizing::Automatic,
             min_edge: None,
@@ -203,6 +214,10 @@ impl CoarseToFineOptions {
                 problem,
                 format!("use more than 0 to {MAX_GROWTH}, such as 0.25"),
             ));
+        }
+        if !(0.0..=MAX_SMOOTH_LABELS).contains(&self.smooth_labels) {
+            let problem = format!("`smooth_labels` {} is out of range", self.smooth_labels);
+            return Err(Error::option("smooth_labels", problem, "use 0 to 10 edges, such as 1"));
         }
         for (name, length) in [("min_edge", self.min_edge), ("max_edge", self.max_edge)] {
             if let Some(Length::Units(value) | Length::OfDiagonal(value)) = length

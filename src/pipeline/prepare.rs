@@ -14,7 +14,7 @@ use super::user_curves::has_user_curves;
 use crate::gpu::Device;
 use crate::mesh::coincident::separate_coincident;
 use crate::mesh::correspondence::{CorrespondenceRequest, Search, half_edges_after, vertex_values_after};
-use crate::mesh::repair::{Repaired, cracks, repair_with};
+use crate::mesh::repair::{BorderSmoothing, Repaired, cracks, repair_with, smooth_borders};
 use crate::mesh::spacing;
 use crate::mesh::subdivide::halved;
 use crate::mesh::submesh::{append, extract};
@@ -55,17 +55,17 @@ impl Prepared {
     /// [`Error::OutOfMemory`], [`Error::Cancelled`].
     pub fn new(device: &Device, input: RunInput, progress: &ProgressToken) -> Result<Self> {
         let RunInput { mesh, repaired, options, lengths, .. } = input;
-        let repaired = repaired_for(mesh, repaired, options)?;
+        let mut repaired = repaired_for(mesh, repaired, options)?;
+        let mut options = for_repaired(mesh, &mut repaired, options);
         progress.poll()?;
         let frame = UnitFrame::of(&repaired.mesh)?;
         // Curves are not known yet.
-        check_memory(device, &repaired.mesh, options, false)?;
-        let subdivided = subdivided(&repaired.mesh, options, progress)?;
+        check_memory(device, &repaired.mesh, &options, false)?;
+        let subdivided = subdivided(&repaired.mesh, &options, progress)?;
         progress.poll()?;
-        let division = divide(&repaired.mesh, &frame, options, progress);
+        let division = divide(&repaired.mesh, &frame, &options, progress);
         let division = division.map_err(|error| name_cracks(error, &repaired.mesh))?;
         progress.poll()?;
-        let mut options = for_repaired(mesh, &repaired, options);
         if let Some(lengths) = lengths {
             options.coarse_to_fine.sizing = Sizing::Given(lengths.to_vec());
         }
@@ -154,13 +154,24 @@ pub(crate) fn repaired_for(
     Err(Error::usage("the repaired mesh was made from another one", "give what repair made of this mesh"))
 }
 
-/// The options for the repaired mesh: half-edges and sizes of the mesh become those of the repaired one.
-pub(crate) fn for_repaired(mesh: &TriMesh, repaired: &Repaired, options: &Options) -> Options {
+/// The options for the repaired mesh: half-edges and sizes of the mesh become those of the repaired one, in
+/// which ragged borders of labels are made smooth.
+pub(crate) fn for_repaired(mesh: &TriMesh, repaired: &mut Repaired, options: &Options) -> Options {
     let mut options = options.clone();
     let method = &mut options.coarse_to_fine;
     method.fixed_half_edges = half_edges_after(mesh, repaired, &method.fixed_half_edges);
+    method.label_borders = half_edges_after(mesh, repaired, &method.label_borders);
     if let Sizing::Given(values) = &mut method.sizing {
         *values = vertex_values_after(mesh, repaired, values);
+    }
+    if !method.label_borders.is_empty() && method.smooth_labels > 0.0 {
+        let by = BorderSmoothing {
+            edges: method.smooth_labels,
+            feature_angle: method.feature_angle,
+            fixed: &method.fixed_half_edges,
+        };
+        method.label_borders =
+            smooth_borders(&mut repaired.mesh, &mut repaired.origin, &method.label_borders, &by);
     }
     options
 }

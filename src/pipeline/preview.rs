@@ -4,7 +4,7 @@ use super::coarse_to_fine::levels::{Extent, LevelPlan, enough, levels};
 use super::coarse_to_fine::size_field::{SizeRequest, size_field};
 use super::memory::bytes_needed;
 use super::prepare::{for_repaired, repaired_for};
-use super::user_curves::{may_simplify, user_curve_edges};
+use super::user_curves::{may_simplify, name_borders, user_curve_edges};
 use crate::mesh::features::{FeatureOptions, Features, find_features};
 use crate::mesh::repair::{RepairCounts, Repaired};
 use crate::mesh::sizing::SizeField;
@@ -76,8 +76,8 @@ pub fn preview_repaired(mesh: &TriMesh, repaired: Option<Repaired>, options: &Op
         let problem = "edge lengths for a largest deviation follow from several runs, and so does the plan";
         return Err(Error::option("sizing", problem, "run it, or plan with another `sizing`"));
     }
-    let repaired = repaired_for(mesh, repaired, options)?;
-    let options = &for_repaired(mesh, &repaired, options);
+    let mut repaired = repaired_for(mesh, repaired, options)?;
+    let options = &for_repaired(mesh, &mut repaired, options);
     let frame = UnitFrame::of(&repaired.mesh)?;
     let unit = TriMesh {
         vertices: repaired.mesh.vertices.iter().map(|vertex| frame.to_unit(*vertex)).collect(),
@@ -115,7 +115,7 @@ pub fn preview_repaired(mesh: &TriMesh, repaired: Option<Repaired>, options: &Op
                 }
                 // A surface that is simplified has no levels.
                 (Err(Error::Usage { .. }), _) if may_simplify(options) => Vec::new(),
-                (plans, _) => plans?,
+                (plans, _) => plans.map_err(|error| name_borders(error, options))?,
             }
         }
         _ => vec![LevelPlan { sites: options.vertices, interior: options.vertices, spacing }],

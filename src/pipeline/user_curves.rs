@@ -3,17 +3,32 @@
 use crate::mesh::features::user_edges;
 use crate::mesh::half_edges::next;
 use crate::options::{Options, Shortage};
-use crate::{Result, TriMesh};
+use crate::{Error, Result, TriMesh};
 
 /// Whether the options ask for curves of the user.
 pub(crate) fn has_user_curves(options: &Options) -> bool {
-    options.coarse_to_fine.features.is_some() || !options.coarse_to_fine.fixed_half_edges.is_empty()
+    let method = &options.coarse_to_fine;
+    let half_edges = [&method.fixed_half_edges, &method.label_borders];
+    method.features.is_some() || half_edges.iter().any(|list| !list.is_empty())
 }
 
 /// Whether a surface may be simplified without its curves if there are too few vertices: not with curves of
 /// the user.
 pub(crate) fn may_simplify(options: &Options) -> bool {
     !has_user_curves(options) && options.shortage != Shortage::AddVertices
+}
+
+/// An error of too few vertices for curves, with borders of labels among them if the options have some.
+pub(crate) fn name_borders(error: Error, options: &Options) -> Error {
+    match error {
+        Error::Usage { problem, remedy, field } if !options.coarse_to_fine.label_borders.is_empty() => {
+            let problem = problem
+                .replace("sharp edges and boundaries", "borders of labels, sharp edges and boundaries");
+            let remedy = remedy.replace("raise `feature_angle`", "keep the borders of fewer labels");
+            Error::Usage { problem, remedy, field }
+        }
+        error => error,
+    }
 }
 
 /// Whether a run may be tried again [`without_fixed`] half-edges.
@@ -34,7 +49,8 @@ pub(crate) fn without_fixed(options: &Options) -> Options {
 pub(crate) fn user_curve_edges(mesh: &TriMesh, options: &Options) -> Result<Vec<[u32; 2]>> {
     let corners = mesh.triangles.as_flattened();
     let ends = |half: u32| [half, next(half)].map(|corner| corners[corner as usize]);
-    let fixed = options.coarse_to_fine.fixed_half_edges.iter().map(|half| ends(*half));
+    let method = &options.coarse_to_fine;
+    let fixed = method.fixed_half_edges.iter().chain(&method.label_borders).map(|half| ends(*half));
     let Some(features) = &options.coarse_to_fine.features else { return Ok(fixed.collect()) };
     let drawn = user_edges(mesh, &features.lines).map_err(|error| match &features.file {
         Some(file) => error.in_file(file),

@@ -58,7 +58,7 @@ impl Settings {
                 Method::AllAtOnce => "coarse_to_fine",
             });
         }
-        for list in ["fixed_half_edges", "sizing/given", "features/lines"] {
+        for list in ["fixed_half_edges", "label_borders", "sizing/given", "features/lines"] {
             if let Some(list) = all.pointer_mut(&format!("/coarse_to_fine/{list}"))
                 && let Some(count) = list.as_array().map(Vec::len)
             {

@@ -88,7 +88,7 @@ fn seams_and_borders_are_kept_if_asked() {
     let report: serde_json::Value =
         serde_json::from_slice(&std::fs::read(place.path("r.json")).unwrap()).unwrap();
     assert_eq!((&report["skeleton"]["curves"], &report["skeleton"]["corners"]), (&12.into(), &8.into()));
-    assert_eq!(report["options"]["coarse_to_fine"]["fixed_half_edges"], 24);
+    assert_eq!(report["options"]["coarse_to_fine"]["label_borders"], 24);
     let found = read(&place.path("out.ply")).unwrap();
     let (low, high) = found.mesh.bounds().unwrap();
     let (low_before, high_before) = mesh.bounds().unwrap();
@@ -110,6 +110,24 @@ fn seams_and_borders_are_kept_if_asked() {
         let refused = place.program(&format!("remesh in.ply out.ply -n 300 {arguments}")).assert().code(2);
         refused.stderr(predicate::str::contains("--keep-"));
     }
+}
+
+#[test]
+fn borders_of_named_values_alone_are_kept() {
+    let (place, _) = place();
+    let curves = |arguments: &str| {
+        place.run(&format!("remesh in.ply out.ply -n 300 --iterations 2 --feature-angle 180 -q {arguments}"));
+        let report = std::fs::read(place.path("r.json")).unwrap();
+        let report: serde_json::Value = serde_json::from_slice(&report).unwrap();
+        report["options"]["coarse_to_fine"]["label_borders"].clone()
+    };
+    for (names, borders) in [("", 24), ("=part", 24), ("=part,part", 24)] {
+        assert_eq!(curves(&format!("--keep-labels{names} --report r.json")), borders, "{names}");
+    }
+    let refused = place.program("remesh in.ply out.ply -n 300 --keep-labels=part,side").assert().code(2);
+    refused.stderr(predicate::str::contains("--keep-labels names side, and the faces have part"));
+    let refused = place.program("remesh in.ply out.ply -n 300 --smooth-labels 2").assert().code(2);
+    refused.stderr(predicate::str::contains("--keep-labels"));
 }
 
 #[test]

@@ -2,6 +2,7 @@
 //! over, cracks no wider than rounding; and, where the caller gives a tolerance, wider cracks and small
 //! components; and, where asked for, makes ragged boundaries smooth.
 
+mod borders;
 mod boundary;
 mod clean;
 mod components;
@@ -23,6 +24,7 @@ use super::quick_hash::QuickMap;
 use super::submesh::without_unused_vertices;
 use super::{TriMesh, position_key};
 use crate::{Error, Result};
+pub(crate) use borders::{BorderSmoothing, smooth_borders};
 use clean::{Cleaned, clean};
 pub(crate) use components::connected_components;
 pub use counts::RepairCounts;

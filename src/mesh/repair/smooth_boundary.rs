@@ -18,12 +18,20 @@ const REACH: f64 = 3.0;
 const SHARE_OF_LENGTH: f64 = 1.0 / 12.0;
 /// Rings of vertices that follow the boundary.
 const RINGS: usize = 8;
-/// Rounds in which what folds is moved half as far; after them, it stays.
-const HALVINGS: usize = 6;
-/// A triangle may turn by 60 degrees,
-const LEAST_COSINE: f64 = 0.5;
-/// and keep this share of its area.
-const LEAST_AREA: f64 = 0.1;
+/// A triangle may turn by 60 degrees, and keeps a tenth of its area.
+const LIMITS: Limits = Limits { factor: 0.5, rounds: 6, least_cosine: 0.5, least_area: 0.1 };
+
+/// How far the triangles at a curve may change.
+pub(super) struct Limits {
+    /// What folds is moved less by this factor,
+    pub factor: f64,
+    /// in at most so many rounds; after them, it stays.
+    pub rounds: usize,
+    /// The cosine of the angle by which a triangle may turn.
+    pub least_cosine: f64,
+    /// The part of its area that it keeps.
+    pub least_area: f64,
+}
 
 /// Moves boundary vertices by at most `tolerance`, in the mesh's unit. Vertices where more than one curve
 /// passes stay. Returns how many boundary vertices moved.
@@ -40,7 +48,7 @@ pub(super) fn smooth_boundary(mesh: &mut TriMesh, table: &EdgeTable, tolerance: 
         curve.vertices.iter().for_each(|v| is_fixed[*v as usize] = true);
     }
     follow(mesh, &is_fixed, &mut moves);
-    unfold(mesh, &mut moves);
+    unfold(mesh, &mut moves, &LIMITS);
     mesh.vertices.iter_mut().zip(&moves).for_each(|(p, by)| *p += *by);
     is_fixed.iter().zip(&moves).filter(|(fixed, by)| **fixed && **by != DVec3::ZERO).count()
 }
@@ -175,7 +183,7 @@ impl Filter {
 }
 
 /// Vertices near the boundary move with it, within the surface, less the farther they are.
-fn follow(mesh: &TriMesh, is_fixed: &[bool], moves: &mut [DVec3]) {
+pub(super) fn follow(mesh: &TriMesh, is_fixed: &[bool], moves: &mut [DVec3]) {
     let mut normals = vec![DVec3::ZERO; moves.len()];
     for (t, triangle) in mesh.triangles.iter().enumerate() {
         let across = mesh.doubled_normal(t);
@@ -200,16 +208,16 @@ fn follow(mesh: &TriMesh, is_fixed: &[bool], moves: &mut [DVec3]) {
     }
 }
 
-/// Where triangles would fold or vanish, their vertices move half as far, and in the end not at all.
-fn unfold(mesh: &TriMesh, moves: &mut [DVec3]) {
-    for round in 0..=HALVINGS {
-        let factor = if round < HALVINGS { 0.5 } else { 0.0 };
+/// Where triangles would fold or vanish, their vertices move less far, and in the end not at all.
+pub(super) fn unfold(mesh: &TriMesh, moves: &mut [DVec3], limits: &Limits) {
+    for round in 0..=limits.rounds {
+        let factor = if round < limits.rounds { limits.factor } else { 0.0 };
         loop {
             let mut bad = vec![false; moves.len()];
             let mut found = false;
             for (t, triangle) in mesh.triangles.iter().enumerate() {
                 let by = triangle.map(|v| moves[v as usize]);
-                if by.iter().any(|by| *by != DVec3::ZERO) && folds(mesh.corners(t), by) {
+                if by.iter().any(|by| *by != DVec3::ZERO) && folds(mesh.corners(t), by, limits) {
                     triangle.iter().for_each(|v| bad[*v as usize] = true);
                     found = true;
                 }
@@ -225,9 +233,9 @@ fn unfold(mesh: &TriMesh, moves: &mut [DVec3]) {
     }
 }
 
-fn folds(corners: [DVec3; 3], by: [DVec3; 3]) -> bool {
+fn folds(corners: [DVec3; 3], by: [DVec3; 3], limits: &Limits) -> bool {
     let before = doubled_normal(corners);
     let after = doubled_normal([0, 1, 2].map(|k| corners[k] + by[k]));
     let cosine = before.dot(after) / (before.length() * after.length()).max(f64::MIN_POSITIVE);
-    cosine < LEAST_COSINE || after.length() < LEAST_AREA * before.length()
+    cosine < limits.least_cosine || after.length() < limits.least_area * before.length()
 }

@@ -27,6 +27,7 @@ use super::cost::{AttemptCost, FEW_ITERATIONS, LevelWork};
 use super::outcome::Outcome;
 use super::result::FeatureSummary;
 use super::small_angles::MendingCounts;
+use super::user_curves::name_borders;
 use crate::progress::ProgressReporter;
 use crate::sites::cells::CellSurface;
 use crate::sites::curve_clearance::CurveClearance;
@@ -62,7 +63,8 @@ impl CoarseToFine<'_> {
         let options = self.options;
         let curves = self.model.curves.as_ref();
         let extent = Extent { area: self.surface.area(), euler: self.input.euler, curves };
-        let plans = levels(&extent, options.vertices, options.coarse_to_fine.coarsest)?;
+        let plans = levels(&extent, options.vertices, options.coarse_to_fine.coarsest)
+            .map_err(|error| name_borders(error, options))?;
         let Some(last) = plans.last() else { return Err(Error::Internal("no levels".to_owned())) };
         let mut on = CellSurface::new(&self.surface.vertices, &self.surface.triangles, &self.surface.normals);
         if let Some(curves) = curves {

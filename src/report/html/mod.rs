@@ -106,8 +106,9 @@ struct Timed {
 /// [`Error::Input`] for a mesh without faces, with coordinates that are not finite or indices out of range.
 pub fn page(page: &PageInput) -> Result<String> {
     let Report { options, summary, device, .. } = page.report;
-    let repaired = repair_with(page.input, &options.repairs())?;
-    let user_edges = user_curve_edges(&repaired.mesh, &for_repaired(page.input, &repaired, options))?;
+    let mut repaired = repair_with(page.input, &options.repairs())?;
+    let own_options = for_repaired(page.input, &mut repaired, options);
+    let user_edges = user_curve_edges(&repaired.mesh, &own_options)?;
     let input = &repaired.mesh;
     let output = page.output;
     check(output)?;

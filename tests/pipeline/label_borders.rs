@@ -1,0 +1,72 @@
+//! Borders of labels that follow the triangles to and fro are made smooth, and others are not.
+
+use rtfmesh::glam::DVec3;
+use rtfmesh::mesh::attributes::{Attribute, Attributes, Kind, Role, label_boundaries, transfer};
+use rtfmesh::mesh::quality::quality;
+use rtfmesh::{CorrespondenceRequest, Error, Options, Remeshed, TriMesh, remesh};
+
+use crate::support::device;
+use crate::support::shapes::{plane, sphere};
+
+/// Directions in which the middles of regions of a sphere are.
+const MIDDLES: [[f64; 3]; 5] =
+    [[0.3, 0.2, 0.9], [-0.8, 0.5, 0.2], [0.7, -0.6, -0.1], [-0.3, -0.7, 0.6], [0.1, 0.4, -0.9]];
+
+/// The middle that a point is nearest to.
+fn nearest(p: DVec3) -> usize {
+    let along = |k: &usize| p.dot(DVec3::from_array(MIDDLES[*k]).normalize());
+    (0..MIDDLES.len()).max_by(|a, b| along(a).total_cmp(&along(b))).unwrap()
+}
+
+fn labelled(mesh: &TriMesh, label: impl Fn(DVec3) -> usize) -> Attributes {
+    let centre = |t: usize| mesh.corners(t).iter().sum::<DVec3>() / 3.0;
+    let values = (0..mesh.triangles.len()).map(|t| label(centre(t)) as f64).collect();
+    Attributes {
+        face: vec![Attribute::new("region", Role::Label, Kind::U8, 1, values)],
+        ..Default::default()
+    }
+}
+
+fn run(mesh: &TriMesh, labels: &Attributes, options: Options) -> Result<(Remeshed, Attributes), Error> {
+    let options = options.correspondence(CorrespondenceRequest::ALL);
+    let found = remesh(device(), mesh, &options.label_borders(label_boundaries(mesh, labels)))?;
+    let carried = transfer(labels, mesh, found.correspondence.as_ref().unwrap(), &found.mesh);
+    Ok((found, carried))
+}
+
+/// The share of the area of each region.
+fn shares(mesh: &TriMesh, labels: &Attributes) -> Vec<f64> {
+    let mut areas = vec![0.0; MIDDLES.len()];
+    (0..mesh.triangles.len()).for_each(|t| areas[labels.face[0].at(t)[0] as usize] += mesh.triangle_area(t));
+    let whole: f64 = areas.iter().sum();
+    areas.iter().map(|area| area / whole).collect()
+}
+
+#[test]
+fn ragged_borders_become_smooth_and_regions_keep_their_areas() {
+    let input = sphere(1.0, 5);
+    let labels = labelled(&input, nearest);
+    let (smooth, carried) = run(&input, &labels, Options::new(1000)).unwrap();
+    let mean = quality(&smooth.mesh).unwrap().q_avg;
+    assert!(mean > 0.92, "{mean}");
+    for (own, expected) in shares(&smooth.mesh, &carried).iter().zip(shares(&input, &labels)) {
+        assert!((own / expected - 1.0).abs() < 0.015, "{own} {expected}");
+    }
+    // As they are, they take more vertices than that.
+    let ragged = run(&input, &labels, Options::new(200).smooth_labels(0.0));
+    let error = ragged.err().map(|error| error.to_string()).unwrap_or_default();
+    assert!(error.contains("would lie on borders of labels, sharp edges and boundaries"), "{error}");
+    assert!(run(&input, &labels, Options::new(200)).is_ok());
+}
+
+#[test]
+fn straight_borders_stay_where_they_are() {
+    let input = plane(12, 0.0);
+    let label = |v: DVec3| usize::from(v.x > if v.y > 0.5 { 0.25 } else { 0.75 });
+    let labels = labelled(&input, label);
+    let (found, carried) = run(&input, &labels, Options::new(500)).unwrap();
+    for t in 0..found.mesh.triangles.len() {
+        let centre = found.mesh.corners(t).iter().sum::<DVec3>() / 3.0;
+        assert_eq!(carried.face[0].at(t), [label(centre) as f64], "{centre}");
+    }
+}
