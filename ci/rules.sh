@@ -48,25 +48,16 @@ files '*.rs' | xargs -r -d '\n' awk '
 lines '^.{111,}' '*.rs' '*.comp' '*.glsl' '*.md' '*.sh' '*.py' ':!bench/results' |
   { grep -vE '\.md:[0-9]+:(\||!\[)|^tests/[^:]*:[0-9]+:.*\\n|https?://' || true; } |
   breach "a line of more than 110 columns"
-# The tree of docs/ARCHITECTURE.md as paths. Names end at two spaces; two columns deeper means in the folder.
-tree=$(awk '
-    /^## / { here = /The tree/ }
-    here && /^```/ { if (inside) exit; inside = 1; next }
-    !inside { next }
-    {
-      match($0, /^ */); depth = RLENGTH / 2
-      rest = substr($0, RLENGTH + 1); sub(/  .*/, "", rest); n = split(rest, names, " ")
-      path = ""; for (i = 0; i < depth; i++) path = path folder[i]
-      for (i = 1; i <= n; i++) print path names[i]
-      folder[depth] = names[1]
-    }' docs/ARCHITECTURE.md)
-while read -r path; do
-  if ! [ -e "$path" ] && ! [ -e "$path.rs" ]; then echo "$path"; fi
-done <<<"$tree" | breach "docs/ARCHITECTURE.md names what is not there"
-files src glsl tests | while read -r f; do dirname "$f"; done | sort -u | while read -r folder; do
-  case $folder in src | glsl | tests | src/report/html/*) continue ;; esac
-  if ! grep -qxF "$folder/" <<<"$tree"; then echo "$folder"; fi
-done | breach "a folder that docs/ARCHITECTURE.md does not name"
+# ci/tree.sh makes the map of the sources from these lines.
+files 'src/*.rs' 'tests/*.rs' | xargs -r -d '\n' awk 'FNR == 1 && !/^\/\/! / { print FILENAME }' |
+  breach "a file that does not begin with a line of documentation (//!)"
+files 'glsl/*.glsl' | xargs -r -d '\n' awk 'FNR == 1 && !/^\/\/ / { print FILENAME }' |
+  breach "an include that does not begin with a comment"
+# Paths between backticks, from the root; those of the example of a new stage are not there.
+{ grep -ohE '`(src|glsl|tests|build|bench|ci|docs|fuzz|python)/[A-Za-z0-9_./-]+`' docs/ARCHITECTURE.md \
+  CONTRIBUTING.md || true; } | tr -d '\140' | { grep -v '/project/grid\.' || true; } | while read -r path; do
+  if ! [ -e "$path" ]; then echo "$path"; fi
+done | breach "a path in docs/ARCHITECTURE.md or CONTRIBUTING.md that is not there"
 files | while read -r f; do
   bytes=$(wc -c <"$f")
   if [ "$bytes" -gt 307200 ]; then echo "$f: $bytes bytes"; fi
