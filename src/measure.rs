@@ -21,9 +21,9 @@ use crate::{Error, ProgressToken, Result, TriMesh};
 #[derive(Debug, Clone, PartialEq, Serialize)]
 #[non_exhaustive]
 pub struct Measures {
-    /// Vertices that some face uses.
+    /// Number of vertices that are used by a triangle.
     pub vertices: usize,
-    /// Triangles.
+    /// Number of triangles.
     pub faces: usize,
     /// The shape of the triangles.
     pub quality: Quality,
@@ -31,12 +31,12 @@ pub struct Measures {
     pub valence: Valence,
     /// Components, holes, handles and defects.
     pub topology: Topology,
-    /// Faces that intersect another face, if that was asked for.
+    /// Number of triangles that intersect another one, if requested.
     pub self_intersecting_faces: Option<usize>,
-    /// Share of the edges with two faces whose normals differ by more than 120 degrees, 0..=1.
+    /// Fraction of the edges with two triangles whose normals differ by more than 120 degrees, 0 to 1.
     pub folded_edges: f64,
-    /// Enclosed volume over that of the mesh's bounding box, positive if the faces point outwards; `None`
-    /// with a boundary, and 0 where the bounding box is flat.
+    /// Enclosed volume relative to that of the bounding box, positive if the triangles face outwards. `None`
+    /// if there is a boundary, 0 if the bounding box is flat.
     pub relative_volume: Option<f64>,
     /// Distances to the reference, if there is one.
     pub distances: Option<Distances>,
@@ -50,7 +50,7 @@ pub fn measure(mesh: &TriMesh, reference: Option<&TriMesh>) -> Result<Measures> 
     measure_within(mesh, reference, DEFAULT_ACCURACY)
 }
 
-/// As [`measure`], with Hausdorff distances as close as `accuracy` asks for; see [`distances_within`].
+/// As [`measure`], with Hausdorff intervals of relative width `accuracy`; see [`distances_within`].
 ///
 /// Fails with [`Error::Usage`] as well, if that is out of range.
 pub fn measure_within(mesh: &TriMesh, reference: Option<&TriMesh>, accuracy: f64) -> Result<Measures> {
@@ -152,14 +152,14 @@ fn check_mesh(mesh: &TriMesh, name: &str) -> Result<()> {
     let count = mesh.vertices.len();
     if let Some(t) = mesh.triangles.iter().position(|t| t.iter().any(|&v| v as usize >= count)) {
         let problem = format!("the {name} uses a vertex beyond its {count} vertices");
-        return Err(Error::input(Some(format!("face {t}")), problem, "write the file again"));
+        return Err(Error::input(Some(format!("face {t}")), problem, "export the file again"));
     }
     Ok(())
 }
 
-/// Makes one vertex of all those at exactly the same position, as formats without indices split them; a zero
-/// equals a negative zero. Faces keep their number and order, vertices are sorted by x, then y, then z, and
-/// those that no face uses remain. Panics if an index is out of range.
+/// Merges vertices at exactly the same position, as formats without indices write them; zero equals negative
+/// zero. Triangles keep their number and order. Vertices are sorted by x, then y, then z; unused ones remain.
+/// Panics if an index is out of range.
 pub fn weld(mesh: &TriMesh) -> TriMesh {
     let mut order: Vec<(DVec3, u32)> = mesh.vertices.iter().map(|&v| v + DVec3::ZERO).zip(0u32..).collect();
     order.par_sort_unstable_by(|(a, i), (b, j)| {

@@ -1,4 +1,4 @@
-"""Remeshes surfaces into well-shaped triangles with exactly the vertex count asked for, on any Vulkan device.
+"""Remeshes surfaces into well-shaped triangles with exactly N vertices, on any Vulkan device.
 
     import rtfmesh
 
@@ -6,8 +6,8 @@
     result = rtfmesh.remesh(mesh, 10_000)
     rtfmesh.write("scan-10k.ply", result)
 
-`rtfmesh.reconstruct` makes a surface of points, `rtfmesh.contour` of values on a grid. `rtfmesh.pyvista`,
-`rtfmesh.trimesh` and `rtfmesh.meshio` do the same for the meshes of these packages.
+`rtfmesh.reconstruct` builds and remeshes a surface through points, `rtfmesh.contour` one in a volume.
+`rtfmesh.pyvista`, `rtfmesh.trimesh` and `rtfmesh.meshio` do the same for the meshes of these packages.
 """
 
 from importlib import import_module as _import_module

@@ -28,7 +28,7 @@ def real_number(value: Any, name: str) -> float:
 def truth(value: Any, name: str) -> bool:
     """True or False, and nothing that only counts as one."""
     if not isinstance(value, (bool, np.bool_)):
-        raise InputError(f"`{name}` is {short(value)}; it is True or False")
+        raise InputError(f"`{name}` is {short(value)}; use True or False")
     return bool(value)
 
 
@@ -66,7 +66,7 @@ def as_array(value: Any, name: str) -> NDArray[Any]:
     try:
         return np.asarray(value)
     except (TypeError, ValueError) as error:
-        raise InputError(f"`{name}` is no array: {error}") from error
+        raise InputError(f"`{name}` is not an array: {error}") from error
 
 
 def real_numbers(value: ArrayLike, name: str, shape: tuple[int | None, ...]) -> NDArray[np.float64]:

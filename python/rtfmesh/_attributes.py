@@ -63,7 +63,7 @@ class Attributes:
             names = ", ".join(cls.__dataclass_fields__)
             raise InputError(f"`attributes` has {sorted(map(str, unknown))}; its keys are {names}")
         raise InputError(
-            "`attributes` is no rtfmesh.Attributes and no dict with keys such as 'vertex', 'face'"
+            "`attributes` is neither rtfmesh.Attributes nor a dict with keys such as 'vertex', 'face'"
         )
 
 
@@ -330,7 +330,7 @@ def for_files(attributes: Attributes) -> Attributes:
             if fits:
                 return array.astype(kind)
         text = f"attribute '{name}' is of type {array.dtype}, which no file holds"
-        raise InputError(f"`attributes`: {text}; leave it out or convert it")
+        raise InputError(f"`attributes`: {text}; remove it or convert it")
 
     return Attributes(
         {name: fitting(name, value) for name, value in attributes.vertex.items()},

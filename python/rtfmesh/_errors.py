@@ -49,13 +49,13 @@ PHRASES = [
     ("accept it with `shortage` best-effort", "leave out `strict`"),
     ("`memory_bytes`", "`device_memory`"),
     (
-        "make one of the points with `cloud::surface`",
+        "make a mesh of the points with `cloud::surface`",
         "read them with `points` and call rtfmesh.reconstruct",
     ),
-    ("make one of the volume with `volume::iso_surface`", "call rtfmesh.contour with its values"),
+    ("make a mesh of the volume with `volume::iso_surface`", "call rtfmesh.contour with its values"),
     ("read the file without materials", "leave out `materials`"),
     (
-        "start processes afresh, without a fork, or fork before the first use",
+        "start processes without a fork (spawn), or fork before the first use",
         'start processes with multiprocessing.get_context("spawn")',
     ),
     ("see `rtfmesh devices`", "see rtfmesh.devices()"),
@@ -63,14 +63,17 @@ PHRASES = [
 ]
 # Options and fields that have another name in Python.
 ARGUMENTS = {"vertices": "n", "no-fit": "fit=False", "no_fit": "fit"}
-# A flag, as in `--min-edge`, "'--weld <SHARE>'" or "--device-memory <MIB>".
+# A flag, as in `--min-edge`, "'--weld <FRACTION>'" or "--device-memory <MIB>".
 FLAG = re.compile(r"'?--([a-z][a-z-]*)(?: <[^>]*>)?'?")
+# The short flag of the number of vertices.
+COUNT = re.compile(r"(?<![\w-])-n\b")
 
 
 def in_python(text: str) -> str:
     """The text with arguments in place of flags: `min_edge` for --min-edge."""
     for theirs, ours in PHRASES:
         text = text.replace(theirs, ours)
+    text = COUNT.sub("`n`", text)
     return FLAG.sub(lambda flag: f"`{ARGUMENTS.get(flag[1], flag[1].replace('-', '_'))}`", text)
 
 

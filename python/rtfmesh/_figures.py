@@ -67,7 +67,7 @@ def measure(
     wanted = ("energy", truth(energy, "energy")), ("features", truth(features, "features"))
     for name, given in (("accuracy", accuracy is not None), *wanted):
         if given and other is None:
-            raise InputError(f"`{name}` works only with `against`; add that, or leave it out")
+            raise InputError(f"`{name}` needs `against`; remove one, or add the other")
     angle = degrees(feature_angle)
     gap = None if accuracy is None else real_number(accuracy, "accuracy")
     found: dict[str, Any] = json.loads(

@@ -103,7 +103,7 @@ def shape_of(value: Any, name: str) -> Shape:
         return of_open3d(value)
     if hasattr(value, "points"):
         return Shape(np.asarray(value.points), np.empty((0, 3), np.uint32))
-    raise InputError(f"`{name}` is {short(value)} and no mesh; give {WHAT}")
+    raise InputError(f"`{name}` is {short(value)}, not a mesh; give {WHAT}")
 
 
 def of_open3d(mesh: Any) -> Shape:
@@ -116,7 +116,7 @@ def of_open3d(mesh: Any) -> Shape:
 def arrays_of(mesh: Any, name: str) -> tuple[Vertices, Faces]:
     """The arrays of a mesh, checked."""
     if not is_object(mesh):
-        raise InputError(f"`{name}` is {short(mesh)} and no mesh; give {WHAT}")
+        raise InputError(f"`{name}` is {short(mesh)}, not a mesh; give {WHAT}")
     shape = shape_of(mesh, name)
     return mesh_arrays(shape.vertices, shape.faces, (f"{name}.vertices", f"{name}.faces"))
 
@@ -136,11 +136,11 @@ def given_mesh(vertices: Any, faces: Any, attributes: Any = None) -> Shape:
             is_path = isinstance(vertices, (str, bytes, os.PathLike))
             if is_path:
                 raise InputError(f"`vertices` is {short(vertices)}; {read}")
-            what = "a surface through points is what rtfmesh.reconstruct makes"
+            what = "rtfmesh.reconstruct makes a surface through points"
             raise InputError(f"`faces` is missing; give {WHAT}; {what}")
         return Shape(vertices, faces, Attributes.of(attributes))
     if faces is not None:
-        raise InputError("`faces` is given with a whole mesh; leave it out, or give arrays for both")
+        raise InputError("`faces` is given with a whole mesh; remove it, or give arrays for both")
     shape = shape_of(vertices, "vertices")
     return shape if attributes is None else Shape(shape.vertices, shape.faces, Attributes.of(attributes))
 

@@ -13,122 +13,113 @@ class Research(TypedDict, total=False):
     """Settings of methods that are there for comparison, and of the paper's."""
 
     preset: Literal["default", "rtf", "rpf", "rvc", "rvd", "cvd", "mps"] | None
-    """Method, with its settings: rtf is the paper's; rpf, rvc, rvd, cvd and mps are those the paper
-    compares with. The options below change a setting each."""
+    """Method: default, or another that `rtfmesh presets` describes. The others are the method of a paper
+    and those it compares with. They have further settings."""
     face: Literal["tangent", "power", "exact"] | None
-    """Kind of cell, in all presets but default [preset rtf, rvc: tangent; rpf: power; rvd, cvd, mps:
-    exact]."""
+    """Kind of cell."""
     seeding: Literal["random", "stratified", "poisson"] | None
-    """First positions of the vertices, in all presets but default [presets: random; mps: poisson]."""
+    """Initial positions of the vertices."""
     normals: Literal["fit", "surface", "cloud"] | None
-    """Normals of the planes of tangent and power cells [preset rtf, rpf: fit; rvc: cloud]."""
+    """Source of the tangent planes of tangent and power cells."""
     projection: Literal["nearest-vertices", "walk", "exact", "plane"] | None
-    """Projection of vertices back onto the surface, with tangent and power cells [preset rtf, rpf:
-    nearest-vertices; rvc: plane]."""
+    """Projection of the vertices back onto the surface, with tangent and power cells."""
     neighbours: Literal["brute", "lists"] | None
-    """Search for the nearest vertices, with tangent and power cells; the result is the same [preset rtf:
-    brute]."""
+    """Search for the nearest vertices, with tangent and power cells; the result is the same."""
     centroid: Literal["corners", "weighted-corners", "area"] | None
-    """Point of its cell that a vertex moves to, with tangent and power cells [preset rtf:
-    weighted-corners]."""
+    """Point of its tangent or power cell to which a vertex moves."""
     k_normal: int | None
-    """Number of nearest vertices, itself included, whose plane gives a vertex its normal, with `normals`
-    fit: 3 to 49 [preset rtf: 16]."""
+    """With `normals` fit: number of vertices, including the vertex itself, to which its plane is fitted, 3
+    to 49."""
     k_clip: int | None
-    """Number of nearest vertices that clip a tangent or power cell: 3 to 48 [preset rtf: 32]."""
+    """Number of nearest vertices that clip a tangent or power cell, 3 to 48."""
     k_project: int | None
-    """Number of nearest input vertices: those whose triangles are projected onto with `projection`
-    nearest-vertices, or those that the plane fits with `normals` cloud: 1 to 48 [presets: 16]."""
+    """Number of nearest input vertices for `projection` nearest-vertices or `normals` cloud, 1 to 48."""
     offset: float | None
-    """Distance of the shadow sites of power cells from their sites, in edge lengths [preset rpf: 0.5]."""
+    """Distance between the shadow sites of power cells and their sites, in edge lengths."""
     momentum: float | None
-    """Momentum of exact cells: largest share of the previous motion added to a step [preset rvd: 0; cvd:
-    0.9]."""
+    """With exact cells: fraction of the previous motion that is added to a step, 0 to below 1."""
     lbfgs: int | None
-    """Memory of L-BFGS in steps, such as 7, with exact cells and no momentum; 0 is Lloyd's iteration
-    [presets: 0]."""
+    """With exact cells and no momentum: number of steps that L-BFGS remembers, such as 7; 0 is Lloyd's
+    iteration."""
 
 
 class Options(TypedDict, total=False):
     """All options of `remesh`, of which none must be given; None is as if it were not."""
 
+    fit: bool | None
+    """With False: keep vertices exactly on the input surface. By default they may leave it slightly,
+    because triangles then fit the surface better."""
     edge_length: float | str | None
-    """Edge length instead, in the input's units or as 1% of its diagonal."""
+    """Target edge length, in input units or as % of the diagonal (instead of `n`)."""
     ratio: float | None
-    """Share of the input's vertices instead, such as 0.1. The input's vertices are counted after `weld` and
-    `min_component`."""
+    """Vertex count as a fraction of the input's (instead of `n`). The input's vertices are counted after
+    `weld` and `min_component`."""
     quality: Literal["draft", "normal", "best"] | None
     """Speed or quality [default: normal]."""
-    fit: bool | None
-    """With False: keep vertices exactly on the input surface. By default they leave it slightly, so that
-    the triangles fit the surface better."""
     min_angle: float | None
-    """Mend triangles with a smaller angle by local edits [default: 30]. 0 to 40; 0 mends none. Obtuse
-    triangles on sharp edges and boundaries are mended with them. The number of vertices stays. Angles of
-    the input's own sharp corners stay as they are."""
+    """Improve triangles with an angle below this, 0 to 40; 0 disables [default: 30]. Local edits do it, at
+    the same number of vertices. Obtuse triangles on sharp edges and boundaries are improved as well. Sharp
+    corners of the input keep their angles."""
     local: bool | None
-    """Remesh by splits, collapses and flips of edges on the CPU, as is done where cells fail."""
+    """Remesh everything by local operations on the CPU. Local operations are edge splits, collapses and
+    flips. By default they remesh only the components for which the Voronoi method fails."""
     iterations: int | None
-    """Most iterations with all vertices [default: 10, or as `quality` says; other presets: 160, mps: 0]."""
+    """Maximum iterations at full resolution [default: by `quality`: 5, 10 or 80]. Presets other than
+    default run 160 iterations, mps none."""
     tolerance: float | None
-    """Stop when the root mean square step falls below this many edge lengths [default: 1e-4]."""
+    """Stop when the mean step is below this many edge lengths [default: 1e-4]. The mean is the root mean
+    square over all vertices."""
     seed: int | None
-    """Seed of the random start; the same seed, options, device and input give the same bytes [default:
-    1]."""
+    """Seed of the random start [default: 1]. The same seed, options, device and input give the same
+    bytes."""
     feature_angle: float | None
-    """Keep edges that turn by at least this angle [default: 40]. 180 keeps none. Boundaries and edges with
-    more than two faces stay in any case."""
+    """Keep edges sharper than this angle; 180 disables [default: 40]. The angle is the one by which the
+    surface turns. Boundaries and edges with more than two triangles are always kept."""
     features: str | os.PathLike[str] | ArrayLike | None
-    """Keep the lines in this OBJ file as well, which run along edges of the input."""
+    """Also keep the polylines in this OBJ file; they must follow input edges."""
     sizing: str | ArrayLike | None
-    """Edge lengths: auto (default), uniform, curvature or property:NAME. auto: equally long, but shorter
-    around places that are left out then, such as folds that edges bridge; uniform: equally long everywhere,
-    the default with `quality` draft; curvature: shorter where the surface bends; property:NAME: in
-    proportion to this number of each input vertex."""
+    """Edge lengths: auto, uniform, curvature or property:NAME [default: auto]. auto: equal, but shorter
+    around places that equal edges would miss, such as narrow folds; uniform: equal everywhere, the default
+    with `quality` draft; curvature: shorter where the surface is curved; property:NAME: proportional to
+    this vertex attribute."""
     max_deviation: float | str | None
-    """Largest distance between the meshes, as 0.02 or 0.1%; sets edge lengths. In the input's units, or in
-    percent of its diagonal. No point of either mesh is farther than that from the other one, which is
-    certified. Without -n the result has as few vertices as that takes, in several runs; with it, as small a
-    distance as so many vertices allow."""
+    """Maximum distance between input and result, e.g. 0.1%; sets the edge lengths. In input units, or in
+    percent of the diagonal. The distance is certified in both directions. Without `n`, the result has as
+    few vertices as possible, found in several runs; with `n`, the distance is as small as N vertices
+    allow."""
     gradation: float | None
-    """How strongly curvature shortens edges, with `sizing` curvature: 0 to 3 [default: 1]. 0: not at all;
-    1: faces deviate equally far everywhere; 2: faces meet at equal angles everywhere. Above 1 flat parts
-    get so few vertices that edges may exceed `max_edge` there."""
+    """With `sizing` curvature: how strongly curvature shortens edges, 0 to 3 [default: 1]. With 1,
+    triangles deviate equally far everywhere; with 2, they meet at equal angles everywhere. Above 1, edges
+    on flat parts may exceed `max_edge`."""
     min_edge: float | str | None
-    """Least edge length in the input's units, or in percent of its diagonal, as in 0.1% [default: an eighth
-    of the uniform length]."""
+    """Minimum edge length, in input units or e.g. 0.1% [default: 1/8 of the uniform length]."""
     max_edge: float | str | None
-    """Largest edge length, likewise [default: eight times the uniform length]."""
+    """Maximum edge length, in input units or e.g. 5% [default: 8 times the uniform length]."""
     growth: float | None
-    """Largest growth of edge length per unit of distance along the surface [default: 0.25]."""
+    """Maximum growth of the edge length per unit of distance along the surface [default: 0.25]."""
     weld: float | None
-    """Weld vertices closer than this share of the bounding box's diagonal, and close cracks [default:
-    0]."""
+    """Weld vertices closer than this fraction of the diagonal [default: 0]. This closes cracks. The
+    diagonal is that of the input's bounding box."""
     min_component: float | None
-    """Drop components with less than this share of the input's area [default: 0]."""
+    """Remove components below this fraction of the input's area [default: 0]."""
     smooth_boundary: float | None
-    """Make ragged boundaries smooth; none moves by more than this share of the diagonal [default: 0]."""
+    """Smooth ragged boundaries by at most this fraction of the diagonal [default: 0]."""
     vertices_at_least: bool | None
-    """Add vertices if the number asked for is too small for a valid mesh (preset default)."""
+    """Add vertices if N is too small for a valid mesh."""
     strict: bool | None
-    """Fail if parts of the surface would be lost or faces intersect that did not in the input. By default
-    the best mesh there is is written, with a warning."""
+    """Fail if the result has a fault, such as a lost part or a new self-intersection. By default rtfmesh
+    writes its best mesh and warns."""
     keep_uv: bool | None
-    """Keep texture seams; from glTF, OBJ and 3MF to GLB also materials and their images. No face crosses a
-    seam then."""
+    """Keep texture seams and, in GLB, materials and images. No triangle crosses a seam then. Materials and
+    images are read from glTF, OBJ and 3MF."""
     keep_labels: bool | str | Sequence[str] | None
-    """Keep the borders between materials, groups and other labels of faces; =NAME,NAME: of these alone.
-    Named ones may be any values of faces."""
-    smooth_labels: float | None
-    """With `keep_labels`: make ragged borders smooth; none moves by more than so many edges of the input
-    [default: 1]. 0 keeps borders as they are. Sharp edges, boundaries and borders that are not ragged
-    stay."""
+    """Keep the borders between materials, groups and other labels of triangles."""
     no_attributes: bool | None
-    """Drop colours, normals, texture coordinates, labels and all other attributes."""
+    """Leave out colours, normals, texture coordinates, labels and all other attributes."""
     time_limit: float | None
-    """Finish within about this time, with the best mesh there is by then [default: none]."""
+    """Finish within about this time with the best mesh found by then [default: none]."""
     accuracy: float | None
-    """How closely a full report bounds the Hausdorff distances: gap between the ends, relative to the upper
-    end [default: 0.01]. 1e-6 to 0.5. Gaps below 5e-7 of the diagonal are small enough in any case."""
+    """Relative width of the reported Hausdorff intervals, 1e-6 to 0.5 [default: 0.01]. Relative to the
+    upper end. Gaps below 5e-7 of the diagonal always count as converged."""
     research: Research | None
     """Settings of methods that are there for comparison, such as {"preset": "rtf"}."""

@@ -49,11 +49,11 @@ class Request:
 
 
 class Remesher:
-    """A device with what was compiled for it, kept over any number of meshes.
+    """A device with its compiled kernels, for any number of meshes.
 
     `device` is an index or name as `devices` has them, "cpu" or "gpu"; by default RTFMESH_DEVICE, or the best
-    GPU, or the CPU. `device_memory` is the most memory of the device to use, in MiB. With `timings` reports
-    have the time of every kernel, which slows small meshes down. Threads may share a remesher and take turns
+    GPU, or the CPU. `device_memory` is the maximum device memory in MiB. With `timings`, reports contain the
+    time of every kernel, which slows small meshes down. Threads may share a remesher and take turns
     on its device, or have one each. A forked process opens the device again for itself, or gets a
     `DeviceError` if the parent has used a GPU's driver.
 
@@ -145,7 +145,7 @@ class Remesher:
         normals, closed, fill_holes, points_as = known
         positions = real_numbers(points, "points", (None, 3))
         if not is_word(wanted.get("features")):
-            raise InputError("`features` has edges, and points have none; leave it out")
+            raise InputError("`features` needs edges, which points do not have; remove it")
         asked = (
             None if normals is None else real_numbers(normals, "normals", (len(positions), 3)),
             truth(closed, "closed"),
@@ -182,7 +182,7 @@ class Remesher:
     def _contour(self, volume: Volume, n: int | str | None, told: Told, wanted: dict[str, Any]) -> Result:
         for name in ("features", "sizing"):
             if not is_word(wanted.get(name)):
-                raise InputError(f"`{name}` is about a mesh, and a volume has none; leave it out")
+                raise InputError(f"`{name}` needs a mesh, and a volume is not one; remove it")
         nothing = np.empty((0, 3)), np.empty((0, 3), np.uint32)
         result = self._run(*nothing, n, Attributes(), told, wanted, volume=volume)
         return replace(result, correspondence=None, face_correspondence=None)
@@ -292,7 +292,7 @@ def on_device(
         return _on_shared(device, device_memory, told.distances, run)
     for name, given in (("device", device), ("device_memory", device_memory)):
         if given is not None:
-            raise InputError(f"`{name}` is that of `remesher`; leave one of them out")
+            raise InputError(f"`{name}` and `remesher` exclude each other; remove one")
     if not isinstance(remesher, Remesher):
         raise InputError(f"`remesher` is {short(remesher)}; give a rtfmesh.Remesher")
     return run(remesher)

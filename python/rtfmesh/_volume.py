@@ -72,13 +72,13 @@ def frame_of(
                 raise InputError(f"`origin` is {origin!r}; give three finite numbers")
     else:
         if spacing is not None:
-            raise InputError("`affine` has the spacing, too; leave `spacing` out")
+            raise InputError("`affine` already contains the spacing; remove `spacing`")
         if origin is not None:
-            raise InputError("`affine` has the origin, too; leave `origin` out")
+            raise InputError("`affine` already contains the origin; remove `origin`")
         frame = real_numbers(affine, "affine", (4, 4))
         is_affine = np.isfinite(frame).all() and np.array_equal(frame[3], [0, 0, 0, 1])
         if not is_affine or np.linalg.det(frame[:3, :3]) == 0:
-            raise InputError("`affine` is no invertible matrix with last row 0, 0, 0, 1; give one")
+            raise InputError("`affine` must be an invertible matrix with last row 0, 0, 0, 1")
     rows: list[list[float]] = frame.tolist()
     return rows
 
@@ -96,11 +96,11 @@ def volume_of(
         grid, labels = only(grid, labels), True
     for name, value in (("closed", closed), ("keep_specks", keep_specks)):
         if not isinstance(value, (bool, np.bool_)):
-            raise InputError(f"`{name}` is of type {type(value).__name__}; it is True or False")
+            raise InputError(f"`{name}` is of type {type(value).__name__}; use True or False")
     if (iso is None) != bool(labels):
         raise InputError("give either `iso`, the value on the surface, or `labels=True`")
     if labels and inside is not None:
-        raise InputError("`inside` works only with `iso`; leave it out")
+        raise InputError("`inside` works only with `iso`; remove it")
     try:
         at = None if iso is None else float(iso)
     except (TypeError, ValueError):

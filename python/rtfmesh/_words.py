@@ -45,7 +45,7 @@ def word(name: str, value: Any) -> str:
     if isinstance(value, (str, os.PathLike)):
         return os.fspath(value)
     if isinstance(value, (bool, np.bool_)):
-        raise InputError(f"`{name}` is {value}; it takes a number or a word")
+        raise InputError(f"`{name}` is {value}; use a number or a word")
     try:
         return str(operator.index(value))
     except TypeError:
@@ -53,7 +53,7 @@ def word(name: str, value: Any) -> str:
     try:
         return repr(float(value))
     except (TypeError, ValueError):
-        raise InputError(f"`{name}` is of type {type(value).__name__}; it takes a number or a word") from None
+        raise InputError(f"`{name}` is of type {type(value).__name__}; use a number or a word") from None
 
 
 def count_word(n: Any) -> str:
@@ -157,7 +157,7 @@ def words(n: Any, options: dict[str, Any], function: str = "remesh") -> list[str
     for name, value in expanded(options, function):
         if name == "report":
             text = "result.report always has the report; distances=True adds distances to it"
-            raise InputError(f"`report` is no argument, and writes no file: {text}")
+            raise InputError(f"`report` is not an argument: {text}")
         if name == "research":
             continue
         if name not in known:
@@ -173,7 +173,7 @@ def words(n: Any, options: dict[str, Any], function: str = "remesh") -> list[str
             is_given = not value if name in NEGATED else value
             found += [f"--{NEGATED.get(name, name).replace('_', '-')}"] if is_given else []
         else:
-            raise InputError(f"`{name}` is {value!r}; it is True or False")
+            raise InputError(f"`{name}` is {value!r}; use True or False")
     return found
 
 

@@ -73,7 +73,7 @@ def triangles_of(mesh: meshio.Mesh, points: NDArray[Any]) -> tuple[NDArray[Any],
             continue
         polygons = np.asarray(block.data)
         if polygons.ndim != 2 or polygons.shape[1] < 3 or polygons.dtype.kind not in "iu":
-            raise InputError(f"`mesh.cells[{place}]` has no three corners or more a cell; give indices")
+            raise InputError(f"`mesh.cells[{place}]` needs at least three corners per cell; give indices")
         if polygons.size and not 0 <= polygons.min() <= polygons.max() < len(points):
             raise InputError(f"`mesh.cells[{place}]` has indices of no point; there are {len(points)} points")
         triangles.append(split(polygons, points).reshape(-1, 3))
@@ -119,7 +119,7 @@ def points_of(mesh: meshio.Mesh) -> tuple[NDArray[Any], bool]:
 def shape_of(mesh: Any, name: str) -> Shape:
     """The parts of a mesh."""
     if not isinstance(mesh, meshio.Mesh):
-        raise InputError(f"`{name}` is a {type(mesh).__name__} and no meshio.Mesh")
+        raise InputError(f"`{name}` is a {type(mesh).__name__}, not a meshio.Mesh")
     points, _ = points_of(mesh)
     faces, face = triangles_of(mesh, points)
     return Shape(points, faces, Attributes(dict(mesh.point_data), face))
@@ -147,7 +147,7 @@ def remesh(
     are as in `rtfmesh.remesh`.
     """
     if not isinstance(mesh, meshio.Mesh):
-        raise InputError(f"`mesh` is a {type(mesh).__name__} and no meshio.Mesh")
+        raise InputError(f"`mesh` is a {type(mesh).__name__}, not a meshio.Mesh")
     points, flat = points_of(mesh)
     faces, face_data = triangles_of(mesh, points)
     face_data.update(sets_of(mesh))

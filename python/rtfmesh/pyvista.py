@@ -55,7 +55,7 @@ def shape_of(mesh: Any, name: str) -> Shape:
     if isinstance(mesh, pyvista.PointSet) or (isinstance(mesh, pyvista.PolyData) and is_of_points(mesh)):
         return Shape(np.asarray(mesh.points), np.empty((0, 3), np.uint32), attributes_of(mesh, None))
     if not isinstance(mesh, pyvista.DataSet):
-        raise InputError(f"`{name}` is a {type(mesh).__name__} and no surface")
+        raise InputError(f"`{name}` is a {type(mesh).__name__}, not a surface")
     mesh, faces = triangles_of(surface_in(mesh))
     return Shape(np.asarray(mesh.points), faces, attributes_of(mesh, faces))
 

@@ -42,7 +42,7 @@ def shape_of(mesh: Any, name: str) -> Shape:
     if isinstance(mesh, trimesh.PointCloud):
         return Shape(np.asarray(mesh.vertices), np.empty((0, 3), np.uint32))
     if not isinstance(mesh, trimesh.Trimesh):
-        raise InputError(f"`{name}` is a {type(mesh).__name__} and no trimesh.Trimesh")
+        raise InputError(f"`{name}` is a {type(mesh).__name__}, not a trimesh.Trimesh")
     attributes = attributes_of(mesh)
     # Under these names they are of no use to anything but visuals.
     for arrays in (attributes.vertex, attributes.face):
@@ -113,7 +113,7 @@ def remesh(
         metadata, mesh = mesh.metadata, mesh.to_mesh()
         mesh.metadata = {**copy.deepcopy(metadata), **mesh.metadata}
     if not isinstance(mesh, trimesh.Trimesh):
-        raise InputError(f"`mesh` is a {type(mesh).__name__} and no trimesh.Trimesh")
+        raise InputError(f"`mesh` is a {type(mesh).__name__}, not a trimesh.Trimesh")
     told = Told(correspondence=False, distances=distances, progress=progress)
     given, wanted = Attributes() if attributes is False else attributes_of(mesh), dict(options)
     wanted["keep_labels"] = labels_of(wanted.get("keep_labels"))

@@ -41,7 +41,7 @@ def test_measuring_needs_something_to_measure(torus):
         rtfmesh.measure(np.zeros((3, 3)), np.zeros((0, 3), int))
     with pytest.raises(rtfmesh.InputError, match="`energy` works only with `against`"):
         rtfmesh.measure(torus.vertices, torus.faces, energy=True)
-    with pytest.raises(rtfmesh.InputError, match="`against` is 5 and no mesh"):
+    with pytest.raises(rtfmesh.InputError, match="`against` is 5, not a mesh"):
         rtfmesh.measure(torus.vertices, torus.faces, against=5)
     with pytest.raises(rtfmesh.InputError, match=r"`against.faces` has \[0, 1, 9\]"):
         rtfmesh.measure(torus.vertices, torus.faces, against=(np.eye(3), [[0, 1, 9]]))

@@ -122,7 +122,7 @@ def test_what_is_no_surface_is_told_with_a_remedy(ball):
     solid = meshio.Mesh(np.eye(4, 3), [("tetra", [[0, 1, 2, 3]])])
     with pytest.raises(rtfmesh.InputError, match=r"type tetra;.*surface"):
         remesh(solid, 100)
-    with pytest.raises(rtfmesh.InputError, match="no meshio"):
+    with pytest.raises(rtfmesh.InputError, match="not a meshio"):
         remesh(ball.points, 100)
     with pytest.raises(rtfmesh.InputError, match=r"cells\[0\].*there are 4 points"):
         remesh(meshio.Mesh(np.eye(4, 3), [("triangle", [[0, 1, 4]])]), 100)

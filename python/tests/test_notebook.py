@@ -29,7 +29,7 @@ def test_meshes_and_results_show_a_picture_and_figures(torus, remesher):
         data = re.search(r"data:image/png;base64,([^\"]+)", shown)[1]
         assert base64.b64decode(data).startswith(b"\x89PNG")
         assert f"<td>vertices</td><td>{count}</td>" in shown
-    for text in ("mean quality", "smallest angle", "RMS distance", "warning 1", "cut the run short"):
+    for text in ("mean quality", "smallest angle", "RMS distance", "warning 1", "ended the run early"):
         assert text in result._repr_html_()
     # What cannot be drawn has its figures, and nothing is taken for markup.
     nothing = rtfmesh.Mesh(np.zeros((0, 3)), np.zeros((0, 3), np.uint32), rtfmesh.Attributes())

@@ -140,9 +140,9 @@ def test_errors_are_rows(mixed):
         "broken": "broken.ply",
         "missing": "missing.ply: No such file",
         "range": "`feature_angle` 900 is out of range",
-        "word": "`fit` is 'perhaps'; it is true or false",
-        "../out": "'../out' is no name for an output",
-        "": "'' is no name for an output",
+        "word": "`fit` is 'perhaps'; use true or false",
+        "../out": "'../out' is not a valid output name",
+        "": "'' is not a valid output name",
         "nowhere": "has no path",
     }
     for name, text in says.items():

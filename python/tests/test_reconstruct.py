@@ -57,7 +57,7 @@ def test_points_become_a_closed_surface_of_exactly_n_vertices(points, remesher):
 
 def test_normals_that_disagree_are_found_again_with_a_warning(points, remesher):
     signs = np.random.default_rng(2).choice([-1.0, 1.0], len(points))[:, None]
-    with pytest.warns(rtfmesh.MeshWarning, match="normals of the points disagree"):
+    with pytest.warns(rtfmesh.MeshWarning, match="opposite normals"):
         result = remesher.reconstruct(points, 500, normals=signs * points)
     assert same(result, remesher.reconstruct(points, 500))
     assert result.report["warning_codes"] == ["normals"]
@@ -144,7 +144,7 @@ def test_points_seen_from_above_become_a_terrain_unless_an_object_is_asked_for()
         ({"fill_holes": -1}, "`fill_holes` -1 is out of range"),
         ({"fill_holes": True}, "`fill_holes` is True"),
         ({"points_as": "trees"}, "`points_as` trees is no kind; use auto, terrain or object"),
-        ({"features": [[0, 1]]}, "`features` has edges"),
+        ({"features": [[0, 1]]}, "`features` needs edges"),
         ({"attributes": {"vertex": {"a": [1]}}}, "give a row for each"),
         ({"attributes": {"face": {"a": [1]}}}, "there are 0 faces"),
         ({"n": 3}, "at least 4"),

@@ -34,7 +34,7 @@ LAST = '''\
 # What the values of options are, by the word that stands for them in help.
 TYPES = {
     "LENGTH": "float | str",
-    "SHARE": "float",
+    "FRACTION": "float",
     "STEP": "float",
     "DEGREES": "float",
     "SLOPE": "float",

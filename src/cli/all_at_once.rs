@@ -1,77 +1,83 @@
-//! The settings that comparisons and experiments use, on the command line.
+//! The presets and their settings, on the command line.
 
-use super::heading::RESEARCH;
-use rtfmesh::{AllAtOnceOptions, Centroid, Face, Neighbours, Normals, Options, Projection, Quality, Seeding};
+use super::heading::SHAPE;
+use rtfmesh::{
+    AllAtOnceOptions, Centroid, Face, Method, Neighbours, Normals, Options, Projection, Quality, Seeding,
+};
 
-/// A preset to start from and one option for each of its settings. What is not given is the preset's.
+/// A preset to start from and an option for each of its settings. What is not given is the preset's.
+/// `rtfmesh presets` lists the settings, which are hidden in the help of the other commands.
 #[derive(clap::Args)]
-#[command(next_help_heading = RESEARCH)]
+#[command(next_help_heading = SHAPE)]
 pub struct ResearchArgs {
-    /// Method, with its settings: rtf is the paper's; rpf, rvc, rvd, cvd and mps are those the paper compares
-    /// with. The options below change a setting each
+    /// Method: default, or another that `rtfmesh presets` describes
+    ///
+    /// The others are the method of a paper and those it compares with. They have further settings.
     #[arg(long, value_enum, default_value_t = Preset::Default, hide_short_help = true)]
     pub preset: Preset,
-    /// Kind of cell, in all presets but default [preset rtf, rvc: tangent; rpf: power; rvd, cvd, mps: exact]
-    #[arg(long, value_enum, hide_short_help = true)]
+    #[command(flatten)]
+    settings: SettingArgs,
+}
+
+/// The settings of the presets other than the default one.
+#[derive(clap::Args)]
+pub struct SettingArgs {
+    /// Kind of cell
+    #[arg(long, value_enum, hide = true)]
     face: Option<FaceName>,
-    /// First positions of the vertices, in all presets but default [presets: random; mps: poisson]
-    #[arg(long, value_enum, hide_short_help = true)]
+    /// Initial positions of the vertices
+    #[arg(long, value_enum, hide = true)]
     seeding: Option<SeedingName>,
-    /// Normals of the planes of tangent and power cells [preset rtf, rpf: fit; rvc: cloud]
-    #[arg(long, value_enum, hide_short_help = true)]
+    /// Source of the tangent planes of tangent and power cells
+    #[arg(long, value_enum, hide = true)]
     normals: Option<NormalsName>,
-    /// Projection of vertices back onto the surface, with tangent and power cells [preset rtf, rpf:
-    /// nearest-vertices; rvc: plane]
-    #[arg(long, value_enum, hide_short_help = true)]
+    /// Projection of the vertices back onto the surface, with tangent and power cells
+    #[arg(long, value_enum, hide = true)]
     projection: Option<ProjectionName>,
-    /// Search for the nearest vertices, with tangent and power cells; the result is the same [preset rtf:
-    /// brute]
-    #[arg(long, value_enum, hide_short_help = true)]
+    /// Search for the nearest vertices, with tangent and power cells; the result is the same
+    #[arg(long, value_enum, hide = true)]
     neighbours: Option<NeighboursName>,
-    /// Point of its cell that a vertex moves to, with tangent and power cells [preset rtf:
-    /// weighted-corners]
-    #[arg(long, value_enum, hide_short_help = true)]
-    pub centroid: Option<CentroidName>,
-    /// Number of nearest vertices, itself included, whose plane gives a vertex its normal, with --normals
-    /// fit: 3 to 49 [preset rtf: 16]
-    #[arg(long, value_name = "K", hide_short_help = true)]
-    pub k_normal: Option<u32>,
-    /// Number of nearest vertices that clip a tangent or power cell: 3 to 48 [preset rtf: 32]
-    #[arg(long, value_name = "K", hide_short_help = true)]
-    pub k_clip: Option<u32>,
-    /// Number of nearest input vertices: those whose triangles are projected onto with --projection
-    /// nearest-vertices, or those that the plane fits with --normals cloud: 1 to 48 [presets: 16]
-    #[arg(long, value_name = "K", hide_short_help = true)]
-    pub k_project: Option<u32>,
-    /// Distance of the shadow sites of power cells from their sites, in edge lengths [preset rpf: 0.5]
-    #[arg(long, value_name = "LENGTHS", hide_short_help = true)]
-    pub offset: Option<f64>,
-    /// Momentum of exact cells: largest share of the previous motion added to a step [preset rvd: 0; cvd:
-    /// 0.9]
-    #[arg(long, value_name = "SHARE", hide_short_help = true)]
-    pub momentum: Option<f64>,
-    /// Memory of L-BFGS in steps, such as 7, with exact cells and no momentum; 0 is Lloyd's iteration
-    /// [presets: 0]
-    #[arg(long, value_name = "STEPS", hide_short_help = true)]
-    pub lbfgs: Option<u32>,
+    /// Point of its tangent or power cell to which a vertex moves
+    #[arg(long, value_enum, hide = true)]
+    centroid: Option<CentroidName>,
+    /// With --normals fit: number of vertices, including the vertex itself, to which its plane is fitted, 3
+    /// to 49
+    #[arg(long, value_name = "K", hide = true)]
+    k_normal: Option<u32>,
+    /// Number of nearest vertices that clip a tangent or power cell, 3 to 48
+    #[arg(long, value_name = "K", hide = true)]
+    k_clip: Option<u32>,
+    /// Number of nearest input vertices for --projection nearest-vertices or --normals cloud, 1 to 48
+    #[arg(long, value_name = "K", hide = true)]
+    k_project: Option<u32>,
+    /// Distance between the shadow sites of power cells and their sites, in edge lengths
+    #[arg(long, value_name = "LENGTHS", hide = true)]
+    offset: Option<f64>,
+    /// With exact cells: fraction of the previous motion that is added to a step, 0 to below 1
+    #[arg(long, value_name = "FRACTION", hide = true)]
+    momentum: Option<f64>,
+    /// With exact cells and no momentum: number of steps that L-BFGS remembers, such as 7; 0 is Lloyd's
+    /// iteration
+    #[arg(long, value_name = "STEPS", hide = true)]
+    lbfgs: Option<u32>,
 }
 
 /// Settings to start from.
-#[derive(Clone, Copy, clap::ValueEnum)]
+#[derive(Clone, Copy, PartialEq, Eq, clap::ValueEnum)]
 pub enum Preset {
-    /// Coarse to fine: the method for every use
+    /// Coarse-to-fine, the method for every use
     Default,
-    /// The paper's method: restricted tangent faces
+    /// Restricted tangent faces, the paper's method
     Rtf,
-    /// Restricted power faces, otherwise as rtf
+    /// Restricted power faces
     Rpf,
-    /// Cells in planes fitted to the input's vertices as to a point cloud, otherwise as rtf
+    /// Cells in planes fitted to the input's vertices as to a point cloud
     Rvc,
-    /// Exact restricted Voronoi cells and Lloyd's iteration
+    /// Exact restricted Voronoi cells, with Lloyd's iteration
     Rvd,
-    /// The same with momentum
+    /// Exact restricted Voronoi cells, with momentum
     Cvd,
-    /// Maximal Poisson-disk sampling: random points with a least distance and no gaps, connected as they are
+    /// Maximal Poisson-disk sampling, without iterations
     Mps,
 }
 
@@ -92,10 +98,10 @@ impl Preset {
 
 /// Where a vertex moves to.
 #[derive(Clone, Copy, clap::ValueEnum)]
-pub enum CentroidName {
+enum CentroidName {
     /// Mean of the cell's corners (Eq. 7 of the paper)
     Corners,
-    /// The same, but corners close together count less, which comes closest to the paper's figures
+    /// The same with less weight for corners close together, which reproduces the paper's figures best
     WeightedCorners,
     /// Centroid of the cell's area (Eq. 3)
     Area,
@@ -103,11 +109,11 @@ pub enum CentroidName {
 
 #[derive(Clone, Copy, clap::ValueEnum)]
 enum FaceName {
-    /// In the tangent plane (restricted tangent faces)
+    /// Polygon in the tangent plane (restricted tangent face)
     Tangent,
-    /// In the tangent plane, clipped by the neighbours' shadow sites as well (restricted power faces)
+    /// The same, clipped also by the neighbours' shadow sites (restricted power face)
     Power,
-    /// On the surface itself (restricted Voronoi cells)
+    /// Part of the surface itself (restricted Voronoi cell)
     Exact,
 }
 
@@ -115,7 +121,7 @@ enum FaceName {
 enum NormalsName {
     /// Planes fitted to the nearest vertices of the result
     Fit,
-    /// Normals of the input at that place, as rough as the input is
+    /// Normals of the input, as rough as the input is
     Surface,
     /// Planes fitted to the nearest vertices of the input, as if it were a point cloud
     Cloud,
@@ -127,7 +133,7 @@ enum ProjectionName {
     NearestVertices,
     /// Downhill from triangle to triangle
     Walk,
-    /// The same, then to the closest point of all triangles that face the same way
+    /// The same, then to the closest point of all triangles with the same orientation
     Exact,
     /// Onto the planes of --normals cloud
     Plane,
@@ -137,38 +143,123 @@ enum ProjectionName {
 enum SeedingName {
     /// Uniformly random by area
     Random,
-    /// One random point in each equal share of the area
+    /// One random point in each of N parts of equal area
     Stratified,
-    /// Poisson disks: random points with a least distance and no gaps
+    /// Poisson disks: random points with a minimum distance and no gaps
     Poisson,
 }
 
 #[derive(Clone, Copy, clap::ValueEnum)]
 enum NeighboursName {
-    /// Compare with all vertices
+    /// Compare all vertices
     Brute,
     /// Search a hierarchy of boxes
     Lists,
 }
 
-/// Options by name, and whether they are given.
-type Given<const N: usize> = [(&'static str, bool); N];
+/// What a setting needs, where it does anything.
+#[derive(Clone, Copy)]
+pub enum Needs {
+    /// A preset other than the default one.
+    AllAtOnce,
+    /// Tangent or power cells.
+    Planes,
+    /// Planes fitted to vertices of the result.
+    FittedPlanes,
+    /// A search for vertices of the input.
+    InputVertices,
+    /// Power cells.
+    PowerCells,
+    /// Exact cells.
+    ExactCells,
+    /// Exact cells without momentum.
+    Lloyd,
+}
+
+impl Needs {
+    /// Whether these options have it.
+    pub fn are_met(self, options: &Options) -> bool {
+        let AllAtOnceOptions { face, normals, projection, .. } = options.all_at_once;
+        let is_near = projection == Projection::NearestVertices || normals == Normals::Cloud;
+        options.method == Method::AllAtOnce
+            && match self {
+                Needs::AllAtOnce => true,
+                Needs::Planes => face != Face::Exact,
+                Needs::FittedPlanes => face != Face::Exact && normals == Normals::Fit,
+                Needs::InputVertices => face != Face::Exact && is_near,
+                Needs::PowerCells => face == Face::Power,
+                Needs::ExactCells | Needs::Lloyd => face == Face::Exact,
+            }
+    }
+
+    /// The need in words, and an option that meets it.
+    pub fn words(self) -> (&'static str, &'static str) {
+        let near = "--projection nearest-vertices or --normals cloud (presets rtf, rpf, rvc)";
+        match self {
+            Needs::AllAtOnce => ("presets other than default", "--preset rtf"),
+            Needs::Planes => ("tangent and power cells (presets rtf, rpf, rvc)", "--preset rtf"),
+            Needs::FittedPlanes => ("--normals fit (presets rtf, rpf)", "--preset rtf"),
+            Needs::InputVertices => (near, "--preset rtf"),
+            Needs::PowerCells => ("--face power (preset rpf)", "--preset rpf"),
+            Needs::ExactCells => ("--face exact (presets rvd, cvd)", "--preset cvd"),
+            Needs::Lloyd => ("--face exact without momentum (preset rvd)", "--preset rvd"),
+        }
+    }
+}
+
+/// The settings by their names in [`AllAtOnceOptions`], with what each needs.
+pub const SETTINGS: [(&str, Needs); 12] = [
+    ("face", Needs::AllAtOnce),
+    ("seeding", Needs::AllAtOnce),
+    ("normals", Needs::Planes),
+    ("projection", Needs::Planes),
+    ("neighbours", Needs::Planes),
+    ("centroid", Needs::Planes),
+    ("k_normal", Needs::FittedPlanes),
+    ("k_clip", Needs::Planes),
+    ("k_project", Needs::InputVertices),
+    ("offset", Needs::PowerCells),
+    ("momentum", Needs::ExactCells),
+    ("lbfgs", Needs::Lloyd),
+];
 
 impl ResearchArgs {
-    /// Those for all faces, and those for faces in planes.
-    pub fn given(&self) -> (Given<2>, Given<3>) {
-        (
-            [("--face", self.face.is_some()), ("--seeding", self.seeding.is_some())],
-            [
-                ("--normals", self.normals.is_some()),
-                ("--projection", self.projection.is_some()),
-                ("--neighbours", self.neighbours.is_some()),
-            ],
-        )
+    /// The first setting that is given and does nothing with these options.
+    pub fn idle_setting(&self, options: &Options) -> Option<(&'static str, Needs)> {
+        let is_given = self.settings.are_given();
+        let settings = SETTINGS.into_iter().zip(is_given);
+        settings
+            .filter(|(_, is_given)| *is_given)
+            .map(|(it, _)| it)
+            .find(|(_, needs)| !needs.are_met(options))
     }
 
     /// Puts what is given in place of the preset's.
     pub fn put(&self, options: &mut AllAtOnceOptions) {
+        self.settings.put(options);
+    }
+}
+
+impl SettingArgs {
+    /// In the order of [`SETTINGS`].
+    fn are_given(&self) -> [bool; 12] {
+        [
+            self.face.is_some(),
+            self.seeding.is_some(),
+            self.normals.is_some(),
+            self.projection.is_some(),
+            self.neighbours.is_some(),
+            self.centroid.is_some(),
+            self.k_normal.is_some(),
+            self.k_clip.is_some(),
+            self.k_project.is_some(),
+            self.offset.is_some(),
+            self.momentum.is_some(),
+            self.lbfgs.is_some(),
+        ]
+    }
+
+    fn put(&self, options: &mut AllAtOnceOptions) {
         options.face = self.face.map_or(options.face, |name| match name {
             FaceName::Tangent => Face::Tangent,
             FaceName::Power => Face::Power,

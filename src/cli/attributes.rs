@@ -10,14 +10,14 @@ use rtfmesh::{CorrespondenceRequest, Error, Method, Options, Remeshed, TriMesh};
 #[derive(Debug, clap::Args)]
 #[command(next_help_heading = ATTRIBUTES)]
 pub struct AttributeArgs {
-    /// Keep texture seams; from glTF, OBJ and 3MF to GLB also materials and their images
+    /// Keep texture seams and, in GLB, materials and images
     ///
-    /// No face crosses a seam then.
+    /// No triangle crosses a seam then. Materials and images are read from glTF, OBJ and 3MF.
     #[arg(long)]
     keep_uv: bool,
-    /// Keep the borders between materials, groups and other labels of faces; =NAME,NAME: of these alone
+    /// Keep the borders between materials, groups and other labels of triangles; =NAME,NAME: of these alone
     ///
-    /// Named ones may be any values of faces.
+    /// NAME may be any attribute of triangles.
     #[arg(
         long,
         value_name = "NAME",
@@ -28,13 +28,12 @@ pub struct AttributeArgs {
         hide_short_help = true
     )]
     keep_labels: Option<Vec<String>>,
-    /// With --keep-labels: make ragged borders smooth; none moves by more than so many edges of the input
-    /// [default: 1]
+    /// Smooth ragged label borders by at most this many input edges, with --keep-labels [default: 1]
     ///
     /// 0 keeps borders as they are. Sharp edges, boundaries and borders that are not ragged stay.
     #[arg(long, value_name = "EDGES", requires = "keep_labels", hide_short_help = true)]
     smooth_labels: Option<f64>,
-    /// Drop colours, normals, texture coordinates, labels and all other attributes
+    /// Leave out colours, normals, texture coordinates, labels and all other attributes
     #[arg(long, conflicts_with_all = ["keep_uv", "keep_labels"], hide_short_help = true)]
     no_attributes: bool,
 }
@@ -50,7 +49,7 @@ impl AttributeArgs {
             None => Ok(()),
             Some((name, _)) => Err(Error::usage(
                 format!("{name} works only with preset default"),
-                "leave it out, or add --preset default",
+                "remove it, or use --preset default",
             )),
         }
     }
@@ -94,13 +93,13 @@ impl AttributeArgs {
         if self.keep_uv {
             options.coarse_to_fine.fixed_half_edges.extend(uv_seams(mesh, attributes));
             if attributes.uv.is_none() {
-                notes.push("there are no texture coordinates whose seams could be kept".to_owned());
+                notes.push("--keep-uv has no effect: the input has no texture coordinates".to_owned());
             }
         }
         if let Some(names) = &self.keep_labels {
             let borders = borders(names, mesh, attributes)?;
             if borders.is_empty() {
-                notes.push("there are no labels whose borders could be kept".to_owned());
+                notes.push("--keep-labels has no effect: the input has no labels".to_owned());
             }
             options.coarse_to_fine.label_borders = borders;
             if let Some(edges) = self.smooth_labels {
@@ -113,7 +112,7 @@ impl AttributeArgs {
             && !self.no_attributes
             && options.format.is_some_and(|format| format != Format::Glb)
         {
-            notes.push("the texture is not kept: only .glb holds it, with --keep-uv".to_owned());
+            notes.push("the texture is not kept: use .glb and --keep-uv".to_owned());
         }
         Ok(repaired)
     }
@@ -126,7 +125,11 @@ impl AttributeArgs {
         let is_named = !attributes.libraries.is_empty() && attributes.uv.is_some();
         let is_unread = *unread_images > 0 || (is_named && !self.keep_uv);
         let is_lost = is_unread && !self.no_attributes && format == Format::Glb;
-        is_lost.then(|| "the texture is not kept: --keep-uv keeps it, with vertices on its seams".to_owned())
+        is_lost.then(|| {
+            "the texture is not kept: --keep-uv keeps it and puts vertices on its \
+        seams"
+                .to_owned()
+        })
     }
 }
 

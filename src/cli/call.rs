@@ -37,11 +37,10 @@ pub struct Call {
     time: TimeArgs,
     #[command(flatten)]
     research: ResearchArgs,
-    /// How closely a full report bounds the Hausdorff distances: gap between the ends, relative to the upper
-    /// end [default: 0.01]
+    /// Relative width of the reported Hausdorff intervals, 1e-6 to 0.5 [default: 0.01]
     ///
-    /// 1e-6 to 0.5. Gaps below 5e-7 of the diagonal are small enough in any case.
-    #[arg(long, value_name = "SHARE")]
+    /// Relative to the upper end. Gaps below 5e-7 of the diagonal always count as converged.
+    #[arg(long, value_name = "FRACTION")]
     accuracy: Option<f64>,
 }
 

@@ -24,15 +24,15 @@ const COARSE: f64 = 2.0;
 #[derive(Debug, Clone, Default, clap::Args)]
 #[command(next_help_heading = INPUT)]
 pub struct HoleArgs {
-    /// For points without faces: close all holes of the surface through them; for volumes: at the border
+    /// Points: close all holes of the surface; volumes: close it at the border
     #[arg(long, conflicts_with = "fill_holes", hide_short_help = true)]
     closed: bool,
-    /// For points without faces: close holes up to this size, in the points' units or as 1% of the diagonal
+    /// Points: close holes up to this size, in input units or as % of the diagonal
     ///
-    /// Gaps of up to six times the distance between points are closed in any case.
+    /// Gaps up to six times the distance between points are always closed.
     #[arg(long, value_name = "LENGTH", value_parser = length, hide_short_help = true)]
     fill_holes: Option<Size>,
-    /// For points without faces: what they are of
+    /// Points: what they show
     #[arg(long, value_name = "KIND", default_value = "auto", hide_short_help = true)]
     points_as: PointsAs,
 }
@@ -40,12 +40,12 @@ pub struct HoleArgs {
 /// What points are of.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq, ValueEnum)]
 enum PointsAs {
-    /// A terrain where they look like one from above or are classified as ground; else an object
+    /// A terrain if they look like one or are classified as ground, else an object
     #[default]
     Auto,
-    /// Ground and roofs seen along z, without trees, cars and noise
+    /// Ground and roofs seen from above (along z), without trees, cars and noise
     Terrain,
-    /// Anything, with a surface through all points
+    /// Any object, with a surface through all points
     Object,
 }
 
@@ -56,15 +56,12 @@ impl HoleArgs {
     /// [`Error::Usage`] if `closed` and `fill_holes` are given, or a word that cannot be read.
     pub fn of(closed: bool, fill_holes: Option<&str>, points_as: &str) -> Result<Self> {
         if closed && fill_holes.is_some() {
-            return Err(Error::usage(
-                "--closed and --fill-holes do not go together",
-                "leave one of them out",
-            ));
+            return Err(Error::usage("--closed and --fill-holes exclude each other", "remove one of them"));
         }
         let points_as = PointsAs::from_str(points_as, false).map_err(|_| {
-            Error::usage(format!("--points-as {points_as} is no kind"), "use auto, terrain or object")
+            Error::usage(format!("--points-as: unknown kind {points_as}"), "use auto, terrain or object")
         })?;
-        let unread = |text: &str, why| Error::usage(format!("--fill-holes {text} is no length"), why);
+        let unread = |text: &str, why| Error::usage(format!("--fill-holes: {text} is not a length"), why);
         let fill_holes = fill_holes.map(|text| length(text).map_err(|why: String| unread(text, why)));
         Ok(Self { closed, fill_holes: fill_holes.transpose()?, points_as })
     }
@@ -136,7 +133,7 @@ impl HoleArgs {
 pub struct CloudArgs {
     #[command(flatten)]
     holes: HoleArgs,
-    /// For points without faces: write the points with outward normals, and no mesh
+    /// Points: write them with outward normals, instead of a mesh
     #[arg(long, conflicts_with_all = ["closed", "fill_holes", "dry_run", "report", "html"],
         hide_short_help = true)]
     normals_only: bool,
@@ -155,7 +152,7 @@ impl CloudArgs {
         ];
         let Some((name, _)) = given.iter().find(|(_, given)| *given) else { return Ok(self.holes.closed) };
         let input = shown(input_name(input));
-        Err(Error::usage(format!("{name} works only with points, and {input} is a volume"), "leave it out"))
+        Err(Error::usage(format!("{name} works only with points, and {input} is a volume"), "remove it"))
     }
 
     /// Whether points with normals are written, in place of a mesh.
@@ -195,7 +192,7 @@ impl CloudArgs {
         let given = given.iter().find(|(_, given)| *given && !loaded.mesh.triangles.is_empty());
         let Some((name, _)) = given else { return Ok(()) };
         let problem = format!("{name} works only with points, and {} has faces", shown(input_name(input)));
-        Err(Error::usage(problem, "leave it out"))
+        Err(Error::usage(problem, "remove it"))
     }
 
     /// What was loaded, or a surface through it if it has points only, as [`HoleArgs::surface`] makes it.
@@ -242,8 +239,8 @@ pub fn size_by_points(size: Size, points: usize, options: &Options) -> Size {
 fn warnings(cloud: &PointCloud, found: &CloudSurface) -> Vec<(WarningCode, String)> {
     let mut warnings = Vec::new();
     if found.normals_disagree {
-        let text = "the normals of the points disagree with their neighbours', as those without signs do: \
-            none was used, and all were found from the points; give outward normals, or none";
+        let text = "neighbouring points have opposite normals, so all normals were computed from the points; \
+            give outward normals, or none";
         warnings.push((WarningCode::Normals, text.to_owned()));
     }
     if found.unused > 0 {
@@ -261,14 +258,14 @@ fn warnings(cloud: &PointCloud, found: &CloudSurface) -> Vec<(WarningCode, Strin
 fn told(cloud: &PointCloud, found: &CloudSurface) -> Vec<String> {
     let kind = if found.is_terrain { "a terrain seen from above" } else { "a surface" };
     let mut notes = vec![format!(
-        "{} points without faces, {:.3e} apart: {kind} of {} goes through them",
-        cloud.points.len(),
+        "a point cloud ({}, spacing {:.3e}): {kind} of {} was made from it",
+        counted(cloud.points.len(), ["point", "points"]),
         found.spacing,
         counted(found.mesh.triangles.len(), ["triangle", "triangles"])
     )];
     let points = ["point was left out", "points were left out"];
     let left_out = [
-        (found.duplicates, points, "others are at the same place"),
+        (found.duplicates, points, "a duplicate"),
         (found.outliers, points, "far from all others"),
         (
             found.small_parts,
@@ -299,7 +296,10 @@ fn told(cloud: &PointCloud, found: &CloudSurface) -> Vec<String> {
         notes.push(counted(found.handles, words));
     }
     if found.cell > COARSE * found.spacing {
-        notes.push(format!("details smaller than {:.3e} are lost, though points are closer", found.cell));
+        notes.push(format!(
+            "details smaller than {:.3e} are lost, although the points are closer together",
+            found.cell
+        ));
     }
     notes
 }

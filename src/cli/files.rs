@@ -15,12 +15,15 @@ use std::path::{Path, PathBuf};
 /// The input's format, where neither its name nor its content says.
 #[derive(Debug, clap::Args)]
 pub struct InputFormat {
-    /// Format of the input if neither its content nor its extension says: obj, ply, stl, off, gltf, glb,
-    /// mesh, vtp, vtu, vtk, 3mf, xyz, pcd, las, e57, npy, nrrd, nii, mha or vti
+    /// Format of the input, if neither content nor extension tells
+    ///
+    /// One of obj, ply, stl, off, gltf, glb, mesh, vtp, vtu, vtk, 3mf, xyz, pcd, las, e57, npy, nrrd, nii,
+    /// mha and vti.
     #[arg(long, value_name = "FORMAT", help_heading = INPUT, hide_short_help = true)]
     input_format: Option<Encoding>,
-    /// Folder in or below which files that the input names may lie, such as buffers and images of glTF
-    /// [default: only the folder of the input]
+    /// Folder from which files that the input refers to may be read [default: its own]
+    ///
+    /// Such files are buffers and images of glTF, for example. Folders below are allowed as well.
     #[arg(long, value_name = "DIR", help_heading = INPUT, hide_short_help = true)]
     files_from: Option<PathBuf>,
 }
@@ -96,7 +99,7 @@ impl<'a> Target<'a> {
     /// format.
     pub fn new(path: &'a Path, format: Option<Encoding>) -> rtfmesh::Result<Self> {
         if format.is_some_and(|e| e.format.is_of_points() || e.format.is_of_volumes()) {
-            let problem = "--format names a format that has no faces";
+            let problem = "--format: this format cannot hold triangles";
             return Err(Error::usage(problem, "use obj, ply, stl, off, glb, mesh, vtp, vtu, vtk or 3mf"));
         }
         if !is_standard(path) {
@@ -105,17 +108,17 @@ impl<'a> Target<'a> {
             return Ok(Self { path, encoding });
         }
         let Some(encoding) = format else {
-            let problem = "standard output has no extension that tells the format";
+            let problem = "standard output has no extension that determines the format";
             return Err(Error::usage(problem, "add --format, for example --format ply"));
         };
         if is_lost(&std::io::stdout()) {
             let problem = "standard output is closed, or /dev/null for reading and writing";
-            return Err(Error::usage(problem, "send standard output to a file or a pipe"));
+            return Err(Error::usage(problem, "redirect standard output to a file or a pipe"));
         }
         let for_people = encoding.format.is_written_as_text() && !encoding.gzip;
         if !for_people && std::io::stdout().is_terminal() {
-            let problem = format!("{encoding} is binary and does not go to a terminal");
-            return Err(Error::usage(problem, "send standard output to a file or a pipe"));
+            let problem = format!("{encoding} is binary and cannot be printed to a terminal");
+            return Err(Error::usage(problem, "redirect standard output to a file or a pipe"));
         }
         Ok(Self { path, encoding })
     }

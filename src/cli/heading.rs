@@ -10,4 +10,3 @@ pub const OUTPUT: &str = "Output";
 pub const DEVICE: &str = "Device and time";
 pub const COLOURS: &str = "Colours and lines";
 pub const CAMERA: &str = "Camera";
-pub const RESEARCH: &str = "Research";

@@ -27,8 +27,7 @@ const EXAMPLES: &str = "Examples:
   rtfmesh inspect points.xyz
   rtfmesh inspect fandisk.ply --feature-angle 20 --json";
 
-/// Show a mesh's topology, repairs, curves, corners and patches; points' spacing, outliers and noise; or a
-/// volume's size and range.
+/// Describe a mesh (topology, repairs, features), points (spacing, noise, outliers) or a volume (range).
 #[derive(clap::Args)]
 #[command(after_help = EXAMPLES)]
 pub struct Args {
@@ -36,14 +35,14 @@ pub struct Args {
     mesh: PathBuf,
     /// Number of vertices to remesh to, such as 10k [default: the mesh's]
     ///
-    /// Curves too short for that are dropped.
+    /// Curves too short for that are discarded.
     #[arg(short = 'n', long, value_name = "N", value_parser = vertex_count, help_heading = SIZE)]
     vertices: Option<usize>,
-    /// Least angle of sharp edges; 180: none
+    /// Edges sharper than this angle are features; 180 disables
     #[arg(long, value_name = "DEGREES", default_value_t = FeatureOptions::FEATURE_ANGLE,
         help_heading = FEATURES)]
     feature_angle: f64,
-    /// OBJ file with lines along edges, which are curves as well
+    /// OBJ file with polylines along input edges, which also become curves
     #[arg(long, value_name = "FILE.obj", help_heading = FEATURES)]
     features: Option<PathBuf>,
     #[command(flatten)]
@@ -86,13 +85,13 @@ struct Kind {
 /// Reads, inspects, writes and prints.
 pub fn run(args: &Args) -> Result<()> {
     if args.vertices == Some(0) {
-        return Err(Error::usage("-n 0 is no mesh", "give at least 1 vertex").into());
+        return Err(Error::usage("-n must be at least 1", "use the number of vertices that you want").into());
     }
     if let Some(path) = &args.skeleton {
         let read = [Some(&args.mesh), args.features.as_ref()];
         if read.into_iter().flatten().any(|input| super::remesh::same_file(path, input)) {
-            let problem = format!("the skeleton would overwrite its own input {}", shown(path));
-            return Err(Error::usage(problem, "name another file after --skeleton").into());
+            let problem = format!("--skeleton would overwrite the input {}", shown(path));
+            return Err(Error::usage(problem, "use another file name").into());
         }
         io::check_text_target(path)?;
     }
@@ -134,7 +133,7 @@ fn refuse_options_of_meshes(args: &Args, what: &str) -> rtfmesh::Result<()> {
     let Some((name, _)) = given.iter().find(|(_, given)| *given) else { return Ok(()) };
     let input = shown(input_name(&args.mesh));
     let problem = format!("{name} works only with meshes, and {input} has {what}");
-    Err(Error::usage(problem, "leave it out"))
+    Err(Error::usage(problem, "remove it"))
 }
 
 /// Inspects a mesh for a result of so many vertices. Returns also the repaired mesh and its features.
@@ -203,11 +202,11 @@ fn rows(i: &Inspection) -> Vec<(&'static str, String)> {
             format!("{}, {}", r.duplicate_vertices_welded, r.unreferenced_vertices_dropped),
         ),
         (
-            "faces without area, duplicate faces",
+            "triangles without area, duplicates",
             format!("{}, {}", r.degenerate_faces_dropped, r.repeated_faces()),
         ),
         (
-            "faces turned over, unorientable parts",
+            "flipped triangles, non-orientable parts",
             format!("{}, {}", r.faces_turned, r.unorientable_components),
         ),
         ("patches, corners", format!("{}, {}", i.patches, i.corners)),

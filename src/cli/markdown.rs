@@ -1,6 +1,7 @@
 //! All commands and options in Markdown, made from their declarations.
 
-use clap::{Arg, Command};
+use super::all_at_once::SettingArgs;
+use clap::{Arg, Args, Command};
 
 /// Columns of the text.
 const WIDTH: usize = 110;
@@ -30,7 +31,8 @@ fn section(command: &Command) -> String {
     let usage = command.clone().render_usage().to_string();
     text += &format!("    {}\n\n", usage.trim_start_matches("Usage: ").trim_end());
     text.extend(command.get_positionals().map(item));
-    let options = || command.get_arguments().filter(|arg| !arg.is_positional() && arg.get_id() != "help");
+    let is_listed = |arg: &&Arg| !arg.is_positional() && !arg.is_hide_set() && arg.get_id() != "help";
+    let options = || command.get_arguments().filter(is_listed);
     let mut headings: Vec<Option<&str>> = Vec::new();
     for heading in options().map(Arg::get_help_heading) {
         if !headings.contains(&heading) {
@@ -40,6 +42,12 @@ fn section(command: &Command) -> String {
     for heading in headings {
         text += &format!("\n### {}\n\n", heading.unwrap_or("Options"));
         text.extend(options().filter(|arg| arg.get_help_heading() == heading).map(item));
+    }
+    if command.get_name() == "presets" {
+        text += "\n### Settings of presets\n\nOptions of `rtfmesh remesh` and `rtfmesh batch` with presets \
+            other than default; presets.md has their\ndefaults.\n\n";
+        let settings = SettingArgs::augment_args(Command::new("settings"));
+        text.extend(settings.get_arguments().map(item));
     }
     text
 }

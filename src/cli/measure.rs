@@ -30,28 +30,27 @@ const EXAMPLES: &str = "Examples:
 pub struct Args {
     /// Mesh to measure; - is standard input
     mesh: PathBuf,
-    /// Measure the distances to this mesh, or to these points, as well, both ways, in percent of its bounding
-    /// box's diagonal
+    /// Also measure the distances to this mesh or these points, in both directions
     ///
-    /// Hausdorff distances are certified: no point is farther away than the upper end of each, and some point
-    /// as far as the lower end. Root mean square distances are of samples. Of points, all are measured, also
-    /// outliers; distances of the mesh's samples to the nearest points are about half of the points' spacing
-    /// where the mesh goes through them.
+    /// In percent of the diagonal of its bounding box. Hausdorff distances are certified intervals; root mean
+    /// square distances are sampled. Points are all measured, including outliers. The distance from a mesh to
+    /// the nearest point is about half of the points' spacing, even if the mesh passes through them.
     #[arg(long, value_name = "REFERENCE")]
     against: Option<PathBuf>,
-    /// Largest gap between the ends of the Hausdorff distances, relative to the upper end [default: 0.01]
+    /// Relative width of the Hausdorff intervals, 1e-6 to 0.5 [default: 0.01]
     ///
-    /// 1e-6 to 0.5. Gaps below 5e-7 of the diagonal are small enough in any case.
-    #[arg(long, value_name = "SHARE", requires = "against")]
+    /// Relative to the upper end. Gaps below 5e-7 of the diagonal always count as converged.
+    #[arg(long, value_name = "FRACTION", requires = "against")]
     accuracy: Option<f64>,
-    /// Measure how evenly the vertices cover the reference as well: the integral of the squared distance to
-    /// the nearest vertex
+    /// Also measure how evenly the vertices cover the reference
+    ///
+    /// The measure is the integral of the squared distance to the nearest vertex.
     #[arg(long, requires = "against")]
     energy: bool,
-    /// Measure the distances between sharp edges and boundaries as well, both ways
+    /// Also measure the distances between sharp edges and boundaries, in both directions
     #[arg(long, requires = "against")]
     features: bool,
-    /// Edges where the surface turns by at least this angle are sharp, with --features
+    /// With --features: edges sharper than this angle count
     #[arg(long, value_name = "DEGREES", default_value_t = FeatureOptions::FEATURE_ANGLE,
         requires = "features")]
     feature_angle: f64,
@@ -79,8 +78,8 @@ pub(super) struct Found {
 /// Measures and prints.
 pub fn run(args: &Args) -> Result<()> {
     if is_standard(&args.mesh) && args.against.as_ref().is_some_and(|path| is_standard(path)) {
-        let problem = "standard input cannot be both meshes";
-        return Err(Error::usage(problem, "give one of them as a file").into());
+        let problem = "standard input can provide only one of the meshes";
+        return Err(Error::usage(problem, "read the other from a file").into());
     }
     let mesh = with_notes(&args.mesh, args.input_format.load(&args.mesh)?);
     let reference = match &args.against {
@@ -126,9 +125,8 @@ impl Wanted {
             ("features", self.feature_angle.is_some()),
         ];
         let Some((name, _)) = given.iter().find(|(_, given)| *given) else { return Ok(()) };
-        let problem =
-            format!("`{name}` works only against a mesh, and the reference is points without faces");
-        Err(Error::usage(problem, "leave it out, or make one of the points with `cloud::surface`"))
+        let problem = format!("`{name}` needs a mesh as reference, and the reference has only points");
+        Err(Error::usage(problem, "remove it, or make a mesh of the points with `cloud::surface`"))
     }
 }
 

@@ -3,10 +3,10 @@
 use super::all_at_once::ResearchArgs;
 use super::heading::{DEVICE, FEATURES, INPUT, SHAPE, SIZE};
 use super::sizing::SizingArgs;
+use crate::grammar::counted;
 use rtfmesh::mesh::attributes::Attributes;
 use rtfmesh::{
-    Device, DeviceOptions, Error, Face, FeatureLines, MeasureDepth, Method, Normals, Options, Projection,
-    Quality, Shortage, Size,
+    Device, DeviceOptions, Error, FeatureLines, MeasureDepth, Method, Options, Quality, Shortage, Size,
 };
 use std::path::{Path, PathBuf};
 
@@ -18,53 +18,64 @@ pub struct MethodArgs {
     quality: Option<QualityName>,
     /// Keep vertices exactly on the input surface
     ///
-    /// By default they leave it slightly, so that the triangles fit the surface better.
+    /// By default they may leave it slightly, because triangles then fit the surface better.
     #[arg(long, help_heading = SHAPE, hide_short_help = true)]
     no_fit: bool,
-    /// Mend triangles with a smaller angle by local edits [default: 30]
+    /// Improve triangles with an angle below this, 0 to 40; 0 disables [default: 30]
     ///
-    /// 0 to 40; 0 mends none. Obtuse triangles on sharp edges and boundaries are mended with them. The number
-    /// of vertices stays. Angles of the input's own sharp corners
-    /// stay as they are.
+    /// Local edits do it, at the same number of vertices. Obtuse triangles on sharp edges and boundaries are
+    /// improved as well. Sharp corners of the input keep their angles.
     #[arg(long, value_name = "DEGREES", help_heading = SHAPE, hide_short_help = true)]
     min_angle: Option<f64>,
-    /// Remesh by splits, collapses and flips of edges on the CPU, as is done where cells fail
+    /// Remesh everything by local operations on the CPU
+    ///
+    /// Local operations are edge splits, collapses and flips. By default they remesh only the components for
+    /// which the Voronoi method fails.
     #[arg(long, help_heading = SHAPE, hide_short_help = true)]
     local: bool,
-    /// Most iterations with all vertices [default: 10, or as --quality says; other presets: 160, mps: 0]
+    /// Maximum iterations at full resolution [default: by --quality: 5, 10 or 80]
+    ///
+    /// Presets other than default run 160 iterations, mps none.
     #[arg(long, value_name = "COUNT", help_heading = SHAPE, hide_short_help = true)]
     iterations: Option<u32>,
-    /// Stop when the root mean square step falls below this many edge lengths [default: 1e-4]
+    /// Stop when the mean step is below this many edge lengths [default: 1e-4]
+    ///
+    /// The mean is the root mean square over all vertices.
     #[arg(long, value_name = "STEP", help_heading = SHAPE, hide_short_help = true)]
     tolerance: Option<f64>,
-    /// Seed of the random start; the same seed, options, device and input give the same bytes [default: 1]
+    /// Seed of the random start [default: 1]
+    ///
+    /// The same seed, options, device and input give the same bytes.
     #[arg(long, help_heading = SHAPE, hide_short_help = true)]
     seed: Option<u64>,
-    /// Keep edges that turn by at least this angle [default: 40]
+    /// Keep edges sharper than this angle; 180 disables [default: 40]
     ///
-    /// 180 keeps none. Boundaries and edges with more than two faces stay in any case.
+    /// The angle is the one by which the surface turns. Boundaries and edges with more than two triangles are
+    /// always kept.
     #[arg(long, value_name = "DEGREES", help_heading = FEATURES)]
     feature_angle: Option<f64>,
-    /// Keep the lines in this OBJ file as well, which run along edges of the input
+    /// Also keep the polylines in this OBJ file; they must follow input edges
     #[arg(long, value_name = "FILE.obj", help_heading = FEATURES, hide_short_help = true)]
     features: Option<PathBuf>,
     #[command(flatten)]
     sizing: SizingArgs,
-    /// Weld vertices closer than this share of the bounding box's diagonal, and close cracks [default: 0]
-    #[arg(long, value_name = "SHARE", help_heading = INPUT, hide_short_help = true)]
+    /// Weld vertices closer than this fraction of the diagonal [default: 0]
+    ///
+    /// This closes cracks. The diagonal is that of the input's bounding box.
+    #[arg(long, value_name = "FRACTION", help_heading = INPUT, hide_short_help = true)]
     weld: Option<f64>,
-    /// Drop components with less than this share of the input's area [default: 0]
-    #[arg(long, value_name = "SHARE", help_heading = INPUT, hide_short_help = true)]
+    /// Remove components below this fraction of the input's area [default: 0]
+    #[arg(long, value_name = "FRACTION", help_heading = INPUT, hide_short_help = true)]
     min_component: Option<f64>,
-    /// Make ragged boundaries smooth; none moves by more than this share of the diagonal [default: 0]
-    #[arg(long, value_name = "SHARE", help_heading = INPUT, hide_short_help = true)]
+    /// Smooth ragged boundaries by at most this fraction of the diagonal [default: 0]
+    #[arg(long, value_name = "FRACTION", help_heading = INPUT, hide_short_help = true)]
     smooth_boundary: Option<f64>,
-    /// Add vertices if the number asked for is too small for a valid mesh (preset default)
+    /// Add vertices if N is too small for a valid mesh
     #[arg(long, conflicts_with = "strict", help_heading = SIZE, hide_short_help = true)]
     vertices_at_least: bool,
-    /// Fail if parts of the surface would be lost or faces intersect that did not in the input
+    /// Fail if the result has a fault, such as a lost part or a new self-intersection
     ///
-    /// By default the best mesh there is is written, with a warning.
+    /// By default rtfmesh writes its best mesh and warns.
     #[arg(long, help_heading = SIZE, hide_short_help = true)]
     strict: bool,
 }
@@ -79,55 +90,28 @@ enum QualityName {
     Best,
 }
 
-/// What an option needs, in words, and what to add to have it.
-type With = (&'static str, &'static str);
-
 impl MethodArgs {
     /// Refuses an option that would do nothing: nobody would notice.
-    fn refuse_foreign(&self, research: &ResearchArgs, options: &Options) -> rtfmesh::Result<()> {
-        const DEFAULT: With = ("preset default", "--preset default");
-        const AT_ONCE: With = ("presets other than default", "--preset rtf");
-        const PLANES: With = ("tangent and power cells (presets rtf, rpf, rvc)", "--preset rtf");
-        const FIT: With = ("--normals fit (presets rtf, rpf)", "--preset rtf");
-        const NEAR: With =
-            ("--projection nearest-vertices or --normals cloud (presets rtf, rpf, rvc)", "--preset rtf");
-        const POWER: With = ("--face power (preset rpf)", "--preset rpf");
-        const EXACT: With = ("--face exact (presets rvd, cvd)", "--preset cvd");
-        const LLOYD: With = ("--face exact without momentum (preset rvd)", "--preset rvd");
-        let coarse = options.method == Method::CoarseToFine;
-        let exact = !coarse && options.all_at_once.face == Face::Exact;
-        let power = !coarse && options.all_at_once.face == Face::Power;
-        let planes = !coarse && !exact;
-        let near = options.all_at_once.projection == Projection::NearestVertices
-            || options.all_at_once.normals == Normals::Cloud;
-        let (all, in_planes) = research.given();
+    fn refuse_idle(&self, research: &ResearchArgs, options: &Options) -> rtfmesh::Result<()> {
         let given = [
-            ("--quality", DEFAULT, coarse, self.quality.is_some()),
-            ("--no-fit", DEFAULT, coarse, self.no_fit),
-            ("--min-angle", DEFAULT, coarse, self.min_angle.is_some()),
-            ("--local", DEFAULT, coarse, self.local),
-            ("--feature-angle", DEFAULT, coarse, self.feature_angle.is_some()),
-            ("--features", DEFAULT, coarse, self.features.is_some()),
-            ("--vertices-at-least", DEFAULT, coarse, self.vertices_at_least),
-            ("--sizing", DEFAULT, coarse, self.sizing.differs()),
-            ("--centroid", PLANES, planes, research.centroid.is_some()),
-            (
-                "--k-normal",
-                FIT,
-                planes && options.all_at_once.normals == Normals::Fit,
-                research.k_normal.is_some(),
-            ),
-            ("--k-clip", PLANES, planes, research.k_clip.is_some()),
-            ("--k-project", NEAR, planes && near, research.k_project.is_some()),
-            ("--offset", POWER, power, research.offset.is_some()),
-            ("--momentum", EXACT, exact, research.momentum.is_some()),
-            ("--lbfgs", LLOYD, exact, research.lbfgs.is_some()),
+            ("--quality", self.quality.is_some()),
+            ("--no-fit", self.no_fit),
+            ("--min-angle", self.min_angle.is_some()),
+            ("--local", self.local),
+            ("--feature-angle", self.feature_angle.is_some()),
+            ("--features", self.features.is_some()),
+            ("--vertices-at-least", self.vertices_at_least),
+            ("--sizing", self.sizing.differs()),
         ];
-        let chosen = all.map(|(name, given)| (name, AT_ONCE, !coarse, given)).into_iter();
-        let chosen = chosen.chain(in_planes.map(|(name, given)| (name, PLANES, planes, given)));
-        let foreign = given.into_iter().chain(chosen).find(|(_, _, of_use, given)| *given && !of_use);
-        let Some((name, (with, add), ..)) = foreign else { return Ok(()) };
-        Err(Error::usage(format!("{name} works only with {with}"), format!("leave it out, or add {add}")))
+        let coarse = options.method == Method::CoarseToFine;
+        let idle = given.into_iter().find(|(_, given)| *given && !coarse);
+        let idle = idle.map(|(name, _)| (name.to_owned(), ("preset default", "--preset default")));
+        let setting = || {
+            let (name, needs) = research.idle_setting(options)?;
+            Some((format!("--{}", name.replace('_', "-")), needs.words()))
+        };
+        let Some((name, (with, add))) = idle.or_else(setting) else { return Ok(()) };
+        Err(Error::usage(format!("{name} works only with {with}"), format!("remove it, or use {add}")))
     }
 
     /// The options for results of this size; if their vertex count is not known yet, with one that is always
@@ -151,7 +135,7 @@ impl MethodArgs {
         if base.method == Method::AllAtOnce {
             research.put(&mut base.all_at_once);
         }
-        self.refuse_foreign(research, &base)?;
+        self.refuse_idle(research, &base)?;
         let mut options = base.measures(measures);
         let put = |value: Option<f64>, field: &mut f64| *field = value.unwrap_or(*field);
         options.iterations = self.iterations.unwrap_or(options.iterations);
@@ -206,14 +190,14 @@ impl MethodArgs {
 /// The device to remesh on.
 #[derive(clap::Args)]
 pub struct DeviceArgs {
-    /// Index, cpu, gpu or part of a name [default: the best GPU, else the CPU]
+    /// Device: index, cpu, gpu or part of its name [default: the best GPU, else the CPU]
     ///
-    /// Also uuid:4f3f9d26-... or pci:0000:41:00.0. `rtfmesh devices` lists them; the environment variable
-    /// RTFMESH_DEVICE does the same.
+    /// Also uuid:4f3f9d26-... or pci:0000:41:00.0. `rtfmesh devices` lists the devices. The environment
+    /// variable RTFMESH_DEVICE does the same.
     #[arg(long, value_name = "DEVICE", help_heading = DEVICE)]
     device: Option<String>,
 
-    /// Most device memory to use, in MiB [default: all]
+    /// Maximum device memory in MiB [default: all]
     ///
     /// A run that needs more is refused before it starts.
     #[arg(long, value_name = "MIB", help_heading = DEVICE, hide_short_help = true,
@@ -244,7 +228,8 @@ pub fn refuse_messages(device: &Device) -> rtfmesh::Result<()> {
     let messages = device.take_validation_messages();
     match messages.first() {
         Some(first) => {
-            Err(Error::Internal(format!("{} validation messages, the first: {first}", messages.len())))
+            let found = counted(messages.len(), ["validation message", "validation messages"]);
+            Err(Error::Internal(format!("{found}, the first: {first}")))
         }
         None => Ok(()),
     }

@@ -13,6 +13,7 @@ mod markdown;
 mod measure;
 mod method;
 mod points;
+mod presets;
 mod progress;
 mod remesh;
 mod render;
@@ -25,6 +26,7 @@ mod terminal;
 mod volume;
 mod words;
 
+use clap::error::ErrorKind;
 use clap::{CommandFactory, Parser, Subcommand};
 use rtfmesh::Error;
 use rtfmesh::io::Encoding;
@@ -32,7 +34,7 @@ use std::ffi::{OsStr, OsString};
 use std::path::Path;
 use terminal::tell;
 
-/// Remesh surfaces on any Vulkan device: well-shaped triangles, exactly as many vertices as you want.
+/// Remesh surfaces on any Vulkan device: well-shaped triangles, exactly N vertices.
 #[derive(Parser)]
 #[command(version, after_help = SEE_MORE, after_long_help = NOTES)]
 struct Cli {
@@ -40,20 +42,19 @@ struct Cli {
     command: Command,
 }
 
-const SEE_MORE: &str =
-    "COMMAND -h shows the usual options of a command with examples, COMMAND --help all of them.";
+const SEE_MORE: &str = "COMMAND -h lists the common options of a command, COMMAND --help all of them.";
 
-const NOTES: &str = "rtfmesh IN OUT is short for rtfmesh remesh IN OUT.\n\
-    Mesh files: .obj, .ply, .stl, .off, .gltf (read only), .glb, MEDIT's .mesh, .3mf, VTK's .vtp, \
-    .vtu and .vtk, each also with .gz; - is standard input or output. points: .ply, .off, .vtp, .vtk, .pcd, \
-    .las, .laz, .e57, .xyz, .txt, .csv. remesh also takes volumes: .npy, .nrrd, .nii, .mha, .vti, .vtk.\n\
-    Exit codes: 0 done, 2 usage, 3 input, 4 device or memory, 130 stopped by Ctrl-C (also \
-    where --keep-partial wrote a mesh), 1 anything else. An \
-    error is one line that says what to do.\n\
-    Environment: RTFMESH_DEVICE as --device; RTFMESH_VALIDATION=1 runs under the Vulkan validation layers \
-    and fails on any message; RTFMESH_FULL_BARRIERS=1 orders every device command; \
-    RTFMESH_LEAST_LIMITS=1 uses no more of a device than any has; RTFMESH_DEVICE_POLISH=1 or 0 polishes, \
-    fits and checks all meshes on the device, or none; RTFMESH_CACHE_DIR keeps compiled kernels.";
+const NOTES: &str = "COMMAND -h lists the common options of a command, COMMAND --help all of them; the \
+    manual (rtfmesh man) explains each.\nrtfmesh IN OUT is short for rtfmesh remesh IN OUT.\nMeshes: .obj, \
+    .ply, .stl, .off, .gltf (read only), .glb, .mesh (MEDIT), .3mf, .vtp, .vtu and .vtk (VTK), each also \
+    with .gz; - is standard input or output. Points: .ply, .off, .vtp, .vtk, .pcd, .las, .laz, .e57, .xyz, \
+    .txt, .csv. Volumes: .npy, .nrrd, .nii, .mha, .vti, .vtk.\nExit codes: 0 done, 2 usage, 3 input, 4 \
+    device or memory, 130 stopped by Ctrl-C (also if --keep-partial wrote a mesh), 1 anything else. An error \
+    is one line that says what to do.\nEnvironment: RTFMESH_DEVICE selects the device, as --device does; \
+    RTFMESH_CACHE_DIR is the folder for compiled kernels; RTFMESH_VALIDATION=1 runs under the Vulkan \
+    validation layers and fails on any message; RTFMESH_FULL_BARRIERS=1 orders all device commands; \
+    RTFMESH_LEAST_LIMITS=1 limits the device to what Vulkan guarantees; RTFMESH_DEVICE_POLISH=1 polishes, \
+    fits and checks all meshes on the device, 0 none.";
 
 #[derive(Subcommand)]
 enum Command {
@@ -62,6 +63,7 @@ enum Command {
     Measure(measure::Args),
     Inspect(inspect::Args),
     Render(render::Args),
+    Presets(presets::Args),
     Sample(sample::Args),
     Devices(devices::Args),
     Completions(shell::CompletionsArgs),
@@ -71,8 +73,10 @@ enum Command {
 /// Runs the program with these arguments, its own name first, and returns its exit code; errors are one line
 /// on standard error.
 pub fn run(args: impl IntoIterator<Item = OsString>) -> u8 {
-    let cli = match Cli::try_parse_from(with_command(args.into_iter().collect())) {
+    let args = with_command(args.into_iter().collect());
+    let cli = match Cli::try_parse_from(&args) {
         Ok(cli) => cli,
+        Err(error) if error.kind() == ErrorKind::DisplayHelp => return no_command(&help(&args, error)),
         Err(error) => return no_command(&error),
     };
     let outcome = match cli.command {
@@ -81,6 +85,7 @@ pub fn run(args: impl IntoIterator<Item = OsString>) -> u8 {
         Command::Measure(args) => measure::run(&args),
         Command::Inspect(args) => inspect::run(&args),
         Command::Render(args) => render::run(&args),
+        Command::Presets(args) => presets::run(&args),
         Command::Sample(args) => sample::run(&args),
         Command::Devices(args) => devices::run(&args),
         Command::Completions(args) => shell::completions(&args, Cli::command()),
@@ -100,6 +105,35 @@ fn with_command(mut args: Vec<OsString>) -> Vec<OsString> {
         args.insert(1, "remesh".into());
     }
     args
+}
+
+/// The help asked for, where `--help` and `help COMMAND` list all options in the layout of `-h`, a line or
+/// two for each; the manual has the explanations.
+fn help(args: &[OsString], short: clap::Error) -> clap::Error {
+    let words = args.get(1..).unwrap_or_default();
+    if !words.iter().any(|word| word == "--help") && words.first().is_none_or(|word| word != "help") {
+        return short;
+    }
+    let mut program = in_short_layout(Cli::command());
+    let mut names = program.get_subcommands().map(|command| command.get_name().to_owned());
+    let command = names.find(|name| words.iter().any(|word| word == name.as_str()));
+    drop(names);
+    if let Some(name) = &command {
+        program = program.mut_subcommand(name, in_short_layout);
+    }
+    let asked = [Some(env!("CARGO_PKG_NAME")), command.as_deref(), Some("-h")];
+    program.try_get_matches_from(asked.into_iter().flatten()).err().unwrap_or(short)
+}
+
+/// A command whose short help has everything that its long help has, but for explanations of options.
+fn in_short_layout(mut command: clap::Command) -> clap::Command {
+    if let Some(about) = command.get_long_about().cloned() {
+        command = command.about(about);
+    }
+    if let Some(after) = command.get_after_long_help().cloned() {
+        command = command.after_help(after);
+    }
+    command.mut_args(|arg| arg.hide_short_help(false))
 }
 
 /// The exit code, after telling of an error.

@@ -57,22 +57,22 @@ impl Inspection {
         let [low, high] = self.bounds;
         let [least, greatest] = self.spacing_range;
         let normals = match self.normals {
-            0 => "none: remesh finds them".to_owned(),
+            0 => "none: remesh computes them".to_owned(),
             n if n == self.points => "all points".to_owned(),
-            n => format!("{n} points: remesh finds all anew"),
+            n => format!("of {n} points: remesh recomputes all"),
         };
         let noise = self.noise.map(|noise| (noise, noise / self.spacing));
         let noise = match noise {
             None => "-, the points lie on lines".to_owned(),
             Some((noise, share)) if share <= CloudSurvey::CURVATURE => {
-                format!("{noise:.3e}, {share:.2} spacings: no more than a curved surface has")
+                format!("{noise:.3e}, {share:.2} spacings: explained by the curvature")
             }
             Some((noise, share)) => format!("{noise:.3e}, {share:.2} spacings"),
         };
         let mut rows = vec![
             ("points", self.points.to_string()),
-            ("least coordinates", corner(low)),
-            ("greatest coordinates", corner(high)),
+            ("minimum coordinates", corner(low)),
+            ("maximum coordinates", corner(high)),
             ("spacing: median, range", format!("{:.3e}, {least:.3e} to {greatest:.3e}", self.spacing)),
             ("duplicates, outliers", format!("{}, {}", self.duplicates, self.outliers)),
             ("noise", noise),

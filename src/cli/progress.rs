@@ -40,10 +40,9 @@ static CANCEL_MESSAGE: Mutex<Option<String>> = Mutex::new(None);
 pub struct ProgressArgs {
     #[command(flatten)]
     time: TimeArgs,
-    /// On Ctrl-C write the best mesh so far, with a warning; a second Ctrl-C stops. By default nothing is
-    /// written
+    /// On Ctrl-C write the best mesh so far; a second Ctrl-C stops
     ///
-    /// The exit code is 130 either way.
+    /// By default nothing is written. The exit code is 130 in both cases.
     #[arg(long, help_heading = DEVICE, hide_short_help = true)]
     keep_partial: bool,
 }
@@ -51,14 +50,14 @@ pub struct ProgressArgs {
 /// How long a run may take.
 #[derive(clap::Args)]
 pub struct TimeArgs {
-    /// Finish within about this time, with the best mesh there is by then [default: none]
+    /// Finish within about this time with the best mesh found by then [default: none]
     #[arg(long, value_name = "SECONDS", value_parser = seconds, help_heading = DEVICE,
         hide_short_help = true)]
     time_limit: Option<Duration>,
 }
 
 fn seconds(text: &str) -> std::result::Result<Duration, String> {
-    let wrong = || "it must be a number of seconds above 0".to_owned();
+    let wrong = || "give a number of seconds above 0".to_owned();
     let value: f64 = text.parse().map_err(|_| wrong())?;
     Duration::try_from_secs_f64(value).ok().filter(|limit| !limit.is_zero()).ok_or_else(wrong)
 }
@@ -158,10 +157,10 @@ impl RunProgress {
             return false;
         }
         let text = match self.limit.filter(|_| self.out_of_time) {
-            Some(limit) => format!("the time limit of {} s cut the run short", limit.as_secs_f64()),
-            None => "the run was cut short".to_owned(),
+            Some(limit) => format!("the time limit of {} s ended the run early", limit.as_secs_f64()),
+            None => "the run was ended early".to_owned(),
         };
-        summary.warn(WarningCode::CutShort, format!("{text}: more time makes better triangles"));
+        summary.warn(WarningCode::CutShort, format!("{text}: more time gives better triangles"));
         !self.out_of_time
     }
 }
@@ -222,7 +221,7 @@ fn interrupted() {
     INTERRUPTS.fetch_add(1, Ordering::SeqCst);
     READING.cancel();
     if !is_cancelled() {
-        tell("coming to an end with what there is; press Ctrl-C again to stop\n");
+        tell("finishing with the best mesh so far; press Ctrl-C again to stop\n");
         return;
     }
     std::thread::sleep(GRACE);

@@ -41,13 +41,13 @@ const LONG_EXAMPLES: &str = "Examples:
   rtfmesh remesh scan.ply --dry-run --ratio 0.1
   zcat scan.ply.gz | rtfmesh remesh - - --format glb --ratio 0.1 > out.glb";
 
-/// Turn a triangle mesh into one of well-shaped triangles with exactly N vertices.
+/// Remesh a surface into well-shaped triangles with exactly N vertices.
 #[derive(clap::Args)]
 #[command(after_help = EXAMPLES, after_long_help = LONG_EXAMPLES, disable_help_flag = true)]
 pub struct Args {
     /// Mesh, points or volume to read; - is standard input
     input: PathBuf,
-    /// Mesh to write: .ply, .obj, .stl, .off, .glb or .mesh; - is standard output
+    /// Mesh to write, such as out.ply, .obj, .stl or .glb; - is standard output
     #[arg(required_unless_present = "dry_run")]
     output: Option<PathBuf>,
     #[command(flatten)]
@@ -76,37 +76,37 @@ pub struct Args {
 #[derive(clap::Args)]
 #[command(next_help_heading = OUTPUT)]
 struct OutputArgs {
-    /// Format to write, whatever the extension: obj, ply, stl, off, glb, mesh, vtp, vtu, vtk or 3mf, each
-    /// also with .gz
+    /// Output format, regardless of the extension
+    ///
+    /// One of obj, ply, stl, off, glb, mesh, vtp, vtu, vtk and 3mf, each also with .gz.
     #[arg(long, value_name = "FORMAT", hide_short_help = true)]
     format: Option<Encoding>,
-    /// Write all figures as JSON: quality, distances, topology, timings
+    /// Write a JSON report: quality, distances, topology, timings
     ///
-    /// The options and the device are in it, too. Distances to the input are measured for it, and every
-    /// kernel is timed, which takes a little time itself.
+    /// It also contains the options and the device. Distances to the input are measured and kernels are
+    /// timed, which takes a little time.
     #[arg(long, value_name = "FILE.json")]
     report: Option<PathBuf>,
-    /// Write a web page: both meshes to turn and compare, charts, figures
+    /// Write a web page with both meshes, charts and figures
     ///
-    /// It is one file that needs no network. Distances to the input are measured for it.
+    /// It is one file that needs no network. Distances to the input are measured.
     #[arg(long, value_name = "FILE.html")]
     html: Option<PathBuf>,
-    /// How closely the report bounds the Hausdorff distances: gap between the ends, relative to the upper end
-    /// [default: 0.01]
+    /// Relative width of the reported Hausdorff intervals, 1e-6 to 0.5 [default: 0.01]
     ///
-    /// 1e-6 to 0.5. Gaps below 5e-7 of the diagonal are small enough in any case.
-    #[arg(long, value_name = "SHARE", hide_short_help = true)]
+    /// Relative to the upper end. Gaps below 5e-7 of the diagonal always count as converged.
+    #[arg(long, value_name = "FRACTION", hide_short_help = true)]
     accuracy: Option<f64>,
     /// Print the plan and write nothing; needs no device
     #[arg(long, hide_short_help = true)]
     dry_run: bool,
-    /// Print nothing but warnings
+    /// Print only warnings
     #[arg(long, short, conflicts_with = "verbose")]
     quiet: bool,
     /// Print all figures of the result and of the run
     #[arg(long, short)]
     verbose: bool,
-    /// Print this help; --help has all options
+    /// Print help: -h the common options, --help all
     #[arg(long, short, action = ArgAction::Help)]
     help: Option<bool>,
 }
@@ -125,7 +125,7 @@ pub fn run(args: &Args) -> Result<u8> {
     if let Some(accuracy) = args.out.accuracy {
         if !wants_report {
             let problem = "--accuracy works only with --report and --html";
-            return Err(Error::usage(problem, "leave it out, or add one of them").into());
+            return Err(Error::usage(problem, "remove it, or add one of them").into());
         }
         options.accuracy = accuracy;
         options.validate()?;
@@ -329,20 +329,20 @@ fn refuse_overwriting(args: &Args) -> rtfmesh::Result<()> {
     for (option, what, path) in written.into_iter().flatten() {
         if [args.output.as_ref(), Some(&args.input)].into_iter().flatten().any(|mesh| same_file(path, mesh)) {
             let problem = format!("the {what} would overwrite the mesh in {}", shown(path));
-            return Err(Error::usage(problem, format!("name another file after {option}")));
+            return Err(Error::usage(problem, format!("choose another file for {option}")));
         }
     }
     if let [Some((_, _, report)), Some((_, _, page))] = written
         && same_file(report, page)
     {
         let problem = format!("the page would overwrite the report in {}", shown(report));
-        return Err(Error::usage(problem, "name another file after --html"));
+        return Err(Error::usage(problem, "choose another file for --html"));
     }
     let Some(features) = args.method.features() else { return Ok(()) };
     let texts = written.into_iter().flatten().map(|(_, _, path)| path);
     if args.output.iter().chain(texts).any(|path| same_file(path, features)) {
-        let problem = format!("the lines in {} would be overwritten", shown(features));
-        return Err(Error::usage(problem, "name another file after --features"));
+        let problem = format!("the feature lines in {} would be overwritten", shown(features));
+        return Err(Error::usage(problem, "choose different files for --features and the output"));
     }
     Ok(())
 }

@@ -20,14 +20,14 @@ const EXAMPLES: &str = "Examples:
   rtfmesh render points.ply mesh.ply both.png --no-edges
   rtfmesh render part-5k.ply off.png --color distance --against part.ply --z-up --curves";
 
-/// Draw meshes into a PNG, side by side: flat shaded, with their edges; and points as discs.
+/// Draw meshes or points next to each other into a PNG.
 ///
-/// Points have their own colours, if there are any. They are lit by their normals or, without any, by those
-/// of planes through the nearest points, which look alike from both sides.
+/// Meshes are flat shaded with their edges, points are discs. Points have their own colours, if any. They are
+/// lit by their normals; without normals, by planes through the nearest points, the same from both sides.
 #[derive(clap::Args)]
 #[command(after_help = EXAMPLES)]
 pub struct Args {
-    /// Meshes or points to draw, all with the camera that frames the first; - is standard input
+    /// Meshes or points to draw, with the camera that frames the first; - is standard input
     #[arg(required = true)]
     meshes: Vec<PathBuf>,
     /// Picture to write
@@ -36,7 +36,7 @@ pub struct Args {
     /// Meaning of the colours
     #[arg(long, value_enum, default_value_t = Colouring::Plain, help_heading = COLOURS)]
     color: Colouring,
-    /// Mesh that distances are measured to, with --color distance
+    /// With --color distance: the mesh to which distances are measured
     #[arg(long, value_name = "REFERENCE", required_if_eq("color", "distance"), help_heading = COLOURS)]
     against: Option<PathBuf>,
     /// Draw sharp edges and boundaries as lines
@@ -52,7 +52,7 @@ pub struct Args {
     #[arg(long, value_name = "DEGREES", default_value_t = View::default().azimuth,
         allow_negative_numbers = true, help_heading = CAMERA)]
     azimuth: f64,
-    /// Height of the camera above the horizon in degrees
+    /// Angle of the camera above the horizon in degrees
     #[arg(long, value_name = "DEGREES", default_value_t = View::default().elevation,
         allow_negative_numbers = true, help_heading = CAMERA)]
     elevation: f64,
@@ -123,7 +123,7 @@ fn load(args: &Args, path: &Path) -> rtfmesh::Result<Drawn> {
     if let Some((name, _)) = given {
         let input = shown(input_name(path));
         let problem = format!("{name} works only with meshes, and {input} has points without faces");
-        return Err(Error::usage(problem, "leave it out"));
+        return Err(Error::usage(problem, "remove it"));
     }
     Drawn::new(loaded).map_err(in_file)
 }
@@ -137,7 +137,7 @@ fn panel<'a>(drawn: &'a Drawn, colours: &'a [Colour], lines: &'a [[DVec3; 2]]) -
 fn options(args: &Args) -> rtfmesh::Result<PictureOptions> {
     let Args { azimuth, elevation, zoom, z_up, .. } = *args;
     if args.against.is_some() && args.color != Colouring::Distance {
-        return Err(Error::usage("--against needs --color distance", "add that, or leave --against out"));
+        return Err(Error::usage("--against needs --color distance", "remove one, or add the other"));
     }
     let view = View { azimuth, elevation, zoom, z_up };
     let options = PictureOptions { size: args.size, view, edges: !args.no_edges };
@@ -148,16 +148,16 @@ fn options(args: &Args) -> rtfmesh::Result<PictureOptions> {
 fn refuse_overwriting(args: &Args) -> rtfmesh::Result<()> {
     // Whoever forgets the picture names a mesh last.
     if !args.output.extension().is_some_and(|extension| extension.eq_ignore_ascii_case("png")) {
-        let problem = format!("{} is not the name of a picture", shown(&args.output));
-        return Err(Error::usage(problem, "name a file that ends in .png last"));
+        let problem = format!("{} does not end in .png", shown(&args.output));
+        return Err(Error::usage(problem, "give the picture as the last argument, such as out.png"));
     }
     let read = args.meshes.iter().chain(&args.against);
     if read.clone().any(|path| same_file(path, &args.output)) {
         let problem = format!("the picture would overwrite the mesh in {}", shown(&args.output));
-        return Err(Error::usage(problem, "name the picture last, in a file of its own"));
+        return Err(Error::usage(problem, "give the picture as the last argument, with a name of its own"));
     }
     if read.filter(|path| is_standard(path)).count() > 1 {
-        return Err(Error::usage("standard input cannot be two meshes", "give one of them as a file"));
+        return Err(Error::usage("standard input can provide only one mesh", "read the others from files"));
     }
     Ok(())
 }

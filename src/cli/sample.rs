@@ -21,8 +21,9 @@ pub struct Args {
     name: Option<String>,
     /// Mesh to write; - is standard output
     output: Option<PathBuf>,
-    /// Format to write, whatever the extension: obj, ply, stl, off, glb, mesh, vtp, vtu, vtk or 3mf, each
-    /// also with .gz
+    /// Output format, regardless of the extension
+    ///
+    /// One of obj, ply, stl, off, glb, mesh, vtp, vtu, vtk and 3mf, each also with .gz.
     #[arg(long, value_name = "FORMAT")]
     format: Option<Encoding>,
 }

@@ -58,7 +58,7 @@ pub fn man(args: &ManArgs, program: clap::Command) -> Result<()> {
     let Some(folder) = &args.dir else { return print(&page(&program)?.1) };
     std::fs::create_dir_all(folder).map_err(|error| {
         let problem = format!("the folder cannot be created ({error})");
-        Error::output(folder, problem, "name another one").caused_by(error)
+        Error::output(folder, problem, "choose another folder").caused_by(error)
     })?;
     for command in std::iter::once(&program).chain(program.get_subcommands()) {
         let (name, text) = page(command)?;

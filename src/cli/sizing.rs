@@ -8,34 +8,33 @@ use rtfmesh::{Error, Length, Options, Size, Sizing};
 #[derive(clap::Args)]
 #[command(next_help_heading = SIZING)]
 pub struct SizingArgs {
-    /// Edge lengths: auto (default), uniform, curvature or property:NAME
+    /// Edge lengths: auto, uniform, curvature or property:NAME [default: auto]
     ///
-    /// auto: equally long, but shorter around places that are left out then, such as folds that edges bridge;
-    /// uniform: equally long everywhere, the default with --quality draft; curvature: shorter where the
-    /// surface bends; property:NAME: in proportion to this number of each input vertex.
+    /// auto: equal, but shorter around places that equal edges would miss, such as narrow folds; uniform:
+    /// equal everywhere, the default with --quality draft; curvature: shorter where the surface is curved;
+    /// property:NAME: proportional to this vertex attribute.
     #[arg(long, value_name = "HOW", value_parser = how)]
     sizing: Option<How>,
-    /// Largest distance between the meshes, as 0.02 or 0.1%; sets edge lengths
+    /// Maximum distance between input and result, e.g. 0.1%; sets the edge lengths
     ///
-    /// In the input's units, or in percent of its diagonal. No point of either mesh is farther than that from
-    /// the other one, which is certified. Without -n the result has as few vertices as that takes, in several
-    /// runs; with it, as small a distance as so many vertices allow.
+    /// In input units, or in percent of the diagonal. The distance is certified in both directions. Without
+    /// -n, the result has as few vertices as possible, found in several runs; with -n, the distance is as
+    /// small as N vertices allow.
     #[arg(long, value_name = "LENGTH", value_parser = length, conflicts_with = "sizing")]
     max_deviation: Option<Length>,
-    /// How strongly curvature shortens edges, with --sizing curvature: 0 to 3 [default: 1]
+    /// With --sizing curvature: how strongly curvature shortens edges, 0 to 3 [default: 1]
     ///
-    /// 0: not at all; 1: faces deviate equally far everywhere; 2: faces meet at equal angles everywhere.
-    /// Above 1 flat parts get so few vertices that edges may exceed --max-edge there.
+    /// With 1, triangles deviate equally far everywhere; with 2, they meet at equal angles everywhere. Above
+    /// 1, edges on flat parts may exceed --max-edge.
     #[arg(long, value_name = "G", hide_short_help = true)]
     gradation: Option<f64>,
-    /// Least edge length in the input's units, or in percent of its diagonal, as in 0.1% [default: an eighth
-    /// of the uniform length]
+    /// Minimum edge length, in input units or e.g. 0.1% [default: 1/8 of the uniform length]
     #[arg(long, value_name = "LENGTH", value_parser = length, hide_short_help = true)]
     min_edge: Option<Length>,
-    /// Largest edge length, likewise [default: eight times the uniform length]
+    /// Maximum edge length, in input units or e.g. 5% [default: 8 times the uniform length]
     #[arg(long, value_name = "LENGTH", value_parser = length, hide_short_help = true)]
     max_edge: Option<Length>,
-    /// Largest growth of edge length per unit of distance along the surface [default: 0.25]
+    /// Maximum growth of the edge length per unit of distance along the surface [default: 0.25]
     #[arg(long, value_name = "SLOPE", hide_short_help = true)]
     growth: Option<f64>,
 }
@@ -96,7 +95,7 @@ impl SizingArgs {
         ];
         if let Some((name, .., of)) = given.iter().find(|(_, given, does, _)| *given && !does) {
             let problem = format!("{name} needs --sizing {of}");
-            return Err(Error::usage(problem, "leave it out, or add that"));
+            return Err(Error::usage(problem, "remove one, or add the other"));
         }
         let sizing = match (&self.sizing, self.max_deviation) {
             (_, Some(most)) => Some(Sizing::Deviation(most)),
@@ -128,11 +127,11 @@ impl SizingArgs {
         let Some(found) = found else {
             let others = attributes.vertex.iter().filter(|a| a.components == 1).map(|a| a.name.as_str());
             let others: Vec<&str> = others.collect();
-            let problem = format!("the vertices have no number named '{name}'");
+            let problem = format!("the vertices have no numeric attribute '{name}'");
             let remedy = if others.is_empty() {
-                "give a PLY file whose vertices have such a property".to_owned()
+                "use a file whose vertices have such an attribute, for example a PLY property".to_owned()
             } else {
-                format!("there is {}", others.join(", "))
+                format!("use one of these: {}", others.join(", "))
             };
             return Err(Error::input(None, problem, remedy));
         };

@@ -41,7 +41,7 @@ pub fn preview(p: &Preview) -> String {
             format!("{}, {}", r.duplicate_vertices_welded, r.unreferenced_vertices_dropped),
         ),
         (
-            "faces without area, duplicate faces",
+            "triangles without area, duplicates",
             format!("{}, {}", r.degenerate_faces_dropped, r.repeated_faces()),
         ),
         ("vertices, spacing", format!("{}, {:.6}", p.vertices, p.spacing)),
@@ -54,7 +54,7 @@ pub fn preview(p: &Preview) -> String {
         rows.push(("level", if p.curves > 0 { format!("{text}, {on}") } else { text }));
     }
     if p.collapses {
-        rows.push(("method", "collapsed edges: too few vertices to remesh between the features".to_owned()));
+        rows.push(("method", "simplification: too few vertices between the features".to_owned()));
     }
     if !p.curve_vertices.is_empty() {
         let total: usize = p.curve_vertices.iter().sum();
@@ -86,11 +86,11 @@ fn place(device: &DeviceInfo) -> String {
 pub fn devices(list: &[DeviceInfo]) -> String {
     let mut table = Table::new();
     table.load_style(NOTHING);
-    table.set_header(["", "device", "kind", "driver", "Vulkan", "limits that matter", "usable"]);
+    table.set_header(["", "device", "kind", "driver", "Vulkan", "limits", "usable"]);
     for d in list {
         let l = &d.limits;
         let limits = format!(
-            "{} MiB a buffer\n{} KiB shared memory\n{} buffers a kernel\n{} invocations a workgroup\n\
+            "{} MiB per buffer\n{} KiB shared memory\n{} buffers per kernel\n{} invocations per workgroup\n\
              {:.1} GiB memory\n{}",
             l.storage_buffer_bytes >> 20,
             l.shared_memory_bytes >> 10,

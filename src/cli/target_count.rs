@@ -16,13 +16,13 @@ pub struct SizeArgs {
     /// At least 4.
     #[arg(short = 'n', long, value_name = "N", value_parser = vertex_count)]
     vertices: Option<usize>,
-    /// Edge length instead, in the input's units or as 1% of its diagonal
+    /// Target edge length, in input units or as % of the diagonal (instead of -n)
     #[arg(long, value_name = "LENGTH", value_parser = length)]
     edge_length: Option<Size>,
-    /// Share of the input's vertices instead, such as 0.1
+    /// Vertex count as a fraction of the input's (instead of -n)
     ///
     /// The input's vertices are counted after --weld and --min-component.
-    #[arg(long, value_name = "SHARE")]
+    #[arg(long, value_name = "FRACTION")]
     ratio: Option<f64>,
 }
 
@@ -47,7 +47,7 @@ pub(super) fn vertex_count(text: &str) -> std::result::Result<usize, String> {
         return Err(unclear());
     }
     let digits = format!("{whole}{decimals:0<zeros$}");
-    digits.parse().map_err(|_| "it is too large a number of vertices; give a smaller one".to_owned())
+    digits.parse().map_err(|_| "the number is too large; give a smaller one".to_owned())
 }
 
 /// The digits without `_` or `,` between groups of three.

@@ -22,33 +22,35 @@ use std::time::Instant;
 #[derive(Debug, Clone, clap::Args)]
 #[command(next_help_heading = INPUT)]
 pub struct VolumeArgs {
-    /// For a volume (.npy, .nrrd, .nii, .mha, .vti): the value on the surface
+    /// Volumes: value of the isosurface
+    ///
+    /// Volumes are .npy, .nrrd, .nii, .mha and .vti files.
     #[arg(long, value_name = "VALUE", allow_negative_numbers = true, hide_short_help = true)]
     iso: Option<f64>,
-    /// For a volume of labels, such as a segmentation: the borders between them, 0 being outside
+    /// Volumes of labels, such as a segmentation: the borders between labels
     ///
-    /// Each face has the labels behind it and before it, as `label_behind` and `label_before`.
+    /// Label 0 is outside. Each triangle has the labels on its two sides, `label_behind` and `label_before`.
     #[arg(long, conflicts_with = "iso", hide_short_help = true)]
     labels: bool,
-    /// With --iso, where the object is [default: where less of the volume's border is]
+    /// With --iso: the side of the object [default: the one with less of the volume's border]
     #[arg(long, value_name = "SIDE", requires = "iso", hide_short_help = true)]
     inside: Option<Side>,
-    /// For a volume: distances of its nodes along the three axes, such as 0.5,0.5,2; in place of the file's
+    /// Volumes: spacing of the grid along the axes, such as 0.5,0.5,2 [default: the file's]
     #[arg(long, value_name = "X,Y,Z", value_parser = spacing, hide_short_help = true)]
     spacing: Option<DVec3>,
-    /// For a volume: keep specks, which are so small beside the largest part that they are noise
+    /// Volumes: keep specks, which are usually noise
     ///
-    /// Without it, parts and cavities of less than a thousandth of the largest's volume are left out, or of
-    /// less than 8 voxels. Specks of labels have less than 64 voxels; they become what is around them.
+    /// By default parts and cavities are left out if they are smaller than 8 voxels or than a thousandth of
+    /// the largest part. Specks of labels are smaller than 64 voxels and take the label around them.
     #[arg(long, hide_short_help = true)]
     keep_specks: bool,
 }
 
 #[derive(Debug, Clone, Copy, clap::ValueEnum)]
 enum Side {
-    /// Where values are greater, as in densities
+    /// Values above the isovalue are inside, as in densities
     Above,
-    /// Where values are less, as in signed distances
+    /// Values below the isovalue are inside, as in signed distances
     Below,
 }
 
@@ -69,8 +71,9 @@ impl VolumeArgs {
     /// [`Error::Usage`] for another side.
     pub fn of(iso: Option<f64>, inside: Option<&str>, keep_specks: bool) -> Result<Self> {
         let side = |word: &str| {
-            Side::from_str(word, false)
-                .map_err(|_| Error::usage(format!("--inside {word} is no side"), "use above or below"))
+            Side::from_str(word, false).map_err(|_| {
+                Error::usage(format!("--inside: expected `above` or `below`, got {word}"), "use one of them")
+            })
         };
         let inside = inside.map(side).transpose()?;
         Ok(Self { iso, labels: iso.is_none(), inside, spacing: None, keep_specks })
@@ -155,8 +158,7 @@ impl VolumeArgs {
         });
         let found = iso_surface_with_progress(volume, &asked, progress)?;
         let mut notes = vec![told(volume, iso, &found)];
-        let text =
-            "and cavities of less than a thousandth of the largest one's volume, or of less than 8 voxels,";
+        let text = "smaller than 8 voxels or a thousandth of the largest part";
         notes.extend(specks_told(found.specks, text));
         if found.handles > 0 {
             let words = ["small handle was removed", "small handles were removed"];
@@ -177,11 +179,11 @@ impl VolumeArgs {
         let found = label_surface_with_progress(volume, &asked, progress)?;
         let [x, y, z] = volume.size;
         let mut notes = vec![format!(
-            "a volume of {x} x {y} x {z} values with {}: {} of borders",
+            "a volume of {x} x {y} x {z} values with {}: their borders have {}",
             counted(found.labels, ["label", "labels"]),
             counted(found.mesh.triangles.len(), ["triangle", "triangles"])
         )];
-        notes.extend(specks_told(found.specks, "of labels, of less than 64 voxels,"));
+        notes.extend(specks_told(found.specks, "smaller than 64 voxels"));
         Ok((Loaded { mesh: found.mesh, attributes: found.attributes, notes, ..Loaded::default() }, found.rim))
     }
 
@@ -195,8 +197,8 @@ impl VolumeArgs {
             ("--keep-specks", self.keep_specks),
         ];
         let Some((name, _)) = given.iter().find(|(_, given)| *given) else { return Ok(()) };
-        let problem = format!("{name} works only with volumes, and {} is none", shown(input_name(input)));
-        Err(Error::usage(problem, "leave it out"))
+        let problem = format!("{name} works only with volumes, and {} is not one", shown(input_name(input)));
+        Err(Error::usage(problem, "remove it"))
     }
 }
 
@@ -205,16 +207,16 @@ fn no_choice(volume: &Volume, input: &Path) -> Error {
     let [x, y, z] = volume.size;
     let values = match volume.range() {
         Some([low, high]) => format!("from {low} to {high}"),
-        None => "none of them finite".to_owned(),
+        None => "none of which is finite".to_owned(),
     };
-    let problem = format!("{} has {x} x {y} x {z} values, {values}, and no mesh", shown(input_name(input)));
-    Error::usage(problem, "add --iso VALUE for the surface at a value, or --labels")
+    let problem = format!("{} is a volume of {x} x {y} x {z} values ({values})", shown(input_name(input)));
+    Error::usage(problem, "add --iso VALUE for an isosurface, or --labels for the borders between labels")
 }
 
 /// What was left out as specks, if there were some.
 fn specks_told(specks: usize, which: &str) -> Option<String> {
-    let (parts, were, them) = if specks == 1 { ("part", "was", "it") } else { ("parts", "were", "them") };
-    let text = format!("{specks} {parts} {which} {were} left out as noise; --keep-specks keeps {them}");
+    let (parts, were, them) = if specks == 1 { ("speck", "was", "it") } else { ("specks", "were", "them") };
+    let text = format!("{specks} {parts} {which} {were} left out as noise (--keep-specks keeps {them})");
     (specks > 0).then_some(text)
 }
 
@@ -230,13 +232,13 @@ fn coarse(step: usize) -> Vec<(WarningCode, String)> {
 fn told(volume: &Volume, iso: f64, found: &IsoSurface) -> String {
     let [x, y, z] = volume.size;
     let (side, other) = match found.inside {
-        Inside::Below => ("less", "above"),
+        Inside::Below => ("smaller", "above"),
         _ => ("greater", "below"),
     };
     format!(
-        "a volume of {x} x {y} x {z} values: its surface at {iso} has {} triangles around where values are \
-         {side} (--inside {other} turns it over)",
-        found.mesh.triangles.len()
+        "a volume of {x} x {y} x {z} values: the isosurface at {iso} has {} with {side} values inside \
+        (--inside {other} reverses this)",
+        counted(found.mesh.triangles.len(), ["triangle", "triangles"])
     )
 }
 
@@ -279,8 +281,8 @@ impl<'a> Inspection<'a> {
             ("values", self.size.map(|n| n.to_string()).join(" x ")),
             ("spacing", joined(self.spacing, ", ")),
             ("first value at", joined(self.origin, ", ")),
-            ("least, greatest value", format!("{low}, {high}")),
-            ("values that are not finite", self.not_finite.to_string()),
+            ("minimum, maximum value", format!("{low}, {high}")),
+            ("non-finite values", self.not_finite.to_string()),
             (
                 "different labels",
                 self.labels

@@ -7,9 +7,13 @@ const PHRASES: [(&str, &str); 7] = [
     ("`shortage` add-vertices", "--vertices-at-least"),
     ("accept it with `shortage` best-effort", "leave out --strict"),
     ("`memory_bytes`", "--device-memory"),
-    ("name its `format`", "name its format by --input-format"),
-    ("make one of the points with `cloud::surface`", "make one of the points by `rtfmesh remesh`"),
-    ("make one of the volume with `volume::iso_surface`", "make one of it by `rtfmesh remesh --iso VALUE`"),
+    ("set its `format`", "set --input-format"),
+    ("make a mesh of the points with `cloud::surface`", "make a mesh of the points by `rtfmesh remesh`"),
+    (
+        "make a mesh of the volume with `volume::iso_surface`",
+        "make a mesh of it by `rtfmesh remesh --iso \
+     VALUE`",
+    ),
     ("read the file without materials", "leave out --keep-uv"),
 ];
 

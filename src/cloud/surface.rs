@@ -27,27 +27,26 @@ use crate::{Error, Flow, Phase, Progress, ProgressToken, Result, TriMesh};
 #[derive(Debug, Clone, PartialEq, Default)]
 #[non_exhaustive]
 pub struct SurfaceOptions {
-    /// Boundary loops no larger than this across are filled, in the unit of the points; infinity closes the
-    /// surface. Loops of up to six spacings are filled in any case, as chance leaves such gaps.
+    /// Boundary loops up to this diameter, in the unit of the points, are filled; infinity closes the
+    /// surface. Loops of up to six spacings are always filled, because random points leave such gaps.
     pub fill_holes: f64,
-    /// What the points are of.
+    /// The kind of object.
     pub kind: SurfaceKind,
 }
 
-/// What points are of, which says how a surface is made of them.
+/// The kind of object that points show, which determines how a surface is built.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 #[non_exhaustive]
 pub enum SurfaceKind {
-    /// A terrain if points without normals are classified as ground or buildings; or if they are flat as a
-    /// whole and have one height at most places, but not at all; or if they are flat and fill a volume. Else
-    /// an object.
+    /// A terrain if points without normals are classified as ground or buildings, or if they are flat and
+    /// have one height at most places but not everywhere, or if they are flat and fill a volume; otherwise an
+    /// object.
     #[default]
     Automatic,
     /// A landscape seen from above, along z: ground and roofs with one height at each place, without trees
-    /// and other things that stand on it. Of classified points, those of ground, buildings, water, roads,
-    /// rails and bridges.
+    /// and other objects. From classified points it uses ground, buildings, water, roads, rails and bridges.
     Terrain,
-    /// Anything: all points are on the surface.
+    /// Any object; all points are on the surface.
     Object,
 }
 
@@ -242,7 +241,7 @@ fn run_with_known(
     let (mut mesh, small_parts) = trim(&extracted.mesh, &offset, room, LEAST_POINTS * room.powi(2));
     if mesh.triangles.is_empty() {
         let remedy = "give points that cover a surface, several times closer than its details";
-        return Err(Error::input(None, "no surface goes through the points", remedy));
+        return Err(Error::input(None, "could not build a surface through the points", remedy));
     }
     let gap = (GAP * room).max(options.fill_holes / points.frame.scale);
     let filled = fill(&mut mesh, gap, progress)?;
@@ -304,8 +303,8 @@ fn landscape(cloud: &PointCloud, options: &SurfaceOptions, progress: &ProgressTo
     })
 }
 
-/// Outward normals of length 1 for the points of a cloud: those that it has, if they agree, or found
-/// ones. Points that [`surface`] leaves out have that of the nearest other point.
+/// Outward normals of length 1 for the points of a cloud: its own if they agree, otherwise computed ones.
+/// Points that [`surface`] leaves out have that of the nearest other point.
 ///
 /// # Errors
 /// As [`surface`].

@@ -56,7 +56,7 @@ impl<T: bytemuck::Pod> Buffer<T> {
             return Err(Error::OutOfMemory {
                 what: name.to_owned(),
                 bytes,
-                problem: format!("but device '{}' takes at most {most} in one buffer", device.info().name),
+                problem: format!("but device '{}' allows at most {most} in one buffer", device.info().name),
                 remedy: "ask for fewer vertices, or use a device with larger buffers".to_owned(),
                 source: None,
             });

@@ -33,8 +33,8 @@ fn require_openable_in(closed_by: u32, process: u32) -> Result<()> {
         return Ok(());
     }
     Err(Error::device(
-        "this process was forked from one that has used a Vulkan driver which does not survive that",
-        "start processes afresh, without a fork, or fork before the first use",
+        "this process was forked from one that had used a Vulkan driver, which does not survive a fork",
+        "start processes without a fork (spawn), or fork before the first use",
     ))
 }
 
@@ -103,7 +103,7 @@ mod at_exit {
 pub(super) fn foreign_device(name: &str) -> Error {
     Error::device(
         format!("device '{name}' was opened by the process that this one was forked from"),
-        "open it in this process, too",
+        "open the device again in this process",
     )
 }
 
@@ -116,6 +116,6 @@ mod tests {
         assert_eq!(require_openable_in(0, 7), Ok(()));
         assert_eq!(require_openable_in(7, 7), Ok(()));
         let refused = require_openable_in(6, 7).unwrap_err().to_string();
-        assert!(refused.contains("forked") && refused.contains("afresh"), "{refused}");
+        assert!(refused.contains("forked") && refused.contains("spawn"), "{refused}");
     }
 }

@@ -37,7 +37,7 @@ pub(super) fn open_all(validation: bool) -> Result<Vec<Instance>> {
     let entry = match unsafe { ash::Entry::load() } {
         Ok(entry) => entry,
         Err(e) if validation => {
-            let problem = format!("validation was asked for, but there is no Vulkan loader for it ({e})");
+            let problem = format!("there is no Vulkan loader, which validation needs ({e})");
             let remedy = "install both (Debian: apt install libvulkan1 vulkan-validationlayers)";
             return Err(Error::device(problem, remedy).caused_by(e));
         }
@@ -167,7 +167,7 @@ fn require_validation_layer(entry: &ash::Entry) -> Result<()> {
         return Ok(());
     }
     Err(Error::device(
-        "validation was asked for, but the Vulkan validation layers are not installed",
+        "validation needs the Vulkan validation layers, which are not installed",
         "install them (Debian: apt install vulkan-validationlayers)",
     ))
 }

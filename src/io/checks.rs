@@ -19,7 +19,7 @@ pub(crate) fn reserve<T>(list: &mut Vec<T>, more: usize, what: &str) -> Result<(
     list.try_reserve(more).map_err(|error| {
         let bytes = (list.len() as u64 + more as u64).saturating_mul(size_of::<T>() as u64);
         let what = what.to_owned();
-        let problem = "more than there is".to_owned();
+        let problem = "more than is available".to_owned();
         let remedy = "use a machine with more memory, or a smaller file".to_owned();
         Error::OutOfMemory { what, bytes, problem, remedy, source: None }.caused_by(error)
     })
@@ -34,7 +34,7 @@ pub(crate) fn check_counts(vertices: u64, faces: u64) -> Result<()> {
 
 /// The error for a file of points where a mesh is wanted.
 pub(crate) fn no_faces() -> Error {
-    let remedy = "give a surface mesh, or make one of the points with `cloud::surface`";
+    let remedy = "give a surface mesh, or make a mesh of the points with `cloud::surface`";
     Error::input(None, "the file has no faces", remedy)
 }
 
@@ -64,15 +64,16 @@ pub(crate) fn check_declared_count(
         return Ok(());
     }
     let problem = format!(
-        "the file is cut off: it declares {count} {what}, at least {least} bytes, but {bytes_left} are left"
+        "the file is cut off: it declares {count} {what} of at least {least} bytes, but {bytes_left} bytes \
+        are left"
     );
-    Err(Error::input(Some(place), problem, "get the whole file or write the mesh again"))
+    Err(Error::input(Some(place), problem, "get the complete file, or export the mesh again"))
 }
 
 /// The error for a file that ends too early.
 pub(crate) fn cut_off(place: String, missing: &str) -> Error {
     let problem = format!("the file is cut off: {missing}");
-    Error::input(Some(place), problem, "get the whole file or write the mesh again")
+    Error::input(Some(place), problem, "get the complete file, or export the mesh again")
 }
 
 /// Refuses binary data where text is expected. `remedy` says what to give instead.

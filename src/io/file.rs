@@ -72,7 +72,7 @@ fn final_path(path: &Path) -> Result<PathBuf> {
     let folder = folder_of(path);
     if !folder.is_dir() {
         let problem = format!("there is no folder '{}'", shown(folder));
-        return Err(output_error(path, problem, "make the folder first or choose another"));
+        return Err(output_error(path, problem, "create the folder or choose another"));
     }
     Ok(folder.join(name))
 }

@@ -221,7 +221,7 @@ impl FromStr for Encoding {
         match Format::from_word(plain.unwrap_or(text)) {
             Some(format) => Ok(Self { format, gzip: plain.is_some() }),
             None => {
-                let problem = format!("there is no format '{}'", excerpt(text));
+                let problem = format!("unknown format '{}'", excerpt(text));
                 Err(Error::usage(
                     problem,
                     format!("use one for {}; all may end in .gz", known_extensions("")),

@@ -23,7 +23,7 @@ pub(crate) fn decompress(compressed: &[u8]) -> Result<Vec<u8>> {
     loop {
         let damaged = |error: std::io::Error| {
             let place = format!("byte {} of the decompressed file", plain.len());
-            let remedy = "get the whole file or compress it again";
+            let remedy = "get the complete file, or compress it again";
             Error::input(Some(place), format!("the gzip data is cut off or damaged ({error})"), remedy)
                 .caused_by(error)
         };

@@ -153,7 +153,7 @@ fn find_sections(mut words: Words) -> Result<Sections> {
                 "the count '{}' after '{keyword}' is not a whole number",
                 excerpt_of_bytes(count_word)
             );
-            return refuse(problem, "repair the file or write the mesh again");
+            return refuse(problem, "repair the file, or export the mesh again");
         };
         if slot.is_some() {
             return refuse(format!("there is a second section '{keyword}'"), "join the sections");
@@ -200,7 +200,7 @@ fn read_faces(
             let Some(corner) = unsigned_integer(word) else {
                 let place = format!("{}, {name} {index}", words.place());
                 let problem = format!("the vertex index '{}' is not a whole number", excerpt_of_bytes(word));
-                return Err(Error::input(Some(place), problem, "repair the face or write the mesh again"));
+                return Err(Error::input(Some(place), problem, "repair the face, or export the mesh again"));
             };
             face.push(corner);
         }

@@ -71,10 +71,10 @@ pub(crate) fn parse(bytes: &[u8]) -> Result<Loaded> {
 fn check_kind(keyword: &str, line: &[u8], place: &str) -> Result<()> {
     let refuse = |problem: &str, remedy: &str| Err(Error::input(Some(place.to_owned()), problem, remedy));
     if words(line).nth(1).is_some_and(|word| word.eq_ignore_ascii_case(b"BINARY")) {
-        return refuse("binary OFF files are not supported", "write the mesh again as text");
+        return refuse("binary OFF files are not supported", "export the mesh again as text");
     }
     if keyword.contains(['4', 'n']) {
-        return refuse("this OFF file is not in three dimensions", "write the mesh again as plain OFF");
+        return refuse("this OFF file is not in three dimensions", "export the mesh again as plain OFF");
     }
     Ok(())
 }
@@ -143,7 +143,7 @@ fn read_faces(count: u64, vertices: u64, lines: &mut Lines) -> Result<(Faces, u6
             line.ok_or_else(|| cut_off(lines.place(), &format!("face {index} of {count} is missing")))?;
         let place = || format!("{}, face {index}", lines.place());
         let refuse = |problem: String| {
-            Err(Error::input(Some(place()), problem, "repair the face or write the mesh again"))
+            Err(Error::input(Some(place()), problem, "repair the face, or export the mesh again"))
         };
         let mut words = words(line);
         let first = words.next().unwrap_or_default();

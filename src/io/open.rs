@@ -30,8 +30,8 @@ impl Patience {
         if self.deadline.is_none_or(|deadline| Instant::now() < deadline) {
             return Ok(());
         }
-        let problem = "whoever writes to the pipe has not come to an end within the time limit";
-        Err(Error::input(None, problem, "check the program that writes, or allow more time"))
+        let problem = "the program that writes to the pipe did not finish within the time limit";
+        Err(Error::input(None, problem, "check that program, or allow more time"))
     }
 }
 
@@ -71,9 +71,11 @@ fn refuse_irregular(kind: FileType) -> Result<()> {
 fn unreadable(error: io::Error) -> Error {
     let (problem, remedy) = match error.kind() {
         ErrorKind::NotFound => ("there is no such file".to_owned(), "check the name and the folder"),
-        ErrorKind::PermissionDenied => {
-            ("the file may not be read".to_owned(), "check the permissions of the file and its folder")
-        }
+        ErrorKind::PermissionDenied => (
+            "there is no permission to read the file".to_owned(),
+            "check the permissions of the file and \
+            its folder",
+        ),
         _ => (format!("the file cannot be read ({error})"), "check the path and the disk"),
     };
     Error::input(None, problem, remedy).caused_by(error)

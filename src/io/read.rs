@@ -12,14 +12,14 @@ use super::volumes::Volume;
 use super::{gltf, gzip, medit, obj, off, ply, points, stl, threemf, volumes, vtk};
 use crate::{Error, Result};
 
-/// How a file is read.
+/// Settings of reading a file.
 #[derive(Debug, Clone, Default)]
 pub struct ReadOptions {
-    /// In place of what the extension says.
+    /// The format to use instead of the one that the extension indicates.
     pub format: Option<Encoding>,
-    /// Whether to read materials and their images as well, as [`read_with_materials`] does.
+    /// Whether to also read materials and their images, as [`read_with_materials`] does.
     pub with_materials: bool,
-    /// A folder in or below which files that the file names may lie, besides its own folder.
+    /// Another folder, besides that of the file, from which files that it refers to may be read.
     pub files_from: Option<PathBuf>,
     /// How long to wait for a pipe.
     pub patience: Patience,
@@ -39,7 +39,7 @@ pub fn read(path: &Path) -> Result<Loaded> {
     read_as(path, None)
 }
 
-/// As [`read()`], with `declared` in place of what the extension says.
+/// As [`read()`], with the format `declared` instead of the one that the extension indicates.
 ///
 /// # Errors
 ///
@@ -59,17 +59,17 @@ pub fn read_with_materials(path: &Path, declared: Option<Encoding>) -> Result<Lo
     read_any(path, declared, true).and_then(|input| mesh(input).map_err(|e| e.in_file(path)))
 }
 
-/// What a file has.
+/// The contents of a file.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Input {
-    /// A mesh, or points without faces; [`crate::cloud::PointCloud`] is made of those.
+    /// A mesh, or points without triangles, for [`crate::cloud::PointCloud`].
     Mesh(Loaded),
     /// Values on a grid, for [`crate::volume`].
     Volume(Volume),
 }
 
 impl Input {
-    /// What was left out of the file or changed, one sentence each.
+    /// What was left out or changed, one sentence each.
     pub fn notes(&self) -> &[String] {
         match self {
             Self::Mesh(loaded) => &loaded.notes,
@@ -85,14 +85,14 @@ impl Input {
         match self {
             Self::Mesh(loaded) => Ok(loaded),
             Self::Volume(_) => {
-                let remedy = "give a surface mesh, or make one of the volume with `volume::iso_surface`";
-                Err(Error::input(None, "the file has values on a grid and no mesh", remedy))
+                let remedy = "give a surface mesh, or make a mesh of the volume with `volume::iso_surface`";
+                Err(Error::input(None, "the file has values on a grid, not a mesh", remedy))
             }
         }
     }
 }
 
-/// As [`read_with_materials`] or, without them, [`read_as`], for a mesh, points without faces, or a volume.
+/// Reads a mesh, points or a volume, with or without materials.
 ///
 /// # Errors
 ///
@@ -116,7 +116,7 @@ pub fn read_any_with(path: &Path, options: &ReadOptions) -> Result<Input> {
     decoded.map_err(|error| error.in_file(path))
 }
 
-/// Reads a mesh from the bytes of a file, such as standard input; `declared` says what an extension would.
+/// Reads a mesh from the bytes of a file, such as standard input; `declared` replaces the extension.
 ///
 /// # Errors
 ///
@@ -160,12 +160,16 @@ fn decode(
     let bytes =
         if gzip::is_compressed(bytes) { Cow::Owned(gzip::decompress(bytes)?) } else { Cow::Borrowed(bytes) };
     if bytes.is_empty() {
-        return Err(Error::input(None, "the file is empty", "write the mesh again"));
+        return Err(Error::input(None, "the file is empty", "export the mesh again"));
     }
     let declared_format = declared.map(|declared| declared.format);
     let format = match (format_of_content(&bytes), declared_format, file) {
         (Some(content), Some(other), _) if content != other => {
-            notes.push(format!("this is {} and not {}; read as such", content.name(), other.name()));
+            notes.push(format!(
+                "the content is {}, not {}, and was read as such",
+                content.name(),
+                other.name()
+            ));
             content
         }
         (Some(content), None, Some(path)) => {
@@ -175,12 +179,12 @@ fn decode(
         (Some(content), ..) => content,
         (None, Some(declared), _) => declared,
         (None, None, Some(path)) => {
-            let remedy = format!("give a file of {}, or declare the input format", known_extensions("."));
+            let remedy = format!("use a format for {}, or declare the input format", known_extensions("."));
             return Err(Error::input(None, extension_problem(path), remedy));
         }
         (None, None, None) => {
-            let remedy = format!("name its `format`, one for {}", known_extensions(""));
-            return Err(Error::input(None, "the format cannot be told from the content", remedy));
+            let remedy = format!("set its `format`: one for {}", known_extensions(""));
+            return Err(Error::input(None, "the content does not determine the format", remedy));
         }
     };
     let bytes = if format.is_always_text() { without_padding(&bytes) } else { &bytes };

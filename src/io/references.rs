@@ -79,7 +79,7 @@ impl<'a> References<'a> {
         let others = names.len().saturating_sub(MOST_NAMED);
         let shown = names.iter().take(MOST_NAMED).cloned().collect::<Vec<_>>().join(", ");
         let more = if others > 0 { format!(" and {others} more") } else { String::new() };
-        (!names.is_empty()).then(|| format!("files that it names were read: {shown}{more}"))
+        (!names.is_empty()).then(|| format!("files that it refers to were read: {shown}{more}"))
     }
 
     /// The one path of the file with this name, without links.
@@ -90,8 +90,14 @@ impl<'a> References<'a> {
             return Err(outside(name));
         }
         let Some(folder) = self.folder else {
-            let problem = format!("it is in another file, '{}'", excerpt(name));
-            return Err(Error::input(None, problem, "give the file by its name, or with all in one file"));
+            let problem =
+                format!("it is in another file, '{}', which cannot be found from here", excerpt(name));
+            return Err(Error::input(
+                None,
+                problem,
+                "give the input by its path, or put everything into one \
+            file",
+            ));
         };
         let path = folder.join(relative);
         let one_path = |path: &Path| {
@@ -119,7 +125,7 @@ impl<'a> References<'a> {
 
 fn outside(name: &str) -> Error {
     let problem = format!("it is in '{}', outside the folder of the file", excerpt(name));
-    Error::input(None, problem, "put it into the file's folder, or allow its folder by `files_from`")
+    Error::input(None, problem, "move it into that folder, or allow its folder by `files_from`")
 }
 
 /// The error with the name of the file that it is about.

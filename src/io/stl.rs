@@ -161,7 +161,7 @@ fn parse_text(bytes: &[u8]) -> Result<Loaded> {
             }
             _ => {
                 let problem = format!("'{}' does not belong here in an STL file", excerpt_of_bytes(&keyword));
-                return refuse(problem, "repair the line or write the mesh again");
+                return refuse(problem, "repair the line, or export the mesh again");
             }
         }
     }

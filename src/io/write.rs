@@ -27,7 +27,7 @@ pub fn write(path: &Path, mesh: &TriMesh) -> Result<()> {
     write_as(path, mesh, target_encoding(path)?)
 }
 
-/// As [`write()`], in this encoding whatever the extension.
+/// As [`write()`], in this encoding, regardless of the extension.
 ///
 /// # Errors
 ///
@@ -36,8 +36,7 @@ pub fn write_as(path: &Path, mesh: &TriMesh, encoding: Encoding) -> Result<()> {
     write_with(path, mesh, &Attributes::default(), encoding)
 }
 
-/// As [`write_as`], with those attributes that the format can hold; [`lost_attributes_note`] says which it
-/// cannot.
+/// As [`write_as`], with the attributes that the format can hold; [`lost_attributes_note`] lists the others.
 ///
 /// # Errors
 ///
@@ -62,7 +61,7 @@ pub(crate) fn prepare(
     Prepared::new(path, |file| write_encoded(file, (mesh, attributes), encoding, folder))
 }
 
-/// The bytes of the file that [`write_as`] would write; `name` stands for its path in errors.
+/// The bytes of the file that [`write_as`] would write; errors show `name` as its path.
 ///
 /// # Errors
 ///
@@ -202,11 +201,14 @@ fn check_fits(path: &Path, (mesh, attributes): (&TriMesh, &Attributes), format: 
         Format::Glb if gltf::byte_length(mesh, attributes) > u64::from(u32::MAX) - (1 << 16) => {
             Err(output_error(path, "a GLB file cannot hold more than 4 GiB", "choose another format"))
         }
-        Format::Stl if mesh.triangles.len() as u64 > u64::from(u32::MAX) => {
-            Err(output_error(path, "an STL file cannot hold so many triangles", "choose another format"))
-        }
+        Format::Stl if mesh.triangles.len() as u64 > u64::from(u32::MAX) => Err(output_error(
+            path,
+            "the mesh has too many triangles for an STL file",
+            "choose another \
+            format",
+        )),
         Format::Vtk if mesh.triangles.len() >= 1 << 29 || mesh.vertices.len() >= 1 << 31 => {
-            Err(output_error(path, "a .vtk file cannot hold so many triangles", "name the result .vtp"))
+            Err(output_error(path, "the mesh has too many triangles for a .vtk file", "name the result .vtp"))
         }
         Format::Stl if mesh.vertices.iter().any(|vertex| !vertex.as_vec3().is_finite()) => {
             Err(output_error(path, "an STL file cannot hold numbers beyond 3.4e38", "choose another format"))

@@ -29,7 +29,7 @@ impl UnitFrame {
     pub fn of(mesh: &TriMesh) -> Result<Self> {
         if let Some(vertex) = mesh.vertices.iter().position(|vertex| !vertex.is_finite()) {
             let place = Some(format!("vertex {vertex}"));
-            return Err(Error::input(place, "a coordinate is not finite", "remove or mend the vertex"));
+            return Err(Error::input(place, "a coordinate is not finite", "remove or repair the vertex"));
         }
         let Some((lo, hi)) = mesh.bounds() else {
             return Err(Error::input(
@@ -46,7 +46,12 @@ impl UnitFrame {
         }
         let scale = (half / largest).length() * largest * 2.0;
         if !scale.is_finite() {
-            return Err(Error::input(None, "the mesh is too large for numbers of 64 bits", "scale it down"));
+            return Err(Error::input(
+                None,
+                "the coordinates are too large for 64-bit numbers",
+                "scale it \
+            down",
+            ));
         }
         Ok(Self { centre: 0.5 * lo + 0.5 * hi, scale })
     }

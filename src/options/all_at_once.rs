@@ -1,5 +1,5 @@
-//! Settings of [`Method::AllAtOnce`](super::Method::AllAtOnce). The presets differ in these; each can be
-//! chosen by itself.
+//! Settings of [`Method::AllAtOnce`](super::Method::AllAtOnce), in which the presets differ. Each can be set
+//! separately.
 
 use super::{MAX_LBFGS, MAX_NEIGHBOURS, MAX_OFFSET, check_range};
 use crate::{Error, Result};
@@ -10,31 +10,31 @@ use serde::{Deserialize, Serialize};
 #[non_exhaustive]
 #[serde(rename_all = "kebab-case")]
 pub enum Face {
-    /// The tangent plane, as a cut of the Voronoi cell in space (the paper's restricted tangent faces).
+    /// The Voronoi cell in space, cut by the tangent plane (the paper's restricted tangent face).
     #[default]
     Tangent,
-    /// The same, cut also by shadows of the neighbours (restricted power faces, Xu et al. 2019).
+    /// The same, also clipped by shadow sites of the neighbours (restricted power face, Xu et al. 2019).
     Power,
-    /// The surface itself (restricted Voronoi cells, Yan et al. 2009). Normals, projection, neighbours and
-    /// `centroid` do nothing then: sites move to the centroids of their cells.
+    /// A part of the surface itself (restricted Voronoi cell, Yan et al. 2009). Sites move to the centroids
+    /// of their cells; normals, projection, neighbours and `centroid` have no effect.
     Exact,
 }
 
-/// Where tangent planes come from.
+/// Source of the tangent planes.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
 #[non_exhaustive]
 #[serde(rename_all = "kebab-case")]
 pub enum Normals {
-    /// Planes that fit the nearest sites.
+    /// Planes fitted to the nearest sites.
     #[default]
     Fit,
-    /// The surface's own normals where the sites are projected to.
+    /// Normals of the surface at the projected sites.
     Surface,
-    /// Planes that fit the nearest points of the input, as if that were a point cloud (Chen et al. 2018).
+    /// Planes fitted to the nearest input vertices, as if they were a point cloud (Chen et al. 2018).
     Cloud,
 }
 
-/// How sites get back onto the surface.
+/// Projection of sites back onto the surface.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
 #[non_exhaustive]
 #[serde(rename_all = "kebab-case")]
@@ -42,37 +42,37 @@ pub enum Projection {
     /// Onto the triangles around the nearest vertices of the input.
     #[default]
     NearestVertices,
-    /// Downhill over neighbouring triangles from the one they were on.
+    /// Downhill over adjacent triangles, from the one they were on.
     Walk,
-    /// The same, then to the closest point of all triangles that face the same way.
+    /// The same, then to the closest point of all triangles with the same orientation.
     Exact,
     /// Onto the planes of [`Normals::Cloud`].
     Plane,
 }
 
-/// Where sites begin.
+/// Initial positions of the sites.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
 #[non_exhaustive]
 #[serde(rename_all = "kebab-case")]
 pub enum Seeding {
-    /// Anywhere, uniformly by area.
+    /// Uniformly random by area.
     #[default]
     Random,
-    /// One in each equal share of the area.
+    /// One random point in each of N parts of equal area.
     Stratified,
     /// Far from each other, without gaps (maximal Poisson-disk sampling, Guo et al. 2015).
     Poisson,
 }
 
-/// How the nearest sites are found. What is found is the same.
+/// Search for the nearest sites; the result is the same.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
 #[non_exhaustive]
 #[serde(rename_all = "kebab-case")]
 pub enum Neighbours {
-    /// By looking at all sites, as the paper does.
+    /// Compare all sites, as the paper does.
     #[default]
     Brute,
-    /// By a hierarchy of boxes.
+    /// Search a hierarchy of boxes.
     Lists,
 }
 
@@ -81,49 +81,49 @@ pub enum Neighbours {
 #[non_exhaustive]
 #[serde(rename_all = "kebab-case")]
 pub enum Centroid {
-    /// The mean of the face's corners (Eq. 7 of the paper as it is written).
+    /// The mean of the face's corners (Eq. 7 of the paper).
     Corners,
-    /// The same, but corners close together count less. This comes closest to the paper's figures, see
-    /// docs/presets.md.
+    /// The same with less weight for corners close together. This reproduces the paper's figures best
+    /// (docs/presets.md).
     #[default]
     WeightedCorners,
     /// The centroid of the face's area (Eq. 3).
     Area,
 }
 
-/// Settings of [`Method::AllAtOnce`](super::Method::AllAtOnce). The default ones are the paper's but for
-/// `centroid`, as of [`rtf`](super::Options::rtf); which go together is checked by
-/// [`validate`](super::Options::validate).
+/// Settings of [`Method::AllAtOnce`](super::Method::AllAtOnce). The defaults, those of
+/// [`rtf`](super::Options::rtf), are the paper's except for `centroid`.
+/// [`validate`](super::Options::validate) refuses combinations that do not work.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[non_exhaustive]
 #[serde(default, deny_unknown_fields)]
 pub struct AllAtOnceOptions {
     /// Kind of cell.
     pub face: Face,
-    /// Tangent and power faces: where their planes come from.
+    /// Tangent and power faces: source of their planes.
     pub normals: Normals,
-    /// Tangent and power faces: how sites get back onto the surface.
+    /// Tangent and power faces: projection of sites back onto the surface.
     pub projection: Projection,
-    /// Where sites begin.
+    /// Initial positions of the sites.
     pub seeding: Seeding,
-    /// Tangent and power faces: how the nearest sites are found.
+    /// Tangent and power faces: search for the nearest sites.
     pub neighbours: Neighbours,
-    /// Sites in a normal's plane fit, the site itself included; 3 to [`MAX_NEIGHBOURS`] + 1 (the paper's
-    /// k_nor).
+    /// Number of sites to which the plane of a normal is fitted, including the site itself; 3 to
+    /// [`MAX_NEIGHBOURS`] + 1 (the paper's k_nor).
     pub k_normal: u32,
-    /// Sites that clip a cell before the radius of security is checked; 3 to [`MAX_NEIGHBOURS`] (the paper's
-    /// k_clip).
+    /// Number of sites that clip a cell before the radius of security is checked; 3 to [`MAX_NEIGHBOURS`]
+    /// (the paper's k_clip).
     pub k_clip: u32,
-    /// Input vertices whose triangles a site is projected onto, or points that its plane fits; 1 to
-    /// [`MAX_NEIGHBOURS`] (the paper's k_proj).
+    /// Number of input vertices whose triangles a site is projected onto, or to which its plane is fitted; 1
+    /// to [`MAX_NEIGHBOURS`] (the paper's k_proj).
     pub k_project: u32,
     /// Tangent and power faces: the point of its face that a site moves to.
     pub centroid: Centroid,
-    /// Exact cells: largest share of the last motion that is added to a step, 0 to below 1. 0 is Lloyd's
-    /// iteration.
+    /// Exact cells: maximum fraction of the previous motion that is added to a step, 0 to below 1. 0 is
+    /// Lloyd's iteration.
     pub momentum: f64,
-    /// Exact cells: motions that L-BFGS remembers, 0 to [`MAX_LBFGS`]; 7 is usual. 0 is Lloyd's iteration;
-    /// with more, `momentum` must be 0.
+    /// Exact cells: number of steps that L-BFGS remembers, 0 to [`MAX_LBFGS`]; 7 is usual. 0 is Lloyd's
+    /// iteration; otherwise `momentum` must be 0.
     pub lbfgs: u32,
     /// Power faces: distance of a shadow site from its site in spacings, 0 to [`MAX_OFFSET`] (the paper's d).
     pub offset: f64,
@@ -204,8 +204,8 @@ impl AllAtOnceOptions {
             (Normals::Surface, Projection::NearestVertices) => {
                 return Err(Error::option(
                     "normals",
-                    "`normals` surface come from a walk over the surface, which `projection` \
-                     nearest-vertices does not make",
+                    "`normals` surface needs a walk over the surface, which `projection` nearest-vertices \
+                    does not do",
                     "use `projection` walk or exact, or `normals` fit",
                 ));
             }
@@ -216,9 +216,9 @@ impl AllAtOnceOptions {
             return Err(Error::option(
                 field,
                 format!(
-                    "`neighbours` lists has at most {MAX_LISTED} neighbours, fewer than `{field}` asks for"
+                    "`neighbours` lists finds at most {MAX_LISTED} neighbours, fewer than `{field}` needs"
                 ),
-                "use `neighbours` brute, or ask for fewer",
+                "use `neighbours` brute, or a smaller number",
             ));
         }
         Ok(())
@@ -229,12 +229,9 @@ impl AllAtOnceOptions {
         let (problem, remedy) = if self.lbfgs == 0 {
             return Ok(());
         } else if self.face != Face::Exact {
-            (
-                "`lbfgs` needs the energy of exact cells, and tangent and power faces have none",
-                "use `face` exact",
-            )
+            ("`lbfgs` works only with exact cells", "use `face` exact")
         } else if self.momentum > 0.0 {
-            ("`lbfgs` makes its own steps, and `momentum` would lengthen them", "use `momentum` 0")
+            ("`lbfgs` and `momentum` exclude each other", "use `momentum` 0")
         } else if iterations == 0 {
             ("`lbfgs` has nothing to do without iterations", "use `iterations` 160")
         } else {

@@ -8,60 +8,59 @@ use crate::{Error, Result};
 use serde::{Deserialize, Serialize};
 use std::path::{Path, PathBuf};
 
-/// Largest [`CoarseToFineOptions::min_angle`].
+/// Maximum of [`CoarseToFineOptions::min_angle`].
 pub const MAX_MIN_ANGLE: f64 = 40.0;
 
 /// Speed or quality.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 #[non_exhaustive]
 pub enum Quality {
-    /// Quick.
+    /// Fast.
     Draft,
     /// For most uses.
     #[default]
     Normal,
-    /// As even as it gets.
+    /// Slow, with the most even triangles.
     Best,
 }
 
-/// What happens if there is no mesh of the vertices asked for without a fault: handles, components or
-/// boundary loops are lost, or faces intersect that did not in the input.
+/// What to do if no valid mesh with N vertices can be built: handles, components or boundary loops would be
+/// lost, or new self-intersections appear.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
 #[non_exhaustive]
 #[serde(rename_all = "kebab-case")]
 pub enum Shortage {
-    /// The mesh with the least fault, and a warning.
+    /// Return the mesh with the smallest fault, with a warning.
     #[default]
     BestEffort,
-    /// An error that says what is wrong and where.
+    /// Fail with an error that says what is wrong and where.
     Refuse,
-    /// As many more vertices as it takes; only with [`Method::CoarseToFine`](super::Method::CoarseToFine).
+    /// Add vertices until the mesh is valid; only with [`Method::CoarseToFine`](super::Method::CoarseToFine).
     AddVertices,
 }
 
-/// How long edges are in different places.
+/// The edge lengths over the surface.
 #[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
 #[non_exhaustive]
 #[serde(rename_all = "kebab-case")]
 pub enum Sizing {
-    /// Equally long, but shorter around places that are left out then, such as a fold that edges bridge.
-    /// Where the first attempt leaves out none, that is the result.
+    /// Equal, but shorter around places that equal edges would miss, such as a narrow fold. If the first
+    /// attempt misses none, it is the result.
     #[default]
     Automatic,
-    /// Equally long everywhere.
+    /// Equal everywhere.
     Uniform,
-    /// Shorter where the surface is curved: in proportion to curvature^(-`gradation` / 2). With 0 edges are
-    /// equally long, with 1 faces are equally far from the surface everywhere, with 2 they meet at equal
-    /// angles.
+    /// Shorter where the surface is curved: proportional to curvature^(-`gradation` / 2). With 0 all edges
+    /// are equally long, with 1 triangles deviate equally far everywhere, with 2 they meet at equal angles.
     Curvature {
         /// 0 to [`MAX_GRADATION`].
         gradation: f64,
     },
-    /// In proportion to these numbers, one for each vertex of the input, all above 0.
+    /// Proportional to these numbers, one for each input vertex, all above 0.
     Given(Vec<f64>),
-    /// As long as it takes for no point of the result to be farther than this from the input, nor the other
-    /// way round, in several runs. With [`Options::vertices`](crate::Options::vertices) 0 the result has as
-    /// few vertices as that takes, else as many as asked for and the smallest distance that these allow.
+    /// Chosen in several runs so that input and result are nowhere farther apart than this, in both
+    /// directions. If [`Options::vertices`](crate::Options::vertices) is 0, the result has as few vertices as
+    /// possible; otherwise it has that number, at the smallest distance possible.
     Deviation(Length),
 }
 
@@ -72,18 +71,18 @@ impl Sizing {
     }
 }
 
-/// Lines along edges of the input that the result keeps.
+/// Polylines along input edges that the result keeps.
 #[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
 #[non_exhaustive]
 pub struct FeatureLines {
-    /// The file that they come from, for errors.
+    /// The file they come from, for error messages.
     pub file: Option<PathBuf>,
     /// The lines.
     pub lines: Vec<FeatureLine>,
 }
 
 impl FeatureLines {
-    /// These lines, from no file.
+    /// These lines, without a file.
     pub fn new(lines: Vec<FeatureLine>) -> Self {
         Self { file: None, lines }
     }
@@ -97,56 +96,54 @@ impl FeatureLines {
     }
 }
 
-/// Most edges that borders of labels may move by.
+/// Maximum number of edges that borders of labels may move by.
 const MAX_SMOOTH_LABELS: f64 = 10.0;
 
-/// Settings of [`Method::CoarseToFine`](super::Method::CoarseToFine); the default ones are those of
+/// Settings of [`Method::CoarseToFine`](super::Method::CoarseToFine); the defaults are those of
 /// [`Quality::Normal`].
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[non_exhaustive]
 #[serde(default, deny_unknown_fields)]
 pub struct CoarseToFineOptions {
-    /// The coarsest level has at least this many sites.
+    /// Minimum number of sites of the coarsest level.
     pub coarsest: usize,
-    /// Most iterations of the first level, from scattered sites.
+    /// Maximum iterations of the first level, which starts from scattered sites.
     pub first_iterations: u32,
-    /// Most iterations of the levels between the first and the last.
+    /// Maximum iterations of the levels between the first and the last.
     pub coarse_iterations: u32,
-    /// Rounds of edge flips and relaxation of the connected mesh.
+    /// Number of rounds of edge flips and relaxation of the connected mesh.
     pub polish_rounds: u32,
-    /// Whether to remesh by local operations on the host instead of with cells: splits, collapses and flips
-    /// of edges. That is what components get where cells fail.
+    /// Whether to remesh everything by local operations (edge splits, collapses and flips) on the host, as is
+    /// otherwise done only where cells fail.
     pub local: bool,
-    /// Whether vertices leave the surface by a little so that the faces fit it better.
+    /// Whether vertices may leave the surface slightly so that the triangles fit it better.
     pub fit: bool,
-    /// Triangles with an angle below this, in degrees, are mended by local edits, and obtuse ones on sharp
-    /// edges and boundaries with them; 0 to 40, 0 for none.
+    /// Triangles with an angle below this, in degrees, are improved by local edits, and so are obtuse ones on
+    /// sharp edges and boundaries; 0 to 40. 0 disables.
     pub min_angle: f64,
-    /// Edges where the surface turns by at least this angle in degrees are sharp and kept; above 0 to 180,
-    /// which is none.
+    /// Edges where the surface turns by at least this angle, in degrees, are sharp and kept; above 0, up to
+    /// 180. 180 disables.
     pub feature_angle: f64,
-    /// Lines along edges of the input that are kept as well.
+    /// Polylines along input edges that are also kept.
     pub features: Option<FeatureLines>,
-    /// Half-edges `3 * triangle + k` of the input, from corner k of the triangle to the next, that are kept
-    /// as well. Those of triangles that repair drops do not count.
+    /// Input half-edges that are also kept: `3 * triangle + k` goes from corner k of the triangle to the
+    /// next. Half-edges of triangles that repair removes are ignored.
     pub fixed_half_edges: Vec<u32>,
-    /// Half-edges of the input between labels, kept like the fixed ones. Ragged ones are made smooth first.
+    /// Input half-edges between labels, kept like the fixed ones. Ragged borders are smoothed first.
     pub label_borders: Vec<u32>,
-    /// Vertices of `label_borders` move by at most so many edges of the input, along the surface, so that
-    /// borders do not follow its triangles to and fro; 0 for borders as they are. Sharp edges, boundaries,
-    /// and borders that are not ragged stay.
+    /// Vertices of ragged `label_borders` move along the surface by at most this many input edges; 0 keeps
+    /// borders as they are. Sharp edges, boundaries, and borders that are not ragged stay.
     pub smooth_labels: f64,
-    /// Whether `fixed_half_edges` are given up, with a warning, where there are too few vertices for them.
+    /// Whether `fixed_half_edges` are given up, with a warning, if there are too few vertices for them.
     pub may_give_up_fixed: bool,
-    /// How long edges are in different places.
+    /// The edge lengths over the surface.
     pub sizing: Sizing,
-    /// Unless edges are equally long: the least length that is wanted anywhere; at most that of a uniform
-    /// mesh, of which an eighth if `None`.
+    /// Minimum edge length, if lengths vary; at most that of a uniform mesh. `None`: an eighth of that.
     pub min_edge: Option<Length>,
-    /// The largest one; at least that of a uniform mesh, of which eight times if `None`.
+    /// Maximum edge length, if lengths vary; at least that of a uniform mesh. `None`: eight times that.
     pub max_edge: Option<Length>,
-    /// Largest growth of edge length per unit of distance along the surface; above 0 to [`MAX_GROWTH`]. With
-    /// 0.25 edges double over four lengths of the longer ones.
+    /// Maximum growth of edge length per unit of distance along the surface; above 0, up to [`MAX_GROWTH`].
+    /// With 0.25, the length doubles over a distance of two of the longer edges.
     pub growth: f64,
 }
 
@@ -184,7 +181,7 @@ impl CoarseToFineOptions {
         check_range("coarse_iterations", self.coarse_iterations, 0..=MAX_ITERATIONS)?;
         if !(self.feature_angle > 0.0 && self.feature_angle <= 180.0) {
             let problem = format!("`feature_angle` {} is out of range", self.feature_angle);
-            let remedy = "use more than 0 to 180 degrees, 180 for no sharp edges";
+            let remedy = "use above 0 and at most 180 degrees; 180 disables sharp edges";
             return Err(Error::option("feature_angle", problem, remedy));
         }
         if !(0.0..=MAX_MIN_ANGLE).contains(&self.min_angle) {
@@ -200,7 +197,7 @@ impl CoarseToFineOptions {
         if let Sizing::Deviation(Length::Units(most) | Length::OfDiagonal(most)) = self.sizing
             && !(most > 0.0 && most.is_finite())
         {
-            let problem = format!("the largest deviation {most} is out of range");
+            let problem = format!("the maximum deviation {most} is out of range");
             return Err(Error::option(
                 "sizing",
                 problem,
@@ -212,7 +209,7 @@ impl CoarseToFineOptions {
             return Err(Error::option(
                 "growth",
                 problem,
-                format!("use more than 0 to {MAX_GROWTH}, such as 0.25"),
+                format!("use above 0 and at most {MAX_GROWTH}, such as 0.25"),
             ));
         }
         if !(0.0..=MAX_SMOOTH_LABELS).contains(&self.smooth_labels) {

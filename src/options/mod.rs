@@ -17,36 +17,37 @@ pub use all_at_once::{AllAtOnceOptions, Centroid, Face, Neighbours, Normals, Pro
 pub use coarse_to_fine::{CoarseToFineOptions, FeatureLines, Quality, Shortage, Sizing};
 pub use target_count::{Length, Size};
 
-/// What is measured of a run's result: a small mesh is remeshed in less time than it takes to measure it.
+/// Which measures of a run's result are taken. Remeshing a small mesh takes less time than measuring it
+/// fully.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Default, Serialize, Deserialize)]
 #[non_exhaustive]
 #[serde(rename_all = "lowercase")]
 pub enum MeasureDepth {
     /// What the warnings need: topology, shape, valences.
     Basic,
-    /// Faces that intersect others, too.
+    /// The same and self-intersections.
     Intersections,
-    /// Distances to the input, too.
+    /// The same and distances to the input.
     #[default]
     Full,
 }
 
-/// How a run goes.
+/// The remeshing method.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
 #[non_exhaustive]
 #[serde(rename_all = "kebab-case")]
 pub enum Method {
-    /// Few sites first, then more and more: planar faces, neighbour lists, momentum, polish. Its settings are
-    /// [`Options::coarse_to_fine`].
+    /// Few sites first, then a new one at the middle of every edge, until there are N; then polish and fit.
+    /// Its settings are [`Options::coarse_to_fine`].
     #[default]
     CoarseToFine,
-    /// All sites from the start, as in the paper and in those that it compares with. Its settings are
+    /// All sites exist from the start, as in the paper and in the methods it compares with. Its settings are
     /// [`Options::all_at_once`].
     AllAtOnce,
 }
 
-/// Settings of a run. `Options::new(n)` has the default ones, `Options::rtf(n)` the paper's; each field has a
-/// method of its name that sets it, those of the method's own settings too.
+/// Settings of a run. `Options::new(n)` are the defaults, `Options::rtf(n)` the paper's settings. For each
+/// field, also of `coarse_to_fine` and `all_at_once`, a method of the same name sets it.
 ///
 /// ```
 /// use rtfmesh::Options;
@@ -60,63 +61,63 @@ pub enum Method {
 #[non_exhaustive]
 #[serde(default = "Options::without_vertices", deny_unknown_fields)]
 pub struct Options {
-    /// Vertices of the result, at least 4; with [`Sizing::Deviation`] also 0, for as few as that takes.
+    /// Number of vertices of the result, at least 4. With [`Sizing::Deviation`], 0 means as few as possible.
     pub vertices: usize,
-    /// Which method.
+    /// The remeshing method.
     pub method: Method,
-    /// Most iterations; coarse to fine, of the last level. At most [`MAX_ITERATIONS`].
+    /// Maximum number of iterations (of the last level, for coarse-to-fine), up to [`MAX_ITERATIONS`].
     pub iterations: u32,
     /// Iterations end early when the root mean square step is below this many spacings.
     pub tolerance: f64,
     /// Seed of the random start.
     pub seed: u64,
-    /// Vertices of the input closer than this share of its bounding box's diagonal become one; 0 to below 1,
-    /// 0 for exact duplicates only.
+    /// Input vertices closer than this fraction of the bounding box's diagonal are welded; 0 to below 1. 0
+    /// welds exact duplicates only.
     pub weld: f64,
-    /// Components of the input with less than this share of its area are dropped; 0 to below 1.
+    /// Components of the input below this fraction of its area are removed; 0 to below 1.
     pub min_component: f64,
-    /// Ragged boundaries of the input are made smooth, and no vertex of them moves farther than this share of
-    /// its bounding box's diagonal; 0 to below 1, 0 for boundaries as they are.
+    /// Ragged boundaries of the input are smoothed by at most this fraction of the bounding box's diagonal; 0
+    /// to below 1. 0 leaves them unchanged.
     pub smooth_boundary: f64,
-    /// What happens if the vertices are too few.
+    /// What to do if N is too small for a valid mesh.
     pub shortage: Shortage,
-    /// What is measured of the result.
+    /// Which measures are taken of the result.
     pub measures: MeasureDepth,
-    /// Largest gap between the ends of the Hausdorff distances, relative to the upper one; 1e-6 to 0.5. See
+    /// Width of the Hausdorff intervals relative to their upper ends; 1e-6 to 0.5. See
     /// [`distances_within`](crate::mesh::distance::distances_within).
     pub accuracy: f64,
-    /// For what to compute where it lies on the input: [`crate::Remeshed::correspondence`].
+    /// Which parts of [`crate::Remeshed::correspondence`] (places on the input) to compute.
     pub correspondence: CorrespondenceRequest,
-    /// The format in which the result is to be written: its positions are those that the file will hold
-    /// ([`crate::io::rounded`]), so that its figures are the file's, and a warning says where 32-bit numbers
-    /// do not suffice. `None` for 64-bit numbers.
+    /// The format in which the result will be written. Its positions are rounded as in the file
+    /// ([`crate::io::rounded`]), so that the measures are those of the file; a warning says if 32-bit numbers
+    /// are too coarse. `None` keeps 64-bit numbers.
     pub format: Option<Format>,
-    /// Settings of [`Method::CoarseToFine`]; the default ones with any other method.
+    /// Settings of [`Method::CoarseToFine`]; must be the defaults with any other method.
     pub coarse_to_fine: CoarseToFineOptions,
-    /// Settings of [`Method::AllAtOnce`]; the default ones with any other method.
+    /// Settings of [`Method::AllAtOnce`]; must be the defaults with any other method.
     pub all_at_once: AllAtOnceOptions,
 }
 
-/// Longest neighbour list: what the cell kernel's planes and 16 KB of shared memory allow.
+/// Maximum length of a neighbour list, limited by the planes of the cell kernel in 16 KB of shared memory.
 pub const MAX_NEIGHBOURS: u32 = 48;
 
-/// Largest offset of shadow sites, in spacings: beyond, they hide sites wherever the surface is hollow.
+/// Maximum offset of shadow sites, in spacings. Larger ones would hide sites wherever the surface is concave.
 pub const MAX_OFFSET: f64 = 20.0;
 
-/// Largest [`AllAtOnceOptions::lbfgs`].
+/// Maximum of [`AllAtOnceOptions::lbfgs`].
 pub const MAX_LBFGS: u32 = 50;
 
-/// Largest gradation of [`Sizing::Curvature`].
+/// Maximum gradation of [`Sizing::Curvature`].
 pub const MAX_GRADATION: f64 = 3.0;
 
-/// Largest [`CoarseToFineOptions::growth`]: beyond, triangles cannot be even.
+/// Maximum of [`CoarseToFineOptions::growth`]. Larger values prevent well-shaped triangles.
 pub const MAX_GROWTH: f64 = 1.0;
 
-/// Most iterations of a level; each keeps a few words on the device.
+/// Maximum number of iterations of a level; each keeps a few words on the device.
 pub const MAX_ITERATIONS: u32 = 1_000_000;
 
 impl Options {
-    /// Coarse to fine, for good triangles in short time.
+    /// The default settings, which give good triangles quickly.
     pub fn new(vertices: usize) -> Self {
         Self {
             vertices,
@@ -137,17 +138,17 @@ impl Options {
         }
     }
 
-    /// What is read has to say how many vertices.
+    /// The defaults for deserialization, where the number of vertices must be given.
     fn without_vertices() -> Self {
         Self::new(0)
     }
 
-    /// Coarse to fine, with more or less time for better or worse triangles.
+    /// The default method with settings for speed or quality.
     pub fn with_quality(vertices: usize, quality: Quality) -> Self {
         let mut options = Self::new(vertices);
         match quality {
             Quality::Draft => {
-                // No further attempts for places that are left out.
+                // No further attempts for places that even edges miss.
                 options.coarse_to_fine.sizing = Sizing::Uniform;
                 options.first_iterations(30).coarse_iterations(10).iterations(5).polish_rounds(4)
             }
@@ -158,8 +159,8 @@ impl Options {
         }
     }
 
-    /// The paper's settings (Sect. 5): k = 16, 32, 16 and 160 iterations of Lloyd from a uniformly random
-    /// start. Only the weights of [`Centroid::WeightedCorners`] are not in the paper.
+    /// The paper's settings (Sect. 5): k = 16, 32 and 16, and 160 iterations of Lloyd from a uniformly random
+    /// start. Only the weights of [`Centroid::WeightedCorners`] are not from the paper.
     pub fn rtf(vertices: usize) -> Self {
         Self { method: Method::AllAtOnce, iterations: 160, ..Self::new(vertices) }
     }
@@ -175,8 +176,8 @@ impl Options {
         Self::rvd(vertices).momentum(0.9)
     }
 
-    /// Restricted power faces (Xu et al. 2019), otherwise as [`Options::rtf`]. The paper names no offset for
-    /// them; see docs/presets.md for the one taken.
+    /// Restricted power faces (Xu et al. 2019), otherwise as [`Options::rtf`]. The paper states no offset for
+    /// them; docs/presets.md explains the one chosen here.
     pub fn rpf(vertices: usize) -> Self {
         Self::rtf(vertices).face(Face::Power)
     }
@@ -192,7 +193,7 @@ impl Options {
         Self::rvd(vertices).seeding(Seeding::Poisson).iterations(0)
     }
 
-    /// What a run repairs.
+    /// The repairs that a run makes on its input.
     pub fn repairs(&self) -> RepairOptions {
         RepairOptions {
             weld: self.weld,
@@ -219,7 +220,7 @@ impl Options {
     pub fn validate(&self) -> Result<()> {
         let are_counted = self.vertices > 0 || !matches!(self.coarse_to_fine.sizing, Sizing::Deviation(_));
         if are_counted && self.vertices < 4 {
-            let problem = format!("{} vertices cannot make a closed surface", self.vertices);
+            let problem = format!("{} vertices are too few for a closed surface", self.vertices);
             return Err(Error::option("vertices", problem, "ask for at least 4"));
         }
         if self.vertices as u64 >= u64::from(u32::MAX) {

@@ -20,10 +20,10 @@ use paint::Canvas;
 pub use pieces::{Discs, Panel};
 use tiny_skia::Pixmap;
 
-/// Most pixels of a picture along a side.
+/// Maximum number of pixels along a side of a picture.
 pub const MAX_SIDE: u32 = 8192;
 
-/// How a picture is drawn.
+/// Settings of a picture.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct PictureOptions {
     /// Width and height of each panel in pixels, 16 to [`MAX_SIDE`].
@@ -57,7 +57,7 @@ impl PictureOptions {
     }
 }
 
-/// Draws panels side by side, all seen by the camera for the first mesh, into the bytes of a PNG.
+/// Draws panels next to each other, with the camera that frames the first mesh, as a PNG.
 ///
 /// # Errors
 /// [`Error::Usage`] if there is no panel or an option is out of range, [`Error::Input`] for a mesh without
@@ -67,8 +67,8 @@ pub fn png(panels: &[Panel], options: &PictureOptions) -> Result<Vec<u8>> {
     encoded.map_err(|error| Error::Internal(format!("a picture could not be encoded: {error}")))
 }
 
-/// As [`png`], into red, green, blue and opacity of each pixel, row by row from the top left. A row has the
-/// width of all panels together.
+/// As [`png`], but returns red, green, blue and opacity of each pixel, row by row from the top left. A row
+/// spans all panels.
 ///
 /// # Errors
 /// As [`png`].
@@ -85,7 +85,10 @@ fn draw(panels: &[Panel], options: &PictureOptions) -> Result<Pixmap> {
     if width < 16 || height < 16 || whole > MAX_SIDE || height > MAX_SIDE {
         return Err(Error::usage(
             format!("a picture of {whole} x {height} pixels cannot be drawn"),
-            format!("use panels of 16 pixels or more, and a picture of {MAX_SIDE} at most, along each side"),
+            format!(
+                "use panels of at least 16 pixels and a picture of at most {MAX_SIDE} pixels along each \
+            side"
+            ),
         ));
     }
     let Some(first) = panels.first() else {

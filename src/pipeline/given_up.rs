@@ -59,8 +59,10 @@ impl Searched<'_> {
             Enough::Never => return Ok(None),
         };
         let [given_up, all] = [given_up, all].map(length_text);
-        let text =
-            format!("{given_up} of {all} units of sharp edges were given up: {enough} vertices keep them");
+        let text = format!(
+            "sharp edges of length {given_up} (of {all} in total) were given up: {enough} vertices \
+            keep them"
+        );
         Ok(Some(Warning { code: WarningCode::SharpEdges, text }))
     }
 
@@ -70,8 +72,8 @@ impl Searched<'_> {
         let all = dropped.length() + dropped.facet_length + sharp_length;
         (dropped.facet_length > LEAST * all).then(|| {
             let text = format!(
-                "{} of {} units of creases lie between facets narrower than an edge, and were taken for a \
-                 coarse tessellation of a round surface: more vertices keep them",
+                "creases of length {} (of {} in total) lie between facets narrower than an edge and were \
+                treated as the tessellation of a round surface: more vertices keep them",
                 length_text(dropped.facet_length),
                 length_text(all),
             );

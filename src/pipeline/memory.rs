@@ -43,7 +43,7 @@ pub(crate) fn check_memory(device: &Device, input: &TriMesh, options: &Options, 
     let in_one = site_bytes(options, curves).largest_buffer;
     let limit = device.info().limits.storage_buffer_bytes;
     if sites.saturating_mul(in_one) > limit {
-        let problem = format!("but device '{name}' has {limit} in one buffer");
+        let problem = format!("but device '{name}' allows {limit} in one buffer");
         return refuse(
             "the largest buffer of all sites",
             sites.saturating_mul(in_one),
@@ -56,9 +56,9 @@ pub(crate) fn check_memory(device: &Device, input: &TriMesh, options: &Options, 
     if triangles.saturating_mul(in_one) > limit {
         let most = limit.checked_div(in_one).unwrap_or(triangles);
         return Err(Error::OutOfMemory {
-            what: format!("one list of all {triangles} triangles of the input"),
+            what: format!("a list of all {triangles} triangles of the input"),
             bytes: triangles.saturating_mul(in_one),
-            problem: format!("but device '{name}' has {limit} in one buffer"),
+            problem: format!("but device '{name}' allows {limit} in one buffer"),
             remedy: format!(
                 "simplify the input to {most} triangles first, or use a device with larger buffers"
             ),

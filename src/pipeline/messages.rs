@@ -38,7 +38,7 @@ pub(crate) fn remarks(
         (
             collapsed,
             ["component was too small or too detailed", "components were too small or too detailed"],
-            "for cells, and remeshed by local operations",
+            "for Voronoi cells: remeshed by local operations",
         ),
     ];
     let present = lines.iter().filter(|(count, ..)| *count > 0);
@@ -79,8 +79,8 @@ fn touching_bodies(repaired: &RepairCounts, input: &Topology) -> Option<String> 
     let merged = repaired.opposite_faces_merged;
     let faces = counted(merged, ["face was", "faces were"]);
     let text = format!(
-        "bodies of the input touch: {faces} merged with a face of opposite orientation, and the bodies share \
-         a wall; remesh each body by itself to keep it closed"
+        "bodies of the input touch: {faces} merged with a face of opposite orientation, so that the bodies \
+        share a wall; remesh each body separately to keep it closed"
     );
     (merged > 0 && input.nonmanifold_edges > 0).then_some(text)
 }
@@ -99,8 +99,8 @@ pub(crate) fn warnings(of: &WarningInput) -> Vec<Warning> {
         && of.input_intersections == Some(0)
         && of.fault.is_none();
     list.extend(is_new.then(|| {
-        let faces = counted(intersecting, ["face intersects", "faces intersect"]);
-        let text = format!("{faces} others, none of the input does: ask for more vertices");
+        let faces = counted(intersecting, ["self-intersecting face", "self-intersecting faces"]);
+        let text = format!("{faces} (the input has none): ask for more vertices");
         Warning { code: WarningCode::Intersections, text }
     }));
     list.extend(of.given_up.iter().cloned());
@@ -137,13 +137,13 @@ fn of_topology(of: &WarningInput) -> Vec<Warning> {
     say(
         options.has_plane_faces() && !input.is_closed_manifold(),
         WarningCode::OpenInput,
-        "the input is not a closed manifold, but this kind of face supports closed surfaces only".into(),
+        "the input is not a closed manifold, but this preset supports only closed surfaces".into(),
     );
     say(
         counts.unfilled_faces > 0,
         WarningCode::UnfilledFaces,
         format!(
-            "{} not be triangulated and left open",
+            "{} not be triangulated and stayed open",
             counted(counts.unfilled_faces, ["face could", "faces could"])
         ),
     );

@@ -140,7 +140,8 @@ impl Fault {
 
     /// The error for a mesh with this fault; `vertices` is the number asked for.
     pub fn refusal(&self, vertices: usize, input: &Topology, frame: &UnitFrame) -> Error {
-        let problem = format!("no mesh of {vertices} vertices without a fault: {}", self.describe(frame));
+        let problem =
+            format!("could not build a valid mesh with {vertices} vertices: {}", self.describe(frame));
         let repair = if input.is_manifold() { "" } else { "repair the input there (`weld` closes cracks), " };
         let remedy =
             format!("{repair}ask for more than {vertices}, or accept it with `shortage` best-effort");
@@ -151,7 +152,7 @@ impl Fault {
     pub fn describe(&self, frame: &UnitFrame) -> String {
         let what = match self.kind {
             FaultKind::Slivers(_) | FaultKind::SliversAllOver => {
-                format!("there are angles below {SLIVER} degree")
+                format!("some angles are below {SLIVER} degree")
             }
             FaultKind::Topology => "components, handles or boundary loops of the surface are lost".to_owned(),
             FaultKind::Missing => "a part of the surface is left out".to_owned(),

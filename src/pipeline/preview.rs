@@ -73,8 +73,9 @@ pub fn preview(mesh: &TriMesh, options: &Options) -> Result<Preview> {
 pub fn preview_repaired(mesh: &TriMesh, repaired: Option<Repaired>, options: &Options) -> Result<Preview> {
     options.validate()?;
     if let Sizing::Deviation(_) = options.coarse_to_fine.sizing {
-        let problem = "edge lengths for a largest deviation follow from several runs, and so does the plan";
-        return Err(Error::option("sizing", problem, "run it, or plan with another `sizing`"));
+        let problem = "a maximum deviation has no plan in advance, because its edge lengths follow from \
+        several runs";
+        return Err(Error::option("sizing", problem, "start the run, or plan with another `sizing`"));
     }
     let mut repaired = repaired_for(mesh, repaired, options)?;
     let options = &for_repaired(mesh, &mut repaired, options);

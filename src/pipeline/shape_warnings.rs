@@ -149,8 +149,8 @@ impl Shapes<'_> {
         let median = near.get(near.len() / 2).copied().filter(|median| *median < COARSE);
         if let Some(median) = median.filter(|_| are_many && coarse as f64 >= MOSTLY * all.len() as f64) {
             return format!(
-                "between creases that turn by {median:.0} degrees at the median, as those of a coarse \
-                 tessellation: `feature_angle` 180 keeps no creases, or ask for more vertices"
+                "between creases with a median angle of {median:.0} degrees, probably of a coarse \
+                tessellation: use `feature_angle` 180 to discard all creases, or ask for more vertices"
             );
         }
         "in strips between sharp edges or boundaries that are narrower than an edge: ask for more vertices"
@@ -181,7 +181,8 @@ impl Shapes<'_> {
         (new > 0).then(|| {
             let edges = counted(new, ["edge is folded", "edges are folded"]);
             format!(
-                "{edges} by more than {FOLDED:.0} degrees, none of the input is there: ask for more vertices"
+                "{edges} by more than {FOLDED:.0} degrees where the input has no such edge: ask for more \
+                vertices"
             )
         })
     }

@@ -35,10 +35,10 @@ pub fn measures(m: &Measures) -> Vec<Row> {
     let maybe = |share: Option<f64>| share.map_or_else(|| "-".to_owned(), percent);
     let mut rows = vec![
         ("vertices, faces", format!("{}, {}", m.vertices, m.faces)),
-        ("Q min, average", format!("{:.4}, {:.4}", q.q_min, q.q_avg)),
-        ("smallest angle: min, average", format!("{:.2}°, {:.2}°", q.theta_min, q.theta_min_avg)),
+        ("quality: minimum, mean", format!("{:.4}, {:.4}", q.q_min, q.q_avg)),
+        ("smallest angle: minimum, mean", format!("{:.2}°, {:.2}°", q.theta_min, q.theta_min_avg)),
         (
-            "faces with an angle < 30°, > 90°",
+            "triangles with angles < 30°, > 90°",
             format!("{}, {}", percent(q.share_below_30), percent(q.share_above_90)),
         ),
         ("valence 6, outside 5 to 7", format!("{}, {}", maybe(v.share_6), maybe(v.share_outside_5_to_7))),
@@ -51,7 +51,7 @@ pub fn measures(m: &Measures) -> Vec<Row> {
         ("inconsistent edges, duplicate faces", format!("{}, {}", t.inconsistent_edges, t.duplicate_faces)),
     ];
     if let Some(count) = m.self_intersecting_faces {
-        rows.push(("self-intersecting faces", count.to_string()));
+        rows.push(("self-intersecting triangles", count.to_string()));
     }
     if let Some(d) = &m.distances {
         let [to, from] = [
@@ -59,7 +59,7 @@ pub fn measures(m: &Measures) -> Vec<Row> {
             [d.hausdorff_from_reference_lower, d.hausdorff_from_reference],
         ]
         .map(|[lower, upper]| format!("{lower:.4} to {upper:.4} %"));
-        let note = if d.hausdorff_close { "" } else { " (wider than asked for)" };
+        let note = if d.hausdorff_close { "" } else { " (wider than requested)" };
         rows.push(("Hausdorff to, from reference", format!("{to}, {from}{note}")));
         let rms = format!("{:.4} %, {:.4} %", d.rms_to_reference, d.rms_from_reference);
         rows.push(("RMS to, from reference (sampled)", rms));
@@ -79,14 +79,14 @@ pub fn course(s: &Summary, device: &DeviceInfo) -> Vec<Row> {
         rows.push(("iterations", format!("{} ({end}), last step {last:.5}", s.iterations)));
     }
     if let Some([least, largest]) = s.edge_lengths {
-        rows.push(("edge lengths asked for", format!("{least:.6} to {largest:.6} (input's units)")));
+        rows.push(("requested edge lengths", format!("{least:.6} to {largest:.6} (input's units)")));
     }
     if let Some(shorter) = &s.shorter_edges {
         let ShorterEdges { places, shortest, vertices } = shorter;
         let places = counted(places.len(), ["place", "places"]);
         let vertices = counted(*vertices, ["vertex", "vertices"]);
         let text = format!("at {places}, down to {:.0} %: {vertices}", 100.0 * shortest);
-        rows.push(("shorter edges for what is left out", text));
+        rows.push(("shorter edges around missed places", text));
     }
     if let Some(found) = s.features.filter(|found| found.curves + found.corners > 0) {
         rows.push((
@@ -99,7 +99,7 @@ pub fn course(s: &Summary, device: &DeviceInfo) -> Vec<Row> {
     if let Some(found) = s.deviation {
         let reached = if found.is_reached { "reached" } else { "not reached" };
         rows.push((
-            "largest deviation asked for",
+            "requested maximum deviation",
             format!("{:.4} %: {reached}, {}", found.asked, counted(found.runs, ["run", "runs"])),
         ));
     }
@@ -112,7 +112,7 @@ pub fn course(s: &Summary, device: &DeviceInfo) -> Vec<Row> {
             "{}: {} at sharp corners, {} between close features",
             small.left, small.at_corners, small.between_curves
         );
-        rows.push(("small angles left", text));
+        rows.push(("small angles remaining", text));
     }
     rows.push(("device", format!("{} ({})", device.name, device.driver.trim())));
     rows
@@ -125,10 +125,10 @@ pub fn dropped(dropped: &Dropped) -> Vec<Row> {
     }
     let text = |count: usize, length: f64| format!("{count}, length {length:.6}");
     vec![
-        ("dropped short or rough chains", text(dropped.short_chains, dropped.short_length)),
-        ("dropped dangling chains", text(dropped.dangling_chains, dropped.dangling_length)),
-        ("dropped at narrow strips", text(dropped.strips, dropped.strip_length)),
-        ("dropped between narrow facets", text(dropped.facet_edges, dropped.facet_length)),
+        ("discarded short or rough chains", text(dropped.short_chains, dropped.short_length)),
+        ("discarded dangling chains", text(dropped.dangling_chains, dropped.dangling_length)),
+        ("discarded at narrow strips", text(dropped.strips, dropped.strip_length)),
+        ("discarded between narrow facets", text(dropped.facet_edges, dropped.facet_length)),
     ]
 }
 
@@ -141,11 +141,11 @@ pub fn features(features: &FeatureDistances) -> Vec<Row> {
         format!("{}, {}", text(features.to_reference), text(features.from_reference))
     };
     vec![
-        ("length of features, reference's", {
+        ("features: length, reference's length", {
             format!("{:.2} %, {:.2} %", features.length, features.reference_length)
         }),
-        ("features' largest distance to, from", both(|found| found.largest)),
-        ("features' RMS to, from", both(|found| found.rms)),
+        ("features: maximum distance to, from", both(|found| found.largest)),
+        ("features: RMS to, from", both(|found| found.rms)),
     ]
 }
 
@@ -154,7 +154,7 @@ pub fn point_distances(d: &PointDistances) -> Vec<Row> {
     let text = |d: &DistanceStatistics| format!("{:.4} %, {:.4} %, {:.4} %", d.rms, d.mean, d.largest);
     vec![
         ("points, diagonal of their box", format!("{}, {:.6}", d.points, d.diagonal)),
-        ("points to mesh: RMS, mean, largest", text(&d.from_points)),
+        ("points to mesh: RMS, mean, maximum", text(&d.from_points)),
         ("mesh to nearest points (sampled)", text(&d.to_points)),
         ("spacing of the points", format!("{:.4} %", d.spacing)),
     ]

@@ -71,7 +71,7 @@ fn a_broken_mesh_stops_no_other_and_is_tried_again() {
     let errors = ends(&place, &batch, 1);
     let lines: Vec<_> = errors.lines().collect();
     assert_eq!(lines.len(), 5, "a line for each mesh and one at the end: {errors}");
-    assert!(lines[0].starts_with("1/4 in/box.stl -> made/out/box.ply: 120 vertices, Q 0."), "{errors}");
+    assert!(lines[0].starts_with("1/4 in/box.stl -> made/out/box.ply: 120 vertices, quality 0."), "{errors}");
     assert!(lines[1].starts_with("2/4 in/broken.off failed: "), "{errors}");
     assert!(lines[4].starts_with("error: 3 done, 1 failed, 0 skipped in "), "{errors}");
     assert_eq!(names_in(&place, "made/out"), ["batch.jsonl", "box.ply", "sphere.ply", "torus.ply"]);
@@ -298,8 +298,8 @@ fn batches_that_cannot_be_are_refused_before_anything_is_written() {
     for (arguments, code, words) in [
         ("batch in other --out out", 2, ["in/a.ply and other/a.obj", "out/a.ply"]),
         ("batch in in/b.ply --out out", 2, ["in/b.ply and in/b.ply", "rename"]),
-        ("batch in --out in", 2, ["in/a.ply would replace", "--out"]),
-        ("batch empty --out out", 2, ["no mesh", "name mesh files"]),
+        ("batch in --out in", 2, ["in/a.ply would overwrite an input", "--out"]),
+        ("batch empty --out out", 2, ["no mesh", "give mesh files"]),
         ("batch - --out out", 2, ["standard input", "rtfmesh remesh"]),
         ("batch in --out out --shard 3/2", 2, ["3/2", "i from 1 to n"]),
         ("batch in --out out --shard 0/2", 2, ["0/2", "i from 1 to n"]),

@@ -41,7 +41,7 @@ fn remesh_writes_the_mesh_and_tells_about_it_on_standard_error() {
     assert!(table.lines().count() == 5 && table.contains("deviation from the input"), "{table}");
     let (output, table) = place.run("remesh in.ply out.obj -n 120 --iterations 3 -v");
     assert_eq!(output, "", "standard output is for data");
-    for row in ["vertices, faces", "120, 236", "Q min, average", "wall time", "peak device memory"] {
+    for row in ["vertices, faces", "120, 236", "quality: minimum, mean", "wall time", "peak device memory"] {
         assert!(table.contains(row), "'{row}' is missing: {table}");
     }
     std::fs::remove_file(place.path("r.json")).unwrap();
@@ -275,7 +275,7 @@ fn features_are_measured_both_ways() {
     bevelled.vertices.iter_mut().filter(|p| **p == corner).for_each(|p| *p -= 0.1);
     write(&place.path("other.obj"), &bevelled).unwrap();
     let (text, errors) = place.run("measure other.obj --against in.ply --features");
-    assert!(errors.is_empty() && text.contains("features' largest distance to, from"), "{text}{errors}");
+    assert!(errors.is_empty() && text.contains("features: maximum distance to, from"), "{text}{errors}");
     let found = |arguments: &str| -> Value {
         serde_json::from_str(&place.run(&format!("measure other.obj --against in.ply --json {arguments}")).0)
             .unwrap()
@@ -314,7 +314,7 @@ fn every_command_has_help_with_an_example_or_a_list() {
         ("measure --help", "Examples:\n  rtfmesh measure"),
         ("sample --help", "Examples:\n  rtfmesh sample"),
         ("devices --help", "--json"),
-        ("help remesh", "--centroid"),
+        ("help remesh", "--gradation"),
     ] {
         let help = place.program(command).assert().success().stderr("");
         help.stdout(predicate::str::contains(wanted).and(predicate::str::contains("Usage: rtfmesh")));

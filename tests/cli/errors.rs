@@ -146,8 +146,8 @@ fn counts_that_cannot_be() {
         ("--preset rtf --face exact --k-clip 20", ["--k-clip", "tangent"]),
         ("--preset rvc --k-normal 12", ["--k-normal", "--normals fit"]),
         ("--preset rtf --offset 1", ["--offset", "--preset rpf"]),
-        ("--preset rtf --lbfgs 7", ["--lbfgs", "add --preset rvd"]),
-        ("--lbfgs 7", ["--lbfgs", "add --preset rvd"]),
+        ("--preset rtf --lbfgs 7", ["--lbfgs", "use --preset rvd"]),
+        ("--lbfgs 7", ["--lbfgs", "use --preset rvd"]),
         ("--preset cvd --lbfgs 7", ["--lbfgs", "use --momentum 0"]),
         ("--preset rvd --lbfgs 7 --momentum 0.5", ["momentum", "--momentum 0"]),
         ("--preset rvd --lbfgs 51", ["--lbfgs 51", "0 to 50"]),
@@ -199,7 +199,7 @@ fn options_out_of_range_and_unknown_words() {
     refused(&place, "remesh in.ply - -n 100", 2, &["standard output", "--format"]);
     refused(&place, "measure in.ply --against in.ply --accuracy 0", 2, &["accuracy", "use 1e-6 to 0.5"]);
     refused(&place, "remesh in.ply out.ply -n 9 --accuracy 0.1", 2, &["--report"]);
-    refused(&place, "measure - --against -", 2, &["both"]);
+    refused(&place, "measure - --against -", 2, &["only one of the meshes"]);
     refused(&place, "remesh", 2, &["<INPUT>", "<OUTPUT>"]);
     refused(&place, "sample torus", 2, &["<OUTPUT>"]);
     refused(&place, "sample teapot out.ply", 2, &["teapot", "torus, genus3"]);
@@ -212,7 +212,7 @@ fn targets_that_cannot_be_written() {
     let place = Place::with("torus");
     std::fs::create_dir(place.path("folder.ply")).unwrap();
     for (target, words) in [
-        ("missing/out.ply", ["missing", "make the folder"]),
+        ("missing/out.ply", ["missing", "create the folder"]),
         ("folder.ply", ["directory", "give the name"]),
         ("out.xyz", [".xyz", ".obj, .ply, .stl"]),
         ("out.gltf", ["glTF", ".glb"]),
@@ -308,7 +308,7 @@ fn presets_refuse_a_faulty_mesh_if_asked_to() {
     let place = Place::with("genus3");
     let line = "remesh in.ply out.ply -n 20 --iterations 5 --preset";
     for preset in ["rtf", "rvd"] {
-        let words = ["no mesh of 20 vertices", "leave out --strict"];
+        let words = ["could not build a valid mesh with 20 vertices", "leave out --strict"];
         refused(&place, &format!("{line} {preset} --strict"), 3, &words);
         place.program(&format!("{line} {preset}")).assert().success();
         std::fs::remove_file(place.path("out.ply")).unwrap();

@@ -94,7 +94,7 @@ fn mistakes_in_the_arguments() {
     refused(&place, "inspect none.ply", 3, &["none.ply", "no such file"]);
     refused(&place, "inspect in.ply --features none.obj", 3, &["none.obj", "no such file"]);
     refused(&place, "inspect in.ply --feature-angle 0", 2, &["feature angle 0"]);
-    refused(&place, "inspect in.ply -n 0", 2, &["-n 0"]);
+    refused(&place, "inspect in.ply -n 0", 2, &["-n must be at least 1"]);
     refused(&place, "inspect in.ply --skeleton in.ply", 2, &["overwrite"]);
     refused(&place, "inspect in.ply --skeleton none/s.obj", 1, &["no folder"]);
 }

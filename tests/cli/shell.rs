@@ -2,8 +2,8 @@
 
 use crate::support::place::Place;
 
-const COMMANDS: [&str; 9] =
-    ["remesh", "batch", "measure", "inspect", "render", "sample", "devices", "completions", "man"];
+const COMMANDS: [&str; 10] =
+    ["remesh", "batch", "measure", "inspect", "render", "presets", "sample", "devices", "completions", "man"];
 
 #[test]
 fn shells_complete_every_command_and_its_options() {
@@ -56,7 +56,9 @@ fn the_page_of_options_is_that_of_the_program() {
     let file = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("docs/options.md");
     let committed = std::fs::read_to_string(file).unwrap();
     assert!(page == committed, "renew docs/options.md: cargo run -- man --markdown > docs/options.md");
-    for words in ["## rtfmesh remesh\n", "### Research\n", "- `-n`, `--vertices <N>`: ", "  - `draft`: "] {
+    for words in
+        ["## rtfmesh remesh\n", "### Settings of presets\n", "- `-n`, `--vertices <N>`: ", "  - `draft`: "]
+    {
         assert!(page.contains(words), "'{words}' is missing");
     }
     let longest = page.lines().map(|line| line.chars().count()).max().unwrap();
@@ -67,13 +69,16 @@ fn the_page_of_options_is_that_of_the_program() {
 fn short_help_fits_on_one_screen_and_long_help_has_everything() {
     let place = Place::new();
     for command in COMMANDS.map(|command| format!("{command} ")).iter().map(String::as_str).chain([""]) {
-        let (short, _) = place.run(&format!("{command}-h"));
-        let (lines, columns) = (short.lines().count(), short.lines().map(|l| l.chars().count()).max());
-        assert!(
-            lines <= 40 && columns <= Some(100),
-            "{command}: {lines} lines, {columns:?} columns\n{short}"
-        );
+        for (flag, most) in [("-h", 45), ("--help", 150)] {
+            let (help, _) = place.run(&format!("{command}{flag}"));
+            let (lines, columns) = (help.lines().count(), help.lines().map(|l| l.chars().count()).max());
+            assert!(
+                lines <= most && columns <= Some(100),
+                "{command}{flag}: {lines} lines, {columns:?} columns\n{help}"
+            );
+        }
     }
+    assert_eq!(place.run("help remesh"), place.run("remesh --help"));
     let (short, _) = place.run("remesh -h");
     let (long, _) = place.run("remesh --help");
     let headings = |help: &str| -> Vec<String> {
@@ -84,16 +89,49 @@ fn short_help_fits_on_one_screen_and_long_help_has_everything() {
             .collect()
     };
     let found = headings(&long);
-    let wanted =
-        ["Arguments", "Size", "Shape", "Features", "Sizing", "Input", "Attributes", "Output", "Research"];
+    let wanted = ["Arguments", "Size", "Shape", "Features", "Sizing", "Input", "Attributes", "Output"];
     assert_eq!(found, [&wanted[..], &["Examples"]].concat(), "{long}");
-    assert!(long.contains("\nDevice and time:\n") && !short.contains("Research"), "{long}\n{short}");
+    assert!(long.contains("\nDevice and time:\n") && !short.contains("--seed"), "{long}\n{short}");
     for option in ["--vertices", "--quality", "--sizing", "--report", "--device", "--help"] {
         assert!(short.contains(option) && long.contains(option), "{option} is missing: {short}");
     }
-    for option in ["--k-clip", "--gradation", "--weld", "--keep-partial", "--preset"] {
+    for option in ["--gradation", "--weld", "--keep-partial", "--preset"] {
         assert!(!short.contains(option) && long.contains(option), "{option}: {short}\n{long}");
     }
+}
+
+#[test]
+fn settings_of_presets_have_pages_of_their_own() {
+    let place = Place::new();
+    let (list, _) = place.run("presets");
+    let (help, _) = place.run("remesh --help");
+    let document = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("docs/presets.md");
+    let document = std::fs::read_to_string(document).unwrap();
+    for (preset, own, foreign) in [
+        ("rtf", &["--face", "--seeding", "--centroid", "--k-clip"][..], &["--offset", "--lbfgs"][..]),
+        ("rpf", &["--offset <LENGTHS>", "[default: 0.5]"], &["--momentum"]),
+        ("rvc", &["[default: cloud]", "--k-project"], &["--k-normal"]),
+        ("rvd", &["--lbfgs", "--momentum"], &["--centroid", "--normals"]),
+        ("cvd", &["[default: 0.9]"], &["--neighbours"]),
+        ("mps", &["[default: poisson]", "no iterations"], &["--projection"]),
+        ("default", &["remesh --help"], &["--face"]),
+    ] {
+        let (page, errors) = place.run(&format!("presets {preset}"));
+        assert!(errors.is_empty() && page.starts_with(&format!("{preset}: ")), "{page}{errors}");
+        assert!(list.contains(&format!("{preset} ")), "{preset} is not in {list}");
+        for word in own {
+            assert!(page.contains(word), "'{word}' is missing: {page}");
+        }
+        for word in foreign {
+            assert!(!page.contains(word), "'{word}' does nothing: {page}");
+        }
+        for option in page.lines().filter_map(|line| line.trim_start().strip_prefix("--")) {
+            let option = format!("--{}", option.split(' ').next().unwrap());
+            assert!(document.contains(&format!("| `{option}`:")), "{option} is not in docs/presets.md");
+            assert!(!help.contains(&format!("{option} ")), "{option} is in the help of remesh");
+        }
+    }
+    place.program("presets none").assert().code(2).stdout("");
 }
 
 #[test]

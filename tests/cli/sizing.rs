@@ -68,7 +68,7 @@ fn a_largest_deviation_takes_as_many_vertices_as_it_needs() {
     let place = place();
     place.run("sample torus torus.ply");
     let (_, text) = place.run("remesh torus.ply out.ply --max-deviation 1% --report out.json -v");
-    assert!(text.contains("largest deviation asked for") && text.contains("1.0000 %: reached"), "{text}");
+    assert!(text.contains("requested maximum deviation") && text.contains("1.0000 %: reached"), "{text}");
     let count = read(&place.path("out.ply")).unwrap().mesh.vertices.len();
     assert!((100..800).contains(&count), "{count}");
     let report = std::fs::read_to_string(place.path("out.json")).unwrap();
@@ -88,17 +88,17 @@ fn errors_say_what_to_do() {
     let place = place();
     place.run("sample torus plain.obj");
     for (arguments, words) in [
-        ("in.ply out.ply --sizing property:none", "no number named 'none'"),
-        ("in.ply out.ply --sizing property:none", "there is wish"),
-        ("in.ply out.ply --sizing property:colour", "no number named 'colour'"),
-        ("plain.obj out.ply --sizing property:wish", "give a PLY file"),
+        ("in.ply out.ply --sizing property:none", "no numeric attribute 'none'"),
+        ("in.ply out.ply --sizing property:none", "use one of these: wish"),
+        ("in.ply out.ply --sizing property:colour", "no numeric attribute 'colour'"),
+        ("plain.obj out.ply --sizing property:wish", "a PLY property"),
         ("in.ply out.ply --sizing property:", "property:NAME"),
         ("in.ply out.ply --sizing often", "property:NAME"),
         ("in.ply out.ply --gradation 1", "--gradation needs --sizing curvature"),
         ("in.ply out.ply --sizing property:wish --gradation 1", "--gradation needs"),
         ("in.ply out.ply --min-edge 1%", "--min-edge needs"),
         ("in.ply out.ply --sizing curvature --gradation 9", "use 0 to 3"),
-        ("in.ply out.ply --sizing curvature --min-edge 90%", "does not suit"),
+        ("in.ply out.ply --sizing curvature --min-edge 90%", "is incompatible with"),
         ("in.ply out.ply --sizing curvature --preset rtf", "--preset default"),
         ("in.ply out.ply --max-deviation 1% --sizing curvature", "cannot be used with"),
         ("in.ply out.ply --max-deviation 0", "out of range"),

@@ -17,7 +17,7 @@ fn a_time_limit_ends_a_long_run_with_a_valid_mesh() {
     let begun = Instant::now();
     let (_, told) = place.run(&format!("{LONG} -n 3000 --time-limit 1 --report out.json"));
     assert!(begun.elapsed() < LIMIT);
-    assert!(told.contains("warning: the time limit of 1 s cut the run short"), "{told}");
+    assert!(told.contains("warning: the time limit of 1 s ended the run early"), "{told}");
     let report = std::fs::read_to_string(place.path("out.json")).unwrap();
     assert!(report.contains("the time limit of 1 s") && report.contains("\"finished_early\": true"));
     let mesh = read(&place.path("out.ply")).unwrap().mesh;
@@ -96,7 +96,7 @@ mod signals {
         signal(&child, "INT");
         let (code, told) = ended(child);
         assert_eq!(code, Some(130), "{told}");
-        assert!(told.contains("warning: the run was cut short"), "{told}");
+        assert!(told.contains("warning: the run was ended early"), "{told}");
         assert_eq!(place.files(), ["in.ply", "out.ply"]);
         let mesh = read(&place.path("out.ply")).unwrap().mesh;
         assert_eq!(mesh.vertices.len(), 3000);
@@ -128,7 +128,7 @@ mod signals {
         let (code, told) = ended(child);
         assert!(begun.elapsed() < Duration::from_secs(5));
         assert_eq!(code, Some(130), "{told}");
-        assert_eq!(told, "error: stopped: 0 done, 0 failed, 1 left; --resume goes on\n");
+        assert_eq!(told, "error: stopped: 0 done, 0 failed, 1 left; --resume continues\n");
         assert!(!place.path("out/in.ply").exists());
         let endings = || {
             let log = std::fs::read_to_string(place.path("out/batch.jsonl")).unwrap();

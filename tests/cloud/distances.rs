@@ -76,7 +76,7 @@ fn the_program_measures_against_points() {
     std::fs::write(place.path("points.xyz"), text).unwrap();
     let (table, errors) = place.run("measure square.ply --against points.xyz");
     assert_eq!(errors, "");
-    let row = "points to mesh: RMS, mean, largest   7.4432 %, 7.4432 %, 7.4432 %";
+    let row = "points to mesh: RMS, mean, maximum   7.4432 %, 7.4432 %, 7.4432 %";
     for row in [row, "mesh to nearest points", "spacing of the points", "400, 1.343503"] {
         assert!(table.contains(row), "'{row}' is missing: {table}");
     }
@@ -88,6 +88,6 @@ fn the_program_measures_against_points() {
         let done =
             place.program(&format!("measure square.ply --against points.xyz {option}")).assert().code(2);
         let errors = String::from_utf8(done.get_output().stderr.clone()).unwrap();
-        assert!(errors.contains(&option[..8]) && errors.contains("only against a mesh"), "{errors}");
+        assert!(errors.contains(&option[..8]) && errors.contains("needs a mesh as reference"), "{errors}");
     }
 }

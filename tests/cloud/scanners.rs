@@ -120,7 +120,7 @@ fn las_keeps_places_to_the_millimetre_and_what_points_carry() {
             (classes.name.as_str(), classes.kind, classes.at(1), classes.at(2)),
             ("classification", Kind::U8, &[class][..], &[2.0][..])
         );
-        assert_eq!(loaded.notes, ["50 points that the file withholds were left out"]);
+        assert_eq!(loaded.notes, ["50 points marked as withheld were left out"]);
     }
     // Colours that need 8 bits only, and none.
     let bytes = las_file(2, 2, true, |k| Color::new(k, 255, 0));
@@ -205,7 +205,7 @@ fn counts_of_scanners_decide_no_memory() {
     };
     refused("a.las", &changed(&las, 107, &[255; 4]), "4294967295");
     refused("a.las", &changed(&las, 107, &[255, 255, 255, 15]), "cut off");
-    refused("a.laz", &changed(&laz, 107, &[255, 255, 255, 15]), "more than it can have");
+    refused("a.laz", &changed(&laz, 107, &[255, 255, 255, 15]), "more than fit into it");
     refused("a.las", &changed(&las14, 247, &[255; 8]), "18446744073709551615");
     // Points are still there where extended records are not.
     let extended = changed(&las14, 235, &[1, 0, 0, 0, 0, 0, 0, 0, 255, 255, 255, 255]);

@@ -60,7 +60,7 @@ fn the_program_inspects_points() {
     let (table, errors) = place.run("inspect in.xyz");
     assert_eq!(errors, "");
     for row in
-        ["points                  3000", "least coordinates", "0.17 spacings", "none: remesh", "colour"]
+        ["points                  3000", "minimum coordinates", "0.17 spacings", "none: remesh", "colour"]
     {
         assert!(table.contains(row), "'{row}' is missing: {table}");
     }
@@ -71,7 +71,7 @@ fn the_program_inspects_points() {
     );
     let spacing = json["spacing"].as_f64().unwrap();
     assert_eq!(spacing, surveyed(points).spacing);
-    assert!(json["notes"][0].as_str().unwrap().contains("taken for"), "{json}");
+    assert!(json["notes"][0].as_str().unwrap().contains("read as"), "{json}");
     place.run("remesh in.xyz normals.ply --normals-only");
     assert!(place.run("inspect normals.ply").0.contains("all points"));
     for (arguments, code) in [("inspect in.xyz -n 10", 2), ("inspect in.xyz --skeleton s.obj", 2)] {
@@ -121,5 +121,5 @@ fn a_batch_remeshes_points_as_it_does_meshes() {
     assert_eq!(read(&place.path("out/points.ply")).unwrap().mesh.vertices.len(), 300);
     assert!(place.path("out/box.ply").exists() && !place.path("out/notes.ply").exists());
     let log = std::fs::read_to_string(place.path("out/batch.jsonl")).unwrap();
-    assert!(log.contains("3000 points without faces"), "{log}");
+    assert!(log.contains("a point cloud (3000 points"), "{log}");
 }

@@ -52,7 +52,7 @@ fn the_program_carries_a_texture_and_its_material() {
     let common = "-n 400 --iterations 2 --quality draft";
     let (_, notes) = place.run(&format!("remesh in.gltf out.glb {common} --keep-uv"));
     assert_eq!(notes.matches("note:").count(), 1, "{notes}");
-    assert!(notes.contains("files that it names were read: a folder/b.png"), "{notes}");
+    assert!(notes.contains("files that it refers to were read: a folder/b.png"), "{notes}");
     let bytes = std::fs::read(place.path("out.glb")).unwrap();
     store_glb(&bytes);
     let file = gltf::Gltf::from_slice(&bytes).unwrap();
@@ -83,13 +83,13 @@ fn the_program_carries_a_texture_and_its_material() {
     assert_eq!(pictures(&again), pictures(&file));
     // Only if asked for, and not in every format, which is said.
     let (_, told) = place.run(&format!("remesh in.gltf plain.glb {common} -q --report r.json"));
-    let warning = "the texture is not kept: --keep-uv keeps it, with vertices on its seams";
+    let warning = "the texture is not kept: --keep-uv keeps it and puts vertices on its seams";
     assert_eq!(told, format!("warning: {warning}\n"));
     assert_eq!(place.json("r.json")["warnings"], json!([warning]));
     place.run(&format!("batch in.gltf --out many --format glb {common} -q"));
     assert_eq!(place.json("many/batch.jsonl")["warnings"], json!([warning]));
     let (_, told) = place.run(&format!("remesh in.gltf plain.obj {common}"));
-    assert!(told.contains("note: in.gltf: the texture is not kept: only .glb holds it, with --keep-uv\n"));
+    assert!(told.contains("note: in.gltf: the texture is not kept: use .glb and --keep-uv\n"));
     let (_, told) = place.run(&format!("remesh in.gltf bare.glb {common} --no-attributes"));
     assert!(!told.contains("texture"), "{told}");
     assert_eq!(place.run("measure in.gltf").1, "");
@@ -211,7 +211,7 @@ fn assert_left_out(folder: &Path, image: Value, words: &str) {
     let path = folder.join("in.gltf");
     std::fs::write(&path, sphere(one, textured(image)).to_string()).unwrap();
     let loaded = read_with_materials(&path, None).unwrap();
-    let told = |note: &&String| !note.starts_with("files that it names were read");
+    let told = |note: &&String| !note.starts_with("files that it refers to were read");
     let notes: Vec<&String> = loaded.notes.iter().filter(told).collect();
     let [first, second] = notes.as_slice() else { panic!("{:?}", loaded.notes) };
     assert_eq!(**first, format!("image 0 was left out: {words}"));
@@ -235,7 +235,7 @@ fn images_that_cannot_be_read_are_noted() {
         (json!({ "uri": "file:///a.png" }), "it is in 'file:///a.png', outside the folder of the file"),
         (json!({ "uri": "none.png" }), "none.png: there is no such file"),
         (json!({ "uri": "folder" }), "folder: this is not a regular file"),
-        (json!({ "uri": "text.png" }), "it is no image (PNG, JPEG, WebP, AVIF or KTX2)"),
+        (json!({ "uri": "text.png" }), "it is not an image (PNG, JPEG, WebP, AVIF or KTX2)"),
         (json!({ "uri": "data:image/png;base64," }), "it is empty"),
         (json!({ "uri": "data:image/png,x" }), "its data is not in base64"),
         (json!({ "bufferView": 99, "mimeType": "image/png" }), "there is no such buffer view"),

@@ -48,7 +48,7 @@ fn waiting_for_a_pipe_ends_with_the_token_or_the_deadline() {
     canceller.join().unwrap();
     let patience = Patience { deadline: Some(Instant::now()), ..Patience::default() };
     let error = read_any_with(&path, &ReadOptions { patience, ..ReadOptions::default() }).unwrap_err();
-    assert!(error.to_string().contains("pipe.ply: whoever writes to the pipe"), "{error}");
+    assert!(error.to_string().contains("pipe.ply: the program that writes to the pipe"), "{error}");
     let line = "remesh pipe.ply out.ply -n 100 --time-limit 0.2";
     place.program(line).assert().code(3).stderr(predicate::str::contains("within the time limit"));
     assert_eq!(place.files(), ["pipe.ply"]);

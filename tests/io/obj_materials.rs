@@ -42,7 +42,7 @@ fn colours_and_pictures_come_along_to_glb() {
     let library = "# by hand\nnewmtl oak wood\nKd 0 0 0\nmap_Kd -blendu on -s 1 1 1 -clamp on oak.png\n\
                    newmtl glass\nKd 0.25 0.5 1 \nd 0.5\nKe 0 0 0.125\nPr 0.25\nPm 1\nNs 3\n";
     let loaded = loaded(library);
-    assert_eq!(loaded.notes, ["files that it names were read: looks/some.mtl, looks/oak.png"]);
+    assert_eq!(loaded.notes, ["files that it refers to were read: looks/some.mtl, looks/oak.png"]);
     let materials = loaded.attributes.materials.as_ref().unwrap();
     assert_eq!((materials.used(), materials.images().len()), (2, 1));
     assert_eq!(&*materials.images()[0].bytes, checker(0));

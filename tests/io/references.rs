@@ -44,7 +44,7 @@ fn a_buffer_outside_the_folder_needs_to_be_allowed() {
     let told = predicate::str::contains("allow its folder by --files-from");
     up.program("inspect inside/in.gltf").assert().code(3).stderr(told);
     let line = "inspect inside/in.gltf --files-from outside";
-    let told = predicate::str::contains("files that it names were read: ../outside/data.bin");
+    let told = predicate::str::contains("files that it refers to were read: ../outside/data.bin");
     up.program(line).assert().success().stdout(told);
     // Nor does another folder help.
     std::fs::create_dir(up.path("third")).unwrap();
@@ -80,7 +80,7 @@ fn links_must_not_lead_out_of_the_folder() {
     std::fs::write(place.path("inside/real/data.bin"), data).unwrap();
     symlink("real", place.path("inside/folder")).unwrap();
     let loaded = read(&place.path("inside/in.gltf")).unwrap();
-    assert_eq!(loaded.notes, ["files that it names were read: folder/data.bin"]);
+    assert_eq!(loaded.notes, ["files that it refers to were read: folder/data.bin"]);
 }
 
 #[test]
@@ -91,7 +91,7 @@ fn what_is_no_image_does_not_get_into_a_result() {
     std::fs::write(place.path("in.gltf"), sphere(one, textured(image)).to_string()).unwrap();
     let loaded = read_with_materials(&place.path("in.gltf"), None).unwrap();
     assert!(loaded.attributes.materials.unwrap().images().is_empty());
-    assert!(loaded.notes.iter().any(|note| note.contains("image 0 was left out: it is no image")));
+    assert!(loaded.notes.iter().any(|note| note.contains("image 0 was left out: it is not an image")));
     place.run("remesh in.gltf out.glb -n 100 --iterations 2 --quality draft --keep-uv");
     let written = place.bytes("out.glb");
     assert!(!written.windows(8).any(|part| part == b"password"), "the text is in the result");
@@ -99,7 +99,7 @@ fn what_is_no_image_does_not_get_into_a_result() {
     std::fs::write(place.path("secret.txt"), checker(0)).unwrap();
     place.run("remesh in.gltf out.glb -n 100 --iterations 2 --quality draft --keep-uv --report out.json");
     let notes = place.json("out.json")["notes"].to_string();
-    assert!(notes.contains("files that it names were read: secret.txt"), "{notes}");
+    assert!(notes.contains("files that it refers to were read: secret.txt"), "{notes}");
 }
 
 #[test]
@@ -111,5 +111,5 @@ fn a_file_that_many_buffers_name_is_in_memory_once() {
     std::fs::write(place.path("inside/in.gltf"), json.to_string()).unwrap();
     std::fs::write(place.path("inside/data.bin"), data).unwrap();
     let loaded = read(&place.path("inside/in.gltf")).unwrap();
-    assert_eq!(loaded.notes, ["files that it names were read: data.bin"]);
+    assert_eq!(loaded.notes, ["files that it refers to were read: data.bin"]);
 }

@@ -184,7 +184,7 @@ fn ply_that_declares_more_than_it_holds() {
         let content = content.replace("element vertex 3", "element vertex 1000000000");
         let start = Instant::now();
         let (_, problem) = refused("a.ply", content.as_bytes());
-        let expected = format!("declares 1000000000 elements 'vertex', at least {least}000000000 bytes");
+        let expected = format!("declares 1000000000 elements 'vertex' of at least {least}000000000 bytes");
         assert!(problem.contains(&expected), "{problem}");
         assert!(start.elapsed() < Duration::from_secs(1));
     }
@@ -211,7 +211,7 @@ fn binary_ply_cut_off_names_byte_and_element() {
     let (place, problem) = refused("a.ply", &whole[..whole.len() - 12 * 13 - 1]);
     assert_eq!(place, format!("byte {}", whole.len() - 12 * 13 - 8 * 24));
     assert!(
-        problem.contains("declares 8 elements 'vertex', at least 192 bytes, but 191 are left"),
+        problem.contains("declares 8 elements 'vertex' of at least 192 bytes, but 191 bytes are left"),
         "{problem}"
     );
     let at = whole.len() - 12 * 13 - 8 * 24 + 24 + 8;

@@ -208,7 +208,7 @@ fn off_with_colours_normals_comments_and_counts_anywhere() {
         (
             "OFF\n1000000000 1 0\n0 0 0\n".into(),
             "line 2",
-            "declares 1000000000 vertices, at least 6000000000 bytes",
+            "declares 1000000000 vertices of at least 6000000000 bytes",
         ),
         ("OFF\n3 1000000000 0\n0 0 0\n0 0 0\n0 0 0\n".into(), "line 2", "declares 1000000000 faces"),
         ("OFF\n99999999999 1 0\n".into(), "", "more than the 4294967294 possible"),
@@ -273,7 +273,7 @@ fn medit_sections_in_any_order_and_layout() {
         (
             format!("{start}{vertices}Triangles\n1\n1 2"),
             "line 8",
-            "declares 1 triangles, at least 8 bytes, but 4",
+            "declares 1 triangles of at least 8 bytes, but 4",
         ),
         (
             format!("{start}{vertices}Triangles\n900000000\n1 2 3 0\nEnd"),

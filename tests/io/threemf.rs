@@ -158,7 +158,7 @@ fn packages_that_are_refused() {
     let object = |mesh: &str| format!("<object id=\"1\">{mesh}</object>");
     let item = "<item objectid=\"1\"/>";
     for (unit, resources, build, words) in [
-        ("mile", object(MESH), item, "no unit 'mile'"),
+        ("mile", object(MESH), item, "unknown unit 'mile'"),
         ("inch", object(MESH), "<item objectid=\"3\"/>", "no object 3"),
         ("inch", object(MESH), "<item/>", "has no 'objectid'"),
         ("inch", object(MESH), "<item objectid=\"1\" transform=\"1 2 3\"/>", "does not have 12 numbers"),
@@ -170,7 +170,7 @@ fn packages_that_are_refused() {
         ),
         ("inch", object(&MESH.replace("v3=\"2\"", "v3=\"3\"")), item, "no vertex 3"),
         ("inch", object(&MESH.replace("v3=\"2\"", "v3=\"1\"")), item, "lists vertex 1 twice"),
-        ("inch", object(&MESH.replace("x=\"1\"", "x=\"nan\"")), item, "no finite number"),
+        ("inch", object(&MESH.replace("x=\"1\"", "x=\"nan\"")), item, "not a finite number"),
         ("inch", object(&MESH.replace("</triangles>", "")), item, "not valid XML"),
         ("inch", object("<components><component objectid=\"1\"/></components>"), item, "nested too deep"),
         ("inch", object(""), item, "no object 1"),

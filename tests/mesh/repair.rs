@@ -150,7 +150,7 @@ fn frames_without_a_size_are_refused() {
     assert_eq!(problem(&[]), "the mesh has no vertices");
     assert_eq!(problem(&[[1.0; 3], [1.0; 3]]), "all vertices are at one point");
     assert_eq!(problem(&[[0.0; 3], [f64::NAN, 0.0, 0.0]]), "a coordinate is not finite");
-    assert_eq!(problem(&[[-1.7e308; 3], [1.7e308; 3]]), "the mesh is too large for numbers of 64 bits");
+    assert_eq!(problem(&[[-1.7e308; 3], [1.7e308; 3]]), "the coordinates are too large for 64-bit numbers");
 }
 
 fn six_volumes(mesh: &TriMesh) -> f64 {

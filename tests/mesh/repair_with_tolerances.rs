@@ -101,7 +101,7 @@ fn faces_agree_with_the_larger_part() {
     assert_eq!(counts.faces_turned, mesh.triangles.len().div_ceil(3));
     assert_eq!(
         counts.notes(),
-        [format!("{} faces were turned over to agree with those around", counts.faces_turned)]
+        [format!("{} faces were flipped to agree with the neighbours", counts.faces_turned)]
     );
     // Inside out stays inside out.
     let mut inward = cube();

@@ -174,7 +174,7 @@ fn the_hemisphere_has_one_flat_boundary() {
 #[test]
 fn unknown_names_are_answered_with_the_list() {
     let Err(Error::Usage { problem, remedy, .. }) = sample("teapot") else { panic!("there is no teapot") };
-    assert_eq!(problem, "there is no sample model 'teapot'");
+    assert_eq!(problem, "there is no built-in model 'teapot'");
     for (name, description) in names() {
         assert!(remedy.contains(name) && !description.is_empty());
     }

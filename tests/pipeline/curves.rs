@@ -122,7 +122,7 @@ fn features_too_narrow_for_the_spacing_are_counted_in_the_input_s_units() {
     });
     let summary = run(&input, &Options::new(500)).summary;
     assert_eq!(summary.warning_codes, [WarningCode::SharpEdges]);
-    let said = "200.0 of 200.0 units of sharp edges were given up: 4,800 vertices keep them";
+    let said = "sharp edges of length 200.0 (of 200.0 in total) were given up: 4,800 vertices keep them";
     assert_eq!(summary.warnings, [said]);
     let kept = run(&input, &Options::new(4800)).summary;
     assert_eq!((kept.warning_codes, kept.features.unwrap().dropped.length()), (vec![], 0.0));

@@ -58,7 +58,10 @@ fn a_faulty_result_is_refused_if_asked_for_and_vertices_added() {
     let error = with_a_line(20, Shortage::Refuse).unwrap_err();
     assert!(matches!(error, Error::Input { .. }), "{error:?}");
     let text = error.to_string();
-    assert!(text.contains("no mesh of 20 vertices without a fault") && text.contains("near ("), "{text}");
+    assert!(
+        text.contains("could not build a valid mesh with 20 vertices") && text.contains("near ("),
+        "{text}"
+    );
     let added = run(&input, 20, Shortage::AddVertices).unwrap();
     let enough = added.mesh.vertices.len();
     assert!(enough > 20 && added.summary.attempts > 1, "{enough}");

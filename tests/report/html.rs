@@ -177,7 +177,7 @@ fn large_meshes_are_drawn_coarser_and_the_page_says_so() {
     let (found, _) = drawn(&text, 0);
     let faces = found.triangles.len();
     assert!((MOST_FACES / 4..=MOST_FACES).contains(&faces), "{faces}");
-    assert!(text.contains("Drawn coarser here") && text.len() < 5_000_000, "{}", text.len());
+    assert!(text.contains("Drawn here with only") && text.len() < 5_000_000, "{}", text.len());
     assert!(found.vertices.iter().all(|p| (p.z - 0.5).abs() < 1e-4), "on the surface");
 }
 

@@ -91,7 +91,7 @@ fn nrrd_is_read_raw_packed_and_as_text() {
     let place = Place::new();
     std::fs::write(place.path("a.nhdr"), header("encoding: raw\ndata file: a.raw")).unwrap();
     std::fs::write(place.path("a.raw"), raw).unwrap();
-    let notes = vec!["files that it names were read: a.raw".to_owned()];
+    let notes = vec!["files that it refers to were read: a.raw".to_owned()];
     let expected = Input::Volume(Volume { notes, ..expected });
     assert_eq!(read_any(&place.path("a.nhdr"), None, false).unwrap(), expected);
     for (name, extra) in [("up.nhdr", "../a.raw"), ("all.nhdr", "LIST"), ("none.nhdr", "b.raw")] {
@@ -213,7 +213,7 @@ fn the_program_makes_a_mesh_of_a_volume() {
     let (low, high) = mesh.bounds().unwrap();
     assert!(((high - low) - DVec3::new(12.0, 12.0, 24.0)).abs().max_element() < 0.5, "{low} {high}");
     let report = std::fs::read_to_string(place.path("r.json")).unwrap();
-    assert!(report.contains("its surface at 0 has"), "{report}");
+    assert!(report.contains("the isosurface at 0 has"), "{report}");
     let (plan, _) = place.run("remesh ball.npy --dry-run -n 300 --iso 0");
     assert!(plan.contains("300"), "{plan}");
     let (shown, _) = place.run("inspect ball.npy");
@@ -226,7 +226,7 @@ fn the_program_makes_a_mesh_of_a_volume() {
         ("remesh ball.npy out.ply -n 300", 2, "add --iso VALUE"),
         ("remesh ball.npy out.ply -n 300 --iso 77", 3, "no surface at 77"),
         ("remesh ball.npy out.ply -n 300 --iso 0 --fill-holes 1", 2, "is a volume"),
-        ("remesh ball.npy out.ply -n 300 --normals-only", 3, "no mesh"),
+        ("remesh ball.npy out.ply -n 300 --normals-only", 3, "not a mesh"),
         ("remesh out.ply o.ply -n 300 --iso 0", 2, "works only with volumes"),
         ("remesh ball.npy out.npy -n 300 --iso 0", 1, "no faces"),
         ("measure ball.npy", 3, "values on a grid"),

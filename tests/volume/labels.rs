@@ -170,9 +170,13 @@ fn what_has_no_labels_is_refused() {
         let volume = volume_of([3, 3, 3], |p| if p.x < 1.0 { value } else { 0.0 });
         label_surface(&volume, &LabelOptions::default()).unwrap_err().to_string()
     };
-    for (value, said) in
-        [(0.5, "0.5 is no label"), (-1.0, "-1"), (f64::NAN, "NaN"), (2e7, "20000000"), (0.0, "are 0")]
-    {
+    for (value, said) in [
+        (0.5, "0.5 is not a valid label"),
+        (-1.0, "-1"),
+        (f64::NAN, "NaN"),
+        (2e7, "20000000"),
+        (0.0, "are 0"),
+    ] {
         let error = refused(value);
         assert!(error.contains(said), "{error}");
     }
@@ -249,7 +253,7 @@ fn the_program_counts_specks_and_names_the_option_that_keeps_them() {
     let (_, noisy) = speckled();
     std::fs::write(place.path("labels.npy"), npy(&noisy)).unwrap();
     let (_, told) = place.run("remesh labels.npy out.ply -n 600 --labels");
-    assert!(told.contains("left out as noise; --keep-specks keeps them"), "{told}");
+    assert!(told.contains("left out as noise (--keep-specks keeps them)"), "{told}");
 }
 
 #[test]

@@ -90,7 +90,7 @@ fn values_of_metaimage_may_be_in_a_file_beside_it() {
     let header = |name: &str| file("MET_FLOAT", &format!("ElementDataFile = {name}"), b"");
     std::fs::write(place.path("a.raw"), raw).unwrap();
     std::fs::write(place.path("a.mhd"), header("a.raw")).unwrap();
-    let notes = vec!["files that it names were read: a.raw".to_owned()];
+    let notes = vec!["files that it refers to were read: a.raw".to_owned()];
     let expected = Input::Volume(Volume { notes, ..expected });
     assert_eq!(read_any(&place.path("a.mhd"), None, false).unwrap(), expected);
     for (other, said) in [

@@ -96,7 +96,7 @@ fn images_that_are_refused() {
     let grid = " WholeExtent=\"0 1 0 1 0 1\"";
     let eight = vec![0.0; 8];
     for (grid, values, problem) in [
-        (" WholeExtent=\"0 1 0 1 0 0\"", vec![0.0; 4], "needs two along each axis"),
+        (" WholeExtent=\"0 1 0 1 0 0\"", vec![0.0; 4], "needs at least two along each axis"),
         (" WholeExtent=\"0 1 0 1\"", eight.clone(), "does not have 6 numbers"),
         (grid, vec![0.0; 7], "7 of 8 numbers"),
         (" WholeExtent=\"0 1 0 1 0 1\" Spacing=\"1 0 1\"", eight.clone(), "zero or not finite"),

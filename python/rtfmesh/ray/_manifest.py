@@ -42,8 +42,8 @@ class Manifest:
         for name in columns:
             if name not in known:
                 close = difflib.get_close_matches(name, known, 1)
-                hint = f"did you mean '{close[0]}'?" if close else "leave it out"
-                raise InputError(f"{path}: the column '{name}' is no option of remesh; {hint}")
+                hint = f"did you mean '{close[0]}'?" if close else "remove it"
+                raise InputError(f"{path}: the column '{name}' is not an option of remesh; {hint}")
         return manifest
 
     def _columns(self) -> list[str]:
@@ -54,7 +54,7 @@ class Manifest:
         except FileNotFoundError:
             raise InputError(f"{self.path}: there is no such file; check the name and the folder") from None
         except (OSError, pa.ArrowException) as error:
-            raise InputError(f"{self.path}: this is no CSV or Parquet file ({error})") from error
+            raise InputError(f"{self.path}: this is not a CSV or Parquet file ({error})") from error
 
     def _is_parquet(self) -> bool:
         return self.path.suffix in (".parquet", ".pq")
@@ -94,7 +94,7 @@ class Manifest:
                 for name in batch.filter(pa.array(np.isin(hashed(batch), suspects))).to_pylist():
                     key = cell_text(name["id"])
                     if key and key in seen:
-                        raise InputError(f"{self.path}: the id '{key}' is there twice; make it unique")
+                        raise InputError(f"{self.path}: the id '{key}' occurs twice; make it unique")
                     seen.add(key)
         return int(times.sum())
 
@@ -128,7 +128,7 @@ def cells(row: dict[str, Any]) -> dict[str, Any]:
                 options[name] = value
                 continue
             if word not in TRUE + FALSE:
-                raise InputError(f"`{name}` is {value!r}; it is true or false")
+                raise InputError(f"`{name}` is {value!r}; use true or false")
             value = word in TRUE
         options[name] = value
     return with_research(options)

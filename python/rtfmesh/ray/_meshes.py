@@ -52,7 +52,7 @@ class Task:
         plain = PurePosixPath(name)
         if not name or plain.is_absolute() or ".." in plain.parts or str(plain) != name or name == ".":
             raise InputError(
-                f"the id '{name}' is no name for an output; use letters, digits, '/' for folders"
+                f"the id '{name}' is not a valid output name; use letters, digits, '/' for folders"
             )
         if not path:
             raise InputError(f"the mesh '{name}' has no path")

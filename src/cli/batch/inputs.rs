@@ -82,8 +82,8 @@ pub fn jobs(inputs: &[PathBuf], folder: &Path, encoding: Encoding) -> rtfmesh::R
     }
     if paths.is_empty() {
         return Err(Error::usage(
-            "there is no mesh among the inputs",
-            "name mesh files, or folders with some",
+            "no mesh among the inputs",
+            "give mesh files, or folders that contain some",
         ));
     }
     paths.sort();
@@ -97,8 +97,8 @@ pub fn jobs(inputs: &[PathBuf], folder: &Path, encoding: Encoding) -> rtfmesh::R
 fn add(path: &Path, results: &Path, found: &mut Vec<Found>) -> rtfmesh::Result<()> {
     if is_standard(path) {
         return Err(Error::usage(
-            "a batch does not read standard input",
-            "name files, or use `rtfmesh remesh`",
+            "a batch cannot read standard input",
+            "give files, or use `rtfmesh remesh`",
         ));
     }
     if !path.is_dir() {
@@ -142,7 +142,7 @@ fn without_gz(path: &Path) -> PathBuf {
 fn lines(list: &Path) -> rtfmesh::Result<Vec<String>> {
     let bytes = io::read_file_bytes(list, &patience()).map_err(|error| error.in_file(list))?;
     let text = String::from_utf8(bytes).map_err(|_| {
-        Error::input(None, "the list is no text in UTF-8", "write a path on each line").in_file(list)
+        Error::input(None, "the list is not UTF-8 text", "write a path on each line").in_file(list)
     })?;
     Ok(text.lines().map(str::trim).filter(|line| !line.is_empty()).map(str::to_owned).collect())
 }
@@ -166,14 +166,14 @@ fn refuse_clashes(jobs: &[Job]) -> rtfmesh::Result<()> {
         if let Some(other) = seen.insert(output, input) {
             let problem =
                 format!("{} and {} would both become {}", shown(other), shown(input), shown(output));
-            return Err(Error::usage(problem, "rename one, or run two batches with folders of their own"));
+            return Err(Error::usage(problem, "rename one, or run two batches with different --out folders"));
         }
     }
     let inputs: HashSet<PathBuf> = jobs.iter().filter_map(|job| full_path(&job.input)).collect();
     match jobs.iter().find(|job| full_path(&job.output).is_some_and(|path| inputs.contains(&path))) {
         Some(job) => Err(Error::usage(
-            format!("the result {} would replace a mesh that is read", shown(&job.output)),
-            "name another folder after --out",
+            format!("the result {} would overwrite an input", shown(&job.output)),
+            "choose another folder for --out",
         )),
         None => Ok(()),
     }

@@ -145,7 +145,7 @@ impl Log {
     /// [`Error::Output`] if it cannot be read or written.
     pub fn open(path: &Path) -> rtfmesh::Result<Self> {
         if path == Path::new("-") {
-            let error = std::io::Error::other("- is standard output, and the log is read, too");
+            let error = std::io::Error::other("- is standard output, but the log must be readable");
             return Err(unusable(path, error));
         }
         // A device might never end, and a pipe never begin.
@@ -199,5 +199,5 @@ impl Log {
 /// The error for a log that fails.
 pub fn unusable(path: &Path, error: std::io::Error) -> Error {
     let problem = format!("the log cannot be read or written ({error})");
-    Error::output(path, problem, "name another file after --log").caused_by(error)
+    Error::output(path, problem, "choose another file for --log").caused_by(error)
 }

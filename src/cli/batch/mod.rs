@@ -38,18 +38,17 @@ const SHORT_EXAMPLES: &str = "Examples:
 
 /// Remesh many files with the same options on one device
 ///
-/// The next mesh is read while one is worked on, and one that fails does not stop the others. The log has a
-/// JSON line for each: input, output, status (done, failed, skipped), input_stamp and output_stamp (sizes and
-/// times), vertices, q_avg, theta_min, rms and
-/// hausdorff with --distances, options and a digest of them (asked), warnings, notes, seconds, error. The
-/// exit code is 1 if any failed. After Ctrl-C finished meshes remain, and --resume continues.
+/// The log gets a JSON line for each mesh: input, output, status (done, failed, skipped), input_stamp and
+/// output_stamp (sizes and times), vertices, q_avg, theta_min, rms and hausdorff (with --distances), options,
+/// asked (a digest of the options), warnings, notes, seconds, error. A mesh that fails does not stop the
+/// others; the exit code is then 1. After Ctrl-C finished meshes remain, and --resume continues.
 #[derive(clap::Args)]
 #[command(after_help = SHORT_EXAMPLES, after_long_help = EXAMPLES, disable_help_flag = true)]
 pub struct Args {
-    /// Files of meshes or points, folders of them, or @LIST with a path on each line
+    /// Files of meshes or points, folders, or @LIST with a path on each line
     ///
-    /// Folders in folders are searched, too; results keep their structure. Files that end in .txt, .csv or
-    /// .asc are read as points only if they are named themselves or in a list.
+    /// Folders are searched recursively; results keep their structure. Files that end in .txt, .csv or .asc
+    /// are read as points only if they are named directly or in a list.
     #[arg(required = true)]
     inputs: Vec<PathBuf>,
     #[command(flatten)]
@@ -85,46 +84,46 @@ struct OutputArgs {
     /// Log to append to [default: DIR/batch.jsonl]
     #[arg(long, value_name = "FILE.jsonl", hide_short_help = true)]
     log: Option<PathBuf>,
-    /// At the end, write what the log has of these meshes as a table with a row for each
+    /// Finally write the log of these meshes as a table with a row for each
     ///
-    /// Its columns are those of the log but for options and stamps. Rows are in the order of the inputs; what
-    /// --resume skips has the figures of the run that made it.
+    /// The columns are those of the log without options and stamps, the rows are in the order of the inputs.
+    /// Meshes that --resume skips have the figures of the run that made them.
     #[arg(long, value_name = "FILE.csv", hide_short_help = true)]
     table: Option<PathBuf>,
-    /// Skip inputs that the log has as done with the same options
+    /// Skip inputs that are done with the same options, according to the log
     ///
-    /// Sizes and times of the input and its result must be those in the log. The device does not count.
+    /// Sizes and times of the input and its result must be those in the log. The device may differ.
     #[arg(long)]
     resume: bool,
-    /// Take every n-th of the sorted inputs, beginning with the i-th
+    /// Take every n-th of the sorted inputs, starting with the i-th
     ///
-    /// For n jobs side by side, each with a log of its own or all with one.
+    /// For n jobs in parallel, with one log or several.
     #[arg(long, value_name = "i/n", value_parser = Shard::parse)]
     shard: Option<Shard>,
-    /// The same as --shard, counted from 0: this process among --world-size
+    /// Same as --shard, counted from 0: the rank of this process
     #[arg(long, value_name = "R", requires = "world_size", conflicts_with = "shard", hide_short_help = true)]
     rank: Option<usize>,
-    /// How many processes share the inputs
+    /// With --rank: the number of processes that share the inputs
     #[arg(long, value_name = "W", requires = "rank", hide_short_help = true)]
     world_size: Option<usize>,
-    /// Meshes worked on at the same time, 1 to 64; each takes device memory of its own [default: 1]
+    /// Number of meshes in work at the same time, 1 to 64 [default: 1]
     ///
-    /// Several small ones keep a GPU and many cores busier than one. The log has them as they end.
+    /// Several small meshes keep a GPU or many cores busier than one. Each needs its own device memory. The
+    /// log lists them in the order in which they finish.
     #[arg(long, value_name = "J", value_parser = value_parser!(u8).range(1..=64), hide_short_help = true)]
     jobs: Option<u8>,
     /// Measure the distances between each result and its input
     #[arg(long, hide_short_help = true)]
     distances: bool,
-    /// How closely to bound the Hausdorff distances: gap between the ends, relative to the upper end
-    /// [default: 0.01]
+    /// Relative width of the Hausdorff intervals, 1e-6 to 0.5 [default: 0.01]
     ///
-    /// 1e-6 to 0.5. Gaps below 5e-7 of the diagonal are small enough in any case.
-    #[arg(long, value_name = "SHARE", requires = "distances", hide_short_help = true)]
+    /// Relative to the upper end. Gaps below 5e-7 of the diagonal always count as converged.
+    #[arg(long, value_name = "FRACTION", requires = "distances", hide_short_help = true)]
     accuracy: Option<f64>,
-    /// Print no line for each mesh; the log has them
+    /// Do not print a line for each mesh
     #[arg(long, short)]
     quiet: bool,
-    /// Print this help; --help has all options
+    /// Print help: -h the common options, --help all
     #[arg(long, short, action = ArgAction::Help)]
     help: Option<bool>,
 }
@@ -200,7 +199,7 @@ pub fn run(args: &Args) -> Result<()> {
 fn make_folder(folder: &Path) -> rtfmesh::Result<()> {
     std::fs::create_dir_all(folder).map_err(|error| {
         let problem = format!("the folder cannot be created ({error})");
-        Error::output(folder, problem, "name another one after --out").caused_by(error)
+        Error::output(folder, problem, "choose another folder for --out").caused_by(error)
     })
 }
 
@@ -209,25 +208,25 @@ fn refuse_overwriting(args: &Args, jobs: &[Job], log: &Path) -> rtfmesh::Result<
     let inputs = || jobs.iter().map(|job| &job.input);
     let outputs = || jobs.iter().map(|job| &job.output);
     if among(log, inputs().chain(outputs())) {
-        let problem = format!("the log {} would be written into a mesh", shown(log));
-        return Err(Error::usage(problem, "name another file after --log"));
+        let problem = format!("the log {} would overwrite a mesh", shown(log));
+        return Err(Error::usage(problem, "choose another file for --log"));
     }
     let table = args.output.table.as_deref();
     if let Some(table) = table {
         if table.extension().is_none_or(|extension| !extension.eq_ignore_ascii_case("csv")) {
             let problem = format!("--table {} does not end in .csv", shown(table));
-            return Err(Error::usage(problem, "name a .csv file"));
+            return Err(Error::usage(problem, "choose a .csv file"));
         }
         if among(table, inputs().chain(outputs())) || full_path(table) == full_path(log) {
-            let problem = format!("the table {} would be written over a mesh or the log", shown(table));
-            return Err(Error::usage(problem, "name another file after --table"));
+            let problem = format!("the table {} would overwrite a mesh or the log", shown(table));
+            return Err(Error::usage(problem, "choose another file for --table"));
         }
     }
     let Some(features) = args.method.features() else { return Ok(()) };
     let same = |path| same_file(features, path);
     if among(features, outputs()) || same(log) || table.is_some_and(same) {
-        let problem = format!("the lines in {} would be overwritten", shown(features));
-        return Err(Error::usage(problem, "name other files after --features, --log, --table or --out"));
+        let problem = format!("the feature lines in {} would be overwritten", shown(features));
+        return Err(Error::usage(problem, "choose different files for --features, --log, --table and --out"));
     }
     Ok(())
 }

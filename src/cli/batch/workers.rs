@@ -64,7 +64,7 @@ impl Ended<'_> {
         let Self { done, failed, of, .. } = self;
         let left = of - done - failed;
         progress::set_cancel_message(format!(
-            "stopped: {done} done, {failed} failed, {left} left; --resume goes on"
+            "stopped: {done} done, {failed} failed, {left} left; --resume continues"
         ));
     }
 }
@@ -207,7 +207,7 @@ fn line(entry: &Entry, place: usize, of: usize) -> String {
             format!("{place}/{of} {input} failed: {error}")
         }
         (None, vertices) => format!(
-            "{place}/{of} {} -> {}: {} vertices, Q {:.4}, smallest angle {:.2}°, {seconds:.2} s",
+            "{place}/{of} {} -> {}: {} vertices, quality {:.4}, smallest angle {:.2}°, {seconds:.2} s",
             input,
             output,
             vertices.unwrap_or_default(),

@@ -67,20 +67,20 @@ impl<'a> Buffers<'a> {
             Err(Error::input(Some(format!("accessor {index}")), problem, remedy))
         };
         let Some(accessor) = self.model.accessors.get(index) else {
-            return refuse("there is no such accessor".to_owned(), "write the mesh again");
+            return refuse("there is no such accessor".to_owned(), "export the mesh again");
         };
         if accessor.kind != kind {
             let problem = format!("its type is '{}' instead of '{kind}'", excerpt(&accessor.kind));
-            return refuse(problem, "write the mesh again");
+            return refuse(problem, "export the mesh again");
         }
         let (Some(view), None) = (accessor.buffer_view, &accessor.sparse) else {
             let problem = "its data is sparse or compressed, which is not supported".to_owned();
-            return refuse(problem, "write the mesh again without compression and sparse data");
+            return refuse(problem, "export the mesh again without compression and sparse data");
         };
         let Some(component) = from_code(accessor.component_type) else {
             return refuse(
                 format!("there is no component type {}", accessor.component_type),
-                "write the mesh again",
+                "export the mesh again",
             );
         };
         let (bytes, stride) = self.view(view)?;
@@ -93,7 +93,7 @@ impl<'a> Buffers<'a> {
         if stride < size {
             return refuse(
                 format!("its elements of {size} bytes are {stride} bytes apart"),
-                "write the mesh again",
+                "export the mesh again",
             );
         }
         let needed = needed_bytes(accessor, size, stride);
@@ -105,7 +105,7 @@ impl<'a> Buffers<'a> {
                 accessor.byte_offset,
                 bytes.len()
             );
-            return refuse(problem, "get the whole file or write the mesh again");
+            return refuse(problem, "get the complete file, or export the mesh again");
         }
         let bytes = bytes.get(accessor.byte_offset..).unwrap_or_default();
         Ok(Elements { bytes, stride, component, normalized: accessor.normalized, count: accessor.count })
@@ -114,7 +114,7 @@ impl<'a> Buffers<'a> {
     /// The bytes of a buffer view, and its stride.
     pub fn view(&self, index: usize) -> Result<(&[u8], Option<usize>)> {
         let refuse = |problem: String| {
-            let remedy = "get the whole file or write the mesh again";
+            let remedy = "get the complete file, or export the mesh again";
             Err(Error::input(Some(format!("buffer view {index}")), problem, remedy))
         };
         let Some(view) = self.model.buffer_views.get(index) else {
@@ -142,7 +142,7 @@ impl<'a> Buffers<'a> {
             error
         };
         let (Some(buffer), Some(cell)) = (self.model.buffers.get(index), self.loaded.get(index)) else {
-            return Err(at(Error::input(None, "there is no such buffer", "write the mesh again")));
+            return Err(at(Error::input(None, "there is no such buffer", "export the mesh again")));
         };
         if cell.get().is_none() {
             // Cannot fail: the cell is empty.
@@ -159,12 +159,12 @@ impl<'a> Buffers<'a> {
             },
             (None, Some(binary)) if index == 0 => Content::InFile(binary),
             (None, _) => {
-                return Err(Error::input(None, "the buffer has no data", "write the mesh again"));
+                return Err(Error::input(None, "the buffer has no data", "export the mesh again"));
             }
         };
         if bytes.len() < buffer.byte_length {
             let problem = format!("the buffer has {} of its {} bytes", bytes.len(), buffer.byte_length);
-            return Err(Error::input(None, problem, "get the whole file or write the mesh again"));
+            return Err(Error::input(None, problem, "get the complete file, or export the mesh again"));
         }
         Ok(bytes)
     }
@@ -180,7 +180,14 @@ impl<'a> Buffers<'a> {
 
 /// The content of a data URI; `data` is what follows `data:`.
 fn decode_data_uri(data: &str) -> Result<Vec<u8>> {
-    let refuse = |problem: String| Error::input(None, problem, "get the whole file or write the mesh again");
+    let refuse = |problem: String| {
+        Error::input(
+            None,
+            problem,
+            "get the complete file, or export the mesh \
+     again",
+        )
+    };
     let Some((_, encoded)) = data.split_once(";base64,") else {
         return Err(refuse("its data is not in base64".to_owned()));
     };

@@ -42,7 +42,7 @@ pub(super) fn vertex_elements<'a>(
     let elements = buffers.elements(accessor, kind)?;
     if elements.count != count {
         let problem = format!("accessor {accessor} has {} elements for {count} vertices", elements.count);
-        return Err(Error::input(Some(place.to_owned()), problem, "write the mesh again"));
+        return Err(Error::input(Some(place.to_owned()), problem, "export the mesh again"));
     }
     Ok(elements)
 }
@@ -129,7 +129,7 @@ impl AttributeReader {
         }
         if let Some(material) = primitive.material.filter(|material| *material >= model.materials.len()) {
             let problem = format!("there is no material {material}");
-            return Err(Error::input(Some(place.to_owned()), problem, "write the mesh again"));
+            return Err(Error::input(Some(place.to_owned()), problem, "export the mesh again"));
         }
         if let Some(material) = primitive.material {
             self.materials.resize(first, model.materials.len() as f64);

@@ -21,7 +21,7 @@ pub(crate) fn split_container(bytes: &[u8]) -> Result<Parts<'_>> {
     let version = read_u32(bytes, &mut at)?;
     if version != 2 {
         let problem = format!("this is glTF version {version}, not 2");
-        return Err(Error::input(Some("byte 4".to_owned()), problem, "write the mesh again as glTF 2.0"));
+        return Err(Error::input(Some("byte 4".to_owned()), problem, "export the mesh again as glTF 2.0"));
     }
     let length = read_u32(bytes, &mut at)? as usize;
     // Bytes beyond the declared length are ignored.
@@ -32,7 +32,7 @@ pub(crate) fn split_container(bytes: &[u8]) -> Result<Parts<'_>> {
     let (kind, json) = read_chunk(file, &mut at)?;
     if kind != JSON {
         let place = Some("byte 16".to_owned());
-        return Err(Error::input(place, "the first chunk is not JSON", "write the mesh again"));
+        return Err(Error::input(place, "the first chunk is not JSON", "export the mesh again"));
     }
     let mut binary = None;
     while binary.is_none() && at < file.len() {

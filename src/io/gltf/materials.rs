@@ -288,7 +288,7 @@ impl MaterialReader<'_, '_> {
         }
         // What an image claims to be is no matter: any other file could be given away as one.
         let Some(mime) = image_type(&bytes) else {
-            return Err(unusable("it is no image (PNG, JPEG, WebP, AVIF or KTX2)"));
+            return Err(unusable("it is not an image (PNG, JPEG, WebP, AVIF or KTX2)"));
         };
         Ok(Image { name: entry.name.clone(), mime: mime.to_owned(), bytes: bytes.to_vec().into() })
     }

@@ -36,7 +36,7 @@ pub(crate) fn parse(bytes: &[u8], references: &References, with_materials: bool)
         let text = error.to_string();
         let text = text.split(" at line ").next().unwrap_or_default();
         let problem = format!("this is not glTF ({})", excerpt(text));
-        Error::input(Some(place), problem, "get the whole file or write the mesh again").caused_by(error)
+        Error::input(Some(place), problem, "get the complete file, or export the mesh again").caused_by(error)
     })?;
     model.check()?;
     let buffers = Buffers::new(&model, parts.binary, references, bytes.len() as u64);
@@ -54,7 +54,7 @@ fn check_objects(json: &[u8]) -> Result<()> {
     let count = |bracket: u8| json.iter().filter(|byte| **byte == bracket).count() as u64;
     if outgrows(100 * count(b'{') + 32 * count(b'['), json.len() as u64) {
         let problem = "the JSON has too many empty objects and lists";
-        return Err(Error::input(None, problem, "write the mesh again without them"));
+        return Err(Error::input(None, problem, "export the mesh again without them"));
     }
     Ok(())
 }

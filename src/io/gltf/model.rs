@@ -157,7 +157,7 @@ impl Model {
     pub fn check(&self) -> Result<()> {
         if self.asset.version.split('.').next() != Some("2") {
             let problem = format!("this is glTF version {}, not 2", excerpt(&self.asset.version));
-            return Err(Error::input(Some("asset".to_owned()), problem, "write the mesh again as glTF 2.0"));
+            return Err(Error::input(Some("asset".to_owned()), problem, "export the mesh again as glTF 2.0"));
         }
         // Extensions for materials and lights do not affect triangles.
         let harmless = |name: &String| {
@@ -170,7 +170,7 @@ impl Model {
             return Err(Error::input(
                 place,
                 problem,
-                "write the mesh again without compression and extensions",
+                "export the mesh again without compression and extensions",
             ));
         }
         Ok(())

@@ -30,7 +30,7 @@ fn repeated(place: &str) -> Error {
 }
 
 fn scene_error(place: String, problem: impl Into<String>) -> Error {
-    Error::input(Some(place), problem, "write the mesh again")
+    Error::input(Some(place), problem, "export the mesh again")
 }
 
 /// The default scene as one mesh. The bytes read so far limit how often meshes may be repeated. `model` was

@@ -28,7 +28,7 @@ use logical_lines::{at_line, logical_lines};
 /// `references` reads material libraries and their pictures, if asked for.
 pub(crate) fn parse(bytes: &[u8], references: &References, with_materials: bool) -> Result<Loaded> {
     let bytes = bytes.strip_prefix(b"\xef\xbb\xbf").unwrap_or(bytes);
-    refuse_binary(bytes, "give an OBJ text file, or name a file in a binary format as such")?;
+    refuse_binary(bytes, "give an OBJ text file, or use the extension of the binary format")?;
     // Names and comments may be in any encoding; numbers and keywords are ASCII either way.
     let text = String::from_utf8_lossy(bytes);
     let mut scan = Scan { plain: String::with_capacity(text.len()), ..Scan::default() };
@@ -198,7 +198,7 @@ fn read_with_tobj(plain: &str) -> Result<TriMesh> {
     let options = tobj::LoadOptions { triangulate: true, ..tobj::LoadOptions::default() };
     let no_materials = |_: &std::path::Path| Err(tobj::LoadError::OpenFileFailed);
     let refused = |error: tobj::LoadError| {
-        Error::input(None, format!("the OBJ file cannot be read ({error})"), "write the mesh again")
+        Error::input(None, format!("the OBJ file cannot be read ({error})"), "export the mesh again")
             .caused_by(error)
     };
     let (models, _) = tobj::load_obj_buf(&mut plain.as_bytes(), &options, no_materials).map_err(refused)?;

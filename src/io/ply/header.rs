@@ -89,7 +89,7 @@ impl Header {
         loop {
             let rest = bytes.get(data_start..).unwrap_or_default();
             let Some(length) = rest.iter().position(|byte| *byte == end) else {
-                let remedy = "the file is cut off or not a PLY file; write the mesh again";
+                let remedy = "the file is cut off or not a PLY file; export the mesh again";
                 return Err(Error::input(None, "the PLY header has no 'end_header' line", remedy));
             };
             // Comments may be in any encoding.
@@ -123,7 +123,7 @@ impl Header {
 }
 
 fn header_error(line: u64, problem: String) -> Error {
-    Error::input(Some(format!("line {line}")), problem, "repair the header or write the mesh again")
+    Error::input(Some(format!("line {line}")), problem, "repair the header, or export the mesh again")
 }
 
 fn encoding_of(name: &str, version: &str, line: u64) -> Result<Encoding> {

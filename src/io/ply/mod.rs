@@ -61,7 +61,7 @@ impl Layout {
         let vertices = count("vertex");
         if count("face") == 0 && header.element("tristrips").is_some() {
             let problem = "the surface is stored as triangle strips, which are not supported";
-            return Err(Error::input(None, problem, "write the mesh again with plain faces"));
+            return Err(Error::input(None, problem, "export the mesh again with plain faces"));
         }
         check_vertex_count(vertices)?;
         let Some(vertex) = header.element("vertex") else {
@@ -74,7 +74,7 @@ impl Layout {
                 Some((at, Values::Scalar(_))) => *axis = at,
                 _ => {
                     let problem = format!("the header declares no number '{name}' for vertices");
-                    return Err(Error::input(None, problem, "write the mesh again with x, y and z"));
+                    return Err(Error::input(None, problem, "export the mesh again with x, y and z"));
                 }
             }
         }
@@ -88,7 +88,7 @@ impl Layout {
         });
         let Some(corners) = corners else {
             let problem = "the header declares no integer list 'vertex_indices' for faces";
-            return Err(Error::input(None, problem, "write the mesh again with vertex_indices"));
+            return Err(Error::input(None, problem, "export the mesh again with vertex_indices"));
         };
         let uv = face.properties.iter().enumerate().find_map(|(at, property)| match property.values {
             Values::List { item, .. } if property.name == "texcoord" => Some((at, item)),
@@ -159,18 +159,18 @@ fn check_declared_size<S: Source>(element: &Element, encoding: Encoding, source:
     }
     let (name, count) = (excerpt(&element.name), element.count);
     let problem = format!(
-        "the file is cut off: the header declares {count} elements '{name}', at least {least} bytes, \
-         but {} are left",
+        "the file is cut off: the header declares {count} elements '{name}' of at least {least} bytes, but \
+        {} bytes are left",
         source.bytes_left()
     );
-    Err(Error::input(Some(source.place()), problem, "get the whole file or write the mesh again"))
+    Err(Error::input(Some(source.place()), problem, "get the complete file, or export the mesh again"))
 }
 
 /// The error for a fault in element `index`.
 fn element_error<S: Source>(fault: Fault, element: &Element, index: u64, source: &S) -> Error {
     let name = excerpt(&element.name);
     let place = Some(format!("{}, {name} {index}", source.place()));
-    let remedy = "get the whole file or write the mesh again";
+    let remedy = "get the complete file, or export the mesh again";
     match fault {
         Fault::End => {
             let problem = format!("the file is cut off: {name} {index} of {} is incomplete", element.count);

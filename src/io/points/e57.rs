@@ -30,7 +30,7 @@ fn read(bytes: &[u8]) -> Result<Loaded> {
     let count = scans.iter().fold(0_u64, |sum, scan| sum.saturating_add(scan.records));
     check_vertex_count(count.max(1))?;
     if expands_too_far(count.saturating_mul(POINT_BYTES), bytes.len() as u64) {
-        return Err(broken(format!("it declares {count} points, more than it can have")));
+        return Err(broken(format!("it declares {count} points, more than fit into it")));
     }
     let mut columns = Columns::default();
     for scan in &scans {

@@ -75,7 +75,7 @@ fn check_size(header: &Header, bytes: &[u8]) -> Result<()> {
         return check_declared_count((count, "points"), length, left, "the header".to_owned());
     }
     if expands_too_far(count.saturating_mul(length), bytes.len() as u64) {
-        return Err(broken(format!("it declares {count} points, more than it can have")));
+        return Err(broken(format!("it declares {count} points, more than fit into it")));
     }
     let packing = header.laz_vlr().map_err(refused)?;
     let items: u64 = packing.items().iter().map(|item| u64::from(item.size())).sum();
@@ -218,7 +218,7 @@ impl Columns {
         let others = others.into_iter().filter(|(_, _, values)| is_filled(values));
         columns.extend(others.map(|(name, kind, values)| column(name, kind, values)));
         let withheld = self.withheld;
-        let points = ["point that the file withholds was", "points that the file withholds were"];
+        let points = ["point marked as withheld was", "points marked as withheld were"];
         let notes = (withheld > 0).then(|| format!("{} left out", counted(withheld, points)));
         loaded(columns, false, &|i| format!("point {i}"), notes.into_iter().collect())
     }

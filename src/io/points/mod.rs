@@ -38,5 +38,5 @@ fn guarded(read: impl FnOnce() -> Result<Loaded>) -> Result<Loaded> {
 
 fn broken(problem: impl std::fmt::Display) -> Error {
     let problem = format!("the file is broken: {problem}").replace('\n', " ");
-    Error::input(None, problem, "get the whole file or write it again")
+    Error::input(None, problem, "get the complete file, or export it again")
 }

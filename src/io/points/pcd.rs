@@ -260,7 +260,7 @@ fn compressed(header: &Header) -> Result<Loaded> {
     };
     let Some(plain) = lzf::decompress(packed, unpacked) else {
         let problem = format!("the compressed data does not unpack to the {unpacked} bytes declared");
-        return Err(Error::input(Some(place()), problem, "get the whole file or write it again"));
+        return Err(Error::input(Some(place()), problem, "get the complete file, or export it again"));
     };
     let stride = stride(header) as u64;
     check_declared_count((header.points, "points"), stride, plain.len() as u64, place())?;

@@ -4,6 +4,7 @@
 use std::borrow::Cow;
 
 use super::columns::{Column, loaded, usual_name};
+use crate::grammar::counted;
 use crate::io::checks::{excerpt_of_bytes, refuse_binary};
 use crate::io::loaded::Loaded;
 use crate::io::text::{Lines, number, unsigned_integer, words};
@@ -59,8 +60,12 @@ pub(crate) fn parse(bytes: &[u8]) -> Result<Loaded> {
             columns = vec![Vec::new(); row.len().min(MOST_COLUMNS)];
         }
         if row.len() < 3 || row.len() < columns.len() {
-            let problem = format!("the line has {} numbers, others have {}", row.len(), columns.len().max(3));
-            return Err(Error::input(Some(format!("line {at}")), problem, "give each point as many"));
+            let problem = format!(
+                "the line has {}, others have {}",
+                counted(row.len(), ["number", "numbers"]),
+                columns.len().max(3)
+            );
+            return Err(Error::input(Some(format!("line {at}")), problem, "give all points the same number"));
         }
         columns.iter_mut().zip(&row).for_each(|(column, value)| column.push(*value));
         numbers.push(at);
@@ -68,7 +73,7 @@ pub(crate) fn parse(bytes: &[u8]) -> Result<Loaded> {
     let found = numbers.len() as u64;
     if let Some(count) = declared.filter(|count| *count > found) {
         let problem = format!("the file is cut off: it declares {count} points and has {found}");
-        return Err(Error::input(None, problem, "get the whole file or write it again"));
+        return Err(Error::input(None, problem, "get the complete file, or export it again"));
     }
     let mut notes = Vec::new();
     let names = match names {
@@ -129,7 +134,7 @@ fn told_names(columns: &[Vec<f64>], notes: &mut Vec<String>) -> Vec<String> {
         }
     }
     if columns.len() > 3 {
-        notes.push(format!("the columns were taken for {}", names.join(", ")));
+        notes.push(format!("the columns were read as {}", names.join(", ")));
     }
     names
 }

@@ -67,7 +67,7 @@ pub(crate) fn parse(bytes: &[u8], with_materials: bool) -> Result<Loaded> {
 
 fn damaged(error: zip::result::ZipError) -> Error {
     let problem = format!("the ZIP file is damaged ({})", excerpt(&error.to_string()));
-    Error::input(None, problem, "get the whole file or write the mesh again").caused_by(error)
+    Error::input(None, problem, "get the complete file, or export the mesh again").caused_by(error)
 }
 
 /// A ZIP file, and the models read from it.
@@ -87,7 +87,7 @@ impl Package<'_> {
         loop {
             let read = entry.read(&mut chunk).map_err(|error| {
                 let problem = format!("the ZIP data is cut off or damaged ({error})");
-                Error::input(Some(excerpt(name)), problem, "get the whole file or write it again")
+                Error::input(Some(excerpt(name)), problem, "get the complete file, or export it again")
                     .caused_by(error)
             })?;
             if read == 0 {
@@ -97,7 +97,7 @@ impl Package<'_> {
             // Sizes that the file declares are not trusted.
             if expands_too_far(self.unpacked, self.file_bytes) {
                 let problem = format!("{} bytes of ZIP data expand to far more", self.file_bytes);
-                return Err(Error::input(None, problem, "write the mesh again, or in another format"));
+                return Err(Error::input(None, problem, "export the mesh again, or in another format"));
             }
             reserve(&mut plain, read, "the files of a ZIP file")?;
             plain.extend_from_slice(chunk.get(..read).unwrap_or_default());
@@ -213,7 +213,7 @@ impl<'a> Build<'a> {
         let triangles = (self.mesh.triangles.len() + mesh.triangles.len()) as u64;
         if outgrows(24 * vertices + 28 * triangles, self.package.unpacked.max(self.package.file_bytes)) {
             let problem = "the file repeats its objects too often";
-            return Err(Error::input(None, problem, "write the mesh again with fewer copies"));
+            return Err(Error::input(None, problem, "export the mesh again with fewer copies"));
         }
         check_counts(vertices, triangles.max(1))?;
         if !frame.is_finite() || frame.matrix3.determinant() == 0.0 {
@@ -224,7 +224,7 @@ impl<'a> Build<'a> {
         for vertex in &mesh.vertices {
             let place = frame.transform_point3(*vertex);
             if !place.is_finite() {
-                let problem = "a vertex is beyond all numbers";
+                let problem = "the coordinates of a vertex are too large";
                 return Err(Error::input(Some(excerpt(path)), problem, "repair the file"));
             }
             self.mesh.vertices.push(place);

@@ -130,7 +130,7 @@ pub(super) fn parse(bytes: &[u8]) -> Result<Model> {
         let at = place();
         let event = reader.read_event().map_err(|error| {
             let problem = format!("this is not valid XML ({})", excerpt(&error.to_string()));
-            let remedy = "get the whole file or write the mesh again";
+            let remedy = "get the complete file, or export the mesh again";
             Error::input(at.clone(), problem, remedy).caused_by(error)
         })?;
         let placed = |error: Error| match error {
@@ -171,7 +171,7 @@ impl Walk {
                 self.bases += 1;
                 if self.bases > MOST_MATERIALS {
                     let problem = format!("the model has more than {MOST_MATERIALS} materials");
-                    return Err(Error::input(None, problem, "write the mesh again with fewer"));
+                    return Err(Error::input(None, problem, "export the mesh again with fewer"));
                 }
                 let name = attribute(tag, "name").unwrap_or_default().into_owned();
                 let colour = attribute(tag, "displaycolor").and_then(|text| colour(&text));
@@ -238,7 +238,7 @@ impl Walk {
             "foot" => 304.8,
             "meter" => 1000.0,
             other => {
-                let problem = format!("there is no unit '{}'", excerpt(other));
+                let problem = format!("unknown unit '{}'", excerpt(other));
                 return Err(Error::input(None, problem, "write the model in millimeter"));
             }
         };
@@ -260,7 +260,7 @@ impl Walk {
             let text = attribute(tag, axis).unwrap_or_default();
             let own = number(text.trim().as_bytes()).filter(|value| value.is_finite());
             *value = own.ok_or_else(|| {
-                let problem = format!("the {axis} coordinate '{}' is no finite number", excerpt(&text));
+                let problem = format!("the {axis} coordinate '{}' is not a finite number", excerpt(&text));
                 Error::input(None, problem, "repair the vertex")
             })?;
         }
@@ -291,8 +291,8 @@ impl Walk {
 fn index(tag: &BytesStart, name: &str) -> Result<Option<u32>> {
     let Some(text) = attribute(tag, name) else { return Ok(None) };
     text.trim().parse().map(Some).map_err(|error| {
-        let problem = format!("{name}=\"{}\" is no index", excerpt(&text));
-        Error::input(None, problem, "repair the file or write the mesh again").caused_by(error)
+        let problem = format!("{name}=\"{}\" is not an index", excerpt(&text));
+        Error::input(None, problem, "repair the file, or export the mesh again").caused_by(error)
     })
 }
 
@@ -300,7 +300,7 @@ fn required(tag: &BytesStart, name: &str) -> Result<u32> {
     let element = excerpt(tag.local_name().as_ref());
     index(tag, name)?.ok_or_else(|| {
         let problem = format!("an element '{element}' has no '{name}'");
-        Error::input(None, problem, "repair the file or write the mesh again")
+        Error::input(None, problem, "repair the file, or export the mesh again")
     })
 }
 

@@ -122,10 +122,10 @@ pub(crate) fn parse(bytes: &[u8], references: &References) -> Result<Volume> {
     let lengths = lengths.ok_or_else(|| header.refuse("DimSize", "give whole numbers"))?;
     let (size, note) = size(&lengths)?;
     if header.one_number("ElementNumberOfChannels", 1.0)? != 1.0 {
-        return Err(header.refuse("ElementNumberOfChannels", "write one number a node"));
+        return Err(header.refuse("ElementNumberOfChannels", "write one number per node"));
     }
     let Some(number) = number_type(header.required("ElementType")?) else {
-        return Err(header.refuse("ElementType", "write one number a node"));
+        return Err(header.refuse("ElementType", "write one number per node"));
     };
     let frame = frame(&header, lengths.len())?;
     check_frame(&frame)?;
@@ -188,12 +188,12 @@ fn decoded<'a>(
 fn decompress(data: &[u8], wanted: u64) -> Result<Vec<u8>> {
     if expands_too_far(wanted, data.len() as u64) {
         let problem = format!("{} bytes of zlib data cannot hold the {wanted} declared", data.len());
-        return Err(Error::input(None, problem, "get the whole file or write it uncompressed"));
+        return Err(Error::input(None, problem, "get the complete file, or write it uncompressed"));
     }
     let mut plain = Vec::new();
     ZlibDecoder::new(data).take(wanted).read_to_end(&mut plain).map_err(|error| {
         let problem = format!("the zlib data is cut off or damaged ({error})");
-        Error::input(None, problem, "get the whole file or write it again").caused_by(error)
+        Error::input(None, problem, "get the complete file, or export it again").caused_by(error)
     })?;
     Ok(plain)
 }

@@ -32,7 +32,7 @@ pub(crate) fn parse(bytes: &[u8]) -> Result<Volume> {
             let remedy = "write both into one .nii file";
             return Err(refuse("the values are in another file".to_owned(), remedy));
         }
-        _ => return Err(refuse("this is no NIfTI-1 file".to_owned(), "give one, or name its format")),
+        _ => return Err(refuse("this is not a NIfTI-1 file".to_owned(), "give one, or set its format")),
     }
     let read = NiftiHeader::from_reader(bytes);
     let header = read.map_err(|error| refuse(format!("it cannot be read ({error})"), "repair it"))?;
@@ -41,7 +41,7 @@ pub(crate) fn parse(bytes: &[u8]) -> Result<Volume> {
     let (size, note) = size(&lengths)?;
     let number = header.data_type().ok().and_then(number).ok_or_else(|| {
         let problem = format!("values of type {} are not supported", type_name(header.datatype));
-        refuse(problem, "write one real number a node, such as FLOAT32")
+        refuse(problem, "write one real number per node, such as FLOAT32")
     })?;
     let begin = f64::from(header.vox_offset).clamp(0.0, u32::MAX.into()) as usize;
     let begin = begin.max(HEADER);

@@ -87,7 +87,7 @@ pub(crate) fn parse(bytes: &[u8], references: &References) -> Result<Volume> {
     let lengths = lengths.ok_or_else(|| header.refuse("sizes", "give whole numbers"))?;
     let (size, note) = size(&lengths)?;
     let Some(number) = number_type(header.required("type")?) else {
-        return Err(header.refuse("type", "write one number a node"));
+        return Err(header.refuse("type", "write one number per node"));
     };
     let frame = frame(&header)?;
     check_frame(&frame)?;

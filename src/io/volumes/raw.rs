@@ -69,14 +69,14 @@ pub(crate) struct Layout {
 /// [`Error::Input`] for other than three axes, or an axis with fewer than two nodes.
 pub(crate) fn size(lengths: &[u64]) -> Result<([usize; 3], Option<String>)> {
     let shown = lengths.iter().map(u64::to_string).collect::<Vec<_>>().join(" x ");
-    let refuse = |problem: String| Err(Error::input(None, problem, "give one value a node on three axes"));
+    let refuse = |problem: String| Err(Error::input(None, problem, "give one value per node on three axes"));
     let [x, y, z, others @ ..] = lengths else {
         let axes = counted(lengths.len(), ["axis", "axes"]);
         return refuse(format!("the array has {axes} ({shown})"));
     };
     let node = |length: &u64| usize::try_from(*length).ok().filter(|length| *length >= 2);
     let (Some(x), Some(y), Some(z)) = (node(x), node(y), node(z)) else {
-        return refuse(format!("the volume has {shown} values, and needs two along each axis"));
+        return refuse(format!("the volume has {shown} values, but needs at least two along each axis"));
     };
     let count = others.iter().fold(1, |count: u64, length| count.saturating_mul(*length));
     let note = (count > 1).then(|| format!("the file has {count} volumes; the first is read"));

@@ -150,7 +150,7 @@ impl Budget {
         self.taken = self.taken.saturating_add(bytes);
         if outgrows(self.taken, self.file_bytes.saturating_add(self.unpacked)) {
             let problem = "its arrays stand for far more numbers than the file can have";
-            return Err(Error::input(None, problem, "write the mesh again with fewer arrays"));
+            return Err(Error::input(None, problem, "export the mesh again with fewer arrays"));
         }
         Ok(())
     }

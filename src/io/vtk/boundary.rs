@@ -5,6 +5,7 @@ use std::mem;
 use glam::DVec3;
 
 use super::cells::{Shape, VOXEL, VOXEL_ORDER, shape};
+use crate::grammar::counted;
 use crate::io::checks::reserve;
 use crate::{Error, Result};
 
@@ -124,7 +125,12 @@ impl Boundary {
             }
             Shape::Solid(solid) if corners.len() >= solid.corners => (solid, [0, 1, 2, 3, 4, 5, 6, 7]),
             Shape::Voxel if corners.len() == 8 => (VOXEL, VOXEL_ORDER),
-            _ => return refuse(format!("a cell of type {kind} cannot have {} corners", corners.len())),
+            _ => {
+                return refuse(format!(
+                    "a cell of type {kind} cannot have {}",
+                    counted(corners.len(), ["corner", "corners"])
+                ));
+            }
         };
         let mut sides = [[u32::MAX; 4]; 6];
         for (side, places) in sides.iter_mut().zip(solid.sides) {

@@ -55,7 +55,7 @@ impl CellSet<'_> {
         let (mut at, mut corners) = (0, Vec::new());
         for cell in 0..self.count {
             let refuse = |problem: &str| {
-                let remedy = "get the whole file or write the mesh again";
+                let remedy = "get the complete file, or export the mesh again";
                 Err(Error::input(Some(format!("cell {cell}")), problem, remedy))
             };
             let (list, end) = match lists {
@@ -80,7 +80,7 @@ impl CellSet<'_> {
             corners.clear();
             for k in at..end {
                 let Some(corner) = list.index(k) else {
-                    return refuse(&format!("the corner {} is no index of a point", list.at(k)));
+                    return refuse(&format!("the corner {} is not the index of a point", list.at(k)));
                 };
                 corners.push(corner);
             }

@@ -196,7 +196,7 @@ impl<'a> Decoder<'_, 'a> {
             let expected = if block + 1 == blocks { last } else { full };
             let read = ZlibDecoder::new(own).take(expected).read_to_end(&mut plain);
             let damaged = |problem: String| {
-                let remedy = "get the whole file or write it again";
+                let remedy = "get the complete file, or export it again";
                 Error::input(Some(format!("block {block}")), problem, remedy)
             };
             let read = read.map_err(|error| {

@@ -45,7 +45,7 @@ pub(super) fn volume(grid: &Grid, points: &[Array], cells: &[Array], notes: Vec<
         (None, Some(at)) => (&cells[at], true, cells),
         (None, None) => {
             let problem = "it has no array of one number for each node or voxel";
-            return Err(Error::input(None, problem, "write one number a node"));
+            return Err(Error::input(None, problem, "write one number per node"));
         }
     };
     let others = all.iter().filter(|other| other.components == 1).count() - 1;

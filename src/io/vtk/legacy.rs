@@ -57,7 +57,7 @@ pub(crate) fn parse(bytes: &[u8]) -> Result<Input> {
     let first = cursor.line().unwrap_or_default();
     if !starts(first) {
         let problem = "the file does not begin with '# vtk DataFile Version'".to_owned();
-        return Err(cursor.error(problem, "give a file of VTK, or name the format"));
+        return Err(cursor.error(problem, "give a VTK file, or set the format"));
     }
     // A title.
     cursor.line();
@@ -96,7 +96,7 @@ impl<'a> Reader<'a> {
         }
         if !self.cursor.skip_word("DATASET") {
             let problem = "there is no line DATASET behind the header".to_owned();
-            return Err(self.cursor.error(problem, "get the whole file or write the mesh again"));
+            return Err(self.cursor.error(problem, "get the complete file, or export the mesh again"));
         }
         let kind = self.cursor.required_word("kind of data")?;
         match kind.to_ascii_uppercase().as_slice() {
@@ -139,12 +139,12 @@ impl<'a> Reader<'a> {
                 _ if self.piece.points.is_some() && self.lists.iter().any(Option::is_some) => {
                     let word = excerpt_of_bytes(word);
                     let before = self.cursor.place_of(before);
-                    self.notes.push(format!("what follows '{word}' behind {before} was ignored"));
+                    self.notes.push(format!("everything from '{word}' on, after {before}, was ignored"));
                     return Ok(());
                 }
                 _ => {
                     let problem = format!("'{}' is not a keyword of this format", excerpt_of_bytes(word));
-                    return Err(self.cursor.error(problem, "repair the file or write the mesh again"));
+                    return Err(self.cursor.error(problem, "repair the file, or export the mesh again"));
                 }
             }
         }
@@ -186,7 +186,7 @@ impl<'a> Reader<'a> {
             let offsets = self.indices(count)?;
             if !self.cursor.skip_word("CONNECTIVITY") {
                 let problem = "there is no CONNECTIVITY behind OFFSETS".to_owned();
-                return Err(self.cursor.error(problem, "get the whole file or write the mesh again"));
+                return Err(self.cursor.error(problem, "get the complete file, or export the mesh again"));
             }
             let corners = self.indices(size)?;
             // One more than there are cells.
@@ -197,7 +197,7 @@ impl<'a> Reader<'a> {
             // A cell without corners is one number.
             if count > size {
                 let problem = format!("{count} cells do not fit into {size} numbers");
-                return Err(self.cursor.error(problem, "repair the file or write the mesh again"));
+                return Err(self.cursor.error(problem, "repair the file, or export the mesh again"));
             }
             self.cursor.end_line();
             let values = cell_values(self.cursor.values(b"int", size, &mut self.budget)?);
@@ -226,7 +226,7 @@ impl<'a> Reader<'a> {
             cells => {
                 let known = cells.as_ref().map_or(0, |cells| cells.count);
                 let problem = format!("there are {count} types for {known} cells");
-                Err(self.cursor.error(problem, "repair the file or write the mesh again"))
+                Err(self.cursor.error(problem, "repair the file, or export the mesh again"))
             }
         }
     }
@@ -242,11 +242,11 @@ impl<'a> Reader<'a> {
     ) -> Result<()> {
         if !(1..=MOST_COMPONENTS).contains(&components) {
             let problem = format!("the array '{}' has {components} components", excerpt(&name));
-            return Err(self.cursor.error(problem, "write the mesh again without it"));
+            return Err(self.cursor.error(problem, "export the mesh again without it"));
         }
         if self.piece.point_data.len() + self.piece.cell_data.len() >= MOST_ARRAYS {
             let problem = format!("the file has more than {MOST_ARRAYS} arrays");
-            return Err(self.cursor.error(problem, "write the mesh again with fewer"));
+            return Err(self.cursor.error(problem, "export the mesh again with fewer"));
         }
         let values = self.cursor.values(type_name, rows.saturating_mul(components), &mut self.budget)?;
         let Some((values, number)) = values.zip(known_type(type_name)) else {
@@ -349,7 +349,7 @@ impl<'a> Reader<'a> {
         let is_grid = dataset == Dataset::UnstructuredGrid;
         if is_grid && self.lists[2].as_ref().is_some_and(|cells| matches!(cells.kinds, Kinds::All(_))) {
             let problem = "the cells have no types".to_owned();
-            return Err(self.cursor.error(problem, "get the whole file or write the mesh again"));
+            return Err(self.cursor.error(problem, "get the complete file, or export the mesh again"));
         }
         for (list, cells) in self.lists.into_iter().enumerate() {
             // Points and lines are not read, but their numbers come first.

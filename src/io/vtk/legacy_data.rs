@@ -91,7 +91,7 @@ impl<'a> Cursor<'a> {
         let count = unsigned_integer(word).and_then(|count| usize::try_from(count).ok());
         count.ok_or_else(|| {
             let problem = format!("'{}' is not a {what}", excerpt_of_bytes(word));
-            self.error(problem, "repair the file or write the mesh again")
+            self.error(problem, "repair the file, or export the mesh again")
         })
     }
 
@@ -146,7 +146,7 @@ impl<'a> Cursor<'a> {
         let number = if is_bits { Some(Kind::U8.into()) } else { number_of_legacy(&lower) };
         let Some(number) = number else {
             let problem = format!("'{}' is not a type of numbers", excerpt_of_bytes(type_name));
-            return Err(self.error(problem, "write the mesh again with int, float or double"));
+            return Err(self.error(problem, "export the mesh again with int, float or double"));
         };
         if !self.is_binary {
             return self.text_values(count, budget).map(Some);

@@ -173,7 +173,10 @@ fn polygons(pieces: &[Piece]) -> Result<Surface> {
                     Shape::Polygon if corners.len() >= 3 => faces.push(corners, &place)?,
                     Shape::None => {}
                     _ => {
-                        let problem = format!("a cell of type {kind} cannot have {} corners", corners.len());
+                        let problem = format!(
+                            "a cell of type {kind} cannot have {}",
+                            counted(corners.len(), ["corner", "corners"])
+                        );
                         return Err(Error::input(Some(place()), problem, "remove the cell"));
                     }
                 }

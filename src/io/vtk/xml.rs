@@ -173,7 +173,7 @@ pub(super) fn parse(bytes: &[u8]) -> Result<Document<'_>> {
         let event = reader.read_event().map_err(|error| {
             let place = Some(format!("byte {}", reader.error_position()));
             let problem = format!("this is not valid XML ({})", excerpt(&error.to_string()));
-            Error::input(place, problem, "get the whole file or write the mesh again").caused_by(error)
+            Error::input(place, problem, "get the complete file, or export the mesh again").caused_by(error)
         })?;
         let end = reader.buffer_position() as usize;
         match event {
@@ -208,7 +208,7 @@ pub(super) fn parse(bytes: &[u8]) -> Result<Document<'_>> {
     }
     walk.document.ok_or_else(|| {
         let problem = "the file has no element VTKFile with data";
-        Error::input(None, problem, "get the whole file or write the mesh again")
+        Error::input(None, problem, "get the complete file, or export the mesh again")
     })
 }
 
@@ -230,7 +230,7 @@ impl<'a> Walk<'a> {
             "Piece" => {
                 if document.pieces.len() >= MOST_PIECES {
                     let problem = format!("the file has more than {MOST_PIECES} pieces");
-                    return Err(Error::input(None, problem, "write the mesh again in one piece"));
+                    return Err(Error::input(None, problem, "export the mesh again in one piece"));
                 }
                 document.pieces.push(piece(tag, document.kind)?);
                 self.in_piece = true;
@@ -249,7 +249,7 @@ impl<'a> Walk<'a> {
                 self.arrays += 1;
                 if self.arrays > MOST_ARRAYS {
                     let problem = format!("the file has more than {MOST_ARRAYS} arrays");
-                    return Err(Error::input(None, problem, "write the mesh again with fewer"));
+                    return Err(Error::input(None, problem, "export the mesh again with fewer"));
                 }
                 let array = array(tag, self.section, &self.roles)?;
                 if let Some(piece) = document.pieces.last_mut() {
@@ -315,7 +315,7 @@ fn numbers<const N: usize>(tag: &BytesStart, name: &str) -> Result<Option<[f64; 
     let values = <[f64; N]>::try_from(values).ok().filter(|values| values.iter().all(|v| v.is_finite()));
     values.map(Some).ok_or_else(|| {
         let problem = format!("{name}=\"{}\" does not have {N} numbers", excerpt(&text));
-        Error::input(None, problem, "repair the file or write it again")
+        Error::input(None, problem, "repair the file, or export it again")
     })
 }
 
@@ -347,7 +347,7 @@ fn piece<'a>(tag: &BytesStart, kind: FileKind) -> Result<DeclaredPiece<'a>> {
         None => Ok(0),
         Some(text) => text.trim().parse::<usize>().map_err(|error| {
             let problem = format!("{name}=\"{}\" is not a number of elements", excerpt(&text));
-            Error::input(None, problem, "repair the file or write it again").caused_by(error)
+            Error::input(None, problem, "repair the file, or export it again").caused_by(error)
         }),
     };
     let mut piece = DeclaredPiece { extent: extent(tag, "Extent")?, ..DeclaredPiece::default() };
@@ -383,7 +383,7 @@ fn array<'a>(tag: &BytesStart, section: Section, roles: &[(Purpose, String)]) ->
     let name = attribute(tag, "Name").unwrap_or_default().into_owned();
     let refuse = |problem: String| {
         let place = Some(format!("the array '{}'", excerpt(&name)));
-        Err(Error::input(place, problem, "get the whole file or write the mesh again"))
+        Err(Error::input(place, problem, "get the complete file, or export the mesh again"))
     };
     let number = attribute(tag, "type").and_then(|name| number_of_xml(&name));
     let components = attribute(tag, "NumberOfComponents").map_or(Some(1), |text| text.trim().parse().ok());

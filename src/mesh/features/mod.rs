@@ -144,8 +144,12 @@ pub fn spacing_of(mesh: &TriMesh, vertices: usize) -> Result<f64> {
 fn check(options: &FeatureOptions) -> Result<()> {
     let FeatureOptions { feature_angle, spacing, .. } = options;
     if !(*feature_angle > 0.0 && *feature_angle <= 180.0) {
-        let problem = format!("the feature angle {feature_angle} is not above 0 to 180 degrees");
-        return Err(Error::usage(problem, "try 40, or 180 for no sharp edges"));
+        let problem = format!("the feature angle {feature_angle} is out of range");
+        return Err(Error::usage(
+            problem,
+            "use above 0 and at most 180 degrees, such as 40; 180 disables \
+        sharp edges",
+        ));
     }
     if !(*spacing > 0.0 && spacing.is_finite()) {
         let problem = format!("the spacing {spacing} is not a length above 0");

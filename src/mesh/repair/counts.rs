@@ -47,7 +47,7 @@ impl RepairCounts {
             (
                 self.crack_vertices_welded,
                 ["crack vertex was", "crack vertices were"],
-                "welded, no farther than rounding",
+                "welded, within rounding",
             ),
             (self.near_vertices_welded, ["vertex was", "vertices were"], "welded within the tolerance"),
             (
@@ -58,25 +58,30 @@ impl RepairCounts {
             (
                 self.degenerate_faces_dropped,
                 ["face without an area was", "faces without an area were"],
-                "dropped",
+                "removed",
             ),
-            (self.duplicate_faces_dropped, ["duplicate face was", "duplicate faces were"], "dropped"),
+            (self.duplicate_faces_dropped, ["duplicate face was", "duplicate faces were"], "removed"),
             (
                 self.opposite_faces_merged,
                 ["face was", "faces were"],
                 "merged with the same face of opposite orientation",
             ),
-            (self.components_dropped, ["component was", "components were"], "dropped as too small"),
-            (self.faces_turned, ["face was", "faces were"], "turned over to agree with those around"),
+            (
+                self.components_dropped,
+                ["component was", "components were"],
+                "removed, below the minimum \
+            size",
+            ),
+            (self.faces_turned, ["face was", "faces were"], "flipped to agree with the neighbours"),
             (
                 self.unorientable_components,
-                ["component has", "components have"],
-                "no two sides, and none was turned over",
+                ["component is", "components are"],
+                "non-orientable and left unchanged",
             ),
             (
                 self.boundary_vertices_moved,
                 ["boundary vertex was", "boundary vertices were"],
-                "moved to make boundaries smooth",
+                "moved to smooth boundaries",
             ),
         ];
         let present = lines.iter().filter(|(count, ..)| *count > 0);

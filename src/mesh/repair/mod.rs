@@ -91,7 +91,7 @@ impl RepairOptions {
         for (name, value) in shares {
             if !(0.0..1.0).contains(&value) {
                 let problem = format!("`{name}` {value} is out of range");
-                return Err(Error::option(name, problem, "use 0 or a small share, below 1"));
+                return Err(Error::option(name, problem, "use 0 or a small fraction, below 1"));
             }
         }
         Ok(())
@@ -219,7 +219,7 @@ fn check(mesh: &TriMesh) -> Result<()> {
     }
     if let Some(vertex) = mesh.vertices.iter().position(|vertex| !vertex.is_finite()) {
         let place = Some(format!("vertex {vertex}"));
-        return Err(Error::input(place, "a coordinate is not finite", "remove or mend the vertex"));
+        return Err(Error::input(place, "a coordinate is not finite", "remove or repair the vertex"));
     }
     for (face, triangle) in mesh.triangles.iter().enumerate() {
         if let Some(vertex) = triangle.iter().find(|vertex| **vertex as usize >= count) {

@@ -55,7 +55,7 @@ pub fn sample(name: &str) -> Result<TriMesh> {
     }
     let names: Vec<&str> = NAMES.iter().map(|(name, _)| *name).collect();
     Err(Error::usage(
-        format!("there is no sample model '{name}'"),
+        format!("there is no built-in model '{name}'"),
         format!("choose one of {}", names.join(", ")),
     ))
 }

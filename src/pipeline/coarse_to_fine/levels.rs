@@ -73,7 +73,7 @@ fn finest(curves: &SurfaceCurves, area: f64, count: usize) -> Result<LevelPlan> 
     }
     Err(Error::usage(
         format!(
-            "{} of {count} vertices would lie on sharp edges and boundaries, leaving too few between them",
+            "sharp edges and boundaries need {} vertices, which leaves too few of {count} for the rest",
             plan.sites - plan.interior
         ),
         format!(

@@ -63,7 +63,7 @@ pub(crate) fn size_field(
     if least > spacing || largest < spacing {
         let (name, length) = if least > spacing { ("min_edge", least) } else { ("max_edge", largest) };
         let problem = format!(
-            "`{name}` {} does not suit {} vertices, with edges of {} on average",
+            "`{name}` {} is incompatible with {} vertices, whose mean edge length is {}",
             in_units(length),
             options.vertices,
             in_units(spacing)

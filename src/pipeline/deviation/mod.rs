@@ -60,7 +60,7 @@ impl DeviationSummary {
         let Self { asked, reached, enough, .. } = self;
         let remedy = match vertices {
             0 => String::new(),
-            _ => format!(": with as many vertices as it takes, about {}, it can be", (*enough)?),
+            _ => format!(": about {} vertices would reach it", (*enough)?),
         };
         let problem =
             format!("the deviation is {reached:.4} % of the input's diagonal instead of {asked:.4} %");
@@ -210,7 +210,7 @@ pub(super) fn make_within(
 /// [`Error::Usage`] if it is too large.
 fn count(vertices: f64) -> Result<usize> {
     if vertices >= f64::from(u32::MAX) {
-        let problem = format!("so small a deviation takes {vertices:.3e} vertices, more than can be counted");
+        let problem = format!("so small a deviation needs {vertices:.3e} vertices, more than can be indexed");
         return Err(Error::option("sizing", problem, "ask for a larger deviation"));
     }
     Ok((vertices.ceil() as usize).max(4))

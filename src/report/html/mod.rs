@@ -29,14 +29,14 @@ pub use scene::MOST_FACES;
 /// three.js as far as view.js needs it; see ci/vendor.sh.
 const THREE: &[u8] = include_bytes!("assets/three/three.min.js.gz");
 
-/// What a page shows.
+/// The contents of a page.
 #[derive(Debug, Clone, Copy)]
 pub struct PageInput<'a> {
     /// The run.
     pub report: &'a Report<'a>,
-    /// The mesh that was remeshed, as its file has it, or as it was made of points or values on a grid.
+    /// The mesh that was remeshed, as read from its file or built from points or a volume.
     pub input: &'a TriMesh,
-    /// The points that the input was made of; they are drawn in its place.
+    /// The points from which the input was built; they are drawn instead of it.
     pub points: Option<&'a [DVec3]>,
     /// The mesh that the run made.
     pub output: &'a TriMesh,
@@ -99,8 +99,8 @@ struct Timed {
 
 /// The page, as HTML.
 ///
-/// The input is shown as the run saw it, cleaned. Above [`MOST_FACES`] faces a mesh is shown coarser, and the
-/// page says so; its figures are always those of the whole mesh.
+/// The input is shown as the run used it, repaired. Meshes above [`MOST_FACES`] triangles are drawn
+/// simplified, and the page says so; figures are always those of the whole mesh.
 ///
 /// # Errors
 /// [`Error::Input`] for a mesh without faces, with coordinates that are not finite or indices out of range.
@@ -175,7 +175,7 @@ impl<'a> Panel<'a> {
     fn of_mesh(name: &'static str, file: &'a str, mesh: &TriMesh, packed: Packed) -> Self {
         let note = if packed.faces < mesh.triangles.len() {
             format!(
-                "Drawn coarser here, with {} faces; the figures are of the whole mesh.",
+                "Drawn here with only {} faces; the figures are of the whole mesh.",
                 digits_in_groups(packed.faces)
             )
         } else {
@@ -208,7 +208,7 @@ impl<'a> Panel<'a> {
 fn curves(report: &Report, mesh: &TriMesh, user_edges: Vec<[u32; 2]>) -> Result<(Vec<[DVec3; 2]>, String)> {
     let options = report.options;
     if options.method != Method::CoarseToFine {
-        return Ok((Vec::new(), "This preset looks for no curves.".to_owned()));
+        return Ok((Vec::new(), "This preset does not detect features.".to_owned()));
     }
     let wanted = FeatureOptions {
         feature_angle: options.coarse_to_fine.feature_angle,

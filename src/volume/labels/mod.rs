@@ -24,20 +24,19 @@ use fields::Fields;
 use junctions::smooth;
 use specks::without_specks;
 
-/// Names of the attributes of faces: the label behind a face, and that in front of it.
+/// Name of the triangle attribute with the label behind; [`LABEL_BEFORE`] has the label in front.
 pub const LABEL_BEHIND: &str = "label_behind";
 /// See [`LABEL_BEHIND`].
 pub const LABEL_BEFORE: &str = "label_before";
 
-/// How borders are made.
+/// Settings of the borders between labels.
 #[derive(Debug, Clone, PartialEq, Eq, Default)]
 #[non_exhaustive]
 pub struct LabelOptions {
-    /// Whether labels end at the volume's border, which closes their surfaces there; else they are open
-    /// there.
+    /// Whether the borders are closed at the volume's border; otherwise they are open there.
     pub closed: bool,
-    /// Whether specks stay: parts of a label that are so small beside its largest that they are noise. Else
-    /// they become what is around them.
+    /// Whether to keep specks: parts of a label so small, compared with its largest part, that they are
+    /// noise. Otherwise they take the label around them.
     pub keep_specks: bool,
 }
 
@@ -63,19 +62,19 @@ pub struct LabelSurface {
     /// two labels meet. The border of each label is a manifold. Faces look from the greater of their labels
     /// to the smaller.
     pub mesh: TriMesh,
-    /// Of each face, [`LABEL_BEHIND`] and [`LABEL_BEFORE`].
+    /// [`LABEL_BEHIND`] and [`LABEL_BEFORE`] of each triangle.
     pub attributes: Attributes,
     /// Half-edges `3 * triangle + k` of the mesh on sharp edges, those of boxes and where closed borders meet
     /// the volume's border, for
     /// [`crate::options::CoarseToFineOptions::fixed_half_edges`].
     pub rim: Vec<u32>,
-    /// Different labels, 0 not counted.
+    /// Number of different labels, without 0.
     pub labels: usize,
-    /// Parts of labels left out as specks.
+    /// Number of parts of labels left out as specks.
     pub specks: usize,
 }
 
-/// The borders between the labels of a volume: whole numbers, of which 0 stands for what is outside of all.
+/// The borders between the labels of a volume, which are whole numbers; 0 is outside.
 ///
 /// # Errors
 /// [`Error::Input`] for values that are no whole numbers from 0 to [`MOST_LABEL`], or only one label.
@@ -102,7 +101,7 @@ pub fn label_surface_with_progress<F: Into<Flow>>(
 /// Rounds of contraction at most.
 const ROUNDS: usize = 3;
 
-/// The greatest label. Larger ones may have been rounded when they became 32-bit floating-point numbers.
+/// The maximum label. Larger ones may have been rounded to 32-bit floating-point numbers.
 pub const MOST_LABEL: f32 = 16_777_215.0;
 
 fn check(volume: &Volume) -> Result<()> {
@@ -112,8 +111,8 @@ fn check(volume: &Volume) -> Result<()> {
     }
     let is_label = |value: &f32| value.fract() == 0.0 && (0.0..=MOST_LABEL).contains(value);
     let Some(value) = volume.values.iter().find(|value| !is_label(value)) else { return Ok(()) };
-    let remedy = "give whole numbers from 0 to 16777215, or take the surface at a value";
-    Err(Error::input(None, format!("{value} is no label"), remedy))
+    let remedy = "use whole numbers from 0 to 16777215, or make an isosurface";
+    Err(Error::input(None, format!("{value} is not a valid label"), remedy))
 }
 
 fn run(volume: &Volume, options: &LabelOptions, progress: &ProgressToken) -> Result<LabelSurface> {
