@@ -5,12 +5,12 @@ use std::ops::Deref;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
-/// What can go wrong, by who can mend it. [`source`](StdError::source) gives the system's, a parser's or
-/// Vulkan's own error where there is one; messages have its text in them already.
+/// The library's errors, by who can fix them. [`source`](StdError::source) is the underlying error of the
+/// system, a parser or Vulkan, if there is one; the message already contains its text.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum Error {
-    /// Options that are out of range or do not go together.
+    /// Options that are out of range or exclude each other.
     #[error("{problem}; {remedy}")]
     #[non_exhaustive]
     Usage {
@@ -50,7 +50,7 @@ pub enum Error {
         /// What caused it.
         source: Option<Cause>,
     },
-    /// No usable Vulkan device, or a call to it that failed.
+    /// No usable Vulkan device, or a failed call to it.
     #[error("{problem}; {remedy}")]
     #[non_exhaustive]
     Device {
@@ -81,15 +81,15 @@ pub enum Error {
         "the device was lost while running {0}; nothing was written: update its driver, or use `device` cpu"
     )]
     DeviceLost(String),
-    /// The run was stopped by its callback; the device can be used further.
+    /// The callback stopped the run; the device remains usable.
     #[error("cancelled; nothing was written")]
     Cancelled,
-    /// A result that breaks the library's own promise; always a bug in rtfmesh.
+    /// A broken guarantee of the library; always a bug in rtfmesh.
     #[error("internal error: {0}; please report it with the command and the input")]
     Internal(String),
 }
 
-/// The error that caused another one. Two are equal if they say the same.
+/// The error that caused another one. Two are equal if their messages are.
 #[derive(Debug, Clone)]
 pub struct Cause(Arc<dyn StdError + Send + Sync>);
 
@@ -111,32 +111,32 @@ impl PartialEq for Cause {
 pub type Result<T> = std::result::Result<T, Error>;
 
 impl Error {
-    /// A mesh problem without a file; [`Error::in_file`] adds the file.
+    /// An [`Error::Input`] without a file; [`Error::in_file`] adds the file.
     pub fn input(place: Option<String>, problem: impl Into<String>, remedy: impl Into<String>) -> Self {
         Self::Input { path: None, place, problem: problem.into(), remedy: remedy.into(), source: None }
     }
 
-    /// A request that cannot be met.
+    /// An [`Error::Usage`] without a field.
     pub fn usage(problem: impl Into<String>, remedy: impl Into<String>) -> Self {
         Self::Usage { problem: problem.into(), remedy: remedy.into(), field: None }
     }
 
-    /// A field of the options that cannot be as it is.
+    /// An [`Error::Usage`] about a field of the options.
     pub fn option(field: &'static str, problem: impl Into<String>, remedy: impl Into<String>) -> Self {
         Self::Usage { problem: problem.into(), remedy: remedy.into(), field: Some(field) }
     }
 
-    /// A file that cannot be written.
+    /// An [`Error::Output`].
     pub fn output(path: &Path, problem: impl Into<String>, remedy: impl Into<String>) -> Self {
         Self::Output { path: path.to_owned(), problem: problem.into(), remedy: remedy.into(), source: None }
     }
 
-    /// A device problem.
+    /// An [`Error::Device`].
     pub fn device(problem: impl Into<String>, remedy: impl Into<String>) -> Self {
         Self::Device { problem: problem.into(), remedy: remedy.into(), source: None }
     }
 
-    /// With what caused it; no change to the kinds that have no cause.
+    /// Adds the cause; has no effect on kinds without a cause.
     #[must_use]
     pub fn caused_by(mut self, cause: impl StdError + Send + Sync + 'static) -> Self {
         if let Self::Input { source, .. }
@@ -149,7 +149,7 @@ impl Error {
         self
     }
 
-    /// Names the file of an [`Error::Input`] that has none yet.
+    /// Sets the file of an [`Error::Input`] that has none yet.
     #[must_use]
     pub fn in_file(mut self, file: &Path) -> Self {
         if let Self::Input { path: path @ None, .. } = &mut self {

@@ -10,18 +10,18 @@ use std::time::{Duration, Instant};
 /// How often the callback is called while the host works.
 const INTERVAL: Duration = Duration::from_millis(100);
 
-/// Part of a run.
+/// A phase of a run.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Default)]
 #[non_exhaustive]
 pub enum Phase {
-    /// Making a surface of points.
+    /// Building a surface through points.
     Surface,
     /// Cleaning the input, finding its features, and compiling kernels.
     #[default]
     Prepare,
-    /// Relaxing and connecting fewer vertices than asked for.
+    /// Relaxing and connecting the coarse levels, which have fewer vertices.
     CoarseLevels,
-    /// Relaxing and connecting all vertices; but for [`crate::Method::CoarseToFine`] the only level.
+    /// Relaxing and connecting all vertices; the only level except with [`crate::Method::CoarseToFine`].
     LastLevel,
     /// Edge flips and relaxation of the mesh.
     Polish,
@@ -29,7 +29,7 @@ pub enum Phase {
     Fit,
     /// Editing the mesh where it is still far from the surface after the fit.
     Outliers,
-    /// Looking for self-intersections.
+    /// Checking for self-intersections.
     Check,
     /// Mending small angles.
     Mend,
@@ -55,36 +55,36 @@ impl Phase {
     }
 }
 
-/// Where a run is.
+/// The progress of a run.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 #[non_exhaustive]
 pub struct Progress {
-    /// What the run is doing.
+    /// The current phase.
     pub phase: Phase,
     /// The current attempt, from 1: each has another random start, vertex count or edge lengths.
     pub attempt: u32,
-    /// Estimated share of the attempt's work that is done, 0 to 1. It never falls within an attempt, and is 1
-    /// at the end of the run.
+    /// Estimated fraction of the attempt's work that is done, 0 to 1. It never decreases within an attempt
+    /// and is 1 at the end of the run.
     pub fraction: f64,
-    /// Work that would remain if the run were told to [`Flow::Finish`] now, on the same scale.
+    /// Work that would remain, on the same scale, if the callback returned [`Flow::Finish`] now.
     pub to_finish: f64,
-    /// Iterations done on all levels.
+    /// Completed iterations, on all levels.
     pub iteration: u32,
-    /// Largest number of iterations on all levels.
+    /// Maximum number of iterations, on all levels.
     pub iterations: u32,
     /// Root mean square step of the last iteration, in spacings.
     pub step: f64,
 }
 
-/// What a run is to do next. A callback that returns nothing, `()`, lets it continue.
+/// What a run does next, as decided by the callback. Returning `()` continues.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Default)]
 #[non_exhaustive]
 pub enum Flow {
     /// Continue.
     #[default]
     Continue,
-    /// Finish early: few further iterations, a short polish, and still a valid mesh with the exact vertex
-    /// count. This cannot be taken back.
+    /// Finish early, with few further iterations and a short polish; the mesh is still valid and has the
+    /// exact vertex count. This cannot be undone.
     Finish,
     /// Stop with [`Error::Cancelled`] and without a result.
     Cancel,
@@ -102,10 +102,10 @@ pub(crate) const CONNECT: f64 = 12.0;
 /// How many times as long as the preparation of the input its simplification takes, about, with what follows.
 const SIMPLIFICATION: f64 = 4.5;
 
-/// Links a long computation with whoever waits for it: the computation reports the share of the work that is
-/// done and polls whether to stop, and any thread may cancel it or ask it to finish early.
+/// Connects a long computation with its caller. The computation reports the fraction of its work that is done
+/// and polls whether to stop; any thread may cancel it or ask it to finish early.
 ///
-/// Clones share their state. Use `&ProgressToken::default()` to neither watch nor stop the work.
+/// Clones share their state. Pass `&ProgressToken::default()` if you neither watch nor stop the work.
 #[derive(Debug, Clone)]
 pub struct ProgressToken {
     state: Arc<State>,
@@ -120,7 +120,7 @@ pub struct ProgressToken {
 struct State {
     cancelled: AtomicBool,
     finishing: AtomicBool,
-    /// Whether work was left out to finish early.
+    /// Whether work was skipped to finish early.
     shortened: AtomicBool,
     /// Bits of a number of 0 to 1; those of non-negative numbers are ordered as the numbers are.
     share: AtomicU64,
@@ -138,12 +138,12 @@ impl ProgressToken {
         self.state.cancelled.store(true, Ordering::Relaxed);
     }
 
-    /// Makes the work leave out what a valid result does not need.
+    /// Makes the work skip everything that a valid result does not need.
     pub fn finish_early(&self) {
         self.state.finishing.store(true, Ordering::Relaxed);
     }
 
-    /// Share of the whole work that is done, 0 to 1.
+    /// Fraction of the whole work that is done, 0 to 1.
     pub fn share(&self) -> f64 {
         f64::from_bits(self.state.share.load(Ordering::Relaxed))
     }
@@ -153,7 +153,7 @@ impl ProgressToken {
         self.state.shortened.load(Ordering::Relaxed)
     }
 
-    /// To be called several times a second by long work.
+    /// Long work must call this several times a second.
     ///
     /// # Errors
     /// [`Error::Cancelled`] once the work is cancelled.
@@ -162,7 +162,7 @@ impl ProgressToken {
         if self.is_cancelled() || is_given_up { Err(Error::Cancelled) } else { Ok(()) }
     }
 
-    /// Reports the share of this token's work that is done, 0 to 1, and polls.
+    /// Reports the fraction of this token's work that is done, 0 to 1, and polls.
     ///
     /// # Errors
     /// As [`ProgressToken::poll`].
@@ -172,14 +172,14 @@ impl ProgressToken {
         self.poll()
     }
 
-    /// The token for a part of this one's work, between two shares of it.
+    /// The token for a part of this one's work, between two fractions of it.
     #[must_use]
     pub fn part(&self, from: f64, to: f64) -> Self {
         let at = |share: f64| self.from + (self.to - self.from) * share.clamp(0.0, 1.0);
         Self { state: Arc::clone(&self.state), from: at(from), to: at(to), ..*self }
     }
 
-    /// The token for work whose share of the whole is unknown: what it reports changes nothing.
+    /// A token for work whose fraction of the whole is unknown; its reports are ignored.
     #[must_use]
     pub fn silent(&self) -> Self {
         self.part(0.0, 0.0)
@@ -211,7 +211,7 @@ impl ProgressToken {
         self.state.finishing.load(Ordering::Relaxed)
     }
 
-    /// Whether to leave out work that a valid result does not need; if so, [`ProgressToken::is_shortened`]
+    /// Whether to skip work that a valid result does not need. If so, [`ProgressToken::is_shortened`] is true
     /// from now on.
     pub fn leave_out(&self) -> bool {
         let finishing = self.is_finishing();

@@ -4,10 +4,10 @@ use crate::mesh::repair::repair_with;
 use crate::pipeline::{compile, compile_later, remesh_repaired};
 use crate::{Device, Flow, Options, Progress, Remeshed, Result, Size, TriMesh};
 
-/// Remeshes any number of meshes with the same options on the same device. What was compiled for the first
-/// one, and the memory that it took, serve the next.
+/// Remeshes any number of meshes with the same options on the same device. Compiled kernels and device memory
+/// are reused.
 ///
-/// Threads may share one, or have a clone each; runs on one device then take turns in their work on it.
+/// Threads may share a remesher or have a clone each; runs on one device then take turns on it.
 ///
 /// ```
 /// use rtfmesh::{Device, DeviceOptions, Options, Remesher, mesh::samples::sample};
@@ -29,7 +29,7 @@ pub struct Remesher {
 }
 
 impl Remesher {
-    /// Checks the options and compiles the kernels that they need.
+    /// Checks the options and compiles the kernels they need.
     ///
     /// # Errors
     /// [`crate::Error::Usage`] for options out of range, and the device's errors.
@@ -40,7 +40,7 @@ impl Remesher {
         Ok(Self { device: device.clone(), options, size: None })
     }
 
-    /// With results of this size, which may depend on the mesh, in place of [`Options::vertices`].
+    /// Sets the size of the results, which may depend on the mesh, instead of [`Options::vertices`].
     ///
     /// # Errors
     /// [`crate::Error::Usage`] as [`Size::validate`].

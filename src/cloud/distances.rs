@@ -17,21 +17,21 @@ use crate::{ProgressToken, Result};
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 #[non_exhaustive]
 pub struct PointDistances {
-    /// Points that were measured: all of them, also those far from all others.
+    /// Number of points; all are measured, including outliers.
     pub points: usize,
     /// Diagonal of their bounding box, in their unit.
     pub diagonal: f64,
     /// From each point to the mesh: how accurate the mesh is.
     pub from_points: DistanceStatistics,
-    /// From at least 100,000 samples of the mesh, half of them evenly along its edges and half evenly over
-    /// its faces, to the nearest point of each: how far it reaches beyond the points. Also where the mesh
-    /// goes through the points, these are about half of the spacing.
+    /// From at least 100,000 samples of the mesh, half along its edges and half over its triangles, to the
+    /// nearest point: how far the mesh extends beyond the points. Where the mesh passes through the points,
+    /// these distances are about half of the spacing.
     pub to_points: DistanceStatistics,
-    /// The median distance between neighbouring points: the side of the square that one has for itself.
+    /// The median spacing of the points: the square root of the area per point.
     pub spacing: f64,
 }
 
-/// What many distances come to.
+/// Statistics of many distances.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct DistanceStatistics {
     /// Root mean square.

@@ -31,11 +31,10 @@ use crate::mesh::quick_hash::GOLDEN_RATIO;
 /// Points of a surface, in the units of their file.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct PointCloud {
-    /// Where they are.
+    /// Positions.
     pub points: Vec<DVec3>,
-    /// Outward normals, one for each point and of any length; empty if there are none. A zero or NaN normal
-    /// stands for an unknown one. If any is unknown, or if neighbours disagree as normals of random signs do,
-    /// all are found from the points.
+    /// Outward normals of any length, one for each point, or empty. Zero or NaN means unknown. If any is
+    /// unknown, or if neighbouring normals disagree as random signs do, all are computed from the points.
     pub normals: Vec<DVec3>,
     /// Colours and other values of the points, as attributes of vertices.
     pub attributes: Attributes,
@@ -62,7 +61,7 @@ impl PointCloud {
 }
 
 impl From<Loaded> for PointCloud {
-    /// The vertices of what was read; its faces are left out.
+    /// The vertices of what was read, without its triangles.
     fn from(loaded: Loaded) -> Self {
         let points = loaded.mesh.vertices;
         let mut attributes = Attributes { vertex: loaded.attributes.vertex, ..Attributes::default() };

@@ -20,19 +20,19 @@ const FILLED: f64 = 0.5;
 /// Most points have neighbours on a line if those are narrower than this share of their length.
 const LINE: f64 = 0.05;
 
-/// What there is to know of a cloud, lengths in the unit of its points.
+/// Statistics of a point cloud, with lengths in the unit of its points.
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[non_exhaustive]
 pub struct CloudSurvey {
-    /// The least and the greatest coordinates of all points.
+    /// The minimum and maximum coordinates.
     pub bounds: [DVec3; 2],
-    /// The median distance between neighbouring points: the side of the square that one has for itself.
+    /// The median spacing of the points: the square root of the area per point.
     pub spacing: f64,
-    /// The least and the greatest such distance, each the median of a point's surroundings.
+    /// The minimum and maximum of this distance, each the median around a point.
     pub spacing_range: [f64; 2],
-    /// Points at the place of another one, which [`crate::cloud::surface`] leaves out.
+    /// Number of points at the position of another one, which [`crate::cloud::surface`] leaves out.
     pub duplicates: usize,
-    /// Points with 2.5 times as much room as their neighbours, which it leaves out as well.
+    /// Number of outliers, with 2.5 times the spacing of their neighbours, which are also left out.
     pub outliers: usize,
     /// The standard deviation of points from planes through their 16 nearest: noise, and the curvature of the
     /// surface, which alone makes up to [`CloudSurvey::CURVATURE`] spacings. `None` where points lie on
@@ -41,7 +41,7 @@ pub struct CloudSurvey {
 }
 
 impl CloudSurvey {
-    /// In spacings, what the noise of a cloud without any may seem to be.
+    /// The apparent noise of a noiseless cloud, in spacings, due to curvature.
     pub const CURVATURE: f64 = NO_NOISE;
 }
 

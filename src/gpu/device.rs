@@ -27,28 +27,26 @@ pub struct DeviceOptions {
     pub device: Option<String>,
     /// Turns on core and synchronization validation; see [`Device::take_validation_messages`].
     pub validation: bool,
-    /// Most bytes of the device's memory that all buffers may take together; at least 1. `None` sets no
-    /// limit.
+    /// Maximum number of bytes of all buffers together; at least 1. `None` sets no limit.
     pub memory_bytes: Option<u64>,
-    /// Puts a full barrier before every command. A result that differs from the normal one means a missing
-    /// barrier.
+    /// Puts a full barrier before every command. If that changes the result, a barrier is missing.
     pub full_barriers: bool,
     /// Times every kernel and copy, for [`StageTime::milliseconds`]. This slows the device down: on lavapipe
-    /// by some 70 µs each, so that a run of 2,000 vertices takes half as long again.
+    /// by about 70 µs each, so that a run of 2,000 vertices takes 1.5 times as long.
     pub timings: bool,
-    /// Takes the device for one that has no more than it must: 16 KiB of shared memory, 128 invocations a
-    /// workgroup, 128 MiB a buffer, no timestamps. For tests of what such devices need.
+    /// Limits the device to what Vulkan guarantees: 16 KiB of shared memory, 128 invocations per workgroup,
+    /// 128 MiB per buffer, no timestamps. For tests.
     pub least_limits: bool,
-    /// Most bytes of one buffer, where the device allows more; what is larger is divided into several. `None`
-    /// sets no limit of its own. For tests of large meshes.
+    /// Maximum number of bytes of one buffer; larger data is divided into several buffers. `None` uses the
+    /// device's limit. For tests of large meshes.
     pub buffer_bytes: Option<u64>,
     /// Most invocations of one dispatch; what is larger is divided. `None`: on a GPU as many as take a fifth
     /// of a second, by measured time, since a system may reset one that does not answer for longer; no limit
     /// on a CPU. Indirect dispatches are not divided; most are short. For tests of large meshes.
     pub dispatch_threads: Option<usize>,
-    /// Whether whole meshes are polished, fitted and checked by the device, or by host code. `None`: by the
-    /// device, unless that is a CPU and the mesh so small that starting kernels takes longer. Results differ
-    /// by rounding, and by the order of flips.
+    /// Whether the device (`true`) or host code (`false`) polishes, fits and checks whole meshes. `None`: the
+    /// device, unless it is a CPU and the mesh is so small that starting kernels would take longer. Results
+    /// differ by rounding and by the order of flips.
     pub polish: Option<bool>,
 }
 
@@ -129,7 +127,7 @@ impl DeviceOptions {
 /// µs.
 const LEAST_FOR_CPU: usize = 50_000;
 
-/// A Vulkan device ready for work. Clones share it.
+/// An open Vulkan device. Clones share it.
 #[derive(Clone)]
 pub struct Device {
     pub(super) shared: Arc<Shared>,
@@ -241,9 +239,9 @@ impl Device {
         Duration::from_nanos(self.shared.waited_nanoseconds.load(Ordering::Relaxed))
     }
 
-    /// Bytes of device memory that this program can use: the least of its size, of what the driver says other
-    /// programs leave of it, and of [`DeviceOptions::memory_bytes`]. Memory that this program already uses
-    /// counts as available. A CPU has the machine's memory, whatever size its driver gives.
+    /// Bytes of device memory that this program can use: the minimum of its size, of what other programs
+    /// leave of it according to the driver, and of [`DeviceOptions::memory_bytes`]. Memory that this program
+    /// already uses counts as available. For a CPU it is the machine's memory, whatever its driver reports.
     pub fn available_bytes(&self) -> u64 {
         let Shared { info, memory_bytes, allocated_bytes, .. } = &*self.shared;
         let own = allocated_bytes.load(Ordering::Relaxed);
@@ -255,7 +253,7 @@ impl Device {
         size.min(memory_bytes.unwrap_or(u64::MAX))
     }
 
-    /// Largest sum of buffer sizes that was ever allocated at once, in bytes.
+    /// Peak of the allocated buffer sizes, in bytes.
     pub fn peak_bytes(&self) -> u64 {
         self.shared.peak_bytes.load(Ordering::Relaxed)
     }

@@ -11,7 +11,7 @@ use serde::Serialize;
 #[derive(Debug, Clone, PartialEq, Serialize)]
 #[non_exhaustive]
 pub struct Limits {
-    /// Largest storage buffer that a kernel can be given.
+    /// Maximum size of a storage buffer.
     pub storage_buffer_bytes: u64,
     /// Shared memory of a workgroup.
     pub shared_memory_bytes: u32,
@@ -27,7 +27,7 @@ pub struct Limits {
     pub timestamp_ns: f32,
     /// Largest heap of the device's own memory.
     pub memory_bytes: u64,
-    /// Invocations that run in lockstep.
+    /// Number of invocations that run in lockstep (subgroup size).
     pub subgroup_size: u32,
 }
 
@@ -52,7 +52,7 @@ impl Limits {
 #[derive(Debug, Clone, PartialEq, Serialize)]
 #[non_exhaustive]
 pub struct DeviceInfo {
-    /// Position in the list; what [`crate::DeviceOptions::device`] takes.
+    /// Position in the list, for [`crate::DeviceOptions::device`].
     pub index: usize,
     /// The driver's name for the device.
     pub name: String,
@@ -62,14 +62,14 @@ pub struct DeviceInfo {
     pub driver: String,
     /// Vulkan version, as `1.3.230`.
     pub api: String,
-    /// The limits that matter.
+    /// The limits that rtfmesh depends on.
     pub limits: Limits,
     /// The device's own number as hexadecimal digits in groups, the same in CUDA and `nvidia-smi -L`, for
     /// example `4f3f9d26-...`.
     pub uuid: String,
-    /// Where it is on the PCI bus, as `0000:41:00.0`; `None` for a CPU or where the driver does not say.
+    /// PCI address, such as `0000:41:00.0`; `None` for a CPU or if the driver does not report it.
     pub pci: Option<String>,
-    /// Why the device cannot be used; empty if it can.
+    /// What the device lacks; empty if it can be used.
     pub missing: Vec<String>,
 }
 

@@ -23,7 +23,7 @@ pub struct Loaded {
 }
 
 impl Loaded {
-    /// What was read, if it is a mesh and not only points.
+    /// Returns itself if it is a mesh and not only points.
     ///
     /// # Errors
     /// [`crate::Error::Input`] without faces.

@@ -1,4 +1,4 @@
-//! Ways to say how many vertices a result shall have.
+//! Ways to specify the number of vertices of a result.
 
 use crate::mesh::features::spacing_of;
 use crate::mesh::unit_frame::UnitFrame;
@@ -15,12 +15,12 @@ const FEWEST: usize = 4;
 pub enum Length {
     /// In the units of the input.
     Units(f64),
-    /// In shares of the diagonal of the input's bounding box.
+    /// As a fraction of the diagonal of the input's bounding box.
     OfDiagonal(f64),
 }
 
 impl Length {
-    /// In shares of a diagonal of this length.
+    /// As a fraction of a diagonal of this length.
     pub(crate) fn share_of(self, diagonal: f64) -> f64 {
         match self {
             Self::Units(length) => length / diagonal,
@@ -29,17 +29,18 @@ impl Length {
     }
 }
 
-/// How large a result shall be. [`Size::vertices`] turns it into the count that [`crate::Options`] takes.
+/// The size of a result. [`Size::vertices`] converts it to the number of vertices that [`crate::Options`]
+/// takes.
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[non_exhaustive]
 pub enum Size {
-    /// So many vertices.
+    /// This number of vertices.
     Vertices(usize),
-    /// So many that the edges of an even mesh have this length in the units of the input; above 0.
+    /// The number of vertices at which the edges of an even mesh have this length, in input units; above 0.
     EdgeLength(f64),
-    /// As [`Size::EdgeLength`], in shares of the diagonal of the input's bounding box; above 0.
+    /// As [`Size::EdgeLength`], as a fraction of the diagonal of the input's bounding box; above 0.
     RelativeEdgeLength(f64),
-    /// So many times the input's vertices; above 0.
+    /// This number times the input's vertices; above 0.
     Ratio(f64),
     /// As many vertices as the input has.
     AsInput,

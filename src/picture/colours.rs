@@ -51,13 +51,13 @@ pub(crate) fn quality_shares(mesh: &TriMesh) -> Vec<f64> {
 pub struct DistanceColours {
     /// For each face, or for each vertex of a mesh without faces.
     pub colours: Vec<Colour>,
-    /// The largest distance of a face's centroid, in the meshes' units.
+    /// The largest distance of a triangle's centroid, in the meshes' units.
     pub largest: f64,
 }
 
-/// A colour for each face of each mesh by the distance of its centroid from `reference`, or for each vertex
-/// of a mesh without faces: pale at it, dark red where one of these meshes is farthest off, unless that is
-/// no more than rounding.
+/// Colours each triangle of each mesh by the distance of its centroid from `reference`, or each vertex of a
+/// mesh without triangles: pale for small distances, dark red for the largest distance of all these meshes.
+/// Differences by rounding stay pale.
 ///
 /// # Errors
 /// [`crate::Error::Input`] if the reference has no faces.

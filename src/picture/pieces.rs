@@ -6,7 +6,7 @@ use super::paint::SAMPLES;
 use crate::TriMesh;
 use glam::DVec3;
 
-/// One of the meshes that a picture shows side by side.
+/// One of the meshes that a picture shows next to each other.
 #[derive(Debug, Clone, Copy)]
 pub struct Panel<'a> {
     /// The mesh, or points.
@@ -15,7 +15,7 @@ pub struct Panel<'a> {
     pub colours: &'a [Colour],
     /// Lines drawn over the mesh, by their end points, in its units.
     pub lines: &'a [[DVec3; 2]],
-    /// How the vertices are drawn, in place of faces; `None` draws faces.
+    /// Draws the vertices as discs instead of triangles; `None` draws triangles.
     pub discs: Option<Discs<'a>>,
 }
 
@@ -24,10 +24,10 @@ pub struct Panel<'a> {
 pub struct Discs<'a> {
     /// In the mesh's units.
     pub diameter: f64,
-    /// Normals of the vertices, by which discs are turned and lit. Where one is zero, or there are none, they
-    /// face the camera.
+    /// Normals that orient and light the discs. Discs with a zero normal, or without normals, face the
+    /// camera.
     pub normals: &'a [DVec3],
-    /// Whether normals tell outside from inside. If not, both sides look alike.
+    /// Whether the normals are oriented outwards. Otherwise both sides look alike.
     pub oriented: bool,
 }
 

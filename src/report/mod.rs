@@ -30,7 +30,7 @@ pub struct Report<'a> {
     pub input_file: String,
     /// Output file.
     pub output_file: String,
-    /// What reading the input noted.
+    /// Notes about the input.
     pub notes: &'a [String],
     /// Settings of the run, as [`Settings`].
     #[serde(serialize_with = "settings")]
@@ -42,14 +42,14 @@ pub struct Report<'a> {
     pub summary: &'a Summary,
 }
 
-/// Settings of a run as reports have them: of the method's own settings those of the method chosen, and of
-/// long lists the number of their entries.
+/// Settings of a run as reports show them: only those of the chosen method, and only the lengths of long
+/// lists.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 #[serde(transparent)]
 pub struct Settings(Value);
 
 impl Settings {
-    /// Those of `options`.
+    /// The settings in `options`.
     pub fn of(options: &Options) -> Self {
         let mut all = serde_json::to_value(options).unwrap_or_default();
         if let Some(groups) = all.as_object_mut() {

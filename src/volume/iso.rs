@@ -12,36 +12,35 @@ use crate::mesh::level_set::extract;
 use crate::progress::ProgressReporter;
 use crate::{Error, Flow, Phase, Progress, ProgressToken, Result, TriMesh};
 
-/// On which side of the surface the object is.
+/// The side of the isosurface that is inside the object.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 #[non_exhaustive]
 pub enum Inside {
-    /// Where less of the volume's border is.
+    /// The side with less of the volume's border.
     #[default]
     Automatic,
-    /// Where values are greater: densities, probabilities.
+    /// Values above the isovalue, as in densities and probabilities.
     Above,
-    /// Where values are less: signed distances.
+    /// Values below the isovalue, as in signed distances.
     Below,
 }
 
-/// Where the surface is.
+/// Settings of an isosurface.
 #[derive(Debug, Clone, PartialEq)]
 #[non_exhaustive]
 pub struct IsoOptions {
-    /// The value on the surface.
+    /// The isovalue.
     pub iso: f64,
-    /// Where the object is.
+    /// The side that is inside.
     pub inside: Inside,
-    /// Whether the object ends at the volume's border, which closes the surface there; else the surface is
-    /// open there.
+    /// Whether the surface is closed at the volume's border; otherwise it is open there.
     pub closed: bool,
-    /// Whether specks stay: components so small beside the largest that they are noise in the values.
+    /// Whether to keep specks: components so small, compared with the largest, that they are noise.
     pub keep_specks: bool,
 }
 
 impl IsoOptions {
-    /// The surface at this value, open at the volume's border.
+    /// The isosurface at this value, open at the volume's border.
     pub fn new(iso: f64) -> Self {
         Self { iso, inside: Inside::Automatic, closed: false, keep_specks: false }
     }
@@ -65,33 +64,33 @@ impl IsoOptions {
     }
 }
 
-/// The surface of a volume.
+/// An isosurface of a volume.
 #[derive(Debug, Clone, PartialEq)]
 #[non_exhaustive]
 pub struct IsoSurface {
     /// The surface in the volume's space, outward: manifold, with uneven triangles about as wide as cells,
     /// for [`crate::remesh`].
     pub mesh: TriMesh,
-    /// The side that was taken.
+    /// The side that was used.
     pub inside: Inside,
     /// Half-edges `3 * triangle + k` of the mesh where a closed surface meets the volume's border, for
     /// [`crate::options::CoarseToFineOptions::fixed_half_edges`].
     pub rim: Vec<u32>,
-    /// Components left out as specks.
+    /// Number of components left out as specks.
     pub specks: usize,
-    /// Handles removed, which are as small as specks.
+    /// Number of handles removed because they are as small as specks.
     pub handles: usize,
-    /// Every so many nodes along each axis one was used: 1, or more to finish early.
+    /// The surface is that of every `step`-th node along each axis: 1, or more to finish early.
     pub step: usize,
 }
 
-/// Handles within half of this, in voxels, of a point of the surface are removed.
+/// Handles within half of this distance, in voxels, of a point of the surface are removed.
 const HANDLE: f64 = 3.0;
 
-/// About so many values are used to finish early.
+/// Approximate number of values that are used to finish early.
 const FEW: f64 = 2e6;
 
-/// The surface where a volume has one value: that of the tri-linear field, by marching cubes.
+/// The isosurface of a volume's trilinear field, by marching cubes.
 ///
 /// # Errors
 /// [`Error::Input`] if there is none; [`Error::Usage`] for a value that is not finite.
