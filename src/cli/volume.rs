@@ -38,10 +38,11 @@ pub struct VolumeArgs {
     /// Volumes: spacing of the grid along the axes, such as 0.5,0.5,2 [default: the file's]
     #[arg(long, value_name = "X,Y,Z", value_parser = spacing, hide_short_help = true)]
     spacing: Option<DVec3>,
-    /// Volumes: keep specks, which are usually noise
+    /// Volumes: keep specks and tiny handles, which are usually noise
     ///
     /// By default parts and cavities are left out if they are smaller than 8 voxels or than a thousandth of
-    /// the largest part. Specks of labels are smaller than 64 voxels and take the label around them.
+    /// the largest part, and handles if they lie within three voxels, unless there are many, as in a lattice.
+    /// Specks of labels are smaller than 64 voxels and take the label around them.
     #[arg(long, hide_short_help = true)]
     keep_specks: bool,
 }
