@@ -81,7 +81,7 @@ def test_specks_are_left_out_unless_they_are_kept(remesher):
 def test_the_origin_is_the_place_of_the_first_value(remesher):
     near = remesher.contour(distances(), 400, iso=0, spacing=(1, 1, 2))
     far = remesher.contour(distances(), 400, iso=0, spacing=(1, 1, 2), origin=(8, -4, 16))
-    assert np.allclose(far.vertices, near.vertices + (8, -4, 16))
+    assert np.allclose(far.vertices, near.vertices + np.array([8, -4, 16]))
 
 
 def test_some_labels_are_as_if_all_others_were_outside(remesher):

@@ -1,0 +1,24 @@
+#!/usr/bin/env bash
+# What must hold beyond ./ci/test.sh before a change is taken: a second driver, examples, pages, GLB files,
+# the Python package, wheels, the package for crates.io. Stops at the first failure.
+set -euo pipefail
+cd "$(dirname "$0")/.."
+export RTFMESH_DEVICE="${RTFMESH_DEVICE:-cpu}"
+source ci/step.sh
+
+# Programs of their own, after `cargo test` has compiled them.
+run_examples() {
+  local example
+  for example in sharp_edges onto many; do
+    cargo run --quiet --example "$example" || return
+  done
+}
+
+step "setup" ./ci/setup.sh --tests
+step "kernels and whole runs on SwiftShader, with the least limits" ./ci/swiftshader.sh
+step "examples" run_examples
+step "GLB files under the Khronos validator and in three.js" ./ci/gltf.sh
+step "the page in a browser" ./ci/page.sh
+step "the Python package" ./ci/python.sh
+step "the driver for the CPU as a wheel" ./ci/cpu_wheel.sh
+step "the package for crates.io" ./ci/package.sh
