@@ -16,7 +16,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         eprintln!("{line}");
     }
     let quality = &result.summary.output.quality;
-    println!("mean quality {:.3}, smallest angle {:.1}°", quality.q_avg, quality.theta_min);
+    println!("mean quality {:.3}, smallest angle {:.1}°", quality.mean_quality, quality.min_angle);
     io::write(output.as_ref(), &result.mesh)?;
     Ok(())
 }

@@ -47,7 +47,7 @@ impl Phase {
             Self::LastLevel => "last level",
             Self::Polish => "polish",
             Self::Fit => "fit",
-            Self::Outliers => "spots",
+            Self::Outliers => "outliers",
             Self::Check => "check",
             Self::Mend => "mend",
             Self::Measure => "measure",

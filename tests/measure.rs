@@ -75,7 +75,7 @@ fn unusable_meshes_are_input_errors() {
 fn degenerate_meshes_are_measured() {
     let speck = mesh(&[[1.0; 3]; 3], &[[0, 1, 2]]);
     let found = measure(&speck, None).unwrap();
-    assert_eq!((found.vertices, found.quality.q_min, found.quality.edge_cv), (1, 0.0, 0.0));
+    assert_eq!((found.vertices, found.quality.min_quality, found.quality.edge_cv), (1, 0.0, 0.0));
     let line = mesh(&[[0.0; 3], [1.0, 0.0, 0.0], [2.0, 0.0, 0.0]], &[[0, 1, 2]]);
     let found = measure(&line, Some(&line)).unwrap();
     let distances = found.distances.unwrap();

@@ -60,8 +60,8 @@ def row(name, seconds, mesh, against):
     found = rtfmesh.measure(*mesh, against=against)
     quality, valence, off = found["quality"], found["valence"], found["distances"]
     return (
-        f"{name:12} {found['vertices']:8} {quality['q_avg']:8.3f} {quality['theta_min']:8.1f}° "
-        f"{100 * valence['share_6']:6.0f} % {off['rms']:8.4f} % {off['hausdorff']:8.3f} % {seconds:7.2f} s"
+        f"{name:12} {found['vertices']:8} {quality['mean_quality']:8.3f} {quality['min_angle']:8.1f}° "
+        f"{100 * valence['fraction_6']:6.0f} % {off['rms']:8.4f} % {off['hausdorff']:8.3f} % {seconds:7.2f} s"
     )
 
 

@@ -72,8 +72,8 @@ class Result:
         figures = {
             "vertices": len(self.vertices),
             "faces": len(self.faces),
-            "mean quality": f"{quality['q_avg']:.3f}",
-            "smallest angle": f"{quality['theta_min']:.1f}°",
+            "mean quality": f"{quality['mean_quality']:.3f}",
+            "smallest angle": f"{quality['min_angle']:.1f}°",
         }
         if distances:
             figures["RMS distance"] = f"{distances['rms']:.4f} % of the diagonal"
@@ -83,4 +83,4 @@ class Result:
     def __repr__(self) -> str:
         quality = self.report["output"]["quality"]
         shape = f"rtfmesh.Result: {len(self.vertices)} vertices, {len(self.faces)} faces"
-        return f"<{shape}, quality {quality['q_avg']:.3f}, angles from {quality['theta_min']:.1f}°>"
+        return f"<{shape}, quality {quality['mean_quality']:.3f}, angles from {quality['min_angle']:.1f}°>"

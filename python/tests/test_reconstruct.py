@@ -47,7 +47,7 @@ def test_points_become_a_closed_surface_of_exactly_n_vertices(points, remesher):
     assert result.faces.shape == (996, 3) and boundary(result) == 0
     assert np.abs(radii(result) - 1).max() < 0.01 and volume(result) > 4
     assert result.correspondence is None and result.face_correspondence is None
-    assert result.report["output"]["quality"]["theta_min"] > 30
+    assert result.report["output"]["quality"]["min_angle"] > 30
     assert "points without faces" in result.report["notes"][0]
     assert np.array_equal(points, before)
     # The same from a remesher of one's own, from a list, and in float32 nearly.

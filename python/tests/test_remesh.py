@@ -102,7 +102,7 @@ def test_the_program_gives_the_same_bytes(folder, sphere, tmp_path):
     assert ours.read_bytes() == out.read_bytes()
     theirs = json.loads(report.read_text())
     assert set(theirs) - set(result.report) == {"input_file", "output_file"}
-    for key in ("output", "input", "skeleton", "warnings", "steps", "device"):
+    for key in ("output", "input", "features", "warnings", "steps", "device"):
         assert result.report[key] == theirs[key], key
     theirs["options"].pop("format"), result.report["options"].pop("format")
     assert result.report["options"] == theirs["options"]
@@ -142,7 +142,7 @@ def test_edges_by_their_vertices_are_kept(folder, remesher):
     diagonal = sides[lengths.argmax()]
     kept = remesher.remesh(box.vertices, box.faces, 300, features=[diagonal])
     free = remesher.remesh(box.vertices, box.faces, 300, features=np.empty((0, 2), int))
-    assert kept.report["skeleton"]["curves"] == free.report["skeleton"]["curves"] + 1
+    assert kept.report["features"]["curves"] == free.report["features"]["curves"] + 1
     ends = box.vertices[diagonal]
     distances = np.linalg.norm(kept.vertices[:, None] - ends, axis=2).min(axis=0)
     assert np.allclose(distances, 0, atol=1e-5)

@@ -13,7 +13,7 @@ use anyhow::Result;
 use rtfmesh::io;
 use rtfmesh::io::{Input, Loaded, Volume};
 use rtfmesh::mesh::features::{
-    Curve, CurveKind, Dropped, FeatureOptions, Features, find_features, spacing_of, user_edges,
+    Curve, CurveKind, Discarded, FeatureOptions, Features, find_features, spacing_of, user_edges,
 };
 use rtfmesh::mesh::repair::{RepairCounts, repair};
 use rtfmesh::mesh::topology::{Topology, topology};
@@ -23,7 +23,7 @@ use serde::Serialize;
 use std::path::PathBuf;
 
 const EXAMPLES: &str = "Examples:
-  rtfmesh inspect fandisk.ply -n 10k --skeleton curves.obj
+  rtfmesh inspect fandisk.ply -n 10k --curves curves.obj
   rtfmesh inspect points.xyz
   rtfmesh inspect fandisk.ply --feature-angle 20 --json";
 
@@ -49,7 +49,7 @@ pub struct Args {
     input_format: InputFormat,
     /// Write the curves as lines and the corners as points
     #[arg(long, value_name = "OUT.obj", help_heading = OUTPUT)]
-    skeleton: Option<PathBuf>,
+    curves: Option<PathBuf>,
     /// Print JSON
     #[arg(long, help_heading = OUTPUT)]
     json: bool,
@@ -70,7 +70,7 @@ pub(super) struct Inspection<'a> {
     patches: usize,
     corners: usize,
     curves: Vec<Kind>,
-    dropped: Dropped,
+    discarded: Discarded,
 }
 
 #[derive(Serialize)]
@@ -87,10 +87,10 @@ pub fn run(args: &Args) -> Result<()> {
     if args.vertices == Some(0) {
         return Err(Error::usage("-n must be at least 1", "use the number of vertices that you want").into());
     }
-    if let Some(path) = &args.skeleton {
+    if let Some(path) = &args.curves {
         let read = [Some(&args.mesh), args.features.as_ref()];
         if read.into_iter().flatten().any(|input| super::remesh::same_file(path, input)) {
-            let problem = format!("--skeleton would overwrite the input {}", shown(path));
+            let problem = format!("--curves would overwrite the input {}", shown(path));
             return Err(Error::usage(problem, "use another file name").into());
         }
         io::check_text_target(path)?;
@@ -104,7 +104,7 @@ pub fn run(args: &Args) -> Result<()> {
     let lines = args.features.as_deref().map(FeatureLines::read).transpose()?;
     let (inspection, mesh, found) =
         inspect(&loaded, args.vertices, args.feature_angle, lines.as_ref()).map_err(|e| e.in_file(name))?;
-    if let Some(path) = &args.skeleton {
+    if let Some(path) = &args.curves {
         io::write_features(path, &mesh, &found)?;
     }
     print(&if args.json { to_json(&inspection)? } else { table::two_columns(rows(&inspection)) })
@@ -128,7 +128,7 @@ fn refuse_options_of_meshes(args: &Args, what: &str) -> rtfmesh::Result<()> {
     let given = [
         ("-n", args.vertices.is_some()),
         ("--features", args.features.is_some()),
-        ("--skeleton", args.skeleton.is_some()),
+        ("--curves", args.curves.is_some()),
     ];
     let Some((name, _)) = given.iter().find(|(_, given)| *given) else { return Ok(()) };
     let input = shown(input_name(&args.mesh));
@@ -170,7 +170,7 @@ pub(super) fn inspect<'a>(
         patches: found.patch_count,
         corners: found.corners.len(),
         curves: kinds(&found),
-        dropped: found.dropped,
+        discarded: found.discarded,
     };
     Ok((inspection, mesh, found))
 }
@@ -199,11 +199,11 @@ fn rows(i: &Inspection) -> Vec<(&'static str, String)> {
         ("inconsistent edges", t.inconsistent_edges.to_string()),
         (
             "welded, unused vertices",
-            format!("{}, {}", r.duplicate_vertices_welded, r.unreferenced_vertices_dropped),
+            format!("{}, {}", r.duplicate_vertices_welded, r.unreferenced_vertices_removed),
         ),
         (
             "triangles without area, duplicates",
-            format!("{}, {}", r.degenerate_faces_dropped, r.repeated_faces()),
+            format!("{}, {}", r.degenerate_faces_removed, r.repeated_faces()),
         ),
         (
             "flipped triangles, non-orientable parts",
@@ -216,7 +216,7 @@ fn rows(i: &Inspection) -> Vec<(&'static str, String)> {
         let text = format!("{} ({loops}), {edges}, length {:.6}", k.curves, k.length);
         rows.push(("curves", format!("{:12} {text}", k.kind)));
     }
-    rows.extend(figures::dropped(&i.dropped));
+    rows.extend(figures::discarded_rows(&i.discarded));
     rows.extend(i.attributes.iter().map(|attribute| ("attribute", attribute.clone())));
     rows.extend(i.notes.iter().map(|note| ("note", note.clone())));
     rows

@@ -38,11 +38,11 @@ pub fn preview(p: &Preview) -> String {
         ("input vertices, faces", format!("{}, {}", p.input[0], p.input[1])),
         (
             "welded, unused vertices",
-            format!("{}, {}", r.duplicate_vertices_welded, r.unreferenced_vertices_dropped),
+            format!("{}, {}", r.duplicate_vertices_welded, r.unreferenced_vertices_removed),
         ),
         (
             "triangles without area, duplicates",
-            format!("{}, {}", r.degenerate_faces_dropped, r.repeated_faces()),
+            format!("{}, {}", r.degenerate_faces_removed, r.repeated_faces()),
         ),
         ("vertices, spacing", format!("{}, {:.6}", p.vertices, p.spacing)),
         ("curves, corners, patches", format!("{}, {}, {}", p.curves, p.corners, p.patches.len())),

@@ -142,17 +142,17 @@ fn are_cosines_below([a, b, c]: [DVec3; 3], most: f64) -> bool {
 #[non_exhaustive]
 pub struct Quality {
     /// Smallest [`TriangleQuality::q`], 0..=1.
-    pub q_min: f64,
+    pub min_quality: f64,
     /// Mean [`TriangleQuality::q`] over the triangles, 0..=1.
-    pub q_avg: f64,
+    pub mean_quality: f64,
     /// Smallest angle in degrees.
-    pub theta_min: f64,
+    pub min_angle: f64,
     /// Mean over the triangles of each one's smallest angle, in degrees.
-    pub theta_min_avg: f64,
+    pub mean_min_angle: f64,
     /// Share of triangles with an angle below 30 degrees, 0..=1.
-    pub share_below_30: f64,
+    pub fraction_below_30: f64,
     /// Share of triangles with an angle above 90 degrees, 0..=1.
-    pub share_above_90: f64,
+    pub fraction_above_90: f64,
     /// Standard deviation of the edge lengths over their mean, inner edges counted once for each face.
     pub edge_cv: f64,
 }
@@ -174,12 +174,12 @@ pub fn quality(mesh: &TriMesh) -> Option<Quality> {
     let mean = one_length + excess;
     let spread = (sum.excess_sq - 3.0 * n * excess * excess).max(0.0);
     Some(Quality {
-        q_min: sum.q_min,
-        q_avg: sum.q / n,
-        theta_min: sum.theta_min,
-        theta_min_avg: sum.theta / n,
-        share_below_30: sum.below_30 as f64 / n,
-        share_above_90: sum.above_90 as f64 / n,
+        min_quality: sum.min_quality,
+        mean_quality: sum.q / n,
+        min_angle: sum.min_angle,
+        mean_min_angle: sum.theta / n,
+        fraction_below_30: sum.below_30 as f64 / n,
+        fraction_above_90: sum.above_90 as f64 / n,
         edge_cv: (spread / (3.0 * n)).sqrt() / mean.max(TINY),
     })
 }
@@ -187,9 +187,9 @@ pub fn quality(mesh: &TriMesh) -> Option<Quality> {
 /// Least values and sums over triangles.
 #[derive(Clone, Copy)]
 struct Sums {
-    q_min: f64,
+    min_quality: f64,
     q: f64,
-    theta_min: f64,
+    min_angle: f64,
     theta: f64,
     below_30: usize,
     above_90: usize,
@@ -201,9 +201,9 @@ struct Sums {
 impl Sums {
     /// Of no triangle.
     const NONE: Self = Self {
-        q_min: f64::INFINITY,
+        min_quality: f64::INFINITY,
         q: 0.0,
-        theta_min: f64::INFINITY,
+        min_angle: f64::INFINITY,
         theta: 0.0,
         below_30: 0,
         above_90: 0,
@@ -218,9 +218,9 @@ impl Sums {
         let [high, low] = extreme_cosines(lengths);
         let theta = high.acos().to_degrees();
         Self {
-            q_min: q,
+            min_quality: q,
             q,
-            theta_min: theta,
+            min_angle: theta,
             theta,
             below_30: usize::from(theta < 30.0),
             above_90: usize::from(low < 0.0 && low.acos().to_degrees() > 90.0),
@@ -231,9 +231,9 @@ impl Sums {
 
     fn with(self, other: Self) -> Self {
         Self {
-            q_min: self.q_min.min(other.q_min),
+            min_quality: self.min_quality.min(other.min_quality),
             q: self.q + other.q,
-            theta_min: self.theta_min.min(other.theta_min),
+            min_angle: self.min_angle.min(other.min_angle),
             theta: self.theta + other.theta,
             below_30: self.below_30 + other.below_30,
             above_90: self.above_90 + other.above_90,
@@ -252,9 +252,9 @@ pub struct Valence {
     /// Number of those vertices for each number of edges that occurs.
     pub histogram: BTreeMap<u32, usize>,
     /// Share of those vertices with six edges, 0..=1; `None` if there are none at all.
-    pub share_6: Option<f64>,
+    pub fraction_6: Option<f64>,
     /// Share of those vertices with fewer than five or more than seven edges, 0..=1; `None` as above.
-    pub share_outside_5_to_7: Option<f64>,
+    pub fraction_outside_5_to_7: Option<f64>,
 }
 
 /// Counts the edges at each vertex. Panics if a triangle's index is out of range.
@@ -297,9 +297,9 @@ impl Valence {
             let count: usize = histogram.iter().filter(|(k, _)| wanted(**k)).map(|(_, n)| n).sum();
             (interior_vertices > 0).then(|| count as f64 / interior_vertices as f64)
         };
-        let share_6 = share(&|k| k == 6);
-        let share_outside_5_to_7 = share(&|k| !(5..=7).contains(&k));
-        Self { interior_vertices, histogram, share_6, share_outside_5_to_7 }
+        let fraction_6 = share(&|k| k == 6);
+        let fraction_outside_5_to_7 = share(&|k| !(5..=7).contains(&k));
+        Self { interior_vertices, histogram, fraction_6, fraction_outside_5_to_7 }
     }
 }
 

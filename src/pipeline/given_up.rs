@@ -48,9 +48,9 @@ impl Searched<'_> {
     /// # Errors
     /// [`crate::Error::Cancelled`].
     pub fn warning(&self, found: &FeatureSummary, progress: &ProgressToken) -> Result<Option<Warning>> {
-        let given_up = found.dropped.length();
+        let given_up = found.discarded.length();
         let all = given_up + found.sharp_length;
-        if given_up <= LEAST * all || given_up < found.dropped.facet_length {
+        if given_up <= LEAST * all || given_up < found.discarded.facet_length {
             return Ok(None);
         }
         let enough = match self.enough(progress)? {
@@ -68,13 +68,13 @@ impl Searched<'_> {
 
     /// The warning that edges between narrow facets were taken for those of a round surface, if many were.
     pub fn facets_warning(&self, found: &FeatureSummary) -> Option<Warning> {
-        let FeatureSummary { dropped, sharp_length, .. } = found;
-        let all = dropped.length() + dropped.facet_length + sharp_length;
-        (dropped.facet_length > LEAST * all).then(|| {
+        let FeatureSummary { discarded, sharp_length, .. } = found;
+        let all = discarded.length() + discarded.facet_length + sharp_length;
+        (discarded.facet_length > LEAST * all).then(|| {
             let text = format!(
                 "creases of length {} (of {} in total) lie between facets narrower than an edge and were \
                 treated as the tessellation of a round surface: more vertices keep them",
-                length_text(dropped.facet_length),
+                length_text(discarded.facet_length),
                 length_text(all),
             );
             Warning { code: WarningCode::NarrowFacets, text }
@@ -118,8 +118,8 @@ impl Searched<'_> {
         let spacing = spacing(self.area, vertices);
         let options = FeatureOptions { feature_angle: self.feature_angle, ..FeatureOptions::new(spacing) };
         let Ok(features) = find_features(self.surface, &options) else { return false };
-        let FeatureSummary { dropped, sharp_length, .. } = FeatureSummary::of(&features);
-        let given_up = dropped.length();
+        let FeatureSummary { discarded, sharp_length, .. } = FeatureSummary::of(&features);
+        let given_up = discarded.length();
         let TriMesh { vertices: points, triangles } = self.surface;
         let has_room = || {
             SurfaceCurves::new(points, triangles, &features)

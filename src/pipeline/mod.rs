@@ -180,7 +180,7 @@ fn finish(
         shapes,
     });
     let simplified = outcome.simplified_components + small.len();
-    let (crossing, smallest) = (measured.input_intersections, measured.output.quality.theta_min);
+    let (crossing, smallest) = (measured.input_intersections, measured.output.quality.min_angle);
     let summary = Summary {
         remarks: remarks(&repaired.counts, &input, crossing, simplified, rounding.as_ref()),
         input_self_intersecting_faces: crossing,

@@ -4,7 +4,7 @@ use crate::TriMesh;
 use crate::gpu::StageTime;
 use crate::measure::Measures;
 use crate::mesh::correspondence::Correspondence;
-use crate::mesh::features::{CurveKind, Dropped, Features};
+use crate::mesh::features::{CurveKind, Discarded, Features};
 use crate::mesh::repair::RepairCounts;
 use crate::mesh::topology::Topology;
 use crate::pipeline::warning::WarningCode;
@@ -74,7 +74,6 @@ pub struct Summary {
     /// measured.
     pub energy: Option<Energy>,
     /// Features that were kept; only with [`crate::Method::CoarseToFine`].
-    #[serde(rename = "skeleton")]
     pub features: Option<FeatureSummary>,
     /// Small angles of the result; only with [`crate::Method::CoarseToFine`], if they are to be mended.
     pub small_angles: Option<super::SmallAngleSummary>,
@@ -118,14 +117,14 @@ pub struct FeatureSummary {
     /// Length of the curves that are sharp edges, in the input's units.
     pub sharp_length: f64,
     /// Sharp edges that are no features at this spacing; lengths in the input's units.
-    pub dropped: Dropped,
+    pub discarded: Discarded,
 }
 
 impl FeatureSummary {
     /// The counts and lengths of these features, without sites.
     pub(crate) fn of(features: &Features) -> Self {
         Self {
-            dropped: features.dropped,
+            discarded: features.discarded,
             curves: features.curves.len(),
             corners: features.corners.len(),
             patches: features.patch_count,
@@ -140,7 +139,7 @@ impl FeatureSummary {
     /// Multiplies the lengths by `unit`.
     pub(crate) fn in_units(&mut self, unit: f64) {
         self.sharp_length *= unit;
-        self.dropped.in_units(unit);
+        self.discarded.in_units(unit);
     }
 }
 

@@ -110,12 +110,12 @@ impl Shapes<'_> {
             return None;
         }
         let feature_angle = self.options.coarse_to_fine.feature_angle;
-        if quality.share_below_30 > MANY {
-            let percent = 100.0 * quality.share_below_30;
+        if quality.fraction_below_30 > MANY {
+            let percent = 100.0 * quality.fraction_below_30;
             let cause = self.cause(30.0);
             return Some(format!("{percent:.1} % of the triangles have an angle below 30 degrees, {cause}"));
         }
-        if quality.theta_min >= SMALL {
+        if quality.min_angle >= SMALL {
             return None;
         }
         let forced = ForcedAngles::of(self.input.0, SMALL, feature_angle);

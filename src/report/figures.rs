@@ -5,7 +5,7 @@ use crate::gpu::DeviceInfo;
 use crate::grammar::counted;
 use crate::measure::Measures;
 use crate::mesh::feature_distance::{FeatureDistance, FeatureDistances};
-use crate::mesh::features::Dropped;
+use crate::mesh::features::Discarded;
 use crate::pipeline::{ShorterEdges, Summary};
 use crate::sites::restricted_voronoi::Energy;
 
@@ -17,8 +17,8 @@ pub fn outcome(s: &Summary) -> Vec<Row> {
     let m = &s.output;
     let mut rows = vec![
         ("vertices, triangles", format!("{}, {}", m.vertices, m.faces)),
-        ("smallest angle", format!("{:.1}°", m.quality.theta_min)),
-        ("mean quality", format!("{:.3} (1: all equilateral)", m.quality.q_avg)),
+        ("smallest angle", format!("{:.1}°", m.quality.min_angle)),
+        ("mean quality", format!("{:.3} (1: all equilateral)", m.quality.mean_quality)),
     ];
     if let Some(d) = &m.distances {
         let text = format!("RMS {:.4} %, at most {:.4} % of the diagonal", d.rms, d.hausdorff);
@@ -35,13 +35,16 @@ pub fn measures(m: &Measures) -> Vec<Row> {
     let maybe = |share: Option<f64>| share.map_or_else(|| "-".to_owned(), percent);
     let mut rows = vec![
         ("vertices, faces", format!("{}, {}", m.vertices, m.faces)),
-        ("quality: minimum, mean", format!("{:.4}, {:.4}", q.q_min, q.q_avg)),
-        ("smallest angle: minimum, mean", format!("{:.2}°, {:.2}°", q.theta_min, q.theta_min_avg)),
+        ("quality: minimum, mean", format!("{:.4}, {:.4}", q.min_quality, q.mean_quality)),
+        ("smallest angle: minimum, mean", format!("{:.2}°, {:.2}°", q.min_angle, q.mean_min_angle)),
         (
             "triangles with angles < 30°, > 90°",
-            format!("{}, {}", percent(q.share_below_30), percent(q.share_above_90)),
+            format!("{}, {}", percent(q.fraction_below_30), percent(q.fraction_above_90)),
         ),
-        ("valence 6, outside 5 to 7", format!("{}, {}", maybe(v.share_6), maybe(v.share_outside_5_to_7))),
+        (
+            "valence 6, outside 5 to 7",
+            format!("{}, {}", maybe(v.fraction_6), maybe(v.fraction_outside_5_to_7)),
+        ),
         ("valences", v.histogram.iter().map(|(d, n)| format!("{d}: {n}")).collect::<Vec<_>>().join("  ")),
         ("components, boundary loops", format!("{}, {}", t.components, t.boundary_loops)),
         ("Euler characteristic, genus", {
@@ -95,7 +98,7 @@ pub fn course(s: &Summary, device: &DeviceInfo) -> Vec<Row> {
         ));
         rows.push(("vertices on curves", found.curve_sites.to_string()));
     }
-    rows.extend(s.features.iter().flat_map(|found| dropped(&found.dropped)));
+    rows.extend(s.features.iter().flat_map(|found| discarded_rows(&found.discarded)));
     if let Some(found) = s.deviation {
         let reached = if found.is_reached { "reached" } else { "not reached" };
         rows.push((
@@ -119,16 +122,16 @@ pub fn course(s: &Summary, device: &DeviceInfo) -> Vec<Row> {
 }
 
 /// What became of sharp edges that are no features; nothing if there are none.
-pub fn dropped(dropped: &Dropped) -> Vec<Row> {
-    if *dropped == Dropped::default() {
+pub fn discarded_rows(discarded: &Discarded) -> Vec<Row> {
+    if *discarded == Discarded::default() {
         return Vec::new();
     }
     let text = |count: usize, length: f64| format!("{count}, length {length:.6}");
     vec![
-        ("discarded short or rough chains", text(dropped.short_chains, dropped.short_length)),
-        ("discarded dangling chains", text(dropped.dangling_chains, dropped.dangling_length)),
-        ("discarded at narrow strips", text(dropped.strips, dropped.strip_length)),
-        ("discarded between narrow facets", text(dropped.facet_edges, dropped.facet_length)),
+        ("discarded short or rough chains", text(discarded.short_chains, discarded.short_length)),
+        ("discarded dangling chains", text(discarded.dangling_chains, discarded.dangling_length)),
+        ("discarded at narrow strips", text(discarded.strips, discarded.strip_length)),
+        ("discarded between narrow facets", text(discarded.facet_edges, discarded.facet_length)),
     ]
 }
 

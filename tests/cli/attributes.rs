@@ -87,7 +87,7 @@ fn seams_and_borders_are_kept_if_asked() {
     );
     let report: serde_json::Value =
         serde_json::from_slice(&std::fs::read(place.path("r.json")).unwrap()).unwrap();
-    assert_eq!((&report["skeleton"]["curves"], &report["skeleton"]["corners"]), (&12.into(), &8.into()));
+    assert_eq!((&report["features"]["curves"], &report["features"]["corners"]), (&12.into(), &8.into()));
     assert_eq!(report["options"]["coarse_to_fine"]["label_borders"], 24);
     let found = read(&place.path("out.ply")).unwrap();
     let (low, high) = found.mesh.bounds().unwrap();

@@ -96,7 +96,7 @@ fn a_broken_mesh_stops_no_other_and_is_tried_again() {
             let options = &entry["options"];
             assert_eq!((&options["vertices"], &options["iterations"]), (&120.into(), &2.into()), "{entry}");
             assert!(
-                entry["q_avg"].as_f64() > Some(0.7) && entry["theta_min"].as_f64() > Some(1.0),
+                entry["mean_quality"].as_f64() > Some(0.7) && entry["min_angle"].as_f64() > Some(1.0),
                 "{entry}"
             );
             assert!(entry["rms"].as_f64() <= entry["hausdorff"].as_f64(), "{entry}");
@@ -158,7 +158,7 @@ fn a_table_has_a_row_for_each_mesh_however_often_it_was_tried() {
     // Numbers are those of the log, and nothing stands for what there is not.
     let log = entries(&place, "out/batch.jsonl");
     for (row, entry) in first.iter().zip(&log) {
-        for name in ["vertices", "q_avg", "theta_min", "rms", "hausdorff", "seconds"] {
+        for name in ["vertices", "mean_quality", "min_angle", "rms", "hausdorff", "seconds"] {
             let value: Option<f64> = entry[name].as_f64();
             assert_eq!(row[name].parse().ok(), value, "{name} of {entry}");
         }

@@ -108,8 +108,8 @@ fn the_report_says_what_was_asked_and_what_came_out() {
             ["vertices", "faces", "components", "euler", "genus"].map(|f| number(&r, &format!("{of}/{f}")));
         assert_eq!(got, want, "{of}");
     }
-    assert!((0.5..=1.0).contains(&number(&r, "/output/quality/q_avg")));
-    assert!((0.0..=60.0).contains(&number(&r, "/output/quality/theta_min")));
+    assert!((0.5..=1.0).contains(&number(&r, "/output/quality/mean_quality")));
+    assert!((0.0..=60.0).contains(&number(&r, "/output/quality/min_angle")));
     assert!((0.0..10.0).contains(&number(&r, "/output/distances/hausdorff")));
     assert_eq!(r["steps"].as_array().map(Vec::len), Some(10));
     assert_eq!(number(&r, "/iterations"), 10.0);

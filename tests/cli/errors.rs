@@ -223,7 +223,7 @@ fn targets_that_cannot_be_written() {
     }
     refused(&place, "remesh in.ply out.ply -n 100 --report missing/r.json", 1, &["missing/r.json"]);
     refused(&place, "remesh in.ply out.ply -n 100 --report -", 1, &["standard output", "name a file"]);
-    refused(&place, "inspect in.ply --skeleton -", 1, &["standard output"]);
+    refused(&place, "inspect in.ply --curves -", 1, &["standard output"]);
     refused(&place, "remesh in.ply out.ply -n 100 --report folder.ply", 1, &["folder.ply", "directory"]);
     // The report must not end up in a mesh.
     let before = std::fs::read(place.path("in.ply")).unwrap();

@@ -161,7 +161,7 @@ fn a_dry_run_tells_the_plan_and_writes_nothing() {
     place.run("remesh in.ply out.ply -n 2000 --report r.json -q --iterations 2");
     let report: serde_json::Value =
         serde_json::from_slice(&std::fs::read(place.path("r.json")).unwrap()).unwrap();
-    assert_eq!(report["skeleton"]["curve_sites"], on_curves, "{text}");
+    assert_eq!(report["features"]["curve_sites"], on_curves, "{text}");
     let row = text.lines().find(|line| line.trim_start().starts_with("on curves")).unwrap();
     let (totals, each) = row.split_once(": ").unwrap();
     let each: Vec<usize> = each.split_whitespace().map(|count| count.parse().unwrap()).collect();

@@ -41,9 +41,9 @@ fn a_box_is_six_sides_and_twelve_edges() {
 }
 
 #[test]
-fn the_skeleton_is_written_and_read_back_as_features() {
+fn the_curves_are_written_and_read_back_as_features() {
     let place = Place::with("box");
-    let first = json(&place, "in.ply --skeleton s.obj");
+    let first = json(&place, "in.ply --curves s.obj");
     let text = std::fs::read_to_string(place.path("s.obj")).unwrap();
     let lines = |start: &str| text.lines().filter(|l| l.starts_with(start)).count();
     assert_eq!((lines("v "), lines("l "), lines("p "), lines("g ")), (8, 12, 8, 2), "{text}");
@@ -53,7 +53,7 @@ fn the_skeleton_is_written_and_read_back_as_features() {
     assert_eq!(place.files(), ["in.ply", "s.obj"]);
     // A loop is closed in the file.
     write(&place.path("open.ply"), &sample("open-hemisphere").unwrap()).unwrap();
-    place.run("inspect open.ply --skeleton s.obj");
+    place.run("inspect open.ply --curves s.obj");
     let text = std::fs::read_to_string(place.path("s.obj")).unwrap();
     let rim: Vec<&str> = text.lines().find(|l| l.starts_with("l ")).unwrap().split(' ').collect();
     assert_eq!((rim.len(), rim[1]), (66, rim[65]), "{text}");
@@ -77,7 +77,7 @@ fn features_that_fit_no_edge_are_refused() {
     let bad = |content: &str, words: &[&str]| {
         std::fs::write(place.path("f.obj"), content).unwrap();
         let words: Vec<&str> = words.iter().copied().chain(["f.obj"]).collect();
-        refused(&place, "inspect in.ply --features f.obj --skeleton s.obj", 3, &words);
+        refused(&place, "inspect in.ply --features f.obj --curves s.obj", 3, &words);
     };
     bad("v 0 0 0\nv 0 0 1\n", &["no line elements"]);
     bad("v 0 0 0\nv 0 0 0.5\n\nl 1 2\n", &["line 4", "no vertex", "0.5"]);
@@ -95,6 +95,6 @@ fn mistakes_in_the_arguments() {
     refused(&place, "inspect in.ply --features none.obj", 3, &["none.obj", "no such file"]);
     refused(&place, "inspect in.ply --feature-angle 0", 2, &["feature angle 0"]);
     refused(&place, "inspect in.ply -n 0", 2, &["-n must be at least 1"]);
-    refused(&place, "inspect in.ply --skeleton in.ply", 2, &["overwrite"]);
-    refused(&place, "inspect in.ply --skeleton none/s.obj", 1, &["no folder"]);
+    refused(&place, "inspect in.ply --curves in.ply", 2, &["overwrite"]);
+    refused(&place, "inspect in.ply --curves none/s.obj", 1, &["no folder"]);
 }

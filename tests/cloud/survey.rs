@@ -74,7 +74,7 @@ fn the_program_inspects_points() {
     assert!(json["notes"][0].as_str().unwrap().contains("read as"), "{json}");
     place.run("remesh in.xyz normals.ply --normals-only");
     assert!(place.run("inspect normals.ply").0.contains("all points"));
-    for (arguments, code) in [("inspect in.xyz -n 10", 2), ("inspect in.xyz --skeleton s.obj", 2)] {
+    for (arguments, code) in [("inspect in.xyz -n 10", 2), ("inspect in.xyz --curves s.obj", 2)] {
         place.program(arguments).assert().code(code);
     }
 }

@@ -18,7 +18,7 @@ use crate::support::{assert_valid, device};
 const NONE: u32 = u32::MAX;
 
 fn smallest(mesh: &TriMesh) -> f64 {
-    quality(mesh).unwrap().theta_min
+    quality(mesh).unwrap().min_angle
 }
 
 fn largest(mesh: &TriMesh) -> f64 {

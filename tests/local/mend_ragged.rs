@@ -71,7 +71,7 @@ fn field(line: Polyline, is_boundary: bool) -> LocalMesh {
 /// Vertices on the curve after small angles were mended.
 fn left_on_curve(mut local: LocalMesh) -> usize {
     let before = local.mesh.clone();
-    assert!(quality(&before).unwrap().theta_min < 25.0);
+    assert!(quality(&before).unwrap().min_angle < 25.0);
     let options = MendOptions { min_angle: 30.0, spacing: 1.0, deviation: None };
     let target = Target::new(&before);
     mend_angles(&mut local, &target, &options, &ProgressToken::default()).unwrap();

@@ -66,7 +66,7 @@ fn triangles_are_even_and_on_the_surface() {
         let surface = sample(name).unwrap();
         let made = remeshed(&surface, vertices).mesh;
         let quality = quality(&made).unwrap();
-        assert!(quality.q_avg > least && quality.theta_min > 15.0, "{name}: {quality:?}");
+        assert!(quality.mean_quality > least && quality.min_angle > 15.0, "{name}: {quality:?}");
         assert_eq!(
             intersecting_faces(&made, &ProgressToken::default()).unwrap(),
             Vec::<u32>::new(),
@@ -187,7 +187,7 @@ fn needles_of_a_cad_model_do_not_show() {
     let made = remeshed(&plate, 1500).mesh;
     assert_eq!(kind(&topology(&made)), kind(&before));
     let shape = quality(&made).unwrap();
-    assert!(shape.q_avg > 0.87 && quality(&plate).unwrap().q_avg < 0.4, "{shape:?}");
+    assert!(shape.mean_quality > 0.87 && quality(&plate).unwrap().mean_quality < 0.4, "{shape:?}");
 }
 
 #[test]

@@ -203,7 +203,7 @@ fn the_poles_of_a_globe_are_no_seams() {
         assert!(near_pole || (turn - turn.round()).abs() < 0.02, "{got:?} {place}");
         assert!((got[1] - place.z.asin() / PI - 0.5).abs() < 0.03, "{got:?} {place}");
     }
-    let worst = quality(&output).unwrap().theta_min;
+    let worst = quality(&output).unwrap().min_angle;
     assert!(worst > 25.0, "an angle of {worst}");
 }
 

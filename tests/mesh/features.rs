@@ -60,7 +60,7 @@ fn fading(n: u32, angle: f64) -> TriMesh {
     })
 }
 
-/// The skeleton for an output of `vertices`, after the checks that hold for every skeleton.
+/// The features for an output of `vertices`, after the checks that hold for all features.
 #[track_caller]
 fn found(mesh: &TriMesh, vertices: usize) -> Features {
     found_with(mesh, &FeatureOptions::new(spacing_of(mesh, vertices).unwrap()))
@@ -158,8 +158,8 @@ fn strips_narrower_than_triangles_lose_what_nobody_sees() {
             let s = found(mesh, vertices);
             let curves = s.curves.iter().filter(|c| c.kind == CurveKind::Sharp).count();
             assert_eq!(curves, sharp, "{vertices}");
-            let dropped = (s.dropped.strips, s.dropped.strip_length.round() as usize);
-            assert_eq!(dropped, (usize::from(sharp < 2), 2 - sharp), "{vertices}");
+            let discarded = (s.discarded.strips, s.discarded.strip_length.round() as usize);
+            assert_eq!(discarded, (usize::from(sharp < 2), 2 - sharp), "{vertices}");
         }
     }
     let found = found(&uneven, 500);
@@ -249,7 +249,7 @@ fn edges_that_part_at_an_acute_angle_begin_where_they_are_wide_enough() {
             // On the grid of the surface.
             let narrow = 0.25 * spacing / f64::to_radians(angle).sin();
             let expected = if parts_at_once { 0.0 } else { narrow };
-            let length = s.dropped.strip_length;
+            let length = s.discarded.strip_length;
             assert!((length - expected).abs() < 1.5 / 40.0, "{angle} {vertices}: {length} for {expected}");
             let sharp = s.curves.iter().filter(|c| c.kind == CurveKind::Sharp);
             let whole: f64 = sharp.map(|curve| curve.length).sum();
@@ -363,11 +363,11 @@ fn smooth_and_noisy_surfaces_have_none() {
             assert_eq!(counts(&found(&rough, vertices)), [1, 0, 0, 0], "{vertices}");
         }
     }
-    // So rough that edges are sharp all over: they are found, and dropped with a reason.
+    // So rough that edges are sharp all over: they are found, and discarded with a reason.
     let rough = sphere(1.0, 5);
     let s = found(&noisy(&rough, 0.3 * edge(&rough)), 2000);
     assert_eq!(counts(&s), [1, 0, 0, 0]);
-    assert!(s.dropped.short_chains > 0 && s.dropped.short_length > 0.0, "{:?}", s.dropped);
+    assert!(s.discarded.short_chains > 0 && s.discarded.short_length > 0.0, "{:?}", s.discarded);
 }
 
 #[test]

@@ -27,8 +27,8 @@ fn edges_between_narrow_facets_of_a_cylinder_are_no_creases() {
         let tube = prism(&regular(sides), 20.0);
         let narrow = found(&tube, 140);
         assert_eq!(upright(&tube, &narrow), 0, "{sides}");
-        assert_eq!(narrow.dropped.facet_edges, sides as usize);
-        assert!((narrow.dropped.facet_length - 20.0 * f64::from(sides)).abs() < 1e-9);
+        assert_eq!(narrow.discarded.facet_edges, sides as usize);
+        assert!((narrow.discarded.facet_length - 20.0 * f64::from(sides)).abs() < 1e-9);
         // The rims stay.
         assert_eq!(narrow.patch_count, 3, "{sides}");
         // Wide facets are kept, in any unit.
@@ -36,7 +36,7 @@ fn edges_between_narrow_facets_of_a_cylinder_are_no_creases() {
             let vertices = tube.vertices.iter().map(|p| unit * *p).collect();
             let tube = TriMesh { vertices, triangles: tube.triangles.clone() };
             let wide = found(&tube, 2000);
-            assert_eq!((upright(&tube, &wide), wide.dropped.facet_edges), (sides as usize, 0), "{unit}");
+            assert_eq!((upright(&tube, &wide), wide.discarded.facet_edges), (sides as usize, 0), "{unit}");
         }
     }
 }
@@ -66,13 +66,13 @@ fn chamfers_stairs_and_teeth_are_creases() {
         })
         .collect();
     let part = prism(&chamfered, 20.0);
-    assert_eq!(found(&part, 600).dropped.facet_edges, 0);
+    assert_eq!(found(&part, 600).discarded.facet_edges, 0);
     // Waves of 45 degrees that turn back each time, as stairs and the teeth of a rack do.
     let wave = (0..20).map(|k| [f64::from(k), if k % 2 == 0 { 0.0 } else { 0.41 }]);
     let mut rack: Vec<[f64; 2]> = wave.collect();
     rack.extend([[19.0, 10.0], [0.0, 10.0]]);
     let rack = prism(&rack, 20.0);
-    assert_eq!(found(&rack, 400).dropped.facet_edges, 0);
+    assert_eq!(found(&rack, 400).discarded.facet_edges, 0);
 }
 
 #[test]
@@ -100,7 +100,7 @@ fn a_low_poly_shape_of_many_vertices_stays_sharp() {
     let icosahedron = TriMesh { vertices, triangles };
     let features = found(&icosahedron, 1000);
     let edges: usize = features.curves.iter().map(|curve| curve.edges()).sum();
-    assert_eq!((edges, features.patch_count, features.dropped.facet_edges), (30, 20, 0));
+    assert_eq!((edges, features.patch_count, features.discarded.facet_edges), (30, 20, 0));
 }
 
 #[test]
@@ -125,7 +125,7 @@ fn a_ruled_surface_cut_along_the_wrong_diagonals_has_no_creases() {
     for mesh in [cut(true), cut(false)] {
         let narrow = found(&mesh, 200);
         // One edge at an end may remain.
-        assert!(narrow.patch_count <= 2, "{:?}", narrow.dropped);
+        assert!(narrow.patch_count <= 2, "{:?}", narrow.discarded);
         assert_eq!(
             narrow.patch_count - 1,
             narrow.curves.iter().filter(|c| c.kind == CurveKind::Sharp).count()

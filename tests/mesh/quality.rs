@@ -49,12 +49,12 @@ fn summary_of_two_triangles() {
     let right = 6.0 / 3f64.sqrt() * 6.0 / 30.0;
     let hypotenuses = 5.0 + 10f64.sqrt();
     let other = 6.0 / 3f64.sqrt() * 7.5 / ((5.0 + hypotenuses) / 2.0 * 5.0);
-    close(found.q_min, right.min(other));
-    close(found.q_avg, (right + other) / 2.0);
+    close(found.min_quality, right.min(other));
+    close(found.mean_quality, (right + other) / 2.0);
     let small = (3.0f64 / 4.0).atan().to_degrees();
-    close(found.theta_min, small);
-    close(found.theta_min_avg, small);
-    assert_eq!((found.share_below_30, found.share_above_90), (0.0, 0.0));
+    close(found.min_angle, small);
+    close(found.mean_min_angle, small);
+    assert_eq!((found.fraction_below_30, found.fraction_above_90), (0.0, 0.0));
     let lengths = [5.0, 3.0, 4.0, 10f64.sqrt(), 5.0, 5.0];
     let mean = lengths.iter().sum::<f64>() / 6.0;
     let spread = lengths.iter().map(|l| (l - mean).powi(2)).sum::<f64>() / 6.0;
@@ -68,7 +68,7 @@ fn shares_count_thin_and_blunt_triangles() {
         &[[0, 1, 2], [0, 1, 3], [0, 1, 4], [0, 1, 3]],
     );
     let found = quality(&three).unwrap();
-    assert_eq!((found.share_below_30, found.share_above_90), (0.5, 0.25));
+    assert_eq!((found.fraction_below_30, found.fraction_above_90), (0.5, 0.25));
 }
 
 #[test]
@@ -82,8 +82,8 @@ fn scale_changes_nothing() {
     }
     for scale in [1e-30, 1e30, 1e200, 1e-200] {
         let found = quality(&moved(&rough, |v| v * scale)).unwrap();
-        close(found.q_avg, expected.q_avg);
-        close(found.theta_min, expected.theta_min);
+        close(found.mean_quality, expected.mean_quality);
+        close(found.min_angle, expected.min_angle);
         close(found.edge_cv, expected.edge_cv);
     }
 }
@@ -104,7 +104,7 @@ fn valences_of_cube_and_torus() {
     assert_eq!(found.histogram.iter().map(|(k, n)| *k as usize * n).sum::<usize>(), 36);
     let regular = valence(&torus(9, 7));
     assert_eq!(regular.histogram.into_iter().collect::<Vec<_>>(), [(6, 63)]);
-    assert_eq!((regular.share_6, regular.share_outside_5_to_7), (Some(1.0), Some(0.0)));
+    assert_eq!((regular.fraction_6, regular.fraction_outside_5_to_7), (Some(1.0), Some(0.0)));
 }
 
 #[test]
@@ -112,7 +112,10 @@ fn valence_leaves_the_boundary_out() {
     let found = valence(&plane(3, 0.0));
     assert_eq!(found.histogram.into_iter().collect::<Vec<_>>(), [(6, 4)]);
     let single = valence(&mesh(&[[0.0; 3]; 3], &[[0, 1, 2]]));
-    assert_eq!((single.interior_vertices, single.share_6, single.share_outside_5_to_7), (0, None, None));
+    assert_eq!(
+        (single.interior_vertices, single.fraction_6, single.fraction_outside_5_to_7),
+        (0, None, None)
+    );
 }
 
 #[test]

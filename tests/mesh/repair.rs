@@ -56,15 +56,15 @@ fn each_fault_is_counted_and_the_order_kept() {
     assert_eq!(repaired.mesh, expected);
     let counts = &repaired.counts;
     assert_eq!(counts.duplicate_vertices_welded, 1);
-    assert_eq!(counts.unreferenced_vertices_dropped, 2);
-    assert_eq!(counts.degenerate_faces_dropped, 3);
-    assert_eq!((counts.duplicate_faces_dropped, counts.opposite_faces_merged), (1, 1));
+    assert_eq!(counts.unreferenced_vertices_removed, 2);
+    assert_eq!(counts.degenerate_faces_removed, 3);
+    assert_eq!((counts.duplicate_faces_removed, counts.opposite_faces_merged), (1, 1));
     // The last disagrees with both others.
     assert_eq!(counts.faces_turned, 1);
-    let others = [counts.near_vertices_welded, counts.edges_joined, counts.components_dropped];
+    let others = [counts.near_vertices_welded, counts.edges_joined, counts.components_removed];
     assert_eq!((others, counts.unorientable_components), ([0; 3], 0));
     let json = serde_json::to_value(repaired.counts).unwrap();
-    assert_eq!(json["unreferenced_vertices_dropped"], 2);
+    assert_eq!(json["unreferenced_vertices_removed"], 2);
 }
 
 #[test]
@@ -78,7 +78,7 @@ fn flatness_does_not_depend_on_size_or_place() {
         }
         let repaired = repair(&mesh(&vertices, &[[0, 1, 2], [0, 1, 3]])).unwrap();
         assert_eq!(repaired.mesh.triangles, [[0, 1, 2]], "{scale:e}");
-        assert_eq!(repaired.counts.degenerate_faces_dropped, 1, "{scale:e}");
+        assert_eq!(repaired.counts.degenerate_faces_removed, 1, "{scale:e}");
     }
     // Across the whole range, where differences overflow.
     let wide = [[-1.7e308, 0.0, 0.0], [1.7e308, 0.0, 0.0], [0.0, 1.7e308, 0.0], [5.0, 0.0, 0.0]];
@@ -209,7 +209,7 @@ fn a_flat_face_that_holds_its_neighbours_together_leaves_no_slit() {
         let mut scaled = closed.clone();
         scaled.vertices.iter_mut().for_each(|v| *v *= scale);
         let repaired = repair(&scaled).unwrap();
-        assert_eq!((repaired.counts.degenerate_faces_dropped, repaired.counts.edges_joined), (1, 1));
+        assert_eq!((repaired.counts.degenerate_faces_removed, repaired.counts.edges_joined), (1, 1));
         let got = topology(&repaired.mesh);
         assert!(got.is_closed_manifold() && got.vertices == 5 && got.faces == 6, "{scale}: {got:?}");
     }

@@ -138,7 +138,7 @@ fn small_components_are_dropped_but_never_all() {
         let options = RepairOptions::default().min_component(share);
         let Repaired { mesh, origin, counts, .. } = repair_with(&three, &options).unwrap();
         assert_lies_on(&mesh, &origin, &three, 0.0);
-        assert_eq!(topology(&mesh).components + counts.components_dropped, 3);
+        assert_eq!(topology(&mesh).components + counts.components_removed, 3);
         topology(&mesh).components
     };
     assert_eq!([0.0, 1e-3, 0.5, 0.999].map(left), [3, 2, 1, 1]);
@@ -157,7 +157,7 @@ fn tolerances_and_areas_work_at_every_size() {
     }
     let options = RepairOptions::default().weld(1e-3).min_component(0.1);
     let want = repair_with(&input, &options).unwrap();
-    assert!(want.counts.near_vertices_welded > 100 && want.counts.components_dropped == 1);
+    assert!(want.counts.near_vertices_welded > 100 && want.counts.components_removed == 1);
     assert_eq!(want.counts.faces_turned, 3);
     for power in [-1000, -700, -300, 300, 700, 1000] {
         // A power of two changes no digit.

@@ -27,7 +27,7 @@ fn assert_sound(input: &TriMesh, options: &Options) -> Remeshed {
     assert!(got.is_closed_manifold(), "{options:?}: {got:?}");
     assert_eq!((got.vertices, got.components, got.euler), (N, want.components, want.euler), "{options:?}");
     let measures = &result.summary.output;
-    assert!(measures.quality.q_avg > 0.8, "{options:?}: {}", measures.quality.q_avg);
+    assert!(measures.quality.mean_quality > 0.8, "{options:?}: {}", measures.quality.mean_quality);
     let distances = measures.distances.as_ref().unwrap();
     assert!(distances.hausdorff_to_reference < 3.0, "{options:?}: {distances:?}");
     assert!(preview(input, options).unwrap().device_bytes > 0);
@@ -121,6 +121,6 @@ fn sites_find_triangles_that_have_no_vertex_near_them() {
     for options in [short(), short().face(Face::Power), short().normals(Normals::Cloud)] {
         let result = assert_sound(&input, &options);
         let quality = &result.summary.output.quality;
-        assert!(quality.theta_min > 15.0, "{options:?}: {}", quality.theta_min);
+        assert!(quality.min_angle > 15.0, "{options:?}: {}", quality.min_angle);
     }
 }

@@ -28,11 +28,11 @@ fn closed_models_come_back_with_the_exact_count_and_good_triangles() {
         assert_eq!(result.mesh.vertices.len(), n, "{name}");
         let output = &result.summary.output;
         assert!(
-            output.quality.q_avg > 0.94 && output.quality.theta_min > 33.0,
+            output.quality.mean_quality > 0.94 && output.quality.min_angle > 33.0,
             "{name}: {:?}",
             output.quality
         );
-        assert!(output.valence.share_6.unwrap() > 0.85, "{name}: {:?}", output.valence);
+        assert!(output.valence.fraction_6.unwrap() > 0.85, "{name}: {:?}", output.valence);
         assert_eq!(output.self_intersecting_faces, Some(0), "{name}");
         assert!(output.relative_volume.unwrap() > 0.0, "{name} was turned inside out");
     }
@@ -69,8 +69,11 @@ fn the_device_polishes_and_fits_as_the_host_does() {
         assert!(calls("fit.apply") > 0 && calls("intersect.pairs") > 0, "{name}");
         assert_eq!(topology(&got.mesh), topology(&want.mesh), "{name}");
         let [got_quality, want_quality] = [&got, &want].map(|result| &result.summary.output.quality);
-        assert!((got_quality.q_avg - want_quality.q_avg).abs() < 0.004, "{name}: {got_quality:?}");
-        assert!(got_quality.theta_min > want_quality.theta_min - 3.0, "{name}: {got_quality:?}");
+        assert!(
+            (got_quality.mean_quality - want_quality.mean_quality).abs() < 0.004,
+            "{name}: {got_quality:?}"
+        );
+        assert!(got_quality.min_angle > want_quality.min_angle - 3.0, "{name}: {got_quality:?}");
         let progress = rtfmesh::ProgressToken::default();
         let rms = |result: &Remeshed| {
             let surface = rtfmesh::mesh::distance::distances(&result.mesh, &input, &progress).unwrap();

@@ -39,7 +39,7 @@ fn a_box_and_a_thin_plate_come_back_exactly() {
         assert!(topology(&result.mesh).is_closed_manifold(), "{name}");
         assert!((output.relative_volume.unwrap() - 1.0).abs() < 1e-5, "{name}: {:?}", output.relative_volume);
         assert!(output.distances.unwrap().hausdorff < 1e-4, "{name}: {:?}", output.distances);
-        assert!(output.quality.theta_min > least, "{name}: {:?}", output.quality);
+        assert!(output.quality.min_angle > least, "{name}: {:?}", output.quality);
         let found = result.summary.features.unwrap();
         assert_eq!((found.curves, found.corners, found.patches), (12, 8, 6), "{name}");
         for corner in &input.vertices {
@@ -61,7 +61,7 @@ fn a_box_and_a_thin_plate_come_back_exactly() {
 fn a_boundary_stays_a_boundary() {
     let result = run(&sample("open-hemisphere").unwrap(), &Options::new(900));
     let output = &result.summary.output;
-    assert!(output.quality.theta_min > 38.0 && output.quality.q_avg > 0.93, "{:?}", output.quality);
+    assert!(output.quality.min_angle > 38.0 && output.quality.mean_quality > 0.93, "{:?}", output.quality);
     assert!(output.distances.unwrap().hausdorff < 0.2, "{:?}", output.distances);
     assert!(result.summary.features.unwrap().curve_sites > 50);
 }
@@ -125,13 +125,13 @@ fn features_too_narrow_for_the_spacing_are_counted_in_the_input_s_units() {
     let said = "sharp edges of length 200.0 (of 200.0 in total) were given up: 4,800 vertices keep them";
     assert_eq!(summary.warnings, [said]);
     let kept = run(&input, &Options::new(4800)).summary;
-    assert_eq!((kept.warning_codes, kept.features.unwrap().dropped.length()), (vec![], 0.0));
+    assert_eq!((kept.warning_codes, kept.features.unwrap().discarded.length()), (vec![], 0.0));
     let spacing = spacing_of(&input, 500).unwrap();
-    let dropped = find_features(&input, &FeatureOptions::new(spacing)).unwrap().dropped;
-    let counted = summary.features.unwrap().dropped;
-    assert_eq!(counted, dropped);
-    assert_eq!(dropped.strips, 1);
-    assert!((dropped.strip_length - 200.0).abs() < 1e-6, "{dropped:?}");
+    let discarded = find_features(&input, &FeatureOptions::new(spacing)).unwrap().discarded;
+    let counted = summary.features.unwrap().discarded;
+    assert_eq!(counted, discarded);
+    assert_eq!(discarded.strips, 1);
+    assert!((discarded.strip_length - 200.0).abs() < 1e-6, "{discarded:?}");
 }
 
 #[test]
@@ -139,11 +139,11 @@ fn a_coarse_tube_is_round_where_its_facets_are_narrow_and_a_prism_where_they_are
     let tube = prism(&regular(8), 20.0);
     let narrow = run(&tube, &Options::new(100)).summary;
     assert_eq!(narrow.warning_codes.first(), Some(&WarningCode::NarrowFacets), "{:?}", narrow.warnings);
-    assert!(narrow.output.quality.share_below_30 < 0.02, "{:?}", narrow.output.quality);
+    assert!(narrow.output.quality.fraction_below_30 < 0.02, "{:?}", narrow.output.quality);
     assert!(narrow.attempts > 1);
     let wide = run(&tube, &Options::new(3000)).summary;
-    assert_eq!((wide.features.unwrap().dropped.facet_edges, wide.warnings), (0, Vec::new()));
+    assert_eq!((wide.features.unwrap().discarded.facet_edges, wide.warnings), (0, Vec::new()));
     // Good triangles between creases leave no doubt, however narrow the facets.
     let nut = prism(&regular(6), 20.0);
-    assert_eq!(run(&nut, &Options::new(100)).summary.features.unwrap().dropped.facet_edges, 0);
+    assert_eq!(run(&nut, &Options::new(100)).summary.features.unwrap().discarded.facet_edges, 0);
 }

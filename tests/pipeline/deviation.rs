@@ -49,7 +49,7 @@ fn the_result_is_as_close_as_asked_for_with_few_vertices() {
             assert!(deviation(&even.mesh, &input) > percent);
             assert!(reached > 0.5 * percent, "{reached}");
             let quality = measure(&result.mesh, None).unwrap().quality;
-            assert!(quality.theta_min >= 30.0 && quality.q_avg > 0.85, "{quality:?}");
+            assert!(quality.min_angle >= 30.0 && quality.mean_quality > 0.85, "{quality:?}");
         }
     }
 }

@@ -74,8 +74,8 @@ fn worse(result: &Measures, input: &Measures) -> Vec<(String, &'static [&'static
     if input.self_intersecting_faces == Some(0) && result.self_intersecting_faces != Some(0) {
         list.push((format!("{:?} intersecting faces", result.self_intersecting_faces), &["intersect"]));
     }
-    if input.quality.theta_min > 2.0 && result.quality.theta_min < 1.0 {
-        list.push((format!("an angle of {} degrees", result.quality.theta_min), &["an angle below"]));
+    if input.quality.min_angle > 2.0 && result.quality.min_angle < 1.0 {
+        list.push((format!("an angle of {} degrees", result.quality.min_angle), &["an angle below"]));
     }
     let volumes = result.relative_volume.zip(input.relative_volume);
     if volumes.is_some_and(|(got, want)| got * want < 0.0 && got.abs().min(want.abs()) > 1e-3) {

@@ -47,7 +47,7 @@ fn ragged_borders_become_smooth_and_regions_keep_their_areas() {
     let input = sphere(1.0, 5);
     let labels = labelled(&input, nearest);
     let (smooth, carried) = run(&input, &labels, Options::new(1000)).unwrap();
-    let mean = quality(&smooth.mesh).unwrap().q_avg;
+    let mean = quality(&smooth.mesh).unwrap().mean_quality;
     assert!(mean > 0.92, "{mean}");
     for (own, expected) in shares(&smooth.mesh, &carried).iter().zip(shares(&input, &labels)) {
         assert!((own / expected - 1.0).abs() < 0.015, "{own} {expected}");

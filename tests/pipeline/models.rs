@@ -32,7 +32,7 @@ fn assert_sound(name: &str, options: &Options, least_quality: f64, least_angle: 
         "{name}"
     );
     let quality = &summary.output.quality;
-    assert!(quality.q_avg > least_quality && quality.theta_min > least_angle, "{name}: {quality:?}");
+    assert!(quality.mean_quality > least_quality && quality.min_angle > least_angle, "{name}: {quality:?}");
     assert!(summary.output.relative_volume.unwrap() > 0.0, "{name} was turned inside out");
 }
 
@@ -53,7 +53,7 @@ fn the_paper_s_preset_as_it_is_and_with_eq_7_as_it_is_written() {
         assert_sound(name, &by_corners(n), 0.85, 23.0);
     }
     let input = sample("torus").unwrap();
-    let quality = |options: Options| run(&input, &options).summary.output.quality.q_avg;
+    let quality = |options: Options| run(&input, &options).summary.output.quality.mean_quality;
     // Corners that are close together count twice, which costs quality.
     assert!(quality(by_corners(600)) < 0.88);
 }
@@ -92,7 +92,7 @@ fn place_and_scale_do_not_matter() {
         let result = run(&moved, &short(400));
         let got = &result.summary.output;
         assert_eq!(got.topology, plain.topology, "{scale} {shift}");
-        assert!((got.quality.q_avg - plain.quality.q_avg).abs() < 0.02, "{scale} {shift}");
+        assert!((got.quality.mean_quality - plain.quality.mean_quality).abs() < 0.02, "{scale} {shift}");
         assert!(got.distances.unwrap().hausdorff < 3.0, "{scale} {shift}");
     }
 }

@@ -49,7 +49,7 @@ fn disks_are_connected_where_they_are() {
         assert_eq!((result.summary.iterations, result.summary.converged), (0, false), "{name}");
     }
     // All angles of a maximal sampling are above 30 degrees but for the surface's bends.
-    let angle = run(&sample("torus").unwrap(), &Options::mps(2000)).summary.output.quality.theta_min;
+    let angle = run(&sample("torus").unwrap(), &Options::mps(2000)).summary.output.quality.min_angle;
     assert!(angle > 25.0, "{angle}");
 }
 
@@ -60,7 +60,7 @@ fn power_faces_relax_as_tangent_faces_do() {
         let power = assert_sound(name, &short(Options::rpf(n)));
         let tangent = run(&sample(name).unwrap(), &short(Options::rtf(n)));
         assert_ne!(power.mesh, tangent.mesh, "{name}: shadows do nothing");
-        let q = |result: &Remeshed| result.summary.output.quality.q_avg;
+        let q = |result: &Remeshed| result.summary.output.quality.mean_quality;
         assert!((q(&power) - q(&tangent)).abs() < 0.03, "{name}: {}, {}", q(&power), q(&tangent));
         assert!(power.summary.flags.hidden < n / 100, "{name}: {:?}", power.summary.flags);
     }
@@ -73,7 +73,7 @@ fn cells_connect_where_fans_have_the_topology_but_fold() {
     assert_eq!(faults(&result), Vec::<String>::new());
     assert!(result.connected.cells.is_some(), "{:?}", result.connected);
     // 23.7 degrees by the fans.
-    assert!(result.output.quality.theta_min > 25.5, "{}", result.output.quality.theta_min);
+    assert!(result.output.quality.min_angle > 25.5, "{}", result.output.quality.min_angle);
 }
 
 #[test]
@@ -81,7 +81,7 @@ fn planes_of_a_cloud_hold_the_sites() {
     for (name, n) in [("torus", 500), ("bumpy-sphere", 400), ("two-components", 400)] {
         let result = assert_sound(name, &Options::rvc(n).iterations(40));
         let output = &result.summary.output;
-        assert!(output.quality.q_avg > 0.83, "{name}: {}", output.quality.q_avg);
+        assert!(output.quality.mean_quality > 0.83, "{name}: {}", output.quality.mean_quality);
         let distances = output.distances.as_ref().unwrap();
         assert!(distances.hausdorff_to_reference < 3.0, "{name}: {distances:?}");
     }

@@ -44,7 +44,7 @@ fn faults(shape: &Shape, n: usize, seed: u64) -> Vec<String> {
         list.push(format!("{} vertices in use", got.vertices));
     }
     let [before, after] = [quality(&input), Some(result.summary.output.quality)];
-    let smallest = [before, after].map(|of| of.map_or(60.0, |quality| quality.theta_min));
+    let smallest = [before, after].map(|of| of.map_or(60.0, |quality| quality.min_angle));
     if smallest[0] > 2.0 && smallest[1] < 1.0 {
         list.push(format!("an angle of {} degrees", smallest[1]));
     }

@@ -237,7 +237,11 @@ fn local_operations_alone_do_the_same_work() {
         let input = sample(name).unwrap();
         let result = remesh(device(), &input, &Options::new(n).local(true)).unwrap();
         assert_like(&input, &result, n);
-        assert!(result.summary.output.quality.q_avg > 0.9, "{name}: {:?}", result.summary.output.quality);
+        assert!(
+            result.summary.output.quality.mean_quality > 0.9,
+            "{name}: {:?}",
+            result.summary.output.quality
+        );
         assert_eq!(result.summary.iterations, 0);
     }
 }

@@ -51,7 +51,7 @@ fn edges_are_as_long_as_requested() {
     let sizing = Sizing::Given(input.vertices.iter().map(|p| wished(*p)).collect());
     let result = run(&input, &Options::new(3000).sizing(sizing).growth(1.0));
     let quality = &result.summary.output.quality;
-    assert!(quality.q_avg > 0.93 && quality.theta_min > 33.0, "{quality:?}");
+    assert!(quality.mean_quality > 0.93 && quality.min_angle > 33.0, "{quality:?}");
     let shares = shares(&result.mesh, wished, 6);
     assert!(shares.iter().all(|share| (share - 1.0).abs() < 0.08), "{shares:?}");
 }
@@ -62,8 +62,8 @@ fn sharp_edges_follow() {
     let wished = |p: DVec3| 1.0 + 2.0 * p.z;
     let sizing = Sizing::Given(input.vertices.iter().map(|p| wished(*p)).collect());
     let result = run(&input, &Options::new(2500).sizing(sizing).growth(1.0));
-    let skeleton = result.summary.features.unwrap();
-    assert_eq!((skeleton.curves, skeleton.corners), (12, 8));
+    let features = result.summary.features.unwrap();
+    assert_eq!((features.curves, features.corners), (12, 8));
     let shares = shares(&result.mesh, wished, 6);
     assert!(shares.iter().all(|share| (share - 1.0).abs() < 0.1), "{shares:?}");
     let on_edge = |v: &&DVec3| v.x.abs() < 1e-9 && v.y.abs() < 1e-9;
@@ -85,7 +85,7 @@ fn curvature_brings_the_faces_closer_to_the_surface() {
     let uniform = Options::new(1000).feature_angle(180.0);
     let distances = |options: &Options| {
         let output = run(&input, options).summary.output;
-        assert!(output.quality.theta_min > 20.0, "{:?}", output.quality);
+        assert!(output.quality.min_angle > 20.0, "{:?}", output.quality);
         output.distances.unwrap()
     };
     let by_curvature = uniform.clone().sizing(Sizing::Curvature { gradation: 1.0 });
@@ -134,7 +134,7 @@ fn equal_sizes_and_reruns_give_the_same_mesh() {
     // Numbers that are all the same say nothing.
     let sizing = Sizing::Given(vec![3.0; input.vertices.len()]);
     let quality = run(&input, &Options::new(900).sizing(sizing)).summary.output.quality;
-    assert!(quality.q_avg > 0.94, "{quality:?}");
+    assert!(quality.mean_quality > 0.94, "{quality:?}");
 }
 
 #[test]

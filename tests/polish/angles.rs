@@ -84,14 +84,19 @@ fn uneven_samples_get_better_triangles_and_keep_their_shape() {
         assert!(counts.flips > 0 || name == "bumpy-sphere", "{name}");
         assert_eq!(mesh.vertices.len(), surface.vertices.len(), "{name}");
         assert_eq!(topology(&mesh), topology(&surface), "{name}");
-        assert!(after.q_avg > before.q_avg + 0.02, "{name}: {} after {}", after.q_avg, before.q_avg);
         assert!(
-            after.theta_min >= before.theta_min,
+            after.mean_quality > before.mean_quality + 0.02,
             "{name}: {} after {}",
-            after.theta_min,
-            before.theta_min
+            after.mean_quality,
+            before.mean_quality
         );
-        assert!(valence(&mesh).share_6 >= valence(&surface).share_6, "{name}");
+        assert!(
+            after.min_angle >= before.min_angle,
+            "{name}: {} after {}",
+            after.min_angle,
+            before.min_angle
+        );
+        assert!(valence(&mesh).fraction_6 >= valence(&surface).fraction_6, "{name}");
         assert!(intersecting_faces(&mesh, &ProgressToken::default()).unwrap().is_empty(), "{name}");
         let distances = distances_sampled(&mesh, &surface, 20_000, &ProgressToken::default()).unwrap();
         assert!(distances.rms < 0.15, "{name}: {} %", distances.rms);
@@ -110,8 +115,8 @@ fn a_shaken_torus_is_smooth_again() {
         &ProgressToken::default(),
     )
     .unwrap();
-    let (share_6, shape) = (valence(&mesh).share_6.unwrap(), quality(&mesh).unwrap());
-    assert!(share_6 > 0.95 && shape.theta_min > 38.0, "{share_6}, {shape:?}");
+    let (fraction_6, shape) = (valence(&mesh).fraction_6.unwrap(), quality(&mesh).unwrap());
+    assert!(fraction_6 > 0.95 && shape.min_angle > 38.0, "{fraction_6}, {shape:?}");
     for p in &mesh.vertices {
         let off = (p.x.hypot(p.y) - 1.0).hypot(p.z) - 0.4;
         assert!(off.abs() < 0.002, "a vertex is {off} off the torus");
@@ -143,10 +148,10 @@ fn flips_even_out_valences() {
             &ProgressToken::default(),
         )
         .unwrap();
-        assert!(quality(&mesh).unwrap().theta_min > quality(&split).unwrap().theta_min);
-        valence(&mesh).share_6.unwrap()
+        assert!(quality(&mesh).unwrap().min_angle > quality(&split).unwrap().min_angle);
+        valence(&mesh).fraction_6.unwrap()
     };
-    let before = valence(&split).share_6.unwrap();
+    let before = valence(&split).fraction_6.unwrap();
     assert!(regular(0.0) > before);
     assert!(regular(1.0) > regular(0.0));
 }
@@ -335,8 +340,8 @@ fn vertices_on_rails_slide_to_better_triangles() {
     polish(&mut mesh, &Target::new(&start), &options, &mut MeshCache::default(), &ProgressToken::default())
         .unwrap();
     let q = |mesh| quality(mesh).unwrap();
-    assert!(q(&mesh).q_avg > q(&start).q_avg + 0.02, "{:?} after {:?}", q(&mesh), q(&start));
-    assert!(q(&mesh).theta_min > q(&start).theta_min, "{:?} after {:?}", q(&mesh), q(&start));
+    assert!(q(&mesh).mean_quality > q(&start).mean_quality + 0.02, "{:?} after {:?}", q(&mesh), q(&start));
+    assert!(q(&mesh).min_angle > q(&start).min_angle, "{:?} after {:?}", q(&mesh), q(&start));
     for (v, (new, old)) in mesh.vertices.iter().zip(&start.vertices).enumerate() {
         let rides = v % 2 == 1 && v > 1 && v < 25;
         assert!(rides || new == old, "{v} has moved to {new}");

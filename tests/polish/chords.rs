@@ -41,7 +41,7 @@ fn edges_across_a_strip_between_two_curves_flip_and_those_along_it_stay() {
     };
     let flipped = run(curve_edges);
     assert_eq!((topology(&flipped), &flipped.vertices), (topology(&before), &before.vertices));
-    let mean = |mesh: &TriMesh| quality(mesh).unwrap().q_avg;
+    let mean = |mesh: &TriMesh| quality(mesh).unwrap().mean_quality;
     assert!(mean(&flipped) > mean(&before) + 0.1, "{} {}", mean(&before), mean(&flipped));
     // Where nothing is known of curves, all stay.
     assert_eq!(run(HashSet::new()), before);

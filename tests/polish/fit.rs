@@ -93,7 +93,7 @@ fn small_angles_do_not_get_smaller() {
             &ProgressToken::default(),
         )
         .unwrap();
-        let (before, after) = (quality(&coarse).unwrap().theta_min, quality(&mesh).unwrap().theta_min);
+        let (before, after) = (quality(&coarse).unwrap().min_angle, quality(&mesh).unwrap().min_angle);
         assert!(after >= before - 1e-9, "{min_angle}: {after} after {before}");
         assert!(min_angle < 60.0 || counts.held > 0);
     }

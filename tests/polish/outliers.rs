@@ -48,8 +48,8 @@ fn spikes_and_dents_are_reached() {
         assert_eq!(topology(&reached), topology(&mesh));
         assert!(intersecting_faces(&reached, &ProgressToken::default()).unwrap().is_empty());
         let (old, new) = (quality(&mesh).unwrap(), quality(&reached).unwrap());
-        let least = OutlierOptions::default().min_angle.min(old.theta_min);
-        assert!(new.theta_min >= least && new.share_above_90 <= old.share_above_90, "{edges}: {new:?}");
+        let least = OutlierOptions::default().min_angle.min(old.min_angle);
+        assert!(new.min_angle >= least && new.fraction_above_90 <= old.fraction_above_90, "{edges}: {new:?}");
     }
 }
 

@@ -17,7 +17,7 @@ use std::collections::{HashMap, HashSet};
 pub struct Scene {
     pub mesh: TriMesh,
     pub normals: Vec<DVec3>,
-    pub skeleton: Features,
+    pub features: Features,
     pub spacing: f64,
     pub sites: Vec<DVec3>,
     pub places: Vec<Place>,
@@ -29,7 +29,7 @@ impl Scene {
     pub fn new(mesh: &TriMesh, interior: usize, seed: u64) -> Self {
         let mesh = repair(mesh).unwrap().mesh;
         let spacing = spacing_of(&mesh, interior).unwrap();
-        let skeleton = find_features(&mesh, &FeatureOptions::new(spacing)).unwrap();
+        let features = find_features(&mesh, &FeatureOptions::new(spacing)).unwrap();
         let crosses: Vec<DVec3> = (0..mesh.triangles.len())
             .map(|t| {
                 let [a, b, c] = mesh.corners(t);
@@ -39,7 +39,7 @@ impl Scene {
         let mut scene = Self {
             normals: crosses.iter().map(|n| n.normalize()).collect(),
             mesh,
-            skeleton,
+            features,
             spacing,
             sites: Vec::new(),
             places: Vec::new(),
@@ -79,11 +79,11 @@ impl Scene {
             halves.insert((a.min(b), a.max(b)), half);
         }
         let mut at_corner = HashMap::new();
-        for v in self.skeleton.corners.clone() {
+        for v in self.features.corners.clone() {
             at_corner.insert(v, self.put(self.mesh.vertices[v as usize], Place::Vertex(v)));
         }
         let ends = |c: &Curve| [c.vertices[0], c.vertices[c.vertices.len() - 1]];
-        let curves = self.skeleton.curves.clone();
+        let curves = self.features.curves.clone();
         for curve in &curves {
             let doubled = curves
                 .iter()
@@ -133,7 +133,7 @@ impl Scene {
 
     pub fn cells(&self, k: usize) -> ConnectedCells {
         let mut on_curve = HashSet::new();
-        for curve in &self.skeleton.curves {
+        for curve in &self.features.curves {
             for e in 0..curve.edges() {
                 let [a, b] = [e, (e + 1) % curve.vertices.len()].map(|m| curve.vertices[m]);
                 on_curve.insert((a.min(b), a.max(b)));
@@ -147,7 +147,7 @@ impl Scene {
             .map(|(a, b)| on_curve.contains(&(a.min(b), a.max(b))))
             .collect();
         let surface = CellSurface::new(&self.mesh.vertices, &self.mesh.triangles, &self.normals)
-            .cut_along(&curves, &self.skeleton.patches);
+            .cut_along(&curves, &self.features.patches);
         let near = near(&self.sites, k);
         let sites = CellSites {
             positions: &self.sites,

@@ -11,7 +11,7 @@ use rtfmesh::sites::on_surface::SitesOnSurface;
 use rtfmesh::sites::place::Place;
 use rtfmesh::sites::surface_curves::SurfaceCurves;
 
-/// The curves of `mesh`, with the angle and spacing that the skeleton is looked for with.
+/// The curves of `mesh`, with the angle and spacing that features are looked for with.
 fn curves(mesh: &TriMesh, angle: f64, spacing: f64) -> SurfaceCurves {
     let options = FeatureOptions { feature_angle: angle, ..FeatureOptions::new(spacing) };
     SurfaceCurves::new(&mesh.vertices, &mesh.triangles, &find_features(mesh, &options).unwrap()).unwrap()

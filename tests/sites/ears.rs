@@ -29,9 +29,9 @@ fn is_uncrowded(mesh: &TriMesh) -> bool {
 #[test]
 fn a_flat_ear_is_turned() {
     let (mut flat, curve) = flat_ear(&[]);
-    let before = quality(&flat).unwrap().theta_min;
+    let before = quality(&flat).unwrap().min_angle;
     turn_ears(&mut flat.triangles, &flat.vertices, &curve);
-    let after = quality(&flat).unwrap().theta_min;
+    let after = quality(&flat).unwrap().min_angle;
     assert!(before < 6.0 && after > 40.0, "{before} {after}");
     assert!(flat.triangles.iter().all(|t| t.contains(&2) && t.contains(&3)));
 }

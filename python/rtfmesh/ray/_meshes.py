@@ -179,8 +179,8 @@ def from_file_to_file(remesher: Remesher, task: Task) -> dict[str, Any]:
     return {
         "vertices": len(result.vertices),
         "faces": len(result.faces),
-        "mean_quality": round(quality["q_avg"], 4),
-        "least_quality": round(quality["q_min"], 4),
-        "least_angle": round(quality["theta_min"], 2),
+        "mean_quality": round(quality["mean_quality"], 4),
+        "least_quality": round(quality["min_quality"], 4),
+        "least_angle": round(quality["min_angle"], 2),
         "warnings": "; ".join(str(w.message) for w in told if issubclass(w.category, MeshWarning)),
     }

@@ -54,9 +54,9 @@ pub struct Entry {
     /// Vertices of the result.
     pub vertices: Option<usize>,
     /// Mean quality of its triangles, 0..=1.
-    pub q_avg: Option<f64>,
+    pub mean_quality: Option<f64>,
     /// Its smallest angle in degrees.
-    pub theta_min: Option<f64>,
+    pub min_angle: Option<f64>,
     /// Distance to the input, both ways, in percent of the input's diagonal: the root mean square of samples.
     pub rms: Option<f64>,
     /// The same, at most: upper end of the Hausdorff distance.
@@ -87,8 +87,8 @@ impl Entry {
             input_stamp: None,
             output_stamp: None,
             vertices: None,
-            q_avg: None,
-            theta_min: None,
+            mean_quality: None,
+            min_angle: None,
             rms: None,
             hausdorff: None,
             options: None,
@@ -105,8 +105,8 @@ impl Entry {
     pub fn tell_of(&mut self, result: Remeshed) {
         let measures = result.summary.output;
         self.vertices = Some(measures.vertices);
-        self.q_avg = Some(measures.quality.q_avg);
-        self.theta_min = Some(measures.quality.theta_min);
+        self.mean_quality = Some(measures.quality.mean_quality);
+        self.min_angle = Some(measures.quality.min_angle);
         self.rms = measures.distances.as_ref().map(|distances| distances.rms);
         self.hausdorff = measures.distances.as_ref().map(|distances| distances.hausdorff);
         self.notes.extend(result.summary.remarks);

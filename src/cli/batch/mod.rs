@@ -39,9 +39,9 @@ const SHORT_EXAMPLES: &str = "Examples:
 /// Remesh many files with the same options on one device
 ///
 /// The log gets a JSON line for each mesh: input, output, status (done, failed, skipped), input_stamp and
-/// output_stamp (sizes and times), vertices, q_avg, theta_min, rms and hausdorff (with --distances), options,
-/// asked (a digest of the options), warnings, notes, seconds, error. A mesh that fails does not stop the
-/// others; the exit code is then 1. After Ctrl-C finished meshes remain, and --resume continues.
+/// output_stamp (sizes and times), vertices, mean_quality, min_angle, rms and hausdorff (with --distances),
+/// options, asked (a digest of the options), warnings, notes, seconds, error. A mesh that fails does not stop
+/// the others; the exit code is then 1. After Ctrl-C finished meshes remain, and --resume continues.
 #[derive(clap::Args)]
 #[command(after_help = SHORT_EXAMPLES, after_long_help = EXAMPLES, disable_help_flag = true)]
 pub struct Args {

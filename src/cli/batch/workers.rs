@@ -211,8 +211,8 @@ fn line(entry: &Entry, place: usize, of: usize) -> String {
             input,
             output,
             vertices.unwrap_or_default(),
-            entry.q_avg.unwrap_or_default(),
-            entry.theta_min.unwrap_or_default(),
+            entry.mean_quality.unwrap_or_default(),
+            entry.min_angle.unwrap_or_default(),
         ),
     };
     for warning in &entry.warnings {

@@ -7,7 +7,7 @@
 mod chains;
 mod corners;
 mod curve;
-mod dropped;
+mod discarded;
 mod graph;
 mod grow;
 mod network;
@@ -28,7 +28,7 @@ use super::triangle::area;
 use super::unit_frame::UnitFrame;
 use crate::{Error, Result};
 pub use curve::{Curve, CurveKind};
-pub use dropped::Dropped;
+pub use discarded::Discarded;
 use graph::Graph;
 use scale::Scale;
 use surface::FeatureSurface;
@@ -44,7 +44,7 @@ pub struct FeatureOptions {
     /// sharp edges off. Chains are followed down to 0.4 of it.
     pub feature_angle: f64,
     /// Typical edge length of the output in the mesh's units, above 0: chains shorter than a few of it are
-    /// dropped, and normals are averaged over half of it.
+    /// discarded, and normals are averaged over half of it.
     pub spacing: f64,
     /// Edges that the user marks as curves, each as its two vertices in either order.
     pub user_edges: Vec<[u32; 2]>,
@@ -75,8 +75,8 @@ pub struct Features {
     pub patches: Vec<u32>,
     /// How many patches there are.
     pub patch_count: usize,
-    /// Sharp edges that were dropped again.
-    pub dropped: Dropped,
+    /// Sharp edges that were discarded again.
+    pub discarded: Discarded,
 }
 
 impl Features {
@@ -104,28 +104,28 @@ pub fn find_features(mesh: &TriMesh, options: &FeatureOptions) -> Result<Feature
 
     let mut surface = FeatureSurface::new(&points, &mesh.triangles, scale.spacing);
     surface.add_user_edges(&options.user_edges)?;
-    let mut dropped = Dropped::default();
+    let mut discarded = Discarded::default();
     let mut turns = sharpness::turns(&surface, scale);
     if options.round_facets {
-        round::drop_round(&points, &surface, &mut turns, scale, &mut dropped);
+        round::discard_round(&points, &surface, &mut turns, scale, &mut discarded);
     }
     let candidates = sharpness::candidates(&points, &surface, &turns, scale);
     let mut graph = Graph::new(&points, candidates);
     grow::follow(&mut graph, scale);
-    short_chains::drop_short_chains(&mut graph, scale.spacing, &mut dropped);
-    strips::drop_strips(&mut graph, &surface, scale.spacing, &mut dropped);
-    wedges::drop_wedges(&mut graph, &surface, scale.spacing, &mut dropped);
-    if dropped.strips > 0 {
-        short_chains::drop_short_chains(&mut graph, scale.spacing, &mut dropped);
+    short_chains::discard_short_chains(&mut graph, scale.spacing, &mut discarded);
+    strips::discard_strips(&mut graph, &surface, scale.spacing, &mut discarded);
+    wedges::discard_wedges(&mut graph, &surface, scale.spacing, &mut discarded);
+    if discarded.strips > 0 {
+        short_chains::discard_short_chains(&mut graph, scale.spacing, &mut discarded);
     }
-    dropped.in_units(frame.scale);
+    discarded.in_units(frame.scale);
 
     let corners = corners::find(&graph, &surface, scale.spacing);
     let mut curves = chains::curves(&graph, &corners);
     curves.iter_mut().for_each(|curve| curve.length *= frame.scale);
     let (patches, patch_count) = patches::patches(&graph, &surface);
     let corners = (0..).zip(&corners).filter(|(_, is)| **is).map(|(vertex, _)| vertex).collect();
-    Ok(Features { curves, corners, patches, patch_count, dropped })
+    Ok(Features { curves, corners, patches, patch_count, discarded })
 }
 
 /// The spacing of `vertices` vertices on `mesh`: the edge length of a perfect hexagonal layout on its area,

@@ -11,7 +11,7 @@
 
 use glam::DVec3;
 
-use super::dropped::Dropped;
+use super::discarded::Discarded;
 use super::scale::Scale;
 use super::surface::FeatureSurface;
 use crate::mesh::NONE;
@@ -42,20 +42,20 @@ struct Beyond {
 }
 
 /// Drops the edges of rows between narrow facets, of those that turn by the feature angle at least.
-pub(super) fn drop_round(
+pub(super) fn discard_round(
     points: &[DVec3],
     surface: &FeatureSurface,
     turns: &mut Vec<(u32, f64)>,
     scale: Scale,
-    dropped: &mut Dropped,
+    discarded: &mut Discarded,
 ) {
     let is_round =
         |edge: &(u32, f64)| edge.1 >= scale.feature && is_round(points, surface, *edge, scale.spacing);
     let round: Vec<bool> = turns.par_iter().map(is_round).collect();
     for (half, _) in turns.iter().zip(&round).filter(|(_, round)| **round).map(|(edge, _)| edge) {
         let [a, b] = surface.ends(*half).map(|v| points[v as usize]);
-        dropped.facet_length += a.distance(b);
-        dropped.facet_edges += 1;
+        discarded.facet_length += a.distance(b);
+        discarded.facet_edges += 1;
     }
     let mut is_kept = round.into_iter().map(|round| !round);
     turns.retain(|_| is_kept.next().unwrap_or(true));

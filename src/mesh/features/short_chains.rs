@@ -2,11 +2,11 @@
 
 use super::corners::bend;
 use super::curve::CurveKind;
-use super::dropped::Dropped;
+use super::discarded::Discarded;
 use super::graph::Graph;
 use super::strips::NARROW;
 
-/// Connected sharp edges are dropped below this many spacings of total length,
+/// Connected sharp edges are discarded below this many spacings of total length,
 const SHORTEST: f64 = 2.0;
 /// plus this many for each free end and each sharp bend: creases of CAD parts end and bend where they meet
 /// other creases, those of scans anywhere.
@@ -23,13 +23,13 @@ const LEAST_EDGES_OF_RIM: usize = 6;
 const SHORTEST_RIM: f64 = 3.0;
 /// At least this share of their length must be sharp by itself, if they have such flaws.
 const STRONG: f64 = 0.5;
-/// Chains with a free end are dropped below this many spacings.
+/// Chains with a free end are discarded below this many spacings.
 const DANGLING: f64 = 3.0;
 
 /// Switches off dangling chains, then components that are too short; lengths are in the frame of the graph.
-pub(super) fn drop_short_chains(graph: &mut Graph, spacing: f64, dropped: &mut Dropped) {
-    drop_dangling(graph, DANGLING * spacing, dropped);
-    drop_short(graph, spacing, dropped);
+pub(super) fn discard_short_chains(graph: &mut Graph, spacing: f64, discarded: &mut Discarded) {
+    discard_dangling(graph, DANGLING * spacing, discarded);
+    discard_short(graph, spacing, discarded);
 }
 
 /// Whether a chain that ends at `vertex` ends at another one all the same, but for the width of a narrow
@@ -64,7 +64,7 @@ fn dangling_chain(graph: &Graph, vertex: u32) -> (Vec<u32>, u32, f64) {
 }
 
 /// Shortest first, because what is left at the junction may then be one chain.
-fn drop_dangling(graph: &mut Graph, shortest: f64, dropped: &mut Dropped) {
+fn discard_dangling(graph: &mut Graph, shortest: f64, discarded: &mut Discarded) {
     loop {
         let mut dangling: Vec<(f64, u32)> = (0..graph.edges.len() as u32)
             .filter(|&edge| is_sharp(graph, edge))
@@ -83,15 +83,15 @@ fn drop_dangling(graph: &mut Graph, shortest: f64, dropped: &mut Dropped) {
             let (chain, at, length) = dangling_chain(graph, vertex);
             if length < shortest && graph.degree(at) > 2 {
                 chain.iter().for_each(|&edge| graph.edges[edge as usize].on = false);
-                dropped.dangling_chains += 1;
-                dropped.dangling_length += length;
+                discarded.dangling_chains += 1;
+                discarded.dangling_length += length;
             }
         }
     }
 }
 
 /// Judges each connected component of sharp edges as a whole.
-fn drop_short(graph: &mut Graph, spacing: f64, dropped: &mut Dropped) {
+fn discard_short(graph: &mut Graph, spacing: f64, discarded: &mut Discarded) {
     let mut seen = vec![false; graph.edges.len()];
     for first in 0..graph.edges.len() as u32 {
         if seen[first as usize] || !is_sharp(graph, first) {
@@ -100,8 +100,8 @@ fn drop_short(graph: &mut Graph, spacing: f64, dropped: &mut Dropped) {
         let component = Component::around(graph, first, &mut seen);
         if component.is_too_short(graph, spacing) {
             component.edges.iter().for_each(|&edge| graph.edges[edge as usize].on = false);
-            dropped.short_chains += 1;
-            dropped.short_length += component.length;
+            discarded.short_chains += 1;
+            discarded.short_length += component.length;
         }
     }
 }

@@ -2,12 +2,12 @@
 //! triangle there would be a sliver.
 //!
 //! At a step the surface turns one way at one side and back at the other: it is invisible at this spacing,
-//! and both sides are dropped. At a chamfer it turns the same way at both sides: the sharper one stays. So it
-//! does at the side of a plate, but twice as far; there both stay, or the plate would lose its side. Strips
-//! that branch are taken apart first (`network.rs`).
+//! and both sides are discarded. At a chamfer it turns the same way at both sides: the sharper one stays. So
+//! it does at the side of a plate, but twice as far; there both stay, or the plate would lose its side.
+//! Strips that branch are taken apart first (`network.rs`).
 
 use super::curve::CurveKind;
-use super::dropped::Dropped;
+use super::discarded::Discarded;
 use super::graph::{CurveEdge, Graph};
 use super::network::{Side, weaker_sides};
 use super::patches::patches;
@@ -98,7 +98,12 @@ pub(super) fn length(graph: &Graph, edges: &[u32]) -> f64 {
 }
 
 /// Switches off edges of narrow strips; lengths are in the frame of the graph.
-pub(super) fn drop_strips(graph: &mut Graph, surface: &FeatureSurface, spacing: f64, dropped: &mut Dropped) {
+pub(super) fn discard_strips(
+    graph: &mut Graph,
+    surface: &FeatureSurface,
+    spacing: f64,
+    discarded: &mut Discarded,
+) {
     let is_sharp = |edge: &CurveEdge| edge.on && edge.kind == CurveKind::Sharp;
     // Most surfaces have no sharp edge, and need no patches here.
     if !graph.edges.iter().any(is_sharp) {
@@ -110,8 +115,8 @@ pub(super) fn drop_strips(graph: &mut Graph, surface: &FeatureSurface, spacing: 
         if edges.is_empty() || strip.edges().any(|edge| !graph.edges[edge as usize].on) {
             continue;
         }
-        dropped.strips += 1;
-        dropped.strip_length += length(graph, &edges);
+        discarded.strips += 1;
+        discarded.strip_length += length(graph, &edges);
         edges.iter().for_each(|edge| graph.edges[*edge as usize].on = false);
     }
 }

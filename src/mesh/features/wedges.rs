@@ -5,7 +5,7 @@ use glam::DVec3;
 
 use super::corners::bend;
 use super::curve::CurveKind;
-use super::dropped::Dropped;
+use super::discarded::Discarded;
 use super::graph::Graph;
 use super::strips::{NARROW, PLATE, length, mean_turn};
 use super::surface::FeatureSurface;
@@ -80,14 +80,19 @@ impl Chain {
 }
 
 /// Switches off the weaker sides of wedges as far as they are narrow; lengths are in the frame of the graph.
-pub(super) fn drop_wedges(graph: &mut Graph, surface: &FeatureSurface, spacing: f64, dropped: &mut Dropped) {
+pub(super) fn discard_wedges(
+    graph: &mut Graph,
+    surface: &FeatureSurface,
+    spacing: f64,
+    discarded: &mut Discarded,
+) {
     for vertex in 0..graph.points.len() as u32 {
         if graph.all_at(vertex).len() < 2 {
             continue;
         }
         while let Some(edges) = wedge_at(graph, surface, vertex, spacing) {
-            dropped.strips += 1;
-            dropped.strip_length += length(graph, &edges);
+            discarded.strips += 1;
+            discarded.strip_length += length(graph, &edges);
             edges.iter().for_each(|edge| graph.edges[*edge as usize].on = false);
         }
     }

@@ -35,7 +35,7 @@ pub(super) fn clean(mesh: &TriMesh, vertex: impl Fn(u32) -> u32, counts: &mut Re
         let mut key = welded;
         key.sort_unstable();
         if is_flat(welded.map(|vertex| mesh.vertices[vertex as usize])) {
-            counts.degenerate_faces_dropped += 1;
+            counts.degenerate_faces_removed += 1;
             flat.extend(welded);
             continue;
         }
@@ -47,7 +47,7 @@ pub(super) fn clean(mesh: &TriMesh, vertex: impl Fn(u32) -> u32, counts: &mut Re
                 origin.push(number);
             }
             Entry::Occupied(first) if *first.get() != runs_up => counts.opposite_faces_merged += 1,
-            Entry::Occupied(_) => counts.duplicate_faces_dropped += 1,
+            Entry::Occupied(_) => counts.duplicate_faces_removed += 1,
         }
     }
     Cleaned { triangles, origin, flat }

@@ -32,8 +32,8 @@ pub(super) fn drop_small(mesh: &mut TriMesh, origin: &mut Vec<u32>, share: f64, 
     let (of_triangle, areas) = connected_components(mesh);
     let largest = areas.iter().copied().fold(0.0, f64::max);
     let least = (share * areas.iter().sum::<f64>()).min(largest);
-    counts.components_dropped = areas.iter().filter(|area| **area < least).count();
-    if counts.components_dropped > 0 {
+    counts.components_removed = areas.iter().filter(|area| **area < least).count();
+    if counts.components_removed > 0 {
         let stays = |t: usize| areas[of_triangle[t] as usize] >= least;
         let kept: Vec<usize> = (0..mesh.triangles.len()).filter(|t| stays(*t)).collect();
         *mesh = without_unused_vertices(mesh, kept.iter().map(|t| mesh.triangles[*t]).collect());

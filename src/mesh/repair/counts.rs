@@ -17,16 +17,16 @@ pub struct RepairCounts {
     /// Boundary vertices on boundary edges, which were split there.
     pub edges_joined: usize,
     /// Vertices that no face uses, after the faces below were dropped.
-    pub unreferenced_vertices_dropped: usize,
+    pub unreferenced_vertices_removed: usize,
     /// Faces with a vertex twice or without an area.
-    pub degenerate_faces_dropped: usize,
+    pub degenerate_faces_removed: usize,
     /// Faces over the same three vertices as an earlier one, with the same orientation.
-    pub duplicate_faces_dropped: usize,
+    pub duplicate_faces_removed: usize,
     /// Faces over the same three vertices as an earlier one, with the opposite orientation: both sides of a
     /// sheet, or the contact of two bodies. The earlier one stays.
     pub opposite_faces_merged: usize,
     /// Components below the least area.
-    pub components_dropped: usize,
+    pub components_removed: usize,
     /// Faces turned over to agree with the larger part of their component.
     pub faces_turned: usize,
     /// Components that no turning makes agree.
@@ -38,7 +38,7 @@ pub struct RepairCounts {
 impl RepairCounts {
     /// Faces over the same three vertices as an earlier one, with either orientation.
     pub(crate) fn repeated_faces(&self) -> usize {
-        self.duplicate_faces_dropped + self.opposite_faces_merged
+        self.duplicate_faces_removed + self.opposite_faces_merged
     }
 
     /// What a user should know of, in words; nothing for a mesh that needed no more than exact welding.
@@ -56,18 +56,18 @@ impl RepairCounts {
                 "joined to vertices on boundaries",
             ),
             (
-                self.degenerate_faces_dropped,
+                self.degenerate_faces_removed,
                 ["face without an area was", "faces without an area were"],
                 "removed",
             ),
-            (self.duplicate_faces_dropped, ["duplicate face was", "duplicate faces were"], "removed"),
+            (self.duplicate_faces_removed, ["duplicate face was", "duplicate faces were"], "removed"),
             (
                 self.opposite_faces_merged,
                 ["face was", "faces were"],
                 "merged with the same face of opposite orientation",
             ),
             (
-                self.components_dropped,
+                self.components_removed,
                 ["component was", "components were"],
                 "removed, below the minimum \
             size",

@@ -148,7 +148,7 @@ pub fn repair_with(mesh: &TriMesh, options: &RepairOptions) -> Result<Repaired> 
         return Err(Error::input(None, "the mesh has no faces with an area", "give a surface mesh"));
     }
     let mut kept = without_unused_vertices(mesh, triangles);
-    counts.unreferenced_vertices_dropped =
+    counts.unreferenced_vertices_removed =
         mesh.vertices.len() - counts.duplicate_vertices_welded - kept.vertices.len();
     let places: HashSet<[u64; 3]> = flat.iter().map(|v| position_key(mesh.vertices[*v as usize])).collect();
     let at_flat: Vec<bool> =

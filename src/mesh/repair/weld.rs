@@ -52,7 +52,7 @@ pub(super) fn merge(
             let before = mesh.vertices.len() - merged;
             *mesh = without_unused_vertices(mesh, triangles);
             *origin = number.iter().map(|t| origin[*t as usize]).collect();
-            counts.unreferenced_vertices_dropped += before - mesh.vertices.len();
+            counts.unreferenced_vertices_removed += before - mesh.vertices.len();
             return merged;
         }
     }

@@ -218,7 +218,7 @@ impl CoarseToFine<'_> {
             let reduced = progress
                 .during(|progress| reduce_outliers(mesh, target, edge, &options, &mut cache, progress))?;
             level.outliers = reduced.left;
-            clock.phase("spots");
+            clock.phase("outliers");
         }
         let tree = cache.into_tree();
         Ok(Surroundings { patches: patches_around, sliding_curves, lengths: lengths_around, tree })

@@ -23,7 +23,7 @@ impl Runner<'_, '_> {
             return Ok(first);
         }
         let model = self.model_of_round_facets(vertices)?;
-        if model.features.dropped.facet_edges == 0 {
+        if model.features.discarded.facet_edges == 0 {
             return Ok(first);
         }
         let round = match self.attempt(&model, vertices, self.shared.options.seed) {
@@ -39,5 +39,5 @@ impl Runner<'_, '_> {
 
 /// The share of triangles with an angle below 30 degrees.
 fn share_of_narrow(mesh: &TriMesh) -> f64 {
-    quality(mesh).map_or(0.0, |quality| quality.share_below_30)
+    quality(mesh).map_or(0.0, |quality| quality.fraction_below_30)
 }

@@ -84,7 +84,7 @@ impl Fallback<'_> {
     pub fn has_usual_slivers(&self, outcome: &Outcome) -> bool {
         let Some(Fault { kind: FaultKind::Slivers(count), .. }) = outcome.fault else { return false };
         let are_few = count as f64 <= FEW_SLIVERS * outcome.mesh.triangles.len() as f64;
-        are_few && quality(self.mesh).is_some_and(|quality| quality.theta_min <= 2.0 * SLIVER)
+        are_few && quality(self.mesh).is_some_and(|quality| quality.min_angle <= 2.0 * SLIVER)
     }
 
     /// Number of components.

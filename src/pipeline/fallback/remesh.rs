@@ -340,7 +340,9 @@ fn simplified(surface: &TriMesh, target: &ComponentTarget) -> Result<Simplified>
     let simplify = |preserved: Preserved| with_vertices(surface, preserved, target.vertices, target.progress);
     let options =
         FeatureOptions { feature_angle: target.feature_angle, ..FeatureOptions::new(target.spacing) };
-    if let Ok(features) = find_features(surface, &options)
+    // A number that the topology does not allow is not reached with curves, either.
+    if target.vertices >= topology(surface).vertices_needed()
+        && let Ok(features) = find_features(surface, &options)
         && features.corners.len() <= target.vertices
     {
         let curves = curve_half_edges(surface, &features);

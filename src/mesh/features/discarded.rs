@@ -2,9 +2,9 @@
 
 use serde::Serialize;
 
-/// Sharp edges that were dropped again, by reason.
+/// Sharp edges that were discarded again, by reason.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Serialize)]
-pub struct Dropped {
+pub struct Discarded {
     /// Connected components of sharp edges too short to be a feature at this spacing.
     pub short_chains: usize,
     /// Their length in the mesh's units.
@@ -25,7 +25,7 @@ pub struct Dropped {
     pub facet_length: f64,
 }
 
-impl Dropped {
+impl Discarded {
     /// The length of all but those between facets.
     pub fn length(&self) -> f64 {
         self.short_length + self.dangling_length + self.strip_length
