@@ -185,7 +185,8 @@ impl VolumeArgs {
             counted(found.mesh.triangles.len(), ["triangle", "triangles"])
         )];
         notes.extend(specks_told(found.specks, "smaller than 64 voxels"));
-        Ok((Loaded { mesh: found.mesh, attributes: found.attributes, notes, ..Loaded::default() }, found.rim))
+        let (attributes, warnings) = (found.attributes, coarse(found.step));
+        Ok((Loaded { mesh: found.mesh, attributes, notes, warnings, unread_images: 0 }, found.rim))
     }
 
     /// # Errors

@@ -4,9 +4,27 @@ use glam::{DAffine3, DVec3};
 use rayon::prelude::*;
 
 use crate::io::Volume;
+use crate::progress::ProgressReporter;
+use crate::{ProgressToken, Result};
+
+/// Makes a surface with `run`, which is told the step; if that must finish early, makes it of every `step`-th
+/// node along each axis, so that about `few` values are left.
+pub(super) fn surface_or_coarse<T: Send>(
+    reporter: &mut ProgressReporter,
+    volume: &Volume,
+    few: f64,
+    run: impl Fn(&Volume, usize, &ProgressToken) -> Result<T> + Sync,
+) -> Result<T> {
+    let step = step_for(volume, few);
+    if step == 1 {
+        return reporter.during(|token| run(volume, 1, token));
+    }
+    let rough = |token: &ProgressToken| run(&every(volume, step), step, token);
+    reporter.during(|token| token.or_rough(|token| run(volume, 1, token), rough))
+}
 
 /// The volume with every `step`-th node along each axis, where it has as many, and the last.
-pub(super) fn every(volume: &Volume, step: usize) -> Volume {
+fn every(volume: &Volume, step: usize) -> Volume {
     let steps = volume.size.map(|count| step.min(count - 1).max(1));
     let size: [usize; 3] = std::array::from_fn(|k| (volume.size[k] - 1) / steps[k] + 1);
     let value = |i: usize| {
@@ -23,7 +41,7 @@ pub(super) fn every(volume: &Volume, step: usize) -> Volume {
 }
 
 /// The step with which [`every`] leaves about so many values.
-pub(super) fn step_for(volume: &Volume, values: f64) -> usize {
+fn step_for(volume: &Volume, values: f64) -> usize {
     (volume.values.len() as f64 / values).cbrt().round().max(1.0) as usize
 }
 

@@ -3,7 +3,7 @@
 use rayon::prelude::*;
 
 use super::border::{rim, turn};
-use super::coarse::{every, step_for};
+use super::coarse::surface_or_coarse;
 use super::grid::Field;
 use super::specks::without_specks;
 use crate::io::Volume;
@@ -114,15 +114,9 @@ pub fn iso_surface_with_progress<F: Into<Flow>>(
     let mut callback = |now| progress(now).into();
     let mut reporter = ProgressReporter::new(&mut callback);
     reporter.phase(Phase::Surface, 1.0, 1.0)?;
-    let step = step_for(volume, FEW);
-    if step == 1 {
-        return reporter.during(|token| run(volume, options, token));
-    }
-    let rough = |token: &ProgressToken| {
-        let found = run(&every(volume, step), options, token)?;
-        Ok(IsoSurface { step, ..found })
-    };
-    reporter.during(|token| token.or_rough(|token| run(volume, options, token), rough))
+    surface_or_coarse(&mut reporter, volume, FEW, |volume, step, token| {
+        run(volume, options, token).map(|found| IsoSurface { step, ..found })
+    })
 }
 
 fn run(volume: &Volume, options: &IsoOptions, progress: &ProgressToken) -> Result<IsoSurface> {

@@ -5,9 +5,13 @@ use std::f64::consts::PI;
 
 use predicates::prelude::*;
 use rand::RngExt;
+use rtfmesh::Flow;
 use rtfmesh::glam::{DAffine3, DVec3, Vec3Swizzles};
 use rtfmesh::io::{Volume, read};
-use rtfmesh::volume::{LABEL_BEFORE, LABEL_BEHIND, LabelOptions, LabelSurface, label_surface};
+use rtfmesh::mesh::topology::topology;
+use rtfmesh::volume::{
+    LABEL_BEFORE, LABEL_BEHIND, LabelOptions, LabelSurface, label_surface, label_surface_with_progress,
+};
 
 use super::{npy, volume_of};
 use crate::support::place::Place;
@@ -273,4 +277,17 @@ fn a_label_of_noise_alone_becomes_what_is_around_it() {
     let found = borders(&noisy, false);
     assert_eq!((found.specks, found.labels), (9, 2));
     assert_eq!(found.mesh, borders(&clean, false).mesh);
+}
+
+#[test]
+fn borders_that_must_finish_early_use_fewer_nodes() {
+    let ball = |p: DVec3| f64::from(u8::from(p.distance(DVec3::splat(49.5)) < 35.0));
+    let volume = volume_of([100; 3], ball);
+    let found = label_surface_with_progress(&volume, &LabelOptions::default(), |_| Flow::Finish).unwrap();
+    assert_eq!((found.step, found.labels), (1, 1), "so few values are done at once");
+    let ball = |p: DVec3| f64::from(u8::from(p.distance(DVec3::splat(64.5)) < 50.0));
+    let volume = volume_of([130; 3], ball);
+    let found = label_surface_with_progress(&volume, &LabelOptions::default(), |_| Flow::Finish).unwrap();
+    assert_eq!((found.step, found.labels), (2, 1));
+    assert!(topology(&found.mesh).is_closed_manifold());
 }

@@ -14,6 +14,7 @@ use std::borrow::Cow;
 
 use rayon::prelude::*;
 
+use super::coarse::surface_or_coarse;
 use crate::io::Volume;
 use crate::mesh::attributes::{Attribute, Attributes, Kind, Role};
 use crate::progress::ProgressReporter;
@@ -72,6 +73,8 @@ pub struct LabelSurface {
     pub labels: usize,
     /// Number of parts of labels left out as specks.
     pub specks: usize,
+    /// The borders are those of every `step`-th node along each axis: 1, or more to finish early.
+    pub step: usize,
 }
 
 /// The borders between the labels of a volume, which are whole numbers; 0 is outside.
@@ -95,9 +98,13 @@ pub fn label_surface_with_progress<F: Into<Flow>>(
     let mut callback = |now| progress(now).into();
     let mut reporter = ProgressReporter::new(&mut callback);
     reporter.phase(Phase::Surface, 1.0, 1.0)?;
-    reporter.during(|token| run(volume, options, token))
+    surface_or_coarse(&mut reporter, volume, FEW, |volume, step, token| {
+        run(volume, options, token).map(|found| LabelSurface { step, ..found })
+    })
 }
 
+/// Approximate number of values that are used to finish early.
+const FEW: f64 = 3e5;
 /// Rounds of contraction at most.
 const ROUNDS: usize = 3;
 
@@ -155,5 +162,5 @@ fn run(volume: &Volume, options: &LabelOptions, progress: &ProgressToken) -> Res
     let face = vec![of(LABEL_BEHIND, 0), of(LABEL_BEFORE, 1)];
     let attributes = Attributes { face, ..Attributes::default() };
     let labels = fields.labels().filter(|label| *label > 0).count();
-    Ok(LabelSurface { mesh, attributes, rim, labels, specks })
+    Ok(LabelSurface { mesh, attributes, rim, labels, specks, step: 1 })
 }
