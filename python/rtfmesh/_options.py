@@ -46,9 +46,6 @@ class Research(TypedDict, total=False):
 class Options(TypedDict, total=False):
     """All options of `remesh`, of which none must be given; None is as if it were not."""
 
-    fit: bool | None
-    """With False: keep vertices exactly on the input surface. By default they may leave it slightly,
-    because triangles then fit the surface better."""
     edge_length: float | str | None
     """Target edge length, in input units or as % of the diagonal (instead of `n`)."""
     ratio: float | None
@@ -56,6 +53,9 @@ class Options(TypedDict, total=False):
     `weld` and `min_component`."""
     quality: Literal["draft", "normal", "best"] | None
     """Speed or quality [default: normal]."""
+    fit: bool | None
+    """With False: keep vertices exactly on the input surface. By default they may leave it slightly,
+    because triangles then fit the surface better."""
     min_angle: float | None
     """Improve triangles with an angle below this, 0 to 40; 0 disables [default: 30]. Local edits do it, at
     the same number of vertices. Obtuse triangles on sharp edges and boundaries are improved as well. Sharp
@@ -113,7 +113,11 @@ class Options(TypedDict, total=False):
     """Keep texture seams and, in GLB, materials and images. No triangle crosses a seam then. Materials and
     images are read from glTF, OBJ and 3MF."""
     keep_labels: bool | str | Sequence[str] | None
-    """Keep the borders between materials, groups and other labels of triangles."""
+    """Keep the borders between materials, groups and other labels of triangles; =NAME,NAME: of these alone.
+    NAME may be any attribute of triangles."""
+    smooth_labels: float | None
+    """Smooth ragged label borders by at most this many input edges, with `keep_labels` [default: 1]. 0
+    keeps borders as they are. Sharp edges, boundaries and borders that are not ragged stay."""
     no_attributes: bool | None
     """Leave out colours, normals, texture coordinates, labels and all other attributes."""
     time_limit: float | None

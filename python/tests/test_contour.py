@@ -73,7 +73,7 @@ def test_specks_are_left_out_unless_they_are_kept(remesher):
     values[1:3, 1:3, 1:3] = -1
     plain = rtfmesh.contour(values, 600, iso=0.0)
     assert np.abs(np.linalg.norm(plain.vertices - CENTRE, axis=1) - 7.5).max() < 0.05
-    assert any("1 part" in note for note in plain.report["notes"])
+    assert any("1 speck" in note for note in plain.report["notes"])
     kept = remesher.contour(values, 600, iso=0.0, keep_specks=True)
     assert (np.linalg.norm(kept.vertices - [1.5, 1.5, 1.5], axis=1) < 2).any()
 
@@ -131,7 +131,7 @@ def test_closed_ends_flat_at_the_border(remesher):
         (halves(), {"labels": [1, 5]}, "`labels` has 5, which is none of the values"),
         (halves(), {"labels": 0}, "`labels` is 0; give True"),
         (distances(), {"iso": 0, "origin": [0, 1]}, "`origin`"),
-        (distances(), {"iso": 0, "origin": [0, 0, 1], "affine": np.eye(4)}, "leave `origin` out"),
+        (distances(), {"iso": 0, "origin": [0, 0, 1], "affine": np.eye(4)}, "remove `origin`"),
         (distances(), {"labels": True, "inside": "above"}, "only with `iso`"),
         (distances(), {"labels": True}, "is not a valid label"),
         (np.full((3, 3, 3), (1 << 24) + 1), {"labels": True}, "16777215"),

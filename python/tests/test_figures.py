@@ -30,7 +30,7 @@ def test_a_mesh_is_measured_against_points(torus, tmp_path):
     rtfmesh.write(tmp_path / "torus.ply", torus.vertices, torus.faces)
     options = ("--against", tmp_path / "points.xyz", "--json")
     assert json.loads(program("measure", tmp_path / "torus.ply", *options).stdout) == found
-    with pytest.raises(rtfmesh.InputError, match="`energy` works only against a mesh"):
+    with pytest.raises(rtfmesh.InputError, match="`energy` needs a mesh as reference"):
         rtfmesh.measure(torus.vertices, torus.faces, against=points, energy=True)
     with pytest.raises(rtfmesh.InputError, match="shape"):
         rtfmesh.measure(torus.vertices, torus.faces, against=points[:, :2])
@@ -39,7 +39,7 @@ def test_a_mesh_is_measured_against_points(torus, tmp_path):
 def test_measuring_needs_something_to_measure(torus):
     with pytest.raises(rtfmesh.InputError, match="no faces"):
         rtfmesh.measure(np.zeros((3, 3)), np.zeros((0, 3), int))
-    with pytest.raises(rtfmesh.InputError, match="`energy` works only with `against`"):
+    with pytest.raises(rtfmesh.InputError, match="`energy` needs `against`"):
         rtfmesh.measure(torus.vertices, torus.faces, energy=True)
     with pytest.raises(rtfmesh.InputError, match="`against` is 5, not a mesh"):
         rtfmesh.measure(torus.vertices, torus.faces, against=5)

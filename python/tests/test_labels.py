@@ -51,7 +51,8 @@ def is_kept(sphere, result, values):
 )
 def test_the_labels_that_are_named_are_kept(sphere, remesher, halves, keep, kept):
     given = {"face": halves}
-    result = remesher.remesh(sphere.vertices, sphere.faces, 1000, attributes=given, keep_labels=keep)
+    wanted = {"keep_labels": keep, "smooth_labels": 0.0} if keep else {"keep_labels": keep}
+    result = remesher.remesh(sphere.vertices, sphere.faces, 1000, attributes=given, **wanted)
     found = {name for name in ("right", "front", "face_rgb") if is_kept(sphere, result, halves[name])}
     assert found == kept
     for name, values in halves.items():
@@ -62,7 +63,7 @@ def test_the_labels_that_are_named_are_kept(sphere, remesher, halves, keep, kept
 
 
 def test_numbers_of_faces_are_no_labels_and_a_warning_says_what_is(sphere, remesher, halves):
-    wanted = {"attributes": {"face": halves}, "keep_labels": True}
+    wanted = {"attributes": {"face": halves}, "keep_labels": True, "smooth_labels": 0.0}
     with pytest.warns(rtfmesh.MeshWarning) as told:
         result = remesher.remesh(sphere, 1000, **wanted)
     text = "`keep_labels` keeps the borders of 'right', 'front', and not of 'ids', whose values differ"
@@ -73,7 +74,8 @@ def test_numbers_of_faces_are_no_labels_and_a_warning_says_what_is(sphere, remes
     assert is_kept(sphere, result, halves["right"]) and is_kept(sphere, result, halves["front"])
     # A single array of labels is what was meant.
     only = {"face": {"right": halves["right"], "height": halves["height"]}}
-    assert is_kept(sphere, remesher.remesh(sphere, 1000, attributes=only, keep_labels=True), halves["right"])
+    result = remesher.remesh(sphere, 1000, attributes=only, keep_labels=True, smooth_labels=0.0)
+    assert is_kept(sphere, result, halves["right"])
 
 
 @pytest.mark.parametrize(
@@ -94,7 +96,9 @@ def test_colours_of_faces_count_in_trimesh_where_asked(sphere, halves, remesher)
     trimesh = pytest.importorskip("trimesh")
     mesh = trimesh.Trimesh(sphere.vertices, sphere.faces, process=False)
     mesh.visual.face_colors = np.column_stack([halves["face_rgb"], np.full(len(sphere.faces), 255)])
-    asked = rtfmesh.trimesh.remesh(mesh, 1000, keep_labels="face_colors", remesher=remesher)
+    asked = rtfmesh.trimesh.remesh(
+        mesh, 1000, keep_labels="face_colors", smooth_labels=0.0, remesher=remesher
+    )
     assert is_kept(sphere, asked, halves["face_rgb"])
     assert set(map(tuple, asked.visual.face_colors)) == {(0, 0, 0, 255), (255, 255, 255, 255)}
     unasked = rtfmesh.trimesh.remesh(mesh, 1000, remesher=remesher)

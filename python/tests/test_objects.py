@@ -170,7 +170,7 @@ def test_runs_say_what_they_were_in_the_mesh_that_they_make(torus, remesher):
     assert [len(arrays) for arrays in bare] == [0, 0, 0]
     assert isinstance(made[0], pyvista.PolyData) and isinstance(made[1], trimesh.Trimesh)
     assert isinstance(made[2], meshio.Mesh)
-    with pytest.raises(rtfmesh.InputError, match="`device` is that of `remesher`"):
+    with pytest.raises(rtfmesh.InputError, match="`device` and `remesher` exclude each other"):
         poly.rtfmesh.remesh(300, device="cpu", remesher=remesher)
     with pytest.raises(rtfmesh.InputError, match="`remesher` is 5"):
         poly.rtfmesh.remesh(300, remesher=5)
@@ -220,7 +220,7 @@ def test_scenes_and_sets_of_cells_come_along(torus, remesher):
 
 def test_report_is_no_argument_any_more(torus, remesher):
     for wrong in (True, "x.json"):
-        with pytest.raises(rtfmesh.InputError, match=r"`report` is no argument.* distances=True"):
+        with pytest.raises(rtfmesh.InputError, match=r"`report` is not an argument.* distances=True"):
             remesher.remesh(torus, 300, report=wrong)
 
 

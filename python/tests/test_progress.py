@@ -24,7 +24,7 @@ def test_a_function_is_told_of_the_progress(sphere, remesher):
 
 
 def test_a_function_may_finish_a_run_early(sphere, remesher):
-    with pytest.warns(rtfmesh.MeshWarning, match="cut short"):
+    with pytest.warns(rtfmesh.MeshWarning, match="ended early"):
         early = remesher.remesh(
             sphere.vertices, sphere.faces, 3000, quality="best", progress=lambda progress: "finish"
         )

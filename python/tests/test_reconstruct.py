@@ -48,7 +48,7 @@ def test_points_become_a_closed_surface_of_exactly_n_vertices(points, remesher):
     assert np.abs(radii(result) - 1).max() < 0.01 and volume(result) > 4
     assert result.correspondence is None and result.face_correspondence is None
     assert result.report["output"]["quality"]["min_angle"] > 30
-    assert "points without faces" in result.report["notes"][0]
+    assert "a point cloud (4000 points" in result.report["notes"][0]
     assert np.array_equal(points, before)
     # The same from a remesher of one's own, from a list, and in float32 nearly.
     assert same(remesher.reconstruct(points.tolist(), 500), result)
@@ -139,11 +139,11 @@ def test_points_seen_from_above_become_a_terrain_unless_an_object_is_asked_for()
         ({"points": np.linspace(0, 1, 60).reshape(20, 3)}, "lie on lines"),
         ({"points": np.full((20, 3), np.nan)}, "finite"),
         ({"normals": np.zeros((5, 3))}, "`normals` has shape (5, 3)"),
-        ({"closed": True, "fill_holes": 1}, "`closed` and `fill_holes` do not go together"),
-        ({"fill_holes": "wide"}, "`fill_holes` wide is no length; give a length"),
+        ({"closed": True, "fill_holes": 1}, "`closed` and `fill_holes` exclude each other"),
+        ({"fill_holes": "wide"}, "`fill_holes`: wide is not a length; give a length"),
         ({"fill_holes": -1}, "`fill_holes` -1 is out of range"),
         ({"fill_holes": True}, "`fill_holes` is True"),
-        ({"points_as": "trees"}, "`points_as` trees is no kind; use auto, terrain or object"),
+        ({"points_as": "trees"}, "`points_as`: unknown kind trees; use auto, terrain or object"),
         ({"features": [[0, 1]]}, "`features` needs edges"),
         ({"attributes": {"vertex": {"a": [1]}}}, "give a row for each"),
         ({"attributes": {"face": {"a": [1]}}}, "there are 0 faces"),

@@ -163,7 +163,7 @@ impl VolumeArgs {
         notes.extend(specks_told(found.specks, text));
         if found.handles > 0 {
             let words = ["small handle was removed", "small handles were removed"];
-            notes.push(format!("{} as noise; --keep-specks keeps them", counted(found.handles, words)));
+            notes.push(format!("{} as noise (--keep-specks keeps handles)", counted(found.handles, words)));
         }
         let warnings = coarse(found.step);
         Ok((Loaded { mesh: found.mesh, notes, warnings, ..Loaded::default() }, found.rim))
