@@ -63,6 +63,7 @@ pub(crate) fn remove_small_handles(
             if region.genus() == 0 {
                 continue;
             }
+            progress.poll()?;
             again.extend_from_slice(&region.vertices);
             let loops = short_loops(mesh, &region);
             let tree = tree.get_or_insert_with(|| Bvh::new(mesh));
