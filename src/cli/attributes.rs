@@ -125,11 +125,8 @@ impl AttributeArgs {
         let is_named = !attributes.libraries.is_empty() && attributes.uv.is_some();
         let is_unread = *unread_images > 0 || (is_named && !self.keep_uv);
         let is_lost = is_unread && !self.no_attributes && format == Format::Glb;
-        is_lost.then(|| {
-            "the texture is not kept: --keep-uv keeps it and puts vertices on its \
-        seams"
-                .to_owned()
-        })
+        let text = "the texture is not kept: --keep-uv keeps it and puts vertices on its seams";
+        is_lost.then(|| text.to_owned())
     }
 }
 

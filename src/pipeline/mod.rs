@@ -122,8 +122,8 @@ fn run(
             let options = without_fixed(options);
             let made = make(None, &options)?;
             let mut found = finish((mesh, &options), made, clock, progress)?;
-            found.summary.warning_codes.push(WarningCode::SharpEdges);
-            found.summary.warnings.push(format!("sharp edges were given up: {problem}"));
+            let text = format!("sharp edges were given up: {problem}");
+            found.summary.warn(WarningCode::SharpEdges, text);
             Ok(found)
         }
         made => finish((mesh, options), made?, clock, progress),

@@ -157,9 +157,8 @@ impl Sides {
         }
         let ragged = vec![false; count];
         let mut found = Self { triangles: mesh.triangles.clone(), twins, is_stiff, is_border, ragged };
-        let all: Vec<bool> = found.is_border.clone();
         let mut short = Vec::new();
-        for chain in found.chains(mesh.vertices.len(), &all) {
+        for chain in found.chains(mesh.vertices.len()) {
             let mut points: Vec<DVec3> = chain.vertices.iter().map(|v| mesh.vertices[*v as usize]).collect();
             if chain.is_closed {
                 points.push(points[0]);
@@ -194,20 +193,20 @@ impl Sides {
         [half, next(half)].map(|corner| corners[corner as usize])
     }
 
-    /// Curves along those of the half-edges, each edge once, along which nothing is stiff.
-    fn chains(&self, vertices: usize, wanted: &[bool]) -> Vec<Chain> {
+    /// Curves along the borders, each edge once, where nothing is stiff.
+    fn chains(&self, vertices: usize) -> Vec<Chain> {
         let is_first = |half: &u32| self.twins[*half as usize] == NONE || *half < self.twins[*half as usize];
         let halves = (0..self.twins.len() as u32).filter(is_first);
-        // Edges on each vertex; curves end where there are not two that are wanted.
+        // Edges at each vertex; curves end where there are not two.
         let mut on: Vec<Vec<u32>> = vec![Vec::new(); vertices];
         let mut is_end = vec![false; vertices];
         let mut edges = Vec::new();
         for half in halves {
             let (own, ends) = (half as usize, self.ends(half));
-            if wanted[own] && !self.is_stiff[own] {
+            if self.is_border[own] && !self.is_stiff[own] {
                 ends.iter().for_each(|v| on[*v as usize].push(half));
                 edges.push(half);
-            } else if self.is_border[own] || self.is_stiff[own] {
+            } else if self.is_stiff[own] {
                 ends.iter().for_each(|v| is_end[*v as usize] = true);
             }
         }
