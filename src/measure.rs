@@ -100,21 +100,24 @@ pub(crate) fn measure_some(
     // Not sorted where nothing is to be merged: vertices that are near are then near in memory, too.
     let welded = has_coincident(&mesh.vertices).then(|| weld(mesh));
     let mesh = welded.as_ref().unwrap_or(mesh);
-    let distances = match reference {
-        Some(reference) => {
-            check_mesh(reference.mesh, "reference mesh")?;
-            Some(distances_within(mesh, &weld(reference.mesh), reference.accuracy, progress)?)
-        }
-        None => None,
+    let distances = || {
+        let Some(Reference { mesh: reference, accuracy }) = reference else { return Ok(None) };
+        check_mesh(reference, "reference mesh")?;
+        distances_within(mesh, &weld(reference), accuracy, progress).map(Some)
     };
-    let quality = quality(mesh).ok_or_else(|| no_faces("mesh"))?;
-    let table = EdgeTable::new(&mesh.triangles);
-    let closed = is_closed(mesh, &table);
-    let valence = || if closed { closed_valence(mesh) } else { valence_of(mesh, &table) };
-    let (topology, (valence, folded_edges)) = rayon::join(
-        || topology_of(mesh, &table, closed),
-        || rayon::join(valence, || folded_share(mesh, &table)),
-    );
+    let shape = || {
+        let quality = quality(mesh).ok_or_else(|| no_faces("mesh"))?;
+        let table = EdgeTable::new(&mesh.triangles);
+        let closed = is_closed(mesh, &table);
+        let valence = || if closed { closed_valence(mesh) } else { valence_of(mesh, &table) };
+        let (topology, (valence, folded_edges)) = rayon::join(
+            || topology_of(mesh, &table, closed),
+            || rayon::join(valence, || folded_share(mesh, &table)),
+        );
+        Ok::<_, Error>((quality, topology, valence, folded_edges))
+    };
+    let (distances, shape) = rayon::join(distances, shape);
+    let (distances, (quality, topology, valence, folded_edges)) = (distances?, shape?);
     Ok(Measures {
         vertices: topology.vertices,
         faces: topology.faces,

@@ -133,13 +133,11 @@ fn measure(
     check_faces("mesh", mesh)?;
     check_faces("reference mesh", reference)?;
     let (mesh, reference, diagonal) = placed(mesh, reference)?;
-    let (mesh_bvh, reference_bvh) = (Bvh::new(&mesh), Bvh::new(&reference));
+    let (mesh_bvh, reference_bvh) = rayon::join(|| Bvh::new(&mesh), || Bvh::new(&reference));
     let mesh = Indexed { mesh: &mesh, bvh: &mesh_bvh };
     let reference = Indexed { mesh: &reference, bvh: &reference_bvh };
     let steps = Effort::usual_steps(mesh.mesh, reference.mesh);
     let effort = Effort { relative: accuracy, absolute: FLOOR * diagonal, steps };
-    let to = one_sided(mesh, reference, effort, progress)?;
-    let from = one_sided(reference, mesh, effort, progress)?;
     // Very far apart, all points are equally far.
     let least = mesh_bvh.bounds().distance_to(&reference_bvh.bounds());
     let rms = |from: Indexed, to: Indexed, upper: f64| {
@@ -151,7 +149,13 @@ fn measure(
             |p: DVec3, rank: &mut usize| to.bvh.closest_from(p, rank).map(|found| found.distance_sq);
         Samples::new(from.mesh, from.bvh, samples).tally(distance_sq, progress).map(|tally| tally.rms())
     };
-    let (rms_to, rms_from) = (rms(mesh, reference, to.upper)?, rms(reference, mesh, from.upper)?);
+    let one_way = |from: Indexed, to: Indexed| {
+        let largest = one_sided(from, to, effort, progress)?;
+        Ok::<_, Error>((rms(from, to, largest.upper)?, largest))
+    };
+    // What one way has to do in order, the other does beside it.
+    let (to, from) = rayon::join(|| one_way(mesh, reference), || one_way(reference, mesh));
+    let ((rms_to, to), (rms_from, from)) = (to?, from?);
     let percent = 100.0 / diagonal;
     Ok(Distances {
         hausdorff_to_reference: to.upper * percent,
