@@ -11,6 +11,7 @@ use super::select::{Candidate, DeviceInfo, candidates, choose};
 use super::timer::{StageTime, Timings};
 use crate::{Error, Result};
 use ash::{ext, vk};
+use gpu_allocator::AllocationSizes;
 use gpu_allocator::vulkan::{Allocator, AllocatorCreateDesc};
 use std::mem::ManuallyDrop;
 use std::sync::atomic::{AtomicU64, Ordering};
@@ -170,8 +171,10 @@ pub(super) struct Shared {
     instance: ManuallyDrop<Instance>,
 }
 
-/// Size of the blocks that the allocator takes from the driver; small, because a mesh's buffers are.
+/// Size of the blocks that the allocator takes from the driver; small, because a mesh's buffers are. Those of
+/// the host's memory begin smaller, since a GPU's driver clears and pins all of a block at once.
 const BLOCK_BYTES: u64 = 32 << 20;
+const FIRST_HOST_BLOCK_BYTES: u64 = 4 << 20;
 
 impl Device {
     /// Opens the device that `options` name.
@@ -264,6 +267,23 @@ pub(super) fn lock<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
     mutex.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
+/// What divides blocks of the device's memory among buffers.
+fn allocator(
+    instance: &Instance,
+    device: &ash::Device,
+    physical: vk::PhysicalDevice,
+) -> gpu_allocator::Result<Allocator> {
+    Allocator::new(&AllocatorCreateDesc {
+        instance: instance.raw.clone(),
+        device: device.clone(),
+        physical_device: physical,
+        debug_settings: gpu_allocator::AllocatorDebugSettings::default(),
+        buffer_device_address: false,
+        allocation_sizes: AllocationSizes::new(BLOCK_BYTES, FIRST_HOST_BLOCK_BYTES)
+            .with_max_host_memblock_size(BLOCK_BYTES),
+    })
+}
+
 impl Shared {
     fn new(instance: Instance, candidate: Candidate, options: &DeviceOptions) -> Result<Self> {
         let priorities = [1.0];
@@ -288,15 +308,7 @@ impl Shared {
         // SAFETY: all pointers in `info` outlive the call.
         let raw = unsafe { instance.raw.create_device(candidate.handle, &info, None) }
             .map_err(|e| vk_error(&format!("opening device '{}'", candidate.info.name), e))?;
-        let allocator = Allocator::new(&AllocatorCreateDesc {
-            instance: instance.raw.clone(),
-            device: raw.clone(),
-            physical_device: candidate.handle,
-            debug_settings: gpu_allocator::AllocatorDebugSettings::default(),
-            buffer_device_address: false,
-            allocation_sizes: gpu_allocator::AllocationSizes::new(BLOCK_BYTES, BLOCK_BYTES),
-        })
-        .map_err(|e| {
+        let allocator = allocator(&instance, &raw, candidate.handle).map_err(|e| {
             // SAFETY: nothing was made from the device yet.
             unsafe { raw.destroy_device(None) };
             Error::device(format!("preparing the device's memory failed: {e}"), "choose another `device`")
