@@ -19,13 +19,19 @@ pub fn outcome(s: &Summary) -> String {
     two_columns(figures::outcome(s))
 }
 
+/// Kernels and copies that take a smaller share of the device's time are not listed.
+const LEAST_SHARE: f64 = 0.01;
+
 /// A finished run in full: the measures, then where the time went.
 pub fn run(s: &Summary, device: &DeviceInfo) -> String {
     let mut rows = figures::measures(&s.output);
     rows.extend(figures::course(s, device));
-    for stage in s.timings.stages.iter().filter(|t| t.milliseconds.is_some_and(|ms| ms >= 5.0)) {
-        let time = figures::seconds(stage.milliseconds.unwrap_or(0.0));
-        rows.push(("device time", format!("{:26} {time} in {} calls", stage.name, stage.calls)));
+    let stages = &s.timings.stages;
+    let all: f64 = stages.iter().filter_map(|stage| stage.milliseconds).sum();
+    for stage in stages {
+        if let Some(ms) = stage.milliseconds.filter(|ms| *ms >= LEAST_SHARE * all) {
+            rows.push(("device time", format!("{:26} {ms:9.2} ms in {} calls", stage.name, stage.calls)));
+        }
     }
     rows.extend(figures::cost(s));
     two_columns(rows)
