@@ -69,10 +69,15 @@ impl<'a> Ears<'a> {
     fn turn(&mut self, t: u32, k: usize) -> bool {
         let ear = self.triangles[t as usize];
         let [b, a, c] = [0, 1, 2].map(|step| ear[(k + step) % 3]);
+        let at = |a, b| self.at.get(&(a, b)).into_iter().flatten().copied();
         // On the other side, but not the same triangle turned over.
-        let beside = self.at.get(&(a, b)).into_iter().flatten().copied();
-        let mut beside = beside.filter(|o| !self.triangles[*o as usize].contains(&c));
-        let (Some(o), None) = (beside.next(), beside.next()) else { return false };
+        let mut beside = at(a, b).filter(|o| !self.triangles[*o as usize].contains(&c));
+        let (Some(o), next) = (beside.next(), beside.next()) else { return false };
+        // Where patches meet, two of them can have the same ear. Then it does not matter which one is turned.
+        let is_twice = || at(b, a).filter(|o| self.triangles[*o as usize].contains(&c)).count() > 1;
+        if next.is_some() && !is_twice() {
+            return false;
+        }
         let other = self.triangles[o as usize];
         let Some(d) = other.into_iter().find(|v| *v != a && *v != b) else { return false };
         if self.count(c, d) + self.count(d, c) > 0 {

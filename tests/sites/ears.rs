@@ -48,6 +48,21 @@ fn an_ear_on_both_sides_of_its_curve_is_turned_whatever_the_angles() {
 }
 
 #[test]
+fn ears_that_two_patches_share_are_told_apart() {
+    // Another patch behind the same ear.
+    let (mut twins, curve) = flat_ear(&[[0, 1, 4], [0, 2, 1]]);
+    assert!(!is_uncrowded(&twins));
+    turn_ears(&mut twins.triangles, &twins.vertices, &curve);
+    assert!(is_uncrowded(&twins), "{:?}", twins.triangles);
+    assert!([3, 4].iter().all(|v| twins.triangles.iter().filter(|t| t.contains(v)).count() >= 1));
+    // Without a second ear nobody knows which patch this one is of.
+    let (mut one, curve) = flat_ear(&[[0, 1, 4], [1, 0, 3]]);
+    let before = one.triangles.clone();
+    turn_ears(&mut one.triangles, &one.vertices, &curve);
+    assert_eq!(one.triangles, before);
+}
+
+#[test]
 fn good_ears_and_other_triangles_stay() {
     // With a right angle the ear is as good as it can be, and turned it would stick out.
     let (mut good, curve) = flat_ear(&[]);
