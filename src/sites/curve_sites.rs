@@ -20,6 +20,9 @@ const LEAST_GAP: f64 = 0.3;
 const FAR_STRAY: f64 = 0.045;
 /// then this smaller gap applies.
 const RAGGED_GAP: f64 = 0.05;
+/// Where more than two sheets meet, a bend may be so many times farther from the chord: borders of labels are
+/// round, and so many that sites at their bends would leave too few to the sheets.
+const AT_JUNCTIONS: f64 = 4.0;
 /// Fewer curves are counted by one thread.
 const FEW: usize = 256;
 
@@ -230,6 +233,7 @@ fn split_at_bends<'a>(
     let even = EvenStretch::new(curve, [from, to], (measured / spacing).round().max(1.0) as usize);
     let cut_off = |arc_length: f64, stray: f64| {
         let spacing = spacing * curve.size(arc_length);
+        let stray = if curve.sides > 2 { stray / AT_JUNCTIONS } else { stray };
         let gap = spacing * if stray > FAR_STRAY * spacing { RAGGED_GAP } else { LEAST_GAP };
         stray > MAX_STRAY * spacing && arc_length - from >= gap && to - arc_length >= gap
     };

@@ -218,6 +218,25 @@ fn the_program_keeps_labels_and_junctions() {
     both.stderr(predicate::str::contains("--iso"));
 }
 
+/// Towards its rim a lens is thinner than edges are long, and its rim bends more than edges can show.
+#[test]
+fn a_lens_between_two_balls_is_made_of_good_triangles() {
+    let place = Place::new();
+    let lens = volume_of([40; 3], |p| {
+        let [one, two] = [14.5, 24.5].map(|x| p.distance(DVec3::new(x, 19.5, 19.5)) < 12.0);
+        f64::from(u8::from(one)) + 2.0 * f64::from(u8::from(two))
+    });
+    std::fs::write(place.path("lens.npy"), npy(&lens)).unwrap();
+    for (vertices, least) in [(150, 0.78), (300, 0.86), (600, 0.9)] {
+        let (_, told) =
+            place.run(&format!("remesh lens.npy out.ply -n {vertices} --labels --report out.json"));
+        assert!(told.contains("with 3 labels") && !told.contains("local operations"), "{vertices}: {told}");
+        let report = place.json("out.json");
+        let quality = report["output"]["quality"]["mean_quality"].as_f64().unwrap();
+        assert!(quality > least, "{vertices}: {quality}");
+    }
+}
+
 /// Two halves of a cube, labels 1 and 2 in 0, in which every 37th node has another label.
 fn speckled() -> (Volume, Volume) {
     let clean = volume_of([20; 3], |p| {

@@ -3,6 +3,7 @@
 use super::densify::{ConnectedSites, densify};
 use super::level_mesh::{LevelMesh, LevelSites};
 use super::shared::CoarseToFine;
+use super::shared_edges::missing_between_curves;
 use crate::mesh::topology::{closed_topology, topology};
 use crate::pipeline::near_sites::near_sites;
 use crate::progress::{ProgressReporter, ProgressToken};
@@ -17,9 +18,10 @@ use crate::{Result, TriMesh};
 const DENSIFICATIONS: u32 = 12;
 /// and at most so many times in a row without fewer broken cells than ever before.
 const PATIENCE: u32 = 4;
-/// Nor on a defective surface once there are more broken cells than the fewest times this: on others that
-/// often comes right.
+/// Nor on a surface with junctions or defects once there are more broken cells than the fewest times this,
 const WORSE: f64 = 1.4;
+/// and so many: on others, and where they are few, that often comes right.
+const FEW_MORE: f64 = 4.0;
 /// Nor where, after so many times,
 const SOON: u32 = 2;
 /// more than this share of all cells
@@ -43,7 +45,8 @@ impl Rounds {
     /// Whether another round may help, with so many cells `broken` of `all`.
     fn may_go_on(&mut self, broken: usize, all: usize, is_manifold: bool) -> bool {
         self.without_gain = if broken < self.fewest { 0 } else { self.without_gain + 1 };
-        let gets_worse = !is_manifold && broken as f64 > WORSE * self.fewest as f64;
+        let most = WORSE * self.fewest.min(broken) as f64 + FEW_MORE;
+        let gets_worse = !is_manifold && broken as f64 > most;
         self.fewest = self.fewest.min(broken);
         let fewest = self.fewest as f64;
         let at_first = *self.at_first.get_or_insert(broken) as f64;
@@ -143,8 +146,13 @@ impl CoarseToFine<'_> {
         let mesh = TriMesh { vertices: std::mem::take(positions), triangles };
         let got = if cells.is_closed { closed_topology(&mesh) } else { topology(&mesh) };
         let is_sound = got.matches(self.input) && got.vertices == mesh.vertices.len();
+        let mut broken = cells.broken;
+        if let (false, Some(curves)) = (is_sound, on_curves) {
+            let (fixed, edges) = (curves.fixed(), curves.edges());
+            broken.extend(missing_between_curves(&mesh, &fixed, &edges, |p| self.in_a_triangle(p)));
+        }
         *positions = mesh.vertices;
-        Ok(Connection { broken: cells.broken, faces: mesh.triangles, counts, is_sound })
+        Ok(Connection { broken, faces: mesh.triangles, counts, is_sound })
     }
 }
 

@@ -24,6 +24,7 @@ use crate::progress::{ProgressReporter, ProgressToken};
 use crate::sites::cells::{BrokenCell, CellSurface};
 use crate::sites::curve_sites::CurvePosition;
 use crate::{Phase, Result, TriMesh};
+use glam::DVec3;
 use std::collections::HashMap;
 
 /// At most so many times sites are moved to faces that intersect others.
@@ -141,12 +142,16 @@ impl CoarseToFine<'_> {
 
     /// Where another site would help a face that intersects others: on the surface beside its centre.
     fn beside(&self, mesh: &TriMesh, t: u32) -> Option<BrokenCell> {
-        let [a, b, c] = mesh.corners(t as usize);
-        let (point, triangle) = self.model.target.nearest((a + b + c) / 3.0)?;
-        let [p, q, r] = self.surface.triangles[triangle as usize].map(|v| self.surface.vertices[v as usize]);
-        // Inside the triangle, since a curve may run along its edges.
-        let farthest = (point.lerp((p + q + r) / 3.0, 0.05), triangle);
-        Some(BrokenCell { site: mesh.triangles[t as usize][0], farthest })
+        let centre = mesh.corners(t as usize).into_iter().sum::<DVec3>() / 3.0;
+        Some(BrokenCell { site: mesh.triangles[t as usize][0], farthest: self.in_a_triangle(centre)? })
+    }
+
+    /// A point of the surface near another one, inside the triangle that is given with it, since a curve may
+    /// run along its edges.
+    pub(super) fn in_a_triangle(&self, p: DVec3) -> Option<(DVec3, u32)> {
+        let (point, triangle) = self.model.target.nearest(p)?;
+        let corners = self.surface.triangles[triangle as usize].map(|v| self.surface.vertices[v as usize]);
+        Some((point.lerp(corners.into_iter().sum::<DVec3>() / 3.0, 0.05), triangle))
     }
 
     /// Improves the triangles and fits them to the surface. Vertices on curves stay on their curve. Whether

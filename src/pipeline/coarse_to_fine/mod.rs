@@ -17,6 +17,7 @@ mod mend;
 mod refine;
 mod round_facets;
 mod shared;
+mod shared_edges;
 mod shorter;
 pub(crate) mod size_field;
 pub(crate) mod surface_model;
