@@ -19,10 +19,9 @@ mod split;
 mod star_mesh;
 
 use crate::mesh::features::{Curve, CurveKind, Features};
-use crate::mesh::half_edges::{EdgeSet, edge_key};
 use crate::mesh::polyline::Polyline;
 use crate::mesh::spacing;
-use crate::polish::{SlidingCurve, Target};
+use crate::polish::{ConstrainedMesh, Target};
 use crate::{ProgressToken, Result, TriMesh};
 use collapse::Limits;
 use glam::DVec3;
@@ -65,64 +64,6 @@ pub struct LocalOptions {
     /// Whether operations are undone where they make triangles run into others that are near, but not around
     /// the same vertices, as at thin walls. Costs time.
     pub guarded: bool,
-}
-
-/// A mesh from [`LocalSurface::remeshed`], with what the polish needs of it.
-#[derive(Debug, Clone, Default)]
-pub struct LocalMesh {
-    /// The mesh.
-    pub mesh: TriMesh,
-    /// The patch of each triangle.
-    pub patches: Vec<u32>,
-    /// Of each vertex, whether it is on a curve or at a corner.
-    pub fixed: Vec<bool>,
-    /// Its edges on curves, in order along each.
-    pub curve_edges: Vec<CurveEdge>,
-    /// The curves, with the vertices on them.
-    pub sliding_curves: Vec<SlidingCurve>,
-    /// The relative target edge length at each vertex; empty if they are all equal.
-    pub lengths: Vec<f64>,
-}
-
-/// An edge of a mesh that lies on a curve.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct CurveEdge {
-    /// Its vertices.
-    pub ends: [u32; 2],
-    /// The curve's number among [`LocalMesh::sliding_curves`].
-    pub curve: u32,
-    /// The arc length at the first vertex. On a closed curve, arc lengths may lie beyond its ends.
-    pub from: f64,
-    /// The arc length at the second vertex.
-    pub to: f64,
-}
-
-impl LocalMesh {
-    /// The edges on curves, as the polish wants them.
-    pub fn edge_set(&self) -> EdgeSet {
-        self.curve_edges.iter().map(|CurveEdge { ends: [a, b], .. }| edge_key(*a, *b)).collect()
-    }
-
-    /// Takes over where vertices on curves are after they have slid.
-    pub fn slide_to(&mut self, curves: Vec<SlidingCurve>) {
-        let mut arc_lengths = vec![f64::NAN; self.mesh.vertices.len()];
-        curves.iter().flat_map(|curve| &curve.sliders).for_each(|(v, arc)| arc_lengths[*v as usize] = *arc);
-        for CurveEdge { ends, curve, from, to } in &mut self.curve_edges {
-            let line = &curves[*curve as usize].line;
-            let runs_on = *from < *to;
-            for (v, arc_length) in ends.iter().zip([&mut *from, &mut *to]) {
-                let new = arc_lengths[*v as usize];
-                // A corner is at its end of the curve.
-                if !new.is_nan() {
-                    *arc_length = new;
-                }
-            }
-            if line.is_closed() && runs_on != (*from < *to) {
-                *to += if runs_on { line.length() } else { -line.length() };
-            }
-        }
-        self.sliding_curves = curves;
-    }
 }
 
 /// A surface that is remeshed by local operations, perhaps several times: long needles are flipped away, long
@@ -194,19 +135,19 @@ impl<'a> LocalSurface<'a> {
         target: &Target,
         options: &LocalOptions,
         progress: &ProgressToken,
-    ) -> Result<LocalMesh> {
+    ) -> Result<ConstrainedMesh> {
         let Self { surface, lengths, ref polylines, count, spacing, .. } = *self;
         let mut mesh = self.mesh.clone();
         let mut length = spacing;
         if !(length > 0.0 && length.is_finite()) {
-            return Ok(mesh.into_local_mesh(polylines));
+            return Ok(mesh.into_constrained(polylines));
         }
         let guard = Guard { looks: options.guarded, progress };
         let mut before = None;
         for _ in 0..ROUNDS {
             progress.poll()?;
             if progress.leave_out() {
-                return Ok(mesh.into_local_mesh(polylines));
+                return Ok(mesh.into_constrained(polylines));
             }
             // Small parts soon have as many vertices as they keep.
             let state = Some((mesh.used(), length.to_bits()));
@@ -238,7 +179,7 @@ impl<'a> LocalSurface<'a> {
             Ok(())
         })?;
         mesh.refresh_sizes(surface, target, lengths);
-        Ok(mesh.into_local_mesh(polylines))
+        Ok(mesh.into_constrained(polylines))
     }
 }
 
@@ -253,7 +194,7 @@ pub fn relaxed(
     target: &Target,
     progress: &ProgressToken,
 ) -> Result<TriMesh> {
-    let mut star = StarMesh::from_local(&LocalMesh { mesh, fixed, ..Default::default() });
+    let mut star = StarMesh::from_constrained(&ConstrainedMesh { mesh, fixed, ..Default::default() });
     let guard = Guard { looks: true, progress };
     for _ in 0..LAST_ROUNDS {
         guard.run(&mut star, |mesh| {
@@ -261,7 +202,7 @@ pub fn relaxed(
             mesh.relax(target, &[], progress)
         })?;
     }
-    Ok(star.into_local_mesh(&[]).mesh)
+    Ok(star.into_constrained(&[]).mesh)
 }
 
 /// The area of a triangle over the square of the relative target length there: proportional to the vertices

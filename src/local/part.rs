@@ -158,9 +158,8 @@ mod tests {
     use super::*;
     use crate::local::collapse::Limits;
     use crate::local::star_mesh::Place;
-    use crate::local::{CurveEdge, LocalMesh};
     use crate::mesh::polyline::Polyline;
-    use crate::polish::SlidingCurve;
+    use crate::polish::{ConstrainedMesh, CurveEdge, SlidingCurve};
     use crate::{TriMesh, mesh::topology::topology};
     use glam::DVec3;
 
@@ -192,18 +191,19 @@ mod tests {
         let mut fixed = vec![false; 49];
         on_curve.iter().for_each(|v| fixed[*v as usize] = true);
         let sliding_curves = vec![SlidingCurve { line: line.clone(), sliders }];
-        let local = LocalMesh { mesh, fixed, curve_edges, sliding_curves, ..LocalMesh::default() };
-        (StarMesh::from_local(&local), vec![line])
+        let local =
+            ConstrainedMesh { mesh, fixed, curve_edges, sliding_curves, ..ConstrainedMesh::default() };
+        (StarMesh::from_constrained(&local), vec![line])
     }
 
     #[test]
     fn an_unchanged_part_changes_nothing() {
         let (mut mesh, lines) = bent();
-        let before = mesh.clone().into_local_mesh(&lines);
+        let before = mesh.clone().into_constrained(&lines);
         let part = mesh.part_around(&[24]);
         let new = mesh.put_back(&part).unwrap();
         assert_eq!(new.len(), part.mesh.triangles.len());
-        let after = mesh.into_local_mesh(&lines);
+        let after = mesh.into_constrained(&lines);
         assert_eq!(after.mesh.vertices, before.mesh.vertices);
         let in_order = |mesh: &TriMesh| sorted(mesh.triangles.iter().copied());
         assert_eq!(in_order(&after.mesh), in_order(&before.mesh));
@@ -220,7 +220,7 @@ mod tests {
         assert_eq!(kept, Some(bend));
         mesh.put_back(&part).unwrap();
         assert_eq!((mesh.places[23], mesh.used()), (Place::Corner, 48));
-        let after = mesh.into_local_mesh(&lines);
+        let after = mesh.into_constrained(&lines);
         let topology = topology(&after.mesh);
         assert_eq!((topology.euler, topology.boundary_edges, topology.faces), (1, 24, 70));
         assert_eq!(after.sliding_curves[0].sliders.len(), 2);

@@ -3,24 +3,24 @@
 use std::cmp::Reverse;
 use std::collections::BinaryHeap;
 
-use super::LocalMesh;
 use super::curve_edges::CurvePart;
 use super::star_mesh::{Place, StarMesh};
 use crate::mesh::polyline::Polyline;
+use crate::polish::ConstrainedMesh;
 
 /// An edge by its relative length. Lengths are not negative, so their bits have their order.
 type Entry = (u64, Reverse<(u32, u32)>);
 
-impl LocalMesh {
+impl ConstrainedMesh {
     /// Puts a vertex into the middle of each of these edges, or of the part of a curve that it stands for.
     /// The new ones come last; vertices without triangles go. Panics if an index is out of range.
     pub fn split_edges(&mut self, edges: &[[u32; 2]]) {
         let polylines: Vec<Polyline> = self.sliding_curves.iter().map(|curve| curve.line.clone()).collect();
-        let mut mesh = StarMesh::from_local(self);
+        let mut mesh = StarMesh::from_constrained(self);
         for [a, b] in edges {
             mesh.split_edge(*a, *b, &polylines);
         }
-        *self = mesh.into_local_mesh(&polylines);
+        *self = mesh.into_constrained(&polylines);
     }
 }
 

@@ -3,7 +3,6 @@
 use glam::DVec3;
 
 use super::curve_edges::{CurveEdges, CurvePart};
-use super::{CurveEdge, LocalMesh};
 use crate::TriMesh;
 use crate::mesh::NONE;
 use crate::mesh::features::Features;
@@ -11,7 +10,7 @@ use crate::mesh::half_edges::{EdgeTable, HalfEdge};
 use crate::mesh::polyline::Polyline;
 use crate::mesh::submesh::renumbered;
 use crate::mesh::triangle::{closest_on_triangle, doubled_normal};
-use crate::polish::{SlidingCurve, Target};
+use crate::polish::{ConstrainedMesh, CurveEdge, MeshCache, SlidingCurve, Target};
 
 /// Where a vertex may go.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
@@ -78,8 +77,8 @@ impl StarMesh {
     }
 
     /// The same mesh again.
-    pub fn from_local(local: &LocalMesh) -> Self {
-        let LocalMesh { mesh, patches, fixed, curve_edges, sliding_curves, lengths } = local;
+    pub fn from_constrained(local: &ConstrainedMesh) -> Self {
+        let ConstrainedMesh { mesh, patches, fixed, curve_edges, sliding_curves, lengths, .. } = local;
         let count = mesh.vertices.len();
         let mut star = vec![Vec::new(); count];
         for (t, triangle) in (0..).zip(&mesh.triangles) {
@@ -275,7 +274,7 @@ impl StarMesh {
     }
 
     /// The mesh without what is gone; the curves are without their lines.
-    pub fn into_local_mesh(self, polylines: &[Polyline]) -> LocalMesh {
+    pub fn into_constrained(self, polylines: &[Polyline]) -> ConstrainedMesh {
         let used: Vec<bool> = self.star.iter().map(|star| !star.is_empty()).collect();
         let (new, old) = renumbered(&used);
         let mut sliding_curves = self.sliding_curves(&new);
@@ -304,7 +303,8 @@ impl StarMesh {
         };
         let curve_edges = self.curves.by_curve(polylines.len()).into_iter().flatten().map(renamed).collect();
         let mesh = TriMesh { vertices, triangles };
-        LocalMesh { mesh, patches, fixed, curve_edges, sliding_curves, lengths }
+        let cache = MeshCache::default();
+        ConstrainedMesh { mesh, patches, fixed, curve_edges, sliding_curves, lengths, cache }
     }
 }
 

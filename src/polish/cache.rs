@@ -47,6 +47,13 @@ impl Ranks {
     }
 }
 
+/// A copy of a mesh starts with an empty one.
+impl Clone for MeshCache {
+    fn clone(&self) -> Self {
+        Self::default()
+    }
+}
+
 impl MeshCache {
     /// Of a mesh with each vertex on one of these triangles of the surface, or near it.
     pub(crate) fn on(target: &Target, under: &[u32]) -> Self {

@@ -5,6 +5,7 @@
 //! same bytes for any number of threads.
 
 mod cache;
+mod constrained_mesh;
 mod fit;
 mod flip;
 mod locked;
@@ -15,6 +16,7 @@ mod target;
 mod worst;
 
 pub use cache::MeshCache;
+pub use constrained_mesh::{ConstrainedMesh, CurveEdge};
 pub(crate) use fit::{FEW_FIT_ROUNDS, SOLVER_STEPS};
 pub use fit::{FitCounts, FitOptions, fit};
 pub use outliers::{Outlier, OutlierOptions, ReducedOutliers, reduce_outliers};

@@ -1,14 +1,14 @@
 //! Small angles are mended, and nothing else changes: the number of vertices, the topology, the curves.
 
 use glam::{DVec2, DVec3};
-use rtfmesh::local::{CurveEdge, LocalMesh, MendOptions, Mended, mend_angles};
+use rtfmesh::local::{MendOptions, Mended, mend_angles};
 use rtfmesh::mesh::intersections::intersecting_faces;
 use rtfmesh::mesh::polyline::Polyline;
 use rtfmesh::mesh::quality::{TriangleQuality, quality};
 use rtfmesh::mesh::samples::sample;
 use rtfmesh::mesh::small_angles::{SmallAngles, small_angles};
 use rtfmesh::mesh::topology::topology;
-use rtfmesh::polish::{SlidingCurve, Target};
+use rtfmesh::polish::{ConstrainedMesh, CurveEdge, SlidingCurve, Target};
 use rtfmesh::{Error, MeasureDepth, Options, ProgressToken, TriMesh, remesh};
 
 use crate::support::shapes::{mesh, sphere};
@@ -26,7 +26,7 @@ fn largest(mesh: &TriMesh) -> f64 {
     angles.fold(0.0, f64::max)
 }
 
-fn mended(local: &mut LocalMesh, surface: &TriMesh, spacing: f64) -> Mended {
+fn mended(local: &mut ConstrainedMesh, surface: &TriMesh, spacing: f64) -> Mended {
     let options = MendOptions { min_angle: 30.0, spacing, deviation: None };
     mend_angles(local, &Target::new(surface), &options, &ProgressToken::default()).unwrap()
 }
@@ -75,8 +75,8 @@ fn on_frame(mesh: &TriMesh, [width, height]: [f64; 2]) -> Vec<bool> {
 }
 
 /// A rectangle whose frame stays.
-fn framed(mesh: TriMesh, size: [f64; 2]) -> LocalMesh {
-    LocalMesh { fixed: on_frame(&mesh, size), mesh, ..LocalMesh::default() }
+fn framed(mesh: TriMesh, size: [f64; 2]) -> ConstrainedMesh {
+    ConstrainedMesh { fixed: on_frame(&mesh, size), mesh, ..ConstrainedMesh::default() }
 }
 
 #[test]
@@ -113,7 +113,7 @@ fn obtuse_triangles_are_mended_at_curves_alone() {
     };
     let height = 0.75f64.sqrt();
     let options = MendOptions { min_angle: 20.0, spacing: 1.0, deviation: None };
-    let mend = |local: &mut LocalMesh, options: &MendOptions| {
+    let mend = |local: &mut ConstrainedMesh, options: &MendOptions| {
         mend_angles(local, &Target::new(&flat), options, &ProgressToken::default()).unwrap()
     };
     let mut beside = shifted(DVec3::new(4.5, height, 0.0));
@@ -134,11 +134,11 @@ fn obtuse_triangles_are_mended_at_curves_alone() {
 #[test]
 fn good_meshes_stay_as_they_are() {
     let ball = sphere(1.0, 3);
-    let mut local = LocalMesh { mesh: ball.clone(), ..LocalMesh::default() };
+    let mut local = ConstrainedMesh { mesh: ball.clone(), ..ConstrainedMesh::default() };
     assert_eq!(mended(&mut local, &ball, 0.2), Mended::default());
     assert_eq!(local.mesh, ball);
     let empty = TriMesh::default();
-    let mut nothing = LocalMesh::default();
+    let mut nothing = ConstrainedMesh::default();
     assert_eq!(mended(&mut nothing, &empty, 1.0), Mended::default());
 }
 
@@ -154,7 +154,7 @@ fn pinched() -> TriMesh {
 fn what_is_collapsed_in_one_place_is_split_in_another() {
     let (ball, bad) = (sphere(1.0, 5), pinched());
     assert!(smallest(&bad) < 5.0);
-    let mut local = LocalMesh { mesh: bad.clone(), ..LocalMesh::default() };
+    let mut local = ConstrainedMesh { mesh: bad.clone(), ..ConstrainedMesh::default() };
     let done = mended(&mut local, &ball, 0.2);
     assert!(smallest(&local.mesh) >= 30.0, "{}", smallest(&local.mesh));
     assert_eq!(topology(&local.mesh), topology(&bad));
@@ -166,14 +166,14 @@ fn what_is_collapsed_in_one_place_is_split_in_another() {
     assert!(off <= depth + 1e-9, "off the sphere by {off}, {depth} deep");
     assert_eq!(done.origins.len(), bad.vertices.len());
     // Again, the same.
-    let mut again = LocalMesh { mesh: bad, ..LocalMesh::default() };
+    let mut again = ConstrainedMesh { mesh: bad, ..ConstrainedMesh::default() };
     assert_eq!(mended(&mut again, &ball, 0.2), done);
     assert_eq!(again.mesh, local.mesh);
 }
 
 /// A strip of this width and a length of 12, whose long sides are curves with vertices at distances of 1,
 /// those of one side above those of the other. A coarse field of triangles is beside it.
-fn strip(width: f64) -> (LocalMesh, TriMesh) {
+fn strip(width: f64) -> (ConstrainedMesh, TriMesh) {
     let length = 12u32;
     let row = |y: f64| (0..=length).map(move |x| DVec3::new(f64::from(x), y, 0.0));
     let heights = [-1.7, -0.85, 0.0, width, width + 0.85, width + 1.7];
@@ -203,7 +203,7 @@ fn strip(width: f64) -> (LocalMesh, TriMesh) {
         (0..=length).for_each(|i| fixed[of(i) as usize] = true);
     }
     let mesh = surface.clone();
-    (LocalMesh { mesh, patches, fixed, curve_edges, sliding_curves, lengths: Vec::new() }, surface)
+    (ConstrainedMesh { mesh, patches, fixed, curve_edges, sliding_curves, ..Default::default() }, surface)
 }
 
 fn moved_up(mesh: &TriMesh) -> TriMesh {
@@ -256,7 +256,7 @@ fn with_a_deviation_the_number_of_vertices_is_free() {
 
 #[test]
 fn it_can_be_cancelled() {
-    let mut local = LocalMesh { mesh: pinched(), ..LocalMesh::default() };
+    let mut local = ConstrainedMesh { mesh: pinched(), ..ConstrainedMesh::default() };
     let progress = ProgressToken::default();
     progress.cancel();
     let options = MendOptions { min_angle: 30.0, spacing: 0.2, deviation: None };

@@ -4,12 +4,12 @@ use std::f64::consts::TAU;
 
 use glam::DVec3;
 use rtfmesh::ProgressToken;
-use rtfmesh::local::{CurveEdge, LocalMesh, MendOptions, mend_angles};
+use rtfmesh::local::{MendOptions, mend_angles};
 use rtfmesh::mesh::TriMesh;
 use rtfmesh::mesh::polyline::Polyline;
 use rtfmesh::mesh::quality::quality;
 use rtfmesh::mesh::topology::topology;
-use rtfmesh::polish::{SlidingCurve, Target};
+use rtfmesh::polish::{ConstrainedMesh, CurveEdge, SlidingCurve, Target};
 
 const LENGTH: f64 = 6.0;
 /// Vertices on the curve, too many for good triangles.
@@ -38,7 +38,7 @@ fn band([below, above]: [u32; 2], rows: [&[DVec3]; 2], triangles: &mut Vec<[u32;
 }
 
 /// A flat field with a curve through it, or as its boundary.
-fn field(line: Polyline, is_boundary: bool) -> LocalMesh {
+fn field(line: Polyline, is_boundary: bool) -> ConstrainedMesh {
     let share = line.length() / f64::from(ON_CURVE - 1);
     let on_curve: Vec<DVec3> = (0..ON_CURVE).map(|k| line.at(share * f64::from(k)).0).collect();
     let below = if is_boundary { Vec::new() } else { vec![row(7, |_| -1.7), row(7, |_| -0.85)] };
@@ -59,17 +59,17 @@ fn field(line: Polyline, is_boundary: bool) -> LocalMesh {
         CurveEdge { ends: [first + k, first + k + 1], curve: 0, from, to }
     };
     let sliders = (1..ON_CURVE - 1).map(|k| (first + k, share * f64::from(k))).collect();
-    LocalMesh {
+    ConstrainedMesh {
         mesh,
         fixed,
         curve_edges: (0..ON_CURVE - 1).map(edge).collect(),
         sliding_curves: vec![SlidingCurve { line, sliders }],
-        ..LocalMesh::default()
+        ..ConstrainedMesh::default()
     }
 }
 
 /// Vertices on the curve after small angles were mended.
-fn left_on_curve(mut local: LocalMesh) -> usize {
+fn left_on_curve(mut local: ConstrainedMesh) -> usize {
     let before = local.mesh.clone();
     assert!(quality(&before).unwrap().min_angle < 25.0);
     let options = MendOptions { min_angle: 30.0, spacing: 1.0, deviation: None };

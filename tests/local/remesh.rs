@@ -1,7 +1,7 @@
 //! Remeshing by local operations: the number of vertices, the topology and the features hold on any mesh.
 
 use glam::DVec3;
-use rtfmesh::local::{LocalMesh, LocalOptions, LocalSurface};
+use rtfmesh::local::{LocalOptions, LocalSurface};
 use rtfmesh::mesh::distance::distances_sampled;
 use rtfmesh::mesh::features::{FeatureOptions, Features, find_features, spacing_of};
 use rtfmesh::mesh::intersections::intersecting_faces;
@@ -9,17 +9,21 @@ use rtfmesh::mesh::quality::quality;
 use rtfmesh::mesh::repair::repair;
 use rtfmesh::mesh::samples::sample;
 use rtfmesh::mesh::topology::{Topology, topology};
-use rtfmesh::polish::Target;
+use rtfmesh::polish::{ConstrainedMesh, Target};
 use rtfmesh::{Error, ProgressToken, TriMesh};
 
 use crate::support::shapes::{mesh, moved, union};
 
 /// The mesh with the features that it has for so many vertices.
-fn remeshed(surface: &TriMesh, vertices: usize) -> LocalMesh {
+fn remeshed(surface: &TriMesh, vertices: usize) -> ConstrainedMesh {
     with_progress(surface, vertices, &ProgressToken::default()).unwrap()
 }
 
-fn with_progress(surface: &TriMesh, vertices: usize, progress: &ProgressToken) -> Result<LocalMesh, Error> {
+fn with_progress(
+    surface: &TriMesh,
+    vertices: usize,
+    progress: &ProgressToken,
+) -> Result<ConstrainedMesh, Error> {
     let spacing = spacing_of(surface, vertices).unwrap();
     let features = find_features(surface, &FeatureOptions::new(spacing)).unwrap();
     let target = Target::new(surface).in_patches(features.patches.clone());

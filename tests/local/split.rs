@@ -2,24 +2,24 @@
 
 use glam::DVec3;
 use rtfmesh::TriMesh;
-use rtfmesh::local::{CurveEdge, LocalMesh};
 use rtfmesh::mesh::polyline::Polyline;
 use rtfmesh::mesh::topology::topology;
-use rtfmesh::polish::SlidingCurve;
+use rtfmesh::polish::{ConstrainedMesh, CurveEdge, SlidingCurve};
 
 /// A square of two triangles with a curve, which bends, for its diagonal.
-fn square() -> LocalMesh {
+fn square() -> ConstrainedMesh {
     let vertices = [[0.0, 0.0], [2.0, 0.0], [2.0, 2.0], [0.0, 2.0]].map(|[x, y]| DVec3::new(x, y, 0.0));
     let mesh = TriMesh { vertices: vertices.to_vec(), triangles: vec![[0, 1, 2], [0, 2, 3]] };
     let line = Polyline::new(vec![vertices[0], DVec3::new(1.0, 1.0, 0.5), vertices[2]], false);
     let edge = CurveEdge { ends: [0, 2], curve: 0, from: 0.0, to: line.length() };
-    LocalMesh {
+    ConstrainedMesh {
         mesh,
         patches: vec![4, 7],
         fixed: vec![true; 4],
         curve_edges: vec![edge],
         sliding_curves: vec![SlidingCurve { line, sliders: Vec::new() }],
         lengths: vec![1.0, 2.0, 3.0, 2.0],
+        ..Default::default()
     }
 }
 

@@ -15,13 +15,12 @@ mod smooth;
 use std::cmp::Reverse;
 use std::collections::{BinaryHeap, HashMap};
 
-use super::LocalMesh;
 use super::curve_edges::CurvePart;
 use super::part::Part;
 use super::star_mesh::{Place, StarMesh};
 use crate::mesh::NONE;
 use crate::mesh::polyline::Polyline;
-use crate::polish::Target;
+use crate::polish::{ConstrainedMesh, Target};
 use crate::{ProgressToken, Result};
 use angle_cost::AngleCost;
 use edits::Edit;
@@ -108,7 +107,7 @@ struct Mending<'a> {
 /// # Errors
 /// [`crate::Error::Cancelled`].
 pub fn mend_angles(
-    local: &mut LocalMesh,
+    local: &mut ConstrainedMesh,
     target: &Target,
     options: &MendOptions,
     progress: &ProgressToken,
@@ -122,7 +121,7 @@ pub fn mend_angles(
         return Ok(Mended::default());
     }
     let polylines: Vec<Polyline> = local.sliding_curves.iter().map(|curve| curve.line.clone()).collect();
-    let start = StarMesh::from_local(local);
+    let start = StarMesh::from_constrained(local);
     let strays: Vec<f64> = polylines.iter().map(stray).collect();
     for most_added in MOST_ADDED {
         let mending = Mending {
@@ -150,7 +149,7 @@ pub fn mend_angles(
             let former = start.points.len() as u32;
             let origin = |v: u32| if v < former { v } else { NONE };
             let origins = (0..mesh.points.len() as u32).filter(|v| mesh.is_used(*v)).map(origin).collect();
-            *local = mesh.into_local_mesh(&polylines);
+            *local = mesh.into_constrained(&polylines);
             let curve_vertices = local.fixed.iter().filter(|fixed| **fixed).count();
             return Ok(Mended { edits, added, curve_vertices, origins });
         }

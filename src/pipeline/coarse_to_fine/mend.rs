@@ -3,12 +3,12 @@
 use super::finish::Reporting;
 use super::level_mesh::{LevelCurves, LevelMesh};
 use super::shared::CoarseToFine;
-use crate::local::{CurveEdge, LocalMesh, MendOptions, Mended, mend_angles};
+use crate::local::{MendOptions, Mended, mend_angles};
 use crate::mesh::NONE;
 use crate::mesh::bvh::Bvh;
 use crate::mesh::polyline::Polyline;
 use crate::mesh::submesh::used_vertices;
-use crate::polish::SlidingCurve;
+use crate::polish::{ConstrainedMesh, CurveEdge, SlidingCurve};
 use crate::sites::on_surface::SitesOnSurface;
 use crate::{Phase, ProgressToken, Result, TriMesh};
 
@@ -73,7 +73,7 @@ impl CoarseToFine<'_> {
         };
         let fixed = level.fixed();
         let mesh = std::mem::take(&mut level.mesh);
-        let mut local = LocalMesh { mesh, patches, fixed, curve_edges, sliding_curves: Vec::new(), lengths };
+        let mut local = ConstrainedMesh { mesh, patches, fixed, curve_edges, lengths, ..Default::default() };
         local.slide_to(sliding_curves);
         let options = MendOptions { min_angle, spacing: level_spacing, deviation: self.deviation };
         let mended = mend_angles(&mut local, &self.model.target, &options, progress);

@@ -1,6 +1,6 @@
 //! One component remeshed by local operations, or simplified where they fail, to a number of vertices.
 
-use crate::local::{LocalMesh, LocalOptions, LocalSurface, MendOptions, mend_angles, relaxed};
+use crate::local::{LocalOptions, LocalSurface, MendOptions, mend_angles, relaxed};
 use crate::mesh::bvh::Bvh;
 use crate::mesh::features::{Curve, FeatureOptions, Features, find_features};
 use crate::mesh::half_edges::{edge_key, next};
@@ -12,7 +12,8 @@ use crate::pipeline::intersections::intersecting_in_units;
 use crate::pipeline::missing::MISSING;
 use crate::pipeline::sides::face_as;
 use crate::polish::{
-    FitOptions, MeshCache, OutlierOptions, PolishOptions, Target, fit, polish, reduce_outliers,
+    ConstrainedMesh, FitOptions, MeshCache, OutlierOptions, PolishOptions, Target, fit, polish,
+    reduce_outliers,
 };
 use crate::{Options, ProgressToken, Result, TriMesh};
 use glam::DVec3;
@@ -157,7 +158,7 @@ fn remeshed_locally(
     let on = Target::new(surface).in_patches(features.patches.clone());
     let mut start = LocalSurface::new(surface, &features, (lengths, target.vertices), progress)?;
     let most = intersecting_in_units(surface, target.frame, progress)?.len();
-    let mut best: Option<(f64, LocalMesh)> = None;
+    let mut best: Option<(f64, ConstrainedMesh)> = None;
     let handles = before.euler.unsigned_abs() as usize / 2;
     let has_many_handles = before.euler < 0 && target.vertices <= VERTICES_PER_HANDLE * handles;
     let (mut guarded, mut refused) = (has_many_handles, None);
@@ -229,12 +230,12 @@ fn spread_out(surface: &TriMesh, far: &[(f64, u32)], spacing: f64) -> Vec<DVec3>
 /// A mesh made by local operations, polished as far as its faces do not intersect more than the surface's:
 /// where they would, vertices stay. `None` if they do so from the beginning.
 fn polished(
-    local: LocalMesh,
+    local: ConstrainedMesh,
     (before, most): (&Topology, usize),
     on: &Target,
     target: &ComponentTarget,
     progress: &ProgressToken,
-) -> Result<Option<LocalMesh>> {
+) -> Result<Option<ConstrainedMesh>> {
     let mut curve_edges = local.edge_set();
     let mut fixed = local.fixed.clone();
     // The faces that intersect, if they are more than before or the topology is another.
@@ -295,7 +296,7 @@ fn polished(
 
 /// The mesh with its small angles mended, unless more faces then intersect than in the surface.
 fn mended(
-    mut local: LocalMesh,
+    mut local: ConstrainedMesh,
     surface: &Topology,
     on: &Target,
     target: &ComponentTarget,

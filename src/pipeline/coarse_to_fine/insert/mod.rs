@@ -5,9 +5,11 @@ mod split;
 
 use super::mend::after_both;
 use super::shared::CoarseToFine;
-use crate::local::{LocalMesh, MendOptions, mend_angles};
+use crate::local::{MendOptions, mend_angles};
 use crate::pipeline::deviation::measured::{Depth, Farthest, Measured, Reference};
-use crate::polish::{FitOptions, MeshCache, OutlierOptions, PolishOptions, fit, polish, reduce_outliers};
+use crate::polish::{
+    ConstrainedMesh, FitOptions, MeshCache, OutlierOptions, PolishOptions, fit, polish, reduce_outliers,
+};
 use crate::{ProgressToken, Result};
 use split::{Split, WAYS, faces_near, free_vertices, origins_after, splits_at};
 
@@ -26,7 +28,7 @@ const SAMPLED: f64 = 0.97;
 
 /// A mesh with what was measured of it.
 struct Candidate {
-    local: LocalMesh,
+    local: ConstrainedMesh,
     found: Measured,
     excess: f64,
     /// The former index of each vertex, [`crate::mesh::NONE`] for new ones; empty if nothing has changed.
@@ -48,7 +50,7 @@ impl CoarseToFine<'_> {
     /// index of each vertex, [`crate::mesh::NONE`] for new ones; nothing if nothing has changed.
     pub(super) fn insert(
         &self,
-        local: &mut LocalMesh,
+        local: &mut ConstrainedMesh,
         level_spacing: f64,
         progress: &ProgressToken,
     ) -> Result<Vec<u32>> {
@@ -77,7 +79,7 @@ impl Insertion<'_> {
         SAMPLED * self.reference.most
     }
 
-    fn measured(&self, local: LocalMesh, origins: Vec<u32>) -> Result<Candidate> {
+    fn measured(&self, local: ConstrainedMesh, origins: Vec<u32>) -> Result<Candidate> {
         let found = self.reference.measured(&local.mesh, &self.lengths, Depth::Coarse, self.progress)?;
         let excess = found.of_face.iter().map(|farthest| self.excess(farthest)).sum();
         Ok(Candidate { local, found, excess, origins })
@@ -179,7 +181,7 @@ impl Insertion<'_> {
 
     /// Polishes, fits and mends a mesh again, but for what is `fixed`; returns where its vertices come from
     /// if mending changed these.
-    fn improve(&self, local: &mut LocalMesh, fixed: Vec<bool>) -> Result<Vec<u32>> {
+    fn improve(&self, local: &mut ConstrainedMesh, fixed: Vec<bool>) -> Result<Vec<u32>> {
         let progress = &self.progress.silent();
         let target = &self.run.model.target;
         let method = &self.run.options.coarse_to_fine;
