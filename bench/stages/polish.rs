@@ -8,7 +8,7 @@ use glam::{DVec3, Vec4};
 use rtfmesh::gpu::{Buffer, Recorder};
 use rtfmesh::mesh::intersections::intersecting_faces;
 use rtfmesh::mesh::topology::topology;
-use rtfmesh::polish::{FitOptions, MeshCache, PolishOptions, Target, fit, polish};
+use rtfmesh::polish::{ConstrainedMesh, FitOptions, PolishOptions, Target, fit, polish};
 use rtfmesh::sites::cells::{CellSites, CellSurface, connected_cells};
 use rtfmesh::sites::connect::connect;
 use rtfmesh::sites::place::Place;
@@ -218,18 +218,13 @@ fn surface_points(context: &Context, mesh: &TriMesh) -> Vec<SurfacePoint> {
 
 fn fitted(context: &Context) -> Result<Vec<Row>> {
     let (n, device, records) = (context.len(), context.device, &context.model.records);
-    let mut input = connected(context)?;
+    let mut input: ConstrainedMesh = connected(context)?.into();
     let surface = &context.model.surface;
     let target =
         Target::new(&TriMesh { vertices: surface.vertices.clone(), triangles: surface.triangles.clone() });
     // As in the pipeline: bad triangles would hold back most moves, and small differences decide which.
-    polish(
-        &mut input,
-        &target,
-        &PolishOptions::default(),
-        &mut MeshCache::default(),
-        &ProgressToken::default(),
-    )?;
+    polish(&mut input, &target, &PolishOptions::default(), &ProgressToken::default())?;
+    let input = input.mesh;
     let faces = input.triangles.len();
     let mesh = DeviceMesh::new(device, &input)?;
     let before = Before::of(context, &mesh)?;
@@ -256,8 +251,9 @@ fn fitted(context: &Context) -> Result<Vec<Row>> {
     };
     context.submit(&mut record, 0)?;
     let after = read(context, &mesh)?;
-    let mut on_host = input.clone();
-    fit(&mut on_host, &target, &options, &mut MeshCache::default(), &ProgressToken::default())?;
+    let mut on_host: ConstrainedMesh = input.clone().into();
+    fit(&mut on_host, &target, &options, &ProgressToken::default())?;
+    let on_host = on_host.mesh;
     let norm = |a: &TriMesh, b: &TriMesh| {
         let pairs = a.vertices.iter().zip(&b.vertices);
         (pairs.map(|(a, b)| a.distance_squared(*b)).sum::<f64>() / n as f64).sqrt()

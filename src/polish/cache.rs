@@ -110,7 +110,9 @@ mod tests {
     use super::*;
     use crate::ProgressToken;
     use crate::mesh::samples::sample;
-    use crate::polish::{FitOptions, OutlierOptions, PolishOptions, fit, polish, reduce_outliers};
+    use crate::polish::{
+        ConstrainedMesh, FitOptions, OutlierOptions, PolishOptions, fit, polish, reduce_outliers,
+    };
 
     /// The mesh after all steps, with one cache or a new one for each.
     fn made(start: &TriMesh, surface: &TriMesh, threads: usize, shared: bool) -> TriMesh {
@@ -119,25 +121,25 @@ mod tests {
         for (t, triangle) in (0..).zip(&surface.triangles) {
             triangle.iter().for_each(|v| under[*v as usize] = t);
         }
-        let (mut mesh, progress) = (start.clone(), ProgressToken::default());
-        let mut cache = if shared { MeshCache::on(&target, &under) } else { MeshCache::default() };
-        let renew = |cache: &mut MeshCache| {
+        let cache = if shared { MeshCache::on(&target, &under) } else { MeshCache::default() };
+        let mut mesh = ConstrainedMesh { mesh: start.clone(), cache, ..Default::default() };
+        let progress = ProgressToken::default();
+        let renew = |mesh: &mut ConstrainedMesh| {
             if !shared {
-                *cache = MeshCache::default();
+                mesh.cache = MeshCache::default();
             }
         };
         let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
         pool.install(|| {
             let options = PolishOptions { rounds: 3, ..Default::default() };
-            let flips = polish(&mut mesh, &target, &options, &mut cache, &progress).unwrap().flips;
-            assert!(flips > 0);
-            renew(&mut cache);
-            fit(&mut mesh, &target, &FitOptions::default(), &mut cache, &progress).unwrap();
-            renew(&mut cache);
+            assert!(polish(&mut mesh, &target, &options, &progress).unwrap().flips > 0);
+            renew(&mut mesh);
+            fit(&mut mesh, &target, &FitOptions::default(), &progress).unwrap();
+            renew(&mut mesh);
             let options = OutlierOptions { tolerance: 1e-3, ..Default::default() };
-            reduce_outliers(&mut mesh, &target, 0.1, &options, &mut cache, &progress).unwrap();
+            reduce_outliers(&mut mesh, &target, 0.1, &options, &progress).unwrap();
         });
-        mesh
+        mesh.mesh
     }
 
     #[test]

@@ -2,6 +2,7 @@
 
 use super::{MeshCache, SlidingCurve};
 use crate::TriMesh;
+use crate::mesh::half_edge_mesh::HalfEdgeMesh;
 use crate::mesh::half_edges::{EdgeSet, edge_key};
 
 /// A connected mesh on a surface, with what its improvement must keep.
@@ -10,7 +11,8 @@ use crate::mesh::half_edges::{EdgeSet, edge_key};
 /// - Each edge in `curve_edges` is one of the mesh, and stands for the part of its curve between its ends.
 /// - Vertices on curves are `fixed`: they move along their curves only. They have the same arc lengths in
 ///   `curve_edges` as in `sliding_curves`.
-/// - `cache` belongs to the triangles and patches as they are; whoever changes these starts a new one.
+/// - `cache` belongs to the triangles and patches as they are; whoever changes these starts a new one. After
+///   [`super::reduce_outliers`], only its tree is of use.
 ///
 /// Every pass leaves that so, and the topology as it was. If it is cancelled, arc lengths may be out of date.
 #[derive(Debug, Clone, Default)]
@@ -54,13 +56,29 @@ impl From<TriMesh> for ConstrainedMesh {
 }
 
 impl ConstrainedMesh {
+    /// The half-edges, without which the mesh has no triangles until they are kept.
+    pub(super) fn take_half_edges(&mut self) -> HalfEdgeMesh {
+        let triangles = std::mem::take(&mut self.mesh.triangles);
+        self.cache.take(triangles, self.mesh.vertices.len(), &self.patches)
+    }
+
+    /// Gives the mesh back its triangles.
+    pub(super) fn keep_half_edges(&mut self, half_edges: HalfEdgeMesh) {
+        self.mesh.triangles = self.cache.keep(half_edges);
+    }
+
+    /// The edges on curves, which are not flipped; none if no edge between two fixed vertices is to be.
+    pub(super) fn kept_edges(&self, keeps_chords: bool) -> EdgeSet {
+        if keeps_chords { EdgeSet::new() } else { self.edge_set() }
+    }
+
     /// The edges on curves.
     pub(crate) fn edge_set(&self) -> EdgeSet {
         self.curve_edges.iter().map(|CurveEdge { ends: [a, b], .. }| edge_key(*a, *b)).collect()
     }
 
     /// Takes over where vertices on curves are after they have slid.
-    pub(crate) fn slide_to(&mut self, curves: Vec<SlidingCurve>) {
+    pub(super) fn slide_to(&mut self, curves: Vec<SlidingCurve>) {
         let mut arc_lengths = vec![f64::NAN; self.mesh.vertices.len()];
         curves.iter().flat_map(|curve| &curve.sliders).for_each(|(v, arc)| arc_lengths[*v as usize] = *arc);
         for CurveEdge { ends, curve, from, to } in &mut self.curve_edges {

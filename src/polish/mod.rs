@@ -1,8 +1,8 @@
 //! Improvement of a connected mesh: better triangles ([`polish`]), a closer fit to the surface ([`fit`]),
 //! then the places where mesh and surface are still far apart, one by one ([`reduce_outliers`]).
 //!
-//! All of them keep the number of vertices and the topology, take the surface as a [`Target`], and give the
-//! same bytes for any number of threads.
+//! All of them work on a [`ConstrainedMesh`], keep the number of vertices and the topology, take the surface
+//! as a [`Target`], and give the same bytes for any number of threads.
 
 mod cache;
 mod constrained_mesh;
@@ -25,10 +25,9 @@ pub(crate) use target::SurfaceVertex;
 pub use target::Target;
 
 use glam::DVec3;
-use std::collections::HashSet;
 
 use crate::mesh::half_edge_mesh::{HalfEdgeMesh, VertexKind};
-use crate::{ProgressToken, Result, TriMesh};
+use crate::{ProgressToken, Result};
 use flip::flip_edges;
 pub(crate) use flip::{angle_gain, keeps_shape};
 use locked::Locked;
@@ -45,43 +44,27 @@ pub(crate) const ANGLE_ROUNDS: u32 = 3;
 const WORST_PASSES: u32 = 6;
 
 /// Settings of [`polish`].
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq)]
 pub struct PolishOptions {
     /// Rounds of flips and relaxation.
     pub rounds: u32,
     /// Weight of valence energy against the cotangents of the angles opposite an edge; with 0, flips serve
     /// Delaunay triangles only.
     pub valence_weight: f64,
-    /// Whether each vertex stays where it is, as boundary vertices do; vertices beyond the end of the list do
-    /// not.
-    pub fixed: Vec<bool>,
-    /// Edges on curves, the smaller vertex first, which are not flipped. If there are none, no edge between
-    /// two fixed vertices is.
-    pub curve_edges: HashSet<(u32, u32)>,
-    /// The patch of each triangle, in which it stays; empty if there is only one.
-    pub patches: Vec<u32>,
-    /// Curves along which fixed vertices may slide.
-    pub sliding_curves: Vec<SlidingCurve>,
-    /// The relative target edge length at each vertex; empty if they are all equal.
-    pub lengths: Vec<f64>,
+    /// Whether no edge between two fixed vertices is flipped, as if no curves were known.
+    pub keeps_chords: bool,
+    /// Whether vertices on curves slide along them.
+    pub slides: bool,
 }
 
 impl Default for PolishOptions {
     fn default() -> Self {
-        Self {
-            rounds: 10,
-            valence_weight: 1.0,
-            fixed: Vec::new(),
-            curve_edges: HashSet::new(),
-            patches: Vec::new(),
-            sliding_curves: Vec::new(),
-            lengths: Vec::new(),
-        }
+        Self { rounds: 10, valence_weight: 1.0, keeps_chords: false, slides: true }
     }
 }
 
 /// What [`polish`] did.
-#[derive(Debug, Clone, Default, PartialEq)]
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
 pub struct Polished {
     /// Edges flipped.
     pub flips: usize,
@@ -90,8 +73,6 @@ pub struct Polished {
     pub taken_back: usize,
     /// Moves that improved the worst triangles.
     pub lifted: usize,
-    /// [`PolishOptions::sliding_curves`] with the vertices where they are now.
-    pub sliding_curves: Vec<SlidingCurve>,
 }
 
 /// Improves the triangles of `mesh` by edge flips and by moving vertices over `target`.
@@ -103,19 +84,14 @@ pub struct Polished {
 /// # Errors
 /// [`crate::Error::Cancelled`]; what was done until then stays.
 pub fn polish(
-    mesh: &mut TriMesh,
+    constrained: &mut ConstrainedMesh,
     target: &Target,
     options: &PolishOptions,
-    cache: &mut MeshCache,
     progress: &ProgressToken,
 ) -> Result<Polished> {
-    let triangles = std::mem::take(&mut mesh.triangles);
-    let mut half_edges = cache.take(triangles, mesh.vertices.len(), &options.patches);
-    let mut ranks = cache.ranks.take(mesh.vertices.len());
-    let on = (&mut mesh.vertices, ranks.as_mut_slice());
-    let polished = polish_half_edges(&mut half_edges, on, target, options, progress);
-    cache.ranks.keep(ranks);
-    mesh.triangles = cache.keep(half_edges);
+    let mut half_edges = constrained.take_half_edges();
+    let polished = polish_half_edges(&mut half_edges, constrained, target, options, progress);
+    constrained.keep_half_edges(half_edges);
     polished
 }
 
@@ -132,15 +108,20 @@ pub(crate) fn improve_worst(
 
 fn polish_half_edges(
     half_edges: &mut HalfEdgeMesh,
-    (points, ranks): (&mut Vec<DVec3>, &mut [usize]),
+    constrained: &mut ConstrainedMesh,
     target: &Target,
     options: &PolishOptions,
     progress: &ProgressToken,
 ) -> Result<Polished> {
     let mut polished = Polished::default();
-    let fixed: Vec<bool> = (0..points.len()).map(|v| is_fixed(half_edges, &options.fixed, v)).collect();
-    let locked = Locked { fixed: &fixed, curve_edges: &options.curve_edges };
-    let mut sliding_curves = SlidingCurves::new(&options.sliding_curves, points.len());
+    let curve_edges = constrained.kept_edges(options.keeps_chords);
+    let sliding = if options.slides { constrained.sliding_curves.clone() } else { Vec::new() };
+    let ConstrainedMesh { mesh, fixed, lengths, cache, .. } = &mut *constrained;
+    let points = &mut mesh.vertices;
+    let ranks = &mut cache.ranks.take(points.len());
+    let fixed: Vec<bool> = (0..points.len()).map(|v| is_fixed(half_edges, fixed, v)).collect();
+    let locked = Locked { fixed: &fixed, curve_edges: &curve_edges };
+    let mut sliding_curves = SlidingCurves::new(sliding, points.len());
     let rounds = progress.at_most(FEW_ROUNDS, options.rounds);
     for round in 0..rounds {
         progress.done(f64::from(round) / f64::from(rounds))?;
@@ -150,18 +131,21 @@ fn polish_half_edges(
         let late = round + ANGLE_ROUNDS >= rounds;
         let valence_weight = if late { 0.0 } else { options.valence_weight };
         polished.flips += flip_edges(half_edges, points, locked, valence_weight, SWEEPS);
-        polished.taken_back += relax::relax(half_edges, points, ranks, (&fixed, &options.lengths), target);
-        sliding_curves.slide(&half_edges.triangles, points, &options.lengths, false);
+        polished.taken_back += relax::relax(half_edges, points, ranks, (&fixed, lengths), target);
+        sliding_curves.slide(&half_edges.triangles, points, lengths, false);
     }
     if rounds > 0 {
-        sliding_curves.slide(&half_edges.triangles, points, &options.lengths, true);
-        if !options.curve_edges.is_empty() {
+        sliding_curves.slide(&half_edges.triangles, points, lengths, true);
+        if !curve_edges.is_empty() {
             polished.flips += flip_edges(half_edges, points, locked, 0.0, SWEEPS);
         }
         progress.done(1.0)?;
         polished.lifted = worst::improve(half_edges, points, ranks, &fixed, target, WORST_PASSES);
     }
-    polished.sliding_curves = sliding_curves.curves;
+    cache.ranks.keep(std::mem::take(ranks));
+    if !sliding_curves.curves.is_empty() {
+        constrained.slide_to(sliding_curves.curves);
+    }
     Ok(polished)
 }
 

@@ -39,11 +39,11 @@ pub(crate) struct SlidingCurves {
 }
 
 impl SlidingCurves {
-    pub(crate) fn new(curves: &[SlidingCurve], vertices: usize) -> Self {
+    pub(crate) fn new(curves: Vec<SlidingCurve>, vertices: usize) -> Self {
         let mut slider = vec![NONE; vertices];
         let all = curves.iter().flat_map(|curve| &curve.sliders);
         let sliders = (0..).zip(all).map(|(k, (v, _))| slider[*v as usize] = k).count();
-        Self { curves: curves.to_vec(), slider, sliders }
+        Self { curves, slider, sliders }
     }
 
     /// The triangles around each slider.

@@ -8,9 +8,10 @@ use rtfmesh::mesh::polyline::Polyline;
 use rtfmesh::mesh::quality::{quality, valence};
 use rtfmesh::mesh::samples::sample;
 use rtfmesh::mesh::topology::topology;
-use rtfmesh::polish::{FitOptions, MeshCache, PolishOptions, SlidingCurve, Target, fit, polish};
+use rtfmesh::polish::{ConstrainedMesh, FitOptions, PolishOptions, SlidingCurve, Target};
 use rtfmesh::{ProgressToken, TriMesh};
 
+use crate::support::passes::polish;
 use crate::support::shapes::{Random, cube, mesh, moved, plane, sphere, tetrahedron, torus, union};
 
 /// The mesh with its vertices shifted by up to `amount`, the same way each time.
@@ -67,19 +68,19 @@ pub fn odd_meshes() -> Vec<(&'static str, TriMesh)> {
     ]
 }
 
+/// The mesh polished within its constraints.
+fn polished(mut mesh: ConstrainedMesh, target: &Target) -> ConstrainedMesh {
+    let options = PolishOptions::default();
+    rtfmesh::polish::polish(&mut mesh, target, &options, &ProgressToken::default()).unwrap();
+    mesh
+}
+
 #[test]
 fn uneven_samples_get_better_triangles_and_keep_their_shape() {
     for name in ["torus", "genus3", "bumpy-sphere"] {
         let surface = sample(name).unwrap();
         let mut mesh = surface.clone();
-        let counts = polish(
-            &mut mesh,
-            &Target::new(&surface),
-            &PolishOptions::default(),
-            &mut MeshCache::default(),
-            &ProgressToken::default(),
-        )
-        .unwrap();
+        let counts = polish(&mut mesh, &Target::new(&surface), &PolishOptions::default());
         let (before, after) = (quality(&surface).unwrap(), quality(&mesh).unwrap());
         assert!(counts.flips > 0 || name == "bumpy-sphere", "{name}");
         assert_eq!(mesh.vertices.len(), surface.vertices.len(), "{name}");
@@ -107,14 +108,7 @@ fn uneven_samples_get_better_triangles_and_keep_their_shape() {
 fn a_shaken_torus_is_smooth_again() {
     let target = Target::new(&torus(120, 48));
     let mut mesh = shaken(&torus(40, 16), 0.04);
-    polish(
-        &mut mesh,
-        &target,
-        &PolishOptions { rounds: 30, ..PolishOptions::default() },
-        &mut MeshCache::default(),
-        &ProgressToken::default(),
-    )
-    .unwrap();
+    polish(&mut mesh, &target, &PolishOptions { rounds: 30, ..PolishOptions::default() });
     let (fraction_6, shape) = (valence(&mesh).fraction_6.unwrap(), quality(&mesh).unwrap());
     assert!(fraction_6 > 0.95 && shape.min_angle > 38.0, "{fraction_6}, {shape:?}");
     for p in &mesh.vertices {
@@ -140,14 +134,7 @@ fn flips_even_out_valences() {
     let target = Target::new(&surface);
     let regular = |valence_weight| {
         let mut mesh = split.clone();
-        polish(
-            &mut mesh,
-            &target,
-            &PolishOptions { valence_weight, ..PolishOptions::default() },
-            &mut MeshCache::default(),
-            &ProgressToken::default(),
-        )
-        .unwrap();
+        polish(&mut mesh, &target, &PolishOptions { valence_weight, ..PolishOptions::default() });
         assert!(quality(&mesh).unwrap().min_angle > quality(&split).unwrap().min_angle);
         valence(&mesh).fraction_6.unwrap()
     };
@@ -166,9 +153,7 @@ fn boundaries_and_fixed_vertices_stay() {
     }
     let fixed: Vec<bool> = mesh.vertices.iter().map(|p| p.x < 0.4).collect();
     let before = mesh.clone();
-    let options = PolishOptions { fixed: fixed.clone(), ..PolishOptions::default() };
-    polish(&mut mesh, &Target::new(&flat), &options, &mut MeshCache::default(), &ProgressToken::default())
-        .unwrap();
+    let mesh = polished(ConstrainedMesh { fixed: fixed.clone(), ..mesh.into() }, &Target::new(&flat)).mesh;
     assert_eq!(topology(&mesh), topology(&before));
     let mut moved = 0;
     for ((old, new), fixed) in before.vertices.iter().zip(&mesh.vertices).zip(&fixed) {
@@ -187,14 +172,7 @@ fn boundaries_and_fixed_vertices_stay() {
 fn the_other_side_of_a_thin_plate_is_out_of_reach() {
     let plate = sample("thin-plate").unwrap();
     let mut mesh = plate.clone();
-    polish(
-        &mut mesh,
-        &Target::new(&plate),
-        &PolishOptions::default(),
-        &mut MeshCache::default(),
-        &ProgressToken::default(),
-    )
-    .unwrap();
+    polish(&mut mesh, &Target::new(&plate), &PolishOptions::default());
     for (old, new) in plate.vertices.iter().zip(&mesh.vertices) {
         let inside = |p: &DVec3| p.x.abs().max(p.y.abs()) < 0.45;
         assert!(!inside(old) || old.z == new.z, "{old} went to {new}");
@@ -207,16 +185,7 @@ fn the_number_of_threads_does_not_show() {
     let target = Target::new(&surface);
     let run = |threads| {
         let mut mesh = shaken(&surface, 0.01);
-        let counts = in_threads(threads, || {
-            polish(
-                &mut mesh,
-                &target,
-                &PolishOptions::default(),
-                &mut MeshCache::default(),
-                &ProgressToken::default(),
-            )
-            .unwrap()
-        });
+        let counts = in_threads(threads, || polish(&mut mesh, &target, &PolishOptions::default()));
         (mesh, counts)
     };
     assert_eq!(run(1), run(2));
@@ -226,24 +195,10 @@ fn the_number_of_threads_does_not_show() {
 fn odd_meshes_survive() {
     for (name, odd) in odd_meshes() {
         let mut mesh = odd.clone();
-        polish(
-            &mut mesh,
-            &Target::new(&odd),
-            &PolishOptions::default(),
-            &mut MeshCache::default(),
-            &ProgressToken::default(),
-        )
-        .unwrap();
+        polish(&mut mesh, &Target::new(&odd), &PolishOptions::default());
         assert_eq!(topology(&mesh), topology(&odd), "{name}");
         assert!(mesh.vertices.iter().all(|v| v.is_finite()), "{name}");
-        polish(
-            &mut mesh,
-            &Target::new(&TriMesh::default()),
-            &PolishOptions::default(),
-            &mut MeshCache::default(),
-            &ProgressToken::default(),
-        )
-        .unwrap();
+        polish(&mut mesh, &Target::new(&TriMesh::default()), &PolishOptions::default());
         assert_eq!(topology(&mesh), topology(&odd), "{name} without a surface");
     }
 }
@@ -253,17 +208,7 @@ fn no_rounds_change_nothing() {
     let surface = sample("genus3").unwrap();
     let mut mesh = surface.clone();
     let options = PolishOptions { rounds: 0, ..PolishOptions::default() };
-    assert_eq!(
-        polish(
-            &mut mesh,
-            &Target::new(&surface),
-            &options,
-            &mut MeshCache::default(),
-            &ProgressToken::default()
-        )
-        .unwrap(),
-        Default::default()
-    );
+    assert_eq!(polish(&mut mesh, &Target::new(&surface), &options), Default::default());
     assert_eq!(mesh, surface);
 }
 
@@ -286,22 +231,10 @@ fn vertices_and_edges_stay_in_their_patch() {
             *p = DVec3::new(0.5 + x, p.y + random.point().y * 0.015, -0.8 * x.abs());
         }
     }
-    polish(
-        &mut mesh,
-        &target,
-        &PolishOptions { fixed: fixed.clone(), patches: patches.clone(), ..PolishOptions::default() },
-        &mut MeshCache::default(),
-        &ProgressToken::default(),
-    )
-    .unwrap();
-    fit(
-        &mut mesh,
-        &target,
-        &FitOptions { fixed, patches: patches.clone(), ..FitOptions::default() },
-        &mut MeshCache::default(),
-        &ProgressToken::default(),
-    )
-    .unwrap();
+    let mesh = ConstrainedMesh { fixed, patches: patches.clone(), ..mesh.into() };
+    let mut mesh = polished(mesh, &target);
+    rtfmesh::polish::fit(&mut mesh, &target, &FitOptions::default(), &ProgressToken::default()).unwrap();
+    let mesh = mesh.mesh;
     for (t, patch) in patches.iter().enumerate() {
         assert_eq!(patch_of(&mesh, t), *patch);
         for p in mesh.corners(t) {
@@ -331,14 +264,9 @@ fn strip(n: u32, shift: f64) -> (TriMesh, SlidingCurve) {
 #[test]
 fn vertices_on_rails_slide_to_better_triangles() {
     let (start, sliding_curve) = strip(12, -0.45);
-    let mut mesh = start.clone();
-    let options = PolishOptions {
-        sliding_curves: vec![sliding_curve],
-        fixed: vec![true; 26],
-        ..PolishOptions::default()
-    };
-    polish(&mut mesh, &Target::new(&start), &options, &mut MeshCache::default(), &ProgressToken::default())
-        .unwrap();
+    let sliding_curves = vec![sliding_curve];
+    let mesh = ConstrainedMesh { sliding_curves, fixed: vec![true; 26], ..start.clone().into() };
+    let mesh = polished(mesh, &Target::new(&start)).mesh;
     let q = |mesh| quality(mesh).unwrap();
     assert!(q(&mesh).mean_quality > q(&start).mean_quality + 0.02, "{:?} after {:?}", q(&mesh), q(&start));
     assert!(q(&mesh).min_angle > q(&start).min_angle, "{:?} after {:?}", q(&mesh), q(&start));
@@ -364,11 +292,9 @@ fn vertices_on_closed_rails_go_round_and_keep_the_bends() {
     start.vertices.push(DVec3::new(2.0, 2.0, 0.0));
     start.triangles = (0..16).map(|k| [k, (k + 1) % 16, 16]).collect();
     let sliders = (0..16).zip(ways).collect();
-    let mut mesh = start.clone();
     let sliding_curves = vec![SlidingCurve { line: Polyline::new(points.clone(), true), sliders }];
-    let options = PolishOptions { sliding_curves, fixed: vec![true; 17], ..PolishOptions::default() };
-    polish(&mut mesh, &Target::new(&start), &options, &mut MeshCache::default(), &ProgressToken::default())
-        .unwrap();
+    let mesh = ConstrainedMesh { sliding_curves, fixed: vec![true; 17], ..start.clone().into() };
+    let mesh = polished(mesh, &Target::new(&start)).mesh;
     for (v, p) in mesh.vertices[..16].iter().enumerate() {
         let on_rim = [p.x, p.y].iter().any(|c| *c == 0.0 || *c == 4.0);
         assert!(on_rim && p.z == 0.0, "{v}: {p}");

@@ -8,9 +8,10 @@ use rtfmesh::mesh::intersections::intersecting_faces;
 use rtfmesh::mesh::quality::quality;
 use rtfmesh::mesh::samples::sample;
 use rtfmesh::mesh::topology::topology;
-use rtfmesh::polish::{FitOptions, MeshCache, Target, fit};
+use rtfmesh::polish::{ConstrainedMesh, FitOptions, Target};
 
 use super::angles::{in_threads, odd_meshes, shaken};
+use crate::support::passes::fit;
 use crate::support::shapes::{sphere, torus};
 
 #[test]
@@ -22,14 +23,7 @@ fn coarse_meshes_come_closer() {
     ];
     for (name, surface, coarse, most) in cases {
         let mut mesh = coarse.clone();
-        fit(
-            &mut mesh,
-            &Target::new(&surface),
-            &FitOptions::default(),
-            &mut MeshCache::default(),
-            &ProgressToken::default(),
-        )
-        .unwrap();
+        fit(&mut mesh, &Target::new(&surface), &FitOptions::default());
         let rms = |mesh| distances_sampled(mesh, &surface, 20_000, &ProgressToken::default()).unwrap().rms;
         let (before, after) = (rms(&coarse), rms(&mesh));
         assert!(after < most * before, "{name}: {after} % after {before} %");
@@ -62,14 +56,7 @@ fn even_torus(n: u32, m: u32) -> TriMesh {
 fn the_sphere_is_met_halfway() {
     // On the whole the faces then lie as far outside as inside.
     let (surface, mut mesh) = (sphere(1.0, 6), sphere(1.0, 3));
-    fit(
-        &mut mesh,
-        &Target::new(&surface),
-        &FitOptions::default(),
-        &mut MeshCache::default(),
-        &ProgressToken::default(),
-    )
-    .unwrap();
+    fit(&mut mesh, &Target::new(&surface), &FitOptions::default());
     let mean = |weights: [f64; 3]| -> f64 {
         let radius =
             |t: usize| mesh.corners(t).iter().zip(weights).map(|(p, w)| *p * w).sum::<DVec3>().length();
@@ -85,14 +72,8 @@ fn small_angles_do_not_get_smaller() {
     let coarse = shaken(&surface, 0.01);
     for min_angle in [0.0, 20.0, 60.0] {
         let mut mesh = coarse.clone();
-        let counts = fit(
-            &mut mesh,
-            &Target::new(&surface),
-            &FitOptions { min_angle, ..FitOptions::default() },
-            &mut MeshCache::default(),
-            &ProgressToken::default(),
-        )
-        .unwrap();
+        let counts =
+            fit(&mut mesh, &Target::new(&surface), &FitOptions { min_angle, ..FitOptions::default() });
         let (before, after) = (quality(&coarse).unwrap().min_angle, quality(&mesh).unwrap().min_angle);
         assert!(after >= before - 1e-9, "{min_angle}: {after} after {before}");
         assert!(min_angle < 60.0 || counts.held > 0);
@@ -103,16 +84,11 @@ fn small_angles_do_not_get_smaller() {
 fn boundaries_and_fixed_vertices_stay() {
     let surface = sample("open-hemisphere").unwrap();
     let start = shaken(&surface, 0.002);
-    let mut mesh = start.clone();
     let fixed: Vec<bool> = start.vertices.iter().map(|p| p.x > 0.0).collect();
-    fit(
-        &mut mesh,
-        &Target::new(&surface),
-        &FitOptions { fixed: fixed.clone(), ..FitOptions::default() },
-        &mut MeshCache::default(),
-        &ProgressToken::default(),
-    )
-    .unwrap();
+    let mut mesh = ConstrainedMesh { fixed: fixed.clone(), ..start.clone().into() };
+    let (target, options) = (Target::new(&surface), FitOptions::default());
+    rtfmesh::polish::fit(&mut mesh, &target, &options, &ProgressToken::default()).unwrap();
+    let mesh = mesh.mesh;
     let stayed = |v: usize| mesh.vertices[v] == start.vertices[v];
     assert!((0..fixed.len()).all(|v| !fixed[v] || stayed(v)));
     assert!((0..fixed.len()).any(|v| !stayed(v)));
@@ -134,14 +110,7 @@ fn the_number_of_threads_does_not_show() {
     let run = |threads| {
         let mut mesh = shaken(&surface, 0.01);
         let counts = in_threads(threads, || {
-            fit(
-                &mut mesh,
-                &target,
-                &FitOptions { rounds: 2, ..FitOptions::default() },
-                &mut MeshCache::default(),
-                &ProgressToken::default(),
-            )
-            .unwrap()
+            fit(&mut mesh, &target, &FitOptions { rounds: 2, ..FitOptions::default() })
         });
         (mesh, counts)
     };
@@ -152,14 +121,7 @@ fn the_number_of_threads_does_not_show() {
 fn odd_meshes_survive() {
     for (name, odd) in odd_meshes() {
         let mut mesh = odd.clone();
-        fit(
-            &mut mesh,
-            &Target::new(&odd),
-            &FitOptions::default(),
-            &mut MeshCache::default(),
-            &ProgressToken::default(),
-        )
-        .unwrap();
+        fit(&mut mesh, &Target::new(&odd), &FitOptions::default());
         assert_eq!(topology(&mesh), topology(&odd), "{name}");
         assert!(mesh.vertices.iter().all(|v| v.is_finite()), "{name}");
     }

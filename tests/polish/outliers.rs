@@ -5,10 +5,11 @@ use rtfmesh::mesh::intersections::intersecting_faces;
 use rtfmesh::mesh::quality::quality;
 use rtfmesh::mesh::samples::sample;
 use rtfmesh::mesh::topology::topology;
-use rtfmesh::polish::{MeshCache, Outlier, OutlierOptions, ReducedOutliers, Target, reduce_outliers};
+use rtfmesh::polish::{ConstrainedMesh, Outlier, OutlierOptions, ReducedOutliers, Target};
 use rtfmesh::{ProgressToken, TriMesh};
 
 use super::angles::{in_threads, odd_meshes, shaken};
+use crate::support::passes::reduce_outliers;
 use crate::support::shapes::sphere;
 
 /// The typical edge of a mesh with even triangles.
@@ -34,15 +35,8 @@ fn spikes_and_dents_are_reached() {
     for edges in [0.7, 0.4, -0.4, -0.7] {
         let (mesh, surface) = dented(edges);
         let mut reached = mesh.clone();
-        let reduced = reduce_outliers(
-            &mut reached,
-            &Target::new(&surface),
-            edge(&mesh),
-            &OutlierOptions::default(),
-            &mut MeshCache::default(),
-            &ProgressToken::default(),
-        )
-        .unwrap();
+        let reduced =
+            reduce_outliers(&mut reached, &Target::new(&surface), edge(&mesh), &OutlierOptions::default());
         let (before, after) = (hausdorff(&mesh, &surface), hausdorff(&reached, &surface));
         assert!(reduced.edits > 0 && after < 0.5 * before, "{edges}: {after} after {before}");
         assert_eq!(topology(&reached), topology(&mesh));
@@ -60,15 +54,7 @@ fn a_spike_between_vertices_is_reached() {
     let length = edge(&mesh);
     *surface.vertices.last_mut().unwrap() *= 1.0 + 0.6 * length;
     let mut reached = mesh.clone();
-    reduce_outliers(
-        &mut reached,
-        &Target::new(&surface),
-        length,
-        &OutlierOptions::default(),
-        &mut MeshCache::default(),
-        &ProgressToken::default(),
-    )
-    .unwrap();
+    reduce_outliers(&mut reached, &Target::new(&surface), length, &OutlierOptions::default());
     let (before, after) = (hausdorff(&mesh, &surface), hausdorff(&reached, &surface));
     assert!(after < 0.6 * before, "{after} after {before}");
 }
@@ -81,15 +67,7 @@ fn a_tolerance_makes_nearer_places_outliers() {
         let mut reached = mesh.clone();
         let options = OutlierOptions { tolerance, ..OutlierOptions::default() };
         let target = Target::new(&surface);
-        reduce_outliers(
-            &mut reached,
-            &target,
-            edge(&mesh),
-            &options,
-            &mut MeshCache::default(),
-            &ProgressToken::default(),
-        )
-        .unwrap();
+        reduce_outliers(&mut reached, &target, edge(&mesh), &options);
         hausdorff(&reached, &surface)
     };
     let before = hausdorff(&mesh, &surface);
@@ -102,32 +80,17 @@ fn what_is_met_or_fixed_stays() {
     let mesh = sample("torus").unwrap();
     let mut same = mesh.clone();
     assert_eq!(
-        reduce_outliers(
-            &mut same,
-            &Target::new(&mesh),
-            edge(&mesh),
-            &OutlierOptions::default(),
-            &mut MeshCache::default(),
-            &ProgressToken::default()
-        )
-        .unwrap(),
+        reduce_outliers(&mut same, &Target::new(&mesh), edge(&mesh), &OutlierOptions::default()),
         ReducedOutliers::default()
     );
     assert_eq!(same, mesh);
     let (mesh, surface) = dented(0.5);
-    let options = OutlierOptions { fixed: vec![true; mesh.vertices.len()], ..OutlierOptions::default() };
-    let mut same = mesh.clone();
-    let target = Target::new(&surface);
-    let reduced = reduce_outliers(
-        &mut same,
-        &target,
-        edge(&mesh),
-        &options,
-        &mut MeshCache::default(),
-        &ProgressToken::default(),
-    )
-    .unwrap();
-    assert_eq!((reduced.edits, &same), (0, &mesh));
+    let mut same = ConstrainedMesh { fixed: vec![true; mesh.vertices.len()], ..mesh.clone().into() };
+    let (target, options) = (Target::new(&surface), OutlierOptions::default());
+    let progress = ProgressToken::default();
+    let reduced =
+        rtfmesh::polish::reduce_outliers(&mut same, &target, edge(&mesh), &options, &progress).unwrap();
+    assert_eq!((reduced.edits, &same.mesh), (0, &mesh));
     // The dent is what is left.
     let left = reduced.left.first().expect("no outlier is left");
     assert!(left.at == surface.vertices[700] && (left.distance - 0.5 * edge(&mesh)).abs() < 1e-6, "{left:?}");
@@ -145,15 +108,7 @@ fn the_number_of_threads_does_not_show() {
         let mut reached = mesh.clone();
         let reduce = || {
             let options = OutlierOptions { min_angle: 30.0, ..OutlierOptions::default() };
-            reduce_outliers(
-                &mut reached,
-                &target,
-                edge(&mesh),
-                &options,
-                &mut MeshCache::default(),
-                &ProgressToken::default(),
-            )
-            .unwrap()
+            reduce_outliers(&mut reached, &target, edge(&mesh), &options)
         };
         (in_threads(threads, reduce), reached)
     };
@@ -171,15 +126,7 @@ fn odd_meshes_survive() {
     for (name, odd) in odd_meshes() {
         for target in [&odd, &surface, &TriMesh::default()] {
             let mut mesh = odd.clone();
-            reduce_outliers(
-                &mut mesh,
-                &Target::new(target),
-                0.1,
-                &OutlierOptions::default(),
-                &mut MeshCache::default(),
-                &ProgressToken::default(),
-            )
-            .unwrap();
+            reduce_outliers(&mut mesh, &Target::new(target), 0.1, &OutlierOptions::default());
             assert_eq!(topology(&mesh), topology(&odd), "{name}");
             assert!(mesh.vertices.iter().all(|v| v.is_finite()), "{name}");
         }

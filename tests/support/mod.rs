@@ -6,6 +6,7 @@ pub mod dirty;
 pub mod files;
 pub mod generators;
 pub mod painted;
+pub mod passes;
 pub mod place;
 pub mod polygons;
 pub mod shapes;

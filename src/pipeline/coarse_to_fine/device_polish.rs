@@ -1,14 +1,13 @@
 //! The polish and the fit of a whole mesh by the device.
 
-use super::level_mesh::LevelMesh;
 use super::shared::CoarseToFine;
 use crate::gpu::{Buffer, Device};
 use crate::mesh::NONE;
 use crate::mesh::half_edge_mesh::HalfEdgeMesh;
 use crate::mesh::spacing;
 use crate::polish::{
-    ANGLE_ROUNDS, FEW_FIT_ROUNDS, FEW_ROUNDS, FitOptions, MeshCache, PolishOptions, Polished, SOLVER_STEPS,
-    SurfaceVertex, improve_worst, is_fixed,
+    ANGLE_ROUNDS, ConstrainedMesh, FEW_FIT_ROUNDS, FEW_ROUNDS, FitOptions, PolishOptions, Polished,
+    SOLVER_STEPS, SurfaceVertex, improve_worst, is_fixed,
 };
 use crate::sites::nearby::sites_near_vertices;
 use crate::stages::fit::equations::Equations;
@@ -41,27 +40,19 @@ pub(super) struct MeshOnDevice {
     /// Triangles of the surface near the vertices.
     under: Buffer<u32>,
     fixed: Vec<bool>,
-    lengths: Vec<f64>,
 }
 
 impl MeshOnDevice {
-    /// Uploads the mesh of a level.
-    fn new(
-        device: &Device,
-        level: &LevelMesh,
-        options: &PolishOptions,
-        cache: &mut MeshCache,
-    ) -> Result<Self> {
-        let TriMesh { vertices, triangles } = &level.mesh;
-        let half_edges = cache.take(triangles.clone(), vertices.len(), &options.patches);
-        let fixed = (0..vertices.len()).map(|v| is_fixed(&half_edges, &options.fixed, v)).collect();
-        let lengths = options.lengths.clone();
+    /// Uploads a mesh, whose vertices are near these triangles of the surface.
+    fn new(device: &Device, constrained: &mut ConstrainedMesh, under: &[u32]) -> Result<Self> {
+        let ConstrainedMesh { mesh: TriMesh { vertices, triangles }, patches, fixed, lengths, cache, .. } =
+            constrained;
+        let half_edges = cache.take(triangles.clone(), vertices.len(), patches);
         Ok(Self {
-            mesh: DeviceMesh::of(device, &half_edges, vertices, (&options.fixed, &lengths))?,
-            under: Buffer::from_slice(device, "polish.site_triangle", &level.sites.triangles)?,
+            mesh: DeviceMesh::of(device, &half_edges, vertices, (fixed, lengths))?,
+            under: Buffer::from_slice(device, "polish.site_triangle", under)?,
+            fixed: (0..vertices.len()).map(|v| is_fixed(&half_edges, fixed, v)).collect(),
             half_edges,
-            fixed,
-            lengths,
         })
     }
 }
@@ -87,20 +78,20 @@ pub(crate) fn compile(device: &Device) -> Result<()> {
 
 impl CoarseToFine<'_> {
     /// The mesh of a level on the device, if that is to polish and fit whole meshes, and if it has the
-    /// memory; otherwise the host does it.
+    /// memory; otherwise the host does it. `under` has the triangles of the surface that the sites were on.
     pub(super) fn on_device(
         &self,
-        level: &LevelMesh,
-        options: &PolishOptions,
-        cache: &mut MeshCache,
+        constrained: &mut ConstrainedMesh,
+        under: &[u32],
     ) -> Result<Option<MeshOnDevice>> {
-        let triangles = level.mesh.triangles.len();
+        let TriMesh { vertices, triangles } = &constrained.mesh;
+        let (vertices, triangles) = (vertices.len(), triangles.len());
         let largest = self.device.info().limits.storage_buffer_bytes;
         let bytes = TRIANGLE_BYTES * triangles + SURFACE_BYTES * self.surface.vertices.len();
         let fits =
             (LARGEST_BYTES * triangles) as u64 <= largest && bytes as u64 <= self.device.available_bytes();
-        let polishes = self.device.polishes(level.mesh.vertices.len()) && fits;
-        polishes.then(|| MeshOnDevice::new(self.device, level, options, cache)).transpose()
+        let polishes = self.device.polishes(vertices) && fits;
+        polishes.then(|| MeshOnDevice::new(self.device, constrained, under)).transpose()
     }
 
     /// As [`crate::polish::polish`], of a mesh without curves, along which vertices would slide one after the
@@ -135,27 +126,28 @@ impl CoarseToFine<'_> {
         progress.done(1.0)?;
         let lifted = improve_worst(&on.half_edges, &mut mesh.vertices, &on.fixed, &self.model.target);
         let (flips, taken_back) = (flips.flipped(device)?, relaxation.undone(device)?);
-        Ok(Polished { flips, taken_back, lifted, ..Polished::default() })
+        Ok(Polished { flips, taken_back, lifted })
     }
 
     /// As [`crate::polish::fit`]; `under` has the triangles of the surface that the sites were on.
     pub(super) fn fit_on_device(
         &self,
         on: &mut MeshOnDevice,
-        (mesh, under): (&mut TriMesh, &[u32]),
+        (constrained, under): (&mut ConstrainedMesh, &[u32]),
         options: &FitOptions,
         progress: &ProgressToken,
     ) -> Result<()> {
         let device = self.device;
         let surface = self.model.on_device().records;
-        on.mesh.write(device, &mesh.vertices, &on.lengths)?;
+        let ConstrainedMesh { mesh, lengths, .. } = constrained;
+        on.mesh.write(device, &mesh.vertices, lengths)?;
         let moves = on.fixed.iter().map(|fixed| !fixed).collect();
         let fit = FitMesh::of(device, &on.mesh, &on.half_edges, moves, None)?;
         let samples = FaceSamples::new(device, (&fit, surface), None, None)?;
         let inward = InwardSamples::new(device, &self.surface_points(on, under), on.mesh.triangles(), None)?;
         let equations = Equations::new(device, on.mesh.vertices(), fit.edges.len(), None)?;
         let limits = Limits::new(device, on.mesh.vertices(), None)?;
-        let shortest = on.lengths.iter().copied().fold(1.0, f64::min);
+        let shortest = lengths.iter().copied().fold(1.0, f64::min);
         let far = FAR * shortest * spacing(self.surface.area(), on.mesh.vertices());
         for round in 0..options.rounds {
             let begin = f64::from(round) / f64::from(options.rounds);

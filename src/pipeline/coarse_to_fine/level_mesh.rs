@@ -82,11 +82,6 @@ impl LevelMesh {
     pub fn fixed(&self) -> Vec<bool> {
         self.on_curves.as_ref().map_or_else(Vec::new, LevelCurves::fixed)
     }
-
-    /// Edges between neighbours along a curve.
-    pub fn curve_edges(&self) -> EdgeSet {
-        self.on_curves.as_ref().map_or_else(EdgeSet::new, LevelCurves::edges)
-    }
 }
 
 /// The curve sites of a level, which stay in place.

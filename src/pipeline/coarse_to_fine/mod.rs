@@ -4,6 +4,7 @@
 
 pub(crate) mod attempts;
 mod connect;
+mod constraints;
 #[cfg(test)]
 mod curve_tests;
 mod densify;

@@ -12,8 +12,7 @@ use crate::pipeline::intersections::intersecting_in_units;
 use crate::pipeline::missing::MISSING;
 use crate::pipeline::sides::face_as;
 use crate::polish::{
-    ConstrainedMesh, FitOptions, MeshCache, OutlierOptions, PolishOptions, Target, fit, polish,
-    reduce_outliers,
+    ConstrainedMesh, FitOptions, OutlierOptions, PolishOptions, Target, fit, polish, reduce_outliers,
 };
 use crate::{Options, ProgressToken, Result, TriMesh};
 use glam::DVec3;
@@ -128,14 +127,13 @@ fn simplified_and_polished(
     if progress.leave_out() {
         return Ok(relaxed);
     }
-    let mut polished = relaxed.clone();
-    let options = PolishOptions { rounds: target.polish_rounds, fixed: fixed.clone(), ..Default::default() };
-    let mut cache = MeshCache::default();
-    polish(&mut polished, &surface, &options, &mut cache, progress)?;
+    let mut polished = ConstrainedMesh { fixed, ..relaxed.clone().into() };
+    let options = PolishOptions { rounds: target.polish_rounds, ..Default::default() };
+    polish(&mut polished, &surface, &options, progress)?;
     if target.fit {
-        fit(&mut polished, &surface, &FitOptions { fixed, ..Default::default() }, &mut cache, progress)?;
+        fit(&mut polished, &surface, &FitOptions::default(), progress)?;
     }
-    Ok(if is_sound(&polished)? { polished } else { relaxed })
+    Ok(if is_sound(&polished.mesh)? { polished.mesh } else { relaxed })
 }
 
 /// The surface remeshed by local operations and polished; `None` if that does not reach the number of
@@ -236,7 +234,6 @@ fn polished(
     target: &ComponentTarget,
     progress: &ProgressToken,
 ) -> Result<Option<ConstrainedMesh>> {
-    let mut curve_edges = local.edge_set();
     let mut fixed = local.fixed.clone();
     // The faces that intersect, if they are more than before or the topology is another.
     let crossing_in = |mesh: &TriMesh| -> Result<Option<Vec<u32>>> {
@@ -247,40 +244,25 @@ fn polished(
     // After the last of the steps that leaves it sound.
     let mut best = crossing_in(&local.mesh)?.is_none().then(|| local.clone());
     let rounds = target.polish_rounds + MORE_ROUNDS;
+    let mut options = PolishOptions { rounds, ..Default::default() };
     for _ in 0..POLISHES {
         if best.is_some() && progress.leave_out() {
             break;
         }
-        let mut polishing = local.clone();
-        let options = PolishOptions {
-            rounds,
-            fixed: fixed.clone(),
-            curve_edges: curve_edges.clone(),
-            patches: local.patches.clone(),
-            sliding_curves: local.sliding_curves.clone(),
-            lengths: local.lengths.clone(),
-            ..Default::default()
-        };
-        let mut cache = MeshCache::default();
-        let polished = polish(&mut polishing.mesh, on, &options, &mut cache, progress)?;
-        polishing.slide_to(polished.sliding_curves);
+        let mut polishing = ConstrainedMesh { fixed: fixed.clone(), ..local.clone() };
+        polish(&mut polishing, on, &options, progress)?;
         let mut crossing = crossing_in(&polishing.mesh)?;
         if crossing.is_none() {
             best = Some(polishing.clone());
             if !target.fit {
                 break;
             }
-            let patches = local.patches.clone();
-            let fit_options = FitOptions { fixed: fixed.clone(), patches, ..Default::default() };
-            fit(&mut polishing.mesh, on, &fit_options, &mut cache, progress)?;
+            fit(&mut polishing, on, &FitOptions::default(), progress)?;
             crossing = crossing_in(&polishing.mesh)?;
             if crossing.is_none() {
                 best = Some(polishing.clone());
-                let FitOptions { fixed, patches, .. } = fit_options;
-                let PolishOptions { curve_edges, lengths, .. } = options;
-                let options = OutlierOptions { fixed, curve_edges, patches, lengths, ..Default::default() };
-                let edge = target.spacing;
-                reduce_outliers(&mut polishing.mesh, on, edge, &options, &mut cache, progress)?;
+                let outliers = OutlierOptions { keeps_chords: options.keeps_chords, ..Default::default() };
+                reduce_outliers(&mut polishing, on, target.spacing, &outliers, progress)?;
                 if crossing_in(&polishing.mesh)?.is_none() {
                     best = Some(polishing);
                 }
@@ -288,10 +270,9 @@ fn polished(
             }
         }
         fix_around(&mut fixed, &polishing.mesh, &crossing.unwrap_or_default());
-        // Then no edge between two fixed vertices flips.
-        curve_edges.clear();
+        options.keeps_chords = true;
     }
-    Ok(best)
+    Ok(best.map(|best| ConstrainedMesh { fixed: local.fixed, ..best }))
 }
 
 /// The mesh with its small angles mended, unless more faces then intersect than in the surface.

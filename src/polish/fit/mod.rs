@@ -12,11 +12,11 @@ use glam::DVec3;
 use rayon::prelude::*;
 
 use super::relax::{CHUNK, folds_or_flattens, vertex_normal};
-use super::{MeshCache, Target, is_fixed};
+use super::{ConstrainedMesh, Target, is_fixed};
 use crate::mesh::half_edge_mesh::HalfEdgeMesh;
 use crate::mesh::quality::{are_clearly_acute, cosine_clear_of, extreme_angles, extreme_cosines_of};
 use crate::mesh::triangle::doubled_normal;
-use crate::{ProgressToken, Result, TriMesh};
+use crate::{ProgressToken, Result};
 use samples::{FitMesh, Searches};
 use solve::System;
 
@@ -43,23 +43,18 @@ const MEASURED: f64 = 0.7;
 const SOLVED: f64 = 0.85;
 
 /// Settings of [`fit`].
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq)]
 pub struct FitOptions {
     /// Number of rounds, each of which measures distances and moves vertices.
     pub rounds: u32,
     /// In degrees: angles below this, or below the mesh's smallest angle, lose at most half a degree in a
     /// round, and never fall below that smallest angle.
     pub min_angle: f64,
-    /// Whether each vertex stays where it is, as boundary vertices do; vertices beyond the end of the list do
-    /// not.
-    pub fixed: Vec<bool>,
-    /// The patch of each triangle, in which it stays; empty if there is only one.
-    pub patches: Vec<u32>,
 }
 
 impl Default for FitOptions {
     fn default() -> Self {
-        Self { rounds: 2, min_angle: 38.0, fixed: Vec::new(), patches: Vec::new() }
+        Self { rounds: 2, min_angle: 38.0 }
     }
 }
 
@@ -79,29 +74,28 @@ pub struct FitCounts {
 /// # Errors
 /// [`crate::Error::Cancelled`]; the rounds that were completed until then stay.
 pub fn fit(
-    mesh: &mut TriMesh,
+    constrained: &mut ConstrainedMesh,
     target: &Target,
     options: &FitOptions,
-    cache: &mut MeshCache,
     progress: &ProgressToken,
 ) -> Result<FitCounts> {
-    let triangles = std::mem::take(&mut mesh.triangles);
-    let half_edges = cache.take(triangles, mesh.vertices.len(), &options.patches);
-    let counts = fit_points(&half_edges, &mut mesh.vertices, target, options, cache, progress);
-    mesh.triangles = cache.keep(half_edges);
+    let half_edges = constrained.take_half_edges();
+    let counts = fit_points(&half_edges, constrained, target, options, progress);
+    constrained.keep_half_edges(half_edges);
     counts
 }
 
 fn fit_points(
     half_edges: &HalfEdgeMesh,
-    points: &mut [DVec3],
+    constrained: &mut ConstrainedMesh,
     target: &Target,
     options: &FitOptions,
-    cache: &mut MeshCache,
     progress: &ProgressToken,
 ) -> Result<FitCounts> {
     let mut counts = FitCounts::default();
-    let fixed: Vec<bool> = (0..points.len()).map(|v| is_fixed(half_edges, &options.fixed, v)).collect();
+    let ConstrainedMesh { mesh, fixed, cache, .. } = constrained;
+    let points = &mut mesh.vertices;
+    let fixed: Vec<bool> = (0..points.len()).map(|v| is_fixed(half_edges, fixed, v)).collect();
     let corners = cache.ranks.take(fixed.len());
     let inward = cache.below.take(target.vertices.len());
     let mut searches = Searches::new(half_edges.triangles.len(), corners, inward);

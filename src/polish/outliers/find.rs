@@ -47,7 +47,7 @@ pub(crate) struct Found {
 
 /// Finds the places where mesh and surface are too far apart.
 pub(crate) fn find(mesh: &TriMesh, context: &OutlierContext, cache: &mut MeshCache) -> Result<Found> {
-    let OutlierContext { target, options, edge, progress } = *context;
+    let OutlierContext { target, options, lengths, edge, progress, .. } = *context;
     // A good tree pays for many searches only, and triangles are about in order.
     let few = SEARCHES * target.vertices.len() < mesh.triangles.len();
     let known = cache.ranks.take(mesh.vertices.len());
@@ -55,7 +55,7 @@ pub(crate) fn find(mesh: &TriMesh, context: &OutlierContext, cache: &mut MeshCac
     let in_order = (few && !cache.has_tree()).then(|| Bvh::in_order(mesh));
     let bvh = in_order.as_ref().unwrap_or_else(|| &cache.tree(mesh, None).bvh);
     progress.poll()?;
-    let shortest = options.lengths.iter().copied().reduce(f64::min).unwrap_or(1.0);
+    let shortest = lengths.iter().copied().reduce(f64::min).unwrap_or(1.0);
     let least = (FAR * edge * shortest).min(options.tolerance).powi(2);
     // Which triangle is near enough depends on where a search begins, so the chunks are fixed.
     let near = |(vertices, below): (&[SurfaceVertex], &[usize])| {
@@ -174,6 +174,7 @@ fn samples([a, b, c]: [DVec3; 3]) -> [DVec3; 7] {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::mesh::half_edges::EdgeSet;
     use crate::mesh::samples::sample;
     use crate::polish::Target;
     use crate::polish::outliers::context::OutlierOptions;
@@ -192,7 +193,8 @@ mod tests {
         let coarse = coarse.unwrap().mesh;
         let (target, options) = (Target::new(&surface), OutlierOptions::default());
         let progress = ProgressToken::default();
-        let context = OutlierContext { target: &target, options: &options, edge: 1.0, progress: &progress };
+        let (target, options, curve_edges, progress) = (&target, &options, &EdgeSet::new(), &progress);
+        let context = OutlierContext { target, options, curve_edges, lengths: &[], edge: 1.0, progress };
         let found = |threads| {
             let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
             let Found { points_of, ranks, .. } =

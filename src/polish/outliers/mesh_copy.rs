@@ -7,8 +7,8 @@ use glam::DVec3;
 use super::context::OutlierContext;
 use crate::TriMesh;
 use crate::mesh::half_edge_mesh::HalfEdgeMesh;
+use crate::polish::is_fixed;
 use crate::polish::locked::Locked;
-use crate::polish::{MeshCache, is_fixed};
 
 /// A copy of the mesh.
 #[derive(Clone)]
@@ -21,11 +21,14 @@ pub(crate) struct MeshCopy<'a> {
 }
 
 impl<'a> MeshCopy<'a> {
-    pub fn new(mesh: &TriMesh, context: &OutlierContext<'a>, cache: &mut MeshCache) -> Self {
-        let half_edges = cache.take(mesh.triangles.clone(), mesh.vertices.len(), &context.options.patches);
-        let fixed =
-            (0..mesh.vertices.len()).map(|v| is_fixed(&half_edges, &context.options.fixed, v)).collect();
-        Self { context: *context, half_edges, points: mesh.vertices.clone(), fixed }
+    pub fn new(
+        half_edges: HalfEdgeMesh,
+        points: Vec<DVec3>,
+        fixed: &[bool],
+        context: OutlierContext<'a>,
+    ) -> Self {
+        let fixed = (0..points.len()).map(|v| is_fixed(&half_edges, fixed, v)).collect();
+        Self { context, half_edges, points, fixed }
     }
 
     pub fn into_mesh(self, mesh: &mut TriMesh) {
@@ -34,7 +37,7 @@ impl<'a> MeshCopy<'a> {
     }
 
     pub fn locked(&self) -> Locked<'_> {
-        Locked { fixed: &self.fixed, curve_edges: &self.context.options.curve_edges }
+        Locked { fixed: &self.fixed, curve_edges: self.context.curve_edges }
     }
 
     #[inline]

@@ -17,8 +17,8 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 use glam::DVec3;
 use rayon::prelude::*;
 
-use super::{MeshCache, Target};
-use crate::{ProgressToken, Result, TriMesh};
+use super::{ConstrainedMesh, Target};
+use crate::{ProgressToken, Result};
 use context::OutlierContext;
 pub use context::OutlierOptions;
 use edit::Change;
@@ -54,30 +54,33 @@ pub struct Outlier {
     pub distance: f64,
 }
 
-/// Brings `mesh` and `target` closer where they are farthest apart. To finish early, the remaining outliers
-/// are left as they are.
+/// Brings mesh and `target` closer where they are farthest apart. To finish early, the remaining outliers are
+/// left as they are.
 ///
-/// `edge` is the typical edge length of the mesh. The topology stays. Panics if an index is out of range.
+/// `edge` is the typical edge length of the mesh. The topology stays. Of the cache, only the tree is of use
+/// afterwards. Panics if an index is out of range.
 ///
 /// # Errors
-/// [`crate::Error::Cancelled`]; `mesh` is then as before.
+/// [`crate::Error::Cancelled`]; the mesh is then as before.
 pub fn reduce_outliers(
-    mesh: &mut TriMesh,
+    constrained: &mut ConstrainedMesh,
     target: &Target,
     edge: f64,
     options: &OutlierOptions,
-    cache: &mut MeshCache,
     progress: &ProgressToken,
 ) -> Result<ReducedOutliers> {
     if progress.leave_out() {
         return Ok(ReducedOutliers::default());
     }
-    let context = OutlierContext { target, options, edge, progress };
+    let curve_edges = &constrained.kept_edges(options.keeps_chords);
+    let ConstrainedMesh { mesh, patches, fixed, lengths, cache, .. } = constrained;
+    let context = OutlierContext { target, options, curve_edges, lengths, edge, progress };
     let Found { places: outliers, points_of, ranks } = find(mesh, &context, cache)?;
     if outliers.is_empty() {
         return Ok(ReducedOutliers::default());
     }
-    let first = MeshCopy::new(mesh, &context, cache);
+    let half_edges = cache.take(mesh.triangles.clone(), mesh.vertices.len(), patches);
+    let first = MeshCopy::new(half_edges, mesh.vertices.clone(), fixed, context);
     let copies = rayon::current_num_threads().clamp(1, TOGETHER.min(outliers.len()));
     let mut reducer = OutlierReducer {
         changed: vec![1; mesh.triangles.len()],

@@ -36,7 +36,7 @@ impl DeviceMesh {
     }
 
     /// As [`DeviceMesh::new`] of half-edges that are known; `fixed` and `lengths` as in
-    /// [`crate::polish::PolishOptions`].
+    /// [`crate::polish::ConstrainedMesh`].
     pub(crate) fn of(
         device: &Device,
         half_edges: &HalfEdgeMesh,
@@ -60,7 +60,7 @@ impl DeviceMesh {
         })
     }
 
-    /// Uploads where the vertices are now; `lengths` as in [`crate::polish::PolishOptions`].
+    /// Uploads where the vertices are now; `lengths` as in [`crate::polish::ConstrainedMesh`].
     pub(crate) fn write(&self, device: &Device, points: &[DVec3], lengths: &[f64]) -> Result<()> {
         let mut recorder = device.recorder()?;
         recorder.upload(&self.positions, &packed(points, lengths))?;

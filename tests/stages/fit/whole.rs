@@ -2,20 +2,21 @@
 
 use super::inward::points;
 use crate::stages::polish::fixture::{Ground, read};
+use crate::support::passes::fit;
 use crate::support::shapes::moved;
 use crate::support::{assert_valid, device, rounded};
 use glam::DVec3;
 use rtfmesh::gpu::Buffer;
 use rtfmesh::mesh::samples::sample;
 use rtfmesh::mesh::unit_frame::UnitFrame;
-use rtfmesh::polish::{FitOptions, MeshCache, Target, fit};
+use rtfmesh::polish::{FitOptions, Target};
 use rtfmesh::stages::fit::equations::Equations;
 use rtfmesh::stages::fit::inward::{InwardSamples, SurfacePoint};
 use rtfmesh::stages::fit::limit::Limits;
 use rtfmesh::stages::fit::mesh::FitMesh;
 use rtfmesh::stages::fit::samples::FaceSamples;
 use rtfmesh::stages::polish::mesh::DeviceMesh;
-use rtfmesh::{Options, ProgressToken, TriMesh, remesh};
+use rtfmesh::{Options, TriMesh, remesh};
 
 /// The vertices of a surface with the areas around them.
 fn surface_points(surface: &TriMesh, mesh: &TriMesh) -> Vec<SurfacePoint> {
@@ -35,8 +36,7 @@ fn a_round_is_that_of_the_host() {
     let mesh = TriMesh { vertices: rounded(&mesh.vertices), ..mesh };
     let mut on_host = mesh.clone();
     let options = FitOptions { rounds: 1, ..FitOptions::default() };
-    fit(&mut on_host, &Target::new(&surface), &options, &mut MeshCache::default(), &ProgressToken::default())
-        .unwrap();
+    fit(&mut on_host, &Target::new(&surface), &options);
     let device = device();
     let on_device = DeviceMesh::new(device, &mesh).unwrap();
     let fit = FitMesh::new(device, &on_device, None).unwrap();

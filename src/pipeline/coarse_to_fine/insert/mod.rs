@@ -8,7 +8,7 @@ use super::shared::CoarseToFine;
 use crate::local::{MendOptions, mend_angles};
 use crate::pipeline::deviation::measured::{Depth, Farthest, Measured, Reference};
 use crate::polish::{
-    ConstrainedMesh, FitOptions, MeshCache, OutlierOptions, PolishOptions, fit, polish, reduce_outliers,
+    ConstrainedMesh, FitOptions, OutlierOptions, PolishOptions, fit, polish, reduce_outliers,
 };
 use crate::{ProgressToken, Result};
 use split::{Split, WAYS, faces_near, free_vertices, origins_after, splits_at};
@@ -185,27 +185,15 @@ impl Insertion<'_> {
         let progress = &self.progress.silent();
         let target = &self.run.model.target;
         let method = &self.run.options.coarse_to_fine;
-        let options = PolishOptions {
-            rounds: ROUNDS,
-            fixed,
-            curve_edges: local.edge_set(),
-            patches: local.patches.clone(),
-            lengths: local.lengths.clone(),
-            ..Default::default()
-        };
-        let mut cache = MeshCache::default();
-        polish(&mut local.mesh, target, &options, &mut cache, progress)?;
-        let PolishOptions { fixed, curve_edges, patches, lengths, .. } = options;
+        let own = std::mem::replace(&mut local.fixed, fixed);
+        let options = PolishOptions { rounds: ROUNDS, slides: false, ..Default::default() };
+        polish(local, target, &options, progress)?;
         if method.fit {
-            let options = FitOptions { fixed, patches, ..Default::default() };
-            fit(&mut local.mesh, target, &options, &mut cache, progress)?;
-            let FitOptions { fixed, patches, .. } = options;
-            let tolerance = self.most();
-            let options =
-                OutlierOptions { fixed, curve_edges, patches, lengths, tolerance, ..Default::default() };
-            let edge = self.level_spacing;
-            reduce_outliers(&mut local.mesh, target, edge, &options, &mut cache, progress)?;
+            fit(local, target, &FitOptions::default(), progress)?;
+            let options = OutlierOptions { tolerance: self.most(), ..Default::default() };
+            reduce_outliers(local, target, self.level_spacing, &options, progress)?;
         }
+        local.fixed = own;
         let (min_angle, deviation) = (method.min_angle, Some(self.most()));
         let options = MendOptions { min_angle, spacing: self.level_spacing, deviation };
         Ok(mend_angles(local, target, &options, progress)?.origins)
