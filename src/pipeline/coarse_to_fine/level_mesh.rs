@@ -1,10 +1,8 @@
 //! The sites of a level, relaxed and connected.
 
 use crate::TriMesh;
-use crate::local::Mended;
 use crate::mesh::NONE;
 use crate::mesh::half_edges::{EdgeSet, edge_key};
-use crate::polish::Outlier;
 use crate::sites::connect::ConnectCounts;
 use crate::sites::curve_sites::CurveSites;
 use crate::sites::on_surface::SitesOnSurface;
@@ -29,9 +27,8 @@ impl LevelSites {
 
 /// A level's mesh, in the unit-diagonal frame.
 pub(crate) struct LevelMesh {
-    /// The connected sites; polished on the last level.
+    /// The connected sites.
     pub mesh: TriMesh,
-    /// The same vertices before the polish.
     pub sites: SitesOnSurface,
     /// On surfaces with curves.
     pub on_curves: Option<LevelCurves>,
@@ -40,16 +37,10 @@ pub(crate) struct LevelMesh {
     pub is_sound: bool,
     /// A place where it has not.
     pub faulty_place: Option<DVec3>,
-    /// Number of faces that intersect others, once it is known.
-    pub intersecting_faces: Option<usize>,
     /// Of the last iteration.
     pub flags: FlagCounts,
     /// Root mean square step of every iteration, in spacings.
     pub steps: Vec<f64>,
-    /// Places of the surface that the fit left far from the mesh.
-    pub outliers: Vec<Outlier>,
-    /// What was done about small angles; the sites are the mesh's vertices then.
-    pub mended: Option<Mended>,
 }
 
 impl LevelMesh {
@@ -62,11 +53,8 @@ impl LevelMesh {
             counts,
             is_sound: false,
             faulty_place: None,
-            intersecting_faces: None,
             flags: FlagCounts::default(),
             steps: Vec::new(),
-            outliers: Vec::new(),
-            mended: None,
         }
     }
 

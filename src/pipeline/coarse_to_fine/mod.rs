@@ -9,7 +9,7 @@ mod constraints;
 mod curve_tests;
 mod densify;
 pub(crate) mod device_polish;
-mod finish;
+mod improve;
 mod insert;
 pub(crate) mod level;
 mod level_mesh;
@@ -37,7 +37,7 @@ use crate::sites::on_surface::SitesOnSurface;
 use crate::sites::seed;
 use crate::stages::pins::PinnedSites;
 use crate::{Error, Phase, Result};
-use finish::Reporting;
+use improve::{Improved, Reporting};
 use level::{Level, LevelOptions, Moves, Relaxed, Start};
 use level_mesh::{LevelCurves, LevelMesh, LevelSites};
 use levels::{Extent, LevelPlan, levels};
@@ -56,7 +56,7 @@ pub(crate) enum Origin {
 }
 
 impl CoarseToFine<'_> {
-    /// Runs all levels, and polishes and checks the mesh of the last one.
+    /// Runs all levels, and improves the mesh of the last one.
     ///
     /// # Errors
     /// [`Error::Usage`] if there are too few vertices for the curves, those of the device, and
@@ -83,27 +83,28 @@ impl CoarseToFine<'_> {
         let mut level = self.run_levels(&on, &plans, &mut reporting)?;
         let steps = std::mem::take(&mut level.steps);
         let flags = level.flags;
-        let (level, fault) = self.finish(&on, level, last.spacing, &mut reporting)?;
-        let curve_sites = match &level.mended {
+        let Improved { mesh, level, outliers, intersecting_faces, mended, fault, .. } =
+            self.improve(&on, level, last.spacing, &mut reporting)?;
+        let curve_sites = match &mended {
             Some(mended) => mended.curve_vertices,
             None => level.on_curves.map_or(0, |on_curves| on_curves.sites.positions.len()),
         };
-        let vertices = level.mesh.vertices.len();
-        let mended = level.mended.map_or_else(MendingCounts::default, |mended| MendingCounts::of(&mended));
+        let mesh = mesh.mesh;
+        let vertices = if self.deviation.is_some() { mesh.vertices.len() } else { options.vertices };
         Ok(Outcome {
-            mesh: level.mesh,
+            mesh,
             sites: level.sites,
             counts: level.counts,
             flags,
             fault,
-            intersecting_faces: level.intersecting_faces,
+            intersecting_faces,
             edge_lengths: self.edge_lengths(last.spacing),
             steps,
             features: Some(FeatureSummary { curve_sites, ..self.model.features }),
-            vertices: if self.deviation.is_some() { vertices } else { options.vertices },
+            vertices,
             attempts: 1,
-            outliers: level.outliers,
-            mended,
+            outliers,
+            mended: mended.as_ref().map_or_else(MendingCounts::default, MendingCounts::of),
             ..Outcome::default()
         })
     }

@@ -1,0 +1,301 @@
+//! The mesh of the last level improved: all passes, in order.
+
+use super::densify::{ConnectedSites, densify};
+use super::device_polish::MeshOnDevice;
+use super::level_mesh::{LevelMesh, LevelSites};
+use super::shared::CoarseToFine;
+use crate::local::Mended;
+use crate::mesh::bvh::Bvh;
+use crate::mesh::spacing;
+use crate::pipeline::clock::Clock;
+use crate::pipeline::cost::{AttemptCost, PhaseCost};
+use crate::pipeline::fallback::components::Components;
+use crate::pipeline::intersections::{Intersections, intersecting_on_device};
+use crate::pipeline::missing::missing_vertices;
+use crate::pipeline::near_sites::near_sites;
+use crate::pipeline::outcome::{Fault, FaultKind};
+use crate::pipeline::user_curves::has_user_curves;
+use crate::polish::{
+    ConstrainedMesh, FitOptions, MeshCache, Outlier, OutlierOptions, PolishOptions, fit, polish,
+    reduce_outliers,
+};
+use crate::progress::{ProgressReporter, ProgressToken};
+use crate::sites::cells::{BrokenCell, CellSurface};
+use crate::{Phase, Result, TriMesh};
+use glam::DVec3;
+
+/// At most so many times sites are moved to faces that intersect others.
+const DENSIFICATIONS: u32 = 4;
+/// Further rounds of polish where vertices slide along curves.
+const ROUNDS_ON_CURVES: u32 = 10;
+
+/// What reports a run: its progress against the estimated cost, and its wall time.
+pub(crate) struct Reporting<'a, 'p> {
+    pub cost: &'a AttemptCost,
+    pub progress: &'a mut ProgressReporter<'p>,
+    pub clock: &'a mut Clock,
+}
+
+impl Reporting<'_, '_> {
+    /// Does the work of a phase, reported and timed.
+    pub fn pass<T: Send>(
+        &mut self,
+        phase: Phase,
+        cost: PhaseCost,
+        work: impl FnOnce(&ProgressToken) -> Result<T> + Send,
+    ) -> Result<T> {
+        self.progress.phase(phase, cost.until, cost.after)?;
+        let done = self.progress.during(work)?;
+        self.clock.phase(phase.name());
+        Ok(done)
+    }
+}
+
+/// The mesh of the last level as the passes leave it, with what they found.
+pub(crate) struct Improved {
+    pub mesh: ConstrainedMesh,
+    /// The sites and how they were connected. After mending, the sites are the mesh's vertices.
+    pub level: LevelMesh,
+    /// The level's edge length.
+    pub spacing: f64,
+    /// Places of the surface that the fit left far from the mesh.
+    pub outliers: Vec<Outlier>,
+    /// Number of faces that intersect others, once it is known.
+    pub intersecting_faces: Option<usize>,
+    /// What was done about small angles.
+    pub mended: Option<Mended>,
+    /// What is wrong with the mesh.
+    pub fault: Option<Fault>,
+}
+
+/// Faces that intersect others where none of the input do.
+#[derive(Default)]
+struct NewIntersections {
+    faces: usize,
+    /// Where another site would help each.
+    places: Vec<BrokenCell>,
+}
+
+/// What was changed because new self-intersections appeared.
+struct Retries {
+    /// Whether edges between vertices on curves are not flipped.
+    keeps_chords: bool,
+    densifications: u32,
+}
+
+impl CoarseToFine<'_> {
+    /// Improves the mesh of the last level by all passes, in order, and finds out what is wrong with it then.
+    /// If new self-intersections appear, it starts again: without flips between curves, then with moved
+    /// sites.
+    pub(crate) fn improve(
+        &self,
+        on: &CellSurface,
+        mut level: LevelMesh,
+        spacing: f64,
+        reporting: &mut Reporting,
+    ) -> Result<Improved> {
+        let mut retries = Retries { keeps_chords: level.on_curves.is_none(), densifications: 0 };
+        loop {
+            let mut now = Improved::new(self.constrained(&level), level, spacing);
+            // If local operations fail too, what there is has worse faults than uneven triangles.
+            let is_kept = now.level.is_sound || !self.is_replaced_as_a_whole();
+            if is_kept {
+                let on_device = self.polish(&mut now, &retries, reporting)?;
+                if self.options.coarse_to_fine.fit {
+                    self.fit(&mut now, on_device, reporting)?;
+                    self.reduce_outliers(&mut now, &retries, reporting)?;
+                }
+            }
+            let found = self.check(&mut now, reporting)?;
+            if found.faces > 0 && self.begins_again(on, &mut now, &found, &mut retries, reporting)? {
+                level = now.level;
+                continue;
+            }
+            if is_kept && (found.faces == 0 || !self.is_replaced_as_a_whole()) {
+                self.mend(&mut now, found.faces, reporting)?;
+            }
+            now.fault = self.find_fault(&now, &found, reporting)?;
+            return Ok(now);
+        }
+    }
+
+    /// Improves the triangles by flips and by moves over the surface. Returns the mesh on the device, if that
+    /// has done it.
+    fn polish(
+        &self,
+        now: &mut Improved,
+        retries: &Retries,
+        reporting: &mut Reporting,
+    ) -> Result<Option<MeshOnDevice>> {
+        let (target, slides) = (&self.model.target, now.level.on_curves.is_some());
+        let (mesh, under) = (&mut now.mesh, &now.level.sites.triangles);
+        let more_rounds = if mesh.sliding_curves.is_empty() { 0 } else { ROUNDS_ON_CURVES };
+        let rounds = self.options.coarse_to_fine.polish_rounds + more_rounds;
+        let options = PolishOptions { rounds, keeps_chords: retries.keeps_chords, ..Default::default() };
+        // Along curves, vertices slide one after the other.
+        let mut on_device = if slides { None } else { self.on_device(mesh, under)? };
+        if on_device.is_none() {
+            mesh.cache = MeshCache::on(target, under);
+        }
+        reporting.pass(Phase::Polish, reporting.cost.polish, |progress| match &mut on_device {
+            Some(on) => self.polish_on_device(on, &mut mesh.mesh, &options, progress),
+            None => polish(mesh, target, &options, progress),
+        })?;
+        Ok(on_device)
+    }
+
+    /// Brings the faces closer to the surface.
+    fn fit(
+        &self,
+        now: &mut Improved,
+        mut on_device: Option<MeshOnDevice>,
+        reporting: &mut Reporting,
+    ) -> Result<()> {
+        let (slides, options) = (now.level.on_curves.is_some(), FitOptions::default());
+        let (mesh, under) = (&mut now.mesh, &now.level.sites.triangles);
+        if slides {
+            on_device = self.on_device(mesh, under)?;
+        }
+        reporting.pass(Phase::Fit, reporting.cost.fit, |progress| match &mut on_device {
+            Some(on) => self.fit_on_device(on, (mesh, under), &options, progress),
+            None => fit(mesh, &self.model.target, &options, progress).map(drop),
+        })?;
+        if let Some(on) = on_device {
+            mesh.cache.keep(on.half_edges);
+        }
+        Ok(())
+    }
+
+    /// Brings mesh and surface closer where they are farthest apart.
+    fn reduce_outliers(
+        &self,
+        now: &mut Improved,
+        retries: &Retries,
+        reporting: &mut Reporting,
+    ) -> Result<()> {
+        let (mesh, target) = (&mut now.mesh, &self.model.target);
+        let edge = spacing(self.surface.area(), mesh.mesh.vertices.len());
+        let tolerance = self.deviation.unwrap_or(f64::INFINITY);
+        let options = OutlierOptions { tolerance, keeps_chords: retries.keeps_chords, ..Default::default() };
+        let reduced = reporting.pass(Phase::Outliers, reporting.cost.outliers, |progress| {
+            reduce_outliers(mesh, target, edge, &options, progress)
+        })?;
+        now.outliers = reduced.left;
+        Ok(())
+    }
+
+    /// Finds the faces that intersect others; not in a mesh of another topology, which has a worse fault.
+    fn check(&self, now: &mut Improved, reporting: &mut Reporting) -> Result<NewIntersections> {
+        let tree = std::mem::take(&mut now.mesh.cache).into_tree();
+        if !now.level.is_sound {
+            return Ok(NewIntersections::default());
+        }
+        let faces = reporting.pass(Phase::Check, reporting.cost.check, |progress| {
+            self.new_intersections(now, tree, progress)
+        })?;
+        let places = faces.iter().filter_map(|t| self.beside(&now.mesh.mesh, *t)).collect();
+        Ok(NewIntersections { faces: faces.len(), places })
+    }
+
+    /// Faces that intersect others and do so at no such place of the input; how many all are is known then.
+    pub(super) fn new_intersections(
+        &self,
+        now: &mut Improved,
+        tree: Option<Bvh>,
+        progress: &ProgressToken,
+    ) -> Result<Vec<u32>> {
+        let mesh = &now.mesh.mesh;
+        let intersecting = intersecting_on_device(self.device, (mesh, tree), self.frame, progress)?;
+        let result = (mesh, now.spacing, intersecting);
+        let Intersections { count, new } =
+            self.input_intersections.compare(self.mesh, self.frame, result, progress)?;
+        now.intersecting_faces = Some(count);
+        Ok(new)
+    }
+
+    /// Whether another try may help: without flips between curves, or with sites moved to the faces that
+    /// intersect others, which are then connected again.
+    fn begins_again(
+        &self,
+        on: &CellSurface,
+        now: &mut Improved,
+        found: &NewIntersections,
+        retries: &mut Retries,
+        reporting: &mut Reporting,
+    ) -> Result<bool> {
+        if !retries.keeps_chords {
+            // In thin walls, flips between curves may be what made faces intersect.
+            retries.keeps_chords = true;
+            return Ok(true);
+        }
+        let Improved { mesh, level, spacing, .. } = now;
+        let (faces, fixed, sizes) = (&level.mesh.triangles, &mesh.fixed, &self.model.sizes);
+        let of = ConnectedSites { faces, fixed, spacing: *spacing, sizes };
+        if retries.densifications == DENSIFICATIONS
+            || reporting.progress.leave_out()
+            || !densify(&mut level.sites, &of, &found.places)
+        {
+            return Ok(false);
+        }
+        retries.densifications += 1;
+        let near = near_sites(self.device, &level.sites.positions)?;
+        let sites = std::mem::take(&mut level.sites);
+        let moved = LevelSites { sites, on_curves: level.on_curves.take(), near };
+        *level = self.connect(on, moved, *spacing, reporting.progress)?;
+        Ok(true)
+    }
+
+    /// Whether a mesh of another topology is replaced as a whole by local operations.
+    fn is_replaced_as_a_whole(&self) -> bool {
+        !has_user_curves(self.options) && Components::new(&self.surface.mesh()).count() == 1
+    }
+
+    /// What is wrong with the mesh in the end, the worst first.
+    fn find_fault(
+        &self,
+        now: &Improved,
+        found: &NewIntersections,
+        reporting: &mut Reporting,
+    ) -> Result<Option<Fault>> {
+        if !now.level.is_sound {
+            return Ok(Some(Fault { kind: FaultKind::Topology, at: now.level.faulty_place }));
+        }
+        if found.faces > 0 {
+            let at = found.places.first().map(|place| place.farthest.0);
+            return Ok(Some(Fault { kind: FaultKind::Intersections(found.faces), at }));
+        }
+        reporting.progress.during(|progress| self.fault_of_shape(now, progress))
+    }
+
+    /// The fault of a mesh that leaves out a part of the surface, such as a pin in a single cell, or has
+    /// slivers.
+    fn fault_of_shape(&self, now: &Improved, progress: &ProgressToken) -> Result<Option<Fault>> {
+        let (mesh, edges) = (&now.mesh.mesh, (now.spacing, &self.model.sizes));
+        let surface = self.surface.mesh();
+        let missing = missing_vertices(&surface, (mesh, &now.level.sites.triangles), edges, progress)?;
+        let at = |v: &u32| Some(self.surface.vertices[*v as usize]);
+        let missing = missing.first().map(|v| Fault { kind: FaultKind::Missing, at: at(v) });
+        Ok(missing.or_else(|| Fault::sliver(mesh, &surface, self.options.coarse_to_fine.feature_angle)))
+    }
+
+    /// Where another site would help a face that intersects others: on the surface beside its centre.
+    fn beside(&self, mesh: &TriMesh, t: u32) -> Option<BrokenCell> {
+        let centre = mesh.corners(t as usize).into_iter().sum::<DVec3>() / 3.0;
+        Some(BrokenCell { site: mesh.triangles[t as usize][0], farthest: self.in_a_triangle(centre)? })
+    }
+
+    /// A point of the surface near another one, inside the triangle that is given with it, since a curve may
+    /// run along its edges.
+    pub(super) fn in_a_triangle(&self, p: DVec3) -> Option<(DVec3, u32)> {
+        let (point, triangle) = self.model.target.nearest(p)?;
+        let corners = self.surface.triangles[triangle as usize].map(|v| self.surface.vertices[v as usize]);
+        Some((point.lerp(corners.into_iter().sum::<DVec3>() / 3.0, 0.05), triangle))
+    }
+}
+
+impl Improved {
+    fn new(mesh: ConstrainedMesh, level: LevelMesh, spacing: f64) -> Self {
+        let (outliers, intersecting_faces, mended, fault) = (Vec::new(), None, None, None);
+        Self { mesh, level, spacing, outliers, intersecting_faces, mended, fault }
+    }
+}
