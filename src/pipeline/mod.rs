@@ -18,6 +18,7 @@ mod prepare;
 mod preview;
 mod result;
 mod rounding;
+mod run_context;
 mod shape_warnings;
 mod sides;
 mod small_angles;
@@ -38,7 +39,6 @@ use clock::Clock;
 use coarse_to_fine::attempts::Attempts;
 use deviation::{Course, make_within, with_measures};
 use given_up::Searched;
-use intersections::InputIntersections;
 use measuring::{Measuring, correspondence_of};
 use messages::{WarningInput, remarks, warnings};
 use outcome::{Fault, Outcome};
@@ -137,10 +137,10 @@ fn finish(
     mut clock: Clock,
     progress: &mut ProgressReporter,
 ) -> Result<Remeshed> {
-    let Made { prepared, mut outcome, input_intersections } = made;
+    let Made { prepared, mut outcome } = made;
     let (search, apart) = (prepared.search(), prepared.small_vertices());
     let mut result = prepared.assemble(&mut outcome);
-    let Prepared { repaired, frame, input, small, surface, .. } = prepared;
+    let Prepared { repaired, frame, input, small, surface, input_intersections, .. } = prepared;
     let mut rounding = options.format.and_then(|format| Rounding::apply(&mut result, &frame, format));
     clock.phase("connect");
     progress.phase(Phase::Measure, 1.0, 0.0)?;
@@ -244,7 +244,6 @@ struct RunInput<'a> {
 struct Made {
     prepared: Prepared,
     outcome: Outcome,
-    input_intersections: InputIntersections,
 }
 
 impl Made {
@@ -279,10 +278,8 @@ fn make(
     let (attempts, deviation) = (input.attempts, input.deviation);
     let mut prepared = progress.during(|progress| prepare(device, input, progress))?;
     clock.phase("prepare");
-    let input_intersections = InputIntersections::default();
-    let outcome =
-        attempt(device, &mut prepared, (attempts, deviation, &input_intersections), progress, clock)?;
-    Ok(Made { prepared, outcome, input_intersections })
+    let outcome = attempt(device, &mut prepared, (attempts, deviation), progress, clock)?;
+    Ok(Made { prepared, outcome })
 }
 
 /// Prepares the input while kernels are compiled, which do not depend on it. Once it is prepared, what is
@@ -299,31 +296,18 @@ fn prepare(device: &Device, input: RunInput, progress: &ProgressToken) -> Result
 fn attempt(
     device: &Device,
     prepared: &mut Prepared,
-    (attempts_before, deviation, input_intersections): (u32, Option<f64>, &InputIntersections),
+    (attempts_before, deviation): (u32, Option<f64>),
     progress: &mut ProgressReporter,
     clock: &mut Clock,
 ) -> Result<Outcome> {
     let model = prepared.model.take();
-    let (mesh, input) = prepared.large();
-    let small_vertices = prepared.small_vertices();
-    let Prepared { frame, surface, options, .. } = &*prepared;
+    let (context, small_vertices) = (prepared.context(device, deviation), prepared.small_vertices());
+    let options = context.options;
     let outcome = match model {
-        None => AllAtOnce { device, mesh, frame, surface, input, options, input_intersections }
-            .run(progress, clock)?,
+        None => AllAtOnce { context }.run(progress, clock)?,
         Some(model) => std::thread::scope(|scope| {
             let later = scope.spawn(|| compile_later(device, options));
-            let attempts = Attempts {
-                device,
-                mesh,
-                frame,
-                surface,
-                input,
-                small_vertices,
-                options,
-                input_intersections,
-                deviation,
-                attempts_before,
-            };
+            let attempts = Attempts { context, small_vertices, attempts_before };
             let outcome = attempts.run(model, progress, clock);
             later.join().unwrap_or_else(|panic| std::panic::resume_unwind(panic))?;
             outcome

@@ -3,12 +3,14 @@
 use super::RunInput;
 use super::coarse_to_fine::device_polish;
 use super::coarse_to_fine::level::Level;
-use super::coarse_to_fine::surface_model::{ModelInput, SurfaceModel};
+use super::coarse_to_fine::surface_model::SurfaceModel;
 use super::fallback::components::{Components, Division};
 use super::fallback::remesh::ComponentTarget;
+use super::intersections::InputIntersections;
 use super::memory::{MOST_HALVED, check_memory, longest_edge};
 use super::messages::describe_cracks;
 use super::outcome::Outcome;
+use super::run_context::RunContext;
 use super::sides::face_as;
 use super::user_curves::has_user_curves;
 use crate::gpu::Device;
@@ -46,7 +48,8 @@ pub(crate) struct Prepared {
     /// For [`Method::CoarseToFine`] only.
     pub model: Option<SurfaceModel>,
     /// The given options, with the vertices left for the large components.
-    pub options: Options,
+    options: Options,
+    pub input_intersections: InputIntersections,
 }
 
 impl Prepared {
@@ -86,24 +89,26 @@ impl Prepared {
         let on = large.as_ref().map(|(mesh, _)| mesh).or(subdivided.as_ref()).unwrap_or(&repaired.mesh);
         let (input, surface) = rayon::join(|| topology(&repaired.mesh), || Surface::new(on, &frame));
         progress.poll()?;
-        let model = match options.method {
-            Method::CoarseToFine => {
-                let input =
-                    ModelInput { device, mesh: on, frame: &frame, surface: &surface, round_facets: false };
-                let model = SurfaceModel::new(input, &options, progress)?;
-                if model.curves.is_some() {
-                    check_memory(device, on, &options, true)?;
-                }
-                Some(model)
+        let input_intersections = InputIntersections::default();
+        let mut prepared =
+            Self { repaired, frame, input, small, large, surface, model: None, options, input_intersections };
+        if prepared.options.method == Method::CoarseToFine {
+            let context = prepared.context(device, None);
+            let model = SurfaceModel::new(&context, false, progress)?;
+            if model.curves.is_some() {
+                check_memory(device, context.mesh, context.options, true)?;
             }
-            Method::AllAtOnce => None,
-        };
-        Ok(Self { repaired, frame, input, small, large, surface, model, options })
+            prepared.model = Some(model);
+        }
+        Ok(prepared)
     }
 
-    /// The components that are not too small for cells, in the input's units, and their topology.
-    pub fn large(&self) -> (&TriMesh, &Topology) {
-        self.large.as_ref().map_or((&self.repaired.mesh, &self.input), |(mesh, topology)| (mesh, topology))
+    /// What a run on the components that are not too small for cells shares; `deviation` as there.
+    pub fn context<'a>(&'a self, device: &'a Device, deviation: Option<f64>) -> RunContext<'a> {
+        let Self { repaired, frame, input, large, surface, options, input_intersections, .. } = self;
+        let whole = (&repaired.mesh, input);
+        let (mesh, input) = large.as_ref().map_or(whole, |(mesh, topology)| (mesh, topology));
+        RunContext { device, mesh, frame, surface, input, input_intersections, options, deviation }
     }
 
     /// A search over the repaired mesh in the unit-diagonal frame, if the result's correspondence is asked

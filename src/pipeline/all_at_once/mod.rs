@@ -10,35 +10,22 @@ mod unused;
 use super::clock::Clock;
 use super::cost::{AttemptCost, LevelWork};
 use super::fallback::faulty::Fallback;
-use super::intersections::InputIntersections;
 use super::outcome::Outcome;
-use crate::gpu::Device;
+use super::run_context::RunContext;
 use crate::mesh::sizing::SizeField;
 use crate::mesh::spacing;
-use crate::mesh::topology::Topology;
-use crate::mesh::unit_frame::UnitFrame;
 use crate::options::{Options, Seeding, Shortage};
 use crate::progress::ProgressReporter;
 use crate::sites::on_surface::SitesOnSurface;
 use crate::sites::poisson::{DiskSummary, disks};
 use crate::sites::seed;
-use crate::sites::surface::Surface;
-use crate::{Phase, Result, TriMesh};
+use crate::{Phase, Result};
 use exact::ExactRun;
 use rtf::PlaneFacesRun;
 
 /// A run with all sites from the start.
 pub(crate) struct AllAtOnce<'a> {
-    pub device: &'a Device,
-    /// The repaired input.
-    pub mesh: &'a TriMesh,
-    pub frame: &'a UnitFrame,
-    pub surface: &'a Surface,
-    /// Topology of the surface.
-    pub input: &'a Topology,
-    pub options: &'a Options,
-    /// Faces of the repaired input that intersect others.
-    pub input_intersections: &'a InputIntersections,
+    pub context: RunContext<'a>,
 }
 
 impl AllAtOnce<'_> {
@@ -48,7 +35,7 @@ impl AllAtOnce<'_> {
     /// Those of the device, [`crate::Error::Input`] for a fault that the options refuse, and
     /// [`crate::Error::Cancelled`].
     pub fn run(&self, progress: &mut ProgressReporter, clock: &mut Clock) -> Result<Outcome> {
-        let Self { device, surface, input, options, .. } = *self;
+        let RunContext { device, surface, input, options, .. } = self.context;
         let vertices = options.vertices;
         let spacing = spacing(surface.area(), vertices);
         let work = LevelWork { sites: vertices, iterations: options.iterations };
@@ -92,9 +79,8 @@ impl AllAtOnce<'_> {
 
     /// The outcome with its fault, found as the default pipeline finds it.
     fn checked(&self, mut outcome: Outcome, progress: &mut ProgressReporter) -> Result<Outcome> {
-        let Self { mesh, frame, surface, input, options, input_intersections, .. } = *self;
-        let sizes = &SizeField::default();
-        let checks = Fallback { mesh, frame, surface, options, input_intersections, sizes };
+        let RunContext { frame, input, options, .. } = self.context;
+        let checks = Fallback { context: self.context, sizes: &SizeField::default() };
         if outcome.fault.is_none() {
             let mesh = std::mem::take(&mut outcome.mesh);
             outcome = progress.during(|progress| checks.checked(mesh, outcome, progress))?;
@@ -109,8 +95,8 @@ impl AllAtOnce<'_> {
 
     /// The initial sites, with the figures of a Poisson-disk sampling if they are one.
     fn seeds(&self, progress: &mut ProgressReporter) -> Result<(SitesOnSurface, Option<DiskSummary>)> {
-        let Self { surface, options: Options { vertices, seed, .. }, .. } = *self;
-        Ok(match self.options.all_at_once.seeding {
+        let RunContext { surface, options: Options { vertices, seed, .. }, .. } = self.context;
+        Ok(match self.context.options.all_at_once.seeding {
             Seeding::Random => (seed::random(surface, *vertices, *seed), None),
             Seeding::Stratified => (seed::stratified(surface, &SizeField::default(), *vertices, *seed), None),
             Seeding::Poisson => {

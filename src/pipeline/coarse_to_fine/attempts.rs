@@ -3,21 +3,16 @@
 
 use super::levels::enough;
 use super::shared::CoarseToFine;
-use super::surface_model::{ModelInput, SurfaceModel};
-use crate::gpu::Device;
-use crate::mesh::sizing::SizeField;
-use crate::mesh::topology::Topology;
-use crate::mesh::unit_frame::UnitFrame;
+use super::surface_model::SurfaceModel;
 use crate::options::{Options, Shortage};
 use crate::pipeline::clock::Clock;
 use crate::pipeline::fallback::faulty::{Fallback, better};
-use crate::pipeline::intersections::InputIntersections;
 use crate::pipeline::outcome::{FaultKind, Outcome};
 use crate::pipeline::result::FeatureSummary;
+use crate::pipeline::run_context::RunContext;
 use crate::pipeline::user_curves::{has_user_curves, may_simplify};
 use crate::progress::ProgressReporter;
-use crate::sites::surface::Surface;
-use crate::{Error, Result, TriMesh};
+use crate::{Error, Result};
 
 /// Where local operations fail, so many other random starts are tried.
 const OTHER_STARTS: u64 = 2;
@@ -30,19 +25,9 @@ const FEW: usize = 5000;
 
 /// What all attempts share.
 pub(crate) struct Attempts<'a> {
-    pub device: &'a Device,
-    /// The repaired input.
-    pub mesh: &'a TriMesh,
-    pub frame: &'a UnitFrame,
-    pub surface: &'a Surface,
-    pub input: &'a Topology,
+    pub context: RunContext<'a>,
     /// Vertices of the small components, which are not part of the surface.
     pub small_vertices: usize,
-    pub options: &'a Options,
-    /// Faces of the repaired input that intersect others.
-    pub input_intersections: &'a InputIntersections,
-    /// As [`CoarseToFine::deviation`].
-    pub deviation: Option<f64>,
     /// Attempts that other runs have made.
     pub attempts_before: u32,
 }
@@ -60,26 +45,14 @@ impl Runner<'_, '_> {
     pub fn attempt(&mut self, model: &SurfaceModel, vertices: usize, seed: u64) -> Result<Outcome> {
         self.attempts += 1;
         self.progress.attempt(self.attempts);
-        let options = &Options { vertices, seed, ..self.shared.options.clone() };
-        let Attempts { device, mesh, frame, surface, input, input_intersections, deviation, .. } =
-            *self.shared;
-        let run = CoarseToFine {
-            device,
-            surface,
-            model,
-            mesh,
-            frame,
-            input,
-            input_intersections,
-            options,
-            deviation,
-        };
+        let options = &Options { vertices, seed, ..self.shared.context.options.clone() };
+        let run = CoarseToFine { context: RunContext { options, ..self.shared.context }, model };
         Ok(Outcome { attempts: self.attempts, ..run.run(self.progress, self.clock)? })
     }
 
     /// The surface for another number of vertices.
     fn model_for(&mut self, vertices: usize) -> Result<SurfaceModel> {
-        self.model(Options { vertices, ..self.shared.options.clone() })
+        self.model(Options { vertices, ..self.shared.context.options.clone() })
     }
 
     /// The surface for other options.
@@ -89,13 +62,12 @@ impl Runner<'_, '_> {
 
     /// The surface for this number of vertices without creases between narrow facets.
     pub fn model_of_round_facets(&mut self, vertices: usize) -> Result<SurfaceModel> {
-        self.model_with(Options { vertices, ..self.shared.options.clone() }, true)
+        self.model_with(Options { vertices, ..self.shared.context.options.clone() }, true)
     }
 
     fn model_with(&mut self, options: Options, round_facets: bool) -> Result<SurfaceModel> {
-        let Attempts { device, mesh, frame, surface, .. } = *self.shared;
-        let input = ModelInput { device, mesh, frame, surface, round_facets };
-        self.progress.during(|progress| SurfaceModel::new(input, &options, progress))
+        let context = RunContext { options: &options, ..self.shared.context };
+        self.progress.during(|progress| SurfaceModel::new(&context, round_facets, progress))
     }
 
     /// As many vertices, or more if curves leave too few of them. What counts as a curve depends on their
@@ -106,7 +78,7 @@ impl Runner<'_, '_> {
         mut vertices: usize,
     ) -> Result<(SurfaceModel, usize)> {
         while let Some(curves) = &model.curves {
-            let enough = enough(curves, self.shared.surface.area(), vertices);
+            let enough = enough(curves, self.shared.context.surface.area(), vertices);
             if enough <= vertices {
                 break;
             }
@@ -178,7 +150,10 @@ impl Runner<'_, '_> {
             Some(repaired) => better(first, repaired),
             None => first,
         };
-        if is_enough || !may_simplify(self.shared.options) || matches!(kind, Some(FaultKind::Slivers(_))) {
+        if is_enough
+            || !may_simplify(self.shared.context.options)
+            || matches!(kind, Some(FaultKind::Slivers(_)))
+        {
             return Ok(Outcome { attempts, ..best });
         }
         let whole = self.progress.during(|progress| fallback.whole(features, vertices, progress));
@@ -204,24 +179,24 @@ impl Attempts<'_> {
         progress: &mut ProgressReporter,
         clock: &mut Clock,
     ) -> Result<Outcome> {
-        let (seed, shortage) = (self.options.seed, self.options.shortage);
+        let (seed, shortage) = (self.context.options.seed, self.context.options.shortage);
         let mut runner = Runner { shared: self, attempts: self.attempts_before, progress, clock };
         let (model, vertices) = match shortage {
-            Shortage::AddVertices => runner.with_enough_vertices(model, self.options.vertices)?,
-            Shortage::Refuse | Shortage::BestEffort => (model, self.options.vertices),
+            Shortage::AddVertices => runner.with_enough_vertices(model, self.context.options.vertices)?,
+            Shortage::Refuse | Shortage::BestEffort => (model, self.context.options.vertices),
         };
         let sizes = model.sizes.clone();
-        let fallback = self.fallback(&sizes);
+        let fallback = Fallback { context: self.context, sizes: &sizes };
         let features = model.features;
         let whole = |runner: &mut Runner| {
             runner.progress.during(|progress| fallback.whole(features, vertices, progress))
         };
-        if self.options.coarse_to_fine.local {
+        if self.context.options.coarse_to_fine.local {
             return whole(&mut runner).and_then(|whole| self.accepted(whole));
         }
         let first = match runner.attempt(&model, vertices, seed) {
             // There are too few vertices for the curves.
-            Err(Error::Usage { .. }) if may_simplify(self.options) => {
+            Err(Error::Usage { .. }) if may_simplify(self.context.options) => {
                 let whole = whole(&mut runner)?;
                 return runner.with_round_facets(whole, vertices).and_then(|outcome| self.accepted(outcome));
             }
@@ -246,7 +221,7 @@ impl Attempts<'_> {
             return Ok(first);
         }
         // Local operations do not know the user's curves, but another start may do.
-        if has_user_curves(self.options) && !runner.progress.leave_out() {
+        if has_user_curves(self.context.options) && !runner.progress.leave_out() {
             let model = runner.model_for(vertices)?;
             let other = runner.attempt(&model, vertices, seed.wrapping_add(1))?;
             if !other.is_refused() {
@@ -262,16 +237,11 @@ impl Attempts<'_> {
     /// An outcome with a fault, unless the options refuse it.
     fn accepted(&self, outcome: Outcome) -> Result<Outcome> {
         match &outcome.fault {
-            Some(fault) if outcome.is_refused() && self.options.shortage == Shortage::Refuse => {
-                let vertices = self.options.vertices + self.small_vertices;
-                Err(fault.refusal(vertices, self.input, self.frame))
+            Some(fault) if outcome.is_refused() && self.context.options.shortage == Shortage::Refuse => {
+                let vertices = self.context.options.vertices + self.small_vertices;
+                Err(fault.refusal(vertices, self.context.input, self.context.frame))
             }
             _ => Ok(outcome),
         }
-    }
-
-    fn fallback<'f>(&'f self, sizes: &'f SizeField) -> Fallback<'f> {
-        let Self { mesh, frame, surface, options, input_intersections, .. } = *self;
-        Fallback { mesh, frame, surface, options, input_intersections, sizes }
     }
 }

@@ -83,7 +83,7 @@ impl CoarseToFine<'_> {
             let sites = &CellSites { positions, places, near: &level.near, spacing, lengths };
             if let Some(triangles) = progress.during(|progress| tangent_cells(on, sites, progress))? {
                 let mesh = TriMesh { vertices: positions.clone(), triangles };
-                if closed_topology(&mesh).matches(self.input) {
+                if closed_topology(&mesh).matches(self.context.input) {
                     let mesh = LevelMesh::new(level, mesh, ConnectCounts::default());
                     return Ok(LevelMesh { is_sound: true, ..mesh });
                 }
@@ -110,7 +110,8 @@ impl CoarseToFine<'_> {
                 .during(|progress| self.connect_once(on, &mut level, (spacing, &mut known), progress))?;
             let Connection { broken, faces, counts, is_sound } = connection;
             progress.would_simplify(!is_sound);
-            let may_help = rounds.may_go_on(broken.len(), level.sites.len(), self.input.is_manifold());
+            let may_help =
+                rounds.may_go_on(broken.len(), level.sites.len(), self.context.input.is_manifold());
             let is_over = is_sound || !may_help || progress.leave_out();
             let of = ConnectedSites { faces: &faces, fixed: &fixed, spacing, sizes };
             if is_over || !densify(&mut level.sites, &of, &broken) {
@@ -118,7 +119,7 @@ impl CoarseToFine<'_> {
                 let mesh = TriMesh { vertices: level.sites.positions.clone(), triangles: faces };
                 return Ok(LevelMesh { is_sound, faulty_place, ..LevelMesh::new(level, mesh, counts) });
             }
-            level.near = near_sites(self.device, &level.sites.positions)?;
+            level.near = near_sites(self.context.device, &level.sites.positions)?;
         }
     }
 
@@ -145,7 +146,7 @@ impl CoarseToFine<'_> {
         progress.poll()?;
         let mesh = TriMesh { vertices: std::mem::take(positions), triangles };
         let got = if cells.is_closed { closed_topology(&mesh) } else { topology(&mesh) };
-        let is_sound = got.matches(self.input) && got.vertices == mesh.vertices.len();
+        let is_sound = got.matches(self.context.input) && got.vertices == mesh.vertices.len();
         let mut broken = cells.broken;
         if let (false, Some(curves)) = (is_sound, on_curves) {
             let (fixed, edges) = (curves.fixed(), curves.edges());

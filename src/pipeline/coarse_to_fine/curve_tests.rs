@@ -13,6 +13,7 @@ use crate::mesh::sizing::SizeField;
 use crate::mesh::topology::topology;
 use crate::mesh::unit_frame::UnitFrame;
 use crate::pipeline::intersections::InputIntersections;
+use crate::pipeline::run_context::RunContext;
 use crate::progress::{ProgressReporter, ProgressToken};
 use crate::sites::surface::Surface;
 use crate::{Flow, Options, TriMesh};
@@ -31,17 +32,17 @@ fn relaxed(mesh: &TriMesh, count: usize) -> Vec<f64> {
     let curves = model.curves.as_ref().unwrap();
     let extent = Extent { area: surface.area(), euler: input.euler, curves: Some(curves) };
     let plan = *levels(&extent, count, count).unwrap().last().unwrap();
-    let run = CoarseToFine {
+    let context = RunContext {
         device: &device,
-        surface: &surface,
-        model: &model,
         mesh,
         frame: &frame,
+        surface: &surface,
         input: &input,
         input_intersections: &InputIntersections::default(),
         options: &options,
         deviation: None,
     };
+    let run = CoarseToFine { context, model: &model };
     let (start, on_curves) = run.start(Origin::Scattered, &plan);
     let pins = on_curves.unwrap().pins;
     assert_eq!(start.sites.len(), count);

@@ -86,12 +86,12 @@ impl CoarseToFine<'_> {
     ) -> Result<Option<MeshOnDevice>> {
         let TriMesh { vertices, triangles } = &constrained.mesh;
         let (vertices, triangles) = (vertices.len(), triangles.len());
-        let largest = self.device.info().limits.storage_buffer_bytes;
-        let bytes = TRIANGLE_BYTES * triangles + SURFACE_BYTES * self.surface.vertices.len();
-        let fits =
-            (LARGEST_BYTES * triangles) as u64 <= largest && bytes as u64 <= self.device.available_bytes();
-        let polishes = self.device.polishes(vertices) && fits;
-        polishes.then(|| MeshOnDevice::new(self.device, constrained, under)).transpose()
+        let largest = self.context.device.info().limits.storage_buffer_bytes;
+        let bytes = TRIANGLE_BYTES * triangles + SURFACE_BYTES * self.context.surface.vertices.len();
+        let fits = (LARGEST_BYTES * triangles) as u64 <= largest
+            && bytes as u64 <= self.context.device.available_bytes();
+        let polishes = self.context.device.polishes(vertices) && fits;
+        polishes.then(|| MeshOnDevice::new(self.context.device, constrained, under)).transpose()
     }
 
     /// As [`crate::polish::polish`], of a mesh without curves, along which vertices would slide one after the
@@ -103,7 +103,7 @@ impl CoarseToFine<'_> {
         options: &PolishOptions,
         progress: &ProgressToken,
     ) -> Result<Polished> {
-        let device = self.device;
+        let device = self.context.device;
         let surface = self.model.on_device().records;
         let flips = Flips::new(device, on.mesh.vertices(), on.mesh.triangles(), None)?;
         let relaxation = Relaxation::new(device, on.mesh.vertices(), None)?;
@@ -137,7 +137,7 @@ impl CoarseToFine<'_> {
         options: &FitOptions,
         progress: &ProgressToken,
     ) -> Result<()> {
-        let device = self.device;
+        let device = self.context.device;
         let surface = self.model.on_device().records;
         let ConstrainedMesh { mesh, lengths, .. } = constrained;
         on.mesh.write(device, &mesh.vertices, lengths)?;
@@ -148,7 +148,7 @@ impl CoarseToFine<'_> {
         let equations = Equations::new(device, on.mesh.vertices(), fit.edges.len(), None)?;
         let limits = Limits::new(device, on.mesh.vertices(), None)?;
         let shortest = lengths.iter().copied().fold(1.0, f64::min);
-        let far = FAR * shortest * spacing(self.surface.area(), on.mesh.vertices());
+        let far = FAR * shortest * spacing(self.context.surface.area(), on.mesh.vertices());
         for round in 0..options.rounds {
             let begin = f64::from(round) / f64::from(options.rounds);
             progress.done(begin)?;
@@ -178,7 +178,7 @@ impl CoarseToFine<'_> {
     /// the sites are on. Without those of components that have no site.
     fn surface_points(&self, on: &MeshOnDevice, under: &[u32]) -> Vec<SurfacePoint> {
         let vertices = &self.model.target.vertices;
-        let near = sites_near_vertices(&self.surface.triangles, vertices.len(), under);
+        let near = sites_near_vertices(&self.context.surface.triangles, vertices.len(), under);
         let firsts = on.half_edges.firsts();
         let point = |(vertex, site): (&SurfaceVertex, u32)| {
             let first = *firsts.get(site as usize)?;

@@ -101,7 +101,7 @@ impl CoarseToFine<'_> {
             let is_kept = now.level.is_sound || !self.is_replaced_as_a_whole();
             if is_kept {
                 let on_device = self.polish(&mut now, &retries, reporting)?;
-                if self.options.coarse_to_fine.fit {
+                if self.context.options.coarse_to_fine.fit {
                     self.fit(&mut now, on_device, reporting)?;
                     self.reduce_outliers(&mut now, &retries, reporting)?;
                 }
@@ -130,7 +130,7 @@ impl CoarseToFine<'_> {
         let (target, slides) = (&self.model.target, now.level.on_curves.is_some());
         let (mesh, under) = (&mut now.mesh, &now.level.sites.triangles);
         let more_rounds = if mesh.sliding_curves.is_empty() { 0 } else { ROUNDS_ON_CURVES };
-        let rounds = self.options.coarse_to_fine.polish_rounds + more_rounds;
+        let rounds = self.context.options.coarse_to_fine.polish_rounds + more_rounds;
         let options = PolishOptions { rounds, keeps_chords: retries.keeps_chords, ..Default::default() };
         // Along curves, vertices slide one after the other.
         let mut on_device = if slides { None } else { self.on_device(mesh, under)? };
@@ -174,8 +174,8 @@ impl CoarseToFine<'_> {
         reporting: &mut Reporting,
     ) -> Result<()> {
         let (mesh, target) = (&mut now.mesh, &self.model.target);
-        let edge = spacing(self.surface.area(), mesh.mesh.vertices.len());
-        let tolerance = self.deviation.unwrap_or(f64::INFINITY);
+        let edge = spacing(self.context.surface.area(), mesh.mesh.vertices.len());
+        let tolerance = self.context.deviation.unwrap_or(f64::INFINITY);
         let options = OutlierOptions { tolerance, keeps_chords: retries.keeps_chords, ..Default::default() };
         let reduced = reporting.pass(Phase::Outliers, reporting.cost.outliers, |progress| {
             reduce_outliers(mesh, target, edge, &options, progress)
@@ -205,10 +205,15 @@ impl CoarseToFine<'_> {
         progress: &ProgressToken,
     ) -> Result<Vec<u32>> {
         let mesh = &now.mesh.mesh;
-        let intersecting = intersecting_on_device(self.device, (mesh, tree), self.frame, progress)?;
+        let intersecting =
+            intersecting_on_device(self.context.device, (mesh, tree), self.context.frame, progress)?;
         let result = (mesh, now.spacing, intersecting);
-        let Intersections { count, new } =
-            self.input_intersections.compare(self.mesh, self.frame, result, progress)?;
+        let Intersections { count, new } = self.context.input_intersections.compare(
+            self.context.mesh,
+            self.context.frame,
+            result,
+            progress,
+        )?;
         now.intersecting_faces = Some(count);
         Ok(new)
     }
@@ -238,7 +243,7 @@ impl CoarseToFine<'_> {
             return Ok(false);
         }
         retries.densifications += 1;
-        let near = near_sites(self.device, &level.sites.positions)?;
+        let near = near_sites(self.context.device, &level.sites.positions)?;
         let sites = std::mem::take(&mut level.sites);
         let moved = LevelSites { sites, on_curves: level.on_curves.take(), near };
         *level = self.connect(on, moved, *spacing, reporting.progress)?;
@@ -247,7 +252,7 @@ impl CoarseToFine<'_> {
 
     /// Whether a mesh of another topology is replaced as a whole by local operations.
     fn is_replaced_as_a_whole(&self) -> bool {
-        !has_user_curves(self.options) && Components::new(&self.surface.mesh()).count() == 1
+        !has_user_curves(self.context.options) && Components::new(&self.context.surface.mesh()).count() == 1
     }
 
     /// What is wrong with the mesh in the end, the worst first.
@@ -271,11 +276,12 @@ impl CoarseToFine<'_> {
     /// slivers.
     fn fault_of_shape(&self, now: &Improved, progress: &ProgressToken) -> Result<Option<Fault>> {
         let (mesh, edges) = (&now.mesh.mesh, (now.spacing, &self.model.sizes));
-        let surface = self.surface.mesh();
+        let surface = self.context.surface.mesh();
         let missing = missing_vertices(&surface, (mesh, &now.level.sites.triangles), edges, progress)?;
-        let at = |v: &u32| Some(self.surface.vertices[*v as usize]);
+        let at = |v: &u32| Some(self.context.surface.vertices[*v as usize]);
         let missing = missing.first().map(|v| Fault { kind: FaultKind::Missing, at: at(v) });
-        Ok(missing.or_else(|| Fault::sliver(mesh, &surface, self.options.coarse_to_fine.feature_angle)))
+        Ok(missing
+            .or_else(|| Fault::sliver(mesh, &surface, self.context.options.coarse_to_fine.feature_angle)))
     }
 
     /// Where another site would help a face that intersects others: on the surface beside its centre.
@@ -288,7 +294,8 @@ impl CoarseToFine<'_> {
     /// run along its edges.
     pub(super) fn in_a_triangle(&self, p: DVec3) -> Option<(DVec3, u32)> {
         let (point, triangle) = self.model.target.nearest(p)?;
-        let corners = self.surface.triangles[triangle as usize].map(|v| self.surface.vertices[v as usize]);
+        let surface = self.context.surface;
+        let corners = surface.triangles[triangle as usize].map(|v| surface.vertices[v as usize]);
         Some((point.lerp(corners.into_iter().sum::<DVec3>() / 3.0, 0.05), triangle))
     }
 }

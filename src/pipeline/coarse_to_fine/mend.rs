@@ -47,8 +47,8 @@ impl CoarseToFine<'_> {
         spacing: f64,
         progress: &ProgressToken,
     ) -> Result<Mended> {
-        let min_angle = self.options.coarse_to_fine.min_angle;
-        let options = MendOptions { min_angle, spacing, deviation: self.deviation };
+        let min_angle = self.context.options.coarse_to_fine.min_angle;
+        let options = MendOptions { min_angle, spacing, deviation: self.context.deviation };
         let mended = mend_angles(constrained, &self.model.target, &options, progress)?;
         let inserted = self.insert(constrained, spacing, progress)?;
         if inserted.is_empty() {

@@ -62,13 +62,17 @@ impl CoarseToFine<'_> {
     /// [`Error::Usage`] if there are too few vertices for the curves, those of the device, and
     /// [`Error::Cancelled`].
     pub fn run(&self, progress: &mut ProgressReporter, clock: &mut Clock) -> Result<Outcome> {
-        let options = self.options;
+        let options = self.context.options;
         let curves = self.model.curves.as_ref();
-        let extent = Extent { area: self.surface.area(), euler: self.input.euler, curves };
+        let extent = Extent { area: self.context.surface.area(), euler: self.context.input.euler, curves };
         let plans = levels(&extent, options.vertices, options.coarse_to_fine.coarsest)
             .map_err(|error| name_borders(error, options))?;
         let Some(last) = plans.last() else { return Err(Error::Internal("no levels".to_owned())) };
-        let mut on = CellSurface::new(&self.surface.vertices, &self.surface.triangles, &self.surface.normals);
+        let mut on = CellSurface::new(
+            &self.context.surface.vertices,
+            &self.context.surface.triangles,
+            &self.context.surface.normals,
+        );
         if let Some(curves) = curves {
             on = on.cut_along(&curves.on_curve, &curves.patches);
         }
@@ -77,7 +81,7 @@ impl CoarseToFine<'_> {
             iterations: self.iterations(plans.len(), l, l == 0),
         };
         let work: Vec<LevelWork> = plans.iter().enumerate().map(work).collect();
-        let cost = &AttemptCost::new(&work, self.surface.triangles.len(), options);
+        let cost = &AttemptCost::new(&work, self.context.surface.triangles.len(), options);
         progress.phase(Phase::Prepare, cost.prepared, 0.0)?;
         let mut reporting = Reporting { cost, progress, clock };
         let mut level = self.run_levels(&on, &plans, &mut reporting)?;
@@ -90,7 +94,7 @@ impl CoarseToFine<'_> {
             None => level.on_curves.map_or(0, |on_curves| on_curves.sites.positions.len()),
         };
         let mesh = mesh.mesh;
-        let vertices = if self.deviation.is_some() { mesh.vertices.len() } else { options.vertices };
+        let vertices = if self.context.deviation.is_some() { mesh.vertices.len() } else { options.vertices };
         Ok(Outcome {
             mesh,
             sites: level.sites,
@@ -171,7 +175,7 @@ impl CoarseToFine<'_> {
     /// Sites for the next level, with some where the coarser level left the surface uncovered.
     fn refined(&self, coarser: &Coarser, plan: &LevelPlan) -> SitesOnSurface {
         let sites = refine(coarser, plan.interior);
-        let more = sites_for_uncovered(&sites, self.surface, &self.model.sizes, plan.spacing);
+        let more = sites_for_uncovered(&sites, self.context.surface, &self.model.sizes, plan.spacing);
         if more.is_empty() {
             return sites;
         }
@@ -182,9 +186,9 @@ impl CoarseToFine<'_> {
 
     /// Iterations of level `l` of `levels`; one with scattered sites takes as many as the coarsest.
     fn iterations(&self, levels: usize, l: usize, is_scattered: bool) -> u32 {
-        let method = &self.options.coarse_to_fine;
+        let method = &self.context.options.coarse_to_fine;
         let from_end = levels - 1 - l;
-        let refined = if from_end == 0 { self.options.iterations } else { method.coarse_iterations };
+        let refined = if from_end == 0 { self.context.options.iterations } else { method.coarse_iterations };
         if is_scattered { method.first_iterations.max(refined) } else { refined }
     }
 
@@ -199,7 +203,9 @@ impl CoarseToFine<'_> {
                     self.refined(&Coarser { mesh, triangles, lengths: lengths(sites), on_curves: None }, plan)
                 }
                 Origin::Same(level) => level.interior_sites(),
-                Origin::Scattered => seed::stratified(self.surface, sizes, plan.interior, self.options.seed),
+                Origin::Scattered => {
+                    seed::stratified(self.context.surface, sizes, plan.interior, self.context.options.seed)
+                }
             };
             return (Start { sites, pinned: None }, None);
         };
@@ -220,11 +226,11 @@ impl CoarseToFine<'_> {
                 refine(&coarser, plan.interior)
             }
             Origin::Same(level) => level.interior_sites(),
-            _ => clearance.scattered(self.surface, sizes, plan.interior, self.options.seed),
+            _ => clearance.scattered(self.context.surface, sizes, plan.interior, self.context.options.seed),
         };
         let (sites, pins) = curve_sites.merge(curves, interior);
         let pinned = (&curve_sites, pins.as_slice());
-        let pinned = PinnedSites::new(curves, &self.surface.normals, &sites, pinned, plan.spacing);
+        let pinned = PinnedSites::new(curves, &self.context.surface.normals, &sites, pinned, plan.spacing);
         (Start { sites, pinned: Some(pinned) }, Some(LevelCurves { sites: curve_sites, pins }))
     }
 
@@ -238,10 +244,10 @@ impl CoarseToFine<'_> {
         progress: &mut ProgressReporter,
     ) -> Result<LevelMesh> {
         progress.poll()?;
-        let level = Level::new(self.device, start, options)?;
-        let tolerance = self.options.tolerance;
+        let level = Level::new(self.context.device, start, options)?;
+        let tolerance = self.context.options.tolerance;
         let Relaxed { mut sites, near, steps, flags } =
-            level.relax(self.device, start, &self.model.on_device(), tolerance, progress)?;
+            level.relax(self.context.device, start, &self.model.on_device(), tolerance, progress)?;
         if let Some(on_curves) = &on_curves {
             // In f64, not rounded to f32 as on the device.
             on_curves.restore(&mut sites.positions);

@@ -26,7 +26,7 @@ impl Runner<'_, '_> {
         if model.features.discarded.facet_edges == 0 {
             return Ok(first);
         }
-        let round = match self.attempt(&model, vertices, self.shared.options.seed) {
+        let round = match self.attempt(&model, vertices, self.shared.context.options.seed) {
             // There are too many other curves.
             Err(Error::Usage { .. }) => return Ok(first),
             round => round?,

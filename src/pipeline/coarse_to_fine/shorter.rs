@@ -47,14 +47,14 @@ impl Runner<'_, '_> {
     /// The outcome, or a closer one with shorter edges around the places that it leaves out, if the options
     /// leave edge lengths open.
     pub(super) fn with_shorter_edges(&mut self, first: Outcome, vertices: usize) -> Result<Outcome> {
-        let options = self.shared.options;
-        let surface = self.shared.surface.mesh();
+        let options = self.shared.context.options;
+        let surface = self.shared.context.surface.mesh();
         let length = spacing(surface.area(), vertices);
         let is_open = options.coarse_to_fine.sizing == Sizing::Automatic;
         if !is_open || !is_sound(&first) || farthest(&first) <= LEFT_OUT * length {
             return Ok(first);
         }
-        let mut values = vec![1.0; self.shared.mesh.vertices.len()];
+        let mut values = vec![1.0; self.shared.context.mesh.vertices.len()];
         let mut places: Vec<DVec3> = Vec::new();
         let mut left_out = self.left_out(&surface, &first, length)?;
         let (mut standing, mut best) = (self.standing(&first), first);
@@ -74,7 +74,7 @@ impl Runner<'_, '_> {
             if share > MOST_VERTICES {
                 break;
             }
-            let next = match self.attempt(&model, vertices, self.shared.options.seed) {
+            let next = match self.attempt(&model, vertices, self.shared.context.options.seed) {
                 // More vertices on curves than there may be.
                 Err(Error::Usage { .. }) => break,
                 next => next?,
@@ -108,8 +108,8 @@ impl Runner<'_, '_> {
         let mut grid = HashGrid::new(reach, places.len());
         places.iter().for_each(|at| grid.insert(*at, *at));
         let mut is_shorter = false;
-        for (value, p) in values.iter_mut().zip(&self.shared.mesh.vertices) {
-            let p = self.shared.frame.to_unit(*p);
+        for (value, p) in values.iter_mut().zip(&self.shared.context.mesh.vertices) {
+            let p = self.shared.context.frame.to_unit(*p);
             if grid.any(p, |at: DVec3| at.distance_squared(p) < reach * reach) {
                 *value *= SHORTER;
                 is_shorter = true;
@@ -126,7 +126,7 @@ impl Runner<'_, '_> {
     /// How many triangles have an angle below the least one, and the smallest of these, or the least one if
     /// there are none.
     fn small_angles(&self, mesh: &TriMesh) -> (usize, f64) {
-        let CoarseToFineOptions { min_angle, feature_angle, .. } = self.shared.options.coarse_to_fine;
+        let CoarseToFineOptions { min_angle, feature_angle, .. } = self.shared.context.options.coarse_to_fine;
         let small = small_angle_places(mesh, min_angle, feature_angle);
         let angle = |(t, _): &(usize, _)| extreme_angles(mesh.corners(*t))[0];
         (small.len(), small.iter().map(angle).fold(min_angle, f64::min))
@@ -135,9 +135,9 @@ impl Runner<'_, '_> {
     fn summary(&self, places: &[DVec3], sizes: &SizeField, share: f64) -> ShorterEdges {
         let [least, largest] = sizes.range();
         ShorterEdges {
-            places: places.iter().map(|p| self.shared.frame.from_unit(*p).to_array()).collect(),
+            places: places.iter().map(|p| self.shared.context.frame.from_unit(*p).to_array()).collect(),
             shortest: least / largest,
-            vertices: (share * self.shared.options.vertices as f64).round() as usize,
+            vertices: (share * self.shared.context.options.vertices as f64).round() as usize,
         }
     }
 }

@@ -7,9 +7,9 @@ use crate::mesh::features::{FeatureOptions, find_features};
 use crate::mesh::half_edges::twins;
 use crate::mesh::sizing::SizeField;
 use crate::mesh::spacing;
-use crate::mesh::unit_frame::UnitFrame;
-use crate::options::{Options, Sizing};
+use crate::options::Sizing;
 use crate::pipeline::result::FeatureSummary;
+use crate::pipeline::run_context::RunContext;
 use crate::pipeline::user_curves::user_curve_edges;
 use crate::polish::Target;
 use crate::sites::surface::Surface;
@@ -31,25 +31,13 @@ pub(crate) struct SurfaceModel {
     pub features: FeatureSummary,
 }
 
-/// What a [`SurfaceModel`] is made from.
-#[derive(Clone, Copy)]
-pub(crate) struct ModelInput<'a> {
-    pub device: &'a Device,
-    /// The mesh that the surface was made from, in the input's units.
-    pub mesh: &'a TriMesh,
-    pub frame: &'a UnitFrame,
-    pub surface: &'a Surface,
-    /// As [`FeatureOptions::round_facets`].
-    pub round_facets: bool,
-}
-
 impl SurfaceModel {
-    /// With features and sizes as the options have them.
+    /// With features and sizes as the options have them; `round_facets` as [`FeatureOptions::round_facets`].
     ///
     /// # Errors
     /// As [`SurfaceModel::with`] and [`user_curve_edges`].
-    pub fn new(input: ModelInput, options: &Options, progress: &ProgressToken) -> Result<Self> {
-        let ModelInput { device, mesh, frame, surface, round_facets } = input;
+    pub fn new(context: &RunContext, round_facets: bool, progress: &ProgressToken) -> Result<Self> {
+        let RunContext { device, mesh, frame, surface, options, .. } = *context;
         let on_surface = surface_vertices(surface, mesh);
         let edges = user_curve_edges(mesh, options)?;
         let user_edges = edges.into_iter().map(|edge| edge.map(|v| on_surface[v as usize])).collect();

@@ -5,15 +5,13 @@ use super::remesh::ComponentTarget;
 use crate::mesh::quality::quality;
 use crate::mesh::sizing::SizeField;
 use crate::mesh::spacing;
-use crate::mesh::unit_frame::UnitFrame;
-use crate::options::Options;
-use crate::pipeline::intersections::{InputIntersections, Intersections, intersecting_in_units};
+use crate::pipeline::intersections::{Intersections, intersecting_in_units};
 use crate::pipeline::missing::missing_vertices;
 use crate::pipeline::outcome::{Fault, FaultKind, Outcome, SLIVER, is_bad_all_over, slivers};
 use crate::pipeline::result::FeatureSummary;
+use crate::pipeline::run_context::RunContext;
 use crate::pipeline::user_curves::has_user_curves;
 use crate::sites::connect::ConnectCounts;
-use crate::sites::surface::Surface;
 use crate::{Error, ProgressToken, Result, TriMesh};
 
 /// Slivers are few up to this share of all triangles.
@@ -22,13 +20,7 @@ const FEW_SLIVERS: f64 = 0.02;
 /// The surface of a run, for other ways where cells fail.
 #[derive(Clone, Copy)]
 pub(crate) struct Fallback<'a> {
-    /// The repaired input, in its units.
-    pub mesh: &'a TriMesh,
-    pub frame: &'a UnitFrame,
-    pub surface: &'a Surface,
-    pub options: &'a Options,
-    /// Faces of the repaired input that intersect others.
-    pub input_intersections: &'a InputIntersections,
+    pub context: RunContext<'a>,
     pub sizes: &'a SizeField,
 }
 
@@ -40,12 +32,12 @@ impl Fallback<'_> {
     /// [`Error::Cancelled`].
     pub fn repaired(&self, faulty: &Outcome, progress: &ProgressToken) -> Result<Option<Outcome>> {
         // Local operations do not know the user's curves.
-        if has_user_curves(self.options) {
+        if has_user_curves(self.context.options) {
             return Ok(None);
         }
-        let surface = self.surface.mesh();
+        let surface = self.context.surface.mesh();
         let mut faulty_faces = self.intersections(&faulty.mesh, progress)?.new;
-        let feature_angle = self.options.coarse_to_fine.feature_angle;
+        let feature_angle = self.context.options.coarse_to_fine.feature_angle;
         if faulty.fault.as_ref().is_some_and(|fault| matches!(fault.kind, FaultKind::Slivers(_))) {
             faulty_faces.extend(slivers(&faulty.mesh, &surface, feature_angle).into_iter().map(|(_, t)| t));
         }
@@ -84,12 +76,12 @@ impl Fallback<'_> {
     pub fn has_usual_slivers(&self, outcome: &Outcome) -> bool {
         let Some(Fault { kind: FaultKind::Slivers(count), .. }) = outcome.fault else { return false };
         let are_few = count as f64 <= FEW_SLIVERS * outcome.mesh.triangles.len() as f64;
-        are_few && quality(self.mesh).is_some_and(|quality| quality.min_angle <= 2.0 * SLIVER)
+        are_few && quality(self.context.mesh).is_some_and(|quality| quality.min_angle <= 2.0 * SLIVER)
     }
 
     /// Number of components.
     pub fn components(&self) -> usize {
-        Components::new(&self.surface.mesh()).count()
+        Components::new(&self.context.surface.mesh()).count()
     }
 
     /// The whole surface remeshed by local operations; with a fault if faces intersect that did not in the
@@ -103,7 +95,7 @@ impl Fallback<'_> {
         vertices: usize,
         progress: &ProgressToken,
     ) -> Result<Outcome> {
-        let surface = self.surface.mesh();
+        let surface = self.context.surface.mesh();
         let components = Components::new(&surface);
         let mesh = components.remesh(&surface, &self.component_target(vertices, progress))?;
         let outcome = Outcome {
@@ -122,32 +114,38 @@ impl Fallback<'_> {
         let centre = |t: &u32| mesh.corners(*t as usize).into_iter().sum::<glam::DVec3>() / 3.0;
         let mut fault =
             new.first().map(|t| Fault { kind: FaultKind::Intersections(new.len()), at: Some(centre(t)) });
-        let surface = self.surface.mesh();
+        let surface = self.context.surface.mesh();
         if let Some(v) = self.missing(&surface, &mesh, progress)?.first() {
             fault = Some(Fault { kind: FaultKind::Missing, at: Some(surface.vertices[*v as usize]) });
         }
         if is_bad_all_over(&mesh) {
             fault = Some(Fault { kind: FaultKind::SliversAllOver, at: None });
         }
-        let fault =
-            fault.or_else(|| Fault::sliver(&mesh, &surface, self.options.coarse_to_fine.feature_angle));
+        let fault = fault
+            .or_else(|| Fault::sliver(&mesh, &surface, self.context.options.coarse_to_fine.feature_angle));
         Ok(Outcome { fault, mesh, intersecting_faces: Some(count), ..outcome })
     }
 
     fn missing(&self, surface: &TriMesh, mesh: &TriMesh, progress: &ProgressToken) -> Result<Vec<u32>> {
-        let spacing = spacing(self.surface.area(), mesh.vertices.len());
+        let spacing = spacing(self.context.surface.area(), mesh.vertices.len());
         missing_vertices(surface, (mesh, &[]), (spacing, self.sizes), progress)
     }
 
     fn intersections(&self, mesh: &TriMesh, progress: &ProgressToken) -> Result<Intersections> {
-        let spacing = spacing(self.surface.area(), mesh.vertices.len());
-        let intersecting = intersecting_in_units(mesh, self.frame, progress)?;
-        self.input_intersections.compare(self.mesh, self.frame, (mesh, spacing, intersecting), progress)
+        let spacing = spacing(self.context.surface.area(), mesh.vertices.len());
+        let intersecting = intersecting_in_units(mesh, self.context.frame, progress)?;
+        self.context.input_intersections.compare(
+            self.context.mesh,
+            self.context.frame,
+            (mesh, spacing, intersecting),
+            progress,
+        )
     }
 
     fn component_target<'p>(&'p self, vertices: usize, progress: &'p ProgressToken) -> ComponentTarget<'p> {
-        let spacing = spacing(self.surface.area(), vertices);
-        let target = ComponentTarget::new(self.options, (vertices, spacing), self.frame, progress);
+        let spacing = spacing(self.context.surface.area(), vertices);
+        let target =
+            ComponentTarget::new(self.context.options, (vertices, spacing), self.context.frame, progress);
         ComponentTarget { sizes: Some(self.sizes), ..target }
     }
 }

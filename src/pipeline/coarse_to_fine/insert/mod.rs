@@ -54,8 +54,8 @@ impl CoarseToFine<'_> {
         level_spacing: f64,
         progress: &ProgressToken,
     ) -> Result<Vec<u32>> {
-        let Some(most) = self.deviation else { return Ok(Vec::new()) };
-        let surface = self.surface.mesh();
+        let Some(most) = self.context.deviation else { return Ok(Vec::new()) };
+        let surface = self.context.surface.mesh();
         let length = |v: u32| level_spacing * self.model.sizes.at_vertex(v);
         let lengths = (0..surface.vertices.len() as u32).map(length).collect();
         let reference = Reference { surface: &surface, bvh: self.model.target.bvh(), most };
@@ -184,7 +184,7 @@ impl Insertion<'_> {
     fn improve(&self, local: &mut ConstrainedMesh, fixed: Vec<bool>) -> Result<Vec<u32>> {
         let progress = &self.progress.silent();
         let target = &self.run.model.target;
-        let method = &self.run.options.coarse_to_fine;
+        let method = &self.run.context.options.coarse_to_fine;
         let own = std::mem::replace(&mut local.fixed, fixed);
         let options = PolishOptions { rounds: ROUNDS, slides: false, ..Default::default() };
         polish(local, target, &options, progress)?;
