@@ -29,6 +29,7 @@ make_source() {
     grep -F "\"reason\":\"build-script-executed\",\"package_id\":\"$id\"" |
     sed 's/.*"out_dir":"\([^"]*\)".*/\1/')
   cp build/published.rs "$work/source/build.rs"
+  "${PYTHON:-python3}" ci/licenses.py rtfmesh >"$work/source/LICENSE-THIRD-PARTY"
   mkdir "$work/source/kernels"
   cp "$out"/kernels.rs "$out"/*.spv "$work/source/kernels"
   diff <(find glsl -name '*.comp' | wc -l) \
@@ -111,6 +112,7 @@ rustfmt --check build/published.rs
 make_source
 # With the time of now: the package's own, the same for all, would hide changes from Cargo.
 tar xzmf "$work/$name.crate" -C "$work"
+"${PYTHON:-python3}" ci/licenses.py --check "$work/$name/LICENSE-THIRD-PARTY"
 make_user
 try_package
 if [ "${1:-}" = --install ]; then try_install; fi

@@ -22,6 +22,8 @@ environment tools
 "$work/tools/bin/ruff" check --quiet python
 "$work/tools/bin/ruff" format --quiet --check python
 
+# maturin puts LICENSE-* into the wheel.
+"${PYTHON:-python3}" ci/licenses.py rtfmesh-python >python/LICENSE-THIRD-PARTY
 rm -rf "$work/wheels"
 "$work/tools/bin/maturin" build --quiet --locked --profile $profile --manifest-path python/Cargo.toml \
   --out "$work/wheels"
@@ -29,6 +31,8 @@ rm -rf "$work/wheels"
 # A fresh machine: the lines of README.md give a mesh.
 environment user
 "$work/user/bin/pip" install --quiet "$work"/wheels/*.whl
+"$work/user/bin/python" ci/licenses.py --check \
+  "$work"/user/lib/python*/site-packages/rtfmesh-*.dist-info/licenses/LICENSE-THIRD-PARTY
 rm -rf "$work/fresh"
 mkdir "$work/fresh"
 awk '/^```/ { inside = /^```python/; next } inside' README.md >"$work/fresh/readme.py"
