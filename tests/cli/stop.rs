@@ -42,49 +42,120 @@ fn a_time_limit_that_is_not_reached_changes_nothing() {
 #[cfg(unix)]
 mod signals {
     use super::*;
-    use std::process::{Child, Command, Stdio};
+    use rustix::fs::{Mode, OFlags, open};
+    use rustix::pty::{OpenptFlags, grantpt, openpt, ptsname, unlockpt};
+    use std::fs::File;
+    use std::io::Read;
+    use std::process::{Child, Command, ExitStatus, Stdio};
+    use std::sync::{Arc, Mutex};
+    use std::thread::JoinHandle;
 
-    /// Starts a long run and lets it get going.
-    fn start(place: &Place, more: &str) -> Child {
-        going(place, &place.program(&format!("{LONG} {more}")))
+    /// The program while it runs, with a terminal as its standard error, on which the progress bar shows what
+    /// it does.
+    struct Running {
+        child: Child,
+        /// What the terminal has shown so far.
+        shown: Arc<Mutex<String>>,
+        reader: JoinHandle<()>,
     }
 
-    fn going(place: &Place, program: &assert_cmd::Command) -> Child {
-        let mut command = Command::new(program.get_program());
-        command.args(program.get_args()).current_dir(place.path(""));
-        command.envs(program.get_envs().filter_map(|(name, value)| Some((name, value?))));
-        let child = command.stdout(Stdio::null()).stderr(Stdio::piped()).spawn().unwrap();
-        std::thread::sleep(Duration::from_secs(4));
-        child
+    impl Running {
+        fn start(place: &Place, line: &str) -> Self {
+            let program = place.program(line);
+            let terminal = openpt(OpenptFlags::RDWR | OpenptFlags::NOCTTY).unwrap();
+            grantpt(&terminal).unwrap();
+            unlockpt(&terminal).unwrap();
+            let name = ptsname(&terminal, Vec::new()).unwrap();
+            let of_program =
+                open(name.as_c_str(), OFlags::RDWR | OFlags::NOCTTY | OFlags::CLOEXEC, Mode::empty())
+                    .unwrap();
+            let mut command = Command::new(program.get_program());
+            command.args(program.get_args()).current_dir(place.path("")).env("TERM", "xterm");
+            command.envs(program.get_envs().filter_map(|(name, value)| Some((name, value?))));
+            let child = command.stdout(Stdio::null()).stderr(of_program).spawn().unwrap();
+            // With it goes the last of the terminal's other ends in this process.
+            drop(command);
+            let shown = Arc::new(Mutex::new(String::new()));
+            let (mut from, to) = (File::from(terminal), Arc::clone(&shown));
+            let reader = std::thread::spawn(move || {
+                let mut part = [0; 4096];
+                // At the end, systems report an error.
+                while let Ok(length @ 1..) = from.read(&mut part) {
+                    to.lock().unwrap().push_str(&String::from_utf8_lossy(&part[..length]));
+                }
+            });
+            Self { child, shown, reader }
+        }
+
+        /// Starts a long run, and waits until it iterates.
+        #[track_caller]
+        fn long(place: &Place, more: &str) -> Self {
+            let mut running = Self::start(place, &format!("{LONG} {more}"));
+            running.wait_until(|shown| shown.contains(", iteration "));
+            running
+        }
+
+        /// Waits until `is_there` is true of what the terminal has shown. A run that ends or goes on for too
+        /// long before that fails.
+        #[track_caller]
+        fn wait_until(&mut self, is_there: impl Fn(&str) -> bool) {
+            let begun = Instant::now();
+            while !is_there(&self.shown.lock().unwrap()) {
+                let ended = self.child.try_wait().unwrap();
+                if ended.is_some() || begun.elapsed() > LIMIT {
+                    self.child.kill().unwrap();
+                    panic!("{ended:?}, and it has shown: {}", self.shown.lock().unwrap());
+                }
+                std::thread::sleep(Duration::from_millis(5));
+            }
+        }
+
+        fn signal(&self, name: &str) {
+            let line = format!("kill -{name} {}", self.child.id());
+            assert!(Command::new("sh").args(["-c", &line]).status().unwrap().success());
+        }
+
+        /// Its exit code, and what it has shown; a run that does not end is killed.
+        #[track_caller]
+        fn ended(mut self) -> (Option<i32>, String) {
+            let code = status(&mut self.child).code();
+            self.reader.join().unwrap();
+            let shown = self.shown.lock().unwrap().clone();
+            (code, shown)
+        }
     }
 
-    fn signal(child: &Child, name: &str) {
-        let id = child.id().to_string();
-        assert!(Command::new("sh").args(["-c", &format!("kill -{name} {id}")]).status().unwrap().success());
-    }
-
-    /// Its exit code and standard error; a run that does not end is killed.
     #[track_caller]
-    fn ended(mut child: Child) -> (Option<i32>, String) {
+    fn status(child: &mut Child) -> ExitStatus {
         let begun = Instant::now();
-        while child.try_wait().unwrap().is_none() {
+        loop {
+            if let Some(status) = child.try_wait().unwrap() {
+                return status;
+            }
             if begun.elapsed() > LIMIT {
                 child.kill().unwrap();
                 panic!("the run goes on");
             }
             std::thread::sleep(Duration::from_millis(20));
         }
-        let output = child.wait_with_output().unwrap();
-        (output.status.code(), String::from_utf8(output.stderr).unwrap())
+    }
+
+    /// Checks that the program says this in the end, and no other error.
+    #[track_caller]
+    fn assert_last(shown: &str, line: &str) {
+        assert!(shown.ends_with(&format!("{line}\r\n")), "{shown}");
+        assert_eq!(shown.matches("error:").count(), 1, "{shown}");
     }
 
     #[test]
     fn ctrl_c_ends_the_run_and_leaves_nothing() {
         for name in ["INT", "TERM"] {
             let place = Place::with("torus");
-            let child = start(&place, "-n 3000 --report out.json");
-            signal(&child, name);
-            assert_eq!(ended(child), (Some(130), "error: cancelled; nothing was written\n".to_owned()));
+            let running = Running::long(&place, "-n 3000 --report out.json");
+            running.signal(name);
+            let (code, shown) = running.ended();
+            assert_eq!(code, Some(130), "{shown}");
+            assert_last(&shown, "error: cancelled; nothing was written");
             assert_eq!(place.files(), ["in.ply"]);
         }
     }
@@ -92,11 +163,11 @@ mod signals {
     #[test]
     fn ctrl_c_keeps_the_best_so_far_if_asked_to() {
         let place = Place::with("torus");
-        let child = start(&place, "-n 3000 --keep-partial -q");
-        signal(&child, "INT");
-        let (code, told) = ended(child);
-        assert_eq!(code, Some(130), "{told}");
-        assert!(told.contains("warning: the run was ended early"), "{told}");
+        let running = Running::long(&place, "-n 3000 --keep-partial");
+        running.signal("INT");
+        let (code, shown) = running.ended();
+        assert_eq!(code, Some(130), "{shown}");
+        assert!(shown.contains("warning: the run was ended early"), "{shown}");
         assert_eq!(place.files(), ["in.ply", "out.ply"]);
         let mesh = read(&place.path("out.ply")).unwrap().mesh;
         assert_eq!(mesh.vertices.len(), 3000);
@@ -106,30 +177,30 @@ mod signals {
     #[test]
     fn a_second_ctrl_c_stops() {
         let place = Place::with("torus");
-        let child = start(&place, "-n 60000 --keep-partial");
-        signal(&child, "INT");
-        std::thread::sleep(Duration::from_millis(50));
-        signal(&child, "INT");
-        let (code, told) = ended(child);
-        assert_eq!(code, Some(130), "{told}");
+        let mut running = Running::long(&place, "-n 60000 --keep-partial");
+        running.signal("INT");
+        running.wait_until(|shown| shown.contains("press Ctrl-C again to stop"));
+        running.signal("INT");
+        let (code, shown) = running.ended();
+        assert_eq!(code, Some(130), "{shown}");
         assert_eq!(place.files(), ["in.ply"]);
     }
 
     #[test]
     fn ctrl_c_ends_a_batch_and_keeps_what_is_done() {
         let place = Place::with("torus");
-        std::fs::copy(place.path("in.ply"), place.path("also.ply")).unwrap();
+        std::fs::create_dir_all(place.path("more/long")).unwrap();
+        std::fs::rename(place.path("in.ply"), place.path("more/long/in.ply")).unwrap();
+        std::fs::copy(place.path("more/long/in.ply"), place.path("also.ply")).unwrap();
         let options = "--out out -n 200 --tolerance 0 --resume";
         place.run(&format!("batch also.ply {options} --iterations 5 -q"));
-        let long = place.program(&format!("batch in.ply {options} --iterations 1000000"));
-        let child = going(&place, &long);
-        signal(&child, "INT");
-        let begun = Instant::now();
-        let (code, told) = ended(child);
-        assert!(begun.elapsed() < Duration::from_secs(5));
-        assert_eq!(code, Some(130), "{told}");
-        assert_eq!(told, "error: stopped: 0 done, 0 failed, 1 left; --resume continues\n");
-        assert!(!place.path("out/in.ply").exists());
+        let mut running = Running::start(&place, &format!("batch more {options} --iterations 1000000"));
+        // The folder is made when the work on the mesh begins.
+        running.wait_until(|_| place.path("out/long").exists());
+        running.signal("INT");
+        let (code, shown) = running.ended();
+        assert_eq!(code, Some(130), "{shown}");
+        assert_eq!(shown, "error: stopped: 0 done, 0 failed, 1 left; --resume continues\r\n");
         let endings = || {
             let log = std::fs::read_to_string(place.path("out/batch.jsonl")).unwrap();
             let status =
@@ -137,9 +208,9 @@ mod signals {
             log.lines().map(|line| status(line).as_str().unwrap().to_owned()).collect::<Vec<_>>()
         };
         assert_eq!(endings(), ["done"]);
-        assert_eq!(std::fs::read_dir(place.path("out")).unwrap().count(), 2, "nothing half-written");
-        place.run(&format!("batch also.ply in.ply {options} --iterations 5 -q"));
+        assert_eq!(std::fs::read_dir(place.path("out/long")).unwrap().count(), 0, "nothing half-written");
+        place.run(&format!("batch also.ply more {options} --iterations 5 -q"));
         assert_eq!(endings(), ["done", "skipped", "done"]);
-        assert_eq!(read(&place.path("out/in.ply")).unwrap().mesh.vertices.len(), 200);
+        assert_eq!(read(&place.path("out/long/in.ply")).unwrap().mesh.vertices.len(), 200);
     }
 }

@@ -11,6 +11,9 @@ use rtfmesh::mesh::samples::sample;
 use super::obj_and_ply::file;
 use crate::support::files::{gltf_of, text_stl};
 
+/// Far longer than a small file takes on a busy machine, and far shorter than billions of elements.
+const LIMIT: Duration = Duration::from_secs(30);
+
 /// The place and problem of the error on reading this file; checks path and remedy.
 fn refused(name: &str, content: &[u8]) -> (String, String) {
     let (_folder, path) = file(name, content);
@@ -186,7 +189,7 @@ fn ply_that_declares_more_than_it_holds() {
         let (_, problem) = refused("a.ply", content.as_bytes());
         let expected = format!("declares 1000000000 elements 'vertex' of at least {least}000000000 bytes");
         assert!(problem.contains(&expected), "{problem}");
-        assert!(start.elapsed() < Duration::from_secs(1));
+        assert!(start.elapsed() < LIMIT);
     }
     // A list that claims 2^32 - 1 entries.
     let mut content = b"ply\nformat binary_little_endian 1.0\nelement vertex 1\nproperty uchar x\nproperty uchar y\n\
@@ -278,7 +281,7 @@ fn no_damage_panics_or_hangs() {
                 Err(Error::Input { .. }) => refused += 1,
                 Err(other) => panic!("{name}, round {round}: {other:?}"),
             }
-            assert!(start.elapsed() < Duration::from_secs(1), "{name}, round {round}");
+            assert!(start.elapsed() < LIMIT, "{name}, round {round}");
         }
         // Both outcomes must occur, or the damage tests nothing.
         // A compressed file has a checksum.
