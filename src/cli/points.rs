@@ -1,5 +1,6 @@
 //! What `inspect` says of points without faces, and how `render` draws them.
 
+use crate::grammar::counted;
 use rtfmesh::Result;
 use rtfmesh::cloud::{CloudSurvey, PointCloud, survey, unoriented_normals};
 use rtfmesh::glam::DVec3;
@@ -59,7 +60,7 @@ impl Inspection {
         let normals = match self.normals {
             0 => "none: remesh computes them".to_owned(),
             n if n == self.points => "all points".to_owned(),
-            n => format!("of {n} points: remesh recomputes all"),
+            n => format!("of {}: remesh recomputes all", counted(n, ["point", "points"])),
         };
         let noise = self.noise.map(|noise| (noise, noise / self.spacing));
         let noise = match noise {

@@ -2,6 +2,7 @@
 
 use super::all_at_once::{Preset, SETTINGS, SettingArgs};
 use super::terminal::print;
+use crate::grammar::counted;
 use anyhow::Result;
 use clap::{Args as _, Command, ValueEnum};
 use rtfmesh::{Options, Quality};
@@ -93,7 +94,7 @@ fn page(preset: Preset) -> Result<String> {
 fn iterations(options: &Options) -> String {
     match options.iterations {
         0 => "It has no iterations.".to_owned(),
-        most => format!("It has at most {most} iterations (--iterations)."),
+        most => format!("It has at most {} (--iterations).", counted(most, ["iteration", "iterations"])),
     }
 }
 

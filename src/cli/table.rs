@@ -1,5 +1,6 @@
 //! Tables for people.
 
+use crate::grammar::counted;
 use comfy_table::Table;
 use comfy_table::presets::NOTHING;
 use rtfmesh::report::figures;
@@ -64,7 +65,8 @@ pub fn preview(p: &Preview) -> String {
     }
     if !p.curve_vertices.is_empty() {
         let total: usize = p.curve_vertices.iter().sum();
-        let text = format!("{total} and {} corners: {}", p.corners, first_of(&p.curve_vertices));
+        let corners = counted(p.corners, ["corner", "corners"]);
+        let text = format!("{total} and {corners}: {}", first_of(&p.curve_vertices));
         rows.push(("on curves", text));
     }
     if p.patches.len() > 1 && !p.collapses {

@@ -1,5 +1,6 @@
 //! Checks that several readers make, and text from a file as an error message can show it.
 
+use crate::grammar::counted;
 use crate::{Error, Result};
 
 /// Whether so many bytes are more than a file of `file_bytes` bytes can stand for in good faith: compressed
@@ -52,9 +53,9 @@ pub(crate) fn check_vertex_count(vertices: u64) -> Result<()> {
 }
 
 /// Refuses a declared count of elements that the rest of the file is too short for, before memory is
-/// allocated for them. `bytes_each` is the least that one takes.
+/// allocated for them; `noun` is one of them and several. `bytes_each` is the least that one takes.
 pub(crate) fn check_declared_count(
-    (count, what): (u64, &str),
+    (count, noun): (u64, [&str; 2]),
     bytes_each: u64,
     bytes_left: u64,
     place: String,
@@ -63,11 +64,14 @@ pub(crate) fn check_declared_count(
     if least <= bytes_left {
         return Ok(());
     }
-    let problem = format!(
-        "the file is cut off: it declares {count} {what} of at least {least} bytes, but {bytes_left} bytes \
-        are left"
-    );
-    Err(Error::input(Some(place), problem, "get the complete file, or export the mesh again"))
+    let declared = counted(count, noun);
+    Err(cut_off(place, &format!("it declares {}", too_much(&declared, least, bytes_left))))
+}
+
+/// How much `declared` takes, and how little there is.
+pub(crate) fn too_much(declared: &str, least: u64, bytes_left: u64) -> String {
+    let least = counted(least, ["byte", "bytes"]);
+    format!("{declared} of at least {least}, but {} left", counted(bytes_left, ["byte is", "bytes are"]))
 }
 
 /// The error for a file that ends too early.
@@ -121,4 +125,25 @@ pub(crate) fn excerpt(text: &str) -> String {
 /// As [`excerpt`], for bytes that need not be UTF-8.
 pub(crate) fn excerpt_of_bytes(word: &[u8]) -> String {
     excerpt(&String::from_utf8_lossy(word))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::check_declared_count;
+
+    #[test]
+    fn numbers_agree_with_their_nouns() {
+        let said = |count: u64, bytes_each: u64, bytes_left: u64| {
+            let noun = ["triangle", "triangles"];
+            let checked = check_declared_count((count, noun), bytes_each, bytes_left, "line 1".to_owned());
+            checked.unwrap_err().to_string()
+        };
+        for (text, wanted) in [
+            (said(1, 4, 1), "it declares 1 triangle of at least 4 bytes, but 1 byte is left"),
+            (said(1, 1, 0), "it declares 1 triangle of at least 1 byte, but 0 bytes are left"),
+            (said(2, 4, 7), "it declares 2 triangles of at least 8 bytes, but 7 bytes are left"),
+        ] {
+            assert!(text.contains(wanted), "{text}");
+        }
+    }
 }

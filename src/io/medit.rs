@@ -166,7 +166,7 @@ fn find_sections(mut words: Words) -> Result<Sections> {
 /// The positions and references of all vertices.
 fn read_vertices(section: Section) -> Result<(Vec<DVec3>, Vec<f64>)> {
     let Section { count, place, mut words } = section;
-    check_declared_count((count, "vertices"), 8, words.bytes_left(), place)?;
+    check_declared_count((count, ["vertex", "vertices"]), 8, words.bytes_left(), place)?;
     // `check_declared_count` has shown that the file is long enough for this many.
     let mut vertices = Vec::with_capacity(usize::try_from(count).unwrap_or(0));
     let mut references = Vec::with_capacity(vertices.capacity());
@@ -189,7 +189,8 @@ fn read_faces(
     (faces, references): (&mut Faces, &mut Vec<f64>),
 ) -> Result<()> {
     let Section { count, place, mut words } = section;
-    check_declared_count((count, &format!("{name}s")), 2 * (corners as u64 + 1), words.bytes_left(), place)?;
+    let noun = [name, &format!("{name}s")];
+    check_declared_count((count, noun), 2 * (corners as u64 + 1), words.bytes_left(), place)?;
     let mut face = Vec::with_capacity(corners);
     for index in 1..=count {
         face.clear();

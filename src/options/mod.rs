@@ -5,6 +5,7 @@ mod builder;
 pub(crate) mod coarse_to_fine;
 pub(crate) mod target_count;
 
+use crate::grammar::counted;
 use crate::io::Format;
 use crate::mesh::correspondence::CorrespondenceRequest;
 use crate::mesh::distance::{DEFAULT_ACCURACY, check_accuracy};
@@ -220,7 +221,10 @@ impl Options {
     pub fn validate(&self) -> Result<()> {
         let are_counted = self.vertices > 0 || !matches!(self.coarse_to_fine.sizing, Sizing::Deviation(_));
         if are_counted && self.vertices < 4 {
-            let problem = format!("{} vertices are too few for a closed surface", self.vertices);
+            let problem = format!(
+                "{} too few for a closed surface",
+                counted(self.vertices, ["vertex is", "vertices are"])
+            );
             return Err(Error::option("vertices", problem, "ask for at least 4"));
         }
         if self.vertices as u64 >= u64::from(u32::MAX) {

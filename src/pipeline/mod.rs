@@ -27,6 +27,7 @@ mod user_curves;
 mod warning;
 
 use crate::gpu::Device;
+use crate::grammar::counted;
 use crate::mesh::repair::Repaired;
 use crate::mesh::spacing;
 use crate::mesh::submesh::append;
@@ -314,7 +315,10 @@ fn attempt(
         })?,
     };
     if outcome.mesh.triangles.is_empty() {
-        let problem = format!("{} vertices are too few to connect this surface", options.vertices);
+        let problem = format!(
+            "{} too few to connect this surface",
+            counted(options.vertices, ["vertex is", "vertices are"])
+        );
         return Err(Error::input(None, problem, "ask for more vertices"));
     }
     Ok(outcome)

@@ -14,6 +14,7 @@ use super::run_context::RunContext;
 use super::sides::face_as;
 use super::user_curves::has_user_curves;
 use crate::gpu::Device;
+use crate::grammar::counted;
 use crate::mesh::coincident::separate_coincident;
 use crate::mesh::correspondence::{CorrespondenceRequest, Search, half_edges_after, vertex_values_after};
 use crate::mesh::repair::{BorderSmoothing, Repaired, cracks, repair_with, smooth_borders};
@@ -185,7 +186,9 @@ pub(crate) fn for_repaired(mesh: &TriMesh, repaired: &mut Repaired, options: &Op
 fn check_given_sizes(mesh: &TriMesh, options: &Options) -> Result<()> {
     let Sizing::Given(values) = &options.coarse_to_fine.sizing else { return Ok(()) };
     if values.len() != mesh.vertices.len() {
-        let problem = format!("{} edge lengths for {} vertices", values.len(), mesh.vertices.len());
+        let lengths = counted(values.len(), ["edge length", "edge lengths"]);
+        let vertices = counted(mesh.vertices.len(), ["vertex", "vertices"]);
+        let problem = format!("{lengths} for {vertices}");
         return Err(Error::usage(problem, "give one for each vertex of the input"));
     }
     let Some(v) = values.iter().position(|value| !(*value > 0.0 && value.is_finite())) else { return Ok(()) };

@@ -110,9 +110,9 @@ fn meshes_without_area() {
 #[test]
 fn counts_that_cannot_be() {
     let place = Place::with("torus");
-    for n in [0, 1, 3] {
+    for (n, noun) in [(0, "vertices are"), (1, "vertex is"), (3, "vertices are")] {
         let line = format!("remesh in.ply out.ply -n {n} --report r.json");
-        refused(&place, &line, 2, &[&format!("{n} vertices"), "at least 4"]);
+        refused(&place, &line, 2, &[&format!("{n} {noun} too few"), "at least 4"]);
     }
     for n in [
         "-5",

@@ -417,7 +417,7 @@ fn invalid_animations_are_left_out_with_a_note() {
         ("/animations/0/channels/0/sampler", json!(9), "there is no sampler 9"),
         ("/animations/0/samplers/0/input", json!(99), "accessor 99: there is no such accessor"),
         ("/animations/0/samplers/0/output", json!(0), "type is 'VEC3' instead of 'VEC4'"),
-        ("/accessors/5/count", json!(1), "a sampler has 2 values for 1 times"),
+        ("/accessors/5/count", json!(1), "a sampler has 2 values for 1 time"),
         ("/accessors/6/count", json!(1_000_000), "the file is cut off"),
     ] {
         let mut scene = bar();

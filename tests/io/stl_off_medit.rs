@@ -273,7 +273,7 @@ fn medit_sections_in_any_order_and_layout() {
         (
             format!("{start}{vertices}Triangles\n1\n1 2"),
             "line 8",
-            "declares 1 triangles of at least 8 bytes, but 4",
+            "declares 1 triangle of at least 8 bytes, but 4 bytes are left",
         ),
         (
             format!("{start}{vertices}Triangles\n900000000\n1 2 3 0\nEnd"),

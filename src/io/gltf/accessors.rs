@@ -9,11 +9,14 @@ use base64::engine::general_purpose::STANDARD;
 use glam::DVec3;
 
 use super::model::{Accessor, Buffer, Model};
+use crate::grammar::counted;
 use crate::io::binary;
 use crate::io::checks::excerpt;
 use crate::io::references::References;
 use crate::mesh::attributes::Kind;
 use crate::{Error, Result};
+
+const BYTES: [&str; 2] = ["byte", "bytes"];
 
 /// The buffers of a file, each loaded when it is first needed.
 pub(crate) struct Buffers<'a> {
@@ -91,19 +94,16 @@ impl<'a> Buffers<'a> {
         let size = binary::size(component) * components;
         let stride = stride.unwrap_or(size);
         if stride < size {
-            return refuse(
-                format!("its elements of {size} bytes are {stride} bytes apart"),
-                "export the mesh again",
-            );
+            let [size, stride] = [size, stride].map(|count| counted(count, BYTES));
+            return refuse(format!("its elements of {size} are {stride} apart"), "export the mesh again");
         }
         let needed = needed_bytes(accessor, size, stride);
         if needed.is_none_or(|needed| needed > bytes.len()) {
             let problem = format!(
-                "the file is cut off: {} elements from byte {} on do not fit into the {} bytes of \
-                 buffer view {view}",
-                accessor.count,
-                accessor.byte_offset,
-                bytes.len()
+                "the file is cut off: buffer view {view} has {}, too few for {} from byte {} on",
+                counted(bytes.len(), BYTES),
+                counted(accessor.count, ["element", "elements"]),
+                accessor.byte_offset
             );
             return refuse(problem, "get the complete file, or export the mesh again");
         }
@@ -124,11 +124,11 @@ impl<'a> Buffers<'a> {
         let end = view.byte_offset.checked_add(view.byte_length);
         let Some(bytes) = end.and_then(|end| buffer.get(view.byte_offset..end)) else {
             return refuse(format!(
-                "the file is cut off: {} bytes from byte {} on do not fit into the {} bytes of buffer {}",
-                view.byte_length,
-                view.byte_offset,
-                buffer.len(),
-                view.buffer
+                "the file is cut off: buffer {} has {}, too few for {} from byte {} on",
+                view.buffer,
+                counted(buffer.len(), BYTES),
+                counted(view.byte_length, BYTES),
+                view.byte_offset
             ));
         };
         Ok((bytes, view.byte_stride))
@@ -163,7 +163,8 @@ impl<'a> Buffers<'a> {
             }
         };
         if bytes.len() < buffer.byte_length {
-            let problem = format!("the buffer has {} of its {} bytes", bytes.len(), buffer.byte_length);
+            let length = counted(buffer.byte_length, BYTES);
+            let problem = format!("the buffer has {} of its {length}", bytes.len());
             return Err(Error::input(None, problem, "get the complete file, or export the mesh again"));
         }
         Ok(bytes)

@@ -6,6 +6,7 @@ use serde::Deserialize;
 
 use super::accessors::Buffers;
 use super::skins::said;
+use crate::grammar::counted;
 use crate::io::checks::outgrows;
 use crate::mesh::NONE;
 use crate::mesh::attributes::{Animation, Channel, Track};
@@ -98,7 +99,8 @@ impl<'a> AnimationReader<'a> {
             let (times, time_count) = self.track(sampler.input, 1)?;
             let (values, value_count) = self.track(sampler.output, components)?;
             if time_count == 0 || value_count != values_each * time_count {
-                return Err(format!("a sampler has {value_count} values for {time_count} times"));
+                let values = counted(value_count, ["value", "values"]);
+                return Err(format!("a sampler has {values} for {}", counted(time_count, ["time", "times"])));
             }
             channels.push(Channel { bone, path, interpolation, times, values });
         }

@@ -41,7 +41,9 @@ pub(super) fn vertex_elements<'a>(
 ) -> Result<Elements<'a>> {
     let elements = buffers.elements(accessor, kind)?;
     if elements.count != count {
-        let problem = format!("accessor {accessor} has {} elements for {count} vertices", elements.count);
+        let elements = counted(elements.count, ["element", "elements"]);
+        let vertices = counted(count, ["vertex", "vertices"]);
+        let problem = format!("accessor {accessor} has {elements} for {vertices}");
         return Err(Error::input(Some(place.to_owned()), problem, "export the mesh again"));
     }
     Ok(elements)

@@ -1,5 +1,6 @@
 //! Splits a file into its JSON and, in a `.glb` file, its binary data.
 
+use crate::grammar::counted;
 use crate::io::checks::cut_off;
 use crate::{Error, Result};
 
@@ -26,7 +27,8 @@ pub(crate) fn split_container(bytes: &[u8]) -> Result<Parts<'_>> {
     let length = read_u32(bytes, &mut at)? as usize;
     // Bytes beyond the declared length are ignored.
     let Some(file) = bytes.get(..length) else {
-        let missing = format!("the header says {length} bytes, but there are {}", bytes.len());
+        let length = counted(length, ["byte", "bytes"]);
+        let missing = format!("the header says {length}, but there are {}", bytes.len());
         return Err(cut_off("byte 8".to_owned(), &missing));
     };
     let (kind, json) = read_chunk(file, &mut at)?;
@@ -55,7 +57,8 @@ fn read_chunk<'a>(bytes: &'a [u8], at: &mut usize) -> Result<(u32, &'a [u8])> {
     let kind = read_u32(bytes, at)?;
     let rest = bytes.get(*at..).unwrap_or_default();
     let Some(data) = rest.get(..length) else {
-        let missing = format!("a chunk has {length} bytes, but {} are left", rest.len());
+        let length = counted(length, ["byte", "bytes"]);
+        let missing = format!("a chunk has {length}, but {} left", counted(rest.len(), ["is", "are"]));
         return Err(cut_off(format!("byte {at}"), &missing));
     };
     *at += length;

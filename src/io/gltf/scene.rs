@@ -230,7 +230,8 @@ impl SceneMerger<'_> {
         }
         let mode = primitive.mode.unwrap_or(TRIANGLES);
         if mode == TRIANGLES && corners.len() % 3 != 0 {
-            let problem = format!("{} corners are not a multiple of 3", corners.len());
+            let count = counted(corners.len(), ["corner is", "corners are"]);
+            let problem = format!("{count} not a multiple of 3");
             return Err(scene_error(place.to_owned(), problem));
         }
         let triangles = if mode == TRIANGLES { corners.len() / 3 } else { corners.len() };

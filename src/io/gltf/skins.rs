@@ -202,7 +202,9 @@ impl<'a> SkinReader<'a> {
         let Some(accessor) = accessor else { return Ok(vec![DAffine3::IDENTITY; count]) };
         let elements = self.buffers.elements(accessor, "MAT4").map_err(said)?;
         if elements.count < count {
-            return Err(format!("accessor {accessor} has {} elements for {count} joints", elements.count));
+            let elements = counted(elements.count, ["element", "elements"]);
+            let joints = counted(count, ["joint", "joints"]);
+            return Err(format!("accessor {accessor} has {elements} for {joints}"));
         }
         let matrix = |index: usize| {
             let column =

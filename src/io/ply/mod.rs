@@ -14,7 +14,7 @@ pub(crate) mod write;
 
 use glam::DVec3;
 
-use super::checks::{check_vertex_count, excerpt, find_duplicate, without_padding};
+use super::checks::{check_vertex_count, cut_off, excerpt, find_duplicate, too_much, without_padding};
 use super::loaded::Loaded;
 use crate::grammar::counted;
 use crate::io::text::split_note;
@@ -157,13 +157,9 @@ fn check_declared_size<S: Source>(element: &Element, encoding: Encoding, source:
     if least <= source.bytes_left() {
         return Ok(());
     }
-    let (name, count) = (excerpt(&element.name), element.count);
-    let problem = format!(
-        "the file is cut off: the header declares {count} elements '{name}' of at least {least} bytes, but \
-        {} bytes are left",
-        source.bytes_left()
-    );
-    Err(Error::input(Some(source.place()), problem, "get the complete file, or export the mesh again"))
+    let (name, count) = (excerpt(&element.name), counted(element.count, ["element", "elements"]));
+    let missing = too_much(&format!("{count} '{name}'"), least, source.bytes_left());
+    Err(cut_off(source.place(), &format!("the header declares {missing}")))
 }
 
 /// The error for a fault in element `index`.

@@ -4,6 +4,7 @@
 //! have.
 
 use super::columns::{Column, loaded, usual_name};
+use crate::grammar::counted;
 use crate::io::binary::value_le;
 use crate::io::checks::{check_declared_count, cut_off, excerpt_of_bytes, without_padding};
 use crate::io::loaded::Loaded;
@@ -185,7 +186,7 @@ fn text(header: &Header) -> Result<Loaded> {
     let numbers: u64 = header.fields.iter().map(|field| field.count as u64).sum();
     let body = without_padding(header.body);
     let left = body.len() as u64 + 1;
-    check_declared_count((header.points, "points"), 2 * numbers.max(1), left, place())?;
+    check_declared_count((header.points, ["point", "points"]), 2 * numbers.max(1), left, place())?;
     let mut columns = columns(&header.fields);
     let mut lines = body.split(|byte| *byte == b'\n');
     let (mut at, mut done) = (header.lines, 0);
@@ -228,7 +229,12 @@ fn stride(header: &Header) -> usize {
 fn binary(header: &Header) -> Result<Loaded> {
     let stride = stride(header);
     let place = format!("line {}", header.lines);
-    check_declared_count((header.points, "points"), stride as u64, header.body.len() as u64, place)?;
+    check_declared_count(
+        (header.points, ["point", "points"]),
+        stride as u64,
+        header.body.len() as u64,
+        place,
+    )?;
     let mut columns = columns(&header.fields);
     for point in header.body.chunks_exact(stride).take(header.points as usize) {
         let mut at = 0;
@@ -256,14 +262,16 @@ fn compressed(header: &Header) -> Result<Loaded> {
     };
     let Some(packed) = header.body.get(8..).and_then(|rest| rest.get(..packed)) else {
         let there = header.body.len() - 8;
-        return Err(cut_off(place(), &format!("{packed} bytes are declared, and {there} are there")));
+        let packed = counted(packed, ["byte is", "bytes are"]);
+        let there = counted(there, ["is", "are"]);
+        return Err(cut_off(place(), &format!("{packed} declared, and {there} there")));
     };
     let Some(plain) = lzf::decompress(packed, unpacked) else {
         let problem = format!("the compressed data does not unpack to the {unpacked} bytes declared");
         return Err(Error::input(Some(place()), problem, "get the complete file, or export it again"));
     };
     let stride = stride(header) as u64;
-    check_declared_count((header.points, "points"), stride, plain.len() as u64, place())?;
+    check_declared_count((header.points, ["point", "points"]), stride, plain.len() as u64, place())?;
     let mut columns = columns(&header.fields);
     let mut rest = plain.as_slice();
     for (field, column) in header.fields.iter().zip(&mut columns) {

@@ -72,7 +72,10 @@ pub(crate) fn parse(bytes: &[u8]) -> Result<Loaded> {
     }
     let found = numbers.len() as u64;
     if let Some(count) = declared.filter(|count| *count > found) {
-        let problem = format!("the file is cut off: it declares {count} points and has {found}");
+        let problem = format!(
+            "the file is cut off: it declares {} and has {found}",
+            counted(count, ["point", "points"])
+        );
         return Err(Error::input(None, problem, "get the complete file, or export it again"));
     }
     let mut notes = Vec::new();

@@ -11,6 +11,7 @@ use glam::{DAffine3, DMat3, DVec3};
 
 use super::Volume;
 use super::raw::{Layout, Number, byte_count, check_frame, numbers, other_file, size};
+use crate::grammar::counted;
 use crate::io::checks::{cut_off, excerpt, expands_too_far};
 use crate::io::gzip;
 use crate::io::references::References;
@@ -187,7 +188,10 @@ fn decoded<'a>(
 /// Unpacks at most `wanted` bytes of zlib data; a packed byte stands for no more bytes than in other files.
 fn decompress(data: &[u8], wanted: u64) -> Result<Vec<u8>> {
     if expands_too_far(wanted, data.len() as u64) {
-        let problem = format!("{} bytes of zlib data cannot hold the {wanted} declared", data.len());
+        let problem = format!(
+            "{} of zlib data cannot hold the {wanted} declared",
+            counted(data.len(), ["byte", "bytes"])
+        );
         return Err(Error::input(None, problem, "get the complete file, or write it uncompressed"));
     }
     let mut plain = Vec::new();

@@ -97,7 +97,8 @@ impl Layout {
         let wanted = byte_count(self.size, self.number);
         let Some(bytes) = wanted.and_then(|count| bytes.get(..count)) else {
             let [x, y, z] = self.size;
-            let missing = format!("{x} x {y} x {z} values do not fit into {} bytes", bytes.len());
+            let bytes = counted(bytes.len(), ["byte", "bytes"]);
+            let missing = format!("{x} x {y} x {z} values do not fit into {bytes}");
             return Err(cut_off(place.to_owned(), &missing));
         };
         let [nx, ny, nz] = self.size;

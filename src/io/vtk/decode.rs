@@ -10,6 +10,7 @@ use flate2::read::ZlibDecoder;
 
 use super::array::{Array, Budget, Values};
 use super::xml::{Declared, Document, Form};
+use crate::grammar::counted;
 use crate::io::checks::{cut_off, excerpt, reserve};
 use crate::io::text::words;
 use crate::{Error, Result};
@@ -92,7 +93,8 @@ impl<'a> Decoder<'_, 'a> {
         let Some(number) = declared.number else { return Err(unknown_type()) };
         if let Some(wanted) = wanted.filter(|wanted| values.len() < *wanted) {
             let place = format!("the array '{}'", excerpt(&declared.name));
-            return Err(cut_off(place, &format!("it has {} of {wanted} numbers", values.len())));
+            let wanted = counted(wanted, ["number", "numbers"]);
+            return Err(cut_off(place, &format!("it has {} of {wanted}", values.len())));
         }
         let Declared { name, purpose, components, .. } = declared;
         Ok(Array { name: name.clone(), purpose: *purpose, number, components: *components, values })
@@ -203,7 +205,8 @@ impl<'a> Decoder<'_, 'a> {
                 damaged(format!("the zlib data is cut off or damaged ({error})")).caused_by(error)
             })?;
             if read as u64 != expected {
-                return Err(damaged(format!("the block has {read} of {expected} bytes")));
+                let expected = counted(expected, ["byte", "bytes"]);
+                return Err(damaged(format!("the block has {read} of {expected}")));
             }
         }
         Ok(Cow::Owned(plain))

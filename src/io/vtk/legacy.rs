@@ -9,6 +9,7 @@ use super::image::{self, Grid};
 use super::legacy_data::{Cursor, known_type};
 use super::{POLYGON, STRIP, no_values, note_of_left_out, surface, xml};
 use crate::Result;
+use crate::grammar::counted;
 use crate::io::checks::{excerpt, excerpt_of_bytes};
 use crate::io::loaded::Loaded;
 use crate::io::read::Input;
@@ -196,7 +197,8 @@ impl<'a> Reader<'a> {
         } else {
             // A cell without corners is one number.
             if count > size {
-                let problem = format!("{count} cells do not fit into {size} numbers");
+                let cells = counted(count, ["cell does", "cells do"]);
+                let problem = format!("{cells} not fit into {}", counted(size, ["number", "numbers"]));
                 return Err(self.cursor.error(problem, "repair the file, or export the mesh again"));
             }
             self.cursor.end_line();
@@ -225,7 +227,8 @@ impl<'a> Reader<'a> {
             }
             cells => {
                 let known = cells.as_ref().map_or(0, |cells| cells.count);
-                let problem = format!("there are {count} types for {known} cells");
+                let types = counted(count, ["type", "types"]);
+                let problem = format!("the file has {types} for {}", counted(known, ["cell", "cells"]));
                 Err(self.cursor.error(problem, "repair the file, or export the mesh again"))
             }
         }

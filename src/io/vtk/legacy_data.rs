@@ -4,6 +4,7 @@
 use std::borrow::Cow;
 
 use super::array::{Budget, Values, number_of_legacy};
+use crate::grammar::counted;
 use crate::io::checks::{check_declared_count, cut_off, excerpt_of_bytes};
 use crate::io::text::unsigned_integer;
 use crate::io::volumes::raw::Number;
@@ -123,8 +124,9 @@ impl<'a> Cursor<'a> {
     /// Bytes of the file at this place.
     fn take(&mut self, count: usize) -> Result<&'a [u8]> {
         let Some(own) = self.rest().get(..count) else {
-            let missing =
-                format!("{count} bytes of numbers are declared, but {} are left", self.rest().len());
+            let declared = counted(count, ["byte of numbers is", "bytes of numbers are"]);
+            let left = counted(self.rest().len(), ["is", "are"]);
+            let missing = format!("{declared} declared, but {left} left");
             return Err(self.cut_off(&missing));
         };
         self.at += count;
@@ -165,7 +167,7 @@ impl<'a> Cursor<'a> {
     fn text_values(&mut self, count: usize, budget: &mut Budget) -> Result<Values<'a>> {
         let left = self.rest().len() as u64 + 1;
         if (count as u64).saturating_mul(2) > left {
-            check_declared_count((count as u64, "numbers"), 2, left, self.place())?;
+            check_declared_count((count as u64, ["number", "numbers"]), 2, left, self.place())?;
         }
         budget.take(8 * count as u64)?;
         let mut words = std::iter::from_fn(|| self.word());
@@ -175,7 +177,11 @@ impl<'a> Cursor<'a> {
             other => other,
         })?;
         if values.len() < count {
-            return Err(self.cut_off(&format!("there are {} of {count} numbers", values.len())));
+            return Err(self.cut_off(&format!(
+                "there are {} of {}",
+                values.len(),
+                counted(count, ["number", "numbers"])
+            )));
         }
         Ok(values)
     }

@@ -84,7 +84,8 @@ fn points(pieces: &[Piece]) -> Result<Vec<DVec3>> {
     for piece in pieces {
         let Some(points) = &piece.points else { continue };
         if points.components != 3 || points.values.len() / 3 < piece.point_count {
-            let missing = format!("{} points need three numbers each", piece.point_count);
+            let points = counted(piece.point_count, ["point needs", "points need"]);
+            let missing = format!("{points} three numbers each");
             return Err(cut_off("the points".to_owned(), &missing));
         }
         reserve(&mut vertices, piece.point_count, "the points of a VTK file")?;

@@ -1,5 +1,6 @@
 //! How the vertices are shared out among components.
 
+use crate::grammar::counted;
 use crate::{Error, Result};
 
 /// A component with at most so many vertices consists of corners, none of which can go without a change of
@@ -92,7 +93,7 @@ fn settle(counts: &mut [usize], floors: &[usize], count: usize) {
 pub(super) fn too_few(count: usize, components: usize, needed: usize) -> Error {
     let what = if components == 1 { "topology".to_owned() } else { format!("{components} components") };
     Error::usage(
-        format!("{count} vertices are too few for the {what} of this surface"),
+        format!("{} too few for the {what} of this surface", counted(count, ["vertex is", "vertices are"])),
         format!("ask for {needed} vertices or more"),
     )
 }
