@@ -4,7 +4,7 @@
 use super::morton::morton_order;
 use super::on_surface::SitesOnSurface;
 use super::place::Place;
-use super::surface_curves::{CurvePath, SurfaceCurves};
+use super::surface_curves::{CurvePath, SingleEdge, SurfaceCurves};
 use crate::mesh::NONE;
 use glam::DVec3;
 use rayon::prelude::*;
@@ -74,14 +74,25 @@ impl CurveCounts {
 impl SurfaceCurves {
     /// The counts of [`SurfaceCurves::sites`] at this spacing.
     pub fn count(&self, spacing: f64) -> CurveCounts {
-        let of_curve = |curve: &CurvePath| {
+        let of_curve = |number: &u32| {
+            let curve = &self.curves[*number as usize];
             let segments = segments(curve, spacing);
             let sides = curve.sides.saturating_mul(segments);
             CurveCounts { sites: inner_sites(curve, segments), segments, sides }
         };
+        let of_edge = |edge: &SingleEdge| {
+            let segments = even_segments(edge.measure, spacing).max(edge.fewest as usize);
+            let sides = (edge.sides as usize).saturating_mul(segments);
+            CurveCounts { sites: segments - 1, segments, sides }
+        };
         let corners = CurveCounts { sites: self.corners.len(), ..Default::default() };
-        let each = self.curves.par_iter().with_min_len(FEW).map(of_curve);
-        each.reduce(CurveCounts::default, CurveCounts::plus).plus(corners)
+        let bent = self.with_bends.par_iter().with_min_len(FEW).map(of_curve);
+        let single = self.single_edges.par_iter().with_min_len(64 * FEW).map(of_edge);
+        let [bent, single] = [
+            bent.reduce(CurveCounts::default, CurveCounts::plus),
+            single.reduce(CurveCounts::default, CurveCounts::plus),
+        ];
+        bent.plus(single).plus(corners)
     }
 
     /// The sites on each curve at this spacing, corners not included.
@@ -145,6 +156,13 @@ impl SurfaceCurves {
         let half = self.half_edges(a, b).first().copied().unwrap_or(0);
         (p.lerp(q, (arc_length - from) / (to - from)), Place::Edge(half / 3, (half % 3) as u8))
     }
+}
+
+/// The number of segments close to `spacing` on a stretch of this measure.
+fn even_segments(measure: f64, spacing: f64) -> usize {
+    let ratio = measure / spacing;
+    // Most short stretches are one segment, and rounding is slow without the instruction for it.
+    if ratio < 1.5 { 1 } else { ratio.round().max(1.0) as usize }
 }
 
 /// Sites between so many segments of a curve, but for corners at its ends.
@@ -230,7 +248,7 @@ fn split_at_bends<'a>(
     stretches: &mut Vec<EvenStretch<'a>>,
 ) {
     let measured = curve.measure(to) - curve.measure(from);
-    let even = EvenStretch::new(curve, [from, to], (measured / spacing).round().max(1.0) as usize);
+    let even = EvenStretch::new(curve, [from, to], even_segments(measured, spacing));
     let cut_off = |arc_length: f64, stray: f64| {
         let spacing = spacing * curve.size(arc_length);
         let stray = if curve.sides > 2 { stray / AT_JUNCTIONS } else { stray };

@@ -14,6 +14,10 @@ use std::collections::HashMap;
 /// Curves, corners and patches over the vertices and triangles of a surface.
 pub struct SurfaceCurves {
     pub(crate) curves: Vec<CurvePath>,
+    /// The curves of one edge.
+    pub(crate) single_edges: Vec<SingleEdge>,
+    /// The other curves, which may have bends.
+    pub(crate) with_bends: Vec<u32>,
     pub(crate) corners: Vec<u32>,
     /// Where edge lengths differ: that at each corner.
     corner_sizes: Vec<f64>,
@@ -42,6 +46,17 @@ pub(crate) struct CurvePath {
     pub sizes: Vec<f64>,
     /// Their [measures](CurvePath::measure).
     pub measured: Vec<f64>,
+}
+
+/// What decides the number of sites on a curve of one edge. Borders of labels may be hundreds of thousands of
+/// such curves, and sites are counted at a thousand spacings.
+pub(crate) struct SingleEdge {
+    /// The [measure](CurvePath::measure) of the whole curve.
+    pub measure: f64,
+    /// As for [`CurvePath`].
+    pub sides: u32,
+    /// As for [`CurvePath`].
+    pub fewest: u32,
 }
 
 impl CurvePath {
@@ -112,6 +127,8 @@ impl SurfaceCurves {
         let star = triangles_around(vertices.len(), triangles);
         let mut curves = Self {
             curves: Vec::new(),
+            single_edges: Vec::new(),
+            with_bends: Vec::new(),
             corners: features.corners.clone(),
             corner_sizes: Vec::new(),
             patches: features.patches.clone(),
@@ -126,6 +143,7 @@ impl SurfaceCurves {
             .collect();
         curves.forbid_doubled_edges();
         curves.keep_slits_open();
+        curves.list_single_edges();
         Some(curves)
     }
 
@@ -161,6 +179,7 @@ impl SurfaceCurves {
             path.measured = std::iter::once(0.0).chain(steps).collect();
         }
         self.corner_sizes = self.corners.iter().map(|v| field.at_vertex(*v)).collect();
+        self.list_single_edges();
         self
     }
 
@@ -218,6 +237,20 @@ impl SurfaceCurves {
         for path in &mut self.curves {
             if count[&key(path)] > 1 {
                 path.fewest = path.fewest.max(2);
+            }
+        }
+    }
+
+    fn list_single_edges(&mut self) {
+        self.single_edges.clear();
+        self.with_bends.clear();
+        for (number, path) in (0..).zip(&self.curves) {
+            if path.line.is_closed() || path.line.bends() > 0 {
+                self.with_bends.push(number);
+            } else {
+                let measure = path.measure(path.line.length()) - path.measure(0.0);
+                let (sides, fewest) = (path.sides as u32, path.fewest as u32);
+                self.single_edges.push(SingleEdge { measure, sides, fewest });
             }
         }
     }

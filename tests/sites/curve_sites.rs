@@ -6,6 +6,7 @@ use rtfmesh::TriMesh;
 use rtfmesh::mesh::NONE;
 use rtfmesh::mesh::features::{FeatureOptions, find_features};
 use rtfmesh::mesh::samples::sample;
+use rtfmesh::mesh::sizing::SizeField;
 use rtfmesh::sites::curve_sites::CurveSites;
 use rtfmesh::sites::on_surface::SitesOnSurface;
 use rtfmesh::sites::place::Place;
@@ -86,6 +87,27 @@ fn edges_of_a_cube_are_divided_evenly_between_their_corners() {
         patches.sort_unstable();
         patches.dedup();
         assert_eq!(patches.len(), if matches!(place, Place::Vertex(_)) { 3 } else { 2 }, "{place:?}");
+    }
+}
+
+#[test]
+fn curves_of_one_edge_are_counted_as_they_are_divided() {
+    // All edges of a tetrahedron are curves; the rim of a disc has bends.
+    let mesh = sample("tetrahedron").unwrap();
+    let even = curves(&mesh, 40.0, 0.2);
+    let field = SizeField::new(mesh.clone(), vec![0.2, 1.0, 1.5, 4.0]);
+    let sized = curves(&mesh, 40.0, 0.2).sized(&field);
+    let disc = disc(24);
+    let round = curves(&disc, 40.0, 0.1);
+    for (found, corners) in [(even, 4), (sized, 4), (round, 0)] {
+        assert_eq!(found.corner_count(), corners);
+        for k in 0..200 {
+            let spacing = 0.01 * 1.03_f64.powi(k);
+            let (counts, sites) = (found.count(spacing), found.sites(spacing));
+            assert_eq!((counts.sites, counts.segments), (sites.positions.len(), sites.segments.len()), "{k}");
+            let by_curve: usize = found.counts_by_curve(spacing).iter().sum();
+            assert_eq!(counts.sites, corners + by_curve, "{k}");
+        }
     }
 }
 
