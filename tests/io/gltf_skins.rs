@@ -371,6 +371,47 @@ fn the_four_largest_weights_are_kept() {
 }
 
 #[test]
+fn joints_beyond_eight_are_ignored_with_a_note() {
+    let mut scene = bar();
+    let attributes = &mut scene.json["meshes"][0]["primitives"][0]["attributes"];
+    let count = 786;
+    for (name, from) in [("JOINTS", "JOINTS_0"), ("WEIGHTS", "WEIGHTS_0")] {
+        for k in 1..4 {
+            attributes[format!("{name}_{k}")] = attributes[from].clone();
+        }
+    }
+    let loaded = scene.read();
+    let note =
+        format!("{count} vertices have more than two sets of four joints; the further sets were ignored");
+    assert_eq!(loaded.notes, [note]);
+    let skin = loaded.attributes.skin.unwrap();
+    assert_eq!(skin.vertices.len(), count);
+    assert_eq!(skin.vertices, bar().read().attributes.skin.unwrap().vertices);
+}
+
+#[test]
+fn animations_are_left_out_with_a_note_where_nothing_has_a_skin() {
+    let mut scene = bar();
+    scene.json["nodes"][0]["skin"] = json!(null);
+    assert_eq!(scene.read().notes, ["1 animation was left out, because no mesh of the scene has a skin"]);
+    let again = scene.json["animations"][0].clone();
+    add(&mut scene.json["animations"], again);
+    assert_eq!(scene.read().notes, ["2 animations were left out, because no mesh of the scene has a skin"]);
+    // Those of a mesh in another scene.
+    let mut scene = bar();
+    let mesh = scene.json["nodes"][0]["mesh"].clone();
+    let nodes = scene.json["nodes"].as_array().unwrap().len();
+    add(&mut scene.json["nodes"], json!({ "mesh": mesh }));
+    scene.json["scenes"][0]["nodes"] = json!([nodes]);
+    assert_eq!(scene.read().notes, ["1 animation was left out, because no mesh of the scene has a skin"]);
+    scene.json["animations"] = json!([]);
+    assert_eq!(scene.read().notes, Vec::<String>::new());
+    // Whatever is wrong with them.
+    scene.json["animations"] = json!(5);
+    assert_eq!(scene.read().notes, Vec::<String>::new());
+}
+
+#[test]
 fn invalid_skins_are_left_out_with_a_note() {
     let with = |pointer: &str, value: Value| {
         let mut scene = bar();

@@ -100,6 +100,9 @@ pub(crate) struct Attributes {
     pub further_joints: Option<usize>,
     #[serde(rename = "WEIGHTS_1")]
     pub further_weights: Option<usize>,
+    /// Of vertices with more than eight.
+    #[serde(rename = "JOINTS_2")]
+    ignored_joints: Option<IgnoredAny>,
 }
 
 impl Attributes {
@@ -109,7 +112,13 @@ impl Attributes {
         [self.position, self.colour, self.normal, first.0, first.1, second.0, second.1]
     }
 
-    /// Both sets of joints and their weights.
+    /// Whether vertices have sets of joints beyond those of [`Attributes::influences`]. Sets are numbered
+    /// without gaps.
+    pub fn has_ignored_joints(&self) -> bool {
+        self.ignored_joints.is_some()
+    }
+
+    /// The first two sets of joints and their weights.
     pub fn influences(&self) -> [(Option<usize>, Option<usize>); 2] {
         [(self.joints, self.weights), (self.further_joints, self.further_weights)]
     }

@@ -7,7 +7,7 @@ use glam::{DMat4, DQuat, DVec3, DVec4};
 use super::accessors::Buffers;
 use super::attributes::AttributeReader;
 use super::model::{Model, Node, Primitive};
-use super::skins::SkinReader;
+use super::skins::{SkinReader, animation_count};
 use crate::grammar::counted;
 use crate::io::checks::{check_counts, outgrows};
 use crate::io::loaded::Loaded;
@@ -57,6 +57,13 @@ pub(crate) fn merge_scene<'a>(model: &'a Model, buffers: &'a Buffers<'a>, json: 
     if merged.ignored_targets > 0 {
         let targets = ["morph target was", "morph targets were"];
         notes.push(format!("{} left out", counted(merged.ignored_targets, targets)));
+    }
+    if merged.skins.is_none() {
+        let count = animation_count(json);
+        if count > 0 {
+            let animations = counted(count, ["animation was", "animations were"]);
+            notes.push(format!("{animations} left out, because no mesh of the scene has a skin"));
+        }
     }
     let skin = merged.skins.and_then(|skins| skins.finish(size, &mut notes));
     let attributes = Attributes { skin, ..merged.attributes.into_attributes(model, &mut notes) };

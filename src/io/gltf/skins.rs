@@ -9,6 +9,7 @@ use std::sync::Arc;
 
 use glam::{DAffine3, DMat3, DMat4, DVec3};
 use serde::Deserialize;
+use serde::de::IgnoredAny;
 
 use super::accessors::Buffers;
 use super::animations::{AnimationEntry, AnimationReader};
@@ -90,6 +91,8 @@ pub(crate) struct SkinReader<'a> {
     vertices: Vec<Influences>,
     /// Vertices with more joints than are kept.
     shortened: usize,
+    /// Vertices with more joints than are read.
+    unread: usize,
     /// Why there will be no skin.
     problem: Option<String>,
 }
@@ -113,6 +116,7 @@ impl<'a> SkinReader<'a> {
             binding: Binding::Rigid(0),
             vertices: Vec::new(),
             shortened: 0,
+            unread: 0,
             problem: None,
         };
         if outgrows((NODE_BYTES * model.nodes.len()) as u64, json.len() as u64) {
@@ -272,6 +276,9 @@ impl<'a> SkinReader<'a> {
             }
             sets.push((joints, weights));
         }
+        if primitive.attributes.has_ignored_joints() {
+            self.unread += count;
+        }
         let mut parts: Vec<(u16, f64)> = Vec::with_capacity(8);
         for v in 0..count {
             parts.clear();
@@ -320,6 +327,11 @@ impl<'a> SkinReader<'a> {
         if self.shortened > 0 {
             let vertices = counted(self.shortened, ["vertex follows", "vertices follow"]);
             notes.push(format!("{vertices} more than four joints; those with the largest weights are kept"));
+        }
+        if self.unread > 0 {
+            let vertices = counted(self.unread, ["vertex has", "vertices have"]);
+            notes
+                .push(format!("{vertices} more than two sets of four joints; the further sets were ignored"));
         }
         let (mut bones, bone_of) = self.bones();
         let mut animations = AnimationReader::new(self.buffers, bytes);
@@ -376,6 +388,17 @@ fn own_bones(bones: &mut Vec<Bone>, wanted: impl Iterator<Item = u32>) -> Vec<u3
         bones.len() as u32 - 1
     };
     wanted.map(&mut own).collect()
+}
+
+/// How many animations the file has; none if they are not valid.
+pub(super) fn animation_count(json: &[u8]) -> usize {
+    #[derive(Deserialize)]
+    struct Animated {
+        // Which take no memory so.
+        #[serde(default)]
+        animations: Vec<IgnoredAny>,
+    }
+    serde_json::from_slice(json).map_or(0, |found: Animated| found.animations.len())
 }
 
 /// The inverse, if there is one.
