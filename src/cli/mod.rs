@@ -138,6 +138,7 @@ fn in_short_layout(mut command: clap::Command) -> clap::Command {
 
 /// The exit code, after telling of an error.
 fn ended(outcome: anyhow::Result<u8>) -> u8 {
+    progress::end_by_itself();
     match outcome {
         Ok(code) => code,
         Err(error) if is_closed_pipe(&error) => 0,

@@ -2,6 +2,7 @@
 
 use super::heading::DEVICE;
 use super::terminal::tell;
+use crate::gpu::end_process;
 use anyhow::Result;
 use indicatif::{ProgressBar, ProgressStyle};
 use rtfmesh::io::Patience;
@@ -32,6 +33,8 @@ static READING: LazyLock<ProgressToken> = LazyLock::new(ProgressToken::default);
 static DEADLINE: Mutex<Option<Instant>> = Mutex::new(None);
 /// Locked while files are written, so that none is left half-written.
 static WRITING: Mutex<()> = Mutex::new(());
+/// Locked by who tells of the program's end: the run, or the handler of Ctrl-C.
+static END: Mutex<()> = Mutex::new(());
 /// See [`set_cancel_message`].
 static CANCEL_MESSAGE: Mutex<Option<String>> = Mutex::new(None);
 
@@ -211,6 +214,12 @@ impl std::fmt::Display for CancelledByUser {
 
 impl std::error::Error for CancelledByUser {}
 
+/// Keeps the handler of Ctrl-C from ending the program, which is about to end by itself. Where the handler is
+/// doing so already, this does not return.
+pub fn end_by_itself() {
+    std::mem::forget(END.lock());
+}
+
 /// Whether the program is cancelled.
 pub fn is_cancelled() -> bool {
     INTERRUPTS.load(Ordering::SeqCst) > u32::from(KEEP_PARTIAL.load(Ordering::SeqCst))
@@ -226,6 +235,8 @@ fn interrupted() {
     }
     std::thread::sleep(GRACE);
     let _nothing_half_written = WRITING.lock();
-    tell(&format!("error: {}\n", cancelled()));
-    std::process::exit(i32::from(CANCELLED));
+    if let Ok(_end) = END.try_lock() {
+        tell(&format!("error: {}\n", cancelled()));
+        end_process(CANCELLED);
+    }
 }

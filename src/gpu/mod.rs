@@ -10,6 +10,7 @@ mod cache;
 mod device;
 mod driver;
 mod errors;
+mod exit;
 #[cfg(test)]
 mod faults;
 mod forks;
@@ -26,6 +27,7 @@ mod timer;
 
 pub use buffer::{Bound, Buffer, RawBuffer};
 pub use device::{Device, DeviceOptions};
+pub(crate) use exit::end_process;
 pub use kernel::{
     Access, BindingInfo, BindingSet, Kernel, KernelInfo, Pipeline, SpecializationConstants, Texels,
 };
