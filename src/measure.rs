@@ -183,13 +183,7 @@ pub fn weld(mesh: &TriMesh) -> TriMesh {
 /// The volume that a mesh without boundary encloses, over that of its bounding box; negative if it is inside
 /// out. Where its faces are not turned consistently, it is relative to the centre of the box.
 pub(crate) fn relative_volume(mesh: &TriMesh) -> f64 {
-    let bounds = in_chunks(mesh.triangles.len(), |range| {
-        let corners = mesh.triangles[range].as_flattened().iter().map(|v| mesh.vertices[*v as usize]);
-        corners.fold((DVec3::INFINITY, DVec3::NEG_INFINITY), |(lo, hi), p| (lo.min(p), hi.max(p)))
-    });
-    let (lo, hi) = bounds
-        .into_iter()
-        .fold((DVec3::INFINITY, DVec3::NEG_INFINITY), |(lo, hi), (l, h)| (lo.min(l), hi.max(h)));
+    let (lo, hi) = triangle_bounds(mesh);
     let scale = power_of_two_scale([lo, hi].into_iter());
     let (lo, hi) = (lo * scale, hi * scale);
     let origin = 0.5 * (lo + hi);
@@ -201,4 +195,14 @@ pub(crate) fn relative_volume(mesh: &TriMesh) -> f64 {
     let size = hi - lo;
     let box_volume = size.x * size.y * size.z;
     if box_volume > 0.0 { six_volumes.into_iter().sum::<f64>() / 6.0 / box_volume } else { 0.0 }
+}
+
+/// The least and the greatest coordinates of a mesh's triangles; infinite the other way round without any.
+pub(crate) fn triangle_bounds(mesh: &TriMesh) -> (DVec3, DVec3) {
+    let none = (DVec3::INFINITY, DVec3::NEG_INFINITY);
+    let bounds = in_chunks(mesh.triangles.len(), |range| {
+        let corners = mesh.triangles[range].as_flattened().iter().map(|v| mesh.vertices[*v as usize]);
+        corners.fold(none, |(lo, hi), p| (lo.min(p), hi.max(p)))
+    });
+    bounds.into_iter().fold(none, |(lo, hi), (l, h)| (lo.min(l), hi.max(h)))
 }

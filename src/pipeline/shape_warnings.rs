@@ -4,7 +4,7 @@ use super::missing::farthest_vertex;
 use super::warning::{Warning, WarningCode};
 use crate::TriMesh;
 use crate::grammar::counted;
-use crate::measure::{Measures, relative_volume};
+use crate::measure::{Measures, relative_volume, triangle_bounds};
 use crate::mesh::bvh::Bvh;
 use crate::mesh::feature_distance::folded_edges;
 use crate::mesh::forced_angles::ForcedAngles;
@@ -228,9 +228,7 @@ impl Shapes<'_> {
 
     /// The volume of the bounding box of a mesh's triangles, in cubes of the diagonal.
     fn box_volume(&self, mesh: &TriMesh) -> f64 {
-        let corners = mesh.triangles.as_flattened().iter().map(|v| mesh.vertices[*v as usize]);
-        let none = (DVec3::INFINITY, DVec3::NEG_INFINITY);
-        let (lo, hi) = corners.fold(none, |(lo, hi), p| (lo.min(p), hi.max(p)));
+        let (lo, hi) = triangle_bounds(mesh);
         ((hi - lo) / self.diagonal).element_product()
     }
 }
