@@ -146,8 +146,8 @@ fn memory_that_is_refused_is_told_with_its_name() {
             let fault = Fault { command, at, result: vk::Result::ERROR_OUT_OF_DEVICE_MEMORY, lasting: false };
             plan_fault(Some(fault));
             match small_run(&device, &input) {
-                // Memory for uploads is looked for on a GPU first, then on the host.
-                Ok(_) => assert!(failed_calls() == 0 || command == "vkAllocateMemory", "{fault:?}"),
+                // Memory for uploads is looked for on a GPU first, and then on the host.
+                Ok(_) => assert!(failed_calls() == 0 || device.info().kind != "cpu", "{fault:?}"),
                 Err(Error::OutOfMemory { what, bytes, .. }) => {
                     assert!(what.contains('.') && bytes > 0, "{what}")
                 }
