@@ -7,7 +7,7 @@ use anyhow::Result;
 use indicatif::{ProgressBar, ProgressStyle};
 use rtfmesh::io::Patience;
 use rtfmesh::{Error, Flow, Phase, Progress, ProgressToken, Summary, WarningCode};
-use std::sync::atomic::{AtomicBool, AtomicU32, Ordering};
+use std::sync::atomic::{AtomicBool, AtomicU8, AtomicU32, Ordering};
 use std::sync::{LazyLock, Mutex, MutexGuard, PoisonError};
 use std::time::{Duration, Instant};
 
@@ -33,8 +33,10 @@ static READING: LazyLock<ProgressToken> = LazyLock::new(ProgressToken::default);
 static DEADLINE: Mutex<Option<Instant>> = Mutex::new(None);
 /// Locked while files are written, so that none is left half-written.
 static WRITING: Mutex<()> = Mutex::new(());
-/// Locked by who tells of the program's end: the run, or the handler of Ctrl-C.
-static END: Mutex<()> = Mutex::new(());
+/// Who ends the program: one of the next two, or nobody yet.
+static END: AtomicU8 = AtomicU8::new(0);
+const BY_ITSELF: u8 = 1;
+const BY_HANDLER: u8 = 2;
 /// See [`set_cancel_message`].
 static CANCEL_MESSAGE: Mutex<Option<String>> = Mutex::new(None);
 
@@ -217,7 +219,9 @@ impl std::error::Error for CancelledByUser {}
 /// Keeps the handler of Ctrl-C from ending the program, which is about to end by itself. Where the handler is
 /// doing so already, this does not return.
 pub fn end_by_itself() {
-    std::mem::forget(END.lock());
+    while END.compare_exchange(0, BY_ITSELF, Ordering::SeqCst, Ordering::SeqCst) == Err(BY_HANDLER) {
+        std::thread::park();
+    }
 }
 
 /// Whether the program is cancelled.
@@ -235,7 +239,7 @@ fn interrupted() {
     }
     std::thread::sleep(GRACE);
     let _nothing_half_written = WRITING.lock();
-    if let Ok(_end) = END.try_lock() {
+    if END.compare_exchange(0, BY_HANDLER, Ordering::SeqCst, Ordering::SeqCst).is_ok() {
         tell(&format!("error: {}\n", cancelled()));
         end_process(CANCELLED);
     }
