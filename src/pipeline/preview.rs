@@ -41,7 +41,7 @@ pub struct Preview {
     pub patches: Vec<usize>,
     /// Whether the curves need so many vertices that the surface will be remeshed by local operations.
     pub collapses: bool,
-    /// Estimated device memory, in bytes.
+    /// Estimated device memory, in bytes; not counted is what a device polishes with if it has the memory.
     pub device_bytes: u64,
 }
 

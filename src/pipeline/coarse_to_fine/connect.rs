@@ -18,10 +18,9 @@ use crate::{Result, TriMesh};
 const DENSIFICATIONS: u32 = 12;
 /// and at most so many times in a row without fewer broken cells than ever before.
 const PATIENCE: u32 = 4;
-/// Nor on a surface with junctions or defects once there are more broken cells than the fewest times this,
+/// Nor on a surface with junctions or defects once there are more broken cells than the fewest times this: on
+/// others that often comes right.
 const WORSE: f64 = 1.4;
-/// and so many: on others, and where they are few, that often comes right.
-const FEW_MORE: f64 = 4.0;
 /// Nor where, after so many times,
 const SOON: u32 = 2;
 /// more than this share of all cells
@@ -45,8 +44,7 @@ impl Rounds {
     /// Whether another round may help, with so many cells `broken` of `all`.
     fn may_go_on(&mut self, broken: usize, all: usize, is_manifold: bool) -> bool {
         self.without_gain = if broken < self.fewest { 0 } else { self.without_gain + 1 };
-        let most = WORSE * self.fewest.min(broken) as f64 + FEW_MORE;
-        let gets_worse = !is_manifold && broken as f64 > most;
+        let gets_worse = !is_manifold && broken as f64 > WORSE * self.fewest as f64;
         self.fewest = self.fewest.min(broken);
         let fewest = self.fewest as f64;
         let at_first = *self.at_first.get_or_insert(broken) as f64;
@@ -140,17 +138,17 @@ impl CoarseToFine<'_> {
         let sites = CellSites { positions, places: &places, near, spacing, lengths };
         let cells = cells_after_moves(on, &sites, known, progress)?;
         let (mut triangles, counts) = cells.connect(positions);
-        if let Some(curves) = on_curves {
-            turn_ears(&mut triangles, positions, &curves.edges());
+        let along_curves = on_curves.as_ref().map(|curves| (curves.fixed(), curves.edges()));
+        if let Some((_, edges)) = &along_curves {
+            turn_ears(&mut triangles, positions, edges);
         }
         progress.poll()?;
         let mesh = TriMesh { vertices: std::mem::take(positions), triangles };
         let got = if cells.is_closed { closed_topology(&mesh) } else { topology(&mesh) };
         let is_sound = got.matches(self.context.input) && got.vertices == mesh.vertices.len();
         let mut broken = cells.broken;
-        if let (false, Some(curves)) = (is_sound, on_curves) {
-            let (fixed, edges) = (curves.fixed(), curves.edges());
-            broken.extend(missing_between_curves(&mesh, &fixed, &edges, |p| self.in_a_triangle(p)));
+        if let (false, Some((fixed, edges))) = (is_sound, &along_curves) {
+            broken.extend(missing_between_curves(&mesh, fixed, edges, |p| self.in_a_triangle(p)));
         }
         *positions = mesh.vertices;
         Ok(Connection { broken, faces: mesh.triangles, counts, is_sound })
