@@ -23,6 +23,8 @@ fn peak(job: &mut dyn FnMut()) -> usize {
 
 /// Just more than lists that double have room for.
 const MANY: usize = (1 << 19) + 16;
+/// As many that the 64 MiB hardly count.
+const VERY_MANY: usize = (1 << 21) + 16;
 
 /// Files of some mebibytes with as much as possible in few bytes; the second part is repeated.
 fn dense() -> Vec<(&'static str, Format, Vec<u8>)> {
@@ -38,8 +40,8 @@ fn dense() -> Vec<(&'static str, Format, Vec<u8>)> {
                    \"nodes\":[{\"mesh\":0,\"skin\":0}";
     let corners = " 1 2 3 4".repeat(MANY / 2);
     vec![
-        ("vertices of OBJ", Format::Obj, text("", "v 0 0 0\n", MANY, "f 1 2 3\n")),
-        ("faces of OBJ", Format::Obj, text("v 0 0 0\nv 1 0 0\nv 0 1 0\n", "f 1 2 3\n", MANY, "")),
+        ("vertices of OBJ", Format::Obj, text("", "v 0 0 0\n", VERY_MANY, "f 1 2 3\n")),
+        ("faces of OBJ", Format::Obj, text("v 0 0 0\nv 1 0 0\nv 0 1 0\n", "f 1 2 3\n", VERY_MANY, "")),
         ("corners of an OBJ face", Format::Obj, format!("v 0 0 0\nf{corners}\n").into_bytes()),
         (
             "materials of OBJ",

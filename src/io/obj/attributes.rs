@@ -17,8 +17,9 @@ struct Labels {
     numbers: HashMap<String, u32>,
     /// The label of the faces to come.
     current: Option<u32>,
-    /// For each triangle.
-    values: Vec<f64>,
+    /// The first triangle of each run with the same label, and that label: a number for each triangle would
+    /// take more memory than the file.
+    runs: Vec<(usize, u32)>,
 }
 
 impl Labels {
@@ -29,12 +30,43 @@ impl Labels {
             names.len() as u32 - 1
         })
     }
+
+    /// Labels a face whose first triangle has the number `triangle`.
+    fn label(&mut self, triangle: usize) {
+        let current = self.current.unwrap_or_else(|| self.index_of(""));
+        self.current = Some(current);
+        if self.runs.last().is_none_or(|(_, label)| *label != current) {
+            self.runs.push((triangle, current));
+        }
+    }
+
+    /// The label of each triangle.
+    fn values(&self, triangles: usize) -> Vec<f64> {
+        let ends = self.runs.iter().skip(1).map(|(first, _)| *first).chain([triangles]);
+        let runs = self.runs.iter().zip(ends);
+        runs.flat_map(|((first, label), end)| std::iter::repeat_n(f64::from(*label), end - first)).collect()
+    }
+}
+
+/// An index for each corner, from 1, 0 for none; it takes no memory until one is not 0.
+#[derive(Default)]
+struct CornerIndices(Vec<u32>);
+
+impl CornerIndices {
+    /// Adds the index of the corner with the number `corner`.
+    fn push(&mut self, corner: usize, index: u32) {
+        if index > 0 || !self.0.is_empty() {
+            self.0.resize(corner, 0);
+            self.0.push(index);
+        }
+    }
 }
 
 /// The attributes read so far.
 #[derive(Default)]
 pub(crate) struct AttributeReader {
-    /// Red, green, blue and opacity of each vertex, and the fewest of them that a vertex has.
+    /// Red, green, blue and opacity of each vertex as long as all have a colour, and the fewest of them that a
+    /// vertex has.
     colours: Vec<[f64; 4]>,
     colour_components: Option<usize>,
     any_colour: bool,
@@ -42,9 +74,11 @@ pub(crate) struct AttributeReader {
     normals: Vec<[f64; 3]>,
     labels: [Labels; 3],
     libraries: Vec<String>,
-    /// Vertices, texture coordinates and normals of the corners of all triangles, from 1; 0 for none.
-    corners: Vec<[u32; 3]>,
-    /// Corners of the current face.
+    /// Vertices, texture coordinates and normals of the corners of all triangles.
+    corners: Vec<u32>,
+    corner_uvs: CornerIndices,
+    corner_normals: CornerIndices,
+    /// The same of the current face's corners, from 1; 0 for none.
     face: Vec<[u32; 3]>,
 }
 
@@ -64,8 +98,13 @@ impl AttributeReader {
         // A single number is a weight.
         let count = if count < 3 { 0 } else { count };
         self.any_colour |= count > 0;
-        self.colour_components = Some(self.colour_components.map_or(count, |least| least.min(count)));
-        self.colours.push(colour);
+        let least = self.colour_components.map_or(count, |least| least.min(count));
+        self.colour_components = Some(least);
+        if least > 0 {
+            self.colours.push(colour);
+        } else {
+            self.colours = Vec::new();
+        }
     }
 
     /// Reads any other line; false if its keyword is unknown.
@@ -107,17 +146,16 @@ impl AttributeReader {
 
     /// Splits the current face into triangles and labels them.
     pub(crate) fn end_face(&mut self) {
-        let triangles = self.face.len().saturating_sub(2);
+        let triangle = self.corners.len() / 3;
+        self.labels.iter_mut().for_each(|labels| labels.label(triangle));
         if let [first, others @ ..] = self.face.as_slice() {
-            self.corners.extend(others.windows(2).flatten().enumerate().flat_map(|(k, corner)| {
-                let first = k.is_multiple_of(2).then_some(*first);
-                first.into_iter().chain([*corner])
-            }));
-        }
-        for labels in &mut self.labels {
-            let current = labels.current.unwrap_or_else(|| labels.index_of(""));
-            labels.current = Some(current);
-            labels.values.resize(labels.values.len() + triangles, f64::from(current));
+            for pair in others.windows(2) {
+                for [vertex, uv, normal] in [*first, pair[0], pair[1]] {
+                    self.corner_uvs.push(self.corners.len(), uv);
+                    self.corner_normals.push(self.corners.len(), normal);
+                    self.corners.push(vertex);
+                }
+            }
         }
         self.face.clear();
     }
@@ -131,7 +169,7 @@ impl AttributeReader {
         let mut file_numbers = vec![0; mesh.vertices.len()];
         for (vertex, corner) in of_corner.iter().zip(&self.corners) {
             if let Some(number) = file_numbers.get_mut(*vertex as usize) {
-                *number = corner[0];
+                *number = *corner;
             }
         }
         let mut vertex = Vec::new();
@@ -143,7 +181,7 @@ impl AttributeReader {
             // A single group of all faces is no information.
             let is_informative = labels.names.len() > 1 || (word == "usemtl" && labels.names != [""]);
             if is_informative {
-                let values = labels.values;
+                let values = labels.values(mesh.triangles.len());
                 let names = labels.names;
                 face.push(Attribute { names, ..Attribute::new(name, Role::Label, Kind::U32, 1, values) });
             }
@@ -167,13 +205,14 @@ impl AttributeReader {
     }
 
     fn uv(&self, notes: &mut Vec<String>) -> Option<CornerUv> {
-        if self.corners.iter().all(|corner| corner[1] == 0) {
+        let CornerIndices(corners) = &self.corner_uvs;
+        if corners.is_empty() {
             return None;
         }
-        let of = |corner: &[u32; 3]| {
-            self.uvs.get((corner[1] as usize).wrapping_sub(1)).filter(|uv| uv.iter().all(|x| x.is_finite()))
+        let of = |corner: &u32| {
+            self.uvs.get((*corner as usize).wrapping_sub(1)).filter(|uv| uv.iter().all(|x| x.is_finite()))
         };
-        let values: Option<Vec<[f64; 2]>> = self.corners.iter().map(|corner| of(corner).copied()).collect();
+        let values: Option<Vec<[f64; 2]>> = corners.iter().map(|corner| of(corner).copied()).collect();
         if values.is_none() {
             notes.push("texture coordinates were ignored: not all corners have them".to_owned());
         }
@@ -181,14 +220,15 @@ impl AttributeReader {
     }
 
     fn normal(&self, mesh: &TriMesh, notes: &mut Vec<String>) -> Option<Attribute> {
-        if self.corners.iter().all(|corner| corner[2] == 0) {
+        let CornerIndices(corners) = &self.corner_normals;
+        if corners.is_empty() {
             return None;
         }
-        let of = |corner: &[u32; 3]| {
-            self.normals.get((corner[2] as usize).wrapping_sub(1)).filter(|n| n.iter().all(|x| x.is_finite()))
+        let of = |corner: &u32| {
+            self.normals.get((*corner as usize).wrapping_sub(1)).filter(|n| n.iter().all(|x| x.is_finite()))
         };
         let mut sums = vec![([0.0; 3], None, false); mesh.vertices.len()];
-        for (vertex, corner) in mesh.triangles.as_flattened().iter().zip(&self.corners) {
+        for (vertex, corner) in mesh.triangles.as_flattened().iter().zip(corners) {
             let Some(normal) = of(corner) else {
                 notes.push("normals were ignored: not all corners have one".to_owned());
                 return None;
