@@ -113,6 +113,8 @@ impl InputIntersections {
         let faces = intersecting_faces(input, progress)?;
         let mut crossing = extract(input, &faces);
         crossing.vertices.iter_mut().for_each(|p| *p = frame.to_unit(*p));
-        Ok(self.known.get_or_init(|| Known { count: faces.len(), bvh: Bvh::new(&crossing) }))
+        // Not inside, since a thread that waits for others may take up work that waits for this.
+        let found = Known { count: faces.len(), bvh: Bvh::new(&crossing) };
+        Ok(self.known.get_or_init(|| found))
     }
 }

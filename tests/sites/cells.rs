@@ -13,6 +13,7 @@ use rtfmesh::sites::cells::{
 use rtfmesh::sites::connect::connect;
 use rtfmesh::sites::place::Place;
 use rtfmesh::{ProgressToken, TriMesh};
+use std::time::Duration;
 
 struct Scene {
     mesh: TriMesh,
@@ -116,6 +117,27 @@ fn scattered_sites_give_the_surface_they_lie_on() {
             "{name}"
         );
     }
+}
+
+#[test]
+fn threads_do_not_wait_for_each_other_where_cells_need_more_sites_than_are_listed() {
+    // More than the tree of all sites is split by one thread alone, and few cells that need it: threads are
+    // then free to take a part of that work, and whoever waits for that part takes up other cells.
+    let (count, listed) = (9000, 24);
+    let (send, receive) = std::sync::mpsc::channel();
+    std::thread::spawn(move || {
+        let scene = Scene::new("torus", count);
+        let mut near = scene.near(listed);
+        (0..count).step_by(40).for_each(|site| near[3 * count + site] = u32::MAX);
+        let pool = |threads| rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
+        let alone = pool(1).install(|| scene.cells(&near));
+        for threads in [2, 3, 4, 8, 16, 16, 16, 16] {
+            let together = pool(threads).install(|| scene.cells(&near));
+            assert_eq!((&together.fans, together.is_closed), (&alone.fans, true), "{threads} threads");
+        }
+        drop(send.send(()));
+    });
+    receive.recv_timeout(Duration::from_secs(300)).unwrap();
 }
 
 #[test]

@@ -115,6 +115,7 @@ pub fn cells_after_moves(
             .map_init(Walk::default, |walk, (s, cell)| cell.unwrap_or_else(|| compute(walk, s)))
             .collect(),
     };
+    scene.complete(&mut cells, compute);
     progress.poll()?;
     let mut unrepaired = BTreeMap::new();
     let mut all_are_shared = fan::all_are_shared(&scene, &cells);
@@ -198,10 +199,9 @@ fn repair(
             again.iter().flat_map(|(s, _)| std::iter::once(*s).chain(beside(*s))).collect();
         affected.sort_unstable();
         affected.dedup();
-        let new: Vec<Cell> = again
-            .par_iter()
-            .map_init(Walk::default, |walk, (s, _)| walk.cell(scene, *s, &without[s]))
-            .collect();
+        let compute = |walk: &mut Walk, k: usize| walk.cell(scene, again[k].0, &without[&again[k].0]);
+        let mut new: Vec<Cell> = (0..again.len()).into_par_iter().map_init(Walk::default, compute).collect();
+        scene.complete(&mut new, compute);
         for ((s, _), cell) in again.into_iter().zip(new) {
             let old = std::mem::replace(&mut cells[s], cell);
             unrepaired.entry(s).or_insert(old);

@@ -61,11 +61,13 @@ pub fn tangent_cells(
             let mismatched = at_odds.into_iter().flat_map(|s| one_sided(&scene, &cells, s)).collect();
             repair(&scene, &mut cells, mismatched, progress)?;
         }
-        let exact_cell = |walk: &mut Walk, s: &usize| match progress.is_cancelled() {
+        let exact_cell = |walk: &mut Walk, k: usize| match progress.is_cancelled() {
             true => Cell::default(),
-            false => walk.cell(&scene, *s, &[]),
+            false => walk.cell(&scene, again[k], &[]),
         };
-        let new: Vec<Cell> = again.par_iter().map_init(Walk::default, exact_cell).collect();
+        let mut new: Vec<Cell> =
+            (0..again.len()).into_par_iter().map_init(Walk::default, exact_cell).collect();
+        scene.complete(&mut new, exact_cell);
         again.into_iter().zip(new).for_each(|(s, cell)| cells[s] = cell);
     }
     let (fans, broken) = closed_fans(&cells);

@@ -7,6 +7,7 @@ use crate::mesh::csr::Csr;
 use crate::mesh::kd_tree::KdTree;
 use crate::mesh::triangle::closest_on_triangle;
 use glam::DVec3;
+use rayon::prelude::*;
 use smallvec::SmallVec;
 use std::sync::OnceLock;
 
@@ -30,14 +31,32 @@ pub(crate) struct Scene<'a> {
     pub sites: &'a CellSites<'a>,
     pub sectors: Sectors,
     pub by_triangle: Csr,
-    /// Of the sites, once needed.
-    pub tree: OnceLock<KdTree<'a>>,
+    /// Of the sites, once [`Scene::complete`] needed it.
+    tree: OnceLock<KdTree<'a>>,
 }
 
 impl<'a> Scene<'a> {
     pub fn new(surface: &'a CellSurface<'a>, sites: &'a CellSites<'a>, sectors: Sectors) -> Self {
         let by_triangle = sites_by_triangle(surface.triangles.len(), &sectors);
         Self { surface, sites, sectors, by_triangle, tree: OnceLock::new() }
+    }
+
+    /// Computes those cells again that the sites listed as near did not bound, with all sites; `compute`
+    /// makes the cell at an index. To be called after each time that cells were computed.
+    ///
+    /// The tree of all sites is not built when the first cell needs it: it is built in parallel, and a thread
+    /// that waits for others takes up another cell, which would wait for the same tree for ever.
+    pub fn complete(&self, cells: &mut [Cell], compute: impl Fn(&mut Walk, usize) -> Cell + Sync) {
+        if self.tree.get().is_some() {
+            return;
+        }
+        let open: Vec<usize> = (0..cells.len()).filter(|k| cells[*k].needs_more_sites).collect();
+        if open.is_empty() {
+            return;
+        }
+        self.tree.get_or_init(|| KdTree::new(self.sites.positions));
+        let new: Vec<Cell> = open.par_iter().map_init(Walk::default, |walk, k| compute(walk, *k)).collect();
+        open.into_iter().zip(new).for_each(|(k, cell)| cells[k] = cell);
     }
 }
 
@@ -197,7 +216,7 @@ pub(crate) struct Walk {
 }
 
 impl Walk {
-    /// The cell of sector `s`; cuts `without` do not count.
+    /// The cell of sector `s`; cuts `without` do not count. It is not complete before [`Scene::complete`].
     pub fn cell(&mut self, scene: &Scene, s: usize, without: &[Uncut]) -> Cell {
         let surface = scene.surface;
         let at = scene.sites.positions[scene.sectors.site[s] as usize];
@@ -211,8 +230,9 @@ impl Walk {
         scene.sectors.around(s).iter().for_each(|t| self.visit(*t));
         while let Some(t) = self.stack.pop() {
             while !self.clip(scene, s, t, without) && !all {
-                all = self.more_candidates(scene, s);
                 cell.needs_more_sites = true;
+                let Some(tree) = scene.tree.get() else { return cell };
+                all = self.more_candidates(scene, s, tree);
             }
             let count = self.clipped.polygon.len();
             if count > 0 {
@@ -356,11 +376,10 @@ impl Walk {
     }
 
     /// Gathers the sites up to twice the distance of before; true if these are all sites.
-    fn more_candidates(&mut self, scene: &Scene, s: usize) -> bool {
+    fn more_candidates(&mut self, scene: &Scene, s: usize, tree: &KdTree) -> bool {
         let sites = scene.sites;
         let gathering = Gathering::new(scene, s);
         self.searched = 2.0 * self.searched.max(sites.spacing_at(scene.sectors.site[s]));
-        let tree = scene.tree.get_or_init(|| KdTree::new(sites.positions));
         tree.within(gathering.at, self.searched, usize::MAX, &mut self.found);
         self.candidates.clear();
         for j in self.found.iter().filter(|j| **j != scene.sectors.site[s]) {
