@@ -176,6 +176,9 @@ pub(super) struct Shared {
 const BLOCK_BYTES: u64 = 32 << 20;
 const FIRST_HOST_BLOCK_BYTES: u64 = 4 << 20;
 
+/// After which a GPU counts as hung.
+const LONGEST_WAIT: Duration = Duration::from_secs(120);
+
 impl Device {
     /// Opens the device that `options` name.
     ///
@@ -375,6 +378,12 @@ impl Shared {
 
     pub fn allocator(&self) -> MutexGuard<'_, Allocator> {
         lock(&self.allocator)
+    }
+
+    /// How long the host waits for a submission at most. On a GPU none takes minutes, because dispatches are
+    /// divided by time; a CPU takes as long as it needs.
+    pub fn longest_wait(&self) -> Option<Duration> {
+        self.rates.as_ref().map(|_| LONGEST_WAIT)
     }
 
     /// The driver's budget for this program in the largest device-local heap; `u64::MAX` if it reports none,

@@ -11,8 +11,9 @@ use ash::vk;
 use glam::UVec4;
 use gpu_allocator::MemoryLocation;
 use std::collections::HashMap;
+use std::slice;
 use std::sync::Arc;
-use std::time::Instant;
+use std::time::{Duration, Instant};
 
 /// Number of invocations that a dispatch needs; the recorder rounds up to whole workgroups. Kernels get their
 /// index from `thread_index()` in `glsl/common/threads.glsl` and must leave when it is past the end.
@@ -312,7 +313,7 @@ impl Recorder {
         self.shared.require_own()?;
         let last = self.recorded.last().map_or("an empty submission", |command| command.name);
         let failed = |e| vk_error(last, e);
-        let raw = self.shared.raw.clone();
+        let (raw, longest) = (self.shared.raw.clone(), self.shared.longest_wait());
         let to_host = vk::MemoryBarrier::default()
             .src_access_mask(vk::AccessFlags::TRANSFER_WRITE)
             .dst_access_mask(vk::AccessFlags::HOST_READ);
@@ -336,7 +337,8 @@ impl Recorder {
             let sent = raw.queue_submit(*lock(&self.shared.queue), &submit, fence);
             let done = sent.and_then(|()| {
                 let began = Instant::now();
-                let waited = raw.wait_for_fences(&[fence], true, u64::MAX);
+                let most = longest.map_or(u64::MAX, |longest| longest.as_nanos() as u64);
+                let waited = raw.wait_for_fences(&[fence], true, most);
                 self.shared.count_waited(began.elapsed());
                 self.running = waited.is_err_and(|error| !self.device_is_done(error));
                 waited
@@ -344,7 +346,10 @@ impl Recorder {
             if !self.running {
                 raw.destroy_fence(fence, None);
             }
-            done.map_err(failed)?;
+            match (done, longest) {
+                (Err(vk::Result::TIMEOUT), Some(longest)) => return Err(self.hung(longest)),
+                (done, _) => done.map_err(failed)?,
+            }
         }
         self.collect_timings()?;
         Ok(Submitted::new(self))
@@ -352,6 +357,9 @@ impl Recorder {
 
     /// After a failed wait: whether the device no longer uses what this recorder owns.
     fn device_is_done(&self, error: vk::Result) -> bool {
+        if error == vk::Result::TIMEOUT && self.shared.longest_wait().is_some() {
+            return false;
+        }
         // Vulkan counts the work of a lost device as done. Otherwise the wait itself failed, and the work
         // continues.
         error == vk::Result::ERROR_DEVICE_LOST || {
@@ -360,6 +368,26 @@ impl Recorder {
             let idle = unsafe { self.shared.raw.device_wait_idle() };
             matches!(idle, Ok(()) | Err(vk::Result::ERROR_DEVICE_LOST))
         }
+    }
+
+    /// The error for a submission that does not end. Of commands that are timed, the first one is named that
+    /// has no end.
+    fn hung(&self, longest: Duration) -> Error {
+        let has_ended = |command: u32| {
+            let pool = self.query_pools.get((command / TIMED_PER_POOL) as usize).copied();
+            let mut end = [0_u64; 2];
+            let flags = vk::QueryResultFlags::TYPE_64 | vk::QueryResultFlags::WITH_AVAILABILITY;
+            let query = 2 * (command % TIMED_PER_POOL) + 1;
+            // SAFETY: the pool belongs to this recorder; without a flag to wait, the call returns at once.
+            let known = pool.is_some_and(|pool| unsafe {
+                self.shared.raw.get_query_pool_results(pool, query, slice::from_mut(&mut end), flags).is_ok()
+            });
+            known && end[1] != 0
+        };
+        let timed = self.recorded.iter().filter(|command| command.is_timed);
+        let open = (0..).zip(timed).find(|(k, _)| !has_ended(*k)).map(|(_, command)| command.name);
+        let name = open.or_else(|| self.recorded.last().map(|command| command.name)).unwrap_or("commands");
+        Error::DeviceLost(format!("{name}, which did not end within {} s", longest.as_secs()))
     }
 
     /// Omits the next barrier, to test that a missing one is detected.
