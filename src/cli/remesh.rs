@@ -156,10 +156,11 @@ pub fn run(args: &Args) -> Result<u8> {
         run.show_bar();
     }
     let points = args.out.html.as_ref().and_then(|_| points_of(&loaded));
-    let (loaded, size) = surface(args, loaded, size, &mut options, &mut run)?;
+    let (mut loaded, size) = surface(args, loaded, size, &mut options, &mut run)?;
     let repaired = count_vertices(args, size, &loaded.mesh, &mut options)?;
     options.format = Some(target.format());
-    let repaired = request_attributes(args, &loaded, repaired, &mut options)?;
+    let (repaired, notes) = request_attributes(args, &loaded, repaired, &mut options)?;
+    loaded.notes.extend(notes);
     let result = remesh_repaired(&device, &loaded.mesh, repaired, &options, |now| run.update(now));
     run.end();
     let mut result = result.map_err(|e| e.in_file(input_name(&args.input)))?;
@@ -257,13 +258,13 @@ fn count_vertices(
 }
 
 /// Prepares to carry attributes over, and reads those that options refer to. Returns the repaired input,
-/// where it had to be made or is given.
+/// where it had to be made or is given, and notes on what cannot be kept.
 fn request_attributes(
     args: &Args,
     loaded: &Loaded,
     repaired: Option<Repaired>,
     options: &mut Options,
-) -> rtfmesh::Result<Option<Repaired>> {
+) -> rtfmesh::Result<(Option<Repaired>, Vec<String>)> {
     let in_file = |e: Error| e.in_file(input_name(&args.input));
     let mut notes = Vec::new();
     let repaired = args.attributes.request(loaded, repaired, options, &mut notes).map_err(in_file)?;
@@ -271,7 +272,7 @@ fn request_attributes(
         tell_notes(&args.input, &notes);
     }
     args.method.read_attributes(&loaded.attributes, options).map_err(in_file)?;
-    Ok(repaired)
+    Ok((repaired, notes))
 }
 
 /// Prints the plan.
@@ -280,7 +281,7 @@ fn dry_run(args: &Args, size: Size, mut options: Options) -> Result<()> {
     let loaded = load(args)?;
     let (loaded, size) = surface(args, loaded, size, &mut options, &mut run)?;
     let repaired = count_vertices(args, size, &loaded.mesh, &mut options)?;
-    let repaired = request_attributes(args, &loaded, repaired, &mut options)?;
+    let (repaired, _) = request_attributes(args, &loaded, repaired, &mut options)?;
     let plan = preview_repaired(&loaded.mesh, repaired, &options);
     let plan = plan.map_err(|e| e.in_file(input_name(&args.input)))?;
     let text = table::preview(&plan);

@@ -97,9 +97,14 @@ fn seams_and_borders_are_kept_if_asked() {
     assert!(text.contains("12, 8, 6") && notes.is_empty(), "{text}{notes}");
     let (_, notes) = place.run("remesh in.ply bare.stl -n 300 --iterations 2");
     assert!(notes.contains("smallest angle"));
-    let (_, notes) = place.run("remesh bare.stl out.ply -n 200 --iterations 2 --keep-uv --keep-labels");
-    for words in ["note: bare.stl: --keep-uv has no effect", "note: bare.stl: --keep-labels has no effect"] {
-        assert!(notes.contains(words), "{notes}");
+    let (_, notes) =
+        place.run("remesh bare.stl out.ply -n 200 --iterations 2 --keep-uv --keep-labels --report bare.json");
+    let report: serde_json::Value =
+        serde_json::from_slice(&std::fs::read(place.path("bare.json")).unwrap()).unwrap();
+    let reported = report["notes"].to_string();
+    for words in ["--keep-uv has no effect", "--keep-labels has no effect"] {
+        assert!(notes.contains(&format!("note: bare.stl: {words}")), "{notes}");
+        assert!(reported.contains(words), "{reported}");
     }
     for arguments in [
         "--keep-uv --preset rtf",
