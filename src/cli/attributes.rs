@@ -1,6 +1,7 @@
 //! Colours, texture coordinates, labels and other attributes on the command line.
 
 use super::heading::ATTRIBUTES;
+use super::job::Notes;
 use rtfmesh::io::{Format, Loaded};
 use rtfmesh::mesh::attributes::{Attribute, Attributes, Role, label_boundaries, transfer, uv_seams};
 use rtfmesh::mesh::repair::{Repaired, repair_with};
@@ -74,7 +75,7 @@ impl AttributeArgs {
         loaded: &Loaded,
         repaired: Option<Repaired>,
         options: &mut Options,
-        notes: &mut Vec<String>,
+        notes: &mut Notes,
     ) -> rtfmesh::Result<Option<Repaired>> {
         let Loaded { mesh, attributes, .. } = loaded;
         options.correspondence = match self.no_attributes {
@@ -93,26 +94,26 @@ impl AttributeArgs {
         if self.keep_uv {
             options.coarse_to_fine.fixed_half_edges.extend(uv_seams(mesh, attributes));
             if attributes.uv.is_none() {
-                notes.push("--keep-uv has no effect: the input has no texture coordinates".to_owned());
+                notes.add("--keep-uv has no effect: the input has no texture coordinates");
             }
         }
         if let Some(names) = &self.keep_labels {
             let borders = borders(names, mesh, attributes)?;
             if borders.is_empty() {
-                notes.push("--keep-labels has no effect: the input has no labels".to_owned());
+                notes.add("--keep-labels has no effect: the input has no labels");
             }
             options.coarse_to_fine.label_borders = borders;
             if let Some(edges) = self.smooth_labels {
                 options.coarse_to_fine.smooth_labels = edges;
             }
         } else if attributes.materials.as_ref().is_some_and(|materials| materials.used() > 1) {
-            notes.push("borders between materials are not kept; --keep-labels keeps them".to_owned());
+            notes.add("borders between materials are not kept; --keep-labels keeps them");
         }
         if loaded.unread_images > 0
             && !self.no_attributes
             && options.format.is_some_and(|format| format != Format::Glb)
         {
-            notes.push("the texture is not kept: use .glb and --keep-uv".to_owned());
+            notes.add("the texture is not kept: use .glb and --keep-uv");
         }
         Ok(repaired)
     }

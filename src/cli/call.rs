@@ -2,13 +2,14 @@
 //! Python package: options by the same names, meshes in memory, figures as JSON.
 
 use super::all_at_once::ResearchArgs;
-use super::attributes::{AttributeArgs, carried};
-use super::cloud::{HoleArgs, size_by_points};
+use super::attributes::AttributeArgs;
+use super::cloud::HoleArgs;
+use super::job::{Finished, Notes, RemeshJob, Request, SurfaceSource};
 use super::measure;
 pub use super::measure::Wanted;
-use super::method::{MethodArgs, refuse_messages};
+use super::method::MethodArgs;
 use super::progress::{RunProgress, TimeArgs};
-use super::target_count::{SizeArgs, count};
+use super::target_count::SizeArgs;
 use super::volume::VolumeArgs;
 use super::{inspect, render};
 use clap::{CommandFactory, Parser};
@@ -17,11 +18,12 @@ use rtfmesh::cloud::PointCloud;
 use rtfmesh::io::{Loaded, Volume};
 use rtfmesh::mesh::attributes::{Attribute, Attributes, Kind, Role};
 use rtfmesh::mesh::correspondence::Correspondence;
-use rtfmesh::report::{Report, to_json};
+use rtfmesh::report::to_json;
 use rtfmesh::{
     CorrespondenceRequest, Device, Error, FeatureLines, Flow, MeasureDepth, Options, Progress, ProgressToken,
-    Result, TriMesh, remesh_repaired,
+    Result, TriMesh,
 };
+use std::borrow::Cow;
 
 /// The options of `remesh` and `batch` that name no files but that of `--features`.
 #[derive(Parser)]
@@ -132,6 +134,13 @@ impl Points {
     pub fn new(normals: Vec<DVec3>, closed: bool, fill_holes: Option<&str>, points_as: &str) -> Result<Self> {
         Ok(Self { normals, holes: HoleArgs::of(closed, fill_holes, points_as)? })
     }
+
+    /// These normals with the vertices of what was loaded, and their attributes.
+    fn source(&self, loaded: &Loaded) -> SurfaceSource<'_> {
+        let attributes = Attributes { vertex: loaded.attributes.vertex.clone(), ..Attributes::default() };
+        let (points, normals) = (loaded.mesh.vertices.clone(), self.normals.clone());
+        SurfaceSource::Points { cloud: PointCloud { points, normals, attributes }, holes: &self.holes }
+    }
 }
 
 /// What a run gives.
@@ -197,78 +206,34 @@ impl Call {
         &self,
         device: &Device,
         input: &Input,
-        mut progress: impl FnMut(Progress) -> Flow,
-    ) -> Result<Output> {
-        let mut run = RunProgress::with_limit(&self.time);
-        let mut options = self.own_options(input)?;
-        let mut size = self.size.size()?;
-        let made;
-        let flow = |now| progress(now).max(run.update(now));
-        let (loaded, sizing) = match &input.source {
-            Source::Mesh => (&input.loaded, &input.sizing),
-            Source::Points(points) => {
-                size = size_by_points(size, input.loaded.mesh.vertices.len(), &options);
-                made = self.surface(input, points, &mut options, flow)?;
-                (&made.0, &made.1)
-            }
-            Source::Values(values) => {
-                let Values { volume, args, closed } = values;
-                made = (args.chosen(volume, *closed, (&self.method, &mut options), flow)?, None);
-                (&made.0, &made.1)
-            }
-        };
-        let mut notes = loaded.notes.clone();
-        let repaired = count(size, &loaded.mesh, &mut options, None)?;
-        let repaired = self.attributes.request(loaded, repaired, &mut options, &mut notes)?;
-        options.correspondence.vertices |= input.correspondence.vertices;
-        options.correspondence.faces |= input.correspondence.faces;
-        match sizing {
-            None => self.method.read_attributes(&loaded.attributes, &mut options)?,
-            Some(numbers) => {
-                let own = Attributes { vertex: vec![own_sizing(numbers)], ..Attributes::default() };
-                self.method.read_attributes(&own, &mut options)?;
-            }
-        }
-        let flow = |now| progress(now).max(run.update(now));
-        let mut result = remesh_repaired(device, &loaded.mesh, repaired, &options, flow)?;
-        refuse_messages(device)?;
-        run.warn(&mut result.summary);
-        result.summary.warn_all(loaded.warnings.iter().cloned());
-        let report = Report {
-            program: env!("CARGO_PKG_NAME"),
-            version: env!("CARGO_PKG_VERSION"),
-            input_file: String::new(),
-            output_file: String::new(),
-            notes: &notes,
-            options: &options,
-            device: device.info(),
-            summary: &result.summary,
-        };
-        let report = report.to_json()?;
-        let attributes = match self.attributes.drops_all() {
-            true => Attributes::default(),
-            false => carried(&loaded.mesh, &loaded.attributes, &result),
-        };
-        Ok(Output { mesh: result.mesh, correspondence: result.correspondence, attributes, report })
-    }
-
-    /// The surface through points, and the numbers for edge lengths there.
-    fn surface(
-        &self,
-        input: &Input,
-        points: &Points,
-        options: &mut Options,
         progress: impl FnMut(Progress) -> Flow,
-    ) -> Result<(Loaded, Option<Vec<f64>>)> {
-        let Input { loaded, sizing, .. } = input;
-        let mut vertex = loaded.attributes.vertex.clone();
-        vertex.extend(sizing.iter().map(|numbers| own_sizing(numbers)));
-        let attributes = Attributes { vertex, ..Attributes::default() };
-        let (at, normals) = (loaded.mesh.vertices.clone(), points.normals.clone());
-        let cloud = PointCloud { points: at, normals, attributes };
-        let mut surface = points.holes.surface(&cloud, (&self.method, options), progress)?;
-        let sizing = sizing.as_ref().and_then(|_| surface.attributes.vertex.pop());
-        Ok((surface, sizing.map(|numbers| numbers.values)))
+    ) -> Result<Output> {
+        let mut run = RunProgress::with_limit(&self.time).with_caller(progress);
+        let (loaded, numbers) = (&input.loaded, input.sizing.as_ref());
+        let sizing =
+            numbers.map(|numbers| Attribute::new(SIZING, Role::Other, Kind::F64, 1, numbers.clone()));
+        let (notes, source, sizing) = match &input.source {
+            Source::Mesh => (loaded.notes.clone(), SurfaceSource::Mesh(Cow::Borrowed(loaded)), sizing),
+            Source::Points(points) => (Vec::new(), points.source(loaded), sizing),
+            Source::Values(Values { volume, args, closed }) => {
+                let volume = Cow::Borrowed(volume);
+                (Vec::new(), SurfaceSource::Volume { volume, args, closed: *closed }, None)
+            }
+        };
+        let request = Request {
+            method: &self.method,
+            attributes: &self.attributes,
+            size: self.size.size()?,
+            options: self.own_options(input)?,
+            sizing,
+            correspondence: input.correspondence,
+            file: None,
+        };
+        let mut notes = Notes::new(notes, None);
+        let mut job = RemeshJob::new(request, source, &mut notes, &mut run)?;
+        let Finished { result, attributes, .. } = job.remesh(device, &mut run)?;
+        let report = job.report(device, &result.summary, &notes, Default::default()).to_json()?;
+        Ok(Output { mesh: result.mesh, correspondence: result.correspondence, attributes, report })
     }
 
     /// The options but for what depends on the mesh, checked.
@@ -301,10 +266,6 @@ impl Call {
 /// Whether an option needs no value.
 fn may_lack_value(arg: &clap::Arg) -> bool {
     arg.get_num_args().is_some_and(|range| range.min_values() == 0)
-}
-
-fn own_sizing(numbers: &[f64]) -> Attribute {
-    Attribute::new(SIZING, Role::Other, Kind::F64, 1, numbers.to_vec())
 }
 
 /// What `measure --json` prints.

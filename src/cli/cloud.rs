@@ -1,9 +1,8 @@
 //! Points in place of a mesh: the surface that is made of them.
 
-use super::files::{input_name, tell_notes};
+use super::files::input_name;
 use super::heading::INPUT;
-use super::method::MethodArgs;
-use super::progress::RunProgress;
+use super::job::SurfaceSource;
 use super::target_count::length;
 use crate::error::shown;
 use crate::grammar::counted;
@@ -13,9 +12,9 @@ use rtfmesh::cloud::{
 };
 use rtfmesh::io::Loaded;
 use rtfmesh::mesh::attributes::{Attribute, Attributes, Kind, Role};
-use rtfmesh::{Error, Flow, Method, Options, Progress, Result, Size, Sizing, TriMesh, WarningCode};
+use rtfmesh::{Error, Flow, Options, Progress, Result, Size, Sizing, TriMesh, WarningCode};
+use std::borrow::Cow;
 use std::path::Path;
-use std::time::Instant;
 
 /// Cells so many times as wide as points are apart are worth a note.
 const COARSE: f64 = 2.0;
@@ -66,26 +65,12 @@ impl HoleArgs {
         Ok(Self { closed, fill_holes: fill_holes.transpose()?, points_as })
     }
 
-    /// What was loaded, or a surface through it if it has points only, with the notes of both; and the size
-    /// asked for, of points that of [`size_by_points`].
-    ///
-    /// # Errors
-    /// Those of [`surface_with_progress`].
-    pub fn surface_of_points(
-        &self,
-        mut loaded: Loaded,
-        size: Size,
-        (method, options): (&MethodArgs, &mut Options),
-        progress: impl FnMut(Progress) -> Flow,
-    ) -> Result<(Loaded, Size)> {
-        if !loaded.mesh.triangles.is_empty() {
-            return Ok((loaded, size));
+    /// What was loaded as a mesh, or as points if it has no faces.
+    pub fn source(&self, loaded: Loaded) -> SurfaceSource<'_> {
+        match loaded.mesh.triangles.is_empty() {
+            true => SurfaceSource::Points { cloud: PointCloud::from(loaded), holes: self },
+            false => SurfaceSource::Mesh(Cow::Owned(loaded)),
         }
-        let size = size_by_points(size, loaded.mesh.vertices.len(), options);
-        let mut notes = std::mem::take(&mut loaded.notes);
-        let mut found = self.surface(&PointCloud::from(loaded), (method, options), progress)?;
-        notes.append(&mut found.notes);
-        Ok((Loaded { notes, ..found }, size))
     }
 
     fn options(&self, cloud: &PointCloud) -> Result<SurfaceOptions> {
@@ -107,22 +92,13 @@ impl HoleArgs {
         options.validate().map(|()| options)
     }
 
-    /// A surface through points, with what became of them as notes. Its edges are none of the object's, so
-    /// the options get no sharp edges unless they were asked for.
+    /// A surface through points, with what became of them as notes.
     ///
     /// # Errors
     /// Those of [`surface_with_progress`].
-    pub fn surface(
-        &self,
-        cloud: &PointCloud,
-        (method, options): (&MethodArgs, &mut Options),
-        progress: impl FnMut(Progress) -> Flow,
-    ) -> Result<Loaded> {
+    pub fn surface(&self, cloud: &PointCloud, progress: impl FnMut(Progress) -> Flow) -> Result<Loaded> {
         let found = surface_with_progress(cloud, &self.options(cloud)?, progress)?;
         let (notes, warnings) = (told(cloud, &found), warnings(cloud, &found));
-        if options.method == Method::CoarseToFine && !method.names_feature_angle() {
-            options.coarse_to_fine.feature_angle = 180.0;
-        }
         Ok(Loaded { mesh: found.mesh, attributes: found.attributes, notes, warnings, unread_images: 0 })
     }
 }
@@ -174,14 +150,6 @@ impl CloudArgs {
         Ok((TriMesh { vertices: cloud.points, triangles: Vec::new() }, attributes))
     }
 
-    /// The size asked for; of points, that of [`size_by_points`].
-    pub fn size(&self, size: Size, loaded: &Loaded, options: &Options) -> Size {
-        match loaded.mesh.triangles.is_empty() {
-            true => size_by_points(size, loaded.mesh.vertices.len(), options),
-            false => size,
-        }
-    }
-
     fn refuse_mesh(&self, loaded: &Loaded, input: &Path) -> Result<()> {
         let given = [
             ("--closed", self.holes.closed),
@@ -195,33 +163,13 @@ impl CloudArgs {
         Err(Error::usage(problem, "remove it"))
     }
 
-    /// What was loaded, or a surface through it if it has points only, as [`HoleArgs::surface`] makes it.
+    /// As [`HoleArgs::source`].
     ///
     /// # Errors
-    /// Those of [`surface_with_progress`].
-    pub fn surface(
-        &self,
-        mut loaded: Loaded,
-        input: &Path,
-        for_options: (&MethodArgs, &mut Options),
-        quiet: bool,
-        run: &mut RunProgress,
-    ) -> Result<Loaded> {
+    /// [`Error::Usage`] for options of points with a mesh.
+    pub fn source(&self, loaded: Loaded, input: &Path) -> Result<SurfaceSource<'_>> {
         self.refuse_mesh(&loaded, input)?;
-        if !loaded.mesh.triangles.is_empty() {
-            return Ok(loaded);
-        }
-        let begin = Instant::now();
-        let mut notes = std::mem::take(&mut loaded.notes);
-        let cloud = PointCloud::from(loaded);
-        let found = self.holes.surface(&cloud, for_options, |now| run.update(now));
-        let mut found = found.map_err(|e| e.in_file(input_name(input)))?;
-        if !quiet {
-            tell_notes(input, &found.notes);
-            tell_notes(input, &[format!("the surface took {:.2} s", begin.elapsed().as_secs_f64())]);
-        }
-        notes.append(&mut found.notes);
-        Ok(Loaded { notes, ..found })
+        Ok(self.holes.source(loaded))
     }
 }
 

@@ -4,7 +4,7 @@ use super::all_at_once::ResearchArgs;
 use super::heading::{DEVICE, FEATURES, INPUT, SHAPE, SIZE};
 use super::sizing::SizingArgs;
 use crate::grammar::counted;
-use rtfmesh::mesh::attributes::Attributes;
+use rtfmesh::mesh::attributes::Attribute;
 use rtfmesh::{
     Device, DeviceOptions, Error, FeatureLines, MeasureDepth, Method, Options, Quality, Shortage, Size,
 };
@@ -159,12 +159,13 @@ impl MethodArgs {
         Ok(options)
     }
 
-    /// Takes what the options say of the input's attributes.
+    /// The numbers that edge lengths are in proportion to, one for each vertex, if `--sizing` names an
+    /// attribute: from the one of these that has its name.
     ///
     /// # Errors
     /// [`Error::Input`] for an attribute that is not there.
-    pub fn read_attributes(&self, attributes: &Attributes, options: &mut Options) -> rtfmesh::Result<()> {
-        self.sizing.read(attributes, options)
+    pub fn sizing_values<'a>(&self, vertex: &'a [Attribute]) -> rtfmesh::Result<Option<&'a [f64]>> {
+        self.sizing.values(vertex)
     }
 
     /// Whether the least angle of sharp edges is given.

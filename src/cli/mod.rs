@@ -9,6 +9,7 @@ mod devices;
 mod files;
 mod heading;
 mod inspect;
+mod job;
 mod markdown;
 mod measure;
 mod method;

@@ -68,7 +68,9 @@ fn seconds(text: &str) -> std::result::Result<Duration, String> {
 }
 
 /// Shows the progress of one run, and decides when it is cancelled or finishes early.
-pub struct RunProgress {
+pub struct RunProgress<'a> {
+    /// Whom the run also asks what to do next.
+    caller: Option<Box<dyn FnMut(Progress) -> Flow + 'a>>,
     limit: Option<Duration>,
     begun: Instant,
     bar: ProgressBar,
@@ -77,7 +79,7 @@ pub struct RunProgress {
     out_of_time: bool,
 }
 
-impl RunProgress {
+impl<'a> RunProgress<'a> {
     /// Handles Ctrl-C and counts the time limit from here on.
     ///
     /// # Errors
@@ -88,12 +90,22 @@ impl RunProgress {
         Ok(Self::with_limit(&args.time))
     }
 
+    /// Without a time limit, and leaves Ctrl-C to others.
+    pub fn unlimited() -> Self {
+        let (caller, limit, bar) = (None, None, ProgressBar::hidden());
+        Self { caller, limit, begun: Instant::now(), bar, since: None, out_of_time: false }
+    }
+
     /// Counts the time limit from here on, and leaves Ctrl-C to others.
     pub fn with_limit(args: &TimeArgs) -> Self {
-        let bar = ProgressBar::hidden();
         let deadline = args.time_limit.and_then(|limit| Instant::now().checked_add(limit));
         *DEADLINE.lock().unwrap_or_else(PoisonError::into_inner) = deadline;
-        Self { limit: args.time_limit, begun: Instant::now(), bar, since: None, out_of_time: false }
+        Self { limit: args.time_limit, ..Self::unlimited() }
+    }
+
+    /// Also asks the caller of the library what to do next.
+    pub fn with_caller(self, caller: impl FnMut(Progress) -> Flow + 'a) -> Self {
+        Self { caller: Some(Box::new(caller)), ..self }
     }
 
     /// Shows a progress bar: on standard error, and only if that is a terminal.
@@ -105,6 +117,11 @@ impl RunProgress {
 
     /// Shows the progress and returns what the run is to do next.
     pub fn update(&mut self, now: Progress) -> Flow {
+        let asked = self.caller.as_mut().map_or(Flow::Continue, |caller| caller(now));
+        asked.max(self.own_flow(now))
+    }
+
+    fn own_flow(&mut self, now: Progress) -> Flow {
         self.draw(now);
         if is_cancelled() {
             return Flow::Cancel;

@@ -1,14 +1,15 @@
 //! `rtfmesh remesh`.
 
 use super::all_at_once::ResearchArgs;
-use super::attributes::{AttributeArgs, carried};
+use super::attributes::AttributeArgs;
 use super::cloud::CloudArgs;
 use super::files::{InputFormat, Target, input_name, is_standard, tell_notes};
 use super::heading::OUTPUT;
-use super::method::{DeviceArgs, MethodArgs, refuse_messages};
+use super::job::{Finished, Notes, RemeshJob, Request, SurfaceSource};
+use super::method::{DeviceArgs, MethodArgs};
 use super::progress;
 use super::progress::{ProgressArgs, RunProgress, begin_writing};
-use super::target_count::{SizeArgs, count};
+use super::target_count::SizeArgs;
 use super::terminal::{print, tell};
 use super::volume::VolumeArgs;
 use super::{table, words};
@@ -17,15 +18,9 @@ use anyhow::Result;
 use clap::ArgAction;
 use rtfmesh::glam::DVec3;
 use rtfmesh::io;
-use rtfmesh::io::{Encoding, Input, Loaded};
-use rtfmesh::mesh::attributes::Attributes;
-use rtfmesh::mesh::repair::Repaired;
-use rtfmesh::report::Report;
+use rtfmesh::io::{Encoding, Input};
 use rtfmesh::report::html::{PageInput, page};
-use rtfmesh::{
-    Device, Error, MeasureDepth, Options, Remeshed, Size, TriMesh, WarningCode, preview_repaired,
-    remesh_repaired,
-};
+use rtfmesh::{CorrespondenceRequest, Error, MeasureDepth, Options, Size};
 use std::path::{Path, PathBuf};
 
 const EXAMPLES: &str = "Examples:
@@ -150,37 +145,30 @@ pub fn run(args: &Args) -> Result<u8> {
     if args.cloud.normals_only() {
         return write_normals(args, &target).map(|()| 0);
     }
-    let (loaded, device) = rayon::join(|| load(args), || args.device.open(wants_report));
-    let (loaded, device) = (loaded?, device?);
+    let (input, device) = rayon::join(|| load(args), || args.device.open(wants_report));
+    let (mut input, device) = (input?, device?);
     if !args.out.quiet {
         run.show_bar();
     }
-    let points = args.out.html.as_ref().and_then(|_| points_of(&loaded));
-    let (mut loaded, size) = surface(args, loaded, size, &mut options, &mut run)?;
-    let repaired = count_vertices(args, size, &loaded.mesh, &mut options)?;
+    let points = args.out.html.as_ref().and_then(|_| points_of(&input));
+    let mut notes = notes(args, &mut input);
     options.format = Some(target.format());
-    let (repaired, notes) = request_attributes(args, &loaded, repaired, &mut options)?;
-    loaded.notes.extend(notes);
-    let result = remesh_repaired(&device, &loaded.mesh, repaired, &options, |now| run.update(now));
-    run.end();
-    let mut result = result.map_err(|e| e.in_file(input_name(&args.input)))?;
-    refuse_messages(&device)?;
-    let is_cut_short = run.warn(&mut result.summary);
-    result.summary.warn_all(loaded.warnings.iter().cloned());
+    let mut job = RemeshJob::new(request(args, size, options), source(args, input)?, &mut notes, &mut run)?;
+    let Finished { mut result, attributes, is_cut_short } = job.remesh(&device, &mut run)?;
     words::warnings(&mut result.summary.warnings);
-    if let Some(text) = args.attributes.texture_warning(&loaded, target.format()) {
-        result.summary.warn(WarningCode::Textures, text);
-    }
     if !args.out.quiet {
         tell_notes(&args.input, &result.summary.remarks);
     }
     for warning in &result.summary.warnings {
         tell(&format!("warning: {warning}\n"));
     }
-    let texts = texts(args, &options, (&loaded, points.as_deref()), &device, &result)?;
+    let files = [&args.input, &args.output.clone().unwrap_or_default()].map(|p| p.display().to_string());
+    let report = job.report(&device, &result.summary, &notes, files);
+    let input = &job.loaded.mesh;
+    let page = PageInput { report: &report, input, points: points.as_deref(), output: &result.mesh };
+    let texts = texts(args, &page)?;
     // Standard output may wait for its reader for ever.
     let _whole = (!args.output.as_deref().is_some_and(is_standard)).then(begin_writing).transpose()?;
-    let attributes = carried(&loaded.mesh, &loaded.attributes, &result);
     target.write_all(&result.mesh, &attributes, &texts, args.out.quiet)?;
     if !args.out.quiet {
         tell(&if args.out.verbose {
@@ -208,35 +196,38 @@ fn points_of(input: &Input) -> Option<Vec<DVec3>> {
     }
 }
 
-/// What was read, or the surface made of it if it has points or values on a grid; and the size asked for.
-fn surface(
-    args: &Args,
-    input: Input,
-    size: Size,
-    options: &mut Options,
-    run: &mut RunProgress,
-) -> rtfmesh::Result<(Loaded, Size)> {
-    // What only the attributes decide is known before any long work.
-    let attributes = match &input {
-        Input::Mesh(loaded) => &loaded.attributes,
-        Input::Volume(_) => &Attributes::default(),
-    };
-    let named = args.method.read_attributes(attributes, &mut options.clone());
-    named.map_err(|e| e.in_file(input_name(&args.input)))?;
+/// What the surface is made from, of what was read.
+fn source(args: &Args, input: Input) -> rtfmesh::Result<SurfaceSource<'_>> {
     match input {
         Input::Volume(volume) => {
             let closed = args.cloud.closes_volume(&args.input)?;
-            let options = (&args.method, options);
-            let loaded = args.volume.surface(volume, &args.input, closed, options, args.out.quiet, run)?;
-            Ok((loaded, size))
+            args.volume.source(volume, &args.input, closed)
         }
         Input::Mesh(loaded) => {
             args.volume.refuse_mesh(&args.input)?;
-            let size = args.cloud.size(size, &loaded, options);
-            let options = (&args.method, options);
-            let loaded = args.cloud.surface(loaded, &args.input, options, args.out.quiet, run)?;
-            Ok((loaded, size))
+            args.cloud.source(loaded, &args.input)
         }
+    }
+}
+
+/// The notes, which begin with those of reading.
+fn notes<'a>(args: &'a Args, input: &mut Input) -> Notes<'a> {
+    let read = match input {
+        Input::Mesh(loaded) => &mut loaded.notes,
+        Input::Volume(volume) => &mut volume.notes,
+    };
+    Notes::new(std::mem::take(read), (!args.out.quiet).then_some(args.input.as_path()))
+}
+
+fn request(args: &Args, size: Size, options: Options) -> Request<'_> {
+    Request {
+        method: &args.method,
+        attributes: &args.attributes,
+        size,
+        options,
+        sizing: None,
+        correspondence: CorrespondenceRequest::NONE,
+        file: Some(input_name(&args.input)),
     }
 }
 
@@ -247,43 +238,13 @@ fn write_normals(args: &Args, target: &Target) -> Result<()> {
     target.write(&points, &attributes, args.out.quiet)
 }
 
-fn count_vertices(
-    args: &Args,
-    size: Size,
-    mesh: &TriMesh,
-    options: &mut Options,
-) -> rtfmesh::Result<Option<Repaired>> {
-    let told = (!args.out.quiet).then_some(args.input.as_path());
-    count(size, mesh, options, told).map_err(|e| e.in_file(input_name(&args.input)))
-}
-
-/// Prepares to carry attributes over, and reads those that options refer to. Returns the repaired input,
-/// where it had to be made or is given, and notes on what cannot be kept.
-fn request_attributes(
-    args: &Args,
-    loaded: &Loaded,
-    repaired: Option<Repaired>,
-    options: &mut Options,
-) -> rtfmesh::Result<(Option<Repaired>, Vec<String>)> {
-    let in_file = |e: Error| e.in_file(input_name(&args.input));
-    let mut notes = Vec::new();
-    let repaired = args.attributes.request(loaded, repaired, options, &mut notes).map_err(in_file)?;
-    if !args.out.quiet {
-        tell_notes(&args.input, &notes);
-    }
-    args.method.read_attributes(&loaded.attributes, options).map_err(in_file)?;
-    Ok((repaired, notes))
-}
-
 /// Prints the plan.
-fn dry_run(args: &Args, size: Size, mut options: Options) -> Result<()> {
+fn dry_run(args: &Args, size: Size, options: Options) -> Result<()> {
     let mut run = RunProgress::new(&args.progress)?;
-    let loaded = load(args)?;
-    let (loaded, size) = surface(args, loaded, size, &mut options, &mut run)?;
-    let repaired = count_vertices(args, size, &loaded.mesh, &mut options)?;
-    let (repaired, _) = request_attributes(args, &loaded, repaired, &mut options)?;
-    let plan = preview_repaired(&loaded.mesh, repaired, &options);
-    let plan = plan.map_err(|e| e.in_file(input_name(&args.input)))?;
+    let mut input = load(args)?;
+    let mut notes = notes(args, &mut input);
+    let job = RemeshJob::new(request(args, size, options), source(args, input)?, &mut notes, &mut run)?;
+    let plan = job.preview()?;
     let text = table::preview(&plan);
     // Whoever reads standard output for a mesh must not get a table.
     if args.output.as_deref().is_some_and(is_standard) {
@@ -294,31 +255,13 @@ fn dry_run(args: &Args, size: Size, mut options: Options) -> Result<()> {
 }
 
 /// The texts to write besides the mesh, with their paths.
-fn texts<'a>(
-    args: &'a Args,
-    options: &Options,
-    (loaded, points): (&Loaded, Option<&[DVec3]>),
-    device: &Device,
-    result: &Remeshed,
-) -> Result<Vec<(&'a Path, String)>> {
-    let Some(output) = &args.output else { return Ok(Vec::new()) };
-    let report = Report {
-        program: env!("CARGO_PKG_NAME"),
-        version: env!("CARGO_PKG_VERSION"),
-        input_file: args.input.display().to_string(),
-        output_file: output.display().to_string(),
-        notes: &loaded.notes,
-        options,
-        device: device.info(),
-        summary: &result.summary,
-    };
+fn texts<'a>(args: &'a Args, about: &PageInput) -> Result<Vec<(&'a Path, String)>> {
     let mut texts = Vec::new();
     if let Some(path) = &args.out.report {
-        texts.push((path.as_path(), report.to_json()?));
+        texts.push((path.as_path(), about.report.to_json()?));
     }
     if let Some(path) = &args.out.html {
-        let input = PageInput { report: &report, input: &loaded.mesh, points, output: &result.mesh };
-        texts.push((path.as_path(), page(&input)?));
+        texts.push((path.as_path(), page(about)?));
     }
     Ok(texts)
 }

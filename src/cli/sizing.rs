@@ -1,7 +1,7 @@
 //! Edge lengths that vary over the surface, on the command line.
 
 use super::heading::SIZING;
-use rtfmesh::mesh::attributes::Attributes;
+use rtfmesh::mesh::attributes::Attribute;
 use rtfmesh::{Error, Length, Options, Size, Sizing};
 
 /// Edge lengths that vary over the surface.
@@ -79,7 +79,7 @@ impl SizingArgs {
         self.max_deviation.is_some() || self.sizing.as_ref().is_some_and(How::differs)
     }
 
-    /// Puts what was asked for into the options; numbers of the vertices come with [`SizingArgs::read`].
+    /// Puts what was asked for into the options; numbers of the vertices come with [`SizingArgs::values`].
     ///
     /// # Errors
     /// [`Error::Usage`] for options that do nothing.
@@ -117,15 +117,15 @@ impl SizingArgs {
         Ok(())
     }
 
-    /// The numbers of the vertices, if these were asked for.
+    /// The numbers of the vertices among these attributes, if they were asked for.
     ///
     /// # Errors
     /// [`Error::Input`] if the mesh has none of that name.
-    pub fn read(&self, attributes: &Attributes, options: &mut Options) -> rtfmesh::Result<()> {
-        let Some(How::Property(name)) = &self.sizing else { return Ok(()) };
-        let found = attributes.vertex.iter().find(|a| a.name == *name && a.components == 1);
+    pub fn values<'a>(&self, vertex: &'a [Attribute]) -> rtfmesh::Result<Option<&'a [f64]>> {
+        let Some(How::Property(name)) = &self.sizing else { return Ok(None) };
+        let found = vertex.iter().find(|a| a.name == *name && a.components == 1);
         let Some(found) = found else {
-            let others = attributes.vertex.iter().filter(|a| a.components == 1).map(|a| a.name.as_str());
+            let others = vertex.iter().filter(|a| a.components == 1).map(|a| a.name.as_str());
             let others: Vec<&str> = others.collect();
             let problem = format!("the vertices have no numeric attribute '{name}'");
             let remedy = if others.is_empty() {
@@ -135,7 +135,6 @@ impl SizingArgs {
             };
             return Err(Error::input(None, problem, remedy));
         };
-        options.coarse_to_fine.sizing = Sizing::Given(found.values.clone());
-        Ok(())
+        Ok(Some(&found.values))
     }
 }

@@ -1,10 +1,9 @@
 //! The number of vertices, on the command line.
 
-use super::files::tell_notes;
 use super::heading::SIZE;
+use super::job::Notes;
 use rtfmesh::mesh::repair::{Repaired, repair_with};
 use rtfmesh::{Options, Result, Size, Sizing, TriMesh};
-use std::path::Path;
 
 /// At most one of these; none means as many vertices as the input has.
 #[derive(clap::Args)]
@@ -83,18 +82,12 @@ impl SizeArgs {
     }
 }
 
-/// Puts the number of vertices for this input into the options; a note about the file `told` says where no
-/// size was given. Shares and edge lengths refer to the repaired input, which is returned where it had to be
-/// made.
+/// Puts the number of vertices for this input into the options; people are told where no size was given.
+/// Fractions and edge lengths refer to the repaired input, which is returned where it had to be made.
 ///
 /// # Errors
 /// [`rtfmesh::Error::Usage`] for counts that cannot be, [`rtfmesh::Error::Input`] for a mesh without area.
-pub fn count(
-    size: Size,
-    mesh: &TriMesh,
-    options: &mut Options,
-    told: Option<&Path>,
-) -> Result<Option<Repaired>> {
+pub fn count(size: Size, mesh: &TriMesh, options: &mut Options, notes: &Notes) -> Result<Option<Repaired>> {
     if let Size::Vertices(count) = size {
         options.vertices = count;
         return Ok(None);
@@ -106,8 +99,8 @@ pub fn count(
     let repaired = repair_with(mesh, &options.repairs())?;
     let count = size.vertices(&repaired.mesh)?;
     options.vertices = count;
-    if let Some(path) = told.filter(|_| size == Size::AsInput) {
-        tell_notes(path, &[format!("no size given: keeping the input's vertex count, {count}")]);
+    if size == Size::AsInput {
+        notes.mention(&format!("no size given: keeping the input's vertex count, {count}"));
     }
     Ok(Some(repaired))
 }

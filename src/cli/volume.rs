@@ -1,9 +1,8 @@
 //! Values on a grid in place of a mesh: the surface in them.
 
-use super::files::{input_name, tell_notes};
+use super::files::input_name;
 use super::heading::INPUT;
-use super::method::MethodArgs;
-use super::progress::RunProgress;
+use super::job::SurfaceSource;
 use crate::error::shown;
 use crate::grammar::counted;
 use clap::ValueEnum;
@@ -12,11 +11,11 @@ use rtfmesh::io::{Loaded, Volume};
 use rtfmesh::volume::{
     Inside, IsoOptions, IsoSurface, LabelOptions, iso_surface_with_progress, label_surface_with_progress,
 };
-use rtfmesh::{Error, Flow, Method, Options, Progress, Result, WarningCode};
+use rtfmesh::{Error, Flow, Progress, Result, WarningCode};
 use serde::Serialize;
+use std::borrow::Cow;
 use std::collections::HashSet;
 use std::path::Path;
-use std::time::Instant;
 
 /// Which surface is made of a volume.
 #[derive(Debug, Clone, clap::Args)]
@@ -45,6 +44,13 @@ pub struct VolumeArgs {
     /// Specks of labels are smaller than 64 voxels and take the label around them.
     #[arg(long, hide_short_help = true)]
     keep_specks: bool,
+}
+
+/// A surface in a volume.
+pub struct VolumeSurface {
+    pub loaded: Loaded,
+    /// Its half-edges on the volume's border.
+    pub rim: Vec<u32>,
 }
 
 #[derive(Debug, Clone, Copy, clap::ValueEnum)]
@@ -80,22 +86,11 @@ impl VolumeArgs {
         Ok(Self { iso, labels: iso.is_none(), inside, spacing: None, keep_specks })
     }
 
-    /// The surface of a volume. Edges of such a surface are none of the
-    /// object's, so the options get no sharp edges unless they were asked for.
+    /// The volume that was read, with the spacing asked for.
     ///
     /// # Errors
-    /// [`Error::Usage`] for options that do not fit to what was read; those of
-    /// [`iso_surface_with_progress`].
-    pub fn surface(
-        &self,
-        mut volume: Volume,
-        input: &Path,
-        closed: bool,
-        (method, options): (&MethodArgs, &mut Options),
-        quiet: bool,
-        run: &mut RunProgress,
-    ) -> Result<Loaded> {
-        let begin = Instant::now();
+    /// [`Error::Usage`] if no surface is chosen.
+    pub fn source(&self, mut volume: Volume, input: &Path, closed: bool) -> Result<SurfaceSource<'_>> {
         if let Some(spacing) = self.spacing {
             let axes = volume.frame.matrix3;
             let along = |axis: DVec3, length: f64| length * axis.normalize();
@@ -108,49 +103,32 @@ impl VolumeArgs {
         if self.iso.is_none() && !self.labels {
             return Err(no_choice(&volume, input));
         }
-        let found = self.chosen(&volume, closed, (method, options), |now| run.update(now));
-        let mut loaded = found.map_err(|e| e.in_file(input_name(input)))?;
-        if !quiet {
-            tell_notes(input, &loaded.notes);
-            tell_notes(input, &[format!("the surface took {:.2} s", begin.elapsed().as_secs_f64())]);
-        }
-        loaded.notes.splice(0..0, volume.notes);
-        Ok(loaded)
+        Ok(SurfaceSource::Volume { volume: Cow::Owned(volume), args: self, closed })
     }
 
-    /// As [`Self::surface`], of a volume in memory.
+    /// The surface of a volume, with what became of that as notes.
     ///
     /// # Errors
     /// Those of [`iso_surface_with_progress`] and [`label_surface_with_progress`].
-    pub fn chosen(
+    pub fn surface(
         &self,
         volume: &Volume,
         closed: bool,
-        (method, options): (&MethodArgs, &mut Options),
         progress: impl FnMut(Progress) -> Flow,
-    ) -> Result<Loaded> {
-        let (loaded, rim) = match self.iso {
-            Some(iso) if !self.labels => self.at_value(volume, iso, closed, progress)?,
-            _ => self.borders(volume, closed, progress)?,
-        };
-        if options.method == Method::CoarseToFine {
-            if !method.names_feature_angle() {
-                options.coarse_to_fine.feature_angle = 180.0;
-            }
-            options.coarse_to_fine.fixed_half_edges = rim;
-            options.coarse_to_fine.may_give_up_fixed = true;
+    ) -> Result<VolumeSurface> {
+        match self.iso {
+            Some(iso) if !self.labels => self.isosurface(volume, iso, closed, progress),
+            _ => self.label_surface(volume, closed, progress),
         }
-        Ok(loaded)
     }
 
-    /// The surface at a value, and its half-edges on the volume's border.
-    fn at_value(
+    fn isosurface(
         &self,
         volume: &Volume,
         iso: f64,
         closed: bool,
         progress: impl FnMut(Progress) -> Flow,
-    ) -> Result<(Loaded, Vec<u32>)> {
+    ) -> Result<VolumeSurface> {
         let asked = IsoOptions::new(iso).closed(closed).keep_specks(self.keep_specks);
         let asked = asked.inside(match self.inside {
             None => Inside::Automatic,
@@ -166,16 +144,16 @@ impl VolumeArgs {
             notes.push(format!("{} as noise (--keep-specks keeps handles)", counted(found.handles, words)));
         }
         let warnings = coarse(found.step);
-        Ok((Loaded { mesh: found.mesh, notes, warnings, ..Loaded::default() }, found.rim))
+        let loaded = Loaded { mesh: found.mesh, notes, warnings, ..Loaded::default() };
+        Ok(VolumeSurface { loaded, rim: found.rim })
     }
 
-    /// The borders between labels, and their half-edges on the volume's border.
-    fn borders(
+    fn label_surface(
         &self,
         volume: &Volume,
         closed: bool,
         progress: impl FnMut(Progress) -> Flow,
-    ) -> Result<(Loaded, Vec<u32>)> {
+    ) -> Result<VolumeSurface> {
         let asked = LabelOptions::default().closed(closed).keep_specks(self.keep_specks);
         let found = label_surface_with_progress(volume, &asked, progress)?;
         let [x, y, z] = volume.size;
@@ -186,7 +164,8 @@ impl VolumeArgs {
         )];
         notes.extend(specks_told(found.specks, "smaller than 64 voxels"));
         let (attributes, warnings) = (found.attributes, coarse(found.step));
-        Ok((Loaded { mesh: found.mesh, attributes, notes, warnings, unread_images: 0 }, found.rim))
+        let loaded = Loaded { mesh: found.mesh, attributes, notes, warnings, unread_images: 0 };
+        Ok(VolumeSurface { loaded, rim: found.rim })
     }
 
     /// # Errors

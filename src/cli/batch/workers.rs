@@ -3,17 +3,16 @@
 use super::inputs::Job;
 use super::log::{Entry, Log, Stamp, Status};
 use super::{Args, make_folder};
-use crate::cli::attributes::carried;
 use crate::cli::files::Target;
-use crate::cli::method::refuse_messages;
-use crate::cli::target_count::count;
+use crate::cli::job::{Finished, Notes, RemeshJob, Request};
+use crate::cli::progress::RunProgress;
 use crate::cli::terminal::tell;
 use crate::cli::{progress, words};
 use crate::error::escaped;
 use anyhow::Result;
-use rtfmesh::io::Loaded;
+use rtfmesh::io::{Format, Loaded};
 use rtfmesh::report::Settings;
-use rtfmesh::{Device, Error, Flow, Options, Size, WarningCode, remesh_repaired};
+use rtfmesh::{CorrespondenceRequest, Device, Error, Options, Size};
 use std::sync::mpsc::{Receiver, SyncSender, sync_channel};
 use std::sync::{Mutex, MutexGuard, PoisonError};
 use std::thread::ScopedJoinHandle;
@@ -152,44 +151,40 @@ impl Batch<'_> {
         }
     }
 
+    fn request<'b>(&'b self, job: &'b Job, format: Format) -> Request<'b> {
+        Request {
+            method: &self.args.method,
+            attributes: &self.args.attributes,
+            size: self.size,
+            options: self.options.clone().format(format),
+            sizing: None,
+            correspondence: CorrespondenceRequest::NONE,
+            file: Some(&job.input),
+        }
+    }
+
     /// Remeshes and writes, and fills in `entry`. While the caller holds the guard, Ctrl-C waits.
     fn one(&self, device: &Device, job: &Job, read: Read, entry: &mut Entry) -> Result<Writing> {
         let begin = Instant::now();
         let (loaded, reading, stamp) = read;
         entry.input_stamp = stamp;
-        let outcome = loaded.map_err(Into::into).and_then(|loaded| {
+        let outcome = loaded.map_err(Into::into).and_then(|mut loaded| {
             make_folder(job.output.parent().unwrap_or(&job.output))?;
             let target = Target::new(&job.output, Some(self.args.output.format))?;
-            let mut options = self.options.clone();
-            let in_file = |error: Error| error.in_file(&job.input);
-            let flow = |_| if progress::is_cancelled() { Flow::Cancel } else { Flow::Continue };
-            let of_method = (&self.args.method, &mut options);
-            let found = self.args.holes.surface_of_points(loaded, self.size, of_method, flow);
-            let (loaded, size) = found.map_err(in_file)?;
-            entry.notes.clone_from(&loaded.notes);
-            let repaired = count(size, &loaded.mesh, &mut options, None).map_err(in_file)?;
-            options.format = Some(target.format());
-            let attributes = &self.args.attributes;
-            let repaired = attributes.request(&loaded, repaired, &mut options, &mut entry.notes);
-            let repaired = repaired.map_err(in_file)?;
-            let read = self.args.method.read_attributes(&loaded.attributes, &mut options);
-            read.map_err(in_file)?;
-            entry.options = Some(Settings::of(&options));
-            let result = remesh_repaired(device, &loaded.mesh, repaired, &options, flow);
-            let mut result = result.map_err(in_file)?;
-            result.summary.warn_all(loaded.warnings.iter().cloned());
-            refuse_messages(device)?;
-            let attributes = carried(&loaded.mesh, &loaded.attributes, &result);
+            let mut notes = Notes::new(std::mem::take(&mut loaded.notes), None);
+            let mut run = RunProgress::unlimited();
+            let request = self.request(job, target.format());
+            let prepared = RemeshJob::new(request, self.args.holes.source(loaded), &mut notes, &mut run);
+            entry.notes = notes.list;
+            let mut prepared = prepared?;
+            entry.options = Some(Settings::of(&prepared.options));
+            let Finished { result, attributes, .. } = prepared.remesh(device, &mut run)?;
             let writing = progress::begin_writing()?;
             target.write(&result.mesh, &attributes, true)?;
             entry.output_stamp = Stamp::of(&job.output);
             entry.notes.extend(target.notes(&result.mesh, &attributes));
             entry.tell_of(result);
             words::warnings(&mut entry.warnings);
-            if let Some(text) = self.args.attributes.texture_warning(&loaded, target.format()) {
-                entry.warnings.push(text);
-                entry.warning_codes.push(WarningCode::Textures);
-            }
             Ok(writing)
         });
         entry.seconds = reading + begin.elapsed().as_secs_f64();
