@@ -36,7 +36,7 @@ impl Remesher {
     pub fn new(device: &Device, options: Options) -> Result<Self> {
         options.validate()?;
         compile(device, options.method)?;
-        compile_later(device, &options)?;
+        compile_later(device, options.method, options.vertices)?;
         Ok(Self { device: device.clone(), options, size: None })
     }
 

@@ -48,8 +48,8 @@ pub(crate) struct PhaseCost {
 
 impl AttemptCost {
     /// `triangles` are those of the input.
-    pub fn new(levels: &[LevelWork], triangles: usize, options: &Options) -> Self {
-        let sites = options.vertices as f64;
+    pub fn new(levels: &[LevelWork], triangles: usize, options: &Options, vertices: usize) -> Self {
+        let sites = vertices as f64;
         let (rounds, fit) = match options.method {
             Method::CoarseToFine => (options.coarse_to_fine.polish_rounds, options.coarse_to_fine.fit),
             Method::AllAtOnce => (0, false),
@@ -102,7 +102,7 @@ mod tests {
     fn fractions_rise_and_less_and_less_follows() {
         let levels =
             [(100, 60), (400, 40), (1600, 10)].map(|(sites, iterations)| LevelWork { sites, iterations });
-        let cost = AttemptCost::new(&levels, 5000, &Options::new(1600));
+        let cost = AttemptCost::new(&levels, 5000, &Options::new(1600), 1600);
         assert_eq!(cost.levels.len(), 3);
         let ends = [cost.polish, cost.fit, cost.outliers, cost.check, cost.mend];
         let ends: Vec<PhaseCost> = cost.levels.iter().copied().chain(ends).collect();

@@ -4,23 +4,48 @@ use crate::measure::{Crossing, Measures, Reference, measure_some};
 use crate::mesh::correspondence::{Correspondence, CorrespondenceRequest, Search, find_correspondence};
 use crate::mesh::intersections::intersecting_faces;
 use crate::mesh::repair::Repaired;
-use crate::options::{MeasureDepth, Options};
+use crate::options::{MeasureDepth, Options, Sizing};
+use crate::pipeline::deviation::measured::ACCURACY;
 use crate::pipeline::rounding::Rounding;
 use crate::sites::restricted_voronoi::{Energy, energy};
 use crate::{ProgressToken, Result, TriMesh};
 
 /// A result to be measured.
 pub(crate) struct Measuring<'a> {
+    pub request: MeasureRequest,
     pub result: &'a TriMesh,
-    /// The repaired input, if distances to it are to be measured.
-    pub reference: Option<&'a TriMesh>,
+    /// The repaired input.
+    pub reference: &'a TriMesh,
     /// What rounding changed of the result, to be told of its intersections.
     pub rounding: Option<&'a mut Rounding>,
     /// Number of faces of the result that intersected others before rounding, if it is known.
     pub intersecting_faces: Option<usize>,
     /// The same of the reference.
     pub input_intersections: Option<usize>,
-    pub options: &'a Options,
+}
+
+/// How much is measured of a result, and how closely.
+#[derive(Clone, Copy)]
+pub(crate) struct MeasureRequest {
+    depth: MeasureDepth,
+    /// Relative width of the distances' intervals.
+    accuracy: f64,
+    /// Whether the energy is measured, too, if distances are.
+    energy: bool,
+}
+
+impl MeasureRequest {
+    /// As the options have it, or as much as tells whether a largest deviation is reached, if they name one.
+    pub fn new(options: &Options) -> Self {
+        let Options { measures: depth, accuracy, .. } = *options;
+        let energy = options.has_exact_faces() && options.iterations > 0;
+        match options.coarse_to_fine.sizing {
+            Sizing::Deviation(_) => {
+                Self { depth: MeasureDepth::Full, accuracy: accuracy.min(ACCURACY), energy }
+            }
+            _ => Self { depth, accuracy, energy },
+        }
+    }
 }
 
 /// Figures of a result.
@@ -36,17 +61,17 @@ impl Measuring<'_> {
     /// # Errors
     /// Those of [`measure_some`] and [`energy`].
     pub fn measure(self, progress: &ProgressToken) -> Result<Measured> {
-        let Self { result, reference, options, .. } = self;
+        let Self { result, request, .. } = self;
+        let reference = (request.depth >= MeasureDepth::Full).then_some(self.reference);
         let intersections = match (self.intersecting_faces, &self.rounding) {
             (Some(count), None) => Crossing::Known(count),
             (Some(_), Some(_)) => Crossing::Find,
-            (None, _) if options.measures >= MeasureDepth::Intersections => Crossing::Find,
+            (None, _) if request.depth >= MeasureDepth::Intersections => Crossing::Find,
             (None, _) => Crossing::Skip,
         };
-        let with_energy = options.has_exact_faces() && options.iterations > 0;
-        let energy = reference.filter(|_| with_energy).map(|input| energy(input, &result.vertices));
+        let energy = reference.filter(|_| request.energy).map(|input| energy(input, &result.vertices));
         let energy = energy.transpose()?;
-        let of = |mesh| Reference { mesh, accuracy: options.accuracy };
+        let of = |mesh| Reference { mesh, accuracy: request.accuracy };
         let output = measure_some(result, reference.map(of), intersections, progress)?;
         if let Some(rounding) = self.rounding {
             rounding.compare(output.self_intersecting_faces, self.intersecting_faces, progress)?;

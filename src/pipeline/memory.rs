@@ -30,9 +30,15 @@ const LARGER: &str = "use a larger device, or raise `memory_bytes` if that is th
 
 /// Refuses a vertex count whose largest buffer exceeds the device's limit, or that needs more memory than
 /// there is. On surfaces with `curves` both are a little more.
-pub(crate) fn check_memory(device: &Device, input: &TriMesh, options: &Options, curves: bool) -> Result<()> {
+pub(crate) fn check_memory(
+    device: &Device,
+    input: &TriMesh,
+    options: &Options,
+    vertices: usize,
+    curves: bool,
+) -> Result<()> {
     let name = &device.info().name;
-    let sites = options.vertices as u64;
+    let sites = vertices as u64;
     let refuse = |what: &str, bytes: u64, problem: String, most: u64| {
         let remedy = match most {
             0 => format!("simplify the input first, or {LARGER}"),
@@ -52,7 +58,7 @@ pub(crate) fn check_memory(device: &Device, input: &TriMesh, options: &Options, 
         );
     }
     let DeviceInput { in_one, .. } = device_input(options);
-    let triangles = sizes_on_device(input, options)?[1];
+    let triangles = sizes_on_device(input, options, vertices)?[1];
     if triangles.saturating_mul(in_one) > limit {
         let most = limit.checked_div(in_one).unwrap_or(triangles);
         return Err(Error::OutOfMemory {
@@ -65,11 +71,12 @@ pub(crate) fn check_memory(device: &Device, input: &TriMesh, options: &Options, 
             source: None,
         });
     }
-    let total = bytes_needed(input, options, curves)?;
+    let total = bytes_needed(input, options, vertices, curves)?;
     let available = device.available_bytes();
     if total > available {
         let problem = format!("but device '{name}' has {available} for it");
-        return refuse("the run", total, problem, most_sites(input, options, curves, available)?);
+        let most = most_sites(input, options, vertices, curves, available)?;
+        return refuse("the run", total, problem, most);
     }
     Ok(())
 }
@@ -78,22 +85,27 @@ pub(crate) fn check_memory(device: &Device, input: &TriMesh, options: &Options, 
 ///
 /// # Errors
 /// As [`crate::mesh::unit_frame::UnitFrame::of`].
-pub(crate) fn bytes_needed(input: &TriMesh, options: &Options, curves: bool) -> Result<u64> {
-    let DeviceBytes { fixed, per_site } = device_bytes(sizes_on_device(input, options)?, options, curves);
-    Ok(fixed.saturating_add(per_site.saturating_mul(options.vertices as u64)))
+pub(crate) fn bytes_needed(input: &TriMesh, options: &Options, vertices: usize, curves: bool) -> Result<u64> {
+    let sizes = sizes_on_device(input, options, vertices)?;
+    let DeviceBytes { fixed, per_site } = device_bytes(sizes, options, curves);
+    Ok(fixed.saturating_add(per_site.saturating_mul(vertices as u64)))
 }
 
-/// The largest vertex count, below that of the options, for which the available bytes suffice; 0 if there is
-/// none.
-fn most_sites(input: &TriMesh, options: &Options, curves: bool, available: u64) -> Result<u64> {
-    let mut options = options.clone();
-    let (mut enough, mut too_many) = (0, options.vertices);
+/// The largest vertex count, below `vertices`, for which the available bytes suffice; 0 if there is none.
+fn most_sites(
+    input: &TriMesh,
+    options: &Options,
+    vertices: usize,
+    curves: bool,
+    available: u64,
+) -> Result<u64> {
+    let (mut enough, mut too_many) = (0, vertices);
     while too_many - enough > 1 {
-        options.vertices = enough + (too_many - enough) / 2;
-        if bytes_needed(input, &options, curves)? <= available {
-            enough = options.vertices;
+        let middle = enough + (too_many - enough) / 2;
+        if bytes_needed(input, options, middle, curves)? <= available {
+            enough = middle;
         } else {
-            too_many = options.vertices;
+            too_many = middle;
         }
     }
     Ok(enough as u64)
@@ -101,21 +113,21 @@ fn most_sites(input: &TriMesh, options: &Options, curves: bool, available: u64) 
 
 /// The longest edge allowed, in the mesh's units, where sites search for nearby vertices; `None` if they do
 /// not.
-pub(crate) fn longest_edge(mesh: &TriMesh, options: &Options) -> Result<Option<f64>> {
+pub(crate) fn longest_edge(mesh: &TriMesh, options: &Options, vertices: usize) -> Result<Option<f64>> {
     let searches_vertices = options.method == Method::AllAtOnce && options.all_at_once.looks_for_vertices();
-    searches_vertices.then(|| spacing_of(mesh, options.vertices)).transpose()
+    searches_vertices.then(|| spacing_of(mesh, vertices)).transpose()
 }
 
 /// Estimated numbers of vertices and triangles of this input on the device.
 ///
 /// # Errors
 /// As [`UnitFrame::of`].
-fn sizes_on_device(mesh: &TriMesh, options: &Options) -> Result<[u64; 2]> {
+fn sizes_on_device(mesh: &TriMesh, options: &Options, sites: usize) -> Result<[u64; 2]> {
     let [vertices, triangles] = [mesh.vertices.len(), mesh.triangles.len()];
-    let Some(length) = longest_edge(mesh, options)? else {
+    let Some(length) = longest_edge(mesh, options, sites)? else {
         return Ok([vertices, triangles].map(|n| n as u64));
     };
-    let most = MOST_HALVED as f64 * options.vertices as f64;
+    let most = MOST_HALVED as f64 * sites as f64;
     let more = (halved_count(mesh, length) - triangles as f64).min(most) as u64;
     Ok([vertices as u64 + more / 2, triangles as u64 + more])
 }

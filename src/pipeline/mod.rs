@@ -14,6 +14,7 @@ mod messages;
 mod missing;
 mod near_sites;
 mod outcome;
+mod plan;
 mod prepare;
 mod preview;
 mod result;
@@ -31,34 +32,33 @@ use crate::grammar::counted;
 use crate::mesh::repair::Repaired;
 use crate::mesh::spacing;
 use crate::mesh::submesh::append;
-use crate::options::{MeasureDepth, Options, Sizing};
+use crate::options::{Length, Options, Sizing};
 use crate::progress::ProgressReporter;
 use crate::sites::surface::Surface;
 use crate::{Error, Flow, Phase, Progress, ProgressToken, Result, TriMesh};
 use all_at_once::AllAtOnce;
 use clock::Clock;
 use coarse_to_fine::attempts::Attempts;
-use deviation::{Course, make_within, with_measures};
+use coarse_to_fine::surface_model::SurfaceModel;
+use deviation::{Course, make_within};
 use given_up::Searched;
-use measuring::{Measuring, correspondence_of};
+use measuring::{MeasureRequest, Measuring, correspondence_of};
 use messages::{WarningInput, remarks, warnings};
 use outcome::{Fault, Outcome};
 use prepare::Prepared;
 use rounding::Rounding;
 use shape_warnings::Shapes;
 use std::time::Instant;
-use user_curves::{may_give_up_fixed, without_fixed};
+use user_curves::may_give_up_fixed;
 use warning::Warning;
 
 pub use deviation::DeviationSummary;
-#[cfg(feature = "html")]
-pub(crate) use prepare::for_repaired;
 pub(crate) use prepare::{compile, compile_later};
 pub use preview::{Preview, PreviewLevel, preview, preview_repaired};
 pub use result::{ExactSummary, FeatureSummary, PhaseTime, Remeshed, RunTimings, ShorterEdges, Summary};
 pub use small_angles::SmallAngleSummary;
 #[cfg(feature = "html")]
-pub(crate) use user_curves::user_curve_edges;
+pub(crate) use user_curves::UserCurves;
 
 pub use warning::WarningCode;
 
@@ -100,7 +100,6 @@ pub fn remesh_repaired<F: Into<Flow>>(
 ) -> Result<Remeshed> {
     options.validate()?;
     let mut callback = |now| progress(now).into();
-    let options = &with_measures(options);
     run(device, mesh, repaired, options, &mut ProgressReporter::new(&mut callback))
 }
 
@@ -114,15 +113,11 @@ fn run(
     // Earlier runs on the same device do not count.
     device.take_timings();
     let mut clock = Clock::new(device);
-    let mut make = |repaired, options| {
-        let input = RunInput { mesh, repaired, options, lengths: None, deviation: None, attempts: 0 };
-        make_as_asked(device, input, progress, &mut clock)
-    };
-    match make(repaired, options) {
+    let mut make = |input| make_as_asked(device, input, progress, &mut clock);
+    match make(RunInput::new(mesh, repaired, options)) {
         Err(Error::Usage { problem, field: None, .. }) if may_give_up_fixed(options) => {
-            let options = without_fixed(options);
-            let made = make(None, &options)?;
-            let mut found = finish((mesh, &options), made, clock, progress)?;
+            let made = make(RunInput { gives_up_fixed: true, ..RunInput::new(mesh, None, options) })?;
+            let mut found = finish((mesh, options), made, clock, progress)?;
             let text = format!("sharp edges were given up: {problem}");
             found.summary.warn(WarningCode::SharpEdges, text);
             Ok(found)
@@ -139,7 +134,7 @@ fn finish(
     progress: &mut ProgressReporter,
 ) -> Result<Remeshed> {
     let Made { prepared, mut outcome } = made;
-    let (search, apart) = (prepared.search(), prepared.small_vertices());
+    let (search, apart) = (prepared.search(options), prepared.small_vertices());
     let mut result = prepared.assemble(&mut outcome);
     let Prepared { repaired, frame, input, small, surface, input_intersections, .. } = prepared;
     let mut rounding = options.format.and_then(|format| Rounding::apply(&mut result, &frame, format));
@@ -151,13 +146,13 @@ fn finish(
         clock.phase("source");
     }
     let measuring = Measuring {
+        request: MeasureRequest::new(options),
         result: &result,
-        reference: (options.measures >= MeasureDepth::Full).then_some(&repaired.mesh),
+        reference: &repaired.mesh,
         rounding: rounding.as_mut(),
         // Those of small components are not among the known ones.
         intersecting_faces: outcome.intersecting_faces.filter(|_| small.is_empty()),
         input_intersections: input_intersections.count().filter(|_| small.is_empty()),
-        options,
     };
     let measured = progress.during(|progress| measuring.measure(progress))?;
     let given_up = progress.during(|p| feature_warnings(&surface, &outcome, apart, options, p))?;
@@ -233,12 +228,34 @@ struct RunInput<'a> {
     mesh: &'a TriMesh,
     repaired: Option<Repaired>,
     options: &'a Options,
-    /// Edge lengths at the vertices of the repaired mesh, in any unit, instead of what the options say.
-    lengths: Option<&'a [f64]>,
+    /// Vertices of the result.
+    vertices: usize,
+    /// Edge lengths instead of what the options say.
+    lengths: Option<GivenLengths<'a>>,
     /// Vertices are inserted where the mesh is farther than this from the surface, in diagonals.
     deviation: Option<f64>,
     /// Attempts made before.
     attempts: u32,
+    /// Whether the options' fixed half-edges are given up.
+    gives_up_fixed: bool,
+}
+
+impl<'a> RunInput<'a> {
+    /// As the options have it.
+    fn new(mesh: &'a TriMesh, repaired: Option<Repaired>, options: &'a Options) -> Self {
+        let (lengths, deviation, attempts) = (None, None, 0);
+        let vertices = options.vertices;
+        Self { mesh, repaired, options, vertices, lengths, deviation, attempts, gives_up_fixed: false }
+    }
+}
+
+/// Edge lengths that follow from earlier runs.
+#[derive(Clone, Copy)]
+struct GivenLengths<'a> {
+    /// At the vertices of the repaired mesh, in any unit.
+    values: &'a [f64],
+    /// The shortest, if the options have none.
+    shortest: Length,
 }
 
 /// A mesh, with what it was made from.
@@ -276,10 +293,12 @@ fn make(
     progress: &mut ProgressReporter,
     clock: &mut Clock,
 ) -> Result<Made> {
-    let (attempts, deviation) = (input.attempts, input.deviation);
+    let (options, attempts_before, deviation) = (input.options, input.attempts, input.deviation);
     let mut prepared = progress.during(|progress| prepare(device, input, progress))?;
     clock.phase("prepare");
-    let outcome = attempt(device, &mut prepared, (attempts, deviation), progress, clock)?;
+    let model = prepared.model.take();
+    let (context, small_vertices) = (prepared.context(device, options, deviation), prepared.small_vertices());
+    let outcome = attempt(Attempts { context, small_vertices, attempts_before }, model, progress, clock)?;
     Ok(Made { prepared, outcome })
 }
 
@@ -295,30 +314,25 @@ fn prepare(device: &Device, input: RunInput, progress: &ProgressToken) -> Result
 
 /// The mesh of all but the small components.
 fn attempt(
-    device: &Device,
-    prepared: &mut Prepared,
-    (attempts_before, deviation): (u32, Option<f64>),
+    attempts: Attempts,
+    model: Option<SurfaceModel>,
     progress: &mut ProgressReporter,
     clock: &mut Clock,
 ) -> Result<Outcome> {
-    let model = prepared.model.take();
-    let (context, small_vertices) = (prepared.context(device, deviation), prepared.small_vertices());
-    let options = context.options;
+    let context = attempts.context;
+    let (method, vertices) = (context.options.method, context.plan.vertices);
     let outcome = match model {
         None => AllAtOnce { context }.run(progress, clock)?,
         Some(model) => std::thread::scope(|scope| {
-            let later = scope.spawn(|| compile_later(device, options));
-            let attempts = Attempts { context, small_vertices, attempts_before };
+            let later = scope.spawn(|| compile_later(context.device, method, vertices));
             let outcome = attempts.run(model, progress, clock);
             later.join().unwrap_or_else(|panic| std::panic::resume_unwind(panic))?;
             outcome
         })?,
     };
     if outcome.mesh.triangles.is_empty() {
-        let problem = format!(
-            "{} too few to connect this surface",
-            counted(options.vertices, ["vertex is", "vertices are"])
-        );
+        let problem =
+            format!("{} too few to connect this surface", counted(vertices, ["vertex is", "vertices are"]));
         return Err(Error::input(None, problem, "ask for more vertices"));
     }
     Ok(outcome)

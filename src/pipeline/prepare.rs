@@ -3,21 +3,21 @@
 use super::RunInput;
 use super::coarse_to_fine::device_polish;
 use super::coarse_to_fine::level::Level;
-use super::coarse_to_fine::surface_model::SurfaceModel;
+use super::coarse_to_fine::surface_model::{ModelRequest, SurfaceModel};
 use super::fallback::components::{Components, Division};
 use super::fallback::remesh::ComponentTarget;
 use super::intersections::InputIntersections;
 use super::memory::{MOST_HALVED, check_memory, longest_edge};
 use super::messages::describe_cracks;
 use super::outcome::Outcome;
+use super::plan::Plan;
 use super::run_context::RunContext;
 use super::sides::face_as;
-use super::user_curves::has_user_curves;
 use crate::gpu::Device;
 use crate::grammar::counted;
 use crate::mesh::coincident::separate_coincident;
-use crate::mesh::correspondence::{CorrespondenceRequest, Search, half_edges_after, vertex_values_after};
-use crate::mesh::repair::{BorderSmoothing, Repaired, cracks, repair_with, smooth_borders};
+use crate::mesh::correspondence::{CorrespondenceRequest, Search};
+use crate::mesh::repair::{Repaired, cracks, repair_with};
 use crate::mesh::spacing;
 use crate::mesh::subdivide::halved;
 use crate::mesh::submesh::{append, extract};
@@ -48,8 +48,8 @@ pub(crate) struct Prepared {
     pub surface: Surface,
     /// For [`Method::CoarseToFine`] only.
     pub model: Option<SurfaceModel>,
-    /// The given options, with the vertices left for the large components.
-    options: Options,
+    /// For the large components.
+    pub plan: Plan,
     pub input_intersections: InputIntersections,
 }
 
@@ -57,28 +57,24 @@ impl Prepared {
     /// # Errors
     /// [`Error::Input`] for a mesh that [`repair_with`] cannot repair, [`Error::Usage`] for too few vertices,
     /// [`Error::OutOfMemory`], [`Error::Cancelled`].
-    pub fn new(device: &Device, input: RunInput, progress: &ProgressToken) -> Result<Self> {
-        let RunInput { mesh, repaired, options, lengths, .. } = input;
-        let mut repaired = repaired_for(mesh, repaired, options)?;
-        let mut options = for_repaired(mesh, &mut repaired, options);
+    pub fn new(device: &Device, mut input: RunInput, progress: &ProgressToken) -> Result<Self> {
+        let options = input.options;
+        let mut repaired = repaired_for(input.mesh, input.repaired.take(), options)?;
+        let mut plan = Plan::new(&input, &mut repaired);
         progress.poll()?;
         let frame = UnitFrame::of(&repaired.mesh)?;
         // Curves are not known yet.
-        check_memory(device, &repaired.mesh, &options, false)?;
-        let subdivided = subdivided(&repaired.mesh, &options, progress)?;
+        check_memory(device, &repaired.mesh, options, plan.vertices, false)?;
+        let subdivided = subdivided(&repaired.mesh, options, plan.vertices, progress)?;
         progress.poll()?;
-        let division = divide(&repaired.mesh, &frame, &options, progress);
+        let division = divide(&repaired.mesh, &frame, options, &plan, progress);
         let division = division.map_err(|error| name_cracks(error, &repaired.mesh))?;
         progress.poll()?;
-        if let Some(lengths) = lengths {
-            options.coarse_to_fine.sizing = Sizing::Given(lengths.to_vec());
-        }
         let (small, large) = division.map_or((Vec::new(), None), |division| {
-            let method = &mut options.coarse_to_fine;
-            options.vertices = division.vertices_left;
-            method.coarsest = method.coarsest.max(division.coarsest);
+            plan.vertices = division.vertices_left;
+            plan.coarsest = plan.coarsest.max(division.coarsest);
             let large = (!division.small.is_empty()).then(|| extract(&repaired.mesh, &division.large));
-            if let (Some(large), Sizing::Given(values)) = (&large, &mut method.sizing) {
+            if let (Some(large), Sizing::Given(values)) = (&large, &mut plan.sizing) {
                 *values = submesh_values(values, &repaired.mesh, &division.large, large);
             }
             (division.small, large)
@@ -92,12 +88,12 @@ impl Prepared {
         progress.poll()?;
         let input_intersections = InputIntersections::default();
         let mut prepared =
-            Self { repaired, frame, input, small, large, surface, model: None, options, input_intersections };
-        if prepared.options.method == Method::CoarseToFine {
-            let context = prepared.context(device, None);
-            let model = SurfaceModel::new(&context, false, progress)?;
+            Self { repaired, frame, input, small, large, surface, model: None, plan, input_intersections };
+        if options.method == Method::CoarseToFine {
+            let context = prepared.context(device, options, None);
+            let model = SurfaceModel::new(&context, &ModelRequest::of(context.plan), progress)?;
             if model.curves.is_some() {
-                check_memory(device, context.mesh, context.options, true)?;
+                check_memory(device, context.mesh, options, context.plan.vertices, true)?;
             }
             prepared.model = Some(model);
         }
@@ -105,17 +101,22 @@ impl Prepared {
     }
 
     /// What a run on the components that are not too small for cells shares; `deviation` as there.
-    pub fn context<'a>(&'a self, device: &'a Device, deviation: Option<f64>) -> RunContext<'a> {
-        let Self { repaired, frame, input, large, surface, options, input_intersections, .. } = self;
+    pub fn context<'a>(
+        &'a self,
+        device: &'a Device,
+        options: &'a Options,
+        deviation: Option<f64>,
+    ) -> RunContext<'a> {
+        let Self { repaired, frame, input, large, surface, plan, input_intersections, .. } = self;
         let whole = (&repaired.mesh, input);
         let (mesh, input) = large.as_ref().map_or(whole, |(mesh, topology)| (mesh, topology));
-        RunContext { device, mesh, frame, surface, input, input_intersections, options, deviation }
+        RunContext { device, mesh, frame, surface, input, input_intersections, options, plan, deviation }
     }
 
     /// A search over the repaired mesh in the unit-diagonal frame, if the result's correspondence is asked
     /// for and the model has one.
-    pub fn search(&self) -> Option<Search> {
-        let is_needed = self.large.is_none() && self.options.correspondence != CorrespondenceRequest::NONE;
+    pub fn search(&self, options: &Options) -> Option<Search> {
+        let is_needed = self.large.is_none() && options.correspondence != CorrespondenceRequest::NONE;
         self.model.as_ref().filter(|_| is_needed).map(|model| model.target.searched(&self.surface.origin))
     }
 
@@ -137,9 +138,14 @@ impl Prepared {
 
 /// The surface with edges of at most a spacing, for sites that search for triangles at nearby vertices and
 /// would miss the middle of long ones; `None` if it has no longer edges or there is no such search.
-fn subdivided(mesh: &TriMesh, options: &Options, progress: &ProgressToken) -> Result<Option<TriMesh>> {
-    let Some(length) = longest_edge(mesh, options)? else { return Ok(None) };
-    halved(mesh, length, mesh.triangles.len() + MOST_HALVED * options.vertices, progress)
+fn subdivided(
+    mesh: &TriMesh,
+    options: &Options,
+    vertices: usize,
+    progress: &ProgressToken,
+) -> Result<Option<TriMesh>> {
+    let Some(length) = longest_edge(mesh, options, vertices)? else { return Ok(None) };
+    halved(mesh, length, mesh.triangles.len() + MOST_HALVED * vertices, progress)
 }
 
 /// The mesh repaired as the options say, or `repaired` if it is given.
@@ -158,28 +164,6 @@ pub(crate) fn repaired_for(
         return Ok(repaired);
     }
     Err(Error::usage("the repaired mesh was made from another one", "give what repair made of this mesh"))
-}
-
-/// The options for the repaired mesh: half-edges and sizes of the mesh become those of the repaired one, in
-/// which ragged borders of labels are made smooth.
-pub(crate) fn for_repaired(mesh: &TriMesh, repaired: &mut Repaired, options: &Options) -> Options {
-    let mut options = options.clone();
-    let method = &mut options.coarse_to_fine;
-    method.fixed_half_edges = half_edges_after(mesh, repaired, &method.fixed_half_edges);
-    method.label_borders = half_edges_after(mesh, repaired, &method.label_borders);
-    if let Sizing::Given(values) = &mut method.sizing {
-        *values = vertex_values_after(mesh, repaired, values);
-    }
-    if !method.label_borders.is_empty() && method.smooth_labels > 0.0 {
-        let by = BorderSmoothing {
-            edges: method.smooth_labels,
-            feature_angle: method.feature_angle,
-            fixed: &method.fixed_half_edges,
-        };
-        method.label_borders =
-            smooth_borders(&mut repaired.mesh, &mut repaired.origin, &method.label_borders, &by);
-    }
-    options
 }
 
 /// Refuses sizes that are not positive, or not one for each vertex.
@@ -211,10 +195,11 @@ fn divide(
     mesh: &TriMesh,
     frame: &UnitFrame,
     options: &Options,
+    plan: &Plan,
     progress: &ProgressToken,
 ) -> Result<Option<Division>> {
     // The user's curves may be on a small component, and the other method's presets are never changed.
-    if options.method != Method::CoarseToFine || has_user_curves(options) {
+    if options.method != Method::CoarseToFine || !plan.curves.is_empty() {
         return Ok(None);
     }
     if Components::new(mesh).count() == 1 {
@@ -223,7 +208,7 @@ fn divide(
     let mut unit = mesh.clone();
     unit.vertices.iter_mut().for_each(|p| *p = frame.to_unit(*p));
     let components = Components::new(&unit);
-    let mut vertices = options.vertices;
+    let mut vertices = plan.vertices;
     let mut tries = 0;
     loop {
         let spacing = spacing(components.area(), vertices);
@@ -261,9 +246,9 @@ pub(crate) fn compile(device: &Device, method: Method) -> Result<()> {
 ///
 /// # Errors
 /// Those of the device.
-pub(crate) fn compile_later(device: &Device, options: &Options) -> Result<()> {
-    match options.method {
-        Method::CoarseToFine if device.polishes(options.vertices) => device_polish::compile(device),
+pub(crate) fn compile_later(device: &Device, method: Method, vertices: usize) -> Result<()> {
+    match method {
+        Method::CoarseToFine if device.polishes(vertices) => device_polish::compile(device),
         Method::CoarseToFine | Method::AllAtOnce => Ok(()),
     }
 }

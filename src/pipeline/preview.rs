@@ -1,10 +1,11 @@
 //! The plan of a run, made without a device.
 
+use super::RunInput;
 use super::coarse_to_fine::levels::{Extent, LevelPlan, enough, levels};
 use super::coarse_to_fine::size_field::{SizeRequest, size_field};
 use super::memory::bytes_needed;
-use super::prepare::{for_repaired, repaired_for};
-use super::user_curves::{may_simplify, name_borders, user_curve_edges};
+use super::plan::Plan;
+use super::prepare::repaired_for;
 use crate::mesh::features::{FeatureOptions, Features, find_features};
 use crate::mesh::repair::{RepairCounts, Repaired};
 use crate::mesh::sizing::SizeField;
@@ -78,52 +79,26 @@ pub fn preview_repaired(mesh: &TriMesh, repaired: Option<Repaired>, options: &Op
         return Err(Error::option("sizing", problem, "start the run, or plan with another `sizing`"));
     }
     let mut repaired = repaired_for(mesh, repaired, options)?;
-    let options = &for_repaired(mesh, &mut repaired, options);
+    let plan = Plan::new(&RunInput::new(mesh, None, options), &mut repaired);
     let frame = UnitFrame::of(&repaired.mesh)?;
     let unit = TriMesh {
         vertices: repaired.mesh.vertices.iter().map(|vertex| frame.to_unit(*vertex)).collect(),
         triangles: repaired.mesh.triangles.clone(),
     };
     let areas: Vec<f64> = (0..unit.triangles.len()).map(|t| unit.triangle_area(t)).collect();
-    let whole: f64 = areas.iter().sum();
-    let spacing = spacing(whole, options.vertices);
-    let (features, curves, field) = match options.method {
-        Method::CoarseToFine => {
-            let user_edges = user_curve_edges(&repaired.mesh, options)?;
-            let feature_options = FeatureOptions {
-                feature_angle: options.coarse_to_fine.feature_angle,
-                user_edges,
-                ..FeatureOptions::new(spacing)
-            };
-            let features = find_features(&unit, &feature_options)?;
-            let curves = SurfaceCurves::new(&unit.vertices, &unit.triangles, &features);
-            let given =
-                if let Sizing::Given(values) = &options.coarse_to_fine.sizing { values } else { &Vec::new() };
-            let request = SizeRequest { options, given, diagonal: frame.scale };
-            let field = size_field(&unit, curves.as_ref(), &request)?;
-            (features, curves.map(|curves| curves.sized(&field)), field)
-        }
-        _ => (Features::default(), None, SizeField::default()),
+    let surface = PreviewedSurface {
+        input: &repaired.mesh,
+        euler: topology(&unit).euler,
+        area: areas.iter().sum(),
+        unit,
+        diagonal: frame.scale,
+        options,
+        plan: &plan,
     };
-    let plans = match options.method {
-        Method::CoarseToFine => {
-            let extent = Extent { area: whole, euler: topology(&unit).euler, curves: curves.as_ref() };
-            match (levels(&extent, options.vertices, options.coarse_to_fine.coarsest), &curves) {
-                // As a run would.
-                (Err(Error::Usage { .. }), Some(curves)) if options.shortage == Shortage::AddVertices => {
-                    let vertices = enough(curves, whole, options.vertices);
-                    return preview(&repaired.mesh, &options.clone().vertices(vertices));
-                }
-                // A surface that is simplified has no levels.
-                (Err(Error::Usage { .. }), _) if may_simplify(options) => Vec::new(),
-                (plans, _) => plans.map_err(|error| name_borders(error, options))?,
-            }
-        }
-        _ => vec![LevelPlan { sites: options.vertices, interior: options.vertices, spacing }],
-    };
+    let PreviewedCount { vertices, levels, features, curves, field } = surface.with_enough_vertices()?;
     let weighted: Vec<f64> = areas.iter().enumerate().map(|(t, area)| area * field.density(t)).collect();
-    let interior = plans.last().map_or(0, |last| last.interior);
-    let curve_vertices = match (&curves, plans.last()) {
+    let interior = levels.last().map_or(0, |last| last.interior);
+    let curve_vertices = match (&curves, levels.last()) {
         (Some(curves), Some(last)) => largest_first(curves.counts_by_curve(last.spacing)),
         _ => Vec::new(),
     };
@@ -134,17 +109,86 @@ pub fn preview_repaired(mesh: &TriMesh, repaired: Option<Repaired>, options: &Op
     };
     Ok(Preview {
         repaired: repaired.counts,
-        input: [unit.vertices.len(), unit.triangles.len()],
-        vertices: options.vertices,
-        spacing: spacing * frame.scale,
-        collapses: plans.is_empty(),
-        levels: plans.iter().map(level).collect(),
+        input: [repaired.mesh.vertices.len(), repaired.mesh.triangles.len()],
+        vertices,
+        spacing: spacing(surface.area, vertices) * frame.scale,
+        collapses: levels.is_empty(),
+        levels: levels.iter().map(level).collect(),
         curves: features.curves.len(),
         curve_vertices,
         corners: features.corners.len(),
         patches: by_patch(&features, &weighted, interior),
-        device_bytes: bytes_needed(&repaired.mesh, options, curves.is_some())?,
+        device_bytes: bytes_needed(&repaired.mesh, options, vertices, curves.is_some())?,
     })
+}
+
+/// The surface of a run that is not made.
+struct PreviewedSurface<'a> {
+    /// The repaired input, in its units.
+    input: &'a TriMesh,
+    /// The same in the unit-diagonal frame, with its Euler characteristic and area.
+    unit: TriMesh,
+    euler: i64,
+    area: f64,
+    /// Of the input's bounding box.
+    diagonal: f64,
+    options: &'a Options,
+    plan: &'a Plan,
+}
+
+/// What a number of vertices leads to.
+struct PreviewedCount {
+    vertices: usize,
+    /// None for a surface that is remeshed by local operations.
+    levels: Vec<LevelPlan>,
+    features: Features,
+    curves: Option<SurfaceCurves>,
+    field: SizeField,
+}
+
+impl PreviewedSurface<'_> {
+    /// The number of vertices that was asked for, or a larger one as a run would take it.
+    fn with_enough_vertices(&self) -> Result<PreviewedCount> {
+        let mut vertices = self.plan.vertices;
+        loop {
+            if self.options.method != Method::CoarseToFine {
+                let spacing = spacing(self.area, vertices);
+                let levels = vec![LevelPlan { sites: vertices, interior: vertices, spacing }];
+                let (features, curves, field) = (Features::default(), None, SizeField::default());
+                return Ok(PreviewedCount { vertices, levels, features, curves, field });
+            }
+            let (features, curves, field) = self.features(vertices)?;
+            let extent = Extent { area: self.area, euler: self.euler, curves: curves.as_ref() };
+            let levels = match (levels(&extent, vertices, self.plan.coarsest), &curves) {
+                (Err(Error::Usage { .. }), Some(curves))
+                    if self.options.shortage == Shortage::AddVertices =>
+                {
+                    vertices = enough(curves, self.area, vertices);
+                    continue;
+                }
+                (Err(Error::Usage { .. }), _) if self.plan.curves.may_be_lost(self.options) => Vec::new(),
+                (levels, _) => levels.map_err(|error| self.plan.curves.name_borders(error))?,
+            };
+            return Ok(PreviewedCount { vertices, levels, features, curves, field });
+        }
+    }
+
+    /// The features, curves and sizes for a number of vertices.
+    fn features(&self, vertices: usize) -> Result<(Features, Option<SurfaceCurves>, SizeField)> {
+        let Self { unit, options, plan, diagonal, .. } = self;
+        let feature_options = FeatureOptions {
+            feature_angle: options.coarse_to_fine.feature_angle,
+            user_edges: plan.curves.edges(self.input)?,
+            ..FeatureOptions::new(spacing(self.area, vertices))
+        };
+        let features = find_features(unit, &feature_options)?;
+        let curves = SurfaceCurves::new(&unit.vertices, &unit.triangles, &features);
+        let given = if let Sizing::Given(values) = &plan.sizing { values.as_slice() } else { &[] };
+        let (sizing, min_edge, diagonal) = (&plan.sizing, plan.min_edge, *diagonal);
+        let request = SizeRequest { options, min_edge, vertices, sizing, given, diagonal };
+        let field = size_field(unit, curves.as_ref(), &request)?;
+        Ok((features, curves.map(|curves| curves.sized(&field)), field))
+    }
 }
 
 /// The `interior` vertices of each patch by its weighted area, largest first.

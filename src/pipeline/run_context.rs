@@ -1,6 +1,7 @@
 //! What all parts of a run share.
 
 use super::intersections::InputIntersections;
+use super::plan::Plan;
 use crate::TriMesh;
 use crate::gpu::Device;
 use crate::mesh::topology::Topology;
@@ -21,7 +22,17 @@ pub(crate) struct RunContext<'a> {
     pub input: &'a Topology,
     /// Faces of the repaired input that intersect others.
     pub input_intersections: &'a InputIntersections,
+    /// The user's request.
     pub options: &'a Options,
+    /// What is derived from it.
+    pub plan: &'a Plan,
     /// Vertices are inserted where the mesh is farther than this from the surface, in diagonals.
     pub deviation: Option<f64>,
+}
+
+impl RunContext<'_> {
+    /// Whether the surface may be simplified without its curves if there are too few vertices.
+    pub fn may_simplify(&self) -> bool {
+        self.plan.curves.may_be_lost(self.options)
+    }
 }

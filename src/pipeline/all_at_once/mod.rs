@@ -39,7 +39,7 @@ impl AllAtOnce<'_> {
         let vertices = options.vertices;
         let spacing = spacing(surface.area(), vertices);
         let work = LevelWork { sites: vertices, iterations: options.iterations };
-        let cost = AttemptCost::new(&[work], surface.triangles.len(), options);
+        let cost = AttemptCost::new(&[work], surface.triangles.len(), options, vertices);
         progress.phase(Phase::Prepare, cost.prepared, 0.0)?;
         let (seeds, disks) = self.seeds(progress)?;
         clock.phase("seed");

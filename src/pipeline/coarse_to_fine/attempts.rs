@@ -3,14 +3,13 @@
 
 use super::levels::enough;
 use super::shared::CoarseToFine;
-use super::surface_model::SurfaceModel;
-use crate::options::{Options, Shortage};
+use super::surface_model::{ModelRequest, SurfaceModel};
+use crate::options::Shortage;
 use crate::pipeline::clock::Clock;
 use crate::pipeline::fallback::faulty::{Fallback, better};
 use crate::pipeline::outcome::{FaultKind, Outcome};
 use crate::pipeline::result::FeatureSummary;
 use crate::pipeline::run_context::RunContext;
-use crate::pipeline::user_curves::{has_user_curves, may_simplify};
 use crate::progress::ProgressReporter;
 use crate::{Error, Result};
 
@@ -45,29 +44,25 @@ impl Runner<'_, '_> {
     pub fn attempt(&mut self, model: &SurfaceModel, vertices: usize, seed: u64) -> Result<Outcome> {
         self.attempts += 1;
         self.progress.attempt(self.attempts);
-        let options = &Options { vertices, seed, ..self.shared.context.options.clone() };
-        let run = CoarseToFine { context: RunContext { options, ..self.shared.context }, model };
+        let run = CoarseToFine { context: self.shared.context, vertices, seed, model };
         Ok(Outcome { attempts: self.attempts, ..run.run(self.progress, self.clock)? })
     }
 
     /// The surface for another number of vertices.
     fn model_for(&mut self, vertices: usize) -> Result<SurfaceModel> {
-        self.model(Options { vertices, ..self.shared.context.options.clone() })
+        self.model(&ModelRequest { vertices, ..ModelRequest::of(self.shared.context.plan) })
     }
 
-    /// The surface for other options.
-    pub fn model(&mut self, options: Options) -> Result<SurfaceModel> {
-        self.model_with(options, false)
+    /// The surface for a request.
+    pub fn model(&mut self, request: &ModelRequest) -> Result<SurfaceModel> {
+        let context = &self.shared.context;
+        self.progress.during(|progress| SurfaceModel::new(context, request, progress))
     }
 
     /// The surface for this number of vertices without creases between narrow facets.
     pub fn model_of_round_facets(&mut self, vertices: usize) -> Result<SurfaceModel> {
-        self.model_with(Options { vertices, ..self.shared.context.options.clone() }, true)
-    }
-
-    fn model_with(&mut self, options: Options, round_facets: bool) -> Result<SurfaceModel> {
-        let context = RunContext { options: &options, ..self.shared.context };
-        self.progress.during(|progress| SurfaceModel::new(&context, round_facets, progress))
+        let plan = self.shared.context.plan;
+        self.model(&ModelRequest { vertices, round_facets: true, ..ModelRequest::of(plan) })
     }
 
     /// As many vertices, or more if curves leave too few of them. What counts as a curve depends on their
@@ -150,10 +145,7 @@ impl Runner<'_, '_> {
             Some(repaired) => better(first, repaired),
             None => first,
         };
-        if is_enough
-            || !may_simplify(self.shared.context.options)
-            || matches!(kind, Some(FaultKind::Slivers(_)))
-        {
+        if is_enough || !self.shared.context.may_simplify() || matches!(kind, Some(FaultKind::Slivers(_))) {
             return Ok(Outcome { attempts, ..best });
         }
         let whole = self.progress.during(|progress| fallback.whole(features, vertices, progress));
@@ -182,8 +174,8 @@ impl Attempts<'_> {
         let (seed, shortage) = (self.context.options.seed, self.context.options.shortage);
         let mut runner = Runner { shared: self, attempts: self.attempts_before, progress, clock };
         let (model, vertices) = match shortage {
-            Shortage::AddVertices => runner.with_enough_vertices(model, self.context.options.vertices)?,
-            Shortage::Refuse | Shortage::BestEffort => (model, self.context.options.vertices),
+            Shortage::AddVertices => runner.with_enough_vertices(model, self.context.plan.vertices)?,
+            Shortage::Refuse | Shortage::BestEffort => (model, self.context.plan.vertices),
         };
         let sizes = model.sizes.clone();
         let fallback = Fallback { context: self.context, sizes: &sizes };
@@ -196,7 +188,7 @@ impl Attempts<'_> {
         }
         let first = match runner.attempt(&model, vertices, seed) {
             // There are too few vertices for the curves.
-            Err(Error::Usage { .. }) if may_simplify(self.context.options) => {
+            Err(Error::Usage { .. }) if self.context.may_simplify() => {
                 let whole = whole(&mut runner)?;
                 return runner.with_round_facets(whole, vertices).and_then(|outcome| self.accepted(outcome));
             }
@@ -221,7 +213,7 @@ impl Attempts<'_> {
             return Ok(first);
         }
         // Local operations do not know the user's curves, but another start may do.
-        if has_user_curves(self.context.options) && !runner.progress.leave_out() {
+        if !self.context.plan.curves.is_empty() && !runner.progress.leave_out() {
             let model = runner.model_for(vertices)?;
             let other = runner.attempt(&model, vertices, seed.wrapping_add(1))?;
             if !other.is_refused() {
@@ -238,7 +230,7 @@ impl Attempts<'_> {
     fn accepted(&self, outcome: Outcome) -> Result<Outcome> {
         match &outcome.fault {
             Some(fault) if outcome.is_refused() && self.context.options.shortage == Shortage::Refuse => {
-                let vertices = self.context.options.vertices + self.small_vertices;
+                let vertices = self.context.plan.vertices + self.small_vertices;
                 Err(fault.refusal(vertices, self.context.input, self.context.frame))
             }
             _ => Ok(outcome),

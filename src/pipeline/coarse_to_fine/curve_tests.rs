@@ -13,10 +13,12 @@ use crate::mesh::sizing::SizeField;
 use crate::mesh::topology::topology;
 use crate::mesh::unit_frame::UnitFrame;
 use crate::pipeline::intersections::InputIntersections;
+use crate::pipeline::plan::Plan;
 use crate::pipeline::run_context::RunContext;
+use crate::pipeline::user_curves::UserCurves;
 use crate::progress::{ProgressReporter, ProgressToken};
 use crate::sites::surface::Surface;
-use crate::{Flow, Options, TriMesh};
+use crate::{Flow, Options, Sizing, TriMesh};
 
 /// Relaxes `count` sites on the mesh, with the checks that hold for all; returns the steps in spacings.
 fn relaxed(mesh: &TriMesh, count: usize) -> Vec<f64> {
@@ -31,7 +33,14 @@ fn relaxed(mesh: &TriMesh, count: usize) -> Vec<f64> {
     let (input, options) = (topology(mesh), Options::new(count));
     let curves = model.curves.as_ref().unwrap();
     let extent = Extent { area: surface.area(), euler: input.euler, curves: Some(curves) };
-    let plan = *levels(&extent, count, count).unwrap().last().unwrap();
+    let last = *levels(&extent, count, count).unwrap().last().unwrap();
+    let plan = Plan {
+        vertices: count,
+        coarsest: count,
+        sizing: Sizing::Uniform,
+        min_edge: None,
+        curves: UserCurves::default(),
+    };
     let context = RunContext {
         device: &device,
         mesh,
@@ -40,14 +49,15 @@ fn relaxed(mesh: &TriMesh, count: usize) -> Vec<f64> {
         input: &input,
         input_intersections: &InputIntersections::default(),
         options: &options,
+        plan: &plan,
         deviation: None,
     };
-    let run = CoarseToFine { context, model: &model };
-    let (start, on_curves) = run.start(Origin::Scattered, &plan);
+    let run = CoarseToFine { context, vertices: count, seed: options.seed, model: &model };
+    let (start, on_curves) = run.start(Origin::Scattered, &last);
     let pins = on_curves.unwrap().pins;
     assert_eq!(start.sites.len(), count);
     let options = LevelOptions {
-        spacing: plan.spacing,
+        spacing: last.spacing,
         has_sizes: false,
         iterations: 40,
         moves: Moves::SCATTERED,
@@ -76,7 +86,7 @@ fn relaxed(mesh: &TriMesh, count: usize) -> Vec<f64> {
         let nearest = others
             .map(|j| result.sites.positions[j].distance(result.sites.positions[i]))
             .fold(f64::INFINITY, f64::min);
-        assert!(nearest > 0.4 * plan.spacing, "site {i} is {} spacings from another", nearest / plan.spacing);
+        assert!(nearest > 0.4 * last.spacing, "site {i} is {} spacings from another", nearest / last.spacing);
     }
     assert!(device.take_validation_messages().is_empty());
     result.steps

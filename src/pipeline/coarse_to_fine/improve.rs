@@ -14,7 +14,6 @@ use crate::pipeline::intersections::{Intersections, intersecting_on_device};
 use crate::pipeline::missing::missing_vertices;
 use crate::pipeline::near_sites::near_sites;
 use crate::pipeline::outcome::{Fault, FaultKind};
-use crate::pipeline::user_curves::has_user_curves;
 use crate::polish::{
     ConstrainedMesh, FitOptions, MeshCache, Outlier, OutlierOptions, PolishOptions, fit, polish,
     reduce_outliers,
@@ -252,7 +251,7 @@ impl CoarseToFine<'_> {
 
     /// Whether a mesh of another topology is replaced as a whole by local operations.
     fn is_replaced_as_a_whole(&self) -> bool {
-        !has_user_curves(self.context.options) && Components::new(&self.context.surface.mesh()).count() == 1
+        self.context.plan.curves.is_empty() && Components::new(&self.context.surface.mesh()).count() == 1
     }
 
     /// What is wrong with the mesh in the end, the worst first.

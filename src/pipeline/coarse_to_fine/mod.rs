@@ -29,7 +29,6 @@ use super::cost::{AttemptCost, FEW_ITERATIONS, LevelWork};
 use super::outcome::Outcome;
 use super::result::FeatureSummary;
 use super::small_angles::MendingCounts;
-use super::user_curves::name_borders;
 use crate::progress::ProgressReporter;
 use crate::sites::cells::CellSurface;
 use crate::sites::curve_clearance::CurveClearance;
@@ -65,8 +64,8 @@ impl CoarseToFine<'_> {
         let options = self.context.options;
         let curves = self.model.curves.as_ref();
         let extent = Extent { area: self.context.surface.area(), euler: self.context.input.euler, curves };
-        let plans = levels(&extent, options.vertices, options.coarse_to_fine.coarsest)
-            .map_err(|error| name_borders(error, options))?;
+        let plans = levels(&extent, self.vertices, self.context.plan.coarsest)
+            .map_err(|error| self.context.plan.curves.name_borders(error))?;
         let Some(last) = plans.last() else { return Err(Error::Internal("no levels".to_owned())) };
         let mut on = CellSurface::new(
             &self.context.surface.vertices,
@@ -81,7 +80,7 @@ impl CoarseToFine<'_> {
             iterations: self.iterations(plans.len(), l, l == 0),
         };
         let work: Vec<LevelWork> = plans.iter().enumerate().map(work).collect();
-        let cost = &AttemptCost::new(&work, self.context.surface.triangles.len(), options);
+        let cost = &AttemptCost::new(&work, self.context.surface.triangles.len(), options, self.vertices);
         progress.phase(Phase::Prepare, cost.prepared, 0.0)?;
         let mut reporting = Reporting { cost, progress, clock };
         let mut level = self.run_levels(&on, &plans, &mut reporting)?;
@@ -94,7 +93,7 @@ impl CoarseToFine<'_> {
             None => level.on_curves.map_or(0, |on_curves| on_curves.sites.positions.len()),
         };
         let mesh = mesh.mesh;
-        let vertices = if self.context.deviation.is_some() { mesh.vertices.len() } else { options.vertices };
+        let vertices = if self.context.deviation.is_some() { mesh.vertices.len() } else { self.vertices };
         Ok(Outcome {
             mesh,
             sites: level.sites,
@@ -203,9 +202,7 @@ impl CoarseToFine<'_> {
                     self.refined(&Coarser { mesh, triangles, lengths: lengths(sites), on_curves: None }, plan)
                 }
                 Origin::Same(level) => level.interior_sites(),
-                Origin::Scattered => {
-                    seed::stratified(self.context.surface, sizes, plan.interior, self.context.options.seed)
-                }
+                Origin::Scattered => seed::stratified(self.context.surface, sizes, plan.interior, self.seed),
             };
             return (Start { sites, pinned: None }, None);
         };
@@ -226,7 +223,7 @@ impl CoarseToFine<'_> {
                 refine(&coarser, plan.interior)
             }
             Origin::Same(level) => level.interior_sites(),
-            _ => clearance.scattered(self.context.surface, sizes, plan.interior, self.context.options.seed),
+            _ => clearance.scattered(self.context.surface, sizes, plan.interior, self.seed),
         };
         let (sites, pins) = curve_sites.merge(curves, interior);
         let pinned = (&curve_sites, pins.as_slice());

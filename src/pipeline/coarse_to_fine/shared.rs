@@ -5,7 +5,9 @@ use crate::pipeline::run_context::RunContext;
 
 /// An attempt of the default pipeline.
 pub(crate) struct CoarseToFine<'a> {
-    /// With the attempt's vertices and seed.
     pub context: RunContext<'a>,
+    /// The number of vertices, which may be more than planned.
+    pub vertices: usize,
+    pub seed: u64,
     pub model: &'a SurfaceModel,
 }

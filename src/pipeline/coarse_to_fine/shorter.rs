@@ -6,12 +6,13 @@
 use glam::DVec3;
 
 use super::attempts::Runner;
+use super::surface_model::ModelRequest;
 use crate::mesh::hash_grid::HashGrid;
 use crate::mesh::quality::extreme_angles;
 use crate::mesh::sizing::{SizeField, vertices_with};
 use crate::mesh::small_angles::small_angle_places;
 use crate::mesh::spacing;
-use crate::options::{CoarseToFineOptions, Options, Sizing};
+use crate::options::{CoarseToFineOptions, Sizing};
 use crate::pipeline::missing::far_vertices;
 use crate::pipeline::outcome::{FaultKind, Outcome};
 use crate::pipeline::result::ShorterEdges;
@@ -47,10 +48,9 @@ impl Runner<'_, '_> {
     /// The outcome, or a closer one with shorter edges around the places that it leaves out, if the options
     /// leave edge lengths open.
     pub(super) fn with_shorter_edges(&mut self, first: Outcome, vertices: usize) -> Result<Outcome> {
-        let options = self.shared.context.options;
         let surface = self.shared.context.surface.mesh();
         let length = spacing(surface.area(), vertices);
-        let is_open = options.coarse_to_fine.sizing == Sizing::Automatic;
+        let is_open = self.shared.context.plan.sizing == Sizing::Automatic;
         if !is_open || !is_sound(&first) || farthest(&first) <= LEFT_OUT * length {
             return Ok(first);
         }
@@ -67,9 +67,8 @@ impl Runner<'_, '_> {
                 break;
             }
             add_places(&mut places, &left_out, length);
-            let mut options = options.clone();
-            options.coarse_to_fine.sizing = Sizing::Given(values.clone());
-            let model = self.model(Options { vertices, ..options })?;
+            let sizing = &Sizing::Given(values.clone());
+            let model = self.model(&ModelRequest { vertices, sizing, round_facets: false })?;
             let share = share_for_shorter_edges(&surface, &model.sizes);
             if share > MOST_VERTICES {
                 break;
@@ -137,7 +136,7 @@ impl Runner<'_, '_> {
         ShorterEdges {
             places: places.iter().map(|p| self.shared.context.frame.from_unit(*p).to_array()).collect(),
             shortest: least / largest,
-            vertices: (share * self.shared.context.options.vertices as f64).round() as usize,
+            vertices: (share * self.shared.context.plan.vertices as f64).round() as usize,
         }
     }
 }

@@ -4,7 +4,7 @@ use crate::mesh::repair::connected_components;
 use crate::mesh::sizing::{Bounds, SizeField, along_curve, curvature, graded};
 use crate::mesh::spacing;
 use crate::mesh::unit_frame::decimals;
-use crate::options::{Options, Sizing};
+use crate::options::{Length, Options, Sizing};
 use crate::sites::surface_curves::SurfaceCurves;
 use crate::{Error, Result, TriMesh};
 
@@ -21,6 +21,10 @@ const ENOUGH: usize = 60;
 /// Input of [`size_field`].
 pub(crate) struct SizeRequest<'a> {
     pub options: &'a Options,
+    /// The shortest edge length.
+    pub min_edge: Option<Length>,
+    pub vertices: usize,
+    pub sizing: &'a Sizing,
     /// Sizes at the vertices of the surface, for [`Sizing::Given`].
     pub given: &'a [f64],
     /// Diagonal of the input's bounding box, in its units.
@@ -36,27 +40,24 @@ pub(crate) fn size_field(
     curves: Option<&SurfaceCurves>,
     request: &SizeRequest,
 ) -> Result<SizeField> {
-    let SizeRequest { options, given, diagonal } = *request;
-    if options.coarse_to_fine.sizing.is_even() {
+    let SizeRequest { options, min_edge, vertices, sizing, given, diagonal } = *request;
+    let max_edge = options.coarse_to_fine.max_edge;
+    if sizing.is_even() {
         return Ok(SizeField::default());
     }
-    let spacing = spacing(surface.area(), options.vertices);
+    let spacing = spacing(surface.area(), vertices);
     let curvatures = largest_curvatures(surface, curves, spacing);
-    let desired = match options.coarse_to_fine.sizing {
+    let desired = match sizing {
         Sizing::Curvature { gradation } => {
             curvatures.iter().map(|curvature| curvature.max(FLAT).powf(-0.5 * gradation)).collect()
         }
         _ => given.to_vec(),
     };
-    let [least, largest] =
-        [(options.coarse_to_fine.min_edge, 1.0 / RANGE), (options.coarse_to_fine.max_edge, RANGE)]
-            .map(|(length, share)| length.map_or(share * spacing, |length| length.share_of(diagonal)));
+    let [least, largest] = [(min_edge, 1.0 / RANGE), (max_edge, RANGE)]
+        .map(|(length, share)| length.map_or(share * spacing, |length| length.share_of(diagonal)));
     let decimals = decimals(diagonal);
     let in_units = |length: f64| format!("{:.decimals$}", length * diagonal);
-    if least > largest
-        && options.coarse_to_fine.min_edge.is_some()
-        && options.coarse_to_fine.max_edge.is_some()
-    {
+    if least > largest && min_edge.is_some() && max_edge.is_some() {
         let problem = format!("`min_edge` {} is more than `max_edge` {}", in_units(least), in_units(largest));
         return Err(Error::option("min_edge", problem, "give a smaller `min_edge` or a larger `max_edge`"));
     }
@@ -65,7 +66,7 @@ pub(crate) fn size_field(
         let problem = format!(
             "`{name}` {} is incompatible with {} vertices, whose mean edge length is {}",
             in_units(length),
-            options.vertices,
+            vertices,
             in_units(spacing)
         );
         return Err(Error::option(

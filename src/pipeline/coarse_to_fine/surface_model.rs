@@ -8,15 +8,32 @@ use crate::mesh::half_edges::twins;
 use crate::mesh::sizing::SizeField;
 use crate::mesh::spacing;
 use crate::options::Sizing;
+use crate::pipeline::plan::Plan;
 use crate::pipeline::result::FeatureSummary;
 use crate::pipeline::run_context::RunContext;
-use crate::pipeline::user_curves::user_curve_edges;
 use crate::polish::Target;
 use crate::sites::surface::Surface;
 use crate::sites::surface_curves::SurfaceCurves;
 use crate::stages::records::TriangleRecords;
 use crate::stages::sizing::DeviceSizes;
 use crate::{ProgressToken, Result, TriMesh};
+
+/// What a [`SurfaceModel`] is made for.
+#[derive(Clone, Copy)]
+pub(crate) struct ModelRequest<'a> {
+    pub vertices: usize,
+    /// Values are at the vertices of the run's mesh.
+    pub sizing: &'a Sizing,
+    /// As [`FeatureOptions::round_facets`].
+    pub round_facets: bool,
+}
+
+impl<'a> ModelRequest<'a> {
+    /// As planned.
+    pub fn of(plan: &'a Plan) -> Self {
+        Self { vertices: plan.vertices, sizing: &plan.sizing, round_facets: false }
+    }
+}
 
 /// The surface for a number of vertices, on which its features and sizes depend.
 pub(crate) struct SurfaceModel {
@@ -32,28 +49,30 @@ pub(crate) struct SurfaceModel {
 }
 
 impl SurfaceModel {
-    /// With features and sizes as the options have them; `round_facets` as [`FeatureOptions::round_facets`].
+    /// With features and sizes as the run and the request have them.
     ///
     /// # Errors
-    /// As [`SurfaceModel::with`] and [`user_curve_edges`].
-    pub fn new(context: &RunContext, round_facets: bool, progress: &ProgressToken) -> Result<Self> {
-        let RunContext { device, mesh, frame, surface, options, .. } = *context;
+    /// As [`SurfaceModel::with`], and those of the user's curves.
+    pub fn new(context: &RunContext, request: &ModelRequest, progress: &ProgressToken) -> Result<Self> {
+        let RunContext { device, mesh, frame, surface, options, plan, .. } = *context;
+        let ModelRequest { vertices, sizing, round_facets } = *request;
         let on_surface = surface_vertices(surface, mesh);
-        let edges = user_curve_edges(mesh, options)?;
+        let edges = plan.curves.edges(mesh)?;
         let user_edges = edges.into_iter().map(|edge| edge.map(|v| on_surface[v as usize])).collect();
         let features = FeatureOptions {
             feature_angle: options.coarse_to_fine.feature_angle,
-            spacing: spacing(surface.area(), options.vertices),
+            spacing: spacing(surface.area(), vertices),
             user_edges,
             round_facets,
         };
         let mut given = Vec::new();
-        if let Sizing::Given(values) = &options.coarse_to_fine.sizing {
+        if let Sizing::Given(values) = sizing {
             given = vec![1.0; values.len()];
             on_surface.iter().zip(values).for_each(|(v, value)| given[*v as usize] = *value);
         }
         let sizes = |curves: Option<&SurfaceCurves>| {
-            let request = SizeRequest { options, given: &given, diagonal: frame.scale };
+            let (min_edge, given, diagonal) = (plan.min_edge, given.as_slice(), frame.scale);
+            let request = SizeRequest { options, min_edge, vertices, sizing, given, diagonal };
             size_field(&surface.mesh(), curves, &request)
         };
         let mut model = Self::with(device, surface, &features, sizes, progress)?;

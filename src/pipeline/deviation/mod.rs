@@ -6,21 +6,20 @@ mod lengths;
 pub(super) mod measured;
 
 use super::clock::Clock;
-use super::{Made, RunInput, make};
+use super::{GivenLengths, Made, RunInput, make};
 use crate::gpu::Device;
 use crate::mesh::bvh::Bvh;
 use crate::mesh::distance::Distances;
 use crate::mesh::small_angles::{SmallAnglePlace, small_angle_places};
 use crate::mesh::spacing;
 use crate::mesh::unit_frame::UnitFrame;
-use crate::options::{Length, MeasureDepth, Options, Sizing};
+use crate::options::Length;
 use crate::pipeline::prepare::repaired_for;
 use crate::progress::ProgressReporter;
 use crate::{Error, Result, TriMesh};
 use lengths::Lengths;
-use measured::{ACCURACY, Depth, Reference};
+use measured::{Depth, Reference};
 use serde::Serialize;
-use std::borrow::Cow;
 
 /// Runs in which no vertices are inserted, since edge lengths still change much,
 const ROUGH: u32 = 2;
@@ -37,7 +36,7 @@ const USED: f64 = 0.999;
 /// The least edge length of a run, in its spacings, if none is given.
 const LEAST: f64 = 0.125;
 
-/// What [`Sizing::Deviation`] led to.
+/// What [`Sizing::Deviation`](crate::options::Sizing::Deviation) led to.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 #[non_exhaustive]
 pub struct DeviationSummary {
@@ -88,15 +87,6 @@ impl Course {
     }
 }
 
-/// The options with what tells whether a largest deviation is reached, if there is one.
-pub(super) fn with_measures(options: &Options) -> Cow<'_, Options> {
-    if !matches!(options.coarse_to_fine.sizing, Sizing::Deviation(_)) {
-        return Cow::Borrowed(options);
-    }
-    let accuracy = options.accuracy.min(ACCURACY);
-    Cow::Owned(Options { measures: MeasureDepth::Full, accuracy, ..options.clone() })
-}
-
 /// A run and how far its mesh is from the surface, in diagonals.
 struct Candidate {
     made: Made,
@@ -141,7 +131,7 @@ pub(super) fn make_within(
     progress: &mut ProgressReporter,
     clock: &mut Clock,
 ) -> Result<(Made, Course)> {
-    let RunInput { mesh, repaired, options, .. } = input;
+    let RunInput { mesh, repaired, options, gives_up_fixed, .. } = input;
     let repaired = repaired_for(mesh, repaired, options)?;
     let frame = UnitFrame::of(&repaired.mesh)?;
     let vertices = repaired.mesh.vertices.iter().map(|p| frame.to_unit(*p)).collect();
@@ -162,16 +152,15 @@ pub(super) fn make_within(
     let (mut runs, mut attempts) = (0, 0);
     while runs < ROUNDS {
         let vertices = if is_free { count(lengths.vertices())? } else { options.vertices };
-        let mut options = Options { vertices, ..options.clone() };
         let shortest = lengths.least().min(LEAST * spacing(surface.area(), vertices));
-        options.coarse_to_fine.min_edge.get_or_insert(Length::OfDiagonal(shortest));
+        let shortest = Length::OfDiagonal(shortest);
         let run = RunInput {
-            mesh,
-            repaired: Some(repaired.clone()),
-            options: &options,
-            lengths: Some(&lengths.values),
+            vertices,
+            lengths: Some(GivenLengths { values: &lengths.values, shortest }),
             deviation: (is_free && runs >= ROUGH).then_some(used),
             attempts,
+            gives_up_fixed,
+            ..RunInput::new(mesh, Some(repaired.clone()), options)
         };
         let made = make(device, run, progress, clock)?;
         attempts = made.outcome.attempts;
@@ -182,7 +171,6 @@ pub(super) fn make_within(
         })?;
         clock.phase("deviation");
         let enough = lengths.enough(&result, &found).ceil() as usize;
-        let method = &options.coarse_to_fine;
         let small = small_angle_places(&result, method.min_angle, method.feature_angle);
         let now = Candidate { made, vertices: result.vertices.len(), small: small.len(), upper, enough };
         let was_close = best.as_ref().filter(|best| best.is_good(used)).map(|best| best.vertices);

@@ -10,7 +10,6 @@ use crate::pipeline::missing::missing_vertices;
 use crate::pipeline::outcome::{Fault, FaultKind, Outcome, SLIVER, is_bad_all_over, slivers};
 use crate::pipeline::result::FeatureSummary;
 use crate::pipeline::run_context::RunContext;
-use crate::pipeline::user_curves::has_user_curves;
 use crate::sites::connect::ConnectCounts;
 use crate::{Error, ProgressToken, Result, TriMesh};
 
@@ -32,7 +31,7 @@ impl Fallback<'_> {
     /// [`Error::Cancelled`].
     pub fn repaired(&self, faulty: &Outcome, progress: &ProgressToken) -> Result<Option<Outcome>> {
         // Local operations do not know the user's curves.
-        if has_user_curves(self.context.options) {
+        if !self.context.plan.curves.is_empty() {
             return Ok(None);
         }
         let surface = self.context.surface.mesh();

@@ -15,7 +15,7 @@ use crate::mesh::features::{Curve, FeatureOptions, find_features};
 use crate::mesh::repair::repair_with;
 use crate::mesh::unit_frame::UnitFrame;
 use crate::picture::{WORST, centre_distances, check, distance_colour, quality_colour, quality_shares};
-use crate::pipeline::{for_repaired, user_curve_edges};
+use crate::pipeline::UserCurves;
 use crate::{Error, Method, ProgressToken, Result, TriMesh};
 use askama::Template;
 use charts::Chart;
@@ -107,8 +107,7 @@ struct Timed {
 pub fn page(page: &PageInput) -> Result<String> {
     let Report { options, summary, device, .. } = page.report;
     let mut repaired = repair_with(page.input, &options.repairs())?;
-    let own_options = for_repaired(page.input, &mut repaired, options);
-    let user_edges = user_curve_edges(&repaired.mesh, &own_options)?;
+    let user_edges = UserCurves::new(page.input, &mut repaired, options, false).edges(&repaired.mesh)?;
     let input = &repaired.mesh;
     let output = page.output;
     check(output)?;
