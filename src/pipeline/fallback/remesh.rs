@@ -11,9 +11,7 @@ use crate::mesh::unit_frame::UnitFrame;
 use crate::pipeline::intersections::intersecting_in_units;
 use crate::pipeline::missing::MISSING;
 use crate::pipeline::sides::face_as;
-use crate::polish::{
-    ConstrainedMesh, FitOptions, OutlierOptions, PolishOptions, Target, fit, polish, reduce_outliers,
-};
+use crate::polish::{ConstrainedMesh, OutlierOptions, Pass, PassOptions, PolishOptions, Target, improve};
 use crate::{Options, ProgressToken, Result, TriMesh};
 use glam::DVec3;
 use rayon::prelude::*;
@@ -58,6 +56,16 @@ impl<'a> ComponentTarget<'a> {
             frame,
             sizes: None,
             progress,
+        }
+    }
+
+    /// The passes over a mesh made for it.
+    fn passes(&self, rounds: u32, keeps_chords: bool) -> PassOptions {
+        PassOptions {
+            polish: PolishOptions { rounds, keeps_chords, ..Default::default() },
+            fit: self.fit,
+            outliers: Some(OutlierOptions { keeps_chords, ..Default::default() }),
+            edge: self.spacing,
         }
     }
 
@@ -128,11 +136,8 @@ fn simplified_and_polished(
         return Ok(relaxed);
     }
     let mut polished = ConstrainedMesh { fixed, ..relaxed.clone().into() };
-    let options = PolishOptions { rounds: target.polish_rounds, ..Default::default() };
-    polish(&mut polished, &surface, &options, progress)?;
-    if target.fit {
-        fit(&mut polished, &surface, &FitOptions::default(), progress)?;
-    }
+    let passes = PassOptions { outliers: None, ..target.passes(target.polish_rounds, false) };
+    improve(&mut polished, &surface, &passes, progress, |_| Ok(true))?;
     Ok(if is_sound(&polished.mesh)? { polished.mesh } else { relaxed })
 }
 
@@ -243,34 +248,27 @@ fn polished(
     };
     // After the last of the steps that leaves it sound.
     let mut best = crossing_in(&local.mesh)?.is_none().then(|| local.clone());
-    let rounds = target.polish_rounds + MORE_ROUNDS;
-    let mut options = PolishOptions { rounds, ..Default::default() };
+    let mut keeps_chords = false;
     for _ in 0..POLISHES {
         if best.is_some() && progress.leave_out() {
             break;
         }
         let mut polishing = ConstrainedMesh { fixed: fixed.clone(), ..local.clone() };
-        polish(&mut polishing, on, &options, progress)?;
-        let mut crossing = crossing_in(&polishing.mesh)?;
-        if crossing.is_none() {
-            best = Some(polishing.clone());
-            if !target.fit {
-                break;
-            }
-            fit(&mut polishing, on, &FitOptions::default(), progress)?;
-            crossing = crossing_in(&polishing.mesh)?;
+        let passes = target.passes(target.polish_rounds + MORE_ROUNDS, keeps_chords);
+        let mut crossing = None;
+        let rejected = improve(&mut polishing, on, &passes, progress, |mesh| {
+            crossing = crossing_in(&mesh.mesh)?;
             if crossing.is_none() {
-                best = Some(polishing.clone());
-                let outliers = OutlierOptions { keeps_chords: options.keeps_chords, ..Default::default() };
-                reduce_outliers(&mut polishing, on, target.spacing, &outliers, progress)?;
-                if crossing_in(&polishing.mesh)?.is_none() {
-                    best = Some(polishing);
-                }
-                break;
+                best = Some(mesh.clone());
             }
+            Ok(crossing.is_none())
+        })?;
+        // Without fewer outliers it is good enough.
+        if matches!(rejected, None | Some(Pass::Outliers)) {
+            break;
         }
         fix_around(&mut fixed, &polishing.mesh, &crossing.unwrap_or_default());
-        options.keeps_chords = true;
+        keeps_chords = true;
     }
     Ok(best.map(|best| ConstrainedMesh { fixed: local.fixed, ..best }))
 }

@@ -7,9 +7,7 @@ use super::mend::after_both;
 use super::shared::CoarseToFine;
 use crate::local::{MendOptions, mend_angles};
 use crate::pipeline::deviation::measured::{Depth, Farthest, Measured, Reference};
-use crate::polish::{
-    ConstrainedMesh, FitOptions, OutlierOptions, PolishOptions, fit, polish, reduce_outliers,
-};
+use crate::polish::{ConstrainedMesh, OutlierOptions, PassOptions, PolishOptions, improve};
 use crate::{ProgressToken, Result};
 use split::{Split, WAYS, faces_near, free_vertices, origins_after, splits_at};
 
@@ -186,13 +184,13 @@ impl Insertion<'_> {
         let target = &self.run.model.target;
         let method = &self.run.context.options.coarse_to_fine;
         let own = std::mem::replace(&mut local.fixed, fixed);
-        let options = PolishOptions { rounds: ROUNDS, slides: false, ..Default::default() };
-        polish(local, target, &options, progress)?;
-        if method.fit {
-            fit(local, target, &FitOptions::default(), progress)?;
-            let options = OutlierOptions { tolerance: self.most(), ..Default::default() };
-            reduce_outliers(local, target, self.level_spacing, &options, progress)?;
-        }
+        let passes = PassOptions {
+            polish: PolishOptions { rounds: ROUNDS, slides: false, ..Default::default() },
+            fit: method.fit,
+            outliers: Some(OutlierOptions { tolerance: self.most(), ..Default::default() }),
+            edge: self.level_spacing,
+        };
+        improve(local, target, &passes, progress, |_| Ok(true))?;
         local.fixed = own;
         let (min_angle, deviation) = (method.min_angle, Some(self.most()));
         let options = MendOptions { min_angle, spacing: self.level_spacing, deviation };
